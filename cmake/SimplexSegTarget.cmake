@@ -1,0 +1,24 @@
+# What every target of the project is compiled with.
+add_library(simplexseg_options INTERFACE)
+target_include_directories(simplexseg_options INTERFACE ${CMAKE_SOURCE_DIR}/src)
+target_compile_options(simplexseg_options INTERFACE
+  $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Werror -fno-math-errno -fno-trapping-math>)
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND SIMPLEXSEG_ARCH)
+  target_compile_options(simplexseg_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-march=${SIMPLEXSEG_ARCH}>)
+  # Eigen's alignment follows the instruction set: host code of .cu files must agree.
+  target_compile_options(simplexseg_options INTERFACE $<$<COMPILE_LANGUAGE:CUDA>:-Xcompiler=-march=${SIMPLEXSEG_ARCH}>)
+endif()
+if(SIMPLEXSEG_SANITIZE)
+  target_compile_options(simplexseg_options INTERFACE
+    $<$<COMPILE_LANGUAGE:CXX>:-fsanitize=${SIMPLEXSEG_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer>)
+  target_link_options(simplexseg_options INTERFACE -fsanitize=${SIMPLEXSEG_SANITIZE})
+endif()
+
+# simplexseg_tests(NAME SOURCES... LIBRARIES...): a GoogleTest program whose cases ctest knows one by one.
+function(simplexseg_tests name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} simplexseg_options GTest::gtest_main)
+  include(GoogleTest)
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
+endfunction()

@@ -1,0 +1,23 @@
+#version 450 core
+// SPDX-License-Identifier: Apache-2.0
+// One instance is one handle: a disc of radius_px on the screen, with a rim.
+uniform mat4 clip_from_world;
+uniform vec2 viewport_px;
+layout(location = 0) in vec3 centre_mm;
+layout(location = 1) in vec4 fill;
+layout(location = 2) in vec4 rim;
+layout(location = 3) in float radius_px;
+flat out vec4 fill_colour;
+flat out vec4 rim_colour;
+flat out float radius;
+out vec2 offset_px;
+
+void main() {
+  vec4 centre = clip_from_world * vec4(centre_mm, 1.0);
+  vec2 corner = vec2((gl_VertexID & 1) * 2 - 1, (gl_VertexID & 2) - 1);
+  offset_px = corner * (radius_px + 1.0);
+  fill_colour = fill;
+  rim_colour = rim;
+  radius = radius_px;
+  gl_Position = centre + vec4(offset_px / viewport_px * 2.0 * centre.w, 0.0, 0.0);
+}

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <ostream>
+
+#include "cli/commands.h"
+#include "cli/progress.h"
+#include "cli/table.h"
+#include "core/error.h"
+#include "core/metrics.h"
+#include "io/files.h"
+#include "io/volume_io.h"
+
+namespace simplexseg {
+namespace {
+
+struct Options {
+  std::string reference, test;
+  std::optional<double> label;
+  bool json = false;
+};
+
+void compare_files(const Options& options, const Console& console) {
+  if (options.label && !std::isfinite(*options.label)) throw Error("--label", "not a finite number", "give a label");
+  Agreement agreement;
+  {
+    const Progress progress(console, "comparing");
+    const Volume reference = read_volume(options.reference), test = read_volume(options.test);
+    if (!reference.geometry().same_grid(test.geometry())) {
+      throw Error("cannot compare " + quoted(options.reference) + " with " + quoted(options.test),
+                  "their grids (size, spacing, origin or direction) differ", "resample one onto the grid of the other");
+    }
+    agreement = compare(mask_of(reference, options.label), mask_of(test, options.label));
+  }
+  if (options.json) {   // an infinite distance (one mask is empty) is null: JSON has no infinity
+    console.out << nlohmann::ordered_json{{"dice", agreement.dice},
+                                          {"hd_mm", agreement.hd_mm},
+                                          {"hd95_mm", agreement.hd95_mm},
+                                          {"assd_mm", agreement.assd_mm},
+                                          {"hd_directed_mm", agreement.hd_directed_mm},
+                                          {"hd95_directed_mm", agreement.hd95_directed_mm},
+                                          {"asd_directed_mm", agreement.asd_directed_mm},
+                                          {"reference_mm3", agreement.reference_mm3},
+                                          {"test_mm3", agreement.test_mm3}}
+                       .dump(2)
+                << "\n";
+    return;
+  }
+  print_table(console.out,
+              {{"Dice", "HD mm", "HD95 mm", "ASSD mm", "reference ml", "test ml"},
+               {fixed(agreement.dice, 4), fixed(agreement.hd_mm, 3), fixed(agreement.hd95_mm, 3), fixed(agreement.assd_mm, 3),
+                fixed(agreement.reference_mm3 / 1000, 3), fixed(agreement.test_mm3 / 1000, 3)}},
+              0);
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app, Action& action) {
+  CLI::App* const sub = app.add_subcommand("compare", "Agreement of two label volumes: Dice, surface distances, volumes");
+  const auto options = std::make_shared<Options>();
+  sub->add_option("REFERENCE", options->reference, "Label volume that is the truth")->required();
+  sub->add_option("TEST", options->test, "Label volume on the same grid")->required();
+  sub->add_option("--label", options->label, "The label to compare; without it every voxel that is not 0");
+  sub->add_flag("--json", options->json, "Print JSON");
+  sub->callback([options, &action] { action = [options](const Console& console) { compare_files(*options, console); }; });
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "cli/commands.h"
+#include "cli/progress.h"
+#include "io/files.h"
+#include "io/volume_io.h"
+
+namespace simplexseg {
+namespace {
+
+struct Options {
+  std::string path;
+  bool json = false;
+};
+
+nlohmann::ordered_json json_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+std::string text_of(const Eigen::Vector3d& v) {
+  char text[200];
+  std::snprintf(text, sizeof text, "%.6g, %.6g, %.6g", v.x(), v.y(), v.z());
+  return text;
+}
+
+void info(const Options& options, const Console& console) {
+  const VolumeInfo info = read_volume_info(options.path);
+  std::vector<std::string> warnings = info.warnings;
+  Volume::Range range{0, 0};
+  const bool readable = info.components == 1 && info.frames == 1;
+  if (readable) {   // the voxels too: a file that is cut short is found out here
+    const Progress progress(console, "reading");
+    const LoadedVolume loaded = load_volume(options.path);
+    range = loaded.volume.range();
+    warnings = loaded.warnings;
+  }
+  const VolumeGeometry& geometry = info.geometry;
+  if (options.json) {
+    nlohmann::ordered_json json = {{"path", options.path},
+                                   {"format", info.format},
+                                   {"size", geometry.size},
+                                   {"spacing_mm", json_of(geometry.spacing_mm)},
+                                   {"origin_mm", json_of(geometry.origin_mm)},
+                                   {"direction", {json_of(geometry.direction.row(0)), json_of(geometry.direction.row(1)), json_of(geometry.direction.row(2))}},
+                                   {"voxel_type", to_string(info.type)},
+                                   {"components", info.components},
+                                   {"frames", info.frames},
+                                   {"files", info.file_count}};
+    if (readable) json["range"] = {range.min, range.max};
+    json["warnings"] = warnings;
+    console.out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
+    return;
+  }
+  console.out << "file        " << options.path << "\n"
+              << "format      " << info.format << (info.file_count > 1 ? ", " + std::to_string(info.file_count) + " files" : "") << "\n"
+              << "size        " << geometry.size[0] << " x " << geometry.size[1] << " x " << geometry.size[2] << " voxels";
+  if (info.frames > 1) console.out << ", " << info.frames << " volumes";
+  if (info.components > 1) console.out << ", " << info.components << " values a voxel";
+  console.out << "\nspacing     " << text_of(geometry.spacing_mm) << " mm\n"
+              << "origin      " << text_of(geometry.origin_mm) << " mm (LPS, centre of the first voxel)\n"
+              << "direction   i: " << text_of(geometry.direction.col(0)) << "\n"
+              << "            j: " << text_of(geometry.direction.col(1)) << "\n"
+              << "            k: " << text_of(geometry.direction.col(2)) << "\n"
+              << "voxels      " << to_string(info.type) << ", "
+              << in_words(static_cast<double>(geometry.voxel_count() * bytes_per_voxel(info.type))) << "\n";
+  if (readable) console.out << "range       " << range.min << " to " << range.max << "\n";
+  for (const std::string& warning : warnings) console.out << "warning     " << one_line(warning, 1000) << "\n";
+}
+
+}  // namespace
+
+void add_info(CLI::App& app, Action& action) {
+  CLI::App* const sub = app.add_subcommand("info", "Geometry, voxel type, range and warnings of a volume");
+  const auto options = std::make_shared<Options>();
+  sub->add_option("PATH", options->path, "Volume file, or folder of a DICOM series")->required();
+  sub->add_flag("--json", options->json, "Print JSON");
+  sub->callback([options, &action] { action = [options](const Console& console) { info(*options, console); }; });
+}
+
+}  // namespace simplexseg

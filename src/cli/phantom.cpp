@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/phantom.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <ostream>
+
+#include "cli/commands.h"
+#include "core/error.h"
+#include "core/metrics.h"
+#include "io/files.h"
+#include "io/parameter_text.h"
+#include "io/volume_io.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr const char* kLabelImage = "label-image";
+
+struct Options {
+  std::string kind;
+  std::vector<std::string> paths;
+  std::string labels, type;
+  std::optional<double> label;
+  PhantomSettings settings;
+};
+
+VoxelType type_of(const std::string& name) {
+  std::vector<std::string> names;
+  for (int t = 0; t <= static_cast<int>(VoxelType::Float64); ++t) {
+    names.emplace_back(to_string(static_cast<VoxelType>(t)));
+    if (names.back() == name) return static_cast<VoxelType>(t);
+  }
+  throw Error("--type", "the voxel type " + unknown_name(name, names), "give int8 to int32, uint8 to uint32, float32 or float64");
+}
+
+void phantom(Options options, const Console& console) {
+  if (!options.type.empty()) options.settings.type = type_of(options.type);
+  const bool from_labels = options.kind == kLabelImage;
+  if (options.paths.size() != (from_labels ? 2u : 1u)) {
+    throw Error("phantom " + options.kind, std::to_string(options.paths.size()) + " paths are given",
+                from_labels ? "give LABELS and OUT" : "give OUT alone");
+  }
+  if (!from_labels && options.label) throw Error("--label", "this phantom is made from no label volume", "leave it out, or use label-image");
+  if (from_labels) {
+    const Volume labels = read_volume(options.paths[0]);
+    const Volume image = image_of_label(labels, options.label, options.settings);
+    if (!options.labels.empty()) {
+      const Mask mask = mask_of(labels, options.label);
+      Volume truth(mask.geometry, VoxelType::UInt8);
+      std::copy(mask.voxels.begin(), mask.voxels.end(), truth.voxels<std::uint8_t>().begin());
+      write_labels(options.labels, truth);
+    }
+    write_volume(options.paths[1], image);
+  } else {
+    const Phantom made = make_phantom(options.kind, options.settings);
+    if (!options.labels.empty()) write_labels(options.labels, made.labels);
+    write_volume(options.paths[0], made.image);
+  }
+  console.out << "wrote " << options.paths.back() << (options.labels.empty() ? "" : " and " + options.labels) << "\n";
+}
+
+}  // namespace
+
+void add_phantom(CLI::App& app, Action& action) {
+  CLI::App* const sub = app.add_subcommand("phantom", "Writes a small synthetic volume with known truth");
+  const auto options = std::make_shared<Options>();
+  std::string kinds;
+  for (const PhantomKind& kind : phantom_kinds()) kinds += std::string("\n  ") + kind.name + ": " + kind.doc;
+  kinds += std::string("\n  ") + kLabelImage + ": LABELS OUT, a label of a label volume as the image";
+  PhantomSettings& settings = options->settings;
+  sub->add_option("KIND", options->kind, "What to make:" + kinds)->required();
+  sub->add_option("PATH", options->paths, "OUT; for label-image LABELS OUT")->required()->expected(1, 2);
+  sub->add_option("--labels", options->labels, "Write the truth as a label volume here");
+  sub->add_option("--label", options->label, "label-image: the label; without it every voxel that is not 0");
+  sub->add_option("--size", settings.size, "Voxels along each axis (not for label-image)")->capture_default_str();
+  sub->add_option("--spacing", settings.spacing_mm, "mm (not for label-image)")->capture_default_str();
+  sub->add_option("--contrast", settings.contrast, "Object minus background")->capture_default_str();
+  sub->add_option("--background", settings.background, "Intensity outside")->capture_default_str();
+  sub->add_option("--noise", settings.noise_sigma, "Standard deviation of the Gaussian noise")->capture_default_str();
+  sub->add_option("--seed", settings.seed, "Of the noise")->capture_default_str();
+  sub->add_option("--type", options->type, "Voxel type, int8 ... float64; without it int16");
+  sub->callback([options, &action] { action = [options](const Console& console) { phantom(*options, console); }; });
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/report.h"
+
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "cli/table.h"
+#include "core/error.h"
+#include "io/files.h"
+#include "io/json_input.h"
+#include "io/json_output.h"
+#include "io/scene_io.h"
+#include "io/volume_io.h"
+
+namespace simplexseg {
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+Json parameters_json(const Scene& scene) {
+  Json simulation = Json::object(), meshes = Json::object();
+  for (std::size_t p = 0; p < simulation_table().size(); ++p) {
+    put_parameter(simulation, simulation_table()[p], value_of(scene.simulation, static_cast<int>(p)));
+  }
+  for (const MeshItem& item : scene.meshes) {
+    for (const ForceInfo& force : force_list()) {
+      for (std::size_t p = 0; p < force.parameters.size(); ++p) {
+        put_parameter(meshes[item.name][force.name], force.parameters[p], item.parameters.values[static_cast<int>(force.id)][p]);
+      }
+    }
+  }
+  return {{"simulation", simulation}, {"meshes", meshes}};
+}
+
+Json mesh_json(const MeshReport& mesh) {
+  Json json = {{"name", mesh.name},
+               {"vertices", mesh.vertices},
+               {"volume_mm3", mesh.measures.volume_mm3},
+               {"area_mm2", mesh.measures.area_mm2}};
+  if (mesh.agreement) {
+    json["dice"] = mesh.agreement->dice;
+    json["hd_mm"] = mesh.agreement->hd_mm;
+    json["hd95_mm"] = mesh.agreement->hd95_mm;
+    json["assd_mm"] = mesh.agreement->assd_mm;
+  }
+  return json;
+}
+
+}  // namespace
+
+References::References(const Scene& scene, const std::filesystem::path& scene_folder, const VolumeGeometry& volume) {
+  for (const MeshItem& item : scene.meshes) {
+    if (!item.reference || labels_.count(item.reference->labels)) continue;
+    const std::filesystem::path path = find_data(item.reference->labels, scene_folder);
+    Volume labels = read_volume(path);
+    if (!labels.geometry().same_grid(volume)) {
+      throw Error("mesh '" + item.name + "', reference " + quoted(path),
+                  "its grid (size, spacing, origin or direction) differs from the volume's",
+                  "resample it onto the volume's grid, or leave the reference out of the scene");
+    }
+    labels_.emplace(item.reference->labels, std::move(labels));
+  }
+}
+
+std::optional<Agreement> References::compare_with(const MeshItem& item) const {
+  if (!item.reference) return std::nullopt;
+  const Volume& labels = labels_.at(item.reference->labels);
+  return compare(mask_of(labels, item.reference->value), rasterise(item.mesh, labels.geometry()));
+}
+
+void write_report(const std::filesystem::path& path, const RunReport& report, const Scene& scene) {
+  Json json = {{"simplexseg_report", 1}, {"scene", report.scene_path}};
+  if (!report.voxel_type.empty()) {
+    const auto& spacing = report.geometry.spacing_mm;
+    json["volume"] = {{"path", report.volume_path},
+                      {"size", report.geometry.size},
+                      {"spacing_mm", {spacing.x(), spacing.y(), spacing.z()}},
+                      {"voxel_type", report.voxel_type}};
+  }
+  json["backend"] = report.backend;
+  json["device"] = report.device;
+  if (!report.note.empty()) json["note"] = report.note;
+  if (report.threads > 0) json["threads"] = report.threads;
+  json["load_ms"] = report.load_ms;
+  json["wall_ms"] = report.wall_ms;
+  json["steps"] = report.steps;
+  json["step_us"] = report.step_us();
+  json["at_rest"] = report.at_rest;
+  if (report.failure) json["failure"] = *report.failure;
+  json["bytes_held"] = report.bytes_held;
+  json["meshes"] = Json::array();
+  for (const MeshReport& mesh : report.meshes) json["meshes"].push_back(mesh_json(mesh));
+  json["parameters"] = parameters_json(scene);
+  AtomicFile file(path);
+  write_bytes(file, json_text(path, json));
+  file.commit();
+}
+
+void print_report(std::ostream& out, const RunReport& report) {
+  if (!report.voxel_type.empty()) {
+    const auto& size = report.geometry.size;
+    out << "volume  " << report.volume_path << ", " << size[0] << " x " << size[1] << " x " << size[2] << ", "
+        << report.voxel_type << ", ready after " << fixed(report.load_ms / 1000, 2) << " s\n";
+  }
+  out << "run     " << report.steps << " steps in " << fixed(report.wall_ms / 1000, 2) << " s, " << fixed(report.step_us(), 0)
+      << " us a step, " << (report.at_rest ? "at rest, " : "") << report.device << "\n";
+  const bool compared = std::any_of(report.meshes.begin(), report.meshes.end(), [](const MeshReport& m) { return m.agreement.has_value(); });
+  std::vector<std::vector<std::string>> rows{{"mesh", "vertices", "volume ml", "area cm2"}};
+  if (compared) rows[0].insert(rows[0].end(), {"Dice", "HD mm", "HD95 mm", "ASSD mm"});
+  for (const MeshReport& mesh : report.meshes) {
+    rows.push_back({one_line(mesh.name), std::to_string(mesh.vertices), fixed(mesh.measures.volume_mm3 / 1000, 2),
+                    fixed(mesh.measures.area_mm2 / 100, 2)});
+    if (!mesh.agreement) continue;
+    const Agreement& a = *mesh.agreement;
+    rows.back().insert(rows.back().end(), {fixed(a.dice, 4), fixed(a.hd_mm, 2), fixed(a.hd95_mm, 2), fixed(a.assd_mm, 2)});
+  }
+  if (rows.size() > 1) print_table(out, rows, 1);
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Integer atomics of both backends. Only integers: their result does not depend on the order.
+#pragma once
+#include <cstring>
+
+#include "core/vec3.h"
+
+namespace simplexseg {
+
+SIMPLEXSEG_HD void atomic_min(unsigned long long* at, unsigned long long value) {
+#ifdef __CUDA_ARCH__
+  atomicMin(at, value);
+#else
+  unsigned long long now = __atomic_load_n(at, __ATOMIC_RELAXED);
+  while (value < now && !__atomic_compare_exchange_n(at, &now, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
+#endif
+}
+SIMPLEXSEG_HD void atomic_add(long long* at, long long value) {
+#ifdef __CUDA_ARCH__
+  atomicAdd(reinterpret_cast<unsigned long long*>(at), static_cast<unsigned long long>(value));
+#else
+  __atomic_fetch_add(at, value, __ATOMIC_RELAXED);
+#endif
+}
+/// The bits of a float: ordered as the float itself where it is >= 0.
+SIMPLEXSEG_HD unsigned bits_of(float x) {
+#ifdef __CUDA_ARCH__
+  return __float_as_uint(x);
+#else
+  unsigned u;
+  std::memcpy(&u, &x, sizeof u);
+  return u;
+#endif
+}
+
+}  // namespace simplexseg

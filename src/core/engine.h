@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/parameters.h"
+#include "core/vec3.h"
+
+namespace simplexseg {
+
+class Volume;
+
+/// What an object and its surroundings look like: counts over bins of intensity, the evidence of the region force. Integers, so that summing them in any order gives the same bits.
+inline constexpr int kRegionBins = 256;
+struct RegionModel {
+  double low = 0, high = 1;                          ///< intensities of the first and the last bin
+  std::array<std::int32_t, kRegionBins> object{};
+  std::array<std::int32_t, kRegionBins> background{};
+  bool empty() const;
+};
+
+/// One mesh as an engine is loaded with it. The spans need to live only during the call.
+struct EngineMesh {
+  std::span<const Eigen::Vector3f> positions;            ///< mm, LPS
+  std::span<const Eigen::Vector3f> previous;             ///< of the step before; equal to positions: at rest
+  std::span<const std::array<int, 3>> neighbours;        ///< indices within the mesh
+  std::span<const Vec4> shape;                           ///< shape memory's reference (e1, e2, h_mm, S_mm2); may be empty
+  std::span<const float> profiles;                       ///< reference intensity profiles, vertex-major; may be empty
+  const RegionModel* region = nullptr;                   ///< prior of the region force; may be null
+  ForceParameters parameters;
+  bool finest = true;                                    ///< false while coarser than the level it is to end on
+};
+
+/// An attraction point as the engine sees it.
+struct EnginePoint {
+  int mesh;                      ///< index of the mesh it pulls
+  Eigen::Vector3d position_mm;
+};
+
+/// Where and by what a step would have left the finite; that step was undone.
+struct StepFailure {
+  int mesh;
+  int vertex;                    ///< within the mesh
+  ForceId force;
+};
+struct StepOutcome {
+  int steps = 0;                              ///< done; fewer than asked for when a step failed
+  std::vector<float> mean_move_mm;            ///< of each mesh, in the last step
+  std::optional<StepFailure> failure;
+};
+
+/// One backend of the simulation: all meshes in one set of arrays, moved in parallel. Reruns give the same bits, on any
+/// number of threads. Every call may throw Error (out of memory, failing device); the engine is then to be reloaded.
+class Engine {
+ public:
+  virtual ~Engine() = default;
+  /// "cpu" or "cuda".
+  virtual const char* backend() const = 0;
+  /// For the status bar: device, threads.
+  virtual std::string description() const = 0;
+  /// The volume to sample; may be empty (no image force then acts). Kept by reference count, not copied, on the CPU.
+  virtual void set_volume(const Volume& volume) = 0;
+  /// Replaces all meshes.
+  virtual void load(std::span<const EngineMesh> meshes, const SimulationParameters& simulation) = 0;
+  /// New weights and parameters for the same meshes; only what the plan newly needs is allocated.
+  virtual void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation) = 0;
+  virtual void set_points(std::span<const EnginePoint> points) = 0;
+  /// The next step refreshes all image targets and attraction bindings, whatever the refresh interval.
+  virtual void refresh() = 0;
+  virtual StepOutcome step(int count) = 0;
+  /// Positions (mm) of one mesh and of the step before it.
+  virtual void read(int mesh, std::span<Eigen::Vector3f> positions, std::span<Eigen::Vector3f> previous) = 0;
+  /// Bytes held in arrays, the volume included.
+  virtual std::size_t bytes_held() const = 0;
+  /// Names and bytes of the arrays held, for the plan and its tests.
+  struct HeldArray {
+    std::string name;
+    std::size_t bytes;
+  };
+  virtual std::vector<HeldArray> held_arrays() const = 0;
+  /// How often each kernel was launched since the engine was made.
+  struct KernelCount {
+    std::string name;
+    std::uint64_t launches;
+  };
+  virtual std::vector<KernelCount> kernel_counts() const = 0;
+};
+
+}  // namespace simplexseg

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/command.h"
+#include "core/engine.h"
+#include "core/scene.h"
+#include "core/step_plan.h"
+#include "core/volume.h"
+
+namespace simplexseg {
+
+/// What an advance did.
+struct Advance {
+  int steps = 0;
+  double seconds = 0;
+  bool at_rest = false;                    ///< nothing moves any more: no need to be called again until something changes
+  std::optional<std::string> failure;      ///< one line naming mesh and force; the step was undone, the run should pause
+  bool refined = false;                    ///< the vertex counts have changed
+};
+
+/// Owns the scene, the engine and the undo history; knows no Qt and no files. Every user action is a Command. The log
+/// counts the steps between actions, so a replay of it depends on neither speed nor number of threads and ends in the
+/// very same bits. Not thread-safe: one thread at a time.
+class Session {
+ public:
+  explicit Session(std::unique_ptr<Engine> engine);
+  ~Session();
+
+  /// Takes a new scene (undo history and log are dropped) on a volume. Meshes without a pose (no vertices) get the
+  /// sphere of their seed; ids that are 0 are given. Throws Error, with nothing changed, when a mesh's seed lies outside
+  /// the volume, a value is not finite or out of its table's range, or a mesh is not valid.
+  void open(Scene scene, Volume volume);
+  void set_engine(std::unique_ptr<Engine> engine);
+
+  /// Poses are as of the last step.
+  const Scene& scene() const;
+  const Volume& volume() const { return volume_; }
+  const Engine& engine() const { return *engine_; }
+  StepPlan plan() const;
+
+  /// Throws Error, with nothing changed, when the command cannot be carried out (no such mesh, value out of range ...).
+  /// Returns the id of the item it added, else 0.
+  ItemId apply(const Command& command);
+  bool can_undo() const { return !undo_.empty(); }
+  bool can_redo() const { return !redo_.empty(); }
+  const char* undo_title() const;          ///< "" when there is none
+  const char* redo_title() const;
+
+  /// Exactly `steps` steps (fewer at a failure or, when `stop_at_rest`, at rest).
+  Advance advance_steps(int steps, bool stop_at_rest = false);
+  /// As many steps as fit into `seconds`; stops at rest.
+  Advance advance(double seconds);
+
+  const std::vector<LogEntry>& log() const { return log_; }
+  int steps_since_last_command() const { return steps_since_command_; }
+  std::int64_t total_steps() const { return total_steps_; }
+  /// Repeats a log on the present scene; `trailing_steps` further steps at its end.
+  void replay(const std::vector<LogEntry>& log, int trailing_steps);
+  /// Counts every change of scene or pose: what a view compares to know whether it is dirty.
+  std::uint64_t revision() const { return revision_; }
+  /// Motion of each mesh in the last step, mm.
+  const std::vector<float>& mean_move_mm() const { return mean_move_mm_; }
+
+ private:
+  struct Snapshot {
+    Scene scene;
+    Command command;
+  };
+  ItemId carry_out(const Command& command);
+  ItemId carry_out_add(const AddMesh& command);
+  void step_back(std::vector<Snapshot>& from, std::vector<Snapshot>& to);
+  void load_engine();
+  void send_points();
+  void pull_poses() const;
+  bool is_finest(const MeshItem& item) const;
+  double voxel_mm() const;
+  bool refine_where_due();
+  void refine_item(MeshItem& item);
+  void restart(MeshItem& item);
+  void record_profiles(MeshItem& item) const;
+  std::vector<MeshItem*> items_of(ItemId mesh);
+
+  std::unique_ptr<Engine> engine_;
+  mutable Scene scene_;
+  mutable bool poses_stale_ = false;     ///< the engine has moved on from the poses of scene_
+  Volume volume_;
+  std::vector<Snapshot> undo_, redo_;
+  std::vector<LogEntry> log_;
+  ItemId next_id_ = 1;
+  int steps_since_command_ = 0;
+  std::int64_t total_steps_ = 0;
+  std::uint64_t revision_ = 0;
+  std::vector<float> mean_move_mm_;
+  bool at_rest_ = false;
+  double seconds_per_step_ = 0;
+};
+
+}  // namespace simplexseg

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <Eigen/Geometry>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <type_traits>
+
+namespace simplexseg {
+
+/// The voxel types that are kept as they are: a volume is never blown up to a float copy.
+enum class VoxelType : std::uint8_t { Int8, UInt8, Int16, UInt16, Int32, UInt32, Float32, Float64 };
+
+std::size_t bytes_per_voxel(VoxelType type);
+/// "int8" ... "float64".
+const char* to_string(VoxelType type);
+template <class T>
+constexpr VoxelType voxel_type_of();
+
+/// Where a grid of voxels lies in the patient frame (LPS, mm), as ITK: world = origin + direction * (spacing .* index);
+/// index (0,0,0) is the centre of the first voxel. `direction` may be any invertible matrix (left-handed, sheared).
+struct VolumeGeometry {
+  std::array<int, 3> size{0, 0, 0};                           ///< voxels along i, j, k
+  Eigen::Vector3d spacing_mm{1, 1, 1};                        ///< > 0
+  Eigen::Vector3d origin_mm{0, 0, 0};                         ///< centre of voxel (0,0,0)
+  Eigen::Matrix3d direction = Eigen::Matrix3d::Identity();    ///< columns: directions of i, j, k
+
+  Eigen::Affine3d world_from_index() const;
+  Eigen::Affine3d index_from_world() const;
+  std::size_t voxel_count() const;
+  Eigen::Vector3d centre_mm() const;
+  /// True when the point lies in the box spanned by the outer faces of the outer voxels.
+  bool contains(const Eigen::Vector3d& world_mm) const;
+  /// Same size, and voxel centres within `tolerance` voxels of each other at all corners.
+  bool same_grid(const VolumeGeometry& other, double tolerance = 1e-2) const;
+  /// Throws Error when a size is < 1, a spacing is not finite and > 0, or the direction is singular or not finite.
+  void validate(const std::string& name) const;
+};
+
+/// Voxels in their own type, i fastest, and their geometry. Cheap to copy: the voxels are shared, and immutable once
+/// shared (writing through `voxels<T>()` is for the one who makes the volume).
+class Volume {
+ public:
+  Volume() = default;
+  /// A volume of zeros. Throws Error when the geometry is not valid.
+  Volume(VolumeGeometry geometry, VoxelType type);
+
+  const VolumeGeometry& geometry() const { return geometry_; }
+  VoxelType type() const { return type_; }
+  bool empty() const { return !data_; }
+  std::size_t bytes() const { return geometry_.voxel_count() * bytes_per_voxel(type_); }
+  const void* data() const { return data_.get(); }
+  void* data() { return data_.get(); }
+  /// T must match type().
+  template <class T>
+  std::span<T> voxels() { return {static_cast<T*>(data()), geometry_.voxel_count()}; }
+  template <class T>
+  std::span<const T> voxels() const { return {static_cast<const T*>(data()), geometry_.voxel_count()}; }
+
+  std::size_t offset(int i, int j, int k) const {
+    return (static_cast<std::size_t>(k) * geometry_.size[1] + j) * geometry_.size[0] + i;
+  }
+  double value(int i, int j, int k) const;
+  /// Trilinear at a world position (mm); positions outside are clamped to the nearest voxel.
+  double sample(const Eigen::Vector3d& world_mm) const;
+  struct Range {
+    double min, max;
+  };
+  /// Over all finite voxels; {0, 0} when there is none.
+  Range range() const;
+
+ private:
+  VolumeGeometry geometry_;
+  VoxelType type_ = VoxelType::UInt8;
+  std::shared_ptr<std::byte[]> data_;
+};
+
+/// Calls f(std::type_identity<T>{}) with the C++ type of `type`.
+template <class F>
+decltype(auto) visit_voxel_type(VoxelType type, F&& f) {
+  switch (type) {
+    case VoxelType::Int8: return f(std::type_identity<std::int8_t>{});
+    case VoxelType::UInt8: return f(std::type_identity<std::uint8_t>{});
+    case VoxelType::Int16: return f(std::type_identity<std::int16_t>{});
+    case VoxelType::UInt16: return f(std::type_identity<std::uint16_t>{});
+    case VoxelType::Int32: return f(std::type_identity<std::int32_t>{});
+    case VoxelType::UInt32: return f(std::type_identity<std::uint32_t>{});
+    case VoxelType::Float32: return f(std::type_identity<float>{});
+    case VoxelType::Float64: break;
+  }
+  return f(std::type_identity<double>{});
+}
+
+template <> constexpr VoxelType voxel_type_of<std::int8_t>() { return VoxelType::Int8; }
+template <> constexpr VoxelType voxel_type_of<std::uint8_t>() { return VoxelType::UInt8; }
+template <> constexpr VoxelType voxel_type_of<std::int16_t>() { return VoxelType::Int16; }
+template <> constexpr VoxelType voxel_type_of<std::uint16_t>() { return VoxelType::UInt16; }
+template <> constexpr VoxelType voxel_type_of<std::int32_t>() { return VoxelType::Int32; }
+template <> constexpr VoxelType voxel_type_of<std::uint32_t>() { return VoxelType::UInt32; }
+template <> constexpr VoxelType voxel_type_of<float>() { return VoxelType::Float32; }
+template <> constexpr VoxelType voxel_type_of<double>() { return VoxelType::Float64; }
+
+}  // namespace simplexseg

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gpu/backend.h"
+
+#include "core/error.h"
+
+namespace simplexseg {
+
+#ifndef SIMPLEXSEG_HAS_CUDA
+std::string why_no_cuda() { return "built without CUDA"; }
+std::unique_ptr<Engine> make_cuda_engine() {
+  throw Error("backend cuda", why_no_cuda(), "use --backend cpu, or build where nvcc is found");
+}
+#endif
+
+EngineChoice make_engine(Backend backend) {
+  if (backend == Backend::Cpu) return {make_cpu_engine(), ""};
+  if (backend == Backend::Cuda) return {make_cuda_engine(), ""};
+  std::string reason = why_no_cuda();
+  if (reason.empty()) {
+    try {
+      return {make_cuda_engine(), ""};
+    } catch (const Error& error) {
+      reason = error.what();
+    }
+  }
+  return {make_cpu_engine(), "running on the CPU: " + reason};
+}
+
+}  // namespace simplexseg

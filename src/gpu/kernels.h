@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+// The kernels of a step that belong to no single force. A kernel is a functor over a StepView: vertex i reads its
+// neighbourhood and writes only itself; the executors of both backends call it for every i.
+#pragma once
+#include "core/force_list.h"
+#include "core/step_needs.h"
+
+namespace simplexseg {
+
+/// Unit normal of each vertex and its elevation over the doubled area of its neighbours' triangle, h / S, which is half
+/// the mean curvature over a constant of the lattice (docs/mathematics.md, section 1). S is bounded below: needles. Where the neighbours are collinear: the
+/// direction orthogonal to their line that is nearest to the last good normal.
+struct GeometryKernel {
+  static constexpr const char* name = "geometry";
+  StepView v;
+  SIMPLEXSEG_HD void operator()(int i) const {
+    const Int4 nb = v.neighbours[i];
+    const Vec3 p1 = xyz(v.current[nb.x]), a = xyz(v.current[nb.y]) - p1, b = xyz(v.current[nb.z]) - p1;
+    const Vec3 c = cross(a, b);
+    const float square = dot(c, c), scale = dot(a, a) * dot(b, b);
+    Vec3 n;
+    if (square > 1e-10f * scale && square > 1e-36f) {
+      n = (1.0f / sqrtf(square)) * c;
+    } else {
+      n = fallback(a, b, xyz(v.frame[i]));
+    }
+    const float area = fmaxf(sqrtf(square), 0.1f * (dot(a, a) + dot(b, b)) + 1e-30f);
+    v.frame[i] = with_w(n, dot(xyz(v.current[i]) - p1, n) / area);
+  }
+  SIMPLEXSEG_HD static Vec3 fallback(Vec3 a, Vec3 b, Vec3 last) {
+    Vec3 line = dot(a, a) >= dot(b, b) ? a : b;
+    const float length = norm(line);
+    line = length > 0.0f ? (1.0f / length) * line : Vec3{0, 0, 0};
+    if (!(dot(last, last) > 0.5f)) last = {0, 0, 1};
+    Vec3 n = last - dot(last, line) * line;
+    if (!(dot(n, n) > 1e-6f)) {      // the last normal lies along the line: any direction across it
+      const Vec3 axis = fabsf(line.x) < 0.5f ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+      n = cross(line, axis);
+    }
+    return (1.0f / norm(n)) * n;
+  }
+};
+
+/// Sums the forces and takes the damped Verlet step  x+ = x + (1-g)(x - x-) + dt^2 sum_f k_f d_f. Compiled for each set of
+/// forces: what no mesh uses is not in the code. A step that would leave the finite is reported to StepView::status.
+template <unsigned kMask>
+struct IntegrateKernel {
+  static constexpr const char* name = "integrate";
+  StepView v;
+  unsigned long long step;
+  SIMPLEXSEG_HD void operator()(int i) const {
+    const Int4 nb = v.neighbours[i];
+    const MeshConstants& m = v.meshes[nb.w];
+    const Vec3 p = xyz(v.current[i]), q = xyz(v.previous[i]);
+    const Vec4 frame = v.frame[i];
+    Vec3 sum{0, 0, 0};
+    float image = 1.0f;
+    if constexpr ((kMask & bit(ForceId::Attraction)) != 0) {
+      const AttractionSum s = v.attraction[i];
+      if (s.weight != 0 && m.forces.weight(ForceId::Attraction) > 0.0f) {
+        const float weight = s.weight * (1.0f / kFixedPoint), inverse = 1.0f / static_cast<float>(s.weight);
+        sum = (m.forces.weight(ForceId::Attraction) * inverse) * Vec3{static_cast<float>(s.x), static_cast<float>(s.y), static_cast<float>(s.z)};
+        image = 1.0f - m.value<AttractionForce>(AttractionForce::image_fade) * fminf(weight, 1.0f);
+      }
+    }
+    auto add = [&]<class F>(F, float factor) {
+      if constexpr ((kMask & bit(F::id)) != 0) {
+        const float k = factor * m.forces.weight(F::id);
+        if (k > 0.0f) sum = sum + k * F::displacement(v, m, i, nb, p, frame);
+      }
+    };
+    add(SmoothingForce{}, 1.0f);
+    add(ShapeMemoryForce{}, 1.0f);
+    add(GradientForce{}, image);
+    add(IntensityProfileForce{}, image);
+    add(RegionForce{}, image);
+    const Vec3 move = m.keep * (p - q) + m.dt2 * sum;
+    const Vec3 x = p + move;
+    v.next[i] = with_w(x, 0.0f);
+    // Also false for NaN. Far below overflow, so that squared distances stay finite.
+    if (!(fabsf(x.x) < 1e9f && fabsf(x.y) < 1e9f && fabsf(x.z) < 1e9f)) report(i, m, nb, p, frame);
+  }
+  SIMPLEXSEG_HD void report(int i, const MeshConstants& m, Int4 nb, Vec3 p, Vec4 frame) const {
+    int culprit = static_cast<int>(ForceId::Attraction);
+    float worst = -1.0f;
+    auto weigh = [&]<class F>(F) {
+      if constexpr ((kMask & bit(F::id)) != 0) {
+        const float k = m.forces.weight(F::id);
+        const float size = k > 0.0f ? k * norm(F::displacement(v, m, i, nb, p, frame)) : 0.0f;
+        if (!(size <= worst)) worst = size == size ? size : 1e38f, culprit = static_cast<int>(F::id);
+      }
+    };
+    weigh(SmoothingForce{});
+    weigh(ShapeMemoryForce{});
+    weigh(GradientForce{});
+    weigh(IntensityProfileForce{});
+    weigh(RegionForce{});
+    atomic_min(&v.status->failure, step << 40 | static_cast<unsigned long long>(i) << 8 | static_cast<unsigned>(culprit));
+  }
+};
+
+/// Sum of |x - x-| (mm) over each block of kBlock vertices of each mesh, in a fixed order.
+struct MotionOfBlocks {
+  static constexpr const char* name = "motion";
+  static constexpr int kBlock = kMotionBlock;
+  StepView v;
+  float* sums;
+  int blocks;            ///< for each mesh: of the largest one
+  SIMPLEXSEG_HD void operator()(int index) const {
+    const MeshConstants& m = v.meshes[index / blocks];
+    const int first = (index % blocks) * kBlock, last = first + kBlock < m.vertex_count ? first + kBlock : m.vertex_count;
+    float sum = 0;
+    for (int k = first; k < last; ++k) sum += norm(xyz(v.current[m.first_vertex + k]) - xyz(v.previous[m.first_vertex + k]));
+    sums[index] = sum;
+  }
+};
+
+}  // namespace simplexseg

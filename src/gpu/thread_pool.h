@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <thread>
+#include <vector>
+
+namespace simplexseg {
+
+/// Runs chunks of one job on a few threads, the caller's among them. A worker that the system has not woken in time is
+/// not waited for: the others take its chunks. That is what a window needs, whose threads compete with the drawing
+/// (docs/adr/0004-threads.md). Chunks may run in any order; a job's chunks must not depend on each other.
+class ThreadPool {
+ public:
+  /// `threads` counts the caller: 1 starts none.
+  explicit ThreadPool(int threads);
+  ~ThreadPool();
+  ThreadPool(const ThreadPool&) = delete;
+  ThreadPool& operator=(const ThreadPool&) = delete;
+
+  int threads() const { return static_cast<int>(workers_.size()) + 1; }
+  /// Calls job(0) ... job(chunks - 1) and returns when all have returned. From one thread at a time; jobs must not throw.
+  template <class Job>
+  void run(int chunks, const Job& job) {
+    run_erased(chunks, [](const void* j, int chunk) { (*static_cast<const Job*>(j))(chunk); }, &job);
+  }
+
+ private:
+  using Call = void (*)(const void*, int);
+  void run_erased(int chunks, Call call, const void* job);
+  bool take_one();
+  void work();
+
+  std::vector<std::thread> workers_;
+  // The job at hand. `claims_` is generation << 32 | next chunk: a claim succeeds only while its job is still the one.
+  alignas(64) std::atomic<std::uint64_t> claims_{0};
+  std::atomic<std::uint32_t> chunks_{0};
+  std::atomic<Call> call_{nullptr};
+  std::atomic<const void*> job_{nullptr};
+  alignas(64) std::atomic<std::uint32_t> finished_{0};
+  alignas(64) std::atomic<std::uint32_t> signal_{0};      ///< changes with every job: what sleeping workers wait on
+  std::atomic<int> sleeping_{0};
+  std::atomic<bool> stop_{false};
+};
+
+}  // namespace simplexseg

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// The map of bindings: one table that makes the menus' shortcuts, tells the views what a gesture means, and is the help.
+#pragma once
+#include <Qt>
+#include <optional>
+#include <span>
+
+class QKeyEvent;
+
+namespace simplexseg {
+
+enum class Act {
+  Open, OpenFolder, SaveScene, SaveSceneAs, SaveLabels, SaveMeshes, Screenshot, Quit,
+  Undo, Redo, DeletePoint,
+  ToolCrosshair, ToolZoomPan, ToolPoint, ToolSeed,
+  RunPause, Step, ResetPose,
+  ShowMeshes, LessOpaque, MoreOpaque, Annotations, Slices3d, Neurological, CentreOnCursor, Fit, AutoContrast, WindowLevel,
+  Help, About,
+  CursorLeft, CursorRight, CursorUp, CursorDown, CursorLeft5, CursorRight5, CursorUp5, CursorDown5, NextSlice, PreviousSlice,
+  Cursor, AddPoint, ErasePoint, PickMesh, ContextMenu, Zoom, Pan, WheelSlice, WheelZoom, FollowMouse, Maximise, Rotate
+};
+
+/// Where a binding holds. Those of Everywhere are menu entries.
+enum class Where { Everywhere, Slices, Space };
+enum class Mouse { None, Left, Right, Middle, RightClick, DoubleClick, Wheel, Move };
+
+struct Binding {
+  Act act;
+  Where where;
+  const char* keys;                  ///< as QKeySequence reads them; "" for the mouse
+  Mouse mouse;
+  Qt::KeyboardModifiers modifiers;   ///< of the mouse
+  const char* title;                 ///< of the menu entry
+  const char* does;                  ///< for the help and the tooltip
+};
+std::span<const Binding> bindings();
+
+/// The first binding of `act`; every act has one.
+const Binding& binding_of(Act act);
+/// As the help names it.
+const char* where_name(Where where);
+/// What a press, the wheel or a key means in a view; nothing when it is not bound there.
+std::optional<Act> gesture(Where where, Mouse mouse, Qt::KeyboardModifiers modifiers);
+std::optional<Act> key_in(Where where, const QKeyEvent& event);
+
+}  // namespace simplexseg

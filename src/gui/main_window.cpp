@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+// How the window is put together. What its menu entries do: main_window_actions.cpp.
+#include "gui/main_window.h"
+
+#include <QAction>
+#include <QActionGroup>
+#include <QDockWidget>
+#include <QGridLayout>
+#include <QLabel>
+#include <QMenuBar>
+#include <QStatusBar>
+#include <QToolBar>
+#include <QVBoxLayout>
+
+#include "gui/action_table.h"
+#include "gui/background_job.h"
+#include "gui/file_actions.h"
+#include "gui/force_panel.h"
+#include "gui/frame_loop.h"
+#include "gui/mesh_panel.h"
+#include "gui/message_bar.h"
+#include "gui/point_panel.h"
+#include "gui/simulation_panel.h"
+#include "gui/slice_view.h"
+#include "gui/space_view.h"
+#include "gui/workbench.h"
+
+namespace simplexseg {
+
+MainWindow::MainWindow(std::unique_ptr<Engine> engine)
+    : workbench_(std::make_unique<Workbench>(std::move(engine))), loop_(std::make_unique<FrameLoop>(*workbench_)) {
+  setWindowTitle("SimplexSeg");
+  setAcceptDrops(true);
+  actions_ = new ActionTable(*this);
+  job_ = new BackgroundJob(this);
+  files_ = new FileActions(*workbench_, *job_, *actions_, *this);
+  build_views();
+  connect_actions();
+  build_panels();
+  build_menus();
+  build_toolbar();
+  build_status();
+  connect_messages();
+  refresh_actions();
+  refresh_readout();
+  resize(1280, 800);
+}
+
+// The views give back their OpenGL objects and the panels let go of the workbench before it goes.
+MainWindow::~MainWindow() {
+  delete job_;
+  delete takeCentralWidget();
+  for (QDockWidget* dock : docks_) delete dock;
+}
+
+void MainWindow::build_views() {
+  auto* centre = new QWidget(this);
+  auto* column = new QVBoxLayout(centre);
+  column->setContentsMargins(0, 0, 0, 0);
+  column->setSpacing(0);
+  messages_ = new MessageBar(centre);
+  column->addWidget(messages_);
+  auto* views = new QWidget(centre);
+  view_grid_ = new QGridLayout(views);
+  view_grid_->setContentsMargins(2, 2, 2, 2);
+  view_grid_->setSpacing(3);
+  for (const Orientation orientation : kOrientations) {
+    slices_[static_cast<int>(orientation)] = new SliceView(*workbench_, orientation, views);
+  }
+  space_ = new SpaceView(*workbench_, views);
+  View* const order[] = {slices_[0], slices_[1], slices_[2], space_};
+  for (int n = 0; n < 4; ++n) {
+    view_grid_->addWidget(order[n], n / 2, n % 2);
+    view_grid_->setRowStretch(n / 2, 1);
+    view_grid_->setColumnStretch(n % 2, 1);
+    connect(order[n], &View::maximise_wanted, this, [this, view = order[n]] { maximise(view); });
+  }
+  column->addWidget(views, 1);
+  setCentralWidget(centre);
+}
+
+void MainWindow::build_panels() {
+  const auto add = [&](const QString& title, QWidget* content) {
+    auto* dock = new QDockWidget(title, this);
+    dock->setObjectName(title);
+    dock->setWidget(content);
+    dock->setFeatures(QDockWidget::DockWidgetClosable);
+    addDockWidget(Qt::RightDockWidgetArea, dock);
+    docks_.push_back(dock);
+    return dock;
+  };
+  forces_ = new ForcePanel(*workbench_, this);
+  simulation_ = new SimulationPanel(*workbench_, *loop_, *actions_, this);
+  QDockWidget* meshes = add(tr("Meshes"), new MeshPanel(*workbench_, this));
+  QDockWidget* forces = add(tr("Forces"), forces_);
+  QDockWidget* simulation = add(tr("Simulation"), simulation_);
+  QDockWidget* points = add(tr("Points"), new PointPanel(*workbench_, this));
+  setTabPosition(Qt::RightDockWidgetArea, QTabWidget::North);
+  // The tabs name them already.
+  for (QDockWidget* dock : {forces, simulation, points}) dock->setTitleBarWidget(new QWidget(dock));
+  tabifyDockWidget(forces, simulation);
+  tabifyDockWidget(simulation, points);
+  forces->raise();
+  for (QDockWidget* dock : docks_) dock->widget()->setMinimumWidth(330);
+  resizeDocks({meshes, forces}, {340, 340}, Qt::Horizontal);
+  resizeDocks({meshes, forces}, {230, 480}, Qt::Vertical);
+}
+
+void MainWindow::build_menus() {
+  ActionTable& actions = *actions_;
+  const auto fill = [&](const QString& title, std::initializer_list<std::initializer_list<Act>> groups) {
+    QMenu* menu = menuBar()->addMenu(title);
+    menu->setToolTipsVisible(true);
+    for (const auto& group : groups) {
+      if (!menu->isEmpty()) menu->addSeparator();
+      for (const Act act : group) menu->addAction(actions[act]);
+    }
+    return menu;
+  };
+  fill(tr("&File"), {{Act::Open, Act::OpenFolder},
+                     {Act::SaveScene, Act::SaveSceneAs},
+                     {Act::SaveLabels, Act::SaveMeshes, Act::Screenshot},
+                     {Act::Quit}});
+  fill(tr("&Edit"), {{Act::Undo, Act::Redo}, {Act::DeletePoint}});
+  fill(tr("&Tools"), {{Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolPoint, Act::ToolSeed}, {Act::WindowLevel}});
+  fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::ResetPose}});
+  QMenu* view = fill(tr("&View"), {{Act::CentreOnCursor, Act::Fit, Act::AutoContrast, Act::Neurological},
+                                   {Act::ShowMeshes, Act::Annotations, Act::Slices3d},
+                                   {Act::LessOpaque, Act::MoreOpaque}});
+  view->addSeparator();
+  for (QDockWidget* dock : docks_) view->addAction(dock->toggleViewAction());
+  fill(tr("&Help"), {{Act::Help, Act::About}});
+}
+
+void MainWindow::build_toolbar() {
+  QToolBar* bar = addToolBar(tr("Tools"));
+  bar->setObjectName("tools");
+  bar->setMovable(false);
+  bar->setToolButtonStyle(Qt::ToolButtonTextOnly);
+  bar->setContextMenuPolicy(Qt::PreventContextMenu);
+  auto* group = new QActionGroup(this);
+  for (const Act act : {Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolPoint, Act::ToolSeed}) {
+    group->addAction((*actions_)[act]);
+    bar->addAction((*actions_)[act]);
+  }
+  bar->addSeparator();
+  for (const Act act : {Act::RunPause, Act::Step, Act::ResetPose}) bar->addAction((*actions_)[act]);
+  bar->addSeparator();
+  for (const Act act : {Act::Undo, Act::Redo}) bar->addAction((*actions_)[act]);
+  bar->addSeparator();
+  for (const Act act : {Act::WindowLevel, Act::AutoContrast, Act::Fit}) bar->addAction((*actions_)[act]);
+}
+
+void MainWindow::build_status() {
+  readout_ = new QLabel(this);
+  contrast_ = new QLabel(this);
+  for (QLabel* label : {readout_, contrast_}) label->setContentsMargins(8, 0, 8, 0);
+  readout_->setTextInteractionFlags(Qt::TextSelectableByMouse);
+  statusBar()->addWidget(readout_, 1);
+  statusBar()->addPermanentWidget(contrast_);
+  statusBar()->setSizeGripEnabled(false);
+}
+
+void MainWindow::connect_messages() {
+  connect(workbench_.get(), &Workbench::message, messages_, &MessageBar::show_message);
+  connect(job_, &BackgroundJob::started, messages_, &MessageBar::show_progress);
+  connect(job_, &BackgroundJob::succeeded, messages_, &MessageBar::clear);
+  connect(job_, &BackgroundJob::failed, this, [this](const QString& why) { messages_->show_message(Severity::Failure, why); });
+  connect(workbench_.get(), &Workbench::scene_changed, this, &MainWindow::refresh_actions);
+  connect(workbench_.get(), &Workbench::running_changed, this, &MainWindow::refresh_actions);
+  connect(workbench_.get(), &Workbench::view_changed, this, &MainWindow::refresh_readout);
+  connect(files_, &FileActions::name_changed, this, [this] {
+    const QString name = files_->scene_name();
+    setWindowTitle(name.isEmpty() ? "SimplexSeg" : name + " - SimplexSeg");
+  });
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/simulation_panel.h"
+
+#include <QAction>
+#include <QFormLayout>
+#include <QGridLayout>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QLocale>
+#include <QScrollArea>
+#include <QTimer>
+#include <QToolButton>
+#include <QVBoxLayout>
+#include <algorithm>
+
+#include "gui/action_table.h"
+#include "gui/frame_loop.h"
+#include "gui/parameter_row.h"
+#include "gui/widgets.h"
+#include "gui/workbench.h"
+
+namespace simplexseg {
+
+SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTable& actions, QWidget* parent)
+    : QWidget(parent), workbench_(workbench), loop_(loop) {
+  auto* layout = new QVBoxLayout(this);
+  layout->setContentsMargins(8, 6, 4, 4);
+  auto* buttons = new QHBoxLayout;
+  for (const Act act : {Act::RunPause, Act::Step, Act::ResetPose}) {
+    auto* button = new QToolButton(this);
+    button->setDefaultAction(actions[act]);
+    button->setToolButtonStyle(Qt::ToolButtonTextOnly);
+    button->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+    button->setStyleSheet("QToolButton { background: #343840; } QToolButton:hover { background: #3f454e; }"
+                          "QToolButton:checked { background: #30689f; }");
+    buttons->addWidget(button);
+  }
+  layout->addLayout(buttons);
+
+  auto* status = new QFormLayout;
+  status->setVerticalSpacing(2);
+  status->setHorizontalSpacing(12);
+  const auto add_status = [&](const QString& title, QLabel*& value) {
+    value = new QLabel(this);
+    value->setTextInteractionFlags(Qt::TextSelectableByMouse);
+    auto* label = new QLabel(title, this);
+    label->setStyleSheet("color: #969ca4;");
+    status->addRow(label, value);
+  };
+  add_status(tr("Speed"), speed_);
+  add_status(tr("Vertices"), vertices_);
+  add_status(tr("Motion"), motion_);
+  add_status(tr("Backend"), backend_);
+  backend_->setWordWrap(true);
+  layout->addLayout(status);
+
+  auto* scroll = new QScrollArea(this);
+  scroll->setWidgetResizable(true);
+  scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  auto* content = new QWidget(scroll);
+  auto* grid = new QGridLayout(content);
+  grid->setContentsMargins(0, 4, 6, 0);
+  grid->setVerticalSpacing(3);
+  grid->setColumnStretch(1, 1);
+  const auto table = simulation_table();
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    auto* label = new QLabel(words_of(table[p].name), content);
+    label->setToolTip(QString::fromUtf8(table[p].doc));
+    auto* row = new ParameterRow(table[p], content);
+    connect(row, &ParameterRow::edited, this, [this, p](float value) {
+      if (!workbench_.apply(SetSimulationParameter{static_cast<int>(p), value})) refresh();
+    });
+    grid->addWidget(label, static_cast<int>(p), 0);
+    grid->addWidget(row, static_cast<int>(p), 1);
+    rows_.push_back(row);
+  }
+  grid->setRowStretch(static_cast<int>(table.size()), 1);
+  scroll->setWidget(content);
+  layout->addWidget(scroll, 1);
+
+  connect(&workbench_, &Workbench::scene_changed, this, &SimulationPanel::refresh);
+  connect(&workbench_, &Workbench::running_changed, this, &SimulationPanel::refresh_status);
+  // Numbers that change with every frame cannot be read: five times a second will do.
+  auto* timer = new QTimer(this);
+  timer->setInterval(200);
+  connect(timer, &QTimer::timeout, this, [this] {
+    if (workbench_.running()) refresh_status();
+  });
+  timer->start();
+  refresh();
+}
+
+void SimulationPanel::refresh() {
+  for (std::size_t p = 0; p < rows_.size(); ++p) {
+    rows_[p]->set_value(value_of(workbench_.scene().simulation, static_cast<int>(p)));
+  }
+  refresh_status();
+}
+
+void SimulationPanel::refresh_status() {
+  const QLocale locale = QLocale::c();
+  if (loop_.step_ms() > 0) {
+    speed_->setText(tr("%1 steps/s, %2 ms a step").arg(loop_.steps_per_second(), 0, 'f', 0).arg(loop_.step_ms(), 0, 'g', 3));
+  } else {
+    speed_->setText(tr("not run yet"));
+  }
+  qint64 vertices = 0;
+  for (const MeshItem& item : workbench_.scene().meshes) vertices += item.mesh.vertex_count();
+  vertices_->setText(tr("%1 in %2").arg(locale.toString(vertices),
+                                        workbench_.scene().meshes.size() == 1 ? tr("1 mesh")
+                                            : tr("%1 meshes").arg(workbench_.scene().meshes.size())));
+  const std::vector<float>& moves = workbench_.session().mean_move_mm();
+  const QString state = !workbench_.running() ? tr("paused") : loop_.at_rest() ? tr("at rest") : tr("running");
+  if (moves.empty() || workbench_.session().total_steps() == 0) {
+    motion_->setText(state);
+  } else {
+    motion_->setText(tr("%1 mm a step, %2").arg(*std::max_element(moves.begin(), moves.end()), 0, 'g', 2).arg(state));
+  }
+  backend_->setText(QString::fromStdString(workbench_.session().engine().description()));
+}
+
+}  // namespace simplexseg

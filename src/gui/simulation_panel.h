@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <QWidget>
+#include <vector>
+
+class QLabel;
+class QToolButton;
+
+namespace simplexseg {
+
+class ActionTable;
+class FrameLoop;
+class ParameterRow;
+class Workbench;
+
+/// Run, pause, step, reset; the parameters of the simulation; how fast it goes.
+class SimulationPanel : public QWidget {
+  Q_OBJECT
+ public:
+  SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTable& actions, QWidget* parent);
+  ParameterRow* row(int parameter) const { return rows_[parameter]; }
+
+ private:
+  void refresh();
+  void refresh_status();
+
+  Workbench& workbench_;
+  FrameLoop& loop_;
+  std::vector<ParameterRow*> rows_;
+  QLabel* speed_;
+  QLabel* vertices_;
+  QLabel* motion_;
+  QLabel* backend_;
+};
+
+}  // namespace simplexseg

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/workbench.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+
+namespace simplexseg {
+
+Workbench::Workbench(std::unique_ptr<Engine> engine) : session_(std::move(engine)) {}
+
+void Workbench::open(Scene scene, Volume volume) {
+  session_.open(std::move(scene), std::move(volume));
+  set_running(false);
+  paused_by_user_ = false;
+  mark_saved();
+  const std::vector<MeshItem>& meshes = this->scene().meshes;
+  view.active_mesh = meshes.empty() ? 0 : meshes.front().id;
+  view.selected_point = view.hovered_point = 0;
+  slices.set_volume(session_.volume());
+  if (has_volume()) {
+    const VolumeGeometry& geometry = session_.volume().geometry();
+    view.crosshair_mm = snap_to_voxel(geometry, meshes.empty() ? geometry.centre_mm() : meshes.front().seed.centre_mm);
+    set_automatic_contrast();
+  }
+  emit volume_changed();
+  emit scene_changed();
+  emit view_changed();
+}
+
+bool Workbench::apply(const Command& command, ItemId* added) {
+  ItemId id = 0;
+  try {
+    id = session_.apply(command);
+  } catch (const std::exception& error) {
+    say(Severity::Failure, QString::fromUtf8(error.what()));
+    return false;
+  }
+  if (added) *added = id;
+  if (id != 0 && std::holds_alternative<AddMesh>(command)) view.active_mesh = id;
+  if (id != 0 && std::holds_alternative<AddAttractionPoint>(command)) view.selected_point = id;
+  forget_missing_items();
+  if (std::holds_alternative<AddAttractionPoint>(command) && !running_ && !paused_by_user_) set_running(true);
+  emit scene_changed();
+  emit view_changed();
+  return true;
+}
+
+void Workbench::forget_missing_items() {
+  if (!scene().find_mesh(view.active_mesh)) view.active_mesh = scene().meshes.empty() ? 0 : scene().meshes.front().id;
+  if (!scene().find_point(view.selected_point)) view.selected_point = 0;
+  if (!scene().find_point(view.hovered_point)) view.hovered_point = 0;
+}
+
+void Workbench::report_failure(const Advance& advance) {
+  if (!advance.failure) return;
+  set_running(false);
+  say(Severity::Failure, QString::fromStdString(*advance.failure));
+}
+
+Advance Workbench::advance(double seconds) {
+  Advance done;
+  try {
+    done = session_.advance(seconds);
+  } catch (const std::exception& error) {
+    done.failure = error.what();
+  }
+  report_failure(done);
+  if (done.steps > 0 || done.refined) emit pose_changed();
+  return done;
+}
+
+Advance Workbench::advance_steps(int steps, bool stop_at_rest) {
+  Advance done;
+  try {
+    done = session_.advance_steps(steps, stop_at_rest);
+  } catch (const std::exception& error) {
+    done.failure = error.what();
+  }
+  report_failure(done);
+  if (done.steps > 0 || done.refined) emit pose_changed();
+  return done;
+}
+
+void Workbench::set_running(bool running) {
+  if (running_ == running) return;
+  running_ = running;
+  emit running_changed();
+}
+
+void Workbench::run() {
+  paused_by_user_ = false;
+  set_running(true);
+}
+
+void Workbench::pause() {
+  paused_by_user_ = true;
+  set_running(false);
+}
+
+void Workbench::set_crosshair(const Eigen::Vector3d& world_mm) {
+  if (!has_volume() || !world_mm.allFinite()) return;
+  view.crosshair_mm = snap_to_voxel(session_.volume().geometry(), world_mm);
+  view_edited();
+}
+
+void Workbench::set_active_mesh(ItemId mesh) {
+  if (mesh == view.active_mesh || !scene().find_mesh(mesh)) return;
+  view.active_mesh = mesh;
+  emit scene_changed();
+  emit view_changed();
+}
+
+void Workbench::set_automatic_contrast() {
+  if (!has_volume()) return;
+  const Volume::Range range = contrast_range(session_.volume());
+  view.window = range.max - range.min;
+  view.level = (range.max + range.min) / 2;
+  view_edited();
+}
+
+void Workbench::mark_saved() {
+  saved_log_ = session_.log().size();
+  saved_steps_ = session_.total_steps();
+}
+
+const Surfaces& Workbench::surfaces() {
+  surfaces_.update(session_);
+  return surfaces_;
+}
+
+Volume::Range contrast_range(const Volume& volume) {
+  constexpr std::size_t kSamples = 200000;
+  std::vector<float> values;
+  visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
+    const std::span<const T> voxels = volume.voxels<T>();
+    // An odd stride, so that the samples do not all lie in one column.
+    const std::size_t stride = voxels.size() / kSamples | 1;
+    for (std::size_t n = 0; n < voxels.size(); n += stride) {
+      const float value = static_cast<float>(voxels[n]);
+      if (std::isfinite(value)) values.push_back(value);
+    }
+  });
+  if (values.empty()) return {0, 1};
+  std::sort(values.begin(), values.end());
+  // Air or padding, the lowest value, often fills most of a volume and says nothing of the rest.
+  const auto first = std::upper_bound(values.begin(), values.end(), values.front());
+  const auto count = values.end() - first;
+  const double low = values[values.size() / 100];
+  const double high = count == 0 ? values.back() : *(first + static_cast<std::ptrdiff_t>(0.995 * (count - 1)));
+  return high > low ? Volume::Range{low, high} : Volume::Range{low - 0.5, low + 0.5};
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <QObject>
+#include <QString>
+#include <memory>
+
+#include "core/session.h"
+#include "gui/slice_sampler.h"
+#include "gui/surfaces.h"
+#include "gui/view_state.h"
+
+namespace simplexseg {
+
+enum class Severity { Note, Warning, Failure };
+
+/// What all parts of the window work on: the session, what is looked at, and whether the simulation runs. The signals
+/// tell which of the three has changed; whoever shows it reads it anew. Lives in the main thread.
+class Workbench : public QObject {
+  Q_OBJECT
+ public:
+  explicit Workbench(std::unique_ptr<Engine> engine);
+
+  const Session& session() const { return session_; }
+  const Scene& scene() const { return session_.scene(); }
+  bool has_volume() const { return !session_.volume().empty(); }
+  const MeshItem* active_mesh() const { return scene().find_mesh(view.active_mesh); }
+
+  /// Throws Error as Session::open does. Crosshair, window and level are set to suit the volume.
+  void open(Scene scene, Volume volume);
+  /// Carries out a user action; an Error becomes a message. Returns false then. A point that is placed starts the
+  /// simulation unless the user has paused it. `added`: id of the item that the command added.
+  bool apply(const Command& command, ItemId* added = nullptr);
+  /// Steps (Session::advance); a failure pauses and becomes a message.
+  Advance advance(double seconds);
+  Advance advance_steps(int steps, bool stop_at_rest = false);
+
+  bool running() const { return running_; }
+  void run();
+  /// By the user: a point that is placed does not start it again.
+  void pause();
+
+  /// Edit it, then call view_edited().
+  ViewState view;
+  void view_edited() { emit view_changed(); }
+  /// Snapped to a voxel centre where voxels run along the patient's axes; clamped to the volume.
+  void set_crosshair(const Eigen::Vector3d& world_mm);
+  void set_active_mesh(ItemId mesh);
+  void set_automatic_contrast();
+
+  /// Something would be lost by leaving.
+  bool has_unsaved_changes() const { return saved_log_ != session_.log().size() || saved_steps_ != session_.total_steps(); }
+  void mark_saved();
+  void say(Severity severity, const QString& text) { emit message(severity, text); }
+
+  SliceImages slices;
+  /// Surfaces in the session's present pose.
+  const Surfaces& surfaces();
+
+ signals:
+  void scene_changed();                      ///< meshes, points, parameters, undo history; poses too
+  void pose_changed();                       ///< poses only
+  void view_changed();
+  void volume_changed();
+  void running_changed();
+  void message(simplexseg::Severity severity, const QString& text);
+
+ private:
+  void forget_missing_items();
+  void report_failure(const Advance& advance);
+  void set_running(bool running);
+
+  Session session_;
+  Surfaces surfaces_;
+  bool running_ = false;
+  bool paused_by_user_ = false;
+  std::size_t saved_log_ = 0;
+  std::int64_t saved_steps_ = 0;
+};
+
+/// Low and high intensity between which nearly all voxels that differ from the background lie.
+Volume::Range contrast_range(const Volume& volume);
+
+}  // namespace simplexseg

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/files.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cctype>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+
+namespace simplexseg {
+
+namespace fs = std::filesystem;
+
+std::string one_line(const std::string& text, std::size_t limit) {
+  std::string line;
+  for (unsigned char c : text) {
+    if (c < 0x20 || c == 0x7f) c = ' ';
+    if (c == ' ' && (line.empty() || line.back() == ' ')) continue;
+    line += static_cast<char>(c);
+  }
+  if (!line.empty() && line.back() == ' ') line.pop_back();
+  if (line.size() > limit) line = line.substr(0, limit) + " ...";
+  return line;
+}
+
+std::string quoted(const fs::path& path) {
+  std::string text(1, '\'');   // += rather than +: g++ 12 warns without reason (-Wrestrict) about "'" + text
+  text += one_line(path.string(), 1000);
+  text += '\'';
+  return text;
+}
+
+std::string in_words(double bytes) {
+  const char* const units[] = {"bytes", "kB", "MB", "GB", "TB", "PB", "EB"};
+  int unit = 0;
+  for (; bytes >= 1000 && unit < 6; ++unit) bytes /= 1000;
+  char text[64];
+  std::snprintf(text, sizeof text, unit == 0 ? "%.0f %s" : "%.1f %s", bytes, units[unit]);
+  return text;
+}
+
+std::string extension_of(const fs::path& path) {
+  std::string extension = path.extension().string();
+  if (extension == ".gz" || extension == ".GZ") extension = path.stem().extension().string() + extension;
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+void require_file(const fs::path& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) throw Error("cannot read " + quoted(path), "there is no such file", "check the path");
+  if (!fs::is_regular_file(status)) throw Error("cannot read " + quoted(path), "it is not a file", "name a file");
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) throw Error("cannot read " + quoted(path), std::strerror(errno), "check its permissions");
+  if (fs::file_size(path, error) == 0) {
+    throw Error("cannot read " + quoted(path), "the file is empty", "copy or export it again");
+  }
+}
+
+AtomicFile::AtomicFile(const fs::path& target) : target_(target) {
+  std::error_code error;
+  // A link is kept, and what it names is replaced.
+  if (fs::is_symlink(target_, error)) {
+    const fs::path resolved = fs::weakly_canonical(target_, error);
+    if (!error) target_ = resolved;
+  }
+  const fs::path folder = target_.has_parent_path() ? target_.parent_path() : fs::path(".");
+  if (!fs::is_directory(folder, error)) {
+    throw Error("cannot write " + quoted(target), "the folder " + quoted(folder) + " does not exist", "create it first");
+  }
+  if (fs::is_directory(target_, error)) {
+    throw Error("cannot write " + quoted(target), "it is a folder", "name a file");
+  }
+  static std::atomic<unsigned> counter{0};
+  temporary_ = folder / (".simplexseg-" + std::to_string(::getpid()) + "-" + std::to_string(counter++) +
+                         extension_of(target_));
+}
+
+AtomicFile::~AtomicFile() {
+  std::error_code error;
+  if (!committed_) fs::remove(temporary_, error);
+}
+
+void AtomicFile::commit() {
+  // Renaming a file whose bytes are still in flight could leave an empty one after a power cut.
+  const int descriptor = ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) throw failed(std::strerror(errno));
+  const int result = ::fsync(descriptor);
+  const int reason = errno;
+  ::close(descriptor);
+  if (result != 0 && reason != EINVAL && reason != ENOTSUP) throw failed(std::strerror(reason));
+  std::error_code error;
+  fs::rename(temporary_, target_, error);
+  if (error) throw failed(error.message());
+  committed_ = true;
+}
+
+Error AtomicFile::failed(const std::string& why) const {
+  return Error("cannot write " + quoted(target_), one_line(why), "check the permissions and the space left on the disk");
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <filesystem>
+#include <string>
+
+#include "core/error.h"
+
+namespace simplexseg {
+
+/// The name of a file for a message: quoted, control characters replaced, so that a message stays one line.
+std::string quoted(const std::filesystem::path& path);
+/// The same for a path kept as text; without it std::quoted would be the better match.
+inline std::string quoted(const std::string& path) { return quoted(std::filesystem::path(path)); }
+/// Line breaks, tabs and runs of blanks become one blank each; cut after `limit` characters.
+std::string one_line(const std::string& text, std::size_t limit = 300);
+/// "17.2 GB": for messages.
+std::string in_words(double bytes);
+
+/// Lower-case extension from the last dot on, ".nii.gz"-like pairs whole; "" when there is none.
+std::string extension_of(const std::filesystem::path& path);
+
+/// Throws Error when `path` is no regular file, cannot be opened, or has no bytes.
+void require_file(const std::filesystem::path& path);
+
+/// A file written beside its target and renamed when whole; taken away again when commit() is not reached.
+class AtomicFile {
+ public:
+  /// Throws Error when the folder of `target` does not exist or `target` is a folder.
+  explicit AtomicFile(const std::filesystem::path& target);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  /// Where to write: same folder, same extension.
+  const std::filesystem::path& temporary() const { return temporary_; }
+  /// Throws Error when the file cannot be brought to the disk or renamed.
+  void commit();
+  /// The Error for a write that failed (full disk, no permission).
+  Error failed(const std::string& why) const;
+
+ private:
+  std::filesystem::path target_, temporary_;
+  bool committed_ = false;
+};
+
+}  // namespace simplexseg

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/itk_quiet.h"
+
+#include <fcntl.h>
+#include <gdcmTrace.h>
+#include <itkMacro.h>
+#include <itkOutputWindow.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <csetjmp>
+#include <cstdio>
+#include <cstdlib>
+#include <iostream>
+#include <mutex>
+
+#include "io/files.h"
+
+namespace simplexseg {
+namespace {
+
+class SilentWindow : public itk::OutputWindow {
+ public:
+  using Self = SilentWindow;
+  using Superclass = itk::OutputWindow;
+  using Pointer = itk::SmartPointer<Self>;
+  itkFactorylessNewMacro(Self);
+  itkTypeMacro(SilentWindow, OutputWindow);
+  void DisplayText(const char*) override {}
+
+ protected:
+  SilentWindow() = default;
+};
+
+std::recursive_mutex mutex;
+int depth = 0;
+int kept_stderr = -1;
+int caught = -1;   // a file in memory that stands for stderr
+
+thread_local std::jmp_buf* armed = nullptr;
+thread_local char broken_assertion[200];
+
+}  // namespace
+
+QuietLibraries::QuietLibraries() {
+  mutex.lock();
+  if (depth++ > 0) {
+    begin_ = caught < 0 ? 0 : ::lseek(caught, 0, SEEK_END);
+    return;
+  }
+  begin_ = 0;
+  itk::Object::GlobalWarningDisplayOff();
+  itk::OutputWindow::SetInstance(SilentWindow::New());
+  gdcm::Trace::DebugOff();
+  gdcm::Trace::WarningOff();
+  gdcm::Trace::ErrorOff();
+  std::fflush(stderr);
+  kept_stderr = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3);
+  caught = ::memfd_create("stderr", MFD_CLOEXEC);
+  if (caught < 0) caught = ::open("/dev/null", O_RDWR | O_CLOEXEC);
+  if (kept_stderr >= 0 && caught >= 0) ::dup2(caught, STDERR_FILENO);
+}
+
+QuietLibraries::~QuietLibraries() {
+  if (--depth == 0) {
+    std::fflush(stderr);
+    std::cerr.flush();
+    if (kept_stderr >= 0) {
+      ::dup2(kept_stderr, STDERR_FILENO);
+      ::close(kept_stderr);
+    }
+    if (caught >= 0) ::close(caught);
+    kept_stderr = caught = -1;
+  }
+  mutex.unlock();
+}
+
+std::string QuietLibraries::said() const {
+  std::fflush(stderr);
+  std::cerr.flush();
+  std::string text(4096, '\0');
+  const ssize_t size = caught < 0 ? 0 : ::pread(caught, text.data(), text.size(), begin_);
+  text.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
+  return text;
+}
+
+void without_aborting(const std::function<void()>& f) {
+  std::jmp_buf here;
+  std::jmp_buf* const before = armed;
+  if (setjmp(here) != 0) {
+    armed = before;
+    throw std::runtime_error(std::string("it is damaged (") + broken_assertion + ")");
+  }
+  armed = &here;
+  try {
+    f();
+  } catch (...) {
+    armed = before;
+    throw;
+  }
+  armed = before;
+}
+
+std::string plain_words(const std::exception& exception) {
+  std::string text = exception.what();
+  if (const auto* itk_exception = dynamic_cast<const itk::ExceptionObject*>(&exception)) {
+    text = itk_exception->GetDescription();
+  }
+  // "ITK ERROR: NrrdImageIO(0x55e0c8): Read: Error reading ..." begins with what only a programmer wants.
+  const std::size_t object = text.find("(0x");
+  if (text.starts_with("ITK ERROR: ") || text.starts_with("itk::ERROR: ")) {
+    text.erase(0, text.find(": ") + 2);
+    if (object != std::string::npos) {
+      const std::size_t end = text.find("): ");
+      if (end != std::string::npos) text.erase(0, end + 3);
+    }
+  }
+  // Teem's are a stack of "[nrrd] function: reason", the innermost reason last.
+  if (const std::size_t last = text.rfind("[nrrd] "); last != std::string::npos) {
+    const std::size_t colon = text.find(": ", last);
+    if (colon != std::string::npos) text.erase(0, colon + 2);
+  }
+  std::string line = one_line(text);
+  while (!line.empty() && (line.back() == '.' || line.back() == ' ')) line.pop_back();
+  return line.empty() ? "the file cannot be understood" : line;
+}
+
+}  // namespace simplexseg
+
+/// glibc's, in front of which this one comes for the shared libraries too: see without_aborting().
+extern "C" [[noreturn]] void __assert_fail(const char* assertion, const char* file, unsigned line,
+                                           const char* function) noexcept {
+  using simplexseg::armed;
+  if (armed) {
+    std::snprintf(simplexseg::broken_assertion, sizeof simplexseg::broken_assertion, "broken assumption: %s", assertion);
+    std::longjmp(*armed, 1);
+  }
+  std::fprintf(stderr, "%s:%u: %s: Assertion `%s' failed.\n", file, line, function ? function : "?", assertion);
+  std::abort();
+}

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <exception>
+#include <functional>
+#include <string>
+
+namespace simplexseg {
+
+/// While one lives, nothing that ITK, GDCM or the libraries below them print reaches the program's output (their C
+/// parts write to stderr, so that is turned off). One thread at a time holds it, hence loads in several threads follow
+/// each other; the same thread may nest it.
+class QuietLibraries {
+ public:
+  QuietLibraries();
+  ~QuietLibraries();
+  QuietLibraries(const QuietLibraries&) = delete;
+  QuietLibraries& operator=(const QuietLibraries&) = delete;
+
+  /// What was written to stderr since this one was made: some libraries say only there that they failed.
+  std::string said() const;
+
+ private:
+  long begin_;
+};
+
+/// Calls f. Debian builds GDCM with its assertions, and a damaged file can break one, which would end the program; here
+/// it is thrown as std::runtime_error instead (what GDCM held is leaked: its frames are left by longjmp).
+void without_aborting(const std::function<void()>& f);
+
+/// What an exception of ITK says, without its source lines and class names; one line.
+std::string plain_words(const std::exception& exception);
+
+}  // namespace simplexseg

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/json_input.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/error.h"
+#include "io/files.h"
+#include "io/parameter_text.h"
+
+namespace simplexseg {
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+const json& json_of(const void* node) { return *static_cast<const json*>(node); }
+
+/// "line 3, column 14" of a byte, counted from 1.
+std::string place_of(const std::string& text, std::size_t byte) {
+  const std::size_t end = std::min(byte > 0 ? byte - 1 : 0, text.size());
+  const auto line = std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end), '\n') + 1;
+  const std::size_t start = end == 0 ? std::string::npos : text.rfind('\n', end - 1);
+  const std::size_t column = start == std::string::npos ? end + 1 : end - start;
+  return "line " + std::to_string(line) + ", column " + std::to_string(column);
+}
+
+/// The reason in a message of the JSON library, without its own prefix and place.
+std::string reason_of(const std::string& message) {
+  const std::size_t at = message.find(": ");
+  return one_line(at == std::string::npos ? message : message.substr(at + 2));
+}
+
+/// Remembers the keys of the objects that are open, to find one that comes twice.
+class DuplicateFinder {
+ public:
+  bool operator()(int depth, json::parse_event_t event, json& value) {
+    if (event == json::parse_event_t::object_start) open_.resize(static_cast<std::size_t>(depth) + 1), open_.back().clear();
+    if (event == json::parse_event_t::key) {
+      open_.resize(static_cast<std::size_t>(depth));
+      const std::string& key = value.get_ref<const std::string&>();
+      if (!open_.back().insert(key).second && first_.empty()) first_ = key;
+    }
+    return true;
+  }
+  const std::string& first() const { return first_; }
+
+ private:
+  std::vector<std::set<std::string>> open_;
+  std::string first_;
+};
+
+}  // namespace
+
+struct JsonInput::Document {
+  std::string file;
+  json root;
+};
+
+JsonInput::JsonInput(std::shared_ptr<const Document> document, const void* node, std::string where)
+    : document_(std::move(document)), node_(node), where_(std::move(where)) {}
+
+JsonInput JsonInput::open(const fs::path& path, const std::string& kind) {
+  const std::string bytes = read_bytes(path);
+  if (std::all_of(bytes.begin(), bytes.end(), [](unsigned char c) { return std::isspace(c); })) {
+    throw Error("cannot read " + quoted(path), "the file is empty", "name a " + kind + " file");
+  }
+  auto document = std::make_shared<Document>();
+  document->file = quoted(path);
+  DuplicateFinder duplicates;
+  try {
+    document->root = json::parse(bytes, std::ref(duplicates));
+  } catch (const json::parse_error& error) {
+    throw Error(quoted(path) + ", " + place_of(bytes, error.byte), "not a " + kind + " file: " + reason_of(error.what()),
+                "correct the file; numbers must be finite");
+  } catch (const json::exception& error) {
+    throw Error(quoted(path), "not a " + kind + " file: " + reason_of(error.what()), "correct the file; numbers must be finite");
+  }
+  if (!duplicates.first().empty()) {
+    throw Error(quoted(path), "the key '" + duplicates.first() + "' comes twice in one object", "delete one of the two");
+  }
+  const void* root = &document->root;
+  return JsonInput(std::move(document), root, "");
+}
+
+JsonInput JsonInput::child(const void* node, const std::string& step) const {
+  return JsonInput(document_, node, where_.empty() && step[0] == '.' ? step.substr(1) : where_ + step);
+}
+
+void JsonInput::refuse(const std::string& why, const std::string& what_to_do) const {
+  throw Error(document_->file + (where_.empty() ? "" : ": " + where_), why, what_to_do);
+}
+
+void JsonInput::expect_object() const {
+  if (!json_of(node_).is_object()) refuse(std::string("a ") + json_of(node_).type_name() + " stands here", "write an object {...}");
+}
+
+void JsonInput::expect_array() const {
+  if (!json_of(node_).is_array()) refuse(std::string("a ") + json_of(node_).type_name() + " stands here", "write a list [...]");
+}
+
+void JsonInput::expect_keys(const std::vector<std::string>& known) const {
+  for (const std::string& key : keys()) {
+    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+    refuse("the key " + unknown_name(key, known), "correct or delete it");
+  }
+}
+
+bool JsonInput::has(const std::string& key) const {
+  expect_object();
+  return json_of(node_).contains(key);
+}
+
+JsonInput JsonInput::operator[](const std::string& key) const {
+  if (!has(key)) refuse("the key '" + key + "' is missing", "add it");
+  return child(&json_of(node_).at(key), "." + key);
+}
+
+std::vector<std::string> JsonInput::keys() const {
+  expect_object();
+  std::vector<std::string> names;
+  for (const auto& entry : json_of(node_).items()) names.push_back(entry.key());
+  return names;
+}
+
+int JsonInput::size() const {
+  expect_array();
+  return static_cast<int>(json_of(node_).size());
+}
+
+JsonInput JsonInput::operator[](int index) const {
+  expect_array();
+  return child(&json_of(node_).at(static_cast<std::size_t>(index)), std::string("[").append(std::to_string(index)).append("]"));
+}
+
+double JsonInput::number() const {
+  if (!json_of(node_).is_number()) refuse(std::string("a ") + json_of(node_).type_name() + " stands here", "write a finite number");
+  const double value = json_of(node_).get<double>();
+  if (!std::isfinite(value)) refuse("not a finite number", "write a finite number");
+  return value;
+}
+
+double JsonInput::number_between(double minimum, double maximum) const {
+  const double value = number();
+  if (!(value >= minimum && value <= maximum)) {
+    refuse(json(value).dump() + " is out of range", "give a value from " + json(minimum).dump() + " to " + json(maximum).dump());
+  }
+  return value;
+}
+
+int JsonInput::integer_between(int minimum, int maximum) const {
+  const double value = number();
+  if (value != std::floor(value) || value < minimum || value > maximum) {
+    refuse(json_of(node_).dump() + " stands here",
+           "give a whole number from " + std::to_string(minimum) + " to " + std::to_string(maximum));
+  }
+  return static_cast<int>(value);
+}
+
+bool JsonInput::boolean() const {
+  if (!json_of(node_).is_boolean()) refuse(std::string("a ") + json_of(node_).type_name() + " stands here", "write true or false");
+  return json_of(node_).get<bool>();
+}
+
+std::string JsonInput::text_or_empty() const {
+  if (!json_of(node_).is_string()) refuse(std::string("a ") + json_of(node_).type_name() + " stands here", "write a text in quotes");
+  const std::string value = json_of(node_).get<std::string>();
+  if (value.find('\0') != std::string::npos) refuse("the text holds a zero byte", "delete it");
+  return value;
+}
+
+std::string JsonInput::text() const {
+  std::string value = text_or_empty();
+  if (value.empty()) refuse("the text is empty", "write something or delete the key");
+  return value;
+}
+
+Eigen::Vector3d JsonInput::vector3() const {
+  if (size() != 3) refuse(std::to_string(size()) + " numbers stand here", "write three: [x, y, z]");
+  return {(*this)[0].number(), (*this)[1].number(), (*this)[2].number()};
+}
+
+float JsonInput::parameter(const ParameterInfo& info) const {
+  const std::string place = document_->file + ": " + where_;
+  return info.kind == ParameterKind::Choice ? choice_from_text(place, info, text())
+                                            : checked_parameter(place, info, number());
+}
+
+std::string read_bytes(const fs::path& path) {
+  require_file(path);
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  if (file.bad()) throw Error("cannot read " + quoted(path), "the disk gives an error", "copy the file again");
+  return bytes;
+}
+
+void write_bytes(const AtomicFile& file, const std::string& bytes) {
+  std::ofstream stream(file.temporary(), std::ios::binary | std::ios::trunc);
+  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  if (!stream) throw file.failed("the bytes could not be written");
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <type_traits>
+
+#include "core/error.h"
+#include "io/files.h"
+#include "io/json_input.h"
+#include "io/json_output.h"
+#include "io/parameter_text.h"
+#include "io/scene_io.h"
+
+namespace simplexseg {
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+constexpr int kMaxInt = std::numeric_limits<int>::max();
+
+// One pair for each command, to and from its JSON object. `reader` has the keys "after_steps" and "command" besides.
+
+Json vector_json(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+Json colour_json(const Colour& c) { return Json::array({c.red, c.green, c.blue}); }
+
+Colour read_colour(const JsonInput& input) {
+  if (input.size() != 3) input.refuse("a colour has three numbers", "write [red, green, blue]");
+  const auto channel = [&input](int c) { return static_cast<std::uint8_t>(input[c].integer_between(0, 255)); };
+  return {channel(0), channel(1), channel(2)};
+}
+
+void expect_keys(const JsonInput& input, std::vector<std::string> known) {
+  known.insert(known.end(), {"after_steps", "command"});
+  input.expect_keys(known);
+}
+
+ItemId read_id(const JsonInput& input) { return static_cast<ItemId>(input.integer_between(0, kMaxInt)); }
+
+const ForceInfo& info_of(ForceId force) { return force_list()[static_cast<std::size_t>(force)]; }
+
+Json body(const AddMesh& c) {
+  Json json = {{"name", c.name}, {"centre_mm", vector_json(c.seed.centre_mm)}, {"radius_mm", c.seed.radius_mm}};
+  if (c.colour) json["colour"] = colour_json(*c.colour);
+  if (c.like) json["like"] = c.like;
+  return json;
+}
+void take(const JsonInput& in, AddMesh& c) {
+  expect_keys(in, {"name", "centre_mm", "radius_mm", "colour", "like"});
+  if (in.has("name")) c.name = in["name"].text_or_empty();
+  c.seed = {in["centre_mm"].vector3(), in["radius_mm"].number()};
+  if (in.has("colour")) c.colour = read_colour(in["colour"]);
+  if (in.has("like")) c.like = read_id(in["like"]);
+}
+
+Json body(const EditMesh& c) {
+  Json json = {{"mesh", c.mesh}};
+  if (c.name) json["name"] = *c.name;
+  if (c.colour) json["colour"] = colour_json(*c.colour);
+  if (c.visible) json["visible"] = *c.visible;
+  if (c.label) json["label"] = *c.label;
+  return json;
+}
+void take(const JsonInput& in, EditMesh& c) {
+  expect_keys(in, {"mesh", "name", "colour", "visible", "label"});
+  c.mesh = read_id(in["mesh"]);
+  if (in.has("name")) c.name = in["name"].text_or_empty();
+  if (in.has("colour")) c.colour = read_colour(in["colour"]);
+  if (in.has("visible")) c.visible = in["visible"].boolean();
+  if (in.has("label")) c.label = in["label"].integer_between(std::numeric_limits<int>::min(), kMaxInt);
+}
+
+/// Reads "parameter" and "value" against a table. 
+void take_value(const JsonInput& in, std::span<const ParameterInfo> table, int& parameter, float& value) {
+  const std::string name = in["parameter"].text();
+  parameter = find_parameter(table, name.c_str());
+  if (parameter < 0) in["parameter"].refuse("the parameter " + unknown_name(name, names_of(table)), "correct it");
+  value = in["value"].parameter(table[static_cast<std::size_t>(parameter)]);
+}
+Json value_json(const ParameterInfo& info, float value) {
+  Json holder;
+  put_parameter(holder, info, value);
+  return holder[info.name];
+}
+
+Json body(const SetForceParameter& c) {
+  const ForceInfo& force = info_of(c.force);
+  const ParameterInfo& info = force.parameters[static_cast<std::size_t>(c.parameter)];
+  return {{"mesh", c.mesh}, {"force", force.name}, {"parameter", info.name}, {"value", value_json(info, c.value)}};
+}
+void take(const JsonInput& in, SetForceParameter& c) {
+  expect_keys(in, {"mesh", "force", "parameter", "value"});
+  c.mesh = read_id(in["mesh"]);
+  const std::string name = in["force"].text();
+  const ForceInfo* const force = find_force(name.c_str());
+  if (!force) in["force"].refuse("the force " + unknown_name(name, names_of(force_list())), "correct it");
+  c.force = force->id;
+  take_value(in, force->parameters, c.parameter, c.value);
+}
+
+Json body(const SetSimulationParameter& c) {
+  const ParameterInfo& info = simulation_table()[static_cast<std::size_t>(c.parameter)];
+  return {{"parameter", info.name}, {"value", value_json(info, c.value)}};
+}
+void take(const JsonInput& in, SetSimulationParameter& c) {
+  expect_keys(in, {"parameter", "value"});
+  take_value(in, simulation_table(), c.parameter, c.value);
+}
+
+Json body(const AddAttractionPoint& c) { return {{"mesh", c.mesh}, {"position_mm", vector_json(c.position_mm)}}; }
+void take(const JsonInput& in, AddAttractionPoint& c) {
+  expect_keys(in, {"mesh", "position_mm"});
+  c = {read_id(in["mesh"]), in["position_mm"].vector3()};
+}
+
+Json body(const MoveAttractionPoint& c) {
+  Json json = {{"point", c.point}, {"position_mm", vector_json(c.position_mm)}};
+  if (c.continues) json["continues"] = true;
+  return json;
+}
+void take(const JsonInput& in, MoveAttractionPoint& c) {
+  expect_keys(in, {"point", "position_mm", "continues"});
+  c = {read_id(in["point"]), in["position_mm"].vector3(), in.has("continues") && in["continues"].boolean()};
+}
+
+Json body(const DeleteAttractionPoint& c) { return {{"point", c.point}}; }
+void take(const JsonInput& in, DeleteAttractionPoint& c) {
+  expect_keys(in, {"point"});
+  c.point = read_id(in["point"]);
+}
+
+template <class C>
+concept OfOneMesh = std::is_same_v<C, DeleteMesh> || std::is_same_v<C, ResetPose> || std::is_same_v<C, RecordProfiles> ||
+                    std::is_same_v<C, RefineMesh>;
+Json body(const OfOneMesh auto& c) { return {{"mesh", c.mesh}}; }
+void take(const JsonInput& in, OfOneMesh auto& c) {
+  expect_keys(in, {"mesh"});
+  c.mesh = read_id(in["mesh"]);
+}
+
+template <class C>
+concept Bare = std::is_empty_v<C>;
+Json body(const Bare auto&) { return Json::object(); }
+void take(const JsonInput& in, Bare auto&) { expect_keys(in, {}); }
+
+/// Names in the file, in the order of the variant.
+const std::vector<std::string> kNames = {
+    "add_mesh",   "delete_mesh",  "edit_mesh",    "set_force_parameter", "set_simulation_parameter", "add_point",
+    "move_point", "delete_point", "reset_pose",   "record_profiles",     "refine_mesh",              "undo",
+    "redo"};
+
+template <std::size_t I = 0>
+Command read_command(const JsonInput& input, std::size_t wanted) {
+  if constexpr (I + 1 < std::variant_size_v<Command>) {
+    if (wanted != I) return read_command<I + 1>(input, wanted);
+  }
+  std::variant_alternative_t<I, Command> command{};
+  take(input, command);
+  return command;
+}
+
+}  // namespace
+
+void write_log(const fs::path& path, const std::vector<LogEntry>& log, int trailing_steps, const std::string& scene) {
+  AtomicFile file(path);
+  Json json = {{"simplexseg_log", 1}};
+  if (!scene.empty()) json["scene"] = scene;
+  json["entries"] = Json::array();
+  for (const LogEntry& entry : log) {
+    Json line = {{"after_steps", entry.steps}, {"command", kNames.at(entry.command.index())}};
+    line.update(std::visit([](const auto& command) { return body(command); }, entry.command));
+    json["entries"].push_back(std::move(line));
+  }
+  json["trailing_steps"] = trailing_steps;
+  write_bytes(file, json_text(path, json));
+  file.commit();
+}
+
+LogFile read_log(const fs::path& path) {
+  const JsonInput input = JsonInput::open(path, "log");
+  if (!input.has("simplexseg_log")) input.refuse("this is no log: the key 'simplexseg_log' is missing", "name a log file");
+  input["simplexseg_log"].integer_between(1, 1);
+  input.expect_keys({"simplexseg_log", "scene", "entries", "trailing_steps"});
+  LogFile file{};
+  if (input.has("scene")) file.scene = input["scene"].text();
+  const JsonInput entries = input["entries"];
+  for (int e = 0; e < entries.size(); ++e) {
+    const JsonInput entry = entries[e];
+    const std::string name = entry["command"].text();
+    const auto found = std::find(kNames.begin(), kNames.end(), name);
+    if (found == kNames.end()) entry["command"].refuse("the command " + unknown_name(name, kNames), "correct it");
+    file.log.push_back({entry["after_steps"].integer_between(0, kMaxInt),
+                        read_command(entry, static_cast<std::size_t>(found - kNames.begin()))});
+  }
+  file.trailing_steps = input["trailing_steps"].integer_between(0, kMaxInt);
+  return file;
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: Apache-2.0
+// PLY: http://paulbourke.net/dataformats/ply/
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <sstream>
+#include <vector>
+
+#include "io/files.h"
+#include "io/mesh_formats.h"
+
+namespace simplexseg {
+
+static_assert(std::endian::native == std::endian::little, "the writers store the machine's own byte order");
+
+namespace {
+
+enum class Number { Int8, UInt8, Int16, UInt16, Int32, UInt32, Float32, Float64 };
+
+std::optional<Number> number_named(const std::string& name) {
+  const char* const names[8][2] = {{"char", "int8"},  {"uchar", "uint8"}, {"short", "int16"},   {"ushort", "uint16"},
+                                   {"int", "int32"},  {"uint", "uint32"}, {"float", "float32"}, {"double", "float64"}};
+  for (int i = 0; i < 8; ++i) {
+    if (name == names[i][0] || name == names[i][1]) return static_cast<Number>(i);
+  }
+  return {};
+}
+
+struct Property {
+  std::string name;
+  Number type = Number::Float32;
+  std::optional<Number> count_type;   ///< of a list
+};
+
+struct Element {
+  std::string name;
+  std::uint64_t count = 0;
+  std::vector<Property> properties;
+};
+
+class PlyReader {
+ public:
+  PlyReader(const std::string& bytes, const std::string& name) : bytes_(bytes), name_(name) { read_header(); }
+
+  const std::vector<Element>& elements() const { return elements_; }
+
+  /// The next number of the body.
+  double number(Number type) {
+    switch (type) {
+      case Number::Int8: return value<std::int8_t>();
+      case Number::UInt8: return value<std::uint8_t>();
+      case Number::Int16: return value<std::int16_t>();
+      case Number::UInt16: return value<std::uint16_t>();
+      case Number::Int32: return value<std::int32_t>();
+      case Number::UInt32: return value<std::uint32_t>();
+      case Number::Float32: return value<float>();
+      case Number::Float64: break;
+    }
+    return value<double>();
+  }
+
+  /// The same as an index or count below `limit`.
+  int index(Number type, double limit) {
+    const double number = this->number(type);
+    if (!(number >= 0 && number < limit)) refuse("the index or count " + std::to_string(number) + " is out of range");
+    return static_cast<int>(number);
+  }
+
+  [[noreturn]] void refuse(const std::string& why) const {
+    throw Error("cannot read " + name_, one_line(why), "save the mesh again from the program that made it");
+  }
+
+ private:
+  std::string line() {
+    const std::size_t end = bytes_.find('\n', at_);
+    if (end == std::string::npos || end - at_ > 4096) refuse("it has no PLY header");
+    std::string text = bytes_.substr(at_, end - at_);
+    at_ = end + 1;
+    if (!text.empty() && text.back() == '\r') text.pop_back();
+    return text;
+  }
+
+  void read_header() {
+    if (line() != "ply") refuse("it is not a PLY file");
+    bool has_format = false;
+    for (std::string text = line(); text != "end_header"; text = line()) {
+      std::istringstream words(text);
+      std::string word, first, second, third;
+      words >> word >> first;
+      if (word == "format") {
+        has_format = true;
+        ascii_ = first == "ascii";
+        swapped_ = first == "binary_big_endian";
+        if (!ascii_ && !swapped_ && first != "binary_little_endian") refuse("its format '" + first + "' is not known");
+      } else if (word == "comment" && first == "frame") {
+        words >> second;
+        if (!second.starts_with("LPS")) refuse("it is in the frame '" + second + "' instead of LPS");
+      } else if (word == "element") {
+        Element element;
+        element.name = first;
+        if (!(words >> element.count)) refuse("its header has an element without a count");
+        elements_.push_back(element);
+      } else if (word == "property") {
+        Property property;
+        std::optional<Number> type = number_named(first);
+        if (first == "list") {
+          words >> second >> third;
+          property.count_type = number_named(second);
+          type = number_named(third);
+          if (!property.count_type) refuse("its header has a list of a type that is not known");
+        }
+        if (!type || !(words >> property.name) || elements_.empty()) {
+          refuse("its header has a property that is not known: '" + text + "'");
+        }
+        property.type = *type;
+        elements_.back().properties.push_back(property);
+      }
+    }
+    if (!has_format) refuse("its header has no format");
+  }
+
+  template <class T>
+  T value() {
+    if (ascii_) {
+      while (at_ < bytes_.size() && std::strchr(" \t\r\n", bytes_[at_])) ++at_;
+      double number = 0;
+      const char* const begin = bytes_.data() + at_;
+      const auto [end, error] = std::from_chars(begin, bytes_.data() + bytes_.size(), number);
+      if (end == begin) refuse(at_ == bytes_.size() ? "truncated: it ends within its elements" : "it has text for a number");
+      at_ += static_cast<std::size_t>(end - begin);
+      if constexpr (std::is_integral_v<T>) {
+        if (!(number >= double(std::numeric_limits<T>::min()) && number <= double(std::numeric_limits<T>::max()))) {
+          refuse("a number is out of its type's range");
+        }
+      }
+      return static_cast<T>(number);
+    }
+    if (bytes_.size() - at_ < sizeof(T)) refuse("truncated: it ends within its elements");
+    std::array<char, sizeof(T)> raw;
+    std::memcpy(raw.data(), bytes_.data() + at_, sizeof(T));
+    at_ += sizeof(T);
+    if (swapped_) std::reverse(raw.begin(), raw.end());
+    return std::bit_cast<T>(raw);
+  }
+
+  const std::string& bytes_;
+  const std::string name_;
+  std::size_t at_ = 0;
+  bool ascii_ = false, swapped_ = false;
+  std::vector<Element> elements_;
+};
+
+int slot_in(const char* const (&names)[3], const std::string& name) {
+  for (int i = 0; i < 3; ++i) {
+    if (name == names[i]) return i;
+  }
+  return -1;
+}
+
+/// The rotation system of polygons that are counter-clockwise from outside: where a polygon goes a, v, b, the edge to a
+/// comes next after the edge to b, counter-clockwise about v. Throws through `refuse` unless every vertex has three.
+template <class Refuse>
+std::vector<std::array<int, 3>> neighbours_of(std::size_t vertices, const CellList& polygons, const Refuse& refuse) {
+  struct Turn {
+    int from, to;
+  };
+  std::vector<std::array<Turn, 3>> turns(vertices);
+  std::vector<int> filled(vertices, 0);
+  for (int c = 0; c < polygons.count(); ++c) {
+    const auto cell = polygons[c];
+    for (std::size_t i = 0; i < cell.size(); ++i) {
+      const int v = cell[i];
+      if (filled[v] == 3) refuse("vertex " + std::to_string(v) + " is in more than three polygons");
+      turns[v][filled[v]++] = {cell[(i + 1) % cell.size()], cell[(i + cell.size() - 1) % cell.size()]};
+    }
+  }
+  std::vector<std::array<int, 3>> neighbours(vertices);
+  for (std::size_t v = 0; v < vertices; ++v) {
+    if (filled[v] != 3) refuse("vertex " + std::to_string(v) + " is in " + std::to_string(filled[v]) + " polygons, not in three");
+    const auto& t = turns[v];
+    // The three turns must follow each other: first.to == second.from and so on, in one of the two orders.
+    const int second = t[1].from == t[0].to ? 1 : 2, third = 3 - second;
+    if (t[second].from != t[0].to || t[third].from != t[second].to || t[0].from != t[third].to) {
+      refuse("the polygons around vertex " + std::to_string(v) + " do not close");
+    }
+    neighbours[v] = {t[0].from, t[second].from, t[third].from};
+  }
+  return neighbours;
+}
+
+bool same_cycle(const std::array<int, 3>& a, std::array<int, 3> b) {
+  for (int turn = 0; turn < 3; ++turn) {
+    if (a == b) return true;
+    std::rotate(b.begin(), b.begin() + 1, b.end());
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string ply_of(const SimplexMesh& mesh) {
+  const CellList cells = cells_of(mesh);
+  std::size_t longest = 0;
+  for (int c = 0; c < cells.count(); ++c) longest = std::max(longest, cells[c].size());
+  const bool small = longest <= 255;
+  std::ostringstream header;
+  header << "ply\nformat binary_little_endian 1.0\ncomment " << mesh_frame << "\ncomment " << mesh_space
+         << "\ncomment simplex mesh: every vertex has the neighbours n1 n2 n3, counter-clockwise from outside\nelement vertex "
+         << mesh.positions.size()
+         << "\nproperty float x\nproperty float y\nproperty float z\nproperty int n1\nproperty int n2\nproperty int n3\n"
+         << "element face " << cells.count() << "\nproperty list " << (small ? "uchar" : "int")
+         << " int vertex_indices\nend_header\n";
+  std::string bytes = header.str();
+  bytes.reserve(bytes.size() + 24 * mesh.positions.size() + 4 * cells.vertices.size() + 4 * std::size_t(cells.count()));
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    for (int a = 0; a < 3; ++a) append(bytes, mesh.positions[v][a]);
+    for (int n : mesh.neighbours[v]) append(bytes, std::int32_t(n));
+  }
+  for (int c = 0; c < cells.count(); ++c) {
+    const auto cell = cells[c];
+    small ? append(bytes, std::uint8_t(cell.size())) : append(bytes, std::int32_t(cell.size()));
+    for (int v : cell) append(bytes, std::int32_t(v));
+  }
+  return bytes;
+}
+
+SimplexMesh mesh_of_ply(const std::string& bytes, const std::string& name) {
+  PlyReader reader(bytes, name);
+  SimplexMesh mesh;
+  CellList polygons;
+  bool written_neighbours = false, has_faces = false;
+  std::uint64_t vertex_count = 0;
+  for (const Element& element : reader.elements()) {
+    if (element.name == "vertex") vertex_count = element.count;
+  }
+  if (vertex_count > bytes.size()) reader.refuse("truncated: its header promises " + std::to_string(vertex_count) + " vertices");
+  for (const Element& element : reader.elements()) {
+    const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
+    if (is_vertex) {
+      const char* const wanted[] = {"x", "y", "z", "n1", "n2", "n3"};
+      const auto has = [&](const char* n) {
+        return std::any_of(element.properties.begin(), element.properties.end(),
+                           [&](const Property& p) { return p.name == n && !p.count_type; });
+      };
+      if (!std::all_of(wanted, wanted + 3, has)) reader.refuse("its vertices have no x, y, z");
+      written_neighbours = std::all_of(wanted + 3, wanted + 6, has);
+      mesh.positions.reserve(element.count);
+    }
+    for (std::uint64_t i = 0; i < element.count && !element.properties.empty(); ++i) {
+      Eigen::Vector3f position(0, 0, 0);
+      std::array<int, 3> neighbours{0, 0, 0};
+      for (const Property& property : element.properties) {
+        if (property.count_type) {
+          const bool cell = is_face && property.name.starts_with("vertex_ind");   // _indices, _index
+          const int length = reader.index(*property.count_type, 1e9);
+          for (int n = 0; n < length; ++n) {
+            if (cell) polygons.vertices.push_back(reader.index(property.type, double(vertex_count)));
+            else reader.number(property.type);
+          }
+          if (cell) polygons.offsets.push_back(static_cast<int>(polygons.vertices.size()));
+          has_faces |= cell;
+        } else if (const int a = is_vertex ? slot_in({"x", "y", "z"}, property.name) : -1; a >= 0) {
+          position[a] = static_cast<float>(reader.number(property.type));
+        } else if (const int n = is_vertex ? slot_in({"n1", "n2", "n3"}, property.name) : -1; n >= 0) {
+          neighbours[n] = reader.index(property.type, double(vertex_count));
+        } else {
+          reader.number(property.type);
+        }
+      }
+      if (is_vertex) {
+        mesh.positions.push_back(position);
+        mesh.neighbours.push_back(neighbours);
+      }
+    }
+  }
+  if (mesh.positions.empty()) reader.refuse("it has no vertices");
+  if (!has_faces && !written_neighbours) reader.refuse("it has no polygons");
+  const auto refuse = [&](const std::string& why) { reader.refuse(why + ", so it is no simplex mesh"); };
+  if (has_faces) {
+    const auto found = neighbours_of(mesh.positions.size(), polygons, refuse);
+    if (!written_neighbours) mesh.neighbours = found;
+    for (std::size_t v = 0; v < found.size(); ++v) {
+      if (!same_cycle(mesh.neighbours[v], found[v])) {
+        refuse("the neighbours of vertex " + std::to_string(v) + " are not those that the polygons give");
+      }
+    }
+  }
+  return mesh;
+}
+
+}  // namespace simplexseg

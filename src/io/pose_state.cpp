@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/pose_state.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+
+namespace simplexseg {
+using nlohmann::json;
+
+static_assert(std::endian::native == std::endian::little, "the arrays of a state file are little-endian");
+
+namespace {
+
+// A member that is added to the model must be saved too.
+static_assert(sizeof(RegionModel) == 2 * sizeof(double) + 2 * kRegionBins * sizeof(std::int32_t));
+
+template <class T>
+json binary_of(const T* data, std::size_t count) {
+  std::vector<std::uint8_t> bytes(count * sizeof(T));
+  if (count > 0) std::memcpy(bytes.data(), data, bytes.size());
+  return json::binary(std::move(bytes));
+}
+
+template <class T>
+std::vector<T> array_of(const json& value) {
+  const auto& bytes = value.get_binary();
+  if (bytes.size() % sizeof(T) != 0) throw std::out_of_range("an array has a broken length");
+  std::vector<T> data(bytes.size() / sizeof(T));
+  if (!bytes.empty()) std::memcpy(static_cast<void*>(data.data()), bytes.data(), bytes.size());
+  return data;
+}
+
+/// FNV-1a over the positions: tells a state that belongs to another pose.
+std::uint64_t digest_of(const SimplexMesh& mesh) {
+  std::uint64_t digest = 0xcbf29ce484222325u;
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(mesh.positions.data());
+  for (std::size_t b = 0; b < mesh.positions.size() * sizeof(Eigen::Vector3f); ++b) {
+    digest = (digest ^ bytes[b]) * 0x100000001b3u;
+  }
+  return digest;
+}
+
+void expect(bool holds, const char* what) {
+  if (!holds) throw std::out_of_range(what);
+}
+
+bool all_finite(const float* values, std::size_t count) {
+  return std::all_of(values, values + count, [](float value) { return std::isfinite(value); });
+}
+
+void take_histogram(const json& value, std::array<std::int32_t, kRegionBins>& bins) {
+  const auto counts = array_of<std::int32_t>(value);
+  expect(counts.size() == bins.size(), "the region model has another number of bins");
+  expect(std::all_of(counts.begin(), counts.end(), [](std::int32_t count) { return count >= 0; }),
+         "the region model has a negative count");
+  std::copy(counts.begin(), counts.end(), bins.begin());
+}
+
+}  // namespace
+
+std::string pose_state_bytes(const MeshItem& item) {
+  const json state = {
+      {"simplexseg_state", 1},
+      {"pose_digest", digest_of(item.mesh)},
+      {"previous", binary_of(item.previous.data(), item.previous.size())},
+      {"shape", binary_of(item.shape.data(), item.shape.size())},
+      {"profiles", binary_of(item.profiles.data(), item.profiles.size())},
+      {"region_low", item.region.low},
+      {"region_high", item.region.high},
+      {"region_object", binary_of(item.region.object.data(), item.region.object.size())},
+      {"region_background", binary_of(item.region.background.data(), item.region.background.size())},
+      {"steps_at_level", item.steps_at_level},
+  };
+  std::string bytes;
+  json::to_cbor(state, bytes);
+  return bytes;
+}
+
+void take_pose_state(const std::string& file, const std::string& bytes, MeshItem& item) {
+  try {
+    const json state = json::from_cbor(bytes);
+    expect(state.at("simplexseg_state").get<int>() == 1, "it has another version");
+    expect(state.at("pose_digest").get<std::uint64_t>() == digest_of(item.mesh), "it belongs to another pose");
+    const std::size_t vertices = item.mesh.positions.size();
+
+    auto previous = array_of<Eigen::Vector3f>(state.at("previous"));
+    expect(previous.empty() || previous.size() == vertices, "'previous' has another number of vertices");
+    expect(previous.empty() || all_finite(previous[0].data(), 3 * vertices), "'previous' is not finite");
+    auto shape = array_of<Vec4>(state.at("shape"));
+    expect(shape.empty() || shape.size() == vertices, "'shape' has another number of vertices");
+    expect(shape.empty() || all_finite(&shape[0].x, 4 * vertices), "'shape' is not finite");
+    auto profiles = array_of<float>(state.at("profiles"));
+    expect(profiles.size() % vertices == 0, "'profiles' has another number of vertices");
+    // A sample outside the volume may be marked by a value that is not finite: profiles are taken as they are.
+    RegionModel region;
+    region.low = state.at("region_low").get<double>(), region.high = state.at("region_high").get<double>();
+    expect(std::isfinite(region.low) && std::isfinite(region.high), "the region model's intensities are not finite");
+    take_histogram(state.at("region_object"), region.object);
+    take_histogram(state.at("region_background"), region.background);
+    const int steps_at_level = state.at("steps_at_level").get<int>();
+    expect(steps_at_level >= 0, "'steps_at_level' is negative");
+
+    item.previous = std::move(previous);
+    item.shape = std::move(shape);
+    item.profiles = std::move(profiles);
+    item.region = region;
+    item.steps_at_level = steps_at_level;
+  } catch (const json::exception&) {
+    throw Error(file, "not the state file of a pose, or cut short", "delete the key 'state' to start again from the pose");
+  } catch (const std::out_of_range& error) {
+    throw Error(file, error.what(), "delete the key 'state' to start again from the pose");
+  }
+}
+
+}  // namespace simplexseg

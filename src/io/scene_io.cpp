@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/scene_io.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <list>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "io/files.h"
+#include "io/json_input.h"
+#include "io/json_output.h"
+#include "io/mesh_io.h"
+#include "io/parameter_text.h"
+#include "io/pose_state.h"
+
+namespace simplexseg {
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+constexpr int kSceneVersion = 1;
+constexpr int kMaxLabel = 65535;
+constexpr int kMaxSteps = 1000000000;
+
+// ---- reading ----
+
+Colour read_colour(const JsonInput& input) {
+  const std::string text = input.text();
+  const bool hex = text.size() == 7 && text[0] == '#' && text.find_first_not_of("0123456789abcdefABCDEF", 1) == text.npos;
+  if (!hex) input.refuse("'" + one_line(text) + "' is no colour", "write it as \"#e6a03c\"");
+  const auto channel = [&text](int at) { return static_cast<std::uint8_t>(std::stoi(text.substr(at, 2), nullptr, 16)); };
+  return {channel(1), channel(3), channel(5)};
+}
+
+void read_forces(const JsonInput& input, ForceParameters& forces) {
+  input.expect_keys(names_of(force_list()));
+  for (const ForceInfo& force : force_list()) {
+    if (!input.has(force.name)) continue;
+    const JsonInput table = input[force.name];
+    table.expect_keys(names_of(force.parameters));
+    for (std::size_t p = 0; p < force.parameters.size(); ++p) {
+      const ParameterInfo& info = force.parameters[p];
+      if (table.has(info.name)) forces.values[static_cast<int>(force.id)][p] = table[info.name].parameter(info);
+    }
+  }
+}
+
+void read_simulation(const JsonInput& input, SimulationParameters& simulation) {
+  input.expect_keys(names_of(simulation_table()));
+  for (const ParameterInfo& info : simulation_table()) {
+    const int index = find_parameter(simulation_table(), info.name);
+    if (input.has(info.name)) value_of(simulation, index) = input[info.name].parameter(info);
+  }
+}
+
+/// A path that was found beside the scene or in the present folder is kept absolute, so that it stays right when the
+/// scene is saved elsewhere; one found in a folder of data, or nowhere, stays as it is written.
+std::string anchored(const std::string& path, const fs::path& folder) {
+  std::error_code failure;
+  for (const fs::path& place : {fs::path(path), folder / path}) {
+    if (fs::exists(place, failure)) return fs::absolute(place).lexically_normal().string();
+  }
+  return path;
+}
+
+fs::path file_beside(const JsonInput& input, const fs::path& folder) {
+  const fs::path path = input.text();
+  return path.is_absolute() ? path : folder / path;
+}
+
+void read_pose(const JsonInput& input, const fs::path& folder, MeshItem& item) {
+  if (input.has("state") && !input.has("pose")) input["state"].refuse("there is no pose that it belongs to", "add the key 'pose'");
+  if (!input.has("pose")) return;
+  item.mesh = read_mesh(file_beside(input["pose"], folder));
+  item.previous = item.mesh.positions;
+  if (!input.has("state")) return;
+  const fs::path state = file_beside(input["state"], folder);
+  take_pose_state(quoted(state), read_bytes(state), item);
+  if (item.previous.empty()) item.previous = item.mesh.positions;
+}
+
+MeshItem read_item(const JsonInput& input, const ForceParameters& defaults, const fs::path& folder) {
+  input.expect_keys({"name", "sphere", "colour", "visible", "label", "forces", "final_vertices", "reference", "pose", "state"});
+  MeshItem item;
+  item.parameters = defaults;
+  item.name = input["name"].text();
+  const JsonInput sphere = input["sphere"];
+  sphere.expect_keys({"centre_mm", "radius_mm"});
+  item.seed.centre_mm = sphere["centre_mm"].vector3();
+  item.seed.radius_mm = sphere["radius_mm"].number();
+  if (!(item.seed.radius_mm > 0)) sphere["radius_mm"].refuse("a radius must be above 0", "give one in mm");
+  if (input.has("colour")) item.colour = read_colour(input["colour"]);
+  if (input.has("visible")) item.visible = input["visible"].boolean();
+  if (input.has("label")) item.label = input["label"].integer_between(1, kMaxLabel);
+  if (input.has("forces")) read_forces(input["forces"], item.parameters);
+  if (input.has("final_vertices")) {
+    const ParameterInfo& info = simulation_table()[find_parameter(simulation_table(), "final_vertices")];
+    item.final_vertices = static_cast<int>(input["final_vertices"].parameter(info));
+  }
+  if (input.has("reference")) {
+    const JsonInput reference = input["reference"];
+    reference.expect_keys({"labels", "value"});
+    item.reference = Reference{anchored(reference["labels"].text(), folder), std::nullopt};
+    if (reference.has("value")) item.reference->value = reference["value"].number();
+  }
+  read_pose(input, folder, item);
+  return item;
+}
+
+// ---- writing ----
+
+/// Relative to the folder where the file lies in it; the scene may then be moved with its folder.
+std::string portable(const std::string& path, const fs::path& folder) {
+  std::error_code failure;
+  fs::path place(path);
+  if (place.is_relative()) {
+    if (path.empty() || !fs::exists(place, failure)) return path;
+    place = fs::absolute(place);
+  }
+  const fs::path relative = place.lexically_normal().lexically_relative(fs::absolute(folder).lexically_normal());
+  return relative.empty() || *relative.begin() == ".." ? place.lexically_normal().string() : relative.string();
+}
+
+Json forces_json(const ForceParameters& forces, const ForceParameters* defaults) {
+  Json all = Json::object();
+  for (const ForceInfo& force : force_list()) {
+    for (std::size_t p = 0; p < force.parameters.size(); ++p) {
+      const float value = forces.values[static_cast<int>(force.id)][p];
+      if (defaults && defaults->values[static_cast<int>(force.id)][p] == value) continue;
+      put_parameter(all[force.name], force.parameters[p], value);
+    }
+  }
+  return all;
+}
+
+Json simulation_json(const SimulationParameters& simulation) {
+  Json all = Json::object();
+  for (const ParameterInfo& info : simulation_table()) {
+    put_parameter(all, info, value_of(simulation, find_parameter(simulation_table(), info.name)));
+  }
+  return all;
+}
+
+Json vector_json(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+Json item_json(const MeshItem& item, const ForceParameters& defaults, const fs::path& folder) {
+  char colour[8];
+  std::snprintf(colour, sizeof colour, "#%02x%02x%02x", item.colour.red, item.colour.green, item.colour.blue);
+  Json json = {{"name", item.name},
+               {"sphere", {{"centre_mm", vector_json(item.seed.centre_mm)}, {"radius_mm", item.seed.radius_mm}}},
+               {"colour", colour},
+               {"visible", item.visible},
+               {"label", item.label}};
+  const Json forces = forces_json(item.parameters, &defaults);
+  if (!forces.empty()) json["forces"] = forces;
+  if (item.final_vertices > 0) json["final_vertices"] = item.final_vertices;
+  if (item.reference) {
+    json["reference"] = {{"labels", portable(item.reference->labels, folder)}};
+    if (item.reference->value) json["reference"]["value"] = *item.reference->value;
+  }
+  return json;
+}
+
+/// Names that a scene file could not hold, since its points name their mesh.
+void expect_writable(const fs::path& path, const Scene& scene) {
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    const std::string& name = scene.meshes[m].name;
+    if (name.empty()) throw Error("cannot write " + quoted(path), "a mesh has no name", "give it one");
+    const bool twice = std::any_of(scene.meshes.begin(), scene.meshes.begin() + static_cast<std::ptrdiff_t>(m),
+                                   [&name](const MeshItem& other) { return other.name == name; });
+    if (twice) throw Error("cannot write " + quoted(path), "two meshes have the name '" + one_line(name) + "'", "rename one");
+    if (scene.meshes[m].mesh.positions.empty()) continue;
+    try {
+      validate(scene.meshes[m].mesh);   // what is written must be read again
+    } catch (const Error& error) {
+      throw Error("cannot write " + quoted(path), "mesh '" + one_line(name) + "' is not valid (" + error.what() + ")",
+                  "undo, or reset its pose");
+    }
+  }
+  for (const AttractionPoint& point : scene.points) {
+    if (!scene.find_mesh(point.mesh)) {
+      throw Error("cannot write " + quoted(path), "an attraction point belongs to no mesh", "delete the point");
+    }
+  }
+}
+
+/// Ids of meshes for file names: their own when all have one, else their places from 1 on.
+std::vector<ItemId> file_ids(const Scene& scene) {
+  std::vector<ItemId> ids;
+  for (const MeshItem& item : scene.meshes) ids.push_back(item.id);
+  std::vector<ItemId> sorted = ids;
+  std::sort(sorted.begin(), sorted.end());
+  const bool usable = std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end() && (sorted.empty() || sorted[0] > 0);
+  for (std::size_t m = 0; m < ids.size() && !usable; ++m) ids[m] = static_cast<ItemId>(m + 1);
+  return ids;
+}
+
+}  // namespace
+
+SceneFile read_scene(const fs::path& path) {
+  const JsonInput input = JsonInput::open(path, "scene");
+  if (!input.has("simplexseg_scene")) input.refuse("this is no scene: the key 'simplexseg_scene' is missing", "name a scene file");
+  input["simplexseg_scene"].integer_between(kSceneVersion, kSceneVersion);
+  input.expect_keys({"simplexseg_scene", "volume", "simulation", "forces", "meshes", "attraction_points", "steps"});
+  const fs::path folder = path.parent_path();
+
+  SceneFile file;
+  Scene& scene = file.scene;
+  scene.simulation = default_simulation_parameters();
+  if (input.has("volume")) {
+    file.volume = find_data(input["volume"].text(), folder);
+    scene.volume_path = anchored(input["volume"].text(), folder);
+  }
+  if (input.has("simulation")) read_simulation(input["simulation"], scene.simulation);
+  if (input.has("forces")) read_forces(input["forces"], scene.forces);
+  const int mesh_count = input.has("meshes") ? input["meshes"].size() : 0;
+  for (int m = 0; m < mesh_count; ++m) {
+    MeshItem item = read_item(input["meshes"][m], scene.forces, folder);
+    item.id = static_cast<ItemId>(m + 1);
+    if (scene.find_mesh(item.name)) {
+      input["meshes"][m]["name"].refuse("two meshes have the name '" + one_line(item.name) + "'", "rename one");
+    }
+    scene.meshes.push_back(std::move(item));
+  }
+  const int point_count = input.has("attraction_points") ? input["attraction_points"].size() : 0;
+  for (int p = 0; p < point_count; ++p) {
+    const JsonInput point = input["attraction_points"][p];
+    point.expect_keys({"mesh", "position_mm"});
+    const std::string name = point["mesh"].text();
+    const MeshItem* const item = scene.find_mesh(name);
+    if (!item) {
+      std::vector<std::string> names;
+      for (const MeshItem& mesh : scene.meshes) names.push_back(mesh.name);
+      point["mesh"].refuse("the mesh " + unknown_name(name, names), "name a mesh of this scene");
+    }
+    scene.points.push_back({static_cast<ItemId>(mesh_count + p + 1), item->id, point["position_mm"].vector3()});
+  }
+  if (input.has("steps")) scene.steps = input["steps"].integer_between(0, kMaxSteps);
+  return file;
+}
+
+void write_scene(const fs::path& path, const Scene& scene) {
+  expect_writable(path, scene);
+  const fs::path folder = path.parent_path();
+  std::list<AtomicFile> files;   // renamed only when all are whole, the scene itself last
+  AtomicFile scene_file(path);
+
+  Json json = {{"simplexseg_scene", kSceneVersion}};
+  if (!scene.volume_path.empty()) json["volume"] = portable(scene.volume_path, folder);
+  json["simulation"] = simulation_json(scene.simulation);
+  json["forces"] = forces_json(scene.forces, nullptr);
+  json["meshes"] = Json::array();
+  const std::vector<ItemId> ids = file_ids(scene);
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    const MeshItem& item = scene.meshes[m];
+    Json entry = item_json(item, scene.forces, folder);
+    if (!item.mesh.positions.empty()) {
+      const std::string name = path.stem().string() + ".mesh-" + std::to_string(ids[m]);
+      write_mesh(files.emplace_back(folder / (name + ".ply")).temporary(), item.mesh);
+      write_bytes(files.emplace_back(folder / (name + ".state")), pose_state_bytes(item));
+      entry["pose"] = name + ".ply";
+      entry["state"] = name + ".state";
+    }
+    json["meshes"].push_back(std::move(entry));
+  }
+  json["attraction_points"] = Json::array();
+  for (const AttractionPoint& point : scene.points) {
+    json["attraction_points"].push_back(
+        {{"mesh", scene.find_mesh(point.mesh)->name}, {"position_mm", vector_json(point.position_mm)}});
+  }
+  json["steps"] = scene.steps;
+  write_bytes(scene_file, json_text(path, json));
+  for (AtomicFile& file : files) file.commit();
+  scene_file.commit();
+}
+
+void set_by_path(Scene& scene, const std::string& assignment) {
+  const std::string where = std::string("--set '").append(one_line(assignment)).append("'");
+  const std::string forms = "write meshes.NAME.FORCE.PARAMETER=VALUE, forces.FORCE.PARAMETER=VALUE or simulation.PARAMETER=VALUE";
+  const std::size_t equals = assignment.rfind('=');
+  if (equals == std::string::npos) throw Error(where, "there is no '='", forms);
+  const std::string value = assignment.substr(equals + 1);
+  std::string path = assignment.substr(0, equals);   // a mesh name may hold dots: the last two steps are force and parameter
+  const auto pop = [&path] {
+    const std::size_t dot = path.rfind('.');
+    std::string last = dot == std::string::npos ? path : path.substr(dot + 1);
+    path = dot == std::string::npos ? "" : path.substr(0, dot);
+    return last;
+  };
+  const std::string parameter = pop();
+  const auto index_in = [&](std::span<const ParameterInfo> table) {
+    const int index = find_parameter(table, parameter.c_str());
+    if (index < 0) throw Error(where, "the parameter " + unknown_name(parameter, names_of(table)), forms);
+    return index;
+  };
+
+  if (path == "simulation") {
+    const int index = index_in(simulation_table());
+    value_of(scene.simulation, index) = parameter_from_text(where, simulation_table()[index], value);
+    return;
+  }
+  const std::string force_name = pop();
+  const bool all = path == "forces";
+  if (!all && path.rfind("meshes.", 0) != 0) throw Error(where, "no such path", forms);
+  const ForceInfo* const force = find_force(force_name.c_str());
+  if (!force) throw Error(where, "the force " + unknown_name(force_name, names_of(force_list())), forms);
+  const int index = index_in(force->parameters);
+  const float number = parameter_from_text(where, force->parameters[index], value);
+  const std::string name = all ? "" : path.substr(7);
+  std::vector<std::string> names;
+  bool found = all;
+  for (MeshItem& item : scene.meshes) {
+    names.push_back(item.name);
+    if (!all && item.name != name) continue;
+    item.parameters.values[static_cast<int>(force->id)][index] = number;
+    found = true;
+  }
+  if (!found) throw Error(where, "the mesh " + unknown_name(name, names), forms);
+  if (all) scene.forces.values[static_cast<int>(force->id)][index] = number;
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/volume_io.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <limits>
+
+#include "io/files.h"
+#include "io/volume_source.h"
+
+namespace simplexseg {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+VolumeSource open(const fs::path& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) return open_dicom_series(path);
+  require_file(path);
+  const std::string extension = extension_of(path);
+  const auto is = [&](std::initializer_list<const char*> known) {
+    return std::any_of(known.begin(), known.end(), [&](const char* e) { return extension == e; });
+  };
+  if (is({".nii", ".nii.gz", ".hdr", ".img", ".hdr.gz", ".img.gz"})) return open_nifti(path);
+  if (is({".mha", ".mhd"})) return open_itk(path, ItkFormat::MetaImage);
+  if (is({".nrrd", ".nhdr"})) return open_itk(path, ItkFormat::Nrrd);
+  if (is({".mnc", ".mnc2"})) return open_itk(path, ItkFormat::Minc);
+  // Names are often lost: the first bytes tell.
+  if (looks_like_dicom(path)) return open_dicom_file(path);
+  if (looks_like_nifti(path)) return open_nifti(path);
+  if (extension.ends_with(".gz")) {
+    throw Error("cannot read " + quoted(path), "of packed files only NIfTI and Analyze can be read", "unpack it first");
+  }
+  return open_dicom_file(path);   // DICOM without preamble, or the message that lists what can be read
+}
+
+VolumeSource open_checked(const fs::path& path) {
+  try {
+    return open(path);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& exception) {   // file system, memory
+    throw Error("cannot read " + quoted(path), one_line(exception.what()), "check the file");
+  }
+}
+
+std::size_t count_not_finite(const Volume& volume) {
+  return visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
+    std::size_t count = 0;
+    if constexpr (std::is_floating_point_v<T>) {
+      for (T v : volume.voxels<T>()) count += !(std::abs(v) <= std::numeric_limits<T>::max());
+    }
+    return count;
+  });
+}
+
+void write(const fs::path& path, const Volume& volume) {
+  const std::string extension = extension_of(path);
+  const bool nifti = extension == ".nii" || extension == ".nii.gz";
+  if (!nifti && extension != ".nrrd" && extension != ".mha") {
+    throw Error("cannot write " + quoted(path), "'" + extension + "' is not an extension that can be written",
+                "use .nii.gz, .nii, .nrrd or .mha");
+  }
+  if (volume.empty()) throw Error("cannot write " + quoted(path), "the volume is empty", "load or make one first");
+  AtomicFile file(path);
+  try {
+    nifti ? write_nifti(file.temporary(), volume) : write_itk(file.temporary(), volume);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& exception) {
+    throw file.failed(exception.what());
+  }
+  file.commit();
+}
+
+}  // namespace
+
+void warn_if_sheared(VolumeInfo& info) {
+  const Eigen::Matrix3d& d = info.geometry.direction;
+  const double most = (d.transpose() * d - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (most < 1e-3) return;
+  char text[120];
+  std::snprintf(text, sizeof text, "the axes are %.3g degrees off right angles (sheared grid); they are kept as they are",
+                std::asin(std::min(most, 1.0)) * 180 / M_PI);
+  info.warnings.push_back(text);
+}
+
+void throw_truncated(const fs::path& path, double bytes_wanted, double bytes_there) {
+  throw Error("cannot read " + quoted(path), "truncated: its header promises " + in_words(bytes_wanted) +
+              ", the file holds at most " + in_words(bytes_there), "copy or export it again");
+}
+
+std::size_t available_memory() {
+  std::ifstream stream("/proc/meminfo");
+  std::string key, unit;
+  std::size_t kilobytes = 0;
+  while (stream >> key >> kilobytes && std::getline(stream, unit)) {
+    if (key == "MemAvailable:") return kilobytes * 1024;
+  }
+  return 0;
+}
+
+VolumeInfo read_volume_info(const fs::path& path) { return open_checked(path).info; }
+
+LoadedVolume load_volume(const fs::path& path) {
+  const VolumeSource source = open_checked(path);
+  const VolumeInfo& info = source.info;
+  if (info.components > 1) {
+    throw Error("cannot read " + quoted(path), "it has " + std::to_string(info.components) +
+                " values per voxel (colour or vectors)", "extract one of them");
+  }
+  if (info.frames > 1) {
+    throw Error("cannot read " + quoted(path), "it is 4D: " + std::to_string(info.frames) + " volumes in one file",
+                "extract one of them");
+  }
+  const double needed = double(info.geometry.voxel_count()) * double(bytes_per_voxel(info.type)) +
+                        double(source.extra_bytes);
+  const std::size_t available = available_memory();
+  if (available > 0 && needed > double(available)) {
+    throw Error("cannot read " + quoted(path), "it takes " + in_words(needed) + " of memory, " +
+                in_words(double(available)) + " are available", "close other programs, or crop or downsample it");
+  }
+  LoadedVolume loaded;
+  try {
+    loaded.volume = source.read();
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& exception) {
+    throw Error("cannot read " + quoted(path), one_line(exception.what()), "check the file");
+  }
+  loaded.format = info.format;
+  loaded.warnings = info.warnings;
+  if (const std::size_t count = count_not_finite(loaded.volume)) {
+    loaded.warnings.push_back(std::to_string(count) + " voxels are not finite numbers");
+  }
+  return loaded;
+}
+
+Volume read_volume(const fs::path& path) { return load_volume(path).volume; }
+
+void write_volume(const fs::path& path, const Volume& volume) { write(path, volume); }
+
+void write_labels(const fs::path& path, const Volume& labels) {
+  if (labels.type() == VoxelType::Float32 || labels.type() == VoxelType::Float64) {
+    throw Error("cannot write " + quoted(path), std::string("labels must be integers, these are ") + to_string(labels.type()),
+                "convert them first");
+  }
+  write(path, labels);
+}
+
+}  // namespace simplexseg

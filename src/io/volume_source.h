@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "io/volume_io.h"
+
+namespace simplexseg {
+
+/// An opened volume: described, its voxels not yet read. One function for each family of formats makes one.
+struct VolumeSource {
+  VolumeInfo info;
+  std::size_t extra_bytes = 0;       ///< memory the reading takes besides the volume itself
+  std::function<Volume()> read;      ///< reads the voxels; called only for one component and one frame
+};
+
+/// NIfTI-1, NIfTI-2 and Analyze 7.5, plain or gzip'ed, one file or .hdr/.img.
+VolumeSource open_nifti(const std::filesystem::path& path);
+/// True when the first bytes (of the unpacked file) are those of a NIfTI file.
+bool looks_like_nifti(const std::filesystem::path& path);
+
+enum class ItkFormat { MetaImage, Nrrd, Minc };
+VolumeSource open_itk(const std::filesystem::path& path, ItkFormat format);
+
+/// One DICOM file; a classic single slice gives a volume of one slice.
+VolumeSource open_dicom_file(const std::filesystem::path& path);
+/// The largest DICOM series of a folder.
+VolumeSource open_dicom_series(const std::filesystem::path& folder);
+bool looks_like_dicom(const std::filesystem::path& path);
+
+/// Writes the whole file at `path` (the target's temporary). Throw Error or std::exception.
+void write_nifti(const std::filesystem::path& path, const Volume& volume);
+void write_itk(const std::filesystem::path& path, const Volume& volume);
+
+/// Adds a warning when the axes are not at right angles.
+void warn_if_sheared(VolumeInfo& info);
+
+/// Throws the Error for a file that ends before its header says.
+[[noreturn]] void throw_truncated(const std::filesystem::path& path, double bytes_wanted, double bytes_there);
+
+/// Copies 64-bit integers into a volume of 32-bit ones. Throws Error when one does not fit.
+template <class From, class To>
+void narrow(const From* from, std::size_t count, To* to, const std::string& name);
+
+}  // namespace simplexseg
+
+#include <limits>
+
+#include "core/error.h"
+
+template <class From, class To>
+void simplexseg::narrow(const From* from, std::size_t count, To* to, const std::string& name) {
+  for (std::size_t i = 0; i < count; ++i) {
+    if (from[i] < From(std::numeric_limits<To>::min()) || from[i] > From(std::numeric_limits<To>::max())) {
+      throw Error("cannot read " + name, "its 64-bit voxel value " + std::to_string(from[i]) + " does not fit into 32 bits",
+                  "save it as float or with 32-bit integers");
+    }
+    to[i] = static_cast<To>(from[i]);
+  }
+}

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bad input of every kind: one line on stderr, exit status 2, nothing on stdout, no crash, nothing written.
+#include <algorithm>
+#include <functional>
+
+#include "cli_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+namespace fs = std::filesystem;
+
+class BadInput : public Cli {
+ protected:
+  void SetUp() override {
+    Cli::SetUp();
+    make_scene();
+  }
+  /// In this process and as a program of its own.
+  void expect_refused(const Arguments& arguments, const std::string& says) const {
+    std::string line = "simplexseg-cli";
+    for (const std::string& argument : arguments) line += " " + argument;
+    SCOPED_TRACE(line);
+    for (const Outcome& outcome : {call(arguments), call_program(arguments)}) {
+      EXPECT_EQ(outcome.status, 2) << outcome.err;
+      EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+      EXPECT_EQ(outcome.err.rfind("simplexseg-cli: ", 0), 0u) << outcome.err;
+      EXPECT_NE(outcome.err.find(says), std::string::npos) << outcome.err;
+      EXPECT_EQ(outcome.out, "");
+    }
+  }
+  /// As a volume of every subcommand that reads one.
+  void expect_no_volume(const std::string& name, const std::string& says) const {
+    expect_refused({"info", path(name)}, says);
+    expect_refused({"compare", path(name), path("truth.nii.gz")}, says);
+    expect_refused({"compare", path("truth.nii.gz"), path(name)}, says);
+    expect_refused({"phantom", "label-image", path(name), path("out.nii")}, says);
+    nlohmann::json scene = scene_json();
+    scene["volume"] = name;
+    expect_refused({"run", write_scene("bad.json", scene), "--labels", path("out.nii")}, says);
+    expect_refused({"plan", path("bad.json")}, says);
+    scene = scene_json();
+    scene["meshes"][0]["reference"]["labels"] = name;
+    expect_refused({"run", write_scene("bad.json", scene), "--labels", path("out.nii")}, says);
+    EXPECT_FALSE(exists("out.nii"));
+  }
+  void expect_no_scene(const std::string& scene, const std::string& says) const {
+    expect_refused({"run", scene, "--report", path("out.json")}, says);
+    expect_refused({"plan", scene}, says);
+    EXPECT_FALSE(exists("out.json"));
+  }
+  void expect_no_scene_after(const std::function<void(nlohmann::json&)>& change, const std::string& says) const {
+    nlohmann::json scene = scene_json();
+    change(scene);
+    expect_no_scene(write_scene("bad.json", scene), says);
+  }
+};
+
+TEST_F(BadInput, MissingFile) {
+  expect_no_volume("missing.nii.gz", "missing.nii.gz");
+  expect_no_scene(path("missing.json"), "missing.json");
+  expect_refused({"run", path("scene.json"), "--replay", path("missing.json")}, "missing.json");
+}
+
+TEST_F(BadInput, Directory) {
+  fs::create_directories(folder_ / "folder");
+  expect_no_volume("folder", "folder");
+  expect_no_scene(path("folder"), "folder");
+}
+
+TEST_F(BadInput, EmptyFile) {
+  write("empty.nii.gz", "");
+  expect_no_volume("empty.nii.gz", "empty");
+  expect_no_scene(write("empty.json", ""), "empty");
+}
+
+TEST_F(BadInput, TruncatedCompressedVolume) {
+  const std::string whole = text_of("image.nii.gz");
+  for (const double share : {0.05, 0.5, 0.95}) {
+    write("cut.nii.gz", whole.substr(0, static_cast<std::size_t>(static_cast<double>(whole.size()) * share)));
+    expect_no_volume("cut.nii.gz", "cut.nii.gz");
+  }
+}
+
+TEST_F(BadInput, TextNamedAsAVolume) {
+  write("text.nii", "This is no volume but a text that someone gave the wrong name.\n");
+  expect_no_volume("text.nii", "text.nii");
+}
+
+TEST_F(BadInput, SceneWithAnUnknownKey) {
+  expect_no_scene_after([](nlohmann::json& scene) { scene["mesh"] = 1; }, "'meshes'");
+  expect_no_scene_after([](nlohmann::json& scene) { scene["meshes"][0]["forces"]["gradient"]["wait"] = 1; }, "'weight'");
+}
+
+TEST_F(BadInput, SceneWithNaN) {
+  std::string text = scene_json().dump();
+  text.replace(text.find("9}"), 1, "NaN");
+  expect_no_scene(write("nan.json", text), "nan.json");
+}
+
+TEST_F(BadInput, SceneWithAMeshOutsideTheVolume) {
+  expect_no_scene_after([](nlohmann::json& scene) { scene["meshes"][0]["sphere"]["centre_mm"] = {1000, 0, 0}; }, "ball");
+}
+
+TEST_F(BadInput, SceneWithAMeshOfNoVertices) {
+  const std::string header = "element face 0\nproperty list uchar int vertex_indices\nend_header\n";
+  write("none.ply", "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n" + header);
+  expect_no_scene_after([](nlohmann::json& scene) { scene["meshes"][0]["pose"] = "none.ply"; }, "none.ply");
+  write("none.ply", "ply\nformat binary_little_endian 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n" + header);
+  expect_no_scene_after([](nlohmann::json& scene) { scene["meshes"][0]["pose"] = "none.ply"; }, "none.ply");
+  expect_no_scene_after([](nlohmann::json& scene) { scene["meshes"][0]["pose"] = "missing.ply"; }, "missing.ply");
+  expect_no_scene_after([](nlohmann::json& scene) { scene["meshes"][0]["final_vertices"] = 0; }, "final_vertices");
+}
+
+TEST_F(BadInput, SceneWithWrongTypesAndRanges) {
+  expect_no_scene_after([](nlohmann::json& scene) { scene["steps"] = "many"; }, "steps");
+  expect_no_scene_after([](nlohmann::json& scene) { scene["meshes"][0]["sphere"]["radius_mm"] = 0; }, "radius_mm");
+  expect_no_scene_after([](nlohmann::json& scene) { scene["simulation"]["damping"] = 2; }, "damping");
+  expect_no_scene_after([](nlohmann::json& scene) { scene["meshes"].push_back(scene["meshes"][0]); }, "ball");
+  expect_no_scene(write("broken.json", "{\"simplexseg_scene\": 1,"), "broken.json");
+}
+
+TEST_F(BadInput, ReferenceOrTestOnAnotherGrid) {
+  succeed({"phantom", "sphere", path("x.nii"), "--labels", path("other.nii"), "--size", "24", "--spacing", "1"});
+  expect_refused({"compare", path("truth.nii.gz"), path("other.nii")}, "grid");
+  nlohmann::json scene = scene_json();
+  scene["meshes"][0]["reference"]["labels"] = "other.nii";
+  expect_refused({"run", write_scene("bad.json", scene)}, "grid");
+}
+
+TEST_F(BadInput, Usage) {
+  const std::string scene = path("scene.json");
+  expect_refused({}, "subcommand");
+  expect_refused({"runn", scene}, "'run'");
+  expect_refused({"run"}, "SCENE");
+  expect_refused({"run", scene, "extra"}, "extra");
+  expect_refused({"run", scene, "--stepps", "1"}, "--stepps");
+  expect_refused({"run", scene, "--steps"}, "--steps");
+  expect_refused({"run", scene, "--steps", "-1"}, "--steps");
+  expect_refused({"run", scene, "--steps", "x"}, "--steps");
+  expect_refused({"run", scene, "--steps", "1", "--until-rest"}, "--until-rest");
+  expect_refused({"run", scene, "--backend", "gpu"}, "gpu");
+  expect_refused({"run", scene, "--threads", "0"}, "--threads");
+  expect_refused({"run", scene, "--backend", "cuda", "--threads", "2"}, "--threads");
+  expect_refused({"run", scene, "--set", "simulation.dampin=1"}, "'damping'");
+  expect_refused({"run", scene, "--set", "meshes.bal.gradient.weight=1"}, "'ball'");
+  expect_refused({"plan", scene, "--set", "forces.gradient.weight=-1"}, "range");
+  expect_refused({"run", scene, "--labels", path("none/out.nii")}, "none");
+  expect_refused({"run", scene, "--labels", path("out.tif")}, "out.tif");
+  expect_refused({"run", scene, "--labels", path("image.nii.gz")}, "image.nii.gz");
+  expect_refused({"run", scene, "--report", folder_.string()}, "folder");
+  expect_refused({"run", scene, "--report", scene}, "scene.json");
+  expect_refused({"run", scene, "--meshes", scene}, "scene.json");
+  expect_refused({"run", scene, "--picture", path("out.jpg")}, "out.jpg");
+  expect_refused({"phantom", "spere", path("out.nii")}, "spere");
+  expect_refused({"phantom", "sphere", path("out.nii"), path("two.nii")}, "OUT");
+  expect_refused({"phantom", "label-image", path("truth.nii.gz")}, "LABELS");
+  expect_refused({"phantom", "sphere", path("out.nii"), "--type", "int17"}, "int16");
+  expect_refused({"phantom", "sphere", path("out.nii"), "--size", "0"}, "size");
+  expect_refused({"phantom", "sphere", path("out.nii"), "--spacing", "nan"}, "spacing");
+  expect_refused({"phantom", "sphere", path("out.nii"), "--noise", "-1"}, "noise");
+  expect_refused({"phantom", "sphere", path("out.xyz")}, "out.xyz");
+  expect_refused({"phantom", "sphere", path("out.nii"), "--label", "1"}, "--label");
+  expect_refused({"compare", path("truth.nii.gz")}, "TEST");
+  expect_refused({"parameters", "--json", "--markdown"}, "--markdown");
+  EXPECT_FALSE(exists("out.nii"));
+}
+
+TEST_F(BadInput, ALogThatDoesNotFitTheScene) {
+  write("log.json", R"({"simplexseg_log": 1, "entries": [{"after_steps": 1, "command": "delete_mesh", "mesh": 77}], "trailing_steps": 0})");
+  expect_refused({"run", path("scene.json"), "--replay", path("log.json")}, "77");
+}
+
+}  // namespace
+}  // namespace simplexseg

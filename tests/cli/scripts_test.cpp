@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is written out of the program's tables is up to date, and the check of the layers finds what it is there for.
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+
+#include "cli_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+namespace fs = std::filesystem;
+using Scripts = Cli;
+
+TEST_F(Scripts, TheCommittedParameterTablesAreUpToDate) {
+  std::ifstream file(fs::path(SIMPLEXSEG_SOURCE_DIR) / "docs/parameters.md");
+  const std::string committed{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_EQ(succeed({"parameters", "--markdown"}).out, committed)
+      << "run: simplexseg-cli parameters --markdown > docs/parameters.md";
+}
+
+/// Exit status of scripts/check_layers over a tree.
+int check_layers(const fs::path& root) {
+  const std::string script = (fs::path(SIMPLEXSEG_SOURCE_DIR) / "scripts/check_layers").string();
+  const int status = std::system(("'" + script + "' '" + root.string() + "' 2>/dev/null").c_str());
+  return WEXITSTATUS(status);
+}
+
+TEST_F(Scripts, NoIncludeOfTheProjectGoesUpward) { EXPECT_EQ(check_layers(SIMPLEXSEG_SOURCE_DIR), 0); }
+
+TEST_F(Scripts, TheCheckOfTheLayersFindsEveryArrowUpward) {
+  const auto status_of = [this](const std::string& file, const std::string& include) {
+    fs::remove_all(folder_ / "src");
+    fs::create_directories((folder_ / "src" / file).parent_path());
+    write("src/" + file, "#pragma once\n#include <vector>\n" + include + "\n");
+    return check_layers(folder_);
+  };
+  const std::vector<std::pair<std::string, std::string>> wrong = {
+      {"core/a.h", "#include <QObject>"},          {"core/a.cpp", "#include \"gpu/backend.h\""}, {"core/a.cpp", "#include \"io/volume_io.h\""},
+      {"core/forces/a.h", "# include <cuda.h>"},   {"core/a.h", "#include <cuda_runtime.h>"},    {"core/a.h", "#include <itkImage.h>"},
+      {"core/a.h", "#include <GL/glew.h>"},        {"core/a.h", "  #include \"gui/view.h\""},    {"core/a.h", "#include <nlohmann/json.hpp>"},
+      {"gpu/a.cpp", "#include \"io/volume_io.h\""}, {"gpu/a.cu", "#include <QtCore/QObject>"},   {"io/a.cpp", "#include \"gpu/backend.h\""},
+      {"io/a.cpp", "#include \"gui/view.h\""},     {"io/a.h", "#include <nlohmann/json.hpp>"},   {"cli/a.cpp", "#include \"gui/view.h\""},
+      {"cli/a.cpp", "#include <itkImage.h>"},      {"gui/a.cpp", "#include \"cli/cli.h\""},      {"core/a.h", "#include \"../gpu/backend.h\""}};
+  for (const auto& [file, include] : wrong) EXPECT_NE(status_of(file, include), 0) << file << ": " << include;
+  const std::vector<std::pair<std::string, std::string>> right = {
+      {"core/a.h", "#include <Eigen/Core>"},      {"gpu/a.cu", "#include <cuda_runtime.h>"}, {"gpu/a.h", "#include \"core/volume.h\""},
+      {"io/a.cpp", "#include <itkImage.h>"},      {"io/a.cpp", "#include <nlohmann/json.hpp>"}, {"cli/a.cpp", "#include \"io/scene_io.h\""},
+      {"gui/a.h", "#include <QObject>"},          {"gui/a.cpp", "#include \"gpu/backend.h\""}, {"core/a.h", "// #include <QObject> is not for core"}};
+  for (const auto& [file, include] : right) EXPECT_EQ(status_of(file, include), 0) << file << ": " << include;
+}
+
+}  // namespace
+}  // namespace simplexseg

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+// What must not load, and must say so in one line.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include "volume_files.h"
+
+namespace simplexseg {
+namespace {
+
+namespace fs = std::filesystem;
+using test::bytes_of;
+using test::data_folder;
+using test::error_of;
+using test::odd_volume;
+
+class VolumeErrors : public test::FolderTest {
+ protected:
+  std::string load(const std::string& name) { return error_of([&] { load_volume(folder / name); }); }
+};
+
+TEST_F(VolumeErrors, PathsThatAreNoVolume) {
+  EXPECT_HAS(load("none.nii.gz"), "no such file");
+  EXPECT_HAS(load("."), "no DICOM images");
+  fs::create_directory(folder / "deeper");
+  EXPECT_HAS(load("."), "subfolders");
+  for (const char* name : {"a.nii", "a.nii.gz", "a.nrrd", "a.mha", "a.mnc", "a.dcm", "a", "a.hdr"}) {
+    write(name, "");
+    EXPECT_HAS(load(name), "empty");
+    write(name, "This is a letter,\nnot a volume.\n");
+    EXPECT_HAS(load(name), name);
+    write(name, std::string(5000, 'x'));
+    EXPECT_HAS(load(name), name);
+  }
+  EXPECT_HAS(load("a"), "none of the formats");
+  error_of([&] { load_volume(""); });
+  error_of([&] { load_volume("/dev/null"); });
+  write("two\nlines.nii", "x");
+  load("two\nlines.nii");
+}
+
+TEST_F(VolumeErrors, NiftiCutAnywhere) {
+  const std::string bytes = test::nifti_bytes(folder, odd_volume(VoxelType::Int16));
+  test::write_packed(folder / "whole.nii.gz", bytes);
+  const std::string packed = bytes_of(folder / "whole.nii.gz");
+  load_volume(folder / "whole.nii.gz");
+  for (std::size_t size = 1; size < bytes.size(); size += size < 360 ? 7 : 1) {
+    write("cut.nii", bytes.substr(0, size));
+    EXPECT_HAS(load("cut.nii"), size < 348 ? "NIfTI header" : "truncated");
+    // Unpacked it is cut, packed it is whole: what ITK's reader fills up with zeros.
+    test::write_packed(folder / "short.nii.gz", bytes.substr(0, size));
+    EXPECT_HAS(load("short.nii.gz"), size < 348 ? "NIfTI header" : "truncated");
+  }
+  for (std::size_t size = 1; size < packed.size(); ++size) {
+    write("cut.nii.gz", packed.substr(0, size));
+    load("cut.nii.gz");
+  }
+  std::string wrong = packed;
+  wrong[wrong.size() - 7] ^= 1;   // the checksum
+  write("wrong.nii.gz", wrong);
+  EXPECT_HAS(load("wrong.nii.gz"), "damaged");
+}
+
+TEST_F(VolumeErrors, RealCtCutInHalf) {
+  const fs::path path = data_folder() / "ct_abdomen/ct.nii.gz";
+  REQUIRE_DATA(path);
+  const std::string bytes = bytes_of(path);
+  write("half.nii.gz", bytes.substr(0, bytes.size() / 2));
+  EXPECT_HAS(load("half.nii.gz"), "truncated");
+  std::string wrong = bytes;
+  wrong[wrong.size() - 7] ^= 1;
+  write("wrong.nii.gz", wrong);
+  EXPECT_HAS(load("wrong.nii.gz"), "checksum");
+}
+
+TEST_F(VolumeErrors, OtherFormatsCut) {
+  Volume volume = odd_volume(VoxelType::Int16);
+  for (const char* name : {"a.nrrd", "a.mha"}) {
+    write_volume(folder / name, volume);
+    const std::string bytes = bytes_of(folder / name);
+    for (std::size_t size : {bytes.size() / 4, bytes.size() / 2, bytes.size() - 40, bytes.size() - 20}) {
+      const std::string cut = std::string("cut-") + name;
+      write(cut, bytes.substr(0, size));
+      load(cut);
+    }
+  }
+  // Not packed, 60 voxels promised, 59 there.
+  const std::string voxels(118, 'v');
+  write("raw.nrrd", "NRRD0004\ntype: int16\ndimension: 3\nsizes: 5 4 3\nendian: little\nencoding: raw\n\n" + voxels);
+  load("raw.nrrd");
+  const std::string meta = "ObjectType = Image\nNDims = 3\nDimSize = 5 4 3\nElementType = MET_SHORT\nElementDataFile = ";
+  write("raw.mha", meta + "LOCAL\n" + voxels);
+  load("raw.mha");
+  write("raw.mhd", meta + "a.raw\n");
+  load("raw.mhd");   // no a.raw
+  write("a.raw", voxels);
+  load("raw.mhd");
+  write("a.raw", voxels + "vv");
+  EXPECT_EQ(read_volume(folder / "raw.mhd").value(4, 3, 2), 'v' * 257);
+}
+
+TEST_F(VolumeErrors, MincCut) {
+  const fs::path path = data_folder() / "bad_input/nibabel__minc2_1_scale.mnc";
+  REQUIRE_DATA(path);
+  const std::string bytes = bytes_of(path);
+  for (int part = 1; part < 16; ++part) {
+    write("cut.mnc", bytes.substr(0, bytes.size() * part / 16));
+    load("cut.mnc");
+  }
+}
+
+TEST_F(VolumeErrors, GeometryThatCannotBeUsed) {
+  const std::string good = test::nifti_bytes(folder, odd_volume(VoxelType::UInt8));
+  std::string bytes = good;
+  test::patch(bytes, 252, std::int32_t(0));
+  test::patch(bytes, 84, std::numeric_limits<float>::infinity());
+  write("spacing.nii", bytes);
+  EXPECT_HAS(load("spacing.nii"), "spacing");
+  for (const std::int16_t size : {std::int16_t(0), std::int16_t(-5)}) {
+    bytes = good;
+    test::patch(bytes, 44, size);
+    write("size.nii", bytes);
+    load("size.nii");
+  }
+  bytes = good;
+  test::patch(bytes, 40, std::int16_t(9));
+  write("rank.nii", bytes);
+  load("rank.nii");
+  const std::string nrrd = "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 2 1 1\n";
+  write("singular.nrrd", nrrd + "space directions: (1,0,0) (1,0,0) (0,0,1)\nencoding: raw\n\nab");
+  load("singular.nrrd");
+  write("nan.nrrd", nrrd + "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,inf)\nencoding: raw\n\nab");
+  load("nan.nrrd");
+  write("sheared.nrrd", nrrd + "space directions: (1,0,0) (0.5,1,0) (0,0,1)\nencoding: raw\n\nab");
+  const LoadedVolume sheared = load_volume(folder / "sheared.nrrd");
+  ASSERT_EQ(sheared.warnings.size(), 1u);
+  EXPECT_TRUE((sheared.volume.geometry().world_from_index() * Eigen::Vector3d(0, 1, 0)).isApprox(Eigen::Vector3d(0.5, 1, 0)));
+}
+
+TEST_F(VolumeErrors, VoxelsThatAreNoNumbers) {
+  const std::string good = test::nifti_bytes(folder, odd_volume(VoxelType::UInt8));
+  const std::pair<int, const char*> types[] = {{128, "colours"}, {32, "complex"}, {1, "bits"}, {1536, "128"}, {77, "known"}};
+  for (const auto& [type, word] : types) {
+    std::string bytes = good;
+    test::patch(bytes, 70, std::int16_t(type));
+    write("type.nii", bytes);
+    EXPECT_HAS(load("type.nii"), word);
+  }
+  write("rgb.mha", "ObjectType = Image\nNDims = 3\nDimSize = 2 1 1\nElementNumberOfChannels = 3\nElementType = MET_UCHAR\n"
+        "ElementDataFile = LOCAL\nabcdef");
+  EXPECT_HAS(load("rgb.mha"), "3 values");
+  write("four.nrrd", "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 1 2 1 3\nencoding: raw\n\nabcdef");
+  EXPECT_HAS(load("four.nrrd"), "4D");
+}
+
+/// A file with holes claims far more than any memory; nothing may be allocated for it.
+TEST_F(VolumeErrors, MoreThanTheMemoryIsRefused) {
+  ASSERT_GT(available_memory(), std::size_t(1) << 20);
+  std::string bytes = test::nifti_bytes(folder, odd_volume(VoxelType::Float64));
+  for (int a = 0; a < 3; ++a) test::patch(bytes, 42 + 2 * a, std::int16_t(a < 2 ? 30000 : 1000));
+  write("huge.nii", bytes);
+  EXPECT_HAS(load("huge.nii"), "truncated");
+  std::error_code error;
+  fs::resize_file(folder / "huge.nii", 352 + 8ull * 30000 * 30000 * 1000, error);
+  if (error) GTEST_SKIP() << "no files with holes here";
+  const std::string text = load("huge.nii");
+  EXPECT_HAS(text, "7.2 TB");
+  EXPECT_HAS(text, "available");
+  EXPECT_EQ(read_volume_info(folder / "huge.nii").geometry.size[0], 30000);
+}
+
+TEST_F(VolumeErrors, PackedHeaderThatPromisesTooMuch) {
+  std::string bytes = test::nifti_bytes(folder, odd_volume(VoxelType::Float64));
+  for (int a = 0; a < 3; ++a) test::patch(bytes, 42 + 2 * a, std::int16_t(32767));
+  test::write_packed(folder / "huge.nii.gz", bytes);
+  EXPECT_HAS(load("huge.nii.gz"), "truncated");
+}
+
+/// Every odd file loads or throws Error; whatever happens, nothing is printed.
+TEST_F(VolumeErrors, OddFilesLoadOrThrowQuietly) {
+  const fs::path bad = data_folder() / "bad_input";
+  REQUIRE_DATA(bad);
+  const int kept[2] = {::dup(1), ::dup(2)};
+  const fs::path printed = folder / "printed";
+  const int file = ::open(printed.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  std::fflush(stdout);
+  ::dup2(file, 1);
+  ::dup2(file, 2);
+  int loaded = 0, refused = 0;
+  std::string problems;
+  for (const auto& entry : fs::directory_iterator(bad)) {
+    for (const bool voxels : {false, true}) {
+      try {
+        if (voxels) {
+          const LoadedVolume volume = load_volume(entry.path());
+          volume.volume.geometry().validate("volume");
+          ++loaded;
+        } else {
+          read_volume_info(entry.path()).geometry.validate("info");
+        }
+      } catch (const Error& error) {
+        refused += voxels;
+        const std::string text = error.what();
+        if (text.find('\n') != std::string::npos || text.find(entry.path().filename()) == std::string::npos) problems += text + "\n";
+      } catch (const std::exception& exception) {
+        problems += entry.path().string() + ": another exception: " + exception.what() + "\n";
+      }
+    }
+  }
+  std::fflush(stdout);
+  std::fflush(stderr);
+  for (int i = 0; i < 2; ++i) {
+    ::dup2(kept[i], i + 1);
+    ::close(kept[i]);
+  }
+  ::close(file);
+  EXPECT_EQ(problems, "");
+  EXPECT_EQ(bytes_of(printed), "");
+  EXPECT_GT(loaded, 30);
+  EXPECT_GT(refused, 60);
+  EXPECT_EQ(loaded + refused, std::distance(fs::directory_iterator(bad), {}));
+}
+
+TEST_F(VolumeErrors, NamedOddFiles) {
+  const fs::path bad = data_folder() / "bad_input";
+  REQUIRE_DATA(bad);
+  const auto load = [&](const char* name) { return error_of([&] { load_volume(bad / name); }); };
+  EXPECT_HAS(load("pydicom__MR_truncated.dcm"), "truncated");
+  EXPECT_HAS(load("pydicom__examples_rgb_color.dcm"), "3 values");
+  EXPECT_HAS(load("pydicom__rtstruct.dcm"), "rtstruct");
+  EXPECT_HAS(load("pydicom__waveform_ecg.dcm"), "no image");
+  EXPECT_HAS(load("nibabel__functional.nii"), "4D");
+  EXPECT_HAS(load("nibabel__example_nifti2.nii.gz"), "4D");
+  EXPECT_HAS(load("nibabel__nicom__philips_mprage.dcm.gz"), "unpack");
+  load("pydicom__dicomdirtests__DICOMDIR-nooffset");   // breaks an assertion of GDCM
+  load("pydicom__rtdose_expb.dcm");                    // GDCM would give wrong values
+  const Volume little = read_volume(bad / "pydicom__MR_small.dcm"), big = read_volume(bad / "pydicom__MR_small_bigendian.dcm");
+  EXPECT_TRUE(test::same_voxels(little, big));
+  EXPECT_TRUE(test::same_voxels(little, read_volume(bad / "pydicom__MR_small_implicit.dcm")));
+  EXPECT_EQ(little.geometry().size, (std::array<int, 3>{64, 64, 1}));
+  EXPECT_EQ(little.value(0, 0, 0), 905);   // pydicom's truth
+  const VolumeInfo nifti2 = read_volume_info(bad / "nibabel__example_nifti2.nii.gz");
+  EXPECT_EQ(nifti2.format, "NIfTI-2");
+  EXPECT_EQ(nifti2.frames, 2);
+  EXPECT_EQ(nifti2.type, VoxelType::Int16);
+  // nibabel's tests: the affine's last column is (117.8551, -35.7229, -7.2488) in RAS.
+  EXPECT_TRUE(nifti2.geometry.origin_mm.isApprox(Eigen::Vector3d(-117.8551, 35.72294, -7.248798), 1e-5));
+}
+
+}  // namespace
+}  // namespace simplexseg
