@@ -19,5 +19,5 @@ void main() {
   fill_colour = fill;
   rim_colour = rim;
   radius = radius_px;
-  gl_Position = centre + vec4(offset_px / viewport_px * 2.0 * centre.w, 0.0, 0.0);
+  gl_Position = centre + vec4(offset_px / viewport_px * 2.0 * centre.w, -2e-4 * centre.w, 0.0);
 }

@@ -26,7 +26,8 @@ int act(const Action& action, std::ostream& out, std::ostream& err) {
   try {
     action({out, err, &err == &std::cerr && isatty(STDERR_FILENO) == 1});
     out.flush();
-    return out ? 0 : complain(err, "the output cannot be written: disk full or pipe closed; check where it goes", kFailed);
+    return out ? 0
+               : complain(err, "the output cannot be written: disk full or pipe closed; check where it goes", kFailed);
   } catch (const Error& error) {
     return complain(err, error.what(), kBadInput);
   } catch (const Failure& failure) {

@@ -14,7 +14,7 @@ namespace simplexseg {
 struct Console {
   std::ostream& out;
   std::ostream& err;
-  bool shows_progress;        ///< `err` is a terminal
+  bool shows_progress;  ///< `err` is a terminal
 };
 
 /// Asked rightly, and failed all the same: exit status 1. Bad input throws Error: exit status 2.

@@ -35,7 +35,7 @@ void compare_files(const Options& options, const Console& console) {
     }
     agreement = compare(mask_of(reference, options.label), mask_of(test, options.label));
   }
-  if (options.json) {   // an infinite distance (one mask is empty) is null: JSON has no infinity
+  if (options.json) {  // an infinite distance (one mask is empty) is null: JSON has no infinity
     console.out << nlohmann::ordered_json{{"dice", agreement.dice},
                                           {"hd_mm", agreement.hd_mm},
                                           {"hd95_mm", agreement.hd95_mm},
@@ -49,23 +49,26 @@ void compare_files(const Options& options, const Console& console) {
                 << "\n";
     return;
   }
-  print_table(console.out,
-              {{"Dice", "HD mm", "HD95 mm", "ASSD mm", "reference ml", "test ml"},
-               {fixed(agreement.dice, 4), fixed(agreement.hd_mm, 3), fixed(agreement.hd95_mm, 3), fixed(agreement.assd_mm, 3),
-                fixed(agreement.reference_mm3 / 1000, 3), fixed(agreement.test_mm3 / 1000, 3)}},
-              0);
+  print_table(
+      console.out,
+      {{"Dice", "HD mm", "HD95 mm", "ASSD mm", "reference ml", "test ml"},
+       {fixed(agreement.dice, 4), fixed(agreement.hd_mm, 3), fixed(agreement.hd95_mm, 3), fixed(agreement.assd_mm, 3),
+        fixed(agreement.reference_mm3 / 1000, 3), fixed(agreement.test_mm3 / 1000, 3)}},
+      0);
 }
 
 }  // namespace
 
 void add_compare(CLI::App& app, Action& action) {
-  CLI::App* const sub = app.add_subcommand("compare", "Agreement of two label volumes: Dice, surface distances, volumes");
+  CLI::App* const sub =
+      app.add_subcommand("compare", "Agreement of two label volumes: Dice, surface distances, volumes");
   const auto options = std::make_shared<Options>();
   sub->add_option("REFERENCE", options->reference, "Label volume that is the truth")->required();
   sub->add_option("TEST", options->test, "Label volume on the same grid")->required();
   sub->add_option("--label", options->label, "The label to compare; without it every voxel that is not 0");
   sub->add_flag("--json", options->json, "Print JSON");
-  sub->callback([options, &action] { action = [options](const Console& console) { compare_files(*options, console); }; });
+  sub->callback(
+      [options, &action] { action = [options](const Console& console) { compare_files(*options, console); }; });
 }
 
 }  // namespace simplexseg

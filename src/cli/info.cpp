@@ -21,7 +21,7 @@ nlohmann::ordered_json json_of(const Eigen::Vector3d& v) { return {v.x(), v.y(),
 
 std::string text_of(const Eigen::Vector3d& v) {
   char text[200];
-  std::snprintf(text, sizeof text, "%.6g, %.6g, %.6g", v.x(), v.y(), v.z());
+  std::snprintf(text, sizeof text, "%.6g, %.6g, %.6g", v.x() + 0.0, v.y() + 0.0, v.z() + 0.0);
   return text;
 }
 
@@ -30,7 +30,7 @@ void info(const Options& options, const Console& console) {
   std::vector<std::string> warnings = info.warnings;
   Volume::Range range{0, 0};
   const bool readable = info.components == 1 && info.frames == 1;
-  if (readable) {   // the voxels too: a file that is cut short is found out here
+  if (readable) {  // the voxels too: a file that is cut short is found out here
     const Progress progress(console, "reading");
     const LoadedVolume loaded = load_volume(options.path);
     range = loaded.volume.range();
@@ -38,24 +38,28 @@ void info(const Options& options, const Console& console) {
   }
   const VolumeGeometry& geometry = info.geometry;
   if (options.json) {
-    nlohmann::ordered_json json = {{"path", options.path},
-                                   {"format", info.format},
-                                   {"size", geometry.size},
-                                   {"spacing_mm", json_of(geometry.spacing_mm)},
-                                   {"origin_mm", json_of(geometry.origin_mm)},
-                                   {"direction", {json_of(geometry.direction.row(0)), json_of(geometry.direction.row(1)), json_of(geometry.direction.row(2))}},
-                                   {"voxel_type", to_string(info.type)},
-                                   {"components", info.components},
-                                   {"frames", info.frames},
-                                   {"files", info.file_count}};
+    nlohmann::ordered_json json = {
+        {"path", options.path},
+        {"format", info.format},
+        {"size", geometry.size},
+        {"spacing_mm", json_of(geometry.spacing_mm)},
+        {"origin_mm", json_of(geometry.origin_mm)},
+        {"direction",
+         {json_of(geometry.direction.row(0)), json_of(geometry.direction.row(1)), json_of(geometry.direction.row(2))}},
+        {"voxel_type", to_string(info.type)},
+        {"components", info.components},
+        {"frames", info.frames},
+        {"files", info.file_count}};
     if (readable) json["range"] = {range.min, range.max};
     json["warnings"] = warnings;
     console.out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
     return;
   }
   console.out << "file        " << options.path << "\n"
-              << "format      " << info.format << (info.file_count > 1 ? ", " + std::to_string(info.file_count) + " files" : "") << "\n"
-              << "size        " << geometry.size[0] << " x " << geometry.size[1] << " x " << geometry.size[2] << " voxels";
+              << "format      " << info.format
+              << (info.file_count > 1 ? ", " + std::to_string(info.file_count) + " files" : "") << "\n"
+              << "size        " << geometry.size[0] << " x " << geometry.size[1] << " x " << geometry.size[2]
+              << " voxels";
   if (info.frames > 1) console.out << ", " << info.frames << " volumes";
   if (info.components > 1) console.out << ", " << info.components << " values a voxel";
   console.out << "\nspacing     " << text_of(geometry.spacing_mm) << " mm\n"

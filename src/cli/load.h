@@ -15,7 +15,7 @@ namespace simplexseg {
 struct LoadedScene {
   Scene scene;
   Volume volume;
-  std::filesystem::path volume_path;      ///< where it was found; empty when the scene names none
+  std::filesystem::path volume_path;  ///< where it was found; empty when the scene names none
 };
 /// Warnings of the volume go to the console. Throws Error as the readers do.
 LoadedScene load_scene(const std::string& path, const std::vector<std::string>& settings, const Console& console);

@@ -32,7 +32,7 @@ std::string range_of(const ParameterInfo& info) {
 nlohmann::ordered_json table_json(std::span<const ParameterInfo> table) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const ParameterInfo& info : table) {
-    nlohmann::ordered_json values;   // default, minimum and maximum as a scene file writes them
+    nlohmann::ordered_json values;  // default, minimum and maximum as a scene file writes them
     put_parameter(values, info, info.default_value);
     nlohmann::ordered_json entry = {{"name", info.name}, {"default", values[info.name]}};
     if (info.kind == ParameterKind::Choice) {
@@ -51,10 +51,13 @@ nlohmann::ordered_json table_json(std::span<const ParameterInfo> table) {
 }
 
 void print_json(std::ostream& out) {
-  nlohmann::ordered_json json = {{"simulation", table_json(simulation_table())}, {"forces", nlohmann::ordered_json::array()}};
+  nlohmann::ordered_json json = {{"simulation", table_json(simulation_table())},
+                                 {"forces", nlohmann::ordered_json::array()}};
   for (const ForceInfo& force : force_list()) {
-    json["forces"].push_back(
-        {{"name", force.name}, {"title", force.title}, {"doc", force.doc}, {"parameters", table_json(force.parameters)}});
+    json["forces"].push_back({{"name", force.name},
+                              {"title", force.title},
+                              {"doc", force.doc},
+                              {"parameters", table_json(force.parameters)}});
   }
   out << json.dump(2) << "\n";
 }
@@ -72,14 +75,16 @@ std::string cell(const std::string& text) {
 void print_markdown_table(std::ostream& out, std::span<const ParameterInfo> table) {
   out << "| parameter | default | range | unit | meaning |\n|---|---|---|---|---|\n";
   for (const ParameterInfo& info : table) {
-    out << "| `" << info.name << "` | " << parameter_to_text(info, info.default_value) << " | " << range_of(info) << " | "
-        << info.unit << " | " << cell(info.doc) << " |\n";
+    out << "| `" << info.name << "` | " << parameter_to_text(info, info.default_value) << " | " << range_of(info)
+        << " | " << info.unit << " | " << cell(info.doc) << " |\n";
   }
 }
 
 void print_markdown(std::ostream& out) {
-  out << "# Parameters\n\nWritten by `simplexseg-cli parameters --markdown` out of the tables in the source; do not edit.\n\n"
-         "## Simulation\n\nIn a scene file under `simulation`; on the command line `--set simulation.PARAMETER=VALUE`.\n\n";
+  out << "# Parameters\n\nWritten by `simplexseg-cli parameters --markdown` out of the tables in the source; do not "
+         "edit.\n\n"
+         "## Simulation\n\nIn a scene file under `simulation`; on the command line `--set "
+         "simulation.PARAMETER=VALUE`.\n\n";
   print_markdown_table(out, simulation_table());
   out << "\n## Forces\n\nIn a scene file under `forces`, for every mesh or for one; on the command line\n"
          "`--set forces.FORCE.PARAMETER=VALUE` or `--set meshes.NAME.FORCE.PARAMETER=VALUE`.\n";
@@ -92,7 +97,8 @@ void print_markdown(std::ostream& out) {
 void print_text_table(std::ostream& out, std::span<const ParameterInfo> table) {
   std::vector<std::vector<std::string>> rows{{"  parameter", "default", "range", "unit", "meaning"}};
   for (const ParameterInfo& info : table) {
-    rows.push_back({std::string("  ") + info.name, parameter_to_text(info, info.default_value), range_of(info), info.unit, info.doc});
+    rows.push_back({std::string("  ") + info.name, parameter_to_text(info, info.default_value), range_of(info),
+                    info.unit, info.doc});
   }
   print_table(out, rows, rows[0].size());
 }

@@ -33,7 +33,8 @@ VoxelType type_of(const std::string& name) {
     names.emplace_back(to_string(static_cast<VoxelType>(t)));
     if (names.back() == name) return static_cast<VoxelType>(t);
   }
-  throw Error("--type", "the voxel type " + unknown_name(name, names), "give int8 to int32, uint8 to uint32, float32 or float64");
+  throw Error("--type", "the voxel type " + unknown_name(name, names),
+              "give int8 to int32, uint8 to uint32, float32 or float64");
 }
 
 void phantom(Options options, const Console& console) {
@@ -43,7 +44,8 @@ void phantom(Options options, const Console& console) {
     throw Error("phantom " + options.kind, std::to_string(options.paths.size()) + " paths are given",
                 from_labels ? "give LABELS and OUT" : "give OUT alone");
   }
-  if (!from_labels && options.label) throw Error("--label", "this phantom is made from no label volume", "leave it out, or use label-image");
+  if (!from_labels && options.label)
+    throw Error("--label", "this phantom is made from no label volume", "leave it out, or use label-image");
   if (from_labels) {
     const Volume labels = read_volume(options.paths[0]);
     const Volume image = image_of_label(labels, options.label, options.settings);

@@ -26,15 +26,19 @@ void plan(const Options& options, const Console& console) {
   if (options.json) {
     nlohmann::ordered_json json = {{"bytes_held", plan.bytes_held()}, {"items", nlohmann::ordered_json::array()}};
     for (const StepPlan::Item& item : plan.items) {
-      json["items"].push_back(
-          {{"name", item.name}, {"what", item.what}, {"needed", item.needed}, {"why", item.why}, {"bytes", item.bytes}});
+      json["items"].push_back({{"name", item.name},
+                               {"what", item.what},
+                               {"needed", item.needed},
+                               {"why", item.why},
+                               {"bytes", item.bytes}});
     }
     console.out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
     return;
   }
   std::vector<std::vector<std::string>> rows{{"what", "name", "needed", "bytes", "why"}};
   for (const StepPlan::Item& item : plan.items) {
-    rows.push_back({item.what, item.name, item.needed ? "yes" : "left out", item.needed ? in_words(static_cast<double>(item.bytes)) : "-", item.why});
+    rows.push_back({item.what, item.name, item.needed ? "yes" : "left out",
+                    item.needed ? in_words(static_cast<double>(item.bytes)) : "-", item.why});
   }
   print_table(console.out, rows, rows[0].size());
   console.out << "held: " << in_words(static_cast<double>(plan.bytes_held())) << "\n";
@@ -43,10 +47,12 @@ void plan(const Options& options, const Console& console) {
 }  // namespace
 
 void add_plan(CLI::App& app, Action& action) {
-  CLI::App* const sub = app.add_subcommand("plan", "What a scene's step computes and holds, and what it leaves out and why");
+  CLI::App* const sub =
+      app.add_subcommand("plan", "What a scene's step computes and holds, and what it leaves out and why");
   const auto options = std::make_shared<Options>();
   sub->add_option("SCENE", options->scene, "Scene file")->required();
-  sub->add_option("--set", options->settings, "Change a parameter first: PATH=VALUE as for run")->allow_extra_args(false);
+  sub->add_option("--set", options->settings, "Change a parameter first: PATH=VALUE as for run")
+      ->allow_extra_args(false);
   sub->add_flag("--json", options->json, "Print JSON");
   sub->callback([options, &action] { action = [options](const Console& console) { plan(*options, console); }; });
 }

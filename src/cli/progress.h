@@ -10,8 +10,8 @@
 
 namespace simplexseg {
 
-/// A line on the terminal that says what is going on, for as long as this lives; shown only where there is a terminal and
-/// the work takes longer than a second.
+/// A line on the terminal that says what is going on, for as long as this lives; shown only where there is a terminal
+/// and the work takes longer than a second.
 class Progress {
  public:
   Progress(const Console& console, std::string what);

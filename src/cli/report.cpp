@@ -25,7 +25,8 @@ Json parameters_json(const Scene& scene) {
   for (const MeshItem& item : scene.meshes) {
     for (const ForceInfo& force : force_list()) {
       for (std::size_t p = 0; p < force.parameters.size(); ++p) {
-        put_parameter(meshes[item.name][force.name], force.parameters[p], item.parameters.values[static_cast<int>(force.id)][p]);
+        put_parameter(meshes[item.name][force.name], force.parameters[p],
+                      item.parameters.values[static_cast<int>(force.id)][p]);
       }
     }
   }
@@ -102,9 +103,10 @@ void print_report(std::ostream& out, const RunReport& report) {
     out << "volume  " << report.volume_path << ", " << size[0] << " x " << size[1] << " x " << size[2] << ", "
         << report.voxel_type << ", ready after " << fixed(report.load_ms / 1000, 2) << " s\n";
   }
-  out << "run     " << report.steps << " steps in " << fixed(report.wall_ms / 1000, 2) << " s, " << fixed(report.step_us(), 0)
-      << " us a step, " << (report.at_rest ? "at rest, " : "") << report.device << "\n";
-  const bool compared = std::any_of(report.meshes.begin(), report.meshes.end(), [](const MeshReport& m) { return m.agreement.has_value(); });
+  out << "run     " << report.steps << " steps in " << fixed(report.wall_ms / 1000, 2) << " s, "
+      << fixed(report.step_us(), 0) << " us a step, " << (report.at_rest ? "at rest, " : "") << report.device << "\n";
+  const bool compared = std::any_of(report.meshes.begin(), report.meshes.end(),
+                                    [](const MeshReport& m) { return m.agreement.has_value(); });
   std::vector<std::vector<std::string>> rows{{"mesh", "vertices", "volume ml", "area cm2"}};
   if (compared) rows[0].insert(rows[0].end(), {"Dice", "HD mm", "HD95 mm", "ASSD mm"});
   for (const MeshReport& mesh : report.meshes) {
@@ -112,7 +114,8 @@ void print_report(std::ostream& out, const RunReport& report) {
                     fixed(mesh.measures.area_mm2 / 100, 2)});
     if (!mesh.agreement) continue;
     const Agreement& a = *mesh.agreement;
-    rows.back().insert(rows.back().end(), {fixed(a.dice, 4), fixed(a.hd_mm, 2), fixed(a.hd95_mm, 2), fixed(a.assd_mm, 2)});
+    rows.back().insert(rows.back().end(),
+                       {fixed(a.dice, 4), fixed(a.hd_mm, 2), fixed(a.hd95_mm, 2), fixed(a.assd_mm, 2)});
   }
   if (rows.size() > 1) print_table(out, rows, 1);
 }

@@ -18,17 +18,17 @@ struct MeshReport {
   std::string name;
   int vertices = 0;
   SurfaceMeasures measures{};
-  std::optional<Agreement> agreement;    ///< with the reference that the scene names
+  std::optional<Agreement> agreement;  ///< with the reference that the scene names
 };
 
 /// What a run did.
 struct RunReport {
   std::string scene_path, volume_path;
   VolumeGeometry geometry;
-  std::string voxel_type;                ///< empty without a volume
+  std::string voxel_type;  ///< empty without a volume
   std::string backend, device, note;
-  int threads = 0;                       ///< of the CPU engine; 0 on another
-  double load_ms = 0, wall_ms = 0;       ///< reading and making ready; the simulation alone
+  int threads = 0;                  ///< of the CPU engine; 0 on another
+  double load_ms = 0, wall_ms = 0;  ///< reading and making ready; the simulation alone
   std::int64_t steps = 0;
   bool at_rest = false;
   std::optional<std::string> failure;
@@ -47,7 +47,7 @@ class References {
   std::optional<Agreement> compare_with(const MeshItem& item) const;
 
  private:
-  std::map<std::string, Volume> labels_;   ///< by the path in the scene
+  std::map<std::string, Volume> labels_;  ///< by the path in the scene
 };
 
 /// Writes the report as JSON, parameters of `scene` included. Infinite distances are null.

@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kMostStepsUntilRest = 100000;
-constexpr double kChunkSeconds = 0.1;   ///< between two looks at the keyboard
+constexpr double kChunkSeconds = 0.1;  ///< between two looks at the keyboard
 
 struct Options {
   std::string scene, backend = "auto";
@@ -53,7 +53,8 @@ EngineChoice engine_for(const Options& options) {
   return as_failure([&] {
     if (options.backend == "cpu") return EngineChoice{make_cpu_engine(options.threads), ""};
     EngineChoice choice = make_engine(options.backend == "cuda" ? Backend::Cuda : Backend::Auto);
-    if (options.threads > 0 && choice.engine->backend() == std::string("cpu")) choice.engine = make_cpu_engine(options.threads);
+    if (options.threads > 0 && choice.engine->backend() == std::string("cpu"))
+      choice.engine = make_cpu_engine(options.threads);
     return choice;
   });
 }
@@ -81,8 +82,8 @@ void check_outputs(const Options& options, const fs::path& volume) {
   if (!options.meshes.empty()) {
     fs::create_directories(options.meshes, failure);
     if (!fs::is_directory(options.meshes)) {
-      throw Error("cannot make the folder " + quoted(fs::path(options.meshes)), failure ? failure.message() : "there is a file of that name",
-                  "name another");
+      throw Error("cannot make the folder " + quoted(fs::path(options.meshes)),
+                  failure ? failure.message() : "there is a file of that name", "name another");
     }
   }
 }
@@ -95,7 +96,8 @@ Advance advance(Session& session, int steps, bool until_rest, const Console& con
   while (total.steps < steps && !total.failure && !(until_rest && total.at_rest)) {
     Interrupt::check();
     const double start = seconds_now();
-    const Advance part = as_failure([&] { return session.advance_steps(std::min(chunk, steps - total.steps), until_rest); });
+    const Advance part =
+        as_failure([&] { return session.advance_steps(std::min(chunk, steps - total.steps), until_rest); });
     const double took = seconds_now() - start;
     total.steps += part.steps;
     total.at_rest = part.at_rest;
@@ -115,7 +117,8 @@ Advance replay(Session& session, const LogFile& log, const Console& console) {
   for (std::size_t e = 0; e <= log.log.size() && !total.failure; ++e) {
     Interrupt::check();
     const bool last = e == log.log.size();
-    const Advance part = as_failure([&] { return session.advance_steps(last ? log.trailing_steps : log.log[e].steps); });
+    const Advance part =
+        as_failure([&] { return session.advance_steps(last ? log.trailing_steps : log.log[e].steps); });
     total.steps += part.steps;
     total.at_rest = part.at_rest;
     total.failure = part.failure;
@@ -142,7 +145,8 @@ void write_outputs(const Options& options, const Session& session, RunReport& re
   if (!options.labels.empty()) {
     const LabelMap map = make_label_map(scene, session.volume().geometry());
     if (map.shared_voxels > 0) {
-      console.err << "note: " << map.shared_voxels << " voxels lie inside two or more meshes; the first of them has them\n";
+      console.err << "note: " << map.shared_voxels
+                  << " voxels lie inside two or more meshes; the first of them has them\n";
     }
     write_labels(options.labels, map.labels);
   }
@@ -180,7 +184,9 @@ void run(const Options& options, const Console& console) {
   report.backend = choice.engine->backend();
   report.device = choice.engine->description();
   report.note = choice.note;
-  if (report.backend == "cpu") report.threads = options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  if (report.backend == "cpu")
+    report.threads =
+        options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   Session session(std::move(choice.engine));
   session.open(std::move(loaded.scene), std::move(loaded.volume));
   report.load_ms = 1000 * (seconds_now() - start);
@@ -190,7 +196,7 @@ void run(const Options& options, const Console& console) {
   const double simulation_start = seconds_now();
   const Advance advanced = log ? replay(session, *log, console)
                                : advance(session, until_rest ? kMostStepsUntilRest : scene_steps, until_rest, console);
-  session.scene();   // the poses are back from the engine: part of the simulation's time
+  session.scene();  // the poses are back from the engine: part of the simulation's time
   report.wall_ms = 1000 * (seconds_now() - simulation_start);
   report.steps = advanced.steps;
   report.at_rest = advanced.at_rest;
@@ -201,7 +207,8 @@ void run(const Options& options, const Console& console) {
     {
       const Progress progress(console, "measuring");
       for (const MeshItem& item : session.scene().meshes) {
-        report.meshes.push_back({item.name, item.mesh.vertex_count(), measure(item.mesh), references.compare_with(item)});
+        report.meshes.push_back(
+            {item.name, item.mesh.vertex_count(), measure(item.mesh), references.compare_with(item)});
         Interrupt::check();
       }
     }
@@ -211,7 +218,8 @@ void run(const Options& options, const Console& console) {
   print_report(console.out, report);
   if (report.failure) throw Failure("after " + std::to_string(report.steps) + " steps: " + *report.failure);
   if (until_rest && !log && !report.at_rest) {
-    console.err << "note: not at rest after " << report.steps << " steps; give --steps, or raise simulation.rest_tolerance\n";
+    console.err << "note: not at rest after " << report.steps
+                << " steps; give --steps, or raise simulation.rest_tolerance\n";
   }
 }
 
@@ -224,10 +232,13 @@ void add_run(CLI::App& app, Action& action) {
   sub->add_option("--backend", options->backend, "auto takes CUDA where a device can be used, else the CPU")
       ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
       ->capture_default_str();
-  sub->add_option("--threads", options->threads, "CPU threads; without it as many as the machine has")->check(CLI::Range(1, 1024));
+  sub->add_option("--threads", options->threads, "CPU threads; without it as many as the machine has")
+      ->check(CLI::Range(1, 1024));
   CLI::Option* const steps = sub->add_option("--steps", options->steps, "Steps to do; without it those of the scene")
                                  ->check(CLI::Range(0, 1000000000));
-  CLI::Option* const rest = sub->add_flag("--until-rest", options->until_rest, "Go on until nothing moves, 100000 steps at most")->excludes(steps);
+  CLI::Option* const rest =
+      sub->add_flag("--until-rest", options->until_rest, "Go on until nothing moves, 100000 steps at most")
+          ->excludes(steps);
   sub->add_option("--set", options->settings,
                   "Change a parameter first: simulation.PARAMETER=VALUE, forces.FORCE.PARAMETER=VALUE or "
                   "meshes.NAME.FORCE.PARAMETER=VALUE; see simplexseg-cli parameters")
@@ -235,7 +246,9 @@ void add_run(CLI::App& app, Action& action) {
   sub->add_option("--labels", options->labels, "Write the voxels inside the meshes here (.nii, .nii.gz, .nrrd, .mha)");
   sub->add_option("--meshes", options->meshes, "Write each mesh as NAME.ply into this folder");
   sub->add_option("--report", options->report, "Write a report here (JSON)");
-  sub->add_option("--replay", options->replay, "Repeat this log of commands on the scene, instead of its steps")->excludes(steps)->excludes(rest);
+  sub->add_option("--replay", options->replay, "Repeat this log of commands on the scene, instead of its steps")
+      ->excludes(steps)
+      ->excludes(rest);
   sub->add_option("--picture", options->picture, "Write three slices with the meshes' outlines here (.png, .ppm)");
   sub->callback([options, &action] { action = [options](const Console& console) { run(*options, console); }; });
 }

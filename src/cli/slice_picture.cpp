@@ -10,14 +10,14 @@ namespace simplexseg {
 namespace {
 
 constexpr int kMostRows = 4;
-constexpr int kGap = 4;   ///< pixels between panels
+constexpr int kGap = 4;  ///< pixels between panels
 
 /// A plane across a patient axis: the world axes that run to the right and down in the picture, with their signs (LPS).
 struct Plane {
   int right, down, across;
   double right_sign, down_sign;
 };
-constexpr Plane kPlanes[] = {{0, 1, 2, 1, 1}, {1, 2, 0, 1, -1}, {0, 2, 1, 1, -1}};   // axial, sagittal, coronal
+constexpr Plane kPlanes[] = {{0, 1, 2, 1, 1}, {1, 2, 0, 1, -1}, {0, 2, 1, 1, -1}};  // axial, sagittal, coronal
 
 struct Box {
   Eigen::Vector3d low, high;
@@ -38,9 +38,9 @@ Box box_of(const VolumeGeometry& geometry) {
 /// One panel: pixel (0, 0) is its upper left corner.
 struct Panel {
   Plane plane;
-  Eigen::Vector3d corner_mm;      ///< world position of the upper left corner, in the plane
+  Eigen::Vector3d corner_mm;  ///< world position of the upper left corner, in the plane
   double pixel_mm;
-  int left, top, width, height;   ///< pixels in the picture
+  int left, top, width, height;  ///< pixels in the picture
 
   Eigen::Vector3d world_of(double x, double y) const {
     Eigen::Vector3d world = corner_mm;
@@ -71,7 +71,8 @@ class Canvas {
 
   void set(const Panel& panel, int x, int y, const Colour& colour) {
     if (x < 0 || y < 0 || x >= panel.width || y >= panel.height) return;
-    std::uint8_t* const pixel = &picture_.rgb[3 * (static_cast<std::size_t>(panel.top + y) * picture_.width + panel.left + x)];
+    std::uint8_t* const pixel =
+        &picture_.rgb[3 * (static_cast<std::size_t>(panel.top + y) * picture_.width + panel.left + x)];
     pixel[0] = colour.red, pixel[1] = colour.green, pixel[2] = colour.blue;
   }
   void line(const Panel& panel, const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Colour& colour) {
@@ -94,7 +95,8 @@ struct Window {
   }
 };
 
-/// From the darkest to the brightest but one in a hundred of the voxels (a sample of them) that differ from the darkest.
+/// From the darkest to the brightest but one in a hundred of the voxels (a sample of them) that differ from the
+/// darkest.
 Window window_of(const Volume& volume) {
   std::vector<double> values;
   const auto& size = volume.geometry().size;
@@ -153,7 +155,7 @@ Picture draw_slices(const Volume& volume, const Scene& scene, int panel) {
     colours.push_back(item.colour);
     if (static_cast<int>(foci.size()) < kMostRows) foci.push_back(measure(item.mesh).centroid_mm);
     for (const Eigen::Vector3f& p : item.mesh.positions) {
-      if (!volume.empty()) break;   // the volume is the frame; without one the meshes are
+      if (!volume.empty()) break;  // the volume is the frame; without one the meshes are
       box.low = box.low.cwiseMin(p.cast<double>()), box.high = box.high.cwiseMax(p.cast<double>());
     }
   }

@@ -18,7 +18,7 @@ const Binding kBindings[] = {
      "Add an attraction point to the active mesh; placed on press, final on release"},
     {Act::ErasePoint, kSlices, "", Mouse::Left, Qt::AltModifier, "", "Delete the point under the cursor"},
     {Act::PickMesh, kSlices, "", Mouse::Left, Qt::ControlModifier, "", "Make the mesh under the cursor active"},
-    {Act::ContextMenu, kSlices, "", Mouse::RightClick, {}, "", "Menu: add or delete a point, place a mesh"},
+    {Act::ContextMenu, kSlices, "", Mouse::RightClick, {}, "", "Menu: add or delete a point, make a mesh active"},
     {Act::Zoom, kSlices, "", Mouse::Right, {}, "", "Zoom"},
     {Act::Pan, kSlices, "", Mouse::Middle, {}, "", "Pan"},
     {Act::WheelSlice, kSlices, "", Mouse::Wheel, {}, "", "Next or previous slice"},

@@ -13,7 +13,7 @@ constexpr double kHalfAngle = 15 * std::numbers::pi / 180;   // of the picture's
 void OrbitCamera::fit(const Eigen::Vector3d& centre_mm, double radius_mm) {
   target_mm_ = centre_mm;
   radius_mm_ = std::max(radius_mm, 1e-3);
-  distance_mm_ = radius_mm_ / std::sin(kHalfAngle) * 0.86;
+  distance_mm_ = radius_mm_ / std::sin(kHalfAngle) * 0.74;
   // From the front the eye's axes are: x = left of the patient, y = superior, z = anterior (LPS: +x, +z, -y).
   Eigen::Matrix3d from_front;
   from_front << 1, 0, 0, 0, 0, 1, 0, -1, 0;

@@ -2,6 +2,7 @@
 #include "gui/force_panel.h"
 
 #include <QCheckBox>
+#include <QDoubleSpinBox>
 #include <QGridLayout>
 #include <QHBoxLayout>
 #include <QLabel>
@@ -77,6 +78,7 @@ ForcePanel::Section ForcePanel::build_section(const ForceInfo& force) {
     if (p == 0) {
       // The weight stays in sight beside the switch.
       row->setFixedWidth(176);
+      row->number()->setFixedWidth(84);
       head->addWidget(row);
       continue;
     }

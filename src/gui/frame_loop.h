@@ -16,6 +16,8 @@ class FrameLoop : public QObject {
   /// One frame: simulation.frame_budget ms of steps, one refresh.
   void tick();
   bool at_rest() const { return at_rest_; }
+  /// False while nothing can move: paused, at rest, no mesh.
+  bool active() const { return timer_.isActive(); }
   /// Smoothed over some frames; 0 when nothing has run yet.
   double steps_per_second() const { return steps_per_second_; }
   double step_ms() const { return step_ms_; }

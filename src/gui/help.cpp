@@ -21,7 +21,7 @@ QString trigger_text(const Binding& binding) {
   if (binding.modifiers & Qt::ShiftModifier) text += "Shift + ";
   if (binding.modifiers & Qt::AltModifier) text += "Alt + ";
   switch (binding.mouse) {
-    case Mouse::Left: return text + "left drag";
+    case Mouse::Left: return text + (binding.act == Act::ErasePoint || binding.act == Act::PickMesh ? "left click" : "left drag");
     case Mouse::Right: return text + "right drag";
     case Mouse::Middle: return text + "middle drag";
     case Mouse::RightClick: return text + "right click";
@@ -30,6 +30,11 @@ QString trigger_text(const Binding& binding) {
     case Mouse::Move: return text + "move";
     case Mouse::None: break;
   }
+  return text;
+}
+
+QString capitalised(QString text) {
+  if (!text.isEmpty()) text[0] = text[0].toUpper();
   return text;
 }
 
@@ -42,7 +47,7 @@ QString bindings_html() {
     for (const Binding& binding : bindings()) {
       if (binding.where != where) continue;
       html += QString("<tr><td width='170'><b>%1</b></td><td>%2</td></tr>")
-                  .arg(trigger_text(binding).toHtmlEscaped(), QString::fromUtf8(binding.does).toHtmlEscaped());
+                  .arg(capitalised(trigger_text(binding)).toHtmlEscaped(), QString::fromUtf8(binding.does).toHtmlEscaped());
     }
     html += "</table>";
   }

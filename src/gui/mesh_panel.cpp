@@ -59,8 +59,9 @@ MeshPanel::MeshPanel(Workbench& workbench, QWidget* parent) : QWidget(parent), w
     button->setToolTip(tip);
     button->setMinimumWidth(40);
     connect(button, &QPushButton::clicked, this, clicked);
-    grid->addWidget(button, next / 3, next % 3);
-    ++next;
+    const int columns = title.size() > 10 ? 2 : 1;
+    grid->addWidget(button, next / 3, next % 3, 1, columns);
+    next += columns;
     return button;
   };
   const auto active = [this] { return workbench_.view.active_mesh; };
@@ -68,7 +69,7 @@ MeshPanel::MeshPanel(Workbench& workbench, QWidget* parent) : QWidget(parent), w
   reset_ = add_button(tr("Reset"), tr("The active mesh back to its sphere"), [=, this] { workbench_.apply(ResetPose{active()}); });
   refine_ = add_button(tr("Refine"), tr("Four times as many vertices for the active mesh"),
                        [=, this] { workbench_.apply(RefineMesh{active()}); });
-  record_ = add_button(tr("Record"), tr("Take the intensity profiles under the present pose as what the intensity-profile force looks for"),
+  record_ = add_button(tr("Record profiles"), tr("Take the intensity profiles under the present pose as what the intensity-profile force looks for"),
                        [=, this] { workbench_.apply(RecordProfiles{active()}); });
   delete_ = add_button(tr("Delete"), tr("Delete the active mesh and its points"), [=, this] { workbench_.apply(DeleteMesh{active()}); });
   layout->addLayout(grid);

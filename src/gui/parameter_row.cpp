@@ -81,7 +81,7 @@ void ParameterRow::build_number() {
   number_->setDecimals(decimals_of(info_));
   number_->setRange(info_.minimum, info_.maximum);
   number_->setKeyboardTracking(false);
-  number_->setFixedWidth(*info_.unit ? 104 : 84);
+  number_->setFixedWidth(104);
   if (logarithmic_) {
     number_->setStepType(QAbstractSpinBox::AdaptiveDecimalStepType);
   } else {

@@ -16,7 +16,13 @@ Rgba rgba_of(const QColor& colour, float alpha = 1) {
 }
 }  // namespace
 
-SpaceView::SpaceView(Workbench& workbench, QWidget* parent) : View(workbench, parent) { setObjectName("3D"); }
+SpaceView::SpaceView(Workbench& workbench, QWidget* parent) : View(workbench, parent) {
+  setObjectName("3D");
+  // Slices need no multisampling: their lines are smooth by themselves.
+  QSurfaceFormat smooth = format();
+  smooth.setSamples(4);
+  setFormat(smooth);
+}
 
 SpaceView::~SpaceView() { release(); }
 

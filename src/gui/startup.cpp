@@ -40,7 +40,7 @@ int complain(int status, const QString& text) {
 void report_fatal(QtMsgType type, const QMessageLogContext&, const QString& text) {
   static QString cause;
   if (type == QtWarningMsg && text.contains("could not connect to display")) {
-    cause = text.section(':', -1).trimmed().isEmpty() ? "there is no display" : text;
+    cause = qEnvironmentVariableIsEmpty("DISPLAY") ? "there is no display" : text;
   }
   if (type == QtFatalMsg) {
     std::_Exit(complain(kFailed, "no window can be opened: " + (cause.isEmpty() ? text.section('\n', 0, 0) : cause) +
@@ -148,11 +148,13 @@ void set_surface_format() {
   format.setVersion(4, 5);
   format.setProfile(QSurfaceFormat::CoreProfile);
   format.setDepthBufferSize(24);
-  format.setSamples(4);
   QSurfaceFormat::setDefaultFormat(format);
 }
 
 std::string why_no_opengl() {
+  // Qt 6.4 hands out contexts on these and then crashes when it composes a window from them.
+  const QString platform = QGuiApplication::platformName();
+  if (platform == "offscreen" || platform == "minimal") return "Qt's platform '" + platform.toStdString() + "' has none";
   QOffscreenSurface surface;
   surface.setFormat(QSurfaceFormat::defaultFormat());
   surface.create();

@@ -41,7 +41,8 @@ std::string reason_of(const std::string& message) {
 class DuplicateFinder {
  public:
   bool operator()(int depth, json::parse_event_t event, json& value) {
-    if (event == json::parse_event_t::object_start) open_.resize(static_cast<std::size_t>(depth) + 1), open_.back().clear();
+    if (event == json::parse_event_t::object_start)
+      open_.resize(static_cast<std::size_t>(depth) + 1), open_.back().clear();
     if (event == json::parse_event_t::key) {
       open_.resize(static_cast<std::size_t>(depth));
       const std::string& key = value.get_ref<const std::string&>();
@@ -77,13 +78,15 @@ JsonInput JsonInput::open(const fs::path& path, const std::string& kind) {
   try {
     document->root = json::parse(bytes, std::ref(duplicates));
   } catch (const json::parse_error& error) {
-    throw Error(quoted(path) + ", " + place_of(bytes, error.byte), "not a " + kind + " file: " + reason_of(error.what()),
-                "correct the file; numbers must be finite");
+    throw Error(quoted(path) + ", " + place_of(bytes, error.byte),
+                "not a " + kind + " file: " + reason_of(error.what()), "correct the file; numbers must be finite");
   } catch (const json::exception& error) {
-    throw Error(quoted(path), "not a " + kind + " file: " + reason_of(error.what()), "correct the file; numbers must be finite");
+    throw Error(quoted(path), "not a " + kind + " file: " + reason_of(error.what()),
+                "correct the file; numbers must be finite");
   }
   if (!duplicates.first().empty()) {
-    throw Error(quoted(path), "the key '" + duplicates.first() + "' comes twice in one object", "delete one of the two");
+    throw Error(quoted(path), "the key '" + duplicates.first() + "' comes twice in one object",
+                "delete one of the two");
   }
   const void* root = &document->root;
   return JsonInput(std::move(document), root, "");
@@ -98,11 +101,13 @@ void JsonInput::refuse(const std::string& why, const std::string& what_to_do) co
 }
 
 void JsonInput::expect_object() const {
-  if (!json_of(node_).is_object()) refuse(std::string("a ") + json_of(node_).type_name() + " stands here", "write an object {...}");
+  if (!json_of(node_).is_object())
+    refuse(std::string("a ") + json_of(node_).type_name() + " stands here", "write an object {...}");
 }
 
 void JsonInput::expect_array() const {
-  if (!json_of(node_).is_array()) refuse(std::string("a ") + json_of(node_).type_name() + " stands here", "write a list [...]");
+  if (!json_of(node_).is_array())
+    refuse(std::string("a ") + json_of(node_).type_name() + " stands here", "write a list [...]");
 }
 
 void JsonInput::expect_keys(const std::vector<std::string>& known) const {
@@ -136,11 +141,13 @@ int JsonInput::size() const {
 
 JsonInput JsonInput::operator[](int index) const {
   expect_array();
-  return child(&json_of(node_).at(static_cast<std::size_t>(index)), std::string("[").append(std::to_string(index)).append("]"));
+  return child(&json_of(node_).at(static_cast<std::size_t>(index)),
+               std::string("[").append(std::to_string(index)).append("]"));
 }
 
 double JsonInput::number() const {
-  if (!json_of(node_).is_number()) refuse(std::string("a ") + json_of(node_).type_name() + " stands here", "write a finite number");
+  if (!json_of(node_).is_number())
+    refuse(std::string("a ") + json_of(node_).type_name() + " stands here", "write a finite number");
   const double value = json_of(node_).get<double>();
   if (!std::isfinite(value)) refuse("not a finite number", "write a finite number");
   return value;
@@ -149,7 +156,8 @@ double JsonInput::number() const {
 double JsonInput::number_between(double minimum, double maximum) const {
   const double value = number();
   if (!(value >= minimum && value <= maximum)) {
-    refuse(json(value).dump() + " is out of range", "give a value from " + json(minimum).dump() + " to " + json(maximum).dump());
+    refuse(json(value).dump() + " is out of range",
+           "give a value from " + json(minimum).dump() + " to " + json(maximum).dump());
   }
   return value;
 }
@@ -164,12 +172,14 @@ int JsonInput::integer_between(int minimum, int maximum) const {
 }
 
 bool JsonInput::boolean() const {
-  if (!json_of(node_).is_boolean()) refuse(std::string("a ") + json_of(node_).type_name() + " stands here", "write true or false");
+  if (!json_of(node_).is_boolean())
+    refuse(std::string("a ") + json_of(node_).type_name() + " stands here", "write true or false");
   return json_of(node_).get<bool>();
 }
 
 std::string JsonInput::text_or_empty() const {
-  if (!json_of(node_).is_string()) refuse(std::string("a ") + json_of(node_).type_name() + " stands here", "write a text in quotes");
+  if (!json_of(node_).is_string())
+    refuse(std::string("a ") + json_of(node_).type_name() + " stands here", "write a text in quotes");
   const std::string value = json_of(node_).get<std::string>();
   if (value.find('\0') != std::string::npos) refuse("the text holds a zero byte", "delete it");
   return value;

@@ -37,9 +37,9 @@ class JsonInput {
   double number_between(double minimum, double maximum) const;
   int integer_between(int minimum, int maximum) const;
   bool boolean() const;
-  std::string text() const;                     ///< not empty
+  std::string text() const;  ///< not empty
   std::string text_or_empty() const;
-  Eigen::Vector3d vector3() const;              ///< finite
+  Eigen::Vector3d vector3() const;  ///< finite
   float parameter(const ParameterInfo& info) const;
 
   const std::string& where() const { return where_; }
@@ -53,7 +53,7 @@ class JsonInput {
   void expect_array() const;
 
   std::shared_ptr<const Document> document_;
-  const void* node_;                            ///< the value within the document, of the JSON library's own type
+  const void* node_;  ///< the value within the document, of the JSON library's own type
   std::string where_;
 };
 

@@ -16,9 +16,15 @@ namespace simplexseg {
 template <class Json>
 void put_parameter(Json& object, const ParameterInfo& info, float value) {
   switch (info.kind) {
-    case ParameterKind::Choice: object[info.name] = parameter_to_text(info, value); break;
-    case ParameterKind::Integer: object[info.name] = std::lround(value); break;
-    case ParameterKind::Real: object[info.name] = short_double(value); break;
+    case ParameterKind::Choice:
+      object[info.name] = parameter_to_text(info, value);
+      break;
+    case ParameterKind::Integer:
+      object[info.name] = std::lround(value);
+      break;
+    case ParameterKind::Real:
+      object[info.name] = short_double(value);
+      break;
   }
 }
 

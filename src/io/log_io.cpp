@@ -71,7 +71,7 @@ void take(const JsonInput& in, EditMesh& c) {
   if (in.has("label")) c.label = in["label"].integer_between(std::numeric_limits<int>::min(), kMaxInt);
 }
 
-/// Reads "parameter" and "value" against a table. 
+/// Reads "parameter" and "value" against a table.
 void take_value(const JsonInput& in, std::span<const ParameterInfo> table, int& parameter, float& value) {
   const std::string name = in["parameter"].text();
   parameter = find_parameter(table, name.c_str());
@@ -131,8 +131,8 @@ void take(const JsonInput& in, DeleteAttractionPoint& c) {
 }
 
 template <class C>
-concept OfOneMesh = std::is_same_v<C, DeleteMesh> || std::is_same_v<C, ResetPose> || std::is_same_v<C, RecordProfiles> ||
-                    std::is_same_v<C, RefineMesh>;
+concept OfOneMesh = std::is_same_v<C, DeleteMesh> || std::is_same_v<C, ResetPose> ||
+    std::is_same_v<C, RecordProfiles> || std::is_same_v<C, RefineMesh>;
 Json body(const OfOneMesh auto& c) { return {{"mesh", c.mesh}}; }
 void take(const JsonInput& in, OfOneMesh auto& c) {
   expect_keys(in, {"mesh"});
@@ -146,9 +146,9 @@ void take(const JsonInput& in, Bare auto&) { expect_keys(in, {}); }
 
 /// Names in the file, in the order of the variant.
 const std::vector<std::string> kNames = {
-    "add_mesh",   "delete_mesh",  "edit_mesh",    "set_force_parameter", "set_simulation_parameter", "add_point",
-    "move_point", "delete_point", "reset_pose",   "record_profiles",     "refine_mesh",              "undo",
-    "redo"};
+    "add_mesh",    "delete_mesh", "edit_mesh",    "set_force_parameter", "set_simulation_parameter",
+    "add_point",   "move_point",  "delete_point", "reset_pose",          "record_profiles",
+    "refine_mesh", "undo",        "redo"};
 
 template <std::size_t I = 0>
 Command read_command(const JsonInput& input, std::size_t wanted) {
@@ -179,7 +179,8 @@ void write_log(const fs::path& path, const std::vector<LogEntry>& log, int trail
 
 LogFile read_log(const fs::path& path) {
   const JsonInput input = JsonInput::open(path, "log");
-  if (!input.has("simplexseg_log")) input.refuse("this is no log: the key 'simplexseg_log' is missing", "name a log file");
+  if (!input.has("simplexseg_log"))
+    input.refuse("this is no log: the key 'simplexseg_log' is missing", "name a log file");
   input["simplexseg_log"].integer_between(1, 1);
   input.expect_keys({"simplexseg_log", "scene", "entries", "trailing_steps"});
   LogFile file{};

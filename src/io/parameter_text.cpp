@@ -46,7 +46,7 @@ std::vector<std::string> choices_of(const ParameterInfo& info) {
 
 float checked_parameter(const std::string& where, const ParameterInfo& info, double value) {
   if (!std::isfinite(value)) throw Error(where, "not a finite number", "give a value from " + range_text(info));
-  const float narrow = static_cast<float>(value);   // compared as float: the tables' limits are floats
+  const float narrow = static_cast<float>(value);  // compared as float: the tables' limits are floats
   if (!(narrow >= info.minimum && narrow <= info.maximum)) {
     throw Error(where, number_to_text(narrow) + " is out of range", "give a value from " + range_text(info));
   }
@@ -86,7 +86,8 @@ std::string parameter_to_text(const ParameterInfo& info, float value) {
 std::string number_to_text(float value) {
   char text[40];
   const bool whole = value == std::trunc(value) && std::abs(value) < 1e7f && !(value == 0 && std::signbit(value));
-  const auto end = whole ? std::to_chars(text, text + sizeof text, static_cast<int>(value)) : std::to_chars(text, text + sizeof text, value);
+  const auto end = whole ? std::to_chars(text, text + sizeof text, static_cast<int>(value))
+                         : std::to_chars(text, text + sizeof text, value);
   return {text, end.ptr};
 }
 

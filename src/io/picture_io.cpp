@@ -21,23 +21,25 @@ void put_chunk(std::string& bytes, const std::string& type, const std::string& d
   const std::string body = type + data;
   put_u32(bytes, static_cast<std::uint32_t>(data.size()));
   bytes += body;
-  put_u32(bytes, static_cast<std::uint32_t>(crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size()))));
+  put_u32(bytes, static_cast<std::uint32_t>(
+                     crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size()))));
 }
 
 std::string png_bytes(const AtomicFile& file, const Picture& picture) {
   std::string header;
   put_u32(header, static_cast<std::uint32_t>(picture.width));
   put_u32(header, static_cast<std::uint32_t>(picture.height));
-  header += {8, 2, 0, 0, 0};   // 8 bits, RGB, deflate, the standard filters, not interlaced
+  header += {8, 2, 0, 0, 0};  // 8 bits, RGB, deflate, the standard filters, not interlaced
   std::string rows;
   const std::size_t row_bytes = 3 * static_cast<std::size_t>(picture.width);
   for (int y = 0; y < picture.height; ++y) {
-    rows += '\0';              // filter: none
+    rows += '\0';  // filter: none
     rows.append(reinterpret_cast<const char*>(picture.rgb.data()) + static_cast<std::size_t>(y) * row_bytes, row_bytes);
   }
   uLongf size = compressBound(rows.size());
   std::string packed(size, '\0');
-  if (compress(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(rows.data()), rows.size()) != Z_OK) {
+  if (compress(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(rows.data()),
+               rows.size()) != Z_OK) {
     throw file.failed("the picture cannot be compressed");
   }
   packed.resize(size);

@@ -111,7 +111,8 @@ void take_pose_state(const std::string& file, const std::string& bytes, MeshItem
     item.region = region;
     item.steps_at_level = steps_at_level;
   } catch (const json::exception&) {
-    throw Error(file, "not the state file of a pose, or cut short", "delete the key 'state' to start again from the pose");
+    throw Error(file, "not the state file of a pose, or cut short",
+                "delete the key 'state' to start again from the pose");
   } catch (const std::out_of_range& error) {
     throw Error(file, error.what(), "delete the key 'state' to start again from the pose");
   }

@@ -29,9 +29,12 @@ constexpr int kMaxSteps = 1000000000;
 
 Colour read_colour(const JsonInput& input) {
   const std::string text = input.text();
-  const bool hex = text.size() == 7 && text[0] == '#' && text.find_first_not_of("0123456789abcdefABCDEF", 1) == text.npos;
+  const bool hex =
+      text.size() == 7 && text[0] == '#' && text.find_first_not_of("0123456789abcdefABCDEF", 1) == text.npos;
   if (!hex) input.refuse("'" + one_line(text) + "' is no colour", "write it as \"#e6a03c\"");
-  const auto channel = [&text](int at) { return static_cast<std::uint8_t>(std::stoi(text.substr(at, 2), nullptr, 16)); };
+  const auto channel = [&text](int at) {
+    return static_cast<std::uint8_t>(std::stoi(text.substr(at, 2), nullptr, 16));
+  };
   return {channel(1), channel(3), channel(5)};
 }
 
@@ -72,7 +75,8 @@ fs::path file_beside(const JsonInput& input, const fs::path& folder) {
 }
 
 void read_pose(const JsonInput& input, const fs::path& folder, MeshItem& item) {
-  if (input.has("state") && !input.has("pose")) input["state"].refuse("there is no pose that it belongs to", "add the key 'pose'");
+  if (input.has("state") && !input.has("pose"))
+    input["state"].refuse("there is no pose that it belongs to", "add the key 'pose'");
   if (!input.has("pose")) return;
   item.mesh = read_mesh(file_beside(input["pose"], folder));
   item.previous = item.mesh.positions;
@@ -83,7 +87,8 @@ void read_pose(const JsonInput& input, const fs::path& folder, MeshItem& item) {
 }
 
 MeshItem read_item(const JsonInput& input, const ForceParameters& defaults, const fs::path& folder) {
-  input.expect_keys({"name", "sphere", "colour", "visible", "label", "forces", "final_vertices", "reference", "pose", "state"});
+  input.expect_keys(
+      {"name", "sphere", "colour", "visible", "label", "forces", "final_vertices", "reference", "pose", "state"});
   MeshItem item;
   item.parameters = defaults;
   item.name = input["name"].text();
@@ -171,10 +176,11 @@ void expect_writable(const fs::path& path, const Scene& scene) {
     if (name.empty()) throw Error("cannot write " + quoted(path), "a mesh has no name", "give it one");
     const bool twice = std::any_of(scene.meshes.begin(), scene.meshes.begin() + static_cast<std::ptrdiff_t>(m),
                                    [&name](const MeshItem& other) { return other.name == name; });
-    if (twice) throw Error("cannot write " + quoted(path), "two meshes have the name '" + one_line(name) + "'", "rename one");
+    if (twice)
+      throw Error("cannot write " + quoted(path), "two meshes have the name '" + one_line(name) + "'", "rename one");
     if (scene.meshes[m].mesh.positions.empty()) continue;
     try {
-      validate(scene.meshes[m].mesh);   // what is written must be read again
+      validate(scene.meshes[m].mesh);  // what is written must be read again
     } catch (const Error& error) {
       throw Error("cannot write " + quoted(path), "mesh '" + one_line(name) + "' is not valid (" + error.what() + ")",
                   "undo, or reset its pose");
@@ -193,7 +199,8 @@ std::vector<ItemId> file_ids(const Scene& scene) {
   for (const MeshItem& item : scene.meshes) ids.push_back(item.id);
   std::vector<ItemId> sorted = ids;
   std::sort(sorted.begin(), sorted.end());
-  const bool usable = std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end() && (sorted.empty() || sorted[0] > 0);
+  const bool usable =
+      std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end() && (sorted.empty() || sorted[0] > 0);
   for (std::size_t m = 0; m < ids.size() && !usable; ++m) ids[m] = static_cast<ItemId>(m + 1);
   return ids;
 }
@@ -202,7 +209,8 @@ std::vector<ItemId> file_ids(const Scene& scene) {
 
 SceneFile read_scene(const fs::path& path) {
   const JsonInput input = JsonInput::open(path, "scene");
-  if (!input.has("simplexseg_scene")) input.refuse("this is no scene: the key 'simplexseg_scene' is missing", "name a scene file");
+  if (!input.has("simplexseg_scene"))
+    input.refuse("this is no scene: the key 'simplexseg_scene' is missing", "name a scene file");
   input["simplexseg_scene"].integer_between(kSceneVersion, kSceneVersion);
   input.expect_keys({"simplexseg_scene", "volume", "simulation", "forces", "meshes", "attraction_points", "steps"});
   const fs::path folder = path.parent_path();
@@ -245,7 +253,7 @@ SceneFile read_scene(const fs::path& path) {
 void write_scene(const fs::path& path, const Scene& scene) {
   expect_writable(path, scene);
   const fs::path folder = path.parent_path();
-  std::list<AtomicFile> files;   // renamed only when all are whole, the scene itself last
+  std::list<AtomicFile> files;  // renamed only when all are whole, the scene itself last
   AtomicFile scene_file(path);
 
   Json json = {{"simplexseg_scene", kSceneVersion}};
@@ -279,11 +287,13 @@ void write_scene(const fs::path& path, const Scene& scene) {
 
 void set_by_path(Scene& scene, const std::string& assignment) {
   const std::string where = std::string("--set '").append(one_line(assignment)).append("'");
-  const std::string forms = "write meshes.NAME.FORCE.PARAMETER=VALUE, forces.FORCE.PARAMETER=VALUE or simulation.PARAMETER=VALUE";
+  const std::string forms =
+      "write meshes.NAME.FORCE.PARAMETER=VALUE, forces.FORCE.PARAMETER=VALUE or simulation.PARAMETER=VALUE";
   const std::size_t equals = assignment.rfind('=');
   if (equals == std::string::npos) throw Error(where, "there is no '='", forms);
   const std::string value = assignment.substr(equals + 1);
-  std::string path = assignment.substr(0, equals);   // a mesh name may hold dots: the last two steps are force and parameter
+  std::string path =
+      assignment.substr(0, equals);  // a mesh name may hold dots: the last two steps are force and parameter
   const auto pop = [&path] {
     const std::size_t dot = path.rfind('.');
     std::string last = dot == std::string::npos ? path : path.substr(dot + 1);

@@ -89,7 +89,8 @@ TEST_F(BadInput, TextNamedAsAVolume) {
 
 TEST_F(BadInput, SceneWithAnUnknownKey) {
   expect_no_scene_after([](nlohmann::json& scene) { scene["mesh"] = 1; }, "'meshes'");
-  expect_no_scene_after([](nlohmann::json& scene) { scene["meshes"][0]["forces"]["gradient"]["wait"] = 1; }, "'weight'");
+  expect_no_scene_after([](nlohmann::json& scene) { scene["meshes"][0]["forces"]["gradient"]["wait"] = 1; },
+                        "'weight'");
 }
 
 TEST_F(BadInput, SceneWithNaN) {
@@ -99,14 +100,22 @@ TEST_F(BadInput, SceneWithNaN) {
 }
 
 TEST_F(BadInput, SceneWithAMeshOutsideTheVolume) {
-  expect_no_scene_after([](nlohmann::json& scene) { scene["meshes"][0]["sphere"]["centre_mm"] = {1000, 0, 0}; }, "ball");
+  expect_no_scene_after(
+      [](nlohmann::json& scene) {
+        scene["meshes"][0]["sphere"]["centre_mm"] = {1000, 0, 0};
+      },
+      "ball");
 }
 
 TEST_F(BadInput, SceneWithAMeshOfNoVertices) {
   const std::string header = "element face 0\nproperty list uchar int vertex_indices\nend_header\n";
-  write("none.ply", "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n" + header);
+  write("none.ply",
+        "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n" + header);
   expect_no_scene_after([](nlohmann::json& scene) { scene["meshes"][0]["pose"] = "none.ply"; }, "none.ply");
-  write("none.ply", "ply\nformat binary_little_endian 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n" + header);
+  write(
+      "none.ply",
+      "ply\nformat binary_little_endian 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n" +
+          header);
   expect_no_scene_after([](nlohmann::json& scene) { scene["meshes"][0]["pose"] = "none.ply"; }, "none.ply");
   expect_no_scene_after([](nlohmann::json& scene) { scene["meshes"][0]["pose"] = "missing.ply"; }, "missing.ply");
   expect_no_scene_after([](nlohmann::json& scene) { scene["meshes"][0]["final_vertices"] = 0; }, "final_vertices");
@@ -167,7 +176,9 @@ TEST_F(BadInput, Usage) {
 }
 
 TEST_F(BadInput, ALogThatDoesNotFitTheScene) {
-  write("log.json", R"({"simplexseg_log": 1, "entries": [{"after_steps": 1, "command": "delete_mesh", "mesh": 77}], "trailing_steps": 0})");
+  write(
+      "log.json",
+      R"({"simplexseg_log": 1, "entries": [{"after_steps": 1, "command": "delete_mesh", "mesh": 77}], "trailing_steps": 0})");
   expect_refused({"run", path("scene.json"), "--replay", path("log.json")}, "77");
 }
 

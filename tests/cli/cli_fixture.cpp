@@ -45,7 +45,9 @@ Outcome Cli::succeed(const Arguments& arguments) const {
 Outcome Cli::call_program(const Arguments& arguments) const {
   const pid_t child = ::fork();
   if (child == 0) {
-    if (!std::freopen(path("program.out").c_str(), "w", stdout) || !std::freopen(path("program.err").c_str(), "w", stderr)) ::_exit(99);
+    if (!std::freopen(path("program.out").c_str(), "w", stdout) ||
+        !std::freopen(path("program.err").c_str(), "w", stderr))
+      ::_exit(99);
     std::vector<char*> argv{const_cast<char*>("simplexseg-cli")};
     for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
@@ -54,7 +56,8 @@ Outcome Cli::call_program(const Arguments& arguments) const {
   }
   int status = 0;
   EXPECT_EQ(::waitpid(child, &status, 0), child);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), text_of("program.out"), text_of("program.err")};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), text_of("program.out"),
+          text_of("program.err")};
 }
 
 std::string Cli::write(const std::string& name, const std::string& text) const {
@@ -80,7 +83,8 @@ nlohmann::json Cli::scene_json() const {
 }
 
 void Cli::make_scene() const {
-  succeed({"phantom", "sphere", path("image.nii.gz"), "--labels", path("truth.nii.gz"), "--size", "24", "--spacing", "2"});
+  succeed(
+      {"phantom", "sphere", path("image.nii.gz"), "--labels", path("truth.nii.gz"), "--size", "24", "--spacing", "2"});
   write_scene("scene.json", scene_json());
 }
 

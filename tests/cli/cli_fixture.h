@@ -37,11 +37,13 @@ class Cli : public ::testing::Test {
   nlohmann::json json_of(const std::string& name) const { return nlohmann::json::parse(text_of(name)); }
   bool exists(const std::string& name) const { return std::filesystem::exists(folder_ / name); }
 
-  /// A bright sphere of radius 0.3 of the width on 24^3 voxels of 2 mm, as "image.nii.gz" with truth "truth.nii.gz", and
-  /// the scene "scene.json" with one mesh "ball" in it.
+  /// A bright sphere of radius 0.3 of the width on 24^3 voxels of 2 mm, as "image.nii.gz" with truth "truth.nii.gz",
+  /// and the scene "scene.json" with one mesh "ball" in it.
   void make_scene() const;
   nlohmann::json scene_json() const;
-  std::string write_scene(const std::string& name, const nlohmann::json& scene) const { return write(name, scene.dump()); }
+  std::string write_scene(const std::string& name, const nlohmann::json& scene) const {
+    return write(name, scene.dump());
+  }
 
   std::filesystem::path folder_;
 };

@@ -1,22 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each option of each subcommand has its effect.
-#include <zlib.h>
-
-#include <memory>
-#include <set>
-
+// Each option of the subcommands besides run has its effect.
 #include "cli_fixture.h"
 #include "core/parameters.h"
-#include "core/session.h"
-#include "gpu/backend.h"
-#include "io/mesh_io.h"
-#include "io/scene_io.h"
 #include "io/volume_io.h"
 
 namespace simplexseg {
 namespace {
-
-namespace fs = std::filesystem;
 
 class Options : public Cli {
  protected:
@@ -24,29 +13,12 @@ class Options : public Cli {
     Cli::SetUp();
     make_scene();
   }
-  nlohmann::json report_of(Arguments arguments) const {
-    arguments.insert(arguments.begin(), {"run", path("scene.json"), "--report", path("report.json")});
-    succeed(arguments);
-    return json_of("report.json");
-  }
-  Arguments run(Arguments arguments) const {
-    arguments.insert(arguments.begin(), {"run", path("scene.json")});
-    return arguments;
-  }
-  /// Session with the test's scene, on the CPU.
-  std::unique_ptr<Session> open(const std::string& scene = "scene.json") const {
-    SceneFile file = read_scene(path(scene));
-    auto session = std::make_unique<Session>(make_cpu_engine(1));
-    session->open(std::move(file.scene), read_volume(file.volume));
-    return session;
-  }
 };
-
-// ---- info ----
 
 TEST_F(Options, Info) {
   const std::string text = succeed({"info", path("image.nii.gz")}).out;
-  for (const char* word : {"24 x 24 x 24", "2, 2, 2 mm", "int16", "50 to 150", "NIfTI"}) EXPECT_NE(text.find(word), std::string::npos) << text;
+  for (const char* word : {"24 x 24 x 24", "2, 2, 2 mm", "int16", "50 to 150", "NIfTI"})
+    EXPECT_NE(text.find(word), std::string::npos) << text;
   const nlohmann::json json = nlohmann::json::parse(succeed({"info", path("image.nii.gz"), "--json"}).out);
   EXPECT_EQ(json["size"], nlohmann::json({24, 24, 24}));
   EXPECT_EQ(json["spacing_mm"], nlohmann::json({2.0, 2.0, 2.0}));
@@ -156,209 +128,6 @@ TEST_F(Options, ParametersShowEveryParameter) {
   }
 }
 
-// ---- run ----
-
-TEST_F(Options, RunSegmentsAndReports) {
-  const nlohmann::json report = report_of({"--steps", "60"});
-  EXPECT_EQ(report["steps"], 60);
-  EXPECT_GT(report["wall_ms"], 0.0);
-  EXPECT_GT(report["load_ms"], 0.0);
-  EXPECT_NEAR(report["step_us"], report["wall_ms"].get<double>() * 1000 / 60, 1e-3);
-  EXPECT_EQ(report["volume"]["path"], path("image.nii.gz"));
-  EXPECT_EQ(report["volume"]["voxel_type"], "int16");
-  EXPECT_EQ(report["parameters"]["simulation"]["final_vertices"], 320);
-  EXPECT_TRUE(report["parameters"]["meshes"]["ball"]["gradient"].contains("weight"));
-  ASSERT_EQ(report["meshes"].size(), 1u);
-  const nlohmann::json& mesh = report["meshes"][0];
-  EXPECT_EQ(mesh["name"], "ball");
-  EXPECT_EQ(mesh["vertices"], 320);
-  EXPECT_GT(mesh["volume_mm3"], 0.0);
-  EXPECT_GT(mesh["area_mm2"], 0.0);
-  EXPECT_GT(mesh["dice"], 0.8);   // the sphere it starts as has 0.41
-  EXPECT_GE(mesh["hd_mm"], mesh["hd95_mm"]);
-  EXPECT_GE(mesh["hd95_mm"], mesh["assd_mm"]);
-  EXPECT_GE(mesh["assd_mm"], 0.0);
-  const std::string table = succeed(run({})).out;
-  for (const char* word : {"ball", "Dice", "HD95", "volume ml", "us a step"}) EXPECT_NE(table.find(word), std::string::npos) << table;
-}
-
-TEST_F(Options, AReportNamesNoAgreementWhereTheSceneNamesNoReference) {
-  nlohmann::json scene = scene_json();
-  scene["meshes"][0].erase("reference");
-  write_scene("scene.json", scene);
-  EXPECT_FALSE(report_of({})["meshes"][0].contains("dice"));
-}
-
-TEST_F(Options, Steps) {
-  EXPECT_EQ(report_of({})["steps"], 30);
-  EXPECT_EQ(report_of({"--steps", "7"})["steps"], 7);
-  EXPECT_EQ(report_of({"--steps", "0"})["meshes"][0]["vertices"], 80);
-}
-
-TEST_F(Options, UntilRest) {
-  const nlohmann::json report = report_of({"--until-rest", "--set", "simulation.rest_tolerance=0.05"});
-  EXPECT_EQ(report["at_rest"], true);
-  EXPECT_GT(report["steps"], 0);
-  nlohmann::json scene = scene_json();
-  scene.erase("steps");   // the same as asking for it
-  write_scene("scene.json", scene);
-  EXPECT_EQ(report_of({"--set", "simulation.rest_tolerance=0.05"})["steps"], report["steps"]);
-}
-
-TEST_F(Options, BackendAndThreads) {
-  const nlohmann::json one = report_of({"--backend", "cpu", "--threads", "1", "--meshes", path("one")});
-  EXPECT_EQ(one["backend"], "cpu");
-  EXPECT_EQ(one["threads"], 1);
-  const nlohmann::json three = report_of({"--backend", "cpu", "--threads", "3", "--meshes", path("three")});
-  EXPECT_EQ(three["threads"], 3);
-  EXPECT_NE(one["device"], three["device"]);
-  EXPECT_EQ(text_of("one/ball.ply"), text_of("three/ball.ply"));   // threads change no bit
-  if (why_no_cuda().empty()) {
-    EXPECT_EQ(report_of({"--backend", "cuda"})["backend"], "cuda");
-    EXPECT_EQ(report_of({"--backend", "auto"})["backend"], "cuda");
-  } else {
-    const Outcome refused = call(run({"--backend", "cuda"}));
-    EXPECT_EQ(refused.status, 1);
-    EXPECT_NE(refused.err.find(why_no_cuda()), std::string::npos) << refused.err;
-    EXPECT_EQ(report_of({"--backend", "auto"})["backend"], "cpu");
-  }
-}
-
-TEST_F(Options, Set) {
-  const auto final_pose = [this](const Arguments& arguments) {
-    succeed(run(arguments));
-    return text_of("meshes/ball.ply");
-  };
-  const std::string plain = final_pose({"--meshes", path("meshes")});
-  EXPECT_NE(plain, final_pose({"--meshes", path("meshes"), "--set", "simulation.damping=0.2"}));
-  EXPECT_NE(plain, final_pose({"--meshes", path("meshes"), "--set", "forces.smoothing.weight=1.5"}));
-  EXPECT_EQ(final_pose({"--meshes", path("meshes"), "--set", "forces.smoothing.weight=1.5"}),
-            final_pose({"--meshes", path("meshes"), "--set", "meshes.ball.smoothing.weight=1.5"}));
-  const nlohmann::json two = report_of({"--set", "simulation.damping=0.2", "--set", "simulation.refresh_interval=7"});
-  EXPECT_EQ(two["parameters"]["simulation"]["damping"], 0.2);
-  EXPECT_EQ(two["parameters"]["simulation"]["refresh_interval"], 7);
-}
-
-TEST_F(Options, Labels) {
-  nlohmann::json scene = scene_json();
-  scene["meshes"][0]["label"] = 5;
-  write_scene("scene.json", scene);
-  const nlohmann::json report = report_of({"--labels", path("labels.nii.gz")});
-  const Volume labels = read_volume(path("labels.nii.gz"));
-  EXPECT_EQ(labels.type(), VoxelType::UInt8);
-  EXPECT_EQ(labels.range().max, 5);
-  EXPECT_TRUE(labels.geometry().same_grid(read_volume(path("image.nii.gz")).geometry()));
-  int count = 0;
-  for (const std::uint8_t value : labels.voxels<std::uint8_t>()) count += value == 5;
-  EXPECT_NEAR(count * 8.0, report["meshes"][0]["volume_mm3"], 0.05 * count * 8);
-  // Compared as files, labels agree with the truth as the report says.
-  succeed({"phantom", "label-image", path("labels.nii.gz"), path("x.nii"), "--labels", path("as_one.nii")});
-  const nlohmann::json compared = nlohmann::json::parse(succeed({"compare", path("truth.nii.gz"), path("as_one.nii"), "--json"}).out);
-  EXPECT_DOUBLE_EQ(compared["dice"], report["meshes"][0]["dice"]);
-  EXPECT_DOUBLE_EQ(compared["hd95_mm"], report["meshes"][0]["hd95_mm"]);
-}
-
-TEST_F(Options, LabelsOfMeshesThatOverlap) {
-  nlohmann::json scene = scene_json();
-  nlohmann::json second = scene["meshes"][0];
-  second["name"] = "again";
-  second["label"] = 300;
-  second["sphere"]["radius_mm"] = 14;
-  scene["meshes"].push_back(second);
-  write_scene("scene.json", scene);
-  const Outcome outcome = succeed(run({"--steps", "0", "--labels", path("labels.nii")}));
-  EXPECT_NE(outcome.err.find("two or more meshes"), std::string::npos);
-  const Volume labels = read_volume(path("labels.nii"));
-  EXPECT_EQ(labels.type(), VoxelType::UInt16);
-  std::set<int> seen;
-  for (const std::uint16_t value : labels.voxels<std::uint16_t>()) seen.insert(value);
-  EXPECT_EQ(seen, (std::set<int>{0, 1, 300}));
-  EXPECT_EQ(labels.sample({1, 0, 0}), 1);   // in both: the first has it
-}
-
-TEST_F(Options, Meshes) {
-  nlohmann::json scene = scene_json();
-  nlohmann::json second = scene["meshes"][0];
-  scene["meshes"][0]["name"] = "../a/b";
-  second["name"] = ".._a_b";
-  scene["meshes"].push_back(second);
-  write_scene("scene.json", scene);
-  succeed(run({"--meshes", path("new/folder")}));
-  int count = 0;
-  for (const auto& entry : fs::directory_iterator(folder_ / "new/folder")) {
-    EXPECT_EQ(read_mesh(entry.path()).vertex_count(), 320);
-    ++count;
-  }
-  EXPECT_EQ(count, 2);
-}
-
-TEST_F(Options, Picture) {
-  succeed(run({"--picture", path("slices.ppm")}));
-  const std::string ppm = text_of("slices.ppm");
-  int width = 0, height = 0, offset = 0;
-  ASSERT_EQ(std::sscanf(ppm.c_str(), "P6\n%d %d\n255\n%n", &width, &height, &offset), 2);
-  ASSERT_EQ(ppm.size(), static_cast<std::size_t>(offset + 3 * width * height));
-  // Three panels: the centre of each is the bright object, its corner the background; the outline is coloured.
-  int coloured[3] = {0, 0, 0};
-  const auto pixel = [&](int x, int y, int c) { return static_cast<unsigned char>(ppm[offset + 3 * (y * width + x) + c]); };
-  for (int x = 0; x < width; ++x)
-    for (int y = 0; y < height; ++y) coloured[3 * x / width] += pixel(x, y, 0) == 230 && pixel(x, y, 2) == 60;
-  for (int panel = 0; panel < 3; ++panel) {
-    EXPECT_GT(coloured[panel], 200) << panel;
-    EXPECT_GT(pixel((2 * panel + 1) * width / 6, height / 2, 0), pixel(panel * (width / 3) + 20, 5, 0) + 100) << panel;
-  }
-  // The PNG holds the same pixels.
-  succeed(run({"--picture", path("slices.png")}));
-  const std::string png = text_of("slices.png");
-  ASSERT_EQ(png.substr(1, 3), "PNG");
-  const auto u32 = [&png](std::size_t at) {
-    return std::uint32_t(std::uint8_t(png[at])) << 24 | std::uint32_t(std::uint8_t(png[at + 1])) << 16 |
-           std::uint32_t(std::uint8_t(png[at + 2])) << 8 | std::uint8_t(png[at + 3]);
-  };
-  EXPECT_EQ(u32(16), static_cast<std::uint32_t>(width));
-  EXPECT_EQ(u32(20), static_cast<std::uint32_t>(height));
-  std::string rows(static_cast<std::size_t>(height) * (1 + 3 * width), '\0');
-  uLongf size = rows.size();
-  ASSERT_EQ(uncompress(reinterpret_cast<Bytef*>(rows.data()), &size, reinterpret_cast<const Bytef*>(&png[41]), u32(33)), Z_OK);
-  for (int y = 0; y < height; ++y) {
-    ASSERT_EQ(rows.compare(y * (1 + 3 * width) + 1, 3 * width, ppm, offset + y * 3 * width, 3 * width), 0) << y;
-  }
-}
-
-TEST_F(Options, Replay) {
-  const std::unique_ptr<Session> session = open();
-  session->advance_steps(11);
-  const ItemId point = session->apply(AddAttractionPoint{session->scene().meshes[0].id, {17, 0, 0}});
-  for (int move = 1; move <= 10; ++move) {
-    session->advance_steps(1 + move % 3);
-    session->apply(MoveAttractionPoint{point, {17 + 0.1 * move, 0.3 * move, 0}, move > 1});
-  }
-  session->advance_steps(5);
-  session->apply(SetForceParameter{0, ForceId::Smoothing, 0, 0.7f});
-  session->advance_steps(9);
-  write_log(path("log.json"), session->log(), session->steps_since_last_command(), "scene.json");
-  write_mesh(path("live.ply"), session->scene().meshes[0].mesh);
-  for (const char* threads : {"1", "2"}) {
-    const nlohmann::json report = report_of({"--backend", "cpu", "--threads", threads, "--replay", path("log.json"), "--meshes", path("replayed")});
-    EXPECT_EQ(report["steps"], session->total_steps());
-    EXPECT_EQ(text_of("replayed/ball.ply"), text_of("live.ply"));
-  }
-}
-
-TEST_F(Options, ASavedSceneGoesOnFromTheSameBits) {
-  const std::unique_ptr<Session> live = open();
-  live->advance_steps(30);
-  live->apply(RecordProfiles{0});
-  live->advance_steps(30);   // a multiple of the refresh and rest intervals: both sides count on from the same place
-  simplexseg::write_scene(path("saved.json"), live->scene());
-  const std::unique_ptr<Session> reopened = open("saved.json");
-  ASSERT_EQ(reopened->scene().meshes[0].mesh.positions, live->scene().meshes[0].mesh.positions);
-  live->advance_steps(45);
-  reopened->advance_steps(45);
-  EXPECT_EQ(reopened->scene().meshes[0].mesh.positions, live->scene().meshes[0].mesh.positions);
-  EXPECT_EQ(reopened->scene().meshes[0].previous, live->scene().meshes[0].previous);
-}
-
 // ---- plan ----
 
 TEST_F(Options, PlanLeavesOutWhatHasNoWeight) {
@@ -367,7 +136,8 @@ TEST_F(Options, PlanLeavesOutWhatHasNoWeight) {
     return succeed(arguments).out;
   };
   const nlohmann::json with = nlohmann::json::parse(plan({"--json", "--set", "forces.gradient.weight=1"}));
-  const nlohmann::json without = nlohmann::json::parse(plan({"--json", "--set", "forces.gradient.weight=0", "--set", "forces.region.weight=0"}));
+  const nlohmann::json without =
+      nlohmann::json::parse(plan({"--json", "--set", "forces.gradient.weight=0", "--set", "forces.region.weight=0"}));
   ASSERT_FALSE(with["items"].empty());
   EXPECT_NE(with["items"], without["items"]);
   EXPECT_GT(with["bytes_held"], without["bytes_held"]);

@@ -35,18 +35,35 @@ TEST_F(Scripts, TheCheckOfTheLayersFindsEveryArrowUpward) {
     write("src/" + file, "#pragma once\n#include <vector>\n" + include + "\n");
     return check_layers(folder_);
   };
-  const std::vector<std::pair<std::string, std::string>> wrong = {
-      {"core/a.h", "#include <QObject>"},          {"core/a.cpp", "#include \"gpu/backend.h\""}, {"core/a.cpp", "#include \"io/volume_io.h\""},
-      {"core/forces/a.h", "# include <cuda.h>"},   {"core/a.h", "#include <cuda_runtime.h>"},    {"core/a.h", "#include <itkImage.h>"},
-      {"core/a.h", "#include <GL/glew.h>"},        {"core/a.h", "  #include \"gui/view.h\""},    {"core/a.h", "#include <nlohmann/json.hpp>"},
-      {"gpu/a.cpp", "#include \"io/volume_io.h\""}, {"gpu/a.cu", "#include <QtCore/QObject>"},   {"io/a.cpp", "#include \"gpu/backend.h\""},
-      {"io/a.cpp", "#include \"gui/view.h\""},     {"io/a.h", "#include <nlohmann/json.hpp>"},   {"cli/a.cpp", "#include \"gui/view.h\""},
-      {"cli/a.cpp", "#include <itkImage.h>"},      {"gui/a.cpp", "#include \"cli/cli.h\""},      {"core/a.h", "#include \"../gpu/backend.h\""}};
+  const std::vector<std::pair<std::string, std::string>> wrong = {{"core/a.h", "#include <QObject>"},
+                                                                  {"core/a.cpp", "#include \"gpu/backend.h\""},
+                                                                  {"core/a.cpp", "#include \"io/volume_io.h\""},
+                                                                  {"core/forces/a.h", "# include <cuda.h>"},
+                                                                  {"core/a.h", "#include <cuda_runtime.h>"},
+                                                                  {"core/a.h", "#include <itkImage.h>"},
+                                                                  {"core/a.h", "#include <GL/glew.h>"},
+                                                                  {"core/a.h", "  #include \"gui/view.h\""},
+                                                                  {"core/a.h", "#include <nlohmann/json.hpp>"},
+                                                                  {"gpu/a.cpp", "#include \"io/volume_io.h\""},
+                                                                  {"gpu/a.cu", "#include <QtCore/QObject>"},
+                                                                  {"io/a.cpp", "#include \"gpu/backend.h\""},
+                                                                  {"io/a.cpp", "#include \"gui/view.h\""},
+                                                                  {"io/a.h", "#include <nlohmann/json.hpp>"},
+                                                                  {"cli/a.cpp", "#include \"gui/view.h\""},
+                                                                  {"cli/a.cpp", "#include <itkImage.h>"},
+                                                                  {"gui/a.cpp", "#include \"cli/cli.h\""},
+                                                                  {"core/a.h", "#include \"../gpu/backend.h\""}};
   for (const auto& [file, include] : wrong) EXPECT_NE(status_of(file, include), 0) << file << ": " << include;
   const std::vector<std::pair<std::string, std::string>> right = {
-      {"core/a.h", "#include <Eigen/Core>"},      {"gpu/a.cu", "#include <cuda_runtime.h>"}, {"gpu/a.h", "#include \"core/volume.h\""},
-      {"io/a.cpp", "#include <itkImage.h>"},      {"io/a.cpp", "#include <nlohmann/json.hpp>"}, {"cli/a.cpp", "#include \"io/scene_io.h\""},
-      {"gui/a.h", "#include <QObject>"},          {"gui/a.cpp", "#include \"gpu/backend.h\""}, {"core/a.h", "// #include <QObject> is not for core"}};
+      {"core/a.h", "#include <Eigen/Core>"},
+      {"gpu/a.cu", "#include <cuda_runtime.h>"},
+      {"gpu/a.h", "#include \"core/volume.h\""},
+      {"io/a.cpp", "#include <itkImage.h>"},
+      {"io/a.cpp", "#include <nlohmann/json.hpp>"},
+      {"cli/a.cpp", "#include \"io/scene_io.h\""},
+      {"gui/a.h", "#include <QObject>"},
+      {"gui/a.cpp", "#include \"gpu/backend.h\""},
+      {"core/a.h", "// #include <QObject> is not for core"}};
   for (const auto& [file, include] : right) EXPECT_EQ(status_of(file, include), 0) << file << ": " << include;
 }
 

@@ -88,17 +88,18 @@ struct RegionSearch {
       // Ratio of two Gaussians of one variance, bounded below so that a flat neighbourhood says nothing.
       slope = contrast / (s.z + 0.25f * contrast * contrast + 1e-4f);
     }
+    auto share = [&](float intensity) { return fminf(fmaxf((intensity - m.intensity_low) * m.intensity_scale, 0.0f), 1.0f); };
+    auto evidence_of = [&](float intensity) {
+      const float x = share(intensity);
+      float l = table ? table[static_cast<int>(x * (kRegionBins - 1) + 0.5f)] : 0.0f;
+      if (local > 0.0f) l = (1.0f - local) * l + local * fminf(fmaxf((x - middle) * slope, -1.0f), 1.0f);
+      return fminf(fmaxf(l + balloon, -1.0f), 1.0f);
+    };
     float ratio[2 * kMaxSearch + 1], value[2 * kMaxSearch + 1];
     for (int k = 0; k <= 2 * reach; ++k) {
       const Sample s = sample_at<T>(v.volume, line.origin + ((k - reach) * step) * line.direction);
-      float x = (s.value - m.intensity_low) * m.intensity_scale;
-      x = fminf(fmaxf(x, 0.0f), 1.0f);
-      float l = table ? table[static_cast<int>(x * (kRegionBins - 1) + 0.5f)] : 0.0f;
-      if (local > 0.0f) l = (1.0f - local) * l + local * fminf(fmaxf((x - middle) * slope, -1.0f), 1.0f);
-      l = fminf(fmaxf(l + balloon, -1.0f), 1.0f);
-      ratio[k] = s.inside ? l : -1.0f;       // there is no object outside the volume
-      value[k] = s.inside ? x : value[k > 0 ? k - 1 : 0];
-      if (k == 0 && !s.inside) value[0] = 0.0f;
+      ratio[k] = s.inside ? evidence_of(s.value) : -1.0f;       // there is no object outside the volume
+      value[k] = s.inside ? share(s.value) : k > 0 ? value[k - 1] : 0.0f;
     }
     const float edge = m.value<F>(F::edge), nearness = m.value<F>(F::nearness);
     float score[2 * kMaxSearch + 1];
@@ -121,8 +122,9 @@ struct RegionSearch {
     }
     float offset = static_cast<float>(best_k - reach);
     if (best_k > 0 && best_k < 2 * reach) offset += parabolic_peak(score[best_k - 1], best, score[best_k + 1]);
-    // Where the line meets no object, the normal may point anywhere (a fold that was turned inside out would run away):
-    // the image then says nothing and smoothing draws the surface together. One voxel of object is full evidence.
+    // Where the line meets no object, the normal may point anywhere (a patch that was turned inside out would be driven
+    // away for ever): the image then says nothing, and smoothing draws the surface together. One voxel of object is full
+    // evidence.
     const float trust = fminf(evidence, 1.0f);
     v.region_target[i] = {trust * offset * step, 0, 0, trust};     // as an offset, until averaged: RegionTarget makes it a position
   }

@@ -22,8 +22,11 @@ struct SmoothingForce {
       {"curvature", 0.5f, 0, 1, "", "Share of the mean curvature that is kept; 1 keeps the volume, 0 is a plain Laplacian."},
       {"elevation_limit", 0.4f, 0, 2, "edges", "Bound of the kept elevation, in mean edge lengths of the vertex."},
   };
-  /// Bound of the largest eigenvalue of -d(displacement)/dx: a Laplacian with weights >= 0 that sum to 1.
-  static constexpr float stability_bound(const ForceParameters&) { return 2.0f; }
+  /// Bound of the largest eigenvalue of -d(displacement)/dx: 2 for a Laplacian whose weights are >= 0 and sum to 1; along an
+  /// edge that outweighs the others, |e|^a e grows (1 + a) times as fast as e.
+  static constexpr float stability_bound(const ForceParameters& p) {
+    return 2.0f * (1.0f + p.values[static_cast<int>(id)][evenness]);
+  }
 
   SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4 nb, Vec3 p, Vec4 frame) {
     const Vec3 p1 = xyz(v.current[nb.x]), p2 = xyz(v.current[nb.y]), p3 = xyz(v.current[nb.z]);

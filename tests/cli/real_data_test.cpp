@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the program promises on real images: from one sphere an object, without a click, with one set of parameters.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "core/error.h"
+#include "core/metrics.h"
+#include "core/phantom.h"
+#include "core/session.h"
+#include "gpu/backend.h"
+#include "io/scene_io.h"
+#include "io/volume_io.h"
+
+namespace simplexseg {
+namespace {
+
+const std::filesystem::path kScenes = std::filesystem::path(SIMPLEXSEG_SOURCE_DIR) / "data/scenes";
+
+/// The volume of that name, or nothing where it is not on this machine.
+std::optional<Volume> volume_of(const std::string& name) {
+  try {
+    return read_volume(find_data(name, std::filesystem::path(SIMPLEXSEG_SOURCE_DIR) / "../shared/data"));
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+std::vector<double> dice_of(const Session& session, const std::vector<Mask>& references) {
+  std::vector<double> result;
+  for (std::size_t k = 0; k < references.size(); ++k)
+    result.push_back(dice(references[k], rasterise(session.scene().meshes[k].mesh, references[k].geometry)));
+  return result;
+}
+
+/// Opens a scene file of data/scenes and runs it as the headless program does.
+std::optional<std::vector<double>> dice_of_scene(const char* name) {
+  SceneFile file;
+  try {
+    file = read_scene(kScenes / name);
+    if (file.volume.empty()) return std::nullopt;
+  } catch (const Error& error) {
+    if (std::string(error.what()).find("ct_abdomen") != std::string::npos) return std::nullopt;
+    throw;
+  }
+  std::vector<Mask> references;
+  for (const MeshItem& item : file.scene.meshes) {
+    const auto labels = volume_of(item.reference->labels);
+    if (!labels) return std::nullopt;
+    references.push_back(mask_of(*labels, item.reference->value));
+  }
+  const int steps = file.scene.steps;
+  Session session(make_cpu_engine());
+  session.open(std::move(file.scene), read_volume(file.volume));
+  const Advance done = session.advance_steps(steps);
+  EXPECT_FALSE(done.failure) << *done.failure;
+  return dice_of(session, references);
+}
+
+TEST(RealData, BrainOfTheHeadFromOneSphere) {
+  const auto dice = dice_of_scene("ch2_brain.json");
+  if (!dice) GTEST_SKIP() << "ch2 of mricron-data is not on this machine";
+  EXPECT_GE((*dice)[0], 0.93);
+}
+
+TEST(RealData, BothKidneysTogetherFromOneSphereEach) {
+  const auto dice = dice_of_scene("ct_kidneys.json");
+  if (!dice) GTEST_SKIP() << "ct_abdomen is not on this machine";
+  EXPECT_GE(((*dice)[0] + (*dice)[1]) / 2, 0.86) << (*dice)[0] << " and " << (*dice)[1];
+}
+
+/// The label itself as the image: perfect contrast, noise of a quarter of it. Default parameters for every object.
+struct LabelCase {
+  const char* labels;
+  std::vector<std::optional<double>> values;
+  std::vector<Seed> seeds;
+};
+void PrintTo(const LabelCase& c, std::ostream* out) { *out << c.labels; }
+
+class LabelAsImage : public ::testing::TestWithParam<LabelCase> {};
+
+TEST_P(LabelAsImage, IsFoundAndKept) {
+  const LabelCase& c = GetParam();
+  const auto labels = volume_of(c.labels);
+  if (!labels) GTEST_SKIP() << c.labels << " is not on this machine";
+  std::vector<Mask> references;
+  Volume together(labels->geometry(), VoxelType::UInt8);
+  for (const auto& value : c.values) {
+    references.push_back(mask_of(*labels, value));
+    for (std::size_t k = 0; k < references.back().voxels.size(); ++k) together.voxels<std::uint8_t>()[k] |= references.back().voxels[k];
+  }
+  PhantomSettings settings;
+  settings.contrast = 100;
+  settings.noise_sigma = 25;
+  Scene scene;
+  scene.simulation = default_simulation_parameters();
+  for (std::size_t k = 0; k < c.seeds.size(); ++k) {
+    MeshItem item;
+    item.name = "object " + std::to_string(k);
+    item.seed = c.seeds[k];
+    item.parameters = default_force_parameters();
+    scene.meshes.push_back(item);
+  }
+  Session session(make_cpu_engine());
+  session.open(scene, image_of_label(together, 1.0, settings));
+  for (int steps : {1000, 2000}) {
+    const Advance done = session.advance_steps(steps);
+    EXPECT_FALSE(done.failure) << *done.failure;
+    for (double d : dice_of(session, references)) EXPECT_GE(d, 0.90) << c.labels << " after " << session.total_steps() << " steps";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Objects, LabelAsImage,
+    ::testing::Values(
+        LabelCase{"ch2bet.nii.gz", {std::nullopt}, {{{-1, 21, 10}, 60}}},
+        LabelCase{"ct_abdomen/labels.nii.gz", {2.0, 3.0}, {{{-71, -131, 346}, 28}, {{79, -125, 358}, 26}}},
+        LabelCase{"hippocampus/labels/hippocampus_001.nii.gz", {std::nullopt}, {{{-16, -36, 12}, 3}}},
+        LabelCase{"hippocampus/labels/hippocampus_003.nii.gz", {std::nullopt}, {{{-16, -35, 13}, 3}}},
+        LabelCase{"hippocampus/labels/hippocampus_004.nii.gz", {std::nullopt}, {{{-15, -34, 14}, 3}}},
+        LabelCase{"hippocampus/labels/hippocampus_006.nii.gz", {std::nullopt}, {{{-13, -31, 14}, 3}}},
+        LabelCase{"hippocampus/labels/hippocampus_007.nii.gz", {std::nullopt}, {{{-19, -32, 15}, 3}}}));
+
+bool same_bits(const std::vector<Eigen::Vector3f>& a, const std::vector<Eigen::Vector3f>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0;
+}
+
+TEST(RealData, RecordedDragReplaysBitForBitAndIsUndone) {
+  const auto open = [](int threads) {
+    SceneFile file = read_scene(kScenes / "ch2_brain.json");
+    auto session = std::make_unique<Session>(make_cpu_engine(threads));
+    session->open(std::move(file.scene), read_volume(file.volume));
+    return session;
+  };
+  if (!volume_of("ch2.nii.gz")) GTEST_SKIP() << "ch2 of mricron-data is not on this machine";
+  // Live: as many steps in each frame as happen to fit.
+  const auto live = open(2);
+  live->advance_steps(200);
+  const MeshItem& brain = live->scene().meshes[0];
+  const Eigen::Vector3d press = brain.mesh.positions[100].cast<double>();
+  const Eigen::Vector3d outward = (press - brain.seed.centre_mm).normalized();
+  const std::vector<Eigen::Vector3f> before = brain.mesh.positions;
+  const ItemId point = live->apply(AddAttractionPoint{brain.id, press});
+  for (int move = 1; move <= 30; ++move) {
+    live->advance(0.002);
+    live->apply(MoveAttractionPoint{point, press + 0.4 * move * outward, true});
+  }
+  live->advance_steps(60);
+  const std::vector<Eigen::Vector3f> pulled = live->scene().meshes[0].mesh.positions;
+  double nearest = 1e30;
+  for (const Eigen::Vector3f& p : pulled) nearest = std::min(nearest, (p.cast<double>() - press - 12.0 * outward).norm());
+  EXPECT_LT(nearest, 1.0);      // a voxel: smoothing and image pull against the point
+
+  const std::vector<LogEntry> log = live->log();
+  for (int threads : {1, 2}) {
+    const auto again = open(threads);
+    again->replay(log, live->steps_since_last_command());
+    EXPECT_TRUE(same_bits(again->scene().meshes[0].mesh.positions, pulled)) << threads << " threads";
+  }
+  live->apply(Undo{});
+  EXPECT_TRUE(same_bits(live->scene().meshes[0].mesh.positions, before));
+  EXPECT_TRUE(live->scene().points.empty());
+}
+
+}  // namespace
+}  // namespace simplexseg

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the engine promises whatever the forces: reproducibility, independence of meshes, failures that are undone.
+#include <cmath>
+#include <limits>
+
+#include "core/force_list.h"
+#include "core/region_model.h"
+#include "engine_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+class EngineCoreTest : public EngineTest {};
+SIMPLEXSEG_ON_EVERY_BACKEND(EngineCoreTest);
+
+TestScene with_all_forces(int level, double noise_sigma = 10) {
+  TestScene scene = busy_scene(level, noise_sigma);
+  scene.meshes[0].forces = with({{"smoothing", "weight", 0.4f}, {"shape_memory", "weight", 0.1f}, {"gradient", "weight", 0.2f},
+                                 {"intensity_profile", "weight", 0.2f}, {"region", "weight", 0.2f}, {"attraction", "weight", 0.5f}});
+  scene.simulation = limited(1, 0.9f, 3);
+  return scene;
+}
+
+TEST_P(EngineCoreTest, ARerunGivesTheSameBits) {
+  const TestScene scene = with_all_forces(3);
+  const Positions first = run(scene, 100);
+  EXPECT_GT(largest_distance(first, scene.meshes[0].mesh.positions), 0.5);
+  EXPECT_TRUE(same_bits(run(scene, 100), first));
+  // On an engine that has done something else before, and in batches of any size.
+  const auto engine = make_engine();
+  simplexseg::run(*engine, busy_scene(2), 7);
+  load(*engine, scene);
+  for (int batch : {1, 2, 30, 7, 60}) engine->step(batch);
+  EXPECT_TRUE(same_bits(positions_of(*engine, scene), first));
+}
+
+TEST(CpuEngine, TheNumberOfThreadsDoesNotMatter) {
+  // Two meshes of 5120 vertices: enough blocks for three threads.
+  TestScene scene = with_all_forces(4);
+  scene.meshes.push_back(scene.meshes[0]);
+  for (Eigen::Vector3f& p : scene.meshes[1].mesh.positions) p[1] += 1.5f;
+  scene.points.push_back({1, {1.0, 22.5, -3.0}});
+  const Positions one = run(*make_cpu_engine(1), scene, 300);
+  for (int threads : {2, 3}) EXPECT_TRUE(same_bits(run(*make_cpu_engine(threads), scene, 300), one)) << threads << " threads";
+}
+
+TEST_P(EngineCoreTest, MeshesInOneEngineAreEachAsAlone) {
+  TestScene one = with_all_forces(3), two = with_all_forces(2), three = with_all_forces(4);
+  weight_of(two.meshes[0].forces, ForceId::Region) = 0.7f;
+  weight_of(two.meshes[0].forces, ForceId::Attraction) = 0;
+  weight_of(three.meshes[0].forces, ForceId::Smoothing) = 0;
+  set(three.meshes[0].forces, {"region", "averaging", 4});
+  three.meshes[0].finest = false;
+  TestScene all = one;
+  all.meshes.push_back(two.meshes[0]), all.meshes.push_back(three.meshes[0]);
+  for (EnginePoint p : one.points) all.points.push_back({2, p.position_mm});
+  // Without image forces on one of them, and a profile of another length on another.
+  set(all.meshes[1].forces, {"intensity_profile", "half_length", 2});
+  all.meshes[1].profiles = profiles_under(make_sphere({0, 0, 0}, kPhantomRadius, 2), all.volume, all.meshes[1].forces);
+  two.meshes[0] = all.meshes[1];
+  Positions expected = run(one, 40);
+  for (const TestScene& scene : {two, three}) {
+    const Positions more = run(scene, 40);
+    expected.insert(expected.end(), more.begin(), more.end());
+  }
+  EXPECT_TRUE(same_bits(run(all, 40), expected));
+}
+
+TEST_P(EngineCoreTest, EveryVoxelTypeGivesTheSame) {
+  PhantomSettings settings;
+  settings.background = 20, settings.contrast = 80, settings.noise_sigma = 4;
+  Positions expected;
+  for (VoxelType type : {VoxelType::Int16, VoxelType::Int8, VoxelType::UInt8, VoxelType::UInt16, VoxelType::Int32, VoxelType::UInt32,
+                         VoxelType::Float32, VoxelType::Float64}) {
+    TestScene scene = with_all_forces(2);
+    // The integers of the first type in every other.
+    settings.type = VoxelType::Int16;
+    const Volume integers = make_phantom("sphere", settings).image;
+    scene.volume = Volume(integers.geometry(), type);
+    visit_voxel_type(type, [&]<class T>(std::type_identity<T>) {
+      for (std::size_t k = 0; k < integers.geometry().voxel_count(); ++k) scene.volume.voxels<T>()[k] = static_cast<T>(integers.voxels<std::int16_t>()[k]);
+    });
+    TestMesh& m = scene.meshes[0];
+    m.region = estimate_region(scene.volume, m.mesh, 20);
+    m.profiles = profiles_under(make_sphere({0, 0, 0}, kPhantomRadius, 2), scene.volume, m.forces);
+    const Positions end = run(scene, 60);
+    if (expected.empty()) expected = end;
+    EXPECT_TRUE(same_bits(end, expected)) << to_string(type);
+  }
+}
+
+TEST_P(EngineCoreTest, ParametersChangedBetweenStepsAreThoseOfAnEngineLoadedWithThem) {
+  TestScene before = with_all_forces(3);
+  weight_of(before.meshes[0].forces, ForceId::Region) = 0;
+  weight_of(before.meshes[0].forces, ForceId::IntensityProfile) = 0;
+  const auto changed = make_engine();
+  simplexseg::run(*changed, before, 20);
+
+  TestScene after = with_all_forces(3);
+  weight_of(after.meshes[0].forces, ForceId::ShapeMemory) = 0;
+  after.simulation.damping = 0.5f, after.simulation.refresh_interval = 2;
+  after.meshes[0].mesh.positions.resize(before.meshes[0].mesh.positions.size());
+  after.meshes[0].previous = after.meshes[0].mesh.positions;
+  changed->read(0, after.meshes[0].mesh.positions, after.meshes[0].previous);
+  const std::vector<ForceParameters> parameters{after.meshes[0].forces};
+  changed->set_parameters(parameters, after.simulation);
+  changed->refresh();
+  changed->step(20);
+  const auto loaded = make_engine();
+  EXPECT_TRUE(same_bits(simplexseg::run(*loaded, after, 20), positions_of(*changed, after)));
+  auto text_of = [](const Engine& engine) {
+    std::string text;
+    for (const Engine::HeldArray& a : engine.held_arrays()) text += a.name + " " + std::to_string(a.bytes) + "\n";
+    return text;
+  };
+  EXPECT_EQ(text_of(*changed), text_of(*loaded));
+}
+
+TEST_P(EngineCoreTest, ProfilesOfAMeshThatBeginsToUseThemLater) {
+  // The stride stays the same while the mesh that needs it changes.
+  TestScene scene = with_all_forces(2);
+  scene.meshes.push_back(scene.meshes[0]);
+  weight_of(scene.meshes[1].forces, ForceId::IntensityProfile) = 0;
+  const auto engine = make_engine();
+  load(*engine, scene);
+  std::swap(scene.meshes[0].forces, scene.meshes[1].forces);
+  const std::vector<ForceParameters> swapped{scene.meshes[0].forces, scene.meshes[1].forces};
+  engine->set_parameters(swapped, scene.simulation);
+  engine->step(10);
+  const Positions expected = run(scene, 10);
+  EXPECT_TRUE(same_bits(positions_of(*engine, scene, 1), Positions(expected.begin() + expected.size() / 2, expected.end())));
+}
+
+TEST_P(EngineCoreTest, AForceWithoutItsReferenceDoesNotAct) {
+  TestScene scene = busy_scene();
+  scene.meshes[0].forces = with({{"shape_memory", "weight", 1}, {"intensity_profile", "weight", 1}, {"region", "weight", 1}, {"region", "local", 0},
+                                 {"region", "edge", 0}});
+  scene.meshes[0].shape.clear(), scene.meshes[0].profiles.resize(5), scene.meshes[0].region = {};
+  EXPECT_TRUE(same_bits(run(scene, 5), scene.meshes[0].mesh.positions));
+  scene = with_all_forces(2);
+  scene.volume = {};
+  weight_of(scene.meshes[0].forces, ForceId::Attraction) = 0;
+  const Positions without_volume = run(scene, 5);
+  scene.meshes[0].forces = with({{"smoothing", "weight", 0.4f}, {"shape_memory", "weight", 0.1f}});
+  scene.simulation = limited(0.5f, 0.9f, 3);
+  const Positions internal_alone = run(scene, 5);
+  EXPECT_TRUE(all_finite(without_volume));
+  EXPECT_GT(largest_distance(internal_alone, scene.meshes[0].mesh.positions), 1e-3);
+}
+
+TEST_P(EngineCoreTest, VoxelsThatAreNoNumbersNeverReachThePositions) {
+  TestScene scene = with_all_forces(3);
+  const Volume clean = scene.volume;
+  scene.volume = Volume(clean.geometry(), VoxelType::Float32);
+  const float bad[] = {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
+                       std::numeric_limits<float>::max()};
+  const std::span<float> voxels = scene.volume.voxels<float>();
+  for (std::size_t k = 0; k < voxels.size(); ++k) voxels[k] = k % 97 == 0 ? bad[k / 97 % 4] : clean.voxels<float>()[k];
+  TestMesh& m = scene.meshes[0];
+  m.region = estimate_region(scene.volume, m.mesh, 20);
+  m.profiles = profiles_under(make_sphere({0, 0, 0}, kPhantomRadius, 3), scene.volume, m.forces);
+  const auto engine = make_engine();
+  load(*engine, scene);
+  const StepOutcome outcome = engine->step(100);
+  const Positions end = positions_of(*engine, scene);
+  EXPECT_TRUE(all_finite(end));
+  EXPECT_FALSE(outcome.failure.has_value()) << "force " << static_cast<int>(outcome.failure->force);
+  EXPECT_LT(largest_radial_error(end, kPhantomRadius), 15);
+}
+
+TEST_P(EngineCoreTest, AStepThatLeavesTheFiniteIsUndoneAndNamed) {
+  for (ForceId force : {ForceId::Smoothing, ForceId::ShapeMemory, ForceId::Gradient, ForceId::Region, ForceId::Attraction}) {
+    TestScene scene = with_all_forces(2);
+    scene.meshes.insert(scene.meshes.begin(), scene.meshes[0]);
+    scene.points[0].mesh = scene.points[1].mesh = 1;
+    scene.simulation = simulation(0.5f, 0.9f);
+    const auto engine = make_engine();
+    load(*engine, scene);
+    ASSERT_FALSE(engine->step(3).failure.has_value());
+    weight_of(scene.meshes[1].forces, force) = 1e14f;
+    const std::vector<ForceParameters> huge{scene.meshes[0].forces, scene.meshes[1].forces};
+    const Positions before = positions_of(*engine, scene, 1), other = positions_of(*engine, scene, 0);
+    engine->set_parameters(huge, scene.simulation);
+    const StepOutcome outcome = engine->step(5);
+    ASSERT_TRUE(outcome.failure.has_value()) << static_cast<int>(force);
+    EXPECT_EQ(outcome.steps, 0);
+    EXPECT_EQ(outcome.failure->mesh, 1);
+    EXPECT_EQ(outcome.failure->force, force) << force_list()[static_cast<int>(outcome.failure->force)].name;
+    EXPECT_GE(outcome.failure->vertex, 0);
+    EXPECT_LT(outcome.failure->vertex, 320);
+    EXPECT_TRUE(same_bits(positions_of(*engine, scene, 1), before));
+    EXPECT_TRUE(same_bits(positions_of(*engine, scene, 0), other));
+    // It goes on once the weight is sane again.
+    weight_of(scene.meshes[1].forces, force) = 0.1f;
+    const std::vector<ForceParameters> sane{scene.meshes[0].forces, scene.meshes[1].forces};
+    engine->set_parameters(sane, scene.simulation);
+    EXPECT_FALSE(engine->step(5).failure.has_value());
+    EXPECT_TRUE(all_finite(positions_of(*engine, scene, 1)));
+  }
+}
+
+TEST_P(EngineCoreTest, AFailureInTheMiddleOfABatchKeepsTheStepsBefore) {
+  TestScene scene;
+  scene.meshes.resize(1);
+  TestMesh& m = scene.meshes[0];
+  m.mesh = with_noise(make_sphere({0, 0, 0}, 20, 2), 0.5);
+  m.forces = with({{"smoothing", "weight", 1}, {"smoothing", "evenness", 0}, {"smoothing", "curvature", 0}});
+  scene.simulation = simulation(4, 0);
+  const auto batch = make_engine(), single = make_engine();
+  load(*batch, scene), load(*single, scene);
+  const StepOutcome outcome = batch->step(1000);
+  ASSERT_TRUE(outcome.failure.has_value());
+  ASSERT_GT(outcome.steps, 1);
+  for (int k = 0; k < outcome.steps; ++k) ASSERT_FALSE(single->step(1).failure.has_value());
+  EXPECT_TRUE(single->step(1).failure.has_value());
+  Positions a(m.mesh.positions.size()), a_before = a, b = a, b_before = a;
+  batch->read(0, a, a_before), single->read(0, b, b_before);
+  EXPECT_TRUE(same_bits(a, b));
+  EXPECT_TRUE(same_bits(a_before, b_before));
+  EXPECT_TRUE(all_finite(a));
+}
+
+TEST_P(EngineCoreTest, AnEmptyEngineSteps) {
+  const auto engine = make_engine();
+  EXPECT_EQ(engine->step(3).steps, 3);
+  TestScene scene;
+  load(*engine, scene);
+  EXPECT_EQ(engine->step(3).steps, 3);
+  EXPECT_TRUE(engine->step(3).mean_move_mm.empty());
+  scene.volume = phantom("flat").image;
+  load(*engine, scene);
+  EXPECT_EQ(engine->step(3).steps, 3);
+  EXPECT_EQ(engine->bytes_held(), scene.volume.bytes());
+  // From full to empty: nothing of the meshes stays.
+  simplexseg::run(*engine, with_all_forces(2), 3);
+  load(*engine, scene);
+  EXPECT_EQ(engine->bytes_held(), scene.volume.bytes());
+}
+
+TEST_P(EngineCoreTest, MeanMoveIsTheMeanOfTheLastStep) {
+  TestScene scene = with_all_forces(3);
+  const auto engine = make_engine();
+  load(*engine, scene);
+  const StepOutcome outcome = engine->step(9);
+  Positions now(scene.meshes[0].mesh.positions.size()), before(now.size());
+  engine->read(0, now, before);
+  double sum = 0;
+  for (std::size_t k = 0; k < now.size(); ++k) sum += (now[k] - before[k]).cast<double>().norm();
+  EXPECT_NEAR(outcome.mean_move_mm.at(0), sum / static_cast<double>(now.size()), 1e-5);
+  EXPECT_GT(sum, 0);
+}
+
+}  // namespace
+}  // namespace simplexseg

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// Opening, dropping and saving through the window.
+#include <QDir>
+#include <QDropEvent>
+#include <QFile>
+#include <QMimeData>
+#include <QUrl>
+
+#include "window_fixture.h"
+#include "gui/file_actions.h"
+#include "gui/message_bar.h"
+#include "io/mesh_io.h"
+#include "io/volume_io.h"
+
+namespace simplexseg {
+namespace {
+
+class WindowFilesTest : public WindowTest {
+ protected:
+  QString path(const char* name) const { return folder_.filePath(name); }
+  void write(const char* name, const QByteArray& bytes) const {
+    QFile file(path(name));
+    ASSERT_TRUE(file.open(QIODevice::WriteOnly));
+    file.write(bytes);
+  }
+  void drop(const QList<QUrl>& urls) {
+    QMimeData data;
+    data.setUrls(urls);
+    QDragEnterEvent enter(QPoint(300, 300), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+    QApplication::sendEvent(window_.get(), &enter);   // Qt gives a drop to whom the drag has entered
+    QDropEvent event(QPointF(300, 300), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+    QApplication::sendEvent(window_.get(), &event);
+  }
+  void write_phantom(const char* name) const { write_volume(path(name).toStdString(), make_phantom("cube", {}).image); }
+};
+
+TEST_F(WindowFilesTest, AVolumeOpensInTheBackground) {
+  write_phantom("cube.nii.gz");
+  window_->files().open(path("cube.nii.gz"));
+  EXPECT_FALSE(bench().has_volume());                 // the call came back before the file was read
+  ASSERT_TRUE(wait_until([&] { return bench().has_volume(); }));
+  EXPECT_EQ(bench().session().volume().geometry().size[0], 64);
+  EXPECT_TRUE(window_->windowTitle().contains("cube.nii.gz"));
+  EXPECT_FALSE(bench().has_unsaved_changes());
+}
+
+TEST_F(WindowFilesTest, NothingThatIsDroppedDoesHarm) {
+  open_phantom();
+  write("text.nii", "this is not a volume");
+  write("empty.nii.gz", "");
+  write("broken.json", "{ \"meshes\": [");
+  write("strange.json", "{\"simplexseg_scene\": 1, \"colour\": 7}");
+  ASSERT_TRUE(QDir(folder_.path()).mkdir("folder"));
+  for (const char* name : {"text.nii", "empty.nii.gz", "broken.json", "strange.json", "folder", "missing.mha"}) {
+    window_->messages().clear();
+    drop({QUrl::fromLocalFile(path(name))});
+    ASSERT_TRUE(wait_until([&] { return window_->messages().isVisible() && !window_->messages().text().contains("Loading"); })) << name;
+    EXPECT_FALSE(window_->messages().text().contains('\n')) << name;
+    EXPECT_EQ(scene().meshes.size(), 1u) << name;     // what was open is still open
+  }
+  drop({QUrl("https://example.org/volume.nii")});
+  drop({});
+  EXPECT_EQ(scene().meshes.size(), 1u);
+}
+
+TEST_F(WindowFilesTest, ADroppedVolumeOpens) {
+  write_phantom("cube.nii");
+  drop({QUrl::fromLocalFile(path("cube.nii"))});
+  EXPECT_TRUE(wait_until([&] { return bench().has_volume(); }));
+}
+
+TEST_F(WindowFilesTest, ASceneComesBackAsItWasSaved) {
+  write_phantom("cube.nii.gz");
+  window_->files().take(load_input(path("cube.nii.gz").toStdString()), path("cube.nii.gz").toStdString());
+  bench().apply(AddMesh{"ball", Seed{bench().view.crosshair_mm, 9}, Colour{10, 200, 30}, 0});
+  bench().apply(AddAttractionPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(12, 0, 0)});
+  bench().pause();
+  bench().advance_steps(7);
+  EXPECT_TRUE(bench().has_unsaved_changes());
+  ASSERT_TRUE(window_->files().save_scene_to(path("scene.json"))) << window_->messages().text().toStdString();
+  EXPECT_FALSE(bench().has_unsaved_changes());
+  const std::vector<Eigen::Vector3f> positions = scene().meshes[0].mesh.positions;
+  const LoadedInput again = load_input(path("scene.json").toStdString());
+  ASSERT_EQ(again.scene.meshes.size(), 1u);
+  EXPECT_EQ(again.scene.meshes[0].mesh.positions, positions);
+  EXPECT_EQ(again.scene.meshes[0].colour, (Colour{10, 200, 30}));
+  EXPECT_EQ(again.scene.points.size(), 1u);
+  EXPECT_FALSE(again.volume.empty());
+}
+
+TEST_F(WindowFilesTest, SavingWhereNothingCanBeWrittenIsAMessage) {
+  open_phantom();
+  EXPECT_FALSE(window_->files().save_scene_to(path("no/such/folder/scene.json")));
+  EXPECT_TRUE(window_->messages().isVisible());
+  window_->messages().clear();
+  window_->files().save_labels_to(path("no/such/folder/labels.nii.gz"));
+  EXPECT_TRUE(wait_until([&] { return window_->messages().isVisible() && !window_->messages().text().contains("..."); }));
+}
+
+TEST_F(WindowFilesTest, LabelsAndMeshesAreWritten) {
+  open_phantom(12);
+  window_->files().save_labels_to(path("labels.nii.gz"));
+  ASSERT_TRUE(wait_until([&] { return window_->messages().text().startsWith("Saved"); }));
+  const Volume labels = read_volume(path("labels.nii.gz").toStdString());
+  EXPECT_TRUE(labels.geometry().same_grid(bench().session().volume().geometry()));
+  int inside = 0;
+  for (int k = 0; k < 64; ++k)
+    for (int j = 0; j < 64; ++j)
+      for (int i = 0; i < 64; ++i) inside += labels.value(i, j, k) == scene().meshes[0].label;
+  EXPECT_NEAR(inside, 4.0 / 3 * 3.14159 * 12 * 12 * 12, 350);
+  window_->messages().clear();
+  window_->files().save_meshes_to(folder_.path());
+  ASSERT_TRUE(wait_until([&] { return window_->messages().text().startsWith("Saved"); }));
+  EXPECT_EQ(read_mesh(path("object.ply").toStdString()).positions, scene().meshes[0].mesh.positions);
+}
+
+TEST_F(WindowFilesTest, ThePictureHasTheWindowsSize) {
+  open_phantom();
+  window_->save_picture(path("picture.png"));
+  const QImage picture(path("picture.png"));
+  EXPECT_EQ(picture.size(), window_->size() * window_->devicePixelRatio());
+  EXPECT_ANY_THROW(window_->save_picture(path("no/such/folder/picture.png")));
+}
+
+}  // namespace
+}  // namespace simplexseg

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "window_fixture.h"
+
+#include <QElapsedTimer>
+#include <QFileInfo>
+#include <QWheelEvent>
+
+#include "gpu/backend.h"
+#include "gui/startup.h"
+
+namespace simplexseg {
+
+std::string why_no_window() {
+  static const std::string why = []() -> std::string {
+    const QString display = qEnvironmentVariable("DISPLAY");
+    if (display.isEmpty()) return "no DISPLAY";
+    // Qt ends the program when nobody answers at a local display; its socket tells beforehand.
+    if (display.startsWith(':') && !QFileInfo::exists("/tmp/.X11-unix/X" + display.mid(1).section('.', 0, 0))) {
+      return "nobody answers at DISPLAY " + display.toStdString();
+    }
+    static int count = 1;
+    static char name[] = "gui_test";
+    static char* arguments[] = {name, nullptr};
+    set_surface_format();
+    static QApplication application(count, arguments);
+    return why_no_opengl();
+  }();
+  return why;
+}
+
+bool wait_until(const std::function<bool()>& done) {
+  QElapsedTimer timer;
+  timer.start();
+  while (!done()) {
+    if (timer.elapsed() > 10000) return false;
+    QApplication::processEvents(QEventLoop::AllEvents | QEventLoop::WaitForMoreEvents, 20);
+  }
+  return true;
+}
+
+void WindowTest::SetUp() {
+  if (const std::string why = why_no_window(); !why.empty()) GTEST_SKIP() << "no window: " << why;
+  window_ = std::make_unique<MainWindow>(make_cpu_engine(1));
+  window_->set_unattended();
+  window_->resize(1200, 800);
+  window_->show();
+  QApplication::processEvents();
+}
+
+void WindowTest::TearDown() { window_.reset(); }
+
+void WindowTest::open_phantom(double radius_mm) {
+  Phantom phantom = make_phantom("sphere", {});
+  Scene scene;
+  scene.simulation = default_simulation_parameters();
+  MeshItem item;
+  item.name = "object";
+  item.seed = {phantom.image.geometry().centre_mm(), radius_mm};
+  item.parameters = default_force_parameters();
+  for (const ForceInfo& force : force_list()) item.parameters.values[static_cast<int>(force.id)][0] = 0;
+  item.parameters.values[static_cast<int>(ForceId::Smoothing)][0] = 0.5f;
+  item.parameters.values[static_cast<int>(ForceId::Attraction)][0] = 1;
+  scene.meshes.push_back(item);
+  bench().open(std::move(scene), phantom.image);
+  QApplication::processEvents();
+}
+
+void WindowTest::mouse(QWidget& widget, QEvent::Type type, const QPointF& at, Qt::MouseButton button,
+                       Qt::MouseButtons held, Qt::KeyboardModifiers modifiers) {
+  QMouseEvent event(type, at, widget.mapToGlobal(at), button, held, modifiers);
+  QApplication::sendEvent(&widget, &event);
+}
+
+void WindowTest::drag(QWidget& widget, const QPointF& from, const QPointF& to, Qt::MouseButton button,
+                      Qt::KeyboardModifiers modifiers) {
+  mouse(widget, QEvent::MouseButtonPress, from, button, button, modifiers);
+  constexpr int kMoves = 8;
+  for (int n = 1; n <= kMoves; ++n) {
+    mouse(widget, QEvent::MouseMove, from + (to - from) * n / kMoves, Qt::NoButton, button, modifiers);
+  }
+  mouse(widget, QEvent::MouseButtonRelease, to, button, Qt::NoButton, modifiers);
+}
+
+void WindowTest::wheel(QWidget& widget, const QPointF& at, int notches, Qt::KeyboardModifiers modifiers) {
+  QWheelEvent event(at, widget.mapToGlobal(at), {}, {0, 120 * notches}, Qt::NoButton, modifiers, Qt::NoScrollPhase, false);
+  QApplication::sendEvent(&widget, &event);
+}
+
+}  // namespace simplexseg

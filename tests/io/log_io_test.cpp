@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scene_files.h"
+
+namespace simplexseg {
+namespace {
+
+TEST_F(SceneIo, ALogKeepsEveryCommandAndEveryBit) {
+  const Eigen::Vector3d p(0.1, 1.0 / 3, -2.5e-310);
+  std::vector<LogEntry> log = {
+      {0, AddMesh{"a \"quoted\" näme", {p, 10.0 / 3}, Colour{1, 2, 3}, 7}},
+      {3, AddMesh{"", {p, 1}, std::nullopt, 0}},
+      {1, DeleteMesh{4}},
+      {2, EditMesh{5, "name", Colour{9, 8, 7}, false, 12}},
+      {0, EditMesh{5, std::nullopt, std::nullopt, std::nullopt, std::nullopt}},
+      {7, SetSimulationParameter{find_parameter(simulation_table(), "damping"), 0.1f}},
+      {7, SetSimulationParameter{find_parameter(simulation_table(), "limit_timestep"), 0}},
+      {1000000, AddAttractionPoint{5, p}},
+      {1, MoveAttractionPoint{6, p, true}},
+      {1, MoveAttractionPoint{6, -p, false}},
+      {1, DeleteAttractionPoint{6}},
+      {1, ResetPose{0}},
+      {1, RecordProfiles{1}},
+      {1, RefineMesh{2}},
+      {1, Undo{}},
+      {1, Redo{}},
+  };
+  std::mt19937 random(9);
+  for (const ForceInfo& force : force_list())
+    for (std::size_t k = 0; k < force.parameters.size(); ++k)
+      log.push_back({2, SetForceParameter{3, force.id, static_cast<int>(k), any_value(random, force.parameters[k])}});
+  write_log(folder_ / "log.json", log, 55, "scene.json");
+  const LogFile file = read_log(folder_ / "log.json");
+  EXPECT_EQ(file.trailing_steps, 55);
+  EXPECT_EQ(file.scene, "scene.json");
+  ASSERT_EQ(file.log.size(), log.size());
+
+  const auto get = [&]<class C>(std::type_identity<C>, std::size_t at) {
+    return std::pair(std::get<C>(log[at].command), std::get<C>(file.log[at].command));
+  };
+  for (std::size_t e = 0; e < log.size(); ++e) {
+    EXPECT_EQ(log[e].steps, file.log[e].steps);
+    ASSERT_EQ(log[e].command.index(), file.log[e].command.index()) << e;
+  }
+  for (const std::size_t at : {0u, 1u}) {
+    const auto [a, b] = get(std::type_identity<AddMesh>{}, at);
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_TRUE(same_bits(a.seed.centre_mm, b.seed.centre_mm));
+    EXPECT_EQ(a.seed.radius_mm, b.seed.radius_mm);
+    EXPECT_EQ(a.colour, b.colour);
+    EXPECT_EQ(a.like, b.like);
+  }
+  for (const std::size_t at : {3u, 4u}) {
+    const auto [a, b] = get(std::type_identity<EditMesh>{}, at);
+    EXPECT_TRUE(a.mesh == b.mesh && a.name == b.name && a.colour == b.colour && a.visible == b.visible &&
+                a.label == b.label);
+  }
+  for (const std::size_t at : {5u, 6u}) {
+    const auto [a, b] = get(std::type_identity<SetSimulationParameter>{}, at);
+    EXPECT_TRUE(a.parameter == b.parameter && same_bits(a.value, b.value));
+  }
+  const auto [added, added_again] = get(std::type_identity<AddAttractionPoint>{}, 7);
+  EXPECT_TRUE(added.mesh == added_again.mesh && same_bits(added.position_mm, added_again.position_mm));
+  for (const std::size_t at : {8u, 9u}) {
+    const auto [a, b] = get(std::type_identity<MoveAttractionPoint>{}, at);
+    EXPECT_TRUE(a.point == b.point && a.continues == b.continues && same_bits(a.position_mm, b.position_mm));
+  }
+  EXPECT_EQ(std::get<DeleteMesh>(file.log[2].command).mesh, 4u);
+  EXPECT_EQ(std::get<DeleteAttractionPoint>(file.log[10].command).point, 6u);
+  EXPECT_EQ(std::get<ResetPose>(file.log[11].command).mesh, 0u);
+  EXPECT_EQ(std::get<RecordProfiles>(file.log[12].command).mesh, 1u);
+  EXPECT_EQ(std::get<RefineMesh>(file.log[13].command).mesh, 2u);
+  for (std::size_t at = 16; at < log.size(); ++at) {
+    const auto [a, b] = get(std::type_identity<SetForceParameter>{}, at);
+    EXPECT_TRUE(a.mesh == b.mesh && a.force == b.force && a.parameter == b.parameter && same_bits(a.value, b.value))
+        << at;
+  }
+}
+
+TEST_F(SceneIo, ABrokenLogIsRefused) {
+  const auto log_with = [](const std::string& entry) {
+    return "{\"simplexseg_log\": 1, \"entries\": [" + entry + "], \"trailing_steps\": 0}";
+  };
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"{\"simplexseg_log\": 1, \"entries\": []}", "trailing_steps"},
+      {"{\"simplexseg_log\": 1, \"entries\": [], \"trailing_steps\": 1, \"x\": 1}", "'x'"},
+      {log_with("{\"command\": \"undo\"}"), "after_steps"},
+      {log_with("{\"after_steps\": -1, \"command\": \"undo\"}"), "after_steps"},
+      {log_with("{\"after_steps\": 1, \"command\": \"undoo\"}"), "'undo'"},
+      {log_with("{\"after_steps\": 1, \"command\": \"undo\", \"mesh\": 1}"), "'mesh'"},
+      {log_with("{\"after_steps\": 1, \"command\": \"move_point\", \"point\": 1}"), "position_mm"},
+      {log_with("{\"after_steps\": 1, \"command\": \"move_point\", \"point\": 1, \"position_mm\": [1, 2, NaN]}"),
+       "line 1"},
+      {log_with("{\"after_steps\": 1, \"command\": \"delete_mesh\", \"mesh\": -1}"), "entries[0].mesh"},
+      {log_with(
+           R"({"after_steps": 1, "command": "set_force_parameter", "mesh": 0, "force": "gradient", "parameter": "wait", "value": 1})"),
+       "'weight'"},
+      {log_with(
+           R"({"after_steps": 1, "command": "set_force_parameter", "mesh": 0, "force": "gradient", "parameter": "weight", "value": null})"),
+       "value"},
+  };
+  for (const auto& [text, says] : cases) {
+    try {
+      read_log(write("log.json", text));
+      ADD_FAILURE() << text << " was taken";
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("log.json"), std::string::npos) << error.what();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace simplexseg

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// A folder for scene files, and a scene that uses every member and every bit.
+#pragma once
+#include "io/scene_io.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <random>
+
+#include "core/error.h"
+#include "io/parameter_text.h"
+
+namespace simplexseg {
+
+/// A folder that lives as long as the test.
+class SceneIo : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ =
+        std::filesystem::temp_directory_path() / ("simplexseg-scene-" + std::to_string(::getpid()) + "-" +
+                                                  ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+    return folder_ / name;
+  }
+  std::string text_of(const std::filesystem::path& path) const {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  Scene read_text(const std::string& text) const { return read_scene(write("scene.json", text)).scene; }
+  /// The message that the text is refused with; empty when it is taken.
+  std::string refusal(const std::string& text) const {
+    try {
+      read_text(text);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  std::filesystem::path folder_;
+};
+
+inline std::string scene_with(const std::string& rest) { return "{\"simplexseg_scene\": 1, " + rest + "}"; }
+inline std::string mesh_with(const std::string& rest) {
+  return scene_with("\"meshes\": [{\"name\": \"a\", \"sphere\": {\"centre_mm\": [1, 2, 3], \"radius_mm\": 4}" +
+                    (rest.empty() ? "" : ", " + rest) + "}]");
+}
+
+/// A float that needs all its digits.
+inline float awkward(std::mt19937& random, float low, float high) {
+  return std::uniform_real_distribution<float>(low, high)(random);
+}
+
+/// A value of the table's kind and range.
+inline float any_value(std::mt19937& random, const ParameterInfo& info) {
+  if (info.kind == ParameterKind::Real) return awkward(random, info.minimum, info.maximum);
+  return static_cast<float>(
+      std::uniform_int_distribution<int>(static_cast<int>(info.minimum), static_cast<int>(info.maximum))(random));
+}
+
+inline ForceParameters any_forces(std::mt19937& random) {
+  ForceParameters forces{};
+  for (const ForceInfo& force : force_list())
+    for (std::size_t p = 0; p < force.parameters.size(); ++p)
+      forces.values[static_cast<int>(force.id)][p] = any_value(random, force.parameters[p]);
+  return forces;
+}
+
+inline MeshItem any_item(std::mt19937& random, ItemId id, const std::string& name) {
+  MeshItem item;
+  item.id = id;
+  item.name = name;
+  item.colour = {1, 200, static_cast<std::uint8_t>(id)};
+  item.visible = id % 2 == 0;
+  item.label = static_cast<int>(40 + id);
+  item.seed = {{0.1 * id, -1.0 / 3, 1e-17}, 10 + 1.0 / 7};
+  item.reference = Reference{"truth.nii", id % 2 ? std::optional(0.1) : std::nullopt};
+  item.parameters = any_forces(random);
+  item.mesh = make_sphere(item.seed.centre_mm, item.seed.radius_mm, 1);
+  for (Eigen::Vector3f& p : item.mesh.positions) {
+    p *= awkward(random, 0.99f, 1.01f);
+    item.previous.push_back(p * awkward(random, 0.99f, 1.01f));
+    item.shape.push_back(
+        {awkward(random, -1, 1), awkward(random, -1, 1), awkward(random, -1, 1), awkward(random, 0, 1)});
+    for (int s = 0; s < 9; ++s) item.profiles.push_back(awkward(random, -1000, 1000));
+  }
+  item.region.low = -0.1, item.region.high = 1e5 / 3;
+  for (int b = 0; b < kRegionBins; ++b) item.region.object[b] = b * 7, item.region.background[b] = 1 << (b % 31);
+  item.steps_at_level = 17;
+  item.final_vertices = 5120;
+  return item;
+}
+
+inline Scene any_scene() {
+  std::mt19937 random(5);
+  Scene scene;
+  scene.volume_path = "nowhere/volume.nii.gz";
+  for (std::size_t p = 0; p < simplexseg::simulation_table().size(); ++p)
+    value_of(scene.simulation, static_cast<int>(p)) = any_value(random, simulation_table()[p]);
+  scene.forces = any_forces(random);
+  scene.meshes = {any_item(random, 3, "left"), any_item(random, 4, "right . \"Ångström\"")};
+  scene.points = {{7, 4, {0.1, 1.0 / 3, -2e-300}}, {9, 3, {1e10, 5, 0}}};
+  scene.steps = 123;
+  return scene;
+}
+
+template <class T>
+bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
+}
+template <class T>
+bool same_bits(const T& a, const T& b) {
+  return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+
+}  // namespace simplexseg
