@@ -296,6 +296,11 @@ void Session::step_back(std::vector<Snapshot>& from, std::vector<Snapshot>& to) 
   load_engine();
 }
 
+MeshItem& Session::item_of(ItemId mesh) {
+  if (mesh == 0) throw Error("mesh 0", "the command is for one mesh", "choose one of the scene's meshes");
+  return *items_of(mesh).front();
+}
+
 std::vector<MeshItem*> Session::items_of(ItemId mesh) {
   std::vector<MeshItem*> items;
   for (MeshItem& item : scene_.meshes)
@@ -313,10 +318,9 @@ ItemId Session::carry_out_add(const AddMesh& command) {
   check_seed(item.seed, item.name, volume_);
   item.colour = command.colour.value_or(kPalette[scene_.meshes.size() % std::size(kPalette)]);
   item.label = 1;
-  for (const MeshItem& other : scene_.meshes) item.label = std::max(item.label, other.label + 1);
+  for (const MeshItem& other : scene_.meshes) item.label = std::min(255, std::max(item.label, other.label + 1));
   const MeshItem* like = scene_.find_mesh(command.like);
-  if (!like && !scene_.meshes.empty()) like = &scene_.meshes.back();
-  item.parameters = like ? like->parameters : default_force_parameters();
+  item.parameters = like ? like->parameters : scene_.forces;
   restart(item);
   scene_.meshes.push_back(std::move(item));
   load_engine();
@@ -337,12 +341,12 @@ ItemId Session::carry_out(const Command& command) {
   };
   if (const auto* c = std::get_if<AddMesh>(&command)) return carry_out_add(*c);
   if (const auto* c = std::get_if<DeleteMesh>(&command)) {
-    items_of(c->mesh);
+    item_of(c->mesh);
     std::erase_if(scene_.points, [&](const AttractionPoint& p) { return p.mesh == c->mesh; });
     std::erase_if(scene_.meshes, [&](const MeshItem& item) { return item.id == c->mesh; });
     load_engine();
   } else if (const auto* c = std::get_if<EditMesh>(&command)) {
-    MeshItem& item = *items_of(c->mesh).at(0);
+    MeshItem& item = item_of(c->mesh);
     if (c->name && *c->name != item.name) {
       if (c->name->empty() || scene_.find_mesh(*c->name)) throw Error("mesh '" + *c->name + "'", "the name is empty or taken", "choose another");
       item.name = *c->name;
@@ -366,8 +370,7 @@ ItemId Session::carry_out(const Command& command) {
     value_of(scene_.simulation, c->parameter) = c->value;
     send_parameters();
   } else if (const auto* c = std::get_if<AddAttractionPoint>(&command)) {
-    items_of(c->mesh);
-    if (c->mesh == 0) throw Error("attraction point", "it needs a mesh to pull", "choose a mesh first");
+    item_of(c->mesh);
     check_position(c->position_mm);
     scene_.points.push_back({next_id_++, c->mesh, c->position_mm});
     send_points();

@@ -83,7 +83,8 @@ class Session {
   void refine_item(MeshItem& item);
   void restart(MeshItem& item);
   void record_profiles(MeshItem& item) const;
-  std::vector<MeshItem*> items_of(ItemId mesh);
+  MeshItem& item_of(ItemId mesh);                          ///< throws Error when there is none
+  std::vector<MeshItem*> items_of(ItemId mesh);            ///< 0: all; throws Error when there is no such mesh
 
   std::unique_ptr<Engine> engine_;
   mutable Scene scene_;

@@ -83,6 +83,12 @@ struct IntegrateKernel {
   SIMPLEXSEG_HD void report(int i, const MeshConstants& m, Int4 nb, Vec3 p, Vec4 frame) const {
     int culprit = static_cast<int>(ForceId::Attraction);
     float worst = -1.0f;
+    if constexpr ((kMask & bit(ForceId::Attraction)) != 0) {
+      const AttractionSum s = v.attraction[i];
+      const float k = m.forces.weight(ForceId::Attraction);
+      if (s.weight != 0 && k > 0.0f)
+        worst = k / static_cast<float>(s.weight) * norm({static_cast<float>(s.x), static_cast<float>(s.y), static_cast<float>(s.z)});
+    }
     auto weigh = [&]<class F>(F) {
       if constexpr ((kMask & bit(F::id)) != 0) {
         const float k = m.forces.weight(F::id);

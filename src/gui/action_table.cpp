@@ -13,7 +13,8 @@ ActionTable::ActionTable(QWidget& window) : QObject(&window) {
     const QKeySequence keys(QString::fromLatin1(binding.keys));
     auto* action = new QAction(QString::fromUtf8(binding.title), this);
     action->setShortcut(keys);
-    action->setToolTip(QString("%1 (%2)").arg(QString::fromUtf8(binding.does), keys.toString(QKeySequence::NativeText)));
+    action->setToolTip(
+        QString("%1 (%2)").arg(QString::fromUtf8(binding.does), keys.toString(QKeySequence::NativeText)));
     action->setStatusTip(QString::fromUtf8(binding.does));
     window.addAction(action);
     actions_.emplace(binding.act, action);
@@ -26,7 +27,8 @@ void ActionTable::on(Act act, std::function<void()> handler) {
 
 void ActionTable::on_toggle(Act act, std::function<void(bool)> handler) {
   actions_.at(act)->setCheckable(true);
-  connect(actions_.at(act), &QAction::triggered, this, [handler = std::move(handler)](bool checked) { handler(checked); });
+  connect(actions_.at(act), &QAction::triggered, this,
+          [handler = std::move(handler)](bool checked) { handler(checked); });
 }
 
 }  // namespace simplexseg

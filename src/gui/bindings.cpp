@@ -12,6 +12,7 @@ constexpr auto kEverywhere = Where::Everywhere;
 constexpr auto kSlices = Where::Slices;
 constexpr auto kSpace = Where::Space;
 
+// clang-format off
 const Binding kBindings[] = {
     {Act::Cursor, kSlices, "", Mouse::Left, {}, "", "On an attraction point: drag it; elsewhere: move the crosshair"},
     {Act::AddPoint, kSlices, "", Mouse::Left, Qt::ShiftModifier, "",
@@ -50,7 +51,7 @@ const Binding kBindings[] = {
     {Act::SaveSceneAs, kEverywhere, "Ctrl+Shift+S", Mouse::None, {}, "Save scene &as...", "Save the scene to a new file"},
     {Act::SaveLabels, kEverywhere, "Ctrl+L", Mouse::None, {}, "Save &labels...",
      "Save the voxels inside the meshes as a label volume"},
-    {Act::SaveMeshes, kEverywhere, "Ctrl+M", Mouse::None, {}, "Save &meshes...", "Save each mesh into a folder (PLY, LPS, mm)"},
+    {Act::SaveMeshes, kEverywhere, "Ctrl+M", Mouse::None, {}, "Save &meshes...", "Save each mesh into a folder (PLY, LPS)"},
     {Act::Screenshot, kEverywhere, "Ctrl+P", Mouse::None, {}, "Sc&reenshot...", "Save a picture of the window"},
     {Act::Quit, kEverywhere, "Ctrl+Q", Mouse::None, {}, "&Quit", "Leave the program"},
     {Act::Undo, kEverywhere, "Ctrl+Z", Mouse::None, {}, "&Undo", "Undo the last action"},
@@ -60,7 +61,7 @@ const Binding kBindings[] = {
     {Act::ToolCrosshair, kEverywhere, "1", Mouse::None, {}, "&Crosshair", "Tool: left drag moves the crosshair"},
     {Act::ToolZoomPan, kEverywhere, "2", Mouse::None, {}, "&Zoom and pan", "Tool: left drag pans, right drag zooms"},
     {Act::ToolPoint, kEverywhere, "3", Mouse::None, {}, "Attraction &point", "Tool: left button adds or drags a point"},
-    {Act::ToolSeed, kEverywhere, "4", Mouse::None, {}, "&New mesh", "Tool: left drag places a sphere, from centre to radius"},
+    {Act::ToolSeed, kEverywhere, "4", Mouse::None, {}, "&New mesh", "Tool: left drag places a sphere, centre to radius"},
     {Act::WindowLevel, kEverywhere, "W", Mouse::None, {}, "&Window and level",
      "Then left drag: window (sideways) and level (up and down)"},
     {Act::RunPause, kEverywhere, "Space", Mouse::None, {}, "&Run", "Run or pause the simulation"},
@@ -79,6 +80,7 @@ const Binding kBindings[] = {
     {Act::Help, kEverywhere, "F1", Mouse::None, {}, "&Keys and gestures", "This table"},
     {Act::About, kEverywhere, "Shift+F1", Mouse::None, {}, "&About SimplexSeg", "Version and backend"},
 };
+// clang-format on
 
 }  // namespace
 
@@ -90,9 +92,12 @@ const Binding& binding_of(Act act) {
 
 const char* where_name(Where where) {
   switch (where) {
-    case Where::Everywhere: return "Everywhere";
-    case Where::Slices: return "Slices";
-    case Where::Space: break;
+    case Where::Everywhere:
+      return "Everywhere";
+    case Where::Slices:
+      return "Slices";
+    case Where::Space:
+      break;
   }
   return "3D view";
 }

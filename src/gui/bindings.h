@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The map of bindings: one table that makes the menus' shortcuts, tells the views what a gesture means, and is the help.
+// The map of bindings: one table that makes the menus' shortcuts, tells the views what a gesture means, and is the
+// help.
 #pragma once
 #include <Qt>
 #include <optional>
@@ -9,6 +10,7 @@ class QKeyEvent;
 
 namespace simplexseg {
 
+// clang-format off
 enum class Act {
   Open, OpenFolder, SaveScene, SaveSceneAs, SaveLabels, SaveMeshes, Screenshot, Quit,
   Undo, Redo, DeletePoint,
@@ -19,6 +21,7 @@ enum class Act {
   CursorLeft, CursorRight, CursorUp, CursorDown, CursorLeft5, CursorRight5, CursorUp5, CursorDown5, NextSlice, PreviousSlice,
   Cursor, AddPoint, ErasePoint, PickMesh, ContextMenu, Zoom, Pan, WheelSlice, WheelZoom, FollowMouse, Maximise, Rotate
 };
+// clang-format on
 
 /// Where a binding holds. Those of Everywhere are menu entries.
 enum class Where { Everywhere, Slices, Space };
@@ -27,11 +30,11 @@ enum class Mouse { None, Left, Right, Middle, RightClick, DoubleClick, Wheel, Mo
 struct Binding {
   Act act;
   Where where;
-  const char* keys;                  ///< as QKeySequence reads them; "" for the mouse
+  const char* keys;  ///< as QKeySequence reads them; "" for the mouse
   Mouse mouse;
-  Qt::KeyboardModifiers modifiers;   ///< of the mouse
-  const char* title;                 ///< of the menu entry
-  const char* does;                  ///< for the help and the tooltip
+  Qt::KeyboardModifiers modifiers;  ///< of the mouse
+  const char* title;                ///< of the menu entry
+  const char* does;                 ///< for the help and the tooltip
 };
 std::span<const Binding> bindings();
 

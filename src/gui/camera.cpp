@@ -7,7 +7,7 @@
 
 namespace simplexseg {
 namespace {
-constexpr double kHalfAngle = 15 * std::numbers::pi / 180;   // of the picture's height
+constexpr double kHalfAngle = 15 * std::numbers::pi / 180;  // of the picture's height
 }
 
 void OrbitCamera::fit(const Eigen::Vector3d& centre_mm, double radius_mm) {
@@ -22,8 +22,9 @@ void OrbitCamera::fit(const Eigen::Vector3d& centre_mm, double radius_mm) {
 }
 
 void OrbitCamera::rotate(double right, double down) {
-  eye_from_world_ = (Eigen::AngleAxisd(down, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(right, Eigen::Vector3d::UnitY()) *
-                     eye_from_world_).normalized();
+  eye_from_world_ = (Eigen::AngleAxisd(down, Eigen::Vector3d::UnitX()) *
+                     Eigen::AngleAxisd(right, Eigen::Vector3d::UnitY()) * eye_from_world_)
+                        .normalized();
 }
 
 void OrbitCamera::pan(double right_px, double down_px, double viewport_height_px) {

@@ -69,7 +69,8 @@ void FileActions::enable_actions() {
   const QString why_busy = tr("Wait for what is being loaded or saved");
   const bool volume = workbench_.has_volume(), meshes = !workbench_.scene().meshes.empty();
   for (const Act act : {Act::Open, Act::OpenFolder}) set_enabled(actions_[act], !job_.busy(), why_busy);
-  for (const Act act : {Act::SaveScene, Act::SaveSceneAs}) set_enabled(actions_[act], volume, tr("There is nothing to save yet"));
+  for (const Act act : {Act::SaveScene, Act::SaveSceneAs})
+    set_enabled(actions_[act], volume, tr("There is nothing to save yet"));
   for (const Act act : {Act::SaveLabels, Act::SaveMeshes}) {
     set_enabled(actions_[act], meshes && !job_.busy(), meshes ? why_busy : tr("There is no mesh to save yet"));
   }
@@ -79,14 +80,15 @@ void FileActions::open(const QString& path) {
   if (path.isEmpty() || job_.busy() || !may_discard()) return;
   auto input = std::make_shared<LoadedInput>();
   const std::filesystem::path file = to_path(path);
-  job_.start(tr("Loading %1...").arg(QFileInfo(path).fileName()), [=] { *input = load_input(file); },
-             [=, this] {
-               try {
-                 take(std::move(*input), file);
-               } catch (const std::exception& error) {
-                 workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
-               }
-             });
+  job_.start(
+      tr("Loading %1...").arg(QFileInfo(path).fileName()), [=] { *input = load_input(file); },
+      [=, this] {
+        try {
+          take(std::move(*input), file);
+        } catch (const std::exception& error) {
+          workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
+        }
+      });
 }
 
 void FileActions::take(LoadedInput input, const std::filesystem::path& path) {
@@ -113,7 +115,9 @@ QString FileActions::scene_name() const {
   return QFileInfo(scene_path_.isEmpty() ? last_path_ : scene_path_).fileName();
 }
 
-QString FileActions::folder_of_last_file() const { return last_path_.isEmpty() ? QString() : QFileInfo(last_path_).absolutePath(); }
+QString FileActions::folder_of_last_file() const {
+  return last_path_.isEmpty() ? QString() : QFileInfo(last_path_).absolutePath();
+}
 
 void FileActions::choose_and_open() {
   open(QFileDialog::getOpenFileName(&window_, tr("Open a volume or a scene"), folder_of_last_file(), kVolumeFilter));
@@ -157,45 +161,51 @@ void FileActions::choose_and_save_labels() {
 void FileActions::save_labels_to(const QString& path) {
   const VolumeGeometry geometry = workbench_.session().volume().geometry();
   auto shared_voxels = std::make_shared<std::size_t>(0);
-  job_.start(tr("Saving %1...").arg(QFileInfo(path).fileName()),
-             [=, scene = workbench_.scene(), file = to_path(path)] {
-               const LabelMap map = make_label_map(scene, geometry);
-               write_labels(file, map.labels);
-               *shared_voxels = map.shared_voxels;
-             },
-             [=, this] {
-               const QString shared = *shared_voxels == 0 ? QString()
-                   : tr("; %1 voxels lie in several meshes: the first in the list has them").arg(*shared_voxels);
-               workbench_.say(Severity::Note, tr("Saved %1%2").arg(path, shared));
-             });
+  job_.start(
+      tr("Saving %1...").arg(QFileInfo(path).fileName()),
+      [=, scene = workbench_.scene(), file = to_path(path)] {
+        const LabelMap map = make_label_map(scene, geometry);
+        write_labels(file, map.labels);
+        *shared_voxels = map.shared_voxels;
+      },
+      [=, this] {
+        const QString shared =
+            *shared_voxels == 0
+                ? QString()
+                : tr("; %1 voxels lie in several meshes: the first in the list has them").arg(*shared_voxels);
+        workbench_.say(Severity::Note, tr("Saved %1%2").arg(path, shared));
+      });
 }
 
 void FileActions::choose_and_save_meshes() {
-  const QString folder = QFileDialog::getExistingDirectory(&window_, tr("Save each mesh into a folder"), folder_of_last_file());
+  const QString folder =
+      QFileDialog::getExistingDirectory(&window_, tr("Save each mesh into a folder"), folder_of_last_file());
   if (!folder.isEmpty()) save_meshes_to(folder);
 }
 
 void FileActions::save_meshes_to(const QString& folder) {
-  job_.start(tr("Saving meshes..."),
-             [scene = workbench_.scene(), directory = to_path(folder)] {
-               for (const MeshItem& item : scene.meshes) {
-                 std::string name = item.name;
-                 for (char& c : name) {
-                   if (c == '/' || c == '\\' || c == ':' || static_cast<unsigned char>(c) < 32) c = '_';
-                 }
-                 // Names need not differ; files must.
-                 for (const MeshItem& other : scene.meshes) {
-                   if (other.id != item.id && other.name == item.name) {
-                     name += "-" + std::to_string(item.id);
-                     break;
-                   }
-                 }
-                 write_mesh(directory / std::filesystem::path(QString::fromStdString(name + ".ply").toStdU16String()), item.mesh);
-               }
-             },
-             [=, this] {
-               workbench_.say(Severity::Note, tr("Saved %1 meshes to %2").arg(workbench_.scene().meshes.size()).arg(folder));
-             });
+  job_.start(
+      tr("Saving meshes..."),
+      [scene = workbench_.scene(), directory = to_path(folder)] {
+        for (const MeshItem& item : scene.meshes) {
+          std::string name = item.name;
+          for (char& c : name) {
+            if (c == '/' || c == '\\' || c == ':' || static_cast<unsigned char>(c) < 32) c = '_';
+          }
+          // Names need not differ; files must.
+          for (const MeshItem& other : scene.meshes) {
+            if (other.id != item.id && other.name == item.name) {
+              name += "-" + std::to_string(item.id);
+              break;
+            }
+          }
+          write_mesh(directory / std::filesystem::path(QString::fromStdString(name + ".ply").toStdU16String()),
+                     item.mesh);
+        }
+      },
+      [=, this] {
+        workbench_.say(Severity::Note, tr("Saved %1 meshes to %2").arg(workbench_.scene().meshes.size()).arg(folder));
+      });
 }
 
 QString FileActions::dropped_path(const QMimeData* data) {

@@ -66,7 +66,7 @@ class FileActions : public QObject {
   BackgroundJob& job_;
   ActionTable& actions_;
   QWidget& window_;
-  QString scene_path_;            ///< empty until saved or opened
+  QString scene_path_;  ///< empty until saved or opened
   QString last_path_;
 };
 

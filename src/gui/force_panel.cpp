@@ -37,7 +37,7 @@ ForcePanel::ForcePanel(Workbench& workbench, QWidget* parent) : QWidget(parent),
   auto* sections_layout = new QVBoxLayout(sections_widget_);
   sections_layout->setContentsMargins(0, 0, 6, 0);
   sections_layout->setSpacing(2);
-  sections_.reserve(force_list().size());   // the rows' signals hold on to their section
+  sections_.reserve(force_list().size());  // the rows' signals hold on to their section
   for (const ForceInfo& force : force_list()) sections_.push_back(build_section(force));
   sections_layout->addStretch(1);
   scroll->setWidget(sections_widget_);
@@ -72,9 +72,8 @@ ForcePanel::Section ForcePanel::build_section(const ForceInfo& force) {
   for (std::size_t p = 0; p < force.parameters.size(); ++p) {
     auto* row = new ParameterRow(force.parameters[p], sections_widget_);
     section.rows.push_back(row);
-    connect(row, &ParameterRow::edited, this, [this, index, p](float value) {
-      set_parameter(sections_[index], static_cast<int>(p), value);
-    });
+    connect(row, &ParameterRow::edited, this,
+            [this, index, p](float value) { set_parameter(sections_[index], static_cast<int>(p), value); });
     if (p == 0) {
       // The weight stays in sight beside the switch.
       row->setFixedWidth(176);
@@ -106,7 +105,8 @@ ParameterRow* ForcePanel::row(ForceId force, int parameter) const {
 
 void ForcePanel::refresh() {
   const MeshItem* mesh = workbench_.active_mesh();
-  title_->setText(mesh ? tr("Forces on <b>%1</b>").arg(QString::fromStdString(mesh->name).toHtmlEscaped()) : tr("Forces"));
+  title_->setText(mesh ? tr("Forces on <b>%1</b>").arg(QString::fromStdString(mesh->name).toHtmlEscaped())
+                       : tr("Forces"));
   const QString why = tr("There is no mesh yet: add one in the panel Meshes, or with tool 4");
   set_enabled(all_meshes_, mesh, why);
   for (Section& section : sections_) {
@@ -137,7 +137,8 @@ void ForcePanel::switch_force(const Section& section, bool on) {
     const float standard = section.force->parameters[0].default_value;
     const auto last = last_weight_.find({workbench_.view.active_mesh, section.force->id});
     weight = last != last_weight_.end() ? last->second
-             : standard > 0 ? standard : std::min(1.0f, section.force->parameters[0].maximum);
+             : standard > 0             ? standard
+                                        : std::min(1.0f, section.force->parameters[0].maximum);
   }
   set_parameter(section, 0, weight);
 }

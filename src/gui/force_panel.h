@@ -31,7 +31,7 @@ class ForcePanel : public QWidget {
     QCheckBox* on;
     QToolButton* unfold;
     QWidget* details;
-    std::vector<ParameterRow*> rows;     ///< in the order of the table
+    std::vector<ParameterRow*> rows;  ///< in the order of the table
   };
   Section build_section(const ForceInfo& force);
   void refresh();

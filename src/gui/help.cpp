@@ -21,14 +21,22 @@ QString trigger_text(const Binding& binding) {
   if (binding.modifiers & Qt::ShiftModifier) text += "Shift + ";
   if (binding.modifiers & Qt::AltModifier) text += "Alt + ";
   switch (binding.mouse) {
-    case Mouse::Left: return text + (binding.act == Act::ErasePoint || binding.act == Act::PickMesh ? "left click" : "left drag");
-    case Mouse::Right: return text + "right drag";
-    case Mouse::Middle: return text + "middle drag";
-    case Mouse::RightClick: return text + "right click";
-    case Mouse::DoubleClick: return text + "double click";
-    case Mouse::Wheel: return text + "wheel";
-    case Mouse::Move: return text + "move";
-    case Mouse::None: break;
+    case Mouse::Left:
+      return text + (binding.act == Act::ErasePoint || binding.act == Act::PickMesh ? "left click" : "left drag");
+    case Mouse::Right:
+      return text + "right drag";
+    case Mouse::Middle:
+      return text + "middle drag";
+    case Mouse::RightClick:
+      return text + "right click";
+    case Mouse::DoubleClick:
+      return text + "double click";
+    case Mouse::Wheel:
+      return text + "wheel";
+    case Mouse::Move:
+      return text + "move";
+    case Mouse::None:
+      break;
   }
   return text;
 }
@@ -46,8 +54,9 @@ QString bindings_html() {
     html += QString("<h3>%1</h3><table cellspacing='0' cellpadding='3'>").arg(where_name(where));
     for (const Binding& binding : bindings()) {
       if (binding.where != where) continue;
-      html += QString("<tr><td width='170'><b>%1</b></td><td>%2</td></tr>")
-                  .arg(capitalised(trigger_text(binding)).toHtmlEscaped(), QString::fromUtf8(binding.does).toHtmlEscaped());
+      html +=
+          QString("<tr><td width='170'><b>%1</b></td><td>%2</td></tr>")
+              .arg(capitalised(trigger_text(binding)).toHtmlEscaped(), QString::fromUtf8(binding.does).toHtmlEscaped());
     }
     html += "</table>";
   }
@@ -70,10 +79,11 @@ void show_bindings(QWidget* parent) {
 }
 
 void show_about(QWidget* parent, const Engine& engine) {
-  QMessageBox::about(parent, QObject::tr("About SimplexSeg"),
-                     QObject::tr("<h3>SimplexSeg %1</h3><p>Segments medical volumes with live deformable 2-simplex meshes.</p>"
-                                 "<p>Backend: %2</p><p>Apache License 2.0. Not a medical device.</p>")
-                         .arg(SIMPLEXSEG_VERSION, QString::fromStdString(engine.description()).toHtmlEscaped()));
+  QMessageBox::about(
+      parent, QObject::tr("About SimplexSeg"),
+      QObject::tr("<h3>SimplexSeg %1</h3><p>Segments medical volumes with live deformable 2-simplex meshes.</p>"
+                  "<p>Backend: %2</p><p>Apache License 2.0. Not a medical device.</p>")
+          .arg(SIMPLEXSEG_VERSION, QString::fromStdString(engine.description()).toHtmlEscaped()));
 }
 
 }  // namespace simplexseg

@@ -165,7 +165,8 @@ void MainWindow::connect_messages() {
   connect(workbench_.get(), &Workbench::message, messages_, &MessageBar::show_message);
   connect(job_, &BackgroundJob::started, messages_, &MessageBar::show_progress);
   connect(job_, &BackgroundJob::succeeded, messages_, &MessageBar::clear);
-  connect(job_, &BackgroundJob::failed, this, [this](const QString& why) { messages_->show_message(Severity::Failure, why); });
+  connect(job_, &BackgroundJob::failed, this,
+          [this](const QString& why) { messages_->show_message(Severity::Failure, why); });
   connect(workbench_.get(), &Workbench::scene_changed, this, &MainWindow::refresh_actions);
   connect(workbench_.get(), &Workbench::running_changed, this, &MainWindow::refresh_actions);
   connect(workbench_.get(), &Workbench::view_changed, this, &MainWindow::refresh_readout);

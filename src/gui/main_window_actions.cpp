@@ -26,8 +26,10 @@
 
 namespace simplexseg {
 namespace {
-constexpr std::pair<Act, Tool> kTools[] = {{Act::ToolCrosshair, Tool::Crosshair}, {Act::ToolZoomPan, Tool::ZoomPan},
-                                           {Act::ToolPoint, Tool::Point}, {Act::ToolSeed, Tool::Seed}};
+constexpr std::pair<Act, Tool> kTools[] = {{Act::ToolCrosshair, Tool::Crosshair},
+                                           {Act::ToolZoomPan, Tool::ZoomPan},
+                                           {Act::ToolPoint, Tool::Point},
+                                           {Act::ToolSeed, Tool::Seed}};
 }  // namespace
 
 void MainWindow::connect_actions() {
@@ -70,7 +72,8 @@ void MainWindow::connect_actions() {
   on_view_toggle(Act::WindowLevel, &ViewState::window_level_armed);
   // While W is held its repeats must not switch the mode off and on.
   actions[Act::WindowLevel]->setAutoRepeat(false);
-  for (const Act act : {Act::RunPause, Act::ShowMeshes, Act::Annotations, Act::Slices3d}) actions[act]->setAutoRepeat(false);
+  for (const Act act : {Act::RunPause, Act::ShowMeshes, Act::Annotations, Act::Slices3d})
+    actions[act]->setAutoRepeat(false);
   actions.on_toggle(Act::Neurological, [&bench](bool checked) {
     bench.view.convention = checked ? Convention::Neurological : Convention::Radiological;
     bench.view_edited();
@@ -138,8 +141,12 @@ void MainWindow::refresh_readout() {
     voxel[axis] = std::clamp(static_cast<int>(std::lround(index[axis])), 0, volume.geometry().size[axis] - 1);
   }
   readout_->setText(tr("LPS  %1  %2  %3 mm      voxel  %4  %5  %6      intensity  %7")
-                        .arg(view.crosshair_mm.x(), 0, 'f', 1).arg(view.crosshair_mm.y(), 0, 'f', 1)
-                        .arg(view.crosshair_mm.z(), 0, 'f', 1).arg(voxel[0]).arg(voxel[1]).arg(voxel[2])
+                        .arg(view.crosshair_mm.x(), 0, 'f', 1)
+                        .arg(view.crosshair_mm.y(), 0, 'f', 1)
+                        .arg(view.crosshair_mm.z(), 0, 'f', 1)
+                        .arg(voxel[0])
+                        .arg(voxel[1])
+                        .arg(voxel[2])
                         .arg(volume.value(voxel[0], voxel[1], voxel[2]), 0, 'g', 6));
   contrast_->setText(tr("window %1  level %2").arg(view.window, 0, 'g', 4).arg(view.level, 0, 'g', 4));
 }
@@ -164,7 +171,8 @@ void MainWindow::save_picture(const QString& path) {
 }
 
 void MainWindow::choose_and_save_picture() {
-  const QString path = QFileDialog::getSaveFileName(this, tr("Save a picture of the window"), "simplexseg.png", tr("PNG (*.png)"));
+  const QString path =
+      QFileDialog::getSaveFileName(this, tr("Save a picture of the window"), "simplexseg.png", tr("PNG (*.png)"));
   if (path.isEmpty()) return;
   try {
     save_picture(path);
@@ -196,7 +204,8 @@ void MainWindow::dropEvent(QDropEvent* event) {
     workbench_->say(Severity::Warning, tr("Wait for what is being loaded or saved"));
   } else {
     // Not within the drop: the question about unsaved changes would hold up the program dragged from.
-    QMetaObject::invokeMethod(this, [this, path] { files_->open(path); }, Qt::QueuedConnection);
+    QMetaObject::invokeMethod(
+        this, [this, path] { files_->open(path); }, Qt::QueuedConnection);
   }
 }
 

@@ -66,12 +66,16 @@ MeshPanel::MeshPanel(Workbench& workbench, QWidget* parent) : QWidget(parent), w
   };
   const auto active = [this] { return workbench_.view.active_mesh; };
   colour_ = add_button(tr("Colour..."), tr("Another colour for the active mesh"), [this] { choose_colour(); });
-  reset_ = add_button(tr("Reset"), tr("The active mesh back to its sphere"), [=, this] { workbench_.apply(ResetPose{active()}); });
+  reset_ = add_button(tr("Reset"), tr("The active mesh back to its sphere"),
+                      [=, this] { workbench_.apply(ResetPose{active()}); });
   refine_ = add_button(tr("Refine"), tr("Four times as many vertices for the active mesh"),
                        [=, this] { workbench_.apply(RefineMesh{active()}); });
-  record_ = add_button(tr("Record profiles"), tr("Take the intensity profiles under the present pose as what the intensity-profile force looks for"),
-                       [=, this] { workbench_.apply(RecordProfiles{active()}); });
-  delete_ = add_button(tr("Delete"), tr("Delete the active mesh and its points"), [=, this] { workbench_.apply(DeleteMesh{active()}); });
+  record_ =
+      add_button(tr("Record profiles"),
+                 tr("Take the intensity profiles under the present pose as what the intensity-profile force looks for"),
+                 [=, this] { workbench_.apply(RecordProfiles{active()}); });
+  delete_ = add_button(tr("Delete"), tr("Delete the active mesh and its points"),
+                       [=, this] { workbench_.apply(DeleteMesh{active()}); });
   layout->addLayout(grid);
 
   connect(add_, &QPushButton::clicked, this, &MeshPanel::add_at_crosshair);
@@ -93,7 +97,8 @@ void MeshPanel::refresh() {
   const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
   {
     const QSignalBlocker blocker(list_);
-    while (list_->topLevelItemCount() > static_cast<int>(meshes.size())) delete list_->takeTopLevelItem(list_->topLevelItemCount() - 1);
+    while (list_->topLevelItemCount() > static_cast<int>(meshes.size()))
+      delete list_->takeTopLevelItem(list_->topLevelItemCount() - 1);
     while (list_->topLevelItemCount() < static_cast<int>(meshes.size())) list_->addTopLevelItem(new QTreeWidgetItem);
     for (std::size_t m = 0; m < meshes.size(); ++m) {
       QTreeWidgetItem* row = list_->topLevelItem(static_cast<int>(m));
@@ -113,7 +118,8 @@ void MeshPanel::refresh() {
   set_enabled(add_, workbench_.has_volume(), no_volume);
   set_enabled(radius_, workbench_.has_volume(), no_volume);
   const bool any = workbench_.active_mesh() != nullptr;
-  for (QPushButton* button : {colour_, reset_, refine_, record_, delete_}) set_enabled(button, any, tr("There is no mesh yet"));
+  for (QPushButton* button : {colour_, reset_, refine_, record_, delete_})
+    set_enabled(button, any, tr("There is no mesh yet"));
 }
 
 void MeshPanel::refresh_counts() {
@@ -146,7 +152,8 @@ void MeshPanel::edited(QTreeWidgetItem* row, int column) {
 }
 
 void MeshPanel::add_at_crosshair() {
-  workbench_.apply(AddMesh{{}, Seed{workbench_.view.crosshair_mm, radius_->value()}, std::nullopt, workbench_.view.active_mesh});
+  workbench_.apply(
+      AddMesh{{}, Seed{workbench_.view.crosshair_mm, radius_->value()}, std::nullopt, workbench_.view.active_mesh});
 }
 
 void MeshPanel::choose_colour() {

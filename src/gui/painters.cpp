@@ -82,7 +82,8 @@ unsigned compile(unsigned kind, const std::string& name) {
     char log[512] = "";
     glGetShaderInfoLog(shader, sizeof log, nullptr, log);
     glDeleteShader(shader);
-    throw Error("shader " + name, std::string(log).substr(0, std::string(log).find('\n')), "update the graphics driver");
+    throw Error("shader " + name, std::string(log).substr(0, std::string(log).find('\n')),
+                "update the graphics driver");
   }
   return shader;
 }

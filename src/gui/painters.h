@@ -15,7 +15,7 @@ namespace simplexseg {
 struct SliceImage;
 struct Surface;
 
-using Rgba = Eigen::Vector4f;                     ///< each 0..1
+using Rgba = Eigen::Vector4f;  ///< each 0..1
 Rgba rgba_of(const Colour& colour, float alpha = 1);
 
 /// Loads the OpenGL functions of the current context. Throws Error when they cannot be had.
@@ -27,7 +27,7 @@ std::string gl_renderer();
 struct Projection {
   Eigen::Matrix4f clip_from_world = Eigen::Matrix4f::Identity();
   Eigen::Matrix4f eye_from_world = Eigen::Matrix4f::Identity();
-  Eigen::Vector2f viewport_px{1, 1};              ///< device pixels
+  Eigen::Vector2f viewport_px{1, 1};  ///< device pixels
 };
 
 enum class Depth { Ignore, Test };

@@ -31,8 +31,9 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
     button->setDefaultAction(actions[act]);
     button->setToolButtonStyle(Qt::ToolButtonTextOnly);
     button->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
-    button->setStyleSheet("QToolButton { background: #343840; } QToolButton:hover { background: #3f454e; }"
-                          "QToolButton:checked { background: #30689f; }");
+    button->setStyleSheet(
+        "QToolButton { background: #343840; } QToolButton:hover { background: #3f454e; }"
+        "QToolButton:checked { background: #30689f; }");
     buttons->addWidget(button);
   }
   layout->addLayout(buttons);
@@ -100,15 +101,17 @@ void SimulationPanel::refresh() {
 void SimulationPanel::refresh_status() {
   const QLocale locale = QLocale::c();
   if (loop_.step_ms() > 0) {
-    speed_->setText(tr("%1 steps/s, %2 ms a step").arg(loop_.steps_per_second(), 0, 'f', 0).arg(loop_.step_ms(), 0, 'g', 3));
+    speed_->setText(
+        tr("%1 steps/s, %2 ms a step").arg(loop_.steps_per_second(), 0, 'f', 0).arg(loop_.step_ms(), 0, 'g', 3));
   } else {
     speed_->setText(tr("not run yet"));
   }
   qint64 vertices = 0;
   for (const MeshItem& item : workbench_.scene().meshes) vertices += item.mesh.vertex_count();
-  vertices_->setText(tr("%1 in %2").arg(locale.toString(vertices),
-                                        workbench_.scene().meshes.size() == 1 ? tr("1 mesh")
-                                            : tr("%1 meshes").arg(workbench_.scene().meshes.size())));
+  vertices_->setText(tr("%1 in %2")
+                         .arg(locale.toString(vertices), workbench_.scene().meshes.size() == 1
+                                                             ? tr("1 mesh")
+                                                             : tr("%1 meshes").arg(workbench_.scene().meshes.size())));
   const std::vector<float>& moves = workbench_.session().mean_move_mm();
   const QString state = !workbench_.running() ? tr("paused") : loop_.at_rest() ? tr("at rest") : tr("running");
   if (moves.empty() || workbench_.session().total_steps() == 0) {

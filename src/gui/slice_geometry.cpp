@@ -8,9 +8,12 @@ namespace simplexseg {
 
 const char* title_of(Orientation orientation) {
   switch (orientation) {
-    case Orientation::Axial: return "Axial";
-    case Orientation::Sagittal: return "Sagittal";
-    case Orientation::Coronal: break;
+    case Orientation::Axial:
+      return "Axial";
+    case Orientation::Sagittal:
+      return "Sagittal";
+    case Orientation::Coronal:
+      break;
   }
   return "Coronal";
 }
@@ -18,9 +21,12 @@ const char* title_of(Orientation orientation) {
 SliceAxes slice_axes(Orientation orientation, Convention convention) {
   const double left = convention == Convention::Radiological ? 1 : -1;
   switch (orientation) {
-    case Orientation::Axial: return {2, {left, 0, 0}, {0, -1, 0}};
-    case Orientation::Sagittal: return {0, {0, 1, 0}, {0, 0, 1}};
-    case Orientation::Coronal: break;
+    case Orientation::Axial:
+      return {2, {left, 0, 0}, {0, -1, 0}};
+    case Orientation::Sagittal:
+      return {0, {0, 1, 0}, {0, 0, 1}};
+    case Orientation::Coronal:
+      break;
   }
   return {1, {left, 0, 0}, {0, 0, 1}};
 }
@@ -80,7 +86,8 @@ Eigen::Vector3d snap_to_voxel(const VolumeGeometry& geometry, const Eigen::Vecto
     return world_mm.cwiseMax(box.low_mm).cwiseMin(box.high_mm);
   }
   Eigen::Vector3d index = geometry.index_from_world() * world_mm;
-  for (int axis = 0; axis < 3; ++axis) index[axis] = std::clamp(std::round(index[axis]), 0.0, geometry.size[axis] - 1.0);
+  for (int axis = 0; axis < 3; ++axis)
+    index[axis] = std::clamp(std::round(index[axis]), 0.0, geometry.size[axis] - 1.0);
   return geometry.world_from_index() * index;
 }
 

@@ -9,7 +9,8 @@
 namespace simplexseg {
 
 enum class Orientation : int { Axial, Sagittal, Coronal };
-inline constexpr std::array<Orientation, 3> kOrientations{Orientation::Axial, Orientation::Sagittal, Orientation::Coronal};
+inline constexpr std::array<Orientation, 3> kOrientations{Orientation::Axial, Orientation::Sagittal,
+                                                          Orientation::Coronal};
 const char* title_of(Orientation orientation);
 
 /// Radiological: the patient's right is on the left of the screen, as if seen from the feet or from the front.
@@ -35,7 +36,8 @@ WorldBox world_box(const VolumeGeometry& geometry);
 bool is_axis_aligned(const VolumeGeometry& geometry);
 /// Distance of neighbouring slices along the world axes: the spacing of the voxel axis nearest to each.
 Eigen::Vector3d slice_spacing_mm(const VolumeGeometry& geometry);
-/// The nearest voxel centre, clamped to the volume; for a volume that is not axis-aligned, the point of its box nearest.
+/// The nearest voxel centre, clamped to the volume; for a volume that is not axis-aligned, the point of its box
+/// nearest.
 Eigen::Vector3d snap_to_voxel(const VolumeGeometry& geometry, const Eigen::Vector3d& world_mm);
 
 /// The texels of a slice: texel (0, 0) is centred at `origin_mm`, rows run along `step_u_mm`.

@@ -8,7 +8,7 @@
 namespace simplexseg {
 namespace {
 
-constexpr double kOnCentre = 1e-3;   // voxels: nearer than this to a voxel centre is on it
+constexpr double kOnCentre = 1e-3;  // voxels: nearer than this to a voxel centre is on it
 constexpr float kOutside = std::numeric_limits<float>::quiet_NaN();
 
 // Voxel positions along one row of texels: start + n * step, in voxels.

@@ -16,7 +16,7 @@ void sample_slice(const Volume& volume, const SliceGrid& grid, std::vector<float
 struct SliceImage {
   SliceGrid grid;
   std::vector<float> intensities;
-  std::uint64_t stamp = 0;      ///< changes when the picture does
+  std::uint64_t stamp = 0;  ///< changes when the picture does
 };
 
 /// The three slices through the crosshair; each is sampled again only when its plane or the volume has changed.

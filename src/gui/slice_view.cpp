@@ -13,7 +13,8 @@
 namespace simplexseg {
 namespace {
 Rgba rgba_of(const QColor& colour, float alpha = 1) {
-  return {static_cast<float>(colour.redF()), static_cast<float>(colour.greenF()), static_cast<float>(colour.blueF()), alpha};
+  return {static_cast<float>(colour.redF()), static_cast<float>(colour.greenF()), static_cast<float>(colour.blueF()),
+          alpha};
 }
 }  // namespace
 
@@ -94,7 +95,7 @@ Projection SliceView::projection() const {
   clip.row(1).head<3>() = axes.up * scale_y;
   clip(0, 3) = -axes.right.dot(centre_mm_) * scale_x;
   clip(1, 3) = -axes.up.dot(centre_mm_) * scale_y;
-  clip(3, 3) = 1;   // everything at depth 0: the order of drawing decides
+  clip(3, 3) = 1;  // everything at depth 0: the order of drawing decides
   projection.clip_from_world = clip.cast<float>();
   return projection;
 }
@@ -111,11 +112,12 @@ void SliceView::paint() {
   const float ratio = static_cast<float>(devicePixelRatio());
   update_outlines();
   if (view.show_meshes) {
-    for (const bool active : {false, true}) {   // the active one on top
+    for (const bool active : {false, true}) {  // the active one on top
       for (const Outline& outline : outlines_) {
         const MeshItem* item = workbench_.scene().find_mesh(outline.mesh);
         if (!item || !item->visible || (outline.mesh == view.active_mesh) != active) continue;
-        line_painter_.draw(projection, outline.ends_mm, simplexseg::rgba_of(item->colour), (active ? 2.4f : 1.4f) * ratio);
+        line_painter_.draw(projection, outline.ends_mm, simplexseg::rgba_of(item->colour),
+                           (active ? 2.4f : 1.4f) * ratio);
       }
     }
   }
@@ -160,7 +162,8 @@ void SliceView::draw_points(const Projection& projection) {
     const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
     const auto opacity = static_cast<float>(handle_opacity(distance_to_slice_mm(point.position_mm)));
     if (!item || opacity <= 0) continue;
-    const bool selected = point.id == workbench_.view.selected_point, hovered = point.id == workbench_.view.hovered_point;
+    const bool selected = point.id == workbench_.view.selected_point,
+               hovered = point.id == workbench_.view.hovered_point;
     const Rgba rim = selected ? rgba_of(theme::kSelected, opacity) : Rgba(1, 1, 1, opacity);
     discs.push_back({point.position_mm.cast<float>(), simplexseg::rgba_of(item->colour, opacity), rim,
                      (hovered ? 7.5f : 6.0f) * ratio});
@@ -176,7 +179,8 @@ void SliceView::draw_seed(const Projection& projection) {
   std::vector<Eigen::Vector3f> ends;
   const auto at = [&](int side) -> Eigen::Vector3f {
     const double angle = 2 * std::numbers::pi * side / kSides;
-    return (seed_centre_mm_ + seed_radius_mm_ * (std::cos(angle) * axes.right + std::sin(angle) * axes.up)).cast<float>();
+    return (seed_centre_mm_ + seed_radius_mm_ * (std::cos(angle) * axes.right + std::sin(angle) * axes.up))
+        .cast<float>();
   };
   for (int side = 0; side < kSides; ++side) {
     ends.push_back(at(side));

@@ -70,14 +70,14 @@ class SliceView : public View {
   void update_cursor();
 
   const Orientation orientation_;
-  Eigen::Vector3d centre_mm_{0, 0, 0};      ///< of the widget, in the plane
-  double mm_per_pixel_ = 1;                 ///< logical pixels
-  bool fitted_ = true;                      ///< follows the size of the widget until zoomed or panned
+  Eigen::Vector3d centre_mm_{0, 0, 0};  ///< of the widget, in the plane
+  double mm_per_pixel_ = 1;             ///< logical pixels
+  bool fitted_ = true;                  ///< follows the size of the widget until zoomed or panned
 
   Drag drag_ = Drag::None;
   ItemId dragged_point_ = 0;
-  bool drag_continues_ = false;             ///< the session knows of the drag already
-  Eigen::Vector3d grab_offset_mm_{0, 0, 0}; ///< of the handle from the mouse
+  bool drag_continues_ = false;              ///< the session knows of the drag already
+  Eigen::Vector3d grab_offset_mm_{0, 0, 0};  ///< of the handle from the mouse
   QPointF press_, last_;
   bool moved_ = false;
   double wheel_degrees_ = 0;

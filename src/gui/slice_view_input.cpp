@@ -14,8 +14,8 @@
 namespace simplexseg {
 namespace {
 
-constexpr double kHitRadius = 8;      // logical pixels
-constexpr double kDragStarts = 3;     // logical pixels: less is a click
+constexpr double kHitRadius = 8;   // logical pixels
+constexpr double kDragStarts = 3;  // logical pixels: less is a click
 
 double length(const QPointF& offset) { return std::hypot(offset.x(), offset.y()); }
 
@@ -48,7 +48,8 @@ ItemId SliceView::mesh_at(const QPointF& pixel) const {
   for (const Outline& outline : outlines_) {
     bool inside = false;
     for (std::size_t n = 0; n + 1 < outline.ends_mm.size(); n += 2) {
-      const QPointF a = pixel_of(outline.ends_mm[n].cast<double>()), b = pixel_of(outline.ends_mm[n + 1].cast<double>());
+      const QPointF a = pixel_of(outline.ends_mm[n].cast<double>()),
+                    b = pixel_of(outline.ends_mm[n + 1].cast<double>());
       const double distance = distance_to_segment(pixel, a, b);
       if (distance <= best) {
         best = distance;
@@ -75,12 +76,17 @@ void SliceView::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers modi
   if (!act) return;
   const ItemId under = point_at(pixel);
   switch (*act) {
-    case Act::AddPoint: begin_point(pixel); return;
+    case Act::AddPoint:
+      begin_point(pixel);
+      return;
     case Act::ErasePoint:
       if (under) workbench_.apply(DeleteAttractionPoint{under});
       return;
-    case Act::PickMesh: workbench_.set_active_mesh(mesh_at(pixel)); return;
-    default: break;
+    case Act::PickMesh:
+      workbench_.set_active_mesh(mesh_at(pixel));
+      return;
+    default:
+      break;
   }
   if (view.tool == Tool::ZoomPan) {
     drag_ = Drag::Pan;
@@ -191,11 +197,14 @@ void SliceView::mouseMoveEvent(QMouseEvent* event) {
   switch (drag_) {
     case Drag::None:
       hover(here);
-      if (event->buttons() == Qt::NoButton && gesture(Where::Slices, Mouse::Move, event->modifiers()) == Act::FollowMouse) {
+      if (event->buttons() == Qt::NoButton &&
+          gesture(Where::Slices, Mouse::Move, event->modifiers()) == Act::FollowMouse) {
         workbench_.set_crosshair(world_of(here));
       }
       break;
-    case Drag::Crosshair: workbench_.set_crosshair(world_of(here)); break;
+    case Drag::Crosshair:
+      workbench_.set_crosshair(world_of(here));
+      break;
     case Drag::Point:
       // A click on a handle selects it and does not shift it by the tremble of a hand.
       if (moved_ || drag_continues_) drag_point(here);
@@ -208,7 +217,9 @@ void SliceView::mouseMoveEvent(QMouseEvent* event) {
       fitted_ = false;
       update();
       break;
-    case Drag::WindowLevel: drag_window_level(moved); break;
+    case Drag::WindowLevel:
+      drag_window_level(moved);
+      break;
     case Drag::Seed:
       seed_radius_mm_ = (world_of(here) - seed_centre_mm_).norm();
       update();
@@ -270,17 +281,38 @@ void SliceView::keyPressEvent(QKeyEvent* event) {
   };
   const SliceAxes axes = this->axes();
   switch (*act) {
-    case Act::CursorLeft: move(-axes.right, 1); break;
-    case Act::CursorRight: move(axes.right, 1); break;
-    case Act::CursorUp: move(axes.up, 1); break;
-    case Act::CursorDown: move(-axes.up, 1); break;
-    case Act::CursorLeft5: move(-axes.right, 5); break;
-    case Act::CursorRight5: move(axes.right, 5); break;
-    case Act::CursorUp5: move(axes.up, 5); break;
-    case Act::CursorDown5: move(-axes.up, 5); break;
-    case Act::NextSlice: step_slice(1); break;
-    case Act::PreviousSlice: step_slice(-1); break;
-    default: View::keyPressEvent(event);
+    case Act::CursorLeft:
+      move(-axes.right, 1);
+      break;
+    case Act::CursorRight:
+      move(axes.right, 1);
+      break;
+    case Act::CursorUp:
+      move(axes.up, 1);
+      break;
+    case Act::CursorDown:
+      move(-axes.up, 1);
+      break;
+    case Act::CursorLeft5:
+      move(-axes.right, 5);
+      break;
+    case Act::CursorRight5:
+      move(axes.right, 5);
+      break;
+    case Act::CursorUp5:
+      move(axes.up, 5);
+      break;
+    case Act::CursorDown5:
+      move(-axes.up, 5);
+      break;
+    case Act::NextSlice:
+      step_slice(1);
+      break;
+    case Act::PreviousSlice:
+      step_slice(-1);
+      break;
+    default:
+      View::keyPressEvent(event);
   }
 }
 
@@ -323,7 +355,9 @@ void SliceView::update_cursor() {
   } else if (view.hovered_point) {
     setCursor(Qt::PointingHandCursor);
   } else {
-    setCursor(view.tool == Tool::ZoomPan ? Qt::OpenHandCursor : view.tool == Tool::Crosshair ? Qt::ArrowCursor : Qt::CrossCursor);
+    setCursor(view.tool == Tool::ZoomPan     ? Qt::OpenHandCursor
+              : view.tool == Tool::Crosshair ? Qt::ArrowCursor
+                                             : Qt::CrossCursor);
   }
 }
 

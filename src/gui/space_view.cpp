@@ -12,7 +12,8 @@
 namespace simplexseg {
 namespace {
 Rgba rgba_of(const QColor& colour, float alpha = 1) {
-  return {static_cast<float>(colour.redF()), static_cast<float>(colour.greenF()), static_cast<float>(colour.blueF()), alpha};
+  return {static_cast<float>(colour.redF()), static_cast<float>(colour.greenF()), static_cast<float>(colour.blueF()),
+          alpha};
 }
 }  // namespace
 
@@ -70,8 +71,10 @@ void SpaceView::paint() {
   }
   set_depth(Depth::Test);
   if (workbench_.view.show_slices_3d) draw_slices(projection);
-  draw_points(projection);
   if (workbench_.view.show_meshes) draw_meshes(projection);
+  // Last, as their smooth edges are half transparent and yet would hide what comes later.
+  if (workbench_.view.show_slices_3d) draw_frames(projection);
+  draw_points(projection);
   set_depth(Depth::Ignore);
 }
 
@@ -83,7 +86,12 @@ void SpaceView::draw_slices(const Projection& projection) {
     painter.update(image);
     painter.draw(projection, image, static_cast<float>(view.level - view.window / 2),
                  static_cast<float>(view.level + view.window / 2), false);
-    const SliceGrid& grid = image.grid;
+  }
+}
+
+void SpaceView::draw_frames(const Projection& projection) {
+  for (const Orientation orientation : kOrientations) {
+    const SliceGrid& grid = workbench_.slices.image(orientation, workbench_.view.crosshair_mm).grid;
     const Eigen::Vector3d corner = grid.origin_mm - 0.5 * (grid.step_u_mm + grid.step_v_mm);
     const Eigen::Vector3d u = grid.step_u_mm * grid.width, v = grid.step_v_mm * grid.height;
     const Eigen::Vector3d corners[] = {corner, corner + u, corner + u + v, corner + v};
@@ -101,7 +109,8 @@ void SpaceView::draw_meshes(const Projection& projection) {
   const std::vector<Surface>& surfaces = workbench_.surfaces().all();
   for (std::size_t m = 0; m < surfaces.size(); ++m) {
     if (!surfaces[m].visible) continue;
-    mesh_painter_.draw(projection, static_cast<int>(m), simplexseg::rgba_of(surfaces[m].colour, workbench_.view.opacity));
+    mesh_painter_.draw(projection, static_cast<int>(m),
+                       simplexseg::rgba_of(surfaces[m].colour, workbench_.view.opacity));
   }
 }
 
@@ -142,8 +151,9 @@ void SpaceView::annotate(QPainter& painter) {
 
 void SpaceView::mousePressEvent(QMouseEvent* event) {
   last_ = event->position();
-  const Mouse mouse = event->button() == Qt::LeftButton ? Mouse::Left
-                      : event->button() == Qt::RightButton ? Mouse::Right : Mouse::Middle;
+  const Mouse mouse = event->button() == Qt::LeftButton    ? Mouse::Left
+                      : event->button() == Qt::RightButton ? Mouse::Right
+                                                           : Mouse::Middle;
   drag_ = gesture(Where::Space, mouse, event->modifiers());
   if (drag_ == Act::PickMesh) pick(event->position());
 }
@@ -154,10 +164,17 @@ void SpaceView::mouseMoveEvent(QMouseEvent* event) {
   if (!drag_) return;
   constexpr double kRadiansPerPixel = 0.008;
   switch (*drag_) {
-    case Act::Rotate: camera_.rotate(moved.x() * kRadiansPerPixel, moved.y() * kRadiansPerPixel); break;
-    case Act::Pan: camera_.pan(moved.x(), moved.y(), height()); break;
-    case Act::Zoom: camera_.zoom(std::exp(moved.y() * 0.01)); break;
-    default: return;
+    case Act::Rotate:
+      camera_.rotate(moved.x() * kRadiansPerPixel, moved.y() * kRadiansPerPixel);
+      break;
+    case Act::Pan:
+      camera_.pan(moved.x(), moved.y(), height());
+      break;
+    case Act::Zoom:
+      camera_.zoom(std::exp(moved.y() * 0.01));
+      break;
+    default:
+      return;
   }
   update();
 }
@@ -165,7 +182,8 @@ void SpaceView::mouseMoveEvent(QMouseEvent* event) {
 void SpaceView::mouseReleaseEvent(QMouseEvent*) { drag_.reset(); }
 
 void SpaceView::mouseDoubleClickEvent(QMouseEvent* event) {
-  if (event->button() == Qt::LeftButton && gesture(Where::Space, Mouse::DoubleClick, event->modifiers()) == Act::Maximise) {
+  if (event->button() == Qt::LeftButton &&
+      gesture(Where::Space, Mouse::DoubleClick, event->modifiers()) == Act::Maximise) {
     emit maximise_wanted();
   }
 }

@@ -33,6 +33,7 @@ class SpaceView : public View {
   Projection projection() const;
   double aspect() const;
   void draw_slices(const Projection& projection);
+  void draw_frames(const Projection& projection);
   void draw_meshes(const Projection& projection);
   void draw_points(const Projection& projection);
   void pick(const QPointF& pixel);

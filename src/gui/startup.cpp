@@ -56,7 +56,8 @@ std::optional<int> parse(const QStringList& arguments, Options& options) {
   parser.addPositionalArgument("INPUT", "a scene (.json), a volume, or a folder with a DICOM series", "[INPUT]");
   const QCommandLineOption help({"h", "help"}, "this text"), version({"v", "version"}, "the version");
   const QCommandLineOption backend("backend", "auto, cpu or cuda: what computes", "NAME", "auto");
-  const QCommandLineOption screenshot("screenshot", "run the scene, save a picture of the window as PNG, and end", "FILE");
+  const QCommandLineOption screenshot("screenshot", "run the scene, save a picture of the window as PNG, and end",
+                                      "FILE");
   const QCommandLineOption steps("steps", "with --screenshot: how many steps; else as many as the scene says", "N");
   const QCommandLineOption size("size", "of the window, as 1280x800", "WxH", "1280x800");
   const QCommandLineOption log("log", "write the log of all actions at the end", "FILE");
@@ -71,7 +72,8 @@ std::optional<int> parse(const QStringList& arguments, Options& options) {
     return kDone;
   }
   const QStringList inputs = parser.positionalArguments();
-  if (inputs.size() > 1) return complain(kBadInput, "more than one input: " + inputs[1] + " is too many; give one scene, volume or folder");
+  if (inputs.size() > 1)
+    return complain(kBadInput, "more than one input: " + inputs[1] + " is too many; give one scene, volume or folder");
   if (!inputs.isEmpty()) options.input = inputs.front();
   if (!options.input.isEmpty() && !QFileInfo::exists(options.input)) {
     return complain(kBadInput, options.input + ": there is no such file; check the path");
@@ -83,19 +85,24 @@ std::optional<int> parse(const QStringList& arguments, Options& options) {
   options.backend = name == "cpu" ? Backend::Cpu : name == "cuda" ? Backend::Cuda : Backend::Auto;
   const QStringList sides = parser.value(size).split('x');
   if (sides.size() == 2) options.size = QSize(sides[0].toInt(), sides[1].toInt());
-  if (options.size.width() < 640 || options.size.height() < 480 || options.size.width() > 16384 || options.size.height() > 16384) {
-    return complain(kBadInput, "--size " + parser.value(size) + ": not a size of at least 640x480; give it as 1280x800");
+  if (options.size.width() < 640 || options.size.height() < 480 || options.size.width() > 16384 ||
+      options.size.height() > 16384) {
+    return complain(kBadInput,
+                    "--size " + parser.value(size) + ": not a size of at least 640x480; give it as 1280x800");
   }
   options.screenshot = parser.value(screenshot);
   options.log = parser.value(log);
-  if (parser.isSet(screenshot) && options.screenshot.isEmpty()) return complain(kBadInput, "--screenshot: no file is named; give one");
+  if (parser.isSet(screenshot) && options.screenshot.isEmpty())
+    return complain(kBadInput, "--screenshot: no file is named; give one");
   if (parser.isSet(steps)) {
     bool good = false;
     options.steps = parser.value(steps).toInt(&good);
     if (!good || *options.steps < 0) {
-      return complain(kBadInput, "--steps " + parser.value(steps) + ": not a number of steps; give a whole number from 0");
+      return complain(kBadInput,
+                      "--steps " + parser.value(steps) + ": not a number of steps; give a whole number from 0");
     }
-    if (options.screenshot.isEmpty()) return complain(kBadInput, "--steps: it needs --screenshot; give a file for the picture");
+    if (options.screenshot.isEmpty())
+      return complain(kBadInput, "--steps: it needs --screenshot; give a file for the picture");
   }
   return std::nullopt;
 }
@@ -154,7 +161,8 @@ void set_surface_format() {
 std::string why_no_opengl() {
   // Qt 6.4 hands out contexts on these and then crashes when it composes a window from them.
   const QString platform = QGuiApplication::platformName();
-  if (platform == "offscreen" || platform == "minimal") return "Qt's platform '" + platform.toStdString() + "' has none";
+  if (platform == "offscreen" || platform == "minimal")
+    return "Qt's platform '" + platform.toStdString() + "' has none";
   QOffscreenSurface surface;
   surface.setFormat(QSurfaceFormat::defaultFormat());
   surface.create();

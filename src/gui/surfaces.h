@@ -17,17 +17,17 @@ struct Surface {
   ItemId mesh = 0;
   Colour colour{};
   bool visible = true;
-  std::vector<Eigen::Vector3f> points_mm;         ///< the mesh's vertices, then its cell centres
-  std::vector<Eigen::Vector3f> normals;           ///< unit, outward, one for each point
+  std::vector<Eigen::Vector3f> points_mm;  ///< the mesh's vertices, then its cell centres
+  std::vector<Eigen::Vector3f> normals;    ///< unit, outward, one for each point
   std::vector<std::array<int, 3>> triangles;
-  std::uint64_t topology_stamp = 0;               ///< changes when `triangles` do
+  std::uint64_t topology_stamp = 0;  ///< changes when `triangles` do
 
-  std::vector<std::array<int, 3>> neighbours;     ///< of the mesh as it was tessellated: tells when to do so again
+  std::vector<std::array<int, 3>> neighbours;  ///< of the mesh as it was tessellated: tells when to do so again
   CellList cells;
 };
 
-/// The surfaces of a session. Following a pose costs cell centres and normals; the mesh is tessellated anew only when its
-/// connectivity has changed.
+/// The surfaces of a session. Following a pose costs cell centres and normals; the mesh is tessellated anew only when
+/// its connectivity has changed.
 class Surfaces {
  public:
   void update(const Session& session);

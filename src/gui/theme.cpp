@@ -9,9 +9,12 @@ namespace simplexseg::theme {
 
 QColor slice_colour(Orientation orientation) {
   switch (orientation) {
-    case Orientation::Axial: return {232, 96, 84};
-    case Orientation::Sagittal: return {230, 196, 72};
-    case Orientation::Coronal: break;
+    case Orientation::Axial:
+      return {232, 96, 84};
+    case Orientation::Sagittal:
+      return {230, 196, 72};
+    case Orientation::Coronal:
+      break;
   }
   return {98, 192, 110};
 }

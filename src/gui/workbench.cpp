@@ -144,6 +144,8 @@ Volume::Range contrast_range(const Volume& volume) {
   });
   if (values.empty()) return {0, 1};
   std::sort(values.begin(), values.end());
+  // Air at -1000 and bone above 300 are Hounsfield units: the usual window for soft tissue (level 40, window 400).
+  if (values[values.size() / 20] <= -900 && values.back() >= 300 && values.back() <= 40000) return {-160, 240};
   // Air or padding, the lowest value, often fills most of a volume and says nothing of the rest.
   const auto first = std::upper_bound(values.begin(), values.end(), values.front());
   const auto count = values.end() - first;

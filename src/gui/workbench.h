@@ -48,7 +48,9 @@ class Workbench : public QObject {
   void set_automatic_contrast();
 
   /// Something would be lost by leaving.
-  bool has_unsaved_changes() const { return saved_log_ != session_.log().size() || saved_steps_ != session_.total_steps(); }
+  bool has_unsaved_changes() const {
+    return saved_log_ != session_.log().size() || saved_steps_ != session_.total_steps();
+  }
   void mark_saved();
   void say(Severity severity, const QString& text) { emit message(severity, text); }
 
@@ -57,8 +59,8 @@ class Workbench : public QObject {
   const Surfaces& surfaces();
 
  signals:
-  void scene_changed();                      ///< meshes, points, parameters, undo history; poses too
-  void pose_changed();                       ///< poses only
+  void scene_changed();  ///< meshes, points, parameters, undo history; poses too
+  void pose_changed();   ///< poses only
   void view_changed();
   void volume_changed();
   void running_changed();
@@ -77,7 +79,7 @@ class Workbench : public QObject {
   std::int64_t saved_steps_ = 0;
 };
 
-/// Low and high intensity between which nearly all voxels that differ from the background lie.
+/// Low and high intensity between which nearly all voxels that differ from the background lie; for a CT, soft tissue.
 Volume::Range contrast_range(const Volume& volume);
 
 }  // namespace simplexseg

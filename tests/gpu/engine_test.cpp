@@ -93,11 +93,14 @@ TEST_P(EngineCoreTest, ParametersChangedBetweenStepsAreThoseOfAnEngineLoadedWith
   TestScene before = with_all_forces(3);
   weight_of(before.meshes[0].forces, ForceId::Region) = 0;
   weight_of(before.meshes[0].forces, ForceId::IntensityProfile) = 0;
+  // The region's reach is in edge lengths as loaded, at least 2.5 voxels: here those.
+  set(before.meshes[0].forces, {"region", "reach", 0.5f});
   const auto changed = make_engine();
   simplexseg::run(*changed, before, 20);
 
   TestScene after = with_all_forces(3);
   weight_of(after.meshes[0].forces, ForceId::ShapeMemory) = 0;
+  set(after.meshes[0].forces, {"region", "reach", 0.5f});
   after.simulation.damping = 0.5f, after.simulation.refresh_interval = 2;
   after.meshes[0].mesh.positions.resize(before.meshes[0].mesh.positions.size());
   after.meshes[0].previous = after.meshes[0].mesh.positions;

@@ -18,8 +18,8 @@ TEST(Bindings, NoTriggerMeansTwoThings) {
     for (std::size_t b = a + 1; b < table.size(); ++b) {
       if (!overlap(table[a].where, table[b].where)) continue;
       const bool same_keys = *table[a].keys && QKeySequence(table[a].keys) == QKeySequence(table[b].keys);
-      const bool same_mouse = table[a].mouse != Mouse::None && table[a].mouse == table[b].mouse &&
-                              table[a].modifiers == table[b].modifiers;
+      const bool same_mouse =
+          table[a].mouse != Mouse::None && table[a].mouse == table[b].mouse && table[a].modifiers == table[b].modifiers;
       EXPECT_FALSE(same_keys || same_mouse) << table[a].does << " / " << table[b].does;
     }
   }

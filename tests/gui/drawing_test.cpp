@@ -4,8 +4,8 @@
 
 #include <map>
 
-#include "core/session.h"
 #include "core/phantom.h"
+#include "core/session.h"
 #include "gpu/backend.h"
 #include "gui/camera.h"
 #include "gui/slice_view.h"
@@ -60,7 +60,7 @@ TEST(Surfaces, APlaneCutsASphereInOneClosedCircle) {
       EXPECT_NEAR(end[axis], plane, 1e-4);
       Eigen::Vector3d radial = end.cast<double>() - kCentre;
       radial[axis] = 0;
-      EXPECT_NEAR(radial.norm(), 8, 0.35);   // sqrt(10^2 - 6^2), less the polyhedron's sagitta
+      EXPECT_NEAR(radial.norm(), 8, 0.35);  // sqrt(10^2 - 6^2), less the polyhedron's sagitta
       ++meetings[{static_cast<int>(std::lround(end[0] * 1e3)), static_cast<int>(std::lround(end[1] * 1e3)),
                   static_cast<int>(std::lround(end[2] * 1e3))}];
     }
@@ -91,9 +91,9 @@ TEST(OrbitCamera, LooksFromTheFrontWithTheHeadUp) {
   camera.fit(kCentre, 100);
   const Eigen::Matrix4d eye = camera.eye_from_world();
   const auto at = [&](const Eigen::Vector3d& offset) { return (eye * (kCentre + offset).homogeneous()).eval(); };
-  EXPECT_GT(at({0, 0, 50}).y(), at({0, 0, -50}).y());     // superior up
-  EXPECT_GT(at({50, 0, 0}).x(), at({-50, 0, 0}).x());     // the patient's left on the right
-  EXPECT_GT(at({0, -50, 0}).z(), at({0, 50, 0}).z());     // anterior nearer
+  EXPECT_GT(at({0, 0, 50}).y(), at({0, 0, -50}).y());  // superior up
+  EXPECT_GT(at({50, 0, 0}).x(), at({-50, 0, 0}).x());  // the patient's left on the right
+  EXPECT_GT(at({0, -50, 0}).z(), at({0, 50, 0}).z());  // anterior nearer
   // A ray through the middle meets the target.
   const OrbitCamera::Ray ray = camera.ray(0, 0, 1.5);
   const Eigen::Vector3d to = kCentre - ray.origin_mm;

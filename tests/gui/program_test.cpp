@@ -5,9 +5,9 @@
 #include <QProcess>
 #include <QTemporaryDir>
 
-#include "window_fixture.h"
 #include "io/scene_io.h"
 #include "io/volume_io.h"
+#include "window_fixture.h"
 
 namespace simplexseg {
 namespace {
@@ -28,9 +28,10 @@ Outcome run(const QStringList& arguments, const QMap<QString, QString>& environm
 }
 
 TEST(Program, BadUsageIsOneLineAndStatusTwo) {
-  for (const QStringList& arguments : {QStringList{"--nonsense"}, QStringList{"a.nii", "b.nii"}, QStringList{"/no/such/file.nii"},
-                                       QStringList{"--backend", "gpu"}, QStringList{"--size", "huge"}, QStringList{"--size", "10x10"},
-                                       QStringList{"--steps", "5"}, QStringList{"--screenshot", "x.png", "--steps", "-1"}}) {
+  for (const QStringList& arguments :
+       {QStringList{"--nonsense"}, QStringList{"a.nii", "b.nii"}, QStringList{"/no/such/file.nii"},
+        QStringList{"--backend", "gpu"}, QStringList{"--size", "huge"}, QStringList{"--size", "10x10"},
+        QStringList{"--steps", "5"}, QStringList{"--screenshot", "x.png", "--steps", "-1"}}) {
     const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.status, 2) << arguments.join(' ').toStdString();
     EXPECT_EQ(outcome.err.count('\n'), 1) << outcome.err.toStdString();
@@ -75,11 +76,12 @@ TEST(Program, AScreenshotRunsTheSceneAndEnds) {
   item.mesh = make_sphere(item.seed.centre_mm, item.seed.radius_mm, 2);
   scene.meshes.push_back(item);
   write_scene(path("scene.json").toStdString(), scene);
-  const Outcome outcome = run({"--backend", "cpu", "--size", "900x700", "--screenshot", path("a.png"), "--log", path("log.json"), path("scene.json")});
+  const Outcome outcome = run({"--backend", "cpu", "--size", "900x700", "--screenshot", path("a.png"), "--log",
+                               path("log.json"), path("scene.json")});
   EXPECT_EQ(outcome.status, 0) << outcome.err.toStdString();
   EXPECT_EQ(QImage(path("a.png")).size(), QSize(900, 700));
   EXPECT_EQ(read_log(path("log.json").toStdString()).trailing_steps, 12);
-  const Outcome broken = run({"--screenshot", path("b.png"), path("a.png")});   // a picture is no volume
+  const Outcome broken = run({"--screenshot", path("b.png"), path("a.png")});  // a picture is no volume
   EXPECT_EQ(broken.status, 2);
   EXPECT_EQ(broken.err.count('\n'), 1) << broken.err.toStdString();
   const Outcome unwritable = run({"--screenshot", path("no/such/folder/b.png"), "--steps", "0", path("ball.nii")});

@@ -47,7 +47,7 @@ double largest_error(const Volume& volume, const Eigen::Vector3d& through_mm, in
         const Eigen::Vector3d world = grid.origin_mm + u * grid.step_u_mm + v * grid.step_v_mm;
         const float shown = intensities[static_cast<std::size_t>(v) * grid.width + u];
         const Eigen::Vector3d index = volume.geometry().index_from_world() * world;
-        double margin = 1e9;   // voxels to the nearest outer face, < 0 outside
+        double margin = 1e9;  // voxels to the nearest outer face, < 0 outside
         for (int axis = 0; axis < 3; ++axis) {
           margin = std::min({margin, index[axis] + 0.5, volume.geometry().size[axis] - 0.5 - index[axis]});
         }
@@ -64,15 +64,16 @@ double largest_error(const Volume& volume, const Eigen::Vector3d& through_mm, in
 }
 
 TEST(SliceSampler, ShowsTheVoxelsUnderEveryAxisAssignment) {
-  const Eigen::Matrix3d directions[] = {permuted(0, 1, 2, 1, 1, 1), permuted(0, 1, 2, -1, -1, 1), permuted(1, 2, 0, 1, -1, 1),
-                                        permuted(2, 0, 1, -1, 1, 1), permuted(0, 2, 1, 1, 1, -1)};
+  const Eigen::Matrix3d directions[] = {permuted(0, 1, 2, 1, 1, 1), permuted(0, 1, 2, -1, -1, 1),
+                                        permuted(1, 2, 0, 1, -1, 1), permuted(2, 0, 1, -1, 1, 1),
+                                        permuted(0, 2, 1, 1, 1, -1)};
   for (const Eigen::Matrix3d& direction : directions) {
     const Volume volume = make_volume<std::int16_t>(direction);
     ASSERT_TRUE(is_axis_aligned(volume.geometry()));
     const Eigen::Vector3d centre = snap_to_voxel(volume.geometry(), volume.geometry().centre_mm());
     int inside = 0;
     EXPECT_LT(largest_error(volume, centre, &inside), 1e-4);
-    EXPECT_EQ(inside, 7 * 6 + 6 * 5 + 7 * 5);   // each voxel of the three slices once, nothing outside
+    EXPECT_EQ(inside, 7 * 6 + 6 * 5 + 7 * 5);  // each voxel of the three slices once, nothing outside
   }
 }
 
@@ -91,7 +92,8 @@ TEST(SliceSampler, InterpolatesUnderObliqueAndShearedDirections) {
 
 template <class T>
 class SliceSamplerTypes : public ::testing::Test {};
-using VoxelTypes = ::testing::Types<std::int8_t, std::uint8_t, std::int16_t, std::uint16_t, std::int32_t, std::uint32_t, float, double>;
+using VoxelTypes = ::testing::Types<std::int8_t, std::uint8_t, std::int16_t, std::uint16_t, std::int32_t, std::uint32_t,
+                                    float, double>;
 TYPED_TEST_SUITE(SliceSamplerTypes, VoxelTypes);
 TYPED_TEST(SliceSamplerTypes, EveryVoxelTypeIsRead) {
   const Volume volume = make_volume<TypeParam>(Eigen::Matrix3d::Identity());
@@ -131,7 +133,8 @@ TEST(SliceGeometry, RadiologicalShowsThePatientsRightOnTheLeft) {
 
 TEST(SliceGeometry, SnapsToVoxelCentresAndIntoTheVolume) {
   const Volume volume = make_volume<std::uint8_t>(permuted(1, 2, 0, 1, -1, 1));
-  const Eigen::Vector3d snapped = snap_to_voxel(volume.geometry(), volume.geometry().centre_mm() + Eigen::Vector3d(900, 0.4, 0));
+  const Eigen::Vector3d snapped =
+      snap_to_voxel(volume.geometry(), volume.geometry().centre_mm() + Eigen::Vector3d(900, 0.4, 0));
   const Eigen::Vector3d index = volume.geometry().index_from_world() * snapped;
   EXPECT_LT((index - index.array().round().matrix()).norm(), 1e-9);
   EXPECT_TRUE(volume.geometry().contains(snapped));
@@ -148,6 +151,18 @@ TEST(Contrast, CoversTheObjectAndNotTheOutlier) {
   EXPECT_EQ(range.min, 0);
   EXPECT_GT(range.max, 150);
   EXPECT_LT(range.max, 250);
+}
+
+TEST(Contrast, HounsfieldUnitsShowSoftTissue) {
+  VolumeGeometry geometry;
+  geometry.size = {20, 20, 20};
+  Volume volume(geometry, VoxelType::Int16);
+  auto voxels = volume.voxels<std::int16_t>();
+  for (std::size_t n = 0; n < voxels.size(); ++n)
+    voxels[n] = static_cast<std::int16_t>(n % 4 == 0 ? -1000 : n % 1500 - 100);
+  const Volume::Range range = contrast_range(volume);
+  EXPECT_EQ(range.min, -160);
+  EXPECT_EQ(range.max, 240);
 }
 
 TEST(Contrast, AConstantVolumeHasAUsableWindow) {

@@ -6,11 +6,11 @@
 #include <QMimeData>
 #include <QUrl>
 
-#include "window_fixture.h"
 #include "gui/file_actions.h"
 #include "gui/message_bar.h"
 #include "io/mesh_io.h"
 #include "io/volume_io.h"
+#include "window_fixture.h"
 
 namespace simplexseg {
 namespace {
@@ -27,7 +27,7 @@ class WindowFilesTest : public WindowTest {
     QMimeData data;
     data.setUrls(urls);
     QDragEnterEvent enter(QPoint(300, 300), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
-    QApplication::sendEvent(window_.get(), &enter);   // Qt gives a drop to whom the drag has entered
+    QApplication::sendEvent(window_.get(), &enter);  // Qt gives a drop to whom the drag has entered
     QDropEvent event(QPointF(300, 300), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
     QApplication::sendEvent(window_.get(), &event);
   }
@@ -37,7 +37,7 @@ class WindowFilesTest : public WindowTest {
 TEST_F(WindowFilesTest, AVolumeOpensInTheBackground) {
   write_phantom("cube.nii.gz");
   window_->files().open(path("cube.nii.gz"));
-  EXPECT_FALSE(bench().has_volume());                 // the call came back before the file was read
+  EXPECT_FALSE(bench().has_volume());  // the call came back before the file was read
   ASSERT_TRUE(wait_until([&] { return bench().has_volume(); }));
   EXPECT_EQ(bench().session().volume().geometry().size[0], 64);
   EXPECT_TRUE(window_->windowTitle().contains("cube.nii.gz"));
@@ -54,9 +54,11 @@ TEST_F(WindowFilesTest, NothingThatIsDroppedDoesHarm) {
   for (const char* name : {"text.nii", "empty.nii.gz", "broken.json", "strange.json", "folder", "missing.mha"}) {
     window_->messages().clear();
     drop({QUrl::fromLocalFile(path(name))});
-    ASSERT_TRUE(wait_until([&] { return window_->messages().isVisible() && !window_->messages().text().contains("Loading"); })) << name;
+    ASSERT_TRUE(wait_until([&] {
+      return window_->messages().isVisible() && !window_->messages().text().contains("Loading");
+    })) << name;
     EXPECT_FALSE(window_->messages().text().contains('\n')) << name;
-    EXPECT_EQ(scene().meshes.size(), 1u) << name;     // what was open is still open
+    EXPECT_EQ(scene().meshes.size(), 1u) << name;  // what was open is still open
   }
   drop({QUrl("https://example.org/volume.nii")});
   drop({});
@@ -94,7 +96,8 @@ TEST_F(WindowFilesTest, SavingWhereNothingCanBeWrittenIsAMessage) {
   EXPECT_TRUE(window_->messages().isVisible());
   window_->messages().clear();
   window_->files().save_labels_to(path("no/such/folder/labels.nii.gz"));
-  EXPECT_TRUE(wait_until([&] { return window_->messages().isVisible() && !window_->messages().text().contains("..."); }));
+  EXPECT_TRUE(
+      wait_until([&] { return window_->messages().isVisible() && !window_->messages().text().contains("..."); }));
 }
 
 TEST_F(WindowFilesTest, LabelsAndMeshesAreWritten) {

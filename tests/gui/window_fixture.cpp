@@ -82,7 +82,8 @@ void WindowTest::drag(QWidget& widget, const QPointF& from, const QPointF& to, Q
 }
 
 void WindowTest::wheel(QWidget& widget, const QPointF& at, int notches, Qt::KeyboardModifiers modifiers) {
-  QWheelEvent event(at, widget.mapToGlobal(at), {}, {0, 120 * notches}, Qt::NoButton, modifiers, Qt::NoScrollPhase, false);
+  QWheelEvent event(at, widget.mapToGlobal(at), {}, {0, 120 * notches}, Qt::NoButton, modifiers, Qt::NoScrollPhase,
+                    false);
   QApplication::sendEvent(&widget, &event);
 }
 

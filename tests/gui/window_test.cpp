@@ -6,13 +6,13 @@
 #include <QDoubleSpinBox>
 #include <QSlider>
 
-#include "window_fixture.h"
 #include "gui/force_panel.h"
 #include "gui/frame_loop.h"
 #include "gui/message_bar.h"
 #include "gui/parameter_row.h"
 #include "gui/simulation_panel.h"
 #include "gui/space_view.h"
+#include "window_fixture.h"
 
 namespace simplexseg {
 namespace {
@@ -32,7 +32,7 @@ TEST_F(WindowTest, SlidersChangeTheSession) {
   EXPECT_TRUE(bench().session().can_undo());
   bench().apply(Undo{});
   EXPECT_EQ(scene().meshes[0].parameters.weight(ForceId::Region), 0);
-  EXPECT_EQ(weight->value(), 0);                       // the panel follows
+  EXPECT_EQ(weight->value(), 0);  // the panel follows
   const int damping = find_parameter(simulation_table(), "damping");
   window_->simulation().row(damping)->number()->setValue(0.25);
   EXPECT_FLOAT_EQ(scene().simulation.damping, 0.25f);
@@ -68,7 +68,8 @@ TEST_F(WindowTest, AShiftDragPullsTheMeshAndIsOneStepBack) {
   const std::vector<Eigen::Vector3f> before = scene().meshes[0].mesh.positions;
   const Eigen::Vector3d goal = bench().view.crosshair_mm + Eigen::Vector3d(19, 0, 0);
   ASSERT_FALSE(bench().running());
-  drag(axial(), axial().pixel_of(goal - Eigen::Vector3d(5, 0, 0)), axial().pixel_of(goal), Qt::LeftButton, Qt::ShiftModifier);
+  drag(axial(), axial().pixel_of(goal - Eigen::Vector3d(5, 0, 0)), axial().pixel_of(goal), Qt::LeftButton,
+       Qt::ShiftModifier);
   ASSERT_EQ(scene().points.size(), 1u);
   EXPECT_LT((scene().points[0].position_mm - goal).norm(), 0.5);
   EXPECT_EQ(scene().points[0].mesh, scene().meshes[0].id);
@@ -114,18 +115,18 @@ TEST_F(WindowTest, TheLoopStandsStillAtRestAndWakesForAnAction) {
 TEST_F(WindowTest, PointsAreDraggedAndDeletedUnderTheMouse) {
   open_phantom();
   bench().pause();
-  const Eigen::Vector3d place = bench().view.crosshair_mm + Eigen::Vector3d(10, 5, 2);   // 2 mm off the slice
+  const Eigen::Vector3d place = bench().view.crosshair_mm + Eigen::Vector3d(10, 5, 2);  // 2 mm off the slice
   ItemId id = 0;
   ASSERT_TRUE(bench().apply(AddAttractionPoint{bench().view.active_mesh, place}, &id));
   const QPointF handle = axial().pixel_of(place);
   const Eigen::Vector3d crosshair = bench().view.crosshair_mm;
-  drag(axial(), handle + QPointF(5, 0), handle + QPointF(45, 0));   // grabbed 5 px off its middle
+  drag(axial(), handle + QPointF(5, 0), handle + QPointF(45, 0));  // grabbed 5 px off its middle
   const Eigen::Vector3d moved = scene().points[0].position_mm - place;
   EXPECT_NEAR(moved.x(), 40 * axial().mm_per_pixel(), 1e-6);
-  EXPECT_NEAR(moved.z(), 0, 1e-9);                                   // it keeps its distance from the slice
+  EXPECT_NEAR(moved.z(), 0, 1e-9);  // it keeps its distance from the slice
   EXPECT_EQ(bench().view.crosshair_mm, crosshair);
   bench().apply(Undo{});
-  EXPECT_EQ(scene().points[0].position_mm, place);                   // the whole drag is one step back
+  EXPECT_EQ(scene().points[0].position_mm, place);  // the whole drag is one step back
   mouse(axial(), QEvent::MouseMove, handle, Qt::NoButton, Qt::NoButton);
   EXPECT_EQ(bench().view.hovered_point, id);
   window_->actions()[Act::DeletePoint]->trigger();
@@ -154,7 +155,8 @@ TEST_F(WindowTest, ACrosshairMovesAllSlices) {
   drag(axial(), axial().pixel_of(goal), axial().pixel_of(goal));
   EXPECT_LT((bench().view.crosshair_mm - goal).norm(), 0.9);
   EXPECT_EQ(scene().points.size(), 0u);
-  mouse(axial(), QEvent::MouseMove, axial().pixel_of(goal + Eigen::Vector3d(-9, 0, 0)), Qt::NoButton, Qt::NoButton, Qt::ShiftModifier);
+  mouse(axial(), QEvent::MouseMove, axial().pixel_of(goal + Eigen::Vector3d(-9, 0, 0)), Qt::NoButton, Qt::NoButton,
+        Qt::ShiftModifier);
   EXPECT_LT(bench().view.crosshair_mm.x(), goal.x() - 8);
 }
 
@@ -181,7 +183,7 @@ TEST_F(WindowTest, WindowAndLevelOnlyAfterW) {
   EXPECT_GT(bench().view.window, window);
   EXPECT_NE(bench().view.level, level);
   const double changed = bench().view.window;
-  drag(axial(), QPointF(50, 50), QPointF(90, 90));     // one drag for each W
+  drag(axial(), QPointF(50, 50), QPointF(90, 90));  // one drag for each W
   EXPECT_EQ(bench().view.window, changed);
   window_->actions()[Act::AutoContrast]->trigger();
   EXPECT_EQ(bench().view.window, window);
@@ -194,7 +196,7 @@ TEST_F(WindowTest, RightDragZoomsAndMiddleDragPans) {
   const Eigen::Vector3d under = axial().world_of(press);
   drag(axial(), press, press + QPointF(0, -60), Qt::RightButton);
   EXPECT_LT(axial().mm_per_pixel(), scale);
-  EXPECT_LT((axial().world_of(press) - under).norm(), 1e-6);   // about the place that was pressed
+  EXPECT_LT((axial().world_of(press) - under).norm(), 1e-6);  // about the place that was pressed
   drag(axial(), press, press + QPointF(30, 10), Qt::MiddleButton);
   EXPECT_LT((axial().world_of(press + QPointF(30, 10)) - under).norm(), 1e-6);
 }
@@ -240,8 +242,11 @@ TEST_F(WindowTest, ControlClickMakesAMeshActive) {
   const ItemId first = scene().meshes[0].id;
   bench().apply(AddMesh{"other", Seed{bench().view.crosshair_mm + Eigen::Vector3d(22, 0, 0), 5}, {}, 0});
   ASSERT_NE(bench().view.active_mesh, first);
-  EXPECT_TRUE(wait_until([&] { QApplication::processEvents(); return true; }));
-  axial().grabFramebuffer();                                  // outlines are those of the last picture
+  EXPECT_TRUE(wait_until([&] {
+    QApplication::processEvents();
+    return true;
+  }));
+  axial().grabFramebuffer();  // outlines are those of the last picture
   const QPointF contour = axial().pixel_of(bench().view.crosshair_mm + Eigen::Vector3d(0, 12, 0));
   drag(axial(), contour, contour, Qt::LeftButton, Qt::ControlModifier);
   EXPECT_EQ(bench().view.active_mesh, first);
@@ -258,7 +263,7 @@ TEST_F(WindowTest, TheNeurologicalConventionMirrorsTheSlice) {
 TEST_F(WindowTest, ThePictureShowsVolumeOutlineAndPoint) {
   open_phantom();
   bench().pause();
-  window_->actions()[Act::Annotations]->trigger();            // the crosshair would be in the way
+  window_->actions()[Act::Annotations]->trigger();  // the crosshair would be in the way
   const auto colour_at = [&](const Eigen::Vector3d& world) {
     const QImage picture = axial().grabFramebuffer();
     const QPointF pixel = axial().pixel_of(world) * axial().devicePixelRatio();
@@ -284,7 +289,7 @@ TEST_F(WindowTest, ThePictureShowsVolumeOutlineAndPoint) {
   const Eigen::Vector3d place = middle + Eigen::Vector3d(0, 20, 0);
   bench().apply(AddAttractionPoint{bench().view.active_mesh, place});
   EXPECT_GT(outline_pixels(), 20);
-  bench().view.level += 10 * bench().view.window;             // everything is below the window: black
+  bench().view.level += 10 * bench().view.window;  // everything is below the window: black
   bench().view_edited();
   EXPECT_LT(colour_at(middle).red(), 5);
 }

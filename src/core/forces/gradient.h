@@ -43,38 +43,26 @@ struct GradientSearch {
     const IndexLine line = index_line(v.volume, p, n);
     // Per mm, in shares of the intensity range.
     const float threshold = m.value<GradientForce>(GradientForce::threshold) / (m.voxel_mm * v.volume.intensity_scale);
-    float best = -1e30f, before_best = 0, after_best = 0, last = 0;
-    int best_j = 0;
-    bool want_after = false, last_valid = false, before_valid = false, after_valid = false;
-    auto consider = [&](int j, float response, bool valid) {
-      if (want_after) after_best = response, after_valid = valid, want_after = false;
-      const bool nearer = (j < 0 ? -j : j) < (best_j < 0 ? -best_j : best_j);
-      if (valid && (response > best || (response == best && nearer))) {
-        best = response, best_j = j;
-        before_best = last, before_valid = last_valid, want_after = true, after_valid = false;
-      }
-      last = response, last_valid = valid;
-    };
+    float samples[2 * kMaxSearch + 3], response[2 * kMaxSearch + 1];
     if (object == 0) {
-      for (int j = -reach; j <= reach; ++j) {
-        const Sample s = squared_gradient_at<T>(v.volume, line.origin + (j * step) * line.direction);
-        consider(j, sqrtf(s.value), s.inside);
-      }
+      for (int k = 0; k <= 2 * reach; ++k) response[k] = gradient_magnitude_at<T>(v.volume, line.origin + ((k - reach) * step) * line.direction);
     } else {
-      const float sign = (object == 1 ? -0.5f : 0.5f) / step;
-      Sample a = sample_at<T>(v.volume, line.origin + ((-reach - 1) * step) * line.direction);
-      Sample b = sample_at<T>(v.volume, line.origin + (-reach * step) * line.direction);
-      for (int j = -reach; j <= reach; ++j) {
-        const Sample c = sample_at<T>(v.volume, line.origin + ((j + 1) * step) * line.direction);
-        consider(j, sign * (c.value - a.value), a.inside && b.inside && c.inside);
-        a = b, b = c;
-      }
+      sample_line<T>(v.volume, line, -(reach + 1) * step, step, 2 * reach + 3, samples);
+      const float scale = (object == 1 ? -0.5f : 0.5f) / step;
+      for (int k = 0; k <= 2 * reach; ++k) response[k] = scale * (samples[k + 2] - samples[k]) + 0.0f * samples[k + 1];
+    }
+    float best = -1e30f;
+    int best_k = reach;
+    for (int k = 0; k <= 2 * reach; ++k) {
+      const int distance = k < reach ? reach - k : k - reach, best_distance = best_k < reach ? reach - best_k : best_k - reach;
+      if (response[k] > best || (response[k] == best && distance < best_distance)) best = response[k], best_k = k;
     }
     const bool found = best > threshold && best > 0.0f;
     float offset = 0;
     if (found) {
-      offset = static_cast<float>(best_j);
-      if (before_valid && after_valid) offset += parabolic_peak(before_best, best, after_best);
+      offset = static_cast<float>(best_k - reach);
+      if (best_k > 0 && best_k < 2 * reach && is_valid(response[best_k - 1]) && is_valid(response[best_k + 1]))
+        offset += parabolic_peak(response[best_k - 1], best, response[best_k + 1]);
     }
     v.gradient_target[i] = with_w(p + (offset * step) * n, found ? 1.0f : 0.0f);
   }

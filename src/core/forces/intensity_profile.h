@@ -44,12 +44,10 @@ struct ProfileSearch {
     const float* reference = v.profiles + static_cast<long>(i) * v.profile_stride;
     const IndexLine line = index_line(v.volume, p, n);
     float values[2 * (kMaxSearch + kMaxProfile) + 1];
+    sample_line<T>(v.volume, line, -(reach + half) * step, step, 2 * (reach + half) + 1, values);
     int first = 2 * (reach + half) + 1, last = -1;        // the run of samples inside the volume (a line cuts a box once)
-    for (int k = 0; k <= 2 * (reach + half); ++k) {
-      const Sample s = sample_at<T>(v.volume, line.origin + ((k - reach - half) * step) * line.direction);
-      values[k] = s.value;
-      if (s.inside) first = k < first ? k : first, last = k;
-    }
+    for (int k = 0; k <= 2 * (reach + half); ++k)
+      if (is_valid(values[k])) first = k < first ? k : first, last = k;
     const bool correlate = m.integer<F>(F::measure) == 0;
     float reference_mean = 0;
     for (int k = 0; k < length; ++k) reference_mean += reference[k];
@@ -80,6 +78,7 @@ struct ProfileSearch {
           s *= v.volume.intensity_scale / length;
         }
       }
+      if (!is_valid(s)) s = -1e30f;        // a voxel that is not a number lies between valid ones
       score[start] = s;
       const bool nearer = (j < 0 ? -j : j) < (best_j < 0 ? -best_j : best_j);
       if (s > best || (s == best && nearer)) best = s, best_j = j;

@@ -48,14 +48,13 @@ struct RegionStatistics {
   SIMPLEXSEG_HD void operator()(int i) const {
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
     const IndexLine line = index_line(v.volume, xyz(v.current[i]), xyz(v.frame[i]));
-    float mean[2], variance = 0, count = 0;
+    float mean[2], variance = 0, count = 0, values[2 * kSamples + 1];
+    sample_line<T>(v.volume, line, -kSamples * m.voxel_mm, m.voxel_mm, 2 * kSamples + 1, values);
     for (int side = 0; side < 2; ++side) {
       float sum = 0, square = 0, n = 0;
       for (int j = 1; j <= kSamples; ++j) {
-        const float t = (side == 0 ? -j : j) * m.voxel_mm;
-        const Sample s = sample_at<T>(v.volume, line.origin + t * line.direction);
-        const float value = (s.value - m.intensity_low) * m.intensity_scale;
-        if (s.inside) sum += value, square += value * value, n += 1.0f;
+        const float value = (values[side == 0 ? kSamples - j : kSamples + j] - m.intensity_low) * m.intensity_scale;
+        if (is_valid(value)) sum += value, square += value * value, n += 1.0f;
       }
       mean[side] = n > 0.0f ? sum / n : 0.0f;
       variance += n > 0.0f ? square - n * mean[side] * mean[side] : 0.0f;
@@ -96,10 +95,11 @@ struct RegionSearch {
       return fminf(fmaxf(l + balloon, -1.0f), 1.0f);
     };
     float ratio[2 * kMaxSearch + 1], value[2 * kMaxSearch + 1];
+    sample_line<T>(v.volume, line, -reach * step, step, 2 * reach + 1, value);
     for (int k = 0; k <= 2 * reach; ++k) {
-      const Sample s = sample_at<T>(v.volume, line.origin + ((k - reach) * step) * line.direction);
-      ratio[k] = s.inside ? evidence_of(s.value) : -1.0f;       // there is no object outside the volume
-      value[k] = s.inside ? share(s.value) : k > 0 ? value[k - 1] : 0.0f;
+      const bool valid = is_valid(value[k]);
+      ratio[k] = valid ? evidence_of(value[k]) : -1.0f;         // there is no object outside the volume
+      value[k] = valid ? share(value[k]) : k > 0 ? value[k - 1] : 0.0f;
     }
     const float edge = m.value<F>(F::edge), nearness = m.value<F>(F::nearness);
     float score[2 * kMaxSearch + 1];
