@@ -195,7 +195,7 @@ void FileActions::save_meshes_to(const QString& folder) {
           // Names need not differ; files must.
           for (const MeshItem& other : scene.meshes) {
             if (other.id != item.id && other.name == item.name) {
-              name += "-" + std::to_string(item.id);
+              name.append("-").append(std::to_string(item.id));
               break;
             }
           }

@@ -64,7 +64,8 @@ TEST_F(Options, PhantomLabelImage) {
     arguments.insert(arguments.begin(), {"phantom", "label-image", path("two.nii"), path("image.nii")});
     succeed(arguments);
     int count = 0;
-    for (const std::int16_t value : read_volume(path("image.nii")).voxels<std::int16_t>()) count += value > 100;
+    const Volume image = read_volume(path("image.nii"));
+    for (const std::int16_t value : image.voxels<std::int16_t>()) count += value > 100;
     return count;
   };
   const int both = bright_voxels({}), first = bright_voxels({"--label", "1"});
