@@ -19,7 +19,7 @@ namespace {
 constexpr int kCheckInterval = 10;
 /// What lies within so many radii of a seed is its background.
 constexpr double kBackgroundRadii = 2;
-constexpr std::size_t kMostUndoSteps = 200;
+constexpr std::size_t kMostUndoSteps = 200, kMostUndoBytes = std::size_t{1} << 30;
 constexpr Colour kPalette[] = {{230, 160, 60}, {86, 180, 233}, {0, 158, 115}, {240, 228, 66}, {204, 121, 167},
                                {213, 94, 0},   {0, 114, 178},  {170, 120, 240}, {120, 220, 180}, {240, 120, 120}};
 
@@ -29,6 +29,14 @@ std::string text_of(const Eigen::Vector3d& p) {
   std::ostringstream text;
   text << "(" << p[0] << ", " << p[1] << ", " << p[2] << ")";
   return text.str();
+}
+
+/// Of what a snapshot copies per vertex.
+std::size_t bytes_of(const Scene& scene) {
+  std::size_t bytes = 0;
+  for (const MeshItem& item : scene.meshes)
+    bytes += item.mesh.positions.size() * (2 * sizeof(Eigen::Vector3f) + sizeof(std::array<int, 3>) + sizeof(Vec4)) + item.profiles.size() * sizeof(float);
+  return bytes;
 }
 
 void check_value(const ParameterInfo& info, float value, const std::string& owner) {
@@ -256,35 +264,43 @@ ItemId Session::apply(const Command& command) {
   } else if (std::holds_alternative<Redo>(command)) {
     step_back(redo_, undo_);
   } else {
-    const ItemId next_id = next_id_;
-    Snapshot before{scene_, command};
-    try {
-      added = carry_out(command);
-    } catch (...) {
-      scene_ = std::move(before.scene);
-      next_id_ = next_id;
-      throw;
+    if (continues_last(command)) {
+      added = carry_out(command);      // what precedes it is kept already
+    } else {
+      const ItemId next_id = next_id_;
+      Snapshot before{scene_, command};
+      try {
+        added = carry_out(command);
+      } catch (...) {
+        scene_ = std::move(before.scene);
+        next_id_ = next_id;
+        throw;
+      }
+      undo_.push_back(std::move(before));
+      std::size_t bytes = 0, kept = 0;
+      while (kept < undo_.size() && bytes <= kMostUndoBytes) bytes += bytes_of(undo_[undo_.size() - ++kept].scene);
+      undo_.erase(undo_.begin(), undo_.end() - static_cast<std::ptrdiff_t>(std::min(kept, kMostUndoSteps)));
     }
-    // One slider movement and one drag are one step back, to what was before they began.
-    bool continues = false;
-    if (!undo_.empty()) {
-      const Command& last = undo_.back().command;
-      if (const auto* move = std::get_if<MoveAttractionPoint>(&command))
-        continues = move->continues && (std::holds_alternative<MoveAttractionPoint>(last) || std::holds_alternative<AddAttractionPoint>(last));
-      if (const auto* now_set = std::get_if<SetForceParameter>(&command))
-        if (const auto* was = std::get_if<SetForceParameter>(&last))
-          continues = was->mesh == now_set->mesh && was->force == now_set->force && was->parameter == now_set->parameter;
-      if (const auto* now_set = std::get_if<SetSimulationParameter>(&command))
-        if (const auto* was = std::get_if<SetSimulationParameter>(&last)) continues = was->parameter == now_set->parameter;
-    }
-    if (!continues) undo_.push_back(std::move(before));
-    if (undo_.size() > kMostUndoSteps) undo_.erase(undo_.begin());
     redo_.clear();
   }
   log_.push_back({steps_since_command_, command});
   steps_since_command_ = 0;
   ++revision_;
   return added;
+}
+
+bool Session::continues_last(const Command& command) const {
+  // One slider movement and one drag are one step back, to what was before they began.
+  if (undo_.empty()) return false;
+  const Command& last = undo_.back().command;
+  if (const auto* move = std::get_if<MoveAttractionPoint>(&command))
+    return move->continues && (std::holds_alternative<MoveAttractionPoint>(last) || std::holds_alternative<AddAttractionPoint>(last));
+  if (const auto* set = std::get_if<SetForceParameter>(&command))
+    if (const auto* was = std::get_if<SetForceParameter>(&last))
+      return was->mesh == set->mesh && was->force == set->force && was->parameter == set->parameter;
+  if (const auto* set = std::get_if<SetSimulationParameter>(&command))
+    if (const auto* was = std::get_if<SetSimulationParameter>(&last)) return was->parameter == set->parameter;
+  return false;
 }
 
 void Session::step_back(std::vector<Snapshot>& from, std::vector<Snapshot>& to) {

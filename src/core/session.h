@@ -73,6 +73,7 @@ class Session {
   };
   ItemId carry_out(const Command& command);
   ItemId carry_out_add(const AddMesh& command);
+  bool continues_last(const Command& command) const;
   void step_back(std::vector<Snapshot>& from, std::vector<Snapshot>& to);
   void load_engine();
   void send_points();
