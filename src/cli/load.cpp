@@ -12,17 +12,17 @@ namespace simplexseg {
 LoadedScene load_scene(const std::string& path, const std::vector<std::string>& settings, const Console& console) {
   SceneFile file = read_scene(path);
   for (const std::string& setting : settings) set_by_path(file.scene, setting);
-  LoadedScene loaded{std::move(file.scene), {}, std::move(file.volume)};
+  LoadedScene loaded{std::move(file.scene), {}, std::move(file.volume), {}};
   if (loaded.volume_path.empty()) return loaded;
-  std::vector<std::string> warnings;
-  {
-    const Progress progress(console, "reading");
-    LoadedVolume volume = load_volume(loaded.volume_path);
-    loaded.volume = std::move(volume.volume);
-    warnings = std::move(volume.warnings);
-  }
-  for (const std::string& warning : warnings) console.err << "warning: " << one_line(warning, 1000) << "\n";
+  const Progress progress(console, "reading");
+  LoadedVolume volume = load_volume(loaded.volume_path);
+  loaded.volume = std::move(volume.volume);
+  loaded.warnings = std::move(volume.warnings);
   return loaded;
+}
+
+void print_warnings(const std::vector<std::string>& warnings, const Console& console) {
+  for (const std::string& warning : warnings) console.err << "warning: " << one_line(warning, 1000) << "\n";
 }
 
 }  // namespace simplexseg

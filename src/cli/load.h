@@ -16,8 +16,11 @@ struct LoadedScene {
   Scene scene;
   Volume volume;
   std::filesystem::path volume_path;  ///< where it was found; empty when the scene names none
+  std::vector<std::string> warnings;  ///< of the volume; for print_warnings() once nothing can be refused any more
 };
-/// Warnings of the volume go to the console. Throws Error as the readers do.
+/// Throws Error as the readers do.
 LoadedScene load_scene(const std::string& path, const std::vector<std::string>& settings, const Console& console);
+/// Later than any refusal: bad input is answered in one line.
+void print_warnings(const std::vector<std::string>& warnings, const Console& console);
 
 }  // namespace simplexseg

@@ -23,6 +23,7 @@ void plan(const Options& options, const Console& console) {
   Session session(make_cpu_engine());
   session.open(std::move(loaded.scene), std::move(loaded.volume));
   const StepPlan plan = session.plan();
+  print_warnings(loaded.warnings, console);
   if (options.json) {
     nlohmann::ordered_json json = {{"bytes_held", plan.bytes_held()}, {"items", nlohmann::ordered_json::array()}};
     for (const StepPlan::Item& item : plan.items) {

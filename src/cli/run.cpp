@@ -174,8 +174,6 @@ void run(const Options& options, const Console& console) {
   Interrupt::check();
 
   EngineChoice choice = engine_for(options);
-  // Worth a line only where CUDA could have been had: a program built without it always takes the CPU.
-  if (!choice.note.empty() && why_no_cuda() != "built without CUDA") console.err << one_line(choice.note, 1000) << "\n";
   RunReport report;
   report.scene_path = options.scene;
   report.volume_path = loaded.volume_path.string();
@@ -202,6 +200,9 @@ void run(const Options& options, const Console& console) {
   report.at_rest = advanced.at_rest;
   report.failure = advanced.failure;
   report.bytes_held = session.engine().bytes_held();
+  print_warnings(loaded.warnings, console);
+  // Worth a line only where CUDA could have been had: a program built without it always takes the CPU.
+  if (!report.note.empty() && why_no_cuda() != "built without CUDA") console.err << one_line(report.note, 1000) << "\n";
 
   as_failure([&] {
     {

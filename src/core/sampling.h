@@ -68,7 +68,7 @@ SIMPLEXSEG_HD void sample_line(const VolumeView& v, IndexLine line, float start,
   }
 #else
   // Positions and mixing in vectors of samples, reading one by one: voxels of 8 and 16 bits cannot be gathered.
-  constexpr int kLanes = 16;
+  constexpr int kLanes = 8;
   for (int first = 0; first < count; first += kLanes) {
     alignas(64) int ci[kLanes], cj[kLanes], ck[kLanes];
     alignas(64) float fx[kLanes], fy[kLanes], fz[kLanes], outside[kLanes], corner[8][kLanes], result[kLanes];
@@ -77,8 +77,7 @@ SIMPLEXSEG_HD void sample_line(const VolumeView& v, IndexLine line, float start,
       ci[s] = c.i, cj[s] = c.j, ck[s] = c.k, fx[s] = c.fx, fy[s] = c.fy, fz[s] = c.fz;
       outside[s] = c.inside ? 0.0f : NAN;
     }
-    const int lanes = count - first < kLanes ? count - first : kLanes;
-    for (int s = 0; s < lanes; ++s) {
+    for (int s = 0; s < kLanes; ++s) {     // those past the end too: a fixed count costs less than the reads
       const T* b = read.at(ci[s], cj[s], ck[s]);
       corner[0][s] = static_cast<float>(b[0]), corner[1][s] = static_cast<float>(b[read.dx]);
       corner[2][s] = static_cast<float>(b[read.dy]), corner[3][s] = static_cast<float>(b[read.dy + read.dx]);
@@ -86,14 +85,16 @@ SIMPLEXSEG_HD void sample_line(const VolumeView& v, IndexLine line, float start,
       corner[4][s] = static_cast<float>(b[0]), corner[5][s] = static_cast<float>(b[read.dx]);
       corner[6][s] = static_cast<float>(b[read.dy]), corner[7][s] = static_cast<float>(b[read.dy + read.dx]);
     }
-    for (int s = lanes; s < kLanes; ++s)
-      for (auto& c : corner) c[s] = 0.0f;
     for (int s = 0; s < kLanes; ++s) {
       const float low = mix(mix(corner[0][s], corner[1][s], fx[s]), mix(corner[2][s], corner[3][s], fx[s]), fy[s]);
       const float high = mix(mix(corner[4][s], corner[5][s], fx[s]), mix(corner[6][s], corner[7][s], fx[s]), fy[s]);
       result[s] = mix(low, high, fz[s]) + outside[s];
     }
-    for (int s = 0; s < lanes; ++s) values[first + s] = result[s];
+    if (count - first >= kLanes) {
+      for (int s = 0; s < kLanes; ++s) values[first + s] = result[s];
+    } else {
+      for (int s = 0; first + s < count; ++s) values[first + s] = result[s];
+    }
   }
 #endif
 }

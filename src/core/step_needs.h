@@ -23,8 +23,8 @@ struct MeshNeeds {
   ForceParameters forces;
   int vertex_count = 0;
   bool finest = true;
-  bool has_shape = false;              ///< shape memory's reference was taken
-  std::size_t profile_values = 0;      ///< of all recorded reference profiles of the mesh
+  bool has_shape = false;          ///< shape memory's reference was taken
+  std::size_t profile_values = 0;  ///< of all recorded reference profiles of the mesh
 
   int profile_length() const {
     const auto& p = forces.values[static_cast<int>(ForceId::IntensityProfile)];
@@ -34,20 +34,23 @@ struct MeshNeeds {
   bool acts(ForceId force) const {
     if (!(forces.weight(force) > 0.0f)) return false;
     if (force == ForceId::ShapeMemory) return has_shape;
-    if (force == ForceId::IntensityProfile) return profile_values == static_cast<std::size_t>(vertex_count) * profile_length();
+    if (force == ForceId::IntensityProfile)
+      return profile_values == static_cast<std::size_t>(vertex_count) * profile_length();
     return true;
   }
 };
 
 struct StepNeeds {
-  unsigned forces = 0;                 ///< that some mesh uses; attraction only where there is a point
+  unsigned forces = 0;  ///< that some mesh uses; attraction only where there is a point
   bool local_statistics = false;
-  int averaging_passes = 0;            ///< of region targets
-  int profile_stride = 0;              ///< values of a reference profile
+  int averaging_passes = 0;  ///< of region targets
+  int profile_stride = 0;    ///< values of a reference profile
   int motion_sums = 0;
 
   bool uses(ForceId force) const { return (forces & bit(force)) != 0; }
-  bool searches() const { return (forces & (bit(ForceId::Gradient) | bit(ForceId::IntensityProfile) | bit(ForceId::Region))) != 0; }
+  bool searches() const {
+    return (forces & (bit(ForceId::Gradient) | bit(ForceId::IntensityProfile) | bit(ForceId::Region))) != 0;
+  }
   bool averages() const { return averaging_passes > 0 || local_statistics; }
 };
 

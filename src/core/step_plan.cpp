@@ -14,8 +14,8 @@ class PlanBuilder {
   PlanBuilder(const Scene& scene, const Volume& volume) : scene_(scene), volume_(volume) {
     const double voxel_mm = volume.empty() ? 1.0 : volume.geometry().spacing_mm.minCoeff();
     for (const MeshItem& item : scene.meshes) {
-      meshes_.push_back({item.parameters, item.mesh.vertex_count(), is_finest(item, scene.simulation, voxel_mm), !item.shape.empty(),
-                         item.profiles.size()});
+      meshes_.push_back({item.parameters, item.mesh.vertex_count(), is_finest(item, scene.simulation, voxel_mm),
+                         !item.shape.empty(), item.profiles.size()});
       vertices_ += item.mesh.positions.size();
       if (!item.region.empty()) region_values_ += kRegionBins;
     }
@@ -52,31 +52,42 @@ class PlanBuilder {
   void add(const char* what, std::string name, bool needed, std::string why, std::size_t bytes) {
     plan_.items.push_back({std::move(name), what, needed, std::move(why), needed ? bytes : 0});
   }
-  void array(const char* name, bool needed, std::string why, std::size_t bytes) { add("array", name, needed, std::move(why), bytes); }
-  void kernel(const char* name, bool needed, std::string why, std::size_t bytes) { add("kernel", name, needed, std::move(why), bytes); }
+  void array(const char* name, bool needed, std::string why, std::size_t bytes) {
+    add("array", name, needed, std::move(why), bytes);
+  }
+  void kernel(const char* name, bool needed, std::string why, std::size_t bytes) {
+    add("kernel", name, needed, std::move(why), bytes);
+  }
 
   void add_arrays() {
     const std::size_t n = vertices_, points = points_;
     const bool any = n > 0, attraction = needs_.uses(ForceId::Attraction), region = needs_.uses(ForceId::Region);
     const std::string always = any ? "every step" : "there is no mesh";
-    array("volume", !volume_.empty(), volume_.empty() ? "there is no volume" : "image forces sample it", volume_.empty() ? 0 : volume_.bytes());
+    array("volume", !volume_.empty(), volume_.empty() ? "there is no volume" : "image forces sample it",
+          volume_.empty() ? 0 : volume_.bytes());
     array("positions", any, always + (any ? ": one step ago, present, next" : ""), 3 * n * kTexel);
     array("neighbours", any, always, n * sizeof(Int4));
     array("frame", any, always + (any ? ": normals and elevations" : ""), n * kTexel);
     array("shape reference", needs_.uses(ForceId::ShapeMemory), why(ForceId::ShapeMemory), n * kTexel);
     array("gradient targets", needs_.uses(ForceId::Gradient), why(ForceId::Gradient), n * kTexel);
     array("profile targets", needs_.uses(ForceId::IntensityProfile), why(ForceId::IntensityProfile), n * kTexel);
-    array("reference profiles", needs_.uses(ForceId::IntensityProfile), why(ForceId::IntensityProfile), n * needs_.profile_stride * sizeof(float));
+    array("reference profiles", needs_.uses(ForceId::IntensityProfile), why(ForceId::IntensityProfile),
+          n * needs_.profile_stride * sizeof(float));
     array("region targets", region, why(ForceId::Region), n * kTexel);
-    array("averaging", needs_.averages(), needs_.averages() || !region ? why(ForceId::Region) : why_not_averaged(), n * kTexel);
-    array("local statistics", needs_.local_statistics, needs_.local_statistics || !region ? why(ForceId::Region) : why_not_local(), n * kTexel);
-    array("region tables", region && region_values_ > 0, region && region_values_ == 0 ? "no mesh has a region model" : why(ForceId::Region),
+    array("averaging", needs_.averages(), needs_.averages() || !region ? why(ForceId::Region) : why_not_averaged(),
+          n * kTexel);
+    array("local statistics", needs_.local_statistics,
+          needs_.local_statistics || !region ? why(ForceId::Region) : why_not_local(), n * kTexel);
+    array("region tables", region && region_values_ > 0,
+          region && region_values_ == 0 ? "no mesh has a region model" : why(ForceId::Region),
           region_values_ * sizeof(float));
     array("attraction points", attraction, why(ForceId::Attraction), points * sizeof(PointView));
     array("attraction bindings", attraction, why(ForceId::Attraction), points * sizeof(unsigned long long));
     array("attraction patches", attraction, why(ForceId::Attraction), points * kMaxPatch * sizeof(PatchEntry));
     array("attraction sums", attraction, why(ForceId::Attraction), n * sizeof(AttractionSum));
-    array("mesh constants", !meshes_.empty(), meshes_.empty() ? "there is no mesh" : "weights and parameters of each mesh", meshes_.size() * sizeof(MeshConstants));
+    array("mesh constants", !meshes_.empty(),
+          meshes_.empty() ? "there is no mesh" : "weights and parameters of each mesh",
+          meshes_.size() * sizeof(MeshConstants));
     array("motion", needs_.motion_sums > 0, any ? "rest is told by it" : always, needs_.motion_sums * sizeof(float));
   }
 
@@ -88,41 +99,55 @@ class PlanBuilder {
     const std::size_t n = vertices_, points = points_;
     const bool any = n > 0;
     auto acts = [&](ForceId force) { return any && needs_.uses(force); };
-    const std::string always = any ? "every step" : "there is no mesh", at_refresh = "; at each refresh, every " + refresh_ + " steps";
-    auto when = [&](ForceId force, const std::string& how_often) { return any ? why(force) + (acts(force) ? how_often : "") : always; };
+    const std::string always = any ? "every step" : "there is no mesh",
+                      at_refresh = "; at each refresh, every " + refresh_ + " steps";
+    auto when = [&](ForceId force, const std::string& how_often) {
+      return any ? why(force) + (acts(force) ? how_often : "") : always;
+    };
     auto largest = [&](ForceId force, int parameter) {
       double most = 0;
       for (const MeshNeeds& m : meshes_)
-        if (m.acts(force)) most = std::max(most, static_cast<double>(m.forces.values[static_cast<int>(force)][parameter]));
+        if (m.acts(force))
+          most = std::max(most, static_cast<double>(m.forces.values[static_cast<int>(force)][parameter]));
       return static_cast<std::size_t>(most + 0.5);
     };
     const std::size_t voxel = volume_.empty() ? 0 : bytes_per_voxel(volume_.type());
     // A trilinear sample reads eight voxels.
     auto samples = [&](std::size_t each) { return n * each * 8 * voxel; };
     const std::size_t gradient = 2 * largest(ForceId::Gradient, GradientForce::samples) + 1;
-    const std::size_t shifts = 2 * largest(ForceId::IntensityProfile, IntensityProfileForce::samples) + needs_.profile_stride;
+    const std::size_t shifts =
+        2 * largest(ForceId::IntensityProfile, IntensityProfileForce::samples) + needs_.profile_stride;
     const std::size_t region = 2 * largest(ForceId::Region, RegionForce::samples) + 1;
     const bool attraction = acts(ForceId::Attraction);
 
     kernel("geometry", any, always, n * (3 * kTexel));
-    kernel("gradient search", acts(ForceId::Gradient), when(ForceId::Gradient, at_refresh), n * 4 * kTexel + samples(gradient));
+    kernel("gradient search", acts(ForceId::Gradient), when(ForceId::Gradient, at_refresh),
+           n * 4 * kTexel + samples(gradient));
     kernel("profile search", acts(ForceId::IntensityProfile), when(ForceId::IntensityProfile, at_refresh),
            n * (4 * kTexel + needs_.profile_stride * sizeof(float)) + samples(shifts));
     const bool local = any && needs_.local_statistics;
-    kernel("region statistics", local, local || !acts(ForceId::Region) ? when(ForceId::Region, at_refresh) : why_not_local(), n * 4 * kTexel + samples(8));
+    kernel("region statistics", local,
+           local || !acts(ForceId::Region) ? when(ForceId::Region, at_refresh) : why_not_local(),
+           n * 4 * kTexel + samples(8));
     kernel("region search", acts(ForceId::Region), when(ForceId::Region, at_refresh), n * 5 * kTexel + samples(region));
     const bool averages = any && needs_.averages();
     const std::size_t passes = needs_.averaging_passes + (local ? kStatisticsPasses : 0);
-    kernel("average", averages, averages || !acts(ForceId::Region) ? when(ForceId::Region, at_refresh) : why_not_averaged(), passes * n * 3 * kTexel);
+    kernel("average", averages,
+           averages || !acts(ForceId::Region) ? when(ForceId::Region, at_refresh) : why_not_averaged(),
+           passes * n * 3 * kTexel);
     kernel("region target", acts(ForceId::Region), when(ForceId::Region, at_refresh), n * 5 * kTexel);
     kernel("nearest vertex", attraction, when(ForceId::Attraction, at_refresh), points * n * kTexel);
-    kernel("attraction patch", attraction, when(ForceId::Attraction, at_refresh), points * kMaxPatch * (sizeof(PatchEntry) + sizeof(Int4)));
-    kernel("clear attraction", attraction, when(ForceId::Attraction, "; every step"), points * kMaxPatch * (sizeof(PatchEntry) + sizeof(AttractionSum)));
-    kernel("sum attraction", attraction, when(ForceId::Attraction, "; every step"), points * kMaxPatch * (sizeof(PatchEntry) + sizeof(AttractionSum)));
+    kernel("attraction patch", attraction, when(ForceId::Attraction, at_refresh),
+           points * kMaxPatch * (sizeof(PatchEntry) + sizeof(Int4)));
+    kernel("clear attraction", attraction, when(ForceId::Attraction, "; every step"),
+           points * kMaxPatch * (sizeof(PatchEntry) + sizeof(AttractionSum)));
+    kernel("sum attraction", attraction, when(ForceId::Attraction, "; every step"),
+           points * kMaxPatch * (sizeof(PatchEntry) + sizeof(AttractionSum)));
     const std::size_t read = 4 * kTexel + (attraction ? sizeof(AttractionSum) : 0) +
                              kTexel * (needs_.uses(ForceId::ShapeMemory) + needs_.uses(ForceId::Gradient) +
                                        needs_.uses(ForceId::IntensityProfile) + needs_.uses(ForceId::Region));
-    kernel("integrate", any, always + (any ? ": sums the forces that act and takes the step" : ""), n * (read + kTexel));
+    kernel("integrate", any, always + (any ? ": sums the forces that act and takes the step" : ""),
+           n * (read + kTexel));
     kernel("motion", any, any ? "rest is told by it; once in a batch of steps" : always, n * 2 * kTexel);
   }
 

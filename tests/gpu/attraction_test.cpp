@@ -29,7 +29,8 @@ TestScene pulled_sphere(float order, std::initializer_list<Vector3d> points, int
 int nearest_to(const Positions& positions, const Vector3d& point) {
   int best = 0;
   for (std::size_t k = 1; k < positions.size(); ++k)
-    if ((positions[k].cast<double>() - point).squaredNorm() < (positions[best].cast<double>() - point).squaredNorm()) best = static_cast<int>(k);
+    if ((positions[k].cast<double>() - point).squaredNorm() < (positions[best].cast<double>() - point).squaredNorm())
+      best = static_cast<int>(k);
   return best;
 }
 std::vector<int> moved_vertices(const Positions& before, const Positions& after) {
@@ -73,7 +74,8 @@ TEST_P(AttractionTest, RingWeightsFallFromOneToZero) {
 TEST_P(AttractionTest, TiesGoToTheLowestIndex) {
   // Four vertices at exactly the same distance of the origin, twice: as mesh 0 and as mesh 1.
   TestScene scene = pulled_sphere(0, {});
-  scene.meshes[0].mesh = dual_of({{{3, 3, 3}, {3, -3, -3}, {-3, 3, -3}, {-3, -3, 3}}, {{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}}});
+  scene.meshes[0].mesh =
+      dual_of({{{3, 3, 3}, {3, -3, -3}, {-3, 3, -3}, {-3, -3, 3}}, {{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}}});
   scene.meshes.push_back(scene.meshes[0]);
   for (int mesh : {0, 1}) {
     scene.points = {{mesh, {0, 0, 0}}};
@@ -174,7 +176,10 @@ TEST_P(AttractionTest, TheMeshEndsAtThePointAmongAllOtherForces) {
   // Half a voxel (0.5 mm): outside of the edge, and inside.
   for (double radius : {23.0, 16.0}) {
     TestScene scene = busy_scene(3, 5);
-    scene.meshes[0].forces = with({{"smoothing", "weight", 0.5f}, {"gradient", "weight", 0.3f}, {"region", "weight", 0.5f}, {"attraction", "weight", 4}});
+    scene.meshes[0].forces = with({{"smoothing", "weight", 0.5f},
+                                   {"gradient", "weight", 0.3f},
+                                   {"region", "weight", 0.5f},
+                                   {"attraction", "weight", 4}});
     const Vector3d point = radius * Vector3d(0.48, 0.6, 0.64);
     scene.points = {{0, point}};
     scene.simulation = limited(1, 0.9f, 3);
@@ -187,8 +192,12 @@ TEST_P(AttractionTest, TheMeshEndsAtThePointAmongAllOtherForces) {
 TEST_P(AttractionTest, ImageForcesFadeAtThePoint) {
   auto distance = [&](float fade) {
     TestScene scene = busy_scene(3);
-    scene.meshes[0].forces = with({{"smoothing", "weight", 0.5f}, {"gradient", "weight", 1}, {"gradient", "pull", 0}, {"gradient", "samples", 12},
-                                   {"attraction", "weight", 1}, {"attraction", "image_fade", fade}});
+    scene.meshes[0].forces = with({{"smoothing", "weight", 0.5f},
+                                   {"gradient", "weight", 1},
+                                   {"gradient", "pull", 0},
+                                   {"gradient", "samples", 12},
+                                   {"attraction", "weight", 1},
+                                   {"attraction", "image_fade", fade}});
     const Vector3d point(0, 0, 22);
     scene.points = {{0, point}};
     scene.simulation = limited(1, 0.9f, 1);

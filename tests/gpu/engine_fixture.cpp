@@ -15,18 +15,30 @@ namespace simplexseg {
 namespace {
 
 constexpr Setting kBaseline[] = {
-    {"smoothing", "evenness", 2},           {"smoothing", "curvature", 1},
-    {"smoothing", "elevation_limit", 0.4f}, {"shape_memory", "scaling", 0.5f},
-    {"gradient", "samples", 6},             {"gradient", "spacing", 0.5f},
-    {"gradient", "object", 0},              {"gradient", "threshold", 0.01f},
-    {"gradient", "pull", 1},                {"intensity_profile", "half_length", 4},
-    {"intensity_profile", "samples", 6},    {"intensity_profile", "spacing", 0.5f},
-    {"intensity_profile", "measure", 0},    {"intensity_profile", "acceptance", 0.2f},
-    {"intensity_profile", "pull", 1},       {"region", "reach", 2},
-    {"region", "samples", 8},               {"region", "edge", 1},
-    {"region", "nearness", 0.1f},           {"region", "local", 0.5f},
-    {"region", "averaging", 2},             {"region", "pull", 2},
-    {"region", "balloon", 0},               {"attraction", "order", 5},
+    {"smoothing", "evenness", 2},
+    {"smoothing", "curvature", 1},
+    {"smoothing", "elevation_limit", 0.4f},
+    {"shape_memory", "scaling", 0.5f},
+    {"gradient", "samples", 6},
+    {"gradient", "spacing", 0.5f},
+    {"gradient", "object", 0},
+    {"gradient", "threshold", 0.01f},
+    {"gradient", "pull", 1},
+    {"intensity_profile", "half_length", 4},
+    {"intensity_profile", "samples", 6},
+    {"intensity_profile", "spacing", 0.5f},
+    {"intensity_profile", "measure", 0},
+    {"intensity_profile", "acceptance", 0.2f},
+    {"intensity_profile", "pull", 1},
+    {"region", "reach", 2},
+    {"region", "samples", 8},
+    {"region", "edge", 1},
+    {"region", "nearness", 0.1f},
+    {"region", "local", 0.5f},
+    {"region", "averaging", 2},
+    {"region", "pull", 2},
+    {"region", "balloon", 0},
+    {"attraction", "order", 5},
     {"attraction", "image_fade", 1},
 };
 
@@ -65,7 +77,8 @@ float& weight_of(ForceParameters& forces, ForceId force) { return forces.values[
 
 SimulationParameters simulation(float timestep, float damping, int refresh_interval) {
   SimulationParameters s = default_simulation_parameters();
-  s.timestep = timestep, s.damping = damping, s.limit_timestep = 0, s.refresh_interval = static_cast<float>(refresh_interval);
+  s.timestep = timestep, s.damping = damping, s.limit_timestep = 0,
+  s.refresh_interval = static_cast<float>(refresh_interval);
   return s;
 }
 SimulationParameters limited(float timestep, float damping, int refresh_interval) {
@@ -129,7 +142,7 @@ SimplexMesh with_noise(SimplexMesh mesh, double sigma_mm, unsigned seed) {
   std::uint64_t counter = static_cast<std::uint64_t>(seed) << 40;
   for (Eigen::Vector3f& p : mesh.positions)
     for (int axis = 0; axis < 3; ++axis) {
-      double sum = -6;      // of twelve: variance 1
+      double sum = -6;  // of twelve: variance 1
       for (int draw = 0; draw < 12; ++draw) sum += uniform(counter++);
       p[axis] += static_cast<float>(sigma_mm * sum);
     }
@@ -146,7 +159,8 @@ double largest_distance(const Positions& a, const Positions& b) {
 }
 
 bool same_bits(const Positions& a, const Positions& b) {
-  return a.size() == b.size() && std::memcmp(static_cast<const void*>(a.data()), b.data(), a.size() * sizeof(a[0])) == 0;
+  return a.size() == b.size() &&
+         std::memcmp(static_cast<const void*>(a.data()), b.data(), a.size() * sizeof(a[0])) == 0;
 }
 
 bool all_finite(const Positions& positions) {

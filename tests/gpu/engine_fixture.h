@@ -41,7 +41,7 @@ SimulationParameters limited(float timestep, float damping, int refresh_interval
 struct TestMesh {
   SimplexMesh mesh;
   ForceParameters forces = weightless();
-  Positions previous;                ///< empty: at rest
+  Positions previous;  ///< empty: at rest
   std::vector<Vec4> shape;
   std::vector<float> profiles;
   RegionModel region;
@@ -75,21 +75,22 @@ double largest_radial_error(const Positions& positions, double radius_mm);
 const Phantom& phantom(const std::string& kind, double contrast = 100, double noise_sigma = 0);
 inline constexpr double kPhantomRadius = 19.2;
 
-/// A scene in which every force acts: a deformed sphere near the edge of the sphere phantom, with all references and two
-/// attraction points. All weights are 0.
+/// A scene in which every force acts: a deformed sphere near the edge of the sphere phantom, with all references and
+/// two attraction points. All weights are 0.
 TestScene busy_scene(int level = 3, double noise_sigma = 0);
 
 /// Every test runs on the CPU and, where a device is, on CUDA.
 class EngineTest : public ::testing::TestWithParam<std::string> {
  protected:
   void SetUp() override {
-    if (GetParam() == "cuda" && !why_no_cuda().empty()) GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
+    if (GetParam() == "cuda" && !why_no_cuda().empty())
+      GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
   }
   static std::unique_ptr<Engine> make_engine() { return GetParam() == "cuda" ? make_cuda_engine() : make_cpu_engine(); }
   static Positions run(const TestScene& scene, int steps) { return simplexseg::run(*make_engine(), scene, steps); }
 };
-#define SIMPLEXSEG_ON_EVERY_BACKEND(Suite)                                              \
-  INSTANTIATE_TEST_SUITE_P(Backends, Suite, ::testing::Values("cpu", "cuda"),           \
+#define SIMPLEXSEG_ON_EVERY_BACKEND(Suite)                                    \
+  INSTANTIATE_TEST_SUITE_P(Backends, Suite, ::testing::Values("cpu", "cuda"), \
                            [](const auto& info) { return std::string(info.param); })
 
 }  // namespace simplexseg

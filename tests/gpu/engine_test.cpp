@@ -15,8 +15,12 @@ SIMPLEXSEG_ON_EVERY_BACKEND(EngineCoreTest);
 
 TestScene with_all_forces(int level, double noise_sigma = 10) {
   TestScene scene = busy_scene(level, noise_sigma);
-  scene.meshes[0].forces = with({{"smoothing", "weight", 0.4f}, {"shape_memory", "weight", 0.1f}, {"gradient", "weight", 0.2f},
-                                 {"intensity_profile", "weight", 0.2f}, {"region", "weight", 0.2f}, {"attraction", "weight", 0.5f}});
+  scene.meshes[0].forces = with({{"smoothing", "weight", 0.4f},
+                                 {"shape_memory", "weight", 0.1f},
+                                 {"gradient", "weight", 0.2f},
+                                 {"intensity_profile", "weight", 0.2f},
+                                 {"region", "weight", 0.2f},
+                                 {"attraction", "weight", 0.5f}});
   scene.simulation = limited(1, 0.9f, 3);
   return scene;
 }
@@ -41,7 +45,8 @@ TEST(CpuEngine, TheNumberOfThreadsDoesNotMatter) {
   for (Eigen::Vector3f& p : scene.meshes[1].mesh.positions) p[1] += 1.5f;
   scene.points.push_back({1, {1.0, 22.5, -3.0}});
   const Positions one = run(*make_cpu_engine(1), scene, 300);
-  for (int threads : {2, 3}) EXPECT_TRUE(same_bits(run(*make_cpu_engine(threads), scene, 300), one)) << threads << " threads";
+  for (int threads : {2, 3})
+    EXPECT_TRUE(same_bits(run(*make_cpu_engine(threads), scene, 300), one)) << threads << " threads";
 }
 
 TEST_P(EngineCoreTest, MeshesInOneEngineAreEachAsAlone) {
@@ -70,15 +75,16 @@ TEST_P(EngineCoreTest, EveryVoxelTypeGivesTheSame) {
   PhantomSettings settings;
   settings.background = 20, settings.contrast = 80, settings.noise_sigma = 4;
   Positions expected;
-  for (VoxelType type : {VoxelType::Int16, VoxelType::Int8, VoxelType::UInt8, VoxelType::UInt16, VoxelType::Int32, VoxelType::UInt32,
-                         VoxelType::Float32, VoxelType::Float64}) {
+  for (VoxelType type : {VoxelType::Int16, VoxelType::Int8, VoxelType::UInt8, VoxelType::UInt16, VoxelType::Int32,
+                         VoxelType::UInt32, VoxelType::Float32, VoxelType::Float64}) {
     TestScene scene = with_all_forces(2);
     // The integers of the first type in every other.
     settings.type = VoxelType::Int16;
     const Volume integers = make_phantom("sphere", settings).image;
     scene.volume = Volume(integers.geometry(), type);
     visit_voxel_type(type, [&]<class T>(std::type_identity<T>) {
-      for (std::size_t k = 0; k < integers.geometry().voxel_count(); ++k) scene.volume.voxels<T>()[k] = static_cast<T>(integers.voxels<std::int16_t>()[k]);
+      for (std::size_t k = 0; k < integers.geometry().voxel_count(); ++k)
+        scene.volume.voxels<T>()[k] = static_cast<T>(integers.voxels<std::int16_t>()[k]);
     });
     TestMesh& m = scene.meshes[0];
     m.region = estimate_region(scene.volume, m.mesh, 20);
@@ -131,12 +137,16 @@ TEST_P(EngineCoreTest, ProfilesOfAMeshThatBeginsToUseThemLater) {
   engine->set_parameters(swapped, scene.simulation);
   engine->step(10);
   const Positions expected = run(scene, 10);
-  EXPECT_TRUE(same_bits(positions_of(*engine, scene, 1), Positions(expected.begin() + expected.size() / 2, expected.end())));
+  EXPECT_TRUE(
+      same_bits(positions_of(*engine, scene, 1), Positions(expected.begin() + expected.size() / 2, expected.end())));
 }
 
 TEST_P(EngineCoreTest, AForceWithoutItsReferenceDoesNotAct) {
   TestScene scene = busy_scene();
-  scene.meshes[0].forces = with({{"shape_memory", "weight", 1}, {"intensity_profile", "weight", 1}, {"region", "weight", 1}, {"region", "local", 0},
+  scene.meshes[0].forces = with({{"shape_memory", "weight", 1},
+                                 {"intensity_profile", "weight", 1},
+                                 {"region", "weight", 1},
+                                 {"region", "local", 0},
                                  {"region", "edge", 0}});
   scene.meshes[0].shape.clear(), scene.meshes[0].profiles.resize(5), scene.meshes[0].region = {};
   EXPECT_TRUE(same_bits(run(scene, 5), scene.meshes[0].mesh.positions));
@@ -155,8 +165,8 @@ TEST_P(EngineCoreTest, VoxelsThatAreNoNumbersNeverReachThePositions) {
   TestScene scene = with_all_forces(3);
   const Volume clean = scene.volume;
   scene.volume = Volume(clean.geometry(), VoxelType::Float32);
-  const float bad[] = {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
-                       std::numeric_limits<float>::max()};
+  const float bad[] = {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+                       -std::numeric_limits<float>::infinity(), std::numeric_limits<float>::max()};
   const std::span<float> voxels = scene.volume.voxels<float>();
   for (std::size_t k = 0; k < voxels.size(); ++k) voxels[k] = k % 97 == 0 ? bad[k / 97 % 4] : clean.voxels<float>()[k];
   TestMesh& m = scene.meshes[0];
@@ -172,7 +182,8 @@ TEST_P(EngineCoreTest, VoxelsThatAreNoNumbersNeverReachThePositions) {
 }
 
 TEST_P(EngineCoreTest, AStepThatLeavesTheFiniteIsUndoneAndNamed) {
-  for (ForceId force : {ForceId::Smoothing, ForceId::ShapeMemory, ForceId::Gradient, ForceId::Region, ForceId::Attraction}) {
+  for (ForceId force :
+       {ForceId::Smoothing, ForceId::ShapeMemory, ForceId::Gradient, ForceId::Region, ForceId::Attraction}) {
     TestScene scene = with_all_forces(2);
     scene.meshes.insert(scene.meshes.begin(), scene.meshes[0]);
     scene.points[0].mesh = scene.points[1].mesh = 1;

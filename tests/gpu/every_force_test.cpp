@@ -71,8 +71,9 @@ TEST_P(EveryForceTest, EveryParameterChangesTheResult) {
       for (float other : alternatives(info, value)) {
         TestScene scene = base;
         scene.meshes[0].forces.values[static_cast<int>(force.id)][k] = other;
-        if (force.id == ForceId::IntensityProfile)      // recorded anew when their length changes
-          scene.meshes[0].profiles = profiles_under(make_sphere({0.3, -0.2, 0.1}, kPhantomRadius, 3), scene.volume, scene.meshes[0].forces);
+        if (force.id == ForceId::IntensityProfile)  // recorded anew when their length changes
+          scene.meshes[0].profiles =
+              profiles_under(make_sphere({0.3, -0.2, 0.1}, kPhantomRadius, 3), scene.volume, scene.meshes[0].forces);
         const double change = largest_distance(run(scene, 7), expected);
         most = std::max(most, change), least = std::min(least, change);
       }
@@ -95,19 +96,24 @@ TEST_P(EveryForceTest, WeightZeroChangesNothingAndHoldsNothing) {
     weight_of(alone.meshes[0].forces, force.id) = 0.4f;
     const auto acting = make_engine();
     simplexseg::run(*acting, alone, 5);
-    const Names arrays = difference(arrays_of(*acting), arrays_of(*bare)), kernels = difference(kernels_of(*acting), kernels_of(*bare));
+    const Names arrays = difference(arrays_of(*acting), arrays_of(*bare)),
+                kernels = difference(kernels_of(*acting), kernels_of(*bare));
     // ... is not there when all others act, and none of its parameters matters.
     TestScene rest = busy_scene();
     rest.simulation = simulation(1, 0.9f, 2);
-    for (const ForceInfo& other : force_list()) weight_of(rest.meshes[0].forces, other.id) = other.id == force.id ? 0.0f : 0.2f;
+    for (const ForceInfo& other : force_list())
+      weight_of(rest.meshes[0].forces, other.id) = other.id == force.id ? 0.0f : 0.2f;
     const auto without = make_engine();
     const Positions expected = simplexseg::run(*without, rest, 5);
-    for (const std::string& name : arrays) EXPECT_FALSE(arrays_of(*without).contains(name)) << force.name << " holds " << name;
-    for (const std::string& name : kernels) EXPECT_FALSE(kernels_of(*without).contains(name)) << force.name << " runs " << name;
+    for (const std::string& name : arrays)
+      EXPECT_FALSE(arrays_of(*without).contains(name)) << force.name << " holds " << name;
+    for (const std::string& name : kernels)
+      EXPECT_FALSE(kernels_of(*without).contains(name)) << force.name << " runs " << name;
     for (bool high : {false, true}) {
       TestScene other = rest;
       for (std::size_t k = 1; k < force.parameters.size(); ++k)
-        other.meshes[0].forces.values[static_cast<int>(force.id)][k] = high ? force.parameters[k].maximum : force.parameters[k].minimum;
+        other.meshes[0].forces.values[static_cast<int>(force.id)][k] =
+            high ? force.parameters[k].maximum : force.parameters[k].minimum;
       EXPECT_TRUE(same_bits(run(other, 5), expected)) << force.name;
     }
     // Switched off between steps: its arrays go.
@@ -121,7 +127,8 @@ TEST_P(EveryForceTest, WeightZeroOfOneMeshBesideAnotherThatUsesTheForce) {
   for (const ForceInfo& force : force_list()) {
     TestScene alone = busy_scene();
     alone.simulation = simulation(1, 0.9f, 2);
-    for (const ForceInfo& other : force_list()) weight_of(alone.meshes[0].forces, other.id) = other.id == force.id ? 0.0f : 0.2f;
+    for (const ForceInfo& other : force_list())
+      weight_of(alone.meshes[0].forces, other.id) = other.id == force.id ? 0.0f : 0.2f;
     TestScene pair = alone;
     pair.meshes.push_back(alone.meshes[0]);
     weight_of(pair.meshes[1].forces, force.id) = 0.5f;
@@ -133,7 +140,8 @@ TEST_P(EveryForceTest, WeightZeroOfOneMeshBesideAnotherThatUsesTheForce) {
 }
 
 TEST_P(EveryForceTest, MovesWithSceneAndVolume) {
-  const Eigen::Affine3d motion = Eigen::Translation3d(31, -12, 7) * Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -0.5).normalized());
+  const Eigen::Affine3d motion =
+      Eigen::Translation3d(31, -12, 7) * Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -0.5).normalized());
   for (const ForceInfo& force : force_list()) {
     const TestScene scene = scene_of(force.id);
     TestScene moved = scene;
@@ -142,7 +150,8 @@ TEST_P(EveryForceTest, MovesWithSceneAndVolume) {
     geometry.origin_mm = motion * geometry.origin_mm;
     geometry.direction = motion.linear() * geometry.direction;
     moved.volume = Volume(geometry, scene.volume.type());
-    std::copy_n(static_cast<const std::byte*>(scene.volume.data()), scene.volume.bytes(), static_cast<std::byte*>(moved.volume.data()));
+    std::copy_n(static_cast<const std::byte*>(scene.volume.data()), scene.volume.bytes(),
+                static_cast<std::byte*>(moved.volume.data()));
     for (Eigen::Vector3f& p : moved.meshes[0].mesh.positions) p = (motion * p.cast<double>()).cast<float>();
     for (EnginePoint& p : moved.points) p.position_mm = motion * p.position_mm;
     Positions expected = run(scene, 4);

@@ -38,7 +38,8 @@ Volume soft_sphere(const VolumeGeometry& geometry, double radius_mm, double widt
     for (int j = 0; j < geometry.size[1]; ++j)
       for (int i = 0; i < geometry.size[0]; ++i) {
         const double r = (world_from_index * Vector3d(i, j, k) - centre).norm();
-        volume.voxels<float>()[volume.offset(i, j, k)] = static_cast<float>(100 / (1 + std::exp((r - radius_mm) / width_mm)));
+        volume.voxels<float>()[volume.offset(i, j, k)] =
+            static_cast<float>(100 / (1 + std::exp((r - radius_mm) / width_mm)));
       }
   return volume;
 }
@@ -51,7 +52,8 @@ TEST_P(ImageForcesTest, GradientEndsOnTheEdge) {
       const Positions end = run(scene, 60);
       EXPECT_LT(mean_radial_error(end, kPhantomRadius), 0.2) << "from " << radius << ", object " << object;
       // |grad I| of the trilinear interpolant jumps from voxel to voxel: single vertices end up to half a voxel off.
-      EXPECT_LT(largest_radial_error(end, kPhantomRadius), object == 0.0f ? 0.5 : 0.2) << "from " << radius << ", object " << object;
+      EXPECT_LT(largest_radial_error(end, kPhantomRadius), object == 0.0f ? 0.5 : 0.2)
+          << "from " << radius << ", object " << object;
     }
 }
 
@@ -88,7 +90,8 @@ TEST_P(ImageForcesTest, GradientFindsTheEdgeInAnyGeometry) {
   VolumeGeometry g;
   g.size = {60, 64, 32};
   g.spacing_mm = {1, 0.9, 2};
-  g.direction = Eigen::AngleAxisd(0.6, Vector3d(1, 1, 0.3).normalized()).toRotationMatrix() * Vector3d(1, -1, 1).asDiagonal();
+  g.direction =
+      Eigen::AngleAxisd(0.6, Vector3d(1, 1, 0.3).normalized()).toRotationMatrix() * Vector3d(1, -1, 1).asDiagonal();
   g.origin_mm = Vector3d(40, -30, 15);
   const Volume volume = soft_sphere(g, 14, 0.7);
   const Vector3d centre = g.centre_mm();
@@ -104,11 +107,14 @@ TEST_P(ImageForcesTest, ProfilesFindTheWayBack) {
   const Volume& volume = phantom("sphere", 100, 3).image;
   const SimplexMesh truth = make_sphere({0, 0, 0}, kPhantomRadius, 3);
   for (float measure : {0.0f, 1.0f})
-    for (const auto& [radius, centre] : {std::pair<double, Vector3d>{kPhantomRadius - 1.5, {0, 0, 0}}, {kPhantomRadius + 1.5, {0, 0, 0}},
+    for (const auto& [radius, centre] : {std::pair<double, Vector3d>{kPhantomRadius - 1.5, {0, 0, 0}},
+                                         {kPhantomRadius + 1.5, {0, 0, 0}},
                                          {kPhantomRadius, {1.2, -0.8, 0.4}}}) {
       TestScene scene = sphere_in(volume, radius, centre);
       TestMesh& m = scene.meshes[0];
-      m.forces = with({{"intensity_profile", "weight", 0.5f}, {"intensity_profile", "measure", measure}, {"smoothing", "weight", 0.2f}});
+      m.forces = with({{"intensity_profile", "weight", 0.5f},
+                       {"intensity_profile", "measure", measure},
+                       {"smoothing", "weight", 0.2f}});
       m.profiles = profiles_under(truth, volume, m.forces);
       const double before = largest_radial_error(m.mesh.positions, kPhantomRadius);
       EXPECT_GT(before, 1.2);
@@ -140,9 +146,12 @@ TEST_P(ImageForcesTest, AnUnacceptableProfileDoesNotPull) {
   TestScene scene = sphere_in(phantom("sphere").image, 18);
   TestMesh& m = scene.meshes[0];
   for (float measure : {0.0f, 1.0f}) {
-    m.forces = with({{"intensity_profile", "weight", 1}, {"intensity_profile", "measure", measure}, {"intensity_profile", "acceptance", measure == 0 ? 0.9f : 0.01f}});
-    m.profiles.clear();      // an image that is upside down: dark inside, bright outside
-    for (float value : profiles_under(make_sphere({0, 0, 0}, kPhantomRadius, 3), scene.volume, m.forces)) m.profiles.push_back(200 - value);
+    m.forces = with({{"intensity_profile", "weight", 1},
+                     {"intensity_profile", "measure", measure},
+                     {"intensity_profile", "acceptance", measure == 0 ? 0.9f : 0.01f}});
+    m.profiles.clear();  // an image that is upside down: dark inside, bright outside
+    for (float value : profiles_under(make_sphere({0, 0, 0}, kPhantomRadius, 3), scene.volume, m.forces))
+      m.profiles.push_back(200 - value);
     EXPECT_TRUE(same_bits(run(scene, 5), m.mesh.positions)) << "measure " << measure;
   }
 }
@@ -170,7 +179,11 @@ TEST_P(ImageForcesTest, BalloonGrowsAndShrinks) {
   auto volume_with = [&](float balloon) {
     TestScene scene = sphere_in(soft_sphere(g, 18, 2.5), 17);
     TestMesh& m = scene.meshes[0];
-    m.forces = with({{"region", "weight", 0.5f}, {"region", "balloon", balloon}, {"region", "local", 0}, {"region", "edge", 0}, {"smoothing", "weight", 0.2f}});
+    m.forces = with({{"region", "weight", 0.5f},
+                     {"region", "balloon", balloon},
+                     {"region", "local", 0},
+                     {"region", "edge", 0},
+                     {"smoothing", "weight", 0.2f}});
     m.region = estimate_region(scene.volume, make_sphere({0, 0, 0}, 18, 3), 10);
     scene.simulation = limited(1, 0.9f, 2);
     return measure({run(scene, 100), m.mesh.neighbours}).volume_mm3;

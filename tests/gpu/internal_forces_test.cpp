@@ -62,13 +62,16 @@ TEST_P(InternalForcesTest, SmoothingIsItsFormula) {
   for (float evenness : {0.0f, 2.0f, 3.5f})
     for (float curvature : {0.0f, 1.0f})
       for (float limit : {2.0f, 0.1f}) {
-        scene.meshes[0].forces = with({{"smoothing", "weight", weight}, {"smoothing", "evenness", evenness},
-                                       {"smoothing", "curvature", curvature}, {"smoothing", "elevation_limit", limit}});
+        scene.meshes[0].forces = with({{"smoothing", "weight", weight},
+                                       {"smoothing", "evenness", evenness},
+                                       {"smoothing", "curvature", curvature},
+                                       {"smoothing", "elevation_limit", limit}});
         scene.simulation = simulation(timestep, 1);
         const Positions moved = run(scene, 1);
         double worst = 0;
         for (int i = 0; i < mesh.vertex_count(); ++i) {
-          const Vector3d expected = weight * timestep * timestep * smoothing_displacement(mesh, i, evenness, curvature, limit);
+          const Vector3d expected =
+              weight * timestep * timestep * smoothing_displacement(mesh, i, evenness, curvature, limit);
           worst = std::max(worst, (moved[i].cast<double>() - at(mesh, i) - expected).norm());
         }
         EXPECT_LT(worst, 3e-5) << "evenness " << evenness << ", curvature " << curvature << ", limit " << limit;
@@ -121,7 +124,9 @@ TEST_P(InternalForcesTest, SmoothingLeavesASphereAlone) {
   for (float evenness : {0.0f, 2.0f}) {
     double normal[2], tangential[2];
     for (int keep = 0; keep < 2; ++keep) {
-      m.forces = with({{"smoothing", "weight", 1}, {"smoothing", "evenness", evenness}, {"smoothing", "curvature", static_cast<float>(keep)},
+      m.forces = with({{"smoothing", "weight", 1},
+                       {"smoothing", "evenness", evenness},
+                       {"smoothing", "curvature", static_cast<float>(keep)},
                        {"smoothing", "elevation_limit", 2}});
       scene.simulation = simulation(1, 1);
       const Positions moved = run(scene, 1);
@@ -132,8 +137,8 @@ TEST_P(InternalForcesTest, SmoothingLeavesASphereAlone) {
         tangential[keep] += (d - d.dot(n) * n).norm() / m.mesh.vertex_count();
       }
     }
-    // What is left is the irregularity of the mesh (twelve pentagons, uneven edges). Measured: 1% of the plain Laplacian
-    // along the normal, 7% of an edge within the surface.
+    // What is left is the irregularity of the mesh (twelve pentagons, uneven edges). Measured: 1% of the plain
+    // Laplacian along the normal, 7% of an edge within the surface.
     EXPECT_LT(normal[1], 0.02 * normal[0]) << "evenness " << evenness;
     EXPECT_LT(tangential[1], 0.1 * measure(m.mesh).mean_edge_mm) << "evenness " << evenness;
   }
@@ -148,7 +153,9 @@ TEST_P(InternalForcesTest, SmoothingKeepsTheVolumeOfANoisySphere) {
   const double before = 4.0 / 3.0 * M_PI * radius * radius * radius;
   for (float evenness : {0.0f, 2.0f})
     for (int keep = 0; keep < 2; ++keep) {
-      m.forces = with({{"smoothing", "weight", 0.5f}, {"smoothing", "evenness", evenness}, {"smoothing", "curvature", static_cast<float>(keep)},
+      m.forces = with({{"smoothing", "weight", 0.5f},
+                       {"smoothing", "evenness", evenness},
+                       {"smoothing", "curvature", static_cast<float>(keep)},
                        {"smoothing", "elevation_limit", 2}});
       scene.simulation = limited(1, 1);
       const double ratio = measure({run(scene, 200), m.mesh.neighbours}).volume_mm3 / before;
@@ -170,7 +177,8 @@ TEST_P(InternalForcesTest, SmoothingHoldsOnElongatedShapes) {
   m.mesh = make_ellipsoid({0, 0, 0}, {6, 6, 20}, 3);
   const double before = measure(m.mesh).volume_mm3;
   for (float evenness : {0.0f, 2.0f}) {
-    m.forces = with({{"smoothing", "weight", 0.5f}, {"smoothing", "evenness", evenness}, {"smoothing", "curvature", 1}});
+    m.forces =
+        with({{"smoothing", "weight", 0.5f}, {"smoothing", "evenness", evenness}, {"smoothing", "curvature", 1}});
     scene.simulation = limited(1, 0.9f);
     const Positions end = run(scene, 2000);
     const double ratio = measure({end, m.mesh.neighbours}).volume_mm3 / before;
@@ -198,7 +206,8 @@ TEST_P(InternalForcesTest, SmoothingTakesFoldsOut) {
     const SimplexMesh mesh{positions, m.mesh.neighbours};
     int count = 0;
     for (int i = 0; i < mesh.vertex_count(); ++i)
-      for (int k : mesh.neighbours[i]) count += vertex_geometry(mesh, i).normal.dot(vertex_geometry(mesh, k).normal) < 0;
+      for (int k : mesh.neighbours[i])
+        count += vertex_geometry(mesh, i).normal.dot(vertex_geometry(mesh, k).normal) < 0;
     return count;
   };
   ASSERT_GT(folds(m.mesh.positions), 10);
@@ -213,8 +222,10 @@ TEST_P(InternalForcesTest, SmoothingTakesFoldsOut) {
 
 TEST_P(InternalForcesTest, ShapeMemoryIsZeroOnItsReference) {
   const SimplexMesh reference = with_noise(make_ellipsoid({4, 5, 6}, {30, 12, 18}, 3), 0.2);
-  const Eigen::Affine3d similarity = Eigen::Translation3d(-9, 20, 3) * Eigen::AngleAxisd(1.1, Vector3d(1, -2, 2).normalized()) * Eigen::Scaling(1.4);
-  const Eigen::Affine3d rigid = Eigen::Translation3d(2, -7, 11) * Eigen::AngleAxisd(2.0, Vector3d(0, 1, 1).normalized());
+  const Eigen::Affine3d similarity =
+      Eigen::Translation3d(-9, 20, 3) * Eigen::AngleAxisd(1.1, Vector3d(1, -2, 2).normalized()) * Eigen::Scaling(1.4);
+  const Eigen::Affine3d rigid =
+      Eigen::Translation3d(2, -7, 11) * Eigen::AngleAxisd(2.0, Vector3d(0, 1, 1).normalized());
   auto moved_by = [&](const Eigen::Affine3d& motion, float scaling) {
     TestScene scene;
     scene.meshes.resize(1);
@@ -244,7 +255,8 @@ TEST_P(InternalForcesTest, ShapeMemoryRestoresADeformedShape) {
   double worst = 0;
   const SimplexMesh mesh{end, reference.neighbours};
   for (int i = 0; i < mesh.vertex_count(); ++i)
-    worst = std::max(worst, std::abs(vertex_geometry(mesh, i).elevation_mm - vertex_geometry(reference, i).elevation_mm));
+    worst =
+        std::max(worst, std::abs(vertex_geometry(mesh, i).elevation_mm - vertex_geometry(reference, i).elevation_mm));
   EXPECT_LT(worst, 0.05);
 }
 

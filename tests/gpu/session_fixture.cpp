@@ -8,11 +8,13 @@ namespace {
 
 template <class T>
 bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && (a.empty() || std::memcmp(static_cast<const void*>(a.data()), b.data(), a.size() * sizeof(T)) == 0);
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(static_cast<const void*>(a.data()), b.data(), a.size() * sizeof(T)) == 0);
 }
 template <class T>
 bool same_bytes(const std::vector<std::vector<T>>& a, const std::vector<std::vector<T>>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) { return same_bytes(x, y); });
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const auto& x, const auto& y) { return same_bytes(x, y); });
 }
 
 }  // namespace
@@ -21,9 +23,12 @@ SessionState state_of(const Session& session) {
   SessionState state;
   const Scene& scene = session.scene();
   for (const MeshItem& item : scene.meshes) {
-    state.positions.push_back(item.mesh.positions), state.previous.push_back(item.previous), state.shapes.push_back(item.shape);
-    state.profiles.push_back(item.profiles), state.parameters.push_back(item.parameters), state.names.push_back(item.name);
-    state.ids.push_back(item.id), state.labels.push_back(item.label), state.steps_at_level.push_back(item.steps_at_level);
+    state.positions.push_back(item.mesh.positions), state.previous.push_back(item.previous),
+        state.shapes.push_back(item.shape);
+    state.profiles.push_back(item.profiles), state.parameters.push_back(item.parameters),
+        state.names.push_back(item.name);
+    state.ids.push_back(item.id), state.labels.push_back(item.label),
+        state.steps_at_level.push_back(item.steps_at_level);
     state.final_vertices.push_back(item.final_vertices);
   }
   for (const AttractionPoint& point : scene.points) state.points.push_back({point.id, point.position_mm});
@@ -43,7 +48,8 @@ SessionState state_of(const Session& session) {
   if (!same_bytes(a.parameters, b.parameters)) return differs("the force parameters");
   if (a.points != b.points) return differs("the points");
   if (a.steps_at_level != b.steps_at_level || a.final_vertices != b.final_vertices) return differs("the levels");
-  if (std::memcmp(&a.simulation, &b.simulation, sizeof a.simulation) != 0) return differs("the simulation's parameters");
+  if (std::memcmp(&a.simulation, &b.simulation, sizeof a.simulation) != 0)
+    return differs("the simulation's parameters");
   return ::testing::AssertionSuccess();
 }
 
@@ -51,7 +57,8 @@ Scene ball_scene() {
   Scene scene;
   scene.simulation = limited(1, 0.9f, 3);
   scene.simulation.start_vertices = 320, scene.simulation.final_vertices = 1280;
-  scene.simulation.finest_edge = 0, scene.simulation.steps_per_level = 100, scene.simulation.rest_tolerance_voxels = 0.002f;
+  scene.simulation.finest_edge = 0, scene.simulation.steps_per_level = 100,
+  scene.simulation.rest_tolerance_voxels = 0.002f;
   scene.forces = with({{"smoothing", "weight", 0.5f}, {"region", "weight", 0.5f}, {"attraction", "weight", 2}});
   MeshItem item;
   item.name = "ball", item.seed = {{1, -2, 0.5}, 12}, item.parameters = scene.forces;

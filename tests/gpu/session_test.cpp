@@ -17,11 +17,16 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 TEST(Tables, SimulationValuesLieUnderTheirNames) {
   SimulationParameters p{};
-  for (const ParameterInfo& info : simulation_table()) value_of(p, simulation_index(info.name)) = static_cast<float>(simulation_index(info.name) + 1);
-  auto expect = [](const char* name, float member) { EXPECT_EQ(member, static_cast<float>(simulation_index(name) + 1)) << name; };
+  for (const ParameterInfo& info : simulation_table())
+    value_of(p, simulation_index(info.name)) = static_cast<float>(simulation_index(info.name) + 1);
+  auto expect = [](const char* name, float member) {
+    EXPECT_EQ(member, static_cast<float>(simulation_index(name) + 1)) << name;
+  };
   expect("timestep", p.timestep), expect("damping", p.damping), expect("limit_timestep", p.limit_timestep);
-  expect("refresh_interval", p.refresh_interval), expect("start_vertices", p.start_vertices), expect("final_vertices", p.final_vertices);
-  expect("finest_edge", p.finest_edge), expect("steps_per_level", p.steps_per_level), expect("rest_tolerance", p.rest_tolerance_voxels);
+  expect("refresh_interval", p.refresh_interval), expect("start_vertices", p.start_vertices),
+      expect("final_vertices", p.final_vertices);
+  expect("finest_edge", p.finest_edge), expect("steps_per_level", p.steps_per_level),
+      expect("rest_tolerance", p.rest_tolerance_voxels);
   expect("frame_budget", p.frame_budget_ms);
 }
 
@@ -158,17 +163,22 @@ TEST(SessionCommands, EveryParameterIsRefusedOutOfItsRange) {
   const auto session = open_session();
   const ItemId ball = session->scene().meshes[0].id;
   auto outside = [](const ParameterInfo& info) {
-    return std::vector<float>{std::nextafter(info.minimum, -1e30f), std::nextafter(info.maximum, 1e30f), static_cast<float>(kNaN), static_cast<float>(kInfinity)};
+    return std::vector<float>{std::nextafter(info.minimum, -1e30f), std::nextafter(info.maximum, 1e30f),
+                              static_cast<float>(kNaN), static_cast<float>(kInfinity)};
   };
   for (const ForceInfo& force : force_list())
     for (std::size_t k = 0; k < force.parameters.size(); ++k) {
       for (float value : outside(force.parameters[k]))
-        EXPECT_NE(refusal(*session, SetForceParameter{ball, force.id, static_cast<int>(k), value}).find(force.parameters[k].name), std::string::npos);
-      for (float value : {force.parameters[k].minimum, force.parameters[k].maximum}) session->apply(SetForceParameter{ball, force.id, static_cast<int>(k), value});
+        EXPECT_NE(refusal(*session, SetForceParameter{ball, force.id, static_cast<int>(k), value})
+                      .find(force.parameters[k].name),
+                  std::string::npos);
+      for (float value : {force.parameters[k].minimum, force.parameters[k].maximum})
+        session->apply(SetForceParameter{ball, force.id, static_cast<int>(k), value});
     }
   for (std::size_t k = 0; k < simulation_table().size(); ++k)
     for (float value : outside(simulation_table()[k]))
-      EXPECT_NE(refusal(*session, SetSimulationParameter{static_cast<int>(k), value}).find(simulation_table()[k].name), std::string::npos);
+      EXPECT_NE(refusal(*session, SetSimulationParameter{static_cast<int>(k), value}).find(simulation_table()[k].name),
+                std::string::npos);
 }
 
 TEST(SessionCommands, IdsAreNeverUsedTwice) {
@@ -207,7 +217,9 @@ TEST(SessionOpen, RefusesWithNothingChanged) {
   refused("point of no mesh", [](Scene& s) { s.points.push_back({5, 77, {0, 0, 0}}); });
   refused("point not a number", [](Scene& s) { s.meshes[0].id = 1, s.points.push_back({5, 1, {0, kNaN, 0}}); });
   refused("id twice", [](Scene& s) { s.meshes[0].id = 1, s.meshes.push_back(s.meshes[0]), s.meshes[1].name = "b"; });
-  refused("broken mesh", [](Scene& s) { s.meshes[0].mesh = make_sphere({0, 0, 0}, 5, 1), s.meshes[0].mesh.neighbours[0][0] = 0; });
+  refused("broken mesh", [](Scene& s) {
+    s.meshes[0].mesh = make_sphere({0, 0, 0}, 5, 1), s.meshes[0].mesh.neighbours[0][0] = 0;
+  });
   EXPECT_EQ(session->advance_steps(3).steps, 3);
 }
 
@@ -215,7 +227,8 @@ TEST(SessionLevels, RefinesToTheFinalVerticesAndComesToRest) {
   for (bool per_level : {false, true}) {
     Scene scene = ball_scene();
     scene.simulation.start_vertices = 80, scene.simulation.final_vertices = 1280;
-    scene.simulation.steps_per_level = per_level ? 50 : 100000;      // by count of steps, or by coming to rest at each level
+    scene.simulation.steps_per_level =
+        per_level ? 50 : 100000;  // by count of steps, or by coming to rest at each level
     scene.simulation.rest_tolerance_voxels = 0.01f;
     const auto session = open_session(1, scene);
     EXPECT_EQ(session->scene().meshes[0].mesh.vertex_count(), 80);
@@ -242,7 +255,8 @@ TEST(SessionLevels, AMeshFinerThanTheVoxelsIsNotMade) {
   scene.simulation.steps_per_level = 10;
   scene.meshes[0].seed.radius_mm = 6;
   const auto session = open_session(1, scene);
-  EXPECT_EQ(session->scene().meshes[0].mesh.vertex_count(), 320) << "edges of 1280 vertices would be shorter than a voxel";
+  EXPECT_EQ(session->scene().meshes[0].mesh.vertex_count(), 320)
+      << "edges of 1280 vertices would be shorter than a voxel";
 }
 
 TEST(SessionFailure, NamesMeshAndForceAndPausesUntilItIsChanged) {

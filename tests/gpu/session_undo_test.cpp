@@ -27,7 +27,7 @@ TEST(SessionUndo, EveryCommandIsTakenBackAndDoneAgain) {
   };
   std::vector<SessionState> before, after;
   for (const Command& command : commands) {
-    session->advance_steps(4);      // a running simulation: the pose has moved since the command before
+    session->advance_steps(4);  // a running simulation: the pose has moved since the command before
     before.push_back(state_of(*session));
     session->apply(command);
     after.push_back(state_of(*session));
@@ -86,7 +86,7 @@ TEST(SessionUndo, WithNothingToUndo) {
   EXPECT_THROW(empty.apply(EditMesh{0, "x", {}, {}, {}}), Error);
   EXPECT_THROW(empty.apply(RecordProfiles{1}), Error);
   empty.apply(SetForceParameter{0, ForceId::Smoothing, 0, 0.5f});
-  empty.apply(AddMesh{"", {{0, 0, 0}, 10}, {}, 0});      // without a volume too
+  empty.apply(AddMesh{"", {{0, 0, 0}, 10}, {}, 0});  // without a volume too
   EXPECT_EQ(empty.scene().meshes.size(), 1u);
   empty.apply(Undo{});
   EXPECT_TRUE(empty.scene().meshes.empty());
@@ -220,7 +220,9 @@ TEST(SessionReplay, AnotherEngineGoesOn) {
 
 TEST(SessionReplay, TheRevisionTellsOfChanges) {
   const auto session = open_session();
-  auto changed = [&, last = session->revision()]() mutable { return std::exchange(last, session->revision()) != session->revision(); };
+  auto changed = [&, last = session->revision()]() mutable {
+    return std::exchange(last, session->revision()) != session->revision();
+  };
   EXPECT_FALSE(changed());
   (void)session->scene();
   EXPECT_FALSE(changed());

@@ -66,7 +66,8 @@ TEST_P(StabilityTest, ShapeMemory) {
         sum += std::pow(vertex_geometry({p, reference.neighbours}, i).elevation_mm - m.shape[i].z, 2);
       return std::sqrt(sum / reference.vertex_count());
     };
-    EXPECT_NEAR(std::pow(measured_limit(scene, damping, predicted, deviation) / predicted, 2), 1, 0.05) << "damping " << damping;
+    EXPECT_NEAR(std::pow(measured_limit(scene, damping, predicted, deviation) / predicted, 2), 1, 0.05)
+        << "damping " << damping;
   }
 }
 
@@ -83,18 +84,21 @@ TEST_P(StabilityTest, LaplacianSmoothing) {
   for (double damping : kDampings) {
     const double predicted = stable_timestep(stiffness_bound(m.forces, {}), static_cast<float>(damping));
     auto deviation = [&](const Positions& p) { return root_mean_square(p, origin); };
-    EXPECT_NEAR(std::pow(measured_limit(scene, damping, predicted, deviation) / predicted, 2), 1, 0.05) << "damping " << damping;
+    EXPECT_NEAR(std::pow(measured_limit(scene, damping, predicted, deviation) / predicted, 2), 1, 0.05)
+        << "damping " << damping;
   }
 }
 
 TEST_P(StabilityTest, EvenSmoothingIsStableWithinItsBound) {
-  // With weights that follow the edge lengths the bound holds for the worst mesh; on a sphere the limit is at (2 + a) k.
+  // With weights that follow the edge lengths the bound holds for the worst mesh; on a sphere the limit is at (2 + a)
+  // k.
   TestScene scene;
   scene.meshes.resize(1);
   TestMesh& m = scene.meshes[0];
   m.mesh = with_noise(make_sphere({0, 0, 0}, 20, 3), 0.001);
   for (float evenness : {1.0f, 2.0f, 4.0f}) {
-    m.forces = with({{"smoothing", "weight", 0.8f}, {"smoothing", "evenness", evenness}, {"smoothing", "elevation_limit", 2}});
+    m.forces =
+        with({{"smoothing", "weight", 0.8f}, {"smoothing", "evenness", evenness}, {"smoothing", "elevation_limit", 2}});
     const double predicted = stable_timestep(stiffness_bound(m.forces, {}), 0.9f);
     const double on_sphere = std::sqrt(2.2 / (0.8 * (2 + evenness)));
     EXPECT_LE(predicted, 1.025 * on_sphere);
@@ -127,12 +131,13 @@ TEST_P(StabilityTest, AttractionAndImageForces) {
   for (double damping : kDampings) {
     const double predicted = stable_timestep(stiffness_bound(scene.meshes[0].forces, {}), static_cast<float>(damping));
     auto deviation = [&](const Positions& p) { return static_cast<double>((p[7] - point).norm()); };
-    EXPECT_NEAR(std::pow(measured_limit(scene, damping, predicted, deviation) / predicted, 2), 1, 0.05) << "damping " << damping;
+    EXPECT_NEAR(std::pow(measured_limit(scene, damping, predicted, deviation) / predicted, 2), 1, 0.05)
+        << "damping " << damping;
   }
 }
 
 TEST_P(StabilityTest, AnUndampedModeHasThePeriodOfTheDiscreteOscillator) {
-  for (double stiffness : {0.05, 0.4, 2.0}) {     // k dt^2
+  for (double stiffness : {0.05, 0.4, 2.0}) {  // k dt^2
     TestScene scene = one_oscillator(static_cast<float>(stiffness));
     const Eigen::Vector3d c = scene.points[0].position_mm, start = scene.meshes[0].mesh.positions[7].cast<double>() - c;
     scene.simulation = simulation(1, 0);
@@ -146,7 +151,7 @@ TEST_P(StabilityTest, AnUndampedModeHasThePeriodOfTheDiscreteOscillator) {
       const double x = (positions_of(*engine, scene)[7].cast<double>() - c).dot(start) / start.squaredNorm();
       worst = std::max(worst, std::abs(x - std::cos(omega * (n + 0.5)) / std::cos(0.5 * omega)));
     }
-    EXPECT_LT(worst, 0.05) << "k dt^2 = " << stiffness;      // float positions resolve 2e-4 of the amplitude
+    EXPECT_LT(worst, 0.05) << "k dt^2 = " << stiffness;  // float positions resolve 2e-4 of the amplitude
   }
 }
 
@@ -154,12 +159,14 @@ TEST_P(StabilityTest, TheLimitKeepsExtremeWeightsBounded) {
   for (float damping : {0.1f, 0.9f})
     for (float timestep : {1.0f, 10.0f}) {
       TestScene scene = busy_scene(3, 10);
-      for (const ForceInfo& force : force_list()) weight_of(scene.meshes[0].forces, force.id) = force.parameters[0].maximum;
+      for (const ForceInfo& force : force_list())
+        weight_of(scene.meshes[0].forces, force.id) = force.parameters[0].maximum;
       scene.simulation = limited(timestep, damping, 3);
       const Positions end = run(scene, 500);
       double farthest = 0;
       for (const Eigen::Vector3f& p : end) farthest = std::max(farthest, static_cast<double>(p.norm()));
-      EXPECT_LT(farthest, 60) << "damping " << damping << ", timestep " << timestep;     // the volume's corners lie at 55 mm
+      EXPECT_LT(farthest, 60) << "damping " << damping << ", timestep "
+                              << timestep;  // the volume's corners lie at 55 mm
     }
 }
 

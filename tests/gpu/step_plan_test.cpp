@@ -93,9 +93,12 @@ TEST_P(StepPlanTest, VariantsOfTheRegionForce) {
   for (float local : {0.0f, 0.5f})
     for (float averaging : {0.0f, 2.0f})
       for (int final_vertices : {80, 320}) {
-        Scene scene = scene_with(with({{"region", "weight", 0.5f}, {"region", "local", local}, {"region", "averaging", averaging}}));
+        Scene scene = scene_with(
+            with({{"region", "weight", 0.5f}, {"region", "local", local}, {"region", "averaging", averaging}}));
         scene.simulation.final_vertices = static_cast<float>(final_vertices);
-        check(*opened(scene, phantom("sphere").image), "local " + std::to_string(local) + ", averaging " + std::to_string(averaging) + ", to " + std::to_string(final_vertices));
+        check(*opened(scene, phantom("sphere").image), "local " + std::to_string(local) + ", averaging " +
+                                                           std::to_string(averaging) + ", to " +
+                                                           std::to_string(final_vertices));
       }
 }
 
@@ -118,7 +121,8 @@ TEST_P(StepPlanTest, WeightsThatChangeBetweenSteps) {
     check(*session, "on");
   }
   // Kernels were counted since the engine was made: only the arrays tell of switching off.
-  for (ForceId force : {ForceId::Gradient, ForceId::Region, ForceId::ShapeMemory}) session->apply(SetForceParameter{0, force, 0, 0});
+  for (ForceId force : {ForceId::Gradient, ForceId::Region, ForceId::ShapeMemory})
+    session->apply(SetForceParameter{0, force, 0, 0});
   std::set<std::string> planned, held;
   for (const StepPlan::Item& item : session->plan().items)
     if (item.needed && item.what == "array") planned.insert(item.name);
@@ -128,7 +132,8 @@ TEST_P(StepPlanTest, WeightsThatChangeBetweenSteps) {
 }
 
 TEST_P(StepPlanTest, TheReasonsNameWhatIsMissing) {
-  ForceParameters forces = with({{"attraction", "weight", 1}, {"intensity_profile", "weight", 1}, {"region", "weight", 1}});
+  ForceParameters forces =
+      with({{"attraction", "weight", 1}, {"intensity_profile", "weight", 1}, {"region", "weight", 1}});
   Scene scene = scene_with(forces);
   auto why = [](const StepPlan& plan, const std::string& name) {
     for (const StepPlan::Item& item : plan.items)
@@ -136,9 +141,12 @@ TEST_P(StepPlanTest, TheReasonsNameWhatIsMissing) {
     return std::string("not listed");
   };
   const StepPlan plan = opened(scene, phantom("sphere").image)->plan();
-  EXPECT_NE(why(plan, "gradient targets").find("weight of gradient is 0"), std::string::npos) << why(plan, "gradient targets");
-  EXPECT_NE(why(plan, "attraction sums").find("no attraction point"), std::string::npos) << why(plan, "attraction sums");
-  EXPECT_NE(why(plan, "reference profiles").find("none was recorded"), std::string::npos) << why(plan, "reference profiles");
+  EXPECT_NE(why(plan, "gradient targets").find("weight of gradient is 0"), std::string::npos)
+      << why(plan, "gradient targets");
+  EXPECT_NE(why(plan, "attraction sums").find("no attraction point"), std::string::npos)
+      << why(plan, "attraction sums");
+  EXPECT_NE(why(plan, "reference profiles").find("none was recorded"), std::string::npos)
+      << why(plan, "reference profiles");
   EXPECT_NE(why(plan, "region targets").find("ball"), std::string::npos) << why(plan, "region targets");
   EXPECT_NE(why(opened(scene, {})->plan(), "region targets").find("no volume"), std::string::npos);
 }
