@@ -367,8 +367,8 @@ ItemId Session::carry_out(const Command& command) {
       if (c->name->empty() || scene_.find_mesh(*c->name)) throw Error("mesh '" + *c->name + "'", "the name is empty or taken", "choose another");
       item.name = *c->name;
     }
-    if (c->label && (*c->label < 1 || *c->label > 255))
-      throw Error("label " + std::to_string(*c->label), "labels are 8-bit and 0 is background", "choose 1 to 255");
+    if (c->label && (*c->label < 1 || *c->label > 65535))
+      throw Error("label " + std::to_string(*c->label), "labels have 16 bits and 0 is background", "choose 1 to 65535");
     item.colour = c->colour.value_or(item.colour);
     item.visible = c->visible.value_or(item.visible);
     item.label = c->label.value_or(item.label);
@@ -408,7 +408,8 @@ ItemId Session::carry_out(const Command& command) {
   } else if (const auto* c = std::get_if<RefineMesh>(&command)) {
     for (MeshItem* item : items_of(c->mesh)) {
       refine_item(*item);
-      item->final_vertices = std::max(item->final_vertices, item->mesh.vertex_count());
+      const int wanted = static_cast<int>(scene_.simulation.final_vertices + 0.5f);
+      item->final_vertices = std::max({item->final_vertices, wanted, item->mesh.vertex_count()});
     }
     load_engine();
   }

@@ -42,6 +42,12 @@ bool GzReader::skip(std::size_t bytes) {
   return true;
 }
 
+bool GzReader::damaged() const {
+  int code = Z_OK;
+  gzerror(file_, &code);
+  return code == Z_DATA_ERROR;
+}
+
 bool GzReader::damaged_at_end() {
   char byte;
   const int got = gzread(file_, &byte, 1);   // makes zlib look at the trailer

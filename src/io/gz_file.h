@@ -21,6 +21,8 @@ class GzReader {
   bool skip(std::size_t bytes);
   /// To be called once all that was wanted is read: true when the stream's checksum is wrong or its end is missing.
   bool damaged_at_end();
+  /// True when what was read so far met packed data that are wrong; false at a mere end of the file.
+  bool damaged() const;
   bool packed() const { return packed_; }
   /// The most bytes that can come out: the file's size, or 1032 times that (the best that deflate can do).
   double most_bytes() const;

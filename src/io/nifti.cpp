@@ -277,7 +277,12 @@ Volume read_voxels(const Voxels& v) {
   Volume volume(v.info.geometry, v.info.type);
   const std::size_t count = v.info.geometry.voxel_count();
   const double wanted = double(v.offset) + double(count) * v.stored.bytes;
+  const auto throw_damaged = [&] {
+    throw Error("cannot read " + quoted(v.path), "its packed data are damaged (checksum)", export_again);
+  };
   const auto require = [&](std::size_t got, std::size_t asked, std::size_t before) {
+    // A read that meets bad data gives nothing of what it had unpacked before: damage is asked for first.
+    if (got != asked && reader.damaged()) throw_damaged();
     if (got != asked) throw_truncated(v.path, wanted, double(v.offset + before + got));
   };
   if (!reader.skip(v.offset)) throw_truncated(v.path, wanted, double(v.offset));
@@ -305,9 +310,7 @@ Volume read_voxels(const Voxels& v) {
       });
     }
   }
-  if (reader.damaged_at_end()) {
-    throw Error("cannot read " + quoted(v.path), "its packed data are damaged (checksum)", export_again);
-  }
+  if (reader.damaged_at_end()) throw_damaged();
   return volume;
 }
 

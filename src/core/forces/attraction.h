@@ -6,7 +6,7 @@
 namespace simplexseg {
 
 /// Attraction points: for each mesh and point C, the nearest vertex P0 and its p-order neighbourhood follow:
-///   d_i = w_i (C - P0),   w_i = exp(-(ring / (p/2))^2) tapered to 0 past ring p, w = 1 at P0;
+///   d_i = w_i (C - P0),   w_i = (1 - t^2)^2 exp(-2 t^2) with t = ring / (p + 1), so w = 1 at P0 and 0 past ring p;
 /// several points on one vertex: their weighted mean (docs/mathematics.md, section 2.6).
 struct AttractionForce {
   static constexpr ForceId id = ForceId::Attraction;

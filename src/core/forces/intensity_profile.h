@@ -15,7 +15,7 @@ struct IntensityProfileForce {
   enum Parameter : int { weight, half_length, samples, spacing, measure, acceptance, pull, parameter_count };
   static constexpr ParameterInfo parameters[] = {
       {"weight", 0, 0, 10, "", "Strength of the force; 0 leaves it out."},
-      {"half_length", 4, 1, kMaxProfile, "", "Samples of the reference profile to each side; profiles are recorded anew when it changes.", ParameterKind::Integer},
+      {"half_length", 4, 1, kMaxProfile, "", "Samples of the reference profile to each side; record the profiles again after changing it.", ParameterKind::Integer},
       {"samples", 6, 1, kMaxSearch, "", "Shifts that are tried to each side.", ParameterKind::Integer},
       {"spacing", 0.5f, 0.05f, 4, "voxel", "Distance of the samples."},
       {"measure", 0, 0, 1, "", "How profiles are compared: correlation, or mean absolute difference.", ParameterKind::Choice, "correlation|difference"},

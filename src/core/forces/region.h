@@ -48,7 +48,7 @@ struct RegionStatistics {
   SIMPLEXSEG_HD void operator()(int i) const {
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
     const IndexLine line = index_line(v.volume, xyz(v.current[i]), xyz(v.frame[i]));
-    float mean[2], variance = 0, count = 0, values[2 * kSamples + 1];
+    float mean[2], variance = 0, count = 0, values[2 * kSamples + 1] = {};
     sample_line<T>(v.volume, line, -kSamples * m.voxel_mm, m.voxel_mm, 2 * kSamples + 1, values);
     for (int side = 0; side < 2; ++side) {
       float sum = 0, square = 0, n = 0;
