@@ -135,7 +135,7 @@ TEST(SessionCommands, WhatCannotBeDoneIsRefusedAndChangesNothing) {
   refusal(*session, EditMesh{0, "x", {}, {}, {}});
   refusal(*session, EditMesh{ball, "", {}, {}, {}});
   refusal(*session, EditMesh{ball, "other name", {}, {}, 0});
-  refusal(*session, EditMesh{ball, {}, {}, {}, 256});
+  refusal(*session, EditMesh{ball, {}, {}, {}, 65536});
   refusal(*session, SetForceParameter{kNone, ForceId::Smoothing, 0, 0.5f});
   refusal(*session, SetForceParameter{ball, ForceId::Smoothing, -1, 0.5f});
   refusal(*session, SetForceParameter{ball, ForceId::Smoothing, kMaxForceParameters, 0.5f});
