@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Trilinear sampling of a volume in its own voxel type, along a line in world space.
 #pragma once
+#include <type_traits>
+
 #include "core/step_view.h"
 
 namespace simplexseg {
@@ -69,9 +71,12 @@ SIMPLEXSEG_HD void sample_line(const VolumeView& v, IndexLine line, float start,
 #else
   // Positions and mixing in vectors of samples, reading one by one: voxels of 8 and 16 bits cannot be gathered.
   constexpr int kLanes = 8;
+  // Integers are turned into float in vectors too.
+  using Read = std::conditional_t<std::is_integral_v<T> && !std::is_same_v<T, std::uint32_t>, int, float>;
   for (int first = 0; first < count; first += kLanes) {
     alignas(64) int ci[kLanes], cj[kLanes], ck[kLanes];
-    alignas(64) float fx[kLanes], fy[kLanes], fz[kLanes], outside[kLanes], corner[8][kLanes], result[kLanes];
+    alignas(64) float fx[kLanes], fy[kLanes], fz[kLanes], outside[kLanes], result[kLanes];
+    alignas(64) Read corner[8][kLanes];
     for (int s = 0; s < kLanes; ++s) {
       const Cell c = cell_at(v, line.origin + (start + (first + s) * step) * line.direction);
       ci[s] = c.i, cj[s] = c.j, ck[s] = c.k, fx[s] = c.fx, fy[s] = c.fy, fz[s] = c.fz;
@@ -79,15 +84,16 @@ SIMPLEXSEG_HD void sample_line(const VolumeView& v, IndexLine line, float start,
     }
     for (int s = 0; s < kLanes; ++s) {     // those past the end too: a fixed count costs less than the reads
       const T* b = read.at(ci[s], cj[s], ck[s]);
-      corner[0][s] = static_cast<float>(b[0]), corner[1][s] = static_cast<float>(b[read.dx]);
-      corner[2][s] = static_cast<float>(b[read.dy]), corner[3][s] = static_cast<float>(b[read.dy + read.dx]);
+      corner[0][s] = static_cast<Read>(b[0]), corner[1][s] = static_cast<Read>(b[read.dx]);
+      corner[2][s] = static_cast<Read>(b[read.dy]), corner[3][s] = static_cast<Read>(b[read.dy + read.dx]);
       b += read.dz;
-      corner[4][s] = static_cast<float>(b[0]), corner[5][s] = static_cast<float>(b[read.dx]);
-      corner[6][s] = static_cast<float>(b[read.dy]), corner[7][s] = static_cast<float>(b[read.dy + read.dx]);
+      corner[4][s] = static_cast<Read>(b[0]), corner[5][s] = static_cast<Read>(b[read.dx]);
+      corner[6][s] = static_cast<Read>(b[read.dy]), corner[7][s] = static_cast<Read>(b[read.dy + read.dx]);
     }
     for (int s = 0; s < kLanes; ++s) {
-      const float low = mix(mix(corner[0][s], corner[1][s], fx[s]), mix(corner[2][s], corner[3][s], fx[s]), fy[s]);
-      const float high = mix(mix(corner[4][s], corner[5][s], fx[s]), mix(corner[6][s], corner[7][s], fx[s]), fy[s]);
+      auto at = [&](int c) { return static_cast<float>(corner[c][s]); };
+      const float low = mix(mix(at(0), at(1), fx[s]), mix(at(2), at(3), fx[s]), fy[s]);
+      const float high = mix(mix(at(4), at(5), fx[s]), mix(at(6), at(7), fx[s]), fy[s]);
       result[s] = mix(low, high, fz[s]) + outside[s];
     }
     if (count - first >= kLanes) {

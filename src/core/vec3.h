@@ -23,6 +23,10 @@ struct alignas(16) Int4 {
   int x, y, z, w;
 };
 
+// One instruction each, where fmaxf and fminf of the C library are calls. A first argument that is NaN gives the second.
+SIMPLEXSEG_HD float larger(float a, float b) { return a > b ? a : b; }
+SIMPLEXSEG_HD float smaller(float a, float b) { return a < b ? a : b; }
+
 SIMPLEXSEG_HD Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 SIMPLEXSEG_HD Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 SIMPLEXSEG_HD Vec3 operator*(float s, Vec3 a) { return {s * a.x, s * a.y, s * a.z}; }

@@ -24,7 +24,7 @@ struct GeometryKernel {
     } else {
       n = fallback(a, b, xyz(v.frame[i]));
     }
-    const float area = fmaxf(sqrtf(square), 0.1f * (dot(a, a) + dot(b, b)) + 1e-30f);
+    const float area = larger(sqrtf(square), 0.1f * (dot(a, a) + dot(b, b)) + 1e-30f);
     v.frame[i] = with_w(n, dot(xyz(v.current[i]) - p1, n) / area);
   }
   SIMPLEXSEG_HD static Vec3 fallback(Vec3 a, Vec3 b, Vec3 last) {
@@ -60,7 +60,7 @@ struct IntegrateKernel {
       if (s.weight != 0 && m.forces.weight(ForceId::Attraction) > 0.0f) {
         const float weight = s.weight * (1.0f / kFixedPoint), inverse = 1.0f / static_cast<float>(s.weight);
         sum = (m.forces.weight(ForceId::Attraction) * inverse) * Vec3{static_cast<float>(s.x), static_cast<float>(s.y), static_cast<float>(s.z)};
-        image = 1.0f - m.value<AttractionForce>(AttractionForce::image_fade) * fminf(weight, 1.0f);
+        image = 1.0f - m.value<AttractionForce>(AttractionForce::image_fade) * smaller(weight, 1.0f);
       }
     }
     auto add = [&]<class F>(F, float factor) {

@@ -100,7 +100,7 @@ struct SumAttraction {
     if (e.vertex < 0) return;
     const PointView& c = v.points[entry / kMaxPatch];
     // Bounded to 10 m: the sums stay inside 64 bits for any number of points that fits into memory.
-    auto fixed = [](float x) { return static_cast<long long>(fminf(fmaxf(x, -1e4f), 1e4f) * kFixedPoint); };
+    auto fixed = [](float x) { return static_cast<long long>(smaller(larger(x, -1e4f), 1e4f) * kFixedPoint); };
     const Vec3 pull = xyz(c.position) - xyz(v.current[c.nearest]);
     AttractionSum* sum = &v.attraction[e.vertex];
     atomic_add(&sum->weight, fixed(e.weight));

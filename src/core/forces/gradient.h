@@ -52,10 +52,14 @@ struct GradientSearch {
       for (int k = 0; k <= 2 * reach; ++k) response[k] = scale * (samples[k + 2] - samples[k]) + 0.0f * samples[k + 1];
     }
     float best = -1e30f;
+    for (int k = 0; k <= 2 * reach; ++k) best = larger(response[k], best);
+    // Of equal responses the nearest one; of two as near, the inner one.
     int best_k = reach;
-    for (int k = 0; k <= 2 * reach; ++k) {
-      const int distance = k < reach ? reach - k : k - reach, best_distance = best_k < reach ? reach - best_k : best_k - reach;
-      if (response[k] > best || (response[k] == best && distance < best_distance)) best = response[k], best_k = k;
+    for (int j = 0; j <= reach; ++j) {
+      if (response[reach - j] == best || response[reach + j] == best) {
+        best_k = response[reach - j] == best ? reach - j : reach + j;
+        break;
+      }
     }
     const bool found = best > threshold && best > 0.0f;
     float offset = 0;

@@ -35,7 +35,7 @@ struct RegionForce {
     return pull_to_target(v.region_target[i], p, xyz(frame), m.value<RegionForce>(pull) * m.voxel_mm);
   }
   SIMPLEXSEG_HD static float search_step_mm(const MeshConstants& m) {
-    return fmaxf(m.value<RegionForce>(reach) * m.edge_mm, 2.5f * m.voxel_mm) / m.integer<RegionForce>(samples);
+    return larger(m.value<RegionForce>(reach) * m.edge_mm, 2.5f * m.voxel_mm) / m.integer<RegionForce>(samples);
   }
 };
 
@@ -60,7 +60,7 @@ struct RegionStatistics {
       variance += n > 0.0f ? square - n * mean[side] * mean[side] : 0.0f;
       count += n;
     }
-    v.local_statistics[i] = {mean[0], mean[1], count > 0.0f ? fmaxf(variance, 0.0f) / count : 0.0f, 0.0f};
+    v.local_statistics[i] = {mean[0], mean[1], count > 0.0f ? larger(variance, 0.0f) / count : 0.0f, 0.0f};
   }
 };
 
@@ -87,12 +87,12 @@ struct RegionSearch {
       // Ratio of two Gaussians of one variance, bounded below so that a flat neighbourhood says nothing.
       slope = contrast / (s.z + 0.25f * contrast * contrast + 1e-4f);
     }
-    auto share = [&](float intensity) { return fminf(fmaxf((intensity - m.intensity_low) * m.intensity_scale, 0.0f), 1.0f); };
+    auto share = [&](float intensity) { return smaller(larger((intensity - m.intensity_low) * m.intensity_scale, 0.0f), 1.0f); };
     auto evidence_of = [&](float intensity) {
       const float x = share(intensity);
       float l = table ? table[static_cast<int>(x * (kRegionBins - 1) + 0.5f)] : 0.0f;
-      if (local > 0.0f) l = (1.0f - local) * l + local * fminf(fmaxf((x - middle) * slope, -1.0f), 1.0f);
-      return fminf(fmaxf(l + balloon, -1.0f), 1.0f);
+      if (local > 0.0f) l = (1.0f - local) * l + local * smaller(larger((x - middle) * slope, -1.0f), 1.0f);
+      return smaller(larger(l + balloon, -1.0f), 1.0f);
     };
     float ratio[2 * kMaxSearch + 1], value[2 * kMaxSearch + 1];
     sample_line<T>(v.volume, line, -reach * step, step, 2 * reach + 1, value);
@@ -108,8 +108,8 @@ struct RegionSearch {
     for (int k = 0; k <= 2 * reach; ++k) {
       const float half = 0.5f * ratio[k] * step_voxels;
       sum += half;
-      run = fmaxf(run + 2.0f * half, 0.0f);
-      evidence = fmaxf(evidence, run);
+      run = larger(run + 2.0f * half, 0.0f);
+      evidence = larger(evidence, run);
       const float rise = value[k < 2 * reach ? k + 1 : k] - value[k > 0 ? k - 1 : k];
       // The object side of the edge is the likelier side: only edges that agree with the evidence count.
       const float before = ratio[k > 0 ? k - 1 : k], after = ratio[k < 2 * reach ? k + 1 : k];
@@ -125,7 +125,7 @@ struct RegionSearch {
     // Where the line meets no object, the normal may point anywhere (a patch that was turned inside out would be driven
     // away for ever): the image then says nothing, and smoothing draws the surface together. One voxel of object is full
     // evidence.
-    const float trust = fminf(evidence, 1.0f);
+    const float trust = smaller(evidence, 1.0f);
     v.region_target[i] = {trust * offset * step, 0, 0, trust};     // as an offset, until averaged: RegionTarget makes it a position
   }
 };
@@ -162,9 +162,9 @@ struct RegionTarget {
     const float bound = RegionForce::kEdgesAtOnce / 3.0f * edge;
     // On a fold the normal says nothing of inside and outside: there smoothing acts alone.
     const Vec3 n = xyz(v.frame[i]);
-    const float agree = fminf(dot(n, xyz(v.frame[nb.x])), fminf(dot(n, xyz(v.frame[nb.y])), dot(n, xyz(v.frame[nb.z]))));
-    const float trust = fminf(fmaxf(2.0f * agree, 0.0f), 1.0f);
-    v.region_target[i] = with_w(p + fminf(fmaxf(offset.x, -bound), bound) * n, offset.w * trust);
+    const float agree = smaller(dot(n, xyz(v.frame[nb.x])), smaller(dot(n, xyz(v.frame[nb.y])), dot(n, xyz(v.frame[nb.z]))));
+    const float trust = smaller(larger(2.0f * agree, 0.0f), 1.0f);
+    v.region_target[i] = with_w(p + smaller(larger(offset.x, -bound), bound) * n, offset.w * trust);
   }
 };
 

@@ -34,7 +34,7 @@ struct SmoothingForce {
     const float l1 = dot(e1, e1), l2 = dot(e2, e2), l3 = dot(e3, e3);
     const float a = 0.5f * m.value<SmoothingForce>(evenness);
     float w1 = 1, w2 = 1, w3 = 1;
-    const float largest = fmaxf(l1, fmaxf(l2, l3));
+    const float largest = larger(l1, larger(l2, l3));
     if (a == 1.0f) {
       w1 = l1, w2 = l2, w3 = l3;
     } else if (a != 0.0f && largest > 0.0f) {
@@ -60,7 +60,7 @@ struct SmoothingForce {
       const bool folded = dot(n, xyz(f1)) < 0.0f || dot(n, xyz(f2)) < 0.0f || dot(n, xyz(f3)) < 0.0f;
       const float bound = m.value<SmoothingForce>(elevation_limit) * (1.0f / 3.0f) * (sqrtf(l1) + sqrtf(l2) + sqrtf(l3));
       mean *= norm(cross(p2 - p1, p3 - p1));
-      mean = folded ? 0.0f : keep * fminf(fmaxf(mean, -bound), bound);
+      mean = folded ? 0.0f : keep * smaller(larger(mean, -bound), bound);
     }
     (void)i;
     return laplacian + mean * xyz(frame);
