@@ -21,6 +21,17 @@ LoadedScene load_scene(const std::string& path, const std::vector<std::string>& 
   return loaded;
 }
 
+LoadedScene load_scene_header(const std::string& path, const std::vector<std::string>& settings) {
+  SceneFile file = read_scene(path);
+  for (const std::string& setting : settings) set_by_path(file.scene, setting);
+  LoadedScene loaded{std::move(file.scene), {}, std::move(file.volume), {}};
+  if (loaded.volume_path.empty()) return loaded;
+  VolumeInfo info = read_volume_info(loaded.volume_path);
+  loaded.volume = Volume(info.geometry, info.type);
+  loaded.warnings = std::move(info.warnings);
+  return loaded;
+}
+
 void print_warnings(const std::vector<std::string>& warnings, const Console& console) {
   for (const std::string& warning : warnings) console.err << "warning: " << one_line(warning, 1000) << "\n";
 }

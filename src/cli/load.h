@@ -20,6 +20,8 @@ struct LoadedScene {
 };
 /// Throws Error as the readers do.
 LoadedScene load_scene(const std::string& path, const std::vector<std::string>& settings, const Console& console);
+/// The same without reading a voxel: the volume has its geometry and type, and zeros.
+LoadedScene load_scene_header(const std::string& path, const std::vector<std::string>& settings);
 /// Later than any refusal: bad input is answered in one line.
 void print_warnings(const std::vector<std::string>& warnings, const Console& console);
 

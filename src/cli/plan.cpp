@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <ostream>
 
 #include "cli/commands.h"
@@ -19,13 +20,15 @@ struct Options {
 };
 
 void plan(const Options& options, const Console& console) {
-  LoadedScene loaded = load_scene(options.scene, options.settings, console);
+  LoadedScene loaded = load_scene_header(options.scene, options.settings);
   Session session(make_cpu_engine());
   session.open(std::move(loaded.scene), std::move(loaded.volume));
   const StepPlan plan = session.plan();
+  const std::optional<CudaDevice> device = cuda_device();
   print_warnings(loaded.warnings, console);
   if (options.json) {
     nlohmann::ordered_json json = {{"bytes_held", plan.bytes_held()}, {"items", nlohmann::ordered_json::array()}};
+    if (device) json["device"] = {{"name", device->name}, {"bytes_free", device->bytes_free}};
     for (const StepPlan::Item& item : plan.items) {
       json["items"].push_back({{"name", item.name},
                                {"what", item.what},
@@ -43,13 +46,19 @@ void plan(const Options& options, const Console& console) {
   }
   print_table(console.out, rows, rows[0].size());
   console.out << "held: " << in_words(static_cast<double>(plan.bytes_held())) << "\n";
+  if (device)
+    console.out << device->name << ": " << in_words(static_cast<double>(device->bytes_free)) << " free, so the scene "
+                << (plan.bytes_held() <= device->bytes_free ? "fits" : "does not fit, and runs on the CPU") << "\n";
+  else
+    console.out << "runs on the CPU: " << why_no_cuda() << "\n";
 }
 
 }  // namespace
 
 void add_plan(CLI::App& app, Action& action) {
   CLI::App* const sub =
-      app.add_subcommand("plan", "What a scene's step computes and holds, and what it leaves out and why");
+      app.add_subcommand("plan", "What a scene's step computes and holds, what it leaves out and why, and whether the device has room for it; "
+                              "no voxel is read");
   const auto options = std::make_shared<Options>();
   sub->add_option("SCENE", options->scene, "Scene file")->required();
   sub->add_option("--set", options->settings, "Change a parameter first: PATH=VALUE as for run")

@@ -27,7 +27,7 @@ constexpr int kMostStepsUntilRest = 100000;
 constexpr double kChunkSeconds = 0.1;  ///< between two looks at the keyboard
 
 struct Options {
-  std::string scene, backend = "auto";
+  std::string scene, backend = "auto", sampling = "filtered";
   int threads = 0;
   std::optional<int> steps;
   bool until_rest = false;
@@ -51,8 +51,11 @@ auto as_failure(Work work) {
 
 EngineChoice engine_for(const Options& options) {
   return as_failure([&] {
-    if (options.backend == "cpu") return EngineChoice{make_cpu_engine(options.threads), ""};
-    EngineChoice choice = make_engine(options.backend == "cuda" ? Backend::Cuda : Backend::Auto);
+    if (options.backend == "cpu") return EngineChoice{make_cpu_engine(options.threads), {}, ""};
+    const VolumeSampling sampling = options.sampling == "linear"    ? VolumeSampling::Linear
+                                    : options.sampling == "fetched" ? VolumeSampling::Fetched
+                                                                    : VolumeSampling::Filtered;
+    EngineChoice choice = make_engine(options.backend == "cuda" ? Backend::Cuda : Backend::Auto, sampling);
     if (options.threads > 0 && choice.engine->backend() == std::string("cpu"))
       choice.engine = make_cpu_engine(options.threads);
     return choice;
@@ -185,11 +188,11 @@ void run(const Options& options, const Console& console) {
   if (report.backend == "cpu")
     report.threads =
         options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  Session session(std::move(choice.engine));
+  Session session(std::move(choice.engine), std::move(choice.spare));
   session.open(std::move(loaded.scene), std::move(loaded.volume));
   report.load_ms = 1000 * (seconds_now() - start);
 
-  const int scene_steps = options.steps.value_or(session.scene().steps);
+  const int scene_steps = options.steps.value_or(session.scene_without_poses().steps);
   const bool until_rest = options.until_rest || (!options.steps && scene_steps == 0);
   const double simulation_start = seconds_now();
   const Advance advanced = log ? replay(session, *log, console)
@@ -200,6 +203,10 @@ void run(const Options& options, const Console& console) {
   report.at_rest = advanced.at_rest;
   report.failure = advanced.failure;
   report.bytes_held = session.engine().bytes_held();
+  if (const std::optional<std::string> notice = session.take_notice()) {
+    report.note = *notice;
+    report.backend = session.engine().backend(), report.device = session.engine().description();
+  }
   print_warnings(loaded.warnings, console);
   // Worth a line only where CUDA could have been had: a program built without it always takes the CPU.
   if (!report.note.empty() && why_no_cuda() != "built without CUDA") console.err << one_line(report.note, 1000) << "\n";
@@ -232,6 +239,11 @@ void add_run(CLI::App& app, Action& action) {
   sub->add_option("SCENE", options->scene, "Scene file (docs/scene-format.md)")->required();
   sub->add_option("--backend", options->backend, "auto takes CUDA where a device can be used, else the CPU")
       ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
+      ->capture_default_str();
+  sub->add_option("--sampling", options->sampling,
+                  "How a CUDA device reads the volume: filtered (by its texture unit, fractions of 8 bits), fetched (from a "
+                  "texture, interpolated in float) or linear (from linear memory)")
+      ->check(CLI::IsMember({"filtered", "fetched", "linear"}))
       ->capture_default_str();
   sub->add_option("--threads", options->threads, "CPU threads; without it as many as the machine has")
       ->check(CLI::Range(1, 1024));

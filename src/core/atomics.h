@@ -22,6 +22,22 @@ SIMPLEXSEG_HD void atomic_add(long long* at, long long value) {
   __atomic_fetch_add(at, value, __ATOMIC_RELAXED);
 #endif
 }
+/// Of what other threads may be changing: some value that it had.
+SIMPLEXSEG_HD unsigned long long load_relaxed(const unsigned long long* at) {
+#ifdef __CUDA_ARCH__
+  return *const_cast<const volatile unsigned long long*>(at);
+#else
+  return __atomic_load_n(at, __ATOMIC_RELAXED);
+#endif
+}
+/// Of flags that several threads may set to the same value at once.
+SIMPLEXSEG_HD void store_relaxed(unsigned char* at, unsigned char value) {
+#ifdef __CUDA_ARCH__
+  *at = value;
+#else
+  __atomic_store_n(at, value, __ATOMIC_RELAXED);
+#endif
+}
 /// The bits of a float: ordered as the float itself where it is >= 0.
 SIMPLEXSEG_HD unsigned bits_of(float x) {
 #ifdef __CUDA_ARCH__

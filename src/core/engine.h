@@ -9,12 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "core/display.h"
 #include "core/parameters.h"
 #include "core/vec3.h"
 
 namespace simplexseg {
 
 class Volume;
+struct CellList;
 
 /// What an object and its surroundings look like: counts over bins of intensity, the evidence of the region force. Integers, so that summing them in any order gives the same bits.
 inline constexpr int kRegionBins = 256;
@@ -52,11 +54,13 @@ struct StepFailure {
 struct StepOutcome {
   int steps = 0;                              ///< done; fewer than asked for when a step failed
   std::vector<float> mean_move_mm;            ///< of each mesh, in the last step
+  std::vector<float> mean_edge_mm;            ///< of each mesh, after it
   std::optional<StepFailure> failure;
 };
 
 /// One backend of the simulation: all meshes in one set of arrays, moved in parallel. Reruns give the same bits, on any
-/// number of threads. Every call may throw Error (out of memory, failing device); the engine is then to be reloaded.
+/// number of threads. Every call may throw Error (what is asked for does not fit) or DeviceError (the device itself
+/// failed: the engine is lost).
 class Engine {
  public:
   virtual ~Engine() = default;
@@ -76,6 +80,21 @@ class Engine {
   virtual StepOutcome step(int count) = 0;
   /// Positions (mm) of one mesh and of the step before it.
   virtual void read(int mesh, std::span<Eigen::Vector3f> positions, std::span<Eigen::Vector3f> previous) = 0;
+
+  /// Connects a buffer object of the current OpenGL context, of `bytes`, so that the engine can draw into it on the
+  /// device. Null where that cannot be done (CPU, software OpenGL): draw into host memory then.
+  virtual std::unique_ptr<SharedBuffer> share_buffer(unsigned gl_buffer, std::size_t bytes) = 0;
+  /// The cells of the loaded meshes, one list each, for draw_surfaces; a load forgets them.
+  virtual void set_cells(std::span<const CellList* const> cells) = 0;
+  virtual bool has_cells() const = 0;
+  /// Points of all surfaces in the present pose: the vertices mesh by mesh, then the cells' centres mesh by mesh.
+  virtual void draw_surfaces(DrawTarget<DisplayPoint> target) = 0;
+  /// A slice of the volume, row by row; nothing when there is no volume.
+  virtual void draw_slice(const SlicePlane& plane, DrawTarget<DisplayTexel> target) = 0;
+  /// Bytes copied from the device to the host since the engine was made, results of batches of steps apart.
+  virtual std::uint64_t bytes_read_back() const = 0;
+  /// Bytes that could be held, those held now included.
+  virtual std::size_t bytes_available() const = 0;
   /// Bytes held in arrays, the volume included.
   virtual std::size_t bytes_held() const = 0;
   /// Names and bytes of the arrays held, for the plan and its tests.

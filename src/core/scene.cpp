@@ -14,10 +14,17 @@ auto find_in(Items& items, Test test) {
 
 }  // namespace
 
-bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm) {
+static bool has_enough_vertices(const MeshItem& item, const SimulationParameters& simulation) {
   const int wanted = item.final_vertices > 0 ? item.final_vertices : static_cast<int>(simulation.final_vertices + 0.5f);
-  if (item.mesh.vertex_count() >= wanted) return true;
-  return item.final_vertices == 0 && measure(item.mesh).mean_edge_mm < simulation.finest_edge * voxel_mm;
+  return item.mesh.vertex_count() >= wanted;
+}
+
+bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm) {
+  return has_enough_vertices(item, simulation) || is_finest(item, simulation, voxel_mm, measure(item.mesh).mean_edge_mm);
+}
+
+bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm, double mean_edge_mm) {
+  return has_enough_vertices(item, simulation) || (item.final_vertices == 0 && mean_edge_mm < simulation.finest_edge * voxel_mm);
 }
 
 const MeshItem* Scene::find_mesh(ItemId id) const {

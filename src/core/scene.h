@@ -61,6 +61,8 @@ struct AttractionPoint {
 /// Whether a mesh is as fine as it is to end: it has the vertices that are wanted, or (unless the user refined it) edges of
 /// voxel size.
 bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm);
+/// The same for a pose that is known by its mean edge alone.
+bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm, double mean_edge_mm);
 
 /// All that is saved: meshes, points, parameters. The volume is named, not held.
 struct Scene {

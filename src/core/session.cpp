@@ -63,7 +63,8 @@ void check_position(const Eigen::Vector3d& p) {
 
 }  // namespace
 
-Session::Session(std::unique_ptr<Engine> engine) : engine_(std::move(engine)) {
+Session::Session(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare)
+    : engine_(std::move(engine)), spare_(std::move(spare)) {
   scene_.simulation = default_simulation_parameters();
 }
 Session::~Session() = default;
@@ -98,21 +99,67 @@ void Session::open(Scene scene, Volume volume) {
     check_position(point.position_mm);
     if (!scene.find_mesh(point.mesh)) throw Error("attraction point", "it names a mesh that is not in the scene", "name one of its meshes");
   }
+  const SimulationParameters simulation = std::exchange(scene_.simulation, scene.simulation);
+  const Volume volume_before = std::exchange(volume_, volume);
+  try {
+    for (MeshItem& item : scene.meshes) {
+      if (item.mesh.positions.empty()) {
+        restart(item);
+      } else {
+        if (item.previous.size() != item.mesh.positions.size()) item.previous = item.mesh.positions;
+        if (item.shape.size() != item.mesh.positions.size()) item.shape = shape_reference_of(item.mesh);
+        if (item.region.empty()) item.region = estimate_region(volume_, item.mesh, kBackgroundRadii * item.seed.radius_mm);
+      }
+    }
+    const std::size_t needed = make_plan(scene, volume_).bytes_held(), available = engine_->bytes_available();
+    if (needed > available) {
+      const DeviceError failure("memory of the device", std::to_string(needed >> 20) + " MiB are needed and " + std::to_string(available >> 20) + " MiB can be had",
+                                "use --backend cpu, a smaller volume or coarser meshes");
+      if (!spare_) throw failure;
+      replace_engine(failure);
+    }
+    try {
+      engine_->set_volume(volume_);
+    } catch (const DeviceError& failure) {
+      if (!spare_) throw;
+      replace_engine(failure);
+      engine_->set_volume(volume_);
+    }
+  } catch (...) {
+    scene_.simulation = simulation;
+    volume_ = volume_before;
+    throw;
+  }
   poses_stale_ = false;
+  steps_since_read_ = 0;
   scene_ = std::move(scene);
-  volume_ = std::move(volume);
   next_id_ = next;
   undo_.clear(), redo_.clear(), log_.clear();
   steps_since_command_ = 0, total_steps_ = 0, seconds_per_step_ = 0;
-  for (MeshItem& item : scene_.meshes) {
-    if (item.mesh.positions.empty()) {
-      restart(item);
-    } else {
-      if (item.previous.size() != item.mesh.positions.size()) item.previous = item.mesh.positions;
-      if (item.shape.size() != item.mesh.positions.size()) item.shape = shape_reference_of(item.mesh);
-      if (item.region.empty()) item.region = estimate_region(volume_, item.mesh, kBackgroundRadii * item.seed.radius_mm);
-    }
+  try {
+    load_engine();
+  } catch (const DeviceError& failure) {
+    take_over(failure);
   }
+}
+
+void Session::replace_engine(const DeviceError& failure) {
+  notice_ = std::string("running on the CPU: ") + failure.what();
+  engine_.reset();       // its memory first
+  engine_ = spare_();
+  spare_ = {};
+  lost_.reset();
+  ++engine_generation_;
+  seconds_per_step_ = 0;
+}
+
+void Session::take_over(const DeviceError& failure) {
+  if (!spare_) throw failure;
+  replace_engine(failure);
+  if (poses_stale_ && steps_since_read_ > 0)
+    *notice_ += "; the poses are those of " + std::to_string(steps_since_read_) + " steps ago";
+  poses_stale_ = false;
+  steps_since_read_ = 0;
   engine_->set_volume(volume_);
   load_engine();
 }
@@ -120,6 +167,7 @@ void Session::open(Scene scene, Volume volume) {
 void Session::set_engine(std::unique_ptr<Engine> engine) {
   pull_poses();
   engine_ = std::move(engine);
+  ++engine_generation_;
   seconds_per_step_ = 0;
   engine_->set_volume(volume_);
   load_engine();
@@ -136,6 +184,8 @@ void Session::load_engine() {
     meshes.push_back(m);
   }
   engine_->load(meshes, scene_.simulation);
+  ++topology_revision_;
+  mean_edge_mm_.assign(meshes.size(), 0.0f);
   mean_move_mm_.assign(meshes.size(), 0.0f);
   send_points();
 }
@@ -152,9 +202,18 @@ void Session::send_points() {
 
 void Session::pull_poses() const {
   if (!poses_stale_) return;
+  if (lost_) return;
+  try {
+    for (std::size_t k = 0; k < scene_.meshes.size(); ++k)
+      engine_->read(static_cast<int>(k), scene_.meshes[k].mesh.positions, scene_.meshes[k].previous);
+  } catch (const DeviceError& failure) {
+    // The poses that were read last stay; whoever moves the session on puts the spare engine in place.
+    if (!spare_) throw;
+    lost_ = failure.what();
+    return;
+  }
   poses_stale_ = false;
-  for (std::size_t k = 0; k < scene_.meshes.size(); ++k)
-    engine_->read(static_cast<int>(k), scene_.meshes[k].mesh.positions, scene_.meshes[k].previous);
+  steps_since_read_ = 0;
 }
 
 void Session::restart(MeshItem& item) {
@@ -199,10 +258,11 @@ bool Session::refine_where_due() {
       at_rest_ = false;
       continue;
     }
-    pull_poses();
-    if (is_finest(item)) {
+    if (simplexseg::is_finest(item, scene_.simulation, voxel_mm(), mean_edge_mm_[k])) {
       at_rest_ = at_rest_ && rests;
     } else {
+      pull_poses();
+      if (lost_) return false;
       refine_item(item);
       refined = true;
     }
@@ -213,6 +273,17 @@ bool Session::refine_where_due() {
 
 Advance Session::advance_steps(int steps, bool stop_at_rest) {
   Advance result;
+  if (lost_) take_over(DeviceError(*lost_));
+  try {
+    advance_on_engine(steps, stop_at_rest, result);
+  } catch (const DeviceError& failure) {
+    take_over(failure);
+    advance_on_engine(steps, stop_at_rest, result);
+  }
+  return result;
+}
+
+void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
   const double start = now();
   while (result.steps < steps && !result.failure && !(stop_at_rest && at_rest_)) {
     const int until_check = kCheckInterval - static_cast<int>(total_steps_ % kCheckInterval);
@@ -221,8 +292,9 @@ Advance Session::advance_steps(int steps, bool stop_at_rest) {
     steps_since_command_ += outcome.steps;
     total_steps_ += outcome.steps;
     for (MeshItem& item : scene_.meshes) item.steps_at_level += outcome.steps;
-    mean_move_mm_ = outcome.mean_move_mm;
+    mean_move_mm_ = outcome.mean_move_mm, mean_edge_mm_ = outcome.mean_edge_mm;
     poses_stale_ = true;
+    steps_since_read_ += outcome.steps;
     ++revision_;
     if (outcome.failure) {
       const MeshItem& item = scene_.meshes[outcome.failure->mesh];
@@ -238,7 +310,6 @@ Advance Session::advance_steps(int steps, bool stop_at_rest) {
   result.at_rest = at_rest_;
   result.seconds = now() - start;
   if (result.steps > 0) seconds_per_step_ = result.seconds / result.steps;
-  return result;
 }
 
 Advance Session::advance(double seconds) {
@@ -257,20 +328,32 @@ Advance Session::advance(double seconds) {
 }
 
 ItemId Session::apply(const Command& command) {
-  pull_poses();
+  if (lost_) take_over(DeviceError(*lost_));
   ItemId added = 0;
-  if (std::holds_alternative<Undo>(command)) {
-    step_back(undo_, redo_);
-  } else if (std::holds_alternative<Redo>(command)) {
-    step_back(redo_, undo_);
+  const bool undo = std::holds_alternative<Undo>(command), redo = std::holds_alternative<Redo>(command);
+  if (undo || redo) {
+    pull_poses();
+    try {
+      undo ? step_back(undo_, redo_) : step_back(redo_, undo_);
+    } catch (const DeviceError& failure) {
+      take_over(failure);       // loads what the scene has become
+    }
   } else {
     if (continues_last(command)) {
-      added = carry_out(command);      // what precedes it is kept already
+      added = carry_out_or_take_over(command);      // what precedes it is kept already
     } else {
+      pull_poses();
       const ItemId next_id = next_id_;
       Snapshot before{scene_, command};
       try {
-        added = carry_out(command);
+        try {
+          added = carry_out(command);
+        } catch (const DeviceError& failure) {
+          scene_ = before.scene;
+          next_id_ = next_id;
+          take_over(failure);
+          added = carry_out(command);
+        }
       } catch (...) {
         scene_ = std::move(before.scene);
         next_id_ = next_id;
@@ -287,6 +370,16 @@ ItemId Session::apply(const Command& command) {
   steps_since_command_ = 0;
   ++revision_;
   return added;
+}
+
+/// Of commands that set a value: doing them twice is doing them once.
+ItemId Session::carry_out_or_take_over(const Command& command) {
+  try {
+    return carry_out(command);
+  } catch (const DeviceError& failure) {
+    take_over(failure);
+    return carry_out(command);
+  }
 }
 
 bool Session::continues_last(const Command& command) const {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/command.h"
@@ -13,6 +15,8 @@
 #include "core/volume.h"
 
 namespace simplexseg {
+
+class DeviceError;
 
 /// What an advance did.
 struct Advance {
@@ -28,19 +32,34 @@ struct Advance {
 /// very same bits. Not thread-safe: one thread at a time.
 class Session {
  public:
-  explicit Session(std::unique_ptr<Engine> engine);
+  /// `spare` makes the engine that takes over when the device of the first one fails; without it the failure is thrown.
+  explicit Session(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare = {});
   ~Session();
 
   /// Takes a new scene (undo history and log are dropped) on a volume. Meshes without a pose (no vertices) get the
   /// sphere of their seed; ids that are 0 are given. Throws Error, with nothing changed, when a mesh's seed lies outside
   /// the volume, a value is not finite or out of its table's range, or a mesh is not valid.
   void open(Scene scene, Volume volume);
+  /// As open; Error also when the engine has not the memory for it and there is no spare.
   void set_engine(std::unique_ptr<Engine> engine);
 
-  /// Poses are as of the last step.
+  /// Poses are as of the last step: they are read back from the engine when they are behind.
   const Scene& scene() const;
+  /// For all who read anything but poses (positions of `mesh`, `previous`): nothing is read back.
+  const Scene& scene_without_poses() const { return scene_; }
   const Volume& volume() const { return volume_; }
   const Engine& engine() const { return *engine_; }
+  /// For drawing alone: share_buffer, set_cells, draw_*.
+  Engine& drawing() { return *engine_; }
+  /// Counts the engines that the session has had: buffers shared with an earlier one are to be shared anew.
+  int engine_generation() const { return engine_generation_; }
+  /// To be called with what drawing() threw: the spare engine takes over from the last poses that were read back. Throws
+  /// it again when there is none.
+  void lose_engine(const DeviceError& failure) { take_over(failure); }
+  /// One line for the user, once: that the device failed and the session goes on without it.
+  std::optional<std::string> take_notice() { return std::exchange(notice_, std::nullopt); }
+  /// Counts every change of connectivity: what is made from it (cells, triangles) is to be made anew.
+  std::uint64_t topology_revision() const { return topology_revision_; }
   StepPlan plan() const;
 
   /// Throws Error, with nothing changed, when the command cannot be carried out (no such mesh, value out of range ...).
@@ -87,7 +106,17 @@ class Session {
   MeshItem& item_of(ItemId mesh);                          ///< throws Error when there is none
   std::vector<MeshItem*> items_of(ItemId mesh);            ///< 0: all; throws Error when there is no such mesh
 
+  void replace_engine(const DeviceError& failure);
+  void take_over(const DeviceError& failure);
+  void advance_on_engine(int steps, bool stop_at_rest, Advance& result);
+  ItemId carry_out_or_take_over(const Command& command);
+
   std::unique_ptr<Engine> engine_;
+  std::function<std::unique_ptr<Engine>()> spare_;
+  mutable std::optional<std::string> notice_, lost_;      ///< lost_: what the engine failed with, until the spare is in place
+  mutable int steps_since_read_ = 0;
+  int engine_generation_ = 0;
+  std::uint64_t topology_revision_ = 0;
   mutable Scene scene_;
   mutable bool poses_stale_ = false;     ///< the engine has moved on from the poses of scene_
   Volume volume_;
@@ -97,7 +126,7 @@ class Session {
   int steps_since_command_ = 0;
   std::int64_t total_steps_ = 0;
   std::uint64_t revision_ = 0;
-  std::vector<float> mean_move_mm_;
+  std::vector<float> mean_move_mm_, mean_edge_mm_;
   bool at_rest_ = false;
   double seconds_per_step_ = 0;
 };

@@ -45,7 +45,10 @@ struct StepNeeds {
   bool local_statistics = false;
   int averaging_passes = 0;  ///< of region targets
   int profile_stride = 0;    ///< values of a reference profile
+  int gradient_scratch = 0, profile_scratch = 0, region_scratch = 0;    ///< floats that a search keeps at hand, some to spare
   int motion_sums = 0;
+  int nearest_blocks = 0;    ///< of the largest mesh, for each attraction point
+  bool operator==(const StepNeeds&) const = default;
 
   bool uses(ForceId force) const { return (forces & bit(force)) != 0; }
   bool searches() const {
@@ -61,17 +64,30 @@ inline StepNeeds needs_of(std::span<const MeshNeeds> meshes, bool has_volume, in
     largest = std::max(largest, m.vertex_count);
     for (const ForceInfo& force : force_list())
       if (m.acts(force.id)) needs.forces |= bit(force.id);
-    if (m.acts(ForceId::IntensityProfile)) needs.profile_stride = std::max(needs.profile_stride, m.profile_length());
+    if (m.acts(ForceId::IntensityProfile)) {
+      needs.profile_stride = std::max(needs.profile_stride, m.profile_length());
+      const auto& profile = m.forces.values[static_cast<int>(ForceId::IntensityProfile)];
+      const int reach = static_cast<int>(profile[IntensityProfileForce::samples] + 0.5f);
+      needs.profile_scratch = std::max(needs.profile_scratch, 4 * reach + 1 + 2 * m.profile_length() + 8);
+    }
+    if (m.acts(ForceId::Gradient)) {
+      const int reach = static_cast<int>(m.forces.values[static_cast<int>(ForceId::Gradient)][GradientForce::samples] + 0.5f);
+      needs.gradient_scratch = std::max(needs.gradient_scratch, 4 * reach + 6);
+    }
     if (!m.acts(ForceId::Region)) continue;
     const auto& region = m.forces.values[static_cast<int>(ForceId::Region)];
     needs.averaging_passes = std::max(needs.averaging_passes, static_cast<int>(region[RegionForce::averaging] + 0.5f));
+    const int samples = 2 * static_cast<int>(region[RegionForce::samples] + 0.5f) + 1;
+    needs.region_scratch = std::max(needs.region_scratch, 2 * samples);
     needs.local_statistics = needs.local_statistics || (m.finest && region[RegionForce::local] > 0.0f);
   }
   if (point_count == 0) needs.forces &= ~bit(ForceId::Attraction);
   if (!has_volume) {
     needs.forces &= ~(bit(ForceId::Gradient) | bit(ForceId::IntensityProfile) | bit(ForceId::Region));
     needs.local_statistics = false, needs.averaging_passes = 0, needs.profile_stride = 0;
+    needs.gradient_scratch = 0, needs.profile_scratch = 0, needs.region_scratch = 0;
   }
+  needs.nearest_blocks = (largest + kNearestBlock - 1) / kNearestBlock;
   needs.motion_sums = static_cast<int>(meshes.size()) * ((largest + kMotionBlock - 1) / kMotionBlock);
   return needs;
 }

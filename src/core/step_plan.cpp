@@ -21,7 +21,8 @@ class PlanBuilder {
     }
     points_ = scene.points.size();
     needs_ = needs_of(meshes_, !volume.empty(), static_cast<int>(points_));
-    refresh_ = std::to_string(static_cast<int>(scene.simulation.refresh_interval + 0.5f));
+    refresh_interval_ = static_cast<int>(scene.simulation.refresh_interval + 0.5f);
+    refresh_ = std::to_string(refresh_interval_);
   }
 
   StepPlan build() && {
@@ -82,13 +83,14 @@ class PlanBuilder {
           region && region_values_ == 0 ? "no mesh has a region model" : why(ForceId::Region),
           region_values_ * sizeof(float));
     array("attraction points", attraction, why(ForceId::Attraction), points * sizeof(PointView));
-    array("attraction bindings", attraction, why(ForceId::Attraction), points * sizeof(unsigned long long));
+    array("attraction bindings", attraction, why(ForceId::Attraction), points * needs_.nearest_blocks * sizeof(unsigned long long));
     array("attraction patches", attraction, why(ForceId::Attraction), points * kMaxPatch * sizeof(PatchEntry));
     array("attraction sums", attraction, why(ForceId::Attraction), n * sizeof(AttractionSum));
+    array("attraction flags", attraction, why(ForceId::Attraction), n);
     array("mesh constants", !meshes_.empty(),
           meshes_.empty() ? "there is no mesh" : "weights and parameters of each mesh",
           meshes_.size() * sizeof(MeshConstants));
-    array("motion", needs_.motion_sums > 0, any ? "rest is told by it" : always, needs_.motion_sums * sizeof(float));
+    array("motion", needs_.motion_sums > 0, any ? "rest is told by it" : always, needs_.motion_sums * sizeof(MeshMotion));
   }
 
   std::string why_not_averaged() const { return "the averaging of region is 0, and so is its local share"; }
@@ -136,19 +138,22 @@ class PlanBuilder {
            averages || !acts(ForceId::Region) ? when(ForceId::Region, at_refresh) : why_not_averaged(),
            passes * n * 3 * kTexel);
     kernel("region target", acts(ForceId::Region), when(ForceId::Region, at_refresh), n * 5 * kTexel);
-    kernel("nearest vertex", attraction, when(ForceId::Attraction, at_refresh), points * n * kTexel);
+    kernel("nearest vertex", attraction, when(ForceId::Attraction, at_refresh), n * kTexel + points * sizeof(PointView));
     kernel("attraction patch", attraction, when(ForceId::Attraction, at_refresh),
            points * kMaxPatch * (sizeof(PatchEntry) + sizeof(Int4)));
-    kernel("clear attraction", attraction, when(ForceId::Attraction, "; every step"),
+    const bool sums = attraction && refresh_interval_ > 1;
+    kernel("sum attraction", sums,
+           attraction && !sums ? "every step binds the points anew, and sums then"
+                               : when(ForceId::Attraction, "; every step without a refresh"),
            points * kMaxPatch * (sizeof(PatchEntry) + sizeof(AttractionSum)));
-    kernel("sum attraction", attraction, when(ForceId::Attraction, "; every step"),
-           points * kMaxPatch * (sizeof(PatchEntry) + sizeof(AttractionSum)));
-    const std::size_t read = 4 * kTexel + (attraction ? sizeof(AttractionSum) : 0) +
+    const std::size_t read = 4 * kTexel + (attraction ? 1 : 0) +
                              kTexel * (needs_.uses(ForceId::ShapeMemory) + needs_.uses(ForceId::Gradient) +
                                        needs_.uses(ForceId::IntensityProfile) + needs_.uses(ForceId::Region));
     kernel("integrate", any, always + (any ? ": sums the forces that act and takes the step" : ""),
            n * (read + kTexel));
-    kernel("motion", any, any ? "rest is told by it; once in a batch of steps" : always, n * 2 * kTexel);
+    kernel("motion", any, any ? "rest is told by it; once in a batch of steps" : always, n * 3 * kTexel);
+    kernel("end of batch", any, any ? "means of the motion, and the status; once in a batch of steps" : always,
+           needs_.motion_sums * sizeof(MeshMotion));
   }
 
   const Scene& scene_;
@@ -156,6 +161,7 @@ class PlanBuilder {
   std::vector<MeshNeeds> meshes_;
   StepNeeds needs_;
   std::size_t vertices_ = 0, points_ = 0, region_values_ = 0;
+  int refresh_interval_ = 1;
   std::string refresh_;
   StepPlan plan_;
 };

@@ -8,6 +8,71 @@
 
 namespace simplexseg {
 
+/// Texels that kernels only read. On a device either cached loads of global memory (the default: faster, see
+/// docs/adr/0008-textures.md) or a texture object over the same memory: -DSIMPLEXSEG_TEXTURE_ARRAYS=ON.
+template <class T>
+struct Texels {
+  const T* data = nullptr;
+#ifdef SIMPLEXSEG_TEXTURE_ARRAYS
+  unsigned long long texture = 0;      ///< cudaTextureObject_t, 1D over linear memory
+#endif
+  SIMPLEXSEG_HD T operator[](int i) const {
+#if !defined(__CUDA_ARCH__)
+    return data[i];
+#else
+    static_assert(sizeof(T) == sizeof(float4));
+#ifdef SIMPLEXSEG_TEXTURE_ARRAYS
+    const float4 x = tex1Dfetch<float4>(texture, i);
+#else
+    const float4 x = __ldg(reinterpret_cast<const float4*>(data) + i);
+#endif
+    return {x.x, x.y, x.z, x.w};
+#endif
+  }
+  /// The fourth value alone.
+  SIMPLEXSEG_HD float w(int i) const {
+#if !defined(__CUDA_ARCH__)
+    return data[i].w;
+#elif defined(SIMPLEXSEG_TEXTURE_ARRAYS)
+    return tex1Dfetch<float4>(texture, i).w;
+#else
+    return __ldg(&data[i].w);
+#endif
+  }
+};
+
+/// Differences of three neighbours from their vertex, and the mesh.
+struct alignas(8) PackedNeighbours {
+  std::int16_t x, y, z;
+  std::uint16_t mesh;
+};
+/// Neighbours (x, y, z) and mesh (w) of each vertex, which never change: on a device packed into 8 bytes where neighbours lie
+/// near each other (differences of 16 bits), else 16 bytes, by cached loads; or with SIMPLEXSEG_TEXTURE_ARRAYS a 2D texture
+/// over a CUDA array, kWidth texels a row.
+struct NeighbourTexels {
+  static constexpr int kWidth = 4096;
+  const Int4* data = nullptr;
+  const PackedNeighbours* packed = nullptr;        ///< used where it is not null
+#ifdef SIMPLEXSEG_TEXTURE_ARRAYS
+  unsigned long long texture = 0;
+#endif
+  SIMPLEXSEG_HD Int4 operator[](int i) const {
+#if !defined(__CUDA_ARCH__)
+    return data[i];
+#elif defined(SIMPLEXSEG_TEXTURE_ARRAYS)
+    const int4 x = tex2D<int4>(texture, i % kWidth, i / kWidth);
+    return {x.x, x.y, x.z, x.w};
+#else
+    if (packed != nullptr) {
+      const uint2 x = __ldg(reinterpret_cast<const uint2*>(packed) + i);
+      return {i + static_cast<short>(x.x & 0xffffu), i + static_cast<short>(x.x >> 16), i + static_cast<short>(x.y & 0xffffu), static_cast<int>(x.y >> 16)};
+    }
+    const int4 x = __ldg(reinterpret_cast<const int4*>(data) + i);
+    return {x.x, x.y, x.z, x.w};
+#endif
+  }
+};
+
 /// What the kernels know of a mesh besides its vertices.
 struct MeshConstants {
   ForceParameters forces;
@@ -19,6 +84,7 @@ struct MeshConstants {
   float intensity_low, intensity_scale;   ///< (intensity - low) * scale lies in [0, 1] within its region model
   int region_table;      ///< offset of its log-likelihood ratios in StepView::region_tables, -1: none
   int finest;            ///< 0 while coarser than the level it is to end on
+  int first_point, point_count;           ///< its attraction points
 
   /// `p` is the parameter's index in the table of force F.
   template <class F>
@@ -31,9 +97,12 @@ struct MeshConstants {
   }
 };
 
-/// The voxels as T, and the affine map from world (mm) to voxel index, row-major 3x4.
+/// The voxels and the affine map from world (mm) to voxel index, row-major 3x4. A device holds them as a 3D texture where
+/// its texture unit can filter their type, else in linear memory (src/core/sampling.h).
 struct VolumeView {
-  const void* voxels = nullptr;
+  const void* voxels = nullptr;                   ///< linear, i fastest
+  unsigned long long filtered = 0, fetched = 0;   ///< cudaTextureObject_t: trilinear, nearest
+  float texel_scale = 1;                          ///< intensity = texel * texel_scale
   int size[3] = {0, 0, 0};
   float index_from_world[12] = {};
   float intensity_low = 0, intensity_scale = 1;   ///< (intensity - low) * scale lies in [0, 1] for all but outliers
@@ -48,6 +117,8 @@ struct PointView {
   Vec4 position;         ///< mm; w unused
   int mesh;
   int nearest;           ///< vertex P0 that is to reach the point; -1 before it was bound
+  int order;             ///< of the neighbourhood that was found for it
+  int patch_count;       ///< entries of it
 };
 /// Sums over the attraction points of a vertex in fixed point (2^-20), so that the order of adding does not matter.
 struct alignas(32) AttractionSum {
@@ -57,9 +128,20 @@ inline constexpr float kFixedPoint = 1048576.0f;
 inline constexpr int kMaxNeighbourhoodOrder = 10;
 inline constexpr int kMaxPatch = 1 + 3 * kMaxNeighbourhoodOrder * (kMaxNeighbourhoodOrder + 1) / 2 + 60;
 
-/// The first failure of a batch of steps: step << 40 | vertex << 8 | force; ~0 when there is none.
+/// Vertices and points that one call of FindNearest compares.
+inline constexpr int kNearestBlock = 128, kPointGroup = 8;
+
+/// Of a batch of steps. The first failure: step << 40 | vertex << 8 | force; ~0 when there is none. Steps are counted
+/// from the batch's start: a run that is replayed knows only its own.
 struct StepStatus {
-  unsigned long long failure;
+  unsigned long long failure = ~0ull;
+  unsigned long long first = 0;            ///< step of the batch at which the present run starts
+  unsigned long long next_run = 0;         ///< ... and the one after it
+};
+/// What is measured at the end of a batch.
+struct MeshMotion {
+  float mean_move_mm;                      ///< of the last step
+  float mean_edge_mm;
 };
 
 struct StepView {
@@ -67,12 +149,13 @@ struct StepView {
   int mesh_count = 0;
   int point_count = 0;
   const MeshConstants* meshes = nullptr;
-  const Int4* neighbours = nullptr;        ///< x, y, z: neighbours; w: mesh
-  const Vec4* previous = nullptr;          ///< positions one step ago, mm
-  const Vec4* current = nullptr;           ///< positions, mm
+  NeighbourTexels neighbours;               ///< x, y, z: neighbours; w: mesh
+  Texels<Vec4> previous;                   ///< positions one step ago, mm
+  Texels<Vec4> current;                    ///< positions, mm
   Vec4* next = nullptr;
-  Vec4* frame = nullptr;                   ///< unit normal, elevation over area h / S (1/mm) of the current positions
-  const Vec4* shape = nullptr;             ///< e1, e2, h_ref (mm), S_ref (mm^2)
+  Texels<Vec4> frame;                      ///< unit normal, elevation over area h / S (1/mm) of the current positions
+  Vec4* new_frame = nullptr;               ///< the same array, for the kernel that writes it
+  Texels<Vec4> shape;                      ///< e1, e2, h_ref (mm), S_ref (mm^2)
   Vec4* gradient_target = nullptr;         ///< target point (mm), confidence 0..1
   Vec4* profile_target = nullptr;
   Vec4* region_target = nullptr;
@@ -81,9 +164,12 @@ struct StepView {
   const float* region_tables = nullptr;    ///< kRegionBins log-likelihood ratios a mesh, each in [-1, 1]
   Vec4* local_statistics = nullptr;        ///< mean inside, mean outside, mean squared deviation, weight
   PointView* points = nullptr;
-  unsigned long long* nearest = nullptr;   ///< of each point: squared distance bits << 32 | vertex
+  unsigned long long* nearest = nullptr;   ///< nearest_blocks a point: squared distance bits << 32 | vertex
+  int nearest_blocks = 0;                  ///< blocks of kNearestBlock vertices of the largest mesh
+  int point_groups = 0;                    ///< groups of kPointGroup attraction points of the mesh that has most
   PatchEntry* patches = nullptr;           ///< kMaxPatch a point
-  AttractionSum* attraction = nullptr;
+  AttractionSum* attraction = nullptr;     ///< zero but for vertices that a point pulls in this step
+  std::uint8_t* attracted = nullptr;       ///< 1 for vertices in some patch
   VolumeView volume;
   StepStatus* status = nullptr;
 };

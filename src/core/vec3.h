@@ -6,7 +6,9 @@
 
 #ifdef __CUDACC__
 #define SIMPLEXSEG_HD __host__ __device__ __forceinline__
+#define SIMPLEXSEG_UNROLL _Pragma("unroll 4")     // loads of four rounds at once; the CPU's compiler knows better
 #else
+#define SIMPLEXSEG_UNROLL
 #define SIMPLEXSEG_HD inline __attribute__((always_inline))
 #endif
 
@@ -26,6 +28,14 @@ struct alignas(16) Int4 {
 // One instruction each, where fmaxf and fminf of the C library are calls. A first argument that is NaN gives the second.
 SIMPLEXSEG_HD float larger(float a, float b) { return a > b ? a : b; }
 SIMPLEXSEG_HD float smaller(float a, float b) { return a < b ? a : b; }
+
+SIMPLEXSEG_HD float inverse_sqrt(float x) {
+#ifdef __CUDA_ARCH__
+  return rsqrtf(x);
+#else
+  return 1.0f / sqrtf(x);
+#endif
+}
 
 SIMPLEXSEG_HD Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 SIMPLEXSEG_HD Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }

@@ -7,23 +7,24 @@ namespace simplexseg {
 
 #ifndef SIMPLEXSEG_HAS_CUDA
 std::string why_no_cuda() { return "built without CUDA"; }
-std::unique_ptr<Engine> make_cuda_engine() {
+std::optional<CudaDevice> cuda_device() { return std::nullopt; }
+std::unique_ptr<Engine> make_cuda_engine(VolumeSampling) {
   throw Error("backend cuda", why_no_cuda(), "use --backend cpu, or build where nvcc is found");
 }
 #endif
 
-EngineChoice make_engine(Backend backend) {
-  if (backend == Backend::Cpu) return {make_cpu_engine(), ""};
-  if (backend == Backend::Cuda) return {make_cuda_engine(), ""};
+EngineChoice make_engine(Backend backend, VolumeSampling sampling) {
+  if (backend == Backend::Cpu) return {make_cpu_engine(), {}, ""};
+  if (backend == Backend::Cuda) return {make_cuda_engine(sampling), {}, ""};
   std::string reason = why_no_cuda();
   if (reason.empty()) {
     try {
-      return {make_cuda_engine(), ""};
+      return {make_cuda_engine(sampling), [] { return make_cpu_engine(); }, ""};
     } catch (const Error& error) {
       reason = error.what();
     }
   }
-  return {make_cpu_engine(), "running on the CPU: " + reason};
+  return {make_cpu_engine(), {}, "running on the CPU: " + reason};
 }
 
 }  // namespace simplexseg

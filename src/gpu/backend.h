@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/engine.h"
@@ -9,17 +11,28 @@ namespace simplexseg {
 
 enum class Backend { Auto, Cpu, Cuda };
 
+/// How a device reads a volume that its texture unit can filter: filtered by the texture unit (the default: fastest, with
+/// fractions of 8 bits), fetched and interpolated in float, or from linear memory. Figures: docs/adr/0008-textures.md.
+enum class VolumeSampling { Filtered, Fetched, Linear };
+
 struct EngineChoice {
   std::unique_ptr<Engine> engine;
+  std::function<std::unique_ptr<Engine>()> spare;   ///< takes over when the device fails; none where a backend was asked for
   std::string note;          ///< why the CPU was taken where CUDA was wanted; empty when there is nothing to say
 };
 /// Auto takes CUDA where a usable device is, else the CPU with the reason; Cuda throws Error where there is none.
-EngineChoice make_engine(Backend backend);
+EngineChoice make_engine(Backend backend, VolumeSampling sampling = VolumeSampling::Filtered);
 
 /// `threads` = 0: as many as the machine has.
 std::unique_ptr<Engine> make_cpu_engine(int threads = 0);
 /// Throws Error when built without CUDA or no device answers.
-std::unique_ptr<Engine> make_cuda_engine();
+std::unique_ptr<Engine> make_cuda_engine(VolumeSampling sampling = VolumeSampling::Filtered);
+/// The device that an engine would take; none when there is none.
+struct CudaDevice {
+  std::string name;
+  std::size_t bytes_free;
+};
+std::optional<CudaDevice> cuda_device();
 /// Empty when a CUDA device can be used; otherwise the reason in a few words ("no CUDA device", "built without CUDA").
 std::string why_no_cuda();
 

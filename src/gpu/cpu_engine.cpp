@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <thread>
 
@@ -16,6 +17,12 @@ template <class T>
 class HostArray {
  public:
   T* data() { return data_.get(); }
+  auto texels() const {
+    if constexpr (std::is_same_v<T, Int4>)
+      return NeighbourTexels{data_.get()};
+    else
+      return Texels<T>{data_.get()};
+  }
   std::size_t size() const { return size_; }
   std::size_t bytes() const { return size_ * sizeof(T); }
   void resize(std::size_t n) {
@@ -51,15 +58,46 @@ class CpuExecutor {
   static constexpr const char* name = "cpu";
   template <class T>
   using Array = HostArray<T>;
+  template <class T>
+  using HostVisible = HostArray<T>;
+  using NeighbourArray = HostArray<Int4>;
+  static constexpr bool kRecords = false;
+  struct Recording {};
   explicit CpuExecutor(int threads) : pool_(std::make_unique<ThreadPool>(threads)) {}
   std::string description() const {
     return "CPU, " + std::to_string(pool_->threads()) + (pool_->threads() == 1 ? " thread" : " threads");
   }
 
-  void bind(const Volume& volume, VolumeView& view) { view.voxels = volume.data(); }
-  void begin_step(StepStatus*, unsigned long long) {}
+  void bind(const Volume& volume, VolumeView& view) {
+    view = {};
+    view.voxels = volume.data();
+  }
+  std::size_t volume_bytes(const Volume& volume) const { return volume.bytes(); }
+  template <class F>
+  void visit_voxels(VoxelType type, F&& f) const {
+    visit_voxel_type(type, [&]<class T>(std::type_identity<T>) { f(std::type_identity<LinearVoxels<T>>{}); });
+  }
+  template <class F>
+  void visit_width(int, F&& f) const {
+    f(std::integral_constant<int, 1>{});
+  }
   bool failed(const StepStatus* status) const { return status->failure != ~0ull; }
+  void wait() {}
+  int range(const char*) const { return 0; }
+  std::unique_ptr<SharedBuffer> share_buffer(unsigned, std::size_t) { return nullptr; }
+  std::uint64_t bytes_read_back() const { return 0; }
+  std::size_t bytes_free() const { return std::numeric_limits<std::size_t>::max(); }      // the system swaps, and says so
+  template <class T, class F>
+  void draw(DrawTarget<T> target, std::size_t n, HostArray<T>&, F&& write) {
+    if (target.host.size() < n) throw Error("drawing", "the buffer is too small", "give one of the size of what is drawn");
+    write(target.host.data());
+  }
 
+  template <class A, class B>
+  void run_together(const A& a, int na, const B& b, int nb) {
+    run(b, nb);
+    run(a, na);
+  }
   template <class Kernel>
   void run(const Kernel& kernel, int n) {
     constexpr int kBlock = 256;
@@ -67,7 +105,12 @@ class CpuExecutor {
     auto run_block = [&](int b) {
       const Kernel local = kernel;       // its own copy: the compiler need not fear that stores change the view
       const int last = std::min(n, (b + 1) * kBlock);
-      for (int i = b * kBlock; i < last; ++i) local(i);
+      for (int i = b * kBlock; i < last; ++i) {
+        if constexpr (requires { Kernel::kLanes; })
+          local(i, OneLane{});
+        else
+          local(i);
+      }
     };
     // Waking a thread costs some microseconds: a kernel is shared out only where it takes much longer. A chunk is large
     // enough that taking it costs nothing, and small enough that all threads end together.

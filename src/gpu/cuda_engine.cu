@@ -1,140 +1,247 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CUDA executor: the same kernels as the CPU's, a launch each, on one stream of its own.
-#include <cuda_runtime.h>
+// The CUDA executor: the same kernels as the CPU's on one stream, runs of steps replayed as graphs
+// (docs/adr/0010-cuda-execution.md).
+#if __has_include(<GL/gl.h>)
+#define SIMPLEXSEG_HAS_GL_INTEROP      // what the header below stands on
+#include <cuda_gl_interop.h>
+#endif
 
 #include <memory>
 
 #include "gpu/backend.h"
+#include "gpu/cuda_memory.h"
+#include "gpu/cuda_volume.h"
 #include "gpu/step_engine.h"
 
 namespace simplexseg {
 namespace {
 
-void check(cudaError_t error, const char* what) {
-  if (error == cudaSuccess) return;
-  cudaGetLastError();      // what is not sticky must not be reported again by the next call
-  throw Error(std::string("CUDA: ") + what, cudaGetErrorString(error),
-              error == cudaErrorMemoryAllocation ? "use fewer or coarser meshes, or --backend cpu" : "use --backend cpu");
+constexpr int kThreads = 128;
+
+/// Threads that one item of the kernel takes.
+template <class Kernel>
+constexpr int lanes_of() {
+  if constexpr (requires { Kernel::kLanes; })
+    return Kernel::kLanes;
+  else
+    return 1;
 }
-
-struct Stream {
-  cudaStream_t handle = nullptr;
-  Stream() { check(cudaStreamCreateWithFlags(&handle, cudaStreamNonBlocking), "creating a stream"); }
-  ~Stream() { cudaStreamDestroy(handle); }
-  Stream(const Stream&) = delete;
-  Stream& operator=(const Stream&) = delete;
-  void wait() { check(cudaStreamSynchronize(handle), "waiting for the device"); }
-};
-/// All arrays of the engine copy and clear on this stream, in order with its kernels; it outlives them.
-Stream& engine_stream() {
-  static Stream stream;
-  return stream;
+/// Bytes of shared memory that one block of the kernel takes.
+template <class Kernel>
+unsigned shared_bytes(const Kernel& kernel) {
+  if constexpr (requires { kernel.scratch; })
+    return static_cast<unsigned>(kernel.scratch) * (kThreads / lanes_of<Kernel>()) * sizeof(float);
+  else
+    return 0;
 }
-
-template <class T>
-class DeviceArray {
- public:
-  DeviceArray() = default;
-  ~DeviceArray() { release(); }
-  DeviceArray(DeviceArray&& other) noexcept { swap(other); }
-  DeviceArray& operator=(DeviceArray&& other) noexcept {
-    swap(other);
-    return *this;
-  }
-  T* data() const { return data_; }
-  std::size_t size() const { return size_; }
-  std::size_t bytes() const { return size_ * sizeof(T); }
-  void resize(std::size_t n) {
-    if (n == size_) return;
-    release();
-    if (n == 0) return;
-    check(cudaMalloc(&data_, n * sizeof(T)), "allocating mesh arrays");
-    size_ = n;
-  }
-  void upload(std::span<const T> from) {
-    if (from.empty()) return;
-    check(cudaMemcpyAsync(data_, from.data(), from.size_bytes(), cudaMemcpyHostToDevice, engine_stream().handle), "upload");
-    engine_stream().wait();
-  }
-  void assign(std::span<const T> from) { resize(from.size()), upload(from); }
-  void download(std::span<T> to, std::size_t first = 0) {
-    if (to.empty()) return;
-    check(cudaMemcpyAsync(to.data(), data_ + first, to.size_bytes(), cudaMemcpyDeviceToHost, engine_stream().handle), "download");
-    engine_stream().wait();
-  }
-  void fill_zero() { fill(0); }
-  void fill_ones() { fill(0xff); }
-
- private:
-  void fill(int byte) {
-    if (size_ != 0) check(cudaMemsetAsync(data_, byte, bytes(), engine_stream().handle), "clearing an array");
-  }
-  void release() {
-    if (data_ == nullptr) return;
-    cudaStreamSynchronize(engine_stream().handle);
-    cudaFree(data_);
-    data_ = nullptr, size_ = 0;
-  }
-  void swap(DeviceArray& other) noexcept { std::swap(data_, other.data_), std::swap(size_, other.size_); }
-  T* data_ = nullptr;
-  std::size_t size_ = 0;
-};
+template <class Kernel>
+int blocks_for(int n) {
+  return static_cast<int>((static_cast<long>(n) * lanes_of<Kernel>() + kThreads - 1) / kThreads);
+}
 
 template <class Kernel>
-__global__ void launch(const Kernel kernel, int n, const StepStatus* status, unsigned long long step) {
-  if (status != nullptr && (status->failure >> 40) < step) return;     // a step failed: what came after it is not done
-  const int i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < n) kernel(i);
+__device__ void work(const Kernel& kernel, int n, int block, [[maybe_unused]] float* scratch) {
+  constexpr int kLanes = lanes_of<Kernel>();
+  const int item = (block * kThreads + static_cast<int>(threadIdx.x)) / kLanes;
+  if (item >= n) return;
+  if constexpr (kLanes == 32) {
+    kernel(item, WarpLanes{static_cast<int>(threadIdx.x % 32)});
+  } else if constexpr (requires { Kernel::kLanes; }) {
+    if constexpr (kLanes == 1) {
+      kernel(item, ThreadLane(scratch));
+    } else {
+      const unsigned in_warp = threadIdx.x % 32u, first = in_warp / kLanes * kLanes;
+      kernel(item, GroupLanes<kLanes>{static_cast<int>(in_warp - first), ((1u << kLanes) - 1u) << first, scratch + threadIdx.x / kLanes * kernel.scratch});
+    }
+  } else {
+    kernel(item);
+  }
 }
+
+/// Launches overlap: a kernel's blocks come to the device while the last ones of the kernel before it end, and wait here
+/// for its results. Letting them come earlier takes room from that kernel and spreads them unevenly: it was slower.
+__device__ void wait_for_earlier_kernels() {
+#if __CUDA_ARCH__ >= 900
+  cudaGridDependencySynchronize();
+#endif
+}
+
+template <class Kernel>
+__global__ void __launch_bounds__(kThreads, 1) launch(const __grid_constant__ Kernel kernel, int n) {
+  extern __shared__ float scratch[];
+  wait_for_earlier_kernels();
+  work(kernel, n, static_cast<int>(blockIdx.x), scratch);
+}
+
+/// Two kernels that do not depend on each other, the second one in the first blocks.
+template <class A, class B>
+__global__ void __launch_bounds__(kThreads) launch_together(const __grid_constant__ A a, int na, const __grid_constant__ B b, int nb, int blocks_of_b) {
+  extern __shared__ float scratch[];
+  wait_for_earlier_kernels();
+  const int block = static_cast<int>(blockIdx.x);
+  if (block < blocks_of_b)
+    work(b, nb, block, scratch);
+  else
+    work(a, na, block - blocks_of_b, scratch);
+}
+
+__global__ void probe() {}
+
+#ifdef SIMPLEXSEG_HAS_GL_INTEROP
+class GlBuffer final : public SharedBuffer {
+ public:
+  /// False when the driver cannot share the buffer.
+  bool connect(unsigned gl_buffer) {
+    const bool connected = cudaGraphicsGLRegisterBuffer(&resource_, gl_buffer, cudaGraphicsRegisterFlagsWriteDiscard) == cudaSuccess;
+    if (!connected) cudaGetLastError();
+    return connected;
+  }
+  ~GlBuffer() override {
+    if (resource_ != nullptr) cudaGraphicsUnregisterResource(resource_);
+  }
+  void* map(std::size_t needed) {
+    const cudaStream_t stream = engine_stream().handle();
+    check(cudaGraphicsMapResources(1, &resource_, stream), "mapping an OpenGL buffer");
+    void* memory = nullptr;
+    std::size_t bytes = 0;
+    const cudaError_t error = cudaGraphicsResourceGetMappedPointer(&memory, &bytes, resource_);
+    if (error != cudaSuccess || bytes < needed) {
+      unmap();
+      check(error, "mapping an OpenGL buffer");
+      throw Error("drawing", "the OpenGL buffer is too small", "give one of the size of what is drawn");
+    }
+    return memory;
+  }
+  void unmap() { check(cudaGraphicsUnmapResources(1, &resource_, engine_stream().handle()), "giving an OpenGL buffer back"); }
+
+ private:
+  cudaGraphicsResource* resource_ = nullptr;
+};
+#endif
 
 class CudaExecutor {
  public:
   static constexpr const char* name = "cuda";
   template <class T>
   using Array = DeviceArray<T>;
+  template <class T>
+  using HostVisible = HostVisibleArray<T>;
+  using NeighbourArray = simplexseg::NeighbourArray;
+  static constexpr bool kRecords = true;
+  using Recording = ExecutableGraph;
 
-  CudaExecutor() {
+  explicit CudaExecutor(VolumeSampling sampling) : volume_(sampling) {
     int device = 0;
     cudaDeviceProp properties{};
     check(cudaGetDevice(&device), "choosing a device");
     check(cudaGetDeviceProperties(&properties, device), "asking the device");
     description_ = properties.name;
+    // Waiting inside the kernels must have been compiled in.
+    cudaFuncAttributes attributes{};
+    check(cudaFuncGetAttributes(&attributes, probe), "asking a kernel");
+    overlaps_ = properties.major >= 9 && attributes.ptxVersion >= 90;
   }
   std::string description() const { return description_; }
+  NamedRange range(const char* name) const { return NamedRange(name); }
 
-  void bind(const Volume& volume, VolumeView& view) {
-    if (volume.data() == bound_) {
-      view.voxels = voxels_.data();
-      return;
-    }
-    voxels_.resize(0);
-    bound_ = nullptr;
+  void bind(const Volume& volume, VolumeView& view) { volume_.bind(volume, view); }
+  std::size_t volume_bytes(const Volume& volume) const { return volume_.bytes(volume); }
+  template <class F>
+  void visit_voxels(VoxelType type, F&& f) const {
+    volume_.visit(type, f);
+  }
+  /// Few vertices leave most of the device idle: then several threads share one search, which ends sooner.
+  template <class F>
+  void visit_width(int n, F&& f) const {
+    constexpr int kManyVertices = 150'000;
+    if (n < kManyVertices)
+      f(std::integral_constant<int, 4>{});
+    else
+      f(std::integral_constant<int, 1>{});
+  }
+  bool failed(const StepStatus*) const { return false; }      // known to the kernels; the host learns it after the batch
+  void wait() { engine_stream().wait(); }
+  std::uint64_t bytes_read_back() const { return bytes_downloaded(); }
+  std::size_t bytes_free() const {
     std::size_t free = 0, total = 0;
     check(cudaMemGetInfo(&free, &total), "asking for free memory");
-    if (volume.bytes() > free)
-      throw Error("volume", std::to_string(volume.bytes() >> 20) + " MiB do not fit into the " + std::to_string(free >> 20) + " MiB that are free on the device",
-                  "use --backend cpu or a smaller volume");
-    if (!volume.empty()) voxels_.assign({static_cast<const std::byte*>(volume.data()), volume.bytes()});
-    view.voxels = voxels_.data();
-    bound_ = volume.data();
+    return free;
   }
-  void begin_step(const StepStatus* status, unsigned long long step) { status_ = status, step_ = step; }
-  bool failed(const StepStatus*) const { return false; }      // known to the kernels; the host learns it after the batch
 
   template <class Kernel>
   void run(const Kernel& kernel, int n) {
-    if (n <= 0) return;
-    constexpr int kThreads = 128;
-    launch<<<(n + kThreads - 1) / kThreads, kThreads, 0, engine_stream().handle>>>(kernel, n, status_, step_);
-    check(cudaGetLastError(), Kernel::name);
+    if (n > 0) start(Kernel::name, blocks_for<Kernel>(n), shared_bytes(kernel), launch<Kernel>, kernel, n);
+  }
+  template <class A, class B>
+  void run_together(const A& a, int na, const B& b, int nb) {
+    if (na <= 0) return run(b, nb);
+    if (nb <= 0) return run(a, na);
+    const int blocks_of_b = blocks_for<B>(nb);
+    start(A::name, blocks_for<A>(na) + blocks_of_b, std::max(shared_bytes(a), shared_bytes(b)), launch_together<A, B>, a, na, b, nb, blocks_of_b);
+  }
+
+  template <class F>
+  ExecutableGraph record(F&& body) {
+    check(cudaStreamBeginCapture(engine_stream().handle(), cudaStreamCaptureModeThreadLocal), "recording a graph");
+    try {
+      body();
+    } catch (...) {
+      cudaGraph_t graph = nullptr;
+      cudaStreamEndCapture(engine_stream().handle(), &graph);
+      if (graph != nullptr) cudaGraphDestroy(graph);
+      cudaGetLastError();
+      throw;
+    }
+    return ExecutableGraph::end_capture();
+  }
+  void replay(const ExecutableGraph& graph) { graph.launch(); }
+
+  std::unique_ptr<SharedBuffer> share_buffer([[maybe_unused]] unsigned gl_buffer, std::size_t) {
+#ifdef SIMPLEXSEG_HAS_GL_INTEROP
+    auto buffer = std::make_unique<GlBuffer>();
+    if (buffer->connect(gl_buffer)) return buffer;
+#endif
+    return nullptr;
+  }
+  template <class T, class F>
+  void draw(DrawTarget<T> target, std::size_t n, DeviceArray<T>& staging, F&& write) {
+#ifdef SIMPLEXSEG_HAS_GL_INTEROP
+    if (auto* shared = static_cast<GlBuffer*>(target.shared)) {
+      T* memory = static_cast<T*>(shared->map(n * sizeof(T)));
+      try {
+        write(memory);
+      } catch (...) {
+        shared->unmap();
+        throw;
+      }
+      return shared->unmap();
+    }
+#endif
+    if (target.host.size() < n) throw Error("drawing", "the buffer is too small", "give one of the size of what is drawn");
+    if (staging.size() < n) staging.resize(n);
+    write(staging.data());
+    staging.download(target.host.first(n));
   }
 
  private:
+  template <class... Parameters, class... Arguments>
+  void start(const char* what, int blocks, unsigned shared, void (*kernel)(Parameters...), const Arguments&... arguments) {
+    cudaLaunchConfig_t config{};
+    config.gridDim = dim3(static_cast<unsigned>(blocks));
+    config.blockDim = dim3(kThreads);
+    config.dynamicSmemBytes = shared;
+    config.stream = engine_stream().handle();
+    cudaLaunchAttribute overlap{};
+    overlap.id = cudaLaunchAttributeProgrammaticStreamSerialization;
+    overlap.val.programmaticStreamSerializationAllowed = 1;
+    config.attrs = &overlap;
+    config.numAttrs = overlaps_ ? 1 : 0;
+    check(cudaLaunchKernelEx(&config, kernel, arguments...), what);
+  }
+
   std::string description_;
-  DeviceArray<std::byte> voxels_;
-  const void* bound_ = nullptr;
-  const StepStatus* status_ = nullptr;
-  unsigned long long step_ = 0;
+  CudaVolume volume_;
+  bool overlaps_ = false;
 };
 
 }  // namespace
@@ -147,10 +254,22 @@ std::string why_no_cuda() {
   return "no CUDA device";
 }
 
-std::unique_ptr<Engine> make_cuda_engine() {
+std::optional<CudaDevice> cuda_device() {
+  if (!why_no_cuda().empty()) return std::nullopt;
+  int device = 0;
+  cudaDeviceProp properties{};
+  std::size_t free = 0, total = 0;
+  if (cudaGetDevice(&device) != cudaSuccess || cudaGetDeviceProperties(&properties, device) != cudaSuccess || cudaMemGetInfo(&free, &total) != cudaSuccess) {
+    cudaGetLastError();
+    return std::nullopt;
+  }
+  return CudaDevice{properties.name, free};
+}
+
+std::unique_ptr<Engine> make_cuda_engine(VolumeSampling sampling) {
   const std::string reason = why_no_cuda();
   if (!reason.empty()) throw Error("backend cuda", reason, "use --backend cpu");
-  return std::make_unique<StepEngine<CudaExecutor>>(CudaExecutor());
+  return std::make_unique<StepEngine<CudaExecutor>>(CudaExecutor(sampling));
 }
 
 }  // namespace simplexseg

@@ -2,6 +2,7 @@
 // The kernels of a step that belong to no single force. A kernel is a functor over a StepView: vertex i reads its
 // neighbourhood and writes only itself; the executors of both backends call it for every i.
 #pragma once
+#include "core/atomics.h"
 #include "core/force_list.h"
 #include "core/step_needs.h"
 
@@ -13,7 +14,11 @@ namespace simplexseg {
 struct GeometryKernel {
   static constexpr const char* name = "geometry";
   StepView v;
+  int run_length = 0;       ///< > 0: the first step of a run of so many, which is counted in
+  bool unbind = false;      ///< attraction patches are about to be found anew
   SIMPLEXSEG_HD void operator()(int i) const {
+    if (i == 0 && run_length > 0) v.status->first = v.status->next_run, v.status->next_run += run_length;
+    if (unbind) v.attracted[i] = 0;
     const Int4 nb = v.neighbours[i];
     const Vec3 p1 = xyz(v.current[nb.x]), a = xyz(v.current[nb.y]) - p1, b = xyz(v.current[nb.z]) - p1;
     const Vec3 c = cross(a, b);
@@ -22,10 +27,10 @@ struct GeometryKernel {
     if (square > 1e-10f * scale && square > 1e-36f) {
       n = (1.0f / sqrtf(square)) * c;
     } else {
-      n = fallback(a, b, xyz(v.frame[i]));
+      n = fallback(a, b, xyz(v.new_frame[i]));
     }
     const float area = larger(sqrtf(square), 0.1f * (dot(a, a) + dot(b, b)) + 1e-30f);
-    v.frame[i] = with_w(n, dot(xyz(v.current[i]) - p1, n) / area);
+    v.new_frame[i] = with_w(n, dot(xyz(v.current[i]) - p1, n) / area);
   }
   SIMPLEXSEG_HD static Vec3 fallback(Vec3 a, Vec3 b, Vec3 last) {
     Vec3 line = dot(a, a) >= dot(b, b) ? a : b;
@@ -47,8 +52,11 @@ template <unsigned kMask>
 struct IntegrateKernel {
   static constexpr const char* name = "integrate";
   StepView v;
-  unsigned long long step;
+  int step;                 ///< of the run
   SIMPLEXSEG_HD void operator()(int i) const {
+    // A step failed: what comes after it is not done, so that the two poses before it stay.
+    const unsigned long long now = v.status->first + static_cast<unsigned long long>(step);
+    const bool halted = (load_relaxed(&v.status->failure) >> 40) < now;
     const Int4 nb = v.neighbours[i];
     const MeshConstants& m = v.meshes[nb.w];
     const Vec3 p = xyz(v.current[i]), q = xyz(v.previous[i]);
@@ -56,13 +64,17 @@ struct IntegrateKernel {
     Vec3 sum{0, 0, 0};
     float image = 1.0f;
     if constexpr ((kMask & bit(ForceId::Attraction)) != 0) {
-      const AttractionSum s = v.attraction[i];
-      if (s.weight != 0 && m.forces.weight(ForceId::Attraction) > 0.0f) {
-        const float weight = s.weight * (1.0f / kFixedPoint), inverse = 1.0f / static_cast<float>(s.weight);
-        sum = (m.forces.weight(ForceId::Attraction) * inverse) * Vec3{static_cast<float>(s.x), static_cast<float>(s.y), static_cast<float>(s.z)};
-        image = 1.0f - m.value<AttractionForce>(AttractionForce::image_fade) * smaller(weight, 1.0f);
+      if (v.attracted[i] != 0) {
+        const AttractionSum s = v.attraction[i];
+        v.attraction[i] = {0, 0, 0, 0};
+        if (s.weight != 0 && m.forces.weight(ForceId::Attraction) > 0.0f) {
+          const float weight = s.weight * (1.0f / kFixedPoint), inverse = 1.0f / static_cast<float>(s.weight);
+          sum = (m.forces.weight(ForceId::Attraction) * inverse) * Vec3{static_cast<float>(s.x), static_cast<float>(s.y), static_cast<float>(s.z)};
+          image = 1.0f - m.value<AttractionForce>(AttractionForce::image_fade) * smaller(weight, 1.0f);
+        }
       }
     }
+    const Vec3 attraction = sum;
     auto add = [&]<class F>(F, float factor) {
       if constexpr ((kMask & bit(F::id)) != 0) {
         const float k = factor * m.forces.weight(F::id);
@@ -76,19 +88,14 @@ struct IntegrateKernel {
     add(RegionForce{}, image);
     const Vec3 move = m.keep * (p - q) + m.dt2 * sum;
     const Vec3 x = p + move;
+    if (halted) return;
     v.next[i] = with_w(x, 0.0f);
     // Also false for NaN. Far below overflow, so that squared distances stay finite.
-    if (!(fabsf(x.x) < 1e9f && fabsf(x.y) < 1e9f && fabsf(x.z) < 1e9f)) report(i, m, nb, p, frame);
+    if (!(fabsf(x.x) < 1e9f && fabsf(x.y) < 1e9f && fabsf(x.z) < 1e9f)) report(now, i, m, nb, p, frame, attraction);
   }
-  SIMPLEXSEG_HD void report(int i, const MeshConstants& m, Int4 nb, Vec3 p, Vec4 frame) const {
+  SIMPLEXSEG_HD void report(unsigned long long now, int i, const MeshConstants& m, Int4 nb, Vec3 p, Vec4 frame, Vec3 attraction) const {
     int culprit = static_cast<int>(ForceId::Attraction);
-    float worst = -1.0f;
-    if constexpr ((kMask & bit(ForceId::Attraction)) != 0) {
-      const AttractionSum s = v.attraction[i];
-      const float k = m.forces.weight(ForceId::Attraction);
-      if (s.weight != 0 && k > 0.0f)
-        worst = k / static_cast<float>(s.weight) * norm({static_cast<float>(s.x), static_cast<float>(s.y), static_cast<float>(s.z)});
-    }
+    float worst = norm(attraction) > 0.0f ? norm(attraction) : -1.0f;
     auto weigh = [&]<class F>(F) {
       if constexpr ((kMask & bit(F::id)) != 0) {
         const float k = m.forces.weight(F::id);
@@ -101,23 +108,58 @@ struct IntegrateKernel {
     weigh(GradientForce{});
     weigh(IntensityProfileForce{});
     weigh(RegionForce{});
-    atomic_min(&v.status->failure, step << 40 | static_cast<unsigned long long>(i) << 8 | static_cast<unsigned>(culprit));
+    atomic_min(&v.status->failure, now << 40 | static_cast<unsigned long long>(i) << 8 | static_cast<unsigned>(culprit));
   }
 };
 
-/// Sum of |x - x-| (mm) over each block of kBlock vertices of each mesh, in a fixed order.
+/// Sums of |x - x-| (x) and of the lengths of the edges (y), mm, over each block of kBlock vertices of each mesh, in a fixed
+/// order.
 struct MotionOfBlocks {
   static constexpr const char* name = "motion";
-  static constexpr int kBlock = kMotionBlock;
+  static constexpr int kLanes = 32, kBlock = kMotionBlock;
   StepView v;
-  float* sums;
+  MeshMotion* sums;
   int blocks;            ///< for each mesh: of the largest one
-  SIMPLEXSEG_HD void operator()(int index) const {
+  template <class L>
+  SIMPLEXSEG_HD void operator()(int index, L lanes) const {
     const MeshConstants& m = v.meshes[index / blocks];
     const int first = (index % blocks) * kBlock, last = first + kBlock < m.vertex_count ? first + kBlock : m.vertex_count;
-    float sum = 0;
-    for (int k = first; k < last; ++k) sum += norm(xyz(v.current[m.first_vertex + k]) - xyz(v.previous[m.first_vertex + k]));
-    sums[index] = sum;
+    float move = 0, edges = 0;
+    for (int k = first + lanes.lane; k < last; k += L::width) {
+      const int i = m.first_vertex + k;
+      const Vec3 p = xyz(v.current[i]);
+      const Int4 nb = v.neighbours[i];
+      move += norm(p - xyz(v.previous[i]));
+      edges += norm(p - xyz(v.current[nb.x])) + norm(p - xyz(v.current[nb.y])) + norm(p - xyz(v.current[nb.z]));
+    }
+    move = lanes.sum(move), edges = lanes.sum(edges);
+    if (lanes.lane == 0) sums[index] = {move, edges};
+  }
+};
+
+/// The means of each mesh, and the end of a batch: its status is handed over and made ready for the next one. `result` is
+/// where the host reads.
+struct EndOfBatch {
+  static constexpr const char* name = "end of batch";
+  static constexpr int kLanes = 32;
+  StepView v;
+  const MeshMotion* sums;
+  int blocks;
+  MeshMotion* motion;
+  StepStatus* result;
+  template <class L>
+  SIMPLEXSEG_HD void operator()(int mesh, L lanes) const {
+    const MeshConstants& m = v.meshes[mesh];
+    float move = 0, edges = 0;
+    for (int b = lanes.lane; b < blocks; b += L::width) move += sums[mesh * blocks + b].mean_move_mm, edges += sums[mesh * blocks + b].mean_edge_mm;
+    move = lanes.sum(move), edges = lanes.sum(edges);
+    if (lanes.lane != 0) return;
+    const float each = m.vertex_count > 0 ? 1.0f / m.vertex_count : 0.0f;
+    motion[mesh] = {move * each, edges * each * (1.0f / 3.0f)};
+    if (mesh == 0) {
+      *result = *v.status;
+      *v.status = {~0ull, 0, 0};
+    }
   }
 };
 

@@ -1,19 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// The engine: what a step is, once, for every executor. An executor owns memory (Array<T>) and runs kernels:
-//   Array<T>: data(), size(), resize(n) (contents lost), upload(span), download(span), fill_zero(), swap
-//   run(kernel, n): kernel(0) ... kernel(n-1), ordered after all earlier runs; skipped once a step has failed
-//   bind(volume, view): makes the voxels readable and sets view.voxels
+// The engine: what a step is, once, for every executor. An executor owns memory and runs kernels:
+//   Array<T>: data(), size(), resize(n) (contents lost), upload(span), download(span), fill_zero(); texels() of Vec4
+//   NeighbourArray: the same for Int4, written once; texels()
+//   HostVisible<T>: memory that kernels write and, after wait(), the host reads
+//   run(kernel, n): kernel(0) ... kernel(n-1), ordered after all earlier runs; run_together(a, na, b, nb): both, in any order
+//   record(body) -> Recording, replay(recording): where kRecords, runs that are kept and repeated at small cost
+//   visit_width(n, f): f(how many lanes work on a search when there are n of them)
+//   bind(volume, view): makes the voxels readable; visit_voxels(type, f): f(type identity of the sampler for them)
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <limits>
 #include <map>
 #include <utility>
 
 #include "core/error.h"
 #include "core/region_model.h"
+#include "core/simplex_mesh.h"
 #include "core/stability.h"
 #include "core/volume.h"
+#include "gpu/display_kernels.h"
 #include "gpu/kernels.h"
+#include "gpu/vertex_order.h"
 
 namespace simplexseg {
 
@@ -23,14 +32,17 @@ class StepEngine final : public Engine {
   using Array = typename Executor::template Array<T>;
 
  public:
-  explicit StepEngine(Executor executor) : executor_(std::move(executor)) { status_.resize(1); }
+  explicit StepEngine(Executor executor) : executor_(std::move(executor)) {
+    status_.resize(1), result_.resize(1);
+    reset_status();
+  }
 
   const char* backend() const override { return Executor::name; }
   std::string description() const override { return executor_.description(); }
 
   void set_volume(const Volume& volume) override {
+    executor_.bind(volume, view_.volume);       // first: what does not fit changes nothing
     volume_ = volume;
-    view_.volume = {};
     if (!volume_.empty()) {
       const VolumeGeometry& g = volume_.geometry();
       const Eigen::Matrix<double, 3, 4> m = g.index_from_world().matrix().topRows<3>();
@@ -41,7 +53,7 @@ class StepEngine final : public Engine {
       view_.volume.intensity_low = static_cast<float>(window.low);
       view_.volume.intensity_scale = static_cast<float>(1.0 / (window.high - window.low));
     }
-    executor_.bind(volume_, view_.volume);
+    runs_.clear();
     refresh_due_ = true;
   }
 
@@ -53,6 +65,9 @@ class StepEngine final : public Engine {
     constants_.assign(meshes.size(), {});
     std::vector<Vec4> current(count), previous(count), shape(count);
     std::vector<Int4> neighbours(count);
+    orders_.assign(meshes.size(), {});
+    cells_known_ = false, cell_count_ = 0;
+    place_.resize(0), cell_first_.resize(0), cell_corners_.resize(0), drawn_.resize(0);
     region_tables_host_.clear();
     references_.assign(meshes.size(), {});
     profiles_host_.clear();
@@ -61,14 +76,20 @@ class StepEngine final : public Engine {
       const EngineMesh& m = meshes[k];
       const int n = static_cast<int>(m.positions.size());
       MeshConstants& c = constants_[k];
+      // Neighbours near each other in memory are read together.
+      orders_[k] = patch_order(m.neighbours);
+      const std::vector<int>& order = orders_[k];
+      std::vector<int> place(n);
+      for (int i = 0; i < n; ++i) place[order[i]] = i;
       c.first_vertex = first, c.vertex_count = n, c.finest = m.finest, c.forces = m.parameters, c.region_table = -1;
       double edges = 0;
-      for (int i = 0; i < n; ++i) {
+      for (int to = 0; to < n; ++to) {
+        const int i = order[to];
         const Eigen::Vector3f &x = m.positions[i], &q = m.previous[i];
-        current[first + i] = {x[0], x[1], x[2], 0};
-        previous[first + i] = {q[0], q[1], q[2], 0};
+        current[first + to] = {x[0], x[1], x[2], 0};
+        previous[first + to] = {q[0], q[1], q[2], 0};
         const auto& nb = m.neighbours[i];
-        neighbours[first + i] = {first + nb[0], first + nb[1], first + nb[2], static_cast<int>(k)};
+        neighbours[first + to] = {first + place[nb[0]], first + place[nb[1]], first + place[nb[2]], static_cast<int>(k)};
         for (int j : nb) edges += (m.positions[j] - x).norm();
       }
       c.edge_mm = n > 0 ? static_cast<float>(edges / (3.0 * n)) : 0.0f;
@@ -80,7 +101,8 @@ class StepEngine final : public Engine {
         region_tables_host_.insert(region_tables_host_.end(), table.begin(), table.end());
       }
       references_[k].assign(m.shape.begin(), m.shape.end());
-      if (!m.shape.empty()) std::copy(m.shape.begin(), m.shape.end(), shape.begin() + first);
+      if (!m.shape.empty())
+        for (int to = 0; to < n; ++to) shape[first + to] = m.shape[order[to]];
       profiles_host_.emplace_back(m.profiles.begin(), m.profiles.end());
       first += n;
     }
@@ -95,11 +117,14 @@ class StepEngine final : public Engine {
     frame_.resize(count);
     frame_.fill_zero();
     motion_sums_.resize(constants_.size() * motion_blocks());
+    motion_.resize(constants_.size());
     points_.resize(0);
     points_host_.clear();
     view_.point_count = 0;
     for (auto* array : {&shape_, &gradient_target_, &profile_target_, &region_target_, &local_statistics_, &scratch_}) array->resize(0);
-    profiles_.resize(0), region_tables_.resize(0);
+    profiles_.resize(0), region_tables_.resize(0), attraction_.resize(0), attracted_.resize(0);
+    runs_.clear();
+    reset_status();
     apply_parameters(simulation);
   }
 
@@ -109,19 +134,27 @@ class StepEngine final : public Engine {
   }
 
   void set_points(std::span<const EnginePoint> points) override {
-    std::vector<PointView> list(points.size());
-    for (std::size_t k = 0; k < points.size(); ++k) {
-      const Eigen::Vector3f p = points[k].position_mm.cast<float>();
-      list[k] = {{p[0], p[1], p[2], 0}, points[k].mesh, -1};
+    std::vector<PointView> list;
+    list.reserve(points.size());
+    for (std::size_t k = 0; k < constants_.size(); ++k) {
+      constants_[k].first_point = static_cast<int>(list.size());
+      for (const EnginePoint& point : points) {
+        if (point.mesh != static_cast<int>(k)) continue;
+        const Eigen::Vector3f p = point.position_mm.cast<float>();
+        list.push_back({{p[0], p[1], p[2], 0}, point.mesh, -1, -1, 0});
+      }
+      constants_[k].point_count = static_cast<int>(list.size()) - constants_[k].first_point;
     }
-    // What earlier bindings left in the sums would go on pulling.
-    if (attraction_.size() != 0) attraction_.fill_zero();
+    if (!constants_.empty()) meshes_.upload(constants_);
     points_host_ = std::move(list);
     if (points_.size() != points_host_.size())
       points_.resize(0);
     else
       points_.upload(points_host_);
     view_.point_count = static_cast<int>(points_host_.size());
+    int most = 0;
+    for (const MeshConstants& c : constants_) most = std::max(most, c.point_count);
+    view_.point_groups = (most + kPointGroup - 1) / kPointGroup;
     hold_what_is_needed();
     refresh_due_ = true;
   }
@@ -133,49 +166,39 @@ class StepEngine final : public Engine {
     if (view_.vertex_count == 0 || count <= 0) {
       outcome.steps = std::max(count, 0);
       outcome.mean_move_mm.assign(constants_.size(), 0.0f);
+      outcome.mean_edge_mm.assign(constants_.size(), 0.0f);
       return outcome;
     }
-    const StepStatus none{~0ull};
-    status_.upload(std::span(&none, 1));
+    [[maybe_unused]] const auto range = executor_.range("steps");
     int done = 0;
-    for (; done < count; ++done) {
-      executor_.begin_step(status_.data(), static_cast<unsigned long long>(done));
-      update_view();
-      run(GeometryKernel{view_});
-      if (refresh_due_ || since_refresh_ >= refresh_interval_) {
-        find_targets();
-        refresh_due_ = false;
-        since_refresh_ = 0;
+    while (done < count) {
+      const int length = std::min(count - done, kLongestRun);
+      const int ran = run_steps(length, done + length == count);
+      done += ran;
+      if (ran < length) {
+        end_batch();
+        break;
       }
-      ++since_refresh_;
-      if (active(ForceId::Attraction)) {
-        run(ClearAttraction{view_}, view_.point_count * kMaxPatch);
-        run(SumAttraction{view_}, view_.point_count * kMaxPatch);
-      }
-      integrate(static_cast<unsigned long long>(done));
-      if (executor_.failed(status_.data())) break;
-      oldest_ = (oldest_ + 1) % 3;
     }
-    executor_.begin_step(status_.data(), 0);      // step 0: what follows runs also after a failure
-    update_view();
-    run(MotionOfBlocks{view_, motion_sums_.data(), motion_blocks()}, static_cast<int>(motion_sums_.size()));
-    StepStatus status;
-    status_.download(std::span(&status, 1));
+    executor_.wait();
     outcome.steps = done;
+    const StepStatus status = result_.data()[0];
     if (status.failure != ~0ull) {
       const int failed_at = static_cast<int>(status.failure >> 40);
-      // On a device, steps after the failed one were skipped, so the two poses before it are untouched.
+      // Steps after the failed one were skipped, so the two poses before it are untouched.
       oldest_ = ((oldest_ - (done - failed_at)) % 3 + 3) % 3;
       const int vertex = static_cast<int>(status.failure >> 8 & 0xffffffffu);
       int mesh = 0;
       while (mesh + 1 < view_.mesh_count && vertex >= constants_[mesh + 1].first_vertex) ++mesh;
       outcome.steps = failed_at;
-      outcome.failure = StepFailure{mesh, vertex - constants_[mesh].first_vertex, static_cast<ForceId>(status.failure & 0xff)};
+      outcome.failure = StepFailure{mesh, orders_[mesh][vertex - constants_[mesh].first_vertex], static_cast<ForceId>(status.failure & 0xff)};
+      if (attraction_.size() != 0) attraction_.fill_zero();
       refresh_due_ = true;
     }
-    std::vector<float> sums(motion_sums_.size());
-    motion_sums_.download(sums);
-    mean_moves(sums, outcome.mean_move_mm);
+    for (std::size_t k = 0; k < constants_.size(); ++k) {
+      outcome.mean_move_mm.push_back(motion_.data()[k].mean_move_mm);
+      outcome.mean_edge_mm.push_back(motion_.data()[k].mean_edge_mm);
+    }
     return outcome;
   }
 
@@ -184,25 +207,75 @@ class StepEngine final : public Engine {
     std::vector<Vec4> texels(c.vertex_count);
     auto copy = [&](Array<Vec4>& from, std::span<Eigen::Vector3f> to) {
       from.download(texels, c.first_vertex);
-      for (int i = 0; i < c.vertex_count; ++i) to[i] = {texels[i].x, texels[i].y, texels[i].z};
+      const std::vector<int>& order = orders_[mesh];
+      for (int i = 0; i < c.vertex_count; ++i) to[order[i]] = {texels[i].x, texels[i].y, texels[i].z};
     };
     copy(positions_[(oldest_ + 1) % 3], positions);
     copy(positions_[oldest_], previous);
   }
+
+  std::unique_ptr<SharedBuffer> share_buffer(unsigned gl_buffer, std::size_t bytes) override { return executor_.share_buffer(gl_buffer, bytes); }
+
+  void set_cells(std::span<const CellList* const> cells) override {
+    if (cells.size() != constants_.size()) throw Error("cells", "not one list for each mesh", "give the cells of the meshes that were loaded");
+    std::vector<int> first{0}, corners, place(view_.vertex_count);
+    for (std::size_t k = 0; k < constants_.size(); ++k) {
+      const MeshConstants& c = constants_[k];
+      for (int cell = 0; cell < cells[k]->count(); ++cell) {
+        for (int corner : (*cells[k])[cell]) {
+          if (corner < 0 || corner >= c.vertex_count) throw Error("cells", "a corner is no vertex of the mesh", "give the cells of the meshes that were loaded");
+          corners.push_back(c.first_vertex + corner);
+        }
+        first.push_back(static_cast<int>(corners.size()));
+      }
+      for (int i = 0; i < c.vertex_count; ++i) place[c.first_vertex + i] = c.first_vertex + orders_[k][i];
+    }
+    cell_count_ = static_cast<int>(first.size()) - 1;
+    cell_first_.assign(first), cell_corners_.assign(corners), place_.assign(place);
+    cells_known_ = true;
+  }
+  bool has_cells() const override { return cells_known_; }
+
+  void draw_surfaces(DrawTarget<DisplayPoint> target) override {
+    if (!cells_known_) throw Error("surfaces", "their cells are not known", "call set_cells after a load");
+    [[maybe_unused]] const auto range = executor_.range("draw surfaces");
+    const std::size_t n = static_cast<std::size_t>(view_.vertex_count) + cell_count_;
+    if (n == 0) return;
+    executor_.draw(target, n, drawn_, [&](DisplayPoint* points) {
+      update_view();
+      run(DrawVertices{view_, place_.data(), points});
+      run(DrawCells{cell_first_.data(), cell_corners_.data(), points, view_.vertex_count}, cell_count_);
+    });
+  }
+
+  void draw_slice(const SlicePlane& plane, DrawTarget<DisplayTexel> target) override {
+    const std::size_t n = static_cast<std::size_t>(std::max(plane.width, 0)) * std::max(plane.height, 0);
+    if (volume_.empty() || n == 0) return;
+    [[maybe_unused]] const auto range = executor_.range("draw slice");
+    executor_.draw(target, n, drawn_slice_, [&](DisplayTexel* texels) {
+      executor_.visit_voxels(volume_.type(), [&]<class Voxels>(std::type_identity<Voxels>) { run(DrawSlice<Voxels>{view_.volume, plane, texels}, static_cast<int>(n)); });
+    });
+  }
+  std::uint64_t bytes_read_back() const override { return executor_.bytes_read_back(); }
 
   std::vector<HeldArray> held_arrays() const override {
     std::vector<HeldArray> held;
     auto add = [&](const char* name, const auto& array) {
       if (array.size() != 0) held.push_back({name, array.bytes()});
     };
-    if (!volume_.empty()) held.push_back({"volume", volume_.bytes()});
+    if (!volume_.empty()) held.push_back({"volume", executor_.volume_bytes(volume_)});
     held.push_back({"positions", positions_[0].bytes() * 3});
     add("neighbours", neighbours_), add("frame", frame_), add("shape reference", shape_);
     add("gradient targets", gradient_target_), add("profile targets", profile_target_), add("reference profiles", profiles_);
     add("region targets", region_target_), add("averaging", scratch_), add("local statistics", local_statistics_);
     add("region tables", region_tables_), add("attraction points", points_), add("attraction bindings", nearest_);
-    add("attraction patches", patches_), add("attraction sums", attraction_), add("mesh constants", meshes_), add("motion", motion_sums_);
+    add("attraction patches", patches_), add("attraction sums", attraction_), add("attraction flags", attracted_), add("mesh constants", meshes_), add("motion", motion_sums_);
+    add("drawing", place_), add("cells", cell_corners_), add("cell ends", cell_first_), add("drawn surfaces", drawn_), add("drawn slice", drawn_slice_);
     return held;
+  }
+  std::size_t bytes_available() const override {
+    const std::size_t free = executor_.bytes_free();
+    return free > std::numeric_limits<std::size_t>::max() - bytes_held() ? free : free + bytes_held();
   }
   std::size_t bytes_held() const override {
     std::size_t sum = 0;
@@ -216,10 +289,109 @@ class StepEngine final : public Engine {
   }
 
  private:
+  static constexpr int kLongestRun = 30;     ///< steps of one recording: a multiple of 3, of 2 and of 5
+
   template <class Kernel>
   void run(const Kernel& kernel, int n = -1) {
     ++launches_[Kernel::name];
     executor_.run(kernel, n < 0 ? view_.vertex_count : n);
+  }
+  template <class A, class B>
+  void run_together(const A& a, int na, const B& b, int nb) {
+    ++launches_[A::name], ++launches_[B::name];
+    executor_.run_together(a, na, b, nb);
+  }
+  void reset_status() {
+    const StepStatus none;
+    status_.upload(std::span(&none, 1));
+  }
+
+  /// What a recorded run depends on besides the plan, and what it leaves behind.
+  struct Phase {
+    int oldest, since_refresh;
+    bool refresh_due;
+    auto operator<=>(const Phase&) const = default;
+  };
+  struct RunKey {
+    Phase phase;
+    int length;
+    bool last;
+    auto operator<=>(const RunKey&) const = default;
+  };
+  struct Run {
+    bool recorded = false;
+    typename Executor::Recording recording;
+    Phase after;
+    std::map<std::string, std::uint64_t> launches;
+  };
+
+  /// `length` steps, and the end of the batch when `last`. Returns how many were done before a failure that the host knows of.
+  int run_steps(int length, bool last) {
+    if constexpr (!Executor::kRecords) {
+      return do_steps(length, last);
+    } else {
+      const RunKey key{{oldest_, since_refresh_, refresh_due_}, length, last};
+      auto found = runs_.find(key);
+      if (found == runs_.end()) {
+        // Recording costs as much as many launches: only what comes again is worth it.
+        constexpr std::size_t kMostRuns = 100;
+        if (runs_.size() >= kMostRuns) runs_.clear();
+        runs_.emplace(key, Run{});
+        return do_steps(length, last);
+      }
+      Run& run = found->second;
+      if (!run.recorded) {
+        const auto before = launches_;
+        run.recording = executor_.record([&] { do_steps(length, last); });
+        run.after = {oldest_, since_refresh_, refresh_due_};
+        for (const auto& [name, n] : launches_) {
+          const auto was = before.find(name);
+          const std::uint64_t more = n - (was == before.end() ? 0 : was->second);
+          if (more != 0) run.launches[name] = more;
+        }
+        run.recorded = true;
+      } else {
+        oldest_ = run.after.oldest, since_refresh_ = run.after.since_refresh, refresh_due_ = run.after.refresh_due;
+        for (const auto& [name, n] : run.launches) launches_[name] += n;
+      }
+      executor_.replay(run.recording);
+      return length;
+    }
+  }
+
+  int do_steps(int length, bool last) {
+    for (int k = 0; k < length; ++k)
+      if (!do_step(k, k == 0 ? length : 0)) return k;
+    if (last) end_batch();
+    return length;
+  }
+
+  /// False when the step failed and the host knows.
+  bool do_step(int of_run, int run_length) {
+    update_view();
+    const bool refresh = refresh_due_ || since_refresh_ >= refresh_interval_;
+    if (refresh) since_refresh_ = 0, refresh_due_ = false;
+    ++since_refresh_;
+    const bool attract = active(ForceId::Attraction);
+    const GeometryKernel geometry{view_, run_length, attract && refresh};
+    const int n = view_.vertex_count;
+    if (!attract)
+      run(geometry);
+    else if (refresh)
+      run_together(geometry, n, FindNearest{view_}, view_.mesh_count * view_.nearest_blocks * view_.point_groups);
+    else
+      run_together(geometry, n, SumAttraction{view_}, view_.point_count);
+    if (refresh) find_targets(attract);
+    integrate(of_run);
+    if (executor_.failed(status_.data())) return false;
+    oldest_ = (oldest_ + 1) % 3;
+    return true;
+  }
+
+  void end_batch() {
+    update_view();
+    run(MotionOfBlocks{view_, motion_sums_.data(), motion_blocks()}, static_cast<int>(motion_sums_.size()));
+    run(EndOfBatch{view_, motion_sums_.data(), motion_blocks(), motion_.data(), result_.data()}, view_.mesh_count);
   }
 
   void apply_parameters(const SimulationParameters& simulation) {
@@ -247,6 +419,9 @@ class StepEngine final : public Engine {
 
   /// Each array is held exactly while the plan needs it.
   void hold_what_is_needed() {
+    const StepNeeds needed_before = needs_;
+    const StepView view_before = view_;
+    const int interval_before = recorded_interval_;
     const std::size_t n = view_.vertex_count;
     std::vector<MeshNeeds> meshes;
     for (std::size_t k = 0; k < constants_.size(); ++k) meshes.push_back(mesh_needs(static_cast<int>(k)));
@@ -274,7 +449,7 @@ class StepEngine final : public Engine {
           const std::size_t length = c.vertex_count > 0 ? profiles_host_[k].size() / c.vertex_count : 0;
           if (length == 0 || length > stride || profiles_host_[k].size() != length * c.vertex_count) continue;
           for (int i = 0; i < c.vertex_count; ++i)
-            std::copy_n(profiles_host_[k].begin() + i * length, length, all.begin() + (c.first_vertex + i) * stride);
+            std::copy_n(profiles_host_[k].begin() + orders_[k][i] * length, length, all.begin() + (c.first_vertex + i) * stride);
         }
         profiles_.assign(all);
       }
@@ -285,59 +460,80 @@ class StepEngine final : public Engine {
     const bool attract = active(ForceId::Attraction);
     if (attract && points_.size() != points_host_.size()) points_.assign(points_host_);
     hold(points_, attract, points_host_.size());
-    hold(nearest_, attract, view_.point_count);
+    view_.nearest_blocks = needs_.nearest_blocks;
+    hold(nearest_, attract, static_cast<std::size_t>(view_.point_count) * needs_.nearest_blocks);
+    if (attract) nearest_.fill_ones();
     hold(patches_, attract, static_cast<std::size_t>(view_.point_count) * kMaxPatch);
     hold(attraction_, attract, n);
+    hold(attracted_, attract, n);
+    // What earlier bindings left in the sums would go on pulling.
+    if (attract) attraction_.fill_zero();
+    update_view();
+    recorded_interval_ = refresh_interval_;
+    // Recorded runs hold the addresses and the plan.
+    if (!(needed_before == needs_) || interval_before != refresh_interval_ || !same_addresses(view_before, view_)) runs_.clear();
+  }
+
+  static bool same_addresses(StepView a, StepView b) {
+    // The three position arrays take turns.
+    a.previous = b.previous, a.current = b.current, a.next = b.next;
+    static_assert(std::is_trivially_copyable_v<StepView>);
+    return std::memcmp(&a, &b, sizeof a) == 0;
   }
 
   void update_view() {
-    view_.meshes = meshes_.data(), view_.neighbours = neighbours_.data();
-    view_.previous = positions_[oldest_].data(), view_.current = positions_[(oldest_ + 1) % 3].data();
-    view_.next = positions_[(oldest_ + 2) % 3].data(), view_.frame = frame_.data(), view_.shape = shape_.data();
+    view_.meshes = meshes_.data(), view_.neighbours = neighbours_.texels();
+    view_.previous = positions_[oldest_].texels(), view_.current = positions_[(oldest_ + 1) % 3].texels();
+    view_.next = positions_[(oldest_ + 2) % 3].data(), view_.frame = frame_.texels(), view_.new_frame = frame_.data();
+    view_.shape = shape_.texels();
     view_.gradient_target = gradient_target_.data(), view_.profile_target = profile_target_.data();
     view_.region_target = region_target_.data(), view_.profiles = profiles_.data();
     view_.region_tables = region_tables_.data(), view_.local_statistics = local_statistics_.data();
     view_.points = points_.data(), view_.nearest = nearest_.data(), view_.patches = patches_.data();
-    view_.attraction = attraction_.data(), view_.status = status_.data();
+    view_.attraction = attraction_.data(), view_.attracted = attracted_.data(), view_.status = status_.data();
   }
 
-  void find_targets() {
-    if (needs_.searches())
-      visit_voxel_type(volume_.type(), [&]<class T>(std::type_identity<T>) {
-        if (active(ForceId::Gradient)) run(GradientSearch<T>{view_});
-        if (active(ForceId::IntensityProfile)) run(ProfileSearch<T>{view_});
-        if (active(ForceId::Region)) find_region_targets<T>();
-      });
-    if (active(ForceId::Attraction)) {
-      nearest_.fill_ones();
-      attraction_.fill_zero();
-      const int blocks = (largest_mesh() + FindNearest::kBlock - 1) / FindNearest::kBlock;
-      run(FindNearest{view_, blocks}, blocks * view_.point_count);
-      run(BindPatch{view_}, view_.point_count);
-    }
-  }
-
-  template <class T>
-  void find_region_targets() {
-    auto average = [&](Array<Vec4>& array, int passes, bool targets) {
-      for (int pass = 0; pass < passes; ++pass) {
-        run(AverageOverNeighbours{view_, array.data(), scratch_.data(), pass, targets});
-        std::swap(array, scratch_);
-        update_view();
-      }
+  /// `bind`: attraction patches too, beside the first search.
+  void find_targets(bool bind) {
+    auto search = [&](const auto& kernel) {
+      if (bind)
+        run_together(kernel, view_.vertex_count, BindPatch{view_}, view_.point_count);
+      else
+        run(kernel);
+      bind = false;
     };
-    if (local_statistics_.size() != 0) {
-      run(RegionStatistics<T>{view_});
-      average(local_statistics_, kStatisticsPasses, false);
+    if (needs_.searches())
+      executor_.visit_voxels(volume_.type(), [&]<class Voxels>(std::type_identity<Voxels>) {
+        executor_.visit_width(view_.vertex_count, [&]<int kWidth>(std::integral_constant<int, kWidth>) {
+          if (active(ForceId::Gradient)) search(GradientSearch<Voxels, kWidth>{view_, kWidth > 1 ? needs_.gradient_scratch : 0});
+          if (active(ForceId::IntensityProfile)) search(ProfileSearch<Voxels, kWidth>{view_, needs_.profile_scratch});
+          if (!active(ForceId::Region)) return;
+          if (local_statistics_.size() != 0) {
+            using Statistics = RegionStatistics<Voxels, kWidth>;
+            search(Statistics{view_, Statistics::kCount});
+            average(local_statistics_.data(), kStatisticsPasses, false);
+            static_assert(kStatisticsPasses % 2 == 0, "so that the averages end where they are read");
+          }
+          search(RegionSearch<Voxels, kWidth>{view_, needs_.region_scratch});
+          run(RegionTarget{view_, average(region_target_.data(), needs_.averaging_passes, true)});
+        });
+      });
+    if (bind) run(BindPatch{view_}, view_.point_count);
+  }
+
+  /// Back and forth between an array and scratch_; returns where the result is.
+  const Vec4* average(Vec4* values, int passes, bool targets) {
+    Vec4 *from = values, *to = scratch_.data();
+    for (int pass = 0; pass < passes; ++pass) {
+      run(AverageOverNeighbours{view_, from, to, pass, targets});
+      std::swap(from, to);
     }
-    run(RegionSearch<T>{view_});
-    average(region_target_, needs_.averaging_passes, true);
-    run(RegionTarget{view_});
+    return from;
   }
 
   /// Calls the kernel compiled for exactly the forces in use.
   template <unsigned kMask = 0>
-  void integrate(unsigned long long step) {
+  void integrate(int step) {
     if constexpr (kMask < 1u << kForceCount) {
       if (kMask == needs_.forces)
         run(IntegrateKernel<kMask>{view_, step});
@@ -346,15 +542,6 @@ class StepEngine final : public Engine {
     }
   }
 
-  void mean_moves(const std::vector<float>& sums, std::vector<float>& mean) const {
-    mean.assign(constants_.size(), 0.0f);
-    const int blocks = motion_blocks();
-    for (std::size_t k = 0; k < constants_.size(); ++k) {
-      double sum = 0;
-      for (int b = 0; b < blocks; ++b) sum += sums[k * blocks + b];
-      if (constants_[k].vertex_count > 0) mean[k] = static_cast<float>(sum / constants_[k].vertex_count);
-    }
-  }
   int largest_mesh() const {
     int largest = 0;
     for (const MeshConstants& c : constants_) largest = std::max(largest, c.vertex_count);
@@ -362,29 +549,40 @@ class StepEngine final : public Engine {
   }
   int motion_blocks() const { return (largest_mesh() + MotionOfBlocks::kBlock - 1) / MotionOfBlocks::kBlock; }
 
-  Executor executor_;
+  Executor executor_;            // first: arrays go before the device they live on
   Volume volume_;
   StepView view_;
   std::vector<MeshConstants> constants_;
+  std::vector<std::vector<int>> orders_;     ///< of each mesh: the vertex, as it was loaded, at each place
   std::vector<std::vector<Vec4>> references_;
   std::vector<std::vector<float>> profiles_host_;
   std::vector<Vec4> shape_host_;
   std::vector<float> region_tables_host_;
   std::vector<PointView> points_host_;
   StepNeeds needs_;
-  int refresh_interval_ = 1, since_refresh_ = 0;
+  int refresh_interval_ = 1, since_refresh_ = 0, recorded_interval_ = 0;
   bool refresh_due_ = true;
   int oldest_ = 0;                  ///< of the three position arrays: previous, current, next from here on
 
   Array<MeshConstants> meshes_;
-  Array<Int4> neighbours_;
+  typename Executor::NeighbourArray neighbours_;
   Array<Vec4> positions_[3], frame_, shape_, gradient_target_, profile_target_, region_target_, local_statistics_, scratch_;
-  Array<float> profiles_, region_tables_, motion_sums_;
+  Array<float> profiles_, region_tables_;
+  Array<MeshMotion> motion_sums_;
   Array<PointView> points_;
   Array<unsigned long long> nearest_;
   Array<PatchEntry> patches_;
   Array<AttractionSum> attraction_;
+  Array<std::uint8_t> attracted_;
   Array<StepStatus> status_;
+  typename Executor::template HostVisible<StepStatus> result_;
+  typename Executor::template HostVisible<MeshMotion> motion_;
+  Array<int> place_, cell_first_, cell_corners_;   ///< for drawing
+  Array<DisplayPoint> drawn_;                       ///< where they are not drawn into a shared buffer
+  Array<DisplayTexel> drawn_slice_;
+  bool cells_known_ = false;
+  int cell_count_ = 0;
+  std::map<RunKey, Run> runs_;
   std::map<std::string, std::uint64_t> launches_;
 };
 

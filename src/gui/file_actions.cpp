@@ -139,7 +139,7 @@ bool FileActions::save_scene_as() {
 
 bool FileActions::save_scene_to(const QString& path) {
   try {
-    write_scene(to_path(path), workbench_.scene());
+    write_scene(to_path(path), workbench_.session().scene());
   } catch (const std::exception& error) {
     workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
     return false;
@@ -163,7 +163,7 @@ void FileActions::save_labels_to(const QString& path) {
   auto shared_voxels = std::make_shared<std::size_t>(0);
   job_.start(
       tr("Saving %1...").arg(QFileInfo(path).fileName()),
-      [=, scene = workbench_.scene(), file = to_path(path)] {
+      [=, scene = workbench_.session().scene(), file = to_path(path)] {
         const LabelMap map = make_label_map(scene, geometry);
         write_labels(file, map.labels);
         *shared_voxels = map.shared_voxels;
@@ -186,7 +186,7 @@ void FileActions::choose_and_save_meshes() {
 void FileActions::save_meshes_to(const QString& folder) {
   job_.start(
       tr("Saving meshes..."),
-      [scene = workbench_.scene(), directory = to_path(folder)] {
+      [scene = workbench_.session().scene(), directory = to_path(folder)] {
         for (const MeshItem& item : scene.meshes) {
           std::string name = item.name;
           for (char& c : name) {

@@ -27,8 +27,9 @@
 
 namespace simplexseg {
 
-MainWindow::MainWindow(std::unique_ptr<Engine> engine)
-    : workbench_(std::make_unique<Workbench>(std::move(engine))), loop_(std::make_unique<FrameLoop>(*workbench_)) {
+MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare)
+    : workbench_(std::make_unique<Workbench>(std::move(engine), std::move(spare))),
+      loop_(std::make_unique<FrameLoop>(*workbench_)) {
   setWindowTitle("SimplexSeg");
   setAcceptDrops(true);
   actions_ = new ActionTable(*this);
@@ -74,6 +75,8 @@ void MainWindow::build_views() {
     view_grid_->setRowStretch(n / 2, 1);
     view_grid_->setColumnStretch(n % 2, 1);
     connect(order[n], &View::maximise_wanted, this, [this, view = order[n]] { maximise(view); });
+    connect(order[n], &View::painted, loop_.get(), &FrameLoop::view_painted);
+    connect(order[n], &View::frameSwapped, loop_.get(), &FrameLoop::view_shown);
   }
   column->addWidget(views, 1);
   setCentralWidget(centre);
@@ -154,9 +157,13 @@ void MainWindow::build_toolbar() {
 void MainWindow::build_status() {
   readout_ = new QLabel(this);
   contrast_ = new QLabel(this);
-  for (QLabel* label : {readout_, contrast_}) label->setContentsMargins(8, 0, 8, 0);
+  drawing_ = new QLabel(this);
+  for (QLabel* label : {readout_, drawing_, contrast_}) label->setContentsMargins(8, 0, 8, 0);
+  drawing_->setMinimumWidth(1);  // the first to give way in a narrow window
+  drawing_->setStyleSheet("color: #969ca4;");
   readout_->setTextInteractionFlags(Qt::TextSelectableByMouse);
   statusBar()->addWidget(readout_, 1);
+  statusBar()->addPermanentWidget(drawing_);
   statusBar()->addPermanentWidget(contrast_);
   statusBar()->setSizeGripEnabled(false);
 }
@@ -170,6 +177,7 @@ void MainWindow::connect_messages() {
   connect(workbench_.get(), &Workbench::scene_changed, this, &MainWindow::refresh_actions);
   connect(workbench_.get(), &Workbench::running_changed, this, &MainWindow::refresh_actions);
   connect(workbench_.get(), &Workbench::view_changed, this, &MainWindow::refresh_readout);
+  connect(workbench_.get(), &Workbench::drawing_changed, this, &MainWindow::refresh_drawing);
   connect(files_, &FileActions::name_changed, this, [this] {
     const QString name = files_->scene_name();
     setWindowTitle(name.isEmpty() ? "SimplexSeg" : name + " - SimplexSeg");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <QMainWindow>
+#include <functional>
 #include <memory>
 
 class QDockWidget;
@@ -26,7 +27,8 @@ class Workbench;
 class MainWindow : public QMainWindow {
   Q_OBJECT
  public:
-  explicit MainWindow(std::unique_ptr<Engine> engine);
+  /// `spare`: as of Session.
+  explicit MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare = {});
   ~MainWindow() override;
 
   Workbench& workbench() { return *workbench_; }
@@ -61,6 +63,7 @@ class MainWindow : public QMainWindow {
   void connect_messages();
   void refresh_actions();
   void refresh_readout();
+  void refresh_drawing();
   void maximise(View* view);
   void change_opacity(float by);
   void choose_and_save_picture();
@@ -80,6 +83,7 @@ class MainWindow : public QMainWindow {
   QList<QDockWidget*> docks_;
   QLabel* readout_ = nullptr;
   QLabel* contrast_ = nullptr;
+  QLabel* drawing_ = nullptr;
   bool unattended_ = false;
 };
 

@@ -151,6 +151,13 @@ void MainWindow::refresh_readout() {
   contrast_->setText(tr("window %1  level %2").arg(view.window, 0, 'g', 4).arg(view.level, 0, 'g', 4));
 }
 
+void MainWindow::refresh_drawing() {
+  const SceneBuffers& buffers = workbench_->buffers;
+  drawing_->setText(QString::fromStdString(buffers.renderer()) + ": " +
+                    (buffers.on_device() ? tr("drawn on the device") : tr("uploaded each frame")));
+  drawing_->setToolTip(QString::fromStdString(buffers.how()));
+}
+
 void MainWindow::maximise(View* view) {
   maximised_ = maximised_ == view ? nullptr : view;
   View* const order[] = {slices_[0], slices_[1], slices_[2], space_};

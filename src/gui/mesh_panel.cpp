@@ -84,7 +84,7 @@ MeshPanel::MeshPanel(Workbench& workbench, QWidget* parent) : QWidget(parent), w
     if (row) workbench_.set_active_mesh(id_of(row));
   });
   connect(&workbench_, &Workbench::scene_changed, this, &MeshPanel::refresh);
-  connect(&workbench_, &Workbench::pose_changed, this, &MeshPanel::refresh_counts);
+  connect(&workbench_, &Workbench::pose_changed, this, &MeshPanel::refresh_counts);  // meshes are refined as they move
   connect(&workbench_, &Workbench::volume_changed, this, [this] {
     if (!workbench_.has_volume()) return;
     const Eigen::Vector3d extent = world_box(workbench_.session().volume().geometry()).extent_mm();
@@ -112,7 +112,7 @@ void MeshPanel::refresh() {
       if (active) list_->setCurrentItem(row);
     }
   }
-  counted_revision_ = ~std::uint64_t{0};
+  counted_topology_ = ~std::uint64_t{0};
   refresh_counts();
   const QString no_volume = tr("Open a volume first");
   set_enabled(add_, workbench_.has_volume(), no_volume);
@@ -123,8 +123,8 @@ void MeshPanel::refresh() {
 }
 
 void MeshPanel::refresh_counts() {
-  if (counted_revision_ == workbench_.session().revision()) return;
-  counted_revision_ = workbench_.session().revision();
+  if (counted_topology_ == workbench_.session().topology_revision()) return;
+  counted_topology_ = workbench_.session().topology_revision();
   const QSignalBlocker blocker(list_);
   const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
   for (int m = 0; m < list_->topLevelItemCount() && m < static_cast<int>(meshes.size()); ++m) {

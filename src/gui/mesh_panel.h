@@ -36,7 +36,7 @@ class MeshPanel : public QWidget {
   QPushButton* refine_;
   QPushButton* record_;
   QPushButton* delete_;
-  std::uint64_t counted_revision_ = ~std::uint64_t{0};
+  std::uint64_t counted_topology_ = ~std::uint64_t{0};
 };
 
 }  // namespace simplexseg

@@ -4,10 +4,9 @@
 #include <GL/glew.h>
 
 #include <QFile>
+#include <cstddef>
 
 #include "core/error.h"
-#include "gui/slice_sampler.h"
-#include "gui/surfaces.h"
 
 static void make_shaders_known() { Q_INIT_RESOURCE(shaders); }
 
@@ -33,8 +32,21 @@ std::string gl_renderer() {
   return name ? name : "unknown renderer";
 }
 
+namespace {
+bool is_software_renderer() {
+  static const bool software = [] {
+    const std::string name = gl_renderer();
+    return name.find("llvmpipe") != std::string::npos || name.find("softpipe") != std::string::npos ||
+           name.find("swrast") != std::string::npos;
+  }();
+  return software;
+}
+}  // namespace
+
 void begin_frame(const Projection& projection, const Rgba& background) {
   glViewport(0, 0, static_cast<int>(projection.viewport_px.x()), static_cast<int>(projection.viewport_px.y()));
+  // Several samples a pixel cost a renderer in software a third of its time, for edges alone.
+  if (is_software_renderer()) glDisable(GL_MULTISAMPLE);
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_STENCIL_TEST);
   glDisable(GL_CULL_FACE);
@@ -89,18 +101,20 @@ unsigned compile(unsigned kind, const std::string& name) {
 }
 }  // namespace
 
-void Program::create(const char* name) {
-  const unsigned vertex = compile(GL_VERTEX_SHADER, std::string(name) + ".vert");
-  const unsigned fragment = compile(GL_FRAGMENT_SHADER, std::string(name) + ".frag");
+void Program::create(const char* vertex, const char* fragment, const char* geometry) {
   program_ = glCreateProgram();
-  glAttachShader(program_, vertex);
-  glAttachShader(program_, fragment);
+  const auto attach = [&](unsigned kind, const char* name) {
+    const unsigned shader = compile(kind, name);
+    glAttachShader(program_, shader);
+    glDeleteShader(shader);
+  };
+  attach(GL_VERTEX_SHADER, vertex);
+  if (geometry) attach(GL_GEOMETRY_SHADER, geometry);
+  attach(GL_FRAGMENT_SHADER, fragment);
   glLinkProgram(program_);
-  glDeleteShader(vertex);
-  glDeleteShader(fragment);
   int ok = 0;
   glGetProgramiv(program_, GL_LINK_STATUS, &ok);
-  if (!ok) throw Error(std::string("shader ") + name, "it does not link", "update the graphics driver");
+  if (!ok) throw Error(std::string("shader ") + vertex, "it does not link", "update the graphics driver");
 }
 
 void Program::destroy() {
@@ -125,57 +139,31 @@ void Program::set(const char* uniform, const Eigen::Vector2f& value) const {
 void Program::set(const char* uniform, float value) const { glProgramUniform1f(program_, location(uniform), value); }
 
 void SlicePainter::create() {
-  program_.create("slice");
+  program_.create("slice.vert", "slice.frag");
   glCreateVertexArrays(1, &vertex_array_);
 }
 
 void SlicePainter::destroy() {
   program_.destroy();
-  glDeleteTextures(1, &texture_);
   glDeleteVertexArrays(1, &vertex_array_);
-  texture_ = vertex_array_ = 0;
+  vertex_array_ = 0;
 }
 
-void SlicePainter::update(const SliceImage& image) {
-  if (image.stamp == 0 || image.stamp == stamp_) return;
-  const SliceGrid& grid = image.grid;
-  if (texture_ == 0 || width_ != grid.width || height_ != grid.height) {
-    glDeleteTextures(1, &texture_);
-    glCreateTextures(GL_TEXTURE_2D, 1, &texture_);
-    glTextureStorage2D(texture_, 1, GL_R32F, grid.width, grid.height);
-    glTextureParameteri(texture_, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-    glTextureParameteri(texture_, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    glTextureParameteri(texture_, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glTextureParameteri(texture_, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    width_ = grid.width;
-    height_ = grid.height;
-  }
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-  glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
-  glTextureSubImage2D(texture_, 0, 0, 0, grid.width, grid.height, GL_RED, GL_FLOAT, image.intensities.data());
-  stamp_ = image.stamp;
-}
-
-void SlicePainter::draw(const Projection& projection, const SliceImage& image, float low, float high,
-                        bool show_black) const {
-  if (texture_ == 0) return;
-  const SliceGrid& grid = image.grid;
+void SlicePainter::draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black) const {
+  const SliceGrid& grid = slice.grid;
   program_.set("clip_from_world", projection.clip_from_world);
-  const Eigen::Vector3d corner = grid.origin_mm - 0.5 * (grid.step_u_mm + grid.step_v_mm);
-  program_.set("corner", Eigen::Vector3f(corner.cast<float>()));
+  program_.set("corner", Eigen::Vector3f(grid.corner_mm().cast<float>()));
   program_.set("edge_u", Eigen::Vector3f((grid.step_u_mm * grid.width).cast<float>()));
   program_.set("edge_v", Eigen::Vector3f((grid.step_v_mm * grid.height).cast<float>()));
-  program_.set("low", low);
-  program_.set("high", high);
   program_.set("darkest_shown", show_black ? -1.0f : 0.03f);
   program_.use();
-  glBindTextureUnit(0, texture_);
+  glBindTextureUnit(0, slice.texture);
   glBindVertexArray(vertex_array_);
   glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
 }
 
 void LinePainter::create() {
-  program_.create("line");
+  program_.create("line.vert", "line.frag");
   glCreateVertexArrays(1, &vertex_array_);
   glCreateBuffers(1, &buffer_);
   glVertexArrayVertexBuffer(vertex_array_, 0, buffer_, 0, 2 * sizeof(Eigen::Vector3f));
@@ -208,7 +196,7 @@ void LinePainter::draw(const Projection& projection, std::span<const Eigen::Vect
 }
 
 void DiscPainter::create() {
-  program_.create("disc");
+  program_.create("disc.vert", "disc.frag");
   glCreateVertexArrays(1, &vertex_array_);
   glCreateBuffers(1, &buffer_);
   glVertexArrayVertexBuffer(vertex_array_, 0, buffer_, 0, 12 * sizeof(float));
@@ -248,65 +236,55 @@ void DiscPainter::draw(const Projection& projection, std::span<const Disc> discs
   glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<int>(discs.size()));
 }
 
-void MeshPainter::create() { program_.create("mesh"); }
-
-void MeshPainter::release(Buffers& buffers) {
-  glDeleteVertexArrays(1, &buffers.vertex_array);
-  const unsigned names[] = {buffers.points, buffers.normals, buffers.indices};
-  glDeleteBuffers(3, names);
-  buffers = {};
-}
-
-void MeshPainter::destroy() {
-  for (Buffers& buffers : buffers_) release(buffers);
-  buffers_.clear();
-  program_.destroy();
-}
-
-void MeshPainter::update(std::span<const Surface> surfaces) {
-  for (std::size_t m = surfaces.size(); m < buffers_.size(); ++m) release(buffers_[m]);
-  buffers_.resize(surfaces.size());
-  for (std::size_t m = 0; m < surfaces.size(); ++m) {
-    const Surface& surface = surfaces[m];
-    Buffers& buffers = buffers_[m];
-    if (buffers.vertex_array == 0) {
-      glCreateVertexArrays(1, &buffers.vertex_array);
-      unsigned names[3];
-      glCreateBuffers(3, names);
-      buffers.points = names[0];
-      buffers.normals = names[1];
-      buffers.indices = names[2];
-      for (unsigned attribute = 0; attribute < 2; ++attribute) {
-        glVertexArrayVertexBuffer(buffers.vertex_array, attribute, names[attribute], 0, sizeof(Eigen::Vector3f));
-        glEnableVertexArrayAttrib(buffers.vertex_array, attribute);
-        glVertexArrayAttribFormat(buffers.vertex_array, attribute, 3, GL_FLOAT, GL_FALSE, 0);
-        glVertexArrayAttribBinding(buffers.vertex_array, attribute, attribute);
-      }
-      glVertexArrayElementBuffer(buffers.vertex_array, buffers.indices);
-    }
-    const auto bytes = static_cast<GLsizeiptr>(surface.points_mm.size() * sizeof(Eigen::Vector3f));
-    if (buffers.topology_stamp != surface.topology_stamp) {
-      glNamedBufferData(buffers.indices, static_cast<GLsizeiptr>(surface.triangles.size() * 3 * sizeof(int)),
-                        surface.triangles.data(), GL_STATIC_DRAW);
-      buffers.index_count = static_cast<int>(surface.triangles.size() * 3);
-      buffers.topology_stamp = surface.topology_stamp;
-    }
-    glNamedBufferData(buffers.points, bytes, surface.points_mm.data(), GL_DYNAMIC_DRAW);
-    glNamedBufferData(buffers.normals, bytes, surface.normals.data(), GL_DYNAMIC_DRAW);
+void SurfaceArray::create() {
+  glCreateVertexArrays(1, &vertex_array_);
+  const unsigned offsets[] = {offsetof(DisplayPoint, position), offsetof(DisplayPoint, normal)};
+  for (unsigned attribute = 0; attribute < 2; ++attribute) {
+    glEnableVertexArrayAttrib(vertex_array_, attribute);
+    glVertexArrayAttribFormat(vertex_array_, attribute, 3, GL_FLOAT, GL_FALSE, offsets[attribute]);
+    glVertexArrayAttribBinding(vertex_array_, attribute, 0);
   }
 }
 
-void MeshPainter::draw(const Projection& projection, int which, const Rgba& colour) {
-  const Buffers& buffers = buffers_[which];
+void SurfaceArray::destroy() {
+  glDeleteVertexArrays(1, &vertex_array_);
+  vertex_array_ = 0;
+}
+
+// The buffers are made anew with the meshes; naming them each time costs nothing.
+void SurfaceArray::bind(const SceneBuffers& buffers) const {
+  glVertexArrayVertexBuffer(vertex_array_, 0, buffers.points(), 0, sizeof(DisplayPoint));
+  glVertexArrayElementBuffer(vertex_array_, buffers.indices());
+  glBindVertexArray(vertex_array_);
+}
+
+namespace {
+void draw_triangles(const SceneBuffers::Range& range) {
+  glDrawElements(GL_TRIANGLES, range.count, GL_UNSIGNED_INT,
+                 reinterpret_cast<const void*>(range.first * sizeof(GLuint)));
+}
+}  // namespace
+
+void MeshPainter::create() {
+  program_.create("mesh.vert", "mesh.frag");
+  surfaces_.create();
+}
+
+void MeshPainter::destroy() {
+  program_.destroy();
+  surfaces_.destroy();
+}
+
+void MeshPainter::draw(const Projection& projection, const SceneBuffers& buffers, int mesh, const Rgba& colour) const {
   program_.set("clip_from_world", projection.clip_from_world);
   program_.set("eye_from_world", projection.eye_from_world);
   program_.set("mesh_colour", colour);
   program_.use();
-  glBindVertexArray(buffers.vertex_array);
+  surfaces_.bind(buffers);
   const auto draw_faces = [&](GLenum culled) {
     glEnable(GL_CULL_FACE);
     glCullFace(culled);
-    glDrawElements(GL_TRIANGLES, buffers.index_count, GL_UNSIGNED_INT, nullptr);
+    draw_triangles(buffers.triangles(mesh));
     glDisable(GL_CULL_FACE);
   };
   if (colour.w() < 1) {
@@ -315,8 +293,30 @@ void MeshPainter::draw(const Projection& projection, int which, const Rgba& colo
     draw_faces(GL_BACK);
     glDepthMask(GL_TRUE);
   } else {
-    glDrawElements(GL_TRIANGLES, buffers.index_count, GL_UNSIGNED_INT, nullptr);
+    draw_triangles(buffers.triangles(mesh));
   }
+}
+
+void OutlinePainter::create() {
+  program_.create("outline.vert", "line.frag", "outline.geom");
+  surfaces_.create();
+}
+
+void OutlinePainter::destroy() {
+  program_.destroy();
+  surfaces_.destroy();
+}
+
+void OutlinePainter::draw(const Projection& projection, const SceneBuffers& buffers, int mesh,
+                          const Eigen::Vector4f& plane, const Rgba& colour, float width_px) const {
+  program_.set("clip_from_world", projection.clip_from_world);
+  program_.set("viewport_px", projection.viewport_px);
+  program_.set("plane", plane);
+  program_.set("half_width_px", width_px / 2);
+  program_.set("line_colour", colour);
+  program_.use();
+  surfaces_.bind(buffers);
+  draw_triangles(buffers.triangles(mesh));
 }
 
 }  // namespace simplexseg

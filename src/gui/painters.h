@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the views draw with: small owners of OpenGL 4.5 objects. All calls need the view's context to be current;
-// objects are made by create() and given back by destroy(). Only painters*.cpp know OpenGL.
+// objects are made by create() and given back by destroy(). Only painters.cpp, label_painter.cpp and scene_buffers.cpp
+// know OpenGL.
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
@@ -9,11 +10,9 @@
 #include <vector>
 
 #include "core/scene.h"
+#include "gui/scene_buffers.h"
 
 namespace simplexseg {
-
-struct SliceImage;
-struct Surface;
 
 using Rgba = Eigen::Vector4f;  ///< each 0..1
 Rgba rgba_of(const Colour& colour, float alpha = 1);
@@ -34,13 +33,13 @@ enum class Depth { Ignore, Test };
 /// Clears the frame and sets the state that the painters expect.
 void begin_frame(const Projection& projection, const Rgba& background);
 void set_depth(Depth depth);
-/// Leaves a state in which QPainter can write text.
+/// Leaves a state in which Qt can go on.
 void end_frame();
 
 class Program {
  public:
-  /// `name`: of NAME.vert and NAME.frag. Throws Error with the compiler's first line.
-  void create(const char* name);
+  /// Files of the shaders; `geometry` may be null. Throws Error with the compiler's first line.
+  void create(const char* vertex, const char* fragment, const char* geometry = nullptr);
   void destroy();
   void use() const;
   void set(const char* uniform, const Eigen::Matrix4f& value) const;
@@ -59,16 +58,12 @@ class SlicePainter {
  public:
   void create();
   void destroy();
-  /// Uploads the picture if it is not the one held.
-  void update(const SliceImage& image);
   /// `show_black`: whether what the window makes black is drawn, or left open.
-  void draw(const Projection& projection, const SliceImage& image, float low, float high, bool show_black) const;
+  void draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black) const;
 
  private:
   Program program_;
-  unsigned texture_ = 0, vertex_array_ = 0;
-  int width_ = 0, height_ = 0;
-  std::uint64_t stamp_ = 0;
+  unsigned vertex_array_ = 0;
 };
 
 /// Thick, smooth line segments.
@@ -100,25 +95,42 @@ class DiscPainter {
   unsigned vertex_array_ = 0, buffer_ = 0;
 };
 
-/// Shaded surfaces, one vertex buffer each.
+/// Triangles of the shared buffers, as one context sees them.
+class SurfaceArray {
+ public:
+  void create();
+  void destroy();
+  void bind(const SceneBuffers& buffers) const;
+
+ private:
+  unsigned vertex_array_ = 0;
+};
+
+/// Shaded surfaces.
 class MeshPainter {
  public:
   void create();
   void destroy();
-  /// Follows the surfaces: positions and normals always, triangles when they have changed.
-  void update(std::span<const Surface> surfaces);
-  /// `which`: index into the surfaces of update(). Opacity below 1 draws the back faces first.
-  void draw(const Projection& projection, int which, const Rgba& colour);
+  /// `mesh`: which of the scene's. Opacity below 1 draws the back faces first.
+  void draw(const Projection& projection, const SceneBuffers& buffers, int mesh, const Rgba& colour) const;
 
  private:
-  struct Buffers {
-    unsigned vertex_array = 0, points = 0, normals = 0, indices = 0;
-    int index_count = 0;
-    std::uint64_t topology_stamp = 0;
-  };
-  static void release(Buffers& buffers);
   Program program_;
-  std::vector<Buffers> buffers_;
+  SurfaceArray surfaces_;
+};
+
+/// Where a plane cuts a surface, as a thick, smooth line.
+class OutlinePainter {
+ public:
+  void create();
+  void destroy();
+  /// `plane`: unit normal, and minus its distance from the origin in mm.
+  void draw(const Projection& projection, const SceneBuffers& buffers, int mesh, const Eigen::Vector4f& plane,
+            const Rgba& colour, float width_px) const;
+
+ private:
+  Program program_;
+  SurfaceArray surfaces_;
 };
 
 }  // namespace simplexseg

@@ -43,7 +43,9 @@ PointPanel::PointPanel(Workbench& workbench, QWidget* parent) : QWidget(parent),
   connect(list_, &QTreeWidget::itemClicked, this, [this](QTreeWidgetItem*) { follow_selection(); });
   connect(list_, &QTreeWidget::currentItemChanged, this, [this] { follow_selection(); });
   connect(&workbench_, &Workbench::scene_changed, this, &PointPanel::refresh);
-  connect(&workbench_, &Workbench::view_changed, this, &PointPanel::refresh);
+  connect(&workbench_, &Workbench::view_changed, this, [this] {
+    if (shown_selection_ != workbench_.view.selected_point) refresh();
+  });
   refresh();
 }
 
@@ -57,6 +59,7 @@ void PointPanel::follow_selection() {
 
 void PointPanel::refresh() {
   const QSignalBlocker blocker(list_);
+  shown_selection_ = workbench_.view.selected_point;
   const Scene& scene = workbench_.scene();
   const int count = static_cast<int>(scene.points.size());
   while (list_->topLevelItemCount() > count) delete list_->takeTopLevelItem(list_->topLevelItemCount() - 1);

@@ -2,6 +2,8 @@
 #pragma once
 #include <QWidget>
 
+#include "core/scene.h"
+
 class QPushButton;
 class QTreeWidget;
 
@@ -22,6 +24,7 @@ class PointPanel : public QWidget {
   Workbench& workbench_;
   QTreeWidget* list_;
   QPushButton* delete_;
+  ItemId shown_selection_ = 0;
 };
 
 }  // namespace simplexseg

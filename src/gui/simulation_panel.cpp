@@ -49,10 +49,12 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
     status->addRow(label, value);
   };
   add_status(tr("Speed"), speed_);
+  add_status(tr("Frames"), frames_);
   add_status(tr("Vertices"), vertices_);
   add_status(tr("Motion"), motion_);
   add_status(tr("Backend"), backend_);
   backend_->setWordWrap(true);
+  frames_->setToolTip(tr("New pictures, and the steps between two of them"));
   layout->addLayout(status);
 
   auto* scroll = new QScrollArea(this);
@@ -81,6 +83,7 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
 
   connect(&workbench_, &Workbench::scene_changed, this, &SimulationPanel::refresh);
   connect(&workbench_, &Workbench::running_changed, this, &SimulationPanel::refresh_status);
+  connect(&workbench_, &Workbench::drawing_changed, this, &SimulationPanel::refresh_status);
   // Numbers that change with every frame cannot be read: five times a second will do.
   auto* timer = new QTimer(this);
   timer->setInterval(200);
@@ -106,6 +109,11 @@ void SimulationPanel::refresh_status() {
   } else {
     speed_->setText(tr("not run yet"));
   }
+  const FrameStatistics& statistics = loop_.statistics();
+  frames_->setText(statistics.frames_per_second() > 0 ? tr("%1 a second, %2 steps a frame")
+                                                            .arg(statistics.frames_per_second(), 0, 'f', 0)
+                                                            .arg(statistics.steps_per_frame(), 0, 'f', 1)
+                                                      : tr("none yet"));
   qint64 vertices = 0;
   for (const MeshItem& item : workbench_.scene().meshes) vertices += item.mesh.vertex_count();
   vertices_->setText(tr("%1 in %2")
@@ -119,7 +127,13 @@ void SimulationPanel::refresh_status() {
   } else {
     motion_->setText(tr("%1 mm a step, %2").arg(*std::max_element(moves.begin(), moves.end()), 0, 'g', 2).arg(state));
   }
-  backend_->setText(QString::fromStdString(workbench_.session().engine().description()));
+  QString backend = QString::fromStdString(workbench_.session().engine().description());
+  const SceneBuffers& buffers = workbench_.buffers;
+  if (!buffers.how().empty()) {
+    backend +=
+        tr("; %1; OpenGL by %2").arg(QString::fromStdString(buffers.how()), QString::fromStdString(buffers.renderer()));
+  }
+  backend_->setText(backend);
 }
 
 }  // namespace simplexseg

@@ -28,6 +28,7 @@ class SimulationPanel : public QWidget {
   FrameLoop& loop_;
   std::vector<ParameterRow*> rows_;
   QLabel* speed_;
+  QLabel* frames_;
   QLabel* vertices_;
   QLabel* motion_;
   QLabel* backend_;

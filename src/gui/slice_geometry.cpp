@@ -91,14 +91,20 @@ Eigen::Vector3d snap_to_voxel(const VolumeGeometry& geometry, const Eigen::Vecto
   return geometry.world_from_index() * index;
 }
 
-SliceGrid slice_grid(const VolumeGeometry& geometry, Orientation orientation, const Eigen::Vector3d& through_mm) {
+int texels_per_voxel(const VolumeGeometry& geometry) {
+  constexpr int kLarge = 256;
+  return *std::max_element(geometry.size.begin(), geometry.size.end()) <= kLarge ? 3 : 1;
+}
+
+SliceGrid slice_grid(const VolumeGeometry& geometry, Orientation orientation, const Eigen::Vector3d& through_mm,
+                     int texels_per_voxel) {
   constexpr double kMaxTexels = 2048;
   const WorldBox box = world_box(geometry);
   const Eigen::Vector3d spacing = slice_spacing_mm(geometry), extent = box.extent_mm();
   const int normal = slice_axes(orientation, Convention::Radiological).normal;
   const int u = normal == 0 ? 1 : 0, v = normal == 2 ? 1 : 2;
   const auto texels = [&](int axis) {
-    return static_cast<int>(std::clamp(std::round(extent[axis] / spacing[axis]), 1.0, kMaxTexels));
+    return static_cast<int>(std::clamp(texels_per_voxel * std::round(extent[axis] / spacing[axis]), 1.0, kMaxTexels));
   };
   SliceGrid grid;
   grid.width = texels(u);
@@ -108,6 +114,29 @@ SliceGrid slice_grid(const VolumeGeometry& geometry, Orientation orientation, co
   grid.origin_mm = box.low_mm + 0.5 * (grid.step_u_mm + grid.step_v_mm);
   grid.origin_mm[normal] = through_mm[normal];
   return grid;
+}
+
+SlicePlane slice_plane(const VolumeGeometry& geometry, const SliceGrid& grid, double window, double level) {
+  const Eigen::Affine3d index_from_world = geometry.index_from_world();
+  // Rounding must neither mix a little of the next voxel in nor put the outermost texels outside.
+  constexpr double kOnCentre = 1e-3;  // voxels, at the last texel
+  const auto snapped = [](const Eigen::Vector3d& v, int count) {
+    float component[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      const double whole = std::round(v[axis]);
+      component[axis] = static_cast<float>(std::abs(v[axis] - whole) * count < kOnCentre ? whole : v[axis]);
+    }
+    return Vec3{component[0], component[1], component[2]};
+  };
+  SlicePlane plane;
+  plane.origin = snapped(index_from_world * grid.origin_mm, 1);
+  plane.step_u = snapped(index_from_world.linear() * grid.step_u_mm, grid.width);
+  plane.step_v = snapped(index_from_world.linear() * grid.step_v_mm, grid.height);
+  plane.width = grid.width;
+  plane.height = grid.height;
+  plane.low = static_cast<float>(level - window / 2);
+  plane.high = static_cast<float>(level + window / 2);
+  return plane;
 }
 
 }  // namespace simplexseg

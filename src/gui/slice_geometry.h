@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 
+#include "core/display.h"
 #include "core/volume.h"
 
 namespace simplexseg {
@@ -44,8 +45,18 @@ Eigen::Vector3d snap_to_voxel(const VolumeGeometry& geometry, const Eigen::Vecto
 struct SliceGrid {
   Eigen::Vector3d origin_mm{0, 0, 0}, step_u_mm{1, 0, 0}, step_v_mm{0, 1, 0};
   int width = 0, height = 0;
+  /// Of the first texel, its outer one.
+  Eigen::Vector3d corner_mm() const { return origin_mm - 0.5 * (step_u_mm + step_v_mm); }
 };
-/// The whole plane through `through_mm`, rows and columns along increasing world axes; at most 2048 texels a side.
-SliceGrid slice_grid(const VolumeGeometry& geometry, Orientation orientation, const Eigen::Vector3d& through_mm);
+/// The whole plane through `through_mm`, rows and columns along increasing world axes; at most 2048 texels a side. With
+/// an odd number of texels for each voxel and axis one of them is on the voxel's centre.
+SliceGrid slice_grid(const VolumeGeometry& geometry, Orientation orientation, const Eigen::Vector3d& through_mm,
+                     int texels_per_voxel = 1);
+/// More than 1 where voxels are larger than pixels: between voxels the intensity is then interpolated, not its grey,
+/// and edges beyond the window stay where they are.
+int texels_per_voxel(const VolumeGeometry& geometry);
+/// The same texels in voxel index space, as an engine draws them: exactly on the voxels' centres where the grid meets
+/// them. Intensities level -+ window/2 become black and white.
+SlicePlane slice_plane(const VolumeGeometry& geometry, const SliceGrid& grid, double window, double level);
 
 }  // namespace simplexseg

@@ -2,7 +2,6 @@
 // How a slice is drawn. Its input: slice_view_input.cpp.
 #include "gui/slice_view.h"
 
-#include <QPainter>
 #include <QResizeEvent>
 #include <cmath>
 #include <numbers>
@@ -75,12 +74,14 @@ void SliceView::resizeEvent(QResizeEvent* event) {
 
 void SliceView::create_painters() {
   slice_painter_.create();
+  outline_painter_.create();
   line_painter_.create();
   disc_painter_.create();
 }
 
 void SliceView::destroy_painters() {
   slice_painter_.destroy();
+  outline_painter_.destroy();
   line_painter_.destroy();
   disc_painter_.destroy();
 }
@@ -100,42 +101,34 @@ Projection SliceView::projection() const {
   return projection;
 }
 
+void SliceView::prepare() {
+  slice_ = workbench_.drawn_slice(orientation_);
+  surfaces_ = workbench_.view.show_meshes ? workbench_.drawn_surfaces() : nullptr;
+}
+
 void SliceView::paint() {
   const Projection projection = this->projection();
   begin_frame(projection, rgba_of(theme::kSliceBackground));
   if (!workbench_.has_volume()) return;
   const ViewState& view = workbench_.view;
-  const SliceImage& image = workbench_.slices.image(orientation_, view.crosshair_mm);
-  slice_painter_.update(image);
-  slice_painter_.draw(projection, image, static_cast<float>(view.level - view.window / 2),
-                      static_cast<float>(view.level + view.window / 2), true);
-  const float ratio = static_cast<float>(devicePixelRatio());
-  update_outlines();
-  if (view.show_meshes) {
-    for (const bool active : {false, true}) {  // the active one on top
-      for (const Outline& outline : outlines_) {
-        const MeshItem* item = workbench_.scene().find_mesh(outline.mesh);
-        if (!item || !item->visible || (outline.mesh == view.active_mesh) != active) continue;
-        line_painter_.draw(projection, outline.ends_mm, simplexseg::rgba_of(item->colour),
-                           (active ? 2.4f : 1.4f) * ratio);
-      }
-    }
-  }
+  if (slice_) slice_painter_.draw(projection, *slice_, true);
+  if (surfaces_) draw_outlines(projection);
   if (view.show_annotations) draw_crosshair(projection);
   draw_points(projection);
   draw_seed(projection);
 }
 
-void SliceView::update_outlines() {
-  const Surfaces& surfaces = workbench_.surfaces();
-  if (outline_revision_ == surfaces.revision() && outline_position_mm_ == slice_mm()) return;
-  outline_revision_ = surfaces.revision();
-  outline_position_mm_ = slice_mm();
-  outlines_.resize(surfaces.all().size());
-  for (std::size_t m = 0; m < outlines_.size(); ++m) {
-    const Surface& surface = surfaces.all()[m];
-    outlines_[m].mesh = surface.mesh;
-    cut_surface(surface, axes().normal, static_cast<float>(slice_mm()), outlines_[m].ends_mm);
+void SliceView::draw_outlines(const Projection& projection) {
+  Eigen::Vector4f plane(0, 0, 0, static_cast<float>(-slice_mm()));
+  plane[axes().normal] = 1;
+  const float ratio = static_cast<float>(devicePixelRatio());
+  const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
+  for (const bool active : {false, true}) {  // the active one on top
+    for (std::size_t m = 0; m < meshes.size(); ++m) {
+      if (!meshes[m].visible || (meshes[m].id == workbench_.view.active_mesh) != active) continue;
+      outline_painter_.draw(projection, *surfaces_, static_cast<int>(m), plane, simplexseg::rgba_of(meshes[m].colour),
+                            (active ? 2.4f : 1.4f) * ratio);
+    }
   }
 }
 
@@ -196,31 +189,25 @@ QString SliceView::corner_text() const {
   return QString("%1   %2 = %3 mm").arg(title_of(orientation_), names[axes().normal]).arg(slice_mm(), 0, 'f', 1);
 }
 
-void SliceView::annotate(QPainter& painter) {
+void SliceView::annotate(std::vector<Label>& labels) const {
   const SliceAxes axes = this->axes();
   const QRectF box = text_box();
-  QFont font = this->font();
-  font.setBold(true);
-  painter.setFont(font);
   const auto letter = [&](const Eigen::Vector3d& direction, int alignment) {
-    draw_label(painter, box, alignment, QString(QChar(letter_of(direction))), theme::kText);
+    labels.push_back({box, alignment, QString(QChar(letter_of(direction))), theme::kText});
   };
   letter(-axes.right, Qt::AlignLeft | Qt::AlignVCenter);
   letter(axes.right, Qt::AlignRight | Qt::AlignVCenter);
   letter(axes.up, Qt::AlignHCenter | Qt::AlignTop);
   letter(-axes.up, Qt::AlignHCenter | Qt::AlignBottom);
   if (!workbench_.view.show_annotations) return;
-  draw_label(painter, box, Qt::AlignLeft | Qt::AlignTop, corner_text(), theme::slice_colour(orientation_));
-  font.setBold(false);
-  painter.setFont(font);
+  labels.push_back({box, Qt::AlignLeft | Qt::AlignTop, corner_text(), theme::slice_colour(orientation_)});
+  QString note;
   if (drag_ == Drag::Seed) {
-    draw_label(painter, box, Qt::AlignLeft | Qt::AlignBottom, tr("radius %1 mm").arg(seed_radius_mm_, 0, 'f', 1),
-               theme::kSelected);
+    note = tr("radius %1 mm").arg(seed_radius_mm_, 0, 'f', 1);
   } else if (workbench_.view.window_level_armed) {
-    draw_label(painter, box, Qt::AlignLeft | Qt::AlignBottom,
-               tr("window %1  level %2").arg(workbench_.view.window, 0, 'g', 4).arg(workbench_.view.level, 0, 'g', 4),
-               theme::kSelected);
+    note = tr("window %1  level %2").arg(workbench_.view.window, 0, 'g', 4).arg(workbench_.view.level, 0, 'g', 4);
   }
+  if (!note.isEmpty()) labels.push_back({box, Qt::AlignLeft | Qt::AlignBottom, note, theme::kSelected, false});
 }
 
 }  // namespace simplexseg

@@ -29,8 +29,9 @@ class SliceView : public View {
  protected:
   void create_painters() override;
   void destroy_painters() override;
+  void prepare() override;
   void paint() override;
-  void annotate(QPainter& painter) override;
+  void annotate(std::vector<Label>& labels) const override;
 
   void resizeEvent(QResizeEvent* event) override;
   void mousePressEvent(QMouseEvent* event) override;
@@ -48,7 +49,7 @@ class SliceView : public View {
   double slice_mm() const;
   double distance_to_slice_mm(const Eigen::Vector3d& world_mm) const;
   Projection projection() const;
-  void update_outlines();
+  void draw_outlines(const Projection& projection);
   void draw_crosshair(const Projection& projection);
   void draw_points(const Projection& projection);
   void draw_seed(const Projection& projection);
@@ -84,15 +85,10 @@ class SliceView : public View {
   Eigen::Vector3d seed_centre_mm_{0, 0, 0};
   double seed_radius_mm_ = 0;
 
-  struct Outline {
-    ItemId mesh;
-    std::vector<Eigen::Vector3f> ends_mm;
-  };
-  std::vector<Outline> outlines_;
-  std::uint64_t outline_revision_ = ~std::uint64_t{0};
-  double outline_position_mm_ = 0;
-
+  const SceneBuffers::Slice* slice_ = nullptr;  ///< as of prepare()
+  const SceneBuffers* surfaces_ = nullptr;
   SlicePainter slice_painter_;
+  OutlinePainter outline_painter_;
   LinePainter line_painter_;
   DiscPainter disc_painter_;
 };

@@ -45,15 +45,17 @@ ItemId SliceView::point_at(const QPointF& pixel) const {
 ItemId SliceView::mesh_at(const QPointF& pixel) const {
   ItemId nearest = 0, around = 0;
   double best = kHitRadius;
-  for (const Outline& outline : outlines_) {
+  // Reads the poses back: for a click, never for each move of the mouse.
+  for (const Surface& surface : visible_surfaces(workbench_.session().scene())) {
+    const std::vector<Eigen::Vector3f> ends_mm =
+        cut_surface(surface.shape, axes().normal, static_cast<float>(slice_mm()));
     bool inside = false;
-    for (std::size_t n = 0; n + 1 < outline.ends_mm.size(); n += 2) {
-      const QPointF a = pixel_of(outline.ends_mm[n].cast<double>()),
-                    b = pixel_of(outline.ends_mm[n + 1].cast<double>());
+    for (std::size_t n = 0; n + 1 < ends_mm.size(); n += 2) {
+      const QPointF a = pixel_of(ends_mm[n].cast<double>()), b = pixel_of(ends_mm[n + 1].cast<double>());
       const double distance = distance_to_segment(pixel, a, b);
       if (distance <= best) {
         best = distance;
-        nearest = outline.mesh;
+        nearest = surface.mesh;
       }
       // Crossings of a ray to the right: odd inside a closed outline.
       if ((a.y() > pixel.y()) != (b.y() > pixel.y()) &&
@@ -61,7 +63,7 @@ ItemId SliceView::mesh_at(const QPointF& pixel) const {
         inside = !inside;
       }
     }
-    if (inside) around = outline.mesh;
+    if (inside) around = surface.mesh;
   }
   return nearest ? nearest : around;
 }

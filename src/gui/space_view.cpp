@@ -2,10 +2,10 @@
 #include "gui/space_view.h"
 
 #include <QMouseEvent>
-#include <QPainter>
 #include <QWheelEvent>
 #include <cmath>
 
+#include "gui/surfaces.h"
 #include "gui/theme.h"
 #include "gui/workbench.h"
 
@@ -40,14 +40,14 @@ void SpaceView::centre_on_crosshair() {
 }
 
 void SpaceView::create_painters() {
-  for (SlicePainter& painter : slice_painters_) painter.create();
+  slice_painter_.create();
   line_painter_.create();
   disc_painter_.create();
   mesh_painter_.create();
 }
 
 void SpaceView::destroy_painters() {
-  for (SlicePainter& painter : slice_painters_) painter.destroy();
+  slice_painter_.destroy();
   line_painter_.destroy();
   disc_painter_.destroy();
   mesh_painter_.destroy();
@@ -60,18 +60,21 @@ Projection SpaceView::projection() const {
   return {(camera_.clip_from_eye(aspect()) * eye).cast<float>(), eye.cast<float>(), viewport_px()};
 }
 
+void SpaceView::prepare() {
+  const ViewState& view = workbench_.view;
+  for (const Orientation orientation : kOrientations) {
+    slices_[static_cast<int>(orientation)] = view.show_slices_3d ? workbench_.drawn_slice(orientation) : nullptr;
+  }
+  surfaces_ = view.show_meshes ? workbench_.drawn_surfaces() : nullptr;
+}
+
 void SpaceView::paint() {
   const Projection projection = this->projection();
   begin_frame(projection, rgba_of(theme::kSpaceBackground));
   if (!workbench_.has_volume()) return;
-  const Surfaces& surfaces = workbench_.surfaces();
-  if (drawn_revision_ != surfaces.revision()) {
-    mesh_painter_.update(surfaces.all());
-    drawn_revision_ = surfaces.revision();
-  }
   set_depth(Depth::Test);
-  if (workbench_.view.show_slices_3d) draw_slices(projection);
-  if (workbench_.view.show_meshes) draw_meshes(projection);
+  draw_slices(projection);
+  if (surfaces_) draw_meshes(projection);
   // Last, as their smooth edges are half transparent and yet would hide what comes later.
   if (workbench_.view.show_slices_3d) draw_frames(projection);
   draw_points(projection);
@@ -79,20 +82,16 @@ void SpaceView::paint() {
 }
 
 void SpaceView::draw_slices(const Projection& projection) {
-  const ViewState& view = workbench_.view;
-  for (const Orientation orientation : kOrientations) {
-    SlicePainter& painter = slice_painters_[static_cast<int>(orientation)];
-    const SliceImage& image = workbench_.slices.image(orientation, view.crosshair_mm);
-    painter.update(image);
-    painter.draw(projection, image, static_cast<float>(view.level - view.window / 2),
-                 static_cast<float>(view.level + view.window / 2), false);
+  for (const SceneBuffers::Slice* slice : slices_) {
+    if (slice) slice_painter_.draw(projection, *slice, false);
   }
 }
 
 void SpaceView::draw_frames(const Projection& projection) {
+  const VolumeGeometry& geometry = workbench_.session().volume().geometry();
   for (const Orientation orientation : kOrientations) {
-    const SliceGrid& grid = workbench_.slices.image(orientation, workbench_.view.crosshair_mm).grid;
-    const Eigen::Vector3d corner = grid.origin_mm - 0.5 * (grid.step_u_mm + grid.step_v_mm);
+    const SliceGrid grid = slice_grid(geometry, orientation, workbench_.view.crosshair_mm);
+    const Eigen::Vector3d corner = grid.corner_mm();
     const Eigen::Vector3d u = grid.step_u_mm * grid.width, v = grid.step_v_mm * grid.height;
     const Eigen::Vector3d corners[] = {corner, corner + u, corner + u + v, corner + v};
     std::vector<Eigen::Vector3f> frame;
@@ -106,11 +105,11 @@ void SpaceView::draw_frames(const Projection& projection) {
 }
 
 void SpaceView::draw_meshes(const Projection& projection) {
-  const std::vector<Surface>& surfaces = workbench_.surfaces().all();
-  for (std::size_t m = 0; m < surfaces.size(); ++m) {
-    if (!surfaces[m].visible) continue;
-    mesh_painter_.draw(projection, static_cast<int>(m),
-                       simplexseg::rgba_of(surfaces[m].colour, workbench_.view.opacity));
+  const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    if (!meshes[m].visible) continue;
+    mesh_painter_.draw(projection, *surfaces_, static_cast<int>(m),
+                       simplexseg::rgba_of(meshes[m].colour, workbench_.view.opacity));
   }
 }
 
@@ -126,13 +125,10 @@ void SpaceView::draw_points(const Projection& projection) {
   disc_painter_.draw(projection, discs);
 }
 
-void SpaceView::annotate(QPainter& painter) {
+void SpaceView::annotate(std::vector<Label>& labels) const {
   if (!workbench_.view.show_annotations) return;
-  QFont font = this->font();
-  font.setBold(true);
-  painter.setFont(font);
   const QRectF box = QRectF(rect()).adjusted(7, 5, -7, -5);
-  draw_label(painter, box, Qt::AlignLeft | Qt::AlignTop, tr("3D"), theme::kText);
+  labels.push_back({box, Qt::AlignLeft | Qt::AlignTop, tr("3D"), theme::kText});
   // The patient's sides, at the ends of the crosshair's axes.
   const WorldBox world = world_box(workbench_.session().volume().geometry());
   const Eigen::Matrix4f clip_from_world = projection().clip_from_world;
@@ -143,8 +139,8 @@ void SpaceView::annotate(QPainter& painter) {
       const Eigen::Vector4f clip = clip_from_world * at.cast<float>().homogeneous();
       if (clip.w() <= 0) continue;
       const QPointF pixel((clip.x() / clip.w() * 0.5 + 0.5) * width(), (0.5 - clip.y() / clip.w() * 0.5) * height());
-      draw_label(painter, QRectF(pixel - QPointF(10, 10), QSizeF(20, 20)), Qt::AlignCenter,
-                 QString(QChar(letter_of(direction))), theme::kDimText);
+      labels.push_back({QRectF(pixel - QPointF(10, 10), QSizeF(20, 20)), Qt::AlignCenter,
+                        QString(QChar(letter_of(direction))), theme::kDimText});
     }
   }
 }
@@ -200,9 +196,8 @@ void SpaceView::pick(const QPointF& pixel) {
   const OrbitCamera::Ray ray = camera_.ray(2 * pixel.x() / width() - 1, 1 - 2 * pixel.y() / height(), aspect());
   ItemId hit = 0;
   double nearest = INFINITY;
-  for (const Surface& surface : workbench_.surfaces().all()) {
-    if (!surface.visible) continue;
-    const std::optional<double> distance = hit_surface(surface, ray.origin_mm, ray.direction);
+  for (const Surface& surface : visible_surfaces(workbench_.session().scene())) {
+    const std::optional<double> distance = hit_surface(surface.shape, ray.origin_mm, ray.direction);
     if (distance && *distance < nearest) {
       nearest = *distance;
       hit = surface.mesh;

@@ -20,8 +20,9 @@ class SpaceView : public View {
  protected:
   void create_painters() override;
   void destroy_painters() override;
+  void prepare() override;
   void paint() override;
-  void annotate(QPainter& painter) override;
+  void annotate(std::vector<Label>& labels) const override;
 
   void mousePressEvent(QMouseEvent* event) override;
   void mouseMoveEvent(QMouseEvent* event) override;
@@ -41,8 +42,9 @@ class SpaceView : public View {
   OrbitCamera camera_;
   std::optional<Act> drag_;
   QPointF last_;
-  std::uint64_t drawn_revision_ = ~std::uint64_t{0};
-  SlicePainter slice_painters_[3];
+  const SceneBuffers::Slice* slices_[3] = {};  ///< as of prepare()
+  const SceneBuffers* surfaces_ = nullptr;
+  SlicePainter slice_painter_;
   LinePainter line_painter_;
   DiscPainter disc_painter_;
   MeshPainter mesh_painter_;

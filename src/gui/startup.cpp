@@ -15,6 +15,7 @@
 #include "gpu/backend.h"
 #include "gui/file_actions.h"
 #include "gui/main_window.h"
+#include "gui/measurement.h"
 #include "gui/theme.h"
 #include "gui/workbench.h"
 #include "io/scene_io.h"
@@ -27,6 +28,7 @@ constexpr int kDone = 0, kFailed = 1, kBadInput = 2;
 struct Options {
   QString input, screenshot, log;
   std::optional<int> steps;
+  std::optional<double> measure_s;
   QSize size;
   Backend backend = Backend::Auto;
 };
@@ -60,8 +62,12 @@ std::optional<int> parse(const QStringList& arguments, Options& options) {
                                       "FILE");
   const QCommandLineOption steps("steps", "with --screenshot: how many steps; else as many as the scene says", "N");
   const QCommandLineOption size("size", "of the window, as 1280x800", "WxH", "1280x800");
+  const QCommandLineOption measure("measure",
+                                   "run the scene, drag a point, print frame rate and latency as JSON, and end; with "
+                                   "--screenshot a picture at the end too",
+                                   "SECONDS");
   const QCommandLineOption log("log", "write the log of all actions at the end", "FILE");
-  parser.addOptions({help, version, backend, screenshot, steps, size, log});
+  parser.addOptions({help, version, backend, screenshot, steps, size, measure, log});
   if (!parser.parse(arguments)) return complain(kBadInput, parser.errorText() + "; see --help");
   if (parser.isSet(help)) {
     std::fputs(qUtf8Printable(parser.helpText()), stdout);
@@ -94,6 +100,16 @@ std::optional<int> parse(const QStringList& arguments, Options& options) {
   options.log = parser.value(log);
   if (parser.isSet(screenshot) && options.screenshot.isEmpty())
     return complain(kBadInput, "--screenshot: no file is named; give one");
+  if (parser.isSet(measure)) {
+    bool good = false;
+    options.measure_s = parser.value(measure).toDouble(&good);
+    if (!good || !(*options.measure_s > 0 && *options.measure_s <= 3600)) {
+      return complain(kBadInput,
+                      "--measure " + parser.value(measure) + ": not a number of seconds up to 3600; give one");
+    }
+    if (options.input.isEmpty() || parser.isSet(steps))
+      return complain(kBadInput, "--measure: it needs a scene, and no --steps; give a scene alone");
+  }
   if (parser.isSet(steps)) {
     bool good = false;
     options.steps = parser.value(steps).toInt(&good);
@@ -109,16 +125,33 @@ std::optional<int> parse(const QStringList& arguments, Options& options) {
 
 std::filesystem::path to_path(const QString& text) { return std::filesystem::path(text.toStdU16String()); }
 
-int take_screenshot(QApplication& application, MainWindow& window, const Options& options) {
+int fail(const std::exception& error, int status) { return complain(status, QString::fromUtf8(error.what())); }
+
+/// A status is where the program ends.
+std::optional<int> load(MainWindow& window, const Options& options) {
   window.set_unattended();
-  if (!options.input.isEmpty()) {
-    try {
-      window.files().take(load_input(to_path(options.input)), to_path(options.input));
-    } catch (const std::exception& error) {
-      return complain(kBadInput, QString::fromUtf8(error.what()));
-    }
+  try {
+    if (!options.input.isEmpty()) window.files().take(load_input(to_path(options.input)), to_path(options.input));
+  } catch (const std::exception& error) {
+    return fail(error, kBadInput);
   }
   window.show();
+  return std::nullopt;
+}
+
+int save_screenshot(QApplication& application, MainWindow& window, const Options& options) {
+  // Layout and painting settle within a few rounds of events.
+  for (int round = 0; round < 10; ++round) application.processEvents(QEventLoop::AllEvents, 50);
+  try {
+    window.save_picture(options.screenshot);
+  } catch (const std::exception& error) {
+    return fail(error, kFailed);
+  }
+  return kDone;
+}
+
+int take_screenshot(QApplication& application, MainWindow& window, const Options& options) {
+  if (const std::optional<int> status = load(window, options)) return *status;
   // A scene without a number of steps goes until it rests; the bound is for one that never does.
   constexpr int kUntilRest = 5000;
   const int wanted = options.steps.value_or(window.workbench().scene().steps);
@@ -130,14 +163,17 @@ int take_screenshot(QApplication& application, MainWindow& window, const Options
     if (done.failure) return complain(kFailed, QString::fromStdString(*done.failure));
     if (done.steps == 0 || (until_rest && done.at_rest)) break;
   }
-  // Layout and painting settle within a few rounds of events.
-  for (int round = 0; round < 10; ++round) application.processEvents(QEventLoop::AllEvents, 50);
+  return save_screenshot(application, window, options);
+}
+
+int measure_window(QApplication& application, MainWindow& window, const Options& options) {
+  if (const std::optional<int> status = load(window, options)) return *status;
   try {
-    window.save_picture(options.screenshot);
+    std::fputs(measure(window, *options.measure_s).constData(), stdout);
   } catch (const std::exception& error) {
-    return complain(kFailed, QString::fromUtf8(error.what()));
+    return fail(error, kBadInput);
   }
-  return kDone;
+  return options.screenshot.isEmpty() ? kDone : save_screenshot(application, window, options);
 }
 
 int run_window(QApplication& application, MainWindow& window, const Options& options, const std::string& note) {
@@ -156,6 +192,8 @@ void set_surface_format() {
   format.setProfile(QSurfaceFormat::CoreProfile);
   format.setDepthBufferSize(24);
   QSurfaceFormat::setDefaultFormat(format);
+  // The views draw from the same buffers.
+  QCoreApplication::setAttribute(Qt::AA_ShareOpenGLContexts);
 }
 
 std::string why_no_opengl() {
@@ -197,10 +235,11 @@ int run_desktop(int argc, char** argv) {
   } catch (const std::exception& error) {
     return complain(kFailed, QString::fromUtf8(error.what()));
   }
-  MainWindow window(std::move(choice.engine));
+  MainWindow window(std::move(choice.engine), std::move(choice.spare));
   window.resize(options.size);
-  const int status = options.screenshot.isEmpty() ? run_window(application, window, options, choice.note)
-                                                  : take_screenshot(application, window, options);
+  const int status = options.measure_s              ? measure_window(application, window, options)
+                     : options.screenshot.isEmpty() ? run_window(application, window, options, choice.note)
+                                                    : take_screenshot(application, window, options);
   if (status == kDone && !options.log.isEmpty()) {
     try {
       const Session& session = window.workbench().session();

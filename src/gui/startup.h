@@ -10,7 +10,7 @@ int run_desktop(int argc, char** argv);
 
 /// Why OpenGL 4.5 cannot be had, empty when it can. Needs a QGuiApplication.
 std::string why_no_opengl();
-/// The format of every view; to be set before the first window.
+/// The format of every view, and that they share what they draw from; to be set before the QApplication is made.
 void set_surface_format();
 
 }  // namespace simplexseg

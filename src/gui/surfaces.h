@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Meshes on the host, for what a click hits. They are drawn from SceneBuffers.
 #pragma once
 #include <Eigen/Core>
-#include <array>
-#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -10,42 +9,20 @@
 
 namespace simplexseg {
 
-class Session;
-
-/// What is drawn of one mesh: its tessellation in the present pose.
+/// What is drawn of one mesh: its vertices and cell centres, and the triangles over them.
 struct Surface {
   ItemId mesh = 0;
-  Colour colour{};
-  bool visible = true;
-  std::vector<Eigen::Vector3f> points_mm;  ///< the mesh's vertices, then its cell centres
-  std::vector<Eigen::Vector3f> normals;    ///< unit, outward, one for each point
-  std::vector<std::array<int, 3>> triangles;
-  std::uint64_t topology_stamp = 0;  ///< changes when `triangles` do
-
-  std::vector<std::array<int, 3>> neighbours;  ///< of the mesh as it was tessellated: tells when to do so again
-  CellList cells;
+  TriangleMesh shape;
 };
 
-/// The surfaces of a session. Following a pose costs cell centres and normals; the mesh is tessellated anew only when
-/// its connectivity has changed.
-class Surfaces {
- public:
-  void update(const Session& session);
-  const std::vector<Surface>& all() const { return surfaces_; }
-  /// The session's revision that these surfaces show.
-  std::uint64_t revision() const { return revision_; }
-
- private:
-  std::vector<Surface> surfaces_;
-  std::uint64_t revision_ = ~std::uint64_t{0};
-  std::uint64_t next_stamp_ = 1;
-};
+/// Of the visible meshes, in the pose that the scene has.
+std::vector<Surface> visible_surfaces(const Scene& scene);
 
 /// Where the plane (world axis `axis` at `position_mm`) cuts the surface: start, end, start, end ...
-void cut_surface(const Surface& surface, int axis, float position_mm, std::vector<Eigen::Vector3f>& segments_mm);
+std::vector<Eigen::Vector3f> cut_surface(const TriangleMesh& shape, int axis, float position_mm);
 
 /// Distance (mm) along a ray to the first triangle that it meets.
-std::optional<double> hit_surface(const Surface& surface, const Eigen::Vector3d& origin_mm,
+std::optional<double> hit_surface(const TriangleMesh& shape, const Eigen::Vector3d& origin_mm,
                                   const Eigen::Vector3d& direction);
 
 }  // namespace simplexseg

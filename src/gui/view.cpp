@@ -4,8 +4,6 @@
 #include <QAbstractSpinBox>
 #include <QApplication>
 #include <QLineEdit>
-#include <QOpenGLPaintDevice>
-#include <QPainter>
 
 #include "gui/theme.h"
 #include "gui/workbench.h"
@@ -19,6 +17,10 @@ View::View(Workbench& workbench, QWidget* parent) : QOpenGLWidget(parent), workb
   const auto repaint = [this] { update(); };
   connect(&workbench_, &Workbench::scene_changed, this, repaint);
   connect(&workbench_, &Workbench::pose_changed, this, repaint);
+  // While the simulation runs its next frame shows the point: a picture before that would hold it up.
+  connect(&workbench_, &Workbench::point_moved, this, [this] {
+    if (!workbench_.running()) update();
+  });
   connect(&workbench_, &Workbench::view_changed, this, repaint);
   connect(&workbench_, &Workbench::volume_changed, this, [this] { fit(); });
 }
@@ -29,6 +31,8 @@ void View::release() {
   if (!ready_) return;
   makeCurrent();
   destroy_painters();
+  label_painter_.destroy();
+  workbench_.buffers.detach(this);
   doneCurrent();
   ready_ = false;
 }
@@ -42,6 +46,8 @@ void View::initializeGL() {
   try {
     load_gl();
     create_painters();
+    label_painter_.create();
+    workbench_.buffers.attach(this);
     ready_ = true;
   } catch (const std::exception& error) {
     workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
@@ -50,19 +56,21 @@ void View::initializeGL() {
 
 void View::paintGL() {
   if (!ready_) return;
+  emit painted();
+  if (workbench_.has_volume()) prepare();
+  workbench_.buffers.begin_reading();
   paint();
-  end_frame();
-  // Not QPainter(this): while the window is grabbed that one would draw into the picture, under the view.
-  QOpenGLPaintDevice device(size() * devicePixelRatio());
-  device.setDevicePixelRatio(devicePixelRatio());
-  QPainter painter(&device);
-  painter.setFont(font());
-  painter.setRenderHint(QPainter::TextAntialiasing);
+  std::vector<Label> labels;
   if (workbench_.has_volume()) {
-    annotate(painter);
+    annotate(labels);
   } else {
-    draw_label(painter, rect(), Qt::AlignCenter, tr("Open a volume: Ctrl+O,\nor drop a file here"), theme::kDimText);
+    labels.push_back(
+        {rect(), Qt::AlignCenter, tr("Open a volume: Ctrl+O,\nor drop a file here"), theme::kDimText, false});
   }
+  const double ratio = devicePixelRatio();
+  label_painter_.draw(size() * ratio, ratio, font(), labels);
+  end_frame();
+  workbench_.buffers.end_reading(this);
 }
 
 // Keys act in the view under the mouse, unless something is being typed.
@@ -70,15 +78,6 @@ void View::enterEvent(QEnterEvent* event) {
   QWidget* focus = QApplication::focusWidget();
   if (!qobject_cast<QLineEdit*>(focus) && !qobject_cast<QAbstractSpinBox*>(focus)) setFocus(Qt::MouseFocusReason);
   QOpenGLWidget::enterEvent(event);
-}
-
-void draw_label(QPainter& painter, const QRectF& box, int alignment, const QString& text, const QColor& colour) {
-  painter.setPen(QColor(0, 0, 0, 190));
-  for (const QPointF offset : {QPointF(1, 1), QPointF(-1, 1), QPointF(1, -1), QPointF(-1, -1)}) {
-    painter.drawText(box.translated(offset), alignment, text);
-  }
-  painter.setPen(colour);
-  painter.drawText(box, alignment, text);
 }
 
 }  // namespace simplexseg

@@ -2,9 +2,7 @@
 #pragma once
 #include <QOpenGLWidget>
 
-#include "gui/painters.h"
-
-class QPainter;
+#include "gui/label_painter.h"
 
 namespace simplexseg {
 
@@ -23,13 +21,17 @@ class View : public QOpenGLWidget {
 
  signals:
   void maximise_wanted();
+  void painted();
 
  protected:
   virtual void create_painters() = 0;
   virtual void destroy_painters() = 0;
+  /// Brings the shared buffers that it will draw from up to date. Before anything is drawn: what is written in between
+  /// would cut the frame in two.
+  virtual void prepare() = 0;
   virtual void paint() = 0;
   /// Text over the picture.
-  virtual void annotate(QPainter& painter) = 0;
+  virtual void annotate(std::vector<Label>& labels) const = 0;
 
   void initializeGL() override;
   void paintGL() override;
@@ -41,10 +43,8 @@ class View : public QOpenGLWidget {
   Workbench& workbench_;
 
  private:
+  LabelPainter label_painter_;
   bool ready_ = false;
 };
-
-/// Text with a dark halo, readable on any picture. `alignment` within `box`.
-void draw_label(QPainter& painter, const QRectF& box, int alignment, const QString& text, const QColor& colour);
 
 }  // namespace simplexseg

@@ -8,17 +8,24 @@
 
 namespace simplexseg {
 
-Workbench::Workbench(std::unique_ptr<Engine> engine) : session_(std::move(engine)) {}
+Workbench::Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare)
+    : session_(std::move(engine), std::move(spare)) {
+  settle_.setSingleShot(true);
+  settle_.setInterval(250);
+  connect(&settle_, &QTimer::timeout, this, &Workbench::scene_changed);
+}
 
 void Workbench::open(Scene scene, Volume volume) {
   session_.open(std::move(scene), std::move(volume));
   set_running(false);
   paused_by_user_ = false;
+  drawing_failed_ = false;
+  settle_.stop();
   mark_saved();
   const std::vector<MeshItem>& meshes = this->scene().meshes;
   view.active_mesh = meshes.empty() ? 0 : meshes.front().id;
   view.selected_point = view.hovered_point = 0;
-  slices.set_volume(session_.volume());
+  buffers.forget_slices();
   if (has_volume()) {
     const VolumeGeometry& geometry = session_.volume().geometry();
     view.crosshair_mm = snap_to_voxel(geometry, meshes.empty() ? geometry.centre_mm() : meshes.front().seed.centre_mm);
@@ -27,6 +34,7 @@ void Workbench::open(Scene scene, Volume volume) {
   emit volume_changed();
   emit scene_changed();
   emit view_changed();
+  announce();
 }
 
 bool Workbench::apply(const Command& command, ItemId* added) {
@@ -42,9 +50,25 @@ bool Workbench::apply(const Command& command, ItemId* added) {
   if (id != 0 && std::holds_alternative<AddAttractionPoint>(command)) view.selected_point = id;
   forget_missing_items();
   if (std::holds_alternative<AddAttractionPoint>(command) && !running_ && !paused_by_user_) set_running(true);
-  emit scene_changed();
-  emit view_changed();
+  const auto* move = std::get_if<MoveAttractionPoint>(&command);
+  if (move) emit point_moved();
+  if (move && move->continues) {
+    // A drag comes with every frame; panels that were rebuilt as often would hold it up.
+    if (!settle_.isActive()) settle_.start();
+  } else {
+    settle_.stop();
+    emit scene_changed();
+    emit view_changed();
+  }
+  announce();
   return true;
+}
+
+void Workbench::announce() {
+  const std::optional<std::string> notice = session_.take_notice();
+  if (!notice) return;
+  say(Severity::Warning, QString::fromStdString(*notice));
+  emit scene_changed();
 }
 
 void Workbench::forget_missing_items() {
@@ -68,6 +92,7 @@ Advance Workbench::advance(double seconds) {
   }
   report_failure(done);
   if (done.steps > 0 || done.refined) emit pose_changed();
+  announce();
   return done;
 }
 
@@ -80,6 +105,7 @@ Advance Workbench::advance_steps(int steps, bool stop_at_rest) {
   }
   report_failure(done);
   if (done.steps > 0 || done.refined) emit pose_changed();
+  announce();
   return done;
 }
 
@@ -125,9 +151,38 @@ void Workbench::mark_saved() {
   saved_steps_ = session_.total_steps();
 }
 
-const Surfaces& Workbench::surfaces() {
-  surfaces_.update(session_);
-  return surfaces_;
+const SceneBuffers* Workbench::drawn_surfaces() {
+  return draw([this] { buffers.update_surfaces(session_); }) ? &buffers : nullptr;
+}
+
+const SceneBuffers::Slice* Workbench::drawn_slice(Orientation orientation) {
+  const SceneBuffers::Slice* slice = nullptr;
+  draw([&] { slice = &buffers.update_slice(session_, view, orientation); });
+  return slice;
+}
+
+// While a view paints no signal may be given that changes the window: those are queued.
+bool Workbench::draw(const std::function<void()>& draw) {
+  if (drawing_failed_) return false;
+  const std::string before = buffers.how();
+  const auto later = [this](auto&& act) { QMetaObject::invokeMethod(this, act, Qt::QueuedConnection); };
+  try {
+    try {
+      draw();
+    } catch (const DeviceError& failure) {
+      session_.lose_engine(failure);
+      draw();
+      later([this] { announce(); });
+    }
+  } catch (const std::exception& error) {
+    drawing_failed_ = true;
+    later([this, why = QString::fromUtf8(error.what())] {
+      set_running(false);
+      say(Severity::Failure, why);
+    });
+  }
+  if (buffers.how() != before) later([this] { emit drawing_changed(); });
+  return !drawing_failed_;
 }
 
 Volume::Range contrast_range(const Volume& volume) {

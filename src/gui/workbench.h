@@ -2,11 +2,12 @@
 #pragma once
 #include <QObject>
 #include <QString>
+#include <QTimer>
+#include <functional>
 #include <memory>
 
 #include "core/session.h"
-#include "gui/slice_sampler.h"
-#include "gui/surfaces.h"
+#include "gui/scene_buffers.h"
 #include "gui/view_state.h"
 
 namespace simplexseg {
@@ -18,10 +19,12 @@ enum class Severity { Note, Warning, Failure };
 class Workbench : public QObject {
   Q_OBJECT
  public:
-  explicit Workbench(std::unique_ptr<Engine> engine);
+  /// `spare`: as of Session.
+  explicit Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare = {});
 
   const Session& session() const { return session_; }
-  const Scene& scene() const { return session_.scene(); }
+  /// All but the poses, which stay where the engine has them: whoever needs these asks session().scene().
+  const Scene& scene() const { return session_.scene_without_poses(); }
   bool has_volume() const { return !session_.volume().empty(); }
   const MeshItem* active_mesh() const { return scene().find_mesh(view.active_mesh); }
 
@@ -54,13 +57,17 @@ class Workbench : public QObject {
   void mark_saved();
   void say(Severity severity, const QString& text) { emit message(severity, text); }
 
-  SliceImages slices;
-  /// Surfaces in the session's present pose.
-  const Surfaces& surfaces();
+  SceneBuffers buffers;
+  /// For a view while it paints: the surfaces in the session's present pose, a slice through the crosshair (there must
+  /// be a volume). Null when they cannot be drawn, which becomes a message.
+  const SceneBuffers* drawn_surfaces();
+  const SceneBuffers::Slice* drawn_slice(Orientation orientation);
 
  signals:
-  void scene_changed();  ///< meshes, points, parameters, undo history; poses too
-  void pose_changed();   ///< poses only
+  void scene_changed();    ///< meshes, points, parameters, undo history; poses too
+  void pose_changed();     ///< poses only
+  void point_moved();      ///< an attraction point; while it is dragged scene_changed follows only now and then
+  void drawing_changed();  ///< how the buffers are drawn
   void view_changed();
   void volume_changed();
   void running_changed();
@@ -69,10 +76,13 @@ class Workbench : public QObject {
  private:
   void forget_missing_items();
   void report_failure(const Advance& advance);
+  void announce();
+  bool draw(const std::function<void()>& draw);
   void set_running(bool running);
 
   Session session_;
-  Surfaces surfaces_;
+  QTimer settle_;  ///< until the panels follow a drag
+  bool drawing_failed_ = false;
   bool running_ = false;
   bool paused_by_user_ = false;
   std::size_t saved_log_ = 0;

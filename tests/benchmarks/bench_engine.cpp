@@ -3,16 +3,21 @@
 //   bench_engine --benchmark_filter=internal     see --help for the rest
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+#include <cmath>
+#include <map>
+
 #include "core/force_list.h"
 #include "core/phantom.h"
 #include "core/region_model.h"
 #include "core/shape_reference.h"
+#include "geodesic.h"
 #include "gpu/backend.h"
 
 namespace simplexseg {
 namespace {
 
-enum class Load { Internal, Gradient, Region };
+enum class Load { Internal, Gradient, Region, FullGradient, FullProfile };
 
 ForceParameters forces_for(Load load) {
   ForceParameters p = default_force_parameters();
@@ -21,11 +26,17 @@ ForceParameters forces_for(Load load) {
   set(ForceId::Smoothing, 0, 0.5f);
   set(ForceId::Smoothing, SmoothingForce::curvature, 1);     // keeps its volume: a sphere that vanishes computes with denormals
   set(ForceId::ShapeMemory, 0, 0.2f);
-  if (load == Load::Gradient) {
+  if (load == Load::Gradient || load == Load::FullGradient) {
     set(ForceId::Gradient, 0, 0.5f);
-    set(ForceId::Gradient, GradientForce::samples, 6);       // 13 samples
+    set(ForceId::Gradient, GradientForce::samples, load == Load::Gradient ? 6 : 10);       // 13 or 21 samples
     set(ForceId::Gradient, GradientForce::object, 1);
   }
+  if (load == Load::FullProfile) {
+    set(ForceId::IntensityProfile, 0, 0.5f);
+    set(ForceId::IntensityProfile, IntensityProfileForce::half_length, 4);
+    set(ForceId::IntensityProfile, IntensityProfileForce::samples, 6);       // 21 samples, 13 shifts
+  }
+  if (load == Load::FullGradient || load == Load::FullProfile) set(ForceId::Attraction, 0, 2);
   if (load == Load::Region) set(ForceId::Region, 0, 0.5f);
   return p;
 }
@@ -40,44 +51,142 @@ const Volume& phantom() {
   return volume;
 }
 
-/// arguments: vertices (rounded up to a sphere), threads (0: CUDA)
-void step(benchmark::State& state, Load load, int refresh_interval) {
-  const int level = sphere_level_for(static_cast<int>(state.range(0)));
-  const int threads = static_cast<int>(state.range(1));
-  if (threads == 0 && !why_no_cuda().empty()) {
-    state.SkipWithError("no CUDA device");
-    return;
+/// One mesh and what an engine takes beside it.
+struct Item {
+  SimplexMesh mesh;
+  std::vector<Vec4> shape;
+  std::vector<float> profiles;
+  RegionModel region;
+};
+Item make_item(SimplexMesh mesh, Load load) {
+  Item item;
+  item.mesh = std::move(mesh);
+  item.shape = shape_reference_of(item.mesh);
+  item.region = estimate_region(phantom(), item.mesh, 20);
+  if (load == Load::FullProfile) {
+    const double step = 0.5 * phantom().geometry().spacing_mm.minCoeff();
+    for (int i = 0; i < item.mesh.vertex_count(); ++i) {
+      const Eigen::Vector3d normal = vertex_geometry(item.mesh, i).normal;
+      for (int k = -4; k <= 4; ++k)
+        item.profiles.push_back(static_cast<float>(phantom().sample(item.mesh.positions[i].cast<double>() + k * step * normal)));
+    }
   }
-  const SimplexMesh mesh = make_sphere(phantom().geometry().centre_mm(), 35, level);
-  const std::vector<Vec4> shape = shape_reference_of(mesh);
-  EngineMesh item;
-  item.positions = item.previous = mesh.positions;
-  item.neighbours = mesh.neighbours, item.shape = shape, item.parameters = forces_for(load);
-  const RegionModel region = estimate_region(phantom(), mesh, 20);
-  if (load == Load::Region) item.region = &region;
+  return item;
+}
+
+std::vector<EnginePoint> points_around(const Eigen::Vector3d& centre_mm, double radius_mm, int count, int mesh) {
+  std::vector<EnginePoint> points;
+  for (int k = 0; k < count; ++k) {        // a spiral from pole to pole
+    const double z = 1 - 2 * (k + 0.5) / count, turn = 2.4 * k, r = std::sqrt(1 - z * z);
+    points.push_back({mesh, centre_mm + radius_mm * Eigen::Vector3d(r * std::cos(turn), r * std::sin(turn), z)});
+  }
+  return points;
+}
+
+/// `threads` = 0: CUDA.
+void measure(benchmark::State& state, const std::vector<Item>& items, Load load, int refresh_interval, int threads,
+             const std::vector<EnginePoint>& points, VolumeSampling sampling = VolumeSampling::Filtered) {
+  std::vector<EngineMesh> meshes;
+  std::size_t vertices = 0;
+  for (const Item& item : items) {
+    EngineMesh m;
+    m.positions = m.previous = item.mesh.positions;
+    m.neighbours = item.mesh.neighbours, m.shape = item.shape, m.profiles = item.profiles, m.parameters = forces_for(load);
+    if (load == Load::Region) m.region = &item.region;
+    meshes.push_back(m);
+    vertices += item.mesh.positions.size();
+  }
   SimulationParameters simulation = default_simulation_parameters();
   simulation.refresh_interval = static_cast<float>(refresh_interval);
-  const auto engine = threads == 0 ? make_cuda_engine() : make_cpu_engine(threads);
+  const auto engine = threads == 0 ? make_cuda_engine(sampling) : make_cpu_engine(threads);
   engine->set_volume(phantom());
-  engine->load({&item, 1}, simulation);
-  const int steps = std::max(1, 200'000 / mesh.vertex_count());
-  engine->step(steps);
-  for (auto _ : state) engine->step(steps);
-  const double vertex_steps = static_cast<double>(state.iterations()) * steps * mesh.vertex_count();
-  state.counters["vertices"] = mesh.vertex_count();
+  engine->load(meshes, simulation);
+  engine->set_points(points);
+  // Long enough that launching and waiting for a batch do not count on a device, which takes 1000 times the vertices.
+  const int steps = threads == 0 ? static_cast<int>(std::clamp<std::size_t>(30'000'000 / vertices / 30 * 30, 30, 3000))
+                                 : std::max(1, static_cast<int>(200'000 / vertices));
+  for (int warm = 0; warm < 3; ++warm) engine->step(steps);
+  for (auto _ : state)
+    if (engine->step(steps).failure) state.SkipWithError("a step failed");
+  const double vertex_steps = static_cast<double>(state.iterations()) * steps * static_cast<double>(vertices);
+  state.counters["vertices"] = static_cast<double>(vertices);
   state.counters["ns_per_vertex"] = benchmark::Counter(vertex_steps * 1e-9, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
   state.counters["us_per_step"] = benchmark::Counter(static_cast<double>(state.iterations()) * steps * 1e-6, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
-void sizes(benchmark::internal::Benchmark* b) {
-  b->ArgNames({"vertices", "threads"})->UseRealTime()->Unit(benchmark::kMillisecond);
-  for (int threads : {1, 2, 0})
-    for (int vertices : {20, 320, 1280, 20480, 81920, 327680, 1310720}) b->Args({vertices, threads});
+bool skipped(benchmark::State& state, int threads) {
+  if (threads != 0 || why_no_cuda().empty()) return false;
+  state.SkipWithError("no CUDA device");
+  return true;
 }
 
+const Eigen::Vector3d& centre() {
+  static const Eigen::Vector3d centre = phantom().geometry().centre_mm();
+  return centre;
+}
+
+/// arguments: vertices (rounded up to a sphere), threads
+void step(benchmark::State& state, Load load, int refresh_interval) {
+  const int threads = static_cast<int>(state.range(1));
+  if (skipped(state, threads)) return;
+  std::vector<Item> items;
+  items.push_back(make_item(make_sphere(centre(), 35, sphere_level_for(static_cast<int>(state.range(0)))), load));
+  measure(state, items, load, refresh_interval, threads, {});
+}
+
+/// argument: vertices = 20 f^2. Twenty attraction points where the load has the force.
+void device(benchmark::State& state, Load load, int refresh_interval, VolumeSampling sampling) {
+  if (skipped(state, 0)) return;
+  const int f = static_cast<int>(std::lround(std::sqrt(static_cast<double>(state.range(0)) / 20)));
+  static std::map<std::pair<int, bool>, Item> made;
+  const std::pair key(f, load == Load::FullProfile);
+  if (!made.contains(key)) made[key] = make_item(geodesic_sphere(centre(), 35, f), load);
+  const std::vector<Item> items{made[key]};
+  const bool attract = load == Load::FullGradient || load == Load::FullProfile;
+  measure(state, items, load, refresh_interval, 0, attract ? points_around(centre(), 36, 20, 0) : std::vector<EnginePoint>{}, sampling);
+}
+
+/// argument: meshes of 200k vertices in all, each of the same edge length; two attraction points for each 20k.
+void meshes(benchmark::State& state, Load load) {
+  if (skipped(state, 0)) return;
+  const int count = static_cast<int>(state.range(0));
+  const int f = count == 1 ? 101 : 32;
+  std::vector<Item> items;
+  std::vector<EnginePoint> points;
+  for (int k = 0; k < count; ++k) {
+    const double radius = 35 / std::sqrt(static_cast<double>(count));
+    const Eigen::Vector3d at = centre() + (count == 1 ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(20.0 * (k % 3) - 20, 20.0 * (k / 3 % 3) - 20, 20.0 * (k / 9)));
+    items.push_back(make_item(geodesic_sphere(at, radius, f), load));
+    const auto own = points_around(at, radius + 1, 20 / count, k);
+    points.insert(points.end(), own.begin(), own.end());
+  }
+  measure(state, items, load, 1, 0, load == Load::Internal ? std::vector<EnginePoint>{} : points);
+}
+
+void sizes(benchmark::internal::Benchmark* b) {
+  b->ArgNames({"vertices", "threads"})->UseRealTime()->Unit(benchmark::kMillisecond);
+  for (int threads : {1, 2})
+    for (int vertices : {20, 320, 1280, 20480, 81920, 327680, 1310720}) b->Args({vertices, threads});
+}
+void device_sizes(benchmark::internal::Benchmark* b) {
+  b->ArgNames({"vertices"})->UseRealTime()->Unit(benchmark::kMillisecond);
+  for (int f : {10, 32, 64, 128, 224, 448}) b->Args({20 * f * f});
+}
+
+constexpr auto kFiltered = VolumeSampling::Filtered;
 BENCHMARK_CAPTURE(step, internal, Load::Internal, 1)->Apply(sizes);
 BENCHMARK_CAPTURE(step, gradient_13_samples_every_step, Load::Gradient, 1)->Apply(sizes);
 BENCHMARK_CAPTURE(step, region_every_third_step, Load::Region, 3)->Apply(sizes);
+BENCHMARK_CAPTURE(device, internal, Load::Internal, 1, kFiltered)->Apply(device_sizes);
+BENCHMARK_CAPTURE(device, full_gradient, Load::FullGradient, 1, kFiltered)->Apply(device_sizes);
+BENCHMARK_CAPTURE(device, full_profile, Load::FullProfile, 1, kFiltered)->Apply(device_sizes);
+BENCHMARK_CAPTURE(device, full_gradient_every_third_step, Load::FullGradient, 3, kFiltered)->Apply(device_sizes);
+BENCHMARK_CAPTURE(device, region_every_third_step, Load::Region, 3, kFiltered)->Apply(device_sizes);
+BENCHMARK_CAPTURE(device, full_gradient_fetched, Load::FullGradient, 1, VolumeSampling::Fetched)->Apply(device_sizes);
+BENCHMARK_CAPTURE(device, full_gradient_linear, Load::FullGradient, 1, VolumeSampling::Linear)->Apply(device_sizes);
+BENCHMARK_CAPTURE(meshes, internal, Load::Internal)->ArgName("meshes")->Arg(1)->Arg(10)->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(meshes, full_gradient, Load::FullGradient)->ArgName("meshes")->Arg(1)->Arg(10)->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(meshes, full_profile, Load::FullProfile)->ArgName("meshes")->Arg(1)->Arg(10)->UseRealTime()->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace simplexseg

@@ -29,8 +29,8 @@ class BadInput : public Cli {
       EXPECT_EQ(outcome.out, "");
     }
   }
-  /// As a volume of every subcommand that reads one.
-  void expect_no_volume(const std::string& name, const std::string& says) const {
+  /// As a volume of every subcommand that reads one; plan reads the header alone.
+  void expect_no_volume(const std::string& name, const std::string& says, bool header_tells = true) const {
     expect_refused({"info", path(name)}, says);
     expect_refused({"compare", path(name), path("truth.nii.gz")}, says);
     expect_refused({"compare", path("truth.nii.gz"), path(name)}, says);
@@ -38,7 +38,7 @@ class BadInput : public Cli {
     nlohmann::json scene = scene_json();
     scene["volume"] = name;
     expect_refused({"run", write_scene("bad.json", scene), "--labels", path("out.nii")}, says);
-    expect_refused({"plan", path("bad.json")}, says);
+    if (header_tells) expect_refused({"plan", path("bad.json")}, says);
     scene = scene_json();
     scene["meshes"][0]["reference"]["labels"] = name;
     expect_refused({"run", write_scene("bad.json", scene), "--labels", path("out.nii")}, says);
@@ -78,7 +78,7 @@ TEST_F(BadInput, TruncatedCompressedVolume) {
   const std::string whole = text_of("image.nii.gz");
   for (const double share : {0.05, 0.5, 0.95}) {
     write("cut.nii.gz", whole.substr(0, static_cast<std::size_t>(static_cast<double>(whole.size()) * share)));
-    expect_no_volume("cut.nii.gz", "cut.nii.gz");
+    expect_no_volume("cut.nii.gz", "cut.nii.gz", false);
   }
 }
 

@@ -91,7 +91,10 @@ TEST_P(EngineCoreTest, EveryVoxelTypeGivesTheSame) {
     m.profiles = profiles_under(make_sphere({0, 0, 0}, kPhantomRadius, 2), scene.volume, m.forces);
     const Positions end = run(scene, 60);
     if (expected.empty()) expected = end;
-    EXPECT_TRUE(same_bits(end, expected)) << to_string(type);
+    if (GetParam() == "cpu")
+      EXPECT_TRUE(same_bits(end, expected)) << to_string(type);
+    else      // a texture unit filters some types, with fractions of 8 bits, and cannot read others
+      EXPECT_LE(largest_distance(end, expected), 0.1) << to_string(type);
   }
 }
 

@@ -8,6 +8,7 @@
 #include "core/session.h"
 #include "gpu/backend.h"
 #include "gui/camera.h"
+#include "gui/frame_statistics.h"
 #include "gui/slice_view.h"
 #include "gui/surfaces.h"
 
@@ -25,35 +26,24 @@ std::unique_ptr<Session> session_with_sphere(double radius_mm) {
   return session;
 }
 
-TEST(Surfaces, NormalsPointOutwardsAndFollowThePose) {
+TEST(Surfaces, OnlyVisibleMeshesAreHit) {
   const auto session = session_with_sphere(10);
-  Surfaces surfaces;
-  surfaces.update(*session);
-  ASSERT_EQ(surfaces.all().size(), 1u);
-  const Surface& surface = surfaces.all()[0];
-  EXPECT_EQ(surface.triangles.size(), 3 * session->scene().meshes[0].mesh.neighbours.size());
-  for (std::size_t p = 0; p < surface.points_mm.size(); ++p) {
-    EXPECT_GT(surface.normals[p].dot((surface.points_mm[p] - kCentre.cast<float>()).normalized()), 0.95f);
-  }
-  const std::uint64_t topology = surface.topology_stamp;
-  session->apply(EditMesh{session->scene().meshes[0].id, {}, Colour{1, 2, 3}, {}, {}});
-  surfaces.update(*session);
-  EXPECT_EQ(surfaces.all()[0].topology_stamp, topology);
-  EXPECT_EQ(surfaces.all()[0].colour, (Colour{1, 2, 3}));
-  session->apply(RefineMesh{session->scene().meshes[0].id});
-  surfaces.update(*session);
-  EXPECT_NE(surfaces.all()[0].topology_stamp, topology);
-  EXPECT_EQ(surfaces.all()[0].triangles.size(), 3 * session->scene().meshes[0].mesh.neighbours.size());
+  session->apply(AddMesh{"other", Seed{kCentre, 5}, {}, 0});
+  ASSERT_EQ(visible_surfaces(session->scene()).size(), 2u);
+  const ItemId first = session->scene().meshes[0].id;
+  session->apply(EditMesh{first, {}, {}, false, {}});
+  const std::vector<Surface> surfaces = visible_surfaces(session->scene());
+  ASSERT_EQ(surfaces.size(), 1u);
+  EXPECT_NE(surfaces[0].mesh, first);
+  EXPECT_EQ(surfaces[0].shape.triangles.size(), 3 * session->scene().meshes[1].mesh.neighbours.size());
 }
 
 TEST(Surfaces, APlaneCutsASphereInOneClosedCircle) {
   const auto session = session_with_sphere(10);
-  Surfaces surfaces;
-  surfaces.update(*session);
+  const std::vector<Surface> surfaces = visible_surfaces(session->scene());
   for (int axis = 0; axis < 3; ++axis) {
     const float plane = static_cast<float>(kCentre[axis]) + 6;
-    std::vector<Eigen::Vector3f> ends;
-    cut_surface(surfaces.all()[0], axis, plane, ends);
+    const std::vector<Eigen::Vector3f> ends = cut_surface(surfaces[0].shape, axis, plane);
     ASSERT_GT(ends.size(), 20u);
     std::map<std::array<int, 3>, int> meetings;
     for (const Eigen::Vector3f& end : ends) {
@@ -65,19 +55,62 @@ TEST(Surfaces, APlaneCutsASphereInOneClosedCircle) {
                   static_cast<int>(std::lround(end[2] * 1e3))}];
     }
     for (const auto& [place, count] : meetings) EXPECT_EQ(count % 2, 0);
-    cut_surface(surfaces.all()[0], axis, static_cast<float>(kCentre[axis]) + 11, ends);
-    EXPECT_TRUE(ends.empty());
+    EXPECT_TRUE(cut_surface(surfaces[0].shape, axis, static_cast<float>(kCentre[axis]) + 11).empty());
   }
 }
 
 TEST(Surfaces, ARayHitsTheNearSide) {
   const auto session = session_with_sphere(10);
-  Surfaces surfaces;
-  surfaces.update(*session);
-  const auto hit = hit_surface(surfaces.all()[0], kCentre - Eigen::Vector3d(50, 0, 0), {1, 0, 0});
+  const TriangleMesh shape = visible_surfaces(session->scene())[0].shape;
+  const auto hit = hit_surface(shape, kCentre - Eigen::Vector3d(50, 0, 0), {1, 0, 0});
   ASSERT_TRUE(hit);
   EXPECT_NEAR(*hit, 40, 0.3);
-  EXPECT_FALSE(hit_surface(surfaces.all()[0], kCentre + Eigen::Vector3d(0, 20, -50), {0, 0, 1}));
+  EXPECT_FALSE(hit_surface(shape, kCentre + Eigen::Vector3d(0, 20, -50), {0, 0, 1}));
+}
+
+TEST(FrameStatistics, LatencyEndsWithThePictureThatShowsTheMove) {
+  FrameStatistics statistics;
+  statistics.start_recording();
+  statistics.painted();
+  EXPECT_TRUE(statistics.shown(1.00));
+  EXPECT_FALSE(statistics.shown(1.01));  // another view of the same picture
+  statistics.painted();
+  statistics.point_moved(1.02);  // after the painting: not in that picture
+  statistics.shown(1.03);
+  statistics.painted();  // shows the point, but no step has known of it
+  statistics.shown(1.05);
+  statistics.steps_done(7, 0.001);
+  statistics.painted();
+  statistics.shown(1.09);
+  const FrameStatistics::Record record = statistics.stop_recording();
+  ASSERT_EQ(record.frame_s.size(), 3u);
+  EXPECT_NEAR(record.frame_s[2], 0.04, 1e-9);
+  ASSERT_EQ(record.latency_s.size(), 1u);
+  EXPECT_NEAR(record.latency_s[0], 0.03, 1e-9);
+  ASSERT_EQ(record.response_s.size(), 1u);
+  EXPECT_NEAR(record.response_s[0], 0.07, 1e-9);
+  EXPECT_EQ(record.steps, 7);
+}
+
+TEST(FrameStatistics, APauseIsNoFrame) {
+  FrameStatistics statistics;
+  for (const double at : {1.0, 1.02, 1.04}) {
+    statistics.painted();
+    statistics.shown(at);
+  }
+  statistics.interrupt();
+  statistics.painted();
+  statistics.shown(60);
+  EXPECT_NEAR(statistics.frames_per_second(), 50, 1e-6);
+}
+
+TEST(FrameStatistics, PercentilesAreNearestRanks) {
+  EXPECT_EQ(percentile({}, 0.5), 0);
+  EXPECT_EQ(percentile({3, 1, 2}, 0.5), 2);
+  std::vector<double> hundred;
+  for (int n = 100; n >= 1; --n) hundred.push_back(n);
+  EXPECT_EQ(percentile(hundred, 0.99), 99);
+  EXPECT_EQ(percentile(hundred, 1), 100);
 }
 
 TEST(Handles, FadeWithTheDistanceToTheSlice) {

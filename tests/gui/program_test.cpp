@@ -2,6 +2,8 @@
 // The program from the command line: exit status, one line on stderr, files.
 #include <QFileInfo>
 #include <QImage>
+#include <QJsonDocument>
+#include <QJsonObject>
 #include <QProcess>
 #include <QTemporaryDir>
 
@@ -31,7 +33,8 @@ TEST(Program, BadUsageIsOneLineAndStatusTwo) {
   for (const QStringList& arguments :
        {QStringList{"--nonsense"}, QStringList{"a.nii", "b.nii"}, QStringList{"/no/such/file.nii"},
         QStringList{"--backend", "gpu"}, QStringList{"--size", "huge"}, QStringList{"--size", "10x10"},
-        QStringList{"--steps", "5"}, QStringList{"--screenshot", "x.png", "--steps", "-1"}}) {
+        QStringList{"--steps", "5"}, QStringList{"--screenshot", "x.png", "--steps", "-1"},
+        QStringList{"--measure", "2"}, QStringList{"--measure", "none", "x.json"}}) {
     const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.status, 2) << arguments.join(' ').toStdString();
     EXPECT_EQ(outcome.err.count('\n'), 1) << outcome.err.toStdString();
@@ -59,9 +62,8 @@ TEST(Program, WithoutOpenGlItSaysWhatToDo) {
   EXPECT_TRUE(outcome.err.contains("simplexseg-cli"));
 }
 
-TEST(Program, AScreenshotRunsTheSceneAndEnds) {
-  if (const std::string why = why_no_window(); !why.empty()) GTEST_SKIP() << "no window: " << why;
-  QTemporaryDir folder;
+/// A bright ball and a mesh on it; returns the path of the scene.
+QString write_ball_scene(const QTemporaryDir& folder) {
   const auto path = [&](const char* name) { return folder.filePath(name); };
   write_volume(path("ball.nii").toStdString(), make_phantom("sphere", {}).image);
   Scene scene;
@@ -76,6 +78,14 @@ TEST(Program, AScreenshotRunsTheSceneAndEnds) {
   item.mesh = make_sphere(item.seed.centre_mm, item.seed.radius_mm, 2);
   scene.meshes.push_back(item);
   write_scene(path("scene.json").toStdString(), scene);
+  return path("scene.json");
+}
+
+TEST(Program, AScreenshotRunsTheSceneAndEnds) {
+  if (const std::string why = why_no_window(); !why.empty()) GTEST_SKIP() << "no window: " << why;
+  QTemporaryDir folder;
+  const auto path = [&](const char* name) { return folder.filePath(name); };
+  write_ball_scene(folder);
   const Outcome outcome = run({"--backend", "cpu", "--size", "900x700", "--screenshot", path("a.png"), "--log",
                                path("log.json"), path("scene.json")});
   EXPECT_EQ(outcome.status, 0) << outcome.err.toStdString();
@@ -87,6 +97,34 @@ TEST(Program, AScreenshotRunsTheSceneAndEnds) {
   const Outcome unwritable = run({"--screenshot", path("no/such/folder/b.png"), "--steps", "0", path("ball.nii")});
   EXPECT_EQ(unwritable.status, 1);
   EXPECT_EQ(unwritable.err.count('\n'), 1) << unwritable.err.toStdString();
+}
+
+TEST(Program, AMeasurementIsJson) {
+  if (const std::string why = why_no_window(); !why.empty()) GTEST_SKIP() << "no window: " << why;
+  QTemporaryDir folder;
+  const QString scene = write_ball_scene(folder), picture = folder.filePath("a.png");
+  const Outcome outcome =
+      run({"--backend", "cpu", "--size", "900x700", "--measure", "1", "--screenshot", picture, scene});
+  EXPECT_EQ(outcome.status, 0) << outcome.err.toStdString();
+  const QJsonObject json = QJsonDocument::fromJson(outcome.out.toUtf8()).object();
+  ASSERT_FALSE(json.isEmpty()) << outcome.out.toStdString();
+  EXPECT_GT(json["frames"].toInt(), 0);
+  EXPECT_GT(json["frames_per_second"].toDouble(), 0);
+  EXPECT_GT(json["steps_per_frame"].toDouble(), 0);
+  EXPECT_GT(json["latency_ms"]["count"].toInt(), 0);
+  EXPECT_GE(json["latency_ms"]["p99"].toDouble(), json["latency_ms"]["median"].toDouble());
+  EXPECT_GT(json["latency_ms"]["median"].toDouble(), 0);
+  EXPECT_EQ(json["meshes"].toInt(), 1);
+  EXPECT_GE(json["vertices"].toInt(), 320);
+  EXPECT_EQ(json["backend"].toString(), "cpu");
+  EXPECT_EQ(json["display"].toString(), "upload");
+  EXPECT_EQ(json["size"].toString(), "900x700");
+  EXPECT_FALSE(json["renderer"].toString().isEmpty());
+  EXPECT_EQ(json["simulating"]["bytes_read_back"].toInt(-1), 0);
+  EXPECT_EQ(QImage(picture).size(), QSize(900, 700));
+  const Outcome empty = run({"--measure", "1", folder.filePath("ball.nii")});  // a volume: nothing to run
+  EXPECT_EQ(empty.status, 2);
+  EXPECT_EQ(empty.err.count('\n'), 1) << empty.err.toStdString();
 }
 
 }  // namespace

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "core/engine.h"
 #include "core/volume.h"
+#include "gpu/backend.h"
 #include "gui/slice_geometry.h"
-#include "gui/slice_sampler.h"
 #include "gui/workbench.h"
 
 namespace simplexseg {
@@ -33,29 +35,38 @@ Eigen::Matrix3d permuted(int i, int j, int k, double si, double sj, double sk) {
   return direction;
 }
 
-// Every texel is compared with the volume at the texel's own place.
-double largest_error(const Volume& volume, const Eigen::Vector3d& through_mm, int* inside_count = nullptr) {
+constexpr double kLow = 10, kHigh = 90;  // the window: values beyond it are among the voxels
+
+// The slice as an engine draws it, and how many texels are inside. Every texel is compared with the volume at its
+// place.
+double largest_error(const Volume& volume, const Eigen::Vector3d& through_mm, int* inside_count = nullptr,
+                     int texels_per_voxel = 1) {
+  const auto engine = make_cpu_engine(1);
+  engine->set_volume(volume);
   double worst = 0;
   int inside = 0;
   for (const Orientation orientation : kOrientations) {
-    const SliceGrid grid = slice_grid(volume.geometry(), orientation, through_mm);
-    std::vector<float> intensities;
-    sample_slice(volume, grid, intensities);
-    EXPECT_EQ(intensities.size(), static_cast<std::size_t>(grid.width) * grid.height);
+    const SliceGrid grid = slice_grid(volume.geometry(), orientation, through_mm, texels_per_voxel);
+    std::vector<DisplayTexel> texels(static_cast<std::size_t>(grid.width) * grid.height);
+    engine->draw_slice(slice_plane(volume.geometry(), grid, kHigh - kLow, (kLow + kHigh) / 2), {nullptr, texels});
     for (int v = 0; v < grid.height; ++v) {
       for (int u = 0; u < grid.width; ++u) {
         const Eigen::Vector3d world = grid.origin_mm + u * grid.step_u_mm + v * grid.step_v_mm;
-        const float shown = intensities[static_cast<std::size_t>(v) * grid.width + u];
+        const DisplayTexel shown = texels[static_cast<std::size_t>(v) * grid.width + u];
         const Eigen::Vector3d index = volume.geometry().index_from_world() * world;
         double margin = 1e9;  // voxels to the nearest outer face, < 0 outside
         for (int axis = 0; axis < 3; ++axis) {
           margin = std::min({margin, index[axis] + 0.5, volume.geometry().size[axis] - 0.5 - index[axis]});
         }
         if (std::abs(margin) < 0.01) continue;
-        EXPECT_EQ(margin < 0, std::isnan(shown)) << world.transpose();
-        if (std::isnan(shown)) continue;
+        EXPECT_EQ(shown.inside, margin < 0 ? 0 : 255) << world.transpose();
+        if (margin < 0) {
+          EXPECT_EQ(shown.grey, 0);
+          continue;
+        }
         ++inside;
-        worst = std::max(worst, std::abs(shown - volume.sample(world)));
+        const double grey = std::clamp((volume.sample(world) - kLow) / (kHigh - kLow), 0.0, 1.0) * 255;
+        worst = std::max(worst, std::abs(shown.grey - grey));
       }
     }
   }
@@ -63,7 +74,9 @@ double largest_error(const Volume& volume, const Eigen::Vector3d& through_mm, in
   return worst;
 }
 
-TEST(SliceSampler, ShowsTheVoxelsUnderEveryAxisAssignment) {
+constexpr double kRounding = 0.5001;  // to a whole grey
+
+TEST(DrawnSlice, ShowsTheVoxelsUnderEveryAxisAssignment) {
   const Eigen::Matrix3d directions[] = {permuted(0, 1, 2, 1, 1, 1), permuted(0, 1, 2, -1, -1, 1),
                                         permuted(1, 2, 0, 1, -1, 1), permuted(2, 0, 1, -1, 1, 1),
                                         permuted(0, 2, 1, 1, 1, -1)};
@@ -72,12 +85,37 @@ TEST(SliceSampler, ShowsTheVoxelsUnderEveryAxisAssignment) {
     ASSERT_TRUE(is_axis_aligned(volume.geometry()));
     const Eigen::Vector3d centre = snap_to_voxel(volume.geometry(), volume.geometry().centre_mm());
     int inside = 0;
-    EXPECT_LT(largest_error(volume, centre, &inside), 1e-4);
+    EXPECT_LT(largest_error(volume, centre, &inside), kRounding);
     EXPECT_EQ(inside, 7 * 6 + 6 * 5 + 7 * 5);  // each voxel of the three slices once, nothing outside
+    EXPECT_LT(largest_error(volume, centre, &inside, 3), kRounding + 0.01);
+    EXPECT_EQ(inside, 9 * (7 * 6 + 6 * 5 + 7 * 5));
   }
 }
 
-TEST(SliceSampler, InterpolatesUnderObliqueAndShearedDirections) {
+TEST(DrawnSlice, TheOutermostSlicesAreInside) {
+  const Volume volume = make_volume<std::uint8_t>(permuted(1, 2, 0, 1, -1, 1));
+  for (const double far : {-900.0, 900.0}) {
+    const Eigen::Vector3d corner = snap_to_voxel(volume.geometry(), Eigen::Vector3d::Constant(far));
+    int inside = 0;
+    EXPECT_LT(largest_error(volume, corner, &inside), kRounding);
+    EXPECT_EQ(inside, 7 * 6 + 6 * 5 + 7 * 5);
+  }
+}
+
+TEST(DrawnSlice, LiesExactlyOnTheVoxels) {
+  const Volume volume = make_volume<std::int16_t>(permuted(2, 0, 1, -1, 1, 1));
+  const Eigen::Vector3d centre = snap_to_voxel(volume.geometry(), volume.geometry().centre_mm());
+  for (const Orientation orientation : kOrientations) {
+    const SlicePlane plane = slice_plane(volume.geometry(), slice_grid(volume.geometry(), orientation, centre), 80, 50);
+    for (const Vec3& v : {plane.origin, plane.step_u, plane.step_v}) {
+      for (const float component : {v.x, v.y, v.z}) EXPECT_EQ(component, std::round(component));
+    }
+    EXPECT_EQ(plane.low, 10);
+    EXPECT_EQ(plane.high, 90);
+  }
+}
+
+TEST(DrawnSlice, InterpolatesUnderObliqueAndShearedDirections) {
   const Eigen::Matrix3d tilted = (Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized())).toRotationMatrix();
   Eigen::Matrix3d sheared = tilted;
   sheared.col(2) = (sheared.col(2) + 0.3 * sheared.col(0)).normalized();
@@ -85,30 +123,20 @@ TEST(SliceSampler, InterpolatesUnderObliqueAndShearedDirections) {
     const Volume volume = make_volume<float>(direction);
     EXPECT_FALSE(is_axis_aligned(volume.geometry()));
     int inside = 0;
-    EXPECT_LT(largest_error(volume, volume.geometry().centre_mm() + Eigen::Vector3d(0.3, -0.2, 0.4), &inside), 2e-3);
+    EXPECT_LT(largest_error(volume, volume.geometry().centre_mm() + Eigen::Vector3d(0.3, -0.2, 0.4), &inside),
+              kRounding + 0.01);
     EXPECT_GT(inside, 50);
   }
 }
 
 template <class T>
-class SliceSamplerTypes : public ::testing::Test {};
+class DrawnSliceTypes : public ::testing::Test {};
 using VoxelTypes = ::testing::Types<std::int8_t, std::uint8_t, std::int16_t, std::uint16_t, std::int32_t, std::uint32_t,
                                     float, double>;
-TYPED_TEST_SUITE(SliceSamplerTypes, VoxelTypes);
-TYPED_TEST(SliceSamplerTypes, EveryVoxelTypeIsRead) {
+TYPED_TEST_SUITE(DrawnSliceTypes, VoxelTypes);
+TYPED_TEST(DrawnSliceTypes, EveryVoxelTypeIsRead) {
   const Volume volume = make_volume<TypeParam>(Eigen::Matrix3d::Identity());
-  EXPECT_LT(largest_error(volume, volume.geometry().centre_mm()), 1e-3);
-}
-
-TEST(SliceImages, SamplesAgainOnlyWhenThePlaneMoves) {
-  SliceImages slices;
-  EXPECT_EQ(slices.image(Orientation::Axial, {0, 0, 0}).stamp, 0u);
-  const Volume volume = make_volume<std::uint8_t>(Eigen::Matrix3d::Identity());
-  slices.set_volume(volume);
-  const Eigen::Vector3d at = volume.geometry().centre_mm();
-  const std::uint64_t first = slices.image(Orientation::Axial, at).stamp;
-  EXPECT_EQ(slices.image(Orientation::Axial, at + Eigen::Vector3d(2, 2, 0)).stamp, first);
-  EXPECT_NE(slices.image(Orientation::Axial, at + Eigen::Vector3d(0, 0, 3)).stamp, first);
+  EXPECT_LT(largest_error(volume, volume.geometry().centre_mm()), kRounding + 0.01);
 }
 
 TEST(SliceGeometry, LettersNameThePatientsSides) {

@@ -3,12 +3,24 @@
 
 #include <QElapsedTimer>
 #include <QFileInfo>
+#include <QOpenGLContext>
 #include <QWheelEvent>
 
 #include "gpu/backend.h"
 #include "gui/startup.h"
 
 namespace simplexseg {
+namespace {
+
+// Ends before main() does: Qt cannot give back its OpenGL contexts among the destructors of statics.
+std::unique_ptr<QApplication> application;
+struct EndOfApplication : ::testing::Environment {
+  void TearDown() override { application.reset(); }
+};
+[[maybe_unused]] const auto* const end_of_application =
+    ::testing::AddGlobalTestEnvironment(new EndOfApplication);  // GoogleTest owns it
+
+}  // namespace
 
 std::string why_no_window() {
   static const std::string why = []() -> std::string {
@@ -22,7 +34,7 @@ std::string why_no_window() {
     static char name[] = "gui_test";
     static char* arguments[] = {name, nullptr};
     set_surface_format();
-    static QApplication application(count, arguments);
+    application = std::make_unique<QApplication>(count, arguments);
     return why_no_opengl();
   }();
   return why;
@@ -40,7 +52,11 @@ bool wait_until(const std::function<bool()>& done) {
 
 void WindowTest::SetUp() {
   if (const std::string why = why_no_window(); !why.empty()) GTEST_SKIP() << "no window: " << why;
-  window_ = std::make_unique<MainWindow>(make_cpu_engine(1));
+  show_window(make_cpu_engine(1), {});
+}
+
+void WindowTest::show_window(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare) {
+  window_ = std::make_unique<MainWindow>(std::move(engine), std::move(spare));
   window_->set_unattended();
   window_->resize(1200, 800);
   window_->show();
@@ -79,6 +95,10 @@ void WindowTest::drag(QWidget& widget, const QPointF& from, const QPointF& to, Q
     mouse(widget, QEvent::MouseMove, from + (to - from) * n / kMoves, Qt::NoButton, button, modifiers);
   }
   mouse(widget, QEvent::MouseButtonRelease, to, button, Qt::NoButton, modifiers);
+}
+
+bool WindowTest::share_contexts(const View& a, const View& b) {
+  return QOpenGLContext::areSharing(a.context(), b.context());
 }
 
 void WindowTest::wheel(QWidget& widget, const QPointF& at, int notches, Qt::KeyboardModifiers modifiers) {

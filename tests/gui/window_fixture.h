@@ -28,11 +28,13 @@ class WindowTest : public ::testing::Test {
  protected:
   void SetUp() override;
   void TearDown() override;
+  /// In place of the one that is.
+  void show_window(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare);
 
   /// With one mesh "object" of this radius about the volume's centre, that only attraction and smoothing move.
   void open_phantom(double radius_mm = 12);
   Workbench& bench() { return window_->workbench(); }
-  const Scene& scene() { return bench().scene(); }
+  const Scene& scene() { return bench().session().scene(); }
   SliceView& axial() { return window_->slice(0); }
 
   static void mouse(QWidget& widget, QEvent::Type type, const QPointF& at, Qt::MouseButton button,
@@ -40,6 +42,7 @@ class WindowTest : public ::testing::Test {
   /// Press, some moves, release.
   static void drag(QWidget& widget, const QPointF& from, const QPointF& to, Qt::MouseButton button = Qt::LeftButton,
                    Qt::KeyboardModifiers modifiers = {});
+  static bool share_contexts(const View& a, const View& b);
   static void wheel(QWidget& widget, const QPointF& at, int notches, Qt::KeyboardModifiers modifiers = {});
 
   QTemporaryDir folder_;

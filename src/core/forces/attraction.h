@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "core/atomics.h"
+#include "core/lanes.h"
 #include "core/step_view.h"
 
 namespace simplexseg {
@@ -29,84 +30,135 @@ struct AttractionForce {
   }
 };
 
-/// Nearest vertex to each attraction point, over one block of vertices of its mesh. Ties go to the lowest index: the key is
-/// the squared distance's bits, then the vertex.
+/// Nearest vertex to each attraction point, first half: over one block of vertices of a mesh, for one group of points of
+/// that mesh. BindPatch takes the smallest of the blocks' keys. Ties go to the lowest index: the key is the squared
+/// distance's bits, then the vertex.
 struct FindNearest {
   static constexpr const char* name = "nearest vertex";
-  static constexpr int kBlock = 256;
+  static constexpr int kLanes = 32, kBlock = kNearestBlock;
   StepView v;
-  int blocks;            ///< for each point: of the largest mesh
-  SIMPLEXSEG_HD void operator()(int index) const {
-    const int point = index / blocks, block = index % blocks;
-    const PointView& c = v.points[point];
-    const MeshConstants& m = v.meshes[c.mesh];
-    const int first = block * kBlock, last = first + kBlock < m.vertex_count ? first + kBlock : m.vertex_count;
-    unsigned long long best = ~0ull;
-    for (int k = first; k < last; ++k) {
-      const Vec3 d = xyz(v.current[m.first_vertex + k]) - xyz(c.position);
-      const float square = dot(d, d);
-      const unsigned long long key = static_cast<unsigned long long>(bits_of(square)) << 32 | static_cast<unsigned>(m.first_vertex + k);
-      best = key < best ? key : best;
-    }
-    if (best != ~0ull) atomic_min(&v.nearest[point], best);
-  }
-};
-
-/// Breadth-first p-order neighbourhood of each point's nearest vertex. One call a point.
-struct BindPatch {
-  static constexpr const char* name = "attraction patch";
-  StepView v;
-  SIMPLEXSEG_HD void operator()(int point) const {
-    PointView& c = v.points[point];
-    PatchEntry* patch = v.patches + static_cast<long>(point) * kMaxPatch;
-    const int nearest = static_cast<int>(v.nearest[point] & 0xffffffffu);
-    const MeshConstants& m = v.meshes[c.mesh];
-    const int order = m.integer<AttractionForce>(AttractionForce::order);
-    c.nearest = nearest;
-    int count = 0, begin = 0;
-    patch[count++] = {nearest, 1.0f};
-    for (int ring = 1; ring <= order; ++ring) {
-      const int end = count;
-      const float w = AttractionForce::ring_weight(ring, order);
-      for (int e = begin; e < end; ++e) {
-        const Int4 nb = v.neighbours[patch[e].vertex];
-        const int candidates[3] = {nb.x, nb.y, nb.z};
-        for (int candidate : candidates) {
-          bool known = count >= kMaxPatch;
-          for (int k = count - 1; k >= 0 && !known; --k) known = patch[k].vertex == candidate;
-          if (!known) patch[count++] = {candidate, w};
-        }
+  template <class L>
+  SIMPLEXSEG_HD void operator()(int index, L lanes) const {
+    const int group = index % v.point_groups, block = index / v.point_groups % v.nearest_blocks;
+    const MeshConstants& m = v.meshes[index / v.point_groups / v.nearest_blocks];
+    const int begin = block * kBlock, end = begin + kBlock < m.vertex_count ? begin + kBlock : m.vertex_count;
+    const int points = m.point_count - group * kPointGroup < kPointGroup ? m.point_count - group * kPointGroup : kPointGroup;
+    if (begin >= end || points <= 0) return;
+    const int first_point = m.first_point + group * kPointGroup, first_vertex = m.first_vertex;
+    // All loads first: none waits for another.
+    Vec3 c[kPointGroup];
+    for (int k = 0; k < kPointGroup; ++k) c[k] = xyz(v.points[first_point + (k < points ? k : 0)].position);
+    float best[kPointGroup];
+    int nearest[kPointGroup];
+    for (int k = 0; k < kPointGroup; ++k) best[k] = INFINITY, nearest[k] = 0;
+    // A lane holds every kStride-th position of the block, the last one in place of those past the end.
+    constexpr int kStride = L::width, kOwn = kBlock / kStride, kHeld = kOwn < 4 ? kOwn : 4;
+    for (int held = 0; held < kOwn; held += kHeld) {
+      Vec3 x[kHeld];
+      for (int h = 0; h < kHeld; ++h) {
+        const int at = begin + lanes.lane + (held + h) * kStride;
+        x[h] = xyz(v.current[first_vertex + (at < end ? at : end - 1)]);
       }
-      begin = end;
+      for (int k = 0; k < kPointGroup; ++k)
+        for (int h = 0; h < kHeld; ++h) {
+          const Vec3 d = x[h] - c[k];
+          const float square = dot(d, d);
+          if (square < best[k]) best[k] = square, nearest[k] = held + h;
+        }
+      if (begin + (held + kHeld) * kStride >= end) break;
     }
-    for (int k = count; k < kMaxPatch; ++k) patch[k] = {-1, 0.0f};
+    unsigned long long keys[kPointGroup];
+    for (int k = 0; k < kPointGroup; ++k) {
+      const int at = begin + lanes.lane + nearest[k] * kStride;
+      const unsigned vertex = static_cast<unsigned>(first_vertex + (at < end ? at : end - 1)), square = bits_of(best[k]);
+      const unsigned least = lanes.smallest(square);
+      keys[k] = static_cast<unsigned long long>(least) << 32 | lanes.smallest(square == least ? vertex : ~0u);
+    }
+    if (lanes.lane != 0) return;
+    for (int k = 0; k < points; ++k)
+      v.nearest[static_cast<long>(first_point + k) * v.nearest_blocks + block] = keys[k];
   }
 };
 
-struct ClearAttraction {
-  static constexpr const char* name = "clear attraction";
-  StepView v;
-  SIMPLEXSEG_HD void operator()(int entry) const {
-    const PatchEntry e = v.patches[entry];
-    if (e.vertex >= 0) v.attraction[e.vertex] = {0, 0, 0, 0};
-  }
-};
-
-struct SumAttraction {
-  static constexpr const char* name = "sum attraction";
-  StepView v;
-  SIMPLEXSEG_HD void operator()(int entry) const {
-    const PatchEntry e = v.patches[entry];
-    if (e.vertex < 0) return;
-    const PointView& c = v.points[entry / kMaxPatch];
-    // Bounded to 10 m: the sums stay inside 64 bits for any number of points that fits into memory.
-    auto fixed = [](float x) { return static_cast<long long>(smaller(larger(x, -1e4f), 1e4f) * kFixedPoint); };
-    const Vec3 pull = xyz(c.position) - xyz(v.current[c.nearest]);
+/// Adds what one attraction point says to the sums of the vertices of its patch; integers, so that their order does not
+/// matter. The integration takes the sums and leaves zeros.
+template <class L>
+SIMPLEXSEG_HD void add_pull(const StepView& v, int point, Vec3 position, int nearest, int patch_count, L lanes) {
+  const PatchEntry* patch = v.patches + static_cast<long>(point) * kMaxPatch;
+  // Bounded to 10 m: the sums stay inside 64 bits for any number of points that fits into memory.
+  auto fixed = [](float x) { return static_cast<long long>(smaller(larger(x, -1e4f), 1e4f) * kFixedPoint); };
+  const Vec3 pull = position - xyz(v.current[nearest]);
+  for (int k = lanes.lane; k < patch_count; k += L::width) {
+    const PatchEntry e = patch[k];
     AttractionSum* sum = &v.attraction[e.vertex];
     atomic_add(&sum->weight, fixed(e.weight));
     atomic_add(&sum->x, fixed(e.weight * (e.weight * pull.x)));
     atomic_add(&sum->y, fixed(e.weight * (e.weight * pull.y)));
     atomic_add(&sum->z, fixed(e.weight * (e.weight * pull.z)));
+  }
+}
+
+/// Breadth-first p-order neighbourhood of each point's nearest vertex, and the first sums over it. One call a point. A
+/// neighbourhood that is still the right one is kept.
+struct BindPatch {
+  static constexpr const char* name = "attraction patch";
+  static constexpr int kLanes = 32;
+  StepView v;
+  template <class L>
+  SIMPLEXSEG_HD void operator()(int point, L lanes) const {
+    PointView& c = v.points[point];
+    PatchEntry* patch = v.patches + static_cast<long>(point) * kMaxPatch;
+    const int order = v.meshes[c.mesh].template integer<AttractionForce>(AttractionForce::order);
+    // Where the mesh has fewer blocks than the largest one, the rest is ~0.
+    const unsigned long long* keys = v.nearest + static_cast<long>(point) * v.nearest_blocks;
+    unsigned long long key = ~0ull;
+    SIMPLEXSEG_UNROLL
+    for (int b = lanes.lane; b < v.nearest_blocks; b += L::width) key = keys[b] < key ? keys[b] : key;
+    const unsigned square = lanes.smallest(static_cast<unsigned>(key >> 32));
+    const int nearest = static_cast<int>(lanes.smallest(static_cast<unsigned>(key >> 32) == square ? static_cast<unsigned>(key) : ~0u));
+    int count = c.patch_count;
+    if (c.nearest != nearest || c.order != order) {
+      count = 1;
+      if (lanes.lane == 0) patch[0] = {nearest, 1.0f};
+      lanes.sync();
+      int before = 0, begin = 0;              // of the last ring but one, and of the last ring
+      for (int ring = 1; ring <= order; ++ring) {
+        const int end = count;
+        const float w = AttractionForce::ring_weight(ring, order);
+        for (int first = 3 * begin; first < 3 * end; first += L::width) {
+          const int e = first + lanes.lane;
+          int candidate = -1 - lanes.lane;
+          bool found = false;
+          if (e < 3 * end) {
+            const Int4 nb = v.neighbours[patch[e / 3].vertex];
+            candidate = e % 3 == 0 ? nb.x : e % 3 == 1 ? nb.y : nb.z;
+            found = true;
+            for (int k = before; k < count && found; ++k) found = patch[k].vertex != candidate;
+          }
+          const bool adds = lanes.first_of_equal(candidate) && found;
+          const int at = count + lanes.count_before(adds);
+          if (adds && at < kMaxPatch) patch[at] = {candidate, w};
+          count += lanes.count(adds);
+          count = count < kMaxPatch ? count : kMaxPatch;
+          lanes.sync();
+        }
+        before = begin, begin = end;
+      }
+    }
+    add_pull(v, point, xyz(c.position), nearest, count, lanes);
+    for (int k = lanes.lane; k < count; k += L::width) store_relaxed(&v.attracted[patch[k].vertex], 1);
+    if (lanes.lane == 0) c.nearest = nearest, c.order = order, c.patch_count = count;
+  }
+};
+
+struct SumAttraction {
+  static constexpr const char* name = "sum attraction";
+  static constexpr int kLanes = 32;
+  StepView v;
+  template <class L>
+  SIMPLEXSEG_HD void operator()(int point, L lanes) const {
+    const PointView& c = v.points[point];
+    add_pull(v, point, xyz(c.position), c.nearest, c.patch_count, lanes);
   }
 };
 

@@ -29,46 +29,46 @@ struct GradientForce {
   }
 };
 
-/// Finds the targets of the gradient force, T = voxel type.
-template <class T>
+/// Finds the targets of the gradient force. Voxels: how the volume is read (core/sampling.h).
+template <class Voxels, int kWidth>
 struct GradientSearch {
   static constexpr const char* name = "gradient search";
+  static constexpr int kLanes = kWidth, kMost = 2 * kMaxSearch + 3;
   StepView v;
-  SIMPLEXSEG_HD void operator()(int i) const {
+  int scratch;            ///< floats: samples and responses of the longest search
+  template <class L>
+  SIMPLEXSEG_HD void operator()(int i, L lanes) const {
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
     const Vec3 p = xyz(v.current[i]), n = xyz(v.frame[i]);
-    const int reach = m.integer<GradientForce>(GradientForce::samples);
+    const int reach = m.integer<GradientForce>(GradientForce::samples), count = 2 * reach + 3;
     const float step = m.value<GradientForce>(GradientForce::spacing) * m.voxel_mm;
     const int object = m.integer<GradientForce>(GradientForce::object);
     const IndexLine line = index_line(v.volume, p, n);
+    const Voxels voxels(v.volume);
     // Per mm, in shares of the intensity range.
     const float threshold = m.value<GradientForce>(GradientForce::threshold) / (m.voxel_mm * v.volume.intensity_scale);
-    float samples[2 * kMaxSearch + 3], response[2 * kMaxSearch + 1];
+    const float start = -(reach + 1) * step, scale = (object == 1 ? -0.5f : 0.5f) / step;
+    // No edge where a voxel is not a number.
+    auto response = [scale](float before, float here, float after) { return scale * (after - before) + 0.0f * here; };
+    auto kept = lanes.template scratch<kMost>(0);
+    Peak peak;
     if (object == 0) {
-      for (int k = 0; k <= 2 * reach; ++k) response[k] = gradient_magnitude_at<T>(v.volume, line.origin + ((k - reach) * step) * line.direction);
+      peak = find_peak(lanes, kept, reach, [&](int k) { return gradient_magnitude_at(voxels, v.volume, line.origin + ((k - reach) * step) * line.direction); });
+#ifdef __CUDA_ARCH__
+    } else if (L::width == 1) {
+      auto search = [&](auto samples) { return find_peak(lanes, kept, reach, [&](int k) { return samples.next(k, response); }); };
+      if (contains(v.volume, line, start, start + (count - 1) * step))
+        peak = search(SampleStream<Voxels, true>(voxels, v.volume, line, start, step));
+      else
+        peak = search(SampleStream<Voxels, false>(voxels, v.volume, line, start, step));
+#endif
     } else {
-      sample_line<T>(v.volume, line, -(reach + 1) * step, step, 2 * reach + 3, samples);
-      const float scale = (object == 1 ? -0.5f : 0.5f) / step;
-      for (int k = 0; k <= 2 * reach; ++k) response[k] = scale * (samples[k + 2] - samples[k]) + 0.0f * samples[k + 1];
+      auto samples = lanes.template scratch<kMost>(count);
+      sample_line(voxels, v.volume, lanes, line, start, step, count, samples);
+      peak = find_peak(lanes, kept, reach, [&](int k) { return response(samples[k], samples[k + 1], samples[k + 2]); });
     }
-    float best = -1e30f;
-    for (int k = 0; k <= 2 * reach; ++k) best = larger(response[k], best);
-    // Of equal responses the nearest one; of two as near, the inner one.
-    int best_k = reach;
-    for (int j = 0; j <= reach; ++j) {
-      if (response[reach - j] == best || response[reach + j] == best) {
-        best_k = response[reach - j] == best ? reach - j : reach + j;
-        break;
-      }
-    }
-    const bool found = best > threshold && best > 0.0f;
-    float offset = 0;
-    if (found) {
-      offset = static_cast<float>(best_k - reach);
-      if (best_k > 0 && best_k < 2 * reach && is_valid(response[best_k - 1]) && is_valid(response[best_k + 1]))
-        offset += parabolic_peak(response[best_k - 1], best, response[best_k + 1]);
-    }
-    v.gradient_target[i] = with_w(p + (offset * step) * n, found ? 1.0f : 0.0f);
+    const bool found = peak.best > threshold && peak.best > 0.0f;
+    if (lanes.lane == 0) v.gradient_target[i] = with_w(p + (found ? peak.offset(reach) * step : 0.0f) * n, found ? 1.0f : 0.0f);
   }
 };
 

@@ -29,66 +29,95 @@ struct IntensityProfileForce {
   }
 };
 
-template <class T>
+/// Finds the targets of the intensity profile force. Voxels: how the volume is read (core/sampling.h).
+template <class Voxels, int kWidth>
 struct ProfileSearch {
   static constexpr const char* name = "profile search";
+  /// Shifts that are compared together, each sample being read once for all of them.
+#ifdef __CUDA_ARCH__
+  static constexpr int kTile = 4;
+#else
+  static constexpr int kTile = 8;
+#endif
+  static constexpr int kSamples = 2 * (kMaxSearch + kMaxProfile) + 1 + kTile;
+  static constexpr int kLanes = kWidth, kLength = 2 * kMaxProfile + 1;
   StepView v;
-  SIMPLEXSEG_HD void operator()(int i) const {
+  int scratch;            ///< floats: samples, reference and scores of the longest search
+  template <class L>
+  SIMPLEXSEG_HD void operator()(int i, L lanes) const {
     using F = IntensityProfileForce;
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
     const Vec3 p = xyz(v.current[i]), n = xyz(v.frame[i]);
-    v.profile_target[i] = with_w(p, 0.0f);
-    if (!(m.forces.weight(ForceId::IntensityProfile) > 0.0f)) return;
+    if (!(m.forces.weight(ForceId::IntensityProfile) > 0.0f)) {
+      if (lanes.lane == 0) v.profile_target[i] = with_w(p, 0.0f);
+      return;
+    }
     const int half = m.integer<F>(F::half_length), reach = m.integer<F>(F::samples), length = 2 * half + 1;
+    const int count = 2 * (reach + half) + 1;
     const float step = m.value<F>(F::spacing) * m.voxel_mm;
     const float* reference = v.profiles + static_cast<long>(i) * v.profile_stride;
     const IndexLine line = index_line(v.volume, p, n);
-    float values[2 * (kMaxSearch + kMaxProfile) + 1];
-    sample_line<T>(v.volume, line, -(reach + half) * step, step, 2 * (reach + half) + 1, values);
-    int first = 2 * (reach + half) + 1, last = -1;        // the run of samples inside the volume (a line cuts a box once)
-    for (int k = 0; k <= 2 * (reach + half); ++k)
-      if (is_valid(values[k])) first = k < first ? k : first, last = k;
+    const Voxels voxels(v.volume);
+    auto values = lanes.template scratch<kSamples>(0);
+    auto expected = lanes.template scratch<kLength>(count + kTile);
+    auto kept = lanes.template scratch<2 * kMaxSearch + 1 + kTile>(count + kTile + length);
     const bool correlate = m.integer<F>(F::measure) == 0;
-    float reference_mean = 0;
-    for (int k = 0; k < length; ++k) reference_mean += reference[k];
-    reference_mean /= length;
-    float reference_square = 0;
-    for (int k = 0; k < length; ++k) reference_square += (reference[k] - reference_mean) * (reference[k] - reference_mean);
-    float score[2 * kMaxSearch + 1];
-    int best_j = 0;
-    float best = -1e30f;
-    for (int j = -reach; j <= reach; ++j) {
-      const int start = j + reach;
-      float s = -1e30f;
-      if (start >= first && start + length - 1 <= last) {
-        if (correlate) {
-          float mean = 0;
-          for (int k = 0; k < length; ++k) mean += values[start + k];
-          mean /= length;
-          float square = 0, product = 0;
-          for (int k = 0; k < length; ++k) {
-            square += (values[start + k] - mean) * (values[start + k] - mean);
-            product += (values[start + k] - mean) * (reference[k] - reference_mean);
-          }
-          const float both = square * reference_square;
-          if (both > 0.0f) s = product / sqrtf(both);
-        } else {
-          s = 0;
-          for (int k = 0; k < length; ++k) s -= fabsf(values[start + k] - reference[k]);
-          s *= v.volume.intensity_scale / length;
-        }
-      }
-      if (!is_valid(s)) s = -1e30f;        // a voxel that is not a number lies between valid ones
-      score[start] = s;
-      const bool nearer = (j < 0 ? -j : j) < (best_j < 0 ? -best_j : best_j);
-      if (s > best || (s == best && nearer)) best = s, best_j = j;
+    // Correlation does not change by what is taken off all values: less one of them, sums of squares lose no digits to what
+    // all samples have in common.
+    const float base = correlate ? reference[half] : 0.0f, share = 1.0f / length;
+    if constexpr (L::width == 1) {
+      for (int k = 0; k < length; ++k) expected[k] = reference[k] - base;
+      sample_line(voxels, v.volume, lanes, line, -(reach + half) * step, step, count, values, base);
+    } else {
+      // The reference is on its way while the volume is sampled.
+      constexpr int kOwn = (kLength + L::width - 1) / L::width;
+      float own[kOwn];
+      for (int r = 0; r < kOwn; ++r) own[r] = lanes.lane + r * L::width < length ? reference[lanes.lane + r * L::width] : 0.0f;
+      sample_line(voxels, v.volume, lanes, line, -(reach + half) * step, step, count, values, base);
+      for (int r = 0; r < kOwn; ++r)
+        if (lanes.lane + r * L::width < length) expected[lanes.lane + r * L::width] = own[r] - base;
     }
+    for (int k = lanes.lane; k < kTile; k += L::width) values[count + k] = 0.0f;
+    lanes.sync();
+    float reference_mean = 0, reference_square = 0;
+    for (int k = 0; k < length; ++k) reference_mean += expected[k], reference_square += expected[k] * expected[k];
+    reference_mean *= share;
+    reference_square -= length * reference_mean * reference_mean;
+    // A sample outside the volume, or a voxel that is not a number, makes every sum NaN, and the shift does not count.
+    for (int start = lanes.lane * kTile; start <= 2 * reach; start += L::width * kTile) {
+      float score[kTile];
+      if (correlate) {
+        float sum[kTile] = {}, squares[kTile] = {}, product[kTile] = {};
+        for (int k = 0; k < length; ++k) {
+          const float y = expected[k];
+          for (int t = 0; t < kTile; ++t) {
+            const float x = values[start + k + t];
+            sum[t] += x, squares[t] += x * x, product[t] += x * y;
+          }
+        }
+        for (int t = 0; t < kTile; ++t) {
+          const float square = squares[t] - share * sum[t] * sum[t];
+          // What is left of a window without contrast is rounding.
+          const bool contrast = square > 1e-6f * squares[t] && reference_square > 0.0f;
+          const float s = (product[t] - reference_mean * sum[t]) * inverse_sqrt(square * reference_square);
+          score[t] = contrast && is_valid(s) ? s : NAN;
+        }
+      } else {
+        float sum[kTile] = {};
+        for (int k = 0; k < length; ++k) {
+          const float y = expected[k];
+          for (int t = 0; t < kTile; ++t) sum[t] -= fabsf(values[start + k + t] - y);
+        }
+        for (int t = 0; t < kTile; ++t) score[t] = is_valid(sum[t]) ? sum[t] * v.volume.intensity_scale * share : NAN;
+      }
+      for (int t = 0; t < kTile; ++t) kept[start + t] = score[t];
+    }
+    lanes.sync();
+    const Peak peak = find_peak(lanes, kept, reach, [&](int k) { return kept[k]; });
+    if (lanes.lane != 0) return;
     const float acceptance = m.value<F>(F::acceptance);
-    if (best <= -1e29f || (correlate ? best < acceptance : -best > acceptance)) return;
-    float offset = static_cast<float>(best_j);
-    if (best_j > -reach && best_j < reach && score[best_j + reach - 1] > -1e29f && score[best_j + reach + 1] > -1e29f)
-      offset += parabolic_peak(score[best_j + reach - 1], best, score[best_j + reach + 1]);
-    v.profile_target[i] = with_w(p + (offset * step) * n, 1.0f);
+    const bool found = peak.best > -1e29f && (correlate ? peak.best >= acceptance : -peak.best <= acceptance);
+    v.profile_target[i] = with_w(p + (found ? peak.offset(reach) * step : 0.0f) * n, found ? 1.0f : 0.0f);
   }
 };
 

@@ -40,16 +40,21 @@ struct RegionForce {
 };
 
 /// Mean intensities (in shares of the range) just inside and just outside of the surface: x, y; z: their mean variance.
-template <class T>
+template <class Voxels, int kWidth>
 struct RegionStatistics {
   static constexpr const char* name = "region statistics";
   static constexpr int kSamples = 4;         ///< to each side, a voxel apart, starting a voxel away from the surface
+  static constexpr int kLanes = kWidth, kCount = 2 * kSamples + 1;
   StepView v;
-  SIMPLEXSEG_HD void operator()(int i) const {
+  int scratch;               ///< floats: kCount
+  template <class L>
+  SIMPLEXSEG_HD void operator()(int i, L lanes) const {
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
     const IndexLine line = index_line(v.volume, xyz(v.current[i]), xyz(v.frame[i]));
-    float mean[2], variance = 0, count = 0, values[2 * kSamples + 1] = {};
-    sample_line<T>(v.volume, line, -kSamples * m.voxel_mm, m.voxel_mm, 2 * kSamples + 1, values);
+    float mean[2], variance = 0, count = 0;
+    auto values = lanes.template scratch<kCount>(0);
+    sample_line(Voxels(v.volume), v.volume, lanes, line, -kSamples * m.voxel_mm, m.voxel_mm, kCount, values);
+    if (lanes.lane != 0) return;
     for (int side = 0; side < 2; ++side) {
       float sum = 0, square = 0, n = 0;
       for (int j = 1; j <= kSamples; ++j) {
@@ -64,15 +69,21 @@ struct RegionStatistics {
   }
 };
 
-template <class T>
+template <class Voxels, int kWidth>
 struct RegionSearch {
   static constexpr const char* name = "region search";
+  static constexpr int kSamples = 2 * kMaxSearch + 1;
+  static constexpr int kLanes = kWidth;
   StepView v;
-  SIMPLEXSEG_HD void operator()(int i) const {
+  int scratch;               ///< floats: samples and ratios of the longest search
+  template <class L>
+  SIMPLEXSEG_HD void operator()(int i, L lanes) const {
     using F = RegionForce;
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
-    v.region_target[i] = {0, 0, 0, 0};
-    if (!(m.forces.weight(ForceId::Region) > 0.0f)) return;
+    if (!(m.forces.weight(ForceId::Region) > 0.0f)) {
+      if (lanes.lane == 0) v.region_target[i] = {0, 0, 0, 0};
+      return;
+    }
     const int reach = m.integer<F>(F::samples);
     const float step = F::search_step_mm(m), step_voxels = step / m.voxel_mm;
     const IndexLine line = index_line(v.volume, xyz(v.current[i]), xyz(v.frame[i]));
@@ -94,18 +105,22 @@ struct RegionSearch {
       if (local > 0.0f) l = (1.0f - local) * l + local * smaller(larger((x - middle) * slope, -1.0f), 1.0f);
       return smaller(larger(l + balloon, -1.0f), 1.0f);
     };
-    float ratio[2 * kMaxSearch + 1], value[2 * kMaxSearch + 1];
-    sample_line<T>(v.volume, line, -reach * step, step, 2 * reach + 1, value);
-    for (int k = 0; k <= 2 * reach; ++k) {
+    const int count = 2 * reach + 1;
+    auto value = lanes.template scratch<kSamples>(0);
+    auto ratio = lanes.template scratch<kSamples>(count);
+    sample_line(Voxels(v.volume), v.volume, lanes, line, -reach * step, step, count, value);
+    for (int k = lanes.lane; k < count; k += L::width) {
       const bool valid = is_valid(value[k]);
       ratio[k] = valid ? evidence_of(value[k]) : -1.0f;         // there is no object outside the volume
-      value[k] = valid ? share(value[k]) : k > 0 ? value[k - 1] : 0.0f;
+      value[k] = valid ? share(value[k]) : NAN;
     }
+    lanes.sync();
+    if (lanes.lane != 0) return;
+    for (int k = 0; k < count; ++k) value[k] = is_valid(value[k]) ? value[k] : k > 0 ? value[k - 1] : 0.0f;
     const float edge = m.value<F>(F::edge), nearness = m.value<F>(F::nearness);
-    float score[2 * kMaxSearch + 1];
-    float sum = 0, best = -1e30f, run = 0, evidence = 0;
-    int best_k = reach;
-    for (int k = 0; k <= 2 * reach; ++k) {
+    float sum = 0, run = 0, evidence = 0;
+    auto kept = OneLane{}.scratch<kSamples>(0);
+    const Peak peak = find_peak(OneLane{}, kept, reach, [&](int k) {
       const float half = 0.5f * ratio[k] * step_voxels;
       sum += half;
       run = larger(run + 2.0f * half, 0.0f);
@@ -115,13 +130,11 @@ struct RegionSearch {
       const float before = ratio[k > 0 ? k - 1 : k], after = ratio[k < 2 * reach ? k + 1 : k];
       const float agree = before > after ? 1.0f : 0.0f;
       const int distance = k < reach ? reach - k : k - reach;
-      score[k] = sum + agree * edge * fabsf(rise) - nearness * distance * step_voxels;
+      const float score = sum + agree * edge * fabsf(rise) - nearness * distance * step_voxels;
       sum += half;
-      const int best_distance = best_k < reach ? reach - best_k : best_k - reach;
-      if (score[k] > best || (score[k] == best && distance < best_distance)) best = score[k], best_k = k;
-    }
-    float offset = static_cast<float>(best_k - reach);
-    if (best_k > 0 && best_k < 2 * reach) offset += parabolic_peak(score[best_k - 1], best, score[best_k + 1]);
+      return score;
+    });
+    const float offset = peak.offset(reach);
     // Where the line meets no object, the normal may point anywhere (a patch that was turned inside out would be driven
     // away for ever): the image then says nothing, and smoothing draws the surface together. One voxel of object is full
     // evidence.
@@ -150,11 +163,13 @@ struct AverageOverNeighbours {
   }
 };
 
+/// Makes the averaged offsets into targets.
 struct RegionTarget {
   static constexpr const char* name = "region target";
   StepView v;
+  const Vec4* offsets;
   SIMPLEXSEG_HD void operator()(int i) const {
-    const Vec4 offset = v.region_target[i];
+    const Vec4 offset = offsets[i];
     const Int4 nb = v.neighbours[i];
     const Vec3 p = xyz(v.current[i]);
     // A vertex that runs ahead of its neighbours by more than an edge folds the surface: half an edge until the next search.

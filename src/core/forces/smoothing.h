@@ -52,8 +52,8 @@ struct SmoothingForce {
       // Rings 1 and 2, without i: three neighbours and their two other neighbours each.
       const Vec4 f1 = v.frame[nb.x], f2 = v.frame[nb.y], f3 = v.frame[nb.z];
       const Int4 n1 = v.neighbours[nb.x], n2 = v.neighbours[nb.y], n3 = v.neighbours[nb.z];
-      mean = f1.w + f2.w + f3.w + v.frame[n1.x].w + v.frame[n1.y].w + v.frame[n1.z].w + v.frame[n2.x].w +
-             v.frame[n2.y].w + v.frame[n2.z].w + v.frame[n3.x].w + v.frame[n3.y].w + v.frame[n3.z].w - 3.0f * frame.w;
+      mean = f1.w + f2.w + f3.w + v.frame.w(n1.x) + v.frame.w(n1.y) + v.frame.w(n1.z) + v.frame.w(n2.x) +
+             v.frame.w(n2.y) + v.frame.w(n2.z) + v.frame.w(n3.x) + v.frame.w(n3.y) + v.frame.w(n3.z) - 3.0f * frame.w;
       mean *= 1.0f / 9.0f;
       const Vec3 n = xyz(frame);
       // Where normals flip, averaging curvature would keep the fold: a plain Laplacian step takes it out.

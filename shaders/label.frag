@@ -1,0 +1,10 @@
+#version 450 core
+// SPDX-License-Identifier: Apache-2.0
+// The picture of labels has the size of the view; its alpha is multiplied in.
+uniform sampler2D labels;
+uniform vec2 viewport_px;
+out vec4 colour;
+
+void main() {
+  colour = texelFetch(labels, ivec2(gl_FragCoord.x, viewport_px.y - gl_FragCoord.y), 0);
+}

@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: Apache-2.0
+// Owners of what CUDA hands out. Included by CUDA sources alone.
+#pragma once
+#include <cuda_runtime.h>
+#include <nvtx3/nvToolsExt.h>
+#include <nvtx3/nvToolsExtCudaRt.h>
+
+#include <atomic>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/error.h"
+#include "core/step_view.h"
+
+namespace simplexseg {
+
+/// Throws DeviceError, naming what was tried.
+inline void check(cudaError_t error, const char* what) {
+  if (error == cudaSuccess) return;
+  cudaGetLastError();      // what is not sticky must not be reported again by the next call
+  throw DeviceError(std::string("CUDA: ") + what, cudaGetErrorString(error),
+                    error == cudaErrorMemoryAllocation ? "use fewer or coarser meshes, or --backend cpu" : "use --backend cpu");
+}
+
+/// A span of time in a profile.
+class NamedRange {
+ public:
+  explicit NamedRange(const char* name) { nvtxRangePushA(name); }
+  ~NamedRange() { nvtxRangePop(); }
+  NamedRange(const NamedRange&) = delete;
+  NamedRange& operator=(const NamedRange&) = delete;
+};
+
+class Stream {
+ public:
+  explicit Stream(const char* name) {
+    check(cudaStreamCreateWithFlags(&handle_, cudaStreamNonBlocking), "creating a stream");
+    nvtxNameCudaStreamA(handle_, name);
+  }
+  ~Stream() { cudaStreamDestroy(handle_); }
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+  cudaStream_t handle() const { return handle_; }
+  void wait() const { check(cudaStreamSynchronize(handle_), "waiting for the device"); }
+
+ private:
+  cudaStream_t handle_ = nullptr;
+};
+/// All arrays of the engines copy and clear on this stream, in order with their kernels; it outlives them. Engines are
+/// used by one thread.
+inline Stream& engine_stream() {
+  static Stream stream("simplexseg engine");
+  return stream;
+}
+/// Bytes that arrays have copied to the host.
+inline std::atomic<std::uint64_t>& bytes_downloaded() {
+  static std::atomic<std::uint64_t> bytes = 0;
+  return bytes;
+}
+
+/// A texture object; gives back what it was made of after it.
+class Texture {
+ public:
+  Texture() = default;
+  Texture(const cudaResourceDesc& resource, const cudaTextureDesc& reading) {
+    check(cudaCreateTextureObject(&handle_, &resource, &reading, nullptr), "making a texture");
+  }
+  ~Texture() {
+    if (handle_ != 0) cudaDestroyTextureObject(handle_);
+  }
+  Texture(Texture&& other) noexcept { std::swap(handle_, other.handle_); }
+  Texture& operator=(Texture&& other) noexcept {
+    std::swap(handle_, other.handle_);
+    return *this;
+  }
+  unsigned long long handle() const { return handle_; }
+
+ private:
+  cudaTextureObject_t handle_ = 0;
+};
+
+/// Linear memory on the device.
+template <class T>
+class DeviceArray {
+ public:
+  DeviceArray() = default;
+  ~DeviceArray() { release(); }
+  DeviceArray(DeviceArray&& other) noexcept { swap(other); }
+  DeviceArray& operator=(DeviceArray&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  T* data() const { return data_; }
+  std::size_t size() const { return size_; }
+  std::size_t bytes() const { return size_ * sizeof(T); }
+  Texels<T> texels() const {
+#ifdef SIMPLEXSEG_TEXTURE_ARRAYS
+    return {data_, texture_.handle()};
+#else
+    return {data_};
+#endif
+  }
+  void resize(std::size_t n) {
+    if (n == size_) return;
+    release();
+    if (n == 0) return;
+    check(cudaMalloc(&data_, n * sizeof(T)), "allocating mesh arrays");
+    size_ = n;
+#ifdef SIMPLEXSEG_TEXTURE_ARRAYS
+    if constexpr (sizeof(T) == sizeof(float4)) {
+      cudaResourceDesc resource{};
+      resource.resType = cudaResourceTypeLinear;
+      resource.res.linear = {data_, cudaCreateChannelDesc<float4>(), bytes()};
+      cudaTextureDesc reading{};
+      reading.readMode = cudaReadModeElementType;
+      texture_ = Texture(resource, reading);
+    }
+#endif
+  }
+  void upload(std::span<const T> from) {
+    if (from.empty()) return;
+    check(cudaMemcpyAsync(data_, from.data(), from.size_bytes(), cudaMemcpyHostToDevice, engine_stream().handle()), "upload");
+    engine_stream().wait();
+  }
+  void assign(std::span<const T> from) { resize(from.size()), upload(from); }
+  void download(std::span<T> to, std::size_t first = 0) {
+    if (to.empty()) return;
+    check(cudaMemcpyAsync(to.data(), data_ + first, to.size_bytes(), cudaMemcpyDeviceToHost, engine_stream().handle()), "download");
+    engine_stream().wait();
+    bytes_downloaded() += to.size_bytes();
+  }
+  void fill_zero() { fill(0); }
+  void fill_ones() { fill(0xff); }
+
+ private:
+  void fill(int byte) {
+    if (size_ != 0) check(cudaMemsetAsync(data_, byte, bytes(), engine_stream().handle()), "clearing an array");
+  }
+  void release() {
+    if (data_ == nullptr) return;
+    cudaStreamSynchronize(engine_stream().handle());
+#ifdef SIMPLEXSEG_TEXTURE_ARRAYS
+    texture_ = Texture();
+#endif
+    cudaFree(data_);
+    data_ = nullptr, size_ = 0;
+  }
+  void swap(DeviceArray& other) noexcept {
+    std::swap(data_, other.data_), std::swap(size_, other.size_);
+#ifdef SIMPLEXSEG_TEXTURE_ARRAYS
+    std::swap(texture_, other.texture_);
+#endif
+  }
+  T* data_ = nullptr;
+  std::size_t size_ = 0;
+#ifdef SIMPLEXSEG_TEXTURE_ARRAYS
+  Texture texture_;
+#endif
+};
+
+/// A CUDA array (the layout of textures) of up to three dimensions.
+class TexelArray {
+ public:
+  TexelArray() = default;
+  TexelArray(const cudaChannelFormatDesc& texel, cudaExtent size) {
+    check(cudaMalloc3DArray(&handle_, &texel, size), "allocating a texture");
+  }
+  ~TexelArray() {
+    if (handle_ == nullptr) return;
+    cudaStreamSynchronize(engine_stream().handle());
+    cudaFreeArray(handle_);
+  }
+  TexelArray(TexelArray&& other) noexcept { std::swap(handle_, other.handle_); }
+  TexelArray& operator=(TexelArray&& other) noexcept {
+    std::swap(handle_, other.handle_);
+    return *this;
+  }
+  cudaArray_t handle() const { return handle_; }
+  explicit operator bool() const { return handle_ != nullptr; }
+
+ private:
+  cudaArray_t handle_ = nullptr;
+};
+
+/// See NeighbourTexels.
+class NeighbourArray {
+ public:
+  std::size_t size() const { return size_; }
+#ifdef SIMPLEXSEG_TEXTURE_ARRAYS
+  std::size_t bytes() const { return size_ * sizeof(Int4); }
+  NeighbourTexels texels() const { return {nullptr, nullptr, texture_.handle()}; }
+  void assign(std::span<const Int4> from) {
+    texture_ = Texture();
+    array_ = TexelArray();
+    size_ = from.size();
+    if (size_ == 0) return;
+    constexpr std::size_t kWidth = NeighbourTexels::kWidth;
+    const std::size_t rows = size_ / kWidth, rest = size_ % kWidth;
+    array_ = TexelArray(cudaCreateChannelDesc<int4>(), cudaExtent{kWidth, rows + (rest != 0 ? 1 : 0), 0});
+    const std::size_t row = kWidth * sizeof(Int4);
+    if (rows != 0) check(cudaMemcpy2DToArray(array_.handle(), 0, 0, from.data(), row, row, rows, cudaMemcpyHostToDevice), "upload");
+    if (rest != 0)
+      check(cudaMemcpy2DToArray(array_.handle(), 0, rows, from.data() + rows * kWidth, row, rest * sizeof(Int4), 1, cudaMemcpyHostToDevice), "upload");
+    cudaResourceDesc resource{};
+    resource.resType = cudaResourceTypeArray;
+    resource.res.array.array = array_.handle();
+    cudaTextureDesc reading{};
+    reading.readMode = cudaReadModeElementType;
+    texture_ = Texture(resource, reading);
+  }
+
+ private:
+  TexelArray array_;
+  Texture texture_;
+  std::size_t size_ = 0;
+#else
+  std::size_t bytes() const { return wide_.bytes() + packed_.bytes(); }
+  NeighbourTexels texels() const { return {wide_.data(), packed_.data()}; }
+  void assign(std::span<const Int4> from) {
+    size_ = from.size();
+    std::vector<PackedNeighbours> packed(size_);
+    bool fits = true;
+    for (std::size_t i = 0; i < size_ && fits; ++i) {
+      auto near = [&](int j) {
+        const long difference = j - static_cast<long>(i);
+        fits = fits && difference >= -32768 && difference <= 32767;
+        return static_cast<std::int16_t>(difference);
+      };
+      const Int4& nb = from[i];
+      packed[i] = {near(nb.x), near(nb.y), near(nb.z), static_cast<std::uint16_t>(nb.w)};
+      fits = fits && nb.w <= 65535;
+    }
+    wide_.resize(0), packed_.resize(0);
+    if (fits)
+      packed_.assign(packed);
+    else
+      wide_.assign(from);
+  }
+
+ private:
+  DeviceArray<Int4> wide_;
+  DeviceArray<PackedNeighbours> packed_;
+  std::size_t size_ = 0;
+#endif
+};
+
+/// Pinned memory of the host that kernels write into: a few bytes that the host wants after every batch, without a copy.
+template <class T>
+class HostVisibleArray {
+ public:
+  HostVisibleArray() = default;
+  ~HostVisibleArray() { release(); }
+  HostVisibleArray(const HostVisibleArray&) = delete;
+  HostVisibleArray& operator=(const HostVisibleArray&) = delete;
+  HostVisibleArray(HostVisibleArray&& other) noexcept { std::swap(data_, other.data_), std::swap(size_, other.size_); }
+  T* data() const { return data_; }
+  std::size_t size() const { return size_; }
+  void resize(std::size_t n) {
+    if (n == size_) return;
+    release();
+    if (n == 0) return;
+    void* memory = nullptr;
+    check(cudaHostAlloc(&memory, n * sizeof(T), cudaHostAllocMapped | cudaHostAllocPortable), "allocating pinned memory");
+    data_ = static_cast<T*>(memory), size_ = n;
+  }
+
+ private:
+  void release() {
+    if (data_ == nullptr) return;
+    cudaStreamSynchronize(engine_stream().handle());
+    cudaFreeHost(data_);
+    data_ = nullptr, size_ = 0;
+  }
+  T* data_ = nullptr;
+  std::size_t size_ = 0;
+};
+
+/// A run of launches that the device repeats by itself.
+class ExecutableGraph {
+ public:
+  ExecutableGraph() = default;
+  /// Takes the capture that is under way on the engine's stream.
+  static ExecutableGraph end_capture() {
+    cudaGraph_t graph = nullptr;
+    check(cudaStreamEndCapture(engine_stream().handle(), &graph), "recording a graph");
+    ExecutableGraph result;
+    const cudaError_t error = cudaGraphInstantiate(&result.handle_, graph, 0);
+    cudaGraphDestroy(graph);
+    check(error, "making a graph");
+    return result;
+  }
+  ~ExecutableGraph() {
+    if (handle_ == nullptr) return;
+    cudaStreamSynchronize(engine_stream().handle());
+    cudaGraphExecDestroy(handle_);
+  }
+  ExecutableGraph(ExecutableGraph&& other) noexcept { std::swap(handle_, other.handle_); }
+  ExecutableGraph& operator=(ExecutableGraph&& other) noexcept {
+    std::swap(handle_, other.handle_);
+    return *this;
+  }
+  void launch() const { check(cudaGraphLaunch(handle_, engine_stream().handle()), "launching a graph"); }
+
+ private:
+  cudaGraphExec_t handle_ = nullptr;
+};
+
+}  // namespace simplexseg

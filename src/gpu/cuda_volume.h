@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// A volume on the device. Included by CUDA sources alone.
+#pragma once
+#include <limits>
+
+#include "core/sampling.h"
+#include "core/volume.h"
+#include "gpu/backend.h"
+#include "gpu/cuda_memory.h"
+
+namespace simplexseg {
+
+/// A volume in its own voxel type: as a 3D texture where the texture unit can filter the type (8 and 16 bit integers,
+/// float), else in linear memory.
+class CudaVolume {
+ public:
+  explicit CudaVolume(VolumeSampling sampling) : sampling_(sampling) {}
+
+  /// Throws DeviceError, with nothing changed, when the volume does not fit beside what is held.
+  void bind(const Volume& volume, VolumeView& view) {
+    if (volume.data() != bound_ || volume.empty()) hold(volume);
+    view = {};
+    view.voxels = linear_.data();
+    view.filtered = filtered_.handle(), view.fetched = fetched_.handle();
+    view.texel_scale = scale_;
+  }
+  /// Calls f with the type identity of the sampler for the volume.
+  template <class F>
+  void visit(VoxelType type, F&& f) const;
+  std::size_t bytes(const Volume& volume) const { return volume.bytes(); }
+
+ private:
+  /// What a normalised texel is to be multiplied with; 0: the texture unit cannot filter the type.
+  static float texel_scale(VoxelType type) {
+    switch (type) {
+      case VoxelType::Int8: return 127.0f;
+      case VoxelType::UInt8: return 255.0f;
+      case VoxelType::Int16: return 32767.0f;
+      case VoxelType::UInt16: return 65535.0f;
+      case VoxelType::Float32: return 1.0f;
+      default: return 0.0f;
+    }
+  }
+  void hold(const Volume& volume) {
+    std::size_t free = 0, total = 0;
+    check(cudaMemGetInfo(&free, &total), "asking for free memory");
+    const std::size_t available = free + held_;
+    if (volume.bytes() > available)
+      throw DeviceError("volume", std::to_string(volume.bytes() >> 20) + " MiB do not fit into the " + std::to_string(available >> 20) + " MiB that the device has free",
+                        "use --backend cpu or a smaller volume");
+    bound_ = nullptr, held_ = 0;
+    filtered_ = Texture(), fetched_ = Texture(), array_ = TexelArray();
+    linear_.resize(0);
+    if (volume.empty()) return;
+    scale_ = texel_scale(volume.type());
+    const auto& size = volume.geometry().size;
+    int device = 0;
+    cudaDeviceProp properties{};
+    check(cudaGetDevice(&device), "choosing a device");
+    check(cudaGetDeviceProperties(&properties, device), "asking the device");
+    const bool fits = size[0] <= properties.maxTexture3D[0] && size[1] <= properties.maxTexture3D[1] && size[2] <= properties.maxTexture3D[2];
+    if (sampling_ != VolumeSampling::Linear && scale_ != 0.0f && fits)
+      hold_as_texture(volume);
+    else
+      linear_.assign({static_cast<const std::byte*>(volume.data()), volume.bytes()});
+    bound_ = volume.data();
+    held_ = volume.bytes();
+  }
+  void hold_as_texture(const Volume& volume) {
+    const int bits = static_cast<int>(8 * bytes_per_voxel(volume.type()));
+    const bool real = volume.type() == VoxelType::Float32;
+    const bool has_sign = volume.type() == VoxelType::Int8 || volume.type() == VoxelType::Int16;
+    const auto& size = volume.geometry().size;
+    const cudaExtent extent{static_cast<std::size_t>(size[0]), static_cast<std::size_t>(size[1]), static_cast<std::size_t>(size[2])};
+    array_ = TexelArray(cudaCreateChannelDesc(bits, 0, 0, 0, real ? cudaChannelFormatKindFloat : has_sign ? cudaChannelFormatKindSigned : cudaChannelFormatKindUnsigned), extent);
+    cudaMemcpy3DParms copy{};
+    const std::size_t row = extent.width * bytes_per_voxel(volume.type());
+    copy.srcPtr = make_cudaPitchedPtr(const_cast<void*>(volume.data()), row, extent.width, extent.height);
+    copy.dstArray = array_.handle();
+    copy.extent = extent;
+    copy.kind = cudaMemcpyHostToDevice;
+    check(cudaMemcpy3DAsync(&copy, engine_stream().handle()), "upload of the volume");
+    engine_stream().wait();
+    cudaResourceDesc resource{};
+    resource.resType = cudaResourceTypeArray;
+    resource.res.array.array = array_.handle();
+    cudaTextureDesc reading{};
+    for (auto& mode : reading.addressMode) mode = cudaAddressModeClamp;
+    reading.readMode = real ? cudaReadModeElementType : cudaReadModeNormalizedFloat;
+    reading.filterMode = cudaFilterModePoint;
+    fetched_ = Texture(resource, reading);
+    reading.filterMode = cudaFilterModeLinear;
+    filtered_ = Texture(resource, reading);
+  }
+
+  VolumeSampling sampling_;
+  TexelArray array_;                 // before the textures that read it, so that it goes after them
+  Texture filtered_, fetched_;
+  DeviceArray<std::byte> linear_;
+  float scale_ = 0;
+  const void* bound_ = nullptr;
+  std::size_t held_ = 0;
+};
+
+template <class F>
+void CudaVolume::visit(VoxelType type, F&& f) const {
+  if (array_) {
+    if (sampling_ == VolumeSampling::Filtered)
+      f(std::type_identity<FilteredVoxels>{});
+    else
+      f(std::type_identity<FetchedVoxels>{});
+  } else {
+    visit_voxel_type(type, [&]<class T>(std::type_identity<T>) { f(std::type_identity<LinearVoxels<T>>{}); });
+  }
+}
+
+}  // namespace simplexseg
