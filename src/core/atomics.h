@@ -22,6 +22,14 @@ SIMPLEXSEG_HD void atomic_add(long long* at, long long value) {
   __atomic_fetch_add(at, value, __ATOMIC_RELAXED);
 #endif
 }
+/// Adds and returns what was there before.
+SIMPLEXSEG_HD unsigned atomic_add(unsigned* at, int value) {
+#ifdef __CUDA_ARCH__
+  return atomicAdd(at, static_cast<unsigned>(value));
+#else
+  return __atomic_fetch_add(at, static_cast<unsigned>(value), __ATOMIC_RELAXED);
+#endif
+}
 /// Of what other threads may be changing: some value that it had.
 SIMPLEXSEG_HD unsigned long long load_relaxed(const unsigned long long* at) {
 #ifdef __CUDA_ARCH__

@@ -28,6 +28,20 @@ struct SlicePlane {
   float low = 0, high = 1;        ///< intensities that become black and white
 };
 
+/// A piece of an outline, where a plane cuts one triangle of a surface: 24 bytes.
+struct OutlinePiece {
+  Vec3 start, end;       ///< mm
+};
+/// How OpenGL draws the outline of one mesh, every piece an instance of a strip of four corners (glDrawArraysIndirect).
+struct OutlineCommand {
+  std::uint32_t corners, pieces, first_corner, first_piece;
+};
+/// What draw_outlines writes: a command for each mesh, then room for as many pieces as there are vertices, each mesh's from
+/// its first vertex on. A plane that cuts more triangles of a mesh than it has vertices shows the first ones.
+inline constexpr std::size_t outline_bytes(std::size_t meshes, std::size_t vertices) {
+  return meshes * sizeof(OutlineCommand) + vertices * sizeof(OutlinePiece);
+}
+
 /// A buffer object of OpenGL that an engine writes on the device. Destroy it with the context current, before the buffer.
 class SharedBuffer {
  public:

@@ -89,6 +89,8 @@ class Engine {
   virtual bool has_cells() const = 0;
   /// Points of all surfaces in the present pose: the vertices mesh by mesh, then the cells' centres mesh by mesh.
   virtual void draw_surfaces(DrawTarget<DisplayPoint> target) = 0;
+  /// Where the plane (world axis `axis` at `position_mm`) cuts the surfaces: outline_bytes() of them.
+  virtual void draw_outlines(int axis, float position_mm, DrawTarget<std::byte> target) = 0;
   /// A slice of the volume, row by row; nothing when there is no volume.
   virtual void draw_slice(const SlicePlane& plane, DrawTarget<DisplayTexel> target) = 0;
   /// Bytes copied from the device to the host since the engine was made, results of batches of steps apart.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What only drawing needs, computed once a frame: normals of the present pose, cell centres, slices.
 #pragma once
+#include "core/atomics.h"
 #include "core/display.h"
 #include "core/sampling.h"
 #include "gpu/kernels.h"
@@ -27,20 +28,76 @@ struct DrawVertices {
 struct DrawCells {
   static constexpr const char* name = "draw cells";
   const int* first;          ///< of each cell in `corners`, and their end
-  const int* corners;        ///< points, cell by cell
+  const int* corners;        ///< the engine's vertices, cell by cell
+  const int* place;
   DisplayPoint* points;
   int vertex_count;
   SIMPLEXSEG_HD void operator()(int cell) const {
     Vec3 centre{0, 0, 0}, normal{0, 0, 0};
     const int begin = first[cell], end = first[cell + 1];
     for (int k = begin; k < end; ++k) {
-      const DisplayPoint& p = points[corners[k]];
+      const DisplayPoint& p = points[place[corners[k]]];
       centre = centre + xyz(p.position), normal = normal + xyz(p.normal);
     }
     const float length = norm(normal);
     const float each = end > begin ? 1.0f / (end - begin) : 0.0f;
     points[vertex_count + cell] = {with_w(each * centre, 1.0f), with_w((length > 0.0f ? 1.0f / length : 0.0f) * normal, 0.0f)};
   }
+};
+
+/// Where a plane cuts the triangles of one cell.
+struct DrawOutlines {
+  static constexpr const char* name = "draw outlines";
+  StepView v;
+  const int* first;
+  const int* corners;
+  int axis;
+  float position_mm;
+  OutlineCommand* commands;
+  OutlinePiece* pieces;
+  SIMPLEXSEG_HD float height(Vec3 p) const { return (axis == 0 ? p.x : axis == 1 ? p.y : p.z) - position_mm; }
+  SIMPLEXSEG_HD static Vec3 crossing(Vec3 a, float ha, Vec3 b, float hb) { return a + (ha / (ha - hb)) * (b - a); }
+  SIMPLEXSEG_HD void operator()(int cell) const {
+    const int begin = first[cell], end = first[cell + 1];
+    if (begin >= end) return;
+    Vec3 centre{0, 0, 0};
+    bool above = false, below = false;
+    for (int k = begin; k < end; ++k) {
+      const Vec3 p = xyz(v.current[corners[k]]);
+      centre = centre + p;
+      if (height(p) >= 0.0f) above = true;
+      else below = true;
+    }
+    if (!above || !below) return;
+    centre = (1.0f / (end - begin)) * centre;
+    const float hc = height(centre);
+    const int mesh = v.neighbours[corners[begin]].w;
+    Vec3 b = xyz(v.current[corners[end - 1]]);
+    float hb = height(b);
+    for (int k = begin; k < end; ++k) {
+      const Vec3 a = b;
+      const float ha = hb;
+      b = xyz(v.current[corners[k]]), hb = height(b);
+      // A corner on the plane counts as above it, so a triangle has either no crossing edge or two.
+      const bool at = ha >= 0.0f, bt = hb >= 0.0f, ct = hc >= 0.0f;
+      if (at == bt && bt == ct) continue;
+      OutlinePiece piece;
+      if (at == bt) piece = {crossing(centre, hc, a, ha), crossing(centre, hc, b, hb)};
+      else if (at == ct) piece = {crossing(b, hb, centre, hc), crossing(b, hb, a, ha)};
+      else piece = {crossing(a, ha, b, hb), crossing(a, ha, centre, hc)};
+      const unsigned slot = atomic_add(&commands[mesh].pieces, 1);
+      if (slot < static_cast<unsigned>(v.meshes[mesh].vertex_count))
+        pieces[v.meshes[mesh].first_vertex + slot] = piece;
+      else
+        atomic_add(&commands[mesh].pieces, -1);
+    }
+  }
+};
+struct BeginOutlines {
+  static constexpr const char* name = "begin outlines";
+  const MeshConstants* meshes;
+  OutlineCommand* commands;
+  SIMPLEXSEG_HD void operator()(int mesh) const { commands[mesh] = {4, 0, 0, static_cast<std::uint32_t>(meshes[mesh].first_vertex)}; }
 };
 
 template <class Voxels>

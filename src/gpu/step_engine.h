@@ -221,10 +221,12 @@ class StepEngine final : public Engine {
     std::vector<int> first{0}, corners, place(view_.vertex_count);
     for (std::size_t k = 0; k < constants_.size(); ++k) {
       const MeshConstants& c = constants_[k];
+      std::vector<int> inverse(c.vertex_count);
+      for (int i = 0; i < c.vertex_count; ++i) inverse[orders_[k][i]] = i;
       for (int cell = 0; cell < cells[k]->count(); ++cell) {
         for (int corner : (*cells[k])[cell]) {
           if (corner < 0 || corner >= c.vertex_count) throw Error("cells", "a corner is no vertex of the mesh", "give the cells of the meshes that were loaded");
-          corners.push_back(c.first_vertex + corner);
+          corners.push_back(c.first_vertex + inverse[corner]);
         }
         first.push_back(static_cast<int>(corners.size()));
       }
@@ -244,7 +246,21 @@ class StepEngine final : public Engine {
     executor_.draw(target, n, drawn_, [&](DisplayPoint* points) {
       update_view();
       run(DrawVertices{view_, place_.data(), points});
-      run(DrawCells{cell_first_.data(), cell_corners_.data(), points, view_.vertex_count}, cell_count_);
+      run(DrawCells{cell_first_.data(), cell_corners_.data(), place_.data(), points, view_.vertex_count}, cell_count_);
+    });
+  }
+
+  void draw_outlines(int axis, float position_mm, DrawTarget<std::byte> target) override {
+    if (!cells_known_) throw Error("outlines", "the cells are not known", "call set_cells after a load");
+    [[maybe_unused]] const auto range = executor_.range("draw outlines");
+    const std::size_t bytes = outline_bytes(constants_.size(), view_.vertex_count);
+    if (bytes == 0) return;
+    executor_.draw(target, bytes, drawn_outlines_, [&](std::byte* memory) {
+      update_view();
+      auto* commands = reinterpret_cast<OutlineCommand*>(memory);
+      auto* pieces = reinterpret_cast<OutlinePiece*>(memory + constants_.size() * sizeof(OutlineCommand));
+      run(BeginOutlines{view_.meshes, commands}, view_.mesh_count);
+      run(DrawOutlines{view_, cell_first_.data(), cell_corners_.data(), axis, position_mm, commands, pieces}, cell_count_);
     });
   }
 
@@ -270,7 +286,7 @@ class StepEngine final : public Engine {
     add("region targets", region_target_), add("averaging", scratch_), add("local statistics", local_statistics_);
     add("region tables", region_tables_), add("attraction points", points_), add("attraction bindings", nearest_);
     add("attraction patches", patches_), add("attraction sums", attraction_), add("attraction flags", attracted_), add("mesh constants", meshes_), add("motion", motion_sums_);
-    add("drawing", place_), add("cells", cell_corners_), add("cell ends", cell_first_), add("drawn surfaces", drawn_), add("drawn slice", drawn_slice_);
+    add("drawing", place_), add("cells", cell_corners_), add("cell ends", cell_first_), add("drawn surfaces", drawn_), add("drawn slice", drawn_slice_), add("drawn outlines", drawn_outlines_);
     return held;
   }
   std::size_t bytes_available() const override {
@@ -580,6 +596,7 @@ class StepEngine final : public Engine {
   Array<int> place_, cell_first_, cell_corners_;   ///< for drawing
   Array<DisplayPoint> drawn_;                       ///< where they are not drawn into a shared buffer
   Array<DisplayTexel> drawn_slice_;
+  Array<std::byte> drawn_outlines_;
   bool cells_known_ = false;
   int cell_count_ = 0;
   std::map<RunKey, Run> runs_;

@@ -117,6 +117,12 @@ QByteArray measure(MainWindow& window, double seconds) {
   const auto bytes = [&] { return bench.session().engine().bytes_read_back(); };
   bench.apply(SetSimulationParameter{find_parameter(simulation_table(), "rest_tolerance"), 0});
   wait_until_s(FrameStatistics::now_s() + 0.2);
+  // A force without its reference would not act.
+  std::vector<ItemId> unrecorded;
+  for (const MeshItem& item : bench.scene().meshes) {
+    if (item.parameters.weight(ForceId::IntensityProfile) > 0 && item.profiles.empty()) unrecorded.push_back(item.id);
+  }
+  for (const ItemId mesh : unrecorded) bench.apply(RecordProfiles{mesh});
   const ItemId point = point_to_drag(bench, window.slice(0));
   bench.run();
   wait_until_s(FrameStatistics::now_s() + 1);

@@ -101,7 +101,7 @@ unsigned compile(unsigned kind, const std::string& name) {
 }
 }  // namespace
 
-void Program::create(const char* vertex, const char* fragment, const char* geometry) {
+void Program::create(const char* vertex, const char* fragment) {
   program_ = glCreateProgram();
   const auto attach = [&](unsigned kind, const char* name) {
     const unsigned shader = compile(kind, name);
@@ -109,7 +109,6 @@ void Program::create(const char* vertex, const char* fragment, const char* geome
     glDeleteShader(shader);
   };
   attach(GL_VERTEX_SHADER, vertex);
-  if (geometry) attach(GL_GEOMETRY_SHADER, geometry);
   attach(GL_FRAGMENT_SHADER, fragment);
   glLinkProgram(program_);
   int ok = 0;
@@ -298,25 +297,37 @@ void MeshPainter::draw(const Projection& projection, const SceneBuffers& buffers
 }
 
 void OutlinePainter::create() {
-  program_.create("outline.vert", "line.frag", "outline.geom");
-  surfaces_.create();
+  program_.create("line.vert", "line.frag");
+  glCreateVertexArrays(1, &vertex_array_);
+  glVertexArrayBindingDivisor(vertex_array_, 0, 1);
+  for (unsigned end = 0; end < 2; ++end) {
+    glEnableVertexArrayAttrib(vertex_array_, end);
+    glVertexArrayAttribFormat(vertex_array_, end, 3, GL_FLOAT, GL_FALSE, end * sizeof(Vec3));
+    glVertexArrayAttribBinding(vertex_array_, end, 0);
+  }
 }
 
 void OutlinePainter::destroy() {
   program_.destroy();
-  surfaces_.destroy();
+  glDeleteVertexArrays(1, &vertex_array_);
+  vertex_array_ = 0;
 }
 
-void OutlinePainter::draw(const Projection& projection, const SceneBuffers& buffers, int mesh,
-                          const Eigen::Vector4f& plane, const Rgba& colour, float width_px) const {
+void OutlinePainter::draw(const Projection& projection, const SceneBuffers::Outlines& outlines, int mesh,
+                          const Rgba& colour, float width_px) const {
+  if (outlines.buffer == 0) return;
   program_.set("clip_from_world", projection.clip_from_world);
   program_.set("viewport_px", projection.viewport_px);
-  program_.set("plane", plane);
   program_.set("half_width_px", width_px / 2);
   program_.set("line_colour", colour);
   program_.use();
-  surfaces_.bind(buffers);
-  draw_triangles(buffers.triangles(mesh));
+  glVertexArrayVertexBuffer(vertex_array_, 0, outlines.buffer, static_cast<GLintptr>(outlines.pieces_at),
+                            sizeof(OutlinePiece));
+  glBindVertexArray(vertex_array_);
+  // How many pieces there are only the buffer knows.
+  glBindBuffer(GL_DRAW_INDIRECT_BUFFER, outlines.buffer);
+  glDrawArraysIndirect(GL_TRIANGLE_STRIP, reinterpret_cast<const void*>(mesh * sizeof(OutlineCommand)));
+  glBindBuffer(GL_DRAW_INDIRECT_BUFFER, 0);
 }
 
 }  // namespace simplexseg

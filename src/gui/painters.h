@@ -38,8 +38,8 @@ void end_frame();
 
 class Program {
  public:
-  /// Files of the shaders; `geometry` may be null. Throws Error with the compiler's first line.
-  void create(const char* vertex, const char* fragment, const char* geometry = nullptr);
+  /// Files of the shaders. Throws Error with the compiler's first line.
+  void create(const char* vertex, const char* fragment);
   void destroy();
   void use() const;
   void set(const char* uniform, const Eigen::Matrix4f& value) const;
@@ -119,18 +119,18 @@ class MeshPainter {
   SurfaceArray surfaces_;
 };
 
-/// Where a plane cuts a surface, as a thick, smooth line.
+/// Where a slice cuts the surfaces, as thick, smooth lines.
 class OutlinePainter {
  public:
   void create();
   void destroy();
-  /// `plane`: unit normal, and minus its distance from the origin in mm.
-  void draw(const Projection& projection, const SceneBuffers& buffers, int mesh, const Eigen::Vector4f& plane,
-            const Rgba& colour, float width_px) const;
+  /// `mesh`: which of the scene's.
+  void draw(const Projection& projection, const SceneBuffers::Outlines& outlines, int mesh, const Rgba& colour,
+            float width_px) const;
 
  private:
   Program program_;
-  SurfaceArray surfaces_;
+  unsigned vertex_array_ = 0;
 };
 
 }  // namespace simplexseg

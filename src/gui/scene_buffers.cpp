@@ -4,6 +4,7 @@
 #include <GL/glew.h>
 
 #include <cstring>
+#include <utility>
 
 #include "core/session.h"
 #include "gui/painters.h"
@@ -31,6 +32,10 @@ void SceneBuffers::release_all() {
   for (SliceState& state : slices_) {
     release(state.pixels);
     glDeleteTextures(1, &state.slice.texture);
+    state = {};
+  }
+  for (OutlineState& state : outlines_) {
+    release(state.buffer);
     state = {};
   }
   glDeleteSync(written_);
@@ -121,16 +126,21 @@ void SceneBuffers::rebuild_topology(Session& session) {
   }
   session.drawing().set_cells(lists);
   point_count_ = centre;
+  vertex_count_ = vertex_count;
   if (indices_ == 0) glCreateBuffers(1, &indices_);
   glNamedBufferData(indices_, static_cast<GLsizeiptr>(indices.size() * sizeof(GLuint)), indices.data(), GL_STATIC_DRAW);
   allocate(points_, point_count_ * sizeof(DisplayPoint));
   topology_ = session.topology_revision();
 }
 
-void SceneBuffers::update_surfaces(Session& session) {
-  if (revision_ == session.revision()) return;
-  wait_for_readers();
+void SceneBuffers::follow_topology(Session& session) {
   if (topology_ != session.topology_revision() || !session.engine().has_cells()) rebuild_topology(session);
+}
+
+/// Returns whether there was anything to write.
+bool SceneBuffers::write_surfaces(Session& session) {
+  if (revision_ == session.revision()) return false;
+  follow_topology(session);
   if (point_count_ > 0) {
     connect(points_, session);
     if (points_.shared) {
@@ -141,8 +151,77 @@ void SceneBuffers::update_surfaces(Session& session) {
       glNamedBufferSubData(points_.name, 0, static_cast<GLsizeiptr>(points_.bytes), host_points_.data());
     }
   }
-  mark_written();
   revision_ = session.revision();
+  return true;
+}
+
+bool SceneBuffers::write_outlines(Session& session, const ViewState& view, Orientation orientation) {
+  OutlineState& state = outlines_[static_cast<int>(orientation)];
+  const int axis = slice_axes(orientation, Convention::Radiological).normal;
+  const double position_mm = view.crosshair_mm[axis];
+  if (state.revision == session.revision() && state.position_mm == position_mm) return false;
+  follow_topology(session);
+  const std::size_t meshes = triangles_.size();
+  allocate(state.buffer, outline_bytes(meshes, vertex_count_));
+  state.outlines = {state.buffer.name, meshes * sizeof(OutlineCommand)};
+  if (state.buffer.name != 0) {
+    connect(state.buffer, session);
+    const auto position = static_cast<float>(position_mm);
+    if (state.buffer.shared) {
+      session.drawing().draw_outlines(axis, position, {state.buffer.shared.get(), {}});
+    } else {
+      host_outlines_.resize(state.buffer.bytes);
+      session.drawing().draw_outlines(axis, position, {nullptr, host_outlines_});
+      const auto upload = [&](std::size_t first, std::size_t bytes) {
+        glNamedBufferSubData(state.buffer.name, static_cast<GLintptr>(first), static_cast<GLsizeiptr>(bytes),
+                             host_outlines_.data() + first);
+      };
+      upload(0, state.outlines.pieces_at);
+      for (std::size_t m = 0; m < meshes; ++m) {  // what was written: a small part of the room
+        OutlineCommand command;
+        std::memcpy(&command, host_outlines_.data() + m * sizeof command, sizeof command);
+        if (command.pieces > 0) {
+          upload(state.outlines.pieces_at + command.first_piece * sizeof(OutlinePiece),
+                 command.pieces * sizeof(OutlinePiece));
+        }
+      }
+    }
+  }
+  state.revision = session.revision();
+  state.position_mm = position_mm;
+  return true;
+}
+
+void SceneBuffers::update_wanted(Session& session, const ViewState& view) {
+  bool stale = surfaces_wanted_ && revision_ != session.revision();
+  for (const Orientation orientation : kOrientations) {
+    const OutlineState& state = outlines_[static_cast<int>(orientation)];
+    const int axis = slice_axes(orientation, Convention::Radiological).normal;
+    stale = stale || (state.wanted && (state.revision != session.revision() || state.position_mm != view.crosshair_mm[axis]));
+  }
+  if (!stale) return;
+  wait_for_readers();
+  // What is not asked for again until the next time is no longer seen.
+  if (std::exchange(surfaces_wanted_, false)) write_surfaces(session);
+  for (const Orientation orientation : kOrientations) {
+    if (std::exchange(outlines_[static_cast<int>(orientation)].wanted, false)) write_outlines(session, view, orientation);
+  }
+  mark_written();
+}
+
+void SceneBuffers::update_surfaces(Session& session, const ViewState& view) {
+  surfaces_wanted_ = true;
+  update_wanted(session, view);
+  surfaces_wanted_ = true;
+}
+
+const SceneBuffers::Outlines& SceneBuffers::update_outlines(Session& session, const ViewState& view,
+                                                            Orientation orientation) {
+  OutlineState& state = outlines_[static_cast<int>(orientation)];
+  state.wanted = true;
+  update_wanted(session, view);
+  state.wanted = true;
+  return state.outlines;
 }
 
 const SceneBuffers::Slice& SceneBuffers::update_slice(Session& session, const ViewState& view,

@@ -38,11 +38,20 @@ class SceneBuffers {
   void begin_reading() const;
   void end_reading(const void* view);
 
-  /// Surfaces in the session's present pose. Throws what the engine throws.
-  void update_surfaces(Session& session);
+  // Each brings up to date with it what the other views wanted for their last frame: all that the engine writes in a frame
+  // it writes at once, for a device changes slowly between computing and drawing. They throw what the engine throws.
+
+  /// Surfaces in the session's present pose.
+  void update_surfaces(Session& session, const ViewState& view);
   /// The slice through the crosshair, with window and level; drawn anew only when one of these has changed. There must
-  /// be a volume. Throws what the engine throws.
+  /// be a volume.
   const Slice& update_slice(Session& session, const ViewState& view, Orientation orientation);
+  /// Where the slice through the crosshair cuts the surfaces, for OutlinePainter.
+  struct Outlines {
+    unsigned buffer = 0;           ///< commands, then pieces (core/display.h); 0 when there is no mesh
+    std::size_t pieces_at = 0;     ///< bytes
+  };
+  const Outlines& update_outlines(Session& session, const ViewState& view, Orientation orientation);
   /// The volume is another one.
   void forget_slices();
 
@@ -74,9 +83,20 @@ class SceneBuffers {
     bool valid = false;
     double position_mm = 0, window = 0, level = 0;
   };
+  struct OutlineState {
+    Outlines outlines;
+    Buffer buffer;
+    std::uint64_t revision = ~std::uint64_t{0};
+    double position_mm = 0;
+    bool wanted = false;
+  };
   static void release(Buffer& buffer);
   static void allocate(Buffer& buffer, std::size_t bytes);
   void connect(Buffer& buffer, Session& session);
+  void update_wanted(Session& session, const ViewState& view);
+  bool write_surfaces(Session& session);
+  bool write_outlines(Session& session, const ViewState& view, Orientation orientation);
+  void follow_topology(Session& session);
   void rebuild_topology(Session& session);
   void wait_for_readers();
   void mark_written();
@@ -87,9 +107,13 @@ class SceneBuffers {
   std::vector<Range> triangles_;
   std::size_t point_count_ = 0;
   std::uint64_t revision_ = ~std::uint64_t{0}, topology_ = ~std::uint64_t{0};
+  std::size_t vertex_count_ = 0;
+  bool surfaces_wanted_ = false;
   SliceState slices_[3];
+  OutlineState outlines_[3];
   std::vector<DisplayPoint> host_points_;  ///< for the upload
   std::vector<DisplayTexel> host_texels_;
+  std::vector<std::byte> host_outlines_;
 
   std::map<const void*, __GLsync*> views_;  ///< with the end of what each has read
   __GLsync* written_ = nullptr;

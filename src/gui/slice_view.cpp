@@ -103,7 +103,7 @@ Projection SliceView::projection() const {
 
 void SliceView::prepare() {
   slice_ = workbench_.drawn_slice(orientation_);
-  surfaces_ = workbench_.view.show_meshes ? workbench_.drawn_surfaces() : nullptr;
+  outlines_ = workbench_.view.show_meshes ? workbench_.drawn_outlines(orientation_) : nullptr;
 }
 
 void SliceView::paint() {
@@ -112,21 +112,19 @@ void SliceView::paint() {
   if (!workbench_.has_volume()) return;
   const ViewState& view = workbench_.view;
   if (slice_) slice_painter_.draw(projection, *slice_, true);
-  if (surfaces_) draw_outlines(projection);
+  if (outlines_) draw_outlines(projection);
   if (view.show_annotations) draw_crosshair(projection);
   draw_points(projection);
   draw_seed(projection);
 }
 
 void SliceView::draw_outlines(const Projection& projection) {
-  Eigen::Vector4f plane(0, 0, 0, static_cast<float>(-slice_mm()));
-  plane[axes().normal] = 1;
   const float ratio = static_cast<float>(devicePixelRatio());
   const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
   for (const bool active : {false, true}) {  // the active one on top
     for (std::size_t m = 0; m < meshes.size(); ++m) {
       if (!meshes[m].visible || (meshes[m].id == workbench_.view.active_mesh) != active) continue;
-      outline_painter_.draw(projection, *surfaces_, static_cast<int>(m), plane, simplexseg::rgba_of(meshes[m].colour),
+      outline_painter_.draw(projection, *outlines_, static_cast<int>(m), simplexseg::rgba_of(meshes[m].colour),
                             (active ? 2.4f : 1.4f) * ratio);
     }
   }

@@ -86,7 +86,7 @@ class SliceView : public View {
   double seed_radius_mm_ = 0;
 
   const SceneBuffers::Slice* slice_ = nullptr;  ///< as of prepare()
-  const SceneBuffers* surfaces_ = nullptr;
+  const SceneBuffers::Outlines* outlines_ = nullptr;
   SlicePainter slice_painter_;
   OutlinePainter outline_painter_;
   LinePainter line_painter_;

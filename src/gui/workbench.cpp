@@ -152,7 +152,13 @@ void Workbench::mark_saved() {
 }
 
 const SceneBuffers* Workbench::drawn_surfaces() {
-  return draw([this] { buffers.update_surfaces(session_); }) ? &buffers : nullptr;
+  return draw([this] { buffers.update_surfaces(session_, view); }) ? &buffers : nullptr;
+}
+
+const SceneBuffers::Outlines* Workbench::drawn_outlines(Orientation orientation) {
+  const SceneBuffers::Outlines* outlines = nullptr;
+  draw([&] { outlines = &buffers.update_outlines(session_, view, orientation); });
+  return outlines;
 }
 
 const SceneBuffers::Slice* Workbench::drawn_slice(Orientation orientation) {

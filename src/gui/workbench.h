@@ -61,6 +61,7 @@ class Workbench : public QObject {
   /// For a view while it paints: the surfaces in the session's present pose, a slice through the crosshair (there must
   /// be a volume). Null when they cannot be drawn, which becomes a message.
   const SceneBuffers* drawn_surfaces();
+  const SceneBuffers::Outlines* drawn_outlines(Orientation orientation);
   const SceneBuffers::Slice* drawn_slice(Orientation orientation);
 
  signals:

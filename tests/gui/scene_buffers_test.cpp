@@ -49,6 +49,10 @@ class FailingEngine : public Engine {
     if (!draws) throw DeviceError("device", "it was lost", "use --backend cpu");
     inner_->draw_surfaces(target);
   }
+  void draw_outlines(int axis, float position_mm, DrawTarget<std::byte> target) override {
+    if (!draws) throw DeviceError("device", "it was lost", "use --backend cpu");
+    inner_->draw_outlines(axis, position_mm, target);
+  }
   void draw_slice(const SlicePlane& plane, DrawTarget<DisplayTexel> target) override {
     inner_->draw_slice(plane, target);
   }
