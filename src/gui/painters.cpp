@@ -292,7 +292,7 @@ void MeshPainter::draw(const Projection& projection, const SceneBuffers& buffers
     draw_faces(GL_BACK);
     glDepthMask(GL_TRUE);
   } else {
-    draw_triangles(buffers.triangles(mesh));
+    draw_faces(GL_BACK);  // those of a closed surface are hidden, and half of the cost
   }
 }
 

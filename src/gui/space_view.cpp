@@ -21,7 +21,7 @@ SpaceView::SpaceView(Workbench& workbench, QWidget* parent) : View(workbench, pa
   setObjectName("3D");
   // Slices need no multisampling: their lines are smooth by themselves.
   QSurfaceFormat smooth = format();
-  smooth.setSamples(4);
+  smooth.setSamples(2);
   setFormat(smooth);
 }
 

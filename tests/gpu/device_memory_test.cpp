@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a large scene takes of a device, against the bytes of its data.
+#include <cstdio>
+
+#include "core/error.h"
+#include "engine_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+TEST(DeviceMemory, ALargeSceneTakesLittleMoreThanItsData) {
+  if (!why_no_cuda().empty()) GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
+  TestScene scene;
+  VolumeGeometry geometry;
+  geometry.size = {512, 512, 512};
+  scene.volume = Volume(geometry, VoxelType::Int16);
+  for (int k = 0; k < 10; ++k) {
+    TestMesh m;
+    m.mesh = make_sphere({50.0 * k, 200, 200}, 20, 5);
+    m.forces = weightless();
+    weight_of(m.forces, ForceId::Smoothing) = 0.5f, weight_of(m.forces, ForceId::Gradient) = 0.5f;
+    weight_of(m.forces, ForceId::Region) = 0.5f, weight_of(m.forces, ForceId::Attraction) = 1;
+    scene.meshes.push_back(m);
+    scene.points.push_back({k, {50.0 * k + 25, 200, 200}});
+  }
+  make_cuda_engine()->step(1);      // what the first engine of a program brings along
+  const auto warm = make_cuda_engine();
+  load(*warm, busy_scene());
+  warm->step(40);
+  const std::size_t before = cuda_device()->bytes_free;
+  const auto engine = make_cuda_engine();
+  load(*engine, scene);
+  engine->step(40);
+  const std::size_t taken = before - cuda_device()->bytes_free, data = engine->bytes_held();
+  std::printf("[ memory ] %.1f MB of data, %.1f MB taken\n", data * 1e-6, taken * 1e-6);
+  EXPECT_GT(data, std::size_t{512} * 512 * 512 * 2);
+  EXPECT_LE(static_cast<double>(taken), 1.15 * static_cast<double>(data));
+}
+
+TEST(DeviceMemory, AVolumeThatDoesNotFitIsRefusedWithBothFigures) {
+  if (!why_no_cuda().empty()) GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
+  VolumeGeometry geometry;
+  const std::size_t free = cuda_device()->bytes_free;
+  geometry.size = {2048, 2048, static_cast<int>(free / (2048 * 2048 * 2)) + 10};
+  Volume large;
+  try {
+    large = Volume(geometry, VoxelType::Int16);      // pages that nobody touches
+  } catch (const Error&) {
+    GTEST_SKIP() << "skipped: the host has not the address space";
+  }
+  const auto engine = make_cuda_engine();
+  try {
+    engine->set_volume(large);
+    FAIL() << "it was taken";
+  } catch (const DeviceError& error) {
+    EXPECT_NE(std::string(error.what()).find("MiB do not fit into the"), std::string::npos) << error.what();
+  }
+  EXPECT_NEAR(static_cast<double>(cuda_device()->bytes_free), static_cast<double>(free), 64e6) << "nothing was allocated";
+}
+
+}  // namespace
+}  // namespace simplexseg

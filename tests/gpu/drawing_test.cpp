@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an engine draws into host memory: the same kernels fill the window's buffers.
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/simplex_mesh.h"
+#include "engine_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+class DrawingTest : public EngineTest {
+ protected:
+  /// A refined scene of two meshes, and their cells.
+  static TestScene two_meshes() {
+    TestScene scene = busy_scene(3);
+    TestMesh other = scene.meshes[0];
+    other.mesh = make_sphere({5, 3, -4}, 9, 2);
+    other.shape.clear(), other.profiles.clear();
+    scene.meshes.push_back(other);
+    weight_of(scene.meshes[0].forces, ForceId::Smoothing) = 0.5f;
+    return scene;
+  }
+};
+SIMPLEXSEG_ON_EVERY_BACKEND(DrawingTest);
+
+TEST_P(DrawingTest, SurfacesFollowThePose) {
+  const TestScene scene = two_meshes();
+  const auto engine = make_engine();
+  load(*engine, scene);
+  EXPECT_FALSE(engine->has_cells());
+  std::vector<DisplayPoint> none;
+  EXPECT_THROW(engine->draw_surfaces({nullptr, none}), Error);
+  std::vector<CellList> cells{cells_of(scene.meshes[0].mesh), cells_of(scene.meshes[1].mesh)};
+  const CellList* const lists[] = {&cells[0], &cells[1]};
+  engine->set_cells(lists);
+  engine->step(7);
+  const std::size_t vertices = scene.meshes[0].mesh.positions.size() + scene.meshes[1].mesh.positions.size();
+  std::vector<DisplayPoint> points(vertices + cells[0].count() + cells[1].count());
+  EXPECT_THROW(engine->draw_surfaces({nullptr, std::span(points).first(vertices)}), Error);
+  engine->draw_surfaces({nullptr, points});
+  std::size_t vertex = 0, centre = vertices;
+  for (int m = 0; m < 2; ++m) {
+    const SimplexMesh mesh = mesh_of(*engine, scene, m);
+    for (int i = 0; i < mesh.vertex_count(); ++i, ++vertex) {
+      const DisplayPoint& p = points[vertex];
+      ASSERT_EQ(Eigen::Vector3f(p.position.x, p.position.y, p.position.z), mesh.positions[i]);
+      ASSERT_LT((Eigen::Vector3d(p.normal.x, p.normal.y, p.normal.z) - vertex_geometry(mesh, i).normal).norm(), 1e-4);
+    }
+    for (int c = 0; c < cells[m].count(); ++c, ++centre) {
+      Eigen::Vector3f mean(0, 0, 0);
+      for (int corner : cells[m][c]) mean += mesh.positions[corner];
+      mean /= static_cast<float>(cells[m][c].size());
+      const DisplayPoint& p = points[centre];
+      ASSERT_LT((Eigen::Vector3f(p.position.x, p.position.y, p.position.z) - mean).norm(), 1e-4f);
+      ASSERT_NEAR(norm(xyz(p.normal)), 1, 1e-4);
+    }
+  }
+}
+
+TEST_P(DrawingTest, OutlinesLieOnThePlaneAndOnTheSurface) {
+  TestScene scene = two_meshes();
+  scene.meshes[0].mesh = make_sphere({0, 0, 0}, 20, 4);
+  scene.meshes[0].shape.clear(), scene.meshes[0].profiles.clear();
+  const auto engine = make_engine();
+  load(*engine, scene);
+  std::vector<CellList> cells{cells_of(scene.meshes[0].mesh), cells_of(scene.meshes[1].mesh)};
+  const CellList* const lists[] = {&cells[0], &cells[1]};
+  engine->set_cells(lists);
+  const std::size_t vertices = scene.meshes[0].mesh.positions.size() + scene.meshes[1].mesh.positions.size();
+  std::vector<std::byte> memory(outline_bytes(2, vertices));
+  for (int axis = 0; axis < 3; ++axis) {
+    const float at = 1.3f;
+    engine->draw_outlines(axis, at, {nullptr, memory});
+    const auto* commands = reinterpret_cast<const OutlineCommand*>(memory.data());
+    const auto* pieces = reinterpret_cast<const OutlinePiece*>(memory.data() + 2 * sizeof(OutlineCommand));
+    EXPECT_EQ(commands[0].corners, 4u);
+    ASSERT_GT(commands[0].pieces, 100u);
+    ASSERT_GT(commands[1].pieces, 10u);
+    double length = 0;
+    for (std::uint32_t k = 0; k < commands[0].pieces; ++k) {
+      const OutlinePiece& piece = pieces[commands[0].first_piece + k];
+      for (const Vec3& end : {piece.start, piece.end}) {
+        ASSERT_NEAR(axis == 0 ? end.x : axis == 1 ? end.y : end.z, at, 1e-4);
+        ASSERT_NEAR(norm(end), 20, 0.15);
+      }
+      length += norm(piece.end - piece.start);
+    }
+    EXPECT_NEAR(length, 2 * M_PI * std::sqrt(400 - at * at), 1) << "the circle is closed";
+  }
+  engine->draw_outlines(0, 500, {nullptr, memory});
+  EXPECT_EQ(reinterpret_cast<const OutlineCommand*>(memory.data())->pieces, 0u) << "far away nothing is cut";
+}
+
+TEST_P(DrawingTest, SlicesAreTheVoxelsAfterWindowAndLevel) {
+  for (const VoxelType type : {VoxelType::Int16, VoxelType::UInt8, VoxelType::Int32, VoxelType::Float32}) {
+    PhantomSettings settings;
+    settings.size = 24, settings.type = type, settings.noise_sigma = 3;
+    TestScene scene;
+    scene.volume = make_phantom("sphere", settings).image;
+    const auto engine = make_engine();
+    load(*engine, scene);
+    SlicePlane plane;
+    plane.origin = {-2, 0, 7}, plane.step_u = {1, 0, 0}, plane.step_v = {0, 1, 0};
+    plane.width = 28, plane.height = 24, plane.low = 20, plane.high = 180;
+    std::vector<DisplayTexel> texels(28 * 24);
+    engine->draw_slice(plane, {nullptr, texels});
+    for (int v = 0; v < 24; ++v)
+      for (int u = 0; u < 28; ++u) {
+        const DisplayTexel texel = texels[v * 28 + u];
+        const bool inside = u >= 2 && u < 26;
+        ASSERT_EQ(texel.inside, inside ? 255 : 0) << to_string(type) << " " << u << " " << v;
+        if (!inside) continue;
+        const double grey = std::clamp((scene.volume.value(u - 2, v, 7) - 20) / 160, 0.0, 1.0);
+        ASSERT_NEAR(texel.grey, 255 * grey, 0.51) << to_string(type) << " " << u << " " << v;
+      }
+    plane.high = 60;
+    std::vector<DisplayTexel> harder(texels.size());
+    engine->draw_slice(plane, {nullptr, harder});
+    EXPECT_GT(std::count_if(harder.begin(), harder.end(), [](DisplayTexel t) { return t.grey == 255; }),
+              std::count_if(texels.begin(), texels.end(), [](DisplayTexel t) { return t.grey == 255; }));
+  }
+}
+
+}  // namespace
+}  // namespace simplexseg
