@@ -218,7 +218,7 @@ class CudaExecutor {
     }
 #endif
     if (target.host.size() < n) throw Error("drawing", "the buffer is too small", "give one of the size of what is drawn");
-    if (staging.size() < n) staging.resize(n);
+    if (staging.size() < n) staging.resize(n), staging.fill_zero();      // all of it is read back, whatever is written
     write(staging.data());
     staging.download(target.host.first(n));
   }
