@@ -9,8 +9,6 @@ namespace simplexseg {
 namespace {
 // A window that is hidden or covered shows nothing: the simulation goes on without it.
 constexpr int kLongestFrameMs = 50;
-// Long enough that what the user did meanwhile arrives first, and is in this frame.
-constexpr int kInputMs = 1;
 }  // namespace
 
 FrameLoop::FrameLoop(Workbench& workbench) : workbench_(workbench) {
@@ -43,8 +41,8 @@ void FrameLoop::view_shown() {
   const bool new_picture = statistics_.shown(FrameStatistics::now_s());
   if (!timer_.isActive()) {
     statistics_.interrupt();
-  } else if (new_picture && timer_.remainingTime() > kInputMs) {  // one that is due is not put off
-    timer_.start(kInputMs);
+  } else if (new_picture && timer_.remainingTime() > 0) {
+    timer_.start(0);  // after the events that wait: what the user did meanwhile is in this frame
   }
 }
 
