@@ -72,7 +72,6 @@ class CpuExecutor {
     view = {};
     view.voxels = volume.data();
   }
-  std::size_t volume_bytes(const Volume& volume) const { return volume.bytes(); }
   template <class F>
   void visit_voxels(VoxelType type, F&& f) const {
     visit_voxel_type(type, [&]<class T>(std::type_identity<T>) { f(std::type_identity<LinearVoxels<T>>{}); });

@@ -145,7 +145,6 @@ class CudaExecutor {
   NamedRange range(const char* name) const { return NamedRange(name); }
 
   void bind(const Volume& volume, VolumeView& view) { volume_.bind(volume, view); }
-  std::size_t volume_bytes(const Volume& volume) const { return volume_.bytes(volume); }
   template <class F>
   void visit_voxels(VoxelType type, F&& f) const {
     volume_.visit(type, f);

@@ -27,7 +27,6 @@ class CudaVolume {
   /// Calls f with the type identity of the sampler for the volume.
   template <class F>
   void visit(VoxelType type, F&& f) const;
-  std::size_t bytes(const Volume& volume) const { return volume.bytes(); }
 
  private:
   /// What a normalised texel is to be multiplied with; 0: the texture unit cannot filter the type.

@@ -279,7 +279,7 @@ class StepEngine final : public Engine {
     auto add = [&](const char* name, const auto& array) {
       if (array.size() != 0) held.push_back({name, array.bytes()});
     };
-    if (!volume_.empty()) held.push_back({"volume", executor_.volume_bytes(volume_)});
+    if (!volume_.empty()) held.push_back({"volume", volume_.bytes()});
     held.push_back({"positions", positions_[0].bytes() * 3});
     add("neighbours", neighbours_), add("frame", frame_), add("shape reference", shape_);
     add("gradient targets", gradient_target_), add("profile targets", profile_target_), add("reference profiles", profiles_);
