@@ -22,6 +22,7 @@ constexpr auto make_force_list(std::index_sequence<I...>) {
 constexpr auto kForceList = make_force_list(std::make_index_sequence<kForceCount>{});
 
 constexpr ParameterInfo kSimulationTable[] = {
+    {"solver", 0, 0, 5, "", "How a step is taken; automatic: the fastest that is safe.", ParameterKind::Choice, "automatic|verlet|damped|point_implicit|chebyshev|multigrid"},
     {"timestep", 1.0f, 0.001f, 10, "", "Timestep; forces are accelerations of unit masses."},
     {"damping", 0.9f, 0, 1, "", "Share of the velocity lost in one step."},
     {"limit_timestep", 1, 0, 1, "", "Whether the timestep is cut to 90% of the stability bound of each mesh.", ParameterKind::Choice, "off|on"},
@@ -68,7 +69,7 @@ SimulationParameters default_simulation_parameters() {
 }
 
 // The struct's members lie in the order of the table; asserted above by size and in the tests by name.
-float& value_of(SimulationParameters& parameters, int index) { return *(&parameters.timestep + index); }
-float value_of(const SimulationParameters& parameters, int index) { return *(&parameters.timestep + index); }
+float& value_of(SimulationParameters& parameters, int index) { return *(&parameters.solver_choice + index); }
+float value_of(const SimulationParameters& parameters, int index) { return *(&parameters.solver_choice + index); }
 
 }  // namespace simplexseg

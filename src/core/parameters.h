@@ -48,8 +48,12 @@ const ForceInfo* find_force(const char* name);
 int find_parameter(std::span<const ParameterInfo> table, const char* name);
 ForceParameters default_force_parameters();
 
+/// How a step is taken, in the order of the choices of the parameter `solver` (docs/mathematics.md, section 3).
+enum class Solver : int { Automatic, Verlet, Damped, PointImplicit, Chebyshev, Multigrid };
+
 /// Parameters of the whole simulation, in the order of simulation_table().
 struct SimulationParameters {
+  float solver_choice;
   float timestep;
   float damping;
   float limit_timestep;
@@ -60,6 +64,8 @@ struct SimulationParameters {
   float steps_per_level;
   float rest_tolerance_voxels;
   float frame_budget_ms;
+
+  Solver solver() const { return static_cast<Solver>(static_cast<int>(solver_choice + 0.5f)); }
 };
 std::span<const ParameterInfo> simulation_table();
 SimulationParameters default_simulation_parameters();

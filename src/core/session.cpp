@@ -185,8 +185,12 @@ void Session::load_engine() {
   }
   engine_->load(meshes, scene_.simulation);
   ++topology_revision_;
-  mean_edge_mm_.assign(meshes.size(), 0.0f);
-  mean_move_mm_.assign(meshes.size(), 0.0f);
+  last_ = {};
+  last_.mean_edge_mm.assign(meshes.size(), 0.0f);
+  last_.mean_move_mm.assign(meshes.size(), 0.0f);
+  last_.residual_mm.assign(meshes.size(), 0.0f);
+  last_.folded_vertices.assign(meshes.size(), 0);
+  last_.inside_out.assign(meshes.size(), 0);
   send_points();
 }
 
@@ -253,12 +257,12 @@ bool Session::refine_where_due() {
   at_rest_ = true;
   for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
     MeshItem& item = scene_.meshes[k];
-    const bool rests = mean_move_mm_[k] < tolerance;
+    const bool rests = last_.mean_move_mm[k] < tolerance;
     if (!rests && item.steps_at_level < static_cast<int>(scene_.simulation.steps_per_level + 0.5f)) {
       at_rest_ = false;
       continue;
     }
-    if (simplexseg::is_finest(item, scene_.simulation, voxel_mm(), mean_edge_mm_[k])) {
+    if (simplexseg::is_finest(item, scene_.simulation, voxel_mm(), last_.mean_edge_mm[k])) {
       at_rest_ = at_rest_ && rests;
     } else {
       pull_poses();
@@ -292,7 +296,7 @@ void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
     steps_since_command_ += outcome.steps;
     total_steps_ += outcome.steps;
     for (MeshItem& item : scene_.meshes) item.steps_at_level += outcome.steps;
-    mean_move_mm_ = outcome.mean_move_mm, mean_edge_mm_ = outcome.mean_edge_mm;
+    last_ = outcome;
     poses_stale_ = true;
     steps_since_read_ += outcome.steps;
     ++revision_;

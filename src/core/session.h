@@ -23,6 +23,7 @@ struct Advance {
   int steps = 0;
   double seconds = 0;
   bool at_rest = false;                    ///< nothing moves any more: no need to be called again until something changes
+  std::vector<std::string> cuts;           ///< one line for each step that was undone and its mesh's timestep cut
   std::optional<std::string> failure;      ///< one line naming mesh and force; the step was undone, the run should pause
   bool refined = false;                    ///< the vertex counts have changed
 };
@@ -83,7 +84,9 @@ class Session {
   /// Counts every change of scene or pose: what a view compares to know whether it is dirty.
   std::uint64_t revision() const { return revision_; }
   /// Motion of each mesh in the last step, mm.
-  const std::vector<float>& mean_move_mm() const { return mean_move_mm_; }
+  const std::vector<float>& mean_move_mm() const { return last_.mean_move_mm; }
+  /// What was measured of each mesh after the last steps.
+  const StepOutcome& last_outcome() const { return last_; }
 
  private:
   struct Snapshot {
@@ -126,7 +129,7 @@ class Session {
   int steps_since_command_ = 0;
   std::int64_t total_steps_ = 0;
   std::uint64_t revision_ = 0;
-  std::vector<float> mean_move_mm_, mean_edge_mm_;
+  StepOutcome last_;
   bool at_rest_ = false;
   double seconds_per_step_ = 0;
 };

@@ -25,6 +25,7 @@ struct MeshNeeds {
   bool finest = true;
   bool has_shape = false;          ///< shape memory's reference was taken
   std::size_t profile_values = 0;  ///< of all recorded reference profiles of the mesh
+  unsigned held = 0;               ///< forces whose targets are given, not searched for
 
   int profile_length() const {
     const auto& p = forces.values[static_cast<int>(ForceId::IntensityProfile)];
@@ -34,7 +35,7 @@ struct MeshNeeds {
   bool acts(ForceId force) const {
     if (!(forces.weight(force) > 0.0f)) return false;
     if (force == ForceId::ShapeMemory) return has_shape;
-    if (force == ForceId::IntensityProfile)
+    if (force == ForceId::IntensityProfile && (held & bit(force)) == 0)
       return profile_values == static_cast<std::size_t>(vertex_count) * profile_length();
     return true;
   }
@@ -42,6 +43,7 @@ struct MeshNeeds {
 
 struct StepNeeds {
   unsigned forces = 0;  ///< that some mesh uses; attraction only where there is a point
+  unsigned held = 0;    ///< of these, whose targets are given: for no mesh they are searched for
   bool local_statistics = false;
   int averaging_passes = 0;  ///< of region targets
   int profile_stride = 0;    ///< values of a reference profile
@@ -52,29 +54,32 @@ struct StepNeeds {
 
   bool uses(ForceId force) const { return (forces & bit(force)) != 0; }
   bool searches() const {
-    return (forces & (bit(ForceId::Gradient) | bit(ForceId::IntensityProfile) | bit(ForceId::Region))) != 0;
+    return searches(ForceId::Gradient) || searches(ForceId::IntensityProfile) || searches(ForceId::Region);
   }
+  bool searches(ForceId force) const { return (forces & ~held & bit(force)) != 0; }
   bool averages() const { return averaging_passes > 0 || local_statistics; }
 };
 
 inline StepNeeds needs_of(std::span<const MeshNeeds> meshes, bool has_volume, int point_count) {
   StepNeeds needs;
   int largest = 0;
+  for (const MeshNeeds& m : meshes) needs.held |= m.held;
+  auto searches = [&](const MeshNeeds& m, ForceId force) { return m.acts(force) && (needs.held & bit(force)) == 0; };
   for (const MeshNeeds& m : meshes) {
     largest = std::max(largest, m.vertex_count);
     for (const ForceInfo& force : force_list())
       if (m.acts(force.id)) needs.forces |= bit(force.id);
-    if (m.acts(ForceId::IntensityProfile)) {
+    if (searches(m, ForceId::IntensityProfile)) {
       needs.profile_stride = std::max(needs.profile_stride, m.profile_length());
       const auto& profile = m.forces.values[static_cast<int>(ForceId::IntensityProfile)];
       const int reach = static_cast<int>(profile[IntensityProfileForce::samples] + 0.5f);
       needs.profile_scratch = std::max(needs.profile_scratch, 4 * reach + 1 + 2 * m.profile_length() + 8);
     }
-    if (m.acts(ForceId::Gradient)) {
+    if (searches(m, ForceId::Gradient)) {
       const int reach = static_cast<int>(m.forces.values[static_cast<int>(ForceId::Gradient)][GradientForce::samples] + 0.5f);
       needs.gradient_scratch = std::max(needs.gradient_scratch, 4 * reach + 6);
     }
-    if (!m.acts(ForceId::Region)) continue;
+    if (!searches(m, ForceId::Region)) continue;
     const auto& region = m.forces.values[static_cast<int>(ForceId::Region)];
     needs.averaging_passes = std::max(needs.averaging_passes, static_cast<int>(region[RegionForce::averaging] + 0.5f));
     const int samples = 2 * static_cast<int>(region[RegionForce::samples] + 0.5f) + 1;
@@ -83,10 +88,11 @@ inline StepNeeds needs_of(std::span<const MeshNeeds> meshes, bool has_volume, in
   }
   if (point_count == 0) needs.forces &= ~bit(ForceId::Attraction);
   if (!has_volume) {
-    needs.forces &= ~(bit(ForceId::Gradient) | bit(ForceId::IntensityProfile) | bit(ForceId::Region));
+    needs.forces &= ~(bit(ForceId::Gradient) | bit(ForceId::IntensityProfile) | bit(ForceId::Region)) | needs.held;
     needs.local_statistics = false, needs.averaging_passes = 0, needs.profile_stride = 0;
     needs.gradient_scratch = 0, needs.profile_scratch = 0, needs.region_scratch = 0;
   }
+  needs.held &= needs.forces;
   needs.nearest_blocks = (largest + kNearestBlock - 1) / kNearestBlock;
   needs.motion_sums = static_cast<int>(meshes.size()) * ((largest + kMotionBlock - 1) / kMotionBlock);
   return needs;

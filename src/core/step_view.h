@@ -142,6 +142,10 @@ struct StepStatus {
 struct MeshMotion {
   float mean_move_mm;                      ///< of the last step
   float mean_edge_mm;
+  float mean_square_force;                 ///< of |sum_f k_f d_f|^2 in the last step, mm^2
+  float change, square_move;               ///< means of -m.(f - f') and |m|^2, m the move before the last step, f and f' the forces after and before it
+  float folded;                            ///< vertices whose normal opposes a neighbour's
+  float volume;                            ///< mean of (P - P_first) . N, which has the sign of the volume enclosed
 };
 
 struct StepView {
@@ -153,6 +157,7 @@ struct StepView {
   Texels<Vec4> previous;                   ///< positions one step ago, mm
   Texels<Vec4> current;                    ///< positions, mm
   Vec4* next = nullptr;
+  Vec4* oldest = nullptr;                  ///< the memory of `previous`, whose w is free once a step has read it
   Texels<Vec4> frame;                      ///< unit normal, elevation over area h / S (1/mm) of the current positions
   Vec4* new_frame = nullptr;               ///< the same array, for the kernel that writes it
   Texels<Vec4> shape;                      ///< e1, e2, h_ref (mm), S_ref (mm^2)

@@ -35,7 +35,7 @@ class HostArray {
     if (!data_) throw Error("mesh arrays", std::to_string(bytes >> 20) + " MiB of memory could not be had", "use fewer or coarser meshes");
     size_ = n;
   }
-  void upload(std::span<const T> from) { std::copy(from.begin(), from.end(), data_.get()); }
+  void upload(std::span<const T> from, std::size_t first = 0) { std::copy(from.begin(), from.end(), data_.get() + first); }
   void assign(std::span<const T> from) { resize(from.size()), upload(from); }
   void download(std::span<T> to, std::size_t first = 0) { std::copy_n(data_.get() + first, to.size(), to.begin()); }
   void fill_zero() { fill(0); }

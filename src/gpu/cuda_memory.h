@@ -120,9 +120,9 @@ class DeviceArray {
     }
 #endif
   }
-  void upload(std::span<const T> from) {
+  void upload(std::span<const T> from, std::size_t first = 0) {
     if (from.empty()) return;
-    check(cudaMemcpyAsync(data_, from.data(), from.size_bytes(), cudaMemcpyHostToDevice, engine_stream().handle()), "upload");
+    check(cudaMemcpyAsync(data_ + first, from.data(), from.size_bytes(), cudaMemcpyHostToDevice, engine_stream().handle()), "upload");
     engine_stream().wait();
   }
   void assign(std::span<const T> from) { resize(from.size()), upload(from); }

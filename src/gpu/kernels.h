@@ -53,13 +53,15 @@ struct IntegrateKernel {
   static constexpr const char* name = "integrate";
   StepView v;
   int step;                 ///< of the run
+  bool measure;             ///< the last step of a batch: what MotionOfBlocks sums is left in w of `next` and `oldest`
   SIMPLEXSEG_HD void operator()(int i) const {
     // A step failed: what comes after it is not done, so that the two poses before it stay.
     const unsigned long long now = v.status->first + static_cast<unsigned long long>(step);
     const bool halted = (load_relaxed(&v.status->failure) >> 40) < now;
     const Int4 nb = v.neighbours[i];
     const MeshConstants& m = v.meshes[nb.w];
-    const Vec3 p = xyz(v.current[i]), q = xyz(v.previous[i]);
+    const Vec4 here = v.current[i];
+    const Vec3 p = xyz(here), q = xyz(v.previous[i]);
     const Vec4 frame = v.frame[i];
     Vec3 sum{0, 0, 0};
     float image = 1.0f;
@@ -89,7 +91,8 @@ struct IntegrateKernel {
     const Vec3 move = m.keep * (p - q) + m.dt2 * sum;
     const Vec3 x = p + move;
     if (halted) return;
-    v.next[i] = with_w(x, 0.0f);
+    v.next[i] = with_w(x, measure ? dot(p - q, sum) - here.w : dot(move, sum));
+    if (measure) v.oldest[i].w = dot(sum, sum);
     // Also false for NaN. Far below overflow, so that squared distances stay finite.
     if (!(fabsf(x.x) < 1e9f && fabsf(x.y) < 1e9f && fabsf(x.z) < 1e9f)) report(now, i, m, nb, p, frame, attraction);
   }
@@ -112,8 +115,8 @@ struct IntegrateKernel {
   }
 };
 
-/// Sums of |x - x-| (x) and of the lengths of the edges (y), mm, over each block of kBlock vertices of each mesh, in a fixed
-/// order.
+/// Sums of what MeshMotion has the means of, over each block of kBlock vertices of each mesh, in a fixed order. After a step
+/// that measured: w of `current` holds m . (f - f'), w of `next` (its memory held the positions before) |f|^2.
 struct MotionOfBlocks {
   static constexpr const char* name = "motion";
   static constexpr int kLanes = 32, kBlock = kMotionBlock;
@@ -124,16 +127,24 @@ struct MotionOfBlocks {
   SIMPLEXSEG_HD void operator()(int index, L lanes) const {
     const MeshConstants& m = v.meshes[index / blocks];
     const int first = (index % blocks) * kBlock, last = first + kBlock < m.vertex_count ? first + kBlock : m.vertex_count;
-    float move = 0, edges = 0;
+    float move = 0, edges = 0, force = 0, change = 0, square = 0, folded = 0, volume = 0;
+    const Vec3 origin = xyz(v.current[m.first_vertex]);
     for (int k = first + lanes.lane; k < last; k += L::width) {
       const int i = m.first_vertex + k;
-      const Vec3 p = xyz(v.current[i]);
+      const Vec4 here = v.current[i], before = v.next[i];
+      const Vec3 p = xyz(here), old = xyz(v.previous[i]), n = xyz(v.frame[i]);
       const Int4 nb = v.neighbours[i];
-      move += norm(p - xyz(v.previous[i]));
-      edges += norm(p - xyz(v.current[nb.x])) + norm(p - xyz(v.current[nb.y])) + norm(p - xyz(v.current[nb.z]));
+      const Vec3 p1 = xyz(v.current[nb.x]), p2 = xyz(v.current[nb.y]), p3 = xyz(v.current[nb.z]), was = old - xyz(before);
+      move += norm(p - old);
+      edges += norm(p - p1) + norm(p - p2) + norm(p - p3);
+      force += before.w, change -= here.w, square += dot(was, was);
+      // The frames are those before the step.
+      if (dot(n, xyz(v.frame[nb.x])) < 0.0f || dot(n, xyz(v.frame[nb.y])) < 0.0f || dot(n, xyz(v.frame[nb.z])) < 0.0f) folded += 1.0f;
+      volume += dot(p - origin, cross(p2 - p1, p3 - p1));
     }
-    move = lanes.sum(move), edges = lanes.sum(edges);
-    if (lanes.lane == 0) sums[index] = {move, edges};
+    move = lanes.sum(move), edges = lanes.sum(edges), force = lanes.sum(force), change = lanes.sum(change);
+    square = lanes.sum(square), folded = lanes.sum(folded), volume = lanes.sum(volume);
+    if (lanes.lane == 0) sums[index] = {move, edges, force, change, square, folded, volume};
   }
 };
 
@@ -150,12 +161,16 @@ struct EndOfBatch {
   template <class L>
   SIMPLEXSEG_HD void operator()(int mesh, L lanes) const {
     const MeshConstants& m = v.meshes[mesh];
-    float move = 0, edges = 0;
-    for (int b = lanes.lane; b < blocks; b += L::width) move += sums[mesh * blocks + b].mean_move_mm, edges += sums[mesh * blocks + b].mean_edge_mm;
-    move = lanes.sum(move), edges = lanes.sum(edges);
+    MeshMotion s{};
+    for (int b = lanes.lane; b < blocks; b += L::width) {
+      const MeshMotion& x = sums[mesh * blocks + b];
+      s.mean_move_mm += x.mean_move_mm, s.mean_edge_mm += x.mean_edge_mm, s.mean_square_force += x.mean_square_force, s.change += x.change;
+      s.square_move += x.square_move, s.folded += x.folded, s.volume += x.volume;
+    }
+    s = {lanes.sum(s.mean_move_mm), lanes.sum(s.mean_edge_mm), lanes.sum(s.mean_square_force), lanes.sum(s.change), lanes.sum(s.square_move), lanes.sum(s.folded), lanes.sum(s.volume)};
     if (lanes.lane != 0) return;
     const float each = m.vertex_count > 0 ? 1.0f / m.vertex_count : 0.0f;
-    motion[mesh] = {move * each, edges * each * (1.0f / 3.0f)};
+    motion[mesh] = {s.mean_move_mm * each, s.mean_edge_mm * each * (1.0f / 3.0f), s.mean_square_force * each, s.change * each, s.square_move * each, s.folded, s.volume * each};
     if (mesh == 0) {
       *result = *v.status;
       *v.status = {~0ull, 0, 0};

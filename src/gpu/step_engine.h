@@ -69,6 +69,7 @@ class StepEngine final : public Engine {
     cells_known_ = false, cell_count_ = 0;
     place_.resize(0), cell_first_.resize(0), cell_corners_.resize(0), drawn_.resize(0);
     region_tables_host_.clear();
+    held_targets_.clear();
     references_.assign(meshes.size(), {});
     profiles_host_.clear();
     int first = 0;
@@ -161,12 +162,35 @@ class StepEngine final : public Engine {
 
   void refresh() override { refresh_due_ = true; }
 
+  void hold_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
+    const MeshConstants& c = constants_.at(mesh);
+    if (target_array(force) == nullptr || targets.size() != static_cast<std::size_t>(c.vertex_count))
+      throw Error(std::string("targets of ") + force_list()[static_cast<int>(force)].name, "the force has none, or not as many", "give one for each vertex, of an image force");
+    held_targets_.resize(constants_.size());
+    std::vector<Vec4>& held = held_targets_[mesh][static_cast<int>(force)];
+    held.resize(targets.size());
+    for (int to = 0; to < c.vertex_count; ++to) held[to] = targets[orders_[mesh][to]];
+    hold_what_is_needed();
+  }
+  void read_targets(int mesh, ForceId force, std::span<Vec4> targets) override {
+    const MeshConstants& c = constants_.at(mesh);
+    Array<Vec4>* array = target_array(force);
+    std::fill(targets.begin(), targets.end(), Vec4{0, 0, 0, 0});
+    if (array == nullptr || array->size() == 0) return;
+    std::vector<Vec4> texels(c.vertex_count);
+    array->download(texels, c.first_vertex);
+    for (int i = 0; i < c.vertex_count; ++i) targets[orders_[mesh][i]] = texels[i];
+  }
+
   StepOutcome step(int count) override {
     StepOutcome outcome;
     if (view_.vertex_count == 0 || count <= 0) {
       outcome.steps = std::max(count, 0);
       outcome.mean_move_mm.assign(constants_.size(), 0.0f);
       outcome.mean_edge_mm.assign(constants_.size(), 0.0f);
+      outcome.residual_mm.assign(constants_.size(), 0.0f);
+      outcome.folded_vertices.assign(constants_.size(), 0);
+      outcome.inside_out.assign(constants_.size(), 0);
       return outcome;
     }
     [[maybe_unused]] const auto range = executor_.range("steps");
@@ -198,6 +222,11 @@ class StepEngine final : public Engine {
     for (std::size_t k = 0; k < constants_.size(); ++k) {
       outcome.mean_move_mm.push_back(motion_.data()[k].mean_move_mm);
       outcome.mean_edge_mm.push_back(motion_.data()[k].mean_edge_mm);
+      float weights = 0;
+      for (const ForceInfo& force : force_list()) weights += active(force.id) ? constants_[k].forces.weight(force.id) : 0.0f;
+      outcome.residual_mm.push_back(weights > 0 ? std::sqrt(std::max(motion_.data()[k].mean_square_force, 0.0f)) / weights : 0.0f);
+      outcome.folded_vertices.push_back(static_cast<int>(motion_.data()[k].folded));
+      outcome.inside_out.push_back(motion_.data()[k].volume < 0);
     }
     return outcome;
   }
@@ -377,13 +406,13 @@ class StepEngine final : public Engine {
 
   int do_steps(int length, bool last) {
     for (int k = 0; k < length; ++k)
-      if (!do_step(k, k == 0 ? length : 0)) return k;
+      if (!do_step(k, k == 0 ? length : 0, last && k + 1 == length)) return k;
     if (last) end_batch();
     return length;
   }
 
   /// False when the step failed and the host knows.
-  bool do_step(int of_run, int run_length) {
+  bool do_step(int of_run, int run_length, bool measure) {
     update_view();
     const bool refresh = refresh_due_ || since_refresh_ >= refresh_interval_;
     if (refresh) since_refresh_ = 0, refresh_due_ = false;
@@ -398,7 +427,7 @@ class StepEngine final : public Engine {
     else
       run_together(geometry, n, SumAttraction{view_}, view_.point_count);
     if (refresh) find_targets(attract);
-    integrate(of_run);
+    integrate(of_run, measure);
     if (executor_.failed(status_.data())) return false;
     oldest_ = (oldest_ + 1) % 3;
     return true;
@@ -429,9 +458,17 @@ class StepEngine final : public Engine {
 
   MeshNeeds mesh_needs(int k) const {
     const MeshConstants& c = constants_[k];
-    return {c.forces, c.vertex_count, c.finest != 0, !references_[k].empty(), profiles_host_[k].size()};
+    MeshNeeds needs{c.forces, c.vertex_count, c.finest != 0, !references_[k].empty(), profiles_host_[k].size()};
+    if (!held_targets_.empty())
+      for (const ForceInfo& force : force_list())
+        if (!held_targets_[k][static_cast<int>(force.id)].empty()) needs.held |= bit(force.id);
+    return needs;
   }
   bool active(ForceId force) const { return needs_.uses(force); }
+  /// Null for a force without targets.
+  Array<Vec4>* target_array(ForceId force) {
+    return force == ForceId::Gradient ? &gradient_target_ : force == ForceId::IntensityProfile ? &profile_target_ : force == ForceId::Region ? &region_target_ : nullptr;
+  }
 
   /// Each array is held exactly while the plan needs it.
   void hold_what_is_needed() {
@@ -451,11 +488,17 @@ class StepEngine final : public Engine {
     hold(gradient_target_, active(ForceId::Gradient), n);
     hold(profile_target_, active(ForceId::IntensityProfile), n);
     hold(region_target_, active(ForceId::Region), n);
+    for (std::size_t k = 0; k < held_targets_.size(); ++k)
+      for (const ForceInfo& force : force_list()) {
+        const std::vector<Vec4>& held = held_targets_[k][static_cast<int>(force.id)];
+        if (!held.empty() && active(force.id)) target_array(force.id)->upload(held, constants_[k].first_vertex);
+      }
     hold(local_statistics_, needs_.local_statistics, n);
     hold(scratch_, needs_.averages(), n);
-    if (active(ForceId::Region) && region_tables_.size() != region_tables_host_.size()) region_tables_.assign(region_tables_host_);
-    hold(region_tables_, active(ForceId::Region), region_tables_host_.size());
-    if (active(ForceId::IntensityProfile)) {
+    const bool regions = needs_.searches(ForceId::Region);
+    if (regions && region_tables_.size() != region_tables_host_.size()) region_tables_.assign(region_tables_host_);
+    hold(region_tables_, regions, region_tables_host_.size());
+    if (needs_.searches(ForceId::IntensityProfile)) {
       const std::size_t stride = needs_.profile_stride;
       if (profiles_.size() != n * stride) {
         std::vector<float> all(n * stride, 0.0f);
@@ -492,7 +535,7 @@ class StepEngine final : public Engine {
 
   static bool same_addresses(StepView a, StepView b) {
     // The three position arrays take turns.
-    a.previous = b.previous, a.current = b.current, a.next = b.next;
+    a.previous = b.previous, a.current = b.current, a.next = b.next, a.oldest = b.oldest;
     static_assert(std::is_trivially_copyable_v<StepView>);
     return std::memcmp(&a, &b, sizeof a) == 0;
   }
@@ -500,7 +543,7 @@ class StepEngine final : public Engine {
   void update_view() {
     view_.meshes = meshes_.data(), view_.neighbours = neighbours_.texels();
     view_.previous = positions_[oldest_].texels(), view_.current = positions_[(oldest_ + 1) % 3].texels();
-    view_.next = positions_[(oldest_ + 2) % 3].data(), view_.frame = frame_.texels(), view_.new_frame = frame_.data();
+    view_.next = positions_[(oldest_ + 2) % 3].data(), view_.oldest = positions_[oldest_].data(), view_.frame = frame_.texels(), view_.new_frame = frame_.data();
     view_.shape = shape_.texels();
     view_.gradient_target = gradient_target_.data(), view_.profile_target = profile_target_.data();
     view_.region_target = region_target_.data(), view_.profiles = profiles_.data();
@@ -521,9 +564,9 @@ class StepEngine final : public Engine {
     if (needs_.searches())
       executor_.visit_voxels(volume_.type(), [&]<class Voxels>(std::type_identity<Voxels>) {
         executor_.visit_width(view_.vertex_count, [&]<int kWidth>(std::integral_constant<int, kWidth>) {
-          if (active(ForceId::Gradient)) search(GradientSearch<Voxels, kWidth>{view_, kWidth > 1 ? needs_.gradient_scratch : 0});
-          if (active(ForceId::IntensityProfile)) search(ProfileSearch<Voxels, kWidth>{view_, needs_.profile_scratch});
-          if (!active(ForceId::Region)) return;
+          if (needs_.searches(ForceId::Gradient)) search(GradientSearch<Voxels, kWidth>{view_, kWidth > 1 ? needs_.gradient_scratch : 0});
+          if (needs_.searches(ForceId::IntensityProfile)) search(ProfileSearch<Voxels, kWidth>{view_, needs_.profile_scratch});
+          if (!needs_.searches(ForceId::Region)) return;
           if (local_statistics_.size() != 0) {
             using Statistics = RegionStatistics<Voxels, kWidth>;
             search(Statistics{view_, Statistics::kCount});
@@ -549,12 +592,12 @@ class StepEngine final : public Engine {
 
   /// Calls the kernel compiled for exactly the forces in use.
   template <unsigned kMask = 0>
-  void integrate(int step) {
+  void integrate(int step, bool measure) {
     if constexpr (kMask < 1u << kForceCount) {
       if (kMask == needs_.forces)
-        run(IntegrateKernel<kMask>{view_, step});
+        run(IntegrateKernel<kMask>{view_, step, measure});
       else
-        integrate<kMask + 1>(step);
+        integrate<kMask + 1>(step, measure);
     }
   }
 
@@ -571,6 +614,7 @@ class StepEngine final : public Engine {
   std::vector<MeshConstants> constants_;
   std::vector<std::vector<int>> orders_;     ///< of each mesh: the vertex, as it was loaded, at each place
   std::vector<std::vector<Vec4>> references_;
+  std::vector<std::array<std::vector<Vec4>, kForceCount>> held_targets_;     ///< of each mesh and force; empty: none at all
   std::vector<std::vector<float>> profiles_host_;
   std::vector<Vec4> shape_host_;
   std::vector<float> region_tables_host_;

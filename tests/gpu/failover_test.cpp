@@ -21,6 +21,8 @@ class Device : public Engine {
   void load(std::span<const EngineMesh> meshes, const SimulationParameters& s) override { inner().load(meshes, s); }
   void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& s) override { inner().set_parameters(meshes, s); }
   void set_points(std::span<const EnginePoint> points) override { inner().set_points(points); }
+  void hold_targets(int mesh, ForceId force, std::span<const Vec4> targets) override { inner().hold_targets(mesh, force, targets); }
+  void read_targets(int mesh, ForceId force, std::span<Vec4> targets) override { inner().read_targets(mesh, force, targets); }
   void refresh() override { inner().refresh(); }
   StepOutcome step(int count) override { return inner().step(count); }
   void read(int mesh, std::span<Eigen::Vector3f> positions, std::span<Eigen::Vector3f> previous) override { inner().read(mesh, positions, previous); }

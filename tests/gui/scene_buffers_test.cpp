@@ -33,6 +33,8 @@ class FailingEngine : public Engine {
     inner_->set_parameters(meshes, simulation);
   }
   void set_points(std::span<const EnginePoint> points) override { inner_->set_points(points); }
+  void hold_targets(int mesh, ForceId force, std::span<const Vec4> targets) override { inner_->hold_targets(mesh, force, targets); }
+  void read_targets(int mesh, ForceId force, std::span<Vec4> targets) override { inner_->read_targets(mesh, force, targets); }
   void refresh() override { inner_->refresh(); }
   StepOutcome step(int count) override {
     if ((steps_left -= count) < 0) throw DeviceError("device", "it was lost", "use --backend cpu");
