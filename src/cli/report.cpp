@@ -87,6 +87,7 @@ void write_report(const std::filesystem::path& path, const RunReport& report, co
   json["steps"] = report.steps;
   json["step_us"] = report.step_us();
   json["at_rest"] = report.at_rest;
+  if (!report.cuts.empty()) json["timestep_cuts"] = report.cuts;
   if (report.failure) json["failure"] = *report.failure;
   json["bytes_held"] = report.bytes_held;
   json["meshes"] = Json::array();

@@ -31,6 +31,7 @@ struct RunReport {
   double load_ms = 0, wall_ms = 0;  ///< reading and making ready; the simulation alone
   std::int64_t steps = 0;
   bool at_rest = false;
+  std::vector<std::string> cuts;           ///< one line for each step undone
   std::optional<std::string> failure;
   std::size_t bytes_held = 0;
   std::vector<MeshReport> meshes;

@@ -105,6 +105,7 @@ Advance advance(Session& session, int steps, bool until_rest, const Console& con
     total.steps += part.steps;
     total.at_rest = part.at_rest;
     total.failure = part.failure;
+    total.cuts.insert(total.cuts.end(), part.cuts.begin(), part.cuts.end());
     if (part.steps == 0) break;
     if (took < kChunkSeconds / 2) chunk = std::min(2 * chunk, 1 << 20);
     if (took > kChunkSeconds * 2) chunk = std::max(chunk / 2, 1);
@@ -125,6 +126,7 @@ Advance replay(Session& session, const LogFile& log, const Console& console) {
     total.steps += part.steps;
     total.at_rest = part.at_rest;
     total.failure = part.failure;
+    total.cuts.insert(total.cuts.end(), part.cuts.begin(), part.cuts.end());
     if (!last && !total.failure) session.apply(log.log[e].command);
     progress.set(static_cast<double>(e + 1) / static_cast<double>(log.log.size() + 1));
   }
@@ -202,12 +204,14 @@ void run(const Options& options, const Console& console) {
   report.steps = advanced.steps;
   report.at_rest = advanced.at_rest;
   report.failure = advanced.failure;
+  report.cuts = advanced.cuts;
   report.bytes_held = session.engine().bytes_held();
   if (const std::optional<std::string> notice = session.take_notice()) {
     report.note = *notice;
     report.backend = session.engine().backend(), report.device = session.engine().description();
   }
   print_warnings(loaded.warnings, console);
+  for (const std::string& line : report.cuts) console.err << "note: " << one_line(line, 1000) << "\n";
   // Worth a line only where CUDA could have been had: a program built without it always takes the CPU.
   if (!report.note.empty() && why_no_cuda() != "built without CUDA") console.err << one_line(report.note, 1000) << "\n";
 

@@ -11,6 +11,7 @@
 
 #include "core/display.h"
 #include "core/parameters.h"
+#include "core/solver.h"
 #include "core/vec3.h"
 
 namespace simplexseg {
@@ -36,6 +37,7 @@ struct EngineMesh {
   std::span<const float> profiles;                       ///< reference intensity profiles, vertex-major; may be empty
   const RegionModel* region = nullptr;                   ///< prior of the region force; may be null
   ForceParameters parameters;
+  SolverState solver;                                    ///< what a solver has learnt of it earlier
   bool finest = true;                                    ///< false while coarser than the level it is to end on
 };
 
@@ -45,11 +47,18 @@ struct EnginePoint {
   Eigen::Vector3d position_mm;
 };
 
-/// Where and by what a step would have left the finite; that step was undone.
+/// What was wrong with steps, and where; they were undone.
 struct StepFailure {
+  enum class What { LeftScene, Grew, Folded };
   int mesh;
-  int vertex;                    ///< within the mesh
+  int vertex;                    ///< within the mesh, that would have left the scene or the finite; else -1
   ForceId force;
+  What what = What::LeftScene;
+};
+/// What was undone, and went on with a smaller timestep.
+struct TimestepCut {
+  StepFailure failure;
+  float factor;                  ///< of the mesh's timestep now
 };
 struct StepOutcome {
   int steps = 0;                              ///< done; fewer than asked for when a step failed
@@ -61,7 +70,9 @@ struct StepOutcome {
   std::vector<int> folded_vertices;
   /// Of each mesh, whether it encloses a negative volume.
   std::vector<char> inside_out;
-  std::optional<StepFailure> failure;
+  std::vector<SolverState> solver;            ///< of each mesh
+  std::vector<TimestepCut> cuts;              ///< in these steps; undone steps count as steps
+  std::optional<StepFailure> failure;         ///< that no smaller timestep helps against
 };
 
 /// One backend of the simulation: all meshes in one set of arrays, moved in parallel. Reruns give the same bits, on any

@@ -48,6 +48,7 @@ struct MeshItem {
   std::vector<Vec4> shape;                         ///< shape memory's reference; taken when the mesh was made or refined
   std::vector<float> profiles;                     ///< reference intensity profiles; empty until recorded
   RegionModel region;
+  SolverState solver;                              ///< what its solver has learnt at this level
   int steps_at_level = 0;
   int final_vertices = 0;                          ///< 0: the simulation's
 };

@@ -181,6 +181,7 @@ void Session::load_engine() {
     m.positions = item.mesh.positions, m.previous = item.previous, m.neighbours = item.mesh.neighbours;
     m.shape = item.shape, m.profiles = item.profiles, m.region = &item.region, m.parameters = item.parameters;
     m.finest = is_finest(item);
+    m.solver = item.solver;
     meshes.push_back(m);
   }
   engine_->load(meshes, scene_.simulation);
@@ -229,6 +230,7 @@ void Session::restart(MeshItem& item) {
   item.shape = shape_reference_of(item.mesh);
   item.profiles.clear();
   item.steps_at_level = 0;
+  item.solver = {};
   item.region = estimate_region(volume_, item.mesh, kBackgroundRadii * item.seed.radius_mm);
 }
 
@@ -249,6 +251,7 @@ void Session::refine_item(MeshItem& item) {
   item.profiles = std::move(profiles);
   item.shape = shape_reference_of(item.mesh);
   item.steps_at_level = 0;
+  item.solver = {};
 }
 
 bool Session::refine_where_due() {
@@ -295,18 +298,21 @@ void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
     result.steps += outcome.steps;
     steps_since_command_ += outcome.steps;
     total_steps_ += outcome.steps;
-    for (MeshItem& item : scene_.meshes) item.steps_at_level += outcome.steps;
+    for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
+      scene_.meshes[k].steps_at_level += outcome.steps;
+      scene_.meshes[k].solver = outcome.solver[k];
+    }
+    for (const TimestepCut& cut : outcome.cuts) {
+      std::ostringstream line;
+      line << culprit_text(cut.failure) << "; the steps were undone, and its timestep is " << cut.factor << " of what it was";
+      result.cuts.push_back(line.str());
+    }
     last_ = outcome;
     poses_stale_ = true;
     steps_since_read_ += outcome.steps;
     ++revision_;
     if (outcome.failure) {
-      const MeshItem& item = scene_.meshes[outcome.failure->mesh];
-      result.failure = Error("mesh '" + item.name + "'",
-                             std::string("force ") + force_list()[static_cast<int>(outcome.failure->force)].name + " drove vertex " +
-                                 std::to_string(outcome.failure->vertex) + " out of bounds, so the step was undone",
-                             "lower its weight or the timestep")
-                           .what();
+      result.failure = culprit_text(*outcome.failure) + ", and no smaller timestep helps: lower its weight";
     } else if (total_steps_ % kCheckInterval == 0) {
       result.refined = refine_where_due() || result.refined;
     }
@@ -314,6 +320,15 @@ void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
   result.at_rest = at_rest_;
   result.seconds = now() - start;
   if (result.steps > 0) seconds_per_step_ = result.seconds / result.steps;
+}
+
+std::string Session::culprit_text(const StepFailure& failure) const {
+  const std::string start = "mesh '" + scene_.meshes[failure.mesh].name + "': force " + force_list()[static_cast<int>(failure.force)].name;
+  switch (failure.what) {
+    case StepFailure::What::Folded: return start + " folds its surface";
+    case StepFailure::What::Grew: return start + " makes it oscillate more and more";
+    default: return start + " drove vertex " + std::to_string(failure.vertex) + " out of the scene";
+  }
 }
 
 Advance Session::advance(double seconds) {
@@ -324,6 +339,7 @@ Advance Session::advance(double seconds) {
     const int fit = seconds_per_step_ > 0 ? static_cast<int>(std::clamp(left / seconds_per_step_, 1.0, 1e6)) : 1;
     const Advance part = advance_steps(std::min(fit, kCheckInterval), true);
     total.steps += part.steps;
+    total.cuts.insert(total.cuts.end(), part.cuts.begin(), part.cuts.end());
     total.at_rest = part.at_rest, total.failure = part.failure, total.refined = total.refined || part.refined;
     if (part.steps == 0) break;
   } while (!total.at_rest && !total.failure && now() - start + seconds_per_step_ < seconds);

@@ -109,6 +109,7 @@ class Session {
   MeshItem& item_of(ItemId mesh);                          ///< throws Error when there is none
   std::vector<MeshItem*> items_of(ItemId mesh);            ///< 0: all; throws Error when there is no such mesh
 
+  std::string culprit_text(const StepFailure& failure) const;
   void replace_engine(const DeviceError& failure);
   void take_over(const DeviceError& failure);
   void advance_on_engine(int steps, bool stop_at_rest, Advance& result);

@@ -7,6 +7,15 @@
 
 namespace simplexseg {
 
+/// Bounds of the eigenvalues of a mesh's linearised forces, weights included.
+struct Stiffness {
+  float internal = 0;        ///< smoothing and shape memory
+  float image = 0;           ///< of a vertex whose targets are all trusted
+  float attraction = 0;      ///< of a vertex that a point pulls
+  float total() const { return internal + image + attraction; }
+};
+/// As the forces that act report it. `shape` is shape memory's reference (its metric parameters enter the bound).
+Stiffness stiffness_of(const ForceParameters& forces, std::span<const Vec4> shape);
 /// sum_f k_f lambda_f over the active forces: the largest eigenvalue of a mesh's linearised acceleration, as its forces
 /// report it. `shape` is shape memory's reference (its metric parameters enter the bound).
 float stiffness_bound(const ForceParameters& forces, std::span<const Vec4> shape);

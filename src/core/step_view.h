@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "core/parameters.h"
+#include "core/solver.h"
 #include "core/vec3.h"
 
 namespace simplexseg {
@@ -77,8 +78,12 @@ struct NeighbourTexels {
 struct MeshConstants {
   ForceParameters forces;
   int first_vertex, vertex_count;
-  float dt2;             ///< squared timestep, after the stability limit
-  float keep;            ///< 1 - damping
+  StepForm form;
+  float stiffness;       ///< bound of the internal forces
+  float model;           ///< k of the multigrid model: half of that
+  Vec3 home;             ///< a vertex farther from it than `reach_mm`, along any axis, has left the scene
+  float reach_mm;
+  int strongest;         ///< the force of the largest bound, to be named where nothing better is known
   float voxel_mm;        ///< smallest spacing of the volume: the unit "voxel" of parameters
   float edge_mm;         ///< mean edge length when the mesh was loaded
   float intensity_low, intensity_scale;   ///< (intensity - low) * scale lies in [0, 1] within its region model
@@ -128,6 +133,9 @@ inline constexpr float kFixedPoint = 1048576.0f;
 inline constexpr int kMaxNeighbourhoodOrder = 10;
 inline constexpr int kMaxPatch = 1 + 3 * kMaxNeighbourhoodOrder * (kMaxNeighbourhoodOrder + 1) / 2 + 60;
 
+/// Steps of one recording, at most: a multiple of 3, of 2 and of 5.
+inline constexpr int kLongestRun = 30;
+
 /// Vertices and points that one call of FindNearest compares.
 inline constexpr int kNearestBlock = 128, kPointGroup = 8;
 
@@ -143,9 +151,33 @@ struct MeshMotion {
   float mean_move_mm;                      ///< of the last step
   float mean_edge_mm;
   float mean_square_force;                 ///< of |sum_f k_f d_f|^2 in the last step, mm^2
-  float change, square_move;               ///< means of -m.(f - f') and |m|^2, m the move before the last step, f and f' the forces after and before it
+  float change, square_move;               ///< means of -m.(z - z') and |m|^2, m the move before the last step, z and z' after and before it
   float folded;                            ///< vertices whose normal opposes a neighbour's
   float volume;                            ///< mean of (P - P_first) . N, which has the sign of the volume enclosed
+};
+
+/// A vertex of a level coarser than its mesh. Those of all levels lie in one row after another, from fine to coarse, so that
+/// the next one has the ends of what this one has the beginnings of.
+struct CoarseRow {
+  int first_part, first_edge;
+  float degree;          ///< sum of the conductances
+  int mesh;
+};
+struct CoarseEdge {
+  int to;
+  float conductance;
+};
+/// The levels of the multigrid correction (src/gpu/multigrid.h). Vertices are counted over all levels, the mesh's own first.
+struct LevelsView {
+  const CoarseRow* rows = nullptr;         ///< from the first coarse vertex on
+  const int* parts = nullptr;
+  const CoarseEdge* edges = nullptr;
+  const int* coarse_of = nullptr;
+  Vec4* residual = nullptr;                ///< right-hand side
+  Vec4* correction = nullptr;              ///< after the first Jacobi step
+  Vec4* relaxed = nullptr;                 ///< at the end of the level
+  Vec4* stiffness_a = nullptr;             ///< E: xx, xy, xz, yy
+  Vec4* stiffness_b = nullptr;             ///< yz, zz
 };
 
 struct StepView {
@@ -175,6 +207,8 @@ struct StepView {
   PatchEntry* patches = nullptr;           ///< kMaxPatch a point
   AttractionSum* attraction = nullptr;     ///< zero but for vertices that a point pulls in this step
   std::uint8_t* attracted = nullptr;       ///< 1 for vertices in some patch
+  LevelsView levels;
+  const StepCoefficients* coefficients = nullptr;       ///< kLongestRun a mesh
   VolumeView volume;
   StepStatus* status = nullptr;
 };

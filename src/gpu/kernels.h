@@ -5,6 +5,7 @@
 #include "core/atomics.h"
 #include "core/force_list.h"
 #include "core/step_needs.h"
+#include "gpu/multigrid.h"
 
 namespace simplexseg {
 
@@ -46,25 +47,56 @@ struct GeometryKernel {
   }
 };
 
-/// Sums the forces and takes the damped Verlet step  x+ = x + (1-g)(x - x-) + dt^2 sum_f k_f d_f. Compiled for each set of
-/// forces: what no mesh uses is not in the code. A step that would leave the finite is reported to StepView::status.
+/// What ends with a step: then what MotionOfBlocks sums is left in w of `oldest` and, where an interval ends, of `next`. Not
+/// wherever a batch ends: what a solver learns must not depend on how many steps are asked for at once.
+enum class End : int { None, Batch, Interval };
+
+/// The step of one vertex, as its mesh's form says, and what becomes of it.
+struct StepTaker {
+  const StepView& v;
+  int step;                 ///< of the run
+  End end;
+
+  /// Steps are counted from the batch's start.
+  SIMPLEXSEG_HD unsigned long long now() const { return v.status->first + static_cast<unsigned long long>(step); }
+  /// A step failed: what comes after it is not done, so that the two poses before it stay.
+  SIMPLEXSEG_HD bool halted() const { return (load_relaxed(&v.status->failure) >> 40) < now(); }
+
+  /// x+ = x + (keep (x - x-) + gain z) / divisor. False when it leaves the scene, or is not a number.
+  SIMPLEXSEG_HD bool take(const MeshConstants& m, int i, int mesh, Vec4 here, Vec3 q, Vec3 force, Vec3 z, float half_stiffness) const {
+    const StepCoefficients c = v.coefficients[mesh * kLongestRun + step];
+    const Vec3 p = xyz(here);
+    Vec3 move = c.keep * (p - q) + c.gain * z;
+    if (half_stiffness > 0.0f) move = (1.0f / (1.0f + c.gain * half_stiffness)) * move;
+    const Vec3 x = p + move;
+    v.next[i] = with_w(x, end == End::Interval ? dot(p - q, z) - here.w : dot(move, z));
+    if (end != End::None) v.oldest[i].w = dot(force, force);
+    // Also false for NaN.
+    return fabsf(x.x - m.home.x) < m.reach_mm && fabsf(x.y - m.home.y) < m.reach_mm && fabsf(x.z - m.home.z) < m.reach_mm;
+  }
+  SIMPLEXSEG_HD void report(int i, int culprit) const {
+    atomic_min(&v.status->failure, now() << 40 | static_cast<unsigned long long>(i) << 8 | static_cast<unsigned>(culprit));
+  }
+};
+
+/// Sums the forces, and takes the step or (with a multigrid correction) begins its cycle. Compiled for each set of forces:
+/// what no mesh uses is not in the code. A step that would leave the scene or the finite is reported to StepView::status.
 template <unsigned kMask>
 struct IntegrateKernel {
   static constexpr const char* name = "integrate";
   StepView v;
-  int step;                 ///< of the run
-  bool measure;             ///< the last step of a batch: what MotionOfBlocks sums is left in w of `next` and `oldest`
+  int step;
+  End end;
   SIMPLEXSEG_HD void operator()(int i) const {
-    // A step failed: what comes after it is not done, so that the two poses before it stay.
-    const unsigned long long now = v.status->first + static_cast<unsigned long long>(step);
-    const bool halted = (load_relaxed(&v.status->failure) >> 40) < now;
+    const StepTaker taker{v, step, end};
+    const bool halted = taker.halted();
     const Int4 nb = v.neighbours[i];
     const MeshConstants& m = v.meshes[nb.w];
     const Vec4 here = v.current[i];
     const Vec3 p = xyz(here), q = xyz(v.previous[i]);
     const Vec4 frame = v.frame[i];
     Vec3 sum{0, 0, 0};
-    float image = 1.0f;
+    float image = 1.0f, stiffness = m.stiffness;
     if constexpr ((kMask & bit(ForceId::Attraction)) != 0) {
       if (v.attracted[i] != 0) {
         const AttractionSum s = v.attraction[i];
@@ -73,6 +105,7 @@ struct IntegrateKernel {
           const float weight = s.weight * (1.0f / kFixedPoint), inverse = 1.0f / static_cast<float>(s.weight);
           sum = (m.forces.weight(ForceId::Attraction) * inverse) * Vec3{static_cast<float>(s.x), static_cast<float>(s.y), static_cast<float>(s.z)};
           image = 1.0f - m.value<AttractionForce>(AttractionForce::image_fade) * smaller(weight, 1.0f);
+          stiffness += m.forces.weight(ForceId::Attraction);
         }
       }
     }
@@ -80,7 +113,10 @@ struct IntegrateKernel {
     auto add = [&]<class F>(F, float factor) {
       if constexpr ((kMask & bit(F::id)) != 0) {
         const float k = factor * m.forces.weight(F::id);
-        if (k > 0.0f) sum = sum + k * F::displacement(v, m, i, nb, p, frame);
+        if (k > 0.0f) {
+          sum = sum + k * F::displacement(v, m, i, nb, p, frame);
+          if constexpr (requires { F::trust(v, i); }) stiffness += k * F::trust(v, i);
+        }
       }
     };
     add(SmoothingForce{}, 1.0f);
@@ -88,15 +124,21 @@ struct IntegrateKernel {
     add(GradientForce{}, image);
     add(IntensityProfileForce{}, image);
     add(RegionForce{}, image);
-    const Vec3 move = m.keep * (p - q) + m.dt2 * sum;
-    const Vec3 x = p + move;
     if (halted) return;
-    v.next[i] = with_w(x, measure ? dot(p - q, sum) - here.w : dot(move, sum));
-    if (measure) v.oldest[i].w = dot(sum, sum);
-    // Also false for NaN. Far below overflow, so that squared distances stay finite.
-    if (!(fabsf(x.x) < 1e9f && fabsf(x.y) < 1e9f && fabsf(x.z) < 1e9f)) report(now, i, m, nb, p, frame, attraction);
+    if (m.form == StepForm::Corrected) {
+      // The correction mixes vertices: what is not a number must be found where it comes from.
+      if (norm(sum) < 1e18f)
+        begin_cycle(v, m, i, sum);
+      else
+        taker.report(i, culprit(i, m, nb, p, frame, attraction));
+      return;
+    }
+    const Vec3 z = m.form == StepForm::Scaled && stiffness > 0.0f ? (1.0f / stiffness) * sum : sum;
+    if (!taker.take(m, i, nb.w, here, q, sum, z, m.form == StepForm::Implicit ? 0.5f * stiffness : 0.0f))
+      taker.report(i, culprit(i, m, nb, p, frame, attraction));
   }
-  SIMPLEXSEG_HD void report(unsigned long long now, int i, const MeshConstants& m, Int4 nb, Vec3 p, Vec4 frame, Vec3 attraction) const {
+  /// The force that is strongest.
+  SIMPLEXSEG_HD int culprit(int i, const MeshConstants& m, Int4 nb, Vec3 p, Vec4 frame, Vec3 attraction) const {
     int culprit = static_cast<int>(ForceId::Attraction);
     float worst = norm(attraction) > 0.0f ? norm(attraction) : -1.0f;
     auto weigh = [&]<class F>(F) {
@@ -111,12 +153,48 @@ struct IntegrateKernel {
     weigh(GradientForce{});
     weigh(IntensityProfileForce{});
     weigh(RegionForce{});
-    atomic_min(&v.status->failure, now << 40 | static_cast<unsigned long long>(i) << 8 | static_cast<unsigned>(culprit));
+    return culprit;
   }
 };
 
-/// Sums of what MeshMotion has the means of, over each block of kBlock vertices of each mesh, in a fixed order. After a step
-/// that measured: w of `current` holds m . (f - f'), w of `next` (its memory held the positions before) |f|^2.
+/// Ends the multigrid cycle and takes the step.
+struct CorrectedStep {
+  static constexpr const char* name = "corrected step";
+  StepView v;
+  int step;
+  End end;
+  SIMPLEXSEG_HD void operator()(int i) const {
+    const StepTaker taker{v, step, end};
+    // A force that was not a number in this very step leaves nothing to go on with.
+    if ((load_relaxed(&v.status->failure) >> 40) <= taker.now()) return;
+    const Int4 nb = v.neighbours[i];
+    const MeshConstants& m = v.meshes[nb.w];
+    const Vec3 z = end_cycle(v, m, i, nb);
+    if (!taker.take(m, i, nb.w, v.current[i], xyz(v.previous[i]), xyz(v.levels.residual[i]), z, 0.0f)) taker.report(i, m.strongest);
+  }
+};
+
+/// The pose before an interval of steps that may have to be undone, and back: then at rest.
+struct KeepPose {
+  static constexpr const char* name = "keep pose";
+  Texels<Vec4> current;
+  Vec4* kept;
+  int first;
+  SIMPLEXSEG_HD void operator()(int index) const { kept[first + index] = current[first + index]; }
+};
+struct RestorePose {
+  static constexpr const char* name = "restore pose";
+  const Vec4* kept;
+  Vec4 *current, *previous;
+  int first;
+  SIMPLEXSEG_HD void operator()(int index) const {
+    const Vec4 x = with_w(xyz(kept[first + index]), 0.0f);
+    current[first + index] = x, previous[first + index] = x;
+  }
+};
+
+/// Sums of what MeshMotion has the means of, over each block of kBlock vertices of each mesh, in a fixed order. w of `next`
+/// (its memory held the positions before) is |f|^2, w of `current` at the end of an interval m . (z - z').
 struct MotionOfBlocks {
   static constexpr const char* name = "motion";
   static constexpr int kLanes = 32, kBlock = kMotionBlock;

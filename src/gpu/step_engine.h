@@ -8,6 +8,7 @@
 //   visit_width(n, f): f(how many lanes work on a search when there are n of them)
 //   bind(volume, view): makes the voxels readable; visit_voxels(type, f): f(type identity of the sampler for them)
 #pragma once
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -16,6 +17,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/hierarchy.h"
 #include "core/region_model.h"
 #include "core/simplex_mesh.h"
 #include "core/stability.h"
@@ -111,6 +113,15 @@ class StepEngine final : public Engine {
     view_.vertex_count = count;
     view_.mesh_count = static_cast<int>(meshes.size());
     neighbours_.assign(neighbours);
+    neighbours_host_ = std::move(neighbours);
+    learnt_.clear();
+    for (const EngineMesh& m : meshes) learnt_.push_back(m.solver);
+    box_.assign(meshes.size(), Eigen::AlignedBox3d());
+    for (std::size_t k = 0; k < meshes.size(); ++k)
+      for (const Eigen::Vector3f& x : meshes[k].positions) box_[k].extend(x.cast<double>());
+    forget_levels();
+    kept_.resize(0);
+    folded_.clear();
     for (auto& x : positions_) x.resize(count);
     positions_[0].upload(previous);
     positions_[1].upload(current);
@@ -131,6 +142,7 @@ class StepEngine final : public Engine {
 
   void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation) override {
     for (std::size_t k = 0; k < constants_.size(); ++k) constants_[k].forces = meshes[k];
+    learnt_.assign(constants_.size(), {});
     apply_parameters(simulation);
   }
 
@@ -146,8 +158,9 @@ class StepEngine final : public Engine {
       }
       constants_[k].point_count = static_cast<int>(list.size()) - constants_[k].first_point;
     }
-    if (!constants_.empty()) meshes_.upload(constants_);
     points_host_ = std::move(list);
+    note_reach();
+    if (!constants_.empty()) meshes_.upload(constants_);
     if (points_.size() != points_host_.size())
       points_.resize(0);
     else
@@ -191,33 +204,43 @@ class StepEngine final : public Engine {
       outcome.residual_mm.assign(constants_.size(), 0.0f);
       outcome.folded_vertices.assign(constants_.size(), 0);
       outcome.inside_out.assign(constants_.size(), 0);
+      for (const SolverControl& control : controls_) outcome.solver.push_back(control.state());
       return outcome;
     }
     [[maybe_unused]] const auto range = executor_.range("steps");
-    int done = 0;
-    while (done < count) {
-      const int length = std::min(count - done, kLongestRun);
-      const int ran = run_steps(length, done + length == count);
-      done += ran;
-      if (ran < length) {
-        end_batch();
-        break;
+    while (outcome.steps < count && !outcome.failure) {
+      // One batch: to the end of the interval after which the solvers look at what they did, or all of it.
+      const bool watched = watched_;
+      const int wanted = std::min(count - outcome.steps, watched ? SolverControl::kInterval - since_watched_ : count);
+      const bool interval_ends = watched && since_watched_ + wanted == SolverControl::kInterval;
+      if (kept_.size() != 0 && since_watched_ == 0) keep_pose();
+      int done = 0;
+      while (done < wanted) {
+        const int length = std::min(wanted - done, kLongestRun);
+        send_coefficients(length);
+        const int ran = run_steps(length, done + length < wanted ? End::None : interval_ends ? End::Interval : End::Batch);
+        done += ran, since_start_ += ran;
+        if (ran < length) {
+          end_batch();
+          break;
+        }
       }
-    }
-    executor_.wait();
-    outcome.steps = done;
-    const StepStatus status = result_.data()[0];
-    if (status.failure != ~0ull) {
-      const int failed_at = static_cast<int>(status.failure >> 40);
-      // Steps after the failed one were skipped, so the two poses before it are untouched.
-      oldest_ = ((oldest_ - (done - failed_at)) % 3 + 3) % 3;
-      const int vertex = static_cast<int>(status.failure >> 8 & 0xffffffffu);
-      int mesh = 0;
-      while (mesh + 1 < view_.mesh_count && vertex >= constants_[mesh + 1].first_vertex) ++mesh;
-      outcome.steps = failed_at;
-      outcome.failure = StepFailure{mesh, orders_[mesh][vertex - constants_[mesh].first_vertex], static_cast<ForceId>(status.failure & 0xff)};
-      if (attraction_.size() != 0) attraction_.fill_zero();
-      refresh_due_ = true;
+      executor_.wait();
+      const StepStatus status = result_.data()[0];
+      if (status.failure != ~0ull) {
+        const int failed_at = static_cast<int>(status.failure >> 40);
+        // Steps after the failed one were skipped, so the two poses before it are untouched.
+        oldest_ = ((oldest_ - (done - failed_at)) % 3 + 3) % 3;
+        outcome.steps += failed_at;
+        const int vertex = static_cast<int>(status.failure >> 8 & 0xffffffffu);
+        int mesh = 0;
+        while (mesh + 1 < view_.mesh_count && vertex >= constants_[mesh + 1].first_vertex) ++mesh;
+        undo({mesh, orders_[mesh][vertex - constants_[mesh].first_vertex], static_cast<ForceId>(status.failure & 0xff)}, outcome);
+      } else {
+        outcome.steps += done;
+        since_watched_ = watched ? (since_watched_ + done) % SolverControl::kInterval : 0;
+        if (interval_ends) learn(outcome);
+      }
     }
     for (std::size_t k = 0; k < constants_.size(); ++k) {
       outcome.mean_move_mm.push_back(motion_.data()[k].mean_move_mm);
@@ -227,6 +250,7 @@ class StepEngine final : public Engine {
       outcome.residual_mm.push_back(weights > 0 ? std::sqrt(std::max(motion_.data()[k].mean_square_force, 0.0f)) / weights : 0.0f);
       outcome.folded_vertices.push_back(static_cast<int>(motion_.data()[k].folded));
       outcome.inside_out.push_back(motion_.data()[k].volume < 0);
+      outcome.solver.push_back(controls_[k].state());
     }
     return outcome;
   }
@@ -305,8 +329,8 @@ class StepEngine final : public Engine {
 
   std::vector<HeldArray> held_arrays() const override {
     std::vector<HeldArray> held;
-    auto add = [&](const char* name, const auto& array) {
-      if (array.size() != 0) held.push_back({name, array.bytes()});
+    auto add = [&](const char* name, const auto&... arrays) {
+      if (const std::size_t bytes = (arrays.bytes() + ...); bytes != 0) held.push_back({name, bytes});
     };
     if (!volume_.empty()) held.push_back({"volume", volume_.bytes()});
     held.push_back({"positions", positions_[0].bytes() * 3});
@@ -314,7 +338,8 @@ class StepEngine final : public Engine {
     add("gradient targets", gradient_target_), add("profile targets", profile_target_), add("reference profiles", profiles_);
     add("region targets", region_target_), add("averaging", scratch_), add("local statistics", local_statistics_);
     add("region tables", region_tables_), add("attraction points", points_), add("attraction bindings", nearest_);
-    add("attraction patches", patches_), add("attraction sums", attraction_), add("attraction flags", attracted_), add("mesh constants", meshes_), add("motion", motion_sums_);
+    add("attraction patches", patches_), add("attraction sums", attraction_), add("attraction flags", attracted_), add("mesh constants", meshes_), add("step coefficients", coefficients_), add("motion", motion_sums_);
+    add("levels", rows_, parts_, edges_, coarse_of_), add("level vectors", residual_, correction_, relaxed_, stiffness_a_, stiffness_b_), add("kept pose", kept_);
     add("drawing", place_), add("cells", cell_corners_), add("cell ends", cell_first_), add("drawn surfaces", drawn_), add("drawn slice", drawn_slice_), add("drawn outlines", drawn_outlines_);
     return held;
   }
@@ -334,7 +359,8 @@ class StepEngine final : public Engine {
   }
 
  private:
-  static constexpr int kLongestRun = 30;     ///< steps of one recording: a multiple of 3, of 2 and of 5
+  /// Shares of folded vertices: at most so in a sound mesh, more than so in one that is no surface any more.
+  static constexpr float kSound = 0.1f, kCrumpled = 0.25f;
 
   template <class Kernel>
   void run(const Kernel& kernel, int n = -1) {
@@ -360,35 +386,36 @@ class StepEngine final : public Engine {
   struct RunKey {
     Phase phase;
     int length;
-    bool last;
+    End end;
     auto operator<=>(const RunKey&) const = default;
   };
   struct Run {
     bool recorded = false;
     typename Executor::Recording recording;
     Phase after;
+    bool measured_at_refresh = false;
     std::map<std::string, std::uint64_t> launches;
   };
 
-  /// `length` steps, and the end of the batch when `last`. Returns how many were done before a failure that the host knows of.
-  int run_steps(int length, bool last) {
+  /// `length` steps, and the end of the batch when something ends. Returns how many were done before a failure that the host knows of.
+  int run_steps(int length, End end) {
     if constexpr (!Executor::kRecords) {
-      return do_steps(length, last);
+      return do_steps(length, end);
     } else {
-      const RunKey key{{oldest_, since_refresh_, refresh_due_}, length, last};
+      const RunKey key{{oldest_, since_refresh_, refresh_due_}, length, end};
       auto found = runs_.find(key);
       if (found == runs_.end()) {
         // Recording costs as much as many launches: only what comes again is worth it.
         constexpr std::size_t kMostRuns = 100;
         if (runs_.size() >= kMostRuns) runs_.clear();
         runs_.emplace(key, Run{});
-        return do_steps(length, last);
+        return do_steps(length, end);
       }
       Run& run = found->second;
       if (!run.recorded) {
         const auto before = launches_;
-        run.recording = executor_.record([&] { do_steps(length, last); });
-        run.after = {oldest_, since_refresh_, refresh_due_};
+        run.recording = executor_.record([&] { do_steps(length, end); });
+        run.after = {oldest_, since_refresh_, refresh_due_}, run.measured_at_refresh = measured_at_refresh_;
         for (const auto& [name, n] : launches_) {
           const auto was = before.find(name);
           const std::uint64_t more = n - (was == before.end() ? 0 : was->second);
@@ -397,6 +424,7 @@ class StepEngine final : public Engine {
         run.recorded = true;
       } else {
         oldest_ = run.after.oldest, since_refresh_ = run.after.since_refresh, refresh_due_ = run.after.refresh_due;
+        measured_at_refresh_ = run.measured_at_refresh;
         for (const auto& [name, n] : run.launches) launches_[name] += n;
       }
       executor_.replay(run.recording);
@@ -404,15 +432,15 @@ class StepEngine final : public Engine {
     }
   }
 
-  int do_steps(int length, bool last) {
+  int do_steps(int length, End end) {
     for (int k = 0; k < length; ++k)
-      if (!do_step(k, k == 0 ? length : 0, last && k + 1 == length)) return k;
-    if (last) end_batch();
+      if (!do_step(k, k == 0 ? length : 0, k + 1 == length ? end : End::None)) return k;
+    if (end != End::None) end_batch();
     return length;
   }
 
   /// False when the step failed and the host knows.
-  bool do_step(int of_run, int run_length, bool measure) {
+  bool do_step(int of_run, int run_length, End end) {
     update_view();
     const bool refresh = refresh_due_ || since_refresh_ >= refresh_interval_;
     if (refresh) since_refresh_ = 0, refresh_due_ = false;
@@ -427,7 +455,14 @@ class StepEngine final : public Engine {
     else
       run_together(geometry, n, SumAttraction{view_}, view_.point_count);
     if (refresh) find_targets(attract);
-    integrate(of_run, measure);
+    if (end != End::None) measured_at_refresh_ = refresh;
+    if (levels_held()) {
+      if (refresh) find_stiffness();
+      integrate(of_run, End::None);
+      correct(of_run, end);
+    } else {
+      integrate(of_run, end);
+    }
     if (executor_.failed(status_.data())) return false;
     oldest_ = (oldest_ + 1) % 3;
     return true;
@@ -440,20 +475,234 @@ class StepEngine final : public Engine {
   }
 
   void apply_parameters(const SimulationParameters& simulation) {
+    controls_.resize(constants_.size());
+    since_start_ = 0, since_watched_ = 0;
     for (std::size_t k = 0; k < constants_.size(); ++k) {
       MeshConstants& c = constants_[k];
       const MeshNeeds needs = mesh_needs(static_cast<int>(k));
       for (const ForceInfo& force : force_list())
         if (!needs.acts(force.id)) c.forces.values[static_cast<int>(force.id)][0] = 0;
-      const float dt = effective_timestep(simulation, stiffness_bound(c.forces, references_[k]));
-      c.dt2 = dt * dt;
-      c.keep = 1.0f - simulation.damping;
+      const Stiffness stiffness = stiffness_of(c.forces, references_[k]);
+      c.stiffness = stiffness.internal, c.model = 0.5f * stiffness.internal;
+      c.strongest = strongest(c.forces);
+      controls_[k].start(simulation, stiffness, learnt_[k], Executor::kCycleCost);
       c.voxel_mm = volume_.empty() ? 1.0f : static_cast<float>(volume_.geometry().spacing_mm.minCoeff());
     }
     refresh_interval_ = static_cast<int>(simulation.refresh_interval + 0.5f);
-    meshes_.assign(constants_);
-    hold_what_is_needed();
+    // Bounds promise that these steps do not grow; a multigrid cycle and a timestep of the user's own do not.
+    const bool promised = simulation.solver() != Solver::Multigrid && simulation.solver() != Solver::Automatic && (simulation.solver() != Solver::Verlet || simulation.limit_timestep > 0.5f);
+    watched_ = !promised || simulation.solver() == Solver::Damped || simulation.solver() == Solver::Chebyshev;
+    keeps_pose_ = !promised;
+    note_reach();
+    apply_forms();
     refresh_due_ = true;
+  }
+
+  /// After a solver has changed how it steps.
+  void apply_forms() {
+    bool corrected = false;
+    for (const SolverControl& control : controls_) corrected = corrected || control.form() == StepForm::Corrected;
+    corrected_ = corrected;
+    for (std::size_t k = 0; k < constants_.size(); ++k) {
+      // All meshes go through the levels, or none.
+      if (corrected) controls_[k].correct();
+      constants_[k].form = controls_[k].form();
+    }
+    meshes_.assign(constants_);
+    sent_coefficients_.clear();
+    hold_what_is_needed();
+  }
+
+  static int strongest(const ForceParameters& forces) {
+    int force = 0;
+    for (int f = 1; f < kForceCount; ++f)
+      if (forces.values[f][0] > forces.values[force][0]) force = f;
+    return force;
+  }
+
+  /// How far a vertex can be from its mesh's start and still be in the scene: ten times the size of what is in it.
+  void note_reach() {
+    constexpr double kScenes = 10;
+    Eigen::AlignedBox3d scene;
+    for (const Eigen::AlignedBox3d& box : box_) scene.extend(box);
+    for (const PointView& point : points_host_) scene.extend(Eigen::Vector3d(point.position.x, point.position.y, point.position.z));
+    if (!volume_.empty())
+      for (int corner = 0; corner < 8; ++corner) {
+        Eigen::Vector3d index;
+        for (int axis = 0; axis < 3; ++axis) index[axis] = (corner >> axis & 1) != 0 ? volume_.geometry().size[axis] - 0.5 : -0.5;
+        scene.extend(volume_.geometry().world_from_index() * index);
+      }
+    for (std::size_t k = 0; k < constants_.size(); ++k) {
+      const Eigen::Vector3f home = box_[k].isEmpty() ? Eigen::Vector3f::Zero() : Eigen::Vector3f(box_[k].center().cast<float>());
+      constants_[k].home = {home[0], home[1], home[2]};
+      constants_[k].reach_mm = scene.isEmpty() ? 1.0f : static_cast<float>(kScenes * scene.diagonal().norm() + 1e-6);
+    }
+  }
+
+  void send_coefficients(int length) {
+    std::vector<StepCoefficients>& now = coefficients_host_;
+    now.assign(constants_.size() * kLongestRun, {});
+    for (std::size_t k = 0; k < constants_.size(); ++k)
+      for (int step = 0; step < kLongestRun; ++step)
+        now[k * kLongestRun + step] = controls_[k].steady() && step > 0 ? now[k * kLongestRun] : step < length ? controls_[k].coefficients(since_start_ + step) : StepCoefficients{0, 0};
+    if (now == sent_coefficients_) return;
+    coefficients_.upload(now);
+    sent_coefficients_ = now;
+  }
+
+  /// Before an interval that may have to be undone. A pose that is folded takes the place of none that is not.
+  void keep_pose() {
+    update_view();
+    if (folded_.size() != constants_.size()) {
+      run(GeometryKernel{view_});
+      end_batch();
+      executor_.wait();
+      note_folds();
+      sound_ = folded_;
+      unfolds_.assign(constants_.size(), 0);
+    }
+    for (std::size_t k = 0; k < constants_.size(); ++k) {
+      if (folded_[k] > kSound && sound_[k] <= kSound) continue;
+      sound_[k] = folded_[k];
+      run(KeepPose{view_.current, kept_.data(), constants_[k].first_vertex}, constants_[k].vertex_count);
+    }
+  }
+  void note_folds() {
+    folded_.clear();
+    for (std::size_t k = 0; k < constants_.size(); ++k) folded_.push_back(motion_.data()[k].folded / static_cast<float>(std::max(constants_[k].vertex_count, 1)));
+  }
+  /// Steps that grow until something bounds them leave a mesh that is folded all over, where it was not. Where smaller
+  /// timesteps fold it too, it is the forces that do.
+  bool crumpled(std::size_t k) {
+    constexpr int kTries = 6;
+    return kept_.size() != 0 && folded_[k] > kCrumpled && sound_[k] <= kSound && unfolds_[k]++ < kTries;
+  }
+
+  /// At the end of an interval.
+  void learn(StepOutcome& outcome) {
+    const bool corrected = corrected_;
+    note_folds();
+    for (std::size_t k = 0; k < constants_.size() && !outcome.failure; ++k) {
+      if (crumpled(k)) {
+        undo({static_cast<int>(k), -1, static_cast<ForceId>(constants_[k].strongest), StepFailure::What::Folded}, outcome);
+        continue;
+      }
+      // Targets that were found anew say nothing of stiffness, unless they always are.
+      if (measured_at_refresh_ && refresh_interval_ > 1) continue;
+      const MeshMotion& motion = motion_.data()[k];
+      // Below the digits of a position, and below what an edge is, motion is rounding.
+      const MeshConstants& c = constants_[k];
+      const float farthest = std::max({std::abs(c.home.x), std::abs(c.home.y), std::abs(c.home.z)}) + motion.mean_edge_mm;
+      const float noise = std::max(1e-4f * motion.mean_edge_mm, 1e-6f * farthest);
+      const SolverState before = controls_[k].state();
+      if (controls_[k].learn(motion.change, motion.square_move, noise) && !measured_at_refresh_) {
+        undo({static_cast<int>(k), -1, static_cast<ForceId>(c.strongest), StepFailure::What::Grew}, outcome);
+      }
+      if (std::abs(before.slowest - controls_[k].state().slowest) > 0.5f * before.slowest) since_start_ = 0;
+      corrected_ = corrected_ || controls_[k].form() == StepForm::Corrected;
+    }
+    if (corrected_ != corrected) apply_forms();
+  }
+
+  /// Puts the mesh back to the pose that was kept, or to the last good one, at rest, and halves its timestep.
+  void undo(const StepFailure& failure, StepOutcome& outcome) {
+    const MeshConstants& c = constants_[failure.mesh];
+    update_view();
+    const int now = (oldest_ + 1) % 3;
+    const Vec4* good = kept_.size() != 0 ? kept_.data() : positions_[now].data();
+    run(RestorePose{good, positions_[now].data(), positions_[oldest_].data(), c.first_vertex}, c.vertex_count);
+    executor_.wait();
+    if (attraction_.size() != 0) attraction_.fill_zero();
+    refresh_due_ = true;
+    since_watched_ = 0, since_start_ = 0;
+    watched_ = true;
+    if (!folded_.empty()) folded_[failure.mesh] = std::min(folded_[failure.mesh], sound_[failure.mesh]);
+    if (controls_[failure.mesh].cut())
+      outcome.cuts.push_back({failure, controls_[failure.mesh].cut_factor()});
+    else
+      outcome.failure = failure;
+  }
+
+  bool levels_held() const { return level_first_.size() > 1; }
+  void forget_levels() {
+    level_first_.clear();
+    rows_.resize(0), parts_.resize(0), edges_.resize(0), coarse_of_.resize(0);
+  }
+
+  /// The hierarchies of all meshes, level by level.
+  void build_levels() {
+    std::vector<Hierarchy> hierarchies;
+    std::size_t depth = 0;
+    for (const MeshConstants& c : constants_) {
+      std::vector<std::array<int, 3>> own(c.vertex_count);
+      for (int i = 0; i < c.vertex_count; ++i) {
+        const Int4 nb = neighbours_host_[c.first_vertex + i];
+        own[i] = {nb.x - c.first_vertex, nb.y - c.first_vertex, nb.z - c.first_vertex};
+      }
+      hierarchies.push_back(make_hierarchy(own));
+      depth = std::max(depth, hierarchies.back().levels.size());
+    }
+    std::vector<CoarseRow> rows;
+    std::vector<int> parts, coarse_of;
+    std::vector<CoarseEdge> edges;
+    std::vector<int> finer;                       // of each mesh: its first vertex on the level above
+    for (const MeshConstants& c : constants_) finer.push_back(c.first_vertex);
+    int next = view_.vertex_count;
+    coarse_of.assign(next, 0);
+    level_first_.assign(1, next);
+    for (std::size_t l = 0; l < depth; ++l) {
+      for (std::size_t k = 0; k < hierarchies.size(); ++k) {
+        if (l >= hierarchies[k].levels.size()) continue;
+        const Hierarchy::Level& level = hierarchies[k].levels[l];
+        for (int i = 0; i < level.size(); ++i) {
+          CoarseRow row{static_cast<int>(parts.size()), static_cast<int>(edges.size()), 0, static_cast<int>(k)};
+          for (int p = level.part_first[i]; p < level.part_first[i + 1]; ++p) {
+            parts.push_back(finer[k] + level.parts[p]);
+            coarse_of[parts.back()] = next + i;
+          }
+          for (int e = level.edge_first[i]; e < level.edge_first[i + 1]; ++e) {
+            edges.push_back({next + level.edges[e].to, level.edges[e].conductance});
+            row.degree += level.edges[e].conductance;
+          }
+          rows.push_back(row);
+        }
+        finer[k] = next;
+        next += level.size();
+        coarse_of.resize(next, 0);
+      }
+      level_first_.push_back(next);
+    }
+    rows.push_back({static_cast<int>(parts.size()), static_cast<int>(edges.size()), 0, 0});
+    if (edges.empty()) edges.push_back({0, 0});
+    rows_.assign(rows), parts_.assign(parts), edges_.assign(edges), coarse_of_.assign(coarse_of);
+  }
+
+  void find_stiffness() {
+    stiffness_by_mask();
+    for (std::size_t l = 0; l + 1 < level_first_.size(); ++l) run(CoarseStiffness{view_, level_first_[l]}, level_first_[l + 1] - level_first_[l]);
+  }
+  template <unsigned kMask = 0>
+  void stiffness_by_mask() {
+    if constexpr (kMask < 1u << kForceCount) {
+      // Internal forces are in the model as a whole.
+      constexpr unsigned kInternal = bit(ForceId::Smoothing) | bit(ForceId::ShapeMemory);
+      if constexpr ((kMask & kInternal) != 0)
+        stiffness_by_mask<kMask + 1>();
+      else if (kMask == (needs_.forces & ~kInternal))
+        run(LocalStiffness<kMask>{view_});
+      else
+        stiffness_by_mask<kMask + 1>();
+    }
+  }
+
+  /// The cycle down and up the levels, and the step.
+  void correct(int of_run, End end) {
+    const int levels = static_cast<int>(level_first_.size()) - 1;
+    auto size = [&](int l) { return level_first_[l + 1] - level_first_[l]; };
+    run(Restrict<true>{view_, level_first_[0]}, size(0));
+    for (int l = 1; l < levels; ++l) run(Restrict<false>{view_, level_first_[l]}, size(l));
+    for (int l = levels - 2; l >= 0; --l) run(Prolong{view_, level_first_[l]}, size(l));
+    run(CorrectedStep{view_, of_run, end});
   }
 
   MeshNeeds mesh_needs(int k) const {
@@ -525,6 +774,14 @@ class StepEngine final : public Engine {
     hold(patches_, attract, static_cast<std::size_t>(view_.point_count) * kMaxPatch);
     hold(attraction_, attract, n);
     hold(attracted_, attract, n);
+    if (!corrected_)
+      forget_levels();
+    else if (!levels_held() && n > 0)
+      build_levels();
+    const std::size_t all = levels_held() ? level_first_.back() : 0;
+    for (auto* array : {&residual_, &correction_, &relaxed_, &stiffness_a_, &stiffness_b_}) hold(*array, levels_held(), all);
+    hold(kept_, keeps_pose_, n);
+    if (coefficients_.size() != constants_.size() * kLongestRun) coefficients_.resize(constants_.size() * kLongestRun), sent_coefficients_.clear();
     // What earlier bindings left in the sums would go on pulling.
     if (attract) attraction_.fill_zero();
     update_view();
@@ -550,6 +807,8 @@ class StepEngine final : public Engine {
     view_.region_tables = region_tables_.data(), view_.local_statistics = local_statistics_.data();
     view_.points = points_.data(), view_.nearest = nearest_.data(), view_.patches = patches_.data();
     view_.attraction = attraction_.data(), view_.attracted = attracted_.data(), view_.status = status_.data();
+    view_.coefficients = coefficients_.data();
+    view_.levels = {rows_.data(), parts_.data(), edges_.data(), coarse_of_.data(), residual_.data(), correction_.data(), relaxed_.data(), stiffness_a_.data(), stiffness_b_.data()};
   }
 
   /// `bind`: attraction patches too, beside the first search.
@@ -592,12 +851,12 @@ class StepEngine final : public Engine {
 
   /// Calls the kernel compiled for exactly the forces in use.
   template <unsigned kMask = 0>
-  void integrate(int step, bool measure) {
+  void integrate(int step, End end) {
     if constexpr (kMask < 1u << kForceCount) {
       if (kMask == needs_.forces)
-        run(IntegrateKernel<kMask>{view_, step, measure});
+        run(IntegrateKernel<kMask>{view_, step, end});
       else
-        integrate<kMask + 1>(step, measure);
+        integrate<kMask + 1>(step, end);
     }
   }
 
@@ -626,6 +885,22 @@ class StepEngine final : public Engine {
 
   Array<MeshConstants> meshes_;
   typename Executor::NeighbourArray neighbours_;
+  std::vector<SolverControl> controls_;
+  std::vector<SolverState> learnt_;
+  std::vector<Eigen::AlignedBox3d> box_;     ///< of each mesh as it was loaded
+  std::vector<Int4> neighbours_host_;
+  std::vector<float> folded_, sound_;        ///< share of folded vertices of each mesh at the end of the last interval, and in the pose that is kept
+  std::vector<int> unfolds_;                 ///< how often a mesh was undone because it folded
+  bool watched_ = false;                     ///< every interval of steps is looked at
+  bool keeps_pose_ = false, corrected_ = false, measured_at_refresh_ = false;
+  int since_watched_ = 0, since_start_ = 0;
+  std::vector<StepCoefficients> coefficients_host_, sent_coefficients_;
+  std::vector<int> level_first_;             ///< first vertex of each coarser level, and the end of the last
+  Array<StepCoefficients> coefficients_;
+  Array<CoarseRow> rows_;
+  Array<CoarseEdge> edges_;
+  Array<int> parts_, coarse_of_;
+  Array<Vec4> residual_, correction_, relaxed_, stiffness_a_, stiffness_b_, kept_;
   Array<Vec4> positions_[3], frame_, shape_, gradient_target_, profile_target_, region_target_, local_statistics_, scratch_;
   Array<float> profiles_, region_tables_;
   Array<MeshMotion> motion_sums_;

@@ -77,6 +77,7 @@ float& weight_of(ForceParameters& forces, ForceId force) { return forces.values[
 
 SimulationParameters simulation(float timestep, float damping, int refresh_interval) {
   SimulationParameters s = default_simulation_parameters();
+  s.solver_choice = static_cast<float>(Solver::Verlet);
   s.timestep = timestep, s.damping = damping, s.limit_timestep = 0,
   s.refresh_interval = static_cast<float>(refresh_interval);
   return s;

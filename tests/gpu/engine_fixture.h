@@ -33,7 +33,7 @@ ForceParameters with(std::initializer_list<Setting> settings);
 /// "smoothing" -> its weight.
 float& weight_of(ForceParameters& forces, ForceId force);
 
-/// Timestep limit off, targets refreshed at every step.
+/// Verlet, timestep limit off, targets refreshed at every step.
 SimulationParameters simulation(float timestep, float damping, int refresh_interval = 1);
 /// The same with the timestep limit on.
 SimulationParameters limited(float timestep, float damping, int refresh_interval = 1);

@@ -259,22 +259,49 @@ TEST(SessionLevels, AMeshFinerThanTheVoxelsIsNotMade) {
       << "edges of 1280 vertices would be shorter than a voxel";
 }
 
-TEST(SessionFailure, NamesMeshAndForceAndPausesUntilItIsChanged) {
+/// A ball whose timestep is far beyond its limit.
+Scene unstable_scene() {
   Scene scene = ball_scene();
-  scene.simulation.limit_timestep = 0, scene.simulation.timestep = 10, scene.simulation.damping = 0;
+  scene.simulation.solver_choice = static_cast<float>(Solver::Verlet);
+  scene.simulation.limit_timestep = 0, scene.simulation.timestep = 10, scene.simulation.damping = 0.2f;
   set(scene.meshes[0].parameters, {"smoothing", "weight", 10});
   set(scene.meshes[0].parameters, {"region", "weight", 0});
-  const auto session = open_session(1, scene);
+  return scene;
+}
+
+TEST(SessionCuts, NameMeshAndForceAndTheRunGoesOn) {
+  const auto session = open_session(1, unstable_scene());
+  const double size = measure(session->scene().meshes[0].mesh).mean_edge_mm;
   const Advance advance = session->advance_steps(500);
-  ASSERT_TRUE(advance.failure.has_value());
-  EXPECT_NE(advance.failure->find("ball"), std::string::npos) << *advance.failure;
-  EXPECT_NE(advance.failure->find("smoothing"), std::string::npos) << *advance.failure;
-  EXPECT_EQ(advance.failure->find('\n'), std::string::npos);
-  EXPECT_TRUE(all_finite(session->scene().meshes[0].mesh.positions));
-  EXPECT_EQ(session->total_steps(), advance.steps);
+  EXPECT_FALSE(advance.failure.has_value()) << *advance.failure;
+  ASSERT_FALSE(advance.cuts.empty());
+  for (const std::string& line : advance.cuts) {
+    EXPECT_NE(line.find("ball"), std::string::npos) << line;
+    EXPECT_NE(line.find("smoothing"), std::string::npos) << line;
+    EXPECT_EQ(line.find('\n'), std::string::npos);
+  }
+  EXPECT_EQ(session->total_steps(), 500);
+  const SimplexMesh& mesh = session->scene().meshes[0].mesh;
+  EXPECT_TRUE(all_finite(mesh.positions));
+  EXPECT_NEAR(measure(mesh).mean_edge_mm, size, 0.5 * size) << "what the unstable steps did was undone";
+  EXPECT_EQ(session->last_outcome().folded_vertices.at(0), 0);
+  // A timestep within the limit needs no cut.
   session->apply(SetSimulationParameter{simulation_index("limit_timestep"), 1});
   session->apply(ResetPose{0});
-  EXPECT_FALSE(session->advance_steps(50).failure.has_value());
+  EXPECT_TRUE(session->advance_steps(500).cuts.empty());
+}
+
+TEST(SessionCuts, AreTheSameHoweverManyStepsAreAskedForAtOnce) {
+  const auto whole = open_session(1, unstable_scene()), parts = open_session(1, unstable_scene());
+  const Advance expected = whole->advance_steps(120);
+  std::vector<std::string> cuts;
+  for (int steps = 0; steps < 120;) {
+    const Advance part = parts->advance_steps(std::min(7, 120 - steps));
+    steps += part.steps;
+    cuts.insert(cuts.end(), part.cuts.begin(), part.cuts.end());
+  }
+  EXPECT_EQ(cuts, expected.cuts);
+  EXPECT_TRUE(same_bits(parts->scene().meshes[0].mesh.positions, whole->scene().meshes[0].mesh.positions));
 }
 
 }  // namespace

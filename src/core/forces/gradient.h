@@ -24,6 +24,8 @@ struct GradientForce {
   };
   static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
 
+  /// Share of the bound that this vertex has.
+  SIMPLEXSEG_HD static float trust(const StepView& v, int i) { return v.gradient_target[i].w; }
   SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4, Vec3 p, Vec4 frame) {
     return pull_to_target(v.gradient_target[i], p, xyz(frame), m.value<GradientForce>(pull) * m.voxel_mm);
   }

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <span>
+
+#include "core/parameters.h"
+#include "core/stability.h"
+
+namespace simplexseg {
+
+/// How the force f of a vertex becomes its step  x+ = x + keep (x - x-) + gain z  (docs/mathematics.md, section 3).
+enum class StepForm : int {
+  Plain,          ///< z = f
+  Scaled,         ///< z = f over the vertex's own stiffness bound
+  Implicit,       ///< z = f, and the whole step is divided by 1 + gain times half of the vertex's own stiffness bound
+  Corrected,      ///< z = a multigrid cycle on f
+};
+struct StepCoefficients {
+  float gain, keep;
+  bool operator==(const StepCoefficients&) const = default;
+};
+
+/// What a solver has learnt of a mesh; 0: nothing yet.
+struct SolverState {
+  float slowest = 0;              ///< estimated smallest eigenvalue of -dz/dx
+  bool multigrid = false;         ///< automatic: the correction has been found worth it
+};
+
+/// Chooses the steps of one mesh. The largest eigenvalue is known before the first step from the bounds that forces report.
+/// The smallest one is estimated as the run goes on, as the Rayleigh quotient of the last move (P. Underwood, Dynamic
+/// Relaxation, in: Computational Methods for Transient Analysis, 1983): what still moves is what is slow.
+class SolverControl {
+ public:
+  /// Steps between two estimates, counted from start().
+  static constexpr int kInterval = 10;
+
+  /// New forces or settings: the timestep is no longer cut, and what was learnt is forgotten unless `state` has it. `cycle_cost`: of a step with a
+  /// multigrid cycle, in steps without.
+  void start(const SimulationParameters& simulation, const Stiffness& stiffness, const SolverState& state = {},
+             float cycle_cost = 1);
+
+  StepForm form() const;
+  /// Automatic: from now on corrected, for another mesh needs it.
+  void correct();
+  /// Of the step `since` steps after the last start or restart.
+  StepCoefficients coefficients(int since) const;
+  bool steady() const { return solver_ != Solver::Chebyshev; }      ///< coefficients are the same for all steps
+
+  /// What the steps of an interval showed: `change` and `square_move` as of MeshMotion; a root mean square move below
+  /// `noise_mm` says nothing. True when they were unstable: the interval is to be undone.
+  bool learn(float change, float square_move, float noise_mm);
+  /// Halves the timestep. False when it has been cut too often: something else is wrong.
+  bool cut();
+  float cut_factor() const { return cut_; }     ///< of the timestep
+  const SolverState& state() const { return state_; }
+
+ private:
+  float fastest() const;
+  float first_guess() const;
+  bool worth_multigrid() const;
+
+  Solver solver_ = Solver::Verlet;
+  Stiffness stiffness_;
+  StepCoefficients fixed_{0, 0};
+  SolverState state_;
+  float cut_ = 1, cycle_cost_ = 1;
+};
+
+}  // namespace simplexseg
