@@ -19,6 +19,7 @@
 #include "gui/frame_loop.h"
 #include "gui/mesh_panel.h"
 #include "gui/message_bar.h"
+#include "gui/plan_panel.h"
 #include "gui/point_panel.h"
 #include "gui/simulation_panel.h"
 #include "gui/slice_view.h"
@@ -94,19 +95,33 @@ void MainWindow::build_panels() {
   };
   forces_ = new ForcePanel(*workbench_, this);
   simulation_ = new SimulationPanel(*workbench_, *loop_, *actions_, this);
+  plan_ = new PlanPanel(*workbench_, this);
   QDockWidget* meshes = add(tr("Meshes"), new MeshPanel(*workbench_, this));
   QDockWidget* forces = add(tr("Forces"), forces_);
   QDockWidget* simulation = add(tr("Simulation"), simulation_);
   QDockWidget* points = add(tr("Points"), new PointPanel(*workbench_, this));
+  QDockWidget* plan = add(tr("Plan"), plan_);
   setTabPosition(Qt::RightDockWidgetArea, QTabWidget::North);
   // The tabs name them already.
-  for (QDockWidget* dock : {forces, simulation, points}) dock->setTitleBarWidget(new QWidget(dock));
-  tabifyDockWidget(forces, simulation);
-  tabifyDockWidget(simulation, points);
+  QDockWidget* last = nullptr;
+  for (QDockWidget* dock : {forces, simulation, points, plan}) {
+    dock->setTitleBarWidget(new QWidget(dock));
+    if (last) tabifyDockWidget(last, dock);
+    last = dock;
+  }
   forces->raise();
+  connect(plan, &QDockWidget::visibilityChanged, plan_, &PlanPanel::set_in_sight);
   for (QDockWidget* dock : docks_) dock->widget()->setMinimumWidth(330);
   resizeDocks({meshes, forces}, {340, 340}, Qt::Horizontal);
   resizeDocks({meshes, forces}, {230, 480}, Qt::Vertical);
+}
+
+void MainWindow::show_panel(const QString& title) {
+  for (QDockWidget* dock : docks_) {
+    if (dock->objectName() != title) continue;
+    dock->show();
+    dock->raise();
+  }
 }
 
 void MainWindow::build_menus() {

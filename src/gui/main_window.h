@@ -17,6 +17,7 @@ class FileActions;
 class ForcePanel;
 class FrameLoop;
 class MessageBar;
+class PlanPanel;
 class SimulationPanel;
 class SliceView;
 class SpaceView;
@@ -38,6 +39,9 @@ class MainWindow : public QMainWindow {
   MessageBar& messages() { return *messages_; }
   ForcePanel& forces() { return *forces_; }
   SimulationPanel& simulation() { return *simulation_; }
+  PlanPanel& plan() { return *plan_; }
+  /// Brings the panel of this title to the front.
+  void show_panel(const QString& title);
   SliceView& slice(int orientation) { return *slices_[orientation]; }
   SpaceView& space() { return *space_; }
   /// nullptr: all four.
@@ -76,6 +80,7 @@ class MainWindow : public QMainWindow {
   MessageBar* messages_ = nullptr;
   ForcePanel* forces_ = nullptr;
   SimulationPanel* simulation_ = nullptr;
+  PlanPanel* plan_ = nullptr;
   SliceView* slices_[3] = {};
   SpaceView* space_ = nullptr;
   QGridLayout* view_grid_ = nullptr;
