@@ -9,7 +9,7 @@
 namespace simplexseg {
 
 struct PlotSeries {
-  std::string name;
+  std::string name;                  ///< in the legend; empty: not there
   Colour colour{0, 114, 178};
   bool markers = false;              ///< at each value, in a shape that differs from series to series
   bool dashed = false;

@@ -2,6 +2,7 @@
 #include "core/run_trace.h"
 
 #include <algorithm>
+#include <limits>
 #include <sstream>
 
 #include "core/session.h"
@@ -58,25 +59,51 @@ bool RunTrace::has_errors() const {
   });
 }
 
-Plot RunTrace::residual_plot() const {
-  Plot plot{"Residual", "time of simulation (s)", "residual (mm)", false, true, {}};
+namespace {
+
+std::string title_of(TraceAxis axis) {
+  return axis == TraceAxis::Seconds ? "time of simulation (s)" : "steps since the scene was opened";
+}
+double place_of(const TraceSample& s, TraceAxis axis) {
+  return axis == TraceAxis::Seconds ? s.seconds : static_cast<double>(s.steps);
+}
+
+/// Marks, without a name and a line, where the values of `series` belong to another number of vertices than before.
+std::optional<PlotSeries> refinements(const MeshTrace& mesh, const PlotSeries& series) {
+  constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
+  PlotSeries marks{"", mesh.colour, true, false, {}, {}};
+  for (std::size_t n = 1; n < mesh.samples.size(); ++n) {
+    if (mesh.samples[n].vertices == mesh.samples[n - 1].vertices) continue;
+    marks.x.insert(marks.x.end(), {series.x[n], kGap});
+    marks.y.insert(marks.y.end(), {series.y[n], kGap});
+  }
+  if (marks.x.empty()) return std::nullopt;
+  return marks;
+}
+
+}  // namespace
+
+Plot RunTrace::residual_plot(TraceAxis axis) const {
+  Plot plot{"Residual", title_of(axis), "residual (mm)", false, true, {}};
   for (const MeshTrace& mesh : meshes_) {
     PlotSeries series{mesh.name, mesh.colour, false, false, {}, {}};
-    for (const TraceSample& s : mesh.samples) series.x.push_back(s.seconds), series.y.push_back(s.residual_mm);
+    for (const TraceSample& s : mesh.samples) series.x.push_back(place_of(s, axis)), series.y.push_back(s.residual_mm);
+    std::optional<PlotSeries> marks = refinements(mesh, series);
     plot.series.push_back(std::move(series));
+    if (marks) plot.series.push_back(std::move(*marks));
   }
   return plot;
 }
 
-Plot RunTrace::error_plot() const {
-  Plot plot{"Distance to the reference", "time of simulation (s)", "distance (mm)", false, true, {}};
+Plot RunTrace::error_plot(TraceAxis axis) const {
+  Plot plot{"Distance to the reference", title_of(axis), "distance (mm)", false, true, {}};
   for (const MeshTrace& mesh : meshes_) {
     PlotSeries mean{mesh.name + ", mean", mesh.colour, false, false, {}, {}};
     PlotSeries p95{mesh.name + ", 95%", mesh.colour, false, true, {}, {}};
     for (const TraceSample& s : mesh.samples) {
       if (!s.error) continue;
-      mean.x.push_back(s.seconds), mean.y.push_back(s.error->mean_mm);
-      p95.x.push_back(s.seconds), p95.y.push_back(s.error->p95_mm);
+      mean.x.push_back(place_of(s, axis)), mean.y.push_back(s.error->mean_mm);
+      p95.x.push_back(place_of(s, axis)), p95.y.push_back(s.error->p95_mm);
     }
     if (mean.x.empty()) continue;
     plot.series.push_back(std::move(mean));

@@ -30,6 +30,8 @@ struct MeshTrace {
   std::vector<TraceSample> samples;
 };
 
+enum class TraceAxis { Seconds, Steps };
+
 /// Error and residual of each mesh over the time of a run. Samples are taken every few steps; when there are too many,
 /// every second one goes and they are taken half as often, so that a trace of any length stays small.
 class RunTrace {
@@ -49,10 +51,10 @@ class RunTrace {
   const std::vector<MeshTrace>& meshes() const { return meshes_; }
   bool has_errors() const;
 
-  /// Residual of each mesh against seconds, on a log axis.
-  Plot residual_plot() const;
+  /// Residual of each mesh, on a log axis; a mark where the mesh was refined.
+  Plot residual_plot(TraceAxis axis = TraceAxis::Seconds) const;
   /// Mean (solid) and 95th percentile (dashed) of the surface error of each mesh that has a reference.
-  Plot error_plot() const;
+  Plot error_plot(TraceAxis axis = TraceAxis::Seconds) const;
   /// A line for each sample: mesh, seconds, steps, vertices, residual_mm, mean_move_mm, error_mean_mm, error_p95_mm,
   /// error_max_mm (the last three empty without a reference).
   std::string csv() const;

@@ -14,6 +14,7 @@
 
 #include "gui/action_table.h"
 #include "gui/background_job.h"
+#include "gui/convergence_panel.h"
 #include "gui/file_actions.h"
 #include "gui/force_panel.h"
 #include "gui/frame_loop.h"
@@ -96,21 +97,24 @@ void MainWindow::build_panels() {
   forces_ = new ForcePanel(*workbench_, this);
   simulation_ = new SimulationPanel(*workbench_, *loop_, *actions_, this);
   plan_ = new PlanPanel(*workbench_, this);
+  convergence_ = new ConvergencePanel(*workbench_, this);
   QDockWidget* meshes = add(tr("Meshes"), new MeshPanel(*workbench_, this));
   QDockWidget* forces = add(tr("Forces"), forces_);
   QDockWidget* simulation = add(tr("Simulation"), simulation_);
   QDockWidget* points = add(tr("Points"), new PointPanel(*workbench_, this));
   QDockWidget* plan = add(tr("Plan"), plan_);
+  QDockWidget* convergence = add(tr("Convergence"), convergence_);
   setTabPosition(Qt::RightDockWidgetArea, QTabWidget::North);
   // The tabs name them already.
   QDockWidget* last = nullptr;
-  for (QDockWidget* dock : {forces, simulation, points, plan}) {
+  for (QDockWidget* dock : {forces, simulation, points, plan, convergence}) {
     dock->setTitleBarWidget(new QWidget(dock));
     if (last) tabifyDockWidget(last, dock);
     last = dock;
   }
   forces->raise();
   connect(plan, &QDockWidget::visibilityChanged, plan_, &PlanPanel::set_in_sight);
+  connect(convergence, &QDockWidget::visibilityChanged, convergence_, &ConvergencePanel::set_in_sight);
   for (QDockWidget* dock : docks_) dock->widget()->setMinimumWidth(330);
   resizeDocks({meshes, forces}, {340, 340}, Qt::Horizontal);
   resizeDocks({meshes, forces}, {230, 480}, Qt::Vertical);

@@ -12,6 +12,7 @@ namespace simplexseg {
 
 class ActionTable;
 class BackgroundJob;
+class ConvergencePanel;
 class Engine;
 class FileActions;
 class ForcePanel;
@@ -40,6 +41,7 @@ class MainWindow : public QMainWindow {
   ForcePanel& forces() { return *forces_; }
   SimulationPanel& simulation() { return *simulation_; }
   PlanPanel& plan() { return *plan_; }
+  ConvergencePanel& convergence() { return *convergence_; }
   /// Brings the panel of this title to the front.
   void show_panel(const QString& title);
   SliceView& slice(int orientation) { return *slices_[orientation]; }
@@ -81,6 +83,7 @@ class MainWindow : public QMainWindow {
   ForcePanel* forces_ = nullptr;
   SimulationPanel* simulation_ = nullptr;
   PlanPanel* plan_ = nullptr;
+  ConvergencePanel* convergence_ = nullptr;
   SliceView* slices_[3] = {};
   SpaceView* space_ = nullptr;
   QGridLayout* view_grid_ = nullptr;

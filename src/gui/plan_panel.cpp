@@ -6,11 +6,13 @@
 #include <QScrollBar>
 #include <QTreeWidget>
 #include <QVBoxLayout>
+#include <limits>
 #include <map>
 
 #include "gui/theme.h"
 #include "gui/workbench.h"
 #include "io/files.h"
+#include "io/volume_io.h"
 
 namespace simplexseg {
 namespace {
@@ -43,7 +45,7 @@ PlanPanel::PlanPanel(Workbench& workbench, QWidget* parent) : QWidget(parent), w
   list_->header()->setSectionResizeMode(kWhy, QHeaderView::Stretch);
   list_->header()->setSectionResizeMode(kBytes, QHeaderView::ResizeToContents);
   list_->header()->setStretchLastSection(false);
-  list_->setIndentation(12);
+  list_->setIndentation(10);
   list_->setWordWrap(true);
   list_->setSelectionMode(QAbstractItemView::NoSelection);
   list_->setFocusPolicy(Qt::NoFocus);
@@ -83,11 +85,12 @@ void PlanPanel::refresh_totals() {
   const std::size_t held = shown_.bytes_held();
   QString text = tr("<b>%1</b> held").arg(size_of(held));
   try {
-    const std::size_t available = session.engine().bytes_available();
-    const double percent = available > 0 ? 100.0 * static_cast<double>(held) / static_cast<double>(available) : 0;
+    std::size_t available = session.engine().bytes_available();
+    // The CPU engine has no bound of its own: what the system could give without swapping.
+    if (available == std::numeric_limits<std::size_t>::max()) available = available_memory() + held;
+    const double percent = available > 0 ? 100.0 * static_cast<double>(held) / static_cast<double>(available) : 100;
     const QString share = percent < 0.1 ? tr("less than 0.1%") : tr("%1%").arg(percent, 0, 'f', 1);
-    text += tr(", %1 of the %2 that %3 has for it")
-                .arg(share, size_of(available), text_of(session.engine().backend()).toUpper());
+    text += tr(", %1 of the %2 that can be had").arg(share, size_of(available));
   } catch (const std::exception&) {
     // A device that was lost says so elsewhere; the plan holds all the same.
   }
@@ -128,7 +131,8 @@ void PlanPanel::add_left_out() {
       reason->setFirstColumnSpanned(true);
       reason->setForeground(kName, theme::kDimText);
     }
-    auto* row = new QTreeWidgetItem(reason, {text_of(item.name), text_of(item.what)});
+    auto* row = new QTreeWidgetItem(reason, {text_of(item.name)});
+    row->setFirstColumnSpanned(true);
     row->setDisabled(true);
   }
   group->setExpanded(true);

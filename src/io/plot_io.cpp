@@ -95,7 +95,7 @@ class Drawing {
     // The legend is outside, at the right, and takes less than half of the width.
     legend_size_ = kTextPixels;
     const double legend_height = bottom_ - top_;
-    const auto rows = static_cast<double>(plot_.series.size());
+    const auto rows = static_cast<double>(named_series());
     if (rows > 1) legend_size_ = std::clamp(legend_height / (rows * 1.45), kSmallestText, kTextPixels);
     double legend = 0;
     if (has_legend()) {
@@ -107,7 +107,11 @@ class Drawing {
     x_ = make_axis(x, plot_.log_x, std::max(2, static_cast<int>((right_ - left_) / 75)));
   }
   /// A legend of one entry says what the title says.
-  bool has_legend() const { return plot_.series.size() > 1; }
+  bool has_legend() const { return named_series() > 1; }
+  std::size_t named_series() const {
+    return static_cast<std::size_t>(
+        std::count_if(plot_.series.begin(), plot_.series.end(), [](const PlotSeries& s) { return !s.name.empty(); }));
+  }
 
   double at_x(double share) const { return left_ + share * (right_ - left_); }
   double at_y(double share) const { return bottom_ - share * (bottom_ - top_); }
@@ -241,11 +245,14 @@ class Drawing {
     const double row = legend_size_ * 1.45, room = bottom_ - top_ + 8;
     const auto fit = std::max<std::size_t>(1, static_cast<std::size_t>(room / row));
     const double x = right_ + 12;
+    const std::size_t entries = named_series();
+    std::size_t entry = 0;
     for (std::size_t n = 0; n < plot_.series.size(); ++n) {
-      const double y = top_ + (static_cast<double>(n) + 0.5) * row;
-      if (plot_.series.size() > fit && n + 1 == fit) {
+      if (plot_.series[n].name.empty()) continue;
+      const double y = top_ + (static_cast<double>(entry++) + 0.5) * row;
+      if (entries > fit && entry == fit) {
         set(ground_.ink);
-        text("and " + std::to_string(plot_.series.size() - n) + " more", x + 34, y + 0.36 * legend_size_, legend_size_);
+        text("and " + std::to_string(entries - entry + 1) + " more", x + 34, y + 0.36 * legend_size_, legend_size_);
         return;
       }
       begin_stroke(plot_.series[n]);
@@ -317,7 +324,8 @@ std::string svg_bytes(const Plot& plot, int width, int height) {
     cairo_surface_finish(surface.get());
   }
   std::string words = "\n<title>" + xml_text(plot.title) + "</title>\n<desc>" + xml_text(plot.y_title + " against " + plot.x_title) + ":";
-  for (const PlotSeries& s : plot.series) words.append(" ").append(xml_text(s.name)).append(";");
+  for (const PlotSeries& s : plot.series)
+    if (!s.name.empty()) words.append(" ").append(xml_text(s.name)).append(";");
   words.back() = '.';
   words += "</desc>\n";
   const std::size_t root = bytes.find("<svg"), inside = bytes.find('>', root);
