@@ -88,6 +88,7 @@ Plot RunTrace::residual_plot(TraceAxis axis) const {
   for (const MeshTrace& mesh : meshes_) {
     PlotSeries series{mesh.name, mesh.colour, false, false, {}, {}};
     for (const TraceSample& s : mesh.samples) series.x.push_back(place_of(s, axis)), series.y.push_back(s.residual_mm);
+    series.markers = series.x.size() == 1;  // which makes no line
     std::optional<PlotSeries> marks = refinements(mesh, series);
     plot.series.push_back(std::move(series));
     if (marks) plot.series.push_back(std::move(*marks));
@@ -106,6 +107,7 @@ Plot RunTrace::error_plot(TraceAxis axis) const {
       p95.x.push_back(place_of(s, axis)), p95.y.push_back(s.error->p95_mm);
     }
     if (mean.x.empty()) continue;
+    mean.markers = p95.markers = mean.x.size() == 1;
     plot.series.push_back(std::move(mean));
     plot.series.push_back(std::move(p95));
   }

@@ -55,6 +55,7 @@ class MainWindow : public QMainWindow {
   void set_unattended() { unattended_ = true; }
 
  protected:
+  void resizeEvent(QResizeEvent* event) override;
   void closeEvent(QCloseEvent* event) override;
   void dragEnterEvent(QDragEnterEvent* event) override;
   void dropEvent(QDropEvent* event) override;
@@ -62,6 +63,7 @@ class MainWindow : public QMainWindow {
  private:
   void build_views();
   void build_panels();
+  void arrange_panels();
   void build_menus();
   void build_toolbar();
   void build_status();
@@ -89,6 +91,7 @@ class MainWindow : public QMainWindow {
   QGridLayout* view_grid_ = nullptr;
   View* maximised_ = nullptr;
   QList<QDockWidget*> docks_;
+  bool plan_below_ = false;  ///< Plan and Convergence have a row of their own
   QLabel* readout_ = nullptr;
   QLabel* contrast_ = nullptr;
   QLabel* drawing_ = nullptr;

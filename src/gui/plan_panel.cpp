@@ -36,6 +36,7 @@ PlanPanel::PlanPanel(Workbench& workbench, QWidget* parent) : QWidget(parent), w
   layout->setContentsMargins(8, 6, 8, 6);
   totals_ = new QLabel(this);
   totals_->setWordWrap(true);
+  totals_->setToolTip(tr("Of the memory that can be had where the scene is computed, what it holds already included"));
   totals_->setTextInteractionFlags(Qt::TextSelectableByMouse);
   layout->addWidget(totals_);
   list_ = new QTreeWidget(this);
@@ -90,7 +91,7 @@ void PlanPanel::refresh_totals() {
     if (available == std::numeric_limits<std::size_t>::max()) available = available_memory() + held;
     const double percent = available > 0 ? 100.0 * static_cast<double>(held) / static_cast<double>(available) : 100;
     const QString share = percent < 0.1 ? tr("less than 0.1%") : tr("%1%").arg(percent, 0, 'f', 1);
-    text += tr(", %1 of the %2 that can be had").arg(share, size_of(available));
+    text += tr(", %1 of %2").arg(share, size_of(available));
   } catch (const std::exception&) {
     // A device that was lost says so elsewhere; the plan holds all the same.
   }

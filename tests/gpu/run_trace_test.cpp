@@ -69,6 +69,23 @@ TEST(RunTrace, LookingChangesNoBitAndReadsNoPoseWithoutAReference) {
   EXPECT_EQ(session->scene_without_poses().meshes[0].mesh.positions, pose);
 }
 
+TEST(RunTrace, PlotsGoAgainstStepsTooAndMarkARefinement) {
+  const auto session = open_session();
+  const RunTrace trace = trace_of(*session, 300, 200, true);
+  const std::vector<TraceSample>& samples = trace.meshes()[0].samples;
+  const Plot by_steps = trace.residual_plot(TraceAxis::Steps), errors = trace.error_plot(TraceAxis::Steps);
+  EXPECT_EQ(by_steps.series[0].x[7], static_cast<double>(samples[7].steps));
+  EXPECT_EQ(errors.series[0].x[7], static_cast<double>(samples[7].steps));
+  EXPECT_NE(by_steps.x_title, trace.residual_plot().x_title);
+  const auto refined = std::find_if(samples.begin(), samples.end(), [](const TraceSample& s) { return s.vertices == 1280; });
+  ASSERT_NE(refined, samples.end());
+  ASSERT_EQ(by_steps.series.size(), 2u);
+  const PlotSeries& marks = by_steps.series[1];
+  EXPECT_TRUE(marks.markers);
+  EXPECT_TRUE(marks.name.empty());
+  EXPECT_EQ(marks.x[0], static_cast<double>(refined->steps));
+}
+
 TEST(RunTrace, PlotsAndCsvHoldEachSample) {
   const auto session = open_session();
   RunTrace trace = trace_of(*session, 50, 200, true);

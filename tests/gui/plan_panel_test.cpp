@@ -108,5 +108,19 @@ TEST_F(PlanPanelTest, HiddenItAsksForNoPlan) {
   EXPECT_TRUE(rows(0).contains("region targets"));
 }
 
+TEST_F(PlanPanelTest, InATallWindowItStandsBelowTheForces) {
+  window_->show_panel("Forces");
+  ASSERT_TRUE(wait_until([&] { return !window_->plan().in_sight(); }));
+  window_->resize(1300, 1000);
+  ASSERT_TRUE(wait_until([&] { return window_->plan().in_sight(); }));
+  EXPECT_FALSE(window_->forces().visibleRegion().isEmpty());
+  EXPECT_GT(window_->plan().mapTo(window_.get(), QPoint()).y(), window_->forces().mapTo(window_.get(), QPoint()).y());
+  window_->resize(1200, 800);
+  ASSERT_TRUE(wait_until([&] { return !window_->plan().in_sight(); }));
+  EXPECT_FALSE(window_->forces().visibleRegion().isEmpty());
+  window_->show_panel("Plan");
+  EXPECT_TRUE(wait_until([&] { return window_->plan().in_sight(); }));
+}
+
 }  // namespace
 }  // namespace simplexseg

@@ -112,6 +112,16 @@ TEST(Plot, CurvesAreDrawnInTheirColoursAndTheLegendStandsBeside) {
   EXPECT_NEAR(twice, 4.0 * once, 1.5 * once);
 }
 
+TEST(Plot, ASeriesWithoutANameIsNotInTheLegend) {
+  const Plot plot = two_curves();
+  Plot unnamed = plot;
+  for (PlotSeries& s : unnamed.series) s.name.clear();
+  const auto rgba = draw_plot(unnamed, 640, 360, 1, PlotTheme::Light);
+  // Without a legend the curves have its room, up to the edge.
+  EXPECT_GT(pixels_like(rgba, 640, plot.series[0].colour, 610), 0);
+  EXPECT_EQ(pixels_like(draw_plot(plot, 640, 360, 1, PlotTheme::Light), 640, plot.series[0].colour, 610), 0);
+}
+
 TEST(Plot, OddDataAndSizesAreDrawnAllTheSame) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   Plot plot{"", "", "", true, true, {}};
