@@ -5,12 +5,9 @@
 #include <ostream>
 
 #include "cli/table.h"
-#include "core/error.h"
 #include "io/files.h"
 #include "io/json_input.h"
 #include "io/json_output.h"
-#include "io/scene_io.h"
-#include "io/volume_io.h"
 
 namespace simplexseg {
 using Json = nlohmann::ordered_json;
@@ -48,26 +45,6 @@ Json mesh_json(const MeshReport& mesh) {
 }
 
 }  // namespace
-
-References::References(const Scene& scene, const std::filesystem::path& scene_folder, const VolumeGeometry& volume) {
-  for (const MeshItem& item : scene.meshes) {
-    if (!item.reference || labels_.count(item.reference->labels)) continue;
-    const std::filesystem::path path = find_data(item.reference->labels, scene_folder);
-    Volume labels = read_volume(path);
-    if (!labels.geometry().same_grid(volume)) {
-      throw Error("mesh '" + item.name + "', reference " + quoted(path),
-                  "its grid (size, spacing, origin or direction) differs from the volume's",
-                  "resample it onto the volume's grid, or leave the reference out of the scene");
-    }
-    labels_.emplace(item.reference->labels, std::move(labels));
-  }
-}
-
-std::optional<Agreement> References::compare_with(const MeshItem& item) const {
-  if (!item.reference) return std::nullopt;
-  const Volume& labels = labels_.at(item.reference->labels);
-  return compare(mask_of(labels, item.reference->value), rasterise(item.mesh, labels.geometry()));
-}
 
 void write_report(const std::filesystem::path& path, const RunReport& report, const Scene& scene) {
   Json json = {{"simplexseg_report", 1}, {"scene", report.scene_path}};

@@ -16,6 +16,7 @@
 #include "core/label_map.h"
 #include "io/files.h"
 #include "io/mesh_io.h"
+#include "io/references.h"
 #include "io/volume_io.h"
 
 namespace simplexseg {

@@ -74,7 +74,7 @@ const Scene& Session::scene() const {
   return scene_;
 }
 
-StepPlan Session::plan() const { return make_plan(scene(), volume_); }
+StepPlan Session::plan() const { return make_plan(scene_, volume_, finest_); }
 const char* Session::undo_title() const { return undo_.empty() ? "" : title_of(undo_.back().command); }
 const char* Session::redo_title() const { return redo_.empty() ? "" : title_of(redo_.back().command); }
 
@@ -176,15 +176,18 @@ void Session::set_engine(std::unique_ptr<Engine> engine) {
 void Session::load_engine() {
   pull_poses();
   std::vector<EngineMesh> meshes;
+  std::vector<char> finest;
   for (const MeshItem& item : scene_.meshes) {
     EngineMesh m;
     m.positions = item.mesh.positions, m.previous = item.previous, m.neighbours = item.mesh.neighbours;
     m.shape = item.shape, m.profiles = item.profiles, m.region = &item.region, m.parameters = item.parameters;
     m.finest = is_finest(item);
     m.solver = item.solver;
+    finest.push_back(m.finest);
     meshes.push_back(m);
   }
   engine_->load(meshes, scene_.simulation);
+  finest_ = std::move(finest);
   ++topology_revision_;
   last_ = {};
   last_.mean_edge_mm.assign(meshes.size(), 0.0f);

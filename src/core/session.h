@@ -61,6 +61,7 @@ class Session {
   std::optional<std::string> take_notice() { return std::exchange(notice_, std::nullopt); }
   /// Counts every change of connectivity: what is made from it (cells, triangles) is to be made anew.
   std::uint64_t topology_revision() const { return topology_revision_; }
+  /// Of what the engine was loaded with; no pose is read back.
   StepPlan plan() const;
 
   /// Throws Error, with nothing changed, when the command cannot be carried out (no such mesh, value out of range ...).
@@ -131,6 +132,7 @@ class Session {
   std::int64_t total_steps_ = 0;
   std::uint64_t revision_ = 0;
   StepOutcome last_;
+  std::vector<char> finest_;             ///< of each mesh, as the engine was told
   bool at_rest_ = false;
   double seconds_per_step_ = 0;
 };

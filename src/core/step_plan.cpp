@@ -11,10 +11,11 @@ namespace {
 
 class PlanBuilder {
  public:
-  PlanBuilder(const Scene& scene, const Volume& volume) : scene_(scene), volume_(volume) {
-    const double voxel_mm = volume.empty() ? 1.0 : volume.geometry().spacing_mm.minCoeff();
+  PlanBuilder(const Scene& scene, const Volume& volume, std::span<const char> finest)
+      : scene_(scene), volume_(volume) {
     for (const MeshItem& item : scene.meshes) {
-      meshes_.push_back({item.parameters, item.mesh.vertex_count(), is_finest(item, scene.simulation, voxel_mm),
+      const std::size_t k = meshes_.size();
+      meshes_.push_back({item.parameters, item.mesh.vertex_count(), k < finest.size() && finest[k] != 0,
                          !item.shape.empty(), item.profiles.size()});
       vertices_ += item.mesh.positions.size();
       if (!item.region.empty()) region_values_ += kRegionBins;
@@ -175,6 +176,15 @@ std::size_t StepPlan::bytes_held() const {
   return sum;
 }
 
-StepPlan make_plan(const Scene& scene, const Volume& volume) { return PlanBuilder(scene, volume).build(); }
+StepPlan make_plan(const Scene& scene, const Volume& volume, std::span<const char> finest) {
+  return PlanBuilder(scene, volume, finest).build();
+}
+
+StepPlan make_plan(const Scene& scene, const Volume& volume) {
+  const double voxel_mm = volume.empty() ? 1.0 : volume.geometry().spacing_mm.minCoeff();
+  std::vector<char> finest;
+  for (const MeshItem& item : scene.meshes) finest.push_back(is_finest(item, scene.simulation, voxel_mm));
+  return make_plan(scene, volume, finest);
+}
 
 }  // namespace simplexseg

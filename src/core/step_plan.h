@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,11 +19,15 @@ struct StepPlan {
     bool needed;
     std::string why;           ///< it is needed, or left out
     std::size_t bytes = 0;     ///< that it holds (array) or reads and writes in one step (kernel)
+    bool operator==(const Item&) const = default;
   };
   std::vector<Item> items;
   /// Bytes of all needed arrays.
   std::size_t bytes_held() const;
+  bool operator==(const StepPlan&) const = default;
 };
 StepPlan make_plan(const Scene& scene, const Volume& volume);
+/// The same where it is known which meshes are on their finest level, one entry each: reads no pose.
+StepPlan make_plan(const Scene& scene, const Volume& volume, std::span<const char> finest);
 
 }  // namespace simplexseg

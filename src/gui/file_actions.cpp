@@ -47,6 +47,11 @@ LoadedInput load_input(const std::filesystem::path& path) {
     input.volume = std::move(loaded.volume);
     input.warnings = std::move(loaded.warnings);
   }
+  try {
+    input.references = References(input.scene, path.parent_path(), input.volume.geometry());
+  } catch (const Error& error) {
+    input.warnings.emplace_back(error.what());
+  }
   return input;
 }
 
@@ -92,7 +97,7 @@ void FileActions::open(const QString& path) {
 }
 
 void FileActions::take(LoadedInput input, const std::filesystem::path& path) {
-  workbench_.open(std::move(input.scene), std::move(input.volume));
+  workbench_.open(std::move(input.scene), std::move(input.volume), std::move(input.references));
   last_path_ = to_text(path);
   scene_path_ = path.extension() == ".json" ? to_text(path) : QString();
   if (!input.warnings.empty()) {

@@ -8,6 +8,7 @@
 
 #include "core/scene.h"
 #include "core/volume.h"
+#include "io/references.h"
 
 class QMimeData;
 class QWidget;
@@ -18,13 +19,15 @@ class ActionTable;
 class BackgroundJob;
 class Workbench;
 
-/// What a file on disk turns into: a scene and its volume.
+/// What a file on disk turns into: a scene, its volume and the references that its meshes name.
 struct LoadedInput {
   Scene scene;
   Volume volume;
+  References references;
   std::vector<std::string> warnings;
 };
-/// Reads a scene (.json), a volume or a DICOM folder; a volume makes a scene without meshes. Throws Error.
+/// Reads a scene (.json), a volume or a DICOM folder; a volume makes a scene without meshes. Throws Error; a
+/// reference that cannot be read is a warning.
 LoadedInput load_input(const std::filesystem::path& path);
 
 /// Open and save, each with its dialog; long work goes to the background.

@@ -14,11 +14,13 @@
 
 #include "gui/action_table.h"
 #include "gui/background_job.h"
+#include "gui/convergence_panel.h"
 #include "gui/file_actions.h"
 #include "gui/force_panel.h"
 #include "gui/frame_loop.h"
 #include "gui/mesh_panel.h"
 #include "gui/message_bar.h"
+#include "gui/plan_panel.h"
 #include "gui/point_panel.h"
 #include "gui/simulation_panel.h"
 #include "gui/slice_view.h"
@@ -26,6 +28,9 @@
 #include "gui/workbench.h"
 
 namespace simplexseg {
+namespace {
+constexpr int kTallWindow = 940;  ///< pixels of height from which on Plan and Convergence have a row of their own
+}  // namespace
 
 MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare)
     : workbench_(std::make_unique<Workbench>(std::move(engine), std::move(spare))),
@@ -88,25 +93,72 @@ void MainWindow::build_panels() {
     dock->setObjectName(title);
     dock->setWidget(content);
     dock->setFeatures(QDockWidget::DockWidgetClosable);
-    addDockWidget(Qt::RightDockWidgetArea, dock);
     docks_.push_back(dock);
     return dock;
   };
   forces_ = new ForcePanel(*workbench_, this);
   simulation_ = new SimulationPanel(*workbench_, *loop_, *actions_, this);
+  plan_ = new PlanPanel(*workbench_, this);
+  convergence_ = new ConvergencePanel(*workbench_, this);
   QDockWidget* meshes = add(tr("Meshes"), new MeshPanel(*workbench_, this));
   QDockWidget* forces = add(tr("Forces"), forces_);
   QDockWidget* simulation = add(tr("Simulation"), simulation_);
   QDockWidget* points = add(tr("Points"), new PointPanel(*workbench_, this));
+  QDockWidget* plan = add(tr("Plan"), plan_);
+  QDockWidget* convergence = add(tr("Convergence"), convergence_);
   setTabPosition(Qt::RightDockWidgetArea, QTabWidget::North);
+  // A dock that is added to the column and made a tab later leaves a separator behind in Qt 6.4.
+  addDockWidget(Qt::RightDockWidgetArea, meshes);
+  addDockWidget(Qt::RightDockWidgetArea, forces);
+  QDockWidget* last = forces;
+  for (QDockWidget* dock : {simulation, points, plan, convergence}) {
+    tabifyDockWidget(last, dock);
+    last = dock;
+  }
   // The tabs name them already.
-  for (QDockWidget* dock : {forces, simulation, points}) dock->setTitleBarWidget(new QWidget(dock));
-  tabifyDockWidget(forces, simulation);
-  tabifyDockWidget(simulation, points);
+  for (QDockWidget* dock : {forces, simulation, points, plan, convergence}) dock->setTitleBarWidget(new QWidget(dock));
   forces->raise();
+  connect(plan, &QDockWidget::visibilityChanged, plan_, &PlanPanel::set_in_sight);
+  connect(convergence, &QDockWidget::visibilityChanged, convergence_, &ConvergencePanel::set_in_sight);
   for (QDockWidget* dock : docks_) dock->widget()->setMinimumWidth(330);
   resizeDocks({meshes, forces}, {340, 340}, Qt::Horizontal);
   resizeDocks({meshes, forces}, {230, 480}, Qt::Vertical);
+}
+
+// In a tall window what a slider does to the plan or the plot can be seen while it is moved.
+void MainWindow::arrange_panels() {
+  const bool below = height() >= kTallWindow;
+  if (below == plan_below_) return;
+  plan_below_ = below;
+  const auto dock_of = [](QWidget* panel) { return static_cast<QDockWidget*>(panel->parentWidget()); };
+  QDockWidget *meshes = docks_.front(), *forces = dock_of(forces_), *plan = dock_of(plan_),
+              *convergence = dock_of(convergence_);
+  if (below) {
+    addDockWidget(Qt::RightDockWidgetArea, plan, Qt::Vertical);
+    tabifyDockWidget(plan, convergence);
+    plan->raise();
+    const int rest = height() - 230;
+    resizeDocks({meshes, forces, plan}, {230, rest * 2 / 5, rest * 3 / 5}, Qt::Vertical);
+  } else {
+    tabifyDockWidget(forces, plan);
+    tabifyDockWidget(plan, convergence);
+    forces->raise();
+    resizeDocks({meshes, forces}, {230, height() - 230}, Qt::Vertical);
+  }
+}
+
+void MainWindow::resizeEvent(QResizeEvent* event) {
+  QMainWindow::resizeEvent(event);
+  // Not within the layout that this event is part of.
+  QMetaObject::invokeMethod(this, &MainWindow::arrange_panels, Qt::QueuedConnection);
+}
+
+void MainWindow::show_panel(const QString& title) {
+  for (QDockWidget* dock : docks_) {
+    if (dock->objectName() != title) continue;
+    dock->show();
+    dock->raise();
+  }
 }
 
 void MainWindow::build_menus() {

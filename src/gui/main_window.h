@@ -12,11 +12,13 @@ namespace simplexseg {
 
 class ActionTable;
 class BackgroundJob;
+class ConvergencePanel;
 class Engine;
 class FileActions;
 class ForcePanel;
 class FrameLoop;
 class MessageBar;
+class PlanPanel;
 class SimulationPanel;
 class SliceView;
 class SpaceView;
@@ -38,6 +40,10 @@ class MainWindow : public QMainWindow {
   MessageBar& messages() { return *messages_; }
   ForcePanel& forces() { return *forces_; }
   SimulationPanel& simulation() { return *simulation_; }
+  PlanPanel& plan() { return *plan_; }
+  ConvergencePanel& convergence() { return *convergence_; }
+  /// Brings the panel of this title to the front.
+  void show_panel(const QString& title);
   SliceView& slice(int orientation) { return *slices_[orientation]; }
   SpaceView& space() { return *space_; }
   /// nullptr: all four.
@@ -49,6 +55,7 @@ class MainWindow : public QMainWindow {
   void set_unattended() { unattended_ = true; }
 
  protected:
+  void resizeEvent(QResizeEvent* event) override;
   void closeEvent(QCloseEvent* event) override;
   void dragEnterEvent(QDragEnterEvent* event) override;
   void dropEvent(QDropEvent* event) override;
@@ -56,6 +63,7 @@ class MainWindow : public QMainWindow {
  private:
   void build_views();
   void build_panels();
+  void arrange_panels();
   void build_menus();
   void build_toolbar();
   void build_status();
@@ -76,11 +84,14 @@ class MainWindow : public QMainWindow {
   MessageBar* messages_ = nullptr;
   ForcePanel* forces_ = nullptr;
   SimulationPanel* simulation_ = nullptr;
+  PlanPanel* plan_ = nullptr;
+  ConvergencePanel* convergence_ = nullptr;
   SliceView* slices_[3] = {};
   SpaceView* space_ = nullptr;
   QGridLayout* view_grid_ = nullptr;
   View* maximised_ = nullptr;
   QList<QDockWidget*> docks_;
+  bool plan_below_ = false;  ///< Plan and Convergence have a row of their own
   QLabel* readout_ = nullptr;
   QLabel* contrast_ = nullptr;
   QLabel* drawing_ = nullptr;

@@ -16,6 +16,7 @@
 #include "gui/action_table.h"
 #include "gui/frame_loop.h"
 #include "gui/parameter_row.h"
+#include "gui/theme.h"
 #include "gui/widgets.h"
 #include "gui/workbench.h"
 
@@ -52,7 +53,10 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
   add_status(tr("Frames"), frames_);
   add_status(tr("Vertices"), vertices_);
   add_status(tr("Motion"), motion_);
+  add_status(tr("Surface"), surface_);
   add_status(tr("Backend"), backend_);
+  surface_->setWordWrap(true);
+  surface_->setToolTip(tr("Folded: the normal of a vertex makes more than a right angle with that of a neighbour"));
   backend_->setWordWrap(true);
   frames_->setToolTip(tr("New pictures, and the steps between two of them"));
   layout->addLayout(status);
@@ -94,11 +98,36 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
   refresh();
 }
 
+QStringList SimulationPanel::unsound_meshes() const {
+  QStringList unsound;
+  const StepOutcome& outcome = workbench_.session().last_outcome();
+  const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
+  for (std::size_t m = 0; m < meshes.size() && m < outcome.folded_vertices.size(); ++m) {
+    QStringList faults;
+    if (outcome.inside_out[m]) faults << tr("inside out");
+    if (outcome.folded_vertices[m] == 1) faults << tr("folded at 1 vertex");
+    if (outcome.folded_vertices[m] > 1)
+      faults << tr("folded at %1 vertices").arg(QLocale::c().toString(outcome.folded_vertices[m]));
+    if (faults.isEmpty()) continue;
+    const QString name = meshes.size() > 1 ? QString::fromStdString(meshes[m].name) + ": " : QString();
+    unsound << name + faults.join(tr(" and "));
+  }
+  return unsound;
+}
+
 void SimulationPanel::refresh() {
   for (std::size_t p = 0; p < rows_.size(); ++p) {
     rows_[p]->set_value(value_of(workbench_.scene().simulation, static_cast<int>(p)));
   }
   refresh_status();
+}
+
+void SimulationPanel::refresh_surface(const QStringList& unsound) {
+  const bool known = workbench_.session().total_steps() > 0 && !workbench_.scene().meshes.empty();
+  surface_->setText(!known ? tr("not run yet") : unsound.isEmpty() ? tr("sound") : unsound.join("; "));
+  QPalette palette = this->palette();
+  if (known && !unsound.isEmpty()) palette.setColor(QPalette::WindowText, theme::kWarning);
+  surface_->setPalette(palette);
 }
 
 void SimulationPanel::refresh_status() {
@@ -121,12 +150,17 @@ void SimulationPanel::refresh_status() {
                                                              ? tr("1 mesh")
                                                              : tr("%1 meshes").arg(workbench_.scene().meshes.size())));
   const std::vector<float>& moves = workbench_.session().mean_move_mm();
-  const QString state = !workbench_.running() ? tr("paused") : loop_.at_rest() ? tr("at rest") : tr("running");
+  const QStringList unsound = unsound_meshes();
+  const QString state = !workbench_.running() ? tr("paused")
+                        : !loop_.at_rest()    ? tr("running")
+                        : unsound.isEmpty()   ? tr("at rest")
+                                              : tr("at rest, but not sound");
   if (moves.empty() || workbench_.session().total_steps() == 0) {
     motion_->setText(state);
   } else {
     motion_->setText(tr("%1 mm a step, %2").arg(*std::max_element(moves.begin(), moves.end()), 0, 'g', 2).arg(state));
   }
+  refresh_surface(unsound);
   QString backend = QString::fromStdString(workbench_.session().engine().description());
   const SceneBuffers& buffers = workbench_.buffers;
   if (!buffers.how().empty()) {

@@ -19,10 +19,15 @@ class SimulationPanel : public QWidget {
  public:
   SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTable& actions, QWidget* parent);
   ParameterRow* row(int parameter) const { return rows_[parameter]; }
+  const QLabel* motion() const { return motion_; }
+  const QLabel* surface() const { return surface_; }
 
  private:
   void refresh();
   void refresh_status();
+  /// "brain: folded at 12 vertices" for each mesh that is folded or inside out; the name only among several.
+  QStringList unsound_meshes() const;
+  void refresh_surface(const QStringList& unsound);
 
   Workbench& workbench_;
   FrameLoop& loop_;
@@ -31,6 +36,7 @@ class SimulationPanel : public QWidget {
   QLabel* frames_;
   QLabel* vertices_;
   QLabel* motion_;
+  QLabel* surface_;
   QLabel* backend_;
 };
 

@@ -51,6 +51,7 @@ void apply(QApplication& application) {
     QDockWidget { font-weight: bold; }
     QDockWidget::title { background: #2e3238; padding: 5px 8px; border-bottom: 1px solid #1c1e22; }
     QDockWidget > QWidget { font-weight: normal; }
+    QTabBar::tab { padding: 4px 8px; }
     QMenuBar { background: #25282d; }
     QStatusBar { background: #25282d; border-top: 1px solid #1c1e22; }
     QStatusBar::item { border: none; }

@@ -13,10 +13,13 @@ Workbench::Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_p
   settle_.setSingleShot(true);
   settle_.setInterval(250);
   connect(&settle_, &QTimer::timeout, this, &Workbench::scene_changed);
+  connect(&cuts_, &RepeatedWarning::tell, this, [this](const QString& text) { say(Severity::Warning, text); });
 }
 
-void Workbench::open(Scene scene, Volume volume) {
+void Workbench::open(Scene scene, Volume volume, References references) {
   session_.open(std::move(scene), std::move(volume));
+  references_ = std::move(references);
+  cuts_.forget();
   set_running(false);
   paused_by_user_ = false;
   drawing_failed_ = false;
@@ -31,6 +34,7 @@ void Workbench::open(Scene scene, Volume volume) {
     view.crosshair_mm = snap_to_voxel(geometry, meshes.empty() ? geometry.centre_mm() : meshes.front().seed.centre_mm);
     set_automatic_contrast();
   }
+  emit restarted();
   emit volume_changed();
   emit scene_changed();
   emit view_changed();
@@ -50,6 +54,7 @@ bool Workbench::apply(const Command& command, ItemId* added) {
   if (id != 0 && std::holds_alternative<AddAttractionPoint>(command)) view.selected_point = id;
   forget_missing_items();
   if (std::holds_alternative<AddAttractionPoint>(command) && !running_ && !paused_by_user_) set_running(true);
+  if (std::holds_alternative<ResetPose>(command)) emit restarted();
   const auto* move = std::get_if<MoveAttractionPoint>(&command);
   if (move) emit point_moved();
   if (move && move->continues) {
@@ -77,10 +82,15 @@ void Workbench::forget_missing_items() {
   if (!scene().find_point(view.hovered_point)) view.hovered_point = 0;
 }
 
-void Workbench::report_failure(const Advance& advance) {
-  if (!advance.failure) return;
-  set_running(false);
-  say(Severity::Failure, QString::fromStdString(*advance.failure));
+void Workbench::report(const Advance& advance) {
+  cuts_.add(advance.cuts);
+  if (advance.steps > 0) emit advanced(advance);
+  if (advance.steps > 0 || advance.refined) emit pose_changed();
+  if (advance.failure) {
+    set_running(false);
+    say(Severity::Failure, QString::fromStdString(*advance.failure));
+  }
+  announce();
 }
 
 Advance Workbench::advance(double seconds) {
@@ -90,9 +100,7 @@ Advance Workbench::advance(double seconds) {
   } catch (const std::exception& error) {
     done.failure = error.what();
   }
-  report_failure(done);
-  if (done.steps > 0 || done.refined) emit pose_changed();
-  announce();
+  report(done);
   return done;
 }
 
@@ -103,9 +111,7 @@ Advance Workbench::advance_steps(int steps, bool stop_at_rest) {
   } catch (const std::exception& error) {
     done.failure = error.what();
   }
-  report_failure(done);
-  if (done.steps > 0 || done.refined) emit pose_changed();
-  announce();
+  report(done);
   return done;
 }
 

@@ -7,8 +7,10 @@
 #include <memory>
 
 #include "core/session.h"
+#include "gui/repeated_warning.h"
 #include "gui/scene_buffers.h"
 #include "gui/view_state.h"
+#include "io/references.h"
 
 namespace simplexseg {
 
@@ -28,8 +30,11 @@ class Workbench : public QObject {
   bool has_volume() const { return !session_.volume().empty(); }
   const MeshItem* active_mesh() const { return scene().find_mesh(view.active_mesh); }
 
+  /// The truths of the scene's meshes, those that could be read.
+  const References& references() const { return references_; }
+
   /// Throws Error as Session::open does. Crosshair, window and level are set to suit the volume.
-  void open(Scene scene, Volume volume);
+  void open(Scene scene, Volume volume, References references = {});
   /// Carries out a user action; an Error becomes a message. Returns false then. A point that is placed starts the
   /// simulation unless the user has paused it. `added`: id of the item that the command added.
   bool apply(const Command& command, ItemId* added = nullptr);
@@ -67,6 +72,8 @@ class Workbench : public QObject {
  signals:
   void scene_changed();    ///< meshes, points, parameters, undo history; poses too
   void pose_changed();     ///< poses only
+  void advanced(const simplexseg::Advance& done);  ///< before pose_changed
+  void restarted();        ///< a scene was opened, or meshes went back to their spheres
   void point_moved();      ///< an attraction point; while it is dragged scene_changed follows only now and then
   void drawing_changed();  ///< how the buffers are drawn
   void view_changed();
@@ -76,12 +83,14 @@ class Workbench : public QObject {
 
  private:
   void forget_missing_items();
-  void report_failure(const Advance& advance);
+  void report(const Advance& advance);
   void announce();
   bool draw(const std::function<void()>& draw);
   void set_running(bool running);
 
   Session session_;
+  References references_;
+  RepeatedWarning cuts_;
   QTimer settle_;  ///< until the panels follow a drag
   bool drawing_failed_ = false;
   bool running_ = false;

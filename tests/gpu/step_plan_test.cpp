@@ -136,6 +136,18 @@ TEST_P(StepPlanTest, WeightsThatChangeBetweenSteps) {
   EXPECT_FALSE(held.contains("region targets"));
 }
 
+TEST_P(StepPlanTest, ItReadsNoPoseBack) {
+  const auto session = opened(scene_with(with({{"smoothing", "weight", 1}})), phantom("sphere").image);
+  session->scene();
+  session->advance_steps(2);
+  const Eigen::Vector3f before = session->scene_without_poses().meshes[0].mesh.positions[0];
+  const std::uint64_t read = session->engine().bytes_read_back();
+  session->plan();
+  EXPECT_EQ(session->engine().bytes_read_back(), read);
+  EXPECT_EQ(session->scene_without_poses().meshes[0].mesh.positions[0], before);
+  EXPECT_NE(session->scene().meshes[0].mesh.positions[0], before);
+}
+
 TEST_P(StepPlanTest, TheReasonsNameWhatIsMissing) {
   ForceParameters forces =
       with({{"attraction", "weight", 1}, {"intensity_profile", "weight", 1}, {"region", "weight", 1}});

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// The panel Plan: what it lists follows what the user does.
+#include "gui/plan_panel.h"
+
+#include <QLabel>
+#include <QSlider>
+#include <QTreeWidget>
+
+#include "gui/force_panel.h"
+#include "gui/message_bar.h"
+#include "gui/parameter_row.h"
+#include "window_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+class PlanPanelTest : public WindowTest {
+ protected:
+  void SetUp() override {
+    WindowTest::SetUp();
+    if (IsSkipped()) return;
+    open_phantom();
+    bench().pause();
+    window_->show_panel("Plan");
+    wait_until([&] { return window_->plan().in_sight(); });
+  }
+  QTreeWidget& list() { return *window_->plan().findChild<QTreeWidget*>(); }
+  static void collect(const QTreeWidgetItem* row, QStringList& names) {
+    for (int n = 0; n < row->childCount(); ++n) {
+      if (row->child(n)->childCount() == 0) names << row->child(n)->text(0);
+      collect(row->child(n), names);
+    }
+  }
+  /// Names of the rows of a group: 0 held, 1 computed, 2 left out.
+  QStringList rows(int group) {
+    QStringList names;
+    collect(list().topLevelItem(group), names);
+    return names;
+  }
+  QString totals() { return window_->plan().findChild<QLabel*>()->text(); }
+};
+
+TEST_F(PlanPanelTest, ASliderAtZeroMovesAForceAmongWhatIsLeftOut) {
+  ASSERT_EQ(list().topLevelItemCount(), 3);
+  EXPECT_FALSE(rows(0).contains("region targets"));
+  EXPECT_TRUE(rows(2).contains("region targets"));
+  const QString before = totals();
+  QSlider* slider = window_->forces().row(ForceId::Region, 0)->slider();
+  slider->setValue(700);
+  EXPECT_TRUE(rows(0).contains("region targets"));
+  EXPECT_TRUE(rows(1).contains("region search"));
+  EXPECT_FALSE(rows(2).contains("region targets"));
+  EXPECT_NE(totals(), before);
+  slider->setValue(0);
+  EXPECT_FALSE(rows(0).contains("region targets"));
+  EXPECT_FALSE(rows(1).contains("region search"));
+  EXPECT_TRUE(rows(2).contains("region targets"));
+  EXPECT_EQ(totals(), before);
+}
+
+TEST_F(PlanPanelTest, WhatIsLeftOutStandsUnderItsReason) {
+  const QTreeWidgetItem* left_out = list().topLevelItem(2);
+  QStringList reasons;
+  for (int n = 0; n < left_out->childCount(); ++n) {
+    reasons << left_out->child(n)->text(0);
+    EXPECT_GT(left_out->child(n)->childCount(), 0);
+  }
+  EXPECT_TRUE(reasons.contains("there is no attraction point")) << reasons.join("\n").toStdString();
+  EXPECT_TRUE(reasons.contains("the weight of gradient is 0 for every mesh")) << reasons.join("\n").toStdString();
+}
+
+TEST_F(PlanPanelTest, EveryItemOfThePlanIsARow) {
+  const StepPlan plan = bench().session().plan();
+  EXPECT_EQ(rows(0).size() + rows(1).size() + rows(2).size(), static_cast<qsizetype>(plan.items.size()));
+  EXPECT_TRUE(window_->plan().shown() == plan);
+}
+
+TEST_F(PlanPanelTest, ItFollowsPointsMeshesAndRefinement) {
+  EXPECT_FALSE(rows(0).contains("attraction points"));
+  bench().apply(AddAttractionPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(15, 0, 0)});
+  EXPECT_TRUE(rows(0).contains("attraction points"));
+  std::size_t held = window_->plan().shown().bytes_held();
+  bench().apply(AddMesh{"other", Seed{bench().view.crosshair_mm, 6}, {}, 0});
+  EXPECT_GT(window_->plan().shown().bytes_held(), held);
+  held = window_->plan().shown().bytes_held();
+  const std::uint64_t topology = bench().session().topology_revision();
+  for (int n = 0; n < 200 && bench().session().topology_revision() == topology; ++n) bench().advance_steps(10);
+  ASSERT_NE(bench().session().topology_revision(), topology);
+  EXPECT_GT(window_->plan().shown().bytes_held(), held);
+}
+
+TEST_F(PlanPanelTest, TheListIsMadeAnewOnlyWhenThePlanChanges) {
+  const QTreeWidgetItem* row = list().topLevelItem(0);
+  QSlider* slider = window_->forces().row(ForceId::Smoothing, 0)->slider();
+  for (const int position : {300, 400, 500}) slider->setValue(position);
+  bench().advance_steps(5);
+  EXPECT_EQ(list().topLevelItem(0), row);
+}
+
+TEST_F(PlanPanelTest, HiddenItAsksForNoPlan) {
+  window_->show_panel("Forces");
+  ASSERT_TRUE(wait_until([&] { return !window_->plan().in_sight(); }));
+  const StepPlan before = window_->plan().shown();
+  window_->forces().row(ForceId::Region, 0)->slider()->setValue(700);
+  EXPECT_TRUE(window_->plan().shown() == before);
+  window_->show_panel("Plan");
+  ASSERT_TRUE(wait_until([&] { return window_->plan().in_sight(); }));
+  EXPECT_TRUE(rows(0).contains("region targets"));
+}
+
+TEST_F(PlanPanelTest, InATallWindowItStandsBelowTheForces) {
+  window_->show_panel("Forces");
+  ASSERT_TRUE(wait_until([&] { return !window_->plan().in_sight(); }));
+  window_->resize(1300, 1000);
+  ASSERT_TRUE(wait_until([&] { return window_->plan().in_sight(); }));
+  EXPECT_FALSE(window_->forces().visibleRegion().isEmpty());
+  EXPECT_GT(window_->plan().mapTo(window_.get(), QPoint()).y(), window_->forces().mapTo(window_.get(), QPoint()).y());
+  window_->resize(1200, 800);
+  ASSERT_TRUE(wait_until([&] { return !window_->plan().in_sight(); }));
+  EXPECT_FALSE(window_->forces().visibleRegion().isEmpty());
+  window_->show_panel("Plan");
+  EXPECT_TRUE(wait_until([&] { return window_->plan().in_sight(); }));
+}
+
+}  // namespace
+}  // namespace simplexseg

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the window says of steps that were undone and of surfaces that are not sound.
+#include <QLabel>
+
+#include "gui/repeated_warning.h"
+#include "gui/simulation_panel.h"
+#include "window_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+class WarningsTest : public WindowTest {};
+
+TEST_F(WarningsTest, ManyLinesBecomeOneMessageAtATime) {
+  RepeatedWarning warning(50);
+  QStringList told;
+  QObject::connect(&warning, &RepeatedWarning::tell, [&](const QString& text) { told << text; });
+  warning.add({});
+  EXPECT_TRUE(told.isEmpty());
+  warning.add({"mesh 'a': the first"});
+  EXPECT_EQ(told, QStringList{"mesh 'a': the first"});  // at once
+  for (int n = 0; n < 9; ++n) warning.add({"mesh 'a': another", "mesh 'b': the last"});
+  EXPECT_EQ(told.size(), 1);
+  ASSERT_TRUE(wait_until([&] { return told.size() > 1; }));
+  EXPECT_EQ(told[1], "mesh 'b': the last (and 17 more)");
+}
+
+TEST_F(WarningsTest, AFoldedSurfaceIsSaid) {
+  open_phantom();
+  const QLabel* surface = window_->simulation().surface();
+  const QLabel* motion = window_->simulation().motion();
+  EXPECT_EQ(surface->text(), "not run yet");
+  Scene folded = scene();
+  const Volume volume = bench().session().volume();
+  MeshItem& item = folded.meshes[0];
+  item.parameters.values[static_cast<int>(ForceId::Smoothing)][0] = 0;  // nothing moves it
+  folded.simulation.final_vertices = static_cast<float>(item.mesh.vertex_count());
+  bench().open(folded, volume);
+  bench().advance_steps(10, true);
+  bench().run();
+  ASSERT_TRUE(wait_until([&] { return motion->text().contains("at rest"); })) << motion->text().toStdString();
+  EXPECT_EQ(surface->text(), "sound");
+  EXPECT_FALSE(motion->text().contains("not sound"));
+
+  // One vertex through to the other side.
+  item.mesh.positions[0] = 2 * item.seed.centre_mm.cast<float>() - item.mesh.positions[0];
+  item.previous = item.mesh.positions;
+  bench().open(folded, volume);
+  bench().run();
+  ASSERT_TRUE(wait_until([&] { return motion->text().contains("at rest, but not sound"); }))
+      << motion->text().toStdString();
+  EXPECT_TRUE(surface->text().startsWith("folded at ")) << surface->text().toStdString();
+  EXPECT_NE(surface->palette().color(QPalette::WindowText), motion->palette().color(QPalette::WindowText));
+}
+
+}  // namespace
+}  // namespace simplexseg
