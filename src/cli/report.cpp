@@ -30,6 +30,23 @@ Json parameters_json(const Scene& scene) {
   return {{"simulation", simulation}, {"meshes", meshes}};
 }
 
+/// A list for each quantity, all of one length.
+Json trace_json(const std::vector<TraceSample>& trace) {
+  Json json = Json::object();
+  for (const TraceSample& s : trace) {
+    json["seconds"].push_back(s.seconds);
+    json["steps"].push_back(s.steps);
+    json["vertices"].push_back(s.vertices);
+    json["residual_mm"].push_back(s.residual_mm);
+    json["mean_move_mm"].push_back(s.mean_move_mm);
+    if (!s.error) continue;
+    json["error_mean_mm"].push_back(s.error->mean_mm);
+    json["error_p95_mm"].push_back(s.error->p95_mm);
+    json["error_max_mm"].push_back(s.error->max_mm);
+  }
+  return json;
+}
+
 Json mesh_json(const MeshReport& mesh) {
   Json json = {{"name", mesh.name},
                {"vertices", mesh.vertices},
@@ -41,6 +58,7 @@ Json mesh_json(const MeshReport& mesh) {
     json["hd95_mm"] = mesh.agreement->hd95_mm;
     json["assd_mm"] = mesh.agreement->assd_mm;
   }
+  if (!mesh.trace.empty()) json["trace"] = trace_json(mesh.trace);
   return json;
 }
 

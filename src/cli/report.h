@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/metrics.h"
+#include "core/run_trace.h"
 #include "core/scene.h"
 #include "core/simplex_mesh.h"
 
@@ -18,6 +19,7 @@ struct MeshReport {
   int vertices = 0;
   SurfaceMeasures measures{};
   std::optional<Agreement> agreement;  ///< with the reference that the scene names
+  std::vector<TraceSample> trace;      ///< of the run
 };
 
 /// What a run did.

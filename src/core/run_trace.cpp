@@ -53,6 +53,11 @@ void RunTrace::clear() {
   next_ = 0, interval_ = kFirstInterval;
 }
 
+const MeshTrace* RunTrace::of(ItemId mesh) const {
+  const auto found = std::find_if(meshes_.begin(), meshes_.end(), [&](const MeshTrace& m) { return m.mesh == mesh; });
+  return found == meshes_.end() ? nullptr : &*found;
+}
+
 bool RunTrace::has_errors() const {
   return std::any_of(meshes_.begin(), meshes_.end(), [](const MeshTrace& mesh) {
     return std::any_of(mesh.samples.begin(), mesh.samples.end(), [](const TraceSample& s) { return s.error.has_value(); });

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -42,6 +43,8 @@ class RunTrace {
   void set_reference(ItemId mesh, std::shared_ptr<const SurfaceError> reference);
   /// Whether the next sample is to be taken now.
   bool due(std::int64_t steps) const { return steps >= next_; }
+  /// At least 1.
+  int steps_until_due(std::int64_t steps) const { return static_cast<int>(std::clamp<std::int64_t>(next_ - steps, 1, 1 << 20)); }
   /// Measures all meshes. `seconds`: time of the simulation alone, that of earlier samples not counted. Reads poses back
   /// only where a mesh has a reference.
   void sample(const Session& session, double seconds);
@@ -49,6 +52,8 @@ class RunTrace {
   void clear();
 
   const std::vector<MeshTrace>& meshes() const { return meshes_; }
+  /// Null for a mesh that was never sampled.
+  const MeshTrace* of(ItemId mesh) const;
   bool has_errors() const;
 
   /// Residual of each mesh, on a log axis; a mark where the mesh was refined.

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/force_list.h"
+#include "core/profile_reference.h"
 #include "core/region_model.h"
 #include "core/shape_reference.h"
 
@@ -534,15 +535,7 @@ ItemId Session::carry_out(const Command& command) {
 
 void Session::record_profiles(MeshItem& item) const {
   if (volume_.empty()) throw Error("intensity profiles", "there is no volume", "open one first");
-  const float* p = item.parameters.values[static_cast<int>(ForceId::IntensityProfile)];
-  const int half = static_cast<int>(p[IntensityProfileForce::half_length] + 0.5f);
-  const double step = p[IntensityProfileForce::spacing] * volume_.geometry().spacing_mm.minCoeff();
-  item.profiles.clear();
-  for (int i = 0; i < item.mesh.vertex_count(); ++i) {
-    const Eigen::Vector3d normal = vertex_geometry(item.mesh, i).normal;
-    for (int k = -half; k <= half; ++k)
-      item.profiles.push_back(static_cast<float>(volume_.sample(item.mesh.positions[i].cast<double>() + k * step * normal)));
-  }
+  item.profiles = profile_reference_of(item.mesh, volume_, item.parameters);
 }
 
 void Session::replay(const std::vector<LogEntry>& log, int trailing_steps) {

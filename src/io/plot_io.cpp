@@ -156,15 +156,17 @@ class Drawing {
       text(tick.label, left_ - 8, y + 0.36 * kTextPixels, kTextPixels, 1);
     }
     if (!plot_.title.empty()) {
-      const std::string title = fitted(plot_.title, kTitlePixels, width_ - 2 * left_ / 2 - 16);
+      const std::string title = fitted(plot_.title, kTitlePixels, width_ - left_ - 16);
       text(title, left_, 12 + kTitlePixels, kTitlePixels);
     }
     if (!plot_.x_title.empty()) text(fitted(plot_.x_title, kTextPixels, width_ - 16), (left_ + right_) / 2, height_ - 12, kTextPixels, 0.5);
     if (!plot_.y_title.empty()) {
+      const std::string title = fitted(plot_.y_title, kTextPixels, height_ - 8);
+      const double half = text_width(title, kTextPixels) / 2 + 4;      // beside the axis, but not past the picture's ends
       cairo_save(c_);
-      cairo_translate(c_, 8 + kTextPixels, (top_ + bottom_) / 2);
+      cairo_translate(c_, 8 + kTextPixels, std::max(half, std::min((top_ + bottom_) / 2, height_ - half)));
       cairo_rotate(c_, -M_PI / 2);
-      text(fitted(plot_.y_title, kTextPixels, height_ - 8), 0, 0, kTextPixels, 0.5);
+      text(title, 0, 0, kTextPixels, 0.5);
       cairo_restore(c_);
     }
     if (nothing_) {

@@ -126,19 +126,6 @@ Positions run(Engine& engine, const TestScene& scene, int steps) {
   return all;
 }
 
-std::vector<float> profiles_under(const SimplexMesh& mesh, const Volume& volume, const ForceParameters& forces) {
-  const float* p = forces.values[static_cast<int>(ForceId::IntensityProfile)];
-  const int half = static_cast<int>(p[IntensityProfileForce::half_length] + 0.5f);
-  const double step = p[IntensityProfileForce::spacing] * volume.geometry().spacing_mm.minCoeff();
-  std::vector<float> profiles;
-  for (int i = 0; i < mesh.vertex_count(); ++i) {
-    const Eigen::Vector3d normal = vertex_geometry(mesh, i).normal;
-    for (int k = -half; k <= half; ++k)
-      profiles.push_back(static_cast<float>(volume.sample(mesh.positions[i].cast<double>() + k * step * normal)));
-  }
-  return profiles;
-}
-
 SimplexMesh with_noise(SimplexMesh mesh, double sigma_mm, unsigned seed) {
   std::uint64_t counter = static_cast<std::uint64_t>(seed) << 40;
   for (Eigen::Vector3f& p : mesh.positions)
@@ -190,7 +177,7 @@ TestScene busy_scene(int level, double noise_sigma) {
   TestMesh m;
   const SimplexMesh sphere = make_sphere({0.3, -0.2, 0.1}, kPhantomRadius, level);
   m.shape = shape_reference_of(sphere);
-  m.profiles = profiles_under(sphere, scene.volume, m.forces);
+  m.profiles = profile_reference_of(sphere, scene.volume, m.forces);
   m.mesh = make_ellipsoid({0.7, 0.4, -0.5}, {17.6, 19.1, 20.9}, level);
   m.mesh = with_noise(std::move(m.mesh), 0.02 * measure(m.mesh).mean_edge_mm);
   m.region = estimate_region(scene.volume, m.mesh, 20);

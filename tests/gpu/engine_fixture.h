@@ -12,6 +12,7 @@
 #include "core/engine.h"
 #include "core/parameters.h"
 #include "core/phantom.h"
+#include "core/profile_reference.h"
 #include "core/simplex_mesh.h"
 #include "core/volume.h"
 #include "gpu/backend.h"
@@ -60,8 +61,6 @@ SimplexMesh mesh_of(Engine& engine, const TestScene& scene, int mesh = 0);
 /// Loads, takes the steps, fails the test when one fails; positions of mesh 0 or, by default, of all meshes in a row.
 Positions run(Engine& engine, const TestScene& scene, int steps);
 
-/// The intensities along the normal of each vertex, as an intensity-profile force of these parameters wants them.
-std::vector<float> profiles_under(const SimplexMesh& mesh, const Volume& volume, const ForceParameters& forces);
 /// The same mesh with Gaussian noise of `sigma_mm` on every coordinate; the same on every machine.
 SimplexMesh with_noise(SimplexMesh mesh, double sigma_mm, unsigned seed = 1);
 

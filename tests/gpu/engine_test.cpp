@@ -61,7 +61,7 @@ TEST_P(EngineCoreTest, MeshesInOneEngineAreEachAsAlone) {
   for (EnginePoint p : one.points) all.points.push_back({2, p.position_mm});
   // Without image forces on one of them, and a profile of another length on another.
   set(all.meshes[1].forces, {"intensity_profile", "half_length", 2});
-  all.meshes[1].profiles = profiles_under(make_sphere({0, 0, 0}, kPhantomRadius, 2), all.volume, all.meshes[1].forces);
+  all.meshes[1].profiles = profile_reference_of(make_sphere({0, 0, 0}, kPhantomRadius, 2), all.volume, all.meshes[1].forces);
   two.meshes[0] = all.meshes[1];
   Positions expected = run(one, 40);
   for (const TestScene& scene : {two, three}) {
@@ -88,7 +88,7 @@ TEST_P(EngineCoreTest, EveryVoxelTypeGivesTheSame) {
     });
     TestMesh& m = scene.meshes[0];
     m.region = estimate_region(scene.volume, m.mesh, 20);
-    m.profiles = profiles_under(make_sphere({0, 0, 0}, kPhantomRadius, 2), scene.volume, m.forces);
+    m.profiles = profile_reference_of(make_sphere({0, 0, 0}, kPhantomRadius, 2), scene.volume, m.forces);
     const Positions end = run(scene, 60);
     if (expected.empty()) expected = end;
     if (GetParam() == "cpu")
@@ -174,7 +174,7 @@ TEST_P(EngineCoreTest, VoxelsThatAreNoNumbersNeverReachThePositions) {
   for (std::size_t k = 0; k < voxels.size(); ++k) voxels[k] = k % 97 == 0 ? bad[k / 97 % 4] : clean.voxels<float>()[k];
   TestMesh& m = scene.meshes[0];
   m.region = estimate_region(scene.volume, m.mesh, 20);
-  m.profiles = profiles_under(make_sphere({0, 0, 0}, kPhantomRadius, 3), scene.volume, m.forces);
+  m.profiles = profile_reference_of(make_sphere({0, 0, 0}, kPhantomRadius, 3), scene.volume, m.forces);
   const auto engine = make_engine();
   load(*engine, scene);
   const StepOutcome outcome = engine->step(100);

@@ -73,7 +73,7 @@ TEST_P(EveryForceTest, EveryParameterChangesTheResult) {
         scene.meshes[0].forces.values[static_cast<int>(force.id)][k] = other;
         if (force.id == ForceId::IntensityProfile)  // recorded anew when their length changes
           scene.meshes[0].profiles =
-              profiles_under(make_sphere({0.3, -0.2, 0.1}, kPhantomRadius, 3), scene.volume, scene.meshes[0].forces);
+              profile_reference_of(make_sphere({0.3, -0.2, 0.1}, kPhantomRadius, 3), scene.volume, scene.meshes[0].forces);
         const double change = largest_distance(run(scene, 7), expected);
         most = std::max(most, change), least = std::min(least, change);
       }
@@ -169,7 +169,7 @@ TEST_P(EveryForceTest, AFlatImageMovesNothing) {
       weight_of(m.forces, force) = 1;
       set(m.forces, {"gradient", "object", choice});
       set(m.forces, {"intensity_profile", "measure", choice});
-      m.profiles = profiles_under(m.mesh, scene.volume, m.forces);
+      m.profiles = profile_reference_of(m.mesh, scene.volume, m.forces);
       m.region = estimate_region(scene.volume, m.mesh, 20);
       EXPECT_TRUE(same_bits(run(scene, 5), m.mesh.positions)) << force_list()[static_cast<int>(force)].name;
     }
@@ -186,7 +186,7 @@ TEST_P(EveryForceTest, NothingOutsideTheVolumeCounts) {
       m.shape.clear();
       weight_of(m.forces, force) = 1;
       set(m.forces, {"gradient", "object", choice});
-      m.profiles = profiles_under(m.mesh, scene.volume, m.forces);
+      m.profiles = profile_reference_of(m.mesh, scene.volume, m.forces);
       EXPECT_TRUE(same_bits(run(scene, 5), m.mesh.positions)) << force_list()[static_cast<int>(force)].name;
     }
   // Every force, half of the mesh outside, and all of it: finite.

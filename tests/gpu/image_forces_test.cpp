@@ -115,7 +115,7 @@ TEST_P(ImageForcesTest, ProfilesFindTheWayBack) {
       m.forces = with({{"intensity_profile", "weight", 0.5f},
                        {"intensity_profile", "measure", measure},
                        {"smoothing", "weight", 0.2f}});
-      m.profiles = profiles_under(truth, volume, m.forces);
+      m.profiles = profile_reference_of(truth, volume, m.forces);
       const double before = largest_radial_error(m.mesh.positions, kPhantomRadius);
       EXPECT_GT(before, 1.2);
       const double after = largest_radial_error(run(scene, 60), kPhantomRadius);
@@ -129,7 +129,7 @@ TEST_P(ImageForcesTest, ProfilesStayWhereTheyWereRecorded) {
     TestScene scene = sphere_in(volume, kPhantomRadius);
     TestMesh& m = scene.meshes[0];
     m.forces = with({{"intensity_profile", "weight", 1}, {"intensity_profile", "measure", measure}});
-    m.profiles = profiles_under(m.mesh, volume, m.forces);
+    m.profiles = profile_reference_of(m.mesh, volume, m.forces);
     EXPECT_LT(largest_distance(run(scene, 1), m.mesh.positions), 0.2) << "measure " << measure;
   }
 }
@@ -150,7 +150,7 @@ TEST_P(ImageForcesTest, AnUnacceptableProfileDoesNotPull) {
                      {"intensity_profile", "measure", measure},
                      {"intensity_profile", "acceptance", measure == 0 ? 0.9f : 0.01f}});
     m.profiles.clear();  // an image that is upside down: dark inside, bright outside
-    for (float value : profiles_under(make_sphere({0, 0, 0}, kPhantomRadius, 3), scene.volume, m.forces))
+    for (float value : profile_reference_of(make_sphere({0, 0, 0}, kPhantomRadius, 3), scene.volume, m.forces))
       m.profiles.push_back(200 - value);
     EXPECT_TRUE(same_bits(run(scene, 5), m.mesh.positions)) << "measure " << measure;
   }
