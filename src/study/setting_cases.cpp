@@ -21,7 +21,7 @@ Trial alone(const ForceInfo& force, float timestep, bool limited) {
   if (force.id == ForceId::Smoothing) set_value(item.parameters, {"smoothing", "curvature", 1});
   trial.tolerance = 0;
   trial.folds = true, trial.inside_out = true;
-  trial.reach_mm = 200;      // what left the volume coasts: no image force acts there
+  trial.reach_mm = 400;      // what left the volume, or a patch whose point has found another vertex, coasts
   return trial;
 }
 
