@@ -5,12 +5,9 @@
 #include <ostream>
 
 #include "cli/table.h"
-#include "core/error.h"
 #include "io/files.h"
 #include "io/json_input.h"
 #include "io/json_output.h"
-#include "io/scene_io.h"
-#include "io/volume_io.h"
 
 namespace simplexseg {
 using Json = nlohmann::ordered_json;
@@ -33,6 +30,23 @@ Json parameters_json(const Scene& scene) {
   return {{"simulation", simulation}, {"meshes", meshes}};
 }
 
+/// A list for each quantity, all of one length.
+Json trace_json(const std::vector<TraceSample>& trace) {
+  Json json = Json::object();
+  for (const TraceSample& s : trace) {
+    json["seconds"].push_back(s.seconds);
+    json["steps"].push_back(s.steps);
+    json["vertices"].push_back(s.vertices);
+    json["residual_mm"].push_back(s.residual_mm);
+    json["mean_move_mm"].push_back(s.mean_move_mm);
+    if (!s.error) continue;
+    json["error_mean_mm"].push_back(s.error->mean_mm);
+    json["error_p95_mm"].push_back(s.error->p95_mm);
+    json["error_max_mm"].push_back(s.error->max_mm);
+  }
+  return json;
+}
+
 Json mesh_json(const MeshReport& mesh) {
   Json json = {{"name", mesh.name},
                {"vertices", mesh.vertices},
@@ -44,30 +58,11 @@ Json mesh_json(const MeshReport& mesh) {
     json["hd95_mm"] = mesh.agreement->hd95_mm;
     json["assd_mm"] = mesh.agreement->assd_mm;
   }
+  if (!mesh.trace.empty()) json["trace"] = trace_json(mesh.trace);
   return json;
 }
 
 }  // namespace
-
-References::References(const Scene& scene, const std::filesystem::path& scene_folder, const VolumeGeometry& volume) {
-  for (const MeshItem& item : scene.meshes) {
-    if (!item.reference || labels_.count(item.reference->labels)) continue;
-    const std::filesystem::path path = find_data(item.reference->labels, scene_folder);
-    Volume labels = read_volume(path);
-    if (!labels.geometry().same_grid(volume)) {
-      throw Error("mesh '" + item.name + "', reference " + quoted(path),
-                  "its grid (size, spacing, origin or direction) differs from the volume's",
-                  "resample it onto the volume's grid, or leave the reference out of the scene");
-    }
-    labels_.emplace(item.reference->labels, std::move(labels));
-  }
-}
-
-std::optional<Agreement> References::compare_with(const MeshItem& item) const {
-  if (!item.reference) return std::nullopt;
-  const Volume& labels = labels_.at(item.reference->labels);
-  return compare(mask_of(labels, item.reference->value), rasterise(item.mesh, labels.geometry()));
-}
 
 void write_report(const std::filesystem::path& path, const RunReport& report, const Scene& scene) {
   Json json = {{"simplexseg_report", 1}, {"scene", report.scene_path}};

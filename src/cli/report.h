@@ -2,12 +2,12 @@
 #pragma once
 #include <filesystem>
 #include <iosfwd>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/metrics.h"
+#include "core/run_trace.h"
 #include "core/scene.h"
 #include "core/simplex_mesh.h"
 
@@ -19,6 +19,7 @@ struct MeshReport {
   int vertices = 0;
   SurfaceMeasures measures{};
   std::optional<Agreement> agreement;  ///< with the reference that the scene names
+  std::vector<TraceSample> trace;      ///< of the run
 };
 
 /// What a run did.
@@ -36,18 +37,6 @@ struct RunReport {
   std::vector<MeshReport> meshes;
 
   double step_us() const { return steps > 0 ? 1000 * wall_ms / static_cast<double>(steps) : 0; }
-};
-
-/// The truths of a scene's meshes, found and read before a run. Throws Error when one is missing or on another grid
-/// than the volume's.
-class References {
- public:
-  References(const Scene& scene, const std::filesystem::path& scene_folder, const VolumeGeometry& volume);
-  /// None where the mesh names no reference.
-  std::optional<Agreement> compare_with(const MeshItem& item) const;
-
- private:
-  std::map<std::string, Volume> labels_;  ///< by the path in the scene
 };
 
 /// Writes the report as JSON, parameters of `scene` included. Infinite distances are null.

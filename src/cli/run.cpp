@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <map>
 #include <memory>
 #include <ostream>
@@ -11,11 +10,13 @@
 #include "cli/load.h"
 #include "cli/progress.h"
 #include "cli/report.h"
+#include "cli/simulate.h"
 #include "cli/slice_picture.h"
 #include "core/error.h"
 #include "core/label_map.h"
 #include "io/files.h"
 #include "io/mesh_io.h"
+#include "io/references.h"
 #include "io/volume_io.h"
 
 namespace simplexseg {
@@ -24,7 +25,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kMostStepsUntilRest = 100000;
-constexpr double kChunkSeconds = 0.1;  ///< between two looks at the keyboard
 
 struct Options {
   std::string scene, backend = "auto", sampling = "filtered";
@@ -34,20 +34,6 @@ struct Options {
   std::vector<std::string> settings;
   std::string labels, meshes, report, replay, picture;
 };
-
-double seconds_now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-/// Whatever goes wrong from here on is no fault of the input: exit status 1.
-template <class Work>
-auto as_failure(Work work) {
-  try {
-    return work();
-  } catch (const Error& error) {
-    throw Failure(error.what());
-  }
-}
 
 EngineChoice engine_for(const Options& options) {
   return as_failure([&] {
@@ -89,46 +75,6 @@ void check_outputs(const Options& options, const fs::path& volume) {
                   failure ? failure.message() : "there is a file of that name", "name another");
     }
   }
-}
-
-/// Advances by the count of steps, or until rest; in chunks, so that Ctrl+C is heard. The chunks change no bit.
-Advance advance(Session& session, int steps, bool until_rest, const Console& console) {
-  Progress progress(console, "simulating");
-  Advance total;
-  int chunk = 1;
-  while (total.steps < steps && !total.failure && !(until_rest && total.at_rest)) {
-    Interrupt::check();
-    const double start = seconds_now();
-    const Advance part =
-        as_failure([&] { return session.advance_steps(std::min(chunk, steps - total.steps), until_rest); });
-    const double took = seconds_now() - start;
-    total.steps += part.steps;
-    total.at_rest = part.at_rest;
-    total.failure = part.failure;
-    if (part.steps == 0) break;
-    if (took < kChunkSeconds / 2) chunk = std::min(2 * chunk, 1 << 20);
-    if (took > kChunkSeconds * 2) chunk = std::max(chunk / 2, 1);
-    if (!until_rest) progress.set(static_cast<double>(total.steps) / steps);
-  }
-  return total;
-}
-
-/// The log's steps and commands, as Session::replay() does, with an ear for Ctrl+C.
-Advance replay(Session& session, const LogFile& log, const Console& console) {
-  Progress progress(console, "replaying");
-  Advance total;
-  for (std::size_t e = 0; e <= log.log.size() && !total.failure; ++e) {
-    Interrupt::check();
-    const bool last = e == log.log.size();
-    const Advance part =
-        as_failure([&] { return session.advance_steps(last ? log.trailing_steps : log.log[e].steps); });
-    total.steps += part.steps;
-    total.at_rest = part.at_rest;
-    total.failure = part.failure;
-    if (!last && !total.failure) session.apply(log.log[e].command);
-    progress.set(static_cast<double>(e + 1) / static_cast<double>(log.log.size() + 1));
-  }
-  return total;
 }
 
 /// A file name for a mesh: what separates folders is replaced, and a name that is taken gets a number.
@@ -194,11 +140,11 @@ void run(const Options& options, const Console& console) {
 
   const int scene_steps = options.steps.value_or(session.scene_without_poses().steps);
   const bool until_rest = options.until_rest || (!options.steps && scene_steps == 0);
-  const double simulation_start = seconds_now();
-  const Advance advanced = log ? replay(session, *log, console)
-                               : advance(session, until_rest ? kMostStepsUntilRest : scene_steps, until_rest, console);
+  TracedClock clock(session, options.report.empty() ? nullptr : &references);
+  const Advance advanced = log ? replay(session, *log, clock, console)
+                               : simulate(session, until_rest ? kMostStepsUntilRest : scene_steps, until_rest, clock, console);
   session.scene();  // the poses are back from the engine: part of the simulation's time
-  report.wall_ms = 1000 * (seconds_now() - simulation_start);
+  report.wall_ms = 1000 * clock.stop();
   report.steps = advanced.steps;
   report.at_rest = advanced.at_rest;
   report.failure = advanced.failure;
@@ -215,8 +161,9 @@ void run(const Options& options, const Console& console) {
     {
       const Progress progress(console, "measuring");
       for (const MeshItem& item : session.scene().meshes) {
-        report.meshes.push_back(
-            {item.name, item.mesh.vertex_count(), measure(item.mesh), references.compare_with(item)});
+        const MeshTrace* trace = clock.trace().of(item.id);
+        report.meshes.push_back({item.name, item.mesh.vertex_count(), measure(item.mesh), references.compare_with(item),
+                                 trace ? trace->samples : std::vector<TraceSample>{}});
         Interrupt::check();
       }
     }

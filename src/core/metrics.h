@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/distance_map.h"
 #include "core/volume.h"
 
 namespace simplexseg {
@@ -16,6 +17,9 @@ struct Mask {
   VolumeGeometry geometry;
   std::vector<std::uint8_t> voxels;
 };
+
+/// The smallest box that holds the set voxels of both masks, which are on one grid; size 0 when there is none.
+VoxelBox bounding_box(const Mask& a, const Mask& b);
 
 /// Voxels equal to `label`; with no label, all voxels that are neither 0 nor NaN.
 Mask mask_of(const Volume& labels, std::optional<double> label);

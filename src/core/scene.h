@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/colour.h"
 #include "core/engine.h"
 #include "core/parameters.h"
 #include "core/simplex_mesh.h"
@@ -14,11 +15,6 @@
 namespace simplexseg {
 
 using ItemId = std::uint32_t;        ///< of a mesh or a point; never used twice in a session; 0 is none
-
-struct Colour {
-  std::uint8_t red, green, blue;
-  bool operator==(const Colour&) const = default;
-};
 
 /// Truth that a report compares a mesh with.
 struct Reference {

@@ -70,7 +70,31 @@ TEST_F(Run, AReportNamesNoAgreementWhereTheSceneNamesNoReference) {
   nlohmann::json scene = scene_json();
   scene["meshes"][0].erase("reference");
   write_scene("scene.json", scene);
-  EXPECT_FALSE(report_of({})["meshes"][0].contains("dice"));
+  const nlohmann::json report = report_of({});
+  EXPECT_FALSE(report["meshes"][0].contains("dice"));
+  EXPECT_FALSE(report["meshes"][0]["trace"].contains("error_mean_mm"));
+  EXPECT_EQ(report["meshes"][0]["trace"]["residual_mm"].size(), 4u);
+}
+
+TEST_F(Run, TheReportTracesTheRun) {
+  const nlohmann::json report = report_of({"--steps", "65"});
+  const nlohmann::json trace = report["meshes"][0]["trace"];
+  EXPECT_EQ(trace["steps"], (std::vector<int>{0, 10, 20, 30, 40, 50, 60, 65}));
+  for (const char* name : {"seconds", "vertices", "residual_mm", "mean_move_mm", "error_mean_mm", "error_p95_mm", "error_max_mm"})
+    ASSERT_EQ(trace[name].size(), 8u) << name;
+  EXPECT_EQ(trace["vertices"].front(), 80);
+  EXPECT_EQ(trace["vertices"].back(), 320);
+  EXPECT_EQ(trace["seconds"].front(), 0);
+  for (int s = 1; s < 8; ++s) EXPECT_GT(trace["seconds"][s], trace["seconds"][s - 1]);
+  EXPECT_DOUBLE_EQ(1000 * trace["seconds"].back().get<double>(), report["wall_ms"]);
+  EXPECT_LT(trace["error_mean_mm"].back().get<double>(), 0.5 * trace["error_mean_mm"].front().get<double>());
+  EXPECT_LE(trace["error_p95_mm"].back(), trace["error_max_mm"].back());
+  // A report changes no bit of the run.
+  succeed(run({"--steps", "65", "--meshes", path("plain")}));
+  report_of({"--steps", "65", "--meshes", path("traced")});
+  EXPECT_EQ(text_of("plain/ball.ply"), text_of("traced/ball.ply"));
+  // However long the run, the trace stays small.
+  EXPECT_LE(report_of({"--steps", "5000", "--set", "simulation.final_vertices=80"})["meshes"][0]["trace"]["steps"].size(), 201u);
 }
 
 TEST_F(Run, Steps) {

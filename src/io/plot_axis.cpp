@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/plot_axis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+namespace simplexseg {
+namespace {
+
+/// 10 to the power of n, as people write it.
+std::string power_text(int n, bool plain) {
+  if (plain) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.*f", std::max(0, -n), std::pow(10.0, n));
+    return text;
+  }
+  static const char* const digits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+  std::string text = n < 0 ? "10⁻" : "10";
+  for (const char c : std::to_string(std::abs(n))) text += digits[c - '0'];
+  return text;
+}
+
+/// Round numbers from `low` to `high`.
+void make_round_ticks(PlotAxis& axis, double low, double high, int labels) {
+  const double wanted = (high - low) / std::max(labels, 1);
+  const double power = std::pow(10.0, std::floor(std::log10(wanted)));
+  const double ratio = wanted / power;
+  const int lead = ratio <= 1 ? 1 : ratio <= 2 ? 2 : ratio <= 5 ? 5 : 10;
+  const double step = lead * power;
+  const int parts = lead == 2 ? 4 : 5;
+  const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1e-9)), 0, 15);
+  for (double n = std::ceil(low / step * parts); n <= high / step * parts + 1e-9; ++n) {
+    const double value = n * step / parts;
+    std::string label;
+    if (std::fmod(std::abs(n), parts) == 0) {
+      char text[400];
+      if (std::max(std::abs(low), std::abs(high)) < 1e6 && decimals < 7)
+        std::snprintf(text, sizeof text, "%.*f", decimals, n == 0 ? 0.0 : value);
+      else
+        std::snprintf(text, sizeof text, "%.4g", n == 0 ? 0.0 : value);
+      label = text;
+    }
+    axis.ticks.push_back({std::clamp(axis.share(value), 0.0, 1.0), label});
+  }
+}
+
+void make_log_ticks(PlotAxis& axis, int labels) {
+  const int first = static_cast<int>(std::floor(axis.low)), last = static_cast<int>(std::ceil(axis.high));
+  const int decades = last - first, every = std::max(1, (decades + labels - 1) / labels);
+  const bool plain = first >= -3 && last <= 4;
+  // Where hardly a decade is seen, its parts get labels too; of less than half a decade, round numbers.
+  const double seen = axis.high - axis.low;
+  if (seen < 0.5) return make_round_ticks(axis, std::pow(10.0, axis.low), std::pow(10.0, axis.high), labels);
+  for (int n = first; n <= last; ++n) {
+    for (int part = 1; part <= 9; ++part) {
+      const double at = (n + std::log10(part) - axis.low) / seen;
+      if (at < -1e-9 || at > 1 + 1e-9) continue;
+      std::string label;
+      if (part == 1) {
+        if (n % every == 0) label = power_text(n, plain);
+      } else if (every > 2) {
+        continue;
+      } else if ((seen < 1.7 && (part == 2 || part == 5)) || (seen < 1 && part < 9)) {
+        char text[32];
+        std::snprintf(text, sizeof text, "%g", part * std::pow(10.0, n));
+        label = text;
+      }
+      axis.ticks.push_back({std::clamp(at, 0.0, 1.0), label});
+    }
+  }
+}
+
+}  // namespace
+
+bool PlotAxis::holds(double value) const { return std::isfinite(value) && (!log || value > 0); }
+double PlotAxis::share(double value) const { return ((log ? std::log10(value) : value) - low) / (high - low); }
+
+PlotAxis make_axis(const std::vector<double>& values, bool log, int labels) {
+  PlotAxis axis;
+  axis.log = log;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const double value : values) {
+    if (!axis.holds(value)) continue;
+    const double v = log ? std::log10(value) : value;
+    low = std::min(low, v), high = std::max(high, v);
+  }
+  if (!(low <= high)) low = log ? -1 : 0, high = log ? 0 : 1;
+  // Far beyond what a difference in floating point can tell apart, one value has an axis of its own width.
+  const double least = log ? 0.1 : std::max(1e-9 * std::max(std::abs(low), std::abs(high)), 1e-300);
+  if (high - low < least) {
+    const double around = log ? 0.5 : std::max(std::abs(low) * 0.5, 0.5);
+    low -= around, high += around;
+  }
+  const double room = 0.03 * (high - low);
+  // An axis that starts at 0 keeps it.
+  axis.low = !log && low == 0 ? 0 : low - room;
+  axis.high = high + room;
+  if (log)
+    make_log_ticks(axis, labels);
+  else
+    make_round_ticks(axis, axis.low, axis.high, labels);
+  return axis;
+}
+
+}  // namespace simplexseg
