@@ -15,10 +15,11 @@ using Eigen::Vector3d;
 /// Shapes that smoothing alone is let loose on for 2000 steps.
 StabilityCase smoothed(const char* name, const char* what, std::function<SimplexMesh(int)> make, float curvature) {
   return {name, what, CaseOutcome::Bounded, CaseOutcome::Bounded,
-          "smoothing makes a shape rounder, never larger than it was", [=](bool full) {
+          "smoothing makes a shape rounder, never larger than it was; folds on the way are reported", [=](bool full) {
             const SimplexMesh start = make(full ? 3 : 2);
             Trial trial = trial_of(start, Volume(), forces_with({{"smoothing", "weight", 0.5f}, {"smoothing", "curvature", curvature}}));
             trial.steps = 2000;
+            trial.folds = true;
             double farthest = 0;
             for (const Eigen::Vector3f& p : start.positions) farthest = std::max<double>(farthest, p.norm());
             trial.reach_mm = 1.2 * farthest;

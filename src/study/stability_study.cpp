@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <sstream>
 
 namespace simplexseg {
@@ -126,25 +125,26 @@ std::string stability_report(const StabilityStudy& study) {
 }
 
 Plot limits_plot(const StabilityStudy& study) {
-  Plot plot{"Largest stable timestep, Verlet", "predicted", "measured", true, true, {}};
-  std::map<std::string, PlotSeries> series;
-  std::vector<std::string> order;
-  double low = INFINITY, high = 0;
-  for (const StabilityLimit& l : study.limits) {
-    if (!std::isfinite(l.predicted) || !std::isfinite(l.measured)) continue;
-    // Smoothing with every evenness in one colour.
-    const std::string name = l.problem.substr(0, l.problem.find(','));
-    if (!series.contains(name)) {
-      order.push_back(name);
-      series[name].name = name, series[name].colour = plot_colour(order.size() - 1), series[name].markers = true;
+  Plot plot{"Largest stable timestep of Verlet", "stiffness that the forces report", "timestep", true, true, {}};
+  for (const double damping : kLimitDampings) {
+    const Colour colour = plot_colour(plot.series.size() / 2);
+    std::ostringstream name;
+    name << "damping " << damping;
+    PlotSeries bound{name.str() + ", bound", colour, false, true, {}, {}}, found{name.str() + ", measured", colour, true, false, {}, {}};
+    std::vector<std::pair<double, double>> bounds;
+    for (const StabilityLimit& l : study.limits) {
+      if (l.damping != damping || !std::isfinite(l.predicted) || !std::isfinite(l.measured)) continue;
+      const double stiffness = (4 - 2 * damping) / (l.predicted * l.predicted);
+      bounds.emplace_back(stiffness, l.predicted);
+      // A line ends where a value is not a number: markers alone.
+      for (const double x : {stiffness, std::nan("")}) found.x.push_back(x);
+      for (const double y : {l.measured, std::nan("")}) found.y.push_back(y);
     }
-    // A line ends where a value is not a number: markers alone.
-    for (const double value : {l.predicted, std::nan("")}) series[name].x.push_back(value);
-    for (const double value : {l.measured, std::nan("")}) series[name].y.push_back(value);
-    low = std::min(low, l.predicted), high = std::max(high, l.predicted);
+    std::sort(bounds.begin(), bounds.end());
+    for (const auto& [x, y] : bounds) bound.x.push_back(x), bound.y.push_back(y);
+    plot.series.push_back(std::move(bound));
+    plot.series.push_back(std::move(found));
   }
-  plot.series.push_back({"measured = predicted", {128, 128, 128}, false, true, {low, high}, {low, high}});
-  for (const std::string& name : order) plot.series.push_back(series[name]);
   return plot;
 }
 

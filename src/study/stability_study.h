@@ -20,7 +20,7 @@ std::string cases_csv(const StabilityStudy& study);
 std::string limits_csv(const StabilityStudy& study);
 /// Markdown: cases x solvers with what was stated and why, what missed, limits.
 std::string stability_report(const StabilityStudy& study);
-/// Measured against predicted limits.
+/// Limits over stiffness, measured and predicted.
 Plot limits_plot(const StabilityStudy& study);
 
 }  // namespace simplexseg
