@@ -53,6 +53,7 @@ int run_cli(int argc, const char* const* argv, std::ostream& out, std::ostream& 
   add_phantom(app, action);
   add_plan(app, action);
   add_parameters(app, action);
+  add_study(app, action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -33,5 +33,6 @@ void add_compare(CLI::App& app, Action& action);
 void add_phantom(CLI::App& app, Action& action);
 void add_plan(CLI::App& app, Action& action);
 void add_parameters(CLI::App& app, Action& action);
+void add_study(CLI::App& app, Action& action);
 
 }  // namespace simplexseg

@@ -18,6 +18,13 @@ double quantile_of(std::vector<double>& values, double q) {
   return *at;
 }
 
+/// The least width of a range of intensities that is told from rounding: relative, for intensities have any unit; a float
+/// holds its inverse.
+double least_width(double low, double high) {
+  const double size = std::max(std::abs(low), std::abs(high));
+  return size > 0 ? std::max(1e-6 * size, 1e-37) : 1e-6;
+}
+
 int bin_of(double value, const RegionModel& model) {
   const double t = (value - model.low) / (model.high - model.low);
   return static_cast<int>(std::clamp(t, 0.0, 1.0) * (kRegionBins - 1) + 0.5);
@@ -43,11 +50,11 @@ IntensityWindow intensity_window(const Volume& volume) {
       if (std::isfinite(static_cast<double>(voxels[k]))) values.push_back(static_cast<double>(voxels[k]));
     if (values.empty()) return;
     window = {quantile_of(values, 0.005), quantile_of(values, 0.995)};
-    const double tiny = 1e-6 * std::max(1.0, std::abs(window.low));
-    if (!(window.high - window.low > tiny)) {   // few bright voxels, or a constant image
-      const auto [least, most] = std::minmax_element(values.begin(), values.end());
-      window = {*least, *most};
-      if (!(window.high - window.low > tiny)) window.high = window.low + std::max(1.0, std::abs(window.low));
+    if (!(window.high - window.low > least_width(window.low, window.high))) {   // few bright voxels, or a constant image
+      const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
+      window = {*lowest, *highest};
+      const double least = least_width(window.low, window.high);
+      if (!(window.high - window.low > least)) window.high = window.low + 1e6 * least;
     }
   });
   return window;
@@ -85,7 +92,7 @@ RegionModel estimate_region(const Volume& volume, const SimplexMesh& mesh, doubl
   if (object.empty() || background.empty()) return model;
   const double low = std::min(quantile_of(object, 0.02), quantile_of(background, 0.1));
   const double high = std::max(quantile_of(object, 0.98), quantile_of(background, 0.9));
-  const double wider = std::max(0.25 * (high - low), 1e-6 * std::max(1.0, std::abs(low)));
+  const double wider = std::max(0.25 * (high - low), least_width(low, high));
   model.low = low - wider, model.high = high + wider;
   for (double value : object) ++model.object[bin_of(value, model)];
   for (double value : background) ++model.background[bin_of(value, model)];

@@ -161,6 +161,10 @@ TEST_F(BadInput, Usage) {
   expect_refused({"run", scene, "--report", scene}, "scene.json");
   expect_refused({"run", scene, "--meshes", scene}, "scene.json");
   expect_refused({"run", scene, "--picture", path("out.jpg")}, "out.jpg");
+  expect_refused({"study"}, "subcommand");
+  expect_refused({"study", "stability"}, "--out");
+  expect_refused({"study", "stability", "--out", path("x"), "--backend", "abacus"}, "abacus");
+  expect_refused({"study", "stability", "--out", path("x"), "--threads", "-1"}, "-1");
   expect_refused({"phantom", "spere", path("out.nii")}, "spere");
   expect_refused({"phantom", "sphere", path("out.nii"), path("two.nii")}, "OUT");
   expect_refused({"phantom", "label-image", path("truth.nii.gz")}, "LABELS");

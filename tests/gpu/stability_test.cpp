@@ -4,89 +4,31 @@
 
 #include <cmath>
 
-#include "core/shape_reference.h"
 #include "engine_fixture.h"
+#include "study/stability_limits.h"
 
 namespace simplexseg {
 namespace {
 
-class StabilityTest : public EngineTest {
- protected:
-  /// Largest timestep at which the scene's deviation from its fixed point does not grow, by bisection.
-  template <class Deviation>
-  static double measured_limit(const TestScene& scene, double damping, double predicted, const Deviation& deviation) {
-    auto grows = [&](double timestep) {
-      TestScene s = scene;
-      s.simulation = simulation(static_cast<float>(timestep), static_cast<float>(damping), 50);
-      const auto engine = make_engine();
-      load(*engine, s);
-      const double before = deviation(positions_of(*engine, s));
-      for (int batch = 0; batch < 12; ++batch) {
-        if (engine->step(50).failure) return true;
-        const double now = deviation(positions_of(*engine, s));
-        if (!(now < 20 * before)) return true;
-        if (now < 1e-2 * before) return false;
-      }
-      return false;
-    };
-    double stable = 0.5 * predicted, unstable = 2 * predicted;
-    EXPECT_FALSE(grows(stable));
-    EXPECT_TRUE(grows(unstable));
-    while (unstable / stable > 1.005) {
-      const double middle = 0.5 * (stable + unstable);
-      (grows(middle) ? unstable : stable) = middle;
-    }
-    return stable;
-  }
-};
+class StabilityTest : public EngineTest {};
 SIMPLEXSEG_ON_EVERY_BACKEND(StabilityTest);
 
-constexpr double kDampings[] = {0.1, 0.3, 0.9};
-
-double root_mean_square(const Positions& a, const Positions& b) {
-  double sum = 0;
-  for (std::size_t k = 0; k < a.size(); ++k) sum += (a[k] - b[k]).cast<double>().squaredNorm();
-  return std::sqrt(sum / static_cast<double>(a.size()));
+TEST_P(StabilityTest, EveryForceIsStableUpToItsBound) {
+  for (const LimitProblem& problem : limit_problems())
+    for (const double damping : kLimitDampings) {
+      const double predicted = predicted_limit(problem, damping);
+      const StabilityLimit limit{problem.name, Solver::Verlet, damping, predicted,
+                                 measured_limit(problem, Solver::Verlet, damping, make_engine)};
+      EXPECT_TRUE(limit.as_predicted()) << problem.name << ", damping " << damping << ": " << limit.measured
+                                        << " measured, " << predicted << " predicted";
+    }
 }
 
-TEST_P(StabilityTest, ShapeMemory) {
-  TestScene scene;
-  scene.meshes.resize(1);
-  TestMesh& m = scene.meshes[0];
-  const SimplexMesh reference = make_sphere({0, 0, 0}, 20, 2);
-  m.shape = shape_reference_of(reference);
-  m.mesh = with_noise(reference, 0.01);
-  m.forces = with({{"shape_memory", "weight", 0.8f}, {"shape_memory", "scaling", 0}});
-  for (double damping : kDampings) {
-    const double predicted = stable_timestep(stiffness_bound(m.forces, m.shape), static_cast<float>(damping));
-    // Rigid motions cost nothing and may stay: the elevations tell.
-    auto deviation = [&](const Positions& p) {
-      double sum = 0;
-      for (int i = 0; i < reference.vertex_count(); ++i)
-        sum += std::pow(vertex_geometry({p, reference.neighbours}, i).elevation_mm - m.shape[i].z, 2);
-      return std::sqrt(sum / reference.vertex_count());
-    };
-    EXPECT_NEAR(std::pow(measured_limit(scene, damping, predicted, deviation) / predicted, 2), 1, 0.05)
-        << "damping " << damping;
-  }
-}
-
-TEST_P(StabilityTest, LaplacianSmoothing) {
-  TestScene scene;
-  scene.meshes.resize(1);
-  TestMesh& m = scene.meshes[0];
-  // Linear: its fixed point is a point, and noise around it is all there is to grow or shrink.
-  m.mesh = make_sphere({0, 0, 0}, 1, 3);
-  for (Eigen::Vector3f& p : m.mesh.positions) p.setZero();
-  m.mesh = with_noise(m.mesh, 1);
-  m.forces = with({{"smoothing", "weight", 0.8f}, {"smoothing", "evenness", 0}, {"smoothing", "curvature", 0}});
-  const Positions origin(m.mesh.positions.size(), Eigen::Vector3f::Zero());
-  for (double damping : kDampings) {
-    const double predicted = stable_timestep(stiffness_bound(m.forces, {}), static_cast<float>(damping));
-    auto deviation = [&](const Positions& p) { return root_mean_square(p, origin); };
-    EXPECT_NEAR(std::pow(measured_limit(scene, damping, predicted, deviation) / predicted, 2), 1, 0.05)
-        << "damping " << damping;
-  }
+TEST_P(StabilityTest, ThePointImplicitStepHasNoLimit) {
+  for (const LimitProblem& problem : limit_problems())
+    for (const double damping : kLimitDampings)
+      EXPECT_FALSE(deviation_grows(problem, Solver::PointImplicit, damping, 100 * predicted_limit(problem, damping), make_engine))
+          << problem.name << ", damping " << damping;
 }
 
 TEST_P(StabilityTest, EvenSmoothingIsStableWithinItsBound) {
@@ -123,17 +65,6 @@ TestScene one_oscillator(float weight) {
   m.forces = with({{"attraction", "weight", weight}, {"attraction", "order", 0}});
   scene.points = {{0, 1.0005 * m.mesh.positions[7].cast<double>()}};
   return scene;
-}
-
-TEST_P(StabilityTest, AttractionAndImageForces) {
-  const TestScene scene = one_oscillator(0.8f);
-  const Eigen::Vector3f point = scene.points[0].position_mm.cast<float>();
-  for (double damping : kDampings) {
-    const double predicted = stable_timestep(stiffness_bound(scene.meshes[0].forces, {}), static_cast<float>(damping));
-    auto deviation = [&](const Positions& p) { return static_cast<double>((p[7] - point).norm()); };
-    EXPECT_NEAR(std::pow(measured_limit(scene, damping, predicted, deviation) / predicted, 2), 1, 0.05)
-        << "damping " << damping;
-  }
 }
 
 TEST_P(StabilityTest, AnUndampedModeHasThePeriodOfTheDiscreteOscillator) {

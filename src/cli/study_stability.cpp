@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <fstream>
+#include <memory>
+#include <ostream>
+
+#include "cli/progress.h"
+#include "cli/study.h"
+#include "gpu/backend.h"
+#include "io/files.h"
+#include "io/plot_io.h"
+#include "study/stability_study.h"
+
+namespace simplexseg {
+namespace {
+
+struct Options {
+  std::string folder, backend = "auto";
+  int threads = 0;
+};
+
+void write_text(const std::filesystem::path& path, const std::string& text) {
+  AtomicFile file(path);
+  std::ofstream out(file.temporary(), std::ios::binary);
+  out << text;
+  out.close();
+  if (!out) throw file.failed("the disk may be full");
+  file.commit();
+}
+
+void study(const Options& options, const Console& console) {
+  namespace fs = std::filesystem;
+  std::error_code failure;
+  fs::create_directories(options.folder, failure);
+  if (!fs::is_directory(options.folder))
+    throw Error("cannot make the folder " + quoted(options.folder), failure ? failure.message() : "there is a file of that name", "name another");
+  const bool cuda = options.backend == "cuda" || (options.backend == "auto" && why_no_cuda().empty());
+  const EngineFactory make = [&] { return cuda ? make_cuda_engine() : make_cpu_engine(options.threads); };
+  const Interrupt interrupt;
+  StabilityStudy result;
+  {
+    Progress progress(console, "studying stability");
+    result = study_stability(make, [&](double share) {
+      Interrupt::check();
+      progress.set(share);
+    });
+  }
+  const fs::path folder = options.folder;
+  write_text(folder / "stability.csv", cases_csv(result));
+  write_text(folder / "stability_limits.csv", limits_csv(result));
+  write_text(folder / "stability.md", stability_report(result));
+  for (const char* name : {"stability_limits.svg", "stability_limits.png"}) write_plot(folder / name, limits_plot(result), 900, 600);
+  console.out << "wrote stability.md, stability.csv, stability_limits.csv, .svg and .png to " << options.folder << "\n";
+  if (const int missed = result.missed(); missed > 0)
+    throw Failure(std::to_string(missed) + " cases or limits are not as stated; see " + (folder / "stability.md").string());
+}
+
+}  // namespace
+
+void add_study_stability(CLI::App& studies, Action& action) {
+  CLI::App* const sub = studies.add_subcommand(
+      "stability", "Stiff and extreme cases with every solver against the outcomes that are stated for them, and the largest stable "
+                   "timestep of each force against its bound; exit status 1 when one is not as stated");
+  const auto options = std::make_shared<Options>();
+  sub->add_option("--out", options->folder, "Folder for tables and plots; made where it is not")->required();
+  sub->add_option("--backend", options->backend, "auto: CUDA where there is a device, else the CPU")
+      ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
+      ->capture_default_str();
+  sub->add_option("--threads", options->threads, "CPU threads; 0: as many as the machine has")->check(CLI::Range(0, 1024))->capture_default_str();
+  sub->callback([options, &action] { action = [options](const Console& console) { study(*options, console); }; });
+}
+
+}  // namespace simplexseg
