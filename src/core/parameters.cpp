@@ -22,10 +22,10 @@ constexpr auto make_force_list(std::index_sequence<I...>) {
 constexpr auto kForceList = make_force_list(std::make_index_sequence<kForceCount>{});
 
 constexpr ParameterInfo kSimulationTable[] = {
-    {"solver", 0, 0, 5, "", "How a step is taken; automatic: the fastest that is safe.", ParameterKind::Choice, "automatic|verlet|damped|point_implicit|chebyshev|multigrid"},
-    {"timestep", 1.0f, 0.001f, 10, "", "Timestep; forces are accelerations of unit masses."},
-    {"damping", 0.9f, 0, 1, "", "Share of the velocity lost in one step."},
-    {"limit_timestep", 1, 0, 1, "", "Whether the timestep is cut to 90% of the stability bound of each mesh.", ParameterKind::Choice, "off|on"},
+    {"solver", 0, 0, 3, "", "How steps are taken: with the timestep and damping below (verlet), with those that suit the mesh (damped), with a multigrid cycle as well (multigrid), or with what is faster of the last two (automatic).", ParameterKind::Choice, "automatic|verlet|damped|multigrid"},
+    {"timestep", 1.0f, 0.001f, 10, "", "Timestep of the solver verlet; forces are accelerations of unit masses."},
+    {"damping", 0.9f, 0, 1, "", "Share of the velocity lost in one step of the solver verlet."},
+    {"limit_timestep", 1, 0, 1, "", "Whether the timestep of the solver verlet is cut to 90% of the stability bound of each mesh.", ParameterKind::Choice, "off|on"},
     {"refresh_interval", 3, 1, 50, "steps", "How often image targets and attraction bindings are found anew.", ParameterKind::Integer},
     {"start_vertices", 320, 20, 81920, "", "Vertices of a new mesh, rounded up to the next sphere.", ParameterKind::Integer},
     {"final_vertices", 5120, 20, 5242880, "", "Vertices that a mesh is refined to, level by level.", ParameterKind::Integer},

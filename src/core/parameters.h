@@ -49,7 +49,7 @@ int find_parameter(std::span<const ParameterInfo> table, const char* name);
 ForceParameters default_force_parameters();
 
 /// How a step is taken, in the order of the choices of the parameter `solver` (docs/mathematics.md, section 3).
-enum class Solver : int { Automatic, Verlet, Damped, PointImplicit, Chebyshev, Multigrid };
+enum class Solver : int { Automatic, Verlet, Damped, Multigrid };
 
 /// Parameters of the whole simulation, in the order of simulation_table().
 struct SimulationParameters {

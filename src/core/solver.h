@@ -11,7 +11,6 @@ namespace simplexseg {
 enum class StepForm : int {
   Plain,          ///< z = f
   Scaled,         ///< z = f over the vertex's own stiffness bound
-  Implicit,       ///< z = f, and the whole step is divided by 1 + gain times half of the vertex's own stiffness bound
   Corrected,      ///< z = a multigrid cycle on f
 };
 struct StepCoefficients {
@@ -39,11 +38,9 @@ class SolverControl {
              float cycle_cost = 1);
 
   StepForm form() const;
-  /// Automatic: from now on corrected, for another mesh needs it.
-  void correct();
-  /// Of the step `since` steps after the last start or restart.
-  StepCoefficients coefficients(int since) const;
-  bool steady() const { return solver_ != Solver::Chebyshev; }      ///< coefficients are the same for all steps
+  /// Whether image or attraction hold the mesh: what nothing holds has slow modes that are none of its forces' doing.
+  void set_held(bool held) { held_ = held; }
+  StepCoefficients coefficients() const;
 
   /// What the steps of an interval showed: `change` and `square_move` as of MeshMotion; a root mean square move below
   /// `noise_mm` says nothing. True when they were unstable: the interval is to be undone.
@@ -52,16 +49,18 @@ class SolverControl {
   bool cut();
   float cut_factor() const { return cut_; }     ///< of the timestep
   const SolverState& state() const { return state_; }
+  const Stiffness& stiffness() const { return stiffness_; }
 
  private:
   float fastest() const;
   float first_guess() const;
-  bool worth_multigrid() const;
+  void correct_where_worth();
 
   Solver solver_ = Solver::Verlet;
   Stiffness stiffness_;
   StepCoefficients fixed_{0, 0};
   SolverState state_;
+  bool held_ = false;
   float cut_ = 1, cycle_cost_ = 1;
 };
 

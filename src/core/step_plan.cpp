@@ -118,7 +118,7 @@ class PlanBuilder {
     array("kept pose", undoable, !any ? always : undoable ? "steps that grow are undone" : "bounds promise that no step grows",
           n * kTexel);
     array("step coefficients", !meshes_.empty(), meshes_.empty() ? "there is no mesh" : "gain and damping of each mesh's steps",
-          meshes_.size() * kLongestRun * sizeof(StepCoefficients));
+          meshes_.size() * sizeof(StepCoefficients));
     array("motion", needs_.motion_sums > 0, any ? "rest is told by it" : always, needs_.motion_sums * sizeof(MeshMotion));
   }
 

@@ -81,6 +81,8 @@ struct MeshConstants {
   StepForm form;
   float stiffness;       ///< bound of the internal forces
   float model;           ///< k of the multigrid model: half of that
+  float hold;            ///< of every vertex in that model, as a share of k, besides what forces hold it with
+  int root;              ///< the vertex of the coarsest level that stands for the whole mesh, -1: there are no levels
   Vec3 home;             ///< a vertex farther from it than `reach_mm`, along any axis, has left the scene
   float reach_mm;
   int strongest;         ///< the force of the largest bound, to be named where nothing better is known
@@ -154,6 +156,7 @@ struct MeshMotion {
   float change, square_move;               ///< means of -m.(z - z') and |m|^2, m the move before the last step, z and z' after and before it
   float folded;                            ///< vertices whose normal opposes a neighbour's
   float volume;                            ///< mean of (P - P_first) . N, which has the sign of the volume enclosed
+  float hold;                              ///< with a multigrid correction: stiffness of image and attraction in the direction where it is least, a vertex
 };
 
 /// A vertex of a level coarser than its mesh. Those of all levels lie in one row after another, from fine to coarse, so that
@@ -208,7 +211,7 @@ struct StepView {
   AttractionSum* attraction = nullptr;     ///< zero but for vertices that a point pulls in this step
   std::uint8_t* attracted = nullptr;       ///< 1 for vertices in some patch
   LevelsView levels;
-  const StepCoefficients* coefficients = nullptr;       ///< kLongestRun a mesh
+  const StepCoefficients* coefficients = nullptr;       ///< of each mesh
   VolumeView volume;
   StepStatus* status = nullptr;
 };

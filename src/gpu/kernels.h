@@ -62,12 +62,11 @@ struct StepTaker {
   /// A step failed: what comes after it is not done, so that the two poses before it stay.
   SIMPLEXSEG_HD bool halted() const { return (load_relaxed(&v.status->failure) >> 40) < now(); }
 
-  /// x+ = x + (keep (x - x-) + gain z) / divisor. False when it leaves the scene, or is not a number.
-  SIMPLEXSEG_HD bool take(const MeshConstants& m, int i, int mesh, Vec4 here, Vec3 q, Vec3 force, Vec3 z, float half_stiffness) const {
-    const StepCoefficients c = v.coefficients[mesh * kLongestRun + step];
+  /// x+ = x + keep (x - x-) + gain z. False when it leaves the scene, or is not a number.
+  SIMPLEXSEG_HD bool take(const MeshConstants& m, int i, int mesh, Vec4 here, Vec3 q, Vec3 force, Vec3 z) const {
+    const StepCoefficients c = v.coefficients[mesh];
     const Vec3 p = xyz(here);
-    Vec3 move = c.keep * (p - q) + c.gain * z;
-    if (half_stiffness > 0.0f) move = (1.0f / (1.0f + c.gain * half_stiffness)) * move;
+    const Vec3 move = c.keep * (p - q) + c.gain * z;
     const Vec3 x = p + move;
     v.next[i] = with_w(x, end == End::Interval ? dot(p - q, z) - here.w : dot(move, z));
     if (end != End::None) v.oldest[i].w = dot(force, force);
@@ -134,8 +133,9 @@ struct IntegrateKernel {
       return;
     }
     const Vec3 z = m.form == StepForm::Scaled && stiffness > 0.0f ? (1.0f / stiffness) * sum : sum;
-    if (!taker.take(m, i, nb.w, here, q, sum, z, m.form == StepForm::Implicit ? 0.5f * stiffness : 0.0f))
-      taker.report(i, culprit(i, m, nb, p, frame, attraction));
+    // A vertex that no force acts on stays where it is.
+    const bool coasts = m.form == StepForm::Plain || stiffness > 0.0f;
+    if (!taker.take(m, i, nb.w, here, coasts ? q : p, sum, z)) taker.report(i, culprit(i, m, nb, p, frame, attraction));
   }
   /// The force that is strongest.
   SIMPLEXSEG_HD int culprit(int i, const MeshConstants& m, Int4 nb, Vec3 p, Vec4 frame, Vec3 attraction) const {
@@ -169,8 +169,9 @@ struct CorrectedStep {
     if ((load_relaxed(&v.status->failure) >> 40) <= taker.now()) return;
     const Int4 nb = v.neighbours[i];
     const MeshConstants& m = v.meshes[nb.w];
+    if (m.form != StepForm::Corrected) return;      // its step was taken before
     const Vec3 z = end_cycle(v, m, i, nb);
-    if (!taker.take(m, i, nb.w, v.current[i], xyz(v.previous[i]), xyz(v.levels.residual[i]), z, 0.0f)) taker.report(i, m.strongest);
+    if (!taker.take(m, i, nb.w, v.current[i], xyz(v.previous[i]), xyz(v.levels.residual[i]), z)) taker.report(i, m.strongest);
   }
 };
 
@@ -222,7 +223,7 @@ struct MotionOfBlocks {
     }
     move = lanes.sum(move), edges = lanes.sum(edges), force = lanes.sum(force), change = lanes.sum(change);
     square = lanes.sum(square), folded = lanes.sum(folded), volume = lanes.sum(volume);
-    if (lanes.lane == 0) sums[index] = {move, edges, force, change, square, folded, volume};
+    if (lanes.lane == 0) sums[index] = {move, edges, force, change, square, folded, volume, 0};
   }
 };
 
@@ -236,6 +237,16 @@ struct EndOfBatch {
   int blocks;
   MeshMotion* motion;
   StepStatus* result;
+  /// What the mesh is held with in the direction in which it is held least: of the sum of E, determinant over the sum of the
+  /// minors, which is a third to the whole of the smallest eigenvalue.
+  SIMPLEXSEG_HD float hold_of(const MeshConstants& m) const {
+    if (v.levels.stiffness_a == nullptr || m.root < 0) return 0;
+    const float own = m.hold * m.model * m.vertex_count;
+    const VertexSystem e(v.levels.stiffness_a[m.root], v.levels.stiffness_b[m.root], -own);
+    const float a = e.yy * e.zz - e.yz * e.yz, b = e.xx * e.zz - e.xz * e.xz, c = e.xx * e.yy - e.xy * e.xy;
+    const float determinant = e.xx * a + e.xy * (e.xz * e.yz - e.xy * e.zz) + e.xz * (e.xy * e.yz - e.xz * e.yy), minors = a + b + c;
+    return minors > 0.0f ? determinant / minors : 0.0f;
+  }
   template <class L>
   SIMPLEXSEG_HD void operator()(int mesh, L lanes) const {
     const MeshConstants& m = v.meshes[mesh];
@@ -245,10 +256,10 @@ struct EndOfBatch {
       s.mean_move_mm += x.mean_move_mm, s.mean_edge_mm += x.mean_edge_mm, s.mean_square_force += x.mean_square_force, s.change += x.change;
       s.square_move += x.square_move, s.folded += x.folded, s.volume += x.volume;
     }
-    s = {lanes.sum(s.mean_move_mm), lanes.sum(s.mean_edge_mm), lanes.sum(s.mean_square_force), lanes.sum(s.change), lanes.sum(s.square_move), lanes.sum(s.folded), lanes.sum(s.volume)};
+    s = {lanes.sum(s.mean_move_mm), lanes.sum(s.mean_edge_mm), lanes.sum(s.mean_square_force), lanes.sum(s.change), lanes.sum(s.square_move), lanes.sum(s.folded), lanes.sum(s.volume), 0};
     if (lanes.lane != 0) return;
     const float each = m.vertex_count > 0 ? 1.0f / m.vertex_count : 0.0f;
-    motion[mesh] = {s.mean_move_mm * each, s.mean_edge_mm * each * (1.0f / 3.0f), s.mean_square_force * each, s.change * each, s.square_move * each, s.folded, s.volume * each};
+    motion[mesh] = {s.mean_move_mm * each, s.mean_edge_mm * each * (1.0f / 3.0f), s.mean_square_force * each, s.change * each, s.square_move * each, s.folded, s.volume * each, hold_of(m) * each};
     if (mesh == 0) {
       *result = *v.status;
       *v.status = {~0ull, 0, 0};

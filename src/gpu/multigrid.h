@@ -26,8 +26,6 @@ struct VertexSystem {
 };
 /// Share of a Jacobi step that smooths.
 inline constexpr float kRelaxation = 0.7f;
-/// Holds meshes that nothing else holds, as a share of k.
-inline constexpr float kHold = 1e-5f;
 
 /// E of each vertex of the mesh: of an image force k c n n^T, of attraction k w I.
 template <unsigned kMask>
@@ -36,7 +34,7 @@ struct LocalStiffness {
   StepView v;
   SIMPLEXSEG_HD void operator()(int i) const {
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
-    float along = 0, all = kHold * m.model, image = 1;
+    float along = 0, all = m.hold * m.model, image = 1;
     if constexpr ((kMask & bit(ForceId::Attraction)) != 0) {
       if (v.attracted[i] != 0 && m.forces.weight(ForceId::Attraction) > 0.0f) {
         const float w = smaller(v.attraction[i].weight * (1.0f / kFixedPoint), 1.0f);

@@ -114,14 +114,15 @@ class StepEngine final : public Engine {
     view_.mesh_count = static_cast<int>(meshes.size());
     neighbours_.assign(neighbours);
     neighbours_host_ = std::move(neighbours);
-    learnt_.clear();
-    for (const EngineMesh& m : meshes) learnt_.push_back(m.solver);
+    learnt_.clear(), wanted_.clear();
+    for (const EngineMesh& m : meshes) learnt_.push_back(m.solver), wanted_.push_back(m.parameters);
     box_.assign(meshes.size(), Eigen::AlignedBox3d());
     for (std::size_t k = 0; k < meshes.size(); ++k)
       for (const Eigen::Vector3f& x : meshes[k].positions) box_[k].extend(x.cast<double>());
     forget_levels();
+    hold_known_ = false;
     kept_.resize(0);
-    folded_.clear();
+    folded_.clear(), sound_.clear();
     for (auto& x : positions_) x.resize(count);
     positions_[0].upload(previous);
     positions_[1].upload(current);
@@ -141,7 +142,7 @@ class StepEngine final : public Engine {
   }
 
   void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation) override {
-    for (std::size_t k = 0; k < constants_.size(); ++k) constants_[k].forces = meshes[k];
+    wanted_.assign(meshes.begin(), meshes.end());
     learnt_.assign(constants_.size(), {});
     apply_parameters(simulation);
   }
@@ -160,6 +161,8 @@ class StepEngine final : public Engine {
     }
     points_host_ = std::move(list);
     note_reach();
+    for (std::size_t k = 0; k < controls_.size(); ++k)
+      controls_[k].set_held(controls_[k].stiffness().image > 0 || constants_[k].point_count > 0);
     if (!constants_.empty()) meshes_.upload(constants_);
     if (points_.size() != points_host_.size())
       points_.resize(0);
@@ -183,7 +186,7 @@ class StepEngine final : public Engine {
     std::vector<Vec4>& held = held_targets_[mesh][static_cast<int>(force)];
     held.resize(targets.size());
     for (int to = 0; to < c.vertex_count; ++to) held[to] = targets[orders_[mesh][to]];
-    hold_what_is_needed();
+    apply_parameters(simulation_);      // now the force acts
   }
   void read_targets(int mesh, ForceId force, std::span<Vec4> targets) override {
     const MeshConstants& c = constants_.at(mesh);
@@ -211,15 +214,16 @@ class StepEngine final : public Engine {
     while (outcome.steps < count && !outcome.failure) {
       // One batch: to the end of the interval after which the solvers look at what they did, or all of it.
       const bool watched = watched_;
-      const int wanted = std::min(count - outcome.steps, watched ? SolverControl::kInterval - since_watched_ : count);
+      const bool first = corrected_ && !hold_known_;
+      const int wanted = std::min(count - outcome.steps, first ? 1 : watched ? SolverControl::kInterval - since_watched_ : count);
       const bool interval_ends = watched && since_watched_ + wanted == SolverControl::kInterval;
       if (kept_.size() != 0 && since_watched_ == 0) keep_pose();
       int done = 0;
       while (done < wanted) {
         const int length = std::min(wanted - done, kLongestRun);
-        send_coefficients(length);
+        send_coefficients();
         const int ran = run_steps(length, done + length < wanted ? End::None : interval_ends ? End::Interval : End::Batch);
-        done += ran, since_start_ += ran;
+        done += ran;
         if (ran < length) {
           end_batch();
           break;
@@ -239,15 +243,14 @@ class StepEngine final : public Engine {
       } else {
         outcome.steps += done;
         since_watched_ = watched ? (since_watched_ + done) % SolverControl::kInterval : 0;
+        if (first) note_hold();
         if (interval_ends) learn(outcome);
       }
     }
     for (std::size_t k = 0; k < constants_.size(); ++k) {
       outcome.mean_move_mm.push_back(motion_.data()[k].mean_move_mm);
       outcome.mean_edge_mm.push_back(motion_.data()[k].mean_edge_mm);
-      float weights = 0;
-      for (const ForceInfo& force : force_list()) weights += active(force.id) ? constants_[k].forces.weight(force.id) : 0.0f;
-      outcome.residual_mm.push_back(weights > 0 ? std::sqrt(std::max(motion_.data()[k].mean_square_force, 0.0f)) / weights : 0.0f);
+      outcome.residual_mm.push_back(residual_mm(k));
       outcome.folded_vertices.push_back(static_cast<int>(motion_.data()[k].folded));
       outcome.inside_out.push_back(motion_.data()[k].volume < 0);
       outcome.solver.push_back(controls_[k].state());
@@ -361,6 +364,9 @@ class StepEngine final : public Engine {
  private:
   /// Shares of folded vertices: at most so in a sound mesh, more than so in one that is no surface any more.
   static constexpr float kSound = 0.1f, kCrumpled = 0.25f;
+  /// Of the multigrid model, as shares of k. What nothing holds drifts by what its forces do not balance, and a cycle would
+  /// make that a leap: such a mesh is held all over, as are all in the first step. Forces hold it that have this much of k.
+  static constexpr float kHoldFree = 10, kHoldHeld = 1e-5f, kIsHeld = 1e-3f;
 
   template <class Kernel>
   void run(const Kernel& kernel, int n = -1) {
@@ -380,7 +386,7 @@ class StepEngine final : public Engine {
   /// What a recorded run depends on besides the plan, and what it leaves behind.
   struct Phase {
     int oldest, since_refresh;
-    bool refresh_due;
+    bool refresh_due, stiffness_due;
     auto operator<=>(const Phase&) const = default;
   };
   struct RunKey {
@@ -402,7 +408,7 @@ class StepEngine final : public Engine {
     if constexpr (!Executor::kRecords) {
       return do_steps(length, end);
     } else {
-      const RunKey key{{oldest_, since_refresh_, refresh_due_}, length, end};
+      const RunKey key{{oldest_, since_refresh_, refresh_due_, stiffness_due_}, length, end};
       auto found = runs_.find(key);
       if (found == runs_.end()) {
         // Recording costs as much as many launches: only what comes again is worth it.
@@ -415,7 +421,7 @@ class StepEngine final : public Engine {
       if (!run.recorded) {
         const auto before = launches_;
         run.recording = executor_.record([&] { do_steps(length, end); });
-        run.after = {oldest_, since_refresh_, refresh_due_}, run.measured_at_refresh = measured_at_refresh_;
+        run.after = {oldest_, since_refresh_, refresh_due_, stiffness_due_}, run.measured_at_refresh = measured_at_refresh_;
         for (const auto& [name, n] : launches_) {
           const auto was = before.find(name);
           const std::uint64_t more = n - (was == before.end() ? 0 : was->second);
@@ -423,7 +429,7 @@ class StepEngine final : public Engine {
         }
         run.recorded = true;
       } else {
-        oldest_ = run.after.oldest, since_refresh_ = run.after.since_refresh, refresh_due_ = run.after.refresh_due;
+        oldest_ = run.after.oldest, since_refresh_ = run.after.since_refresh, refresh_due_ = run.after.refresh_due, stiffness_due_ = run.after.stiffness_due;
         measured_at_refresh_ = run.measured_at_refresh;
         for (const auto& [name, n] : run.launches) launches_[name] += n;
       }
@@ -457,7 +463,8 @@ class StepEngine final : public Engine {
     if (refresh) find_targets(attract);
     if (end != End::None) measured_at_refresh_ = refresh;
     if (levels_held()) {
-      if (refresh) find_stiffness();
+      if (refresh || stiffness_due_) find_stiffness();
+      stiffness_due_ = false;
       integrate(of_run, End::None);
       correct(of_run, end);
     } else {
@@ -476,21 +483,23 @@ class StepEngine final : public Engine {
 
   void apply_parameters(const SimulationParameters& simulation) {
     controls_.resize(constants_.size());
-    since_start_ = 0, since_watched_ = 0;
+    simulation_ = simulation;
+    since_watched_ = 0;
     for (std::size_t k = 0; k < constants_.size(); ++k) {
       MeshConstants& c = constants_[k];
+      c.forces = wanted_[k];
       const MeshNeeds needs = mesh_needs(static_cast<int>(k));
       for (const ForceInfo& force : force_list())
         if (!needs.acts(force.id)) c.forces.values[static_cast<int>(force.id)][0] = 0;
       const Stiffness stiffness = stiffness_of(c.forces, references_[k]);
-      c.stiffness = stiffness.internal, c.model = 0.5f * stiffness.internal;
+      c.stiffness = stiffness.internal, c.model = std::max(0.5f * stiffness.internal, 0.1f * (stiffness.image + stiffness.attraction));
       c.strongest = strongest(c.forces);
       controls_[k].start(simulation, stiffness, learnt_[k], Executor::kCycleCost);
       c.voxel_mm = volume_.empty() ? 1.0f : static_cast<float>(volume_.geometry().spacing_mm.minCoeff());
     }
     refresh_interval_ = static_cast<int>(simulation.refresh_interval + 0.5f);
     keeps_pose_ = simulation.may_grow();
-    watched_ = keeps_pose_ || simulation.solver() == Solver::Damped || simulation.solver() == Solver::Chebyshev;
+    watched_ = keeps_pose_ || simulation.solver() == Solver::Damped;
     note_reach();
     apply_forms();
     refresh_due_ = true;
@@ -501,14 +510,13 @@ class StepEngine final : public Engine {
     bool corrected = false;
     for (const SolverControl& control : controls_) corrected = corrected || control.form() == StepForm::Corrected;
     corrected_ = corrected;
-    for (std::size_t k = 0; k < constants_.size(); ++k) {
-      // All meshes go through the levels, or none.
-      if (corrected) controls_[k].correct();
-      constants_[k].form = controls_[k].form();
-    }
-    meshes_.assign(constants_);
+    for (std::size_t k = 0; k < constants_.size(); ++k) constants_[k].form = controls_[k].form(), constants_[k].hold = kHoldFree;
+    hold_known_ = false, stiffness_due_ = true;
     sent_coefficients_.clear();
     hold_what_is_needed();
+    for (std::size_t k = 0; k < constants_.size(); ++k) constants_[k].root = levels_held() ? roots_[k] : -1;
+    meshes_.assign(constants_);
+    update_view();
   }
 
   static int strongest(const ForceParameters& forces) {
@@ -537,21 +545,18 @@ class StepEngine final : public Engine {
     }
   }
 
-  void send_coefficients(int length) {
-    std::vector<StepCoefficients>& now = coefficients_host_;
-    now.assign(constants_.size() * kLongestRun, {});
-    for (std::size_t k = 0; k < constants_.size(); ++k)
-      for (int step = 0; step < kLongestRun; ++step)
-        now[k * kLongestRun + step] = controls_[k].steady() && step > 0 ? now[k * kLongestRun] : step < length ? controls_[k].coefficients(since_start_ + step) : StepCoefficients{0, 0};
-    if (now == sent_coefficients_) return;
-    coefficients_.upload(now);
-    sent_coefficients_ = now;
+  void send_coefficients() {
+    coefficients_host_.clear();
+    for (const SolverControl& control : controls_) coefficients_host_.push_back(control.coefficients());
+    if (coefficients_host_ == sent_coefficients_) return;
+    coefficients_.upload(coefficients_host_);
+    sent_coefficients_ = coefficients_host_;
   }
 
   /// Before an interval that may have to be undone. A pose that is folded takes the place of none that is not.
   void keep_pose() {
     update_view();
-    if (folded_.size() != constants_.size()) {
+    if (sound_.size() != constants_.size()) {
       run(GeometryKernel{view_});
       end_batch();
       executor_.wait();
@@ -565,6 +570,11 @@ class StepEngine final : public Engine {
       run(KeepPose{view_.current, kept_.data(), constants_[k].first_vertex}, constants_[k].vertex_count);
     }
   }
+  float residual_mm(std::size_t k) {
+    float weights = 0;
+    for (const ForceInfo& force : force_list()) weights += active(force.id) ? constants_[k].forces.weight(force.id) : 0.0f;
+    return weights > 0 ? std::sqrt(std::max(motion_.data()[k].mean_square_force, 0.0f)) / weights : 0.0f;
+  }
   void note_folds() {
     folded_.clear();
     for (std::size_t k = 0; k < constants_.size(); ++k) folded_.push_back(motion_.data()[k].folded / static_cast<float>(std::max(constants_[k].vertex_count, 1)));
@@ -573,7 +583,10 @@ class StepEngine final : public Engine {
   /// timesteps fold it too, it is the forces that do.
   bool crumpled(std::size_t k) {
     constexpr int kTries = 6;
-    return kept_.size() != 0 && folded_[k] > kCrumpled && sound_[k] <= kSound && unfolds_[k]++ < kTries;
+    if (kept_.size() == 0 || folded_[k] <= kCrumpled || sound_[k] > kSound) return false;
+    // What only smooths itself away has hardly a force left, and short edges.
+    const float edge = constants_[k].edge_mm;
+    return (residual_mm(k) > 0.25f * edge || motion_.data()[k].mean_edge_mm > 2 * edge) && unfolds_[k]++ < kTries;
   }
 
   /// At the end of an interval.
@@ -592,14 +605,15 @@ class StepEngine final : public Engine {
       const MeshConstants& c = constants_[k];
       const float farthest = std::max({std::abs(c.home.x), std::abs(c.home.y), std::abs(c.home.z)}) + motion.mean_edge_mm;
       const float noise = std::max(1e-4f * motion.mean_edge_mm, 1e-6f * farthest);
-      const SolverState before = controls_[k].state();
       if (controls_[k].learn(motion.change, motion.square_move, noise) && !measured_at_refresh_) {
         undo({static_cast<int>(k), -1, static_cast<ForceId>(c.strongest), StepFailure::What::Grew}, outcome);
       }
-      if (std::abs(before.slowest - controls_[k].state().slowest) > 0.5f * before.slowest) since_start_ = 0;
       corrected_ = corrected_ || controls_[k].form() == StepForm::Corrected;
     }
-    if (corrected_ != corrected) apply_forms();
+    if (corrected_ != corrected)
+      apply_forms();
+    else if (corrected_)
+      note_hold();
   }
 
   /// Puts the mesh back to the pose that was kept, or to the last good one, at rest, and halves its timestep.
@@ -612,13 +626,26 @@ class StepEngine final : public Engine {
     executor_.wait();
     if (attraction_.size() != 0) attraction_.fill_zero();
     refresh_due_ = true;
-    since_watched_ = 0, since_start_ = 0;
+    since_watched_ = 0;
     watched_ = true;
-    if (!folded_.empty()) folded_[failure.mesh] = std::min(folded_[failure.mesh], sound_[failure.mesh]);
+    if (!sound_.empty() && !folded_.empty()) folded_[failure.mesh] = std::min(folded_[failure.mesh], sound_[failure.mesh]);
     if (controls_[failure.mesh].cut())
       outcome.cuts.push_back({failure, controls_[failure.mesh].cut_factor()});
     else
       outcome.failure = failure;
+  }
+
+  /// Whether forces hold each mesh.
+  void note_hold() {
+    bool anew = false;
+    for (std::size_t k = 0; k < constants_.size(); ++k) {
+      MeshConstants& c = constants_[k];
+      const float hold = motion_.data()[k].hold > kIsHeld * c.model ? kHoldHeld : kHoldFree;
+      anew = anew || hold != c.hold;
+      c.hold = hold;
+    }
+    hold_known_ = true;
+    if (anew) meshes_.upload(constants_), stiffness_due_ = true;
   }
 
   bool levels_held() const { return level_first_.size() > 1; }
@@ -643,7 +670,7 @@ class StepEngine final : public Engine {
     std::vector<CoarseRow> rows;
     std::vector<int> parts, coarse_of;
     std::vector<CoarseEdge> edges;
-    std::vector<int> finer;                       // of each mesh: its first vertex on the level above
+    std::vector<int> finer;                       // of each mesh: its first vertex on the level above, at last its root
     for (const MeshConstants& c : constants_) finer.push_back(c.first_vertex);
     int next = view_.vertex_count;
     coarse_of.assign(next, 0);
@@ -670,6 +697,7 @@ class StepEngine final : public Engine {
       }
       level_first_.push_back(next);
     }
+    roots_ = finer;
     rows.push_back({static_cast<int>(parts.size()), static_cast<int>(edges.size()), 0, 0});
     if (edges.empty()) edges.push_back({0, 0});
     rows_.assign(rows), parts_.assign(parts), edges_.assign(edges), coarse_of_.assign(coarse_of);
@@ -779,7 +807,7 @@ class StepEngine final : public Engine {
     const std::size_t all = levels_held() ? level_first_.back() : 0;
     for (auto* array : {&residual_, &correction_, &relaxed_, &stiffness_a_, &stiffness_b_}) hold(*array, levels_held(), all);
     hold(kept_, keeps_pose_, n);
-    if (coefficients_.size() != constants_.size() * kLongestRun) coefficients_.resize(constants_.size() * kLongestRun), sent_coefficients_.clear();
+    if (coefficients_.size() != constants_.size()) coefficients_.resize(constants_.size()), sent_coefficients_.clear();
     // What earlier bindings left in the sums would go on pulling.
     if (attract) attraction_.fill_zero();
     update_view();
@@ -885,14 +913,18 @@ class StepEngine final : public Engine {
   typename Executor::NeighbourArray neighbours_;
   std::vector<SolverControl> controls_;
   std::vector<SolverState> learnt_;
+  std::vector<ForceParameters> wanted_;
   std::vector<Eigen::AlignedBox3d> box_;     ///< of each mesh as it was loaded
   std::vector<Int4> neighbours_host_;
   std::vector<float> folded_, sound_;        ///< share of folded vertices of each mesh at the end of the last interval, and in the pose that is kept
   std::vector<int> unfolds_;                 ///< how often a mesh was undone because it folded
+  bool stiffness_due_ = false, hold_known_ = false;
   bool watched_ = false;                     ///< every interval of steps is looked at
   bool keeps_pose_ = false, corrected_ = false, measured_at_refresh_ = false;
-  int since_watched_ = 0, since_start_ = 0;
+  int since_watched_ = 0;
+  SimulationParameters simulation_{};
   std::vector<StepCoefficients> coefficients_host_, sent_coefficients_;
+  std::vector<int> roots_;                   ///< of each mesh: the vertex that stands for all of it
   std::vector<int> level_first_;             ///< first vertex of each coarser level, and the end of the last
   Array<StepCoefficients> coefficients_;
   Array<CoarseRow> rows_;

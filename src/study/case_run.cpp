@@ -68,6 +68,8 @@ Said run_in_engine(const Trial& trial, const EngineFactory& make_engine) {
     engine->set_points(points);
     said.outcome = engine->step(trial.steps);
     said.steps = said.outcome.steps;
+    for (const TimestepCut& cut : said.outcome.cuts)
+      said.cuts.push_back("mesh '" + said.end.meshes[cut.failure.mesh].name + "': force " + force_list()[static_cast<int>(cut.failure.force)].name);
     if (const auto& failure = said.outcome.failure)
       said.failure = "mesh '" + said.end.meshes[failure->mesh].name + "': force " +
                      force_list()[static_cast<int>(failure->force)].name;

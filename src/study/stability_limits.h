@@ -22,22 +22,20 @@ std::vector<LimitProblem> limit_problems();
 double predicted_limit(const LimitProblem& problem, double damping);
 
 /// Whether the deviation grows (by 20 times within 600 steps, or a step is undone) at this timestep.
-bool deviation_grows(const LimitProblem& problem, Solver solver, double damping, double timestep,
-                     const EngineFactory& make_engine);
+bool deviation_grows(const LimitProblem& problem, double damping, double timestep, const EngineFactory& make_engine);
 /// Largest timestep at which it does not, within 0.5%; 0 when it grows at half of the predicted one, infinity when it
 /// does not grow at a hundred times that.
-double measured_limit(const LimitProblem& problem, Solver solver, double damping, const EngineFactory& make_engine);
+double measured_limit(const LimitProblem& problem, double damping, const EngineFactory& make_engine);
 
 struct StabilityLimit {
   std::string problem;
-  Solver solver;
-  double damping, predicted, measured;               ///< predicted: infinite where no limit is expected
+  double damping, predicted, measured;
   double difference() const { return measured / predicted - 1; }
-  /// The stiffness that the measured limit stands for within 5% of the bound; no limit where none is expected.
+  /// The stiffness that the measured limit stands for within 5% of the bound.
   bool as_predicted() const;
 };
 inline constexpr double kLimitDampings[] = {0.1, 0.3, 0.9};
-/// Every problem with each solver that takes the timestep as it is given: Verlet, and point-implicit, which has no limit.
+/// Every problem with Verlet, which takes the timestep as it is given; other solvers choose their own steps.
 std::vector<StabilityLimit> stability_limits(const EngineFactory& make_engine);
 
 }  // namespace simplexseg

@@ -61,15 +61,6 @@ TEST_P(AnalyticScenes, VerletIsOfSecondOrderUndampedAndOfFirstDamped) {
   }
 }
 
-// (1 + dt^2 D)(x+ - x) = (1-g)(x - x-) + dt^2 a holds back by D (x+ - x), which is dt D x': a damping of order dt.
-TEST_P(AnalyticScenes, PointImplicitIsOfFirstOrder) {
-  const AnalyticScene scene = oscillator_scene(1.5);
-  if (error(scene, Solver::PointImplicit, 8, 40, 0) == error(scene, Solver::Verlet, 8, 40, 0))
-    GTEST_SKIP() << "skipped: the engine takes Verlet's step";
-  for (double damping_rate : {0.0, 0.3})
-    EXPECT_NEAR(order(scene, Solver::PointImplicit, damping_rate, 160), 1, 0.2) << damping_rate;
-}
-
 TEST_P(AnalyticScenes, TheSpringMeshEndsAtItsSolution) {
   const AnalyticScene scene = spring_mesh_scene();
   const auto engine = load(scene, 0, 0, limited(1, 0.2f, 1000000));

@@ -17,18 +17,11 @@ TEST_P(StabilityTest, EveryForceIsStableUpToItsBound) {
   for (const LimitProblem& problem : limit_problems())
     for (const double damping : kLimitDampings) {
       const double predicted = predicted_limit(problem, damping);
-      const StabilityLimit limit{problem.name, Solver::Verlet, damping, predicted,
-                                 measured_limit(problem, Solver::Verlet, damping, make_engine)};
+      const StabilityLimit limit{problem.name, damping, predicted,
+                                 measured_limit(problem, damping, make_engine)};
       EXPECT_TRUE(limit.as_predicted()) << problem.name << ", damping " << damping << ": " << limit.measured
                                         << " measured, " << predicted << " predicted";
     }
-}
-
-TEST_P(StabilityTest, ThePointImplicitStepHasNoLimit) {
-  for (const LimitProblem& problem : limit_problems())
-    for (const double damping : kLimitDampings)
-      EXPECT_FALSE(deviation_grows(problem, Solver::PointImplicit, damping, 100 * predicted_limit(problem, damping), make_engine))
-          << problem.name << ", damping " << damping;
 }
 
 TEST_P(StabilityTest, EvenSmoothingIsStableWithinItsBound) {
