@@ -125,11 +125,11 @@ struct PointView {
   int order;             ///< of the neighbourhood that was found for it
   int patch_count;       ///< entries of it
 };
-/// Sums over the attraction points of a vertex in fixed point (2^-20), so that the order of adding does not matter.
+/// Sums over the attraction points of a vertex in fixed point (2^-28), so that the order of adding does not matter.
 struct alignas(32) AttractionSum {
   long long weight, x, y, z;
 };
-inline constexpr float kFixedPoint = 1048576.0f;
+inline constexpr float kFixedPoint = 268435456.0f;
 inline constexpr int kMaxNeighbourhoodOrder = 10;
 inline constexpr int kMaxPatch = 1 + 3 * kMaxNeighbourhoodOrder * (kMaxNeighbourhoodOrder + 1) / 2 + 60;
 
