@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kShares[] = {0.1, 0.01, 0.001};
 constexpr int kMiddleInterval = 3;
+constexpr double kMostShown = 10;        ///< what diverges further would press all else to one line
 
 /// Three digits, as people write them.
 std::string short_number(double value) {
@@ -120,7 +121,8 @@ Plot held_plot(const ErrorTimeResult& result, bool against_steps, bool normal_pa
     series.dashed = curve.method.simulation.limit_timestep == 0 && !curve.method.baseline;
     for (const HeldSample& s : curve.samples) {
       series.x.push_back(against_steps ? static_cast<double>(s.steps) : s.seconds);
-      series.y.push_back(normal_part ? s.normal : s.whole);
+      const double error = normal_part ? s.normal : s.whole;
+      series.y.push_back(error < kMostShown ? error : std::nan(""));
     }
     plot.series.push_back(std::move(series));
   }
@@ -149,7 +151,8 @@ Plot refresh_plot(const ErrorTimeResult& result) {
     const auto known = std::find(intervals.begin(), intervals.end(), curve.variant.refresh_interval);
     const auto colour = static_cast<std::size_t>(known - intervals.begin());
     if (known == intervals.end()) intervals.push_back(curve.variant.refresh_interval);
-    PlotSeries series = live_series(curve, "every " + std::to_string(curve.variant.refresh_interval) + " steps, " + start_name(curve.variant));
+    const int interval = curve.variant.refresh_interval;
+    PlotSeries series = live_series(curve, (interval == 1 ? std::string("every step, ") : "every " + std::to_string(interval) + " steps, ") + start_name(curve.variant));
     series.colour = plot_colour(colour);
     plot.series.push_back(std::move(series));
   }
