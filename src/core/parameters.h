@@ -65,6 +65,10 @@ struct SimulationParameters {
   float rest_tolerance_voxels;
   float frame_budget_ms;
 
+  /// No bound promises that steps do not grow: those of a multigrid cycle, and with a timestep of the user's own.
+  bool may_grow() const {
+    return solver() == Solver::Automatic || solver() == Solver::Multigrid || (solver() == Solver::Verlet && limit_timestep < 0.5f);
+  }
   Solver solver() const { return static_cast<Solver>(static_cast<int>(solver_choice + 0.5f)); }
 };
 std::span<const ParameterInfo> simulation_table();

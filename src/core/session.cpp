@@ -75,7 +75,7 @@ const Scene& Session::scene() const {
   return scene_;
 }
 
-StepPlan Session::plan() const { return make_plan(scene_, volume_, finest_); }
+StepPlan Session::plan() const { return make_plan(scene_, volume_, finest_, engine_->held_arrays()); }
 const char* Session::undo_title() const { return undo_.empty() ? "" : title_of(undo_.back().command); }
 const char* Session::redo_title() const { return redo_.empty() ? "" : title_of(redo_.back().command); }
 

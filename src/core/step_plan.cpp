@@ -2,6 +2,7 @@
 #include "core/step_plan.h"
 
 #include "core/region_model.h"
+#include "core/solver.h"
 #include "core/step_needs.h"
 #include "core/step_view.h"
 #include "core/volume.h"
@@ -11,8 +12,8 @@ namespace {
 
 class PlanBuilder {
  public:
-  PlanBuilder(const Scene& scene, const Volume& volume, std::span<const char> finest)
-      : scene_(scene), volume_(volume) {
+  PlanBuilder(const Scene& scene, const Volume& volume, std::span<const char> finest, std::span<const Engine::HeldArray> held)
+      : scene_(scene), volume_(volume), held_(held) {
     for (const MeshItem& item : scene.meshes) {
       const std::size_t k = meshes_.size();
       meshes_.push_back({item.parameters, item.mesh.vertex_count(), k < finest.size() && finest[k] != 0,
@@ -22,6 +23,12 @@ class PlanBuilder {
     }
     points_ = scene.points.size();
     needs_ = needs_of(meshes_, !volume.empty(), static_cast<int>(points_));
+    for (const MeshItem& item : scene.meshes) {
+      SolverControl control;
+      control.start(scene.simulation, stiffness_of(item.parameters, item.shape), item.solver);
+      corrected_ = corrected_ || control.form() == StepForm::Corrected;
+    }
+    if (!held.empty()) corrected_ = held_bytes("levels") > 0;
     refresh_interval_ = static_cast<int>(scene.simulation.refresh_interval + 0.5f);
     refresh_ = std::to_string(refresh_interval_);
   }
@@ -61,6 +68,17 @@ class PlanBuilder {
     add("kernel", name, needed, std::move(why), bytes);
   }
 
+  std::size_t held_bytes(const char* name) const {
+    for (const Engine::HeldArray& array : held_)
+      if (array.name == name) return array.bytes;
+    return 0;
+  }
+  std::string why_corrected() const {
+    if (corrected_) return "slow modes are worth a multigrid cycle in every step";
+    return scene_.simulation.solver() == Solver::Automatic ? "no slow mode has been seen that is worth a multigrid cycle"
+                                                           : "the solver takes no multigrid cycle";
+  }
+
   void add_arrays() {
     const std::size_t n = vertices_, points = points_;
     const bool any = n > 0, attraction = needs_.uses(ForceId::Attraction), region = needs_.uses(ForceId::Region);
@@ -91,6 +109,16 @@ class PlanBuilder {
     array("mesh constants", !meshes_.empty(),
           meshes_.empty() ? "there is no mesh" : "weights and parameters of each mesh",
           meshes_.size() * sizeof(MeshConstants));
+    const bool corrected = any && corrected_, undoable = any && scene_.simulation.may_grow();
+    const auto about = [&](double bytes_a_vertex) { return static_cast<std::size_t>(bytes_a_vertex * static_cast<double>(n)); };
+    // A level has a quarter of the vertices of the one above it, later a sixth.
+    const std::size_t levels = held_bytes("levels"), vectors = held_bytes("level vectors");
+    array("levels", corrected, any ? why_corrected() : always, levels > 0 ? levels : about(35));
+    array("level vectors", corrected, any ? why_corrected() : always, vectors > 0 ? vectors : about(5 * kTexel * 1.31));
+    array("kept pose", undoable, !any ? always : undoable ? "steps that grow are undone" : "bounds promise that no step grows",
+          n * kTexel);
+    array("step coefficients", !meshes_.empty(), meshes_.empty() ? "there is no mesh" : "gain and damping of each mesh's steps",
+          meshes_.size() * kLongestRun * sizeof(StepCoefficients));
     array("motion", needs_.motion_sums > 0, any ? "rest is told by it" : always, needs_.motion_sums * sizeof(MeshMotion));
   }
 
@@ -152,6 +180,17 @@ class PlanBuilder {
                                        needs_.uses(ForceId::IntensityProfile) + needs_.uses(ForceId::Region));
     kernel("integrate", any, always + (any ? ": sums the forces that act and takes the step" : ""),
            n * (read + kTexel));
+    const bool corrected = any && corrected_;
+    const std::string cycle = any ? why_corrected() : always;
+    // Five vectors and three neighbours' corrections on the mesh; about a third of it on all coarser levels.
+    kernel("stiffness", corrected, cycle + (corrected ? at_refresh : ""), n * 4 * kTexel);
+    kernel("coarse stiffness", corrected, cycle + (corrected ? at_refresh : ""), n * 3 * kTexel);
+    kernel("restrict", corrected, cycle, n * 8 * kTexel);
+    kernel("prolong", corrected, cycle, n * 3 * kTexel);
+    kernel("corrected step", corrected, cycle, n * 12 * kTexel);
+    const bool undoable = any && scene_.simulation.may_grow();
+    kernel("keep pose", undoable, !any ? always : undoable ? "steps that grow are undone; once in ten steps" : "bounds promise that no step grows",
+           n * 2 * kTexel);
     kernel("motion", any, any ? "rest is told by it; once in a batch of steps" : always, n * 3 * kTexel);
     kernel("end of batch", any, any ? "means of the motion, and the status; once in a batch of steps" : always,
            needs_.motion_sums * sizeof(MeshMotion));
@@ -159,6 +198,8 @@ class PlanBuilder {
 
   const Scene& scene_;
   const Volume& volume_;
+  std::span<const Engine::HeldArray> held_;
+  bool corrected_ = false;
   std::vector<MeshNeeds> meshes_;
   StepNeeds needs_;
   std::size_t vertices_ = 0, points_ = 0, region_values_ = 0;
@@ -176,15 +217,16 @@ std::size_t StepPlan::bytes_held() const {
   return sum;
 }
 
-StepPlan make_plan(const Scene& scene, const Volume& volume, std::span<const char> finest) {
-  return PlanBuilder(scene, volume, finest).build();
+StepPlan make_plan(const Scene& scene, const Volume& volume, std::span<const char> finest,
+                   std::span<const Engine::HeldArray> held) {
+  return PlanBuilder(scene, volume, finest, held).build();
 }
 
 StepPlan make_plan(const Scene& scene, const Volume& volume) {
   const double voxel_mm = volume.empty() ? 1.0 : volume.geometry().spacing_mm.minCoeff();
   std::vector<char> finest;
   for (const MeshItem& item : scene.meshes) finest.push_back(is_finest(item, scene.simulation, voxel_mm));
-  return make_plan(scene, volume, finest);
+  return make_plan(scene, volume, finest, {});
 }
 
 }  // namespace simplexseg

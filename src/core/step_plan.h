@@ -27,7 +27,9 @@ struct StepPlan {
   bool operator==(const StepPlan&) const = default;
 };
 StepPlan make_plan(const Scene& scene, const Volume& volume);
-/// The same where it is known which meshes are on their finest level, one entry each: reads no pose.
-StepPlan make_plan(const Scene& scene, const Volume& volume, std::span<const char> finest);
+/// The same for what an engine was loaded with: which meshes are on their finest level, one entry each, and what is held (the
+/// size of a hierarchy is known once it is made; before that it is estimated). Reads no pose.
+StepPlan make_plan(const Scene& scene, const Volume& volume, std::span<const char> finest,
+                   std::span<const Engine::HeldArray> held);
 
 }  // namespace simplexseg

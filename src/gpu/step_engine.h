@@ -489,10 +489,8 @@ class StepEngine final : public Engine {
       c.voxel_mm = volume_.empty() ? 1.0f : static_cast<float>(volume_.geometry().spacing_mm.minCoeff());
     }
     refresh_interval_ = static_cast<int>(simulation.refresh_interval + 0.5f);
-    // Bounds promise that these steps do not grow; a multigrid cycle and a timestep of the user's own do not.
-    const bool promised = simulation.solver() != Solver::Multigrid && simulation.solver() != Solver::Automatic && (simulation.solver() != Solver::Verlet || simulation.limit_timestep > 0.5f);
-    watched_ = !promised || simulation.solver() == Solver::Damped || simulation.solver() == Solver::Chebyshev;
-    keeps_pose_ = !promised;
+    keeps_pose_ = simulation.may_grow();
+    watched_ = keeps_pose_ || simulation.solver() == Solver::Damped || simulation.solver() == Solver::Chebyshev;
     note_reach();
     apply_forms();
     refresh_due_ = true;

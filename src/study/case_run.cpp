@@ -96,7 +96,7 @@ std::string fault_of(const Said& said, const Trial& trial, CaseResult& result) {
     if (!all_finite(item.mesh)) return "a position is not finite";
     const SimplexMesh before{item.previous, item.mesh.neighbours};
     const int folds = count_folds(item.mesh), said_folds = said.outcome.folded_vertices[k];
-    const bool inside_out = is_inside_out(item.mesh), said_inside_out = said.outcome.inside_out[k];
+    const bool inside_out = is_inside_out(item.mesh, 0.01), said_inside_out = said.outcome.inside_out[k];
     result.folded += folds, result.folded_said += said_folds;
     result.inside_out = result.inside_out || inside_out, result.inside_out_said |= said_inside_out;
     result.farthest_mm =
@@ -158,7 +158,7 @@ CaseResult run_case(const StabilityCase& stability_case, Solver solver, const En
     if (names_mesh_and_force(result.note, said.end)) result.outcome = CaseOutcome::Pauses;
   } else if (said.steps != trial.steps) {
     result.note = "it stopped after " + std::to_string(said.steps) + " steps without a word";
-  } else if (!said.cuts.empty()) {
+  } else if (!said.cuts.empty() && !trial.cuts) {
     result.note = said.cuts.front();
     if (names_mesh_and_force(result.note, said.end)) result.outcome = CaseOutcome::Cut;
   } else {

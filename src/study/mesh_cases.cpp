@@ -210,7 +210,7 @@ std::vector<StabilityCase> mesh_cases() {
       [](bool) {
         Trial trial = ball_trial();
         turn_inside_out(trial.scene.meshes[0].mesh);
-        trial.scene.meshes[0].parameters = forces_with({{"smoothing", "weight", 0.5f}});
+        trial.scene.meshes[0].parameters = forces_with({{"smoothing", "weight", 0.5f}, {"smoothing", "curvature", 1}});
         trial.at_engine = true;
         trial.error = {};
         trial.inside_out = true;

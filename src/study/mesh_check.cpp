@@ -3,6 +3,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace simplexseg {
 
@@ -26,7 +28,10 @@ int count_folds(const SimplexMesh& mesh, double margin) {
   return folds;
 }
 
-bool is_inside_out(const SimplexMesh& mesh) { return measure(mesh).volume_mm3 < 0; }
+bool is_inside_out(const SimplexMesh& mesh, double share) {
+  const SurfaceMeasures m = measure(mesh);
+  return m.volume_mm3 < -share * std::pow(m.area_mm2, 1.5) / (6 * std::sqrt(std::numbers::pi));
+}
 
 double farthest_from(const SimplexMesh& mesh, const Eigen::Vector3d& centre_mm) {
   double farthest = 0;

@@ -25,9 +25,10 @@ StabilityCase refused(const char* name, const char* what, const Eigen::Vector3d&
 std::vector<StabilityCase> point_cases() {
   std::vector<StabilityCase> cases;
   cases.push_back({"point_at_1e6_mm", "an attraction point a kilometre away", CaseOutcome::Bounded, CaseOutcome::Bounded,
-                   "the patch goes where it is pulled, not farther; folds are reported", [](bool) {
+                   "the patch goes where it is pulled, not farther; folds, and steps undone for them, are reported", [](bool) {
                      Trial trial = ball_with_points({{1e6, 0, 0}});
                      trial.reach_mm = 1.1e6;
+                     trial.inside_out = true, trial.cuts = true;
                      return trial;
                    }});
   cases.push_back(refused("point_at_2e9_mm", "an attraction point 2e9 mm away", {2e9, 0, 0}));

@@ -38,6 +38,7 @@ struct Trial {
   double reach_mm = 60;                              ///< largest distance of a vertex from the start's centre, at the end
   bool folds = false;                                ///< folds may be left at the end: they are to be reported
   bool inside_out = false;                           ///< the same for a mesh turned inside out
+  bool cuts = false;                                 ///< steps may be undone on the way: that is to be said
 };
 
 struct StabilityCase {
