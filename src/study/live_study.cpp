@@ -63,7 +63,7 @@ LiveCurve LiveStudy::run(const LiveVariant& variant, double budget_s, const Engi
   simulation.solver_choice = static_cast<float>(variant.solver);
   simulation.refresh_interval = static_cast<float>(variant.refresh_interval);
   if (!variant.coarse_to_fine)
-    simulation.start_vertices = simulation.final_vertices;
+    simulation.start_vertices = simulation.final_vertices, simulation.finest_edge = 0;      // which would start it coarser
   else if (simulation.start_vertices >= simulation.final_vertices)
     simulation.start_vertices = std::min(simulation.final_vertices, default_simulation_parameters().start_vertices);
   Session session(make_engine());
