@@ -64,7 +64,10 @@ int run_cli(int argc, const char* const* argv, std::ostream& out, std::ostream& 
       return complain(err, "the subcommand " + unknown_name(argv[1], names) + "; see simplexseg-cli --help", kBadInput);
     }
     std::string called = "simplexseg-cli";
-    for (const CLI::App* sub : app.get_subcommands()) called += " " + sub->get_name();
+    for (const CLI::App* at = &app; !at->get_subcommands().empty();) {
+      at = at->get_subcommands().front();
+      called += " " + at->get_name();
+    }
     return complain(err, std::string(error.what()) + "; see " + called + " --help", kBadInput);
   }
   return act(action, out, err);

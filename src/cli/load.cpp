@@ -4,6 +4,7 @@
 #include <ostream>
 
 #include "cli/progress.h"
+#include "cli/simulate.h"
 #include "io/files.h"
 #include "io/volume_io.h"
 
@@ -30,6 +31,15 @@ LoadedScene load_scene_header(const std::string& path, const std::vector<std::st
   loaded.volume = Volume(info.geometry, info.type);
   loaded.warnings = std::move(info.warnings);
   return loaded;
+}
+
+EngineChoice engine_for(const std::string& backend, int threads, VolumeSampling sampling) {
+  return as_failure([&] {
+    if (backend == "cpu") return EngineChoice{make_cpu_engine(threads), {}, ""};
+    EngineChoice choice = make_engine(backend == "cuda" ? Backend::Cuda : Backend::Auto, sampling);
+    if (threads > 0 && choice.engine->backend() == std::string("cpu")) choice.engine = make_cpu_engine(threads);
+    return choice;
+  });
 }
 
 void print_warnings(const std::vector<std::string>& warnings, const Console& console) {

@@ -35,19 +35,6 @@ struct Options {
   std::string labels, meshes, report, replay, picture;
 };
 
-EngineChoice engine_for(const Options& options) {
-  return as_failure([&] {
-    if (options.backend == "cpu") return EngineChoice{make_cpu_engine(options.threads), {}, ""};
-    const VolumeSampling sampling = options.sampling == "linear"    ? VolumeSampling::Linear
-                                    : options.sampling == "fetched" ? VolumeSampling::Fetched
-                                                                    : VolumeSampling::Filtered;
-    EngineChoice choice = make_engine(options.backend == "cuda" ? Backend::Cuda : Backend::Auto, sampling);
-    if (options.threads > 0 && choice.engine->backend() == std::string("cpu"))
-      choice.engine = make_cpu_engine(options.threads);
-    return choice;
-  });
-}
-
 /// Throws Error, before any time is spent, where an output could not be written.
 void check_outputs(const Options& options, const fs::path& volume) {
   std::error_code failure;
@@ -122,7 +109,10 @@ void run(const Options& options, const Console& console) {
   const References references(loaded.scene, fs::path(options.scene).parent_path(), loaded.volume.geometry());
   Interrupt::check();
 
-  EngineChoice choice = engine_for(options);
+  const VolumeSampling sampling = options.sampling == "linear"    ? VolumeSampling::Linear
+                                  : options.sampling == "fetched" ? VolumeSampling::Fetched
+                                                                  : VolumeSampling::Filtered;
+  EngineChoice choice = engine_for(options.backend, options.threads, sampling);
   RunReport report;
   report.scene_path = options.scene;
   report.volume_path = loaded.volume_path.string();

@@ -3,12 +3,30 @@
 
 #include <CLI/CLI.hpp>
 
+#include "io/files.h"
+#include "io/json_input.h"
+
 namespace simplexseg {
 
 void add_study(CLI::App& app, Action& action) {
   CLI::App* const sub = app.add_subcommand("study", "Measures the program itself, and writes tables and plots");
   sub->require_subcommand(1);
+  add_study_error_time(*sub, action);
   add_study_stability(*sub, action);
+}
+
+void write_text(const std::filesystem::path& path, const std::string& text) {
+  AtomicFile file(path);
+  write_bytes(file, text);
+  file.commit();
+}
+
+void make_result_folder(const std::string& folder) {
+  std::error_code failure;
+  std::filesystem::create_directories(folder, failure);
+  if (!std::filesystem::is_directory(folder))
+    throw Error("cannot make the folder " + quoted(folder), failure ? failure.message() : "there is a file of that name", "name another");
+  const AtomicFile writable(std::filesystem::path(folder) / "writable");
 }
 
 }  // namespace simplexseg

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
-#include <fstream>
 #include <memory>
 #include <ostream>
 
@@ -19,21 +18,9 @@ struct Options {
   int threads = 0;
 };
 
-void write_text(const std::filesystem::path& path, const std::string& text) {
-  AtomicFile file(path);
-  std::ofstream out(file.temporary(), std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) throw file.failed("the disk may be full");
-  file.commit();
-}
-
 void study(const Options& options, const Console& console) {
   namespace fs = std::filesystem;
-  std::error_code failure;
-  fs::create_directories(options.folder, failure);
-  if (!fs::is_directory(options.folder))
-    throw Error("cannot make the folder " + quoted(options.folder), failure ? failure.message() : "there is a file of that name", "name another");
+  make_result_folder(options.folder);
   const bool cuda = options.backend == "cuda" || (options.backend == "auto" && why_no_cuda().empty());
   const EngineFactory make = [&] { return cuda ? make_cuda_engine() : make_cpu_engine(options.threads); };
   const Interrupt interrupt;

@@ -49,9 +49,9 @@ void make_round_ticks(PlotAxis& axis, double low, double high, int labels) {
 void make_log_ticks(PlotAxis& axis, int labels) {
   const int first = static_cast<int>(std::floor(axis.low)), last = static_cast<int>(std::ceil(axis.high));
   const int decades = last - first, every = std::max(1, (decades + labels - 1) / labels);
-  const bool plain = first >= -3 && last <= 4;
   // Where hardly a decade is seen, its parts get labels too; of less than half a decade, round numbers.
   const double seen = axis.high - axis.low;
+  const bool plain = first >= -3 - (seen < 2 ? 3 : 0) && last <= 4;
   if (seen < 0.5) return make_round_ticks(axis, std::pow(10.0, axis.low), std::pow(10.0, axis.high), labels);
   for (int n = first; n <= last; ++n) {
     for (int part = 1; part <= 9; ++part) {

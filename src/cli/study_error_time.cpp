@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <ostream>
+#include <set>
+
+#include "cli/load.h"
+#include "cli/progress.h"
+#include "cli/simulate.h"
+#include "cli/study.h"
+#include "cli/table.h"
+#include "io/files.h"
+#include "io/plot_io.h"
+#include "io/references.h"
+#include "study/error_time_report.h"
+
+namespace simplexseg {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kWidth = 1000, kHeight = 600;
+constexpr const char *kFull = "phantom:full", *kHalf = "phantom:half", *kMembrane = "analytic:membrane", *kHalfMembrane = "analytic:membrane-half";
+
+struct Options {
+  std::vector<std::string> scenes, settings;
+  std::string folder, backend = "auto";
+  int threads = 0, vertices = 20480;
+  double budget_s = 3;
+};
+
+/// A scene that was named: its files are read before any time is spent.
+struct Named {
+  std::string name;
+  std::optional<StudyScene> scene;  ///< none: a membrane, which is no scene
+  bool half = false;                ///< of the membrane
+};
+
+Named read_named(const std::string& word, const Options& options, const Console& console) {
+  if (word == kFull || word == kHalf) {
+    StudyScene study = make_phantom_scene(word == kHalf, options.vertices);
+    for (const std::string& setting : options.settings) set_by_path(study.scene, setting);
+    std::string name = study.name;
+    return {std::move(name), std::move(study)};
+  }
+  if (word == kMembrane || word == kHalfMembrane) {
+    const bool half = word == kHalfMembrane;
+    return {std::string(half ? "analytic-membrane-half-" : "analytic-membrane-") + std::to_string(20 << (2 * sphere_level_for(options.vertices))), std::nullopt, half};
+  }
+  if (word.rfind("phantom:", 0) == 0 || word.rfind("analytic:", 0) == 0)
+    throw Error("scene " + quoted(word), "there is no built-in scene of that name",
+                std::string("give ") + kFull + ", " + kHalf + ", " + kMembrane + ", " + kHalfMembrane + " or a scene file");
+  LoadedScene loaded = load_scene(word, options.settings, console);
+  const References references(loaded.scene, fs::path(word).parent_path(), loaded.volume.geometry());
+  StudyScene study;
+  study.name = fs::path(word).stem().string();
+  for (const MeshItem& item : loaded.scene.meshes) {
+    std::optional<Mask> truth = references.mask_for(item);
+    study.truths.push_back(truth ? std::make_shared<Mask>(std::move(*truth)) : nullptr);
+  }
+  if (loaded.scene.meshes.empty()) throw Error("scene " + quoted(word), "it has no mesh", "add one to 'meshes'");
+  study.scene = std::move(loaded.scene), study.volume = std::move(loaded.volume);
+  print_warnings(loaded.warnings, console);
+  std::string name = study.name;
+  return {std::move(name), std::move(study)};
+}
+
+void write_result(const fs::path& folder, const ErrorTimeResult& result) {
+  const auto write_both = [&](const std::string& what, const Plot& plot) {
+    for (const char* extension : {".svg", ".png"}) write_plot(folder / (result.name + "-" + what + extension), plot, kWidth, kHeight);
+  };
+  write_text(folder / (result.name + "-held.csv"), held_csv(result));
+  write_both("work-precision", held_plot(result, false, false));
+  write_both("convergence", held_plot(result, true, false));
+  write_both("work-precision-normal", held_plot(result, false, true));
+  if (result.live.empty()) return;
+  write_text(folder / (result.name + "-live.csv"), live_csv(result));
+  write_both("surface-error", live_plot(result));
+  write_both("refresh", refresh_plot(result));
+}
+
+ErrorTimeResult measure_scene(const Named& named, const Options& options, const EngineFactory& make_engine, const Console& console) {
+  const Poll poll = [] { Interrupt::check(); };
+  ErrorTimeResult result;
+  result.name = named.name;
+  {
+    const std::unique_ptr<Engine> engine = make_engine();
+    result.backend = engine->backend(), result.device = engine->description();
+  }
+  HeldProblem problem;
+  {
+    const Progress progress(console, named.name + ": fixed point");
+    problem = named.scene ? hold_targets_of(named.scene->scene, named.scene->volume, named.scene->held_from_start, make_engine, poll) : make_membrane(named.half, options.vertices);
+  }
+  result.vertices = problem.vertex_count(), result.how = problem.how, result.start_mm = problem.start_mm;
+  {
+    Progress progress(console, named.name + ": held targets");
+    const std::vector<Method> methods = methods_for(problem);
+    const double binding_s = binding_seconds(problem, make_engine);
+    for (const Method& method : methods) {
+      result.held.push_back(run_held(problem, method, options.budget_s, binding_s, make_engine, poll));
+      progress.set(static_cast<double>(result.held.size()) / static_cast<double>(methods.size()));
+    }
+  }
+  if (!named.scene) return result;
+  for (const MeshItem& item : named.scene->scene.meshes) result.mesh_names.push_back(item.name);
+  const LiveStudy live(*named.scene);
+  if (!live.measures()) return result;
+  Progress progress(console, named.name + ": whole runs");
+  const std::vector<LiveVariant> variants = live_variants();
+  for (const LiveVariant& variant : variants) {
+    result.live.push_back(live.run(variant, options.budget_s, make_engine, poll));
+    progress.set(static_cast<double>(result.live.size()) / static_cast<double>(variants.size()));
+  }
+  return result;
+}
+
+/// The lines of the 1% mark, for the terminal.
+void print_result(std::ostream& out, const ErrorTimeResult& result) {
+  out << result.name << ", " << result.vertices << " vertices, " << result.device << "; fixed point " << result.how << "\n";
+  std::vector<std::vector<std::string>> rows{{"method", "steps to 1%", "ms", "along normals: steps", "ms"}};
+  for (const HeldCurve& curve : result.held) {
+    rows.push_back({curve.method.name});
+    for (const bool normal_part : {false, true}) {
+      const std::optional<Reached> at = reached(curve.samples, 0.01, normal_part);
+      rows.back().push_back(at ? std::to_string(at->steps) : "-");
+      rows.back().push_back(at ? fixed(1000 * at->seconds, 2) : "-");
+    }
+  }
+  print_table(out, rows, 1);
+  out << std::flush;
+}
+
+void study(const Options& options, const Console& console) {
+  const Interrupt interrupt;
+  if (options.backend == "cuda" && options.threads > 0)
+    throw Error("--threads", "it is for the CPU, and --backend cuda is given", "leave one of the two out");
+  std::vector<Named> scenes;
+  std::set<std::string> names;
+  for (const std::string& word : options.scenes) {
+    scenes.push_back(read_named(word, options, console));
+    if (!names.insert(scenes.back().name).second)
+      throw Error("scene " + quoted(word), "another of the same name is given, and their files would be the same", "give it in a run of its own");
+    Interrupt::check();
+  }
+  make_result_folder(options.folder);
+  const EngineChoice choice = engine_for(options.backend, options.threads);
+  const EngineFactory make_engine = [backend = std::string(choice.engine->backend()), threads = options.threads] {
+    return backend == "cpu" ? make_cpu_engine(threads) : make_cuda_engine();
+  };
+  if (!choice.note.empty() && why_no_cuda() != "built without CUDA") console.err << one_line(choice.note, 1000) << "\n";
+  as_failure([&] {
+    std::string text = "# Error against run time\n\nMade by `simplexseg-cli study error-time`; docs/manual.md says how to read it.\n\n";
+    for (const Named& named : scenes) {
+      const ErrorTimeResult result = measure_scene(named, options, make_engine, console);
+      write_result(options.folder, result);
+      text += markdown(result);
+      write_text(fs::path(options.folder) / "error-time.md", text);
+      print_result(console.out, result);
+    }
+  });
+  console.out << "wrote " << options.folder << "\n";
+}
+
+}  // namespace
+
+void add_study_error_time(CLI::App& studies, Action& action) {
+  CLI::App* const sub = studies.add_subcommand("error-time", "Error against run time and steps of every solver, as tables and plots");
+  const auto options = std::make_shared<Options>();
+  sub->add_option("SCENE", options->scenes,
+                  std::string("Scene files, or ") + kFull + ", " + kHalf + " (a sphere that becomes an ellipsoid, with image data everywhere or on half of it), " + kMembrane +
+                      ", " + kHalfMembrane + " (springs whose rest is known, held everywhere or on half)")
+      ->required();
+  sub->add_option("--out", options->folder, "Folder for tables and plots")->required();
+  sub->add_option("--backend", options->backend, "auto takes CUDA where a device can be used, else the CPU")
+      ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
+      ->capture_default_str();
+  sub->add_option("--threads", options->threads, "CPU threads; without it as many as the machine has")->check(CLI::Range(1, 1024));
+  sub->add_option("--budget", options->budget_s, "Most seconds of steps for each method")->check(CLI::Range(0.001, 3600.0))->capture_default_str();
+  sub->add_option("--vertices", options->vertices, "Vertices of the built-in scenes, rounded up to the next sphere")
+      ->check(CLI::Range(20, 1310720))
+      ->capture_default_str();
+  sub->add_option("--set", options->settings, "Change a parameter of every scene first: PATH=VALUE as for run")->allow_extra_args(false);
+  sub->callback([options, &action] { action = [options](const Console& console) { study(*options, console); }; });
+}
+
+}  // namespace simplexseg

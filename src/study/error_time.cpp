@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/error_time.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+
+#include "core/parameters.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr double kEnough = 1e-4;         ///< share of the start's error at which a curve may end
+constexpr double kShortRun = 0.5;        ///< s; shorter ones are repeated
+constexpr int kRepeats = 3, kBatch = 10;
+constexpr int kStallAfter = 400;         ///< steps before "it falls no more" is believed,
+constexpr double kStallBelow = 0.03;     ///< and of errors above this it is not: they fall slowly
+
+/// Settings of a solver that are compared; a solver that is not named here runs with the scene's.
+struct Setting {
+  const char* solver;
+  float damping;
+  float share;       ///< of Verlet's largest stable timestep with this damping
+};
+constexpr Setting kSettings[] = {
+    {"verlet", 0.1f, 0.95f}, {"verlet", 0.1f, 0.5f}, {"verlet", 0.3f, 0.95f},         {"verlet", 0.3f, 0.5f},
+    {"verlet", 0.9f, 0.95f}, {"verlet", 0.9f, 0.5f}, {"point_implicit", 0.1f, 0.95f}, {"point_implicit", 0.1f, 4},
+};
+constexpr int kBaseline = 0;
+
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+std::string number(float value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", static_cast<double>(value));
+  return text;
+}
+
+struct Clocked {
+  double seconds;
+  StepOutcome outcome;
+};
+Clocked timed_step(Engine& engine, int steps) {
+  const double start = now();
+  StepOutcome outcome = engine.step(steps);
+  return {now() - start, std::move(outcome)};
+}
+
+bool falls_no_more(const std::vector<HeldSample>& samples) {
+  const std::int64_t steps = samples.back().steps;
+  if (steps < kStallAfter || samples.back().whole > kStallBelow) return false;
+  double before_whole = 1e300, before_normal = 1e300, whole = 1e300, normal = 1e300;
+  for (const HeldSample& s : samples) {
+    whole = std::min(whole, s.whole), normal = std::min(normal, s.normal);
+    if (2 * s.steps <= steps) before_whole = whole, before_normal = normal;
+  }
+  return whole > 0.97 * before_whole && normal > 0.97 * before_normal;
+}
+
+/// Seconds after each of the batches that end at 1, 10, 20 ... steps. `end_mm`: the error then.
+std::vector<double> batch_times(const HeldProblem& problem, const Method& method, std::int64_t steps, const EngineFactory& make_engine, double& end_mm) {
+  const std::unique_ptr<Engine> engine = make_engine();
+  problem.load(*engine, method.simulation);
+  std::vector<double> times;
+  double total = 0;
+  for (std::int64_t done = 0; done < steps;) {
+    const std::int64_t next = done == 0 ? 1 : std::min(steps, done / kBatch * kBatch + kBatch);
+    total += timed_step(*engine, static_cast<int>(next - done)).seconds;
+    times.push_back(total);
+    done = next;
+  }
+  end_mm = problem.error_mm(*engine).whole;
+  return times;
+}
+
+/// Replaces the samples' times by the medians of runs that read no poses.
+void time_again(const HeldProblem& problem, HeldCurve& curve, const EngineFactory& make_engine, const Poll& poll) {
+  const std::int64_t steps = curve.samples.back().steps;
+  std::vector<std::vector<double>> runs;
+  for (int r = 0; r < kRepeats; ++r) {
+    poll();
+    double end_mm = 0;
+    runs.push_back(batch_times(problem, curve.method, steps, make_engine, end_mm));
+    if (end_mm / problem.start_mm.whole != curve.samples.back().whole) curve.note = "a run that was timed ended elsewhere";
+  }
+  std::vector<std::pair<std::int64_t, double>> knots{{0, 0.0}};
+  for (std::size_t b = 0; b < runs[0].size(); ++b) {
+    std::vector<double> each;
+    for (const auto& run : runs) each.push_back(run[b]);
+    std::nth_element(each.begin(), each.begin() + kRepeats / 2, each.end());
+    const std::int64_t at = b == 0 ? 1 : std::min<std::int64_t>(steps, static_cast<std::int64_t>(b) * kBatch);
+    knots.emplace_back(at, std::max(each[kRepeats / 2], knots.back().second));
+  }
+  for (HeldSample& s : curve.samples) {
+    const auto after = std::lower_bound(knots.begin(), knots.end(), s.steps, [](const auto& knot, std::int64_t n) { return knot.first < n; });
+    if (after == knots.begin()) continue;
+    const auto before = after - 1;
+    const double share = static_cast<double>(s.steps - before->first) / static_cast<double>(after->first - before->first);
+    s.seconds = before->second + share * (after->second - before->second);
+  }
+}
+
+}  // namespace
+
+std::vector<Method> methods_for(const HeldProblem& problem) {
+  std::vector<Method> methods;
+  const std::vector<std::string> names = solver_names();
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    bool named = false;
+    for (std::size_t k = 0; k < std::size(kSettings); ++k) {
+      const Setting& setting = kSettings[k];
+      if (names[c] != setting.solver) continue;
+      Method method{names[c] + ", damping " + number(setting.damping) + ", " + number(100 * setting.share) + "%", static_cast<int>(c), problem.simulation, k == kBaseline};
+      method.simulation.solver_choice = static_cast<float>(c);
+      method.simulation.damping = setting.damping;
+      method.simulation.timestep = setting.share * problem.stable_timestep(setting.damping);
+      method.simulation.limit_timestep = 0;
+      methods.push_back(method);
+      named = true;
+    }
+    if (named) continue;
+    Method method{names[c], static_cast<int>(c), problem.simulation, false};
+    method.simulation.solver_choice = static_cast<float>(c);
+    methods.push_back(method);
+  }
+  return methods;
+}
+
+double binding_seconds(const HeldProblem& problem, const EngineFactory& make_engine) {
+  const bool points = std::any_of(problem.meshes.begin(), problem.meshes.end(), [](const HeldMesh& m) { return !m.points_mm.empty(); });
+  if (!points) return 0;
+  const std::unique_ptr<Engine> engine = make_engine();
+  problem.load(*engine, problem.simulation);
+  const double first = timed_step(*engine, 1).seconds;
+  return std::max(0.0, first - timed_step(*engine, 1).seconds);
+}
+
+HeldCurve run_held(const HeldProblem& problem, const Method& method, double budget_s, double binding_s, const EngineFactory& make_engine,
+                   const Poll& poll) {
+  HeldCurve curve{method, {{0, 0, 1, 1}}, 0, ""};
+  const std::unique_ptr<Engine> engine = make_engine();
+  problem.load(*engine, method.simulation);
+  std::int64_t steps = 0;
+  double spent = 0;
+  while (spent < budget_s) {
+    poll();
+    // Every step at first, later every tenth part more.
+    const int batch = steps < 20 ? 1 : static_cast<int>(std::min<std::int64_t>(steps / 10, 1 << 20));
+    const double per_step = steps > 0 ? spent / static_cast<double>(steps) : 0;
+    const int fit = per_step > 0 ? static_cast<int>(std::clamp((budget_s - spent) / per_step + 1, 1.0, 1e6)) : 1;
+    const Clocked part = timed_step(*engine, std::min(batch, fit));
+    steps += part.outcome.steps;
+    spent += part.seconds;
+    curve.cuts += static_cast<int>(part.outcome.cuts.size());
+    if (part.outcome.failure) {
+      curve.note = "failed after " + std::to_string(steps) + " steps";
+      break;
+    }
+    const PoseError error = problem.error_mm(*engine);
+    curve.samples.push_back({steps, std::max(0.0, spent - binding_s), error.whole / problem.start_mm.whole, error.normal / problem.start_mm.normal});
+    const HeldSample& last = curve.samples.back();
+    if (!(last.whole < 1e6)) {
+      curve.note = "diverged after " + std::to_string(steps) + " steps";
+      break;
+    }
+    if (std::max(last.whole, last.normal) < kEnough || falls_no_more(curve.samples)) break;
+  }
+  if (curve.note.empty() && spent < kShortRun) {
+    time_again(problem, curve, make_engine, poll);
+    for (HeldSample& s : curve.samples) s.seconds = std::max(0.0, s.seconds - (s.steps > 0 ? binding_s : 0));
+  }
+  return curve;
+}
+
+std::optional<Reached> reached(const std::vector<HeldSample>& samples, double share, bool normal_part) {
+  std::optional<Reached> first;
+  for (const HeldSample& s : samples) {
+    const double error = normal_part ? s.normal : s.whole;
+    if (!(error <= share))
+      first.reset();
+    else if (!first)
+      first = Reached{s.steps, s.seconds};
+  }
+  return first;
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/held_problem.h"
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "core/error.h"
+#include "core/force_list.h"
+#include "core/session.h"
+#include "core/stability.h"
+#include "study/trials.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr double kToleranceMm = 1e-9;
+constexpr int kMostStepsToTargets = 2000, kStepsBetweenPolls = 10;
+constexpr ForceId kImageForces[] = {ForceId::Gradient, ForceId::IntensityProfile, ForceId::Region};
+
+Pose normals_of(const SimplexMesh& mesh) {
+  Pose normals(3, mesh.vertex_count());
+  for (int i = 0; i < mesh.vertex_count(); ++i) normals.col(i) = vertex_geometry(mesh, i).normal;
+  return normals;
+}
+
+PoseError rms(const std::vector<HeldMesh>& meshes, const std::function<Pose(std::size_t)>& pose_of_mesh) {
+  double whole = 0, normal = 0, count = 0;
+  for (std::size_t k = 0; k < meshes.size(); ++k) {
+    const Pose off = pose_of_mesh(k) - meshes[k].end;
+    whole += off.squaredNorm();
+    normal += off.cwiseProduct(meshes[k].end_normals).colwise().sum().squaredNorm();
+    count += static_cast<double>(off.cols());
+  }
+  return {std::sqrt(whole / count), std::sqrt(normal / count)};
+}
+
+/// What both ways of making a problem end with: `end` of each mesh is known.
+void finish(HeldProblem& problem) {
+  for (HeldMesh& mesh : problem.meshes) {
+    SimplexMesh there{positions_of(mesh.end), mesh.start.neighbours};
+    mesh.end_normals = normals_of(there);
+  }
+  problem.start_mm = rms(problem.meshes, [&](std::size_t k) { return pose_of(problem.meshes[k].start.positions); });
+}
+
+EngineMesh as_loaded(const MeshItem& item, bool finest) {
+  EngineMesh m;
+  m.positions = item.mesh.positions, m.previous = item.previous, m.neighbours = item.mesh.neighbours;
+  m.shape = item.shape, m.profiles = item.profiles, m.region = &item.region, m.parameters = item.parameters;
+  m.finest = finest;
+  return m;
+}
+
+/// The targets that a fresh engine finds in the present pose.
+void find_targets(const Session& session, const EngineFactory& make_engine, HeldProblem& problem) {
+  const Scene& scene = session.scene();
+  const Volume& volume = session.volume();
+  if (volume.empty()) return;
+  const std::unique_ptr<Engine> engine = make_engine();
+  engine->set_volume(volume);
+  std::vector<EngineMesh> meshes;
+  for (const MeshItem& item : scene.meshes)
+    meshes.push_back(as_loaded(item, is_finest(item, scene.simulation, volume.geometry().spacing_mm.minCoeff())));
+  engine->load(meshes, scene.simulation);
+  engine->step(1);
+  for (std::size_t k = 0; k < scene.meshes.size(); ++k) {
+    const MeshItem& item = scene.meshes[k];
+    for (const ForceId force : kImageForces) {
+      if (!(item.parameters.weight(force) > 0) || (force == ForceId::IntensityProfile && item.profiles.empty())) continue;
+      std::vector<Vec4>& targets = problem.meshes[k].targets[static_cast<std::size_t>(force)];
+      targets.resize(item.mesh.positions.size());
+      engine->read_targets(static_cast<int>(k), force, targets);
+    }
+  }
+}
+
+ReferenceModel model_of(const HeldMesh& mesh, const Volume& volume) {
+  ReferenceScene scene;
+  scene.neighbours = mesh.start.neighbours, scene.forces = mesh.forces, scene.shape = mesh.shape;
+  scene.gradient = mesh.targets[static_cast<std::size_t>(ForceId::Gradient)];
+  scene.intensity_profile = mesh.targets[static_cast<std::size_t>(ForceId::IntensityProfile)];
+  scene.region = mesh.targets[static_cast<std::size_t>(ForceId::Region)];
+  scene.points_mm = mesh.points_mm;
+  scene.voxel_mm = volume.empty() ? 1.0 : volume.geometry().spacing_mm.minCoeff();
+  return {scene, pose_of(mesh.start.positions)};
+}
+
+}  // namespace
+
+int HeldProblem::vertex_count() const {
+  int count = 0;
+  for (const HeldMesh& mesh : meshes) count += mesh.start.vertex_count();
+  return count;
+}
+
+void HeldProblem::load(Engine& engine, const SimulationParameters& settings) const {
+  std::vector<EngineMesh> list;
+  for (const HeldMesh& mesh : meshes) {
+    EngineMesh m;
+    m.positions = mesh.start.positions, m.previous = mesh.start.positions, m.neighbours = mesh.start.neighbours;
+    m.shape = mesh.shape, m.parameters = mesh.forces;
+    // What is not held does not act in the fixed point either.
+    for (const ForceId force : kImageForces)
+      if (mesh.targets[static_cast<std::size_t>(force)].empty()) m.parameters.values[static_cast<int>(force)][0] = 0;
+    list.push_back(m);
+  }
+  engine.set_volume(volume);
+  SimulationParameters held = settings;
+  held.refresh_interval = 1e6f;      // points stay with the vertices that they were bound to
+  engine.load(list, held);
+  for (std::size_t k = 0; k < meshes.size(); ++k)
+    for (const ForceId force : kImageForces) {
+      const std::vector<Vec4>& targets = meshes[k].targets[static_cast<std::size_t>(force)];
+      if (!targets.empty()) engine.hold_targets(static_cast<int>(k), force, targets);
+    }
+  std::vector<EnginePoint> points;
+  for (std::size_t k = 0; k < meshes.size(); ++k)
+    for (const Eigen::Vector3d& p : meshes[k].points_mm) points.push_back({static_cast<int>(k), p});
+  engine.set_points(points);
+}
+
+PoseError HeldProblem::error_mm(Engine& engine) const {
+  return rms(meshes, [&](std::size_t k) {
+    std::vector<Eigen::Vector3f> positions(meshes[k].start.positions.size()), previous(positions.size());
+    engine.read(static_cast<int>(k), positions, previous);
+    return pose_of(positions);
+  });
+}
+
+float HeldProblem::stable_timestep(float damping) const {
+  float least = std::numeric_limits<float>::infinity();
+  for (const HeldMesh& mesh : meshes) {
+    ForceParameters acting = mesh.forces;
+    for (const ForceId force : kImageForces)
+      if (mesh.targets[static_cast<std::size_t>(force)].empty()) acting.values[static_cast<int>(force)][0] = 0;
+    if (mesh.points_mm.empty()) acting.values[static_cast<int>(ForceId::Attraction)][0] = 0;
+    least = std::min(least, simplexseg::stable_timestep(stiffness_bound(acting, mesh.shape), damping));
+  }
+  return least;
+}
+
+HeldProblem hold_targets_of(const Scene& scene, const Volume& volume, bool from_start, const EngineFactory& make_engine,
+                            const Poll& poll) {
+  if (scene.meshes.empty()) throw Error("study", "the scene has no mesh", "add one to 'meshes'");
+  Session session(make_engine());
+  session.open(scene, volume);
+  std::vector<MeshItem> starts = session.scene().meshes;
+  const int most = from_start ? 0 : scene.steps > 0 ? scene.steps : kMostStepsToTargets;
+  for (int done = 0; done < most;) {
+    poll();
+    const Advance part = session.advance_steps(std::min(kStepsBetweenPolls, most - done), true);
+    if (part.failure) throw Error(*part.failure);
+    done += part.steps;
+    if (part.refined)
+      for (std::size_t k = 0; k < starts.size(); ++k)
+        if (session.scene().meshes[k].mesh.vertex_count() != starts[k].mesh.vertex_count()) starts[k] = session.scene().meshes[k];
+    if (part.at_rest || part.steps == 0) break;
+  }
+  HeldProblem problem;
+  problem.volume = volume;
+  problem.simulation = scene.simulation;
+  for (const MeshItem& item : starts) {
+    HeldMesh mesh;
+    mesh.start = item.mesh, mesh.shape = item.shape, mesh.forces = item.parameters;
+    for (const AttractionPoint& point : session.scene().points)
+      if (point.mesh == item.id) mesh.points_mm.push_back(point.position_mm);
+    problem.meshes.push_back(std::move(mesh));
+  }
+  find_targets(session, make_engine, problem);
+  problem.converged = true;
+  double residual = 0;
+  int systems = 0;
+  for (std::size_t k = 0; k < problem.meshes.size(); ++k) {
+    poll();
+    HeldMesh& mesh = problem.meshes[k];
+    const ReferenceModel model = model_of(mesh, volume);
+    FixedPoint found = find_fixed_point(model, pose_of(mesh.start.positions), kToleranceMm);
+    systems += found.iterations;
+    // From where the run ended it is not far.
+    if (!found.converged && !from_start) found = find_fixed_point(model, pose_of(session.scene().meshes[k].mesh.positions), kToleranceMm);
+    mesh.end = found.pose;
+    problem.converged = problem.converged && found.converged;
+    residual = std::max(residual, found.residual_mm);
+    systems += found.iterations;
+  }
+  char text[200];
+  std::snprintf(text, sizeof text, "%s in double after %d linear systems; largest residual of a vertex %.1e mm",
+                problem.converged ? "found" : "NOT FOUND to 1e-9 mm", systems, residual);
+  problem.how = text;
+  finish(problem);
+  return problem;
+}
+
+HeldProblem make_membrane(bool half, int vertices) {
+  constexpr double kRadiusMm = 30, kSprings = 5, kPull = 2;
+  constexpr int kEvery = 8;
+  HeldMesh mesh;
+  mesh.start = make_sphere({0, 0, 0}, kRadiusMm, sphere_level_for(vertices));
+  mesh.forces = forces_with({{"smoothing", "weight", kSprings}, {"smoothing", "evenness", 0}, {"smoothing", "curvature", 0},
+                             {"attraction", "weight", kPull}, {"attraction", "order", 0}});
+  const int n = mesh.start.vertex_count();
+  std::vector<Eigen::Triplet<double>> entries;
+  Eigen::MatrixX3d right = Eigen::MatrixX3d::Zero(n, 3);
+  // The order of a subdivision puts neighbouring vertices near each other, so every eighth lies everywhere.
+  for (int i = 0; i < n; ++i) {
+    double diagonal = kSprings;
+    for (const int j : mesh.start.neighbours[static_cast<std::size_t>(i)]) entries.emplace_back(i, j, -kSprings / 3);
+    const Eigen::Vector3d x = mesh.start.positions[static_cast<std::size_t>(i)].cast<double>(), u = x / kRadiusMm;
+    if (i % kEvery == 0 && (!half || x.z() >= 0)) {
+      // Along the radius, so that this vertex is and stays the nearest.
+      const Eigen::Vector3d point = x * (1 + 0.08 * (3 * u.z() * u.z() - 1) / 2 + 0.05 * u.x() * u.y());
+      mesh.points_mm.push_back(point);
+      diagonal += kPull;
+      right.row(i) = kPull * point;
+    }
+    entries.emplace_back(i, i, diagonal);
+  }
+  Eigen::SparseMatrix<double> matrix(n, n);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> cholesky(matrix);
+  const Eigen::MatrixX3d solution = cholesky.solve(right);
+  mesh.end = solution.transpose();
+  HeldProblem problem;
+  problem.simulation = default_simulation_parameters();
+  problem.converged = cholesky.info() == Eigen::Success && mesh.end.allFinite();
+  problem.how = "solved by a sparse Cholesky factorisation in double";
+  problem.meshes.push_back(std::move(mesh));
+  finish(problem);
+  return problem;
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// study error-time: from one command to tables and plots; refusals.
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "cli_fixture.h"
+#include "core/parameters.h"
+#include "io/volume_io.h"
+
+namespace simplexseg {
+namespace {
+
+class StudyErrorTime : public Cli {
+ protected:
+  Arguments study(Arguments scenes) const {
+    Arguments arguments{"study", "error-time", "--out", path("out"), "--backend", "cpu", "--threads", "1", "--vertices", "80", "--budget", "0.2"};
+    arguments.insert(arguments.begin() + 2, scenes.begin(), scenes.end());
+    return arguments;
+  }
+  /// The lines of a table without commas in its fields but in quotes.
+  std::vector<std::map<std::string, std::string>> table(const std::string& name) const {
+    std::istringstream text(text_of(name));
+    std::vector<std::string> heads;
+    std::vector<std::map<std::string, std::string>> rows;
+    for (std::string line; std::getline(text, line);) {
+      std::vector<std::string> fields{""};
+      bool quoted = false;
+      for (const char c : line) {
+        if (c == '"')
+          quoted = !quoted;
+        else if (c == ',' && !quoted)
+          fields.emplace_back();
+        else
+          fields.back() += c;
+      }
+      if (heads.empty()) {
+        heads = fields;
+        continue;
+      }
+      EXPECT_EQ(fields.size(), heads.size()) << line;
+      rows.emplace_back();
+      for (std::size_t f = 0; f < heads.size(); ++f) rows.back()[heads[f]] = fields[f];
+    }
+    return rows;
+  }
+};
+
+TEST_F(StudyErrorTime, BuiltInScenesGiveTablesAndPlots) {
+  const Outcome outcome = succeed(study({"phantom:full", "phantom:half", "analytic:membrane", "analytic:membrane-half"}));
+  std::set<std::string> choices;
+  std::istringstream table_choices(simulation_table()[0].choices);
+  for (std::string name; std::getline(table_choices, name, '|');) choices.insert(name);
+  for (const char* scene : {"phantom-full-80", "phantom-half-80", "analytic-membrane-80", "analytic-membrane-half-80"}) {
+    const std::string stem = std::string("out/") + scene;
+    std::set<std::string> solvers;
+    std::map<std::string, double> last;
+    for (auto& row : table(stem + "-held.csv")) {
+      EXPECT_EQ(row["scene"], scene);
+      solvers.insert(row["solver"]);
+      if (row["steps"] == "0") {
+        EXPECT_EQ(row["error"], "1");
+      }
+      last[row["method"]] = std::stod(row["error"]);
+    }
+    EXPECT_EQ(solvers, choices);
+    EXPECT_LT(last["verlet, damping 0.1, 95%"], 0.1) << scene;
+    for (const char* plot : {"-work-precision", "-convergence", "-work-precision-normal"}) {
+      EXPECT_NE(text_of(stem + plot + ".svg").find("verlet, damping 0.1, 95%"), std::string::npos);
+      EXPECT_EQ(text_of(stem + plot + ".png").substr(1, 3), "PNG");
+    }
+    EXPECT_NE(text_of("out/error-time.md").find(std::string("## ") + scene), std::string::npos);
+    EXPECT_NE(outcome.out.find(scene), std::string::npos);
+  }
+  // There is a truth of the full phantom alone.
+  EXPECT_TRUE(exists("out/phantom-full-80-live.csv"));
+  EXPECT_FALSE(exists("out/phantom-half-80-live.csv"));
+}
+
+TEST_F(StudyErrorTime, ASceneFileIsRunWholeAgainstItsReference) {
+  make_scene();
+  succeed(study({path("scene.json")}));
+  std::set<std::string> intervals, starts;
+  double best = 0;
+  for (auto& row : table("out/scene-live.csv")) {
+    EXPECT_EQ(row["mesh"], "ball");
+    intervals.insert(row["refresh_interval"]), starts.insert(row["start"]);
+    best = std::max(best, std::stod(row["dice"]));
+    EXPECT_LE(std::stod(row["error_mean_mm"]), std::stod(row["error_p95_mm"]) + 1e-9);
+    EXPECT_LE(std::stod(row["error_p95_mm"]), std::stod(row["error_max_mm"]) + 1e-9);
+  }
+  EXPECT_EQ(intervals, (std::set<std::string>{"1", "3", "10"}));
+  EXPECT_EQ(starts, (std::set<std::string>{"coarse to fine", "final level"}));
+  EXPECT_GT(best, 0.8);
+  for (const char* plot : {"out/scene-surface-error.svg", "out/scene-refresh.png", "out/scene-held.csv"}) EXPECT_TRUE(exists(plot)) << plot;
+}
+
+TEST_F(StudyErrorTime, BadInputIsRefusedInOneLineBeforeAnyTimeIsSpent) {
+  make_scene();
+  write("file", "");
+  const auto refused = [&](const Arguments& arguments, const std::string& says) {
+    const Outcome outcome = call(arguments);
+    EXPECT_EQ(outcome.status, 2) << outcome.err;
+    EXPECT_NE(outcome.err.find(says), std::string::npos) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_FALSE(exists("out/error-time.md"));
+  };
+  refused(study({}), "SCENE");
+  refused(study({"phantom:quarter"}), "phantom:half");
+  refused(study({path("none.json")}), "none.json");
+  refused(study({"phantom:full", "phantom:full"}), "same name");
+  refused({"study", "error-time", "phantom:full"}, "--out");
+  refused({"study", "error-time", "phantom:full", "--out", path("file")}, "file");
+  refused({"study", "error-time", "phantom:full", "--out", path("out"), "--budget", "0"}, "--budget");
+  refused({"study", "error-time", "phantom:full", "--out", path("out"), "--backend", "cuda", "--threads", "2"}, "--threads");
+  refused({"study", "error-time", path("scene.json"), "--out", path("out"), "--set", "simulation.dampin=1"}, "damping");
+  nlohmann::json scene = scene_json();
+  scene["meshes"] = nlohmann::json::array();
+  write_scene("scene.json", scene);
+  refused(study({path("scene.json")}), "no mesh");
+}
+
+}  // namespace
+}  // namespace simplexseg
