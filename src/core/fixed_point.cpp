@@ -140,7 +140,7 @@ FixedPoint find_fixed_point(const ReferenceModel& model, const Pose& start, doub
     result.converged = (update < tolerance_mm && mu <= 1e-6) || result.drifts;
     if (result.converged) break;
     before = residual;
-    mu = std::max(mu * (miss < 0.01 ? 0.01 : miss < 0.05 ? 0.1 : miss < 0.2 ? 0.3 : 1.0), kLeast);
+    mu = std::max(mu * (miss < 0.05 ? 0.1 : miss < 0.2 ? 0.3 : 1.0), kLeast);
     systems.set_pose(result.pose);
   }
   result.residual_mm = largest(a);
