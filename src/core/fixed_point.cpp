@@ -3,6 +3,7 @@
 #include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/reference_model.h"
 
@@ -34,52 +35,64 @@ struct Factored {
   Eigen::ComputationInfo info() const { return Eigen::Success; }
 };
 
-/// (mu - J / weight) dx = right, for one pose and one mu at a time.
+/// (mu - J / weight) dx = right, for one pose and one mu at a time: BiCGSTAB over the factors of an earlier
+/// near_jacobian, which are made anew when it takes long.
 class Systems {
  public:
   explicit Systems(const ReferenceModel& model) : model_(model) {}
   void set_pose(const Pose& pose) {
-    near_ = model_.near_jacobian(pose) / -model_.weight_sum();
-    if (!model_.depends_on_neighbours_alone()) full_ = model_.jacobian(pose) / -model_.weight_sum();
+    pose_ = pose;
+    matrix_ = model_.jacobian(pose) / -model_.weight_sum();
   }
-  /// False when the matrix is singular to rounding.
-  bool set_mu(double mu) {
+  void set_mu(double mu) {
     mu_ = mu;
-    Eigen::SparseMatrix<double> regular = near_;
-    for (Eigen::Index i = 0; i < regular.rows(); ++i) regular.coeffRef(i, i) += mu;
-    regular.makeCompressed();
-    // The pattern stays but for entries of attraction, which it has from the start.
-    if (!analysed_) factors_.analyzePattern(regular);
-    analysed_ = true;
-    factors_.factorize(regular);
-    if (factors_.info() != Eigen::Success) return false;
-    if (full_.rows() == 0) return true;
-    regular_ = full_;
-    for (Eigen::Index i = 0; i < regular_.rows(); ++i) regular_.coeffRef(i, i) += mu;
+    regular_ = matrix_;
+    add_to_diagonal(regular_);
+    fresh_ = false;
     solver_.preconditioner().factors = &factors_;
     solver_.compute(regular_);
-    return true;
   }
-  Pose solve(const Pose& right, double tolerance) {
+  /// Empty when the matrix is singular to rounding.
+  std::optional<Pose> solve(const Pose& right, double tolerance) {
+    constexpr int kQuick = 12, kMost = 500;
     const Eigen::Map<const Eigen::VectorXd> flat(right.data(), right.size());
+    solver_.setTolerance(tolerance);
     Eigen::VectorXd solution;
-    if (full_.rows() == 0) {
-      solution = factors_.solve(flat);
-    } else {
-      solver_.setTolerance(tolerance);
-      solver_.setMaxIterations(500);
+    if (!fresh_ && analysed_) {
+      solver_.setMaxIterations(kQuick);
       solution = solver_.solve(flat);
     }
-    return Eigen::Map<const Pose>(solution.data(), 3, right.cols());
+    if (solution.size() == 0 || solver_.info() != Eigen::Success || !solution.allFinite()) {
+      if (!fresh_ && !factorise()) return std::nullopt;
+      solver_.setMaxIterations(kMost);
+      solution = solver_.solve(flat);
+    }
+    return Pose(Eigen::Map<const Pose>(solution.data(), 3, right.cols()));
   }
 
  private:
+  template <class Matrix>
+  void add_to_diagonal(Matrix& matrix) const {
+    for (Eigen::Index i = 0; i < matrix.rows(); ++i) matrix.coeffRef(i, i) += mu_;
+  }
+  bool factorise() {
+    Eigen::SparseMatrix<double> regular = model_.near_jacobian(pose_) / -model_.weight_sum();
+    add_to_diagonal(regular);
+    regular.makeCompressed();
+    if (!analysed_) factors_.analyzePattern(regular);  // the pattern stays
+    analysed_ = true;
+    factors_.factorize(regular);
+    fresh_ = factors_.info() == Eigen::Success;
+    return fresh_;
+  }
+
   const ReferenceModel& model_;
-  ReferenceModel::Matrix near_, full_, regular_;
+  Pose pose_;
+  ReferenceModel::Matrix matrix_, regular_;
   Factors factors_;
   Eigen::BiCGSTAB<ReferenceModel::Matrix, Factored> solver_;
   double mu_ = 0;
-  bool analysed_ = false;
+  bool analysed_ = false, fresh_ = false;  // fresh: the factors are those of the present system
 };
 
 }  // namespace
@@ -94,7 +107,8 @@ FixedPoint find_fixed_point(const ReferenceModel& model, const Pose& start, doub
     return result;
   }
   Pose a = model.acceleration(start) / weight;
-  double mu = 1e-2;  // in shares of the weight sum
+  const double edge = (start.col(0) - start.col(model.neighbours()[0][0])).norm();
+  double mu = std::clamp(largest(a) / edge, kLeast, 1e-2);  // in shares of the weight sum; the nearer, the less
   double before = INFINITY;
   Systems systems(model);
   systems.set_pose(start);
@@ -102,14 +116,15 @@ FixedPoint find_fixed_point(const ReferenceModel& model, const Pose& start, doub
     ++result.iterations;
     double miss = INFINITY;
     Pose dx, there, correction;
-    if (systems.set_mu(mu)) {
-      dx = systems.solve(a, 1e-6);
+    systems.set_mu(mu);
+    if (const std::optional<Pose> step = systems.solve(a, 1e-6)) {
+      dx = *step;
       there = result.pose + dx;
       const Pose next = there.allFinite() ? Pose(model.acceleration(there) / weight) : there;
       if (next.allFinite()) {
         // The derivative promises mu dx as what is left; what is more than that is a failure of linearity.
-        correction = systems.solve(next - mu * dx, 1e-2);
-        miss = correction.norm() / dx.norm();
+        const std::optional<Pose> more = systems.solve(next - mu * dx, 1e-2);
+        if (more) correction = *more, miss = correction.norm() / dx.norm();
       }
     }
     const double update = miss < INFINITY ? largest(dx) : INFINITY;

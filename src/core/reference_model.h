@@ -52,7 +52,6 @@ class ReferenceModel {
   Matrix jacobian(const Pose& pose) const { return matrix(pose, keeps_curvature_); }
   /// The same with the mean curvatures of smoothing held: a vertex then depends on its neighbours alone.
   Matrix near_jacobian(const Pose& pose) const { return matrix(pose, false); }
-  bool depends_on_neighbours_alone() const { return !keeps_curvature_; }
 
  private:
   template <class T>
