@@ -49,14 +49,19 @@ float SolverControl::fastest() const { return form() == StepForm::Corrected ? kF
 
 float SolverControl::first_guess() const {
   if (form() == StepForm::Corrected) return 0.3f;
-  // As if the image held every vertex.
-  const float image = stiffness_.image;
-  return image > 0 ? image / (stiffness_.internal + image) : 0.02f;
+  // As if image and points held every vertex.
+  const float hold = stiffness_.image > 0 ? stiffness_.image : stiffness_.attraction;
+  return hold > 0 ? std::max(hold / (stiffness_.internal + hold), kSlowestFree) : kSlowestFree;
 }
 
 StepCoefficients SolverControl::coefficients() const {
   if (form() == StepForm::Plain) return {fixed_.gain * cut_ * cut_, fixed_.keep};
   const float a = fastest(), b = std::min(state_.slowest, a);
+  if (form() == StepForm::Scaled && !(stiffness_.image > 0)) {
+    // What points alone pull must not leap past them: the best damping for a gain of 1.
+    const float rest = 1 - std::sqrt(std::min(b, 1.0f));
+    return {cut_ * cut_, rest * rest};
+  }
   const float s = std::sqrt(a), t = std::sqrt(b);
   return {4 / ((s + t) * (s + t)) * cut_ * cut_, (s - t) * (s - t) / ((s + t) * (s + t))};
 }

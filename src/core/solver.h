@@ -22,6 +22,7 @@ struct StepCoefficients {
 struct SolverState {
   float slowest = 0;              ///< estimated smallest eigenvalue of -dz/dx
   bool multigrid = false;         ///< automatic: the correction has been found worth it
+  float hold = 0;                 ///< of the multigrid model (MeshConstants::hold)
 };
 
 /// Chooses the steps of one mesh. The largest eigenvalue is known before the first step from the bounds that forces report.
@@ -49,6 +50,7 @@ class SolverControl {
   bool cut();
   float cut_factor() const { return cut_; }     ///< of the timestep
   const SolverState& state() const { return state_; }
+  void set_hold(float hold) { state_.hold = hold; }
   const Stiffness& stiffness() const { return stiffness_; }
 
  private:

@@ -362,6 +362,14 @@ class StepEngine final : public Engine {
   }
 
  private:
+  /// The forces that are in the program. Fewer only to measure that one which is not used costs nothing (tests/benchmarks).
+#ifdef SIMPLEXSEG_BUILT_FORCES
+  static constexpr unsigned kBuiltForces = SIMPLEXSEG_BUILT_FORCES;
+#else
+  static constexpr unsigned kBuiltForces = (1u << kForceCount) - 1;
+#endif
+  static constexpr bool built(ForceId force) { return (kBuiltForces & bit(force)) != 0; }
+
   /// Shares of folded vertices: at most so in a sound mesh, more than so in one that is no surface any more.
   static constexpr float kSound = 0.1f, kCrumpled = 0.25f;
   /// Of the multigrid model, as shares of k. What nothing holds drifts by what its forces do not balance, and a cycle would
@@ -510,8 +518,12 @@ class StepEngine final : public Engine {
     bool corrected = false;
     for (const SolverControl& control : controls_) corrected = corrected || control.form() == StepForm::Corrected;
     corrected_ = corrected;
-    for (std::size_t k = 0; k < constants_.size(); ++k) constants_[k].form = controls_[k].form(), constants_[k].hold = kHoldFree;
-    hold_known_ = false, stiffness_due_ = true;
+    for (std::size_t k = 0; k < constants_.size(); ++k) {
+      const float hold = controls_[k].state().hold;
+      constants_[k].form = controls_[k].form(), constants_[k].hold = hold > 0 ? hold : kHoldFree;
+      hold_known_ = (k == 0 || hold_known_) && (hold > 0 || constants_[k].form != StepForm::Corrected);
+    }
+    stiffness_due_ = true;
     sent_coefficients_.clear();
     hold_what_is_needed();
     for (std::size_t k = 0; k < constants_.size(); ++k) constants_[k].root = levels_held() ? roots_[k] : -1;
@@ -643,6 +655,7 @@ class StepEngine final : public Engine {
       const float hold = motion_.data()[k].hold > kIsHeld * c.model ? kHoldHeld : kHoldFree;
       anew = anew || hold != c.hold;
       c.hold = hold;
+      controls_[k].set_hold(hold);
     }
     hold_known_ = true;
     if (anew) meshes_.upload(constants_), stiffness_due_ = true;
@@ -712,7 +725,7 @@ class StepEngine final : public Engine {
     if constexpr (kMask < 1u << kForceCount) {
       // Internal forces are in the model as a whole.
       constexpr unsigned kInternal = bit(ForceId::Smoothing) | bit(ForceId::ShapeMemory);
-      if constexpr ((kMask & kInternal) != 0)
+      if constexpr ((kMask & kInternal) != 0 || (kMask & ~kBuiltForces) != 0)
         stiffness_by_mask<kMask + 1>();
       else if (kMask == (needs_.forces & ~kInternal))
         run(LocalStiffness<kMask>{view_});
@@ -739,7 +752,7 @@ class StepEngine final : public Engine {
         if (!held_targets_[k][static_cast<int>(force.id)].empty()) needs.held |= bit(force.id);
     return needs;
   }
-  bool active(ForceId force) const { return needs_.uses(force); }
+  bool active(ForceId force) const { return (kBuiltForces & bit(force)) != 0 && needs_.uses(force); }
   /// Null for a force without targets.
   Array<Vec4>* target_array(ForceId force) {
     return force == ForceId::Gradient ? &gradient_target_ : force == ForceId::IntensityProfile ? &profile_target_ : force == ForceId::Region ? &region_target_ : nullptr;
@@ -849,8 +862,11 @@ class StepEngine final : public Engine {
     if (needs_.searches())
       executor_.visit_voxels(volume_.type(), [&]<class Voxels>(std::type_identity<Voxels>) {
         executor_.visit_width(view_.vertex_count, [&]<int kWidth>(std::integral_constant<int, kWidth>) {
-          if (needs_.searches(ForceId::Gradient)) search(GradientSearch<Voxels, kWidth>{view_, kWidth > 1 ? needs_.gradient_scratch : 0});
-          if (needs_.searches(ForceId::IntensityProfile)) search(ProfileSearch<Voxels, kWidth>{view_, needs_.profile_scratch});
+          if constexpr (built(ForceId::Gradient))
+            if (needs_.searches(ForceId::Gradient)) search(GradientSearch<Voxels, kWidth>{view_, kWidth > 1 ? needs_.gradient_scratch : 0});
+          if constexpr (built(ForceId::IntensityProfile))
+            if (needs_.searches(ForceId::IntensityProfile)) search(ProfileSearch<Voxels, kWidth>{view_, needs_.profile_scratch});
+          if constexpr (built(ForceId::Region)) {
           if (!needs_.searches(ForceId::Region)) return;
           if (local_statistics_.size() != 0) {
             using Statistics = RegionStatistics<Voxels, kWidth>;
@@ -860,6 +876,7 @@ class StepEngine final : public Engine {
           }
           search(RegionSearch<Voxels, kWidth>{view_, needs_.region_scratch});
           run(RegionTarget{view_, average(region_target_.data(), needs_.averaging_passes, true)});
+          }
         });
       });
     if (bind) run(BindPatch{view_}, view_.point_count);
@@ -879,7 +896,9 @@ class StepEngine final : public Engine {
   template <unsigned kMask = 0>
   void integrate(int step, End end) {
     if constexpr (kMask < 1u << kForceCount) {
-      if (kMask == needs_.forces)
+      if constexpr ((kMask & ~kBuiltForces) != 0)
+        integrate<kMask + 1>(step, end);
+      else if (kMask == needs_.forces)
         run(IntegrateKernel<kMask>{view_, step, end});
       else
         integrate<kMask + 1>(step, end);

@@ -75,6 +75,9 @@ std::string pose_state_bytes(const MeshItem& item) {
       {"region_object", binary_of(item.region.object.data(), item.region.object.size())},
       {"region_background", binary_of(item.region.background.data(), item.region.background.size())},
       {"steps_at_level", item.steps_at_level},
+      {"solver_slowest", item.solver.slowest},
+      {"solver_multigrid", item.solver.multigrid},
+      {"solver_hold", item.solver.hold},
   };
   std::string bytes;
   json::to_cbor(state, bytes);
@@ -105,6 +108,13 @@ void take_pose_state(const std::string& file, const std::string& bytes, MeshItem
     const int steps_at_level = state.at("steps_at_level").get<int>();
     expect(steps_at_level >= 0, "'steps_at_level' is negative");
 
+    // States that were saved before solvers learnt have none of these.
+    SolverState solver;
+    solver.slowest = state.value("solver_slowest", 0.0f), solver.hold = state.value("solver_hold", 0.0f);
+    solver.multigrid = state.value("solver_multigrid", false);
+    expect(std::isfinite(solver.slowest) && std::isfinite(solver.hold), "the solver's state is not finite");
+
+    item.solver = solver;
     item.previous = std::move(previous);
     item.shape = std::move(shape);
     item.profiles = std::move(profiles);

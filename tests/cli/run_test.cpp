@@ -138,7 +138,9 @@ TEST_F(Run, Set) {
     return text_of("meshes/ball.ply");
   };
   const std::string plain = final_pose({"--meshes", path("meshes")});
-  EXPECT_NE(plain, final_pose({"--meshes", path("meshes"), "--set", "simulation.damping=0.2"}));
+  const std::string verlet = final_pose({"--meshes", path("meshes"), "--set", "simulation.solver=verlet"});
+  EXPECT_NE(plain, verlet);
+  EXPECT_NE(verlet, final_pose({"--meshes", path("meshes"), "--set", "simulation.solver=verlet", "--set", "simulation.damping=0.2"}));
   EXPECT_NE(plain, final_pose({"--meshes", path("meshes"), "--set", "forces.smoothing.weight=1.5"}));
   EXPECT_EQ(final_pose({"--meshes", path("meshes"), "--set", "forces.smoothing.weight=1.5"}),
             final_pose({"--meshes", path("meshes"), "--set", "meshes.ball.smoothing.weight=1.5"}));

@@ -17,8 +17,8 @@ class SolverTest : public EngineTest {
     s.solver_choice = static_cast<float>(solver), s.refresh_interval = 1e6f;
     return s;
   }
-  /// A linear problem: equal springs between neighbours, and to points beside every `each`-th vertex of one half.
-  static TestScene membrane(int level, int each) {
+  /// A linear problem: equal springs between neighbours, and to points beside every `each`-th vertex, or of one half.
+  static TestScene membrane(int level, int each, bool half = true) {
     TestScene scene;
     scene.meshes.resize(1);
     TestMesh& m = scene.meshes[0];
@@ -26,7 +26,7 @@ class SolverTest : public EngineTest {
     m.forces = with({{"smoothing", "weight", 5}, {"smoothing", "evenness", 0}, {"smoothing", "curvature", 0},
                      {"attraction", "weight", 0.5f}, {"attraction", "order", 0}});
     for (int i = 0; i < m.mesh.vertex_count(); i += each)
-      if (m.mesh.positions[i][2] > 1) scene.points.push_back({0, m.mesh.positions[i].cast<double>() + 0.1 * Eigen::Vector3d(std::sin(i), std::cos(i), std::sin(2 * i))});
+      if (!half || m.mesh.positions[i][2] > 1) scene.points.push_back({0, m.mesh.positions[i].cast<double>() + 0.1 * Eigen::Vector3d(std::sin(i), std::cos(i), std::sin(2 * i))});
     return scene;
   }
   /// Steps until the distance to `end`, root mean square, is `share` of what it was; `most` when it never is.
@@ -65,7 +65,7 @@ TEST_P(SolverTest, AllReachTheSameFixedPoint) {
 }
 
 TEST_P(SolverTest, EachTakesFewerStepsThanTheOneBefore) {
-  const TestScene scene = membrane(4, 2);
+  const TestScene scene = membrane(4, 1, false);
   TestScene exact = scene;
   exact.simulation = by(Solver::Multigrid);
   const Positions end = run(exact, 1000);
@@ -73,8 +73,13 @@ TEST_P(SolverTest, EachTakesFewerStepsThanTheOneBefore) {
   const int multigrid = steps_to(scene, Solver::Multigrid, end, 0.01, 4000);
   EXPECT_LT(verlet, 4000);
   EXPECT_LT(damped, 0.8 * verlet);
-  EXPECT_LT(multigrid, 0.2 * damped);
-  EXPECT_LT(steps_to(scene, Solver::Automatic, end, 0.01, 4000), 1.2 * damped);
+  EXPECT_LT(multigrid, 0.6 * damped);
+  EXPECT_LE(steps_to(scene, Solver::Automatic, end, 0.01, 4000), damped);
+  // Slow modes, of the half that nothing holds, are what the cycle is for.
+  TestScene half = membrane(4, 1);
+  half.simulation = by(Solver::Multigrid);
+  const Positions half_end = run(half, 1000);
+  EXPECT_LT(10 * steps_to(half, Solver::Multigrid, half_end, 0.01, 4000), steps_to(half, Solver::Verlet, half_end, 0.01, 4000));
 }
 
 TEST_P(SolverTest, TheCycleTakesAsManyStepsOnFineMeshesAsOnCoarseOnes) {
@@ -111,7 +116,6 @@ TEST_P(SolverTest, WhatWasLearntGoesOnAfterALoad) {
   load(*engine, scene);
   const SolverState learnt = engine->step(100).solver.at(0);
   EXPECT_GT(learnt.slowest, 0);
-  EXPECT_LT(learnt.slowest, 0.01f) << "half of the mesh is free";
   EngineMesh m;
   const TestMesh& t = scene.meshes[0];
   m.positions = m.previous = t.mesh.positions, m.neighbours = t.mesh.neighbours, m.parameters = t.forces, m.solver = learnt;

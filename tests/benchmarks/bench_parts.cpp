@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// What each part of a step costs, and that a part which is left out costs nothing.
+//   bench_parts [cpu|cuda] [VERTICES]      a table: bytes and time that each force adds to smoothing, and its launches
+//   bench_parts alone FORCE                nanoseconds a vertex-step of a scene with this force alone, on one thread; for
+//                                          comparing builds with and without the other forces (scripts/measure_leaving_out)
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <string>
+
+#include "core/force_list.h"
+#include "core/profile_reference.h"
+#include "core/region_model.h"
+#include "core/shape_reference.h"
+#include "core/step_needs.h"
+#include "gpu/backend.h"
+#include "study/trials.h"
+
+using namespace simplexseg;
+
+namespace {
+
+struct Cost {
+  double us;
+  std::map<std::string, std::size_t> bytes;
+  std::map<std::string, std::uint64_t> launches;
+};
+
+Cost cost_of(unsigned forces, Engine& engine, int level, Solver solver) {
+  SimplexMesh mesh = make_sphere({0, 0, 0}, kBallRadius, level);
+  ForceParameters p = default_force_parameters();
+  for (const ForceInfo& force : force_list()) p.values[static_cast<int>(force.id)][0] = (forces >> static_cast<int>(force.id) & 1u) != 0 ? 0.3f : 0.0f;
+  const auto shape = shape_reference_of(mesh);
+  const auto profiles = profile_reference_of(mesh, ball_volume(), p);
+  const RegionModel region = estimate_region(ball_volume(), mesh, 2 * kBallRadius);
+  SimulationParameters s = default_simulation_parameters();
+  s.solver_choice = static_cast<float>(solver);
+  engine.set_volume(ball_volume());
+  EngineMesh m;
+  m.positions = m.previous = mesh.positions, m.neighbours = mesh.neighbours, m.shape = shape, m.profiles = profiles, m.region = &region, m.parameters = p;
+  engine.load(std::span(&m, 1), s);
+  const std::vector<EnginePoint> points{{0, {22, 0, 0}}, {0, {0, -21, 3}}};
+  engine.set_points(points);
+  engine.step(60);
+  Cost cost;
+  for (const Engine::HeldArray& array : engine.held_arrays()) cost.bytes[array.name] = array.bytes;
+  for (const Engine::KernelCount& kernel : engine.kernel_counts()) cost.launches[kernel.name] -= kernel.launches;
+  std::vector<double> us;
+  constexpr int kSteps = 60, kRepeats = 9;
+  for (int repeat = 0; repeat < kRepeats; ++repeat) {
+    const auto start = std::chrono::steady_clock::now();
+    engine.step(kSteps);
+    us.push_back(std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count() / kSteps);
+  }
+  for (const Engine::KernelCount& kernel : engine.kernel_counts()) cost.launches[kernel.name] += kernel.launches;
+  std::erase_if(cost.launches, [](const auto& kernel) { return kernel.second == 0; });
+  std::sort(us.begin(), us.end());
+  cost.us = us[kRepeats / 2];
+  return cost;
+}
+
+void row(const char* part, const Cost& with, const Cost& without) {
+  std::size_t bytes = 0;
+  std::string arrays, kernels;
+  for (const auto& [name, size] : with.bytes) {
+    const auto before = without.bytes.find(name);
+    if (before != without.bytes.end() && before->second == size) continue;
+    bytes += size - (before == without.bytes.end() ? 0 : before->second);
+    arrays += (arrays.empty() ? "" : ", ") + name;
+  }
+  for (const auto& [name, launches] : with.launches)
+    if (!without.launches.contains(name)) kernels += (kernels.empty() ? "" : ", ") + name;
+  std::printf("| %s | %.2f | %s | %+.2f | %s |\n", part, static_cast<double>(bytes) / 1e6, arrays.c_str(), with.us - without.us, kernels.c_str());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string mode = argc > 1 ? argv[1] : "cpu";
+  if (mode == "alone" && argc > 2) {
+    const ForceInfo* force = find_force(argv[2]);
+    if (force == nullptr) return std::fprintf(stderr, "there is no force '%s'\n", argv[2]), 2;
+    const auto engine = make_cpu_engine(1);
+    std::printf("%.3f\n", 1000 * cost_of(bit(force->id), *engine, 4, Solver::Verlet).us / 5120);
+    return 0;
+  }
+  const int level = sphere_level_for(argc > 2 ? std::atoi(argv[2]) : 20480);
+  auto cost = [&](unsigned forces, Solver solver) {
+    const auto engine = mode == "cuda" ? make_cuda_engine() : make_cpu_engine();
+    return cost_of(forces, *engine, level, solver);
+  };
+  const unsigned base = bit(ForceId::Smoothing);
+  const Cost plain = cost(base, Solver::Verlet);
+  std::printf("%d vertices, %s; smoothing alone: %.2f us a step\n\n| part | MB | arrays | us a step | kernels |\n|---|---|---|---|---|\n", 20 << (2 * level), mode.c_str(), plain.us);
+  for (const ForceInfo& force : force_list())
+    if (force.id != ForceId::Smoothing) row(force.name, cost(base | bit(force.id), Solver::Verlet), plain);
+  row("solver damped", cost(base | bit(ForceId::Region), Solver::Damped), cost(base | bit(ForceId::Region), Solver::Verlet));
+  row("solver multigrid", cost(base | bit(ForceId::Region), Solver::Multigrid), cost(base | bit(ForceId::Region), Solver::Verlet));
+  return 0;
+}
