@@ -10,7 +10,8 @@ namespace {
 // Bounds of the largest eigenvalue of -dz/dx with some room: 1 where forces are scaled by their own bound; for a multigrid
 // cycle on spheres of 20 to 330,000 vertices at most 2.4 was measured.
 constexpr float kFastestScaled = 1.1f, kFastestCorrected = 2.6f;
-constexpr float kSlowestScaled = 3e-4f, kSlowestFree = 0.02f, kSlowestCorrected = 0.05f;
+/// What damping is chosen for, at least; what is seen may be slower.
+constexpr float kSlowestSeen = 1e-6f, kSlowestScaled = 3e-4f, kSlowestFree = 0.02f, kSlowestCorrected = 0.05f;
 /// Steps to a given error go with the root of the ratio of the eigenvalues; with a cycle it is about this.
 constexpr float kCorrectedRoot = 2.2f;
 constexpr float kSmallestCut = 1.0f / 4096;
@@ -56,7 +57,9 @@ float SolverControl::first_guess() const {
 
 StepCoefficients SolverControl::coefficients() const {
   if (form() == StepForm::Plain) return {fixed_.gain * cut_ * cut_, fixed_.keep};
-  const float a = fastest(), b = std::min(state_.slowest, a);
+  // Where no image holds the mesh, what still moves may be held by nothing: it would coast.
+  const float least = form() == StepForm::Corrected ? kSlowestCorrected : stiffness_.image > 0 ? kSlowestScaled : kSlowestFree;
+  const float a = fastest(), b = std::clamp(state_.slowest, least, a);
   if (form() == StepForm::Scaled && !(stiffness_.image > 0)) {
     // What points alone pull must not leap past them: the best damping for a gain of 1.
     const float rest = 1 - std::sqrt(std::min(b, 1.0f));
@@ -76,10 +79,7 @@ bool SolverControl::learn(float change, float square_move, float noise_mm) {
   // Downwards at once (the damping hides slow modes until it is right), upwards by half: fast modes are still on their way out.
   float& slowest = state_.slowest;
   slowest = quotient < slowest ? std::max(quotient, slowest / 8) : std::sqrt(slowest * quotient);
-  const bool corrected = form() == StepForm::Corrected;
-  // Where no image holds the mesh, what still moves may be held by nothing: it would coast.
-  const float least = corrected ? kSlowestCorrected : stiffness_.image > 0 ? kSlowestScaled : kSlowestFree;
-  slowest = std::clamp(slowest, least, 0.5f * fastest());
+  slowest = std::clamp(slowest, kSlowestSeen, 0.5f * fastest());
   correct_where_worth();
   return false;
 }

@@ -55,17 +55,20 @@ struct LocalStiffness {
 /// E of each vertex of a coarser level: the sum over what it stands for.
 struct CoarseStiffness {
   static constexpr const char* name = "coarse stiffness";
+  static constexpr int kLanes = 32;
   StepView v;
   int first;              ///< vertex of the level, counted over all levels
-  SIMPLEXSEG_HD void operator()(int index) const {
+  template <class L>
+  SIMPLEXSEG_HD void operator()(int index, L lanes) const {
     const LevelsView& l = v.levels;
     const CoarseRow* row = l.rows + (first + index - v.vertex_count);
     Vec4 a{0, 0, 0, 0}, b{0, 0, 0, 0};
-    for (int p = row[0].first_part; p < row[1].first_part; ++p) {
+    for (int p = row[0].first_part + lanes.lane; p < row[1].first_part; p += L::width) {
       const Vec4 x = l.stiffness_a[l.parts[p]], y = l.stiffness_b[l.parts[p]];
       a = {a.x + x.x, a.y + x.y, a.z + x.z, a.w + x.w}, b = {b.x + y.x, b.y + y.y, 0, 0};
     }
-    l.stiffness_a[first + index] = a, l.stiffness_b[first + index] = b;
+    a = {lanes.sum(a.x), lanes.sum(a.y), lanes.sum(a.z), lanes.sum(a.w)}, b = {lanes.sum(b.x), lanes.sum(b.y), 0, 0};
+    if (lanes.lane == 0) l.stiffness_a[first + index] = a, l.stiffness_b[first + index] = b;
   }
 };
 
@@ -76,18 +79,22 @@ SIMPLEXSEG_HD void begin_cycle(const StepView& v, const MeshConstants& m, int i,
   l.correction[i] = with_w(kRelaxation * VertexSystem(l.stiffness_a[i], l.stiffness_b[i], m.model).solve(force), 0.0f);
 }
 
-/// Sums what is left of the residual onto the next coarser level, and takes the Jacobi step there.
+/// Sums what is left of the residual onto the next coarser level, and takes the Jacobi step there. Small levels are all
+/// waiting for memory: there the parts of a vertex are shared out among lanes.
 template <bool kFromMesh>
 struct Restrict {
   static constexpr const char* name = "restrict";
+  static constexpr int kLanes = kFromMesh ? 1 : 32;
   StepView v;
   int first;
-  SIMPLEXSEG_HD void operator()(int index) const {
+  static constexpr int scratch = 0;
+  template <class L>
+  SIMPLEXSEG_HD void operator()(int index, L lanes) const {
     const LevelsView& l = v.levels;
     const CoarseRow* row = l.rows + (first + index - v.vertex_count);
     const float k = v.meshes[row->mesh].model;
     Vec3 sum{0, 0, 0};
-    for (int p = row[0].first_part; p < row[1].first_part; ++p) {
+    for (int p = row[0].first_part + lanes.lane; p < row[1].first_part; p += L::width) {
       const int i = l.parts[p];
       float degree = 1;
       Vec3 beside{0, 0, 0};
@@ -97,11 +104,14 @@ struct Restrict {
       } else {
         const CoarseRow* fine = l.rows + (i - v.vertex_count);
         degree = fine->degree;
+        SIMPLEXSEG_UNROLL
         for (int e = fine[0].first_edge; e < fine[1].first_edge; ++e) beside = beside + l.edges[e].conductance * xyz(l.correction[l.edges[e].to]);
       }
       const VertexSystem system(l.stiffness_a[i], l.stiffness_b[i], k * degree);
       sum = sum + (xyz(l.residual[i]) - (system.times(xyz(l.correction[i])) - k * beside));
     }
+    sum = {lanes.sum(sum.x), lanes.sum(sum.y), lanes.sum(sum.z)};
+    if (lanes.lane != 0) return;
     const bool last = row[0].first_edge == row[1].first_edge;      // a whole mesh, or part of one: solved exactly
     const VertexSystem system(l.stiffness_a[first + index], l.stiffness_b[first + index], k * row->degree);
     const Vec3 z = (last ? 1.0f : kRelaxation) * system.solve(sum);
@@ -114,9 +124,11 @@ struct Restrict {
 /// Second half on a coarser level: adds the correction of the level below it and takes a Jacobi step.
 struct Prolong {
   static constexpr const char* name = "prolong";
+  static constexpr int kLanes = 32;
   StepView v;
   int first;
-  SIMPLEXSEG_HD void operator()(int index) const {
+  template <class L>
+  SIMPLEXSEG_HD void operator()(int index, L lanes) const {
     const LevelsView& l = v.levels;
     const int i = first + index;
     const CoarseRow* row = l.rows + (i - v.vertex_count);
@@ -124,7 +136,9 @@ struct Prolong {
     const float k = v.meshes[row->mesh].model;
     auto corrected = [&](int j) { return xyz(l.correction[j]) + xyz(l.relaxed[l.coarse_of[j]]); };
     Vec3 beside{0, 0, 0};
-    for (int e = row[0].first_edge; e < row[1].first_edge; ++e) beside = beside + l.edges[e].conductance * corrected(l.edges[e].to);
+    for (int e = row[0].first_edge + lanes.lane; e < row[1].first_edge; e += L::width) beside = beside + l.edges[e].conductance * corrected(l.edges[e].to);
+    beside = {lanes.sum(beside.x), lanes.sum(beside.y), lanes.sum(beside.z)};
+    if (lanes.lane != 0) return;
     const Vec3 own = corrected(i);
     const VertexSystem system(l.stiffness_a[i], l.stiffness_b[i], k * row->degree);
     l.relaxed[i] = with_w(own + kRelaxation * system.solve(xyz(l.residual[i]) - (system.times(own) - k * beside)), 0.0f);
