@@ -128,7 +128,7 @@ class CudaExecutor {
   using HostVisible = HostVisibleArray<T>;
   using NeighbourArray = simplexseg::NeighbourArray;
   static constexpr bool kRecords = true;
-  static constexpr float kCycleCost = 8;         ///< of a step with a multigrid cycle, in steps without
+  static constexpr float kCycleCost = 4;         ///< of a step with a multigrid cycle, in steps without
   using Recording = ExecutableGraph;
 
   explicit CudaExecutor(VolumeSampling sampling) : volume_(sampling) {

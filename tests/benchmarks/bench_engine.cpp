@@ -97,6 +97,7 @@ void measure(benchmark::State& state, const std::vector<Item>& items, Load load,
     vertices += item.mesh.positions.size();
   }
   SimulationParameters simulation = default_simulation_parameters();
+  simulation.solver_choice = static_cast<float>(Solver::Verlet);      // the plain step: no sums for a solver to learn from, no cycle
   simulation.refresh_interval = static_cast<float>(refresh_interval);
   const auto engine = threads == 0 ? make_cuda_engine(sampling) : make_cpu_engine(threads);
   engine->set_volume(phantom());
