@@ -17,13 +17,13 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/hierarchy.h"
 #include "core/region_model.h"
 #include "core/simplex_mesh.h"
 #include "core/stability.h"
 #include "core/volume.h"
 #include "gpu/display_kernels.h"
 #include "gpu/kernels.h"
+#include "gpu/levels.h"
 #include "gpu/vertex_order.h"
 
 namespace simplexseg {
@@ -120,6 +120,7 @@ class StepEngine final : public Engine {
     for (std::size_t k = 0; k < meshes.size(); ++k)
       for (const Eigen::Vector3f& x : meshes[k].positions) box_[k].extend(x.cast<double>());
     forget_levels();
+    levels_host_ = {};
     hold_known_ = false;
     kept_.resize(0);
     folded_.clear(), sound_.clear();
@@ -508,6 +509,9 @@ class StepEngine final : public Engine {
     refresh_interval_ = static_cast<int>(simulation.refresh_interval + 0.5f);
     keeps_pose_ = simulation.may_grow();
     watched_ = keeps_pose_ || simulation.solver() == Solver::Damped;
+    const bool cycles = simulation.solver() == Solver::Automatic || simulation.solver() == Solver::Multigrid;
+    for (const SolverControl& control : controls_)
+      if (cycles && control.stiffness().internal > 0) arrange_levels_once();
     note_reach();
     apply_forms();
     refresh_due_ = true;
@@ -667,53 +671,15 @@ class StepEngine final : public Engine {
     rows_.resize(0), parts_.resize(0), edges_.resize(0), coarse_of_.resize(0);
   }
 
-  /// The hierarchies of all meshes, level by level.
+  /// Takes a while with many vertices: done when meshes are loaded that may need it, not in the middle of a run.
+  void arrange_levels_once() {
+    if (levels_host_.first.empty()) levels_host_ = arrange_levels(constants_, neighbours_host_);
+  }
   void build_levels() {
-    std::vector<Hierarchy> hierarchies;
-    std::size_t depth = 0;
-    for (const MeshConstants& c : constants_) {
-      std::vector<std::array<int, 3>> own(c.vertex_count);
-      for (int i = 0; i < c.vertex_count; ++i) {
-        const Int4 nb = neighbours_host_[c.first_vertex + i];
-        own[i] = {nb.x - c.first_vertex, nb.y - c.first_vertex, nb.z - c.first_vertex};
-      }
-      hierarchies.push_back(make_hierarchy(own));
-      depth = std::max(depth, hierarchies.back().levels.size());
-    }
-    std::vector<CoarseRow> rows;
-    std::vector<int> parts, coarse_of;
-    std::vector<CoarseEdge> edges;
-    std::vector<int> finer;                       // of each mesh: its first vertex on the level above, at last its root
-    for (const MeshConstants& c : constants_) finer.push_back(c.first_vertex);
-    int next = view_.vertex_count;
-    coarse_of.assign(next, 0);
-    level_first_.assign(1, next);
-    for (std::size_t l = 0; l < depth; ++l) {
-      for (std::size_t k = 0; k < hierarchies.size(); ++k) {
-        if (l >= hierarchies[k].levels.size()) continue;
-        const Hierarchy::Level& level = hierarchies[k].levels[l];
-        for (int i = 0; i < level.size(); ++i) {
-          CoarseRow row{static_cast<int>(parts.size()), static_cast<int>(edges.size()), 0, static_cast<int>(k)};
-          for (int p = level.part_first[i]; p < level.part_first[i + 1]; ++p) {
-            parts.push_back(finer[k] + level.parts[p]);
-            coarse_of[parts.back()] = next + i;
-          }
-          for (int e = level.edge_first[i]; e < level.edge_first[i + 1]; ++e) {
-            edges.push_back({next + level.edges[e].to, level.edges[e].conductance});
-            row.degree += level.edges[e].conductance;
-          }
-          rows.push_back(row);
-        }
-        finer[k] = next;
-        next += level.size();
-        coarse_of.resize(next, 0);
-      }
-      level_first_.push_back(next);
-    }
-    roots_ = finer;
-    rows.push_back({static_cast<int>(parts.size()), static_cast<int>(edges.size()), 0, 0});
-    if (edges.empty()) edges.push_back({0, 0});
-    rows_.assign(rows), parts_.assign(parts), edges_.assign(edges), coarse_of_.assign(coarse_of);
+    arrange_levels_once();
+    const LevelArrays& all = levels_host_;
+    level_first_ = all.first, roots_ = all.roots;
+    rows_.assign(all.rows), parts_.assign(all.parts), edges_.assign(all.edges), coarse_of_.assign(all.coarse_of);
   }
 
   void find_stiffness() {
@@ -943,6 +909,7 @@ class StepEngine final : public Engine {
   int since_watched_ = 0;
   SimulationParameters simulation_{};
   std::vector<StepCoefficients> coefficients_host_, sent_coefficients_;
+  LevelArrays levels_host_;                  ///< empty until they may be needed
   std::vector<int> roots_;                   ///< of each mesh: the vertex that stands for all of it
   std::vector<int> level_first_;             ///< first vertex of each coarser level, and the end of the last
   Array<StepCoefficients> coefficients_;
