@@ -474,7 +474,7 @@ class StepEngine final : public Engine {
     if (levels_held()) {
       if (refresh || stiffness_due_) find_stiffness();
       stiffness_due_ = false;
-      integrate(of_run, End::None);
+      integrate(of_run, end);
       correct(of_run, end);
     } else {
       integrate(of_run, end);

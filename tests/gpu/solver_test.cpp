@@ -109,6 +109,33 @@ TEST_P(SolverTest, WhatItLearnsDoesNotDependOnHowManyStepsAreAskedForAtOnce) {
   }
 }
 
+TEST_P(SolverTest, AMeshWithoutTheCycleBesideOneWithItIsMeasuredAndLearntAsAlone) {
+  TestScene alone = busy_scene(3), with_cycle = membrane(3, 2);
+  alone.points.clear();
+  for (const ForceInfo& force : force_list())
+    weight_of(alone.meshes[0].forces, force.id) = force.id == ForceId::Gradient || force.id == ForceId::Region ? 0.3f : 0.0f;
+  TestScene both = with_cycle;
+  both.volume = alone.volume;
+  both.meshes.push_back(alone.meshes[0]);
+  auto outcome_of = [&](TestScene& scene, std::initializer_list<int> batches) {
+    scene.simulation = by(Solver::Multigrid);
+    scene.simulation.refresh_interval = 4;
+    const auto engine = make_engine();
+    load(*engine, scene);
+    StepOutcome outcome;
+    for (int steps : batches) outcome = engine->step(steps);
+    return outcome;
+  };
+  const StepOutcome a = outcome_of(alone, {14}), b = outcome_of(both, {14}), c = outcome_of(both, {3, 9, 2}), d = outcome_of(with_cycle, {14});
+  EXPECT_GT(a.residual_mm.at(0), 1e-4);
+  EXPECT_GT(a.solver.at(0).slowest, 0);
+  EXPECT_NEAR(b.residual_mm.at(1), a.residual_mm.at(0), 1e-3 * a.residual_mm.at(0));
+  EXPECT_NEAR(b.solver.at(1).slowest, a.solver.at(0).slowest, 1e-3 * a.solver.at(0).slowest);
+  EXPECT_EQ(c.residual_mm.at(1), b.residual_mm.at(1));
+  EXPECT_EQ(c.solver.at(1).slowest, b.solver.at(1).slowest);
+  EXPECT_NEAR(b.residual_mm.at(0), d.residual_mm.at(0), 1e-3 * d.residual_mm.at(0));
+}
+
 TEST_P(SolverTest, WhatWasLearntGoesOnAfterALoad) {
   TestScene scene = membrane(4, 2);
   scene.simulation = by(Solver::Damped);
