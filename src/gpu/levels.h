@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The hierarchies of all meshes as the arrays that the multigrid kernels read (src/gpu/multigrid.h).
+// The coarser levels of all meshes (core/hierarchy.h), as the multigrid kernels read them, and the cycle over them.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -8,6 +8,9 @@
 
 #include "core/hierarchy.h"
 #include "core/step_view.h"
+#include "gpu/kernels.h"
+#include "gpu/launcher.h"
+#include "gpu/multigrid.h"
 
 namespace simplexseg {
 
@@ -64,5 +67,69 @@ inline LevelArrays arrange_levels(std::span<const MeshConstants> meshes, std::sp
   if (all.edges.empty()) all.edges.push_back({0, 0});
   return all;
 }
+
+template <class Executor>
+class CoarseLevels {
+  template <class T>
+  using Array = typename Executor::template Array<T>;
+
+ public:
+  /// Other meshes were loaded.
+  void forget() {
+    drop();
+    arranged_ = {};
+  }
+  /// Takes a while with many vertices: when meshes are loaded that may need it, not in the middle of a run.
+  void arrange(std::span<const MeshConstants> meshes, std::span<const Int4> neighbours) {
+    if (arranged_.first.empty()) arranged_ = arrange_levels(meshes, neighbours);
+  }
+  void hold(std::span<const MeshConstants> meshes, std::span<const Int4> neighbours) {
+    if (held_) return;
+    arrange(meshes, neighbours);
+    rows_.assign(arranged_.rows), parts_.assign(arranged_.parts), edges_.assign(arranged_.edges), coarse_of_.assign(arranged_.coarse_of);
+    for (Array<Vec4>* vector : vectors()) vector->resize(arranged_.first.back()), vector->fill_zero();
+    held_ = true;
+  }
+  void drop() {
+    rows_.resize(0), parts_.resize(0), edges_.resize(0), coarse_of_.resize(0);
+    for (Array<Vec4>* vector : vectors()) vector->resize(0);
+    held_ = false;
+  }
+  bool held() const { return held_; }
+  /// The vertex that stands for all of a mesh; -1 while levels are not held.
+  int root(std::size_t mesh) const { return held_ ? arranged_.roots[mesh] : -1; }
+
+  LevelsView view() {
+    return {rows_.data(), parts_.data(), edges_.data(), coarse_of_.data(), residual_.data(), correction_.data(), relaxed_.data(), stiffness_a_.data(), stiffness_b_.data()};
+  }
+  /// add(name, arrays...) for each group.
+  template <class Add>
+  void list(Add&& add) const {
+    add("levels", rows_, parts_, edges_, coarse_of_), add("level vectors", residual_, correction_, relaxed_, stiffness_a_, stiffness_b_);
+  }
+
+  /// After the mesh's own: E of the coarser levels.
+  void sum_stiffness(Launcher<Executor>& launcher, const StepView& view) const {
+    for (int l = 0; l < depth(); ++l) launcher.run(CoarseStiffness{view, arranged_.first[l]}, size(l));
+  }
+  /// After IntegrateKernel has begun it: the cycle down and up the levels. CorrectedStep ends it.
+  void cycle(Launcher<Executor>& launcher, const StepView& view) const {
+    launcher.run(Restrict<true>{view, arranged_.first[0]}, size(0));
+    for (int l = 1; l < depth(); ++l) launcher.run(Restrict<false>{view, arranged_.first[l]}, size(l));
+    for (int l = depth() - 2; l >= 0; --l) launcher.run(Prolong{view, arranged_.first[l]}, size(l));
+  }
+
+ private:
+  std::array<Array<Vec4>*, 5> vectors() { return {&residual_, &correction_, &relaxed_, &stiffness_a_, &stiffness_b_}; }
+  int depth() const { return static_cast<int>(arranged_.first.size()) - 1; }
+  int size(int l) const { return arranged_.first[l + 1] - arranged_.first[l]; }
+
+  LevelArrays arranged_;                     ///< empty until they may be needed
+  bool held_ = false;
+  Array<CoarseRow> rows_;
+  Array<CoarseEdge> edges_;
+  Array<int> parts_, coarse_of_;
+  Array<Vec4> residual_, correction_, relaxed_, stiffness_a_, stiffness_b_;
+};
 
 }  // namespace simplexseg

@@ -21,9 +21,11 @@
 #include "core/simplex_mesh.h"
 #include "core/stability.h"
 #include "core/volume.h"
-#include "gpu/display_kernels.h"
+#include "gpu/fold_watch.h"
 #include "gpu/kernels.h"
 #include "gpu/levels.h"
+#include "gpu/recorded_runs.h"
+#include "gpu/surface_drawing.h"
 #include "gpu/vertex_order.h"
 
 namespace simplexseg {
@@ -34,16 +36,16 @@ class StepEngine final : public Engine {
   using Array = typename Executor::template Array<T>;
 
  public:
-  explicit StepEngine(Executor executor) : executor_(std::move(executor)) {
+  explicit StepEngine(Executor executor) : launcher_{std::move(executor)} {
     status_.resize(1), result_.resize(1);
     reset_status();
   }
 
   const char* backend() const override { return Executor::name; }
-  std::string description() const override { return executor_.description(); }
+  std::string description() const override { return executor().description(); }
 
   void set_volume(const Volume& volume) override {
-    executor_.bind(volume, view_.volume);       // first: what does not fit changes nothing
+    executor().bind(volume, view_.volume);       // first: what does not fit changes nothing
     volume_ = volume;
     if (!volume_.empty()) {
       const VolumeGeometry& g = volume_.geometry();
@@ -56,7 +58,7 @@ class StepEngine final : public Engine {
       view_.volume.intensity_scale = static_cast<float>(1.0 / (window.high - window.low));
     }
     runs_.clear();
-    refresh_due_ = true;
+    phase_.refresh_due = true;
   }
 
   void load(std::span<const EngineMesh> meshes, const SimulationParameters& simulation) override {
@@ -68,8 +70,7 @@ class StepEngine final : public Engine {
     std::vector<Vec4> current(count), previous(count), shape(count);
     std::vector<Int4> neighbours(count);
     orders_.assign(meshes.size(), {});
-    cells_known_ = false, cell_count_ = 0;
-    place_.resize(0), cell_first_.resize(0), cell_corners_.resize(0), drawn_.resize(0);
+    drawing_.forget_cells();
     region_tables_host_.clear();
     held_targets_.clear();
     references_.assign(meshes.size(), {});
@@ -119,15 +120,14 @@ class StepEngine final : public Engine {
     box_.assign(meshes.size(), Eigen::AlignedBox3d());
     for (std::size_t k = 0; k < meshes.size(); ++k)
       for (const Eigen::Vector3f& x : meshes[k].positions) box_[k].extend(x.cast<double>());
-    forget_levels();
-    levels_host_ = {};
+    levels_.forget();
     hold_known_ = false;
     kept_.resize(0);
-    folded_.clear(), sound_.clear();
+    folds_.forget();
     for (auto& x : positions_) x.resize(count);
     positions_[0].upload(previous);
     positions_[1].upload(current);
-    oldest_ = 0;
+    phase_.oldest = 0;
     frame_.resize(count);
     frame_.fill_zero();
     motion_sums_.resize(constants_.size() * motion_blocks());
@@ -174,10 +174,10 @@ class StepEngine final : public Engine {
     for (const MeshConstants& c : constants_) most = std::max(most, c.point_count);
     view_.point_groups = (most + kPointGroup - 1) / kPointGroup;
     hold_what_is_needed();
-    refresh_due_ = true;
+    phase_.refresh_due = true;
   }
 
-  void refresh() override { refresh_due_ = true; }
+  void refresh() override { phase_.refresh_due = true; }
 
   void hold_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
     const MeshConstants& c = constants_.at(mesh);
@@ -211,7 +211,7 @@ class StepEngine final : public Engine {
       for (const SolverControl& control : controls_) outcome.solver.push_back(control.state());
       return outcome;
     }
-    [[maybe_unused]] const auto range = executor_.range("steps");
+    [[maybe_unused]] const auto range = executor().range("steps");
     while (outcome.steps < count && !outcome.failure) {
       // One batch: to the end of the interval after which the solvers look at what they did, or all of it.
       const bool watched = watched_;
@@ -230,12 +230,12 @@ class StepEngine final : public Engine {
           break;
         }
       }
-      executor_.wait();
+      executor().wait();
       const StepStatus status = result_.data()[0];
       if (status.failure != ~0ull) {
         const int failed_at = static_cast<int>(status.failure >> 40);
         // Steps after the failed one were skipped, so the two poses before it are untouched.
-        oldest_ = ((oldest_ - (done - failed_at)) % 3 + 3) % 3;
+        phase_.oldest = ((phase_.oldest - (done - failed_at)) % 3 + 3) % 3;
         outcome.steps += failed_at;
         const int vertex = static_cast<int>(status.failure >> 8 & 0xffffffffu);
         int mesh = 0;
@@ -267,69 +267,32 @@ class StepEngine final : public Engine {
       const std::vector<int>& order = orders_[mesh];
       for (int i = 0; i < c.vertex_count; ++i) to[order[i]] = {texels[i].x, texels[i].y, texels[i].z};
     };
-    copy(positions_[(oldest_ + 1) % 3], positions);
-    copy(positions_[oldest_], previous);
+    copy(positions_[(phase_.oldest + 1) % 3], positions);
+    copy(positions_[phase_.oldest], previous);
   }
 
-  std::unique_ptr<SharedBuffer> share_buffer(unsigned gl_buffer, std::size_t bytes) override { return executor_.share_buffer(gl_buffer, bytes); }
+  std::unique_ptr<SharedBuffer> share_buffer(unsigned gl_buffer, std::size_t bytes) override { return executor().share_buffer(gl_buffer, bytes); }
 
   void set_cells(std::span<const CellList* const> cells) override {
-    if (cells.size() != constants_.size()) throw Error("cells", "not one list for each mesh", "give the cells of the meshes that were loaded");
-    std::vector<int> first{0}, corners, place(view_.vertex_count);
-    for (std::size_t k = 0; k < constants_.size(); ++k) {
-      const MeshConstants& c = constants_[k];
-      std::vector<int> inverse(c.vertex_count);
-      for (int i = 0; i < c.vertex_count; ++i) inverse[orders_[k][i]] = i;
-      for (int cell = 0; cell < cells[k]->count(); ++cell) {
-        for (int corner : (*cells[k])[cell]) {
-          if (corner < 0 || corner >= c.vertex_count) throw Error("cells", "a corner is no vertex of the mesh", "give the cells of the meshes that were loaded");
-          corners.push_back(c.first_vertex + inverse[corner]);
-        }
-        first.push_back(static_cast<int>(corners.size()));
-      }
-      for (int i = 0; i < c.vertex_count; ++i) place[c.first_vertex + i] = c.first_vertex + orders_[k][i];
-    }
-    cell_count_ = static_cast<int>(first.size()) - 1;
-    cell_first_.assign(first), cell_corners_.assign(corners), place_.assign(place);
-    cells_known_ = true;
+    drawing_.set_cells(cells, constants_, orders_, view_.vertex_count);
   }
-  bool has_cells() const override { return cells_known_; }
+  bool has_cells() const override { return drawing_.knows_cells(); }
 
   void draw_surfaces(DrawTarget<DisplayPoint> target) override {
-    if (!cells_known_) throw Error("surfaces", "their cells are not known", "call set_cells after a load");
-    [[maybe_unused]] const auto range = executor_.range("draw surfaces");
-    const std::size_t n = static_cast<std::size_t>(view_.vertex_count) + cell_count_;
-    if (n == 0) return;
-    executor_.draw(target, n, drawn_, [&](DisplayPoint* points) {
-      update_view();
-      run(DrawVertices{view_, place_.data(), points});
-      run(DrawCells{cell_first_.data(), cell_corners_.data(), place_.data(), points, view_.vertex_count}, cell_count_);
-    });
+    [[maybe_unused]] const auto range = executor().range("draw surfaces");
+    update_view();
+    drawing_.draw_surfaces(launcher_, view_, target);
   }
-
   void draw_outlines(int axis, float position_mm, DrawTarget<std::byte> target) override {
-    if (!cells_known_) throw Error("outlines", "the cells are not known", "call set_cells after a load");
-    [[maybe_unused]] const auto range = executor_.range("draw outlines");
-    const std::size_t bytes = outline_bytes(constants_.size(), view_.vertex_count);
-    if (bytes == 0) return;
-    executor_.draw(target, bytes, drawn_outlines_, [&](std::byte* memory) {
-      update_view();
-      auto* commands = reinterpret_cast<OutlineCommand*>(memory);
-      auto* pieces = reinterpret_cast<OutlinePiece*>(memory + constants_.size() * sizeof(OutlineCommand));
-      run(BeginOutlines{view_.meshes, commands}, view_.mesh_count);
-      run(DrawOutlines{view_, cell_first_.data(), cell_corners_.data(), axis, position_mm, commands, pieces}, cell_count_);
-    });
+    [[maybe_unused]] const auto range = executor().range("draw outlines");
+    update_view();
+    drawing_.draw_outlines(launcher_, view_, axis, position_mm, target);
   }
-
   void draw_slice(const SlicePlane& plane, DrawTarget<DisplayTexel> target) override {
-    const std::size_t n = static_cast<std::size_t>(std::max(plane.width, 0)) * std::max(plane.height, 0);
-    if (volume_.empty() || n == 0) return;
-    [[maybe_unused]] const auto range = executor_.range("draw slice");
-    executor_.draw(target, n, drawn_slice_, [&](DisplayTexel* texels) {
-      executor_.visit_voxels(volume_.type(), [&]<class Voxels>(std::type_identity<Voxels>) { run(DrawSlice<Voxels>{view_.volume, plane, texels}, static_cast<int>(n)); });
-    });
+    [[maybe_unused]] const auto range = executor().range("draw slice");
+    if (!volume_.empty()) drawing_.draw_slice(launcher_, view_.volume, volume_.type(), plane, target);
   }
-  std::uint64_t bytes_read_back() const override { return executor_.bytes_read_back(); }
+  std::uint64_t bytes_read_back() const override { return executor().bytes_read_back(); }
 
   std::vector<HeldArray> held_arrays() const override {
     std::vector<HeldArray> held;
@@ -343,12 +306,13 @@ class StepEngine final : public Engine {
     add("region targets", region_target_), add("averaging", scratch_), add("local statistics", local_statistics_);
     add("region tables", region_tables_), add("attraction points", points_), add("attraction bindings", nearest_);
     add("attraction patches", patches_), add("attraction sums", attraction_), add("attraction flags", attracted_), add("mesh constants", meshes_), add("step coefficients", coefficients_), add("motion", motion_sums_);
-    add("levels", rows_, parts_, edges_, coarse_of_), add("level vectors", residual_, correction_, relaxed_, stiffness_a_, stiffness_b_), add("kept pose", kept_);
-    add("drawing", place_), add("cells", cell_corners_), add("cell ends", cell_first_), add("drawn surfaces", drawn_), add("drawn slice", drawn_slice_), add("drawn outlines", drawn_outlines_);
+    levels_.list(add);
+    add("kept pose", kept_);
+    drawing_.list(add);
     return held;
   }
   std::size_t bytes_available() const override {
-    const std::size_t free = executor_.bytes_free();
+    const std::size_t free = executor().bytes_free();
     return free > std::numeric_limits<std::size_t>::max() - bytes_held() ? free : free + bytes_held();
   }
   std::size_t bytes_held() const override {
@@ -358,7 +322,7 @@ class StepEngine final : public Engine {
   }
   std::vector<KernelCount> kernel_counts() const override {
     std::vector<KernelCount> counts;
-    for (const auto& [name, n] : launches_) counts.push_back({name, n});
+    for (const auto& [name, n] : launcher_.launches) counts.push_back({name, n});
     return counts;
   }
 
@@ -371,82 +335,27 @@ class StepEngine final : public Engine {
 #endif
   static constexpr bool built(ForceId force) { return (kBuiltForces & bit(force)) != 0; }
 
-  /// Shares of folded vertices: at most so in a sound mesh, more than so in one that is no surface any more.
-  static constexpr float kSound = 0.1f, kCrumpled = 0.25f;
   /// Of the multigrid model, as shares of k. What nothing holds drifts by what its forces do not balance, and a cycle would
   /// make that a leap: such a mesh is held all over, as are all in the first step. Forces hold it that have this much of k.
   static constexpr float kHoldFree = 10, kHoldHeld = 1e-5f, kIsHeld = 1e-3f;
 
+  Executor& executor() { return launcher_.executor; }
+  const Executor& executor() const { return launcher_.executor; }
+  /// Over all vertices.
   template <class Kernel>
-  void run(const Kernel& kernel, int n = -1) {
-    ++launches_[Kernel::name];
-    executor_.run(kernel, n < 0 ? view_.vertex_count : n);
-  }
-  template <class A, class B>
-  void run_together(const A& a, int na, const B& b, int nb) {
-    ++launches_[A::name], ++launches_[B::name];
-    executor_.run_together(a, na, b, nb);
+  void run(const Kernel& kernel) {
+    launcher_.run(kernel, view_.vertex_count);
   }
   void reset_status() {
     const StepStatus none;
     status_.upload(std::span(&none, 1));
   }
 
-  /// What a recorded run depends on besides the plan, and what it leaves behind.
-  struct Phase {
-    int oldest, since_refresh;
-    bool refresh_due, stiffness_due;
-    auto operator<=>(const Phase&) const = default;
-  };
-  struct RunKey {
-    Phase phase;
-    int length;
-    End end;
-    auto operator<=>(const RunKey&) const = default;
-  };
-  struct Run {
-    bool recorded = false;
-    typename Executor::Recording recording;
-    Phase after;
-    bool measured_at_refresh = false;
-    std::map<std::string, std::uint64_t> launches;
-  };
-
-  /// `length` steps, and the end of the batch when something ends. Returns how many were done before a failure that the host knows of.
+  /// `length` steps, and the end of the batch when something ends. Returns how many were done before a failure that the host
+  /// knows of.
   int run_steps(int length, End end) {
-    if constexpr (!Executor::kRecords) {
-      return do_steps(length, end);
-    } else {
-      const RunKey key{{oldest_, since_refresh_, refresh_due_, stiffness_due_}, length, end};
-      auto found = runs_.find(key);
-      if (found == runs_.end()) {
-        // Recording costs as much as many launches: only what comes again is worth it.
-        constexpr std::size_t kMostRuns = 100;
-        if (runs_.size() >= kMostRuns) runs_.clear();
-        runs_.emplace(key, Run{});
-        return do_steps(length, end);
-      }
-      Run& run = found->second;
-      if (!run.recorded) {
-        const auto before = launches_;
-        run.recording = executor_.record([&] { do_steps(length, end); });
-        run.after = {oldest_, since_refresh_, refresh_due_, stiffness_due_}, run.measured_at_refresh = measured_at_refresh_;
-        for (const auto& [name, n] : launches_) {
-          const auto was = before.find(name);
-          const std::uint64_t more = n - (was == before.end() ? 0 : was->second);
-          if (more != 0) run.launches[name] = more;
-        }
-        run.recorded = true;
-      } else {
-        oldest_ = run.after.oldest, since_refresh_ = run.after.since_refresh, refresh_due_ = run.after.refresh_due, stiffness_due_ = run.after.stiffness_due;
-        measured_at_refresh_ = run.measured_at_refresh;
-        for (const auto& [name, n] : run.launches) launches_[name] += n;
-      }
-      executor_.replay(run.recording);
-      return length;
-    }
+    return runs_.run(launcher_, phase_, measured_at_refresh_, length, end, [&] { return do_steps(length, end); });
   }
-
   int do_steps(int length, End end) {
     for (int k = 0; k < length; ++k)
       if (!do_step(k, k == 0 ? length : 0, k + 1 == length ? end : End::None)) return k;
@@ -457,37 +366,38 @@ class StepEngine final : public Engine {
   /// False when the step failed and the host knows.
   bool do_step(int of_run, int run_length, End end) {
     update_view();
-    const bool refresh = refresh_due_ || since_refresh_ >= refresh_interval_;
-    if (refresh) since_refresh_ = 0, refresh_due_ = false;
-    ++since_refresh_;
+    const bool refresh = phase_.refresh_due || phase_.since_refresh >= refresh_interval_;
+    if (refresh) phase_.since_refresh = 0, phase_.refresh_due = false;
+    ++phase_.since_refresh;
     const bool attract = active(ForceId::Attraction);
     const GeometryKernel geometry{view_, run_length, attract && refresh};
     const int n = view_.vertex_count;
     if (!attract)
       run(geometry);
     else if (refresh)
-      run_together(geometry, n, FindNearest{view_}, view_.mesh_count * view_.nearest_blocks * view_.point_groups);
+      launcher_.run_together(geometry, n, FindNearest{view_}, view_.mesh_count * view_.nearest_blocks * view_.point_groups);
     else
-      run_together(geometry, n, SumAttraction{view_}, view_.point_count);
+      launcher_.run_together(geometry, n, SumAttraction{view_}, view_.point_count);
     if (refresh) find_targets(attract);
     if (end != End::None) measured_at_refresh_ = refresh;
-    if (levels_held()) {
-      if (refresh || stiffness_due_) find_stiffness();
-      stiffness_due_ = false;
+    if (levels_.held()) {
+      if (refresh || phase_.stiffness_due) find_stiffness();
+      phase_.stiffness_due = false;
       integrate(of_run, end);
-      correct(of_run, end);
+      levels_.cycle(launcher_, view_);
+      run(CorrectedStep{view_, of_run, end});
     } else {
       integrate(of_run, end);
     }
-    if (executor_.failed(status_.data())) return false;
-    oldest_ = (oldest_ + 1) % 3;
+    if (executor().failed(status_.data())) return false;
+    phase_.oldest = (phase_.oldest + 1) % 3;
     return true;
   }
 
   void end_batch() {
     update_view();
-    run(MotionOfBlocks{view_, motion_sums_.data(), motion_blocks()}, static_cast<int>(motion_sums_.size()));
-    run(EndOfBatch{view_, motion_sums_.data(), motion_blocks(), motion_.data(), result_.data()}, view_.mesh_count);
+    launcher_.run(MotionOfBlocks{view_, motion_sums_.data(), motion_blocks()}, static_cast<int>(motion_sums_.size()));
+    launcher_.run(EndOfBatch{view_, motion_sums_.data(), motion_blocks(), motion_.data(), result_.data()}, view_.mesh_count);
   }
 
   void apply_parameters(const SimulationParameters& simulation) {
@@ -511,10 +421,10 @@ class StepEngine final : public Engine {
     watched_ = keeps_pose_ || simulation.solver() == Solver::Damped;
     const bool cycles = simulation.solver() == Solver::Automatic || simulation.solver() == Solver::Multigrid;
     for (const SolverControl& control : controls_)
-      if (cycles && control.stiffness().internal > 0) arrange_levels_once();
+      if (cycles && control.stiffness().internal > 0) levels_.arrange(constants_, neighbours_host_);
     note_reach();
     apply_forms();
-    refresh_due_ = true;
+    phase_.refresh_due = true;
   }
 
   /// After a solver has changed how it steps.
@@ -527,10 +437,10 @@ class StepEngine final : public Engine {
       constants_[k].form = controls_[k].form(), constants_[k].hold = hold > 0 ? hold : kHoldFree;
       hold_known_ = (k == 0 || hold_known_) && (hold > 0 || constants_[k].form != StepForm::Corrected);
     }
-    stiffness_due_ = true;
+    phase_.stiffness_due = true;
     sent_coefficients_.clear();
     hold_what_is_needed();
-    for (std::size_t k = 0; k < constants_.size(); ++k) constants_[k].root = levels_held() ? roots_[k] : -1;
+    for (std::size_t k = 0; k < constants_.size(); ++k) constants_[k].root = levels_.root(k);
     meshes_.assign(constants_);
     update_view();
   }
@@ -569,48 +479,30 @@ class StepEngine final : public Engine {
     sent_coefficients_ = coefficients_host_;
   }
 
-  /// Before an interval that may have to be undone. A pose that is folded takes the place of none that is not.
+  /// Before an interval that may have to be undone.
   void keep_pose() {
     update_view();
-    if (sound_.size() != constants_.size()) {
+    if (!folds_.knows(constants_.size())) {
       run(GeometryKernel{view_});
       end_batch();
-      executor_.wait();
-      note_folds();
-      sound_ = folded_;
-      unfolds_.assign(constants_.size(), 0);
+      executor().wait();
+      folds_.note(constants_, motion_.data());
+      folds_.begin();
     }
-    for (std::size_t k = 0; k < constants_.size(); ++k) {
-      if (folded_[k] > kSound && sound_[k] <= kSound) continue;
-      sound_[k] = folded_[k];
-      run(KeepPose{view_.current, kept_.data(), constants_[k].first_vertex}, constants_[k].vertex_count);
-    }
+    for (std::size_t k = 0; k < constants_.size(); ++k)
+      if (folds_.keeps(k)) launcher_.run(KeepPose{view_.current, kept_.data(), constants_[k].first_vertex}, constants_[k].vertex_count);
   }
   float residual_mm(std::size_t k) {
     float weights = 0;
     for (const ForceInfo& force : force_list()) weights += active(force.id) ? constants_[k].forces.weight(force.id) : 0.0f;
     return weights > 0 ? std::sqrt(std::max(motion_.data()[k].mean_square_force, 0.0f)) / weights : 0.0f;
   }
-  void note_folds() {
-    folded_.clear();
-    for (std::size_t k = 0; k < constants_.size(); ++k) folded_.push_back(motion_.data()[k].folded / static_cast<float>(std::max(constants_[k].vertex_count, 1)));
-  }
-  /// Steps that grow until something bounds them leave a mesh that is folded all over, where it was not. Where smaller
-  /// timesteps fold it too, it is the forces that do.
-  bool crumpled(std::size_t k) {
-    constexpr int kTries = 6;
-    if (kept_.size() == 0 || folded_[k] <= kCrumpled || sound_[k] > kSound) return false;
-    // What only smooths itself away has hardly a force left, and short edges.
-    const float edge = constants_[k].edge_mm;
-    return (residual_mm(k) > 0.25f * edge || motion_.data()[k].mean_edge_mm > 2 * edge) && unfolds_[k]++ < kTries;
-  }
-
   /// At the end of an interval.
   void learn(StepOutcome& outcome) {
     const bool corrected = corrected_;
-    note_folds();
+    folds_.note(constants_, motion_.data());
     for (std::size_t k = 0; k < constants_.size() && !outcome.failure; ++k) {
-      if (crumpled(k)) {
+      if (kept_.size() != 0 && folds_.crumpled(k, residual_mm(k), motion_.data()[k], constants_[k].edge_mm)) {
         undo({static_cast<int>(k), -1, static_cast<ForceId>(constants_[k].strongest), StepFailure::What::Folded}, outcome);
         continue;
       }
@@ -636,15 +528,15 @@ class StepEngine final : public Engine {
   void undo(const StepFailure& failure, StepOutcome& outcome) {
     const MeshConstants& c = constants_[failure.mesh];
     update_view();
-    const int now = (oldest_ + 1) % 3;
+    const int now = (phase_.oldest + 1) % 3;
     const Vec4* good = kept_.size() != 0 ? kept_.data() : positions_[now].data();
-    run(RestorePose{good, positions_[now].data(), positions_[oldest_].data(), c.first_vertex}, c.vertex_count);
-    executor_.wait();
+    launcher_.run(RestorePose{good, positions_[now].data(), positions_[phase_.oldest].data(), c.first_vertex}, c.vertex_count);
+    executor().wait();
     if (attraction_.size() != 0) attraction_.fill_zero();
-    refresh_due_ = true;
+    phase_.refresh_due = true;
     since_watched_ = 0;
     watched_ = true;
-    if (!sound_.empty() && !folded_.empty()) folded_[failure.mesh] = std::min(folded_[failure.mesh], sound_[failure.mesh]);
+    folds_.put_back(failure.mesh);
     if (controls_[failure.mesh].cut())
       outcome.cuts.push_back({failure, controls_[failure.mesh].cut_factor()});
     else
@@ -662,29 +554,12 @@ class StepEngine final : public Engine {
       controls_[k].set_hold(hold);
     }
     hold_known_ = true;
-    if (anew) meshes_.upload(constants_), stiffness_due_ = true;
-  }
-
-  bool levels_held() const { return level_first_.size() > 1; }
-  void forget_levels() {
-    level_first_.clear();
-    rows_.resize(0), parts_.resize(0), edges_.resize(0), coarse_of_.resize(0);
-  }
-
-  /// Takes a while with many vertices: done when meshes are loaded that may need it, not in the middle of a run.
-  void arrange_levels_once() {
-    if (levels_host_.first.empty()) levels_host_ = arrange_levels(constants_, neighbours_host_);
-  }
-  void build_levels() {
-    arrange_levels_once();
-    const LevelArrays& all = levels_host_;
-    level_first_ = all.first, roots_ = all.roots;
-    rows_.assign(all.rows), parts_.assign(all.parts), edges_.assign(all.edges), coarse_of_.assign(all.coarse_of);
+    if (anew) meshes_.upload(constants_), phase_.stiffness_due = true;
   }
 
   void find_stiffness() {
     stiffness_by_mask();
-    for (std::size_t l = 0; l + 1 < level_first_.size(); ++l) run(CoarseStiffness{view_, level_first_[l]}, level_first_[l + 1] - level_first_[l]);
+    levels_.sum_stiffness(launcher_, view_);
   }
   template <unsigned kMask = 0>
   void stiffness_by_mask() {
@@ -698,16 +573,6 @@ class StepEngine final : public Engine {
       else
         stiffness_by_mask<kMask + 1>();
     }
-  }
-
-  /// The cycle down and up the levels, and the step.
-  void correct(int of_run, End end) {
-    const int levels = static_cast<int>(level_first_.size()) - 1;
-    auto size = [&](int l) { return level_first_[l + 1] - level_first_[l]; };
-    run(Restrict<true>{view_, level_first_[0]}, size(0));
-    for (int l = 1; l < levels; ++l) run(Restrict<false>{view_, level_first_[l]}, size(l));
-    for (int l = levels - 2; l >= 0; --l) run(Prolong{view_, level_first_[l]}, size(l));
-    run(CorrectedStep{view_, of_run, end});
   }
 
   MeshNeeds mesh_needs(int k) const {
@@ -779,12 +644,10 @@ class StepEngine final : public Engine {
     hold(patches_, attract, static_cast<std::size_t>(view_.point_count) * kMaxPatch);
     hold(attraction_, attract, n);
     hold(attracted_, attract, n);
-    if (!corrected_)
-      forget_levels();
-    else if (!levels_held() && n > 0)
-      build_levels();
-    const std::size_t all = levels_held() ? level_first_.back() : 0;
-    for (auto* array : {&residual_, &correction_, &relaxed_, &stiffness_a_, &stiffness_b_}) hold(*array, levels_held(), all);
+    if (corrected_ && n > 0)
+      levels_.hold(constants_, neighbours_host_);
+    else
+      levels_.drop();
     hold(kept_, keeps_pose_, n);
     if (coefficients_.size() != constants_.size()) coefficients_.resize(constants_.size()), sent_coefficients_.clear();
     // What earlier bindings left in the sums would go on pulling.
@@ -804,8 +667,8 @@ class StepEngine final : public Engine {
 
   void update_view() {
     view_.meshes = meshes_.data(), view_.neighbours = neighbours_.texels();
-    view_.previous = positions_[oldest_].texels(), view_.current = positions_[(oldest_ + 1) % 3].texels();
-    view_.next = positions_[(oldest_ + 2) % 3].data(), view_.oldest = positions_[oldest_].data(), view_.frame = frame_.texels(), view_.new_frame = frame_.data();
+    view_.previous = positions_[phase_.oldest].texels(), view_.current = positions_[(phase_.oldest + 1) % 3].texels();
+    view_.next = positions_[(phase_.oldest + 2) % 3].data(), view_.oldest = positions_[phase_.oldest].data(), view_.frame = frame_.texels(), view_.new_frame = frame_.data();
     view_.shape = shape_.texels();
     view_.gradient_target = gradient_target_.data(), view_.profile_target = profile_target_.data();
     view_.region_target = region_target_.data(), view_.profiles = profiles_.data();
@@ -813,21 +676,21 @@ class StepEngine final : public Engine {
     view_.points = points_.data(), view_.nearest = nearest_.data(), view_.patches = patches_.data();
     view_.attraction = attraction_.data(), view_.attracted = attracted_.data(), view_.status = status_.data();
     view_.coefficients = coefficients_.data();
-    view_.levels = {rows_.data(), parts_.data(), edges_.data(), coarse_of_.data(), residual_.data(), correction_.data(), relaxed_.data(), stiffness_a_.data(), stiffness_b_.data()};
+    view_.levels = levels_.view();
   }
 
   /// `bind`: attraction patches too, beside the first search.
   void find_targets(bool bind) {
     auto search = [&](const auto& kernel) {
       if (bind)
-        run_together(kernel, view_.vertex_count, BindPatch{view_}, view_.point_count);
+        launcher_.run_together(kernel, view_.vertex_count, BindPatch{view_}, view_.point_count);
       else
         run(kernel);
       bind = false;
     };
     if (needs_.searches())
-      executor_.visit_voxels(volume_.type(), [&]<class Voxels>(std::type_identity<Voxels>) {
-        executor_.visit_width(view_.vertex_count, [&]<int kWidth>(std::integral_constant<int, kWidth>) {
+      executor().visit_voxels(volume_.type(), [&]<class Voxels>(std::type_identity<Voxels>) {
+        executor().visit_width(view_.vertex_count, [&]<int kWidth>(std::integral_constant<int, kWidth>) {
           if constexpr (built(ForceId::Gradient))
             if (needs_.searches(ForceId::Gradient)) search(GradientSearch<Voxels, kWidth>{view_, kWidth > 1 ? needs_.gradient_scratch : 0});
           if constexpr (built(ForceId::IntensityProfile))
@@ -845,7 +708,7 @@ class StepEngine final : public Engine {
           }
         });
       });
-    if (bind) run(BindPatch{view_}, view_.point_count);
+    if (bind) launcher_.run(BindPatch{view_}, view_.point_count);
   }
 
   /// Back and forth between an array and scratch_; returns where the result is.
@@ -878,7 +741,7 @@ class StepEngine final : public Engine {
   }
   int motion_blocks() const { return (largest_mesh() + MotionOfBlocks::kBlock - 1) / MotionOfBlocks::kBlock; }
 
-  Executor executor_;            // first: arrays go before the device they live on
+  Launcher<Executor> launcher_;  // first: arrays go before the device they live on
   Volume volume_;
   StepView view_;
   std::vector<MeshConstants> constants_;
@@ -890,9 +753,8 @@ class StepEngine final : public Engine {
   std::vector<float> region_tables_host_;
   std::vector<PointView> points_host_;
   StepNeeds needs_;
-  int refresh_interval_ = 1, since_refresh_ = 0, recorded_interval_ = 0;
-  bool refresh_due_ = true;
-  int oldest_ = 0;                  ///< of the three position arrays: previous, current, next from here on
+  int refresh_interval_ = 1, recorded_interval_ = 0;
+  StepPhase phase_;
 
   Array<MeshConstants> meshes_;
   typename Executor::NeighbourArray neighbours_;
@@ -901,23 +763,16 @@ class StepEngine final : public Engine {
   std::vector<ForceParameters> wanted_;
   std::vector<Eigen::AlignedBox3d> box_;     ///< of each mesh as it was loaded
   std::vector<Int4> neighbours_host_;
-  std::vector<float> folded_, sound_;        ///< share of folded vertices of each mesh at the end of the last interval, and in the pose that is kept
-  std::vector<int> unfolds_;                 ///< how often a mesh was undone because it folded
-  bool stiffness_due_ = false, hold_known_ = false;
+  FoldWatch folds_;
+  bool hold_known_ = false;
   bool watched_ = false;                     ///< every interval of steps is looked at
   bool keeps_pose_ = false, corrected_ = false, measured_at_refresh_ = false;
   int since_watched_ = 0;
   SimulationParameters simulation_{};
   std::vector<StepCoefficients> coefficients_host_, sent_coefficients_;
-  LevelArrays levels_host_;                  ///< empty until they may be needed
-  std::vector<int> roots_;                   ///< of each mesh: the vertex that stands for all of it
-  std::vector<int> level_first_;             ///< first vertex of each coarser level, and the end of the last
+  CoarseLevels<Executor> levels_;
   Array<StepCoefficients> coefficients_;
-  Array<CoarseRow> rows_;
-  Array<CoarseEdge> edges_;
-  Array<int> parts_, coarse_of_;
-  Array<Vec4> residual_, correction_, relaxed_, stiffness_a_, stiffness_b_, kept_;
-  Array<Vec4> positions_[3], frame_, shape_, gradient_target_, profile_target_, region_target_, local_statistics_, scratch_;
+  Array<Vec4> positions_[3], kept_, frame_, shape_, gradient_target_, profile_target_, region_target_, local_statistics_, scratch_;
   Array<float> profiles_, region_tables_;
   Array<MeshMotion> motion_sums_;
   Array<PointView> points_;
@@ -928,14 +783,8 @@ class StepEngine final : public Engine {
   Array<StepStatus> status_;
   typename Executor::template HostVisible<StepStatus> result_;
   typename Executor::template HostVisible<MeshMotion> motion_;
-  Array<int> place_, cell_first_, cell_corners_;   ///< for drawing
-  Array<DisplayPoint> drawn_;                       ///< where they are not drawn into a shared buffer
-  Array<DisplayTexel> drawn_slice_;
-  Array<std::byte> drawn_outlines_;
-  bool cells_known_ = false;
-  int cell_count_ = 0;
-  std::map<RunKey, Run> runs_;
-  std::map<std::string, std::uint64_t> launches_;
+  SurfaceDrawing<Executor> drawing_;
+  RecordedRuns<Executor> runs_;
 };
 
 }  // namespace simplexseg

@@ -2,10 +2,13 @@
 // Solvers: one fixed point, reached by each in its own time (docs/mathematics.md, section 3).
 #include "core/solver.h"
 
+#include <Eigen/Dense>
 #include <cmath>
 
+#include "core/hierarchy.h"
 #include "core/shape_reference.h"
 #include "engine_fixture.h"
+#include "gpu/vertex_order.h"
 
 namespace simplexseg {
 namespace {
@@ -93,6 +96,134 @@ TEST_P(SolverTest, TheCycleTakesAsManyStepsOnFineMeshesAsOnCoarseOnes) {
     steps[level == 5] = steps_to(scene, Solver::Multigrid, end, 0.01, 400);
   }
   EXPECT_LE(steps[1], 2 * steps[0] + 10) << steps[0] << " with 1280 vertices, " << steps[1] << " with 20480";
+}
+
+/// The V-cycle of docs/mathematics.md, section 3, in double, for a model A = k L + E with E a number for each vertex. Vertices
+/// are put together in the order in which the engine keeps them.
+class DenseCycle {
+ public:
+  DenseCycle(const SimplexMesh& mesh, double k, const std::vector<double>& held) : order_(patch_order(mesh.neighbours)) {
+    const int n = mesh.vertex_count();
+    std::vector<int> place(n);
+    for (int i = 0; i < n; ++i) place[order_[i]] = i;
+    std::vector<std::array<int, 3>> neighbours(n);
+    std::vector<double> e(n);
+    Eigen::MatrixXd graph = Eigen::MatrixXd::Zero(n, n);
+    for (int i = 0; i < n; ++i) {
+      e[i] = held[order_[i]];
+      for (int s = 0; s < 3; ++s) {
+        const int j = neighbours[i][s] = place[mesh.neighbours[order_[i]][s]];
+        graph(i, i) += 1.0 / 3, graph(i, j) -= 1.0 / 3;
+      }
+    }
+    hierarchy_ = make_hierarchy(neighbours);
+    add_level(k * graph, e);
+    for (const Hierarchy::Level& level : hierarchy_.levels) {
+      graph = Eigen::MatrixXd::Zero(level.size(), level.size());
+      std::vector<double> sums(level.size());
+      for (int i = 0; i < level.size(); ++i) {
+        for (int p = level.part_first[i]; p < level.part_first[i + 1]; ++p) sums[i] += e[level.parts[p]];
+        for (int c = level.edge_first[i]; c < level.edge_first[i + 1]; ++c)
+          graph(i, i) += level.edges[c].conductance, graph(i, level.edges[c].to) -= level.edges[c].conductance;
+      }
+      e = sums;
+      add_level(k * graph, e);
+    }
+  }
+  Eigen::VectorXd operator()(const Eigen::VectorXd& f) const {
+    Eigen::VectorXd ordered(f.size()), z(f.size());
+    for (int i = 0; i < f.size(); ++i) ordered[i] = f[order_[i]];
+    ordered = solve(0, ordered);
+    for (int i = 0; i < f.size(); ++i) z[order_[i]] = ordered[i];
+    return z;
+  }
+
+ private:
+  void add_level(const Eigen::MatrixXd& laplacian, const std::vector<double>& e) {
+    systems_.push_back(laplacian + Eigen::MatrixXd(Eigen::Map<const Eigen::VectorXd>(e.data(), static_cast<long>(e.size())).asDiagonal()));
+  }
+  Eigen::VectorXd solve(std::size_t l, const Eigen::VectorXd& f) const {
+    const Eigen::MatrixXd& a = systems_[l];
+    if (l + 1 == systems_.size()) return a.diagonal().cwiseInverse().asDiagonal() * f;      // one vertex
+    const Eigen::VectorXd relax = 0.7 * a.diagonal().cwiseInverse();
+    Eigen::VectorXd z = relax.cwiseProduct(f);
+    const Hierarchy::Level& level = hierarchy_.levels[l];
+    const Eigen::VectorXd left = f - a * z;
+    Eigen::VectorXd coarse = Eigen::VectorXd::Zero(level.size());
+    for (int i = 0; i < level.size(); ++i)
+      for (int p = level.part_first[i]; p < level.part_first[i + 1]; ++p) coarse[i] += left[level.parts[p]];
+    coarse = solve(l + 1, coarse);
+    for (int i = 0; i < level.size(); ++i)
+      for (int p = level.part_first[i]; p < level.part_first[i + 1]; ++p) z[level.parts[p]] += coarse[i];
+    return z + relax.cwiseProduct(f - a * z);
+  }
+  std::vector<int> order_;
+  Hierarchy hierarchy_;
+  std::vector<Eigen::MatrixXd> systems_;
+};
+
+TEST_P(SolverTest, TheErrorFallsAsTheoryPredicts) {
+  for (const bool half : {false, true})
+    for (Solver solver : {Solver::Verlet, Solver::Damped, Solver::Multigrid}) {
+      TestScene scene = membrane(2, 1, half);
+      // Moved as a whole: the slowest mode of all that are held alike.
+      for (EnginePoint& point : scene.points) point.position_mm += Eigen::Vector3d(0.4, -0.2, 0.6);
+      const SimplexMesh& mesh = scene.meshes[0].mesh;
+      const int n = mesh.vertex_count();
+      constexpr double kSpring = 5, kPoint = 0.5;
+      std::vector<double> e(n);
+      for (int i = 0; i < n; ++i) e[i] = !half || mesh.positions[i][2] > 1 ? kPoint : 0;
+      // K, the forces themselves; z = B f.
+      Eigen::MatrixXd k = Eigen::MatrixXd::Zero(n, n);
+      for (int i = 0; i < n; ++i) {
+        k(i, i) += kSpring + e[i];
+        for (int j : mesh.neighbours[i]) k(i, j) -= kSpring / 3;
+      }
+      Eigen::MatrixXd bk = k, first_bk = k;
+      if (solver == Solver::Damped)
+        for (int i = 0; i < n; ++i) bk.row(i) /= 2 * kSpring + e[i];
+      if (solver == Solver::Multigrid) {
+        // In the first step it is not known yet whether something holds the mesh.
+        std::vector<double> held = e;
+        for (double& x : held) x += 10 * kSpring;
+        const DenseCycle cycle(mesh, kSpring, e), careful(mesh, kSpring, held);
+        for (int i = 0; i < n; ++i) bk.col(i) = cycle(k.col(i)), first_bk.col(i) = careful(k.col(i));
+      }
+      const Eigen::VectorXcd spectrum = Eigen::EigenSolver<Eigen::MatrixXd>(bk, false).eigenvalues();
+      const double least = spectrum.real().minCoeff();
+      EXPECT_LT(spectrum.imag().cwiseAbs().maxCoeff(), 1e-6);      // both factors are symmetric
+
+      scene.simulation = by(solver);
+      const Positions end = run(scene, 4000);
+      const auto engine = make_engine();
+      load(*engine, scene);
+      Eigen::MatrixXd error(n, 3), before;
+      for (int i = 0; i < n; ++i) error.row(i) = (mesh.positions[i] - end[i]).cast<double>();
+      before = error;
+      const double first = error.norm();
+      SolverControl control;
+      SolverState state;
+      int steps = 0;
+      double now = first;
+      for (; steps < 4000 && now > 1e-5 * first; ++steps) {
+        control.start(scene.simulation, stiffness_of(scene.meshes[0].forces, {}), state);
+        control.set_held(true);
+        const StepCoefficients c = control.coefficients();
+        const Eigen::MatrixXd next = error + c.keep * (error - before) - c.gain * ((steps == 0 && solver == Solver::Multigrid ? first_bk : bk) * error);
+        before = error, error = next;
+        state = engine->step(1).solver.at(0);
+        const Positions p = positions_of(*engine, scene);
+        double sum = 0;
+        for (int i = 0; i < n; ++i) sum += (p[i] - end[i]).cast<double>().squaredNorm();
+        now = std::sqrt(sum);
+      }
+      const double rate = std::log(now / first) / std::log(error.norm() / first);
+      EXPECT_NEAR(rate, 1, 0.03) << static_cast<int>(solver) << (half ? " half" : " all") << " held, " << steps << " steps";
+      // What is seen of the slowest mode while running is what the spectrum has.
+      if (solver != Solver::Verlet) {
+        EXPECT_NEAR(state.slowest, least, 0.2 * least) << static_cast<int>(solver) << half;
+      }
+    }
 }
 
 TEST_P(SolverTest, WhatItLearnsDoesNotDependOnHowManyStepsAreAskedForAtOnce) {

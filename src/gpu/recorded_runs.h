@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <compare>
+#include <map>
+#include <string>
+
+#include "gpu/kernels.h"
+#include "gpu/launcher.h"
+
+namespace simplexseg {
+
+/// Where in its cycles an engine is: what a run of steps begins with, besides the plan, and what it leaves behind.
+struct StepPhase {
+  int oldest = 0;                ///< of the three position arrays: previous, current, next from here on
+  int since_refresh = 0;
+  bool refresh_due = true, stiffness_due = false;
+  auto operator<=>(const StepPhase&) const = default;
+};
+
+/// Runs of steps, recorded when they come again, and then repeated at small cost. Where the executor cannot, they are done.
+template <class Executor>
+class RecordedRuns {
+ public:
+  /// After anything that a recorded run has in it has changed: addresses, plan.
+  void clear() { runs_.clear(); }
+
+  /// `steps()` does the run and changes `phase` and `measured_at_refresh`. Returns how many steps were done before a failure
+  /// that the host knows of.
+  template <class Steps>
+  int run(Launcher<Executor>& launcher, StepPhase& phase, bool& measured_at_refresh, int length, End end, Steps&& steps) {
+    if constexpr (!Executor::kRecords) {
+      return steps();
+    } else {
+      const Key key{phase, length, end};
+      auto found = runs_.find(key);
+      if (found == runs_.end()) {
+        // Recording costs as much as many launches: only what comes again is worth it.
+        constexpr std::size_t kMostRuns = 100;
+        if (runs_.size() >= kMostRuns) runs_.clear();
+        runs_.emplace(key, Run{});
+        return steps();
+      }
+      Run& run = found->second;
+      if (!run.recorded) {
+        const auto before = launcher.launches;
+        run.recording = launcher.executor.record([&] { steps(); });
+        run.after = phase, run.measured_at_refresh = measured_at_refresh;
+        for (const auto& [name, n] : launcher.launches) {
+          const auto was = before.find(name);
+          const std::uint64_t more = n - (was == before.end() ? 0 : was->second);
+          if (more != 0) run.launches[name] = more;
+        }
+        run.recorded = true;
+      } else {
+        phase = run.after, measured_at_refresh = run.measured_at_refresh;
+        for (const auto& [name, n] : run.launches) launcher.launches[name] += n;
+      }
+      launcher.executor.replay(run.recording);
+      return length;
+    }
+  }
+
+ private:
+  struct Key {
+    StepPhase phase;
+    int length;
+    End end;
+    auto operator<=>(const Key&) const = default;
+  };
+  struct Run {
+    bool recorded = false;
+    typename Executor::Recording recording;
+    StepPhase after;
+    bool measured_at_refresh = false;
+    std::map<std::string, std::uint64_t> launches;
+  };
+  std::map<Key, Run> runs_;
+};
+
+}  // namespace simplexseg
