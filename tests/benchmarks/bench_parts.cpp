@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What each part of a step costs, and that a part which is left out costs nothing.
 //   bench_parts [cpu|cuda] [VERTICES]      a table: bytes and time that each force adds to smoothing, and its launches
+//   bench_parts toggle [cpu|cuda] [VERTICES]   a table: how long a force's slider holds up the steps when it leaves 0, reaches it
 //   bench_parts alone FORCE                nanoseconds a vertex-step of a scene with this force alone, on one thread; for
 //                                          comparing builds with and without the other forces (scripts/measure_leaving_out)
 #include <algorithm>
@@ -28,21 +29,34 @@ struct Cost {
   std::map<std::string, std::uint64_t> launches;
 };
 
-Cost cost_of(unsigned forces, Engine& engine, int level, Solver solver) {
-  SimplexMesh mesh = make_sphere({0, 0, 0}, kBallRadius, level);
+ForceParameters weights_of(unsigned forces) {
   ForceParameters p = default_force_parameters();
   for (const ForceInfo& force : force_list()) p.values[static_cast<int>(force.id)][0] = (forces >> static_cast<int>(force.id) & 1u) != 0 ? 0.3f : 0.0f;
+  return p;
+}
+SimulationParameters steps_by(Solver solver) {
+  SimulationParameters s = default_simulation_parameters();
+  s.solver_choice = static_cast<float>(solver);
+  return s;
+}
+
+/// Smoothing and others of one weight; two points pull.
+void load(Engine& engine, unsigned forces, int level, Solver solver) {
+  SimplexMesh mesh = make_sphere({0, 0, 0}, kBallRadius, level);
+  const ForceParameters p = weights_of(forces);
   const auto shape = shape_reference_of(mesh);
   const auto profiles = profile_reference_of(mesh, ball_volume(), p);
   const RegionModel region = estimate_region(ball_volume(), mesh, 2 * kBallRadius);
-  SimulationParameters s = default_simulation_parameters();
-  s.solver_choice = static_cast<float>(solver);
   engine.set_volume(ball_volume());
   EngineMesh m;
   m.positions = m.previous = mesh.positions, m.neighbours = mesh.neighbours, m.shape = shape, m.profiles = profiles, m.region = &region, m.parameters = p;
-  engine.load(std::span(&m, 1), s);
+  engine.load(std::span(&m, 1), steps_by(solver));
   const std::vector<EnginePoint> points{{0, {22, 0, 0}}, {0, {0, -21, 3}}};
   engine.set_points(points);
+}
+
+Cost cost_of(unsigned forces, Engine& engine, int level, Solver solver) {
+  load(engine, forces, level, solver);
   engine.step(60);
   Cost cost;
   for (const Engine::HeldArray& array : engine.held_arrays()) cost.bytes[array.name] = array.bytes;
@@ -75,6 +89,28 @@ void row(const char* part, const Cost& with, const Cost& without) {
   std::printf("| %s | %.2f | %s | %+.2f | %s |\n", part, static_cast<double>(bytes) / 1e6, arrays.c_str(), with.us - without.us, kernels.c_str());
 }
 
+/// Milliseconds that new weights and the ten steps after them take beyond ten other steps: median and largest of some.
+void toggle(Engine& engine, unsigned from, unsigned to, const char* what) {
+  auto ms_of = [&](auto&& work) {
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  };
+  const ForceParameters before[] = {weights_of(from)}, after[] = {weights_of(to)};
+  const SimulationParameters simulation = steps_by(Solver::Automatic);
+  std::vector<double> held_up;
+  constexpr int kRepeats = 11;
+  for (int repeat = 0; repeat < kRepeats; ++repeat) {
+    engine.set_parameters(before, simulation);
+    engine.step(60);
+    const double changed = ms_of([&] { engine.set_parameters(after, simulation), engine.step(10); });
+    engine.step(60);
+    held_up.push_back(changed - ms_of([&] { engine.step(10); }));
+  }
+  std::sort(held_up.begin(), held_up.end());
+  std::printf("| %s | %.2f | %.2f |\n", what, held_up[kRepeats / 2], held_up.back());
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -84,6 +120,20 @@ int main(int argc, char** argv) {
     if (force == nullptr) return std::fprintf(stderr, "there is no force '%s'\n", argv[2]), 2;
     const auto engine = make_cpu_engine(1);
     std::printf("%.3f\n", 1000 * cost_of(bit(force->id), *engine, 4, Solver::Verlet).us / 5120);
+    return 0;
+  }
+  if (mode == "toggle") {
+    const bool cuda = argc > 2 && std::string(argv[2]) == "cuda";
+    const auto engine = cuda ? make_cuda_engine() : make_cpu_engine();
+    const int level = sphere_level_for(argc > 3 ? std::atoi(argv[3]) : 20480);
+    const unsigned all = (1u << kForceCount) - 1;
+    load(*engine, all, level, Solver::Automatic);
+    engine->step(100);
+    std::printf("%d vertices, %s\n\n| slider | held up, ms | at most |\n|---|---|---|\n", 20 << (2 * level), engine->backend());
+    for (const ForceInfo& force : force_list()) {
+      toggle(*engine, all, all & ~bit(force.id), (std::string(force.name) + " reaches 0").c_str());
+      toggle(*engine, all & ~bit(force.id), all, (std::string(force.name) + " leaves 0").c_str());
+    }
     return 0;
   }
   const int level = sphere_level_for(argc > 2 ? std::atoi(argv[2]) : 20480);
