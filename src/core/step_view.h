@@ -83,8 +83,7 @@ struct MeshConstants {
   float model;           ///< k of the multigrid model: half of that
   float hold;            ///< of every vertex in that model, as a share of k, besides what forces hold it with
   int root;              ///< the vertex of the coarsest level that stands for the whole mesh, -1: there are no levels
-  Vec3 home;             ///< a vertex farther from it than `reach_mm`, along any axis, has left the scene
-  float reach_mm;
+  float limit_mm;        ///< a vertex with a coordinate beyond it has left the scene
   int strongest;         ///< the force of the largest bound, to be named where nothing better is known
   float voxel_mm;        ///< smallest spacing of the volume: the unit "voxel" of parameters
   float edge_mm;         ///< mean edge length when the mesh was loaded

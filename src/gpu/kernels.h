@@ -63,34 +63,38 @@ struct StepTaker {
   SIMPLEXSEG_HD bool halted() const { return (load_relaxed(&v.status->failure) >> 40) < now(); }
 
   /// x+ = x + keep (x - x-) + gain z. False when it leaves the scene, or is not a number.
-  SIMPLEXSEG_HD bool take(const MeshConstants& m, int i, int mesh, Vec4 here, Vec3 q, Vec3 force, Vec3 z) const {
-    const StepCoefficients c = v.coefficients[mesh];
+  SIMPLEXSEG_HD bool take(StepCoefficients c, float limit, int i, Vec4 here, Vec3 q, Vec3 force, Vec3 z) const {
     const Vec3 p = xyz(here);
     const Vec3 move = c.keep * (p - q) + c.gain * z;
     const Vec3 x = p + move;
     v.next[i] = with_w(x, end == End::Interval ? dot(p - q, z) - here.w : dot(move, z));
     if (end != End::None) v.oldest[i].w = dot(force, force);
     // Also false for NaN.
-    return fabsf(x.x - m.home.x) < m.reach_mm && fabsf(x.y - m.home.y) < m.reach_mm && fabsf(x.z - m.home.z) < m.reach_mm;
+    return fabsf(x.x) < limit && fabsf(x.y) < limit && fabsf(x.z) < limit;
   }
   SIMPLEXSEG_HD void report(int i, int culprit) const {
     atomic_min(&v.status->failure, now() << 40 | static_cast<unsigned long long>(i) << 8 | static_cast<unsigned>(culprit));
   }
 };
 
-/// Sums the forces, and takes the step or (with a multigrid correction) begins its cycle. Compiled for each set of forces:
-/// what no mesh uses is not in the code. A step that would leave the scene or the finite is reported to StepView::status.
-template <unsigned kMask>
+/// Sums the forces, and takes the step or (kCycles: some mesh has the multigrid correction) begins its cycle. Compiled for each
+/// set of forces: what no mesh uses is not in the code. A step that would leave the scene or the finite is reported to
+/// StepView::status.
+template <unsigned kMask, bool kCycles>
 struct IntegrateKernel {
   static constexpr const char* name = "integrate";
   StepView v;
   int step;
   End end;
   SIMPLEXSEG_HD void operator()(int i) const {
+    // All loads first: none waits for another (docs/adr/0010-cuda-execution.md).
     const StepTaker taker{v, step, end};
     const bool halted = taker.halted();
     const Int4 nb = v.neighbours[i];
     const MeshConstants& m = v.meshes[nb.w];
+    const StepCoefficients c = v.coefficients[nb.w];
+    const StepForm form = m.form;
+    const float limit = m.limit_mm;
     const Vec4 here = v.current[i];
     const Vec3 p = xyz(here), q = xyz(v.previous[i]);
     const Vec4 frame = v.frame[i];
@@ -124,18 +128,20 @@ struct IntegrateKernel {
     add(IntensityProfileForce{}, image);
     add(RegionForce{}, image);
     if (halted) return;
-    if (m.form == StepForm::Corrected) {
-      // The correction mixes vertices: what is not a number must be found where it comes from.
-      if (norm(sum) < 1e18f)
-        begin_cycle(v, m, i, sum);
-      else
-        taker.report(i, culprit(i, m, nb, p, frame, attraction));
-      return;
+    if constexpr (kCycles) {
+      if (form == StepForm::Corrected) {
+        // The correction mixes vertices: what is not a number must be found where it comes from.
+        if (norm(sum) < 1e18f)
+          begin_cycle(v, m, i, sum);
+        else
+          taker.report(i, culprit(i, m, nb, p, frame, attraction));
+        return;
+      }
     }
-    const Vec3 z = m.form == StepForm::Scaled && stiffness > 0.0f ? (1.0f / stiffness) * sum : sum;
+    const Vec3 z = form == StepForm::Scaled && stiffness > 0.0f ? (1.0f / stiffness) * sum : sum;
     // A vertex that no force acts on stays where it is.
-    const bool coasts = m.form == StepForm::Plain || stiffness > 0.0f;
-    if (!taker.take(m, i, nb.w, here, coasts ? q : p, sum, z)) taker.report(i, culprit(i, m, nb, p, frame, attraction));
+    const bool coasts = form == StepForm::Plain || stiffness > 0.0f;
+    if (!taker.take(c, limit, i, here, coasts ? q : p, sum, z)) taker.report(i, culprit(i, m, nb, p, frame, attraction));
   }
   /// The force that is strongest.
   SIMPLEXSEG_HD int culprit(int i, const MeshConstants& m, Int4 nb, Vec3 p, Vec4 frame, Vec3 attraction) const {
@@ -171,7 +177,7 @@ struct CorrectedStep {
     const MeshConstants& m = v.meshes[nb.w];
     if (m.form != StepForm::Corrected) return;      // its step was taken before
     const Vec3 z = end_cycle(v, m, i, nb);
-    if (!taker.take(m, i, nb.w, v.current[i], xyz(v.previous[i]), xyz(v.levels.residual[i]), z)) taker.report(i, m.strongest);
+    if (!taker.take(v.coefficients[nb.w], m.limit_mm, i, v.current[i], xyz(v.previous[i]), xyz(v.levels.residual[i]), z)) taker.report(i, m.strongest);
   }
 };
 

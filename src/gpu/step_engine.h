@@ -127,6 +127,7 @@ class StepEngine final : public Engine {
     for (auto& x : positions_) x.resize(count);
     positions_[0].upload(previous);
     positions_[1].upload(current);
+    positions_[2].fill_zero();        // is looked at before the first step
     phase_.oldest = 0;
     frame_.resize(count);
     frame_.fill_zero();
@@ -161,7 +162,7 @@ class StepEngine final : public Engine {
       constants_[k].point_count = static_cast<int>(list.size()) - constants_[k].first_point;
     }
     points_host_ = std::move(list);
-    note_reach();
+    note_limits();
     for (std::size_t k = 0; k < controls_.size(); ++k)
       controls_[k].set_held(controls_[k].stiffness().image > 0 || constants_[k].point_count > 0);
     if (!constants_.empty()) meshes_.upload(constants_);
@@ -422,7 +423,7 @@ class StepEngine final : public Engine {
     const bool cycles = simulation.solver() == Solver::Automatic || simulation.solver() == Solver::Multigrid;
     for (const SolverControl& control : controls_)
       if (cycles && control.stiffness().internal > 0) levels_.arrange(constants_, neighbours_host_);
-    note_reach();
+    note_limits();
     apply_forms();
     phase_.refresh_due = true;
   }
@@ -452,8 +453,9 @@ class StepEngine final : public Engine {
     return force;
   }
 
-  /// How far a vertex can be from its mesh's start and still be in the scene: ten times the size of what is in it.
-  void note_reach() {
+  /// How far out a vertex can be and still be in the scene: ten times the size of what is in it, farther than where its mesh
+  /// began.
+  void note_limits() {
     constexpr double kScenes = 10;
     Eigen::AlignedBox3d scene;
     for (const Eigen::AlignedBox3d& box : box_) scene.extend(box);
@@ -465,11 +467,13 @@ class StepEngine final : public Engine {
         scene.extend(volume_.geometry().world_from_index() * index);
       }
     for (std::size_t k = 0; k < constants_.size(); ++k) {
-      const Eigen::Vector3f home = box_[k].isEmpty() ? Eigen::Vector3f::Zero() : Eigen::Vector3f(box_[k].center().cast<float>());
-      constants_[k].home = {home[0], home[1], home[2]};
-      constants_[k].reach_mm = scene.isEmpty() ? 1.0f : static_cast<float>(kScenes * scene.diagonal().norm() + 1e-6);
+      const double home = farthest_start(k);
+      constants_[k].limit_mm = scene.isEmpty() ? 1.0f : static_cast<float>(home + kScenes * scene.diagonal().norm() + 1e-6);
     }
   }
+
+  /// The largest coordinate of the middle of a mesh as it was loaded.
+  double farthest_start(std::size_t k) const { return box_[k].isEmpty() ? 0.0 : box_[k].center().cwiseAbs().maxCoeff(); }
 
   void send_coefficients() {
     coefficients_host_.clear();
@@ -511,7 +515,7 @@ class StepEngine final : public Engine {
       const MeshMotion& motion = motion_.data()[k];
       // Below the digits of a position, and below what an edge is, motion is rounding.
       const MeshConstants& c = constants_[k];
-      const float farthest = std::max({std::abs(c.home.x), std::abs(c.home.y), std::abs(c.home.z)}) + motion.mean_edge_mm;
+      const float farthest = static_cast<float>(farthest_start(k)) + motion.mean_edge_mm;
       const float noise = std::max(1e-4f * motion.mean_edge_mm, 1e-6f * farthest);
       if (controls_[k].learn(motion.change, motion.square_move, noise) && !measured_at_refresh_) {
         undo({static_cast<int>(k), -1, static_cast<ForceId>(c.strongest), StepFailure::What::Grew}, outcome);
@@ -727,10 +731,12 @@ class StepEngine final : public Engine {
     if constexpr (kMask < 1u << kForceCount) {
       if constexpr ((kMask & ~kBuiltForces) != 0)
         integrate<kMask + 1>(step, end);
-      else if (kMask == needs_.forces)
-        run(IntegrateKernel<kMask>{view_, step, end});
-      else
+      else if (kMask != needs_.forces)
         integrate<kMask + 1>(step, end);
+      else if (levels_.held())
+        run(IntegrateKernel<kMask, true>{view_, step, end});
+      else
+        run(IntegrateKernel<kMask, false>{view_, step, end});
     }
   }
 
