@@ -72,4 +72,10 @@ SimulationParameters default_simulation_parameters() {
 float& value_of(SimulationParameters& parameters, int index) { return *(&parameters.solver_choice + index); }
 float value_of(const SimulationParameters& parameters, int index) { return *(&parameters.solver_choice + index); }
 
+bool has_effect(const SimulationParameters& parameters, int index) {
+  if (parameters.solver() == Solver::Verlet) return true;
+  const float* value = &parameters.solver_choice + index;
+  return value != &parameters.timestep && value != &parameters.damping && value != &parameters.limit_timestep;
+}
+
 }  // namespace simplexseg

@@ -75,5 +75,7 @@ std::span<const ParameterInfo> simulation_table();
 SimulationParameters default_simulation_parameters();
 float& value_of(SimulationParameters& parameters, int index);
 float value_of(const SimulationParameters& parameters, int index);
+/// False for what only the solver verlet has, while another is chosen.
+bool has_effect(const SimulationParameters& parameters, int index);
 
 }  // namespace simplexseg

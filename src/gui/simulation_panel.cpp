@@ -80,6 +80,7 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
     grid->addWidget(label, static_cast<int>(p), 0);
     grid->addWidget(row, static_cast<int>(p), 1);
     rows_.push_back(row);
+    labels_.push_back(label);
   }
   grid->setRowStretch(static_cast<int>(table.size()), 1);
   scroll->setWidget(content);
@@ -117,7 +118,11 @@ QStringList SimulationPanel::unsound_meshes() const {
 
 void SimulationPanel::refresh() {
   for (std::size_t p = 0; p < rows_.size(); ++p) {
-    rows_[p]->set_value(value_of(workbench_.scene().simulation, static_cast<int>(p)));
+    const SimulationParameters& simulation = workbench_.scene().simulation;
+    rows_[p]->set_value(value_of(simulation, static_cast<int>(p)));
+    const bool acts = has_effect(simulation, static_cast<int>(p));
+    set_enabled(rows_[p], acts, tr("Only the solver verlet has it; the others choose it themselves"));
+    labels_[p]->setEnabled(acts);
   }
   refresh_status();
 }

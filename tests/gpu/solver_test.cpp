@@ -267,6 +267,22 @@ TEST_P(SolverTest, AMeshWithoutTheCycleBesideOneWithItIsMeasuredAndLearntAsAlone
   EXPECT_NEAR(b.residual_mm.at(0), d.residual_mm.at(0), 1e-3 * d.residual_mm.at(0));
 }
 
+TEST_P(SolverTest, OnlyVerletsStepsDependOnWhatOnlyItHas) {
+  for (const char* name : {"timestep", "damping", "limit_timestep"})
+    for (Solver solver : kSolvers) {
+      const int index = find_parameter(simulation_table(), name);
+      TestScene scene = busy_scene(2), other = scene;
+      for (TestScene* s : {&scene, &other}) {
+        weight_of(s->meshes[0].forces, ForceId::Smoothing) = 0.5f;
+        s->simulation = by(solver);
+        s->simulation.timestep = 2.5f;      // beyond the limit
+      }
+      float& value = value_of(other.simulation, index);
+      value = value == 1 ? 0 : 0.3f;
+      EXPECT_NE(same_bits(run(scene, 3), run(other, 3)), has_effect(scene.simulation, index)) << name << static_cast<int>(solver);
+    }
+}
+
 TEST_P(SolverTest, WhatWasLearntGoesOnAfterALoad) {
   TestScene scene = membrane(4, 2);
   scene.simulation = by(Solver::Damped);

@@ -38,6 +38,19 @@ TEST_F(WindowTest, SlidersChangeTheSession) {
   EXPECT_FLOAT_EQ(scene().simulation.damping, 0.25f);
 }
 
+TEST_F(WindowTest, WhatOnlyVerletHasIsGreyUntilItIsChosen) {
+  open_phantom();
+  const int solver = find_parameter(simulation_table(), "solver"), damping = find_parameter(simulation_table(), "damping");
+  const ParameterRow* row = window_->simulation().row(damping);
+  const QString doc = simulation_table()[damping].doc;
+  EXPECT_FALSE(row->isEnabled());
+  EXPECT_NE(row->toolTip(), doc);
+  EXPECT_TRUE(window_->simulation().row(solver)->isEnabled());
+  bench().apply(SetSimulationParameter{solver, static_cast<float>(Solver::Verlet)});
+  EXPECT_TRUE(row->isEnabled());
+  EXPECT_EQ(row->toolTip(), doc);
+}
+
 TEST_F(WindowTest, EveryParameterOfEveryTableHasARow) {
   open_phantom();
   for (const ForceInfo& force : force_list()) {
