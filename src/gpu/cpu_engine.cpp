@@ -62,7 +62,7 @@ class CpuExecutor {
   using HostVisible = HostArray<T>;
   using NeighbourArray = HostArray<Int4>;
   static constexpr bool kRecords = false;
-  static constexpr float kCycleCost = 1.8f;      ///< of a step with a multigrid cycle, in steps without
+  static constexpr float kCycleCost = 2.4f;      ///< of a step with a multigrid cycle, in steps without
   struct Recording {};
   explicit CpuExecutor(int threads) : pool_(std::make_unique<ThreadPool>(threads)) {}
   std::string description() const {
