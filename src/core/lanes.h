@@ -29,6 +29,14 @@ struct OneLane {
   SIMPLEXSEG_HD void sync() const {}
 };
 
+/// Groups of lanes that go through a kernel together, each with its own items (k = group, group + groups, ...): a kernel that
+/// is written for a team (`kTeam`, its threads on a device) is run once, and waits for all of them where it must.
+struct OneGroup {
+  static constexpr int groups = 1, group = 0;
+  OneLane lanes;
+  SIMPLEXSEG_HD void sync() const {}
+};
+
 #ifdef __CUDACC__
 /// Floats of shared memory, `stride` apart.
 struct SharedScratch {
@@ -59,6 +67,19 @@ struct GroupLanes {
   __device__ void sync() const { __syncwarp(mask); }
   template <class T>
   __device__ T from_lane_across(T x, int step) const { return __shfl_xor_sync(mask, x, step, kWidth); }
+  __device__ float sum(float x) const {
+    // Butterflies: the order of adding is the same in every run.
+    for (int step = kWidth / 2; step > 0; step /= 2) x += from_lane_across(x, step);
+    return x;
+  }
+};
+/// A block of kThreads threads, eight to a group.
+template <int kThreads>
+struct BlockTeam {
+  static constexpr int groups = kThreads / 8;
+  int group;
+  GroupLanes<8> lanes;
+  __device__ void sync() const { __syncthreads(); }
 };
 /// A warp. All its threads must call the same members in the same order.
 struct WarpLanes {

@@ -23,7 +23,7 @@ void SolverControl::start(const SimulationParameters& simulation, const Stiffnes
   stiffness_ = stiffness;
   state_ = state;
   cut_ = 1, cycle_cost_ = cycle_cost;
-  held_ = stiffness.image > 0;
+  points_ = 0, looked_ = false;
   const float dt = effective_timestep(simulation, stiffness.total());
   fixed_ = {dt * dt, 1.0f - simulation.damping};
   if (!(state_.slowest > 0)) state_.slowest = first_guess();
@@ -39,9 +39,29 @@ StepForm SolverControl::form() const {
   }
 }
 
+void SolverControl::set_points(int count) {
+  if (count != points_ && looked_ && solver_ == Solver::Automatic && state_.hold >= kHoldFree) state_.hold = 0;      // to be looked at again
+  points_ = count;
+  if (count == 0 && looked_) take_no_cycles();
+  correct_where_worth();
+}
+
+void SolverControl::set_held(bool held) {
+  looked_ = true;
+  state_.hold = held ? kHoldHeld : kHoldFree;
+  if (!held) take_no_cycles();
+}
+
+void SolverControl::take_no_cycles() {
+  if (!state_.multigrid || stiffness_.image > 0) return;      // an image may hold it later
+  state_.multigrid = false;
+  state_.slowest = first_guess();
+}
+
 void SolverControl::correct_where_worth() {
-  if (solver_ != Solver::Automatic || state_.multigrid || !held_) return;
-  if (!(stiffness_.internal > 0) || std::sqrt(fastest() / state_.slowest) <= kCorrectedRoot * cycle_cost_) return;
+  if (solver_ != Solver::Automatic || state_.multigrid || !(stiffness_.internal > 0)) return;
+  if (!(stiffness_.image > 0) && (points_ == 0 || state_.hold >= kHoldFree)) return;
+  if (stiffness_.image > 0 && std::sqrt(fastest() / state_.slowest) <= kCorrectedRoot * cycle_cost_) return;
   state_.multigrid = true;
   state_.slowest = first_guess();
 }

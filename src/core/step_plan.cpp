@@ -187,6 +187,10 @@ class PlanBuilder {
     kernel("coarse stiffness", corrected, cycle + (corrected ? at_refresh : ""), n * 3 * kTexel);
     kernel("restrict", corrected, cycle, n * 8 * kTexel);
     kernel("prolong", corrected, cycle, n * 3 * kTexel);
+    // All levels of 256 vertices at most, in one kernel.
+    const std::size_t small = std::min<std::size_t>(n / 4, 320);
+    kernel("small levels' stiffness", corrected, cycle + (corrected ? at_refresh : ""), small * 3 * kTexel);
+    kernel("small levels", corrected, cycle, small * 11 * kTexel);
     kernel("corrected step", corrected, cycle, n * 12 * kTexel);
     const bool undoable = any && scene_.simulation.may_grow();
     kernel("keep pose", undoable, !any ? always : undoable ? "steps that grow are undone; once in ten steps" : "bounds promise that no step grows",

@@ -99,6 +99,10 @@ class CpuExecutor {
     run(a, na);
   }
   template <class Kernel>
+  void run(const Kernel& kernel) {
+    kernel(OneGroup{});
+  }
+  template <class Kernel>
   void run(const Kernel& kernel, int n) {
     constexpr int kBlock = 256;
     const int blocks = (n + kBlock - 1) / kBlock;

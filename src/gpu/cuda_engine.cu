@@ -73,6 +73,13 @@ __global__ void __launch_bounds__(kThreads, 1) launch(const __grid_constant__ Ke
   work(kernel, n, static_cast<int>(blockIdx.x), scratch);
 }
 
+template <class Kernel>
+__global__ void __launch_bounds__(Kernel::kTeam, 1) launch_team(const __grid_constant__ Kernel kernel) {
+  wait_for_earlier_kernels();
+  const unsigned in_warp = threadIdx.x % 32u;
+  kernel(BlockTeam<Kernel::kTeam>{static_cast<int>(threadIdx.x / 8u), {static_cast<int>(in_warp % 8u), 0xffu << in_warp / 8u * 8u, nullptr}});
+}
+
 /// Two kernels that do not depend on each other, the second one in the first blocks.
 template <class A, class B>
 __global__ void __launch_bounds__(kThreads) launch_together(const __grid_constant__ A a, int na, const __grid_constant__ B b, int nb, int blocks_of_b) {
@@ -170,14 +177,18 @@ class CudaExecutor {
 
   template <class Kernel>
   void run(const Kernel& kernel, int n) {
-    if (n > 0) start(Kernel::name, blocks_for<Kernel>(n), shared_bytes(kernel), launch<Kernel>, kernel, n);
+    if (n > 0) start(Kernel::name, blocks_for<Kernel>(n), kThreads, shared_bytes(kernel), launch<Kernel>, kernel, n);
+  }
+  template <class Kernel>
+  void run(const Kernel& kernel) {
+    start(Kernel::name, 1, Kernel::kTeam, 0, launch_team<Kernel>, kernel);
   }
   template <class A, class B>
   void run_together(const A& a, int na, const B& b, int nb) {
     if (na <= 0) return run(b, nb);
     if (nb <= 0) return run(a, na);
     const int blocks_of_b = blocks_for<B>(nb);
-    start(A::name, blocks_for<A>(na) + blocks_of_b, std::max(shared_bytes(a), shared_bytes(b)), launch_together<A, B>, a, na, b, nb, blocks_of_b);
+    start(A::name, blocks_for<A>(na) + blocks_of_b, kThreads, std::max(shared_bytes(a), shared_bytes(b)), launch_together<A, B>, a, na, b, nb, blocks_of_b);
   }
 
   template <class F>
@@ -225,10 +236,10 @@ class CudaExecutor {
 
  private:
   template <class... Parameters, class... Arguments>
-  void start(const char* what, int blocks, unsigned shared, void (*kernel)(Parameters...), const Arguments&... arguments) {
+  void start(const char* what, int blocks, int threads, unsigned shared, void (*kernel)(Parameters...), const Arguments&... arguments) {
     cudaLaunchConfig_t config{};
     config.gridDim = dim3(static_cast<unsigned>(blocks));
-    config.blockDim = dim3(kThreads);
+    config.blockDim = dim3(static_cast<unsigned>(threads));
     config.dynamicSmemBytes = shared;
     config.stream = engine_stream().handle();
     cudaLaunchAttribute overlap{};

@@ -19,11 +19,15 @@ class FoldWatch {
     folded_.clear();
     for (std::size_t k = 0; k < meshes.size(); ++k) folded_.push_back(motion[k].folded / static_cast<float>(std::max(meshes[k].vertex_count, 1)));
   }
-  /// What was noted is how the scene begins.
-  void begin() { sound_ = folded_, undone_.assign(folded_.size(), 0); }
+  /// Of the pose that the scene begins with.
+  void begin(std::span<const MeshConstants> meshes, const MeshMotion* motion) {
+    note(meshes, motion);
+    sound_ = folded_, undone_.assign(folded_.size(), 0);
+  }
 
   /// Whether the pose is worth keeping, to go back to: a folded one takes the place of none that is not.
   bool keeps(std::size_t k) {
+    if (k >= sound_.size()) return true;
     if (folded_[k] > kSound && sound_[k] <= kSound) return false;
     sound_[k] = folded_[k];
     return true;

@@ -17,6 +17,12 @@ struct Launcher {
     ++launches[Kernel::name];
     executor.run(kernel, n);
   }
+  /// One that is written for a team.
+  template <class Kernel>
+  void run(const Kernel& kernel) {
+    ++launches[Kernel::name];
+    executor.run(kernel);
+  }
   template <class A, class B>
   void run_together(const A& a, int na, const B& b, int nb) {
     ++launches[A::name], ++launches[B::name];

@@ -81,7 +81,9 @@ class CoarseLevels {
   }
   /// Takes a while with many vertices: when meshes are loaded that may need it, not in the middle of a run.
   void arrange(std::span<const MeshConstants> meshes, std::span<const Int4> neighbours) {
-    if (arranged_.first.empty()) arranged_ = arrange_levels(meshes, neighbours);
+    if (!arranged_.first.empty()) return;
+    arranged_ = arrange_levels(meshes, neighbours);
+    tell_small_levels();
   }
   void hold(std::span<const MeshConstants> meshes, std::span<const Int4> neighbours) {
     if (held_) return;
@@ -110,13 +112,15 @@ class CoarseLevels {
 
   /// After the mesh's own: E of the coarser levels.
   void sum_stiffness(Launcher<Executor>& launcher, const StepView& view) const {
-    for (int l = 0; l < depth(); ++l) launcher.run(CoarseStiffness{view, arranged_.first[l]}, size(l));
+    for (int l = 0; l < large_; ++l) launcher.run(CoarseStiffness{view, arranged_.first[l]}, size(l));
+    if (small_.count > 0) launcher.run(SmallStiffness{view, small_});
   }
   /// After IntegrateKernel has begun it: the cycle down and up the levels. CorrectedStep ends it.
   void cycle(Launcher<Executor>& launcher, const StepView& view) const {
     launcher.run(Restrict<true>{view, arranged_.first[0]}, size(0));
-    for (int l = 1; l < depth(); ++l) launcher.run(Restrict<false>{view, arranged_.first[l]}, size(l));
-    for (int l = depth() - 2; l >= 0; --l) launcher.run(Prolong{view, arranged_.first[l]}, size(l));
+    for (int l = 1; l < large_; ++l) launcher.run(Restrict<false>{view, arranged_.first[l]}, size(l));
+    if (small_.count > 0) launcher.run(SmallCycle{view, small_});
+    for (int l = std::min(large_ - 1, depth() - 2); l >= 0; --l) launcher.run(Prolong{view, arranged_.first[l]}, size(l));
   }
 
  private:
@@ -124,7 +128,17 @@ class CoarseLevels {
   int depth() const { return static_cast<int>(arranged_.first.size()) - 1; }
   int size(int l) const { return arranged_.first[l + 1] - arranged_.first[l]; }
 
+  /// From the coarsest level up; the one next to the mesh never is.
+  void tell_small_levels() {
+    large_ = depth();
+    while (large_ > 1 && depth() - large_ < SmallLevels::kMost && size(large_ - 1) <= SmallLevels::kLargest) --large_;
+    small_.count = depth() - large_;
+    std::copy_n(arranged_.first.begin() + large_, small_.count + 1, small_.first);
+  }
+
   LevelArrays arranged_;                     ///< empty until they may be needed
+  int large_ = 0;                            ///< levels that are not small
+  SmallLevels small_;
   bool held_ = false;
   Array<CoarseRow> rows_;
   Array<CoarseEdge> edges_;

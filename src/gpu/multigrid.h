@@ -5,6 +5,7 @@
 // fixed point is reached, never where it lies.
 #pragma once
 #include "core/force_list.h"
+#include "core/lanes.h"
 #include "core/step_view.h"
 
 namespace simplexseg {
@@ -52,25 +53,19 @@ struct LocalStiffness {
   }
 };
 
-/// E of each vertex of a coarser level: the sum over what it stands for.
-struct CoarseStiffness {
-  static constexpr const char* name = "coarse stiffness";
-  static constexpr int kLanes = 32;
-  StepView v;
-  int first;              ///< vertex of the level, counted over all levels
-  template <class L>
-  SIMPLEXSEG_HD void operator()(int index, L lanes) const {
-    const LevelsView& l = v.levels;
-    const CoarseRow* row = l.rows + (first + index - v.vertex_count);
-    Vec4 a{0, 0, 0, 0}, b{0, 0, 0, 0};
-    for (int p = row[0].first_part + lanes.lane; p < row[1].first_part; p += L::width) {
-      const Vec4 x = l.stiffness_a[l.parts[p]], y = l.stiffness_b[l.parts[p]];
-      a = {a.x + x.x, a.y + x.y, a.z + x.z, a.w + x.w}, b = {b.x + y.x, b.y + y.y, 0, 0};
-    }
-    a = {lanes.sum(a.x), lanes.sum(a.y), lanes.sum(a.z), lanes.sum(a.w)}, b = {lanes.sum(b.x), lanes.sum(b.y), 0, 0};
-    if (lanes.lane == 0) l.stiffness_a[first + index] = a, l.stiffness_b[first + index] = b;
+/// E of vertex `at` (counted over all levels) of a coarser level: the sum over what it stands for.
+template <class L>
+SIMPLEXSEG_HD void sum_stiffness(const StepView& v, int at, L lanes) {
+  const LevelsView& l = v.levels;
+  const CoarseRow* row = l.rows + (at - v.vertex_count);
+  Vec4 a{0, 0, 0, 0}, b{0, 0, 0, 0};
+  for (int p = row[0].first_part + lanes.lane; p < row[1].first_part; p += L::width) {
+    const Vec4 x = l.stiffness_a[l.parts[p]], y = l.stiffness_b[l.parts[p]];
+    a = {a.x + x.x, a.y + x.y, a.z + x.z, a.w + x.w}, b = {b.x + y.x, b.y + y.y, 0, 0};
   }
-};
+  a = {lanes.sum(a.x), lanes.sum(a.y), lanes.sum(a.z), lanes.sum(a.w)}, b = {lanes.sum(b.x), lanes.sum(b.y), 0, 0};
+  if (lanes.lane == 0) l.stiffness_a[at] = a, l.stiffness_b[at] = b;
+}
 
 /// First half of the cycle on the mesh: a Jacobi step from 0.
 SIMPLEXSEG_HD void begin_cycle(const StepView& v, const MeshConstants& m, int i, Vec3 force) {
@@ -79,69 +74,113 @@ SIMPLEXSEG_HD void begin_cycle(const StepView& v, const MeshConstants& m, int i,
   l.correction[i] = with_w(kRelaxation * VertexSystem(l.stiffness_a[i], l.stiffness_b[i], m.model).solve(force), 0.0f);
 }
 
-/// Sums what is left of the residual onto the next coarser level, and takes the Jacobi step there. Small levels are all
-/// waiting for memory: there the parts of a vertex are shared out among lanes.
+/// Sums what is left of the residual onto vertex `at` of the next coarser level, and takes the Jacobi step there.
+template <bool kFromMesh, class L>
+SIMPLEXSEG_HD void restrict_to(const StepView& v, int at, L lanes) {
+  const LevelsView& l = v.levels;
+  const CoarseRow* row = l.rows + (at - v.vertex_count);
+  const float k = v.meshes[row->mesh].model;
+  Vec3 sum{0, 0, 0};
+  for (int p = row[0].first_part + lanes.lane; p < row[1].first_part; p += L::width) {
+    const int i = l.parts[p];
+    float degree = 1;
+    Vec3 beside{0, 0, 0};
+    if constexpr (kFromMesh) {
+      const Int4 nb = v.neighbours[i];
+      beside = (1.0f / 3.0f) * (xyz(l.correction[nb.x]) + xyz(l.correction[nb.y]) + xyz(l.correction[nb.z]));
+    } else {
+      const CoarseRow* fine = l.rows + (i - v.vertex_count);
+      degree = fine->degree;
+      SIMPLEXSEG_UNROLL
+      for (int e = fine[0].first_edge; e < fine[1].first_edge; ++e) beside = beside + l.edges[e].conductance * xyz(l.correction[l.edges[e].to]);
+    }
+    const VertexSystem system(l.stiffness_a[i], l.stiffness_b[i], k * degree);
+    sum = sum + (xyz(l.residual[i]) - (system.times(xyz(l.correction[i])) - k * beside));
+  }
+  sum = {lanes.sum(sum.x), lanes.sum(sum.y), lanes.sum(sum.z)};
+  if (lanes.lane != 0) return;
+  const bool last = row[0].first_edge == row[1].first_edge;      // a whole mesh, or part of one: solved exactly
+  const VertexSystem system(l.stiffness_a[at], l.stiffness_b[at], k * row->degree);
+  const Vec3 z = (last ? 1.0f : kRelaxation) * system.solve(sum);
+  l.residual[at] = with_w(sum, 0.0f);
+  l.correction[at] = with_w(z, 0.0f);
+  if (last) l.relaxed[at] = with_w(z, 0.0f);
+}
+
+/// Second half at vertex `at` of a coarser level: adds the correction of the level below it and takes a Jacobi step.
+template <class L>
+SIMPLEXSEG_HD void prolong_to(const StepView& v, int at, L lanes) {
+  const LevelsView& l = v.levels;
+  const CoarseRow* row = l.rows + (at - v.vertex_count);
+  if (row[0].first_edge == row[1].first_edge) return;
+  const float k = v.meshes[row->mesh].model;
+  auto corrected = [&](int j) { return xyz(l.correction[j]) + xyz(l.relaxed[l.coarse_of[j]]); };
+  Vec3 beside{0, 0, 0};
+  for (int e = row[0].first_edge + lanes.lane; e < row[1].first_edge; e += L::width) beside = beside + l.edges[e].conductance * corrected(l.edges[e].to);
+  beside = {lanes.sum(beside.x), lanes.sum(beside.y), lanes.sum(beside.z)};
+  if (lanes.lane != 0) return;
+  const Vec3 own = corrected(at);
+  const VertexSystem system(l.stiffness_a[at], l.stiffness_b[at], k * row->degree);
+  l.relaxed[at] = with_w(own + kRelaxation * system.solve(xyz(l.residual[at]) - (system.times(own) - k * beside)), 0.0f);
+}
+
+// One large level a kernel. All wait for memory: what a vertex needs is shared out among lanes.
+struct CoarseStiffness {
+  static constexpr const char* name = "coarse stiffness";
+  static constexpr int kLanes = 8, scratch = 0;
+  StepView v;
+  int first;              ///< vertex of the level, counted over all levels
+  template <class L>
+  SIMPLEXSEG_HD void operator()(int index, L lanes) const { sum_stiffness(v, first + index, lanes); }
+};
 template <bool kFromMesh>
 struct Restrict {
   static constexpr const char* name = "restrict";
-  static constexpr int kLanes = kFromMesh ? 1 : 32;
+  static constexpr int kLanes = kFromMesh ? 4 : 8, scratch = 0;
   StepView v;
   int first;
-  static constexpr int scratch = 0;
   template <class L>
-  SIMPLEXSEG_HD void operator()(int index, L lanes) const {
-    const LevelsView& l = v.levels;
-    const CoarseRow* row = l.rows + (first + index - v.vertex_count);
-    const float k = v.meshes[row->mesh].model;
-    Vec3 sum{0, 0, 0};
-    for (int p = row[0].first_part + lanes.lane; p < row[1].first_part; p += L::width) {
-      const int i = l.parts[p];
-      float degree = 1;
-      Vec3 beside{0, 0, 0};
-      if constexpr (kFromMesh) {
-        const Int4 nb = v.neighbours[i];
-        beside = (1.0f / 3.0f) * (xyz(l.correction[nb.x]) + xyz(l.correction[nb.y]) + xyz(l.correction[nb.z]));
-      } else {
-        const CoarseRow* fine = l.rows + (i - v.vertex_count);
-        degree = fine->degree;
-        SIMPLEXSEG_UNROLL
-        for (int e = fine[0].first_edge; e < fine[1].first_edge; ++e) beside = beside + l.edges[e].conductance * xyz(l.correction[l.edges[e].to]);
-      }
-      const VertexSystem system(l.stiffness_a[i], l.stiffness_b[i], k * degree);
-      sum = sum + (xyz(l.residual[i]) - (system.times(xyz(l.correction[i])) - k * beside));
-    }
-    sum = {lanes.sum(sum.x), lanes.sum(sum.y), lanes.sum(sum.z)};
-    if (lanes.lane != 0) return;
-    const bool last = row[0].first_edge == row[1].first_edge;      // a whole mesh, or part of one: solved exactly
-    const VertexSystem system(l.stiffness_a[first + index], l.stiffness_b[first + index], k * row->degree);
-    const Vec3 z = (last ? 1.0f : kRelaxation) * system.solve(sum);
-    l.residual[first + index] = with_w(sum, 0.0f);
-    l.correction[first + index] = with_w(z, 0.0f);
-    if (last) l.relaxed[first + index] = with_w(z, 0.0f);
-  }
+  SIMPLEXSEG_HD void operator()(int index, L lanes) const { restrict_to<kFromMesh>(v, first + index, lanes); }
 };
-
-/// Second half on a coarser level: adds the correction of the level below it and takes a Jacobi step.
 struct Prolong {
   static constexpr const char* name = "prolong";
-  static constexpr int kLanes = 32;
+  static constexpr int kLanes = 8, scratch = 0;
   StepView v;
   int first;
   template <class L>
-  SIMPLEXSEG_HD void operator()(int index, L lanes) const {
-    const LevelsView& l = v.levels;
-    const int i = first + index;
-    const CoarseRow* row = l.rows + (i - v.vertex_count);
-    if (row[0].first_edge == row[1].first_edge) return;
-    const float k = v.meshes[row->mesh].model;
-    auto corrected = [&](int j) { return xyz(l.correction[j]) + xyz(l.relaxed[l.coarse_of[j]]); };
-    Vec3 beside{0, 0, 0};
-    for (int e = row[0].first_edge + lanes.lane; e < row[1].first_edge; e += L::width) beside = beside + l.edges[e].conductance * corrected(l.edges[e].to);
-    beside = {lanes.sum(beside.x), lanes.sum(beside.y), lanes.sum(beside.z)};
-    if (lanes.lane != 0) return;
-    const Vec3 own = corrected(i);
-    const VertexSystem system(l.stiffness_a[i], l.stiffness_b[i], k * row->degree);
-    l.relaxed[i] = with_w(own + kRelaxation * system.solve(xyz(l.residual[i]) - (system.times(own) - k * beside)), 0.0f);
+  SIMPLEXSEG_HD void operator()(int index, L lanes) const { prolong_to(v, first + index, lanes); }
+};
+
+/// The small levels, one after the other in one kernel: by themselves they would be little but launches.
+struct SmallLevels {
+  static constexpr int kMost = 12, kLargest = 256;
+  int count = 0;
+  int first[kMost + 1] = {};         ///< as LevelArrays::first, from the first small level on
+  template <class Team, class Work>
+  SIMPLEXSEG_HD void each(int level, const Team& team, Work work) const {
+    for (int at = first[level] + team.group; at < first[level + 1]; at += Team::groups) work(at);
+    team.sync();
+  }
+};
+struct SmallStiffness {
+  static constexpr const char* name = "small levels' stiffness";
+  static constexpr int kTeam = 1024;
+  StepView v;
+  SmallLevels levels;
+  template <class Team>
+  SIMPLEXSEG_HD void operator()(Team team) const {
+    for (int l = 0; l < levels.count; ++l) levels.each(l, team, [&](int at) { sum_stiffness(v, at, team.lanes); });
+  }
+};
+struct SmallCycle {
+  static constexpr const char* name = "small levels";
+  static constexpr int kTeam = 1024;
+  StepView v;
+  SmallLevels levels;
+  template <class Team>
+  SIMPLEXSEG_HD void operator()(Team team) const {
+    for (int l = 0; l < levels.count; ++l) levels.each(l, team, [&](int at) { restrict_to<false>(v, at, team.lanes); });
+    for (int l = levels.count - 2; l >= 0; --l) levels.each(l, team, [&](int at) { prolong_to(v, at, team.lanes); });
   }
 };
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <algorithm>
 #include <compare>
 #include <map>
 #include <string>
@@ -14,7 +15,6 @@ struct StepPhase {
   int oldest = 0;                ///< of the three position arrays: previous, current, next from here on
   int since_refresh = 0;
   bool refresh_due = true, stiffness_due = false;
-  auto operator<=>(const StepPhase&) const = default;
 };
 
 /// Runs of steps, recorded when they come again, and then repeated at small cost. Where the executor cannot, they are done.
@@ -27,11 +27,14 @@ class RecordedRuns {
   /// `steps()` does the run and changes `phase` and `measured_at_refresh`. Returns how many steps were done before a failure
   /// that the host knows of.
   template <class Steps>
-  int run(Launcher<Executor>& launcher, StepPhase& phase, bool& measured_at_refresh, int length, End end, Steps&& steps) {
+  int run(Launcher<Executor>& launcher, StepPhase& phase, bool& measured_at_refresh, int refresh_interval, int length, End end, Steps&& steps) {
     if constexpr (!Executor::kRecords) {
       return steps();
     } else {
-      const Key key{phase, length, end};
+      // Runs in which nothing is found anew are alike, however long ago it was.
+      const int until_refresh = phase.refresh_due ? 0 : std::clamp(refresh_interval - phase.since_refresh, 0, length);
+      const int since_refresh = phase.since_refresh;
+      const Key key{phase.oldest, until_refresh, phase.stiffness_due, length, end};
       auto found = runs_.find(key);
       if (found == runs_.end()) {
         // Recording costs as much as many launches: only what comes again is worth it.
@@ -53,6 +56,7 @@ class RecordedRuns {
         run.recorded = true;
       } else {
         phase = run.after, measured_at_refresh = run.measured_at_refresh;
+        if (until_refresh == length) phase.since_refresh = since_refresh + length;
         for (const auto& [name, n] : run.launches) launcher.launches[name] += n;
       }
       launcher.executor.replay(run.recording);
@@ -62,7 +66,8 @@ class RecordedRuns {
 
  private:
   struct Key {
-    StepPhase phase;
+    int oldest, until_refresh;
+    bool stiffness_due;
     int length;
     End end;
     auto operator<=>(const Key&) const = default;

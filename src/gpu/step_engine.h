@@ -3,7 +3,8 @@
 //   Array<T>: data(), size(), resize(n) (contents lost), upload(span), download(span), fill_zero(); texels() of Vec4
 //   NeighbourArray: the same for Int4, written once; texels()
 //   HostVisible<T>: memory that kernels write and, after wait(), the host reads
-//   run(kernel, n): kernel(0) ... kernel(n-1), ordered after all earlier runs; run_together(a, na, b, nb): both, in any order
+//   run(kernel, n): kernel(0) ... kernel(n-1), ordered after all earlier runs; run_together(a, na, b, nb): both, in any order;
+//   run(kernel): kernel(team), where it is written for one
 //   record(body) -> Recording, replay(recording): where kRecords, runs that are kept and repeated at small cost
 //   visit_width(n, f): f(how many lanes work on a search when there are n of them)
 //   bind(volume, view): makes the voxels readable; visit_voxels(type, f): f(type identity of the sampler for them)
@@ -127,7 +128,6 @@ class StepEngine final : public Engine {
     for (auto& x : positions_) x.resize(count);
     positions_[0].upload(previous);
     positions_[1].upload(current);
-    positions_[2].fill_zero();        // is looked at before the first step
     phase_.oldest = 0;
     frame_.resize(count);
     frame_.fill_zero();
@@ -163,8 +163,7 @@ class StepEngine final : public Engine {
     }
     points_host_ = std::move(list);
     note_limits();
-    for (std::size_t k = 0; k < controls_.size(); ++k)
-      controls_[k].set_held(controls_[k].stiffness().image > 0 || constants_[k].point_count > 0);
+    for (std::size_t k = 0; k < controls_.size(); ++k) controls_[k].set_points(constants_[k].point_count);
     if (!constants_.empty()) meshes_.upload(constants_);
     if (points_.size() != points_host_.size())
       points_.resize(0);
@@ -174,7 +173,10 @@ class StepEngine final : public Engine {
     int most = 0;
     for (const MeshConstants& c : constants_) most = std::max(most, c.point_count);
     view_.point_groups = (most + kPointGroup - 1) / kPointGroup;
-    hold_what_is_needed();
+    if (forms_changed())
+      apply_forms();
+    else
+      hold_what_is_needed();
     phase_.refresh_due = true;
   }
 
@@ -216,7 +218,9 @@ class StepEngine final : public Engine {
     while (outcome.steps < count && !outcome.failure) {
       // One batch: to the end of the interval after which the solvers look at what they did, or all of it.
       const bool watched = watched_;
-      const bool first = corrected_ && !hold_known_;
+      // What is not known before a first step: what holds the meshes, and which of them are folded.
+      const bool folds_unknown = kept_.size() != 0 && !folds_.knows(constants_.size());
+      const bool first = (corrected_ && !hold_known_) || folds_unknown;
       const int wanted = std::min(count - outcome.steps, first ? 1 : watched ? SolverControl::kInterval - since_watched_ : count);
       const bool interval_ends = watched && since_watched_ + wanted == SolverControl::kInterval;
       if (kept_.size() != 0 && since_watched_ == 0) keep_pose();
@@ -245,7 +249,8 @@ class StepEngine final : public Engine {
       } else {
         outcome.steps += done;
         since_watched_ = watched ? (since_watched_ + done) % SolverControl::kInterval : 0;
-        if (first) note_hold();
+        if (folds_unknown) folds_.begin(constants_, motion_.data());
+        if (corrected_ && !hold_known_) note_hold();
         if (interval_ends) learn(outcome);
       }
     }
@@ -336,9 +341,8 @@ class StepEngine final : public Engine {
 #endif
   static constexpr bool built(ForceId force) { return (kBuiltForces & bit(force)) != 0; }
 
-  /// Of the multigrid model, as shares of k. What nothing holds drifts by what its forces do not balance, and a cycle would
-  /// make that a leap: such a mesh is held all over, as are all in the first step. Forces hold it that have this much of k.
-  static constexpr float kHoldFree = 10, kHoldHeld = 1e-5f, kIsHeld = 1e-3f;
+  /// Forces hold a mesh that have this share of the multigrid model's k.
+  static constexpr float kIsHeld = 1e-3f;
 
   Executor& executor() { return launcher_.executor; }
   const Executor& executor() const { return launcher_.executor; }
@@ -355,7 +359,7 @@ class StepEngine final : public Engine {
   /// `length` steps, and the end of the batch when something ends. Returns how many were done before a failure that the host
   /// knows of.
   int run_steps(int length, End end) {
-    return runs_.run(launcher_, phase_, measured_at_refresh_, length, end, [&] { return do_steps(length, end); });
+    return runs_.run(launcher_, phase_, measured_at_refresh_, refresh_interval_, length, end, [&] { return do_steps(length, end); });
   }
   int do_steps(int length, End end) {
     for (int k = 0; k < length; ++k)
@@ -415,6 +419,7 @@ class StepEngine final : public Engine {
       c.stiffness = stiffness.internal, c.model = std::max(0.5f * stiffness.internal, 0.1f * (stiffness.image + stiffness.attraction));
       c.strongest = strongest(c.forces);
       controls_[k].start(simulation, stiffness, learnt_[k], Executor::kCycleCost);
+      controls_[k].set_points(c.point_count);
       c.voxel_mm = volume_.empty() ? 1.0f : static_cast<float>(volume_.geometry().spacing_mm.minCoeff());
     }
     refresh_interval_ = static_cast<int>(simulation.refresh_interval + 0.5f);
@@ -435,7 +440,7 @@ class StepEngine final : public Engine {
     corrected_ = corrected;
     for (std::size_t k = 0; k < constants_.size(); ++k) {
       const float hold = controls_[k].state().hold;
-      constants_[k].form = controls_[k].form(), constants_[k].hold = hold > 0 ? hold : kHoldFree;
+      constants_[k].form = controls_[k].form(), constants_[k].hold = hold > 0 ? hold : SolverControl::kHoldFree;
       hold_known_ = (k == 0 || hold_known_) && (hold > 0 || constants_[k].form != StepForm::Corrected);
     }
     phase_.stiffness_due = true;
@@ -444,6 +449,12 @@ class StepEngine final : public Engine {
     for (std::size_t k = 0; k < constants_.size(); ++k) constants_[k].root = levels_.root(k);
     meshes_.assign(constants_);
     update_view();
+  }
+
+  bool forms_changed() const {
+    for (std::size_t k = 0; k < constants_.size(); ++k)
+      if (controls_[k].form() != constants_[k].form) return true;
+    return false;
   }
 
   static int strongest(const ForceParameters& forces) {
@@ -486,13 +497,6 @@ class StepEngine final : public Engine {
   /// Before an interval that may have to be undone.
   void keep_pose() {
     update_view();
-    if (!folds_.knows(constants_.size())) {
-      run(GeometryKernel{view_});
-      end_batch();
-      executor().wait();
-      folds_.note(constants_, motion_.data());
-      folds_.begin();
-    }
     for (std::size_t k = 0; k < constants_.size(); ++k)
       if (folds_.keeps(k)) launcher_.run(KeepPose{view_.current, kept_.data(), constants_[k].first_vertex}, constants_[k].vertex_count);
   }
@@ -503,7 +507,6 @@ class StepEngine final : public Engine {
   }
   /// At the end of an interval.
   void learn(StepOutcome& outcome) {
-    const bool corrected = corrected_;
     folds_.note(constants_, motion_.data());
     for (std::size_t k = 0; k < constants_.size() && !outcome.failure; ++k) {
       if (kept_.size() != 0 && folds_.crumpled(k, residual_mm(k), motion_.data()[k], constants_[k].edge_mm)) {
@@ -520,9 +523,8 @@ class StepEngine final : public Engine {
       if (controls_[k].learn(motion.change, motion.square_move, noise) && !measured_at_refresh_) {
         undo({static_cast<int>(k), -1, static_cast<ForceId>(c.strongest), StepFailure::What::Grew}, outcome);
       }
-      corrected_ = corrected_ || controls_[k].form() == StepForm::Corrected;
     }
-    if (corrected_ != corrected)
+    if (forms_changed())
       apply_forms();
     else if (corrected_)
       note_hold();
@@ -552,12 +554,13 @@ class StepEngine final : public Engine {
     bool anew = false;
     for (std::size_t k = 0; k < constants_.size(); ++k) {
       MeshConstants& c = constants_[k];
-      const float hold = motion_.data()[k].hold > kIsHeld * c.model ? kHoldHeld : kHoldFree;
-      anew = anew || hold != c.hold;
-      c.hold = hold;
-      controls_[k].set_hold(hold);
+      if (c.form != StepForm::Corrected) continue;
+      controls_[k].set_held(motion_.data()[k].hold > kIsHeld * c.model);
+      anew = anew || controls_[k].state().hold != c.hold;
+      c.hold = controls_[k].state().hold;
     }
     hold_known_ = true;
+    if (forms_changed()) return apply_forms();
     if (anew) meshes_.upload(constants_), phase_.stiffness_due = true;
   }
 

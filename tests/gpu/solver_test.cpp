@@ -207,7 +207,6 @@ TEST_P(SolverTest, TheErrorFallsAsTheoryPredicts) {
       double now = first;
       for (; steps < 4000 && now > 1e-5 * first; ++steps) {
         control.start(scene.simulation, stiffness_of(scene.meshes[0].forces, {}), state);
-        control.set_held(true);
         const StepCoefficients c = control.coefficients();
         const Eigen::MatrixXd next = error + c.keep * (error - before) - c.gain * ((steps == 0 && solver == Solver::Multigrid ? first_bk : bk) * error);
         before = error, error = next;
@@ -265,6 +264,47 @@ TEST_P(SolverTest, AMeshWithoutTheCycleBesideOneWithItIsMeasuredAndLearntAsAlone
   EXPECT_EQ(c.residual_mm.at(1), b.residual_mm.at(1));
   EXPECT_EQ(c.solver.at(1).slowest, b.solver.at(1).slowest);
   EXPECT_NEAR(b.residual_mm.at(0), d.residual_mm.at(0), 1e-3 * d.residual_mm.at(0));
+}
+
+TEST_P(SolverTest, AutomaticTakesCyclesWherePointsHoldAMeshAndNoneWhereTheyHardlyDo) {
+  TestScene scene = membrane(4, 2);
+  scene.simulation = by(Solver::Automatic);
+  TestScene hardly = scene;
+  hardly.points.resize(1);
+  const auto engine = make_engine();
+  load(*engine, scene);
+  EXPECT_TRUE(engine->step(1).solver.at(0).multigrid);
+  load(*engine, hardly);
+  EXPECT_FALSE(engine->step(1).solver.at(0).multigrid);
+  // Not tried again with every move of the point, but with more points.
+  hardly.points[0].position_mm += Eigen::Vector3d(0, 0, 1);
+  engine->set_points(hardly.points);
+  EXPECT_FALSE(engine->step(1).solver.at(0).multigrid);
+  engine->set_points(scene.points);
+  EXPECT_TRUE(engine->step(1).solver.at(0).multigrid);
+  engine->set_points({});
+  EXPECT_FALSE(engine->step(1).solver.at(0).multigrid);
+}
+
+TEST_P(SolverTest, EveryMeshTakesCyclesWhenItsOwnTimeComes) {
+  // The second mesh finds its slow modes after the first one: what it learnt must reach its steps as it does alone.
+  TestScene first = membrane(3, 1), second = busy_scene(3);
+  second.points.clear();
+  for (const ForceInfo& force : force_list())
+    weight_of(second.meshes[0].forces, force.id) = force.id == ForceId::Smoothing ? 1.0f : force.id == ForceId::Gradient ? 0.3f : 0.0f;
+  first.volume = second.volume;
+  TestScene both = first;
+  both.meshes.push_back(second.meshes[0]);
+  for (TestScene* scene : {&second, &both}) scene->simulation = by(Solver::Automatic);
+  const auto a = make_engine(), b = make_engine();
+  load(*a, second), load(*b, both);
+  bool multigrid = false;
+  for (int k = 0; k < 40 && !multigrid; ++k) multigrid = a->step(10).solver.at(0).multigrid, b->step(10);
+  ASSERT_TRUE(multigrid);
+  const StepOutcome alone = a->step(50), beside = b->step(50);
+  EXPECT_TRUE(beside.solver.at(1).multigrid);
+  EXPECT_LT(beside.residual_mm.at(1), 3 * alone.residual_mm.at(0));
+  EXPECT_LT(largest_distance(positions_of(*b, both, 1), positions_of(*a, second)), 0.02);
 }
 
 TEST_P(SolverTest, OnlyVerletsStepsDependOnWhatOnlyItHas) {
