@@ -103,7 +103,7 @@ std::vector<StabilityCase> setting_cases() {
                      return trial;
                    }});
   cases.push_back({"damping_0", "no damping", CaseOutcome::Converges, CaseOutcome::Bounded,
-                   "undamped Verlet swings for ever; only it and the implicit step use the damping that is set", [](bool) {
+                   "undamped Verlet swings for ever; only it uses the damping that is set", [](bool) {
                      Trial trial = ball_trial();
                      trial.scene.simulation.damping = 0;
                      trial.folds = true;
