@@ -12,7 +12,7 @@ namespace simplexseg {
 namespace {
 
 constexpr double kEnough = 1e-4;         ///< share of the start's error at which a curve may end
-constexpr double kShortRun = 0.5;        ///< s; shorter ones are repeated
+constexpr double kTimedAgain = 0.5;      ///< s of each run that are timed again, without reading poses
 constexpr int kRepeats = 3, kBatch = 10;
 constexpr int kStallAfter = 400;         ///< steps before "it falls no more" is believed,
 constexpr double kStallBelow = 0.03;     ///< and of errors above this it is not: they fall slowly
@@ -74,15 +74,19 @@ std::vector<double> batch_times(const HeldProblem& problem, const Method& method
   return times;
 }
 
-/// Replaces the samples' times by the medians of runs that read no poses.
-void time_again(const HeldProblem& problem, HeldCurve& curve, const EngineFactory& make_engine, const Poll& poll) {
-  const std::int64_t steps = curve.samples.back().steps;
+/// Replaces the samples' times, those of the first half second, by the medians of runs that read no poses: reading them
+/// between steps empties caches. What comes later keeps its distance from there.
+void time_again(const HeldProblem& problem, HeldCurve& curve, double binding_s, const EngineFactory& make_engine, const Poll& poll) {
+  const auto end = std::find_if(curve.samples.begin() + 1, curve.samples.end(), [](const HeldSample& s) { return s.seconds > kTimedAgain; });
+  const HeldSample last = *(end - 1);
+  const std::int64_t steps = last.steps;
+  if (steps == 0) return;
   std::vector<std::vector<double>> runs;
   for (int r = 0; r < kRepeats; ++r) {
     poll();
     double end_mm = 0;
     runs.push_back(batch_times(problem, curve.method, steps, make_engine, end_mm));
-    if (end_mm / problem.start_mm.whole != curve.samples.back().whole) curve.note = "a run that was timed ended elsewhere";
+    if (end_mm / problem.start_mm.whole != last.whole) curve.note = "a run that was timed ended elsewhere";
   }
   std::vector<std::pair<std::int64_t, double>> knots{{0, 0.0}};
   for (std::size_t b = 0; b < runs[0].size(); ++b) {
@@ -92,7 +96,12 @@ void time_again(const HeldProblem& problem, HeldCurve& curve, const EngineFactor
     const std::int64_t at = b == 0 ? 1 : std::min<std::int64_t>(steps, static_cast<std::int64_t>(b) * kBatch);
     knots.emplace_back(at, std::max(each[kRepeats / 2], knots.back().second));
   }
+  for (std::size_t k = 1; k < knots.size(); ++k) knots[k].second = std::max(0.0, knots[k].second - binding_s);
   for (HeldSample& s : curve.samples) {
+    if (s.steps > steps) {
+      s.seconds += knots.back().second - last.seconds;
+      continue;
+    }
     const auto after = std::lower_bound(knots.begin(), knots.end(), s.steps, [](const auto& knot, std::int64_t n) { return knot.first < n; });
     if (after == knots.begin()) continue;
     const auto before = after - 1;
@@ -166,10 +175,7 @@ HeldCurve run_held(const HeldProblem& problem, const Method& method, double budg
     }
     if (std::max(last.whole, last.normal) < kEnough || falls_no_more(curve.samples)) break;
   }
-  if (curve.note.empty() && spent < kShortRun) {
-    time_again(problem, curve, make_engine, poll);
-    for (HeldSample& s : curve.samples) s.seconds = std::max(0.0, s.seconds - (s.steps > 0 ? binding_s : 0));
-  }
+  if (curve.note.empty()) time_again(problem, curve, binding_s, make_engine, poll);
   return curve;
 }
 

@@ -38,8 +38,8 @@ struct HeldCurve {
 /// without points.
 double binding_seconds(const HeldProblem& problem, const EngineFactory& make_engine);
 /// Steps from the start until the error is below 1e-4 of what it was, falls no more, or `budget_s` of steps are spent. The
-/// poses are read between steps, off the clock; where all that took less than half a second, the time is the median of
-/// three further runs without reading, ten steps at a time as in a session. `binding_s` is taken off.
+/// poses are read between steps, off the clock; the times of the first half second are the medians of three further runs
+/// without reading, ten steps at a time as in a session. `binding_s` is taken off.
 HeldCurve run_held(const HeldProblem& problem, const Method& method, double budget_s, double binding_s,
                    const EngineFactory& make_engine, const Poll& poll);
 
