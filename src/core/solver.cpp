@@ -40,7 +40,8 @@ StepForm SolverControl::form() const {
 }
 
 void SolverControl::set_points(int count) {
-  if (count != points_ && looked_ && solver_ == Solver::Automatic && state_.hold >= kHoldFree) state_.hold = 0;      // to be looked at again
+  // Other points are to be looked at again.
+  if (count != points_ && looked_ && solver_ == Solver::Automatic && state_.hold >= kHoldFree) state_.hold = 0;
   points_ = count;
   if (count == 0 && looked_) take_no_cycles();
   correct_where_worth();
@@ -92,7 +93,8 @@ StepCoefficients SolverControl::coefficients() const {
 bool SolverControl::learn(float change, float square_move, float noise_mm) {
   if (!std::isfinite(change) || !std::isfinite(square_move) || !(square_move > noise_mm * noise_mm)) return false;
   const float quotient = change / square_move;
-  // No bound promises that steps do not grow but that of scaled ones. What grows takes the quotient over, and shows the eigenvalue that the timestep is too large for.
+  // No bound promises that steps do not grow but that of scaled ones. What grows takes the quotient over, and shows the
+  // eigenvalue that the timestep is too large for.
   const StepCoefficients c = coefficients();
   if (form() != StepForm::Scaled && quotient * c.gain > 2 * (1 + c.keep)) return true;
   if (form() == StepForm::Plain || !(quotient > 0)) return false;

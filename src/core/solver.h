@@ -36,8 +36,8 @@ class SolverControl {
   /// make that a leap: such a mesh is held all over, as are all in the first step.
   static constexpr float kHoldFree = 10, kHoldHeld = 1e-5f;
 
-  /// New forces or settings: the timestep is no longer cut, and what was learnt is forgotten unless `state` has it. `cycle_cost`: of a step with a
-  /// multigrid cycle, in steps without.
+  /// New forces or settings: the timestep is no longer cut, and what was learnt is forgotten unless `state` has it.
+  /// `cycle_cost`: of a step with a multigrid cycle, in steps without.
   void start(const SimulationParameters& simulation, const Stiffness& stiffness, const SolverState& state = {},
              float cycle_cost = 1);
 
