@@ -87,7 +87,7 @@ struct IntegrateKernel {
   int step;
   End end;
   SIMPLEXSEG_HD void operator()(int i) const {
-    // All loads first: none waits for another (docs/adr/0010-cuda-execution.md).
+    // All loads first: none waits for another (docs/adr/0011-solvers.md).
     const StepTaker taker{v, step, end};
     const bool halted = taker.halted();
     const Int4 nb = v.neighbours[i];
