@@ -24,8 +24,8 @@ struct Setting {
   float share;       ///< of Verlet's largest stable timestep with this damping
 };
 constexpr Setting kSettings[] = {
-    {"verlet", 0.1f, 0.95f}, {"verlet", 0.1f, 0.5f}, {"verlet", 0.3f, 0.95f},         {"verlet", 0.3f, 0.5f},
-    {"verlet", 0.9f, 0.95f}, {"verlet", 0.9f, 0.5f}, {"point_implicit", 0.1f, 0.95f}, {"point_implicit", 0.1f, 4},
+    {"verlet", 0.1f, 0.95f}, {"verlet", 0.1f, 0.5f}, {"verlet", 0.3f, 0.95f},
+    {"verlet", 0.3f, 0.5f},  {"verlet", 0.9f, 0.95f}, {"verlet", 0.9f, 0.5f},
 };
 constexpr int kBaseline = 0;
 
