@@ -8,11 +8,21 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND SIMPLEXSEG_ARCH)
   # Eigen's alignment follows the instruction set: host code of .cu files must agree.
   target_compile_options(simplexseg_options INTERFACE $<$<COMPILE_LANGUAGE:CUDA>:-Xcompiler=-march=${SIMPLEXSEG_ARCH}>)
 endif()
+if(SIMPLEXSEG_ASSERTIONS)
+  target_compile_definitions(simplexseg_options INTERFACE SIMPLEXSEG_ASSERTIONS)
+endif()
 if(SIMPLEXSEG_SANITIZE)
   target_compile_options(simplexseg_options INTERFACE
     $<$<COMPILE_LANGUAGE:CXX>:-fsanitize=${SIMPLEXSEG_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer>)
   target_link_options(simplexseg_options INTERFACE -fsanitize=${SIMPLEXSEG_SANITIZE})
 endif()
+
+# simplexseg_room(NAME LIBRARIES...): the library of src/NAME, made of all its sources; the rooms it stands on.
+function(simplexseg_room name)
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  add_library(simplexseg_${name} STATIC ${sources})
+  target_link_libraries(simplexseg_${name} PUBLIC ${ARGN} PRIVATE simplexseg_options)
+endfunction()
 
 # simplexseg_tests(NAME SOURCES... LIBRARIES...): a GoogleTest program whose cases ctest knows one by one.
 function(simplexseg_tests name)

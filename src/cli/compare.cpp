@@ -10,7 +10,7 @@
 #include "cli/progress.h"
 #include "cli/table.h"
 #include "core/error.h"
-#include "core/metrics.h"
+#include "image/metrics.h"
 #include "io/files.h"
 #include "io/volume_io.h"
 

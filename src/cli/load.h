@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "cli/commands.h"
-#include "core/session.h"
+#include "session/session.h"
 #include "gpu/backend.h"
 #include "io/scene_io.h"
 

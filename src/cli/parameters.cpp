@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/parameters.h"
+#include "forces/parameters.h"
 
 #include <CLI/CLI.hpp>
 #include <memory>
@@ -10,6 +10,7 @@
 #include "cli/table.h"
 #include "io/json_output.h"
 #include "io/parameter_text.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

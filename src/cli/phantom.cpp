@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/phantom.h"
+#include "study/phantom.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -9,10 +9,10 @@
 
 #include "cli/commands.h"
 #include "core/error.h"
-#include "core/metrics.h"
 #include "io/files.h"
 #include "io/parameter_text.h"
 #include "io/volume_io.h"
+#include "image/mask.h"
 
 namespace simplexseg {
 namespace {

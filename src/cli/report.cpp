@@ -8,6 +8,7 @@
 #include "io/files.h"
 #include "io/json_input.h"
 #include "io/json_output.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 using Json = nlohmann::ordered_json;

@@ -6,10 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "core/metrics.h"
-#include "core/run_trace.h"
-#include "core/scene.h"
-#include "core/simplex_mesh.h"
+#include "image/metrics.h"
+#include "session/run_trace.h"
+#include "session/scene.h"
+#include "mesh/simplex_mesh.h"
+#include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
 

@@ -13,11 +13,12 @@
 #include "cli/simulate.h"
 #include "cli/slice_picture.h"
 #include "core/error.h"
-#include "core/label_map.h"
+#include "session/label_map.h"
 #include "io/files.h"
 #include "io/mesh_io.h"
 #include "io/references.h"
 #include "io/volume_io.h"
+#include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
 namespace {

@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "cli/progress.h"
+#include "image/mask.h"
 
 namespace simplexseg {
 namespace {

@@ -2,8 +2,8 @@
 #pragma once
 #include "cli/commands.h"
 #include "core/error.h"
-#include "core/run_trace.h"
-#include "core/session.h"
+#include "session/run_trace.h"
+#include "session/session.h"
 #include "io/references.h"
 #include "io/scene_io.h"
 

@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/simplex_mesh.h"
+#include "mesh/simplex_mesh.h"
+#include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
 namespace {

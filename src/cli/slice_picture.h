@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "core/scene.h"
-#include "core/volume.h"
+#include "session/scene.h"
+#include "image/volume.h"
 #include "io/picture_io.h"
 
 namespace simplexseg {

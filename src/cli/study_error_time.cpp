@@ -13,6 +13,7 @@
 #include "io/plot_io.h"
 #include "io/references.h"
 #include "study/error_time_report.h"
+#include "image/mask.h"
 
 namespace simplexseg {
 namespace {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "core/engine.h"
+#include "step/engine.h"
 
 namespace simplexseg {
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/step_view.h"
+#include "forces/step_view.h"
 
 namespace simplexseg {
 

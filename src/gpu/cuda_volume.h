@@ -3,8 +3,8 @@
 #pragma once
 #include <limits>
 
-#include "core/sampling.h"
-#include "core/volume.h"
+#include "forces/sampling.h"
+#include "image/volume.h"
 #include "gpu/backend.h"
 #include "gpu/cuda_memory.h"
 

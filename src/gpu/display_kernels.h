@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What only drawing needs, computed once a frame: normals of the present pose, cell centres, slices.
 #pragma once
-#include "core/atomics.h"
-#include "core/display.h"
-#include "core/sampling.h"
+#include "forces/atomics.h"
+#include "step/display.h"
+#include "forces/sampling.h"
 #include "gpu/kernels.h"
 
 namespace simplexseg {

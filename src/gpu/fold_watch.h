@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "core/step_view.h"
+#include "forces/step_view.h"
 
 namespace simplexseg {
 

@@ -2,9 +2,9 @@
 // The kernels of a step that belong to no single force. A kernel is a functor over a StepView: vertex i reads its
 // neighbourhood and writes only itself; the executors of both backends call it for every i.
 #pragma once
-#include "core/atomics.h"
-#include "core/force_list.h"
-#include "core/step_needs.h"
+#include "forces/atomics.h"
+#include "forces/force_list.h"
+#include "step/step_needs.h"
 #include "gpu/multigrid.h"
 
 namespace simplexseg {

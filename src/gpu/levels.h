@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The coarser levels of all meshes (core/hierarchy.h), as the multigrid kernels read them, and the cycle over them.
+// The coarser levels of all meshes (mesh/hierarchy.h), as the multigrid kernels read them, and the cycle over them.
 #pragma once
 #include <algorithm>
 #include <array>
 #include <span>
 #include <vector>
 
-#include "core/hierarchy.h"
-#include "core/step_view.h"
+#include "mesh/hierarchy.h"
+#include "forces/step_view.h"
 #include "gpu/kernels.h"
 #include "gpu/launcher.h"
 #include "gpu/multigrid.h"

@@ -4,9 +4,9 @@
 // the mesh, k half the bound of the internal forces, E what image and attraction hold a vertex with. It changes how fast the
 // fixed point is reached, never where it lies.
 #pragma once
-#include "core/force_list.h"
-#include "core/lanes.h"
-#include "core/step_view.h"
+#include "forces/force_list.h"
+#include "forces/lanes.h"
+#include "forces/step_view.h"
 
 namespace simplexseg {
 

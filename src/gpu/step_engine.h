@@ -18,16 +18,17 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/region_model.h"
-#include "core/simplex_mesh.h"
-#include "core/stability.h"
-#include "core/volume.h"
+#include "forces/region_model.h"
+#include "mesh/simplex_mesh.h"
+#include "step/stability.h"
+#include "image/volume.h"
 #include "gpu/fold_watch.h"
 #include "gpu/kernels.h"
 #include "gpu/levels.h"
 #include "gpu/recorded_runs.h"
 #include "gpu/surface_drawing.h"
 #include "gpu/vertex_order.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 

@@ -3,10 +3,10 @@
 #include <span>
 #include <vector>
 
-#include "core/engine.h"
+#include "step/engine.h"
 #include "core/error.h"
-#include "core/simplex_mesh.h"
-#include "core/volume.h"
+#include "mesh/simplex_mesh.h"
+#include "image/volume.h"
 #include "gpu/display_kernels.h"
 #include "gpu/launcher.h"
 

@@ -1,4 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gui/startup.h"
+#include "gui/window/startup.h"
 
 int main(int argc, char** argv) { return simplexseg::run_desktop(argc, argv); }

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "core/parameters.h"
+#include "forces/parameters.h"
 #include "io/files.h"
 #include "io/parameter_text.h"
 

@@ -10,6 +10,7 @@
 #include "io/json_output.h"
 #include "io/parameter_text.h"
 #include "io/scene_io.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace fs = std::filesystem;

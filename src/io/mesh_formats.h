@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "core/simplex_mesh.h"
+#include "mesh/simplex_mesh.h"
 
 namespace simplexseg {
 

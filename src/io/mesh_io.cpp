@@ -15,6 +15,7 @@
 
 #include "io/files.h"
 #include "io/mesh_formats.h"
+#include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
 

@@ -2,7 +2,7 @@
 #pragma once
 #include <filesystem>
 
-#include "core/simplex_mesh.h"
+#include "mesh/simplex_mesh.h"
 
 namespace simplexseg {
 

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/parameters.h"
+#include "forces/parameters.h"
 
 namespace simplexseg {
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "core/plot.h"
+#include "session/plot.h"
 
 namespace simplexseg {
 

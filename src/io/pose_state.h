@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "core/scene.h"
+#include "session/scene.h"
 
 namespace simplexseg {
 

@@ -5,6 +5,8 @@
 #include "io/files.h"
 #include "io/scene_io.h"
 #include "io/volume_io.h"
+#include "image/mask.h"
+#include "image/rasterise.h"
 
 namespace simplexseg {
 

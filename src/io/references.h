@@ -5,8 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "core/metrics.h"
-#include "core/scene.h"
+#include "image/metrics.h"
+#include "session/scene.h"
+#include "image/mask.h"
 
 namespace simplexseg {
 

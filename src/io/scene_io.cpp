@@ -14,6 +14,7 @@
 #include "io/mesh_io.h"
 #include "io/parameter_text.h"
 #include "io/pose_state.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace fs = std::filesystem;

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "core/command.h"
-#include "core/scene.h"
+#include "session/command.h"
+#include "session/scene.h"
 
 namespace simplexseg {
 

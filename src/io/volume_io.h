@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/volume.h"
+#include "image/volume.h"
 
 namespace simplexseg {
 

@@ -4,10 +4,11 @@
 #include <sstream>
 
 #include "core/error.h"
-#include "core/region_model.h"
-#include "core/shape_reference.h"
+#include "forces/region_model.h"
+#include "mesh/shape_reference.h"
 #include "study/mesh_check.h"
 #include "study/stability_case.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

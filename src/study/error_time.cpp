@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/parameters.h"
+#include "forces/parameters.h"
 
 namespace simplexseg {
 namespace {

@@ -6,9 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "core/surface_error.h"
+#include "image/surface_error.h"
 #include "study/held_problem.h"
 #include "study/study_scene.h"
+#include "image/mask.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <sstream>
 
-#include "core/run_trace.h"
+#include "session/run_trace.h"
 
 namespace simplexseg {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "core/plot.h"
+#include "session/plot.h"
 #include "study/error_time.h"
 
 namespace simplexseg {

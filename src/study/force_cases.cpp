@@ -2,9 +2,10 @@
 // Weights far beyond the sliders, one force at a time and against each other.
 #include <cmath>
 
-#include "core/profile_reference.h"
-#include "core/shape_reference.h"
+#include "forces/profile_reference.h"
+#include "mesh/shape_reference.h"
 #include "study/trials.h"
+#include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
 namespace {

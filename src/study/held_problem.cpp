@@ -8,10 +8,13 @@
 #include <limits>
 
 #include "core/error.h"
-#include "core/force_list.h"
-#include "core/session.h"
-#include "core/stability.h"
+#include "forces/force_list.h"
+#include "session/session.h"
+#include "step/stability.h"
 #include "study/trials.h"
+#include "mesh/mesh_geometry.h"
+#include "study/fixed_point.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

@@ -7,11 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "core/engine.h"
-#include "core/reference_model.h"
-#include "core/scene.h"
-#include "core/volume.h"
+#include "step/engine.h"
+#include "study/reference_model.h"
+#include "session/scene.h"
+#include "image/volume.h"
 #include "study/stability_case.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 

@@ -3,8 +3,12 @@
 #include <chrono>
 
 #include "core/error.h"
-#include "core/session.h"
+#include "session/session.h"
 #include "study/error_time.h"
+#include "image/mask.h"
+#include "image/metrics.h"
+#include "image/rasterise.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

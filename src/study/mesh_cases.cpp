@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/metrics.h"
-#include "core/region_model.h"
+#include "forces/region_model.h"
 #include "study/trials.h"
+#include "image/mask.h"
 
 namespace simplexseg {
 namespace {

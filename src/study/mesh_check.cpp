@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "mesh/mesh_geometry.h"
+
 namespace simplexseg {
 
 bool all_finite(const SimplexMesh& mesh) {

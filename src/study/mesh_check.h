@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Measures of a mesh that owe nothing to the engine's own, all in double.
 #pragma once
-#include "core/simplex_mesh.h"
+#include "mesh/simplex_mesh.h"
 
 namespace simplexseg {
 

@@ -2,8 +2,9 @@
 // Sliders at their ends, timesteps past the bound, and settings that change while the mesh moves.
 #include <cmath>
 
-#include "core/profile_reference.h"
+#include "forces/profile_reference.h"
 #include "study/trials.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

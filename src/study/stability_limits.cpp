@@ -5,9 +5,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/shape_reference.h"
-#include "core/stability.h"
+#include "mesh/shape_reference.h"
+#include "step/stability.h"
 #include "study/trials.h"
+#include "mesh/mesh_geometry.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

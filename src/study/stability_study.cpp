@@ -5,6 +5,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "step/simulation_parameters.h"
+
 namespace simplexseg {
 namespace {
 

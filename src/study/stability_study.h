@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The whole study: every case with every solver, the limits, and how they are written down.
 #pragma once
-#include "core/plot.h"
+#include "session/plot.h"
 #include "study/stability_limits.h"
 
 namespace simplexseg {

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/simplex_mesh.h"
+#include "mesh/simplex_mesh.h"
 #include "study/trials.h"
+#include "image/mask.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 

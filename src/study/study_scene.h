@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "core/metrics.h"
-#include "core/scene.h"
-#include "core/volume.h"
+#include "session/scene.h"
+#include "image/volume.h"
+#include "image/mask.h"
 
 namespace simplexseg {
 

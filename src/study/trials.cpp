@@ -7,8 +7,11 @@
 #include <map>
 
 #include "core/error.h"
-#include "core/metrics.h"
+#include "image/metrics.h"
 #include "study/mesh_check.h"
+#include "image/rasterise.h"
+#include "mesh/mesh_geometry.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 

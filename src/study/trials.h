@@ -3,8 +3,9 @@
 #pragma once
 #include <initializer_list>
 
-#include "core/phantom.h"
+#include "study/phantom.h"
 #include "study/stability_case.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 

@@ -7,12 +7,14 @@
 #include <cmath>
 #include <map>
 
-#include "core/force_list.h"
-#include "core/phantom.h"
-#include "core/region_model.h"
-#include "core/shape_reference.h"
+#include "forces/force_list.h"
+#include "study/phantom.h"
+#include "forces/region_model.h"
+#include "mesh/shape_reference.h"
 #include "geodesic.h"
 #include "gpu/backend.h"
+#include "mesh/mesh_geometry.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

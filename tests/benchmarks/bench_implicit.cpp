@@ -14,11 +14,13 @@
 #include <string>
 #include <vector>
 
-#include "core/force_list.h"
-#include "core/reference_model.h"
-#include "core/shape_reference.h"
-#include "core/simplex_mesh.h"
-#include "core/stability.h"
+#include "forces/force_list.h"
+#include "study/reference_model.h"
+#include "mesh/shape_reference.h"
+#include "mesh/simplex_mesh.h"
+#include "step/stability.h"
+#include "mesh/mesh_geometry.h"
+#include "study/fixed_point.h"
 
 namespace simplexseg {
 namespace {

@@ -11,13 +11,14 @@
 #include <map>
 #include <string>
 
-#include "core/force_list.h"
-#include "core/profile_reference.h"
-#include "core/region_model.h"
-#include "core/shape_reference.h"
-#include "core/step_needs.h"
+#include "forces/force_list.h"
+#include "forces/profile_reference.h"
+#include "forces/region_model.h"
+#include "mesh/shape_reference.h"
+#include "step/step_needs.h"
 #include "gpu/backend.h"
 #include "study/trials.h"
+#include "step/simulation_parameters.h"
 
 using namespace simplexseg;
 

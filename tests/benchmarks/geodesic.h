@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/simplex_mesh.h"
+#include "mesh/simplex_mesh.h"
 
 namespace simplexseg {
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Each option of the subcommands besides run has its effect.
 #include "cli_fixture.h"
-#include "core/parameters.h"
+#include "forces/parameters.h"
 #include "io/volume_io.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

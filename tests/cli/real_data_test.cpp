@@ -5,12 +5,14 @@
 #include <cstring>
 
 #include "core/error.h"
-#include "core/metrics.h"
-#include "core/phantom.h"
-#include "core/session.h"
+#include "image/metrics.h"
+#include "study/phantom.h"
+#include "session/session.h"
 #include "gpu/backend.h"
 #include "io/scene_io.h"
 #include "io/volume_io.h"
+#include "image/rasterise.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

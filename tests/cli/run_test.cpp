@@ -6,7 +6,7 @@
 #include <set>
 
 #include "cli_fixture.h"
-#include "core/session.h"
+#include "session/session.h"
 #include "gpu/backend.h"
 #include "io/mesh_io.h"
 #include "io/scene_io.h"

@@ -5,8 +5,9 @@
 #include <sstream>
 
 #include "cli_fixture.h"
-#include "core/parameters.h"
+#include "forces/parameters.h"
 #include "io/volume_io.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // CPU against CUDA: the same kernels, each force on its own, to a stated tolerance. Compilers contract and order sums
 // of floats differently, so the bits differ; a search that ties may go the other way, so the scene is smooth.
-#include "engine_fixture.h"
+#include "support/engine_fixture.h"
 
 #include <cstdio>
 

@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "core/error.h"
-#include "engine_fixture.h"
+#include "support/engine_fixture.h"
 
 namespace simplexseg {
 namespace {

@@ -4,8 +4,9 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "core/simplex_mesh.h"
-#include "engine_fixture.h"
+#include "mesh/simplex_mesh.h"
+#include "support/engine_fixture.h"
+#include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
 namespace {

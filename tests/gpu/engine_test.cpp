@@ -3,9 +3,9 @@
 #include <cmath>
 #include <limits>
 
-#include "core/force_list.h"
-#include "core/region_model.h"
-#include "engine_fixture.h"
+#include "forces/force_list.h"
+#include "forces/region_model.h"
+#include "support/engine_fixture.h"
 
 namespace simplexseg {
 namespace {

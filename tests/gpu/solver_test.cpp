@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Solvers: one fixed point, reached by each in its own time (docs/mathematics.md, section 3).
-#include "core/solver.h"
+#include "step/solver.h"
 
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "core/hierarchy.h"
-#include "core/shape_reference.h"
-#include "engine_fixture.h"
+#include "mesh/hierarchy.h"
+#include "mesh/shape_reference.h"
+#include "support/engine_fixture.h"
 #include "gpu/vertex_order.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

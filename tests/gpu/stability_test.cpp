@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stability bound (docs/mathematics.md, section 3) against what the engine does.
-#include "core/stability.h"
+#include "step/stability.h"
 
 #include <cmath>
 
-#include "engine_fixture.h"
+#include "support/engine_fixture.h"
 #include "study/stability_limits.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

@@ -4,8 +4,8 @@
 #include <QKeyEvent>
 #include <QKeySequence>
 
-#include "gui/bindings.h"
-#include "gui/help.h"
+#include "gui/input/bindings.h"
+#include "gui/input/help.h"
 
 namespace simplexseg {
 namespace {

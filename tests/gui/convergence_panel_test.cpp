@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // The panel Convergence: what it shows of a run, what it measures when, and what it saves.
-#include "gui/convergence_panel.h"
+#include "gui/panels/convergence_panel.h"
 
 #include <QFile>
 #include <QImage>
 #include <QLabel>
 #include <QPushButton>
 
-#include "gui/file_actions.h"
-#include "gui/message_bar.h"
+#include "gui/window/file_actions.h"
+#include "gui/window/message_bar.h"
 #include "io/scene_io.h"
 #include "io/volume_io.h"
 #include "window_fixture.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

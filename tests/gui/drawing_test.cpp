@@ -4,13 +4,14 @@
 
 #include <map>
 
-#include "core/phantom.h"
-#include "core/session.h"
+#include "study/phantom.h"
+#include "session/session.h"
 #include "gpu/backend.h"
-#include "gui/camera.h"
-#include "gui/frame_statistics.h"
-#include "gui/slice_view.h"
-#include "gui/surfaces.h"
+#include "gui/views/camera.h"
+#include "gui/workbench/frame_statistics.h"
+#include "gui/views/slice_view.h"
+#include "gui/views/surfaces.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

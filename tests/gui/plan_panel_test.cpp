@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The panel Plan: what it lists follows what the user does.
-#include "gui/plan_panel.h"
+#include "gui/panels/plan_panel.h"
 
 #include <QLabel>
 #include <QSlider>
 #include <QTreeWidget>
 
-#include "gui/force_panel.h"
-#include "gui/message_bar.h"
-#include "gui/parameter_row.h"
+#include "gui/panels/force_panel.h"
+#include "gui/window/message_bar.h"
+#include "gui/panels/parameter_row.h"
 #include "window_fixture.h"
 
 namespace simplexseg {

@@ -10,6 +10,7 @@
 #include "io/scene_io.h"
 #include "io/volume_io.h"
 #include "window_fixture.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

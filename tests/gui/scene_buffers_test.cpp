@@ -9,10 +9,12 @@
 
 #include "core/error.h"
 #include "gpu/backend.h"
-#include "gui/frame_loop.h"
-#include "gui/message_bar.h"
-#include "gui/space_view.h"
+#include "gui/workbench/frame_loop.h"
+#include "gui/window/message_bar.h"
+#include "gui/views/space_view.h"
 #include "window_fixture.h"
+#include "mesh/mesh_geometry.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

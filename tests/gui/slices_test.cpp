@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/engine.h"
-#include "core/volume.h"
+#include "step/engine.h"
+#include "image/volume.h"
 #include "gpu/backend.h"
-#include "gui/slice_geometry.h"
-#include "gui/workbench.h"
+#include "gui/look/slice_geometry.h"
+#include "gui/workbench/workbench.h"
 
 namespace simplexseg {
 namespace {

@@ -6,8 +6,8 @@
 #include <QMimeData>
 #include <QUrl>
 
-#include "gui/file_actions.h"
-#include "gui/message_bar.h"
+#include "gui/window/file_actions.h"
+#include "gui/window/message_bar.h"
 #include "io/mesh_io.h"
 #include "io/volume_io.h"
 #include "window_fixture.h"

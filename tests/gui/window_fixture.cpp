@@ -7,7 +7,8 @@
 #include <QWheelEvent>
 
 #include "gpu/backend.h"
-#include "gui/startup.h"
+#include "gui/window/startup.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

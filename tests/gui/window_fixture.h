@@ -9,11 +9,11 @@
 #include <memory>
 #include <string>
 
-#include "core/phantom.h"
-#include "gui/action_table.h"
-#include "gui/main_window.h"
-#include "gui/slice_view.h"
-#include "gui/workbench.h"
+#include "study/phantom.h"
+#include "gui/input/action_table.h"
+#include "gui/window/main_window.h"
+#include "gui/views/slice_view.h"
+#include "gui/workbench/workbench.h"
 
 namespace simplexseg {
 

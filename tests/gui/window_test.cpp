@@ -6,13 +6,14 @@
 #include <QDoubleSpinBox>
 #include <QSlider>
 
-#include "gui/force_panel.h"
-#include "gui/frame_loop.h"
-#include "gui/message_bar.h"
-#include "gui/parameter_row.h"
-#include "gui/simulation_panel.h"
-#include "gui/space_view.h"
+#include "gui/panels/force_panel.h"
+#include "gui/workbench/frame_loop.h"
+#include "gui/window/message_bar.h"
+#include "gui/panels/parameter_row.h"
+#include "gui/panels/simulation_panel.h"
+#include "gui/views/space_view.h"
 #include "window_fixture.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scene_files.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

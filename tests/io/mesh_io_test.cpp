@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "test_files.h"
+#include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
 namespace {

@@ -13,6 +13,7 @@
 
 #include "core/error.h"
 #include "io/parameter_text.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 

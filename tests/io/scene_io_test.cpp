@@ -2,6 +2,7 @@
 #include <cstdlib>
 
 #include "scene_files.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "forces/line_search.h"
+
+namespace simplexseg {
+
+/// Pulls each vertex to the strongest edge along its normal: search x + j s n, j = -m..m, for the largest |grad I|, or the
+/// largest -+dI/dn for a bright or a dark object; d = j* s n with parabolic refinement. Ties and flat profiles give j* = 0;
+/// no sample outside the volume counts; no force where the best response is below the threshold
+/// (docs/mathematics.md, section 2.3).
+struct GradientForce {
+  static constexpr ForceId id = ForceId::Gradient;
+  static constexpr const char* name = "gradient";
+  static constexpr const char* title = "Gradient";
+  static constexpr const char* doc = "Pulls each vertex to the strongest image edge along its normal.";
+  enum Parameter : int { weight, samples, spacing, object, threshold, pull, parameter_count };
+  static constexpr ParameterInfo parameters[] = {
+      {"weight", 0, 0, 10, "", "Strength of the force; 0 leaves it out."},
+      {"samples", 6, 1, kMaxSearch, "", "Samples to each side of the vertex.", ParameterKind::Integer},
+      {"spacing", 0.5f, 0.05f, 4, "voxel", "Distance of the samples."},
+      {"object", 0, 0, 2, "", "Which edges count: any, the rim of a bright object, or the rim of a dark one.", ParameterKind::Choice, "any|bright|dark"},
+      {"threshold", 0.01f, 0, 1, "1/voxel", "Weakest edge that pulls, as a share of the volume's intensity range."},
+      {"pull", 1, 0, 20, "voxel", "Bound of the displacement; 0: none."},
+  };
+  static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
+
+  /// Share of the bound that this vertex has.
+  SIMPLEXSEG_HD static float trust(const StepView& v, int i) { return v.gradient_target[i].w; }
+  SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4, Vec3 p, Vec4 frame) {
+    return pull_to_target(v.gradient_target[i], p, xyz(frame), m.value<GradientForce>(pull) * m.voxel_mm);
+  }
+};
+
+/// Finds the targets of the gradient force. Voxels: how the volume is read (forces/sampling.h).
+template <class Voxels, int kWidth>
+struct GradientSearch {
+  static constexpr const char* name = "gradient search";
+  static constexpr int kLanes = kWidth, kMost = 2 * kMaxSearch + 3;
+  StepView v;
+  int scratch;            ///< floats: samples and responses of the longest search
+  template <class L>
+  SIMPLEXSEG_HD void operator()(int i, L lanes) const {
+    const MeshConstants& m = v.meshes[v.neighbours[i].w];
+    const Vec3 p = xyz(v.current[i]), n = xyz(v.frame[i]);
+    const int reach = m.integer<GradientForce>(GradientForce::samples), count = 2 * reach + 3;
+    const float step = m.value<GradientForce>(GradientForce::spacing) * m.voxel_mm;
+    const int object = m.integer<GradientForce>(GradientForce::object);
+    const IndexLine line = index_line(v.volume, p, n);
+    const Voxels voxels(v.volume);
+    // Per mm, in shares of the intensity range.
+    const float threshold = m.value<GradientForce>(GradientForce::threshold) / (m.voxel_mm * v.volume.intensity_scale);
+    const float start = -(reach + 1) * step, scale = (object == 1 ? -0.5f : 0.5f) / step;
+    // No edge where a voxel is not a number.
+    auto response = [scale](float before, float here, float after) { return scale * (after - before) + 0.0f * here; };
+    auto kept = lanes.template scratch<kMost>(0);
+    Peak peak;
+    if (object == 0) {
+      peak = find_peak(lanes, kept, reach, [&](int k) { return gradient_magnitude_at(voxels, v.volume, line.origin + ((k - reach) * step) * line.direction); });
+#ifdef __CUDA_ARCH__
+    } else if (L::width == 1) {
+      auto search = [&](auto samples) { return find_peak(lanes, kept, reach, [&](int k) { return samples.next(k, response); }); };
+      if (contains(v.volume, line, start, start + (count - 1) * step))
+        peak = search(SampleStream<Voxels, true>(voxels, v.volume, line, start, step));
+      else
+        peak = search(SampleStream<Voxels, false>(voxels, v.volume, line, start, step));
+#endif
+    } else {
+      auto samples = lanes.template scratch<kMost>(count);
+      sample_line(voxels, v.volume, lanes, line, start, step, count, samples);
+      peak = find_peak(lanes, kept, reach, [&](int k) { return response(samples[k], samples[k + 1], samples[k + 2]); });
+    }
+    const bool found = peak.best > threshold && peak.best > 0.0f;
+    if (lanes.lane == 0) v.gradient_target[i] = with_w(p + (found ? peak.offset(reach) * step : 0.0f) * n, found ? 1.0f : 0.0f);
+  }
+};
+
+}  // namespace simplexseg

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "forces/line_search.h"
+
+namespace simplexseg {
+
+/// Pulls each vertex to where the intensities along its normal look most like its recorded reference profile: normalised
+/// cross-correlation (accepted above a threshold; zero variance matches nothing) or mean absolute difference. The line is
+/// sampled once over the whole range, then compared at each shift (docs/mathematics.md, section 2.4).
+struct IntensityProfileForce {
+  static constexpr ForceId id = ForceId::IntensityProfile;
+  static constexpr const char* name = "intensity_profile";
+  static constexpr const char* title = "Intensity profile";
+  static constexpr const char* doc = "Pulls each vertex to where the image looks like its recorded reference profile.";
+  enum Parameter : int { weight, half_length, samples, spacing, measure, acceptance, pull, parameter_count };
+  static constexpr ParameterInfo parameters[] = {
+      {"weight", 0, 0, 10, "", "Strength of the force; 0 leaves it out."},
+      {"half_length", 4, 1, kMaxProfile, "", "Samples of the reference profile to each side; record the profiles again after changing it.", ParameterKind::Integer},
+      {"samples", 6, 1, kMaxSearch, "", "Shifts that are tried to each side.", ParameterKind::Integer},
+      {"spacing", 0.5f, 0.05f, 4, "voxel", "Distance of the samples."},
+      {"measure", 0, 0, 1, "", "How profiles are compared: correlation, or mean absolute difference.", ParameterKind::Choice, "correlation|difference"},
+      {"acceptance", 0.2f, -1, 1, "", "Least correlation that pulls (correlation), or largest difference as a share of the intensity range (difference)."},
+      {"pull", 1, 0, 20, "voxel", "Bound of the displacement; 0: none."},
+  };
+  static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
+
+  /// Share of the bound that this vertex has.
+  SIMPLEXSEG_HD static float trust(const StepView& v, int i) { return v.profile_target[i].w; }
+  SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4, Vec3 p, Vec4 frame) {
+    return pull_to_target(v.profile_target[i], p, xyz(frame), m.value<IntensityProfileForce>(pull) * m.voxel_mm);
+  }
+};
+
+/// Finds the targets of the intensity profile force. Voxels: how the volume is read (forces/sampling.h).
+template <class Voxels, int kWidth>
+struct ProfileSearch {
+  static constexpr const char* name = "profile search";
+  /// Shifts that are compared together, each sample being read once for all of them.
+#ifdef __CUDA_ARCH__
+  static constexpr int kTile = 4;
+#else
+  static constexpr int kTile = 8;
+#endif
+  static constexpr int kSamples = 2 * (kMaxSearch + kMaxProfile) + 1 + kTile;
+  static constexpr int kLanes = kWidth, kLength = 2 * kMaxProfile + 1;
+  StepView v;
+  int scratch;            ///< floats: samples, reference and scores of the longest search
+  template <class L>
+  SIMPLEXSEG_HD void operator()(int i, L lanes) const {
+    using F = IntensityProfileForce;
+    const MeshConstants& m = v.meshes[v.neighbours[i].w];
+    const Vec3 p = xyz(v.current[i]), n = xyz(v.frame[i]);
+    if (!(m.forces.weight(ForceId::IntensityProfile) > 0.0f)) {
+      if (lanes.lane == 0) v.profile_target[i] = with_w(p, 0.0f);
+      return;
+    }
+    const int half = m.integer<F>(F::half_length), reach = m.integer<F>(F::samples), length = 2 * half + 1;
+    const int count = 2 * (reach + half) + 1;
+    const float step = m.value<F>(F::spacing) * m.voxel_mm;
+    const float* reference = v.profiles + static_cast<long>(i) * v.profile_stride;
+    const IndexLine line = index_line(v.volume, p, n);
+    const Voxels voxels(v.volume);
+    auto values = lanes.template scratch<kSamples>(0);
+    auto expected = lanes.template scratch<kLength>(count + kTile);
+    auto kept = lanes.template scratch<2 * kMaxSearch + 1 + kTile>(count + kTile + length);
+    const bool correlate = m.integer<F>(F::measure) == 0;
+    // Correlation does not change by what is taken off all values: less one of them, sums of squares lose no digits to what
+    // all samples have in common.
+    const float base = correlate ? reference[half] : 0.0f, share = 1.0f / length;
+    if constexpr (L::width == 1) {
+      for (int k = 0; k < length; ++k) expected[k] = reference[k] - base;
+      sample_line(voxels, v.volume, lanes, line, -(reach + half) * step, step, count, values, base);
+    } else {
+      // The reference is on its way while the volume is sampled.
+      constexpr int kOwn = (kLength + L::width - 1) / L::width;
+      float own[kOwn];
+      for (int r = 0; r < kOwn; ++r) own[r] = lanes.lane + r * L::width < length ? reference[lanes.lane + r * L::width] : 0.0f;
+      sample_line(voxels, v.volume, lanes, line, -(reach + half) * step, step, count, values, base);
+      for (int r = 0; r < kOwn; ++r)
+        if (lanes.lane + r * L::width < length) expected[lanes.lane + r * L::width] = own[r] - base;
+    }
+    for (int k = lanes.lane; k < kTile; k += L::width) values[count + k] = 0.0f;
+    lanes.sync();
+    float reference_mean = 0, reference_square = 0;
+    for (int k = 0; k < length; ++k) reference_mean += expected[k], reference_square += expected[k] * expected[k];
+    reference_mean *= share;
+    reference_square -= length * reference_mean * reference_mean;
+    // A sample outside the volume, or a voxel that is not a number, makes every sum NaN, and the shift does not count.
+    for (int start = lanes.lane * kTile; start <= 2 * reach; start += L::width * kTile) {
+      float score[kTile];
+      if (correlate) {
+        float sum[kTile] = {}, squares[kTile] = {}, product[kTile] = {};
+        for (int k = 0; k < length; ++k) {
+          const float y = expected[k];
+          for (int t = 0; t < kTile; ++t) {
+            const float x = values[start + k + t];
+            sum[t] += x, squares[t] += x * x, product[t] += x * y;
+          }
+        }
+        for (int t = 0; t < kTile; ++t) {
+          const float square = squares[t] - share * sum[t] * sum[t];
+          // What is left of a window without contrast is rounding.
+          const bool contrast = square > 1e-6f * squares[t] && reference_square > 0.0f;
+          const float s = (product[t] - reference_mean * sum[t]) * inverse_sqrt(square * reference_square);
+          score[t] = contrast && is_valid(s) ? s : NAN;
+        }
+      } else {
+        float sum[kTile] = {};
+        for (int k = 0; k < length; ++k) {
+          const float y = expected[k];
+          for (int t = 0; t < kTile; ++t) sum[t] -= fabsf(values[start + k + t] - y);
+        }
+        for (int t = 0; t < kTile; ++t) score[t] = is_valid(sum[t]) ? sum[t] * v.volume.intensity_scale * share : NAN;
+      }
+      for (int t = 0; t < kTile; ++t) kept[start + t] = score[t];
+    }
+    lanes.sync();
+    const Peak peak = find_peak(lanes, kept, reach, [&](int k) { return kept[k]; });
+    if (lanes.lane != 0) return;
+    const float acceptance = m.value<F>(F::acceptance);
+    const bool found = peak.best > -1e29f && (correlate ? peak.best >= acceptance : -peak.best <= acceptance);
+    v.profile_target[i] = with_w(p + (found ? peak.offset(reach) * step : 0.0f) * n, found ? 1.0f : 0.0f);
+  }
+};
+
+}  // namespace simplexseg

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <vector>
+
+#include "forces/parameters.h"
+#include "mesh/simplex_mesh.h"
+#include "image/volume.h"
+
+namespace simplexseg {
+
+/// Reference profiles of the intensity-profile force: the intensities along the normal of each vertex under the mesh's
+/// pose, 2 * half_length + 1 values a vertex, from inside to outside. The volume must not be empty.
+std::vector<float> profile_reference_of(const SimplexMesh& mesh, const Volume& volume, const ForceParameters& forces);
+
+}  // namespace simplexseg

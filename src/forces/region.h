@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "forces/line_search.h"
+#include "forces/region_model.h"
+
+namespace simplexseg {
+
+/// Drives a mesh that is far from its edge: along the normal, the boundary goes where most evidence for the object lies
+/// inside of it and most evidence for the background outside. With the log-likelihood ratio l in [-1, 1] of each sample,
+///   score(j) = sum_{i<j} l_i s + g |dI/dn| - c |j| s,   d = s argmax score
+/// (docs/mathematics.md, section 2.5). The ratio comes from the mesh's region model (src/forces/region_model.h) and, near the
+/// end, from the intensities found just inside and outside of the surface nearby. Targets are averaged over neighbours, so
+/// that the surface moves as a sheet.
+struct RegionForce {
+  static constexpr ForceId id = ForceId::Region;
+  static constexpr const char* name = "region";
+  static constexpr const char* title = "Region";
+  static constexpr float kEdgesAtOnce = 0.5f;
+  static constexpr const char* doc = "Grows or shrinks the mesh to where inside looks like the object and outside like the background.";
+  enum Parameter : int { weight, reach, samples, edge, nearness, local, averaging, pull, balloon, parameter_count };
+  static constexpr ParameterInfo parameters[] = {
+      {"weight", 0.5f, 0, 10, "", "Strength of the force; 0 leaves it out."},
+      {"reach", 2.0f, 0.5f, 10, "edges", "How far to each side is searched, in mean edge lengths of the mesh; at least 2.5 voxels."},
+      {"samples", 8, 2, kMaxSearch, "", "Samples to each side.", ParameterKind::Integer},
+      {"edge", 2.0f, 0, 10, "", "Weight of the image gradient against the evidence of the region."},
+      {"nearness", 0.2f, 0, 2, "", "How much a near boundary is preferred to a far one."},
+      {"local", 0.3f, 0, 1, "", "Share of the evidence that intensities near by give, on the finest level."},
+      {"averaging", 2, 0, 8, "", "How often the targets are averaged over neighbours.", ParameterKind::Integer},
+      {"pull", 2, 0, 20, "voxel", "Bound of the displacement; 0: none."},
+      {"balloon", 0, -1, 1, "", "Added to every ratio: above 0 grows the mesh, below 0 shrinks it."},
+  };
+  static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
+
+  /// Share of the bound that this vertex has.
+  SIMPLEXSEG_HD static float trust(const StepView& v, int i) { return v.region_target[i].w; }
+  SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4, Vec3 p, Vec4 frame) {
+    return pull_to_target(v.region_target[i], p, xyz(frame), m.value<RegionForce>(pull) * m.voxel_mm);
+  }
+  SIMPLEXSEG_HD static float search_step_mm(const MeshConstants& m) {
+    return larger(m.value<RegionForce>(reach) * m.edge_mm, 2.5f * m.voxel_mm) / m.integer<RegionForce>(samples);
+  }
+};
+
+/// Mean intensities (in shares of the range) just inside and just outside of the surface: x, y; z: their mean variance.
+template <class Voxels, int kWidth>
+struct RegionStatistics {
+  static constexpr const char* name = "region statistics";
+  static constexpr int kSamples = 4;         ///< to each side, a voxel apart, starting a voxel away from the surface
+  static constexpr int kLanes = kWidth, kCount = 2 * kSamples + 1;
+  StepView v;
+  int scratch;               ///< floats: kCount
+  template <class L>
+  SIMPLEXSEG_HD void operator()(int i, L lanes) const {
+    const MeshConstants& m = v.meshes[v.neighbours[i].w];
+    const IndexLine line = index_line(v.volume, xyz(v.current[i]), xyz(v.frame[i]));
+    float mean[2], variance = 0, count = 0;
+    auto values = lanes.template scratch<kCount>(0);
+    sample_line(Voxels(v.volume), v.volume, lanes, line, -kSamples * m.voxel_mm, m.voxel_mm, kCount, values);
+    if (lanes.lane != 0) return;
+    for (int side = 0; side < 2; ++side) {
+      float sum = 0, square = 0, n = 0;
+      for (int j = 1; j <= kSamples; ++j) {
+        const float value = (values[side == 0 ? kSamples - j : kSamples + j] - m.intensity_low) * m.intensity_scale;
+        if (is_valid(value)) sum += value, square += value * value, n += 1.0f;
+      }
+      mean[side] = n > 0.0f ? sum / n : 0.0f;
+      variance += n > 0.0f ? square - n * mean[side] * mean[side] : 0.0f;
+      count += n;
+    }
+    v.local_statistics[i] = {mean[0], mean[1], count > 0.0f ? larger(variance, 0.0f) / count : 0.0f, 0.0f};
+  }
+};
+
+template <class Voxels, int kWidth>
+struct RegionSearch {
+  static constexpr const char* name = "region search";
+  static constexpr int kSamples = 2 * kMaxSearch + 1;
+  static constexpr int kLanes = kWidth;
+  StepView v;
+  int scratch;               ///< floats: samples and ratios of the longest search
+  template <class L>
+  SIMPLEXSEG_HD void operator()(int i, L lanes) const {
+    using F = RegionForce;
+    const MeshConstants& m = v.meshes[v.neighbours[i].w];
+    if (!(m.forces.weight(ForceId::Region) > 0.0f)) {
+      if (lanes.lane == 0) v.region_target[i] = {0, 0, 0, 0};
+      return;
+    }
+    const int reach = m.integer<F>(F::samples);
+    const float step = F::search_step_mm(m), step_voxels = step / m.voxel_mm;
+    const IndexLine line = index_line(v.volume, xyz(v.current[i]), xyz(v.frame[i]));
+    const float* table = m.region_table >= 0 ? v.region_tables + m.region_table : nullptr;
+    const float balloon = m.value<F>(F::balloon);
+    float local = 0, middle = 0, slope = 0;
+    if (v.local_statistics && m.finest) {
+      local = m.value<F>(F::local);
+      const Vec4 s = v.local_statistics[i];
+      const float contrast = s.x - s.y;
+      middle = 0.5f * (s.x + s.y);
+      // Ratio of two Gaussians of one variance, bounded below so that a flat neighbourhood says nothing.
+      slope = contrast / (s.z + 0.25f * contrast * contrast + 1e-4f);
+    }
+    auto share = [&](float intensity) { return smaller(larger((intensity - m.intensity_low) * m.intensity_scale, 0.0f), 1.0f); };
+    auto evidence_of = [&](float intensity) {
+      const float x = share(intensity);
+      float l = table ? table[static_cast<int>(x * (kRegionBins - 1) + 0.5f)] : 0.0f;
+      if (local > 0.0f) l = (1.0f - local) * l + local * smaller(larger((x - middle) * slope, -1.0f), 1.0f);
+      return smaller(larger(l + balloon, -1.0f), 1.0f);
+    };
+    const int count = 2 * reach + 1;
+    auto value = lanes.template scratch<kSamples>(0);
+    auto ratio = lanes.template scratch<kSamples>(count);
+    sample_line(Voxels(v.volume), v.volume, lanes, line, -reach * step, step, count, value);
+    for (int k = lanes.lane; k < count; k += L::width) {
+      const bool valid = is_valid(value[k]);
+      ratio[k] = valid ? evidence_of(value[k]) : -1.0f;         // there is no object outside the volume
+      value[k] = valid ? share(value[k]) : NAN;
+    }
+    lanes.sync();
+    if (lanes.lane != 0) return;
+    for (int k = 0; k < count; ++k) value[k] = is_valid(value[k]) ? value[k] : k > 0 ? value[k - 1] : 0.0f;
+    const float edge = m.value<F>(F::edge), nearness = m.value<F>(F::nearness);
+    float sum = 0, run = 0, evidence = 0;
+    auto kept = OneLane{}.scratch<kSamples>(0);
+    const Peak peak = find_peak(OneLane{}, kept, reach, [&](int k) {
+      const float half = 0.5f * ratio[k] * step_voxels;
+      sum += half;
+      run = larger(run + 2.0f * half, 0.0f);
+      evidence = larger(evidence, run);
+      const float rise = value[k < 2 * reach ? k + 1 : k] - value[k > 0 ? k - 1 : k];
+      // The object side of the edge is the likelier side: only edges that agree with the evidence count.
+      const float before = ratio[k > 0 ? k - 1 : k], after = ratio[k < 2 * reach ? k + 1 : k];
+      const float agree = before > after ? 1.0f : 0.0f;
+      const int distance = k < reach ? reach - k : k - reach;
+      const float score = sum + agree * edge * fabsf(rise) - nearness * distance * step_voxels;
+      sum += half;
+      return score;
+    });
+    const float offset = peak.offset(reach);
+    // Where the line meets no object, the normal may point anywhere (a patch that was turned inside out would be driven
+    // away for ever): the image then says nothing, and smoothing draws the surface together. One voxel of object is full
+    // evidence.
+    const float trust = smaller(evidence, 1.0f);
+    v.region_target[i] = {trust * offset * step, 0, 0, trust};     // as an offset, until averaged: RegionTarget makes it a position
+  }
+};
+
+/// One pass of averaging a per-vertex quantity with the three neighbours, from one array into another.
+struct AverageOverNeighbours {
+  static constexpr const char* name = "average";
+  StepView v;
+  const Vec4* from;
+  Vec4* to;
+  int pass;              ///< done only for meshes that want more passes than this
+  bool targets;          ///< region targets (as many passes as the mesh asks for), else statistics
+  SIMPLEXSEG_HD void operator()(int i) const {
+    const Int4 nb = v.neighbours[i];
+    const Vec4 own = from[i];
+    if (targets && pass >= v.meshes[nb.w].integer<RegionForce>(RegionForce::averaging)) {
+      to[i] = own;
+      return;
+    }
+    const Vec4 a = from[nb.x], b = from[nb.y], c = from[nb.z];
+    to[i] = {0.25f * (own.x + a.x + b.x + c.x), 0.25f * (own.y + a.y + b.y + c.y), 0.25f * (own.z + a.z + b.z + c.z), own.w};
+  }
+};
+
+/// Makes the averaged offsets into targets.
+struct RegionTarget {
+  static constexpr const char* name = "region target";
+  StepView v;
+  const Vec4* offsets;
+  SIMPLEXSEG_HD void operator()(int i) const {
+    const Vec4 offset = offsets[i];
+    const Int4 nb = v.neighbours[i];
+    const Vec3 p = xyz(v.current[i]);
+    // A vertex that runs ahead of its neighbours by more than an edge folds the surface: half an edge until the next search.
+    const float edge = norm(xyz(v.current[nb.x]) - p) + norm(xyz(v.current[nb.y]) - p) + norm(xyz(v.current[nb.z]) - p);
+    const float bound = RegionForce::kEdgesAtOnce / 3.0f * edge;
+    // On a fold the normal says nothing of inside and outside: there smoothing acts alone.
+    const Vec3 n = xyz(v.frame[i]);
+    const float agree = smaller(dot(n, xyz(v.frame[nb.x])), smaller(dot(n, xyz(v.frame[nb.y])), dot(n, xyz(v.frame[nb.z]))));
+    const float trust = smaller(larger(2.0f * agree, 0.0f), 1.0f);
+    v.region_target[i] = with_w(p + smaller(larger(offset.x, -bound), bound) * n, offset.w * trust);
+  }
+};
+
+}  // namespace simplexseg

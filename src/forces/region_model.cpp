@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "forces/region_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "image/rasterise.h"
+#include "mesh/simplex_mesh.h"
+
+namespace simplexseg {
+namespace {
+
+/// The q-quantile of values; reorders them.
+double quantile_of(std::vector<double>& values, double q) {
+  auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// The least width of a range of intensities that is told from rounding: relative, for intensities have any unit; a float
+/// holds its inverse.
+double least_width(double low, double high) {
+  const double size = std::max(std::abs(low), std::abs(high));
+  return size > 0 ? std::max(1e-6 * size, 1e-37) : 1e-6;
+}
+
+int bin_of(double value, const RegionModel& model) {
+  const double t = (value - model.low) / (model.high - model.low);
+  return static_cast<int>(std::clamp(t, 0.0, 1.0) * (kRegionBins - 1) + 0.5);
+}
+
+}  // namespace
+
+bool RegionModel::empty() const {
+  auto none = [](const auto& h) { return std::all_of(h.begin(), h.end(), [](int n) { return n == 0; }); };
+  return none(object) || none(background);
+}
+
+IntensityWindow intensity_window(const Volume& volume) {
+  IntensityWindow window;
+  if (volume.empty()) return window;
+  visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
+    const std::span<const T> voxels = volume.voxels<T>();
+    // A stride without common factors with usual row lengths visits every part of the volume.
+    const std::size_t stride = std::max<std::size_t>(1, voxels.size() / 1'000'000 | 1);
+    std::vector<double> values;
+    values.reserve(voxels.size() / stride + 1);
+    for (std::size_t k = 0; k < voxels.size(); k += stride)
+      if (std::isfinite(static_cast<double>(voxels[k]))) values.push_back(static_cast<double>(voxels[k]));
+    if (values.empty()) return;
+    window = {quantile_of(values, 0.005), quantile_of(values, 0.995)};
+    if (!(window.high - window.low > least_width(window.low, window.high))) {   // few bright voxels, or a constant image
+      const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
+      window = {*lowest, *highest};
+      const double least = least_width(window.low, window.high);
+      if (!(window.high - window.low > least)) window.high = window.low + 1e6 * least;
+    }
+  });
+  return window;
+}
+
+RegionModel estimate_region(const Volume& volume, const SimplexMesh& mesh, double margin_mm) {
+  RegionModel model;
+  if (volume.empty()) return model;
+  const Mask inside = rasterise(mesh, volume.geometry());
+  const VolumeGeometry& g = volume.geometry();
+  // The box of the mesh in index space, grown by the margin: outside of it nothing counts.
+  Eigen::Array3d box_low = Eigen::Array3d::Constant(1e30), box_high = -box_low;
+  const Eigen::Affine3d index_from_world = g.index_from_world();
+  for (const Eigen::Vector3f& p : mesh.positions) {
+    const Eigen::Array3d q = (index_from_world * p.cast<double>()).array();
+    box_low = box_low.min(q), box_high = box_high.max(q);
+  }
+  const Eigen::Array3d grow = margin_mm / g.spacing_mm.array();
+  int first[3], last[3];
+  for (int k = 0; k < 3; ++k) {
+    first[k] = static_cast<int>(std::clamp(std::floor(box_low[k] - grow[k]), 0.0, g.size[k] - 1.0));
+    last[k] = static_cast<int>(std::clamp(std::ceil(box_high[k] + grow[k]), 0.0, g.size[k] - 1.0));
+  }
+  std::vector<double> object, background;
+  visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
+    const std::span<const T> voxels = volume.voxels<T>();
+    for (int k = first[2]; k <= last[2]; ++k)
+      for (int j = first[1]; j <= last[1]; ++j)
+        for (int i = first[0]; i <= last[0]; ++i) {
+          const std::size_t at = volume.offset(i, j, k);
+          const double value = static_cast<double>(voxels[at]);
+          if (std::isfinite(value)) (inside.voxels[at] ? object : background).push_back(value);
+        }
+  });
+  if (object.empty() || background.empty()) return model;
+  const double low = std::min(quantile_of(object, 0.02), quantile_of(background, 0.1));
+  const double high = std::max(quantile_of(object, 0.98), quantile_of(background, 0.9));
+  const double wider = std::max(0.25 * (high - low), least_width(low, high));
+  model.low = low - wider, model.high = high + wider;
+  for (double value : object) ++model.object[bin_of(value, model)];
+  for (double value : background) ++model.background[bin_of(value, model)];
+  return model;
+}
+
+std::array<float, kRegionBins> log_likelihood_ratios(const RegionModel& model) {
+  std::array<float, kRegionBins> ratios{};
+  if (model.empty()) return ratios;
+  // A Gaussian over bins; as wide as the object's histogram is sparse (Silverman's rule on its spread).
+  auto smooth = [](const std::array<std::int32_t, kRegionBins>& counts) {
+    const double n = std::accumulate(counts.begin(), counts.end(), 0.0);
+    double mean = 0, square = 0;
+    for (int b = 0; b < kRegionBins; ++b) mean += b * (counts[b] / n);
+    for (int b = 0; b < kRegionBins; ++b) square += (b - mean) * (b - mean) * (counts[b] / n);
+    const double sigma = std::clamp(1.06 * std::sqrt(square) * std::pow(n, -0.2), 1.5, 20.0);
+    std::array<double, kRegionBins> density{};
+    const int reach = static_cast<int>(3 * sigma) + 1;
+    for (int b = 0; b < kRegionBins; ++b) {
+      if (counts[b] == 0) continue;
+      for (int d = -reach; d <= reach; ++d)
+        density[std::clamp(b + d, 0, kRegionBins - 1)] += counts[b] / n * std::exp(-0.5 * d * d / (sigma * sigma)) / (sigma * 2.5066);
+    }
+    return density;
+  };
+  const auto object = smooth(model.object), background = smooth(model.background);
+  constexpr double kFloor = 1e-4;      // intensities seen in neither say nothing
+  for (int b = 0; b < kRegionBins; ++b)
+    ratios[b] = static_cast<float>(std::clamp(std::log((object[b] + kFloor) / (background[b] + kFloor)), -1.0, 1.0));
+  return ratios;
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <QColor>
+#include <QFont>
+#include <QRectF>
+#include <QString>
+#include <vector>
+
+#include "gui/drawing/painters.h"
+
+namespace simplexseg {
+
+/// Text with a dark halo, readable on any picture.
+struct Label {
+  QRectF box;     ///< logical pixels of the view
+  int alignment;  ///< within the box
+  QString text;
+  QColor colour;
+  bool bold = true;
+  bool operator==(const Label&) const = default;
+};
+
+/// Draws labels. They are written into a picture once, and again only when one has changed: text is slow.
+class LabelPainter {
+ public:
+  void create();
+  void destroy();
+  void draw(const QSize& size_px, double pixel_ratio, const QFont& font, const std::vector<Label>& labels);
+
+ private:
+  void write(const QFont& font);
+
+  Program program_;
+  unsigned vertex_array_ = 0, rectangles_ = 0, texture_ = 0;
+  QSize size_px_, texture_px_;
+  double pixel_ratio_ = 1;
+  std::vector<Label> labels_;
+  int rectangle_count_ = 0;
+};
+
+}  // namespace simplexseg

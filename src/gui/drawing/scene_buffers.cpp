@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/drawing/scene_buffers.h"
+
+#include <GL/glew.h>
+
+#include <cstring>
+#include <utility>
+
+#include "session/session.h"
+#include "gui/drawing/painters.h"
+#include "gui/look/view_state.h"
+
+namespace simplexseg {
+
+void SceneBuffers::attach(const void* view) {
+  views_.try_emplace(view, nullptr);
+  renderer_ = gl_renderer();
+}
+
+void SceneBuffers::detach(const void* view) {
+  const auto found = views_.find(view);
+  if (found == views_.end()) return;
+  glDeleteSync(found->second);
+  views_.erase(found);
+  if (views_.empty()) release_all();
+}
+
+void SceneBuffers::release_all() {
+  release(points_);
+  glDeleteBuffers(1, &indices_);
+  indices_ = 0;
+  for (SliceState& state : slices_) {
+    release(state.pixels);
+    glDeleteTextures(1, &state.slice.texture);
+    state = {};
+  }
+  for (OutlineState& state : outlines_) {
+    release(state.buffer);
+    state = {};
+  }
+  glDeleteSync(written_);
+  written_ = nullptr;
+  triangles_.clear();
+  revision_ = topology_ = ~std::uint64_t{0};
+}
+
+// What one context writes another sees once its commands are done: fences order the two on the GPU.
+void SceneBuffers::begin_reading() const {
+  if (written_) glWaitSync(written_, 0, GL_TIMEOUT_IGNORED);
+}
+
+void SceneBuffers::end_reading(const void* view) {
+  const auto found = views_.find(view);
+  if (found == views_.end()) return;
+  glDeleteSync(found->second);
+  found->second = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+  glFlush();  // a fence that was not sent would never be reached
+}
+
+void SceneBuffers::wait_for_readers() {
+  for (auto& [view, fence] : views_) {
+    if (fence) glWaitSync(fence, 0, GL_TIMEOUT_IGNORED);
+  }
+}
+
+void SceneBuffers::mark_written() {
+  glDeleteSync(written_);
+  written_ = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+  glFlush();
+}
+
+void SceneBuffers::release(Buffer& buffer) {
+  buffer.shared.reset();
+  glDeleteBuffers(1, &buffer.name);
+  buffer = {};
+}
+
+void SceneBuffers::allocate(Buffer& buffer, std::size_t bytes) {
+  if (buffer.bytes == bytes) return;
+  release(buffer);
+  if (bytes == 0) return;
+  glCreateBuffers(1, &buffer.name);
+  glNamedBufferStorage(buffer.name, static_cast<GLsizeiptr>(bytes), nullptr, GL_DYNAMIC_STORAGE_BIT);
+  buffer.bytes = bytes;
+}
+
+void SceneBuffers::connect(Buffer& buffer, Session& session) {
+  if (buffer.generation == session.engine_generation()) return;
+  buffer.shared.reset();
+  buffer.shared = session.drawing().share_buffer(buffer.name, buffer.bytes);
+  buffer.generation = session.engine_generation();
+  on_device_ = buffer.shared != nullptr;
+  how_ = on_device_ ? "drawn on the device (CUDA writes into OpenGL)"
+         : std::strcmp(session.engine().backend(), "cpu") == 0
+             ? "uploaded each frame: the CPU computes"
+             : "uploaded each frame: CUDA cannot write into this OpenGL";
+}
+
+void SceneBuffers::rebuild_topology(Session& session) {
+  const std::vector<MeshItem>& meshes = session.scene_without_poses().meshes;
+  std::vector<CellList> cells;
+  std::vector<const CellList*> lists;
+  std::size_t vertex_count = 0;
+  for (const MeshItem& item : meshes) {
+    cells.push_back(cells_of(item.mesh));
+    vertex_count += item.mesh.neighbours.size();
+  }
+  std::vector<GLuint> indices;
+  indices.reserve(9 * vertex_count);
+  triangles_.clear();
+  std::size_t vertex = 0, centre = vertex_count;
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    lists.push_back(&cells[m]);
+    Range range{indices.size(), 0};
+    for (int c = 0; c < cells[m].count(); ++c, ++centre) {
+      const std::span<const int> corners = cells[m][c];
+      for (std::size_t k = 0; k < corners.size(); ++k) {
+        indices.push_back(static_cast<GLuint>(centre));
+        indices.push_back(static_cast<GLuint>(vertex + corners[k]));
+        indices.push_back(static_cast<GLuint>(vertex + corners[(k + 1) % corners.size()]));
+      }
+    }
+    range.count = static_cast<int>(indices.size() - range.first);
+    triangles_.push_back(range);
+    vertex += meshes[m].mesh.neighbours.size();
+  }
+  session.drawing().set_cells(lists);
+  point_count_ = centre;
+  vertex_count_ = vertex_count;
+  if (indices_ == 0) glCreateBuffers(1, &indices_);
+  glNamedBufferData(indices_, static_cast<GLsizeiptr>(indices.size() * sizeof(GLuint)), indices.data(), GL_STATIC_DRAW);
+  allocate(points_, point_count_ * sizeof(DisplayPoint));
+  topology_ = session.topology_revision();
+}
+
+void SceneBuffers::follow_topology(Session& session) {
+  if (topology_ != session.topology_revision() || !session.engine().has_cells()) rebuild_topology(session);
+}
+
+/// Returns whether there was anything to write.
+bool SceneBuffers::write_surfaces(Session& session) {
+  if (revision_ == session.revision()) return false;
+  follow_topology(session);
+  if (point_count_ > 0) {
+    connect(points_, session);
+    if (points_.shared) {
+      session.drawing().draw_surfaces({points_.shared.get(), {}});
+    } else {
+      host_points_.resize(point_count_);
+      session.drawing().draw_surfaces({nullptr, host_points_});
+      glNamedBufferSubData(points_.name, 0, static_cast<GLsizeiptr>(points_.bytes), host_points_.data());
+    }
+  }
+  revision_ = session.revision();
+  return true;
+}
+
+bool SceneBuffers::write_outlines(Session& session, const ViewState& view, Orientation orientation) {
+  OutlineState& state = outlines_[static_cast<int>(orientation)];
+  const int axis = slice_axes(orientation, Convention::Radiological).normal;
+  const double position_mm = view.crosshair_mm[axis];
+  if (state.revision == session.revision() && state.position_mm == position_mm) return false;
+  follow_topology(session);
+  const std::size_t meshes = triangles_.size();
+  allocate(state.buffer, outline_bytes(meshes, vertex_count_));
+  state.outlines = {state.buffer.name, meshes * sizeof(OutlineCommand)};
+  if (state.buffer.name != 0) {
+    connect(state.buffer, session);
+    const auto position = static_cast<float>(position_mm);
+    if (state.buffer.shared) {
+      session.drawing().draw_outlines(axis, position, {state.buffer.shared.get(), {}});
+    } else {
+      host_outlines_.resize(state.buffer.bytes);
+      session.drawing().draw_outlines(axis, position, {nullptr, host_outlines_});
+      const auto upload = [&](std::size_t first, std::size_t bytes) {
+        glNamedBufferSubData(state.buffer.name, static_cast<GLintptr>(first), static_cast<GLsizeiptr>(bytes),
+                             host_outlines_.data() + first);
+      };
+      upload(0, state.outlines.pieces_at);
+      for (std::size_t m = 0; m < meshes; ++m) {  // what was written: a small part of the room
+        OutlineCommand command;
+        std::memcpy(&command, host_outlines_.data() + m * sizeof command, sizeof command);
+        if (command.pieces > 0) {
+          upload(state.outlines.pieces_at + command.first_piece * sizeof(OutlinePiece),
+                 command.pieces * sizeof(OutlinePiece));
+        }
+      }
+    }
+  }
+  state.revision = session.revision();
+  state.position_mm = position_mm;
+  return true;
+}
+
+void SceneBuffers::update_wanted(Session& session, const ViewState& view) {
+  bool stale = surfaces_wanted_ && revision_ != session.revision();
+  for (const Orientation orientation : kOrientations) {
+    const OutlineState& state = outlines_[static_cast<int>(orientation)];
+    const int axis = slice_axes(orientation, Convention::Radiological).normal;
+    stale = stale || (state.wanted && (state.revision != session.revision() || state.position_mm != view.crosshair_mm[axis]));
+  }
+  if (!stale) return;
+  wait_for_readers();
+  // What is not asked for again until the next time is no longer seen.
+  if (std::exchange(surfaces_wanted_, false)) write_surfaces(session);
+  for (const Orientation orientation : kOrientations) {
+    if (std::exchange(outlines_[static_cast<int>(orientation)].wanted, false)) write_outlines(session, view, orientation);
+  }
+  mark_written();
+}
+
+void SceneBuffers::update_surfaces(Session& session, const ViewState& view) {
+  surfaces_wanted_ = true;
+  update_wanted(session, view);
+  surfaces_wanted_ = true;
+}
+
+const SceneBuffers::Outlines& SceneBuffers::update_outlines(Session& session, const ViewState& view,
+                                                            Orientation orientation) {
+  OutlineState& state = outlines_[static_cast<int>(orientation)];
+  state.wanted = true;
+  update_wanted(session, view);
+  state.wanted = true;
+  return state.outlines;
+}
+
+const SceneBuffers::Slice& SceneBuffers::update_slice(Session& session, const ViewState& view,
+                                                      Orientation orientation) {
+  SliceState& state = slices_[static_cast<int>(orientation)];
+  const double position_mm = view.crosshair_mm[slice_axes(orientation, Convention::Radiological).normal];
+  if (state.valid && state.pixels.generation == session.engine_generation() && state.position_mm == position_mm &&
+      state.window == view.window && state.level == view.level) {
+    return state.slice;
+  }
+  wait_for_readers();
+  const VolumeGeometry& geometry = session.volume().geometry();
+  Slice& slice = state.slice;
+  slice.grid = slice_grid(geometry, orientation, view.crosshair_mm, texels_per_voxel(geometry));
+  const int width = slice.grid.width, height = slice.grid.height;
+  const std::size_t texels = static_cast<std::size_t>(width) * height;
+  allocate(state.pixels, texels * sizeof(DisplayTexel));
+  if (slice.texture == 0 || state.width != width || state.height != height) {
+    glDeleteTextures(1, &slice.texture);
+    glCreateTextures(GL_TEXTURE_2D, 1, &slice.texture);
+    glTextureStorage2D(slice.texture, 1, GL_RG8, width, height);
+    glTextureParameteri(slice.texture, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glTextureParameteri(slice.texture, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    glTextureParameteri(slice.texture, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTextureParameteri(slice.texture, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    state.width = width;
+    state.height = height;
+  }
+  connect(state.pixels, session);
+  const SlicePlane plane = slice_plane(geometry, slice.grid, view.window, view.level);
+  if (state.pixels.shared) {
+    session.drawing().draw_slice(plane, {state.pixels.shared.get(), {}});
+  } else {
+    host_texels_.resize(texels);
+    session.drawing().draw_slice(plane, {nullptr, host_texels_});
+    glNamedBufferSubData(state.pixels.name, 0, static_cast<GLsizeiptr>(state.pixels.bytes), host_texels_.data());
+  }
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+  glBindBuffer(GL_PIXEL_UNPACK_BUFFER, state.pixels.name);
+  glTextureSubImage2D(slice.texture, 0, 0, 0, width, height, GL_RG, GL_UNSIGNED_BYTE, nullptr);
+  glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  mark_written();
+  state.valid = true;
+  state.position_mm = position_mm;
+  state.window = view.window;
+  state.level = view.level;
+  return slice;
+}
+
+void SceneBuffers::forget_slices() {
+  for (SliceState& state : slices_) state.valid = false;
+}
+
+}  // namespace simplexseg

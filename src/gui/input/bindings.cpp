@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/input/bindings.h"
+
+#include <QKeyEvent>
+#include <QKeySequence>
+#include <algorithm>
+
+namespace simplexseg {
+namespace {
+
+constexpr auto kEverywhere = Where::Everywhere;
+constexpr auto kSlices = Where::Slices;
+constexpr auto kSpace = Where::Space;
+
+// clang-format off
+const Binding kBindings[] = {
+    {Act::Cursor, kSlices, "", Mouse::Left, {}, "", "On an attraction point: drag it; elsewhere: move the crosshair"},
+    {Act::AddPoint, kSlices, "", Mouse::Left, Qt::ShiftModifier, "",
+     "Add an attraction point to the active mesh; placed on press, final on release"},
+    {Act::ErasePoint, kSlices, "", Mouse::Left, Qt::AltModifier, "", "Delete the point under the cursor"},
+    {Act::PickMesh, kSlices, "", Mouse::Left, Qt::ControlModifier, "", "Make the mesh under the cursor active"},
+    {Act::ContextMenu, kSlices, "", Mouse::RightClick, {}, "", "Menu: add or delete a point, make a mesh active"},
+    {Act::Zoom, kSlices, "", Mouse::Right, {}, "", "Zoom"},
+    {Act::Pan, kSlices, "", Mouse::Middle, {}, "", "Pan"},
+    {Act::WheelSlice, kSlices, "", Mouse::Wheel, {}, "", "Next or previous slice"},
+    {Act::WheelZoom, kSlices, "", Mouse::Wheel, Qt::ControlModifier, "", "Zoom about the cursor"},
+    {Act::FollowMouse, kSlices, "", Mouse::Move, Qt::ShiftModifier, "", "The crosshair follows in all views"},
+    {Act::Maximise, kSlices, "", Mouse::DoubleClick, {}, "", "Maximise the view, and back"},
+    {Act::CursorLeft, kSlices, "Left", Mouse::None, {}, "", "Crosshair one voxel to the left"},
+    {Act::CursorRight, kSlices, "Right", Mouse::None, {}, "", "Crosshair one voxel to the right"},
+    {Act::CursorUp, kSlices, "Up", Mouse::None, {}, "", "Crosshair one voxel up"},
+    {Act::CursorDown, kSlices, "Down", Mouse::None, {}, "", "Crosshair one voxel down"},
+    {Act::CursorLeft5, kSlices, "Shift+Left", Mouse::None, {}, "", "Crosshair five voxels to the left"},
+    {Act::CursorRight5, kSlices, "Shift+Right", Mouse::None, {}, "", "Crosshair five voxels to the right"},
+    {Act::CursorUp5, kSlices, "Shift+Up", Mouse::None, {}, "", "Crosshair five voxels up"},
+    {Act::CursorDown5, kSlices, "Shift+Down", Mouse::None, {}, "", "Crosshair five voxels down"},
+    {Act::NextSlice, kSlices, "PgUp", Mouse::None, {}, "", "Next slice"},
+    {Act::PreviousSlice, kSlices, "PgDown", Mouse::None, {}, "", "Previous slice"},
+
+    {Act::Rotate, kSpace, "", Mouse::Left, {}, "", "Rotate"},
+    {Act::Pan, kSpace, "", Mouse::Left, Qt::ShiftModifier, "", "Pan"},
+    {Act::Pan, kSpace, "", Mouse::Middle, {}, "", "Pan"},
+    {Act::Zoom, kSpace, "", Mouse::Right, {}, "", "Zoom"},
+    {Act::WheelZoom, kSpace, "", Mouse::Wheel, {}, "", "Zoom"},
+    {Act::PickMesh, kSpace, "", Mouse::Left, Qt::ControlModifier, "", "Make the mesh under the cursor active"},
+    {Act::Maximise, kSpace, "", Mouse::DoubleClick, {}, "", "Maximise the view, and back"},
+
+    {Act::Open, kEverywhere, "Ctrl+O", Mouse::None, {}, "&Open...", "Open a volume or a scene"},
+    {Act::OpenFolder, kEverywhere, "Ctrl+Shift+O", Mouse::None, {}, "Open &DICOM folder...", "Open a DICOM series"},
+    {Act::SaveScene, kEverywhere, "Ctrl+S", Mouse::None, {}, "&Save scene", "Save the scene with its meshes and points"},
+    {Act::SaveSceneAs, kEverywhere, "Ctrl+Shift+S", Mouse::None, {}, "Save scene &as...", "Save the scene to a new file"},
+    {Act::SaveLabels, kEverywhere, "Ctrl+L", Mouse::None, {}, "Save &labels...",
+     "Save the voxels inside the meshes as a label volume"},
+    {Act::SaveMeshes, kEverywhere, "Ctrl+M", Mouse::None, {}, "Save &meshes...", "Save each mesh into a folder (PLY, LPS)"},
+    {Act::Screenshot, kEverywhere, "Ctrl+P", Mouse::None, {}, "Sc&reenshot...", "Save a picture of the window"},
+    {Act::Quit, kEverywhere, "Ctrl+Q", Mouse::None, {}, "&Quit", "Leave the program"},
+    {Act::Undo, kEverywhere, "Ctrl+Z", Mouse::None, {}, "&Undo", "Undo the last action"},
+    {Act::Redo, kEverywhere, "Ctrl+Shift+Z", Mouse::None, {}, "&Redo", "Do again what was undone"},
+    {Act::DeletePoint, kEverywhere, "Del", Mouse::None, {}, "&Delete point",
+     "Delete the attraction point under the cursor, or else the selected one"},
+    {Act::ToolCrosshair, kEverywhere, "1", Mouse::None, {}, "&Crosshair", "Tool: left drag moves the crosshair"},
+    {Act::ToolZoomPan, kEverywhere, "2", Mouse::None, {}, "&Zoom and pan", "Tool: left drag pans, right drag zooms"},
+    {Act::ToolPoint, kEverywhere, "3", Mouse::None, {}, "Attraction &point", "Tool: left button adds or drags a point"},
+    {Act::ToolSeed, kEverywhere, "4", Mouse::None, {}, "&New mesh", "Tool: left drag places a sphere, centre to radius"},
+    {Act::WindowLevel, kEverywhere, "W", Mouse::None, {}, "&Window and level",
+     "Then left drag: window (sideways) and level (up and down)"},
+    {Act::RunPause, kEverywhere, "Space", Mouse::None, {}, "&Run", "Run or pause the simulation"},
+    {Act::Step, kEverywhere, ".", Mouse::None, {}, "&One step", "One step of the simulation"},
+    {Act::ResetPose, kEverywhere, "R", Mouse::None, {}, "Re&set all meshes", "Every mesh back to its sphere"},
+    {Act::ShowMeshes, kEverywhere, "S", Mouse::None, {}, "&Meshes", "Show or hide the meshes"},
+    {Act::LessOpaque, kEverywhere, "A", Mouse::None, {}, "&Less opaque", "Meshes in 3D more transparent"},
+    {Act::MoreOpaque, kEverywhere, "D", Mouse::None, {}, "&More opaque", "Meshes in 3D less transparent"},
+    {Act::Annotations, kEverywhere, "X", Mouse::None, {}, "&Annotations", "Show or hide crosshair and texts"},
+    {Act::Slices3d, kEverywhere, "Shift+X", Mouse::None, {}, "&Slices in 3D", "Show or hide the slices in the 3D view"},
+    {Act::Neurological, kEverywhere, "Ctrl+Shift+N", Mouse::None, {}, "&Neurological convention",
+     "The patient's left on the left of the screen"},
+    {Act::CentreOnCursor, kEverywhere, "C", Mouse::None, {}, "&Centre on crosshair", "Centre all views on the crosshair"},
+    {Act::Fit, kEverywhere, "Ctrl+F", Mouse::None, {}, "&Fit", "The whole volume in all views"},
+    {Act::AutoContrast, kEverywhere, "Ctrl+J", Mouse::None, {}, "Automatic &contrast", "Window and level from the volume"},
+    {Act::Help, kEverywhere, "F1", Mouse::None, {}, "&Keys and gestures", "This table"},
+    {Act::About, kEverywhere, "Shift+F1", Mouse::None, {}, "&About SimplexSeg", "Version and backend"},
+};
+// clang-format on
+
+}  // namespace
+
+std::span<const Binding> bindings() { return kBindings; }
+
+const Binding& binding_of(Act act) {
+  return *std::find_if(std::begin(kBindings), std::end(kBindings), [&](const Binding& b) { return b.act == act; });
+}
+
+const char* where_name(Where where) {
+  switch (where) {
+    case Where::Everywhere:
+      return "Everywhere";
+    case Where::Slices:
+      return "Slices";
+    case Where::Space:
+      break;
+  }
+  return "3D view";
+}
+
+std::optional<Act> gesture(Where where, Mouse mouse, Qt::KeyboardModifiers modifiers) {
+  modifiers &= Qt::ShiftModifier | Qt::ControlModifier | Qt::AltModifier;
+  for (const Binding& binding : kBindings) {
+    if (binding.where == where && binding.mouse == mouse && mouse != Mouse::None && binding.modifiers == modifiers) {
+      return binding.act;
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Act> key_in(Where where, const QKeyEvent& event) {
+  const QKeySequence pressed(static_cast<int>(event.modifiers() & ~Qt::KeypadModifier) | event.key());
+  for (const Binding& binding : kBindings) {
+    if (binding.where == where && *binding.keys && QKeySequence(QString::fromLatin1(binding.keys)) == pressed) {
+      return binding.act;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace simplexseg

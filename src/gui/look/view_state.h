@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <Eigen/Core>
+
+#include "session/scene.h"
+#include "gui/look/slice_geometry.h"
+
+namespace simplexseg {
+
+enum class Tool { Crosshair, ZoomPan, Point, Seed };
+
+/// What is looked at, and how: shared by all views, saved nowhere, no part of undo.
+struct ViewState {
+  Eigen::Vector3d crosshair_mm{0, 0, 0};
+  double window = 1, level = 0.5;  ///< intensities level -+ window/2 are black and white
+  Convention convention = Convention::Radiological;
+  Tool tool = Tool::Crosshair;
+  bool window_level_armed = false;  ///< the next left drag sets window and level
+  bool show_meshes = true;
+  bool show_annotations = true;
+  bool show_slices_3d = true;
+  float opacity = 1;       ///< of the meshes in 3D
+  ItemId active_mesh = 0;  ///< 0: none
+  ItemId selected_point = 0;
+  ItemId hovered_point = 0;  ///< under the mouse
+};
+
+}  // namespace simplexseg

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/panels/convergence_panel.h"
+
+#include <QComboBox>
+#include <QFileDialog>
+#include <QHBoxLayout>
+#include <QImage>
+#include <QLabel>
+#include <QPainter>
+#include <QPushButton>
+#include <QVBoxLayout>
+#include <functional>
+#include <memory>
+
+#include "gui/workbench/background_job.h"
+#include "gui/look/theme.h"
+#include "gui/panels/widgets.h"
+#include "gui/workbench/workbench.h"
+#include "io/files.h"
+#include "io/json_input.h"
+#include "io/plot_io.h"
+#include "image/mask.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr int kRedrawMs = 200;  ///< nor is the distance to the reference measured more often
+constexpr int kSavedWidth = 900, kSavedHeight = 600;
+
+using SurfaceErrors = std::map<ItemId, std::shared_ptr<const SurfaceError>>;
+
+}  // namespace
+
+/// A drawn plot, or a text where there is none.
+class PlotPicture : public QWidget {
+ public:
+  PlotPicture(QWidget* parent, std::function<void()> resized) : QWidget(parent), resized_(std::move(resized)) {
+    setMinimumSize(160, 120);
+  }
+  void show_image(QImage image) {
+    image_ = std::move(image);
+    text_.clear();
+    update();
+  }
+  void show_text(const QString& text) {
+    image_ = {};
+    text_ = text;
+    update();
+  }
+  const QImage& image() const { return image_; }
+
+ protected:
+  void resizeEvent(QResizeEvent*) override { resized_(); }
+  void paintEvent(QPaintEvent*) override {
+    QPainter painter(this);
+    if (!image_.isNull()) {
+      painter.drawImage(rect(), image_);
+      return;
+    }
+    painter.fillRect(rect(), palette().color(QPalette::Base));
+    painter.setPen(theme::kDimText);
+    painter.drawText(rect().adjusted(16, 16, -16, -16), Qt::AlignCenter | Qt::TextWordWrap, text_);
+  }
+
+ private:
+  std::function<void()> resized_;
+  QImage image_;
+  QString text_;
+};
+
+ConvergencePanel::ConvergencePanel(Workbench& workbench, QWidget* parent) : QWidget(parent), workbench_(workbench) {
+  preparing_ = new BackgroundJob(this);
+  auto* layout = new QVBoxLayout(this);
+  layout->setContentsMargins(8, 6, 8, 6);
+  layout->setSpacing(5);
+  auto* choices = new QHBoxLayout;
+  quantity_ = new QComboBox(this);
+  quantity_->addItems({tr("Residual"), tr("Surface error")});
+  quantity_->setItemData(0, tr("What the forces still ask for: root mean square over the vertices of a mesh"),
+                         Qt::ToolTipRole);
+  quantity_->setItemData(1, tr("Distance of the vertices from the reference's surface: mean, and 95% dashed"),
+                         Qt::ToolTipRole);
+  axis_ = new QComboBox(this);
+  axis_->addItems({tr("against run time"), tr("against steps")});
+  axis_->setItemData(0, tr("Time of the simulation alone"), Qt::ToolTipRole);
+  choices->addWidget(quantity_, 1);
+  choices->addWidget(axis_, 1);
+  layout->addLayout(choices);
+  redraw_.setSingleShot(true);
+  redraw_.setInterval(kRedrawMs);
+  picture_ = new PlotPicture(this, [this] { draw(); });
+  layout->addWidget(picture_, 1);
+  legend_ = new QLabel(this);
+  legend_->setWordWrap(true);
+  legend_->setTextFormat(Qt::RichText);
+  layout->addWidget(legend_);
+  auto* buttons = new QHBoxLayout;
+  clear_ = new QPushButton(tr("Clear"), this);
+  clear_->setToolTip(tr("Begin anew from here"));
+  save_ = new QPushButton(tr("Save..."), this);
+  save_->setToolTip(tr("The plot as a picture (PNG, SVG) or its numbers as a table (CSV)"));
+  buttons->addWidget(clear_);
+  buttons->addWidget(save_);
+  layout->addLayout(buttons);
+
+  connect(quantity_, &QComboBox::currentIndexChanged, this, &ConvergencePanel::show_choice);
+  connect(axis_, &QComboBox::currentIndexChanged, this, &ConvergencePanel::draw);
+  connect(clear_, &QPushButton::clicked, this, &ConvergencePanel::clear);
+  connect(save_, &QPushButton::clicked, this, &ConvergencePanel::choose_and_save);
+  connect(&redraw_, &QTimer::timeout, this, &ConvergencePanel::draw);
+  connect(preparing_, &BackgroundJob::failed, this,
+          [this](const QString& why) { workbench_.say(Severity::Failure, why); });
+  connect(&workbench_, &Workbench::advanced, this, &ConvergencePanel::note_advance);
+  connect(&workbench_, &Workbench::restarted, this, &ConvergencePanel::clear);
+  connect(&workbench_, &Workbench::volume_changed, this, &ConvergencePanel::take_scene);
+  draw();
+}
+
+ConvergencePanel::Quantity ConvergencePanel::quantity() const {
+  return quantity_->currentIndex() == 0 ? Quantity::Residual : Quantity::SurfaceError;
+}
+
+void ConvergencePanel::choose(Quantity quantity) { quantity_->setCurrentIndex(quantity == Quantity::Residual ? 0 : 1); }
+void ConvergencePanel::choose(TraceAxis axis) { axis_->setCurrentIndex(axis == TraceAxis::Seconds ? 0 : 1); }
+
+void ConvergencePanel::set_in_sight(bool in_sight) {
+  in_sight_ = in_sight;
+  show_choice();
+}
+
+bool ConvergencePanel::measures_errors() const { return in_sight_ && quantity() == Quantity::SurfaceError; }
+
+void ConvergencePanel::take_scene() {
+  ++scene_;
+  prepared_ = false;
+  errors_ = RunTrace();
+  clear();
+}
+
+void ConvergencePanel::clear() {
+  seconds_ = 0;
+  residuals_.clear();
+  errors_.clear();
+  show_choice();
+}
+
+void ConvergencePanel::note_advance(const Advance& done) {
+  seconds_ += done.seconds;
+  const Session& session = workbench_.session();
+  // Just refined: nothing has been measured of the new vertices.
+  if (session.last_outcome().steps == 0) return;
+  if (residuals_.due(session.total_steps()) || done.at_rest) residuals_.sample(session, seconds_);
+  if (!in_sight_) return;
+  if (measures_errors() && (done.at_rest || since_error_.hasExpired(kRedrawMs))) sample_errors();
+  if (!redraw_.isActive()) redraw_.start();
+}
+
+void ConvergencePanel::show_choice() {
+  if (!in_sight_) return;
+  if (measures_errors()) {
+    prepare_references();
+    sample_errors();
+  }
+  draw();
+}
+
+// A distance map takes a second or so of a large volume: made when somebody wants to see it, beside the window.
+void ConvergencePanel::prepare_references() {
+  if (prepared_ || preparing_->busy()) return;
+  std::vector<MeshItem> items;
+  for (const MeshItem& item : workbench_.scene().meshes) {
+    if (!workbench_.references().has(item)) continue;
+    items.emplace_back();
+    items.back().id = item.id, items.back().reference = item.reference;
+  }
+  if (items.empty()) return;
+  auto made = std::make_shared<SurfaceErrors>();
+  preparing_->start(
+      tr("Measuring the references..."),
+      [=, references = workbench_.references()] {
+        for (const MeshItem& item : items) {
+          if (const std::optional<Mask> mask = references.mask_for(item))
+            (*made)[item.id] = std::make_shared<const SurfaceError>(*mask);
+        }
+      },
+      [=, this, scene = scene_] {
+        if (scene == scene_) {
+          for (const auto& [mesh, error] : *made) errors_.set_reference(mesh, error);
+          prepared_ = true;
+        }
+        show_choice();
+      });
+}
+
+void ConvergencePanel::sample_errors() {
+  const std::int64_t steps = workbench_.session().total_steps();
+  if (!prepared_) return;
+  for (const MeshTrace& mesh : errors_.meshes()) {
+    if (!mesh.samples.empty() && mesh.samples.back().steps == steps) return;
+  }
+  try {
+    errors_.sample(workbench_.session(), seconds_);
+  } catch (const std::exception&) {
+    // A device that was lost while poses were read: the next step says so.
+  }
+  since_error_.start();
+}
+
+Plot ConvergencePanel::plot() const {
+  const TraceAxis axis = axis_->currentIndex() == 0 ? TraceAxis::Seconds : TraceAxis::Steps;
+  return quantity() == Quantity::Residual ? residuals_.residual_plot(axis) : errors_.error_plot(axis);
+}
+
+QString ConvergencePanel::why_nothing() const {
+  const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
+  if (meshes.empty()) return tr("There is no mesh yet.");
+  if (quantity() == Quantity::Residual) return tr("Run the simulation: the plot follows it.");
+  for (const MeshItem& item : meshes) {
+    if (workbench_.references().has(item)) return tr("The reference is being measured.");
+  }
+  return tr("No mesh of the scene names a reference that could be read. A scene file names one as \"reference\".");
+}
+
+// Names beside the plot would take the room of the plot.
+QString ConvergencePanel::legend() const {
+  const bool residual = quantity() == Quantity::Residual;
+  QStringList entries;
+  for (const MeshTrace& mesh : (residual ? residuals_ : errors_).meshes()) {
+    if (mesh.samples.empty() || (!residual && !mesh.samples.back().error)) continue;
+    const TraceSample& last = mesh.samples.back();
+    const QString value = residual ? tr("%1 mm").arg(last.residual_mm, 0, 'g', 3)
+                                   : tr("%1 mm, 95% %2 mm").arg(last.error->mean_mm, 0, 'f', 2).arg(last.error->p95_mm, 0, 'f', 2);
+    const QColor colour(mesh.colour.red, mesh.colour.green, mesh.colour.blue);
+    entries << QString("<span style='color:%1'>&#9632;</span> %2&nbsp; <span style='color:%3'>%4</span>")
+                   .arg(colour.name(), QString::fromStdString(mesh.name).toHtmlEscaped(), theme::kDimText.name(), value);
+  }
+  return entries.join("<br>");
+}
+
+void ConvergencePanel::draw() {
+  if (!in_sight_) return;
+  Plot shown = plot();
+  const bool nothing = shown.series.empty();
+  set_enabled(save_, !nothing, tr("There is nothing to save yet"));
+  set_enabled(clear_, !nothing, tr("There is nothing to clear"));
+  legend_->setText(legend());
+  if (nothing) {
+    picture_->show_text(why_nothing());
+    return;
+  }
+  shown.title.clear();
+  for (PlotSeries& series : shown.series) series.name.clear();
+  const double scale = devicePixelRatioF();
+  const QSize size = (QSizeF(picture_->size()) * scale).toSize();
+  const std::vector<std::uint8_t> pixels = draw_plot(shown, size.width(), size.height(), scale, PlotTheme::Dark);
+  picture_->show_image(QImage(pixels.data(), size.width(), size.height(), QImage::Format_RGBA8888).copy());
+}
+
+QImage ConvergencePanel::picture() const { return picture_->image(); }
+
+void ConvergencePanel::save_to(const QString& path) const {
+  const std::filesystem::path file_path(path.toStdU16String());
+  if (extension_of(file_path) != ".csv") {
+    write_plot(file_path, plot(), kSavedWidth, kSavedHeight);
+    return;
+  }
+  AtomicFile file(file_path);
+  write_bytes(file, (quantity() == Quantity::Residual ? residuals_ : errors_).csv());
+  file.commit();
+}
+
+void ConvergencePanel::choose_and_save() {
+  QString chosen;
+  QString path = QFileDialog::getSaveFileName(this, tr("Save the plot or its numbers"), "convergence.png",
+                                              tr("Picture (*.png);;Drawing (*.svg);;Table (*.csv)"), &chosen);
+  if (path.isEmpty()) return;
+  if (QFileInfo(path).suffix().isEmpty()) path += chosen.section('*', 1).section(')', 0, 0);
+  try {
+    save_to(path);
+    workbench_.say(Severity::Note, tr("Saved %1").arg(path));
+  } catch (const std::exception& error) {
+    workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
+  }
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/panels/force_panel.h"
+
+#include <QCheckBox>
+#include <QDoubleSpinBox>
+#include <QGridLayout>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QScrollArea>
+#include <QSignalBlocker>
+#include <QToolButton>
+#include <QVBoxLayout>
+#include <algorithm>
+
+#include "gui/panels/parameter_row.h"
+#include "gui/panels/widgets.h"
+#include "gui/workbench/workbench.h"
+
+namespace simplexseg {
+
+ForcePanel::ForcePanel(Workbench& workbench, QWidget* parent) : QWidget(parent), workbench_(workbench) {
+  auto* layout = new QVBoxLayout(this);
+  layout->setContentsMargins(8, 6, 4, 4);
+  layout->setSpacing(4);
+  auto* head = new QHBoxLayout;
+  title_ = new QLabel(this);
+  all_meshes_ = new QCheckBox(tr("All meshes"), this);
+  all_meshes_->setToolTip(tr("What is changed here changes for every mesh"));
+  head->addWidget(title_, 1);
+  head->addWidget(all_meshes_);
+  layout->addLayout(head);
+
+  auto* scroll = new QScrollArea(this);
+  scroll->setWidgetResizable(true);
+  scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  sections_widget_ = new QWidget(scroll);
+  auto* sections_layout = new QVBoxLayout(sections_widget_);
+  sections_layout->setContentsMargins(0, 0, 6, 0);
+  sections_layout->setSpacing(2);
+  sections_.reserve(force_list().size());  // the rows' signals hold on to their section
+  for (const ForceInfo& force : force_list()) sections_.push_back(build_section(force));
+  sections_layout->addStretch(1);
+  scroll->setWidget(sections_widget_);
+  layout->addWidget(scroll, 1);
+
+  connect(&workbench_, &Workbench::scene_changed, this, &ForcePanel::refresh);
+  refresh();
+}
+
+ForcePanel::Section ForcePanel::build_section(const ForceInfo& force) {
+  const std::size_t index = sections_.size();
+  Section section{&force, nullptr, nullptr, nullptr, {}};
+  const QString doc = QString::fromUtf8(force.doc);
+  section.unfold = new QToolButton(sections_widget_);
+  section.unfold->setArrowType(Qt::RightArrow);
+  section.unfold->setAutoRaise(true);
+  section.unfold->setStyleSheet("padding: 1px;");
+  section.unfold->setToolTip(tr("Show the parameters"));
+  section.on = new QCheckBox(QString::fromUtf8(force.title), sections_widget_);
+  section.on->setToolTip(doc);
+  auto* head = new QHBoxLayout;
+  head->setSpacing(4);
+  head->addWidget(section.unfold);
+  head->addWidget(section.on, 1);
+  section.details = new QWidget(sections_widget_);
+  section.details->setVisible(false);
+  auto* grid = new QGridLayout(section.details);
+  grid->setContentsMargins(26, 0, 0, 6);
+  grid->setHorizontalSpacing(8);
+  grid->setVerticalSpacing(3);
+  grid->setColumnStretch(1, 1);
+  for (std::size_t p = 0; p < force.parameters.size(); ++p) {
+    auto* row = new ParameterRow(force.parameters[p], sections_widget_);
+    section.rows.push_back(row);
+    connect(row, &ParameterRow::edited, this,
+            [this, index, p](float value) { set_parameter(sections_[index], static_cast<int>(p), value); });
+    if (p == 0) {
+      // The weight stays in sight beside the switch.
+      row->setFixedWidth(176);
+      row->number()->setFixedWidth(84);
+      head->addWidget(row);
+      continue;
+    }
+    auto* label = new QLabel(words_of(force.parameters[p].name), section.details);
+    label->setToolTip(QString::fromUtf8(force.parameters[p].doc));
+    grid->addWidget(label, static_cast<int>(p), 0);
+    grid->addWidget(row, static_cast<int>(p), 1);
+  }
+  auto* layout = static_cast<QVBoxLayout*>(sections_widget_->layout());
+  layout->addLayout(head);
+  layout->addWidget(section.details);
+  connect(section.unfold, &QToolButton::clicked, this, [unfold = section.unfold, details = section.details] {
+    const bool show = details->isHidden();
+    details->setVisible(show);
+    unfold->setArrowType(show ? Qt::DownArrow : Qt::RightArrow);
+  });
+  // clicked, not toggled: refresh() sets the switch too.
+  connect(section.on, &QCheckBox::clicked, this, [this, index](bool on) { switch_force(sections_[index], on); });
+  return section;
+}
+
+ParameterRow* ForcePanel::row(ForceId force, int parameter) const {
+  return sections_[static_cast<int>(force)].rows[parameter];
+}
+
+void ForcePanel::refresh() {
+  const MeshItem* mesh = workbench_.active_mesh();
+  title_->setText(mesh ? tr("Forces on <b>%1</b>").arg(QString::fromStdString(mesh->name).toHtmlEscaped())
+                       : tr("Forces"));
+  const QString why = tr("There is no mesh yet: add one in the panel Meshes, or with tool 4");
+  set_enabled(all_meshes_, mesh, why);
+  for (Section& section : sections_) {
+    const float* values = mesh ? mesh->parameters.values[static_cast<int>(section.force->id)] : nullptr;
+    const bool on = mesh && values[0] > 0;
+    {
+      const QSignalBlocker blocker(section.on);
+      section.on->setChecked(on);
+    }
+    set_enabled(section.on, mesh, why);
+    for (std::size_t p = 0; p < section.rows.size(); ++p) {
+      if (mesh) section.rows[p]->set_value(values[p]);
+      set_enabled(section.rows[p], mesh, why);
+    }
+    if (on) last_weight_[{mesh->id, section.force->id}] = values[0];
+  }
+}
+
+void ForcePanel::set_parameter(const Section& section, int parameter, float value) {
+  if (!workbench_.active_mesh()) return;
+  const ItemId mesh = all_meshes_->isChecked() ? 0 : workbench_.view.active_mesh;
+  if (!workbench_.apply(SetForceParameter{mesh, section.force->id, parameter, value})) refresh();
+}
+
+void ForcePanel::switch_force(const Section& section, bool on) {
+  float weight = 0;
+  if (on) {
+    const float standard = section.force->parameters[0].default_value;
+    const auto last = last_weight_.find({workbench_.view.active_mesh, section.force->id});
+    weight = last != last_weight_.end() ? last->second
+             : standard > 0             ? standard
+                                        : std::min(1.0f, section.force->parameters[0].maximum);
+  }
+  set_parameter(section, 0, weight);
+}
+
+}  // namespace simplexseg

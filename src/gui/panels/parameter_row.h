@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <QWidget>
+
+#include "forces/parameters.h"
+
+class QComboBox;
+class QDoubleSpinBox;
+class QSlider;
+
+namespace simplexseg {
+
+/// Slider and number for one parameter, or a list for a choice, made from the entry of its table.
+class ParameterRow : public QWidget {
+  Q_OBJECT
+ public:
+  ParameterRow(const ParameterInfo& info, QWidget* parent);
+  /// Shows a value; emits nothing.
+  void set_value(float value);
+  float value() const { return value_; }
+  QSlider* slider() const { return slider_; }
+  QDoubleSpinBox* number() const { return number_; }
+
+ signals:
+  /// By the user. A drag of the slider emits many; the session makes one undo step of them.
+  void edited(float value);
+
+ private:
+  void build_choice();
+  void build_number();
+  int slider_position(float value) const;
+  float value_at(int position) const;
+  void edit(float value);
+
+  const ParameterInfo& info_;
+  float value_;
+  bool logarithmic_ = false;
+  QSlider* slider_ = nullptr;
+  QDoubleSpinBox* number_ = nullptr;
+  QComboBox* choice_ = nullptr;
+};
+
+}  // namespace simplexseg

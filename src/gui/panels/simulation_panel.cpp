@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/panels/simulation_panel.h"
+
+#include <QAction>
+#include <QFormLayout>
+#include <QGridLayout>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QLocale>
+#include <QScrollArea>
+#include <QTimer>
+#include <QToolButton>
+#include <QVBoxLayout>
+#include <algorithm>
+
+#include "gui/input/action_table.h"
+#include "gui/workbench/frame_loop.h"
+#include "gui/panels/parameter_row.h"
+#include "gui/look/theme.h"
+#include "gui/panels/widgets.h"
+#include "gui/workbench/workbench.h"
+#include "step/simulation_parameters.h"
+
+namespace simplexseg {
+
+SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTable& actions, QWidget* parent)
+    : QWidget(parent), workbench_(workbench), loop_(loop) {
+  auto* layout = new QVBoxLayout(this);
+  layout->setContentsMargins(8, 6, 4, 4);
+  auto* buttons = new QHBoxLayout;
+  for (const Act act : {Act::RunPause, Act::Step, Act::ResetPose}) {
+    auto* button = new QToolButton(this);
+    button->setDefaultAction(actions[act]);
+    button->setToolButtonStyle(Qt::ToolButtonTextOnly);
+    button->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+    button->setStyleSheet(
+        "QToolButton { background: #343840; } QToolButton:hover { background: #3f454e; }"
+        "QToolButton:checked { background: #30689f; }");
+    buttons->addWidget(button);
+  }
+  layout->addLayout(buttons);
+
+  auto* status = new QFormLayout;
+  status->setVerticalSpacing(2);
+  status->setHorizontalSpacing(12);
+  const auto add_status = [&](const QString& title, QLabel*& value) {
+    value = new QLabel(this);
+    value->setTextInteractionFlags(Qt::TextSelectableByMouse);
+    auto* label = new QLabel(title, this);
+    label->setStyleSheet("color: #969ca4;");
+    status->addRow(label, value);
+  };
+  add_status(tr("Speed"), speed_);
+  add_status(tr("Frames"), frames_);
+  add_status(tr("Vertices"), vertices_);
+  add_status(tr("Motion"), motion_);
+  add_status(tr("Surface"), surface_);
+  add_status(tr("Backend"), backend_);
+  surface_->setWordWrap(true);
+  surface_->setToolTip(tr("Folded: the normal of a vertex makes more than a right angle with that of a neighbour"));
+  backend_->setWordWrap(true);
+  frames_->setToolTip(tr("New pictures, and the steps between two of them"));
+  layout->addLayout(status);
+
+  auto* scroll = new QScrollArea(this);
+  scroll->setWidgetResizable(true);
+  scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  auto* content = new QWidget(scroll);
+  auto* grid = new QGridLayout(content);
+  grid->setContentsMargins(0, 4, 6, 0);
+  grid->setVerticalSpacing(3);
+  grid->setColumnStretch(1, 1);
+  const auto table = simulation_table();
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    auto* label = new QLabel(words_of(table[p].name), content);
+    label->setToolTip(QString::fromUtf8(table[p].doc));
+    auto* row = new ParameterRow(table[p], content);
+    connect(row, &ParameterRow::edited, this, [this, p](float value) {
+      if (!workbench_.apply(SetSimulationParameter{static_cast<int>(p), value})) refresh();
+    });
+    grid->addWidget(label, static_cast<int>(p), 0);
+    grid->addWidget(row, static_cast<int>(p), 1);
+    rows_.push_back(row);
+    labels_.push_back(label);
+  }
+  grid->setRowStretch(static_cast<int>(table.size()), 1);
+  scroll->setWidget(content);
+  layout->addWidget(scroll, 1);
+
+  connect(&workbench_, &Workbench::scene_changed, this, &SimulationPanel::refresh);
+  connect(&workbench_, &Workbench::running_changed, this, &SimulationPanel::refresh_status);
+  connect(&workbench_, &Workbench::drawing_changed, this, &SimulationPanel::refresh_status);
+  // Numbers that change with every frame cannot be read: five times a second will do.
+  auto* timer = new QTimer(this);
+  timer->setInterval(200);
+  connect(timer, &QTimer::timeout, this, [this] {
+    if (workbench_.running()) refresh_status();
+  });
+  timer->start();
+  refresh();
+}
+
+QStringList SimulationPanel::unsound_meshes() const {
+  QStringList unsound;
+  const StepOutcome& outcome = workbench_.session().last_outcome();
+  const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
+  for (std::size_t m = 0; m < meshes.size() && m < outcome.folded_vertices.size(); ++m) {
+    QStringList faults;
+    if (outcome.inside_out[m]) faults << tr("inside out");
+    if (outcome.folded_vertices[m] == 1) faults << tr("folded at 1 vertex");
+    if (outcome.folded_vertices[m] > 1)
+      faults << tr("folded at %1 vertices").arg(QLocale::c().toString(outcome.folded_vertices[m]));
+    if (faults.isEmpty()) continue;
+    const QString name = meshes.size() > 1 ? QString::fromStdString(meshes[m].name) + ": " : QString();
+    unsound << name + faults.join(tr(" and "));
+  }
+  return unsound;
+}
+
+void SimulationPanel::refresh() {
+  for (std::size_t p = 0; p < rows_.size(); ++p) {
+    const SimulationParameters& simulation = workbench_.scene().simulation;
+    rows_[p]->set_value(value_of(simulation, static_cast<int>(p)));
+    const bool acts = has_effect(simulation, static_cast<int>(p));
+    set_enabled(rows_[p], acts, tr("Only the solver verlet has it; the others choose it themselves"));
+    labels_[p]->setEnabled(acts);
+  }
+  refresh_status();
+}
+
+void SimulationPanel::refresh_surface(const QStringList& unsound) {
+  const bool known = workbench_.session().total_steps() > 0 && !workbench_.scene().meshes.empty();
+  surface_->setText(!known ? tr("not run yet") : unsound.isEmpty() ? tr("sound") : unsound.join("; "));
+  QPalette palette = this->palette();
+  if (known && !unsound.isEmpty()) palette.setColor(QPalette::WindowText, theme::kWarning);
+  surface_->setPalette(palette);
+}
+
+void SimulationPanel::refresh_status() {
+  const QLocale locale = QLocale::c();
+  if (loop_.step_ms() > 0) {
+    speed_->setText(
+        tr("%1 steps/s, %2 ms a step").arg(loop_.steps_per_second(), 0, 'f', 0).arg(loop_.step_ms(), 0, 'g', 3));
+  } else {
+    speed_->setText(tr("not run yet"));
+  }
+  const FrameStatistics& statistics = loop_.statistics();
+  frames_->setText(statistics.frames_per_second() > 0 ? tr("%1 a second, %2 steps a frame")
+                                                            .arg(statistics.frames_per_second(), 0, 'f', 0)
+                                                            .arg(statistics.steps_per_frame(), 0, 'f', 1)
+                                                      : tr("none yet"));
+  qint64 vertices = 0;
+  for (const MeshItem& item : workbench_.scene().meshes) vertices += item.mesh.vertex_count();
+  vertices_->setText(tr("%1 in %2")
+                         .arg(locale.toString(vertices), workbench_.scene().meshes.size() == 1
+                                                             ? tr("1 mesh")
+                                                             : tr("%1 meshes").arg(workbench_.scene().meshes.size())));
+  const std::vector<float>& moves = workbench_.session().mean_move_mm();
+  const QStringList unsound = unsound_meshes();
+  const QString state = !workbench_.running() ? tr("paused")
+                        : !loop_.at_rest()    ? tr("running")
+                        : unsound.isEmpty()   ? tr("at rest")
+                                              : tr("at rest, but not sound");
+  if (moves.empty() || workbench_.session().total_steps() == 0) {
+    motion_->setText(state);
+  } else {
+    motion_->setText(tr("%1 mm a step, %2").arg(*std::max_element(moves.begin(), moves.end()), 0, 'g', 2).arg(state));
+  }
+  refresh_surface(unsound);
+  QString backend = QString::fromStdString(workbench_.session().engine().description());
+  const SceneBuffers& buffers = workbench_.buffers;
+  if (!buffers.how().empty()) {
+    backend +=
+        tr("; %1; OpenGL by %2").arg(QString::fromStdString(buffers.how()), QString::fromStdString(buffers.renderer()));
+  }
+  backend_->setText(backend);
+}
+
+}  // namespace simplexseg

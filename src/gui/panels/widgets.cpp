@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/panels/widgets.h"
+
+#include <QAction>
+#include <QPainter>
+#include <QPixmap>
+#include <QVariant>
+#include <QWidget>
+
+#include "gui/look/theme.h"
+
+namespace simplexseg {
+namespace {
+template <class Control>
+void set_enabled_of(Control* control, bool enabled, const QString& why_not) {
+  constexpr const char* kKept = "tooltip_when_enabled";
+  if (!control->property(kKept).isValid()) control->setProperty(kKept, control->toolTip());
+  control->setEnabled(enabled);
+  const QString tip = enabled ? control->property(kKept).toString() : why_not;
+  if (control->toolTip() != tip) control->setToolTip(tip);
+}
+}  // namespace
+
+void set_enabled(QWidget* control, bool enabled, const QString& why_not) { set_enabled_of(control, enabled, why_not); }
+void set_enabled(QAction* action, bool enabled, const QString& why_not) { set_enabled_of(action, enabled, why_not); }
+
+QIcon swatch(const Colour& colour, bool active) {
+  QPixmap pixmap(28, 28);
+  pixmap.fill(Qt::transparent);
+  pixmap.setDevicePixelRatio(2);
+  QPainter painter(&pixmap);
+  painter.setRenderHint(QPainter::Antialiasing);
+  painter.setBrush(QColor(colour.red, colour.green, colour.blue));
+  painter.setPen(active ? QPen(Qt::white, 1.5) : QPen(QColor(0, 0, 0, 120), 1));
+  painter.drawRoundedRect(QRectF(1, 1, 12, 12), 2.5, 2.5);
+  return QIcon(pixmap);
+}
+
+QString words_of(const char* name) {
+  QString words = QString::fromLatin1(name).replace('_', ' ');
+  if (!words.isEmpty()) words[0] = words[0].toUpper();
+  return words;
+}
+
+}  // namespace simplexseg

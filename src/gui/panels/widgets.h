@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Small helpers that panels and menus share.
+#pragma once
+#include <QIcon>
+#include <QString>
+
+#include "session/scene.h"
+
+class QAction;
+class QWidget;
+
+namespace simplexseg {
+
+/// Enables a control, or greys it and says why in its tooltip. The tooltip it had comes back when it is enabled.
+void set_enabled(QWidget* control, bool enabled, const QString& why_not);
+void set_enabled(QAction* action, bool enabled, const QString& why_not);
+
+/// A small square of one colour.
+QIcon swatch(const Colour& colour, bool active = false);
+/// "steps_per_level" -> "Steps per level".
+QString words_of(const char* name);
+
+}  // namespace simplexseg

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a slice is drawn. Its input: slice_view_input.cpp.
+#include "gui/views/slice_view.h"
+
+#include <QResizeEvent>
+#include <cmath>
+#include <numbers>
+
+#include "gui/look/theme.h"
+#include "gui/workbench/workbench.h"
+
+namespace simplexseg {
+namespace {
+Rgba rgba_of(const QColor& colour, float alpha = 1) {
+  return {static_cast<float>(colour.redF()), static_cast<float>(colour.greenF()), static_cast<float>(colour.blueF()),
+          alpha};
+}
+}  // namespace
+
+double handle_opacity(double distance_mm) {
+  constexpr double kFarthest = 12;
+  return distance_mm >= kFarthest ? 0 : 0.15 + 0.85 * (1 - distance_mm / kFarthest) * (1 - distance_mm / kFarthest);
+}
+
+SliceView::SliceView(Workbench& workbench, Orientation orientation, QWidget* parent)
+    : View(workbench, parent), orientation_(orientation) {
+  setObjectName(title_of(orientation));
+  connect(&workbench_, &Workbench::view_changed, this, &SliceView::update_cursor);
+}
+
+SliceView::~SliceView() { release(); }
+
+SliceAxes SliceView::axes() const { return slice_axes(orientation_, workbench_.view.convention); }
+double SliceView::slice_mm() const { return workbench_.view.crosshair_mm[axes().normal]; }
+double SliceView::distance_to_slice_mm(const Eigen::Vector3d& world_mm) const {
+  return std::abs(world_mm[axes().normal] - slice_mm());
+}
+
+Eigen::Vector3d SliceView::world_of(const QPointF& pixel) const {
+  const SliceAxes axes = this->axes();
+  Eigen::Vector3d world = centre_mm_ + (pixel.x() - width() / 2.0) * mm_per_pixel_ * axes.right +
+                          (height() / 2.0 - pixel.y()) * mm_per_pixel_ * axes.up;
+  world[axes.normal] = slice_mm();
+  return world;
+}
+
+QPointF SliceView::pixel_of(const Eigen::Vector3d& world_mm) const {
+  const SliceAxes axes = this->axes();
+  const Eigen::Vector3d offset = (world_mm - centre_mm_) / mm_per_pixel_;
+  return {width() / 2.0 + offset.dot(axes.right), height() / 2.0 - offset.dot(axes.up)};
+}
+
+void SliceView::fit() {
+  fitted_ = true;
+  if (!workbench_.has_volume()) return;
+  const WorldBox box = world_box(workbench_.session().volume().geometry());
+  const SliceAxes axes = this->axes();
+  centre_mm_ = box.centre_mm();
+  const double wide = std::abs(box.extent_mm().dot(axes.right)), high = std::abs(box.extent_mm().dot(axes.up));
+  mm_per_pixel_ = 1.04 * std::max({wide / std::max(width(), 1), high / std::max(height(), 1), 1e-6});
+  update();
+}
+
+void SliceView::centre_on_crosshair() {
+  fitted_ = false;
+  centre_mm_ = workbench_.view.crosshair_mm;
+  update();
+}
+
+void SliceView::resizeEvent(QResizeEvent* event) {
+  View::resizeEvent(event);
+  if (fitted_) fit();
+}
+
+void SliceView::create_painters() {
+  slice_painter_.create();
+  outline_painter_.create();
+  line_painter_.create();
+  disc_painter_.create();
+}
+
+void SliceView::destroy_painters() {
+  slice_painter_.destroy();
+  outline_painter_.destroy();
+  line_painter_.destroy();
+  disc_painter_.destroy();
+}
+
+Projection SliceView::projection() const {
+  const SliceAxes axes = this->axes();
+  Projection projection;
+  projection.viewport_px = viewport_px();
+  const double scale_x = 2 / (mm_per_pixel_ * width()), scale_y = 2 / (mm_per_pixel_ * height());
+  Eigen::Matrix4d clip = Eigen::Matrix4d::Zero();
+  clip.row(0).head<3>() = axes.right * scale_x;
+  clip.row(1).head<3>() = axes.up * scale_y;
+  clip(0, 3) = -axes.right.dot(centre_mm_) * scale_x;
+  clip(1, 3) = -axes.up.dot(centre_mm_) * scale_y;
+  clip(3, 3) = 1;  // everything at depth 0: the order of drawing decides
+  projection.clip_from_world = clip.cast<float>();
+  return projection;
+}
+
+void SliceView::prepare() {
+  slice_ = workbench_.drawn_slice(orientation_);
+  outlines_ = workbench_.view.show_meshes ? workbench_.drawn_outlines(orientation_) : nullptr;
+}
+
+void SliceView::paint() {
+  const Projection projection = this->projection();
+  begin_frame(projection, rgba_of(theme::kSliceBackground));
+  if (!workbench_.has_volume()) return;
+  const ViewState& view = workbench_.view;
+  if (slice_) slice_painter_.draw(projection, *slice_, true);
+  if (outlines_) draw_outlines(projection);
+  if (view.show_annotations) draw_crosshair(projection);
+  draw_points(projection);
+  draw_seed(projection);
+}
+
+void SliceView::draw_outlines(const Projection& projection) {
+  const float ratio = static_cast<float>(devicePixelRatio());
+  const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
+  for (const bool active : {false, true}) {  // the active one on top
+    for (std::size_t m = 0; m < meshes.size(); ++m) {
+      if (!meshes[m].visible || (meshes[m].id == workbench_.view.active_mesh) != active) continue;
+      outline_painter_.draw(projection, *outlines_, static_cast<int>(m), simplexseg::rgba_of(meshes[m].colour),
+                            (active ? 2.4f : 1.4f) * ratio);
+    }
+  }
+}
+
+// The other two slices' traces, with a gap around the crossing so that it hides nothing.
+void SliceView::draw_crosshair(const Projection& projection) {
+  const SliceAxes axes = this->axes();
+  const Eigen::Vector3d at = workbench_.view.crosshair_mm;
+  const double reach = mm_per_pixel_ * (width() + height()) + (at - centre_mm_).norm(), gap = 7 * mm_per_pixel_;
+  for (const Orientation other : kOrientations) {
+    if (other == orientation_) continue;
+    const int normal = slice_axes(other, Convention::Radiological).normal;
+    const Eigen::Vector3d along = std::abs(axes.right[normal]) > 0.5 ? axes.up : axes.right;
+    const Eigen::Vector3f ends[] = {(at - reach * along).cast<float>(), (at - gap * along).cast<float>(),
+                                    (at + gap * along).cast<float>(), (at + reach * along).cast<float>()};
+    line_painter_.draw(projection, ends, rgba_of(theme::slice_colour(other), 0.55f),
+                       static_cast<float>(devicePixelRatio()));
+  }
+}
+
+void SliceView::draw_points(const Projection& projection) {
+  std::vector<DiscPainter::Disc> discs;
+  const float ratio = static_cast<float>(devicePixelRatio());
+  for (const AttractionPoint& point : workbench_.scene().points) {
+    const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
+    const auto opacity = static_cast<float>(handle_opacity(distance_to_slice_mm(point.position_mm)));
+    if (!item || opacity <= 0) continue;
+    const bool selected = point.id == workbench_.view.selected_point,
+               hovered = point.id == workbench_.view.hovered_point;
+    const Rgba rim = selected ? rgba_of(theme::kSelected, opacity) : Rgba(1, 1, 1, opacity);
+    discs.push_back({point.position_mm.cast<float>(), simplexseg::rgba_of(item->colour, opacity), rim,
+                     (hovered ? 7.5f : 6.0f) * ratio});
+  }
+  disc_painter_.draw(projection, discs);
+}
+
+// The sphere that is being placed.
+void SliceView::draw_seed(const Projection& projection) {
+  if (drag_ != Drag::Seed) return;
+  constexpr int kSides = 72;
+  const SliceAxes axes = this->axes();
+  std::vector<Eigen::Vector3f> ends;
+  const auto at = [&](int side) -> Eigen::Vector3f {
+    const double angle = 2 * std::numbers::pi * side / kSides;
+    return (seed_centre_mm_ + seed_radius_mm_ * (std::cos(angle) * axes.right + std::sin(angle) * axes.up))
+        .cast<float>();
+  };
+  for (int side = 0; side < kSides; ++side) {
+    ends.push_back(at(side));
+    ends.push_back(at(side + 1));
+  }
+  line_painter_.draw(projection, ends, rgba_of(theme::kSelected), 1.6f * static_cast<float>(devicePixelRatio()));
+}
+
+QRectF SliceView::text_box() const { return QRectF(rect()).adjusted(7, 5, -7, -5); }
+
+QString SliceView::corner_text() const {
+  const char* names[] = {"x", "y", "z"};
+  return QString("%1   %2 = %3 mm").arg(title_of(orientation_), names[axes().normal]).arg(slice_mm(), 0, 'f', 1);
+}
+
+void SliceView::annotate(std::vector<Label>& labels) const {
+  const SliceAxes axes = this->axes();
+  const QRectF box = text_box();
+  const auto letter = [&](const Eigen::Vector3d& direction, int alignment) {
+    labels.push_back({box, alignment, QString(QChar(letter_of(direction))), theme::kText});
+  };
+  letter(-axes.right, Qt::AlignLeft | Qt::AlignVCenter);
+  letter(axes.right, Qt::AlignRight | Qt::AlignVCenter);
+  letter(axes.up, Qt::AlignHCenter | Qt::AlignTop);
+  letter(-axes.up, Qt::AlignHCenter | Qt::AlignBottom);
+  if (!workbench_.view.show_annotations) return;
+  labels.push_back({box, Qt::AlignLeft | Qt::AlignTop, corner_text(), theme::slice_colour(orientation_)});
+  QString note;
+  if (drag_ == Drag::Seed) {
+    note = tr("radius %1 mm").arg(seed_radius_mm_, 0, 'f', 1);
+  } else if (workbench_.view.window_level_armed) {
+    note = tr("window %1  level %2").arg(workbench_.view.window, 0, 'g', 4).arg(workbench_.view.level, 0, 'g', 4);
+  }
+  if (!note.isEmpty()) labels.push_back({box, Qt::AlignLeft | Qt::AlignBottom, note, theme::kSelected, false});
+}
+
+}  // namespace simplexseg

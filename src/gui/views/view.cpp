@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/views/view.h"
+
+#include <QAbstractSpinBox>
+#include <QApplication>
+#include <QLineEdit>
+
+#include "gui/look/theme.h"
+#include "gui/workbench/workbench.h"
+
+namespace simplexseg {
+
+View::View(Workbench& workbench, QWidget* parent) : QOpenGLWidget(parent), workbench_(workbench) {
+  setMouseTracking(true);
+  setFocusPolicy(Qt::StrongFocus);
+  setMinimumSize(160, 120);
+  const auto repaint = [this] { update(); };
+  connect(&workbench_, &Workbench::scene_changed, this, repaint);
+  connect(&workbench_, &Workbench::pose_changed, this, repaint);
+  // While the simulation runs its next frame shows the point: a picture before that would hold it up.
+  connect(&workbench_, &Workbench::point_moved, this, [this] {
+    if (!workbench_.running()) update();
+  });
+  connect(&workbench_, &Workbench::view_changed, this, repaint);
+  connect(&workbench_, &Workbench::volume_changed, this, [this] { fit(); });
+}
+
+View::~View() = default;
+
+void View::release() {
+  if (!ready_) return;
+  makeCurrent();
+  destroy_painters();
+  label_painter_.destroy();
+  workbench_.buffers.detach(this);
+  doneCurrent();
+  ready_ = false;
+}
+
+Eigen::Vector2f View::viewport_px() const {
+  const double ratio = devicePixelRatio();
+  return {static_cast<float>(width() * ratio), static_cast<float>(height() * ratio)};
+}
+
+void View::initializeGL() {
+  try {
+    load_gl();
+    create_painters();
+    label_painter_.create();
+    workbench_.buffers.attach(this);
+    ready_ = true;
+  } catch (const std::exception& error) {
+    workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
+  }
+}
+
+void View::paintGL() {
+  if (!ready_) return;
+  emit painted();
+  if (workbench_.has_volume()) prepare();
+  workbench_.buffers.begin_reading();
+  paint();
+  std::vector<Label> labels;
+  if (workbench_.has_volume()) {
+    annotate(labels);
+  } else {
+    labels.push_back(
+        {rect(), Qt::AlignCenter, tr("Open a volume: Ctrl+O,\nor drop a file here"), theme::kDimText, false});
+  }
+  const double ratio = devicePixelRatio();
+  label_painter_.draw(size() * ratio, ratio, font(), labels);
+  end_frame();
+  workbench_.buffers.end_reading(this);
+}
+
+// Keys act in the view under the mouse, unless something is being typed.
+void View::enterEvent(QEnterEvent* event) {
+  QWidget* focus = QApplication::focusWidget();
+  if (!qobject_cast<QLineEdit*>(focus) && !qobject_cast<QAbstractSpinBox*>(focus)) setFocus(Qt::MouseFocusReason);
+  QOpenGLWidget::enterEvent(event);
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <QOpenGLWidget>
+
+#include "gui/drawing/label_painter.h"
+
+namespace simplexseg {
+
+class Workbench;
+
+/// What the four views have in common: an OpenGL surface that repaints when the workbench has changed.
+class View : public QOpenGLWidget {
+  Q_OBJECT
+ public:
+  View(Workbench& workbench, QWidget* parent);
+  ~View() override;
+
+  /// The whole volume in view.
+  virtual void fit() = 0;
+  virtual void centre_on_crosshair() = 0;
+
+ signals:
+  void maximise_wanted();
+  void painted();
+
+ protected:
+  virtual void create_painters() = 0;
+  virtual void destroy_painters() = 0;
+  /// Brings the shared buffers that it will draw from up to date. Before anything is drawn: what is written in between
+  /// would cut the frame in two.
+  virtual void prepare() = 0;
+  virtual void paint() = 0;
+  /// Text over the picture.
+  virtual void annotate(std::vector<Label>& labels) const = 0;
+
+  void initializeGL() override;
+  void paintGL() override;
+  void enterEvent(QEnterEvent* event) override;
+  /// Every derived view calls it in its destructor: the objects need the context.
+  void release();
+
+  Eigen::Vector2f viewport_px() const;
+  Workbench& workbench_;
+
+ private:
+  LabelPainter label_painter_;
+  bool ready_ = false;
+};
+
+}  // namespace simplexseg

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/window/file_actions.h"
+
+#include <QAction>
+#include <QFileDialog>
+#include <QFileInfo>
+#include <QMessageBox>
+#include <QMimeData>
+#include <QUrl>
+#include <memory>
+
+#include "core/error.h"
+#include "session/label_map.h"
+#include "gui/input/action_table.h"
+#include "gui/workbench/background_job.h"
+#include "gui/panels/widgets.h"
+#include "gui/workbench/workbench.h"
+#include "io/mesh_io.h"
+#include "io/scene_io.h"
+#include "io/volume_io.h"
+#include "step/simulation_parameters.h"
+
+namespace simplexseg {
+namespace {
+
+// Paths may hold anything that the file system takes: never through the local 8-bit encoding.
+std::filesystem::path to_path(const QString& text) { return std::filesystem::path(text.toStdU16String()); }
+QString to_text(const std::filesystem::path& path) { return QString::fromStdU16String(path.u16string()); }
+
+const char* kVolumeFilter =
+    "Volumes and scenes (*.nii *.nii.gz *.hdr *.img *.nrrd *.nhdr *.mha *.mhd *.mnc *.dcm *.json);;All files (*)";
+
+}  // namespace
+
+LoadedInput load_input(const std::filesystem::path& path) {
+  LoadedInput input;
+  std::filesystem::path volume = path;
+  if (path.extension() == ".json") {
+    SceneFile file = read_scene(path);
+    input.scene = std::move(file.scene);
+    volume = file.volume;
+  } else {
+    input.scene.volume_path = std::filesystem::absolute(path).string();
+    input.scene.simulation = default_simulation_parameters();
+  }
+  if (!volume.empty()) {
+    LoadedVolume loaded = load_volume(volume);
+    input.volume = std::move(loaded.volume);
+    input.warnings = std::move(loaded.warnings);
+  }
+  try {
+    input.references = References(input.scene, path.parent_path(), input.volume.geometry());
+  } catch (const Error& error) {
+    input.warnings.emplace_back(error.what());
+  }
+  return input;
+}
+
+FileActions::FileActions(Workbench& workbench, BackgroundJob& job, ActionTable& actions, QWidget& window)
+    : QObject(&window), workbench_(workbench), job_(job), actions_(actions), window_(window) {
+  actions.on(Act::Open, [this] { choose_and_open(); });
+  actions.on(Act::OpenFolder, [this] { choose_and_open_folder(); });
+  actions.on(Act::SaveScene, [this] { save_scene(); });
+  actions.on(Act::SaveSceneAs, [this] { save_scene_as(); });
+  actions.on(Act::SaveLabels, [this] { choose_and_save_labels(); });
+  actions.on(Act::SaveMeshes, [this] { choose_and_save_meshes(); });
+  connect(&workbench_, &Workbench::scene_changed, this, &FileActions::enable_actions);
+  connect(&job_, &BackgroundJob::started, this, &FileActions::enable_actions);
+  connect(&job_, &BackgroundJob::succeeded, this, &FileActions::enable_actions);
+  connect(&job_, &BackgroundJob::failed, this, &FileActions::enable_actions);
+  enable_actions();
+}
+
+void FileActions::enable_actions() {
+  const QString why_busy = tr("Wait for what is being loaded or saved");
+  const bool volume = workbench_.has_volume(), meshes = !workbench_.scene().meshes.empty();
+  for (const Act act : {Act::Open, Act::OpenFolder}) set_enabled(actions_[act], !job_.busy(), why_busy);
+  for (const Act act : {Act::SaveScene, Act::SaveSceneAs})
+    set_enabled(actions_[act], volume, tr("There is nothing to save yet"));
+  for (const Act act : {Act::SaveLabels, Act::SaveMeshes}) {
+    set_enabled(actions_[act], meshes && !job_.busy(), meshes ? why_busy : tr("There is no mesh to save yet"));
+  }
+}
+
+void FileActions::open(const QString& path) {
+  if (path.isEmpty() || job_.busy() || !may_discard()) return;
+  auto input = std::make_shared<LoadedInput>();
+  const std::filesystem::path file = to_path(path);
+  job_.start(
+      tr("Loading %1...").arg(QFileInfo(path).fileName()), [=] { *input = load_input(file); },
+      [=, this] {
+        try {
+          take(std::move(*input), file);
+        } catch (const std::exception& error) {
+          workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
+        }
+      });
+}
+
+void FileActions::take(LoadedInput input, const std::filesystem::path& path) {
+  workbench_.open(std::move(input.scene), std::move(input.volume), std::move(input.references));
+  last_path_ = to_text(path);
+  scene_path_ = path.extension() == ".json" ? to_text(path) : QString();
+  if (!input.warnings.empty()) {
+    QString text = QString::fromUtf8(input.warnings.front().c_str());
+    if (input.warnings.size() > 1) text += tr(" (and %1 more)").arg(input.warnings.size() - 1);
+    workbench_.say(Severity::Warning, text);
+  }
+  emit name_changed();
+}
+
+bool FileActions::may_discard() {
+  if (!workbench_.has_unsaved_changes()) return true;
+  const auto answer = QMessageBox::question(&window_, tr("Unsaved changes"), tr("Save the changes to the scene first?"),
+                                            QMessageBox::Save | QMessageBox::Discard | QMessageBox::Cancel);
+  if (answer == QMessageBox::Save) return save_scene();
+  return answer == QMessageBox::Discard;
+}
+
+QString FileActions::scene_name() const {
+  return QFileInfo(scene_path_.isEmpty() ? last_path_ : scene_path_).fileName();
+}
+
+QString FileActions::folder_of_last_file() const {
+  return last_path_.isEmpty() ? QString() : QFileInfo(last_path_).absolutePath();
+}
+
+void FileActions::choose_and_open() {
+  open(QFileDialog::getOpenFileName(&window_, tr("Open a volume or a scene"), folder_of_last_file(), kVolumeFilter));
+}
+
+void FileActions::choose_and_open_folder() {
+  open(QFileDialog::getExistingDirectory(&window_, tr("Open a folder with a DICOM series"), folder_of_last_file()));
+}
+
+bool FileActions::save_scene() { return scene_path_.isEmpty() ? save_scene_as() : save_scene_to(scene_path_); }
+
+bool FileActions::save_scene_as() {
+  QString path = QFileDialog::getSaveFileName(&window_, tr("Save the scene"), folder_of_last_file() + "/scene.json",
+                                              tr("Scenes (*.json)"));
+  if (path.isEmpty()) return false;
+  if (!path.endsWith(".json")) path += ".json";
+  return save_scene_to(path);
+}
+
+bool FileActions::save_scene_to(const QString& path) {
+  try {
+    write_scene(to_path(path), workbench_.session().scene());
+  } catch (const std::exception& error) {
+    workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
+    return false;
+  }
+  scene_path_ = last_path_ = path;
+  workbench_.mark_saved();
+  workbench_.say(Severity::Note, tr("Saved %1").arg(path));
+  emit name_changed();
+  return true;
+}
+
+void FileActions::choose_and_save_labels() {
+  QString path = QFileDialog::getSaveFileName(&window_, tr("Save the labels"), folder_of_last_file() + "/labels.nii.gz",
+                                              tr("Label volumes (*.nii.gz *.nii *.nrrd *.mha)"));
+  if (!path.isEmpty() && QFileInfo(path).suffix().isEmpty()) path += ".nii.gz";
+  if (!path.isEmpty()) save_labels_to(path);
+}
+
+void FileActions::save_labels_to(const QString& path) {
+  const VolumeGeometry geometry = workbench_.session().volume().geometry();
+  auto shared_voxels = std::make_shared<std::size_t>(0);
+  job_.start(
+      tr("Saving %1...").arg(QFileInfo(path).fileName()),
+      [=, scene = workbench_.session().scene(), file = to_path(path)] {
+        const LabelMap map = make_label_map(scene, geometry);
+        write_labels(file, map.labels);
+        *shared_voxels = map.shared_voxels;
+      },
+      [=, this] {
+        const QString shared =
+            *shared_voxels == 0
+                ? QString()
+                : tr("; %1 voxels lie in several meshes: the first in the list has them").arg(*shared_voxels);
+        workbench_.say(Severity::Note, tr("Saved %1%2").arg(path, shared));
+      });
+}
+
+void FileActions::choose_and_save_meshes() {
+  const QString folder =
+      QFileDialog::getExistingDirectory(&window_, tr("Save each mesh into a folder"), folder_of_last_file());
+  if (!folder.isEmpty()) save_meshes_to(folder);
+}
+
+void FileActions::save_meshes_to(const QString& folder) {
+  job_.start(
+      tr("Saving meshes..."),
+      [scene = workbench_.session().scene(), directory = to_path(folder)] {
+        for (const MeshItem& item : scene.meshes) {
+          std::string name = item.name;
+          for (char& c : name) {
+            if (c == '/' || c == '\\' || c == ':' || static_cast<unsigned char>(c) < 32) c = '_';
+          }
+          // Names need not differ; files must.
+          for (const MeshItem& other : scene.meshes) {
+            if (other.id != item.id && other.name == item.name) {
+              name.append("-").append(std::to_string(item.id));
+              break;
+            }
+          }
+          write_mesh(directory / std::filesystem::path(QString::fromStdString(name + ".ply").toStdU16String()),
+                     item.mesh);
+        }
+      },
+      [=, this] {
+        workbench_.say(Severity::Note, tr("Saved %1 meshes to %2").arg(workbench_.scene().meshes.size()).arg(folder));
+      });
+}
+
+QString FileActions::dropped_path(const QMimeData* data) {
+  if (!data || !data->hasUrls()) return {};
+  for (const QUrl& url : data->urls()) {
+    if (url.isLocalFile()) return url.toLocalFile();
+  }
+  return {};
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <QObject>
+#include <QString>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "session/scene.h"
+#include "image/volume.h"
+#include "io/references.h"
+
+class QMimeData;
+class QWidget;
+
+namespace simplexseg {
+
+class ActionTable;
+class BackgroundJob;
+class Workbench;
+
+/// What a file on disk turns into: a scene, its volume and the references that its meshes name.
+struct LoadedInput {
+  Scene scene;
+  Volume volume;
+  References references;
+  std::vector<std::string> warnings;
+};
+/// Reads a scene (.json), a volume or a DICOM folder; a volume makes a scene without meshes. Throws Error; a
+/// reference that cannot be read is a warning.
+LoadedInput load_input(const std::filesystem::path& path);
+
+/// Open and save, each with its dialog; long work goes to the background.
+class FileActions : public QObject {
+  Q_OBJECT
+ public:
+  FileActions(Workbench& workbench, BackgroundJob& job, ActionTable& actions, QWidget& window);
+
+  /// Loads in the background and opens; asks about unsaved changes first.
+  void open(const QString& path);
+  /// Opens what was loaded; `path`: where from. Throws Error.
+  void take(LoadedInput input, const std::filesystem::path& path);
+  /// False when the user wants to stay.
+  bool may_discard();
+  QString scene_name() const;
+
+  // Each says what it did or what went wrong; false when it failed or was called off.
+  bool save_scene();
+  bool save_scene_as();
+  bool save_scene_to(const QString& path);
+  void save_labels_to(const QString& path);
+  void save_meshes_to(const QString& folder);
+
+  /// The first file of a drop; empty when there is none.
+  static QString dropped_path(const QMimeData* data);
+
+ signals:
+  void name_changed();
+
+ private:
+  void enable_actions();
+  void choose_and_open();
+  void choose_and_open_folder();
+  void choose_and_save_labels();
+  void choose_and_save_meshes();
+  QString folder_of_last_file() const;
+
+  Workbench& workbench_;
+  BackgroundJob& job_;
+  ActionTable& actions_;
+  QWidget& window_;
+  QString scene_path_;  ///< empty until saved or opened
+  QString last_path_;
+};
+
+}  // namespace simplexseg

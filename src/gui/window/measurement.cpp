@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/window/measurement.h"
+
+#include <QApplication>
+#include <QEventLoop>
+#include <QJsonDocument>
+#include <QJsonObject>
+#include <QMouseEvent>
+#include <QTimer>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/error.h"
+#include "gui/workbench/frame_loop.h"
+#include "gui/window/main_window.h"
+#include "gui/views/slice_view.h"
+#include "gui/workbench/workbench.h"
+#include "step/simulation_parameters.h"
+
+namespace simplexseg {
+namespace {
+
+void wait_until_s(double due_s) {
+  const int ms = static_cast<int>(std::ceil(std::max(0.0, due_s - FrameStatistics::now_s()) * 1e3));
+  QEventLoop loop;
+  QTimer::singleShot(ms, Qt::PreciseTimer, &loop, &QEventLoop::quit);
+  loop.exec();
+}
+
+void post_mouse(QWidget& widget, QEvent::Type type, const QPointF& at, Qt::MouseButton button, Qt::MouseButtons held,
+                Qt::KeyboardModifiers modifiers = {}) {
+  QApplication::postEvent(&widget, new QMouseEvent(type, at, widget.mapToGlobal(at), button, held, modifiers));
+}
+
+/// A point in the axial slice, within the view: the scene's first, else a new one on the first mesh's sphere.
+ItemId point_to_drag(Workbench& bench, SliceView& view) {
+  if (bench.scene().points.empty()) {
+    const MeshItem& mesh = bench.scene().meshes.front();
+    bench.set_active_mesh(mesh.id);
+    bench.set_crosshair(mesh.seed.centre_mm);
+    const QPointF at = view.pixel_of(bench.view.crosshair_mm + Eigen::Vector3d(mesh.seed.radius_mm, 0, 0));
+    post_mouse(view, QEvent::MouseButtonPress, at, Qt::LeftButton, Qt::LeftButton, Qt::ShiftModifier);
+    post_mouse(view, QEvent::MouseButtonRelease, at, Qt::LeftButton, Qt::NoButton, Qt::ShiftModifier);
+    wait_until_s(FrameStatistics::now_s() + 0.1);
+  } else {
+    bench.set_crosshair(bench.scene().points.front().position_mm);
+  }
+  return bench.scene().points.empty() ? 0 : bench.scene().points.front().id;
+}
+
+/// Drags until `end_s`; returns how many bytes the start of it read back (the undo history takes the poses).
+std::uint64_t drag_point(MainWindow& window, ItemId point, double end_s) {
+  Workbench& bench = window.workbench();
+  SliceView& view = window.slice(0);
+  const AttractionPoint* item = bench.scene().find_point(point);
+  if (!item) return 0;
+  const QPointF handle = view.pixel_of(item->position_mm);
+  const std::uint64_t before = bench.session().engine().bytes_read_back();
+  std::uint64_t at_start = 0;
+  post_mouse(view, QEvent::MouseButtonPress, handle, Qt::LeftButton, Qt::LeftButton);
+  QPointF at = handle;
+  double due_s = FrameStatistics::now_s();
+  for (int n = 1;; ++n) {
+    // No multiple of any frame rate. What came while the program was busy comes at once, as from a real mouse.
+    due_s += 0.026 + 0.008 * std::fmod(n * 0.618, 1.0);
+    if (due_s > end_s) break;
+    if (due_s > FrameStatistics::now_s()) wait_until_s(due_s);
+    if (n == 2) at_start = bench.session().engine().bytes_read_back() - before;
+    at = handle + 15 * QPointF(1 - std::cos(0.35 * n), std::sin(0.35 * n));
+    window.loop().expect_move(due_s);
+    post_mouse(view, QEvent::MouseMove, at, Qt::NoButton, Qt::LeftButton);
+    QCoreApplication::sendPostedEvents(&view);
+  }
+  wait_until_s(end_s);
+  post_mouse(view, QEvent::MouseButtonRelease, at, Qt::LeftButton, Qt::NoButton);
+  wait_until_s(FrameStatistics::now_s());
+  return at_start;
+}
+
+QJsonObject spread_ms(const std::vector<double>& seconds) {
+  return {{"median", 1e3 * percentile(seconds, 0.5)},
+          {"p99", 1e3 * percentile(seconds, 0.99)},
+          {"count", static_cast<qint64>(seconds.size())}};
+}
+
+QJsonObject describe(const FrameStatistics::Record& record) {
+  const auto frames = static_cast<double>(record.frame_s.size());
+  const double seconds = std::accumulate(record.frame_s.begin(), record.frame_s.end(), 0.0);
+  QJsonObject json{{"frames", static_cast<qint64>(frames)},
+                   {"frames_per_second", seconds > 0 ? frames / seconds : 0},
+                   {"frame_ms", spread_ms(record.frame_s)},
+                   {"steps_per_frame", frames > 0 ? static_cast<double>(record.steps) / frames : 0},
+                   {"step_us", record.steps > 0 ? 1e6 * record.step_seconds / static_cast<double>(record.steps) : 0}};
+  if (!record.latency_s.empty()) json["latency_ms"] = spread_ms(record.latency_s);
+  if (!record.response_s.empty()) json["response_ms"] = spread_ms(record.response_s);
+  return json;
+}
+
+FrameStatistics::Record joined(FrameStatistics::Record a, const FrameStatistics::Record& b) {
+  const auto append = [](std::vector<double>& to, const std::vector<double>& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  append(a.frame_s, b.frame_s);
+  append(a.latency_s, b.latency_s);
+  append(a.response_s, b.response_s);
+  a.steps += b.steps;
+  a.step_seconds += b.step_seconds;
+  return a;
+}
+
+}  // namespace
+
+QByteArray measure(MainWindow& window, double seconds) {
+  Workbench& bench = window.workbench();
+  if (bench.scene().meshes.empty()) throw Error("measurement", "there is no mesh to run", "give a scene with one");
+  FrameStatistics& statistics = window.loop().statistics();
+  const auto bytes = [&] { return bench.session().engine().bytes_read_back(); };
+  bench.apply(SetSimulationParameter{find_parameter(simulation_table(), "rest_tolerance"), 0});
+  wait_until_s(FrameStatistics::now_s() + 0.2);
+  // A force without its reference would not act.
+  std::vector<ItemId> unrecorded;
+  for (const MeshItem& item : bench.scene().meshes) {
+    if (item.parameters.weight(ForceId::IntensityProfile) > 0 && item.profiles.empty()) unrecorded.push_back(item.id);
+  }
+  for (const ItemId mesh : unrecorded) bench.apply(RecordProfiles{mesh});
+  const ItemId point = point_to_drag(bench, window.slice(0));
+  bench.run();
+  wait_until_s(FrameStatistics::now_s() + 1);
+
+  const double start_s = FrameStatistics::now_s();
+  const std::uint64_t bytes_at_start = bytes();
+  statistics.start_recording();
+  wait_until_s(start_s + seconds / 2);
+  const FrameStatistics::Record simulating = statistics.stop_recording();
+  const std::uint64_t bytes_between = bytes();
+  statistics.start_recording();
+  const std::uint64_t bytes_to_begin = drag_point(window, point, start_s + seconds);
+  const FrameStatistics::Record dragging = statistics.stop_recording();
+  const std::uint64_t bytes_at_end = bytes();
+
+  QJsonObject json = describe(joined(simulating, dragging));
+  qint64 vertices = 0;
+  for (const MeshItem& item : bench.scene().meshes) vertices += item.mesh.vertex_count();
+  json["renderer"] = QString::fromStdString(bench.buffers.renderer());
+  json["backend"] = bench.session().engine().backend();
+  json["device"] = QString::fromStdString(bench.session().engine().description());
+  json["display"] = bench.buffers.on_device() ? "device" : "upload";
+  json["size"] = QString("%1x%2").arg(window.width()).arg(window.height());
+  json["meshes"] = static_cast<qint64>(bench.scene().meshes.size());
+  json["vertices"] = vertices;
+  json["bytes_read_back"] = static_cast<qint64>(bytes_at_end - bytes_at_start);
+  QJsonObject first = describe(simulating), second = describe(dragging);
+  first["bytes_read_back"] = static_cast<qint64>(bytes_between - bytes_at_start);
+  second["bytes_read_back_to_begin"] = static_cast<qint64>(bytes_to_begin);
+  second["bytes_read_back"] = static_cast<qint64>(bytes_at_end - bytes_between - bytes_to_begin);
+  json["simulating"] = first;
+  json["dragging"] = second;
+  return QJsonDocument(json).toJson(QJsonDocument::Indented);
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <QObject>
+#include <QTimer>
+#include <optional>
+
+#include "gui/workbench/frame_statistics.h"
+
+namespace simplexseg {
+
+class Workbench;
+
+/// Gives the simulation a fixed time in each frame, then lets the views repaint once; the next frame begins when that
+/// picture is on the screen. Stands still when nothing moves, and starts again when an action arrives.
+class FrameLoop : public QObject {
+  Q_OBJECT
+ public:
+  explicit FrameLoop(Workbench& workbench);
+  /// One frame: simulation.frame_budget ms of steps, one refresh.
+  void tick();
+  /// A view begins to paint; what it painted is on the screen.
+  void view_painted() { statistics_.painted(); }
+  void view_shown();
+  bool at_rest() const { return at_rest_; }
+  /// False while nothing can move: paused, at rest, no mesh.
+  bool active() const { return timer_.isActive(); }
+  /// Smoothed over some frames; 0 when nothing has run yet.
+  double steps_per_second() const { return steps_per_second_; }
+  double step_ms() const { return step_ms_; }
+  FrameStatistics& statistics() { return statistics_; }
+  const FrameStatistics& statistics() const { return statistics_; }
+  /// The movement of the mouse that will move a point next came at this time (FrameStatistics::now_s), and waited
+  /// since.
+  void expect_move(double since_s) { move_since_s_ = since_s; }
+
+ signals:
+  void ticked();
+
+ private:
+  void wake();
+  void note_move();
+
+  Workbench& workbench_;
+  QTimer timer_;
+  FrameStatistics statistics_;
+  std::optional<double> move_since_s_;
+  bool at_rest_ = false;
+  double steps_per_second_ = 0, step_ms_ = 0;
+  double last_tick_s_ = 0;
+};
+
+}  // namespace simplexseg

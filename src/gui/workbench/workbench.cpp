@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/workbench/workbench.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+
+namespace simplexseg {
+
+Workbench::Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare)
+    : session_(std::move(engine), std::move(spare)) {
+  settle_.setSingleShot(true);
+  settle_.setInterval(250);
+  connect(&settle_, &QTimer::timeout, this, &Workbench::scene_changed);
+  connect(&cuts_, &RepeatedWarning::tell, this, [this](const QString& text) { say(Severity::Warning, text); });
+}
+
+void Workbench::open(Scene scene, Volume volume, References references) {
+  session_.open(std::move(scene), std::move(volume));
+  references_ = std::move(references);
+  cuts_.forget();
+  set_running(false);
+  paused_by_user_ = false;
+  drawing_failed_ = false;
+  settle_.stop();
+  mark_saved();
+  const std::vector<MeshItem>& meshes = this->scene().meshes;
+  view.active_mesh = meshes.empty() ? 0 : meshes.front().id;
+  view.selected_point = view.hovered_point = 0;
+  buffers.forget_slices();
+  if (has_volume()) {
+    const VolumeGeometry& geometry = session_.volume().geometry();
+    view.crosshair_mm = snap_to_voxel(geometry, meshes.empty() ? geometry.centre_mm() : meshes.front().seed.centre_mm);
+    set_automatic_contrast();
+  }
+  emit restarted();
+  emit volume_changed();
+  emit scene_changed();
+  emit view_changed();
+  announce();
+}
+
+bool Workbench::apply(const Command& command, ItemId* added) {
+  ItemId id = 0;
+  try {
+    id = session_.apply(command);
+  } catch (const std::exception& error) {
+    say(Severity::Failure, QString::fromUtf8(error.what()));
+    return false;
+  }
+  if (added) *added = id;
+  if (id != 0 && std::holds_alternative<AddMesh>(command)) view.active_mesh = id;
+  if (id != 0 && std::holds_alternative<AddAttractionPoint>(command)) view.selected_point = id;
+  forget_missing_items();
+  if (std::holds_alternative<AddAttractionPoint>(command) && !running_ && !paused_by_user_) set_running(true);
+  if (std::holds_alternative<ResetPose>(command)) emit restarted();
+  const auto* move = std::get_if<MoveAttractionPoint>(&command);
+  if (move) emit point_moved();
+  if (move && move->continues) {
+    // A drag comes with every frame; panels that were rebuilt as often would hold it up.
+    if (!settle_.isActive()) settle_.start();
+  } else {
+    settle_.stop();
+    emit scene_changed();
+    emit view_changed();
+  }
+  announce();
+  return true;
+}
+
+void Workbench::announce() {
+  const std::optional<std::string> notice = session_.take_notice();
+  if (!notice) return;
+  say(Severity::Warning, QString::fromStdString(*notice));
+  emit scene_changed();
+}
+
+void Workbench::forget_missing_items() {
+  if (!scene().find_mesh(view.active_mesh)) view.active_mesh = scene().meshes.empty() ? 0 : scene().meshes.front().id;
+  if (!scene().find_point(view.selected_point)) view.selected_point = 0;
+  if (!scene().find_point(view.hovered_point)) view.hovered_point = 0;
+}
+
+void Workbench::report(const Advance& advance) {
+  cuts_.add(advance.cuts);
+  if (advance.steps > 0) emit advanced(advance);
+  if (advance.steps > 0 || advance.refined) emit pose_changed();
+  if (advance.failure) {
+    set_running(false);
+    say(Severity::Failure, QString::fromStdString(*advance.failure));
+  }
+  announce();
+}
+
+Advance Workbench::advance(double seconds) {
+  Advance done;
+  try {
+    done = session_.advance(seconds);
+  } catch (const std::exception& error) {
+    done.failure = error.what();
+  }
+  report(done);
+  return done;
+}
+
+Advance Workbench::advance_steps(int steps, bool stop_at_rest) {
+  Advance done;
+  try {
+    done = session_.advance_steps(steps, stop_at_rest);
+  } catch (const std::exception& error) {
+    done.failure = error.what();
+  }
+  report(done);
+  return done;
+}
+
+void Workbench::set_running(bool running) {
+  if (running_ == running) return;
+  running_ = running;
+  emit running_changed();
+}
+
+void Workbench::run() {
+  paused_by_user_ = false;
+  set_running(true);
+}
+
+void Workbench::pause() {
+  paused_by_user_ = true;
+  set_running(false);
+}
+
+void Workbench::set_crosshair(const Eigen::Vector3d& world_mm) {
+  if (!has_volume() || !world_mm.allFinite()) return;
+  view.crosshair_mm = snap_to_voxel(session_.volume().geometry(), world_mm);
+  view_edited();
+}
+
+void Workbench::set_active_mesh(ItemId mesh) {
+  if (mesh == view.active_mesh || !scene().find_mesh(mesh)) return;
+  view.active_mesh = mesh;
+  emit scene_changed();
+  emit view_changed();
+}
+
+void Workbench::set_automatic_contrast() {
+  if (!has_volume()) return;
+  const Volume::Range range = contrast_range(session_.volume());
+  view.window = range.max - range.min;
+  view.level = (range.max + range.min) / 2;
+  view_edited();
+}
+
+void Workbench::mark_saved() {
+  saved_log_ = session_.log().size();
+  saved_steps_ = session_.total_steps();
+}
+
+const SceneBuffers* Workbench::drawn_surfaces() {
+  return draw([this] { buffers.update_surfaces(session_, view); }) ? &buffers : nullptr;
+}
+
+const SceneBuffers::Outlines* Workbench::drawn_outlines(Orientation orientation) {
+  const SceneBuffers::Outlines* outlines = nullptr;
+  draw([&] { outlines = &buffers.update_outlines(session_, view, orientation); });
+  return outlines;
+}
+
+const SceneBuffers::Slice* Workbench::drawn_slice(Orientation orientation) {
+  const SceneBuffers::Slice* slice = nullptr;
+  draw([&] { slice = &buffers.update_slice(session_, view, orientation); });
+  return slice;
+}
+
+// While a view paints no signal may be given that changes the window: those are queued.
+bool Workbench::draw(const std::function<void()>& draw) {
+  if (drawing_failed_) return false;
+  const std::string before = buffers.how();
+  const auto later = [this](auto&& act) { QMetaObject::invokeMethod(this, act, Qt::QueuedConnection); };
+  try {
+    try {
+      draw();
+    } catch (const DeviceError& failure) {
+      session_.lose_engine(failure);
+      draw();
+      later([this] { announce(); });
+    }
+  } catch (const std::exception& error) {
+    drawing_failed_ = true;
+    later([this, why = QString::fromUtf8(error.what())] {
+      set_running(false);
+      say(Severity::Failure, why);
+    });
+  }
+  if (buffers.how() != before) later([this] { emit drawing_changed(); });
+  return !drawing_failed_;
+}
+
+Volume::Range contrast_range(const Volume& volume) {
+  constexpr std::size_t kSamples = 200000;
+  std::vector<float> values;
+  visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
+    const std::span<const T> voxels = volume.voxels<T>();
+    // An odd stride, so that the samples do not all lie in one column.
+    const std::size_t stride = voxels.size() / kSamples | 1;
+    for (std::size_t n = 0; n < voxels.size(); n += stride) {
+      const float value = static_cast<float>(voxels[n]);
+      if (std::isfinite(value)) values.push_back(value);
+    }
+  });
+  if (values.empty()) return {0, 1};
+  std::sort(values.begin(), values.end());
+  // Air at -1000 and bone above 300 are Hounsfield units: the usual window for soft tissue (level 40, window 400).
+  if (values[values.size() / 20] <= -900 && values.back() >= 300 && values.back() <= 40000) return {-160, 240};
+  // Air or padding, the lowest value, often fills most of a volume and says nothing of the rest.
+  const auto first = std::upper_bound(values.begin(), values.end(), values.front());
+  const auto count = values.end() - first;
+  const double low = values[values.size() / 100];
+  const double high = count == 0 ? values.back() : *(first + static_cast<std::ptrdiff_t>(0.995 * (count - 1)));
+  return high > low ? Volume::Range{low, high} : Volume::Range{low - 0.5, low + 0.5};
+}
+
+}  // namespace simplexseg

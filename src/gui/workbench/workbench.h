@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <QObject>
+#include <QString>
+#include <QTimer>
+#include <functional>
+#include <memory>
+
+#include "session/session.h"
+#include "gui/workbench/repeated_warning.h"
+#include "gui/drawing/scene_buffers.h"
+#include "gui/look/view_state.h"
+#include "io/references.h"
+
+namespace simplexseg {
+
+enum class Severity { Note, Warning, Failure };
+
+/// What all parts of the window work on: the session, what is looked at, and whether the simulation runs. The signals
+/// tell which of the three has changed; whoever shows it reads it anew. Lives in the main thread.
+class Workbench : public QObject {
+  Q_OBJECT
+ public:
+  /// `spare`: as of Session.
+  explicit Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare = {});
+
+  const Session& session() const { return session_; }
+  /// All but the poses, which stay where the engine has them: whoever needs these asks session().scene().
+  const Scene& scene() const { return session_.scene_without_poses(); }
+  bool has_volume() const { return !session_.volume().empty(); }
+  const MeshItem* active_mesh() const { return scene().find_mesh(view.active_mesh); }
+
+  /// The truths of the scene's meshes, those that could be read.
+  const References& references() const { return references_; }
+
+  /// Throws Error as Session::open does. Crosshair, window and level are set to suit the volume.
+  void open(Scene scene, Volume volume, References references = {});
+  /// Carries out a user action; an Error becomes a message. Returns false then. A point that is placed starts the
+  /// simulation unless the user has paused it. `added`: id of the item that the command added.
+  bool apply(const Command& command, ItemId* added = nullptr);
+  /// Steps (Session::advance); a failure pauses and becomes a message.
+  Advance advance(double seconds);
+  Advance advance_steps(int steps, bool stop_at_rest = false);
+
+  bool running() const { return running_; }
+  void run();
+  /// By the user: a point that is placed does not start it again.
+  void pause();
+
+  /// Edit it, then call view_edited().
+  ViewState view;
+  void view_edited() { emit view_changed(); }
+  /// Snapped to a voxel centre where voxels run along the patient's axes; clamped to the volume.
+  void set_crosshair(const Eigen::Vector3d& world_mm);
+  void set_active_mesh(ItemId mesh);
+  void set_automatic_contrast();
+
+  /// Something would be lost by leaving.
+  bool has_unsaved_changes() const {
+    return saved_log_ != session_.log().size() || saved_steps_ != session_.total_steps();
+  }
+  void mark_saved();
+  void say(Severity severity, const QString& text) { emit message(severity, text); }
+
+  SceneBuffers buffers;
+  /// For a view while it paints: the surfaces in the session's present pose, a slice through the crosshair (there must
+  /// be a volume). Null when they cannot be drawn, which becomes a message.
+  const SceneBuffers* drawn_surfaces();
+  const SceneBuffers::Outlines* drawn_outlines(Orientation orientation);
+  const SceneBuffers::Slice* drawn_slice(Orientation orientation);
+
+ signals:
+  void scene_changed();    ///< meshes, points, parameters, undo history; poses too
+  void pose_changed();     ///< poses only
+  void advanced(const simplexseg::Advance& done);  ///< before pose_changed
+  void restarted();        ///< a scene was opened, or meshes went back to their spheres
+  void point_moved();      ///< an attraction point; while it is dragged scene_changed follows only now and then
+  void drawing_changed();  ///< how the buffers are drawn
+  void view_changed();
+  void volume_changed();
+  void running_changed();
+  void message(simplexseg::Severity severity, const QString& text);
+
+ private:
+  void forget_missing_items();
+  void report(const Advance& advance);
+  void announce();
+  bool draw(const std::function<void()>& draw);
+  void set_running(bool running);
+
+  Session session_;
+  References references_;
+  RepeatedWarning cuts_;
+  QTimer settle_;  ///< until the panels follow a drag
+  bool drawing_failed_ = false;
+  bool running_ = false;
+  bool paused_by_user_ = false;
+  std::size_t saved_log_ = 0;
+  std::int64_t saved_steps_ = 0;
+};
+
+/// Low and high intensity between which nearly all voxels that differ from the background lie; for a CT, soft tissue.
+Volume::Range contrast_range(const Volume& volume);
+
+}  // namespace simplexseg

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/distance_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+namespace simplexseg {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// The lower envelope of the parabolas f(q) + (s (x - q))^2 over one line of voxels: one pass of the exact Euclidean
+/// distance transform (Felzenszwalb and Huttenlocher 2012, Distance Transforms of Sampled Functions).
+class Envelope {
+ public:
+  explicit Envelope(int capacity) : site_(capacity), from_(capacity + 1), height_(capacity) {}
+
+  /// `squared(q)` is the squared distance at voxel q, infinite where there is none.
+  template <class F>
+  void build(int n, double spacing, F&& squared) {
+    scale_ = spacing * spacing;
+    count_ = 0;
+    for (int q = 0; q < n; ++q) {
+      const double h = squared(q);
+      if (h == infinity) continue;
+      double x = -infinity;
+      while (count_ > 0) {
+        const int p = site_[count_ - 1];
+        x = 0.5 * (q + p + (h - height_[count_ - 1]) / (scale_ * (q - p)));
+        if (x > from_[count_ - 1]) break;
+        x = -infinity;
+        --count_;
+      }
+      site_[count_] = q;
+      height_[count_] = h;
+      from_[count_++] = x;
+    }
+    from_[count_] = infinity;
+  }
+  bool empty() const { return count_ == 0; }
+  void rewind() { at_ = 0; }
+  /// Squared distance at voxel x; after rewind(), x must not decrease from call to call.
+  double operator()(int x) {
+    while (from_[at_ + 1] < x) ++at_;
+    const double d = x - site_[at_];
+    return height_[at_] + scale_ * d * d;
+  }
+
+ private:
+  std::vector<int> site_;
+  std::vector<double> from_, height_;
+  double scale_ = 1;
+  int count_ = 0, at_ = 0;
+};
+
+/// Calls found(offset, mm) with the distance of each voxel for which wanted(offset) to the nearest set voxel of `to`,
+/// orthogonal axes.
+template <class Wanted, class Found>
+void separable_distances(const std::vector<std::uint8_t>& to, const VoxelBox& box, const Eigen::Vector3d& spacing_mm,
+                         Wanted&& wanted, Found&& found) {
+  const auto [ni, nj, nk] = box.size;
+  std::vector<double> squared(box.voxel_count());
+  Envelope envelope(std::max(nj, nk));
+  const double far = 2.0 * ni;
+  for (int k = 0; k < nk; ++k) {
+    double* plane = squared.data() + box.offset(0, 0, k);
+    for (int j = 0; j < nj; ++j) {
+      const std::uint8_t* sites = to.data() + box.offset(0, j, k);
+      double* row = plane + static_cast<std::size_t>(j) * ni;
+      double steps = far;
+      for (int i = 0; i < ni; ++i) row[i] = steps = sites[i] ? 0 : steps + 1;
+      steps = far;
+      for (int i = ni - 1; i >= 0; --i) {
+        steps = sites[i] ? 0 : steps + 1;
+        const double d = std::min(row[i], steps);
+        row[i] = d >= far ? infinity : (spacing_mm[0] * d) * (spacing_mm[0] * d);
+      }
+    }
+    for (int i = 0; i < ni; ++i) {
+      double* column = plane + i;
+      envelope.build(nj, spacing_mm[1], [&, ni = ni](int q) { return column[static_cast<std::size_t>(q) * ni]; });
+      if (envelope.empty()) continue;
+      envelope.rewind();
+      for (int j = 0; j < nj; ++j) column[static_cast<std::size_t>(j) * ni] = envelope(j);
+    }
+  }
+  // The last pass is evaluated only where it is asked for; slabs of constant j are copied so that lines along k are
+  // not read across the whole volume.
+  std::vector<double> slab(static_cast<std::size_t>(ni) * nk);
+  for (int j = 0; j < nj; ++j) {
+    for (int k = 0; k < nk; ++k) {
+      const double* row = squared.data() + box.offset(0, j, k);
+      for (int i = 0; i < ni; ++i) slab[static_cast<std::size_t>(i) * nk + k] = row[i];
+    }
+    for (int i = 0; i < ni; ++i) {
+      bool built = false;
+      for (int k = 0; k < nk; ++k) {
+        if (!wanted(box.offset(i, j, k))) continue;
+        if (!built) {
+          const double* line = slab.data() + static_cast<std::size_t>(i) * nk;
+          envelope.build(nk, spacing_mm[2], [&](int q) { return line[q]; });
+          envelope.rewind();
+          built = true;
+        }
+        found(box.offset(i, j, k), envelope.empty() ? infinity : std::sqrt(envelope(k)));
+      }
+    }
+  }
+}
+
+std::vector<Eigen::Vector3d> points_of(const std::vector<std::uint8_t>& set, const VoxelBox& box,
+                                       const Eigen::Matrix3d& mm_from_index) {
+  std::vector<Eigen::Vector3d> points;
+  std::size_t v = 0;
+  for (int k = 0; k < box.size[2]; ++k)
+    for (int j = 0; j < box.size[1]; ++j)
+      for (int i = 0; i < box.size[0]; ++i)
+        if (set[v++]) points.push_back(mm_from_index * Eigen::Vector3d(i, j, k));
+  return points;
+}
+
+/// Nearest point by an implicit balanced k-d tree: the middle of a range splits it. For sheared grids, whose distance
+/// is not separable.
+class NearestPoint {
+ public:
+  explicit NearestPoint(std::vector<Eigen::Vector3d> points) : points_(std::move(points)), axis_(points_.size()) {
+    build(0, points_.size());
+  }
+  /// `start`: any squared distance known to be reached, or infinity.
+  double squared_distance(const Eigen::Vector3d& query, double start = infinity) const {
+    double best = start;
+    search(query, 0, points_.size(), best);
+    return best;
+  }
+
+ private:
+  static constexpr std::size_t leaf_size = 12;
+
+  void build(std::size_t first, std::size_t last) {
+    if (last - first <= leaf_size) return;
+    Eigen::Array3d low = points_[first], high = low;
+    for (std::size_t p = first; p < last; ++p) {
+      low = low.min(points_[p].array());
+      high = high.max(points_[p].array());
+    }
+    int axis = 0;
+    (high - low).maxCoeff(&axis);
+    const std::size_t middle = first + (last - first) / 2;
+    std::nth_element(points_.begin() + first, points_.begin() + middle, points_.begin() + last,
+                     [axis](const auto& a, const auto& b) { return a[axis] < b[axis]; });
+    axis_[middle] = static_cast<std::uint8_t>(axis);
+    build(first, middle);
+    build(middle + 1, last);
+  }
+  void search(const Eigen::Vector3d& query, std::size_t first, std::size_t last, double& best) const {
+    if (last - first <= leaf_size) {
+      for (std::size_t p = first; p < last; ++p) best = std::min(best, (points_[p] - query).squaredNorm());
+      return;
+    }
+    const std::size_t middle = first + (last - first) / 2;
+    best = std::min(best, (points_[middle] - query).squaredNorm());
+    const double side = query[axis_[middle]] - points_[middle][axis_[middle]];
+    if (side < 0)
+      search(query, first, middle, best);
+    else
+      search(query, middle + 1, last, best);
+    if (side * side >= best) return;
+    if (side < 0)
+      search(query, middle + 1, last, best);
+    else
+      search(query, first, middle, best);
+  }
+
+  std::vector<Eigen::Vector3d> points_;
+  std::vector<std::uint8_t> axis_;
+};
+
+std::vector<double> point_distances(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to) {
+  const NearestPoint nearest(to);
+  std::vector<double> distances;
+  distances.reserve(from.size());
+  for (const Eigen::Vector3d& point : from) {
+    // Neighbouring queries have neighbouring answers: by the triangle inequality the last answer bounds this one. The
+    // margin keeps the bound above the true distance in spite of rounding.
+    double bound = infinity;
+    if (!distances.empty()) {
+      const double reach = distances.back() + (point - from[distances.size() - 1]).norm();
+      bound = reach * reach * (1 + 1e-9) + 1e-12;
+    }
+    distances.push_back(std::sqrt(nearest.squared_distance(point, bound)));
+  }
+  return distances;
+}
+
+/// Headers give orthogonal directions to 6 or 7 digits; an angle off by 1e-5 changes a distance by at most that share.
+bool orthogonal(const Eigen::Matrix3d& mm_from_index) {
+  const Eigen::Matrix3d unit = mm_from_index * mm_from_index.colwise().norm().cwiseInverse().asDiagonal();
+  return (unit.transpose() * unit - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-5;
+}
+
+}  // namespace
+
+std::vector<double> distances_between(const std::vector<std::uint8_t>& from, const std::vector<std::uint8_t>& to,
+                                      const VoxelBox& box, const Eigen::Matrix3d& mm_from_index) {
+  if (!orthogonal(mm_from_index))
+    return point_distances(points_of(from, box, mm_from_index), points_of(to, box, mm_from_index));
+  std::vector<double> distances;
+  separable_distances(
+      to, box, mm_from_index.colwise().norm(), [&](std::size_t v) { return from[v] != 0; },
+      [&](std::size_t, double mm) { distances.push_back(mm); });
+  return distances;
+}
+
+std::vector<float> distance_map(const std::vector<std::uint8_t>& to, const VoxelBox& box,
+                                const Eigen::Matrix3d& mm_from_index) {
+  std::vector<float> map(box.voxel_count());
+  if (orthogonal(mm_from_index)) {
+    separable_distances(
+        to, box, mm_from_index.colwise().norm(), [](std::size_t) { return true; },
+        [&](std::size_t v, double mm) { map[v] = static_cast<float>(mm); });
+  } else {
+    const std::vector<std::uint8_t> all(box.voxel_count(), 1);
+    const std::vector<double> distances =
+        point_distances(points_of(all, box, mm_from_index), points_of(to, box, mm_from_index));
+    std::copy(distances.begin(), distances.end(), map.begin());
+  }
+  return map;
+}
+
+DistanceSummary summarise(std::vector<double>& distances) {
+  const double rank = 0.95 * static_cast<double>(distances.size() - 1);
+  const auto low = distances.begin() + static_cast<std::ptrdiff_t>(rank);
+  std::nth_element(distances.begin(), low, distances.end());
+  const double next = low + 1 == distances.end() ? *low : *std::min_element(low + 1, distances.end());
+  return {*std::max_element(low, distances.end()), *low + (rank - std::floor(rank)) * (next - *low),
+          std::accumulate(distances.begin(), distances.end(), 0.0) / static_cast<double>(distances.size())};
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/mask.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace simplexseg {
+
+VoxelBox bounding_box(const Mask& a, const Mask& b) {
+  const auto [ni, nj, nk] = a.geometry.size;
+  std::array<int, 3> low{ni, nj, nk}, high{-1, -1, -1};
+  const std::uint8_t *row_a = a.voxels.data(), *row_b = b.voxels.data();
+  for (int k = 0; k < nk; ++k) {
+    for (int j = 0; j < nj; ++j, row_a += ni, row_b += ni) {
+      int first = 0, last = ni - 1;
+      while (first < ni && !(row_a[first] | row_b[first])) ++first;
+      if (first == ni) continue;
+      while (!(row_a[last] | row_b[last])) --last;
+      low = {std::min(low[0], first), std::min(low[1], j), std::min(low[2], k)};
+      high = {std::max(high[0], last), std::max(high[1], j), k};
+    }
+  }
+  if (high[2] < 0) return {};
+  return {low, {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}};
+}
+
+Mask mask_of(const Volume& labels, std::optional<double> label) {
+  Mask mask{labels.geometry(), std::vector<std::uint8_t>(labels.empty() ? 0 : labels.geometry().voxel_count())};
+  if (labels.empty()) return mask;
+  visit_voxel_type(labels.type(), [&]<class T>(std::type_identity<T>) {
+    const std::span<const T> voxels = labels.voxels<T>();
+    if (!label) {
+      // The second comparison leaves out NaN, which some tools write as background.
+      for (std::size_t v = 0; v < voxels.size(); ++v) mask.voxels[v] = voxels[v] != T(0) && voxels[v] == voxels[v];
+    } else if (*label >= static_cast<double>(std::numeric_limits<T>::lowest()) &&
+               *label <= static_cast<double>(std::numeric_limits<T>::max()) &&
+               static_cast<double>(static_cast<T>(*label)) == *label) {
+      const T wanted = static_cast<T>(*label);
+      for (std::size_t v = 0; v < voxels.size(); ++v) mask.voxels[v] = voxels[v] == wanted;
+    }
+  });
+  return mask;
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/rasterise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "core/error.h"
+#include "mesh/simplex_mesh.h"
+#include "mesh/mesh_geometry.h"
+
+namespace simplexseg {
+namespace {
+
+/// Where the surface crosses one row of voxels: along i, and how the winding number changes there.
+struct Crossing {
+  double i;
+  int winding;
+};
+
+/// Points in index space. Each is rounded to 2^-14 voxel, so that a point meant to lie on a plane of voxel centres does
+/// lie on it in spite of float positions and an oblique direction matrix: surfaces that touch there then agree. Points
+/// are moved, not triangles, so a closed surface stays closed.
+std::vector<Eigen::Vector3d> to_index_space(const std::vector<Eigen::Vector3f>& positions_mm,
+                                            const VolumeGeometry& geometry) {
+  constexpr double steps_per_voxel = 16384, farthest = 1e9;
+  const Eigen::Affine3d index_from_world = geometry.index_from_world();
+  std::vector<Eigen::Vector3d> points(positions_mm.size());
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    if (!positions_mm[p].allFinite())
+      throw Error("mesh", "its point " + std::to_string(p) + " is not finite", "undo the last step or reload the mesh");
+    const Eigen::Array3d index = (index_from_world * positions_mm[p].cast<double>()).array();
+    points[p] = ((index.max(-farthest).min(farthest) * steps_per_voxel).round() / steps_per_voxel).matrix();
+  }
+  return points;
+}
+
+/// The first whole number >= x, held within [0, n].
+int first_at_or_after(double x, int n) {
+  return static_cast<int>(std::clamp(std::ceil(x), 0.0, static_cast<double>(n)));
+}
+
+/// Calls emit(row, crossing) for each place where a triangle crosses a row (j + k * size[1]) of voxel centres.
+///
+/// Closed by construction: a triangle is cut by each plane k with z_min <= k < z_max, in a segment whose ends depend on
+/// the cut edge alone (always from its lower to its upper end, the same bits for both of its triangles), and a segment
+/// is crossed by each row with y_min <= j < y_max. So the segments of a plane form closed polygons with shared ends,
+/// and the windings of every row sum to 0, whatever the rounding and however the mesh is folded.
+template <class Emit>
+void cut_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
+                  const std::array<int, 3>& size, Emit&& emit) {
+  const std::array<const Eigen::Vector3d*, 3> corners{&a, &b, &c};
+  const auto [j_min, j_max] = std::minmax({a[1], b[1], c[1]});
+  const auto [k_min, k_max] = std::minmax({a[2], b[2], c[2]});
+  if (first_at_or_after(j_min, size[1]) == first_at_or_after(j_max, size[1])) return;
+  const int k_end = first_at_or_after(k_max, size[2]);
+  for (int k = first_at_or_after(k_min, size[2]); k < k_end; ++k) {
+    Eigen::Vector2d entry, exit;  // (i, j) where the edges that go up and down through the plane meet it
+    for (int e = 0; e < 3; ++e) {
+      const Eigen::Vector3d &p = *corners[e], &q = *corners[e == 2 ? 0 : e + 1];
+      const bool p_above = p[2] > k, q_above = q[2] > k;
+      if (p_above == q_above) continue;
+      const Eigen::Vector3d &low = p_above ? q : p, &high = p_above ? p : q;
+      const double t = (k - low[2]) / (high[2] - low[2]);
+      // fma: the same bits wherever the compiler inlines this.
+      const Eigen::Vector2d cut(std::fma(t, high[0] - low[0], low[0]), std::fma(t, high[1] - low[1], low[1]));
+      (q_above ? entry : exit) = cut;
+    }
+    const bool upward = entry[1] < exit[1];
+    const Eigen::Vector2d &low = upward ? entry : exit, &high = upward ? exit : entry;
+    const int j_end = first_at_or_after(high[1], size[1]);
+    for (int j = first_at_or_after(low[1], size[1]); j < j_end; ++j) {
+      const double t = (j - low[1]) / (high[1] - low[1]);
+      emit(static_cast<std::size_t>(k) * size[1] + j, Crossing{std::fma(t, high[0] - low[0], low[0]), upward ? 1 : -1});
+    }
+  }
+}
+
+}  // namespace
+
+Mask rasterise(const SimplexMesh& mesh, const VolumeGeometry& geometry) {
+  geometry.validate("grid to rasterise on");
+  Mask mask{geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
+  if (mesh.positions.empty()) return mask;
+  const TriangleMesh surface = tessellate(mesh);
+  const std::vector<Eigen::Vector3d> points = to_index_space(surface.positions, geometry);
+
+  // Crossings are gathered in the order of the triangles, then sorted by row with a counting sort.
+  std::vector<Crossing> found;
+  std::vector<std::size_t> row_of_found;
+  const std::size_t rows = static_cast<std::size_t>(geometry.size[1]) * geometry.size[2];
+  std::vector<std::size_t> row_end(rows + 1, 0);
+  for (const std::array<int, 3>& t : surface.triangles) {
+    cut_triangle(points[t[0]], points[t[1]], points[t[2]], geometry.size,
+                 [&](std::size_t row, const Crossing& crossing) {
+                   found.push_back(crossing);
+                   row_of_found.push_back(row);
+                   ++row_end[row + 1];
+                 });
+  }
+  for (std::size_t row = 0; row < rows; ++row) row_end[row + 1] += row_end[row];
+  std::vector<Crossing> crossings(found.size());
+  for (std::size_t c = 0; c < found.size(); ++c) crossings[row_end[row_of_found[c]]++] = found[c];
+
+  // row_end[row] is now where the row's crossings end, and the row before ends where they start.
+  for (std::size_t row = 0; row < rows; ++row) {
+    const auto first = crossings.begin() + static_cast<std::ptrdiff_t>(row == 0 ? 0 : row_end[row - 1]);
+    const auto last = crossings.begin() + static_cast<std::ptrdiff_t>(row_end[row]);
+    std::sort(first, last, [](const Crossing& a, const Crossing& b) { return a.i < b.i; });
+    std::uint8_t* voxels = mask.voxels.data() + row * geometry.size[0];
+    int winding = 0;
+    for (auto crossing = first; crossing != last && crossing + 1 != last; ++crossing) {
+      winding += crossing->winding;
+      if (winding == 0) continue;
+      const int begin = first_at_or_after(crossing->i, geometry.size[0]);
+      const int end = first_at_or_after((crossing + 1)->i, geometry.size[0]);
+      std::memset(voxels + begin, 1, static_cast<std::size_t>(end - begin));
+    }
+  }
+  return mask;
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "session/scene.h"
+
+#include <algorithm>
+
+#include "mesh/mesh_geometry.h"
+#include "step/simulation_parameters.h"
+
+namespace simplexseg {
+namespace {
+
+template <class Items, class Test>
+auto find_in(Items& items, Test test) {
+  const auto found = std::find_if(items.begin(), items.end(), test);
+  return found == items.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+static bool has_enough_vertices(const MeshItem& item, const SimulationParameters& simulation) {
+  const int wanted = item.final_vertices > 0 ? item.final_vertices : static_cast<int>(simulation.final_vertices + 0.5f);
+  return item.mesh.vertex_count() >= wanted;
+}
+
+bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm) {
+  return has_enough_vertices(item, simulation) || is_finest(item, simulation, voxel_mm, measure(item.mesh).mean_edge_mm);
+}
+
+bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm, double mean_edge_mm) {
+  return has_enough_vertices(item, simulation) || (item.final_vertices == 0 && mean_edge_mm < simulation.finest_edge * voxel_mm);
+}
+
+const MeshItem* Scene::find_mesh(ItemId id) const {
+  return find_in(meshes, [id](const MeshItem& item) { return item.id == id; });
+}
+
+MeshItem* Scene::find_mesh(ItemId id) {
+  return find_in(meshes, [id](const MeshItem& item) { return item.id == id; });
+}
+
+const MeshItem* Scene::find_mesh(const std::string& name) const {
+  return find_in(meshes, [&name](const MeshItem& item) { return item.name == name; });
+}
+
+const AttractionPoint* Scene::find_point(ItemId id) const {
+  return find_in(points, [id](const AttractionPoint& point) { return point.id == id; });
+}
+
+}  // namespace simplexseg

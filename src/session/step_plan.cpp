@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "session/step_plan.h"
+
+#include "forces/region_model.h"
+#include "step/solver.h"
+#include "step/step_needs.h"
+#include "forces/step_view.h"
+#include "image/volume.h"
+#include "step/simulation_parameters.h"
+
+namespace simplexseg {
+namespace {
+
+class PlanBuilder {
+ public:
+  PlanBuilder(const Scene& scene, const Volume& volume, std::span<const char> finest, std::span<const Engine::HeldArray> held)
+      : scene_(scene), volume_(volume), held_(held) {
+    for (const MeshItem& item : scene.meshes) {
+      const std::size_t k = meshes_.size();
+      meshes_.push_back({item.parameters, item.mesh.vertex_count(), k < finest.size() && finest[k] != 0,
+                         !item.shape.empty(), item.profiles.size()});
+      vertices_ += item.mesh.positions.size();
+      if (!item.region.empty()) region_values_ += kRegionBins;
+    }
+    points_ = scene.points.size();
+    needs_ = needs_of(meshes_, !volume.empty(), static_cast<int>(points_));
+    for (const MeshItem& item : scene.meshes) {
+      SolverControl control;
+      control.start(scene.simulation, stiffness_of(item.parameters, item.shape), item.solver);
+      corrected_ = corrected_ || control.form() == StepForm::Corrected;
+    }
+    if (!held.empty()) corrected_ = held_bytes("levels") > 0;
+    refresh_interval_ = static_cast<int>(scene.simulation.refresh_interval + 0.5f);
+    refresh_ = std::to_string(refresh_interval_);
+  }
+
+  StepPlan build() && {
+    add_arrays();
+    add_kernels();
+    return std::move(plan_);
+  }
+
+ private:
+  static constexpr std::size_t kTexel = sizeof(Vec4);
+
+  /// Why a force acts: the meshes that use it. Or why it does not.
+  std::string why(ForceId force) const {
+    const std::string name = force_list()[static_cast<int>(force)].name;
+    if (needs_.uses(force)) {
+      std::string users;
+      for (std::size_t k = 0; k < meshes_.size(); ++k)
+        if (meshes_[k].acts(force)) users += (users.empty() ? "" : ", ") + scene_.meshes[k].name;
+      return name + " acts on " + users;
+    }
+    bool wanted = false, acts = false;
+    for (const MeshNeeds& m : meshes_) wanted = wanted || m.forces.weight(force) > 0, acts = acts || m.acts(force);
+    if (!wanted) return "the weight of " + name + " is 0 for every mesh";
+    if (!acts) return name + " has no reference: none was recorded, or it no longer fits";
+    return force == ForceId::Attraction ? "there is no attraction point" : "there is no volume";
+  }
+
+  void add(const char* what, std::string name, bool needed, std::string why, std::size_t bytes) {
+    plan_.items.push_back({std::move(name), what, needed, std::move(why), needed ? bytes : 0});
+  }
+  void array(const char* name, bool needed, std::string why, std::size_t bytes) {
+    add("array", name, needed, std::move(why), bytes);
+  }
+  void kernel(const char* name, bool needed, std::string why, std::size_t bytes) {
+    add("kernel", name, needed, std::move(why), bytes);
+  }
+
+  std::size_t held_bytes(const char* name) const {
+    for (const Engine::HeldArray& array : held_)
+      if (array.name == name) return array.bytes;
+    return 0;
+  }
+  std::string why_corrected() const {
+    if (corrected_) return "slow modes are worth a multigrid cycle in every step";
+    return scene_.simulation.solver() == Solver::Automatic ? "no slow mode has been seen that is worth a multigrid cycle"
+                                                           : "the solver takes no multigrid cycle";
+  }
+
+  void add_arrays() {
+    const std::size_t n = vertices_, points = points_;
+    const bool any = n > 0, attraction = needs_.uses(ForceId::Attraction), region = needs_.uses(ForceId::Region);
+    const std::string always = any ? "every step" : "there is no mesh";
+    array("volume", !volume_.empty(), volume_.empty() ? "there is no volume" : "image forces sample it",
+          volume_.empty() ? 0 : volume_.bytes());
+    array("positions", any, always + (any ? ": one step ago, present, next" : ""), 3 * n * kTexel);
+    array("neighbours", any, always, n * sizeof(Int4));
+    array("frame", any, always + (any ? ": normals and elevations" : ""), n * kTexel);
+    array("shape reference", needs_.uses(ForceId::ShapeMemory), why(ForceId::ShapeMemory), n * kTexel);
+    array("gradient targets", needs_.uses(ForceId::Gradient), why(ForceId::Gradient), n * kTexel);
+    array("profile targets", needs_.uses(ForceId::IntensityProfile), why(ForceId::IntensityProfile), n * kTexel);
+    array("reference profiles", needs_.uses(ForceId::IntensityProfile), why(ForceId::IntensityProfile),
+          n * needs_.profile_stride * sizeof(float));
+    array("region targets", region, why(ForceId::Region), n * kTexel);
+    array("averaging", needs_.averages(), needs_.averages() || !region ? why(ForceId::Region) : why_not_averaged(),
+          n * kTexel);
+    array("local statistics", needs_.local_statistics,
+          needs_.local_statistics || !region ? why(ForceId::Region) : why_not_local(), n * kTexel);
+    array("region tables", region && region_values_ > 0,
+          region && region_values_ == 0 ? "no mesh has a region model" : why(ForceId::Region),
+          region_values_ * sizeof(float));
+    array("attraction points", attraction, why(ForceId::Attraction), points * sizeof(PointView));
+    array("attraction bindings", attraction, why(ForceId::Attraction), points * needs_.nearest_blocks * sizeof(unsigned long long));
+    array("attraction patches", attraction, why(ForceId::Attraction), points * kMaxPatch * sizeof(PatchEntry));
+    array("attraction sums", attraction, why(ForceId::Attraction), n * sizeof(AttractionSum));
+    array("attraction flags", attraction, why(ForceId::Attraction), n);
+    array("mesh constants", !meshes_.empty(),
+          meshes_.empty() ? "there is no mesh" : "weights and parameters of each mesh",
+          meshes_.size() * sizeof(MeshConstants));
+    const bool corrected = any && corrected_, undoable = any && scene_.simulation.may_grow();
+    const auto about = [&](double bytes_a_vertex) { return static_cast<std::size_t>(bytes_a_vertex * static_cast<double>(n)); };
+    // A level has a quarter of the vertices of the one above it, later a sixth.
+    const std::size_t levels = held_bytes("levels"), vectors = held_bytes("level vectors");
+    array("levels", corrected, any ? why_corrected() : always, levels > 0 ? levels : about(35));
+    array("level vectors", corrected, any ? why_corrected() : always, vectors > 0 ? vectors : about(5 * kTexel * 1.31));
+    array("kept pose", undoable, !any ? always : undoable ? "steps that grow are undone" : "bounds promise that no step grows",
+          n * kTexel);
+    array("step coefficients", !meshes_.empty(), meshes_.empty() ? "there is no mesh" : "gain and damping of each mesh's steps",
+          meshes_.size() * sizeof(StepCoefficients));
+    array("motion", needs_.motion_sums > 0, any ? "rest is told by it" : always, needs_.motion_sums * sizeof(MeshMotion));
+  }
+
+  std::string why_not_averaged() const { return "the averaging of region is 0, and so is its local share"; }
+  std::string why_not_local() const { return "no mesh on its finest level has a local share of region"; }
+
+  /// Bytes: each array once, the volume as the samples that are taken. Kernels of a refresh: in the step that does one.
+  void add_kernels() {
+    const std::size_t n = vertices_, points = points_;
+    const bool any = n > 0;
+    auto acts = [&](ForceId force) { return any && needs_.uses(force); };
+    const std::string always = any ? "every step" : "there is no mesh",
+                      at_refresh = "; at each refresh, every " + refresh_ + " steps";
+    auto when = [&](ForceId force, const std::string& how_often) {
+      return any ? why(force) + (acts(force) ? how_often : "") : always;
+    };
+    auto largest = [&](ForceId force, int parameter) {
+      double most = 0;
+      for (const MeshNeeds& m : meshes_)
+        if (m.acts(force))
+          most = std::max(most, static_cast<double>(m.forces.values[static_cast<int>(force)][parameter]));
+      return static_cast<std::size_t>(most + 0.5);
+    };
+    const std::size_t voxel = volume_.empty() ? 0 : bytes_per_voxel(volume_.type());
+    // A trilinear sample reads eight voxels.
+    auto samples = [&](std::size_t each) { return n * each * 8 * voxel; };
+    const std::size_t gradient = 2 * largest(ForceId::Gradient, GradientForce::samples) + 1;
+    const std::size_t shifts =
+        2 * largest(ForceId::IntensityProfile, IntensityProfileForce::samples) + needs_.profile_stride;
+    const std::size_t region = 2 * largest(ForceId::Region, RegionForce::samples) + 1;
+    const bool attraction = acts(ForceId::Attraction);
+
+    kernel("geometry", any, always, n * (3 * kTexel));
+    kernel("gradient search", acts(ForceId::Gradient), when(ForceId::Gradient, at_refresh),
+           n * 4 * kTexel + samples(gradient));
+    kernel("profile search", acts(ForceId::IntensityProfile), when(ForceId::IntensityProfile, at_refresh),
+           n * (4 * kTexel + needs_.profile_stride * sizeof(float)) + samples(shifts));
+    const bool local = any && needs_.local_statistics;
+    kernel("region statistics", local,
+           local || !acts(ForceId::Region) ? when(ForceId::Region, at_refresh) : why_not_local(),
+           n * 4 * kTexel + samples(8));
+    kernel("region search", acts(ForceId::Region), when(ForceId::Region, at_refresh), n * 5 * kTexel + samples(region));
+    const bool averages = any && needs_.averages();
+    const std::size_t passes = needs_.averaging_passes + (local ? kStatisticsPasses : 0);
+    kernel("average", averages,
+           averages || !acts(ForceId::Region) ? when(ForceId::Region, at_refresh) : why_not_averaged(),
+           passes * n * 3 * kTexel);
+    kernel("region target", acts(ForceId::Region), when(ForceId::Region, at_refresh), n * 5 * kTexel);
+    kernel("nearest vertex", attraction, when(ForceId::Attraction, at_refresh), n * kTexel + points * sizeof(PointView));
+    kernel("attraction patch", attraction, when(ForceId::Attraction, at_refresh),
+           points * kMaxPatch * (sizeof(PatchEntry) + sizeof(Int4)));
+    const bool sums = attraction && refresh_interval_ > 1;
+    kernel("sum attraction", sums,
+           attraction && !sums ? "every step binds the points anew, and sums then"
+                               : when(ForceId::Attraction, "; every step without a refresh"),
+           points * kMaxPatch * (sizeof(PatchEntry) + sizeof(AttractionSum)));
+    const std::size_t read = 4 * kTexel + (attraction ? 1 : 0) +
+                             kTexel * (needs_.uses(ForceId::ShapeMemory) + needs_.uses(ForceId::Gradient) +
+                                       needs_.uses(ForceId::IntensityProfile) + needs_.uses(ForceId::Region));
+    kernel("integrate", any, always + (any ? ": sums the forces that act and takes the step" : ""),
+           n * (read + kTexel));
+    const bool corrected = any && corrected_;
+    const std::string cycle = any ? why_corrected() : always;
+    // Five vectors and three neighbours' corrections on the mesh; about a third of it on all coarser levels.
+    kernel("stiffness", corrected, cycle + (corrected ? at_refresh : ""), n * 4 * kTexel);
+    kernel("coarse stiffness", corrected, cycle + (corrected ? at_refresh : ""), n * 3 * kTexel);
+    kernel("restrict", corrected, cycle, n * 8 * kTexel);
+    kernel("prolong", corrected, cycle, n * 3 * kTexel);
+    // All levels of 256 vertices at most, in one kernel.
+    const std::size_t small = std::min<std::size_t>(n / 4, 320);
+    kernel("small levels' stiffness", corrected, cycle + (corrected ? at_refresh : ""), small * 3 * kTexel);
+    kernel("small levels", corrected, cycle, small * 11 * kTexel);
+    kernel("corrected step", corrected, cycle, n * 12 * kTexel);
+    const bool undoable = any && scene_.simulation.may_grow();
+    kernel("keep pose", undoable, !any ? always : undoable ? "steps that grow are undone; once in ten steps" : "bounds promise that no step grows",
+           n * 2 * kTexel);
+    kernel("motion", any, any ? "rest is told by it; once in a batch of steps" : always, n * 3 * kTexel);
+    kernel("end of batch", any, any ? "means of the motion, and the status; once in a batch of steps" : always,
+           needs_.motion_sums * sizeof(MeshMotion));
+  }
+
+  const Scene& scene_;
+  const Volume& volume_;
+  std::span<const Engine::HeldArray> held_;
+  bool corrected_ = false;
+  std::vector<MeshNeeds> meshes_;
+  StepNeeds needs_;
+  std::size_t vertices_ = 0, points_ = 0, region_values_ = 0;
+  int refresh_interval_ = 1;
+  std::string refresh_;
+  StepPlan plan_;
+};
+
+}  // namespace
+
+std::size_t StepPlan::bytes_held() const {
+  std::size_t sum = 0;
+  for (const Item& item : items)
+    if (item.needed && item.what == "array") sum += item.bytes;
+  return sum;
+}
+
+StepPlan make_plan(const Scene& scene, const Volume& volume, std::span<const char> finest,
+                   std::span<const Engine::HeldArray> held) {
+  return PlanBuilder(scene, volume, finest, held).build();
+}
+
+StepPlan make_plan(const Scene& scene, const Volume& volume) {
+  const double voxel_mm = volume.empty() ? 1.0 : volume.geometry().spacing_mm.minCoeff();
+  std::vector<char> finest;
+  for (const MeshItem& item : scene.meshes) finest.push_back(is_finest(item, scene.simulation, voxel_mm));
+  return make_plan(scene, volume, finest, {});
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+// A device that fails, or has not the memory: the session goes on with the spare engine, or refuses with nothing lost.
+#include "core/error.h"
+#include "session/session.h"
+#include "support/engine_fixture.h"
+#include "step/simulation_parameters.h"
+
+namespace simplexseg {
+namespace {
+
+/// The CPU's engine as a device that fails when told to.
+class Device : public Engine {
+ public:
+  struct State {
+    bool fails = false;
+    std::size_t bytes = std::size_t{1} << 40;
+  };
+  explicit Device(std::shared_ptr<State> state) : state_(std::move(state)) {}
+  const char* backend() const override { return "cuda"; }
+  std::string description() const override { return "device of a test"; }
+  void set_volume(const Volume& volume) override { inner().set_volume(volume); }
+  void load(std::span<const EngineMesh> meshes, const SimulationParameters& s) override { inner().load(meshes, s); }
+  void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& s) override { inner().set_parameters(meshes, s); }
+  void set_points(std::span<const EnginePoint> points) override { inner().set_points(points); }
+  void hold_targets(int mesh, ForceId force, std::span<const Vec4> targets) override { inner().hold_targets(mesh, force, targets); }
+  void read_targets(int mesh, ForceId force, std::span<Vec4> targets) override { inner().read_targets(mesh, force, targets); }
+  void refresh() override { inner().refresh(); }
+  StepOutcome step(int count) override { return inner().step(count); }
+  void read(int mesh, std::span<Eigen::Vector3f> positions, std::span<Eigen::Vector3f> previous) override { inner().read(mesh, positions, previous); }
+  std::unique_ptr<SharedBuffer> share_buffer(unsigned, std::size_t) override { return nullptr; }
+  void set_cells(std::span<const CellList* const> cells) override { inner().set_cells(cells); }
+  bool has_cells() const override { return engine_->has_cells(); }
+  void draw_surfaces(DrawTarget<DisplayPoint> target) override { inner().draw_surfaces(target); }
+  void draw_outlines(int axis, float position_mm, DrawTarget<std::byte> target) override { inner().draw_outlines(axis, position_mm, target); }
+  void draw_slice(const SlicePlane& plane, DrawTarget<DisplayTexel> target) override { inner().draw_slice(plane, target); }
+  std::uint64_t bytes_read_back() const override { return 0; }
+  std::size_t bytes_available() const override { return state_->bytes; }
+  std::size_t bytes_held() const override { return engine_->bytes_held(); }
+  std::vector<HeldArray> held_arrays() const override { return engine_->held_arrays(); }
+  std::vector<KernelCount> kernel_counts() const override { return engine_->kernel_counts(); }
+
+ private:
+  Engine& inner() {
+    if (state_->fails) throw DeviceError("CUDA: a kernel", "the device was lost", "use --backend cpu");
+    return *engine_;
+  }
+  std::shared_ptr<State> state_;
+  std::unique_ptr<Engine> engine_ = make_cpu_engine(1);
+};
+
+Scene scene_of_one() {
+  Scene scene;
+  MeshItem item;
+  item.name = "ball", item.seed = {{0, 0, 0}, 12};
+  item.parameters = default_force_parameters();
+  scene.meshes.push_back(item);
+  scene.simulation = default_simulation_parameters();
+  return scene;
+}
+
+struct Failover : ::testing::Test {
+  std::shared_ptr<Device::State> device = std::make_shared<Device::State>();
+  Volume volume = phantom("sphere").image;
+  Session with_spare{std::make_unique<Device>(device), [] { return make_cpu_engine(1); }};
+  Session without{std::make_unique<Device>(device)};
+};
+
+TEST_F(Failover, StepsGoOnWithTheSpareEngine) {
+  with_spare.open(scene_of_one(), volume);
+  with_spare.advance_steps(20);
+  const Positions before = with_spare.scene().meshes[0].mesh.positions;
+  device->fails = true;
+  const Advance advance = with_spare.advance_steps(10);
+  EXPECT_EQ(advance.steps, 10);
+  EXPECT_STREQ(with_spare.engine().backend(), "cpu");
+  EXPECT_EQ(with_spare.engine_generation(), 1);
+  const std::optional<std::string> notice = with_spare.take_notice();
+  ASSERT_TRUE(notice.has_value());
+  EXPECT_NE(notice->find("the device was lost"), std::string::npos) << *notice;
+  EXPECT_FALSE(with_spare.take_notice().has_value()) << "said once";
+  EXPECT_GT(largest_distance(with_spare.scene().meshes[0].mesh.positions, before), 1e-3) << "and it moves on from where it was";
+}
+
+TEST_F(Failover, CommandsAreNotLost) {
+  with_spare.open(scene_of_one(), volume);
+  device->fails = true;
+  const ItemId point = with_spare.apply(AddAttractionPoint{with_spare.scene().meshes[0].id, {15, 0, 0}});
+  EXPECT_NE(point, 0u);
+  EXPECT_EQ(with_spare.scene().points.size(), 1u);
+  EXPECT_STREQ(with_spare.engine().backend(), "cpu");
+  with_spare.apply(MoveAttractionPoint{point, {16, 0, 0}, true});
+  EXPECT_EQ(with_spare.scene().points[0].position_mm[0], 16);
+}
+
+TEST_F(Failover, PosesThatWereNotReadYetAreThoseReadLast) {
+  with_spare.open(scene_of_one(), volume);
+  with_spare.advance_steps(20);
+  device->fails = true;
+  EXPECT_EQ(with_spare.scene().meshes[0].mesh.positions.size(), with_spare.scene().meshes[0].previous.size());
+  with_spare.advance_steps(1);
+  const std::optional<std::string> notice = with_spare.take_notice();
+  ASSERT_TRUE(notice.has_value());
+  EXPECT_NE(notice->find("20 steps ago"), std::string::npos) << *notice;
+}
+
+TEST_F(Failover, WithoutASpareTheFailureIsThrown) {
+  without.open(scene_of_one(), volume);
+  device->fails = true;
+  EXPECT_THROW(without.advance_steps(1), DeviceError);
+  EXPECT_EQ(without.scene_without_poses().meshes.size(), 1u);
+}
+
+TEST_F(Failover, TooLittleMemoryIsSaidWithBothFiguresBeforeAnythingIsLoaded) {
+  without.open(scene_of_one(), volume);
+  device->bytes = 1 << 20;
+  Scene larger = scene_of_one();
+  larger.meshes[0].name = "another";
+  std::string why;
+  try {
+    without.open(larger, volume);
+  } catch (const Error& error) {
+    why = error.what();
+  }
+  EXPECT_NE(why.find("1 MiB can be had"), std::string::npos) << why;
+  EXPECT_NE(why.find("MiB are needed"), std::string::npos) << why;
+  EXPECT_EQ(without.scene().meshes[0].name, "ball") << "what was open stays";
+  without.advance_steps(5);
+  with_spare.open(larger, volume);
+  EXPECT_STREQ(with_spare.engine().backend(), "cpu");
+  EXPECT_NE(with_spare.take_notice()->find("MiB are needed"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace simplexseg

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+// Undo, redo and replay: bit for bit.
+#include "session/session.h"
+#include "session_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+TEST(SessionUndo, EveryCommandIsTakenBackAndDoneAgain) {
+  const auto session = open_session();
+  const ItemId ball = session->scene().meshes[0].id;
+  const ItemId point = session->apply(AddAttractionPoint{ball, {0, 0, 18}});
+  session->advance_steps(12);
+  const std::vector<Command> commands{
+      AddMesh{"other", {{3, 3, 3}, 8}, {}, 0},
+      EditMesh{ball, "renamed", {}, false, 9},
+      SetForceParameter{ball, ForceId::Smoothing, 0, 0.125f},
+      SetForceParameter{0, ForceId::Region, 0, 0.25f},
+      SetSimulationParameter{simulation_index("damping"), 0.75f},
+      AddAttractionPoint{ball, {5, 5, 17}},
+      MoveAttractionPoint{point, {0, 3, 19}},
+      RecordProfiles{0},
+      RefineMesh{ball},
+      ResetPose{ball},
+      DeleteAttractionPoint{point},
+      DeleteMesh{ball},
+  };
+  std::vector<SessionState> before, after;
+  for (const Command& command : commands) {
+    session->advance_steps(4);  // a running simulation: the pose has moved since the command before
+    before.push_back(state_of(*session));
+    session->apply(command);
+    after.push_back(state_of(*session));
+    EXPECT_STREQ(session->undo_title(), title_of(command));
+    // There and back at once ...
+    session->apply(Undo{});
+    EXPECT_TRUE(same_state(state_of(*session), before.back())) << title_of(command);
+    EXPECT_STREQ(session->redo_title(), title_of(command));
+    session->apply(Redo{});
+    EXPECT_TRUE(same_state(state_of(*session), after.back())) << title_of(command);
+  }
+  // ... and all the way, with steps in between.
+  for (std::size_t k = commands.size(); k-- > 0;) {
+    session->advance_steps(3);
+    session->apply(Undo{});
+    EXPECT_TRUE(same_state(state_of(*session), before[k])) << title_of(commands[k]);
+  }
+  EXPECT_TRUE(session->can_undo()) << "the first point";
+  // Each redo restores the pose that was there when its command was taken back.
+  for (const Command& command : commands) {
+    EXPECT_STREQ(session->redo_title(), title_of(command));
+    session->apply(Redo{});
+  }
+  EXPECT_FALSE(session->can_redo());
+  EXPECT_EQ(session->scene().find_mesh(ball), nullptr);
+}
+
+TEST(SessionUndo, TheEngineIsTakenBackToo) {
+  // After undo the simulation goes on as a session that was opened on that state.
+  const auto session = open_session();
+  session->advance_steps(20);
+  session->apply(SetForceParameter{0, ForceId::Region, 0, 0.0f});
+  session->advance_steps(20);
+  session->apply(Undo{});
+  Scene scene = session->scene();
+  const auto fresh = open_session(1, scene);
+  session->advance_steps(9);
+  fresh->advance_steps(9);
+  EXPECT_TRUE(same_state(state_of(*session), state_of(*fresh)));
+}
+
+TEST(SessionUndo, WithNothingToUndo) {
+  const auto session = open_session();
+  const SessionState before = state_of(*session);
+  EXPECT_FALSE(session->can_undo());
+  EXPECT_FALSE(session->can_redo());
+  EXPECT_STREQ(session->undo_title(), "");
+  session->apply(Undo{});
+  session->apply(Redo{});
+  EXPECT_TRUE(same_state(state_of(*session), before));
+
+  Session empty(make_cpu_engine(1));
+  empty.apply(Undo{});
+  empty.apply(Redo{});
+  EXPECT_EQ(empty.advance_steps(5).steps, 5);
+  EXPECT_THROW(empty.apply(EditMesh{0, "x", {}, {}, {}}), Error);
+  EXPECT_THROW(empty.apply(RecordProfiles{1}), Error);
+  empty.apply(SetForceParameter{0, ForceId::Smoothing, 0, 0.5f});
+  empty.apply(AddMesh{"", {{0, 0, 0}, 10}, {}, 0});  // without a volume too
+  EXPECT_EQ(empty.scene().meshes.size(), 1u);
+  empty.apply(Undo{});
+  EXPECT_TRUE(empty.scene().meshes.empty());
+  EXPECT_EQ(empty.advance_steps(5).steps, 5);
+}
+
+TEST(SessionUndo, ADeletedMeshComesBackWithItsPoints) {
+  const auto session = open_session();
+  const ItemId ball = session->scene().meshes[0].id;
+  session->apply(AddMesh{"other", {{0, 0, 0}, 6}, {}, 0});
+  session->apply(AddAttractionPoint{ball, {0, 0, 21}});
+  session->apply(AddAttractionPoint{ball, {0, 21, 0}});
+  session->advance_steps(15);
+  const SessionState before = state_of(*session);
+  session->apply(DeleteMesh{ball});
+  EXPECT_TRUE(session->scene().points.empty());
+  session->advance_steps(15);
+  session->apply(Undo{});
+  EXPECT_TRUE(same_state(state_of(*session), before));
+  // The points pull again.
+  const auto calm = open_session(1, session->scene());
+  session->advance_steps(30);
+  calm->advance_steps(30);
+  EXPECT_TRUE(same_state(state_of(*session), state_of(*calm)));
+}
+
+TEST(SessionUndo, ANewCommandForgetsWhatWasUndone) {
+  const auto session = open_session();
+  session->apply(SetForceParameter{0, ForceId::Smoothing, 0, 0.1f});
+  session->apply(Undo{});
+  session->apply(SetForceParameter{0, ForceId::Region, 0, 0.1f});
+  EXPECT_FALSE(session->can_redo());
+  session->apply(Redo{});
+  EXPECT_NE(session->scene().meshes[0].parameters.weight(ForceId::Smoothing), 0.1f);
+}
+
+TEST(SessionUndo, OneSliderMovementIsOneUnit) {
+  const auto session = open_session();
+  const SessionState before = state_of(*session);
+  for (float value : {0.1f, 0.2f, 0.3f}) session->apply(SetForceParameter{0, ForceId::Smoothing, 0, value});
+  session->apply(SetForceParameter{0, ForceId::Region, 0, 0.7f});
+  session->apply(Undo{});
+  EXPECT_EQ(session->scene().meshes[0].parameters.weight(ForceId::Smoothing), 0.3f);
+  session->apply(Undo{});
+  EXPECT_TRUE(same_state(state_of(*session), before));
+}
+
+/// A drag from the surface outwards: the press, 30 moves and the steps that `advance` takes after each.
+template <class Steps>
+ItemId drag(Session& session, const Steps& steps) {
+  const ItemId ball = session.scene().meshes[0].id;
+  const Eigen::Vector3d start = 12.2 * Eigen::Vector3d(0.6, 0, 0.8) + Eigen::Vector3d(1, -2, 0.5);
+  const ItemId point = session.apply(AddAttractionPoint{ball, start});
+  for (int k = 1; k <= 30; ++k) {
+    steps();
+    session.apply(MoveAttractionPoint{point, start + 0.25 * k * Eigen::Vector3d(0.6, 0.05, 0.8), true});
+  }
+  steps();
+  return point;
+}
+
+TEST(SessionReplay, ADragIsOneUnitOfUndo) {
+  const auto session = open_session();
+  session->advance_steps(33);
+  const SessionState before = state_of(*session);
+  drag(*session, [&] { session->advance_steps(3); });
+  const SessionState after = state_of(*session);
+  ASSERT_FALSE(same_state(after, before));
+  session->apply(Undo{});
+  EXPECT_TRUE(same_state(state_of(*session), before));
+  EXPECT_FALSE(session->can_undo());
+  session->apply(Redo{});
+  EXPECT_TRUE(same_state(state_of(*session), after));
+  // A second drag of the same point is a unit of its own.
+  const ItemId point = session->scene().points[0].id;
+  session->apply(MoveAttractionPoint{point, {0, 0, 22}, false});
+  for (int k = 1; k <= 5; ++k) session->apply(MoveAttractionPoint{point, {0, 0, 22.0 + k}, true});
+  session->apply(Undo{});
+  EXPECT_TRUE(same_state(state_of(*session), after));
+}
+
+TEST(SessionReplay, ALiveDragEndsInTheSameBitsOnAnyNumberOfThreads) {
+  // Live by the clock; a refinement falls into it, for 100 steps a level.
+  Scene scene = ball_scene();
+  scene.simulation.final_vertices = 5120;
+  const auto live = open_session(2, scene);
+  live->advance_steps(60);
+  drag(*live, [&] { live->advance(0.002); });
+  live->apply(SetForceParameter{0, ForceId::Smoothing, 0, 0.75f});
+  live->advance(0.02);
+  live->apply(Undo{});
+  live->advance(0.01);
+  live->apply(Redo{});
+  live->advance(0.05);
+  live->advance_steps(120);
+  EXPECT_GT(live->scene().meshes[0].mesh.vertex_count(), 320);
+  int steps = live->steps_since_last_command();
+  for (const LogEntry& entry : live->log()) steps += entry.steps;
+  EXPECT_EQ(steps, live->total_steps());
+  for (int threads : {1, 2, 1}) {
+    const auto replayed = open_session(threads, scene);
+    replayed->replay(live->log(), live->steps_since_last_command());
+    EXPECT_TRUE(same_state(state_of(*replayed), state_of(*live))) << threads << " threads";
+    EXPECT_EQ(replayed->total_steps(), live->total_steps());
+    EXPECT_EQ(replayed->log().size(), live->log().size());
+    EXPECT_EQ(replayed->can_undo(), live->can_undo());
+  }
+}
+
+TEST(SessionReplay, LookingDoesNotChangeAnything) {
+  // Reading poses and plans between steps, and batches of any size, as a window does.
+  const auto quiet = open_session(), watched = open_session();
+  quiet->advance_steps(230);
+  for (int k = 0; k < 230;) {
+    const int batch = 1 + k % 7;
+    k += watched->advance_steps(std::min(batch, 230 - k)).steps;
+    (void)state_of(*watched);
+    (void)watched->plan();
+  }
+  EXPECT_TRUE(same_state(state_of(*quiet), state_of(*watched)));
+}
+
+TEST(SessionReplay, AnotherEngineGoesOn) {
+  const auto session = open_session();
+  session->advance_steps(40);
+  const SessionState before = state_of(*session);
+  session->set_engine(make_cpu_engine(2));
+  EXPECT_TRUE(same_state(state_of(*session), before));
+  EXPECT_EQ(session->advance_steps(40).steps, 40);
+}
+
+TEST(SessionReplay, TheRevisionTellsOfChanges) {
+  const auto session = open_session();
+  auto changed = [&, last = session->revision()]() mutable {
+    return std::exchange(last, session->revision()) != session->revision();
+  };
+  EXPECT_FALSE(changed());
+  (void)session->scene();
+  EXPECT_FALSE(changed());
+  session->advance_steps(1);
+  EXPECT_TRUE(changed());
+  session->apply(EditMesh{session->scene().meshes[0].id, {}, {}, false, {}});
+  EXPECT_TRUE(changed());
+  session->apply(Undo{});
+  EXPECT_TRUE(changed());
+}
+
+}  // namespace
+}  // namespace simplexseg

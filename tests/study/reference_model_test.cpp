@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+// The model in double against the engines' kernels in float, and the fixed points that it finds against where they end.
+#include "study/reference_model.h"
+
+#include <cmath>
+
+#include "forces/force_list.h"
+#include "mesh/shape_reference.h"
+#include "support/engine_fixture.h"
+#include "mesh/mesh_geometry.h"
+#include "study/fixed_point.h"
+#include "step/simulation_parameters.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr double kVoxelMm = 1;
+
+/// A mesh whose image targets are held, for the model and for the engine.
+struct HeldScene {
+  SimplexMesh mesh;
+  ForceParameters forces = weightless();
+  std::vector<Vec4> shape, targets;
+  std::vector<Eigen::Vector3d> points_mm;
+
+  ReferenceModel model(const Pose& pose) const {
+    ReferenceScene scene;
+    scene.neighbours = mesh.neighbours, scene.forces = forces, scene.shape = shape, scene.voxel_mm = kVoxelMm;
+    scene.gradient = scene.intensity_profile = scene.region = targets;
+    scene.points_mm = points_mm;
+    return ReferenceModel(scene, pose);
+  }
+  std::unique_ptr<Engine> load(std::unique_ptr<Engine> engine, SimulationParameters simulation) const {
+    TestScene scene;
+    // Nothing is read from it, but it says how large a voxel is.
+    scene.volume = volume();
+    scene.meshes.resize(1);
+    scene.meshes[0].mesh = mesh, scene.meshes[0].forces = forces, scene.meshes[0].shape = shape;
+    for (const Eigen::Vector3d& p : points_mm) scene.points.push_back({0, p});
+    scene.simulation = simulation;
+    simplexseg::load(*engine, scene);
+    for (ForceId force : {ForceId::Gradient, ForceId::IntensityProfile, ForceId::Region})
+      engine->hold_targets(0, force, targets);
+    engine->set_parameters(std::vector{forces}, simulation);  // held targets stand in for recorded profiles
+    return engine;
+  }
+  static const Volume& volume() {
+    static const Volume made = [] {
+      PhantomSettings settings;
+      settings.size = 8, settings.spacing_mm = kVoxelMm;
+      return make_phantom("flat", settings).image;
+    }();
+    return made;
+  }
+};
+
+/// A noisy ellipsoid whose targets lie on another one, the confidence from 0 to 1.
+HeldScene noisy_scene(int level = 3) {
+  HeldScene s;
+  const SimplexMesh sphere = make_sphere({0.3, -0.2, 0.1}, 20, level);
+  const SimplexMesh goal = make_ellipsoid({1, 0, 0.5}, {21, 19, 20}, level);
+  s.shape = shape_reference_of(sphere);
+  s.mesh = make_ellipsoid({0.7, 0.4, -0.5}, {17.6, 19.1, 20.9}, level);
+  s.mesh = with_noise(std::move(s.mesh), 0.2 * measure(s.mesh).mean_edge_mm);
+  for (int i = 0; i < goal.vertex_count(); ++i) {
+    const Eigen::Vector3f& p = goal.positions[static_cast<std::size_t>(i)];
+    s.targets.push_back({p.x(), p.y(), p.z(), static_cast<float>(i % 5) / 4});
+  }
+  s.points_mm = {{23.1, 2.2, 1.3}, {-4.2, -14.1, 9.7}, {-4.0, -15.5, 9.0}};
+  return s;
+}
+
+class ReferenceModelTest : public EngineTest {
+ protected:
+  /// Largest difference of one step at dt = 1 from rest, which moves a vertex by its acceleration, from the model's.
+  static double difference(const HeldScene& s) {
+    const auto engine = s.load(make_engine(), simulation(1, 1));
+    EXPECT_FALSE(engine->step(1).failure.has_value());
+    Positions after(s.mesh.positions.size()), before(after.size());
+    engine->read(0, after, before);
+    const Pose start = pose_of(s.mesh.positions);
+    const Pose expected = start + s.model(start).acceleration(start);
+    return (expected - pose_of(after)).colwise().norm().maxCoeff();
+  }
+};
+SIMPLEXSEG_ON_EVERY_BACKEND(ReferenceModelTest);
+
+// Positions of some 20 mm in float: 2e-6 mm each. Forces are of some mm.
+constexpr double kFloat = 2e-5;
+
+TEST_P(ReferenceModelTest, EachForceIsTheEnginesAlone) {
+  const std::vector<std::vector<Setting>> cases = {
+      {{"smoothing", "weight", 0.7f}},
+      {{"smoothing", "weight", 0.7f}, {"smoothing", "curvature", 0}},
+      {{"smoothing", "weight", 0.7f}, {"smoothing", "evenness", 0}, {"smoothing", "elevation_limit", 0.05f}},
+      {{"smoothing", "weight", 0.7f}, {"smoothing", "evenness", 3.1f}, {"smoothing", "elevation_limit", 2}},
+      {{"shape_memory", "weight", 0.9f}},
+      {{"shape_memory", "weight", 0.9f}, {"shape_memory", "scaling", 0}},
+      {{"shape_memory", "weight", 0.9f}, {"shape_memory", "scaling", 0.8f}},
+      {{"gradient", "weight", 0.6f}},
+      {{"gradient", "weight", 0.6f}, {"gradient", "pull", 0}},
+      {{"intensity_profile", "weight", 0.6f}, {"intensity_profile", "pull", 3}},
+      {{"region", "weight", 0.6f}},
+      {{"attraction", "weight", 0.8f}},
+      {{"attraction", "weight", 0.8f}, {"attraction", "order", 0}},
+      {{"attraction", "weight", 0.8f}, {"gradient", "weight", 0.6f}, {"attraction", "image_fade", 0.5f}},
+  };
+  for (const auto& settings : cases) {
+    HeldScene s = noisy_scene();
+    for (const Setting& setting : settings) set(s.forces, setting);
+    const Pose start = pose_of(s.mesh.positions);
+    const Pose a = s.model(start).acceleration(start);
+    EXPECT_GT(a.norm(), 1) << "a force that does nothing shows nothing";
+    EXPECT_LT(difference(s), kFloat) << settings[0].force << ", last setting " << settings.back().parameter;
+  }
+}
+
+TEST_P(ReferenceModelTest, AllForcesTogetherAreTheEngines) {
+  HeldScene s = noisy_scene(4);
+  for (const ForceInfo& force : force_list()) weight_of(s.forces, force.id) = 0.3f;
+  EXPECT_LT(difference(s), kFloat);
+}
+
+TEST_P(ReferenceModelTest, FoldsAndCollinearNeighboursAreTheEngines) {
+  HeldScene s = noisy_scene();
+  set(s.forces, {"smoothing", "weight", 0.7f});
+  set(s.forces, {"shape_memory", "weight", 0.3f});
+  set(s.forces, {"gradient", "weight", 0.3f});
+  // A vertex pushed through the surface folds it; one neighbour on another makes the normal a matter of choice.
+  s.mesh.positions[40] *= 0.6f;
+  const auto& nb = s.mesh.neighbours[200];
+  s.mesh.positions[static_cast<std::size_t>(nb[1])] = s.mesh.positions[static_cast<std::size_t>(nb[0])];
+  EXPECT_LT(difference(s), kFloat);
+}
+
+/// Scenes with one fixed point near by: what is free to slide without a cost is held by points.
+std::vector<HeldScene> anchored_scenes() {
+  std::vector<HeldScene> scenes;
+  auto add = [&scenes](std::initializer_list<Setting> settings) {
+    HeldScene s = noisy_scene();
+    s.mesh = make_sphere({0.3, -0.2, 0.1}, 20, 3);
+    s.points_mm = {{22, 0, 0}, {-20, 1, 0}, {0, 21, 3}, {1, -21, 0}, {0, 1, 22}};
+    for (const Setting& setting : settings) set(s.forces, setting);
+    set(s.forces, {"attraction", "weight", 1.2f});
+    scenes.push_back(std::move(s));
+  };
+  add({{"smoothing", "weight", 2},
+       {"smoothing", "curvature", 0.5f},
+       {"region", "weight", 0.5f},
+       {"region", "pull", 4}});
+  add({{"shape_memory", "weight", 3}, {"gradient", "weight", 0.5f}, {"gradient", "pull", 0}});
+  add({{"smoothing", "weight", 1}, {"smoothing", "evenness", 1}, {"intensity_profile", "weight", 1}});
+  return scenes;
+}
+
+TEST_P(ReferenceModelTest, TheEngineEndsAtTheFixedPoint) {
+  for (const HeldScene& s : anchored_scenes()) {
+    const Pose start = pose_of(s.mesh.positions);
+    const ReferenceModel model = s.model(start);
+    const FixedPoint found = find_fixed_point(model, start);
+    EXPECT_TRUE(found.converged) << found.residual_mm << ", " << found.last_update_mm;
+    EXPECT_LT(found.residual_mm, 1e-9);
+    EXPECT_GT((found.pose - start).norm(), 10) << "a mesh that has nowhere to go shows nothing";
+
+    // The bindings are those of the first step. More damping would end sooner, where floats no longer tell the next
+    // step.
+    const SimulationParameters steps = limited(1, 0.3f, 1000000);
+    const auto engine = s.load(make_engine(), steps);
+    EXPECT_FALSE(engine->step(6000).failure.has_value());
+    Positions after(s.mesh.positions.size()), before(after.size());
+    engine->read(0, after, before);
+    EXPECT_LT((found.pose - pose_of(after)).colwise().norm().maxCoeff(), 1e-4 * kVoxelMm);
+  }
+}
+
+TEST(ReferenceModel, TwoStartsFindOneFixedPoint) {
+  for (const HeldScene& s : anchored_scenes()) {
+    const Pose start = pose_of(s.mesh.positions);
+    const ReferenceModel model = s.model(start);
+    const FixedPoint one = find_fixed_point(model, start);
+    const FixedPoint other = find_fixed_point(model, pose_of(with_noise(s.mesh, 0.3).positions));
+    EXPECT_TRUE(one.converged && other.converged);
+    EXPECT_FALSE(one.drifts || other.drifts);
+    EXPECT_LT((one.pose - other.pose).colwise().norm().maxCoeff(), 2e-8);
+  }
+}
+
+TEST(ReferenceModel, DerivativeAndJacobianAgreeWithDifferences) {
+  HeldScene s = noisy_scene();
+  for (const ForceInfo& force : force_list()) weight_of(s.forces, force.id) = 0.3f;
+  const Pose x = pose_of(s.mesh.positions);
+  const ReferenceModel model = s.model(x);
+  const Pose v = pose_of(with_noise({Positions(s.mesh.positions.size(), {0, 0, 0}), {}}, 1).positions);
+  const double h = 1e-6;
+  const Pose differences = (model.acceleration(x + h * v) - model.acceleration(x - h * v)) / (2 * h);
+  const Pose exact = model.derivative(x, v);
+  EXPECT_LT((exact - differences).norm(), 1e-6 * exact.norm());
+  const Eigen::VectorXd product = model.jacobian(x) * Eigen::Map<const Eigen::VectorXd>(v.data(), v.size());
+  EXPECT_LT((Eigen::Map<const Pose>(product.data(), 3, x.cols()) - exact).norm(), 1e-12 * exact.norm());
+}
+
+TEST(ReferenceModel, ShapeMemoryAloneReturnsToItsReferenceUpToASimilarity) {
+  HeldScene s = noisy_scene();
+  set(s.forces, {"shape_memory", "weight", 1});
+  s.points_mm.clear();
+  const SimplexMesh sphere = make_sphere({0.3, -0.2, 0.1}, 20, 3);
+  const Pose start = pose_of(with_noise(sphere, 0.05).positions);
+  const FixedPoint found = find_fixed_point(s.model(start), start);
+  EXPECT_TRUE(found.converged);
+  EXPECT_TRUE(found.drifts) << "similarities cost nothing";
+  EXPECT_LT(found.residual_mm, 1e-8);
+  EXPECT_LT((found.pose - start).colwise().norm().maxCoeff(), 1) << "it stays near its start";
+  const Eigen::Vector3d centre = found.pose.rowwise().mean();
+  const Eigen::VectorXd radii = (found.pose.colwise() - centre).colwise().norm();
+  EXPECT_LT(radii.maxCoeff() - radii.minCoeff(), 1e-4);
+}
+
+TEST(ReferenceModel, SizesThatDoNotFitAreRefused) {
+  HeldScene s = noisy_scene();
+  s.shape.pop_back();
+  EXPECT_ANY_THROW(s.model(pose_of(s.mesh.positions)));
+}
+
+}  // namespace
+}  // namespace simplexseg
