@@ -9,10 +9,10 @@
 
 #include "cli/commands.h"
 #include "core/error.h"
+#include "image/mask.h"
 #include "io/files.h"
 #include "io/parameter_text.h"
 #include "io/volume_io.h"
-#include "image/mask.h"
 
 namespace simplexseg {
 namespace {

@@ -56,9 +56,10 @@ void plan(const Options& options, const Console& console) {
 }  // namespace
 
 void add_plan(CLI::App& app, Action& action) {
-  CLI::App* const sub =
-      app.add_subcommand("plan", "What a scene's step computes and holds, what it leaves out and why, and whether the device has room for it; "
-                              "no voxel is read");
+  CLI::App* const sub = app.add_subcommand(
+      "plan",
+      "What a scene's step computes and holds, what it leaves out and why, and whether the device has room for it; "
+      "no voxel is read");
   const auto options = std::make_shared<Options>();
   sub->add_option("SCENE", options->scene, "Scene file")->required();
   sub->add_option("--set", options->settings, "Change a parameter first: PATH=VALUE as for run")

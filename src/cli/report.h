@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "image/metrics.h"
+#include "mesh/mesh_geometry.h"
+#include "mesh/simplex_mesh.h"
 #include "session/run_trace.h"
 #include "session/scene.h"
-#include "mesh/simplex_mesh.h"
-#include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
 
@@ -33,7 +33,7 @@ struct RunReport {
   double load_ms = 0, wall_ms = 0;  ///< reading and making ready; the simulation alone
   std::int64_t steps = 0;
   bool at_rest = false;
-  std::vector<std::string> cuts;           ///< one line for each step undone
+  std::vector<std::string> cuts;  ///< one line for each step undone
   std::optional<std::string> failure;
   std::size_t bytes_held = 0;
   std::vector<MeshReport> meshes;

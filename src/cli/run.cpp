@@ -13,12 +13,12 @@
 #include "cli/simulate.h"
 #include "cli/slice_picture.h"
 #include "core/error.h"
-#include "session/label_map.h"
 #include "io/files.h"
 #include "io/mesh_io.h"
 #include "io/references.h"
 #include "io/volume_io.h"
 #include "mesh/mesh_geometry.h"
+#include "session/label_map.h"
 
 namespace simplexseg {
 namespace {
@@ -132,8 +132,9 @@ void run(const Options& options, const Console& console) {
   const int scene_steps = options.steps.value_or(session.scene_without_poses().steps);
   const bool until_rest = options.until_rest || (!options.steps && scene_steps == 0);
   TracedClock clock(session, options.report.empty() ? nullptr : &references);
-  const Advance advanced = log ? replay(session, *log, clock, console)
-                               : simulate(session, until_rest ? kMostStepsUntilRest : scene_steps, until_rest, clock, console);
+  const Advance advanced =
+      log ? replay(session, *log, clock, console)
+          : simulate(session, until_rest ? kMostStepsUntilRest : scene_steps, until_rest, clock, console);
   session.scene();  // the poses are back from the engine: part of the simulation's time
   report.wall_ms = 1000 * clock.stop();
   report.steps = advanced.steps;
@@ -180,9 +181,10 @@ void add_run(CLI::App& app, Action& action) {
   sub->add_option("--backend", options->backend, "auto takes CUDA where a device can be used, else the CPU")
       ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
       ->capture_default_str();
-  sub->add_option("--sampling", options->sampling,
-                  "How a CUDA device reads the volume: filtered (by its texture unit, fractions of 8 bits), fetched (from a "
-                  "texture, interpolated in float) or linear (from linear memory)")
+  sub->add_option(
+         "--sampling", options->sampling,
+         "How a CUDA device reads the volume: filtered (by its texture unit, fractions of 8 bits), fetched (from a "
+         "texture, interpolated in float) or linear (from linear memory)")
       ->check(CLI::IsMember({"filtered", "fetched", "linear"}))
       ->capture_default_str();
   sub->add_option("--threads", options->threads, "CPU threads; without it as many as the machine has")

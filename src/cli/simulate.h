@@ -2,10 +2,10 @@
 #pragma once
 #include "cli/commands.h"
 #include "core/error.h"
-#include "session/run_trace.h"
-#include "session/session.h"
 #include "io/references.h"
 #include "io/scene_io.h"
+#include "session/run_trace.h"
+#include "session/session.h"
 
 namespace simplexseg {
 

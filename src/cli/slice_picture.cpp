@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mesh/simplex_mesh.h"
 #include "mesh/mesh_geometry.h"
+#include "mesh/simplex_mesh.h"
 
 namespace simplexseg {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "session/scene.h"
 #include "image/volume.h"
 #include "io/picture_io.h"
+#include "session/scene.h"
 
 namespace simplexseg {
 

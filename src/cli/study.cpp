@@ -25,7 +25,8 @@ void make_result_folder(const std::string& folder) {
   std::error_code failure;
   std::filesystem::create_directories(folder, failure);
   if (!std::filesystem::is_directory(folder))
-    throw Error("cannot make the folder " + quoted(folder), failure ? failure.message() : "there is a file of that name", "name another");
+    throw Error("cannot make the folder " + quoted(folder),
+                failure ? failure.message() : "there is a file of that name", "name another");
   const AtomicFile writable(std::filesystem::path(folder) / "writable");
 }
 

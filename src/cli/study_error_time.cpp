@@ -9,11 +9,11 @@
 #include "cli/simulate.h"
 #include "cli/study.h"
 #include "cli/table.h"
+#include "image/mask.h"
 #include "io/files.h"
 #include "io/plot_io.h"
 #include "io/references.h"
 #include "study/error_time_report.h"
-#include "image/mask.h"
 
 namespace simplexseg {
 namespace {
@@ -21,7 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kWidth = 1000, kHeight = 600;
-constexpr const char *kFull = "phantom:full", *kHalf = "phantom:half", *kMembrane = "analytic:membrane", *kHalfMembrane = "analytic:membrane-half";
+constexpr const char *kFull = "phantom:full", *kHalf = "phantom:half", *kMembrane = "analytic:membrane",
+                     *kHalfMembrane = "analytic:membrane-half";
 
 struct Options {
   std::vector<std::string> scenes, settings;
@@ -46,11 +47,14 @@ Named read_named(const std::string& word, const Options& options, const Console&
   }
   if (word == kMembrane || word == kHalfMembrane) {
     const bool half = word == kHalfMembrane;
-    return {std::string(half ? "analytic-membrane-half-" : "analytic-membrane-") + std::to_string(20 << (2 * sphere_level_for(options.vertices))), std::nullopt, half};
+    return {std::string(half ? "analytic-membrane-half-" : "analytic-membrane-") +
+                std::to_string(20 << (2 * sphere_level_for(options.vertices))),
+            std::nullopt, half};
   }
   if (word.rfind("phantom:", 0) == 0 || word.rfind("analytic:", 0) == 0)
-    throw Error("scene " + quoted(word), "there is no built-in scene of that name",
-                std::string("give ") + kFull + ", " + kHalf + ", " + kMembrane + ", " + kHalfMembrane + " or a scene file");
+    throw Error(
+        "scene " + quoted(word), "there is no built-in scene of that name",
+        std::string("give ") + kFull + ", " + kHalf + ", " + kMembrane + ", " + kHalfMembrane + " or a scene file");
   LoadedScene loaded = load_scene(word, options.settings, console);
   const References references(loaded.scene, fs::path(word).parent_path(), loaded.volume.geometry());
   StudyScene study;
@@ -68,7 +72,8 @@ Named read_named(const std::string& word, const Options& options, const Console&
 
 void write_result(const fs::path& folder, const ErrorTimeResult& result) {
   const auto write_both = [&](const std::string& what, const Plot& plot) {
-    for (const char* extension : {".svg", ".png"}) write_plot(folder / (result.name + "-" + what + extension), plot, kWidth, kHeight);
+    for (const char* extension : {".svg", ".png"})
+      write_plot(folder / (result.name + "-" + what + extension), plot, kWidth, kHeight);
   };
   write_text(folder / (result.name + "-held.csv"), held_csv(result));
   write_both("work-precision", held_plot(result, false, false));
@@ -80,7 +85,8 @@ void write_result(const fs::path& folder, const ErrorTimeResult& result) {
   write_both("refresh", refresh_plot(result));
 }
 
-ErrorTimeResult measure_scene(const Named& named, const Options& options, const EngineFactory& make_engine, const Console& console) {
+ErrorTimeResult measure_scene(const Named& named, const Options& options, const EngineFactory& make_engine,
+                              const Console& console) {
   const Poll poll = [] { Interrupt::check(); };
   ErrorTimeResult result;
   result.name = named.name;
@@ -91,7 +97,9 @@ ErrorTimeResult measure_scene(const Named& named, const Options& options, const 
   HeldProblem problem;
   {
     const Progress progress(console, named.name + ": fixed point");
-    problem = named.scene ? hold_targets_of(named.scene->scene, named.scene->volume, named.scene->held_from_start, make_engine, poll) : make_membrane(named.half, options.vertices);
+    problem = named.scene ? hold_targets_of(named.scene->scene, named.scene->volume, named.scene->held_from_start,
+                                            make_engine, poll)
+                          : make_membrane(named.half, options.vertices);
   }
   result.vertices = problem.vertex_count(), result.how = problem.how, result.start_mm = problem.start_mm;
   {
@@ -118,7 +126,8 @@ ErrorTimeResult measure_scene(const Named& named, const Options& options, const 
 
 /// The lines of the 1% mark, for the terminal.
 void print_result(std::ostream& out, const ErrorTimeResult& result) {
-  out << result.name << ", " << result.vertices << " vertices, " << result.device << "; fixed point " << result.how << "\n";
+  out << result.name << ", " << result.vertices << " vertices, " << result.device << "; fixed point " << result.how
+      << "\n";
   std::vector<std::vector<std::string>> rows{{"method", "steps to 1%", "ms", "along normals: steps", "ms"}};
   for (const HeldCurve& curve : result.held) {
     rows.push_back({curve.method.name});
@@ -141,7 +150,8 @@ void study(const Options& options, const Console& console) {
   for (const std::string& word : options.scenes) {
     scenes.push_back(read_named(word, options, console));
     if (!names.insert(scenes.back().name).second)
-      throw Error("scene " + quoted(word), "another of the same name is given, and their files would be the same", "give it in a run of its own");
+      throw Error("scene " + quoted(word), "another of the same name is given, and their files would be the same",
+                  "give it in a run of its own");
     Interrupt::check();
   }
   make_result_folder(options.folder);
@@ -151,7 +161,9 @@ void study(const Options& options, const Console& console) {
   };
   if (!choice.note.empty() && why_no_cuda() != "built without CUDA") console.err << one_line(choice.note, 1000) << "\n";
   as_failure([&] {
-    std::string text = "# Error against run time\n\nMade by `simplexseg-cli study error-time`; docs/manual.md says how to read it.\n\n";
+    std::string text =
+        "# Error against run time\n\nMade by `simplexseg-cli study error-time`; docs/manual.md says how to read "
+        "it.\n\n";
     for (const Named& named : scenes) {
       const ErrorTimeResult result = measure_scene(named, options, make_engine, console);
       write_result(options.folder, result);
@@ -166,22 +178,28 @@ void study(const Options& options, const Console& console) {
 }  // namespace
 
 void add_study_error_time(CLI::App& studies, Action& action) {
-  CLI::App* const sub = studies.add_subcommand("error-time", "Error against run time and steps of every solver, as tables and plots");
+  CLI::App* const sub =
+      studies.add_subcommand("error-time", "Error against run time and steps of every solver, as tables and plots");
   const auto options = std::make_shared<Options>();
   sub->add_option("SCENE", options->scenes,
-                  std::string("Scene files, or ") + kFull + ", " + kHalf + " (a sphere that becomes an ellipsoid, with image data everywhere or on half of it), " + kMembrane +
-                      ", " + kHalfMembrane + " (springs whose rest is known, held everywhere or on half)")
+                  std::string("Scene files, or ") + kFull + ", " + kHalf +
+                      " (a sphere that becomes an ellipsoid, with image data everywhere or on half of it), " +
+                      kMembrane + ", " + kHalfMembrane + " (springs whose rest is known, held everywhere or on half)")
       ->required();
   sub->add_option("--out", options->folder, "Folder for tables and plots")->required();
   sub->add_option("--backend", options->backend, "auto takes CUDA where a device can be used, else the CPU")
       ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
       ->capture_default_str();
-  sub->add_option("--threads", options->threads, "CPU threads; without it as many as the machine has")->check(CLI::Range(1, 1024));
-  sub->add_option("--budget", options->budget_s, "Most seconds of steps for each method")->check(CLI::Range(0.001, 3600.0))->capture_default_str();
+  sub->add_option("--threads", options->threads, "CPU threads; without it as many as the machine has")
+      ->check(CLI::Range(1, 1024));
+  sub->add_option("--budget", options->budget_s, "Most seconds of steps for each method")
+      ->check(CLI::Range(0.001, 3600.0))
+      ->capture_default_str();
   sub->add_option("--vertices", options->vertices, "Vertices of the built-in scenes, rounded up to the next sphere")
       ->check(CLI::Range(20, 1310720))
       ->capture_default_str();
-  sub->add_option("--set", options->settings, "Change a parameter of every scene first: PATH=VALUE as for run")->allow_extra_args(false);
+  sub->add_option("--set", options->settings, "Change a parameter of every scene first: PATH=VALUE as for run")
+      ->allow_extra_args(false);
   sub->callback([options, &action] { action = [options](const Console& console) { study(*options, console); }; });
 }
 

@@ -36,24 +36,29 @@ void study(const Options& options, const Console& console) {
   write_text(folder / "stability.csv", cases_csv(result));
   write_text(folder / "stability_limits.csv", limits_csv(result));
   write_text(folder / "stability.md", stability_report(result));
-  for (const char* name : {"stability_limits.svg", "stability_limits.png"}) write_plot(folder / name, limits_plot(result), 900, 600);
+  for (const char* name : {"stability_limits.svg", "stability_limits.png"})
+    write_plot(folder / name, limits_plot(result), 900, 600);
   console.out << "wrote stability.md, stability.csv, stability_limits.csv, .svg and .png to " << options.folder << "\n";
   if (const int missed = result.missed(); missed > 0)
-    throw Failure(std::to_string(missed) + " cases or limits are not as stated; see " + (folder / "stability.md").string());
+    throw Failure(std::to_string(missed) + " cases or limits are not as stated; see " +
+                  (folder / "stability.md").string());
 }
 
 }  // namespace
 
 void add_study_stability(CLI::App& studies, Action& action) {
   CLI::App* const sub = studies.add_subcommand(
-      "stability", "Stiff and extreme cases with every solver against the outcomes that are stated for them, and the largest stable "
-                   "timestep of each force against its bound; exit status 1 when one is not as stated");
+      "stability",
+      "Stiff and extreme cases with every solver against the outcomes that are stated for them, and the largest stable "
+      "timestep of each force against its bound; exit status 1 when one is not as stated");
   const auto options = std::make_shared<Options>();
   sub->add_option("--out", options->folder, "Folder for tables and plots; made where it is not")->required();
   sub->add_option("--backend", options->backend, "auto: CUDA where there is a device, else the CPU")
       ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
       ->capture_default_str();
-  sub->add_option("--threads", options->threads, "CPU threads; 0: as many as the machine has")->check(CLI::Range(0, 1024))->capture_default_str();
+  sub->add_option("--threads", options->threads, "CPU threads; 0: as many as the machine has")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
   sub->callback([options, &action] { action = [options](const Console& console) { study(*options, console); }; });
 }
 

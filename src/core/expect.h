@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Debug assertions at the borders of rooms: what a caller promises, and what a function promises. They are for mistakes in the
-// program, not for bad input, which is an Error (core/error.h) in every build.
+// Debug assertions at the borders of rooms: what a caller promises, and what a function promises. They are for mistakes
+// in the program, not for bad input, which is an Error (core/error.h) in every build.
 #pragma once
 
-#ifdef SIMPLEXSEG_ASSERTIONS      // the presets dev, asan and tsan
+#ifdef SIMPLEXSEG_ASSERTIONS  // the presets dev, asan and tsan
 #include <cstdio>
 #include <cstdlib>
 
 namespace simplexseg::detail {
-/// Ends the program: a broken promise leaves nothing to go on with, and a debugger or sanitizer shows where it was broken.
+/// Ends the program: a broken promise leaves nothing to go on with, and a debugger or sanitizer shows where it was
+/// broken.
 [[noreturn]] inline void broken_promise(const char* kind, const char* condition, const char* file, int line) {
   std::fprintf(stderr, "%s:%d: %s(%s) does not hold\n", file, line, kind, condition);
   std::abort();

@@ -6,7 +6,7 @@
 
 #ifdef __CUDACC__
 #define SIMPLEXSEG_HD __host__ __device__ __forceinline__
-#define SIMPLEXSEG_UNROLL _Pragma("unroll 4")     // loads of four rounds at once; the CPU's compiler knows better
+#define SIMPLEXSEG_UNROLL _Pragma("unroll 4")  // loads of four rounds at once; the CPU's compiler knows better
 #else
 #define SIMPLEXSEG_UNROLL
 #define SIMPLEXSEG_HD inline __attribute__((always_inline))
@@ -25,7 +25,8 @@ struct alignas(16) Int4 {
   int x, y, z, w;
 };
 
-// One instruction each, where fmaxf and fminf of the C library are calls. A first argument that is NaN gives the second.
+// One instruction each, where fmaxf and fminf of the C library are calls. A first argument that is NaN gives the
+// second.
 SIMPLEXSEG_HD float larger(float a, float b) { return a > b ? a : b; }
 SIMPLEXSEG_HD float smaller(float a, float b) { return a < b ? a : b; }
 

@@ -12,7 +12,8 @@ SIMPLEXSEG_HD void atomic_min(unsigned long long* at, unsigned long long value) 
   atomicMin(at, value);
 #else
   unsigned long long now = __atomic_load_n(at, __ATOMIC_RELAXED);
-  while (value < now && !__atomic_compare_exchange_n(at, &now, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
+  while (value < now && !__atomic_compare_exchange_n(at, &now, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+  }
 #endif
 }
 SIMPLEXSEG_HD void atomic_add(long long* at, long long value) {

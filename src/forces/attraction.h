@@ -13,12 +13,15 @@ struct AttractionForce {
   static constexpr ForceId id = ForceId::Attraction;
   static constexpr const char* name = "attraction";
   static constexpr const char* title = "Attraction";
-  static constexpr const char* doc = "Pulls the vertex nearest to each attraction point, and its neighbourhood, to the point.";
+  static constexpr const char* doc =
+      "Pulls the vertex nearest to each attraction point, and its neighbourhood, to the point.";
   enum Parameter : int { weight, order, image_fade, parameter_count };
   static constexpr ParameterInfo parameters[] = {
       {"weight", 2, 0, 20, "", "Strength of the force; 0 leaves it out."},
-      {"order", 5, 0, kMaxNeighbourhoodOrder, "rings", "Size of the neighbourhood that follows the nearest vertex.", ParameterKind::Integer},
-      {"image_fade", 1, 0, 1, "", "How far image forces fade where a point pulls; 1: the point alone decides at its vertex."},
+      {"order", 5, 0, kMaxNeighbourhoodOrder, "rings", "Size of the neighbourhood that follows the nearest vertex.",
+       ParameterKind::Integer},
+      {"image_fade", 1, 0, 1, "",
+       "How far image forces fade where a point pulls; 1: the point alone decides at its vertex."},
   };
   static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
 
@@ -30,8 +33,8 @@ struct AttractionForce {
   }
 };
 
-/// Nearest vertex to each attraction point, first half: over one block of vertices of a mesh, for one group of points of
-/// that mesh. BindPatch takes the smallest of the blocks' keys. Ties go to the lowest index: the key is the squared
+/// Nearest vertex to each attraction point, first half: over one block of vertices of a mesh, for one group of points
+/// of that mesh. BindPatch takes the smallest of the blocks' keys. Ties go to the lowest index: the key is the squared
 /// distance's bits, then the vertex.
 struct FindNearest {
   static constexpr const char* name = "nearest vertex";
@@ -42,7 +45,8 @@ struct FindNearest {
     const int group = index % v.point_groups, block = index / v.point_groups % v.nearest_blocks;
     const MeshConstants& m = v.meshes[index / v.point_groups / v.nearest_blocks];
     const int begin = block * kBlock, end = begin + kBlock < m.vertex_count ? begin + kBlock : m.vertex_count;
-    const int points = m.point_count - group * kPointGroup < kPointGroup ? m.point_count - group * kPointGroup : kPointGroup;
+    const int points =
+        m.point_count - group * kPointGroup < kPointGroup ? m.point_count - group * kPointGroup : kPointGroup;
     if (begin >= end || points <= 0) return;
     const int first_point = m.first_point + group * kPointGroup, first_vertex = m.first_vertex;
     // All loads first: none waits for another.
@@ -70,13 +74,13 @@ struct FindNearest {
     unsigned long long keys[kPointGroup];
     for (int k = 0; k < kPointGroup; ++k) {
       const int at = begin + lanes.lane + nearest[k] * kStride;
-      const unsigned vertex = static_cast<unsigned>(first_vertex + (at < end ? at : end - 1)), square = bits_of(best[k]);
+      const unsigned vertex = static_cast<unsigned>(first_vertex + (at < end ? at : end - 1)),
+                     square = bits_of(best[k]);
       const unsigned least = lanes.smallest(square);
       keys[k] = static_cast<unsigned long long>(least) << 32 | lanes.smallest(square == least ? vertex : ~0u);
     }
     if (lanes.lane != 0) return;
-    for (int k = 0; k < points; ++k)
-      v.nearest[static_cast<long>(first_point + k) * v.nearest_blocks + block] = keys[k];
+    for (int k = 0; k < points; ++k) v.nearest[static_cast<long>(first_point + k) * v.nearest_blocks + block] = keys[k];
   }
 };
 
@@ -115,13 +119,14 @@ struct BindPatch {
     SIMPLEXSEG_UNROLL
     for (int b = lanes.lane; b < v.nearest_blocks; b += L::width) key = keys[b] < key ? keys[b] : key;
     const unsigned square = lanes.smallest(static_cast<unsigned>(key >> 32));
-    const int nearest = static_cast<int>(lanes.smallest(static_cast<unsigned>(key >> 32) == square ? static_cast<unsigned>(key) : ~0u));
+    const int nearest =
+        static_cast<int>(lanes.smallest(static_cast<unsigned>(key >> 32) == square ? static_cast<unsigned>(key) : ~0u));
     int count = c.patch_count;
     if (c.nearest != nearest || c.order != order) {
       count = 1;
       if (lanes.lane == 0) patch[0] = {nearest, 1.0f};
       lanes.sync();
-      int before = 0, begin = 0;              // of the last ring but one, and of the last ring
+      int before = 0, begin = 0;  // of the last ring but one, and of the last ring
       for (int ring = 1; ring <= order; ++ring) {
         const int end = count;
         const float w = AttractionForce::ring_weight(ring, order);

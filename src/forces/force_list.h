@@ -12,7 +12,8 @@
 
 namespace simplexseg {
 
-using Forces = std::tuple<SmoothingForce, ShapeMemoryForce, GradientForce, IntensityProfileForce, RegionForce, AttractionForce>;
+using Forces =
+    std::tuple<SmoothingForce, ShapeMemoryForce, GradientForce, IntensityProfileForce, RegionForce, AttractionForce>;
 static_assert(std::tuple_size_v<Forces> == kForceCount);
 
 }  // namespace simplexseg

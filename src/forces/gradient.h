@@ -4,9 +4,9 @@
 
 namespace simplexseg {
 
-/// Pulls each vertex to the strongest edge along its normal: search x + j s n, j = -m..m, for the largest |grad I|, or the
-/// largest -+dI/dn for a bright or a dark object; d = j* s n with parabolic refinement. Ties and flat profiles give j* = 0;
-/// no sample outside the volume counts; no force where the best response is below the threshold
+/// Pulls each vertex to the strongest edge along its normal: search x + j s n, j = -m..m, for the largest |grad I|, or
+/// the largest -+dI/dn for a bright or a dark object; d = j* s n with parabolic refinement. Ties and flat profiles give
+/// j* = 0; no sample outside the volume counts; no force where the best response is below the threshold
 /// (docs/mathematics.md, section 2.3).
 struct GradientForce {
   static constexpr ForceId id = ForceId::Gradient;
@@ -18,7 +18,8 @@ struct GradientForce {
       {"weight", 0, 0, 10, "", "Strength of the force; 0 leaves it out."},
       {"samples", 6, 1, kMaxSearch, "", "Samples to each side of the vertex.", ParameterKind::Integer},
       {"spacing", 0.5f, 0.05f, 4, "voxel", "Distance of the samples."},
-      {"object", 0, 0, 2, "", "Which edges count: any, the rim of a bright object, or the rim of a dark one.", ParameterKind::Choice, "any|bright|dark"},
+      {"object", 0, 0, 2, "", "Which edges count: any, the rim of a bright object, or the rim of a dark one.",
+       ParameterKind::Choice, "any|bright|dark"},
       {"threshold", 0.01f, 0, 1, "1/voxel", "Weakest edge that pulls, as a share of the volume's intensity range."},
       {"pull", 1, 0, 20, "voxel", "Bound of the displacement; 0: none."},
   };
@@ -37,7 +38,7 @@ struct GradientSearch {
   static constexpr const char* name = "gradient search";
   static constexpr int kLanes = kWidth, kMost = 2 * kMaxSearch + 3;
   StepView v;
-  int scratch;            ///< floats: samples and responses of the longest search
+  int scratch;  ///< floats: samples and responses of the longest search
   template <class L>
   SIMPLEXSEG_HD void operator()(int i, L lanes) const {
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
@@ -55,10 +56,14 @@ struct GradientSearch {
     auto kept = lanes.template scratch<kMost>(0);
     Peak peak;
     if (object == 0) {
-      peak = find_peak(lanes, kept, reach, [&](int k) { return gradient_magnitude_at(voxels, v.volume, line.origin + ((k - reach) * step) * line.direction); });
+      peak = find_peak(lanes, kept, reach, [&](int k) {
+        return gradient_magnitude_at(voxels, v.volume, line.origin + ((k - reach) * step) * line.direction);
+      });
 #ifdef __CUDA_ARCH__
     } else if (L::width == 1) {
-      auto search = [&](auto samples) { return find_peak(lanes, kept, reach, [&](int k) { return samples.next(k, response); }); };
+      auto search = [&](auto samples) {
+        return find_peak(lanes, kept, reach, [&](int k) { return samples.next(k, response); });
+      };
       if (contains(v.volume, line, start, start + (count - 1) * step))
         peak = search(SampleStream<Voxels, true>(voxels, v.volume, line, start, step));
       else
@@ -70,7 +75,8 @@ struct GradientSearch {
       peak = find_peak(lanes, kept, reach, [&](int k) { return response(samples[k], samples[k + 1], samples[k + 2]); });
     }
     const bool found = peak.best > threshold && peak.best > 0.0f;
-    if (lanes.lane == 0) v.gradient_target[i] = with_w(p + (found ? peak.offset(reach) * step : 0.0f) * n, found ? 1.0f : 0.0f);
+    if (lanes.lane == 0)
+      v.gradient_target[i] = with_w(p + (found ? peak.offset(reach) * step : 0.0f) * n, found ? 1.0f : 0.0f);
   }
 };
 

@@ -4,9 +4,10 @@
 
 namespace simplexseg {
 
-/// Pulls each vertex to where the intensities along its normal look most like its recorded reference profile: normalised
-/// cross-correlation (accepted above a threshold; zero variance matches nothing) or mean absolute difference. The line is
-/// sampled once over the whole range, then compared at each shift (docs/mathematics.md, section 2.4).
+/// Pulls each vertex to where the intensities along its normal look most like its recorded reference profile:
+/// normalised cross-correlation (accepted above a threshold; zero variance matches nothing) or mean absolute
+/// difference. The line is sampled once over the whole range, then compared at each shift (docs/mathematics.md,
+/// section 2.4).
 struct IntensityProfileForce {
   static constexpr ForceId id = ForceId::IntensityProfile;
   static constexpr const char* name = "intensity_profile";
@@ -15,11 +16,16 @@ struct IntensityProfileForce {
   enum Parameter : int { weight, half_length, samples, spacing, measure, acceptance, pull, parameter_count };
   static constexpr ParameterInfo parameters[] = {
       {"weight", 0, 0, 10, "", "Strength of the force; 0 leaves it out."},
-      {"half_length", 4, 1, kMaxProfile, "", "Samples of the reference profile to each side; record the profiles again after changing it.", ParameterKind::Integer},
+      {"half_length", 4, 1, kMaxProfile, "",
+       "Samples of the reference profile to each side; record the profiles again after changing it.",
+       ParameterKind::Integer},
       {"samples", 6, 1, kMaxSearch, "", "Shifts that are tried to each side.", ParameterKind::Integer},
       {"spacing", 0.5f, 0.05f, 4, "voxel", "Distance of the samples."},
-      {"measure", 0, 0, 1, "", "How profiles are compared: correlation, or mean absolute difference.", ParameterKind::Choice, "correlation|difference"},
-      {"acceptance", 0.2f, -1, 1, "", "Least correlation that pulls (correlation), or largest difference as a share of the intensity range (difference)."},
+      {"measure", 0, 0, 1, "", "How profiles are compared: correlation, or mean absolute difference.",
+       ParameterKind::Choice, "correlation|difference"},
+      {"acceptance", 0.2f, -1, 1, "",
+       "Least correlation that pulls (correlation), or largest difference as a share of the intensity range "
+       "(difference)."},
       {"pull", 1, 0, 20, "voxel", "Bound of the displacement; 0: none."},
   };
   static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
@@ -44,7 +50,7 @@ struct ProfileSearch {
   static constexpr int kSamples = 2 * (kMaxSearch + kMaxProfile) + 1 + kTile;
   static constexpr int kLanes = kWidth, kLength = 2 * kMaxProfile + 1;
   StepView v;
-  int scratch;            ///< floats: samples, reference and scores of the longest search
+  int scratch;  ///< floats: samples, reference and scores of the longest search
   template <class L>
   SIMPLEXSEG_HD void operator()(int i, L lanes) const {
     using F = IntensityProfileForce;
@@ -64,8 +70,8 @@ struct ProfileSearch {
     auto expected = lanes.template scratch<kLength>(count + kTile);
     auto kept = lanes.template scratch<2 * kMaxSearch + 1 + kTile>(count + kTile + length);
     const bool correlate = m.integer<F>(F::measure) == 0;
-    // Correlation does not change by what is taken off all values: less one of them, sums of squares lose no digits to what
-    // all samples have in common.
+    // Correlation does not change by what is taken off all values: less one of them, sums of squares lose no digits to
+    // what all samples have in common.
     const float base = correlate ? reference[half] : 0.0f, share = 1.0f / length;
     if constexpr (L::width == 1) {
       for (int k = 0; k < length; ++k) expected[k] = reference[k] - base;
@@ -74,7 +80,8 @@ struct ProfileSearch {
       // The reference is on its way while the volume is sampled.
       constexpr int kOwn = (kLength + L::width - 1) / L::width;
       float own[kOwn];
-      for (int r = 0; r < kOwn; ++r) own[r] = lanes.lane + r * L::width < length ? reference[lanes.lane + r * L::width] : 0.0f;
+      for (int r = 0; r < kOwn; ++r)
+        own[r] = lanes.lane + r * L::width < length ? reference[lanes.lane + r * L::width] : 0.0f;
       sample_line(voxels, v.volume, lanes, line, -(reach + half) * step, step, count, values, base);
       for (int r = 0; r < kOwn; ++r)
         if (lanes.lane + r * L::width < length) expected[lanes.lane + r * L::width] = own[r] - base;

@@ -15,10 +15,12 @@ struct OneLane {
     float values[kMost];
     SIMPLEXSEG_HD float& operator[](int k) { return values[k]; }
   };
-  /// Floats that live while the item is worked on: `kMost` at most, and `count` of them from `first` on of those that the
-  /// kernel asked for in its member `scratch`.
+  /// Floats that live while the item is worked on: `kMost` at most, and `count` of them from `first` on of those that
+  /// the kernel asked for in its member `scratch`.
   template <int kMost>
-  SIMPLEXSEG_HD Scratch<kMost> scratch(int /*first*/) const { return {}; }
+  SIMPLEXSEG_HD Scratch<kMost> scratch(int /*first*/) const {
+    return {};
+  }
   // Over the values of all lanes; every lane gets the result.
   SIMPLEXSEG_HD unsigned smallest(unsigned x) const { return x; }
   SIMPLEXSEG_HD float sum(float x) const { return x; }
@@ -29,8 +31,9 @@ struct OneLane {
   SIMPLEXSEG_HD void sync() const {}
 };
 
-/// Groups of lanes that go through a kernel together, each with its own items (k = group, group + groups, ...): a kernel that
-/// is written for a team (`kTeam`, its threads on a device) is run once, and waits for all of them where it must.
+/// Groups of lanes that go through a kernel together, each with its own items (k = group, group + groups, ...): a
+/// kernel that is written for a team (`kTeam`, its threads on a device) is run once, and waits for all of them where it
+/// must.
 struct OneGroup {
   static constexpr int groups = 1, group = 0;
   OneLane lanes;
@@ -59,14 +62,16 @@ struct GroupLanes {
   static constexpr int width = kWidth;
   int lane;
   unsigned mask;
-  float* shared;          ///< of the group
+  float* shared;  ///< of the group
   template <int kMost>
   __device__ SharedScratch scratch(int first) const {
     return {shared + first, 1};
   }
   __device__ void sync() const { __syncwarp(mask); }
   template <class T>
-  __device__ T from_lane_across(T x, int step) const { return __shfl_xor_sync(mask, x, step, kWidth); }
+  __device__ T from_lane_across(T x, int step) const {
+    return __shfl_xor_sync(mask, x, step, kWidth);
+  }
   __device__ float sum(float x) const {
     // Butterflies: the order of adding is the same in every run.
     for (int step = kWidth / 2; step > 0; step /= 2) x += from_lane_across(x, step);

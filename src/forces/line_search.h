@@ -6,8 +6,8 @@
 
 namespace simplexseg {
 
-inline constexpr int kMaxSearch = 24;        ///< samples to each side
-inline constexpr int kMaxProfile = 8;        ///< half length of a reference profile
+inline constexpr int kMaxSearch = 24;  ///< samples to each side
+inline constexpr int kMaxProfile = 8;  ///< half length of a reference profile
 
 /// Offset of the extremum of a parabola through (-1, a), (0, b), (1, c), b the largest; in [-1/2, 1/2].
 SIMPLEXSEG_HD float parabolic_peak(float a, float b, float c) {
@@ -17,11 +17,12 @@ SIMPLEXSEG_HD float parabolic_peak(float a, float b, float c) {
   return smaller(larger(t, -0.5f), 0.5f);
 }
 
-/// The largest of the values at shifts k = 0..2 reach: of equal ones the nearest to the middle, of two as near the lower.
+/// The largest of the values at shifts k = 0..2 reach: of equal ones the nearest to the middle, of two as near the
+/// lower.
 struct Peak {
   float best;
   int k;
-  float left, right;     ///< values beside it; NaN where there is none
+  float left, right;  ///< values beside it; NaN where there is none
   /// Its place from the middle, to a fraction of a shift.
   SIMPLEXSEG_HD float offset(int reach) const {
     const float whole = static_cast<float>(k - reach);
@@ -31,9 +32,9 @@ struct Peak {
 /// How near a shift is to the middle: less is nearer; of two as near the lower one is less.
 SIMPLEXSEG_HD int rank_of(int k, int reach) { return k <= reach ? 2 * (reach - k) : 2 * (k - reach) + 1; }
 
-/// The peak of value(k), k = 0 ... 2 reach; NaN is no value. One device thread calls it once for each k, in order, and keeps
-/// none; several lanes share the calls out and keep the values in `kept`; the CPU does so in passes that the compiler
-/// vectorises.
+/// The peak of value(k), k = 0 ... 2 reach; NaN is no value. One device thread calls it once for each k, in order, and
+/// keeps none; several lanes share the calls out and keep the values in `kept`; the CPU does so in passes that the
+/// compiler vectorises.
 template <class L, class Kept, class Value>
 SIMPLEXSEG_HD Peak find_peak([[maybe_unused]] L lanes, [[maybe_unused]] Kept& kept, int reach, Value&& value) {
   Peak peak{-1e30f, reach, NAN, NAN};
@@ -82,8 +83,8 @@ SIMPLEXSEG_HD Peak find_peak([[maybe_unused]] L lanes, [[maybe_unused]] Kept& ke
   return peak;
 }
 
-/// The force of a target held since the last refresh: its distance along the present normal, so that a vertex is free to
-/// slide on the surface. `pull_mm` > 0 bounds it.
+/// The force of a target held since the last refresh: its distance along the present normal, so that a vertex is free
+/// to slide on the surface. `pull_mm` > 0 bounds it.
 SIMPLEXSEG_HD Vec3 pull_to_target(Vec4 target, Vec3 p, Vec3 n, float pull_mm) {
   float d = dot(xyz(target) - p, n);
   if (pull_mm > 0.0f) d = smaller(larger(d, -pull_mm), pull_mm);

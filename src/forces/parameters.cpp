@@ -13,7 +13,9 @@ template <std::size_t... I>
 constexpr auto make_force_list(std::index_sequence<I...>) {
   static_assert(((static_cast<std::size_t>(std::tuple_element_t<I, Forces>::id) == I) && ...), "order of ForceId");
   static_assert(((std::tuple_element_t<I, Forces>::parameter_count <= kMaxForceParameters) && ...));
-  static_assert(((std::size(std::tuple_element_t<I, Forces>::parameters) == std::tuple_element_t<I, Forces>::parameter_count) && ...));
+  static_assert(
+      ((std::size(std::tuple_element_t<I, Forces>::parameters) == std::tuple_element_t<I, Forces>::parameter_count) &&
+       ...));
   return std::array<ForceInfo, sizeof...(I)>{
       ForceInfo{std::tuple_element_t<I, Forces>::id, std::tuple_element_t<I, Forces>::name,
                 std::tuple_element_t<I, Forces>::title, std::tuple_element_t<I, Forces>::doc,

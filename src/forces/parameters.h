@@ -10,13 +10,13 @@ enum class ParameterKind { Real, Integer, Choice };
 
 /// One user-visible parameter. All values are held as float; Integer and Choice are rounded where they are used.
 struct ParameterInfo {
-  const char* name;             ///< as in scene files: snake_case
+  const char* name;  ///< as in scene files: snake_case
   float default_value;
-  float minimum, maximum;       ///< inclusive
-  const char* unit;             ///< "" when dimensionless
-  const char* doc;              ///< one sentence, as the tooltip shows it
+  float minimum, maximum;  ///< inclusive
+  const char* unit;        ///< "" when dimensionless
+  const char* doc;         ///< one sentence, as the tooltip shows it
   ParameterKind kind = ParameterKind::Real;
-  const char* choices = "";     ///< of a Choice: names separated by '|', value 0 first
+  const char* choices = "";  ///< of a Choice: names separated by '|', value 0 first
 };
 
 /// The forces, in the order of the activation register.
@@ -35,8 +35,8 @@ struct ForceParameters {
 /// What the list of forces says of one force.
 struct ForceInfo {
   ForceId id;
-  const char* name;             ///< as in scene files: snake_case
-  const char* title;            ///< as panels show it
+  const char* name;   ///< as in scene files: snake_case
+  const char* title;  ///< as panels show it
   const char* doc;
   std::span<const ParameterInfo> parameters;
 };

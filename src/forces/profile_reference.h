@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "forces/parameters.h"
-#include "mesh/simplex_mesh.h"
 #include "image/volume.h"
+#include "mesh/simplex_mesh.h"
 
 namespace simplexseg {
 

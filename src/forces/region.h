@@ -6,21 +6,24 @@
 namespace simplexseg {
 
 /// Drives a mesh that is far from its edge: along the normal, the boundary goes where most evidence for the object lies
-/// inside of it and most evidence for the background outside. With the log-likelihood ratio l in [-1, 1] of each sample,
+/// inside of it and most evidence for the background outside. With the log-likelihood ratio l in [-1, 1] of each
+/// sample,
 ///   score(j) = sum_{i<j} l_i s + g |dI/dn| - c |j| s,   d = s argmax score
-/// (docs/mathematics.md, section 2.5). The ratio comes from the mesh's region model (src/forces/region_model.h) and, near the
-/// end, from the intensities found just inside and outside of the surface nearby. Targets are averaged over neighbours, so
-/// that the surface moves as a sheet.
+/// (docs/mathematics.md, section 2.5). The ratio comes from the mesh's region model (src/forces/region_model.h) and,
+/// near the end, from the intensities found just inside and outside of the surface nearby. Targets are averaged over
+/// neighbours, so that the surface moves as a sheet.
 struct RegionForce {
   static constexpr ForceId id = ForceId::Region;
   static constexpr const char* name = "region";
   static constexpr const char* title = "Region";
   static constexpr float kEdgesAtOnce = 0.5f;
-  static constexpr const char* doc = "Grows or shrinks the mesh to where inside looks like the object and outside like the background.";
+  static constexpr const char* doc =
+      "Grows or shrinks the mesh to where inside looks like the object and outside like the background.";
   enum Parameter : int { weight, reach, samples, edge, nearness, local, averaging, pull, balloon, parameter_count };
   static constexpr ParameterInfo parameters[] = {
       {"weight", 0.5f, 0, 10, "", "Strength of the force; 0 leaves it out."},
-      {"reach", 2.0f, 0.5f, 10, "edges", "How far to each side is searched, in mean edge lengths of the mesh; at least 2.5 voxels."},
+      {"reach", 2.0f, 0.5f, 10, "edges",
+       "How far to each side is searched, in mean edge lengths of the mesh; at least 2.5 voxels."},
       {"samples", 8, 2, kMaxSearch, "", "Samples to each side.", ParameterKind::Integer},
       {"edge", 2.0f, 0, 10, "", "Weight of the image gradient against the evidence of the region."},
       {"nearness", 0.2f, 0, 2, "", "How much a near boundary is preferred to a far one."},
@@ -45,10 +48,10 @@ struct RegionForce {
 template <class Voxels, int kWidth>
 struct RegionStatistics {
   static constexpr const char* name = "region statistics";
-  static constexpr int kSamples = 4;         ///< to each side, a voxel apart, starting a voxel away from the surface
+  static constexpr int kSamples = 4;  ///< to each side, a voxel apart, starting a voxel away from the surface
   static constexpr int kLanes = kWidth, kCount = 2 * kSamples + 1;
   StepView v;
-  int scratch;               ///< floats: kCount
+  int scratch;  ///< floats: kCount
   template <class L>
   SIMPLEXSEG_HD void operator()(int i, L lanes) const {
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
@@ -77,7 +80,7 @@ struct RegionSearch {
   static constexpr int kSamples = 2 * kMaxSearch + 1;
   static constexpr int kLanes = kWidth;
   StepView v;
-  int scratch;               ///< floats: samples and ratios of the longest search
+  int scratch;  ///< floats: samples and ratios of the longest search
   template <class L>
   SIMPLEXSEG_HD void operator()(int i, L lanes) const {
     using F = RegionForce;
@@ -100,7 +103,9 @@ struct RegionSearch {
       // Ratio of two Gaussians of one variance, bounded below so that a flat neighbourhood says nothing.
       slope = contrast / (s.z + 0.25f * contrast * contrast + 1e-4f);
     }
-    auto share = [&](float intensity) { return smaller(larger((intensity - m.intensity_low) * m.intensity_scale, 0.0f), 1.0f); };
+    auto share = [&](float intensity) {
+      return smaller(larger((intensity - m.intensity_low) * m.intensity_scale, 0.0f), 1.0f);
+    };
     auto evidence_of = [&](float intensity) {
       const float x = share(intensity);
       float l = table ? table[static_cast<int>(x * (kRegionBins - 1) + 0.5f)] : 0.0f;
@@ -113,7 +118,7 @@ struct RegionSearch {
     sample_line(Voxels(v.volume), v.volume, lanes, line, -reach * step, step, count, value);
     for (int k = lanes.lane; k < count; k += L::width) {
       const bool valid = is_valid(value[k]);
-      ratio[k] = valid ? evidence_of(value[k]) : -1.0f;         // there is no object outside the volume
+      ratio[k] = valid ? evidence_of(value[k]) : -1.0f;  // there is no object outside the volume
       value[k] = valid ? share(value[k]) : NAN;
     }
     lanes.sync();
@@ -138,10 +143,11 @@ struct RegionSearch {
     });
     const float offset = peak.offset(reach);
     // Where the line meets no object, the normal may point anywhere (a patch that was turned inside out would be driven
-    // away for ever): the image then says nothing, and smoothing draws the surface together. One voxel of object is full
-    // evidence.
+    // away for ever): the image then says nothing, and smoothing draws the surface together. One voxel of object is
+    // full evidence.
     const float trust = smaller(evidence, 1.0f);
-    v.region_target[i] = {trust * offset * step, 0, 0, trust};     // as an offset, until averaged: RegionTarget makes it a position
+    v.region_target[i] = {trust * offset * step, 0, 0,
+                          trust};  // as an offset, until averaged: RegionTarget makes it a position
   }
 };
 
@@ -151,8 +157,8 @@ struct AverageOverNeighbours {
   StepView v;
   const Vec4* from;
   Vec4* to;
-  int pass;              ///< done only for meshes that want more passes than this
-  bool targets;          ///< region targets (as many passes as the mesh asks for), else statistics
+  int pass;      ///< done only for meshes that want more passes than this
+  bool targets;  ///< region targets (as many passes as the mesh asks for), else statistics
   SIMPLEXSEG_HD void operator()(int i) const {
     const Int4 nb = v.neighbours[i];
     const Vec4 own = from[i];
@@ -161,7 +167,8 @@ struct AverageOverNeighbours {
       return;
     }
     const Vec4 a = from[nb.x], b = from[nb.y], c = from[nb.z];
-    to[i] = {0.25f * (own.x + a.x + b.x + c.x), 0.25f * (own.y + a.y + b.y + c.y), 0.25f * (own.z + a.z + b.z + c.z), own.w};
+    to[i] = {0.25f * (own.x + a.x + b.x + c.x), 0.25f * (own.y + a.y + b.y + c.y), 0.25f * (own.z + a.z + b.z + c.z),
+             own.w};
   }
 };
 
@@ -174,12 +181,14 @@ struct RegionTarget {
     const Vec4 offset = offsets[i];
     const Int4 nb = v.neighbours[i];
     const Vec3 p = xyz(v.current[i]);
-    // A vertex that runs ahead of its neighbours by more than an edge folds the surface: half an edge until the next search.
+    // A vertex that runs ahead of its neighbours by more than an edge folds the surface: half an edge until the next
+    // search.
     const float edge = norm(xyz(v.current[nb.x]) - p) + norm(xyz(v.current[nb.y]) - p) + norm(xyz(v.current[nb.z]) - p);
     const float bound = RegionForce::kEdgesAtOnce / 3.0f * edge;
     // On a fold the normal says nothing of inside and outside: there smoothing acts alone.
     const Vec3 n = xyz(v.frame[i]);
-    const float agree = smaller(dot(n, xyz(v.frame[nb.x])), smaller(dot(n, xyz(v.frame[nb.y])), dot(n, xyz(v.frame[nb.z]))));
+    const float agree =
+        smaller(dot(n, xyz(v.frame[nb.x])), smaller(dot(n, xyz(v.frame[nb.y])), dot(n, xyz(v.frame[nb.z]))));
     const float trust = smaller(larger(2.0f * agree, 0.0f), 1.0f);
     v.region_target[i] = with_w(p + smaller(larger(offset.x, -bound), bound) * n, offset.w * trust);
   }

@@ -19,8 +19,8 @@ double quantile_of(std::vector<double>& values, double q) {
   return *at;
 }
 
-/// The least width of a range of intensities that is told from rounding: relative, for intensities have any unit; a float
-/// holds its inverse.
+/// The least width of a range of intensities that is told from rounding: relative, for intensities have any unit; a
+/// float holds its inverse.
 double least_width(double low, double high) {
   const double size = std::max(std::abs(low), std::abs(high));
   return size > 0 ? std::max(1e-6 * size, 1e-37) : 1e-6;
@@ -51,7 +51,7 @@ IntensityWindow intensity_window(const Volume& volume) {
       if (std::isfinite(static_cast<double>(voxels[k]))) values.push_back(static_cast<double>(voxels[k]));
     if (values.empty()) return;
     window = {quantile_of(values, 0.005), quantile_of(values, 0.995)};
-    if (!(window.high - window.low > least_width(window.low, window.high))) {   // few bright voxels, or a constant image
+    if (!(window.high - window.low > least_width(window.low, window.high))) {  // few bright voxels, or a constant image
       const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
       window = {*lowest, *highest};
       const double least = least_width(window.low, window.high);
@@ -115,12 +115,13 @@ std::array<float, kRegionBins> log_likelihood_ratios(const RegionModel& model) {
     for (int b = 0; b < kRegionBins; ++b) {
       if (counts[b] == 0) continue;
       for (int d = -reach; d <= reach; ++d)
-        density[std::clamp(b + d, 0, kRegionBins - 1)] += counts[b] / n * std::exp(-0.5 * d * d / (sigma * sigma)) / (sigma * 2.5066);
+        density[std::clamp(b + d, 0, kRegionBins - 1)] +=
+            counts[b] / n * std::exp(-0.5 * d * d / (sigma * sigma)) / (sigma * 2.5066);
     }
     return density;
   };
   const auto object = smooth(model.object), background = smooth(model.background);
-  constexpr double kFloor = 1e-4;      // intensities seen in neither say nothing
+  constexpr double kFloor = 1e-4;  // intensities seen in neither say nothing
   for (int b = 0; b < kRegionBins; ++b)
     ratios[b] = static_cast<float>(std::clamp(std::log((object[b] + kFloor) / (background[b] + kFloor)), -1.0, 1.0));
   return ratios;

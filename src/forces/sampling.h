@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Trilinear sampling of a volume along a line in world space. A sampler is one way to read it:
-//   LinearVoxels<T>    voxels of type T in linear memory, interpolated in float: the CPU's, and a device's where its texture
+//   LinearVoxels<T>    voxels of type T in linear memory, interpolated in float: the CPU's, and a device's where its
+//   texture
 //                      unit cannot filter T
 //   FetchedVoxels      texels of a 3D texture, interpolated in float
-//   FilteredVoxels     interpolated by the texture unit, whose fractions have 8 bits: up to 1/256 of the difference of two
+//   FilteredVoxels     interpolated by the texture unit, whose fractions have 8 bits: up to 1/256 of the difference of
+//   two
 //                      neighbouring voxels off along each axis (docs/adr/0008-textures.md says what that costs)
 #pragma once
 #include <type_traits>
@@ -27,12 +29,12 @@ SIMPLEXSEG_HD IndexLine index_line(const VolumeView& v, Vec3 origin_mm, Vec3 uni
   return {rotate_to_index(v, origin_mm) + Vec3{m[3], m[7], m[11]}, rotate_to_index(v, unit_direction)};
 }
 
-/// What a sample outside of the volume is (by more than half a voxel outside the centres of the outer voxels): NaN, as a voxel
-/// that is not a number. Neither counts.
+/// What a sample outside of the volume is (by more than half a voxel outside the centres of the outer voxels): NaN, as
+/// a voxel that is not a number. Neither counts.
 SIMPLEXSEG_HD bool is_valid(float sample) { return fabsf(sample) <= 3e38f; }
 
-/// The cell of eight voxels around an index position and the fractions within it. A position outside of the volume gets a
-/// cell at its border, so that reading it is always allowed.
+/// The cell of eight voxels around an index position and the fractions within it. A position outside of the volume gets
+/// a cell at its border, so that reading it is always allowed.
 struct Cell {
   int i, j, k;
   float fx, fy, fz;
@@ -40,12 +42,14 @@ struct Cell {
 };
 SIMPLEXSEG_HD Cell cell_at(const VolumeView& v, Vec3 p) {
   const float hx = v.size[0] - 1.0f, hy = v.size[1] - 1.0f, hz = v.size[2] - 1.0f;
-  const bool inside = (p.x >= -0.5f) & (p.y >= -0.5f) & (p.z >= -0.5f) & (p.x <= hx + 0.5f) & (p.y <= hy + 0.5f) & (p.z <= hz + 0.5f);
+  const bool inside =
+      (p.x >= -0.5f) & (p.y >= -0.5f) & (p.z >= -0.5f) & (p.x <= hx + 0.5f) & (p.y <= hy + 0.5f) & (p.z <= hz + 0.5f);
   // Comparisons rather than fmin and fmax: NaN becomes 0, and they vectorise.
   float x = p.x > 0.0f ? p.x : 0.0f, y = p.y > 0.0f ? p.y : 0.0f, z = p.z > 0.0f ? p.z : 0.0f;
   x = x < hx ? x : hx, y = y < hy ? y : hy, z = z < hz ? z : hz;
   int i = static_cast<int>(x), j = static_cast<int>(y), k = static_cast<int>(z);
-  const int li = v.size[0] > 1 ? v.size[0] - 2 : 0, lj = v.size[1] > 1 ? v.size[1] - 2 : 0, lk = v.size[2] > 1 ? v.size[2] - 2 : 0;
+  const int li = v.size[0] > 1 ? v.size[0] - 2 : 0, lj = v.size[1] > 1 ? v.size[1] - 2 : 0,
+            lk = v.size[2] > 1 ? v.size[2] - 2 : 0;
   i = i < li ? i : li, j = j < lj ? j : lj, k = k < lk ? k : lk;
   return {i, j, k, x - i, y - j, z - k, inside};
 }
@@ -64,18 +68,23 @@ SIMPLEXSEG_HD float gradient_magnitude(const VolumeView& view, const Corners& v,
   const float gi = mix(mix(v.v100 - v.v000, v.v110 - v.v010, c.fy), mix(v.v101 - v.v001, v.v111 - v.v011, c.fy), c.fz);
   const float gj = mix(mix(v.v010 - v.v000, v.v110 - v.v100, c.fx), mix(v.v011 - v.v001, v.v111 - v.v101, c.fx), c.fz);
   const float gk = mix(mix(v.v001 - v.v000, v.v101 - v.v100, c.fx), mix(v.v011 - v.v010, v.v111 - v.v110, c.fx), c.fy);
-  const float* m = view.index_from_world;    // chain rule: the transpose maps index gradients to world
-  const Vec3 g{m[0] * gi + m[4] * gj + m[8] * gk, m[1] * gi + m[5] * gj + m[9] * gk, m[2] * gi + m[6] * gj + m[10] * gk};
+  const float* m = view.index_from_world;  // chain rule: the transpose maps index gradients to world
+  const Vec3 g{m[0] * gi + m[4] * gj + m[8] * gk, m[1] * gi + m[5] * gj + m[9] * gk,
+               m[2] * gi + m[6] * gj + m[10] * gk};
   return norm(g);
 }
 
 template <class T>
 struct LinearVoxels {
   const T* voxels;
-  long row, plane, dx, dy, dz;     ///< strides; to the next voxel 0 where the volume is one voxel wide
+  long row, plane, dx, dy, dz;  ///< strides; to the next voxel 0 where the volume is one voxel wide
   SIMPLEXSEG_HD explicit LinearVoxels(const VolumeView& v)
-      : voxels(static_cast<const T*>(v.voxels)), row(v.size[0]), plane(row * v.size[1]),
-        dx(v.size[0] > 1 ? 1 : 0), dy(v.size[1] > 1 ? row : 0), dz(v.size[2] > 1 ? plane : 0) {}
+      : voxels(static_cast<const T*>(v.voxels)),
+        row(v.size[0]),
+        plane(row * v.size[1]),
+        dx(v.size[0] > 1 ? 1 : 0),
+        dy(v.size[1] > 1 ? row : 0),
+        dz(v.size[2] > 1 ? plane : 0) {}
   SIMPLEXSEG_HD const T* at(int i, int j, int k) const { return voxels + k * plane + j * row + i; }
   SIMPLEXSEG_HD Corners corners(const Cell& c) const {
     const T* b = at(c.i, c.j, c.k);
@@ -107,7 +116,8 @@ struct FetchedVoxels {
   __device__ Corners corners(const Cell& c) const {
     const float x = c.i + 0.5f, y = c.j + 0.5f, z = c.k + 0.5f;
     auto read = [&](float dx, float dy, float dz) { return scale * tex3D<float>(texture, x + dx, y + dy, z + dz); };
-    return {read(0, 0, 0), read(1, 0, 0), read(0, 1, 0), read(1, 1, 0), read(0, 0, 1), read(1, 0, 1), read(0, 1, 1), read(1, 1, 1)};
+    return {read(0, 0, 0), read(1, 0, 0), read(0, 1, 0), read(1, 1, 0),
+            read(0, 0, 1), read(1, 0, 1), read(0, 1, 1), read(1, 1, 1)};
   }
   __device__ float sample(const VolumeView& v, Vec3 p) const {
     const Cell c = cell_at(v, p);
@@ -129,8 +139,8 @@ struct FilteredVoxels {
   __device__ explicit FilteredVoxels(const VolumeView& v) : texture(v.filtered), scale(v.texel_scale), fetched(v) {}
   __device__ Corners corners(const Cell& c) const { return fetched.corners(c); }
   __device__ float sample(const VolumeView& v, Vec3 p) const {
-    const bool inside = (p.x >= -0.5f) & (p.y >= -0.5f) & (p.z >= -0.5f) & (p.x <= v.size[0] - 0.5f) & (p.y <= v.size[1] - 0.5f) &
-                        (p.z <= v.size[2] - 0.5f);
+    const bool inside = (p.x >= -0.5f) & (p.y >= -0.5f) & (p.z >= -0.5f) & (p.x <= v.size[0] - 0.5f) &
+                        (p.y <= v.size[1] - 0.5f) & (p.z <= v.size[2] - 0.5f);
     const float value = scale * tex3D<float>(texture, p.x + 0.5f, p.y + 0.5f, p.z + 0.5f);
     return inside ? value : NAN;
   }
@@ -143,15 +153,19 @@ struct FilteredVoxels {
 /// True when the whole of a line between two of its points lies in the volume: it is convex.
 SIMPLEXSEG_HD bool contains(const VolumeView& v, IndexLine line, float start, float end) {
   const Vec3 a = line.origin + start * line.direction, b = line.origin + end * line.direction;
-  const Vec3 low{smaller(a.x, b.x), smaller(a.y, b.y), smaller(a.z, b.z)}, high{larger(a.x, b.x), larger(a.y, b.y), larger(a.z, b.z)};
-  return (low.x >= -0.5f) & (low.y >= -0.5f) & (low.z >= -0.5f) & (high.x <= v.size[0] - 0.5f) & (high.y <= v.size[1] - 0.5f) &
-         (high.z <= v.size[2] - 0.5f);
+  const Vec3 low{smaller(a.x, b.x), smaller(a.y, b.y), smaller(a.z, b.z)},
+      high{larger(a.x, b.x), larger(a.y, b.y), larger(a.z, b.z)};
+  return (low.x >= -0.5f) & (low.y >= -0.5f) & (low.z >= -0.5f) & (high.x <= v.size[0] - 0.5f) &
+         (high.y <= v.size[1] - 0.5f) & (high.z <= v.size[2] - 0.5f);
 }
 
 #ifndef __CUDA_ARCH__
-/// On the CPU positions and mixing in vectors of samples, reading one by one: voxels of 8 and 16 bits cannot be gathered.
+/// On the CPU positions and mixing in vectors of samples, reading one by one: voxels of 8 and 16 bits cannot be
+/// gathered.
 template <class T>
-inline __attribute__((always_inline)) void sample_line_in_vectors(const LinearVoxels<T>& read, const VolumeView& v, IndexLine line, float start, float step, int count, float* values) {
+inline __attribute__((always_inline)) void sample_line_in_vectors(const LinearVoxels<T>& read, const VolumeView& v,
+                                                                  IndexLine line, float start, float step, int count,
+                                                                  float* values) {
   constexpr int kLanes = 8;
   // Integers are turned into float in vectors too.
   using Read = std::conditional_t<std::is_integral_v<T> && !std::is_same_v<T, std::uint32_t>, int, float>;
@@ -164,7 +178,7 @@ inline __attribute__((always_inline)) void sample_line_in_vectors(const LinearVo
       ci[s] = c.i, cj[s] = c.j, ck[s] = c.k, fx[s] = c.fx, fy[s] = c.fy, fz[s] = c.fz;
       outside[s] = c.inside ? 0.0f : NAN;
     }
-    for (int s = 0; s < kLanes; ++s) {     // those past the end too: a fixed count costs less than the reads
+    for (int s = 0; s < kLanes; ++s) {  // those past the end too: a fixed count costs less than the reads
       const T* b = read.at(ci[s], cj[s], ck[s]);
       corner[0][s] = static_cast<Read>(b[0]), corner[1][s] = static_cast<Read>(b[read.dx]);
       corner[2][s] = static_cast<Read>(b[read.dy]), corner[3][s] = static_cast<Read>(b[read.dy + read.dx]);
@@ -187,17 +201,20 @@ inline __attribute__((always_inline)) void sample_line_in_vectors(const LinearVo
 }
 #endif
 
-/// Intensities, less `base`, at start, start + step, ... (mm) along a line: trilinear, `count` of them, shared out over the
-/// lanes; NaN outside.
+/// Intensities, less `base`, at start, start + step, ... (mm) along a line: trilinear, `count` of them, shared out over
+/// the lanes; NaN outside.
 template <class Voxels, class L, class Values>
-SIMPLEXSEG_HD void sample_line(const Voxels& read, const VolumeView& v, L lanes, IndexLine line, float start, float step, int count, Values& values, float base = 0.0f) {
+SIMPLEXSEG_HD void sample_line(const Voxels& read, const VolumeView& v, L lanes, IndexLine line, float start,
+                               float step, int count, Values& values, float base = 0.0f) {
 #ifdef __CUDA_ARCH__
   if (contains(v, line, start, start + (count - 1) * step)) {
     const Vec3 first = read.placed(line.origin + start * line.direction), each = step * line.direction;
 #pragma unroll 4
-    for (int s = lanes.lane; s < count; s += L::width) values[s] = read.scaled(read.texel(v, first + static_cast<float>(s) * each)) - base;
+    for (int s = lanes.lane; s < count; s += L::width)
+      values[s] = read.scaled(read.texel(v, first + static_cast<float>(s) * each)) - base;
   } else {
-    for (int s = lanes.lane; s < count; s += L::width) values[s] = read.sample(v, line.origin + (start + s * step) * line.direction) - base;
+    for (int s = lanes.lane; s < count; s += L::width)
+      values[s] = read.sample(v, line.origin + (start + s * step) * line.direction) - base;
   }
 #else
   sample_line_in_vectors(read, v, line, start, step, count, &values[0]);
@@ -208,8 +225,8 @@ SIMPLEXSEG_HD void sample_line(const Voxels& read, const VolumeView& v, L lanes,
 }
 
 #ifdef __CUDACC__
-/// The samples along a line, each read when its turn comes: k = 0, 1, 2 ... in this order. `kWhole`: the line is known to
-/// lie in the volume.
+/// The samples along a line, each read when its turn comes: k = 0, 1, 2 ... in this order. `kWhole`: the line is known
+/// to lie in the volume.
 template <class Voxels, bool kWhole>
 struct SampleStream {
   const Voxels& read;
@@ -219,8 +236,15 @@ struct SampleStream {
   Vec3 first, each;
   float here, after;
   __device__ SampleStream(const Voxels& voxels, const VolumeView& view, IndexLine l, float from, float by)
-      : read(voxels), v(view), line(l), start(from), step(by), first(voxels.placed(l.origin + from * l.direction)), each(by * l.direction),
-        here(at(0)), after(at(1)) {}
+      : read(voxels),
+        v(view),
+        line(l),
+        start(from),
+        step(by),
+        first(voxels.placed(l.origin + from * l.direction)),
+        each(by * l.direction),
+        here(at(0)),
+        after(at(1)) {}
   __device__ float at(int k) const {
     if constexpr (kWhole)
       return read.scaled(read.texel(v, first + static_cast<float>(k) * each));

@@ -5,7 +5,8 @@
 namespace simplexseg {
 
 /// Pulls every vertex back to its place relative to its neighbours in the reference pose:
-///   d = sum_k e_k^ref P_k + h~ n - P,   h~ = h^ref (S / S^ref)^b   (Delingette 1999; docs/mathematics.md, section 2.2).
+///   d = sum_k e_k^ref P_k + h~ n - P,   h~ = h^ref (S / S^ref)^b   (Delingette 1999; docs/mathematics.md,
+///   section 2.2).
 /// b = 1/2 leaves similarities free, b = 0 rigid motions only. The metric parameters are bounded where the reference
 /// is taken, so that the bound below holds (reference_of in src/mesh/shape_reference.h).
 struct ShapeMemoryForce {
@@ -16,12 +17,14 @@ struct ShapeMemoryForce {
   enum Parameter : int { weight, scaling, parameter_count };
   static constexpr ParameterInfo parameters[] = {
       {"weight", 0, 0, 10, "", "Strength of the force; 0 leaves it out."},
-      {"scaling", 0.5f, 0, 1, "", "Power of the area ratio that scales the elevation; 0.5: similarities are free, 0: rigid motions only."},
+      {"scaling", 0.5f, 0, 1, "",
+       "Power of the area ratio that scales the elevation; 0.5: similarities are free, 0: rigid motions only."},
   };
   /// 2 where all e_k >= 0, else 1 + sum |e_k|; `worst` is the largest sum |e_k| of the mesh's reference.
   static constexpr float stability_bound(float worst) { return 1.0f + (worst > 1.0f ? worst : 1.0f); }
 
-  SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4 nb, Vec3 p, Vec4 frame) {
+  SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4 nb, Vec3 p,
+                                         Vec4 frame) {
     const Vec3 p1 = xyz(v.current[nb.x]), p2 = xyz(v.current[nb.y]), p3 = xyz(v.current[nb.z]);
     const Vec4 ref = v.shape[i];
     const float b = m.value<ShapeMemoryForce>(scaling);

@@ -6,10 +6,10 @@ namespace simplexseg {
 
 /// Evens out edge lengths along the surface and averages curvature across it:
 ///   d = sum_k w_k P_k + c h~ n - P,   w_k = |P_k - P|^a / sum_l |P_l - P|^a,   h~ = S mean(h_j / S_j)
-/// with the mean over rings 1 and 2 without the vertex itself and S = |N| (docs/mathematics.md, section 2.1). c = 1 keeps
-/// volume, c = 0 is the plain Laplacian. Length weights descend sum |e|^(a+2), which is convex. The mean is of elevation
-/// over area, which is curvature, for elevations of large cells would lift small ones: with plain means elongated shapes
-/// diverge (docs/adr/0003-smoothing.md).
+/// with the mean over rings 1 and 2 without the vertex itself and S = |N| (docs/mathematics.md, section 2.1). c = 1
+/// keeps volume, c = 0 is the plain Laplacian. Length weights descend sum |e|^(a+2), which is convex. The mean is of
+/// elevation over area, which is curvature, for elevations of large cells would lift small ones: with plain means
+/// elongated shapes diverge (docs/adr/0003-smoothing.md).
 struct SmoothingForce {
   static constexpr ForceId id = ForceId::Smoothing;
   static constexpr const char* name = "smoothing";
@@ -18,17 +18,20 @@ struct SmoothingForce {
   enum Parameter : int { weight, evenness, curvature, elevation_limit, parameter_count };
   static constexpr ParameterInfo parameters[] = {
       {"weight", 0.5f, 0, 10, "", "Strength of the force; 0 leaves it out."},
-      {"evenness", 2, 0, 6, "", "Power of the edge length that weighs a neighbour; 0: equal weights, large: long edges pull harder."},
-      {"curvature", 0.5f, 0, 1, "", "Share of the mean curvature that is kept; 1 keeps the volume, 0 is a plain Laplacian."},
+      {"evenness", 2, 0, 6, "",
+       "Power of the edge length that weighs a neighbour; 0: equal weights, large: long edges pull harder."},
+      {"curvature", 0.5f, 0, 1, "",
+       "Share of the mean curvature that is kept; 1 keeps the volume, 0 is a plain Laplacian."},
       {"elevation_limit", 0.4f, 0, 2, "edges", "Bound of the kept elevation, in mean edge lengths of the vertex."},
   };
-  /// Bound of the largest eigenvalue of -d(displacement)/dx: 2 for a Laplacian whose weights are >= 0 and sum to 1; along an
-  /// edge that outweighs the others, |e|^a e grows (1 + a) times as fast as e.
+  /// Bound of the largest eigenvalue of -d(displacement)/dx: 2 for a Laplacian whose weights are >= 0 and sum to 1;
+  /// along an edge that outweighs the others, |e|^a e grows (1 + a) times as fast as e.
   static constexpr float stability_bound(const ForceParameters& p) {
     return 2.0f * (1.0f + p.values[static_cast<int>(id)][evenness]);
   }
 
-  SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4 nb, Vec3 p, Vec4 frame) {
+  SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4 nb, Vec3 p,
+                                         Vec4 frame) {
     const Vec3 p1 = xyz(v.current[nb.x]), p2 = xyz(v.current[nb.y]), p3 = xyz(v.current[nb.z]);
     const Vec3 e1 = p1 - p, e2 = p2 - p, e3 = p3 - p;
     const float l1 = dot(e1, e1), l2 = dot(e2, e2), l3 = dot(e3, e3);
@@ -38,7 +41,7 @@ struct SmoothingForce {
     if (a == 1.0f) {
       w1 = l1, w2 = l2, w3 = l3;
     } else if (a != 0.0f && largest > 0.0f) {
-      const float s = 1.0f / largest;    // ratios first: no overflow for any unit
+      const float s = 1.0f / largest;  // ratios first: no overflow for any unit
       w1 = powf(l1 * s, a), w2 = powf(l2 * s, a), w3 = powf(l3 * s, a);
     }
     const float sum = w1 + w2 + w3;
@@ -58,7 +61,8 @@ struct SmoothingForce {
       const Vec3 n = xyz(frame);
       // Where normals flip, averaging curvature would keep the fold: a plain Laplacian step takes it out.
       const bool folded = dot(n, xyz(f1)) < 0.0f || dot(n, xyz(f2)) < 0.0f || dot(n, xyz(f3)) < 0.0f;
-      const float bound = m.value<SmoothingForce>(elevation_limit) * (1.0f / 3.0f) * (sqrtf(l1) + sqrtf(l2) + sqrtf(l3));
+      const float bound =
+          m.value<SmoothingForce>(elevation_limit) * (1.0f / 3.0f) * (sqrtf(l1) + sqrtf(l2) + sqrtf(l3));
       mean *= norm(cross(p2 - p1, p3 - p1));
       mean = folded ? 0.0f : keep * smaller(larger(mean, -bound), bound);
     }

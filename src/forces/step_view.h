@@ -3,9 +3,9 @@
 #pragma once
 #include <cstdint>
 
+#include "core/vec3.h"
 #include "forces/parameters.h"
 #include "forces/step_form.h"
-#include "core/vec3.h"
 
 namespace simplexseg {
 
@@ -15,7 +15,7 @@ template <class T>
 struct Texels {
   const T* data = nullptr;
 #ifdef SIMPLEXSEG_TEXTURE_ARRAYS
-  unsigned long long texture = 0;      ///< cudaTextureObject_t, 1D over linear memory
+  unsigned long long texture = 0;  ///< cudaTextureObject_t, 1D over linear memory
 #endif
   SIMPLEXSEG_HD T operator[](int i) const {
 #if !defined(__CUDA_ARCH__)
@@ -47,13 +47,13 @@ struct alignas(8) PackedNeighbours {
   std::int16_t x, y, z;
   std::uint16_t mesh;
 };
-/// Neighbours (x, y, z) and mesh (w) of each vertex, which never change: on a device packed into 8 bytes where neighbours lie
-/// near each other (differences of 16 bits), else 16 bytes, by cached loads; or with SIMPLEXSEG_TEXTURE_ARRAYS a 2D texture
-/// over a CUDA array, kWidth texels a row.
+/// Neighbours (x, y, z) and mesh (w) of each vertex, which never change: on a device packed into 8 bytes where
+/// neighbours lie near each other (differences of 16 bits), else 16 bytes, by cached loads; or with
+/// SIMPLEXSEG_TEXTURE_ARRAYS a 2D texture over a CUDA array, kWidth texels a row.
 struct NeighbourTexels {
   static constexpr int kWidth = 4096;
   const Int4* data = nullptr;
-  const PackedNeighbours* packed = nullptr;        ///< used where it is not null
+  const PackedNeighbours* packed = nullptr;  ///< used where it is not null
 #ifdef SIMPLEXSEG_TEXTURE_ARRAYS
   unsigned long long texture = 0;
 #endif
@@ -66,7 +66,8 @@ struct NeighbourTexels {
 #else
     if (packed != nullptr) {
       const uint2 x = __ldg(reinterpret_cast<const uint2*>(packed) + i);
-      return {i + static_cast<short>(x.x & 0xffffu), i + static_cast<short>(x.x >> 16), i + static_cast<short>(x.y & 0xffffu), static_cast<int>(x.y >> 16)};
+      return {i + static_cast<short>(x.x & 0xffffu), i + static_cast<short>(x.x >> 16),
+              i + static_cast<short>(x.y & 0xffffu), static_cast<int>(x.y >> 16)};
     }
     const int4 x = __ldg(reinterpret_cast<const int4*>(data) + i);
     return {x.x, x.y, x.z, x.w};
@@ -79,18 +80,18 @@ struct MeshConstants {
   ForceParameters forces;
   int first_vertex, vertex_count;
   StepForm form;
-  float stiffness;       ///< bound of the internal forces
-  float model;           ///< k of the multigrid model: half of that
-  float hold;            ///< of every vertex in that model, as a share of k, besides what forces hold it with
-  int root;              ///< the vertex of the coarsest level that stands for the whole mesh, -1: there are no levels
-  float limit_mm;        ///< a vertex with a coordinate beyond it has left the scene
-  int strongest;         ///< the force of the largest bound, to be named where nothing better is known
-  float voxel_mm;        ///< smallest spacing of the volume: the unit "voxel" of parameters
-  float edge_mm;         ///< mean edge length when the mesh was loaded
-  float intensity_low, intensity_scale;   ///< (intensity - low) * scale lies in [0, 1] within its region model
-  int region_table;      ///< offset of its log-likelihood ratios in StepView::region_tables, -1: none
-  int finest;            ///< 0 while coarser than the level it is to end on
-  int first_point, point_count;           ///< its attraction points
+  float stiffness;  ///< bound of the internal forces
+  float model;      ///< k of the multigrid model: half of that
+  float hold;       ///< of every vertex in that model, as a share of k, besides what forces hold it with
+  int root;         ///< the vertex of the coarsest level that stands for the whole mesh, -1: there are no levels
+  float limit_mm;   ///< a vertex with a coordinate beyond it has left the scene
+  int strongest;    ///< the force of the largest bound, to be named where nothing better is known
+  float voxel_mm;   ///< smallest spacing of the volume: the unit "voxel" of parameters
+  float edge_mm;    ///< mean edge length when the mesh was loaded
+  float intensity_low, intensity_scale;  ///< (intensity - low) * scale lies in [0, 1] within its region model
+  int region_table;                      ///< offset of its log-likelihood ratios in StepView::region_tables, -1: none
+  int finest;                            ///< 0 while coarser than the level it is to end on
+  int first_point, point_count;          ///< its attraction points
 
   /// `p` is the parameter's index in the table of force F.
   template <class F>
@@ -103,28 +104,28 @@ struct MeshConstants {
   }
 };
 
-/// The voxels and the affine map from world (mm) to voxel index, row-major 3x4. A device holds them as a 3D texture where
-/// its texture unit can filter their type, else in linear memory (src/forces/sampling.h).
+/// The voxels and the affine map from world (mm) to voxel index, row-major 3x4. A device holds them as a 3D texture
+/// where its texture unit can filter their type, else in linear memory (src/forces/sampling.h).
 struct VolumeView {
-  const void* voxels = nullptr;                   ///< linear, i fastest
-  unsigned long long filtered = 0, fetched = 0;   ///< cudaTextureObject_t: trilinear, nearest
-  float texel_scale = 1;                          ///< intensity = texel * texel_scale
+  const void* voxels = nullptr;                  ///< linear, i fastest
+  unsigned long long filtered = 0, fetched = 0;  ///< cudaTextureObject_t: trilinear, nearest
+  float texel_scale = 1;                         ///< intensity = texel * texel_scale
   int size[3] = {0, 0, 0};
   float index_from_world[12] = {};
-  float intensity_low = 0, intensity_scale = 1;   ///< (intensity - low) * scale lies in [0, 1] for all but outliers
+  float intensity_low = 0, intensity_scale = 1;  ///< (intensity - low) * scale lies in [0, 1] for all but outliers
 };
 
 /// One entry of an attraction patch: a vertex of the p-order neighbourhood of an attraction point.
 struct PatchEntry {
-  int vertex;            ///< -1: unused
+  int vertex;  ///< -1: unused
   float weight;
 };
 struct PointView {
-  Vec4 position;         ///< mm; w unused
+  Vec4 position;  ///< mm; w unused
   int mesh;
-  int nearest;           ///< vertex P0 that is to reach the point; -1 before it was bound
-  int order;             ///< of the neighbourhood that was found for it
-  int patch_count;       ///< entries of it
+  int nearest;      ///< vertex P0 that is to reach the point; -1 before it was bound
+  int order;        ///< of the neighbourhood that was found for it
+  int patch_count;  ///< entries of it
 };
 /// Sums over the attraction points of a vertex in fixed point (2^-28), so that the order of adding does not matter.
 struct alignas(32) AttractionSum {
@@ -144,42 +145,45 @@ inline constexpr int kNearestBlock = 128, kPointGroup = 8;
 /// from the batch's start: a run that is replayed knows only its own.
 struct StepStatus {
   unsigned long long failure = ~0ull;
-  unsigned long long first = 0;            ///< step of the batch at which the present run starts
-  unsigned long long next_run = 0;         ///< ... and the one after it
+  unsigned long long first = 0;     ///< step of the batch at which the present run starts
+  unsigned long long next_run = 0;  ///< ... and the one after it
 };
 /// What is measured at the end of a batch.
 struct MeshMotion {
-  float mean_move_mm;                      ///< of the last step
+  float mean_move_mm;  ///< of the last step
   float mean_edge_mm;
-  float mean_square_force;                 ///< of |sum_f k_f d_f|^2 in the last step, mm^2
-  float change, square_move;               ///< means of -m.(z - z') and |m|^2, m the move before the last step, z and z' after and before it
-  float folded;                            ///< vertices whose normal opposes a neighbour's
-  float volume;                            ///< mean of (P - P_first) . N, which has the sign of the volume enclosed
-  float hold;                              ///< with a multigrid correction: stiffness of image and attraction in the direction where it is least, a vertex
+  float mean_square_force;  ///< of |sum_f k_f d_f|^2 in the last step, mm^2
+  float change,
+      square_move;  ///< means of -m.(z - z') and |m|^2, m the move before the last step, z and z' after and before it
+  float folded;     ///< vertices whose normal opposes a neighbour's
+  float volume;     ///< mean of (P - P_first) . N, which has the sign of the volume enclosed
+  float hold;  ///< with a multigrid correction: stiffness of image and attraction in the direction where it is least, a
+               ///< vertex
 };
 
-/// A vertex of a level coarser than its mesh. Those of all levels lie in one row after another, from fine to coarse, so that
-/// the next one has the ends of what this one has the beginnings of.
+/// A vertex of a level coarser than its mesh. Those of all levels lie in one row after another, from fine to coarse, so
+/// that the next one has the ends of what this one has the beginnings of.
 struct CoarseRow {
   int first_part, first_edge;
-  float degree;          ///< sum of the conductances
+  float degree;  ///< sum of the conductances
   int mesh;
 };
 struct CoarseEdge {
   int to;
   float conductance;
 };
-/// The levels of the multigrid correction (src/gpu/multigrid.h). Vertices are counted over all levels, the mesh's own first.
+/// The levels of the multigrid correction (src/gpu/multigrid.h). Vertices are counted over all levels, the mesh's own
+/// first.
 struct LevelsView {
-  const CoarseRow* rows = nullptr;         ///< from the first coarse vertex on
+  const CoarseRow* rows = nullptr;  ///< from the first coarse vertex on
   const int* parts = nullptr;
   const CoarseEdge* edges = nullptr;
   const int* coarse_of = nullptr;
-  Vec4* residual = nullptr;                ///< right-hand side
-  Vec4* correction = nullptr;              ///< after the first Jacobi step
-  Vec4* relaxed = nullptr;                 ///< at the end of the level
-  Vec4* stiffness_a = nullptr;             ///< E: xx, xy, xz, yy
-  Vec4* stiffness_b = nullptr;             ///< yz, zz
+  Vec4* residual = nullptr;     ///< right-hand side
+  Vec4* correction = nullptr;   ///< after the first Jacobi step
+  Vec4* relaxed = nullptr;      ///< at the end of the level
+  Vec4* stiffness_a = nullptr;  ///< E: xx, xy, xz, yy
+  Vec4* stiffness_b = nullptr;  ///< yz, zz
 };
 
 struct StepView {
@@ -187,30 +191,30 @@ struct StepView {
   int mesh_count = 0;
   int point_count = 0;
   const MeshConstants* meshes = nullptr;
-  NeighbourTexels neighbours;               ///< x, y, z: neighbours; w: mesh
-  Texels<Vec4> previous;                   ///< positions one step ago, mm
-  Texels<Vec4> current;                    ///< positions, mm
+  NeighbourTexels neighbours;  ///< x, y, z: neighbours; w: mesh
+  Texels<Vec4> previous;       ///< positions one step ago, mm
+  Texels<Vec4> current;        ///< positions, mm
   Vec4* next = nullptr;
-  Vec4* oldest = nullptr;                  ///< the memory of `previous`, whose w is free once a step has read it
-  Texels<Vec4> frame;                      ///< unit normal, elevation over area h / S (1/mm) of the current positions
-  Vec4* new_frame = nullptr;               ///< the same array, for the kernel that writes it
-  Texels<Vec4> shape;                      ///< e1, e2, h_ref (mm), S_ref (mm^2)
-  Vec4* gradient_target = nullptr;         ///< target point (mm), confidence 0..1
+  Vec4* oldest = nullptr;           ///< the memory of `previous`, whose w is free once a step has read it
+  Texels<Vec4> frame;               ///< unit normal, elevation over area h / S (1/mm) of the current positions
+  Vec4* new_frame = nullptr;        ///< the same array, for the kernel that writes it
+  Texels<Vec4> shape;               ///< e1, e2, h_ref (mm), S_ref (mm^2)
+  Vec4* gradient_target = nullptr;  ///< target point (mm), confidence 0..1
   Vec4* profile_target = nullptr;
   Vec4* region_target = nullptr;
-  const float* profiles = nullptr;         ///< reference profiles, 2 * half length + 1 values a vertex
+  const float* profiles = nullptr;  ///< reference profiles, 2 * half length + 1 values a vertex
   int profile_stride = 0;
-  const float* region_tables = nullptr;    ///< kRegionBins log-likelihood ratios a mesh, each in [-1, 1]
-  Vec4* local_statistics = nullptr;        ///< mean inside, mean outside, mean squared deviation, weight
+  const float* region_tables = nullptr;  ///< kRegionBins log-likelihood ratios a mesh, each in [-1, 1]
+  Vec4* local_statistics = nullptr;      ///< mean inside, mean outside, mean squared deviation, weight
   PointView* points = nullptr;
-  unsigned long long* nearest = nullptr;   ///< nearest_blocks a point: squared distance bits << 32 | vertex
-  int nearest_blocks = 0;                  ///< blocks of kNearestBlock vertices of the largest mesh
-  int point_groups = 0;                    ///< groups of kPointGroup attraction points of the mesh that has most
-  PatchEntry* patches = nullptr;           ///< kMaxPatch a point
-  AttractionSum* attraction = nullptr;     ///< zero but for vertices that a point pulls in this step
-  std::uint8_t* attracted = nullptr;       ///< 1 for vertices in some patch
+  unsigned long long* nearest = nullptr;  ///< nearest_blocks a point: squared distance bits << 32 | vertex
+  int nearest_blocks = 0;                 ///< blocks of kNearestBlock vertices of the largest mesh
+  int point_groups = 0;                   ///< groups of kPointGroup attraction points of the mesh that has most
+  PatchEntry* patches = nullptr;          ///< kMaxPatch a point
+  AttractionSum* attraction = nullptr;    ///< zero but for vertices that a point pulls in this step
+  std::uint8_t* attracted = nullptr;      ///< 1 for vertices in some patch
   LevelsView levels;
-  const StepCoefficients* coefficients = nullptr;       ///< of each mesh
+  const StepCoefficients* coefficients = nullptr;  ///< of each mesh
   VolumeView volume;
   StepStatus* status = nullptr;
 };

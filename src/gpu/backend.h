@@ -11,14 +11,16 @@ namespace simplexseg {
 
 enum class Backend { Auto, Cpu, Cuda };
 
-/// How a device reads a volume that its texture unit can filter: filtered by the texture unit (the default: fastest, with
-/// fractions of 8 bits), fetched and interpolated in float, or from linear memory. Figures: docs/adr/0008-textures.md.
+/// How a device reads a volume that its texture unit can filter: filtered by the texture unit (the default: fastest,
+/// with fractions of 8 bits), fetched and interpolated in float, or from linear memory. Figures:
+/// docs/adr/0008-textures.md.
 enum class VolumeSampling { Filtered, Fetched, Linear };
 
 struct EngineChoice {
   std::unique_ptr<Engine> engine;
-  std::function<std::unique_ptr<Engine>()> spare;   ///< takes over when the device fails; none where a backend was asked for
-  std::string note;          ///< why the CPU was taken where CUDA was wanted; empty when there is nothing to say
+  std::function<std::unique_ptr<Engine>()>
+      spare;         ///< takes over when the device fails; none where a backend was asked for
+  std::string note;  ///< why the CPU was taken where CUDA was wanted; empty when there is nothing to say
 };
 /// Auto takes CUDA where a usable device is, else the CPU with the reason; Cuda throws Error where there is none.
 EngineChoice make_engine(Backend backend, VolumeSampling sampling = VolumeSampling::Filtered);

@@ -32,10 +32,14 @@ class HostArray {
     if (n == 0) return;
     const std::size_t bytes = (n * sizeof(T) + 63) / 64 * 64;
     data_.reset(static_cast<T*>(std::aligned_alloc(64, bytes)));
-    if (!data_) throw Error("mesh arrays", std::to_string(bytes >> 20) + " MiB of memory could not be had", "use fewer or coarser meshes");
+    if (!data_)
+      throw Error("mesh arrays", std::to_string(bytes >> 20) + " MiB of memory could not be had",
+                  "use fewer or coarser meshes");
     size_ = n;
   }
-  void upload(std::span<const T> from, std::size_t first = 0) { std::copy(from.begin(), from.end(), data_.get() + first); }
+  void upload(std::span<const T> from, std::size_t first = 0) {
+    std::copy(from.begin(), from.end(), data_.get() + first);
+  }
   void assign(std::span<const T> from) { resize(from.size()), upload(from); }
   void download(std::span<T> to, std::size_t first = 0) { std::copy_n(data_.get() + first, to.size(), to.begin()); }
   void fill_zero() { fill(0); }
@@ -62,7 +66,7 @@ class CpuExecutor {
   using HostVisible = HostArray<T>;
   using NeighbourArray = HostArray<Int4>;
   static constexpr bool kRecords = false;
-  static constexpr float kCycleCost = 2.4f;      ///< of a step with a multigrid cycle, in steps without
+  static constexpr float kCycleCost = 2.4f;  ///< of a step with a multigrid cycle, in steps without
   struct Recording {};
   explicit CpuExecutor(int threads) : pool_(std::make_unique<ThreadPool>(threads)) {}
   std::string description() const {
@@ -86,10 +90,11 @@ class CpuExecutor {
   int range(const char*) const { return 0; }
   std::unique_ptr<SharedBuffer> share_buffer(unsigned, std::size_t) { return nullptr; }
   std::uint64_t bytes_read_back() const { return 0; }
-  std::size_t bytes_free() const { return std::numeric_limits<std::size_t>::max(); }      // the system swaps, and says so
+  std::size_t bytes_free() const { return std::numeric_limits<std::size_t>::max(); }  // the system swaps, and says so
   template <class T, class F>
   void draw(DrawTarget<T> target, std::size_t n, HostArray<T>&, F&& write) {
-    if (target.host.size() < n) throw Error("drawing", "the buffer is too small", "give one of the size of what is drawn");
+    if (target.host.size() < n)
+      throw Error("drawing", "the buffer is too small", "give one of the size of what is drawn");
     write(target.host.data());
   }
 
@@ -107,7 +112,7 @@ class CpuExecutor {
     constexpr int kBlock = 256;
     const int blocks = (n + kBlock - 1) / kBlock;
     auto run_block = [&](int b) {
-      const Kernel local = kernel;       // its own copy: the compiler need not fear that stores change the view
+      const Kernel local = kernel;  // its own copy: the compiler need not fear that stores change the view
       const int last = std::min(n, (b + 1) * kBlock);
       for (int i = b * kBlock; i < last; ++i) {
         if constexpr (requires { Kernel::kLanes; })

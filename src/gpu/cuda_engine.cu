@@ -2,7 +2,7 @@
 // The CUDA executor: the same kernels as the CPU's on one stream, runs of steps replayed as graphs
 // (docs/adr/0010-cuda-execution.md).
 #if __has_include(<GL/gl.h>)
-#define SIMPLEXSEG_HAS_GL_INTEROP      // what the header below stands on
+#define SIMPLEXSEG_HAS_GL_INTEROP  // what the header below stands on
 #include <cuda_gl_interop.h>
 #endif
 
@@ -51,15 +51,17 @@ __device__ void work(const Kernel& kernel, int n, int block, [[maybe_unused]] fl
       kernel(item, ThreadLane(scratch));
     } else {
       const unsigned in_warp = threadIdx.x % 32u, first = in_warp / kLanes * kLanes;
-      kernel(item, GroupLanes<kLanes>{static_cast<int>(in_warp - first), ((1u << kLanes) - 1u) << first, scratch + threadIdx.x / kLanes * kernel.scratch});
+      kernel(item, GroupLanes<kLanes>{static_cast<int>(in_warp - first), ((1u << kLanes) - 1u) << first,
+                                      scratch + threadIdx.x / kLanes * kernel.scratch});
     }
   } else {
     kernel(item);
   }
 }
 
-/// Launches overlap: a kernel's blocks come to the device while the last ones of the kernel before it end, and wait here
-/// for its results. Letting them come earlier takes room from that kernel and spreads them unevenly: it was slower.
+/// Launches overlap: a kernel's blocks come to the device while the last ones of the kernel before it end, and wait
+/// here for its results. Letting them come earlier takes room from that kernel and spreads them unevenly: it was
+/// slower.
 __device__ void wait_for_earlier_kernels() {
 #if __CUDA_ARCH__ >= 900
   cudaGridDependencySynchronize();
@@ -77,12 +79,14 @@ template <class Kernel>
 __global__ void __launch_bounds__(Kernel::kTeam, 1) launch_team(const __grid_constant__ Kernel kernel) {
   wait_for_earlier_kernels();
   const unsigned in_warp = threadIdx.x % 32u;
-  kernel(BlockTeam<Kernel::kTeam>{static_cast<int>(threadIdx.x / 8u), {static_cast<int>(in_warp % 8u), 0xffu << in_warp / 8u * 8u, nullptr}});
+  kernel(BlockTeam<Kernel::kTeam>{static_cast<int>(threadIdx.x / 8u),
+                                  {static_cast<int>(in_warp % 8u), 0xffu << in_warp / 8u * 8u, nullptr}});
 }
 
 /// Two kernels that do not depend on each other, the second one in the first blocks.
 template <class A, class B>
-__global__ void __launch_bounds__(kThreads) launch_together(const __grid_constant__ A a, int na, const __grid_constant__ B b, int nb, int blocks_of_b) {
+__global__ void __launch_bounds__(kThreads)
+    launch_together(const __grid_constant__ A a, int na, const __grid_constant__ B b, int nb, int blocks_of_b) {
   extern __shared__ float scratch[];
   wait_for_earlier_kernels();
   const int block = static_cast<int>(blockIdx.x);
@@ -99,7 +103,8 @@ class GlBuffer final : public SharedBuffer {
  public:
   /// False when the driver cannot share the buffer.
   bool connect(unsigned gl_buffer) {
-    const bool connected = cudaGraphicsGLRegisterBuffer(&resource_, gl_buffer, cudaGraphicsRegisterFlagsWriteDiscard) == cudaSuccess;
+    const bool connected =
+        cudaGraphicsGLRegisterBuffer(&resource_, gl_buffer, cudaGraphicsRegisterFlagsWriteDiscard) == cudaSuccess;
     if (!connected) cudaGetLastError();
     return connected;
   }
@@ -119,7 +124,9 @@ class GlBuffer final : public SharedBuffer {
     }
     return memory;
   }
-  void unmap() { check(cudaGraphicsUnmapResources(1, &resource_, engine_stream().handle()), "giving an OpenGL buffer back"); }
+  void unmap() {
+    check(cudaGraphicsUnmapResources(1, &resource_, engine_stream().handle()), "giving an OpenGL buffer back");
+  }
 
  private:
   cudaGraphicsResource* resource_ = nullptr;
@@ -135,7 +142,7 @@ class CudaExecutor {
   using HostVisible = HostVisibleArray<T>;
   using NeighbourArray = simplexseg::NeighbourArray;
   static constexpr bool kRecords = true;
-  static constexpr float kCycleCost = 4;         ///< of a step with a multigrid cycle, in steps without
+  static constexpr float kCycleCost = 4;  ///< of a step with a multigrid cycle, in steps without
   using Recording = ExecutableGraph;
 
   explicit CudaExecutor(VolumeSampling sampling) : volume_(sampling) {
@@ -166,7 +173,7 @@ class CudaExecutor {
     else
       f(std::integral_constant<int, 1>{});
   }
-  bool failed(const StepStatus*) const { return false; }      // known to the kernels; the host learns it after the batch
+  bool failed(const StepStatus*) const { return false; }  // known to the kernels; the host learns it after the batch
   void wait() { engine_stream().wait(); }
   std::uint64_t bytes_read_back() const { return bytes_downloaded(); }
   std::size_t bytes_free() const {
@@ -188,7 +195,8 @@ class CudaExecutor {
     if (na <= 0) return run(b, nb);
     if (nb <= 0) return run(a, na);
     const int blocks_of_b = blocks_for<B>(nb);
-    start(A::name, blocks_for<A>(na) + blocks_of_b, kThreads, std::max(shared_bytes(a), shared_bytes(b)), launch_together<A, B>, a, na, b, nb, blocks_of_b);
+    start(A::name, blocks_for<A>(na) + blocks_of_b, kThreads, std::max(shared_bytes(a), shared_bytes(b)),
+          launch_together<A, B>, a, na, b, nb, blocks_of_b);
   }
 
   template <class F>
@@ -228,15 +236,17 @@ class CudaExecutor {
       return shared->unmap();
     }
 #endif
-    if (target.host.size() < n) throw Error("drawing", "the buffer is too small", "give one of the size of what is drawn");
-    if (staging.size() < n) staging.resize(n), staging.fill_zero();      // all of it is read back, whatever is written
+    if (target.host.size() < n)
+      throw Error("drawing", "the buffer is too small", "give one of the size of what is drawn");
+    if (staging.size() < n) staging.resize(n), staging.fill_zero();  // all of it is read back, whatever is written
     write(staging.data());
     staging.download(target.host.first(n));
   }
 
  private:
   template <class... Parameters, class... Arguments>
-  void start(const char* what, int blocks, int threads, unsigned shared, void (*kernel)(Parameters...), const Arguments&... arguments) {
+  void start(const char* what, int blocks, int threads, unsigned shared, void (*kernel)(Parameters...),
+             const Arguments&... arguments) {
     cudaLaunchConfig_t config{};
     config.gridDim = dim3(static_cast<unsigned>(blocks));
     config.blockDim = dim3(static_cast<unsigned>(threads));
@@ -270,7 +280,8 @@ std::optional<CudaDevice> cuda_device() {
   int device = 0;
   cudaDeviceProp properties{};
   std::size_t free = 0, total = 0;
-  if (cudaGetDevice(&device) != cudaSuccess || cudaGetDeviceProperties(&properties, device) != cudaSuccess || cudaMemGetInfo(&free, &total) != cudaSuccess) {
+  if (cudaGetDevice(&device) != cudaSuccess || cudaGetDeviceProperties(&properties, device) != cudaSuccess ||
+      cudaMemGetInfo(&free, &total) != cudaSuccess) {
     cudaGetLastError();
     return std::nullopt;
   }

@@ -20,9 +20,10 @@ namespace simplexseg {
 /// Throws DeviceError, naming what was tried.
 inline void check(cudaError_t error, const char* what) {
   if (error == cudaSuccess) return;
-  cudaGetLastError();      // what is not sticky must not be reported again by the next call
-  throw DeviceError(std::string("CUDA: ") + what, cudaGetErrorString(error),
-                    error == cudaErrorMemoryAllocation ? "use fewer or coarser meshes, or --backend cpu" : "use --backend cpu");
+  cudaGetLastError();  // what is not sticky must not be reported again by the next call
+  throw DeviceError(
+      std::string("CUDA: ") + what, cudaGetErrorString(error),
+      error == cudaErrorMemoryAllocation ? "use fewer or coarser meshes, or --backend cpu" : "use --backend cpu");
 }
 
 /// A span of time in a profile.
@@ -122,13 +123,16 @@ class DeviceArray {
   }
   void upload(std::span<const T> from, std::size_t first = 0) {
     if (from.empty()) return;
-    check(cudaMemcpyAsync(data_ + first, from.data(), from.size_bytes(), cudaMemcpyHostToDevice, engine_stream().handle()), "upload");
+    check(cudaMemcpyAsync(data_ + first, from.data(), from.size_bytes(), cudaMemcpyHostToDevice,
+                          engine_stream().handle()),
+          "upload");
     engine_stream().wait();
   }
   void assign(std::span<const T> from) { resize(from.size()), upload(from); }
   void download(std::span<T> to, std::size_t first = 0) {
     if (to.empty()) return;
-    check(cudaMemcpyAsync(to.data(), data_ + first, to.size_bytes(), cudaMemcpyDeviceToHost, engine_stream().handle()), "download");
+    check(cudaMemcpyAsync(to.data(), data_ + first, to.size_bytes(), cudaMemcpyDeviceToHost, engine_stream().handle()),
+          "download");
     engine_stream().wait();
     bytes_downloaded() += to.size_bytes();
   }
@@ -201,9 +205,12 @@ class NeighbourArray {
     const std::size_t rows = size_ / kWidth, rest = size_ % kWidth;
     array_ = TexelArray(cudaCreateChannelDesc<int4>(), cudaExtent{kWidth, rows + (rest != 0 ? 1 : 0), 0});
     const std::size_t row = kWidth * sizeof(Int4);
-    if (rows != 0) check(cudaMemcpy2DToArray(array_.handle(), 0, 0, from.data(), row, row, rows, cudaMemcpyHostToDevice), "upload");
+    if (rows != 0)
+      check(cudaMemcpy2DToArray(array_.handle(), 0, 0, from.data(), row, row, rows, cudaMemcpyHostToDevice), "upload");
     if (rest != 0)
-      check(cudaMemcpy2DToArray(array_.handle(), 0, rows, from.data() + rows * kWidth, row, rest * sizeof(Int4), 1, cudaMemcpyHostToDevice), "upload");
+      check(cudaMemcpy2DToArray(array_.handle(), 0, rows, from.data() + rows * kWidth, row, rest * sizeof(Int4), 1,
+                                cudaMemcpyHostToDevice),
+            "upload");
     cudaResourceDesc resource{};
     resource.resType = cudaResourceTypeArray;
     resource.res.array.array = array_.handle();
@@ -247,7 +254,8 @@ class NeighbourArray {
 #endif
 };
 
-/// Pinned memory of the host that kernels write into: a few bytes that the host wants after every batch, without a copy.
+/// Pinned memory of the host that kernels write into: a few bytes that the host wants after every batch, without a
+/// copy.
 template <class T>
 class HostVisibleArray {
  public:
@@ -263,7 +271,8 @@ class HostVisibleArray {
     release();
     if (n == 0) return;
     void* memory = nullptr;
-    check(cudaHostAlloc(&memory, n * sizeof(T), cudaHostAllocMapped | cudaHostAllocPortable), "allocating pinned memory");
+    check(cudaHostAlloc(&memory, n * sizeof(T), cudaHostAllocMapped | cudaHostAllocPortable),
+          "allocating pinned memory");
     data_ = static_cast<T*>(memory), size_ = n;
   }
 

@@ -4,9 +4,9 @@
 #include <limits>
 
 #include "forces/sampling.h"
-#include "image/volume.h"
 #include "gpu/backend.h"
 #include "gpu/cuda_memory.h"
+#include "image/volume.h"
 
 namespace simplexseg {
 
@@ -32,12 +32,18 @@ class CudaVolume {
   /// What a normalised texel is to be multiplied with; 0: the texture unit cannot filter the type.
   static float texel_scale(VoxelType type) {
     switch (type) {
-      case VoxelType::Int8: return 127.0f;
-      case VoxelType::UInt8: return 255.0f;
-      case VoxelType::Int16: return 32767.0f;
-      case VoxelType::UInt16: return 65535.0f;
-      case VoxelType::Float32: return 1.0f;
-      default: return 0.0f;
+      case VoxelType::Int8:
+        return 127.0f;
+      case VoxelType::UInt8:
+        return 255.0f;
+      case VoxelType::Int16:
+        return 32767.0f;
+      case VoxelType::UInt16:
+        return 65535.0f;
+      case VoxelType::Float32:
+        return 1.0f;
+      default:
+        return 0.0f;
     }
   }
   void hold(const Volume& volume) {
@@ -45,7 +51,9 @@ class CudaVolume {
     check(cudaMemGetInfo(&free, &total), "asking for free memory");
     const std::size_t available = free + held_;
     if (volume.bytes() > available)
-      throw DeviceError("volume", std::to_string(volume.bytes() >> 20) + " MiB do not fit into the " + std::to_string(available >> 20) + " MiB that the device has free",
+      throw DeviceError("volume",
+                        std::to_string(volume.bytes() >> 20) + " MiB do not fit into the " +
+                            std::to_string(available >> 20) + " MiB that the device has free",
                         "use --backend cpu or a smaller volume");
     bound_ = nullptr, held_ = 0;
     filtered_ = Texture(), fetched_ = Texture(), array_ = TexelArray();
@@ -57,7 +65,8 @@ class CudaVolume {
     cudaDeviceProp properties{};
     check(cudaGetDevice(&device), "choosing a device");
     check(cudaGetDeviceProperties(&properties, device), "asking the device");
-    const bool fits = size[0] <= properties.maxTexture3D[0] && size[1] <= properties.maxTexture3D[1] && size[2] <= properties.maxTexture3D[2];
+    const bool fits = size[0] <= properties.maxTexture3D[0] && size[1] <= properties.maxTexture3D[1] &&
+                      size[2] <= properties.maxTexture3D[2];
     if (sampling_ != VolumeSampling::Linear && scale_ != 0.0f && fits)
       hold_as_texture(volume);
     else
@@ -70,8 +79,13 @@ class CudaVolume {
     const bool real = volume.type() == VoxelType::Float32;
     const bool has_sign = volume.type() == VoxelType::Int8 || volume.type() == VoxelType::Int16;
     const auto& size = volume.geometry().size;
-    const cudaExtent extent{static_cast<std::size_t>(size[0]), static_cast<std::size_t>(size[1]), static_cast<std::size_t>(size[2])};
-    array_ = TexelArray(cudaCreateChannelDesc(bits, 0, 0, 0, real ? cudaChannelFormatKindFloat : has_sign ? cudaChannelFormatKindSigned : cudaChannelFormatKindUnsigned), extent);
+    const cudaExtent extent{static_cast<std::size_t>(size[0]), static_cast<std::size_t>(size[1]),
+                            static_cast<std::size_t>(size[2])};
+    array_ = TexelArray(cudaCreateChannelDesc(bits, 0, 0, 0,
+                                              real       ? cudaChannelFormatKindFloat
+                                              : has_sign ? cudaChannelFormatKindSigned
+                                                         : cudaChannelFormatKindUnsigned),
+                        extent);
     cudaMemcpy3DParms copy{};
     const std::size_t row = extent.width * bytes_per_voxel(volume.type());
     copy.srcPtr = make_cudaPitchedPtr(const_cast<void*>(volume.data()), row, extent.width, extent.height);
@@ -93,7 +107,7 @@ class CudaVolume {
   }
 
   VolumeSampling sampling_;
-  TexelArray array_;                 // before the textures that read it, so that it goes after them
+  TexelArray array_;  // before the textures that read it, so that it goes after them
   Texture filtered_, fetched_;
   DeviceArray<std::byte> linear_;
   float scale_ = 0;

@@ -2,9 +2,9 @@
 // What only drawing needs, computed once a frame: normals of the present pose, cell centres, slices.
 #pragma once
 #include "forces/atomics.h"
-#include "step/display.h"
 #include "forces/sampling.h"
 #include "gpu/kernels.h"
+#include "step/display.h"
 
 namespace simplexseg {
 
@@ -12,7 +12,7 @@ namespace simplexseg {
 struct DrawVertices {
   static constexpr const char* name = "draw vertices";
   StepView v;
-  const int* place;          ///< of each of the engine's vertices among the points
+  const int* place;  ///< of each of the engine's vertices among the points
   DisplayPoint* points;
   SIMPLEXSEG_HD void operator()(int i) const {
     const Int4 nb = v.neighbours[i];
@@ -27,8 +27,8 @@ struct DrawVertices {
 /// Centre and mean normal of each cell, after the vertices.
 struct DrawCells {
   static constexpr const char* name = "draw cells";
-  const int* first;          ///< of each cell in `corners`, and their end
-  const int* corners;        ///< the engine's vertices, cell by cell
+  const int* first;    ///< of each cell in `corners`, and their end
+  const int* corners;  ///< the engine's vertices, cell by cell
   const int* place;
   DisplayPoint* points;
   int vertex_count;
@@ -41,7 +41,8 @@ struct DrawCells {
     }
     const float length = norm(normal);
     const float each = end > begin ? 1.0f / (end - begin) : 0.0f;
-    points[vertex_count + cell] = {with_w(each * centre, 1.0f), with_w((length > 0.0f ? 1.0f / length : 0.0f) * normal, 0.0f)};
+    points[vertex_count + cell] = {with_w(each * centre, 1.0f),
+                                   with_w((length > 0.0f ? 1.0f / length : 0.0f) * normal, 0.0f)};
   }
 };
 
@@ -65,8 +66,10 @@ struct DrawOutlines {
     for (int k = begin; k < end; ++k) {
       const Vec3 p = xyz(v.current[corners[k]]);
       centre = centre + p;
-      if (height(p) >= 0.0f) above = true;
-      else below = true;
+      if (height(p) >= 0.0f)
+        above = true;
+      else
+        below = true;
     }
     if (!above || !below) return;
     centre = (1.0f / (end - begin)) * centre;
@@ -82,9 +85,12 @@ struct DrawOutlines {
       const bool at = ha >= 0.0f, bt = hb >= 0.0f, ct = hc >= 0.0f;
       if (at == bt && bt == ct) continue;
       OutlinePiece piece;
-      if (at == bt) piece = {crossing(centre, hc, a, ha), crossing(centre, hc, b, hb)};
-      else if (at == ct) piece = {crossing(b, hb, centre, hc), crossing(b, hb, a, ha)};
-      else piece = {crossing(a, ha, b, hb), crossing(a, ha, centre, hc)};
+      if (at == bt)
+        piece = {crossing(centre, hc, a, ha), crossing(centre, hc, b, hb)};
+      else if (at == ct)
+        piece = {crossing(b, hb, centre, hc), crossing(b, hb, a, ha)};
+      else
+        piece = {crossing(a, ha, b, hb), crossing(a, ha, centre, hc)};
       const unsigned slot = atomic_add(&commands[mesh].pieces, 1);
       if (slot < static_cast<unsigned>(v.meshes[mesh].vertex_count))
         pieces[v.meshes[mesh].first_vertex + slot] = piece;
@@ -97,7 +103,9 @@ struct BeginOutlines {
   static constexpr const char* name = "begin outlines";
   const MeshConstants* meshes;
   OutlineCommand* commands;
-  SIMPLEXSEG_HD void operator()(int mesh) const { commands[mesh] = {4, 0, 0, static_cast<std::uint32_t>(meshes[mesh].first_vertex)}; }
+  SIMPLEXSEG_HD void operator()(int mesh) const {
+    commands[mesh] = {4, 0, 0, static_cast<std::uint32_t>(meshes[mesh].first_vertex)};
+  }
 };
 
 template <class Voxels>

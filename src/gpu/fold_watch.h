@@ -17,7 +17,8 @@ class FoldWatch {
   /// The share of folded vertices of each mesh now.
   void note(std::span<const MeshConstants> meshes, const MeshMotion* motion) {
     folded_.clear();
-    for (std::size_t k = 0; k < meshes.size(); ++k) folded_.push_back(motion[k].folded / static_cast<float>(std::max(meshes[k].vertex_count, 1)));
+    for (std::size_t k = 0; k < meshes.size(); ++k)
+      folded_.push_back(motion[k].folded / static_cast<float>(std::max(meshes[k].vertex_count, 1)));
   }
   /// Of the pose that the scene begins with.
   void begin(std::span<const MeshConstants> meshes, const MeshMotion* motion) {
@@ -48,8 +49,8 @@ class FoldWatch {
  private:
   /// Shares of folded vertices: at most so in a sound mesh, more than so in one that is no surface any more.
   static constexpr float kSound = 0.1f, kCrumpled = 0.25f;
-  std::vector<float> folded_, sound_;        ///< of each mesh: at the end of the last interval, and in the pose that is kept
-  std::vector<int> undone_;                  ///< how often each mesh was undone because it folded
+  std::vector<float> folded_, sound_;  ///< of each mesh: at the end of the last interval, and in the pose that is kept
+  std::vector<int> undone_;            ///< how often each mesh was undone because it folded
 };
 
 }  // namespace simplexseg

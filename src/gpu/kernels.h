@@ -4,19 +4,19 @@
 #pragma once
 #include "forces/atomics.h"
 #include "forces/force_list.h"
-#include "step/step_needs.h"
 #include "gpu/multigrid.h"
+#include "step/step_needs.h"
 
 namespace simplexseg {
 
 /// Unit normal of each vertex and its elevation over the doubled area of its neighbours' triangle, h / S, which is half
-/// the mean curvature over a constant of the lattice (docs/mathematics.md, section 1). S is bounded below: needles. Where the neighbours are collinear: the
-/// direction orthogonal to their line that is nearest to the last good normal.
+/// the mean curvature over a constant of the lattice (docs/mathematics.md, section 1). S is bounded below: needles.
+/// Where the neighbours are collinear: the direction orthogonal to their line that is nearest to the last good normal.
 struct GeometryKernel {
   static constexpr const char* name = "geometry";
   StepView v;
-  int run_length = 0;       ///< > 0: the first step of a run of so many, which is counted in
-  bool unbind = false;      ///< attraction patches are about to be found anew
+  int run_length = 0;   ///< > 0: the first step of a run of so many, which is counted in
+  bool unbind = false;  ///< attraction patches are about to be found anew
   SIMPLEXSEG_HD void operator()(int i) const {
     if (i == 0 && run_length > 0) v.status->first = v.status->next_run, v.status->next_run += run_length;
     if (unbind) v.attracted[i] = 0;
@@ -39,7 +39,7 @@ struct GeometryKernel {
     line = length > 0.0f ? (1.0f / length) * line : Vec3{0, 0, 0};
     if (!(dot(last, last) > 0.5f)) last = {0, 0, 1};
     Vec3 n = last - dot(last, line) * line;
-    if (!(dot(n, n) > 1e-6f)) {      // the last normal lies along the line: any direction across it
+    if (!(dot(n, n) > 1e-6f)) {  // the last normal lies along the line: any direction across it
       const Vec3 axis = fabsf(line.x) < 0.5f ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
       n = cross(line, axis);
     }
@@ -47,14 +47,14 @@ struct GeometryKernel {
   }
 };
 
-/// What ends with a step: then what MotionOfBlocks sums is left in w of `oldest` and, where an interval ends, of `next`. Not
-/// wherever a batch ends: what a solver learns must not depend on how many steps are asked for at once.
+/// What ends with a step: then what MotionOfBlocks sums is left in w of `oldest` and, where an interval ends, of
+/// `next`. Not wherever a batch ends: what a solver learns must not depend on how many steps are asked for at once.
 enum class End : int { None, Batch, Interval };
 
 /// The step of one vertex, as its mesh's form says, and what becomes of it.
 struct StepTaker {
   const StepView& v;
-  int step;                 ///< of the run
+  int step;  ///< of the run
   End end;
 
   /// Steps are counted from the batch's start.
@@ -73,13 +73,14 @@ struct StepTaker {
     return fabsf(x.x) < limit && fabsf(x.y) < limit && fabsf(x.z) < limit;
   }
   SIMPLEXSEG_HD void report(int i, int culprit) const {
-    atomic_min(&v.status->failure, now() << 40 | static_cast<unsigned long long>(i) << 8 | static_cast<unsigned>(culprit));
+    atomic_min(&v.status->failure,
+               now() << 40 | static_cast<unsigned long long>(i) << 8 | static_cast<unsigned>(culprit));
   }
 };
 
-/// Sums the forces, and takes the step or (kCycles: some mesh has the multigrid correction) begins its cycle. Compiled for each
-/// set of forces: what no mesh uses is not in the code. A step that would leave the scene or the finite is reported to
-/// StepView::status.
+/// Sums the forces, and takes the step or (kCycles: some mesh has the multigrid correction) begins its cycle. Compiled
+/// for each set of forces: what no mesh uses is not in the code. A step that would leave the scene or the finite is
+/// reported to StepView::status.
 template <unsigned kMask, bool kCycles>
 struct IntegrateKernel {
   static constexpr const char* name = "integrate";
@@ -106,7 +107,8 @@ struct IntegrateKernel {
         v.attraction[i] = {0, 0, 0, 0};
         if (s.weight != 0 && m.forces.weight(ForceId::Attraction) > 0.0f) {
           const float weight = s.weight * (1.0f / kFixedPoint), inverse = 1.0f / static_cast<float>(s.weight);
-          sum = (m.forces.weight(ForceId::Attraction) * inverse) * Vec3{static_cast<float>(s.x), static_cast<float>(s.y), static_cast<float>(s.z)};
+          sum = (m.forces.weight(ForceId::Attraction) * inverse) *
+                Vec3{static_cast<float>(s.x), static_cast<float>(s.y), static_cast<float>(s.z)};
           image = 1.0f - m.value<AttractionForce>(AttractionForce::image_fade) * smaller(weight, 1.0f);
           stiffness += m.forces.weight(ForceId::Attraction);
         }
@@ -141,7 +143,8 @@ struct IntegrateKernel {
     const Vec3 z = form == StepForm::Scaled && stiffness > 0.0f ? (1.0f / stiffness) * sum : sum;
     // A vertex that no force acts on stays where it is.
     const bool coasts = form == StepForm::Plain || stiffness > 0.0f;
-    if (!taker.take(c, limit, i, here, coasts ? q : p, sum, z)) taker.report(i, culprit(i, m, nb, p, frame, attraction));
+    if (!taker.take(c, limit, i, here, coasts ? q : p, sum, z))
+      taker.report(i, culprit(i, m, nb, p, frame, attraction));
   }
   /// The force that is strongest.
   SIMPLEXSEG_HD int culprit(int i, const MeshConstants& m, Int4 nb, Vec3 p, Vec4 frame, Vec3 attraction) const {
@@ -175,9 +178,11 @@ struct CorrectedStep {
     if ((load_relaxed(&v.status->failure) >> 40) <= taker.now()) return;
     const Int4 nb = v.neighbours[i];
     const MeshConstants& m = v.meshes[nb.w];
-    if (m.form != StepForm::Corrected) return;      // its step was taken before
+    if (m.form != StepForm::Corrected) return;  // its step was taken before
     const Vec3 z = end_cycle(v, m, i, nb);
-    if (!taker.take(v.coefficients[nb.w], m.limit_mm, i, v.current[i], xyz(v.previous[i]), xyz(v.levels.residual[i]), z)) taker.report(i, m.strongest);
+    if (!taker.take(v.coefficients[nb.w], m.limit_mm, i, v.current[i], xyz(v.previous[i]), xyz(v.levels.residual[i]),
+                    z))
+      taker.report(i, m.strongest);
   }
 };
 
@@ -200,18 +205,19 @@ struct RestorePose {
   }
 };
 
-/// Sums of what MeshMotion has the means of, over each block of kBlock vertices of each mesh, in a fixed order. w of `next`
-/// (its memory held the positions before) is |f|^2, w of `current` at the end of an interval m . (z - z').
+/// Sums of what MeshMotion has the means of, over each block of kBlock vertices of each mesh, in a fixed order. w of
+/// `next` (its memory held the positions before) is |f|^2, w of `current` at the end of an interval m . (z - z').
 struct MotionOfBlocks {
   static constexpr const char* name = "motion";
   static constexpr int kLanes = 32, kBlock = kMotionBlock;
   StepView v;
   MeshMotion* sums;
-  int blocks;            ///< for each mesh: of the largest one
+  int blocks;  ///< for each mesh: of the largest one
   template <class L>
   SIMPLEXSEG_HD void operator()(int index, L lanes) const {
     const MeshConstants& m = v.meshes[index / blocks];
-    const int first = (index % blocks) * kBlock, last = first + kBlock < m.vertex_count ? first + kBlock : m.vertex_count;
+    const int first = (index % blocks) * kBlock,
+              last = first + kBlock < m.vertex_count ? first + kBlock : m.vertex_count;
     float move = 0, edges = 0, force = 0, change = 0, square = 0, folded = 0, volume = 0;
     const Vec3 origin = xyz(v.current[m.first_vertex]);
     for (int k = first + lanes.lane; k < last; k += L::width) {
@@ -219,12 +225,14 @@ struct MotionOfBlocks {
       const Vec4 here = v.current[i], before = v.next[i];
       const Vec3 p = xyz(here), old = xyz(v.previous[i]), n = xyz(v.frame[i]);
       const Int4 nb = v.neighbours[i];
-      const Vec3 p1 = xyz(v.current[nb.x]), p2 = xyz(v.current[nb.y]), p3 = xyz(v.current[nb.z]), was = old - xyz(before);
+      const Vec3 p1 = xyz(v.current[nb.x]), p2 = xyz(v.current[nb.y]), p3 = xyz(v.current[nb.z]),
+                 was = old - xyz(before);
       move += norm(p - old);
       edges += norm(p - p1) + norm(p - p2) + norm(p - p3);
       force += before.w, change -= here.w, square += dot(was, was);
       // The frames are those before the step.
-      if (dot(n, xyz(v.frame[nb.x])) < 0.0f || dot(n, xyz(v.frame[nb.y])) < 0.0f || dot(n, xyz(v.frame[nb.z])) < 0.0f) folded += 1.0f;
+      if (dot(n, xyz(v.frame[nb.x])) < 0.0f || dot(n, xyz(v.frame[nb.y])) < 0.0f || dot(n, xyz(v.frame[nb.z])) < 0.0f)
+        folded += 1.0f;
       volume += dot(p - origin, cross(p2 - p1, p3 - p1));
     }
     move = lanes.sum(move), edges = lanes.sum(edges), force = lanes.sum(force), change = lanes.sum(change);
@@ -233,8 +241,8 @@ struct MotionOfBlocks {
   }
 };
 
-/// The means of each mesh, and the end of a batch: its status is handed over and made ready for the next one. `result` is
-/// where the host reads.
+/// The means of each mesh, and the end of a batch: its status is handed over and made ready for the next one. `result`
+/// is where the host reads.
 struct EndOfBatch {
   static constexpr const char* name = "end of batch";
   static constexpr int kLanes = 32;
@@ -243,14 +251,15 @@ struct EndOfBatch {
   int blocks;
   MeshMotion* motion;
   StepStatus* result;
-  /// What the mesh is held with in the direction in which it is held least: of the sum of E, determinant over the sum of the
-  /// minors, which is a third to the whole of the smallest eigenvalue.
+  /// What the mesh is held with in the direction in which it is held least: of the sum of E, determinant over the sum
+  /// of the minors, which is a third to the whole of the smallest eigenvalue.
   SIMPLEXSEG_HD float hold_of(const MeshConstants& m) const {
     if (v.levels.stiffness_a == nullptr || m.root < 0) return 0;
     const float own = m.hold * m.model * m.vertex_count;
     const VertexSystem e(v.levels.stiffness_a[m.root], v.levels.stiffness_b[m.root], -own);
     const float a = e.yy * e.zz - e.yz * e.yz, b = e.xx * e.zz - e.xz * e.xz, c = e.xx * e.yy - e.xy * e.xy;
-    const float determinant = e.xx * a + e.xy * (e.xz * e.yz - e.xy * e.zz) + e.xz * (e.xy * e.yz - e.xz * e.yy), minors = a + b + c;
+    const float determinant = e.xx * a + e.xy * (e.xz * e.yz - e.xy * e.zz) + e.xz * (e.xy * e.yz - e.xz * e.yy),
+                minors = a + b + c;
     return minors > 0.0f ? determinant / minors : 0.0f;
   }
   template <class L>
@@ -259,13 +268,28 @@ struct EndOfBatch {
     MeshMotion s{};
     for (int b = lanes.lane; b < blocks; b += L::width) {
       const MeshMotion& x = sums[mesh * blocks + b];
-      s.mean_move_mm += x.mean_move_mm, s.mean_edge_mm += x.mean_edge_mm, s.mean_square_force += x.mean_square_force, s.change += x.change;
+      s.mean_move_mm += x.mean_move_mm, s.mean_edge_mm += x.mean_edge_mm, s.mean_square_force += x.mean_square_force,
+          s.change += x.change;
       s.square_move += x.square_move, s.folded += x.folded, s.volume += x.volume;
     }
-    s = {lanes.sum(s.mean_move_mm), lanes.sum(s.mean_edge_mm), lanes.sum(s.mean_square_force), lanes.sum(s.change), lanes.sum(s.square_move), lanes.sum(s.folded), lanes.sum(s.volume), 0};
+    s = {lanes.sum(s.mean_move_mm),
+         lanes.sum(s.mean_edge_mm),
+         lanes.sum(s.mean_square_force),
+         lanes.sum(s.change),
+         lanes.sum(s.square_move),
+         lanes.sum(s.folded),
+         lanes.sum(s.volume),
+         0};
     if (lanes.lane != 0) return;
     const float each = m.vertex_count > 0 ? 1.0f / m.vertex_count : 0.0f;
-    motion[mesh] = {s.mean_move_mm * each, s.mean_edge_mm * each * (1.0f / 3.0f), s.mean_square_force * each, s.change * each, s.square_move * each, s.folded, s.volume * each, hold_of(m) * each};
+    motion[mesh] = {s.mean_move_mm * each,
+                    s.mean_edge_mm * each * (1.0f / 3.0f),
+                    s.mean_square_force * each,
+                    s.change * each,
+                    s.square_move * each,
+                    s.folded,
+                    s.volume * each,
+                    hold_of(m) * each};
     if (mesh == 0) {
       *result = *v.status;
       *v.status = {~0ull, 0, 0};

@@ -6,11 +6,11 @@
 #include <span>
 #include <vector>
 
-#include "mesh/hierarchy.h"
 #include "forces/step_view.h"
 #include "gpu/kernels.h"
 #include "gpu/launcher.h"
 #include "gpu/multigrid.h"
+#include "mesh/hierarchy.h"
 
 namespace simplexseg {
 
@@ -18,8 +18,8 @@ struct LevelArrays {
   std::vector<CoarseRow> rows;
   std::vector<int> parts, coarse_of;
   std::vector<CoarseEdge> edges;
-  std::vector<int> first;          ///< vertex of each coarser level, and the end of the last; counted over all levels
-  std::vector<int> roots;          ///< of each mesh: the vertex that stands for all of it
+  std::vector<int> first;  ///< vertex of each coarser level, and the end of the last; counted over all levels
+  std::vector<int> roots;  ///< of each mesh: the vertex that stands for all of it
 };
 
 /// Level by level, on each of them mesh by mesh.
@@ -37,7 +37,7 @@ inline LevelArrays arrange_levels(std::span<const MeshConstants> meshes, std::sp
     depth = std::max(depth, hierarchies.back().levels.size());
     all.roots.push_back(m.first_vertex);
   }
-  std::vector<int>& finer = all.roots;          // of each mesh: its first vertex on the level above, at last its root
+  std::vector<int>& finer = all.roots;  // of each mesh: its first vertex on the level above, at last its root
   int next = static_cast<int>(neighbours.size());
   all.coarse_of.assign(next, 0);
   all.first.assign(1, next);
@@ -88,7 +88,8 @@ class CoarseLevels {
   void hold(std::span<const MeshConstants> meshes, std::span<const Int4> neighbours) {
     if (held_) return;
     arrange(meshes, neighbours);
-    rows_.assign(arranged_.rows), parts_.assign(arranged_.parts), edges_.assign(arranged_.edges), coarse_of_.assign(arranged_.coarse_of);
+    rows_.assign(arranged_.rows), parts_.assign(arranged_.parts), edges_.assign(arranged_.edges),
+        coarse_of_.assign(arranged_.coarse_of);
     for (Array<Vec4>* vector : vectors()) vector->resize(arranged_.first.back()), vector->fill_zero();
     held_ = true;
   }
@@ -102,12 +103,14 @@ class CoarseLevels {
   int root(std::size_t mesh) const { return held_ ? arranged_.roots[mesh] : -1; }
 
   LevelsView view() {
-    return {rows_.data(), parts_.data(), edges_.data(), coarse_of_.data(), residual_.data(), correction_.data(), relaxed_.data(), stiffness_a_.data(), stiffness_b_.data()};
+    return {rows_.data(),       parts_.data(),   edges_.data(),       coarse_of_.data(),  residual_.data(),
+            correction_.data(), relaxed_.data(), stiffness_a_.data(), stiffness_b_.data()};
   }
   /// add(name, arrays...) for each group.
   template <class Add>
   void list(Add&& add) const {
-    add("levels", rows_, parts_, edges_, coarse_of_), add("level vectors", residual_, correction_, relaxed_, stiffness_a_, stiffness_b_);
+    add("levels", rows_, parts_, edges_, coarse_of_),
+        add("level vectors", residual_, correction_, relaxed_, stiffness_a_, stiffness_b_);
   }
 
   /// After the mesh's own: E of the coarser levels.
@@ -120,7 +123,8 @@ class CoarseLevels {
     launcher.run(Restrict<true>{view, arranged_.first[0]}, size(0));
     for (int l = 1; l < large_; ++l) launcher.run(Restrict<false>{view, arranged_.first[l]}, size(l));
     if (small_.count > 0) launcher.run(SmallCycle{view, small_});
-    for (int l = std::min(large_ - 1, depth() - 2); l >= 0; --l) launcher.run(Prolong{view, arranged_.first[l]}, size(l));
+    for (int l = std::min(large_ - 1, depth() - 2); l >= 0; --l)
+      launcher.run(Prolong{view, arranged_.first[l]}, size(l));
   }
 
  private:
@@ -136,8 +140,8 @@ class CoarseLevels {
     std::copy_n(arranged_.first.begin() + large_, small_.count + 1, small_.first);
   }
 
-  LevelArrays arranged_;                     ///< empty until they may be needed
-  int large_ = 0;                            ///< levels that are not small
+  LevelArrays arranged_;  ///< empty until they may be needed
+  int large_ = 0;         ///< levels that are not small
   SmallLevels small_;
   bool held_ = false;
   Array<CoarseRow> rows_;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The multigrid correction: one V-cycle on a linear model of the forces turns the force f of each vertex into a step z that
-// moves slow modes as far as fast ones (docs/mathematics.md, section 3). The model is  A = k L + E: L the graph Laplacian of
-// the mesh, k half the bound of the internal forces, E what image and attraction hold a vertex with. It changes how fast the
-// fixed point is reached, never where it lies.
+// The multigrid correction: one V-cycle on a linear model of the forces turns the force f of each vertex into a step z
+// that moves slow modes as far as fast ones (docs/mathematics.md, section 3). The model is  A = k L + E: L the graph
+// Laplacian of the mesh, k half the bound of the internal forces, E what image and attraction hold a vertex with. It
+// changes how fast the fixed point is reached, never where it lies.
 #pragma once
 #include "forces/force_list.h"
 #include "forces/lanes.h"
@@ -13,7 +13,8 @@ namespace simplexseg {
 /// The linear system of one vertex of one level, 3 x 3: (degree k) I + E.
 struct VertexSystem {
   float xx, xy, xz, yy, yz, zz;
-  SIMPLEXSEG_HD VertexSystem(Vec4 a, Vec4 b, float diagonal) : xx(a.x + diagonal), xy(a.y), xz(a.z), yy(a.w + diagonal), yz(b.x), zz(b.y + diagonal) {}
+  SIMPLEXSEG_HD VertexSystem(Vec4 a, Vec4 b, float diagonal)
+      : xx(a.x + diagonal), xy(a.y), xz(a.z), yy(a.w + diagonal), yz(b.x), zz(b.y + diagonal) {}
   SIMPLEXSEG_HD Vec3 times(Vec3 v) const {
     return {xx * v.x + xy * v.y + xz * v.z, xy * v.x + yy * v.y + yz * v.z, xz * v.x + yz * v.y + zz * v.z};
   }
@@ -43,8 +44,10 @@ struct LocalStiffness {
         image = 1.0f - m.value<AttractionForce>(AttractionForce::image_fade) * w;
       }
     }
-    if constexpr ((kMask & bit(ForceId::Gradient)) != 0) along += m.forces.weight(ForceId::Gradient) * v.gradient_target[i].w;
-    if constexpr ((kMask & bit(ForceId::IntensityProfile)) != 0) along += m.forces.weight(ForceId::IntensityProfile) * v.profile_target[i].w;
+    if constexpr ((kMask & bit(ForceId::Gradient)) != 0)
+      along += m.forces.weight(ForceId::Gradient) * v.gradient_target[i].w;
+    if constexpr ((kMask & bit(ForceId::IntensityProfile)) != 0)
+      along += m.forces.weight(ForceId::IntensityProfile) * v.profile_target[i].w;
     if constexpr ((kMask & bit(ForceId::Region)) != 0) along += m.forces.weight(ForceId::Region) * v.region_target[i].w;
     along *= image;
     const Vec3 n = xyz(v.frame[i]), an = along * n;
@@ -92,14 +95,15 @@ SIMPLEXSEG_HD void restrict_to(const StepView& v, int at, L lanes) {
       const CoarseRow* fine = l.rows + (i - v.vertex_count);
       degree = fine->degree;
       SIMPLEXSEG_UNROLL
-      for (int e = fine[0].first_edge; e < fine[1].first_edge; ++e) beside = beside + l.edges[e].conductance * xyz(l.correction[l.edges[e].to]);
+      for (int e = fine[0].first_edge; e < fine[1].first_edge; ++e)
+        beside = beside + l.edges[e].conductance * xyz(l.correction[l.edges[e].to]);
     }
     const VertexSystem system(l.stiffness_a[i], l.stiffness_b[i], k * degree);
     sum = sum + (xyz(l.residual[i]) - (system.times(xyz(l.correction[i])) - k * beside));
   }
   sum = {lanes.sum(sum.x), lanes.sum(sum.y), lanes.sum(sum.z)};
   if (lanes.lane != 0) return;
-  const bool last = row[0].first_edge == row[1].first_edge;      // a whole mesh, or part of one: solved exactly
+  const bool last = row[0].first_edge == row[1].first_edge;  // a whole mesh, or part of one: solved exactly
   const VertexSystem system(l.stiffness_a[at], l.stiffness_b[at], k * row->degree);
   const Vec3 z = (last ? 1.0f : kRelaxation) * system.solve(sum);
   l.residual[at] = with_w(sum, 0.0f);
@@ -116,12 +120,14 @@ SIMPLEXSEG_HD void prolong_to(const StepView& v, int at, L lanes) {
   const float k = v.meshes[row->mesh].model;
   auto corrected = [&](int j) { return xyz(l.correction[j]) + xyz(l.relaxed[l.coarse_of[j]]); };
   Vec3 beside{0, 0, 0};
-  for (int e = row[0].first_edge + lanes.lane; e < row[1].first_edge; e += L::width) beside = beside + l.edges[e].conductance * corrected(l.edges[e].to);
+  for (int e = row[0].first_edge + lanes.lane; e < row[1].first_edge; e += L::width)
+    beside = beside + l.edges[e].conductance * corrected(l.edges[e].to);
   beside = {lanes.sum(beside.x), lanes.sum(beside.y), lanes.sum(beside.z)};
   if (lanes.lane != 0) return;
   const Vec3 own = corrected(at);
   const VertexSystem system(l.stiffness_a[at], l.stiffness_b[at], k * row->degree);
-  l.relaxed[at] = with_w(own + kRelaxation * system.solve(xyz(l.residual[at]) - (system.times(own) - k * beside)), 0.0f);
+  l.relaxed[at] =
+      with_w(own + kRelaxation * system.solve(xyz(l.residual[at]) - (system.times(own) - k * beside)), 0.0f);
 }
 
 // One large level a kernel. All wait for memory: what a vertex needs is shared out among lanes.
@@ -129,9 +135,11 @@ struct CoarseStiffness {
   static constexpr const char* name = "coarse stiffness";
   static constexpr int kLanes = 8, scratch = 0;
   StepView v;
-  int first;              ///< vertex of the level, counted over all levels
+  int first;  ///< vertex of the level, counted over all levels
   template <class L>
-  SIMPLEXSEG_HD void operator()(int index, L lanes) const { sum_stiffness(v, first + index, lanes); }
+  SIMPLEXSEG_HD void operator()(int index, L lanes) const {
+    sum_stiffness(v, first + index, lanes);
+  }
 };
 template <bool kFromMesh>
 struct Restrict {
@@ -140,7 +148,9 @@ struct Restrict {
   StepView v;
   int first;
   template <class L>
-  SIMPLEXSEG_HD void operator()(int index, L lanes) const { restrict_to<kFromMesh>(v, first + index, lanes); }
+  SIMPLEXSEG_HD void operator()(int index, L lanes) const {
+    restrict_to<kFromMesh>(v, first + index, lanes);
+  }
 };
 struct Prolong {
   static constexpr const char* name = "prolong";
@@ -148,14 +158,16 @@ struct Prolong {
   StepView v;
   int first;
   template <class L>
-  SIMPLEXSEG_HD void operator()(int index, L lanes) const { prolong_to(v, first + index, lanes); }
+  SIMPLEXSEG_HD void operator()(int index, L lanes) const {
+    prolong_to(v, first + index, lanes);
+  }
 };
 
 /// The small levels, one after the other in one kernel: by themselves they would be little but launches.
 struct SmallLevels {
   static constexpr int kMost = 12, kLargest = 256;
   int count = 0;
-  int first[kMost + 1] = {};         ///< as LevelArrays::first, from the first small level on
+  int first[kMost + 1] = {};  ///< as LevelArrays::first, from the first small level on
   template <class Team, class Work>
   SIMPLEXSEG_HD void each(int level, const Team& team, Work work) const {
     for (int at = first[level] + team.group; at < first[level + 1]; at += Team::groups) work(at);

@@ -12,22 +12,24 @@ namespace simplexseg {
 
 /// Where in its cycles an engine is: what a run of steps begins with, besides the plan, and what it leaves behind.
 struct StepPhase {
-  int oldest = 0;                ///< of the three position arrays: previous, current, next from here on
+  int oldest = 0;  ///< of the three position arrays: previous, current, next from here on
   int since_refresh = 0;
   bool refresh_due = true, stiffness_due = false;
 };
 
-/// Runs of steps, recorded when they come again, and then repeated at small cost. Where the executor cannot, they are done.
+/// Runs of steps, recorded when they come again, and then repeated at small cost. Where the executor cannot, they are
+/// done.
 template <class Executor>
 class RecordedRuns {
  public:
   /// After anything that a recorded run has in it has changed: addresses, plan.
   void clear() { runs_.clear(); }
 
-  /// `steps()` does the run and changes `phase` and `measured_at_refresh`. Returns how many steps were done before a failure
-  /// that the host knows of.
+  /// `steps()` does the run and changes `phase` and `measured_at_refresh`. Returns how many steps were done before a
+  /// failure that the host knows of.
   template <class Steps>
-  int run(Launcher<Executor>& launcher, StepPhase& phase, bool& measured_at_refresh, int refresh_interval, int length, End end, Steps&& steps) {
+  int run(Launcher<Executor>& launcher, StepPhase& phase, bool& measured_at_refresh, int refresh_interval, int length,
+          End end, Steps&& steps) {
     if constexpr (!Executor::kRecords) {
       return steps();
     } else {

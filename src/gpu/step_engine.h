@@ -3,11 +3,11 @@
 //   Array<T>: data(), size(), resize(n) (contents lost), upload(span), download(span), fill_zero(); texels() of Vec4
 //   NeighbourArray: the same for Int4, written once; texels()
 //   HostVisible<T>: memory that kernels write and, after wait(), the host reads
-//   run(kernel, n): kernel(0) ... kernel(n-1), ordered after all earlier runs; run_together(a, na, b, nb): both, in any order;
-//   run(kernel): kernel(team), where it is written for one
-//   record(body) -> Recording, replay(recording): where kRecords, runs that are kept and repeated at small cost
-//   visit_width(n, f): f(how many lanes work on a search when there are n of them)
-//   bind(volume, view): makes the voxels readable; visit_voxels(type, f): f(type identity of the sampler for them)
+//   run(kernel, n): kernel(0) ... kernel(n-1), ordered after all earlier runs; run_together(a, na, b, nb): both, in any
+//   order; run(kernel): kernel(team), where it is written for one record(body) -> Recording, replay(recording): where
+//   kRecords, runs that are kept and repeated at small cost visit_width(n, f): f(how many lanes work on a search when
+//   there are n of them) bind(volume, view): makes the voxels readable; visit_voxels(type, f): f(type identity of the
+//   sampler for them)
 #pragma once
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -19,16 +19,16 @@
 
 #include "core/error.h"
 #include "forces/region_model.h"
-#include "mesh/simplex_mesh.h"
-#include "step/stability.h"
-#include "image/volume.h"
 #include "gpu/fold_watch.h"
 #include "gpu/kernels.h"
 #include "gpu/levels.h"
 #include "gpu/recorded_runs.h"
 #include "gpu/surface_drawing.h"
 #include "gpu/vertex_order.h"
+#include "image/volume.h"
+#include "mesh/simplex_mesh.h"
 #include "step/simulation_parameters.h"
+#include "step/stability.h"
 
 namespace simplexseg {
 
@@ -47,7 +47,7 @@ class StepEngine final : public Engine {
   std::string description() const override { return executor().description(); }
 
   void set_volume(const Volume& volume) override {
-    executor().bind(volume, view_.volume);       // first: what does not fit changes nothing
+    executor().bind(volume, view_.volume);  // first: what does not fit changes nothing
     volume_ = volume;
     if (!volume_.empty()) {
       const VolumeGeometry& g = volume_.geometry();
@@ -95,7 +95,8 @@ class StepEngine final : public Engine {
         current[first + to] = {x[0], x[1], x[2], 0};
         previous[first + to] = {q[0], q[1], q[2], 0};
         const auto& nb = m.neighbours[i];
-        neighbours[first + to] = {first + place[nb[0]], first + place[nb[1]], first + place[nb[2]], static_cast<int>(k)};
+        neighbours[first + to] = {first + place[nb[0]], first + place[nb[1]], first + place[nb[2]],
+                                  static_cast<int>(k)};
         for (int j : nb) edges += (m.positions[j] - x).norm();
       }
       c.edge_mm = n > 0 ? static_cast<float>(edges / (3.0 * n)) : 0.0f;
@@ -137,7 +138,8 @@ class StepEngine final : public Engine {
     points_.resize(0);
     points_host_.clear();
     view_.point_count = 0;
-    for (auto* array : {&shape_, &gradient_target_, &profile_target_, &region_target_, &local_statistics_, &scratch_}) array->resize(0);
+    for (auto* array : {&shape_, &gradient_target_, &profile_target_, &region_target_, &local_statistics_, &scratch_})
+      array->resize(0);
     profiles_.resize(0), region_tables_.resize(0), attraction_.resize(0), attracted_.resize(0);
     runs_.clear();
     reset_status();
@@ -186,12 +188,13 @@ class StepEngine final : public Engine {
   void hold_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
     const MeshConstants& c = constants_.at(mesh);
     if (target_array(force) == nullptr || targets.size() != static_cast<std::size_t>(c.vertex_count))
-      throw Error(std::string("targets of ") + force_list()[static_cast<int>(force)].name, "the force has none, or not as many", "give one for each vertex, of an image force");
+      throw Error(std::string("targets of ") + force_list()[static_cast<int>(force)].name,
+                  "the force has none, or not as many", "give one for each vertex, of an image force");
     held_targets_.resize(constants_.size());
     std::vector<Vec4>& held = held_targets_[mesh][static_cast<int>(force)];
     held.resize(targets.size());
     for (int to = 0; to < c.vertex_count; ++to) held[to] = targets[orders_[mesh][to]];
-    apply_parameters(simulation_);      // now the force acts
+    apply_parameters(simulation_);  // now the force acts
   }
   void read_targets(int mesh, ForceId force, std::span<Vec4> targets) override {
     const MeshConstants& c = constants_.at(mesh);
@@ -222,14 +225,18 @@ class StepEngine final : public Engine {
       // What is not known before a first step: what holds the meshes, and which of them are folded.
       const bool folds_unknown = kept_.size() != 0 && !folds_.knows(constants_.size());
       const bool first = (corrected_ && !hold_known_) || folds_unknown;
-      const int wanted = std::min(count - outcome.steps, first ? 1 : watched ? SolverControl::kInterval - since_watched_ : count);
+      const int wanted = std::min(count - outcome.steps, first     ? 1
+                                                         : watched ? SolverControl::kInterval - since_watched_
+                                                                   : count);
       const bool interval_ends = watched && since_watched_ + wanted == SolverControl::kInterval;
       if (kept_.size() != 0 && since_watched_ == 0) keep_pose();
       int done = 0;
       while (done < wanted) {
         const int length = std::min(wanted - done, kLongestRun);
         send_coefficients();
-        const int ran = run_steps(length, done + length < wanted ? End::None : interval_ends ? End::Interval : End::Batch);
+        const int ran = run_steps(length, done + length < wanted ? End::None
+                                          : interval_ends        ? End::Interval
+                                                                 : End::Batch);
         done += ran;
         if (ran < length) {
           end_batch();
@@ -246,7 +253,8 @@ class StepEngine final : public Engine {
         const int vertex = static_cast<int>(status.failure >> 8 & 0xffffffffu);
         int mesh = 0;
         while (mesh + 1 < view_.mesh_count && vertex >= constants_[mesh + 1].first_vertex) ++mesh;
-        undo({mesh, orders_[mesh][vertex - constants_[mesh].first_vertex], static_cast<ForceId>(status.failure & 0xff)}, outcome);
+        undo({mesh, orders_[mesh][vertex - constants_[mesh].first_vertex], static_cast<ForceId>(status.failure & 0xff)},
+             outcome);
       } else {
         outcome.steps += done;
         since_watched_ = watched ? (since_watched_ + done) % SolverControl::kInterval : 0;
@@ -278,7 +286,9 @@ class StepEngine final : public Engine {
     copy(positions_[phase_.oldest], previous);
   }
 
-  std::unique_ptr<SharedBuffer> share_buffer(unsigned gl_buffer, std::size_t bytes) override { return executor().share_buffer(gl_buffer, bytes); }
+  std::unique_ptr<SharedBuffer> share_buffer(unsigned gl_buffer, std::size_t bytes) override {
+    return executor().share_buffer(gl_buffer, bytes);
+  }
 
   void set_cells(std::span<const CellList* const> cells) override {
     drawing_.set_cells(cells, constants_, orders_, view_.vertex_count);
@@ -309,10 +319,12 @@ class StepEngine final : public Engine {
     if (!volume_.empty()) held.push_back({"volume", volume_.bytes()});
     held.push_back({"positions", positions_[0].bytes() * 3});
     add("neighbours", neighbours_), add("frame", frame_), add("shape reference", shape_);
-    add("gradient targets", gradient_target_), add("profile targets", profile_target_), add("reference profiles", profiles_);
+    add("gradient targets", gradient_target_), add("profile targets", profile_target_),
+        add("reference profiles", profiles_);
     add("region targets", region_target_), add("averaging", scratch_), add("local statistics", local_statistics_);
     add("region tables", region_tables_), add("attraction points", points_), add("attraction bindings", nearest_);
-    add("attraction patches", patches_), add("attraction sums", attraction_), add("attraction flags", attracted_), add("mesh constants", meshes_), add("step coefficients", coefficients_), add("motion", motion_sums_);
+    add("attraction patches", patches_), add("attraction sums", attraction_), add("attraction flags", attracted_),
+        add("mesh constants", meshes_), add("step coefficients", coefficients_), add("motion", motion_sums_);
     levels_.list(add);
     add("kept pose", kept_);
     drawing_.list(add);
@@ -334,7 +346,8 @@ class StepEngine final : public Engine {
   }
 
  private:
-  /// The forces that are in the program. Fewer only to measure that one which is not used costs nothing (tests/benchmarks).
+  /// The forces that are in the program. Fewer only to measure that one which is not used costs nothing
+  /// (tests/benchmarks).
 #ifdef SIMPLEXSEG_BUILT_FORCES
   static constexpr unsigned kBuiltForces = SIMPLEXSEG_BUILT_FORCES;
 #else
@@ -357,10 +370,11 @@ class StepEngine final : public Engine {
     status_.upload(std::span(&none, 1));
   }
 
-  /// `length` steps, and the end of the batch when something ends. Returns how many were done before a failure that the host
-  /// knows of.
+  /// `length` steps, and the end of the batch when something ends. Returns how many were done before a failure that the
+  /// host knows of.
   int run_steps(int length, End end) {
-    return runs_.run(launcher_, phase_, measured_at_refresh_, refresh_interval_, length, end, [&] { return do_steps(length, end); });
+    return runs_.run(launcher_, phase_, measured_at_refresh_, refresh_interval_, length, end,
+                     [&] { return do_steps(length, end); });
   }
   int do_steps(int length, End end) {
     for (int k = 0; k < length; ++k)
@@ -381,7 +395,8 @@ class StepEngine final : public Engine {
     if (!attract)
       run(geometry);
     else if (refresh)
-      launcher_.run_together(geometry, n, FindNearest{view_}, view_.mesh_count * view_.nearest_blocks * view_.point_groups);
+      launcher_.run_together(geometry, n, FindNearest{view_},
+                             view_.mesh_count * view_.nearest_blocks * view_.point_groups);
     else
       launcher_.run_together(geometry, n, SumAttraction{view_}, view_.point_count);
     if (refresh) find_targets(attract);
@@ -403,7 +418,8 @@ class StepEngine final : public Engine {
   void end_batch() {
     update_view();
     launcher_.run(MotionOfBlocks{view_, motion_sums_.data(), motion_blocks()}, static_cast<int>(motion_sums_.size()));
-    launcher_.run(EndOfBatch{view_, motion_sums_.data(), motion_blocks(), motion_.data(), result_.data()}, view_.mesh_count);
+    launcher_.run(EndOfBatch{view_, motion_sums_.data(), motion_blocks(), motion_.data(), result_.data()},
+                  view_.mesh_count);
   }
 
   void apply_parameters(const SimulationParameters& simulation) {
@@ -417,7 +433,8 @@ class StepEngine final : public Engine {
       for (const ForceInfo& force : force_list())
         if (!needs.acts(force.id)) c.forces.values[static_cast<int>(force.id)][0] = 0;
       const Stiffness stiffness = stiffness_of(c.forces, references_[k]);
-      c.stiffness = stiffness.internal, c.model = std::max(0.5f * stiffness.internal, 0.1f * (stiffness.image + stiffness.attraction));
+      c.stiffness = stiffness.internal,
+      c.model = std::max(0.5f * stiffness.internal, 0.1f * (stiffness.image + stiffness.attraction));
       c.strongest = strongest(c.forces);
       controls_[k].start(simulation, stiffness, learnt_[k], Executor::kCycleCost);
       controls_[k].set_points(c.point_count);
@@ -465,27 +482,32 @@ class StepEngine final : public Engine {
     return force;
   }
 
-  /// How far out a vertex can be and still be in the scene: ten times the size of what is in it, farther than where its mesh
-  /// began.
+  /// How far out a vertex can be and still be in the scene: ten times the size of what is in it, farther than where its
+  /// mesh began.
   void note_limits() {
     constexpr double kScenes = 10;
     Eigen::AlignedBox3d scene;
     for (const Eigen::AlignedBox3d& box : box_) scene.extend(box);
-    for (const PointView& point : points_host_) scene.extend(Eigen::Vector3d(point.position.x, point.position.y, point.position.z));
+    for (const PointView& point : points_host_)
+      scene.extend(Eigen::Vector3d(point.position.x, point.position.y, point.position.z));
     if (!volume_.empty())
       for (int corner = 0; corner < 8; ++corner) {
         Eigen::Vector3d index;
-        for (int axis = 0; axis < 3; ++axis) index[axis] = (corner >> axis & 1) != 0 ? volume_.geometry().size[axis] - 0.5 : -0.5;
+        for (int axis = 0; axis < 3; ++axis)
+          index[axis] = (corner >> axis & 1) != 0 ? volume_.geometry().size[axis] - 0.5 : -0.5;
         scene.extend(volume_.geometry().world_from_index() * index);
       }
     for (std::size_t k = 0; k < constants_.size(); ++k) {
       const double home = farthest_start(k);
-      constants_[k].limit_mm = scene.isEmpty() ? 1.0f : static_cast<float>(home + kScenes * scene.diagonal().norm() + 1e-6);
+      constants_[k].limit_mm =
+          scene.isEmpty() ? 1.0f : static_cast<float>(home + kScenes * scene.diagonal().norm() + 1e-6);
     }
   }
 
   /// The largest coordinate of the middle of a mesh as it was loaded.
-  double farthest_start(std::size_t k) const { return box_[k].isEmpty() ? 0.0 : box_[k].center().cwiseAbs().maxCoeff(); }
+  double farthest_start(std::size_t k) const {
+    return box_[k].isEmpty() ? 0.0 : box_[k].center().cwiseAbs().maxCoeff();
+  }
 
   void send_coefficients() {
     coefficients_host_.clear();
@@ -499,11 +521,13 @@ class StepEngine final : public Engine {
   void keep_pose() {
     update_view();
     for (std::size_t k = 0; k < constants_.size(); ++k)
-      if (folds_.keeps(k)) launcher_.run(KeepPose{view_.current, kept_.data(), constants_[k].first_vertex}, constants_[k].vertex_count);
+      if (folds_.keeps(k))
+        launcher_.run(KeepPose{view_.current, kept_.data(), constants_[k].first_vertex}, constants_[k].vertex_count);
   }
   float residual_mm(std::size_t k) {
     float weights = 0;
-    for (const ForceInfo& force : force_list()) weights += active(force.id) ? constants_[k].forces.weight(force.id) : 0.0f;
+    for (const ForceInfo& force : force_list())
+      weights += active(force.id) ? constants_[k].forces.weight(force.id) : 0.0f;
     return weights > 0 ? std::sqrt(std::max(motion_.data()[k].mean_square_force, 0.0f)) / weights : 0.0f;
   }
   /// At the end of an interval.
@@ -511,7 +535,8 @@ class StepEngine final : public Engine {
     folds_.note(constants_, motion_.data());
     for (std::size_t k = 0; k < constants_.size() && !outcome.failure; ++k) {
       if (kept_.size() != 0 && folds_.crumpled(k, residual_mm(k), motion_.data()[k], constants_[k].edge_mm)) {
-        undo({static_cast<int>(k), -1, static_cast<ForceId>(constants_[k].strongest), StepFailure::What::Folded}, outcome);
+        undo({static_cast<int>(k), -1, static_cast<ForceId>(constants_[k].strongest), StepFailure::What::Folded},
+             outcome);
         continue;
       }
       // Targets that were found anew say nothing of stiffness, unless they always are.
@@ -537,7 +562,8 @@ class StepEngine final : public Engine {
     update_view();
     const int now = (phase_.oldest + 1) % 3;
     const Vec4* good = kept_.size() != 0 ? kept_.data() : positions_[now].data();
-    launcher_.run(RestorePose{good, positions_[now].data(), positions_[phase_.oldest].data(), c.first_vertex}, c.vertex_count);
+    launcher_.run(RestorePose{good, positions_[now].data(), positions_[phase_.oldest].data(), c.first_vertex},
+                  c.vertex_count);
     executor().wait();
     if (attraction_.size() != 0) attraction_.fill_zero();
     phase_.refresh_due = true;
@@ -594,7 +620,10 @@ class StepEngine final : public Engine {
   bool active(ForceId force) const { return (kBuiltForces & bit(force)) != 0 && needs_.uses(force); }
   /// Null for a force without targets.
   Array<Vec4>* target_array(ForceId force) {
-    return force == ForceId::Gradient ? &gradient_target_ : force == ForceId::IntensityProfile ? &profile_target_ : force == ForceId::Region ? &region_target_ : nullptr;
+    return force == ForceId::Gradient           ? &gradient_target_
+           : force == ForceId::IntensityProfile ? &profile_target_
+           : force == ForceId::Region           ? &region_target_
+                                                : nullptr;
   }
 
   /// Each array is held exactly while the plan needs it.
@@ -635,7 +664,8 @@ class StepEngine final : public Engine {
           const std::size_t length = c.vertex_count > 0 ? profiles_host_[k].size() / c.vertex_count : 0;
           if (length == 0 || length > stride || profiles_host_[k].size() != length * c.vertex_count) continue;
           for (int i = 0; i < c.vertex_count; ++i)
-            std::copy_n(profiles_host_[k].begin() + orders_[k][i] * length, length, all.begin() + (c.first_vertex + i) * stride);
+            std::copy_n(profiles_host_[k].begin() + orders_[k][i] * length, length,
+                        all.begin() + (c.first_vertex + i) * stride);
         }
         profiles_.assign(all);
       }
@@ -663,7 +693,8 @@ class StepEngine final : public Engine {
     update_view();
     recorded_interval_ = refresh_interval_;
     // Recorded runs hold the addresses and the plan.
-    if (!(needed_before == needs_) || interval_before != refresh_interval_ || !same_addresses(view_before, view_)) runs_.clear();
+    if (!(needed_before == needs_) || interval_before != refresh_interval_ || !same_addresses(view_before, view_))
+      runs_.clear();
   }
 
   static bool same_addresses(StepView a, StepView b) {
@@ -676,7 +707,8 @@ class StepEngine final : public Engine {
   void update_view() {
     view_.meshes = meshes_.data(), view_.neighbours = neighbours_.texels();
     view_.previous = positions_[phase_.oldest].texels(), view_.current = positions_[(phase_.oldest + 1) % 3].texels();
-    view_.next = positions_[(phase_.oldest + 2) % 3].data(), view_.oldest = positions_[phase_.oldest].data(), view_.frame = frame_.texels(), view_.new_frame = frame_.data();
+    view_.next = positions_[(phase_.oldest + 2) % 3].data(), view_.oldest = positions_[phase_.oldest].data(),
+    view_.frame = frame_.texels(), view_.new_frame = frame_.data();
     view_.shape = shape_.texels();
     view_.gradient_target = gradient_target_.data(), view_.profile_target = profile_target_.data();
     view_.region_target = region_target_.data(), view_.profiles = profiles_.data();
@@ -700,19 +732,21 @@ class StepEngine final : public Engine {
       executor().visit_voxels(volume_.type(), [&]<class Voxels>(std::type_identity<Voxels>) {
         executor().visit_width(view_.vertex_count, [&]<int kWidth>(std::integral_constant<int, kWidth>) {
           if constexpr (built(ForceId::Gradient))
-            if (needs_.searches(ForceId::Gradient)) search(GradientSearch<Voxels, kWidth>{view_, kWidth > 1 ? needs_.gradient_scratch : 0});
+            if (needs_.searches(ForceId::Gradient))
+              search(GradientSearch<Voxels, kWidth>{view_, kWidth > 1 ? needs_.gradient_scratch : 0});
           if constexpr (built(ForceId::IntensityProfile))
-            if (needs_.searches(ForceId::IntensityProfile)) search(ProfileSearch<Voxels, kWidth>{view_, needs_.profile_scratch});
+            if (needs_.searches(ForceId::IntensityProfile))
+              search(ProfileSearch<Voxels, kWidth>{view_, needs_.profile_scratch});
           if constexpr (built(ForceId::Region)) {
-          if (!needs_.searches(ForceId::Region)) return;
-          if (local_statistics_.size() != 0) {
-            using Statistics = RegionStatistics<Voxels, kWidth>;
-            search(Statistics{view_, Statistics::kCount});
-            average(local_statistics_.data(), kStatisticsPasses, false);
-            static_assert(kStatisticsPasses % 2 == 0, "so that the averages end where they are read");
-          }
-          search(RegionSearch<Voxels, kWidth>{view_, needs_.region_scratch});
-          run(RegionTarget{view_, average(region_target_.data(), needs_.averaging_passes, true)});
+            if (!needs_.searches(ForceId::Region)) return;
+            if (local_statistics_.size() != 0) {
+              using Statistics = RegionStatistics<Voxels, kWidth>;
+              search(Statistics{view_, Statistics::kCount});
+              average(local_statistics_.data(), kStatisticsPasses, false);
+              static_assert(kStatisticsPasses % 2 == 0, "so that the averages end where they are read");
+            }
+            search(RegionSearch<Voxels, kWidth>{view_, needs_.region_scratch});
+            run(RegionTarget{view_, average(region_target_.data(), needs_.averaging_passes, true)});
           }
         });
       });
@@ -755,9 +789,10 @@ class StepEngine final : public Engine {
   Volume volume_;
   StepView view_;
   std::vector<MeshConstants> constants_;
-  std::vector<std::vector<int>> orders_;     ///< of each mesh: the vertex, as it was loaded, at each place
+  std::vector<std::vector<int>> orders_;  ///< of each mesh: the vertex, as it was loaded, at each place
   std::vector<std::vector<Vec4>> references_;
-  std::vector<std::array<std::vector<Vec4>, kForceCount>> held_targets_;     ///< of each mesh and force; empty: none at all
+  std::vector<std::array<std::vector<Vec4>, kForceCount>>
+      held_targets_;  ///< of each mesh and force; empty: none at all
   std::vector<std::vector<float>> profiles_host_;
   std::vector<Vec4> shape_host_;
   std::vector<float> region_tables_host_;
@@ -771,18 +806,19 @@ class StepEngine final : public Engine {
   std::vector<SolverControl> controls_;
   std::vector<SolverState> learnt_;
   std::vector<ForceParameters> wanted_;
-  std::vector<Eigen::AlignedBox3d> box_;     ///< of each mesh as it was loaded
+  std::vector<Eigen::AlignedBox3d> box_;  ///< of each mesh as it was loaded
   std::vector<Int4> neighbours_host_;
   FoldWatch folds_;
   bool hold_known_ = false;
-  bool watched_ = false;                     ///< every interval of steps is looked at
+  bool watched_ = false;  ///< every interval of steps is looked at
   bool keeps_pose_ = false, corrected_ = false, measured_at_refresh_ = false;
   int since_watched_ = 0;
   SimulationParameters simulation_{};
   std::vector<StepCoefficients> coefficients_host_, sent_coefficients_;
   CoarseLevels<Executor> levels_;
   Array<StepCoefficients> coefficients_;
-  Array<Vec4> positions_[3], kept_, frame_, shape_, gradient_target_, profile_target_, region_target_, local_statistics_, scratch_;
+  Array<Vec4> positions_[3], kept_, frame_, shape_, gradient_target_, profile_target_, region_target_,
+      local_statistics_, scratch_;
   Array<float> profiles_, region_tables_;
   Array<MeshMotion> motion_sums_;
   Array<PointView> points_;

@@ -3,12 +3,12 @@
 #include <span>
 #include <vector>
 
-#include "step/engine.h"
 #include "core/error.h"
-#include "mesh/simplex_mesh.h"
-#include "image/volume.h"
 #include "gpu/display_kernels.h"
 #include "gpu/launcher.h"
+#include "image/volume.h"
+#include "mesh/simplex_mesh.h"
+#include "step/engine.h"
 
 namespace simplexseg {
 
@@ -24,8 +24,10 @@ class SurfaceDrawing {
     place_.resize(0), cell_first_.resize(0), cell_corners_.resize(0), surfaces_.resize(0);
   }
   /// `orders`: of each mesh, the vertex as it was loaded at each place.
-  void set_cells(std::span<const CellList* const> cells, std::span<const MeshConstants> meshes, std::span<const std::vector<int>> orders, int vertex_count) {
-    if (cells.size() != meshes.size()) throw Error("cells", "not one list for each mesh", "give the cells of the meshes that were loaded");
+  void set_cells(std::span<const CellList* const> cells, std::span<const MeshConstants> meshes,
+                 std::span<const std::vector<int>> orders, int vertex_count) {
+    if (cells.size() != meshes.size())
+      throw Error("cells", "not one list for each mesh", "give the cells of the meshes that were loaded");
     std::vector<int> first{0}, corners, place(vertex_count);
     for (std::size_t k = 0; k < meshes.size(); ++k) {
       const MeshConstants& c = meshes[k];
@@ -33,7 +35,8 @@ class SurfaceDrawing {
       for (int i = 0; i < c.vertex_count; ++i) inverse[orders[k][i]] = i;
       for (int cell = 0; cell < cells[k]->count(); ++cell) {
         for (int corner : (*cells[k])[cell]) {
-          if (corner < 0 || corner >= c.vertex_count) throw Error("cells", "a corner is no vertex of the mesh", "give the cells of the meshes that were loaded");
+          if (corner < 0 || corner >= c.vertex_count)
+            throw Error("cells", "a corner is no vertex of the mesh", "give the cells of the meshes that were loaded");
           corners.push_back(c.first_vertex + inverse[corner]);
         }
         first.push_back(static_cast<int>(corners.size()));
@@ -52,10 +55,12 @@ class SurfaceDrawing {
     if (n == 0) return;
     launcher.executor.draw(target, n, surfaces_, [&](DisplayPoint* points) {
       launcher.run(DrawVertices{view, place_.data(), points}, view.vertex_count);
-      launcher.run(DrawCells{cell_first_.data(), cell_corners_.data(), place_.data(), points, view.vertex_count}, cell_count_);
+      launcher.run(DrawCells{cell_first_.data(), cell_corners_.data(), place_.data(), points, view.vertex_count},
+                   cell_count_);
     });
   }
-  void draw_outlines(Launcher<Executor>& launcher, const StepView& view, int axis, float position_mm, DrawTarget<std::byte> target) {
+  void draw_outlines(Launcher<Executor>& launcher, const StepView& view, int axis, float position_mm,
+                     DrawTarget<std::byte> target) {
     if (!known_) throw Error("outlines", "the cells are not known", "call set_cells after a load");
     const std::size_t bytes = outline_bytes(view.mesh_count, view.vertex_count);
     if (bytes == 0) return;
@@ -63,14 +68,18 @@ class SurfaceDrawing {
       auto* commands = reinterpret_cast<OutlineCommand*>(memory);
       auto* pieces = reinterpret_cast<OutlinePiece*>(memory + view.mesh_count * sizeof(OutlineCommand));
       launcher.run(BeginOutlines{view.meshes, commands}, view.mesh_count);
-      launcher.run(DrawOutlines{view, cell_first_.data(), cell_corners_.data(), axis, position_mm, commands, pieces}, cell_count_);
+      launcher.run(DrawOutlines{view, cell_first_.data(), cell_corners_.data(), axis, position_mm, commands, pieces},
+                   cell_count_);
     });
   }
-  void draw_slice(Launcher<Executor>& launcher, const VolumeView& volume, VoxelType type, const SlicePlane& plane, DrawTarget<DisplayTexel> target) {
+  void draw_slice(Launcher<Executor>& launcher, const VolumeView& volume, VoxelType type, const SlicePlane& plane,
+                  DrawTarget<DisplayTexel> target) {
     const std::size_t n = static_cast<std::size_t>(std::max(plane.width, 0)) * std::max(plane.height, 0);
     if (n == 0) return;
     launcher.executor.draw(target, n, slice_, [&](DisplayTexel* texels) {
-      launcher.executor.visit_voxels(type, [&]<class Voxels>(std::type_identity<Voxels>) { launcher.run(DrawSlice<Voxels>{volume, plane, texels}, static_cast<int>(n)); });
+      launcher.executor.visit_voxels(type, [&]<class Voxels>(std::type_identity<Voxels>) {
+        launcher.run(DrawSlice<Voxels>{volume, plane, texels}, static_cast<int>(n));
+      });
     });
   }
 
@@ -83,7 +92,7 @@ class SurfaceDrawing {
 
  private:
   Array<int> place_, cell_first_, cell_corners_;
-  Array<DisplayPoint> surfaces_;                    ///< where they are not drawn into a shared buffer
+  Array<DisplayPoint> surfaces_;  ///< where they are not drawn into a shared buffer
   Array<DisplayTexel> slice_;
   Array<std::byte> outlines_;
   bool known_ = false;

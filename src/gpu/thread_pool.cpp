@@ -57,7 +57,8 @@ void ThreadPool::run_erased(int chunks, Call call, const void* job) {
   chunks_.store(static_cast<std::uint32_t>(chunks), std::memory_order_release);
   signal_.fetch_add(1);
   if (sleeping_.load() > 0) signal_.notify_all();
-  while (take_one()) {}
+  while (take_one()) {
+  }
   for (int spin = 0; finished_.load(std::memory_order_acquire) != static_cast<std::uint32_t>(chunks); ++spin)
     spin < kSpins ? pause() : std::this_thread::yield();
 }
@@ -65,7 +66,8 @@ void ThreadPool::run_erased(int chunks, Call call, const void* job) {
 void ThreadPool::work() {
   std::uint32_t seen = signal_.load();
   while (!stop_) {
-    while (take_one()) {}
+    while (take_one()) {
+    }
     int spin = 0;
     while (signal_.load(std::memory_order_acquire) == seen && spin < kSpins) ++spin, pause();
     if (signal_.load() == seen) {

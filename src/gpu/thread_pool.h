@@ -19,10 +19,12 @@ class ThreadPool {
   ThreadPool& operator=(const ThreadPool&) = delete;
 
   int threads() const { return static_cast<int>(workers_.size()) + 1; }
-  /// Calls job(0) ... job(chunks - 1) and returns when all have returned. From one thread at a time; jobs must not throw.
+  /// Calls job(0) ... job(chunks - 1) and returns when all have returned. From one thread at a time; jobs must not
+  /// throw.
   template <class Job>
   void run(int chunks, const Job& job) {
-    run_erased(chunks, [](const void* j, int chunk) { (*static_cast<const Job*>(j))(chunk); }, &job);
+    run_erased(
+        chunks, [](const void* j, int chunk) { (*static_cast<const Job*>(j))(chunk); }, &job);
   }
 
  private:
@@ -38,7 +40,7 @@ class ThreadPool {
   std::atomic<Call> call_{nullptr};
   std::atomic<const void*> job_{nullptr};
   alignas(64) std::atomic<std::uint32_t> finished_{0};
-  alignas(64) std::atomic<std::uint32_t> signal_{0};      ///< changes with every job: what sleeping workers wait on
+  alignas(64) std::atomic<std::uint32_t> signal_{0};  ///< changes with every job: what sleeping workers wait on
   std::atomic<int> sleeping_{0};
   std::atomic<bool> stop_{false};
 };

@@ -9,13 +9,13 @@ namespace simplexseg {
 /// Vertices of a patch: of 64 to 512, what was fastest.
 inline constexpr int kPatchVertices = 256;
 
-/// The vertices of a mesh patch by patch: a patch grows breadth-first from the vertex that has waited longest beside the
-/// patches before it. Two rings around a vertex, which a step reads, then mostly lie in the patch itself, and patches that
-/// touch lie near each other. A refined sphere has its vertices in the order of their birth, which scatters every gather
-/// (figures: docs/adr/0009-vertex-order.md).
+/// The vertices of a mesh patch by patch: a patch grows breadth-first from the vertex that has waited longest beside
+/// the patches before it. Two rings around a vertex, which a step reads, then mostly lie in the patch itself, and
+/// patches that touch lie near each other. A refined sphere has its vertices in the order of their birth, which
+/// scatters every gather (figures: docs/adr/0009-vertex-order.md).
 inline std::vector<int> patch_order(std::span<const std::array<int, 3>> neighbours) {
   const int n = static_cast<int>(neighbours.size());
-  std::vector<int> order, waiting;           // waiting: in the order of being met; some are taken meanwhile
+  std::vector<int> order, waiting;  // waiting: in the order of being met; some are taken meanwhile
   order.reserve(n), waiting.reserve(n);
   enum : char { kFar, kWaiting, kTaken };
   std::vector<char> state(n, kFar);

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "image/distance_map.h"
 #include "core/error.h"
+#include "image/distance_map.h"
 
 namespace simplexseg {
 namespace {

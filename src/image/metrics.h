@@ -11,7 +11,7 @@ namespace simplexseg {
 struct Agreement {
   double dice;
   double hd_mm, hd95_mm, assd_mm;
-  double hd_directed_mm, hd95_directed_mm, asd_directed_mm;   ///< reference boundary to test boundary
+  double hd_directed_mm, hd95_directed_mm, asd_directed_mm;  ///< reference boundary to test boundary
   double reference_mm3, test_mm3;
 };
 /// Throws Error when the two grids differ.

@@ -6,8 +6,8 @@
 #include <cstring>
 
 #include "core/error.h"
-#include "mesh/simplex_mesh.h"
 #include "mesh/mesh_geometry.h"
+#include "mesh/simplex_mesh.h"
 
 namespace simplexseg {
 namespace {

@@ -7,7 +7,6 @@
 
 #include "image/mask.h"
 
-
 namespace simplexseg {
 namespace {
 
@@ -54,15 +53,19 @@ SurfaceError::SurfaceError(const Mask& reference) : box_(box_around(reference)) 
     for (int j = 0; j < nj; ++j)
       for (int i = 0; i < ni; ++i) {
         const auto value = [&](int di, int dj, int dk) {
-          return signed_mm_[box_.offset(std::clamp(i + di, 0, ni - 1), std::clamp(j + dj, 0, nj - 1), std::clamp(k + dk, 0, nk - 1))];
+          return signed_mm_[box_.offset(std::clamp(i + di, 0, ni - 1), std::clamp(j + dj, 0, nj - 1),
+                                        std::clamp(k + dk, 0, nk - 1))];
         };
-        const Eigen::Vector3d slope(value(1, 0, 0) - value(-1, 0, 0), value(0, 1, 0) - value(0, -1, 0), value(0, 0, 1) - value(0, 0, -1));
+        const Eigen::Vector3d slope(value(1, 0, 0) - value(-1, 0, 0), value(0, 1, 0) - value(0, -1, 0),
+                                    value(0, 0, 1) - value(0, 0, -1));
         const Eigen::Vector3d gradient = to_mm * slope;
         const Eigen::Vector3d spacing_mm = mm_from_index.colwise().norm();
         const double length = gradient.norm();
-        const double half = length > 0 ? 0.5 * (mm_from_index.transpose() * (gradient / length)).norm() : 0.5 * spacing_mm.minCoeff();
+        const double half =
+            length > 0 ? 0.5 * (mm_from_index.transpose() * (gradient / length)).norm() : 0.5 * spacing_mm.minCoeff();
         const float d = signed_mm_[box_.offset(i, j, k)];
-        corrected[box_.offset(i, j, k)] = d < 0 ? std::min(0.0f, d + static_cast<float>(half)) : std::max(0.0f, d - static_cast<float>(half));
+        corrected[box_.offset(i, j, k)] =
+            d < 0 ? std::min(0.0f, d + static_cast<float>(half)) : std::max(0.0f, d - static_cast<float>(half));
       }
   signed_mm_ = std::move(corrected);
 }
@@ -74,7 +77,7 @@ double SurfaceError::at(const Eigen::Vector3d& position_mm) const {
   int low[3];
   for (int a = 0; a < 3; ++a) {
     nearest[a] = std::clamp(index[a], 0.0, box_.size[a] - 1.0);
-    low[a] = std::min(static_cast<int>(nearest[a]), box_.size[a] - 2);       // a box is 5 voxels wide at least
+    low[a] = std::min(static_cast<int>(nearest[a]), box_.size[a] - 2);  // a box is 5 voxels wide at least
   }
   double sum = 0;
   for (int corner = 0; corner < 8; ++corner) {

@@ -23,10 +23,10 @@ constexpr VoxelType voxel_type_of();
 /// Where a grid of voxels lies in the patient frame (LPS, mm), as ITK: world = origin + direction * (spacing .* index);
 /// index (0,0,0) is the centre of the first voxel. `direction` may be any invertible matrix (left-handed, sheared).
 struct VolumeGeometry {
-  std::array<int, 3> size{0, 0, 0};                           ///< voxels along i, j, k
-  Eigen::Vector3d spacing_mm{1, 1, 1};                        ///< > 0
-  Eigen::Vector3d origin_mm{0, 0, 0};                         ///< centre of voxel (0,0,0)
-  Eigen::Matrix3d direction = Eigen::Matrix3d::Identity();    ///< columns: directions of i, j, k
+  std::array<int, 3> size{0, 0, 0};                         ///< voxels along i, j, k
+  Eigen::Vector3d spacing_mm{1, 1, 1};                      ///< > 0
+  Eigen::Vector3d origin_mm{0, 0, 0};                       ///< centre of voxel (0,0,0)
+  Eigen::Matrix3d direction = Eigen::Matrix3d::Identity();  ///< columns: directions of i, j, k
 
   Eigen::Affine3d world_from_index() const;
   Eigen::Affine3d index_from_world() const;
@@ -56,9 +56,13 @@ class Volume {
   void* data() { return data_.get(); }
   /// T must match type().
   template <class T>
-  std::span<T> voxels() { return {static_cast<T*>(data()), geometry_.voxel_count()}; }
+  std::span<T> voxels() {
+    return {static_cast<T*>(data()), geometry_.voxel_count()};
+  }
   template <class T>
-  std::span<const T> voxels() const { return {static_cast<const T*>(data()), geometry_.voxel_count()}; }
+  std::span<const T> voxels() const {
+    return {static_cast<const T*>(data()), geometry_.voxel_count()};
+  }
 
   std::size_t offset(int i, int j, int k) const {
     return (static_cast<std::size_t>(k) * geometry_.size[1] + j) * geometry_.size[0] + i;
@@ -82,25 +86,57 @@ class Volume {
 template <class F>
 decltype(auto) visit_voxel_type(VoxelType type, F&& f) {
   switch (type) {
-    case VoxelType::Int8: return f(std::type_identity<std::int8_t>{});
-    case VoxelType::UInt8: return f(std::type_identity<std::uint8_t>{});
-    case VoxelType::Int16: return f(std::type_identity<std::int16_t>{});
-    case VoxelType::UInt16: return f(std::type_identity<std::uint16_t>{});
-    case VoxelType::Int32: return f(std::type_identity<std::int32_t>{});
-    case VoxelType::UInt32: return f(std::type_identity<std::uint32_t>{});
-    case VoxelType::Float32: return f(std::type_identity<float>{});
-    case VoxelType::Float64: break;
+    case VoxelType::Int8:
+      return f(std::type_identity<std::int8_t>{});
+    case VoxelType::UInt8:
+      return f(std::type_identity<std::uint8_t>{});
+    case VoxelType::Int16:
+      return f(std::type_identity<std::int16_t>{});
+    case VoxelType::UInt16:
+      return f(std::type_identity<std::uint16_t>{});
+    case VoxelType::Int32:
+      return f(std::type_identity<std::int32_t>{});
+    case VoxelType::UInt32:
+      return f(std::type_identity<std::uint32_t>{});
+    case VoxelType::Float32:
+      return f(std::type_identity<float>{});
+    case VoxelType::Float64:
+      break;
   }
   return f(std::type_identity<double>{});
 }
 
-template <> constexpr VoxelType voxel_type_of<std::int8_t>() { return VoxelType::Int8; }
-template <> constexpr VoxelType voxel_type_of<std::uint8_t>() { return VoxelType::UInt8; }
-template <> constexpr VoxelType voxel_type_of<std::int16_t>() { return VoxelType::Int16; }
-template <> constexpr VoxelType voxel_type_of<std::uint16_t>() { return VoxelType::UInt16; }
-template <> constexpr VoxelType voxel_type_of<std::int32_t>() { return VoxelType::Int32; }
-template <> constexpr VoxelType voxel_type_of<std::uint32_t>() { return VoxelType::UInt32; }
-template <> constexpr VoxelType voxel_type_of<float>() { return VoxelType::Float32; }
-template <> constexpr VoxelType voxel_type_of<double>() { return VoxelType::Float64; }
+template <>
+constexpr VoxelType voxel_type_of<std::int8_t>() {
+  return VoxelType::Int8;
+}
+template <>
+constexpr VoxelType voxel_type_of<std::uint8_t>() {
+  return VoxelType::UInt8;
+}
+template <>
+constexpr VoxelType voxel_type_of<std::int16_t>() {
+  return VoxelType::Int16;
+}
+template <>
+constexpr VoxelType voxel_type_of<std::uint16_t>() {
+  return VoxelType::UInt16;
+}
+template <>
+constexpr VoxelType voxel_type_of<std::int32_t>() {
+  return VoxelType::Int32;
+}
+template <>
+constexpr VoxelType voxel_type_of<std::uint32_t>() {
+  return VoxelType::UInt32;
+}
+template <>
+constexpr VoxelType voxel_type_of<float>() {
+  return VoxelType::Float32;
+}
+template <>
+constexpr VoxelType voxel_type_of<double>() {
+  return VoxelType::Float64;
+}
 
 }  // namespace simplexseg

@@ -28,12 +28,12 @@ struct Slice {
   fs::path file;
   std::string series, description;
   int rows = 0, columns = 0, frames = 1, samples = 1;
-  std::optional<Eigen::Vector3d> position;              ///< of the first pixel's centre, LPS mm
-  std::optional<Eigen::Matrix<double, 3, 2>> axes;      ///< of the columns (i) and rows (j)
-  std::optional<Eigen::Vector2d> spacing_mm;            ///< along i and j
+  std::optional<Eigen::Vector3d> position;          ///< of the first pixel's centre, LPS mm
+  std::optional<Eigen::Matrix<double, 3, 2>> axes;  ///< of the columns (i) and rows (j)
+  std::optional<Eigen::Vector2d> spacing_mm;        ///< along i and j
   std::optional<double> between_mm, thickness_mm;
-  std::string pixel_kind;                               ///< bits, sign and rescaling: equal for slices of one type
-  std::string unreadable;                               ///< why its pixels cannot be read; empty when they can
+  std::string pixel_kind;  ///< bits, sign and rescaling: equal for slices of one type
+  std::string unreadable;  ///< why its pixels cannot be read; empty when they can
 };
 
 std::string text_of(const gdcm::DataSet& data, std::uint16_t group, std::uint16_t element) {
@@ -75,12 +75,13 @@ bool fragments_are_whole(std::istream& stream, std::uint64_t position, std::uint
     std::uint16_t tag[2];
     std::uint32_t length;
     stream.seekg(static_cast<std::streamoff>(position));
-    if (!stream.read(reinterpret_cast<char*>(tag), 4) || !stream.read(reinterpret_cast<char*>(&length), 4)) return false;
+    if (!stream.read(reinterpret_cast<char*>(tag), 4) || !stream.read(reinterpret_cast<char*>(&length), 4))
+      return false;
     if (tag[0] != 0xfffe) return false;
     if (tag[1] == 0xe0dd) return true;
     position += 8 + std::uint64_t(length);
   }
-  return position == file_bytes;   // some writers leave out the closing delimiter
+  return position == file_bytes;  // some writers leave out the closing delimiter
 }
 
 /// Reads the header; nothing when the file is not DICOM or holds no image. Throws std::exception on a damaged file.
@@ -90,7 +91,7 @@ std::optional<Slice> scan(const fs::path& path) {
     const gdcm::Tag pixel_data(0x7fe0, 0x0010);
     gdcm::Reader reader;
     reader.SetFileName(path.c_str());
-    if (!reader.ReadUpToTag(pixel_data, {pixel_data})) return;   // stops where the pixels begin
+    if (!reader.ReadUpToTag(pixel_data, {pixel_data})) return;  // stops where the pixels begin
     const gdcm::DataSet& data = reader.GetFile().GetDataSet();
     const gdcm::TransferSyntax& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
     Slice slice;
@@ -133,8 +134,9 @@ std::optional<Slice> scan(const fs::path& path) {
     const double wanted = double(slice.rows) * slice.columns * slice.samples * slice.frames * bits / 8;
     if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) {
       // Positions within the file are not known.
-    } else if (syntax.IsEncapsulated() ? !fragments_are_whole(stream, start, file_bytes)
-                                       : double(start) + (slice.samples > 1 ? 0.66 : 1.0) * wanted > double(file_bytes)) {
+    } else if (syntax.IsEncapsulated()
+                   ? !fragments_are_whole(stream, start, file_bytes)
+                   : double(start) + (slice.samples > 1 ? 0.66 : 1.0) * wanted > double(file_bytes)) {
       slice.unreadable = "truncated: the file ends before its pixels do";
     } else if (syntax == gdcm::TransferSyntax::ExplicitVRBigEndian && bits > 16) {
       slice.unreadable = "its pixels are big-endian with more than 16 bits, which GDCM reads wrongly";
@@ -168,11 +170,13 @@ void require_one_stack(const Slices& slices, const std::string& what) {
   std::vector<std::string> unplaced, sizes, orientations, many;
   for (const Slice& s : slices) {
     if (!s.position || !s.axes) unplaced.push_back(name_of(s));
-    if (s.rows != first.rows || s.columns != first.columns || s.spacing_mm.has_value() != first.spacing_mm.has_value() ||
+    if (s.rows != first.rows || s.columns != first.columns ||
+        s.spacing_mm.has_value() != first.spacing_mm.has_value() ||
         (s.spacing_mm && !s.spacing_mm->isApprox(*first.spacing_mm, 1e-3))) {
       sizes.push_back(name_of(s));
     }
-    if (s.axes && first.axes && (*s.axes - *first.axes).cwiseAbs().maxCoeff() > 1e-3) orientations.push_back(name_of(s));
+    if (s.axes && first.axes && (*s.axes - *first.axes).cwiseAbs().maxCoeff() > 1e-3)
+      orientations.push_back(name_of(s));
     if (s.frames > 1) many.push_back(name_of(s));
   }
   if (!many.empty()) {
@@ -180,12 +184,15 @@ void require_one_stack(const Slices& slices, const std::string& what) {
                 "open one of these files alone");
   }
   if (!orientations.empty()) {
-    throw Error("cannot read " + what, "its slices have different orientations: " + list_of(orientations) +
-                " differ from " + name_of(first), "put slices of one orientation into a folder of their own");
+    throw Error("cannot read " + what,
+                "its slices have different orientations: " + list_of(orientations) + " differ from " + name_of(first),
+                "put slices of one orientation into a folder of their own");
   }
   if (!sizes.empty()) {
-    throw Error("cannot read " + what, "its slices have different sizes or pixel spacings: " + list_of(sizes) +
-                " differ from " + name_of(first), "put slices of one size into a folder of their own");
+    throw Error(
+        "cannot read " + what,
+        "its slices have different sizes or pixel spacings: " + list_of(sizes) + " differ from " + name_of(first),
+        "put slices of one size into a folder of their own");
   }
   if (!unplaced.empty()) {
     throw Error("cannot read " + what, "these slices have no position or orientation: " + list_of(unplaced),
@@ -198,16 +205,17 @@ void require_one_stack(const Slices& slices, const std::string& what) {
 void stack(Slices& slices, VolumeGeometry& geometry, std::vector<std::string>& warnings, const std::string& what) {
   const Eigen::Vector3d normal = slices.front().axes->col(0).cross(slices.front().axes->col(1)).normalized();
   const auto place = [&](const Slice& s) { return normal.dot(*s.position); };
-  std::sort(slices.begin(), slices.end(), [&](const Slice& a, const Slice& b) {
-    return std::pair(place(a), a.file) < std::pair(place(b), b.file);
-  });
+  std::sort(slices.begin(), slices.end(),
+            [&](const Slice& a, const Slice& b) { return std::pair(place(a), a.file) < std::pair(place(b), b.file); });
   constexpr double same_mm = 0.01;
   std::vector<double> gaps;
   std::vector<std::string> doubled, missing, uneven;
   for (std::size_t i = 1; i < slices.size(); ++i) {
     const double gap = place(slices[i]) - place(slices[i - 1]);
-    if (gap > same_mm) gaps.push_back(gap);
-    else doubled.push_back(name_of(slices[i - 1]) + " and " + name_of(slices[i]));
+    if (gap > same_mm)
+      gaps.push_back(gap);
+    else
+      doubled.push_back(name_of(slices[i - 1]) + " and " + name_of(slices[i]));
   }
   double spacing = 0;
   if (!gaps.empty()) {
@@ -268,8 +276,10 @@ void stack(Slices& slices, VolumeGeometry& geometry, std::vector<std::string>& w
   if (lean >= 1e-4) geometry.direction.col(2) = step.normalized();
   if (lean > 1e-3) {
     char text[160];
-    std::snprintf(text, sizeof text, "tilted gantry: the slices are stacked %.3g degrees off their normal; the volume is "
-                  "kept as it was taken (a sheared grid)", std::atan(lean) * 180 / M_PI);
+    std::snprintf(text, sizeof text,
+                  "tilted gantry: the slices are stacked %.3g degrees off their normal; the volume is "
+                  "kept as it was taken (a sheared grid)",
+                  std::atan(lean) * 180 / M_PI);
     warnings.push_back(text);
   }
   if (worst > 0.02 * spacing) {
@@ -318,13 +328,14 @@ Volume read_slices(const Slices& slices, const VolumeInfo& info) {
   require_readable(slices);
   Volume volume(info.geometry, info.type);
   const std::size_t count = info.geometry.voxel_count() / slices.size();
-  std::vector<unsigned char> other;   // for a slice whose type is not the volume's
+  std::vector<unsigned char> other;  // for a slice whose type is not the volume's
   for (std::size_t k = 0; k < slices.size(); ++k) {
     const auto io = open_pixels(slices[k]);
     const ItkVoxels voxels = itk_voxels_of(*io, quoted(slices[k].file));
     const std::size_t bytes = static_cast<std::size_t>(io->GetImageSizeInBytes());
     if (io->GetNumberOfComponents() != 1 || voxels.wide || bytes != count * bytes_per_voxel(voxels.type)) {
-      throw Error("cannot read " + quoted(slices[k].file), "its pixels are of another kind than those of the other slices",
+      throw Error("cannot read " + quoted(slices[k].file),
+                  "its pixels are of another kind than those of the other slices",
                   "put slices of one kind into a folder of their own");
     }
     auto* to = static_cast<unsigned char*>(volume.data()) + k * count * bytes_per_voxel(info.type);
@@ -360,8 +371,10 @@ VolumeSource open_slices(Slices slices, const std::string& format, const std::st
     info.warnings.push_back("many frames in one file: they are taken as evenly spaced slices in their order");
   } else {
     info.geometry.size = {first.columns, first.rows, static_cast<int>(slices.size())};
-    if (first.spacing_mm) info.geometry.spacing_mm.head<2>() = *first.spacing_mm;
-    else info.warnings.push_back("no pixel spacing: 1 mm is assumed");
+    if (first.spacing_mm)
+      info.geometry.spacing_mm.head<2>() = *first.spacing_mm;
+    else
+      info.warnings.push_back("no pixel spacing: 1 mm is assumed");
     if (slices.size() == 1) {
       const auto thick = first.between_mm && *first.between_mm > 0 ? first.between_mm : first.thickness_mm;
       if (thick && *thick > 0) info.geometry.spacing_mm[2] = *thick;
@@ -376,7 +389,7 @@ VolumeSource open_slices(Slices slices, const std::string& format, const std::st
   info.components = static_cast<int>(io->GetNumberOfComponents());
   info.type = itk_voxels_of(*io, quoted(slices.front().file)).type;
   for (const Slice& s : slices) {
-    if (s.pixel_kind != first.pixel_kind) info.type = VoxelType::Float32;   // rescaled differently from slice to slice
+    if (s.pixel_kind != first.pixel_kind) info.type = VoxelType::Float32;  // rescaled differently from slice to slice
   }
   info.geometry.validate("cannot read " + what);
   if (info.components == 1) require_readable(slices);
@@ -404,7 +417,8 @@ VolumeSource open_dicom_file(const fs::path& path) {
   }
   if (!slice) {
     if (looks_like_dicom(path)) {
-      throw Error("cannot read " + quoted(path), "this DICOM file holds no image", "open the folder of an image series");
+      throw Error("cannot read " + quoted(path), "this DICOM file holds no image",
+                  "open the folder of an image series");
     }
     throw Error("cannot read " + quoted(path), "it is none of the formats that can be read",
                 "give NIfTI, Analyze, MetaImage, NRRD, MINC 2, a DICOM file, or the folder of a DICOM series");
@@ -436,9 +450,10 @@ VolumeSource open_dicom_series(const fs::path& folder) {
     }
   }
   if (series.empty()) {
-    throw Error("cannot read the folder " + quoted(folder), broken.empty() ? "it holds no DICOM images"
-                : "its DICOM files are damaged: " + list_of(broken),
-                has_folders ? "name one of its subfolders, which are not searched" : "name a file or the folder of a series");
+    throw Error(
+        "cannot read the folder " + quoted(folder),
+        broken.empty() ? "it holds no DICOM images" : "its DICOM files are damaged: " + list_of(broken),
+        has_folders ? "name one of its subfolders, which are not searched" : "name a file or the folder of a series");
   }
   const auto size_of = [](const Slices& slices) {
     std::size_t count = 0;
@@ -457,7 +472,8 @@ VolumeSource open_dicom_series(const fs::path& folder) {
     if (it != largest) others.push_back(named(it->second));
   }
   const std::string chosen = named(largest->second);
-  VolumeSource source = open_slices(std::move(largest->second), "DICOM series", "the DICOM series in " + quoted(folder));
+  VolumeSource source =
+      open_slices(std::move(largest->second), "DICOM series", "the DICOM series in " + quoted(folder));
   if (!others.empty()) {
     source.info.warnings.push_back(std::to_string(others.size() + 1) + " series in the folder: the largest, " + chosen +
                                    ", is taken; left out: " + list_of(others));

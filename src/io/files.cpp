@@ -28,7 +28,7 @@ std::string one_line(const std::string& text, std::size_t limit) {
 }
 
 std::string quoted(const fs::path& path) {
-  std::string text(1, '\'');   // += rather than +: g++ 12 warns without reason (-Wrestrict) about "'" + text
+  std::string text(1, '\'');  // += rather than +: g++ 12 warns without reason (-Wrestrict) about "'" + text
   text += one_line(path.string(), 1000);
   text += '\'';
   return text;
@@ -71,14 +71,15 @@ AtomicFile::AtomicFile(const fs::path& target) : target_(target) {
   }
   const fs::path folder = target_.has_parent_path() ? target_.parent_path() : fs::path(".");
   if (!fs::is_directory(folder, error)) {
-    throw Error("cannot write " + quoted(target), "the folder " + quoted(folder) + " does not exist", "create it first");
+    throw Error("cannot write " + quoted(target), "the folder " + quoted(folder) + " does not exist",
+                "create it first");
   }
   if (fs::is_directory(target_, error)) {
     throw Error("cannot write " + quoted(target), "it is a folder", "name a file");
   }
   static std::atomic<unsigned> counter{0};
-  temporary_ = folder / (".simplexseg-" + std::to_string(::getpid()) + "-" + std::to_string(counter++) +
-                         extension_of(target_));
+  temporary_ =
+      folder / (".simplexseg-" + std::to_string(::getpid()) + "-" + std::to_string(counter++) + extension_of(target_));
 }
 
 AtomicFile::~AtomicFile() {
@@ -101,7 +102,8 @@ void AtomicFile::commit() {
 }
 
 Error AtomicFile::failed(const std::string& why) const {
-  return Error("cannot write " + quoted(target_), one_line(why), "check the permissions and the space left on the disk");
+  return Error("cannot write " + quoted(target_), one_line(why),
+               "check the permissions and the space left on the disk");
 }
 
 }  // namespace simplexseg

@@ -50,7 +50,7 @@ bool GzReader::damaged() const {
 
 bool GzReader::damaged_at_end() {
   char byte;
-  const int got = gzread(file_, &byte, 1);   // makes zlib look at the trailer
+  const int got = gzread(file_, &byte, 1);  // makes zlib look at the trailer
   int code = Z_OK;
   gzerror(file_, &code);
   return got < 0 || (code != Z_OK && code != Z_STREAM_END);

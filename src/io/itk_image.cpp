@@ -19,14 +19,22 @@ namespace fs = std::filesystem;
 itk::CommonEnums::IOComponent itk_component_of(VoxelType type) {
   using Component = itk::CommonEnums::IOComponent;
   switch (type) {
-    case VoxelType::Int8: return Component::CHAR;
-    case VoxelType::UInt8: return Component::UCHAR;
-    case VoxelType::Int16: return Component::SHORT;
-    case VoxelType::UInt16: return Component::USHORT;
-    case VoxelType::Int32: return Component::INT;
-    case VoxelType::UInt32: return Component::UINT;
-    case VoxelType::Float32: return Component::FLOAT;
-    case VoxelType::Float64: break;
+    case VoxelType::Int8:
+      return Component::CHAR;
+    case VoxelType::UInt8:
+      return Component::UCHAR;
+    case VoxelType::Int16:
+      return Component::SHORT;
+    case VoxelType::UInt16:
+      return Component::USHORT;
+    case VoxelType::Int32:
+      return Component::INT;
+    case VoxelType::UInt32:
+      return Component::UINT;
+    case VoxelType::Float32:
+      return Component::FLOAT;
+    case VoxelType::Float64:
+      break;
   }
   return Component::DOUBLE;
 }
@@ -35,19 +43,28 @@ ItkVoxels itk_voxels_of(const itk::ImageIOBase& io, const std::string& name) {
   using Component = itk::CommonEnums::IOComponent;
   const bool wide = io.GetComponentSize() == 8;
   switch (io.GetComponentType()) {
-    case Component::CHAR: return {VoxelType::Int8, false};
-    case Component::UCHAR: return {VoxelType::UInt8, false};
-    case Component::SHORT: return {VoxelType::Int16, false};
-    case Component::USHORT: return {VoxelType::UInt16, false};
+    case Component::CHAR:
+      return {VoxelType::Int8, false};
+    case Component::UCHAR:
+      return {VoxelType::UInt8, false};
+    case Component::SHORT:
+      return {VoxelType::Int16, false};
+    case Component::USHORT:
+      return {VoxelType::UInt16, false};
     case Component::INT:
     case Component::LONG:
-    case Component::LONGLONG: return {VoxelType::Int32, wide};
+    case Component::LONGLONG:
+      return {VoxelType::Int32, wide};
     case Component::UINT:
     case Component::ULONG:
-    case Component::ULONGLONG: return {VoxelType::UInt32, wide};
-    case Component::FLOAT: return {VoxelType::Float32, false};
-    case Component::DOUBLE: return {VoxelType::Float64, false};
-    default: break;
+    case Component::ULONGLONG:
+      return {VoxelType::UInt32, wide};
+    case Component::FLOAT:
+      return {VoxelType::Float32, false};
+    case Component::DOUBLE:
+      return {VoxelType::Float64, false};
+    default:
+      break;
   }
   throw Error("cannot read " + name, "its voxels are of a type that is not known", "save it as integers or floats");
 }
@@ -144,8 +161,9 @@ VolumeSource open_itk(const fs::path& path, ItkFormat format) {
   try {
     const itk::ImageIOBase::Pointer io = make_io(format);
     if (!io->CanReadFile(path.c_str())) {
-      throw Error("cannot read " + quoted(path), "it is not a " + source.info.format + " file that can be read" +
-                  (format == ItkFormat::Minc ? " (MINC 2 with at most 3 dimensions)" : ""),
+      throw Error("cannot read " + quoted(path),
+                  "it is not a " + source.info.format + " file that can be read" +
+                      (format == ItkFormat::Minc ? " (MINC 2 with at most 3 dimensions)" : ""),
                   "give it the extension of its real format, or export it again");
     }
     io->SetFileName(path.string());
@@ -176,8 +194,7 @@ VolumeSource open_itk(const fs::path& path, ItkFormat format) {
 void write_itk(const fs::path& path, const Volume& volume) {
   const QuietLibraries quiet;
   const VolumeGeometry& geometry = volume.geometry();
-  const itk::ImageIOBase::Pointer io =
-      make_io(extension_of(path) == ".nrrd" ? ItkFormat::Nrrd : ItkFormat::MetaImage);
+  const itk::ImageIOBase::Pointer io = make_io(extension_of(path) == ".nrrd" ? ItkFormat::Nrrd : ItkFormat::MetaImage);
   io->SetNumberOfDimensions(3);
   itk::ImageIORegion region(3);
   for (unsigned a = 0; a < 3; ++a) {

@@ -35,7 +35,7 @@ class SilentWindow : public itk::OutputWindow {
 std::recursive_mutex mutex;
 int depth = 0;
 int kept_stderr = -1;
-int caught = -1;   // a file in memory that stands for stderr
+int caught = -1;  // a file in memory that stands for stderr
 
 thread_local std::jmp_buf* armed = nullptr;
 thread_local char broken_assertion[200];
@@ -132,7 +132,8 @@ extern "C" [[noreturn]] void __assert_fail(const char* assertion, const char* fi
                                            const char* function) noexcept {
   using simplexseg::armed;
   if (armed) {
-    std::snprintf(simplexseg::broken_assertion, sizeof simplexseg::broken_assertion, "broken assumption: %s", assertion);
+    std::snprintf(simplexseg::broken_assertion, sizeof simplexseg::broken_assertion, "broken assumption: %s",
+                  assertion);
     std::longjmp(*armed, 1);
   }
   std::fprintf(stderr, "%s:%u: %s: Assertion `%s' failed.\n", file, line, function ? function : "?", assertion);

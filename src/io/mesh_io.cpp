@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cerrno>
+#include <charconv>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
@@ -97,16 +97,18 @@ std::string vtk_of(const SimplexMesh& mesh) {
 std::string vtp_of(const SimplexMesh& mesh) {
   // https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html: each block of raw data follows its size.
   const CellList cells = cells_of(mesh);
-  const std::uint64_t points = 12 * mesh.positions.size(), ids = 4 * cells.vertices.size(), ends = 4 * std::uint64_t(cells.count());
+  const std::uint64_t points = 12 * mesh.positions.size(), ids = 4 * cells.vertices.size(),
+                      ends = 4 * std::uint64_t(cells.count());
   std::ostringstream header;
-  header << "<?xml version=\"1.0\"?>\n<!-- simplex mesh, " << mesh_frame << ", " << mesh_space << " -->\n"
-         << "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n"
-         << "<Piece NumberOfPoints=\"" << mesh.positions.size() << "\" NumberOfVerts=\"0\" NumberOfLines=\"0\" "
-         << "NumberOfStrips=\"0\" NumberOfPolys=\"" << cells.count() << "\">\n"
-         << "<Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"appended\" offset=\"0\"/></Points>\n"
-         << "<Polys><DataArray type=\"Int32\" Name=\"connectivity\" format=\"appended\" offset=\"" << points + 8 << "\"/>"
-         << "<DataArray type=\"Int32\" Name=\"offsets\" format=\"appended\" offset=\"" << points + ids + 16
-         << "\"/></Polys>\n</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_";
+  header
+      << "<?xml version=\"1.0\"?>\n<!-- simplex mesh, " << mesh_frame << ", " << mesh_space << " -->\n"
+      << "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n"
+      << "<Piece NumberOfPoints=\"" << mesh.positions.size() << "\" NumberOfVerts=\"0\" NumberOfLines=\"0\" "
+      << "NumberOfStrips=\"0\" NumberOfPolys=\"" << cells.count() << "\">\n"
+      << "<Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"appended\" offset=\"0\"/></Points>\n"
+      << "<Polys><DataArray type=\"Int32\" Name=\"connectivity\" format=\"appended\" offset=\"" << points + 8 << "\"/>"
+      << "<DataArray type=\"Int32\" Name=\"offsets\" format=\"appended\" offset=\"" << points + ids + 16
+      << "\"/></Polys>\n</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_";
   std::string bytes = header.str();
   append(bytes, points);
   for (const Eigen::Vector3f& p : mesh.positions) {
@@ -125,17 +127,18 @@ void write_mesh(const fs::path& path, const SimplexMesh& mesh) {
     const char* extension;
     std::string (*bytes_of)(const SimplexMesh&);
   };
-  constexpr Format formats[] = {{".ply", ply_of}, {".obj", obj_of}, {".stl", stl_of}, {".vtk", vtk_of}, {".vtp", vtp_of}};
+  constexpr Format formats[] = {
+      {".ply", ply_of}, {".obj", obj_of}, {".stl", stl_of}, {".vtk", vtk_of}, {".vtp", vtp_of}};
   const std::string extension = extension_of(path);
-  const auto format = std::find_if(std::begin(formats), std::end(formats),
-                                   [&](const Format& f) { return extension == f.extension; });
+  const auto format =
+      std::find_if(std::begin(formats), std::end(formats), [&](const Format& f) { return extension == f.extension; });
   if (format == std::end(formats)) {
     throw Error("cannot write the mesh " + quoted(path), "'" + one_line(extension) + "' is not a known extension",
                 "use .ply (which can be read again), .obj, .stl, .vtk or .vtp");
   }
   if (mesh.positions.empty() || mesh.positions.size() != mesh.neighbours.size()) {
-    throw Error("cannot write the mesh " + quoted(path), "it is empty or has not one triple of neighbours for each vertex",
-                "make a mesh first");
+    throw Error("cannot write the mesh " + quoted(path),
+                "it is empty or has not one triple of neighbours for each vertex", "make a mesh first");
   }
   AtomicFile file(path);
   const std::string bytes = format->bytes_of(mesh);
@@ -149,7 +152,8 @@ void write_mesh(const fs::path& path, const SimplexMesh& mesh) {
 SimplexMesh read_mesh(const fs::path& path) {
   require_file(path);
   if (extension_of(path) != ".ply") {
-    throw Error("cannot read the mesh " + quoted(path), "only .ply holds a simplex mesh that can be read", "name a .ply file");
+    throw Error("cannot read the mesh " + quoted(path), "only .ply holds a simplex mesh that can be read",
+                "name a .ply file");
   }
   std::ifstream stream(path, std::ios::binary);
   std::error_code error;

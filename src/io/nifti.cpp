@@ -25,7 +25,7 @@ const Eigen::Vector3d lps_from_ras(-1, -1, 1);
 
 struct Header {
   std::array<unsigned char, 540> bytes{};
-  int version = 0;               ///< 0 Analyze, 1, 2
+  int version = 0;  ///< 0 Analyze, 1, 2
   bool swapped = false;
   bool single_file = false;
   std::array<std::int64_t, 8> dim{};
@@ -125,17 +125,28 @@ struct Stored {
 
 Stored stored_type(int datatype, const std::string& name) {
   switch (datatype) {
-    case 2: return {1, VoxelType::UInt8};
-    case 4: return {2, VoxelType::Int16};
-    case 8: return {4, VoxelType::Int32};
-    case 16: return {4, VoxelType::Float32};
-    case 64: return {8, VoxelType::Float64};
-    case 256: return {1, VoxelType::Int8};
-    case 512: return {2, VoxelType::UInt16};
-    case 768: return {4, VoxelType::UInt32};
-    case 1024: return {8, VoxelType::Int32, true};
-    case 1280: return {8, VoxelType::UInt32, true};
-    default: break;
+    case 2:
+      return {1, VoxelType::UInt8};
+    case 4:
+      return {2, VoxelType::Int16};
+    case 8:
+      return {4, VoxelType::Int32};
+    case 16:
+      return {4, VoxelType::Float32};
+    case 64:
+      return {8, VoxelType::Float64};
+    case 256:
+      return {1, VoxelType::Int8};
+    case 512:
+      return {2, VoxelType::UInt16};
+    case 768:
+      return {4, VoxelType::UInt32};
+    case 1024:
+      return {8, VoxelType::Int32, true};
+    case 1280:
+      return {8, VoxelType::UInt32, true};
+    default:
+      break;
   }
   const char* kind = "of a type that is not known (code ";
   if (datatype == 128 || datatype == 2304) kind = "colours (code ";
@@ -146,7 +157,8 @@ Stored stored_type(int datatype, const std::string& name) {
               "save it with one integer or float for each voxel");
 }
 
-double max_shift(const Eigen::Matrix<double, 3, 4>& a, const Eigen::Matrix<double, 3, 4>& b, const std::array<int, 3>& n) {
+double max_shift(const Eigen::Matrix<double, 3, 4>& a, const Eigen::Matrix<double, 3, 4>& b,
+                 const std::array<int, 3>& n) {
   double most = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const Eigen::Vector4d index(corner & 1 ? n[0] - 1 : 0, corner & 2 ? n[1] - 1 : 0, corner & 4 ? n[2] - 1 : 0, 1);
@@ -168,7 +180,7 @@ bool orthogonal(const Eigen::Matrix3d& direction) {
 Eigen::Matrix3d rotation_of(const Header& h) {
   double b = h.quaternion[0], c = h.quaternion[1], d = h.quaternion[2];
   double a2 = 1 - (b * b + c * c + d * d);
-  if (a2 < 1e-7) {   // half a turn; the rest is rounding
+  if (a2 < 1e-7) {  // half a turn; the rest is rounding
     const double scale = 1 / std::sqrt(b * b + c * c + d * d);
     b *= scale, c *= scale, d *= scale, a2 = 0;
   }
@@ -182,10 +194,11 @@ void set_geometry(const Header& h, VolumeInfo& info) {
   Eigen::Vector3d spacing(1, 1, 1);
   for (int a = 0; a < 3; ++a) {
     const double size = std::abs(h.pixdim[a + 1]);
-    if (size > 0) spacing[a] = size;   // NaN stays out too; the other axes and the sform may still be good
+    if (size > 0) spacing[a] = size;  // NaN stays out too; the other axes and the sform may still be good
     if (!(size > 0) && geometry.size[a] > 1) {
-      if (h.sform_code <= 0) info.warnings.push_back("the header gives no voxel size along axis " + std::to_string(a + 1) +
-                                                     ": 1 mm is assumed");
+      if (h.sform_code <= 0)
+        info.warnings.push_back("the header gives no voxel size along axis " + std::to_string(a + 1) +
+                                ": 1 mm is assumed");
     }
   }
   using Affine = Eigen::Matrix<double, 3, 4>;
@@ -199,17 +212,19 @@ void set_geometry(const Header& h, VolumeInfo& info) {
                             " cannot be used (singular or not finite) and is left out");
   }
   if (!has_q && !has_s) {
-    geometry.spacing_mm = spacing;   // origin 0 and directions LPS, as ITK assumes
+    geometry.spacing_mm = spacing;  // origin 0 and directions LPS, as ITK assumes
     info.warnings.push_back("the header gives no orientation: which side is the patient's left is not known");
   } else {
-    // Where the two disagree the sform wins, as in nibabel and SPM. (ITK 5.2 takes the qform unless the sform's code is 1;
-    // several atlases carry a qform without its offsets, or mirrored, beside a good sform.)
+    // Where the two disagree the sform wins, as in nibabel and SPM. (ITK 5.2 takes the qform unless the sform's code is
+    // 1; several atlases carry a qform without its offsets, or mirrored, beside a good sform.)
     if (has_q && has_s) {
       const double shift = max_shift(qform, h.srow, geometry.size);
       if (shift > 0.1 * spacing.minCoeff()) {
         char text[160];
-        std::snprintf(text, sizeof text, "the header holds two positions up to %.3g mm apart: the sform is used, other "
-                      "programs may use the qform", shift);
+        std::snprintf(text, sizeof text,
+                      "the header holds two positions up to %.3g mm apart: the sform is used, other "
+                      "programs may use the qform",
+                      shift);
         info.warnings.push_back(text);
       }
     }
@@ -237,12 +252,13 @@ void set_sizes(const Header& h, VolumeInfo& info, const std::string& name) {
   if (rank < 1 || rank > 7) {
     throw Error("cannot read " + name, "its header claims " + std::to_string(rank) + " dimensions", export_again);
   }
-  double extra[2] = {1, 1};   // frames; components
+  double extra[2] = {1, 1};  // frames; components
   for (int a = 1; a <= rank; ++a) {
     const std::int64_t size = h.dim[a];
     if (size < 1 || size > std::numeric_limits<int>::max()) {
-      throw Error("cannot read " + name, "its header claims " + std::to_string(size) + " voxels along axis " +
-                  std::to_string(a), export_again);
+      throw Error("cannot read " + name,
+                  "its header claims " + std::to_string(size) + " voxels along axis " + std::to_string(a),
+                  export_again);
     }
     if (a > 3) extra[a == 5] *= static_cast<double>(size);
   }
@@ -264,7 +280,7 @@ void visit_stored(const Stored& stored, F&& f) {
 }
 
 struct Voxels {
-  fs::path path;             ///< of the file that holds them
+  fs::path path;  ///< of the file that holds them
   std::size_t offset;
   Stored stored;
   bool swapped, rescaled;
@@ -338,7 +354,8 @@ VolumeSource open_nifti(const fs::path& path) {
   const fs::path header_path = pair ? partner(path, ".hdr") : path;
   std::error_code error;
   if (pair && !fs::exists(header_path, error) && fs::exists(path, error)) {
-    throw Error("cannot read " + name, "its header " + quoted(header_path) + " is missing", "put both files in one folder");
+    throw Error("cannot read " + name, "its header " + quoted(header_path) + " is missing",
+                "put both files in one folder");
   }
   GzReader reader(header_path);
   const Header h = read_header(reader);
@@ -394,15 +411,15 @@ void write_nifti(const fs::path& path, const Volume& volume) {
   const VolumeGeometry& g = volume.geometry();
   std::array<unsigned char, 352> bytes{};
   const auto put = [&]<class T>(std::size_t offset, T value) { std::memcpy(&bytes[offset], &value, sizeof value); };
-  const int codes[] = {256, 2, 4, 512, 8, 768, 16, 64};   // in the order of VoxelType
+  const int codes[] = {256, 2, 4, 512, 8, 768, 16, 64};  // in the order of VoxelType
   put(0, std::int32_t(348));
   bytes[38] = 'r';
   put(40, std::int16_t(3));
   for (int a = 0; a < 7; ++a) {
     const int size = a < 3 ? g.size[a] : 1;
     if (size > 32767) {
-      throw Error("cannot write a NIfTI file", "it holds at most 32767 voxels along an axis, these are " +
-                  std::to_string(size), "write .nrrd");
+      throw Error("cannot write a NIfTI file",
+                  "it holds at most 32767 voxels along an axis, these are " + std::to_string(size), "write .nrrd");
     }
     put(42 + 2 * a, std::int16_t(size));
     put(80 + 4 * a, a < 3 ? float(g.spacing_mm[a]) : 1.f);
@@ -411,7 +428,7 @@ void write_nifti(const fs::path& path, const Volume& volume) {
   put(72, std::int16_t(8 * bytes_per_voxel(volume.type())));
   put(108, 352.f);
   put(112, 1.f);
-  bytes[123] = 2;   // mm
+  bytes[123] = 2;  // mm
   std::memcpy(&bytes[344], "n+1", 4);
 
   Eigen::Matrix3d rotation = lps_from_ras.asDiagonal() * g.direction;
@@ -423,7 +440,7 @@ void write_nifti(const fs::path& path, const Volume& volume) {
     put(280 + 16 * r + 12, float(origin[r]));
   }
   put(76, 1.f);
-  if (orthogonal(rotation)) {   // a sheared geometry has an sform only
+  if (orthogonal(rotation)) {  // a sheared geometry has an sform only
     if (rotation.determinant() < 0) {
       rotation.col(2) *= -1;
       put(76, -1.f);

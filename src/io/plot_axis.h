@@ -8,11 +8,11 @@ namespace simplexseg {
 
 struct PlotAxis {
   struct Tick {
-    double at;                ///< share of the axis, 0..1
-    std::string label;        ///< empty: a minor tick
+    double at;          ///< share of the axis, 0..1
+    std::string label;  ///< empty: a minor tick
   };
   bool log = false;
-  double low = 0, high = 1;   ///< of a log axis: the logarithms to base 10
+  double low = 0, high = 1;  ///< of a log axis: the logarithms to base 10
   std::vector<Tick> ticks;
 
   bool holds(double value) const;
@@ -20,8 +20,8 @@ struct PlotAxis {
   double share(double value) const;
 };
 
-/// An axis that holds all values that are finite (and > 0 on a log axis), with a little room at both ends, and ticks for
-/// about `labels` labels.
+/// An axis that holds all values that are finite (and > 0 on a log axis), with a little room at both ends, and ticks
+/// for about `labels` labels.
 PlotAxis make_axis(const std::vector<double>& values, bool log, int labels);
 
 }  // namespace simplexseg

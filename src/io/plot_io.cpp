@@ -24,8 +24,7 @@ struct Ground {
   Colour paper, plot, ink, grid, minor;
 };
 Ground ground_of(PlotTheme theme) {
-  if (theme == PlotTheme::Dark)
-    return {{32, 33, 36}, {24, 25, 28}, {225, 225, 228}, {72, 74, 80}, {46, 48, 52}};
+  if (theme == PlotTheme::Dark) return {{32, 33, 36}, {24, 25, 28}, {225, 225, 228}, {72, 74, 80}, {46, 48, 52}};
   return {{255, 255, 255}, {255, 255, 255}, {30, 30, 34}, {200, 202, 206}, {234, 235, 238}};
 }
 
@@ -54,7 +53,9 @@ class Drawing {
   }
 
  private:
-  void set(const Colour& colour) { cairo_set_source_rgb(c_, colour.red / 255.0, colour.green / 255.0, colour.blue / 255.0); }
+  void set(const Colour& colour) {
+    cairo_set_source_rgb(c_, colour.red / 255.0, colour.green / 255.0, colour.blue / 255.0);
+  }
   double text_width(const std::string& text, double size) {
     cairo_set_font_size(c_, size);
     cairo_text_extents_t extents;
@@ -82,7 +83,8 @@ class Drawing {
     for (const PlotSeries& s : plot_.series)
       for (std::size_t i = 0; i < s.x.size(); ++i) {
         // What one axis cannot show does not stretch the other.
-        const bool shown = std::isfinite(s.x[i]) && std::isfinite(s.y[i]) && (!plot_.log_x || s.x[i] > 0) && (!plot_.log_y || s.y[i] > 0);
+        const bool shown = std::isfinite(s.x[i]) && std::isfinite(s.y[i]) && (!plot_.log_x || s.x[i] > 0) &&
+                           (!plot_.log_y || s.y[i] > 0);
         if (shown) x.push_back(s.x[i]), y.push_back(s.y[i]);
       }
     nothing_ = x.empty();
@@ -159,10 +161,11 @@ class Drawing {
       const std::string title = fitted(plot_.title, kTitlePixels, width_ - left_ - 16);
       text(title, left_, 12 + kTitlePixels, kTitlePixels);
     }
-    if (!plot_.x_title.empty()) text(fitted(plot_.x_title, kTextPixels, width_ - 16), (left_ + right_) / 2, height_ - 12, kTextPixels, 0.5);
+    if (!plot_.x_title.empty())
+      text(fitted(plot_.x_title, kTextPixels, width_ - 16), (left_ + right_) / 2, height_ - 12, kTextPixels, 0.5);
     if (!plot_.y_title.empty()) {
       const std::string title = fitted(plot_.y_title, kTextPixels, height_ - 8);
-      const double half = text_width(title, kTextPixels) / 2 + 4;      // beside the axis, but not past the picture's ends
+      const double half = text_width(title, kTextPixels) / 2 + 4;  // beside the axis, but not past the picture's ends
       cairo_save(c_);
       cairo_translate(c_, 8 + kTextPixels, std::max(half, std::min((top_ + bottom_) / 2, height_ - half)));
       cairo_rotate(c_, -M_PI / 2);
@@ -224,15 +227,29 @@ class Drawing {
     constexpr double r = 4;
     cairo_new_path(c_);
     const auto corners = [&](int count, double turn) {
-      for (int k = 0; k < count; ++k) cairo_line_to(c_, x + 1.15 * r * std::sin(turn + 2 * M_PI * k / count), y - 1.15 * r * std::cos(turn + 2 * M_PI * k / count));
+      for (int k = 0; k < count; ++k)
+        cairo_line_to(c_, x + 1.15 * r * std::sin(turn + 2 * M_PI * k / count),
+                      y - 1.15 * r * std::cos(turn + 2 * M_PI * k / count));
     };
     switch (series % 6) {
-      case 0: cairo_arc(c_, x, y, 0.9 * r, 0, 2 * M_PI); break;
-      case 1: corners(4, M_PI / 4); break;
-      case 2: corners(3, 0); break;
-      case 3: corners(4, 0); break;
-      case 4: corners(3, M_PI); break;
-      default: corners(5, 0); break;
+      case 0:
+        cairo_arc(c_, x, y, 0.9 * r, 0, 2 * M_PI);
+        break;
+      case 1:
+        corners(4, M_PI / 4);
+        break;
+      case 2:
+        corners(3, 0);
+        break;
+      case 3:
+        corners(4, 0);
+        break;
+      case 4:
+        corners(3, M_PI);
+        break;
+      default:
+        corners(5, 0);
+        break;
     }
     cairo_close_path(c_);
     set(plot_.series[series].colour);
@@ -262,7 +279,8 @@ class Drawing {
       cairo_set_dash(c_, nullptr, 0, 0);
       if (plot_.series[n].markers) marker(x + 14, y, n);
       set(ground_.ink);
-      text(fitted(plot_.series[n].name, legend_size_, width_ - x - 34 - 4), x + 34, y + 0.36 * legend_size_, legend_size_);
+      text(fitted(plot_.series[n].name, legend_size_, width_ - x - 34 - 4), x + 34, y + 0.36 * legend_size_,
+           legend_size_);
     }
   }
 
@@ -277,10 +295,11 @@ class Drawing {
 
 void check(const Plot& plot, int width, int height) {
   if (width < 1 || height < 1 || width > kMostPixels || height > kMostPixels)
-    throw Error("plot of " + std::to_string(width) + " x " + std::to_string(height) + " pixels", "the size is out of range",
-                "give 1 to " + std::to_string(kMostPixels));
+    throw Error("plot of " + std::to_string(width) + " x " + std::to_string(height) + " pixels",
+                "the size is out of range", "give 1 to " + std::to_string(kMostPixels));
   for (const PlotSeries& s : plot.series)
-    if (s.x.size() != s.y.size()) throw Error("plot, series '" + s.name + "'", "it has not as many x as y", "give one y for each x");
+    if (s.x.size() != s.y.size())
+      throw Error("plot, series '" + s.name + "'", "it has not as many x as y", "give one y for each x");
 }
 
 void draw_on(cairo_surface_t* surface, const Plot& plot, int width, int height, double scale, PlotTheme theme) {
@@ -325,13 +344,15 @@ std::string svg_bytes(const Plot& plot, int width, int height) {
     draw_on(surface.get(), plot, width, height, 1, PlotTheme::Light);
     cairo_surface_finish(surface.get());
   }
-  std::string words = "\n<title>" + xml_text(plot.title) + "</title>\n<desc>" + xml_text(plot.y_title + " against " + plot.x_title) + ":";
+  std::string words = "\n<title>" + xml_text(plot.title) + "</title>\n<desc>" +
+                      xml_text(plot.y_title + " against " + plot.x_title) + ":";
   for (const PlotSeries& s : plot.series)
     if (!s.name.empty()) words.append(" ").append(xml_text(s.name)).append(";");
   words.back() = '.';
   words += "</desc>\n";
   const std::size_t root = bytes.find("<svg"), inside = bytes.find('>', root);
-  if (root == std::string::npos || inside == std::string::npos) throw Error("plot", "the SVG has no root", "write a PNG instead");
+  if (root == std::string::npos || inside == std::string::npos)
+    throw Error("plot", "the SVG has no root", "write a PNG instead");
   bytes.insert(inside + 1, words);
   return bytes;
 }
@@ -340,7 +361,8 @@ std::string svg_bytes(const Plot& plot, int width, int height) {
 
 std::vector<std::uint8_t> draw_plot(const Plot& plot, int width, int height, double scale, PlotTheme theme) {
   check(plot, width, height);
-  if (!(scale > 0.01 && scale < 100)) throw Error("plot", "the scale " + std::to_string(scale) + " is out of range", "give 0.01 to 100");
+  if (!(scale > 0.01 && scale < 100))
+    throw Error("plot", "the scale " + std::to_string(scale) + " is out of range", "give 0.01 to 100");
   const Surface surface = image_of(plot, width, height, scale, theme);
   const unsigned char* pixels = cairo_image_surface_get_data(surface.get());
   const int stride = cairo_image_surface_get_stride(surface.get());
@@ -349,7 +371,8 @@ std::vector<std::uint8_t> draw_plot(const Plot& plot, int width, int height, dou
   for (int y = 0; y < height; ++y) {
     const auto* row = reinterpret_cast<const std::uint32_t*>(pixels + static_cast<std::ptrdiff_t>(y) * stride);
     for (int x = 0; x < width; ++x)
-      for (const int shift : {16, 8, 0, -1}) rgba.push_back(shift < 0 ? 255 : static_cast<std::uint8_t>(row[x] >> shift & 0xff));
+      for (const int shift : {16, 8, 0, -1})
+        rgba.push_back(shift < 0 ? 255 : static_cast<std::uint8_t>(row[x] >> shift & 0xff));
   }
   return rgba;
 }
@@ -369,7 +392,8 @@ void write_plot(const std::filesystem::path& path, const Plot& plot, int width, 
     bytes = svg_bytes(plot, width, height);
   } else {
     const Surface surface = image_of(plot, width, height, 1, PlotTheme::Light);
-    if (cairo_surface_write_to_png_stream(surface.get(), append, &bytes) != CAIRO_STATUS_SUCCESS) throw file.failed("the PNG cannot be encoded");
+    if (cairo_surface_write_to_png_stream(surface.get(), append, &bytes) != CAIRO_STATUS_SUCCESS)
+      throw file.failed("the PNG cannot be encoded");
   }
   write_bytes(file, bytes);
   file.commit();

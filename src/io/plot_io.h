@@ -15,8 +15,8 @@ std::vector<std::uint8_t> draw_plot(const Plot& plot, int width, int height, dou
 /// Throws Error when write_plot() does not know the extension of `path`.
 void require_plot_name(const std::filesystem::path& path);
 /// Writes .svg or .png, light, whole or not at all; from the same drawing code. An SVG names title and series in its
-/// description, for its letters are outlines. Throws Error for another extension, a folder that does not exist, a failed
-/// write, and as draw_plot().
+/// description, for its letters are outlines. Throws Error for another extension, a folder that does not exist, a
+/// failed write, and as draw_plot().
 void write_plot(const std::filesystem::path& path, const Plot& plot, int width, int height);
 
 }  // namespace simplexseg

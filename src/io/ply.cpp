@@ -21,8 +21,8 @@ namespace {
 enum class Number { Int8, UInt8, Int16, UInt16, Int32, UInt32, Float32, Float64 };
 
 std::optional<Number> number_named(const std::string& name) {
-  const char* const names[8][2] = {{"char", "int8"},  {"uchar", "uint8"}, {"short", "int16"},   {"ushort", "uint16"},
-                                   {"int", "int32"},  {"uint", "uint32"}, {"float", "float32"}, {"double", "float64"}};
+  const char* const names[8][2] = {{"char", "int8"}, {"uchar", "uint8"}, {"short", "int16"},   {"ushort", "uint16"},
+                                   {"int", "int32"}, {"uint", "uint32"}, {"float", "float32"}, {"double", "float64"}};
   for (int i = 0; i < 8; ++i) {
     if (name == names[i][0] || name == names[i][1]) return static_cast<Number>(i);
   }
@@ -32,7 +32,7 @@ std::optional<Number> number_named(const std::string& name) {
 struct Property {
   std::string name;
   Number type = Number::Float32;
-  std::optional<Number> count_type;   ///< of a list
+  std::optional<Number> count_type;  ///< of a list
 };
 
 struct Element {
@@ -50,14 +50,22 @@ class PlyReader {
   /// The next number of the body.
   double number(Number type) {
     switch (type) {
-      case Number::Int8: return value<std::int8_t>();
-      case Number::UInt8: return value<std::uint8_t>();
-      case Number::Int16: return value<std::int16_t>();
-      case Number::UInt16: return value<std::uint16_t>();
-      case Number::Int32: return value<std::int32_t>();
-      case Number::UInt32: return value<std::uint32_t>();
-      case Number::Float32: return value<float>();
-      case Number::Float64: break;
+      case Number::Int8:
+        return value<std::int8_t>();
+      case Number::UInt8:
+        return value<std::uint8_t>();
+      case Number::Int16:
+        return value<std::int16_t>();
+      case Number::UInt16:
+        return value<std::uint16_t>();
+      case Number::Int32:
+        return value<std::int32_t>();
+      case Number::UInt32:
+        return value<std::uint32_t>();
+      case Number::Float32:
+        return value<float>();
+      case Number::Float64:
+        break;
     }
     return value<double>();
   }
@@ -129,7 +137,8 @@ class PlyReader {
       double number = 0;
       const char* const begin = bytes_.data() + at_;
       const auto [end, error] = std::from_chars(begin, bytes_.data() + bytes_.size(), number);
-      if (end == begin) refuse(at_ == bytes_.size() ? "truncated: it ends within its elements" : "it has text for a number");
+      if (end == begin)
+        refuse(at_ == bytes_.size() ? "truncated: it ends within its elements" : "it has text for a number");
       at_ += static_cast<std::size_t>(end - begin);
       if constexpr (std::is_integral_v<T>) {
         if (!(number >= double(std::numeric_limits<T>::min()) && number <= double(std::numeric_limits<T>::max()))) {
@@ -179,7 +188,8 @@ std::vector<std::array<int, 3>> neighbours_of(std::size_t vertices, const CellLi
   }
   std::vector<std::array<int, 3>> neighbours(vertices);
   for (std::size_t v = 0; v < vertices; ++v) {
-    if (filled[v] != 3) refuse("vertex " + std::to_string(v) + " is in " + std::to_string(filled[v]) + " polygons, not in three");
+    if (filled[v] != 3)
+      refuse("vertex " + std::to_string(v) + " is in " + std::to_string(filled[v]) + " polygons, not in three");
     const auto& t = turns[v];
     // The three turns must follow each other: first.to == second.from and so on, in one of the two orders.
     const int second = t[1].from == t[0].to ? 1 : 2, third = 3 - second;
@@ -207,12 +217,14 @@ std::string ply_of(const SimplexMesh& mesh) {
   for (int c = 0; c < cells.count(); ++c) longest = std::max(longest, cells[c].size());
   const bool small = longest <= 255;
   std::ostringstream header;
-  header << "ply\nformat binary_little_endian 1.0\ncomment " << mesh_frame << "\ncomment " << mesh_space
-         << "\ncomment simplex mesh: every vertex has the neighbours n1 n2 n3, counter-clockwise from outside\nelement vertex "
-         << mesh.positions.size()
-         << "\nproperty float x\nproperty float y\nproperty float z\nproperty int n1\nproperty int n2\nproperty int n3\n"
-         << "element face " << cells.count() << "\nproperty list " << (small ? "uchar" : "int")
-         << " int vertex_indices\nend_header\n";
+  header
+      << "ply\nformat binary_little_endian 1.0\ncomment " << mesh_frame << "\ncomment " << mesh_space
+      << "\ncomment simplex mesh: every vertex has the neighbours n1 n2 n3, counter-clockwise from outside\nelement "
+         "vertex "
+      << mesh.positions.size()
+      << "\nproperty float x\nproperty float y\nproperty float z\nproperty int n1\nproperty int n2\nproperty int n3\n"
+      << "element face " << cells.count() << "\nproperty list " << (small ? "uchar" : "int")
+      << " int vertex_indices\nend_header\n";
   std::string bytes = header.str();
   bytes.reserve(bytes.size() + 24 * mesh.positions.size() + 4 * cells.vertices.size() + 4 * std::size_t(cells.count()));
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
@@ -236,7 +248,8 @@ SimplexMesh mesh_of_ply(const std::string& bytes, const std::string& name) {
   for (const Element& element : reader.elements()) {
     if (element.name == "vertex") vertex_count = element.count;
   }
-  if (vertex_count > bytes.size()) reader.refuse("truncated: its header promises " + std::to_string(vertex_count) + " vertices");
+  if (vertex_count > bytes.size())
+    reader.refuse("truncated: its header promises " + std::to_string(vertex_count) + " vertices");
   for (const Element& element : reader.elements()) {
     const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
     if (is_vertex) {
@@ -254,11 +267,13 @@ SimplexMesh mesh_of_ply(const std::string& bytes, const std::string& name) {
       std::array<int, 3> neighbours{0, 0, 0};
       for (const Property& property : element.properties) {
         if (property.count_type) {
-          const bool cell = is_face && property.name.starts_with("vertex_ind");   // _indices, _index
+          const bool cell = is_face && property.name.starts_with("vertex_ind");  // _indices, _index
           const int length = reader.index(*property.count_type, 1e9);
           for (int n = 0; n < length; ++n) {
-            if (cell) polygons.vertices.push_back(reader.index(property.type, double(vertex_count)));
-            else reader.number(property.type);
+            if (cell)
+              polygons.vertices.push_back(reader.index(property.type, double(vertex_count)));
+            else
+              reader.number(property.type);
           }
           if (cell) polygons.offsets.push_back(static_cast<int>(polygons.vertices.size()));
           has_faces |= cell;

@@ -2,11 +2,11 @@
 #include "io/references.h"
 
 #include "core/error.h"
+#include "image/mask.h"
+#include "image/rasterise.h"
 #include "io/files.h"
 #include "io/scene_io.h"
 #include "io/volume_io.h"
-#include "image/mask.h"
-#include "image/rasterise.h"
 
 namespace simplexseg {
 

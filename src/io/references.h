@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
+#include "image/mask.h"
 #include "image/metrics.h"
 #include "session/scene.h"
-#include "image/mask.h"
 
 namespace simplexseg {
 

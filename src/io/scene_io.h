@@ -13,12 +13,12 @@ namespace simplexseg {
 /// value that is not finite or out of its table's range, a mesh without vertices or with a broken pose file.
 struct SceneFile {
   Scene scene;
-  std::filesystem::path volume;      ///< found on disk; empty when the scene names none
+  std::filesystem::path volume;  ///< found on disk; empty when the scene names none
 };
 SceneFile read_scene(const std::filesystem::path& path);
 /// Writes the scene and, beside it, the pose of each mesh as PLY (NAME.mesh-ID.ply) and the rest of its state
-/// (NAME.mesh-ID.state): read again, the simulation goes on from the same bits. Written whole or not at all. Throws Error
-/// for two meshes of one name, a mesh that is not valid, a folder that does not exist, or a failed write.
+/// (NAME.mesh-ID.state): read again, the simulation goes on from the same bits. Written whole or not at all. Throws
+/// Error for two meshes of one name, a mesh that is not valid, a folder that does not exist, or a failed write.
 void write_scene(const std::filesystem::path& path, const Scene& scene);
 
 /// Where a path of a scene file is looked for: as it is, beside the scene, in the folders of SIMPLEXSEG_DATA
@@ -34,7 +34,7 @@ void write_log(const std::filesystem::path& path, const std::vector<LogEntry>& l
 struct LogFile {
   std::vector<LogEntry> log;
   int trailing_steps;
-  std::string scene;                 ///< empty when the file does not say
+  std::string scene;  ///< empty when the file does not say
 };
 LogFile read_log(const std::filesystem::path& path);
 

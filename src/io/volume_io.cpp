@@ -35,7 +35,7 @@ VolumeSource open(const fs::path& path) {
   if (extension.ends_with(".gz")) {
     throw Error("cannot read " + quoted(path), "of packed files only NIfTI and Analyze can be read", "unpack it first");
   }
-  return open_dicom_file(path);   // DICOM without preamble, or the message that lists what can be read
+  return open_dicom_file(path);  // DICOM without preamble, or the message that lists what can be read
 }
 
 VolumeSource open_checked(const fs::path& path) {
@@ -43,7 +43,7 @@ VolumeSource open_checked(const fs::path& path) {
     return open(path);
   } catch (const Error&) {
     throw;
-  } catch (const std::exception& exception) {   // file system, memory
+  } catch (const std::exception& exception) {  // file system, memory
     throw Error("cannot read " + quoted(path), one_line(exception.what()), "check the file");
   }
 }
@@ -84,14 +84,17 @@ void warn_if_sheared(VolumeInfo& info) {
   const double most = (d.transpose() * d - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (most < 1e-3) return;
   char text[120];
-  std::snprintf(text, sizeof text, "the axes are %.3g degrees off right angles (sheared grid); they are kept as they are",
+  std::snprintf(text, sizeof text,
+                "the axes are %.3g degrees off right angles (sheared grid); they are kept as they are",
                 std::asin(std::min(most, 1.0)) * 180 / M_PI);
   info.warnings.push_back(text);
 }
 
 void throw_truncated(const fs::path& path, double bytes_wanted, double bytes_there) {
-  throw Error("cannot read " + quoted(path), "truncated: its header promises " + in_words(bytes_wanted) +
-              ", the file holds at most " + in_words(bytes_there), "copy or export it again");
+  throw Error(
+      "cannot read " + quoted(path),
+      "truncated: its header promises " + in_words(bytes_wanted) + ", the file holds at most " + in_words(bytes_there),
+      "copy or export it again");
 }
 
 std::size_t available_memory() {
@@ -110,19 +113,21 @@ LoadedVolume load_volume(const fs::path& path) {
   const VolumeSource source = open_checked(path);
   const VolumeInfo& info = source.info;
   if (info.components > 1) {
-    throw Error("cannot read " + quoted(path), "it has " + std::to_string(info.components) +
-                " values per voxel (colour or vectors)", "extract one of them");
+    throw Error("cannot read " + quoted(path),
+                "it has " + std::to_string(info.components) + " values per voxel (colour or vectors)",
+                "extract one of them");
   }
   if (info.frames > 1) {
     throw Error("cannot read " + quoted(path), "it is 4D: " + std::to_string(info.frames) + " volumes in one file",
                 "extract one of them");
   }
-  const double needed = double(info.geometry.voxel_count()) * double(bytes_per_voxel(info.type)) +
-                        double(source.extra_bytes);
+  const double needed =
+      double(info.geometry.voxel_count()) * double(bytes_per_voxel(info.type)) + double(source.extra_bytes);
   const std::size_t available = available_memory();
   if (available > 0 && needed > double(available)) {
-    throw Error("cannot read " + quoted(path), "it takes " + in_words(needed) + " of memory, " +
-                in_words(double(available)) + " are available", "close other programs, or crop or downsample it");
+    throw Error("cannot read " + quoted(path),
+                "it takes " + in_words(needed) + " of memory, " + in_words(double(available)) + " are available",
+                "close other programs, or crop or downsample it");
   }
   LoadedVolume loaded;
   try {
@@ -146,8 +151,8 @@ void write_volume(const fs::path& path, const Volume& volume) { write(path, volu
 
 void write_labels(const fs::path& path, const Volume& labels) {
   if (labels.type() == VoxelType::Float32 || labels.type() == VoxelType::Float64) {
-    throw Error("cannot write " + quoted(path), std::string("labels must be integers, these are ") + to_string(labels.type()),
-                "convert them first");
+    throw Error("cannot write " + quoted(path),
+                std::string("labels must be integers, these are ") + to_string(labels.type()), "convert them first");
   }
   write(path, labels);
 }

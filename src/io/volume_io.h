@@ -11,19 +11,19 @@ namespace simplexseg {
 
 /// What a volume file (or a folder with a DICOM series) says of itself, known without reading the voxels.
 struct VolumeInfo {
-  VolumeGeometry geometry;             ///< LPS, mm
-  VoxelType type = VoxelType::UInt8;   ///< the type the voxels have once read (rescaled files: float or a wider integer)
-  std::string format;                  ///< "NIfTI-1", "DICOM series", "NRRD" ...
-  int components = 1;                  ///< values per voxel; only 1 can be read
-  int frames = 1;                      ///< volumes in the file (4D); only 1 can be read
-  int file_count = 1;                  ///< files the voxels come from
-  std::vector<std::string> warnings;   ///< one line each: what the reader had to assume, and what it left out
+  VolumeGeometry geometry;            ///< LPS, mm
+  VoxelType type = VoxelType::UInt8;  ///< the type the voxels have once read (rescaled files: float or a wider integer)
+  std::string format;                 ///< "NIfTI-1", "DICOM series", "NRRD" ...
+  int components = 1;                 ///< values per voxel; only 1 can be read
+  int frames = 1;                     ///< volumes in the file (4D); only 1 can be read
+  int file_count = 1;                 ///< files the voxels come from
+  std::vector<std::string> warnings;  ///< one line each: what the reader had to assume, and what it left out
 };
 
 struct LoadedVolume {
   Volume volume;
   std::string format;
-  std::vector<std::string> warnings;   ///< as in VolumeInfo, and what was seen in the voxels
+  std::vector<std::string> warnings;  ///< as in VolumeInfo, and what was seen in the voxels
 };
 
 /// Describes NIfTI (.nii, .nii.gz, .hdr/.img), Analyze, MetaImage, NRRD, MINC 2, one DICOM file, or a folder that holds
@@ -39,8 +39,9 @@ LoadedVolume load_volume(const std::filesystem::path& path);
 /// load_volume() without the warnings.
 Volume read_volume(const std::filesystem::path& path);
 
-/// Writes .nii, .nii.gz, .nrrd or .mha, voxels and type as they are; written beside and renamed, so that `path` is never
-/// half a file. Throws Error for another extension, an empty volume, a folder that does not exist, or a failed write.
+/// Writes .nii, .nii.gz, .nrrd or .mha, voxels and type as they are; written beside and renamed, so that `path` is
+/// never half a file. Throws Error for another extension, an empty volume, a folder that does not exist, or a failed
+/// write.
 void write_volume(const std::filesystem::path& path, const Volume& volume);
 /// The same for a label volume: throws Error when the voxels are not integers.
 void write_labels(const std::filesystem::path& path, const Volume& labels);

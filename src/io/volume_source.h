@@ -11,8 +11,8 @@ namespace simplexseg {
 /// An opened volume: described, its voxels not yet read. One function for each family of formats makes one.
 struct VolumeSource {
   VolumeInfo info;
-  std::size_t extra_bytes = 0;       ///< memory the reading takes besides the volume itself
-  std::function<Volume()> read;      ///< reads the voxels; called only for one component and one frame
+  std::size_t extra_bytes = 0;   ///< memory the reading takes besides the volume itself
+  std::function<Volume()> read;  ///< reads the voxels; called only for one component and one frame
 };
 
 /// NIfTI-1, NIfTI-2 and Analyze 7.5, plain or gzip'ed, one file or .hdr/.img.
@@ -53,7 +53,8 @@ template <class From, class To>
 void simplexseg::narrow(const From* from, std::size_t count, To* to, const std::string& name) {
   for (std::size_t i = 0; i < count; ++i) {
     if (from[i] < From(std::numeric_limits<To>::min()) || from[i] > From(std::numeric_limits<To>::max())) {
-      throw Error("cannot read " + name, "its 64-bit voxel value " + std::to_string(from[i]) + " does not fit into 32 bits",
+      throw Error("cannot read " + name,
+                  "its 64-bit voxel value " + std::to_string(from[i]) + " does not fit into 32 bits",
                   "save it as float or with 32-bit integers");
     }
     to[i] = static_cast<To>(from[i]);

@@ -14,11 +14,13 @@ struct Graph {
   std::vector<int> first{0};
   std::vector<Edge> edges;
   int size() const { return static_cast<int>(first.size()) - 1; }
-  std::span<const Edge> of(int i) const { return {edges.data() + first[i], static_cast<std::size_t>(first[i + 1] - first[i])}; }
+  std::span<const Edge> of(int i) const {
+    return {edges.data() + first[i], static_cast<std::size_t>(first[i + 1] - first[i])};
+  }
 };
 
-/// Which coarse vertex each vertex belongs to. A vertex whose neighbours are all free takes them; breadth first, so that
-/// the next one is taken beside those before. What is left joins the smallest beside it.
+/// Which coarse vertex each vertex belongs to. A vertex whose neighbours are all free takes them; breadth first, so
+/// that the next one is taken beside those before. What is left joins the smallest beside it.
 int put_together(const Graph& graph, std::vector<int>& coarse_of) {
   const int n = graph.size();
   coarse_of.assign(n, -1);
@@ -48,15 +50,15 @@ int put_together(const Graph& graph, std::vector<int>& coarse_of) {
     int best = -1;
     for (const Edge& e : graph.of(i))
       if (const int c = whole[e.to]; c >= 0 && (best < 0 || sizes[c] < sizes[best])) best = c;
-    coarse_of[i] = best;      // one of its neighbours is taken, or it would have taken them
+    coarse_of[i] = best;  // one of its neighbours is taken, or it would have taken them
     ++sizes[best];
   }
   return static_cast<int>(sizes.size());
 }
 
-/// Constant on each coarse vertex, a smooth displacement rises in jumps: the energy of the jumps is too large, by the size
-/// of a coarse vertex times the share of the edges that are cut (exact for a linear displacement). A little of that excess
-/// is kept, so that the correction does not overshoot (figures: docs/adr/0011-solvers.md).
+/// Constant on each coarse vertex, a smooth displacement rises in jumps: the energy of the jumps is too large, by the
+/// size of a coarse vertex times the share of the edges that are cut (exact for a linear displacement). A little of
+/// that excess is kept, so that the correction does not overshoot (figures: docs/adr/0011-solvers.md).
 constexpr double kKept = 1.2;
 
 }  // namespace
@@ -72,7 +74,7 @@ Hierarchy make_hierarchy(std::span<const std::array<int, 3>> neighbours) {
   std::vector<int> coarse_of, slot;
   while (graph.size() > 1) {
     const int n = graph.size(), count = put_together(graph, coarse_of);
-    if (count == n) break;         // single vertices, unconnected
+    if (count == n) break;  // single vertices, unconnected
     Level level;
     level.part_first.assign(count + 1, 0);
     for (int c : coarse_of) ++level.part_first[c + 1];

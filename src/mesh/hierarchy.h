@@ -7,21 +7,21 @@
 namespace simplexseg {
 
 /// Coarser and coarser graphs of a mesh for the multigrid correction (docs/mathematics.md, section 3): vertices are put
-/// together with their neighbours, about four at first and six later, until one is left of each connected part. Needs the
-/// connectivity alone, so that any mesh has one.
+/// together with their neighbours, about four at first and six later, until one is left of each connected part. Needs
+/// the connectivity alone, so that any mesh has one.
 struct Hierarchy {
   struct Edge {
-    int to;                  ///< on the same level
-    float conductance;       ///< symmetric; 1/3 between neighbours of the mesh itself
+    int to;             ///< on the same level
+    float conductance;  ///< symmetric; 1/3 between neighbours of the mesh itself
   };
   /// A level coarser than the mesh.
   struct Level {
-    std::vector<int> part_first, parts;      ///< of each vertex: the vertices of the finer level that it stands for
-    std::vector<int> edge_first;             ///< of each vertex
+    std::vector<int> part_first, parts;  ///< of each vertex: the vertices of the finer level that it stands for
+    std::vector<int> edge_first;         ///< of each vertex
     std::vector<Edge> edges;
     int size() const { return static_cast<int>(part_first.size()) - 1; }
   };
-  std::vector<Level> levels;                 ///< from fine to coarse
+  std::vector<Level> levels;  ///< from fine to coarse
 };
 
 /// Deterministic; linear in the number of vertices.

@@ -9,15 +9,15 @@ namespace simplexseg {
 
 /// A closed triangulation: the dual of a simplex mesh, or what is drawn of one.
 struct TriangleMesh {
-  std::vector<Eigen::Vector3f> positions;        ///< mm, LPS
-  std::vector<std::array<int, 3>> triangles;     ///< counter-clockwise seen from outside
+  std::vector<Eigen::Vector3f> positions;     ///< mm, LPS
+  std::vector<std::array<int, 3>> triangles;  ///< counter-clockwise seen from outside
 };
 
 /// A 2-simplex mesh (Delingette 1999): every vertex has exactly three neighbours, counter-clockwise seen from outside.
 /// Indices, never pointers; cells, normals and areas are derived, not stored (docs/mathematics.md, section 1).
 struct SimplexMesh {
-  std::vector<Eigen::Vector3f> positions;        ///< mm, LPS
-  std::vector<std::array<int, 3>> neighbours;    ///< of each vertex
+  std::vector<Eigen::Vector3f> positions;      ///< mm, LPS
+  std::vector<std::array<int, 3>> neighbours;  ///< of each vertex
 
   int vertex_count() const { return static_cast<int>(positions.size()); }
 };
@@ -28,15 +28,18 @@ struct CellList {
   std::vector<int> offsets{0};
   std::vector<int> vertices;
   int count() const { return static_cast<int>(offsets.size()) - 1; }
-  std::span<const int> operator[](int c) const { return {vertices.data() + offsets[c], std::size_t(offsets[c + 1] - offsets[c])}; }
+  std::span<const int> operator[](int c) const {
+    return {vertices.data() + offsets[c], std::size_t(offsets[c + 1] - offsets[c])};
+  }
 };
 
 /// The cells, found by walking the rotation system of the neighbours; F = V/2 + 2 - 2g.
 CellList cells_of(const SimplexMesh& mesh);
 
 /// Throws Error naming the first vertex that breaks an invariant: V even and >= 4, as many neighbours as positions,
-/// finite positions, three distinct mutual neighbours in range and none itself, every cell of 3 or more vertices visiting
-/// none twice, V - E + F even and at most 2 for each connected part (orientable, closed), and positive volume (outward).
+/// finite positions, three distinct mutual neighbours in range and none itself, every cell of 3 or more vertices
+/// visiting none twice, V - E + F even and at most 2 for each connected part (orientable, closed), and positive volume
+/// (outward).
 void validate(const SimplexMesh& mesh);
 
 /// Dual of a closed, oriented 2-manifold triangulation: vertex = triangle centroid, neighbours = the three
@@ -62,7 +65,7 @@ Refined refine(const SimplexMesh& mesh);
 /// The vertices around `vertex` in breadth-first order, ring by ring up to `order` (ring 0 is the vertex itself).
 struct Neighbourhood {
   std::vector<int> vertices;
-  std::vector<int> ring;     ///< of each entry of vertices
+  std::vector<int> ring;  ///< of each entry of vertices
 };
 Neighbourhood neighbourhood_of(const SimplexMesh& mesh, int vertex, int order);
 

@@ -10,12 +10,14 @@ namespace simplexseg {
 
 /// Puts a sphere into the volume. The new mesh takes the default parameters of `like` (a mesh id), or of the scene.
 struct AddMesh {
-  std::string name;              ///< empty: "mesh N"
+  std::string name;  ///< empty: "mesh N"
   Seed seed;
   std::optional<Colour> colour;  ///< none: the next of the palette
   ItemId like = 0;
 };
-struct DeleteMesh { ItemId mesh; };
+struct DeleteMesh {
+  ItemId mesh;
+};
 /// Only the members that are set change.
 struct EditMesh {
   ItemId mesh;
@@ -28,11 +30,11 @@ struct EditMesh {
 struct SetForceParameter {
   ItemId mesh;
   ForceId force;
-  int parameter;                 ///< index in the force's table
+  int parameter;  ///< index in the force's table
   float value;
 };
 struct SetSimulationParameter {
-  int parameter;                 ///< index in simulation_table()
+  int parameter;  ///< index in simulation_table()
   float value;
 };
 struct AddAttractionPoint {
@@ -42,20 +44,30 @@ struct AddAttractionPoint {
 struct MoveAttractionPoint {
   ItemId point;
   Eigen::Vector3d position_mm;
-  bool continues = false;        ///< part of the drag that the command before began: undone together with it
+  bool continues = false;  ///< part of the drag that the command before began: undone together with it
 };
-struct DeleteAttractionPoint { ItemId point; };
+struct DeleteAttractionPoint {
+  ItemId point;
+};
 /// Back to the seed sphere, at the first level. mesh = 0: every mesh.
-struct ResetPose { ItemId mesh; };
-/// Takes the intensity profiles under the present pose as the reference of the intensity-profile force. mesh = 0: every mesh.
-struct RecordProfiles { ItemId mesh; };
+struct ResetPose {
+  ItemId mesh;
+};
+/// Takes the intensity profiles under the present pose as the reference of the intensity-profile force. mesh = 0: every
+/// mesh.
+struct RecordProfiles {
+  ItemId mesh;
+};
 /// x4 refinement now. mesh = 0: every mesh.
-struct RefineMesh { ItemId mesh; };
+struct RefineMesh {
+  ItemId mesh;
+};
 struct Undo {};
 struct Redo {};
 
-using Command = std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddAttractionPoint,
-                             MoveAttractionPoint, DeleteAttractionPoint, ResetPose, RecordProfiles, RefineMesh, Undo, Redo>;
+using Command =
+    std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddAttractionPoint,
+                 MoveAttractionPoint, DeleteAttractionPoint, ResetPose, RecordProfiles, RefineMesh, Undo, Redo>;
 
 /// For menus ("Undo move point"), in lower case.
 const char* title_of(const Command& command);

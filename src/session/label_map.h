@@ -2,8 +2,8 @@
 #pragma once
 #include <cstddef>
 
-#include "session/scene.h"
 #include "image/volume.h"
+#include "session/scene.h"
 
 namespace simplexseg {
 

@@ -18,7 +18,8 @@ void RunTrace::set_reference(ItemId mesh, std::shared_ptr<const SurfaceError> re
 
 void RunTrace::sample(const Session& session, double seconds) {
   const Scene* scene = &session.scene_without_poses();
-  const bool measures = std::any_of(scene->meshes.begin(), scene->meshes.end(), [&](const MeshItem& item) { return references_.count(item.id) > 0; });
+  const bool measures = std::any_of(scene->meshes.begin(), scene->meshes.end(),
+                                    [&](const MeshItem& item) { return references_.count(item.id) > 0; });
   if (measures) scene = &session.scene();
   const StepOutcome& outcome = session.last_outcome();
   std::size_t most = 0;
@@ -60,7 +61,8 @@ const MeshTrace* RunTrace::of(ItemId mesh) const {
 
 bool RunTrace::has_errors() const {
   return std::any_of(meshes_.begin(), meshes_.end(), [](const MeshTrace& mesh) {
-    return std::any_of(mesh.samples.begin(), mesh.samples.end(), [](const TraceSample& s) { return s.error.has_value(); });
+    return std::any_of(mesh.samples.begin(), mesh.samples.end(),
+                       [](const TraceSample& s) { return s.error.has_value(); });
   });
 }
 
@@ -124,7 +126,8 @@ std::string RunTrace::csv() const {
   out << "mesh,seconds,steps,vertices,residual_mm,mean_move_mm,error_mean_mm,error_p95_mm,error_max_mm\n";
   for (const MeshTrace& mesh : meshes_)
     for (const TraceSample& s : mesh.samples) {
-      out << csv_field(mesh.name) << ',' << s.seconds << ',' << s.steps << ',' << s.vertices << ',' << s.residual_mm << ',' << s.mean_move_mm << ',';
+      out << csv_field(mesh.name) << ',' << s.seconds << ',' << s.steps << ',' << s.vertices << ',' << s.residual_mm
+          << ',' << s.mean_move_mm << ',';
       if (s.error)
         out << s.error->mean_mm << ',' << s.error->p95_mm << ',' << s.error->max_mm << '\n';
       else

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "image/surface_error.h"
 #include "session/plot.h"
 #include "session/scene.h"
-#include "image/surface_error.h"
 
 namespace simplexseg {
 
@@ -18,11 +18,11 @@ class Session;
 
 /// What was measured of a mesh at one time of a run.
 struct TraceSample {
-  double seconds;                                     ///< of simulation since the trace began
+  double seconds;  ///< of simulation since the trace began
   std::int64_t steps;
   int vertices;
-  double residual_mm, mean_move_mm;                   ///< as in StepOutcome
-  std::optional<SurfaceError::Values> error;          ///< where the mesh has a reference
+  double residual_mm, mean_move_mm;           ///< as in StepOutcome
+  std::optional<SurfaceError::Values> error;  ///< where the mesh has a reference
 };
 struct MeshTrace {
   ItemId mesh;
@@ -44,9 +44,11 @@ class RunTrace {
   /// Whether the next sample is to be taken now.
   bool due(std::int64_t steps) const { return steps >= next_; }
   /// At least 1.
-  int steps_until_due(std::int64_t steps) const { return static_cast<int>(std::clamp<std::int64_t>(next_ - steps, 1, 1 << 20)); }
-  /// Measures all meshes. `seconds`: time of the simulation alone, that of earlier samples not counted. Reads poses back
-  /// only where a mesh has a reference.
+  int steps_until_due(std::int64_t steps) const {
+    return static_cast<int>(std::clamp<std::int64_t>(next_ - steps, 1, 1 << 20));
+  }
+  /// Measures all meshes. `seconds`: time of the simulation alone, that of earlier samples not counted. Reads poses
+  /// back only where a mesh has a reference.
   void sample(const Session& session, double seconds);
   /// Forgets the samples, not the references.
   void clear();
@@ -65,7 +67,7 @@ class RunTrace {
   std::string csv() const;
 
  private:
-  static constexpr int kFirstInterval = 10;           // steps; sessions decide on rest and refinement as often
+  static constexpr int kFirstInterval = 10;  // steps; sessions decide on rest and refinement as often
 
   void thin();
 

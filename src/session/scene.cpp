@@ -23,11 +23,13 @@ static bool has_enough_vertices(const MeshItem& item, const SimulationParameters
 }
 
 bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm) {
-  return has_enough_vertices(item, simulation) || is_finest(item, simulation, voxel_mm, measure(item.mesh).mean_edge_mm);
+  return has_enough_vertices(item, simulation) ||
+         is_finest(item, simulation, voxel_mm, measure(item.mesh).mean_edge_mm);
 }
 
 bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm, double mean_edge_mm) {
-  return has_enough_vertices(item, simulation) || (item.final_vertices == 0 && mean_edge_mm < simulation.finest_edge * voxel_mm);
+  return has_enough_vertices(item, simulation) ||
+         (item.final_vertices == 0 && mean_edge_mm < simulation.finest_edge * voxel_mm);
 }
 
 const MeshItem* Scene::find_mesh(ItemId id) const {

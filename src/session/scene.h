@@ -8,20 +8,20 @@
 #include <vector>
 
 #include "core/colour.h"
-#include "forces/region_model.h"
-#include "step/engine.h"
 #include "forces/parameters.h"
+#include "forces/region_model.h"
 #include "mesh/simplex_mesh.h"
+#include "step/engine.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {
 
-using ItemId = std::uint32_t;        ///< of a mesh or a point; never used twice in a session; 0 is none
+using ItemId = std::uint32_t;  ///< of a mesh or a point; never used twice in a session; 0 is none
 
 /// Truth that a report compares a mesh with.
 struct Reference {
-  std::string labels;                ///< path, as the scene file has it
-  std::optional<double> value;       ///< label; none: every voxel that is not 0
+  std::string labels;           ///< path, as the scene file has it
+  std::optional<double> value;  ///< label; none: every voxel that is not 0
 };
 
 /// The sphere that a mesh starts as.
@@ -36,19 +36,19 @@ struct MeshItem {
   std::string name;
   Colour colour{230, 160, 60};
   bool visible = true;
-  int label = 1;                                   ///< of its voxels in a saved segmentation
+  int label = 1;  ///< of its voxels in a saved segmentation
   Seed seed;
   std::optional<Reference> reference;
   ForceParameters parameters;
 
-  SimplexMesh mesh;                                ///< pose as of the last advance
-  std::vector<Eigen::Vector3f> previous;           ///< positions one step earlier
-  std::vector<Vec4> shape;                         ///< shape memory's reference; taken when the mesh was made or refined
-  std::vector<float> profiles;                     ///< reference intensity profiles; empty until recorded
+  SimplexMesh mesh;                       ///< pose as of the last advance
+  std::vector<Eigen::Vector3f> previous;  ///< positions one step earlier
+  std::vector<Vec4> shape;                ///< shape memory's reference; taken when the mesh was made or refined
+  std::vector<float> profiles;            ///< reference intensity profiles; empty until recorded
   RegionModel region;
-  SolverState solver;                              ///< what its solver has learnt at this level
+  SolverState solver;  ///< what its solver has learnt at this level
   int steps_at_level = 0;
-  int final_vertices = 0;                          ///< 0: the simulation's
+  int final_vertices = 0;  ///< 0: the simulation's
 };
 
 struct AttractionPoint {
@@ -57,8 +57,8 @@ struct AttractionPoint {
   Eigen::Vector3d position_mm{0, 0, 0};
 };
 
-/// Whether a mesh is as fine as it is to end: it has the vertices that are wanted, or (unless the user refined it) edges of
-/// voxel size.
+/// Whether a mesh is as fine as it is to end: it has the vertices that are wanted, or (unless the user refined it)
+/// edges of voxel size.
 bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm);
 /// The same for a pose that is known by its mean edge alone.
 bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm, double mean_edge_mm);
@@ -69,8 +69,8 @@ struct Scene {
   std::vector<MeshItem> meshes;
   std::vector<AttractionPoint> points;
   SimulationParameters simulation;
-  int steps = 0;                                   ///< that the headless program runs unless told otherwise; 0: until rest
-  ForceParameters forces = default_force_parameters();   ///< that a mesh starts with which is like none other
+  int steps = 0;  ///< that the headless program runs unless told otherwise; 0: until rest
+  ForceParameters forces = default_force_parameters();  ///< that a mesh starts with which is like none other
 
   const MeshItem* find_mesh(ItemId id) const;
   MeshItem* find_mesh(ItemId id);

@@ -11,8 +11,8 @@
 #include "forces/force_list.h"
 #include "forces/profile_reference.h"
 #include "forces/region_model.h"
-#include "mesh/shape_reference.h"
 #include "mesh/mesh_geometry.h"
+#include "mesh/shape_reference.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {
@@ -23,7 +23,7 @@ constexpr int kCheckInterval = 10;
 /// What lies within so many radii of a seed is its background.
 constexpr double kBackgroundRadii = 2;
 constexpr std::size_t kMostUndoSteps = 200, kMostUndoBytes = std::size_t{1} << 30;
-constexpr Colour kPalette[] = {{230, 160, 60}, {86, 180, 233}, {0, 158, 115}, {240, 228, 66}, {204, 121, 167},
+constexpr Colour kPalette[] = {{230, 160, 60}, {86, 180, 233}, {0, 158, 115},   {240, 228, 66},  {204, 121, 167},
                                {213, 94, 0},   {0, 114, 178},  {170, 120, 240}, {120, 220, 180}, {240, 120, 120}};
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
@@ -38,7 +38,8 @@ std::string text_of(const Eigen::Vector3d& p) {
 std::size_t bytes_of(const Scene& scene) {
   std::size_t bytes = 0;
   for (const MeshItem& item : scene.meshes)
-    bytes += item.mesh.positions.size() * (2 * sizeof(Eigen::Vector3f) + sizeof(std::array<int, 3>) + sizeof(Vec4)) + item.profiles.size() * sizeof(float);
+    bytes += item.mesh.positions.size() * (2 * sizeof(Eigen::Vector3f) + sizeof(std::array<int, 3>) + sizeof(Vec4)) +
+             item.profiles.size() * sizeof(float);
   return bytes;
 }
 
@@ -53,7 +54,9 @@ void check_value(const ParameterInfo& info, float value, const std::string& owne
 
 void check_seed(const Seed& seed, const std::string& name, const Volume& volume) {
   if (!seed.centre_mm.allFinite() || !std::isfinite(seed.radius_mm) || !(seed.radius_mm > 0))
-    throw Error("mesh '" + name + "'", "its sphere's centre or radius is not a finite number, or the radius is not above 0", "correct the sphere");
+    throw Error("mesh '" + name + "'",
+                "its sphere's centre or radius is not a finite number, or the radius is not above 0",
+                "correct the sphere");
   if (!volume.empty() && !volume.geometry().contains(seed.centre_mm))
     throw Error("mesh '" + name + "'", "its sphere's centre " + text_of(seed.centre_mm) + " mm lies outside the volume",
                 "move it inside; the volume's centre is " + text_of(volume.geometry().centre_mm()));
@@ -90,17 +93,20 @@ void Session::open(Scene scene, Volume volume) {
   for (const AttractionPoint& point : scene.points) next = std::max(next, point.id + 1);
   for (MeshItem& item : scene.meshes) {
     if (item.id == 0) item.id = next++;
-    if (!ids.insert(item.id).second) throw Error("mesh '" + item.name + "'", "its id is used twice", "give every mesh its own id");
+    if (!ids.insert(item.id).second)
+      throw Error("mesh '" + item.name + "'", "its id is used twice", "give every mesh its own id");
     for (const ForceInfo& force : force_list())
       for (std::size_t k = 0; k < force.parameters.size(); ++k)
-        check_value(force.parameters[k], item.parameters.values[static_cast<int>(force.id)][k], "mesh '" + item.name + "', " + force.name);
+        check_value(force.parameters[k], item.parameters.values[static_cast<int>(force.id)][k],
+                    "mesh '" + item.name + "', " + force.name);
     check_seed(item.seed, item.name, volume);
     if (!item.mesh.positions.empty()) validate(item.mesh);
   }
   for (AttractionPoint& point : scene.points) {
     if (point.id == 0) point.id = next++;
     check_position(point.position_mm);
-    if (!scene.find_mesh(point.mesh)) throw Error("attraction point", "it names a mesh that is not in the scene", "name one of its meshes");
+    if (!scene.find_mesh(point.mesh))
+      throw Error("attraction point", "it names a mesh that is not in the scene", "name one of its meshes");
   }
   const SimulationParameters simulation = std::exchange(scene_.simulation, scene.simulation);
   const Volume volume_before = std::exchange(volume_, volume);
@@ -111,13 +117,16 @@ void Session::open(Scene scene, Volume volume) {
       } else {
         if (item.previous.size() != item.mesh.positions.size()) item.previous = item.mesh.positions;
         if (item.shape.size() != item.mesh.positions.size()) item.shape = shape_reference_of(item.mesh);
-        if (item.region.empty()) item.region = estimate_region(volume_, item.mesh, kBackgroundRadii * item.seed.radius_mm);
+        if (item.region.empty())
+          item.region = estimate_region(volume_, item.mesh, kBackgroundRadii * item.seed.radius_mm);
       }
     }
     const std::size_t needed = make_plan(scene, volume_).bytes_held(), available = engine_->bytes_available();
     if (needed > available) {
-      const DeviceError failure("memory of the device", std::to_string(needed >> 20) + " MiB are needed and " + std::to_string(available >> 20) + " MiB can be had",
-                                "use --backend cpu, a smaller volume or coarser meshes");
+      const DeviceError failure(
+          "memory of the device",
+          std::to_string(needed >> 20) + " MiB are needed and " + std::to_string(available >> 20) + " MiB can be had",
+          "use --backend cpu, a smaller volume or coarser meshes");
       if (!spare_) throw failure;
       replace_engine(failure);
     }
@@ -148,7 +157,7 @@ void Session::open(Scene scene, Volume volume) {
 
 void Session::replace_engine(const DeviceError& failure) {
   notice_ = std::string("running on the CPU: ") + failure.what();
-  engine_.reset();       // its memory first
+  engine_.reset();  // its memory first
   engine_ = spare_();
   spare_ = {};
   lost_.reset();
@@ -251,7 +260,8 @@ void Session::refine_item(MeshItem& item) {
   Refined refined = refine(item.mesh);
   std::vector<float> profiles;
   for (int parent : refined.parent)
-    profiles.insert(profiles.end(), item.profiles.begin() + parent * stride, item.profiles.begin() + (parent + 1) * stride);
+    profiles.insert(profiles.end(), item.profiles.begin() + parent * stride,
+                    item.profiles.begin() + (parent + 1) * stride);
   item.mesh = std::move(refined.mesh);
   item.previous = item.mesh.positions;
   item.profiles = std::move(profiles);
@@ -310,7 +320,8 @@ void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
     }
     for (const TimestepCut& cut : outcome.cuts) {
       std::ostringstream line;
-      line << culprit_text(cut.failure) << "; the steps were undone, and its timestep is " << cut.factor << " of what it was";
+      line << culprit_text(cut.failure) << "; the steps were undone, and its timestep is " << cut.factor
+           << " of what it was";
       result.cuts.push_back(line.str());
     }
     last_ = outcome;
@@ -329,11 +340,15 @@ void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
 }
 
 std::string Session::culprit_text(const StepFailure& failure) const {
-  const std::string start = "mesh '" + scene_.meshes[failure.mesh].name + "': force " + force_list()[static_cast<int>(failure.force)].name;
+  const std::string start =
+      "mesh '" + scene_.meshes[failure.mesh].name + "': force " + force_list()[static_cast<int>(failure.force)].name;
   switch (failure.what) {
-    case StepFailure::What::Folded: return start + " folds its surface";
-    case StepFailure::What::Grew: return start + " makes it oscillate more and more";
-    default: return start + " drove vertex " + std::to_string(failure.vertex) + " out of the scene";
+    case StepFailure::What::Folded:
+      return start + " folds its surface";
+    case StepFailure::What::Grew:
+      return start + " makes it oscillate more and more";
+    default:
+      return start + " drove vertex " + std::to_string(failure.vertex) + " out of the scene";
   }
 }
 
@@ -362,11 +377,11 @@ ItemId Session::apply(const Command& command) {
     try {
       undo ? step_back(undo_, redo_) : step_back(redo_, undo_);
     } catch (const DeviceError& failure) {
-      take_over(failure);       // loads what the scene has become
+      take_over(failure);  // loads what the scene has become
     }
   } else {
     if (continues_last(command)) {
-      added = carry_out_or_take_over(command);      // what precedes it is kept already
+      added = carry_out_or_take_over(command);  // what precedes it is kept already
     } else {
       pull_poses();
       const ItemId next_id = next_id_;
@@ -413,7 +428,8 @@ bool Session::continues_last(const Command& command) const {
   if (undo_.empty()) return false;
   const Command& last = undo_.back().command;
   if (const auto* move = std::get_if<MoveAttractionPoint>(&command))
-    return move->continues && (std::holds_alternative<MoveAttractionPoint>(last) || std::holds_alternative<AddAttractionPoint>(last));
+    return move->continues &&
+           (std::holds_alternative<MoveAttractionPoint>(last) || std::holds_alternative<AddAttractionPoint>(last));
   if (const auto* set = std::get_if<SetForceParameter>(&command))
     if (const auto* was = std::get_if<SetForceParameter>(&last))
       return was->mesh == set->mesh && was->force == set->force && was->parameter == set->parameter;
@@ -440,7 +456,8 @@ std::vector<MeshItem*> Session::items_of(ItemId mesh) {
   std::vector<MeshItem*> items;
   for (MeshItem& item : scene_.meshes)
     if (mesh == 0 || item.id == mesh) items.push_back(&item);
-  if (items.empty() && mesh != 0) throw Error("mesh " + std::to_string(mesh), "there is no such mesh", "choose one of the scene's meshes");
+  if (items.empty() && mesh != 0)
+    throw Error("mesh " + std::to_string(mesh), "there is no such mesh", "choose one of the scene's meshes");
   return items;
 }
 
@@ -448,7 +465,8 @@ ItemId Session::carry_out_add(const AddMesh& command) {
   MeshItem item;
   item.id = next_id_++;
   item.name = command.name.empty() ? "mesh " + std::to_string(item.id) : command.name;
-  if (scene_.find_mesh(item.name)) throw Error("mesh '" + item.name + "'", "the scene has a mesh of that name", "give it another name");
+  if (scene_.find_mesh(item.name))
+    throw Error("mesh '" + item.name + "'", "the scene has a mesh of that name", "give it another name");
   item.seed = command.seed;
   check_seed(item.seed, item.name, volume_);
   item.colour = command.colour.value_or(kPalette[scene_.meshes.size() % std::size(kPalette)]);
@@ -483,7 +501,8 @@ ItemId Session::carry_out(const Command& command) {
   } else if (const auto* c = std::get_if<EditMesh>(&command)) {
     MeshItem& item = item_of(c->mesh);
     if (c->name && *c->name != item.name) {
-      if (c->name->empty() || scene_.find_mesh(*c->name)) throw Error("mesh '" + *c->name + "'", "the name is empty or taken", "choose another");
+      if (c->name->empty() || scene_.find_mesh(*c->name))
+        throw Error("mesh '" + *c->name + "'", "the name is empty or taken", "choose another");
       item.name = *c->name;
     }
     if (c->label && (*c->label < 1 || *c->label > 65535))
@@ -496,7 +515,8 @@ ItemId Session::carry_out(const Command& command) {
     if (c->parameter < 0 || c->parameter >= static_cast<int>(force.parameters.size()))
       throw Error(std::string("force ") + force.name, "it has no parameter of that index", "see its table");
     check_value(force.parameters[c->parameter], c->value, force.name);
-    for (MeshItem* item : items_of(c->mesh)) item->parameters.values[static_cast<int>(c->force)][c->parameter] = c->value;
+    for (MeshItem* item : items_of(c->mesh))
+      item->parameters.values[static_cast<int>(c->force)][c->parameter] = c->value;
     send_parameters();
   } else if (const auto* c = std::get_if<SetSimulationParameter>(&command)) {
     if (c->parameter < 0 || c->parameter >= static_cast<int>(simulation_table().size()))

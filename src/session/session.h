@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
+#include "image/volume.h"
 #include "session/command.h"
-#include "step/engine.h"
 #include "session/scene.h"
 #include "session/step_plan.h"
-#include "image/volume.h"
+#include "step/engine.h"
 
 namespace simplexseg {
 
@@ -22,10 +22,10 @@ class DeviceError;
 struct Advance {
   int steps = 0;
   double seconds = 0;
-  bool at_rest = false;                    ///< nothing moves any more: no need to be called again until something changes
-  std::vector<std::string> cuts;           ///< one line for each step that was undone and its mesh's timestep cut
-  std::optional<std::string> failure;      ///< one line naming mesh and force; the step was undone, the run should pause
-  bool refined = false;                    ///< the vertex counts have changed
+  bool at_rest = false;                ///< nothing moves any more: no need to be called again until something changes
+  std::vector<std::string> cuts;       ///< one line for each step that was undone and its mesh's timestep cut
+  std::optional<std::string> failure;  ///< one line naming mesh and force; the step was undone, the run should pause
+  bool refined = false;                ///< the vertex counts have changed
 };
 
 /// Owns the scene, the engine and the undo history; knows no Qt and no files. Every user action is a Command. The log
@@ -38,8 +38,8 @@ class Session {
   ~Session();
 
   /// Takes a new scene (undo history and log are dropped) on a volume. Meshes without a pose (no vertices) get the
-  /// sphere of their seed; ids that are 0 are given. Throws Error, with nothing changed, when a mesh's seed lies outside
-  /// the volume, a value is not finite or out of its table's range, or a mesh is not valid.
+  /// sphere of their seed; ids that are 0 are given. Throws Error, with nothing changed, when a mesh's seed lies
+  /// outside the volume, a value is not finite or out of its table's range, or a mesh is not valid.
   void open(Scene scene, Volume volume);
   /// As open; Error also when the engine has not the memory for it and there is no spare.
   void set_engine(std::unique_ptr<Engine> engine);
@@ -54,8 +54,8 @@ class Session {
   Engine& drawing() { return *engine_; }
   /// Counts the engines that the session has had: buffers shared with an earlier one are to be shared anew.
   int engine_generation() const { return engine_generation_; }
-  /// To be called with what drawing() threw: the spare engine takes over from the last poses that were read back. Throws
-  /// it again when there is none.
+  /// To be called with what drawing() threw: the spare engine takes over from the last poses that were read back.
+  /// Throws it again when there is none.
   void lose_engine(const DeviceError& failure) { take_over(failure); }
   /// One line for the user, once: that the device failed and the session goes on without it.
   std::optional<std::string> take_notice() { return std::exchange(notice_, std::nullopt); }
@@ -69,7 +69,7 @@ class Session {
   ItemId apply(const Command& command);
   bool can_undo() const { return !undo_.empty(); }
   bool can_redo() const { return !redo_.empty(); }
-  const char* undo_title() const;          ///< "" when there is none
+  const char* undo_title() const;  ///< "" when there is none
   const char* redo_title() const;
 
   /// Exactly `steps` steps (fewer at a failure or, when `stop_at_rest`, at rest).
@@ -107,8 +107,8 @@ class Session {
   void refine_item(MeshItem& item);
   void restart(MeshItem& item);
   void record_profiles(MeshItem& item) const;
-  MeshItem& item_of(ItemId mesh);                          ///< throws Error when there is none
-  std::vector<MeshItem*> items_of(ItemId mesh);            ///< 0: all; throws Error when there is no such mesh
+  MeshItem& item_of(ItemId mesh);                ///< throws Error when there is none
+  std::vector<MeshItem*> items_of(ItemId mesh);  ///< 0: all; throws Error when there is no such mesh
 
   std::string culprit_text(const StepFailure& failure) const;
   void replace_engine(const DeviceError& failure);
@@ -118,12 +118,13 @@ class Session {
 
   std::unique_ptr<Engine> engine_;
   std::function<std::unique_ptr<Engine>()> spare_;
-  mutable std::optional<std::string> notice_, lost_;      ///< lost_: what the engine failed with, until the spare is in place
+  mutable std::optional<std::string> notice_,
+      lost_;  ///< lost_: what the engine failed with, until the spare is in place
   mutable int steps_since_read_ = 0;
   int engine_generation_ = 0;
   std::uint64_t topology_revision_ = 0;
   mutable Scene scene_;
-  mutable bool poses_stale_ = false;     ///< the engine has moved on from the poses of scene_
+  mutable bool poses_stale_ = false;  ///< the engine has moved on from the poses of scene_
   Volume volume_;
   std::vector<Snapshot> undo_, redo_;
   std::vector<LogEntry> log_;
@@ -132,7 +133,7 @@ class Session {
   std::int64_t total_steps_ = 0;
   std::uint64_t revision_ = 0;
   StepOutcome last_;
-  std::vector<char> finest_;             ///< of each mesh, as the engine was told
+  std::vector<char> finest_;  ///< of each mesh, as the engine was told
   bool at_rest_ = false;
   double seconds_per_step_ = 0;
 };

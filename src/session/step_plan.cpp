@@ -2,18 +2,19 @@
 #include "session/step_plan.h"
 
 #include "forces/region_model.h"
-#include "step/solver.h"
-#include "step/step_needs.h"
 #include "forces/step_view.h"
 #include "image/volume.h"
 #include "step/simulation_parameters.h"
+#include "step/solver.h"
+#include "step/step_needs.h"
 
 namespace simplexseg {
 namespace {
 
 class PlanBuilder {
  public:
-  PlanBuilder(const Scene& scene, const Volume& volume, std::span<const char> finest, std::span<const Engine::HeldArray> held)
+  PlanBuilder(const Scene& scene, const Volume& volume, std::span<const char> finest,
+              std::span<const Engine::HeldArray> held)
       : scene_(scene), volume_(volume), held_(held) {
     for (const MeshItem& item : scene.meshes) {
       const std::size_t k = meshes_.size();
@@ -76,8 +77,9 @@ class PlanBuilder {
   }
   std::string why_corrected() const {
     if (corrected_) return "slow modes are worth a multigrid cycle in every step";
-    return scene_.simulation.solver() == Solver::Automatic ? "no slow mode has been seen that is worth a multigrid cycle"
-                                                           : "the solver takes no multigrid cycle";
+    return scene_.simulation.solver() == Solver::Automatic
+               ? "no slow mode has been seen that is worth a multigrid cycle"
+               : "the solver takes no multigrid cycle";
   }
 
   void add_arrays() {
@@ -103,7 +105,8 @@ class PlanBuilder {
           region && region_values_ == 0 ? "no mesh has a region model" : why(ForceId::Region),
           region_values_ * sizeof(float));
     array("attraction points", attraction, why(ForceId::Attraction), points * sizeof(PointView));
-    array("attraction bindings", attraction, why(ForceId::Attraction), points * needs_.nearest_blocks * sizeof(unsigned long long));
+    array("attraction bindings", attraction, why(ForceId::Attraction),
+          points * needs_.nearest_blocks * sizeof(unsigned long long));
     array("attraction patches", attraction, why(ForceId::Attraction), points * kMaxPatch * sizeof(PatchEntry));
     array("attraction sums", attraction, why(ForceId::Attraction), n * sizeof(AttractionSum));
     array("attraction flags", attraction, why(ForceId::Attraction), n);
@@ -111,16 +114,23 @@ class PlanBuilder {
           meshes_.empty() ? "there is no mesh" : "weights and parameters of each mesh",
           meshes_.size() * sizeof(MeshConstants));
     const bool corrected = any && corrected_, undoable = any && scene_.simulation.may_grow();
-    const auto about = [&](double bytes_a_vertex) { return static_cast<std::size_t>(bytes_a_vertex * static_cast<double>(n)); };
+    const auto about = [&](double bytes_a_vertex) {
+      return static_cast<std::size_t>(bytes_a_vertex * static_cast<double>(n));
+    };
     // A level has a quarter of the vertices of the one above it, later a sixth.
     const std::size_t levels = held_bytes("levels"), vectors = held_bytes("level vectors");
     array("levels", corrected, any ? why_corrected() : always, levels > 0 ? levels : about(35));
     array("level vectors", corrected, any ? why_corrected() : always, vectors > 0 ? vectors : about(5 * kTexel * 1.31));
-    array("kept pose", undoable, !any ? always : undoable ? "steps that grow are undone" : "bounds promise that no step grows",
+    array("kept pose", undoable,
+          !any       ? always
+          : undoable ? "steps that grow are undone"
+                     : "bounds promise that no step grows",
           n * kTexel);
-    array("step coefficients", !meshes_.empty(), meshes_.empty() ? "there is no mesh" : "gain and damping of each mesh's steps",
+    array("step coefficients", !meshes_.empty(),
+          meshes_.empty() ? "there is no mesh" : "gain and damping of each mesh's steps",
           meshes_.size() * sizeof(StepCoefficients));
-    array("motion", needs_.motion_sums > 0, any ? "rest is told by it" : always, needs_.motion_sums * sizeof(MeshMotion));
+    array("motion", needs_.motion_sums > 0, any ? "rest is told by it" : always,
+          needs_.motion_sums * sizeof(MeshMotion));
   }
 
   std::string why_not_averaged() const { return "the averaging of region is 0, and so is its local share"; }
@@ -168,7 +178,8 @@ class PlanBuilder {
            averages || !acts(ForceId::Region) ? when(ForceId::Region, at_refresh) : why_not_averaged(),
            passes * n * 3 * kTexel);
     kernel("region target", acts(ForceId::Region), when(ForceId::Region, at_refresh), n * 5 * kTexel);
-    kernel("nearest vertex", attraction, when(ForceId::Attraction, at_refresh), n * kTexel + points * sizeof(PointView));
+    kernel("nearest vertex", attraction, when(ForceId::Attraction, at_refresh),
+           n * kTexel + points * sizeof(PointView));
     kernel("attraction patch", attraction, when(ForceId::Attraction, at_refresh),
            points * kMaxPatch * (sizeof(PatchEntry) + sizeof(Int4)));
     const bool sums = attraction && refresh_interval_ > 1;
@@ -194,7 +205,10 @@ class PlanBuilder {
     kernel("small levels", corrected, cycle, small * 11 * kTexel);
     kernel("corrected step", corrected, cycle, n * 12 * kTexel);
     const bool undoable = any && scene_.simulation.may_grow();
-    kernel("keep pose", undoable, !any ? always : undoable ? "steps that grow are undone; once in ten steps" : "bounds promise that no step grows",
+    kernel("keep pose", undoable,
+           !any       ? always
+           : undoable ? "steps that grow are undone; once in ten steps"
+                      : "bounds promise that no step grows",
            n * 2 * kTexel);
     kernel("motion", any, any ? "rest is told by it; once in a batch of steps" : always, n * 3 * kTexel);
     kernel("end of batch", any, any ? "means of the motion, and the status; once in a batch of steps" : always,

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "core/vec3.h"
 #include "step/display.h"
 #include "step/simulation_parameters.h"
 #include "step/solver.h"
-#include "core/vec3.h"
 
 namespace simplexseg {
 
@@ -22,20 +22,20 @@ struct RegionModel;
 
 /// One mesh as an engine is loaded with it. The spans need to live only during the call.
 struct EngineMesh {
-  std::span<const Eigen::Vector3f> positions;            ///< mm, LPS
-  std::span<const Eigen::Vector3f> previous;             ///< of the step before; equal to positions: at rest
-  std::span<const std::array<int, 3>> neighbours;        ///< indices within the mesh
-  std::span<const Vec4> shape;                           ///< shape memory's reference (e1, e2, h_mm, S_mm2); may be empty
-  std::span<const float> profiles;                       ///< reference intensity profiles, vertex-major; may be empty
-  const RegionModel* region = nullptr;                   ///< prior of the region force; may be null
+  std::span<const Eigen::Vector3f> positions;      ///< mm, LPS
+  std::span<const Eigen::Vector3f> previous;       ///< of the step before; equal to positions: at rest
+  std::span<const std::array<int, 3>> neighbours;  ///< indices within the mesh
+  std::span<const Vec4> shape;                     ///< shape memory's reference (e1, e2, h_mm, S_mm2); may be empty
+  std::span<const float> profiles;                 ///< reference intensity profiles, vertex-major; may be empty
+  const RegionModel* region = nullptr;             ///< prior of the region force; may be null
   ForceParameters parameters;
-  SolverState solver;                                    ///< what a solver has learnt of it earlier
-  bool finest = true;                                    ///< false while coarser than the level it is to end on
+  SolverState solver;  ///< what a solver has learnt of it earlier
+  bool finest = true;  ///< false while coarser than the level it is to end on
 };
 
 /// An attraction point as the engine sees it.
 struct EnginePoint {
-  int mesh;                      ///< index of the mesh it pulls
+  int mesh;  ///< index of the mesh it pulls
   Eigen::Vector3d position_mm;
 };
 
@@ -43,28 +43,28 @@ struct EnginePoint {
 struct StepFailure {
   enum class What { LeftScene, Grew, Folded };
   int mesh;
-  int vertex;                    ///< within the mesh, that would have left the scene or the finite; else -1
+  int vertex;  ///< within the mesh, that would have left the scene or the finite; else -1
   ForceId force;
   What what = What::LeftScene;
 };
 /// What was undone, and went on with a smaller timestep.
 struct TimestepCut {
   StepFailure failure;
-  float factor;                  ///< of the mesh's timestep now
+  float factor;  ///< of the mesh's timestep now
 };
 struct StepOutcome {
-  int steps = 0;                              ///< done; fewer than asked for when a step failed
-  std::vector<float> mean_move_mm;            ///< of each mesh, in the last step
-  std::vector<float> mean_edge_mm;            ///< of each mesh, after it
+  int steps = 0;                    ///< done; fewer than asked for when a step failed
+  std::vector<float> mean_move_mm;  ///< of each mesh, in the last step
+  std::vector<float> mean_edge_mm;  ///< of each mesh, after it
   /// Of each mesh, what its forces still ask for before the last step: root mean square of sum_f k_f d_f / sum_f k_f.
   std::vector<float> residual_mm;
   /// Of each mesh, the vertices whose normal makes more than a right angle with that of a neighbour.
   std::vector<int> folded_vertices;
   /// Of each mesh, whether it encloses a negative volume.
   std::vector<char> inside_out;
-  std::vector<SolverState> solver;            ///< of each mesh
-  std::vector<TimestepCut> cuts;              ///< in these steps; undone steps count as steps
-  std::optional<StepFailure> failure;         ///< that no smaller timestep helps against
+  std::vector<SolverState> solver;     ///< of each mesh
+  std::vector<TimestepCut> cuts;       ///< in these steps; undone steps count as steps
+  std::optional<StepFailure> failure;  ///< that no smaller timestep helps against
 };
 
 /// One backend of the simulation: all meshes in one set of arrays, moved in parallel. Reruns give the same bits, on any
@@ -84,8 +84,8 @@ class Engine {
   /// New weights and parameters for the same meshes; only what the plan newly needs is allocated.
   virtual void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation) = 0;
   virtual void set_points(std::span<const EnginePoint> points) = 0;
-  /// Targets of an image force of one mesh (point in mm, confidence in [0, 1]), one a vertex: held from now on, so that no
-  /// refresh finds others, until the next load. Needs no volume. Throws Error for a force without targets.
+  /// Targets of an image force of one mesh (point in mm, confidence in [0, 1]), one a vertex: held from now on, so that
+  /// no refresh finds others, until the next load. Needs no volume. Throws Error for a force without targets.
   virtual void hold_targets(int mesh, ForceId force, std::span<const Vec4> targets) = 0;
   /// The targets found last; of a force that does not act: all 0.
   virtual void read_targets(int mesh, ForceId force, std::span<Vec4> targets) = 0;

@@ -25,7 +25,8 @@ struct SimulationParameters {
 
   /// No bound promises that steps do not grow: those of a multigrid cycle, and with a timestep of the user's own.
   bool may_grow() const {
-    return solver() == Solver::Automatic || solver() == Solver::Multigrid || (solver() == Solver::Verlet && limit_timestep < 0.5f);
+    return solver() == Solver::Automatic || solver() == Solver::Multigrid ||
+           (solver() == Solver::Verlet && limit_timestep < 0.5f);
   }
   Solver solver() const { return static_cast<Solver>(static_cast<int>(solver_choice + 0.5f)); }
 };

@@ -9,8 +9,8 @@
 namespace simplexseg {
 namespace {
 
-// Bounds of the largest eigenvalue of -dz/dx with some room: 1 where forces are scaled by their own bound; for a multigrid
-// cycle on spheres of 20 to 330,000 vertices at most 2.4 was measured.
+// Bounds of the largest eigenvalue of -dz/dx with some room: 1 where forces are scaled by their own bound; for a
+// multigrid cycle on spheres of 20 to 330,000 vertices at most 2.4 was measured.
 constexpr float kFastestScaled = 1.1f, kFastestCorrected = 2.6f;
 /// What damping is chosen for, at least; what is seen may be slower.
 constexpr float kSlowestSeen = 1e-6f, kSlowestScaled = 3e-4f, kSlowestFree = 0.02f, kSlowestCorrected = 0.05f;
@@ -20,7 +20,8 @@ constexpr float kSmallestCut = 1.0f / 4096;
 
 }  // namespace
 
-void SolverControl::start(const SimulationParameters& simulation, const Stiffness& stiffness, const SolverState& state, float cycle_cost) {
+void SolverControl::start(const SimulationParameters& simulation, const Stiffness& stiffness, const SolverState& state,
+                          float cycle_cost) {
   solver_ = simulation.solver();
   stiffness_ = stiffness;
   state_ = state;
@@ -34,10 +35,14 @@ void SolverControl::start(const SimulationParameters& simulation, const Stiffnes
 
 StepForm SolverControl::form() const {
   switch (solver_) {
-    case Solver::Verlet: return StepForm::Plain;
-    case Solver::Multigrid: return stiffness_.internal > 0 ? StepForm::Corrected : StepForm::Scaled;
-    case Solver::Automatic: return state_.multigrid && stiffness_.internal > 0 ? StepForm::Corrected : StepForm::Scaled;
-    default: return StepForm::Scaled;
+    case Solver::Verlet:
+      return StepForm::Plain;
+    case Solver::Multigrid:
+      return stiffness_.internal > 0 ? StepForm::Corrected : StepForm::Scaled;
+    case Solver::Automatic:
+      return state_.multigrid && stiffness_.internal > 0 ? StepForm::Corrected : StepForm::Scaled;
+    default:
+      return StepForm::Scaled;
   }
 }
 
@@ -56,7 +61,7 @@ void SolverControl::set_held(bool held) {
 }
 
 void SolverControl::take_no_cycles() {
-  if (!state_.multigrid || stiffness_.image > 0) return;      // an image may hold it later
+  if (!state_.multigrid || stiffness_.image > 0) return;  // an image may hold it later
   state_.multigrid = false;
   state_.slowest = first_guess();
 }
@@ -81,7 +86,9 @@ float SolverControl::first_guess() const {
 StepCoefficients SolverControl::coefficients() const {
   if (form() == StepForm::Plain) return {fixed_.gain * cut_ * cut_, fixed_.keep};
   // Where no image holds the mesh, what still moves may be held by nothing: it would coast.
-  const float least = form() == StepForm::Corrected ? kSlowestCorrected : stiffness_.image > 0 ? kSlowestScaled : kSlowestFree;
+  const float least = form() == StepForm::Corrected ? kSlowestCorrected
+                      : stiffness_.image > 0        ? kSlowestScaled
+                                                    : kSlowestFree;
   const float a = fastest(), b = std::clamp(state_.slowest, least, a);
   if (form() == StepForm::Scaled && !(stiffness_.image > 0)) {
     // What points alone pull must not leap past them: the best damping for a gain of 1.
@@ -100,7 +107,8 @@ bool SolverControl::learn(float change, float square_move, float noise_mm) {
   const StepCoefficients c = coefficients();
   if (form() != StepForm::Scaled && quotient * c.gain > 2 * (1 + c.keep)) return true;
   if (form() == StepForm::Plain || !(quotient > 0)) return false;
-  // Downwards at once (the damping hides slow modes until it is right), upwards by half: fast modes are still on their way out.
+  // Downwards at once (the damping hides slow modes until it is right), upwards by half: fast modes are still on their
+  // way out.
   float& slowest = state_.slowest;
   slowest = quotient < slowest ? std::max(quotient, slowest / 8) : std::sqrt(slowest * quotient);
   slowest = std::clamp(slowest, kSlowestSeen, 0.5f * fastest());

@@ -10,20 +10,20 @@ namespace simplexseg {
 
 /// What a solver has learnt of a mesh; 0: nothing yet.
 struct SolverState {
-  float slowest = 0;              ///< estimated smallest eigenvalue of -dz/dx
-  bool multigrid = false;         ///< automatic: the correction has been found worth it
-  float hold = 0;                 ///< of the multigrid model (MeshConstants::hold): SolverControl::kHoldFree or kHoldHeld
+  float slowest = 0;       ///< estimated smallest eigenvalue of -dz/dx
+  bool multigrid = false;  ///< automatic: the correction has been found worth it
+  float hold = 0;          ///< of the multigrid model (MeshConstants::hold): SolverControl::kHoldFree or kHoldHeld
 };
 
-/// Chooses the steps of one mesh. The largest eigenvalue is known before the first step from the bounds that forces report.
-/// The smallest one is estimated as the run goes on, as the Rayleigh quotient of the last move (P. Underwood, Dynamic
-/// Relaxation, in: Computational Methods for Transient Analysis, 1983): what still moves is what is slow.
+/// Chooses the steps of one mesh. The largest eigenvalue is known before the first step from the bounds that forces
+/// report. The smallest one is estimated as the run goes on, as the Rayleigh quotient of the last move (P. Underwood,
+/// Dynamic Relaxation, in: Computational Methods for Transient Analysis, 1983): what still moves is what is slow.
 class SolverControl {
  public:
   /// Steps between two estimates, counted from start().
   static constexpr int kInterval = 10;
-  /// Of the multigrid model, as shares of its k. What nothing holds drifts by what its forces do not balance, and a cycle would
-  /// make that a leap: such a mesh is held all over, as are all in the first step.
+  /// Of the multigrid model, as shares of its k. What nothing holds drifts by what its forces do not balance, and a
+  /// cycle would make that a leap: such a mesh is held all over, as are all in the first step.
   static constexpr float kHoldFree = 10, kHoldHeld = 1e-5f;
 
   /// New forces or settings: the timestep is no longer cut, and what was learnt is forgotten unless `state` has it.
@@ -34,8 +34,8 @@ class SolverControl {
   StepForm form() const;
   /// How many attraction points the mesh has. Where points alone hold it, what lies between them is slow.
   void set_points(int count);
-  /// What a step with a cycle showed: whether image and points hold the mesh in all directions. What few points hardly hold
-  /// drifts by what its forces do not balance: there `automatic` takes no cycles.
+  /// What a step with a cycle showed: whether image and points hold the mesh in all directions. What few points hardly
+  /// hold drifts by what its forces do not balance: there `automatic` takes no cycles.
   void set_held(bool held);
   StepCoefficients coefficients() const;
 
@@ -44,7 +44,7 @@ class SolverControl {
   bool learn(float change, float square_move, float noise_mm);
   /// Halves the timestep. False when it has been cut too often: something else is wrong.
   bool cut();
-  float cut_factor() const { return cut_; }     ///< of the timestep
+  float cut_factor() const { return cut_; }  ///< of the timestep
   const SolverState& state() const { return state_; }
   const Stiffness& stiffness() const { return stiffness_; }
 
@@ -59,7 +59,7 @@ class SolverControl {
   StepCoefficients fixed_{0, 0};
   SolverState state_;
   int points_ = 0;
-  bool looked_ = false;           ///< set_held() was called since start()
+  bool looked_ = false;  ///< set_held() was called since start()
   float cut_ = 1, cycle_cost_ = 1;
 };
 

@@ -2,16 +2,16 @@
 #pragma once
 #include <span>
 
-#include "step/simulation_parameters.h"
 #include "core/vec3.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 
 /// Bounds of the eigenvalues of a mesh's linearised forces, weights included.
 struct Stiffness {
-  float internal = 0;        ///< smoothing and shape memory
-  float image = 0;           ///< of a vertex whose targets are all trusted
-  float attraction = 0;      ///< of a vertex that a point pulls
+  float internal = 0;    ///< smoothing and shape memory
+  float image = 0;       ///< of a vertex whose targets are all trusted
+  float attraction = 0;  ///< of a vertex that a point pulls
   float total() const { return internal + image + attraction; }
 };
 /// As the forces that act report it. `shape` is shape memory's reference (its metric parameters enter the bound).
@@ -20,8 +20,8 @@ Stiffness stiffness_of(const ForceParameters& forces, std::span<const Vec4> shap
 /// report it. `shape` is shape memory's reference (its metric parameters enter the bound).
 float stiffness_bound(const ForceParameters& forces, std::span<const Vec4> shape);
 
-/// Largest stable timestep of the damped Verlet scheme: dt^2 * stiffness < 4 - 2 damping (docs/mathematics.md, section 3).
-/// Infinite when no force acts.
+/// Largest stable timestep of the damped Verlet scheme: dt^2 * stiffness < 4 - 2 damping (docs/mathematics.md, section
+/// 3). Infinite when no force acts.
 float stable_timestep(float stiffness, float damping);
 
 /// The timestep that is used: the wanted one, cut to 90% of the bound unless limit_timestep is off.

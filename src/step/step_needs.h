@@ -47,9 +47,10 @@ struct StepNeeds {
   bool local_statistics = false;
   int averaging_passes = 0;  ///< of region targets
   int profile_stride = 0;    ///< values of a reference profile
-  int gradient_scratch = 0, profile_scratch = 0, region_scratch = 0;    ///< floats that a search keeps at hand, some to spare
+  int gradient_scratch = 0, profile_scratch = 0,
+      region_scratch = 0;  ///< floats that a search keeps at hand, some to spare
   int motion_sums = 0;
-  int nearest_blocks = 0;    ///< of the largest mesh, for each attraction point
+  int nearest_blocks = 0;  ///< of the largest mesh, for each attraction point
   bool operator==(const StepNeeds&) const = default;
 
   bool uses(ForceId force) const { return (forces & bit(force)) != 0; }
@@ -76,7 +77,8 @@ inline StepNeeds needs_of(std::span<const MeshNeeds> meshes, bool has_volume, in
       needs.profile_scratch = std::max(needs.profile_scratch, 4 * reach + 1 + 2 * m.profile_length() + 8);
     }
     if (searches(m, ForceId::Gradient)) {
-      const int reach = static_cast<int>(m.forces.values[static_cast<int>(ForceId::Gradient)][GradientForce::samples] + 0.5f);
+      const int reach =
+          static_cast<int>(m.forces.values[static_cast<int>(ForceId::Gradient)][GradientForce::samples] + 0.5f);
       needs.gradient_scratch = std::max(needs.gradient_scratch, 4 * reach + 6);
     }
     if (!searches(m, ForceId::Region)) continue;

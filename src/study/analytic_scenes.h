@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "study/reference_model.h"
 #include "mesh/simplex_mesh.h"
+#include "study/reference_model.h"
 
 namespace simplexseg {
 

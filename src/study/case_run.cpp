@@ -6,9 +6,9 @@
 #include "core/error.h"
 #include "forces/region_model.h"
 #include "mesh/shape_reference.h"
+#include "step/simulation_parameters.h"
 #include "study/mesh_check.h"
 #include "study/stability_case.h"
-#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {
@@ -70,7 +70,8 @@ Said run_in_engine(const Trial& trial, const EngineFactory& make_engine) {
     said.outcome = engine->step(trial.steps);
     said.steps = said.outcome.steps;
     for (const TimestepCut& cut : said.outcome.cuts)
-      said.cuts.push_back("mesh '" + said.end.meshes[cut.failure.mesh].name + "': force " + force_list()[static_cast<int>(cut.failure.force)].name);
+      said.cuts.push_back("mesh '" + said.end.meshes[cut.failure.mesh].name + "': force " +
+                          force_list()[static_cast<int>(cut.failure.force)].name);
     if (const auto& failure = said.outcome.failure)
       said.failure = "mesh '" + said.end.meshes[failure->mesh].name + "': force " +
                      force_list()[static_cast<int>(failure->force)].name;
@@ -86,9 +87,8 @@ bool names_mesh_and_force(const std::string& line, const Scene& scene) {
   const bool mesh = std::any_of(scene.meshes.begin(), scene.meshes.end(),
                                 [&](const MeshItem& item) { return line.find(item.name) != std::string::npos; });
   const auto forces = force_list();
-  return mesh && std::any_of(forces.begin(), forces.end(), [&](const ForceInfo& force) {
-           return line.find(force.name) != std::string::npos;
-         });
+  return mesh && std::any_of(forces.begin(), forces.end(),
+                             [&](const ForceInfo& force) { return line.find(force.name) != std::string::npos; });
 }
 
 /// What is wrong whatever was stated; empty: nothing.
@@ -124,12 +124,18 @@ std::string fault_of(const Said& said, const Trial& trial, CaseResult& result) {
 
 const char* to_string(CaseOutcome outcome) {
   switch (outcome) {
-    case CaseOutcome::Converges: return "converges";
-    case CaseOutcome::Bounded: return "bounded";
-    case CaseOutcome::Cut: return "cut";
-    case CaseOutcome::Pauses: return "pauses";
-    case CaseOutcome::Refused: return "refused";
-    case CaseOutcome::Fails: break;
+    case CaseOutcome::Converges:
+      return "converges";
+    case CaseOutcome::Bounded:
+      return "bounded";
+    case CaseOutcome::Cut:
+      return "cut";
+    case CaseOutcome::Pauses:
+      return "pauses";
+    case CaseOutcome::Refused:
+      return "refused";
+    case CaseOutcome::Fails:
+      break;
   }
   return "fails";
 }
@@ -168,8 +174,8 @@ CaseResult run_case(const StabilityCase& stability_case, Solver solver, const En
     if (trial.error) result.error = trial.error(said.end);
     result.outcome = result.error <= trial.tolerance ? CaseOutcome::Converges : CaseOutcome::Bounded;
   }
-  result.as_stated = result.outcome == stated ||
-                     (stated == CaseOutcome::Bounded && result.outcome == CaseOutcome::Converges);
+  result.as_stated =
+      result.outcome == stated || (stated == CaseOutcome::Bounded && result.outcome == CaseOutcome::Converges);
   return result;
 }
 

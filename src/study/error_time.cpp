@@ -11,20 +11,20 @@
 namespace simplexseg {
 namespace {
 
-constexpr double kEnough = 1e-4;         ///< share of the start's error at which a curve may end
-constexpr double kTimedAgain = 0.5;      ///< s of each run that are timed again, without reading poses
+constexpr double kEnough = 1e-4;     ///< share of the start's error at which a curve may end
+constexpr double kTimedAgain = 0.5;  ///< s of each run that are timed again, without reading poses
 constexpr int kRepeats = 3, kBatch = 10;
-constexpr int kStallAfter = 400;         ///< steps before "it falls no more" is believed,
-constexpr double kStallBelow = 0.03;     ///< and of errors above this it is not: they fall slowly
+constexpr int kStallAfter = 400;      ///< steps before "it falls no more" is believed,
+constexpr double kStallBelow = 0.03;  ///< and of errors above this it is not: they fall slowly
 
 /// Settings of a solver that are compared; a solver that is not named here runs with the scene's.
 struct Setting {
   const char* solver;
   float damping;
-  float share;       ///< of Verlet's largest stable timestep with this damping
+  float share;  ///< of Verlet's largest stable timestep with this damping
 };
 constexpr Setting kSettings[] = {
-    {"verlet", 0.1f, 0.95f}, {"verlet", 0.1f, 0.5f}, {"verlet", 0.3f, 0.95f},
+    {"verlet", 0.1f, 0.95f}, {"verlet", 0.1f, 0.5f},  {"verlet", 0.3f, 0.95f},
     {"verlet", 0.3f, 0.5f},  {"verlet", 0.9f, 0.95f}, {"verlet", 0.9f, 0.5f},
 };
 constexpr int kBaseline = 0;
@@ -59,7 +59,8 @@ bool falls_no_more(const std::vector<HeldSample>& samples) {
 }
 
 /// Seconds after each of the batches that end at 1, 10, 20 ... steps. `end_mm`: the error then.
-std::vector<double> batch_times(const HeldProblem& problem, const Method& method, std::int64_t steps, const EngineFactory& make_engine, double& end_mm) {
+std::vector<double> batch_times(const HeldProblem& problem, const Method& method, std::int64_t steps,
+                                const EngineFactory& make_engine, double& end_mm) {
   const std::unique_ptr<Engine> engine = make_engine();
   problem.load(*engine, method.simulation);
   std::vector<double> times;
@@ -76,8 +77,10 @@ std::vector<double> batch_times(const HeldProblem& problem, const Method& method
 
 /// Replaces the samples' times, those of the first half second, by the medians of runs that read no poses: reading them
 /// between steps empties caches. What comes later keeps its distance from there.
-void time_again(const HeldProblem& problem, HeldCurve& curve, double binding_s, const EngineFactory& make_engine, const Poll& poll) {
-  const auto end = std::find_if(curve.samples.begin() + 1, curve.samples.end(), [](const HeldSample& s) { return s.seconds > kTimedAgain; });
+void time_again(const HeldProblem& problem, HeldCurve& curve, double binding_s, const EngineFactory& make_engine,
+                const Poll& poll) {
+  const auto end = std::find_if(curve.samples.begin() + 1, curve.samples.end(),
+                                [](const HeldSample& s) { return s.seconds > kTimedAgain; });
   const HeldSample last = *(end - 1);
   const std::int64_t steps = last.steps;
   if (steps == 0) return;
@@ -102,10 +105,12 @@ void time_again(const HeldProblem& problem, HeldCurve& curve, double binding_s, 
       s.seconds += knots.back().second - last.seconds;
       continue;
     }
-    const auto after = std::lower_bound(knots.begin(), knots.end(), s.steps, [](const auto& knot, std::int64_t n) { return knot.first < n; });
+    const auto after = std::lower_bound(knots.begin(), knots.end(), s.steps,
+                                        [](const auto& knot, std::int64_t n) { return knot.first < n; });
     if (after == knots.begin()) continue;
     const auto before = after - 1;
-    const double share = static_cast<double>(s.steps - before->first) / static_cast<double>(after->first - before->first);
+    const double share =
+        static_cast<double>(s.steps - before->first) / static_cast<double>(after->first - before->first);
     s.seconds = before->second + share * (after->second - before->second);
   }
 }
@@ -120,7 +125,8 @@ std::vector<Method> methods_for(const HeldProblem& problem) {
     for (std::size_t k = 0; k < std::size(kSettings); ++k) {
       const Setting& setting = kSettings[k];
       if (names[c] != setting.solver) continue;
-      Method method{names[c] + ", damping " + number(setting.damping) + ", " + number(100 * setting.share) + "%", static_cast<int>(c), problem.simulation, k == kBaseline};
+      Method method{names[c] + ", damping " + number(setting.damping) + ", " + number(100 * setting.share) + "%",
+                    static_cast<int>(c), problem.simulation, k == kBaseline};
       method.simulation.solver_choice = static_cast<float>(c);
       method.simulation.damping = setting.damping;
       method.simulation.timestep = setting.share * problem.stable_timestep(setting.damping);
@@ -137,7 +143,8 @@ std::vector<Method> methods_for(const HeldProblem& problem) {
 }
 
 double binding_seconds(const HeldProblem& problem, const EngineFactory& make_engine) {
-  const bool points = std::any_of(problem.meshes.begin(), problem.meshes.end(), [](const HeldMesh& m) { return !m.points_mm.empty(); });
+  const bool points =
+      std::any_of(problem.meshes.begin(), problem.meshes.end(), [](const HeldMesh& m) { return !m.points_mm.empty(); });
   if (!points) return 0;
   const std::unique_ptr<Engine> engine = make_engine();
   problem.load(*engine, problem.simulation);
@@ -145,8 +152,8 @@ double binding_seconds(const HeldProblem& problem, const EngineFactory& make_eng
   return std::max(0.0, first - timed_step(*engine, 1).seconds);
 }
 
-HeldCurve run_held(const HeldProblem& problem, const Method& method, double budget_s, double binding_s, const EngineFactory& make_engine,
-                   const Poll& poll) {
+HeldCurve run_held(const HeldProblem& problem, const Method& method, double budget_s, double binding_s,
+                   const EngineFactory& make_engine, const Poll& poll) {
   HeldCurve curve{method, {{0, 0, 1, 1}}, 0, ""};
   const std::unique_ptr<Engine> engine = make_engine();
   problem.load(*engine, method.simulation);
@@ -167,7 +174,8 @@ HeldCurve run_held(const HeldProblem& problem, const Method& method, double budg
       break;
     }
     const PoseError error = problem.error_mm(*engine);
-    curve.samples.push_back({steps, std::max(0.0, spent - binding_s), error.whole / problem.start_mm.whole, error.normal / problem.start_mm.normal});
+    curve.samples.push_back({steps, std::max(0.0, spent - binding_s), error.whole / problem.start_mm.whole,
+                             error.normal / problem.start_mm.normal});
     const HeldSample& last = curve.samples.back();
     if (!(last.whole < 1e6)) {
       curve.note = "diverged after " + std::to_string(steps) + " steps";

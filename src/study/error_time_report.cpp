@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kShares[] = {0.1, 0.01, 0.001};
 constexpr int kMiddleInterval = 3;
-constexpr double kMostShown = 10;        ///< what diverges further would press all else to one line
+constexpr double kMostShown = 10;  ///< what diverges further would press all else to one line
 
 /// Three digits, as people write them.
 std::string short_number(double value) {
@@ -53,7 +53,8 @@ PlotSeries live_series(const LiveCurve& curve, const std::string& name) {
 void held_table(std::ostream& out, const ErrorTimeResult& result, bool normal_part) {
   out << "| method | steps to 10% | ms | ratio | steps to 1% | ms | ratio | steps to 0.1% | ms | ratio | ends at |\n"
       << "|---|---|---|---|---|---|---|---|---|---|---|\n";
-  const auto baseline = std::find_if(result.held.begin(), result.held.end(), [](const HeldCurve& c) { return c.method.baseline; });
+  const auto baseline =
+      std::find_if(result.held.begin(), result.held.end(), [](const HeldCurve& c) { return c.method.baseline; });
   for (const HeldCurve& curve : result.held) {
     out << "| " << curve.method.name << (curve.method.baseline ? " (the measure)" : "");
     for (const double share : kShares) {
@@ -63,7 +64,8 @@ void held_table(std::ostream& out, const ErrorTimeResult& result, bool normal_pa
         continue;
       }
       out << " | " << own->steps << " | " << short_number(1000 * own->seconds) << " | ";
-      const std::optional<Reached> measure = baseline == result.held.end() ? std::nullopt : reached(baseline->samples, share, normal_part);
+      const std::optional<Reached> measure =
+          baseline == result.held.end() ? std::nullopt : reached(baseline->samples, share, normal_part);
       if (measure)
         out << short_number(measure->seconds / std::max(own->seconds, 1e-9));
       else if (baseline != result.held.end() && baseline->note.empty())
@@ -89,21 +91,26 @@ std::string held_csv(const ErrorTimeResult& result) {
   const std::vector<std::string> solvers = solver_names();
   for (const HeldCurve& curve : result.held)
     for (const HeldSample& s : curve.samples)
-      out << csv_field(result.name) << ',' << result.backend << ',' << csv_field(curve.method.name) << ',' << solvers[static_cast<std::size_t>(curve.method.solver)] << ','
-          << curve.method.simulation.damping << ',' << curve.method.simulation.timestep << ',' << s.steps << ',' << s.seconds << ',' << s.whole << ',' << s.normal << '\n';
+      out << csv_field(result.name) << ',' << result.backend << ',' << csv_field(curve.method.name) << ','
+          << solvers[static_cast<std::size_t>(curve.method.solver)] << ',' << curve.method.simulation.damping << ','
+          << curve.method.simulation.timestep << ',' << s.steps << ',' << s.seconds << ',' << s.whole << ',' << s.normal
+          << '\n';
   return out.str();
 }
 
 std::string live_csv(const ErrorTimeResult& result) {
   std::ostringstream out;
-  out << "scene,backend,solver,refresh_interval,start,mesh,steps,seconds,vertices,error_mean_mm,error_p95_mm,error_max_mm,dice\n";
+  out << "scene,backend,solver,refresh_interval,start,mesh,steps,seconds,vertices,error_mean_mm,error_p95_mm,error_max_"
+         "mm,dice\n";
   const std::vector<std::string> solvers = solver_names();
   for (const LiveCurve& curve : result.live)
     for (std::size_t k = 0; k < curve.meshes.size(); ++k)
       for (const LiveSample& s : curve.meshes[k])
-        out << csv_field(result.name) << ',' << result.backend << ',' << solvers[static_cast<std::size_t>(curve.variant.solver)] << ',' << curve.variant.refresh_interval << ','
-            << start_name(curve.variant) << ',' << csv_field(result.mesh_names[k]) << ',' << s.steps << ',' << s.seconds << ',' << s.vertices << ',' << s.error.mean_mm << ','
-            << s.error.p95_mm << ',' << s.error.max_mm << ',' << s.dice << '\n';
+        out << csv_field(result.name) << ',' << result.backend << ','
+            << solvers[static_cast<std::size_t>(curve.variant.solver)] << ',' << curve.variant.refresh_interval << ','
+            << start_name(curve.variant) << ',' << csv_field(result.mesh_names[k]) << ',' << s.steps << ',' << s.seconds
+            << ',' << s.vertices << ',' << s.error.mean_mm << ',' << s.error.p95_mm << ',' << s.error.max_mm << ','
+            << s.dice << '\n';
   return out.str();
 }
 
@@ -111,7 +118,8 @@ Plot held_plot(const ErrorTimeResult& result, bool against_steps, bool normal_pa
   Plot plot;
   plot.title = result.name + ", held targets, " + std::to_string(result.vertices) + " vertices, " + result.backend;
   plot.x_title = against_steps ? "steps" : "time of the steps (s)";
-  plot.y_title = std::string(normal_part ? "distance along normals" : "distance") + " to the fixed point, share of the start's";
+  plot.y_title =
+      std::string(normal_part ? "distance along normals" : "distance") + " to the fixed point, share of the start's";
   plot.log_x = plot.log_y = true;
   for (const HeldCurve& curve : result.held) {
     PlotSeries series;
@@ -130,12 +138,18 @@ Plot held_plot(const ErrorTimeResult& result, bool against_steps, bool normal_pa
 }
 
 Plot live_plot(const ErrorTimeResult& result) {
-  Plot plot{result.name + ", whole run, targets refreshed every " + std::to_string(kMiddleInterval) + " steps, " + result.backend,
-            "time of the simulation (s)", "mean distance to the reference (mm)", true, true, {}};
+  Plot plot{result.name + ", whole run, targets refreshed every " + std::to_string(kMiddleInterval) + " steps, " +
+                result.backend,
+            "time of the simulation (s)",
+            "mean distance to the reference (mm)",
+            true,
+            true,
+            {}};
   const std::vector<std::string> solvers = solver_names();
   for (const LiveCurve& curve : result.live) {
     if (curve.variant.refresh_interval != kMiddleInterval) continue;
-    PlotSeries series = live_series(curve, solvers[static_cast<std::size_t>(curve.variant.solver)] + ", " + start_name(curve.variant));
+    PlotSeries series =
+        live_series(curve, solvers[static_cast<std::size_t>(curve.variant.solver)] + ", " + start_name(curve.variant));
     series.colour = plot_colour(static_cast<std::size_t>(curve.variant.solver));
     plot.series.push_back(std::move(series));
   }
@@ -143,8 +157,12 @@ Plot live_plot(const ErrorTimeResult& result) {
 }
 
 Plot refresh_plot(const ErrorTimeResult& result) {
-  Plot plot{result.name + ", whole run, solver " + solver_names().front() + ", " + result.backend, "time of the simulation (s)",
-            "mean distance to the reference (mm)", true, true, {}};
+  Plot plot{result.name + ", whole run, solver " + solver_names().front() + ", " + result.backend,
+            "time of the simulation (s)",
+            "mean distance to the reference (mm)",
+            true,
+            true,
+            {}};
   std::vector<int> intervals;
   for (const LiveCurve& curve : result.live) {
     if (curve.variant.solver != 0) continue;
@@ -152,7 +170,9 @@ Plot refresh_plot(const ErrorTimeResult& result) {
     const auto colour = static_cast<std::size_t>(known - intervals.begin());
     if (known == intervals.end()) intervals.push_back(curve.variant.refresh_interval);
     const int interval = curve.variant.refresh_interval;
-    PlotSeries series = live_series(curve, (interval == 1 ? std::string("every step, ") : "every " + std::to_string(interval) + " steps, ") + start_name(curve.variant));
+    PlotSeries series = live_series(
+        curve, (interval == 1 ? std::string("every step, ") : "every " + std::to_string(interval) + " steps, ") +
+                   start_name(curve.variant));
     series.colour = plot_colour(colour);
     plot.series.push_back(std::move(series));
   }
@@ -166,13 +186,15 @@ std::string markdown(const ErrorTimeResult& result) {
   out << "## " << result.name << "\n\n"
       << "On " << result.backend << " (" << result.device << "). " << result.vertices << " vertices, " << start
       << " from the fixed point at the start; the fixed point was " << result.how << ".\n\n"
-      << "Held targets, root mean square distance to the fixed point. Ratio: how many times sooner than the measure.\n\n";
+      << "Held targets, root mean square distance to the fixed point. Ratio: how many times sooner than the "
+         "measure.\n\n";
   held_table(out, result, false);
   out << "\nThe part of it along the normals.\n\n";
   held_table(out, result, true);
   if (!result.live.empty()) {
     out << "\nWhole runs, from the seeds to rest or the scene's last step.\n\n"
-        << "| solver | start | refreshed every | steps | ms | mean mm | 95% mm | largest mm | Dice |\n|---|---|---|---|---|---|---|---|---|\n";
+        << "| solver | start | refreshed every | steps | ms | mean mm | 95% mm | largest mm | Dice "
+           "|\n|---|---|---|---|---|---|---|---|---|\n";
     const std::vector<std::string> solvers = solver_names();
     for (const LiveCurve& curve : result.live) {
       const auto last = [&](auto&& value) {
@@ -180,11 +202,15 @@ std::string markdown(const ErrorTimeResult& result) {
         return all.empty() ? 0.0 : all.back();
       };
       char line[200];
-      std::snprintf(line, sizeof line, " | %d | %.0f%s | %s | %.3f | %.3f | %.2f | %.4f |\n", curve.variant.refresh_interval,
-                    last([](const LiveSample& s) { return static_cast<double>(s.steps); }), curve.at_rest ? ", at rest" : "",
-                    short_number(1000 * last([](const LiveSample& s) { return s.seconds; })).c_str(), last([](const LiveSample& s) { return s.error.mean_mm; }),
-                    last([](const LiveSample& s) { return s.error.p95_mm; }), last([](const LiveSample& s) { return s.error.max_mm; }), last([](const LiveSample& s) { return s.dice; }));
-      out << "| " << solvers[static_cast<std::size_t>(curve.variant.solver)] << " | " << start_name(curve.variant) << line;
+      std::snprintf(
+          line, sizeof line, " | %d | %.0f%s | %s | %.3f | %.3f | %.2f | %.4f |\n", curve.variant.refresh_interval,
+          last([](const LiveSample& s) { return static_cast<double>(s.steps); }), curve.at_rest ? ", at rest" : "",
+          short_number(1000 * last([](const LiveSample& s) { return s.seconds; })).c_str(),
+          last([](const LiveSample& s) { return s.error.mean_mm; }),
+          last([](const LiveSample& s) { return s.error.p95_mm; }),
+          last([](const LiveSample& s) { return s.error.max_mm; }), last([](const LiveSample& s) { return s.dice; }));
+      out << "| " << solvers[static_cast<std::size_t>(curve.variant.solver)] << " | " << start_name(curve.variant)
+          << line;
     }
   }
   out << "\n";

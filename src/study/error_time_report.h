@@ -10,14 +10,14 @@ namespace simplexseg {
 
 /// All that was measured on one scene.
 struct ErrorTimeResult {
-  std::string name;                       ///< of the scene
+  std::string name;  ///< of the scene
   std::string backend, device;
-  int vertices = 0;                       ///< of the held problem
-  std::string how;                        ///< HeldProblem::how
+  int vertices = 0;  ///< of the held problem
+  std::string how;   ///< HeldProblem::how
   PoseError start_mm{};
   std::vector<HeldCurve> held;
   std::vector<std::string> mesh_names;
-  std::vector<LiveCurve> live;            ///< empty where the scene names no truth
+  std::vector<LiveCurve> live;  ///< empty where the scene names no truth
 };
 
 /// scene, backend, method, solver, damping, timestep, steps, seconds, error, normal_error: a line for each sample.

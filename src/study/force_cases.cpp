@@ -3,14 +3,14 @@
 #include <cmath>
 
 #include "forces/profile_reference.h"
+#include "mesh/mesh_geometry.h"
 #include "mesh/shape_reference.h"
 #include "study/trials.h"
-#include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
 namespace {
 
-const Eigen::Vector3d kPoint{23, 2, 1};      ///< outside of the ball
+const Eigen::Vector3d kPoint{23, 2, 1};  ///< outside of the ball
 
 /// A pose near the end that the force alone leads to, with all references.
 Trial trial_for(const std::string& force, float weight) {
@@ -52,7 +52,8 @@ std::string end_of(const std::string& force) {
   if (force == "smoothing") return "the start's volume within 10%";
   if (force == "shape_memory") return "the reference's elevations within 5% of an edge";
   if (force == "attraction") return "a vertex on the point within 0.1 mm";
-  if (force == "gradient") return "the ball's surface within 1.5 mm, with folds that are reported: no vertex knows of its neighbours";
+  if (force == "gradient")
+    return "the ball's surface within 1.5 mm, with folds that are reported: no vertex knows of its neighbours";
   return "the ball's surface within 1.5 mm";
 }
 
@@ -61,7 +62,9 @@ StabilityCase contest(const char* name, const char* strong, float strong_weight,
   return {name,
           std::string(strong) + " at " + (strong_weight > 1 ? "1e6" : "1") + ", " + weak + " at " +
               (weak_weight < 1 ? "1e-6" : "1"),
-          CaseOutcome::Bounded, CaseOutcome::Bounded, "the bound is the sum over forces, whatever their ratio",
+          CaseOutcome::Bounded,
+          CaseOutcome::Bounded,
+          "the bound is the sum over forces, whatever their ratio",
           [=](bool) {
             Trial trial = trial_for(strong, strong_weight);
             set_value(trial.scene.meshes[0].parameters, {weak, "weight", weak_weight});

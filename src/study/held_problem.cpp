@@ -9,12 +9,12 @@
 
 #include "core/error.h"
 #include "forces/force_list.h"
-#include "session/session.h"
-#include "step/stability.h"
-#include "study/trials.h"
 #include "mesh/mesh_geometry.h"
-#include "study/fixed_point.h"
+#include "session/session.h"
 #include "step/simulation_parameters.h"
+#include "step/stability.h"
+#include "study/fixed_point.h"
+#include "study/trials.h"
 
 namespace simplexseg {
 namespace {
@@ -72,7 +72,8 @@ void find_targets(const Session& session, const EngineFactory& make_engine, Held
   for (std::size_t k = 0; k < scene.meshes.size(); ++k) {
     const MeshItem& item = scene.meshes[k];
     for (const ForceId force : kImageForces) {
-      if (!(item.parameters.weight(force) > 0) || (force == ForceId::IntensityProfile && item.profiles.empty())) continue;
+      if (!(item.parameters.weight(force) > 0) || (force == ForceId::IntensityProfile && item.profiles.empty()))
+        continue;
       std::vector<Vec4>& targets = problem.meshes[k].targets[static_cast<std::size_t>(force)];
       targets.resize(item.mesh.positions.size());
       engine->read_targets(static_cast<int>(k), force, targets);
@@ -112,7 +113,7 @@ void HeldProblem::load(Engine& engine, const SimulationParameters& settings) con
   }
   engine.set_volume(volume);
   SimulationParameters held = settings;
-  held.refresh_interval = 1e6f;      // points stay with the vertices that they were bound to
+  held.refresh_interval = 1e6f;  // points stay with the vertices that they were bound to
   engine.load(list, held);
   for (std::size_t k = 0; k < meshes.size(); ++k)
     for (const ForceId force : kImageForces) {
@@ -159,7 +160,8 @@ HeldProblem hold_targets_of(const Scene& scene, const Volume& volume, bool from_
     done += part.steps;
     if (part.refined)
       for (std::size_t k = 0; k < starts.size(); ++k)
-        if (session.scene().meshes[k].mesh.vertex_count() != starts[k].mesh.vertex_count()) starts[k] = session.scene().meshes[k];
+        if (session.scene().meshes[k].mesh.vertex_count() != starts[k].mesh.vertex_count())
+          starts[k] = session.scene().meshes[k];
     if (part.at_rest || part.steps == 0) break;
   }
   HeldProblem problem;
@@ -183,7 +185,8 @@ HeldProblem hold_targets_of(const Scene& scene, const Volume& volume, bool from_
     FixedPoint found = find_fixed_point(model, pose_of(mesh.start.positions), kToleranceMm);
     systems += found.iterations;
     // From where the run ended it is not far.
-    if (!found.converged && !from_start) found = find_fixed_point(model, pose_of(session.scene().meshes[k].mesh.positions), kToleranceMm);
+    if (!found.converged && !from_start)
+      found = find_fixed_point(model, pose_of(session.scene().meshes[k].mesh.positions), kToleranceMm);
     mesh.end = found.pose;
     problem.converged = problem.converged && found.converged;
     residual = std::max(residual, found.residual_mm);
@@ -202,8 +205,11 @@ HeldProblem make_membrane(bool half, int vertices) {
   constexpr int kEvery = 8;
   HeldMesh mesh;
   mesh.start = make_sphere({0, 0, 0}, kRadiusMm, sphere_level_for(vertices));
-  mesh.forces = forces_with({{"smoothing", "weight", kSprings}, {"smoothing", "evenness", 0}, {"smoothing", "curvature", 0},
-                             {"attraction", "weight", kPull}, {"attraction", "order", 0}});
+  mesh.forces = forces_with({{"smoothing", "weight", kSprings},
+                             {"smoothing", "evenness", 0},
+                             {"smoothing", "curvature", 0},
+                             {"attraction", "weight", kPull},
+                             {"attraction", "order", 0}});
   const int n = mesh.start.vertex_count();
   std::vector<Eigen::Triplet<double>> entries;
   Eigen::MatrixX3d right = Eigen::MatrixX3d::Zero(n, 3);

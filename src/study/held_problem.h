@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "step/engine.h"
-#include "study/reference_model.h"
-#include "session/scene.h"
 #include "image/volume.h"
-#include "study/stability_case.h"
+#include "session/scene.h"
+#include "step/engine.h"
 #include "step/simulation_parameters.h"
+#include "study/reference_model.h"
+#include "study/stability_case.h"
 
 namespace simplexseg {
 
@@ -20,26 +20,26 @@ namespace simplexseg {
 using Poll = std::function<void()>;
 
 struct HeldMesh {
-  SimplexMesh start;                                       ///< the pose that every method starts from
+  SimplexMesh start;  ///< the pose that every method starts from
   std::vector<Vec4> shape;
   ForceParameters forces{};
-  std::array<std::vector<Vec4>, kForceCount> targets;      ///< of each image force; empty: it does not act
+  std::array<std::vector<Vec4>, kForceCount> targets;  ///< of each image force; empty: it does not act
   std::vector<Eigen::Vector3d> points_mm;
-  Pose end;                                                ///< the fixed point
-  Pose end_normals;                                        ///< unit normals there
+  Pose end;          ///< the fixed point
+  Pose end_normals;  ///< unit normals there
 };
 
 /// Root mean squares over all vertices, mm.
 struct PoseError {
-  double whole, normal;                                    ///< the distance, and its part along the end's normals
+  double whole, normal;  ///< the distance, and its part along the end's normals
 };
 
 struct HeldProblem {
   std::vector<HeldMesh> meshes;
-  Volume volume;                                           ///< for the unit "voxel" of parameters; may be empty
-  SimulationParameters simulation{};                       ///< the scene's
-  std::string how;                                         ///< how the fixed point was found, and how well, in a sentence
-  bool converged = false;                                  ///< to what was asked for
+  Volume volume;                      ///< for the unit "voxel" of parameters; may be empty
+  SimulationParameters simulation{};  ///< the scene's
+  std::string how;                    ///< how the fixed point was found, and how well, in a sentence
+  bool converged = false;             ///< to what was asked for
   PoseError start_mm{};
 
   int vertex_count() const;
@@ -51,16 +51,16 @@ struct HeldProblem {
   float stable_timestep(float damping) const;
 };
 
-/// Runs the scene (meshes without a pose start as their spheres) with its own settings until rest, or its steps, or 2000;
-/// holds the targets of the image forces found last; the start is the pose with which each mesh began its last level. With
-/// `from_start` there is no run, and the targets are those that the start finds. The fixed point is found in double, to
-/// 1e-9 mm. Throws Error for a scene without meshes or that fails while it runs.
+/// Runs the scene (meshes without a pose start as their spheres) with its own settings until rest, or its steps, or
+/// 2000; holds the targets of the image forces found last; the start is the pose with which each mesh began its last
+/// level. With `from_start` there is no run, and the targets are those that the start finds. The fixed point is found
+/// in double, to 1e-9 mm. Throws Error for a scene without meshes or that fails while it runs.
 HeldProblem hold_targets_of(const Scene& scene, const Volume& volume, bool from_start, const EngineFactory& make_engine,
                             const Poll& poll);
 
 /// A linear problem whose solution is known: springs between neighbours (smoothing without evenness or kept curvature,
-/// weight 5) on a sphere's dual with `vertices` or more, and every eighth vertex pulled to a point (weight 2); `half`: of
-/// those with z >= 0 alone. The fixed point comes of a sparse Cholesky factorisation.
+/// weight 5) on a sphere's dual with `vertices` or more, and every eighth vertex pulled to a point (weight 2); `half`:
+/// of those with z >= 0 alone. The fixed point comes of a sparse Cholesky factorisation.
 HeldProblem make_membrane(bool half, int vertices);
 
 }  // namespace simplexseg

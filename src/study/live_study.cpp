@@ -3,12 +3,12 @@
 #include <chrono>
 
 #include "core/error.h"
-#include "session/session.h"
-#include "study/error_time.h"
 #include "image/mask.h"
 #include "image/metrics.h"
 #include "image/rasterise.h"
+#include "session/session.h"
 #include "step/simulation_parameters.h"
+#include "study/error_time.h"
 
 namespace simplexseg {
 namespace {
@@ -23,18 +23,23 @@ Mask cut(const Mask& mask) {
   VoxelBox box = bounding_box(mask, mask);
   for (int a = 0; a < 3; ++a) {
     const int around = box.size[a] / 2 + 1;
-    const int low = std::max(0, box.first[a] - around), high = std::min(mask.geometry.size[a], box.first[a] + box.size[a] + around);
+    const int low = std::max(0, box.first[a] - around),
+              high = std::min(mask.geometry.size[a], box.first[a] + box.size[a] + around);
     box.first[a] = low, box.size[a] = high - low;
   }
   Mask part;
   part.geometry = mask.geometry;
   part.geometry.size = box.size;
-  part.geometry.origin_mm = mask.geometry.world_from_index() * Eigen::Vector3d(box.first[0], box.first[1], box.first[2]);
+  part.geometry.origin_mm =
+      mask.geometry.world_from_index() * Eigen::Vector3d(box.first[0], box.first[1], box.first[2]);
   part.voxels.reserve(box.voxel_count());
   for (int k = 0; k < box.size[2]; ++k)
     for (int j = 0; j < box.size[1]; ++j) {
-      const std::size_t row = (static_cast<std::size_t>(k + box.first[2]) * mask.geometry.size[1] + j + box.first[1]) * mask.geometry.size[0] + box.first[0];
-      part.voxels.insert(part.voxels.end(), mask.voxels.begin() + static_cast<std::ptrdiff_t>(row), mask.voxels.begin() + static_cast<std::ptrdiff_t>(row) + box.size[0]);
+      const std::size_t row = (static_cast<std::size_t>(k + box.first[2]) * mask.geometry.size[1] + j + box.first[1]) *
+                                  mask.geometry.size[0] +
+                              box.first[0];
+      part.voxels.insert(part.voxels.end(), mask.voxels.begin() + static_cast<std::ptrdiff_t>(row),
+                         mask.voxels.begin() + static_cast<std::ptrdiff_t>(row) + box.size[0]);
     }
   return part;
 }
@@ -45,14 +50,16 @@ std::vector<LiveVariant> live_variants() {
   std::vector<LiveVariant> variants;
   for (std::size_t solver = 0; solver < solver_names().size(); ++solver)
     for (const int interval : kRefreshIntervals)
-      for (const bool coarse_to_fine : {true, false}) variants.push_back({static_cast<int>(solver), interval, coarse_to_fine});
+      for (const bool coarse_to_fine : {true, false})
+        variants.push_back({static_cast<int>(solver), interval, coarse_to_fine});
   return variants;
 }
 
 LiveStudy::LiveStudy(const StudyScene& study) : study_(study) {
   for (const std::shared_ptr<const Mask>& truth : study.truths) {
     truths_.emplace_back();
-    if (truth && bounding_box(*truth, *truth).voxel_count() > 0) truths_.back().emplace(Truth{SurfaceError(*truth), cut(*truth)});
+    if (truth && bounding_box(*truth, *truth).voxel_count() > 0)
+      truths_.back().emplace(Truth{SurfaceError(*truth), cut(*truth)});
   }
 }
 
@@ -60,14 +67,15 @@ bool LiveStudy::measures() const {
   return std::any_of(truths_.begin(), truths_.end(), [](const auto& truth) { return truth.has_value(); });
 }
 
-LiveCurve LiveStudy::run(const LiveVariant& variant, double budget_s, const EngineFactory& make_engine, const Poll& poll) const {
+LiveCurve LiveStudy::run(const LiveVariant& variant, double budget_s, const EngineFactory& make_engine,
+                         const Poll& poll) const {
   LiveCurve curve{variant, {}, false, ""};
   Scene scene = study_.scene;
   SimulationParameters& simulation = scene.simulation;
   simulation.solver_choice = static_cast<float>(variant.solver);
   simulation.refresh_interval = static_cast<float>(variant.refresh_interval);
   if (!variant.coarse_to_fine)
-    simulation.start_vertices = simulation.final_vertices, simulation.finest_edge = 0;      // which would start it coarser
+    simulation.start_vertices = simulation.final_vertices, simulation.finest_edge = 0;  // which would start it coarser
   else if (simulation.start_vertices >= simulation.final_vertices)
     simulation.start_vertices = std::min(simulation.final_vertices, default_simulation_parameters().start_vertices);
   Session session(make_engine());
@@ -78,7 +86,8 @@ LiveCurve LiveStudy::run(const LiveVariant& variant, double budget_s, const Engi
     for (std::size_t k = 0; k < truths_.size(); ++k) {
       if (!truths_[k]) continue;
       const SimplexMesh& mesh = session.scene().meshes[k].mesh;
-      curve.meshes[k].push_back({session.total_steps(), spent, mesh.vertex_count(), truths_[k]->surface.of(mesh.positions),
+      curve.meshes[k].push_back({session.total_steps(), spent, mesh.vertex_count(),
+                                 truths_[k]->surface.of(mesh.positions),
                                  dice(truths_[k]->near, rasterise(mesh, truths_[k]->near.geometry))});
     }
   };
@@ -86,7 +95,8 @@ LiveCurve LiveStudy::run(const LiveVariant& variant, double budget_s, const Engi
   const std::int64_t most = study_.scene.steps > 0 ? study_.scene.steps : kMostSteps;
   for (std::int64_t next = kBatch; !curve.at_rest && session.total_steps() < most && spent < budget_s;) {
     poll();
-    const std::int64_t steps = std::min<std::int64_t>({kBatch, most - session.total_steps(), next - session.total_steps()});
+    const std::int64_t steps =
+        std::min<std::int64_t>({kBatch, most - session.total_steps(), next - session.total_steps()});
     const double start = now();
     const Advance part = session.advance_steps(static_cast<int>(steps), true);
     spent += now() - start;

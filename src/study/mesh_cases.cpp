@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "forces/region_model.h"
-#include "study/trials.h"
 #include "image/mask.h"
+#include "study/trials.h"
 
 namespace simplexseg {
 namespace {
@@ -14,10 +14,15 @@ using Eigen::Vector3d;
 
 /// Shapes that smoothing alone is let loose on for 2000 steps.
 StabilityCase smoothed(const char* name, const char* what, std::function<SimplexMesh(int)> make, float curvature) {
-  return {name, what, CaseOutcome::Bounded, CaseOutcome::Bounded,
-          "smoothing makes a shape rounder, never larger than it was; folds on the way are reported", [=](bool full) {
+  return {name,
+          what,
+          CaseOutcome::Bounded,
+          CaseOutcome::Bounded,
+          "smoothing makes a shape rounder, never larger than it was; folds on the way are reported",
+          [=](bool full) {
             const SimplexMesh start = make(full ? 3 : 2);
-            Trial trial = trial_of(start, Volume(), forces_with({{"smoothing", "weight", 0.5f}, {"smoothing", "curvature", curvature}}));
+            Trial trial = trial_of(start, Volume(),
+                                   forces_with({{"smoothing", "weight", 0.5f}, {"smoothing", "curvature", curvature}}));
             trial.steps = 2000;
             trial.folds = true;
             double farthest = 0;
@@ -35,7 +40,8 @@ SimplexMesh bent_ellipsoid(int level) {
 SimplexMesh three_lobes(int level) {
   return transformed(make_sphere({0, 0, 0}, 1, level), [](const Vector3d& p) {
     double sum = 0;
-    for (int k = 0; k < 3; ++k) sum += std::pow(std::max(0.0, p.dot(Vector3d(std::cos(2.094 * k), std::sin(2.094 * k), 0))), 8);
+    for (int k = 0; k < 3; ++k)
+      sum += std::pow(std::max(0.0, p.dot(Vector3d(std::cos(2.094 * k), std::sin(2.094 * k), 0))), 8);
     return ((5 + 20 * sum) * p).eval();
   });
 }
@@ -61,9 +67,11 @@ Vector3d middle_of(const Volume& labels) {
   for (int k = 0; k < g.size[2]; ++k)
     for (int j = 0; j < g.size[1]; ++j)
       for (int i = 0; i < g.size[0]; ++i)
-        if (mask.voxels[labels.offset(i, j, k)]) inside.push_back(world_from_index * Vector3d(i, j, k)), mean += inside.back();
+        if (mask.voxels[labels.offset(i, j, k)])
+          inside.push_back(world_from_index * Vector3d(i, j, k)), mean += inside.back();
   mean /= static_cast<double>(inside.size());
-  return *std::min_element(inside.begin(), inside.end(), [&](const Vector3d& a, const Vector3d& b) { return (a - mean).norm() < (b - mean).norm(); });
+  return *std::min_element(inside.begin(), inside.end(),
+                           [&](const Vector3d& a, const Vector3d& b) { return (a - mean).norm() < (b - mean).norm(); });
 }
 const Phantom& branched_phantom() {
   static const Phantom made = [] {
@@ -76,7 +84,8 @@ const Phantom& branched_phantom() {
       return false;
     };
     const auto of = [&](VoxelType type, double object, double background) {
-      return volume_of(type, {64, 64, 64}, {1, 1, 1}, [&](const Vector3d& p) { return inside(p) ? object : background; });
+      return volume_of(type, {64, 64, 64}, {1, 1, 1},
+                       [&](const Vector3d& p) { return inside(p) ? object : background; });
     };
     return Phantom{of(VoxelType::Int16, 150, 50), of(VoxelType::UInt8, 1, 0)};
   }();
@@ -97,11 +106,15 @@ Trial scaled(double radius_mm, const Vector3d& shift_mm) {
 
 /// The ball's scene with its mesh spoilt, to recover.
 StabilityCase spoilt(const char* name, const char* what, std::function<void(SimplexMesh&)> spoil) {
-  return {name, what, CaseOutcome::Converges, CaseOutcome::Converges, "to the ball's surface within 1.5 mm: smoothing evens it out",
+  return {name,
+          what,
+          CaseOutcome::Converges,
+          CaseOutcome::Converges,
+          "to the ball's surface within 1.5 mm: smoothing evens it out",
           [=](bool) {
             Trial trial = ball_trial();
             MeshItem& item = trial.scene.meshes[0];
-            item.region = estimate_region(trial.volume, item.mesh, 30);      // of the mesh before it is spoilt
+            item.region = estimate_region(trial.volume, item.mesh, 30);  // of the mesh before it is spoilt
             spoil(item.mesh);
             trial.steps = 800;
             return trial;
@@ -109,11 +122,17 @@ StabilityCase spoilt(const char* name, const char* what, std::function<void(Simp
 }
 
 StabilityCase refused(const char* name, const char* what, const char* says, std::function<void(MeshItem&)> spoil) {
-  return {name, what, CaseOutcome::Refused, CaseOutcome::Refused, "there is no surface to move", [=](bool) {
+  return {name,
+          what,
+          CaseOutcome::Refused,
+          CaseOutcome::Refused,
+          "there is no surface to move",
+          [=](bool) {
             Trial trial = ball_trial();
             spoil(trial.scene.meshes[0]);
             return trial;
-          }, says};
+          },
+          says};
 }
 
 void turn_inside_out(SimplexMesh& mesh) {
@@ -124,28 +143,31 @@ void turn_inside_out(SimplexMesh& mesh) {
 
 std::vector<StabilityCase> mesh_cases() {
   std::vector<StabilityCase> cases;
-  const auto add = [&](const char* name, const char* what, CaseOutcome stated, const char* reason, std::function<Trial(bool)> make) {
+  const auto add = [&](const char* name, const char* what, CaseOutcome stated, const char* reason,
+                       std::function<Trial(bool)> make) {
     cases.push_back({name, what, stated, stated, reason, std::move(make)});
   };
-  add("vertices_20", "the coarsest mesh there is", CaseOutcome::Converges, "to the ball's surface within 3.5 mm: its cells are 15 mm wide", [](bool) {
-    Trial trial = ball_trial();
-    trial.scene.meshes[0].mesh = make_sphere({1, -0.5, 0.5}, 15, 0);
-    trial.tolerance = 3.5;
-    return trial;
-  });
-  add("vertices_1310720", "1,310,720 vertices, edges of 0.04 mm in voxels of 2 mm (a test takes 20,480)", CaseOutcome::Bounded,
-      "few steps: it moves a little and stays whole", [](bool full) {
+  add("vertices_20", "the coarsest mesh there is", CaseOutcome::Converges,
+      "to the ball's surface within 3.5 mm: its cells are 15 mm wide", [](bool) {
+        Trial trial = ball_trial();
+        trial.scene.meshes[0].mesh = make_sphere({1, -0.5, 0.5}, 15, 0);
+        trial.tolerance = 3.5;
+        return trial;
+      });
+  add("vertices_1310720", "1,310,720 vertices, edges of 0.04 mm in voxels of 2 mm (a test takes 20,480)",
+      CaseOutcome::Bounded, "few steps: it moves a little and stays whole", [](bool full) {
         Trial trial = ball_trial();
         trial.scene.meshes[0].mesh = make_sphere({1, -0.5, 0.5}, 15, full ? 8 : 5);
         trial.steps = full ? 9 : 12;
         return trial;
       });
-  add("tube_2000_steps", "a seed in a thin bent tube", CaseOutcome::Bounded, "it grows along the tube and stays in it; folds are reported", [](bool full) {
-    const Phantom& tube = phantom_of("tube");
-    Trial trial = grown_in(tube.image, tube.labels, middle_of(tube.labels), 2.5, full);
-    trial.folds = true;
-    return trial;
-  });
+  add("tube_2000_steps", "a seed in a thin bent tube", CaseOutcome::Bounded,
+      "it grows along the tube and stays in it; folds are reported", [](bool full) {
+        const Phantom& tube = phantom_of("tube");
+        Trial trial = grown_in(tube.image, tube.labels, middle_of(tube.labels), 2.5, full);
+        trial.folds = true;
+        return trial;
+      });
   add("torus_2000_steps", "a seed in a ring, which a sphere cannot become", CaseOutcome::Bounded,
       "its ends meet and stay apart; folds are reported", [](bool full) {
         const Phantom& torus = phantom_of("torus");
@@ -153,61 +175,76 @@ std::vector<StabilityCase> mesh_cases() {
         trial.folds = true;
         return trial;
       });
-  add("two_spheres_2000_steps", "a seed between two objects", CaseOutcome::Bounded, "it takes one, both or none", [](bool full) {
-    const Phantom& both = phantom_of("two-spheres");
-    Trial trial = grown_in(both.image, both.labels, {-5, 0, 0}, 4, full);
-    trial.folds = true;
-    return trial;
-  });
-  add("branched_2000_steps", "a seed where three branches meet", CaseOutcome::Converges, "to the shape, Dice at least 0.8; folds are reported", [](bool full) {
-    const Phantom& branched = branched_phantom();
-    Trial trial = grown_in(branched.image, branched.labels, {0, 0, 0}, 4, full);
-    trial.tolerance = 0.2;
-    trial.folds = true;
-    return trial;
-  });
+  add("two_spheres_2000_steps", "a seed between two objects", CaseOutcome::Bounded, "it takes one, both or none",
+      [](bool full) {
+        const Phantom& both = phantom_of("two-spheres");
+        Trial trial = grown_in(both.image, both.labels, {-5, 0, 0}, 4, full);
+        trial.folds = true;
+        return trial;
+      });
+  add("branched_2000_steps", "a seed where three branches meet", CaseOutcome::Converges,
+      "to the shape, Dice at least 0.8; folds are reported", [](bool full) {
+        const Phantom& branched = branched_phantom();
+        Trial trial = grown_in(branched.image, branched.labels, {0, 0, 0}, 4, full);
+        trial.tolerance = 0.2;
+        trial.folds = true;
+        return trial;
+      });
   for (const float curvature : {0.5f, 1.0f}) {
     const bool whole = curvature == 1;
-    cases.push_back(smoothed(whole ? "long_ellipsoid_smoothed" : "long_ellipsoid_smoothed_half",
-                             "smoothing alone on an ellipsoid of 4 x 4 x 40 mm, 2000 steps",
-                             [](int level) { return make_ellipsoid({0, 0, 0}, {4, 4, 40}, level); }, curvature));
+    cases.push_back(smoothed(
+        whole ? "long_ellipsoid_smoothed" : "long_ellipsoid_smoothed_half",
+        "smoothing alone on an ellipsoid of 4 x 4 x 40 mm, 2000 steps",
+        [](int level) {
+          return make_ellipsoid({0, 0, 0}, {4, 4, 40}, level);
+        },
+        curvature));
     cases.push_back(smoothed(whole ? "bent_ellipsoid_smoothed" : "bent_ellipsoid_smoothed_half",
                              "smoothing alone on the same, bent to a half circle", bent_ellipsoid, curvature));
     cases.push_back(smoothed(whole ? "three_lobes_smoothed" : "three_lobes_smoothed_half",
                              "smoothing alone on a branched shape, 2000 steps", three_lobes, curvature));
   }
-  cases.push_back(smoothed("flat_disc_smoothed", "smoothing alone on a disc of 20 x 20 x 1 mm, 2000 steps",
-                           [](int level) { return make_ellipsoid({0, 0, 0}, {20, 20, 1}, level); }, 1));
-  cases.push_back(spoilt("needle_cells", "every fourth vertex at 0.1% of an edge from a neighbour", [](SimplexMesh& mesh) {
-    for (int i = 0; i < mesh.vertex_count(); i += 4) {
-      const Eigen::Vector3f q = mesh.positions[mesh.neighbours[i][0]];
-      mesh.positions[i] = q + 0.001f * (mesh.positions[i] - q);
-    }
-  }));
+  cases.push_back(smoothed(
+      "flat_disc_smoothed", "smoothing alone on a disc of 20 x 20 x 1 mm, 2000 steps",
+      [](int level) {
+        return make_ellipsoid({0, 0, 0}, {20, 20, 1}, level);
+      },
+      1));
+  cases.push_back(
+      spoilt("needle_cells", "every fourth vertex at 0.1% of an edge from a neighbour", [](SimplexMesh& mesh) {
+        for (int i = 0; i < mesh.vertex_count(); i += 4) {
+          const Eigen::Vector3f q = mesh.positions[mesh.neighbours[i][0]];
+          mesh.positions[i] = q + 0.001f * (mesh.positions[i] - q);
+        }
+      }));
   cases.push_back(spoilt("coincident_vertices", "every seventh vertex on a neighbour", [](SimplexMesh& mesh) {
     for (int i = 0; i < mesh.vertex_count(); i += 7) mesh.positions[i] = mesh.positions[mesh.neighbours[i][0]];
   }));
-  cases.push_back(spoilt("coincident_neighbours", "the three neighbours of every 40th vertex in one place", [](SimplexMesh& mesh) {
-    for (int i = 0; i < mesh.vertex_count(); i += 40) {
-      const auto n = mesh.neighbours[i];
-      mesh.positions[n[1]] = mesh.positions[n[2]] = mesh.positions[n[0]];
-    }
+  cases.push_back(
+      spoilt("coincident_neighbours", "the three neighbours of every 40th vertex in one place", [](SimplexMesh& mesh) {
+        for (int i = 0; i < mesh.vertex_count(); i += 40) {
+          const auto n = mesh.neighbours[i];
+          mesh.positions[n[1]] = mesh.positions[n[2]] = mesh.positions[n[0]];
+        }
+      }));
+  cases.push_back(
+      spoilt("collinear_neighbours", "the three neighbours of every 40th vertex on a line", [](SimplexMesh& mesh) {
+        for (int i = 0; i < mesh.vertex_count(); i += 40) {
+          const auto n = mesh.neighbours[i];
+          mesh.positions[n[1]] = 0.5f * (mesh.positions[n[0]] + mesh.positions[n[2]]);
+        }
+      }));
+  cases.push_back(spoilt("squashed", "the sphere pressed to 1% of its height", [](SimplexMesh& mesh) {
+    mesh = transformed(mesh, [](const Vector3d& p) { return Vector3d(p[0], p[1], 0.01 * p[2]); });
   }));
-  cases.push_back(spoilt("collinear_neighbours", "the three neighbours of every 40th vertex on a line", [](SimplexMesh& mesh) {
-    for (int i = 0; i < mesh.vertex_count(); i += 40) {
-      const auto n = mesh.neighbours[i];
-      mesh.positions[n[1]] = 0.5f * (mesh.positions[n[0]] + mesh.positions[n[2]]);
-    }
-  }));
-  cases.push_back(spoilt("squashed", "the sphere pressed to 1% of its height",
-                         [](SimplexMesh& mesh) { mesh = transformed(mesh, [](const Vector3d& p) { return Vector3d(p[0], p[1], 0.01 * p[2]); }); }));
   cases.push_back(spoilt("noisy_start", "noise of 0.6 edges: folded at many vertices",
                          [](SimplexMesh& mesh) { mesh = with_noise_of(mesh, 0.6); }));
-  cases.push_back(spoilt("folded_start", "one third of the vertices pushed through to the other side", [](SimplexMesh& mesh) {
-    mesh = transformed(mesh, [](const Vector3d& p) { return Vector3d(p[0] > 6 ? 12 - p[0] : p[0], p[1], p[2]); });
-  }));
-  add("inside_out_at_engine", "a sphere turned inside out, smoothing alone", CaseOutcome::Bounded, "it stays so, and that is reported",
-      [](bool) {
+  cases.push_back(
+      spoilt("folded_start", "one third of the vertices pushed through to the other side", [](SimplexMesh& mesh) {
+        mesh = transformed(mesh, [](const Vector3d& p) { return Vector3d(p[0] > 6 ? 12 - p[0] : p[0], p[1], p[2]); });
+      }));
+  add("inside_out_at_engine", "a sphere turned inside out, smoothing alone", CaseOutcome::Bounded,
+      "it stays so, and that is reported", [](bool) {
         Trial trial = ball_trial();
         turn_inside_out(trial.scene.meshes[0].mesh);
         trial.scene.meshes[0].parameters = forces_with({{"smoothing", "weight", 0.5f}, {"smoothing", "curvature", 1}});
@@ -223,19 +260,26 @@ std::vector<StabilityCase> mesh_cases() {
   }));
   cases.push_back(refused("vertex_nan", "a vertex that is not a number", "not finite",
                           [](MeshItem& item) { item.mesh.positions[5][1] = NAN; }));
-  cases.push_back(refused("vertex_1e30", "a vertex 1e30 mm away", "", [](MeshItem& item) { item.mesh.positions[5] = {1e30f, 0, 0}; }));
-  cases.push_back(refused("seed_outside_volume", "a seed outside of the volume", "outside the volume", [](MeshItem& item) {
-    item.mesh = {};
-    item.seed.centre_mm = {1000, 0, 0};
+  cases.push_back(refused("vertex_1e30", "a vertex 1e30 mm away", "", [](MeshItem& item) {
+    item.mesh.positions[5] = {1e30f, 0, 0};
   }));
+  cases.push_back(
+      refused("seed_outside_volume", "a seed outside of the volume", "outside the volume", [](MeshItem& item) {
+        item.mesh = {};
+        item.seed.centre_mm = {1000, 0, 0};
+      }));
   cases.push_back(refused("seed_radius_0", "a seed of radius 0", "radius", [](MeshItem& item) {
     item.mesh = {};
     item.seed.radius_mm = 0;
   }));
-  add("mesh_1e-3_mm", "a ball of radius 1e-3 mm", CaseOutcome::Converges, "to the ball's surface within 0.75 voxel: no unit is built in",
-      [](bool) { return scaled(1e-3, {0, 0, 0}); });
-  add("mesh_1e4_mm", "a ball of radius 1e4 mm", CaseOutcome::Converges, "to the ball's surface within 0.75 voxel: no unit is built in",
-      [](bool) { return scaled(1e4, {0, 0, 0}); });
+  add("mesh_1e-3_mm", "a ball of radius 1e-3 mm", CaseOutcome::Converges,
+      "to the ball's surface within 0.75 voxel: no unit is built in", [](bool) {
+        return scaled(1e-3, {0, 0, 0});
+      });
+  add("mesh_1e4_mm", "a ball of radius 1e4 mm", CaseOutcome::Converges,
+      "to the ball's surface within 0.75 voxel: no unit is built in", [](bool) {
+        return scaled(1e4, {0, 0, 0});
+      });
   add("mesh_1e6_mm_from_origin", "mesh and volume a kilometre from the origin", CaseOutcome::Converges,
       "to the ball's surface within 2.5 mm, as a float resolves 0.06 mm there", [](bool) {
         Trial trial = scaled(kBallRadius, {1e6, -1e6, 1e6});
@@ -258,8 +302,8 @@ std::vector<StabilityCase> mesh_cases() {
         trial.tolerance = 200;
         return trial;
       });
-  add("mesh_outside_volume", "a mesh 500 mm outside of the volume", CaseOutcome::Converges, "to the start within 1 mm: there is no image",
-      [](bool) {
+  add("mesh_outside_volume", "a mesh 500 mm outside of the volume", CaseOutcome::Converges,
+      "to the start within 1 mm: there is no image", [](bool) {
         Trial trial = ball_trial();
         MeshItem& item = trial.scene.meshes[0];
         item.mesh = make_sphere({500, 0, 0}, 15, 2);
@@ -276,14 +320,15 @@ std::vector<StabilityCase> mesh_cases() {
         trial.reach_mm = 90;
         return trial;
       });
-  add("two_meshes_in_one_ball", "two meshes that start within each other", CaseOutcome::Converges, "the first to the ball's surface within 1.5 mm", [](bool) {
-    Trial trial = ball_trial();
-    MeshItem second = trial.scene.meshes[0];
-    second.id = 2, second.name = "second";
-    second.mesh = make_sphere({-2, 1, 0}, 10, 1);
-    trial.scene.meshes.push_back(second);
-    return trial;
-  });
+  add("two_meshes_in_one_ball", "two meshes that start within each other", CaseOutcome::Converges,
+      "the first to the ball's surface within 1.5 mm", [](bool) {
+        Trial trial = ball_trial();
+        MeshItem second = trial.scene.meshes[0];
+        second.id = 2, second.name = "second";
+        second.mesh = make_sphere({-2, 1, 0}, 10, 1);
+        trial.scene.meshes.push_back(second);
+        return trial;
+      });
   return cases;
 }
 

@@ -12,15 +12,15 @@ namespace simplexseg {
 /// A small synthetic volume with known truth.
 struct Phantom {
   Volume image;
-  Volume labels;      ///< uint8 on the same grid
+  Volume labels;  ///< uint8 on the same grid
 };
 struct PhantomSettings {
-  int size = 64;                       ///< voxels along each axis
+  int size = 64;  ///< voxels along each axis
   double spacing_mm = 1.0;
-  double contrast = 100.0;             ///< object minus background
+  double contrast = 100.0;  ///< object minus background
   double background = 50.0;
-  double noise_sigma = 0.0;            ///< Gaussian, same unit as contrast
-  std::uint64_t seed = 1;              ///< of the noise; the same seed gives the same voxels on every machine
+  double noise_sigma = 0.0;  ///< Gaussian, same unit as contrast
+  std::uint64_t seed = 1;    ///< of the noise; the same seed gives the same voxels on every machine
   VoxelType type = VoxelType::Int16;
 };
 struct PhantomKind {

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "forces/parameters.h"
 #include "core/vec3.h"
+#include "forces/parameters.h"
 
 namespace simplexseg {
 

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "forces/profile_reference.h"
-#include "study/trials.h"
 #include "step/simulation_parameters.h"
+#include "study/trials.h"
 
 namespace simplexseg {
 namespace {
@@ -22,19 +22,18 @@ Trial alone(const ForceInfo& force, float timestep, bool limited) {
   if (force.id == ForceId::Smoothing) set_value(item.parameters, {"smoothing", "curvature", 1});
   trial.tolerance = 0;
   trial.folds = true, trial.inside_out = true;
-  trial.reach_mm = 400;      // what left the volume, or a patch whose point has found another vertex, coasts
+  trial.reach_mm = 400;  // what left the volume, or a patch whose point has found another vertex, coasts
   return trial;
 }
 
-Trial with_sliders(float ParameterInfo::* end, bool limited) {
+Trial with_sliders(float ParameterInfo::*end, bool limited) {
   Trial trial = ball_trial();
   ForceParameters& forces = trial.scene.meshes[0].parameters;
   for (const ForceInfo& force : force_list())
     for (const ParameterInfo& parameter : force.parameters)
       set_value(forces, {force.name, parameter.name, parameter.*end});
   // One of two measures, one of three objects: the last is not the most extreme.
-  trial.scene.meshes[0].profiles =
-      profile_reference_of(make_sphere({0, 0, 0}, kBallRadius, 2), ball_volume(), forces);
+  trial.scene.meshes[0].profiles = profile_reference_of(make_sphere({0, 0, 0}, kBallRadius, 2), ball_volume(), forces);
   add_point(trial, {23, 2, 1});
   trial.scene.simulation.timestep = 10, trial.scene.simulation.limit_timestep = limited;
   trial.tolerance = 0;
@@ -43,7 +42,7 @@ Trial with_sliders(float ParameterInfo::* end, bool limited) {
 }
 
 /// The usual ball with one setting of the simulation changed.
-StabilityCase setting(const char* name, const char* what, float SimulationParameters::* member, float value,
+StabilityCase setting(const char* name, const char* what, float SimulationParameters::*member, float value,
                       CaseOutcome stated, const char* reason) {
   return {name, what, stated, stated, reason, [=](bool) {
             Trial trial = ball_trial();
@@ -58,7 +57,11 @@ void change(Session& session, const char* parameter, float value) {
 }
 
 StabilityCase refused(const char* name, const char* what, const char* says, const std::function<void(Scene&)>& spoil) {
-  return {name, what, CaseOutcome::Refused, CaseOutcome::Refused, "no meaning can be given to it",
+  return {name,
+          what,
+          CaseOutcome::Refused,
+          CaseOutcome::Refused,
+          "no meaning can be given to it",
           [spoil](bool) {
             Trial trial = ball_trial();
             spoil(trial.scene);
@@ -120,19 +123,21 @@ std::vector<StabilityCase> setting_cases() {
                           CaseOutcome::Converges, "to the ball's surface within 1.5 mm"));
   cases.push_back(setting("refresh_interval_50", "targets held for 50 steps", &S::refresh_interval, 50,
                           CaseOutcome::Converges, "to the ball's surface within 1.5 mm: held targets are a spring"));
-  cases.push_back({"weights_switched_every_step", "region weight 0, 10, 0, 10 ... at each step", CaseOutcome::Bounded,
-                   CaseOutcome::Converges, "to the ball's surface within 1.5 mm; solvers that learn begin anew at each change, and slowly", [](bool) {
-                     Trial trial = ball_trial();
-                     trial.chunk = 1, trial.steps = 300;
-                     trial.between = [](Session& session, int n) { change(session, ForceId::Region, n % 2 ? 0.0f : 10.0f); };
-                     return trial;
-                   }});
+  cases.push_back(
+      {"weights_switched_every_step", "region weight 0, 10, 0, 10 ... at each step", CaseOutcome::Bounded,
+       CaseOutcome::Converges,
+       "to the ball's surface within 1.5 mm; solvers that learn begin anew at each change, and slowly", [](bool) {
+         Trial trial = ball_trial();
+         trial.chunk = 1, trial.steps = 300;
+         trial.between = [](Session& session, int n) { change(session, ForceId::Region, n % 2 ? 0.0f : 10.0f); };
+         return trial;
+       }});
   cases.push_back({"all_weights_switched_every_step", "every weight to 0 or to its end at each step, out of step",
                    CaseOutcome::Bounded, CaseOutcome::Bounded, "each step is bounded by itself", [](bool) {
                      Trial trial = ball_trial();
                      add_point(trial, {23, 2, 1});
-                     trial.scene.meshes[0].profiles = profile_reference_of(make_sphere({0, 0, 0}, kBallRadius, 2),
-                                                                           ball_volume(), trial.scene.meshes[0].parameters);
+                     trial.scene.meshes[0].profiles = profile_reference_of(
+                         make_sphere({0, 0, 0}, kBallRadius, 2), ball_volume(), trial.scene.meshes[0].parameters);
                      trial.chunk = 1, trial.steps = 300, trial.folds = true;
                      trial.between = [](Session& session, int n) {
                        const ForceInfo& force = force_list()[n % kForceCount];
@@ -141,7 +146,8 @@ std::vector<StabilityCase> setting_cases() {
                      return trial;
                    }});
   cases.push_back({"solver_switched_while_running", "another solver every 7 steps", CaseOutcome::Converges,
-                   CaseOutcome::Converges, "to the ball's surface within 1.5 mm: all have the same fixed points", [](bool) {
+                   CaseOutcome::Converges, "to the ball's surface within 1.5 mm: all have the same fixed points",
+                   [](bool) {
                      Trial trial = ball_trial();
                      trial.chunk = 7;
                      trial.between = [](Session& session, int n) {
@@ -150,7 +156,8 @@ std::vector<StabilityCase> setting_cases() {
                      return trial;
                    }});
   cases.push_back({"limit_taken_off_while_running", "timestep 10, the limit taken off after 20 steps",
-                   CaseOutcome::Converges, CaseOutcome::Cut, "the step past the bound is undone and its timestep cut", [](bool) {
+                   CaseOutcome::Converges, CaseOutcome::Cut, "the step past the bound is undone and its timestep cut",
+                   [](bool) {
                      Trial trial = ball_trial();
                      trial.scene.simulation.timestep = 10;
                      trial.chunk = 20;
@@ -168,10 +175,12 @@ std::vector<StabilityCase> setting_cases() {
   cases.push_back(refused("weight_nan", "smoothing weight not a number", "out of range", [](Scene& scene) {
     set_value(scene.meshes[0].parameters, {"smoothing", "weight", NAN});
   }));
-  cases.push_back(refused("timestep_0", "timestep 0", "out of range", [](Scene& scene) { scene.simulation.timestep = 0; }));
+  cases.push_back(
+      refused("timestep_0", "timestep 0", "out of range", [](Scene& scene) { scene.simulation.timestep = 0; }));
   cases.push_back(refused("timestep_infinite", "timestep infinite", "out of range",
                           [](Scene& scene) { scene.simulation.timestep = INFINITY; }));
-  cases.push_back(refused("damping_2", "damping 2", "out of range", [](Scene& scene) { scene.simulation.damping = 2; }));
+  cases.push_back(
+      refused("damping_2", "damping 2", "out of range", [](Scene& scene) { scene.simulation.damping = 2; }));
   return cases;
 }
 

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "mesh/mesh_geometry.h"
 #include "mesh/shape_reference.h"
+#include "step/simulation_parameters.h"
 #include "step/stability.h"
 #include "study/trials.h"
-#include "mesh/mesh_geometry.h"
-#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {
@@ -17,8 +17,8 @@ namespace {
 constexpr float kWeight = 0.8f;
 constexpr double kRadius = 20;
 
-/// A honeycomb around a torus, so thin that all edges of a vertex lie along its length: one to one side, two to the other.
-/// The one is longer by 2^(1/(1+a)), so that smoothing with evenness a is at rest along the tube.
+/// A honeycomb around a torus, so thin that all edges of a vertex lie along its length: one to one side, two to the
+/// other. The one is longer by 2^(1/(1+a)), so that smoothing with evenness a is at rest along the tube.
 SimplexMesh stretched_tube(int along, int around, double evenness) {
   // Vertex A(u, v) and, one long edge further on, B(u, v), whose two short edges lead to A(u+1, v) and A(u+1, v+1).
   SimplexMesh mesh;
@@ -29,10 +29,13 @@ SimplexMesh stretched_tube(int along, int around, double evenness) {
     for (int v = 0; v < around; ++v)
       for (int b = 0; b < 2; ++b) {
         const double length = cell * (u + b * ratio / (1 + ratio));
-        // A row further on is half a cell round, so that the two short edges are alike. After `along` rows: whole turns.
+        // A row further on is half a cell round, so that the two short edges are alike. After `along` rows: whole
+        // turns.
         const double turn = 2 * std::numbers::pi / around * (v - 0.5 * u);
         const double radius = kRadius + tube_radius * std::cos(turn);
-        mesh.positions.push_back(Eigen::Vector3d(radius * std::cos(length), radius * std::sin(length), tube_radius * std::sin(turn)).cast<float>());
+        mesh.positions.push_back(
+            Eigen::Vector3d(radius * std::cos(length), radius * std::sin(length), tube_radius * std::sin(turn))
+                .cast<float>());
         if (b == 0)
           mesh.neighbours.push_back({a(u, v) + 1, a(u - 1, v) + 1, a(u - 1, v - 1) + 1});
         else
@@ -63,7 +66,8 @@ double smoothing_along_edges(const SimplexMesh& mesh, double evenness) {
 LimitProblem even_smoothing(float evenness) {
   LimitProblem problem;
   problem.name = "smoothing, evenness " + std::to_string(static_cast<int>(evenness));
-  problem.forces = forces_with({{"smoothing", "weight", kWeight}, {"smoothing", "evenness", evenness}, {"smoothing", "curvature", 0}});
+  problem.forces = forces_with(
+      {{"smoothing", "weight", kWeight}, {"smoothing", "evenness", evenness}, {"smoothing", "curvature", 0}});
   problem.mesh = stretched_tube(60, 6, evenness);
   // The fastest mode: all A against all B.
   const std::vector<Eigen::Vector3f> at_rest = problem.mesh.positions;
@@ -80,7 +84,8 @@ LimitProblem laplacian() {
   problem.mesh = with_noise_of(make_sphere({0, 0, 0}, 1, 3), 1);
   const SimplexMesh sphere = make_sphere({0, 0, 0}, 1, 3);
   for (int i = 0; i < sphere.vertex_count(); ++i) problem.mesh.positions[i] -= sphere.positions[i];
-  problem.forces = forces_with({{"smoothing", "weight", kWeight}, {"smoothing", "evenness", 0}, {"smoothing", "curvature", 0}});
+  problem.forces =
+      forces_with({{"smoothing", "weight", kWeight}, {"smoothing", "evenness", 0}, {"smoothing", "curvature", 0}});
   problem.deviation = [](const SimplexMesh& mesh) {
     double sum = 0;
     for (const Eigen::Vector3f& p : mesh.positions) sum += p.cast<double>().squaredNorm();
@@ -99,7 +104,8 @@ LimitProblem shape_memory() {
   // Rigid motions cost nothing and may stay: the elevations tell.
   problem.deviation = [shape = problem.shape](const SimplexMesh& mesh) {
     double sum = 0;
-    for (int i = 0; i < mesh.vertex_count(); ++i) sum += std::pow(vertex_geometry(mesh, i).elevation_mm - shape[i].z, 2);
+    for (int i = 0; i < mesh.vertex_count(); ++i)
+      sum += std::pow(vertex_geometry(mesh, i).elevation_mm - shape[i].z, 2);
     return std::sqrt(sum);
   };
   return problem;
@@ -194,15 +200,14 @@ double measured_limit(const LimitProblem& problem, double damping, const EngineF
   return stable;
 }
 
-bool StabilityLimit::as_predicted() const {
-  return std::abs(std::pow(predicted / measured, 2) - 1) < 0.05;
-}
+bool StabilityLimit::as_predicted() const { return std::abs(std::pow(predicted / measured, 2) - 1) < 0.05; }
 
 std::vector<StabilityLimit> stability_limits(const EngineFactory& make_engine) {
   std::vector<StabilityLimit> limits;
   for (const LimitProblem& problem : limit_problems())
     for (const double damping : kLimitDampings)
-      limits.push_back({problem.name, damping, predicted_limit(problem, damping), measured_limit(problem, damping, make_engine)});
+      limits.push_back(
+          {problem.name, damping, predicted_limit(problem, damping), measured_limit(problem, damping, make_engine)});
   return limits;
 }
 

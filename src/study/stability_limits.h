@@ -8,14 +8,14 @@ namespace simplexseg {
 
 /// One force near a fixed point of its own.
 struct LimitProblem {
-  std::string name;                                  ///< of the force, and what is special
-  SimplexMesh mesh;                                  ///< a little off the fixed point
+  std::string name;  ///< of the force, and what is special
+  SimplexMesh mesh;  ///< a little off the fixed point
   std::vector<Vec4> shape;
   ForceParameters forces;
   std::vector<EnginePoint> points;
-  std::optional<ForceId> held;                       ///< the image force whose targets are these
+  std::optional<ForceId> held;  ///< the image force whose targets are these
   std::vector<Vec4> targets;
-  std::function<double(const SimplexMesh&)> deviation;   ///< from the fixed point
+  std::function<double(const SimplexMesh&)> deviation;  ///< from the fixed point
 };
 std::vector<LimitProblem> limit_problems();
 /// sqrt((4 - 2 damping) / stiffness) of the problem.

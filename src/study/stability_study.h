@@ -7,10 +7,10 @@
 namespace simplexseg {
 
 struct StabilityStudy {
-  std::string engine;                                ///< its description
-  std::vector<std::vector<CaseResult>> cases;        ///< of each case, of each solver
+  std::string engine;                          ///< its description
+  std::vector<std::vector<CaseResult>> cases;  ///< of each case, of each solver
   std::vector<StabilityLimit> limits;
-  int missed() const;                                ///< cases and limits that are not as stated
+  int missed() const;  ///< cases and limits that are not as stated
 };
 /// `progress` is called with a share in [0, 1], between cases.
 StabilityStudy study_stability(const EngineFactory& make_engine, const std::function<void(double)>& progress);

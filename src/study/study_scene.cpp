@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mesh/simplex_mesh.h"
-#include "study/trials.h"
 #include "image/mask.h"
+#include "mesh/simplex_mesh.h"
 #include "step/simulation_parameters.h"
+#include "study/trials.h"
 
 namespace simplexseg {
 
@@ -42,11 +42,13 @@ StudyScene make_phantom_scene(bool half, int vertices) {
   MeshItem item;
   item.name = "ball";
   item.seed = {{0, 0, 0}, kRadiusMm};
-  // Not shape memory where half of the surface is free: what it leaves at the same place, sliding along the surface and the
-  // cap of a hemisphere, has hardly any stiffness, so that there is no one fixed point.
-  item.parameters = half ? forces_with({{"smoothing", "weight", 5}, {"smoothing", "evenness", 0}, {"smoothing", "curvature", 0}})
-                         : forces_with({{"shape_memory", "weight", 5}});
-  for (const Value& value : {Value{"gradient", "weight", 0.5f}, {"gradient", "object", 1}, {"gradient", "pull", 0}}) set_value(item.parameters, value);
+  // Not shape memory where half of the surface is free: what it leaves at the same place, sliding along the surface and
+  // the cap of a hemisphere, has hardly any stiffness, so that there is no one fixed point.
+  item.parameters =
+      half ? forces_with({{"smoothing", "weight", 5}, {"smoothing", "evenness", 0}, {"smoothing", "curvature", 0}})
+           : forces_with({{"shape_memory", "weight", 5}});
+  for (const Value& value : {Value{"gradient", "weight", 0.5f}, {"gradient", "object", 1}, {"gradient", "pull", 0}})
+    set_value(item.parameters, value);
   scene.meshes.push_back(item);
   study.truths.push_back(half ? nullptr : truth);
   return study;

@@ -8,10 +8,10 @@
 
 #include "core/error.h"
 #include "image/metrics.h"
-#include "study/mesh_check.h"
 #include "image/rasterise.h"
 #include "mesh/mesh_geometry.h"
 #include "step/simulation_parameters.h"
+#include "study/mesh_check.h"
 
 namespace simplexseg {
 

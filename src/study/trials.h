@@ -3,13 +3,13 @@
 #pragma once
 #include <initializer_list>
 
+#include "step/simulation_parameters.h"
 #include "study/phantom.h"
 #include "study/stability_case.h"
-#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 
-inline constexpr double kBallRadius = 19.2;        ///< of the sphere in ball_volume(), mm; its centre is the origin
+inline constexpr double kBallRadius = 19.2;  ///< of the sphere in ball_volume(), mm; its centre is the origin
 
 struct Value {
   const char* force;

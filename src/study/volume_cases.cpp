@@ -24,7 +24,11 @@ Trial trial_in(const Volume& volume, const ForceParameters& forces) {
 
 /// No image force acts: the sphere stays, but for smoothing.
 StabilityCase says_nothing(const char* name, const char* what, const char* reason, std::function<Volume()> volume) {
-  return {name, what, CaseOutcome::Converges, CaseOutcome::Converges, std::string("to the start, within 1 mm: ") + reason,
+  return {name,
+          what,
+          CaseOutcome::Converges,
+          CaseOutcome::Converges,
+          std::string("to the start, within 1 mm: ") + reason,
           [volume](bool) {
             Trial trial = trial_in(volume(), image_forces());
             set_value(trial.scene.meshes[0].parameters, {"smoothing", "curvature", 1});
@@ -38,7 +42,8 @@ StabilityCase ball_in(const char* name, const char* what, CaseOutcome stated, co
   return {name, what, stated, stated, reason, [=](bool) {
             Trial trial = trial_in(volume_of(type, {32, 32, 32}, {2, 2, 2}, value), usual_forces());
             // Where no image holds it, smoothing alone is to keep its volume.
-            if (stated == CaseOutcome::Bounded) set_value(trial.scene.meshes[0].parameters, {"smoothing", "curvature", 1});
+            if (stated == CaseOutcome::Bounded)
+              set_value(trial.scene.meshes[0].parameters, {"smoothing", "curvature", 1});
             trial.steps = 400;
             trial.error = radial_error(kBallRadius);
             trial.tolerance = 1.5;
@@ -62,7 +67,8 @@ std::vector<StabilityCase> volume_cases() {
     return [=] { return volume_of(type, {32, 32, 32}, {2, 2, 2}, [value](const Eigen::Vector3d&) { return value; }); };
   };
   cases.push_back(says_nothing("volume_constant", "one intensity", "no edge and no contrast", fill(100)));
-  cases.push_back(says_nothing("volume_zero", "all voxels 0, uint8", "no edge and no contrast", fill(0, VoxelType::UInt8)));
+  cases.push_back(
+      says_nothing("volume_zero", "all voxels 0, uint8", "no edge and no contrast", fill(0, VoxelType::UInt8)));
   cases.push_back(says_nothing("volume_nan", "no voxel is a number", "none counts", fill(NAN)));
   cases.push_back(says_nothing("volume_infinite", "all voxels infinite", "none counts", fill(kInfinity)));
   cases.push_back(says_nothing("volume_1e300", "float64 voxels of 1e300", "none is a number in float, so none counts",
@@ -80,20 +86,22 @@ std::vector<StabilityCase> volume_cases() {
                    }});
   cases.push_back({"volume_single_slice", "32 x 32 x 1 voxels, 2 mm thick", CaseOutcome::Bounded, CaseOutcome::Bounded,
                    "only a ring of vertices sees the slice, the rest sees the outside", [](bool) {
-                     Trial trial = trial_in(volume_of(VoxelType::Int16, {32, 32, 1}, {2, 2, 2},
-                                                      [](const Eigen::Vector3d& p) { return in_ball(p) ? 150.0 : 50.0; }),
-                                            image_forces());
+                     Trial trial =
+                         trial_in(volume_of(VoxelType::Int16, {32, 32, 1}, {2, 2, 2},
+                                            [](const Eigen::Vector3d& p) { return in_ball(p) ? 150.0 : 50.0; }),
+                                  image_forces());
                      set_value(trial.scene.meshes[0].parameters, {"smoothing", "curvature", 1});
                      trial.folds = true;
                      return trial;
                    }});
-  cases.push_back({"voxels_0.05_0.05_10_mm", "voxels of 0.05 x 0.05 x 10 mm", CaseOutcome::Bounded, CaseOutcome::Bounded,
-                   "the shortest side is the unit of pulls: slow, not unstable", [](bool full) {
+  cases.push_back({"voxels_0.05_0.05_10_mm", "voxels of 0.05 x 0.05 x 10 mm", CaseOutcome::Bounded,
+                   CaseOutcome::Bounded, "the shortest side is the unit of pulls: slow, not unstable", [](bool full) {
                      const int n = full ? 480 : 240;
-                     Trial trial = trial_of(make_sphere({0, 0, 0}, n / 60.0, 2),
-                                            volume_of(VoxelType::Int16, {n, n, 4}, {0.05, 0.05, 10},
-                                                      [n](const Eigen::Vector3d& p) { return p.norm() < n / 50.0 ? 150.0 : 50.0; }),
-                                            usual_forces());
+                     Trial trial = trial_of(
+                         make_sphere({0, 0, 0}, n / 60.0, 2),
+                         volume_of(VoxelType::Int16, {n, n, 4}, {0.05, 0.05, 10},
+                                   [n](const Eigen::Vector3d& p) { return p.norm() < n / 50.0 ? 150.0 : 50.0; }),
+                         usual_forces());
                      trial.reach_mm = 25;
                      return trial;
                    }});
@@ -119,25 +127,27 @@ std::vector<StabilityCase> volume_cases() {
                           "what is not a number is taken for the outside of the volume", VoxelType::Float32,
                           [](const Eigen::Vector3d& p) { return in_ball(p) ? 150.0 : NAN; }));
   cases.push_back(ball_in("volume_nan_checkered", "every second voxel is not a number", CaseOutcome::Bounded,
-                          "no sample has eight voxels to be mixed from", VoxelType::Float32, [](const Eigen::Vector3d& p) {
+                          "no sample has eight voxels to be mixed from", VoxelType::Float32,
+                          [](const Eigen::Vector3d& p) {
                             const int parity = static_cast<int>(std::lround((p[0] + p[1] + p[2] + 93) / 2));
                             return parity % 2 ? NAN : in_ball(p) ? 150.0 : 50.0;
                           }));
   for (const bool nan : {true, false})
-    cases.push_back({nan ? "half_of_surface_nan" : "half_of_surface_flat",
-                     nan ? "voxels with x < 0 are not numbers" : "voxels with x < 0 are one intensity",
-                     nan ? CaseOutcome::Bounded : CaseOutcome::Bounded, nan ? CaseOutcome::Bounded : CaseOutcome::Bounded,
-                     "one half is held by the image, the other by smoothing alone", [nan](bool) {
-                       Trial trial = trial_in(volume_of(VoxelType::Float32, {32, 32, 32}, {2, 2, 2},
-                                                        [nan](const Eigen::Vector3d& p) {
-                                                          return p[0] < 0 ? (nan ? NAN : 100.0) : in_ball(p) ? 150.0 : 50.0;
-                                                        }),
-                                              usual_forces());
-                       trial.steps = 600;
-                       trial.error = error_of_one_half;
-                       trial.tolerance = 1.5;
-                       return trial;
-                     }});
+    cases.push_back(
+        {nan ? "half_of_surface_nan" : "half_of_surface_flat",
+         nan ? "voxels with x < 0 are not numbers" : "voxels with x < 0 are one intensity",
+         nan ? CaseOutcome::Bounded : CaseOutcome::Bounded, nan ? CaseOutcome::Bounded : CaseOutcome::Bounded,
+         "one half is held by the image, the other by smoothing alone", [nan](bool) {
+           Trial trial = trial_in(volume_of(VoxelType::Float32, {32, 32, 32}, {2, 2, 2},
+                                            [nan](const Eigen::Vector3d& p) {
+                                              return p[0] < 0 ? (nan ? NAN : 100.0) : in_ball(p) ? 150.0 : 50.0;
+                                            }),
+                                  usual_forces());
+           trial.steps = 600;
+           trial.error = error_of_one_half;
+           trial.tolerance = 1.5;
+           return trial;
+         }});
   return cases;
 }
 

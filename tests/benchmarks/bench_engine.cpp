@@ -8,13 +8,13 @@
 #include <map>
 
 #include "forces/force_list.h"
-#include "study/phantom.h"
 #include "forces/region_model.h"
-#include "mesh/shape_reference.h"
 #include "geodesic.h"
 #include "gpu/backend.h"
 #include "mesh/mesh_geometry.h"
+#include "mesh/shape_reference.h"
 #include "step/simulation_parameters.h"
+#include "study/phantom.h"
 
 namespace simplexseg {
 namespace {
@@ -26,17 +26,18 @@ ForceParameters forces_for(Load load) {
   auto set = [&](ForceId force, int parameter, float value) { p.values[static_cast<int>(force)][parameter] = value; };
   for (int f = 0; f < kForceCount; ++f) p.values[f][0] = 0;
   set(ForceId::Smoothing, 0, 0.5f);
-  set(ForceId::Smoothing, SmoothingForce::curvature, 1);     // keeps its volume: a sphere that vanishes computes with denormals
+  set(ForceId::Smoothing, SmoothingForce::curvature,
+      1);  // keeps its volume: a sphere that vanishes computes with denormals
   set(ForceId::ShapeMemory, 0, 0.2f);
   if (load == Load::Gradient || load == Load::FullGradient) {
     set(ForceId::Gradient, 0, 0.5f);
-    set(ForceId::Gradient, GradientForce::samples, load == Load::Gradient ? 6 : 10);       // 13 or 21 samples
+    set(ForceId::Gradient, GradientForce::samples, load == Load::Gradient ? 6 : 10);  // 13 or 21 samples
     set(ForceId::Gradient, GradientForce::object, 1);
   }
   if (load == Load::FullProfile) {
     set(ForceId::IntensityProfile, 0, 0.5f);
     set(ForceId::IntensityProfile, IntensityProfileForce::half_length, 4);
-    set(ForceId::IntensityProfile, IntensityProfileForce::samples, 6);       // 21 samples, 13 shifts
+    set(ForceId::IntensityProfile, IntensityProfileForce::samples, 6);  // 21 samples, 13 shifts
   }
   if (load == Load::FullGradient || load == Load::FullProfile) set(ForceId::Attraction, 0, 2);
   if (load == Load::Region) set(ForceId::Region, 0, 0.5f);
@@ -70,7 +71,8 @@ Item make_item(SimplexMesh mesh, Load load) {
     for (int i = 0; i < item.mesh.vertex_count(); ++i) {
       const Eigen::Vector3d normal = vertex_geometry(item.mesh, i).normal;
       for (int k = -4; k <= 4; ++k)
-        item.profiles.push_back(static_cast<float>(phantom().sample(item.mesh.positions[i].cast<double>() + k * step * normal)));
+        item.profiles.push_back(
+            static_cast<float>(phantom().sample(item.mesh.positions[i].cast<double>() + k * step * normal)));
     }
   }
   return item;
@@ -78,7 +80,7 @@ Item make_item(SimplexMesh mesh, Load load) {
 
 std::vector<EnginePoint> points_around(const Eigen::Vector3d& centre_mm, double radius_mm, int count, int mesh) {
   std::vector<EnginePoint> points;
-  for (int k = 0; k < count; ++k) {        // a spiral from pole to pole
+  for (int k = 0; k < count; ++k) {  // a spiral from pole to pole
     const double z = 1 - 2 * (k + 0.5) / count, turn = 2.4 * k, r = std::sqrt(1 - z * z);
     points.push_back({mesh, centre_mm + radius_mm * Eigen::Vector3d(r * std::cos(turn), r * std::sin(turn), z)});
   }
@@ -93,13 +95,15 @@ void measure(benchmark::State& state, const std::vector<Item>& items, Load load,
   for (const Item& item : items) {
     EngineMesh m;
     m.positions = m.previous = item.mesh.positions;
-    m.neighbours = item.mesh.neighbours, m.shape = item.shape, m.profiles = item.profiles, m.parameters = forces_for(load);
+    m.neighbours = item.mesh.neighbours, m.shape = item.shape, m.profiles = item.profiles,
+    m.parameters = forces_for(load);
     if (load == Load::Region) m.region = &item.region;
     meshes.push_back(m);
     vertices += item.mesh.positions.size();
   }
   SimulationParameters simulation = default_simulation_parameters();
-  simulation.solver_choice = static_cast<float>(Solver::Verlet);      // the plain step: no sums for a solver to learn from, no cycle
+  simulation.solver_choice =
+      static_cast<float>(Solver::Verlet);  // the plain step: no sums for a solver to learn from, no cycle
   simulation.refresh_interval = static_cast<float>(refresh_interval);
   const auto engine = threads == 0 ? make_cuda_engine(sampling) : make_cpu_engine(threads);
   engine->set_volume(phantom());
@@ -113,8 +117,10 @@ void measure(benchmark::State& state, const std::vector<Item>& items, Load load,
     if (engine->step(steps).failure) state.SkipWithError("a step failed");
   const double vertex_steps = static_cast<double>(state.iterations()) * steps * static_cast<double>(vertices);
   state.counters["vertices"] = static_cast<double>(vertices);
-  state.counters["ns_per_vertex"] = benchmark::Counter(vertex_steps * 1e-9, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
-  state.counters["us_per_step"] = benchmark::Counter(static_cast<double>(state.iterations()) * steps * 1e-6, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["ns_per_vertex"] =
+      benchmark::Counter(vertex_steps * 1e-9, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["us_per_step"] = benchmark::Counter(static_cast<double>(state.iterations()) * steps * 1e-6,
+                                                     benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
 bool skipped(benchmark::State& state, int threads) {
@@ -146,7 +152,8 @@ void device(benchmark::State& state, Load load, int refresh_interval, VolumeSamp
   if (!made.contains(key)) made[key] = make_item(geodesic_sphere(centre(), 35, f), load);
   const std::vector<Item> items{made[key]};
   const bool attract = load == Load::FullGradient || load == Load::FullProfile;
-  measure(state, items, load, refresh_interval, 0, attract ? points_around(centre(), 36, 20, 0) : std::vector<EnginePoint>{}, sampling);
+  measure(state, items, load, refresh_interval, 0,
+          attract ? points_around(centre(), 36, 20, 0) : std::vector<EnginePoint>{}, sampling);
 }
 
 /// argument: meshes of 200k vertices in all, each of the same edge length; two attraction points for each 20k.
@@ -158,7 +165,9 @@ void meshes(benchmark::State& state, Load load) {
   std::vector<EnginePoint> points;
   for (int k = 0; k < count; ++k) {
     const double radius = 35 / std::sqrt(static_cast<double>(count));
-    const Eigen::Vector3d at = centre() + (count == 1 ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(20.0 * (k % 3) - 20, 20.0 * (k / 3 % 3) - 20, 20.0 * (k / 9)));
+    const Eigen::Vector3d at =
+        centre() + (count == 1 ? Eigen::Vector3d(0, 0, 0)
+                               : Eigen::Vector3d(20.0 * (k % 3) - 20, 20.0 * (k / 3 % 3) - 20, 20.0 * (k / 9)));
     items.push_back(make_item(geodesic_sphere(at, radius, f), load));
     const auto own = points_around(at, radius + 1, 20 / count, k);
     points.insert(points.end(), own.begin(), own.end());
@@ -187,9 +196,24 @@ BENCHMARK_CAPTURE(device, full_gradient_every_third_step, Load::FullGradient, 3,
 BENCHMARK_CAPTURE(device, region_every_third_step, Load::Region, 3, kFiltered)->Apply(device_sizes);
 BENCHMARK_CAPTURE(device, full_gradient_fetched, Load::FullGradient, 1, VolumeSampling::Fetched)->Apply(device_sizes);
 BENCHMARK_CAPTURE(device, full_gradient_linear, Load::FullGradient, 1, VolumeSampling::Linear)->Apply(device_sizes);
-BENCHMARK_CAPTURE(meshes, internal, Load::Internal)->ArgName("meshes")->Arg(1)->Arg(10)->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(meshes, full_gradient, Load::FullGradient)->ArgName("meshes")->Arg(1)->Arg(10)->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(meshes, full_profile, Load::FullProfile)->ArgName("meshes")->Arg(1)->Arg(10)->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(meshes, internal, Load::Internal)
+    ->ArgName("meshes")
+    ->Arg(1)
+    ->Arg(10)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(meshes, full_gradient, Load::FullGradient)
+    ->ArgName("meshes")
+    ->Arg(1)
+    ->Arg(10)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(meshes, full_profile, Load::FullProfile)
+    ->ArgName("meshes")
+    ->Arg(1)
+    ->Arg(10)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace simplexseg

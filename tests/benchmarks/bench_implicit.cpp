@@ -15,12 +15,12 @@
 #include <vector>
 
 #include "forces/force_list.h"
-#include "study/reference_model.h"
+#include "mesh/mesh_geometry.h"
 #include "mesh/shape_reference.h"
 #include "mesh/simplex_mesh.h"
 #include "step/stability.h"
-#include "mesh/mesh_geometry.h"
 #include "study/fixed_point.h"
+#include "study/reference_model.h"
 
 namespace simplexseg {
 namespace {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // What each part of a step costs, and that a part which is left out costs nothing.
 //   bench_parts [cpu|cuda] [VERTICES]      a table: bytes and time that each force adds to smoothing, and its launches
-//   bench_parts toggle [cpu|cuda] [VERTICES]   a table: how long a force's slider holds up the steps when it leaves 0, reaches it
-//   bench_parts alone FORCE                nanoseconds a vertex-step of a scene with this force alone, on one thread; for
-//                                          comparing builds with and without the other forces (scripts/measure_leaving_out)
+//   bench_parts toggle [cpu|cuda] [VERTICES]   a table: how long a force's slider holds up the steps when it leaves 0,
+//   reaches it bench_parts alone FORCE                nanoseconds a vertex-step of a scene with this force alone, on
+//   one thread; for
+//                                          comparing builds with and without the other forces
+//                                          (scripts/measure_leaving_out)
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -14,11 +16,11 @@
 #include "forces/force_list.h"
 #include "forces/profile_reference.h"
 #include "forces/region_model.h"
-#include "mesh/shape_reference.h"
-#include "step/step_needs.h"
 #include "gpu/backend.h"
-#include "study/trials.h"
+#include "mesh/shape_reference.h"
 #include "step/simulation_parameters.h"
+#include "step/step_needs.h"
+#include "study/trials.h"
 
 using namespace simplexseg;
 
@@ -32,7 +34,8 @@ struct Cost {
 
 ForceParameters weights_of(unsigned forces) {
   ForceParameters p = default_force_parameters();
-  for (const ForceInfo& force : force_list()) p.values[static_cast<int>(force.id)][0] = (forces >> static_cast<int>(force.id) & 1u) != 0 ? 0.3f : 0.0f;
+  for (const ForceInfo& force : force_list())
+    p.values[static_cast<int>(force.id)][0] = (forces >> static_cast<int>(force.id) & 1u) != 0 ? 0.3f : 0.0f;
   return p;
 }
 SimulationParameters steps_by(Solver solver) {
@@ -50,7 +53,8 @@ void load(Engine& engine, unsigned forces, int level, Solver solver) {
   const RegionModel region = estimate_region(ball_volume(), mesh, 2 * kBallRadius);
   engine.set_volume(ball_volume());
   EngineMesh m;
-  m.positions = m.previous = mesh.positions, m.neighbours = mesh.neighbours, m.shape = shape, m.profiles = profiles, m.region = &region, m.parameters = p;
+  m.positions = m.previous = mesh.positions, m.neighbours = mesh.neighbours, m.shape = shape, m.profiles = profiles,
+  m.region = &region, m.parameters = p;
   engine.load(std::span(&m, 1), steps_by(solver));
   const std::vector<EnginePoint> points{{0, {22, 0, 0}}, {0, {0, -21, 3}}};
   engine.set_points(points);
@@ -87,7 +91,8 @@ void row(const char* part, const Cost& with, const Cost& without) {
   }
   for (const auto& [name, launches] : with.launches)
     if (!without.launches.contains(name)) kernels += (kernels.empty() ? "" : ", ") + name;
-  std::printf("| %s | %.2f | %s | %+.2f | %s |\n", part, static_cast<double>(bytes) / 1e6, arrays.c_str(), with.us - without.us, kernels.c_str());
+  std::printf("| %s | %.2f | %s | %+.2f | %s |\n", part, static_cast<double>(bytes) / 1e6, arrays.c_str(),
+              with.us - without.us, kernels.c_str());
 }
 
 /// Milliseconds that new weights and the ten steps after them take beyond ten other steps: median and largest of some.
@@ -130,7 +135,8 @@ int main(int argc, char** argv) {
     const unsigned all = (1u << kForceCount) - 1;
     load(*engine, all, level, Solver::Automatic);
     engine->step(100);
-    std::printf("%d vertices, %s\n\n| slider | held up, ms | at most |\n|---|---|---|\n", 20 << (2 * level), engine->backend());
+    std::printf("%d vertices, %s\n\n| slider | held up, ms | at most |\n|---|---|---|\n", 20 << (2 * level),
+                engine->backend());
     for (const ForceInfo& force : force_list()) {
       toggle(*engine, all, all & ~bit(force.id), (std::string(force.name) + " reaches 0").c_str());
       toggle(*engine, all & ~bit(force.id), all, (std::string(force.name) + " leaves 0").c_str());
@@ -144,10 +150,15 @@ int main(int argc, char** argv) {
   };
   const unsigned base = bit(ForceId::Smoothing);
   const Cost plain = cost(base, Solver::Verlet);
-  std::printf("%d vertices, %s; smoothing alone: %.2f us a step\n\n| part | MB | arrays | us a step | kernels |\n|---|---|---|---|---|\n", 20 << (2 * level), mode.c_str(), plain.us);
+  std::printf(
+      "%d vertices, %s; smoothing alone: %.2f us a step\n\n| part | MB | arrays | us a step | kernels "
+      "|\n|---|---|---|---|---|\n",
+      20 << (2 * level), mode.c_str(), plain.us);
   for (const ForceInfo& force : force_list())
     if (force.id != ForceId::Smoothing) row(force.name, cost(base | bit(force.id), Solver::Verlet), plain);
-  row("solver damped", cost(base | bit(ForceId::Region), Solver::Damped), cost(base | bit(ForceId::Region), Solver::Verlet));
-  row("solver multigrid", cost(base | bit(ForceId::Region), Solver::Multigrid), cost(base | bit(ForceId::Region), Solver::Verlet));
+  row("solver damped", cost(base | bit(ForceId::Region), Solver::Damped),
+      cost(base | bit(ForceId::Region), Solver::Verlet));
+  row("solver multigrid", cost(base | bit(ForceId::Region), Solver::Multigrid),
+      cost(base | bit(ForceId::Region), Solver::Verlet));
   return 0;
 }

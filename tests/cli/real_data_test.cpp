@@ -5,14 +5,14 @@
 #include <cstring>
 
 #include "core/error.h"
-#include "image/metrics.h"
-#include "study/phantom.h"
-#include "session/session.h"
 #include "gpu/backend.h"
+#include "image/metrics.h"
+#include "image/rasterise.h"
 #include "io/scene_io.h"
 #include "io/volume_io.h"
-#include "image/rasterise.h"
+#include "session/session.h"
 #include "step/simulation_parameters.h"
+#include "study/phantom.h"
 
 namespace simplexseg {
 namespace {
@@ -89,7 +89,8 @@ TEST_P(LabelAsImage, IsFoundAndKept) {
   Volume together(labels->geometry(), VoxelType::UInt8);
   for (const auto& value : c.values) {
     references.push_back(mask_of(*labels, value));
-    for (std::size_t k = 0; k < references.back().voxels.size(); ++k) together.voxels<std::uint8_t>()[k] |= references.back().voxels[k];
+    for (std::size_t k = 0; k < references.back().voxels.size(); ++k)
+      together.voxels<std::uint8_t>()[k] |= references.back().voxels[k];
   }
   PhantomSettings settings;
   settings.contrast = 100;
@@ -108,20 +109,21 @@ TEST_P(LabelAsImage, IsFoundAndKept) {
   for (int steps : {1000, 2000}) {
     const Advance done = session.advance_steps(steps);
     EXPECT_FALSE(done.failure) << *done.failure;
-    for (double d : dice_of(session, references)) EXPECT_GE(d, 0.90) << c.labels << " after " << session.total_steps() << " steps";
+    for (double d : dice_of(session, references))
+      EXPECT_GE(d, 0.90) << c.labels << " after " << session.total_steps() << " steps";
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Objects, LabelAsImage,
-    ::testing::Values(
-        LabelCase{"ch2bet.nii.gz", {std::nullopt}, {{{-1, 21, 10}, 60}}},
-        LabelCase{"ct_abdomen/labels.nii.gz", {2.0, 3.0}, {{{-71, -131, 346}, 28}, {{79, -125, 358}, 26}}},
-        LabelCase{"hippocampus/labels/hippocampus_001.nii.gz", {std::nullopt}, {{{-16, -36, 12}, 3}}},
-        LabelCase{"hippocampus/labels/hippocampus_003.nii.gz", {std::nullopt}, {{{-16, -35, 13}, 3}}},
-        LabelCase{"hippocampus/labels/hippocampus_004.nii.gz", {std::nullopt}, {{{-15, -34, 14}, 3}}},
-        LabelCase{"hippocampus/labels/hippocampus_006.nii.gz", {std::nullopt}, {{{-13, -31, 14}, 3}}},
-        LabelCase{"hippocampus/labels/hippocampus_007.nii.gz", {std::nullopt}, {{{-19, -32, 15}, 3}}}));
+    ::testing::Values(LabelCase{"ch2bet.nii.gz", {std::nullopt}, {{{-1, 21, 10}, 60}}},
+                      LabelCase{
+                          "ct_abdomen/labels.nii.gz", {2.0, 3.0}, {{{-71, -131, 346}, 28}, {{79, -125, 358}, 26}}},
+                      LabelCase{"hippocampus/labels/hippocampus_001.nii.gz", {std::nullopt}, {{{-16, -36, 12}, 3}}},
+                      LabelCase{"hippocampus/labels/hippocampus_003.nii.gz", {std::nullopt}, {{{-16, -35, 13}, 3}}},
+                      LabelCase{"hippocampus/labels/hippocampus_004.nii.gz", {std::nullopt}, {{{-15, -34, 14}, 3}}},
+                      LabelCase{"hippocampus/labels/hippocampus_006.nii.gz", {std::nullopt}, {{{-13, -31, 14}, 3}}},
+                      LabelCase{"hippocampus/labels/hippocampus_007.nii.gz", {std::nullopt}, {{{-19, -32, 15}, 3}}}));
 
 bool same_bits(const std::vector<Eigen::Vector3f>& a, const std::vector<Eigen::Vector3f>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0;
@@ -150,8 +152,9 @@ TEST(RealData, RecordedDragReplaysBitForBitAndIsUndone) {
   live->advance_steps(60);
   const std::vector<Eigen::Vector3f> pulled = live->scene().meshes[0].mesh.positions;
   double nearest = 1e30;
-  for (const Eigen::Vector3f& p : pulled) nearest = std::min(nearest, (p.cast<double>() - press - 12.0 * outward).norm());
-  EXPECT_LT(nearest, 1.0);      // a voxel: smoothing and image pull against the point
+  for (const Eigen::Vector3f& p : pulled)
+    nearest = std::min(nearest, (p.cast<double>() - press - 12.0 * outward).norm());
+  EXPECT_LT(nearest, 1.0);  // a voxel: smoothing and image pull against the point
 
   const std::vector<LogEntry> log = live->log();
   for (int threads : {1, 2}) {

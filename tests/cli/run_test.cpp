@@ -6,11 +6,11 @@
 #include <set>
 
 #include "cli_fixture.h"
-#include "session/session.h"
 #include "gpu/backend.h"
 #include "io/mesh_io.h"
 #include "io/scene_io.h"
 #include "io/volume_io.h"
+#include "session/session.h"
 
 namespace simplexseg {
 namespace {
@@ -80,7 +80,8 @@ TEST_F(Run, TheReportTracesTheRun) {
   const nlohmann::json report = report_of({"--steps", "65"});
   const nlohmann::json trace = report["meshes"][0]["trace"];
   EXPECT_EQ(trace["steps"], (std::vector<int>{0, 10, 20, 30, 40, 50, 60, 65}));
-  for (const char* name : {"seconds", "vertices", "residual_mm", "mean_move_mm", "error_mean_mm", "error_p95_mm", "error_max_mm"})
+  for (const char* name :
+       {"seconds", "vertices", "residual_mm", "mean_move_mm", "error_mean_mm", "error_p95_mm", "error_max_mm"})
     ASSERT_EQ(trace[name].size(), 8u) << name;
   EXPECT_EQ(trace["vertices"].front(), 80);
   EXPECT_EQ(trace["vertices"].back(), 320);
@@ -94,7 +95,9 @@ TEST_F(Run, TheReportTracesTheRun) {
   report_of({"--steps", "65", "--meshes", path("traced")});
   EXPECT_EQ(text_of("plain/ball.ply"), text_of("traced/ball.ply"));
   // However long the run, the trace stays small.
-  EXPECT_LE(report_of({"--steps", "5000", "--set", "simulation.final_vertices=80"})["meshes"][0]["trace"]["steps"].size(), 201u);
+  EXPECT_LE(
+      report_of({"--steps", "5000", "--set", "simulation.final_vertices=80"})["meshes"][0]["trace"]["steps"].size(),
+      201u);
 }
 
 TEST_F(Run, Steps) {
@@ -140,7 +143,8 @@ TEST_F(Run, Set) {
   const std::string plain = final_pose({"--meshes", path("meshes")});
   const std::string verlet = final_pose({"--meshes", path("meshes"), "--set", "simulation.solver=verlet"});
   EXPECT_NE(plain, verlet);
-  EXPECT_NE(verlet, final_pose({"--meshes", path("meshes"), "--set", "simulation.solver=verlet", "--set", "simulation.damping=0.2"}));
+  EXPECT_NE(verlet, final_pose({"--meshes", path("meshes"), "--set", "simulation.solver=verlet", "--set",
+                                "simulation.damping=0.2"}));
   EXPECT_NE(plain, final_pose({"--meshes", path("meshes"), "--set", "forces.smoothing.weight=1.5"}));
   EXPECT_EQ(final_pose({"--meshes", path("meshes"), "--set", "forces.smoothing.weight=1.5"}),
             final_pose({"--meshes", path("meshes"), "--set", "meshes.ball.smoothing.weight=1.5"}));

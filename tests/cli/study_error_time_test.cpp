@@ -15,7 +15,8 @@ namespace {
 class StudyErrorTime : public Cli {
  protected:
   Arguments study(Arguments scenes) const {
-    Arguments arguments{"study", "error-time", "--out", path("out"), "--backend", "cpu", "--threads", "1", "--vertices", "80", "--budget", "0.2"};
+    Arguments arguments{"study",     "error-time", "--out",      path("out"), "--backend", "cpu",
+                        "--threads", "1",          "--vertices", "80",        "--budget",  "0.2"};
     arguments.insert(arguments.begin() + 2, scenes.begin(), scenes.end());
     return arguments;
   }
@@ -48,11 +49,13 @@ class StudyErrorTime : public Cli {
 };
 
 TEST_F(StudyErrorTime, BuiltInScenesGiveTablesAndPlots) {
-  const Outcome outcome = succeed(study({"phantom:full", "phantom:half", "analytic:membrane", "analytic:membrane-half"}));
+  const Outcome outcome =
+      succeed(study({"phantom:full", "phantom:half", "analytic:membrane", "analytic:membrane-half"}));
   std::set<std::string> choices;
   std::istringstream table_choices(simulation_table()[0].choices);
   for (std::string name; std::getline(table_choices, name, '|');) choices.insert(name);
-  for (const char* scene : {"phantom-full-80", "phantom-half-80", "analytic-membrane-80", "analytic-membrane-half-80"}) {
+  for (const char* scene :
+       {"phantom-full-80", "phantom-half-80", "analytic-membrane-80", "analytic-membrane-half-80"}) {
     const std::string stem = std::string("out/") + scene;
     std::set<std::string> solvers;
     std::map<std::string, double> last;
@@ -93,7 +96,8 @@ TEST_F(StudyErrorTime, ASceneFileIsRunWholeAgainstItsReference) {
   EXPECT_EQ(intervals, (std::set<std::string>{"1", "3", "10"}));
   EXPECT_EQ(starts, (std::set<std::string>{"coarse to fine", "final level"}));
   EXPECT_GT(best, 0.8);
-  for (const char* plot : {"out/scene-surface-error.svg", "out/scene-refresh.png", "out/scene-held.csv"}) EXPECT_TRUE(exists(plot)) << plot;
+  for (const char* plot : {"out/scene-surface-error.svg", "out/scene-refresh.png", "out/scene-held.csv"})
+    EXPECT_TRUE(exists(plot)) << plot;
 }
 
 TEST_F(StudyErrorTime, BadInputIsRefusedInOneLineBeforeAnyTimeIsSpent) {
@@ -113,7 +117,8 @@ TEST_F(StudyErrorTime, BadInputIsRefusedInOneLineBeforeAnyTimeIsSpent) {
   refused({"study", "error-time", "phantom:full"}, "--out");
   refused({"study", "error-time", "phantom:full", "--out", path("file")}, "file");
   refused({"study", "error-time", "phantom:full", "--out", path("out"), "--budget", "0"}, "--budget");
-  refused({"study", "error-time", "phantom:full", "--out", path("out"), "--backend", "cuda", "--threads", "2"}, "--threads");
+  refused({"study", "error-time", "phantom:full", "--out", path("out"), "--backend", "cuda", "--threads", "2"},
+          "--threads");
   refused({"study", "error-time", path("scene.json"), "--out", path("out"), "--set", "simulation.dampin=1"}, "damping");
   nlohmann::json scene = scene_json();
   scene["meshes"] = nlohmann::json::array();

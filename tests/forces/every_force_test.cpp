@@ -72,8 +72,8 @@ TEST_P(EveryForceTest, EveryParameterChangesTheResult) {
         TestScene scene = base;
         scene.meshes[0].forces.values[static_cast<int>(force.id)][k] = other;
         if (force.id == ForceId::IntensityProfile)  // recorded anew when their length changes
-          scene.meshes[0].profiles =
-              profile_reference_of(make_sphere({0.3, -0.2, 0.1}, kPhantomRadius, 3), scene.volume, scene.meshes[0].forces);
+          scene.meshes[0].profiles = profile_reference_of(make_sphere({0.3, -0.2, 0.1}, kPhantomRadius, 3),
+                                                          scene.volume, scene.meshes[0].forces);
         const double change = largest_distance(run(scene, 7), expected);
         most = std::max(most, change), least = std::min(least, change);
       }

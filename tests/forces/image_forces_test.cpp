@@ -2,11 +2,11 @@
 // Gradient, intensity profile and region on the sphere phantom: where a mesh ends.
 #include <cmath>
 
-#include "image/metrics.h"
 #include "forces/region_model.h"
-#include "support/engine_fixture.h"
+#include "image/metrics.h"
 #include "image/rasterise.h"
 #include "mesh/mesh_geometry.h"
+#include "support/engine_fixture.h"
 
 namespace simplexseg {
 namespace {

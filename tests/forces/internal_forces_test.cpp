@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "mesh/mesh_geometry.h"
 #include "mesh/shape_reference.h"
 #include "support/engine_fixture.h"
-#include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
 namespace {

@@ -10,7 +10,8 @@ namespace {
 
 constexpr double kOneStepTolerance = 1e-4;    // mm
 constexpr double kManyStepsTolerance = 0.05;  // mm, after 200 steps
-// Filtered by the texture unit, whose fractions have 8 bits: an edge is found up to some hundredths of a voxel elsewhere.
+// Filtered by the texture unit, whose fractions have 8 bits: an edge is found up to some hundredths of a voxel
+// elsewhere.
 constexpr double kFilteredOneStep = 0.02, kFilteredManySteps = 0.1;
 
 TestScene scene_of(ForceId force) {
@@ -30,7 +31,8 @@ void compare(VolumeSampling sampling, double one_step, double many_steps) {
   for (const ForceInfo& force : force_list()) {
     const TestScene scene = scene_of(force.id);
     for (int steps : {1, 200}) {
-      const double distance = largest_distance(run(*make_cuda_engine(sampling), scene, steps), run(*make_cpu_engine(), scene, steps));
+      const double distance =
+          largest_distance(run(*make_cuda_engine(sampling), scene, steps), run(*make_cpu_engine(), scene, steps));
       EXPECT_LE(distance, steps == 1 ? one_step : many_steps) << force.name << " after " << steps << " steps";
       ::testing::Test::RecordProperty(std::string(force.name) + "_" + std::to_string(steps), std::to_string(distance));
       std::printf("[ distance ] %s after %d steps: %.2g mm\n", force.name, steps, distance);
@@ -38,21 +40,29 @@ void compare(VolumeSampling sampling, double one_step, double many_steps) {
   }
 }
 
-TEST(CpuAgainstCuda, EachForceOnItsOwnFetched) { compare(VolumeSampling::Fetched, kOneStepTolerance, kManyStepsTolerance); }
-TEST(CpuAgainstCuda, EachForceOnItsOwnLinear) { compare(VolumeSampling::Linear, kOneStepTolerance, kManyStepsTolerance); }
-TEST(CpuAgainstCuda, EachForceOnItsOwnFiltered) { compare(VolumeSampling::Filtered, kFilteredOneStep, kFilteredManySteps); }
+TEST(CpuAgainstCuda, EachForceOnItsOwnFetched) {
+  compare(VolumeSampling::Fetched, kOneStepTolerance, kManyStepsTolerance);
+}
+TEST(CpuAgainstCuda, EachForceOnItsOwnLinear) {
+  compare(VolumeSampling::Linear, kOneStepTolerance, kManyStepsTolerance);
+}
+TEST(CpuAgainstCuda, EachForceOnItsOwnFiltered) {
+  compare(VolumeSampling::Filtered, kFilteredOneStep, kFilteredManySteps);
+}
 
 /// Several lanes share a search while few vertices are there, one thread does it where there are many.
 TEST(CpuAgainstCuda, ManyVertices) {
   if (!why_no_cuda().empty()) GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
   const ForceId searches[] = {ForceId::Gradient, ForceId::IntensityProfile, ForceId::Region};
   for (ForceId force : searches) {
-    TestScene scene = busy_scene(7);        // 327,680
+    TestScene scene = busy_scene(7);  // 327,680
     weight_of(scene.meshes[0].forces, force) = 0.5f;
     weight_of(scene.meshes[0].forces, ForceId::Attraction) = 0.5f;
     set(scene.meshes[0].forces, {"gradient", "object", 1});
     scene.simulation = limited(1, 0.9f, 1);
-    EXPECT_LE(largest_distance(run(*make_cuda_engine(VolumeSampling::Fetched), scene, 2), run(*make_cpu_engine(), scene, 2)), 1e-3)
+    EXPECT_LE(
+        largest_distance(run(*make_cuda_engine(VolumeSampling::Fetched), scene, 2), run(*make_cpu_engine(), scene, 2)),
+        1e-3)
         << force_list()[static_cast<int>(force)].name;
   }
 }

@@ -23,7 +23,7 @@ TEST(DeviceMemory, ALargeSceneTakesLittleMoreThanItsData) {
     scene.meshes.push_back(m);
     scene.points.push_back({k, {50.0 * k + 25, 200, 200}});
   }
-  make_cuda_engine()->step(1);      // what the first engine of a program brings along
+  make_cuda_engine()->step(1);  // what the first engine of a program brings along
   const auto warm = make_cuda_engine();
   load(*warm, busy_scene());
   warm->step(40);
@@ -44,7 +44,7 @@ TEST(DeviceMemory, AVolumeThatDoesNotFitIsRefusedWithBothFigures) {
   geometry.size = {2048, 2048, static_cast<int>(free / (2048 * 2048 * 2)) + 10};
   Volume large;
   try {
-    large = Volume(geometry, VoxelType::Int16);      // pages that nobody touches
+    large = Volume(geometry, VoxelType::Int16);  // pages that nobody touches
   } catch (const Error&) {
     GTEST_SKIP() << "skipped: the host has not the address space";
   }
@@ -55,7 +55,8 @@ TEST(DeviceMemory, AVolumeThatDoesNotFitIsRefusedWithBothFigures) {
   } catch (const DeviceError& error) {
     EXPECT_NE(std::string(error.what()).find("MiB do not fit into the"), std::string::npos) << error.what();
   }
-  EXPECT_NEAR(static_cast<double>(cuda_device()->bytes_free), static_cast<double>(free), 64e6) << "nothing was allocated";
+  EXPECT_NEAR(static_cast<double>(cuda_device()->bytes_free), static_cast<double>(free), 64e6)
+      << "nothing was allocated";
 }
 
 }  // namespace

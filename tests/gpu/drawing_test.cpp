@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "mesh/mesh_geometry.h"
 #include "mesh/simplex_mesh.h"
 #include "support/engine_fixture.h"
-#include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
 namespace {

@@ -61,7 +61,8 @@ TEST_P(EngineCoreTest, MeshesInOneEngineAreEachAsAlone) {
   for (EnginePoint p : one.points) all.points.push_back({2, p.position_mm});
   // Without image forces on one of them, and a profile of another length on another.
   set(all.meshes[1].forces, {"intensity_profile", "half_length", 2});
-  all.meshes[1].profiles = profile_reference_of(make_sphere({0, 0, 0}, kPhantomRadius, 2), all.volume, all.meshes[1].forces);
+  all.meshes[1].profiles =
+      profile_reference_of(make_sphere({0, 0, 0}, kPhantomRadius, 2), all.volume, all.meshes[1].forces);
   two.meshes[0] = all.meshes[1];
   Positions expected = run(one, 40);
   for (const TestScene& scene : {two, three}) {
@@ -93,7 +94,7 @@ TEST_P(EngineCoreTest, EveryVoxelTypeGivesTheSame) {
     if (expected.empty()) expected = end;
     if (GetParam() == "cpu")
       EXPECT_TRUE(same_bits(end, expected)) << to_string(type);
-    else      // a texture unit filters some types, with fractions of 8 bits, and cannot read others
+    else  // a texture unit filters some types, with fractions of 8 bits, and cannot read others
       EXPECT_LE(largest_distance(end, expected), 0.1) << to_string(type);
   }
 }

@@ -5,11 +5,11 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "gpu/vertex_order.h"
 #include "mesh/hierarchy.h"
 #include "mesh/shape_reference.h"
-#include "support/engine_fixture.h"
-#include "gpu/vertex_order.h"
 #include "step/simulation_parameters.h"
+#include "support/engine_fixture.h"
 
 namespace simplexseg {
 namespace {
@@ -27,10 +27,15 @@ class SolverTest : public EngineTest {
     scene.meshes.resize(1);
     TestMesh& m = scene.meshes[0];
     m.mesh = make_sphere({3, -2, 1}, 20, level);
-    m.forces = with({{"smoothing", "weight", 5}, {"smoothing", "evenness", 0}, {"smoothing", "curvature", 0},
-                     {"attraction", "weight", 0.5f}, {"attraction", "order", 0}});
+    m.forces = with({{"smoothing", "weight", 5},
+                     {"smoothing", "evenness", 0},
+                     {"smoothing", "curvature", 0},
+                     {"attraction", "weight", 0.5f},
+                     {"attraction", "order", 0}});
     for (int i = 0; i < m.mesh.vertex_count(); i += each)
-      if (!half || m.mesh.positions[i][2] > 1) scene.points.push_back({0, m.mesh.positions[i].cast<double>() + 0.1 * Eigen::Vector3d(std::sin(i), std::cos(i), std::sin(2 * i))});
+      if (!half || m.mesh.positions[i][2] > 1)
+        scene.points.push_back(
+            {0, m.mesh.positions[i].cast<double>() + 0.1 * Eigen::Vector3d(std::sin(i), std::cos(i), std::sin(2 * i))});
     return scene;
   }
   /// Steps until the distance to `end`, root mean square, is `share` of what it was; `most` when it never is.
@@ -73,7 +78,8 @@ TEST_P(SolverTest, EachTakesFewerStepsThanTheOneBefore) {
   TestScene exact = scene;
   exact.simulation = by(Solver::Multigrid);
   const Positions end = run(exact, 1000);
-  const int verlet = steps_to(scene, Solver::Verlet, end, 0.01, 4000), damped = steps_to(scene, Solver::Damped, end, 0.01, 4000);
+  const int verlet = steps_to(scene, Solver::Verlet, end, 0.01, 4000),
+            damped = steps_to(scene, Solver::Damped, end, 0.01, 4000);
   const int multigrid = steps_to(scene, Solver::Multigrid, end, 0.01, 4000);
   EXPECT_LT(verlet, 4000);
   EXPECT_LT(damped, 0.8 * verlet);
@@ -83,7 +89,8 @@ TEST_P(SolverTest, EachTakesFewerStepsThanTheOneBefore) {
   TestScene half = membrane(4, 1);
   half.simulation = by(Solver::Multigrid);
   const Positions half_end = run(half, 1000);
-  EXPECT_LT(10 * steps_to(half, Solver::Multigrid, half_end, 0.01, 4000), steps_to(half, Solver::Verlet, half_end, 0.01, 4000));
+  EXPECT_LT(10 * steps_to(half, Solver::Multigrid, half_end, 0.01, 4000),
+            steps_to(half, Solver::Verlet, half_end, 0.01, 4000));
 }
 
 TEST_P(SolverTest, TheCycleTakesAsManyStepsOnFineMeshesAsOnCoarseOnes) {
@@ -99,11 +106,12 @@ TEST_P(SolverTest, TheCycleTakesAsManyStepsOnFineMeshesAsOnCoarseOnes) {
   EXPECT_LE(steps[1], 2 * steps[0] + 10) << steps[0] << " with 1280 vertices, " << steps[1] << " with 20480";
 }
 
-/// The V-cycle of docs/mathematics.md, section 3, in double, for a model A = k L + E with E a number for each vertex. Vertices
-/// are put together in the order in which the engine keeps them.
+/// The V-cycle of docs/mathematics.md, section 3, in double, for a model A = k L + E with E a number for each vertex.
+/// Vertices are put together in the order in which the engine keeps them.
 class DenseCycle {
  public:
-  DenseCycle(const SimplexMesh& mesh, double k, const std::vector<double>& held) : order_(patch_order(mesh.neighbours)) {
+  DenseCycle(const SimplexMesh& mesh, double k, const std::vector<double>& held)
+      : order_(patch_order(mesh.neighbours)) {
     const int n = mesh.vertex_count();
     std::vector<int> place(n);
     for (int i = 0; i < n; ++i) place[order_[i]] = i;
@@ -141,11 +149,13 @@ class DenseCycle {
 
  private:
   void add_level(const Eigen::MatrixXd& laplacian, const std::vector<double>& e) {
-    systems_.push_back(laplacian + Eigen::MatrixXd(Eigen::Map<const Eigen::VectorXd>(e.data(), static_cast<long>(e.size())).asDiagonal()));
+    systems_.push_back(
+        laplacian +
+        Eigen::MatrixXd(Eigen::Map<const Eigen::VectorXd>(e.data(), static_cast<long>(e.size())).asDiagonal()));
   }
   Eigen::VectorXd solve(std::size_t l, const Eigen::VectorXd& f) const {
     const Eigen::MatrixXd& a = systems_[l];
-    if (l + 1 == systems_.size()) return a.diagonal().cwiseInverse().asDiagonal() * f;      // one vertex
+    if (l + 1 == systems_.size()) return a.diagonal().cwiseInverse().asDiagonal() * f;  // one vertex
     const Eigen::VectorXd relax = 0.7 * a.diagonal().cwiseInverse();
     Eigen::VectorXd z = relax.cwiseProduct(f);
     const Hierarchy::Level& level = hierarchy_.levels[l];
@@ -192,7 +202,7 @@ TEST_P(SolverTest, TheErrorFallsAsTheoryPredicts) {
       }
       const Eigen::VectorXcd spectrum = Eigen::EigenSolver<Eigen::MatrixXd>(bk, false).eigenvalues();
       const double least = spectrum.real().minCoeff();
-      EXPECT_LT(spectrum.imag().cwiseAbs().maxCoeff(), 1e-6);      // both factors are symmetric
+      EXPECT_LT(spectrum.imag().cwiseAbs().maxCoeff(), 1e-6);  // both factors are symmetric
 
       scene.simulation = by(solver);
       const Positions end = run(scene, 4000);
@@ -209,7 +219,8 @@ TEST_P(SolverTest, TheErrorFallsAsTheoryPredicts) {
       for (; steps < 4000 && now > 1e-5 * first; ++steps) {
         control.start(scene.simulation, stiffness_of(scene.meshes[0].forces, {}), state);
         const StepCoefficients c = control.coefficients();
-        const Eigen::MatrixXd next = error + c.keep * (error - before) - c.gain * ((steps == 0 && solver == Solver::Multigrid ? first_bk : bk) * error);
+        const Eigen::MatrixXd next = error + c.keep * (error - before) -
+                                     c.gain * ((steps == 0 && solver == Solver::Multigrid ? first_bk : bk) * error);
         before = error, error = next;
         state = engine->step(1).solver.at(0);
         const Positions p = positions_of(*engine, scene);
@@ -218,7 +229,8 @@ TEST_P(SolverTest, TheErrorFallsAsTheoryPredicts) {
         now = std::sqrt(sum);
       }
       const double rate = std::log(now / first) / std::log(error.norm() / first);
-      EXPECT_NEAR(rate, 1, 0.03) << static_cast<int>(solver) << (half ? " half" : " all") << " held, " << steps << " steps";
+      EXPECT_NEAR(rate, 1, 0.03) << static_cast<int>(solver) << (half ? " half" : " all") << " held, " << steps
+                                 << " steps";
       // What is seen of the slowest mode while running is what the spectrum has.
       if (solver != Solver::Verlet) {
         EXPECT_NEAR(state.slowest, least, 0.2 * least) << static_cast<int>(solver) << half;
@@ -244,7 +256,8 @@ TEST_P(SolverTest, AMeshWithoutTheCycleBesideOneWithItIsMeasuredAndLearntAsAlone
   TestScene alone = busy_scene(3), with_cycle = membrane(3, 2);
   alone.points.clear();
   for (const ForceInfo& force : force_list())
-    weight_of(alone.meshes[0].forces, force.id) = force.id == ForceId::Gradient || force.id == ForceId::Region ? 0.3f : 0.0f;
+    weight_of(alone.meshes[0].forces, force.id) =
+        force.id == ForceId::Gradient || force.id == ForceId::Region ? 0.3f : 0.0f;
   TestScene both = with_cycle;
   both.volume = alone.volume;
   both.meshes.push_back(alone.meshes[0]);
@@ -257,7 +270,8 @@ TEST_P(SolverTest, AMeshWithoutTheCycleBesideOneWithItIsMeasuredAndLearntAsAlone
     for (int steps : batches) outcome = engine->step(steps);
     return outcome;
   };
-  const StepOutcome a = outcome_of(alone, {14}), b = outcome_of(both, {14}), c = outcome_of(both, {3, 9, 2}), d = outcome_of(with_cycle, {14});
+  const StepOutcome a = outcome_of(alone, {14}), b = outcome_of(both, {14}), c = outcome_of(both, {3, 9, 2}),
+                    d = outcome_of(with_cycle, {14});
   EXPECT_GT(a.residual_mm.at(0), 1e-4);
   EXPECT_GT(a.solver.at(0).slowest, 0);
   EXPECT_NEAR(b.residual_mm.at(1), a.residual_mm.at(0), 1e-3 * a.residual_mm.at(0));
@@ -292,7 +306,9 @@ TEST_P(SolverTest, EveryMeshTakesCyclesWhenItsOwnTimeComes) {
   TestScene first = membrane(3, 1), second = busy_scene(3);
   second.points.clear();
   for (const ForceInfo& force : force_list())
-    weight_of(second.meshes[0].forces, force.id) = force.id == ForceId::Smoothing ? 1.0f : force.id == ForceId::Gradient ? 0.3f : 0.0f;
+    weight_of(second.meshes[0].forces, force.id) = force.id == ForceId::Smoothing  ? 1.0f
+                                                   : force.id == ForceId::Gradient ? 0.3f
+                                                                                   : 0.0f;
   first.volume = second.volume;
   TestScene both = first;
   both.meshes.push_back(second.meshes[0]);
@@ -316,11 +332,12 @@ TEST_P(SolverTest, OnlyVerletsStepsDependOnWhatOnlyItHas) {
       for (TestScene* s : {&scene, &other}) {
         weight_of(s->meshes[0].forces, ForceId::Smoothing) = 0.5f;
         s->simulation = by(solver);
-        s->simulation.timestep = 2.5f;      // beyond the limit
+        s->simulation.timestep = 2.5f;  // beyond the limit
       }
       float& value = value_of(other.simulation, index);
       value = value == 1 ? 0 : 0.3f;
-      EXPECT_NE(same_bits(run(scene, 3), run(other, 3)), has_effect(scene.simulation, index)) << name << static_cast<int>(solver);
+      EXPECT_NE(same_bits(run(scene, 3), run(other, 3)), has_effect(scene.simulation, index))
+          << name << static_cast<int>(solver);
     }
 }
 
@@ -333,7 +350,8 @@ TEST_P(SolverTest, WhatWasLearntGoesOnAfterALoad) {
   EXPECT_GT(learnt.slowest, 0);
   EngineMesh m;
   const TestMesh& t = scene.meshes[0];
-  m.positions = m.previous = t.mesh.positions, m.neighbours = t.mesh.neighbours, m.parameters = t.forces, m.solver = learnt;
+  m.positions = m.previous = t.mesh.positions, m.neighbours = t.mesh.neighbours, m.parameters = t.forces,
+  m.solver = learnt;
   engine->load(std::span(&m, 1), scene.simulation);
   EXPECT_EQ(engine->step(1).solver.at(0).slowest, learnt.slowest);
   // New weights: it is to be learnt again.
@@ -345,7 +363,8 @@ TEST_P(SolverTest, WhatWasLearntGoesOnAfterALoad) {
 TEST_P(SolverTest, EveryForceAndAllTogetherStayBoundedWithEverySolver) {
   for (Solver solver : kSolvers) {
     TestScene scene = busy_scene(3, 10);
-    for (const ForceInfo& force : force_list()) weight_of(scene.meshes[0].forces, force.id) = force.parameters[0].maximum;
+    for (const ForceInfo& force : force_list())
+      weight_of(scene.meshes[0].forces, force.id) = force.parameters[0].maximum;
     scene.simulation = by(solver);
     scene.simulation.refresh_interval = 3;
     const Positions end = run(scene, 300);

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "support/engine_fixture.h"
-#include "study/stability_limits.h"
 #include "step/simulation_parameters.h"
+#include "study/stability_limits.h"
+#include "support/engine_fixture.h"
 
 namespace simplexseg {
 namespace {
@@ -18,8 +18,7 @@ TEST_P(StabilityTest, EveryForceIsStableUpToItsBound) {
   for (const LimitProblem& problem : limit_problems())
     for (const double damping : kLimitDampings) {
       const double predicted = predicted_limit(problem, damping);
-      const StabilityLimit limit{problem.name, damping, predicted,
-                                 measured_limit(problem, damping, make_engine)};
+      const StabilityLimit limit{problem.name, damping, predicted, measured_limit(problem, damping, make_engine)};
       EXPECT_TRUE(limit.as_predicted()) << problem.name << ", damping " << damping << ": " << limit.measured
                                         << " measured, " << predicted << " predicted";
     }

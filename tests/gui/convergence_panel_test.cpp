@@ -11,8 +11,8 @@
 #include "gui/window/message_bar.h"
 #include "io/scene_io.h"
 #include "io/volume_io.h"
-#include "window_fixture.h"
 #include "step/simulation_parameters.h"
+#include "window_fixture.h"
 
 namespace simplexseg {
 namespace {

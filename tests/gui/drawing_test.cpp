@@ -4,14 +4,14 @@
 
 #include <map>
 
-#include "study/phantom.h"
-#include "session/session.h"
 #include "gpu/backend.h"
 #include "gui/views/camera.h"
-#include "gui/workbench/frame_statistics.h"
 #include "gui/views/slice_view.h"
 #include "gui/views/surfaces.h"
+#include "gui/workbench/frame_statistics.h"
+#include "session/session.h"
 #include "step/simulation_parameters.h"
+#include "study/phantom.h"
 
 namespace simplexseg {
 namespace {

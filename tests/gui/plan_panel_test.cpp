@@ -7,8 +7,8 @@
 #include <QTreeWidget>
 
 #include "gui/panels/force_panel.h"
-#include "gui/window/message_bar.h"
 #include "gui/panels/parameter_row.h"
+#include "gui/window/message_bar.h"
 #include "window_fixture.h"
 
 namespace simplexseg {

@@ -9,8 +9,8 @@
 
 #include "io/scene_io.h"
 #include "io/volume_io.h"
-#include "window_fixture.h"
 #include "step/simulation_parameters.h"
+#include "window_fixture.h"
 
 namespace simplexseg {
 namespace {

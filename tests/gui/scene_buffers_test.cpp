@@ -9,12 +9,12 @@
 
 #include "core/error.h"
 #include "gpu/backend.h"
-#include "gui/workbench/frame_loop.h"
-#include "gui/window/message_bar.h"
 #include "gui/views/space_view.h"
-#include "window_fixture.h"
+#include "gui/window/message_bar.h"
+#include "gui/workbench/frame_loop.h"
 #include "mesh/mesh_geometry.h"
 #include "step/simulation_parameters.h"
+#include "window_fixture.h"
 
 namespace simplexseg {
 namespace {
@@ -35,8 +35,12 @@ class FailingEngine : public Engine {
     inner_->set_parameters(meshes, simulation);
   }
   void set_points(std::span<const EnginePoint> points) override { inner_->set_points(points); }
-  void hold_targets(int mesh, ForceId force, std::span<const Vec4> targets) override { inner_->hold_targets(mesh, force, targets); }
-  void read_targets(int mesh, ForceId force, std::span<Vec4> targets) override { inner_->read_targets(mesh, force, targets); }
+  void hold_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
+    inner_->hold_targets(mesh, force, targets);
+  }
+  void read_targets(int mesh, ForceId force, std::span<Vec4> targets) override {
+    inner_->read_targets(mesh, force, targets);
+  }
   void refresh() override { inner_->refresh(); }
   StepOutcome step(int count) override {
     if ((steps_left -= count) < 0) throw DeviceError("device", "it was lost", "use --backend cpu");

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "step/engine.h"
-#include "image/volume.h"
 #include "gpu/backend.h"
 #include "gui/look/slice_geometry.h"
 #include "gui/workbench/workbench.h"
+#include "image/volume.h"
+#include "step/engine.h"
 
 namespace simplexseg {
 namespace {

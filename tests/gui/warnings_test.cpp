@@ -2,8 +2,8 @@
 // What the window says of steps that were undone and of surfaces that are not sound.
 #include <QLabel>
 
-#include "gui/workbench/repeated_warning.h"
 #include "gui/panels/simulation_panel.h"
+#include "gui/workbench/repeated_warning.h"
 #include "window_fixture.h"
 
 namespace simplexseg {

@@ -9,11 +9,11 @@
 #include <memory>
 #include <string>
 
-#include "study/phantom.h"
 #include "gui/input/action_table.h"
-#include "gui/window/main_window.h"
 #include "gui/views/slice_view.h"
+#include "gui/window/main_window.h"
 #include "gui/workbench/workbench.h"
+#include "study/phantom.h"
 
 namespace simplexseg {
 

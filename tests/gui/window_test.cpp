@@ -7,13 +7,13 @@
 #include <QSlider>
 
 #include "gui/panels/force_panel.h"
-#include "gui/workbench/frame_loop.h"
-#include "gui/window/message_bar.h"
 #include "gui/panels/parameter_row.h"
 #include "gui/panels/simulation_panel.h"
 #include "gui/views/space_view.h"
-#include "window_fixture.h"
+#include "gui/window/message_bar.h"
+#include "gui/workbench/frame_loop.h"
 #include "step/simulation_parameters.h"
+#include "window_fixture.h"
 
 namespace simplexseg {
 namespace {
@@ -41,7 +41,8 @@ TEST_F(WindowTest, SlidersChangeTheSession) {
 
 TEST_F(WindowTest, WhatOnlyVerletHasIsGreyUntilItIsChosen) {
   open_phantom();
-  const int solver = find_parameter(simulation_table(), "solver"), damping = find_parameter(simulation_table(), "damping");
+  const int solver = find_parameter(simulation_table(), "solver"),
+            damping = find_parameter(simulation_table(), "damping");
   const ParameterRow* row = window_->simulation().row(damping);
   const QString doc = simulation_table()[damping].doc;
   EXPECT_FALSE(row->isEnabled());

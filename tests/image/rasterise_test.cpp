@@ -8,9 +8,9 @@
 #include <random>
 
 #include "core/error.h"
-#include "mesh/simplex_mesh.h"
 #include "image/rasterise.h"
 #include "mesh/mesh_geometry.h"
+#include "mesh/simplex_mesh.h"
 
 namespace simplexseg {
 namespace {

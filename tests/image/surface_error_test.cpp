@@ -6,15 +6,16 @@
 #include <cmath>
 #include <limits>
 
-#include "study/phantom.h"
-#include "mesh/simplex_mesh.h"
 #include "image/mask.h"
+#include "mesh/simplex_mesh.h"
+#include "study/phantom.h"
 
 namespace simplexseg {
 namespace {
 
 /// A sphere of radius r on a grid that need not be isotropic, orthogonal or large enough for it.
-Mask sphere_mask(double r, const Eigen::Vector3d& spacing, const Eigen::Matrix3d& direction = Eigen::Matrix3d::Identity(), double margin = 6) {
+Mask sphere_mask(double r, const Eigen::Vector3d& spacing,
+                 const Eigen::Matrix3d& direction = Eigen::Matrix3d::Identity(), double margin = 6) {
   Mask mask;
   mask.geometry.spacing_mm = spacing;
   mask.geometry.direction = direction;
@@ -25,7 +26,8 @@ Mask sphere_mask(double r, const Eigen::Vector3d& spacing, const Eigen::Matrix3d
   const Eigen::Affine3d world = mask.geometry.world_from_index();
   for (int k = 0; k < mask.geometry.size[2]; ++k)
     for (int j = 0; j < mask.geometry.size[1]; ++j)
-      for (int i = 0; i < mask.geometry.size[0]; ++i) mask.voxels.push_back((world * Eigen::Vector3d(i, j, k)).norm() < r);
+      for (int i = 0; i < mask.geometry.size[0]; ++i)
+        mask.voxels.push_back((world * Eigen::Vector3d(i, j, k)).norm() < r);
   return mask;
 }
 
@@ -34,7 +36,7 @@ TEST(SurfaceError, OfASphereOnItsOwnMaskIsWithinHalfAVoxelAndGrowsWithAShift) {
   const Mask truth = mask_of(phantom.labels, 1);
   double count = 0;
   for (const std::uint8_t voxel : truth.voxels) count += voxel;
-  const double radius = std::cbrt(count * 0.75 / M_PI);     // voxels of 1 mm
+  const double radius = std::cbrt(count * 0.75 / M_PI);  // voxels of 1 mm
   const SurfaceError error(truth);
   const SurfaceError::Values on = error.of(make_sphere({0, 0, 0}, radius, 4).positions);
   EXPECT_LT(on.mean_mm, 0.2);
@@ -72,7 +74,8 @@ TEST(SurfaceError, HoldsOnFlatVoxelsAndOnTurnedAndShearedGrids) {
 
 TEST(SurfaceError, FarOutsideItIsTheDistance) {
   const SurfaceError error(sphere_mask(10, {1, 1, 1}));
-  for (const Eigen::Vector3d& direction : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, -1, 0), Eigen::Vector3d(1, 1, 1)})
+  for (const Eigen::Vector3d& direction :
+       {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, -1, 0), Eigen::Vector3d(1, 1, 1)})
     EXPECT_NEAR(error.at(200 * direction.normalized()), 190, 5);
   EXPECT_GE(error.at({200, 0, 0}), 190 - 0.5);
   EXPECT_NEAR(error.at({0, 0, 0}), 10, 0.7);

@@ -18,7 +18,8 @@ class Dicom : public test::FolderTest {
   /// The four slices of the GE series under the names a, b, c, d (in the order of their numbers).
   void copy_four() {
     const char* const names[] = {"a", "b", "c", "d"};
-    for (int i = 0; i < 4; ++i) copy(series("ge_anatomical/001/IM-0001-011") += std::to_string(2 + i) + "-0001.dcm", names[i]);
+    for (int i = 0; i < 4; ++i)
+      copy(series("ge_anatomical/001/IM-0001-011") += std::to_string(2 + i) + "-0001.dcm", names[i]);
   }
 };
 
@@ -91,7 +92,7 @@ TEST_F(Dicom, Jpeg2000CtWithoutExtensions) {
     for (int j = 0; j < 512; ++j) {
       for (int i = 0; i < 512; ++i) {
         const int label = int(labels.value(i, j, k));
-        if (label < 25 || label > 50) continue;   // sacrum and vertebrae
+        if (label < 25 || label > 50) continue;  // sacrum and vertebrae
         sum += loaded.volume.value(i, 511 - j, k);
         mirrored += loaded.volume.value(i, j, k);
         ++count;
@@ -111,8 +112,10 @@ TEST_F(Dicom, GantryTiltIsKeptAsAShearedGrid) {
   EXPECT_HAS(loaded.warnings[0], "14 degrees");
   const Eigen::Affine3d world_from_index = loaded.volume.geometry().world_from_index();
   // Positions of the first and the last file, exactly.
-  EXPECT_TRUE((world_from_index * Eigen::Vector3d(0, 0, 0)).isApprox(Eigen::Vector3d(-106.791015625, -256.61886606561, -61.951915066986), 1e-9));
-  EXPECT_TRUE((world_from_index * Eigen::Vector3d(0, 0, 3)).isApprox(Eigen::Vector3d(-106.791015625, -256.61886606561, -46.951915066986), 1e-9));
+  EXPECT_TRUE((world_from_index * Eigen::Vector3d(0, 0, 0))
+                  .isApprox(Eigen::Vector3d(-106.791015625, -256.61886606561, -61.951915066986), 1e-9));
+  EXPECT_TRUE((world_from_index * Eigen::Vector3d(0, 0, 3))
+                  .isApprox(Eigen::Vector3d(-106.791015625, -256.61886606561, -46.951915066986), 1e-9));
   write_volume(folder / "tilt.nii.gz", loaded.volume);
   EXPECT_TRUE(read_volume(folder / "tilt.nii.gz").geometry().same_grid(loaded.volume.geometry(), 1e-4));
 }
@@ -154,7 +157,8 @@ TEST_F(Dicom, MissingAndDoubledSlicesAreNamedInOneMessage) {
 TEST_F(Dicom, OrderOfNamesDoesNotMatter) {
   REQUIRE_DATA(series(""));
   const char* const names[] = {"z.dcm", "m", "a.IMA", "q.1"};
-  for (int i = 0; i < 4; ++i) copy(series("siemens_anatomical/001/IM-0001-011") += std::to_string(2 + i) + "-0001.dcm", names[i]);
+  for (int i = 0; i < 4; ++i)
+    copy(series("siemens_anatomical/001/IM-0001-011") += std::to_string(2 + i) + "-0001.dcm", names[i]);
   write("README", "Other files may lie beside the slices.\n");
   write("notes.txt", "");
   fs::create_directory(folder / "sub");
@@ -167,7 +171,8 @@ TEST_F(Dicom, TheLargestOfSeveralSeriesIsTaken) {
   REQUIRE_DATA(series(""));
   copy_four();
   for (int i = 0; i < 3; ++i) {
-    copy(series("siemens_anatomical/001/IM-0001-011") += std::to_string(2 + i) + "-0001.dcm", "other" + std::to_string(i));
+    copy(series("siemens_anatomical/001/IM-0001-011") += std::to_string(2 + i) + "-0001.dcm",
+         "other" + std::to_string(i));
   }
   const LoadedVolume loaded = load_volume(folder);
   expect_same_world(loaded.volume, read_volume(series("ge_anatomical/001_ground_truth.nii.gz")));

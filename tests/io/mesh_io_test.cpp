@@ -9,8 +9,8 @@
 #include <set>
 #include <sstream>
 
-#include "test_files.h"
 #include "mesh/mesh_geometry.h"
+#include "test_files.h"
 
 namespace simplexseg {
 namespace {
@@ -157,7 +157,7 @@ TEST_F(MeshIo, StlIsClosedAndOutward) {
   ASSERT_EQ(bytes.size(), 84 + 50 * std::size_t(count));
   EXPECT_FALSE(bytes.starts_with("solid"));
   double volume = 0;
-  std::map<std::string, int> edges;   // sum over the two directions: 0 when the surface is closed
+  std::map<std::string, int> edges;  // sum over the two directions: 0 when the surface is closed
   for (std::uint32_t t = 0; t < count; ++t) {
     Eigen::Vector3f p[4];
     std::memcpy(static_cast<void*>(p), &bytes[84 + 50 * t], 48);
@@ -165,7 +165,8 @@ TEST_F(MeshIo, StlIsClosedAndOutward) {
     volume += a.dot(b.cross(c)) / 6;
     EXPECT_GT(p[0].cast<double>().dot((b - a).cross(c - a)), 0);
     for (int side = 0; side < 3; ++side) {
-      const std::string from(reinterpret_cast<char*>(&p[1 + side]), 12), to(reinterpret_cast<char*>(&p[1 + (side + 1) % 3]), 12);
+      const std::string from(reinterpret_cast<char*>(&p[1 + side]), 12),
+          to(reinterpret_cast<char*>(&p[1 + (side + 1) % 3]), 12);
       ++edges[from + to];
       --edges[to + from];
     }
@@ -180,8 +181,8 @@ TEST_F(MeshIo, VtkAndVtpHoldPointsAndCells) {
   write_mesh(folder / "a.vtk", mesh);
   std::string bytes = bytes_of(folder / "a.vtk");
   const std::string points = "POINTS " + std::to_string(mesh.vertex_count()) + " float\n";
-  const std::string polygons = "POLYGONS " + std::to_string(cells.count()) + " " +
-                               std::to_string(cells.count() + cells.vertices.size()) + "\n";
+  const std::string polygons =
+      "POLYGONS " + std::to_string(cells.count()) + " " + std::to_string(cells.count() + cells.vertices.size()) + "\n";
   ASSERT_NE(bytes.find(points), std::string::npos);
   ASSERT_NE(bytes.find(polygons), std::string::npos);
   const auto big_endian = [&](std::size_t at) {
@@ -208,7 +209,7 @@ TEST_F(MeshIo, VtkAndVtpHoldPointsAndCells) {
   bytes = bytes_of(folder / "a.vtp");
   EXPECT_HAS(bytes.substr(0, 200), "frame LPS, unit mm");
   const std::size_t data = bytes.find("encoding=\"raw\">\n_") + 17;
-  const auto block = [&](const std::string& before) {   // the block whose offset follows `before`
+  const auto block = [&](const std::string& before) {  // the block whose offset follows `before`
     const std::size_t offset = std::stoul(bytes.substr(bytes.find("offset=\"", bytes.find(before)) + 8));
     std::uint64_t size = 0;
     std::memcpy(&size, &bytes[data + offset], 8);

@@ -17,7 +17,8 @@ using PlotFile = test::FolderTest;
 
 Plot two_curves() {
   Plot plot{"Error & time <held>", "time (s)", "error", true, true, {}};
-  PlotSeries fast{"fast, \"quoted\"", plot_colour(0), true, false, {}, {}}, slow{"slow <&>", plot_colour(1), false, true, {}, {}};
+  PlotSeries fast{"fast, \"quoted\"", plot_colour(0), true, false, {}, {}},
+      slow{"slow <&>", plot_colour(1), false, true, {}, {}};
   for (int i = 1; i <= 50; ++i) {
     fast.x.push_back(0.01 * i), fast.y.push_back(std::exp(-0.3 * i));
     slow.x.push_back(0.02 * i), slow.y.push_back(std::exp(-0.05 * i));
@@ -61,7 +62,9 @@ TEST_F(PlotFile, SvgIsWellFormedAndNamesItsSeries) {
   const std::string svg = bytes_of(folder / "a.svg");
   EXPECT_TRUE(well_formed(svg)) << svg.substr(0, 1000);
   EXPECT_FALSE(well_formed("<a><b></a></b>"));
-  for (const char* words : {"Error &amp; time &lt;held&gt;", "fast, \"quoted\"", "slow &lt;&amp;&gt;", "error against time (s)"}) EXPECT_HAS(svg, words);
+  for (const char* words :
+       {"Error &amp; time &lt;held&gt;", "fast, \"quoted\"", "slow &lt;&amp;&gt;", "error against time (s)"})
+    EXPECT_HAS(svg, words);
   EXPECT_HAS(svg, "width=\"700");
 }
 
@@ -85,7 +88,9 @@ int pixels_like(const std::vector<std::uint8_t>& rgba, int width, const Colour& 
   int count = 0;
   for (std::size_t p = 0; p < rgba.size() / 4; ++p)
     if (static_cast<int>(p) % width >= from)
-      count += std::abs(rgba[4 * p] - colour.red) + std::abs(rgba[4 * p + 1] - colour.green) + std::abs(rgba[4 * p + 2] - colour.blue) < 40;
+      count += std::abs(rgba[4 * p] - colour.red) + std::abs(rgba[4 * p + 1] - colour.green) +
+                   std::abs(rgba[4 * p + 2] - colour.blue) <
+               40;
   return count;
 }
 
@@ -102,7 +107,8 @@ TEST(Plot, CurvesAreDrawnInTheirColoursAndTheLegendStandsBeside) {
     }
     Plot without = plot;
     without.series[0].x.clear(), without.series[0].y.clear();
-    EXPECT_LT(pixels_like(draw_plot(without, 640, 360, 1, theme), 640, plot.series[0].colour), pixels_like(rgba, 640, plot.series[0].colour) / 2);
+    EXPECT_LT(pixels_like(draw_plot(without, 640, 360, 1, theme), 640, plot.series[0].colour),
+              pixels_like(rgba, 640, plot.series[0].colour) / 2);
   }
   EXPECT_GT(draw_plot(plot, 640, 360, 1, PlotTheme::Light)[0], 200);
   EXPECT_LT(draw_plot(plot, 640, 360, 1, PlotTheme::Dark)[0], 60);

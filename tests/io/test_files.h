@@ -31,8 +31,8 @@ class FolderTest : public ::testing::Test {
   FolderTest() {
     const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
     folder = std::filesystem::temp_directory_path() /
-             (std::string("simplexseg-") + info->test_suite_name() + "-" + info->name() + "-" + std::to_string(::rand()) +
-              "-" + std::to_string(reinterpret_cast<std::uintptr_t>(this)));
+             (std::string("simplexseg-") + info->test_suite_name() + "-" + info->name() + "-" +
+              std::to_string(::rand()) + "-" + std::to_string(reinterpret_cast<std::uintptr_t>(this)));
     std::filesystem::create_directories(folder);
   }
   ~FolderTest() override {

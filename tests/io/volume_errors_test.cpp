@@ -16,7 +16,9 @@ using test::odd_volume;
 
 class VolumeErrors : public test::FolderTest {
  protected:
-  std::string load(const std::string& name) { return error_of([&] { load_volume(folder / name); }); }
+  std::string load(const std::string& name) {
+    return error_of([&] { load_volume(folder / name); });
+  }
 };
 
 TEST_F(VolumeErrors, PathsThatAreNoVolume) {
@@ -56,7 +58,7 @@ TEST_F(VolumeErrors, NiftiCutAnywhere) {
     load("cut.nii.gz");
   }
   std::string wrong = packed;
-  wrong[wrong.size() - 7] ^= 1;   // the checksum
+  wrong[wrong.size() - 7] ^= 1;  // the checksum
   write("wrong.nii.gz", wrong);
   EXPECT_HAS(load("wrong.nii.gz"), "damaged");
 }
@@ -88,11 +90,12 @@ TEST_F(VolumeErrors, OtherFormatsCut) {
   const std::string voxels(118, 'v');
   write("raw.nrrd", "NRRD0004\ntype: int16\ndimension: 3\nsizes: 5 4 3\nendian: little\nencoding: raw\n\n" + voxels);
   load("raw.nrrd");
-  const std::string meta = "ObjectType = Image\nNDims = 3\nDimSize = 5 4 3\nElementType = MET_SHORT\nElementDataFile = ";
+  const std::string meta =
+      "ObjectType = Image\nNDims = 3\nDimSize = 5 4 3\nElementType = MET_SHORT\nElementDataFile = ";
   write("raw.mha", meta + "LOCAL\n" + voxels);
   load("raw.mha");
   write("raw.mhd", meta + "a.raw\n");
-  load("raw.mhd");   // no a.raw
+  load("raw.mhd");  // no a.raw
   write("a.raw", voxels);
   load("raw.mhd");
   write("a.raw", voxels + "vv");
@@ -134,19 +137,22 @@ TEST_F(VolumeErrors, GeometryThatCannotBeUsed) {
   write("sheared.nrrd", nrrd + "space directions: (1,0,0) (0.5,1,0) (0,0,1)\nencoding: raw\n\nab");
   const LoadedVolume sheared = load_volume(folder / "sheared.nrrd");
   ASSERT_EQ(sheared.warnings.size(), 1u);
-  EXPECT_TRUE((sheared.volume.geometry().world_from_index() * Eigen::Vector3d(0, 1, 0)).isApprox(Eigen::Vector3d(0.5, 1, 0)));
+  EXPECT_TRUE(
+      (sheared.volume.geometry().world_from_index() * Eigen::Vector3d(0, 1, 0)).isApprox(Eigen::Vector3d(0.5, 1, 0)));
 }
 
 TEST_F(VolumeErrors, VoxelsThatAreNoNumbers) {
   const std::string good = test::nifti_bytes(folder, odd_volume(VoxelType::UInt8));
-  const std::pair<int, const char*> types[] = {{128, "colours"}, {32, "complex"}, {1, "bits"}, {1536, "128"}, {77, "known"}};
+  const std::pair<int, const char*> types[] = {
+      {128, "colours"}, {32, "complex"}, {1, "bits"}, {1536, "128"}, {77, "known"}};
   for (const auto& [type, word] : types) {
     std::string bytes = good;
     test::patch(bytes, 70, std::int16_t(type));
     write("type.nii", bytes);
     EXPECT_HAS(load("type.nii"), word);
   }
-  write("rgb.mha", "ObjectType = Image\nNDims = 3\nDimSize = 2 1 1\nElementNumberOfChannels = 3\nElementType = MET_UCHAR\n"
+  write("rgb.mha",
+        "ObjectType = Image\nNDims = 3\nDimSize = 2 1 1\nElementNumberOfChannels = 3\nElementType = MET_UCHAR\n"
         "ElementDataFile = LOCAL\nabcdef");
   EXPECT_HAS(load("rgb.mha"), "3 values");
   write("four.nrrd", "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 1 2 1 3\nencoding: raw\n\nabcdef");
@@ -201,7 +207,8 @@ TEST_F(VolumeErrors, OddFilesLoadOrThrowQuietly) {
       } catch (const Error& error) {
         refused += voxels;
         const std::string text = error.what();
-        if (text.find('\n') != std::string::npos || text.find(entry.path().filename()) == std::string::npos) problems += text + "\n";
+        if (text.find('\n') != std::string::npos || text.find(entry.path().filename()) == std::string::npos)
+          problems += text + "\n";
       } catch (const std::exception& exception) {
         problems += entry.path().string() + ": another exception: " + exception.what() + "\n";
       }
@@ -232,13 +239,14 @@ TEST_F(VolumeErrors, NamedOddFiles) {
   EXPECT_HAS(load("nibabel__functional.nii"), "4D");
   EXPECT_HAS(load("nibabel__example_nifti2.nii.gz"), "4D");
   EXPECT_HAS(load("nibabel__nicom__philips_mprage.dcm.gz"), "unpack");
-  load("pydicom__dicomdirtests__DICOMDIR-nooffset");   // breaks an assertion of GDCM
-  load("pydicom__rtdose_expb.dcm");                    // GDCM would give wrong values
-  const Volume little = read_volume(bad / "pydicom__MR_small.dcm"), big = read_volume(bad / "pydicom__MR_small_bigendian.dcm");
+  load("pydicom__dicomdirtests__DICOMDIR-nooffset");  // breaks an assertion of GDCM
+  load("pydicom__rtdose_expb.dcm");                   // GDCM would give wrong values
+  const Volume little = read_volume(bad / "pydicom__MR_small.dcm"),
+               big = read_volume(bad / "pydicom__MR_small_bigendian.dcm");
   EXPECT_TRUE(test::same_voxels(little, big));
   EXPECT_TRUE(test::same_voxels(little, read_volume(bad / "pydicom__MR_small_implicit.dcm")));
   EXPECT_EQ(little.geometry().size, (std::array<int, 3>{64, 64, 1}));
-  EXPECT_EQ(little.value(0, 0, 0), 905);   // pydicom's truth
+  EXPECT_EQ(little.value(0, 0, 0), 905);  // pydicom's truth
   const VolumeInfo nifti2 = read_volume_info(bad / "nibabel__example_nifti2.nii.gz");
   EXPECT_EQ(nifti2.format, "NIfTI-2");
   EXPECT_EQ(nifti2.frames, 2);

@@ -20,7 +20,8 @@ inline VolumeGeometry odd_geometry(Grid grid) {
   g.origin_mm = {-12.25, 100.5, 33.125};
   const Eigen::Matrix3d turn =
       (Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(-2.1, Eigen::Vector3d::UnitZ()) *
-       Eigen::AngleAxisd(1.2, Eigen::Vector3d::UnitY())).toRotationMatrix();
+       Eigen::AngleAxisd(1.2, Eigen::Vector3d::UnitY()))
+          .toRotationMatrix();
   if (grid != Grid::Plain) g.direction = turn;
   if (grid == Grid::LeftHanded) g.direction.col(1) *= -1;
   if (grid == Grid::Sheared) g.direction.col(2) = (g.direction.col(2) + 0.25 * g.direction.col(1)).normalized();

@@ -63,17 +63,17 @@ TEST(RealVolumes, CtKeepsItsTypeGeometryAndValues) {
   EXPECT_EQ(regions.at(2).count, 7134u);
   EXPECT_EQ(regions.at(3).count, 5090u);
   const double spine = regions.at(29).centre_mm[0];
-  EXPECT_LT(regions.at(2).centre_mm[0], spine - 20);   // right kidney: +x is the patient's left
+  EXPECT_LT(regions.at(2).centre_mm[0], spine - 20);  // right kidney: +x is the patient's left
   EXPECT_GT(regions.at(3).centre_mm[0], spine + 20);
-  EXPECT_GT(regions.at(27).centre_mm[1], regions.at(21).centre_mm[1]);   // the spine lies behind the bladder: +y
-  EXPECT_GT(regions.at(31).centre_mm[2], regions.at(27).centre_mm[2]);   // L1 above L5
+  EXPECT_GT(regions.at(27).centre_mm[1], regions.at(21).centre_mm[1]);  // the spine lies behind the bladder: +y
+  EXPECT_GT(regions.at(31).centre_mm[2], regions.at(27).centre_mm[2]);  // L1 above L5
 
   double bladder = 0;
   const auto ct = loaded.volume.voxels<std::int32_t>();
   const auto mask = labels.voxels<std::uint8_t>();
   for (std::size_t i = 0; i < ct.size(); ++i) bladder += mask[i] == 21 ? ct[i] : 0;
   EXPECT_NEAR(bladder / double(regions.at(21).count), 12, 3);
-  EXPECT_GT(loaded.volume.range().max, 3000);   // the metal hip
+  EXPECT_GT(loaded.volume.range().max, 3000);  // the metal hip
 }
 
 TEST(RealVolumes, InfoNeedsNoVoxels) {
@@ -121,14 +121,14 @@ TEST(RealVolumes, AtlasSidesAreThePatients) {
   REQUIRE_DATA(templates_folder / "aal.nii.gz");
   const auto regions = regions_of(read_volume(templates_folder / "aal.nii.gz"));
   EXPECT_EQ(regions.size(), 116u);
-  for (const int left : {37, 73, 77}) {   // hippocampus, putamen, thalamus
+  for (const int left : {37, 73, 77}) {  // hippocampus, putamen, thalamus
     EXPECT_GT(regions.at(left).centre_mm[0], 5);
     EXPECT_LT(regions.at(left + 1).centre_mm[0], -5);
   }
 }
 
-/// These atlases carry a left-handed header, and a qform that lacks its offsets or is mirrored. In the world they must lie
-/// in the brain of another file.
+/// These atlases carry a left-handed header, and a qform that lacks its offsets or is mirrored. In the world they must
+/// lie in the brain of another file.
 TEST(RealVolumes, LeftHandedAtlasesLieInTheBrain) {
   REQUIRE_DATA(templates_folder / "ch2bet.nii.gz");
   const Volume brain = read_volume(templates_folder / "ch2bet.nii.gz");
@@ -169,7 +169,7 @@ TEST_F(VolumeFile, EveryTypeComesBackBitForBit) {
       EXPECT_TRUE(read.warnings.empty()) << name << ' ' << read.warnings[0];
     }
   }
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 4);   // nothing temporary is left
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 4);  // nothing temporary is left
 }
 
 TEST_F(VolumeFile, EveryGeometryComesBack) {
@@ -178,7 +178,7 @@ TEST_F(VolumeFile, EveryGeometryComesBack) {
       const Volume volume = odd_volume(VoxelType::UInt8, grid);
       write_labels(folder / name, volume);
       const LoadedVolume read = load_volume(folder / name);
-      const double tolerance = std::string(name).starts_with("a.nii") ? 1e-5 : 1e-9;   // NIfTI keeps floats
+      const double tolerance = std::string(name).starts_with("a.nii") ? 1e-5 : 1e-9;  // NIfTI keeps floats
       const auto a = read.volume.geometry().world_from_index(), b = volume.geometry().world_from_index();
       EXPECT_TRUE(a.isApprox(b, tolerance)) << name << int(grid) << '\n' << a.matrix() << '\n' << b.matrix();
       EXPECT_EQ(read.warnings.size(), grid == Grid::Sheared ? 1u : 0u) << name << int(grid);
@@ -246,7 +246,7 @@ TEST_F(VolumeFile, ScaledNiftiBecomesFloat) {
   for (std::size_t i = 0; i < volume.voxels<std::int16_t>().size(); ++i) {
     EXPECT_EQ(scaled.voxels<float>()[i], 0.5f * volume.voxels<std::int16_t>()[i] - 3);
   }
-  test::patch(bytes, 112, 0.0f);   // slope 0: none
+  test::patch(bytes, 112, 0.0f);  // slope 0: none
   EXPECT_TRUE(same_voxels(read_volume(write("scaled.nii", bytes)), volume));
 }
 
@@ -283,14 +283,14 @@ TEST_F(VolumeFile, GeometryThatIsLackingIsWarnedAbout) {
   EXPECT_HAS(read.warnings[0], "orientation");
   EXPECT_TRUE(read.volume.geometry().spacing_mm.isApprox(Eigen::Vector3d(0.5, 0.75, 2.5)));
 
-  std::string moved = bytes;   // an sform 20 mm from the qform
+  std::string moved = bytes;  // an sform 20 mm from the qform
   test::patch(moved, 280 + 12, 20 + 12.25f);
   read = load_volume(write("moved.nii", moved));
   ASSERT_EQ(read.warnings.size(), 1u);
   EXPECT_HAS(read.warnings[0], "20 mm apart");
   EXPECT_NEAR(read.volume.geometry().origin_mm[0], -32.25, 1e-4);
 
-  std::string singular = bytes;   // an sform that is of no use beside a good qform
+  std::string singular = bytes;  // an sform that is of no use beside a good qform
   for (int i = 0; i < 12; ++i) test::patch(singular, 280 + 4 * i, 0.0f);
   read = load_volume(write("singular.nii", singular));
   ASSERT_EQ(read.warnings.size(), 1u);
@@ -340,17 +340,18 @@ TEST_F(VolumeFile, OneSliceAndATrailingAxisOfOneAreVolumes) {
   std::string two = bytes;
   test::patch(two, 40, std::int16_t(2));
   EXPECT_EQ(read_volume(write("two.nii", two)).geometry().size, (std::array<int, 3>{5, 4, 1}));
-  const Volume flat = read_volume(
-      write("two.nrrd", "NRRD0004\ntype: uint8\ndimension: 2\nsizes: 3 2\nspacings: 0.5 0.25\nencoding: raw\n\nabcdef"));
+  const Volume flat = read_volume(write(
+      "two.nrrd", "NRRD0004\ntype: uint8\ndimension: 2\nsizes: 3 2\nspacings: 0.5 0.25\nencoding: raw\n\nabcdef"));
   EXPECT_EQ(flat.geometry().size, (std::array<int, 3>{3, 2, 1}));
   EXPECT_EQ(flat.value(2, 1, 0), 'f');
   EXPECT_TRUE(flat.geometry().spacing_mm.isApprox(Eigen::Vector3d(0.5, 0.25, 1)));
 }
 
 TEST_F(VolumeFile, NrrdInRasComesInLps) {
-  const Volume v = read_volume(write(
-      "ras.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nspace: right-anterior-superior\nsizes: 2 1 1\n"
-      "space directions: (2,0,0) (0,3,0) (0,0,4)\nspace origin: (10,20,30)\nencoding: raw\n\nab"));
+  const Volume v =
+      read_volume(write("ras.nrrd",
+                        "NRRD0004\ntype: uint8\ndimension: 3\nspace: right-anterior-superior\nsizes: 2 1 1\n"
+                        "space directions: (2,0,0) (0,3,0) (0,0,4)\nspace origin: (10,20,30)\nencoding: raw\n\nab"));
   EXPECT_TRUE((v.geometry().world_from_index() * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(-12, -20, 30)));
 }
 
@@ -391,7 +392,7 @@ TEST_F(VolumeFile, MincWorldIsTurnedToLps) {
   const Volume v = read_volume(path);
   EXPECT_EQ(v.geometry().size, (std::array<int, 3>{20, 20, 10}));
   EXPECT_TRUE((v.geometry().world_from_index() * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(18, 20, -10)));
-  EXPECT_NEAR(v.range().min, 0.20828, 1e-5);   // nibabel's truth: min 0.2082842439
+  EXPECT_NEAR(v.range().min, 0.20828, 1e-5);  // nibabel's truth: min 0.2082842439
   EXPECT_NEAR(v.range().max, 0.20943, 1e-5);
 }
 

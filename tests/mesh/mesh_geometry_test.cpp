@@ -7,8 +7,8 @@
 #include <numeric>
 #include <random>
 
-#include "mesh/simplex_mesh.h"
 #include "mesh/mesh_geometry.h"
+#include "mesh/simplex_mesh.h"
 
 namespace simplexseg {
 namespace {

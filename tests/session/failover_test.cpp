@@ -2,8 +2,8 @@
 // A device that fails, or has not the memory: the session goes on with the spare engine, or refuses with nothing lost.
 #include "core/error.h"
 #include "session/session.h"
-#include "support/engine_fixture.h"
 #include "step/simulation_parameters.h"
+#include "support/engine_fixture.h"
 
 namespace simplexseg {
 namespace {
@@ -20,19 +20,31 @@ class Device : public Engine {
   std::string description() const override { return "device of a test"; }
   void set_volume(const Volume& volume) override { inner().set_volume(volume); }
   void load(std::span<const EngineMesh> meshes, const SimulationParameters& s) override { inner().load(meshes, s); }
-  void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& s) override { inner().set_parameters(meshes, s); }
+  void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& s) override {
+    inner().set_parameters(meshes, s);
+  }
   void set_points(std::span<const EnginePoint> points) override { inner().set_points(points); }
-  void hold_targets(int mesh, ForceId force, std::span<const Vec4> targets) override { inner().hold_targets(mesh, force, targets); }
-  void read_targets(int mesh, ForceId force, std::span<Vec4> targets) override { inner().read_targets(mesh, force, targets); }
+  void hold_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
+    inner().hold_targets(mesh, force, targets);
+  }
+  void read_targets(int mesh, ForceId force, std::span<Vec4> targets) override {
+    inner().read_targets(mesh, force, targets);
+  }
   void refresh() override { inner().refresh(); }
   StepOutcome step(int count) override { return inner().step(count); }
-  void read(int mesh, std::span<Eigen::Vector3f> positions, std::span<Eigen::Vector3f> previous) override { inner().read(mesh, positions, previous); }
+  void read(int mesh, std::span<Eigen::Vector3f> positions, std::span<Eigen::Vector3f> previous) override {
+    inner().read(mesh, positions, previous);
+  }
   std::unique_ptr<SharedBuffer> share_buffer(unsigned, std::size_t) override { return nullptr; }
   void set_cells(std::span<const CellList* const> cells) override { inner().set_cells(cells); }
   bool has_cells() const override { return engine_->has_cells(); }
   void draw_surfaces(DrawTarget<DisplayPoint> target) override { inner().draw_surfaces(target); }
-  void draw_outlines(int axis, float position_mm, DrawTarget<std::byte> target) override { inner().draw_outlines(axis, position_mm, target); }
-  void draw_slice(const SlicePlane& plane, DrawTarget<DisplayTexel> target) override { inner().draw_slice(plane, target); }
+  void draw_outlines(int axis, float position_mm, DrawTarget<std::byte> target) override {
+    inner().draw_outlines(axis, position_mm, target);
+  }
+  void draw_slice(const SlicePlane& plane, DrawTarget<DisplayTexel> target) override {
+    inner().draw_slice(plane, target);
+  }
   std::uint64_t bytes_read_back() const override { return 0; }
   std::size_t bytes_available() const override { return state_->bytes; }
   std::size_t bytes_held() const override { return engine_->bytes_held(); }
@@ -78,7 +90,8 @@ TEST_F(Failover, StepsGoOnWithTheSpareEngine) {
   ASSERT_TRUE(notice.has_value());
   EXPECT_NE(notice->find("the device was lost"), std::string::npos) << *notice;
   EXPECT_FALSE(with_spare.take_notice().has_value()) << "said once";
-  EXPECT_GT(largest_distance(with_spare.scene().meshes[0].mesh.positions, before), 1e-3) << "and it moves on from where it was";
+  EXPECT_GT(largest_distance(with_spare.scene().meshes[0].mesh.positions, before), 1e-3)
+      << "and it moves on from where it was";
 }
 
 TEST_F(Failover, CommandsAreNotLost) {

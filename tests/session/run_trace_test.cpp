@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <sstream>
 
-#include "session_fixture.h"
 #include "image/mask.h"
+#include "session_fixture.h"
 
 namespace simplexseg {
 namespace {
@@ -77,7 +77,8 @@ TEST(RunTrace, PlotsGoAgainstStepsTooAndMarkARefinement) {
   EXPECT_EQ(by_steps.series[0].x[7], static_cast<double>(samples[7].steps));
   EXPECT_EQ(errors.series[0].x[7], static_cast<double>(samples[7].steps));
   EXPECT_NE(by_steps.x_title, trace.residual_plot().x_title);
-  const auto refined = std::find_if(samples.begin(), samples.end(), [](const TraceSample& s) { return s.vertices == 1280; });
+  const auto refined =
+      std::find_if(samples.begin(), samples.end(), [](const TraceSample& s) { return s.vertices == 1280; });
   ASSERT_NE(refined, samples.end());
   ASSERT_EQ(by_steps.series.size(), 2u);
   const PlotSeries& marks = by_steps.series[1];
@@ -107,7 +108,7 @@ TEST(RunTrace, PlotsAndCsvHoldEachSample) {
   trace.sample(*session, 0);
   EXPECT_EQ(trace.meshes().size(), 2u);
   EXPECT_NE(trace.csv().find("\"left, \"\"half\"\"\""), std::string::npos) << trace.csv();
-  EXPECT_NE(trace.csv().find(",,\n"), std::string::npos);   // without a reference
+  EXPECT_NE(trace.csv().find(",,\n"), std::string::npos);  // without a reference
   EXPECT_EQ(trace.error_plot().series.size(), 2u);
 }
 

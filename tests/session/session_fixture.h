@@ -6,8 +6,8 @@
 
 #include "core/error.h"
 #include "session/session.h"
-#include "support/engine_fixture.h"
 #include "step/simulation_parameters.h"
+#include "support/engine_fixture.h"
 
 namespace simplexseg {
 

@@ -7,9 +7,9 @@
 #include <set>
 
 #include "image/metrics.h"
-#include "session_fixture.h"
 #include "image/rasterise.h"
 #include "mesh/mesh_geometry.h"
+#include "session_fixture.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {
@@ -289,7 +289,8 @@ TEST(SessionCuts, NameMeshAndForceAndTheRunGoesOn) {
   EXPECT_EQ(session->total_steps(), 500);
   const SimplexMesh& mesh = session->scene().meshes[0].mesh;
   EXPECT_TRUE(all_finite(mesh.positions));
-  for (const Eigen::Vector3f& p : mesh.positions) EXPECT_LT((p.cast<double>() - scene_centre).norm(), 1.5 * radius) << "what the unstable steps did was undone";
+  for (const Eigen::Vector3f& p : mesh.positions)
+    EXPECT_LT((p.cast<double>() - scene_centre).norm(), 1.5 * radius) << "what the unstable steps did was undone";
   EXPECT_EQ(session->last_outcome().folded_vertices.at(0), 0);
   // A timestep within the limit needs no cut.
   session->apply(SetSimulationParameter{simulation_index("limit_timestep"), 1});

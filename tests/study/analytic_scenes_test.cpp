@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "support/engine_fixture.h"
-#include "study/fixed_point.h"
 #include "step/simulation_parameters.h"
+#include "study/fixed_point.h"
+#include "support/engine_fixture.h"
 
 namespace simplexseg {
 namespace {

@@ -6,9 +6,9 @@
 #include <set>
 
 #include "core/error.h"
-#include "support/engine_fixture.h"
 #include "study/error_time_report.h"
 #include "study/trials.h"
+#include "support/engine_fixture.h"
 
 namespace simplexseg {
 namespace {
@@ -25,7 +25,7 @@ TEST(HeldProblem, TheMembranesFixedPointIsThatOfTheModelInDouble) {
     ReferenceScene scene;
     scene.neighbours = mesh.start.neighbours, scene.forces = mesh.forces, scene.points_mm = mesh.points_mm;
     const ReferenceModel model(scene, pose_of(mesh.start.positions));
-    EXPECT_LT(model.acceleration(mesh.end).cwiseAbs().maxCoeff(), 1e-5);      // points are held in single precision
+    EXPECT_LT(model.acceleration(mesh.end).cwiseAbs().maxCoeff(), 1e-5);  // points are held in single precision
     EXPECT_GT(model.acceleration(pose_of(mesh.start.positions)).cwiseAbs().maxCoeff(), 0.1);
     EXPECT_GT(problem.start_mm.whole, 0.5);
     EXPECT_GE(problem.start_mm.whole, problem.start_mm.normal);
@@ -88,7 +88,8 @@ TEST(HeldCurve, EverySolverGoesToTheSameFixedPoint) {
 TEST(HeldCurve, ABudgetEndsIt) {
   const HeldProblem problem = make_membrane(true, 5120);
   const auto methods = methods_for(problem);
-  const auto slow = std::find_if(methods.begin(), methods.end(), [](const Method& m) { return m.name == "verlet, damping 0.9, 50%"; });
+  const auto slow = std::find_if(methods.begin(), methods.end(),
+                                 [](const Method& m) { return m.name == "verlet, damping 0.9, 50%"; });
   ASSERT_NE(slow, methods.end());
   const HeldCurve curve = run_held(problem, *slow, 1e-3, 0, one_thread, no_poll);
   EXPECT_GT(curve.samples.back().whole, 0.1);
@@ -97,7 +98,8 @@ TEST(HeldCurve, ABudgetEndsIt) {
 }
 
 TEST(Reached, IsForGood) {
-  const std::vector<HeldSample> samples{{0, 0, 1, 1}, {1, 0.1, 0.05, 0.5}, {2, 0.2, 0.2, 0.05}, {3, 0.3, 0.09, 0.04}, {4, 0.4, 0.001, 0.2}};
+  const std::vector<HeldSample> samples{
+      {0, 0, 1, 1}, {1, 0.1, 0.05, 0.5}, {2, 0.2, 0.2, 0.05}, {3, 0.3, 0.09, 0.04}, {4, 0.4, 0.001, 0.2}};
   const auto at = reached(samples, 0.1, false);
   ASSERT_TRUE(at);
   EXPECT_EQ(at->steps, 3);
@@ -135,8 +137,12 @@ TEST(ErrorTimeReport, TheTableComparesWithTheMeasure) {
                  {slow, {{0, 0, 1, 1}, {100, 0.1, 0.05, 0.5}, {300, 0.3, 0.005, 0.4}}, 0, ""},
                  {lost, {{0, 0, 1, 1}, {5, 0.1, 1e9, 1e9}}, 0, "diverged after 5 steps"}};
   const std::string text = markdown(result);
-  EXPECT_NE(text.find("| fast | 10 | 10.0 | 10.0 | 20 | 20.0 | 15.0 | 20 | 20.0 | > 15.0 | 5.0e-04, timestep cut 2 times |"), std::string::npos) << text;
-  EXPECT_NE(text.find("| slow (the measure) | 100 | 100 | 1.00 | 300 | 300 | 1.00 | - | - | - |"), std::string::npos) << text;
+  EXPECT_NE(
+      text.find("| fast | 10 | 10.0 | 10.0 | 20 | 20.0 | 15.0 | 20 | 20.0 | > 15.0 | 5.0e-04, timestep cut 2 times |"),
+      std::string::npos)
+      << text;
+  EXPECT_NE(text.find("| slow (the measure) | 100 | 100 | 1.00 | 300 | 300 | 1.00 | - | - | - |"), std::string::npos)
+      << text;
   EXPECT_NE(text.find("diverged after 5 steps"), std::string::npos);
   const std::string csv = held_csv(result);
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 3 + 3 + 2);
@@ -145,7 +151,7 @@ TEST(ErrorTimeReport, TheTableComparesWithTheMeasure) {
   EXPECT_EQ(against_time.series[0].x[1], 0.01);
   EXPECT_EQ(against_steps.series[0].x[1], 10);
   EXPECT_EQ(against_steps.series[1].y[2], 0.4);
-  EXPECT_TRUE(std::isnan(against_time.series[2].y[1]));      // off the picture
+  EXPECT_TRUE(std::isnan(against_time.series[2].y[1]));  // off the picture
 }
 
 }  // namespace

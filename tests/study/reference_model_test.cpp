@@ -5,11 +5,11 @@
 #include <cmath>
 
 #include "forces/force_list.h"
-#include "mesh/shape_reference.h"
-#include "support/engine_fixture.h"
 #include "mesh/mesh_geometry.h"
-#include "study/fixed_point.h"
+#include "mesh/shape_reference.h"
 #include "step/simulation_parameters.h"
+#include "study/fixed_point.h"
+#include "support/engine_fixture.h"
 
 namespace simplexseg {
 namespace {

@@ -2,8 +2,8 @@
 // The cases of the stability study (src/study/), at the size of tests: each with every solver, on every backend.
 #include "study/stability_case.h"
 
-#include "support/engine_fixture.h"
 #include "step/simulation_parameters.h"
+#include "support/engine_fixture.h"
 
 namespace simplexseg {
 namespace {
@@ -12,17 +12,18 @@ class StabilityCases : public ::testing::TestWithParam<std::tuple<std::string, i
 
 TEST_P(StabilityCases, EndsAsStated) {
   const auto& [backend, index] = GetParam();
-  if (backend == "cuda" && !why_no_cuda().empty())
-    GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
+  if (backend == "cuda" && !why_no_cuda().empty()) GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
   const StabilityCase& one = stability_cases()[index];
   const auto make = [&backend = backend] { return backend == "cuda" ? make_cuda_engine() : make_cpu_engine(1); };
   const std::vector<std::string> solvers = solver_names();
   for (std::size_t s = 0; s < solvers.size(); ++s) {
     const CaseResult result = run_case(one, static_cast<Solver>(s), make, false);
-    EXPECT_TRUE(result.as_stated) << one.name << ", " << solvers[s] << ": " << to_string(result.outcome) << " instead of "
-                                  << to_string(s == static_cast<std::size_t>(Solver::Verlet) ? one.stated_verlet : one.stated)
-                                  << ": " << result.note << " (error " << result.error << ", farthest " << result.farthest_mm
-                                  << " mm, folds " << result.folded << ")";
+    EXPECT_TRUE(result.as_stated) << one.name << ", " << solvers[s] << ": " << to_string(result.outcome)
+                                  << " instead of "
+                                  << to_string(s == static_cast<std::size_t>(Solver::Verlet) ? one.stated_verlet
+                                                                                             : one.stated)
+                                  << ": " << result.note << " (error " << result.error << ", farthest "
+                                  << result.farthest_mm << " mm, folds " << result.folded << ")";
   }
 }
 
@@ -30,7 +31,8 @@ INSTANTIATE_TEST_SUITE_P(Backends, StabilityCases,
                          ::testing::Combine(::testing::Values("cpu", "cuda"),
                                             ::testing::Range(0, static_cast<int>(stability_cases().size()))),
                          [](const auto& info) {
-                           std::string name = std::get<0>(info.param) + "_" + stability_cases()[std::get<1>(info.param)].name;
+                           std::string name =
+                               std::get<0>(info.param) + "_" + stability_cases()[std::get<1>(info.param)].name;
                            for (char& c : name)
                              if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
                            return name;

@@ -9,8 +9,8 @@
 
 #include "forces/force_list.h"
 #include "forces/region_model.h"
-#include "mesh/shape_reference.h"
 #include "mesh/mesh_geometry.h"
+#include "mesh/shape_reference.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {

@@ -9,15 +9,15 @@
 #include <utility>
 #include <vector>
 
-#include "step/engine.h"
 #include "forces/parameters.h"
-#include "study/phantom.h"
 #include "forces/profile_reference.h"
 #include "forces/region_model.h"
-#include "mesh/simplex_mesh.h"
-#include "image/volume.h"
 #include "gpu/backend.h"
+#include "image/volume.h"
+#include "mesh/simplex_mesh.h"
+#include "step/engine.h"
 #include "step/simulation_parameters.h"
+#include "study/phantom.h"
 
 namespace simplexseg {
 

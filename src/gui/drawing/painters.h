@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "session/scene.h"
 #include "gui/drawing/scene_buffers.h"
+#include "session/scene.h"
 
 namespace simplexseg {
 

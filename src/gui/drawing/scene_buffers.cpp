@@ -6,9 +6,9 @@
 #include <cstring>
 #include <utility>
 
-#include "session/session.h"
 #include "gui/drawing/painters.h"
 #include "gui/look/view_state.h"
+#include "session/session.h"
 
 namespace simplexseg {
 
@@ -197,14 +197,16 @@ void SceneBuffers::update_wanted(Session& session, const ViewState& view) {
   for (const Orientation orientation : kOrientations) {
     const OutlineState& state = outlines_[static_cast<int>(orientation)];
     const int axis = slice_axes(orientation, Convention::Radiological).normal;
-    stale = stale || (state.wanted && (state.revision != session.revision() || state.position_mm != view.crosshair_mm[axis]));
+    stale = stale ||
+            (state.wanted && (state.revision != session.revision() || state.position_mm != view.crosshair_mm[axis]));
   }
   if (!stale) return;
   wait_for_readers();
   // What is not asked for again until the next time is no longer seen.
   if (std::exchange(surfaces_wanted_, false)) write_surfaces(session);
   for (const Orientation orientation : kOrientations) {
-    if (std::exchange(outlines_[static_cast<int>(orientation)].wanted, false)) write_outlines(session, view, orientation);
+    if (std::exchange(outlines_[static_cast<int>(orientation)].wanted, false))
+      write_outlines(session, view, orientation);
   }
   mark_written();
 }

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "step/display.h"
 #include "gui/look/slice_geometry.h"
+#include "step/display.h"
 
 struct __GLsync;
 
@@ -38,8 +38,9 @@ class SceneBuffers {
   void begin_reading() const;
   void end_reading(const void* view);
 
-  // Each brings up to date with it what the other views wanted for their last frame: all that the engine writes in a frame
-  // it writes at once, for a device changes slowly between computing and drawing. They throw what the engine throws.
+  // Each brings up to date with it what the other views wanted for their last frame: all that the engine writes in a
+  // frame it writes at once, for a device changes slowly between computing and drawing. They throw what the engine
+  // throws.
 
   /// Surfaces in the session's present pose.
   void update_surfaces(Session& session, const ViewState& view);
@@ -48,8 +49,8 @@ class SceneBuffers {
   const Slice& update_slice(Session& session, const ViewState& view, Orientation orientation);
   /// Where the slice through the crosshair cuts the surfaces, for OutlinePainter.
   struct Outlines {
-    unsigned buffer = 0;           ///< commands, then pieces (step/display.h); 0 when there is no mesh
-    std::size_t pieces_at = 0;     ///< bytes
+    unsigned buffer = 0;        ///< commands, then pieces (step/display.h); 0 when there is no mesh
+    std::size_t pieces_at = 0;  ///< bytes
   };
   const Outlines& update_outlines(Session& session, const ViewState& view, Orientation orientation);
   /// The volume is another one.

@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <array>
 
-#include "step/display.h"
 #include "image/volume.h"
+#include "step/display.h"
 
 namespace simplexseg {
 

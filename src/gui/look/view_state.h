@@ -2,8 +2,8 @@
 #pragma once
 #include <Eigen/Core>
 
-#include "session/scene.h"
 #include "gui/look/slice_geometry.h"
+#include "session/scene.h"
 
 namespace simplexseg {
 

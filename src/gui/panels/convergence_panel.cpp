@@ -12,14 +12,14 @@
 #include <functional>
 #include <memory>
 
-#include "gui/workbench/background_job.h"
 #include "gui/look/theme.h"
 #include "gui/panels/widgets.h"
+#include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
+#include "image/mask.h"
 #include "io/files.h"
 #include "io/json_input.h"
 #include "io/plot_io.h"
-#include "image/mask.h"
 
 namespace simplexseg {
 namespace {
@@ -228,11 +228,13 @@ QString ConvergencePanel::legend() const {
   for (const MeshTrace& mesh : (residual ? residuals_ : errors_).meshes()) {
     if (mesh.samples.empty() || (!residual && !mesh.samples.back().error)) continue;
     const TraceSample& last = mesh.samples.back();
-    const QString value = residual ? tr("%1 mm").arg(last.residual_mm, 0, 'g', 3)
-                                   : tr("%1 mm, 95% %2 mm").arg(last.error->mean_mm, 0, 'f', 2).arg(last.error->p95_mm, 0, 'f', 2);
+    const QString value =
+        residual ? tr("%1 mm").arg(last.residual_mm, 0, 'g', 3)
+                 : tr("%1 mm, 95% %2 mm").arg(last.error->mean_mm, 0, 'f', 2).arg(last.error->p95_mm, 0, 'f', 2);
     const QColor colour(mesh.colour.red, mesh.colour.green, mesh.colour.blue);
     entries << QString("<span style='color:%1'>&#9632;</span> %2&nbsp; <span style='color:%3'>%4</span>")
-                   .arg(colour.name(), QString::fromStdString(mesh.name).toHtmlEscaped(), theme::kDimText.name(), value);
+                   .arg(colour.name(), QString::fromStdString(mesh.name).toHtmlEscaped(), theme::kDimText.name(),
+                        value);
   }
   return entries.join("<br>");
 }

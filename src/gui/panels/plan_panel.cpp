@@ -148,7 +148,8 @@ void PlanPanel::fit_reasons() {
   const int width = list_->viewport()->width() - 2 * list_->indentation() - 8;
   for (int n = 0; n < left_out->childCount(); ++n) {
     QTreeWidgetItem* reason = left_out->child(n);
-    const QRect box = list_->fontMetrics().boundingRect(QRect(0, 0, width, 1000), Qt::TextWordWrap, reason->text(kName));
+    const QRect box =
+        list_->fontMetrics().boundingRect(QRect(0, 0, width, 1000), Qt::TextWordWrap, reason->text(kName));
     reason->setSizeHint(kName, QSize(1, box.height() + 5));
   }
 }

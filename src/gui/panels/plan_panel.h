@@ -20,7 +20,8 @@ class PlanPanel : public QWidget {
   PlanPanel(Workbench& workbench, QWidget* parent);
   /// What is shown. Empty until the panel has been looked at.
   const StepPlan& shown() const { return shown_; }
-  /// Whether the user can see the panel; out of sight it asks for no plan. (A widget behind another's tab is "visible".)
+  /// Whether the user can see the panel; out of sight it asks for no plan. (A widget behind another's tab is
+  /// "visible".)
   void set_in_sight(bool in_sight);
   bool in_sight() const { return in_sight_; }
 

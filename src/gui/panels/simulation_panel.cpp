@@ -14,10 +14,10 @@
 #include <algorithm>
 
 #include "gui/input/action_table.h"
-#include "gui/workbench/frame_loop.h"
-#include "gui/panels/parameter_row.h"
 #include "gui/look/theme.h"
+#include "gui/panels/parameter_row.h"
 #include "gui/panels/widgets.h"
+#include "gui/workbench/frame_loop.h"
 #include "gui/workbench/workbench.h"
 #include "step/simulation_parameters.h"
 

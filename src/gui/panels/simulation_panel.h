@@ -32,7 +32,7 @@ class SimulationPanel : public QWidget {
   Workbench& workbench_;
   FrameLoop& loop_;
   std::vector<ParameterRow*> rows_;
-  std::vector<QLabel*> labels_;      ///< of the rows
+  std::vector<QLabel*> labels_;  ///< of the rows
   QLabel* speed_;
   QLabel* frames_;
   QLabel* vertices_;

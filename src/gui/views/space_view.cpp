@@ -5,8 +5,8 @@
 #include <QWheelEvent>
 #include <cmath>
 
-#include "gui/views/surfaces.h"
 #include "gui/look/theme.h"
+#include "gui/views/surfaces.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "gui/input/bindings.h"
-#include "gui/views/camera.h"
 #include "gui/look/slice_geometry.h"
+#include "gui/views/camera.h"
 #include "gui/views/view.h"
 
 namespace simplexseg {

@@ -10,14 +10,14 @@
 #include <memory>
 
 #include "core/error.h"
-#include "session/label_map.h"
 #include "gui/input/action_table.h"
-#include "gui/workbench/background_job.h"
 #include "gui/panels/widgets.h"
+#include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
 #include "io/mesh_io.h"
 #include "io/scene_io.h"
 #include "io/volume_io.h"
+#include "session/label_map.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "session/scene.h"
 #include "image/volume.h"
 #include "io/references.h"
+#include "session/scene.h"
 
 class QMimeData;
 class QWidget;

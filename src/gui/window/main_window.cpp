@@ -13,18 +13,18 @@
 #include <QVBoxLayout>
 
 #include "gui/input/action_table.h"
-#include "gui/workbench/background_job.h"
 #include "gui/panels/convergence_panel.h"
-#include "gui/window/file_actions.h"
 #include "gui/panels/force_panel.h"
-#include "gui/workbench/frame_loop.h"
 #include "gui/panels/mesh_panel.h"
-#include "gui/window/message_bar.h"
 #include "gui/panels/plan_panel.h"
 #include "gui/panels/point_panel.h"
 #include "gui/panels/simulation_panel.h"
 #include "gui/views/slice_view.h"
 #include "gui/views/space_view.h"
+#include "gui/window/file_actions.h"
+#include "gui/window/message_bar.h"
+#include "gui/workbench/background_job.h"
+#include "gui/workbench/frame_loop.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {

@@ -14,14 +14,14 @@
 
 #include "core/error.h"
 #include "gui/input/action_table.h"
-#include "gui/workbench/background_job.h"
-#include "gui/window/file_actions.h"
 #include "gui/input/help.h"
-#include "gui/window/main_window.h"
-#include "gui/window/message_bar.h"
+#include "gui/panels/widgets.h"
 #include "gui/views/slice_view.h"
 #include "gui/views/space_view.h"
-#include "gui/panels/widgets.h"
+#include "gui/window/file_actions.h"
+#include "gui/window/main_window.h"
+#include "gui/window/message_bar.h"
+#include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {
@@ -90,7 +90,8 @@ void MainWindow::connect_actions() {
     space_->centre_on_crosshair();
   });
   actions.on(Act::Help, [this] { show_bindings(this); });
-  actions.on(Act::About, [this] { show_about(this, QString::fromStdString(workbench_->session().engine().description())); });
+  actions.on(Act::About,
+             [this] { show_about(this, QString::fromStdString(workbench_->session().engine().description())); });
 }
 
 void MainWindow::change_opacity(float by) {

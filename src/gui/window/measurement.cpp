@@ -12,9 +12,9 @@
 #include <numeric>
 
 #include "core/error.h"
-#include "gui/workbench/frame_loop.h"
-#include "gui/window/main_window.h"
 #include "gui/views/slice_view.h"
+#include "gui/window/main_window.h"
+#include "gui/workbench/frame_loop.h"
 #include "gui/workbench/workbench.h"
 #include "step/simulation_parameters.h"
 

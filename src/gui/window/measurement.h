@@ -2,7 +2,6 @@
 #pragma once
 #include <QByteArray>
 
-
 namespace simplexseg {
 
 class MainWindow;

@@ -13,10 +13,10 @@
 #include <optional>
 
 #include "gpu/backend.h"
+#include "gui/look/theme.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/main_window.h"
 #include "gui/window/measurement.h"
-#include "gui/look/theme.h"
 #include "gui/workbench/workbench.h"
 #include "io/scene_io.h"
 

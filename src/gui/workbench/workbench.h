@@ -6,11 +6,11 @@
 #include <functional>
 #include <memory>
 
-#include "session/session.h"
-#include "gui/workbench/repeated_warning.h"
 #include "gui/drawing/scene_buffers.h"
 #include "gui/look/view_state.h"
+#include "gui/workbench/repeated_warning.h"
 #include "io/references.h"
+#include "session/session.h"
 
 namespace simplexseg {
 
@@ -70,10 +70,10 @@ class Workbench : public QObject {
   const SceneBuffers::Slice* drawn_slice(Orientation orientation);
 
  signals:
-  void scene_changed();    ///< meshes, points, parameters, undo history; poses too
-  void pose_changed();     ///< poses only
+  void scene_changed();                            ///< meshes, points, parameters, undo history; poses too
+  void pose_changed();                             ///< poses only
   void advanced(const simplexseg::Advance& done);  ///< before pose_changed
-  void restarted();        ///< a scene was opened, or meshes went back to their spheres
+  void restarted();                                ///< a scene was opened, or meshes went back to their spheres
   void point_moved();      ///< an attraction point; while it is dragged scene_changed follows only now and then
   void drawing_changed();  ///< how the buffers are drawn
   void view_changed();
