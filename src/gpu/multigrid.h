@@ -7,6 +7,7 @@
 #include "forces/force_list.h"
 #include "forces/lanes.h"
 #include "forces/step_view.h"
+#include "step/step_needs.h"
 
 namespace simplexseg {
 
