@@ -1,6 +1,6 @@
 # What every target of the project is compiled with.
 add_library(simplexseg_options INTERFACE)
-target_include_directories(simplexseg_options INTERFACE ${CMAKE_SOURCE_DIR}/src)
+target_include_directories(simplexseg_options INTERFACE ${CMAKE_SOURCE_DIR}/src ${SIMPLEXSEG_GENERATED})
 target_compile_options(simplexseg_options INTERFACE
   $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Werror -fno-math-errno -fno-trapping-math>)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND SIMPLEXSEG_ARCH)

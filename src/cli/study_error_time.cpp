@@ -75,10 +75,10 @@ void write_result(const fs::path& folder, const ErrorTimeResult& result) {
     for (const char* extension : {".svg", ".png"})
       write_plot(folder / (result.name + "-" + what + extension), plot, kWidth, kHeight);
   };
-  write_text(folder / (result.name + "-held.csv"), held_csv(result));
-  write_both("work-precision", held_plot(result, false, false));
-  write_both("convergence", held_plot(result, true, false));
-  write_both("work-precision-normal", held_plot(result, false, true));
+  write_text(folder / (result.name + "-frozen.csv"), frozen_csv(result));
+  write_both("work-precision", frozen_plot(result, false, false));
+  write_both("convergence", frozen_plot(result, true, false));
+  write_both("work-precision-normal", frozen_plot(result, false, true));
   if (result.live.empty()) return;
   write_text(folder / (result.name + "-live.csv"), live_csv(result));
   write_both("surface-error", live_plot(result));
@@ -94,21 +94,21 @@ ErrorTimeResult measure_scene(const Named& named, const Options& options, const 
     const std::unique_ptr<Engine> engine = make_engine();
     result.backend = engine->backend(), result.device = engine->description();
   }
-  HeldProblem problem;
+  FrozenProblem problem;
   {
     const Progress progress(console, named.name + ": fixed point");
-    problem = named.scene ? hold_targets_of(named.scene->scene, named.scene->volume, named.scene->held_from_start,
-                                            make_engine, poll)
+    problem = named.scene ? frozen_problem_of(named.scene->scene, named.scene->volume, named.scene->frozen_from_start,
+                                              make_engine, poll)
                           : make_membrane(named.half, options.vertices);
   }
   result.vertices = problem.vertex_count(), result.how = problem.how, result.start_mm = problem.start_mm;
   {
-    Progress progress(console, named.name + ": held targets");
+    Progress progress(console, named.name + ": frozen targets");
     const std::vector<Method> methods = methods_for(problem);
     const double binding_s = binding_seconds(problem, make_engine);
     for (const Method& method : methods) {
-      result.held.push_back(run_held(problem, method, options.budget_s, binding_s, make_engine, poll));
-      progress.set(static_cast<double>(result.held.size()) / static_cast<double>(methods.size()));
+      result.frozen.push_back(run_frozen(problem, method, options.budget_s, binding_s, make_engine, poll));
+      progress.set(static_cast<double>(result.frozen.size()) / static_cast<double>(methods.size()));
     }
   }
   if (!named.scene) return result;
@@ -129,7 +129,7 @@ void print_result(std::ostream& out, const ErrorTimeResult& result) {
   out << result.name << ", " << result.vertices << " vertices, " << result.device << "; fixed point " << result.how
       << "\n";
   std::vector<std::vector<std::string>> rows{{"method", "steps to 1%", "ms", "along normals: steps", "ms"}};
-  for (const HeldCurve& curve : result.held) {
+  for (const FrozenCurve& curve : result.frozen) {
     rows.push_back({curve.method.name});
     for (const bool normal_part : {false, true}) {
       const std::optional<Reached> at = reached(curve.samples, 0.01, normal_part);

@@ -11,6 +11,7 @@ namespace simplexseg {
 /// several points on one vertex: their weighted mean (docs/mathematics.md, section 2.6).
 struct AttractionForce {
   static constexpr ForceId id = ForceId::Attraction;
+  static constexpr ForceKind kind = ForceKind::External;
   static constexpr const char* name = "attraction";
   static constexpr const char* title = "Attraction";
   static constexpr const char* doc =
@@ -24,6 +25,31 @@ struct AttractionForce {
        "How far image forces fade where a point pulls; 1: the point alone decides at its vertex."},
   };
   static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
+
+  /// Takes what the sums of the points say to vertex i, and leaves zeros: sets the force, its weight included, adds to
+  /// the stiffness of the vertex, and says what is left of the image forces there.
+  SIMPLEXSEG_HD static void take_pull(const StepView& v, const MeshConstants& m, int i, Vec3& force, float& stiffness,
+                                      float& image) {
+    if (v.attraction.in_patch[i] == 0) return;
+    const AttractionSum s = v.attraction.sums[i];
+    v.attraction.sums[i] = {0, 0, 0, 0};
+    const float k = m.forces.weight(id);
+    if (s.weight == 0 || !(k > 0.0f)) return;
+    const float inverse = 1.0f / static_cast<float>(s.weight);
+    force = (k * inverse) * Vec3{static_cast<float>(s.x), static_cast<float>(s.y), static_cast<float>(s.z)};
+    image = 1.0f - m.value<AttractionForce>(image_fade) * smaller(s.weight * (1.0f / kFixedPoint), 1.0f);
+    stiffness += k;
+  }
+  /// The same for the linear model of the multigrid correction, which leaves the sums as they are: adds the share of
+  /// the bound that the force has at vertex i to `stiffness`, and says what is left of the image forces.
+  SIMPLEXSEG_HD static void add_stiffness(const StepView& v, const MeshConstants& m, int i, float& stiffness,
+                                          float& image) {
+    if (v.attraction.in_patch[i] != 0 && m.forces.weight(id) > 0.0f) {
+      const float w = smaller(v.attraction.sums[i].weight * (1.0f / kFixedPoint), 1.0f);
+      stiffness += m.forces.weight(id) * w;
+      image = 1.0f - m.value<AttractionForce>(image_fade) * w;
+    }
+  }
 
   /// 1 at ring 0, falling smoothly, 0 past ring p.
   SIMPLEXSEG_HD static float ring_weight(int ring, int p) {
@@ -42,8 +68,8 @@ struct FindNearest {
   StepView v;
   template <class L>
   SIMPLEXSEG_HD void operator()(int index, L lanes) const {
-    const int group = index % v.point_groups, block = index / v.point_groups % v.nearest_blocks;
-    const MeshConstants& m = v.meshes[index / v.point_groups / v.nearest_blocks];
+    const int group = index % v.attraction.groups, block = index / v.attraction.groups % v.attraction.nearest_blocks;
+    const MeshConstants& m = v.meshes[index / v.attraction.groups / v.attraction.nearest_blocks];
     const int begin = block * kBlock, end = begin + kBlock < m.vertex_count ? begin + kBlock : m.vertex_count;
     const int points =
         m.point_count - group * kPointGroup < kPointGroup ? m.point_count - group * kPointGroup : kPointGroup;
@@ -51,7 +77,7 @@ struct FindNearest {
     const int first_point = m.first_point + group * kPointGroup, first_vertex = m.first_vertex;
     // All loads first: none waits for another.
     Vec3 c[kPointGroup];
-    for (int k = 0; k < kPointGroup; ++k) c[k] = xyz(v.points[first_point + (k < points ? k : 0)].position);
+    for (int k = 0; k < kPointGroup; ++k) c[k] = xyz(v.attraction.points[first_point + (k < points ? k : 0)].position);
     float best[kPointGroup];
     int nearest[kPointGroup];
     for (int k = 0; k < kPointGroup; ++k) best[k] = INFINITY, nearest[k] = 0;
@@ -80,7 +106,8 @@ struct FindNearest {
       keys[k] = static_cast<unsigned long long>(least) << 32 | lanes.smallest(square == least ? vertex : ~0u);
     }
     if (lanes.lane != 0) return;
-    for (int k = 0; k < points; ++k) v.nearest[static_cast<long>(first_point + k) * v.nearest_blocks + block] = keys[k];
+    for (int k = 0; k < points; ++k)
+      v.attraction.nearest[static_cast<long>(first_point + k) * v.attraction.nearest_blocks + block] = keys[k];
   }
 };
 
@@ -88,13 +115,13 @@ struct FindNearest {
 /// matter. The integration takes the sums and leaves zeros.
 template <class L>
 SIMPLEXSEG_HD void add_pull(const StepView& v, int point, Vec3 position, int nearest, int patch_count, L lanes) {
-  const PatchEntry* patch = v.patches + static_cast<long>(point) * kMaxPatch;
+  const PatchEntry* patch = v.attraction.patches + static_cast<long>(point) * kMaxPatch;
   // Bounded to 10 m: the sums stay inside 64 bits for any number of points that fits into memory.
   auto fixed = [](float x) { return static_cast<long long>(smaller(larger(x, -1e4f), 1e4f) * kFixedPoint); };
   const Vec3 pull = position - xyz(v.current[nearest]);
   for (int k = lanes.lane; k < patch_count; k += L::width) {
     const PatchEntry e = patch[k];
-    AttractionSum* sum = &v.attraction[e.vertex];
+    AttractionSum* sum = &v.attraction.sums[e.vertex];
     atomic_add(&sum->weight, fixed(e.weight));
     atomic_add(&sum->x, fixed(e.weight * (e.weight * pull.x)));
     atomic_add(&sum->y, fixed(e.weight * (e.weight * pull.y)));
@@ -110,14 +137,14 @@ struct BindPatch {
   StepView v;
   template <class L>
   SIMPLEXSEG_HD void operator()(int point, L lanes) const {
-    PointView& c = v.points[point];
-    PatchEntry* patch = v.patches + static_cast<long>(point) * kMaxPatch;
+    PointView& c = v.attraction.points[point];
+    PatchEntry* patch = v.attraction.patches + static_cast<long>(point) * kMaxPatch;
     const int order = v.meshes[c.mesh].template integer<AttractionForce>(AttractionForce::order);
     // Where the mesh has fewer blocks than the largest one, the rest is ~0.
-    const unsigned long long* keys = v.nearest + static_cast<long>(point) * v.nearest_blocks;
+    const unsigned long long* keys = v.attraction.nearest + static_cast<long>(point) * v.attraction.nearest_blocks;
     unsigned long long key = ~0ull;
     SIMPLEXSEG_UNROLL
-    for (int b = lanes.lane; b < v.nearest_blocks; b += L::width) key = keys[b] < key ? keys[b] : key;
+    for (int b = lanes.lane; b < v.attraction.nearest_blocks; b += L::width) key = keys[b] < key ? keys[b] : key;
     const unsigned square = lanes.smallest(static_cast<unsigned>(key >> 32));
     const int nearest =
         static_cast<int>(lanes.smallest(static_cast<unsigned>(key >> 32) == square ? static_cast<unsigned>(key) : ~0u));
@@ -151,7 +178,7 @@ struct BindPatch {
       }
     }
     add_pull(v, point, xyz(c.position), nearest, count, lanes);
-    for (int k = lanes.lane; k < count; k += L::width) store_relaxed(&v.attracted[patch[k].vertex], 1);
+    for (int k = lanes.lane; k < count; k += L::width) store_relaxed(&v.attraction.in_patch[patch[k].vertex], 1);
     if (lanes.lane == 0) c.nearest = nearest, c.order = order, c.patch_count = count;
   }
 };
@@ -162,7 +189,7 @@ struct SumAttraction {
   StepView v;
   template <class L>
   SIMPLEXSEG_HD void operator()(int point, L lanes) const {
-    const PointView& c = v.points[point];
+    const PointView& c = v.attraction.points[point];
     add_pull(v, point, xyz(c.position), c.nearest, c.patch_count, lanes);
   }
 };

@@ -1,19 +1,74 @@
 // SPDX-License-Identifier: Apache-2.0
-// The list of forces: the one place that names them all, in the order of ForceId. To add a force: docs/add-a-force.md.
+// All forces, and what is said of each of them by its header. Whoever has to do with every force visits them here and
+// names none, so that a new one is its header and its line in src/forces/CMakeLists.txt (docs/add-a-force.md).
 #pragma once
 #include <tuple>
 
-#include "forces/attraction.h"
-#include "forces/gradient.h"
-#include "forces/intensity_profile.h"
-#include "forces/region.h"
-#include "forces/shape_memory.h"
-#include "forces/smoothing.h"
+#include "forces/force_types.h"
 
 namespace simplexseg {
 
-using Forces =
-    std::tuple<SmoothingForce, ShapeMemoryForce, GradientForce, IntensityProfileForce, RegionForce, AttractionForce>;
 static_assert(std::tuple_size_v<Forces> == kForceCount);
+
+namespace detail {
+#ifdef __CUDACC__
+#pragma nv_exec_check_disable  // what is visited on the host need not run on a device
+#endif
+template <class Visit, class... F>
+SIMPLEXSEG_HD constexpr void each_of(std::tuple<F...>*, Visit& visit) {
+  (visit(F{}), ...);
+}
+}  // namespace detail
+
+/// visit(F{}) for each force F, in the order of ForceId.
+#ifdef __CUDACC__
+#pragma nv_exec_check_disable
+#endif
+template <class Visit>
+SIMPLEXSEG_HD constexpr void each_force(Visit&& visit) {
+  detail::each_of(static_cast<Forces*>(nullptr), visit);
+}
+
+/// The bit of a force in a set of forces.
+constexpr unsigned bit(ForceId force) { return 1u << static_cast<int>(force); }
+
+/// The force says where each vertex is drawn to; all but those that pull do.
+template <class F>
+concept Displaces = requires(const StepView& v, const MeshConstants& m, int i, Int4 neighbours, Vec3 p, Vec4 frame) {
+  F::displacement(v, m, i, neighbours, p, frame);
+};
+/// The force is summed over what the user placed, before the step; image forces fade where it pulls.
+template <class F>
+concept Pulls = requires(const StepView& v, const MeshConstants& m, int i, Vec3& force, float& x) {
+  F::take_pull(v, m, i, force, x, x);
+};
+/// The force finds a target for each vertex at each refresh, which is held in between.
+template <class F>
+concept HasTargets = requires {
+  F::targets_name;
+};
+
+/// The forces F of which `holds(F{})` is true, as a set of bits.
+template <class Holds>
+constexpr unsigned forces_where(Holds&& holds) {
+  unsigned forces = 0;
+  each_force([&]<class F>(F force) {
+    if (holds(force)) forces |= bit(F::id);
+  });
+  return forces;
+}
+inline constexpr unsigned kInternalForces = forces_where([]<class F>(F) { return F::kind == ForceKind::Internal; });
+inline constexpr unsigned kImageForces = forces_where([]<class F>(F) { return F::kind == ForceKind::Image; });
+inline constexpr unsigned kPullingForces = forces_where([]<class F>(F) { return Pulls<F>; });
+inline constexpr unsigned kForcesWithTargets = forces_where([]<class F>(F) { return HasTargets<F>; });
+
+/// The share of its stability bound that a force has at a vertex: 1 unless the force says how far it trusts its target.
+template <class F>
+SIMPLEXSEG_HD float trust_of(const StepView& v, int i) {
+  if constexpr (requires { F::trust(v, i); })
+    return F::trust(v, i);
+  else
+    return 1.0f;
+}
 
 }  // namespace simplexseg

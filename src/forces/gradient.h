@@ -10,6 +10,8 @@ namespace simplexseg {
 /// (docs/mathematics.md, section 2.3).
 struct GradientForce {
   static constexpr ForceId id = ForceId::Gradient;
+  static constexpr ForceKind kind = ForceKind::Image;
+  static constexpr const char *targets_name = "gradient targets", *search_name = "gradient search";
   static constexpr const char* name = "gradient";
   static constexpr const char* title = "Gradient";
   static constexpr const char* doc = "Pulls each vertex to the strongest image edge along its normal.";
@@ -24,18 +26,25 @@ struct GradientForce {
       {"pull", 1, 0, 20, "voxel", "Bound of the displacement; 0: none."},
   };
   static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
+  /// Floats that a search keeps at hand, some to spare: samples and responses.
+  static constexpr int scratch_floats(const ForceParameters& p) { return 4 * p.integer(id, samples) + 6; }
+  /// Samples of the volume that a search takes, for the plan.
+  static constexpr int samples_of_search(const ForceParameters& p) { return 2 * p.integer(id, samples) + 1; }
+  /// Runs what finds the targets.
+  template <class Voxels, int kWidth, class Searches>
+  static void find_targets(Searches& searches);
 
   /// Share of the bound that this vertex has.
-  SIMPLEXSEG_HD static float trust(const StepView& v, int i) { return v.gradient_target[i].w; }
+  SIMPLEXSEG_HD static float trust(const StepView& v, int i) { return v.targets_of<GradientForce>()[i].w; }
   SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4, Vec3 p, Vec4 frame) {
-    return pull_to_target(v.gradient_target[i], p, xyz(frame), m.value<GradientForce>(pull) * m.voxel_mm);
+    return pull_to_target(v.targets_of<GradientForce>()[i], p, xyz(frame), m.value<GradientForce>(pull) * m.voxel_mm);
   }
 };
 
 /// Finds the targets of the gradient force. Voxels: how the volume is read (forces/sampling.h).
 template <class Voxels, int kWidth>
 struct GradientSearch {
-  static constexpr const char* name = "gradient search";
+  static constexpr const char* name = GradientForce::search_name;
   static constexpr int kLanes = kWidth, kMost = 2 * kMaxSearch + 3;
   StepView v;
   int scratch;  ///< floats: samples and responses of the longest search
@@ -76,8 +85,14 @@ struct GradientSearch {
     }
     const bool found = peak.best > threshold && peak.best > 0.0f;
     if (lanes.lane == 0)
-      v.gradient_target[i] = with_w(p + (found ? peak.offset(reach) * step : 0.0f) * n, found ? 1.0f : 0.0f);
+      v.targets_of<GradientForce>()[i] =
+          with_w(p + (found ? peak.offset(reach) * step : 0.0f) * n, found ? 1.0f : 0.0f);
   }
 };
+
+template <class Voxels, int kWidth, class Searches>
+void GradientForce::find_targets(Searches& searches) {
+  searches.search(GradientSearch<Voxels, kWidth>{searches.view(), kWidth > 1 ? searches.scratch_floats(id) : 0});
+}
 
 }  // namespace simplexseg

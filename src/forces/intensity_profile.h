@@ -10,6 +10,8 @@ namespace simplexseg {
 /// section 2.4).
 struct IntensityProfileForce {
   static constexpr ForceId id = ForceId::IntensityProfile;
+  static constexpr ForceKind kind = ForceKind::Image;
+  static constexpr const char *targets_name = "profile targets", *search_name = "profile search";
   static constexpr const char* name = "intensity_profile";
   static constexpr const char* title = "Intensity profile";
   static constexpr const char* doc = "Pulls each vertex to where the image looks like its recorded reference profile.";
@@ -29,18 +31,36 @@ struct IntensityProfileForce {
       {"pull", 1, 0, 20, "voxel", "Bound of the displacement; 0: none."},
   };
   static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
+  /// Values of the reference profile of a vertex.
+  static constexpr int profile_length(const ForceParameters& p) { return 2 * p.integer(id, half_length) + 1; }
+  /// Profiles that were recorded with another length do not fit.
+  static constexpr bool has_reference(const ForceParameters& p, const RecordedReferences& recorded) {
+    return recorded.profile_values == static_cast<std::size_t>(recorded.vertex_count) * profile_length(p);
+  }
+  /// Floats that a search keeps at hand, some to spare: samples, reference and scores.
+  static constexpr int scratch_floats(const ForceParameters& p) {
+    return 4 * p.integer(id, samples) + 1 + 2 * profile_length(p) + 8;
+  }
+  /// Samples of the volume that a search takes, for the plan.
+  static constexpr int samples_of_search(const ForceParameters& p) {
+    return 2 * p.integer(id, samples) + profile_length(p);
+  }
+  /// Runs what finds the targets.
+  template <class Voxels, int kWidth, class Searches>
+  static void find_targets(Searches& searches);
 
   /// Share of the bound that this vertex has.
-  SIMPLEXSEG_HD static float trust(const StepView& v, int i) { return v.profile_target[i].w; }
+  SIMPLEXSEG_HD static float trust(const StepView& v, int i) { return v.targets_of<IntensityProfileForce>()[i].w; }
   SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4, Vec3 p, Vec4 frame) {
-    return pull_to_target(v.profile_target[i], p, xyz(frame), m.value<IntensityProfileForce>(pull) * m.voxel_mm);
+    return pull_to_target(v.targets_of<IntensityProfileForce>()[i], p, xyz(frame),
+                          m.value<IntensityProfileForce>(pull) * m.voxel_mm);
   }
 };
 
 /// Finds the targets of the intensity profile force. Voxels: how the volume is read (forces/sampling.h).
 template <class Voxels, int kWidth>
 struct ProfileSearch {
-  static constexpr const char* name = "profile search";
+  static constexpr const char* name = IntensityProfileForce::search_name;
   /// Shifts that are compared together, each sample being read once for all of them.
 #ifdef __CUDA_ARCH__
   static constexpr int kTile = 4;
@@ -57,7 +77,7 @@ struct ProfileSearch {
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
     const Vec3 p = xyz(v.current[i]), n = xyz(v.frame[i]);
     if (!(m.forces.weight(ForceId::IntensityProfile) > 0.0f)) {
-      if (lanes.lane == 0) v.profile_target[i] = with_w(p, 0.0f);
+      if (lanes.lane == 0) v.targets_of<IntensityProfileForce>()[i] = with_w(p, 0.0f);
       return;
     }
     const int half = m.integer<F>(F::half_length), reach = m.integer<F>(F::samples), length = 2 * half + 1;
@@ -126,8 +146,14 @@ struct ProfileSearch {
     if (lanes.lane != 0) return;
     const float acceptance = m.value<F>(F::acceptance);
     const bool found = peak.best > -1e29f && (correlate ? peak.best >= acceptance : -peak.best <= acceptance);
-    v.profile_target[i] = with_w(p + (found ? peak.offset(reach) * step : 0.0f) * n, found ? 1.0f : 0.0f);
+    v.targets_of<IntensityProfileForce>()[i] =
+        with_w(p + (found ? peak.offset(reach) * step : 0.0f) * n, found ? 1.0f : 0.0f);
   }
 };
+
+template <class Voxels, int kWidth, class Searches>
+void IntensityProfileForce::find_targets(Searches& searches) {
+  searches.search(ProfileSearch<Voxels, kWidth>{searches.view(), searches.scratch_floats(id)});
+}
 
 }  // namespace simplexseg

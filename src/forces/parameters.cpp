@@ -1,27 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "forces/parameters.h"
 
+#include <array>
 #include <cstring>
-#include <utility>
+#include <iterator>
 
 #include "forces/force_list.h"
 
 namespace simplexseg {
 namespace {
 
-template <std::size_t... I>
-constexpr auto make_force_list(std::index_sequence<I...>) {
-  static_assert(((static_cast<std::size_t>(std::tuple_element_t<I, Forces>::id) == I) && ...), "order of ForceId");
-  static_assert(((std::tuple_element_t<I, Forces>::parameter_count <= kMaxForceParameters) && ...));
-  static_assert(
-      ((std::size(std::tuple_element_t<I, Forces>::parameters) == std::tuple_element_t<I, Forces>::parameter_count) &&
-       ...));
-  return std::array<ForceInfo, sizeof...(I)>{
-      ForceInfo{std::tuple_element_t<I, Forces>::id, std::tuple_element_t<I, Forces>::name,
-                std::tuple_element_t<I, Forces>::title, std::tuple_element_t<I, Forces>::doc,
-                std::tuple_element_t<I, Forces>::parameters}...};
+template <class F>
+constexpr ForceInfo info_of() {
+  static_assert(F::parameter_count <= kMaxForceParameters);
+  static_assert(std::size(F::parameters) == F::parameter_count, "the table has an entry for each parameter");
+  static_assert(F::weight == 0, "the first parameter is the weight");
+  static_assert(Displaces<F> != Pulls<F>, "a force says where vertices are drawn to, or pulls them");
+  const char* targets = nullptr;
+  if constexpr (HasTargets<F>) targets = F::targets_name;
+  return {F::id, F::kind, F::name, F::title, F::doc, targets, F::parameters};
 }
-constexpr auto kForceList = make_force_list(std::make_index_sequence<kForceCount>{});
+
+constexpr auto kForceList = [] {
+  std::array<ForceInfo, kForceCount> list{};
+  int k = 0;
+  each_force([&]<class F>(F) { list[k++] = info_of<F>(); });
+  return list;
+}();
+static_assert(
+    [] {
+      for (int k = 0; k < kForceCount; ++k)
+        if (static_cast<int>(kForceList[k].id) != k) return false;
+      return true;
+    }(),
+    "the forces of the list have the identifiers of the list");
 
 }  // namespace
 

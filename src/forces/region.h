@@ -14,6 +14,8 @@ namespace simplexseg {
 /// neighbours, so that the surface moves as a sheet.
 struct RegionForce {
   static constexpr ForceId id = ForceId::Region;
+  static constexpr ForceKind kind = ForceKind::Image;
+  static constexpr const char *targets_name = "region targets", *search_name = "region search";
   static constexpr const char* name = "region";
   static constexpr const char* title = "Region";
   static constexpr float kEdgesAtOnce = 0.5f;
@@ -33,16 +35,26 @@ struct RegionForce {
       {"balloon", 0, -1, 1, "", "Added to every ratio: above 0 grows the mesh, below 0 shrinks it."},
   };
   static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
+  /// Floats that a search keeps at hand: samples and ratios.
+  static constexpr int scratch_floats(const ForceParameters& p) { return 2 * (2 * p.integer(id, samples) + 1); }
+  /// Samples of the volume that a search takes, for the plan.
+  static constexpr int samples_of_search(const ForceParameters& p) { return 2 * p.integer(id, samples) + 1; }
+  /// Runs what finds the targets.
+  template <class Voxels, int kWidth, class Searches>
+  static void find_targets(Searches& searches);
 
   /// Share of the bound that this vertex has.
-  SIMPLEXSEG_HD static float trust(const StepView& v, int i) { return v.region_target[i].w; }
+  SIMPLEXSEG_HD static float trust(const StepView& v, int i) { return v.targets_of<RegionForce>()[i].w; }
   SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4, Vec3 p, Vec4 frame) {
-    return pull_to_target(v.region_target[i], p, xyz(frame), m.value<RegionForce>(pull) * m.voxel_mm);
+    return pull_to_target(v.targets_of<RegionForce>()[i], p, xyz(frame), m.value<RegionForce>(pull) * m.voxel_mm);
   }
   SIMPLEXSEG_HD static float search_step_mm(const MeshConstants& m) {
     return larger(m.value<RegionForce>(reach) * m.edge_mm, 2.5f * m.voxel_mm) / m.integer<RegionForce>(samples);
   }
 };
+
+/// How often local statistics are averaged over neighbours.
+inline constexpr int kStatisticsPasses = 4;
 
 /// Mean intensities (in shares of the range) just inside and just outside of the surface: x, y; z: their mean variance.
 template <class Voxels, int kWidth>
@@ -76,7 +88,7 @@ struct RegionStatistics {
 
 template <class Voxels, int kWidth>
 struct RegionSearch {
-  static constexpr const char* name = "region search";
+  static constexpr const char* name = RegionForce::search_name;
   static constexpr int kSamples = 2 * kMaxSearch + 1;
   static constexpr int kLanes = kWidth;
   StepView v;
@@ -86,7 +98,7 @@ struct RegionSearch {
     using F = RegionForce;
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
     if (!(m.forces.weight(ForceId::Region) > 0.0f)) {
-      if (lanes.lane == 0) v.region_target[i] = {0, 0, 0, 0};
+      if (lanes.lane == 0) v.targets_of<RegionForce>()[i] = {0, 0, 0, 0};
       return;
     }
     const int reach = m.integer<F>(F::samples);
@@ -146,8 +158,8 @@ struct RegionSearch {
     // away for ever): the image then says nothing, and smoothing draws the surface together. One voxel of object is
     // full evidence.
     const float trust = smaller(evidence, 1.0f);
-    v.region_target[i] = {trust * offset * step, 0, 0,
-                          trust};  // as an offset, until averaged: RegionTarget makes it a position
+    v.targets_of<RegionForce>()[i] = {trust * offset * step, 0, 0,
+                                      trust};  // as an offset, until averaged: RegionTarget makes it a position
   }
 };
 
@@ -190,8 +202,21 @@ struct RegionTarget {
     const float agree =
         smaller(dot(n, xyz(v.frame[nb.x])), smaller(dot(n, xyz(v.frame[nb.y])), dot(n, xyz(v.frame[nb.z]))));
     const float trust = smaller(larger(2.0f * agree, 0.0f), 1.0f);
-    v.region_target[i] = with_w(p + smaller(larger(offset.x, -bound), bound) * n, offset.w * trust);
+    v.targets_of<RegionForce>()[i] = with_w(p + smaller(larger(offset.x, -bound), bound) * n, offset.w * trust);
   }
 };
+
+template <class Voxels, int kWidth, class Searches>
+void RegionForce::find_targets(Searches& searches) {
+  const StepView& v = searches.view();
+  if (v.local_statistics != nullptr) {
+    using Statistics = RegionStatistics<Voxels, kWidth>;
+    searches.search(Statistics{v, Statistics::kCount});
+    searches.average(v.local_statistics, kStatisticsPasses, false);
+    static_assert(kStatisticsPasses % 2 == 0, "so that the averages end where they are read");
+  }
+  searches.search(RegionSearch<Voxels, kWidth>{v, searches.scratch_floats(id)});
+  searches.run(RegionTarget{v, searches.average(v.targets_of<RegionForce>(), searches.averaging_passes(), true)});
+}
 
 }  // namespace simplexseg

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <cmath>
+#include <span>
+
 #include "forces/step_view.h"
 
 namespace simplexseg {
@@ -11,6 +14,7 @@ namespace simplexseg {
 /// is taken, so that the bound below holds (reference_of in src/mesh/shape_reference.h).
 struct ShapeMemoryForce {
   static constexpr ForceId id = ForceId::ShapeMemory;
+  static constexpr ForceKind kind = ForceKind::Internal;
   static constexpr const char* name = "shape_memory";
   static constexpr const char* title = "Shape memory";
   static constexpr const char* doc = "Pulls the mesh back to the local shape of its reference pose.";
@@ -20,8 +24,18 @@ struct ShapeMemoryForce {
       {"scaling", 0.5f, 0, 1, "",
        "Power of the area ratio that scales the elevation; 0.5: similarities are free, 0: rigid motions only."},
   };
-  /// 2 where all e_k >= 0, else 1 + sum |e_k|; `worst` is the largest sum |e_k| of the mesh's reference.
-  static constexpr float stability_bound(float worst) { return 1.0f + (worst > 1.0f ? worst : 1.0f); }
+  static constexpr bool has_reference(const ForceParameters&, const RecordedReferences& recorded) {
+    return recorded.shape;
+  }
+  /// 2 where all e_k >= 0, else 1 + sum |e_k|, by the largest such sum of the mesh's reference; 0 without a reference.
+  static float stability_bound(const ForceParameters&, std::span<const Vec4> shape) {
+    float worst = 1.0f;
+    for (const Vec4& s : shape) {
+      const float sum = fabsf(s.x) + fabsf(s.y) + fabsf(1.0f - s.x - s.y);
+      worst = sum > worst ? sum : worst;
+    }
+    return shape.empty() ? 0.0f : 1.0f + worst;
+  }
 
   SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4 nb, Vec3 p,
                                          Vec4 frame) {

@@ -12,6 +12,7 @@ namespace simplexseg {
 /// elongated shapes diverge (docs/adr/0003-smoothing.md).
 struct SmoothingForce {
   static constexpr ForceId id = ForceId::Smoothing;
+  static constexpr ForceKind kind = ForceKind::Internal;
   static constexpr const char* name = "smoothing";
   static constexpr const char* title = "Smoothing";
   static constexpr const char* doc = "Evens out the vertices and averages the curvature of neighbouring vertices.";

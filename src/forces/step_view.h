@@ -82,7 +82,7 @@ struct MeshConstants {
   StepForm form;
   float stiffness;  ///< bound of the internal forces
   float model;      ///< k of the multigrid model: half of that
-  float hold;       ///< of every vertex in that model, as a share of k, besides what forces hold it with
+  float support;    ///< of every vertex in that model, as a share of k, besides that of its forces
   int root;         ///< the vertex of the coarsest level that stands for the whole mesh, -1: there are no levels
   float limit_mm;   ///< a vertex with a coordinate beyond it has left the scene
   int strongest;    ///< the force of the largest bound, to be named where nothing better is known
@@ -157,8 +157,7 @@ struct MeshMotion {
       square_move;  ///< means of -m.(z - z') and |m|^2, m the move before the last step, z and z' after and before it
   float folded;     ///< vertices whose normal opposes a neighbour's
   float volume;     ///< mean of (P - P_first) . N, which has the sign of the volume enclosed
-  float hold;  ///< with a multigrid correction: stiffness of image and attraction in the direction where it is least, a
-               ///< vertex
+  float support;    ///< with a multigrid correction: stiffness of image and attraction a vertex, where it is least
 };
 
 /// A vertex of a level coarser than its mesh. Those of all levels lie in one row after another, from fine to coarse, so
@@ -186,37 +185,45 @@ struct LevelsView {
   Vec4* stiffness_b = nullptr;  ///< yz, zz
 };
 
+/// The attraction points of all meshes and what was found for them (src/forces/attraction.h).
+struct AttractionView {
+  PointView* points = nullptr;
+  int count = 0;                          ///< of the points
+  int groups = 0;                         ///< groups of kPointGroup points of the mesh that has most
+  int nearest_blocks = 0;                 ///< blocks of kNearestBlock vertices of the largest mesh
+  unsigned long long* nearest = nullptr;  ///< nearest_blocks a point: squared distance bits << 32 | vertex
+  PatchEntry* patches = nullptr;          ///< kMaxPatch a point
+  AttractionSum* sums = nullptr;          ///< zero but for vertices that a point pulls in this step
+  std::uint8_t* in_patch = nullptr;       ///< 1 for vertices in some patch
+};
 struct StepView {
   int vertex_count = 0;
   int mesh_count = 0;
-  int point_count = 0;
   const MeshConstants* meshes = nullptr;
   NeighbourTexels neighbours;  ///< x, y, z: neighbours; w: mesh
   Texels<Vec4> previous;       ///< positions one step ago, mm
   Texels<Vec4> current;        ///< positions, mm
   Vec4* next = nullptr;
-  Vec4* oldest = nullptr;           ///< the memory of `previous`, whose w is free once a step has read it
-  Texels<Vec4> frame;               ///< unit normal, elevation over area h / S (1/mm) of the current positions
-  Vec4* new_frame = nullptr;        ///< the same array, for the kernel that writes it
-  Texels<Vec4> shape;               ///< e1, e2, h_ref (mm), S_ref (mm^2)
-  Vec4* gradient_target = nullptr;  ///< target point (mm), confidence 0..1
-  Vec4* profile_target = nullptr;
-  Vec4* region_target = nullptr;
+  Vec4* oldest = nullptr;     ///< the memory of `previous`, whose w is free once a step has read it
+  Texels<Vec4> frame;         ///< unit normal, elevation over area h / S (1/mm) of the current positions
+  Vec4* new_frame = nullptr;  ///< the same array, for the kernel that writes it
+  Texels<Vec4> shape;         ///< e1, e2, h_ref (mm), S_ref (mm^2)
+  /// Of each force that finds targets: the point (mm) to which it draws each vertex, and its confidence in [0, 1].
+  Vec4* targets[kForceCount] = {};
   const float* profiles = nullptr;  ///< reference profiles, 2 * half length + 1 values a vertex
   int profile_stride = 0;
   const float* region_tables = nullptr;  ///< kRegionBins log-likelihood ratios a mesh, each in [-1, 1]
   Vec4* local_statistics = nullptr;      ///< mean inside, mean outside, mean squared deviation, weight
-  PointView* points = nullptr;
-  unsigned long long* nearest = nullptr;  ///< nearest_blocks a point: squared distance bits << 32 | vertex
-  int nearest_blocks = 0;                 ///< blocks of kNearestBlock vertices of the largest mesh
-  int point_groups = 0;                   ///< groups of kPointGroup attraction points of the mesh that has most
-  PatchEntry* patches = nullptr;          ///< kMaxPatch a point
-  AttractionSum* attraction = nullptr;    ///< zero but for vertices that a point pulls in this step
-  std::uint8_t* attracted = nullptr;      ///< 1 for vertices in some patch
+  AttractionView attraction;
   LevelsView levels;
   const StepCoefficients* coefficients = nullptr;  ///< of each mesh
   VolumeView volume;
   StepStatus* status = nullptr;
+
+  template <class F>
+  SIMPLEXSEG_HD Vec4* targets_of() const {
+    return targets[static_cast<int>(F::id)];
+  }
 };
 
 }  // namespace simplexseg

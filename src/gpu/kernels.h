@@ -19,7 +19,7 @@ struct GeometryKernel {
   bool unbind = false;  ///< attraction patches are about to be found anew
   SIMPLEXSEG_HD void operator()(int i) const {
     if (i == 0 && run_length > 0) v.status->first = v.status->next_run, v.status->next_run += run_length;
-    if (unbind) v.attracted[i] = 0;
+    if (unbind) v.attraction.in_patch[i] = 0;
     const Int4 nb = v.neighbours[i];
     const Vec3 p1 = xyz(v.current[nb.x]), a = xyz(v.current[nb.y]) - p1, b = xyz(v.current[nb.z]) - p1;
     const Vec3 c = cross(a, b);
@@ -101,34 +101,19 @@ struct IntegrateKernel {
     const Vec4 frame = v.frame[i];
     Vec3 sum{0, 0, 0};
     float image = 1.0f, stiffness = m.stiffness;
-    if constexpr ((kMask & bit(ForceId::Attraction)) != 0) {
-      if (v.attracted[i] != 0) {
-        const AttractionSum s = v.attraction[i];
-        v.attraction[i] = {0, 0, 0, 0};
-        if (s.weight != 0 && m.forces.weight(ForceId::Attraction) > 0.0f) {
-          const float weight = s.weight * (1.0f / kFixedPoint), inverse = 1.0f / static_cast<float>(s.weight);
-          sum = (m.forces.weight(ForceId::Attraction) * inverse) *
-                Vec3{static_cast<float>(s.x), static_cast<float>(s.y), static_cast<float>(s.z)};
-          image = 1.0f - m.value<AttractionForce>(AttractionForce::image_fade) * smaller(weight, 1.0f);
-          stiffness += m.forces.weight(ForceId::Attraction);
-        }
-      }
-    }
-    const Vec3 attraction = sum;
-    auto add = [&]<class F>(F, float factor) {
-      if constexpr ((kMask & bit(F::id)) != 0) {
-        const float k = factor * m.forces.weight(F::id);
+    each_force([&]<class F>(F) {
+      if constexpr ((kMask & bit(F::id)) != 0 && Pulls<F>) F::take_pull(v, m, i, sum, stiffness, image);
+    });
+    const Vec3 pull = sum;
+    each_force([&]<class F>(F) {
+      if constexpr ((kMask & bit(F::id)) != 0 && Displaces<F>) {
+        const float k = (F::kind == ForceKind::Image ? image : 1.0f) * m.forces.weight(F::id);
         if (k > 0.0f) {
           sum = sum + k * F::displacement(v, m, i, nb, p, frame);
-          if constexpr (requires { F::trust(v, i); }) stiffness += k * F::trust(v, i);
+          if constexpr (F::kind != ForceKind::Internal) stiffness += k * trust_of<F>(v, i);
         }
       }
-    };
-    add(SmoothingForce{}, 1.0f);
-    add(ShapeMemoryForce{}, 1.0f);
-    add(GradientForce{}, image);
-    add(IntensityProfileForce{}, image);
-    add(RegionForce{}, image);
+    });
     if (halted) return;
     if constexpr (kCycles) {
       if (form == StepForm::Corrected) {
@@ -136,32 +121,29 @@ struct IntegrateKernel {
         if (norm(sum) < 1e18f)
           begin_cycle(v, m, i, sum);
         else
-          taker.report(i, culprit(i, m, nb, p, frame, attraction));
+          taker.report(i, culprit(i, m, nb, p, frame, pull));
         return;
       }
     }
     const Vec3 z = form == StepForm::Scaled && stiffness > 0.0f ? (1.0f / stiffness) * sum : sum;
     // A vertex that no force acts on stays where it is.
     const bool coasts = form == StepForm::Plain || stiffness > 0.0f;
-    if (!taker.take(c, limit, i, here, coasts ? q : p, sum, z))
-      taker.report(i, culprit(i, m, nb, p, frame, attraction));
+    if (!taker.take(c, limit, i, here, coasts ? q : p, sum, z)) taker.report(i, culprit(i, m, nb, p, frame, pull));
   }
   /// The force that is strongest.
-  SIMPLEXSEG_HD int culprit(int i, const MeshConstants& m, Int4 nb, Vec3 p, Vec4 frame, Vec3 attraction) const {
-    int culprit = static_cast<int>(ForceId::Attraction);
-    float worst = norm(attraction) > 0.0f ? norm(attraction) : -1.0f;
-    auto weigh = [&]<class F>(F) {
-      if constexpr ((kMask & bit(F::id)) != 0) {
+  SIMPLEXSEG_HD int culprit(int i, const MeshConstants& m, Int4 nb, Vec3 p, Vec4 frame, Vec3 pull) const {
+    int culprit = 0;
+    float worst = norm(pull) > 0.0f ? norm(pull) : -1.0f;
+    each_force([&]<class F>(F) {
+      if constexpr ((kMask & bit(F::id)) != 0 && Pulls<F>) culprit = static_cast<int>(F::id);
+    });
+    each_force([&]<class F>(F) {
+      if constexpr ((kMask & bit(F::id)) != 0 && Displaces<F>) {
         const float k = m.forces.weight(F::id);
         const float size = k > 0.0f ? k * norm(F::displacement(v, m, i, nb, p, frame)) : 0.0f;
         if (!(size <= worst)) worst = size == size ? size : 1e38f, culprit = static_cast<int>(F::id);
       }
-    };
-    weigh(SmoothingForce{});
-    weigh(ShapeMemoryForce{});
-    weigh(GradientForce{});
-    weigh(IntensityProfileForce{});
-    weigh(RegionForce{});
+    });
     return culprit;
   }
 };
@@ -253,9 +235,9 @@ struct EndOfBatch {
   StepStatus* result;
   /// What the mesh is held with in the direction in which it is held least: of the sum of E, determinant over the sum
   /// of the minors, which is a third to the whole of the smallest eigenvalue.
-  SIMPLEXSEG_HD float hold_of(const MeshConstants& m) const {
+  SIMPLEXSEG_HD float support_of(const MeshConstants& m) const {
     if (v.levels.stiffness_a == nullptr || m.root < 0) return 0;
-    const float own = m.hold * m.model * m.vertex_count;
+    const float own = m.support * m.model * m.vertex_count;
     const VertexSystem e(v.levels.stiffness_a[m.root], v.levels.stiffness_b[m.root], -own);
     const float a = e.yy * e.zz - e.yz * e.yz, b = e.xx * e.zz - e.xz * e.xz, c = e.xx * e.yy - e.xy * e.xy;
     const float determinant = e.xx * a + e.xy * (e.xz * e.yz - e.xy * e.zz) + e.xz * (e.xy * e.yz - e.xz * e.yy),
@@ -289,7 +271,7 @@ struct EndOfBatch {
                     s.square_move * each,
                     s.folded,
                     s.volume * each,
-                    hold_of(m) * each};
+                    support_of(m) * each};
     if (mesh == 0) {
       *result = *v.status;
       *v.status = {~0ull, 0, 0};

@@ -7,7 +7,6 @@
 #include "forces/force_list.h"
 #include "forces/lanes.h"
 #include "forces/step_view.h"
-#include "step/step_needs.h"
 
 namespace simplexseg {
 
@@ -37,19 +36,16 @@ struct LocalStiffness {
   StepView v;
   SIMPLEXSEG_HD void operator()(int i) const {
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
-    float along = 0, all = m.hold * m.model, image = 1;
-    if constexpr ((kMask & bit(ForceId::Attraction)) != 0) {
-      if (v.attracted[i] != 0 && m.forces.weight(ForceId::Attraction) > 0.0f) {
-        const float w = smaller(v.attraction[i].weight * (1.0f / kFixedPoint), 1.0f);
-        all += m.forces.weight(ForceId::Attraction) * w;
-        image = 1.0f - m.value<AttractionForce>(AttractionForce::image_fade) * w;
+    float along = 0, all = m.support * m.model, image = 1;
+    each_force([&]<class F>(F) {
+      if constexpr ((kMask & bit(F::id)) != 0 && Pulls<F>) F::add_stiffness(v, m, i, all, image);
+    });
+    each_force([&]<class F>(F) {
+      if constexpr ((kMask & bit(F::id)) != 0 && Displaces<F>) {
+        if constexpr (F::kind == ForceKind::Image) along += m.forces.weight(F::id) * trust_of<F>(v, i);
+        if constexpr (F::kind == ForceKind::External) all += m.forces.weight(F::id) * trust_of<F>(v, i);
       }
-    }
-    if constexpr ((kMask & bit(ForceId::Gradient)) != 0)
-      along += m.forces.weight(ForceId::Gradient) * v.gradient_target[i].w;
-    if constexpr ((kMask & bit(ForceId::IntensityProfile)) != 0)
-      along += m.forces.weight(ForceId::IntensityProfile) * v.profile_target[i].w;
-    if constexpr ((kMask & bit(ForceId::Region)) != 0) along += m.forces.weight(ForceId::Region) * v.region_target[i].w;
+    });
     along *= image;
     const Vec3 n = xyz(v.frame[i]), an = along * n;
     v.levels.stiffness_a[i] = {an.x * n.x + all, an.x * n.y, an.x * n.z, an.y * n.y + all};

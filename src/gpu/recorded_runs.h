@@ -15,6 +15,7 @@ struct StepPhase {
   int oldest = 0;  ///< of the three position arrays: previous, current, next from here on
   int since_refresh = 0;
   bool refresh_due = true, stiffness_due = false;
+  bool measured_at_refresh = false;  ///< the motion that was measured last: in a step that found targets anew
 };
 
 /// Runs of steps, recorded when they come again, and then repeated at small cost. Where the executor cannot, they are
@@ -25,11 +26,10 @@ class RecordedRuns {
   /// After anything that a recorded run has in it has changed: addresses, plan.
   void clear() { runs_.clear(); }
 
-  /// `steps()` does the run and changes `phase` and `measured_at_refresh`. Returns how many steps were done before a
+  /// `steps()` does the run and changes `phase`. Returns how many steps were done before a
   /// failure that the host knows of.
   template <class Steps>
-  int run(Launcher<Executor>& launcher, StepPhase& phase, bool& measured_at_refresh, int refresh_interval, int length,
-          End end, Steps&& steps) {
+  int run(Launcher<Executor>& launcher, StepPhase& phase, int refresh_interval, int length, End end, Steps&& steps) {
     if constexpr (!Executor::kRecords) {
       return steps();
     } else {
@@ -49,7 +49,7 @@ class RecordedRuns {
       if (!run.recorded) {
         const auto before = launcher.launches;
         run.recording = launcher.executor.record([&] { steps(); });
-        run.after = phase, run.measured_at_refresh = measured_at_refresh;
+        run.after = phase;
         for (const auto& [name, n] : launcher.launches) {
           const auto was = before.find(name);
           const std::uint64_t more = n - (was == before.end() ? 0 : was->second);
@@ -57,7 +57,7 @@ class RecordedRuns {
         }
         run.recorded = true;
       } else {
-        phase = run.after, measured_at_refresh = run.measured_at_refresh;
+        phase = run.after;
         if (until_refresh == length) phase.since_refresh = since_refresh + length;
         for (const auto& [name, n] : run.launches) launcher.launches[name] += n;
       }
@@ -78,7 +78,6 @@ class RecordedRuns {
     bool recorded = false;
     typename Executor::Recording recording;
     StepPhase after;
-    bool measured_at_refresh = false;
     std::map<std::string, std::uint64_t> launches;
   };
   std::map<Key, Run> runs_;

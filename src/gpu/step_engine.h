@@ -9,24 +9,24 @@
 //   there are n of them) bind(volume, view): makes the voxels readable; visit_voxels(type, f): f(type identity of the
 //   sampler for them)
 #pragma once
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <map>
+#include <type_traits>
 #include <utility>
 
 #include "core/error.h"
 #include "forces/region_model.h"
-#include "gpu/fold_watch.h"
+#include "gpu/force_arrays.h"
 #include "gpu/kernels.h"
 #include "gpu/levels.h"
+#include "gpu/mesh_arrays.h"
 #include "gpu/recorded_runs.h"
+#include "gpu/step_supervision.h"
 #include "gpu/surface_drawing.h"
-#include "gpu/vertex_order.h"
+#include "gpu/target_searches.h"
 #include "image/volume.h"
-#include "mesh/simplex_mesh.h"
 #include "step/simulation_parameters.h"
 #include "step/stability.h"
 
@@ -64,119 +64,34 @@ class StepEngine final : public Engine {
   }
 
   void load(std::span<const EngineMesh> meshes, const SimulationParameters& simulation) override {
-    long total = 0;
-    for (const EngineMesh& m : meshes) total += static_cast<long>(m.positions.size());
-    if (total > 500'000'000) throw Error("meshes", "more than 500 million vertices", "use fewer or coarser meshes");
-    const int count = static_cast<int>(total);
-    constants_.assign(meshes.size(), {});
-    std::vector<Vec4> current(count), previous(count), shape(count);
-    std::vector<Int4> neighbours(count);
-    orders_.assign(meshes.size(), {});
-    drawing_.forget_cells();
-    region_tables_host_.clear();
-    held_targets_.clear();
-    references_.assign(meshes.size(), {});
-    profiles_host_.clear();
-    int first = 0;
-    for (std::size_t k = 0; k < meshes.size(); ++k) {
-      const EngineMesh& m = meshes[k];
-      const int n = static_cast<int>(m.positions.size());
-      MeshConstants& c = constants_[k];
-      // Neighbours near each other in memory are read together.
-      orders_[k] = patch_order(m.neighbours);
-      const std::vector<int>& order = orders_[k];
-      std::vector<int> place(n);
-      for (int i = 0; i < n; ++i) place[order[i]] = i;
-      c.first_vertex = first, c.vertex_count = n, c.finest = m.finest, c.forces = m.parameters, c.region_table = -1;
-      double edges = 0;
-      for (int to = 0; to < n; ++to) {
-        const int i = order[to];
-        const Eigen::Vector3f &x = m.positions[i], &q = m.previous[i];
-        current[first + to] = {x[0], x[1], x[2], 0};
-        previous[first + to] = {q[0], q[1], q[2], 0};
-        const auto& nb = m.neighbours[i];
-        neighbours[first + to] = {first + place[nb[0]], first + place[nb[1]], first + place[nb[2]],
-                                  static_cast<int>(k)};
-        for (int j : nb) edges += (m.positions[j] - x).norm();
-      }
-      c.edge_mm = n > 0 ? static_cast<float>(edges / (3.0 * n)) : 0.0f;
-      if (m.region && !m.region->empty()) {
-        c.region_table = static_cast<int>(region_tables_host_.size());
-        c.intensity_low = static_cast<float>(m.region->low);
-        c.intensity_scale = static_cast<float>(1.0 / (m.region->high - m.region->low));
-        const auto table = log_likelihood_ratios(*m.region);
-        region_tables_host_.insert(region_tables_host_.end(), table.begin(), table.end());
-      }
-      references_[k].assign(m.shape.begin(), m.shape.end());
-      if (!m.shape.empty())
-        for (int to = 0; to < n; ++to) shape[first + to] = m.shape[order[to]];
-      profiles_host_.emplace_back(m.profiles.begin(), m.profiles.end());
-      first += n;
-    }
-    shape_host_ = std::move(shape);
-    view_.vertex_count = count;
-    view_.mesh_count = static_cast<int>(meshes.size());
-    neighbours_.assign(neighbours);
-    neighbours_host_ = std::move(neighbours);
-    learnt_.clear(), wanted_.clear();
-    for (const EngineMesh& m : meshes) learnt_.push_back(m.solver), wanted_.push_back(m.parameters);
-    box_.assign(meshes.size(), Eigen::AlignedBox3d());
-    for (std::size_t k = 0; k < meshes.size(); ++k)
-      for (const Eigen::Vector3f& x : meshes[k].positions) box_[k].extend(x.cast<double>());
+    meshes_.load(meshes);
+    forces_.load(meshes, meshes_);
+    supervision_.forget();
     levels_.forget();
-    hold_known_ = false;
-    kept_.resize(0);
-    folds_.forget();
-    for (auto& x : positions_) x.resize(count);
-    positions_[0].upload(previous);
-    positions_[1].upload(current);
+    drawing_.forget_cells();
     phase_.oldest = 0;
-    frame_.resize(count);
-    frame_.fill_zero();
-    motion_sums_.resize(constants_.size() * motion_blocks());
-    motion_.resize(constants_.size());
-    points_.resize(0);
-    points_host_.clear();
-    view_.point_count = 0;
-    for (auto* array : {&shape_, &gradient_target_, &profile_target_, &region_target_, &local_statistics_, &scratch_})
-      array->resize(0);
-    profiles_.resize(0), region_tables_.resize(0), attraction_.resize(0), attracted_.resize(0);
+    motion_sums_.resize(meshes.size() * motion_blocks());
+    motion_.resize(meshes.size());
     runs_.clear();
     reset_status();
-    apply_parameters(simulation);
+    wanted_.clear();
+    std::vector<SolverState> learnt;
+    for (const EngineMesh& m : meshes) wanted_.push_back(m.parameters), learnt.push_back(m.solver);
+    apply_parameters(simulation, learnt);
   }
 
   void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation) override {
+    SIMPLEXSEG_EXPECT(meshes.size() == meshes_.size());
     wanted_.assign(meshes.begin(), meshes.end());
-    learnt_.assign(constants_.size(), {});
-    apply_parameters(simulation);
+    apply_parameters(simulation, {});
   }
 
   void set_points(std::span<const EnginePoint> points) override {
-    std::vector<PointView> list;
-    list.reserve(points.size());
-    for (std::size_t k = 0; k < constants_.size(); ++k) {
-      constants_[k].first_point = static_cast<int>(list.size());
-      for (const EnginePoint& point : points) {
-        if (point.mesh != static_cast<int>(k)) continue;
-        const Eigen::Vector3f p = point.position_mm.cast<float>();
-        list.push_back({{p[0], p[1], p[2], 0}, point.mesh, -1, -1, 0});
-      }
-      constants_[k].point_count = static_cast<int>(list.size()) - constants_[k].first_point;
-    }
-    points_host_ = std::move(list);
-    note_limits();
-    for (std::size_t k = 0; k < controls_.size(); ++k) controls_[k].set_points(constants_[k].point_count);
-    if (!constants_.empty()) meshes_.upload(constants_);
-    if (points_.size() != points_host_.size())
-      points_.resize(0);
-    else
-      points_.upload(points_host_);
-    view_.point_count = static_cast<int>(points_host_.size());
-    int most = 0;
-    for (const MeshConstants& c : constants_) most = std::max(most, c.point_count);
-    view_.point_groups = (most + kPointGroup - 1) / kPointGroup;
-    if (forms_changed())
+    forces_.set_points(points, meshes_);
+    meshes_.note_limits(volume_, forces_.points());
+    for (std::size_t k = 0; k < meshes_.size(); ++k) supervision_.control(k).set_points(meshes_[k].point_count);
+    if (meshes_.size() != 0) meshes_.send_constants();
+    if (supervision_.forms_changed(meshes_))
       apply_forms();
     else
       hold_what_is_needed();
@@ -185,105 +100,46 @@ class StepEngine final : public Engine {
 
   void refresh() override { phase_.refresh_due = true; }
 
-  void hold_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
-    const MeshConstants& c = constants_.at(mesh);
-    if (target_array(force) == nullptr || targets.size() != static_cast<std::size_t>(c.vertex_count))
-      throw Error(std::string("targets of ") + force_list()[static_cast<int>(force)].name,
-                  "the force has none, or not as many", "give one for each vertex, of an image force");
-    held_targets_.resize(constants_.size());
-    std::vector<Vec4>& held = held_targets_[mesh][static_cast<int>(force)];
-    held.resize(targets.size());
-    for (int to = 0; to < c.vertex_count; ++to) held[to] = targets[orders_[mesh][to]];
-    apply_parameters(simulation_);  // now the force acts
+  void give_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
+    forces_.give_targets(mesh, force, targets, meshes_);
+    apply_parameters(simulation_, {});  // now the force acts
   }
   void read_targets(int mesh, ForceId force, std::span<Vec4> targets) override {
-    const MeshConstants& c = constants_.at(mesh);
-    Array<Vec4>* array = target_array(force);
-    std::fill(targets.begin(), targets.end(), Vec4{0, 0, 0, 0});
-    if (array == nullptr || array->size() == 0) return;
-    std::vector<Vec4> texels(c.vertex_count);
-    array->download(texels, c.first_vertex);
-    for (int i = 0; i < c.vertex_count; ++i) targets[orders_[mesh][i]] = texels[i];
+    forces_.read_targets(mesh, force, targets, meshes_);
   }
 
   StepOutcome step(int count) override {
     StepOutcome outcome;
-    if (view_.vertex_count == 0 || count <= 0) {
+    if (meshes_.vertex_count() == 0 || count <= 0) {
       outcome.steps = std::max(count, 0);
-      outcome.mean_move_mm.assign(constants_.size(), 0.0f);
-      outcome.mean_edge_mm.assign(constants_.size(), 0.0f);
-      outcome.residual_mm.assign(constants_.size(), 0.0f);
-      outcome.folded_vertices.assign(constants_.size(), 0);
-      outcome.inside_out.assign(constants_.size(), 0);
-      for (const SolverControl& control : controls_) outcome.solver.push_back(control.state());
+      for (std::size_t k = 0; k < meshes_.size(); ++k) measure(k, MeshMotion{}, 0, outcome);
       return outcome;
     }
     [[maybe_unused]] const auto range = executor().range("steps");
     while (outcome.steps < count && !outcome.failure) {
-      // One batch: to the end of the interval after which the solvers look at what they did, or all of it.
-      const bool watched = watched_;
-      // What is not known before a first step: what holds the meshes, and which of them are folded.
-      const bool folds_unknown = kept_.size() != 0 && !folds_.knows(constants_.size());
-      const bool first = (corrected_ && !hold_known_) || folds_unknown;
-      const int wanted = std::min(count - outcome.steps, first     ? 1
-                                                         : watched ? SolverControl::kInterval - since_watched_
-                                                                   : count);
-      const bool interval_ends = watched && since_watched_ + wanted == SolverControl::kInterval;
-      if (kept_.size() != 0 && since_watched_ == 0) keep_pose();
-      int done = 0;
-      while (done < wanted) {
-        const int length = std::min(wanted - done, kLongestRun);
-        send_coefficients();
-        const int ran = run_steps(length, done + length < wanted ? End::None
-                                          : interval_ends        ? End::Interval
-                                                                 : End::Batch);
-        done += ran;
-        if (ran < length) {
-          end_batch();
-          break;
-        }
-      }
+      const int batch = supervision_.batch(count - outcome.steps, meshes_);
+      const bool interval_ends = supervision_.ends_interval(batch);
+      update_view();
+      supervision_.keep_poses(launcher_, view_, meshes_);
+      const int done = run_batch(batch, interval_ends ? End::Interval : End::Batch);
       executor().wait();
       const StepStatus status = result_.data()[0];
       if (status.failure != ~0ull) {
-        const int failed_at = static_cast<int>(status.failure >> 40);
-        // Steps after the failed one were skipped, so the two poses before it are untouched.
-        phase_.oldest = ((phase_.oldest - (done - failed_at)) % 3 + 3) % 3;
-        outcome.steps += failed_at;
-        const int vertex = static_cast<int>(status.failure >> 8 & 0xffffffffu);
-        int mesh = 0;
-        while (mesh + 1 < view_.mesh_count && vertex >= constants_[mesh + 1].first_vertex) ++mesh;
-        undo({mesh, orders_[mesh][vertex - constants_[mesh].first_vertex], static_cast<ForceId>(status.failure & 0xff)},
-             outcome);
+        undo_failed_step(status, done, outcome);
       } else {
         outcome.steps += done;
-        since_watched_ = watched ? (since_watched_ + done) % SolverControl::kInterval : 0;
-        if (folds_unknown) folds_.begin(constants_, motion_.data());
-        if (corrected_ && !hold_known_) note_hold();
+        const bool support_due = supervision_.support_is_due();
+        supervision_.note_batch(done, meshes_, motion_.data());
+        if (support_due) note_support();
         if (interval_ends) learn(outcome);
       }
     }
-    for (std::size_t k = 0; k < constants_.size(); ++k) {
-      outcome.mean_move_mm.push_back(motion_.data()[k].mean_move_mm);
-      outcome.mean_edge_mm.push_back(motion_.data()[k].mean_edge_mm);
-      outcome.residual_mm.push_back(residual_mm(k));
-      outcome.folded_vertices.push_back(static_cast<int>(motion_.data()[k].folded));
-      outcome.inside_out.push_back(motion_.data()[k].volume < 0);
-      outcome.solver.push_back(controls_[k].state());
-    }
+    for (std::size_t k = 0; k < meshes_.size(); ++k) measure(k, motion_.data()[k], residual_mm(k), outcome);
     return outcome;
   }
 
   void read(int mesh, std::span<Eigen::Vector3f> positions, std::span<Eigen::Vector3f> previous) override {
-    const MeshConstants& c = constants_.at(mesh);
-    std::vector<Vec4> texels(c.vertex_count);
-    auto copy = [&](Array<Vec4>& from, std::span<Eigen::Vector3f> to) {
-      from.download(texels, c.first_vertex);
-      const std::vector<int>& order = orders_[mesh];
-      for (int i = 0; i < c.vertex_count; ++i) to[order[i]] = {texels[i].x, texels[i].y, texels[i].z};
-    };
-    copy(positions_[(phase_.oldest + 1) % 3], positions);
-    copy(positions_[phase_.oldest], previous);
+    meshes_.read(mesh, positions, previous, phase_.oldest);
   }
 
   std::unique_ptr<SharedBuffer> share_buffer(unsigned gl_buffer, std::size_t bytes) override {
@@ -291,7 +147,7 @@ class StepEngine final : public Engine {
   }
 
   void set_cells(std::span<const CellList* const> cells) override {
-    drawing_.set_cells(cells, constants_, orders_, view_.vertex_count);
+    drawing_.set_cells(cells, meshes_.all(), meshes_.orders(), meshes_.vertex_count());
   }
   bool has_cells() const override { return drawing_.knows_cells(); }
 
@@ -317,17 +173,8 @@ class StepEngine final : public Engine {
       if (const std::size_t bytes = (arrays.bytes() + ...); bytes != 0) held.push_back({name, bytes});
     };
     if (!volume_.empty()) held.push_back({"volume", volume_.bytes()});
-    held.push_back({"positions", positions_[0].bytes() * 3});
-    add("neighbours", neighbours_), add("frame", frame_), add("shape reference", shape_);
-    add("gradient targets", gradient_target_), add("profile targets", profile_target_),
-        add("reference profiles", profiles_);
-    add("region targets", region_target_), add("averaging", scratch_), add("local statistics", local_statistics_);
-    add("region tables", region_tables_), add("attraction points", points_), add("attraction bindings", nearest_);
-    add("attraction patches", patches_), add("attraction sums", attraction_), add("attraction flags", attracted_),
-        add("mesh constants", meshes_), add("step coefficients", coefficients_), add("motion", motion_sums_);
-    levels_.list(add);
-    add("kept pose", kept_);
-    drawing_.list(add);
+    meshes_.list(add), forces_.list(add), supervision_.list(add), levels_.list(add), drawing_.list(add);
+    add("motion", motion_sums_);
     return held;
   }
   std::size_t bytes_available() const override {
@@ -355,26 +202,38 @@ class StepEngine final : public Engine {
 #endif
   static constexpr bool built(ForceId force) { return (kBuiltForces & bit(force)) != 0; }
 
-  /// Forces hold a mesh that have this share of the multigrid model's k.
-  static constexpr float kIsHeld = 1e-3f;
-
   Executor& executor() { return launcher_.executor; }
   const Executor& executor() const { return launcher_.executor; }
   /// Over all vertices.
   template <class Kernel>
   void run(const Kernel& kernel) {
-    launcher_.run(kernel, view_.vertex_count);
+    launcher_.run(kernel, meshes_.vertex_count());
   }
   void reset_status() {
     const StepStatus none;
     status_.upload(std::span(&none, 1));
   }
 
+  /// Up to `count` steps, of which `end` is the end. Returns how many were done before a failure that the host knows
+  /// of.
+  int run_batch(int count, End end) {
+    int done = 0;
+    while (done < count) {
+      const int length = std::min(count - done, kLongestRun);
+      supervision_.send_coefficients();
+      const int ran = run_steps(length, done + length < count ? End::None : end);
+      done += ran;
+      if (ran < length) {
+        end_batch();
+        break;
+      }
+    }
+    return done;
+  }
   /// `length` steps, and the end of the batch when something ends. Returns how many were done before a failure that the
   /// host knows of.
   int run_steps(int length, End end) {
-    return runs_.run(launcher_, phase_, measured_at_refresh_, refresh_interval_, length, end,
-                     [&] { return do_steps(length, end); });
+    return runs_.run(launcher_, phase_, refresh_interval(), length, end, [&] { return do_steps(length, end); });
   }
   int do_steps(int length, End end) {
     for (int k = 0; k < length; ++k)
@@ -386,21 +245,21 @@ class StepEngine final : public Engine {
   /// False when the step failed and the host knows.
   bool do_step(int of_run, int run_length, End end) {
     update_view();
-    const bool refresh = phase_.refresh_due || phase_.since_refresh >= refresh_interval_;
+    const bool refresh = phase_.refresh_due || phase_.since_refresh >= refresh_interval();
     if (refresh) phase_.since_refresh = 0, phase_.refresh_due = false;
     ++phase_.since_refresh;
-    const bool attract = active(ForceId::Attraction);
+    const bool attract = active(AttractionForce::id);
     const GeometryKernel geometry{view_, run_length, attract && refresh};
-    const int n = view_.vertex_count;
+    const int n = meshes_.vertex_count();
     if (!attract)
       run(geometry);
     else if (refresh)
       launcher_.run_together(geometry, n, FindNearest{view_},
-                             view_.mesh_count * view_.nearest_blocks * view_.point_groups);
+                             view_.mesh_count * view_.attraction.nearest_blocks * view_.attraction.groups);
     else
-      launcher_.run_together(geometry, n, SumAttraction{view_}, view_.point_count);
+      launcher_.run_together(geometry, n, SumAttraction{view_}, view_.attraction.count);
     if (refresh) find_targets(attract);
-    if (end != End::None) measured_at_refresh_ = refresh;
+    if (end != End::None) phase_.measured_at_refresh = refresh;
     if (levels_.held()) {
       if (refresh || phase_.stiffness_due) find_stiffness();
       phase_.stiffness_due = false;
@@ -422,59 +281,45 @@ class StepEngine final : public Engine {
                   view_.mesh_count);
   }
 
-  void apply_parameters(const SimulationParameters& simulation) {
-    controls_.resize(constants_.size());
+  /// `learnt`: what the solver of each mesh has learnt earlier; empty where it is to begin anew.
+  void apply_parameters(const SimulationParameters& simulation, std::span<const SolverState> learnt) {
     simulation_ = simulation;
-    since_watched_ = 0;
-    for (std::size_t k = 0; k < constants_.size(); ++k) {
-      MeshConstants& c = constants_[k];
+    supervision_.set_simulation(simulation, meshes_.size());
+    bool internal = false;
+    for (std::size_t k = 0; k < meshes_.size(); ++k) {
+      MeshConstants& c = meshes_[k];
       c.forces = wanted_[k];
-      const MeshNeeds needs = mesh_needs(static_cast<int>(k));
+      const MeshNeeds needs = forces_.needs_of_mesh(k, c);
       for (const ForceInfo& force : force_list())
         if (!needs.acts(force.id)) c.forces.values[static_cast<int>(force.id)][0] = 0;
-      const Stiffness stiffness = stiffness_of(c.forces, references_[k]);
-      c.stiffness = stiffness.internal,
-      c.model = std::max(0.5f * stiffness.internal, 0.1f * (stiffness.image + stiffness.attraction));
+      const Stiffness stiffness = stiffness_of(c.forces, forces_.shape_of(k, c));
+      c.stiffness = stiffness.internal;
+      c.model = std::max(0.5f * stiffness.internal, 0.1f * (stiffness.image + stiffness.external));
       c.strongest = strongest(c.forces);
-      controls_[k].start(simulation, stiffness, learnt_[k], Executor::kCycleCost);
-      controls_[k].set_points(c.point_count);
       c.voxel_mm = volume_.empty() ? 1.0f : static_cast<float>(volume_.geometry().spacing_mm.minCoeff());
+      internal = internal || stiffness.internal > 0;
+      SolverControl& control = supervision_.control(k);
+      control.start(simulation, stiffness, learnt.empty() ? SolverState{} : learnt[k], Executor::kCycleCost);
+      control.set_points(c.point_count);
     }
-    refresh_interval_ = static_cast<int>(simulation.refresh_interval + 0.5f);
-    keeps_pose_ = simulation.may_grow();
-    watched_ = keeps_pose_ || simulation.solver() == Solver::Damped;
     const bool cycles = simulation.solver() == Solver::Automatic || simulation.solver() == Solver::Multigrid;
-    for (const SolverControl& control : controls_)
-      if (cycles && control.stiffness().internal > 0) levels_.arrange(constants_, neighbours_host_);
-    note_limits();
+    if (cycles && internal) levels_.arrange(meshes_.all(), meshes_.neighbours());
+    meshes_.note_limits(volume_, forces_.points());
     apply_forms();
     phase_.refresh_due = true;
   }
 
   /// After a solver has changed how it steps.
   void apply_forms() {
-    bool corrected = false;
-    for (const SolverControl& control : controls_) corrected = corrected || control.form() == StepForm::Corrected;
-    corrected_ = corrected;
-    for (std::size_t k = 0; k < constants_.size(); ++k) {
-      const float hold = controls_[k].state().hold;
-      constants_[k].form = controls_[k].form(), constants_[k].hold = hold > 0 ? hold : SolverControl::kHoldFree;
-      hold_known_ = (k == 0 || hold_known_) && (hold > 0 || constants_[k].form != StepForm::Corrected);
-    }
+    supervision_.tell_forms(meshes_);
     phase_.stiffness_due = true;
-    sent_coefficients_.clear();
     hold_what_is_needed();
-    for (std::size_t k = 0; k < constants_.size(); ++k) constants_[k].root = levels_.root(k);
-    meshes_.assign(constants_);
+    for (std::size_t k = 0; k < meshes_.size(); ++k) meshes_[k].root = levels_.root(k);
+    meshes_.send_constants();
     update_view();
   }
 
-  bool forms_changed() const {
-    for (std::size_t k = 0; k < constants_.size(); ++k)
-      if (controls_[k].form() != constants_[k].form) return true;
-    return false;
-  }
-
+  /// The index of the force of the largest weight.
   static int strongest(const ForceParameters& forces) {
     int force = 0;
     for (int f = 1; f < kForceCount; ++f)
@@ -482,113 +327,63 @@ class StepEngine final : public Engine {
     return force;
   }
 
-  /// How far out a vertex can be and still be in the scene: ten times the size of what is in it, farther than where its
-  /// mesh began.
-  void note_limits() {
-    constexpr double kScenes = 10;
-    Eigen::AlignedBox3d scene;
-    for (const Eigen::AlignedBox3d& box : box_) scene.extend(box);
-    for (const PointView& point : points_host_)
-      scene.extend(Eigen::Vector3d(point.position.x, point.position.y, point.position.z));
-    if (!volume_.empty())
-      for (int corner = 0; corner < 8; ++corner) {
-        Eigen::Vector3d index;
-        for (int axis = 0; axis < 3; ++axis)
-          index[axis] = (corner >> axis & 1) != 0 ? volume_.geometry().size[axis] - 0.5 : -0.5;
-        scene.extend(volume_.geometry().world_from_index() * index);
-      }
-    for (std::size_t k = 0; k < constants_.size(); ++k) {
-      const double home = farthest_start(k);
-      constants_[k].limit_mm =
-          scene.isEmpty() ? 1.0f : static_cast<float>(home + kScenes * scene.diagonal().norm() + 1e-6);
-    }
-  }
-
-  /// The largest coordinate of the middle of a mesh as it was loaded.
-  double farthest_start(std::size_t k) const {
-    return box_[k].isEmpty() ? 0.0 : box_[k].center().cwiseAbs().maxCoeff();
-  }
-
-  void send_coefficients() {
-    coefficients_host_.clear();
-    for (const SolverControl& control : controls_) coefficients_host_.push_back(control.coefficients());
-    if (coefficients_host_ == sent_coefficients_) return;
-    coefficients_.upload(coefficients_host_);
-    sent_coefficients_ = coefficients_host_;
-  }
-
-  /// Before an interval that may have to be undone.
-  void keep_pose() {
-    update_view();
-    for (std::size_t k = 0; k < constants_.size(); ++k)
-      if (folds_.keeps(k))
-        launcher_.run(KeepPose{view_.current, kept_.data(), constants_[k].first_vertex}, constants_[k].vertex_count);
-  }
   float residual_mm(std::size_t k) {
     float weights = 0;
-    for (const ForceInfo& force : force_list())
-      weights += active(force.id) ? constants_[k].forces.weight(force.id) : 0.0f;
+    for (const ForceInfo& force : force_list()) weights += active(force.id) ? meshes_[k].forces.weight(force.id) : 0.0f;
     return weights > 0 ? std::sqrt(std::max(motion_.data()[k].mean_square_force, 0.0f)) / weights : 0.0f;
   }
+  void measure(std::size_t k, const MeshMotion& motion, float residual_mm, StepOutcome& outcome) const {
+    outcome.mean_move_mm.push_back(motion.mean_move_mm);
+    outcome.mean_edge_mm.push_back(motion.mean_edge_mm);
+    outcome.residual_mm.push_back(residual_mm);
+    outcome.folded_vertices.push_back(static_cast<int>(motion.folded));
+    outcome.inside_out.push_back(motion.volume < 0);
+    outcome.solver.push_back(supervision_.control(k).state());
+  }
+
   /// At the end of an interval.
   void learn(StepOutcome& outcome) {
-    folds_.note(constants_, motion_.data());
-    for (std::size_t k = 0; k < constants_.size() && !outcome.failure; ++k) {
-      if (kept_.size() != 0 && folds_.crumpled(k, residual_mm(k), motion_.data()[k], constants_[k].edge_mm)) {
-        undo({static_cast<int>(k), -1, static_cast<ForceId>(constants_[k].strongest), StepFailure::What::Folded},
-             outcome);
-        continue;
-      }
-      // Targets that were found anew say nothing of stiffness, unless they always are.
-      if (measured_at_refresh_ && refresh_interval_ > 1) continue;
-      const MeshMotion& motion = motion_.data()[k];
-      // Below the digits of a position, and below what an edge is, motion is rounding.
-      const MeshConstants& c = constants_[k];
-      const float farthest = static_cast<float>(farthest_start(k)) + motion.mean_edge_mm;
-      const float noise = std::max(1e-4f * motion.mean_edge_mm, 1e-6f * farthest);
-      if (controls_[k].learn(motion.change, motion.square_move, noise) && !measured_at_refresh_) {
-        undo({static_cast<int>(k), -1, static_cast<ForceId>(c.strongest), StepFailure::What::Grew}, outcome);
-      }
+    supervision_.note_folds(meshes_, motion_.data());
+    for (std::size_t k = 0; k < meshes_.size() && !outcome.failure; ++k) {
+      const auto failure = supervision_.judge(k, meshes_, motion_.data()[k], residual_mm(k), phase_.measured_at_refresh,
+                                              refresh_interval());
+      if (failure) undo(*failure, outcome);
     }
-    if (forms_changed())
+    if (supervision_.forms_changed(meshes_))
       apply_forms();
-    else if (corrected_)
-      note_hold();
+    else if (supervision_.corrected())
+      note_support();
+  }
+  void note_support() {
+    const bool anew = supervision_.note_support(meshes_, motion_.data());
+    if (supervision_.forms_changed(meshes_)) return apply_forms();
+    if (anew) meshes_.send_constants(), phase_.stiffness_due = true;
   }
 
+  /// `done`: steps of the batch that were begun, of which one failed.
+  void undo_failed_step(const StepStatus& status, int done, StepOutcome& outcome) {
+    const int failed_at = static_cast<int>(status.failure >> 40);
+    // Steps after the failed one were skipped, so the two poses before it are untouched.
+    phase_.oldest = ((phase_.oldest - (done - failed_at)) % 3 + 3) % 3;
+    outcome.steps += failed_at;
+    const int vertex = static_cast<int>(status.failure >> 8 & 0xffffffffu), mesh = meshes_.mesh_of(vertex);
+    undo({mesh, meshes_.orders()[mesh][vertex - meshes_[mesh].first_vertex],
+          static_cast<ForceId>(status.failure & 0xff)},
+         outcome);
+  }
   /// Puts the mesh back to the pose that was kept, or to the last good one, at rest, and halves its timestep.
   void undo(const StepFailure& failure, StepOutcome& outcome) {
-    const MeshConstants& c = constants_[failure.mesh];
-    update_view();
-    const int now = (phase_.oldest + 1) % 3;
-    const Vec4* good = kept_.size() != 0 ? kept_.data() : positions_[now].data();
-    launcher_.run(RestorePose{good, positions_[now].data(), positions_[phase_.oldest].data(), c.first_vertex},
+    const MeshConstants& c = meshes_[failure.mesh];
+    Vec4* now = meshes_.positions_at(phase_.oldest + 1);
+    launcher_.run(RestorePose{supervision_.good_poses(now), now, meshes_.positions_at(phase_.oldest), c.first_vertex},
                   c.vertex_count);
     executor().wait();
-    if (attraction_.size() != 0) attraction_.fill_zero();
+    forces_.forget_pulls();
     phase_.refresh_due = true;
-    since_watched_ = 0;
-    watched_ = true;
-    folds_.put_back(failure.mesh);
-    if (controls_[failure.mesh].cut())
-      outcome.cuts.push_back({failure, controls_[failure.mesh].cut_factor()});
+    if (supervision_.cut(failure.mesh))
+      outcome.cuts.push_back({failure, supervision_.control(failure.mesh).cut_factor()});
     else
       outcome.failure = failure;
-  }
-
-  /// Whether forces hold each mesh.
-  void note_hold() {
-    bool anew = false;
-    for (std::size_t k = 0; k < constants_.size(); ++k) {
-      MeshConstants& c = constants_[k];
-      if (c.form != StepForm::Corrected) continue;
-      controls_[k].set_held(motion_.data()[k].hold > kIsHeld * c.model);
-      anew = anew || controls_[k].state().hold != c.hold;
-      c.hold = controls_[k].state().hold;
-    }
-    hold_known_ = true;
-    if (forms_changed()) return apply_forms();
-    if (anew) meshes_.upload(constants_), phase_.stiffness_due = true;
   }
 
   void find_stiffness() {
@@ -599,101 +394,35 @@ class StepEngine final : public Engine {
   void stiffness_by_mask() {
     if constexpr (kMask < 1u << kForceCount) {
       // Internal forces are in the model as a whole.
-      constexpr unsigned kInternal = bit(ForceId::Smoothing) | bit(ForceId::ShapeMemory);
-      if constexpr ((kMask & kInternal) != 0 || (kMask & ~kBuiltForces) != 0)
+      if constexpr ((kMask & kInternalForces) != 0 || (kMask & ~kBuiltForces) != 0)
         stiffness_by_mask<kMask + 1>();
-      else if (kMask == (needs_.forces & ~kInternal))
+      else if (kMask == (needs_.forces & ~kInternalForces))
         run(LocalStiffness<kMask>{view_});
       else
         stiffness_by_mask<kMask + 1>();
     }
   }
 
-  MeshNeeds mesh_needs(int k) const {
-    const MeshConstants& c = constants_[k];
-    MeshNeeds needs{c.forces, c.vertex_count, c.finest != 0, !references_[k].empty(), profiles_host_[k].size()};
-    if (!held_targets_.empty())
-      for (const ForceInfo& force : force_list())
-        if (!held_targets_[k][static_cast<int>(force.id)].empty()) needs.held |= bit(force.id);
-    return needs;
-  }
   bool active(ForceId force) const { return (kBuiltForces & bit(force)) != 0 && needs_.uses(force); }
-  /// Null for a force without targets.
-  Array<Vec4>* target_array(ForceId force) {
-    return force == ForceId::Gradient           ? &gradient_target_
-           : force == ForceId::IntensityProfile ? &profile_target_
-           : force == ForceId::Region           ? &region_target_
-                                                : nullptr;
-  }
+  int refresh_interval() const { return static_cast<int>(simulation_.refresh_interval + 0.5f); }
 
   /// Each array is held exactly while the plan needs it.
   void hold_what_is_needed() {
     const StepNeeds needed_before = needs_;
     const StepView view_before = view_;
-    const int interval_before = recorded_interval_;
-    const std::size_t n = view_.vertex_count;
     std::vector<MeshNeeds> meshes;
-    for (std::size_t k = 0; k < constants_.size(); ++k) meshes.push_back(mesh_needs(static_cast<int>(k)));
-    needs_ = needs_of(meshes, !volume_.empty(), view_.point_count);
-    auto hold = [&](auto& array, bool needed, std::size_t size) {
-      if (!needed) array.resize(0);
-      if (needed && array.size() != size) array.resize(size), array.fill_zero();
-    };
-    if (active(ForceId::ShapeMemory) && shape_.size() != n) shape_.assign(shape_host_);
-    hold(shape_, active(ForceId::ShapeMemory), n);
-    hold(gradient_target_, active(ForceId::Gradient), n);
-    hold(profile_target_, active(ForceId::IntensityProfile), n);
-    hold(region_target_, active(ForceId::Region), n);
-    for (std::size_t k = 0; k < held_targets_.size(); ++k)
-      for (const ForceInfo& force : force_list()) {
-        const std::vector<Vec4>& held = held_targets_[k][static_cast<int>(force.id)];
-        if (!held.empty() && active(force.id)) target_array(force.id)->upload(held, constants_[k].first_vertex);
-      }
-    hold(local_statistics_, needs_.local_statistics, n);
-    hold(scratch_, needs_.averages(), n);
-    const bool regions = needs_.searches(ForceId::Region);
-    if (regions && region_tables_.size() != region_tables_host_.size()) region_tables_.assign(region_tables_host_);
-    hold(region_tables_, regions, region_tables_host_.size());
-    if (needs_.searches(ForceId::IntensityProfile)) {
-      const std::size_t stride = needs_.profile_stride;
-      if (profiles_.size() != n * stride) {
-        std::vector<float> all(n * stride, 0.0f);
-        for (std::size_t k = 0; k < constants_.size(); ++k) {
-          // Also those that do not act now: they may later, within the same stride.
-          const MeshConstants& c = constants_[k];
-          const std::size_t length = c.vertex_count > 0 ? profiles_host_[k].size() / c.vertex_count : 0;
-          if (length == 0 || length > stride || profiles_host_[k].size() != length * c.vertex_count) continue;
-          for (int i = 0; i < c.vertex_count; ++i)
-            std::copy_n(profiles_host_[k].begin() + orders_[k][i] * length, length,
-                        all.begin() + (c.first_vertex + i) * stride);
-        }
-        profiles_.assign(all);
-      }
-      view_.profile_stride = static_cast<int>(stride);
-    } else {
-      profiles_.resize(0);
-    }
-    const bool attract = active(ForceId::Attraction);
-    if (attract && points_.size() != points_host_.size()) points_.assign(points_host_);
-    hold(points_, attract, points_host_.size());
-    view_.nearest_blocks = needs_.nearest_blocks;
-    hold(nearest_, attract, static_cast<std::size_t>(view_.point_count) * needs_.nearest_blocks);
-    if (attract) nearest_.fill_ones();
-    hold(patches_, attract, static_cast<std::size_t>(view_.point_count) * kMaxPatch);
-    hold(attraction_, attract, n);
-    hold(attracted_, attract, n);
-    if (corrected_ && n > 0)
-      levels_.hold(constants_, neighbours_host_);
+    for (std::size_t k = 0; k < meshes_.size(); ++k) meshes.push_back(forces_.needs_of_mesh(k, meshes_[k]));
+    needs_ = needs_of(meshes, !volume_.empty(), forces_.point_count());
+    forces_.hold(needs_, kBuiltForces & needs_.forces, meshes_);
+    if (supervision_.corrected() && meshes_.vertex_count() > 0)
+      levels_.hold(meshes_.all(), meshes_.neighbours());
     else
       levels_.drop();
-    hold(kept_, keeps_pose_, n);
-    if (coefficients_.size() != constants_.size()) coefficients_.resize(constants_.size()), sent_coefficients_.clear();
-    // What earlier bindings left in the sums would go on pulling.
-    if (attract) attraction_.fill_zero();
+    supervision_.hold(meshes_);
     update_view();
-    recorded_interval_ = refresh_interval_;
+    const int interval_before = std::exchange(recorded_interval_, refresh_interval());
     // Recorded runs hold the addresses and the plan.
-    if (!(needed_before == needs_) || interval_before != refresh_interval_ || !same_addresses(view_before, view_))
+    if (!(needed_before == needs_) || interval_before != recorded_interval_ || !same_addresses(view_before, view_))
       runs_.clear();
   }
 
@@ -705,62 +434,26 @@ class StepEngine final : public Engine {
   }
 
   void update_view() {
-    view_.meshes = meshes_.data(), view_.neighbours = neighbours_.texels();
-    view_.previous = positions_[phase_.oldest].texels(), view_.current = positions_[(phase_.oldest + 1) % 3].texels();
-    view_.next = positions_[(phase_.oldest + 2) % 3].data(), view_.oldest = positions_[phase_.oldest].data(),
-    view_.frame = frame_.texels(), view_.new_frame = frame_.data();
-    view_.shape = shape_.texels();
-    view_.gradient_target = gradient_target_.data(), view_.profile_target = profile_target_.data();
-    view_.region_target = region_target_.data(), view_.profiles = profiles_.data();
-    view_.region_tables = region_tables_.data(), view_.local_statistics = local_statistics_.data();
-    view_.points = points_.data(), view_.nearest = nearest_.data(), view_.patches = patches_.data();
-    view_.attraction = attraction_.data(), view_.attracted = attracted_.data(), view_.status = status_.data();
-    view_.coefficients = coefficients_.data();
+    meshes_.show(view_, phase_.oldest);
+    forces_.show(view_, needs_);
+    view_.coefficients = supervision_.coefficients();
     view_.levels = levels_.view();
+    view_.status = status_.data();
   }
 
   /// `bind`: attraction patches too, beside the first search.
   void find_targets(bool bind) {
-    auto search = [&](const auto& kernel) {
-      if (bind)
-        launcher_.run_together(kernel, view_.vertex_count, BindPatch{view_}, view_.point_count);
-      else
-        run(kernel);
-      bind = false;
-    };
+    TargetSearches<Executor> searches(launcher_, view_, needs_, forces_.averaging(), bind);
     if (needs_.searches())
       executor().visit_voxels(volume_.type(), [&]<class Voxels>(std::type_identity<Voxels>) {
-        executor().visit_width(view_.vertex_count, [&]<int kWidth>(std::integral_constant<int, kWidth>) {
-          if constexpr (built(ForceId::Gradient))
-            if (needs_.searches(ForceId::Gradient))
-              search(GradientSearch<Voxels, kWidth>{view_, kWidth > 1 ? needs_.gradient_scratch : 0});
-          if constexpr (built(ForceId::IntensityProfile))
-            if (needs_.searches(ForceId::IntensityProfile))
-              search(ProfileSearch<Voxels, kWidth>{view_, needs_.profile_scratch});
-          if constexpr (built(ForceId::Region)) {
-            if (!needs_.searches(ForceId::Region)) return;
-            if (local_statistics_.size() != 0) {
-              using Statistics = RegionStatistics<Voxels, kWidth>;
-              search(Statistics{view_, Statistics::kCount});
-              average(local_statistics_.data(), kStatisticsPasses, false);
-              static_assert(kStatisticsPasses % 2 == 0, "so that the averages end where they are read");
-            }
-            search(RegionSearch<Voxels, kWidth>{view_, needs_.region_scratch});
-            run(RegionTarget{view_, average(region_target_.data(), needs_.averaging_passes, true)});
-          }
+        executor().visit_width(meshes_.vertex_count(), [&]<int kWidth>(std::integral_constant<int, kWidth>) {
+          each_force([&]<class F>(F) {
+            if constexpr (HasTargets<F> && built(F::id))
+              if (needs_.searches(F::id)) F::template find_targets<Voxels, kWidth>(searches);
+          });
         });
       });
-    if (bind) launcher_.run(BindPatch{view_}, view_.point_count);
-  }
-
-  /// Back and forth between an array and scratch_; returns where the result is.
-  const Vec4* average(Vec4* values, int passes, bool targets) {
-    Vec4 *from = values, *to = scratch_.data();
-    for (int pass = 0; pass < passes; ++pass) {
-      run(AverageOverNeighbours{view_, from, to, pass, targets});
-      std::swap(from, to);
-    }
-    return from;
+    searches.finish();
   }
 
   /// Calls the kernel compiled for exactly the forces in use.
@@ -778,54 +471,21 @@ class StepEngine final : public Engine {
     }
   }
 
-  int largest_mesh() const {
-    int largest = 0;
-    for (const MeshConstants& c : constants_) largest = std::max(largest, c.vertex_count);
-    return largest;
-  }
-  int motion_blocks() const { return (largest_mesh() + MotionOfBlocks::kBlock - 1) / MotionOfBlocks::kBlock; }
+  int motion_blocks() const { return (meshes_.largest_mesh() + MotionOfBlocks::kBlock - 1) / MotionOfBlocks::kBlock; }
 
   Launcher<Executor> launcher_;  // first: arrays go before the device they live on
   Volume volume_;
   StepView view_;
-  std::vector<MeshConstants> constants_;
-  std::vector<std::vector<int>> orders_;  ///< of each mesh: the vertex, as it was loaded, at each place
-  std::vector<std::vector<Vec4>> references_;
-  std::vector<std::array<std::vector<Vec4>, kForceCount>>
-      held_targets_;  ///< of each mesh and force; empty: none at all
-  std::vector<std::vector<float>> profiles_host_;
-  std::vector<Vec4> shape_host_;
-  std::vector<float> region_tables_host_;
-  std::vector<PointView> points_host_;
-  StepNeeds needs_;
-  int refresh_interval_ = 1, recorded_interval_ = 0;
-  StepPhase phase_;
-
-  Array<MeshConstants> meshes_;
-  typename Executor::NeighbourArray neighbours_;
-  std::vector<SolverControl> controls_;
-  std::vector<SolverState> learnt_;
-  std::vector<ForceParameters> wanted_;
-  std::vector<Eigen::AlignedBox3d> box_;  ///< of each mesh as it was loaded
-  std::vector<Int4> neighbours_host_;
-  FoldWatch folds_;
-  bool hold_known_ = false;
-  bool watched_ = false;  ///< every interval of steps is looked at
-  bool keeps_pose_ = false, corrected_ = false, measured_at_refresh_ = false;
-  int since_watched_ = 0;
   SimulationParameters simulation_{};
-  std::vector<StepCoefficients> coefficients_host_, sent_coefficients_;
+  std::vector<ForceParameters> wanted_;  ///< of each mesh, as set; MeshConstants has the forces that act
+  StepNeeds needs_;
+  StepPhase phase_;
+  int recorded_interval_ = 0;  ///< the refresh interval that recorded runs have in them
+  MeshArrays<Executor> meshes_;
+  ForceArrays<Executor> forces_;
+  StepSupervision<Executor> supervision_;
   CoarseLevels<Executor> levels_;
-  Array<StepCoefficients> coefficients_;
-  Array<Vec4> positions_[3], kept_, frame_, shape_, gradient_target_, profile_target_, region_target_,
-      local_statistics_, scratch_;
-  Array<float> profiles_, region_tables_;
   Array<MeshMotion> motion_sums_;
-  Array<PointView> points_;
-  Array<unsigned long long> nearest_;
-  Array<PatchEntry> patches_;
-  Array<AttractionSum> attraction_;
-  Array<std::uint8_t> attracted_;
   Array<StepStatus> status_;
   typename Executor::template HostVisible<StepStatus> result_;
   typename Executor::template HostVisible<MeshMotion> motion_;

@@ -77,7 +77,7 @@ std::string pose_state_bytes(const MeshItem& item) {
       {"steps_at_level", item.steps_at_level},
       {"solver_slowest", item.solver.slowest},
       {"solver_multigrid", item.solver.multigrid},
-      {"solver_hold", item.solver.hold},
+      {"solver_hold", item.solver.support},
   };
   std::string bytes;
   json::to_cbor(state, bytes);
@@ -110,9 +110,9 @@ void take_pose_state(const std::string& file, const std::string& bytes, MeshItem
 
     // States that were saved before solvers learnt have none of these.
     SolverState solver;
-    solver.slowest = state.value("solver_slowest", 0.0f), solver.hold = state.value("solver_hold", 0.0f);
+    solver.slowest = state.value("solver_slowest", 0.0f), solver.support = state.value("solver_hold", 0.0f);
     solver.multigrid = state.value("solver_multigrid", false);
-    expect(std::isfinite(solver.slowest) && std::isfinite(solver.hold), "the solver's state is not finite");
+    expect(std::isfinite(solver.slowest) && std::isfinite(solver.support), "the solver's state is not finite");
 
     item.solver = solver;
     item.previous = std::move(previous);

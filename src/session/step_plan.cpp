@@ -18,8 +18,9 @@ class PlanBuilder {
       : scene_(scene), volume_(volume), held_(held) {
     for (const MeshItem& item : scene.meshes) {
       const std::size_t k = meshes_.size();
-      meshes_.push_back({item.parameters, item.mesh.vertex_count(), k < finest.size() && finest[k] != 0,
-                         !item.shape.empty(), item.profiles.size()});
+      meshes_.push_back({item.parameters,
+                         {item.mesh.vertex_count(), !item.shape.empty(), item.profiles.size()},
+                         k < finest.size() && finest[k] != 0});
       vertices_ += item.mesh.positions.size();
       if (!item.region.empty()) region_values_ += kRegionBins;
     }
@@ -57,7 +58,7 @@ class PlanBuilder {
     for (const MeshNeeds& m : meshes_) wanted = wanted || m.forces.weight(force) > 0, acts = acts || m.acts(force);
     if (!wanted) return "the weight of " + name + " is 0 for every mesh";
     if (!acts) return name + " has no reference: none was recorded, or it no longer fits";
-    return force == ForceId::Attraction ? "there is no attraction point" : "there is no volume";
+    return (kPullingForces & bit(force)) != 0 ? "there is no attraction point" : "there is no volume";
   }
 
   void add(const char* what, std::string name, bool needed, std::string why, std::size_t bytes) {
@@ -92,11 +93,10 @@ class PlanBuilder {
     array("neighbours", any, always, n * sizeof(Int4));
     array("frame", any, always + (any ? ": normals and elevations" : ""), n * kTexel);
     array("shape reference", needs_.uses(ForceId::ShapeMemory), why(ForceId::ShapeMemory), n * kTexel);
-    array("gradient targets", needs_.uses(ForceId::Gradient), why(ForceId::Gradient), n * kTexel);
-    array("profile targets", needs_.uses(ForceId::IntensityProfile), why(ForceId::IntensityProfile), n * kTexel);
+    for (const ForceInfo& force : force_list())
+      if (force.targets != nullptr) array(force.targets, needs_.uses(force.id), why(force.id), n * kTexel);
     array("reference profiles", needs_.uses(ForceId::IntensityProfile), why(ForceId::IntensityProfile),
           n * needs_.profile_stride * sizeof(float));
-    array("region targets", region, why(ForceId::Region), n * kTexel);
     array("averaging", needs_.averages(), needs_.averages() || !region ? why(ForceId::Region) : why_not_averaged(),
           n * kTexel);
     array("local statistics", needs_.local_statistics,
@@ -146,32 +146,19 @@ class PlanBuilder {
     auto when = [&](ForceId force, const std::string& how_often) {
       return any ? why(force) + (acts(force) ? how_often : "") : always;
     };
-    auto largest = [&](ForceId force, int parameter) {
-      double most = 0;
-      for (const MeshNeeds& m : meshes_)
-        if (m.acts(force))
-          most = std::max(most, static_cast<double>(m.forces.values[static_cast<int>(force)][parameter]));
-      return static_cast<std::size_t>(most + 0.5);
-    };
-    const std::size_t voxel = volume_.empty() ? 0 : bytes_per_voxel(volume_.type());
-    // A trilinear sample reads eight voxels.
-    auto samples = [&](std::size_t each) { return n * each * 8 * voxel; };
-    const std::size_t gradient = 2 * largest(ForceId::Gradient, GradientForce::samples) + 1;
-    const std::size_t shifts =
-        2 * largest(ForceId::IntensityProfile, IntensityProfileForce::samples) + needs_.profile_stride;
-    const std::size_t region = 2 * largest(ForceId::Region, RegionForce::samples) + 1;
     const bool attraction = acts(ForceId::Attraction);
 
     kernel("geometry", any, always, n * (3 * kTexel));
-    kernel("gradient search", acts(ForceId::Gradient), when(ForceId::Gradient, at_refresh),
-           n * 4 * kTexel + samples(gradient));
-    kernel("profile search", acts(ForceId::IntensityProfile), when(ForceId::IntensityProfile, at_refresh),
-           n * (4 * kTexel + needs_.profile_stride * sizeof(float)) + samples(shifts));
     const bool local = any && needs_.local_statistics;
-    kernel("region statistics", local,
-           local || !acts(ForceId::Region) ? when(ForceId::Region, at_refresh) : why_not_local(),
-           n * 4 * kTexel + samples(8));
-    kernel("region search", acts(ForceId::Region), when(ForceId::Region, at_refresh), n * 5 * kTexel + samples(region));
+    each_force([&]<class F>(F) {
+      if constexpr (HasTargets<F>) {
+        if (F::id == ForceId::Region)
+          kernel("region statistics", local,
+                 local || !acts(ForceId::Region) ? when(ForceId::Region, at_refresh) : why_not_local(),
+                 n * 4 * kTexel + bytes_of_samples(8));
+        kernel(F::search_name, acts(F::id), when(F::id, at_refresh), search_bytes<F>());
+      }
+    });
     const bool averages = any && needs_.averages();
     const std::size_t passes = needs_.averaging_passes + (local ? kStatisticsPasses : 0);
     kernel("average", averages,
@@ -187,9 +174,8 @@ class PlanBuilder {
            attraction && !sums ? "every step binds the points anew, and sums then"
                                : when(ForceId::Attraction, "; every step without a refresh"),
            points * kMaxPatch * (sizeof(PatchEntry) + sizeof(AttractionSum)));
-    const std::size_t read = 4 * kTexel + (attraction ? 1 : 0) +
-                             kTexel * (needs_.uses(ForceId::ShapeMemory) + needs_.uses(ForceId::Gradient) +
-                                       needs_.uses(ForceId::IntensityProfile) + needs_.uses(ForceId::Region));
+    std::size_t read = 4 * kTexel + (attraction ? 1 : 0) + kTexel * needs_.uses(ForceId::ShapeMemory);
+    for (const ForceInfo& force : force_list()) read += kTexel * (force.targets != nullptr && needs_.uses(force.id));
     kernel("integrate", any, always + (any ? ": sums the forces that act and takes the step" : ""),
            n * (read + kTexel));
     const bool corrected = any && corrected_;
@@ -213,6 +199,23 @@ class PlanBuilder {
     kernel("motion", any, any ? "rest is told by it; once in a batch of steps" : always, n * 3 * kTexel);
     kernel("end of batch", any, any ? "means of the motion, and the status; once in a batch of steps" : always,
            needs_.motion_sums * sizeof(MeshMotion));
+  }
+
+  /// A trilinear sample reads eight voxels.
+  std::size_t bytes_of_samples(std::size_t each) const {
+    return vertices_ * each * 8 * (volume_.empty() ? 0 : bytes_per_voxel(volume_.type()));
+  }
+  /// What a search reads and writes: the vertex, its frame, its neighbours and its target, what it compares with,
+  /// samples.
+  template <class F>
+  std::size_t search_bytes() const {
+    int samples = 0;
+    for (const MeshNeeds& m : meshes_)
+      if (m.acts(F::id)) samples = std::max(samples, F::samples_of_search(m.forces));
+    std::size_t each = 4 * kTexel;
+    if (F::id == ForceId::IntensityProfile) each += needs_.profile_stride * sizeof(float);
+    if (F::id == ForceId::Region) each += kTexel;
+    return vertices_ * each + bytes_of_samples(samples);
   }
 
   const Scene& scene_;

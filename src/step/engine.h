@@ -86,7 +86,7 @@ class Engine {
   virtual void set_points(std::span<const EnginePoint> points) = 0;
   /// Targets of an image force of one mesh (point in mm, confidence in [0, 1]), one a vertex: held from now on, so that
   /// no refresh finds others, until the next load. Needs no volume. Throws Error for a force without targets.
-  virtual void hold_targets(int mesh, ForceId force, std::span<const Vec4> targets) = 0;
+  virtual void give_targets(int mesh, ForceId force, std::span<const Vec4> targets) = 0;
   /// The targets found last; of a force that does not act: all 0.
   virtual void read_targets(int mesh, ForceId force, std::span<Vec4> targets) = 0;
   /// The next step refreshes all image targets and attraction bindings, whatever the refresh interval.

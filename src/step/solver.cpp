@@ -48,16 +48,16 @@ StepForm SolverControl::form() const {
 
 void SolverControl::set_points(int count) {
   // Other points are to be looked at again.
-  if (count != points_ && looked_ && solver_ == Solver::Automatic && state_.hold >= kHoldFree) state_.hold = 0;
+  if (count != points_ && looked_ && solver_ == Solver::Automatic && state_.support >= kSupportFree) state_.support = 0;
   points_ = count;
   if (count == 0 && looked_) take_no_cycles();
   correct_where_worth();
 }
 
-void SolverControl::set_held(bool held) {
+void SolverControl::set_supported(bool supported) {
   looked_ = true;
-  state_.hold = held ? kHoldHeld : kHoldFree;
-  if (!held) take_no_cycles();
+  state_.support = supported ? kSupportFirm : kSupportFree;
+  if (!supported) take_no_cycles();
 }
 
 void SolverControl::take_no_cycles() {
@@ -68,7 +68,7 @@ void SolverControl::take_no_cycles() {
 
 void SolverControl::correct_where_worth() {
   if (solver_ != Solver::Automatic || state_.multigrid || !(stiffness_.internal > 0)) return;
-  if (!(stiffness_.image > 0) && (points_ == 0 || state_.hold >= kHoldFree)) return;
+  if (!(stiffness_.image > 0) && (points_ == 0 || state_.support >= kSupportFree)) return;
   if (stiffness_.image > 0 && std::sqrt(fastest() / state_.slowest) <= kCorrectedRoot * cycle_cost_) return;
   state_.multigrid = true;
   state_.slowest = first_guess();
@@ -79,7 +79,7 @@ float SolverControl::fastest() const { return form() == StepForm::Corrected ? kF
 float SolverControl::first_guess() const {
   if (form() == StepForm::Corrected) return 0.3f;
   // As if image and points held every vertex.
-  const float hold = stiffness_.image > 0 ? stiffness_.image : stiffness_.attraction;
+  const float hold = stiffness_.image > 0 ? stiffness_.image : stiffness_.external;
   return hold > 0 ? std::max(hold / (stiffness_.internal + hold), kSlowestFree) : kSlowestFree;
 }
 

@@ -12,7 +12,7 @@ namespace simplexseg {
 struct SolverState {
   float slowest = 0;       ///< estimated smallest eigenvalue of -dz/dx
   bool multigrid = false;  ///< automatic: the correction has been found worth it
-  float hold = 0;          ///< of the multigrid model (MeshConstants::hold): SolverControl::kHoldFree or kHoldHeld
+  float support = 0;  ///< of the multigrid model (MeshConstants::support): SolverControl::kSupportFree or kSupportFirm
 };
 
 /// Chooses the steps of one mesh. The largest eigenvalue is known before the first step from the bounds that forces
@@ -24,7 +24,7 @@ class SolverControl {
   static constexpr int kInterval = 10;
   /// Of the multigrid model, as shares of its k. What nothing holds drifts by what its forces do not balance, and a
   /// cycle would make that a leap: such a mesh is held all over, as are all in the first step.
-  static constexpr float kHoldFree = 10, kHoldHeld = 1e-5f;
+  static constexpr float kSupportFree = 10, kSupportFirm = 1e-5f;
 
   /// New forces or settings: the timestep is no longer cut, and what was learnt is forgotten unless `state` has it.
   /// `cycle_cost`: of a step with a multigrid cycle, in steps without.
@@ -36,7 +36,7 @@ class SolverControl {
   void set_points(int count);
   /// What a step with a cycle showed: whether image and points hold the mesh in all directions. What few points hardly
   /// hold drifts by what its forces do not balance: there `automatic` takes no cycles.
-  void set_held(bool held);
+  void set_supported(bool supported);
   StepCoefficients coefficients() const;
 
   /// What the steps of an interval showed: `change` and `square_move` as of MeshMotion; a root mean square move below
@@ -59,7 +59,7 @@ class SolverControl {
   StepCoefficients fixed_{0, 0};
   SolverState state_;
   int points_ = 0;
-  bool looked_ = false;  ///< set_held() was called since start()
+  bool looked_ = false;  ///< set_supported() was called since start()
   float cut_ = 1, cycle_cost_ = 1;
 };
 

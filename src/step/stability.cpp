@@ -11,15 +11,16 @@
 namespace simplexseg {
 
 Stiffness stiffness_of(const ForceParameters& p, std::span<const Vec4> shape) {
-  float worst = 1.0f;
-  for (const Vec4& s : shape) worst = std::max(worst, std::abs(s.x) + std::abs(s.y) + std::abs(1.0f - s.x - s.y));
-  auto term = [&](ForceId force, float bound) { return p.weight(force) > 0.0f ? p.weight(force) * bound : 0.0f; };
-  return {term(ForceId::Smoothing, SmoothingForce::stability_bound(p)) +
-              term(ForceId::ShapeMemory, shape.empty() ? 0.0f : ShapeMemoryForce::stability_bound(worst)),
-          term(ForceId::Gradient, GradientForce::stability_bound(p)) +
-              term(ForceId::IntensityProfile, IntensityProfileForce::stability_bound(p)) +
-              term(ForceId::Region, RegionForce::stability_bound(p)),
-          term(ForceId::Attraction, AttractionForce::stability_bound(p))};
+  Stiffness stiffness;
+  each_force([&]<class F>(F) {
+    float bound = 0;
+    if constexpr (requires { F::stability_bound(p, shape); })
+      bound = F::stability_bound(p, shape);
+    else
+      bound = F::stability_bound(p);
+    if (p.weight(F::id) > 0.0f) stiffness.of(F::kind) += p.weight(F::id) * bound;
+  });
+  return stiffness;
 }
 
 float stiffness_bound(const ForceParameters& p, std::span<const Vec4> shape) { return stiffness_of(p, shape).total(); }

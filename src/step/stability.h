@@ -9,10 +9,14 @@ namespace simplexseg {
 
 /// Bounds of the eigenvalues of a mesh's linearised forces, weights included.
 struct Stiffness {
-  float internal = 0;    ///< smoothing and shape memory
-  float image = 0;       ///< of a vertex whose targets are all trusted
-  float attraction = 0;  ///< of a vertex that a point pulls
-  float total() const { return internal + image + attraction; }
+  float internal = 0;  ///< what the forces of this kind add up to
+  float image = 0;     ///< at a vertex whose targets are all trusted
+  float external = 0;  ///< at a vertex that points pull
+  float total() const { return internal + image + external; }
+  float& of(ForceKind kind) {
+    if (kind == ForceKind::Internal) return internal;
+    return kind == ForceKind::Image ? image : external;
+  }
 };
 /// As the forces that act report it. `shape` is shape memory's reference (its metric parameters enter the bound).
 Stiffness stiffness_of(const ForceParameters& forces, std::span<const Vec4> shape);

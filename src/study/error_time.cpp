@@ -47,11 +47,11 @@ Clocked timed_step(Engine& engine, int steps) {
   return {now() - start, std::move(outcome)};
 }
 
-bool falls_no_more(const std::vector<HeldSample>& samples) {
+bool falls_no_more(const std::vector<FrozenSample>& samples) {
   const std::int64_t steps = samples.back().steps;
   if (steps < kStallAfter || samples.back().whole > kStallBelow) return false;
   double before_whole = 1e300, before_normal = 1e300, whole = 1e300, normal = 1e300;
-  for (const HeldSample& s : samples) {
+  for (const FrozenSample& s : samples) {
     whole = std::min(whole, s.whole), normal = std::min(normal, s.normal);
     if (2 * s.steps <= steps) before_whole = whole, before_normal = normal;
   }
@@ -59,7 +59,7 @@ bool falls_no_more(const std::vector<HeldSample>& samples) {
 }
 
 /// Seconds after each of the batches that end at 1, 10, 20 ... steps. `end_mm`: the error then.
-std::vector<double> batch_times(const HeldProblem& problem, const Method& method, std::int64_t steps,
+std::vector<double> batch_times(const FrozenProblem& problem, const Method& method, std::int64_t steps,
                                 const EngineFactory& make_engine, double& end_mm) {
   const std::unique_ptr<Engine> engine = make_engine();
   problem.load(*engine, method.simulation);
@@ -77,11 +77,11 @@ std::vector<double> batch_times(const HeldProblem& problem, const Method& method
 
 /// Replaces the samples' times, those of the first half second, by the medians of runs that read no poses: reading them
 /// between steps empties caches. What comes later keeps its distance from there.
-void time_again(const HeldProblem& problem, HeldCurve& curve, double binding_s, const EngineFactory& make_engine,
+void time_again(const FrozenProblem& problem, FrozenCurve& curve, double binding_s, const EngineFactory& make_engine,
                 const Poll& poll) {
   const auto end = std::find_if(curve.samples.begin() + 1, curve.samples.end(),
-                                [](const HeldSample& s) { return s.seconds > kTimedAgain; });
-  const HeldSample last = *(end - 1);
+                                [](const FrozenSample& s) { return s.seconds > kTimedAgain; });
+  const FrozenSample last = *(end - 1);
   const std::int64_t steps = last.steps;
   if (steps == 0) return;
   std::vector<std::vector<double>> runs;
@@ -100,7 +100,7 @@ void time_again(const HeldProblem& problem, HeldCurve& curve, double binding_s, 
     knots.emplace_back(at, std::max(each[kRepeats / 2], knots.back().second));
   }
   for (std::size_t k = 1; k < knots.size(); ++k) knots[k].second = std::max(0.0, knots[k].second - binding_s);
-  for (HeldSample& s : curve.samples) {
+  for (FrozenSample& s : curve.samples) {
     if (s.steps > steps) {
       s.seconds += knots.back().second - last.seconds;
       continue;
@@ -117,7 +117,7 @@ void time_again(const HeldProblem& problem, HeldCurve& curve, double binding_s, 
 
 }  // namespace
 
-std::vector<Method> methods_for(const HeldProblem& problem) {
+std::vector<Method> methods_for(const FrozenProblem& problem) {
   std::vector<Method> methods;
   const std::vector<std::string> names = solver_names();
   for (std::size_t c = 0; c < names.size(); ++c) {
@@ -142,9 +142,9 @@ std::vector<Method> methods_for(const HeldProblem& problem) {
   return methods;
 }
 
-double binding_seconds(const HeldProblem& problem, const EngineFactory& make_engine) {
-  const bool points =
-      std::any_of(problem.meshes.begin(), problem.meshes.end(), [](const HeldMesh& m) { return !m.points_mm.empty(); });
+double binding_seconds(const FrozenProblem& problem, const EngineFactory& make_engine) {
+  const bool points = std::any_of(problem.meshes.begin(), problem.meshes.end(),
+                                  [](const FrozenMesh& m) { return !m.points_mm.empty(); });
   if (!points) return 0;
   const std::unique_ptr<Engine> engine = make_engine();
   problem.load(*engine, problem.simulation);
@@ -152,9 +152,9 @@ double binding_seconds(const HeldProblem& problem, const EngineFactory& make_eng
   return std::max(0.0, first - timed_step(*engine, 1).seconds);
 }
 
-HeldCurve run_held(const HeldProblem& problem, const Method& method, double budget_s, double binding_s,
-                   const EngineFactory& make_engine, const Poll& poll) {
-  HeldCurve curve{method, {{0, 0, 1, 1}}, 0, ""};
+FrozenCurve run_frozen(const FrozenProblem& problem, const Method& method, double budget_s, double binding_s,
+                       const EngineFactory& make_engine, const Poll& poll) {
+  FrozenCurve curve{method, {{0, 0, 1, 1}}, 0, ""};
   const std::unique_ptr<Engine> engine = make_engine();
   problem.load(*engine, method.simulation);
   std::int64_t steps = 0;
@@ -176,7 +176,7 @@ HeldCurve run_held(const HeldProblem& problem, const Method& method, double budg
     const PoseError error = problem.error_mm(*engine);
     curve.samples.push_back({steps, std::max(0.0, spent - binding_s), error.whole / problem.start_mm.whole,
                              error.normal / problem.start_mm.normal});
-    const HeldSample& last = curve.samples.back();
+    const FrozenSample& last = curve.samples.back();
     if (!(last.whole < 1e6)) {
       curve.note = "diverged after " + std::to_string(steps) + " steps";
       break;
@@ -187,9 +187,9 @@ HeldCurve run_held(const HeldProblem& problem, const Method& method, double budg
   return curve;
 }
 
-std::optional<Reached> reached(const std::vector<HeldSample>& samples, double share, bool normal_part) {
+std::optional<Reached> reached(const std::vector<FrozenSample>& samples, double share, bool normal_part) {
   std::optional<Reached> first;
-  for (const HeldSample& s : samples) {
+  for (const FrozenSample& s : samples) {
     const double error = normal_part ? s.normal : s.whole;
     if (!(error <= share))
       first.reset();

@@ -9,7 +9,7 @@
 #include "image/mask.h"
 #include "image/surface_error.h"
 #include "step/simulation_parameters.h"
-#include "study/held_problem.h"
+#include "study/frozen_problem.h"
 #include "study/study_scene.h"
 
 namespace simplexseg {
@@ -22,35 +22,35 @@ struct Method {
   bool baseline = false;  ///< what the others are compared with: Verlet, damping 0.1, 95% of its limit
 };
 /// Every solver of the table, with the settings worth comparing; the first is the scene's own setting.
-std::vector<Method> methods_for(const HeldProblem& problem);
+std::vector<Method> methods_for(const FrozenProblem& problem);
 
 /// Shares of the error with which the start began.
-struct HeldSample {
+struct FrozenSample {
   std::int64_t steps;
   double seconds;        ///< of the steps alone
   double whole, normal;  ///< distance to the fixed point, and its part along the normals there
 };
-struct HeldCurve {
+struct FrozenCurve {
   Method method;
-  std::vector<HeldSample> samples;
+  std::vector<FrozenSample> samples;
   int cuts = 0;      ///< steps that were undone and gone on with a smaller timestep
   std::string note;  ///< what went wrong; empty: nothing
 };
 /// What the first step spends on binding attraction points to vertices: the same for every method, and no part of it. 0
 /// without points.
-double binding_seconds(const HeldProblem& problem, const EngineFactory& make_engine);
+double binding_seconds(const FrozenProblem& problem, const EngineFactory& make_engine);
 /// Steps from the start until the error is below 1e-4 of what it was, falls no more, or `budget_s` of steps are spent.
 /// The poses are read between steps, off the clock; the times of the first half second are the medians of three further
 /// runs without reading, ten steps at a time as in a session. `binding_s` is taken off.
-HeldCurve run_held(const HeldProblem& problem, const Method& method, double budget_s, double binding_s,
-                   const EngineFactory& make_engine, const Poll& poll);
+FrozenCurve run_frozen(const FrozenProblem& problem, const Method& method, double budget_s, double binding_s,
+                       const EngineFactory& make_engine, const Poll& poll);
 
 /// When an error of so much is reached for good: the first sample from which on it is not exceeded.
 struct Reached {
   std::int64_t steps;
   double seconds;
 };
-std::optional<Reached> reached(const std::vector<HeldSample>& samples, double share, bool normal_part);
+std::optional<Reached> reached(const std::vector<FrozenSample>& samples, double share, bool normal_part);
 
 /// A whole run of a scene, from its seeds.
 struct LiveVariant {

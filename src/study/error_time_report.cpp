@@ -50,12 +50,12 @@ PlotSeries live_series(const LiveCurve& curve, const std::string& name) {
   return series;
 }
 
-void held_table(std::ostream& out, const ErrorTimeResult& result, bool normal_part) {
+void frozen_table(std::ostream& out, const ErrorTimeResult& result, bool normal_part) {
   out << "| method | steps to 10% | ms | ratio | steps to 1% | ms | ratio | steps to 0.1% | ms | ratio | ends at |\n"
       << "|---|---|---|---|---|---|---|---|---|---|---|\n";
   const auto baseline =
-      std::find_if(result.held.begin(), result.held.end(), [](const HeldCurve& c) { return c.method.baseline; });
-  for (const HeldCurve& curve : result.held) {
+      std::find_if(result.frozen.begin(), result.frozen.end(), [](const FrozenCurve& c) { return c.method.baseline; });
+  for (const FrozenCurve& curve : result.frozen) {
     out << "| " << curve.method.name << (curve.method.baseline ? " (the measure)" : "");
     for (const double share : kShares) {
       const std::optional<Reached> own = reached(curve.samples, share, normal_part);
@@ -65,15 +65,15 @@ void held_table(std::ostream& out, const ErrorTimeResult& result, bool normal_pa
       }
       out << " | " << own->steps << " | " << short_number(1000 * own->seconds) << " | ";
       const std::optional<Reached> measure =
-          baseline == result.held.end() ? std::nullopt : reached(baseline->samples, share, normal_part);
+          baseline == result.frozen.end() ? std::nullopt : reached(baseline->samples, share, normal_part);
       if (measure)
         out << short_number(measure->seconds / std::max(own->seconds, 1e-9));
-      else if (baseline != result.held.end() && baseline->note.empty())
+      else if (baseline != result.frozen.end() && baseline->note.empty())
         out << "> " << short_number(baseline->samples.back().seconds / std::max(own->seconds, 1e-9));
       else
         out << "-";
     }
-    const HeldSample& last = curve.samples.back();
+    const FrozenSample& last = curve.samples.back();
     char end[64];
     std::snprintf(end, sizeof end, "%.1e", normal_part ? last.normal : last.whole);
     out << " | " << end;
@@ -85,12 +85,12 @@ void held_table(std::ostream& out, const ErrorTimeResult& result, bool normal_pa
 
 }  // namespace
 
-std::string held_csv(const ErrorTimeResult& result) {
+std::string frozen_csv(const ErrorTimeResult& result) {
   std::ostringstream out;
   out << "scene,backend,method,solver,damping,timestep,steps,seconds,error,normal_error\n";
   const std::vector<std::string> solvers = solver_names();
-  for (const HeldCurve& curve : result.held)
-    for (const HeldSample& s : curve.samples)
+  for (const FrozenCurve& curve : result.frozen)
+    for (const FrozenSample& s : curve.samples)
       out << csv_field(result.name) << ',' << result.backend << ',' << csv_field(curve.method.name) << ','
           << solvers[static_cast<std::size_t>(curve.method.solver)] << ',' << curve.method.simulation.damping << ','
           << curve.method.simulation.timestep << ',' << s.steps << ',' << s.seconds << ',' << s.whole << ',' << s.normal
@@ -114,20 +114,20 @@ std::string live_csv(const ErrorTimeResult& result) {
   return out.str();
 }
 
-Plot held_plot(const ErrorTimeResult& result, bool against_steps, bool normal_part) {
+Plot frozen_plot(const ErrorTimeResult& result, bool against_steps, bool normal_part) {
   Plot plot;
-  plot.title = result.name + ", held targets, " + std::to_string(result.vertices) + " vertices, " + result.backend;
+  plot.title = result.name + ", frozen targets, " + std::to_string(result.vertices) + " vertices, " + result.backend;
   plot.x_title = against_steps ? "steps" : "time of the steps (s)";
   plot.y_title =
       std::string(normal_part ? "distance along normals" : "distance") + " to the fixed point, share of the start's";
   plot.log_x = plot.log_y = true;
-  for (const HeldCurve& curve : result.held) {
+  for (const FrozenCurve& curve : result.frozen) {
     PlotSeries series;
     series.name = curve.method.name;
     series.colour = plot_colour(static_cast<std::size_t>(curve.method.solver));
     series.markers = true;
     series.dashed = curve.method.simulation.limit_timestep == 0 && !curve.method.baseline;
-    for (const HeldSample& s : curve.samples) {
+    for (const FrozenSample& s : curve.samples) {
       series.x.push_back(against_steps ? static_cast<double>(s.steps) : s.seconds);
       const double error = normal_part ? s.normal : s.whole;
       series.y.push_back(error < kMostShown ? error : std::nan(""));
@@ -186,11 +186,11 @@ std::string markdown(const ErrorTimeResult& result) {
   out << "## " << result.name << "\n\n"
       << "On " << result.backend << " (" << result.device << "). " << result.vertices << " vertices, " << start
       << " from the fixed point at the start; the fixed point was " << result.how << ".\n\n"
-      << "Held targets, root mean square distance to the fixed point. Ratio: how many times sooner than the "
+      << "Frozen targets, root mean square distance to the fixed point. Ratio: how many times sooner than the "
          "measure.\n\n";
-  held_table(out, result, false);
+  frozen_table(out, result, false);
   out << "\nThe part of it along the normals.\n\n";
-  held_table(out, result, true);
+  frozen_table(out, result, true);
   if (!result.live.empty()) {
     out << "\nWhole runs, from the seeds to rest or the scene's last step.\n\n"
         << "| solver | start | refreshed every | steps | ms | mean mm | 95% mm | largest mm | Dice "

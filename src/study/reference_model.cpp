@@ -73,6 +73,9 @@ Eigen::Vector3d across(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Eigen
   return n.normalized();
 }
 
+/// The forces without targets that are written down here.
+constexpr unsigned kFormulas = bit(ForceId::Smoothing) | bit(ForceId::ShapeMemory) | bit(ForceId::Attraction);
+
 void check_size(std::size_t size, std::size_t vertices, const char* what) {
   if (size != 0 && size != vertices)
     throw Error(std::string("The ") + what + " of a mesh do not fit it.",
@@ -106,16 +109,22 @@ ReferenceModel::ReferenceModel(const ReferenceScene& scene, const Pose& pose)
   keeps_curvature_ = smoothing_ > 0 && parameter(ForceId::Smoothing, SmoothingForce::curvature) > 0;
   if (!shape_.empty()) shape_memory_ = std::max(0.0f, forces_.weight(ForceId::ShapeMemory));
   weight_sum_ = smoothing_ + shape_memory_;
-  auto add_image_force = [&](ForceId force, int pull, std::span<const Vec4> targets) {
-    check_size(targets.size(), vertices, "targets");
-    if (targets.empty() || !(forces_.weight(force) > 0)) return;
-    image_.push_back(
-        {forces_.weight(force), parameter(force, pull) * scene.voxel_mm, {targets.begin(), targets.end()}});
-    weight_sum_ += forces_.weight(force);
-  };
-  add_image_force(ForceId::Gradient, GradientForce::pull, scene.gradient);
-  add_image_force(ForceId::IntensityProfile, IntensityProfileForce::pull, scene.intensity_profile);
-  add_image_force(ForceId::Region, RegionForce::pull, scene.region);
+  each_force([&]<class F>(F) {
+    const double weight = std::max(0.0f, forces_.weight(F::id));
+    if constexpr (HasTargets<F>) {
+      const std::span<const Vec4> targets = scene.targets[static_cast<std::size_t>(F::id)];
+      check_size(targets.size(), vertices, "targets");
+      if (targets.empty() || !(weight > 0)) return;
+      double pull_mm = 0;  // no bound, unless the force has one
+      if constexpr (requires { F::pull; }) pull_mm = parameter(F::id, F::pull) * scene.voxel_mm;
+      image_.push_back({weight, pull_mm, {targets.begin(), targets.end()}});
+      weight_sum_ += weight;
+    } else if (weight > 0 && ((1u << static_cast<int>(F::id)) & kFormulas) == 0) {
+      throw Error(std::string("The reference model has no formula for the force ") + F::name + ".",
+                  "It repeats each force in double, and nobody has written this one.",
+                  "Add it to src/study/reference_model.cpp, or set its weight to 0.");
+    }
+  });
   last_normals_.assign(vertices, Eigen::Vector3d::Zero());
   for (std::size_t i = 0; i < vertices; ++i) {
     const auto& nb = neighbours_[i];

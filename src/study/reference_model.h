@@ -16,15 +16,16 @@ using Pose = Eigen::Matrix3Xd;
 Pose pose_of(std::span<const Eigen::Vector3f> positions);
 std::vector<Eigen::Vector3f> positions_of(const Pose& pose);
 
-/// What acts on one mesh while its image targets and attraction bindings are held. Empty spans: that force does not
-/// act, whatever its weight. The spans need to live only during the construction of the model.
+/// What acts on one mesh while its image targets and attraction bindings do not change. Empty spans: that force does
+/// not act, whatever its weight. The spans need to live only during the construction of the model.
 struct ReferenceScene {
   std::span<const std::array<int, 3>> neighbours;
   ForceParameters forces;
   std::span<const Vec4> shape;  ///< shape memory's reference (e1, e2, h_mm, S_mm2), as MeshItem has it
-  std::span<const Vec4> gradient, intensity_profile, region;  ///< held targets: point (mm), confidence in [0, 1]
-  std::span<const Eigen::Vector3d> points_mm;                 ///< attraction points of this mesh
-  double voxel_mm = 1;  ///< the unit "voxel" of parameters: smallest spacing, 1 without a volume
+  /// Targets of each force that has them, which do not change: point (mm), confidence in [0, 1]. Empty: none.
+  std::array<std::span<const Vec4>, kForceCount> targets;
+  std::span<const Eigen::Vector3d> points_mm;  ///< attraction points of this mesh
+  double voxel_mm = 1;                         ///< the unit "voxel" of parameters: smallest spacing, 1 without a volume
 };
 
 /// The model of docs/mathematics.md, section 2, in double: the acceleration sum_f k_f d_f of one mesh as a function of
@@ -50,7 +51,7 @@ class ReferenceModel {
   using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
   /// The same as a matrix, 3V x 3V, coordinate c of vertex i in row 3i + c.
   Matrix jacobian(const Pose& pose) const { return matrix(pose, keeps_curvature_); }
-  /// The same with the mean curvatures of smoothing held: a vertex then depends on its neighbours alone.
+  /// The same with the mean curvatures of smoothing kept as they are: a vertex then depends on its neighbours alone.
   Matrix near_jacobian(const Pose& pose) const { return matrix(pose, false); }
 
  private:

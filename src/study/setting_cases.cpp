@@ -121,8 +121,8 @@ std::vector<StabilityCase> setting_cases() {
                           "to the ball's surface within 1.5 mm: the limit holds"));
   cases.push_back(setting("refresh_interval_1", "targets found at each step", &S::refresh_interval, 1,
                           CaseOutcome::Converges, "to the ball's surface within 1.5 mm"));
-  cases.push_back(setting("refresh_interval_50", "targets held for 50 steps", &S::refresh_interval, 50,
-                          CaseOutcome::Converges, "to the ball's surface within 1.5 mm: held targets are a spring"));
+  cases.push_back(setting("refresh_interval_50", "targets kept for 50 steps", &S::refresh_interval, 50,
+                          CaseOutcome::Converges, "to the ball's surface within 1.5 mm: kept targets are a spring"));
   cases.push_back(
       {"weights_switched_every_step", "region weight 0, 10, 0, 10 ... at each step", CaseOutcome::Bounded,
        CaseOutcome::Converges,

@@ -111,13 +111,14 @@ LimitProblem shape_memory() {
   return problem;
 }
 
-/// A held image target 0.01 mm above every vertex.
+/// A given target 0.01 mm above every vertex.
 LimitProblem image_force(const ForceInfo& force) {
   LimitProblem problem;
   problem.name = force.name;
   problem.mesh = make_sphere({0, 0, 0}, kRadius, 1);
-  problem.forces = forces_with({{force.name, "weight", kWeight}, {force.name, "pull", 0}});
-  problem.held = force.id;
+  problem.forces = forces_with({{force.name, "weight", kWeight}});
+  if (find_parameter(force.parameters, "pull") >= 0) set_value(problem.forces, {force.name, "pull", 0});  // no bound
+  problem.given = force.id;
   for (const Eigen::Vector3f& p : problem.mesh.positions) {
     const Eigen::Vector3f target = 1.0005f * p;
     problem.targets.push_back({target[0], target[1], target[2], 1});
@@ -149,7 +150,7 @@ std::vector<LimitProblem> limit_problems() {
   for (const float evenness : {1.0f, 2.0f, 4.0f, 6.0f}) problems.push_back(even_smoothing(evenness));
   problems.push_back(shape_memory());
   for (const ForceInfo& force : force_list())
-    if (find_parameter(force.parameters, "pull") >= 0) problems.push_back(image_force(force));
+    if (force.targets != nullptr) problems.push_back(image_force(force));
   problems.push_back(attraction());
   return problems;
 }
@@ -168,7 +169,7 @@ bool deviation_grows(const LimitProblem& problem, double damping, double timeste
   loaded.positions = loaded.previous = problem.mesh.positions, loaded.neighbours = problem.mesh.neighbours;
   loaded.shape = problem.shape, loaded.parameters = problem.forces;
   engine->load(std::span(&loaded, 1), simulation);
-  if (problem.held) engine->hold_targets(0, *problem.held, problem.targets);
+  if (problem.given) engine->give_targets(0, *problem.given, problem.targets);
   engine->set_points(problem.points);
   SimplexMesh mesh = problem.mesh;
   std::vector<Eigen::Vector3f> previous(mesh.positions.size());

@@ -13,7 +13,7 @@ struct LimitProblem {
   std::vector<Vec4> shape;
   ForceParameters forces;
   std::vector<EnginePoint> points;
-  std::optional<ForceId> held;  ///< the image force whose targets are these
+  std::optional<ForceId> given;  ///< the image force whose targets are these
   std::vector<Vec4> targets;
   std::function<double(const SimplexMesh&)> deviation;  ///< from the fixed point
 };

@@ -31,7 +31,7 @@ StudyScene make_phantom_scene(bool half, int vertices) {
   for (int k = 0; k < kSize; ++k)
     for (int j = 0; j < kSize; ++j)
       for (int i = 0; i < kSize; ++i) truth->voxels.push_back(distance(world * Eigen::Vector3d(i, j, k)) < 0);
-  study.held_from_start = true;
+  study.frozen_from_start = true;
   const int count = 20 << (2 * sphere_level_for(vertices));
   study.name = std::string("phantom-") + (half ? "half-" : "full-") + std::to_string(count);
   Scene& scene = study.scene;

@@ -16,7 +16,7 @@ struct StudyScene {
   Scene scene;
   Volume volume;
   std::vector<std::shared_ptr<const Mask>> truths;  ///< of each mesh; null: none
-  bool held_from_start = false;                     ///< held targets are those of the start, not of the end
+  bool frozen_from_start = false;                   ///< frozen targets are those of the start, not of the end
 };
 
 /// A sphere of 24 mm in 64^3 voxels of 1 mm that is to become an ellipsoid, at most 2 voxels away; gradient, weight

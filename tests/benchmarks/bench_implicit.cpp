@@ -44,7 +44,8 @@ struct Scene {
     for (const Eigen::Vector3f& p : goal.positions)
       targets.push_back({p.x(), p.y(), p.z(), half && p.x() < 0 ? 0.0f : 1.0f});
     ReferenceScene scene;
-    scene.neighbours = mesh.neighbours, scene.shape = shape, scene.gradient = targets;
+    scene.neighbours = mesh.neighbours, scene.shape = shape,
+    scene.targets[static_cast<int>(ForceId::Gradient)] = targets;
     scene.forces = default_force_parameters();
     for (auto& values : scene.forces.values) values[0] = 0;
     auto& memory = scene.forces.values[static_cast<int>(ForceId::ShapeMemory)];

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // What each part of a step costs, and that a part which is left out costs nothing.
-//   bench_parts [cpu|cuda] [VERTICES]      a table: bytes and time that each force adds to smoothing, and its launches
+//   bench_parts [cpu|cuda] [VERTICES]          a table: bytes and time that each force adds to smoothing, its launches
 //   bench_parts toggle [cpu|cuda] [VERTICES]   a table: how long a force's slider holds up the steps when it leaves 0,
-//   reaches it bench_parts alone FORCE                nanoseconds a vertex-step of a scene with this force alone, on
-//   one thread; for
-//                                          comparing builds with and without the other forces
-//                                          (scripts/measure_leaving_out)
+//   and
+//                                              when it reaches it
+//   bench_parts alone FORCE                    nanoseconds a vertex-step of a scene with this force alone, on one
+//   thread;
+//                                              for comparing builds with and without the other forces
+//                                              (scripts/measure_leaving_out)
+//   bench_parts forces                         the names of all forces
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -121,6 +124,11 @@ void toggle(Engine& engine, unsigned from, unsigned to, const char* what) {
 
 int main(int argc, char** argv) {
   const std::string mode = argc > 1 ? argv[1] : "cpu";
+  if (mode == "forces") {
+    for (const ForceInfo& force : force_list()) std::printf("%s ", force.name);
+    std::printf("\n");
+    return 0;
+  }
   if (mode == "alone" && argc > 2) {
     const ForceInfo* force = find_force(argv[2]);
     if (force == nullptr) return std::fprintf(stderr, "there is no force '%s'\n", argv[2]), 2;

@@ -59,7 +59,7 @@ TEST_F(StudyErrorTime, BuiltInScenesGiveTablesAndPlots) {
     const std::string stem = std::string("out/") + scene;
     std::set<std::string> solvers;
     std::map<std::string, double> last;
-    for (auto& row : table(stem + "-held.csv")) {
+    for (auto& row : table(stem + "-frozen.csv")) {
       EXPECT_EQ(row["scene"], scene);
       solvers.insert(row["solver"]);
       if (row["steps"] == "0") {
@@ -96,7 +96,7 @@ TEST_F(StudyErrorTime, ASceneFileIsRunWholeAgainstItsReference) {
   EXPECT_EQ(intervals, (std::set<std::string>{"1", "3", "10"}));
   EXPECT_EQ(starts, (std::set<std::string>{"coarse to fine", "final level"}));
   EXPECT_GT(best, 0.8);
-  for (const char* plot : {"out/scene-surface-error.svg", "out/scene-refresh.png", "out/scene-held.csv"})
+  for (const char* plot : {"out/scene-surface-error.svg", "out/scene-refresh.png", "out/scene-frozen.csv"})
     EXPECT_TRUE(exists(plot)) << plot;
 }
 

@@ -35,8 +35,8 @@ class FailingEngine : public Engine {
     inner_->set_parameters(meshes, simulation);
   }
   void set_points(std::span<const EnginePoint> points) override { inner_->set_points(points); }
-  void hold_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
-    inner_->hold_targets(mesh, force, targets);
+  void give_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
+    inner_->give_targets(mesh, force, targets);
   }
   void read_targets(int mesh, ForceId force, std::span<Vec4> targets) override {
     inner_->read_targets(mesh, force, targets);

@@ -24,8 +24,8 @@ class Device : public Engine {
     inner().set_parameters(meshes, s);
   }
   void set_points(std::span<const EnginePoint> points) override { inner().set_points(points); }
-  void hold_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
-    inner().hold_targets(mesh, force, targets);
+  void give_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
+    inner().give_targets(mesh, force, targets);
   }
   void read_targets(int mesh, ForceId force, std::span<Vec4> targets) override {
     inner().read_targets(mesh, force, targets);

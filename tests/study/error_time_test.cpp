@@ -16,12 +16,12 @@ namespace {
 const Poll no_poll = [] {};
 std::unique_ptr<Engine> one_thread() { return make_cpu_engine(1); }
 
-TEST(HeldProblem, TheMembranesFixedPointIsThatOfTheModelInDouble) {
+TEST(FrozenProblem, TheMembranesFixedPointIsThatOfTheModelInDouble) {
   for (const bool half : {false, true}) {
-    const HeldProblem problem = make_membrane(half, 300);
+    const FrozenProblem problem = make_membrane(half, 300);
     ASSERT_TRUE(problem.converged);
     ASSERT_EQ(problem.vertex_count(), 320);
-    const HeldMesh& mesh = problem.meshes[0];
+    const FrozenMesh& mesh = problem.meshes[0];
     ReferenceScene scene;
     scene.neighbours = mesh.start.neighbours, scene.forces = mesh.forces, scene.points_mm = mesh.points_mm;
     const ReferenceModel model(scene, pose_of(mesh.start.positions));
@@ -33,10 +33,10 @@ TEST(HeldProblem, TheMembranesFixedPointIsThatOfTheModelInDouble) {
   EXPECT_LT(make_membrane(true, 320).meshes[0].points_mm.size(), make_membrane(false, 320).meshes[0].points_mm.size());
 }
 
-TEST(HeldProblem, APhantomsFixedPointIsFoundAndItsTargetsAreThoseOfTheImage) {
+TEST(FrozenProblem, APhantomsFixedPointIsFoundAndItsTargetsAreThoseOfTheImage) {
   for (const bool half : {false, true}) {
     const StudyScene study = make_phantom_scene(half, 320);
-    const HeldProblem problem = hold_targets_of(study.scene, study.volume, true, one_thread, no_poll);
+    const FrozenProblem problem = frozen_problem_of(study.scene, study.volume, true, one_thread, no_poll);
     EXPECT_TRUE(problem.converged) << problem.how;
     const auto& targets = problem.meshes[0].targets[static_cast<std::size_t>(ForceId::Gradient)];
     ASSERT_EQ(targets.size(), 320u);
@@ -52,27 +52,27 @@ TEST(HeldProblem, APhantomsFixedPointIsFoundAndItsTargetsAreThoseOfTheImage) {
   }
 }
 
-TEST(HeldProblem, OfASceneItStartsWhereTheLastLevelBegan) {
+TEST(FrozenProblem, OfASceneItStartsWhereTheLastLevelBegan) {
   StudyScene study = make_phantom_scene(false, 320);
   study.scene.simulation.start_vertices = 80;
   study.scene.simulation.steps_per_level = 20;
-  const HeldProblem problem = hold_targets_of(study.scene, study.volume, false, one_thread, no_poll);
+  const FrozenProblem problem = frozen_problem_of(study.scene, study.volume, false, one_thread, no_poll);
   EXPECT_EQ(problem.meshes[0].start.vertex_count(), 320);
   EXPECT_TRUE(problem.converged) << problem.how;
   // The level before has brought it near already.
   EXPECT_LT(problem.start_mm.normal, 1);
-  EXPECT_THROW(hold_targets_of(Scene{}, study.volume, false, one_thread, no_poll), Error);
+  EXPECT_THROW(frozen_problem_of(Scene{}, study.volume, false, one_thread, no_poll), Error);
 }
 
-TEST(HeldCurve, EverySolverGoesToTheSameFixedPoint) {
-  const HeldProblem problem = make_membrane(false, 320);
+TEST(FrozenCurve, EverySolverGoesToTheSameFixedPoint) {
+  const FrozenProblem problem = make_membrane(false, 320);
   const std::vector<Method> methods = methods_for(problem);
   std::set<int> solvers;
   int baselines = 0;
   for (const Method& method : methods) {
     solvers.insert(method.solver);
     baselines += method.baseline;
-    const HeldCurve curve = run_held(problem, method, 20, 0, one_thread, no_poll);
+    const FrozenCurve curve = run_frozen(problem, method, 20, 0, one_thread, no_poll);
     EXPECT_EQ(curve.note, "") << method.name;
     EXPECT_EQ(curve.samples.front().whole, 1);
     EXPECT_LT(curve.samples.back().whole, 1e-3) << method.name;
@@ -85,20 +85,20 @@ TEST(HeldCurve, EverySolverGoesToTheSameFixedPoint) {
   EXPECT_EQ(baselines, 1);
 }
 
-TEST(HeldCurve, ABudgetEndsIt) {
-  const HeldProblem problem = make_membrane(true, 5120);
+TEST(FrozenCurve, ABudgetEndsIt) {
+  const FrozenProblem problem = make_membrane(true, 5120);
   const auto methods = methods_for(problem);
   const auto slow = std::find_if(methods.begin(), methods.end(),
                                  [](const Method& m) { return m.name == "verlet, damping 0.9, 50%"; });
   ASSERT_NE(slow, methods.end());
-  const HeldCurve curve = run_held(problem, *slow, 1e-3, 0, one_thread, no_poll);
+  const FrozenCurve curve = run_frozen(problem, *slow, 1e-3, 0, one_thread, no_poll);
   EXPECT_GT(curve.samples.back().whole, 0.1);
   struct Stop {};
-  EXPECT_THROW(run_held(problem, *slow, 1e6, 0, one_thread, [] { throw Stop(); }), Stop);
+  EXPECT_THROW(run_frozen(problem, *slow, 1e6, 0, one_thread, [] { throw Stop(); }), Stop);
 }
 
 TEST(Reached, IsForGood) {
-  const std::vector<HeldSample> samples{
+  const std::vector<FrozenSample> samples{
       {0, 0, 1, 1}, {1, 0.1, 0.05, 0.5}, {2, 0.2, 0.2, 0.05}, {3, 0.3, 0.09, 0.04}, {4, 0.4, 0.001, 0.2}};
   const auto at = reached(samples, 0.1, false);
   ASSERT_TRUE(at);
@@ -133,9 +133,9 @@ TEST(ErrorTimeReport, TheTableComparesWithTheMeasure) {
   ErrorTimeResult result;
   result.name = "case", result.backend = "cpu", result.device = "CPU", result.vertices = 7, result.how = "known";
   Method fast{"fast", 0, {}, false}, slow{"slow", 1, {}, true}, lost{"lost", 1, {}, false};
-  result.held = {{fast, {{0, 0, 1, 1}, {10, 0.01, 0.05, 1e-4}, {20, 0.02, 0.0005, 1e-4}}, 2, ""},
-                 {slow, {{0, 0, 1, 1}, {100, 0.1, 0.05, 0.5}, {300, 0.3, 0.005, 0.4}}, 0, ""},
-                 {lost, {{0, 0, 1, 1}, {5, 0.1, 1e9, 1e9}}, 0, "diverged after 5 steps"}};
+  result.frozen = {{fast, {{0, 0, 1, 1}, {10, 0.01, 0.05, 1e-4}, {20, 0.02, 0.0005, 1e-4}}, 2, ""},
+                   {slow, {{0, 0, 1, 1}, {100, 0.1, 0.05, 0.5}, {300, 0.3, 0.005, 0.4}}, 0, ""},
+                   {lost, {{0, 0, 1, 1}, {5, 0.1, 1e9, 1e9}}, 0, "diverged after 5 steps"}};
   const std::string text = markdown(result);
   EXPECT_NE(
       text.find("| fast | 10 | 10.0 | 10.0 | 20 | 20.0 | 15.0 | 20 | 20.0 | > 15.0 | 5.0e-04, timestep cut 2 times |"),
@@ -144,9 +144,9 @@ TEST(ErrorTimeReport, TheTableComparesWithTheMeasure) {
   EXPECT_NE(text.find("| slow (the measure) | 100 | 100 | 1.00 | 300 | 300 | 1.00 | - | - | - |"), std::string::npos)
       << text;
   EXPECT_NE(text.find("diverged after 5 steps"), std::string::npos);
-  const std::string csv = held_csv(result);
+  const std::string csv = frozen_csv(result);
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 3 + 3 + 2);
-  const Plot against_time = held_plot(result, false, false), against_steps = held_plot(result, true, true);
+  const Plot against_time = frozen_plot(result, false, false), against_steps = frozen_plot(result, true, true);
   ASSERT_EQ(against_time.series.size(), 3u);
   EXPECT_EQ(against_time.series[0].x[1], 0.01);
   EXPECT_EQ(against_steps.series[0].x[1], 10);

@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kVoxelMm = 1;
 
-/// A mesh whose image targets are held, for the model and for the engine.
-struct HeldScene {
+/// A mesh whose image targets are frozen, for the model and for the engine.
+struct FrozenScene {
   SimplexMesh mesh;
   ForceParameters forces = weightless();
   std::vector<Vec4> shape, targets;
@@ -26,7 +26,8 @@ struct HeldScene {
   ReferenceModel model(const Pose& pose) const {
     ReferenceScene scene;
     scene.neighbours = mesh.neighbours, scene.forces = forces, scene.shape = shape, scene.voxel_mm = kVoxelMm;
-    scene.gradient = scene.intensity_profile = scene.region = targets;
+    for (const ForceInfo& force : force_list())
+      if (force.targets != nullptr) scene.targets[static_cast<std::size_t>(force.id)] = targets;
     scene.points_mm = points_mm;
     return ReferenceModel(scene, pose);
   }
@@ -39,9 +40,9 @@ struct HeldScene {
     for (const Eigen::Vector3d& p : points_mm) scene.points.push_back({0, p});
     scene.simulation = simulation;
     simplexseg::load(*engine, scene);
-    for (ForceId force : {ForceId::Gradient, ForceId::IntensityProfile, ForceId::Region})
-      engine->hold_targets(0, force, targets);
-    engine->set_parameters(std::vector{forces}, simulation);  // held targets stand in for recorded profiles
+    for (const ForceInfo& force : force_list())
+      if (force.targets != nullptr) engine->give_targets(0, force.id, targets);
+    engine->set_parameters(std::vector{forces}, simulation);  // frozen targets stand in for recorded profiles
     return engine;
   }
   static const Volume& volume() {
@@ -55,8 +56,8 @@ struct HeldScene {
 };
 
 /// A noisy ellipsoid whose targets lie on another one, the confidence from 0 to 1.
-HeldScene noisy_scene(int level = 3) {
-  HeldScene s;
+FrozenScene noisy_scene(int level = 3) {
+  FrozenScene s;
   const SimplexMesh sphere = make_sphere({0.3, -0.2, 0.1}, 20, level);
   const SimplexMesh goal = make_ellipsoid({1, 0, 0.5}, {21, 19, 20}, level);
   s.shape = shape_reference_of(sphere);
@@ -73,7 +74,7 @@ HeldScene noisy_scene(int level = 3) {
 class ReferenceModelTest : public EngineTest {
  protected:
   /// Largest difference of one step at dt = 1 from rest, which moves a vertex by its acceleration, from the model's.
-  static double difference(const HeldScene& s) {
+  static double difference(const FrozenScene& s) {
     const auto engine = s.load(make_engine(), simulation(1, 1));
     EXPECT_FALSE(engine->step(1).failure.has_value());
     Positions after(s.mesh.positions.size()), before(after.size());
@@ -106,7 +107,7 @@ TEST_P(ReferenceModelTest, EachForceIsTheEnginesAlone) {
       {{"attraction", "weight", 0.8f}, {"gradient", "weight", 0.6f}, {"attraction", "image_fade", 0.5f}},
   };
   for (const auto& settings : cases) {
-    HeldScene s = noisy_scene();
+    FrozenScene s = noisy_scene();
     for (const Setting& setting : settings) set(s.forces, setting);
     const Pose start = pose_of(s.mesh.positions);
     const Pose a = s.model(start).acceleration(start);
@@ -116,13 +117,13 @@ TEST_P(ReferenceModelTest, EachForceIsTheEnginesAlone) {
 }
 
 TEST_P(ReferenceModelTest, AllForcesTogetherAreTheEngines) {
-  HeldScene s = noisy_scene(4);
+  FrozenScene s = noisy_scene(4);
   for (const ForceInfo& force : force_list()) weight_of(s.forces, force.id) = 0.3f;
   EXPECT_LT(difference(s), kFloat);
 }
 
 TEST_P(ReferenceModelTest, FoldsAndCollinearNeighboursAreTheEngines) {
-  HeldScene s = noisy_scene();
+  FrozenScene s = noisy_scene();
   set(s.forces, {"smoothing", "weight", 0.7f});
   set(s.forces, {"shape_memory", "weight", 0.3f});
   set(s.forces, {"gradient", "weight", 0.3f});
@@ -134,10 +135,10 @@ TEST_P(ReferenceModelTest, FoldsAndCollinearNeighboursAreTheEngines) {
 }
 
 /// Scenes with one fixed point near by: what is free to slide without a cost is held by points.
-std::vector<HeldScene> anchored_scenes() {
-  std::vector<HeldScene> scenes;
+std::vector<FrozenScene> anchored_scenes() {
+  std::vector<FrozenScene> scenes;
   auto add = [&scenes](std::initializer_list<Setting> settings) {
-    HeldScene s = noisy_scene();
+    FrozenScene s = noisy_scene();
     s.mesh = make_sphere({0.3, -0.2, 0.1}, 20, 3);
     s.points_mm = {{22, 0, 0}, {-20, 1, 0}, {0, 21, 3}, {1, -21, 0}, {0, 1, 22}};
     for (const Setting& setting : settings) set(s.forces, setting);
@@ -154,7 +155,7 @@ std::vector<HeldScene> anchored_scenes() {
 }
 
 TEST_P(ReferenceModelTest, TheEngineEndsAtTheFixedPoint) {
-  for (const HeldScene& s : anchored_scenes()) {
+  for (const FrozenScene& s : anchored_scenes()) {
     const Pose start = pose_of(s.mesh.positions);
     const ReferenceModel model = s.model(start);
     const FixedPoint found = find_fixed_point(model, start);
@@ -174,7 +175,7 @@ TEST_P(ReferenceModelTest, TheEngineEndsAtTheFixedPoint) {
 }
 
 TEST(ReferenceModel, TwoStartsFindOneFixedPoint) {
-  for (const HeldScene& s : anchored_scenes()) {
+  for (const FrozenScene& s : anchored_scenes()) {
     const Pose start = pose_of(s.mesh.positions);
     const ReferenceModel model = s.model(start);
     const FixedPoint one = find_fixed_point(model, start);
@@ -186,7 +187,7 @@ TEST(ReferenceModel, TwoStartsFindOneFixedPoint) {
 }
 
 TEST(ReferenceModel, DerivativeAndJacobianAgreeWithDifferences) {
-  HeldScene s = noisy_scene();
+  FrozenScene s = noisy_scene();
   for (const ForceInfo& force : force_list()) weight_of(s.forces, force.id) = 0.3f;
   const Pose x = pose_of(s.mesh.positions);
   const ReferenceModel model = s.model(x);
@@ -200,7 +201,7 @@ TEST(ReferenceModel, DerivativeAndJacobianAgreeWithDifferences) {
 }
 
 TEST(ReferenceModel, ShapeMemoryAloneReturnsToItsReferenceUpToASimilarity) {
-  HeldScene s = noisy_scene();
+  FrozenScene s = noisy_scene();
   set(s.forces, {"shape_memory", "weight", 1});
   s.points_mm.clear();
   const SimplexMesh sphere = make_sphere({0.3, -0.2, 0.1}, 20, 3);
@@ -216,7 +217,7 @@ TEST(ReferenceModel, ShapeMemoryAloneReturnsToItsReferenceUpToASimilarity) {
 }
 
 TEST(ReferenceModel, SizesThatDoNotFitAreRefused) {
-  HeldScene s = noisy_scene();
+  FrozenScene s = noisy_scene();
   s.shape.pop_back();
   EXPECT_ANY_THROW(s.model(pose_of(s.mesh.positions)));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study/held_problem.h"
+#include "study/frozen_problem.h"
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>
@@ -13,6 +13,7 @@
 #include "session/session.h"
 #include "step/simulation_parameters.h"
 #include "step/stability.h"
+#include "step/step_needs.h"
 #include "study/fixed_point.h"
 #include "study/trials.h"
 
@@ -21,7 +22,6 @@ namespace {
 
 constexpr double kToleranceMm = 1e-9;
 constexpr int kMostStepsToTargets = 2000, kStepsBetweenPolls = 10;
-constexpr ForceId kImageForces[] = {ForceId::Gradient, ForceId::IntensityProfile, ForceId::Region};
 
 Pose normals_of(const SimplexMesh& mesh) {
   Pose normals(3, mesh.vertex_count());
@@ -29,7 +29,7 @@ Pose normals_of(const SimplexMesh& mesh) {
   return normals;
 }
 
-PoseError rms(const std::vector<HeldMesh>& meshes, const std::function<Pose(std::size_t)>& pose_of_mesh) {
+PoseError rms(const std::vector<FrozenMesh>& meshes, const std::function<Pose(std::size_t)>& pose_of_mesh) {
   double whole = 0, normal = 0, count = 0;
   for (std::size_t k = 0; k < meshes.size(); ++k) {
     const Pose off = pose_of_mesh(k) - meshes[k].end;
@@ -41,8 +41,8 @@ PoseError rms(const std::vector<HeldMesh>& meshes, const std::function<Pose(std:
 }
 
 /// What both ways of making a problem end with: `end` of each mesh is known.
-void finish(HeldProblem& problem) {
-  for (HeldMesh& mesh : problem.meshes) {
+void finish(FrozenProblem& problem) {
+  for (FrozenMesh& mesh : problem.meshes) {
     SimplexMesh there{positions_of(mesh.end), mesh.start.neighbours};
     mesh.end_normals = normals_of(there);
   }
@@ -58,7 +58,7 @@ EngineMesh as_loaded(const MeshItem& item, bool finest) {
 }
 
 /// The targets that a fresh engine finds in the present pose.
-void find_targets(const Session& session, const EngineFactory& make_engine, HeldProblem& problem) {
+void find_targets(const Session& session, const EngineFactory& make_engine, FrozenProblem& problem) {
   const Scene& scene = session.scene();
   const Volume& volume = session.volume();
   if (volume.empty()) return;
@@ -71,22 +71,20 @@ void find_targets(const Session& session, const EngineFactory& make_engine, Held
   engine->step(1);
   for (std::size_t k = 0; k < scene.meshes.size(); ++k) {
     const MeshItem& item = scene.meshes[k];
-    for (const ForceId force : kImageForces) {
-      if (!(item.parameters.weight(force) > 0) || (force == ForceId::IntensityProfile && item.profiles.empty()))
-        continue;
-      std::vector<Vec4>& targets = problem.meshes[k].targets[static_cast<std::size_t>(force)];
+    const MeshNeeds needs{item.parameters, {item.mesh.vertex_count(), !item.shape.empty(), item.profiles.size()}};
+    for (const ForceInfo& force : force_list()) {
+      if (force.targets == nullptr || !needs.acts(force.id)) continue;
+      std::vector<Vec4>& targets = problem.meshes[k].targets[static_cast<std::size_t>(force.id)];
       targets.resize(item.mesh.positions.size());
-      engine->read_targets(static_cast<int>(k), force, targets);
+      engine->read_targets(static_cast<int>(k), force.id, targets);
     }
   }
 }
 
-ReferenceModel model_of(const HeldMesh& mesh, const Volume& volume) {
+ReferenceModel model_of(const FrozenMesh& mesh, const Volume& volume) {
   ReferenceScene scene;
   scene.neighbours = mesh.start.neighbours, scene.forces = mesh.forces, scene.shape = mesh.shape;
-  scene.gradient = mesh.targets[static_cast<std::size_t>(ForceId::Gradient)];
-  scene.intensity_profile = mesh.targets[static_cast<std::size_t>(ForceId::IntensityProfile)];
-  scene.region = mesh.targets[static_cast<std::size_t>(ForceId::Region)];
+  for (std::size_t force = 0; force < mesh.targets.size(); ++force) scene.targets[force] = mesh.targets[force];
   scene.points_mm = mesh.points_mm;
   scene.voxel_mm = volume.empty() ? 1.0 : volume.geometry().spacing_mm.minCoeff();
   return {scene, pose_of(mesh.start.positions)};
@@ -94,39 +92,44 @@ ReferenceModel model_of(const HeldMesh& mesh, const Volume& volume) {
 
 }  // namespace
 
-int HeldProblem::vertex_count() const {
+ForceParameters FrozenMesh::acting_forces() const {
+  ForceParameters acting = forces;
+  for (const ForceInfo& force : force_list())
+    if (force.targets != nullptr && targets[static_cast<std::size_t>(force.id)].empty())
+      acting.values[static_cast<int>(force.id)][0] = 0;
+  return acting;
+}
+
+int FrozenProblem::vertex_count() const {
   int count = 0;
-  for (const HeldMesh& mesh : meshes) count += mesh.start.vertex_count();
+  for (const FrozenMesh& mesh : meshes) count += mesh.start.vertex_count();
   return count;
 }
 
-void HeldProblem::load(Engine& engine, const SimulationParameters& settings) const {
+void FrozenProblem::load(Engine& engine, const SimulationParameters& settings) const {
   std::vector<EngineMesh> list;
-  for (const HeldMesh& mesh : meshes) {
+  for (const FrozenMesh& mesh : meshes) {
     EngineMesh m;
     m.positions = mesh.start.positions, m.previous = mesh.start.positions, m.neighbours = mesh.start.neighbours;
-    m.shape = mesh.shape, m.parameters = mesh.forces;
-    // What is not held does not act in the fixed point either.
-    for (const ForceId force : kImageForces)
-      if (mesh.targets[static_cast<std::size_t>(force)].empty()) m.parameters.values[static_cast<int>(force)][0] = 0;
+    m.shape = mesh.shape;
+    m.parameters = mesh.acting_forces();
     list.push_back(m);
   }
   engine.set_volume(volume);
-  SimulationParameters held = settings;
-  held.refresh_interval = 1e6f;  // points stay with the vertices that they were bound to
-  engine.load(list, held);
+  SimulationParameters frozen = settings;
+  frozen.refresh_interval = 1e6f;  // points stay with the vertices that they were bound to
+  engine.load(list, frozen);
   for (std::size_t k = 0; k < meshes.size(); ++k)
-    for (const ForceId force : kImageForces) {
-      const std::vector<Vec4>& targets = meshes[k].targets[static_cast<std::size_t>(force)];
-      if (!targets.empty()) engine.hold_targets(static_cast<int>(k), force, targets);
-    }
+    for (int force = 0; force < kForceCount; ++force)
+      if (const std::vector<Vec4>& targets = meshes[k].targets[static_cast<std::size_t>(force)]; !targets.empty())
+        engine.give_targets(static_cast<int>(k), static_cast<ForceId>(force), targets);
   std::vector<EnginePoint> points;
   for (std::size_t k = 0; k < meshes.size(); ++k)
     for (const Eigen::Vector3d& p : meshes[k].points_mm) points.push_back({static_cast<int>(k), p});
   engine.set_points(points);
 }
 
-PoseError HeldProblem::error_mm(Engine& engine) const {
+PoseError FrozenProblem::error_mm(Engine& engine) const {
   return rms(meshes, [&](std::size_t k) {
     std::vector<Eigen::Vector3f> positions(meshes[k].start.positions.size()), previous(positions.size());
     engine.read(static_cast<int>(k), positions, previous);
@@ -134,20 +137,19 @@ PoseError HeldProblem::error_mm(Engine& engine) const {
   });
 }
 
-float HeldProblem::stable_timestep(float damping) const {
+float FrozenProblem::stable_timestep(float damping) const {
   float least = std::numeric_limits<float>::infinity();
-  for (const HeldMesh& mesh : meshes) {
-    ForceParameters acting = mesh.forces;
-    for (const ForceId force : kImageForces)
-      if (mesh.targets[static_cast<std::size_t>(force)].empty()) acting.values[static_cast<int>(force)][0] = 0;
-    if (mesh.points_mm.empty()) acting.values[static_cast<int>(ForceId::Attraction)][0] = 0;
+  for (const FrozenMesh& mesh : meshes) {
+    ForceParameters acting = mesh.acting_forces();
+    for (int force = 0; force < kForceCount; ++force)
+      if (mesh.points_mm.empty() && (kPullingForces >> force & 1u) != 0) acting.values[force][0] = 0;
     least = std::min(least, simplexseg::stable_timestep(stiffness_bound(acting, mesh.shape), damping));
   }
   return least;
 }
 
-HeldProblem hold_targets_of(const Scene& scene, const Volume& volume, bool from_start, const EngineFactory& make_engine,
-                            const Poll& poll) {
+FrozenProblem frozen_problem_of(const Scene& scene, const Volume& volume, bool from_start,
+                                const EngineFactory& make_engine, const Poll& poll) {
   if (scene.meshes.empty()) throw Error("study", "the scene has no mesh", "add one to 'meshes'");
   Session session(make_engine());
   session.open(scene, volume);
@@ -164,11 +166,11 @@ HeldProblem hold_targets_of(const Scene& scene, const Volume& volume, bool from_
           starts[k] = session.scene().meshes[k];
     if (part.at_rest || part.steps == 0) break;
   }
-  HeldProblem problem;
+  FrozenProblem problem;
   problem.volume = volume;
   problem.simulation = scene.simulation;
   for (const MeshItem& item : starts) {
-    HeldMesh mesh;
+    FrozenMesh mesh;
     mesh.start = item.mesh, mesh.shape = item.shape, mesh.forces = item.parameters;
     for (const AttractionPoint& point : session.scene().points)
       if (point.mesh == item.id) mesh.points_mm.push_back(point.position_mm);
@@ -180,7 +182,7 @@ HeldProblem hold_targets_of(const Scene& scene, const Volume& volume, bool from_
   int systems = 0;
   for (std::size_t k = 0; k < problem.meshes.size(); ++k) {
     poll();
-    HeldMesh& mesh = problem.meshes[k];
+    FrozenMesh& mesh = problem.meshes[k];
     const ReferenceModel model = model_of(mesh, volume);
     FixedPoint found = find_fixed_point(model, pose_of(mesh.start.positions), kToleranceMm);
     systems += found.iterations;
@@ -200,10 +202,10 @@ HeldProblem hold_targets_of(const Scene& scene, const Volume& volume, bool from_
   return problem;
 }
 
-HeldProblem make_membrane(bool half, int vertices) {
+FrozenProblem make_membrane(bool half, int vertices) {
   constexpr double kRadiusMm = 30, kSprings = 5, kPull = 2;
   constexpr int kEvery = 8;
-  HeldMesh mesh;
+  FrozenMesh mesh;
   mesh.start = make_sphere({0, 0, 0}, kRadiusMm, sphere_level_for(vertices));
   mesh.forces = forces_with({{"smoothing", "weight", kSprings},
                              {"smoothing", "evenness", 0},
@@ -232,7 +234,7 @@ HeldProblem make_membrane(bool half, int vertices) {
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> cholesky(matrix);
   const Eigen::MatrixX3d solution = cholesky.solve(right);
   mesh.end = solution.transpose();
-  HeldProblem problem;
+  FrozenProblem problem;
   problem.simulation = default_simulation_parameters();
   problem.converged = cholesky.info() == Eigen::Success && mesh.end.allFinite();
   problem.how = "solved by a sparse Cholesky factorisation in double";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene whose image targets are held: every method then has the same fixed point, which is known.
+// A scene whose image targets do not change: every method then has the same fixed point, which is known.
 #pragma once
 #include <array>
 #include <functional>
@@ -19,7 +19,7 @@ namespace simplexseg {
 /// Called now and then during long work; may throw to end it.
 using Poll = std::function<void()>;
 
-struct HeldMesh {
+struct FrozenMesh {
   SimplexMesh start;  ///< the pose that every method starts from
   std::vector<Vec4> shape;
   ForceParameters forces{};
@@ -27,6 +27,9 @@ struct HeldMesh {
   std::vector<Eigen::Vector3d> points_mm;
   Pose end;          ///< the fixed point
   Pose end_normals;  ///< unit normals there
+
+  /// Without those that have no targets: they do not act in the fixed point either.
+  ForceParameters acting_forces() const;
 };
 
 /// Root mean squares over all vertices, mm.
@@ -34,8 +37,8 @@ struct PoseError {
   double whole, normal;  ///< the distance, and its part along the end's normals
 };
 
-struct HeldProblem {
-  std::vector<HeldMesh> meshes;
+struct FrozenProblem {
+  std::vector<FrozenMesh> meshes;
   Volume volume;                      ///< for the unit "voxel" of parameters; may be empty
   SimulationParameters simulation{};  ///< the scene's
   std::string how;                    ///< how the fixed point was found, and how well, in a sentence
@@ -52,15 +55,15 @@ struct HeldProblem {
 };
 
 /// Runs the scene (meshes without a pose start as their spheres) with its own settings until rest, or its steps, or
-/// 2000; holds the targets of the image forces found last; the start is the pose with which each mesh began its last
+/// 2000; freezes the targets of the image forces found last; the start is the pose with which each mesh began its last
 /// level. With `from_start` there is no run, and the targets are those that the start finds. The fixed point is found
 /// in double, to 1e-9 mm. Throws Error for a scene without meshes or that fails while it runs.
-HeldProblem hold_targets_of(const Scene& scene, const Volume& volume, bool from_start, const EngineFactory& make_engine,
-                            const Poll& poll);
+FrozenProblem frozen_problem_of(const Scene& scene, const Volume& volume, bool from_start,
+                                const EngineFactory& make_engine, const Poll& poll);
 
 /// A linear problem whose solution is known: springs between neighbours (smoothing without evenness or kept curvature,
 /// weight 5) on a sphere's dual with `vertices` or more, and every eighth vertex pulled to a point (weight 2); `half`:
 /// of those with z >= 0 alone. The fixed point comes of a sparse Cholesky factorisation.
-HeldProblem make_membrane(bool half, int vertices);
+FrozenProblem make_membrane(bool half, int vertices);
 
 }  // namespace simplexseg

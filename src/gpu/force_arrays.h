@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <algorithm>
+#include <array>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/error.h"
+#include "forces/force_list.h"
+#include "gpu/mesh_arrays.h"
+#include "step/engine.h"
+#include "step/step_needs.h"
+
+namespace simplexseg {
+
+/// What forces read besides the mesh: references, targets, attraction points. An array is on the executor exactly while
+/// the step needs it; what it is made of stays on the host.
+template <class Executor>
+class ForceArrays {
+  template <class T>
+  using Array = typename Executor::template Array<T>;
+
+ public:
+  /// Takes the references of other meshes, which `arrays` has been loaded with, and tells these what is their own.
+  void load(std::span<const EngineMesh> meshes, MeshArrays<Executor>& arrays) {
+    const std::size_t n = arrays.vertex_count();
+    shape_host_.assign(n, Vec4{});
+    has_shape_.assign(meshes.size(), 0);
+    region_tables_host_.clear(), profiles_host_.clear(), given_targets_.clear(), points_host_.clear();
+    for (std::size_t k = 0; k < meshes.size(); ++k) {
+      const EngineMesh& m = meshes[k];
+      MeshConstants& c = arrays[k];
+      if (m.region && !m.region->empty()) {
+        c.region_table = static_cast<int>(region_tables_host_.size());
+        c.intensity_low = static_cast<float>(m.region->low);
+        c.intensity_scale = static_cast<float>(1.0 / (m.region->high - m.region->low));
+        const auto table = log_likelihood_ratios(*m.region);
+        region_tables_host_.insert(region_tables_host_.end(), table.begin(), table.end());
+      }
+      SIMPLEXSEG_EXPECT(m.shape.empty() || m.shape.size() == m.positions.size());
+      has_shape_[k] = !m.shape.empty();
+      if (!m.shape.empty())
+        for (int to = 0; to < c.vertex_count; ++to) shape_host_[c.first_vertex + to] = m.shape[arrays.orders()[k][to]];
+      profiles_host_.emplace_back(m.profiles.begin(), m.profiles.end());
+    }
+    shape_.resize(0), local_statistics_.resize(0), averaging_.resize(0), profiles_.resize(0), region_tables_.resize(0);
+    for (Array<Vec4>& targets : targets_) targets.resize(0);
+    points_.resize(0), attraction_sums_.resize(0), in_patch_.resize(0);
+  }
+
+  /// Shape memory's reference of a mesh, by places; empty where none was taken.
+  std::span<const Vec4> shape_of(std::size_t k, const MeshConstants& c) const {
+    if (has_shape_[k] == 0) return {};
+    return {shape_host_.data() + c.first_vertex, static_cast<std::size_t>(c.vertex_count)};
+  }
+  MeshNeeds needs_of_mesh(std::size_t k, const MeshConstants& c) const {
+    MeshNeeds needs{c.forces, {c.vertex_count, has_shape_[k] != 0, profiles_host_[k].size()}, c.finest != 0};
+    if (!given_targets_.empty())
+      for (int force = 0; force < kForceCount; ++force)
+        if (!given_targets_[k][force].empty()) needs.given |= bit(static_cast<ForceId>(force));
+    return needs;
+  }
+
+  /// Targets of one mesh that are not searched for but given, in the order of its vertices.
+  void give_targets(int mesh, ForceId force, std::span<const Vec4> targets, const MeshArrays<Executor>& arrays) {
+    const int count = arrays[mesh].vertex_count;
+    if ((kForcesWithTargets & bit(force)) == 0 || targets.size() != static_cast<std::size_t>(count))
+      throw Error(std::string("targets of ") + force_list()[static_cast<int>(force)].name,
+                  "the force has none, or not as many", "give one for each vertex, of an image force");
+    given_targets_.resize(arrays.size());
+    std::vector<Vec4>& given = given_targets_[mesh][static_cast<int>(force)];
+    given.resize(targets.size());
+    for (int to = 0; to < count; ++to) given[to] = targets[arrays.orders()[mesh][to]];
+  }
+  void read_targets(int mesh, ForceId force, std::span<Vec4> targets, const MeshArrays<Executor>& arrays) {
+    const MeshConstants& c = arrays[mesh];
+    Array<Vec4>& array = targets_[static_cast<int>(force)];
+    std::fill(targets.begin(), targets.end(), Vec4{0, 0, 0, 0});
+    if (array.size() == 0) return;
+    std::vector<Vec4> texels(c.vertex_count);
+    array.download(texels, c.first_vertex);
+    for (int i = 0; i < c.vertex_count; ++i) targets[arrays.orders()[mesh][i]] = texels[i];
+  }
+
+  /// Sorts the points by mesh, and tells each mesh which are its own.
+  void set_points(std::span<const EnginePoint> points, MeshArrays<Executor>& arrays) {
+    std::vector<PointView> list;
+    list.reserve(points.size());
+    most_points_ = 0;
+    for (std::size_t k = 0; k < arrays.size(); ++k) {
+      MeshConstants& c = arrays[k];
+      c.first_point = static_cast<int>(list.size());
+      for (const EnginePoint& point : points) {
+        if (point.mesh != static_cast<int>(k)) continue;
+        const Eigen::Vector3f p = point.position_mm.cast<float>();
+        list.push_back({{p[0], p[1], p[2], 0}, point.mesh, -1, -1, 0});
+      }
+      c.point_count = static_cast<int>(list.size()) - c.first_point;
+      most_points_ = std::max(most_points_, c.point_count);
+    }
+    points_host_ = std::move(list);
+    if (points_.size() != points_host_.size())
+      points_.resize(0);
+    else
+      points_.upload(points_host_);
+  }
+  std::span<const PointView> points() const { return points_host_; }
+  int point_count() const { return static_cast<int>(points_host_.size()); }
+
+  /// Makes what the step needs and gives back what it does not. `acting`: the forces of `needs` that are in the
+  /// program.
+  void hold(const StepNeeds& needs, unsigned acting, const MeshArrays<Executor>& arrays) {
+    const std::size_t n = arrays.vertex_count();
+    auto acts = [&](ForceId force) { return (acting & bit(force)) != 0; };
+    auto keep = [](auto& array, bool needed, std::size_t size) {
+      if (!needed) array.resize(0);
+      if (needed && array.size() != size) array.resize(size), array.fill_zero();
+    };
+    if (acts(ShapeMemoryForce::id) && shape_.size() != n) shape_.assign(shape_host_);
+    keep(shape_, acts(ShapeMemoryForce::id), n);
+    for (int force = 0; force < kForceCount; ++force)
+      keep(targets_[force], (kForcesWithTargets & acting & bit(static_cast<ForceId>(force))) != 0, n);
+    for (std::size_t k = 0; k < given_targets_.size(); ++k)
+      for (int force = 0; force < kForceCount; ++force)
+        if (const std::vector<Vec4>& given = given_targets_[k][force];
+            !given.empty() && acts(static_cast<ForceId>(force)))
+          targets_[force].upload(given, arrays[k].first_vertex);
+    keep(local_statistics_, needs.local_statistics, n);
+    keep(averaging_, needs.averages(), n);
+    const bool regions = needs.searches(RegionForce::id);
+    if (regions && region_tables_.size() != region_tables_host_.size()) region_tables_.assign(region_tables_host_);
+    keep(region_tables_, regions, region_tables_host_.size());
+    if (needs.searches(IntensityProfileForce::id))
+      hold_profiles(needs.profile_stride, arrays);
+    else
+      profiles_.resize(0);
+    const bool attract = acts(AttractionForce::id);
+    if (attract && points_.size() != points_host_.size()) points_.assign(points_host_);
+    keep(points_, attract, points_host_.size());
+    keep(nearest_, attract, points_host_.size() * needs.nearest_blocks);
+    if (attract) nearest_.fill_ones();
+    keep(patches_, attract, points_host_.size() * kMaxPatch);
+    keep(attraction_sums_, attract, n);
+    keep(in_patch_, attract, n);
+    forget_pulls();
+  }
+  /// What earlier bindings left in the sums would go on pulling.
+  void forget_pulls() {
+    if (attraction_sums_.size() != 0) attraction_sums_.fill_zero();
+  }
+
+  void show(StepView& view, const StepNeeds& needs) {
+    view.shape = shape_.texels();
+    for (int force = 0; force < kForceCount; ++force) view.targets[force] = targets_[force].data();
+    view.profiles = profiles_.data(), view.profile_stride = profile_stride_;
+    view.region_tables = region_tables_.data(), view.local_statistics = local_statistics_.data();
+    view.attraction = {points_.data(),          point_count(),   (most_points_ + kPointGroup - 1) / kPointGroup,
+                       needs.nearest_blocks,    nearest_.data(), patches_.data(),
+                       attraction_sums_.data(), in_patch_.data()};
+  }
+  /// Of one element a vertex, to average in.
+  Vec4* averaging() { return averaging_.data(); }
+
+  /// add(name, arrays...) for each.
+  template <class Add>
+  void list(Add&& add) const {
+    add("shape reference", shape_);
+    for (const ForceInfo& force : force_list())
+      if (force.targets != nullptr) add(force.targets, targets_[static_cast<int>(force.id)]);
+    add("reference profiles", profiles_), add("averaging", averaging_), add("local statistics", local_statistics_);
+    add("region tables", region_tables_), add("attraction points", points_), add("attraction bindings", nearest_);
+    add("attraction patches", patches_), add("attraction sums", attraction_sums_), add("attraction flags", in_patch_);
+  }
+
+ private:
+  void hold_profiles(int wanted_stride, const MeshArrays<Executor>& arrays) {
+    const std::size_t stride = wanted_stride, n = arrays.vertex_count();
+    profile_stride_ = wanted_stride;
+    if (profiles_.size() == n * stride) return;
+    std::vector<float> all(n * stride, 0.0f);
+    for (std::size_t k = 0; k < arrays.size(); ++k) {
+      // Also those that do not act now: they may later, within the same stride.
+      const MeshConstants& c = arrays[k];
+      const std::size_t length = c.vertex_count > 0 ? profiles_host_[k].size() / c.vertex_count : 0;
+      if (length == 0 || length > stride || profiles_host_[k].size() != length * c.vertex_count) continue;
+      for (int i = 0; i < c.vertex_count; ++i)
+        std::copy_n(profiles_host_[k].begin() + arrays.orders()[k][i] * length, length,
+                    all.begin() + (c.first_vertex + i) * stride);
+    }
+    profiles_.assign(all);
+  }
+
+  std::vector<Vec4> shape_host_;  ///< by places; 0 where no reference was taken
+  std::vector<char> has_shape_;   ///< of each mesh
+  std::vector<std::array<std::vector<Vec4>, kForceCount>>
+      given_targets_;  ///< of each mesh and force; empty: none at all
+  std::vector<std::vector<float>> profiles_host_;
+  std::vector<float> region_tables_host_;
+  std::vector<PointView> points_host_;
+  int most_points_ = 0;  ///< of one mesh
+  int profile_stride_ = 0;
+  Array<Vec4> shape_, local_statistics_, averaging_;
+  std::array<Array<Vec4>, kForceCount> targets_;
+  Array<float> profiles_, region_tables_;
+  Array<PointView> points_;
+  Array<unsigned long long> nearest_;
+  Array<PatchEntry> patches_;
+  Array<AttractionSum> attraction_sums_;
+  Array<std::uint8_t> in_patch_;
+};
+
+}  // namespace simplexseg

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/error.h"
+#include "core/expect.h"
+#include "forces/step_view.h"
+#include "gpu/kernels.h"
+#include "gpu/vertex_order.h"
+#include "image/volume.h"
+#include "step/engine.h"
+
+namespace simplexseg {
+
+/// The vertices of all meshes in one set of arrays, and what is known of each mesh. The vertices of a mesh lie in
+/// patches (docs/adr/0009-vertex-order.md); meshes go in and poses come out in the order of their own.
+template <class Executor>
+class MeshArrays {
+  template <class T>
+  using Array = typename Executor::template Array<T>;
+
+ public:
+  /// Throws Error when there are too many vertices; nothing has changed then.
+  void load(std::span<const EngineMesh> meshes) {
+    long total = 0;
+    for (const EngineMesh& m : meshes) total += static_cast<long>(m.positions.size());
+    if (total > 500'000'000) throw Error("meshes", "more than 500 million vertices", "use fewer or coarser meshes");
+    vertex_count_ = static_cast<int>(total);
+    constants_.assign(meshes.size(), {});
+    orders_.assign(meshes.size(), {});
+    boxes_.assign(meshes.size(), Eigen::AlignedBox3d());
+    std::vector<Vec4> current(vertex_count_), previous(vertex_count_);
+    std::vector<Int4> neighbours(vertex_count_);
+    int first = 0;
+    for (std::size_t k = 0; k < meshes.size(); ++k) {
+      const EngineMesh& m = meshes[k];
+      SIMPLEXSEG_EXPECT(m.previous.size() == m.positions.size() && m.neighbours.size() == m.positions.size());
+      const int n = static_cast<int>(m.positions.size());
+      MeshConstants& c = constants_[k];
+      // Neighbours near each other in memory are read together.
+      orders_[k] = patch_order(m.neighbours);
+      const std::vector<int>& order = orders_[k];
+      std::vector<int> place(n);
+      for (int i = 0; i < n; ++i) place[order[i]] = i;
+      c.first_vertex = first, c.vertex_count = n, c.finest = m.finest, c.forces = m.parameters, c.region_table = -1;
+      double edges = 0;
+      for (int to = 0; to < n; ++to) {
+        const int i = order[to];
+        const Eigen::Vector3f &x = m.positions[i], &q = m.previous[i];
+        current[first + to] = {x[0], x[1], x[2], 0};
+        previous[first + to] = {q[0], q[1], q[2], 0};
+        const auto& nb = m.neighbours[i];
+        neighbours[first + to] = {first + place[nb[0]], first + place[nb[1]], first + place[nb[2]],
+                                  static_cast<int>(k)};
+        for (int j : nb) edges += (m.positions[j] - x).norm();
+      }
+      c.edge_mm = n > 0 ? static_cast<float>(edges / (3.0 * n)) : 0.0f;
+      for (const Eigen::Vector3f& x : m.positions) boxes_[k].extend(x.cast<double>());
+      first += n;
+    }
+    neighbours_.assign(neighbours);
+    neighbours_host_ = std::move(neighbours);
+    for (auto& x : positions_) x.resize(vertex_count_);
+    positions_[0].upload(previous);
+    positions_[1].upload(current);
+    frame_.resize(vertex_count_);
+    frame_.fill_zero();
+  }
+
+  int vertex_count() const { return vertex_count_; }
+  std::size_t size() const { return constants_.size(); }
+  MeshConstants& operator[](std::size_t k) { return constants_[k]; }
+  const MeshConstants& operator[](std::size_t k) const { return constants_[k]; }
+  std::span<const MeshConstants> all() const { return constants_; }
+  /// Of each mesh: the vertex, as it was loaded, at each place.
+  std::span<const std::vector<int>> orders() const { return orders_; }
+  std::span<const Int4> neighbours() const { return neighbours_host_; }
+  int largest_mesh() const {
+    int largest = 0;
+    for (const MeshConstants& c : constants_) largest = std::max(largest, c.vertex_count);
+    return largest;
+  }
+  int mesh_of(int vertex) const {
+    int mesh = 0;
+    while (mesh + 1 < static_cast<int>(constants_.size()) && vertex >= constants_[mesh + 1].first_vertex) ++mesh;
+    return mesh;
+  }
+
+  /// The constants to where kernels read them.
+  void send_constants() { device_constants_.assign(constants_); }
+
+  /// `oldest`: which of the three position arrays is that of the previous step.
+  void read(int mesh, std::span<Eigen::Vector3f> positions, std::span<Eigen::Vector3f> previous, int oldest) {
+    const MeshConstants& c = constants_.at(mesh);
+    SIMPLEXSEG_EXPECT(positions.size() == static_cast<std::size_t>(c.vertex_count) &&
+                      previous.size() == positions.size());
+    std::vector<Vec4> texels(c.vertex_count);
+    auto copy = [&](Array<Vec4>& from, std::span<Eigen::Vector3f> to) {
+      from.download(texels, c.first_vertex);
+      const std::vector<int>& order = orders_[mesh];
+      for (int i = 0; i < c.vertex_count; ++i) to[order[i]] = {texels[i].x, texels[i].y, texels[i].z};
+    };
+    copy(positions_[(oldest + 1) % 3], positions);
+    copy(positions_[oldest], previous);
+  }
+  Vec4* positions_at(int array) { return positions_[array % 3].data(); }
+
+  /// Tells each mesh how far out a vertex can be and still be in the scene: ten times the size of what is in it,
+  /// farther than where the mesh began.
+  void note_limits(const Volume& volume, std::span<const PointView> points) {
+    constexpr double kScenes = 10;
+    Eigen::AlignedBox3d scene;
+    for (const Eigen::AlignedBox3d& box : boxes_) scene.extend(box);
+    for (const PointView& point : points)
+      scene.extend(Eigen::Vector3d(point.position.x, point.position.y, point.position.z));
+    if (!volume.empty())
+      for (int corner = 0; corner < 8; ++corner) {
+        Eigen::Vector3d index;
+        for (int axis = 0; axis < 3; ++axis)
+          index[axis] = (corner >> axis & 1) != 0 ? volume.geometry().size[axis] - 0.5 : -0.5;
+        scene.extend(volume.geometry().world_from_index() * index);
+      }
+    for (std::size_t k = 0; k < constants_.size(); ++k) {
+      const double home = farthest_start(k);
+      constants_[k].limit_mm =
+          scene.isEmpty() ? 1.0f : static_cast<float>(home + kScenes * scene.diagonal().norm() + 1e-6);
+    }
+  }
+  /// The largest coordinate of the middle of a mesh as it was loaded.
+  double farthest_start(std::size_t k) const {
+    return boxes_[k].isEmpty() ? 0.0 : boxes_[k].center().cwiseAbs().maxCoeff();
+  }
+
+  void show(StepView& view, int oldest) {
+    view.vertex_count = vertex_count_, view.mesh_count = static_cast<int>(constants_.size());
+    view.meshes = device_constants_.data(), view.neighbours = neighbours_.texels();
+    view.previous = positions_[oldest].texels(), view.current = positions_[(oldest + 1) % 3].texels();
+    view.next = positions_[(oldest + 2) % 3].data(), view.oldest = positions_[oldest].data();
+    view.frame = frame_.texels(), view.new_frame = frame_.data();
+  }
+  /// add(name, arrays...) for each.
+  template <class Add>
+  void list(Add&& add) const {
+    add("positions", positions_[0], positions_[1], positions_[2]);
+    add("neighbours", neighbours_), add("frame", frame_), add("mesh constants", device_constants_);
+  }
+
+ private:
+  int vertex_count_ = 0;
+  std::vector<MeshConstants> constants_;
+  Array<MeshConstants> device_constants_;
+  std::vector<std::vector<int>> orders_;
+  std::vector<Eigen::AlignedBox3d> boxes_;  ///< of each mesh as it was loaded
+  std::vector<Int4> neighbours_host_;
+  typename Executor::NeighbourArray neighbours_;
+  Array<Vec4> positions_[3], frame_;
+};
+
+}  // namespace simplexseg

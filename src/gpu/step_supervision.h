@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "gpu/fold_watch.h"
+#include "gpu/kernels.h"
+#include "gpu/launcher.h"
+#include "gpu/mesh_arrays.h"
+#include "step/solver.h"
+
+namespace simplexseg {
+
+/// Decides how each mesh steps, learns from what the steps showed, and says which steps must not stand. The engine
+/// carries that out.
+template <class Executor>
+class StepSupervision {
+  template <class T>
+  using Array = typename Executor::template Array<T>;
+  using Meshes = MeshArrays<Executor>;
+
+ public:
+  /// Other meshes were loaded.
+  void forget() {
+    controls_.clear();
+    support_known_ = false;
+    kept_.resize(0);
+    folds_.forget();
+  }
+  /// Other settings; start() follows for each mesh.
+  void set_simulation(const SimulationParameters& simulation, std::size_t meshes) {
+    controls_.resize(meshes);
+    since_watched_ = 0;
+    keeps_pose_ = simulation.may_grow();
+    watched_ = keeps_pose_ || simulation.solver() == Solver::Damped;
+  }
+  SolverControl& control(std::size_t k) { return controls_[k]; }
+  const SolverControl& control(std::size_t k) const { return controls_[k]; }
+
+  /// Some mesh takes multigrid cycles.
+  bool corrected() const { return corrected_; }
+  bool forms_changed(const Meshes& meshes) const {
+    for (std::size_t k = 0; k < meshes.size(); ++k)
+      if (controls_[k].form() != meshes[k].form) return true;
+    return false;
+  }
+  /// Tells the meshes how they step now.
+  void tell_forms(Meshes& meshes) {
+    corrected_ = false;
+    for (const SolverControl& control : controls_) corrected_ = corrected_ || control.form() == StepForm::Corrected;
+    for (std::size_t k = 0; k < meshes.size(); ++k) {
+      const float support = controls_[k].state().support;
+      meshes[k].form = controls_[k].form();
+      meshes[k].support = support > 0 ? support : SolverControl::kSupportFree;
+      support_known_ = (k == 0 || support_known_) && (support > 0 || meshes[k].form != StepForm::Corrected);
+    }
+    sent_.clear();
+  }
+  void hold(const Meshes& meshes) {
+    const std::size_t n = keeps_pose_ ? meshes.vertex_count() : 0;
+    if (kept_.size() != n) kept_.resize(n), kept_.fill_zero();
+    if (coefficients_.size() != meshes.size()) coefficients_.resize(meshes.size()), sent_.clear();
+  }
+  const StepCoefficients* coefficients() { return coefficients_.data(); }
+  void send_coefficients() {
+    std::vector<StepCoefficients> now;
+    for (const SolverControl& control : controls_) now.push_back(control.coefficients());
+    if (now == sent_) return;
+    coefficients_.upload(now);
+    sent_ = std::move(now);
+  }
+
+  // A batch of steps: to the end of the interval after which the solvers look at what they did, or all of it.
+
+  /// How many of `most` steps belong to the next batch.
+  int batch(int most, const Meshes& meshes) {
+    begins_folds_ = kept_.size() != 0 && !folds_.knows(meshes.size());
+    // What is not known before a first step: what supports the meshes, and which of them are folded.
+    const bool first = (corrected_ && !support_known_) || begins_folds_;
+    if (first) return std::min(most, 1);
+    return watched_ ? std::min(most, SolverControl::kInterval - since_watched_) : most;
+  }
+  bool ends_interval(int batch) const { return watched_ && since_watched_ + batch == SolverControl::kInterval; }
+  /// Before an interval that may have to be undone.
+  void keep_poses(Launcher<Executor>& launcher, const StepView& view, const Meshes& meshes) {
+    if (kept_.size() == 0 || since_watched_ != 0) return;
+    for (std::size_t k = 0; k < meshes.size(); ++k)
+      if (folds_.keeps(k))
+        launcher.run(KeepPose{view.current, kept_.data(), meshes[k].first_vertex}, meshes[k].vertex_count);
+  }
+  /// After a batch that did not fail.
+  void note_batch(int steps, const Meshes& meshes, const MeshMotion* motion) {
+    since_watched_ = watched_ ? (since_watched_ + steps) % SolverControl::kInterval : 0;
+    if (begins_folds_) folds_.begin(meshes.all(), motion);
+  }
+  bool support_is_due() const { return corrected_ && !support_known_; }
+  /// Whether forces support each mesh. True when a mesh has changed by it.
+  bool note_support(Meshes& meshes, const MeshMotion* motion) {
+    bool anew = false;
+    for (std::size_t k = 0; k < meshes.size(); ++k) {
+      MeshConstants& c = meshes[k];
+      if (c.form != StepForm::Corrected) continue;
+      controls_[k].set_supported(motion[k].support > kIsSupported * c.model);
+      anew = anew || controls_[k].state().support != c.support;
+      c.support = controls_[k].state().support;
+    }
+    support_known_ = true;
+    return anew;
+  }
+
+  void note_folds(const Meshes& meshes, const MeshMotion* motion) { folds_.note(meshes.all(), motion); }
+  /// What was wrong with the interval that mesh k has done, if it must be undone. `measured_at_refresh`: in a step that
+  /// found targets anew; `residual_mm` as in StepOutcome.
+  std::optional<StepFailure> judge(std::size_t k, const Meshes& meshes, const MeshMotion& motion, float residual_mm,
+                                   bool measured_at_refresh, int refresh_interval) {
+    const MeshConstants& c = meshes[k];
+    const auto failure = [&](StepFailure::What what) {
+      return StepFailure{static_cast<int>(k), -1, static_cast<ForceId>(c.strongest), what};
+    };
+    if (kept_.size() != 0 && folds_.crumpled(k, residual_mm, motion, c.edge_mm))
+      return failure(StepFailure::What::Folded);
+    // Targets that were found anew say nothing of stiffness, unless they always are.
+    if (measured_at_refresh && refresh_interval > 1) return std::nullopt;
+    // Below the digits of a position, and below what an edge is, motion is rounding.
+    const float farthest = static_cast<float>(meshes.farthest_start(k)) + motion.mean_edge_mm;
+    const float noise = std::max(1e-4f * motion.mean_edge_mm, 1e-6f * farthest);
+    if (controls_[k].learn(motion.change, motion.square_move, noise) && !measured_at_refresh)
+      return failure(StepFailure::What::Grew);
+    return std::nullopt;
+  }
+  /// Where the mesh goes back to: what was kept, or `last` where nothing was.
+  const Vec4* good_poses(const Vec4* last) { return kept_.size() != 0 ? kept_.data() : last; }
+  /// The mesh was put back. False when a smaller timestep does not help.
+  bool cut(std::size_t k) {
+    since_watched_ = 0;
+    watched_ = true;
+    folds_.put_back(static_cast<int>(k));
+    return controls_[k].cut();
+  }
+
+  /// add(name, arrays...) for each.
+  template <class Add>
+  void list(Add&& add) const {
+    add("step coefficients", coefficients_), add("kept pose", kept_);
+  }
+
+ private:
+  /// Forces support a mesh that have this share of the multigrid model's k.
+  static constexpr float kIsSupported = 1e-3f;
+
+  std::vector<SolverControl> controls_;
+  FoldWatch folds_;
+  std::vector<StepCoefficients> sent_;
+  Array<StepCoefficients> coefficients_;
+  Array<Vec4> kept_;
+  int since_watched_ = 0;
+  bool watched_ = false;  ///< every interval of steps is looked at
+  bool keeps_pose_ = false, corrected_ = false, support_known_ = false, begins_folds_ = false;
+};
+
+}  // namespace simplexseg

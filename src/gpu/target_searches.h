@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <utility>
+
+#include "forces/force_list.h"
+#include "gpu/launcher.h"
+#include "step/step_needs.h"
+
+namespace simplexseg {
+
+/// What a force finds its targets with: runs the kernels that it names (find_targets in src/forces/), and attraction's
+/// binding beside the first of them.
+template <class Executor>
+class TargetSearches {
+ public:
+  /// `averaging`: an array of one element a vertex, to average in. `bind`: attraction patches are to be found too.
+  TargetSearches(Launcher<Executor>& launcher, const StepView& view, const StepNeeds& needs, Vec4* averaging, bool bind)
+      : launcher_(launcher), view_(view), needs_(needs), averaging_(averaging), bind_(bind) {}
+
+  const StepView& view() const { return view_; }
+  /// Floats that the search of a force keeps at hand.
+  int scratch_floats(ForceId force) const { return needs_.scratch[static_cast<int>(force)]; }
+  int averaging_passes() const { return needs_.averaging_passes; }
+
+  /// Runs a search over all vertices.
+  template <class Kernel>
+  void search(const Kernel& kernel) {
+    if (bind_)
+      launcher_.run_together(kernel, view_.vertex_count, BindPatch{view_}, view_.attraction.count);
+    else
+      run(kernel);
+    bind_ = false;
+  }
+  /// Runs another kernel over all vertices.
+  template <class Kernel>
+  void run(const Kernel& kernel) {
+    launcher_.run(kernel, view_.vertex_count);
+  }
+  /// Averages over neighbours, `passes` times, back and forth between an array and another; returns where the result
+  /// is.
+  const Vec4* average(Vec4* values, int passes, bool targets) {
+    Vec4 *from = values, *to = averaging_;
+    for (int pass = 0; pass < passes; ++pass) {
+      run(AverageOverNeighbours{view_, from, to, pass, targets});
+      std::swap(from, to);
+    }
+    return from;
+  }
+  /// The binding, where no search took it along.
+  void finish() {
+    if (bind_) launcher_.run(BindPatch{view_}, view_.attraction.count);
+    bind_ = false;
+  }
+
+ private:
+  Launcher<Executor>& launcher_;
+  const StepView& view_;
+  const StepNeeds& needs_;
+  Vec4* averaging_;
+  bool bind_;
+};
+
+}  // namespace simplexseg
