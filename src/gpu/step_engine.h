@@ -18,7 +18,9 @@
 
 #include "core/error.h"
 #include "forces/region_model.h"
+#include "gpu/batch_results.h"
 #include "gpu/force_arrays.h"
+#include "gpu/forces_in_use.h"
 #include "gpu/kernels.h"
 #include "gpu/levels.h"
 #include "gpu/mesh_arrays.h"
@@ -26,7 +28,7 @@
 #include "gpu/step_supervision.h"
 #include "gpu/surface_drawing.h"
 #include "gpu/target_searches.h"
-#include "image/volume.h"
+#include "gpu/volume_view.h"
 #include "step/simulation_parameters.h"
 #include "step/stability.h"
 
@@ -34,14 +36,8 @@ namespace simplexseg {
 
 template <class Executor>
 class StepEngine final : public Engine {
-  template <class T>
-  using Array = typename Executor::template Array<T>;
-
  public:
-  explicit StepEngine(Executor executor) : launcher_{std::move(executor)} {
-    status_.resize(1), result_.resize(1);
-    reset_status();
-  }
+  explicit StepEngine(Executor executor) : launcher_{std::move(executor)} {}
 
   const char* backend() const override { return Executor::name; }
   std::string description() const override { return executor().description(); }
@@ -49,16 +45,7 @@ class StepEngine final : public Engine {
   void set_volume(const Volume& volume) override {
     executor().bind(volume, view_.volume);  // first: what does not fit changes nothing
     volume_ = volume;
-    if (!volume_.empty()) {
-      const VolumeGeometry& g = volume_.geometry();
-      const Eigen::Matrix<double, 3, 4> m = g.index_from_world().matrix().topRows<3>();
-      for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 4; ++c) view_.volume.index_from_world[4 * r + c] = static_cast<float>(m(r, c));
-      for (int k = 0; k < 3; ++k) view_.volume.size[k] = g.size[k];
-      const IntensityWindow window = intensity_window(volume_);
-      view_.volume.intensity_low = static_cast<float>(window.low);
-      view_.volume.intensity_scale = static_cast<float>(1.0 / (window.high - window.low));
-    }
+    if (!volume_.empty()) describe(volume_, view_.volume);
     runs_.clear();
     phase_.refresh_due = true;
   }
@@ -70,10 +57,8 @@ class StepEngine final : public Engine {
     levels_.forget();
     drawing_.forget_cells();
     phase_.oldest = 0;
-    motion_sums_.resize(meshes.size() * motion_blocks());
-    motion_.resize(meshes.size());
+    results_.load(meshes_);
     runs_.clear();
-    reset_status();
     wanted_.clear();
     std::vector<SolverState> learnt;
     for (const EngineMesh& m : meshes) wanted_.push_back(m.parameters), learnt.push_back(m.solver);
@@ -123,18 +108,17 @@ class StepEngine final : public Engine {
       supervision_.keep_poses(launcher_, view_, meshes_);
       const int done = run_batch(batch, interval_ends ? End::Interval : End::Batch);
       executor().wait();
-      const StepStatus status = result_.data()[0];
-      if (status.failure != ~0ull) {
-        undo_failed_step(status, done, outcome);
+      if (const auto failed = results_.failure()) {
+        undo_failed_step(*failed, done, outcome);
       } else {
         outcome.steps += done;
         const bool support_due = supervision_.support_is_due();
-        supervision_.note_batch(done, meshes_, motion_.data());
+        supervision_.note_batch(done, meshes_, results_.motion());
         if (support_due) note_support();
         if (interval_ends) learn(outcome);
       }
     }
-    for (std::size_t k = 0; k < meshes_.size(); ++k) measure(k, motion_.data()[k], residual_mm(k), outcome);
+    for (std::size_t k = 0; k < meshes_.size(); ++k) measure(k, results_.motion()[k], residual_mm(k), outcome);
     return outcome;
   }
 
@@ -174,7 +158,7 @@ class StepEngine final : public Engine {
     };
     if (!volume_.empty()) held.push_back({"volume", volume_.bytes()});
     meshes_.list(add), forces_.list(add), supervision_.list(add), levels_.list(add), drawing_.list(add);
-    add("motion", motion_sums_);
+    results_.list(add);
     return held;
   }
   std::size_t bytes_available() const override {
@@ -208,10 +192,6 @@ class StepEngine final : public Engine {
   template <class Kernel>
   void run(const Kernel& kernel) {
     launcher_.run(kernel, meshes_.vertex_count());
-  }
-  void reset_status() {
-    const StepStatus none;
-    status_.upload(std::span(&none, 1));
   }
 
   /// Up to `count` steps, of which `end` is the end. Returns how many were done before a failure that the host knows
@@ -269,16 +249,14 @@ class StepEngine final : public Engine {
     } else {
       integrate(of_run, end);
     }
-    if (executor().failed(status_.data())) return false;
+    if (executor().failed(results_.status())) return false;
     phase_.oldest = (phase_.oldest + 1) % 3;
     return true;
   }
 
   void end_batch() {
     update_view();
-    launcher_.run(MotionOfBlocks{view_, motion_sums_.data(), motion_blocks()}, static_cast<int>(motion_sums_.size()));
-    launcher_.run(EndOfBatch{view_, motion_sums_.data(), motion_blocks(), motion_.data(), result_.data()},
-                  view_.mesh_count);
+    results_.end_batch(launcher_, view_);
   }
 
   /// `learnt`: what the solver of each mesh has learnt earlier; empty where it is to begin anew.
@@ -330,7 +308,7 @@ class StepEngine final : public Engine {
   float residual_mm(std::size_t k) {
     float weights = 0;
     for (const ForceInfo& force : force_list()) weights += active(force.id) ? meshes_[k].forces.weight(force.id) : 0.0f;
-    return weights > 0 ? std::sqrt(std::max(motion_.data()[k].mean_square_force, 0.0f)) / weights : 0.0f;
+    return weights > 0 ? std::sqrt(std::max(results_.motion()[k].mean_square_force, 0.0f)) / weights : 0.0f;
   }
   void measure(std::size_t k, const MeshMotion& motion, float residual_mm, StepOutcome& outcome) const {
     outcome.mean_move_mm.push_back(motion.mean_move_mm);
@@ -343,10 +321,10 @@ class StepEngine final : public Engine {
 
   /// At the end of an interval.
   void learn(StepOutcome& outcome) {
-    supervision_.note_folds(meshes_, motion_.data());
+    supervision_.note_folds(meshes_, results_.motion());
     for (std::size_t k = 0; k < meshes_.size() && !outcome.failure; ++k) {
-      const auto failure = supervision_.judge(k, meshes_, motion_.data()[k], residual_mm(k), phase_.measured_at_refresh,
-                                              refresh_interval());
+      const auto failure = supervision_.judge(k, meshes_, results_.motion()[k], residual_mm(k),
+                                              phase_.measured_at_refresh, refresh_interval());
       if (failure) undo(*failure, outcome);
     }
     if (supervision_.forms_changed(meshes_))
@@ -355,21 +333,18 @@ class StepEngine final : public Engine {
       note_support();
   }
   void note_support() {
-    const bool anew = supervision_.note_support(meshes_, motion_.data());
+    const bool anew = supervision_.note_support(meshes_, results_.motion());
     if (supervision_.forms_changed(meshes_)) return apply_forms();
     if (anew) meshes_.send_constants(), phase_.stiffness_due = true;
   }
 
   /// `done`: steps of the batch that were begun, of which one failed.
-  void undo_failed_step(const StepStatus& status, int done, StepOutcome& outcome) {
-    const int failed_at = static_cast<int>(status.failure >> 40);
+  void undo_failed_step(const typename BatchResults<Executor>::Failure& failed, int done, StepOutcome& outcome) {
     // Steps after the failed one were skipped, so the two poses before it are untouched.
-    phase_.oldest = ((phase_.oldest - (done - failed_at)) % 3 + 3) % 3;
-    outcome.steps += failed_at;
-    const int vertex = static_cast<int>(status.failure >> 8 & 0xffffffffu), mesh = meshes_.mesh_of(vertex);
-    undo({mesh, meshes_.orders()[mesh][vertex - meshes_[mesh].first_vertex],
-          static_cast<ForceId>(status.failure & 0xff)},
-         outcome);
+    phase_.oldest = ((phase_.oldest - (done - failed.step)) % 3 + 3) % 3;
+    outcome.steps += failed.step;
+    const int mesh = meshes_.mesh_of(failed.vertex);
+    undo({mesh, meshes_.orders()[mesh][failed.vertex - meshes_[mesh].first_vertex], failed.force}, outcome);
   }
   /// Puts the mesh back to the pose that was kept, or to the last good one, at rest, and halves its timestep.
   void undo(const StepFailure& failure, StepOutcome& outcome) {
@@ -387,20 +362,9 @@ class StepEngine final : public Engine {
   }
 
   void find_stiffness() {
-    stiffness_by_mask();
+    run_for<kBuiltForces & ~kInternalForces>(needs_.forces & ~kInternalForces,  // which are in the model as a whole
+                                             [&]<unsigned kMask>() { run(LocalStiffness<kMask>{view_}); });
     levels_.sum_stiffness(launcher_, view_);
-  }
-  template <unsigned kMask = 0>
-  void stiffness_by_mask() {
-    if constexpr (kMask < 1u << kForceCount) {
-      // Internal forces are in the model as a whole.
-      if constexpr ((kMask & kInternalForces) != 0 || (kMask & ~kBuiltForces) != 0)
-        stiffness_by_mask<kMask + 1>();
-      else if (kMask == (needs_.forces & ~kInternalForces))
-        run(LocalStiffness<kMask>{view_});
-      else
-        stiffness_by_mask<kMask + 1>();
-    }
   }
 
   bool active(ForceId force) const { return (kBuiltForces & bit(force)) != 0 && needs_.uses(force); }
@@ -438,7 +402,7 @@ class StepEngine final : public Engine {
     forces_.show(view_, needs_);
     view_.coefficients = supervision_.coefficients();
     view_.levels = levels_.view();
-    view_.status = status_.data();
+    view_.status = results_.status();
   }
 
   /// `bind`: attraction patches too, beside the first search.
@@ -456,22 +420,15 @@ class StepEngine final : public Engine {
     searches.finish();
   }
 
-  /// Calls the kernel compiled for exactly the forces in use.
-  template <unsigned kMask = 0>
+  /// Runs the kernel that was compiled for exactly the forces in use.
   void integrate(int step, End end) {
-    if constexpr (kMask < 1u << kForceCount) {
-      if constexpr ((kMask & ~kBuiltForces) != 0)
-        integrate<kMask + 1>(step, end);
-      else if (kMask != needs_.forces)
-        integrate<kMask + 1>(step, end);
-      else if (levels_.held())
+    run_for<kBuiltForces>(needs_.forces, [&]<unsigned kMask>() {
+      if (levels_.held())
         run(IntegrateKernel<kMask, true>{view_, step, end});
       else
         run(IntegrateKernel<kMask, false>{view_, step, end});
-    }
+    });
   }
-
-  int motion_blocks() const { return (meshes_.largest_mesh() + MotionOfBlocks::kBlock - 1) / MotionOfBlocks::kBlock; }
 
   Launcher<Executor> launcher_;  // first: arrays go before the device they live on
   Volume volume_;
@@ -485,10 +442,7 @@ class StepEngine final : public Engine {
   ForceArrays<Executor> forces_;
   StepSupervision<Executor> supervision_;
   CoarseLevels<Executor> levels_;
-  Array<MeshMotion> motion_sums_;
-  Array<StepStatus> status_;
-  typename Executor::template HostVisible<StepStatus> result_;
-  typename Executor::template HostVisible<MeshMotion> motion_;
+  BatchResults<Executor> results_;
   SurfaceDrawing<Executor> drawing_;
   RecordedRuns<Executor> runs_;
 };

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <optional>
+#include <span>
+
+#include "gpu/kernels.h"
+#include "gpu/launcher.h"
+#include "gpu/mesh_arrays.h"
+
+namespace simplexseg {
+
+/// What a batch of steps hands back to the host: whether one failed, and how each mesh moved in the last one.
+template <class Executor>
+class BatchResults {
+  template <class T>
+  using Array = typename Executor::template Array<T>;
+
+ public:
+  BatchResults() { status_.resize(1), result_.resize(1), reset(); }
+  /// Other meshes were loaded.
+  void load(const MeshArrays<Executor>& meshes) {
+    blocks_ = (meshes.largest_mesh() + MotionOfBlocks::kBlock - 1) / MotionOfBlocks::kBlock;
+    sums_.resize(meshes.size() * blocks_);
+    motion_.resize(meshes.size());
+    reset();
+  }
+  StepStatus* status() { return status_.data(); }
+
+  /// Measures, and hands over; to be waited for.
+  void end_batch(Launcher<Executor>& launcher, const StepView& view) {
+    launcher.run(MotionOfBlocks{view, sums_.data(), blocks_}, static_cast<int>(sums_.size()));
+    launcher.run(EndOfBatch{view, sums_.data(), blocks_, motion_.data(), result_.data()}, view.mesh_count);
+  }
+
+  struct Failure {
+    int step;    ///< of the batch
+    int vertex;  ///< of all meshes
+    ForceId force;
+  };
+  std::optional<Failure> failure() {
+    const unsigned long long failure = result_.data()[0].failure;
+    if (failure == ~0ull) return std::nullopt;
+    return Failure{static_cast<int>(failure >> 40), static_cast<int>(failure >> 8 & 0xffffffffu),
+                   static_cast<ForceId>(failure & 0xff)};
+  }
+  const MeshMotion* motion() { return motion_.data(); }
+
+  /// add(name, arrays...) for each.
+  template <class Add>
+  void list(Add&& add) const {
+    add("motion", sums_);
+  }
+
+ private:
+  void reset() {
+    const StepStatus none;
+    status_.upload(std::span(&none, 1));
+  }
+
+  int blocks_ = 0;  ///< of the largest mesh
+  Array<MeshMotion> sums_;
+  Array<StepStatus> status_;
+  typename Executor::template HostVisible<StepStatus> result_;
+  typename Executor::template HostVisible<MeshMotion> motion_;
+};
+
+}  // namespace simplexseg

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace simplexseg {
+
+/// run.operator()<forces>() for the set of forces that are in use, which is one of the subsets of kAmong: a kernel is
+/// compiled for each of them, so that what no mesh uses is not in its code.
+template <unsigned kAmong, unsigned kMask = kAmong, class Run>
+void run_for(unsigned forces, Run&& run) {
+  if (forces == kMask)
+    run.template operator()<kMask>();
+  else if constexpr (kMask != 0)
+    run_for<kAmong, ((kMask - 1) & kAmong)>(forces, run);
+}
+
+}  // namespace simplexseg
