@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The engine: what a step is, once, for every executor. An executor owns memory and runs kernels:
-//   Array<T>: data(), size(), resize(n) (contents lost), upload(span), download(span), fill_zero(); texels() of Vec4
-//   NeighbourArray: the same for Int4, written once; texels()
-//   HostVisible<T>: memory that kernels write and, after wait(), the host reads
-//   run(kernel, n): kernel(0) ... kernel(n-1), ordered after all earlier runs; run_together(a, na, b, nb): both, in any
-//   order; run(kernel): kernel(team), where it is written for one record(body) -> Recording, replay(recording): where
-//   kRecords, runs that are kept and repeated at small cost visit_width(n, f): f(how many lanes work on a search when
-//   there are n of them) bind(volume, view): makes the voxels readable; visit_voxels(type, f): f(type identity of the
-//   sampler for them)
+// - Array<T>: data(), size(), resize(n) (contents lost), upload(span), download(span), fill_zero(); texels() of Vec4
+// - NeighbourArray: the same for Int4, written once; texels()
+// - HostVisible<T>: memory that kernels write and, after wait(), the host reads
+// - run(kernel, n): kernel(0) ... kernel(n-1), ordered after all earlier runs
+// - run_together(a, na, b, nb): both, in any order; run(kernel): kernel(team), where it is written for one
+// - record(body) -> Recording, replay(recording): where kRecords, runs that are kept and repeated at small cost
+// - visit_width(n, f): f(how many lanes work on a search when there are n of them)
+// - bind(volume, view): makes the voxels readable; visit_voxels(type, f): f(type identity of their sampler)
 #pragma once
 #include <algorithm>
 #include <cmath>
