@@ -5,28 +5,20 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "image/volume.h"
+#include "session/advance.h"
 #include "session/command.h"
+#include "session/engine_with_spare.h"
 #include "session/scene.h"
 #include "session/step_plan.h"
-#include "step/engine.h"
+#include "session/undo_history.h"
 
 namespace simplexseg {
 
 class DeviceError;
-
-/// What an advance did.
-struct Advance {
-  int steps = 0;
-  double seconds = 0;
-  bool at_rest = false;                ///< nothing moves any more: no need to be called again until something changes
-  std::vector<std::string> cuts;       ///< one line for each step that was undone and its mesh's timestep cut
-  std::optional<std::string> failure;  ///< one line naming mesh and force; the step was undone, the run should pause
-  bool refined = false;                ///< the vertex counts have changed
-};
+enum class EngineUpdate;
 
 /// Owns the scene, the engine and the undo history; knows no Qt and no files. Every user action is a Command. The log
 /// counts the steps between actions, so a replay of it depends on neither speed nor number of threads and ends in the
@@ -39,38 +31,40 @@ class Session {
 
   /// Takes a new scene (undo history and log are dropped) on a volume. Meshes without a pose (no vertices) get the
   /// sphere of their seed; ids that are 0 are given. Throws Error, with nothing changed, when a mesh's seed lies
-  /// outside the volume, a value is not finite or out of its table's range, or a mesh is not valid.
+  /// outside the volume, a value is not finite or out of its table's range, a mesh is not valid, or the engine has not
+  /// the memory and there is no spare.
   void open(Scene scene, Volume volume);
-  /// As open; Error also when the engine has not the memory for it and there is no spare.
+  /// Goes on with another engine from the present poses.
   void set_engine(std::unique_ptr<Engine> engine);
 
   /// Poses are as of the last step: they are read back from the engine when they are behind.
   const Scene& scene() const;
-  /// For all who read anything but poses (positions of `mesh`, `previous`): nothing is read back.
+  /// For all who read anything but what belongs to a pose (positions of `mesh`, `previous`, `solver`): nothing is read
+  /// back.
   const Scene& scene_without_poses() const { return scene_; }
   const Volume& volume() const { return volume_; }
   const Engine& engine() const { return *engine_; }
   /// For drawing alone: share_buffer, set_cells, draw_*.
   Engine& drawing() { return *engine_; }
   /// Counts the engines that the session has had: buffers shared with an earlier one are to be shared anew.
-  int engine_generation() const { return engine_generation_; }
+  int engine_generation() const { return engine_.generation(); }
   /// To be called with what drawing() threw: the spare engine takes over from the last poses that were read back.
   /// Throws it again when there is none.
   void lose_engine(const DeviceError& failure) { take_over(failure); }
   /// One line for the user, once: that the device failed and the session goes on without it.
-  std::optional<std::string> take_notice() { return std::exchange(notice_, std::nullopt); }
+  std::optional<std::string> take_notice() { return engine_.take_notice(); }
   /// Counts every change of connectivity: what is made from it (cells, triangles) is to be made anew.
   std::uint64_t topology_revision() const { return topology_revision_; }
-  /// Of what the engine was loaded with; no pose is read back.
+  /// The plan of what the engine was loaded with; no pose is read back.
   StepPlan plan() const;
 
   /// Throws Error, with nothing changed, when the command cannot be carried out (no such mesh, value out of range ...).
   /// Returns the id of the item it added, else 0.
   ItemId apply(const Command& command);
-  bool can_undo() const { return !undo_.empty(); }
-  bool can_redo() const { return !redo_.empty(); }
-  const char* undo_title() const;  ///< "" when there is none
-  const char* redo_title() const;
+  bool can_undo() const { return history_.can_undo(); }
+  bool can_redo() const { return history_.can_redo(); }
+  const char* undo_title() const { return history_.undo_title(); }  ///< "" when there is none
+  const char* redo_title() const { return history_.redo_title(); }
 
   /// Exactly `steps` steps (fewer at a failure or, when `stop_at_rest`, at rest).
   Advance advance_steps(int steps, bool stop_at_rest = false);
@@ -90,50 +84,40 @@ class Session {
   const StepOutcome& last_outcome() const { return last_; }
 
  private:
-  struct Snapshot {
-    Scene scene;
-    Command command;
-  };
-  ItemId carry_out(const Command& command);
-  ItemId carry_out_add(const AddMesh& command);
-  bool continues_last(const Command& command) const;
-  void step_back(std::vector<Snapshot>& from, std::vector<Snapshot>& to);
+  ItemId carry_out(const Undo& command);
+  ItemId carry_out(const Redo& command);
+  template <class Edit>
+  ItemId carry_out(const Edit& edit);
+  template <class Edit>
+  ItemId edit_scene(const Edit& edit);
+
+  void update_engine(EngineUpdate update);
+  void update_engine_or_take_over(EngineUpdate update);
   void load_engine();
+  void load_new_engine();
+  void send_parameters();
   void send_points();
   void pull_poses() const;
-  bool is_finest(const MeshItem& item) const;
-  double voxel_mm() const;
-  bool refine_where_due();
-  void refine_item(MeshItem& item);
-  void restart(MeshItem& item);
-  void record_profiles(MeshItem& item) const;
-  MeshItem& item_of(ItemId mesh);                ///< throws Error when there is none
-  std::vector<MeshItem*> items_of(ItemId mesh);  ///< 0: all; throws Error when there is no such mesh
-
-  std::string culprit_text(const StepFailure& failure) const;
-  void replace_engine(const DeviceError& failure);
+  void pull_poses_or_take_over();
   void take_over(const DeviceError& failure);
-  void advance_on_engine(int steps, bool stop_at_rest, Advance& result);
-  ItemId carry_out_or_take_over(const Command& command);
+  void take_over_where_lost();
 
-  std::unique_ptr<Engine> engine_;
-  std::function<std::unique_ptr<Engine>()> spare_;
-  mutable std::optional<std::string> notice_,
-      lost_;  ///< lost_: what the engine failed with, until the spare is in place
-  mutable int steps_since_read_ = 0;
-  int engine_generation_ = 0;
-  std::uint64_t topology_revision_ = 0;
+  void advance_on_engine(int steps, bool stop_at_rest, Advance& result);
+  bool refine_where_due();
+
+  mutable EngineWithSpare engine_;
   mutable Scene scene_;
   mutable bool poses_stale_ = false;  ///< the engine has moved on from the poses of scene_
+  mutable int steps_since_read_ = 0;
   Volume volume_;
-  std::vector<Snapshot> undo_, redo_;
+  UndoHistory history_;
   std::vector<LogEntry> log_;
   ItemId next_id_ = 1;
   int steps_since_command_ = 0;
   std::int64_t total_steps_ = 0;
-  std::uint64_t revision_ = 0;
+  std::uint64_t revision_ = 0, topology_revision_ = 0;
   StepOutcome last_;
-  std::vector<char> finest_;  ///< of each mesh, as the engine was told
+  std::vector<char> finest_;  ///< whether each mesh is on its finest level, as the engine was told
   bool at_rest_ = false;
   double seconds_per_step_ = 0;
 };

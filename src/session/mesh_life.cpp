@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "session/mesh_life.h"
+
+#include "core/error.h"
+#include "core/expect.h"
+#include "forces/profile_reference.h"
+#include "image/volume.h"
+#include "mesh/mesh_geometry.h"
+#include "mesh/shape_reference.h"
+
+namespace simplexseg {
+namespace {
+
+/// What lies within so many radii of a seed is its background.
+constexpr double kBackgroundRadii = 2;
+
+RegionModel region_of(const MeshItem& item, const Volume& volume) {
+  return estimate_region(volume, item.mesh, kBackgroundRadii * item.seed.radius_mm);
+}
+
+}  // namespace
+
+double voxel_mm(const Volume& volume) { return volume.empty() ? 1.0 : volume.geometry().spacing_mm.minCoeff(); }
+
+void restart(MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {
+  // A mesh finer than the voxels follows their noise: start with edges of a voxel or more.
+  int level = sphere_level_for(static_cast<int>(simulation.start_vertices + 0.5f));
+  do item.mesh = make_sphere(item.seed.centre_mm, item.seed.radius_mm, level);
+  while (level-- > 0 && measure(item.mesh).mean_edge_mm < simulation.finest_edge * voxel_mm(volume));
+  item.previous = item.mesh.positions;
+  item.shape = shape_reference_of(item.mesh);
+  item.profiles.clear();
+  item.steps_at_level = 0;
+  item.solver = {};
+  item.region = region_of(item, volume);
+}
+
+void complete(MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {
+  if (item.mesh.positions.empty()) {
+    restart(item, simulation, volume);
+    return;
+  }
+  if (item.previous.size() != item.mesh.positions.size()) item.previous = item.mesh.positions;
+  if (item.shape.size() != item.mesh.positions.size()) item.shape = shape_reference_of(item.mesh);
+  if (item.region.empty()) item.region = region_of(item, volume);
+}
+
+void refine_item(MeshItem& item) {
+  SIMPLEXSEG_EXPECT(item.mesh.positions.empty() || item.profiles.size() % item.mesh.positions.size() == 0);
+  const std::size_t stride = item.mesh.positions.empty() ? 0 : item.profiles.size() / item.mesh.positions.size();
+  Refined refined = refine(item.mesh);
+  std::vector<float> profiles;
+  for (int parent : refined.parent)
+    profiles.insert(profiles.end(), item.profiles.begin() + parent * stride,
+                    item.profiles.begin() + (parent + 1) * stride);
+  item.mesh = std::move(refined.mesh);
+  item.previous = item.mesh.positions;
+  item.profiles = std::move(profiles);
+  item.shape = shape_reference_of(item.mesh);
+  item.steps_at_level = 0;
+  item.solver = {};
+}
+
+void record_profiles(MeshItem& item, const Volume& volume) {
+  if (volume.empty()) throw Error("intensity profiles", "there is no volume", "open one first");
+  item.profiles = profile_reference_of(item.mesh, volume, item.parameters);
+}
+
+LevelState level_state(const MeshItem& item, const SimulationParameters& simulation, const Volume& volume,
+                       float mean_move_mm, float mean_edge_mm) {
+  const bool rests = mean_move_mm < static_cast<float>(simulation.rest_tolerance_voxels * voxel_mm(volume));
+  if (!rests && item.steps_at_level < static_cast<int>(simulation.steps_per_level + 0.5f)) return LevelState::Moves;
+  if (!is_finest(item, simulation, voxel_mm(volume), mean_edge_mm)) return LevelState::Due;
+  return rests ? LevelState::Rests : LevelState::Moves;
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "session/scene_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <sstream>
+
+#include "core/error.h"
+#include "forces/force_list.h"
+#include "image/volume.h"
+
+namespace simplexseg {
+namespace {
+
+std::string text_of(const Eigen::Vector3d& p) {
+  std::ostringstream text;
+  text << "(" << p[0] << ", " << p[1] << ", " << p[2] << ")";
+  return text.str();
+}
+
+void check_values(const Scene& scene) {
+  for (std::size_t k = 0; k < simulation_table().size(); ++k)
+    check_value(simulation_table()[k], value_of(scene.simulation, static_cast<int>(k)), "simulation");
+}
+
+void check_mesh(const MeshItem& item, const Volume& volume) {
+  for (const ForceInfo& force : force_list())
+    for (std::size_t k = 0; k < force.parameters.size(); ++k)
+      check_value(force.parameters[k], item.parameters.values[static_cast<int>(force.id)][k],
+                  "mesh '" + item.name + "', " + force.name);
+  check_seed(item.seed, item.name, volume);
+  if (!item.mesh.positions.empty()) validate(item.mesh);
+}
+
+}  // namespace
+
+void check_value(const ParameterInfo& info, float value, const std::string& owner) {
+  if (value >= info.minimum && value <= info.maximum) return;
+  std::ostringstream range;
+  range << "give a value from " << info.minimum << " to " << info.maximum;
+  std::ostringstream why;
+  why << value << " is out of range";
+  throw Error(owner + " " + info.name, why.str(), range.str());
+}
+
+void check_seed(const Seed& seed, const std::string& name, const Volume& volume) {
+  if (!seed.centre_mm.allFinite() || !std::isfinite(seed.radius_mm) || !(seed.radius_mm > 0))
+    throw Error("mesh '" + name + "'",
+                "its sphere's centre or radius is not a finite number, or the radius is not above 0",
+                "correct the sphere");
+  if (!volume.empty() && !volume.geometry().contains(seed.centre_mm))
+    throw Error("mesh '" + name + "'", "its sphere's centre " + text_of(seed.centre_mm) + " mm lies outside the volume",
+                "move it inside; the volume's centre is " + text_of(volume.geometry().centre_mm()));
+}
+
+void check_position(const Eigen::Vector3d& position_mm) {
+  if (!position_mm.allFinite() || position_mm.cwiseAbs().maxCoeff() > 1e9)
+    throw Error("attraction point", "its position is not a finite number within 1e9 mm", "correct the position");
+}
+
+ItemId check_scene(Scene& scene, const Volume& volume) {
+  check_values(scene);
+  std::set<ItemId> ids;
+  ItemId next = 1;
+  for (const MeshItem& item : scene.meshes) next = std::max(next, item.id + 1);
+  for (const AttractionPoint& point : scene.points) next = std::max(next, point.id + 1);
+  for (MeshItem& item : scene.meshes) {
+    if (item.id == 0) item.id = next++;
+    if (!ids.insert(item.id).second)
+      throw Error("mesh '" + item.name + "'", "its id is used twice", "give every mesh its own id");
+    check_mesh(item, volume);
+  }
+  for (AttractionPoint& point : scene.points) {
+    if (point.id == 0) point.id = next++;
+    check_position(point.position_mm);
+    if (!scene.find_mesh(point.mesh))
+      throw Error("attraction point", "it names a mesh that is not in the scene", "name one of its meshes");
+  }
+  return next;
+}
+
+}  // namespace simplexseg

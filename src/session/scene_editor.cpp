@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "session/scene_editor.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "core/expect.h"
+#include "forces/force_list.h"
+#include "session/mesh_life.h"
+#include "session/scene_checks.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr Colour kPalette[] = {{230, 160, 60}, {86, 180, 233}, {0, 158, 115},   {240, 228, 66},  {204, 121, 167},
+                               {213, 94, 0},   {0, 114, 178},  {170, 120, 240}, {120, 220, 180}, {240, 120, 120}};
+
+}  // namespace
+
+SceneChange SceneEditor::carry_out(const AddMesh& command) {
+  MeshItem item;
+  item.id = next_id_++;
+  item.name = command.name.empty() ? "mesh " + std::to_string(item.id) : command.name;
+  if (scene_.find_mesh(item.name))
+    throw Error("mesh '" + item.name + "'", "the scene has a mesh of that name", "give it another name");
+  item.seed = command.seed;
+  check_seed(item.seed, item.name, volume_);
+  item.colour = command.colour.value_or(kPalette[scene_.meshes.size() % std::size(kPalette)]);
+  item.label = 1;
+  for (const MeshItem& other : scene_.meshes) item.label = std::min(255, std::max(item.label, other.label + 1));
+  const MeshItem* like = scene_.find_mesh(command.like);
+  item.parameters = like ? like->parameters : scene_.forces;
+  restart(item, scene_.simulation, volume_);
+  scene_.meshes.push_back(std::move(item));
+  return {EngineUpdate::Meshes, scene_.meshes.back().id};
+}
+
+SceneChange SceneEditor::carry_out(const DeleteMesh& command) {
+  item_of(command.mesh);
+  std::erase_if(scene_.points, [&](const AttractionPoint& point) { return point.mesh == command.mesh; });
+  std::erase_if(scene_.meshes, [&](const MeshItem& item) { return item.id == command.mesh; });
+  return {EngineUpdate::Meshes};
+}
+
+SceneChange SceneEditor::carry_out(const EditMesh& command) {
+  MeshItem& item = item_of(command.mesh);
+  const bool renames = command.name && *command.name != item.name;
+  if (renames && (command.name->empty() || scene_.find_mesh(*command.name)))
+    throw Error("mesh '" + *command.name + "'", "the name is empty or taken", "choose another");
+  if (command.label && (*command.label < 1 || *command.label > 65535))
+    throw Error("label " + std::to_string(*command.label), "labels have 16 bits and 0 is background",
+                "choose 1 to 65535");
+  item.name = command.name.value_or(item.name);
+  item.colour = command.colour.value_or(item.colour);
+  item.visible = command.visible.value_or(item.visible);
+  item.label = command.label.value_or(item.label);
+  return {EngineUpdate::Nothing};
+}
+
+SceneChange SceneEditor::carry_out(const SetForceParameter& command) {
+  const auto force_index = static_cast<std::size_t>(command.force);
+  SIMPLEXSEG_EXPECT(force_index < force_list().size());
+  const ForceInfo& force = force_list()[force_index];
+  if (command.parameter < 0 || command.parameter >= static_cast<int>(force.parameters.size()))
+    throw Error(std::string("force ") + force.name, "it has no parameter of that index", "see its table");
+  check_value(force.parameters[command.parameter], command.value, force.name);
+  for (MeshItem* item : items_of(command.mesh)) item->parameters.values[force_index][command.parameter] = command.value;
+  return {EngineUpdate::Parameters};
+}
+
+SceneChange SceneEditor::carry_out(const SetSimulationParameter& command) {
+  if (command.parameter < 0 || command.parameter >= static_cast<int>(simulation_table().size()))
+    throw Error("simulation", "it has no parameter of that index", "see its table");
+  check_value(simulation_table()[command.parameter], command.value, "simulation");
+  value_of(scene_.simulation, command.parameter) = command.value;
+  return {EngineUpdate::Parameters};
+}
+
+SceneChange SceneEditor::carry_out(const AddAttractionPoint& command) {
+  item_of(command.mesh);
+  check_position(command.position_mm);
+  scene_.points.push_back({next_id_++, command.mesh, command.position_mm});
+  return {EngineUpdate::Points, scene_.points.back().id};
+}
+
+SceneChange SceneEditor::carry_out(const MoveAttractionPoint& command) {
+  check_position(command.position_mm);
+  point_of(command.point).position_mm = command.position_mm;
+  return {EngineUpdate::Points};
+}
+
+SceneChange SceneEditor::carry_out(const DeleteAttractionPoint& command) {
+  point_of(command.point);
+  std::erase_if(scene_.points, [&](const AttractionPoint& point) { return point.id == command.point; });
+  return {EngineUpdate::Points};
+}
+
+SceneChange SceneEditor::carry_out(const ResetPose& command) {
+  for (MeshItem* item : items_of(command.mesh)) {
+    item->final_vertices = 0;
+    restart(*item, scene_.simulation, volume_);
+  }
+  return {EngineUpdate::Meshes};
+}
+
+SceneChange SceneEditor::carry_out(const RecordProfiles& command) {
+  for (MeshItem* item : items_of(command.mesh)) record_profiles(*item, volume_);
+  return {EngineUpdate::Meshes};
+}
+
+SceneChange SceneEditor::carry_out(const RefineMesh& command) {
+  for (MeshItem* item : items_of(command.mesh)) {
+    refine_item(*item);
+    const int wanted = static_cast<int>(scene_.simulation.final_vertices + 0.5f);
+    item->final_vertices = std::max({item->final_vertices, wanted, item->mesh.vertex_count()});
+  }
+  return {EngineUpdate::Meshes};
+}
+
+MeshItem& SceneEditor::item_of(ItemId mesh) {
+  if (mesh == 0) throw Error("mesh 0", "the command is for one mesh", "choose one of the scene's meshes");
+  return *items_of(mesh).front();
+}
+
+std::vector<MeshItem*> SceneEditor::items_of(ItemId mesh) {
+  std::vector<MeshItem*> items;
+  for (MeshItem& item : scene_.meshes)
+    if (mesh == 0 || item.id == mesh) items.push_back(&item);
+  if (items.empty() && mesh != 0)
+    throw Error("mesh " + std::to_string(mesh), "there is no such mesh", "choose one of the scene's meshes");
+  return items;
+}
+
+AttractionPoint& SceneEditor::point_of(ItemId point) {
+  for (AttractionPoint& one : scene_.points)
+    if (one.id == point) return one;
+  throw Error("attraction point " + std::to_string(point), "there is no such point",
+              "choose one of the scene's points");
+}
+
+}  // namespace simplexseg

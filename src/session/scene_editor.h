@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <vector>
+
+#include "session/command.h"
+#include "session/scene.h"
+
+namespace simplexseg {
+
+class Volume;
+
+/// What of the engine has to follow a change of the scene; its meshes bring parameters and points with them.
+enum class EngineUpdate { Nothing, Points, Parameters, Meshes };
+
+/// What a command did to a scene.
+struct SceneChange {
+  EngineUpdate update = EngineUpdate::Nothing;
+  ItemId added = 0;  ///< the mesh or point that is new
+};
+
+/// What each command does to a scene: one overload for each but Undo and Redo, so that one that is forgotten does not
+/// compile. It knows no engine: whoever has one brings it up to date. Each throws Error when the command cannot be
+/// carried out; the scene may have changed in part then, where the command is for several meshes.
+class SceneEditor {
+ public:
+  /// `next_id`: the id of the next item, counted on.
+  SceneEditor(Scene& scene, const Volume& volume, ItemId& next_id)
+      : scene_(scene), volume_(volume), next_id_(next_id) {}
+
+  SceneChange carry_out(const AddMesh& command);
+  SceneChange carry_out(const DeleteMesh& command);
+  SceneChange carry_out(const EditMesh& command);
+  SceneChange carry_out(const SetForceParameter& command);
+  SceneChange carry_out(const SetSimulationParameter& command);
+  SceneChange carry_out(const AddAttractionPoint& command);
+  SceneChange carry_out(const MoveAttractionPoint& command);
+  SceneChange carry_out(const DeleteAttractionPoint& command);
+  SceneChange carry_out(const ResetPose& command);
+  SceneChange carry_out(const RecordProfiles& command);
+  SceneChange carry_out(const RefineMesh& command);
+
+ private:
+  MeshItem& item_of(ItemId mesh);                ///< throws Error when there is none
+  std::vector<MeshItem*> items_of(ItemId mesh);  ///< 0: all; throws Error when there is no such mesh
+  AttractionPoint& point_of(ItemId point);       ///< throws Error when there is none
+
+  Scene& scene_;
+  const Volume& volume_;
+  ItemId& next_id_;
+};
+
+}  // namespace simplexseg
