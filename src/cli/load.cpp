@@ -6,31 +6,13 @@
 #include "cli/progress.h"
 #include "cli/simulate.h"
 #include "io/files.h"
-#include "io/volume_io.h"
 
 namespace simplexseg {
 
-LoadedScene load_scene(const std::string& path, const std::vector<std::string>& settings, const Console& console) {
-  SceneFile file = read_scene(path);
-  for (const std::string& setting : settings) set_by_path(file.scene, setting);
-  LoadedScene loaded{std::move(file.scene), {}, std::move(file.volume), {}};
-  if (loaded.volume_path.empty()) return loaded;
+LoadedInput load_with_progress(const std::string& path, const std::vector<std::string>& settings,
+                               const Console& console) {
   const Progress progress(console, "reading");
-  LoadedVolume volume = load_volume(loaded.volume_path);
-  loaded.volume = std::move(volume.volume);
-  loaded.warnings = std::move(volume.warnings);
-  return loaded;
-}
-
-LoadedScene load_scene_header(const std::string& path, const std::vector<std::string>& settings) {
-  SceneFile file = read_scene(path);
-  for (const std::string& setting : settings) set_by_path(file.scene, setting);
-  LoadedScene loaded{std::move(file.scene), {}, std::move(file.volume), {}};
-  if (loaded.volume_path.empty()) return loaded;
-  VolumeInfo info = read_volume_info(loaded.volume_path);
-  loaded.volume = Volume(info.geometry, info.type);
-  loaded.warnings = std::move(info.warnings);
-  return loaded;
+  return load_scene(path, {.settings = settings});
 }
 
 EngineChoice engine_for(const std::string& backend, int threads, VolumeSampling sampling) {

@@ -9,6 +9,7 @@
 #include "cli/load.h"
 #include "cli/table.h"
 #include "io/files.h"
+#include "session/session.h"
 
 namespace simplexseg {
 namespace {
@@ -20,7 +21,8 @@ struct Options {
 };
 
 void plan(const Options& options, const Console& console) {
-  LoadedScene loaded = load_scene_header(options.scene, options.settings);
+  LoadedInput loaded =
+      load_scene(options.scene, {.settings = options.settings, .voxels = LoadOptions::Voxels::LeaveOut});
   Session session(make_cpu_engine());
   session.open(std::move(loaded.scene), std::move(loaded.volume));
   const StepPlan plan = session.plan();

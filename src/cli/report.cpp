@@ -6,7 +6,6 @@
 
 #include "cli/table.h"
 #include "io/files.h"
-#include "io/json_input.h"
 #include "io/json_output.h"
 #include "step/simulation_parameters.h"
 

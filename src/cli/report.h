@@ -20,7 +20,7 @@ struct MeshReport {
   int vertices = 0;
   SurfaceMeasures measures{};
   std::optional<Agreement> agreement;  ///< with the reference that the scene names
-  std::vector<TraceSample> trace;      ///< of the run
+  std::vector<TraceSample> trace;      ///< what was measured during the run
 };
 
 /// What a run did.
@@ -29,7 +29,7 @@ struct RunReport {
   VolumeGeometry geometry;
   std::string voxel_type;  ///< empty without a volume
   std::string backend, device, note;
-  int threads = 0;                  ///< of the CPU engine; 0 on another
+  int threads = 0;                  ///< that the CPU engine has; 0 on another
   double load_ms = 0, wall_ms = 0;  ///< reading and making ready; the simulation alone
   std::int64_t steps = 0;
   bool at_rest = false;

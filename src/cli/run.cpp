@@ -3,7 +3,6 @@
 #include <map>
 #include <memory>
 #include <ostream>
-#include <set>
 #include <thread>
 
 #include "cli/commands.h"
@@ -14,11 +13,11 @@
 #include "cli/slice_picture.h"
 #include "core/error.h"
 #include "io/files.h"
-#include "io/mesh_io.h"
 #include "io/references.h"
+#include "io/scene_export.h"
 #include "io/volume_io.h"
 #include "mesh/mesh_geometry.h"
-#include "session/label_map.h"
+#include "session/session.h"
 
 namespace simplexseg {
 namespace {
@@ -49,13 +48,7 @@ void check_outputs(const Options& options, const fs::path& volume) {
     }
   }
   if (!options.picture.empty()) require_picture_name(options.picture);
-  if (!options.labels.empty()) {
-    static const std::set<std::string> known{".nii", ".nii.gz", ".nrrd", ".mha"};
-    if (!known.count(extension_of(options.labels))) {
-      throw Error("cannot write " + quoted(fs::path(options.labels)), "the extension is none of a label volume's",
-                  "name it .nii, .nii.gz, .nrrd or .mha");
-    }
-  }
+  if (!options.labels.empty()) require_volume_name(options.labels);
   if (!options.meshes.empty()) {
     fs::create_directories(options.meshes, failure);
     if (!fs::is_directory(options.meshes)) {
@@ -65,34 +58,21 @@ void check_outputs(const Options& options, const fs::path& volume) {
   }
 }
 
-/// A file name for a mesh: what separates folders is replaced, and a name that is taken gets a number.
-std::string file_name_for(const std::string& name, std::set<std::string>& taken) {
-  std::string stem = one_line(name, 100);
-  for (char& c : stem) {
-    if (c == '/' || c == '\\') c = '_';
-  }
-  if (stem.empty() || stem[0] == '.') stem = "_" + stem;
-  std::string unique = stem;
-  for (int n = 2; !taken.insert(unique).second; ++n) unique = stem + "-" + std::to_string(n);
-  return unique + ".ply";
-}
-
 void write_outputs(const Options& options, const Session& session, RunReport& report, const Console& console) {
   const Scene& scene = session.scene();
   if (!options.labels.empty()) {
-    const LabelMap map = make_label_map(scene, session.volume().geometry());
-    if (map.shared_voxels > 0) {
-      console.err << "note: " << map.shared_voxels
-                  << " voxels lie inside two or more meshes; the first of them has them\n";
-    }
-    write_labels(options.labels, map.labels);
+    const std::string note = save_labels(options.labels, scene, session.volume().geometry());
+    if (!note.empty()) console.err << "note: " << note << "\n";
   }
-  std::set<std::string> taken;
-  for (const MeshItem& item : scene.meshes) {
-    if (!options.meshes.empty()) write_mesh(fs::path(options.meshes) / file_name_for(item.name, taken), item.mesh);
-  }
+  if (!options.meshes.empty()) save_meshes(options.meshes, scene);
   if (!options.picture.empty()) write_picture(options.picture, draw_slices(session.volume(), scene));
   if (!options.report.empty()) write_report(options.report, report, scene);
+}
+
+VolumeSampling sampling_named(const std::string& name) {
+  if (name == "linear") return VolumeSampling::Linear;
+  if (name == "fetched") return VolumeSampling::Fetched;
+  return VolumeSampling::Filtered;
 }
 
 void run(const Options& options, const Console& console) {
@@ -101,19 +81,16 @@ void run(const Options& options, const Console& console) {
     throw Error("--threads", "it is for the CPU, and --backend cuda is given", "leave one of the two out");
   }
   const double start = seconds_now();
-  LoadedScene loaded = load_scene(options.scene, options.settings, console);
+  LoadedInput loaded = load_with_progress(options.scene, options.settings, console);
   if (loaded.volume.empty() && !options.labels.empty()) {
     throw Error("--labels", "the scene names no volume, so there is no grid for labels", "add 'volume' to the scene");
   }
   check_outputs(options, loaded.volume_path);
   const std::optional<LogFile> log = options.replay.empty() ? std::nullopt : std::optional(read_log(options.replay));
-  const References references(loaded.scene, fs::path(options.scene).parent_path(), loaded.volume.geometry());
+  const References references = std::move(loaded.references);
   Interrupt::check();
 
-  const VolumeSampling sampling = options.sampling == "linear"    ? VolumeSampling::Linear
-                                  : options.sampling == "fetched" ? VolumeSampling::Fetched
-                                                                  : VolumeSampling::Filtered;
-  EngineChoice choice = engine_for(options.backend, options.threads, sampling);
+  EngineChoice choice = engine_for(options.backend, options.threads, sampling_named(options.sampling));
   RunReport report;
   report.scene_path = options.scene;
   report.volume_path = loaded.volume_path.string();

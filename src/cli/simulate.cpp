@@ -12,13 +12,6 @@ namespace {
 
 constexpr double kChunkSeconds = 0.1;  ///< between two looks at the keyboard
 
-void add(Advance& total, const Advance& part) {
-  total.steps += part.steps;
-  total.at_rest = part.at_rest;
-  total.failure = part.failure;
-  total.cuts.insert(total.cuts.end(), part.cuts.begin(), part.cuts.end());
-}
-
 }  // namespace
 
 double seconds_now() {
@@ -68,7 +61,7 @@ Advance simulate(Session& session, int steps, bool until_rest, TracedClock& cloc
     const int wanted = clock.steps_until_sample(std::min(chunk, steps - total.steps));
     const Advance part = as_failure([&] { return session.advance_steps(wanted, until_rest); });
     const double took = seconds_now() - start;
-    add(total, part);
+    append(total, part);
     clock.look();
     if (part.steps == 0) break;
     if (took < kChunkSeconds / 2) chunk = std::min(2 * chunk, 1 << 20);
@@ -87,7 +80,7 @@ Advance replay(Session& session, const LogFile& log, TracedClock& clock, const C
     for (int done = 0; done < steps && !total.failure;) {
       Interrupt::check();
       const Advance part = as_failure([&] { return session.advance_steps(clock.steps_until_sample(steps - done)); });
-      add(total, part);
+      append(total, part);
       done += part.steps;
       clock.look();
       if (part.steps == 0) break;

@@ -2,8 +2,8 @@
 #pragma once
 #include "cli/commands.h"
 #include "core/error.h"
+#include "io/log_io.h"
 #include "io/references.h"
-#include "io/scene_io.h"
 #include "session/run_trace.h"
 #include "session/session.h"
 

@@ -4,7 +4,6 @@
 #include <CLI/CLI.hpp>
 
 #include "io/files.h"
-#include "io/json_input.h"
 
 namespace simplexseg {
 

@@ -12,7 +12,7 @@
 #include "image/mask.h"
 #include "io/files.h"
 #include "io/plot_io.h"
-#include "io/references.h"
+#include "io/set_by_path.h"
 #include "study/error_time_report.h"
 
 namespace simplexseg {
@@ -35,7 +35,7 @@ struct Options {
 struct Named {
   std::string name;
   std::optional<StudyScene> scene;  ///< none: a membrane, which is no scene
-  bool half = false;                ///< of the membrane
+  bool half = false;                ///< the membrane is held on half of it alone
 };
 
 Named read_named(const std::string& word, const Options& options, const Console& console) {
@@ -55,12 +55,11 @@ Named read_named(const std::string& word, const Options& options, const Console&
     throw Error(
         "scene " + quoted(word), "there is no built-in scene of that name",
         std::string("give ") + kFull + ", " + kHalf + ", " + kMembrane + ", " + kHalfMembrane + " or a scene file");
-  LoadedScene loaded = load_scene(word, options.settings, console);
-  const References references(loaded.scene, fs::path(word).parent_path(), loaded.volume.geometry());
+  LoadedInput loaded = load_with_progress(word, options.settings, console);
   StudyScene study;
   study.name = fs::path(word).stem().string();
   for (const MeshItem& item : loaded.scene.meshes) {
-    std::optional<Mask> truth = references.mask_for(item);
+    std::optional<Mask> truth = loaded.references.mask_for(item);
     study.truths.push_back(truth ? std::make_shared<Mask>(std::move(*truth)) : nullptr);
   }
   if (loaded.scene.meshes.empty()) throw Error("scene " + quoted(word), "it has no mesh", "add one to 'meshes'");

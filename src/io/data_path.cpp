@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "io/data_path.h"
+
 #include <cstdlib>
 #include <sstream>
+#include <vector>
 
 #include "core/error.h"
 #include "io/files.h"
-#include "io/scene_io.h"
 
 namespace simplexseg {
 namespace fs = std::filesystem;

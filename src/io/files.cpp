@@ -106,4 +106,19 @@ Error AtomicFile::failed(const std::string& why) const {
                "check the permissions and the space left on the disk");
 }
 
+std::string read_bytes(const fs::path& path) {
+  require_file(path);
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  if (file.bad()) throw Error("cannot read " + quoted(path), "the disk gives an error", "copy the file again");
+  return bytes;
+}
+
+void write_bytes(const AtomicFile& file, const std::string& bytes) {
+  std::ofstream stream(file.temporary(), std::ios::binary | std::ios::trunc);
+  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  if (!stream) throw file.failed("the bytes could not be written");
+}
+
 }  // namespace simplexseg

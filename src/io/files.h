@@ -43,4 +43,9 @@ class AtomicFile {
   bool committed_ = false;
 };
 
+/// The bytes of a file. Throws Error when it is missing, no file, empty or cannot be read.
+std::string read_bytes(const std::filesystem::path& path);
+/// Throws Error when they cannot be written.
+void write_bytes(const AtomicFile& file, const std::string& bytes);
+
 }  // namespace simplexseg

@@ -35,9 +35,9 @@ std::size_t GzReader::read(void* to, std::size_t bytes) {
 bool GzReader::skip(std::size_t bytes) {
   std::vector<char> block(std::min<std::size_t>(bytes, 1 << 16));
   while (bytes > 0) {
-    const std::size_t step = std::min(bytes, block.size());
-    if (read(block.data(), step) != step) return false;
-    bytes -= step;
+    const std::size_t chunk = std::min(bytes, block.size());
+    if (read(block.data(), chunk) != chunk) return false;
+    bytes -= chunk;
   }
   return true;
 }

@@ -1,104 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
+// ITK comes first: it brings an Eigen of its own.
 #include <itkMINCImageIO.h>
 #include <itkMetaImageIO.h>
 #include <itkNrrdImageIO.h>
 
-#include <algorithm>
+#include "io/itk_image.h"
+
 #include <memory>
 #include <vector>
 
 #include "io/files.h"
 #include "io/itk_quiet.h"
 #include "io/itk_types.h"
-#include "io/volume_source.h"
 
 namespace simplexseg {
 
 namespace fs = std::filesystem;
-
-itk::CommonEnums::IOComponent itk_component_of(VoxelType type) {
-  using Component = itk::CommonEnums::IOComponent;
-  switch (type) {
-    case VoxelType::Int8:
-      return Component::CHAR;
-    case VoxelType::UInt8:
-      return Component::UCHAR;
-    case VoxelType::Int16:
-      return Component::SHORT;
-    case VoxelType::UInt16:
-      return Component::USHORT;
-    case VoxelType::Int32:
-      return Component::INT;
-    case VoxelType::UInt32:
-      return Component::UINT;
-    case VoxelType::Float32:
-      return Component::FLOAT;
-    case VoxelType::Float64:
-      break;
-  }
-  return Component::DOUBLE;
-}
-
-ItkVoxels itk_voxels_of(const itk::ImageIOBase& io, const std::string& name) {
-  using Component = itk::CommonEnums::IOComponent;
-  const bool wide = io.GetComponentSize() == 8;
-  switch (io.GetComponentType()) {
-    case Component::CHAR:
-      return {VoxelType::Int8, false};
-    case Component::UCHAR:
-      return {VoxelType::UInt8, false};
-    case Component::SHORT:
-      return {VoxelType::Int16, false};
-    case Component::USHORT:
-      return {VoxelType::UInt16, false};
-    case Component::INT:
-    case Component::LONG:
-    case Component::LONGLONG:
-      return {VoxelType::Int32, wide};
-    case Component::UINT:
-    case Component::ULONG:
-    case Component::ULONGLONG:
-      return {VoxelType::UInt32, wide};
-    case Component::FLOAT:
-      return {VoxelType::Float32, false};
-    case Component::DOUBLE:
-      return {VoxelType::Float64, false};
-    default:
-      break;
-  }
-  throw Error("cannot read " + name, "its voxels are of a type that is not known", "save it as integers or floats");
-}
-
-void describe(const itk::ImageIOBase& io, VolumeInfo& info) {
-  const unsigned rank = io.GetNumberOfDimensions();
-  VolumeGeometry& geometry = info.geometry;
-  for (unsigned a = 0; a < 3; ++a) {
-    if (a >= rank) {
-      geometry.size[a] = 1;
-      continue;
-    }
-    geometry.size[a] = static_cast<int>(std::min<itk::SizeValueType>(io.GetDimensions(a), 1 << 30));
-    geometry.spacing_mm[a] = io.GetSpacing(a);
-    geometry.origin_mm[a] = io.GetOrigin(a);
-    const std::vector<double> column = io.GetDirection(a);
-    for (unsigned r = 0; r < 3; ++r) geometry.direction(r, a) = r < column.size() ? column[r] : 0;
-  }
-  double frames = 1;
-  for (unsigned a = 3; a < rank; ++a) frames *= static_cast<double>(io.GetDimensions(a));
-  info.frames = static_cast<int>(std::min(frames, 1e9));
-  info.components = static_cast<int>(io.GetNumberOfComponents());
-}
-
-void read_whole(itk::ImageIOBase& io, void* to) {
-  const unsigned rank = io.GetNumberOfDimensions();
-  itk::ImageIORegion region(rank);
-  for (unsigned a = 0; a < rank; ++a) {
-    region.SetIndex(a, 0);
-    region.SetSize(a, io.GetDimensions(a));
-  }
-  io.SetIORegion(region);
-  io.Read(to);
-}
 
 namespace {
 
@@ -176,9 +93,8 @@ VolumeSource open_itk(const fs::path& path, ItkFormat format) {
       source.extra_bytes = 8 * source.info.geometry.voxel_count();
     }
     if (format == ItkFormat::Minc) {
-      const Eigen::Vector3d lps_from_ras(-1, -1, 1);
-      source.info.geometry.origin_mm = lps_from_ras.cwiseProduct(source.info.geometry.origin_mm);
-      source.info.geometry.direction = lps_from_ras.asDiagonal() * source.info.geometry.direction;
+      source.info.geometry.origin_mm = kLpsFromRas.cwiseProduct(source.info.geometry.origin_mm);
+      source.info.geometry.direction = kLpsFromRas.asDiagonal() * source.info.geometry.direction;
     }
     source.info.geometry.validate("cannot read " + quoted(path));
     warn_if_sheared(source.info);

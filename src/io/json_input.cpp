@@ -92,8 +92,8 @@ JsonInput JsonInput::open(const fs::path& path, const std::string& kind) {
   return JsonInput(std::move(document), root, "");
 }
 
-JsonInput JsonInput::child(const void* node, const std::string& step) const {
-  return JsonInput(document_, node, where_.empty() && step[0] == '.' ? step.substr(1) : where_ + step);
+JsonInput JsonInput::child(const void* node, const std::string& place) const {
+  return JsonInput(document_, node, where_.empty() && place[0] == '.' ? place.substr(1) : where_ + place);
 }
 
 void JsonInput::refuse(const std::string& why, const std::string& what_to_do) const {
@@ -200,21 +200,6 @@ float JsonInput::parameter(const ParameterInfo& info) const {
   const std::string place = document_->file + ": " + where_;
   return info.kind == ParameterKind::Choice ? choice_from_text(place, info, text())
                                             : checked_parameter(place, info, number());
-}
-
-std::string read_bytes(const fs::path& path) {
-  require_file(path);
-  std::ifstream file(path, std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  if (file.bad()) throw Error("cannot read " + quoted(path), "the disk gives an error", "copy the file again");
-  return bytes;
-}
-
-void write_bytes(const AtomicFile& file, const std::string& bytes) {
-  std::ofstream stream(file.temporary(), std::ios::binary | std::ios::trunc);
-  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  stream.close();
-  if (!stream) throw file.failed("the bytes could not be written");
 }
 
 }  // namespace simplexseg

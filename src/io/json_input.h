@@ -12,10 +12,8 @@
 
 namespace simplexseg {
 
-class AtomicFile;
-
-/// A value in a JSON file, and its place ("meshes[0].sphere.radius_mm"). Every member throws Error where the file does
-/// not hold what is asked for.
+/// A value in a JSON file, and its place ("meshes[0].sphere.radius_mm"). Every member throws Error where the file
+/// has not what is asked for.
 class JsonInput {
  public:
   /// Reads a whole file, of a kind that its messages name ("scene"). Throws Error when it is missing, a folder, empty,
@@ -48,7 +46,7 @@ class JsonInput {
  private:
   struct Document;
   JsonInput(std::shared_ptr<const Document> document, const void* node, std::string where);
-  JsonInput child(const void* node, const std::string& step) const;
+  JsonInput child(const void* node, const std::string& place) const;
   void expect_object() const;
   void expect_array() const;
 
@@ -56,10 +54,5 @@ class JsonInput {
   const void* node_;  ///< the value within the document, of the JSON library's own type
   std::string where_;
 };
-
-/// The bytes of a file. Throws Error when it is missing, no file, empty or cannot be read.
-std::string read_bytes(const std::filesystem::path& path);
-/// Throws Error when they cannot be written.
-void write_bytes(const AtomicFile& file, const std::string& bytes);
 
 }  // namespace simplexseg

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "io/log_io.h"
+
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -9,7 +11,6 @@
 #include "io/json_input.h"
 #include "io/json_output.h"
 #include "io/parameter_text.h"
-#include "io/scene_io.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/error.h"
+#include "core/expect.h"
 
 namespace simplexseg {
 namespace {
@@ -100,6 +101,7 @@ double short_double(float value) {
 }
 
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
+  SIMPLEXSEG_EXPECT(!candidates.empty());
   return *std::min_element(candidates.begin(), candidates.end(), [name](const std::string& a, const std::string& b) {
     return edit_distance(name, a) < edit_distance(name, b);
   });

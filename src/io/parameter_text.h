@@ -12,7 +12,7 @@ namespace simplexseg {
 /// The names of a Choice, value 0 first; empty for the other kinds.
 std::vector<std::string> choices_of(const ParameterInfo& info);
 
-/// `value` as the parameter holds it. Throws Error, with `where` in front, when it is not finite, not whole where it
+/// `value` as the parameter has it. Throws Error, with `where` in front, when it is not finite, not whole where it
 /// must be, or out of the table's range.
 float checked_parameter(const std::string& where, const ParameterInfo& info, double value);
 /// The value of a Choice from its name, of the other kinds from a number. Throws Error as checked_parameter().

@@ -7,7 +7,6 @@
 
 #include "core/error.h"
 #include "io/files.h"
-#include "io/json_input.h"
 
 namespace simplexseg {
 namespace {

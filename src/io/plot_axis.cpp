@@ -22,17 +22,24 @@ std::string power_text(int n, bool plain) {
   return text;
 }
 
+/// The first of 1, 2, 5 and 10 that is not below `ratio`.
+int round_number(double ratio) {
+  for (const int number : {1, 2, 5})
+    if (ratio <= number) return number;
+  return 10;
+}
+
 /// Round numbers from `low` to `high`.
 void make_round_ticks(PlotAxis& axis, double low, double high, int labels) {
   const double wanted = (high - low) / std::max(labels, 1);
   const double power = std::pow(10.0, std::floor(std::log10(wanted)));
   const double ratio = wanted / power;
-  const int lead = ratio <= 1 ? 1 : ratio <= 2 ? 2 : ratio <= 5 ? 5 : 10;
-  const double step = lead * power;
+  const int lead = round_number(ratio);
+  const double between = lead * power;
   const int parts = lead == 2 ? 4 : 5;
-  const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1e-9)), 0, 15);
-  for (double n = std::ceil(low / step * parts); n <= high / step * parts + 1e-9; ++n) {
-    const double value = n * step / parts;
+  const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(between) - 1e-9)), 0, 15);
+  for (double n = std::ceil(low / between * parts); n <= high / between * parts + 1e-9; ++n) {
+    const double value = n * between / parts;
     std::string label;
     if (std::fmod(std::abs(n), parts) == 0) {
       char text[400];
@@ -74,7 +81,7 @@ void make_log_ticks(PlotAxis& axis, int labels) {
 
 }  // namespace
 
-bool PlotAxis::holds(double value) const { return std::isfinite(value) && (!log || value > 0); }
+bool PlotAxis::shows(double value) const { return std::isfinite(value) && (!log || value > 0); }
 double PlotAxis::share(double value) const { return ((log ? std::log10(value) : value) - low) / (high - low); }
 
 PlotAxis make_axis(const std::vector<double>& values, bool log, int labels) {
@@ -82,7 +89,7 @@ PlotAxis make_axis(const std::vector<double>& values, bool log, int labels) {
   axis.log = log;
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const double value : values) {
-    if (!axis.holds(value)) continue;
+    if (!axis.shows(value)) continue;
     const double v = log ? std::log10(value) : value;
     low = std::min(low, v), high = std::max(high, v);
   }

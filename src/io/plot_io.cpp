@@ -11,7 +11,6 @@
 
 #include "core/error.h"
 #include "io/files.h"
-#include "io/json_input.h"
 #include "io/plot_axis.h"
 
 namespace simplexseg {
@@ -189,7 +188,7 @@ class Drawing {
       double last_x = 0;
       double last_y = 0;
       for (std::size_t i = 0; i < s.x.size(); ++i) {
-        if (!x_.holds(s.x[i]) || !y_.holds(s.y[i])) {
+        if (!x_.shows(s.x[i]) || !y_.shows(s.y[i])) {
           drawing = false;
           continue;
         }
@@ -204,7 +203,7 @@ class Drawing {
       if (!s.markers) continue;
       double marked_x = -1e9, marked_y = -1e9;
       for (std::size_t i = 0; i < s.x.size(); ++i) {
-        if (!x_.holds(s.x[i]) || !y_.holds(s.y[i])) continue;
+        if (!x_.shows(s.x[i]) || !y_.shows(s.y[i])) continue;
         const double x = at_x(x_.share(s.x[i])), y = at_y(y_.share(s.y[i]));
         if (std::hypot(x - marked_x, y - marked_y) < 14 && i + 1 < s.x.size()) continue;
         marker(x, y, n);

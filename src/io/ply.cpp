@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// PLY: http://paulbourke.net/dataformats/ply/
+// Format: http://paulbourke.net/dataformats/ply/
+#include "io/ply.h"
+
 #include <algorithm>
 #include <bit>
 #include <charconv>
@@ -9,6 +11,7 @@
 #include <sstream>
 #include <vector>
 
+#include "io/bytes.h"
 #include "io/files.h"
 #include "io/mesh_formats.h"
 
@@ -32,7 +35,7 @@ std::optional<Number> number_named(const std::string& name) {
 struct Property {
   std::string name;
   Number type = Number::Float32;
-  std::optional<Number> count_type;  ///< of a list
+  std::optional<Number> count_type;  ///< a list's; none for a single number
 };
 
 struct Element {

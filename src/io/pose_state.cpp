@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/expect.h"
 
 namespace simplexseg {
 using nlohmann::json;
@@ -45,8 +46,8 @@ std::uint64_t digest_of(const SimplexMesh& mesh) {
   return digest;
 }
 
-void expect(bool holds, const char* what) {
-  if (!holds) throw std::out_of_range(what);
+void expect(bool condition, const char* what) {
+  if (!condition) throw std::out_of_range(what);
 }
 
 bool all_finite(const float* values, std::size_t count) {
@@ -64,6 +65,8 @@ void take_histogram(const json& value, std::array<std::int32_t, kRegionBins>& bi
 }  // namespace
 
 std::string pose_state_bytes(const MeshItem& item) {
+  SIMPLEXSEG_EXPECT(item.previous.empty() || item.previous.size() == item.mesh.positions.size());
+  SIMPLEXSEG_EXPECT(item.shape.empty() || item.shape.size() == item.mesh.positions.size());
   const json state = {
       {"simplexseg_state", 1},
       {"pose_digest", digest_of(item.mesh)},

@@ -4,8 +4,8 @@
 #include "core/error.h"
 #include "image/mask.h"
 #include "image/rasterise.h"
+#include "io/data_path.h"
 #include "io/files.h"
-#include "io/scene_io.h"
 #include "io/volume_io.h"
 
 namespace simplexseg {

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
 #include <fstream>
 #include <limits>
 
+#include "io/dicom.h"
 #include "io/files.h"
+#include "io/itk_image.h"
+#include "io/nifti.h"
+#include "io/nifti_write.h"
 #include "io/volume_source.h"
 
 namespace simplexseg {
@@ -58,17 +60,14 @@ std::size_t count_not_finite(const Volume& volume) {
   });
 }
 
+bool is_nifti(const std::string& extension) { return extension == ".nii" || extension == ".nii.gz"; }
+
 void write(const fs::path& path, const Volume& volume) {
-  const std::string extension = extension_of(path);
-  const bool nifti = extension == ".nii" || extension == ".nii.gz";
-  if (!nifti && extension != ".nrrd" && extension != ".mha") {
-    throw Error("cannot write " + quoted(path), "'" + extension + "' is not an extension that can be written",
-                "use .nii.gz, .nii, .nrrd or .mha");
-  }
+  require_volume_name(path);
   if (volume.empty()) throw Error("cannot write " + quoted(path), "the volume is empty", "load or make one first");
   AtomicFile file(path);
   try {
-    nifti ? write_nifti(file.temporary(), volume) : write_itk(file.temporary(), volume);
+    is_nifti(extension_of(path)) ? write_nifti(file.temporary(), volume) : write_itk(file.temporary(), volume);
   } catch (const Error&) {
     throw;
   } catch (const std::exception& exception) {
@@ -78,24 +77,6 @@ void write(const fs::path& path, const Volume& volume) {
 }
 
 }  // namespace
-
-void warn_if_sheared(VolumeInfo& info) {
-  const Eigen::Matrix3d& d = info.geometry.direction;
-  const double most = (d.transpose() * d - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (most < 1e-3) return;
-  char text[120];
-  std::snprintf(text, sizeof text,
-                "the axes are %.3g degrees off right angles (sheared grid); they are kept as they are",
-                std::asin(std::min(most, 1.0)) * 180 / M_PI);
-  info.warnings.push_back(text);
-}
-
-void throw_truncated(const fs::path& path, double bytes_wanted, double bytes_there) {
-  throw Error(
-      "cannot read " + quoted(path),
-      "truncated: its header promises " + in_words(bytes_wanted) + ", the file holds at most " + in_words(bytes_there),
-      "copy or export it again");
-}
 
 std::size_t available_memory() {
   std::ifstream stream("/proc/meminfo");
@@ -146,6 +127,13 @@ LoadedVolume load_volume(const fs::path& path) {
 }
 
 Volume read_volume(const fs::path& path) { return load_volume(path).volume; }
+
+void require_volume_name(const fs::path& path) {
+  const std::string extension = extension_of(path);
+  if (is_nifti(extension) || extension == ".nrrd" || extension == ".mha") return;
+  throw Error("cannot write " + quoted(path), "'" + extension + "' is not an extension that can be written",
+              "use .nii.gz, .nii, .nrrd or .mha");
+}
 
 void write_volume(const fs::path& path, const Volume& volume) { write(path, volume); }
 

@@ -39,6 +39,8 @@ LoadedVolume load_volume(const std::filesystem::path& path);
 /// load_volume() without the warnings.
 Volume read_volume(const std::filesystem::path& path);
 
+/// Throws Error where write_volume() would for the extension.
+void require_volume_name(const std::filesystem::path& path);
 /// Writes .nii, .nii.gz, .nrrd or .mha, voxels and type as they are; written beside and renamed, so that `path` is
 /// never half a file. Throws Error for another extension, an empty volume, a folder that does not exist, or a failed
 /// write.

@@ -15,23 +15,8 @@ struct VolumeSource {
   std::function<Volume()> read;  ///< reads the voxels; called only for one component and one frame
 };
 
-/// NIfTI-1, NIfTI-2 and Analyze 7.5, plain or gzip'ed, one file or .hdr/.img.
-VolumeSource open_nifti(const std::filesystem::path& path);
-/// True when the first bytes (of the unpacked file) are those of a NIfTI file.
-bool looks_like_nifti(const std::filesystem::path& path);
-
-enum class ItkFormat { MetaImage, Nrrd, Minc };
-VolumeSource open_itk(const std::filesystem::path& path, ItkFormat format);
-
-/// One DICOM file; a classic single slice gives a volume of one slice.
-VolumeSource open_dicom_file(const std::filesystem::path& path);
-/// The largest DICOM series of a folder.
-VolumeSource open_dicom_series(const std::filesystem::path& folder);
-bool looks_like_dicom(const std::filesystem::path& path);
-
-/// Writes the whole file at `path` (the target's temporary). Throw Error or std::exception.
-void write_nifti(const std::filesystem::path& path, const Volume& volume);
-void write_itk(const std::filesystem::path& path, const Volume& volume);
+/// NIfTI and MINC give positions in RAS; this, component by component, turns them to LPS.
+inline const Eigen::Vector3d kLpsFromRas(-1, -1, 1);
 
 /// Adds a warning when the axes are not at right angles.
 void warn_if_sheared(VolumeInfo& info);

@@ -14,11 +14,8 @@
 #include "gui/panels/widgets.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
-#include "io/mesh_io.h"
+#include "io/scene_export.h"
 #include "io/scene_io.h"
-#include "io/volume_io.h"
-#include "session/label_map.h"
-#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {
@@ -31,30 +28,6 @@ const char* kVolumeFilter =
     "Volumes and scenes (*.nii *.nii.gz *.hdr *.img *.nrrd *.nhdr *.mha *.mhd *.mnc *.dcm *.json);;All files (*)";
 
 }  // namespace
-
-LoadedInput load_input(const std::filesystem::path& path) {
-  LoadedInput input;
-  std::filesystem::path volume = path;
-  if (path.extension() == ".json") {
-    SceneFile file = read_scene(path);
-    input.scene = std::move(file.scene);
-    volume = file.volume;
-  } else {
-    input.scene.volume_path = std::filesystem::absolute(path).string();
-    input.scene.simulation = default_simulation_parameters();
-  }
-  if (!volume.empty()) {
-    LoadedVolume loaded = load_volume(volume);
-    input.volume = std::move(loaded.volume);
-    input.warnings = std::move(loaded.warnings);
-  }
-  try {
-    input.references = References(input.scene, path.parent_path(), input.volume.geometry());
-  } catch (const Error& error) {
-    input.warnings.emplace_back(error.what());
-  }
-  return input;
-}
 
 FileActions::FileActions(Workbench& workbench, BackgroundJob& job, ActionTable& actions, QWidget& window)
     : QObject(&window), workbench_(workbench), job_(job), actions_(actions), window_(window) {
@@ -166,20 +139,13 @@ void FileActions::choose_and_save_labels() {
 
 void FileActions::save_labels_to(const QString& path) {
   const VolumeGeometry geometry = workbench_.session().volume().geometry();
-  auto shared_voxels = std::make_shared<std::size_t>(0);
+  auto note = std::make_shared<std::string>();
   job_.start(
       tr("Saving %1...").arg(QFileInfo(path).fileName()),
-      [=, scene = workbench_.session().scene(), file = to_path(path)] {
-        const LabelMap map = make_label_map(scene, geometry);
-        write_labels(file, map.labels);
-        *shared_voxels = map.shared_voxels;
-      },
+      [=, scene = workbench_.session().scene(), file = to_path(path)] { *note = save_labels(file, scene, geometry); },
       [=, this] {
-        const QString shared =
-            *shared_voxels == 0
-                ? QString()
-                : tr("; %1 voxels lie in several meshes: the first in the list has them").arg(*shared_voxels);
-        workbench_.say(Severity::Note, tr("Saved %1%2").arg(path, shared));
+        const QString more = note->empty() ? QString() : "; " + QString::fromStdString(*note);
+        workbench_.say(Severity::Note, tr("Saved %1%2").arg(path, more));
       });
 }
 
@@ -192,23 +158,7 @@ void FileActions::choose_and_save_meshes() {
 void FileActions::save_meshes_to(const QString& folder) {
   job_.start(
       tr("Saving meshes..."),
-      [scene = workbench_.session().scene(), directory = to_path(folder)] {
-        for (const MeshItem& item : scene.meshes) {
-          std::string name = item.name;
-          for (char& c : name) {
-            if (c == '/' || c == '\\' || c == ':' || static_cast<unsigned char>(c) < 32) c = '_';
-          }
-          // Names need not differ; files must.
-          for (const MeshItem& other : scene.meshes) {
-            if (other.id != item.id && other.name == item.name) {
-              name.append("-").append(std::to_string(item.id));
-              break;
-            }
-          }
-          write_mesh(directory / std::filesystem::path(QString::fromStdString(name + ".ply").toStdU16String()),
-                     item.mesh);
-        }
-      },
+      [scene = workbench_.session().scene(), directory = to_path(folder)] { save_meshes(directory, scene); },
       [=, this] {
         workbench_.say(Severity::Note, tr("Saved %1 meshes to %2").arg(workbench_.scene().meshes.size()).arg(folder));
       });

@@ -3,12 +3,8 @@
 #include <QObject>
 #include <QString>
 #include <filesystem>
-#include <string>
-#include <vector>
 
-#include "image/volume.h"
-#include "io/references.h"
-#include "session/scene.h"
+#include "io/load_input.h"
 
 class QMimeData;
 class QWidget;
@@ -18,17 +14,6 @@ namespace simplexseg {
 class ActionTable;
 class BackgroundJob;
 class Workbench;
-
-/// What a file on disk turns into: a scene, its volume and the references that its meshes name.
-struct LoadedInput {
-  Scene scene;
-  Volume volume;
-  References references;
-  std::vector<std::string> warnings;
-};
-/// Reads a scene (.json), a volume or a DICOM folder; a volume makes a scene without meshes. Throws Error; a
-/// reference that cannot be read is a warning.
-LoadedInput load_input(const std::filesystem::path& path);
 
 /// Open and save, each with its dialog; long work goes to the background.
 class FileActions : public QObject {

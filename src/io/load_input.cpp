@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/load_input.h"
+
+#include "core/error.h"
+#include "io/scene_io.h"
+#include "io/set_by_path.h"
+#include "io/volume_io.h"
+#include "step/simulation_parameters.h"
+
+namespace simplexseg {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+void load_voxels(LoadedInput& input) {
+  LoadedVolume loaded = load_volume(input.volume_path);
+  input.volume = std::move(loaded.volume);
+  input.warnings = std::move(loaded.warnings);
+}
+
+void load_header(LoadedInput& input) {
+  VolumeInfo info = read_volume_info(input.volume_path);
+  input.volume = Volume(info.geometry, info.type);
+  input.warnings = std::move(info.warnings);
+}
+
+void load_references(LoadedInput& input, const fs::path& folder, LoadOptions::BadReference bad_reference) {
+  try {
+    input.references = References(input.scene, folder, input.volume.geometry());
+  } catch (const Error& error) {
+    if (bad_reference == LoadOptions::BadReference::Refuse) throw;
+    input.warnings.emplace_back(error.what());
+  }
+}
+
+}  // namespace
+
+LoadedInput load_scene(const fs::path& path, const LoadOptions& options) {
+  SceneFile file = read_scene(path);
+  for (const std::string& setting : options.settings) set_by_path(file.scene, setting);
+  LoadedInput input;
+  input.scene = std::move(file.scene);
+  input.volume_path = std::move(file.volume);
+  const bool reads = options.voxels == LoadOptions::Voxels::Read;
+  if (!input.volume_path.empty()) reads ? load_voxels(input) : load_header(input);
+  if (reads) load_references(input, path.parent_path(), options.bad_reference);
+  return input;
+}
+
+LoadedInput load_input(const fs::path& path) {
+  if (path.extension() == ".json") return load_scene(path, {.bad_reference = LoadOptions::BadReference::Warn});
+  LoadedInput input;
+  input.scene.volume_path = fs::absolute(path).string();
+  input.scene.simulation = default_simulation_parameters();
+  input.volume_path = path;
+  load_voxels(input);
+  return input;
+}
+
+}  // namespace simplexseg

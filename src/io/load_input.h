@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a file on disk turns into: one loader for the window and the command line.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "image/volume.h"
+#include "io/references.h"
+#include "session/scene.h"
+
+namespace simplexseg {
+
+/// A scene with its volume and the references that its meshes name.
+struct LoadedInput {
+  Scene scene;
+  Volume volume;                      ///< empty when the scene names none
+  std::filesystem::path volume_path;  ///< where it was found; empty when the scene names none
+  References references;
+  std::vector<std::string> warnings;  ///< one line each, for the user
+};
+
+struct LoadOptions {
+  enum class Voxels { Read, LeaveOut };
+  enum class BadReference { Refuse, Warn };
+
+  std::vector<std::string> settings{};  ///< as for set_by_path(), applied before any file but the scene's is read
+  /// LeaveOut: the volume has its geometry and type, and zeros; there are no references.
+  Voxels voxels = Voxels::Read;
+  BadReference bad_reference = BadReference::Refuse;
+};
+
+/// Reads a scene file, its volume and its references. Throws Error as the readers do; a reference that cannot be read
+/// is one too, or a warning, as the options say.
+LoadedInput load_scene(const std::filesystem::path& path, const LoadOptions& options = {});
+
+/// Reads what a user names to be looked at: a scene (.json), else a volume or a DICOM folder, which makes a scene
+/// without meshes. Throws Error; a reference that cannot be read is a warning.
+LoadedInput load_input(const std::filesystem::path& path);
+
+}  // namespace simplexseg

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "session/command.h"
+
+namespace simplexseg {
+
+/// A log file, read: docs/scene-format.md#logs.
+struct LogFile {
+  std::vector<LogEntry> log;
+  int trailing_steps;
+  std::string scene;  ///< empty when the file does not say
+};
+/// Throws Error when the file is no log, or a command in it has an unknown name, key or value.
+LogFile read_log(const std::filesystem::path& path);
+/// `scene` says in the file what the log belongs to; replay applies it to the scene at hand all the same.
+void write_log(const std::filesystem::path& path, const std::vector<LogEntry>& log, int trailing_steps,
+               const std::string& scene = "");
+
+}  // namespace simplexseg

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/scene_export.h"
+
+#include "io/file_names.h"
+#include "io/mesh_io.h"
+#include "io/volume_io.h"
+#include "session/label_map.h"
+
+namespace simplexseg {
+
+namespace fs = std::filesystem;
+
+std::string save_labels(const fs::path& path, const Scene& scene, const VolumeGeometry& geometry) {
+  const LabelMap map = make_label_map(scene, geometry);
+  write_labels(path, map.labels);
+  if (map.shared_voxels == 0) return "";
+  return std::to_string(map.shared_voxels) + " voxels lie inside two or more meshes; the first of them has them";
+}
+
+std::vector<std::string> mesh_file_names(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const MeshItem& item : scene.meshes) names.push_back(item.name);
+  names = distinct_file_names(names, "mesh");
+  for (std::string& name : names) name += ".ply";
+  return names;
+}
+
+std::vector<fs::path> save_meshes(const fs::path& folder, const Scene& scene) {
+  std::vector<fs::path> files;
+  for (const std::string& name : mesh_file_names(scene)) {
+    files.push_back(folder / name);
+    write_mesh(files.back(), scene.meshes[files.size() - 1].mesh);
+  }
+  return files;
+}
+
+}  // namespace simplexseg

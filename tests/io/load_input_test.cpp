@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one loader: scene, volume and references together.
+#include "io/load_input.h"
+
+#include "io/volume_io.h"
+#include "test_files.h"
+
+namespace simplexseg {
+namespace {
+
+namespace fs = std::filesystem;
+
+class LoadInput : public test::FolderTest {
+ protected:
+  LoadInput() {
+    VolumeGeometry grid;
+    grid.size = {8, 8, 8};
+    Volume image(grid, VoxelType::Int16), truth(grid, VoxelType::UInt8);
+    image.voxels<std::int16_t>()[3] = 7;
+    truth.voxels<std::uint8_t>()[3] = 1;
+    write_volume(folder / "image.nii", image);
+    write_volume(folder / "truth.nii", truth);
+    grid.size = {4, 4, 4};
+    write_volume(folder / "other.nii", Volume(grid, VoxelType::UInt8));
+  }
+  fs::path scene_with(const std::string& reference) {
+    return write("scene.json", R"({"simplexseg_scene": 1, "volume": "image.nii", "meshes": [{"name": "ball", )"
+                               R"("sphere": {"centre_mm": [4, 4, 4], "radius_mm": 2}, "reference": {"labels": ")" +
+                                   reference + R"("}}]})");
+  }
+  static constexpr LoadOptions::Voxels kLeaveOut = LoadOptions::Voxels::LeaveOut;
+  static constexpr LoadOptions::BadReference kWarn = LoadOptions::BadReference::Warn;
+};
+
+TEST_F(LoadInput, ASceneBringsItsVolumeAndItsReferences) {
+  const LoadedInput input = load_scene(scene_with("truth.nii"));
+  ASSERT_EQ(input.scene.meshes.size(), 1u);
+  EXPECT_EQ(input.volume.voxels<std::int16_t>()[3], 7);
+  EXPECT_EQ(input.volume_path, folder / "image.nii");
+  ASSERT_TRUE(input.references.mask_for(input.scene.meshes[0]).has_value());
+  EXPECT_TRUE(input.references.mask_for(input.scene.meshes[0])->voxels[3]);
+  EXPECT_TRUE(load_input(folder / "scene.json").references.has(input.scene.meshes[0])) << "named to be looked at";
+}
+
+TEST_F(LoadInput, ABadReferenceIsRefusedOrTheSameLineIsAWarning) {
+  for (const char* reference : {"none.nii", "other.nii"}) {
+    const fs::path scene = scene_with(reference);
+    const std::string refused = test::error_of([&] { load_scene(scene); });
+    EXPECT_HAS(refused, reference);
+    for (const LoadedInput& input : {load_scene(scene, {.bad_reference = kWarn}), load_input(scene)}) {
+      ASSERT_FALSE(input.warnings.empty());
+      EXPECT_EQ(input.warnings.back(), refused);
+      EXPECT_FALSE(input.volume.empty());
+      EXPECT_FALSE(input.references.has(input.scene.meshes[0]));
+    }
+  }
+}
+
+TEST_F(LoadInput, SettingsAreAppliedBeforeAnyOtherFileIsRead) {
+  const fs::path scene = scene_with("truth.nii");
+  EXPECT_EQ(load_scene(scene, {.settings = {"simulation.damping=0.25"}}).scene.simulation.damping, 0.25f);
+  fs::remove(folder / "truth.nii");
+  EXPECT_HAS(test::error_of([&] { load_scene(scene, {.settings = {"simulation.dumping=1"}}); }), "damping");
+}
+
+TEST_F(LoadInput, WithoutVoxelsNoneIsRead) {
+  const fs::path scene = scene_with("none.nii");
+  const LoadedInput input = load_scene(scene, {.voxels = kLeaveOut});
+  EXPECT_EQ(input.volume.type(), VoxelType::Int16);
+  EXPECT_EQ(input.volume.geometry().size[0], 8);
+  EXPECT_EQ(input.volume.range().max, 0);
+}
+
+TEST_F(LoadInput, AVolumeMakesASceneWithoutMeshes) {
+  const LoadedInput input = load_input(folder / "image.nii");
+  EXPECT_TRUE(input.scene.meshes.empty());
+  EXPECT_EQ(input.scene.volume_path, (folder / "image.nii").string());
+  EXPECT_EQ(input.volume_path, folder / "image.nii");
+  EXPECT_EQ(input.volume.voxels<std::int16_t>()[3], 7);
+  EXPECT_GT(input.scene.simulation.start_vertices, 0);
+  EXPECT_HAS(test::error_of([&] { load_scene(folder / "image.nii"); }), "image.nii");
+}
+
+}  // namespace
+}  // namespace simplexseg
