@@ -7,6 +7,8 @@
 #include <numeric>
 #include <utility>
 
+#include "core/expect.h"
+
 namespace simplexseg {
 namespace {
 
@@ -70,12 +72,12 @@ void separable_distances(const std::vector<std::uint8_t>& to, const VoxelBox& bo
     for (int j = 0; j < nj; ++j) {
       const std::uint8_t* sites = to.data() + box.offset(0, j, k);
       double* row = plane + static_cast<std::size_t>(j) * ni;
-      double steps = far;
-      for (int i = 0; i < ni; ++i) row[i] = steps = sites[i] ? 0 : steps + 1;
-      steps = far;
+      double away = far;
+      for (int i = 0; i < ni; ++i) row[i] = away = sites[i] ? 0 : away + 1;
+      away = far;
       for (int i = ni - 1; i >= 0; --i) {
-        steps = sites[i] ? 0 : steps + 1;
-        const double d = std::min(row[i], steps);
+        away = sites[i] ? 0 : away + 1;
+        const double d = std::min(row[i], away);
         row[i] = d >= far ? infinity : (spacing_mm[0] * d) * (spacing_mm[0] * d);
       }
     }
@@ -205,6 +207,7 @@ bool orthogonal(const Eigen::Matrix3d& mm_from_index) {
 
 std::vector<double> distances_between(const std::vector<std::uint8_t>& from, const std::vector<std::uint8_t>& to,
                                       const VoxelBox& box, const Eigen::Matrix3d& mm_from_index) {
+  SIMPLEXSEG_EXPECT(from.size() == box.voxel_count() && to.size() == box.voxel_count());
   if (!orthogonal(mm_from_index))
     return point_distances(points_of(from, box, mm_from_index), points_of(to, box, mm_from_index));
   std::vector<double> distances;
@@ -216,6 +219,7 @@ std::vector<double> distances_between(const std::vector<std::uint8_t>& from, con
 
 std::vector<float> distance_map(const std::vector<std::uint8_t>& to, const VoxelBox& box,
                                 const Eigen::Matrix3d& mm_from_index) {
+  SIMPLEXSEG_EXPECT(to.size() == box.voxel_count());
   std::vector<float> map(box.voxel_count());
   if (orthogonal(mm_from_index)) {
     separable_distances(
@@ -231,6 +235,7 @@ std::vector<float> distance_map(const std::vector<std::uint8_t>& to, const Voxel
 }
 
 DistanceSummary summarise(std::vector<double>& distances) {
+  SIMPLEXSEG_EXPECT(!distances.empty());
   const double rank = 0.95 * static_cast<double>(distances.size() - 1);
   const auto low = distances.begin() + static_cast<std::ptrdiff_t>(rank);
   std::nth_element(distances.begin(), low, distances.end());

@@ -17,8 +17,9 @@ struct VoxelBox {
 };
 
 /// Distance (mm, between voxel centres) from each voxel set in `from` to the nearest one set in `to`, in no stated
-/// order; infinite when none is. `mm_from_index` may be any invertible matrix. Source: Felzenszwalb and Huttenlocher
-/// 2012, Distance Transforms of Sampled Functions; a k-d tree where the axes are not orthogonal.
+/// order; infinite when none is. Both have a byte for each voxel of the box. `mm_from_index` may be any invertible
+/// matrix. Source: Felzenszwalb and Huttenlocher 2012, Distance Transforms of Sampled Functions; a k-d tree where the
+/// axes are not orthogonal.
 std::vector<double> distances_between(const std::vector<std::uint8_t>& from, const std::vector<std::uint8_t>& to,
                                       const VoxelBox& box, const Eigen::Matrix3d& mm_from_index);
 /// The same from every voxel of the box, in the box's order.

@@ -4,9 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/expect.h"
+
 namespace simplexseg {
 
 VoxelBox bounding_box(const Mask& a, const Mask& b) {
+  SIMPLEXSEG_EXPECT(a.geometry.size == b.geometry.size);
+  SIMPLEXSEG_EXPECT(a.voxels.size() == a.geometry.voxel_count() && b.voxels.size() == a.voxels.size());
   const auto [ni, nj, nk] = a.geometry.size;
   std::array<int, 3> low{ni, nj, nk}, high{-1, -1, -1};
   const std::uint8_t *row_a = a.voxels.data(), *row_b = b.voxels.data();

@@ -15,7 +15,7 @@ struct Mask {
   std::vector<std::uint8_t> voxels;
 };
 
-/// The smallest box that holds the set voxels of both masks, which are on one grid; size 0 when there is none.
+/// The smallest box around the set voxels of both masks, which are on one grid; size 0 when there is none.
 VoxelBox bounding_box(const Mask& a, const Mask& b);
 
 /// Voxels equal to `label`; with no label, all voxels that are neither 0 nor NaN.

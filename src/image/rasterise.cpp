@@ -23,19 +23,20 @@ struct Crossing {
 /// are moved, not triangles, so a closed surface stays closed.
 std::vector<Eigen::Vector3d> to_index_space(const std::vector<Eigen::Vector3f>& positions_mm,
                                             const VolumeGeometry& geometry) {
-  constexpr double steps_per_voxel = 16384, farthest = 1e9;
+  constexpr double places_per_voxel = 16384, farthest = 1e9;
   const Eigen::Affine3d index_from_world = geometry.index_from_world();
   std::vector<Eigen::Vector3d> points(positions_mm.size());
   for (std::size_t p = 0; p < points.size(); ++p) {
     if (!positions_mm[p].allFinite())
-      throw Error("mesh", "its point " + std::to_string(p) + " is not finite", "undo the last step or reload the mesh");
+      throw Error("mesh", "its point " + std::to_string(p) + " is not finite",
+                  "undo the last change or reload the mesh");
     const Eigen::Array3d index = (index_from_world * positions_mm[p].cast<double>()).array();
-    points[p] = ((index.max(-farthest).min(farthest) * steps_per_voxel).round() / steps_per_voxel).matrix();
+    points[p] = ((index.max(-farthest).min(farthest) * places_per_voxel).round() / places_per_voxel).matrix();
   }
   return points;
 }
 
-/// The first whole number >= x, held within [0, n].
+/// The first whole number >= x, clamped to [0, n].
 int first_at_or_after(double x, int n) {
   return static_cast<int>(std::clamp(std::ceil(x), 0.0, static_cast<double>(n)));
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/expect.h"
 #include "image/mask.h"
 
 namespace simplexseg {
@@ -26,6 +27,7 @@ VoxelBox box_around(const Mask& mask) {
 
 SurfaceError::SurfaceError(const Mask& reference) : box_(box_around(reference)) {
   const VolumeGeometry& g = reference.geometry;
+  SIMPLEXSEG_EXPECT(reference.voxels.size() == g.voxel_count());
   world_from_index_ = g.world_from_index() * Eigen::Translation3d(box_.first[0], box_.first[1], box_.first[2]);
   index_from_world_ = world_from_index_.inverse();
   if (box_.voxel_count() == 0) return;

@@ -30,7 +30,7 @@ class SurfaceError {
 
  private:
   VoxelBox box_{};
-  Eigen::Affine3d index_from_world_, world_from_index_;  ///< of the box
+  Eigen::Affine3d index_from_world_, world_from_index_;  ///< the box's
   std::vector<float> signed_mm_;                         ///< < 0 inside; empty: no voxel
 };
 

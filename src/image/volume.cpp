@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "core/error.h"
+#include "core/expect.h"
 
 namespace simplexseg {
 namespace {
@@ -134,12 +135,15 @@ Volume::Volume(VolumeGeometry geometry, VoxelType type) : geometry_(geometry), t
 }
 
 double Volume::value(int i, int j, int k) const {
+  SIMPLEXSEG_EXPECT(!empty() && i >= 0 && j >= 0 && k >= 0);
+  SIMPLEXSEG_EXPECT(i < geometry_.size[0] && j < geometry_.size[1] && k < geometry_.size[2]);
   return visit_voxel_type(type_, [&]<class T>(std::type_identity<T>) {
     return static_cast<double>(static_cast<const T*>(data())[offset(i, j, k)]);
   });
 }
 
 double Volume::sample(const Eigen::Vector3d& world_mm) const {
+  SIMPLEXSEG_EXPECT(!empty());
   const Eigen::Vector3d index = geometry_.index_from_world() * world_mm;
   std::array<int, 3> low, high;
   std::array<double, 3> fraction;

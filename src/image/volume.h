@@ -9,6 +9,8 @@
 #include <string>
 #include <type_traits>
 
+#include "core/expect.h"
+
 namespace simplexseg {
 
 /// The voxel types that are kept as they are: a volume is never blown up to a float copy.
@@ -57,18 +59,21 @@ class Volume {
   /// T must match type().
   template <class T>
   std::span<T> voxels() {
+    SIMPLEXSEG_EXPECT(empty() || voxel_type_of<T>() == type_);
     return {static_cast<T*>(data()), geometry_.voxel_count()};
   }
   template <class T>
   std::span<const T> voxels() const {
+    SIMPLEXSEG_EXPECT(empty() || voxel_type_of<T>() == type_);
     return {static_cast<const T*>(data()), geometry_.voxel_count()};
   }
 
   std::size_t offset(int i, int j, int k) const {
     return (static_cast<std::size_t>(k) * geometry_.size[1] + j) * geometry_.size[0] + i;
   }
+  /// The indices must lie in the grid.
   double value(int i, int j, int k) const;
-  /// Trilinear at a world position (mm); positions outside are clamped to the nearest voxel.
+  /// Trilinear at a world position (mm); positions outside are clamped to the nearest voxel. There must be voxels.
   double sample(const Eigen::Vector3d& world_mm) const;
   struct Range {
     double min, max;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "core/expect.h"
+
 namespace simplexseg {
 namespace {
 
@@ -104,6 +106,7 @@ Hierarchy make_hierarchy(std::span<const std::array<int, 3>> neighbours) {
       for (Edge& e : coarse.edges) e.conductance *= factor;
     }
     level.edge_first = coarse.first, level.edges = coarse.edges;
+    SIMPLEXSEG_ENSURE(level.size() == count && static_cast<int>(level.edge_first.size()) == count + 1);
     hierarchy.levels.push_back(std::move(level));
     graph = std::move(coarse);
   }

@@ -16,8 +16,8 @@ struct Hierarchy {
   };
   /// A level coarser than the mesh.
   struct Level {
-    std::vector<int> part_first, parts;  ///< of each vertex: the vertices of the finer level that it stands for
-    std::vector<int> edge_first;         ///< of each vertex
+    std::vector<int> part_first, parts;  ///< the vertices of the finer level that each vertex stands for
+    std::vector<int> edge_first;         ///< where the edges of each vertex begin
     std::vector<Edge> edges;
     int size() const { return static_cast<int>(part_first.size()) - 1; }
   };

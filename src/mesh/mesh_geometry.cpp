@@ -4,6 +4,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "core/expect.h"
+
 namespace simplexseg {
 namespace {
 
@@ -25,6 +27,9 @@ Fan fan_of(const SimplexMesh& mesh, int vertex) {
   f.cross = (f.p2 - f.p1).cross(f.p3 - f.p1);
   return f;
 }
+
+/// The first where they are equally long.
+const Vector3d& longer(const Vector3d& a, const Vector3d& b) { return a.squaredNorm() >= b.squaredNorm() ? a : b; }
 
 /// A unit vector orthogonal to the line of collinear neighbours, as near as can be to the normals of the neighbours.
 Vector3d collinear_normal(const SimplexMesh& mesh, int vertex, const Vector3d& longest_side) {
@@ -78,18 +83,18 @@ TriangleMesh tessellate(const SimplexMesh& mesh) {
 }
 
 VertexGeometry vertex_geometry(const SimplexMesh& mesh, int vertex) {
+  SIMPLEXSEG_EXPECT(vertex >= 0 && vertex < mesh.vertex_count());
   const Vector3d p = position(mesh, vertex);
   const Fan f = fan_of(mesh, vertex);
   const Vector3d a = f.p2 - f.p1, b = f.p3 - f.p1, c = f.p3 - f.p2;
-  const Vector3d longest = a.squaredNorm() >= b.squaredNorm() ? (a.squaredNorm() >= c.squaredNorm() ? a : c)
-                                                              : (b.squaredNorm() >= c.squaredNorm() ? b : c);
+  const Vector3d longest = longer(longer(a, b), c);
   VertexGeometry g;
   g.doubled_area_mm2 = f.cross.norm();
   if (!(g.doubled_area_mm2 > kCollinear * longest.squaredNorm())) {
     g.normal = collinear_normal(mesh, vertex, longest);
     g.elevation_mm = (p - f.p1).dot(g.normal);
     g.mean_curvature = 0.0;  // r is infinite
-    // Of all coordinates that give the foot's projection on the line: those nearest to (1, 1, 1)/3.
+    // Many coordinates give the foot's projection on the line: those nearest to (1, 1, 1)/3 are taken.
     const Vector3d mean = (f.p1 + f.p2 + f.p3) / 3.0;
     const Vector3d line = longest.normalized();
     const Vector3d along((f.p1 - mean).dot(line), (f.p2 - mean).dot(line), (f.p3 - mean).dot(line));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Geometry on the host, in double (docs/mathematics.md, section 1). The engine's float kernels are held against these.
+// Geometry on the host, in double (docs/mathematics.md, section 1). The engine's float kernels are tested against
+// these.
 #pragma once
 #include <Eigen/Core>
 #include <vector>
@@ -24,7 +25,7 @@ VertexGeometry vertex_geometry(const SimplexMesh& mesh, int vertex);
 struct SurfaceMeasures {
   double area_mm2;
   double volume_mm3;            ///< signed: > 0 when the orientation is outward
-  Eigen::Vector3d centroid_mm;  ///< of the enclosed solid; of the vertices when the volume is 0
+  Eigen::Vector3d centroid_mm;  ///< the enclosed solid's; the vertices' when the volume is 0
   double mean_edge_mm;
 };
 SurfaceMeasures measure(const SimplexMesh& mesh);

@@ -3,11 +3,13 @@
 
 #include <cmath>
 
+#include "core/expect.h"
 #include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
 
 std::vector<Vec4> shape_reference_of(const SimplexMesh& mesh) {
+  SIMPLEXSEG_EXPECT(mesh.neighbours.size() == mesh.positions.size());
   constexpr double kLargestSum = 5.0;
   std::vector<Vec4> reference(mesh.positions.size());
   for (int i = 0; i < mesh.vertex_count(); ++i) {

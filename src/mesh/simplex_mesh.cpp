@@ -8,6 +8,7 @@
 #include <unordered_set>
 
 #include "core/error.h"
+#include "core/expect.h"
 #include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
@@ -154,6 +155,7 @@ double over_root(double x, double y) { return x / (1.0 + std::sqrt(std::max(0.0,
 }  // namespace
 
 CellList cells_of(const SimplexMesh& mesh) {
+  SIMPLEXSEG_EXPECT(mesh.neighbours.size() == mesh.positions.size());
   std::vector<int> cell_of_corner;
   return walk_cells(mesh, cell_of_corner);
 }
@@ -262,6 +264,7 @@ SimplexMesh make_sphere(const Vector3d& centre_mm, double radius_mm, int level) 
 }
 
 SimplexMesh make_ellipsoid(const Vector3d& centre_mm, const Vector3d& radii_mm, int level) {
+  SIMPLEXSEG_EXPECT(level >= 0 && radii_mm.minCoeff() > 0);
   if (level < 0 || level > kMaxSphereLevel)
     throw Error("sphere level " + std::to_string(level), "out of range",
                 "choose a level from 0 to " + std::to_string(kMaxSphereLevel));
@@ -355,6 +358,7 @@ Refined refine(const SimplexMesh& mesh) {
 }
 
 Neighbourhood neighbourhood_of(const SimplexMesh& mesh, int vertex, int order) {
+  SIMPLEXSEG_EXPECT(vertex >= 0 && vertex < mesh.vertex_count() && order >= 0);
   if (vertex < 0 || vertex >= mesh.vertex_count())
     throw Error("vertex " + std::to_string(vertex), "out of range",
                 "choose one of the " + std::to_string(mesh.vertex_count()) + " vertices of the mesh");

@@ -17,7 +17,7 @@ struct TriangleMesh {
 /// Indices, never pointers; cells, normals and areas are derived, not stored (docs/mathematics.md, section 1).
 struct SimplexMesh {
   std::vector<Eigen::Vector3f> positions;      ///< mm, LPS
-  std::vector<std::array<int, 3>> neighbours;  ///< of each vertex
+  std::vector<std::array<int, 3>> neighbours;  ///< three for each vertex
 
   int vertex_count() const { return static_cast<int>(positions.size()); }
 };
@@ -65,7 +65,7 @@ Refined refine(const SimplexMesh& mesh);
 /// The vertices around `vertex` in breadth-first order, ring by ring up to `order` (ring 0 is the vertex itself).
 struct Neighbourhood {
   std::vector<int> vertices;
-  std::vector<int> ring;  ///< of each entry of vertices
+  std::vector<int> ring;  ///< one for each entry of vertices
 };
 Neighbourhood neighbourhood_of(const SimplexMesh& mesh, int vertex, int order);
 

@@ -5,9 +5,12 @@
 #include <limits>
 #include <sstream>
 
+#include "core/expect.h"
 #include "session/session.h"
 
 namespace simplexseg {
+
+RunTrace::RunTrace(int most_samples) : most_(most_samples) { SIMPLEXSEG_EXPECT(most_samples >= 2); }
 
 void RunTrace::set_reference(ItemId mesh, std::shared_ptr<const SurfaceError> reference) {
   if (reference)

@@ -18,7 +18,7 @@ class Session;
 
 /// What was measured of a mesh at one time of a run.
 struct TraceSample {
-  double seconds;  ///< of simulation since the trace began
+  double seconds;  ///< that the simulation took since the trace began
   std::int64_t steps;
   int vertices;
   double residual_mm, mean_move_mm;           ///< as in StepOutcome
@@ -37,7 +37,8 @@ enum class TraceAxis { Seconds, Steps };
 /// every second one goes and they are taken half as often, so that a trace of any length stays small.
 class RunTrace {
  public:
-  explicit RunTrace(int most_samples = 200) : most_(most_samples) {}
+  /// `most_samples`: 2 at least.
+  explicit RunTrace(int most_samples = 200);
 
   /// The truth of one mesh; null: none. Shared, for it is large.
   void set_reference(ItemId mesh, std::shared_ptr<const SurfaceError> reference);

@@ -16,7 +16,7 @@
 
 namespace simplexseg {
 
-using ItemId = std::uint32_t;  ///< of a mesh or a point; never used twice in a session; 0 is none
+using ItemId = std::uint32_t;  ///< a mesh's or a point's; never used twice in a session; 0 is none
 
 /// Truth that a report compares a mesh with.
 struct Reference {
@@ -36,7 +36,7 @@ struct MeshItem {
   std::string name;
   Colour colour{230, 160, 60};
   bool visible = true;
-  int label = 1;  ///< of its voxels in a saved segmentation
+  int label = 1;  ///< that its voxels have in a saved segmentation
   Seed seed;
   std::optional<Reference> reference;
   ForceParameters parameters;
@@ -46,7 +46,7 @@ struct MeshItem {
   std::vector<Vec4> shape;                ///< shape memory's reference; taken when the mesh was made or refined
   std::vector<float> profiles;            ///< reference intensity profiles; empty until recorded
   RegionModel region;
-  SolverState solver;  ///< what its solver has learnt at this level
+  SolverState solver;  ///< what its solver had learnt at this level, as of the pose
   int steps_at_level = 0;
   int final_vertices = 0;  ///< 0: the simulation's
 };
@@ -63,7 +63,7 @@ bool is_finest(const MeshItem& item, const SimulationParameters& simulation, dou
 /// The same for a pose that is known by its mean edge alone.
 bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm, double mean_edge_mm);
 
-/// All that is saved: meshes, points, parameters. The volume is named, not held.
+/// All that is saved: meshes, points, parameters. The volume is named alone.
 struct Scene {
   std::string volume_path;
   std::vector<MeshItem> meshes;

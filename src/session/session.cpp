@@ -256,6 +256,7 @@ ItemId Session::edit_scene(const Edit& edit) {
 // ---- the simulation ----
 
 Advance Session::advance_steps(int steps, bool stop_at_rest) {
+  SIMPLEXSEG_EXPECT(steps >= 0);
   Advance result;
   take_over_where_lost();
   try {

@@ -34,7 +34,7 @@ class Session {
   /// outside the volume, a value is not finite or out of its table's range, a mesh is not valid, or the engine has not
   /// the memory and there is no spare.
   void open(Scene scene, Volume volume);
-  /// Goes on with another engine from the present poses.
+  /// Goes on with another engine, from the present poses or, where the one before was lost, those read last.
   void set_engine(std::unique_ptr<Engine> engine);
 
   /// Poses are as of the last step: they are read back from the engine when they are behind.

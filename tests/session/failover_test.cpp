@@ -116,6 +116,46 @@ TEST_F(Failover, PosesThatWereNotReadYetAreThoseReadLast) {
   EXPECT_NE(notice->find("20 steps ago"), std::string::npos) << *notice;
 }
 
+TEST_F(Failover, WhatASolverHasLearntIsAsOfThePose) {
+  with_spare.open(scene_of_one(), volume);
+  with_spare.advance_steps(40);
+  const SolverState early = with_spare.last_outcome().solver.at(0);
+  ASSERT_GT(early.slowest, 0);
+  EXPECT_EQ(with_spare.scene_without_poses().meshes[0].solver.slowest, 0) << "not read back yet";
+  EXPECT_EQ(with_spare.scene().meshes[0].solver.slowest, early.slowest);
+  with_spare.advance_steps(40);
+  ASSERT_NE(with_spare.last_outcome().solver.at(0).slowest, early.slowest);
+  device->fails = true;
+  EXPECT_EQ(with_spare.scene().meshes[0].solver.slowest, early.slowest) << "as the pose, which cannot be read any more";
+}
+
+TEST_F(Failover, AnEditOfPosesThatCannotBeReadIsOfThoseReadLast) {
+  with_spare.open(scene_of_one(), volume);
+  with_spare.advance_steps(20);
+  (void)with_spare.scene();
+  const int vertices = with_spare.scene().meshes[0].mesh.vertex_count();
+  with_spare.advance_steps(7);
+  device->fails = true;
+  with_spare.apply(RefineMesh{0});
+  EXPECT_STREQ(with_spare.engine().backend(), "cpu");
+  EXPECT_EQ(with_spare.scene().meshes[0].mesh.vertex_count(), 4 * vertices);
+  EXPECT_NE(with_spare.take_notice()->find("7 steps ago"), std::string::npos);
+  with_spare.apply(Undo{});
+  EXPECT_EQ(with_spare.scene().meshes[0].mesh.vertex_count(), vertices);
+  EXPECT_EQ(with_spare.advance_steps(5).steps, 5);
+}
+
+TEST_F(Failover, AnEngineThatIsPutInPlaceOfALostOneIsUsed) {
+  with_spare.open(scene_of_one(), volume);
+  with_spare.advance_steps(20);
+  device->fails = true;
+  (void)with_spare.scene();  // notices the loss
+  const auto other = std::make_shared<Device::State>();
+  with_spare.set_engine(std::make_unique<Device>(other));
+  EXPECT_EQ(with_spare.advance_steps(10).steps, 10);
+  EXPECT_STREQ(with_spare.engine().backend(), "cuda") << "the spare is not needed";
+}
+
 TEST_F(Failover, WithoutASpareTheFailureIsThrown) {
   without.open(scene_of_one(), volume);
   device->fails = true;
