@@ -264,7 +264,6 @@ SimplexMesh make_sphere(const Vector3d& centre_mm, double radius_mm, int level) 
 }
 
 SimplexMesh make_ellipsoid(const Vector3d& centre_mm, const Vector3d& radii_mm, int level) {
-  SIMPLEXSEG_EXPECT(level >= 0 && radii_mm.minCoeff() > 0);
   if (level < 0 || level > kMaxSphereLevel)
     throw Error("sphere level " + std::to_string(level), "out of range",
                 "choose a level from 0 to " + std::to_string(kMaxSphereLevel));

@@ -8,6 +8,7 @@
 #include "gpu/backend.h"
 #include "image/metrics.h"
 #include "image/rasterise.h"
+#include "io/data_path.h"
 #include "io/scene_io.h"
 #include "io/volume_io.h"
 #include "session/session.h"

@@ -166,7 +166,7 @@ TEST(PlotAxis, LogAxesHaveDecadesAndTheirParts) {
   EXPECT_EQ(labels_of(axis), (std::vector<std::string>{"0.01", "0.1", "1"}));
   EXPECT_GT(axis.ticks.size(), 20u);
   EXPECT_NEAR(axis.share(10) - axis.share(1), axis.share(1) - axis.share(0.1), 1e-12);
-  EXPECT_FALSE(axis.holds(0));
+  EXPECT_FALSE(axis.shows(0));
   EXPECT_EQ(labels_of(make_axis({1e-8, 1e-4}, true, 8)).back(), "10⁻⁴");
   EXPECT_LE(labels_of(make_axis({1e-300, 1e300}, true, 6)).size(), 7u);
   EXPECT_GE(labels_of(make_axis({2.1, 3.9}, true, 6)).size(), 2u);

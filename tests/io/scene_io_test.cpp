@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 
+#include "io/data_path.h"
+#include "io/set_by_path.h"
 #include "scene_files.h"
 #include "step/simulation_parameters.h"
 
