@@ -357,7 +357,6 @@ Refined refine(const SimplexMesh& mesh) {
 }
 
 Neighbourhood neighbourhood_of(const SimplexMesh& mesh, int vertex, int order) {
-  SIMPLEXSEG_EXPECT(vertex >= 0 && vertex < mesh.vertex_count() && order >= 0);
   if (vertex < 0 || vertex >= mesh.vertex_count())
     throw Error("vertex " + std::to_string(vertex), "out of range",
                 "choose one of the " + std::to_string(mesh.vertex_count()) + " vertices of the mesh");
