@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "gpu/backend.h"
+#include "gui/views/drawn_scene.h"
 #include "gui/views/space_view.h"
 #include "gui/window/message_bar.h"
 #include "gui/workbench/frame_loop.h"
@@ -84,23 +85,23 @@ class SceneBuffersTest : public WindowTest {
   std::vector<DisplayPoint> points() {
     axial().makeCurrent();
     int bytes = 0;
-    glGetNamedBufferParameteriv(bench().buffers.points(), GL_BUFFER_SIZE, &bytes);
+    glGetNamedBufferParameteriv(window_->drawn().buffers().points(), GL_BUFFER_SIZE, &bytes);
     std::vector<DisplayPoint> points(bytes / sizeof(DisplayPoint));
-    glGetNamedBufferSubData(bench().buffers.points(), 0, bytes, points.data());
+    glGetNamedBufferSubData(window_->drawn().buffers().points(), 0, bytes, points.data());
     return points;
   }
   std::vector<std::array<unsigned, 3>> triangles(int mesh) {
     axial().makeCurrent();
-    const SceneBuffers::Range range = bench().buffers.triangles(mesh);
+    const SceneBuffers::Range range = window_->drawn().buffers().triangles(mesh);
     std::vector<std::array<unsigned, 3>> triangles(range.count / 3);
-    glGetNamedBufferSubData(bench().buffers.indices(), static_cast<GLintptr>(range.first * sizeof(unsigned)),
+    glGetNamedBufferSubData(window_->drawn().buffers().indices(), static_cast<GLintptr>(range.first * sizeof(unsigned)),
                             static_cast<GLsizeiptr>(range.count * sizeof(unsigned)), triangles.data());
     return triangles;
   }
   /// The texels of the axial slice.
   std::vector<DisplayTexel> texels(SliceGrid& grid) {
     axial().makeCurrent();
-    const SceneBuffers::Slice slice = *bench().drawn_slice(Orientation::Axial);
+    const SceneBuffers::Slice slice = *window_->drawn().slice(Orientation::Axial);
     grid = slice.grid;
     std::vector<DisplayTexel> texels(static_cast<std::size_t>(grid.width) * grid.height);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
@@ -150,8 +151,8 @@ TEST_F(SceneBuffersTest, TheViewsShareThem) {
   }
   EXPECT_TRUE(share_contexts(axial(), window_->space()));
   window_->space().makeCurrent();
-  EXPECT_TRUE(glIsBuffer(bench().buffers.points()));
-  EXPECT_TRUE(glIsTexture(bench().drawn_slice(Orientation::Coronal)->texture));
+  EXPECT_TRUE(glIsBuffer(window_->drawn().buffers().points()));
+  EXPECT_TRUE(glIsTexture(window_->drawn().slice(Orientation::Coronal)->texture));
 }
 
 TEST_F(SceneBuffersTest, PointsFollowThePose) {
@@ -362,10 +363,10 @@ TEST_F(SceneBuffersTest, TheWindowSaysHowItIsDrawn) {
   open_phantom();
   paint();
   QApplication::processEvents();
-  EXPECT_TRUE(bench().buffers.how().starts_with("uploaded each frame: "));
+  EXPECT_TRUE(window_->drawn().buffers().how().starts_with("uploaded each frame: "));
   bool panel = false, status = false;
   for (const QLabel* label : window_->findChildren<QLabel*>()) {
-    const QString renderer = QString::fromStdString(bench().buffers.renderer());
+    const QString renderer = QString::fromStdString(window_->drawn().buffers().renderer());
     panel |= label->text().contains("CPU") && label->text().contains(renderer);
     status |= label->text().startsWith(renderer) && label->text().contains("uploaded each frame");
   }

@@ -89,7 +89,6 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
 
   connect(&workbench_, &Workbench::scene_changed, this, &SimulationPanel::refresh);
   connect(&workbench_, &Workbench::running_changed, this, &SimulationPanel::refresh_status);
-  connect(&workbench_, &Workbench::drawing_changed, this, &SimulationPanel::refresh_status);
   // Numbers that change with every frame cannot be read: five times a second will do.
   auto* timer = new QTimer(this);
   timer->setInterval(200);
@@ -98,6 +97,11 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
   });
   timer->start();
   refresh();
+}
+
+void SimulationPanel::show_drawing(const QString& how) {
+  drawing_ = how;
+  refresh_status();
 }
 
 QStringList SimulationPanel::unsound_meshes() const {
@@ -168,11 +172,7 @@ void SimulationPanel::refresh_status() {
   }
   refresh_surface(unsound);
   QString backend = QString::fromStdString(workbench_.session().engine().description());
-  const SceneBuffers& buffers = workbench_.buffers;
-  if (!buffers.how().empty()) {
-    backend +=
-        tr("; %1; OpenGL by %2").arg(QString::fromStdString(buffers.how()), QString::fromStdString(buffers.renderer()));
-  }
+  if (!drawing_.isEmpty()) backend += "; " + drawing_;
   backend_->setText(backend);
 }
 

@@ -18,6 +18,8 @@ class SimulationPanel : public QWidget {
   Q_OBJECT
  public:
   SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTable& actions, QWidget* parent);
+  /// How the views are drawn, and by what: shown beside the backend.
+  void show_drawing(const QString& how);
   ParameterRow* row(int parameter) const { return rows_[parameter]; }
   const QLabel* motion() const { return motion_; }
   const QLabel* surface() const { return surface_; }
@@ -39,6 +41,7 @@ class SimulationPanel : public QWidget {
   QLabel* motion_;
   QLabel* surface_;
   QLabel* backend_;
+  QString drawing_;
 };
 
 }  // namespace simplexseg

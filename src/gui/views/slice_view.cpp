@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "gui/look/theme.h"
+#include "gui/views/drawn_scene.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {
@@ -22,8 +23,8 @@ double handle_opacity(double distance_mm) {
   return distance_mm >= kFarthest ? 0 : 0.15 + 0.85 * (1 - distance_mm / kFarthest) * (1 - distance_mm / kFarthest);
 }
 
-SliceView::SliceView(Workbench& workbench, Orientation orientation, QWidget* parent)
-    : View(workbench, parent), orientation_(orientation) {
+SliceView::SliceView(Workbench& workbench, DrawnScene& drawn, Orientation orientation, QWidget* parent)
+    : View(workbench, drawn, parent), orientation_(orientation) {
   setObjectName(title_of(orientation));
   connect(&workbench_, &Workbench::view_changed, this, &SliceView::update_cursor);
 }
@@ -102,8 +103,8 @@ Projection SliceView::projection() const {
 }
 
 void SliceView::prepare() {
-  slice_ = workbench_.drawn_slice(orientation_);
-  outlines_ = workbench_.view.show_meshes ? workbench_.drawn_outlines(orientation_) : nullptr;
+  slice_ = drawn_.slice(orientation_);
+  outlines_ = workbench_.view.show_meshes ? drawn_.outlines(orientation_) : nullptr;
 }
 
 void SliceView::paint() {

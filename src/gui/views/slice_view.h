@@ -12,7 +12,7 @@ namespace simplexseg {
 class SliceView : public View {
   Q_OBJECT
  public:
-  SliceView(Workbench& workbench, Orientation orientation, QWidget* parent);
+  SliceView(Workbench& workbench, DrawnScene& drawn, Orientation orientation, QWidget* parent);
   ~SliceView() override;
 
   void fit() override;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "gui/look/theme.h"
+#include "gui/views/drawn_scene.h"
 #include "gui/views/surfaces.h"
 #include "gui/workbench/workbench.h"
 
@@ -17,7 +18,7 @@ Rgba rgba_of(const QColor& colour, float alpha = 1) {
 }
 }  // namespace
 
-SpaceView::SpaceView(Workbench& workbench, QWidget* parent) : View(workbench, parent) {
+SpaceView::SpaceView(Workbench& workbench, DrawnScene& drawn, QWidget* parent) : View(workbench, drawn, parent) {
   setObjectName("3D");
   // Slices need no multisampling: their lines are smooth by themselves.
   QSurfaceFormat smooth = format();
@@ -63,9 +64,9 @@ Projection SpaceView::projection() const {
 void SpaceView::prepare() {
   const ViewState& view = workbench_.view;
   for (const Orientation orientation : kOrientations) {
-    slices_[static_cast<int>(orientation)] = view.show_slices_3d ? workbench_.drawn_slice(orientation) : nullptr;
+    slices_[static_cast<int>(orientation)] = view.show_slices_3d ? drawn_.slice(orientation) : nullptr;
   }
-  surfaces_ = view.show_meshes ? workbench_.drawn_surfaces() : nullptr;
+  surfaces_ = view.show_meshes ? drawn_.surfaces() : nullptr;
 }
 
 void SpaceView::paint() {

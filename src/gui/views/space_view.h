@@ -11,7 +11,7 @@ namespace simplexseg {
 class SpaceView : public View {
   Q_OBJECT
  public:
-  SpaceView(Workbench& workbench, QWidget* parent);
+  SpaceView(Workbench& workbench, DrawnScene& drawn, QWidget* parent);
   ~SpaceView() override;
 
   void fit() override;

@@ -6,11 +6,13 @@
 #include <QLineEdit>
 
 #include "gui/look/theme.h"
+#include "gui/views/drawn_scene.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {
 
-View::View(Workbench& workbench, QWidget* parent) : QOpenGLWidget(parent), workbench_(workbench) {
+View::View(Workbench& workbench, DrawnScene& drawn, QWidget* parent)
+    : QOpenGLWidget(parent), workbench_(workbench), drawn_(drawn) {
   setMouseTracking(true);
   setFocusPolicy(Qt::StrongFocus);
   setMinimumSize(160, 120);
@@ -32,7 +34,7 @@ void View::release() {
   makeCurrent();
   destroy_painters();
   label_painter_.destroy();
-  workbench_.buffers.detach(this);
+  drawn_.buffers().detach(this);
   doneCurrent();
   ready_ = false;
 }
@@ -47,7 +49,7 @@ void View::initializeGL() {
     load_gl();
     create_painters();
     label_painter_.create();
-    workbench_.buffers.attach(this);
+    drawn_.buffers().attach(this);
     ready_ = true;
   } catch (const std::exception& error) {
     workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
@@ -58,7 +60,7 @@ void View::paintGL() {
   if (!ready_) return;
   emit painted();
   if (workbench_.has_volume()) prepare();
-  workbench_.buffers.begin_reading();
+  drawn_.buffers().begin_reading();
   paint();
   std::vector<Label> labels;
   if (workbench_.has_volume()) {
@@ -70,7 +72,7 @@ void View::paintGL() {
   const double ratio = devicePixelRatio();
   label_painter_.draw(size() * ratio, ratio, font(), labels);
   end_frame();
-  workbench_.buffers.end_reading(this);
+  drawn_.buffers().end_reading(this);
 }
 
 // Keys act in the view under the mouse, unless something is being typed.

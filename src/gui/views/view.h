@@ -6,13 +6,14 @@
 
 namespace simplexseg {
 
+class DrawnScene;
 class Workbench;
 
 /// What the four views have in common: an OpenGL surface that repaints when the workbench has changed.
 class View : public QOpenGLWidget {
   Q_OBJECT
  public:
-  View(Workbench& workbench, QWidget* parent);
+  View(Workbench& workbench, DrawnScene& drawn, QWidget* parent);
   ~View() override;
 
   /// The whole volume in view.
@@ -41,6 +42,7 @@ class View : public QOpenGLWidget {
 
   Eigen::Vector2f viewport_px() const;
   Workbench& workbench_;
+  DrawnScene& drawn_;
 
  private:
   LabelPainter label_painter_;

@@ -19,6 +19,7 @@
 #include "gui/panels/plan_panel.h"
 #include "gui/panels/point_panel.h"
 #include "gui/panels/simulation_panel.h"
+#include "gui/views/drawn_scene.h"
 #include "gui/views/slice_view.h"
 #include "gui/views/space_view.h"
 #include "gui/window/file_actions.h"
@@ -34,6 +35,7 @@ constexpr int kTallWindow = 940;  ///< pixels of height from which on Plan and C
 
 MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare)
     : workbench_(std::make_unique<Workbench>(std::move(engine), std::move(spare))),
+      drawn_(std::make_unique<DrawnScene>(*workbench_)),
       loop_(std::make_unique<FrameLoop>(*workbench_)) {
   setWindowTitle("SimplexSeg");
   setAcceptDrops(true);
@@ -71,9 +73,9 @@ void MainWindow::build_views() {
   view_grid_->setContentsMargins(2, 2, 2, 2);
   view_grid_->setSpacing(3);
   for (const Orientation orientation : kOrientations) {
-    slices_[static_cast<int>(orientation)] = new SliceView(*workbench_, orientation, views);
+    slices_[static_cast<int>(orientation)] = new SliceView(*workbench_, *drawn_, orientation, views);
   }
-  space_ = new SpaceView(*workbench_, views);
+  space_ = new SpaceView(*workbench_, *drawn_, views);
   View* const order[] = {slices_[0], slices_[1], slices_[2], space_};
   for (int n = 0; n < 4; ++n) {
     view_grid_->addWidget(order[n], n / 2, n % 2);
@@ -229,7 +231,7 @@ void MainWindow::connect_messages() {
   connect(workbench_.get(), &Workbench::scene_changed, this, &MainWindow::refresh_actions);
   connect(workbench_.get(), &Workbench::running_changed, this, &MainWindow::refresh_actions);
   connect(workbench_.get(), &Workbench::view_changed, this, &MainWindow::refresh_readout);
-  connect(workbench_.get(), &Workbench::drawing_changed, this, &MainWindow::refresh_drawing);
+  connect(drawn_.get(), &DrawnScene::manner_changed, this, &MainWindow::refresh_drawing);
   connect(files_, &FileActions::name_changed, this, [this] {
     const QString name = files_->scene_name();
     setWindowTitle(name.isEmpty() ? "SimplexSeg" : name + " - SimplexSeg");

@@ -13,6 +13,7 @@ namespace simplexseg {
 class ActionTable;
 class BackgroundJob;
 class ConvergencePanel;
+class DrawnScene;
 class Engine;
 class FileActions;
 class ForcePanel;
@@ -34,6 +35,7 @@ class MainWindow : public QMainWindow {
   ~MainWindow() override;
 
   Workbench& workbench() { return *workbench_; }
+  DrawnScene& drawn() { return *drawn_; }
   FrameLoop& loop() { return *loop_; }
   FileActions& files() { return *files_; }
   ActionTable& actions() { return *actions_; }
@@ -77,6 +79,7 @@ class MainWindow : public QMainWindow {
   void choose_and_save_picture();
 
   std::unique_ptr<Workbench> workbench_;
+  std::unique_ptr<DrawnScene> drawn_;
   std::unique_ptr<FrameLoop> loop_;
   ActionTable* actions_ = nullptr;
   BackgroundJob* job_ = nullptr;

@@ -15,7 +15,9 @@
 #include "core/error.h"
 #include "gui/input/action_table.h"
 #include "gui/input/help.h"
+#include "gui/panels/simulation_panel.h"
 #include "gui/panels/widgets.h"
+#include "gui/views/drawn_scene.h"
 #include "gui/views/slice_view.h"
 #include "gui/views/space_view.h"
 #include "gui/window/file_actions.h"
@@ -153,10 +155,12 @@ void MainWindow::refresh_readout() {
 }
 
 void MainWindow::refresh_drawing() {
-  const SceneBuffers& buffers = workbench_->buffers;
+  const SceneBuffers& buffers = drawn_->buffers();
   drawing_->setText(QString::fromStdString(buffers.renderer()) + ": " +
                     (buffers.on_device() ? tr("drawn on the device") : tr("uploaded each frame")));
   drawing_->setToolTip(QString::fromStdString(buffers.how()));
+  simulation_->show_drawing(
+      tr("%1; OpenGL by %2").arg(QString::fromStdString(buffers.how()), QString::fromStdString(buffers.renderer())));
 }
 
 void MainWindow::maximise(View* view) {

@@ -12,6 +12,7 @@
 #include <numeric>
 
 #include "core/error.h"
+#include "gui/views/drawn_scene.h"
 #include "gui/views/slice_view.h"
 #include "gui/window/main_window.h"
 #include "gui/workbench/frame_loop.h"
@@ -142,10 +143,10 @@ QByteArray measure(MainWindow& window, double seconds) {
   QJsonObject json = describe(joined(simulating, dragging));
   qint64 vertices = 0;
   for (const MeshItem& item : bench.scene().meshes) vertices += item.mesh.vertex_count();
-  json["renderer"] = QString::fromStdString(bench.buffers.renderer());
+  json["renderer"] = QString::fromStdString(window.drawn().buffers().renderer());
   json["backend"] = bench.session().engine().backend();
   json["device"] = QString::fromStdString(bench.session().engine().description());
-  json["display"] = bench.buffers.on_device() ? "device" : "upload";
+  json["display"] = window.drawn().buffers().on_device() ? "device" : "upload";
   json["size"] = QString("%1x%2").arg(window.width()).arg(window.height());
   json["meshes"] = static_cast<qint64>(bench.scene().meshes.size());
   json["vertices"] = vertices;

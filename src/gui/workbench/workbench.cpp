@@ -22,13 +22,11 @@ void Workbench::open(Scene scene, Volume volume, References references) {
   cuts_.forget();
   set_running(false);
   paused_by_user_ = false;
-  drawing_failed_ = false;
   settle_.stop();
   mark_saved();
   const std::vector<MeshItem>& meshes = this->scene().meshes;
   view.active_mesh = meshes.empty() ? 0 : meshes.front().id;
   view.selected_point = view.hovered_point = 0;
-  buffers.forget_slices();
   if (has_volume()) {
     const VolumeGeometry& geometry = session_.volume().geometry();
     view.crosshair_mm = snap_to_voxel(geometry, meshes.empty() ? geometry.centre_mm() : meshes.front().seed.centre_mm);
@@ -157,44 +155,25 @@ void Workbench::mark_saved() {
   saved_steps_ = session_.total_steps();
 }
 
-const SceneBuffers* Workbench::drawn_surfaces() {
-  return draw([this] { buffers.update_surfaces(session_, view); }) ? &buffers : nullptr;
-}
-
-const SceneBuffers::Outlines* Workbench::drawn_outlines(Orientation orientation) {
-  const SceneBuffers::Outlines* outlines = nullptr;
-  draw([&] { outlines = &buffers.update_outlines(session_, view, orientation); });
-  return outlines;
-}
-
-const SceneBuffers::Slice* Workbench::drawn_slice(Orientation orientation) {
-  const SceneBuffers::Slice* slice = nullptr;
-  draw([&] { slice = &buffers.update_slice(session_, view, orientation); });
-  return slice;
-}
-
 // While a view paints no signal may be given that changes the window: those are queued.
-bool Workbench::draw(const std::function<void()>& draw) {
-  if (drawing_failed_) return false;
-  const std::string before = buffers.how();
+bool Workbench::draw(const std::function<void(Session&)>& draw) {
   const auto later = [this](auto&& act) { QMetaObject::invokeMethod(this, act, Qt::QueuedConnection); };
   try {
     try {
-      draw();
+      draw(session_);
     } catch (const DeviceError& failure) {
       session_.lose_engine(failure);
-      draw();
+      draw(session_);
       later([this] { announce(); });
     }
   } catch (const std::exception& error) {
-    drawing_failed_ = true;
     later([this, why = QString::fromUtf8(error.what())] {
       set_running(false);
       say(Severity::Failure, why);
     });
+    return false;
   }
-  if (buffers.how() != before) later([this] { emit drawing_changed(); });
-  return !drawing_failed_;
+  return true;
 }
 
 Volume::Range contrast_range(const Volume& volume) {

@@ -6,7 +6,6 @@
 #include <functional>
 #include <memory>
 
-#include "gui/drawing/scene_buffers.h"
 #include "gui/look/view_state.h"
 #include "gui/workbench/repeated_warning.h"
 #include "io/references.h"
@@ -62,20 +61,17 @@ class Workbench : public QObject {
   void mark_saved();
   void say(Severity severity, const QString& text) { emit message(severity, text); }
 
-  SceneBuffers buffers;
-  /// For a view while it paints: the surfaces in the session's present pose, a slice through the crosshair (there must
-  /// be a volume). Null when they cannot be drawn, which becomes a message.
-  const SceneBuffers* drawn_surfaces();
-  const SceneBuffers::Outlines* drawn_outlines(Orientation orientation);
-  const SceneBuffers::Slice* drawn_slice(Orientation orientation);
+  /// Calls `draw` with the session for Session::drawing, and once more when a device was lost and the spare engine has
+  /// taken over. For views while they paint. False when it cannot be drawn: the simulation pauses, and there is a
+  /// message.
+  bool draw(const std::function<void(Session&)>& draw);
 
  signals:
   void scene_changed();                            ///< meshes, points, parameters, undo history; poses too
   void pose_changed();                             ///< poses only
   void advanced(const simplexseg::Advance& done);  ///< before pose_changed
   void restarted();                                ///< a scene was opened, or meshes went back to their spheres
-  void point_moved();      ///< an attraction point; while it is dragged scene_changed follows only now and then
-  void drawing_changed();  ///< how the buffers are drawn
+  void point_moved();  ///< an attraction point; while it is dragged scene_changed follows only now and then
   void view_changed();
   void volume_changed();
   void running_changed();
@@ -85,14 +81,12 @@ class Workbench : public QObject {
   void forget_missing_items();
   void report(const Advance& advance);
   void announce();
-  bool draw(const std::function<void()>& draw);
   void set_running(bool running);
 
   Session session_;
   References references_;
   RepeatedWarning cuts_;
   QTimer settle_;  ///< until the panels follow a drag
-  bool drawing_failed_ = false;
   bool running_ = false;
   bool paused_by_user_ = false;
   std::size_t saved_log_ = 0;

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/views/drawn_scene.h"
+
+#include "core/expect.h"
+#include "gui/workbench/workbench.h"
+
+namespace simplexseg {
+
+DrawnScene::DrawnScene(Workbench& workbench) : workbench_(workbench) {
+  connect(&workbench_, &Workbench::volume_changed, this, &DrawnScene::begin_volume);
+}
+
+void DrawnScene::begin_volume() {
+  buffers_.forget_slices();
+  failed_ = false;
+}
+
+const SceneBuffers* DrawnScene::surfaces() {
+  return update_buffers([this](Session& session) { buffers_.update_surfaces(session, workbench_.view); }) ? &buffers_
+                                                                                                          : nullptr;
+}
+
+const SceneBuffers::Outlines* DrawnScene::outlines(Orientation orientation) {
+  SIMPLEXSEG_EXPECT(workbench_.has_volume());
+  const SceneBuffers::Outlines* outlines = nullptr;
+  const bool drawn = update_buffers(
+      [&](Session& session) { outlines = &buffers_.update_outlines(session, workbench_.view, orientation); });
+  return drawn ? outlines : nullptr;
+}
+
+const SceneBuffers::Slice* DrawnScene::slice(Orientation orientation) {
+  SIMPLEXSEG_EXPECT(workbench_.has_volume());
+  const SceneBuffers::Slice* slice = nullptr;
+  const bool drawn =
+      update_buffers([&](Session& session) { slice = &buffers_.update_slice(session, workbench_.view, orientation); });
+  return drawn ? slice : nullptr;
+}
+
+bool DrawnScene::update_buffers(const std::function<void(Session&)>& update) {
+  if (failed_) return false;
+  const std::string before = buffers_.how();
+  failed_ = !workbench_.draw(update);
+  // While a view paints no signal may be given that changes the window: it waits until the view has painted.
+  if (buffers_.how() != before) QMetaObject::invokeMethod(this, &DrawnScene::manner_changed, Qt::QueuedConnection);
+  return !failed_;
+}
+
+}  // namespace simplexseg
