@@ -5,9 +5,9 @@
 #include <map>
 
 #include "gpu/backend.h"
-#include "gui/views/camera.h"
+#include "gui/views/orbit_camera.h"
+#include "gui/views/picking.h"
 #include "gui/views/slice_view.h"
-#include "gui/views/surfaces.h"
 #include "gui/workbench/frame_statistics.h"
 #include "session/session.h"
 #include "step/simulation_parameters.h"

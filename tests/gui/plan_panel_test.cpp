@@ -21,10 +21,10 @@ class PlanPanelTest : public WindowTest {
     if (IsSkipped()) return;
     open_phantom();
     bench().pause();
-    window_->show_panel("Plan");
-    wait_until([&] { return window_->plan().in_sight(); });
+    window_->panels().show("Plan");
+    wait_until([&] { return window_->panels().plan().in_sight(); });
   }
-  QTreeWidget& list() { return *window_->plan().findChild<QTreeWidget*>(); }
+  QTreeWidget& list() { return *window_->panels().plan().findChild<QTreeWidget*>(); }
   static void collect(const QTreeWidgetItem* row, QStringList& names) {
     for (int n = 0; n < row->childCount(); ++n) {
       if (row->child(n)->childCount() == 0) names << row->child(n)->text(0);
@@ -38,7 +38,7 @@ class PlanPanelTest : public WindowTest {
     return names;
   }
   /// What is held; how much of the memory that is follows, and changes by itself on a device.
-  QString totals() { return window_->plan().findChild<QLabel*>()->text().section(" held", 0, 0); }
+  QString totals() { return window_->panels().plan().findChild<QLabel*>()->text().section(" held", 0, 0); }
 };
 
 TEST_F(PlanPanelTest, ASliderAtZeroMovesAForceAmongWhatIsLeftOut) {
@@ -46,7 +46,7 @@ TEST_F(PlanPanelTest, ASliderAtZeroMovesAForceAmongWhatIsLeftOut) {
   EXPECT_FALSE(rows(0).contains("region targets"));
   EXPECT_TRUE(rows(2).contains("region targets"));
   const QString before = totals();
-  QSlider* slider = window_->forces().row(ForceId::Region, 0)->slider();
+  QSlider* slider = window_->panels().forces().row(ForceId::Region, 0)->slider();
   slider->setValue(700);
   EXPECT_TRUE(rows(0).contains("region targets"));
   EXPECT_TRUE(rows(1).contains("region search"));
@@ -73,54 +73,55 @@ TEST_F(PlanPanelTest, WhatIsLeftOutStandsUnderItsReason) {
 TEST_F(PlanPanelTest, EveryItemOfThePlanIsARow) {
   const StepPlan plan = bench().session().plan();
   EXPECT_EQ(rows(0).size() + rows(1).size() + rows(2).size(), static_cast<qsizetype>(plan.items.size()));
-  EXPECT_TRUE(window_->plan().shown() == plan);
+  EXPECT_TRUE(window_->panels().plan().shown() == plan);
 }
 
 TEST_F(PlanPanelTest, ItFollowsPointsMeshesAndRefinement) {
   EXPECT_FALSE(rows(0).contains("attraction points"));
   bench().apply(AddAttractionPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(15, 0, 0)});
   EXPECT_TRUE(rows(0).contains("attraction points"));
-  std::size_t held = window_->plan().shown().bytes_held();
+  std::size_t held = window_->panels().plan().shown().bytes_held();
   bench().apply(AddMesh{"other", Seed{bench().view.crosshair_mm, 6}, {}, 0});
-  EXPECT_GT(window_->plan().shown().bytes_held(), held);
-  held = window_->plan().shown().bytes_held();
+  EXPECT_GT(window_->panels().plan().shown().bytes_held(), held);
+  held = window_->panels().plan().shown().bytes_held();
   const std::uint64_t topology = bench().session().topology_revision();
   for (int n = 0; n < 200 && bench().session().topology_revision() == topology; ++n) bench().advance_steps(10);
   ASSERT_NE(bench().session().topology_revision(), topology);
-  EXPECT_GT(window_->plan().shown().bytes_held(), held);
+  EXPECT_GT(window_->panels().plan().shown().bytes_held(), held);
 }
 
 TEST_F(PlanPanelTest, TheListIsMadeAnewOnlyWhenThePlanChanges) {
   const QTreeWidgetItem* row = list().topLevelItem(0);
-  QSlider* slider = window_->forces().row(ForceId::Smoothing, 0)->slider();
+  QSlider* slider = window_->panels().forces().row(ForceId::Smoothing, 0)->slider();
   for (const int position : {300, 400, 500}) slider->setValue(position);
   bench().advance_steps(5);
   EXPECT_EQ(list().topLevelItem(0), row);
 }
 
 TEST_F(PlanPanelTest, HiddenItAsksForNoPlan) {
-  window_->show_panel("Forces");
-  ASSERT_TRUE(wait_until([&] { return !window_->plan().in_sight(); }));
-  const StepPlan before = window_->plan().shown();
-  window_->forces().row(ForceId::Region, 0)->slider()->setValue(700);
-  EXPECT_TRUE(window_->plan().shown() == before);
-  window_->show_panel("Plan");
-  ASSERT_TRUE(wait_until([&] { return window_->plan().in_sight(); }));
+  window_->panels().show("Forces");
+  ASSERT_TRUE(wait_until([&] { return !window_->panels().plan().in_sight(); }));
+  const StepPlan before = window_->panels().plan().shown();
+  window_->panels().forces().row(ForceId::Region, 0)->slider()->setValue(700);
+  EXPECT_TRUE(window_->panels().plan().shown() == before);
+  window_->panels().show("Plan");
+  ASSERT_TRUE(wait_until([&] { return window_->panels().plan().in_sight(); }));
   EXPECT_TRUE(rows(0).contains("region targets"));
 }
 
 TEST_F(PlanPanelTest, InATallWindowItStandsBelowTheForces) {
-  window_->show_panel("Forces");
-  ASSERT_TRUE(wait_until([&] { return !window_->plan().in_sight(); }));
+  window_->panels().show("Forces");
+  ASSERT_TRUE(wait_until([&] { return !window_->panels().plan().in_sight(); }));
   window_->resize(1300, 1000);
-  ASSERT_TRUE(wait_until([&] { return window_->plan().in_sight(); }));
-  EXPECT_FALSE(window_->forces().visibleRegion().isEmpty());
-  EXPECT_GT(window_->plan().mapTo(window_.get(), QPoint()).y(), window_->forces().mapTo(window_.get(), QPoint()).y());
+  ASSERT_TRUE(wait_until([&] { return window_->panels().plan().in_sight(); }));
+  EXPECT_FALSE(window_->panels().forces().visibleRegion().isEmpty());
+  EXPECT_GT(window_->panels().plan().mapTo(window_.get(), QPoint()).y(),
+            window_->panels().forces().mapTo(window_.get(), QPoint()).y());
   window_->resize(1200, 800);
-  ASSERT_TRUE(wait_until([&] { return !window_->plan().in_sight(); }));
-  EXPECT_FALSE(window_->forces().visibleRegion().isEmpty());
-  window_->show_panel("Plan");
-  EXPECT_TRUE(wait_until([&] { return window_->plan().in_sight(); }));
+  ASSERT_TRUE(wait_until([&] { return !window_->panels().plan().in_sight(); }));
+  EXPECT_FALSE(window_->panels().forces().visibleRegion().isEmpty());
+  window_->panels().show("Plan");
+  EXPECT_TRUE(wait_until([&] { return window_->panels().plan().in_sight(); }));
 }
 
 }  // namespace

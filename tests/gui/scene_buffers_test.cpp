@@ -79,8 +79,8 @@ class FailingEngine : public Engine {
 class SceneBuffersTest : public WindowTest {
  protected:
   void paint() {
-    for (int n = 0; n < 3; ++n) window_->slice(n).grabFramebuffer();
-    window_->space().grabFramebuffer();
+    for (int n = 0; n < 3; ++n) window_->views().slice(n).grabFramebuffer();
+    window_->views().space().grabFramebuffer();
   }
   std::vector<DisplayPoint> points() {
     axial().makeCurrent();
@@ -147,10 +147,10 @@ TEST_F(SceneBuffersTest, TheViewsShareThem) {
   open_phantom();
   paint();
   for (int n = 1; n < 3; ++n) {
-    EXPECT_TRUE(share_contexts(axial(), window_->slice(n)));
+    EXPECT_TRUE(share_contexts(axial(), window_->views().slice(n)));
   }
-  EXPECT_TRUE(share_contexts(axial(), window_->space()));
-  window_->space().makeCurrent();
+  EXPECT_TRUE(share_contexts(axial(), window_->views().space()));
+  window_->views().space().makeCurrent();
   EXPECT_TRUE(glIsBuffer(window_->drawn().buffers().points()));
   EXPECT_TRUE(glIsTexture(window_->drawn().slice(Orientation::Coronal)->texture));
 }

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "gpu/backend.h"
+#include "gui/look/contrast.h"
 #include "gui/look/slice_geometry.h"
-#include "gui/workbench/workbench.h"
 #include "image/volume.h"
 #include "step/engine.h"
 

@@ -27,8 +27,8 @@ TEST_F(WarningsTest, ManyLinesBecomeOneMessageAtATime) {
 
 TEST_F(WarningsTest, AFoldedSurfaceIsSaid) {
   open_phantom();
-  const QLabel* surface = window_->simulation().surface();
-  const QLabel* motion = window_->simulation().motion();
+  const QLabel* surface = window_->panels().simulation().surface();
+  const QLabel* motion = window_->panels().simulation().motion();
   EXPECT_EQ(surface->text(), "not run yet");
   Scene folded = scene();
   const Volume volume = bench().session().volume();

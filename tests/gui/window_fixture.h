@@ -11,7 +11,9 @@
 
 #include "gui/input/action_table.h"
 #include "gui/views/slice_view.h"
+#include "gui/views/view_grid.h"
 #include "gui/window/main_window.h"
+#include "gui/window/panel_docks.h"
 #include "gui/workbench/workbench.h"
 #include "study/phantom.h"
 
@@ -35,7 +37,7 @@ class WindowTest : public ::testing::Test {
   void open_phantom(double radius_mm = 12);
   Workbench& bench() { return window_->workbench(); }
   const Scene& scene() { return bench().session().scene(); }
-  SliceView& axial() { return window_->slice(0); }
+  SliceView& axial() { return window_->views().slice(0); }
 
   static void mouse(QWidget& widget, QEvent::Type type, const QPointF& at, Qt::MouseButton button,
                     Qt::MouseButtons held, Qt::KeyboardModifiers modifiers = {});

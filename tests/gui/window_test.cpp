@@ -26,7 +26,7 @@ double nearest_vertex_mm(const MeshItem& item, const Eigen::Vector3d& to) {
 
 TEST_F(WindowTest, SlidersChangeTheSession) {
   open_phantom();
-  ParameterRow* weight = window_->forces().row(ForceId::Region, 0);
+  ParameterRow* weight = window_->panels().forces().row(ForceId::Region, 0);
   weight->slider()->setValue(700);
   EXPECT_GT(weight->value(), 0);
   EXPECT_EQ(scene().meshes[0].parameters.weight(ForceId::Region), weight->value());
@@ -35,7 +35,7 @@ TEST_F(WindowTest, SlidersChangeTheSession) {
   EXPECT_EQ(scene().meshes[0].parameters.weight(ForceId::Region), 0);
   EXPECT_EQ(weight->value(), 0);  // the panel follows
   const int damping = find_parameter(simulation_table(), "damping");
-  window_->simulation().row(damping)->number()->setValue(0.25);
+  window_->panels().simulation().row(damping)->number()->setValue(0.25);
   EXPECT_FLOAT_EQ(scene().simulation.damping, 0.25f);
 }
 
@@ -43,11 +43,11 @@ TEST_F(WindowTest, WhatOnlyVerletHasIsGreyUntilItIsChosen) {
   open_phantom();
   const int solver = find_parameter(simulation_table(), "solver"),
             damping = find_parameter(simulation_table(), "damping");
-  const ParameterRow* row = window_->simulation().row(damping);
+  const ParameterRow* row = window_->panels().simulation().row(damping);
   const QString doc = simulation_table()[damping].doc;
   EXPECT_FALSE(row->isEnabled());
   EXPECT_NE(row->toolTip(), doc);
-  EXPECT_TRUE(window_->simulation().row(solver)->isEnabled());
+  EXPECT_TRUE(window_->panels().simulation().row(solver)->isEnabled());
   bench().apply(SetSimulationParameter{solver, static_cast<float>(Solver::Verlet)});
   EXPECT_TRUE(row->isEnabled());
   EXPECT_EQ(row->toolTip(), doc);
@@ -57,7 +57,7 @@ TEST_F(WindowTest, EveryParameterOfEveryTableHasARow) {
   open_phantom();
   for (const ForceInfo& force : force_list()) {
     for (std::size_t p = 0; p < force.parameters.size(); ++p) {
-      ParameterRow* row = window_->forces().row(force.id, static_cast<int>(p));
+      ParameterRow* row = window_->panels().forces().row(force.id, static_cast<int>(p));
       ASSERT_NE(row, nullptr);
       EXPECT_EQ(row->toolTip().toStdString(), force.parameters[p].doc);
     }
@@ -68,7 +68,7 @@ TEST_F(WindowTest, TheSwitchOfAForceKeepsItsWeight) {
   open_phantom();
   bench().apply(SetForceParameter{0, ForceId::Smoothing, 0, 0.75f});
   QCheckBox* on = nullptr;
-  for (QCheckBox* box : window_->forces().findChildren<QCheckBox*>()) {
+  for (QCheckBox* box : window_->panels().forces().findChildren<QCheckBox*>()) {
     if (box->text() == force_list()[0].title) on = box;
   }
   ASSERT_NE(on, nullptr);
@@ -180,7 +180,7 @@ TEST_F(WindowTest, TheWheelChangesTheSliceByOne) {
   const Eigen::Vector3d before = bench().view.crosshair_mm;
   wheel(axial(), axial().rect().center(), 1);
   EXPECT_NEAR(bench().view.crosshair_mm.z() - before.z(), 1, 1e-9);
-  wheel(window_->slice(1), QPointF(50, 50), -2);
+  wheel(window_->views().slice(1), QPointF(50, 50), -2);
   EXPECT_NEAR(bench().view.crosshair_mm.x() - before.x(), -2, 1e-9);
   const double scale = axial().mm_per_pixel();
   wheel(axial(), axial().rect().center(), 1, Qt::ControlModifier);
@@ -235,10 +235,10 @@ TEST_F(WindowTest, DoubleClickMaximisesAndComesBack) {
   const int width = axial().width();
   mouse(axial(), QEvent::MouseButtonDblClick, QPointF(60, 60), Qt::LeftButton, Qt::LeftButton);
   QApplication::processEvents();
-  EXPECT_TRUE(window_->space().isHidden());
+  EXPECT_TRUE(window_->views().space().isHidden());
   EXPECT_TRUE(wait_until([&] { return axial().width() > 1.5 * width; }));
   mouse(axial(), QEvent::MouseButtonDblClick, QPointF(60, 60), Qt::LeftButton, Qt::LeftButton);
-  EXPECT_FALSE(window_->space().isHidden());
+  EXPECT_FALSE(window_->views().space().isHidden());
 }
 
 TEST_F(WindowTest, TheSeedToolAddsASphere) {
@@ -323,13 +323,13 @@ TEST_F(WindowTest, GreyedControlsSayWhy) {
 
 TEST_F(WindowTest, NothingHappensWithoutAVolume) {
   for (int n = 0; n < 3; ++n) {
-    drag(window_->slice(n), QPointF(20, 20), QPointF(60, 60));
-    drag(window_->slice(n), QPointF(20, 20), QPointF(60, 60), Qt::LeftButton, Qt::ShiftModifier);
-    drag(window_->slice(n), QPointF(20, 20), QPointF(60, 60), Qt::RightButton);
-    wheel(window_->slice(n), QPointF(20, 20), 3);
+    drag(window_->views().slice(n), QPointF(20, 20), QPointF(60, 60));
+    drag(window_->views().slice(n), QPointF(20, 20), QPointF(60, 60), Qt::LeftButton, Qt::ShiftModifier);
+    drag(window_->views().slice(n), QPointF(20, 20), QPointF(60, 60), Qt::RightButton);
+    wheel(window_->views().slice(n), QPointF(20, 20), 3);
   }
-  drag(window_->space(), QPointF(20, 20), QPointF(60, 60));
-  for (const Act act : {Act::Undo, Act::DeletePoint, Act::Fit, Act::CentreOnCursor, Act::Step, Act::ResetPose}) {
+  drag(window_->views().space(), QPointF(20, 20), QPointF(60, 60));
+  for (const Act act : {Act::Undo, Act::DeletePoint, Act::Fit, Act::CentreOnCrosshair, Act::Step, Act::ResetPose}) {
     window_->actions()[act]->trigger();
   }
   EXPECT_TRUE(scene().meshes.empty());

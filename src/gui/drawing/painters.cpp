@@ -3,6 +3,7 @@
 
 #include <GL/glew.h>
 
+#include <QColor>
 #include <QFile>
 #include <cstddef>
 
@@ -14,6 +15,11 @@ namespace simplexseg {
 
 Rgba rgba_of(const Colour& colour, float alpha) {
   return {colour.red / 255.0f, colour.green / 255.0f, colour.blue / 255.0f, alpha};
+}
+
+Rgba rgba_of(const QColor& colour, float alpha) {
+  return {static_cast<float>(colour.redF()), static_cast<float>(colour.greenF()), static_cast<float>(colour.blueF()),
+          alpha};
 }
 
 void load_gl() {

@@ -12,10 +12,13 @@
 #include "gui/drawing/scene_buffers.h"
 #include "session/scene.h"
 
+class QColor;
+
 namespace simplexseg {
 
 using Rgba = Eigen::Vector4f;  ///< each 0..1
 Rgba rgba_of(const Colour& colour, float alpha = 1);
+Rgba rgba_of(const QColor& colour, float alpha = 1);
 
 /// Loads the OpenGL functions of the current context. Throws Error when they cannot be had.
 void load_gl();

@@ -16,10 +16,10 @@ enum class Act {
   Undo, Redo, DeletePoint,
   ToolCrosshair, ToolZoomPan, ToolPoint, ToolSeed,
   RunPause, Step, ResetPose,
-  ShowMeshes, LessOpaque, MoreOpaque, Annotations, Slices3d, Neurological, CentreOnCursor, Fit, AutoContrast, WindowLevel,
+  ShowMeshes, LessOpaque, MoreOpaque, Annotations, Slices3d, Neurological, CentreOnCrosshair, Fit, AutoContrast, WindowLevel,
   Help, About,
-  CursorLeft, CursorRight, CursorUp, CursorDown, CursorLeft5, CursorRight5, CursorUp5, CursorDown5, NextSlice, PreviousSlice,
-  Cursor, AddPoint, ErasePoint, PickMesh, ContextMenu, Zoom, Pan, WheelSlice, WheelZoom, FollowMouse, Maximise, Rotate
+  CrosshairLeft, CrosshairRight, CrosshairUp, CrosshairDown, CrosshairLeft5, CrosshairRight5, CrosshairUp5, CrosshairDown5, NextSlice, PreviousSlice,
+  MoveCrosshair, AddPoint, ErasePoint, PickMesh, ContextMenu, Zoom, Pan, WheelSlice, WheelZoom, FollowMouse, Maximise, Rotate
 };
 // clang-format on
 

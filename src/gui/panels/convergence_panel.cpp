@@ -13,7 +13,7 @@
 #include <memory>
 
 #include "gui/look/theme.h"
-#include "gui/panels/widgets.h"
+#include "gui/look/widgets.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
 #include "image/mask.h"

@@ -12,8 +12,8 @@
 #include <QVBoxLayout>
 #include <algorithm>
 
+#include "gui/look/widgets.h"
 #include "gui/panels/parameter_row.h"
-#include "gui/panels/widgets.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {

@@ -12,7 +12,7 @@
 #include <QTreeWidget>
 #include <QVBoxLayout>
 
-#include "gui/panels/widgets.h"
+#include "gui/look/widgets.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {

@@ -15,8 +15,8 @@
 
 #include "gui/input/action_table.h"
 #include "gui/look/theme.h"
+#include "gui/look/widgets.h"
 #include "gui/panels/parameter_row.h"
-#include "gui/panels/widgets.h"
 #include "gui/workbench/frame_loop.h"
 #include "gui/workbench/workbench.h"
 #include "step/simulation_parameters.h"

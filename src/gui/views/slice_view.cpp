@@ -1,22 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a slice is drawn. Its input: slice_view_input.cpp.
 #include "gui/views/slice_view.h"
 
+#include <QKeyEvent>
+#include <QMouseEvent>
 #include <QResizeEvent>
+#include <QWheelEvent>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
+#include "core/expect.h"
 #include "gui/look/theme.h"
 #include "gui/views/drawn_scene.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {
-namespace {
-Rgba rgba_of(const QColor& colour, float alpha = 1) {
-  return {static_cast<float>(colour.redF()), static_cast<float>(colour.greenF()), static_cast<float>(colour.blueF()),
-          alpha};
-}
-}  // namespace
 
 double handle_opacity(double distance_mm) {
   constexpr double kFarthest = 12;
@@ -24,12 +23,12 @@ double handle_opacity(double distance_mm) {
 }
 
 SliceView::SliceView(Workbench& workbench, DrawnScene& drawn, Orientation orientation, QWidget* parent)
-    : View(workbench, drawn, parent), orientation_(orientation) {
+    : View(workbench, drawn, parent), orientation_(orientation), tools_(workbench, *this) {
   setObjectName(title_of(orientation));
   connect(&workbench_, &Workbench::view_changed, this, &SliceView::update_cursor);
 }
 
-SliceView::~SliceView() { release(); }
+SliceView::~SliceView() { destroy_gl_objects(); }
 
 SliceAxes SliceView::axes() const { return slice_axes(orientation_, workbench_.view.convention); }
 double SliceView::slice_mm() const { return workbench_.view.crosshair_mm[axes().normal]; }
@@ -66,6 +65,31 @@ void SliceView::centre_on_crosshair() {
   fitted_ = false;
   centre_mm_ = workbench_.view.crosshair_mm;
   update();
+}
+
+void SliceView::pan(const QPointF& by) {
+  centre_mm_ += (by.y() * axes().up - by.x() * axes().right) * mm_per_pixel_;
+  fitted_ = false;
+  update();
+}
+
+void SliceView::zoom_about(const QPointF& pixel, double factor) {
+  SIMPLEXSEG_EXPECT(workbench_.has_volume() && factor > 0);
+  const WorldBox box = world_box(workbench_.session().volume().geometry());
+  const Eigen::Vector3d before = world_of(pixel);
+  const double coarsest = 4 * box.extent_mm().maxCoeff() / std::max(std::min(width(), height()), 1);
+  mm_per_pixel_ = std::clamp(mm_per_pixel_ * factor, 1e-4 * coarsest, coarsest);
+  centre_mm_ += before - world_of(pixel);
+  fitted_ = false;
+  update();
+}
+
+void SliceView::move_by_slices(int slices) {
+  if (!workbench_.has_volume()) return;
+  const int normal = axes().normal;
+  Eigen::Vector3d at = workbench_.view.crosshair_mm;
+  at[normal] += slices * slice_spacing_mm(workbench_.session().volume().geometry())[normal];
+  workbench_.set_crosshair(at);
 }
 
 void SliceView::resizeEvent(QResizeEvent* event) {
@@ -125,7 +149,7 @@ void SliceView::draw_outlines(const Projection& projection) {
   for (const bool active : {false, true}) {  // the active one on top
     for (std::size_t m = 0; m < meshes.size(); ++m) {
       if (!meshes[m].visible || (meshes[m].id == workbench_.view.active_mesh) != active) continue;
-      outline_painter_.draw(projection, *outlines_, static_cast<int>(m), simplexseg::rgba_of(meshes[m].colour),
+      outline_painter_.draw(projection, *outlines_, static_cast<int>(m), rgba_of(meshes[m].colour),
                             (active ? 2.4f : 1.4f) * ratio);
     }
   }
@@ -157,21 +181,22 @@ void SliceView::draw_points(const Projection& projection) {
     const bool selected = point.id == workbench_.view.selected_point,
                hovered = point.id == workbench_.view.hovered_point;
     const Rgba rim = selected ? rgba_of(theme::kSelected, opacity) : Rgba(1, 1, 1, opacity);
-    discs.push_back({point.position_mm.cast<float>(), simplexseg::rgba_of(item->colour, opacity), rim,
-                     (hovered ? 7.5f : 6.0f) * ratio});
+    discs.push_back(
+        {point.position_mm.cast<float>(), rgba_of(item->colour, opacity), rim, (hovered ? 7.5f : 6.0f) * ratio});
   }
   disc_painter_.draw(projection, discs);
 }
 
 // The sphere that is being placed.
 void SliceView::draw_seed(const Projection& projection) {
-  if (drag_ != Drag::Seed) return;
+  const std::optional<Seed>& seed = tools_.seed();
+  if (!seed) return;
   constexpr int kSides = 72;
   const SliceAxes axes = this->axes();
   std::vector<Eigen::Vector3f> ends;
   const auto at = [&](int side) -> Eigen::Vector3f {
     const double angle = 2 * std::numbers::pi * side / kSides;
-    return (seed_centre_mm_ + seed_radius_mm_ * (std::cos(angle) * axes.right + std::sin(angle) * axes.up))
+    return (seed->centre_mm + seed->radius_mm * (std::cos(angle) * axes.right + std::sin(angle) * axes.up))
         .cast<float>();
   };
   for (int side = 0; side < kSides; ++side) {
@@ -201,12 +226,49 @@ void SliceView::annotate(std::vector<Label>& labels) const {
   if (!workbench_.view.show_annotations) return;
   labels.push_back({box, Qt::AlignLeft | Qt::AlignTop, corner_text(), theme::slice_colour(orientation_)});
   QString note;
-  if (drag_ == Drag::Seed) {
-    note = tr("radius %1 mm").arg(seed_radius_mm_, 0, 'f', 1);
+  if (tools_.seed()) {
+    note = tr("radius %1 mm").arg(tools_.seed()->radius_mm, 0, 'f', 1);
   } else if (workbench_.view.window_level_armed) {
     note = tr("window %1  level %2").arg(workbench_.view.window, 0, 'g', 4).arg(workbench_.view.level, 0, 'g', 4);
   }
   if (!note.isEmpty()) labels.push_back({box, Qt::AlignLeft | Qt::AlignBottom, note, theme::kSelected, false});
+}
+
+void SliceView::mousePressEvent(QMouseEvent* event) { tools_.press(*event); }
+void SliceView::mouseMoveEvent(QMouseEvent* event) { tools_.move(*event); }
+void SliceView::mouseReleaseEvent(QMouseEvent* event) { tools_.release(*event); }
+
+void SliceView::mouseDoubleClickEvent(QMouseEvent* event) {
+  if (!tools_.double_click(*event)) emit maximise_wanted();
+}
+
+void SliceView::wheelEvent(QWheelEvent* event) {
+  tools_.wheel(*event);
+  event->accept();
+}
+
+void SliceView::keyPressEvent(QKeyEvent* event) {
+  if (!tools_.key(*event)) View::keyPressEvent(event);
+}
+
+void SliceView::leaveEvent(QEvent* event) {
+  tools_.leave();
+  View::leaveEvent(event);
+}
+
+void SliceView::update_cursor() {
+  const ViewState& view = workbench_.view;
+  if (view.window_level_armed) {
+    setCursor(Qt::SizeAllCursor);
+  } else if (view.hovered_point) {
+    setCursor(Qt::PointingHandCursor);
+  } else if (view.tool == Tool::ZoomPan) {
+    setCursor(Qt::OpenHandCursor);
+  } else if (view.tool == Tool::Crosshair) {
+    setCursor(Qt::ArrowCursor);
+  } else {
+    setCursor(Qt::CrossCursor);
+  }
 }
 
 }  // namespace simplexseg

@@ -2,13 +2,16 @@
 #pragma once
 #include <vector>
 
-#include "gui/input/bindings.h"
 #include "gui/look/slice_geometry.h"
+#include "gui/views/slice_tools.h"
 #include "gui/views/view.h"
 
 namespace simplexseg {
 
-/// One slice through the crosshair with all that lies on it, and the tools that work on it.
+/// How visible a handle is at some distance from the slice: 1 on it, 0 where it is neither drawn nor hit.
+double handle_opacity(double distance_mm);
+
+/// One slice through the crosshair with all that lies on it. What mouse and keys do there: SliceTools.
 class SliceView : public View {
   Q_OBJECT
  public:
@@ -17,14 +20,23 @@ class SliceView : public View {
 
   void fit() override;
   void centre_on_crosshair() override;
+  /// Moves what is shown by a drag of so many logical pixels.
+  void pan(const QPointF& by);
+  /// Makes a pixel `factor` times as large in the patient frame, within bounds; what lies under `pixel` stays there.
+  /// There must be a volume.
+  void zoom_about(const QPointF& pixel, double factor);
+  /// Moves the crosshair by whole slices.
+  void move_by_slices(int slices);
 
   Orientation orientation() const { return orientation_; }
+  SliceAxes axes() const;
+  /// Where the slice lies along its normal.
+  double slice_mm() const;
+  double distance_to_slice_mm(const Eigen::Vector3d& world_mm) const;
   /// Between widget coordinates (logical pixels) and the plane of the slice.
   Eigen::Vector3d world_of(const QPointF& pixel) const;
   QPointF pixel_of(const Eigen::Vector3d& world_mm) const;
   double mm_per_pixel() const { return mm_per_pixel_; }
-  /// Moves the crosshair by whole slices.
-  void step_slice(int slices);
 
  protected:
   void create_painters() override;
@@ -43,11 +55,6 @@ class SliceView : public View {
   void leaveEvent(QEvent* event) override;
 
  private:
-  enum class Drag { None, Crosshair, Point, Zoom, Pan, WindowLevel, Seed };
-
-  SliceAxes axes() const;
-  double slice_mm() const;
-  double distance_to_slice_mm(const Eigen::Vector3d& world_mm) const;
   Projection projection() const;
   void draw_outlines(const Projection& projection);
   void draw_crosshair(const Projection& projection);
@@ -55,45 +62,21 @@ class SliceView : public View {
   void draw_seed(const Projection& projection);
   QString corner_text() const;
   QRectF text_box() const;
-
-  /// The point whose handle is within 8 px of the place, 0 if none; of several the nearest.
-  ItemId point_at(const QPointF& pixel) const;
-  /// The mesh whose outline is within 8 px, else the one that the place lies in, 0 if none.
-  ItemId mesh_at(const QPointF& pixel) const;
-  void begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers modifiers);
-  void begin_point(const QPointF& pixel);
-  void drag_point(const QPointF& pixel);
-  void drag_window_level(const QPointF& moved);
-  void finish_seed();
-  void hover(const QPointF& pixel);
-  void zoom_about(const QPointF& pixel, double factor);
-  void show_menu(const QPointF& pixel, const QPoint& global);
+  /// Shows the pointer of the tool that a press would begin.
   void update_cursor();
 
   const Orientation orientation_;
-  Eigen::Vector3d centre_mm_{0, 0, 0};  ///< of the widget, in the plane
-  double mm_per_pixel_ = 1;             ///< logical pixels
+  Eigen::Vector3d centre_mm_{0, 0, 0};  ///< what lies in the middle of the widget
+  double mm_per_pixel_ = 1;             ///< a logical pixel
   bool fitted_ = true;                  ///< follows the size of the widget until zoomed or panned
+  SliceTools tools_;
 
-  Drag drag_ = Drag::None;
-  ItemId dragged_point_ = 0;
-  bool drag_continues_ = false;              ///< the session knows of the drag already
-  Eigen::Vector3d grab_offset_mm_{0, 0, 0};  ///< of the handle from the mouse
-  QPointF press_, last_;
-  bool moved_ = false;
-  double wheel_degrees_ = 0;
-  Eigen::Vector3d seed_centre_mm_{0, 0, 0};
-  double seed_radius_mm_ = 0;
-
-  const SceneBuffers::Slice* slice_ = nullptr;  ///< as of prepare()
+  const SceneBuffers::Slice* slice_ = nullptr;  ///< what prepare() found, like the next
   const SceneBuffers::Outlines* outlines_ = nullptr;
   SlicePainter slice_painter_;
   OutlinePainter outline_painter_;
   LinePainter line_painter_;
   DiscPainter disc_painter_;
 };
-
-/// How visible a handle is at some distance from the slice: 1 on it, 0 where it is neither drawn nor hit.
-double handle_opacity(double distance_mm);
 
 }  // namespace simplexseg

@@ -7,16 +7,10 @@
 
 #include "gui/look/theme.h"
 #include "gui/views/drawn_scene.h"
-#include "gui/views/surfaces.h"
+#include "gui/views/picking.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {
-namespace {
-Rgba rgba_of(const QColor& colour, float alpha = 1) {
-  return {static_cast<float>(colour.redF()), static_cast<float>(colour.greenF()), static_cast<float>(colour.blueF()),
-          alpha};
-}
-}  // namespace
 
 SpaceView::SpaceView(Workbench& workbench, DrawnScene& drawn, QWidget* parent) : View(workbench, drawn, parent) {
   setObjectName("3D");
@@ -26,7 +20,7 @@ SpaceView::SpaceView(Workbench& workbench, DrawnScene& drawn, QWidget* parent) :
   setFormat(smooth);
 }
 
-SpaceView::~SpaceView() { release(); }
+SpaceView::~SpaceView() { destroy_gl_objects(); }
 
 void SpaceView::fit() {
   if (!workbench_.has_volume()) return;
@@ -109,8 +103,7 @@ void SpaceView::draw_meshes(const Projection& projection) {
   const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     if (!meshes[m].visible) continue;
-    mesh_painter_.draw(projection, *surfaces_, static_cast<int>(m),
-                       simplexseg::rgba_of(meshes[m].colour, workbench_.view.opacity));
+    mesh_painter_.draw(projection, *surfaces_, static_cast<int>(m), rgba_of(meshes[m].colour, workbench_.view.opacity));
   }
 }
 
@@ -120,8 +113,8 @@ void SpaceView::draw_points(const Projection& projection) {
     const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
     if (!item) continue;
     const Rgba rim = point.id == workbench_.view.selected_point ? rgba_of(theme::kSelected) : Rgba(1, 1, 1, 1);
-    discs.push_back({point.position_mm.cast<float>(), simplexseg::rgba_of(item->colour), rim,
-                     5.0f * static_cast<float>(devicePixelRatio())});
+    discs.push_back(
+        {point.position_mm.cast<float>(), rgba_of(item->colour), rim, 5.0f * static_cast<float>(devicePixelRatio())});
   }
   disc_painter_.draw(projection, discs);
 }
@@ -148,9 +141,9 @@ void SpaceView::annotate(std::vector<Label>& labels) const {
 
 void SpaceView::mousePressEvent(QMouseEvent* event) {
   last_ = event->position();
-  const Mouse mouse = event->button() == Qt::LeftButton    ? Mouse::Left
-                      : event->button() == Qt::RightButton ? Mouse::Right
-                                                           : Mouse::Middle;
+  Mouse mouse = Mouse::Middle;
+  if (event->button() == Qt::LeftButton) mouse = Mouse::Left;
+  if (event->button() == Qt::RightButton) mouse = Mouse::Right;
   drag_ = gesture(Where::Space, mouse, event->modifiers());
   if (drag_ == Act::PickMesh) pick(event->position());
 }

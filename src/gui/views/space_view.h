@@ -2,7 +2,7 @@
 #pragma once
 #include "gui/input/bindings.h"
 #include "gui/look/slice_geometry.h"
-#include "gui/views/camera.h"
+#include "gui/views/orbit_camera.h"
 #include "gui/views/view.h"
 
 namespace simplexseg {

@@ -29,7 +29,7 @@ View::View(Workbench& workbench, DrawnScene& drawn, QWidget* parent)
 
 View::~View() = default;
 
-void View::release() {
+void View::destroy_gl_objects() {
   if (!ready_) return;
   makeCurrent();
   destroy_painters();

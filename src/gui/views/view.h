@@ -38,7 +38,7 @@ class View : public QOpenGLWidget {
   void paintGL() override;
   void enterEvent(QEnterEvent* event) override;
   /// Every derived view calls it in its destructor: the objects need the context.
-  void release();
+  void destroy_gl_objects();
 
   Eigen::Vector2f viewport_px() const;
   Workbench& workbench_;

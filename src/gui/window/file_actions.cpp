@@ -11,7 +11,7 @@
 
 #include "core/error.h"
 #include "gui/input/action_table.h"
-#include "gui/panels/widgets.h"
+#include "gui/look/widgets.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
 #include "io/scene_export.h"

@@ -1,37 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the window is put together. What its menu entries do: main_window_actions.cpp.
 #include "gui/window/main_window.h"
 
 #include <QAction>
 #include <QActionGroup>
+#include <QCloseEvent>
 #include <QDockWidget>
-#include <QGridLayout>
-#include <QLabel>
+#include <QDragEnterEvent>
+#include <QDropEvent>
+#include <QFileDialog>
 #include <QMenuBar>
-#include <QStatusBar>
+#include <QMimeData>
 #include <QToolBar>
 #include <QVBoxLayout>
 
+#include "core/error.h"
 #include "gui/input/action_table.h"
-#include "gui/panels/convergence_panel.h"
-#include "gui/panels/force_panel.h"
-#include "gui/panels/mesh_panel.h"
-#include "gui/panels/plan_panel.h"
-#include "gui/panels/point_panel.h"
+#include "gui/input/help.h"
 #include "gui/panels/simulation_panel.h"
 #include "gui/views/drawn_scene.h"
-#include "gui/views/slice_view.h"
-#include "gui/views/space_view.h"
+#include "gui/views/view.h"
+#include "gui/views/view_grid.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/message_bar.h"
+#include "gui/window/panel_docks.h"
+#include "gui/window/status_line.h"
+#include "gui/window/workbench_actions.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/frame_loop.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {
-namespace {
-constexpr int kTallWindow = 940;  ///< pixels of height from which on Plan and Convergence have a row of their own
-}  // namespace
 
 MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare)
     : workbench_(std::make_unique<Workbench>(std::move(engine), std::move(spare))),
@@ -43,14 +41,13 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
   job_ = new BackgroundJob(this);
   files_ = new FileActions(*workbench_, *job_, *actions_, *this);
   build_views();
-  connect_actions();
-  build_panels();
+  new WorkbenchActions(*workbench_, *views_, *actions_, this);
+  connect_own_actions();
+  panels_ = std::make_unique<PanelDocks>(*this, *workbench_, *loop_, *actions_);
   build_menus();
   build_toolbar();
-  build_status();
+  setStatusBar(new StatusLine(*workbench_, *drawn_, this));
   connect_messages();
-  refresh_actions();
-  refresh_readout();
   resize(1280, 800);
 }
 
@@ -58,7 +55,7 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
 MainWindow::~MainWindow() {
   delete job_;
   delete takeCentralWidget();
-  for (QDockWidget* dock : docks_) delete dock;
+  panels_.reset();
 }
 
 void MainWindow::build_views() {
@@ -68,99 +65,20 @@ void MainWindow::build_views() {
   column->setSpacing(0);
   messages_ = new MessageBar(centre);
   column->addWidget(messages_);
-  auto* views = new QWidget(centre);
-  view_grid_ = new QGridLayout(views);
-  view_grid_->setContentsMargins(2, 2, 2, 2);
-  view_grid_->setSpacing(3);
-  for (const Orientation orientation : kOrientations) {
-    slices_[static_cast<int>(orientation)] = new SliceView(*workbench_, *drawn_, orientation, views);
+  views_ = new ViewGrid(*workbench_, *drawn_, centre);
+  for (View* view : views_->all()) {
+    connect(view, &View::painted, loop_.get(), &FrameLoop::view_painted);
+    connect(view, &View::frameSwapped, loop_.get(), &FrameLoop::view_shown);
   }
-  space_ = new SpaceView(*workbench_, *drawn_, views);
-  View* const order[] = {slices_[0], slices_[1], slices_[2], space_};
-  for (int n = 0; n < 4; ++n) {
-    view_grid_->addWidget(order[n], n / 2, n % 2);
-    view_grid_->setRowStretch(n / 2, 1);
-    view_grid_->setColumnStretch(n % 2, 1);
-    connect(order[n], &View::maximise_wanted, this, [this, view = order[n]] { maximise(view); });
-    connect(order[n], &View::painted, loop_.get(), &FrameLoop::view_painted);
-    connect(order[n], &View::frameSwapped, loop_.get(), &FrameLoop::view_shown);
-  }
-  column->addWidget(views, 1);
+  column->addWidget(views_, 1);
   setCentralWidget(centre);
-}
-
-void MainWindow::build_panels() {
-  const auto add = [&](const QString& title, QWidget* content) {
-    auto* dock = new QDockWidget(title, this);
-    dock->setObjectName(title);
-    dock->setWidget(content);
-    dock->setFeatures(QDockWidget::DockWidgetClosable);
-    docks_.push_back(dock);
-    return dock;
-  };
-  forces_ = new ForcePanel(*workbench_, this);
-  simulation_ = new SimulationPanel(*workbench_, *loop_, *actions_, this);
-  plan_ = new PlanPanel(*workbench_, this);
-  convergence_ = new ConvergencePanel(*workbench_, this);
-  QDockWidget* meshes = add(tr("Meshes"), new MeshPanel(*workbench_, this));
-  QDockWidget* forces = add(tr("Forces"), forces_);
-  QDockWidget* simulation = add(tr("Simulation"), simulation_);
-  QDockWidget* points = add(tr("Points"), new PointPanel(*workbench_, this));
-  QDockWidget* plan = add(tr("Plan"), plan_);
-  QDockWidget* convergence = add(tr("Convergence"), convergence_);
-  setTabPosition(Qt::RightDockWidgetArea, QTabWidget::North);
-  // A dock that is added to the column and made a tab later leaves a separator behind in Qt 6.4.
-  addDockWidget(Qt::RightDockWidgetArea, meshes);
-  addDockWidget(Qt::RightDockWidgetArea, forces);
-  QDockWidget* last = forces;
-  for (QDockWidget* dock : {simulation, points, plan, convergence}) {
-    tabifyDockWidget(last, dock);
-    last = dock;
-  }
-  // The tabs name them already.
-  for (QDockWidget* dock : {forces, simulation, points, plan, convergence}) dock->setTitleBarWidget(new QWidget(dock));
-  forces->raise();
-  connect(plan, &QDockWidget::visibilityChanged, plan_, &PlanPanel::set_in_sight);
-  connect(convergence, &QDockWidget::visibilityChanged, convergence_, &ConvergencePanel::set_in_sight);
-  for (QDockWidget* dock : docks_) dock->widget()->setMinimumWidth(330);
-  resizeDocks({meshes, forces}, {340, 340}, Qt::Horizontal);
-  resizeDocks({meshes, forces}, {230, 480}, Qt::Vertical);
-}
-
-// In a tall window what a slider does to the plan or the plot can be seen while it is moved.
-void MainWindow::arrange_panels() {
-  const bool below = height() >= kTallWindow;
-  if (below == plan_below_) return;
-  plan_below_ = below;
-  const auto dock_of = [](QWidget* panel) { return static_cast<QDockWidget*>(panel->parentWidget()); };
-  QDockWidget *meshes = docks_.front(), *forces = dock_of(forces_), *plan = dock_of(plan_),
-              *convergence = dock_of(convergence_);
-  if (below) {
-    addDockWidget(Qt::RightDockWidgetArea, plan, Qt::Vertical);
-    tabifyDockWidget(plan, convergence);
-    plan->raise();
-    const int rest = height() - 230;
-    resizeDocks({meshes, forces, plan}, {230, rest * 2 / 5, rest * 3 / 5}, Qt::Vertical);
-  } else {
-    tabifyDockWidget(forces, plan);
-    tabifyDockWidget(plan, convergence);
-    forces->raise();
-    resizeDocks({meshes, forces}, {230, height() - 230}, Qt::Vertical);
-  }
 }
 
 void MainWindow::resizeEvent(QResizeEvent* event) {
   QMainWindow::resizeEvent(event);
   // Not within the layout that this event is part of.
-  QMetaObject::invokeMethod(this, &MainWindow::arrange_panels, Qt::QueuedConnection);
-}
-
-void MainWindow::show_panel(const QString& title) {
-  for (QDockWidget* dock : docks_) {
-    if (dock->objectName() != title) continue;
-    dock->show();
-    dock->raise();
-  }
+  QMetaObject::invokeMethod(
+      this, [this] { panels_->arrange(); }, Qt::QueuedConnection);
 }
 
 void MainWindow::build_menus() {
@@ -181,11 +99,11 @@ void MainWindow::build_menus() {
   fill(tr("&Edit"), {{Act::Undo, Act::Redo}, {Act::DeletePoint}});
   fill(tr("&Tools"), {{Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolPoint, Act::ToolSeed}, {Act::WindowLevel}});
   fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::ResetPose}});
-  QMenu* view = fill(tr("&View"), {{Act::CentreOnCursor, Act::Fit, Act::AutoContrast, Act::Neurological},
+  QMenu* view = fill(tr("&View"), {{Act::CentreOnCrosshair, Act::Fit, Act::AutoContrast, Act::Neurological},
                                    {Act::ShowMeshes, Act::Annotations, Act::Slices3d},
                                    {Act::LessOpaque, Act::MoreOpaque}});
   view->addSeparator();
-  for (QDockWidget* dock : docks_) view->addAction(dock->toggleViewAction());
+  for (QDockWidget* dock : panels_->all()) view->addAction(dock->toggleViewAction());
   fill(tr("&Help"), {{Act::Help, Act::About}});
 }
 
@@ -208,18 +126,13 @@ void MainWindow::build_toolbar() {
   for (const Act act : {Act::WindowLevel, Act::AutoContrast, Act::Fit}) bar->addAction((*actions_)[act]);
 }
 
-void MainWindow::build_status() {
-  readout_ = new QLabel(this);
-  contrast_ = new QLabel(this);
-  drawing_ = new QLabel(this);
-  for (QLabel* label : {readout_, drawing_, contrast_}) label->setContentsMargins(8, 0, 8, 0);
-  drawing_->setMinimumWidth(1);  // the first to give way in a narrow window
-  drawing_->setStyleSheet("color: #969ca4;");
-  readout_->setTextInteractionFlags(Qt::TextSelectableByMouse);
-  statusBar()->addWidget(readout_, 1);
-  statusBar()->addPermanentWidget(drawing_);
-  statusBar()->addPermanentWidget(contrast_);
-  statusBar()->setSizeGripEnabled(false);
+void MainWindow::connect_own_actions() {
+  ActionTable& actions = *actions_;
+  actions.on(Act::Quit, [this] { close(); });
+  actions.on(Act::Screenshot, [this] { choose_and_save_picture(); });
+  actions.on(Act::Help, [this] { show_bindings(this); });
+  actions.on(Act::About,
+             [this] { show_about(this, QString::fromStdString(workbench_->session().engine().description())); });
 }
 
 void MainWindow::connect_messages() {
@@ -228,14 +141,60 @@ void MainWindow::connect_messages() {
   connect(job_, &BackgroundJob::succeeded, messages_, &MessageBar::clear);
   connect(job_, &BackgroundJob::failed, this,
           [this](const QString& why) { messages_->show_message(Severity::Failure, why); });
-  connect(workbench_.get(), &Workbench::scene_changed, this, &MainWindow::refresh_actions);
-  connect(workbench_.get(), &Workbench::running_changed, this, &MainWindow::refresh_actions);
-  connect(workbench_.get(), &Workbench::view_changed, this, &MainWindow::refresh_readout);
-  connect(drawn_.get(), &DrawnScene::manner_changed, this, &MainWindow::refresh_drawing);
+  connect(drawn_.get(), &DrawnScene::manner_changed, this, [this] {
+    const SceneBuffers& buffers = drawn_->buffers();
+    panels_->simulation().show_drawing(
+        tr("%1; OpenGL by %2").arg(QString::fromStdString(buffers.how()), QString::fromStdString(buffers.renderer())));
+  });
   connect(files_, &FileActions::name_changed, this, [this] {
     const QString name = files_->scene_name();
     setWindowTitle(name.isEmpty() ? "SimplexSeg" : name + " - SimplexSeg");
   });
+}
+
+void MainWindow::save_picture(const QString& path) {
+  if (!grab().save(path, "PNG")) {
+    throw Error(path.toStdString(), "the picture could not be written", "choose another file or folder");
+  }
+}
+
+void MainWindow::choose_and_save_picture() {
+  const QString path =
+      QFileDialog::getSaveFileName(this, tr("Save a picture of the window"), "simplexseg.png", tr("PNG (*.png)"));
+  if (path.isEmpty()) return;
+  try {
+    save_picture(path);
+    workbench_->say(Severity::Note, tr("Saved %1").arg(path));
+  } catch (const std::exception& error) {
+    workbench_->say(Severity::Failure, QString::fromUtf8(error.what()));
+  }
+}
+
+void MainWindow::closeEvent(QCloseEvent* event) {
+  if (!unattended_ && !files_->may_discard()) {
+    event->ignore();
+    return;
+  }
+  workbench_->pause();
+  event->accept();
+}
+
+void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
+  if (event->mimeData()->hasUrls()) event->acceptProposedAction();
+}
+
+void MainWindow::dropEvent(QDropEvent* event) {
+  event->acceptProposedAction();
+  const QString path = FileActions::dropped_path(event->mimeData());
+  if (path.isEmpty()) {
+    workbench_->say(Severity::Warning, tr("What was dropped is not a file on this machine"));
+  } else if (job_->busy()) {
+    workbench_->say(Severity::Warning, tr("Wait for what is being loaded or saved"));
+  } else {
+    // Not within the drop: the question about unsaved changes would hold up the program dragged from.
+    QMetaObject::invokeMethod(
+        this, [this, path] { files_->open(path); }, Qt::QueuedConnection);
+  }
 }
 
 }  // namespace simplexseg

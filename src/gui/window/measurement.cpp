@@ -14,6 +14,7 @@
 #include "core/error.h"
 #include "gui/views/drawn_scene.h"
 #include "gui/views/slice_view.h"
+#include "gui/views/view_grid.h"
 #include "gui/window/main_window.h"
 #include "gui/workbench/frame_loop.h"
 #include "gui/workbench/workbench.h"
@@ -53,7 +54,7 @@ ItemId point_to_drag(Workbench& bench, SliceView& view) {
 /// Drags until `end_s`; returns how many bytes the start of it read back (the undo history takes the poses).
 std::uint64_t drag_point(MainWindow& window, ItemId point, double end_s) {
   Workbench& bench = window.workbench();
-  SliceView& view = window.slice(0);
+  SliceView& view = window.views().slice(0);
   const AttractionPoint* item = bench.scene().find_point(point);
   if (!item) return 0;
   const QPointF handle = view.pixel_of(item->position_mm);
@@ -125,7 +126,7 @@ QByteArray measure(MainWindow& window, double seconds) {
     if (item.parameters.weight(ForceId::IntensityProfile) > 0 && item.profiles.empty()) unrecorded.push_back(item.id);
   }
   for (const ItemId mesh : unrecorded) bench.apply(RecordProfiles{mesh});
-  const ItemId point = point_to_drag(bench, window.slice(0));
+  const ItemId point = point_to_drag(bench, window.views().slice(0));
   bench.run();
   wait_until_s(FrameStatistics::now_s() + 1);
 

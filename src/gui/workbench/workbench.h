@@ -93,7 +93,4 @@ class Workbench : public QObject {
   std::int64_t saved_steps_ = 0;
 };
 
-/// Low and high intensity between which nearly all voxels that differ from the background lie; for a CT, soft tissue.
-Volume::Range contrast_range(const Volume& volume);
-
 }  // namespace simplexseg

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gui/views/surfaces.h"
+#include "gui/views/picking.h"
 
 #include <Eigen/Geometry>
 

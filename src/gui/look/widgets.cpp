@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gui/panels/widgets.h"
+#include "gui/look/widgets.h"
 
 #include <QAction>
 #include <QPainter>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gui/views/camera.h"
+#include "gui/views/orbit_camera.h"
 
 #include <algorithm>
 #include <cmath>

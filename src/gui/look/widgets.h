@@ -4,7 +4,7 @@
 #include <QIcon>
 #include <QString>
 
-#include "session/scene.h"
+#include "core/colour.h"
 
 class QAction;
 class QWidget;

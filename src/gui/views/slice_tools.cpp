@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/views/slice_tools.h"
+
+#include <QKeyEvent>
+#include <QMenu>
+#include <QMouseEvent>
+#include <QWheelEvent>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "gui/input/bindings.h"
+#include "gui/views/picking.h"
+#include "gui/views/slice_view.h"
+#include "gui/workbench/workbench.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr double kHitRadius = 8;   // logical pixels
+constexpr double kDragStarts = 3;  // logical pixels: less is a click
+
+double length(const QPointF& offset) { return std::hypot(offset.x(), offset.y()); }
+
+double distance_to_segment(const QPointF& p, const QPointF& a, const QPointF& b) {
+  const QPointF along = b - a, to = p - a;
+  const double squared = QPointF::dotProduct(along, along);
+  const double t = squared > 0 ? std::clamp(QPointF::dotProduct(to, along) / squared, 0.0, 1.0) : 0;
+  return length(p - (a + t * along));
+}
+
+}  // namespace
+
+SliceTools::SliceTools(Workbench& workbench, SliceView& view) : workbench_(workbench), view_(view) {}
+
+ItemId SliceTools::point_at(const QPointF& pixel) const {
+  ItemId nearest = 0;
+  double best = kHitRadius;
+  for (const AttractionPoint& point : workbench_.scene().points) {
+    if (handle_opacity(view_.distance_to_slice_mm(point.position_mm)) <= 0) continue;
+    const double distance = length(view_.pixel_of(point.position_mm) - pixel);
+    if (distance <= best) {
+      best = distance;
+      nearest = point.id;
+    }
+  }
+  return nearest;
+}
+
+ItemId SliceTools::mesh_at(const QPointF& pixel) const {
+  ItemId nearest = 0, around = 0;
+  double best = kHitRadius;
+  // Reads the poses back: for a click, never for each move of the mouse.
+  for (const Surface& surface : visible_surfaces(workbench_.session().scene())) {
+    const std::vector<Eigen::Vector3f> ends_mm =
+        cut_surface(surface.shape, view_.axes().normal, static_cast<float>(view_.slice_mm()));
+    bool inside = false;
+    for (std::size_t n = 0; n + 1 < ends_mm.size(); n += 2) {
+      const QPointF a = view_.pixel_of(ends_mm[n].cast<double>()), b = view_.pixel_of(ends_mm[n + 1].cast<double>());
+      const double distance = distance_to_segment(pixel, a, b);
+      if (distance <= best) {
+        best = distance;
+        nearest = surface.mesh;
+      }
+      // Crossings of a ray to the right: odd inside a closed outline.
+      if ((a.y() > pixel.y()) != (b.y() > pixel.y()) &&
+          pixel.x() < a.x() + (pixel.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x())) {
+        inside = !inside;
+      }
+    }
+    if (inside) around = surface.mesh;
+  }
+  return nearest ? nearest : around;
+}
+
+void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers modifiers) {
+  ViewState& view = workbench_.view;
+  if (view.window_level_armed) {
+    drag_ = Drag::WindowLevel;
+    return;
+  }
+  const std::optional<Act> act = gesture(Where::Slices, Mouse::Left, modifiers);
+  if (!act) return;
+  const ItemId under = point_at(pixel);
+  switch (*act) {
+    case Act::AddPoint:
+      begin_point(pixel);
+      return;
+    case Act::ErasePoint:
+      if (under) workbench_.apply(DeleteAttractionPoint{under});
+      return;
+    case Act::PickMesh:
+      workbench_.set_active_mesh(mesh_at(pixel));
+      return;
+    default:
+      break;
+  }
+  if (view.tool == Tool::ZoomPan) {
+    drag_ = Drag::Pan;
+  } else if (view.tool == Tool::Seed) {
+    drag_ = Drag::Seed;
+    seed_ = Seed{view_.world_of(pixel), 0};
+  } else if (under) {
+    drag_ = Drag::Point;
+    dragged_point_ = under;
+    drag_continues_ = false;
+    // The handle keeps its distance from the slice and from the mouse.
+    grab_offset_mm_ = workbench_.scene().find_point(under)->position_mm - view_.world_of(pixel);
+    view.selected_point = under;
+    workbench_.view_edited();
+  } else if (view.tool == Tool::Point) {
+    begin_point(pixel);
+  } else {
+    drag_ = Drag::Crosshair;
+    workbench_.set_crosshair(view_.world_of(pixel));
+  }
+}
+
+void SliceTools::begin_point(const QPointF& pixel) {
+  if (!workbench_.active_mesh()) {
+    workbench_.say(Severity::Warning, SliceView::tr("No mesh to attract: add one with tool 4 or in the panel Meshes"));
+    return;
+  }
+  ItemId point = 0;
+  if (!workbench_.apply(AddAttractionPoint{workbench_.view.active_mesh, view_.world_of(pixel)}, &point)) return;
+  drag_ = Drag::Point;
+  dragged_point_ = point;
+  drag_continues_ = true;
+  grab_offset_mm_.setZero();
+}
+
+void SliceTools::drag_point(const QPointF& pixel) {
+  if (!workbench_.scene().find_point(dragged_point_)) {
+    drag_ = Drag::None;
+    return;
+  }
+  if (workbench_.apply(MoveAttractionPoint{dragged_point_, view_.world_of(pixel) + grab_offset_mm_, drag_continues_})) {
+    drag_continues_ = true;
+  }
+}
+
+void SliceTools::drag_window_level(const QPointF& moved) {
+  ViewState& view = workbench_.view;
+  // The whole height of a view is about twice the window.
+  const double intensity_per_pixel = std::max(view.window, 1e-9) / 250;
+  view.window = std::max(view.window + moved.x() * intensity_per_pixel, 1e-9);
+  view.level += moved.y() * intensity_per_pixel;
+  workbench_.view_edited();
+}
+
+void SliceTools::finish_seed() {
+  const std::optional<Seed> seed = std::exchange(seed_, std::nullopt);
+  if (!seed) return;
+  if (seed->radius_mm < 2 * view_.mm_per_pixel()) {
+    workbench_.say(Severity::Note, SliceView::tr("New mesh: press at the centre, drag to the radius, release"));
+    return;
+  }
+  workbench_.apply(AddMesh{{}, *seed, std::nullopt, workbench_.view.active_mesh});
+}
+
+void SliceTools::hover(const QPointF& pixel) {
+  const ItemId under = point_at(pixel);
+  if (under == workbench_.view.hovered_point) return;
+  workbench_.view.hovered_point = under;
+  workbench_.view_edited();
+}
+
+void SliceTools::press(const QMouseEvent& event) {
+  if (!workbench_.has_volume() || drag_ != Drag::None) return;
+  press_ = last_ = event.position();
+  moved_ = false;
+  if (event.button() == Qt::LeftButton) {
+    begin_left_drag(event.position(), event.modifiers());
+    return;
+  }
+  const Mouse mouse = event.button() == Qt::RightButton ? Mouse::Right : Mouse::Middle;
+  const std::optional<Act> act = gesture(Where::Slices, mouse, {});
+  if (act == Act::Zoom) drag_ = Drag::Zoom;
+  if (act == Act::Pan) drag_ = Drag::Pan;
+}
+
+void SliceTools::move(const QMouseEvent& event) {
+  if (!workbench_.has_volume()) return;
+  const QPointF here = event.position(), moved = here - last_;
+  last_ = here;
+  moved_ |= length(here - press_) >= kDragStarts;
+  switch (drag_) {
+    case Drag::None:
+      hover(here);
+      if (event.buttons() == Qt::NoButton &&
+          gesture(Where::Slices, Mouse::Move, event.modifiers()) == Act::FollowMouse) {
+        workbench_.set_crosshair(view_.world_of(here));
+      }
+      break;
+    case Drag::Crosshair:
+      workbench_.set_crosshair(view_.world_of(here));
+      break;
+    case Drag::Point:
+      // A click on a handle selects it and does not shift it by the tremble of a hand.
+      if (moved_ || drag_continues_) drag_point(here);
+      break;
+    case Drag::Zoom:
+      if (moved_) view_.zoom_about(press_, std::exp(moved.y() * 0.01));
+      break;
+    case Drag::Pan:
+      view_.pan(moved);
+      break;
+    case Drag::WindowLevel:
+      drag_window_level(moved);
+      break;
+    case Drag::Seed:
+      seed_->radius_mm = (view_.world_of(here) - seed_->centre_mm).norm();
+      view_.update();
+      break;
+  }
+}
+
+void SliceTools::release(const QMouseEvent& event) {
+  const Drag ended = drag_;
+  drag_ = Drag::None;
+  if (ended == Drag::Seed) finish_seed();
+  if (ended == Drag::WindowLevel) {
+    workbench_.view.window_level_armed = false;
+    workbench_.view_edited();
+  }
+  if (ended == Drag::Zoom && !moved_ && gesture(Where::Slices, Mouse::RightClick, {}) == Act::ContextMenu) {
+    show_menu(event.position(), event.globalPosition().toPoint());
+  }
+  view_.update();
+}
+
+bool SliceTools::double_click(const QMouseEvent& event) {
+  // With the tools that place things two quick clicks are two places.
+  const ViewState& view = workbench_.view;
+  const bool plain = event.button() == Qt::LeftButton && !view.window_level_armed && view.tool != Tool::Point &&
+                     view.tool != Tool::Seed;
+  if (plain && gesture(Where::Slices, Mouse::DoubleClick, event.modifiers()) == Act::Maximise) return false;
+  press(event);
+  return true;
+}
+
+void SliceTools::wheel(const QWheelEvent& event) {
+  if (!workbench_.has_volume()) return;
+  const double degrees = event.angleDelta().y() / 8.0;
+  const std::optional<Act> act = gesture(Where::Slices, Mouse::Wheel, event.modifiers());
+  if (act == Act::WheelZoom) {
+    view_.zoom_about(event.position(), std::exp(-degrees / 15 * 0.15));
+  } else if (act == Act::WheelSlice) {
+    // A touchpad sends small angles: they add up to notches of 15 degrees.
+    wheel_degrees_ += degrees;
+    const int notches = static_cast<int>(wheel_degrees_ / 15);
+    wheel_degrees_ -= 15.0 * notches;
+    if (notches) view_.move_by_slices(notches);
+  }
+}
+
+bool SliceTools::key(const QKeyEvent& event) {
+  const std::optional<Act> act = key_in(Where::Slices, event);
+  if (!act || !workbench_.has_volume()) return false;
+  const SliceAxes axes = view_.axes();
+  switch (*act) {
+    case Act::CrosshairLeft:
+      move_crosshair(-axes.right, 1);
+      return true;
+    case Act::CrosshairRight:
+      move_crosshair(axes.right, 1);
+      return true;
+    case Act::CrosshairUp:
+      move_crosshair(axes.up, 1);
+      return true;
+    case Act::CrosshairDown:
+      move_crosshair(-axes.up, 1);
+      return true;
+    case Act::CrosshairLeft5:
+      move_crosshair(-axes.right, 5);
+      return true;
+    case Act::CrosshairRight5:
+      move_crosshair(axes.right, 5);
+      return true;
+    case Act::CrosshairUp5:
+      move_crosshair(axes.up, 5);
+      return true;
+    case Act::CrosshairDown5:
+      move_crosshair(-axes.up, 5);
+      return true;
+    case Act::NextSlice:
+      view_.move_by_slices(1);
+      return true;
+    case Act::PreviousSlice:
+      view_.move_by_slices(-1);
+      return true;
+    default:
+      return false;
+  }
+}
+
+void SliceTools::move_crosshair(const Eigen::Vector3d& direction, int voxels) {
+  const Eigen::Vector3d spacing_mm = slice_spacing_mm(workbench_.session().volume().geometry());
+  workbench_.set_crosshair(workbench_.view.crosshair_mm + voxels * direction.cwiseProduct(spacing_mm));
+}
+
+void SliceTools::leave() {
+  if (!workbench_.view.hovered_point || drag_ != Drag::None) return;
+  workbench_.view.hovered_point = 0;
+  workbench_.view_edited();
+}
+
+void SliceTools::show_menu(const QPointF& pixel, const QPoint& global) {
+  const Eigen::Vector3d world = view_.world_of(pixel);
+  const ItemId point = point_at(pixel), mesh = mesh_at(pixel);
+  QMenu menu(&view_);
+  menu.setToolTipsVisible(true);
+  if (point) {
+    menu.addAction(SliceView::tr("Delete this point"), [=, this] { workbench_.apply(DeleteAttractionPoint{point}); });
+    menu.addSeparator();
+  }
+  QAction* add = menu.addAction(SliceView::tr("Add attraction point here"), [=, this] {
+    workbench_.apply(AddAttractionPoint{workbench_.view.active_mesh, world});
+  });
+  if (!workbench_.active_mesh()) {
+    add->setEnabled(false);
+    add->setToolTip(SliceView::tr("There is no mesh that it could attract"));
+  }
+  if (const MeshItem* item = workbench_.scene().find_mesh(mesh); item && mesh != workbench_.view.active_mesh) {
+    menu.addAction(SliceView::tr("Make \"%1\" active").arg(QString::fromStdString(item->name)),
+                   [=, this] { workbench_.set_active_mesh(mesh); });
+  }
+  menu.addAction(SliceView::tr("Crosshair here"), [=, this] { workbench_.set_crosshair(world); });
+  menu.exec(global);
+}
+
+}  // namespace simplexseg

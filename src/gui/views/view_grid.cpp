@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/views/view_grid.h"
+
+#include <QGridLayout>
+
+#include "core/expect.h"
+#include "gui/views/slice_view.h"
+#include "gui/views/space_view.h"
+
+namespace simplexseg {
+
+ViewGrid::ViewGrid(Workbench& workbench, DrawnScene& drawn, QWidget* parent) : QWidget(parent) {
+  grid_ = new QGridLayout(this);
+  grid_->setContentsMargins(2, 2, 2, 2);
+  grid_->setSpacing(3);
+  for (const Orientation orientation : kOrientations) {
+    slices_[static_cast<int>(orientation)] = new SliceView(workbench, drawn, orientation, this);
+  }
+  space_ = new SpaceView(workbench, drawn, this);
+  const std::array<View*, 4> views = all();
+  for (int n = 0; n < 4; ++n) {
+    grid_->addWidget(views[n], n / 2, n % 2);
+    grid_->setRowStretch(n / 2, 1);
+    grid_->setColumnStretch(n % 2, 1);
+    connect(views[n], &View::maximise_wanted, this, [this, view = views[n]] { maximise(view); });
+  }
+}
+
+SliceView& ViewGrid::slice(int orientation) const {
+  SIMPLEXSEG_EXPECT(orientation >= 0 && orientation < 3);
+  return *slices_[orientation];
+}
+
+std::array<View*, 4> ViewGrid::all() const { return {slices_[0], slices_[1], slices_[2], space_}; }
+
+void ViewGrid::fit() {
+  for (View* view : all()) view->fit();
+}
+
+void ViewGrid::centre_on_crosshair() {
+  for (View* view : all()) view->centre_on_crosshair();
+}
+
+void ViewGrid::maximise(View* view) {
+  maximised_ = maximised_ == view ? nullptr : view;
+  const std::array<View*, 4> views = all();
+  for (int n = 0; n < 4; ++n) {
+    views[n]->setVisible(!maximised_ || views[n] == maximised_);
+    // An empty row or column must take no room.
+    const bool row_used = !maximised_ || maximised_ == views[2 * (n / 2)] || maximised_ == views[2 * (n / 2) + 1];
+    const bool column_used = !maximised_ || maximised_ == views[n % 2] || maximised_ == views[n % 2 + 2];
+    grid_->setRowStretch(n / 2, row_used);
+    grid_->setColumnStretch(n % 2, column_used);
+  }
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <QWidget>
+#include <array>
+
+class QGridLayout;
+
+namespace simplexseg {
+
+class DrawnScene;
+class SliceView;
+class SpaceView;
+class View;
+class Workbench;
+
+/// The four views in two rows of two: axial, sagittal, coronal, 3D. One of them can take all the room.
+class ViewGrid : public QWidget {
+ public:
+  ViewGrid(Workbench& workbench, DrawnScene& drawn, QWidget* parent);
+
+  /// `orientation`: 0 axial, 1 sagittal, 2 coronal.
+  SliceView& slice(int orientation) const;
+  SpaceView& space() const { return *space_; }
+  std::array<View*, 4> all() const;
+  /// The whole volume in all views.
+  void fit();
+  void centre_on_crosshair();
+
+ private:
+  /// Gives all the room to `view`; where it has that already, each gets its own again.
+  void maximise(View* view);
+
+  QGridLayout* grid_;
+  std::array<SliceView*, 3> slices_;
+  SpaceView* space_;
+  View* maximised_ = nullptr;
+};
+
+}  // namespace simplexseg

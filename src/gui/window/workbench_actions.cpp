@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/window/workbench_actions.h"
+
+#include <QAction>
+#include <algorithm>
+#include <utility>
+
+#include "gui/input/action_table.h"
+#include "gui/look/widgets.h"
+#include "gui/views/view_grid.h"
+#include "gui/workbench/workbench.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr std::pair<Act, Tool> kTools[] = {{Act::ToolCrosshair, Tool::Crosshair},
+                                           {Act::ToolZoomPan, Tool::ZoomPan},
+                                           {Act::ToolPoint, Tool::Point},
+                                           {Act::ToolSeed, Tool::Seed}};
+
+/// "Undo add point", and "Undo" alone where there is nothing to name.
+void name_history_entry(QAction* action, const QString& verb, const char* title) {
+  action->setText(*title ? QString("%1 %2").arg(verb, QString::fromUtf8(title)) : verb);
+  // The toolbar must not jump with every action.
+  action->setIconText(QString(verb).remove('&'));
+}
+
+}  // namespace
+
+WorkbenchActions::WorkbenchActions(Workbench& workbench, ViewGrid& views, ActionTable& actions, QObject* parent)
+    : QObject(parent), workbench_(workbench), views_(views), actions_(actions) {
+  connect_tools();
+  connect_editing();
+  connect_simulation();
+  connect_looking();
+  // While a key is held its repeats must not switch a mode off and on.
+  for (const Act act : {Act::WindowLevel, Act::RunPause, Act::ShowMeshes, Act::Annotations, Act::Slices3d})
+    actions_[act]->setAutoRepeat(false);
+  actions_[Act::ResetPose]->setIconText(tr("Reset"));
+  actions_[Act::AutoContrast]->setIconText(tr("Auto contrast"));
+  connect(&workbench_, &Workbench::scene_changed, this, &WorkbenchActions::refresh);
+  connect(&workbench_, &Workbench::running_changed, this, &WorkbenchActions::refresh);
+  connect(&workbench_, &Workbench::view_changed, this, &WorkbenchActions::refresh_ticks);
+  refresh();
+  refresh_ticks();
+}
+
+void WorkbenchActions::connect_tools() {
+  for (const auto& [act, tool] : kTools) {
+    actions_.on_toggle(act, [this, tool = tool](bool) {
+      workbench_.view.tool = tool;
+      workbench_.view.window_level_armed = false;
+      workbench_.view_edited();
+    });
+  }
+}
+
+void WorkbenchActions::connect_editing() {
+  actions_.on(Act::Undo, [this] { workbench_.apply(Undo{}); });
+  actions_.on(Act::Redo, [this] { workbench_.apply(Redo{}); });
+  actions_.on(Act::DeletePoint, [this] {
+    const ViewState& view = workbench_.view;
+    const ItemId point = view.hovered_point ? view.hovered_point : view.selected_point;
+    if (point) workbench_.apply(DeleteAttractionPoint{point});
+  });
+}
+
+void WorkbenchActions::connect_simulation() {
+  actions_.on_toggle(Act::RunPause, [this](bool run) { run ? workbench_.run() : workbench_.pause(); });
+  actions_.on(Act::Step, [this] {
+    workbench_.pause();
+    workbench_.advance_steps(1);
+  });
+  actions_.on(Act::ResetPose, [this] { workbench_.apply(ResetPose{0}); });
+}
+
+void WorkbenchActions::connect_looking() {
+  connect_tick(Act::ShowMeshes, &ViewState::show_meshes);
+  connect_tick(Act::Annotations, &ViewState::show_annotations);
+  connect_tick(Act::Slices3d, &ViewState::show_slices_3d);
+  connect_tick(Act::WindowLevel, &ViewState::window_level_armed);
+  actions_.on_toggle(Act::Neurological, [this](bool checked) {
+    workbench_.view.convention = checked ? Convention::Neurological : Convention::Radiological;
+    workbench_.view_edited();
+  });
+  actions_.on(Act::LessOpaque, [this] { change_opacity(-0.1f); });
+  actions_.on(Act::MoreOpaque, [this] { change_opacity(0.1f); });
+  actions_.on(Act::AutoContrast, [this] { workbench_.set_automatic_contrast(); });
+  actions_.on(Act::Fit, [this] { views_.fit(); });
+  actions_.on(Act::CentreOnCrosshair, [this] { views_.centre_on_crosshair(); });
+}
+
+void WorkbenchActions::connect_tick(Act act, bool ViewState::*member) {
+  actions_.on_toggle(act, [this, member](bool checked) {
+    workbench_.view.*member = checked;
+    workbench_.view_edited();
+  });
+  actions_[act]->setChecked(workbench_.view.*member);
+}
+
+void WorkbenchActions::change_opacity(float by) {
+  workbench_.view.opacity = std::clamp(workbench_.view.opacity + by, 0.1f, 1.0f);
+  workbench_.view_edited();
+}
+
+void WorkbenchActions::refresh() {
+  const Session& session = workbench_.session();
+  name_history_entry(actions_[Act::Undo], tr("&Undo"), session.undo_title());
+  name_history_entry(actions_[Act::Redo], tr("&Redo"), session.redo_title());
+  set_enabled(actions_[Act::Undo], session.can_undo(), tr("There is nothing to undo"));
+  set_enabled(actions_[Act::Redo], session.can_redo(), tr("Nothing was undone"));
+  const bool meshes = !workbench_.scene().meshes.empty();
+  const QString no_mesh = tr("There is no mesh yet: add one in the panel Meshes, or with tool 4");
+  for (const Act act : {Act::RunPause, Act::Step, Act::ResetPose}) set_enabled(actions_[act], meshes, no_mesh);
+  actions_[Act::RunPause]->setText(workbench_.running() ? tr("&Pause") : tr("&Run"));
+  actions_[Act::RunPause]->setChecked(workbench_.running());
+  set_enabled(actions_[Act::DeletePoint], !workbench_.scene().points.empty(), tr("There is no point yet"));
+  const QString no_volume = tr("Open a volume first");
+  for (const Act act : {Act::ToolSeed, Act::AutoContrast, Act::Fit, Act::CentreOnCrosshair, Act::WindowLevel}) {
+    set_enabled(actions_[act], workbench_.has_volume(), no_volume);
+  }
+  set_enabled(actions_[Act::ToolPoint], meshes, no_mesh);
+}
+
+void WorkbenchActions::refresh_ticks() {
+  for (const auto& [act, tool] : kTools) actions_[act]->setChecked(workbench_.view.tool == tool);
+  actions_[Act::WindowLevel]->setChecked(workbench_.view.window_level_armed);
+}
+
+}  // namespace simplexseg
