@@ -359,6 +359,37 @@ TEST_F(SceneBuffersTest, WithoutASpareTheWindowSaysSoAndStops) {
   EXPECT_TRUE(window_->messages().text().contains("it was lost"));
 }
 
+TEST_F(SceneBuffersTest, WhatCouldNotBeDrawnIsTriedAgainWithTheNextScene) {
+  auto engine = std::make_unique<FailingEngine>();
+  FailingEngine& device = *engine;
+  device.draws = false;
+  show_window(std::move(engine), {});
+  open_phantom();
+  paint();
+  device.draws = true;
+  EXPECT_EQ(window_->drawn().surfaces(), nullptr);
+  open_phantom();
+  expect_buffers_are_the_scene();
+}
+
+TEST_F(SceneBuffersTest, ANewVolumeIsDrawnThoughThePlaneIsTheSame) {
+  open_phantom();
+  paint();
+  SliceGrid grid;
+  const auto inner = [&] {
+    const std::vector<DisplayTexel> shown = texels(grid);
+    return shown[static_cast<std::size_t>(grid.height / 2) * grid.width + grid.width / 2].grey;
+  };
+  const ViewState before = bench().view;
+  const auto grey = inner();
+  Volume dark(bench().session().volume().geometry(), VoxelType::UInt8);
+  bench().open(Scene(scene()), dark);
+  bench().view.window = before.window;
+  bench().view.level = before.level;
+  ASSERT_EQ(bench().view.crosshair_mm, before.crosshair_mm);
+  EXPECT_LT(inner(), grey);
+}
+
 TEST_F(SceneBuffersTest, TheWindowSaysHowItIsDrawn) {
   open_phantom();
   paint();

@@ -8,6 +8,7 @@
 #include <cstddef>
 
 #include "core/error.h"
+#include "core/expect.h"
 
 static void make_shaders_known() { Q_INIT_RESOURCE(shaders); }
 
@@ -189,7 +190,8 @@ void LinePainter::destroy() {
 
 void LinePainter::draw(const Projection& projection, std::span<const Eigen::Vector3f> ends_mm, const Rgba& colour,
                        float width_px) {
-  if (ends_mm.size() < 2) return;
+  SIMPLEXSEG_EXPECT(ends_mm.size() % 2 == 0);
+  if (ends_mm.empty()) return;
   glNamedBufferData(buffer_, static_cast<GLsizeiptr>(ends_mm.size_bytes()), ends_mm.data(), GL_STREAM_DRAW);
   program_.set("clip_from_world", projection.clip_from_world);
   program_.set("viewport_px", projection.viewport_px);

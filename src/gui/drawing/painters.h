@@ -22,7 +22,7 @@ Rgba rgba_of(const QColor& colour, float alpha = 1);
 
 /// Loads the OpenGL functions of the current context. Throws Error when they cannot be had.
 void load_gl();
-/// "Mesa llvmpipe ...", of the current context.
+/// What draws in the current context: "Mesa llvmpipe ...".
 std::string gl_renderer();
 
 /// Where things go on the screen.
@@ -74,6 +74,7 @@ class LinePainter {
  public:
   void create();
   void destroy();
+  /// `ends_mm`: start, end, start, end ...
   void draw(const Projection& projection, std::span<const Eigen::Vector3f> ends_mm, const Rgba& colour, float width_px);
 
  private:
@@ -114,7 +115,7 @@ class MeshPainter {
  public:
   void create();
   void destroy();
-  /// `mesh`: which of the scene's. Opacity below 1 draws the back faces first.
+  /// `mesh`: its place in the scene's list. Opacity below 1 draws the back faces first.
   void draw(const Projection& projection, const SceneBuffers& buffers, int mesh, const Rgba& colour) const;
 
  private:
@@ -127,7 +128,7 @@ class OutlinePainter {
  public:
   void create();
   void destroy();
-  /// `mesh`: which of the scene's.
+  /// `mesh`: its place in the scene's list.
   void draw(const Projection& projection, const SceneBuffers::Outlines& outlines, int mesh, const Rgba& colour,
             float width_px) const;
 

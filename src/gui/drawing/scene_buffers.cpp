@@ -6,6 +6,7 @@
 #include <cstring>
 #include <utility>
 
+#include "core/expect.h"
 #include "gui/drawing/painters.h"
 #include "gui/look/view_state.h"
 #include "session/session.h"
@@ -90,10 +91,13 @@ void SceneBuffers::connect(Buffer& buffer, Session& session) {
   buffer.shared = session.drawing().share_buffer(buffer.name, buffer.bytes);
   buffer.generation = session.engine_generation();
   on_device_ = buffer.shared != nullptr;
-  how_ = on_device_ ? "drawn on the device (CUDA writes into OpenGL)"
-         : std::strcmp(session.engine().backend(), "cpu") == 0
-             ? "uploaded each frame: the CPU computes"
-             : "uploaded each frame: CUDA cannot write into this OpenGL";
+  if (on_device_) {
+    how_ = "drawn on the device (CUDA writes into OpenGL)";
+  } else if (std::strcmp(session.engine().backend(), "cpu") == 0) {
+    how_ = "uploaded each frame: the CPU computes";
+  } else {
+    how_ = "uploaded each frame: CUDA cannot write into this OpenGL";
+  }
 }
 
 void SceneBuffers::rebuild_topology(Session& session) {
@@ -131,6 +135,11 @@ void SceneBuffers::rebuild_topology(Session& session) {
   glNamedBufferData(indices_, static_cast<GLsizeiptr>(indices.size() * sizeof(GLuint)), indices.data(), GL_STATIC_DRAW);
   allocate(points_, point_count_ * sizeof(DisplayPoint));
   topology_ = session.topology_revision();
+}
+
+const SceneBuffers::Range& SceneBuffers::triangles(int mesh) const {
+  SIMPLEXSEG_EXPECT(mesh >= 0 && mesh < static_cast<int>(triangles_.size()));
+  return triangles_[mesh];
 }
 
 void SceneBuffers::follow_topology(Session& session) {
@@ -228,6 +237,7 @@ const SceneBuffers::Outlines& SceneBuffers::update_outlines(Session& session, co
 
 const SceneBuffers::Slice& SceneBuffers::update_slice(Session& session, const ViewState& view,
                                                       Orientation orientation) {
+  SIMPLEXSEG_EXPECT(!session.volume().empty());
   SliceState& state = slices_[static_cast<int>(orientation)];
   const double position_mm = view.crosshair_mm[slice_axes(orientation, Convention::Radiological).normal];
   if (state.valid && state.pixels.generation == session.engine_generation() && state.position_mm == position_mm &&

@@ -21,7 +21,7 @@ struct ViewState;
 /// Whoever draws first in a frame brings them up to date, once for all.
 class SceneBuffers {
  public:
-  /// Of the indices of one mesh.
+  /// Where the indices of one mesh lie in indices().
   struct Range {
     std::size_t first = 0;
     int count = 0;
@@ -34,7 +34,8 @@ class SceneBuffers {
   /// A view begins to draw from the buffers; the last one that leaves deletes them.
   void attach(const void* view);
   void detach(const void* view);
-  /// Around each frame of a view: the contexts wait for each other on the GPU, never here.
+  // These two stand around each frame of a view: the contexts wait for each other on the GPU, never here.
+
   void begin_reading() const;
   void end_reading(const void* view);
 
@@ -60,14 +61,14 @@ class SceneBuffers {
   unsigned points() const { return points_.name; }
   /// 3V triangles (centre of the cell, a, b) of each mesh, 32 bits an index.
   unsigned indices() const { return indices_; }
-  /// Of the scene's mesh of that index.
-  const Range& triangles(int mesh) const { return triangles_[mesh]; }
+  /// Those of the mesh that has this place in the scene's list.
+  const Range& triangles(int mesh) const;
 
   /// Whether the engine writes the buffers itself.
   bool on_device() const { return on_device_; }
   /// "drawn on the device (CUDA writes into OpenGL)", or "uploaded each frame" with the reason. Empty before the first.
   const std::string& how() const { return how_; }
-  /// Of OpenGL: "llvmpipe ...". Empty before the first view.
+  /// What draws, as OpenGL names it: "llvmpipe ...". Empty before the first view.
   const std::string& renderer() const { return renderer_; }
 
  private:
@@ -75,12 +76,12 @@ class SceneBuffers {
     unsigned name = 0;
     std::size_t bytes = 0;
     std::unique_ptr<SharedBuffer> shared;  ///< null: upload
-    int generation = -1;                   ///< of the engine that was asked
+    int generation = -1;                   ///< which engine was asked (Session::engine_generation)
   };
   struct SliceState {
     Slice slice;
     Buffer pixels;
-    int width = 0, height = 0;  ///< of the texture
+    int width = 0, height = 0;  ///< the size of the texture
     bool valid = false;
     double position_mm = 0, window = 0, level = 0;
   };

@@ -23,7 +23,7 @@ enum class Act {
 };
 // clang-format on
 
-/// Where a binding holds. Those of Everywhere are menu entries.
+/// Where a binding is valid. Those that are valid everywhere are menu entries.
 enum class Where { Everywhere, Slices, Space };
 enum class Mouse { None, Left, Right, Middle, RightClick, DoubleClick, Wheel, Move };
 
@@ -32,17 +32,17 @@ struct Binding {
   Where where;
   const char* keys;  ///< as QKeySequence reads them; "" for the mouse
   Mouse mouse;
-  Qt::KeyboardModifiers modifiers;  ///< of the mouse
-  const char* title;                ///< of the menu entry
-  const char* does;                 ///< for the help and the tooltip
+  Qt::KeyboardModifiers modifiers;  ///< the keys that are held with the mouse
+  const char* title;                ///< text of the menu entry; "" when there is none
+  const char* does;                 ///< one line for the help and the tooltip
 };
 std::span<const Binding> bindings();
 
 /// The first binding of `act`; every act has one.
 const Binding& binding_of(Act act);
-/// As the help names it.
+/// The heading under which the help lists its bindings.
 const char* where_name(Where where);
-/// What a press, the wheel or a key means in a view; nothing when it is not bound there.
+/// What a gesture of the mouse, or a key, means in a view; nothing when it is not bound there.
 std::optional<Act> gesture(Where where, Mouse mouse, Qt::KeyboardModifiers modifiers);
 std::optional<Act> key_in(Where where, const QKeyEvent& event);
 

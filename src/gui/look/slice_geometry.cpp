@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/expect.h"
+
 namespace simplexseg {
 
 const char* title_of(Orientation orientation) {
@@ -32,6 +34,7 @@ SliceAxes slice_axes(Orientation orientation, Convention convention) {
 }
 
 char letter_of(const Eigen::Vector3d& direction) {
+  SIMPLEXSEG_EXPECT(!direction.isZero());
   int axis;
   direction.cwiseAbs().maxCoeff(&axis);
   return "RLAPIS"[2 * axis + (direction[axis] > 0)];
@@ -51,7 +54,7 @@ WorldBox world_box(const VolumeGeometry& geometry) {
 }
 
 namespace {
-// Of the voxel axes, the one that runs nearest to a world axis.
+// The voxel axis that runs nearest to a world axis.
 int nearest_voxel_axis(const VolumeGeometry& geometry, int world_axis) {
   int best;
   geometry.direction.row(world_axis).cwiseAbs().maxCoeff(&best);
@@ -98,6 +101,7 @@ int texels_per_voxel(const VolumeGeometry& geometry) {
 
 SliceGrid slice_grid(const VolumeGeometry& geometry, Orientation orientation, const Eigen::Vector3d& through_mm,
                      int texels_per_voxel) {
+  SIMPLEXSEG_EXPECT(texels_per_voxel >= 1);
   constexpr double kMaxTexels = 2048;
   const WorldBox box = world_box(geometry);
   const Eigen::Vector3d spacing = slice_spacing_mm(geometry), extent = box.extent_mm();
@@ -117,6 +121,7 @@ SliceGrid slice_grid(const VolumeGeometry& geometry, Orientation orientation, co
 }
 
 SlicePlane slice_plane(const VolumeGeometry& geometry, const SliceGrid& grid, double window, double level) {
+  SIMPLEXSEG_EXPECT(window > 0);
   const Eigen::Affine3d index_from_world = geometry.index_from_world();
   // Rounding must neither mix a little of the next voxel in nor put the outermost texels outside.
   constexpr double kOnCentre = 1e-3;  // voxels, at the last texel

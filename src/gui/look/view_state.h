@@ -19,7 +19,7 @@ struct ViewState {
   bool show_meshes = true;
   bool show_annotations = true;
   bool show_slices_3d = true;
-  float opacity = 1;       ///< of the meshes in 3D
+  float opacity = 1;       ///< what the meshes have in the 3D view, 0..1
   ItemId active_mesh = 0;  ///< 0: none
   ItemId selected_point = 0;
   ItemId hovered_point = 0;  ///< under the mouse

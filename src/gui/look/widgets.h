@@ -15,7 +15,7 @@ namespace simplexseg {
 void set_enabled(QWidget* control, bool enabled, const QString& why_not);
 void set_enabled(QAction* action, bool enabled, const QString& why_not);
 
-/// A small square of one colour.
+/// A small square of one colour; `active`: with a bright rim.
 QIcon swatch(const Colour& colour, bool active = false);
 /// "steps_per_level" -> "Steps per level".
 QString words_of(const char* name);

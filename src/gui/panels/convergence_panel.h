@@ -36,7 +36,7 @@ class ConvergencePanel : public QWidget {
 
   const RunTrace& residuals() const { return residuals_; }
   const RunTrace& errors() const { return errors_; }
-  /// As it is on the screen.
+  /// The plot as it is on the screen; null while a text stands in its place.
   QImage picture() const;
 
  private:
@@ -64,7 +64,7 @@ class ConvergencePanel : public QWidget {
   QTimer redraw_;
   QElapsedTimer since_error_;
   RunTrace residuals_, errors_;
-  double seconds_ = 0;  ///< of simulation, since the trace began
+  double seconds_ = 0;  ///< that the simulation has run since the trace began
   bool in_sight_ = false;
   bool prepared_ = false;  ///< the scene's references have their distance maps
   int scene_ = 0;          ///< counts what was opened: maps of another scene come too late

@@ -12,6 +12,7 @@
 #include <QVBoxLayout>
 #include <algorithm>
 
+#include "core/expect.h"
 #include "gui/look/widgets.h"
 #include "gui/panels/parameter_row.h"
 #include "gui/workbench/workbench.h"
@@ -100,7 +101,9 @@ ForcePanel::Section ForcePanel::build_section(const ForceInfo& force) {
 }
 
 ParameterRow* ForcePanel::row(ForceId force, int parameter) const {
-  return sections_[static_cast<int>(force)].rows[parameter];
+  const std::vector<ParameterRow*>& rows = sections_[static_cast<int>(force)].rows;
+  SIMPLEXSEG_EXPECT(parameter >= 0 && parameter < static_cast<int>(rows.size()));
+  return rows[parameter];
 }
 
 void ForcePanel::refresh() {
@@ -136,9 +139,8 @@ void ForcePanel::switch_force(const Section& section, bool on) {
   if (on) {
     const float standard = section.force->parameters[0].default_value;
     const auto last = last_weight_.find({workbench_.view.active_mesh, section.force->id});
-    weight = last != last_weight_.end() ? last->second
-             : standard > 0             ? standard
-                                        : std::min(1.0f, section.force->parameters[0].maximum);
+    weight = standard > 0 ? standard : std::min(1.0f, section.force->parameters[0].maximum);
+    if (last != last_weight_.end()) weight = last->second;
   }
   set_parameter(section, 0, weight);
 }

@@ -22,7 +22,8 @@ class ParameterRow : public QWidget {
   QDoubleSpinBox* number() const { return number_; }
 
  signals:
-  /// By the user. A drag of the slider emits many; the session makes one undo step of them.
+  /// The user has given another value. A drag of the slider emits this many times; the session makes one undo step of
+  /// them.
   void edited(float value);
 
  private:

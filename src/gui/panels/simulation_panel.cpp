@@ -13,6 +13,7 @@
 #include <QVBoxLayout>
 #include <algorithm>
 
+#include "core/expect.h"
 #include "gui/input/action_table.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
@@ -99,6 +100,11 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
   refresh();
 }
 
+ParameterRow* SimulationPanel::row(int parameter) const {
+  SIMPLEXSEG_EXPECT(parameter >= 0 && parameter < static_cast<int>(rows_.size()));
+  return rows_[parameter];
+}
+
 void SimulationPanel::show_drawing(const QString& how) {
   drawing_ = how;
   refresh_status();
@@ -134,9 +140,15 @@ void SimulationPanel::refresh() {
 
 void SimulationPanel::refresh_surface(const QStringList& unsound) {
   const bool known = workbench_.session().total_steps() > 0 && !workbench_.scene().meshes.empty();
-  surface_->setText(!known ? tr("not run yet") : unsound.isEmpty() ? tr("sound") : unsound.join("; "));
   QPalette palette = this->palette();
-  if (known && !unsound.isEmpty()) palette.setColor(QPalette::WindowText, theme::kWarning);
+  if (!known) {
+    surface_->setText(tr("not run yet"));
+  } else if (unsound.isEmpty()) {
+    surface_->setText(tr("sound"));
+  } else {
+    surface_->setText(unsound.join("; "));
+    palette.setColor(QPalette::WindowText, theme::kWarning);
+  }
   surface_->setPalette(palette);
 }
 
@@ -161,10 +173,9 @@ void SimulationPanel::refresh_status() {
                                                              : tr("%1 meshes").arg(workbench_.scene().meshes.size())));
   const std::vector<float>& moves = workbench_.session().mean_move_mm();
   const QStringList unsound = unsound_meshes();
-  const QString state = !workbench_.running() ? tr("paused")
-                        : !loop_.at_rest()    ? tr("running")
-                        : unsound.isEmpty()   ? tr("at rest")
-                                              : tr("at rest, but not sound");
+  QString state = tr("paused");
+  if (workbench_.running()) state = tr("running");
+  if (workbench_.running() && loop_.at_rest()) state = unsound.isEmpty() ? tr("at rest") : tr("at rest, but not sound");
   if (moves.empty() || workbench_.session().total_steps() == 0) {
     motion_->setText(state);
   } else {

@@ -20,7 +20,8 @@ class SimulationPanel : public QWidget {
   SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTable& actions, QWidget* parent);
   /// How the views are drawn, and by what: shown beside the backend.
   void show_drawing(const QString& how);
-  ParameterRow* row(int parameter) const { return rows_[parameter]; }
+  /// The row of a parameter, in the order of its table.
+  ParameterRow* row(int parameter) const;
   const QLabel* motion() const { return motion_; }
   const QLabel* surface() const { return surface_; }
 
@@ -34,7 +35,7 @@ class SimulationPanel : public QWidget {
   Workbench& workbench_;
   FrameLoop& loop_;
   std::vector<ParameterRow*> rows_;
-  std::vector<QLabel*> labels_;  ///< of the rows
+  std::vector<QLabel*> labels_;  ///< the names of the rows
   QLabel* speed_;
   QLabel* frames_;
   QLabel* vertices_;

@@ -16,8 +16,8 @@ void DrawnScene::begin_volume() {
 }
 
 const SceneBuffers* DrawnScene::surfaces() {
-  return update_buffers([this](Session& session) { buffers_.update_surfaces(session, workbench_.view); }) ? &buffers_
-                                                                                                          : nullptr;
+  const bool drawn = update_buffers([this](Session& session) { buffers_.update_surfaces(session, workbench_.view); });
+  return drawn ? &buffers_ : nullptr;
 }
 
 const SceneBuffers::Outlines* DrawnScene::outlines(Orientation orientation) {

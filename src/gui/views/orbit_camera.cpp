@@ -5,9 +5,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/expect.h"
+
 namespace simplexseg {
 namespace {
-constexpr double kHalfAngle = 15 * std::numbers::pi / 180;  // of the picture's height
+constexpr double kHalfAngle = 15 * std::numbers::pi / 180;  // between the middle and the edge of the picture
 }
 
 void OrbitCamera::fit(const Eigen::Vector3d& centre_mm, double radius_mm) {
@@ -44,6 +46,7 @@ Eigen::Matrix4d OrbitCamera::eye_from_world() const {
 }
 
 Eigen::Matrix4d OrbitCamera::clip_from_eye(double aspect) const {
+  SIMPLEXSEG_EXPECT(aspect > 0);
   // A narrow picture keeps the sphere in its width.
   const double scale = 1 / std::tan(kHalfAngle) * std::min(aspect, 1.0);
   const double near = std::max(distance_mm_ - 4 * radius_mm_, 0.01 * distance_mm_), far = distance_mm_ + 4 * radius_mm_;
@@ -57,6 +60,7 @@ Eigen::Matrix4d OrbitCamera::clip_from_eye(double aspect) const {
 }
 
 OrbitCamera::Ray OrbitCamera::ray(double x, double y, double aspect) const {
+  SIMPLEXSEG_EXPECT(aspect > 0);
   const double scale = 1 / std::tan(kHalfAngle) * std::min(aspect, 1.0);
   const Eigen::Quaterniond world_from_eye = eye_from_world_.conjugate();
   const Eigen::Vector3d eye = target_mm_ + world_from_eye * Eigen::Vector3d(0, 0, distance_mm_);

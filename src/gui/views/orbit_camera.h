@@ -17,6 +17,7 @@ class OrbitCamera {
   void zoom(double factor);
 
   Eigen::Matrix4d eye_from_world() const;
+  /// `aspect`: the picture's width over its height, above 0.
   Eigen::Matrix4d clip_from_eye(double aspect) const;
   struct Ray {
     Eigen::Vector3d origin_mm, direction;

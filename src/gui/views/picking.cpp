@@ -2,7 +2,9 @@
 #include "gui/views/picking.h"
 
 #include <Eigen/Geometry>
+#include <cmath>
 
+#include "core/expect.h"
 #include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
@@ -16,6 +18,7 @@ std::vector<Surface> visible_surfaces(const Scene& scene) {
 }
 
 std::vector<Eigen::Vector3f> cut_surface(const TriangleMesh& shape, int axis, float position_mm) {
+  SIMPLEXSEG_EXPECT(axis >= 0 && axis < 3);
   std::vector<Eigen::Vector3f> segments_mm;
   for (const auto& triangle : shape.triangles) {
     float height[3];
@@ -37,6 +40,7 @@ std::vector<Eigen::Vector3f> cut_surface(const TriangleMesh& shape, int axis, fl
 // Moeller and Trumbore, Fast, minimum storage ray/triangle intersection, 1997.
 std::optional<double> hit_surface(const TriangleMesh& shape, const Eigen::Vector3d& origin_mm,
                                   const Eigen::Vector3d& direction) {
+  SIMPLEXSEG_EXPECT(std::abs(direction.norm() - 1) < 1e-6);
   std::optional<double> nearest;
   for (const auto& [a, b, c] : shape.triangles) {
     const Eigen::Vector3d corner = shape.positions[a].cast<double>();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes on the host, for what a click hits. They are drawn from SceneBuffers.
+// What a click hits, found among the meshes on the host. What is drawn comes from SceneBuffers.
 #pragma once
 #include <Eigen/Core>
 #include <optional>
@@ -9,19 +9,19 @@
 
 namespace simplexseg {
 
-/// What is drawn of one mesh: its vertices and cell centres, and the triangles over them.
+/// The surface of one mesh as it is drawn: its vertices and cell centres, and the triangles over them.
 struct Surface {
   ItemId mesh = 0;
   TriangleMesh shape;
 };
 
-/// Of the visible meshes, in the pose that the scene has.
+/// The surfaces of the visible meshes, in the pose that the scene has.
 std::vector<Surface> visible_surfaces(const Scene& scene);
 
 /// Where the plane (world axis `axis` at `position_mm`) cuts the surface: start, end, start, end ...
 std::vector<Eigen::Vector3f> cut_surface(const TriangleMesh& shape, int axis, float position_mm);
 
-/// Distance (mm) along a ray to the first triangle that it meets.
+/// Distance (mm) along a ray to the first triangle that it meets; `direction` is a unit vector.
 std::optional<double> hit_surface(const TriangleMesh& shape, const Eigen::Vector3d& origin_mm,
                                   const Eigen::Vector3d& direction);
 

@@ -42,7 +42,7 @@ class SpaceView : public View {
   OrbitCamera camera_;
   std::optional<Act> drag_;
   QPointF last_;
-  const SceneBuffers::Slice* slices_[3] = {};  ///< as of prepare()
+  const SceneBuffers::Slice* slices_[3] = {};  ///< what prepare() found, like the next
   const SceneBuffers* surfaces_ = nullptr;
   SlicePainter slice_painter_;
   LinePainter line_painter_;

@@ -5,6 +5,7 @@
 #include <QApplication>
 #include <QLineEdit>
 
+#include "core/expect.h"
 #include "gui/look/theme.h"
 #include "gui/views/drawn_scene.h"
 #include "gui/workbench/workbench.h"
@@ -27,7 +28,7 @@ View::View(Workbench& workbench, DrawnScene& drawn, QWidget* parent)
   connect(&workbench_, &Workbench::volume_changed, this, [this] { fit(); });
 }
 
-View::~View() = default;
+View::~View() { SIMPLEXSEG_EXPECT(!ready_); }
 
 void View::destroy_gl_objects() {
   if (!ready_) return;
@@ -58,7 +59,7 @@ void View::initializeGL() {
 
 void View::paintGL() {
   if (!ready_) return;
-  emit painted();
+  emit about_to_paint();
   if (workbench_.has_volume()) prepare();
   drawn_.buffers().begin_reading();
   paint();

@@ -16,28 +16,28 @@ class View : public QOpenGLWidget {
   View(Workbench& workbench, DrawnScene& drawn, QWidget* parent);
   ~View() override;
 
-  /// The whole volume in view.
+  /// Brings the whole volume into view.
   virtual void fit() = 0;
   virtual void centre_on_crosshair() = 0;
 
  signals:
   void maximise_wanted();
-  void painted();
+  void about_to_paint();
 
  protected:
   virtual void create_painters() = 0;
   virtual void destroy_painters() = 0;
-  /// Brings the shared buffers that it will draw from up to date. Before anything is drawn: what is written in between
-  /// would cut the frame in two.
+  /// Brings the shared buffers that it will draw from up to date, before anything is drawn: what is written in between
+  /// would cut the frame in two. There is a volume.
   virtual void prepare() = 0;
   virtual void paint() = 0;
-  /// Text over the picture.
+  /// Adds the text that stands over the picture. There is a volume.
   virtual void annotate(std::vector<Label>& labels) const = 0;
 
   void initializeGL() override;
   void paintGL() override;
   void enterEvent(QEnterEvent* event) override;
-  /// Every derived view calls it in its destructor: the objects need the context.
+  /// Every derived view calls it in its destructor: its painters need the context to go.
   void destroy_gl_objects();
 
   Eigen::Vector2f viewport_px() const;

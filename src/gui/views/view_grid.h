@@ -22,7 +22,7 @@ class ViewGrid : public QWidget {
   SliceView& slice(int orientation) const;
   SpaceView& space() const { return *space_; }
   std::array<View*, 4> all() const;
-  /// The whole volume in all views.
+  /// Brings the whole volume into all views.
   void fit();
   void centre_on_crosshair();
 

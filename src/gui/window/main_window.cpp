@@ -67,7 +67,7 @@ void MainWindow::build_views() {
   column->addWidget(messages_);
   views_ = new ViewGrid(*workbench_, *drawn_, centre);
   for (View* view : views_->all()) {
-    connect(view, &View::painted, loop_.get(), &FrameLoop::view_painted);
+    connect(view, &View::about_to_paint, loop_.get(), &FrameLoop::view_about_to_paint);
     connect(view, &View::frameSwapped, loop_.get(), &FrameLoop::view_shown);
   }
   column->addWidget(views_, 1);

@@ -7,6 +7,23 @@
 #include <QToolButton>
 
 namespace simplexseg {
+namespace {
+
+constexpr const char* kNoteBackground = "#2d4a63";
+
+const char* background_of(Severity severity) {
+  switch (severity) {
+    case Severity::Failure:
+      return "#7a2e2e";
+    case Severity::Warning:
+      return "#6b5420";
+    case Severity::Note:
+      break;
+  }
+  return kNoteBackground;
+}
+
+}  // namespace
 
 MessageBar::MessageBar(QWidget* parent) : QFrame(parent) {
   setObjectName("message_bar");
@@ -45,14 +62,14 @@ void MessageBar::show_text(const QString& text, const char* background) {
 void MessageBar::show_message(Severity severity, const QString& text) {
   progress_->hide();
   close_->show();
-  show_text(text, severity == Severity::Failure ? "#7a2e2e" : severity == Severity::Warning ? "#6b5420" : "#2d4a63");
+  show_text(text, background_of(severity));
   if (severity == Severity::Note) hide_timer_.start(6000);
 }
 
 void MessageBar::show_progress(const QString& text) {
   progress_->show();
   close_->hide();
-  show_text(text, "#2d4a63");
+  show_text(text, kNoteBackground);
 }
 
 void MessageBar::clear() {

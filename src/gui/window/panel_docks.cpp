@@ -3,7 +3,9 @@
 
 #include <QDockWidget>
 #include <QMainWindow>
+#include <algorithm>
 
+#include "core/expect.h"
 #include "gui/panels/convergence_panel.h"
 #include "gui/panels/force_panel.h"
 #include "gui/panels/mesh_panel.h"
@@ -81,11 +83,11 @@ void PanelDocks::arrange() {
 }
 
 void PanelDocks::show(const QString& title) {
-  for (QDockWidget* dock : docks_) {
-    if (dock->objectName() != title) continue;
-    dock->show();
-    dock->raise();
-  }
+  const auto found =
+      std::find_if(docks_.begin(), docks_.end(), [&](QDockWidget* dock) { return dock->objectName() == title; });
+  SIMPLEXSEG_EXPECT(found != docks_.end());
+  (*found)->show();
+  (*found)->raise();
 }
 
 }  // namespace simplexseg

@@ -32,7 +32,7 @@ class PanelDocks {
   ConvergencePanel& convergence() const { return *convergence_; }
   /// In the order of the menu.
   const QList<QDockWidget*>& all() const { return docks_; }
-  /// Brings the panel of this title to the front.
+  /// Brings the panel of this title, which must be one of them, to the front.
   void show(const QString& title);
   /// Suits the height of the window: in a tall one Plan and Convergence have a row of their own, so that what a slider
   /// does to the plan or the plot can be seen while it is moved.

@@ -88,7 +88,8 @@ std::optional<int> parse(const QStringList& arguments, Options& options) {
   if (name != "auto" && name != "cpu" && name != "cuda") {
     return complain(kBadInput, "--backend " + name + ": there is no such backend; give auto, cpu or cuda");
   }
-  options.backend = name == "cpu" ? Backend::Cpu : name == "cuda" ? Backend::Cuda : Backend::Auto;
+  if (name == "cpu") options.backend = Backend::Cpu;
+  if (name == "cuda") options.backend = Backend::Cuda;
   const QStringList sides = parser.value(size).split('x');
   if (sides.size() == 2) options.size = QSize(sides[0].toInt(), sides[1].toInt());
   if (options.size.width() < 640 || options.size.height() < 480 || options.size.width() > 16384 ||
@@ -237,9 +238,14 @@ int run_desktop(int argc, char** argv) {
   }
   MainWindow window(std::move(choice.engine), std::move(choice.spare));
   window.resize(options.size);
-  const int status = options.measure_s              ? measure_window(application, window, options)
-                     : options.screenshot.isEmpty() ? run_window(application, window, options, choice.note)
-                                                    : take_screenshot(application, window, options);
+  int status = kDone;
+  if (options.measure_s) {
+    status = measure_window(application, window, options);
+  } else if (!options.screenshot.isEmpty()) {
+    status = take_screenshot(application, window, options);
+  } else {
+    status = run_window(application, window, options, choice.note);
+  }
   if (status == kDone && !options.log.isEmpty()) {
     try {
       const Session& session = window.workbench().session();

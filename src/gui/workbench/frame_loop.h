@@ -18,8 +18,9 @@ class FrameLoop : public QObject {
   explicit FrameLoop(Workbench& workbench);
   /// One frame: simulation.frame_budget ms of steps, one refresh.
   void tick();
-  /// A view begins to paint; what it painted is on the screen.
-  void view_painted() { statistics_.painted(); }
+  /// Each view calls it when it begins to paint.
+  void view_about_to_paint() { statistics_.painted(); }
+  /// Each view calls it when what it painted is on the screen.
   void view_shown();
   bool at_rest() const { return at_rest_; }
   /// False while nothing can move: paused, at rest, no mesh.

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/expect.h"
+
 namespace simplexseg {
 
 double FrameStatistics::now_s() {
@@ -61,6 +63,7 @@ FrameStatistics::Record FrameStatistics::stop_recording() {
 }
 
 double percentile(std::vector<double> values, double share) {
+  SIMPLEXSEG_EXPECT(share >= 0 && share <= 1);
   if (values.empty()) return 0;
   std::sort(values.begin(), values.end());
   const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));

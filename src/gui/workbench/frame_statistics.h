@@ -49,7 +49,7 @@ class FrameStatistics {
   std::optional<Record> record_;
 };
 
-/// The value below which a share of all lie (nearest rank); 0 of none.
+/// The value below which a share (0..1) of all lie (nearest rank); 0 when there are none.
 double percentile(std::vector<double> values, double share);
 
 }  // namespace simplexseg

@@ -78,37 +78,30 @@ void Workbench::forget_missing_items() {
   if (!scene().find_point(view.hovered_point)) view.hovered_point = 0;
 }
 
-void Workbench::report(const Advance& advance) {
-  cuts_.add(advance.cuts);
-  if (advance.steps > 0) emit advanced(advance);
-  if (advance.steps > 0 || advance.refined) emit pose_changed();
-  if (advance.failure) {
+Advance Workbench::report(const std::function<Advance()>& advance) {
+  Advance done;
+  try {
+    done = advance();
+  } catch (const std::exception& error) {
+    done.failure = error.what();
+  }
+  cuts_.add(done.cuts);
+  if (done.steps > 0) emit advanced(done);
+  if (done.steps > 0 || done.refined) emit pose_changed();
+  if (done.failure) {
     set_running(false);
-    say(Severity::Failure, QString::fromStdString(*advance.failure));
+    say(Severity::Failure, QString::fromStdString(*done.failure));
   }
   announce();
+  return done;
 }
 
 Advance Workbench::advance(double seconds) {
-  Advance done;
-  try {
-    done = session_.advance(seconds);
-  } catch (const std::exception& error) {
-    done.failure = error.what();
-  }
-  report(done);
-  return done;
+  return report([&] { return session_.advance(seconds); });
 }
 
 Advance Workbench::advance_steps(int steps, bool stop_at_rest) {
-  Advance done;
-  try {
-    done = session_.advance_steps(steps, stop_at_rest);
-  } catch (const std::exception& error) {
-    done.failure = error.what();
-  }
-  report(done);
-  return done;
+  return report([&] { return session_.advance_steps(steps, stop_at_rest); });
 }
 
 void Workbench::set_running(bool running) {

@@ -20,7 +20,7 @@ enum class Severity { Note, Warning, Failure };
 class Workbench : public QObject {
   Q_OBJECT
  public:
-  /// `spare`: as of Session.
+  /// `spare`: as Session takes it.
   explicit Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare = {});
 
   const Session& session() const { return session_; }
@@ -29,7 +29,7 @@ class Workbench : public QObject {
   bool has_volume() const { return !session_.volume().empty(); }
   const MeshItem* active_mesh() const { return scene().find_mesh(view.active_mesh); }
 
-  /// The truths of the scene's meshes, those that could be read.
+  /// The references that the scene's meshes name, as far as they could be read.
   const References& references() const { return references_; }
 
   /// Throws Error as Session::open does. Crosshair, window and level are set to suit the volume.
@@ -79,7 +79,8 @@ class Workbench : public QObject {
 
  private:
   void forget_missing_items();
-  void report(const Advance& advance);
+  /// Advances, and tells everyone how it went.
+  Advance report(const std::function<Advance()>& advance);
   void announce();
   void set_running(bool running);
 
