@@ -11,7 +11,7 @@ namespace simplexseg {
 /// How visible a handle is at some distance from the slice: 1 on it, 0 where it is neither drawn nor hit.
 double handle_opacity(double distance_mm);
 
-/// One slice through the crosshair with all that lies on it. What mouse and keys do there: SliceTools.
+/// One slice through the crosshair with all that lies on it. SliceTools knows what mouse and keys do there.
 class SliceView : public View {
   Q_OBJECT
  public:
@@ -28,7 +28,6 @@ class SliceView : public View {
   /// Moves the crosshair by whole slices.
   void move_by_slices(int slices);
 
-  Orientation orientation() const { return orientation_; }
   SliceAxes axes() const;
   /// Where the slice lies along its normal.
   double slice_mm() const;
