@@ -31,7 +31,7 @@ SIMPLEXSEG_HD unsigned atomic_add(unsigned* at, int value) {
   return __atomic_fetch_add(at, static_cast<unsigned>(value), __ATOMIC_RELAXED);
 #endif
 }
-/// Of what other threads may be changing: some value that it had.
+/// Reads what other threads may be changing: some value that it had.
 SIMPLEXSEG_HD unsigned long long load_relaxed(const unsigned long long* at) {
 #ifdef __CUDA_ARCH__
   return *const_cast<const volatile unsigned long long*>(at);
@@ -39,7 +39,7 @@ SIMPLEXSEG_HD unsigned long long load_relaxed(const unsigned long long* at) {
   return __atomic_load_n(at, __ATOMIC_RELAXED);
 #endif
 }
-/// Of flags that several threads may set to the same value at once.
+/// Writes flags that several threads may set to the same value at once.
 SIMPLEXSEG_HD void store_relaxed(unsigned char* at, unsigned char value) {
 #ifdef __CUDA_ARCH__
   *at = value;

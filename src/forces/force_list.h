@@ -42,7 +42,7 @@ template <class F>
 concept Pulls = requires(const StepView& v, const MeshConstants& m, int i, Vec3& force, float& x) {
   F::take_pull(v, m, i, force, x, x);
 };
-/// The force finds a target for each vertex at each refresh, which is held in between.
+/// The force finds a target for each vertex at each refresh, which is kept in between.
 template <class F>
 concept HasTargets = requires {
   F::targets_name;

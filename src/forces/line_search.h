@@ -83,7 +83,7 @@ SIMPLEXSEG_HD Peak find_peak([[maybe_unused]] L lanes, [[maybe_unused]] Kept& ke
   return peak;
 }
 
-/// The force of a target held since the last refresh: its distance along the present normal, so that a vertex is free
+/// The force of a target kept since the last refresh: its distance along the present normal, so that a vertex is free
 /// to slide on the surface. `pull_mm` > 0 bounds it.
 SIMPLEXSEG_HD Vec3 pull_to_target(Vec4 target, Vec3 p, Vec3 n, float pull_mm) {
   float d = dot(xyz(target) - p, n);

@@ -98,7 +98,7 @@ struct LinearVoxels {
     return c.inside ? value : NAN;
   }
 #ifdef __CUDACC__
-  // Of positions known to be inside; `placed` ones, the result to be `scaled`.
+  // For positions that are known to be inside and were `placed`; the result is to be `scaled`.
   __device__ static Vec3 placed(Vec3 p) { return p; }
   __device__ float scaled(float texel) const { return texel; }
   __device__ float texel(const VolumeView& v, Vec3 p) const {
@@ -124,7 +124,7 @@ struct FetchedVoxels {
     const float value = interpolate(corners(c), c);
     return c.inside ? value : NAN;
   }
-  // Of positions known to be inside; `placed` ones, the result to be `scaled`.
+  // For positions that are known to be inside and were `placed`; the result is to be `scaled`.
   __device__ static Vec3 placed(Vec3 p) { return p; }
   __device__ float scaled(float texel) const { return texel; }
   __device__ float texel(const VolumeView& v, Vec3 p) const {

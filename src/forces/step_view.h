@@ -141,8 +141,8 @@ inline constexpr int kLongestRun = 30;
 /// Vertices and points that one call of FindNearest compares.
 inline constexpr int kNearestBlock = 128, kPointGroup = 8;
 
-/// Of a batch of steps. The first failure: step << 40 | vertex << 8 | force; ~0 when there is none. Steps are counted
-/// from the batch's start: a run that is replayed knows only its own.
+/// How a batch of steps went. The first failure: step << 40 | vertex << 8 | force; ~0 when there is none. Steps are
+/// counted from the batch's start: a run that is replayed knows only its own.
 struct StepStatus {
   unsigned long long failure = ~0ull;
   unsigned long long first = 0;     ///< step of the batch at which the present run starts
@@ -208,7 +208,7 @@ struct StepView {
   Texels<Vec4> frame;         ///< unit normal, elevation over area h / S (1/mm) of the current positions
   Vec4* new_frame = nullptr;  ///< the same array, for the kernel that writes it
   Texels<Vec4> shape;         ///< e1, e2, h_ref (mm), S_ref (mm^2)
-  /// Of each force that finds targets: the point (mm) to which it draws each vertex, and its confidence in [0, 1].
+  /// For each force that finds targets, the point (mm) to which it draws each vertex, and its confidence in [0, 1].
   Vec4* targets[kForceCount] = {};
   const float* profiles = nullptr;  ///< reference profiles, 2 * half length + 1 values a vertex
   int profile_stride = 0;

@@ -81,11 +81,9 @@ class CudaVolume {
     const auto& size = volume.geometry().size;
     const cudaExtent extent{static_cast<std::size_t>(size[0]), static_cast<std::size_t>(size[1]),
                             static_cast<std::size_t>(size[2])};
-    array_ = TexelArray(cudaCreateChannelDesc(bits, 0, 0, 0,
-                                              real       ? cudaChannelFormatKindFloat
-                                              : has_sign ? cudaChannelFormatKindSigned
-                                                         : cudaChannelFormatKindUnsigned),
-                        extent);
+    cudaChannelFormatKind kind = has_sign ? cudaChannelFormatKindSigned : cudaChannelFormatKindUnsigned;
+    if (real) kind = cudaChannelFormatKindFloat;
+    array_ = TexelArray(cudaCreateChannelDesc(bits, 0, 0, 0, kind), extent);
     cudaMemcpy3DParms copy{};
     const std::size_t row = extent.width * bytes_per_voxel(volume.type());
     copy.srcPtr = make_cudaPitchedPtr(const_cast<void*>(volume.data()), row, extent.width, extent.height);

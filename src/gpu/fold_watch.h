@@ -20,7 +20,7 @@ class FoldWatch {
     for (std::size_t k = 0; k < meshes.size(); ++k)
       folded_.push_back(motion[k].folded / static_cast<float>(std::max(meshes[k].vertex_count, 1)));
   }
-  /// Of the pose that the scene begins with.
+  /// The same for the pose that the scene begins with.
   void begin(std::span<const MeshConstants> meshes, const MeshMotion* motion) {
     note(meshes, motion);
     sound_ = folded_, undone_.assign(folded_.size(), 0);

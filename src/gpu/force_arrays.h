@@ -160,7 +160,7 @@ class ForceArrays {
                        needs.nearest_blocks,    nearest_.data(), patches_.data(),
                        attraction_sums_.data(), in_patch_.data()};
   }
-  /// Of one element a vertex, to average in.
+  /// An array of one element a vertex, to average in.
   Vec4* averaging() { return averaging_.data(); }
 
   /// add(name, arrays...) for each.

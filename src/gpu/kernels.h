@@ -233,8 +233,8 @@ struct EndOfBatch {
   int blocks;
   MeshMotion* motion;
   StepStatus* result;
-  /// What the mesh is held with in the direction in which it is held least: of the sum of E, determinant over the sum
-  /// of the minors, which is a third to the whole of the smallest eigenvalue.
+  /// What the mesh is supported with in the direction in which it is supported least: of the sum of E, determinant over
+  /// the sum of the minors, which is a third to the whole of the smallest eigenvalue.
   SIMPLEXSEG_HD float support_of(const MeshConstants& m) const {
     if (v.levels.stiffness_a == nullptr || m.root < 0) return 0;
     const float own = m.support * m.model * m.vertex_count;

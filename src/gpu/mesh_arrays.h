@@ -76,7 +76,7 @@ class MeshArrays {
   MeshConstants& operator[](std::size_t k) { return constants_[k]; }
   const MeshConstants& operator[](std::size_t k) const { return constants_[k]; }
   std::span<const MeshConstants> all() const { return constants_; }
-  /// Of each mesh: the vertex, as it was loaded, at each place.
+  /// For each mesh, the vertex, as it was loaded, at each place.
   std::span<const std::vector<int>> orders() const { return orders_; }
   std::span<const Int4> neighbours() const { return neighbours_host_; }
   int largest_mesh() const {

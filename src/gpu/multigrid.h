@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The multigrid correction: one V-cycle on a linear model of the forces turns the force f of each vertex into a step z
 // that moves slow modes as far as fast ones (docs/mathematics.md, section 3). The model is  A = k L + E: L the graph
-// Laplacian of the mesh, k half the bound of the internal forces, E what image and attraction hold a vertex with. It
+// Laplacian of the mesh, k half the bound of the internal forces, E what image and attraction support a vertex with. It
 // changes how fast the fixed point is reached, never where it lies.
 #pragma once
 #include "forces/force_list.h"

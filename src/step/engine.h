@@ -56,11 +56,11 @@ struct StepOutcome {
   int steps = 0;                    ///< done; fewer than asked for when a step failed
   std::vector<float> mean_move_mm;  ///< of each mesh, in the last step
   std::vector<float> mean_edge_mm;  ///< of each mesh, after it
-  /// Of each mesh, what its forces still ask for before the last step: root mean square of sum_f k_f d_f / sum_f k_f.
+  /// What the forces of each mesh still asked for before the last step: root mean square of sum_f k_f d_f / sum_f k_f.
   std::vector<float> residual_mm;
-  /// Of each mesh, the vertices whose normal makes more than a right angle with that of a neighbour.
+  /// The vertices of each mesh whose normal makes more than a right angle with that of a neighbour.
   std::vector<int> folded_vertices;
-  /// Of each mesh, whether it encloses a negative volume.
+  /// Whether each mesh encloses a negative volume.
   std::vector<char> inside_out;
   std::vector<SolverState> solver;     ///< of each mesh
   std::vector<TimestepCut> cuts;       ///< in these steps; undone steps count as steps
@@ -84,7 +84,7 @@ class Engine {
   /// New weights and parameters for the same meshes; only what the plan newly needs is allocated.
   virtual void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation) = 0;
   virtual void set_points(std::span<const EnginePoint> points) = 0;
-  /// Targets of an image force of one mesh (point in mm, confidence in [0, 1]), one a vertex: held from now on, so that
+  /// Targets of an image force of one mesh (point in mm, confidence in [0, 1]), one a vertex: kept from now on, so that
   /// no refresh finds others, until the next load. Needs no volume. Throws Error for a force without targets.
   virtual void give_targets(int mesh, ForceId force, std::span<const Vec4> targets) = 0;
   /// The targets found last; of a force that does not act: all 0.

@@ -61,7 +61,7 @@ void SolverControl::set_supported(bool supported) {
 }
 
 void SolverControl::take_no_cycles() {
-  if (!state_.multigrid || stiffness_.image > 0) return;  // an image may hold it later
+  if (!state_.multigrid || stiffness_.image > 0) return;  // an image may support it later
   state_.multigrid = false;
   state_.slowest = first_guess();
 }
@@ -78,17 +78,16 @@ float SolverControl::fastest() const { return form() == StepForm::Corrected ? kF
 
 float SolverControl::first_guess() const {
   if (form() == StepForm::Corrected) return 0.3f;
-  // As if image and points held every vertex.
-  const float hold = stiffness_.image > 0 ? stiffness_.image : stiffness_.external;
-  return hold > 0 ? std::max(hold / (stiffness_.internal + hold), kSlowestFree) : kSlowestFree;
+  // As if image and points supported every vertex.
+  const float support = stiffness_.image > 0 ? stiffness_.image : stiffness_.external;
+  return support > 0 ? std::max(support / (stiffness_.internal + support), kSlowestFree) : kSlowestFree;
 }
 
 StepCoefficients SolverControl::coefficients() const {
   if (form() == StepForm::Plain) return {fixed_.gain * cut_ * cut_, fixed_.keep};
-  // Where no image holds the mesh, what still moves may be held by nothing: it would coast.
-  const float least = form() == StepForm::Corrected ? kSlowestCorrected
-                      : stiffness_.image > 0        ? kSlowestScaled
-                                                    : kSlowestFree;
+  // Where no image supports the mesh, what still moves may be supported by nothing: it would coast.
+  float least = stiffness_.image > 0 ? kSlowestScaled : kSlowestFree;
+  if (form() == StepForm::Corrected) least = kSlowestCorrected;
   const float a = fastest(), b = std::clamp(state_.slowest, least, a);
   if (form() == StepForm::Scaled && !(stiffness_.image > 0)) {
     // What points alone pull must not leap past them: the best damping for a gain of 1.

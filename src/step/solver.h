@@ -22,8 +22,9 @@ class SolverControl {
  public:
   /// Steps between two estimates, counted from start().
   static constexpr int kInterval = 10;
-  /// Of the multigrid model, as shares of its k. What nothing holds drifts by what its forces do not balance, and a
-  /// cycle would make that a leap: such a mesh is held all over, as are all in the first step.
+  /// What supports every vertex in the multigrid model besides its forces, as shares of the model's k. What nothing
+  /// supports drifts by what its forces do not balance, and a cycle would make that a leap: such a mesh is supported
+  /// all over (free), as all are in the first step, until its forces are seen to do it (firm).
   static constexpr float kSupportFree = 10, kSupportFirm = 1e-5f;
 
   /// New forces or settings: the timestep is no longer cut, and what was learnt is forgotten unless `state` has it.
@@ -32,10 +33,10 @@ class SolverControl {
              float cycle_cost = 1);
 
   StepForm form() const;
-  /// How many attraction points the mesh has. Where points alone hold it, what lies between them is slow.
+  /// How many attraction points the mesh has. Where points alone support it, what lies between them is slow.
   void set_points(int count);
-  /// What a step with a cycle showed: whether image and points hold the mesh in all directions. What few points hardly
-  /// hold drifts by what its forces do not balance: there `automatic` takes no cycles.
+  /// What a step with a cycle showed: whether image and points support the mesh in all directions. What few points
+  /// hardly support drifts by what its forces do not balance: there `automatic` takes no cycles.
   void set_supported(bool supported);
   StepCoefficients coefficients() const;
 

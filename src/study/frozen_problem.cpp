@@ -154,7 +154,8 @@ FrozenProblem frozen_problem_of(const Scene& scene, const Volume& volume, bool f
   Session session(make_engine());
   session.open(scene, volume);
   std::vector<MeshItem> starts = session.scene().meshes;
-  const int most = from_start ? 0 : scene.steps > 0 ? scene.steps : kMostStepsToTargets;
+  int most = scene.steps > 0 ? scene.steps : kMostStepsToTargets;
+  if (from_start) most = 0;
   for (int done = 0; done < most;) {
     poll();
     const Advance part = session.advance_steps(std::min(kStepsBetweenPolls, most - done), true);
