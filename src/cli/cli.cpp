@@ -47,13 +47,14 @@ int run_cli(int argc, const char* const* argv, std::ostream& out, std::ostream& 
   app.require_subcommand(1);
   app.failure_message([](const CLI::App*, const CLI::Error& error) { return std::string(error.what()); });
   Action action;
-  add_info(app, action);
-  add_run(app, action);
-  add_compare(app, action);
-  add_phantom(app, action);
-  add_plan(app, action);
-  add_parameters(app, action);
-  add_study(app, action);
+  const Subcommand program(app);
+  add_info(program, action);
+  add_run(program, action);
+  add_compare(program, action);
+  add_phantom(program, action);
+  add_plan(program, action);
+  add_parameters(program, action);
+  add_study(program, action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

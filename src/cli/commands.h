@@ -4,9 +4,7 @@
 #include <iosfwd>
 #include <stdexcept>
 
-namespace CLI {
-class App;
-}
+#include "cli/command_line.h"
 
 namespace simplexseg {
 
@@ -27,12 +25,12 @@ class Failure : public std::runtime_error {
 using Action = std::function<void(const Console&)>;
 
 // Each adds one subcommand, in a file of its own.
-void add_info(CLI::App& app, Action& action);
-void add_run(CLI::App& app, Action& action);
-void add_compare(CLI::App& app, Action& action);
-void add_phantom(CLI::App& app, Action& action);
-void add_plan(CLI::App& app, Action& action);
-void add_parameters(CLI::App& app, Action& action);
-void add_study(CLI::App& app, Action& action);
+void add_info(const Subcommand& app, Action& action);
+void add_run(const Subcommand& app, Action& action);
+void add_compare(const Subcommand& app, Action& action);
+void add_phantom(const Subcommand& app, Action& action);
+void add_plan(const Subcommand& app, Action& action);
+void add_parameters(const Subcommand& app, Action& action);
+void add_study(const Subcommand& app, Action& action);
 
 }  // namespace simplexseg

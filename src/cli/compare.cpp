@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -59,15 +58,15 @@ void compare_files(const Options& options, const Console& console) {
 
 }  // namespace
 
-void add_compare(CLI::App& app, Action& action) {
-  CLI::App* const sub =
+void add_compare(const Subcommand& app, Action& action) {
+  const Subcommand sub =
       app.add_subcommand("compare", "Agreement of two label volumes: Dice, surface distances, volumes");
   const auto options = std::make_shared<Options>();
-  sub->add_option("REFERENCE", options->reference, "Label volume that is the truth")->required();
-  sub->add_option("TEST", options->test, "Label volume on the same grid")->required();
-  sub->add_option("--label", options->label, "The label to compare; without it every voxel that is not 0");
-  sub->add_flag("--json", options->json, "Print JSON");
-  sub->callback(
+  sub.add_option("REFERENCE", options->reference, "Label volume that is the truth").required();
+  sub.add_option("TEST", options->test, "Label volume on the same grid").required();
+  sub.add_option("--label", options->label, "The label to compare; without it every voxel that is not 0");
+  sub.add_flag("--json", options->json, "Print JSON");
+  sub.callback(
       [options, &action] { action = [options](const Console& console) { compare_files(*options, console); }; });
 }
 

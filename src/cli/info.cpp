@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <ostream>
@@ -75,12 +74,12 @@ void info(const Options& options, const Console& console) {
 
 }  // namespace
 
-void add_info(CLI::App& app, Action& action) {
-  CLI::App* const sub = app.add_subcommand("info", "Geometry, voxel type, range and warnings of a volume");
+void add_info(const Subcommand& app, Action& action) {
+  const Subcommand sub = app.add_subcommand("info", "Geometry, voxel type, range and warnings of a volume");
   const auto options = std::make_shared<Options>();
-  sub->add_option("PATH", options->path, "Volume file, or folder of a DICOM series")->required();
-  sub->add_flag("--json", options->json, "Print JSON");
-  sub->callback([options, &action] { action = [options](const Console& console) { info(*options, console); }; });
+  sub.add_option("PATH", options->path, "Volume file, or folder of a DICOM series").required();
+  sub.add_flag("--json", options->json, "Print JSON");
+  sub.callback([options, &action] { action = [options](const Console& console) { info(*options, console); }; });
 }
 
 }  // namespace simplexseg

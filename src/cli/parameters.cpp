@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "forces/parameters.h"
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <ostream>
@@ -117,12 +116,12 @@ void parameters(const Options& options, const Console& console) {
 
 }  // namespace
 
-void add_parameters(CLI::App& app, Action& action) {
-  CLI::App* const sub = app.add_subcommand("parameters", "All parameters of the simulation and the forces");
+void add_parameters(const Subcommand& app, Action& action) {
+  const Subcommand sub = app.add_subcommand("parameters", "All parameters of the simulation and the forces");
   const auto options = std::make_shared<Options>();
-  CLI::Option* const json = sub->add_flag("--json", options->json, "Print JSON");
-  sub->add_flag("--markdown", options->markdown, "Print docs/parameters.md")->excludes(json);
-  sub->callback([options, &action] { action = [options](const Console& console) { parameters(*options, console); }; });
+  const Option json = sub.add_flag("--json", options->json, "Print JSON");
+  sub.add_flag("--markdown", options->markdown, "Print docs/parameters.md").excludes(json);
+  sub.callback([options, &action] { action = [options](const Console& console) { parameters(*options, console); }; });
 }
 
 }  // namespace simplexseg

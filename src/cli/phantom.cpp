@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/phantom.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <optional>
@@ -66,25 +65,25 @@ void phantom(Options options, const Console& console) {
 
 }  // namespace
 
-void add_phantom(CLI::App& app, Action& action) {
-  CLI::App* const sub = app.add_subcommand("phantom", "Writes a small synthetic volume with known truth");
+void add_phantom(const Subcommand& app, Action& action) {
+  const Subcommand sub = app.add_subcommand("phantom", "Writes a small synthetic volume with known truth");
   const auto options = std::make_shared<Options>();
   std::string kinds;
   for (const PhantomKind& kind : phantom_kinds()) kinds += std::string("\n  ") + kind.name + ": " + kind.doc;
   kinds += std::string("\n  ") + kLabelImage + ": LABELS OUT, a label of a label volume as the image";
   PhantomSettings& settings = options->settings;
-  sub->add_option("KIND", options->kind, "What to make:" + kinds)->required();
-  sub->add_option("PATH", options->paths, "OUT; for label-image LABELS OUT")->required()->expected(1, 2);
-  sub->add_option("--labels", options->labels, "Write the truth as a label volume here");
-  sub->add_option("--label", options->label, "label-image: the label; without it every voxel that is not 0");
-  sub->add_option("--size", settings.size, "Voxels along each axis (not for label-image)")->capture_default_str();
-  sub->add_option("--spacing", settings.spacing_mm, "mm (not for label-image)")->capture_default_str();
-  sub->add_option("--contrast", settings.contrast, "Object minus background")->capture_default_str();
-  sub->add_option("--background", settings.background, "Intensity outside")->capture_default_str();
-  sub->add_option("--noise", settings.noise_sigma, "Standard deviation of the Gaussian noise")->capture_default_str();
-  sub->add_option("--seed", settings.seed, "Of the noise")->capture_default_str();
-  sub->add_option("--type", options->type, "Voxel type, int8 ... float64; without it int16");
-  sub->callback([options, &action] { action = [options](const Console& console) { phantom(*options, console); }; });
+  sub.add_option("KIND", options->kind, "What to make:" + kinds).required();
+  sub.add_option("PATH", options->paths, "OUT; for label-image LABELS OUT").required().expected(1, 2);
+  sub.add_option("--labels", options->labels, "Write the truth as a label volume here");
+  sub.add_option("--label", options->label, "label-image: the label; without it every voxel that is not 0");
+  sub.add_option("--size", settings.size, "Voxels along each axis (not for label-image)").show_default();
+  sub.add_option("--spacing", settings.spacing_mm, "mm (not for label-image)").show_default();
+  sub.add_option("--contrast", settings.contrast, "Object minus background").show_default();
+  sub.add_option("--background", settings.background, "Intensity outside").show_default();
+  sub.add_option("--noise", settings.noise_sigma, "Standard deviation of the Gaussian noise").show_default();
+  sub.add_option("--seed", settings.seed, "Of the noise").show_default();
+  sub.add_option("--type", options->type, "Voxel type, int8 ... float64; without it int16");
+  sub.callback([options, &action] { action = [options](const Console& console) { phantom(*options, console); }; });
 }
 
 }  // namespace simplexseg

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -57,17 +56,16 @@ void plan(const Options& options, const Console& console) {
 
 }  // namespace
 
-void add_plan(CLI::App& app, Action& action) {
-  CLI::App* const sub = app.add_subcommand(
+void add_plan(const Subcommand& app, Action& action) {
+  const Subcommand sub = app.add_subcommand(
       "plan",
       "What a scene's step computes and holds, what it leaves out and why, and whether the device has room for it; "
       "no voxel is read");
   const auto options = std::make_shared<Options>();
-  sub->add_option("SCENE", options->scene, "Scene file")->required();
-  sub->add_option("--set", options->settings, "Change a parameter first: PATH=VALUE as for run")
-      ->allow_extra_args(false);
-  sub->add_flag("--json", options->json, "Print JSON");
-  sub->callback([options, &action] { action = [options](const Console& console) { plan(*options, console); }; });
+  sub.add_option("SCENE", options->scene, "Scene file").required();
+  sub.add_option("--set", options->settings, "Change a parameter first: PATH=VALUE as for run").one_value_each();
+  sub.add_flag("--json", options->json, "Print JSON");
+  sub.callback([options, &action] { action = [options](const Console& console) { plan(*options, console); }; });
 }
 
 }  // namespace simplexseg

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
 #include <map>
 #include <memory>
 #include <ostream>
@@ -151,38 +150,37 @@ void run(const Options& options, const Console& console) {
 
 }  // namespace
 
-void add_run(CLI::App& app, Action& action) {
-  CLI::App* const sub = app.add_subcommand("run", "Runs a scene and writes labels, meshes, a report, a picture");
+void add_run(const Subcommand& app, Action& action) {
+  const Subcommand sub = app.add_subcommand("run", "Runs a scene and writes labels, meshes, a report, a picture");
   const auto options = std::make_shared<Options>();
-  sub->add_option("SCENE", options->scene, "Scene file (docs/scene-format.md)")->required();
-  sub->add_option("--backend", options->backend, "auto takes CUDA where a device can be used, else the CPU")
-      ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
-      ->capture_default_str();
-  sub->add_option(
+  sub.add_option("SCENE", options->scene, "Scene file (docs/scene-format.md)").required();
+  sub.add_option("--backend", options->backend, "auto takes CUDA where a device can be used, else the CPU")
+      .one_of({"auto", "cpu", "cuda"})
+      .show_default();
+  sub.add_option(
          "--sampling", options->sampling,
          "How a CUDA device reads the volume: filtered (by its texture unit, fractions of 8 bits), fetched (from a "
          "texture, interpolated in float) or linear (from linear memory)")
-      ->check(CLI::IsMember({"filtered", "fetched", "linear"}))
-      ->capture_default_str();
-  sub->add_option("--threads", options->threads, "CPU threads; without it as many as the machine has")
-      ->check(CLI::Range(1, 1024));
-  CLI::Option* const steps = sub->add_option("--steps", options->steps, "Steps to do; without it those of the scene")
-                                 ->check(CLI::Range(0, 1000000000));
-  CLI::Option* const rest =
-      sub->add_flag("--until-rest", options->until_rest, "Go on until nothing moves, 100000 steps at most")
-          ->excludes(steps);
-  sub->add_option("--set", options->settings,
-                  "Change a parameter first: simulation.PARAMETER=VALUE, forces.FORCE.PARAMETER=VALUE or "
-                  "meshes.NAME.FORCE.PARAMETER=VALUE; see simplexseg-cli parameters")
-      ->allow_extra_args(false);
-  sub->add_option("--labels", options->labels, "Write the voxels inside the meshes here (.nii, .nii.gz, .nrrd, .mha)");
-  sub->add_option("--meshes", options->meshes, "Write each mesh as NAME.ply into this folder");
-  sub->add_option("--report", options->report, "Write a report here (JSON)");
-  sub->add_option("--replay", options->replay, "Repeat this log of commands on the scene, instead of its steps")
-      ->excludes(steps)
-      ->excludes(rest);
-  sub->add_option("--picture", options->picture, "Write three slices with the meshes' outlines here (.png, .ppm)");
-  sub->callback([options, &action] { action = [options](const Console& console) { run(*options, console); }; });
+      .one_of({"filtered", "fetched", "linear"})
+      .show_default();
+  sub.add_option("--threads", options->threads, "CPU threads; without it as many as the machine has").within(1, 1024);
+  const Option steps =
+      sub.add_option("--steps", options->steps, "Steps to do; without it those of the scene").within(0, 1000000000);
+  const Option rest =
+      sub.add_flag("--until-rest", options->until_rest, "Go on until nothing moves, 100000 steps at most")
+          .excludes(steps);
+  sub.add_option("--set", options->settings,
+                 "Change a parameter first: simulation.PARAMETER=VALUE, forces.FORCE.PARAMETER=VALUE or "
+                 "meshes.NAME.FORCE.PARAMETER=VALUE; see simplexseg-cli parameters")
+      .one_value_each();
+  sub.add_option("--labels", options->labels, "Write the voxels inside the meshes here (.nii, .nii.gz, .nrrd, .mha)");
+  sub.add_option("--meshes", options->meshes, "Write each mesh as NAME.ply into this folder");
+  sub.add_option("--report", options->report, "Write a report here (JSON)");
+  sub.add_option("--replay", options->replay, "Repeat this log of commands on the scene, instead of its steps")
+      .excludes(steps)
+      .excludes(rest);
+  sub.add_option("--picture", options->picture, "Write three slices with the meshes' outlines here (.png, .ppm)");
+  sub.callback([options, &action] { action = [options](const Console& console) { run(*options, console); }; });
 }
 
 }  // namespace simplexseg

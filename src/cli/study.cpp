@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/study.h"
 
-#include <CLI/CLI.hpp>
-
 #include "io/files.h"
 
 namespace simplexseg {
 
-void add_study(CLI::App& app, Action& action) {
-  CLI::App* const sub = app.add_subcommand("study", "Measures the program itself, and writes tables and plots");
-  sub->require_subcommand(1);
-  add_study_error_time(*sub, action);
-  add_study_stability(*sub, action);
+void add_study(const Subcommand& app, Action& action) {
+  const Subcommand sub = app.add_subcommand("study", "Measures the program itself, and writes tables and plots");
+  sub.require_subcommand();
+  add_study_error_time(sub, action);
+  add_study_stability(sub, action);
 }
 
 void write_text(const std::filesystem::path& path, const std::string& text) {

@@ -8,8 +8,8 @@
 namespace simplexseg {
 
 // Each adds one study, in a file of its own.
-void add_study_error_time(CLI::App& studies, Action& action);
-void add_study_stability(CLI::App& studies, Action& action);
+void add_study_error_time(const Subcommand& studies, Action& action);
+void add_study_stability(const Subcommand& studies, Action& action);
 
 /// Writes a table or a list, whole or not at all. Throws Error as AtomicFile.
 void write_text(const std::filesystem::path& path, const std::string& text);

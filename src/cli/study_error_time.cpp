@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <ostream>
 #include <set>
@@ -176,30 +175,29 @@ void study(const Options& options, const Console& console) {
 
 }  // namespace
 
-void add_study_error_time(CLI::App& studies, Action& action) {
-  CLI::App* const sub =
+void add_study_error_time(const Subcommand& studies, Action& action) {
+  const Subcommand sub =
       studies.add_subcommand("error-time", "Error against run time and steps of every solver, as tables and plots");
   const auto options = std::make_shared<Options>();
-  sub->add_option("SCENE", options->scenes,
-                  std::string("Scene files, or ") + kFull + ", " + kHalf +
-                      " (a sphere that becomes an ellipsoid, with image data everywhere or on half of it), " +
-                      kMembrane + ", " + kHalfMembrane + " (springs whose rest is known, held everywhere or on half)")
-      ->required();
-  sub->add_option("--out", options->folder, "Folder for tables and plots")->required();
-  sub->add_option("--backend", options->backend, "auto takes CUDA where a device can be used, else the CPU")
-      ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
-      ->capture_default_str();
-  sub->add_option("--threads", options->threads, "CPU threads; without it as many as the machine has")
-      ->check(CLI::Range(1, 1024));
-  sub->add_option("--budget", options->budget_s, "Most seconds of steps for each method")
-      ->check(CLI::Range(0.001, 3600.0))
-      ->capture_default_str();
-  sub->add_option("--vertices", options->vertices, "Vertices of the built-in scenes, rounded up to the next sphere")
-      ->check(CLI::Range(20, 1310720))
-      ->capture_default_str();
-  sub->add_option("--set", options->settings, "Change a parameter of every scene first: PATH=VALUE as for run")
-      ->allow_extra_args(false);
-  sub->callback([options, &action] { action = [options](const Console& console) { study(*options, console); }; });
+  sub.add_option("SCENE", options->scenes,
+                 std::string("Scene files, or ") + kFull + ", " + kHalf +
+                     " (a sphere that becomes an ellipsoid, with image data everywhere or on half of it), " +
+                     kMembrane + ", " + kHalfMembrane + " (springs whose rest is known, held everywhere or on half)")
+      .required();
+  sub.add_option("--out", options->folder, "Folder for tables and plots").required();
+  sub.add_option("--backend", options->backend, "auto takes CUDA where a device can be used, else the CPU")
+      .one_of({"auto", "cpu", "cuda"})
+      .show_default();
+  sub.add_option("--threads", options->threads, "CPU threads; without it as many as the machine has").within(1, 1024);
+  sub.add_option("--budget", options->budget_s, "Most seconds of steps for each method")
+      .within(0.001, 3600.0)
+      .show_default();
+  sub.add_option("--vertices", options->vertices, "Vertices of the built-in scenes, rounded up to the next sphere")
+      .within(20, 1310720)
+      .show_default();
+  sub.add_option("--set", options->settings, "Change a parameter of every scene first: PATH=VALUE as for run")
+      .one_value_each();
+  sub.callback([options, &action] { action = [options](const Console& console) { study(*options, console); }; });
 }
 
 }  // namespace simplexseg

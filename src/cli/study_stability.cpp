@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <ostream>
 
@@ -46,20 +45,20 @@ void study(const Options& options, const Console& console) {
 
 }  // namespace
 
-void add_study_stability(CLI::App& studies, Action& action) {
-  CLI::App* const sub = studies.add_subcommand(
+void add_study_stability(const Subcommand& studies, Action& action) {
+  const Subcommand sub = studies.add_subcommand(
       "stability",
       "Stiff and extreme cases with every solver against the outcomes that are stated for them, and the largest stable "
       "timestep of each force against its bound; exit status 1 when one is not as stated");
   const auto options = std::make_shared<Options>();
-  sub->add_option("--out", options->folder, "Folder for tables and plots; made where it is not")->required();
-  sub->add_option("--backend", options->backend, "auto: CUDA where there is a device, else the CPU")
-      ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
-      ->capture_default_str();
-  sub->add_option("--threads", options->threads, "CPU threads; 0: as many as the machine has")
-      ->check(CLI::Range(0, 1024))
-      ->capture_default_str();
-  sub->callback([options, &action] { action = [options](const Console& console) { study(*options, console); }; });
+  sub.add_option("--out", options->folder, "Folder for tables and plots; made where it is not").required();
+  sub.add_option("--backend", options->backend, "auto: CUDA where there is a device, else the CPU")
+      .one_of({"auto", "cpu", "cuda"})
+      .show_default();
+  sub.add_option("--threads", options->threads, "CPU threads; 0: as many as the machine has")
+      .within(0, 1024)
+      .show_default();
+  sub.callback([options, &action] { action = [options](const Console& console) { study(*options, console); }; });
 }
 
 }  // namespace simplexseg

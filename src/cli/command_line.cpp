@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/command_line.h"
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <optional>
+
+namespace simplexseg {
+
+Option Option::required() const { return Option(option_->required()); }
+Option Option::expected(int least, int most) const { return Option(option_->expected(least, most)); }
+Option Option::one_value_each() const { return Option(option_->allow_extra_args(false)); }
+Option Option::one_of(std::initializer_list<const char*> values) const {
+  return Option(option_->check(CLI::IsMember(std::vector<std::string>(values.begin(), values.end()))));
+}
+Option Option::within(int least, int most) const { return Option(option_->check(CLI::Range(least, most))); }
+Option Option::within(double least, double most) const { return Option(option_->check(CLI::Range(least, most))); }
+Option Option::excludes(Option other) const { return Option(option_->excludes(other.option_)); }
+Option Option::show_default() const { return Option(option_->capture_default_str()); }
+
+Subcommand Subcommand::add_subcommand(const std::string& name, const std::string& doc) const {
+  return Subcommand(*app_->add_subcommand(name, doc));
+}
+void Subcommand::require_subcommand() const { app_->require_subcommand(1); }
+
+template <class T>
+Option Subcommand::add_option(const std::string& name, T& value, const std::string& doc) const {
+  return Option(app_->add_option(name, value, doc));
+}
+template Option Subcommand::add_option(const std::string&, std::string&, const std::string&) const;
+template Option Subcommand::add_option(const std::string&, std::vector<std::string>&, const std::string&) const;
+template Option Subcommand::add_option(const std::string&, int&, const std::string&) const;
+template Option Subcommand::add_option(const std::string&, std::optional<int>&, const std::string&) const;
+template Option Subcommand::add_option(const std::string&, double&, const std::string&) const;
+template Option Subcommand::add_option(const std::string&, std::optional<double>&, const std::string&) const;
+template Option Subcommand::add_option(const std::string&, std::uint64_t&, const std::string&) const;
+
+Option Subcommand::add_flag(const std::string& name, bool& value, const std::string& doc) const {
+  return Option(app_->add_flag(name, value, doc));
+}
+void Subcommand::callback(std::function<void()> function) const { app_->callback(std::move(function)); }
+
+}  // namespace simplexseg
