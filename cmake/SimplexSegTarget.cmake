@@ -2,7 +2,8 @@
 add_library(simplexseg_options INTERFACE)
 target_include_directories(simplexseg_options INTERFACE ${CMAKE_SOURCE_DIR}/src ${SIMPLEXSEG_GENERATED})
 target_compile_options(simplexseg_options INTERFACE
-  $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Werror -fno-math-errno -fno-trapping-math>)
+  "$<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;$<$<BOOL:${SIMPLEXSEG_WARNINGS_AS_ERRORS}>:-Werror>;-fno-math-errno;-fno-trapping-math>"
+  $<$<AND:$<COMPILE_LANGUAGE:CUDA>,$<BOOL:${SIMPLEXSEG_WARNINGS_AS_ERRORS}>>:-Werror=all-warnings>)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND SIMPLEXSEG_ARCH)
   target_compile_options(simplexseg_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-march=${SIMPLEXSEG_ARCH}>)
   # Eigen's alignment follows the instruction set: host code of .cu files must agree.
@@ -24,11 +25,11 @@ function(simplexseg_room name)
   target_link_libraries(simplexseg_${name} PUBLIC ${ARGN} PRIVATE simplexseg_options)
 endfunction()
 
-# simplexseg_tests(NAME SOURCES... LIBRARIES...): a GoogleTest program whose cases ctest knows one by one.
+# simplexseg_tests(NAME SOURCES... LIBRARIES...): a GoogleTest program whose cases ctest knows one by one, with the label NAME.
 function(simplexseg_tests name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} simplexseg_options GTest::gtest_main)
   include(GoogleTest)
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600 LABELS ${name})
 endfunction()
