@@ -1,4 +1,4 @@
-# The target doc: the reference of the sources in docs/api/, by Doxygen, which must have nothing to complain about. It is
+# The target doc: the reference of the headers in docs/api/, by Doxygen, which must have nothing to complain about. It is
 # made on demand alone.
 find_package(Doxygen QUIET)
 if(DOXYGEN_FOUND)
@@ -6,8 +6,7 @@ if(DOXYGEN_FOUND)
   set(DOXYGEN_OUTPUT_DIRECTORY ${CMAKE_SOURCE_DIR}/docs/api)
   set(DOXYGEN_HTML_OUTPUT .)
   set(DOXYGEN_STRIP_FROM_PATH ${CMAKE_SOURCE_DIR}/src)
-  set(DOXYGEN_FILE_PATTERNS *.h *.cpp *.cu)
-  set(DOXYGEN_EXTENSION_MAPPING cu=C++)
+  set(DOXYGEN_FILE_PATTERNS *.h)
   set(DOXYGEN_EXTRACT_ALL YES)                 # what has no comment of its own is listed all the same
   set(DOXYGEN_WARN_IF_UNDOCUMENTED NO)
   set(DOXYGEN_WARN_IF_INCOMPLETE_DOC NO)
