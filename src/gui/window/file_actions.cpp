@@ -109,10 +109,12 @@ void FileActions::choose_and_open_folder() {
 bool FileActions::save_scene() { return scene_path_.isEmpty() ? save_scene_as() : save_scene_to(scene_path_); }
 
 bool FileActions::save_scene_as() {
-  QString path = QFileDialog::getSaveFileName(&window_, tr("Save the scene"), folder_of_last_file() + "/scene.json",
+  // By this ending a desktop tells scenes from other JSON (packaging/simplexseg.xml).
+  const QString ending = ".simplexseg.json";
+  QString path = QFileDialog::getSaveFileName(&window_, tr("Save the scene"), folder_of_last_file() + "/scene" + ending,
                                               tr("Scenes (*.json)"));
   if (path.isEmpty()) return false;
-  if (!path.endsWith(".json")) path += ".json";
+  if (!path.endsWith(".json")) path += ending;
   return save_scene_to(path);
 }
 
