@@ -3,7 +3,7 @@
 
 namespace simplexseg {
 
-/// run.operator()<forces>() for the set of forces that are in use, which is one of the subsets of kAmong: a kernel is
+/// `run.operator()<forces>()` for the set of forces that are in use, which is one of the subsets of kAmong: a kernel is
 /// compiled for each of them, so that what no mesh uses is not in its code.
 template <unsigned kAmong, unsigned kMask = kAmong, class Run>
 void run_for(unsigned forces, Run&& run) {

@@ -8,7 +8,7 @@
 
 namespace simplexseg {
 
-/// A log file, read: docs/scene-format.md#logs.
+/// A log file, read: docs/scene-format.md, "Logs".
 struct LogFile {
   std::vector<LogEntry> log;
   int trailing_steps;
