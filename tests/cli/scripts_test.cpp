@@ -19,6 +19,17 @@ TEST_F(Scripts, TheCommittedParameterTablesAreUpToDate) {
       << "run: simplexseg-cli parameters --markdown > docs/parameters.md";
 }
 
+TEST_F(Scripts, TheForceOfTheManualIsTheOneThatIsBuilt) {
+  const auto text_of = [](const char* path) {
+    std::ifstream file(fs::path(SIMPLEXSEG_SOURCE_DIR) / path);
+    return std::string{std::istreambuf_iterator<char>(file), {}};
+  };
+  const std::string manual = text_of("docs/add-a-force.md"), header = text_of("tests/toy_force/centring.h");
+  ASSERT_FALSE(header.empty());
+  EXPECT_NE(manual.find("```cpp\n" + header + "```"), std::string::npos)
+      << "the code in docs/add-a-force.md is not tests/toy_force/centring.h";
+}
+
 /// Exit status of scripts/check_layers over a tree.
 int check_layers(const fs::path& root) {
   const std::string script = (fs::path(SIMPLEXSEG_SOURCE_DIR) / "scripts/check_layers").string();
