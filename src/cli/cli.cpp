@@ -55,6 +55,7 @@ int run_cli(int argc, const char* const* argv, std::ostream& out, std::ostream& 
   add_plan(program, action);
   add_parameters(program, action);
   add_study(program, action);
+  add_clicks(program, action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -32,6 +32,7 @@ template Option Subcommand::add_option(const std::string&, std::vector<std::stri
 template Option Subcommand::add_option(const std::string&, int&, const std::string&) const;
 template Option Subcommand::add_option(const std::string&, std::optional<int>&, const std::string&) const;
 template Option Subcommand::add_option(const std::string&, double&, const std::string&) const;
+template Option Subcommand::add_option(const std::string&, std::vector<double>&, const std::string&) const;
 template Option Subcommand::add_option(const std::string&, std::optional<double>&, const std::string&) const;
 template Option Subcommand::add_option(const std::string&, std::uint64_t&, const std::string&) const;
 

@@ -32,5 +32,6 @@ void add_phantom(const Subcommand& app, Action& action);
 void add_plan(const Subcommand& app, Action& action);
 void add_parameters(const Subcommand& app, Action& action);
 void add_study(const Subcommand& app, Action& action);
+void add_clicks(const Subcommand& app, Action& action);
 
 }  // namespace simplexseg

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <ostream>
+#include <thread>
+
+#include "cli/commands.h"
+#include "cli/progress.h"
+#include "cli/study.h"
+#include "cli/table.h"
+#include "core/error.h"
+#include "evidence/evidence_field.h"
+#include "evidence/robot_user.h"
+#include "gpu/thread_pool.h"
+#include "io/files.h"
+#include "io/parameter_text.h"
+#include "io/volume_io.h"
+
+namespace simplexseg {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::array<double, 4> kLevels{0.80, 0.85, 0.90, 0.95};
+
+struct Options {
+  std::string image, labels, robot = "mark", json, csv;
+  std::vector<double> label;
+  std::vector<std::string> without;
+  RobotSettings settings;
+  int threads = 0;
+};
+
+/// What an ablation takes away.
+struct Part {
+  const char* name;
+  void (*remove)(EvidenceSettings&);
+};
+constexpr std::array kParts{
+    Part{"sharpness", [](EvidenceSettings& s) { s.sharpness = 0; }},
+    Part{"prior", [](EvidenceSettings& s) { s.prior_pull = 0; }},
+    Part{"classifier", [](EvidenceSettings& s) { s.classifier_share = 0; }},
+    Part{"geodesic", [](EvidenceSettings& s) { s.geodesic_share = 0; }},
+    Part{"brush", [](EvidenceSettings& s) { s.brush = 0; }},
+};
+
+EvidenceSettings settings_without(const std::vector<std::string>& names) {
+  EvidenceSettings settings;
+  for (const std::string& name : names) {
+    const auto part = std::find_if(kParts.begin(), kParts.end(), [&](const Part& p) { return name == p.name; });
+    if (part == kParts.end()) {
+      std::vector<std::string> known;
+      for (const Part& p : kParts) known.emplace_back(p.name);
+      throw Error("--without", std::string("the part ").append(unknown_name(name, known)),
+                  "give one of the parts of the field");
+    }
+    part->remove(settings);
+  }
+  return settings;
+}
+
+struct Case {
+  std::string name;  ///< of the label
+  std::vector<RobotClick> clicks;
+  std::vector<bool> leaks;  ///< after each click
+};
+
+/// The first click after which Dice is at least `level`.
+std::optional<int> clicks_to(const Case& at, double level) {
+  for (std::size_t c = 0; c < at.clicks.size(); ++c)
+    if (at.clicks[c].agreement.dice >= level) return static_cast<int>(c);
+  return std::nullopt;
+}
+
+const char* kind_name(MarkKind kind) { return kind == MarkKind::Inside ? "inside" : "outside"; }
+
+Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json case_json(const Case& at) {
+  Json clicks = Json::array(), levels = Json::object();
+  for (std::size_t c = 0; c < at.clicks.size(); ++c) {
+    const RobotClick& click = at.clicks[c];
+    const Eigen::Vector3d& p = click.mark.position_mm;
+    clicks.push_back({{"click", c},
+                      {"kind", kind_name(click.mark.kind)},
+                      {"position_mm", {p.x(), p.y(), p.z()}},
+                      {"radius_mm", click.mark.radius_mm},
+                      {"dice", click.agreement.dice},
+                      {"hd95_mm", finite_or_null(click.agreement.hd95_mm)},
+                      {"assd_mm", finite_or_null(click.agreement.assd_mm)},
+                      {"seconds", click.seconds},
+                      {"leaks", static_cast<bool>(at.leaks[c])}});
+  }
+  for (const double level : kLevels) {
+    const std::optional<int> needed = clicks_to(at, level);
+    levels[fixed(level, 2)] = needed ? Json(*needed) : Json(nullptr);
+  }
+  return {{"label", at.name}, {"clicks_to", levels}, {"clicks", clicks}};
+}
+
+std::string csv_text(const std::vector<Case>& cases) {
+  std::string text = "label,click,kind,x_mm,y_mm,z_mm,radius_mm,dice,hd95_mm,assd_mm,seconds,leaks\n";
+  for (const Case& at : cases) {
+    for (std::size_t c = 0; c < at.clicks.size(); ++c) {
+      const RobotClick& click = at.clicks[c];
+      text.append(at.name).append(",").append(std::to_string(c)).append(",").append(kind_name(click.mark.kind));
+      for (const double x :
+           {click.mark.position_mm.x(), click.mark.position_mm.y(), click.mark.position_mm.z(), click.mark.radius_mm,
+            click.agreement.dice, click.agreement.hd95_mm, click.agreement.assd_mm, click.seconds})
+        text.append(",").append(fixed(x, 4));
+      text += at.leaks[c] ? ",1\n" : ",0\n";
+    }
+  }
+  return text;
+}
+
+void print_cases(std::ostream& out, const std::vector<Case>& cases) {
+  std::vector<std::vector<std::string>> rows{{"label", "seed", "3", "5", "10", "last"}};
+  for (const double level : kLevels) rows[0].push_back(std::string("to ").append(fixed(level, 2)));
+  rows[0].insert(rows[0].end(), {"HD95 mm", "ASSD mm", "s a click"});
+  for (const Case& at : cases) {
+    const std::size_t last = at.clicks.size() - 1;
+    std::vector<std::string>& row = rows.emplace_back();
+    row.push_back(at.name);
+    for (const std::size_t c : {std::size_t(0), std::size_t(3), std::size_t(5), std::size_t(10), last})
+      row.push_back(fixed(at.clicks[std::min(c, last)].agreement.dice, 3));
+    for (const double level : kLevels) {
+      const std::optional<int> needed = clicks_to(at, level);
+      row.push_back(needed ? std::to_string(*needed) : "-");
+    }
+    double seconds = 0;
+    for (const RobotClick& click : at.clicks) seconds += click.seconds;
+    row.push_back(fixed(at.clicks.back().agreement.hd95_mm, 2));
+    row.push_back(fixed(at.clicks.back().agreement.assd_mm, 2));
+    row.push_back(fixed(seconds / static_cast<double>(at.clicks.size()), 2));
+  }
+  print_table(out, rows, 1);
+}
+
+void clicks(const Options& options, const Console& console) {
+  const EvidenceSettings settings = settings_without(options.without);
+  const Volume image = read_volume(options.image), labels = read_volume(options.labels);
+  if (!image.geometry().same_grid(labels.geometry())) {
+    throw Error("cannot use " + quoted(options.labels) + " as the truth of " + quoted(options.image),
+                "their grids (size, spacing, origin or direction) differ", "resample one onto the grid of the other");
+  }
+  const int threads =
+      options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  ThreadPool pool(threads);
+  const RunJobs run = [&pool](int jobs, const std::function<void(int)>& job) { pool.run(jobs, job); };
+  std::vector<std::optional<double>> wanted(options.label.begin(), options.label.end());
+  if (wanted.empty()) wanted.push_back(std::nullopt);
+  std::vector<Case> cases;
+  const Interrupt interrupt;
+  {
+    Progress progress(console, "clicking");
+    const double all = static_cast<double>(wanted.size()) * (options.settings.most_clicks + 1);
+    for (const std::optional<double>& label : wanted) {
+      Mask truth = mask_of(labels, label);
+      truth.geometry = image.geometry();  // the same grid but for rounding
+      Case& at = cases.emplace_back();
+      at.name = label ? number_to_text(static_cast<float>(*label)) : "all";
+      EvidenceField field(image, run, settings);
+      const RobotSubject subject{[&](std::span<const Mark> marks) {
+                                   field.update(marks);
+                                   return field.object();
+                                 },
+                                 [&](MarkKind kind, const Eigen::Vector3d& mm) { return field.brush_mm(kind, mm); }};
+      at.clicks = run_robot(truth, subject, options.settings, [&](int click) {
+        Interrupt::check();
+        at.leaks.push_back(field.report().leaks);
+        progress.set((static_cast<double>(cases.size() - 1) * (options.settings.most_clicks + 1) + click + 1) / all);
+      });
+    }
+  }
+  if (!options.csv.empty()) write_text(options.csv, csv_text(cases));
+  if (!options.json.empty()) {
+    Json json = {{"simplexseg_clicks", 1},
+                 {"image", options.image},
+                 {"labels", options.labels},
+                 {"robot", options.robot},
+                 {"seed_scale", options.settings.seed_scale},
+                 {"seed_offset", options.settings.seed_offset},
+                 {"without", options.without},
+                 {"threads", threads},
+                 {"cases", Json::array()}};
+    for (const Case& at : cases) json["cases"].push_back(case_json(at));
+    write_text(options.json, json.dump(2) + "\n");
+  }
+  print_cases(console.out, cases);
+}
+
+}  // namespace
+
+void add_clicks(const Subcommand& app, Action& action) {
+  const Subcommand sub = app.add_subcommand(
+      "clicks",
+      "A robot user corrects an object click by click where a label volume says it is wrong (docs/clicks.md)");
+  const auto options = std::make_shared<Options>();
+  RobotSettings& settings = options->settings;
+  sub.add_option("IMAGE", options->image, "Volume to segment").required();
+  sub.add_option("LABELS", options->labels, "Label volume that is the truth, on the same grid").required();
+  sub.add_option("--label", options->label,
+                 "A label, an object of its own; may be repeated; without any, every voxel that is not 0")
+      .one_value_each();
+  sub.add_option("--max", settings.most_clicks, "Clicks besides the seed").within(0, 1000).show_default();
+  sub.add_option("--robot", options->robot, "mark: inside and outside marks, the evidence field alone")
+      .one_of({"mark"})
+      .show_default();
+  sub.add_option("--seed-scale", settings.seed_scale, "Radius of the seed, in right radii")
+      .within(0.05, 3.0)
+      .show_default();
+  sub.add_option("--seed-offset", settings.seed_offset, "The seed's centre is off the right one by so many right radii")
+      .within(0.0, 1.0)
+      .show_default();
+  sub.add_option("--without", options->without,
+                 "Leave out a part of the field: sharpness, prior, classifier, geodesic or brush; may be repeated")
+      .one_value_each();
+  sub.add_option("--json", options->json, "Write every click here, as JSON");
+  sub.add_option("--csv", options->csv, "Write every click here, as a table");
+  sub.add_option("--threads", options->threads, "CPU threads; 0: as many as the machine has")
+      .within(0, 1024)
+      .show_default();
+  sub.callback([options, &action] { action = [options](const Console& console) { clicks(*options, console); }; });
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "evidence/box_image.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace simplexseg {
+
+void smooth(std::vector<float>& values, const BoxGrid& grid, const std::array<double, 3>& sigma, const RunJobs& run) {
+  const auto [ni, nj, nk] = grid.size;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double s = sigma[axis];
+    const int n = grid.size[axis];
+    if (s < 0.2 || n == 1) continue;
+    const int reach = std::max(1, static_cast<int>(std::ceil(3 * s)));
+    std::vector<float> kernel(reach + 1);
+    double sum = 0;
+    for (int t = 0; t <= reach; ++t)
+      sum += (t == 0 ? 1 : 2) * (kernel[t] = static_cast<float>(std::exp(-t * t / (2 * s * s))));
+    for (float& k : kernel) k = static_cast<float>(k / sum);
+    // Lines along i one by one; along j and k all voxels of a row together.
+    const int together = axis == 0 ? 1 : ni, stride = grid.stride(axis);
+    const int others = axis == 0 ? nj * nk : axis == 1 ? nk : nj;
+    run(others, [&, ni = ni](int other) {
+      float* const line = values.data() + std::size_t(other) * (axis == 0 ? ni : axis == 1 ? grid.plane() : ni);
+      std::vector<float> padded(std::size_t(n + 2 * reach) * together);
+      for (int t = -reach; t < n + reach; ++t)
+        std::copy_n(line + std::size_t(std::clamp(t, 0, n - 1)) * stride, together,
+                    padded.data() + std::size_t(t + reach) * together);
+      for (int t = 0; t < n; ++t) {
+        float* const out = line + std::size_t(t) * stride;
+        const float* const centre = padded.data() + std::size_t(t + reach) * together;
+        for (int i = 0; i < together; ++i) out[i] = kernel[0] * centre[i];
+        for (int d = 1; d <= reach; ++d) {
+          const float *const a = centre - std::size_t(d) * together, *const b = centre + std::size_t(d) * together;
+          const float k = kernel[d];
+          for (int i = 0; i < together; ++i) out[i] += k * (a[i] + b[i]);
+        }
+      }
+    });
+  }
+}
+
+BoxImage cut_out(const Volume& volume, const VoxelBox& box, const RunJobs& run) {
+  BoxImage image{{box.size}, {}, {}};
+  const int n = image.grid.count();
+  image.value.resize(n);
+  image.finite.resize(n);
+  visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
+    const std::span<const T> voxels = volume.voxels<T>();
+    run(box.size[2], [&](int k) {
+      for (int j = 0; j < box.size[1]; ++j) {
+        const T* const from = voxels.data() + volume.offset(box.first[0], box.first[1] + j, box.first[2] + k);
+        const std::size_t to = box.offset(0, j, k);
+        for (int i = 0; i < box.size[0]; ++i) {
+          const float value = static_cast<float>(from[i]);
+          const bool finite = std::isfinite(value);
+          image.finite[to + i] = finite;
+          image.value[to + i] = finite ? value : 0;
+        }
+      }
+    });
+  });
+  // Percentiles of every s-th voxel.
+  std::vector<float> sample;
+  const int step = std::max(1, n / 200000) | 1;
+  for (int v = 0; v < n; v += step)
+    if (image.finite[v]) sample.push_back(image.value[v]);
+  float low = 0, high = 1;
+  if (!sample.empty()) {
+    const auto percentile = [&](double share) {
+      const auto at = sample.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(sample.size() - 1));
+      std::nth_element(sample.begin(), at, sample.end());
+      return *at;
+    };
+    low = percentile(0.01);
+    high = percentile(0.99);
+  }
+  const float scale = high > low ? 1 / (high - low) : 0;
+  for_each_index(run, n, [value = image.value.data(), finite = image.finite.data(), low, scale](int v) {
+    value[v] = finite[v] ? std::min(std::max((value[v] - low) * scale, 0.0f), 1.0f) : 0.0f;
+  });
+  return image;
+}
+
+}  // namespace simplexseg

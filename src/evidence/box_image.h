@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// A box of a volume as the evidence field sees it.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "evidence/padded_array.h"
+#include "evidence/run_jobs.h"
+#include "image/distance_map.h"
+#include "image/volume.h"
+
+namespace simplexseg {
+
+/// Gaussian, separable, cut at three deviations, the border's value going on beyond it; `sigma` in voxels of each axis,
+/// an axis with less than 0.2 is left alone.
+void smooth(std::vector<float>& values, const BoxGrid& grid, const std::array<double, 3>& sigma, const RunJobs& run);
+
+struct BoxImage {
+  BoxGrid grid;
+  std::vector<float> value;          ///< 1st percentile of the box 0, 99th 1, clamped
+  std::vector<std::uint8_t> finite;  ///< 0 where the volume is not; value is 0 there
+};
+BoxImage cut_out(const Volume& volume, const VoxelBox& box, const RunJobs& run);
+
+}  // namespace simplexseg

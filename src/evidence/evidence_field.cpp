@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "evidence/evidence_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/error.h"
+#include "evidence/evidence_box.h"
+#include "evidence/field_prior.h"
+#include "evidence/voxel_features.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr int most_growths = 12;
+constexpr double growing_tolerance = 0.1;  // of the field while the box still grows
+constexpr double leak_share = 0.05;
+constexpr float least_conductance = 1e-5f;  // keeps every finite voxel connected
+
+std::array<double, 3> of_least_spacing(double voxels, const std::array<double, 3>& spacing_mm) {
+  const double mm = voxels * *std::min_element(spacing_mm.begin(), spacing_mm.end());
+  return {mm / spacing_mm[0], mm / spacing_mm[1], mm / spacing_mm[2]};
+}
+
+}  // namespace
+
+EvidenceField::EvidenceField(Volume volume, RunJobs run, EvidenceSettings settings)
+    : volume_(std::move(volume)), run_(std::move(run)), settings_(settings) {
+  if (volume_.empty()) throw Error("the evidence field", "there is no volume", "open a volume first");
+  for (int a = 0; a < 3; ++a) spacing_mm_[a] = volume_.geometry().spacing_mm[a];
+}
+
+void EvidenceField::check(std::span<const Mark> marks, const Mask* others) const {
+  bool inside = false;
+  for (std::size_t m = 0; m < marks.size(); ++m) {
+    const Mark& mark = marks[m];
+    const std::string name = "mark " + std::to_string(m + 1);
+    if (!(mark.radius_mm > 0) || !std::isfinite(mark.radius_mm))
+      throw Error(name, "its radius is not a length above 0", "give it one in mm");
+    if (!mark.position_mm.allFinite() || !volume_.geometry().contains(mark.position_mm))
+      throw Error(name, "it lies outside of the volume", "move it into the image");
+    if (mark.kind == MarkKind::Boundary && !(mark.outward.norm() > 0 && mark.outward.allFinite()))
+      throw Error(name, "a boundary mark has no direction", "say which way is out of the object");
+    inside |= mark.kind != MarkKind::Outside;
+  }
+  if (!inside) throw Error("the marks", "none says what is inside", "put a seed or an inside point into the object");
+  if (others &&
+      (others->geometry.size != volume_.geometry().size || others->voxels.size() != volume_.geometry().voxel_count()))
+    throw Error("the other objects", "they are not on the grid of the volume", "resample them onto it");
+}
+
+void EvidenceField::set_box(const VoxelBox& box) {
+  if (walker_ && box.first == box_.first && box.size == box_.size) return;
+  const VoxelBox old = box_;
+  std::vector<float> field;
+  if (walker_) field.assign(walker_->field().begin(), walker_->field().end());
+  box_ = box;
+  image_ = cut_out(volume_, box, run_);
+  smoothed_ = image_.value;
+  smooth(smoothed_, image_.grid, of_least_spacing(settings_.image_smoothing, spacing_mm_), run_);
+  features_ = voxel_features(image_, spacing_mm_, run_);
+  walker_ = std::make_unique<RandomWalker>(image_.grid, spacing_mm_, run_);
+  if (field.empty()) return;
+  for (int k = 0; k < old.size[2]; ++k)  // a box only grows: the old one lies within
+    for (int j = 0; j < old.size[1]; ++j)
+      std::copy_n(field.data() + old.offset(0, j, k), old.size[0],
+                  walker_->field().data() + box.offset(old.first[0] - box.first[0], j + old.first[1] - box.first[1],
+                                                       k + old.first[2] - box.first[2]));
+}
+
+void EvidenceField::set_conductances(double beta) {
+  const double least = *std::min_element(spacing_mm_.begin(), spacing_mm_.end());
+  for (int axis = 0; axis < 3; ++axis) {
+    const float scale = static_cast<float>((least / spacing_mm_[axis]) * (least / spacing_mm_[axis]));
+    const int stride = image_.grid.stride(axis);
+    for_each_index(run_, image_.grid.count() - stride,
+                   [scale, stride, fall = static_cast<float>(-beta), image = smoothed_.data(),
+                    finite = image_.finite.data(), weight = walker_->weights(axis).data()](int v) {
+                     const float d = image[v + stride] - image[v];
+                     const float w = scale * (std::exp(fall * d * d) + least_conductance);
+                     weight[v] = finite[v] && finite[v + stride] ? w : 0.0f;
+                   });
+  }
+}
+
+void EvidenceField::solve(double tolerance) {
+  const int n = image_.grid.count();
+  const PriorInput input{image_.grid, spacing_mm_, smoothed_, features_, known_};
+  report_.beta = settings_.beta;
+  if (settings_.sharpness > 0) {
+    const double edge = settings_.sharpness * inner_difference(input);
+    report_.beta = std::clamp(1 / (2 * edge * edge), settings_.least_beta, settings_.largest_beta);
+  }
+  set_conductances(report_.beta);
+  std::vector<std::uint8_t> target(n), held(n);
+  if (settings_.prior_pull > 0) target = field_prior(input, settings_, run_);
+  for_each_index(run_, n, [known = known_.data(), field = walker_->field().data(), held = held.data()](int v) {
+    held[v] = is_held(known[v]);
+    if (held[v]) field[v] = known[v] == Known::Inside;
+  });
+  // In proportion to the mean conductance: on an edge, which conducts little, the neighbours still say more than the
+  // prior, which knows nothing of what lies half on either side.
+  for_each_index(run_, n,
+                 [pull = walker_->pull().data(), wx = walker_->weights(0).data(), row = box_.size[0],
+                  wy = walker_->weights(1).data(), plane = image_.grid.plane(), wz = walker_->weights(2).data(),
+                  gamma = static_cast<float>(settings_.prior_pull / 6)](int v) {
+                   pull[v] = gamma * (wx[v] + wx[v - 1] + wy[v] + wy[v - row] + wz[v] + wz[v - plane]);
+                 });
+  const RandomWalker::Report solved = walker_->solve(target, held, tolerance, settings_.most_iterations);
+  report_.iterations = solved.iterations;
+  report_.error = solved.error;
+  probability_.assign(walker_->field().begin(), walker_->field().end());
+  // An object that the volume cuts goes on to the volume's side.
+  for (int v = 0; v < n; ++v) {
+    if (known_[v] != Known::VolumeEdge) continue;
+    const std::array<int, 3> at{v % box_.size[0], v / box_.size[0] % box_.size[1], v / image_.grid.plane()};
+    int inner = v;
+    for (int a = 0; a < 3; ++a) {
+      if (box_.size[a] < 3) continue;
+      if (at[a] == 0) inner += image_.grid.stride(a);
+      if (at[a] == box_.size[a] - 1) inner -= image_.grid.stride(a);
+    }
+    probability_[v] = walker_->field()[inner];
+  }
+  smooth(probability_, image_.grid, of_least_spacing(settings_.field_smoothing, spacing_mm_), run_);
+  for (int v = 0; v < n; ++v)  // smoothing must not take back what was said
+    if (known_[v] == Known::Inside || known_[v] == Known::Outside) probability_[v] = known_[v] == Known::Inside;
+  object_ = object_of_field(probability_, known_, box_);
+}
+
+void EvidenceField::update(std::span<const Mark> marks, const Mask* others) {
+  check(marks, others);
+  const VolumeGeometry& geometry = volume_.geometry();
+  VoxelBox box = box_around(box_, box_around_marks(marks, geometry, settings_.margin_share, settings_.least_margin));
+  report_ = {};
+  const auto solve_in = [&](double tolerance) {
+    set_box(box);
+    known_ = known_voxels(geometry, box, image_.finite, marks, others);
+    solve(tolerance);
+  };
+  // Rough fields let the box grow; once it no longer does the field is solved to the end, which may show it more.
+  const auto grows = [&] {
+    if (object_.around.voxel_count() == 0 || report_.growths == most_growths) return false;
+    const VoxelBox grown = grow_around(box, object_.around, geometry);
+    if (grown.first == box.first && grown.size == box.size) return false;
+    box = grown;
+    ++report_.growths;
+    return true;
+  };
+  do {
+    do solve_in(std::max(growing_tolerance, settings_.tolerance));
+    while (grows());
+    if (settings_.tolerance < growing_tolerance) solve_in(settings_.tolerance);
+  } while (grows());
+  report_.leaks = object_.border_share >= leak_share;
+}
+
+Mask EvidenceField::object() const {
+  Mask mask{volume_.geometry(), std::vector<std::uint8_t>(volume_.geometry().voxel_count())};
+  for (int k = 0; k < box_.size[2]; ++k)
+    for (int j = 0; j < box_.size[1]; ++j)
+      std::copy_n(object_.voxels.data() + box_.offset(0, j, k), box_.size[0],
+                  mask.voxels.data() + volume_.offset(box_.first[0], box_.first[1] + j, box_.first[2] + k));
+  return mask;
+}
+
+double EvidenceField::brush_mm(MarkKind kind, const Eigen::Vector3d& position_mm) const {
+  const double least = settings_.least_brush * *std::min_element(spacing_mm_.begin(), spacing_mm_.end());
+  const Eigen::Affine3d world = volume_.geometry().world_from_index();
+  const bool inside = kind == MarkKind::Inside;
+  double surface = std::numeric_limits<double>::infinity(), mark = surface;
+  std::size_t v = 0;
+  for (int k = 0; k < box_.size[2]; ++k) {
+    for (int j = 0; j < box_.size[1]; ++j) {
+      for (int i = 0; i < box_.size[0]; ++i, ++v) {
+        const bool other_side = (object_.voxels[v] != 0) == inside;
+        const bool other_mark = inside ? is_held(known_[v]) && known_[v] != Known::Inside : known_[v] == Known::Inside;
+        if (!other_side && !other_mark) continue;
+        const Eigen::Vector3d at(i + box_.first[0], j + box_.first[1], k + box_.first[2]);
+        const double d = (world * at - position_mm).norm();
+        if (other_side) surface = std::min(surface, d);
+        if (other_mark) mark = std::min(mark, d);
+      }
+    }
+  }
+  const double radius = std::min(settings_.brush * surface, 0.5 * mark);
+  return std::isfinite(radius) ? std::max(least, radius) : least;
+}
+
+std::size_t EvidenceField::bytes() const {
+  std::size_t bytes = image_.value.size() * 4 + image_.finite.size() + smoothed_.size() * 4 + known_.size() +
+                      probability_.size() * 4 + object_.voxels.size();
+  for (const std::vector<float>& feature : features_) bytes += feature.size() * 4;
+  return bytes + (walker_ ? walker_->bytes() : 0);
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "evidence/box_image.h"
+#include "evidence/evidence_settings.h"
+#include "evidence/field_object.h"
+#include "evidence/mark_classifier.h"
+#include "evidence/marked_voxels.h"
+#include "evidence/marks.h"
+#include "evidence/random_walker.h"
+#include "evidence/run_jobs.h"
+#include "image/mask.h"
+#include "image/volume.h"
+
+namespace simplexseg {
+
+/// P(object) in [0, 1] on a box of voxels, learned from marks in the image: a random walker with a prior from geodesic
+/// distances to the marks (Criminisi, Sharp and Blake 2008, GeoS) and from what their voxels look like. Solved anew
+/// whenever the marks change, from the last field on. The box starts around the marks and grows where the object comes
+/// near one of its sides; nobody gives a region. The same bits at any number of threads.
+class EvidenceField {
+ public:
+  explicit EvidenceField(Volume volume, RunJobs run = run_in_turn(), EvidenceSettings settings = {});
+
+  /// Solves the field for these marks, in the order in which they were made. `others`: voxels of other objects on the
+  /// volume's grid, outside for this one, or null. Throws Error without an inside or boundary mark, for a radius or a
+  /// direction out of range, a mark outside of the volume, or `others` on another grid.
+  void update(std::span<const Mark> marks, const Mask* others = nullptr);
+
+  struct Report {
+    int iterations = 0;  ///< of the solver, the last time
+    int growths = 0;     ///< of the box in the last update
+    double error = 0;    ///< bound of the field's error at which the solver stopped
+    double beta = 0;     ///< sharpness of the conductances
+    bool leaks = false;  ///< of the voxels near the sides of the largest box a twentieth or more are the object
+  };
+  const Report& report() const { return report_; }
+
+  /// Where the field is, in the volume's indices; the field, i fastest. Outside of the box it is 0.
+  const VoxelBox& box() const { return box_; }
+  std::span<const float> probability() const { return probability_; }
+  /// The object: above 0.5, connected to an inside mark, without holes but those with an outside mark in them. On the
+  /// volume's grid.
+  Mask object() const;
+  /// Radius for the mark of a click: large where the click is far from the field's surface, as a user clicks in the
+  /// middle of what is wrong. `kind` is Inside or Outside.
+  double brush_mm(MarkKind kind, const Eigen::Vector3d& position_mm) const;
+  /// Memory held for the box.
+  std::size_t bytes() const;
+
+ private:
+  void check(std::span<const Mark> marks, const Mask* others) const;
+  void set_box(const VoxelBox& box);
+  void solve(double tolerance);
+  void set_conductances(double beta);
+
+  Volume volume_;
+  RunJobs run_;
+  EvidenceSettings settings_;
+  std::array<double, 3> spacing_mm_;
+  VoxelBox box_{};
+  BoxImage image_;
+  std::vector<float> smoothed_;
+  FeatureLists features_;
+  std::vector<Known> known_;
+  std::unique_ptr<RandomWalker> walker_;
+  std::vector<float> probability_;
+  FieldObject object_;
+  Report report_;
+};
+
+}  // namespace simplexseg

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "evidence/marked_voxels.h"
+#include "image/distance_map.h"
+
+namespace simplexseg {
+
+/// The object that a field says: the voxels above 0.5 that are connected (six neighbours) to an inside mark, and the
+/// holes in them that no outside mark lies in.
+struct FieldObject {
+  std::vector<std::uint8_t> voxels;  ///< of the box, 0 or 1
+  VoxelBox around{};                 ///< the smallest box about them, in the volume's indices; size 0 without any
+  double border_share = 0;           ///< of the voxels within four of a side of the box, how many are of the object
+};
+FieldObject object_of_field(std::span<const float> field, std::span<const Known> known, const VoxelBox& box);
+
+}  // namespace simplexseg

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <array>
+#include <span>
+
+#include "evidence/padded_array.h"
+
+namespace simplexseg {
+
+/// Lowers `distance` to the geodesic distance from where it is least: over the 26 neighbours, the way between two costs
+/// |difference of image| + `length_cost` * distance in units of the least spacing. Starts: 0 at the sources and
+/// anything large elsewhere, or an earlier distance with new zeros. Raster scans forth and back, at most `rounds`,
+/// until nothing changes (Toivanen 1996, New geodesic distance transforms for gray-scale images; Criminisi, Sharp and
+/// Blake 2008, GeoS). Where `image` is NaN no way leads through.
+void lower_geodesic_distance(std::span<float> distance, std::span<const float> image, const BoxGrid& grid,
+                             const std::array<double, 3>& spacing_mm, float length_cost, int rounds);
+
+}  // namespace simplexseg

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "evidence/mark_classifier.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+namespace simplexseg {
+namespace {
+
+/// Numbers that are the same on every machine (Steele et al. 2014, SplitMix64).
+class Random {
+ public:
+  double uniform() {
+    std::uint64_t z = state_ += 0x9E3779B97F4A7C15u;
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+    return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1.0p-53;
+  }
+  /// Standard normal, as the sum of twelve uniform numbers.
+  double normal() {
+    double sum = -6;
+    for (int k = 0; k < 12; ++k) sum += uniform();
+    return sum;
+  }
+
+ private:
+  std::uint64_t state_ = 1;
+};
+
+/// cos(2 pi t) to 1e-3: two parabolas and a correction.
+inline float cosine_of_turns(float t) {
+  t = t - std::floor(t + 0.5f);          // -0.5 .. 0.5
+  const float u = 0.25f - std::fabs(t);  // cos(2 pi t) = sin(2 pi u), u in -0.25 .. 0.25
+  const float s = 8 * u - 16 * u * std::fabs(u);
+  return s * (0.775f + 0.225f * std::fabs(s));
+}
+
+}  // namespace
+
+MarkClassifier::MarkClassifier(const FeatureLists& features, std::span<const Sample> inside,
+                               std::span<const Sample> outside, const Settings& settings)
+    : features_(features.size()),
+      frequency_(settings.terms * features.size()),
+      phase_(settings.terms),
+      weight_(settings.terms) {
+  Random random;
+  const double turn = 2 * std::numbers::pi;
+  for (float& f : frequency_) f = static_cast<float>(random.normal() / settings.kernel_width / turn);
+  for (float& p : phase_) p = static_cast<float>(random.uniform());
+  Eigen::MatrixXf gram = Eigen::MatrixXf::Zero(settings.terms, settings.terms);
+  Eigen::VectorXf right = Eigen::VectorXf::Zero(settings.terms);
+  for (const bool in : {true, false}) {
+    const std::span<const Sample> samples = in ? inside : outside;
+    double total = 0;
+    for (const Sample& s : samples) total += s.weight;
+    Eigen::MatrixXf rows(settings.terms, samples.size());
+    for (std::size_t s = 0; s < samples.size(); ++s) {
+      const float scale = std::sqrt(static_cast<float>(samples[s].weight / total) * 2 / settings.terms);
+      for (int t = 0; t < settings.terms; ++t) {
+        float angle = phase_[t];
+        for (std::size_t f = 0; f < features_; ++f)
+          angle += frequency_[t * features_ + f] * features[f][samples[s].voxel];
+        rows(t, s) = scale * cosine_of_turns(angle);
+      }
+      const float root = std::sqrt(static_cast<float>(samples[s].weight / total));
+      right += (in ? root : -root) * rows.col(s);
+    }
+    gram.selfadjointView<Eigen::Lower>().rankUpdate(rows);
+  }
+  gram.diagonal().array() += static_cast<float>(settings.ridge);
+  const Eigen::VectorXf w = gram.selfadjointView<Eigen::Lower>().ldlt().solve(right);
+  for (int t = 0; t < settings.terms; ++t) weight_[t] = w[t] * std::sqrt(2.0f / settings.terms);
+}
+
+void MarkClassifier::score(const FeatureLists& features, std::span<float> out, const RunJobs& run) const {
+  const int n = static_cast<int>(out.size());
+  run((n + indices_a_block - 1) / indices_a_block, [&](int block) {
+    const int first = block * indices_a_block, last = std::min(n, first + indices_a_block);
+    constexpr int lanes = 64;
+    float angle[lanes], sum[lanes];
+    for (int start = first; start < last; start += lanes) {
+      const int m = std::min(lanes, last - start);
+      std::fill_n(sum, lanes, 0.0f);
+      for (std::size_t t = 0; t < weight_.size(); ++t) {
+        std::fill_n(angle, lanes, phase_[t]);
+        for (std::size_t f = 0; f < features_; ++f) {
+          const float w = frequency_[t * features_ + f], *const x = features[f].data() + start;
+          for (int l = 0; l < m; ++l) angle[l] += w * x[l];
+        }
+        for (int l = 0; l < lanes; ++l) sum[l] += weight_[t] * cosine_of_turns(angle[l]);
+      }
+      std::copy_n(sum, m, out.data() + start);
+    }
+  });
+}
+
+}  // namespace simplexseg

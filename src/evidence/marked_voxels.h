@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "evidence/marks.h"
+#include "image/distance_map.h"
+#include "image/mask.h"
+#include "image/volume.h"
+
+namespace simplexseg {
+
+/// What is known of a voxel before anything is solved.
+enum class Known : std::uint8_t {
+  Nothing,
+  Inside,
+  Outside,
+  FarBorder,   ///< side of the box within the volume: outside
+  VolumeEdge,  ///< side of the box that is the volume's: outside for the solver, though an object may be cut there
+  NotFinite,   ///< conducts nothing; outside
+};
+
+/// True where the field is given rather than solved.
+constexpr bool is_held(Known known) { return known != Known::Nothing; }
+
+/// All voxels of a box, later marks over earlier ones, marks over `others` (objects of others on the volume's grid, or
+/// null) and over the box's sides. A mark holds the voxels whose centres lie in its ball, and the nearest one.
+std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& box,
+                                std::span<const std::uint8_t> finite, std::span<const Mark> marks, const Mask* others);
+
+}  // namespace simplexseg

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "evidence/robot_user.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "core/error.h"
+#include "image/distance_map.h"
+
+namespace simplexseg {
+namespace {
+
+struct Part {
+  std::vector<std::size_t> voxels;
+  std::array<int, 3> low, high;
+};
+
+/// The largest 6-connected set of voxels for which wanted(v).
+template <class Wanted>
+Part largest(const VolumeGeometry& geometry, Wanted&& wanted) {
+  const auto [ni, nj, nk] = geometry.size;
+  std::vector<std::uint8_t> seen(geometry.voxel_count());
+  Part best, part;
+  for (std::size_t start = 0; start < seen.size(); ++start) {
+    if (seen[start] || !wanted(start)) continue;
+    part.voxels.assign(1, start);
+    part.low = {ni, nj, nk};
+    part.high = {-1, -1, -1};
+    seen[start] = 1;
+    for (std::size_t next = 0; next < part.voxels.size(); ++next) {
+      const std::size_t v = part.voxels[next];
+      const int i = static_cast<int>(v % ni), j = static_cast<int>(v / ni % nj), k = static_cast<int>(v / ni / nj);
+      const std::array<int, 3> at{i, j, k}, size{ni, nj, nk};
+      const std::array<std::size_t, 3> stride{1, std::size_t(ni), std::size_t(ni) * nj};
+      for (int a = 0; a < 3; ++a) {
+        part.low[a] = std::min(part.low[a], at[a]);
+        part.high[a] = std::max(part.high[a], at[a]);
+        if (at[a] > 0 && !seen[v - stride[a]] && wanted(v - stride[a])) {
+          seen[v - stride[a]] = 1;
+          part.voxels.push_back(v - stride[a]);
+        }
+        if (at[a] + 1 < size[a] && !seen[v + stride[a]] && wanted(v + stride[a])) {
+          seen[v + stride[a]] = 1;
+          part.voxels.push_back(v + stride[a]);
+        }
+      }
+    }
+    if (part.voxels.size() > best.voxels.size()) std::swap(best, part);
+  }
+  return best;
+}
+
+WorstError deepest_of(const VolumeGeometry& geometry, Part part, bool too_little) {
+  const auto [ni, nj, nk] = geometry.size;
+  VoxelBox box;
+  for (int a = 0; a < 3; ++a) {
+    box.first[a] = std::max(0, part.low[a] - 1);
+    box.size[a] = std::min(geometry.size[a] - 1, part.high[a] + 1) - box.first[a] + 1;
+  }
+  std::vector<std::uint8_t> other(box.voxel_count(), 1);
+  std::sort(part.voxels.begin(), part.voxels.end());
+  const auto in_box = [&, ni = ni, nj = nj](std::size_t v) {
+    return box.offset(static_cast<int>(v % ni) - box.first[0], static_cast<int>(v / ni % nj) - box.first[1],
+                      static_cast<int>(v / ni / nj) - box.first[2]);
+  };
+  for (const std::size_t v : part.voxels) other[in_box(v)] = 0;
+  const std::vector<float> depth = distance_map(other, box, geometry.world_from_index().linear());
+  std::size_t best = part.voxels.front();
+  for (const std::size_t v : part.voxels)
+    if (depth[in_box(v)] > depth[in_box(best)]) best = v;
+  return {{static_cast<int>(best % ni), static_cast<int>(best / ni % nj), static_cast<int>(best / ni / nj)},
+          depth[in_box(best)],
+          part.voxels.size(),
+          too_little};
+}
+
+}  // namespace
+
+std::optional<WorstError> worst_error(const Mask& truth, const Mask& now) {
+  if (!truth.geometry.same_grid(now.geometry))
+    throw Error("the robot cannot compare", "the grids of truth and result differ", "bring both onto one grid");
+  const std::uint8_t *const t = truth.voxels.data(), *const n = now.voxels.data();
+  Part missing = largest(truth.geometry, [=](std::size_t v) { return t[v] && !n[v]; });
+  Part extra = largest(truth.geometry, [=](std::size_t v) { return !t[v] && n[v]; });
+  if (missing.voxels.empty() && extra.voxels.empty()) return std::nullopt;
+  const bool too_little = missing.voxels.size() >= extra.voxels.size();
+  return deepest_of(truth.geometry, std::move(too_little ? missing : extra), too_little);
+}
+
+std::optional<WorstError> deepest_voxel(const Mask& mask) {
+  Part part = largest(mask.geometry, [m = mask.voxels.data()](std::size_t v) { return m[v] != 0; });
+  if (part.voxels.empty()) return std::nullopt;
+  return deepest_of(mask.geometry, std::move(part), true);
+}
+
+Mask largest_part(const Mask& mask) {
+  Mask part{mask.geometry, std::vector<std::uint8_t>(mask.voxels.size())};
+  for (const std::size_t v :
+       largest(mask.geometry, [m = mask.voxels.data()](std::size_t w) { return m[w] != 0; }).voxels)
+    part.voxels[v] = 1;
+  return part;
+}
+
+std::vector<RobotClick> run_robot(const Mask& truth, const RobotSubject& subject, const RobotSettings& settings,
+                                  const std::function<void(int)>& after_click) {
+  const Mask part = largest_part(truth);
+  const std::optional<WorstError> deepest = deepest_voxel(part);
+  if (!deepest)
+    throw Error("the robot has no truth", "the label is nowhere in the labels", "give a label that is there");
+  const Eigen::Affine3d world = truth.geometry.world_from_index();
+  const auto place = [&](const std::array<int, 3>& voxel) -> Eigen::Vector3d {
+    return world * Eigen::Vector3d(voxel[0], voxel[1], voxel[2]);
+  };
+  // The voxels at that very depth are outside: the ball ends just before them.
+  const double radius_mm = 0.999 * deepest->depth_mm;
+  std::vector<Mark> marks{
+      {MarkKind::Inside,
+       place(deepest->voxel) + Eigen::Vector3d::Ones().normalized() * settings.seed_offset * radius_mm,
+       settings.seed_scale * radius_mm,
+       {0, 0, 0}}};
+  std::vector<RobotClick> clicks;
+  for (int click = 0;; ++click) {
+    const auto start = std::chrono::steady_clock::now();
+    const Mask now = subject.segment(marks);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    clicks.push_back({marks.back(), compare(part, now), seconds});
+    after_click(click);
+    if (click == settings.most_clicks) break;
+    const std::optional<WorstError> error = worst_error(part, now);
+    if (!error) break;
+    const MarkKind kind = error->too_little ? MarkKind::Inside : MarkKind::Outside;
+    marks.push_back({kind, place(error->voxel), subject.brush_mm(kind, place(error->voxel)), {0, 0, 0}});
+  }
+  return clicks;
+}
+
+}  // namespace simplexseg

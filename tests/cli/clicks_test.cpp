@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// The robot user on a phantom: what it writes, and that each option has its effect.
+#include "cli_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+class Clicks : public Cli {
+ protected:
+  void SetUp() override {
+    Cli::SetUp();
+    succeed({"phantom", "two-spheres", path("image.nii.gz"), "--labels", path("truth.nii.gz"), "--size", "32",
+             "--noise", "30"});
+  }
+  nlohmann::json clicks(Arguments arguments) const {
+    arguments.insert(arguments.begin(), {"clicks", path("image.nii.gz"), path("truth.nii.gz"), "--max", "3", "--label",
+                                         "1", "--json", path("clicks.json")});
+    succeed(arguments);
+    return json_of("clicks.json");
+  }
+  /// Without what is different at every run.
+  static nlohmann::json comparable(nlohmann::json json) {
+    json.erase("threads");
+    for (nlohmann::json& at : json["cases"])
+      for (nlohmann::json& click : at["clicks"]) click.erase("seconds");
+    return json;
+  }
+};
+
+TEST_F(Clicks, WriteEveryClickOfEveryLabel) {
+  const Outcome outcome = succeed({"clicks", path("image.nii.gz"), path("truth.nii.gz"), "--label", "1", "--label", "2",
+                                   "--max", "3", "--json", path("a.json"), "--csv", path("a.csv")});
+  const nlohmann::json json = json_of("a.json");
+  ASSERT_EQ(json["cases"].size(), 2u);
+  std::size_t lines = 1;
+  for (const nlohmann::json& at : json["cases"]) {
+    lines += at["clicks"].size();
+    ASSERT_GE(at["clicks"].size(), 1u) << at;
+    EXPECT_EQ(at["clicks"][0]["kind"], "inside");
+    EXPECT_GT(at["clicks"].back()["dice"].get<double>(), 0.85);
+    EXPECT_TRUE(at["clicks_to"]["0.80"].is_number());
+    EXPECT_LT(at["clicks"].back()["hd95_mm"].get<double>(), 3);
+    EXPECT_LT(at["clicks"].back()["assd_mm"].get<double>(), 1.5);
+  }
+  const std::string csv = text_of("a.csv");
+  EXPECT_EQ(static_cast<std::size_t>(std::count(csv.begin(), csv.end(), '\n')), lines);
+  EXPECT_NE(outcome.out.find("ASSD mm"), std::string::npos);
+}
+
+TEST_F(Clicks, AreTheSameAtEveryRunOnAnyNumberOfThreads) {
+  EXPECT_EQ(comparable(clicks({"--threads", "1"})), comparable(clicks({"--threads", "2"})));
+}
+
+TEST_F(Clicks, EveryOptionHasItsEffect) {
+  const nlohmann::json plain = comparable(clicks({}));
+  for (const Arguments& more : std::vector<Arguments>{{"--seed-scale", "0.5"},
+                                                      {"--seed-offset", "0.3"},
+                                                      {"--without", "classifier"},
+                                                      {"--without", "geodesic"},
+                                                      {"--without", "prior"},
+                                                      {"--without", "sharpness"}}) {
+    const nlohmann::json changed = comparable(clicks(more));
+    EXPECT_NE(changed["cases"], plain["cases"]) << more[0] << " " << more[1];
+  }
+}
+
+TEST_F(Clicks, RefuseWhatTheyCannotUse) {
+  const Outcome part = call({"clicks", path("image.nii.gz"), path("truth.nii.gz"), "--without", "clasifier"});
+  EXPECT_EQ(part.status, 2);
+  EXPECT_NE(part.err.find("classifier"), std::string::npos) << part.err;
+  EXPECT_EQ(call({"clicks", path("image.nii.gz"), path("truth.nii.gz"), "--label", "77"}).status, 2);
+  succeed({"phantom", "sphere", path("other.nii.gz"), "--labels", path("other_truth.nii.gz"), "--size", "16"});
+  EXPECT_EQ(call({"clicks", path("image.nii.gz"), path("other_truth.nii.gz")}).status, 2);
+  EXPECT_EQ(call({"clicks", path("image.nii.gz"), path("truth.nii.gz"), "--robot", "dog"}).status, 2);
+}
+
+}  // namespace
+}  // namespace simplexseg

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "evidence/evidence_field.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "core/error.h"
+#include "gpu/thread_pool.h"
+#include "image/metrics.h"
+#include "study/phantom.h"
+
+namespace simplexseg {
+namespace {
+
+Mark inside(const Eigen::Vector3d& at, double radius) { return {MarkKind::Inside, at, radius, {0, 0, 0}}; }
+Mark outside(const Eigen::Vector3d& at, double radius) { return {MarkKind::Outside, at, radius, {0, 0, 0}}; }
+
+/// A bright ellipsoid in the middle of a volume whose slices are `thick` times as thick as its voxels are wide.
+struct Scene {
+  Volume image;
+  Mask truth;
+};
+Scene ellipsoid(int width, double thick, const Eigen::Vector3d& radii_mm, double noise = 0) {
+  VolumeGeometry geometry;
+  geometry.size = {width, width, static_cast<int>(width / thick)};
+  geometry.spacing_mm = {1, 1, thick};
+  for (int a = 0; a < 3; ++a) geometry.origin_mm[a] = -0.5 * geometry.spacing_mm[a] * (geometry.size[a] - 1);
+  Scene scene{Volume(geometry, VoxelType::Float32), {geometry, std::vector<std::uint8_t>(geometry.voxel_count())}};
+  std::uint64_t state = 1;
+  const auto uniform = [&] {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return static_cast<double>(state >> 33) / 2147483648.0;
+  };
+  const Eigen::Affine3d world = geometry.world_from_index();
+  for (int k = 0; k < geometry.size[2]; ++k) {
+    for (int j = 0; j < geometry.size[1]; ++j) {
+      for (int i = 0; i < geometry.size[0]; ++i) {
+        const Eigen::Vector3d p = world * Eigen::Vector3d(i, j, k);
+        const bool in = p.cwiseQuotient(radii_mm).norm() <= 1;
+        const std::size_t v = scene.image.offset(i, j, k);
+        scene.truth.voxels[v] = in;
+        const double scatter = uniform() + uniform() + uniform() + uniform() - 2;  // deviation 0.577
+        scene.image.voxels<float>()[v] =
+            static_cast<float>(in ? 150 : 50) + static_cast<float>(noise / 0.577 * scatter);
+      }
+    }
+  }
+  return scene;
+}
+
+double dice_of(const Scene& scene, std::span<const Mark> marks, const EvidenceSettings& settings = {}) {
+  EvidenceField field(scene.image, run_in_turn(), settings);
+  field.update(marks);
+  return dice(scene.truth, field.object());
+}
+
+float at(const EvidenceField& field, const Volume& volume, const Eigen::Vector3d& mm) {
+  const Eigen::Vector3d index = volume.geometry().index_from_world() * mm;
+  const VoxelBox& box = field.box();
+  return field.probability()[box.offset(static_cast<int>(std::lround(index[0])) - box.first[0],
+                                        static_cast<int>(std::lround(index[1])) - box.first[1],
+                                        static_cast<int>(std::lround(index[2])) - box.first[2])];
+}
+
+TEST(EvidenceField, FindsAnEllipsoidFromASeedOfAnySize) {
+  const Scene scene = ellipsoid(48, 1, {16, 11, 9});
+  for (const double radius : {7.0, 9.0})
+    EXPECT_GT(dice_of(scene, std::vector{inside({0, 0, 0}, radius)}), 0.93) << radius;
+}
+
+TEST(EvidenceField, FindsAnEllipsoidInNoiseOfAQuarterOfTheContrast) {
+  const Scene scene = ellipsoid(48, 1, {16, 11, 9}, 25);
+  EXPECT_GT(dice_of(scene, std::vector{inside({0, 0, 0}, 9)}), 0.95);
+}
+
+TEST(EvidenceField, ThickSlicesGiveTheSameSurface) {
+  const Scene fine = ellipsoid(64, 1, {18, 14, 16}), thick = ellipsoid(64, 4, {18, 14, 16});
+  const std::vector marks{inside({0, 0, 0}, 10)};
+  EvidenceField a(fine.image), b(thick.image);
+  a.update(marks);
+  b.update(marks);
+  EXPECT_GT(dice(thick.truth, b.object()), 0.95);
+  const Agreement of_a = compare(fine.truth, a.object()), of_b = compare(thick.truth, b.object());
+  EXPECT_NEAR(of_a.test_mm3, of_b.test_mm3, 0.06 * of_a.test_mm3);
+}
+
+TEST(EvidenceField, StaysWithinZeroAndOneAndObeysEveryMark) {
+  const Scene scene = ellipsoid(48, 1, {14, 10, 10}, 10);
+  // Both dots contradict the image.
+  const std::vector marks{inside({0, 0, 0}, 6), inside({0, 14, 0}, 2), outside({10, 0, 0}, 2)};
+  EvidenceField field(scene.image);
+  field.update(marks);
+  for (const float p : field.probability()) ASSERT_TRUE(p >= 0 && p <= 1);
+  EXPECT_EQ(at(field, scene.image, {0.5, 14.5, 0.5}), 1);
+  EXPECT_EQ(at(field, scene.image, {9.5, 0.5, 0.5}), 0);
+  EXPECT_EQ(at(field, scene.image, {0.5, 0.5, 0.5}), 1);
+}
+
+TEST(EvidenceField, EveryKindOfMarkChangesTheField) {
+  const Scene scene = ellipsoid(48, 1, {14, 10, 10}, 10);
+  EvidenceField plain(scene.image);
+  plain.update(std::vector{inside({0, 0, 0}, 6)});
+  const auto with = [&](const Mark& mark, const Eigen::Vector3d& place) {
+    EvidenceField field(scene.image);
+    field.update(std::vector{inside({0, 0, 0}, 6), mark});
+    return at(field, scene.image, place) - at(plain, scene.image, place);
+  };
+  EXPECT_GT(with(inside({0.5, 15.5, 0.5}, 2), {0.5, 15.5, 0.5}), 0.5);
+  EXPECT_LT(with(outside({11.5, 0.5, 0.5}, 2), {11.5, 0.5, 0.5}), -0.5);
+  // A surface 4 mm within the bright part: what lies beyond it is outside, what lies before it stays inside.
+  const Mark boundary{MarkKind::Boundary, {9.5, 0.5, 0.5}, 1, {2, 0, 0}};
+  EXPECT_LT(with(boundary, {11.5, 0.5, 0.5}), -0.5);
+  EXPECT_GT(with(boundary, {7.5, 0.5, 0.5}), -0.1);
+  // And with the direction turned round the other side is outside.
+  const Mark turned{MarkKind::Boundary, {9.5, 0.5, 0.5}, 1, {-2, 0, 0}};
+  EXPECT_LT(with(turned, {8.5, 0.5, 0.5}), -0.5);
+}
+
+TEST(EvidenceField, OtherObjectsAreOutside) {
+  const Scene scene = ellipsoid(48, 1, {14, 10, 10});
+  Mask others{scene.truth.geometry, std::vector<std::uint8_t>(scene.truth.voxels.size())};
+  for (int k = 0; k < 48; ++k)
+    for (int j = 0; j < 48; ++j)
+      for (int i = 32; i < 48; ++i) others.voxels[scene.image.offset(i, j, k)] = 1;
+  EvidenceField field(scene.image);
+  field.update(std::vector{inside({0, 0, 0}, 6)}, &others);
+  const Mask object = field.object();
+  for (std::size_t v = 0; v < others.voxels.size(); ++v) ASSERT_FALSE(others.voxels[v] && object.voxels[v]);
+  EXPECT_GT(std::count(object.voxels.begin(), object.voxels.end(), 1), 3000);
+}
+
+TEST(EvidenceField, EverySettingChangesTheField) {
+  const Scene scene = ellipsoid(56, 1, {12, 8, 8}, 1.5);
+  const std::vector marks{inside({-4, 0, 0}, 5), outside({16, 3, 0}, 2)};
+  const auto field_with = [&](const EvidenceSettings& settings) {
+    EvidenceField field(scene.image, run_in_turn(), settings);
+    field.update(marks);
+    return std::vector<float>(field.probability().begin(), field.probability().end());
+  };
+  const std::vector<float> plain = field_with({});
+  const EvidenceSettings usual;
+  double EvidenceSettings::*const all[]{&EvidenceSettings::image_smoothing,  &EvidenceSettings::sharpness,
+                                        &EvidenceSettings::prior_pull,       &EvidenceSettings::prior_slope,
+                                        &EvidenceSettings::classifier_share, &EvidenceSettings::geodesic_share,
+                                        &EvidenceSettings::length_cost,      &EvidenceSettings::dots_share,
+                                        &EvidenceSettings::field_smoothing,  &EvidenceSettings::margin_share};
+  for (double EvidenceSettings::*const setting : all) {
+    EvidenceSettings settings;
+    settings.*setting = usual.*setting * 0.6;
+    EXPECT_NE(field_with(settings), plain) << "the setting with the value " << usual.*setting;
+  }
+  EvidenceSettings fixed;
+  fixed.sharpness = 0;
+  const std::vector<float> of_fixed = field_with(fixed);
+  fixed.beta = 300;
+  EXPECT_NE(field_with(fixed), of_fixed);
+  EvidenceSettings bounded;
+  bounded.largest_beta = 700;
+  EXPECT_NE(field_with(bounded), plain);
+  bounded = {};
+  bounded.least_beta = 7000;
+  EXPECT_NE(field_with(bounded), plain);
+  EvidenceSettings rough;
+  rough.tolerance = 0.3;
+  EXPECT_NE(field_with(rough), plain);
+  rough = {};
+  rough.most_iterations = 1;
+  EXPECT_NE(field_with(rough), plain);
+  EvidenceSettings wide;
+  wide.least_margin = 30;
+  EXPECT_NE(field_with(wide), plain);
+}
+
+TEST(EvidenceField, TwoThreadsGiveTheBitsOfOne) {
+  const Scene scene = ellipsoid(56, 1, {18, 12, 10}, 20);
+  ThreadPool pool(2);
+  EvidenceField one(scene.image),
+      two(scene.image, [&](int jobs, const std::function<void(int)>&job) { pool.run(jobs, job); });
+  std::vector marks{inside({0, 0, 0}, 8)};
+  for (int update = 0; update < 3; ++update) {
+    one.update(marks);
+    two.update(marks);
+    ASSERT_TRUE(std::equal(one.probability().begin(), one.probability().end(), two.probability().begin(),
+                           two.probability().end()))
+        << update;
+    marks.push_back(outside({0, 12.0 + 2 * update, 3}, 2));
+  }
+}
+
+TEST(EvidenceField, TheBoxGrowsWithTheObjectAndNoFurther) {
+  const Scene scene = ellipsoid(64, 1, {16, 16, 16});
+  EvidenceField field(scene.image);
+  field.update(std::vector{inside({0, 0, 0}, 8)});
+  EXPECT_GT(dice(scene.truth, field.object()), 0.95);
+  EXPECT_GT(field.report().growths, 0);
+  const VoxelBox& box = field.box();
+  for (int a = 0; a < 3; ++a) {
+    EXPECT_LE(box.first[a], 10);
+    EXPECT_GE(box.first[a] + box.size[a], 54);
+  }
+  EXPECT_LT(box.voxel_count(), scene.image.geometry().voxel_count() * 7 / 10);
+  EXPECT_FALSE(field.report().leaks);
+}
+
+TEST(EvidenceField, SaysThatItLeaks) {
+  Scene scene = ellipsoid(40, 1, {12, 12, 12});
+  for (float& voxel : scene.image.voxels<float>()) voxel = 50;  // nothing holds it
+  EvidenceField field(scene.image);
+  field.update(std::vector{inside({0, 0, 0}, 16)});
+  EXPECT_TRUE(field.report().leaks);
+  EvidenceField held(ellipsoid(40, 1, {12, 12, 12}).image);
+  held.update(std::vector{inside({0, 0, 0}, 8)});
+  EXPECT_FALSE(held.report().leaks);
+}
+
+TEST(EvidenceField, VoxelsThatAreNotFiniteConductNothingAndStayOutside) {
+  Scene scene = ellipsoid(48, 1, {16, 10, 10});
+  const std::vector marks{inside({-5, 0, 0}, 6)};
+  // A wall of NaN across the object: what lies behind it is not reached.
+  for (int k = 0; k < 48; ++k)
+    for (int j = 0; j < 48; ++j)
+      scene.image.voxels<float>()[scene.image.offset(30, j, k)] =
+          (j + k) % 2 ? std::numeric_limits<float>::quiet_NaN() : std::numeric_limits<float>::infinity();
+  EvidenceField field(scene.image);
+  field.update(marks);
+  for (const float p : field.probability()) ASSERT_TRUE(p >= 0 && p <= 1);
+  const Mask object = field.object();
+  std::size_t before = 0, behind = 0;
+  for (int k = 0; k < 48; ++k)
+    for (int j = 0; j < 48; ++j)
+      for (int i = 0; i < 48; ++i) (i < 30 ? before : behind) += object.voxels[scene.image.offset(i, j, k)];
+  EXPECT_EQ(behind, 0u);
+  EXPECT_GT(before, 3000u);
+}
+
+TEST(EvidenceField, AClickFarFromTheSurfaceGetsALargerMark) {
+  const Scene scene = ellipsoid(80, 1, {20, 20, 20});
+  EvidenceSettings settings;
+  settings.margin_share = 1;
+  EvidenceField field(scene.image, run_in_turn(), settings);
+  field.update(std::vector{inside({0, 0, 0}, 14)});
+  EXPECT_NEAR(field.brush_mm(MarkKind::Inside, {0, 0, 22}), settings.least_brush, 1e-9);
+  EXPECT_NEAR(field.brush_mm(MarkKind::Inside, {0, 0, 31}), settings.brush * 11, 0.4);
+  // Hard by what is known to be outside a mark stays small.
+  EXPECT_NEAR(field.brush_mm(MarkKind::Inside, {0, 0, 38}), settings.least_brush, 1e-9);
+}
+
+TEST(EvidenceField, HoldsABoundedNumberOfBytesForAVoxel) {
+  const Scene scene = ellipsoid(64, 1, {20, 20, 20});
+  EvidenceField field(scene.image);
+  field.update(std::vector{inside({0, 0, 0}, 14)});
+  EXPECT_LT(static_cast<double>(field.bytes()) / static_cast<double>(field.box().voxel_count()), 100);
+}
+
+TEST(EvidenceField, RefusesMarksThatSayNothing) {
+  const Scene scene = ellipsoid(24, 1, {6, 6, 6});
+  EvidenceField field(scene.image);
+  EXPECT_THROW(field.update({}), Error);
+  EXPECT_THROW(field.update(std::vector{outside({0, 0, 0}, 2)}), Error);
+  EXPECT_THROW(field.update(std::vector{inside({0, 0, 0}, 0)}), Error);
+  EXPECT_THROW(field.update(std::vector{inside({0, 0, 90}, 2)}), Error);
+  EXPECT_THROW(field.update(std::vector{Mark{MarkKind::Boundary, {0, 0, 0}, 1, {0, 0, 0}}}), Error);
+  const Mask other{VolumeGeometry{{3, 3, 3}}, std::vector<std::uint8_t>(27)};
+  EXPECT_THROW(field.update(std::vector{inside({0, 0, 0}, 3)}, &other), Error);
+  EXPECT_THROW(EvidenceField(Volume{}), Error);
+}
+
+}  // namespace
+}  // namespace simplexseg
