@@ -55,6 +55,7 @@ bool FrameStatistics::shown(double now_s) {
   return true;
 }
 
+void FrameStatistics::start_recording() { record_.emplace(), moves_.clear(); }
 FrameStatistics::Record FrameStatistics::stop_recording() {
   moves_.clear();
   Record record = record_ ? std::move(*record_) : Record{};

@@ -33,7 +33,7 @@ class FrameStatistics {
     long steps = 0;
     double step_seconds = 0;  ///< spent in these steps
   };
-  void start_recording() { record_.emplace(), moves_.clear(); }
+  void start_recording();
   Record stop_recording();
 
  private:
