@@ -5,6 +5,15 @@
 
 namespace simplexseg {
 
+/// Frames of a while, in seconds.
+struct FrameRecord {
+  std::vector<double> frame_s;     ///< between two pictures
+  std::vector<double> latency_s;   ///< from the mouse to the picture with the moved point
+  std::vector<double> response_s;  ///< from the mouse to the picture after a step that knew of it
+  long steps = 0;
+  double step_seconds = 0;  ///< spent in these steps
+};
+
 /// How often a new picture is shown, how many steps lie between two, and how long a moved attraction point takes to be
 /// seen. Told of each event in the order in which they happen. Times in seconds, of now_s().
 class FrameStatistics {
@@ -25,14 +34,8 @@ class FrameStatistics {
   double frames_per_second() const { return interval_s_ > 0 ? 1 / interval_s_ : 0; }
   double steps_per_frame() const { return steps_per_frame_; }
 
-  /// All that was since start_recording().
-  struct Record {
-    std::vector<double> frame_s;     ///< between two pictures
-    std::vector<double> latency_s;   ///< from the mouse to the picture with the moved point
-    std::vector<double> response_s;  ///< from the mouse to the picture after a step that knew of it
-    long steps = 0;
-    double step_seconds = 0;  ///< spent in these steps
-  };
+  /// What was recorded since start_recording().
+  using Record = FrameRecord;
   void start_recording();
   Record stop_recording();
 
