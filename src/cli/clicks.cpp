@@ -54,6 +54,7 @@ EvidenceSettings settings_without(const std::vector<std::string>& names) {
     const auto part = std::find_if(kParts.begin(), kParts.end(), [&](const Part& p) { return name == p.name; });
     if (part == kParts.end()) {
       std::vector<std::string> known;
+      known.reserve(kParts.size());
       for (const Part& p : kParts) known.emplace_back(p.name);
       throw Error("--without", std::string("the part ").append(unknown_name(name, known)),
                   "give one of the parts of the field");

@@ -50,7 +50,7 @@ void lower_geodesic_distance(std::span<float> distance, std::span<const float> i
           float* const d = distance.data() + row(j, k);
           const float* const here = image.data() + row(j, k);
           std::copy_n(d, ni, before.data());
-          const auto take = [&](int dj, int dk) {
+          const auto take = [&, ni = ni, nj = nj, nk = nk](int dj, int dk) {
             if (j + dj < 0 || j + dj >= nj || k + dk < 0 || k + dk >= nk) return;
             const std::size_t from = row(j + dj, k + dk);
             take_from_row(d, here, distance.data() + from, image.data() + from, ni, cost(0, dj * y, dk * z),

@@ -10,8 +10,7 @@ namespace {
 class Painter {
  public:
   Painter(const VolumeGeometry& geometry, const VoxelBox& box, std::vector<Known>& known)
-      : geometry_(geometry),
-        box_(box),
+      : box_(box),
         known_(known),
         mm_(geometry.world_from_index().linear()),
         index_from_world_(geometry.index_from_world()) {}
@@ -38,7 +37,6 @@ class Painter {
   }
 
  private:
-  const VolumeGeometry& geometry_;
   const VoxelBox& box_;
   std::vector<Known>& known_;
   const Eigen::Matrix3d mm_;

@@ -54,7 +54,7 @@ SurfaceError::SurfaceError(const Mask& reference) : box_(box_around(reference)) 
   for (int k = 0; k < nk; ++k)
     for (int j = 0; j < nj; ++j)
       for (int i = 0; i < ni; ++i) {
-        const auto value = [&](int di, int dj, int dk) {
+        const auto value = [&, ni = ni, nj = nj, nk = nk](int di, int dj, int dk) {
           return signed_mm_[box_.offset(std::clamp(i + di, 0, ni - 1), std::clamp(j + dj, 0, nj - 1),
                                         std::clamp(k + dk, 0, nk - 1))];
         };

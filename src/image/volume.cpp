@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <limits>
 #include <sstream>
+#include <utility>
 
 #include "core/error.h"
 #include "core/expect.h"
@@ -122,7 +123,7 @@ void VolumeGeometry::validate(const std::string& name) const {
                 "correct the header");
 }
 
-Volume::Volume(VolumeGeometry geometry, VoxelType type) : geometry_(geometry), type_(type) {
+Volume::Volume(VolumeGeometry geometry, VoxelType type) : geometry_(std::move(geometry)), type_(type) {
   geometry_.validate("volume");
   // calloc: large blocks come as untouched zero pages, so that a reader that fills them pays for one pass only.
   auto* block = static_cast<std::byte*>(std::calloc(geometry_.voxel_count(), bytes_per_voxel(type)));

@@ -180,7 +180,7 @@ bool JsonInput::boolean() const {
 std::string JsonInput::text_or_empty() const {
   if (!json_of(node_).is_string())
     refuse(std::string("a ") + json_of(node_).type_name() + " stands here", "write a text in quotes");
-  const std::string value = json_of(node_).get<std::string>();
+  std::string value = json_of(node_).get<std::string>();
   if (value.find('\0') != std::string::npos) refuse("the text holds a zero byte", "delete it");
   return value;
 }

@@ -23,7 +23,8 @@ static_assert(sizeof(RegionModel) == 2 * sizeof(double) + 2 * kRegionBins * size
 template <class T>
 json binary_of(const T* data, std::size_t count) {
   std::vector<std::uint8_t> bytes(count * sizeof(T));
-  if (count > 0) std::memcpy(bytes.data(), data, bytes.size());
+  // Eigen says that its fixed matrices are not trivially copyable; they are numbers and nothing else.
+  if (count > 0) std::memcpy(bytes.data(), static_cast<const void*>(data), bytes.size());
   return json::binary(std::move(bytes));
 }
 
