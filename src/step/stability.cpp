@@ -10,20 +10,22 @@
 
 namespace simplexseg {
 
-Stiffness stiffness_of(const ForceParameters& p, std::span<const Vec4> shape) {
+Stiffness stiffness_of(const ForceParameters& forces, std::span<const Vec4> shape) {
   Stiffness stiffness;
   each_force([&]<class F>(F) {
     float bound = 0;
-    if constexpr (requires { F::stability_bound(p, shape); })
-      bound = F::stability_bound(p, shape);
+    if constexpr (requires { F::stability_bound(forces, shape); })
+      bound = F::stability_bound(forces, shape);
     else
-      bound = F::stability_bound(p);
-    if (p.weight(F::id) > 0.0f) stiffness.of(F::kind) += p.weight(F::id) * bound;
+      bound = F::stability_bound(forces);
+    if (forces.weight(F::id) > 0.0f) stiffness.of(F::kind) += forces.weight(F::id) * bound;
   });
   return stiffness;
 }
 
-float stiffness_bound(const ForceParameters& p, std::span<const Vec4> shape) { return stiffness_of(p, shape).total(); }
+float stiffness_bound(const ForceParameters& forces, std::span<const Vec4> shape) {
+  return stiffness_of(forces, shape).total();
+}
 
 float stable_timestep(float stiffness, float damping) {
   return stiffness > 0.0f ? std::sqrt((4.0f - 2.0f * damping) / stiffness) : std::numeric_limits<float>::infinity();

@@ -94,6 +94,7 @@ void time_again(const FrozenProblem& problem, FrozenCurve& curve, double binding
   std::vector<std::pair<std::int64_t, double>> knots{{0, 0.0}};
   for (std::size_t b = 0; b < runs[0].size(); ++b) {
     std::vector<double> each;
+    each.reserve(runs.size());
     for (const auto& run : runs) each.push_back(run[b]);
     std::nth_element(each.begin(), each.begin() + kRepeats / 2, each.end());
     const std::int64_t at = b == 0 ? 1 : std::min<std::int64_t>(steps, static_cast<std::int64_t>(b) * kBatch);

@@ -46,8 +46,8 @@ struct FrozenProblem {
   PoseError start_mm{};
 
   int vertex_count() const;
-  /// Loads the start's poses, targets and points. `simulation`: of the method.
-  void load(Engine& engine, const SimulationParameters& simulation) const;
+  /// Loads the start's poses, targets and points. `settings`: those of the method.
+  void load(Engine& engine, const SimulationParameters& settings) const;
   /// Distance of the engine's poses from the fixed point.
   PoseError error_mm(Engine& engine) const;
   /// Largest stable timestep of Verlet with this damping, of all meshes.

@@ -13,7 +13,8 @@ namespace {
 using Eigen::Vector3d;
 
 /// Shapes that smoothing alone is let loose on for 2000 steps.
-StabilityCase smoothed(const char* name, const char* what, std::function<SimplexMesh(int)> make, float curvature) {
+StabilityCase smoothed(const char* name, const char* what, const std::function<SimplexMesh(int)>& make,
+                       float curvature) {
   return {name,
           what,
           CaseOutcome::Bounded,
@@ -105,7 +106,7 @@ Trial scaled(double radius_mm, const Vector3d& shift_mm) {
 }
 
 /// The ball's scene with its mesh spoilt, to recover.
-StabilityCase spoilt(const char* name, const char* what, std::function<void(SimplexMesh&)> spoil) {
+StabilityCase spoilt(const char* name, const char* what, const std::function<void(SimplexMesh&)>& spoil) {
   return {name,
           what,
           CaseOutcome::Converges,
@@ -121,7 +122,8 @@ StabilityCase spoilt(const char* name, const char* what, std::function<void(Simp
           }};
 }
 
-StabilityCase refused(const char* name, const char* what, const char* says, std::function<void(MeshItem&)> spoil) {
+StabilityCase refused(const char* name, const char* what, const char* says,
+                      const std::function<void(MeshItem&)>& spoil) {
   return {name,
           what,
           CaseOutcome::Refused,

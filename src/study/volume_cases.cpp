@@ -23,7 +23,8 @@ Trial trial_in(const Volume& volume, const ForceParameters& forces) {
 }
 
 /// No image force acts: the sphere stays, but for smoothing.
-StabilityCase says_nothing(const char* name, const char* what, const char* reason, std::function<Volume()> volume) {
+StabilityCase says_nothing(const char* name, const char* what, const char* reason,
+                           const std::function<Volume()>& volume) {
   return {name,
           what,
           CaseOutcome::Converges,
@@ -38,7 +39,7 @@ StabilityCase says_nothing(const char* name, const char* what, const char* reaso
           }};
 }
 StabilityCase ball_in(const char* name, const char* what, CaseOutcome stated, const char* reason, VoxelType type,
-                      std::function<double(const Eigen::Vector3d&)> value) {
+                      const std::function<double(const Eigen::Vector3d&)>& value) {
   return {name, what, stated, stated, reason, [=](bool) {
             Trial trial = trial_in(volume_of(type, {32, 32, 32}, {2, 2, 2}, value), usual_forces());
             // Where no image holds it, smoothing alone is to keep its volume.
