@@ -9,13 +9,14 @@
 #include <thread>
 
 #include "cli/commands.h"
+#include "cli/mesh_subject.h"
 #include "cli/progress.h"
 #include "cli/study.h"
 #include "cli/table.h"
 #include "core/error.h"
+#include "core/thread_pool.h"
 #include "evidence/evidence_field.h"
 #include "evidence/robot_user.h"
-#include "gpu/thread_pool.h"
 #include "io/files.h"
 #include "io/parameter_text.h"
 #include "io/volume_io.h"
@@ -77,7 +78,9 @@ std::optional<int> clicks_to(const Case& at, double level) {
   return std::nullopt;
 }
 
-const char* kind_name(MarkKind kind) { return kind == MarkKind::Inside ? "inside" : "outside"; }
+const char* kind_name(MarkKind kind) {
+  return kind == MarkKind::Inside ? "inside" : kind == MarkKind::Outside ? "outside" : "boundary";
+}
 
 Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
@@ -155,6 +158,9 @@ void clicks(const Options& options, const Console& console) {
   const RunJobs run = [&pool](int jobs, const std::function<void(int)>& job) { pool.run(jobs, job); };
   std::vector<std::optional<double>> wanted(options.label.begin(), options.label.end());
   if (wanted.empty()) wanted.push_back(std::nullopt);
+  RobotSettings robot = options.settings;
+  if (options.robot == "mixed") robot.hand = RobotHand::Mixed;
+  if (options.robot == "point" || options.robot == "none") robot.hand = RobotHand::Points;
   std::vector<Case> cases;
   const Interrupt interrupt;
   {
@@ -166,14 +172,19 @@ void clicks(const Options& options, const Console& console) {
       Case& at = cases.emplace_back();
       at.name = label ? number_to_text(static_cast<float>(*label)) : "all";
       EvidenceField field(image, run, settings);
-      const RobotSubject subject{[&](std::span<const Mark> marks) {
-                                   field.update(marks);
-                                   return field.object();
-                                 },
-                                 [&](MarkKind kind, const Eigen::Vector3d& mm) { return field.brush_mm(kind, mm); }};
-      at.clicks = run_robot(truth, subject, options.settings, [&](int click) {
+      MeshSubject mesh(image, options.robot != "none", threads);
+      const bool on_field = options.robot == "mark";
+      const RobotSubject on_mesh = mesh.subject();
+      const RobotSubject subject =
+          !on_field ? on_mesh
+                    : RobotSubject{[&](std::span<const Mark> marks) {
+                                     field.update(marks);
+                                     return field.object();
+                                   },
+                                   [&](MarkKind kind, const Eigen::Vector3d& mm) { return field.brush_mm(kind, mm); }};
+      at.clicks = run_robot(truth, subject, robot, [&](int click) {
         Interrupt::check();
-        at.leaks.push_back(field.report().leaks);
+        at.leaks.push_back(on_field ? field.report().leaks : mesh.leaks());
         progress.set((static_cast<double>(cases.size() - 1) * (options.settings.most_clicks + 1) + click + 1) / all);
       });
     }
@@ -209,8 +220,12 @@ void add_clicks(const Subcommand& app, Action& action) {
                  "A label, an object of its own; may be repeated; without any, every voxel that is not 0")
       .one_value_each();
   sub.add_option("--max", settings.most_clicks, "Clicks besides the seed").within(0, 1000).show_default();
-  sub.add_option("--robot", options->robot, "mark: inside and outside marks, the evidence field alone")
-      .one_of({"mark"})
+  sub.add_option(
+         "--robot", options->robot,
+         "What is corrected with what, docs/clicks.md: mark: the evidence field alone, with inside and outside marks; "
+         "mesh: a mesh, with the same; point: a mesh, with boundary points; mixed: a mesh, with both; none: a mesh "
+         "without evidence, with boundary points")
+      .one_of({"mark", "mesh", "point", "mixed", "none"})
       .show_default();
   sub.add_option("--seed-scale", settings.seed_scale, "Radius of the seed, in right radii")
       .within(0.05, 3.0)

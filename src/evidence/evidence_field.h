@@ -44,6 +44,8 @@ class EvidenceField {
   /// Where the field is, in the volume's indices; the field, i fastest. Outside of the box it is 0.
   const VoxelBox& box() const { return box_; }
   std::span<const float> probability() const { return probability_; }
+  /// The same as object(), of the box alone.
+  const FieldObject& object_in_box() const { return object_; }
   /// The object: above 0.5, connected to an inside mark, without holes but those with an outside mark in them. On the
   /// volume's grid.
   Mask object() const;

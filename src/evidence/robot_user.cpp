@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 
 #include "core/error.h"
 #include "image/distance_map.h"
@@ -74,6 +75,35 @@ WorstError deepest_of(const VolumeGeometry& geometry, Part part, bool too_little
           too_little};
 }
 
+constexpr double kThinVoxels = 2.5;
+
+/// Halfway between a voxel of the mask and a neighbour that is not, or the grid's end, the nearest (mm) to a voxel.
+Eigen::Vector3d boundary_near(const Mask& mask, const std::array<int, 3>& voxel) {
+  const VolumeGeometry& g = mask.geometry;
+  const Eigen::Affine3d world = g.world_from_index();
+  const Eigen::Vector3d from = world * Eigen::Vector3d(voxel[0], voxel[1], voxel[2]);
+  Eigen::Vector3d best = from;
+  double square = std::numeric_limits<double>::infinity();
+  std::size_t v = 0;
+  for (int k = 0; k < g.size[2]; ++k)
+    for (int j = 0; j < g.size[1]; ++j)
+      for (int i = 0; i < g.size[0]; ++i, ++v) {
+        if (!mask.voxels[v]) continue;
+        const std::array<int, 3> at{i, j, k};
+        const std::array<std::size_t, 3> stride{1, std::size_t(g.size[0]), std::size_t(g.size[0]) * g.size[1]};
+        for (int side = 0; side < 6; ++side) {
+          const int a = side / 2, step = side % 2 ? 1 : -1, to = at[a] + step;
+          const bool last = to < 0 || to == g.size[a];
+          if (!last && mask.voxels[step > 0 ? v + stride[a] : v - stride[a]]) continue;
+          Eigen::Vector3d half(i, j, k);
+          half[a] += 0.5 * step;
+          const double d = (world * half - from).squaredNorm();
+          if (d < square) square = d, best = world * half;
+        }
+      }
+  return best;
+}
+
 }  // namespace
 
 std::optional<WorstError> worst_error(const Mask& truth, const Mask& now) {
@@ -128,6 +158,12 @@ std::vector<RobotClick> run_robot(const Mask& truth, const RobotSubject& subject
     if (click == settings.most_clicks) break;
     const std::optional<WorstError> error = worst_error(part, now);
     if (!error) break;
+    const double thin_mm = kThinVoxels * truth.geometry.spacing_mm.minCoeff();
+    if (settings.hand == RobotHand::Points || (settings.hand == RobotHand::Mixed && error->depth_mm < thin_mm)) {
+      marks.push_back(
+          {MarkKind::Boundary, boundary_near(part, error->voxel), truth.geometry.spacing_mm.minCoeff(), {0, 0, 0}});
+      continue;
+    }
     const MarkKind kind = error->too_little ? MarkKind::Inside : MarkKind::Outside;
     marks.push_back({kind, place(error->voxel), subject.brush_mm(kind, place(error->voxel)), {0, 0, 0}});
   }

@@ -36,10 +36,18 @@ struct RobotSubject {
   std::function<double(MarkKind, const Eigen::Vector3d& mm)> brush_mm;  ///< radius for a new mark at a place
 };
 
+/// What a robot says with a click.
+enum class RobotHand {
+  Marks,   ///< inside or outside, in the middle of the largest error
+  Points,  ///< where the surface passes: the truth's boundary beside it
+  Mixed,   ///< a point where the largest error is thin, else a mark
+};
+
 struct RobotSettings {
   int most_clicks = 20;    ///< besides the seed
   double seed_scale = 1;   ///< radius of the seed, in right radii
   double seed_offset = 0;  ///< the seed's centre lies so many right radii off the right one, along (1, 1, 1)
+  RobotHand hand = RobotHand::Marks;
 };
 
 /// The state after one mark; the first is the seed.
@@ -50,8 +58,9 @@ struct RobotClick {
 };
 
 /// The protocol: the seed is a ball at the deepest voxel of the truth's largest part, with that depth as its radius;
-/// then, one a click, a mark at the deepest voxel of the largest error, inside or outside as the truth says. Ends early
-/// where nothing is wrong. `after_click(n)` is called after each. Throws Error for an empty truth.
+/// then, one a click, a mark at the deepest voxel of the largest error, inside or outside as the truth says, or a
+/// boundary mark (without a direction) halfway between the two voxels of the truth's boundary that are nearest to it.
+/// Ends early where nothing is wrong. `after_click(n)` is called after each. Throws Error for an empty truth.
 std::vector<RobotClick> run_robot(const Mask& truth, const RobotSubject& subject, const RobotSettings& settings,
                                   const std::function<void(int)>& after_click);
 

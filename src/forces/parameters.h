@@ -48,6 +48,7 @@ struct RecordedReferences {
   int vertex_count = 0;            ///< of the mesh
   bool shape = false;              ///< shape memory's reference was taken
   std::size_t profile_values = 0;  ///< of all reference profiles of the mesh
+  bool field = false;              ///< the mesh has a field P(object)
 };
 
 /// What the list of forces says of one force.

@@ -55,7 +55,8 @@ SIMPLEXSEG_HD Cell cell_at(const VolumeView& v, Vec3 p) {
 }
 SIMPLEXSEG_HD float mix(float a, float b, float f) { return a + f * (b - a); }
 
-/// The trilinear interpolant and the magnitude of its gradient (per mm) from the eight voxels of a cell, i fastest.
+/// The trilinear interpolant, its gradient (per mm) and that one's magnitude from the eight voxels of a cell, i
+/// fastest.
 struct Corners {
   float v000, v100, v010, v110, v001, v101, v011, v111;
 };
@@ -64,14 +65,15 @@ SIMPLEXSEG_HD float interpolate(const Corners& v, const Cell& c) {
   const float high = mix(mix(v.v001, v.v101, c.fx), mix(v.v011, v.v111, c.fx), c.fy);
   return mix(low, high, c.fz);
 }
-SIMPLEXSEG_HD float gradient_magnitude(const VolumeView& view, const Corners& v, const Cell& c) {
+SIMPLEXSEG_HD Vec3 gradient(const VolumeView& view, const Corners& v, const Cell& c) {
   const float gi = mix(mix(v.v100 - v.v000, v.v110 - v.v010, c.fy), mix(v.v101 - v.v001, v.v111 - v.v011, c.fy), c.fz);
   const float gj = mix(mix(v.v010 - v.v000, v.v110 - v.v100, c.fx), mix(v.v011 - v.v001, v.v111 - v.v101, c.fx), c.fz);
   const float gk = mix(mix(v.v001 - v.v000, v.v101 - v.v100, c.fx), mix(v.v011 - v.v010, v.v111 - v.v110, c.fx), c.fy);
   const float* m = view.index_from_world;  // chain rule: the transpose maps index gradients to world
-  const Vec3 g{m[0] * gi + m[4] * gj + m[8] * gk, m[1] * gi + m[5] * gj + m[9] * gk,
-               m[2] * gi + m[6] * gj + m[10] * gk};
-  return norm(g);
+  return {m[0] * gi + m[4] * gj + m[8] * gk, m[1] * gi + m[5] * gj + m[9] * gk, m[2] * gi + m[6] * gj + m[10] * gk};
+}
+SIMPLEXSEG_HD float gradient_magnitude(const VolumeView& view, const Corners& v, const Cell& c) {
+  return norm(gradient(view, v, c));
 }
 
 template <class T>

@@ -75,6 +75,19 @@ struct NeighbourTexels {
   }
 };
 
+/// Where the field P(object) of a mesh lies: a box of voxels of the volume, i fastest. Values of kFieldFloor to
+/// kFieldScale are P in units of 1 / kFieldScale; below kFieldFloor P is about 0, and the value falls by kFieldFall for
+/// each voxel of the least spacing that lies between the voxel and the object, so that the way back is known
+/// everywhere.
+struct FieldBox {
+  long long offset = -1;  ///< in StepView::fields; -1: there is none
+  int first[3] = {0, 0, 0}, size[3] = {0, 0, 0};
+  SIMPLEXSEG_HD Vec3 first_voxel() const {
+    return {static_cast<float>(first[0]), static_cast<float>(first[1]), static_cast<float>(first[2])};
+  }
+};
+inline constexpr float kFieldScale = 65535, kFieldFloor = 2048, kFieldFall = 16;
+
 /// What the kernels know of a mesh besides its vertices.
 struct MeshConstants {
   ForceParameters forces;
@@ -90,8 +103,9 @@ struct MeshConstants {
   float edge_mm;    ///< mean edge length when the mesh was loaded
   float intensity_low, intensity_scale;  ///< (intensity - low) * scale lies in [0, 1] within its region model
   int region_table;                      ///< offset of its log-likelihood ratios in StepView::region_tables, -1: none
-  int finest;                            ///< 0 while coarser than the level it is to end on
-  int first_point, point_count;          ///< its attraction points
+  FieldBox field;
+  int finest;                    ///< 0 while coarser than the level it is to end on
+  int first_point, point_count;  ///< its attraction points
 
   /// `p` is the parameter's index in the table of force F.
   template <class F>
@@ -212,8 +226,9 @@ struct StepView {
   Vec4* targets[kForceCount] = {};
   const float* profiles = nullptr;  ///< reference profiles, 2 * half length + 1 values a vertex
   int profile_stride = 0;
-  const float* region_tables = nullptr;  ///< kRegionBins log-likelihood ratios a mesh, each in [-1, 1]
-  Vec4* local_statistics = nullptr;      ///< mean inside, mean outside, mean squared deviation, weight
+  const float* region_tables = nullptr;   ///< kRegionBins log-likelihood ratios a mesh, each in [-1, 1]
+  const std::uint16_t* fields = nullptr;  ///< P(object) of all meshes that have a field, one box after another
+  Vec4* local_statistics = nullptr;       ///< mean inside, mean outside, mean squared deviation, weight
   AttractionView attraction;
   LevelsView levels;
   const StepCoefficients* coefficients = nullptr;  ///< of each mesh

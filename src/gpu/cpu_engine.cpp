@@ -5,9 +5,9 @@
 #include <memory>
 #include <thread>
 
+#include "core/thread_pool.h"
 #include "gpu/backend.h"
 #include "gpu/step_engine.h"
-#include "gpu/thread_pool.h"
 
 namespace simplexseg {
 namespace {

@@ -29,6 +29,7 @@ class ForceArrays {
     shape_host_.assign(n, Vec4{});
     has_shape_.assign(meshes.size(), 0);
     region_tables_host_.clear(), profiles_host_.clear(), given_targets_.clear(), points_host_.clear();
+    fields_host_.assign(meshes.size(), {}), fields_changed_ = true;
     for (std::size_t k = 0; k < meshes.size(); ++k) {
       const EngineMesh& m = meshes[k];
       MeshConstants& c = arrays[k];
@@ -47,7 +48,7 @@ class ForceArrays {
     }
     shape_.resize(0), local_statistics_.resize(0), averaging_.resize(0), profiles_.resize(0), region_tables_.resize(0);
     for (Array<Vec4>& targets : targets_) targets.resize(0);
-    points_.resize(0), attraction_sums_.resize(0), in_patch_.resize(0);
+    points_.resize(0), attraction_sums_.resize(0), in_patch_.resize(0), fields_.resize(0);
   }
 
   /// Shape memory's reference of a mesh, by places; empty where none was taken.
@@ -56,13 +57,29 @@ class ForceArrays {
     return {shape_host_.data() + c.first_vertex, static_cast<std::size_t>(c.vertex_count)};
   }
   MeshNeeds needs_of_mesh(std::size_t k, const MeshConstants& c) const {
-    MeshNeeds needs{c.forces, {c.vertex_count, has_shape_[k] != 0, profiles_host_[k].size()}, c.finest != 0};
+    MeshNeeds needs{c.forces,
+                    {c.vertex_count, has_shape_[k] != 0, profiles_host_[k].size(), !fields_host_[k].empty()},
+                    c.finest != 0};
     if (!given_targets_.empty())
       for (int force = 0; force < kForceCount; ++force)
         if (!given_targets_[k][force].empty()) needs.given |= bit(static_cast<ForceId>(force));
     return needs;
   }
 
+  /// The field of one mesh, whose box lies in the volume. Returns whether another mesh than before has one, or lost it.
+  bool set_field(int mesh, const EngineField& field, MeshArrays<Executor>& arrays) {
+    const bool had = !fields_host_[mesh].empty();
+    fields_host_[mesh].assign(field.values.begin(), field.values.end());
+    FieldBox& box = arrays[mesh].field;
+    for (int a = 0; a < 3; ++a) box.first[a] = field.first[a], box.size[a] = field.size[a];
+    long long offset = 0;
+    for (std::size_t k = 0; k < fields_host_.size(); ++k) {
+      arrays[k].field.offset = fields_host_[k].empty() ? -1 : offset;
+      offset += static_cast<long long>(fields_host_[k].size());
+    }
+    fields_changed_ = true;
+    return had != !field.values.empty();
+  }
   /// Targets of one mesh that are not searched for but given, in the order of its vertices.
   void give_targets(int mesh, ForceId force, std::span<const Vec4> targets, const MeshArrays<Executor>& arrays) {
     const int count = arrays[mesh].vertex_count;
@@ -129,9 +146,10 @@ class ForceArrays {
           targets_[force].upload(given, arrays[k].first_vertex);
     keep(local_statistics_, needs.local_statistics, n);
     keep(averaging_, needs.averages(), n);
-    const bool regions = needs.searches(RegionForce::id);
+    const bool regions = needs.region_tables;
     if (regions && region_tables_.size() != region_tables_host_.size()) region_tables_.assign(region_tables_host_);
     keep(region_tables_, regions, region_tables_host_.size());
+    hold_fields(needs.fields);
     if (needs.searches(IntensityProfileForce::id))
       hold_profiles(needs.profile_stride, arrays);
     else
@@ -156,6 +174,7 @@ class ForceArrays {
     for (int force = 0; force < kForceCount; ++force) view.targets[force] = targets_[force].data();
     view.profiles = profiles_.data(), view.profile_stride = profile_stride_;
     view.region_tables = region_tables_.data(), view.local_statistics = local_statistics_.data();
+    view.fields = fields_.data();
     view.attraction = {points_.data(),          point_count(),   (most_points_ + kPointGroup - 1) / kPointGroup,
                        needs.nearest_blocks,    nearest_.data(), patches_.data(),
                        attraction_sums_.data(), in_patch_.data()};
@@ -170,7 +189,8 @@ class ForceArrays {
     for (const ForceInfo& force : force_list())
       if (force.targets != nullptr) add(force.targets, targets_[static_cast<int>(force.id)]);
     add("reference profiles", profiles_), add("averaging", averaging_), add("local statistics", local_statistics_);
-    add("region tables", region_tables_), add("attraction points", points_), add("attraction bindings", nearest_);
+    add("region tables", region_tables_), add("fields", fields_), add("attraction points", points_),
+        add("attraction bindings", nearest_);
     add("attraction patches", patches_), add("attraction sums", attraction_sums_), add("attraction flags", in_patch_);
   }
 
@@ -192,18 +212,32 @@ class ForceArrays {
     profiles_.assign(all);
   }
 
+  void hold_fields(bool needed) {
+    if (!needed) {
+      fields_changed_ = fields_changed_ || fields_.size() != 0;
+      fields_.resize(0);
+    } else if (std::exchange(fields_changed_, false)) {
+      std::vector<std::uint16_t> all;
+      for (const std::vector<std::uint16_t>& field : fields_host_) all.insert(all.end(), field.begin(), field.end());
+      fields_.assign(all);
+    }
+  }
+
   std::vector<Vec4> shape_host_;  ///< by places; 0 where no reference was taken
   std::vector<char> has_shape_;   ///< of each mesh
   std::vector<std::array<std::vector<Vec4>, kForceCount>>
       given_targets_;  ///< of each mesh and force; empty: none at all
   std::vector<std::vector<float>> profiles_host_;
   std::vector<float> region_tables_host_;
+  std::vector<std::vector<std::uint16_t>> fields_host_;  ///< of each mesh; empty: it has none
+  bool fields_changed_ = true;                           ///< since they were put together
   std::vector<PointView> points_host_;
   int most_points_ = 0;  ///< of one mesh
   int profile_stride_ = 0;
   Array<Vec4> shape_, local_statistics_, averaging_;
   std::array<Array<Vec4>, kForceCount> targets_;
   Array<float> profiles_, region_tables_;
+  Array<std::uint16_t> fields_;
   Array<PointView> points_;
   Array<unsigned long long> nearest_;
   Array<PatchEntry> patches_;

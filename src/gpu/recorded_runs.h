@@ -2,8 +2,10 @@
 #pragma once
 #include <algorithm>
 #include <compare>
+#include <cstring>
 #include <map>
 #include <string>
+#include <type_traits>
 
 #include "gpu/kernels.h"
 #include "gpu/launcher.h"
@@ -17,6 +19,13 @@ struct StepPhase {
   bool refresh_due = true, stiffness_due = false;
   bool measured_at_refresh = false;  ///< the motion that was measured last: in a step that found targets anew
 };
+
+/// Whether kernels see the same arrays; the three of positions take turns.
+inline bool same_addresses(StepView a, StepView b) {
+  a.previous = b.previous, a.current = b.current, a.next = b.next, a.oldest = b.oldest;
+  static_assert(std::is_trivially_copyable_v<StepView>);
+  return std::memcmp(&a, &b, sizeof a) == 0;
+}
 
 /// Runs of steps, recorded when they come again, and then repeated at small cost. Where the executor cannot, they are
 /// done.

@@ -11,7 +11,6 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <type_traits>
 #include <utility>
@@ -80,6 +79,14 @@ class StepEngine final : public Engine {
       apply_forms();
     else
       hold_what_is_needed();
+    phase_.refresh_due = true;
+  }
+
+  void set_field(int mesh, const EngineField& field) override {
+    check_field(field, volume_);
+    if (forces_.set_field(mesh, field, meshes_)) return apply_parameters(simulation_, {});
+    meshes_.send_constants();
+    hold_what_is_needed();
     phase_.refresh_due = true;
   }
 
@@ -388,13 +395,6 @@ class StepEngine final : public Engine {
     // Recorded runs hold the addresses and the plan.
     if (!(needed_before == needs_) || interval_before != recorded_interval_ || !same_addresses(view_before, view_))
       runs_.clear();
-  }
-
-  static bool same_addresses(StepView a, StepView b) {
-    // The three position arrays take turns.
-    a.previous = b.previous, a.current = b.current, a.next = b.next, a.oldest = b.oldest;
-    static_assert(std::is_trivially_copyable_v<StepView>);
-    return std::memcmp(&a, &b, sizeof a) == 0;
   }
 
   void update_view() {

@@ -11,6 +11,7 @@
 #include "io/json_input.h"
 #include "io/json_output.h"
 #include "io/parameter_text.h"
+#include "io/point_text.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {
@@ -110,10 +111,17 @@ void take(const JsonInput& in, SetSimulationParameter& c) {
   take_value(in, simulation_table(), c.parameter, c.value);
 }
 
-Json body(const AddAttractionPoint& c) { return {{"mesh", c.mesh}, {"position_mm", vector_json(c.position_mm)}}; }
+Json body(const AddAttractionPoint& c) {
+  Json json = {{"mesh", c.mesh}, {"position_mm", vector_json(c.position_mm)}};
+  if (c.kind != PointKind::Boundary) json["kind"] = name_of(c.kind);
+  if (c.radius_mm > 0) json["radius_mm"] = c.radius_mm;
+  return json;
+}
 void take(const JsonInput& in, AddAttractionPoint& c) {
-  expect_keys(in, {"mesh", "position_mm"});
+  expect_keys(in, {"mesh", "position_mm", "kind", "radius_mm"});
   c = {read_id(in["mesh"]), in["position_mm"].vector3()};
+  if (in.has("kind")) c.kind = read_point_kind(in["kind"]);
+  if (in.has("radius_mm")) c.radius_mm = read_radius(in["radius_mm"]);
 }
 
 Json body(const MoveAttractionPoint& c) {
@@ -133,7 +141,7 @@ void take(const JsonInput& in, DeleteAttractionPoint& c) {
 }
 
 template <class C>
-concept OfOneMesh = std::is_same_v<C, DeleteMesh> || std::is_same_v<C, ResetPose> ||
+concept OfOneMesh = std::is_same_v<C, DeleteMesh> || std::is_same_v<C, LearnField> || std::is_same_v<C, ResetPose> ||
     std::is_same_v<C, RecordProfiles> || std::is_same_v<C, RefineMesh>;
 Json body(const OfOneMesh auto& c) { return {{"mesh", c.mesh}}; }
 void take(const JsonInput& in, OfOneMesh auto& c) {
@@ -147,10 +155,21 @@ Json body(const Bare auto&) { return Json::object(); }
 void take(const JsonInput& in, Bare auto&) { expect_keys(in, {}); }
 
 /// Names in the file, in the order of the variant.
-const std::vector<std::string> kNames = {
-    "add_mesh",    "delete_mesh", "edit_mesh",    "set_force_parameter", "set_simulation_parameter",
-    "add_point",   "move_point",  "delete_point", "reset_pose",          "record_profiles",
-    "refine_mesh", "undo",        "redo"};
+const std::vector<std::string> kNames = {"add_mesh",
+                                         "delete_mesh",
+                                         "edit_mesh",
+                                         "set_force_parameter",
+                                         "set_simulation_parameter",
+                                         "add_point",
+                                         "move_point",
+                                         "delete_point",
+                                         "reset_pose",
+                                         "record_profiles",
+                                         "refine_mesh",
+                                         "learn_field",
+                                         "take_field",
+                                         "undo",
+                                         "redo"};
 
 template <std::size_t I = 0>
 Command read_command(const JsonInput& input, std::size_t wanted) {

@@ -14,6 +14,7 @@
 #include "io/json_output.h"
 #include "io/mesh_io.h"
 #include "io/parameter_text.h"
+#include "io/point_text.h"
 #include "io/pose_state.h"
 #include "step/simulation_parameters.h"
 
@@ -97,8 +98,7 @@ MeshItem read_item(const JsonInput& input, const ForceParameters& defaults, cons
   const JsonInput sphere = input["sphere"];
   sphere.expect_keys({"centre_mm", "radius_mm"});
   item.seed.centre_mm = sphere["centre_mm"].vector3();
-  item.seed.radius_mm = sphere["radius_mm"].number();
-  if (!(item.seed.radius_mm > 0)) sphere["radius_mm"].refuse("a radius must be above 0", "give one in mm");
+  item.seed.radius_mm = read_radius(sphere["radius_mm"]);
   if (input.has("colour")) item.colour = read_colour(input["colour"]);
   if (input.has("visible")) item.visible = input["visible"].boolean();
   if (input.has("label")) item.label = input["label"].integer_between(1, kMaxLabel);
@@ -214,7 +214,7 @@ SceneFile read_scene(const fs::path& path) {
   if (!input.has("simplexseg_scene"))
     input.refuse("this is no scene: the key 'simplexseg_scene' is missing", "name a scene file");
   input["simplexseg_scene"].integer_between(kSceneVersion, kSceneVersion);
-  input.expect_keys({"simplexseg_scene", "volume", "simulation", "forces", "meshes", "attraction_points", "steps"});
+  input.expect_keys({"simplexseg_scene", "volume", "simulation", "forces", "meshes", "points", "steps"});
   const fs::path folder = path.parent_path();
 
   SceneFile file;
@@ -235,10 +235,10 @@ SceneFile read_scene(const fs::path& path) {
     }
     scene.meshes.push_back(std::move(item));
   }
-  const int point_count = input.has("attraction_points") ? input["attraction_points"].size() : 0;
+  const int point_count = input.has("points") ? input["points"].size() : 0;
   for (int p = 0; p < point_count; ++p) {
-    const JsonInput point = input["attraction_points"][p];
-    point.expect_keys({"mesh", "position_mm"});
+    const JsonInput point = input["points"][p];
+    point.expect_keys({"mesh", "position_mm", "kind", "radius_mm", "outward"});
     const std::string name = point["mesh"].text();
     const MeshItem* const item = scene.find_mesh(name);
     if (!item) {
@@ -246,7 +246,11 @@ SceneFile read_scene(const fs::path& path) {
       for (const MeshItem& mesh : scene.meshes) names.push_back(mesh.name);
       point["mesh"].refuse("the mesh " + unknown_name(name, names), "name a mesh of this scene");
     }
-    scene.points.push_back({static_cast<ItemId>(mesh_count + p + 1), item->id, point["position_mm"].vector3()});
+    AttractionPoint& read = scene.points.emplace_back();
+    read = {static_cast<ItemId>(mesh_count + p + 1), item->id, point["position_mm"].vector3()};
+    if (point.has("kind")) read.kind = read_point_kind(point["kind"]);
+    if (point.has("radius_mm")) read.radius_mm = read_radius(point["radius_mm"]);
+    if (point.has("outward")) read.outward = point["outward"].vector3();
   }
   if (input.has("steps")) scene.steps = input["steps"].integer_between(0, kMaxSteps);
   return file;
@@ -276,10 +280,13 @@ void write_scene(const fs::path& path, const Scene& scene) {
     }
     json["meshes"].push_back(std::move(entry));
   }
-  json["attraction_points"] = Json::array();
+  json["points"] = Json::array();
   for (const AttractionPoint& point : scene.points) {
-    json["attraction_points"].push_back(
-        {{"mesh", scene.find_mesh(point.mesh)->name}, {"position_mm", vector_json(point.position_mm)}});
+    Json entry = {{"mesh", scene.find_mesh(point.mesh)->name}, {"position_mm", vector_json(point.position_mm)}};
+    if (point.kind != PointKind::Boundary) entry["kind"] = name_of(point.kind);
+    if (point.radius_mm > 0) entry["radius_mm"] = point.radius_mm;
+    if (point.outward.norm() > 0) entry["outward"] = vector_json(point.outward);
+    json["points"].push_back(std::move(entry));
   }
   json["steps"] = scene.steps;
   write_bytes(scene_file, json_text(path, json));

@@ -12,6 +12,7 @@ struct Advance {
   double seconds = 0;
   bool at_rest = false;                ///< nothing moves any more: no need to be called again until something changes
   std::vector<std::string> cuts;       ///< one line for each step that was undone and its mesh's timestep cut
+  std::vector<std::string> warnings;   ///< one line for each field that leaks, or could not be learned
   std::optional<std::string> failure;  ///< one line naming mesh and force; the step was undone, the run should pause
   bool refined = false;                ///< the vertex counts have changed
 };

@@ -16,6 +16,8 @@ const char* title(const DeleteAttractionPoint&) { return "delete point"; }
 const char* title(const ResetPose&) { return "reset pose"; }
 const char* title(const RecordProfiles&) { return "record profiles"; }
 const char* title(const RefineMesh&) { return "refine mesh"; }
+const char* title(const LearnField&) { return "learn field"; }
+const char* title(const TakeField&) { return "take field"; }
 const char* title(const Undo&) { return "undo"; }
 const char* title(const Redo&) { return "redo"; }
 

@@ -40,6 +40,8 @@ struct SetSimulationParameter {
 struct AddAttractionPoint {
   ItemId mesh;
   Eigen::Vector3d position_mm;
+  PointKind kind = PointKind::Boundary;
+  double radius_mm = 0;  ///< of the ball that it marks; 0: what suits the mesh's field
 };
 struct MoveAttractionPoint {
   ItemId point;
@@ -62,12 +64,18 @@ struct RecordProfiles {
 struct RefineMesh {
   ItemId mesh;
 };
+/// Begins to learn the field of a mesh from its marks as they are now. Not for undo.
+struct LearnField {
+  ItemId mesh;
+};
+/// The field that was begun last draws its mesh from now on. Not for undo.
+struct TakeField {};
 struct Undo {};
 struct Redo {};
 
-using Command =
-    std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddAttractionPoint,
-                 MoveAttractionPoint, DeleteAttractionPoint, ResetPose, RecordProfiles, RefineMesh, Undo, Redo>;
+using Command = std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter,
+                             AddAttractionPoint, MoveAttractionPoint, DeleteAttractionPoint, ResetPose, RecordProfiles,
+                             RefineMesh, LearnField, TakeField, Undo, Redo>;
 
 /// For menus ("Undo move point"), in lower case.
 const char* title_of(const Command& command);

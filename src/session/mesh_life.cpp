@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/expect.h"
+#include "forces/force_list.h"
 #include "forces/profile_reference.h"
 #include "image/volume.h"
 #include "mesh/mesh_geometry.h"
@@ -66,8 +67,22 @@ void record_profiles(MeshItem& item, const Volume& volume) {
   item.profiles = profile_reference_of(item.mesh, volume, item.parameters);
 }
 
+bool waits_for_field(const MeshItem& item, const Volume& volume) {
+  return !volume.empty() && item.parameters.weight(ForceId::Evidence) > 0 &&
+         EvidenceForce::from_field(item.parameters) && !item.has_field();
+}
+
+ForceParameters parameters_in_use(const MeshItem& item, const Volume& volume) {
+  ForceParameters parameters = item.parameters;
+  if (waits_for_field(item, volume))
+    for (int force = 0; force < kForceCount; ++force)
+      if ((kPullingForces & bit(static_cast<ForceId>(force))) == 0) parameters.values[force][0] = 0;
+  return parameters;
+}
+
 LevelState level_state(const MeshItem& item, const SimulationParameters& simulation, const Volume& volume,
                        float mean_move_mm, float mean_edge_mm) {
+  if (waits_for_field(item, volume)) return item.field ? LevelState::Rests : LevelState::Moves;
   const bool rests = mean_move_mm < static_cast<float>(simulation.rest_tolerance_voxels * voxel_mm(volume));
   if (!rests && item.steps_at_level < static_cast<int>(simulation.steps_per_level + 0.5f)) return LevelState::Moves;
   if (!is_finest(item, simulation, voxel_mm(volume), mean_edge_mm)) return LevelState::Due;

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "forces/parameters.h"
 #include "forces/region_model.h"
 #include "mesh/simplex_mesh.h"
+#include "session/mesh_field.h"
 #include "step/engine.h"
 #include "step/simulation_parameters.h"
 
@@ -46,15 +48,29 @@ struct MeshItem {
   std::vector<Vec4> shape;                ///< shape memory's reference; taken when the mesh was made or refined
   std::vector<float> profiles;            ///< reference intensity profiles; empty until recorded
   RegionModel region;
-  SolverState solver;  ///< what its solver had learnt at this level, as of the pose
+  std::shared_ptr<const MeshField> field;  ///< learned from its marks; null: not yet
+  SolverState solver;                      ///< what its solver had learnt at this level, as of the pose
   int steps_at_level = 0;
   int final_vertices = 0;  ///< 0: the simulation's
+
+  bool has_field() const { return field && !field->values.empty(); }
 };
+
+/// What a point says of the object of its mesh.
+enum class PointKind {
+  Boundary,  ///< its surface passes here: an attraction point, which pulls the mesh to itself
+  Inside,    ///< the place belongs to it
+  Outside,   ///< the place does not
+};
+inline constexpr int kPointKinds = 3;
 
 struct AttractionPoint {
   ItemId id = 0;
   ItemId mesh = 0;
   Eigen::Vector3d position_mm{0, 0, 0};
+  PointKind kind = PointKind::Boundary;
+  double radius_mm = 0;              ///< of the ball that it marks
+  Eigen::Vector3d outward{0, 0, 0};  ///< of a boundary point: the way out of the object, unit; 0: not known
 };
 
 /// Whether a mesh is as fine as it is to end: it has the vertices that are wanted, or (unless the user refined it)

@@ -59,6 +59,14 @@ void check_position(const Eigen::Vector3d& position_mm) {
     throw Error("attraction point", "its position is not a finite number within 1e9 mm", "correct the position");
 }
 
+void check_mark(PointKind kind, const Eigen::Vector3d& position_mm, const Volume& volume) {
+  if (kind == PointKind::Boundary) return;
+  if (volume.empty() || !volume.geometry().contains(position_mm))
+    throw Error(kind == PointKind::Inside ? "inside point" : "outside point",
+                volume.empty() ? "there is no volume" : text_of(position_mm) + " mm lies outside of the volume",
+                "place it in the image");
+}
+
 ItemId check_scene(Scene& scene, const Volume& volume) {
   check_values(scene);
   std::set<ItemId> ids;
@@ -74,6 +82,10 @@ ItemId check_scene(Scene& scene, const Volume& volume) {
   for (AttractionPoint& point : scene.points) {
     if (point.id == 0) point.id = next++;
     check_position(point.position_mm);
+    check_mark(point.kind, point.position_mm, volume);
+    if (!(point.radius_mm >= 0) || !std::isfinite(point.radius_mm) || !point.outward.allFinite())
+      throw Error("point " + std::to_string(point.id), "its radius or its direction is not a finite number",
+                  "correct them, or leave them out");
     if (!scene.find_mesh(point.mesh))
       throw Error("attraction point", "it names a mesh that is not in the scene", "name one of its meshes");
   }

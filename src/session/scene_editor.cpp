@@ -7,6 +7,7 @@
 #include "core/expect.h"
 #include "forces/force_list.h"
 #include "session/mesh_life.h"
+#include "session/mesh_marks.h"
 #include "session/scene_checks.h"
 
 namespace simplexseg {
@@ -77,15 +78,21 @@ SceneChange SceneEditor::carry_out(const SetSimulationParameter& command) {
 }
 
 SceneChange SceneEditor::carry_out(const AddAttractionPoint& command) {
-  item_of(command.mesh);
+  const MeshItem& item = item_of(command.mesh);
   check_position(command.position_mm);
-  scene_.points.push_back({next_id_++, command.mesh, command.position_mm});
+  check_mark(command.kind, command.position_mm, volume_);
+  AttractionPoint point{next_id_++, command.mesh, command.position_mm, command.kind, command.radius_mm};
+  if (!(point.radius_mm > 0)) point.radius_mm = mark_radius_mm(item, point.kind, point.position_mm, volume_);
+  if (point.kind == PointKind::Boundary) point.outward = outward_at(item, point.position_mm, volume_);
+  scene_.points.push_back(point);
   return {EngineUpdate::Points, scene_.points.back().id};
 }
 
 SceneChange SceneEditor::carry_out(const MoveAttractionPoint& command) {
+  AttractionPoint& point = point_of(command.point);
   check_position(command.position_mm);
-  point_of(command.point).position_mm = command.position_mm;
+  check_mark(point.kind, command.position_mm, volume_);
+  point.position_mm = command.position_mm;
   return {EngineUpdate::Points};
 }
 

@@ -18,9 +18,10 @@ struct SceneChange {
   ItemId added = 0;  ///< the mesh or point that is new
 };
 
-/// What each command does to a scene: one overload for each but Undo and Redo, so that one that is forgotten does not
-/// compile. It knows no engine: whoever has one brings it up to date. Each throws Error when the command cannot be
-/// carried out; the scene may have changed in part then, where the command is for several meshes.
+/// What each command does to a scene: one overload for each but those of the session itself (undo, redo, fields), so
+/// that one that is forgotten does not compile. It knows no engine: whoever has one brings it up to date. Each throws
+/// Error when the command cannot be carried out; the scene may have changed in part then, where the command is for
+/// several meshes.
 class SceneEditor {
  public:
   /// `next_id`: the id of the next item, counted on.

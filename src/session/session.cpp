@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <chrono>
 #include <sstream>
+#include <utility>
 
 #include "core/error.h"
 #include "core/expect.h"
 #include "forces/force_list.h"
 #include "session/mesh_life.h"
+#include "session/mesh_marks.h"
 #include "session/scene_checks.h"
 #include "session/scene_editor.h"
 #include "step/simulation_parameters.h"
@@ -50,8 +52,8 @@ DeviceError not_enough_memory(std::size_t needed, std::size_t available) {
 
 }  // namespace
 
-Session::Session(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare)
-    : engine_(std::move(engine), std::move(spare)) {
+Session::Session(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare, int field_threads)
+    : engine_(std::move(engine), std::move(spare)), learner_(field_threads) {
   scene_.simulation = default_simulation_parameters();
 }
 Session::~Session() = default;
@@ -79,6 +81,7 @@ void Session::open(Scene scene, Volume volume) {
   poses_stale_ = false, steps_since_read_ = 0;
   next_id_ = next_id;
   history_.clear(), log_.clear();
+  learner_.open(volume_), field_warnings_.clear();
   steps_since_command_ = 0, total_steps_ = 0, seconds_per_step_ = 0;
   try {
     load_engine();
@@ -121,7 +124,8 @@ void Session::load_engine() {
   for (const MeshItem& item : scene_.meshes) {
     EngineMesh m;
     m.positions = item.mesh.positions, m.previous = item.previous, m.neighbours = item.mesh.neighbours;
-    m.shape = item.shape, m.profiles = item.profiles, m.region = &item.region, m.parameters = item.parameters;
+    m.shape = item.shape, m.profiles = item.profiles, m.region = &item.region,
+    m.parameters = parameters_in_use(item, volume_);
     m.finest = is_finest(item, scene_.simulation, voxel_mm(volume_));
     m.solver = item.solver;
     finest.push_back(m.finest);
@@ -136,20 +140,27 @@ void Session::load_engine() {
   last_.residual_mm.assign(meshes.size(), 0.0f);
   last_.folded_vertices.assign(meshes.size(), 0);
   last_.inside_out.assign(meshes.size(), 0);
+  for (std::size_t k = 0; k < scene_.meshes.size(); ++k) send_field(k);
   send_points();
 }
 
 void Session::send_parameters() {
   std::vector<ForceParameters> all;
-  for (const MeshItem& item : scene_.meshes) all.push_back(item.parameters);
+  for (const MeshItem& item : scene_.meshes) all.push_back(parameters_in_use(item, volume_));
   engine_->set_parameters(all, scene_.simulation);
   at_rest_ = false;
+}
+
+void Session::send_field(std::size_t mesh) {
+  const MeshItem& item = scene_.meshes[mesh];
+  if (item.has_field())
+    engine_->set_field(static_cast<int>(mesh), {item.field->first, item.field->size, item.field->values});
 }
 
 void Session::send_points() {
   std::vector<EnginePoint> points;
   for (const AttractionPoint& point : scene_.points)
-    for (std::size_t k = 0; k < scene_.meshes.size(); ++k)
+    for (std::size_t k = 0; point.kind == PointKind::Boundary && k < scene_.meshes.size(); ++k)
       if (scene_.meshes[k].id == point.mesh) points.push_back({static_cast<int>(k), point.position_mm});
   engine_->set_points(points);
   at_rest_ = false;
@@ -224,6 +235,39 @@ ItemId Session::carry_out(const Redo&) {
   return 0;
 }
 
+ItemId Session::carry_out(const LearnField& command) {
+  const MeshItem* const item = scene_.find_mesh(command.mesh);
+  if (!item || volume_.empty() || learner_.learning() != 0)
+    throw Error("field of mesh " + std::to_string(command.mesh),
+                "there is no such mesh, no volume, or another field is being learned", "take that one first");
+  learner_.begin(command.mesh, marks_of(scene_, *item, volume_));
+  return 0;
+}
+
+ItemId Session::carry_out(const TakeField&) {
+  if (learner_.learning() == 0) throw Error("field of a mesh", "none is being learned", "begin to learn one first");
+  MeshItem* const item = scene_.find_mesh(learner_.learning());
+  const std::shared_ptr<const MeshField> field = learner_.take();
+  learner_.forget_others(scene_);
+  if (!item) return 0;
+  const bool waited = waits_for_field(*item, volume_);
+  item->field = field;
+  const std::string name = "mesh '" + item->name + "'";
+  if (!field->problem.empty()) field_warnings_.push_back(name + ": its object cannot be learned: " + field->problem);
+  if (field->leaks)
+    field_warnings_.push_back(name +
+                              " leaks: what looks like its object has no end nearby; mark what is outside of it");
+  const std::size_t k = item - scene_.meshes.data();
+  try {
+    send_field(k);
+    if (waited) send_parameters();
+  } catch (const DeviceError& failure) {
+    take_over(failure);  // which sends all
+  }
+  at_rest_ = false;
+  return 0;
+}
+
 template <class Edit>
 ItemId Session::carry_out(const Edit& edit) {
   ItemId added = 0;
@@ -255,7 +299,29 @@ ItemId Session::edit_scene(const Edit& edit) {
 
 // ---- the simulation ----
 
+ItemId Session::mesh_with_stale_field() const {
+  for (const MeshItem& item : scene_.meshes)
+    if (has_stale_field(scene_, item, volume_)) return item.id;
+  return 0;
+}
+
+void Session::learn_all_fields() {
+  if (learner_.learning() != 0) apply(TakeField{});
+  while (const ItemId mesh = mesh_with_stale_field()) apply(LearnField{mesh}), apply(TakeField{});
+}
+
+void Session::learn_beside() {
+  if (learner_.ready()) apply(TakeField{});
+  if (learner_.learning() != 0) return;
+  if (const ItemId mesh = mesh_with_stale_field()) apply(LearnField{mesh});
+}
+
 Advance Session::advance_steps(int steps, bool stop_at_rest) {
+  if (steps > 0) learn_all_fields();
+  return take_steps(steps, stop_at_rest);
+}
+
+Advance Session::take_steps(int steps, bool stop_at_rest) {
   SIMPLEXSEG_EXPECT(steps >= 0);
   Advance result;
   take_over_where_lost();
@@ -265,6 +331,7 @@ Advance Session::advance_steps(int steps, bool stop_at_rest) {
     take_over(failure);
     advance_on_engine(steps, stop_at_rest, result);
   }
+  result.warnings = std::exchange(field_warnings_, {});
   return result;
 }
 
@@ -314,22 +381,28 @@ Advance Session::advance(double seconds) {
   Advance total;
   const double start = now();
   do {
+    learn_beside();
     const double left = seconds - (now() - start);
     const int fit = seconds_per_step_ > 0 ? static_cast<int>(std::clamp(left / seconds_per_step_, 1.0, 1e6)) : 1;
-    const Advance part = advance_steps(std::min(fit, kCheckInterval), true);
+    const Advance part = take_steps(std::min(fit, kCheckInterval), true);
     append(total, part);
     if (part.steps == 0) break;
   } while (!total.at_rest && !total.failure && now() - start + seconds_per_step_ < seconds);
+  if (learner_.learning() != 0) total.at_rest = false;
   total.seconds = now() - start;
   return total;
 }
 
 void Session::replay(const std::vector<LogEntry>& log, int trailing_steps) {
+  // A log that was recorded says when fields were learned; in one that was written by hand they are when they can be.
+  const bool tells = std::any_of(
+      log.begin(), log.end(), [](const LogEntry& entry) { return std::holds_alternative<LearnField>(entry.command); });
+  const auto advance_by = [&](int steps) { tells ? take_steps(steps, false) : advance_steps(steps); };
   for (const LogEntry& entry : log) {
-    advance_steps(entry.steps);
+    advance_by(entry.steps);
     apply(entry.command);
   }
-  advance_steps(trailing_steps);
+  advance_by(trailing_steps);
 }
 
 }  // namespace simplexseg

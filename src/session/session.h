@@ -11,6 +11,7 @@
 #include "session/advance.h"
 #include "session/command.h"
 #include "session/engine_with_spare.h"
+#include "session/field_learner.h"
 #include "session/scene.h"
 #include "session/step_plan.h"
 #include "session/undo_history.h"
@@ -26,7 +27,9 @@ enum class EngineUpdate;
 class Session {
  public:
   /// `spare` makes the engine that takes over when the device of the first one fails; without it the failure is thrown.
-  explicit Session(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare = {});
+  /// `field_threads`: on which fields are learned; 0: as many as the machine has.
+  explicit Session(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare = {},
+                   int field_threads = 0);
   ~Session();
 
   /// Takes a new scene (undo history and log are dropped) on a volume. Meshes without a pose (no vertices) get the
@@ -66,10 +69,14 @@ class Session {
   const char* undo_title() const { return history_.undo_title(); }  ///< "" when there is none
   const char* redo_title() const { return history_.redo_title(); }
 
-  /// Exactly `steps` steps (fewer at a failure or, when `stop_at_rest`, at rest).
+  /// Exactly `steps` steps (fewer at a failure or, when `stop_at_rest`, at rest). Fields whose marks have changed are
+  /// learned before the first of them.
   Advance advance_steps(int steps, bool stop_at_rest = false);
-  /// As many steps as fit into `seconds`; stops at rest.
+  /// As many steps as fit into `seconds`; stops at rest. Fields are learned beside them, and taken between two steps.
   Advance advance(double seconds);
+
+  /// The mesh whose field is being learned beside the simulation; 0: none.
+  ItemId learning() const { return learner_.learning(); }
 
   const std::vector<LogEntry>& log() const { return log_; }
   int steps_since_last_command() const { return steps_since_command_; }
@@ -86,6 +93,8 @@ class Session {
  private:
   ItemId carry_out(const Undo& command);
   ItemId carry_out(const Redo& command);
+  ItemId carry_out(const LearnField& command);
+  ItemId carry_out(const TakeField& command);
   template <class Edit>
   ItemId carry_out(const Edit& edit);
   template <class Edit>
@@ -102,6 +111,11 @@ class Session {
   void take_over(const DeviceError& failure);
   void take_over_where_lost();
 
+  ItemId mesh_with_stale_field() const;
+  void learn_all_fields();
+  void learn_beside();
+  void send_field(std::size_t mesh);
+  Advance take_steps(int steps, bool stop_at_rest);
   void advance_on_engine(int steps, bool stop_at_rest, Advance& result);
   bool refine_where_due();
 
@@ -110,6 +124,8 @@ class Session {
   mutable bool poses_stale_ = false;  ///< the engine has moved on from the poses of scene_
   mutable int steps_since_read_ = 0;
   Volume volume_;
+  FieldLearner learner_;
+  std::vector<std::string> field_warnings_;  ///< not told yet
   UndoHistory history_;
   std::vector<LogEntry> log_;
   ItemId next_id_ = 1;

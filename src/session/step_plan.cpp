@@ -4,6 +4,7 @@
 #include "forces/region_model.h"
 #include "forces/step_view.h"
 #include "image/volume.h"
+#include "session/mesh_life.h"
 #include "step/simulation_parameters.h"
 #include "step/solver.h"
 #include "step/step_needs.h"
@@ -18,17 +19,19 @@ class PlanBuilder {
       : scene_(scene), volume_(volume), held_(held) {
     for (const MeshItem& item : scene.meshes) {
       const std::size_t k = meshes_.size();
-      meshes_.push_back({item.parameters,
-                         {item.mesh.vertex_count(), !item.shape.empty(), item.profiles.size()},
+      meshes_.push_back({parameters_in_use(item, volume),
+                         {item.mesh.vertex_count(), !item.shape.empty(), item.profiles.size(), item.has_field()},
                          k < finest.size() && finest[k] != 0});
       vertices_ += item.mesh.positions.size();
       if (!item.region.empty()) region_values_ += kRegionBins;
+      if (item.has_field()) field_values_ += item.field->values.size();
     }
-    points_ = scene.points.size();
+    for (const AttractionPoint& point : scene.points) points_ += point.kind == PointKind::Boundary;
     needs_ = needs_of(meshes_, !volume.empty(), static_cast<int>(points_));
     for (const MeshItem& item : scene.meshes) {
       SolverControl control;
-      control.start(scene.simulation, stiffness_of(item.parameters, item.shape), item.solver);
+      control.start(scene.simulation, stiffness_of(meshes_[&item - scene.meshes.data()].forces, item.shape),
+                    item.solver);
       corrected_ = corrected_ || control.form() == StepForm::Corrected;
     }
     if (!held.empty()) corrected_ = held_bytes("levels") > 0;
@@ -57,6 +60,8 @@ class PlanBuilder {
     bool wanted = false, acts = false;
     for (const MeshNeeds& m : meshes_) wanted = wanted || m.forces.weight(force) > 0, acts = acts || m.acts(force);
     if (!wanted) return "the weight of " + name + " is 0 for every mesh";
+    if (!acts && force == ForceId::Evidence)
+      return name + " has no field: nothing was marked, or it is not learned yet";
     if (!acts) return name + " has no reference: none was recorded, or it no longer fits";
     return (kPullingForces & bit(force)) != 0 ? "there is no attraction point" : "there is no volume";
   }
@@ -85,7 +90,7 @@ class PlanBuilder {
 
   void add_arrays() {
     const std::size_t n = vertices_, points = points_;
-    const bool any = n > 0, attraction = needs_.uses(ForceId::Attraction), region = needs_.uses(ForceId::Region);
+    const bool any = n > 0, attraction = needs_.uses(ForceId::Attraction), evidence = needs_.uses(ForceId::Evidence);
     const std::string always = any ? "every step" : "there is no mesh";
     array("volume", !volume_.empty(), volume_.empty() ? "there is no volume" : "image forces sample it",
           volume_.empty() ? 0 : volume_.bytes());
@@ -97,13 +102,19 @@ class PlanBuilder {
       if (force.targets != nullptr) array(force.targets, needs_.uses(force.id), why(force.id), n * kTexel);
     array("reference profiles", needs_.uses(ForceId::IntensityProfile), why(ForceId::IntensityProfile),
           n * needs_.profile_stride * sizeof(float));
-    array("averaging", needs_.averages(), needs_.averages() || !region ? why(ForceId::Region) : why_not_averaged(),
+    array("averaging", needs_.averages(), needs_.averages() || !evidence ? why(ForceId::Evidence) : why_not_averaged(),
           n * kTexel);
     array("local statistics", needs_.local_statistics,
-          needs_.local_statistics || !region ? why(ForceId::Region) : why_not_local(), n * kTexel);
-    array("region tables", region && region_values_ > 0,
-          region && region_values_ == 0 ? "no mesh has a region model" : why(ForceId::Region),
+          needs_.local_statistics || !evidence ? why(ForceId::Evidence) : why_not_local(), n * kTexel);
+    array("region tables", evidence && needs_.region_tables && region_values_ > 0,
+          !evidence               ? why(ForceId::Evidence)
+          : !needs_.region_tables ? "no mesh takes its evidence from intensities"
+          : region_values_ == 0   ? "no mesh has a region model"
+                                  : why(ForceId::Evidence),
           region_values_ * sizeof(float));
+    array("fields", needs_.fields,
+          needs_.fields || !evidence ? why(ForceId::Evidence) : "no mesh takes its evidence from a field",
+          field_values_ * sizeof(std::uint16_t));
     array("attraction points", attraction, why(ForceId::Attraction), points * sizeof(PointView));
     array("attraction bindings", attraction, why(ForceId::Attraction),
           points * needs_.nearest_blocks * sizeof(unsigned long long));
@@ -133,8 +144,10 @@ class PlanBuilder {
           needs_.motion_sums * sizeof(MeshMotion));
   }
 
-  std::string why_not_averaged() const { return "the averaging of region is 0, and so is its local share"; }
-  std::string why_not_local() const { return "no mesh on its finest level has a local share of region"; }
+  std::string why_not_averaged() const { return "the averaging of evidence is 0, and so is its local share"; }
+  std::string why_not_local() const {
+    return "no mesh on its finest level has a local share of evidence from intensities";
+  }
 
   /// Bytes: each array once, the volume as the samples that are taken. Kernels of a refresh: in the step that does one.
   void add_kernels() {
@@ -152,9 +165,9 @@ class PlanBuilder {
     const bool local = any && needs_.local_statistics;
     each_force([&]<class F>(F) {
       if constexpr (HasTargets<F>) {
-        if (F::id == ForceId::Region)
-          kernel("region statistics", local,
-                 local || !acts(ForceId::Region) ? when(ForceId::Region, at_refresh) : why_not_local(),
+        if (F::id == ForceId::Evidence)
+          kernel("evidence statistics", local,
+                 local || !acts(ForceId::Evidence) ? when(ForceId::Evidence, at_refresh) : why_not_local(),
                  n * 4 * kTexel + bytes_of_samples(8));
         kernel(F::search_name, acts(F::id), when(F::id, at_refresh), search_bytes<F>());
       }
@@ -162,9 +175,9 @@ class PlanBuilder {
     const bool averages = any && needs_.averages();
     const std::size_t passes = needs_.averaging_passes + (local ? kStatisticsPasses : 0);
     kernel("average", averages,
-           averages || !acts(ForceId::Region) ? when(ForceId::Region, at_refresh) : why_not_averaged(),
+           averages || !acts(ForceId::Evidence) ? when(ForceId::Evidence, at_refresh) : why_not_averaged(),
            passes * n * 3 * kTexel);
-    kernel("region target", acts(ForceId::Region), when(ForceId::Region, at_refresh), n * 5 * kTexel);
+    kernel("evidence target", acts(ForceId::Evidence), when(ForceId::Evidence, at_refresh), n * 5 * kTexel);
     kernel("nearest vertex", attraction, when(ForceId::Attraction, at_refresh),
            n * kTexel + points * sizeof(PointView));
     kernel("attraction patch", attraction, when(ForceId::Attraction, at_refresh),
@@ -214,7 +227,7 @@ class PlanBuilder {
       if (m.acts(F::id)) samples = std::max(samples, F::samples_of_search(m.forces));
     std::size_t each = 4 * kTexel;
     if (F::id == ForceId::IntensityProfile) each += needs_.profile_stride * sizeof(float);
-    if (F::id == ForceId::Region) each += kTexel;
+    if (F::id == ForceId::Evidence) each += kTexel + (needs_.fields ? samples * 8 * sizeof(std::uint16_t) : 0);
     return vertices_ * each + bytes_of_samples(samples);
   }
 
@@ -224,7 +237,7 @@ class PlanBuilder {
   bool corrected_ = false;
   std::vector<MeshNeeds> meshes_;
   StepNeeds needs_;
-  std::size_t vertices_ = 0, points_ = 0, region_values_ = 0;
+  std::size_t vertices_ = 0, points_ = 0, region_values_ = 0, field_values_ = 0;
   int refresh_interval_ = 1;
   std::string refresh_;
   StepPlan plan_;

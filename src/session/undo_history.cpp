@@ -13,7 +13,8 @@ std::size_t bytes_of(const Scene& scene) {
   std::size_t bytes = 0;
   for (const MeshItem& item : scene.meshes)
     bytes += item.mesh.positions.size() * (2 * sizeof(Eigen::Vector3f) + sizeof(std::array<int, 3>) + sizeof(Vec4)) +
-             item.profiles.size() * sizeof(float);
+             item.profiles.size() * sizeof(float) +
+             (item.field ? item.field->values.size() * sizeof(std::uint16_t) : 0);
   return bytes;
 }
 

@@ -27,10 +27,16 @@ struct EngineMesh {
   std::span<const std::array<int, 3>> neighbours;  ///< indices within the mesh
   std::span<const Vec4> shape;                     ///< shape memory's reference (e1, e2, h_mm, S_mm2); may be empty
   std::span<const float> profiles;                 ///< reference intensity profiles, vertex-major; may be empty
-  const RegionModel* region = nullptr;             ///< prior of the region force; may be null
+  const RegionModel* region = nullptr;             ///< of the evidence from intensities; may be null
   ForceParameters parameters;
   SolverState solver;  ///< what a solver has learnt of it earlier
   bool finest = true;  ///< false while coarser than the level it is to end on
+};
+
+/// P(object) of one mesh on a box of the volume's voxels. The values need to live only during the call.
+struct EngineField {
+  std::array<int, 3> first{}, size{};     ///< voxels of the volume
+  std::span<const std::uint16_t> values;  ///< as FieldBox says (src/forces/step_view.h); empty: the mesh has none
 };
 
 /// An attraction point as the engine sees it.
@@ -84,6 +90,9 @@ class Engine {
   /// New weights and parameters for the same meshes; only what the plan newly needs is allocated.
   virtual void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation) = 0;
   virtual void set_points(std::span<const EnginePoint> points) = 0;
+  /// The field of one mesh, from now on until the next load. Throws Error for a box that does not lie in
+  /// the volume or has another number of voxels than values.
+  virtual void set_field(int mesh, const EngineField& field) = 0;
   /// Targets of an image force of one mesh (point in mm, confidence in [0, 1]), one a vertex: kept from now on, so that
   /// no refresh finds others, until the next load. Needs no volume. Throws Error for a force without targets.
   virtual void give_targets(int mesh, ForceId force, std::span<const Vec4> targets) = 0;

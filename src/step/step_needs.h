@@ -37,8 +37,9 @@ struct StepNeeds {
   unsigned given = 0;             ///< of these, whose targets are given: for no mesh they are searched for
   int scratch[kForceCount] = {};  ///< floats that the search of a force keeps at hand
   bool local_statistics = false;
-  int averaging_passes = 0;  ///< of region targets
-  int profile_stride = 0;    ///< values of a reference profile
+  bool fields = false, region_tables = false;  ///< where some mesh takes its evidence from
+  int averaging_passes = 0;                    ///< of evidence targets
+  int profile_stride = 0;                      ///< values of a reference profile
   int motion_sums = 0;
   int nearest_blocks = 0;  ///< of the largest mesh, for each attraction point
   bool operator==(const StepNeeds&) const = default;
@@ -69,11 +70,11 @@ inline StepNeeds needs_of(std::span<const MeshNeeds> meshes, bool has_volume, in
     auto searches = [&](ForceId force) { return has_volume && m.acts(force) && (needs.given & bit(force)) == 0; };
     if (searches(IntensityProfileForce::id))
       needs.profile_stride = std::max(needs.profile_stride, IntensityProfileForce::profile_length(m.forces));
-    if (searches(RegionForce::id)) {
-      const auto& region = m.forces.values[static_cast<int>(RegionForce::id)];
+    if (searches(EvidenceForce::id)) {
+      (EvidenceForce::from_field(m.forces) ? needs.fields : needs.region_tables) = true;
       needs.averaging_passes =
-          std::max(needs.averaging_passes, m.forces.integer(RegionForce::id, RegionForce::averaging));
-      needs.local_statistics = needs.local_statistics || (m.finest && region[RegionForce::local] > 0.0f);
+          std::max(needs.averaging_passes, m.forces.integer(EvidenceForce::id, EvidenceForce::averaging));
+      needs.local_statistics = needs.local_statistics || (m.finest && EvidenceForce::compares_locally(m.forces));
     }
   }
   if (point_count == 0) needs.forces &= ~kPullingForces;

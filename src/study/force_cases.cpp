@@ -87,8 +87,8 @@ std::vector<StabilityCase> force_cases() {
                      "the timestep follows the weight; to " + end_of(name),
                      [name](bool) { return trial_for(name, 1e6f); }});
   }
-  cases.push_back(contest("smoothing_1e6_region_1e-6", "smoothing", 1e6f, "region", 1e-6f));
-  cases.push_back(contest("region_1e6_smoothing_1e-6", "region", 1e6f, "smoothing", 1e-6f));
+  cases.push_back(contest("smoothing_1e6_region_1e-6", "smoothing", 1e6f, "evidence", 1e-6f));
+  cases.push_back(contest("region_1e6_smoothing_1e-6", "evidence", 1e6f, "smoothing", 1e-6f));
   cases.push_back(contest("shape_memory_1e6_gradient_1e-6", "shape_memory", 1e6f, "gradient", 1e-6f));
   cases.push_back(contest("attraction_1e6_smoothing_1", "attraction", 1e6f, "smoothing", 1));
   cases.push_back(contest("profile_1e6_attraction_1", "intensity_profile", 1e6f, "attraction", 1));

@@ -129,7 +129,7 @@ std::vector<StabilityCase> setting_cases() {
        "to the ball's surface within 1.5 mm; solvers that learn begin anew at each change, and slowly", [](bool) {
          Trial trial = ball_trial();
          trial.chunk = 1, trial.steps = 300;
-         trial.between = [](Session& session, int n) { change(session, ForceId::Region, n % 2 ? 0.0f : 10.0f); };
+         trial.between = [](Session& session, int n) { change(session, ForceId::Evidence, n % 2 ? 0.0f : 10.0f); };
          return trial;
        }});
   cases.push_back({"all_weights_switched_every_step", "every weight to 0 or to its end at each step, out of step",
@@ -167,7 +167,7 @@ std::vector<StabilityCase> setting_cases() {
                      return trial;
                    }});
   cases.push_back(refused("weight_beyond_slider", "region weight 1e6 in a scene", "out of range", [](Scene& scene) {
-    set_value(scene.meshes[0].parameters, {"region", "weight", 1e6f});
+    set_value(scene.meshes[0].parameters, {"evidence", "weight", 1e6f});
   }));
   cases.push_back(refused("weight_negative", "smoothing weight -1", "out of range", [](Scene& scene) {
     set_value(scene.meshes[0].parameters, {"smoothing", "weight", -1});

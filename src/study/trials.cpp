@@ -31,7 +31,7 @@ ForceParameters forces_with(std::initializer_list<Value> values) {
 }
 
 ForceParameters usual_forces() {
-  return forces_with({{"smoothing", "weight", 0.5f}, {"region", "weight", 0.5f}, {"attraction", "weight", 2}});
+  return forces_with({{"smoothing", "weight", 0.5f}, {"evidence", "weight", 0.5f}, {"attraction", "weight", 2}});
 }
 
 SimulationParameters usual_settings() {

@@ -11,7 +11,7 @@ constexpr auto kInfinity = std::numeric_limits<double>::infinity();
 
 /// Every image force at once.
 ForceParameters image_forces() {
-  return forces_with({{"smoothing", "weight", 0.5f}, {"gradient", "weight", 0.2f}, {"region", "weight", 0.5f}});
+  return forces_with({{"smoothing", "weight", 0.5f}, {"gradient", "weight", 0.2f}, {"evidence", "weight", 0.5f}});
 }
 
 bool in_ball(const Eigen::Vector3d& p) { return p.norm() < kBallRadius; }

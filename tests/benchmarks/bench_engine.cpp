@@ -40,7 +40,7 @@ ForceParameters forces_for(Load load) {
     set(ForceId::IntensityProfile, IntensityProfileForce::samples, 6);  // 21 samples, 13 shifts
   }
   if (load == Load::FullGradient || load == Load::FullProfile) set(ForceId::Attraction, 0, 2);
-  if (load == Load::Region) set(ForceId::Region, 0, 0.5f);
+  if (load == Load::Region) set(ForceId::Evidence, 0, 0.5f);
   return p;
 }
 

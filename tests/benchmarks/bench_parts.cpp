@@ -164,9 +164,9 @@ int main(int argc, char** argv) {
       20 << (2 * level), mode.c_str(), plain.us);
   for (const ForceInfo& force : force_list())
     if (force.id != ForceId::Smoothing) row(force.name, cost(base | bit(force.id), Solver::Verlet), plain);
-  row("solver damped", cost(base | bit(ForceId::Region), Solver::Damped),
-      cost(base | bit(ForceId::Region), Solver::Verlet));
-  row("solver multigrid", cost(base | bit(ForceId::Region), Solver::Multigrid),
-      cost(base | bit(ForceId::Region), Solver::Verlet));
+  row("solver damped", cost(base | bit(ForceId::Evidence), Solver::Damped),
+      cost(base | bit(ForceId::Evidence), Solver::Verlet));
+  row("solver multigrid", cost(base | bit(ForceId::Evidence), Solver::Multigrid),
+      cost(base | bit(ForceId::Evidence), Solver::Verlet));
   return 0;
 }

@@ -139,7 +139,7 @@ TEST_F(Options, PlanLeavesOutWhatHasNoWeight) {
   };
   const nlohmann::json with = nlohmann::json::parse(plan({"--json", "--set", "forces.gradient.weight=1"}));
   const nlohmann::json without =
-      nlohmann::json::parse(plan({"--json", "--set", "forces.gradient.weight=0", "--set", "forces.region.weight=0"}));
+      nlohmann::json::parse(plan({"--json", "--set", "forces.gradient.weight=0", "--set", "forces.evidence.weight=0"}));
   ASSERT_FALSE(with["items"].empty());
   EXPECT_NE(with["items"], without["items"]);
   EXPECT_GT(with["bytes_held"], without["bytes_held"]);

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "core/error.h"
-#include "gpu/thread_pool.h"
+#include "core/thread_pool.h"
 #include "image/metrics.h"
 #include "study/phantom.h"
 

@@ -9,8 +9,8 @@
 #include <queue>
 #include <random>
 
+#include "core/thread_pool.h"
 #include "evidence/geodesic_distance.h"
-#include "gpu/thread_pool.h"
 
 namespace simplexseg {
 namespace {

@@ -178,7 +178,7 @@ TEST_P(AttractionTest, TheMeshEndsAtThePointAmongAllOtherForces) {
     TestScene scene = busy_scene(3, 5);
     scene.meshes[0].forces = with({{"smoothing", "weight", 0.5f},
                                    {"gradient", "weight", 0.3f},
-                                   {"region", "weight", 0.5f},
+                                   {"evidence", "weight", 0.5f},
                                    {"attraction", "weight", 4}});
     const Vector3d point = radius * Vector3d(0.48, 0.6, 0.64);
     scene.points = {{0, point}};

@@ -161,7 +161,7 @@ TEST_P(EveryForceTest, MovesWithSceneAndVolume) {
 }
 
 TEST_P(EveryForceTest, AFlatImageMovesNothing) {
-  for (ForceId force : {ForceId::Gradient, ForceId::IntensityProfile, ForceId::Region})
+  for (ForceId force : {ForceId::Gradient, ForceId::IntensityProfile, ForceId::Evidence})
     for (float choice : {0.0f, 1.0f}) {
       TestScene scene = busy_scene();
       scene.volume = phantom("flat").image;

@@ -2,6 +2,7 @@
 // Gradient, intensity profile and region on the sphere phantom: where a mesh ends.
 #include <cmath>
 
+#include "core/error.h"
 #include "forces/region_model.h"
 #include "image/metrics.h"
 #include "image/rasterise.h"
@@ -165,7 +166,7 @@ TEST_P(ImageForcesTest, RegionGrowsASeedAndShrinksAShell) {
   for (double radius : {7.0, 22.5}) {
     TestScene scene = sphere_in(truth.image, radius, {0.5, -0.8, 1.1});
     TestMesh& m = scene.meshes[0];
-    m.forces = with({{"region", "weight", 0.5f}, {"smoothing", "weight", 0.5f}});
+    m.forces = with({{"evidence", "weight", 0.5f}, {"smoothing", "weight", 0.5f}});
     m.region = estimate_region(scene.volume, m.mesh, 20);
     scene.simulation = limited(1, 0.9f, 3);
     const SimplexMesh end{run(scene, 400), m.mesh.neighbours};
@@ -181,10 +182,10 @@ TEST_P(ImageForcesTest, BalloonGrowsAndShrinks) {
   auto volume_with = [&](float balloon) {
     TestScene scene = sphere_in(soft_sphere(g, 18, 2.5), 17);
     TestMesh& m = scene.meshes[0];
-    m.forces = with({{"region", "weight", 0.5f},
-                     {"region", "balloon", balloon},
-                     {"region", "local", 0},
-                     {"region", "edge", 0},
+    m.forces = with({{"evidence", "weight", 0.5f},
+                     {"evidence", "balloon", balloon},
+                     {"evidence", "local", 0},
+                     {"evidence", "edge", 0},
                      {"smoothing", "weight", 0.2f}});
     m.region = estimate_region(scene.volume, make_sphere({0, 0, 0}, 18, 3), 10);
     scene.simulation = limited(1, 0.9f, 2);
@@ -209,6 +210,84 @@ TEST_P(ImageForcesTest, TargetsAreHeldBetweenRefreshes) {
     return positions_of(*engine, scene);
   };
   EXPECT_GT(largest_distance(end_with(1), end_with(6)), 1e-4);
+}
+
+// ---- evidence from a field ----
+
+/// A sphere of 1280 vertices on an image without any contrast, with a field that says where the object is.
+TestScene field_scene(const SimplexMesh& mesh, std::vector<std::uint16_t> field) {
+  TestScene scene;
+  scene.volume = phantom("flat").image;
+  TestMesh m;
+  m.mesh = mesh;
+  m.forces = with({{"smoothing", "weight", 0.3f}, {"evidence", "weight", 0.5f}, {"evidence", "source", 0}});
+  m.field = std::move(field);
+  scene.meshes.push_back(std::move(m));
+  scene.simulation = limited(1, 0.9f, 3);
+  return scene;
+}
+
+TEST_P(ImageForcesTest, AFieldDrawsTheMeshToItsSurface) {
+  const VolumeGeometry& geometry = phantom("flat").image.geometry();
+  for (const double start : {9.0, 24.0}) {
+    const TestScene scene = field_scene(make_sphere({2, -1, 3}, start, 3), ball_field(geometry, {1, 0, 2}, 16));
+    Positions end = run(scene, 400);
+    for (Eigen::Vector3f& p : end) p -= Eigen::Vector3f(1, 0, 2);
+    EXPECT_LT(largest_radial_error(end, 16), 0.5) << "from a radius of " << start;
+  }
+}
+
+TEST_P(ImageForcesTest, AnImageEdgeBesideTheFieldsSurfaceIsFollowed) {
+  // The field's ball is a voxel too small; the image has its edge at the phantom's radius.
+  TestScene scene = field_scene(make_sphere({0, 0, 0}, kPhantomRadius - 2, 3),
+                                ball_field(phantom("sphere").image.geometry(), {0, 0, 0}, kPhantomRadius - 1));
+  scene.volume = phantom("sphere").image;
+  scene.meshes[0].region = estimate_region(scene.volume, scene.meshes[0].mesh, 20);
+  set(scene.meshes[0].forces, {"evidence", "edge", 0});
+  const double without = largest_radial_error(run(scene, 300), kPhantomRadius);
+  set(scene.meshes[0].forces, {"evidence", "edge", 4});
+  const double with_edge = largest_radial_error(run(scene, 300), kPhantomRadius);
+  EXPECT_GT(without, 0.8);
+  EXPECT_LT(with_edge, 0.7 * without);
+}
+
+TEST_P(ImageForcesTest, AFieldIsReadInItsBoxAlone) {
+  // The same field as a box of its own: the same bits; half of it: no object beyond its side.
+  const VolumeGeometry& geometry = phantom("flat").image.geometry();
+  const TestScene whole = field_scene(make_sphere({-8, 0, 0}, 5, 3), ball_field(geometry, {0, 0, 0}, 16));
+  const Positions expected = run(whole, 100);
+  const auto run_in_box = [&](std::array<int, 3> first, std::array<int, 3> size) {
+    std::vector<std::uint16_t> values;
+    for (int k = 0; k < size[2]; ++k)
+      for (int j = 0; j < size[1]; ++j)
+        for (int i = 0; i < size[0]; ++i)
+          values.push_back(
+              whole.meshes[0].field[(std::size_t(k + first[2]) * geometry.size[1] + j + first[1]) * geometry.size[0] +
+                                    i + first[0]]);
+    TestScene scene = whole;
+    scene.meshes[0].field.clear();
+    const auto engine = make_engine();
+    load(*engine, scene);
+    engine->set_field(0, {first, size, values});
+    engine->step(100);
+    return positions_of(*engine, scene);
+  };
+  EXPECT_LT(largest_distance(run_in_box({8, 8, 8}, {48, 48, 48}), expected), 1e-3);
+  float highest = -100;
+  for (const Eigen::Vector3f& p : run_in_box({8, 8, 8}, {24, 48, 48})) highest = std::max(highest, p[0]);
+  EXPECT_LT(highest, 2.0f) << "the box ends at x = -0.5 mm";
+  EXPECT_GT(std::max_element(expected.begin(), expected.end(), [](auto& a, auto& b) { return a[0] < b[0]; })->x(), 10);
+}
+
+TEST_P(ImageForcesTest, AFieldThatDoesNotFitIsRefused) {
+  TestScene scene = field_scene(make_sphere({0, 0, 0}, 10, 2), {});
+  const auto engine = make_engine();
+  load(*engine, scene);
+  const std::vector<std::uint16_t> values(8);
+  EXPECT_THROW(engine->set_field(0, {{0, 0, 0}, {2, 2, 1}, values}), Error);
+  EXPECT_THROW(engine->set_field(0, {{63, 0, 0}, {2, 2, 2}, values}), Error);
+  EXPECT_THROW(engine->set_field(0, {{-1, 0, 0}, {2, 2, 2}, values}), Error);
+  EXPECT_NO_THROW(engine->set_field(0, {{62, 0, 0}, {2, 2, 2}, values}));
 }
 
 }  // namespace

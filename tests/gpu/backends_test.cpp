@@ -21,7 +21,7 @@ TestScene scene_of(ForceId force) {
   set(scene.meshes[0].forces, {"gradient", "object", 1});
   // Alone, the region's discrete evidence roughens the surface until a last bit shows: beside smoothing, as it is
   // meant.
-  if (force == ForceId::Region) weight_of(scene.meshes[0].forces, ForceId::Smoothing) = 0.5f;
+  if (force == ForceId::Evidence) weight_of(scene.meshes[0].forces, ForceId::Smoothing) = 0.5f;
   scene.simulation = limited(1, 0.9f, 3);
   return scene;
 }
@@ -53,7 +53,7 @@ TEST(CpuAgainstCuda, EachForceOnItsOwnFiltered) {
 /// Several lanes share a search while few vertices are there, one thread does it where there are many.
 TEST(CpuAgainstCuda, ManyVertices) {
   if (!why_no_cuda().empty()) GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
-  const ForceId searches[] = {ForceId::Gradient, ForceId::IntensityProfile, ForceId::Region};
+  const ForceId searches[] = {ForceId::Gradient, ForceId::IntensityProfile, ForceId::Evidence};
   for (ForceId force : searches) {
     TestScene scene = busy_scene(7);  // 327,680
     weight_of(scene.meshes[0].forces, force) = 0.5f;

@@ -19,7 +19,7 @@ TEST(DeviceMemory, ALargeSceneTakesLittleMoreThanItsData) {
     m.mesh = make_sphere({50.0 * k, 200, 200}, 20, 5);
     m.forces = weightless();
     weight_of(m.forces, ForceId::Smoothing) = 0.5f, weight_of(m.forces, ForceId::Gradient) = 0.5f;
-    weight_of(m.forces, ForceId::Region) = 0.5f, weight_of(m.forces, ForceId::Attraction) = 1;
+    weight_of(m.forces, ForceId::Evidence) = 0.5f, weight_of(m.forces, ForceId::Attraction) = 1;
     scene.meshes.push_back(m);
     scene.points.push_back({k, {50.0 * k + 25, 200, 200}});
   }

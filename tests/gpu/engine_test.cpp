@@ -19,7 +19,7 @@ TestScene with_all_forces(int level, double noise_sigma = 10) {
                                  {"shape_memory", "weight", 0.1f},
                                  {"gradient", "weight", 0.2f},
                                  {"intensity_profile", "weight", 0.2f},
-                                 {"region", "weight", 0.2f},
+                                 {"evidence", "weight", 0.2f},
                                  {"attraction", "weight", 0.5f}});
   scene.simulation = limited(1, 0.9f, 3);
   return scene;
@@ -51,10 +51,10 @@ TEST(CpuEngine, TheNumberOfThreadsDoesNotMatter) {
 
 TEST_P(EngineCoreTest, MeshesInOneEngineAreEachAsAlone) {
   TestScene one = with_all_forces(3), two = with_all_forces(2), three = with_all_forces(4);
-  weight_of(two.meshes[0].forces, ForceId::Region) = 0.7f;
+  weight_of(two.meshes[0].forces, ForceId::Evidence) = 0.7f;
   weight_of(two.meshes[0].forces, ForceId::Attraction) = 0;
   weight_of(three.meshes[0].forces, ForceId::Smoothing) = 0;
-  set(three.meshes[0].forces, {"region", "averaging", 4});
+  set(three.meshes[0].forces, {"evidence", "averaging", 4});
   three.meshes[0].finest = false;
   TestScene all = one;
   all.meshes.push_back(two.meshes[0]), all.meshes.push_back(three.meshes[0]);
@@ -101,16 +101,16 @@ TEST_P(EngineCoreTest, EveryVoxelTypeGivesTheSame) {
 
 TEST_P(EngineCoreTest, ParametersChangedBetweenStepsAreThoseOfAnEngineLoadedWithThem) {
   TestScene before = with_all_forces(3);
-  weight_of(before.meshes[0].forces, ForceId::Region) = 0;
+  weight_of(before.meshes[0].forces, ForceId::Evidence) = 0;
   weight_of(before.meshes[0].forces, ForceId::IntensityProfile) = 0;
   // The region's reach is in edge lengths as loaded, at least 2.5 voxels: here those.
-  set(before.meshes[0].forces, {"region", "reach", 0.5f});
+  set(before.meshes[0].forces, {"evidence", "reach", 0.5f});
   const auto changed = make_engine();
   simplexseg::run(*changed, before, 20);
 
   TestScene after = with_all_forces(3);
   weight_of(after.meshes[0].forces, ForceId::ShapeMemory) = 0;
-  set(after.meshes[0].forces, {"region", "reach", 0.5f});
+  set(after.meshes[0].forces, {"evidence", "reach", 0.5f});
   after.simulation.damping = 0.5f, after.simulation.refresh_interval = 2;
   after.meshes[0].mesh.positions.resize(before.meshes[0].mesh.positions.size());
   after.meshes[0].previous = after.meshes[0].mesh.positions;
@@ -149,13 +149,16 @@ TEST_P(EngineCoreTest, AForceWithoutItsReferenceDoesNotAct) {
   TestScene scene = busy_scene();
   scene.meshes[0].forces = with({{"shape_memory", "weight", 1},
                                  {"intensity_profile", "weight", 1},
-                                 {"region", "weight", 1},
-                                 {"region", "local", 0},
-                                 {"region", "edge", 0}});
+                                 {"evidence", "weight", 1},
+                                 {"evidence", "local", 0},
+                                 {"evidence", "edge", 0}});
   scene.meshes[0].shape.clear(), scene.meshes[0].profiles.resize(5), scene.meshes[0].region = {};
+  scene.meshes[0].field.clear();
+  EXPECT_TRUE(same_bits(run(scene, 5), scene.meshes[0].mesh.positions));
+  set(scene.meshes[0].forces, {"evidence", "source", 0});
   EXPECT_TRUE(same_bits(run(scene, 5), scene.meshes[0].mesh.positions));
   scene = with_all_forces(2);
-  scene.volume = {};
+  scene.volume = {}, scene.meshes[0].field.clear();
   weight_of(scene.meshes[0].forces, ForceId::Attraction) = 0;
   const Positions without_volume = run(scene, 5);
   scene.meshes[0].forces = with({{"smoothing", "weight", 0.4f}, {"shape_memory", "weight", 0.1f}});
@@ -187,7 +190,7 @@ TEST_P(EngineCoreTest, VoxelsThatAreNoNumbersNeverReachThePositions) {
 
 TEST_P(EngineCoreTest, AStepThatLeavesTheFiniteIsUndoneAndNamed) {
   for (ForceId force :
-       {ForceId::Smoothing, ForceId::ShapeMemory, ForceId::Gradient, ForceId::Region, ForceId::Attraction}) {
+       {ForceId::Smoothing, ForceId::ShapeMemory, ForceId::Gradient, ForceId::Evidence, ForceId::Attraction}) {
     TestScene scene = with_all_forces(2);
     scene.meshes.insert(scene.meshes.begin(), scene.meshes[0]);
     scene.points[0].mesh = scene.points[1].mesh = 1;

@@ -257,7 +257,7 @@ TEST_P(SolverTest, AMeshWithoutTheCycleBesideOneWithItIsMeasuredAndLearntAsAlone
   alone.points.clear();
   for (const ForceInfo& force : force_list())
     weight_of(alone.meshes[0].forces, force.id) =
-        force.id == ForceId::Gradient || force.id == ForceId::Region ? 0.3f : 0.0f;
+        force.id == ForceId::Gradient || force.id == ForceId::Evidence ? 0.3f : 0.0f;
   TestScene both = with_cycle;
   both.volume = alone.volume;
   both.meshes.push_back(alone.meshes[0]);

@@ -43,19 +43,19 @@ class PlanPanelTest : public WindowTest {
 
 TEST_F(PlanPanelTest, ASliderAtZeroMovesAForceAmongWhatIsLeftOut) {
   ASSERT_EQ(list().topLevelItemCount(), 3);
-  EXPECT_FALSE(rows(0).contains("region targets"));
-  EXPECT_TRUE(rows(2).contains("region targets"));
+  EXPECT_FALSE(rows(0).contains("evidence targets"));
+  EXPECT_TRUE(rows(2).contains("evidence targets"));
   const QString before = totals();
-  QSlider* slider = window_->panels().forces().row(ForceId::Region, 0)->slider();
+  QSlider* slider = window_->panels().forces().row(ForceId::Evidence, 0)->slider();
   slider->setValue(700);
-  EXPECT_TRUE(rows(0).contains("region targets"));
-  EXPECT_TRUE(rows(1).contains("region search"));
-  EXPECT_FALSE(rows(2).contains("region targets"));
+  EXPECT_TRUE(rows(0).contains("evidence targets"));
+  EXPECT_TRUE(rows(1).contains("evidence search"));
+  EXPECT_FALSE(rows(2).contains("evidence targets"));
   EXPECT_NE(totals(), before);
   slider->setValue(0);
-  EXPECT_FALSE(rows(0).contains("region targets"));
-  EXPECT_FALSE(rows(1).contains("region search"));
-  EXPECT_TRUE(rows(2).contains("region targets"));
+  EXPECT_FALSE(rows(0).contains("evidence targets"));
+  EXPECT_FALSE(rows(1).contains("evidence search"));
+  EXPECT_TRUE(rows(2).contains("evidence targets"));
   EXPECT_EQ(totals(), before);
 }
 
@@ -102,11 +102,11 @@ TEST_F(PlanPanelTest, HiddenItAsksForNoPlan) {
   window_->panels().show("Forces");
   ASSERT_TRUE(wait_until([&] { return !window_->panels().plan().in_sight(); }));
   const StepPlan before = window_->panels().plan().shown();
-  window_->panels().forces().row(ForceId::Region, 0)->slider()->setValue(700);
+  window_->panels().forces().row(ForceId::Evidence, 0)->slider()->setValue(700);
   EXPECT_TRUE(window_->panels().plan().shown() == before);
   window_->panels().show("Plan");
   ASSERT_TRUE(wait_until([&] { return window_->panels().plan().in_sight(); }));
-  EXPECT_TRUE(rows(0).contains("region targets"));
+  EXPECT_TRUE(rows(0).contains("evidence targets"));
 }
 
 TEST_F(PlanPanelTest, InATallWindowItStandsBelowTheForces) {

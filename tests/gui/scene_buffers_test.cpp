@@ -36,6 +36,7 @@ class FailingEngine : public Engine {
     inner_->set_parameters(meshes, simulation);
   }
   void set_points(std::span<const EnginePoint> points) override { inner_->set_points(points); }
+  void set_field(int mesh, const EngineField& field) override { inner_->set_field(mesh, field); }
   void give_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
     inner_->give_targets(mesh, force, targets);
   }

@@ -26,13 +26,13 @@ double nearest_vertex_mm(const MeshItem& item, const Eigen::Vector3d& to) {
 
 TEST_F(WindowTest, SlidersChangeTheSession) {
   open_phantom();
-  ParameterRow* weight = window_->panels().forces().row(ForceId::Region, 0);
+  ParameterRow* weight = window_->panels().forces().row(ForceId::Evidence, 0);
   weight->slider()->setValue(700);
   EXPECT_GT(weight->value(), 0);
-  EXPECT_EQ(scene().meshes[0].parameters.weight(ForceId::Region), weight->value());
+  EXPECT_EQ(scene().meshes[0].parameters.weight(ForceId::Evidence), weight->value());
   EXPECT_TRUE(bench().session().can_undo());
   bench().apply(Undo{});
-  EXPECT_EQ(scene().meshes[0].parameters.weight(ForceId::Region), 0);
+  EXPECT_EQ(scene().meshes[0].parameters.weight(ForceId::Evidence), 0);
   EXPECT_EQ(weight->value(), 0);  // the panel follows
   const int damping = find_parameter(simulation_table(), "damping");
   window_->panels().simulation().row(damping)->number()->setValue(0.25);

@@ -19,7 +19,7 @@ TEST_F(SceneIo, ReadsEveryKey) {
       {"name": "brain", "sphere": {"centre_mm": [1, -2, 3.5], "radius_mm": 40}, "colour": "#0aFf10", "visible": false, "label": 9,
        "forces": {"gradient": {"weight": 3}}, "final_vertices": 1280, "reference": {"labels": "truth.nii", "value": 2}},
       {"name": "other", "sphere": {"centre_mm": [0, 0, 0], "radius_mm": 1}, "reference": {"labels": "truth.nii"}}],
-    "attraction_points": [{"mesh": "other", "position_mm": [4, 5, 6]}], "steps": 400)"));
+    "points": [{"mesh": "other", "position_mm": [4, 5, 6]}], "steps": 400)"));
   EXPECT_EQ(scene.simulation.damping, 0.25f);
   EXPECT_EQ(scene.simulation.limit_timestep, 0);
   EXPECT_EQ(scene.simulation.refresh_interval, 5);
@@ -135,8 +135,8 @@ TEST_F(SceneIo, RefusesInOneLineThatNamesFileAndPlace) {
       {scene_with(R"("meshes": [{"name": "a", "sphere": {"centre_mm": [1, 2, 3], "radius_mm": 0}}])"), "radius_mm"},
       {scene_with(R"("meshes": [{"name": "a", "sphere": {"centre_mm": [1, 2, 3], "radius_mm": -1}}])"), "radius_mm"},
       {scene_with(R"("meshes": [{"name": "a", "sphere": {"center_mm": [1, 2, 3], "radius_mm": 1}}])"), "'centre_mm'"},
-      {scene_with(R"("attraction_points": [{"mesh": "a", "position_mm": [1, 2, 3]}])"), "attraction_points[0].mesh"},
-      {scene_with(R"("attraction_points": [{"position_mm": [1, 2, 3]}])"), "attraction_points[0]"},
+      {scene_with(R"("points": [{"mesh": "a", "position_mm": [1, 2, 3]}])"), "points[0].mesh"},
+      {scene_with(R"("points": [{"position_mm": [1, 2, 3]}])"), "points[0]"},
   };
   for (const auto& [text, says] : cases) {
     const std::string message = refusal(text);
@@ -210,9 +210,9 @@ TEST_F(SceneIo, SetByPathChangesWhatItNamesAndNothingElse) {
   EXPECT_EQ(scene.meshes[1].parameters.weight(ForceId::Gradient), 1.25f);
   EXPECT_TRUE(same_bits(scene.meshes[0].parameters, before.meshes[0].parameters));
   EXPECT_TRUE(same_bits(scene.forces, before.forces));
-  set_by_path(scene, "forces.region.weight=0.5");
-  for (const MeshItem& item : scene.meshes) EXPECT_EQ(item.parameters.weight(ForceId::Region), 0.5f);
-  EXPECT_EQ(scene.forces.weight(ForceId::Region), 0.5f);
+  set_by_path(scene, "forces.evidence.weight=0.5");
+  for (const MeshItem& item : scene.meshes) EXPECT_EQ(item.parameters.weight(ForceId::Evidence), 0.5f);
+  EXPECT_EQ(scene.forces.weight(ForceId::Evidence), 0.5f);
   set_by_path(scene, "forces.gradient.object=dark");
   EXPECT_EQ(scene.meshes[0].parameters.values[static_cast<int>(ForceId::Gradient)]
                                              [find_parameter(find_force("gradient")->parameters, "object")],

@@ -24,6 +24,7 @@ class Device : public Engine {
     inner().set_parameters(meshes, s);
   }
   void set_points(std::span<const EnginePoint> points) override { inner().set_points(points); }
+  void set_field(int mesh, const EngineField& field) override { inner().set_field(mesh, field); }
   void give_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
     inner().give_targets(mesh, force, targets);
   }

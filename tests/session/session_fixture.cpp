@@ -60,7 +60,7 @@ Scene ball_scene() {
   scene.simulation.start_vertices = 320, scene.simulation.final_vertices = 1280;
   scene.simulation.finest_edge = 0, scene.simulation.steps_per_level = 100,
   scene.simulation.rest_tolerance_voxels = 0.002f;
-  scene.forces = with({{"smoothing", "weight", 0.5f}, {"region", "weight", 0.5f}, {"attraction", "weight", 2}});
+  scene.forces = with({{"smoothing", "weight", 0.5f}, {"evidence", "weight", 0.5f}, {"attraction", "weight", 2}});
   MeshItem item;
   item.name = "ball", item.seed = {{1, -2, 0.5}, 12}, item.parameters = scene.forces;
   scene.meshes.push_back(item);

@@ -269,7 +269,7 @@ Scene unstable_scene() {
   scene.simulation.limit_timestep = 0, scene.simulation.timestep = 10, scene.simulation.damping = 0.2f;
   set(scene.meshes[0].parameters, {"smoothing", "weight", 10});
   set(scene.meshes[0].parameters, {"smoothing", "curvature", 1});
-  set(scene.meshes[0].parameters, {"region", "weight", 0});
+  set(scene.meshes[0].parameters, {"evidence", "weight", 0});
   return scene;
 }
 

@@ -15,7 +15,7 @@ TEST(SessionUndo, EveryCommandIsTakenBackAndDoneAgain) {
       AddMesh{"other", {{3, 3, 3}, 8}, {}, 0},
       EditMesh{ball, "renamed", {}, false, 9},
       SetForceParameter{ball, ForceId::Smoothing, 0, 0.125f},
-      SetForceParameter{0, ForceId::Region, 0, 0.25f},
+      SetForceParameter{0, ForceId::Evidence, 0, 0.25f},
       SetSimulationParameter{simulation_index("damping"), 0.75f},
       AddAttractionPoint{ball, {5, 5, 17}},
       MoveAttractionPoint{point, {0, 3, 19}},
@@ -59,7 +59,7 @@ TEST(SessionUndo, TheEngineIsTakenBackToo) {
   // After undo the simulation goes on as a session that was opened on that state.
   const auto session = open_session();
   session->advance_steps(20);
-  session->apply(SetForceParameter{0, ForceId::Region, 0, 0.0f});
+  session->apply(SetForceParameter{0, ForceId::Evidence, 0, 0.0f});
   session->advance_steps(20);
   session->apply(Undo{});
   Scene scene = session->scene();
@@ -117,7 +117,7 @@ TEST(SessionUndo, ANewCommandForgetsWhatWasUndone) {
   const auto session = open_session();
   session->apply(SetForceParameter{0, ForceId::Smoothing, 0, 0.1f});
   session->apply(Undo{});
-  session->apply(SetForceParameter{0, ForceId::Region, 0, 0.1f});
+  session->apply(SetForceParameter{0, ForceId::Evidence, 0, 0.1f});
   EXPECT_FALSE(session->can_redo());
   session->apply(Redo{});
   EXPECT_NE(session->scene().meshes[0].parameters.weight(ForceId::Smoothing), 0.1f);
@@ -127,7 +127,7 @@ TEST(SessionUndo, OneSliderMovementIsOneUnit) {
   const auto session = open_session();
   const SessionState before = state_of(*session);
   for (float value : {0.1f, 0.2f, 0.3f}) session->apply(SetForceParameter{0, ForceId::Smoothing, 0, value});
-  session->apply(SetForceParameter{0, ForceId::Region, 0, 0.7f});
+  session->apply(SetForceParameter{0, ForceId::Evidence, 0, 0.7f});
   session->apply(Undo{});
   EXPECT_EQ(session->scene().meshes[0].parameters.weight(ForceId::Smoothing), 0.3f);
   session->apply(Undo{});

@@ -94,12 +94,12 @@ TEST_P(StepPlanTest, AllForcesOnSeveralMeshes) {
   check(*opened(another->scene(), phantom("sphere").image), "a mesh less");
 }
 
-TEST_P(StepPlanTest, VariantsOfTheRegionForce) {
+TEST_P(StepPlanTest, VariantsOfTheEvidenceForce) {
   for (float local : {0.0f, 0.5f})
     for (float averaging : {0.0f, 2.0f})
       for (int final_vertices : {80, 320}) {
         Scene scene = scene_with(
-            with({{"region", "weight", 0.5f}, {"region", "local", local}, {"region", "averaging", averaging}}));
+            with({{"evidence", "weight", 0.5f}, {"evidence", "local", local}, {"evidence", "averaging", averaging}}));
         scene.simulation.final_vertices = static_cast<float>(final_vertices);
         check(*opened(scene, phantom("sphere").image), "local " + std::to_string(local) + ", averaging " +
                                                            std::to_string(averaging) + ", to " +
@@ -120,20 +120,20 @@ TEST_P(StepPlanTest, WithoutVolumeOrMesh) {
 TEST_P(StepPlanTest, WeightsThatChangeBetweenSteps) {
   const auto session = opened(scene_with(weightless()), phantom("sphere").image);
   check(*session, "nothing acts");
-  for (ForceId force : {ForceId::Region, ForceId::Gradient, ForceId::ShapeMemory}) {
+  for (ForceId force : {ForceId::Evidence, ForceId::Gradient, ForceId::ShapeMemory}) {
     session->apply(SetForceParameter{0, force, 0, 0.5f});
     session->advance_steps(4);
     check(*session, "on");
   }
   // Kernels were counted since the engine was made: only the arrays tell of switching off.
-  for (ForceId force : {ForceId::Gradient, ForceId::Region, ForceId::ShapeMemory})
+  for (ForceId force : {ForceId::Gradient, ForceId::Evidence, ForceId::ShapeMemory})
     session->apply(SetForceParameter{0, force, 0, 0});
   std::set<std::string> planned, held;
   for (const StepPlan::Item& item : session->plan().items)
     if (item.needed && item.what == "array") planned.insert(item.name);
   for (const Engine::HeldArray& array : session->engine().held_arrays()) held.insert(array.name);
   EXPECT_EQ(planned, held);
-  EXPECT_FALSE(held.contains("region targets"));
+  EXPECT_FALSE(held.contains("evidence targets"));
 }
 
 TEST_P(StepPlanTest, ItReadsNoPoseBack) {
@@ -150,7 +150,7 @@ TEST_P(StepPlanTest, ItReadsNoPoseBack) {
 
 TEST_P(StepPlanTest, TheReasonsNameWhatIsMissing) {
   ForceParameters forces =
-      with({{"attraction", "weight", 1}, {"intensity_profile", "weight", 1}, {"region", "weight", 1}});
+      with({{"attraction", "weight", 1}, {"intensity_profile", "weight", 1}, {"evidence", "weight", 1}});
   Scene scene = scene_with(forces);
   auto why = [](const StepPlan& plan, const std::string& name) {
     for (const StepPlan::Item& item : plan.items)
@@ -164,8 +164,8 @@ TEST_P(StepPlanTest, TheReasonsNameWhatIsMissing) {
       << why(plan, "attraction sums");
   EXPECT_NE(why(plan, "reference profiles").find("none was recorded"), std::string::npos)
       << why(plan, "reference profiles");
-  EXPECT_NE(why(plan, "region targets").find("ball"), std::string::npos) << why(plan, "region targets");
-  EXPECT_NE(why(opened(scene, {})->plan(), "region targets").find("no volume"), std::string::npos);
+  EXPECT_NE(why(plan, "evidence targets").find("ball"), std::string::npos) << why(plan, "evidence targets");
+  EXPECT_NE(why(opened(scene, {})->plan(), "evidence targets").find("no volume"), std::string::npos);
 }
 
 }  // namespace

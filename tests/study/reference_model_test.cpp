@@ -101,7 +101,7 @@ TEST_P(ReferenceModelTest, EachForceIsTheEnginesAlone) {
       {{"gradient", "weight", 0.6f}},
       {{"gradient", "weight", 0.6f}, {"gradient", "pull", 0}},
       {{"intensity_profile", "weight", 0.6f}, {"intensity_profile", "pull", 3}},
-      {{"region", "weight", 0.6f}},
+      {{"evidence", "weight", 0.6f}},
       {{"attraction", "weight", 0.8f}},
       {{"attraction", "weight", 0.8f}, {"attraction", "order", 0}},
       {{"attraction", "weight", 0.8f}, {"gradient", "weight", 0.6f}, {"attraction", "image_fade", 0.5f}},
@@ -147,8 +147,8 @@ std::vector<FrozenScene> anchored_scenes() {
   };
   add({{"smoothing", "weight", 2},
        {"smoothing", "curvature", 0.5f},
-       {"region", "weight", 0.5f},
-       {"region", "pull", 4}});
+       {"evidence", "weight", 0.5f},
+       {"evidence", "pull", 4}});
   add({{"shape_memory", "weight", 3}, {"gradient", "weight", 0.5f}, {"gradient", "pull", 0}});
   add({{"smoothing", "weight", 1}, {"smoothing", "evenness", 1}, {"intensity_profile", "weight", 1}});
   return scenes;

@@ -32,14 +32,15 @@ constexpr Setting kBaseline[] = {
     {"intensity_profile", "measure", 0},
     {"intensity_profile", "acceptance", 0.2f},
     {"intensity_profile", "pull", 1},
-    {"region", "reach", 2},
-    {"region", "samples", 8},
-    {"region", "edge", 1},
-    {"region", "nearness", 0.1f},
-    {"region", "local", 0.5f},
-    {"region", "averaging", 2},
-    {"region", "pull", 2},
-    {"region", "balloon", 0},
+    {"evidence", "reach", 2},
+    {"evidence", "samples", 8},
+    {"evidence", "edge", 1},
+    {"evidence", "nearness", 0.1f},
+    {"evidence", "local", 0.5f},
+    {"evidence", "averaging", 2},
+    {"evidence", "pull", 2},
+    {"evidence", "balloon", 0},
+    {"evidence", "source", 1},
     {"attraction", "order", 5},
     {"attraction", "image_fade", 1},
 };
@@ -102,6 +103,11 @@ void load(Engine& engine, const TestScene& scene) {
     meshes.push_back(m);
   }
   engine.load(meshes, scene.simulation);
+  for (std::size_t k = 0; k < scene.meshes.size(); ++k) {
+    if (scene.meshes[k].field.empty()) continue;
+    const std::array<int, 3>& size = scene.volume.geometry().size;
+    engine.set_field(static_cast<int>(k), {{0, 0, 0}, size, scene.meshes[k].field});
+  }
   engine.set_points(scene.points);
 }
 
@@ -173,6 +179,19 @@ const Phantom& phantom(const std::string& kind, double contrast, double noise_si
   return made.emplace(key, make_phantom(kind, settings)).first->second;
 }
 
+std::vector<std::uint16_t> ball_field(const VolumeGeometry& geometry, const Eigen::Vector3d& centre_mm,
+                                      double radius_mm) {
+  std::vector<std::uint16_t> field(geometry.voxel_count());
+  std::size_t v = 0;
+  for (int k = 0; k < geometry.size[2]; ++k)
+    for (int j = 0; j < geometry.size[1]; ++j)
+      for (int i = 0; i < geometry.size[0]; ++i, ++v) {
+        const double depth = radius_mm - (geometry.world_from_index() * Eigen::Vector3d(i, j, k) - centre_mm).norm();
+        field[v] = static_cast<std::uint16_t>(std::lround(65535 / (1 + std::exp(-depth))));
+      }
+  return field;
+}
+
 TestScene busy_scene(int level, double noise_sigma) {
   TestScene scene;
   scene.volume = phantom("sphere", 100, noise_sigma).image;
@@ -183,6 +202,7 @@ TestScene busy_scene(int level, double noise_sigma) {
   m.mesh = make_ellipsoid({0.7, 0.4, -0.5}, {17.6, 19.1, 20.9}, level);
   m.mesh = with_noise(std::move(m.mesh), 0.02 * measure(m.mesh).mean_edge_mm);
   m.region = estimate_region(scene.volume, m.mesh, 20);
+  m.field = ball_field(scene.volume.geometry(), {0.5, 0, 0}, kPhantomRadius + 1);
   scene.meshes.push_back(std::move(m));
   scene.points = {{0, {23.1, 2.2, 1.3}}, {0, {-4.2, -14.1, 9.7}}};
   return scene;

@@ -48,6 +48,7 @@ struct TestMesh {
   std::vector<Vec4> shape;
   std::vector<float> profiles;
   RegionModel region;
+  std::vector<std::uint16_t> field;  ///< P(object) on the whole volume; empty: none
   bool finest = true;
 };
 struct TestScene {
@@ -75,6 +76,10 @@ double largest_radial_error(const Positions& positions, double radius_mm);
 /// A float32 phantom of 64^3 voxels of 1 mm, made once for each kind and contrast. The sphere has a radius of 19.2 mm.
 const Phantom& phantom(const std::string& kind, double contrast = 100, double noise_sigma = 0);
 inline constexpr double kPhantomRadius = 19.2;
+
+/// P(object) of a ball: falls from 1 to 0 over a few mm about its surface. 0 to 65535, of all voxels.
+std::vector<std::uint16_t> ball_field(const VolumeGeometry& geometry, const Eigen::Vector3d& centre_mm,
+                                      double radius_mm);
 
 /// A scene in which every force acts: a deformed sphere near the edge of the sphere phantom, with all references and
 /// two attraction points. All weights are 0.

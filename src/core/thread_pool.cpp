@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gpu/thread_pool.h"
+#include "core/thread_pool.h"
 
 #if defined(__x86_64__)
 #include <immintrin.h>

@@ -5,23 +5,34 @@
 
 namespace simplexseg {
 
-/// Drives a mesh that is far from its edge: along the normal, the boundary goes where most evidence for the object lies
-/// inside of it and most evidence for the background outside. With the log-likelihood ratio l in [-1, 1] of each
-/// sample,
+/// Draws a mesh to its object: along the normal, the boundary goes where most evidence for the object lies inside of it
+/// and most evidence for the background outside. With the evidence l in [-1, 1] of each sample,
 ///   score(j) = sum_{i<j} l_i s + g |dI/dn| - c |j| s,   d = s argmax score
-/// (docs/mathematics.md, section 2.5). The ratio comes from the mesh's region model (src/forces/region_model.h) and,
-/// near the end, from the intensities found just inside and outside of the surface nearby. Targets are averaged over
+/// (docs/mathematics.md, section 2.5). The evidence is the mesh's field P(object), learned from the user's marks
+/// (src/evidence/); or the log-likelihood ratio of intensities in the mesh's region model (src/forces/region_model.h)
+/// and, near the end, of those found just inside and outside of the surface nearby. Targets are averaged over
 /// neighbours, so that the surface moves as a sheet.
-struct RegionForce {
-  static constexpr ForceId id = ForceId::Region;
+struct EvidenceForce {
+  static constexpr ForceId id = ForceId::Evidence;
   static constexpr ForceKind kind = ForceKind::Image;
-  static constexpr const char *targets_name = "region targets", *search_name = "region search";
-  static constexpr const char* name = "region";
-  static constexpr const char* title = "Region";
+  static constexpr const char *targets_name = "evidence targets", *search_name = "evidence search";
+  static constexpr const char* name = "evidence";
+  static constexpr const char* title = "Evidence";
   static constexpr float kEdgesAtOnce = 0.5f;
-  static constexpr const char* doc =
-      "Grows or shrinks the mesh to where inside looks like the object and outside like the background.";
-  enum Parameter : int { weight, reach, samples, edge, nearness, local, averaging, pull, balloon, parameter_count };
+  static constexpr const char* doc = "Draws the mesh to the surface of its object, which is learned from the marks.";
+  enum Parameter : int {
+    weight,
+    reach,
+    samples,
+    edge,
+    nearness,
+    local,
+    averaging,
+    pull,
+    balloon,
+    source,
+    parameter_count
+  };
   static constexpr ParameterInfo parameters[] = {
       {"weight", 0.5f, 0, 10, "", "Strength of the force; 0 leaves it out."},
       {"reach", 2.0f, 0.5f, 10, "edges",
@@ -29,11 +40,25 @@ struct RegionForce {
       {"samples", 8, 2, kMaxSearch, "", "Samples to each side.", ParameterKind::Integer},
       {"edge", 2.0f, 0, 10, "", "Weight of the image gradient against the evidence of the region."},
       {"nearness", 0.2f, 0, 2, "", "How much a near boundary is preferred to a far one."},
-      {"local", 0.3f, 0, 1, "", "Share of the evidence that intensities near by give, on the finest level."},
+      {"local", 0.3f, 0, 1, "",
+       "Share of the evidence that intensities near by give, on the finest level; of the source 'intensities'."},
       {"averaging", 2, 0, 8, "", "How often the targets are averaged over neighbours.", ParameterKind::Integer},
       {"pull", 2, 0, 20, "voxel", "Bound of the displacement; 0: none."},
-      {"balloon", 0, -1, 1, "", "Added to every ratio: above 0 grows the mesh, below 0 shrinks it."},
+      {"balloon", 0, -1, 1, "", "Added to the evidence of every sample: above 0 grows the mesh, below 0 shrinks it."},
+      {"source", 1, 0, 1, "",
+       "What says where the object is: the field that is learned from the marks, or what intensities the seed has "
+       "inside and around it.",
+       ParameterKind::Choice, "field|intensities"},
   };
+  static constexpr bool from_field(const ForceParameters& p) { return p.integer(id, source) == 0; }
+  /// Whether it looks at the intensities on either side of the surface, once the mesh is on its finest level.
+  static constexpr bool compares_locally(const ForceParameters& p) {
+    return !from_field(p) && p.values[static_cast<int>(id)][local] > 0;
+  }
+  /// A mesh without a field has no evidence.
+  static constexpr bool has_reference(const ForceParameters& p, const RecordedReferences& recorded) {
+    return !from_field(p) || recorded.field;
+  }
   static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
   /// Floats that a search keeps at hand: samples and ratios.
   static constexpr int scratch_floats(const ForceParameters& p) { return 2 * (2 * p.integer(id, samples) + 1); }
@@ -44,22 +69,48 @@ struct RegionForce {
   static void find_targets(Searches& searches);
 
   /// Share of the bound that this vertex has.
-  SIMPLEXSEG_HD static float trust(const StepView& v, int i) { return v.targets_of<RegionForce>()[i].w; }
+  SIMPLEXSEG_HD static float trust(const StepView& v, int i) { return v.targets_of<EvidenceForce>()[i].w; }
   SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4, Vec3 p, Vec4 frame) {
-    return pull_to_target(v.targets_of<RegionForce>()[i], p, xyz(frame), m.value<RegionForce>(pull) * m.voxel_mm);
+    return pull_to_target(v.targets_of<EvidenceForce>()[i], p, xyz(frame), m.value<EvidenceForce>(pull) * m.voxel_mm);
   }
   SIMPLEXSEG_HD static float search_step_mm(const MeshConstants& m) {
-    return larger(m.value<RegionForce>(reach) * m.edge_mm, 2.5f * m.voxel_mm) / m.integer<RegionForce>(samples);
+    return larger(m.value<EvidenceForce>(reach) * m.edge_mm, 2.5f * m.voxel_mm) / m.integer<EvidenceForce>(samples);
   }
 };
+
+/// P(object) from which on a sample is full evidence: (1 + 1/gain) / 2.
+inline constexpr float kFieldGain = 2;
+
+/// The field of a mesh as a volume of its own, the first voxel of its box at index 0.
+SIMPLEXSEG_HD VolumeView field_view(const StepView& v, const MeshConstants& m) {
+  VolumeView view = v.volume;
+  view.voxels = v.fields + m.field.offset;
+  for (int a = 0; a < 3; ++a) view.size[a] = m.field.size[a];
+  return view;
+}
+
+/// From a voxel index position where P is about 0, the way (mm, at most `most_mm`) towards the object of the mesh's
+/// field.
+SIMPLEXSEG_HD Vec3 way_to_object(const StepView& v, const MeshConstants& m, Vec3 at, float most_mm) {
+  const VolumeView field = field_view(v, m);
+  Vec3 p = at - m.field.first_voxel();
+  // Beyond the box: from its nearest place.
+  p = {smaller(larger(p.x, 0.0f), m.field.size[0] - 1.0f), smaller(larger(p.y, 0.0f), m.field.size[1] - 1.0f),
+       smaller(larger(p.z, 0.0f), m.field.size[2] - 1.0f)};
+  const Cell c = cell_at(field, p);
+  const Corners q = LinearVoxels<std::uint16_t>(field).corners(c);
+  const Vec3 rise = gradient(field, q, c);
+  const float size = norm(rise), away_voxels = larger(kFieldFloor - interpolate(q, c), 0.0f) / kFieldFall;
+  return size > 0.0f ? (smaller((away_voxels + 1.0f) * m.voxel_mm, most_mm) / size) * rise : Vec3{0, 0, 0};
+}
 
 /// How often local statistics are averaged over neighbours.
 inline constexpr int kStatisticsPasses = 4;
 
 /// Mean intensities (in shares of the range) just inside and just outside of the surface: x, y; z: their mean variance.
 template <class Voxels, int kWidth>
-struct RegionStatistics {
-  static constexpr const char* name = "region statistics";
+struct EvidenceStatistics {
+  static constexpr const char* name = "evidence statistics";
   static constexpr int kSamples = 4;  ///< to each side, a voxel apart, starting a voxel away from the surface
   static constexpr int kLanes = kWidth, kCount = 2 * kSamples + 1;
   StepView v;
@@ -87,27 +138,28 @@ struct RegionStatistics {
 };
 
 template <class Voxels, int kWidth>
-struct RegionSearch {
-  static constexpr const char* name = RegionForce::search_name;
+struct EvidenceSearch {
+  static constexpr const char* name = EvidenceForce::search_name;
   static constexpr int kSamples = 2 * kMaxSearch + 1;
   static constexpr int kLanes = kWidth;
   StepView v;
   int scratch;  ///< floats: samples and ratios of the longest search
   template <class L>
   SIMPLEXSEG_HD void operator()(int i, L lanes) const {
-    using F = RegionForce;
+    using F = EvidenceForce;
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
-    if (!(m.forces.weight(ForceId::Region) > 0.0f)) {
-      if (lanes.lane == 0) v.targets_of<RegionForce>()[i] = {0, 0, 0, 0};
+    if (!(m.forces.weight(ForceId::Evidence) > 0.0f)) {
+      if (lanes.lane == 0) v.targets_of<EvidenceForce>()[i] = {0, 0, 0, 0};
       return;
     }
+    const bool from_field = F::from_field(m.forces);
     const int reach = m.integer<F>(F::samples);
     const float step = F::search_step_mm(m), step_voxels = step / m.voxel_mm;
     const IndexLine line = index_line(v.volume, xyz(v.current[i]), xyz(v.frame[i]));
     const float* table = m.region_table >= 0 ? v.region_tables + m.region_table : nullptr;
     const float balloon = m.value<F>(F::balloon);
     float local = 0, middle = 0, slope = 0;
-    if (v.local_statistics && m.finest) {
+    if (v.local_statistics && m.finest && !from_field) {
       local = m.value<F>(F::local);
       const Vec4 s = v.local_statistics[i];
       const float contrast = s.x - s.y;
@@ -124,13 +176,26 @@ struct RegionSearch {
       if (local > 0.0f) l = (1.0f - local) * l + local * smaller(larger((x - middle) * slope, -1.0f), 1.0f);
       return smaller(larger(l + balloon, -1.0f), 1.0f);
     };
+    auto evidence_of_field = [&](float texel) {
+      const float p = texel * (1.0f / kFieldScale);
+      return smaller(larger(kFieldGain * (2.0f * p - 1.0f) + balloon, -1.0f), 1.0f);
+    };
     const int count = 2 * reach + 1;
     auto value = lanes.template scratch<kSamples>(0);
     auto ratio = lanes.template scratch<kSamples>(count);
     sample_line(Voxels(v.volume), v.volume, lanes, line, -reach * step, step, count, value);
+    if (from_field) {
+      const VolumeView field = field_view(v, m);
+      const IndexLine in_box{line.origin - m.field.first_voxel(), line.direction};
+      sample_line(LinearVoxels<std::uint16_t>(field), field, lanes, in_box, -reach * step, step, count, ratio);
+    }
     for (int k = lanes.lane; k < count; k += L::width) {
       const bool valid = is_valid(value[k]);
-      ratio[k] = valid ? evidence_of(value[k]) : -1.0f;  // there is no object outside the volume
+      // There is no object outside of the volume, nor of the field's box.
+      if (from_field)
+        ratio[k] = valid && is_valid(ratio[k]) ? evidence_of_field(ratio[k]) : -1.0f;
+      else
+        ratio[k] = valid ? evidence_of(value[k]) : -1.0f;
       value[k] = valid ? share(value[k]) : NAN;
     }
     lanes.sync();
@@ -147,7 +212,9 @@ struct RegionSearch {
       const float rise = value[k < 2 * reach ? k + 1 : k] - value[k > 0 ? k - 1 : k];
       // The object side of the edge is the likelier side: only edges that agree with the evidence count.
       const float before = ratio[k > 0 ? k - 1 : k], after = ratio[k < 2 * reach ? k + 1 : k];
-      const float agree = before > after ? 1.0f : 0.0f;
+      // Where a field is sure of itself the image has nothing to add.
+      const float doubt = from_field ? 1.0f - ratio[k] * ratio[k] : 1.0f;
+      const float agree = before > after ? doubt : 0.0f;
       const int distance = k < reach ? reach - k : k - reach;
       const float score = sum + agree * edge * fabsf(rise) - nearness * distance * step_voxels;
       sum += half;
@@ -155,11 +222,16 @@ struct RegionSearch {
     });
     const float offset = peak.offset(reach);
     // Where the line meets no object, the normal may point anywhere (a patch that was turned inside out would be driven
-    // away for ever): the image then says nothing, and smoothing draws the surface together. One voxel of object is
-    // full evidence.
+    // away for ever). A field knows the way back; intensities say nothing, and smoothing draws the surface together.
+    // One voxel of object is full evidence.
     const float trust = smaller(evidence, 1.0f);
-    v.targets_of<RegionForce>()[i] = {trust * offset * step, 0, 0,
-                                      trust};  // as an offset, until averaged: RegionTarget makes it a position
+    float offset_mm = trust * offset * step, weight = trust;
+    if (from_field && trust < 1.0f) {
+      offset_mm += (1.0f - trust) * dot(way_to_object(v, m, line.origin, reach * step), xyz(v.frame[i]));
+      weight = 1.0f;
+    }
+    // As an offset, until averaged: EvidenceTarget makes it a position.
+    v.targets_of<EvidenceForce>()[i] = {offset_mm, 0, 0, weight};
   }
 };
 
@@ -170,11 +242,11 @@ struct AverageOverNeighbours {
   const Vec4* from;
   Vec4* to;
   int pass;      ///< done only for meshes that want more passes than this
-  bool targets;  ///< region targets (as many passes as the mesh asks for), else statistics
+  bool targets;  ///< evidence targets (as many passes as the mesh asks for), else statistics
   SIMPLEXSEG_HD void operator()(int i) const {
     const Int4 nb = v.neighbours[i];
     const Vec4 own = from[i];
-    if (targets && pass >= v.meshes[nb.w].integer<RegionForce>(RegionForce::averaging)) {
+    if (targets && pass >= v.meshes[nb.w].integer<EvidenceForce>(EvidenceForce::averaging)) {
       to[i] = own;
       return;
     }
@@ -185,8 +257,8 @@ struct AverageOverNeighbours {
 };
 
 /// Makes the averaged offsets into targets.
-struct RegionTarget {
-  static constexpr const char* name = "region target";
+struct EvidenceTarget {
+  static constexpr const char* name = "evidence target";
   StepView v;
   const Vec4* offsets;
   SIMPLEXSEG_HD void operator()(int i) const {
@@ -196,27 +268,27 @@ struct RegionTarget {
     // A vertex that runs ahead of its neighbours by more than an edge folds the surface: half an edge until the next
     // search.
     const float edge = norm(xyz(v.current[nb.x]) - p) + norm(xyz(v.current[nb.y]) - p) + norm(xyz(v.current[nb.z]) - p);
-    const float bound = RegionForce::kEdgesAtOnce / 3.0f * edge;
+    const float bound = EvidenceForce::kEdgesAtOnce / 3.0f * edge;
     // On a fold the normal says nothing of inside and outside: there smoothing acts alone.
     const Vec3 n = xyz(v.frame[i]);
     const float agree =
         smaller(dot(n, xyz(v.frame[nb.x])), smaller(dot(n, xyz(v.frame[nb.y])), dot(n, xyz(v.frame[nb.z]))));
     const float trust = smaller(larger(2.0f * agree, 0.0f), 1.0f);
-    v.targets_of<RegionForce>()[i] = with_w(p + smaller(larger(offset.x, -bound), bound) * n, offset.w * trust);
+    v.targets_of<EvidenceForce>()[i] = with_w(p + smaller(larger(offset.x, -bound), bound) * n, offset.w * trust);
   }
 };
 
 template <class Voxels, int kWidth, class Searches>
-void RegionForce::find_targets(Searches& searches) {
+void EvidenceForce::find_targets(Searches& searches) {
   const StepView& v = searches.view();
   if (v.local_statistics != nullptr) {
-    using Statistics = RegionStatistics<Voxels, kWidth>;
+    using Statistics = EvidenceStatistics<Voxels, kWidth>;
     searches.search(Statistics{v, Statistics::kCount});
     searches.average(v.local_statistics, kStatisticsPasses, false);
     static_assert(kStatisticsPasses % 2 == 0, "so that the averages end where they are read");
   }
-  searches.search(RegionSearch<Voxels, kWidth>{v, searches.scratch_floats(id)});
-  searches.run(RegionTarget{v, searches.average(v.targets_of<RegionForce>(), searches.averaging_passes(), true)});
+  searches.search(EvidenceSearch<Voxels, kWidth>{v, searches.scratch_floats(id)});
+  searches.run(EvidenceTarget{v, searches.average(v.targets_of<EvidenceForce>(), searches.averaging_passes(), true)});
 }
 
 }  // namespace simplexseg

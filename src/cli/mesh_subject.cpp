@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/mesh_subject.h"
+
+#include <optional>
+#include <utility>
+
+#include "forces/force_list.h"
+#include "gpu/backend.h"
+#include "image/rasterise.h"
+#include "session/mesh_marks.h"
+#include "session/session.h"
+
+namespace simplexseg {
+namespace {
+constexpr int kMostSteps = 3000;  // of one click
+}
+
+struct MeshSubject::State {
+  Volume volume;
+  bool evidence;
+  int threads;
+  std::unique_ptr<Session> session;
+  ItemId mesh = 0;
+  std::size_t marks = 0;  ///< that the session has
+
+  void start(const Mark& seed) {
+    session = std::make_unique<Session>(make_cpu_engine(threads), nullptr, threads);
+    Scene scene;
+    scene.simulation = default_simulation_parameters();
+    session->open(std::move(scene), volume);
+    mesh = session->apply(AddMesh{"object", {seed.position_mm, seed.radius_mm}, std::nullopt});
+    session->apply(SetForceParameter{mesh, ForceId::Evidence, EvidenceForce::source, 0});
+    if (!evidence) session->apply(SetForceParameter{mesh, ForceId::Evidence, EvidenceForce::weight, 0});
+    marks = 1;
+  }
+  Mask segment(std::span<const Mark> all) {
+    if (!session || all.size() < marks) start(all.front());
+    for (; marks < all.size(); ++marks) {
+      const Mark& mark = all[marks];
+      const PointKind kind = mark.kind == MarkKind::Inside    ? PointKind::Inside
+                             : mark.kind == MarkKind::Outside ? PointKind::Outside
+                                                              : PointKind::Boundary;
+      session->apply(AddAttractionPoint{mesh, mark.position_mm, kind, mark.radius_mm});
+    }
+    session->advance_steps(kMostSteps, true);
+    return rasterise(session->scene().find_mesh(mesh)->mesh, volume.geometry());
+  }
+  double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const {
+    return mark_radius_mm(*session->scene_without_poses().find_mesh(mesh),
+                          kind == MarkKind::Inside ? PointKind::Inside : PointKind::Outside, mm, volume);
+  }
+};
+
+MeshSubject::MeshSubject(Volume volume, bool evidence, int threads)
+    : state_(new State{std::move(volume), evidence, threads, nullptr}) {}
+MeshSubject::~MeshSubject() = default;
+
+RobotSubject MeshSubject::subject() {
+  return {[state = state_.get()](std::span<const Mark> marks) { return state->segment(marks); },
+          [state = state_.get()](MarkKind kind, const Eigen::Vector3d& mm) { return state->brush_mm(kind, mm); }};
+}
+
+bool MeshSubject::leaks() const {
+  const MeshItem* const item = state_->session->scene_without_poses().find_mesh(state_->mesh);
+  return item->field && item->field->leaks;
+}
+
+}  // namespace simplexseg

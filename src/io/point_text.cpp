@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/point_text.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "io/json_input.h"
+#include "io/parameter_text.h"
+
+namespace simplexseg {
+
+static const std::vector<std::string> kKinds = {"boundary", "inside", "outside"};  // in the order of PointKind
+
+const char* name_of(PointKind kind) { return kKinds.at(static_cast<std::size_t>(kind)).c_str(); }
+
+PointKind read_point_kind(const JsonInput& input) {
+  const std::string name = input.text();
+  const auto found = std::find(kKinds.begin(), kKinds.end(), name);
+  if (found == kKinds.end()) input.refuse("the kind of point " + unknown_name(name, kKinds), "correct it");
+  return static_cast<PointKind>(found - kKinds.begin());
+}
+
+double read_radius(const JsonInput& input) {
+  const double radius = input.number();
+  if (!(radius > 0)) input.refuse("a radius must be above 0", "give one in mm");
+  return radius;
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <future>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "core/thread_pool.h"
+#include "session/mesh_field.h"
+#include "session/scene.h"
+
+namespace simplexseg {
+
+class EvidenceField;
+class Volume;
+
+/// Learns the fields of meshes from their marks, at once or beside the simulation. A mesh's next field starts from its
+/// last one, so that a click changes it in a fraction of the time; the fields of a sequence of marks are the same bits
+/// on any number of threads.
+class FieldLearner {
+ public:
+  /// `threads`: 0: as many as the machine has.
+  explicit FieldLearner(int threads);
+  ~FieldLearner();
+
+  /// Forgets all fields: those to come belong to this volume.
+  void open(const Volume& volume);
+  /// Forgets meshes that the scene does not have.
+  void forget_others(const Scene& scene);
+
+  /// Starts to learn in the background. The one that is being learned must have been taken.
+  void begin(ItemId mesh, std::vector<Mark> marks);
+  /// The mesh whose field is being learned; 0: none.
+  ItemId learning() const { return learning_; }
+  /// Whether take() would not wait.
+  bool ready() const;
+  /// The field that was begun; waits for it. Never throws Error: a field that cannot be learned says why.
+  std::shared_ptr<const MeshField> take();
+
+ private:
+  int threads_;
+  std::unique_ptr<ThreadPool> pool_;
+  std::unique_ptr<Volume> volume_;
+  std::map<ItemId, std::unique_ptr<EvidenceField>> fields_;
+  ItemId learning_ = 0;
+  std::future<std::shared_ptr<const MeshField>> result_;
+};
+
+}  // namespace simplexseg

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a scene says about the object of a mesh: its marks.
+#pragma once
+#include <vector>
+
+#include "evidence/marks.h"
+#include "session/scene.h"
+
+namespace simplexseg {
+
+class Volume;
+
+/// The seed, then the mesh's points in the order in which they were placed. Boundary points that lie outside of the
+/// volume mark nothing.
+std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volume& volume);
+/// Whether the mesh's evidence comes from its marks, and these have changed since its field was learned.
+bool has_stale_field(const Scene& scene, const MeshItem& item, const Volume& volume);
+/// Radius in mm for the mark of a new point: large where it is far from the surface of the mesh's field, as users click
+/// in the middle of what is wrong. Two voxels without a field.
+double mark_radius_mm(const MeshItem& item, PointKind kind, const Eigen::Vector3d& position_mm, const Volume& volume);
+/// The way out of the object at a new boundary point, which draws the present surface to itself: from it to the surface
+/// where it lies inside, else from the surface to it; along the surface's normal where it lies on it. 0 for a mesh
+/// without vertices.
+Eigen::Vector3d outward_at(const MeshItem& item, const Eigen::Vector3d& position_mm, const Volume& volume);
+
+}  // namespace simplexseg

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fields that are learned from a scene's marks: when, from what, and that log and undo hold.
+#include <chrono>
+#include <thread>
+
+#include "core/error.h"
+#include "forces/force_list.h"
+#include "image/rasterise.h"
+#include "mesh/mesh_geometry.h"
+#include "session/mesh_life.h"
+#include "session/mesh_marks.h"
+#include "session_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+const Volume& volume() { return phantom("sphere", 100, 10).image; }
+
+std::unique_ptr<Session> open_with_field(int threads = 2) {
+  Scene scene = ball_scene();
+  set(scene.forces, {"evidence", "source", 0});
+  scene.meshes[0].parameters = scene.forces;
+  auto session = std::make_unique<Session>(make_cpu_engine(threads), nullptr, threads);
+  session->open(std::move(scene), volume());
+  return session;
+}
+const MeshItem& ball(const Session& session) { return session.scene().meshes.at(0); }
+/// P(object) at a place, by its nearest voxel; 0 outside of the box.
+double field_at(const MeshItem& item, const Eigen::Vector3d& mm) {
+  const Eigen::Vector3d at = volume().geometry().index_from_world() * mm;
+  std::array<int, 3> v{};
+  for (int a = 0; a < 3; ++a) {
+    v[a] = static_cast<int>(std::lround(at[a])) - item.field->first[a];
+    if (v[a] < 0 || v[a] >= item.field->size[a]) return 0;
+  }
+  const auto& size = item.field->size;
+  return item.field->values[(std::size_t(v[2]) * size[1] + v[1]) * size[0] + v[0]] / 65535.0;
+}
+
+TEST(Fields, AreLearnedBeforeTheFirstStepAndDrawTheMesh) {
+  const auto session = open_with_field();
+  EXPECT_EQ(ball(*session).field, nullptr);
+  const Advance done = session->advance_steps(600, true);
+  EXPECT_TRUE(done.at_rest);
+  EXPECT_TRUE(done.warnings.empty());
+  ASSERT_TRUE(ball(*session).has_field());
+  EXPECT_GT(field_at(ball(*session), {10, 0, 0}), 0.9);
+  EXPECT_LT(field_at(ball(*session), {27, 0, 0}), 0.1);
+  const double radius = std::cbrt(measure(ball(*session).mesh).volume_mm3 * 3 / (4 * M_PI));
+  EXPECT_NEAR(radius, kPhantomRadius, 0.5);
+}
+
+TEST(Fields, NothingIsLearnedThatNobodyNeeds) {
+  const auto session = open_with_field();
+  session->apply(SetForceParameter{0, ForceId::Evidence, EvidenceForce::weight, 0});
+  session->advance_steps(20);
+  EXPECT_EQ(ball(*session).field, nullptr);
+  session->apply(SetForceParameter{0, ForceId::Evidence, EvidenceForce::weight, 0.5f});
+  session->apply(SetForceParameter{0, ForceId::Evidence, EvidenceForce::source, 1});
+  session->advance_steps(20);
+  EXPECT_EQ(ball(*session).field, nullptr);
+  session->apply(SetForceParameter{0, ForceId::Evidence, EvidenceForce::source, 0});
+  session->advance_steps(20);
+  EXPECT_TRUE(ball(*session).has_field());
+}
+
+TEST(Fields, PointsAreMarksAndAMeshEndsOnTheirSide) {
+  const auto session = open_with_field();
+  session->advance_steps(400, true);
+  const ItemId mesh = ball(*session).id;
+  const Eigen::Vector3d too_much(17.5, 0, 0), too_little(0, -21, 0);
+  session->apply(AddAttractionPoint{mesh, too_much, PointKind::Outside});
+  session->apply(AddAttractionPoint{mesh, too_little, PointKind::Inside});
+  const AttractionPoint& point = session->scene().points.back();
+  EXPECT_GT(point.radius_mm, 1.5);
+  EXPECT_EQ(marks_of(session->scene(), ball(*session), volume()).size(), 3u);
+  session->advance_steps(600, true);
+  const Mask mask = rasterise(ball(*session).mesh, volume().geometry());
+  const auto inside = [&](const Eigen::Vector3d& mm) {
+    const Eigen::Vector3d v = volume().geometry().index_from_world() * mm;
+    return mask.voxels[volume().offset(static_cast<int>(std::lround(v[0])), static_cast<int>(std::lround(v[1])),
+                                       static_cast<int>(std::lround(v[2])))] != 0;
+  };
+  EXPECT_FALSE(inside(too_much));
+  EXPECT_TRUE(inside(too_little));
+  EXPECT_TRUE(inside({-10, 0, 0}));
+}
+
+TEST(Fields, ABoundaryPointKnowsTheWayOut) {
+  const auto session = open_with_field();
+  session->advance_steps(400, true);
+  const ItemId mesh = ball(*session).id;
+  session->apply(AddAttractionPoint{mesh, {12, 0, 0}});  // the surface is to come in
+  session->apply(AddAttractionPoint{mesh, {0, 0, 26}});  // ... and to go out
+  const auto& points = session->scene().points;
+  EXPECT_GT(points[0].outward.dot(Eigen::Vector3d::UnitX()), 0.9);
+  EXPECT_GT(points[1].outward.dot(Eigen::Vector3d::UnitZ()), 0.9);
+  session->advance_steps(1);
+  EXPECT_LT(field_at(ball(*session), {14, 0, 0}), 0.5);
+  EXPECT_GT(field_at(ball(*session), {10, 0, 0}), 0.5);
+}
+
+TEST(Fields, UndoBringsBackTheFieldThatWas) {
+  const auto session = open_with_field();
+  session->advance_steps(100);
+  const auto before = ball(*session).field;
+  session->apply(AddAttractionPoint{ball(*session).id, {14, 0, 0}, PointKind::Outside});
+  session->advance_steps(10);
+  const auto after = ball(*session).field;
+  EXPECT_NE(after, before);
+  session->apply(Undo{});
+  EXPECT_EQ(ball(*session).field, before);
+  session->advance_steps(10);
+  EXPECT_EQ(ball(*session).field, before) << "it still belongs to the marks: nothing is learned anew";
+  session->apply(Redo{});
+  EXPECT_EQ(ball(*session).field, after);
+}
+
+TEST(Fields, AreLearnedBesideLiveFramesAndAReplayEndsInTheSameBits) {
+  const auto live = open_with_field(2);
+  const auto frames_until = [&](auto&& done) {
+    for (int frame = 0; frame < 4000 && !done(); ++frame) {
+      live->advance(0.002);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return done();
+  };
+  live->advance(0.002);
+  EXPECT_NE(live->learning(), 0u);
+  EXPECT_EQ(live->scene().meshes[0].mesh.positions, make_sphere({1, -2, 0.5}, 12, 2).positions)
+      << "a mesh waits for its first field";
+  ASSERT_TRUE(frames_until([&] { return ball(*live).has_field() && live->total_steps() > 50; }));
+  const ItemId mesh = ball(*live).id, point = live->apply(AddAttractionPoint{mesh, {14, 1, 0}, PointKind::Outside});
+  const auto first = ball(*live).field;
+  for (int move = 1; move <= 5; ++move) {
+    live->apply(MoveAttractionPoint{point, {14.0 - move, 1, 0}, true});
+    live->advance(0.002);
+  }
+  ASSERT_TRUE(frames_until([&] {
+    return ball(*live).field != first && live->learning() == 0 &&
+           !has_stale_field(live->scene(), ball(*live), volume());
+  }));
+  frames_until([&] { return live->steps_since_last_command() > 30; });
+  for (const int threads : {1, 2}) {
+    const auto again = open_with_field(threads);
+    again->replay(live->log(), live->steps_since_last_command());
+    EXPECT_TRUE(same_bits(again->scene().meshes[0].mesh.positions, live->scene().meshes[0].mesh.positions)) << threads;
+    EXPECT_EQ(ball(*again).field->values, ball(*live).field->values);
+  }
+}
+
+TEST(Fields, MarksOutsideOfTheImageAreRefused) {
+  const auto session = open_with_field();
+  const ItemId mesh = ball(*session).id;
+  EXPECT_THROW(session->apply(AddAttractionPoint{mesh, {500, 0, 0}, PointKind::Inside}), Error);
+  const ItemId point = session->apply(AddAttractionPoint{mesh, {5, 0, 0}, PointKind::Inside});
+  EXPECT_THROW(session->apply(MoveAttractionPoint{point, {500, 0, 0}}), Error);
+  EXPECT_EQ(session->scene().points.back().position_mm[0], 5);
+  EXPECT_THROW(session->apply(TakeField{}), Error) << "none is being learned";
+  session->apply(AddAttractionPoint{mesh, {500, 0, 0}});  // an attraction point may lie anywhere
+  EXPECT_EQ(marks_of(session->scene(), ball(*session), volume()).size(), 2u) << "but marks nothing there";
+}
+
+TEST(Fields, AnAbandonedFieldIsDroppedWithItsMesh) {
+  const auto session = open_with_field();
+  session->advance(0.001);
+  ASSERT_NE(session->learning(), 0u);
+  session->apply(DeleteMesh{session->scene().meshes[0].id});
+  EXPECT_NO_THROW(session->advance_steps(10));
+  EXPECT_EQ(session->learning(), 0u);
+}
+
+}  // namespace
+}  // namespace simplexseg
