@@ -46,6 +46,9 @@ constexpr std::array kParts{
     Part{"prior", [](EvidenceSettings& s) { s.prior_pull = 0; }},
     Part{"classifier", [](EvidenceSettings& s) { s.classifier_share = 0; }},
     Part{"geodesic", [](EvidenceSettings& s) { s.geodesic_share = 0; }},
+    Part{"compactness", [](EvidenceSettings& s) { s.compactness = 0; }},
+    Part{"memory", [](EvidenceSettings& s) { s.memory = 0; }},
+    Part{"open-sides", [](EvidenceSettings& s) { s.open_side = 2; }},
     Part{"brush", [](EvidenceSettings& s) { s.brush = 0; }},
 };
 
@@ -234,7 +237,8 @@ void add_clicks(const Subcommand& app, Action& action) {
       .within(0.0, 1.0)
       .show_default();
   sub.add_option("--without", options->without,
-                 "Leave out a part of the field: sharpness, prior, classifier, geodesic or brush; may be repeated")
+                 "Leave out a part of the field: sharpness, prior, classifier, geodesic, compactness, memory, "
+                 "open-sides or brush; may be repeated")
       .one_value_each();
   sub.add_option("--json", options->json, "Write every click here, as JSON");
   sub.add_option("--csv", options->csv, "Write every click here, as a table");

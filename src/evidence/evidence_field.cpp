@@ -24,6 +24,16 @@ std::array<double, 3> of_least_spacing(double voxels, const std::array<double, 3
   return {mm / spacing_mm[0], mm / spacing_mm[1], mm / spacing_mm[2]};
 }
 
+/// Copies the values of a box into those of one that it lies in.
+template <class T>
+void copy_box(const T* from, const VoxelBox& inner, T* to, const VoxelBox& outer) {
+  for (int k = 0; k < inner.size[2]; ++k)
+    for (int j = 0; j < inner.size[1]; ++j)
+      std::copy_n(from + inner.offset(0, j, k), inner.size[0],
+                  to + outer.offset(inner.first[0] - outer.first[0], j + inner.first[1] - outer.first[1],
+                                    k + inner.first[2] - outer.first[2]));
+}
+
 }  // namespace
 
 EvidenceField::EvidenceField(Volume volume, RunJobs run, EvidenceSettings settings)
@@ -63,11 +73,11 @@ void EvidenceField::set_box(const VoxelBox& box) {
   features_ = voxel_features(image_, spacing_mm_, run_);
   walker_ = std::make_unique<RandomWalker>(image_.grid, spacing_mm_, run_);
   if (field.empty()) return;
-  for (int k = 0; k < old.size[2]; ++k)  // a box only grows: the old one lies within
-    for (int j = 0; j < old.size[1]; ++j)
-      std::copy_n(field.data() + old.offset(0, j, k), old.size[0],
-                  walker_->field().data() + box.offset(old.first[0] - box.first[0], j + old.first[1] - box.first[1],
-                                                       k + old.first[2] - box.first[2]));
+  copy_box(field.data(), old, walker_->field().data(), box);  // a box only grows
+  if (before_.empty()) return;
+  std::vector<std::uint8_t> before(box.voxel_count());
+  copy_box(before_.data(), old, before.data(), box);
+  before_ = std::move(before);
 }
 
 void EvidenceField::set_conductances(double beta) {
@@ -85,21 +95,53 @@ void EvidenceField::set_conductances(double beta) {
   }
 }
 
-void EvidenceField::solve(double tolerance) {
-  const int n = image_.grid.count();
-  const PriorInput input{image_.grid, spacing_mm_, smoothed_, features_, known_};
+void EvidenceField::remember(std::span<const Mark> marks) {
+  const auto same = static_cast<std::size_t>(
+      std::mismatch(marks_.begin(), marks_.end(), marks.begin(), marks.end()).first - marks_.begin());
+  if (same == marks_.size() && marks.size() > same) {
+    before_.resize(probability_.size());
+    for (std::size_t v = 0; v < before_.size(); ++v)
+      before_[v] = static_cast<std::uint8_t>(1.5f + 254 * probability_[v]);
+    fresh_ = same;
+  } else if (same < fresh_) {
+    before_.clear();
+    fresh_ = same;
+  }
+  marks_.assign(marks.begin(), marks.end());
+}
+
+void EvidenceField::learn() {
+  std::vector<Eigen::Vector3d> inside, fresh;
+  double radius_mm = 0;
+  for (std::size_t m = 0; m < marks_.size(); ++m) {
+    if (m >= fresh_) fresh.push_back(marks_[m].position_mm);
+    if (marks_[m].kind == MarkKind::Outside) continue;
+    inside.push_back(marks_[m].position_mm);
+    radius_mm = std::max(radius_mm, marks_[m].radius_mm);
+  }
+  const std::vector<float> from_inside = squared_distances(volume_.geometry(), box_, inside, run_);
+  std::vector<float> from_fresh;
+  if (!before_.empty()) from_fresh = squared_distances(volume_.geometry(), box_, fresh, run_);
+  const PriorInput input{image_.grid, spacing_mm_, smoothed_, features_, known_,
+                         from_inside, from_fresh,  before_,   radius_mm};
   report_.beta = settings_.beta;
   if (settings_.sharpness > 0) {
     const double edge = settings_.sharpness * inner_difference(input);
     report_.beta = std::clamp(1 / (2 * edge * edge), settings_.least_beta, settings_.largest_beta);
   }
+  prior_ = field_prior(input, settings_, run_);
+}
+
+void EvidenceField::solve(double tolerance) {
+  const int n = image_.grid.count();
   set_conductances(report_.beta);
-  std::vector<std::uint8_t> target(n), held(n);
-  if (settings_.prior_pull > 0) target = field_prior(input, settings_, run_);
-  for_each_index(run_, n, [known = known_.data(), field = walker_->field().data(), held = held.data()](int v) {
-    held[v] = is_held(known[v]);
-    if (held[v]) field[v] = known[v] == Known::Inside;
-  });
+  std::vector<std::uint8_t> held(n);
+  for_each_index(
+      run_, n,
+      [known = known_.data(), open = prior_.open.data(), field = walker_->field().data(), held = held.data()](int v) {
+        held[v] = is_held(known[v]) && !open[v];
+        if (held[v]) field[v] = known[v] == Known::Inside;
+      });
   // In proportion to the mean conductance: on an edge, which conducts little, the neighbours still say more than the
   // prior, which knows nothing of what lies half on either side.
   for_each_index(run_, n,
@@ -108,7 +150,7 @@ void EvidenceField::solve(double tolerance) {
                   gamma = static_cast<float>(settings_.prior_pull / 6)](int v) {
                    pull[v] = gamma * (wx[v] + wx[v - 1] + wy[v] + wy[v - row] + wz[v] + wz[v - plane]);
                  });
-  const RandomWalker::Report solved = walker_->solve(target, held, tolerance, settings_.most_iterations);
+  const RandomWalker::Report solved = walker_->solve(prior_.target, held, tolerance, settings_.most_iterations);
   report_.iterations = solved.iterations;
   report_.error = solved.error;
   probability_.assign(walker_->field().begin(), walker_->field().end());
@@ -135,10 +177,12 @@ void EvidenceField::update(std::span<const Mark> marks, const Mask* others) {
   const VolumeGeometry& geometry = volume_.geometry();
   VoxelBox box = box_around(box_, box_around_marks(marks, geometry, settings_.margin_share, settings_.least_margin));
   report_ = {};
-  const auto solve_in = [&](double tolerance) {
+  remember(marks);
+  const auto solve_in_box = [&] {
     set_box(box);
     known_ = known_voxels(geometry, box, image_.finite, marks, others);
-    solve(tolerance);
+    learn();
+    solve(std::max(growing_tolerance, settings_.tolerance));
   };
   // Rough fields let the box grow; once it no longer does the field is solved to the end, which may show it more.
   const auto grows = [&] {
@@ -150,9 +194,9 @@ void EvidenceField::update(std::span<const Mark> marks, const Mask* others) {
     return true;
   };
   do {
-    do solve_in(std::max(growing_tolerance, settings_.tolerance));
+    do solve_in_box();
     while (grows());
-    if (settings_.tolerance < growing_tolerance) solve_in(settings_.tolerance);
+    if (settings_.tolerance < growing_tolerance) solve(settings_.tolerance);
   } while (grows());
   report_.leaks = object_.border_share >= leak_share;
 }
@@ -191,7 +235,8 @@ double EvidenceField::brush_mm(MarkKind kind, const Eigen::Vector3d& position_mm
 
 std::size_t EvidenceField::bytes() const {
   std::size_t bytes = image_.value.size() * 4 + image_.finite.size() + smoothed_.size() * 4 + known_.size() +
-                      probability_.size() * 4 + object_.voxels.size();
+                      probability_.size() * 4 + object_.voxels.size() + before_.size() + prior_.target.size() +
+                      prior_.open.size();
   for (const std::vector<float>& feature : features_) bytes += feature.size() * 4;
   return bytes + (walker_ ? walker_->bytes() : 0);
 }

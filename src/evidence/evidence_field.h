@@ -9,6 +9,7 @@
 #include "evidence/box_image.h"
 #include "evidence/evidence_settings.h"
 #include "evidence/field_object.h"
+#include "evidence/field_prior.h"
 #include "evidence/mark_classifier.h"
 #include "evidence/marked_voxels.h"
 #include "evidence/marks.h"
@@ -27,7 +28,9 @@ class EvidenceField {
  public:
   explicit EvidenceField(Volume volume, RunJobs run = run_in_turn(), EvidenceSettings settings = {});
 
-  /// Solves the field for these marks, in the order in which they were made. `others`: voxels of other objects on the
+  /// Solves the field for these marks, in the order in which they were made. Marks added since the last update change
+  /// what is near them more than what is far away; with marks taken back or moved that were heard before those, all is
+  /// solved as if they were the first. `others`: voxels of other objects on the
   /// volume's grid, outside for this one, or null. Throws Error without an inside or boundary mark, for a radius or a
   /// direction out of range, a mark outside of the volume, or `others` on another grid.
   void update(std::span<const Mark> marks, const Mask* others = nullptr);
@@ -57,7 +60,9 @@ class EvidenceField {
 
  private:
   void check(std::span<const Mark> marks, const Mask* others) const;
+  void remember(std::span<const Mark> marks);
   void set_box(const VoxelBox& box);
+  void learn();
   void solve(double tolerance);
   void set_conductances(double beta);
 
@@ -69,7 +74,11 @@ class EvidenceField {
   BoxImage image_;
   std::vector<float> smoothed_;
   FeatureLists features_;
+  std::vector<Mark> marks_;           // of the last update
+  std::size_t fresh_ = 0;             // the first mark that was new when before_ was the field
+  std::vector<std::uint8_t> before_;  // field before the fresh marks, 1..255; 0: not known
   std::vector<Known> known_;
+  FieldPrior prior_;
   std::unique_ptr<RandomWalker> walker_;
   std::vector<float> probability_;
   FieldObject object_;

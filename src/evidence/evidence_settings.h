@@ -11,16 +11,22 @@ struct EvidenceSettings {
   double sharpness = 3;          ///< beta = 1 / (2 (sharpness s)^2), s: 75th percentile of the differences within the
                                  ///< inside marks; 0: `beta` as it is
   double beta = 1000;
-  double least_beta = 600, largest_beta = 8000;  ///< bounds of what `sharpness` gives
+  double least_beta = 1200, largest_beta = 8000;  ///< bounds of what `sharpness` gives
 
   // ---- Prior: sigmoid(slope * (classifier_share * c + geodesic_share * g)), c and g in about -1 .. 1
-  double prior_pull = 0.005;  ///< how strongly a voxel is drawn to it, in mean conductances of its edges; 0: no prior
+  double prior_pull = 0.1;  ///< how strongly a voxel is drawn to it, in mean conductances of its edges; 0: no prior
   double prior_slope = 3;
   double classifier_share = 1;  ///< of what the marks' voxels look like
   double geodesic_share = 1;    ///< of (outside - inside) / (outside + inside), distances to the marks
   double length_cost = 0.02;    ///< of one voxel of way, next to the intensities passed
   double dots_share = 0.5;      ///< least share of outside marks among what the classifier learns as outside, the rest
                                 ///< being the box's sides
+  double compactness = 0.5;     ///< of s: distance to the nearest centre of an inside mark beyond the radius of the
+                                ///< largest inside mark, in such radii
+  double memory = 0.8;      ///< far from a new mark the prior is this share of the field before it, the rest its own
+  double memory_reach = 1;  ///< in radii of the largest inside mark: how far a new mark is heard in full
+  double open_side = 0.2;   ///< a voxel of the box's sides with c above this may be the object's: it is not held
+
   // ---- Marks
   double brush = 0.3;        ///< radius of a click's mark: this share of the distance from the click to the field's
                              ///< surface, and of half the distance to the nearest mark of the other kind

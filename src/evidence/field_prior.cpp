@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/vec3.h"
 #include "evidence/geodesic_distance.h"
 
 namespace simplexseg {
@@ -73,31 +74,48 @@ float inner_difference(const PriorInput& input) {
   return *at;
 }
 
-std::vector<std::uint8_t> field_prior(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run) {
+FieldPrior field_prior(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run) {
   const int n = static_cast<int>(input.known.size());
+  const std::vector<float> score = looks(input, settings, run);
+  FieldPrior prior{std::vector<std::uint8_t>(n), std::vector<std::uint8_t>(n)};
   std::vector<float> inside(n, unreached), outside(n, unreached);
+  for (int v = 0; v < n; ++v) {
+    const Known known = input.known[v];
+    prior.open[v] = known == Known::FarBorder && score[v] > settings.open_side;
+    if (known == Known::Inside)
+      inside[v] = 0;
+    else if (known != Known::Nothing && !prior.open[v])
+      outside[v] = 0;
+  }
   if (settings.geodesic_share > 0) {
-    for (int v = 0; v < n; ++v) {
-      const Known known = input.known[v];
-      if (known == Known::Inside)
-        inside[v] = 0;
-      else if (known != Known::Nothing)
-        outside[v] = 0;
-    }
     run(2, [&](int which) {
       lower_geodesic_distance(which ? outside : inside, input.image, input.grid, input.spacing_mm,
                               static_cast<float>(settings.length_cost), geodesic_rounds);
     });
   }
-  const std::vector<float> score = looks(input, settings, run);
-  std::vector<std::uint8_t> prior(n);
   const float slope = static_cast<float>(settings.prior_slope);
   const float c_share = static_cast<float>(settings.classifier_share),
-              g_share = static_cast<float>(settings.geodesic_share);
-  for_each_index(run, n, [=, in = inside.data(), out = outside.data(), c = score.data(), to = prior.data()](int v) {
-    const float g = (out[v] - in[v]) / (out[v] + in[v] + 1e-3f);
-    to[v] = static_cast<std::uint8_t>(255 / (1 + std::exp(-slope * (c_share * c[v] + g_share * g))) + 0.5f);
-  });
+              g_share = static_cast<float>(settings.geodesic_share),
+              compactness = static_cast<float>(settings.compactness);
+  const float per_radius = static_cast<float>(1 / input.radius_mm);
+  for_each_index(run, n,
+                 [=, in = inside.data(), out = outside.data(), c = score.data(), far = input.from_inside.data(),
+                  to = prior.target.data()](int v) {
+                   const float g = (out[v] - in[v]) / (out[v] + in[v] + 1e-3f);
+                   const float s = larger(std::sqrt(far[v]) * per_radius - 1, 0.0f);
+                   const float sum = c_share * c[v] + g_share * g - compactness * s;
+                   to[v] = static_cast<std::uint8_t>(255 / (1 + std::exp(-slope * sum)) + 0.5f);
+                 });
+  if (input.before.empty()) return prior;
+  const double reach_mm = settings.memory_reach * input.radius_mm;
+  for_each_index(run, n,
+                 [memory = static_cast<float>(settings.memory), fall = static_cast<float>(-1 / (reach_mm * reach_mm)),
+                  fresh = input.from_fresh.data(), before = input.before.data(), to = prior.target.data()](int v) {
+                   if (before[v] == 0) return;
+                   const float share = memory * (1 - std::exp(fall * fresh[v]));
+                   const float old = (before[v] - 1) * (255.0f / 254);
+                   to[v] = static_cast<std::uint8_t>(to[v] + share * (old - to[v]) + 0.5f);
+                 });
   return prior;
 }
 

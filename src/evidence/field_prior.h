@@ -20,13 +20,23 @@ struct PriorInput {
   std::span<const float> image;  ///< smoothed
   const FeatureLists& features;
   std::span<const Known> known;
+  std::span<const float> from_inside;    ///< mm to the nearest centre of an inside or boundary mark, squared
+  std::span<const float> from_fresh;     ///< mm to the nearest new mark, squared
+  std::span<const std::uint8_t> before;  ///< field before the new marks, 1..255 for 0..1, 0: not known; or empty
+  double radius_mm;                      ///< of the largest inside mark
+};
+
+struct FieldPrior {
+  std::vector<std::uint8_t> target;  ///< P(object), 0..255 for 0..1
+  std::vector<std::uint8_t> open;    ///< 1: a voxel of the box's sides that may be the object's
 };
 
 /// 75th percentile of |difference| between neighbours that are both marked as inside, along the axes whose spacing is
 /// less than twice the least: what is not an edge of this object. 0 with fewer than 20 pairs.
 float inner_difference(const PriorInput& input);
 
-/// P(object) from the looks of the marks and the geodesic distances to them, 0..255 for 0..1.
-std::vector<std::uint8_t> field_prior(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run);
+/// P(object) from the looks of the marks, the geodesic distances to them and the distance to the inside marks; far from
+/// new marks mixed with the field before them.
+FieldPrior field_prior(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run);
 
 }  // namespace simplexseg

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/vec3.h"
+
 namespace simplexseg {
 namespace {
 
@@ -87,6 +89,29 @@ std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& 
     }
   }
   return known;
+}
+
+std::vector<float> squared_distances(const VolumeGeometry& geometry, const VoxelBox& box,
+                                     std::span<const Eigen::Vector3d> places_mm, const RunJobs& run) {
+  std::vector<float> distance(box.voxel_count(), 1e12f);
+  const Eigen::Affine3d world = geometry.world_from_index();
+  const Eigen::Vector3d step = world.linear().col(0);
+  const float step2 = static_cast<float>(step.squaredNorm());
+  run(box.size[2], [&](int k) {
+    for (int j = 0; j < box.size[1]; ++j) {
+      float* const row = distance.data() + box.offset(0, j, k);
+      const Eigen::Vector3d start = world * Eigen::Vector3d(box.first[0], j + box.first[1], k + box.first[2]);
+      for (const Eigen::Vector3d& place : places_mm) {
+        const Eigen::Vector3d from = start - place;
+        const float square = static_cast<float>(from.squaredNorm()), twice = static_cast<float>(2 * from.dot(step));
+        for (int i = 0; i < box.size[0]; ++i) {
+          const float t = static_cast<float>(i);
+          row[i] = smaller(larger(square + t * (twice + t * step2), 0.0f), row[i]);
+        }
+      }
+    }
+  });
+  return distance;
 }
 
 }  // namespace simplexseg

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "evidence/marks.h"
+#include "evidence/run_jobs.h"
 #include "image/distance_map.h"
 #include "image/mask.h"
 #include "image/volume.h"
@@ -28,5 +29,9 @@ constexpr bool is_held(Known known) { return known != Known::Nothing; }
 /// null) and over the box's sides. A mark holds the voxels whose centres lie in its ball, and the nearest one.
 std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& box,
                                 std::span<const std::uint8_t> finite, std::span<const Mark> marks, const Mask* others);
+
+/// For every voxel of a box the square of the distance, in mm, to the nearest of these places; 1e12 without any.
+std::vector<float> squared_distances(const VolumeGeometry& geometry, const VoxelBox& box,
+                                     std::span<const Eigen::Vector3d> places_mm, const RunJobs& run);
 
 }  // namespace simplexseg

@@ -17,6 +17,8 @@ struct Mark {
   Eigen::Vector3d position_mm{0, 0, 0};  ///< patient frame (LPS)
   double radius_mm = 0;                  ///< > 0; the nearest voxel is marked however small it is
   Eigen::Vector3d outward{0, 0, 0};      ///< of a boundary mark alone: points out of the object, any length > 0
+
+  bool operator==(const Mark&) const = default;
 };
 
 }  // namespace simplexseg
