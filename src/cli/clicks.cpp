@@ -2,12 +2,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <ostream>
 #include <thread>
 
+#include "cli/click_picture.h"
 #include "cli/commands.h"
 #include "cli/mesh_subject.h"
 #include "cli/progress.h"
@@ -29,7 +31,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::array<double, 4> kLevels{0.80, 0.85, 0.90, 0.95};
 
 struct Options {
-  std::string image, labels, robot = "mark", json, csv;
+  std::string image, labels, robot = "mark", json, csv, pictures;
   std::vector<double> label;
   std::vector<std::string> without;
   RobotSettings settings;
@@ -163,6 +165,7 @@ void clicks(const Options& options, const Console& console) {
   if (wanted.empty()) wanted.push_back(std::nullopt);
   RobotSettings robot = options.settings;
   if (options.robot == "mixed") robot.hand = RobotHand::Mixed;
+  if (options.robot == "grab") robot.hand = RobotHand::Grabs;
   if (options.robot == "point" || options.robot == "none") robot.hand = RobotHand::Points;
   std::vector<Case> cases;
   const Interrupt interrupt;
@@ -177,19 +180,27 @@ void clicks(const Options& options, const Console& console) {
       EvidenceField field(image, run, settings);
       MeshSubject mesh(image, options.robot != "none", threads);
       const bool on_field = options.robot == "mark";
-      const RobotSubject on_mesh = mesh.subject();
-      const RobotSubject subject =
-          !on_field ? on_mesh
-                    : RobotSubject{[&](std::span<const Mark> marks) {
-                                     field.update(marks);
-                                     return field.object();
-                                   },
-                                   [&](MarkKind kind, const Eigen::Vector3d& mm) { return field.brush_mm(kind, mm); }};
+      std::vector<Mark> placed;
+      Mask result;
+      const RobotSubject subject{[&](std::span<const Mark> marks) {
+                                   if (on_field) field.update(marks);
+                                   placed.assign(marks.begin(), marks.end());
+                                   return result = on_field ? field.object() : mesh.segment(marks);
+                                 },
+                                 [&](MarkKind kind, const Eigen::Vector3d& mm) {
+                                   return on_field ? field.brush_mm(kind, mm) : mesh.brush_mm(kind, mm);
+                                 }};
       at.clicks = run_robot(truth, subject, robot, [&](int click) {
         Interrupt::check();
         at.leaks.push_back(on_field ? field.report().leaks : mesh.leaks());
         progress.set((static_cast<double>(cases.size() - 1) * (options.settings.most_clicks + 1) + click + 1) / all);
       });
+      if (!options.pictures.empty()) {
+        std::filesystem::create_directories(options.pictures);
+        const std::string stem = std::filesystem::path(options.image).stem().stem().string();
+        write_picture(std::filesystem::path(options.pictures) / (stem + "-" + at.name + ".png"),
+                      draw_clicks(image, largest_part(truth), result, on_field ? Mask{} : mesh.field_object(), placed));
+      }
     }
   }
   if (!options.csv.empty()) write_text(options.csv, csv_text(cases));
@@ -226,9 +237,10 @@ void add_clicks(const Subcommand& app, Action& action) {
   sub.add_option(
          "--robot", options->robot,
          "What is corrected with what, docs/clicks.md: mark: the evidence field alone, with inside and outside marks; "
-         "mesh: a mesh, with the same; point: a mesh, with boundary points; mixed: a mesh, with both; none: a mesh "
+         "mesh: a mesh, with the same; point: a mesh, with boundary points; grab: a mesh whose surface is dragged; "
+         "mixed: a mesh, with both; none: a mesh "
          "without evidence, with boundary points")
-      .one_of({"mark", "mesh", "point", "mixed", "none"})
+      .one_of({"mark", "mesh", "point", "grab", "mixed", "none"})
       .show_default();
   sub.add_option("--seed-scale", settings.seed_scale, "Radius of the seed, in right radii")
       .within(0.05, 3.0)
@@ -242,6 +254,8 @@ void add_clicks(const Subcommand& app, Action& action) {
       .one_value_each();
   sub.add_option("--json", options->json, "Write every click here, as JSON");
   sub.add_option("--csv", options->csv, "Write every click here, as a table");
+  sub.add_option("--pictures", options->pictures,
+                 "Write a picture of each object after the last click into this folder");
   sub.add_option("--threads", options->threads, "CPU threads; 0: as many as the machine has")
       .within(0, 1024)
       .show_default();

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "forces/force_list.h"
+#include "forces/step_view.h"
 #include "gpu/backend.h"
 #include "image/rasterise.h"
 #include "session/mesh_marks.h"
@@ -29,7 +30,6 @@ struct MeshSubject::State {
     scene.simulation = default_simulation_parameters();
     session->open(std::move(scene), volume);
     mesh = session->apply(AddMesh{"object", {seed.position_mm, seed.radius_mm}, std::nullopt});
-    session->apply(SetForceParameter{mesh, ForceId::Evidence, EvidenceForce::source, 0});
     if (!evidence) session->apply(SetForceParameter{mesh, ForceId::Evidence, EvidenceForce::weight, 0});
     marks = 1;
   }
@@ -40,7 +40,7 @@ struct MeshSubject::State {
       const PointKind kind = mark.kind == MarkKind::Inside    ? PointKind::Inside
                              : mark.kind == MarkKind::Outside ? PointKind::Outside
                                                               : PointKind::Boundary;
-      session->apply(AddAttractionPoint{mesh, mark.position_mm, kind, mark.radius_mm});
+      session->apply(AddAttractionPoint{mesh, mark.position_mm, kind, mark.radius_mm, mark.outward});
     }
     session->advance_steps(kMostSteps, true);
     return rasterise(session->scene().find_mesh(mesh)->mesh, volume.geometry());
@@ -55,9 +55,21 @@ MeshSubject::MeshSubject(Volume volume, bool evidence, int threads)
     : state_(new State{std::move(volume), evidence, threads, nullptr}) {}
 MeshSubject::~MeshSubject() = default;
 
-RobotSubject MeshSubject::subject() {
-  return {[state = state_.get()](std::span<const Mark> marks) { return state->segment(marks); },
-          [state = state_.get()](MarkKind kind, const Eigen::Vector3d& mm) { return state->brush_mm(kind, mm); }};
+Mask MeshSubject::segment(std::span<const Mark> marks) { return state_->segment(marks); }
+double MeshSubject::brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const { return state_->brush_mm(kind, mm); }
+
+Mask MeshSubject::field_object() const {
+  const MeshItem& item = *state_->session->scene_without_poses().find_mesh(state_->mesh);
+  if (!item.has_field()) return {};
+  Mask mask{state_->volume.geometry(), std::vector<std::uint8_t>(state_->volume.geometry().voxel_count())};
+  const auto& [ni, nj, nk] = item.field->size;
+  const auto& [i0, j0, k0] = item.field->first;
+  std::size_t v = 0;
+  for (int k = 0; k < nk; ++k)
+    for (int j = 0; j < nj; ++j)
+      for (int i = 0; i < ni; ++i, ++v)
+        mask.voxels[state_->volume.offset(i0 + i, j0 + j, k0 + k)] = item.field->values[v] > kFieldScale / 2;
+  return mask;
 }
 
 bool MeshSubject::leaks() const {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <memory>
+#include <span>
 
-#include "evidence/robot_user.h"
+#include "evidence/marks.h"
+#include "image/mask.h"
 #include "image/volume.h"
 
 namespace simplexseg {
@@ -14,7 +16,12 @@ class MeshSubject {
   /// `evidence`: false leaves the mesh to its internal forces and its points.
   MeshSubject(Volume volume, bool evidence, int threads);
   ~MeshSubject();
-  RobotSubject subject();
+  /// The object by all marks so far: a seed, then further marks. Fewer marks than the last time begin anew.
+  Mask segment(std::span<const Mark> marks);
+  /// Radius for a new mark at a place.
+  double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const;
+  /// What the mesh's field says is the object; empty without a field.
+  Mask field_object() const;
   /// Whether the mesh's field says that it leaks.
   bool leaks() const;
 

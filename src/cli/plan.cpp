@@ -24,7 +24,7 @@ void plan(const Options& options, const Console& console) {
       load_scene(options.scene, {.settings = options.settings, .voxels = LoadOptions::Voxels::LeaveOut});
   Session session(make_cpu_engine());
   session.open(std::move(loaded.scene), std::move(loaded.volume));
-  const StepPlan plan = session.plan();
+  const StepPlan plan = make_plan(session.scene(), session.volume());
   const std::optional<CudaDevice> device = cuda_device();
   print_warnings(loaded.warnings, console);
   if (options.json) {

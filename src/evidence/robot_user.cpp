@@ -77,11 +77,10 @@ WorstError deepest_of(const VolumeGeometry& geometry, Part part, bool too_little
 
 constexpr double kThinVoxels = 2.5;
 
-/// Halfway between a voxel of the mask and a neighbour that is not, or the grid's end, the nearest (mm) to a voxel.
-Eigen::Vector3d boundary_near(const Mask& mask, const std::array<int, 3>& voxel) {
+/// Halfway between a voxel of the mask and a neighbour that is not, or the grid's end, the nearest (mm) to a place.
+Eigen::Vector3d boundary_near(const Mask& mask, const Eigen::Vector3d& from) {
   const VolumeGeometry& g = mask.geometry;
   const Eigen::Affine3d world = g.world_from_index();
-  const Eigen::Vector3d from = world * Eigen::Vector3d(voxel[0], voxel[1], voxel[2]);
   Eigen::Vector3d best = from;
   double square = std::numeric_limits<double>::infinity();
   std::size_t v = 0;
@@ -159,9 +158,15 @@ std::vector<RobotClick> run_robot(const Mask& truth, const RobotSubject& subject
     const std::optional<WorstError> error = worst_error(part, now);
     if (!error) break;
     const double thin_mm = kThinVoxels * truth.geometry.spacing_mm.minCoeff();
-    if (settings.hand == RobotHand::Points || (settings.hand == RobotHand::Mixed && error->depth_mm < thin_mm)) {
-      marks.push_back(
-          {MarkKind::Boundary, boundary_near(part, error->voxel), truth.geometry.spacing_mm.minCoeff(), {0, 0, 0}});
+    const RobotHand hand = settings.hand == RobotHand::Mixed
+                               ? (error->depth_mm < thin_mm ? RobotHand::Grabs : RobotHand::Marks)
+                               : settings.hand;
+    if (hand != RobotHand::Marks) {
+      const Eigen::Vector3d to = boundary_near(part, place(error->voxel));
+      const Eigen::Vector3d way = to - boundary_near(now, place(error->voxel));  // of the surface that is dragged
+      const double sign = error->too_little ? 1 : -1;
+      marks.push_back({MarkKind::Boundary, to, truth.geometry.spacing_mm.minCoeff(),
+                       hand == RobotHand::Grabs ? Eigen::Vector3d(sign * way) : Eigen::Vector3d::Zero()});
       continue;
     }
     const MarkKind kind = error->too_little ? MarkKind::Inside : MarkKind::Outside;

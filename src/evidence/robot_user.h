@@ -40,7 +40,8 @@ struct RobotSubject {
 enum class RobotHand {
   Marks,   ///< inside or outside, in the middle of the largest error
   Points,  ///< where the surface passes: the truth's boundary beside it
-  Mixed,   ///< a point where the largest error is thin, else a mark
+  Grabs,   ///< the wrong surface beside it, dragged there: a boundary mark that knows the way out
+  Mixed,   ///< a grab where the largest error is thin, else a mark
 };
 
 struct RobotSettings {

@@ -45,7 +45,7 @@ struct EvidenceForce {
       {"averaging", 2, 0, 8, "", "How often the targets are averaged over neighbours.", ParameterKind::Integer},
       {"pull", 2, 0, 20, "voxel", "Bound of the displacement; 0: none."},
       {"balloon", 0, -1, 1, "", "Added to the evidence of every sample: above 0 grows the mesh, below 0 shrinks it."},
-      {"source", 1, 0, 1, "",
+      {"source", 0, 0, 1, "",
        "What says where the object is: the field that is learned from the marks, or what intensities the seed has "
        "inside and around it.",
        ParameterKind::Choice, "field|intensities"},
@@ -102,6 +102,39 @@ SIMPLEXSEG_HD Vec3 way_to_object(const StepView& v, const MeshConstants& m, Vec3
   const Vec3 rise = gradient(field, q, c);
   const float size = norm(rise), away_voxels = larger(kFieldFloor - interpolate(q, c), 0.0f) / kFieldFall;
   return size > 0.0f ? (smaller((away_voxels + 1.0f) * m.voxel_mm, most_mm) / size) * rise : Vec3{0, 0, 0};
+}
+
+/// Where the evidence changes along a line, seen from its middle.
+struct Crossing {
+  float shift;       ///< samples from the middle
+  bool found;        ///< false: nowhere in reach
+  bool from_inside;  ///< the middle lies in the object: looked for outwards, else inwards
+};
+template <class Ratios>
+SIMPLEXSEG_HD Crossing crossing_of(Ratios& ratio, int reach) {
+  auto between = [&](int k) { return k + ratio[k] / (ratio[k] - ratio[k + 1]) - reach; };
+  if (ratio[reach] > 0.0f) {
+    for (int k = reach; k < 2 * reach; ++k)
+      if (!(ratio[k + 1] > 0.0f)) return {between(k), true, true};
+    return {static_cast<float>(reach), false, true};
+  }
+  for (int k = reach - 1; k >= 0; --k)
+    if (ratio[k] > 0.0f) return {between(k), true, false};
+  return {static_cast<float>(-reach), false, false};
+}
+
+/// The crossing, drawn to the edges of the image that lie within a voxel of it where the field is in doubt; samples.
+template <class Ratios, class Values>
+SIMPLEXSEG_HD float near_edges(Crossing crossing, Ratios& ratio, Values& value, int reach, float step_voxels,
+                               float edge) {
+  if (!crossing.found) return crossing.shift;
+  float sum = crossing.shift, weights = 1;
+  for (int k = 1; k < 2 * reach; ++k) {
+    const float shift = static_cast<float>(k - reach), away = fabsf(shift - crossing.shift) * step_voxels;
+    const float weight = away < 1.0f ? edge * (1.0f - ratio[k] * ratio[k]) * fabsf(value[k + 1] - value[k - 1]) : 0.0f;
+    sum += weight * shift, weights += weight;
+  }
+  return sum / weights;
 }
 
 /// How often local statistics are averaged over neighbours.
@@ -202,6 +235,18 @@ struct EvidenceSearch {
     if (lanes.lane != 0) return;
     for (int k = 0; k < count; ++k) value[k] = is_valid(value[k]) ? value[k] : k > 0 ? value[k - 1] : 0.0f;
     const float edge = m.value<F>(F::edge), nearness = m.value<F>(F::nearness);
+    if (from_field) {
+      const Crossing crossing = crossing_of(ratio, reach);
+      float offset_mm = near_edges(crossing, ratio, value, reach, step_voxels, edge) * step;
+      // A surface that lies outside of the object may be turned inside out: what says where to go is the way back, not
+      // the normal, but where the two agree and the object is in sight.
+      if (!crossing.from_inside) {
+        const float back_mm = dot(way_to_object(v, m, line.origin, reach * step), xyz(v.frame[i]));
+        if (!crossing.found || back_mm > 0.0f) offset_mm = back_mm;
+      }
+      v.targets_of<EvidenceForce>()[i] = {offset_mm, 0, 0, 1.0f};
+      return;
+    }
     float sum = 0, run = 0, evidence = 0;
     auto kept = OneLane{}.scratch<kSamples>(0);
     const Peak peak = find_peak(OneLane{}, kept, reach, [&](int k) {
@@ -212,9 +257,7 @@ struct EvidenceSearch {
       const float rise = value[k < 2 * reach ? k + 1 : k] - value[k > 0 ? k - 1 : k];
       // The object side of the edge is the likelier side: only edges that agree with the evidence count.
       const float before = ratio[k > 0 ? k - 1 : k], after = ratio[k < 2 * reach ? k + 1 : k];
-      // Where a field is sure of itself the image has nothing to add.
-      const float doubt = from_field ? 1.0f - ratio[k] * ratio[k] : 1.0f;
-      const float agree = before > after ? doubt : 0.0f;
+      const float agree = before > after ? 1.0f : 0.0f;
       const int distance = k < reach ? reach - k : k - reach;
       const float score = sum + agree * edge * fabsf(rise) - nearness * distance * step_voxels;
       sum += half;
@@ -222,16 +265,11 @@ struct EvidenceSearch {
     });
     const float offset = peak.offset(reach);
     // Where the line meets no object, the normal may point anywhere (a patch that was turned inside out would be driven
-    // away for ever). A field knows the way back; intensities say nothing, and smoothing draws the surface together.
-    // One voxel of object is full evidence.
+    // away for ever): the image then says nothing, and smoothing draws the surface together. One voxel of object is
+    // full evidence.
     const float trust = smaller(evidence, 1.0f);
-    float offset_mm = trust * offset * step, weight = trust;
-    if (from_field && trust < 1.0f) {
-      offset_mm += (1.0f - trust) * dot(way_to_object(v, m, line.origin, reach * step), xyz(v.frame[i]));
-      weight = 1.0f;
-    }
-    // As an offset, until averaged: EvidenceTarget makes it a position.
-    v.targets_of<EvidenceForce>()[i] = {offset_mm, 0, 0, weight};
+    v.targets_of<EvidenceForce>()[i] = {trust * offset * step, 0, 0,
+                                        trust};  // as an offset, until averaged: EvidenceTarget makes it a position
   }
 };
 

@@ -18,10 +18,10 @@ struct SmoothingForce {
   static constexpr const char* doc = "Evens out the vertices and averages the curvature of neighbouring vertices.";
   enum Parameter : int { weight, evenness, curvature, elevation_limit, parameter_count };
   static constexpr ParameterInfo parameters[] = {
-      {"weight", 0.5f, 0, 10, "", "Strength of the force; 0 leaves it out."},
+      {"weight", 2, 0, 10, "", "Strength of the force; 0 leaves it out."},
       {"evenness", 2, 0, 6, "",
        "Power of the edge length that weighs a neighbour; 0: equal weights, large: long edges pull harder."},
-      {"curvature", 0.5f, 0, 1, "",
+      {"curvature", 0.3f, 0, 1, "",
        "Share of the mean curvature that is kept; 1 keeps the volume, 0 is a plain Laplacian."},
       {"elevation_limit", 0.4f, 0, 2, "edges", "Bound of the kept elevation, in mean edge lengths of the vertex."},
   };

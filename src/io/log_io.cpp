@@ -115,13 +115,15 @@ Json body(const AddAttractionPoint& c) {
   Json json = {{"mesh", c.mesh}, {"position_mm", vector_json(c.position_mm)}};
   if (c.kind != PointKind::Boundary) json["kind"] = name_of(c.kind);
   if (c.radius_mm > 0) json["radius_mm"] = c.radius_mm;
+  if (c.outward.norm() > 0) json["outward"] = vector_json(c.outward);
   return json;
 }
 void take(const JsonInput& in, AddAttractionPoint& c) {
-  expect_keys(in, {"mesh", "position_mm", "kind", "radius_mm"});
+  expect_keys(in, {"mesh", "position_mm", "kind", "radius_mm", "outward"});
   c = {read_id(in["mesh"]), in["position_mm"].vector3()};
   if (in.has("kind")) c.kind = read_point_kind(in["kind"]);
   if (in.has("radius_mm")) c.radius_mm = read_radius(in["radius_mm"]);
+  if (in.has("outward")) c.outward = in["outward"].vector3();
 }
 
 Json body(const MoveAttractionPoint& c) {

@@ -63,12 +63,49 @@ void take_histogram(const json& value, std::array<std::int32_t, kRegionBins>& bi
   std::copy(counts.begin(), counts.end(), bins.begin());
 }
 
+json json_of(const MeshField& field) {
+  std::vector<double> marks;
+  for (const Mark& m : field.marks) {
+    marks.push_back(static_cast<double>(m.kind));
+    marks.insert(marks.end(), m.position_mm.begin(), m.position_mm.end());
+    marks.push_back(m.radius_mm);
+    marks.insert(marks.end(), m.outward.begin(), m.outward.end());
+  }
+  return {{"first", field.first},
+          {"size", field.size},
+          {"values", binary_of(field.values.data(), field.values.size())},
+          {"marks", binary_of(marks.data(), marks.size())},
+          {"leaks", field.leaks}};
+}
+
+std::shared_ptr<const MeshField> field_of(const json& saved) {
+  auto field = std::make_shared<MeshField>();
+  field->first = saved.at("first").get<std::array<int, 3>>(), field->size = saved.at("size").get<std::array<int, 3>>();
+  field->values = array_of<std::uint16_t>(saved.at("values"));
+  std::size_t count = 1;
+  for (const int size : field->size) {
+    expect(size > 0 && size <= 1 << 20, "the field's box has no size");
+    count *= static_cast<std::size_t>(size);
+  }
+  expect(count == field->values.size(), "the field has another number of values than its box");
+  constexpr std::size_t kNumbers = 8;
+  const auto marks = array_of<double>(saved.at("marks"));
+  expect(marks.size() % kNumbers == 0, "the field's marks are cut short");
+  for (std::size_t m = 0; m < marks.size(); m += kNumbers) {
+    const double* const n = marks.data() + m;
+    expect(n[0] >= 0 && n[0] <= 2, "a mark of the field has no kind");
+    field->marks.push_back({static_cast<MarkKind>(n[0]), {n[1], n[2], n[3]}, n[4], {n[5], n[6], n[7]}});
+  }
+  field->leaks = saved.at("leaks").get<bool>();
+  return field;
+}
+
 }  // namespace
 
 std::string pose_state_bytes(const MeshItem& item) {
   SIMPLEXSEG_EXPECT(item.previous.empty() || item.previous.size() == item.mesh.positions.size());
   SIMPLEXSEG_EXPECT(item.shape.empty() || item.shape.size() == item.mesh.positions.size());
-  const json state = {
+  json state = {
       {"simplexseg_state", 1},
       {"pose_digest", digest_of(item.mesh)},
       {"previous", binary_of(item.previous.data(), item.previous.size())},
@@ -83,6 +120,14 @@ std::string pose_state_bytes(const MeshItem& item) {
       {"solver_multigrid", item.solver.multigrid},
       {"solver_hold", item.solver.support},
   };
+  if (item.has_field()) {
+    state["field"] = json_of(*item.field);
+    if (item.fit.field == item.field) {
+      state["field_disagreement"] = item.fit.disagreement;
+      state["field_settled"] = item.fit.settled;
+    }
+  }
+  state["rebuilt"] = item.rebuilt;
   std::string bytes;
   json::to_cbor(state, bytes);
   return bytes;
@@ -118,6 +163,13 @@ void take_pose_state(const std::string& file, const std::string& bytes, MeshItem
     solver.multigrid = state.value("solver_multigrid", false);
     expect(std::isfinite(solver.slowest) && std::isfinite(solver.support), "the solver's state is not finite");
 
+    // Nor have those from before fields.
+    const std::shared_ptr<const MeshField> field = state.contains("field") ? field_of(state.at("field")) : nullptr;
+    FieldFit fit;
+    if (field && state.contains("field_settled"))
+      fit = {field, state.at("field_disagreement").get<int>(), state.at("field_settled").get<bool>()};
+
+    item.field = field, item.fit = fit, item.rebuilt = state.value("rebuilt", false);
     item.solver = solver;
     item.previous = std::move(previous);
     item.shape = std::move(shape);

@@ -19,6 +19,13 @@ RegionModel region_of(const MeshItem& item, const Volume& volume) {
   return estimate_region(volume, item.mesh, kBackgroundRadii * item.seed.radius_mm);
 }
 
+bool lies_within(const MeshField& field, const Volume& volume) {
+  for (int a = 0; a < 3; ++a)
+    if (volume.empty() || field.first[a] < 0 || field.first[a] > volume.geometry().size[a] - field.size[a])
+      return false;
+  return true;
+}
+
 }  // namespace
 
 double voxel_mm(const Volume& volume) { return volume.empty() ? 1.0 : volume.geometry().spacing_mm.minCoeff(); }
@@ -32,6 +39,7 @@ void restart(MeshItem& item, const SimulationParameters& simulation, const Volum
   item.shape = shape_reference_of(item.mesh);
   item.profiles.clear();
   item.steps_at_level = 0;
+  item.rebuilt = false, item.fit = {};
   item.solver = {};
   item.region = region_of(item, volume);
 }
@@ -44,6 +52,7 @@ void complete(MeshItem& item, const SimulationParameters& simulation, const Volu
   if (item.previous.size() != item.mesh.positions.size()) item.previous = item.mesh.positions;
   if (item.shape.size() != item.mesh.positions.size()) item.shape = shape_reference_of(item.mesh);
   if (item.region.empty()) item.region = region_of(item, volume);
+  if (item.field && !lies_within(*item.field, volume)) item.field = nullptr, item.fit = {};
 }
 
 void refine_item(MeshItem& item) {
@@ -67,9 +76,12 @@ void record_profiles(MeshItem& item, const Volume& volume) {
   item.profiles = profile_reference_of(item.mesh, volume, item.parameters);
 }
 
+bool takes_field(const MeshItem& item, const Volume& volume) {
+  return !volume.empty() && item.parameters.weight(ForceId::Evidence) > 0 && EvidenceForce::from_field(item.parameters);
+}
+
 bool waits_for_field(const MeshItem& item, const Volume& volume) {
-  return !volume.empty() && item.parameters.weight(ForceId::Evidence) > 0 &&
-         EvidenceForce::from_field(item.parameters) && !item.has_field();
+  return takes_field(item, volume) && !item.has_field();
 }
 
 ForceParameters parameters_in_use(const MeshItem& item, const Volume& volume) {

@@ -23,6 +23,8 @@ void refine_item(MeshItem& item);
 /// Takes the intensity profiles under the present pose as the reference. Throws Error without a volume.
 void record_profiles(MeshItem& item, const Volume& volume);
 
+/// Whether a mesh takes its evidence from its field, where it has one.
+bool takes_field(const MeshItem& item, const Volume& volume);
 /// Whether a mesh stays as it is until the field that it takes its evidence from has been learned.
 bool waits_for_field(const MeshItem& item, const Volume& volume);
 /// What an engine is told of a mesh: its parameters, all weights but that of attraction 0 while it waits for its field.

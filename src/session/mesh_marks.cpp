@@ -16,10 +16,6 @@ namespace {
 
 constexpr EvidenceSettings kSettings;
 
-bool draws_from_field(const MeshItem& item) {
-  return item.parameters.weight(ForceId::Evidence) > 0 && EvidenceForce::from_field(item.parameters);
-}
-
 void add_marks(const Scene& scene, const MeshItem& item, const Volume& volume, std::vector<Mark>& marks) {
   marks.push_back({MarkKind::Inside, item.seed.centre_mm, item.seed.radius_mm});
   const double least = kSettings.least_brush * voxel_mm(volume);
@@ -47,7 +43,7 @@ std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volum
 }
 
 bool has_stale_field(const Scene& scene, const MeshItem& item, const Volume& volume) {
-  if (volume.empty() || !draws_from_field(item)) return false;
+  if (!takes_field(item, volume)) return false;
   if (!item.field) return true;
   const std::vector<Mark> marks = marks_of(scene, item, volume);
   return !std::equal(marks.begin(), marks.end(), item.field->marks.begin(), item.field->marks.end(), same);

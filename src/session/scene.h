@@ -32,6 +32,13 @@ struct Seed {
   double radius_mm = 10;
 };
 
+/// How well a mesh followed its field when that was looked at last.
+struct FieldFit {
+  std::shared_ptr<const MeshField> field;  ///< that it was compared with
+  int disagreement = 0;                    ///< voxels: deep_disagreement()
+  bool settled = false;                    ///< it follows, or was made of the field: no need to look again
+};
+
 /// One mesh of a scene, with all that its simulation has as state.
 struct MeshItem {
   ItemId id = 0;
@@ -52,6 +59,8 @@ struct MeshItem {
   SolverState solver;                      ///< what its solver had learnt at this level, as of the pose
   int steps_at_level = 0;
   int final_vertices = 0;  ///< 0: the simulation's
+  bool rebuilt = false;    ///< made of its field: as fine as it is to be
+  FieldFit fit;
 
   bool has_field() const { return field && !field->values.empty(); }
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -11,6 +12,7 @@
 #include "forces/force_list.h"
 #include "session/mesh_life.h"
 #include "session/mesh_marks.h"
+#include "session/mesh_rebuild.h"
 #include "session/scene_checks.h"
 #include "session/scene_editor.h"
 #include "step/simulation_parameters.h"
@@ -20,6 +22,11 @@ namespace {
 
 /// Rest and refinement are decided at every kCheckInterval-th step, so that they depend on the count of steps alone.
 constexpr int kCheckInterval = 10;
+
+/// Whether meshes follow their fields is looked at every kFitInterval steps, and where they rest.
+constexpr int kFitInterval = 50;
+constexpr int kMostDisagreement = 8;    // voxels
+constexpr double kLeastProgress = 0.8;  // of the disagreement before
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
@@ -351,12 +358,36 @@ void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
     if (last_.failure) {
       result.failure = text_of(*last_.failure, scene_) + ", and no smaller timestep helps: lower its weight";
     } else if (total_steps_ % kCheckInterval == 0) {
-      result.refined = refine_where_due() || result.refined;
+      result.refined = rebuild_where_stuck() || refine_where_due() || result.refined;
     }
   }
   result.at_rest = at_rest_;
   result.seconds = now() - start;
   if (result.steps > 0) seconds_per_step_ = result.seconds / result.steps;
+}
+
+/// A mesh that no longer comes nearer to what its field says is made of the field.
+bool Session::rebuild_where_stuck() {
+  bool rebuilt = false;
+  for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
+    MeshItem& item = scene_.meshes[k];
+    if (!takes_field(item, volume_) || !item.has_field() || (item.fit.field == item.field && item.fit.settled))
+      continue;
+    const LevelState state =
+        level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]);
+    if (finest_[k] == 0 || state == LevelState::Due) continue;
+    const bool rests = state == LevelState::Rests;
+    if (total_steps_ % kFitInterval != 0 && !rests) continue;
+    pull_poses();
+    if (engine_.loss()) return false;
+    const int before = item.fit.field == item.field ? item.fit.disagreement : std::numeric_limits<int>::max();
+    item.fit = {item.field, deep_disagreement(item, volume_), true};
+    if (item.fit.disagreement <= kMostDisagreement) continue;
+    item.fit.settled = rests || item.fit.disagreement > kLeastProgress * before;
+    if (item.fit.settled) rebuilt = rebuild_from_field(item, scene_.simulation, volume_) || rebuilt;
+  }
+  if (rebuilt) load_engine(), at_rest_ = false;
+  return rebuilt;
 }
 
 bool Session::refine_where_due() {

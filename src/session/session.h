@@ -118,6 +118,7 @@ class Session {
   Advance take_steps(int steps, bool stop_at_rest);
   void advance_on_engine(int steps, bool stop_at_rest, Advance& result);
   bool refine_where_due();
+  bool rebuild_where_stuck();
 
   mutable EngineWithSpare engine_;
   mutable Scene scene_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "session/step_plan.h"
 
+#include <algorithm>
+
 #include "forces/region_model.h"
 #include "forces/step_view.h"
 #include "image/volume.h"
@@ -12,19 +14,29 @@
 namespace simplexseg {
 namespace {
 
+/// Of a field that is not learned yet: a box of about four radii of its seed.
+std::size_t values_of_field(const Seed& seed, const Volume& volume) {
+  double values = 1;
+  for (int a = 0; a < 3; ++a)
+    values *= std::min<double>(volume.geometry().size[a], 20 + 4 * seed.radius_mm / volume.geometry().spacing_mm[a]);
+  return static_cast<std::size_t>(values);
+}
+
 class PlanBuilder {
  public:
+  /// `ahead`: each mesh is taken to have learned its field.
   PlanBuilder(const Scene& scene, const Volume& volume, std::span<const char> finest,
-              std::span<const Engine::HeldArray> held)
+              std::span<const Engine::HeldArray> held, bool ahead)
       : scene_(scene), volume_(volume), held_(held) {
     for (const MeshItem& item : scene.meshes) {
       const std::size_t k = meshes_.size();
-      meshes_.push_back({parameters_in_use(item, volume),
-                         {item.mesh.vertex_count(), !item.shape.empty(), item.profiles.size(), item.has_field()},
+      const bool field = item.has_field() || (ahead && takes_field(item, volume));
+      meshes_.push_back({ahead ? item.parameters : parameters_in_use(item, volume),
+                         {item.mesh.vertex_count(), !item.shape.empty(), item.profiles.size(), field},
                          k < finest.size() && finest[k] != 0});
       vertices_ += item.mesh.positions.size();
       if (!item.region.empty()) region_values_ += kRegionBins;
-      if (item.has_field()) field_values_ += item.field->values.size();
+      if (field) field_values_ += item.has_field() ? item.field->values.size() : values_of_field(item.seed, volume);
     }
     for (const AttractionPoint& point : scene.points) points_ += point.kind == PointKind::Boundary;
     needs_ = needs_of(meshes_, !volume.empty(), static_cast<int>(points_));
@@ -57,8 +69,11 @@ class PlanBuilder {
         if (meshes_[k].acts(force)) users += (users.empty() ? "" : ", ") + scene_.meshes[k].name;
       return name + " acts on " + users;
     }
-    bool wanted = false, acts = false;
+    bool wanted = false, acts = false, waits = false;
     for (const MeshNeeds& m : meshes_) wanted = wanted || m.forces.weight(force) > 0, acts = acts || m.acts(force);
+    for (const MeshItem& item : scene_.meshes)
+      waits = waits || (item.parameters.weight(force) > 0 && waits_for_field(item, volume_));
+    if (!wanted && waits) return name + " waits for the mesh's field to be learned";
     if (!wanted) return "the weight of " + name + " is 0 for every mesh";
     if (!acts && force == ForceId::Evidence)
       return name + " has no field: nothing was marked, or it is not learned yet";
@@ -254,14 +269,14 @@ std::size_t StepPlan::bytes_held() const {
 
 StepPlan make_plan(const Scene& scene, const Volume& volume, std::span<const char> finest,
                    std::span<const Engine::HeldArray> held) {
-  return PlanBuilder(scene, volume, finest, held).build();
+  return PlanBuilder(scene, volume, finest, held, false).build();
 }
 
 StepPlan make_plan(const Scene& scene, const Volume& volume) {
   const double voxel_mm = volume.empty() ? 1.0 : volume.geometry().spacing_mm.minCoeff();
   std::vector<char> finest;
   for (const MeshItem& item : scene.meshes) finest.push_back(is_finest(item, scene.simulation, voxel_mm));
-  return make_plan(scene, volume, finest, {});
+  return PlanBuilder(scene, volume, finest, {}, true).build();
 }
 
 }  // namespace simplexseg

@@ -26,6 +26,9 @@ void set_value(ForceParameters& forces, const Value& value) {
 ForceParameters forces_with(std::initializer_list<Value> values) {
   ForceParameters forces = default_force_parameters();
   for (const ForceInfo& force : force_list()) forces.values[static_cast<int>(force.id)][0] = 0;
+  // A trial is of the engine, not of what is learned from marks.
+  set_value(forces, {"evidence", "source", 1});
+  set_value(forces, {"smoothing", "curvature", 0.5f});
   for (const Value& value : values) set_value(forces, value);
   return forces;
 }

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "core/error.h"
+#include "forces/force_list.h"
 #include "gpu/backend.h"
 #include "image/metrics.h"
 #include "image/rasterise.h"
@@ -72,7 +73,7 @@ TEST(RealData, BothKidneysTogetherFromOneSphereEach) {
   EXPECT_GE(((*dice)[0] + (*dice)[1]) / 2, 0.86) << (*dice)[0] << " and " << (*dice)[1];
 }
 
-/// The label itself as the image: perfect contrast, noise of a quarter of it. Default parameters for every object.
+/// The label itself as the image: perfect contrast, noise of a quarter of it. The same parameters for every object.
 struct LabelCase {
   const char* labels;
   std::vector<std::optional<double>> values;
@@ -103,6 +104,10 @@ TEST_P(LabelAsImage, IsFoundAndKept) {
     item.name = "object " + std::to_string(k);
     item.seed = c.seeds[k];
     item.parameters = default_force_parameters();
+    // The mechanics are tried, with the simplest of evidence: nothing is learned from marks.
+    item.parameters.values[static_cast<int>(ForceId::Evidence)][EvidenceForce::source] = 1;
+    item.parameters.values[static_cast<int>(ForceId::Smoothing)][SmoothingForce::weight] = 0.5f;
+    item.parameters.values[static_cast<int>(ForceId::Smoothing)][SmoothingForce::curvature] = 0.5f;
     scene.meshes.push_back(item);
   }
   Session session(make_cpu_engine());

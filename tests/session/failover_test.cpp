@@ -66,6 +66,7 @@ Scene scene_of_one() {
   MeshItem item;
   item.name = "ball", item.seed = {{0, 0, 0}, 12};
   item.parameters = default_force_parameters();
+  set(item.parameters, {"evidence", "source", 1});  // who learns a field reads poses to compare with it
   scene.meshes.push_back(item);
   scene.simulation = default_simulation_parameters();
   return scene;
