@@ -141,11 +141,11 @@ TEST(EvidenceField, EverySettingChangesTheField) {
   };
   const std::vector<float> plain = field_with({});
   const EvidenceSettings usual;
-  double EvidenceSettings::*const all[]{&EvidenceSettings::image_smoothing,  &EvidenceSettings::sharpness,
-                                        &EvidenceSettings::prior_pull,       &EvidenceSettings::prior_slope,
-                                        &EvidenceSettings::classifier_share, &EvidenceSettings::geodesic_share,
-                                        &EvidenceSettings::length_cost,      &EvidenceSettings::dots_share,
-                                        &EvidenceSettings::field_smoothing,  &EvidenceSettings::margin_share};
+  double EvidenceSettings::*const all[]{
+      &EvidenceSettings::image_smoothing, &EvidenceSettings::sharpness,        &EvidenceSettings::prior_pull,
+      &EvidenceSettings::prior_slope,     &EvidenceSettings::classifier_share, &EvidenceSettings::geodesic_share,
+      &EvidenceSettings::length_cost,     &EvidenceSettings::dots_share,       &EvidenceSettings::field_smoothing,
+      &EvidenceSettings::margin_share,    &EvidenceSettings::compactness};
   for (double EvidenceSettings::*const setting : all) {
     EvidenceSettings settings;
     settings.*setting = usual.*setting * 0.6;
@@ -157,11 +157,15 @@ TEST(EvidenceField, EverySettingChangesTheField) {
   fixed.beta = 300;
   EXPECT_NE(field_with(fixed), of_fixed);
   EvidenceSettings bounded;
+  bounded.least_beta = 600;
   bounded.largest_beta = 700;
   EXPECT_NE(field_with(bounded), plain);
   bounded = {};
   bounded.least_beta = 7000;
   EXPECT_NE(field_with(bounded), plain);
+  EvidenceSettings closed;
+  closed.open_side = -2;
+  EXPECT_NE(field_with(closed), plain);
   EvidenceSettings rough;
   rough.tolerance = 0.3;
   EXPECT_NE(field_with(rough), plain);
@@ -171,6 +175,106 @@ TEST(EvidenceField, EverySettingChangesTheField) {
   EvidenceSettings wide;
   wide.least_margin = 30;
   EXPECT_NE(field_with(wide), plain);
+}
+
+TEST(EvidenceField, ACompactPriorHoldsALeakThroughANeck) {
+  // Two balls of the same brightness, 28 mm apart, and a neck of 3 mm radius between them.
+  Scene scene = ellipsoid(56, 1, {1, 1, 1});
+  const Eigen::Affine3d world = scene.image.geometry().world_from_index();
+  for (int k = 0; k < 56; ++k) {
+    for (int j = 0; j < 56; ++j) {
+      for (int i = 0; i < 56; ++i) {
+        const Eigen::Vector3d p = world * Eigen::Vector3d(i, j, k);
+        const Eigen::Vector3d to_second(p.x() - 14, p.y(), p.z()), to_first(p.x() + 14, p.y(), p.z());
+        const bool neck = std::fabs(p.x()) < 14 && std::hypot(p.y(), p.z()) < 3;
+        const std::size_t v = scene.image.offset(i, j, k);
+        scene.truth.voxels[v] = to_first.norm() < 7;
+        const bool bright = to_first.norm() < 7 || to_second.norm() < 7 || neck;
+        scene.image.voxels<float>()[v] = bright ? 150.0f : 50.0f;
+      }
+    }
+  }
+  const std::vector marks{inside({-14, 0, 0}, 6)};
+  EvidenceSettings loose;
+  loose.compactness = 0;
+  EXPECT_LT(dice_of(scene, marks, loose), 0.75);
+  EXPECT_GT(dice_of(scene, marks), 0.85);
+}
+
+TEST(EvidenceField, ANewMarkChangesWhatIsNearItMoreThanWhatIsFar) {
+  const Scene scene = ellipsoid(64, 1, {22, 9, 9}, 60);
+  const std::vector<Mark> first{inside({-8, 0, 0}, 7)};
+  std::vector<Mark> second = first;
+  second.push_back(outside({-20, 3, 0}, 2));
+  const auto change = [&](double memory, double reach, double x) {
+    EvidenceSettings settings;
+    settings.memory = memory;
+    settings.memory_reach = reach;
+    EvidenceField field(scene.image, run_in_turn(), settings);
+    field.update(first);
+    const Mask before = field.object();
+    field.update(second);
+    const Mask after = field.object();
+    int changed = 0;
+    for (int k = 0; k < 64; ++k)
+      for (int j = 0; j < 64; ++j)
+        for (int i = 0; i < 64; ++i)
+          if ((i - 31.5 > x) == (x > 0) && std::fabs(i - 31.5) > std::fabs(x))
+            changed += before.voxels[scene.image.offset(i, j, k)] != after.voxels[scene.image.offset(i, j, k)];
+    return changed;
+  };
+  const int far_with = change(0.9, 1, 5), far_without = change(0, 1, 5);
+  EXPECT_GT(far_without, 20);
+  EXPECT_LT(far_with, far_without / 2);
+  EXPECT_GT(change(0.9, 8, 5), far_with);  // a longer reach: more is heard
+  EXPECT_GT(change(0.9, 1, -15), 0);       // near the mark it counts
+}
+
+TEST(EvidenceField, TakingBackTheLastMarkBringsBackTheFieldBefore) {
+  const Scene scene = ellipsoid(48, 1, {14, 10, 10}, 30);
+  const std::vector<Mark> first{inside({0, 0, 0}, 8)};
+  std::vector<Mark> second = first;
+  second.push_back(outside({7, 0, 0}, 4));
+  EvidenceField field(scene.image);
+  field.update(first);
+  const Mask before = field.object();
+  field.update(second);
+  EXPECT_LT(dice(before, field.object()), 0.98);
+  field.update(first);
+  EXPECT_GT(dice(before, field.object()), 0.99);
+}
+
+TEST(EvidenceField, TheSameMarksAgainLeaveTheFieldAsItIs) {
+  const Scene scene = ellipsoid(48, 1, {14, 10, 10}, 30);
+  std::vector<Mark> marks{inside({0, 0, 0}, 8)};
+  EvidenceField field(scene.image);
+  field.update(marks);
+  marks.push_back(outside({12, 0, 0}, 2));
+  field.update(marks);
+  const std::vector<float> once(field.probability().begin(), field.probability().end());
+  for (int again = 0; again < 3; ++again) field.update(marks);
+  ASSERT_EQ(field.probability().size(), once.size());
+  for (std::size_t v = 0; v < once.size(); ++v) ASSERT_NEAR(field.probability()[v], once[v], 0.03) << v;
+}
+
+TEST(MarkedVoxels, SquaredDistancesAreThoseToTheNearestPlaceInMillimetres) {
+  VolumeGeometry geometry;
+  geometry.size = {9, 8, 7};
+  geometry.spacing_mm = {1, 2, 3};
+  const VoxelBox box{{1, 2, 0}, {7, 5, 6}};
+  const std::vector<Eigen::Vector3d> places{{2, 3, 4}, {7, 9, 15}};
+  const std::vector<float> squared = squared_distances(geometry, box, places, run_in_turn());
+  const Eigen::Affine3d world = geometry.world_from_index();
+  for (int k = 0; k < 6; ++k) {
+    for (int j = 0; j < 5; ++j) {
+      for (int i = 0; i < 7; ++i) {
+        const Eigen::Vector3d p = world * Eigen::Vector3d(i + 1, j + 2, k);
+        const double least = std::min((p - places[0]).squaredNorm(), (p - places[1]).squaredNorm());
+        ASSERT_NEAR(squared[box.offset(i, j, k)], least, 1e-3);
+      }
+    }
+  }
+  EXPECT_GT(squared_distances(geometry, box, {}, run_in_turn()).front(), 1e11f);
 }
 
 TEST(EvidenceField, TwoThreadsGiveTheBitsOfOne) {
