@@ -17,7 +17,7 @@ void main() {
   float distance_px = length(offset_px);
   float coverage = clamp(radius + 1.5 - distance_px, 0.0, 1.0);
   if (coverage <= 0.0) discard;
-  float rim_from = glyph > 0.5 ? 0.84 * radius : 0.7 * radius;
+  float rim_from = glyph > 0.5 ? 0.8 * radius : 0.7 * radius;
   colour = mix(fill_colour, rim_colour, clamp(distance_px - (rim_from - 0.5), 0.0, 1.0));
   if (glyph > 0.5) {
     float mark = bar(offset_px, 0.56 * radius, 0.15 * radius);

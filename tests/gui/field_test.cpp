@@ -55,9 +55,12 @@ TEST_F(FieldTest, TheStatusLineSaysWhoLearns) {
 }
 
 TEST_F(FieldTest, AFieldThatLeaksIsSaidOnceForEachAction) {
-  open_phantom(26);
+  open_phantom(16);
   // Nothing holds what looks like the object.
-  Volume empty(bench().session().volume().geometry(), VoxelType::Float32);
+  VolumeGeometry geometry;
+  geometry.size = {40, 40, 40};
+  geometry.origin_mm = bench().view.crosshair_mm - Eigen::Vector3d::Constant(19.5);
+  Volume empty(geometry, VoxelType::Float32);
   for (float& voxel : empty.voxels<float>()) voxel = 50;
   Scene scene = this->scene();
   scene.meshes[0].parameters.values[static_cast<int>(ForceId::Evidence)][0] = 1;

@@ -165,7 +165,7 @@ void SliceView::paint() {
 }
 
 void SliceView::draw_field(const Projection& projection) {
-  constexpr float kStrongest = 0.5f;
+  constexpr float kStrongest = 0.4f;
   const MeshItem* item = workbench_.active_mesh();
   if (item) field_painter_.draw(projection, slice_->grid, *field_, rgba_of(item->colour, kStrongest));
 }
