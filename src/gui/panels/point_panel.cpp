@@ -22,17 +22,17 @@ PointPanel::PointPanel(Workbench& workbench, QWidget* parent) : QWidget(parent),
   layout->setContentsMargins(8, 6, 8, 6);
   list_ = new QTreeWidget(this);
   list_->setColumnCount(5);
-  list_->setHeaderLabels({tr("Mesh"), tr("Kind"), tr("x"), tr("y"), tr("z (mm)")});
+  list_->setHeaderLabels({tr("Mesh"), tr("Kind"), tr("x"), tr("y"), tr("z")});
+  for (int axis = 0; axis < 3; ++axis) list_->headerItem()->setToolTip(2 + axis, tr("mm, in the patient frame LPS"));
   list_->header()->setSectionResizeMode(QHeaderView::ResizeToContents);
   list_->header()->setSectionResizeMode(0, QHeaderView::Stretch);
   list_->header()->setStretchLastSection(false);
   list_->setRootIsDecorated(false);
   list_->setToolTip(tr("Select a point: the crosshair goes there"));
   layout->addWidget(list_, 1);
-  auto* hint =
-      new QLabel(tr("In a slice, for the active mesh: Shift + left click, or a drag of its outline: its surface "
-                    "is here. I: inside. O: outside."),
-                 this);
+  auto* hint = new QLabel(tr("For the active mesh, in a slice: Shift + left click, or drag its outline: the surface is "
+                             "here. I, O: the place under the mouse is inside, outside."),
+                          this);
   hint->setWordWrap(true);
   hint->setStyleSheet("color: #969ca4;");
   layout->addWidget(hint);
@@ -75,6 +75,7 @@ void PointPanel::refresh() {
     row->setData(0, Qt::UserRole, point.id);
     if (const MeshItem* item = scene.find_mesh(point.mesh)) {
       row->setText(0, QString::fromStdString(item->name));
+      row->setToolTip(0, row->text(0));
       row->setIcon(0, swatch(item->colour));
       row->setIcon(1, handle_icon(point.kind, item->colour));
     }
