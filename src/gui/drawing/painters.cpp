@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/expect.h"
+#include "forces/step_view.h"
 
 static void make_shaders_known() { Q_INIT_RESOURCE(shaders); }
 
@@ -168,6 +169,33 @@ void SlicePainter::draw(const Projection& projection, const SceneBuffers::Slice&
   glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
 }
 
+void FieldPainter::create() {
+  program_.create("field.vert", "field.frag");
+  glCreateVertexArrays(1, &vertex_array_);
+}
+
+void FieldPainter::destroy() {
+  program_.destroy();
+  glDeleteVertexArrays(1, &vertex_array_);
+  vertex_array_ = 0;
+}
+
+void FieldPainter::draw(const Projection& projection, const SliceGrid& slice, const SceneBuffers::Field& field,
+                        const Rgba& tint) const {
+  program_.set("clip_from_world", projection.clip_from_world);
+  program_.set("corner", Eigen::Vector3f(slice.corner_mm().cast<float>()));
+  program_.set("edge_u", Eigen::Vector3f((slice.step_u_mm * slice.width).cast<float>()));
+  program_.set("edge_v", Eigen::Vector3f((slice.step_v_mm * slice.height).cast<float>()));
+  program_.set("index_from_world", Eigen::Matrix4f(field.index_from_world.cast<float>()));
+  program_.set("first_voxel", field.first_voxel);
+  program_.set("field_floor", kFieldFloor / kFieldScale);
+  program_.set("tint", tint);
+  program_.use();
+  glBindTextureUnit(0, field.texture);
+  glBindVertexArray(vertex_array_);
+  glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+}
+
 void LinePainter::create() {
   program_.create("line.vert", "line.frag");
   glCreateVertexArrays(1, &vertex_array_);
@@ -202,13 +230,17 @@ void LinePainter::draw(const Projection& projection, std::span<const Eigen::Vect
   glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<int>(ends_mm.size() / 2));
 }
 
+namespace {
+constexpr int kFloats = 13;  // of a disc
+}  // namespace
+
 void DiscPainter::create() {
   program_.create("disc.vert", "disc.frag");
   glCreateVertexArrays(1, &vertex_array_);
   glCreateBuffers(1, &buffer_);
-  glVertexArrayVertexBuffer(vertex_array_, 0, buffer_, 0, 12 * sizeof(float));
+  glVertexArrayVertexBuffer(vertex_array_, 0, buffer_, 0, kFloats * sizeof(float));
   glVertexArrayBindingDivisor(vertex_array_, 0, 1);
-  const int components[] = {3, 4, 4, 1};
+  const int components[] = {3, 4, 4, 2};
   unsigned offset = 0;
   for (unsigned attribute = 0; attribute < 4; ++attribute) {
     glEnableVertexArrayAttrib(vertex_array_, attribute);
@@ -228,12 +260,13 @@ void DiscPainter::destroy() {
 void DiscPainter::draw(const Projection& projection, std::span<const Disc> discs) {
   if (discs.empty()) return;
   std::vector<float> packed;
-  packed.reserve(discs.size() * 12);
+  packed.reserve(discs.size() * kFloats);
   for (const Disc& disc : discs) {
     packed.insert(packed.end(), disc.centre_mm.data(), disc.centre_mm.data() + 3);
     packed.insert(packed.end(), disc.fill.data(), disc.fill.data() + 4);
     packed.insert(packed.end(), disc.rim.data(), disc.rim.data() + 4);
     packed.push_back(disc.radius_px);
+    packed.push_back(static_cast<float>(disc.glyph));
   }
   glNamedBufferData(buffer_, static_cast<GLsizeiptr>(packed.size() * sizeof(float)), packed.data(), GL_STREAM_DRAW);
   program_.set("clip_from_world", projection.clip_from_world);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "gui/drawing/scene_buffers.h"
+#include "gui/look/point_look.h"
 #include "session/scene.h"
 
 class QColor;
@@ -69,6 +70,19 @@ class SlicePainter {
   unsigned vertex_array_ = 0;
 };
 
+/// A field P(object) as a tint over a slice.
+class FieldPainter {
+ public:
+  void create();
+  void destroy();
+  void draw(const Projection& projection, const SliceGrid& slice, const SceneBuffers::Field& field,
+            const Rgba& tint) const;
+
+ private:
+  Program program_;
+  unsigned vertex_array_ = 0;
+};
+
 /// Thick, smooth line segments.
 class LinePainter {
  public:
@@ -82,13 +96,14 @@ class LinePainter {
   unsigned vertex_array_ = 0, buffer_ = 0;
 };
 
-/// Round handles.
+/// Round handles with a dark edge, which shows on bright pictures. Without a glyph the rim is broad; a glyph is white.
 class DiscPainter {
  public:
   struct Disc {
     Eigen::Vector3f centre_mm;
     Rgba fill, rim;
     float radius_px;
+    Glyph glyph = Glyph::Plain;
   };
   void create();
   void destroy();

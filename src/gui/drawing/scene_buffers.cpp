@@ -39,6 +39,7 @@ void SceneBuffers::release_all() {
     release(state.buffer);
     state = {};
   }
+  release_field();
   glDeleteSync(written_);
   written_ = nullptr;
   triangles_.clear();
@@ -283,6 +284,58 @@ const SceneBuffers::Slice& SceneBuffers::update_slice(Session& session, const Vi
   state.window = view.window;
   state.level = view.level;
   return slice;
+}
+
+void SceneBuffers::release_field() {
+  glDeleteTextures(1, &field_.texture);
+  field_ = {};
+  shown_field_.reset();
+}
+
+const SceneBuffers::Field* SceneBuffers::update_field(const Session& session, const ViewState& view) {
+  const MeshItem* const item = view.show_field ? session.scene_without_poses().find_mesh(view.active_mesh) : nullptr;
+  if (!item || !item->visible || !item->has_field()) {
+    if (shown_field_) release_field();
+    return nullptr;
+  }
+  if (shown_field_ == item->field) return &field_;
+  const MeshField& field = *item->field;
+  const bool fits = shown_field_ && shown_field_->size == field.size;
+  wait_for_readers();
+  if (!fits) {
+    release_field();
+    glCreateTextures(GL_TEXTURE_3D, 1, &field_.texture);
+    glTextureStorage3D(field_.texture, 1, GL_R16, field.size[0], field.size[1], field.size[2]);
+    glTextureParameteri(field_.texture, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glTextureParameteri(field_.texture, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    for (const GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R})
+      glTextureParameteri(field_.texture, axis, GL_CLAMP_TO_EDGE);
+  }
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 2);
+  glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+  glTextureSubImage3D(field_.texture, 0, 0, 0, 0, field.size[0], field.size[1], field.size[2], GL_RED,
+                      GL_UNSIGNED_SHORT, field.values.data());
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  mark_written();
+  field_.index_from_world = session.volume().geometry().index_from_world().matrix();
+  field_.first_voxel = Eigen::Vector3i(field.first[0], field.first[1], field.first[2]).cast<float>();
+  shown_field_ = item->field;
+  return &field_;
+}
+
+std::vector<OutlinePiece> SceneBuffers::read_outline(Orientation orientation, int mesh) const {
+  const OutlineState& state = outlines_[static_cast<int>(orientation)];
+  if (state.buffer.name == 0 || mesh < 0 || mesh >= static_cast<int>(triangles_.size())) return {};
+  begin_reading();
+  OutlineCommand command;
+  glGetNamedBufferSubData(state.buffer.name, static_cast<GLintptr>(mesh * sizeof command), sizeof command, &command);
+  std::vector<OutlinePiece> pieces(command.pieces);
+  if (!pieces.empty()) {
+    glGetNamedBufferSubData(
+        state.buffer.name, static_cast<GLintptr>(state.outlines.pieces_at + command.first_piece * sizeof(OutlinePiece)),
+        static_cast<GLsizeiptr>(pieces.size() * sizeof(OutlinePiece)), pieces.data());
+  }
+  return pieces;
 }
 
 void SceneBuffers::forget_slices() {

@@ -14,6 +14,7 @@ struct __GLsync;
 namespace simplexseg {
 
 class Session;
+struct MeshField;
 struct ViewState;
 
 /// What all views draw from: the surfaces and the three slices in OpenGL buffers that the engine fills, in place on the
@@ -54,6 +55,16 @@ class SceneBuffers {
     std::size_t pieces_at = 0;  ///< bytes
   };
   const Outlines& update_outlines(Session& session, const ViewState& view, Orientation orientation);
+  /// The field of the active mesh, for FieldPainter.
+  struct Field {
+    unsigned texture = 0;  ///< 3D, 16 bits a voxel, as FieldBox says (forces/step_view.h)
+    Eigen::Matrix4d index_from_world = Eigen::Matrix4d::Identity();
+    Eigen::Vector3f first_voxel{0, 0, 0};
+  };
+  /// Uploads the field when it has changed. Null, with nothing held, while it is not shown or there is none.
+  const Field* update_field(const Session& session, const ViewState& view);
+  /// The pieces of the outline that was drawn last of the mesh at this place in the scene's list.
+  std::vector<OutlinePiece> read_outline(Orientation orientation, int mesh) const;
   /// The volume is another one.
   void forget_slices();
 
@@ -102,6 +113,7 @@ class SceneBuffers {
   void rebuild_topology(Session& session);
   void wait_for_readers();
   void mark_written();
+  void release_field();
   void release_all();
 
   Buffer points_;
@@ -113,7 +125,9 @@ class SceneBuffers {
   bool surfaces_wanted_ = false;
   SliceState slices_[3];
   OutlineState outlines_[3];
-  std::vector<DisplayPoint> host_points_;  ///< for the upload
+  Field field_;
+  std::shared_ptr<const MeshField> shown_field_;  ///< what its texture has; null: there is no texture
+  std::vector<DisplayPoint> host_points_;         ///< for the upload
   std::vector<DisplayTexel> host_texels_;
   std::vector<std::byte> host_outlines_;
 

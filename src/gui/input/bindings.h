@@ -14,12 +14,12 @@ namespace simplexseg {
 enum class Act {
   Open, OpenFolder, SaveScene, SaveSceneAs, SaveLabels, SaveMeshes, Screenshot, Quit,
   Undo, Redo, DeletePoint,
-  ToolCrosshair, ToolZoomPan, ToolPoint, ToolSeed,
+  ToolCrosshair, ToolZoomPan, ToolPoint, ToolSeed, ToolInside, ToolOutside,
   RunPause, Step, ResetPose,
-  ShowMeshes, LessOpaque, MoreOpaque, Annotations, Slices3d, Neurological, CentreOnCrosshair, Fit, AutoContrast, WindowLevel,
+  ShowMeshes, ShowField, LessOpaque, MoreOpaque, Annotations, Slices3d, Neurological, CentreOnCrosshair, Fit, AutoContrast, WindowLevel,
   Help, About,
   CrosshairLeft, CrosshairRight, CrosshairUp, CrosshairDown, CrosshairLeft5, CrosshairRight5, CrosshairUp5, CrosshairDown5, NextSlice, PreviousSlice,
-  MoveCrosshair, AddPoint, ErasePoint, PickMesh, ContextMenu, Zoom, Pan, WheelSlice, WheelZoom, FollowMouse, Maximise, Rotate
+  MoveCrosshair, AddPoint, AddInside, AddOutside, ErasePoint, PickMesh, ContextMenu, Zoom, Pan, WheelSlice, WheelZoom, FollowMouse, Maximise, Rotate
 };
 // clang-format on
 

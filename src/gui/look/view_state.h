@@ -7,7 +7,7 @@
 
 namespace simplexseg {
 
-enum class Tool { Crosshair, ZoomPan, Point, Seed };
+enum class Tool { Crosshair, ZoomPan, Point, Seed, Inside, Outside };
 
 /// What is looked at, and how: shared by all views, saved nowhere, no part of undo.
 struct ViewState {
@@ -17,6 +17,7 @@ struct ViewState {
   Tool tool = Tool::Crosshair;
   bool window_level_armed = false;  ///< the next left drag sets window and level
   bool show_meshes = true;
+  bool show_field = false;  ///< of the active mesh, in the slices
   bool show_annotations = true;
   bool show_slices_3d = true;
   float opacity = 1;       ///< what the meshes have in the 3D view, 0..1

@@ -8,6 +8,7 @@
 #include <QTreeWidget>
 #include <QVBoxLayout>
 
+#include "gui/look/point_look.h"
 #include "gui/look/widgets.h"
 #include "gui/workbench/workbench.h"
 
@@ -20,20 +21,23 @@ PointPanel::PointPanel(Workbench& workbench, QWidget* parent) : QWidget(parent),
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(8, 6, 8, 6);
   list_ = new QTreeWidget(this);
-  list_->setColumnCount(4);
-  list_->setHeaderLabels({tr("Mesh"), tr("x"), tr("y"), tr("z (mm, LPS)")});
+  list_->setColumnCount(5);
+  list_->setHeaderLabels({tr("Mesh"), tr("Kind"), tr("x"), tr("y"), tr("z")});
+  for (int axis = 0; axis < 3; ++axis) list_->headerItem()->setToolTip(2 + axis, tr("mm, in the patient frame LPS"));
   list_->header()->setSectionResizeMode(QHeaderView::ResizeToContents);
   list_->header()->setSectionResizeMode(0, QHeaderView::Stretch);
   list_->header()->setStretchLastSection(false);
   list_->setRootIsDecorated(false);
   list_->setToolTip(tr("Select a point: the crosshair goes there"));
   layout->addWidget(list_, 1);
-  auto* hint = new QLabel(tr("Shift + left click in a slice pulls the active mesh to that place."), this);
+  auto* hint = new QLabel(tr("For the active mesh, in a slice: Shift + left click, or drag its outline: the surface is "
+                             "here. I, O: the place under the mouse is inside, outside."),
+                          this);
   hint->setWordWrap(true);
   hint->setStyleSheet("color: #969ca4;");
   layout->addWidget(hint);
   delete_ = new QPushButton(tr("Delete point"), this);
-  delete_->setToolTip(tr("Delete the selected point; the mesh is no longer pulled there"));
+  delete_->setToolTip(tr("Delete the selected point: what it says of the object no longer counts"));
   layout->addWidget(delete_);
 
   connect(delete_, &QPushButton::clicked, this, [this] {
@@ -71,11 +75,14 @@ void PointPanel::refresh() {
     row->setData(0, Qt::UserRole, point.id);
     if (const MeshItem* item = scene.find_mesh(point.mesh)) {
       row->setText(0, QString::fromStdString(item->name));
+      row->setToolTip(0, row->text(0));
       row->setIcon(0, swatch(item->colour));
+      row->setIcon(1, handle_icon(point.kind, item->colour));
     }
+    row->setText(1, title_of(point.kind));
     for (int axis = 0; axis < 3; ++axis) {
-      row->setText(1 + axis, QString::number(point.position_mm[axis], 'f', 1));
-      row->setTextAlignment(1 + axis, Qt::AlignRight | Qt::AlignVCenter);
+      row->setText(2 + axis, QString::number(point.position_mm[axis], 'f', 1));
+      row->setTextAlignment(2 + axis, Qt::AlignRight | Qt::AlignVCenter);
     }
     if (point.id == workbench_.view.selected_point) selected = row;
   }

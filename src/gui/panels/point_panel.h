@@ -11,7 +11,7 @@ namespace simplexseg {
 
 class Workbench;
 
-/// The list of attraction points; the selected one is where the crosshair goes.
+/// The list of points; the selected one is where the crosshair goes.
 class PointPanel : public QWidget {
   Q_OBJECT
  public:

@@ -36,6 +36,12 @@ const SceneBuffers::Slice* DrawnScene::slice(Orientation orientation) {
   return drawn ? slice : nullptr;
 }
 
+const SceneBuffers::Field* DrawnScene::field() {
+  const SceneBuffers::Field* field = nullptr;
+  const bool drawn = update_buffers([&](Session& session) { field = buffers_.update_field(session, workbench_.view); });
+  return drawn ? field : nullptr;
+}
+
 bool DrawnScene::update_buffers(const std::function<void(Session&)>& update) {
   if (failed_) return false;
   const std::string before = buffers_.how();

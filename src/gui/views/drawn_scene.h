@@ -30,6 +30,8 @@ class DrawnScene : public QObject {
   const SceneBuffers::Outlines* outlines(Orientation orientation);
   /// The slice through the crosshair. There must be a volume.
   const SceneBuffers::Slice* slice(Orientation orientation);
+  /// The field of the active mesh; null also while it is not shown, or there is none.
+  const SceneBuffers::Field* field();
 
  signals:
   /// SceneBuffers::how() says something else than before.

@@ -7,6 +7,8 @@
 #include <QWheelEvent>
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <tuple>
 #include <utility>
 
 #include "gui/input/bindings.h"
@@ -18,7 +20,21 @@ namespace simplexseg {
 namespace {
 
 constexpr double kHitRadius = 8;   // logical pixels
+constexpr double kGrabRadius = 4;  // logical pixels
 constexpr double kDragStarts = 3;  // logical pixels: less is a click
+
+std::optional<PointKind> kind_of(Tool tool) {
+  switch (tool) {
+    case Tool::Point:
+      return PointKind::Boundary;
+    case Tool::Inside:
+      return PointKind::Inside;
+    case Tool::Outside:
+      return PointKind::Outside;
+    default:
+      return std::nullopt;
+  }
+}
 
 double length(const QPointF& offset) { return std::hypot(offset.x(), offset.y()); }
 
@@ -73,6 +89,17 @@ ItemId SliceTools::mesh_at(const QPointF& pixel) const {
   return nearest ? nearest : around;
 }
 
+bool SliceTools::grabs_at(const QPointF& pixel, Qt::KeyboardModifiers modifiers) const {
+  const ViewState& view = workbench_.view;
+  if (view.tool != Tool::Crosshair || view.window_level_armed || point_at(pixel)) return false;
+  if (gesture(Where::Slices, Mouse::Left, modifiers) != Act::MoveCrosshair) return false;
+  const auto pixel_of = [this](const Vec3& at) { return view_.pixel_of({at.x, at.y, at.z}); };
+  const std::span<const OutlinePiece> outline = view_.active_outline();
+  return std::any_of(outline.begin(), outline.end(), [&](const OutlinePiece& piece) {
+    return distance_to_segment(pixel, pixel_of(piece.start), pixel_of(piece.end)) <= kGrabRadius;
+  });
+}
+
 void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers modifiers) {
   ViewState& view = workbench_.view;
   if (view.window_level_armed) {
@@ -82,9 +109,13 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
   const std::optional<Act> act = gesture(Where::Slices, Mouse::Left, modifiers);
   if (!act) return;
   const ItemId under = point_at(pixel);
+  if (grabs_at(pixel, modifiers)) {
+    drag_ = Drag::Grab;
+    return;
+  }
   switch (*act) {
     case Act::AddPoint:
-      begin_point(pixel);
+      begin_point(pixel, PointKind::Boundary);
       return;
     case Act::ErasePoint:
       if (under) workbench_.apply(DeleteAttractionPoint{under});
@@ -108,21 +139,27 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
     grab_offset_mm_ = workbench_.scene().find_point(under)->position_mm - view_.world_of(pixel);
     view.selected_point = under;
     workbench_.view_edited();
-  } else if (view.tool == Tool::Point) {
-    begin_point(pixel);
+  } else if (const std::optional<PointKind> kind = kind_of(view.tool)) {
+    begin_point(pixel, *kind);
   } else {
     drag_ = Drag::Crosshair;
     workbench_.set_crosshair(view_.world_of(pixel));
   }
 }
 
-void SliceTools::begin_point(const QPointF& pixel) {
-  if (!workbench_.active_mesh()) {
-    workbench_.say(Severity::Warning, SliceView::tr("No mesh to attract: add one with tool 4 or in the panel Meshes"));
-    return;
-  }
+ItemId SliceTools::add_point(const Eigen::Vector3d& world_mm, PointKind kind) {
   ItemId point = 0;
-  if (!workbench_.apply(AddAttractionPoint{workbench_.view.active_mesh, view_.world_of(pixel)}, &point)) return;
+  if (!workbench_.active_mesh()) {
+    workbench_.say(Severity::Warning, SliceView::tr("No mesh for a point: add one with tool 4 or in the panel Meshes"));
+  } else {
+    workbench_.apply(AddAttractionPoint{workbench_.view.active_mesh, world_mm, kind}, &point);
+  }
+  return point;
+}
+
+void SliceTools::begin_point(const QPointF& pixel, PointKind kind) {
+  const ItemId point = add_point(view_.world_of(pixel), kind);
+  if (!point) return;
   drag_ = Drag::Point;
   dragged_point_ = point;
   drag_continues_ = true;
@@ -158,7 +195,14 @@ void SliceTools::finish_seed() {
   workbench_.apply(AddMesh{{}, *seed, std::nullopt, workbench_.view.active_mesh});
 }
 
-void SliceTools::hover(const QPointF& pixel) {
+void SliceTools::show_grab(bool grabs) {
+  if (std::exchange(grabs_, grabs) == grabs) return;
+  view_.update_cursor();
+  view_.update();
+}
+
+void SliceTools::hover(const QPointF& pixel, Qt::KeyboardModifiers modifiers) {
+  show_grab(grabs_at(pixel, modifiers));
   const ItemId under = point_at(pixel);
   if (under == workbench_.view.hovered_point) return;
   workbench_.view.hovered_point = under;
@@ -183,10 +227,11 @@ void SliceTools::move(const QMouseEvent& event) {
   if (!workbench_.has_volume()) return;
   const QPointF here = event.position(), moved = here - last_;
   last_ = here;
+  mouse_ = here;
   moved_ |= length(here - press_) >= kDragStarts;
   switch (drag_) {
     case Drag::None:
-      hover(here);
+      hover(here, event.modifiers());
       if (event.buttons() == Qt::NoButton &&
           gesture(Where::Slices, Mouse::Move, event.modifiers()) == Act::FollowMouse) {
         workbench_.set_crosshair(view_.world_of(here));
@@ -194,6 +239,14 @@ void SliceTools::move(const QMouseEvent& event) {
       break;
     case Drag::Crosshair:
       workbench_.set_crosshair(view_.world_of(here));
+      break;
+    case Drag::Grab:
+      // Only now: a click on the outline moves the crosshair as elsewhere.
+      if (moved_) {
+        drag_ = Drag::None;
+        begin_point(press_, PointKind::Boundary);
+        if (drag_ == Drag::Point) drag_point(here);
+      }
       break;
     case Drag::Point:
       // A click on a handle selects it and does not shift it by the tremble of a hand.
@@ -219,6 +272,7 @@ void SliceTools::release(const QMouseEvent& event) {
   const Drag ended = drag_;
   drag_ = Drag::None;
   if (ended == Drag::Seed) finish_seed();
+  if (ended == Drag::Grab) workbench_.set_crosshair(view_.world_of(press_));
   if (ended == Drag::WindowLevel) {
     workbench_.view.window_level_armed = false;
     workbench_.view_edited();
@@ -232,8 +286,8 @@ void SliceTools::release(const QMouseEvent& event) {
 bool SliceTools::double_click(const QMouseEvent& event) {
   // With the tools that place things two quick clicks are two places.
   const ViewState& view = workbench_.view;
-  const bool plain = event.button() == Qt::LeftButton && !view.window_level_armed && view.tool != Tool::Point &&
-                     view.tool != Tool::Seed;
+  const bool plain =
+      event.button() == Qt::LeftButton && !view.window_level_armed && !kind_of(view.tool) && view.tool != Tool::Seed;
   if (plain && gesture(Where::Slices, Mouse::DoubleClick, event.modifiers()) == Act::Maximise) return false;
   press(event);
   return true;
@@ -289,6 +343,12 @@ bool SliceTools::key(const QKeyEvent& event) {
     case Act::PreviousSlice:
       view_.move_by_slices(-1);
       return true;
+    case Act::AddInside:
+    case Act::AddOutside:
+      // A key that is held must not leave a trail of points, nor may one come between press and release of a drag.
+      if (mouse_ && !event.isAutoRepeat() && drag_ == Drag::None)
+        add_point(view_.world_of(*mouse_), *act == Act::AddInside ? PointKind::Inside : PointKind::Outside);
+      return true;
     default:
       return false;
   }
@@ -300,6 +360,8 @@ void SliceTools::move_crosshair(const Eigen::Vector3d& direction, int voxels) {
 }
 
 void SliceTools::leave() {
+  mouse_.reset();
+  show_grab(false);
   if (!workbench_.view.hovered_point || drag_ != Drag::None) return;
   workbench_.view.hovered_point = 0;
   workbench_.view_edited();
@@ -314,12 +376,17 @@ void SliceTools::show_menu(const QPointF& pixel, const QPoint& global) {
     menu.addAction(SliceView::tr("Delete this point"), [=, this] { workbench_.apply(DeleteAttractionPoint{point}); });
     menu.addSeparator();
   }
-  QAction* add = menu.addAction(SliceView::tr("Add attraction point here"), [=, this] {
-    workbench_.apply(AddAttractionPoint{workbench_.view.active_mesh, world});
-  });
-  if (!workbench_.active_mesh()) {
-    add->setEnabled(false);
-    add->setToolTip(SliceView::tr("There is no mesh that it could attract"));
+  const std::tuple<PointKind, QString, Act> kinds[] = {
+      {PointKind::Boundary, SliceView::tr("Boundary point here: the surface passes here"), Act::AddPoint},
+      {PointKind::Inside, SliceView::tr("Inside point here: belongs to the object"), Act::AddInside},
+      {PointKind::Outside, SliceView::tr("Outside point here: does not belong to it"), Act::AddOutside}};
+  for (const auto& [kind, text, act] : kinds) {
+    QAction* add = menu.addAction(text, [=, this, kind = kind] { add_point(world, kind); });
+    add->setShortcut(QKeySequence(QString::fromLatin1(binding_of(act).keys)));
+    if (!workbench_.active_mesh()) {
+      add->setEnabled(false);
+      add->setToolTip(SliceView::tr("There is no mesh that it could say something of"));
+    }
   }
   if (const MeshItem* item = workbench_.scene().find_mesh(mesh); item && mesh != workbench_.view.active_mesh) {
     menu.addAction(SliceView::tr("Make \"%1\" active").arg(QString::fromStdString(item->name)),

@@ -32,24 +32,31 @@ class SliceTools {
   bool key(const QKeyEvent& event);
   void leave();
 
+  /// Whether a drag from where the mouse is would pull the active mesh's outline.
+  bool grabs() const { return grabs_; }
   /// The sphere that is being placed, from its press to its release.
   const std::optional<Seed>& seed() const { return seed_; }
 
  private:
-  enum class Drag { None, Crosshair, Point, Zoom, Pan, WindowLevel, Seed };
+  enum class Drag { None, Crosshair, Grab, Point, Zoom, Pan, WindowLevel, Seed };
 
   /// The point whose handle is within 8 px of the place, 0 if none; of several the nearest.
   ItemId point_at(const QPointF& pixel) const;
   /// The mesh whose outline is within 8 px, else the one that the place lies in, 0 if none.
   ItemId mesh_at(const QPointF& pixel) const;
+  /// Whether the active mesh's outline is within 4 px and a drag there pulls it: with the crosshair, on no point.
+  bool grabs_at(const QPointF& pixel, Qt::KeyboardModifiers modifiers) const;
   void begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers modifiers);
-  void begin_point(const QPointF& pixel);
+  void begin_point(const QPointF& pixel, PointKind kind);
+  /// Adds a point to the active mesh; 0 when that fails, which is said.
+  ItemId add_point(const Eigen::Vector3d& world_mm, PointKind kind);
   void drag_point(const QPointF& pixel);
   void drag_window_level(const QPointF& moved);
   void finish_seed();
   /// Moves the crosshair along a direction of the screen.
   void move_crosshair(const Eigen::Vector3d& direction, int voxels);
-  void hover(const QPointF& pixel);
+  void hover(const QPointF& pixel, Qt::KeyboardModifiers modifiers);
+  void show_grab(bool grabs);
   void show_menu(const QPointF& pixel, const QPoint& global);
 
   Workbench& workbench_;
@@ -59,7 +66,9 @@ class SliceTools {
   bool drag_continues_ = false;              ///< the session knows of the drag already
   Eigen::Vector3d grab_offset_mm_{0, 0, 0};  ///< from the mouse to the handle
   QPointF press_, last_;
-  bool moved_ = false;        ///< far enough from the press to be no click
+  std::optional<QPointF> mouse_;  ///< while it is over the view
+  bool moved_ = false;            ///< far enough from the press to be no click
+  bool grabs_ = false;
   double wheel_degrees_ = 0;  ///< turned since the last whole notch
   std::optional<Seed> seed_;
 };

@@ -50,6 +50,22 @@ QPointF SliceView::pixel_of(const Eigen::Vector3d& world_mm) const {
   return {width() / 2.0 + offset.dot(axes.right), height() / 2.0 - offset.dot(axes.up)};
 }
 
+std::span<const OutlinePiece> SliceView::active_outline() {
+  if (!outline_) {
+    outline_.emplace();
+    const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
+    const auto active = std::find_if(meshes.begin(), meshes.end(), [&](const MeshItem& item) {
+      return item.id == workbench_.view.active_mesh && item.visible;
+    });
+    if (outlines_ && active != meshes.end()) {
+      makeCurrent();
+      outline_ = drawn_.buffers().read_outline(orientation_, static_cast<int>(active - meshes.begin()));
+      doneCurrent();
+    }
+  }
+  return *outline_;
+}
+
 void SliceView::fit() {
   fitted_ = true;
   if (!workbench_.has_volume()) return;
@@ -99,6 +115,7 @@ void SliceView::resizeEvent(QResizeEvent* event) {
 
 void SliceView::create_painters() {
   slice_painter_.create();
+  field_painter_.create();
   outline_painter_.create();
   line_painter_.create();
   disc_painter_.create();
@@ -106,6 +123,7 @@ void SliceView::create_painters() {
 
 void SliceView::destroy_painters() {
   slice_painter_.destroy();
+  field_painter_.destroy();
   outline_painter_.destroy();
   line_painter_.destroy();
   disc_painter_.destroy();
@@ -127,8 +145,10 @@ Projection SliceView::projection() const {
 }
 
 void SliceView::prepare() {
+  outline_.reset();
   slice_ = drawn_.slice(orientation_);
   outlines_ = workbench_.view.show_meshes ? drawn_.outlines(orientation_) : nullptr;
+  field_ = drawn_.field();
 }
 
 void SliceView::paint() {
@@ -137,10 +157,17 @@ void SliceView::paint() {
   if (!workbench_.has_volume()) return;
   const ViewState& view = workbench_.view;
   if (slice_) slice_painter_.draw(projection, *slice_, true);
+  if (slice_ && field_) draw_field(projection);
   if (outlines_) draw_outlines(projection);
   if (view.show_annotations) draw_crosshair(projection);
   draw_points(projection);
   draw_seed(projection);
+}
+
+void SliceView::draw_field(const Projection& projection) {
+  constexpr float kStrongest = 0.4f;
+  const MeshItem* item = workbench_.active_mesh();
+  if (item) field_painter_.draw(projection, slice_->grid, *field_, rgba_of(item->colour, kStrongest));
 }
 
 void SliceView::draw_outlines(const Projection& projection) {
@@ -150,7 +177,10 @@ void SliceView::draw_outlines(const Projection& projection) {
     for (std::size_t m = 0; m < meshes.size(); ++m) {
       if (!meshes[m].visible || (meshes[m].id == workbench_.view.active_mesh) != active) continue;
       outline_painter_.draw(projection, *outlines_, static_cast<int>(m), rgba_of(meshes[m].colour),
-                            (active ? 2.4f : 1.4f) * ratio);
+                            (!active          ? 1.4f
+                             : tools_.grabs() ? 3.6f
+                                              : 2.4f) *
+                                ratio);
     }
   }
 }
@@ -171,7 +201,19 @@ void SliceView::draw_crosshair(const Projection& projection) {
   }
 }
 
+// Where the slice cuts the balls that points mark; a boundary point marks none.
+void SliceView::draw_balls(const Projection& projection) {
+  for (const AttractionPoint& point : workbench_.scene().points) {
+    const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
+    const double off = distance_to_slice_mm(point.position_mm);
+    if (!item || point.kind == PointKind::Boundary || off >= point.radius_mm) continue;
+    const double radius_mm = std::sqrt(point.radius_mm * point.radius_mm - off * off);
+    draw_circle(projection, point.position_mm, radius_mm, rgba_of(item->colour, 0.8f), 1.2f);
+  }
+}
+
 void SliceView::draw_points(const Projection& projection) {
+  draw_balls(projection);
   std::vector<DiscPainter::Disc> discs;
   const float ratio = static_cast<float>(devicePixelRatio());
   for (const AttractionPoint& point : workbench_.scene().points) {
@@ -181,8 +223,8 @@ void SliceView::draw_points(const Projection& projection) {
     const bool selected = point.id == workbench_.view.selected_point,
                hovered = point.id == workbench_.view.hovered_point;
     const Rgba rim = selected ? rgba_of(theme::kSelected, opacity) : Rgba(1, 1, 1, opacity);
-    discs.push_back(
-        {point.position_mm.cast<float>(), rgba_of(item->colour, opacity), rim, (hovered ? 7.5f : 6.0f) * ratio});
+    discs.push_back({point.position_mm.cast<float>(), rgba_of(colour_of(point.kind, item->colour), opacity), rim,
+                     (hovered ? 8.0f : 6.5f) * ratio, glyph_of(point.kind)});
   }
   disc_painter_.draw(projection, discs);
 }
@@ -190,20 +232,23 @@ void SliceView::draw_points(const Projection& projection) {
 // The sphere that is being placed.
 void SliceView::draw_seed(const Projection& projection) {
   const std::optional<Seed>& seed = tools_.seed();
-  if (!seed) return;
+  if (seed) draw_circle(projection, seed->centre_mm, seed->radius_mm, rgba_of(theme::kSelected), 1.6f);
+}
+
+void SliceView::draw_circle(const Projection& projection, const Eigen::Vector3d& centre_mm, double radius_mm,
+                            const Rgba& colour, float width) {
   constexpr int kSides = 72;
   const SliceAxes axes = this->axes();
   std::vector<Eigen::Vector3f> ends;
   const auto at = [&](int side) -> Eigen::Vector3f {
     const double angle = 2 * std::numbers::pi * side / kSides;
-    return (seed->centre_mm + seed->radius_mm * (std::cos(angle) * axes.right + std::sin(angle) * axes.up))
-        .cast<float>();
+    return (centre_mm + radius_mm * (std::cos(angle) * axes.right + std::sin(angle) * axes.up)).cast<float>();
   };
   for (int side = 0; side < kSides; ++side) {
     ends.push_back(at(side));
     ends.push_back(at(side + 1));
   }
-  line_painter_.draw(projection, ends, rgba_of(theme::kSelected), 1.6f * static_cast<float>(devicePixelRatio()));
+  line_painter_.draw(projection, ends, colour, width * static_cast<float>(devicePixelRatio()));
 }
 
 QRectF SliceView::text_box() const { return QRectF(rect()).adjusted(7, 5, -7, -5); }
@@ -230,6 +275,8 @@ void SliceView::annotate(std::vector<Label>& labels) const {
     note = tr("radius %1 mm").arg(tools_.seed()->radius_mm, 0, 'f', 1);
   } else if (workbench_.view.window_level_armed) {
     note = tr("window %1  level %2").arg(workbench_.view.window, 0, 'g', 4).arg(workbench_.view.level, 0, 'g', 4);
+  } else if (const MeshItem* item = workbench_.active_mesh(); workbench_.view.show_field && !field_ && item) {
+    note = tr("nothing learned yet: \"%1\"").arg(QString::fromStdString(item->name));
   }
   if (!note.isEmpty()) labels.push_back({box, Qt::AlignLeft | Qt::AlignBottom, note, theme::kSelected, false});
 }
@@ -265,7 +312,7 @@ void SliceView::update_cursor() {
   } else if (view.tool == Tool::ZoomPan) {
     setCursor(Qt::OpenHandCursor);
   } else if (view.tool == Tool::Crosshair) {
-    setCursor(Qt::ArrowCursor);
+    setCursor(tools_.grabs() ? Qt::OpenHandCursor : Qt::ArrowCursor);
   } else {
     setCursor(Qt::CrossCursor);
   }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "gui/look/slice_geometry.h"
@@ -36,6 +38,11 @@ class SliceView : public View {
   Eigen::Vector3d world_of(const QPointF& pixel) const;
   QPointF pixel_of(const Eigen::Vector3d& world_mm) const;
   double mm_per_pixel() const { return mm_per_pixel_; }
+  /// The pieces of the active mesh's outline in the last picture; none while meshes are hidden. Read back once for each
+  /// picture, when asked for.
+  std::span<const OutlinePiece> active_outline();
+  /// Shows the pointer of what a press would begin.
+  void update_cursor();
 
  protected:
   void create_painters() override;
@@ -55,14 +62,17 @@ class SliceView : public View {
 
  private:
   Projection projection() const;
+  void draw_field(const Projection& projection);
   void draw_outlines(const Projection& projection);
   void draw_crosshair(const Projection& projection);
   void draw_points(const Projection& projection);
+  void draw_balls(const Projection& projection);
+  /// `width`: of the line, logical pixels.
+  void draw_circle(const Projection& projection, const Eigen::Vector3d& centre_mm, double radius_mm, const Rgba& colour,
+                   float width);
   void draw_seed(const Projection& projection);
   QString corner_text() const;
   QRectF text_box() const;
-  /// Shows the pointer of the tool that a press would begin.
-  void update_cursor();
 
   const Orientation orientation_;
   Eigen::Vector3d centre_mm_{0, 0, 0};  ///< what lies in the middle of the widget
@@ -72,7 +82,10 @@ class SliceView : public View {
 
   const SceneBuffers::Slice* slice_ = nullptr;  ///< what prepare() found, like the next
   const SceneBuffers::Outlines* outlines_ = nullptr;
+  const SceneBuffers::Field* field_ = nullptr;
+  std::optional<std::vector<OutlinePiece>> outline_;  ///< of the active mesh; none: not read since the last picture
   SlicePainter slice_painter_;
+  FieldPainter field_painter_;
   OutlinePainter outline_painter_;
   LinePainter line_painter_;
   DiscPainter disc_painter_;

@@ -113,8 +113,8 @@ void SpaceView::draw_points(const Projection& projection) {
     const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
     if (!item) continue;
     const Rgba rim = point.id == workbench_.view.selected_point ? rgba_of(theme::kSelected) : Rgba(1, 1, 1, 1);
-    discs.push_back(
-        {point.position_mm.cast<float>(), rgba_of(item->colour), rim, 5.0f * static_cast<float>(devicePixelRatio())});
+    discs.push_back({point.position_mm.cast<float>(), rgba_of(colour_of(point.kind, item->colour)), rim,
+                     5.0f * static_cast<float>(devicePixelRatio()), glyph_of(point.kind)});
   }
   disc_painter_.draw(projection, discs);
 }

@@ -25,6 +25,7 @@ View::View(Workbench& workbench, DrawnScene& drawn, QWidget* parent)
     if (!workbench_.running()) update();
   });
   connect(&workbench_, &Workbench::view_changed, this, repaint);
+  connect(&workbench_, &Workbench::learning_changed, this, repaint);
   connect(&workbench_, &Workbench::volume_changed, this, [this] { fit(); });
 }
 

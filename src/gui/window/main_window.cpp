@@ -97,10 +97,12 @@ void MainWindow::build_menus() {
                      {Act::SaveLabels, Act::SaveMeshes, Act::Screenshot},
                      {Act::Quit}});
   fill(tr("&Edit"), {{Act::Undo, Act::Redo}, {Act::DeletePoint}});
-  fill(tr("&Tools"), {{Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolPoint, Act::ToolSeed}, {Act::WindowLevel}});
+  fill(tr("&Tools"), {{Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolSeed},
+                      {Act::ToolPoint, Act::ToolInside, Act::ToolOutside},
+                      {Act::WindowLevel}});
   fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::ResetPose}});
   QMenu* view = fill(tr("&View"), {{Act::CentreOnCrosshair, Act::Fit, Act::AutoContrast, Act::Neurological},
-                                   {Act::ShowMeshes, Act::Annotations, Act::Slices3d},
+                                   {Act::ShowMeshes, Act::ShowField, Act::Annotations, Act::Slices3d},
                                    {Act::LessOpaque, Act::MoreOpaque}});
   view->addSeparator();
   for (QDockWidget* dock : panels_->all()) view->addAction(dock->toggleViewAction());
@@ -114,7 +116,8 @@ void MainWindow::build_toolbar() {
   bar->setToolButtonStyle(Qt::ToolButtonTextOnly);
   bar->setContextMenuPolicy(Qt::PreventContextMenu);
   auto* group = new QActionGroup(this);
-  for (const Act act : {Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolPoint, Act::ToolSeed}) {
+  for (const Act act :
+       {Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolSeed, Act::ToolPoint, Act::ToolInside, Act::ToolOutside}) {
     group->addAction((*actions_)[act]);
     bar->addAction((*actions_)[act]);
   }

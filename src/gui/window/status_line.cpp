@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gui/look/theme.h"
 #include "gui/views/drawn_scene.h"
 #include "gui/workbench/workbench.h"
 
@@ -15,18 +16,26 @@ StatusLine::StatusLine(Workbench& workbench, DrawnScene& drawn, QWidget* parent)
       workbench_(workbench),
       drawn_(drawn),
       place_(new QLabel(this)),
+      learning_(new QLabel(this)),
       manner_(new QLabel(this)),
       contrast_(new QLabel(this)) {
   setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Fixed);  // a long line must not widen the window
   setSizeGripEnabled(false);
-  for (QLabel* label : {place_, manner_, contrast_}) label->setContentsMargins(8, 0, 8, 0);
+  for (QLabel* label : {place_, learning_, manner_, contrast_}) label->setContentsMargins(8, 0, 8, 0);
   place_->setTextInteractionFlags(Qt::TextSelectableByMouse);
   manner_->setMinimumWidth(1);  // the first to give way in a narrow window
   manner_->setStyleSheet("color: #969ca4;");
   addWidget(place_, 1);
+  learning_->setStyleSheet(QString("color: %1;").arg(theme::kSelected.name()));
+  learned_.setSingleShot(true);
+  learned_.setInterval(300);
+  connect(&learned_, &QTimer::timeout, learning_, &QLabel::clear);
+  addPermanentWidget(learning_);
   addPermanentWidget(manner_);
   addPermanentWidget(contrast_);
   connect(&workbench_, &Workbench::view_changed, this, &StatusLine::refresh_view);
+  connect(&workbench_, &Workbench::learning_changed, this, &StatusLine::refresh_learning);
+  connect(&workbench_, &Workbench::running_changed, this, &StatusLine::refresh_learning);
   connect(&drawn_, &DrawnScene::manner_changed, this, &StatusLine::refresh_manner);
   refresh_view();
 }
@@ -53,6 +62,17 @@ void StatusLine::refresh_view() {
                       .arg(voxel[2])
                       .arg(volume.value(voxel[0], voxel[1], voxel[2]), 0, 'g', 6));
   contrast_->setText(tr("window %1  level %2").arg(view.window, 0, 'g', 4).arg(view.level, 0, 'g', 4));
+}
+
+// While the simulation is paused nothing is learned.
+void StatusLine::refresh_learning() {
+  const MeshItem* item = workbench_.running() ? workbench_.scene().find_mesh(workbench_.session().learning()) : nullptr;
+  if (!item) {
+    learned_.start();
+    return;
+  }
+  learned_.stop();
+  learning_->setText(tr("learning mesh '%1'").arg(QString::fromStdString(item->name)));
 }
 
 void StatusLine::refresh_manner() {

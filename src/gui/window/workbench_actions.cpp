@@ -13,10 +13,9 @@
 namespace simplexseg {
 namespace {
 
-constexpr std::pair<Act, Tool> kTools[] = {{Act::ToolCrosshair, Tool::Crosshair},
-                                           {Act::ToolZoomPan, Tool::ZoomPan},
-                                           {Act::ToolPoint, Tool::Point},
-                                           {Act::ToolSeed, Tool::Seed}};
+constexpr std::pair<Act, Tool> kTools[] = {{Act::ToolCrosshair, Tool::Crosshair}, {Act::ToolZoomPan, Tool::ZoomPan},
+                                           {Act::ToolPoint, Tool::Point},         {Act::ToolSeed, Tool::Seed},
+                                           {Act::ToolInside, Tool::Inside},       {Act::ToolOutside, Tool::Outside}};
 
 /// "Undo add point", and "Undo" alone where there is nothing to name.
 void name_history_entry(QAction* action, const QString& verb, const char* title) {
@@ -34,7 +33,8 @@ WorkbenchActions::WorkbenchActions(Workbench& workbench, ViewGrid& views, Action
   connect_simulation();
   connect_looking();
   // While a key is held its repeats must not switch a mode off and on.
-  for (const Act act : {Act::WindowLevel, Act::RunPause, Act::ShowMeshes, Act::Annotations, Act::Slices3d})
+  for (const Act act :
+       {Act::WindowLevel, Act::RunPause, Act::ShowMeshes, Act::ShowField, Act::Annotations, Act::Slices3d})
     actions_[act]->setAutoRepeat(false);
   actions_[Act::ResetPose]->setIconText(tr("Reset"));
   actions_[Act::AutoContrast]->setIconText(tr("Auto contrast"));
@@ -76,6 +76,7 @@ void WorkbenchActions::connect_simulation() {
 
 void WorkbenchActions::connect_looking() {
   connect_tick(Act::ShowMeshes, &ViewState::show_meshes);
+  connect_tick(Act::ShowField, &ViewState::show_field);
   connect_tick(Act::Annotations, &ViewState::show_annotations);
   connect_tick(Act::Slices3d, &ViewState::show_slices_3d);
   connect_tick(Act::WindowLevel, &ViewState::window_level_armed);
@@ -119,7 +120,8 @@ void WorkbenchActions::refresh() {
   for (const Act act : {Act::ToolSeed, Act::AutoContrast, Act::Fit, Act::CentreOnCrosshair, Act::WindowLevel}) {
     set_enabled(actions_[act], workbench_.has_volume(), no_volume);
   }
-  set_enabled(actions_[Act::ToolPoint], meshes, no_mesh);
+  for (const Act act : {Act::ToolPoint, Act::ToolInside, Act::ToolOutside, Act::ShowField})
+    set_enabled(actions_[act], meshes, no_mesh);
 }
 
 void WorkbenchActions::refresh_ticks() {

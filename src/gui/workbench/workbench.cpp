@@ -11,13 +11,17 @@ Workbench::Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_p
   settle_.setSingleShot(true);
   settle_.setInterval(250);
   connect(&settle_, &QTimer::timeout, this, &Workbench::scene_changed);
-  connect(&cuts_, &RepeatedWarning::tell, this, [this](const QString& text) { say(Severity::Warning, text); });
+  for (RepeatedWarning* warning : {&cuts_, &warnings_})
+    connect(warning, &RepeatedWarning::tell, this, [this](const QString& text) { say(Severity::Warning, text); });
 }
 
 void Workbench::open(Scene scene, Volume volume, References references) {
   session_.open(std::move(scene), std::move(volume));
   references_ = std::move(references);
   cuts_.forget();
+  warnings_.forget();
+  warned_.clear();
+  follow_learning();
   set_running(false);
   paused_by_user_ = false;
   settle_.stop();
@@ -57,6 +61,7 @@ bool Workbench::apply(const Command& command, ItemId* added) {
     // A drag comes with every frame; panels that were rebuilt as often would hold it up.
     if (!settle_.isActive()) settle_.start();
   } else {
+    warned_.clear();
     settle_.stop();
     emit scene_changed();
     emit view_changed();
@@ -78,6 +83,20 @@ void Workbench::forget_missing_items() {
   if (!scene().find_point(view.hovered_point)) view.hovered_point = 0;
 }
 
+void Workbench::follow_learning() {
+  if (learning_ == session_.learning()) return;
+  learning_ = session_.learning();
+  emit learning_changed();
+}
+
+// A field is learned anew with every movement of a point: what is wrong with it is said once.
+void Workbench::warn(const std::vector<std::string>& lines) {
+  std::vector<std::string> fresh;
+  for (const std::string& line : lines)
+    if (warned_.insert(line).second) fresh.push_back(line);
+  warnings_.add(fresh);
+}
+
 Advance Workbench::report(const std::function<Advance()>& advance) {
   Advance done;
   try {
@@ -86,6 +105,8 @@ Advance Workbench::report(const std::function<Advance()>& advance) {
     done.failure = error.what();
   }
   cuts_.add(done.cuts);
+  warn(done.warnings);
+  follow_learning();
   if (done.steps > 0) emit advanced(done);
   if (done.steps > 0 || done.refined) emit pose_changed();
   if (done.failure) {

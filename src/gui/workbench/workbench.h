@@ -5,6 +5,7 @@
 #include <QTimer>
 #include <functional>
 #include <memory>
+#include <set>
 
 #include "gui/look/view_state.h"
 #include "gui/workbench/repeated_warning.h"
@@ -75,10 +76,14 @@ class Workbench : public QObject {
   void view_changed();
   void volume_changed();
   void running_changed();
+  void learning_changed();  ///< Session::learning(): a field is begun, or was taken
   void message(simplexseg::Severity severity, const QString& text);
 
  private:
   void forget_missing_items();
+  /// Says what has not been said since the user's last action.
+  void warn(const std::vector<std::string>& lines);
+  void follow_learning();
   /// Advances, and tells everyone how it went.
   Advance report(const std::function<Advance()>& advance);
   void announce();
@@ -86,8 +91,10 @@ class Workbench : public QObject {
 
   Session session_;
   References references_;
-  RepeatedWarning cuts_;
-  QTimer settle_;  ///< until the panels follow a drag
+  RepeatedWarning cuts_, warnings_;
+  std::set<std::string> warned_;  ///< since the user's last action
+  ItemId learning_ = 0;           ///< as was told
+  QTimer settle_;                 ///< until the panels follow a drag
   bool running_ = false;
   bool paused_by_user_ = false;
   std::size_t saved_log_ = 0;

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+// Points of the three kinds, and the outline that is grabbed: real events, and what the session holds afterwards.
+#include <QAction>
+#include <QContextMenuEvent>
+#include <QMenu>
+#include <QTimer>
+#include <QTreeWidget>
+
+#include "gui/look/point_look.h"
+#include "gui/look/theme.h"
+#include "gui/panels/point_panel.h"
+#include "gui/window/message_bar.h"
+#include "window_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+class PointsTest : public WindowTest {
+ protected:
+  void SetUp() override {
+    WindowTest::SetUp();
+    if (IsSkipped()) return;
+    open_phantom();
+    bench().pause();
+  }
+  void move_mouse(const QPointF& at, Qt::KeyboardModifiers modifiers = {}) {
+    mouse(axial(), QEvent::MouseMove, at, Qt::NoButton, Qt::NoButton, modifiers);
+  }
+  void press_key(int key, bool repeated = false) {
+    QKeyEvent event(QEvent::KeyPress, key, Qt::NoModifier, {}, repeated);
+    QApplication::sendEvent(&axial(), &event);
+  }
+  QPointF pixel(double x_mm, double y_mm) {
+    return axial().pixel_of(bench().view.crosshair_mm + Eigen::Vector3d(x_mm, y_mm, 0));
+  }
+  /// Where the outline of the sphere crosses the horizontal through its centre.
+  QPointF outline_at_right() {
+    axial().grabFramebuffer();  // outlines are those of the last picture
+    double right = 0;
+    for (const OutlinePiece& piece : axial().active_outline()) {
+      right = std::max(right, axial().pixel_of({piece.start.x, piece.start.y, piece.start.z}).x());
+    }
+    for (const OutlinePiece& piece : axial().active_outline()) {
+      const QPointF at = axial().pixel_of({piece.start.x, piece.start.y, piece.start.z});
+      if (at.x() == right) return at;
+    }
+    return {};
+  }
+  /// Pixels of the axial view that have this colour.
+  int count_pixels(const QColor& colour) {
+    const QImage picture = axial().grabFramebuffer();
+    int count = 0;
+    for (int y = 0; y < picture.height(); ++y)
+      for (int x = 0; x < picture.width(); ++x) count += picture.pixelColor(x, y) == colour;
+    return count;
+  }
+};
+
+TEST_F(PointsTest, KeysPlaceInsideAndOutsidePointsUnderTheMouse) {
+  press_key(Qt::Key_I);  // the mouse is not over the view
+  EXPECT_TRUE(scene().points.empty());
+  move_mouse(pixel(5, 3));
+  press_key(Qt::Key_I);
+  press_key(Qt::Key_I, true);  // held: no trail of points
+  move_mouse(pixel(-20, -18));
+  press_key(Qt::Key_O);
+  ASSERT_EQ(scene().points.size(), 2u);
+  EXPECT_EQ(scene().points[0].kind, PointKind::Inside);
+  EXPECT_LT((scene().points[0].position_mm - bench().view.crosshair_mm - Eigen::Vector3d(5, 3, 0)).norm(), 1e-6);
+  EXPECT_GT(scene().points[0].radius_mm, 0);
+  EXPECT_EQ(scene().points[1].kind, PointKind::Outside);
+  EXPECT_EQ(scene().points[1].mesh, scene().meshes[0].id);
+  EXPECT_EQ(bench().view.selected_point, scene().points[1].id);
+  window_->actions()[Act::Undo]->trigger();
+  ASSERT_EQ(scene().points.size(), 1u);
+  EXPECT_EQ(scene().points[0].kind, PointKind::Inside);
+  window_->actions()[Act::Redo]->trigger();
+  EXPECT_EQ(scene().points.size(), 2u);
+}
+
+TEST_F(PointsTest, EachToolPlacesItsKindAndDragsItAtOnce) {
+  const std::pair<Act, PointKind> tools[] = {{Act::ToolPoint, PointKind::Boundary},
+                                             {Act::ToolInside, PointKind::Inside},
+                                             {Act::ToolOutside, PointKind::Outside}};
+  for (const auto& [tool, kind] : tools) {
+    window_->actions()[tool]->trigger();
+    EXPECT_TRUE(window_->actions()[tool]->isChecked());
+    const double y = 6.0 * static_cast<int>(kind);
+    drag(axial(), pixel(-4, y), pixel(4, y));
+    ASSERT_EQ(scene().points.size(), 1u);
+    EXPECT_EQ(scene().points[0].kind, kind);
+    EXPECT_NEAR(scene().points[0].position_mm.x() - bench().view.crosshair_mm.x(), 4, 1e-6);
+    // Grasped with any tool of points, and deleted, like every other.
+    window_->actions()[Act::ToolPoint]->trigger();
+    drag(axial(), pixel(4, y), pixel(0, y));
+    ASSERT_EQ(scene().points.size(), 1u);
+    EXPECT_EQ(scene().points[0].kind, kind);
+    EXPECT_NEAR(scene().points[0].position_mm.x() - bench().view.crosshair_mm.x(), 0, 1e-6);
+    bench().apply(Undo{});
+    EXPECT_NEAR(scene().points[0].position_mm.x() - bench().view.crosshair_mm.x(), 4, 1e-6);
+    move_mouse(pixel(4, y));
+    window_->actions()[Act::DeletePoint]->trigger();
+    EXPECT_TRUE(scene().points.empty());
+    bench().apply(Undo{});
+    bench().apply(Undo{});  // placing and dragging were one step
+    EXPECT_TRUE(scene().points.empty());
+  }
+}
+
+TEST_F(PointsTest, TheContextMenuOffersAllKinds) {
+  for (int entry = 0; entry < kPointKinds; ++entry) {
+    QTimer::singleShot(0, [entry] {
+      auto* menu = qobject_cast<QMenu*>(QApplication::activePopupWidget());
+      ASSERT_NE(menu, nullptr);
+      menu->actions()[entry]->trigger();
+      menu->close();
+    });
+    drag(axial(), pixel(-8.0 + 8 * entry, 10), pixel(-8.0 + 8 * entry, 10), Qt::RightButton);
+    ASSERT_EQ(scene().points.size(), entry + 1u);
+    EXPECT_EQ(scene().points.back().kind, static_cast<PointKind>(entry));
+  }
+}
+
+TEST_F(PointsTest, ThePanelNamesTheKinds) {
+  for (const PointKind kind : {PointKind::Boundary, PointKind::Inside, PointKind::Outside}) {
+    bench().apply(AddAttractionPoint{bench().view.active_mesh,
+                                     bench().view.crosshair_mm + Eigen::Vector3d(5.0 * static_cast<int>(kind), 0, 0),
+                                     kind});
+  }
+  auto* list = window_->findChild<PointPanel*>()->findChild<QTreeWidget*>();
+  ASSERT_EQ(list->topLevelItemCount(), 3);
+  EXPECT_EQ(list->topLevelItem(0)->text(1), "Boundary");
+  EXPECT_EQ(list->topLevelItem(1)->text(1), "Inside");
+  EXPECT_EQ(list->topLevelItem(2)->text(1), "Outside");
+  list->setCurrentItem(list->topLevelItem(1));
+  EXPECT_EQ(bench().view.selected_point, scene().points[1].id);
+  window_->actions()[Act::DeletePoint]->trigger();
+  ASSERT_EQ(scene().points.size(), 2u);
+  EXPECT_EQ(scene().points[1].kind, PointKind::Outside);
+}
+
+TEST_F(PointsTest, KindsAndTheirBallsAreSeen) {
+  window_->actions()[Act::Annotations]->trigger();  // the crosshair would be in the way
+  EXPECT_EQ(count_pixels(theme::kInside), 0);
+  EXPECT_EQ(count_pixels(theme::kOutside), 0);
+  const Eigen::Vector3d at = bench().view.crosshair_mm;
+  bench().apply(AddAttractionPoint{bench().view.active_mesh, at, PointKind::Inside, 8});
+  EXPECT_GT(count_pixels(theme::kInside), 20);
+  EXPECT_EQ(count_pixels(theme::kOutside), 0);
+  const auto ball_at = [&](double radius_mm) {
+    const QImage picture = axial().grabFramebuffer();
+    const QPointF place = axial().pixel_of(at + Eigen::Vector3d(0, radius_mm, 0)) * axial().devicePixelRatio();
+    const QColor colour = picture.pixelColor(place.toPoint());
+    return colour.red() - colour.blue();  // the mesh is orange
+  };
+  EXPECT_GT(ball_at(8), 60);
+  EXPECT_LT(ball_at(6), 20);
+  bench().view.crosshair_mm.z() += 5;  // the slice cuts the ball 5 mm off its centre
+  bench().view_edited();
+  EXPECT_GT(ball_at(std::sqrt(8.0 * 8 - 5 * 5)), 60);
+  bench().apply(AddAttractionPoint{bench().view.active_mesh, at + Eigen::Vector3d(0, 20, 5), PointKind::Outside});
+  EXPECT_GT(count_pixels(theme::kOutside), 20);
+}
+
+TEST_F(PointsTest, AnInsidePointOutsideOfTheVolumeIsRefusedWithAMessage) {
+  for (int n = 0; n < 30; ++n) axial().zoom_about(axial().rect().center(), 1.1);
+  move_mouse(QPointF(2, 2));
+  press_key(Qt::Key_O);
+  EXPECT_TRUE(scene().points.empty());
+  EXPECT_TRUE(window_->messages().isVisible());
+  EXPECT_TRUE(window_->messages().text().contains("outside point")) << window_->messages().text().toStdString();
+}
+
+TEST_F(PointsTest, AnOutlineIsGrabbedAndLeavesABoundaryPoint) {
+  const Eigen::Vector3d crosshair = bench().view.crosshair_mm;
+  const QPointF outline = outline_at_right();
+  ASSERT_GT(outline.x(), pixel(10, 0).x());
+  move_mouse(outline + QPointF(2, 0));
+  EXPECT_EQ(axial().cursor().shape(), Qt::OpenHandCursor);
+  drag(axial(), outline + QPointF(2, 0), outline + QPointF(42, 0));
+  ASSERT_EQ(scene().points.size(), 1u);
+  EXPECT_EQ(scene().points[0].kind, PointKind::Boundary);
+  EXPECT_LT((scene().points[0].position_mm - axial().world_of(outline + QPointF(42, 0))).norm(), 1e-6);
+  EXPECT_EQ(bench().view.crosshair_mm, crosshair);
+  bench().apply(Undo{});
+  EXPECT_TRUE(scene().points.empty());  // one step
+  EXPECT_FALSE(bench().session().can_undo());
+}
+
+TEST_F(PointsTest, TheCrosshairStillMovesBesideTheOutlineAndByAClickOnIt) {
+  const QPointF outline = outline_at_right();
+  move_mouse(outline - QPointF(7, 0));
+  EXPECT_EQ(axial().cursor().shape(), Qt::ArrowCursor);
+  drag(axial(), outline - QPointF(7, 0), outline - QPointF(40, 0));
+  EXPECT_TRUE(scene().points.empty());
+  EXPECT_LT((bench().view.crosshair_mm - axial().world_of(outline - QPointF(40, 0))).norm(), 0.9);
+  const QPointF again = outline_at_right();
+  drag(axial(), again, again);
+  EXPECT_TRUE(scene().points.empty());
+  EXPECT_LT((bench().view.crosshair_mm - axial().world_of(again)).norm(), 0.9);
+  // Nor is an outline grabbed that is not shown.
+  window_->actions()[Act::ShowMeshes]->trigger();
+  axial().grabFramebuffer();
+  drag(axial(), again, again - QPointF(30, 0));
+  EXPECT_TRUE(scene().points.empty());
+  EXPECT_LT((bench().view.crosshair_mm - axial().world_of(again - QPointF(30, 0))).norm(), 0.9);
+}
+
+}  // namespace
+}  // namespace simplexseg
