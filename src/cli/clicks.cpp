@@ -33,7 +33,7 @@ constexpr std::array<double, 4> kLevels{0.80, 0.85, 0.90, 0.95};
 struct Options {
   std::string image, labels, robot = "mark", json, csv, pictures;
   std::vector<double> label;
-  std::vector<std::string> without;
+  std::vector<std::string> without, settings_of_mesh;
   RobotSettings settings;
   int threads = 0;
 };
@@ -178,7 +178,7 @@ void clicks(const Options& options, const Console& console) {
       Case& at = cases.emplace_back();
       at.name = label ? number_to_text(static_cast<float>(*label)) : "all";
       EvidenceField field(image, run, settings);
-      MeshSubject mesh(image, options.robot != "none", threads);
+      MeshSubject mesh(image, options.robot != "none", options.settings_of_mesh, threads);
       const bool on_field = options.robot == "mark";
       std::vector<Mark> placed;
       Mask result;
@@ -251,6 +251,9 @@ void add_clicks(const Subcommand& app, Action& action) {
   sub.add_option("--without", options->without,
                  "Leave out a part of the field: sharpness, prior, classifier, geodesic, compactness, memory, "
                  "open-sides or brush; may be repeated")
+      .one_value_each();
+  sub.add_option("--set", options->settings_of_mesh,
+                 "Change a parameter of the mesh first: simulation.PARAMETER=VALUE or forces.FORCE.PARAMETER=VALUE")
       .one_value_each();
   sub.add_option("--json", options->json, "Write every click here, as JSON");
   sub.add_option("--csv", options->csv, "Write every click here, as a table");

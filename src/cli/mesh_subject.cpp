@@ -8,6 +8,7 @@
 #include "forces/step_view.h"
 #include "gpu/backend.h"
 #include "image/rasterise.h"
+#include "io/set_by_path.h"
 #include "session/mesh_marks.h"
 #include "session/session.h"
 
@@ -20,17 +21,19 @@ struct MeshSubject::State {
   Volume volume;
   bool evidence;
   int threads;
+  Scene scene;  ///< without meshes: what a new one starts with
   std::unique_ptr<Session> session;
   ItemId mesh = 0;
   std::size_t marks = 0;  ///< that the session has
 
   void start(const Mark& seed) {
     session = std::make_unique<Session>(make_cpu_engine(threads), nullptr, threads);
-    Scene scene;
-    scene.simulation = default_simulation_parameters();
-    session->open(std::move(scene), volume);
+    session->open(scene, volume);
     mesh = session->apply(AddMesh{"object", {seed.position_mm, seed.radius_mm}, std::nullopt});
-    if (!evidence) session->apply(SetForceParameter{mesh, ForceId::Evidence, EvidenceForce::weight, 0});
+    if (!evidence) {  // its internal forces are to keep its volume then
+      session->apply(SetForceParameter{mesh, ForceId::Evidence, EvidenceForce::weight, 0});
+      session->apply(SetForceParameter{mesh, ForceId::Smoothing, SmoothingForce::curvature, 1});
+    }
     marks = 1;
   }
   Mask segment(std::span<const Mark> all) {
@@ -51,8 +54,11 @@ struct MeshSubject::State {
   }
 };
 
-MeshSubject::MeshSubject(Volume volume, bool evidence, int threads)
-    : state_(new State{std::move(volume), evidence, threads, nullptr}) {}
+MeshSubject::MeshSubject(Volume volume, bool evidence, std::span<const std::string> settings, int threads)
+    : state_(new State{std::move(volume), evidence, threads, {}, nullptr}) {
+  state_->scene.simulation = default_simulation_parameters();
+  for (const std::string& setting : settings) set_by_path(state_->scene, setting);
+}
 MeshSubject::~MeshSubject() = default;
 
 Mask MeshSubject::segment(std::span<const Mark> marks) { return state_->segment(marks); }

@@ -2,6 +2,7 @@
 #pragma once
 #include <memory>
 #include <span>
+#include <string>
 
 #include "evidence/marks.h"
 #include "image/mask.h"
@@ -13,8 +14,9 @@ namespace simplexseg {
 /// starts as the robot's seed and gets a point for each further mark, and moves until it rests.
 class MeshSubject {
  public:
-  /// `evidence`: false leaves the mesh to its internal forces and its points.
-  MeshSubject(Volume volume, bool evidence, int threads);
+  /// `evidence`: false leaves the mesh to its internal forces and its points. `settings`: as of `run --set`, without
+  /// meshes. Throws Error for one that is none.
+  MeshSubject(Volume volume, bool evidence, std::span<const std::string> settings, int threads);
   ~MeshSubject();
   /// The object by all marks so far: a seed, then further marks. Fewer marks than the last time begin anew.
   Mask segment(std::span<const Mark> marks);

@@ -36,7 +36,8 @@ struct EvidenceForce {
   static constexpr ParameterInfo parameters[] = {
       {"weight", 0.5f, 0, 10, "", "Strength of the force; 0 leaves it out."},
       {"reach", 2.0f, 0.5f, 10, "edges",
-       "How far to each side is searched, in mean edge lengths of the mesh; at least 2.5 voxels."},
+       "How far to each side is searched, in mean edge lengths (of the vertex in a field, else of the mesh when it was "
+       "loaded); at least 2.5 voxels."},
       {"samples", 8, 2, kMaxSearch, "", "Samples to each side.", ParameterKind::Integer},
       {"edge", 2.0f, 0, 10, "", "Weight of the image gradient against the evidence of the region."},
       {"nearness", 0.2f, 0, 2, "", "How much a near boundary is preferred to a far one."},
@@ -73,10 +74,17 @@ struct EvidenceForce {
   SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4, Vec3 p, Vec4 frame) {
     return pull_to_target(v.targets_of<EvidenceForce>()[i], p, xyz(frame), m.value<EvidenceForce>(pull) * m.voxel_mm);
   }
-  SIMPLEXSEG_HD static float search_step_mm(const MeshConstants& m) {
-    return larger(m.value<EvidenceForce>(reach) * m.edge_mm, 2.5f * m.voxel_mm) / m.integer<EvidenceForce>(samples);
+  SIMPLEXSEG_HD static float search_step_mm(const MeshConstants& m, float edge_mm) {
+    return larger(m.value<EvidenceForce>(reach) * edge_mm, 2.5f * m.voxel_mm) / m.integer<EvidenceForce>(samples);
   }
 };
+
+/// Mean length of the three edges of a vertex, mm.
+SIMPLEXSEG_HD float mean_edge_at(const StepView& v, int i) {
+  const Int4 nb = v.neighbours[i];
+  const Vec3 p = xyz(v.current[i]);
+  return (norm(xyz(v.current[nb.x]) - p) + norm(xyz(v.current[nb.y]) - p) + norm(xyz(v.current[nb.z]) - p)) / 3.0f;
+}
 
 /// P(object) from which on a sample is full evidence: (1 + 1/gain) / 2.
 inline constexpr float kFieldGain = 2;
@@ -187,7 +195,8 @@ struct EvidenceSearch {
     }
     const bool from_field = F::from_field(m.forces);
     const int reach = m.integer<F>(F::samples);
-    const float step = F::search_step_mm(m), step_voxels = step / m.voxel_mm;
+    const float step = F::search_step_mm(m, from_field ? mean_edge_at(v, i) : m.edge_mm),
+                step_voxels = step / m.voxel_mm;
     const IndexLine line = index_line(v.volume, xyz(v.current[i]), xyz(v.frame[i]));
     const float* table = m.region_table >= 0 ? v.region_tables + m.region_table : nullptr;
     const float balloon = m.value<F>(F::balloon);
@@ -305,8 +314,7 @@ struct EvidenceTarget {
     const Vec3 p = xyz(v.current[i]);
     // A vertex that runs ahead of its neighbours by more than an edge folds the surface: half an edge until the next
     // search.
-    const float edge = norm(xyz(v.current[nb.x]) - p) + norm(xyz(v.current[nb.y]) - p) + norm(xyz(v.current[nb.z]) - p);
-    const float bound = EvidenceForce::kEdgesAtOnce / 3.0f * edge;
+    const float bound = EvidenceForce::kEdgesAtOnce * mean_edge_at(v, i);
     // On a fold the normal says nothing of inside and outside: there smoothing acts alone.
     const Vec3 n = xyz(v.frame[i]);
     const float agree =
