@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The panel Plan: what it lists follows what the user does.
 #include "gui/panels/plan_panel.h"
+#include "forces/force_list.h"
 
 #include <QLabel>
 #include <QSlider>
@@ -42,6 +43,7 @@ class PlanPanelTest : public WindowTest {
 };
 
 TEST_F(PlanPanelTest, ASliderAtZeroMovesAForceAmongWhatIsLeftOut) {
+  bench().apply(SetForceParameter{0, ForceId::Evidence, EvidenceForce::source, 1});  // a field would be learned first
   ASSERT_EQ(list().topLevelItemCount(), 3);
   EXPECT_FALSE(rows(0).contains("evidence targets"));
   EXPECT_TRUE(rows(2).contains("evidence targets"));
@@ -99,6 +101,7 @@ TEST_F(PlanPanelTest, TheListIsMadeAnewOnlyWhenThePlanChanges) {
 }
 
 TEST_F(PlanPanelTest, HiddenItAsksForNoPlan) {
+  bench().apply(SetForceParameter{0, ForceId::Evidence, EvidenceForce::source, 1});
   window_->panels().show("Forces");
   ASSERT_TRUE(wait_until([&] { return !window_->panels().plan().in_sight(); }));
   const StepPlan before = window_->panels().plan().shown();
