@@ -87,6 +87,26 @@ std::vector<StabilityCase> force_cases() {
                      "the timestep follows the weight; to " + end_of(name),
                      [name](bool) { return trial_for(name, 1e6f); }});
   }
+  for (const float weight : {1e-6f, 1e6f})
+    cases.push_back({weight > 1 ? "field_1e6" : "field_1e-6",
+                     std::string("evidence from a field, weight ") + (weight > 1 ? "1e6" : "1e-6") +
+                         ", smoothing at 1, a point that is moved once",
+                     CaseOutcome::Bounded, CaseOutcome::Bounded,
+                     "learned again in between; the bound does not ask where evidence comes from", [weight](bool) {
+                       Trial trial = trial_for("evidence", weight);
+                       ForceParameters& forces = trial.scene.meshes[0].parameters;
+                       set_value(forces, {"evidence", "source", 0});
+                       set_value(forces, {"smoothing", "weight", 1});
+                       set_value(forces, {"attraction", "weight", 2});
+                       add_point(trial, kPoint);
+                       trial.folds = true;  // a point so far out folds what it pulls, which is said
+                       trial.chunk = 10;
+                       trial.between = [](Session& session, int n) {
+                         if (n == 5)
+                           session.apply(MoveAttractionPoint{session.scene().points[0].id, 1.1 * kPoint, false});
+                       };
+                       return trial;
+                     }});
   cases.push_back(contest("smoothing_1e6_region_1e-6", "smoothing", 1e6f, "evidence", 1e-6f));
   cases.push_back(contest("region_1e6_smoothing_1e-6", "evidence", 1e6f, "smoothing", 1e-6f));
   cases.push_back(contest("shape_memory_1e6_gradient_1e-6", "shape_memory", 1e6f, "gradient", 1e-6f));

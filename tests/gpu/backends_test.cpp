@@ -50,6 +50,22 @@ TEST(CpuAgainstCuda, EachForceOnItsOwnFiltered) {
   compare(VolumeSampling::Filtered, kFilteredOneStep, kFilteredManySteps);
 }
 
+TEST(CpuAgainstCuda, EvidenceFromAField) {
+  if (!why_no_cuda().empty()) GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
+  for (const int level : {3, 7}) {
+    TestScene scene = level == 3 ? scene_of(ForceId::Evidence) : busy_scene(level);
+    scene.meshes[0].forces =
+        with({{"smoothing", "weight", 0.5f}, {"evidence", "weight", 0.5f}, {"evidence", "source", 0}});
+    scene.simulation = limited(1, 0.9f, 3);
+    for (int steps : {1, level == 3 ? 200 : 2}) {
+      const double distance = largest_distance(run(*make_cuda_engine(VolumeSampling::Fetched), scene, steps),
+                                               run(*make_cpu_engine(), scene, steps));
+      EXPECT_LE(distance, steps == 1 ? kOneStepTolerance : kManyStepsTolerance) << level << ", " << steps << " steps";
+      std::printf("[ distance ] evidence from a field, level %d, after %d steps: %.2g mm\n", level, steps, distance);
+    }
+  }
+}
+
 /// Several lanes share a search while few vertices are there, one thread does it where there are many.
 TEST(CpuAgainstCuda, ManyVertices) {
   if (!why_no_cuda().empty()) GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
