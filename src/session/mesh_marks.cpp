@@ -80,7 +80,7 @@ Eigen::Vector3d outward_at(const MeshItem& item, const Eigen::Vector3d& position
     const double d = (mesh.positions[v].cast<double>() - position_mm).squaredNorm();
     if (d < square) square = d, nearest = v;
   }
-  const Eigen::Vector3d normal = vertex_geometry(mesh, nearest).normal;
+  Eigen::Vector3d normal = vertex_geometry(mesh, nearest).normal;
   const Eigen::Vector3d way = position_mm - mesh.positions[nearest].cast<double>();
   if (way.norm() < voxel_mm(volume)) return normal;
   return way.dot(normal) > 0 ? Eigen::Vector3d(way.normalized()) : Eigen::Vector3d(-way.normalized());
