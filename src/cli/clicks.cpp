@@ -21,6 +21,7 @@
 #include "evidence/robot_user.h"
 #include "io/files.h"
 #include "io/parameter_text.h"
+#include "io/point_text.h"
 #include "io/volume_io.h"
 
 namespace simplexseg {
@@ -83,10 +84,6 @@ std::optional<int> clicks_to(const Case& at, double level) {
   return std::nullopt;
 }
 
-const char* kind_name(MarkKind kind) {
-  return kind == MarkKind::Inside ? "inside" : kind == MarkKind::Outside ? "outside" : "boundary";
-}
-
 Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json case_json(const Case& at) {
@@ -95,7 +92,7 @@ Json case_json(const Case& at) {
     const RobotClick& click = at.clicks[c];
     const Eigen::Vector3d& p = click.mark.position_mm;
     clicks.push_back({{"click", c},
-                      {"kind", kind_name(click.mark.kind)},
+                      {"kind", name_of(click.mark.kind)},
                       {"position_mm", {p.x(), p.y(), p.z()}},
                       {"radius_mm", click.mark.radius_mm},
                       {"dice", click.agreement.dice},
@@ -116,7 +113,7 @@ std::string csv_text(const std::vector<Case>& cases) {
   for (const Case& at : cases) {
     for (std::size_t c = 0; c < at.clicks.size(); ++c) {
       const RobotClick& click = at.clicks[c];
-      text.append(at.name).append(",").append(std::to_string(c)).append(",").append(kind_name(click.mark.kind));
+      text.append(at.name).append(",").append(std::to_string(c)).append(",").append(name_of(click.mark.kind));
       for (const double x :
            {click.mark.position_mm.x(), click.mark.position_mm.y(), click.mark.position_mm.z(), click.mark.radius_mm,
             click.agreement.dice, click.agreement.hd95_mm, click.agreement.assd_mm, click.seconds})

@@ -40,17 +40,13 @@ struct MeshSubject::State {
     if (!session || all.size() < marks) start(all.front());
     for (; marks < all.size(); ++marks) {
       const Mark& mark = all[marks];
-      const PointKind kind = mark.kind == MarkKind::Inside    ? PointKind::Inside
-                             : mark.kind == MarkKind::Outside ? PointKind::Outside
-                                                              : PointKind::Boundary;
-      session->apply(AddAttractionPoint{mesh, mark.position_mm, kind, mark.radius_mm, mark.outward});
+      session->apply(AddAttractionPoint{mesh, mark.position_mm, mark.kind, mark.radius_mm, mark.outward});
     }
     session->advance_steps(kMostSteps, true);
     return rasterise(session->scene().find_mesh(mesh)->mesh, volume.geometry());
   }
   double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const {
-    return mark_radius_mm(*session->scene_without_poses().find_mesh(mesh),
-                          kind == MarkKind::Inside ? PointKind::Inside : PointKind::Outside, mm, volume);
+    return mark_radius_mm(*session->scene_without_poses().find_mesh(mesh), kind, mm, volume);
   }
 };
 

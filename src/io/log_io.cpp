@@ -113,7 +113,7 @@ void take(const JsonInput& in, SetSimulationParameter& c) {
 
 Json body(const AddAttractionPoint& c) {
   Json json = {{"mesh", c.mesh}, {"position_mm", vector_json(c.position_mm)}};
-  if (c.kind != PointKind::Boundary) json["kind"] = name_of(c.kind);
+  if (c.kind != MarkKind::Boundary) json["kind"] = name_of(c.kind);
   if (c.radius_mm > 0) json["radius_mm"] = c.radius_mm;
   if (c.outward.norm() > 0) json["outward"] = vector_json(c.outward);
   return json;

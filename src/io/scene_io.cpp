@@ -283,7 +283,7 @@ void write_scene(const fs::path& path, const Scene& scene) {
   json["points"] = Json::array();
   for (const AttractionPoint& point : scene.points) {
     Json entry = {{"mesh", scene.find_mesh(point.mesh)->name}, {"position_mm", vector_json(point.position_mm)}};
-    if (point.kind != PointKind::Boundary) entry["kind"] = name_of(point.kind);
+    if (point.kind != MarkKind::Boundary) entry["kind"] = name_of(point.kind);
     if (point.radius_mm > 0) entry["radius_mm"] = point.radius_mm;
     if (point.outward.norm() > 0) entry["outward"] = vector_json(point.outward);
     json["points"].push_back(std::move(entry));

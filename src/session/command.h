@@ -40,7 +40,7 @@ struct SetSimulationParameter {
 struct AddAttractionPoint {
   ItemId mesh;
   Eigen::Vector3d position_mm;
-  PointKind kind = PointKind::Boundary;
+  MarkKind kind = MarkKind::Boundary;
   double radius_mm = 0;              ///< of the ball that it marks; 0: what suits the mesh's field
   Eigen::Vector3d outward{0, 0, 0};  ///< of a boundary point: the way out of the object; 0: as the surface nearby says
 };

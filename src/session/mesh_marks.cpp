@@ -16,43 +16,29 @@ namespace {
 
 constexpr EvidenceSettings kSettings;
 
-void add_marks(const Scene& scene, const MeshItem& item, const Volume& volume, std::vector<Mark>& marks) {
-  marks.push_back({MarkKind::Inside, item.seed.centre_mm, item.seed.radius_mm});
-  const double least = kSettings.least_brush * voxel_mm(volume);
-  for (const AttractionPoint& point : scene.points) {
-    if (point.mesh != item.id || !volume.geometry().contains(point.position_mm)) continue;
-    const double radius = std::max(point.radius_mm, least);
-    if (point.kind == PointKind::Boundary && !(point.outward.norm() > 0)) continue;
-    const MarkKind kind = point.kind == PointKind::Boundary ? MarkKind::Boundary
-                          : point.kind == PointKind::Inside ? MarkKind::Inside
-                                                            : MarkKind::Outside;
-    marks.push_back({kind, point.position_mm, radius, point.outward});
-  }
-}
-
-bool same(const Mark& a, const Mark& b) {
-  return a.kind == b.kind && a.position_mm == b.position_mm && a.radius_mm == b.radius_mm && a.outward == b.outward;
-}
-
 }  // namespace
 
 std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volume& volume) {
-  std::vector<Mark> marks;
-  add_marks(scene, item, volume, marks);
+  std::vector<Mark> marks{{MarkKind::Inside, item.seed.centre_mm, item.seed.radius_mm}};
+  const double least = kSettings.least_brush * voxel_mm(volume);
+  for (const AttractionPoint& point : scene.points) {
+    if (point.mesh != item.id || !volume.geometry().contains(point.position_mm)) continue;
+    if (point.kind == MarkKind::Boundary && !(point.outward.norm() > 0)) continue;
+    marks.push_back({point.kind, point.position_mm, std::max(point.radius_mm, least), point.outward});
+  }
   return marks;
 }
 
 bool has_stale_field(const Scene& scene, const MeshItem& item, const Volume& volume) {
   if (!takes_field(item, volume)) return false;
   if (!item.field) return true;
-  const std::vector<Mark> marks = marks_of(scene, item, volume);
-  return !std::equal(marks.begin(), marks.end(), item.field->marks.begin(), item.field->marks.end(), same);
+  return marks_of(scene, item, volume) != item.field->marks;
 }
 
-double mark_radius_mm(const MeshItem& item, PointKind kind, const Eigen::Vector3d& position_mm, const Volume& volume) {
+double mark_radius_mm(const MeshItem& item, MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume) {
   const double least = kSettings.least_brush * voxel_mm(volume);
-  if (!item.has_field() || kind == PointKind::Boundary) return least;
-  const bool inside = kind == PointKind::Inside;
+  if (!item.has_field() || kind == MarkKind::Boundary) return least;
+  const bool inside = kind == MarkKind::Inside;
   const MeshField& field = *item.field;
   const Eigen::Affine3d world = volume.geometry().world_from_index();
   double square = std::numeric_limits<double>::infinity();

@@ -65,19 +65,12 @@ struct MeshItem {
   bool has_field() const { return field && !field->values.empty(); }
 };
 
-/// What a point says of the object of its mesh.
-enum class PointKind {
-  Boundary,  ///< its surface passes here: an attraction point, which pulls the mesh to itself
-  Inside,    ///< the place belongs to it
-  Outside,   ///< the place does not
-};
-inline constexpr int kPointKinds = 3;
-
+/// What a user placed: what it says of the object of its mesh. A boundary point attracts the mesh besides.
 struct AttractionPoint {
   ItemId id = 0;
   ItemId mesh = 0;
   Eigen::Vector3d position_mm{0, 0, 0};
-  PointKind kind = PointKind::Boundary;
+  MarkKind kind = MarkKind::Boundary;
   double radius_mm = 0;              ///< of the ball that it marks
   Eigen::Vector3d outward{0, 0, 0};  ///< of a boundary point: the way out of the object, unit; 0: not known
 };

@@ -59,10 +59,10 @@ void check_position(const Eigen::Vector3d& position_mm) {
     throw Error("attraction point", "its position is not a finite number within 1e9 mm", "correct the position");
 }
 
-void check_mark(PointKind kind, const Eigen::Vector3d& position_mm, const Volume& volume) {
-  if (kind == PointKind::Boundary) return;
+void check_mark(MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume) {
+  if (kind == MarkKind::Boundary) return;
   if (volume.empty() || !volume.geometry().contains(position_mm))
-    throw Error(kind == PointKind::Inside ? "inside point" : "outside point",
+    throw Error(kind == MarkKind::Inside ? "inside point" : "outside point",
                 volume.empty() ? "there is no volume" : text_of(position_mm) + " mm lies outside of the volume",
                 "place it in the image");
 }

@@ -83,7 +83,7 @@ SceneChange SceneEditor::carry_out(const AddAttractionPoint& command) {
   check_mark(command.kind, command.position_mm, volume_);
   AttractionPoint point{next_id_++, command.mesh, command.position_mm, command.kind, command.radius_mm};
   if (!(point.radius_mm > 0)) point.radius_mm = mark_radius_mm(item, point.kind, point.position_mm, volume_);
-  if (point.kind == PointKind::Boundary)
+  if (point.kind == MarkKind::Boundary)
     point.outward = command.outward.norm() > 0 && command.outward.allFinite()
                         ? Eigen::Vector3d(command.outward.normalized())
                         : outward_at(item, point.position_mm, volume_);

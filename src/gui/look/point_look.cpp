@@ -9,43 +9,43 @@
 
 namespace simplexseg {
 
-QString title_of(PointKind kind) {
+QString title_of(MarkKind kind) {
   switch (kind) {
-    case PointKind::Inside:
+    case MarkKind::Inside:
       return QCoreApplication::translate("Points", "Inside");
-    case PointKind::Outside:
+    case MarkKind::Outside:
       return QCoreApplication::translate("Points", "Outside");
-    case PointKind::Boundary:
+    case MarkKind::Boundary:
       break;
   }
   return QCoreApplication::translate("Points", "Boundary");
 }
 
-Glyph glyph_of(PointKind kind) {
+Glyph glyph_of(MarkKind kind) {
   switch (kind) {
-    case PointKind::Inside:
+    case MarkKind::Inside:
       return Glyph::Plus;
-    case PointKind::Outside:
+    case MarkKind::Outside:
       return Glyph::Minus;
-    case PointKind::Boundary:
+    case MarkKind::Boundary:
       break;
   }
   return Glyph::Plain;
 }
 
-QColor colour_of(PointKind kind, const Colour& mesh) {
+QColor colour_of(MarkKind kind, const Colour& mesh) {
   switch (kind) {
-    case PointKind::Inside:
+    case MarkKind::Inside:
       return theme::kInside;
-    case PointKind::Outside:
+    case MarkKind::Outside:
       return theme::kOutside;
-    case PointKind::Boundary:
+    case MarkKind::Boundary:
       break;
   }
   return {mesh.red, mesh.green, mesh.blue};
 }
 
-QIcon handle_icon(PointKind kind, const Colour& mesh) {
+QIcon handle_icon(MarkKind kind, const Colour& mesh) {
   QPixmap pixmap(28, 28);
   pixmap.fill(Qt::transparent);
   pixmap.setDevicePixelRatio(2);

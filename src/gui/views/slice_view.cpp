@@ -206,7 +206,7 @@ void SliceView::draw_balls(const Projection& projection) {
   for (const AttractionPoint& point : workbench_.scene().points) {
     const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
     const double off = distance_to_slice_mm(point.position_mm);
-    if (!item || point.kind == PointKind::Boundary || off >= point.radius_mm) continue;
+    if (!item || point.kind == MarkKind::Boundary || off >= point.radius_mm) continue;
     const double radius_mm = std::sqrt(point.radius_mm * point.radius_mm - off * off);
     draw_circle(projection, point.position_mm, radius_mm, rgba_of(item->colour, 0.8f), 1.2f);
   }
