@@ -17,6 +17,9 @@ struct MeshField {
   std::vector<Mark> marks;
   bool leaks = false;   ///< the object reaches the far sides of the largest box
   std::string problem;  ///< why there are no values
+
+  /// Of the box, 1 where the voxel is the object's, else 0.
+  std::vector<std::uint8_t> object_voxels() const;
 };
 
 }  // namespace simplexseg

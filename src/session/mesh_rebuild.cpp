@@ -80,8 +80,8 @@ int deep_disagreement(const MeshItem& item, const Volume& volume) {
   SIMPLEXSEG_EXPECT(item.has_field());
   const MeshField& field = *item.field;
   Mask mask = rasterise(item.mesh, grid_of(field, volume.geometry()));
-  for (std::size_t v = 0; v < mask.voxels.size(); ++v)
-    mask.voxels[v] = (mask.voxels[v] != 0) != (static_cast<float>(field.values[v]) > kMiddle);
+  const std::vector<std::uint8_t> object = field.object_voxels();
+  for (std::size_t v = 0; v < mask.voxels.size(); ++v) mask.voxels[v] = mask.voxels[v] != object[v];
   const auto [ni, nj, nk] = field.size;
   int deep = 0;
   for (int k = 1; k + 1 < nk; ++k)

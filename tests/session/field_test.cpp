@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "core/error.h"
+#include "evidence/evidence_field.h"
 #include "forces/force_list.h"
 #include "image/rasterise.h"
 #include "mesh/mesh_geometry.h"
@@ -84,6 +85,25 @@ TEST(Fields, PointsAreMarksAndAMeshEndsOnTheirSide) {
   EXPECT_FALSE(inside(too_much));
   EXPECT_TRUE(inside(too_little));
   EXPECT_TRUE(inside({-10, 0, 0}));
+}
+
+TEST(Fields, APointMarksAsMuchAsTheFieldSays) {
+  EvidenceField field(volume());
+  const std::vector<Mark> seed{{MarkKind::Inside, {0, 0, 0}, 4}};
+  field.update(seed);
+  auto learned = std::make_shared<MeshField>();
+  learned->first = field.box().first, learned->size = field.box().size, learned->marks = seed;
+  for (const std::uint8_t voxel : field.object_in_box().voxels) learned->values.push_back(voxel ? 65535 : 0);
+  MeshItem item;
+  item.field = learned;
+  double largest = 0;
+  for (const MarkKind kind : {MarkKind::Inside, MarkKind::Outside})
+    for (const Eigen::Vector3d& at : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(8, 0, 0), Eigen::Vector3d(0, -22, 2)}) {
+      const double radius = mark_radius_mm(item, kind, at, volume());
+      EXPECT_DOUBLE_EQ(radius, field.brush_mm(kind, at)) << at.transpose();
+      largest = std::max(largest, radius);
+    }
+  EXPECT_GT(largest, 1.05 * mark_radius_mm(item, MarkKind::Boundary, {0, 0, 0}, volume()));
 }
 
 TEST(Fields, ABoundaryPointKnowsTheWayOut) {
