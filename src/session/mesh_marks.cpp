@@ -32,9 +32,9 @@ bool has_stale_field(const Scene& scene, const MeshItem& item, const Volume& vol
 double mark_radius_mm(const MeshItem& item, MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume) {
   const VolumeGeometry& geometry = volume.geometry();
   if (!item.has_field()) return least_brush_radius_mm(geometry);
-  const VoxelBox box{item.field->first, item.field->size};
-  const std::vector<Known> known = known_voxels(geometry, box, {}, item.field->marks, nullptr);
-  return brush_radius_mm(geometry, box, item.field->object_voxels(), known, kind, position_mm);
+  const MeshField& field = *item.field;
+  const std::vector<Known> known = known_voxels(geometry, field.box, {}, field.marks, nullptr);
+  return brush_radius_mm(geometry, field.box, field.object_voxels(), known, kind, position_mm);
 }
 
 Eigen::Vector3d outward_at(const MeshItem& item, const Eigen::Vector3d& position_mm, const Volume& volume) {

@@ -160,8 +160,7 @@ void Session::send_parameters() {
 
 void Session::send_field(std::size_t mesh) {
   const MeshItem& item = scene_.meshes[mesh];
-  if (item.has_field())
-    engine_->set_field(static_cast<int>(mesh), {item.field->first, item.field->size, item.field->values});
+  if (item.has_field()) engine_->set_field(static_cast<int>(mesh), {item.field->box, item.field->values});
 }
 
 void Session::send_points() {

@@ -31,10 +31,10 @@ double field_at(const MeshItem& item, const Eigen::Vector3d& mm) {
   const Eigen::Vector3d at = volume().geometry().index_from_world() * mm;
   std::array<int, 3> v{};
   for (int a = 0; a < 3; ++a) {
-    v[a] = static_cast<int>(std::lround(at[a])) - item.field->first[a];
-    if (v[a] < 0 || v[a] >= item.field->size[a]) return 0;
+    v[a] = static_cast<int>(std::lround(at[a])) - item.field->box.first[a];
+    if (v[a] < 0 || v[a] >= item.field->box.size[a]) return 0;
   }
-  const auto& size = item.field->size;
+  const auto& size = item.field->box.size;
   return item.field->values[(std::size_t(v[2]) * size[1] + v[1]) * size[0] + v[0]] / 65535.0;
 }
 
@@ -92,7 +92,7 @@ TEST(Fields, APointMarksAsMuchAsTheFieldSays) {
   const std::vector<Mark> seed{{MarkKind::Inside, {0, 0, 0}, 4}};
   field.update(seed);
   auto learned = std::make_shared<MeshField>();
-  learned->first = field.box().first, learned->size = field.box().size, learned->marks = seed;
+  learned->box = field.box(), learned->marks = seed;
   for (const std::uint8_t voxel : field.object_in_box().voxels) learned->values.push_back(voxel ? 65535 : 0);
   MeshItem item;
   item.field = learned;
