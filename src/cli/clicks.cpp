@@ -71,6 +71,33 @@ EvidenceSettings settings_without(const std::vector<std::string>& names) {
   return settings;
 }
 
+/// Throws Error for an option that the robot's subject does not hear.
+void refuse_unheard(const Options& options) {
+  if (options.robot == "mark" && !options.settings_of_mesh.empty())
+    throw Error("--set", "the robot 'mark' corrects the evidence field alone, without a mesh",
+                "leave it out, or give --robot mesh");
+  if (options.robot != "mark" && !options.without.empty())
+    throw Error("--without", "the robot " + quoted(options.robot) + " corrects a mesh, whose field is always whole",
+                "leave it out, or give --robot mark");
+}
+
+/// The evidence field alone.
+class FieldSubject : public ClickSubject {
+ public:
+  FieldSubject(const Volume& image, RunJobs run, const EvidenceSettings& settings)
+      : field_(image, std::move(run), settings) {}
+  Mask segment(std::span<const Mark> marks) override {
+    field_.update(marks);
+    return field_.object();
+  }
+  double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const override { return field_.brush_mm(kind, mm); }
+  Mask field_object() const override { return field_.object(); }
+  bool leaks() const override { return field_.report().leaks; }
+
+ private:
+  EvidenceField field_;
+};
+
 struct Case {
   std::string name;  ///< of the label
   std::vector<RobotClick> clicks;
@@ -149,6 +176,7 @@ void print_cases(std::ostream& out, const std::vector<Case>& cases) {
 
 void clicks(const Options& options, const Console& console) {
   const EvidenceSettings settings = settings_without(options.without);
+  refuse_unheard(options);
   const Volume image = read_volume(options.image), labels = read_volume(options.labels);
   if (!image.geometry().same_grid(labels.geometry())) {
     throw Error("cannot use " + quoted(options.labels) + " as the truth of " + quoted(options.image),
@@ -174,29 +202,25 @@ void clicks(const Options& options, const Console& console) {
       truth.geometry = image.geometry();  // the same grid but for rounding
       Case& at = cases.emplace_back();
       at.name = label ? number_to_text(static_cast<float>(*label)) : "all";
-      EvidenceField field(image, run, settings);
-      MeshSubject mesh(image, options.robot != "none", options.settings_of_mesh, threads);
-      const bool on_field = options.robot == "mark";
-      std::vector<Mark> placed;
+      std::unique_ptr<ClickSubject> subject;
+      if (options.robot == "mark")
+        subject = std::make_unique<FieldSubject>(image, run, settings);
+      else
+        subject = std::make_unique<MeshSubject>(image, options.robot != "none", options.settings_of_mesh, threads);
       Mask result;
-      const RobotSubject subject{[&](std::span<const Mark> marks) {
-                                   if (on_field) field.update(marks);
-                                   placed.assign(marks.begin(), marks.end());
-                                   return result = on_field ? field.object() : mesh.segment(marks);
-                                 },
-                                 [&](MarkKind kind, const Eigen::Vector3d& mm) {
-                                   return on_field ? field.brush_mm(kind, mm) : mesh.brush_mm(kind, mm);
-                                 }};
-      at.clicks = run_robot(truth, subject, robot, [&](int click) {
+      at.clicks = run_robot(truth, *subject, robot, [&](int click, const Mask& now) {
         Interrupt::check();
-        at.leaks.push_back(on_field ? field.report().leaks : mesh.leaks());
+        result = now;
+        at.leaks.push_back(subject->leaks());
         progress.set((static_cast<double>(cases.size() - 1) * (options.settings.most_clicks + 1) + click + 1) / all);
       });
       if (!options.pictures.empty()) {
+        std::vector<Mark> marks;
+        for (const RobotClick& click : at.clicks) marks.push_back(click.mark);
         std::filesystem::create_directories(options.pictures);
         const std::string stem = std::filesystem::path(options.image).stem().stem().string();
         write_picture(std::filesystem::path(options.pictures) / (stem + "-" + at.name + ".png"),
-                      draw_clicks(image, largest_part(truth), result, on_field ? Mask{} : mesh.field_object(), placed));
+                      draw_clicks(image, largest_part(truth), result, subject->field_object(), marks));
       }
     }
   }
@@ -247,10 +271,12 @@ void add_clicks(const Subcommand& app, Action& action) {
       .show_default();
   sub.add_option("--without", options->without,
                  "Leave out a part of the field: sharpness, prior, classifier, geodesic, compactness, memory, "
-                 "open-sides or brush; may be repeated")
+                 "open-sides or brush; may be repeated; with the robot mark alone")
       .one_value_each();
-  sub.add_option("--set", options->settings_of_mesh,
-                 "Change a parameter of the mesh first: simulation.PARAMETER=VALUE or forces.FORCE.PARAMETER=VALUE")
+  sub.add_option(
+         "--set", options->settings_of_mesh,
+         "Change a parameter of the mesh first: simulation.PARAMETER=VALUE or forces.FORCE.PARAMETER=VALUE; not "
+         "with the robot mark")
       .one_value_each();
   sub.add_option("--json", options->json, "Write every click here, as JSON");
   sub.add_option("--csv", options->csv, "Write every click here, as a table");
