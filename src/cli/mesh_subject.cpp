@@ -39,7 +39,7 @@ struct MeshSubject::State {
     if (!session || all.size() < marks) start(all.front());
     for (; marks < all.size(); ++marks) {
       const Mark& mark = all[marks];
-      session->apply(AddAttractionPoint{mesh, mark.position_mm, mark.kind, mark.radius_mm, mark.outward});
+      session->apply(AddPoint{mesh, mark.position_mm, mark.kind, mark.radius_mm, mark.outward});
     }
     session->advance_steps(kMostSteps, true);
     return rasterise(session->scene().find_mesh(mesh)->mesh, volume.geometry());

@@ -66,7 +66,7 @@ struct MeshItem {
 };
 
 /// What a user placed: what it says of the object of its mesh. A boundary point attracts the mesh besides.
-struct AttractionPoint {
+struct UserPoint {
   ItemId id = 0;
   ItemId mesh = 0;
   Eigen::Vector3d position_mm{0, 0, 0};
@@ -85,7 +85,7 @@ bool is_finest(const MeshItem& item, const SimulationParameters& simulation, dou
 struct Scene {
   std::string volume_path;
   std::vector<MeshItem> meshes;
-  std::vector<AttractionPoint> points;
+  std::vector<UserPoint> points;
   SimulationParameters simulation;
   int steps = 0;  ///< that the headless program runs unless told otherwise; 0: until rest
   ForceParameters forces = default_force_parameters();  ///< that a mesh starts with which is like none other
@@ -93,7 +93,7 @@ struct Scene {
   const MeshItem* find_mesh(ItemId id) const;
   MeshItem* find_mesh(ItemId id);
   const MeshItem* find_mesh(const std::string& name) const;
-  const AttractionPoint* find_point(ItemId id) const;
+  const UserPoint* find_point(ItemId id) const;
 };
 
 }  // namespace simplexseg

@@ -165,7 +165,7 @@ void Session::send_field(std::size_t mesh) {
 
 void Session::send_points() {
   std::vector<EnginePoint> points;
-  for (const AttractionPoint& point : scene_.points)
+  for (const UserPoint& point : scene_.points)
     for (std::size_t k = 0; point.kind == MarkKind::Boundary && k < scene_.meshes.size(); ++k)
       if (scene_.meshes[k].id == point.mesh) points.push_back({static_cast<int>(k), point.position_mm});
   engine_->set_points(points);

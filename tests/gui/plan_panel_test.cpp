@@ -80,7 +80,7 @@ TEST_F(PlanPanelTest, EveryItemOfThePlanIsARow) {
 
 TEST_F(PlanPanelTest, ItFollowsPointsMeshesAndRefinement) {
   EXPECT_FALSE(rows(0).contains("attraction points"));
-  bench().apply(AddAttractionPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(15, 0, 0)});
+  bench().apply(AddPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(15, 0, 0)});
   EXPECT_TRUE(rows(0).contains("attraction points"));
   std::size_t held = window_->panels().plan().shown().bytes_held();
   bench().apply(AddMesh{"other", Seed{bench().view.crosshair_mm, 6}, {}, 0});

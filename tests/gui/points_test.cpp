@@ -123,9 +123,8 @@ TEST_F(PointsTest, TheContextMenuOffersAllKinds) {
 
 TEST_F(PointsTest, ThePanelNamesTheKinds) {
   for (const MarkKind kind : {MarkKind::Boundary, MarkKind::Inside, MarkKind::Outside}) {
-    bench().apply(AddAttractionPoint{bench().view.active_mesh,
-                                     bench().view.crosshair_mm + Eigen::Vector3d(5.0 * static_cast<int>(kind), 0, 0),
-                                     kind});
+    bench().apply(AddPoint{bench().view.active_mesh,
+                           bench().view.crosshair_mm + Eigen::Vector3d(5.0 * static_cast<int>(kind), 0, 0), kind});
   }
   auto* list = window_->findChild<PointPanel*>()->findChild<QTreeWidget*>();
   ASSERT_EQ(list->topLevelItemCount(), 3);
@@ -144,7 +143,7 @@ TEST_F(PointsTest, KindsAndTheirBallsAreSeen) {
   EXPECT_EQ(count_pixels(theme::kInside), 0);
   EXPECT_EQ(count_pixels(theme::kOutside), 0);
   const Eigen::Vector3d at = bench().view.crosshair_mm;
-  bench().apply(AddAttractionPoint{bench().view.active_mesh, at, MarkKind::Inside, 8});
+  bench().apply(AddPoint{bench().view.active_mesh, at, MarkKind::Inside, 8});
   EXPECT_GT(count_pixels(theme::kInside), 20);
   EXPECT_EQ(count_pixels(theme::kOutside), 0);
   const auto ball_at = [&](double radius_mm) {
@@ -158,7 +157,7 @@ TEST_F(PointsTest, KindsAndTheirBallsAreSeen) {
   bench().view.crosshair_mm.z() += 5;  // the slice cuts the ball 5 mm off its centre
   bench().view_edited();
   EXPECT_GT(ball_at(std::sqrt(8.0 * 8 - 5 * 5)), 60);
-  bench().apply(AddAttractionPoint{bench().view.active_mesh, at + Eigen::Vector3d(0, 20, 5), MarkKind::Outside});
+  bench().apply(AddPoint{bench().view.active_mesh, at + Eigen::Vector3d(0, 20, 5), MarkKind::Outside});
   EXPECT_GT(count_pixels(theme::kOutside), 20);
 }
 

@@ -70,9 +70,9 @@ TEST(Fields, PointsAreMarksAndAMeshEndsOnTheirSide) {
   session->advance_steps(400, true);
   const ItemId mesh = ball(*session).id;
   const Eigen::Vector3d too_much(17.5, 0, 0), too_little(0, -21, 0);
-  session->apply(AddAttractionPoint{mesh, too_much, MarkKind::Outside});
-  session->apply(AddAttractionPoint{mesh, too_little, MarkKind::Inside});
-  const AttractionPoint& point = session->scene().points.back();
+  session->apply(AddPoint{mesh, too_much, MarkKind::Outside});
+  session->apply(AddPoint{mesh, too_little, MarkKind::Inside});
+  const UserPoint& point = session->scene().points.back();
   EXPECT_GT(point.radius_mm, 1.5);
   EXPECT_EQ(marks_of(session->scene(), ball(*session), volume()).size(), 3u);
   session->advance_steps(600, true);
@@ -110,8 +110,8 @@ TEST(Fields, ABoundaryPointKnowsTheWayOut) {
   const auto session = open_with_field();
   session->advance_steps(400, true);
   const ItemId mesh = ball(*session).id;
-  session->apply(AddAttractionPoint{mesh, {12, 0, 0}});  // the surface is to come in
-  session->apply(AddAttractionPoint{mesh, {0, 0, 26}});  // ... and to go out
+  session->apply(AddPoint{mesh, {12, 0, 0}});  // the surface is to come in
+  session->apply(AddPoint{mesh, {0, 0, 26}});  // ... and to go out
   const auto& points = session->scene().points;
   EXPECT_GT(points[0].outward.dot(Eigen::Vector3d::UnitX()), 0.9);
   EXPECT_GT(points[1].outward.dot(Eigen::Vector3d::UnitZ()), 0.9);
@@ -124,7 +124,7 @@ TEST(Fields, UndoBringsBackTheFieldThatWas) {
   const auto session = open_with_field();
   session->advance_steps(100);
   const auto before = ball(*session).field;
-  session->apply(AddAttractionPoint{ball(*session).id, {14, 0, 0}, MarkKind::Outside});
+  session->apply(AddPoint{ball(*session).id, {14, 0, 0}, MarkKind::Outside});
   session->advance_steps(10);
   const auto after = ball(*session).field;
   EXPECT_NE(after, before);
@@ -150,10 +150,10 @@ TEST(Fields, AreLearnedBesideLiveFramesAndAReplayEndsInTheSameBits) {
   EXPECT_EQ(live->scene().meshes[0].mesh.positions, make_sphere({1, -2, 0.5}, 12, 2).positions)
       << "a mesh waits for its first field";
   ASSERT_TRUE(frames_until([&] { return ball(*live).has_field() && live->total_steps() > 50; }));
-  const ItemId mesh = ball(*live).id, point = live->apply(AddAttractionPoint{mesh, {14, 1, 0}, MarkKind::Outside});
+  const ItemId mesh = ball(*live).id, point = live->apply(AddPoint{mesh, {14, 1, 0}, MarkKind::Outside});
   const auto first = ball(*live).field;
   for (int move = 1; move <= 5; ++move) {
-    live->apply(MoveAttractionPoint{point, {14.0 - move, 1, 0}, true});
+    live->apply(MovePoint{point, {14.0 - move, 1, 0}, true});
     live->advance(0.002);
   }
   ASSERT_TRUE(frames_until([&] {
@@ -172,12 +172,12 @@ TEST(Fields, AreLearnedBesideLiveFramesAndAReplayEndsInTheSameBits) {
 TEST(Fields, MarksOutsideOfTheImageAreRefused) {
   const auto session = open_with_field();
   const ItemId mesh = ball(*session).id;
-  EXPECT_THROW(session->apply(AddAttractionPoint{mesh, {500, 0, 0}, MarkKind::Inside}), Error);
-  const ItemId point = session->apply(AddAttractionPoint{mesh, {5, 0, 0}, MarkKind::Inside});
-  EXPECT_THROW(session->apply(MoveAttractionPoint{point, {500, 0, 0}}), Error);
+  EXPECT_THROW(session->apply(AddPoint{mesh, {500, 0, 0}, MarkKind::Inside}), Error);
+  const ItemId point = session->apply(AddPoint{mesh, {5, 0, 0}, MarkKind::Inside});
+  EXPECT_THROW(session->apply(MovePoint{point, {500, 0, 0}}), Error);
   EXPECT_EQ(session->scene().points.back().position_mm[0], 5);
   EXPECT_THROW(session->apply(TakeField{}), Error) << "none is being learned";
-  session->apply(AddAttractionPoint{mesh, {500, 0, 0}});  // an attraction point may lie anywhere
+  session->apply(AddPoint{mesh, {500, 0, 0}});  // an attraction point may lie anywhere
   EXPECT_EQ(marks_of(session->scene(), ball(*session), volume()).size(), 2u) << "but marks nothing there";
 }
 

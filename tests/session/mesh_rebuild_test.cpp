@@ -86,7 +86,7 @@ TEST(MeshRebuild, ASessionMakesARingOfASphereThatCannotGrowIntoOne) {
   session.open(scene, image);
   // A user's marks, so that it is the mesh alone that is tried.
   for (const Eigen::Vector3d& mm : {Eigen::Vector3d(-14, 0, 0), Eigen::Vector3d(0, 14, 0), Eigen::Vector3d(0, -14, 0)})
-    session.apply(AddAttractionPoint{session.scene().meshes[0].id, mm, MarkKind::Inside, 4});
+    session.apply(AddPoint{session.scene().meshes[0].id, mm, MarkKind::Inside, 4});
   const Advance done = session.advance_steps(2000, true);
   EXPECT_TRUE(done.at_rest);
   const MeshItem& ring = session.scene().meshes[0];

@@ -52,7 +52,7 @@ SliceTools::SliceTools(Workbench& workbench, SliceView& view) : workbench_(workb
 ItemId SliceTools::point_at(const QPointF& pixel) const {
   ItemId nearest = 0;
   double best = kHitRadius;
-  for (const AttractionPoint& point : workbench_.scene().points) {
+  for (const UserPoint& point : workbench_.scene().points) {
     if (handle_opacity(view_.distance_to_slice_mm(point.position_mm)) <= 0) continue;
     const double distance = length(view_.pixel_of(point.position_mm) - pixel);
     if (distance <= best) {
@@ -118,7 +118,7 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
       begin_point(pixel, MarkKind::Boundary);
       return;
     case Act::ErasePoint:
-      if (under) workbench_.apply(DeleteAttractionPoint{under});
+      if (under) workbench_.apply(DeletePoint{under});
       return;
     case Act::PickMesh:
       workbench_.set_active_mesh(mesh_at(pixel));
@@ -152,7 +152,7 @@ ItemId SliceTools::add_point(const Eigen::Vector3d& world_mm, MarkKind kind) {
   if (!workbench_.active_mesh()) {
     workbench_.say(Severity::Warning, SliceView::tr("No mesh for a point: add one with tool 4 or in the panel Meshes"));
   } else {
-    workbench_.apply(AddAttractionPoint{workbench_.view.active_mesh, world_mm, kind}, &point);
+    workbench_.apply(AddPoint{workbench_.view.active_mesh, world_mm, kind}, &point);
   }
   return point;
 }
@@ -171,7 +171,7 @@ void SliceTools::drag_point(const QPointF& pixel) {
     drag_ = Drag::None;
     return;
   }
-  if (workbench_.apply(MoveAttractionPoint{dragged_point_, view_.world_of(pixel) + grab_offset_mm_, drag_continues_})) {
+  if (workbench_.apply(MovePoint{dragged_point_, view_.world_of(pixel) + grab_offset_mm_, drag_continues_})) {
     drag_continues_ = true;
   }
 }
@@ -373,7 +373,7 @@ void SliceTools::show_menu(const QPointF& pixel, const QPoint& global) {
   QMenu menu(&view_);
   menu.setToolTipsVisible(true);
   if (point) {
-    menu.addAction(SliceView::tr("Delete this point"), [=, this] { workbench_.apply(DeleteAttractionPoint{point}); });
+    menu.addAction(SliceView::tr("Delete this point"), [=, this] { workbench_.apply(DeletePoint{point}); });
     menu.addSeparator();
   }
   const std::tuple<MarkKind, QString, Act> kinds[] = {
