@@ -15,13 +15,11 @@
 namespace simplexseg {
 namespace {
 
-class PlanPanelTest : public WindowTest {
+class PlanPanelTest : public PausedPhantomTest {
  protected:
   void SetUp() override {
-    WindowTest::SetUp();
+    PausedPhantomTest::SetUp();
     if (IsSkipped()) return;
-    open_phantom();
-    bench().pause();
     window_->panels().show("Plan");
     wait_until([&] { return window_->panels().plan().in_sight(); });
   }

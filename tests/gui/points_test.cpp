@@ -15,14 +15,8 @@
 namespace simplexseg {
 namespace {
 
-class PointsTest : public WindowTest {
+class PointsTest : public PausedPhantomTest {
  protected:
-  void SetUp() override {
-    WindowTest::SetUp();
-    if (IsSkipped()) return;
-    open_phantom();
-    bench().pause();
-  }
   void move_mouse(const QPointF& at, Qt::KeyboardModifiers modifiers = {}) {
     mouse(axial(), QEvent::MouseMove, at, Qt::NoButton, Qt::NoButton, modifiers);
   }
