@@ -21,6 +21,7 @@
 #include "evidence/robot_user.h"
 #include "io/files.h"
 #include "io/parameter_text.h"
+#include "io/point_text.h"
 #include "io/volume_io.h"
 
 namespace simplexseg {
@@ -70,6 +71,33 @@ EvidenceSettings settings_without(const std::vector<std::string>& names) {
   return settings;
 }
 
+/// Throws Error for an option that the robot's subject does not hear.
+void refuse_unheard(const Options& options) {
+  if (options.robot == "mark" && !options.settings_of_mesh.empty())
+    throw Error("--set", "the robot 'mark' corrects the evidence field alone, without a mesh",
+                "leave it out, or give --robot mesh");
+  if (options.robot != "mark" && !options.without.empty())
+    throw Error("--without", "the robot " + quoted(options.robot) + " corrects a mesh, whose field is always whole",
+                "leave it out, or give --robot mark");
+}
+
+/// The evidence field alone.
+class FieldSubject : public ClickSubject {
+ public:
+  FieldSubject(const Volume& image, RunJobs run, const EvidenceSettings& settings)
+      : field_(image, std::move(run), settings) {}
+  Mask segment(std::span<const Mark> marks) override {
+    field_.update(marks);
+    return field_.object();
+  }
+  double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const override { return field_.brush_mm(kind, mm); }
+  Mask field_object() const override { return field_.object(); }
+  bool leaks() const override { return field_.report().leaks; }
+
+ private:
+  EvidenceField field_;
+};
+
 struct Case {
   std::string name;  ///< of the label
   std::vector<RobotClick> clicks;
@@ -83,10 +111,6 @@ std::optional<int> clicks_to(const Case& at, double level) {
   return std::nullopt;
 }
 
-const char* kind_name(MarkKind kind) {
-  return kind == MarkKind::Inside ? "inside" : kind == MarkKind::Outside ? "outside" : "boundary";
-}
-
 Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json case_json(const Case& at) {
@@ -95,7 +119,7 @@ Json case_json(const Case& at) {
     const RobotClick& click = at.clicks[c];
     const Eigen::Vector3d& p = click.mark.position_mm;
     clicks.push_back({{"click", c},
-                      {"kind", kind_name(click.mark.kind)},
+                      {"kind", name_of(click.mark.kind)},
                       {"position_mm", {p.x(), p.y(), p.z()}},
                       {"radius_mm", click.mark.radius_mm},
                       {"dice", click.agreement.dice},
@@ -116,7 +140,7 @@ std::string csv_text(const std::vector<Case>& cases) {
   for (const Case& at : cases) {
     for (std::size_t c = 0; c < at.clicks.size(); ++c) {
       const RobotClick& click = at.clicks[c];
-      text.append(at.name).append(",").append(std::to_string(c)).append(",").append(kind_name(click.mark.kind));
+      text.append(at.name).append(",").append(std::to_string(c)).append(",").append(name_of(click.mark.kind));
       for (const double x :
            {click.mark.position_mm.x(), click.mark.position_mm.y(), click.mark.position_mm.z(), click.mark.radius_mm,
             click.agreement.dice, click.agreement.hd95_mm, click.agreement.assd_mm, click.seconds})
@@ -152,6 +176,7 @@ void print_cases(std::ostream& out, const std::vector<Case>& cases) {
 
 void clicks(const Options& options, const Console& console) {
   const EvidenceSettings settings = settings_without(options.without);
+  refuse_unheard(options);
   const Volume image = read_volume(options.image), labels = read_volume(options.labels);
   if (!image.geometry().same_grid(labels.geometry())) {
     throw Error("cannot use " + quoted(options.labels) + " as the truth of " + quoted(options.image),
@@ -177,29 +202,25 @@ void clicks(const Options& options, const Console& console) {
       truth.geometry = image.geometry();  // the same grid but for rounding
       Case& at = cases.emplace_back();
       at.name = label ? number_to_text(static_cast<float>(*label)) : "all";
-      EvidenceField field(image, run, settings);
-      MeshSubject mesh(image, options.robot != "none", options.settings_of_mesh, threads);
-      const bool on_field = options.robot == "mark";
-      std::vector<Mark> placed;
+      std::unique_ptr<ClickSubject> subject;
+      if (options.robot == "mark")
+        subject = std::make_unique<FieldSubject>(image, run, settings);
+      else
+        subject = std::make_unique<MeshSubject>(image, options.robot != "none", options.settings_of_mesh, threads);
       Mask result;
-      const RobotSubject subject{[&](std::span<const Mark> marks) {
-                                   if (on_field) field.update(marks);
-                                   placed.assign(marks.begin(), marks.end());
-                                   return result = on_field ? field.object() : mesh.segment(marks);
-                                 },
-                                 [&](MarkKind kind, const Eigen::Vector3d& mm) {
-                                   return on_field ? field.brush_mm(kind, mm) : mesh.brush_mm(kind, mm);
-                                 }};
-      at.clicks = run_robot(truth, subject, robot, [&](int click) {
+      at.clicks = run_robot(truth, *subject, robot, [&](int click, const Mask& now) {
         Interrupt::check();
-        at.leaks.push_back(on_field ? field.report().leaks : mesh.leaks());
+        result = now;
+        at.leaks.push_back(subject->leaks());
         progress.set((static_cast<double>(cases.size() - 1) * (options.settings.most_clicks + 1) + click + 1) / all);
       });
       if (!options.pictures.empty()) {
+        std::vector<Mark> marks;
+        for (const RobotClick& click : at.clicks) marks.push_back(click.mark);
         std::filesystem::create_directories(options.pictures);
         const std::string stem = std::filesystem::path(options.image).stem().stem().string();
         write_picture(std::filesystem::path(options.pictures) / (stem + "-" + at.name + ".png"),
-                      draw_clicks(image, largest_part(truth), result, on_field ? Mask{} : mesh.field_object(), placed));
+                      draw_clicks(image, largest_part(truth), result, subject->field_object(), marks));
       }
     }
   }
@@ -250,10 +271,12 @@ void add_clicks(const Subcommand& app, Action& action) {
       .show_default();
   sub.add_option("--without", options->without,
                  "Leave out a part of the field: sharpness, prior, classifier, geodesic, compactness, memory, "
-                 "open-sides or brush; may be repeated")
+                 "open-sides or brush; may be repeated; with the robot mark alone")
       .one_value_each();
-  sub.add_option("--set", options->settings_of_mesh,
-                 "Change a parameter of the mesh first: simulation.PARAMETER=VALUE or forces.FORCE.PARAMETER=VALUE")
+  sub.add_option(
+         "--set", options->settings_of_mesh,
+         "Change a parameter of the mesh first: simulation.PARAMETER=VALUE or forces.FORCE.PARAMETER=VALUE; not "
+         "with the robot mark")
       .one_value_each();
   sub.add_option("--json", options->json, "Write every click here, as JSON");
   sub.add_option("--csv", options->csv, "Write every click here, as a table");

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "forces/force_list.h"
-#include "forces/step_view.h"
 #include "gpu/backend.h"
 #include "image/rasterise.h"
 #include "io/set_by_path.h"
@@ -40,17 +39,13 @@ struct MeshSubject::State {
     if (!session || all.size() < marks) start(all.front());
     for (; marks < all.size(); ++marks) {
       const Mark& mark = all[marks];
-      const PointKind kind = mark.kind == MarkKind::Inside    ? PointKind::Inside
-                             : mark.kind == MarkKind::Outside ? PointKind::Outside
-                                                              : PointKind::Boundary;
-      session->apply(AddAttractionPoint{mesh, mark.position_mm, kind, mark.radius_mm, mark.outward});
+      session->apply(AddPoint{mesh, mark.position_mm, mark.kind, mark.radius_mm, mark.outward});
     }
     session->advance_steps(kMostSteps, true);
     return rasterise(session->scene().find_mesh(mesh)->mesh, volume.geometry());
   }
   double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const {
-    return mark_radius_mm(*session->scene_without_poses().find_mesh(mesh),
-                          kind == MarkKind::Inside ? PointKind::Inside : PointKind::Outside, mm, volume);
+    return mark_radius_mm(*session->scene_without_poses().find_mesh(mesh), kind, mm, volume);
   }
 };
 
@@ -67,15 +62,7 @@ double MeshSubject::brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const { r
 Mask MeshSubject::field_object() const {
   const MeshItem& item = *state_->session->scene_without_poses().find_mesh(state_->mesh);
   if (!item.has_field()) return {};
-  Mask mask{state_->volume.geometry(), std::vector<std::uint8_t>(state_->volume.geometry().voxel_count())};
-  const auto& [ni, nj, nk] = item.field->size;
-  const auto& [i0, j0, k0] = item.field->first;
-  std::size_t v = 0;
-  for (int k = 0; k < nk; ++k)
-    for (int j = 0; j < nj; ++j)
-      for (int i = 0; i < ni; ++i, ++v)
-        mask.voxels[state_->volume.offset(i0 + i, j0 + j, k0 + k)] = item.field->values[v] > kFieldScale / 2;
-  return mask;
+  return mask_of(state_->volume.geometry(), item.field->box, item.field->object_voxels());
 }
 
 bool MeshSubject::leaks() const {

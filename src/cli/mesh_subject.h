@@ -4,28 +4,24 @@
 #include <span>
 #include <string>
 
-#include "evidence/marks.h"
-#include "image/mask.h"
+#include "cli/click_subject.h"
 #include "image/volume.h"
 
 namespace simplexseg {
 
 /// What a robot corrects through the program as a user does: a mesh with the default parameters of a new one, that
 /// starts as the robot's seed and gets a point for each further mark, and moves until it rests.
-class MeshSubject {
+class MeshSubject : public ClickSubject {
  public:
   /// `evidence`: false leaves the mesh to its internal forces and its points. `settings`: as of `run --set`, without
   /// meshes. Throws Error for one that is none.
   MeshSubject(Volume volume, bool evidence, std::span<const std::string> settings, int threads);
-  ~MeshSubject();
-  /// The object by all marks so far: a seed, then further marks. Fewer marks than the last time begin anew.
-  Mask segment(std::span<const Mark> marks);
-  /// Radius for a new mark at a place.
-  double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const;
-  /// What the mesh's field says is the object; empty without a field.
-  Mask field_object() const;
-  /// Whether the mesh's field says that it leaks.
-  bool leaks() const;
+  ~MeshSubject() override;
+  /// Fewer marks than the last time begin anew.
+  Mask segment(std::span<const Mark> marks) override;
+  double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const override;
+  Mask field_object() const override;
+  bool leaks() const override;
 
  private:
   struct State;

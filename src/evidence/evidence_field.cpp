@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "core/error.h"
+#include "evidence/brush_radius.h"
 #include "evidence/evidence_box.h"
 #include "evidence/field_prior.h"
 #include "evidence/voxel_features.h"
@@ -201,36 +201,10 @@ void EvidenceField::update(std::span<const Mark> marks, const Mask* others) {
   report_.leaks = object_.border_share >= leak_share;
 }
 
-Mask EvidenceField::object() const {
-  Mask mask{volume_.geometry(), std::vector<std::uint8_t>(volume_.geometry().voxel_count())};
-  for (int k = 0; k < box_.size[2]; ++k)
-    for (int j = 0; j < box_.size[1]; ++j)
-      std::copy_n(object_.voxels.data() + box_.offset(0, j, k), box_.size[0],
-                  mask.voxels.data() + volume_.offset(box_.first[0], box_.first[1] + j, box_.first[2] + k));
-  return mask;
-}
+Mask EvidenceField::object() const { return mask_of(volume_.geometry(), box_, object_.voxels); }
 
 double EvidenceField::brush_mm(MarkKind kind, const Eigen::Vector3d& position_mm) const {
-  const double least = settings_.least_brush * *std::min_element(spacing_mm_.begin(), spacing_mm_.end());
-  const Eigen::Affine3d world = volume_.geometry().world_from_index();
-  const bool inside = kind == MarkKind::Inside;
-  double surface = std::numeric_limits<double>::infinity(), mark = surface;
-  std::size_t v = 0;
-  for (int k = 0; k < box_.size[2]; ++k) {
-    for (int j = 0; j < box_.size[1]; ++j) {
-      for (int i = 0; i < box_.size[0]; ++i, ++v) {
-        const bool other_side = (object_.voxels[v] != 0) == inside;
-        const bool other_mark = inside ? is_held(known_[v]) && known_[v] != Known::Inside : known_[v] == Known::Inside;
-        if (!other_side && !other_mark) continue;
-        const Eigen::Vector3d at(i + box_.first[0], j + box_.first[1], k + box_.first[2]);
-        const double d = (world * at - position_mm).norm();
-        if (other_side) surface = std::min(surface, d);
-        if (other_mark) mark = std::min(mark, d);
-      }
-    }
-  }
-  const double radius = std::min(settings_.brush * surface, 0.5 * mark);
-  return std::isfinite(radius) ? std::max(least, radius) : least;
+  return brush_radius_mm(volume_.geometry(), box_, object_.voxels, known_, kind, position_mm, settings_);
 }
 
 std::size_t EvidenceField::bytes() const {

@@ -52,8 +52,7 @@ class EvidenceField {
   /// The object: above 0.5, connected to an inside mark, without holes but those with an outside mark in them. On the
   /// volume's grid.
   Mask object() const;
-  /// Radius for the mark of a click: large where the click is far from the field's surface, as a user clicks in the
-  /// middle of what is wrong. `kind` is Inside or Outside.
+  /// Radius for the mark of a click, brush_radius_mm().
   double brush_mm(MarkKind kind, const Eigen::Vector3d& position_mm) const;
   /// Memory held for the box.
   std::size_t bytes() const;

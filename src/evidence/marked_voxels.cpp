@@ -63,7 +63,7 @@ std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& 
           edge |= (first && volume_first) || (last && volume_last);
         }
         const std::size_t v = box.offset(i, j, k);
-        if (!finite[v]) {
+        if (!finite.empty() && !finite[v]) {
           known[v] = Known::NotFinite;
         } else if (others && others->voxels[(std::size_t(k + box.first[2]) * geometry.size[1] + j + box.first[1]) *
                                                 geometry.size[0] +

@@ -26,7 +26,8 @@ enum class Known : std::uint8_t {
 constexpr bool is_held(Known known) { return known != Known::Nothing; }
 
 /// All voxels of a box, later marks over earlier ones, marks over `others` (objects of others on the volume's grid, or
-/// null) and over the box's sides. A mark holds the voxels whose centres lie in its ball, and the nearest one.
+/// null) and over the box's sides. `finite`: 0 where the image is not; empty: it is everywhere. A mark holds the voxels
+/// whose centres lie in its ball, and the nearest one.
 std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& box,
                                 std::span<const std::uint8_t> finite, std::span<const Mark> marks, const Mask* others);
 

@@ -130,8 +130,8 @@ Mask largest_part(const Mask& mask) {
   return part;
 }
 
-std::vector<RobotClick> run_robot(const Mask& truth, const RobotSubject& subject, const RobotSettings& settings,
-                                  const std::function<void(int)>& after_click) {
+std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, const RobotSettings& settings,
+                                  const std::function<void(int, const Mask&)>& after_click) {
   const Mask part = largest_part(truth);
   const std::optional<WorstError> deepest = deepest_voxel(part);
   if (!deepest)
@@ -153,7 +153,7 @@ std::vector<RobotClick> run_robot(const Mask& truth, const RobotSubject& subject
     const Mask now = subject.segment(marks);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     clicks.push_back({marks.back(), compare(part, now), seconds});
-    after_click(click);
+    after_click(click, now);
     if (click == settings.most_clicks) break;
     const std::optional<WorstError> error = worst_error(part, now);
     if (!error) break;

@@ -30,10 +30,14 @@ std::optional<WorstError> deepest_voxel(const Mask& mask);
 /// The largest 6-connected part of a mask.
 Mask largest_part(const Mask& mask);
 
-/// What a robot corrects: the field alone, or a mesh that it moves.
-struct RobotSubject {
-  std::function<Mask(std::span<const Mark>)> segment;                   ///< the object by all marks so far
-  std::function<double(MarkKind, const Eigen::Vector3d& mm)> brush_mm;  ///< radius for a new mark at a place
+/// What a robot corrects: the field alone, say, or a mesh.
+class RobotSubject {
+ public:
+  virtual ~RobotSubject() = default;
+  /// The object by all marks so far: a seed, then further marks.
+  virtual Mask segment(std::span<const Mark> marks) = 0;
+  /// Radius for a new mark at a place, after a segment().
+  virtual double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const = 0;
 };
 
 /// What a robot says with a click.
@@ -61,8 +65,9 @@ struct RobotClick {
 /// The protocol: the seed is a ball at the deepest voxel of the truth's largest part, with that depth as its radius;
 /// then, one a click, a mark at the deepest voxel of the largest error, inside or outside as the truth says, or a
 /// boundary mark (without a direction) halfway between the two voxels of the truth's boundary that are nearest to it.
-/// Ends early where nothing is wrong. `after_click(n)` is called after each. Throws Error for an empty truth.
-std::vector<RobotClick> run_robot(const Mask& truth, const RobotSubject& subject, const RobotSettings& settings,
-                                  const std::function<void(int)>& after_click);
+/// Ends early where nothing is wrong. `after_click` is called after each with its number and the object now. Throws
+/// Error for an empty truth.
+std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, const RobotSettings& settings,
+                                  const std::function<void(int, const Mask&)>& after_click);
 
 }  // namespace simplexseg

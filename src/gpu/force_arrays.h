@@ -71,7 +71,7 @@ class ForceArrays {
     const bool had = !fields_host_[mesh].empty();
     fields_host_[mesh].assign(field.values.begin(), field.values.end());
     FieldBox& box = arrays[mesh].field;
-    for (int a = 0; a < 3; ++a) box.first[a] = field.first[a], box.size[a] = field.size[a];
+    for (int a = 0; a < 3; ++a) box.first[a] = field.box.first[a], box.size[a] = field.box.size[a];
     long long offset = 0;
     for (std::size_t k = 0; k < fields_host_.size(); ++k) {
       arrays[k].field.offset = fields_host_[k].empty() ? -1 : offset;

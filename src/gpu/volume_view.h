@@ -24,13 +24,7 @@ inline void describe(const Volume& volume, VolumeView& view) {
 /// Throws Error unless the box lies in the volume and has as many voxels as values.
 inline void check_field(const EngineField& field, const Volume& volume) {
   if (field.values.empty()) return;
-  std::size_t count = volume.empty() ? 0 : 1;
-  for (int a = 0; a < 3 && count != 0; ++a) {
-    const bool within =
-        field.first[a] >= 0 && field.size[a] > 0 && field.first[a] <= volume.geometry().size[a] - field.size[a];
-    count = within ? count * static_cast<std::size_t>(field.size[a]) : 0;
-  }
-  if (count != field.values.size())
+  if (!field.box.lies_in(volume.geometry().size) || field.box.voxel_count() != field.values.size())
     throw Error("field of a mesh", "its box does not lie in the volume, or it has another number of values than voxels",
                 "give one value for each voxel of a box in the volume");
 }

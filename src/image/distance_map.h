@@ -14,6 +14,13 @@ struct VoxelBox {
   std::array<int, 3> first, size;
   std::size_t offset(int i, int j, int k) const { return (static_cast<std::size_t>(k) * size[1] + j) * size[0] + i; }
   std::size_t voxel_count() const { return static_cast<std::size_t>(size[0]) * size[1] * size[2]; }
+  /// Whether it has voxels, all of them in a grid of this size.
+  bool lies_in(const std::array<int, 3>& grid) const {
+    bool in = true;
+    for (int a = 0; a < 3; ++a) in = in && first[a] >= 0 && size[a] > 0 && first[a] <= grid[a] - size[a];
+    return in;
+  }
+  bool operator==(const VoxelBox&) const = default;
 };
 
 /// Distance (mm, between voxel centres) from each voxel set in `from` to the nearest one set in `to`, in no stated

@@ -28,6 +28,17 @@ VoxelBox bounding_box(const Mask& a, const Mask& b) {
   return {low, {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}};
 }
 
+Mask mask_of(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const std::uint8_t> voxels) {
+  SIMPLEXSEG_EXPECT(voxels.size() == box.voxel_count());
+  Mask mask{geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
+  const VoxelBox grid{{0, 0, 0}, geometry.size};
+  for (int k = 0; k < box.size[2]; ++k)
+    for (int j = 0; j < box.size[1]; ++j)
+      std::copy_n(voxels.data() + box.offset(0, j, k), box.size[0],
+                  mask.voxels.data() + grid.offset(box.first[0], box.first[1] + j, box.first[2] + k));
+  return mask;
+}
+
 Mask mask_of(const Volume& labels, std::optional<double> label) {
   Mask mask{labels.geometry(), std::vector<std::uint8_t>(labels.empty() ? 0 : labels.geometry().voxel_count())};
   if (labels.empty()) return mask;

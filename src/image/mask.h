@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "image/distance_map.h"
@@ -20,5 +21,8 @@ VoxelBox bounding_box(const Mask& a, const Mask& b);
 
 /// Voxels equal to `label`; with no label, all voxels that are neither 0 nor NaN.
 Mask mask_of(const Volume& labels, std::optional<double> label);
+
+/// The mask whose voxels are those of a box of the grid (0 or 1, i fastest), and 0 beyond it.
+Mask mask_of(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const std::uint8_t> voxels);
 
 }  // namespace simplexseg

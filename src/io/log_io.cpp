@@ -111,14 +111,14 @@ void take(const JsonInput& in, SetSimulationParameter& c) {
   take_value(in, simulation_table(), c.parameter, c.value);
 }
 
-Json body(const AddAttractionPoint& c) {
+Json body(const AddPoint& c) {
   Json json = {{"mesh", c.mesh}, {"position_mm", vector_json(c.position_mm)}};
-  if (c.kind != PointKind::Boundary) json["kind"] = name_of(c.kind);
+  if (c.kind != MarkKind::Boundary) json["kind"] = name_of(c.kind);
   if (c.radius_mm > 0) json["radius_mm"] = c.radius_mm;
   if (c.outward.norm() > 0) json["outward"] = vector_json(c.outward);
   return json;
 }
-void take(const JsonInput& in, AddAttractionPoint& c) {
+void take(const JsonInput& in, AddPoint& c) {
   expect_keys(in, {"mesh", "position_mm", "kind", "radius_mm", "outward"});
   c = {read_id(in["mesh"]), in["position_mm"].vector3()};
   if (in.has("kind")) c.kind = read_point_kind(in["kind"]);
@@ -126,18 +126,18 @@ void take(const JsonInput& in, AddAttractionPoint& c) {
   if (in.has("outward")) c.outward = in["outward"].vector3();
 }
 
-Json body(const MoveAttractionPoint& c) {
+Json body(const MovePoint& c) {
   Json json = {{"point", c.point}, {"position_mm", vector_json(c.position_mm)}};
   if (c.continues) json["continues"] = true;
   return json;
 }
-void take(const JsonInput& in, MoveAttractionPoint& c) {
+void take(const JsonInput& in, MovePoint& c) {
   expect_keys(in, {"point", "position_mm", "continues"});
   c = {read_id(in["point"]), in["position_mm"].vector3(), in.has("continues") && in["continues"].boolean()};
 }
 
-Json body(const DeleteAttractionPoint& c) { return {{"point", c.point}}; }
-void take(const JsonInput& in, DeleteAttractionPoint& c) {
+Json body(const DeletePoint& c) { return {{"point", c.point}}; }
+void take(const JsonInput& in, DeletePoint& c) {
   expect_keys(in, {"point"});
   c.point = read_id(in["point"]);
 }

@@ -10,15 +10,15 @@
 
 namespace simplexseg {
 
-static const std::vector<std::string> kKinds = {"boundary", "inside", "outside"};  // in the order of PointKind
+static const std::vector<std::string> kKinds = {"inside", "outside", "boundary"};  // in the order of MarkKind
 
-const char* name_of(PointKind kind) { return kKinds.at(static_cast<std::size_t>(kind)).c_str(); }
+const char* name_of(MarkKind kind) { return kKinds.at(static_cast<std::size_t>(kind)).c_str(); }
 
-PointKind read_point_kind(const JsonInput& input) {
+MarkKind read_point_kind(const JsonInput& input) {
   const std::string name = input.text();
   const auto found = std::find(kKinds.begin(), kKinds.end(), name);
   if (found == kKinds.end()) input.refuse("the kind of point " + unknown_name(name, kKinds), "correct it");
-  return static_cast<PointKind>(found - kKinds.begin());
+  return static_cast<MarkKind>(found - kKinds.begin());
 }
 
 double read_radius(const JsonInput& input) {

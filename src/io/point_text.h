@@ -7,9 +7,9 @@ namespace simplexseg {
 
 class JsonInput;
 
-/// "boundary", "inside" or "outside".
-const char* name_of(PointKind kind);
-PointKind read_point_kind(const JsonInput& input);
+/// "inside", "outside" or "boundary".
+const char* name_of(MarkKind kind);
+MarkKind read_point_kind(const JsonInput& input);
 /// A radius in mm, above 0.
 double read_radius(const JsonInput& input);
 

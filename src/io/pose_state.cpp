@@ -71,8 +71,8 @@ json json_of(const MeshField& field) {
     marks.push_back(m.radius_mm);
     marks.insert(marks.end(), m.outward.begin(), m.outward.end());
   }
-  return {{"first", field.first},
-          {"size", field.size},
+  return {{"first", field.box.first},
+          {"size", field.box.size},
           {"values", binary_of(field.values.data(), field.values.size())},
           {"marks", binary_of(marks.data(), marks.size())},
           {"leaks", field.leaks}};
@@ -80,10 +80,10 @@ json json_of(const MeshField& field) {
 
 std::shared_ptr<const MeshField> field_of(const json& saved) {
   auto field = std::make_shared<MeshField>();
-  field->first = saved.at("first").get<std::array<int, 3>>(), field->size = saved.at("size").get<std::array<int, 3>>();
+  field->box = {saved.at("first").get<std::array<int, 3>>(), saved.at("size").get<std::array<int, 3>>()};
   field->values = array_of<std::uint16_t>(saved.at("values"));
   std::size_t count = 1;
-  for (const int size : field->size) {
+  for (const int size : field->box.size) {
     expect(size > 0 && size <= 1 << 20, "the field's box has no size");
     count *= static_cast<std::size_t>(size);
   }

@@ -188,9 +188,9 @@ void expect_writable(const fs::path& path, const Scene& scene) {
                   "undo, or reset its pose");
     }
   }
-  for (const AttractionPoint& point : scene.points) {
+  for (const UserPoint& point : scene.points) {
     if (!scene.find_mesh(point.mesh)) {
-      throw Error("cannot write " + quoted(path), "an attraction point belongs to no mesh", "delete the point");
+      throw Error("cannot write " + quoted(path), "a point belongs to no mesh", "delete the point");
     }
   }
 }
@@ -246,7 +246,7 @@ SceneFile read_scene(const fs::path& path) {
       for (const MeshItem& mesh : scene.meshes) names.push_back(mesh.name);
       point["mesh"].refuse("the mesh " + unknown_name(name, names), "name a mesh of this scene");
     }
-    AttractionPoint& read = scene.points.emplace_back();
+    UserPoint& read = scene.points.emplace_back();
     read = {static_cast<ItemId>(mesh_count + p + 1), item->id, point["position_mm"].vector3()};
     if (point.has("kind")) read.kind = read_point_kind(point["kind"]);
     if (point.has("radius_mm")) read.radius_mm = read_radius(point["radius_mm"]);
@@ -281,9 +281,9 @@ void write_scene(const fs::path& path, const Scene& scene) {
     json["meshes"].push_back(std::move(entry));
   }
   json["points"] = Json::array();
-  for (const AttractionPoint& point : scene.points) {
+  for (const UserPoint& point : scene.points) {
     Json entry = {{"mesh", scene.find_mesh(point.mesh)->name}, {"position_mm", vector_json(point.position_mm)}};
-    if (point.kind != PointKind::Boundary) entry["kind"] = name_of(point.kind);
+    if (point.kind != MarkKind::Boundary) entry["kind"] = name_of(point.kind);
     if (point.radius_mm > 0) entry["radius_mm"] = point.radius_mm;
     if (point.outward.norm() > 0) entry["outward"] = vector_json(point.outward);
     json["points"].push_back(std::move(entry));

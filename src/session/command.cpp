@@ -10,9 +10,9 @@ const char* title(const DeleteMesh&) { return "delete mesh"; }
 const char* title(const EditMesh&) { return "edit mesh"; }
 const char* title(const SetForceParameter&) { return "change force parameter"; }
 const char* title(const SetSimulationParameter&) { return "change simulation parameter"; }
-const char* title(const AddAttractionPoint&) { return "add point"; }
-const char* title(const MoveAttractionPoint&) { return "move point"; }
-const char* title(const DeleteAttractionPoint&) { return "delete point"; }
+const char* title(const AddPoint&) { return "add point"; }
+const char* title(const MovePoint&) { return "move point"; }
+const char* title(const DeletePoint&) { return "delete point"; }
 const char* title(const ResetPose&) { return "reset pose"; }
 const char* title(const RecordProfiles&) { return "record profiles"; }
 const char* title(const RefineMesh&) { return "refine mesh"; }

@@ -37,19 +37,19 @@ struct SetSimulationParameter {
   int parameter;  ///< index in simulation_table()
   float value;
 };
-struct AddAttractionPoint {
+struct AddPoint {
   ItemId mesh;
   Eigen::Vector3d position_mm;
-  PointKind kind = PointKind::Boundary;
+  MarkKind kind = MarkKind::Boundary;
   double radius_mm = 0;              ///< of the ball that it marks; 0: what suits the mesh's field
   Eigen::Vector3d outward{0, 0, 0};  ///< of a boundary point: the way out of the object; 0: as the surface nearby says
 };
-struct MoveAttractionPoint {
+struct MovePoint {
   ItemId point;
   Eigen::Vector3d position_mm;
   bool continues = false;  ///< part of the drag that the command before began: undone together with it
 };
-struct DeleteAttractionPoint {
+struct DeletePoint {
   ItemId point;
 };
 /// Back to the seed sphere, at the first level. mesh = 0: every mesh.
@@ -74,9 +74,9 @@ struct TakeField {};
 struct Undo {};
 struct Redo {};
 
-using Command = std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter,
-                             AddAttractionPoint, MoveAttractionPoint, DeleteAttractionPoint, ResetPose, RecordProfiles,
-                             RefineMesh, LearnField, TakeField, Undo, Redo>;
+using Command =
+    std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint, MovePoint,
+                 DeletePoint, ResetPose, RecordProfiles, RefineMesh, LearnField, TakeField, Undo, Redo>;
 
 /// For menus ("Undo move point"), in lower case.
 const char* title_of(const Command& command);

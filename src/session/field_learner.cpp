@@ -40,7 +40,7 @@ std::shared_ptr<const MeshField> learn(EvidenceField& field, std::vector<Mark> m
   auto learned = std::make_shared<MeshField>();
   try {
     field.update(marks);
-    learned->first = field.box().first, learned->size = field.box().size;
+    learned->box = field.box();
     learned->leaks = field.report().leaks;
     learned->values = texels_of(field, geometry, run);
   } catch (const Error& error) {

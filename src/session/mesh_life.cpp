@@ -19,13 +19,6 @@ RegionModel region_of(const MeshItem& item, const Volume& volume) {
   return estimate_region(volume, item.mesh, kBackgroundRadii * item.seed.radius_mm);
 }
 
-bool lies_within(const MeshField& field, const Volume& volume) {
-  for (int a = 0; a < 3; ++a)
-    if (volume.empty() || field.first[a] < 0 || field.first[a] > volume.geometry().size[a] - field.size[a])
-      return false;
-  return true;
-}
-
 }  // namespace
 
 double voxel_mm(const Volume& volume) { return volume.empty() ? 1.0 : volume.geometry().spacing_mm.minCoeff(); }
@@ -52,7 +45,7 @@ void complete(MeshItem& item, const SimulationParameters& simulation, const Volu
   if (item.previous.size() != item.mesh.positions.size()) item.previous = item.mesh.positions;
   if (item.shape.size() != item.mesh.positions.size()) item.shape = shape_reference_of(item.mesh);
   if (item.region.empty()) item.region = region_of(item, volume);
-  if (item.field && !lies_within(*item.field, volume)) item.field = nullptr, item.fit = {};
+  if (item.has_field() && !item.field->box.lies_in(volume.geometry().size)) item.field = nullptr, item.fit = {};
 }
 
 void refine_item(MeshItem& item) {

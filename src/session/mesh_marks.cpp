@@ -5,70 +5,36 @@
 #include <cmath>
 #include <limits>
 
-#include "evidence/evidence_settings.h"
-#include "forces/force_list.h"
+#include "evidence/brush_radius.h"
 #include "image/volume.h"
 #include "mesh/mesh_geometry.h"
 #include "session/mesh_life.h"
 
 namespace simplexseg {
-namespace {
-
-constexpr EvidenceSettings kSettings;
-
-void add_marks(const Scene& scene, const MeshItem& item, const Volume& volume, std::vector<Mark>& marks) {
-  marks.push_back({MarkKind::Inside, item.seed.centre_mm, item.seed.radius_mm});
-  const double least = kSettings.least_brush * voxel_mm(volume);
-  for (const AttractionPoint& point : scene.points) {
-    if (point.mesh != item.id || !volume.geometry().contains(point.position_mm)) continue;
-    const double radius = std::max(point.radius_mm, least);
-    if (point.kind == PointKind::Boundary && !(point.outward.norm() > 0)) continue;
-    const MarkKind kind = point.kind == PointKind::Boundary ? MarkKind::Boundary
-                          : point.kind == PointKind::Inside ? MarkKind::Inside
-                                                            : MarkKind::Outside;
-    marks.push_back({kind, point.position_mm, radius, point.outward});
-  }
-}
-
-bool same(const Mark& a, const Mark& b) {
-  return a.kind == b.kind && a.position_mm == b.position_mm && a.radius_mm == b.radius_mm && a.outward == b.outward;
-}
-
-}  // namespace
 
 std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volume& volume) {
-  std::vector<Mark> marks;
-  add_marks(scene, item, volume, marks);
+  std::vector<Mark> marks{{MarkKind::Inside, item.seed.centre_mm, item.seed.radius_mm}};
+  const double least = least_brush_radius_mm(volume.geometry());
+  for (const UserPoint& point : scene.points) {
+    if (point.mesh != item.id || !volume.geometry().contains(point.position_mm)) continue;
+    if (point.kind == MarkKind::Boundary && !(point.outward.norm() > 0)) continue;
+    marks.push_back({point.kind, point.position_mm, std::max(point.radius_mm, least), point.outward});
+  }
   return marks;
 }
 
 bool has_stale_field(const Scene& scene, const MeshItem& item, const Volume& volume) {
   if (!takes_field(item, volume)) return false;
   if (!item.field) return true;
-  const std::vector<Mark> marks = marks_of(scene, item, volume);
-  return !std::equal(marks.begin(), marks.end(), item.field->marks.begin(), item.field->marks.end(), same);
+  return marks_of(scene, item, volume) != item.field->marks;
 }
 
-double mark_radius_mm(const MeshItem& item, PointKind kind, const Eigen::Vector3d& position_mm, const Volume& volume) {
-  const double least = kSettings.least_brush * voxel_mm(volume);
-  if (!item.has_field() || kind == PointKind::Boundary) return least;
-  const bool inside = kind == PointKind::Inside;
+double mark_radius_mm(const MeshItem& item, MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume) {
+  const VolumeGeometry& geometry = volume.geometry();
+  if (!item.has_field()) return least_brush_radius_mm(geometry);
   const MeshField& field = *item.field;
-  const Eigen::Affine3d world = volume.geometry().world_from_index();
-  double square = std::numeric_limits<double>::infinity();
-  std::size_t v = 0;
-  for (int k = 0; k < field.size[2]; ++k)
-    for (int j = 0; j < field.size[1]; ++j)
-      for (int i = 0; i < field.size[0]; ++i, ++v) {
-        if ((field.values[v] > 32767) != inside) continue;  // of the other side than the mark says
-        const Eigen::Vector3d at(i + field.first[0], j + field.first[1], k + field.first[2]);
-        square = std::min(square, (world * at - position_mm).squaredNorm());
-      }
-  double radius = kSettings.brush * std::sqrt(square);
-  for (const Mark& mark : field.marks)
-    if ((mark.kind == MarkKind::Inside) != inside)
-      radius = std::min(radius, 0.5 * std::max(0.0, (mark.position_mm - position_mm).norm() - mark.radius_mm));
-  return std::isfinite(radius) ? std::max(least, radius) : least;
+  const std::vector<Known> known = known_voxels(geometry, field.box, {}, field.marks, nullptr);
+  return brush_radius_mm(geometry, field.box, field.object_voxels(), known, kind, position_mm);
 }
 
 Eigen::Vector3d outward_at(const MeshItem& item, const Eigen::Vector3d& position_mm, const Volume& volume) {

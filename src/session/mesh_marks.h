@@ -15,9 +15,8 @@ class Volume;
 std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volume& volume);
 /// Whether the mesh's evidence comes from its marks, and these have changed since its field was learned.
 bool has_stale_field(const Scene& scene, const MeshItem& item, const Volume& volume);
-/// Radius in mm for the mark of a new point: large where it is far from the surface of the mesh's field, as users click
-/// in the middle of what is wrong. Two voxels without a field.
-double mark_radius_mm(const MeshItem& item, PointKind kind, const Eigen::Vector3d& position_mm, const Volume& volume);
+/// Radius in mm for the mark of a new point: brush_radius_mm() in the mesh's field, the least one without a field.
+double mark_radius_mm(const MeshItem& item, MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume);
 /// The way out of the object at a new boundary point, which draws the present surface to itself: from it to the surface
 /// where it lies inside, else from the surface to it; along the surface's normal where it lies on it. 0 for a mesh
 /// without vertices.

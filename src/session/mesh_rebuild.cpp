@@ -23,8 +23,8 @@ constexpr int kRelaxations = 10;
 /// The grid of a field, as that of a volume of its own.
 VolumeGeometry grid_of(const MeshField& field, const VolumeGeometry& volume) {
   VolumeGeometry grid = volume;
-  grid.size = field.size;
-  grid.origin_mm = volume.world_from_index() * Eigen::Vector3d(field.first[0], field.first[1], field.first[2]);
+  grid.size = field.box.size;
+  grid.origin_mm = volume.world_from_index() * Eigen::Vector3i(field.box.first.data()).cast<double>();
   return grid;
 }
 
@@ -39,15 +39,15 @@ CoarseField coarsen(const MeshField& field, const VolumeGeometry& grid, double e
   CoarseField coarse;
   for (int a = 0; a < 3; ++a) {
     step[a] = std::max(1, static_cast<int>(std::lround(edge_mm / grid.spacing_mm[a])));
-    coarse.size[a] = (field.size[a] + step[a] - 1) / step[a];
+    coarse.size[a] = (field.box.size[a] + step[a] - 1) / step[a];
   }
   const auto [ni, nj, nk] = coarse.size;
   std::vector<int> count(static_cast<std::size_t>(ni) * nj * nk);
   coarse.values.resize(count.size());
   std::size_t v = 0;
-  for (int k = 0; k < field.size[2]; ++k)
-    for (int j = 0; j < field.size[1]; ++j)
-      for (int i = 0; i < field.size[0]; ++i, ++v) {
+  for (int k = 0; k < field.box.size[2]; ++k)
+    for (int j = 0; j < field.box.size[1]; ++j)
+      for (int i = 0; i < field.box.size[0]; ++i, ++v) {
         const std::size_t c = (static_cast<std::size_t>(k / step[2]) * nj + j / step[1]) * ni + i / step[0];
         // Sure places count no more than near the surface, or thin parts vanish among what is sure to be outside.
         coarse.values[c] += std::clamp(static_cast<float>(field.values[v]) - kMiddle, -kMiddle, kMiddle);
@@ -80,9 +80,9 @@ int deep_disagreement(const MeshItem& item, const Volume& volume) {
   SIMPLEXSEG_EXPECT(item.has_field());
   const MeshField& field = *item.field;
   Mask mask = rasterise(item.mesh, grid_of(field, volume.geometry()));
-  for (std::size_t v = 0; v < mask.voxels.size(); ++v)
-    mask.voxels[v] = (mask.voxels[v] != 0) != (static_cast<float>(field.values[v]) > kMiddle);
-  const auto [ni, nj, nk] = field.size;
+  const std::vector<std::uint8_t> object = field.object_voxels();
+  for (std::size_t v = 0; v < mask.voxels.size(); ++v) mask.voxels[v] = mask.voxels[v] != object[v];
+  const auto [ni, nj, nk] = field.box.size;
   int deep = 0;
   for (int k = 1; k + 1 < nk; ++k)
     for (int j = 1; j + 1 < nj; ++j) {

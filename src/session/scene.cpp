@@ -45,8 +45,8 @@ const MeshItem* Scene::find_mesh(const std::string& name) const {
   return find_in(meshes, [&name](const MeshItem& item) { return item.name == name; });
 }
 
-const AttractionPoint* Scene::find_point(ItemId id) const {
-  return find_in(points, [id](const AttractionPoint& point) { return point.id == id; });
+const UserPoint* Scene::find_point(ItemId id) const {
+  return find_in(points, [id](const UserPoint& point) { return point.id == id; });
 }
 
 }  // namespace simplexseg

@@ -65,19 +65,12 @@ struct MeshItem {
   bool has_field() const { return field && !field->values.empty(); }
 };
 
-/// What a point says of the object of its mesh.
-enum class PointKind {
-  Boundary,  ///< its surface passes here: an attraction point, which pulls the mesh to itself
-  Inside,    ///< the place belongs to it
-  Outside,   ///< the place does not
-};
-inline constexpr int kPointKinds = 3;
-
-struct AttractionPoint {
+/// What a user placed: what it says of the object of its mesh. A boundary point attracts the mesh besides.
+struct UserPoint {
   ItemId id = 0;
   ItemId mesh = 0;
   Eigen::Vector3d position_mm{0, 0, 0};
-  PointKind kind = PointKind::Boundary;
+  MarkKind kind = MarkKind::Boundary;
   double radius_mm = 0;              ///< of the ball that it marks
   Eigen::Vector3d outward{0, 0, 0};  ///< of a boundary point: the way out of the object, unit; 0: not known
 };
@@ -92,7 +85,7 @@ bool is_finest(const MeshItem& item, const SimulationParameters& simulation, dou
 struct Scene {
   std::string volume_path;
   std::vector<MeshItem> meshes;
-  std::vector<AttractionPoint> points;
+  std::vector<UserPoint> points;
   SimulationParameters simulation;
   int steps = 0;  ///< that the headless program runs unless told otherwise; 0: until rest
   ForceParameters forces = default_force_parameters();  ///< that a mesh starts with which is like none other
@@ -100,7 +93,7 @@ struct Scene {
   const MeshItem* find_mesh(ItemId id) const;
   MeshItem* find_mesh(ItemId id);
   const MeshItem* find_mesh(const std::string& name) const;
-  const AttractionPoint* find_point(ItemId id) const;
+  const UserPoint* find_point(ItemId id) const;
 };
 
 }  // namespace simplexseg

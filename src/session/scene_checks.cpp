@@ -56,13 +56,13 @@ void check_seed(const Seed& seed, const std::string& name, const Volume& volume)
 
 void check_position(const Eigen::Vector3d& position_mm) {
   if (!position_mm.allFinite() || position_mm.cwiseAbs().maxCoeff() > 1e9)
-    throw Error("attraction point", "its position is not a finite number within 1e9 mm", "correct the position");
+    throw Error("point", "its position is not a finite number within 1e9 mm", "correct the position");
 }
 
-void check_mark(PointKind kind, const Eigen::Vector3d& position_mm, const Volume& volume) {
-  if (kind == PointKind::Boundary) return;
+void check_mark(MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume) {
+  if (kind == MarkKind::Boundary) return;
   if (volume.empty() || !volume.geometry().contains(position_mm))
-    throw Error(kind == PointKind::Inside ? "inside point" : "outside point",
+    throw Error(kind == MarkKind::Inside ? "inside point" : "outside point",
                 volume.empty() ? "there is no volume" : text_of(position_mm) + " mm lies outside of the volume",
                 "place it in the image");
 }
@@ -72,14 +72,14 @@ ItemId check_scene(Scene& scene, const Volume& volume) {
   std::set<ItemId> ids;
   ItemId next = 1;
   for (const MeshItem& item : scene.meshes) next = std::max(next, item.id + 1);
-  for (const AttractionPoint& point : scene.points) next = std::max(next, point.id + 1);
+  for (const UserPoint& point : scene.points) next = std::max(next, point.id + 1);
   for (MeshItem& item : scene.meshes) {
     if (item.id == 0) item.id = next++;
     if (!ids.insert(item.id).second)
       throw Error("mesh '" + item.name + "'", "its id is used twice", "give every mesh its own id");
     check_mesh(item, volume);
   }
-  for (AttractionPoint& point : scene.points) {
+  for (UserPoint& point : scene.points) {
     if (point.id == 0) point.id = next++;
     check_position(point.position_mm);
     check_mark(point.kind, point.position_mm, volume);
@@ -87,7 +87,7 @@ ItemId check_scene(Scene& scene, const Volume& volume) {
       throw Error("point " + std::to_string(point.id), "its radius or its direction is not a finite number",
                   "correct them, or leave them out");
     if (!scene.find_mesh(point.mesh))
-      throw Error("attraction point", "it names a mesh that is not in the scene", "name one of its meshes");
+      throw Error("point", "it names a mesh that is not in the scene", "name one of its meshes");
   }
   return next;
 }

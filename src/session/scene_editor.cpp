@@ -38,7 +38,7 @@ SceneChange SceneEditor::carry_out(const AddMesh& command) {
 
 SceneChange SceneEditor::carry_out(const DeleteMesh& command) {
   item_of(command.mesh);
-  std::erase_if(scene_.points, [&](const AttractionPoint& point) { return point.mesh == command.mesh; });
+  std::erase_if(scene_.points, [&](const UserPoint& point) { return point.mesh == command.mesh; });
   std::erase_if(scene_.meshes, [&](const MeshItem& item) { return item.id == command.mesh; });
   return {EngineUpdate::Meshes};
 }
@@ -77,13 +77,13 @@ SceneChange SceneEditor::carry_out(const SetSimulationParameter& command) {
   return {EngineUpdate::Parameters};
 }
 
-SceneChange SceneEditor::carry_out(const AddAttractionPoint& command) {
+SceneChange SceneEditor::carry_out(const AddPoint& command) {
   const MeshItem& item = item_of(command.mesh);
   check_position(command.position_mm);
   check_mark(command.kind, command.position_mm, volume_);
-  AttractionPoint point{next_id_++, command.mesh, command.position_mm, command.kind, command.radius_mm};
+  UserPoint point{next_id_++, command.mesh, command.position_mm, command.kind, command.radius_mm};
   if (!(point.radius_mm > 0)) point.radius_mm = mark_radius_mm(item, point.kind, point.position_mm, volume_);
-  if (point.kind == PointKind::Boundary)
+  if (point.kind == MarkKind::Boundary)
     point.outward = command.outward.norm() > 0 && command.outward.allFinite()
                         ? Eigen::Vector3d(command.outward.normalized())
                         : outward_at(item, point.position_mm, volume_);
@@ -91,17 +91,17 @@ SceneChange SceneEditor::carry_out(const AddAttractionPoint& command) {
   return {EngineUpdate::Points, scene_.points.back().id};
 }
 
-SceneChange SceneEditor::carry_out(const MoveAttractionPoint& command) {
-  AttractionPoint& point = point_of(command.point);
+SceneChange SceneEditor::carry_out(const MovePoint& command) {
+  UserPoint& point = point_of(command.point);
   check_position(command.position_mm);
   check_mark(point.kind, command.position_mm, volume_);
   point.position_mm = command.position_mm;
   return {EngineUpdate::Points};
 }
 
-SceneChange SceneEditor::carry_out(const DeleteAttractionPoint& command) {
+SceneChange SceneEditor::carry_out(const DeletePoint& command) {
   point_of(command.point);
-  std::erase_if(scene_.points, [&](const AttractionPoint& point) { return point.id == command.point; });
+  std::erase_if(scene_.points, [&](const UserPoint& point) { return point.id == command.point; });
   return {EngineUpdate::Points};
 }
 
@@ -141,11 +141,10 @@ std::vector<MeshItem*> SceneEditor::items_of(ItemId mesh) {
   return items;
 }
 
-AttractionPoint& SceneEditor::point_of(ItemId point) {
-  for (AttractionPoint& one : scene_.points)
+UserPoint& SceneEditor::point_of(ItemId point) {
+  for (UserPoint& one : scene_.points)
     if (one.id == point) return one;
-  throw Error("attraction point " + std::to_string(point), "there is no such point",
-              "choose one of the scene's points");
+  throw Error("point " + std::to_string(point), "there is no such point", "choose one of the scene's points");
 }
 
 }  // namespace simplexseg

@@ -33,9 +33,9 @@ class SceneEditor {
   SceneChange carry_out(const EditMesh& command);
   SceneChange carry_out(const SetForceParameter& command);
   SceneChange carry_out(const SetSimulationParameter& command);
-  SceneChange carry_out(const AddAttractionPoint& command);
-  SceneChange carry_out(const MoveAttractionPoint& command);
-  SceneChange carry_out(const DeleteAttractionPoint& command);
+  SceneChange carry_out(const AddPoint& command);
+  SceneChange carry_out(const MovePoint& command);
+  SceneChange carry_out(const DeletePoint& command);
   SceneChange carry_out(const ResetPose& command);
   SceneChange carry_out(const RecordProfiles& command);
   SceneChange carry_out(const RefineMesh& command);
@@ -43,7 +43,7 @@ class SceneEditor {
  private:
   MeshItem& item_of(ItemId mesh);                ///< throws Error when there is none
   std::vector<MeshItem*> items_of(ItemId mesh);  ///< 0: all; throws Error when there is no such mesh
-  AttractionPoint& point_of(ItemId point);       ///< throws Error when there is none
+  UserPoint& point_of(ItemId point);             ///< throws Error when there is none
 
   Scene& scene_;
   const Volume& volume_;

@@ -160,14 +160,13 @@ void Session::send_parameters() {
 
 void Session::send_field(std::size_t mesh) {
   const MeshItem& item = scene_.meshes[mesh];
-  if (item.has_field())
-    engine_->set_field(static_cast<int>(mesh), {item.field->first, item.field->size, item.field->values});
+  if (item.has_field()) engine_->set_field(static_cast<int>(mesh), {item.field->box, item.field->values});
 }
 
 void Session::send_points() {
   std::vector<EnginePoint> points;
-  for (const AttractionPoint& point : scene_.points)
-    for (std::size_t k = 0; point.kind == PointKind::Boundary && k < scene_.meshes.size(); ++k)
+  for (const UserPoint& point : scene_.points)
+    for (std::size_t k = 0; point.kind == MarkKind::Boundary && k < scene_.meshes.size(); ++k)
       if (scene_.meshes[k].id == point.mesh) points.push_back({static_cast<int>(k), point.position_mm});
   engine_->set_points(points);
   at_rest_ = false;

@@ -38,7 +38,7 @@ class PlanBuilder {
       if (!item.region.empty()) region_values_ += kRegionBins;
       if (field) field_values_ += item.has_field() ? item.field->values.size() : values_of_field(item.seed, volume);
     }
-    for (const AttractionPoint& point : scene.points) points_ += point.kind == PointKind::Boundary;
+    for (const UserPoint& point : scene.points) points_ += point.kind == MarkKind::Boundary;
     needs_ = needs_of(meshes_, !volume.empty(), static_cast<int>(points_));
     for (const MeshItem& item : scene.meshes) {
       SolverControl control;

@@ -23,9 +23,8 @@ template <class Any>
 bool goes_on(const Any&, const Command&) {
   return false;
 }
-bool goes_on(const MoveAttractionPoint& move, const Command& last) {
-  return move.continues &&
-         (std::holds_alternative<MoveAttractionPoint>(last) || std::holds_alternative<AddAttractionPoint>(last));
+bool goes_on(const MovePoint& move, const Command& last) {
+  return move.continues && (std::holds_alternative<MovePoint>(last) || std::holds_alternative<AddPoint>(last));
 }
 bool goes_on(const SetForceParameter& set, const Command& last) {
   const auto* was = std::get_if<SetForceParameter>(&last);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/vec3.h"
+#include "image/distance_map.h"
 #include "step/display.h"
 #include "step/simulation_parameters.h"
 #include "step/solver.h"
@@ -35,7 +36,7 @@ struct EngineMesh {
 
 /// P(object) of one mesh on a box of the volume's voxels. The values need to live only during the call.
 struct EngineField {
-  std::array<int, 3> first{}, size{};     ///< voxels of the volume
+  VoxelBox box{};                         ///< voxels of the volume
   std::span<const std::uint16_t> values;  ///< as FieldBox says (src/forces/step_view.h); empty: the mesh has none
 };
 

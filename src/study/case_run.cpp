@@ -63,7 +63,7 @@ Said run_in_engine(const Trial& trial, const EngineFactory& make_engine) {
     }
     engine->load(meshes, said.end.simulation);
     std::vector<EnginePoint> points;
-    for (const AttractionPoint& point : said.end.points)
+    for (const UserPoint& point : said.end.points)
       for (std::size_t k = 0; k < said.end.meshes.size(); ++k)
         if (said.end.meshes[k].id == point.mesh) points.push_back({static_cast<int>(k), point.position_mm});
     engine->set_points(points);

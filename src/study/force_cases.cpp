@@ -102,8 +102,7 @@ std::vector<StabilityCase> force_cases() {
                        trial.folds = true;  // a point so far out folds what it pulls, which is said
                        trial.chunk = 10;
                        trial.between = [](Session& session, int n) {
-                         if (n == 5)
-                           session.apply(MoveAttractionPoint{session.scene().points[0].id, 1.1 * kPoint, false});
+                         if (n == 5) session.apply(MovePoint{session.scene().points[0].id, 1.1 * kPoint, false});
                        };
                        return trial;
                      }});

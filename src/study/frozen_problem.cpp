@@ -173,7 +173,7 @@ FrozenProblem frozen_problem_of(const Scene& scene, const Volume& volume, bool f
   for (const MeshItem& item : starts) {
     FrozenMesh mesh;
     mesh.start = item.mesh, mesh.shape = item.shape, mesh.forces = item.parameters;
-    for (const AttractionPoint& point : session.scene().points)
+    for (const UserPoint& point : session.scene().points)
       if (point.mesh == item.id) mesh.points_mm.push_back(point.position_mm);
     problem.meshes.push_back(std::move(mesh));
   }

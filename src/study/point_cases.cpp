@@ -64,17 +64,17 @@ std::vector<StabilityCase> point_cases() {
                      trial.error = distance_from(trial.scene.meshes[0].mesh);
                      return trial;
                    }});
-  cases.push_back({"point_moved_every_step", "a point that jumps 40 mm at each step", CaseOutcome::Bounded,
-                   CaseOutcome::Bounded, "each step is bounded by the point's distance; folds are reported", [](bool) {
-                     Trial trial = ball_with_points({{20, 0, 0}});
-                     trial.chunk = 1, trial.steps = 200;
-                     trial.between = [](Session& session, int n) {
-                       const double angle = 2.4 * n;
-                       session.apply(MoveAttractionPoint{
-                           100, {20 * std::cos(angle), 20 * std::sin(angle), 10 * std::cos(0.7 * n)}, n > 1});
-                     };
-                     return trial;
-                   }});
+  cases.push_back(
+      {"point_moved_every_step", "a point that jumps 40 mm at each step", CaseOutcome::Bounded, CaseOutcome::Bounded,
+       "each step is bounded by the point's distance; folds are reported", [](bool) {
+         Trial trial = ball_with_points({{20, 0, 0}});
+         trial.chunk = 1, trial.steps = 200;
+         trial.between = [](Session& session, int n) {
+           const double angle = 2.4 * n;
+           session.apply(MovePoint{100, {20 * std::cos(angle), 20 * std::sin(angle), 10 * std::cos(0.7 * n)}, n > 1});
+         };
+         return trial;
+       }});
   cases.push_back(
       {"points_inside", "six points near the centre, each with a patch of 10 rings", CaseOutcome::Bounded,
        CaseOutcome::Bounded, "the patches meet in the middle; whatever is folded or inside out is reported", [](bool) {

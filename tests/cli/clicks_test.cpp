@@ -72,6 +72,18 @@ TEST_F(Clicks, RefuseWhatTheyCannotUse) {
   succeed({"phantom", "sphere", path("other.nii.gz"), "--labels", path("other_truth.nii.gz"), "--size", "16"});
   EXPECT_EQ(call({"clicks", path("image.nii.gz"), path("other_truth.nii.gz")}).status, 2);
   EXPECT_EQ(call({"clicks", path("image.nii.gz"), path("truth.nii.gz"), "--robot", "dog"}).status, 2);
+  // What the robot's subject would not hear.
+  const Outcome set = call({"clicks", path("image.nii.gz"), path("truth.nii.gz"), "--label", "1", "--max", "0", "--set",
+                            "forces.evidence.weight=1"});
+  EXPECT_EQ(set.status, 2);
+  EXPECT_NE(set.err.find("--set"), std::string::npos) << set.err;
+  for (const char* robot : {"mesh", "none"}) {
+    const Outcome without = call({"clicks", path("image.nii.gz"), path("truth.nii.gz"), "--label", "1", "--max", "0",
+                                  "--robot", robot, "--without", "memory"});
+    EXPECT_EQ(without.status, 2);
+    EXPECT_NE(without.err.find("--without"), std::string::npos) << without.err;
+    EXPECT_EQ(std::count(without.err.begin(), without.err.end(), '\n'), 1) << without.err;
+  }
 }
 
 }  // namespace

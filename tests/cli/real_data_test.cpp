@@ -150,10 +150,10 @@ TEST(RealData, RecordedDragReplaysBitForBitAndIsUndone) {
   const Eigen::Vector3d press = brain.mesh.positions[100].cast<double>();
   const Eigen::Vector3d outward = (press - brain.seed.centre_mm).normalized();
   const std::vector<Eigen::Vector3f> before = brain.mesh.positions;
-  const ItemId point = live->apply(AddAttractionPoint{brain.id, press});
+  const ItemId point = live->apply(AddPoint{brain.id, press});
   for (int move = 1; move <= 30; ++move) {
     live->advance(0.002);
-    live->apply(MoveAttractionPoint{point, press + 0.4 * move * outward, true});
+    live->apply(MovePoint{point, press + 0.4 * move * outward, true});
   }
   live->advance_steps(60);
   const std::vector<Eigen::Vector3f> pulled = live->scene().meshes[0].mesh.positions;

@@ -246,10 +246,10 @@ TEST_F(Run, Picture) {
 TEST_F(Run, Replay) {
   const std::unique_ptr<Session> session = open();
   session->advance_steps(11);
-  const ItemId point = session->apply(AddAttractionPoint{session->scene().meshes[0].id, {17, 0, 0}});
+  const ItemId point = session->apply(AddPoint{session->scene().meshes[0].id, {17, 0, 0}});
   for (int move = 1; move <= 10; ++move) {
     session->advance_steps(1 + move % 3);
-    session->apply(MoveAttractionPoint{point, {17 + 0.1 * move, 0.3 * move, 0}, move > 1});
+    session->apply(MovePoint{point, {17 + 0.1 * move, 0.3 * move, 0}, move > 1});
   }
   session->advance_steps(5);
   session->apply(SetForceParameter{0, ForceId::Smoothing, 0, 0.7f});

@@ -55,39 +55,46 @@ TEST(RobotUser, KeepsThePartsThatAreJoinedByFacesApart) {
   EXPECT_EQ(std::count(part.voxels.begin(), part.voxels.end(), 1), 64);
 }
 
+/// Believes every mark, and nothing else.
+class Believer : public RobotSubject {
+ public:
+  std::vector<std::vector<Mark>> heard;
+
+  Mask segment(std::span<const Mark> marks) override {
+    heard.emplace_back(marks.begin(), marks.end());
+    Mask mask = empty({30, 30, 30});
+    std::size_t v = 0;
+    for (int k = 0; k < 30; ++k)
+      for (int j = 0; j < 30; ++j)
+        for (int i = 0; i < 30; ++i, ++v)
+          for (const Mark& m : marks)
+            if ((Eigen::Vector3d(i, j, k) - m.position_mm).norm() <= m.radius_mm)
+              mask.voxels[v] = m.kind == MarkKind::Inside;
+    return mask;
+  }
+  double brush_mm(MarkKind, const Eigen::Vector3d&) const override { return 2.5; }
+};
+
 TEST(RobotUser, SaysNoMoreThanTheProtocolAllows) {
   Mask truth = empty({30, 30, 30});
   fill(truth, {8, 8, 8}, {20, 20, 20});
-  std::vector<std::vector<Mark>> heard;
-  // One who believes every mark, and nothing else.
-  const RobotSubject subject{[&](std::span<const Mark> marks) {
-                               heard.emplace_back(marks.begin(), marks.end());
-                               Mask mask = empty({30, 30, 30});
-                               std::size_t v = 0;
-                               for (int k = 0; k < 30; ++k)
-                                 for (int j = 0; j < 30; ++j)
-                                   for (int i = 0; i < 30; ++i, ++v)
-                                     for (const Mark& m : marks)
-                                       if ((Eigen::Vector3d(i, j, k) - m.position_mm).norm() <= m.radius_mm)
-                                         mask.voxels[v] = m.kind == MarkKind::Inside;
-                               return mask;
-                             },
-                             [](MarkKind, const Eigen::Vector3d&) { return 2.5; }};
+  Believer subject;
   int calls = 0;
-  const std::vector<RobotClick> clicks = run_robot(truth, subject, {5, 1, 0}, [&](int n) { EXPECT_EQ(n, calls++); });
+  const std::vector<RobotClick> clicks =
+      run_robot(truth, subject, {5, 1, 0}, [&](int n, const Mask&) { EXPECT_EQ(n, calls++); });
   ASSERT_EQ(clicks.size(), 6u);
   EXPECT_EQ(calls, 6);
   EXPECT_EQ(clicks[0].mark.position_mm, Eigen::Vector3d(14, 14, 14));
   EXPECT_NEAR(clicks[0].mark.radius_mm, 7, 0.01);
   for (std::size_t c = 1; c < clicks.size(); ++c) {
-    EXPECT_EQ(heard[c].size(), c + 1);
+    EXPECT_EQ(subject.heard[c].size(), c + 1);
     EXPECT_EQ(clicks[c].mark.radius_mm, 2.5);
     EXPECT_GT(clicks[c].agreement.dice, clicks[c - 1].agreement.dice);
   }
-  const RobotClick small = run_robot(truth, subject, {0, 0.5, 0.25}, [](int) {}).front();
+  const RobotClick small = run_robot(truth, subject, {0, 0.5, 0.25}, [](int, const Mask&) {}).front();
   EXPECT_NEAR(small.mark.radius_mm, 3.5, 0.01);
   EXPECT_NEAR((small.mark.position_mm - Eigen::Vector3d(14, 14, 14)).norm(), 1.75, 0.01);
-  EXPECT_THROW(run_robot(empty({5, 5, 5}), subject, {}, [](int) {}), Error);
+  EXPECT_THROW(run_robot(empty({5, 5, 5}), subject, {}, [](int, const Mask&) {}), Error);
 }
 
 }  // namespace

@@ -268,7 +268,7 @@ TEST_P(ImageForcesTest, AFieldIsReadInItsBoxAlone) {
     scene.meshes[0].field.clear();
     const auto engine = make_engine();
     load(*engine, scene);
-    engine->set_field(0, {first, size, values});
+    engine->set_field(0, {{first, size}, values});
     engine->step(100);
     return positions_of(*engine, scene);
   };
@@ -284,10 +284,10 @@ TEST_P(ImageForcesTest, AFieldThatDoesNotFitIsRefused) {
   const auto engine = make_engine();
   load(*engine, scene);
   const std::vector<std::uint16_t> values(8);
-  EXPECT_THROW(engine->set_field(0, {{0, 0, 0}, {2, 2, 1}, values}), Error);
-  EXPECT_THROW(engine->set_field(0, {{63, 0, 0}, {2, 2, 2}, values}), Error);
-  EXPECT_THROW(engine->set_field(0, {{-1, 0, 0}, {2, 2, 2}, values}), Error);
-  EXPECT_NO_THROW(engine->set_field(0, {{62, 0, 0}, {2, 2, 2}, values}));
+  EXPECT_THROW(engine->set_field(0, {{{0, 0, 0}, {2, 2, 1}}, values}), Error);
+  EXPECT_THROW(engine->set_field(0, {{{63, 0, 0}, {2, 2, 2}}, values}), Error);
+  EXPECT_THROW(engine->set_field(0, {{{-1, 0, 0}, {2, 2, 2}}, values}), Error);
+  EXPECT_NO_THROW(engine->set_field(0, {{{62, 0, 0}, {2, 2, 2}}, values}));
 }
 
 }  // namespace

@@ -79,9 +79,9 @@ TEST_F(FieldTest, AFieldThatLeaksIsSaidOnceForEachAction) {
   // Learned anew with each movement of a drag, and said once; after another action, which did not help, again.
   ItemId point = 0;
   const Eigen::Vector3d middle = bench().view.crosshair_mm;
-  bench().apply(AddAttractionPoint{bench().view.active_mesh, middle, PointKind::Inside, 3}, &point);
+  bench().apply(AddPoint{bench().view.active_mesh, middle, MarkKind::Inside, 3}, &point);
   for (int n = 1; n <= 3; ++n) {
-    bench().apply(MoveAttractionPoint{point, middle + Eigen::Vector3d(n, 0, 0), true});
+    bench().apply(MovePoint{point, middle + Eigen::Vector3d(n, 0, 0), true});
     bench().advance_steps(10);
   }
   ASSERT_TRUE(wait_until([&] { return warnings.size() > 1; }));
@@ -110,7 +110,7 @@ TEST_F(FieldTest, TheOverlayTintsTheObjectInAllSlices) {
       EXPECT_LT(orange(slice, centre + outside[along]), 10) << slice;
     }
     // It follows what is learned: the place is said not to belong to the object.
-    ASSERT_TRUE(bench().apply(AddAttractionPoint{bench().view.active_mesh, centre + inside[0], PointKind::Outside, 3}));
+    ASSERT_TRUE(bench().apply(AddPoint{bench().view.active_mesh, centre + inside[0], MarkKind::Outside, 3}));
     bench().advance_steps(1);
     EXPECT_LT(orange(0, centre + inside[0] + Eigen::Vector3d(1.5, 1.5, 0)), 20);
     window_->actions()[Act::ShowField]->trigger();

@@ -15,13 +15,11 @@
 namespace simplexseg {
 namespace {
 
-class PlanPanelTest : public WindowTest {
+class PlanPanelTest : public PausedPhantomTest {
  protected:
   void SetUp() override {
-    WindowTest::SetUp();
+    PausedPhantomTest::SetUp();
     if (IsSkipped()) return;
-    open_phantom();
-    bench().pause();
     window_->panels().show("Plan");
     wait_until([&] { return window_->panels().plan().in_sight(); });
   }
@@ -80,7 +78,7 @@ TEST_F(PlanPanelTest, EveryItemOfThePlanIsARow) {
 
 TEST_F(PlanPanelTest, ItFollowsPointsMeshesAndRefinement) {
   EXPECT_FALSE(rows(0).contains("attraction points"));
-  bench().apply(AddAttractionPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(15, 0, 0)});
+  bench().apply(AddPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(15, 0, 0)});
   EXPECT_TRUE(rows(0).contains("attraction points"));
   std::size_t held = window_->panels().plan().shown().bytes_held();
   bench().apply(AddMesh{"other", Seed{bench().view.crosshair_mm, 6}, {}, 0});

@@ -15,14 +15,8 @@
 namespace simplexseg {
 namespace {
 
-class PointsTest : public WindowTest {
+class PointsTest : public PausedPhantomTest {
  protected:
-  void SetUp() override {
-    WindowTest::SetUp();
-    if (IsSkipped()) return;
-    open_phantom();
-    bench().pause();
-  }
   void move_mouse(const QPointF& at, Qt::KeyboardModifiers modifiers = {}) {
     mouse(axial(), QEvent::MouseMove, at, Qt::NoButton, Qt::NoButton, modifiers);
   }
@@ -65,23 +59,22 @@ TEST_F(PointsTest, KeysPlaceInsideAndOutsidePointsUnderTheMouse) {
   move_mouse(pixel(-20, -18));
   press_key(Qt::Key_O);
   ASSERT_EQ(scene().points.size(), 2u);
-  EXPECT_EQ(scene().points[0].kind, PointKind::Inside);
+  EXPECT_EQ(scene().points[0].kind, MarkKind::Inside);
   EXPECT_LT((scene().points[0].position_mm - bench().view.crosshair_mm - Eigen::Vector3d(5, 3, 0)).norm(), 1e-6);
   EXPECT_GT(scene().points[0].radius_mm, 0);
-  EXPECT_EQ(scene().points[1].kind, PointKind::Outside);
+  EXPECT_EQ(scene().points[1].kind, MarkKind::Outside);
   EXPECT_EQ(scene().points[1].mesh, scene().meshes[0].id);
   EXPECT_EQ(bench().view.selected_point, scene().points[1].id);
   window_->actions()[Act::Undo]->trigger();
   ASSERT_EQ(scene().points.size(), 1u);
-  EXPECT_EQ(scene().points[0].kind, PointKind::Inside);
+  EXPECT_EQ(scene().points[0].kind, MarkKind::Inside);
   window_->actions()[Act::Redo]->trigger();
   EXPECT_EQ(scene().points.size(), 2u);
 }
 
 TEST_F(PointsTest, EachToolPlacesItsKindAndDragsItAtOnce) {
-  const std::pair<Act, PointKind> tools[] = {{Act::ToolPoint, PointKind::Boundary},
-                                             {Act::ToolInside, PointKind::Inside},
-                                             {Act::ToolOutside, PointKind::Outside}};
+  const std::pair<Act, MarkKind> tools[] = {
+      {Act::ToolPoint, MarkKind::Boundary}, {Act::ToolInside, MarkKind::Inside}, {Act::ToolOutside, MarkKind::Outside}};
   for (const auto& [tool, kind] : tools) {
     window_->actions()[tool]->trigger();
     EXPECT_TRUE(window_->actions()[tool]->isChecked());
@@ -108,7 +101,8 @@ TEST_F(PointsTest, EachToolPlacesItsKindAndDragsItAtOnce) {
 }
 
 TEST_F(PointsTest, TheContextMenuOffersAllKinds) {
-  for (int entry = 0; entry < kPointKinds; ++entry) {
+  const MarkKind kinds[] = {MarkKind::Boundary, MarkKind::Inside, MarkKind::Outside};  // as the menu has them
+  for (int entry = 0; entry < 3; ++entry) {
     QTimer::singleShot(0, [entry] {
       auto* menu = qobject_cast<QMenu*>(QApplication::activePopupWidget());
       ASSERT_NE(menu, nullptr);
@@ -117,15 +111,14 @@ TEST_F(PointsTest, TheContextMenuOffersAllKinds) {
     });
     drag(axial(), pixel(-8.0 + 8 * entry, 10), pixel(-8.0 + 8 * entry, 10), Qt::RightButton);
     ASSERT_EQ(scene().points.size(), entry + 1u);
-    EXPECT_EQ(scene().points.back().kind, static_cast<PointKind>(entry));
+    EXPECT_EQ(scene().points.back().kind, kinds[entry]);
   }
 }
 
 TEST_F(PointsTest, ThePanelNamesTheKinds) {
-  for (const PointKind kind : {PointKind::Boundary, PointKind::Inside, PointKind::Outside}) {
-    bench().apply(AddAttractionPoint{bench().view.active_mesh,
-                                     bench().view.crosshair_mm + Eigen::Vector3d(5.0 * static_cast<int>(kind), 0, 0),
-                                     kind});
+  for (const MarkKind kind : {MarkKind::Boundary, MarkKind::Inside, MarkKind::Outside}) {
+    bench().apply(AddPoint{bench().view.active_mesh,
+                           bench().view.crosshair_mm + Eigen::Vector3d(5.0 * static_cast<int>(kind), 0, 0), kind});
   }
   auto* list = window_->findChild<PointPanel*>()->findChild<QTreeWidget*>();
   ASSERT_EQ(list->topLevelItemCount(), 3);
@@ -136,7 +129,7 @@ TEST_F(PointsTest, ThePanelNamesTheKinds) {
   EXPECT_EQ(bench().view.selected_point, scene().points[1].id);
   window_->actions()[Act::DeletePoint]->trigger();
   ASSERT_EQ(scene().points.size(), 2u);
-  EXPECT_EQ(scene().points[1].kind, PointKind::Outside);
+  EXPECT_EQ(scene().points[1].kind, MarkKind::Outside);
 }
 
 TEST_F(PointsTest, KindsAndTheirBallsAreSeen) {
@@ -144,7 +137,7 @@ TEST_F(PointsTest, KindsAndTheirBallsAreSeen) {
   EXPECT_EQ(count_pixels(theme::kInside), 0);
   EXPECT_EQ(count_pixels(theme::kOutside), 0);
   const Eigen::Vector3d at = bench().view.crosshair_mm;
-  bench().apply(AddAttractionPoint{bench().view.active_mesh, at, PointKind::Inside, 8});
+  bench().apply(AddPoint{bench().view.active_mesh, at, MarkKind::Inside, 8});
   EXPECT_GT(count_pixels(theme::kInside), 20);
   EXPECT_EQ(count_pixels(theme::kOutside), 0);
   const auto ball_at = [&](double radius_mm) {
@@ -158,7 +151,7 @@ TEST_F(PointsTest, KindsAndTheirBallsAreSeen) {
   bench().view.crosshair_mm.z() += 5;  // the slice cuts the ball 5 mm off its centre
   bench().view_edited();
   EXPECT_GT(ball_at(std::sqrt(8.0 * 8 - 5 * 5)), 60);
-  bench().apply(AddAttractionPoint{bench().view.active_mesh, at + Eigen::Vector3d(0, 20, 5), PointKind::Outside});
+  bench().apply(AddPoint{bench().view.active_mesh, at + Eigen::Vector3d(0, 20, 5), MarkKind::Outside});
   EXPECT_GT(count_pixels(theme::kOutside), 20);
 }
 
@@ -179,7 +172,7 @@ TEST_F(PointsTest, AnOutlineIsGrabbedAndLeavesABoundaryPoint) {
   EXPECT_EQ(axial().cursor().shape(), Qt::OpenHandCursor);
   drag(axial(), outline + QPointF(2, 0), outline + QPointF(42, 0));
   ASSERT_EQ(scene().points.size(), 1u);
-  EXPECT_EQ(scene().points[0].kind, PointKind::Boundary);
+  EXPECT_EQ(scene().points[0].kind, MarkKind::Boundary);
   EXPECT_LT((scene().points[0].position_mm - axial().world_of(outline + QPointF(42, 0))).norm(), 1e-6);
   EXPECT_EQ(bench().view.crosshair_mm, crosshair);
   bench().apply(Undo{});

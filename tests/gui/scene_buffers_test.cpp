@@ -161,7 +161,7 @@ TEST_F(SceneBuffersTest, PointsFollowThePose) {
   bench().pause();
   expect_buffers_are_the_scene();
   const std::vector<DisplayPoint> before = points();
-  bench().apply(AddAttractionPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(19, 0, 0)});
+  bench().apply(AddPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(19, 0, 0)});
   bench().advance_steps(25);
   expect_buffers_are_the_scene();
   const std::vector<DisplayPoint> after = points();
@@ -306,14 +306,14 @@ TEST_F(SceneBuffersTest, NothingIsReadBackWhileItRuns) {
   bench().apply(SetSimulationParameter{find_parameter(simulation_table(), "rest_tolerance"), 0});
   ItemId point = 0;
   const Eigen::Vector3d place = bench().view.crosshair_mm + Eigen::Vector3d(15, 0, 0);
-  ASSERT_TRUE(bench().apply(AddAttractionPoint{bench().view.active_mesh, place}, &point));
+  ASSERT_TRUE(bench().apply(AddPoint{bench().view.active_mesh, place}, &point));
   const std::int64_t steps = bench().session().total_steps();
   const std::uint64_t bytes = bench().session().engine().bytes_read_back();
   int moves = 0, refreshes = 0;
   QObject::connect(&bench(), &Workbench::scene_changed, window_.get(), [&] { ++refreshes; });
   ASSERT_TRUE(wait_until([&] {
     mouse(axial(), QEvent::MouseMove, QPointF(50 + moves % 7, 50), Qt::NoButton, Qt::NoButton);
-    bench().apply(MoveAttractionPoint{point, place + Eigen::Vector3d(0.01 * ++moves, 0, 0), true});
+    bench().apply(MovePoint{point, place + Eigen::Vector3d(0.01 * ++moves, 0, 0), true});
     return bench().session().total_steps() > steps + 200 && moves > 40;
   }));
   EXPECT_EQ(bench().session().engine().bytes_read_back(), bytes);
@@ -326,7 +326,7 @@ TEST_F(SceneBuffersTest, ALostDeviceIsAMessageAndTheSessionGoesOn) {
   engine->steps_left = 30;
   show_window(std::move(engine), [] { return make_cpu_engine(1); });
   open_phantom();
-  bench().apply(AddAttractionPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(15, 0, 0)});
+  bench().apply(AddPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(15, 0, 0)});
   bench().run();
   ASSERT_TRUE(wait_until([&] { return bench().session().total_steps() > 60; }));
   EXPECT_STREQ(bench().session().engine().backend(), "cpu");

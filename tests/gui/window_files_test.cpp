@@ -75,7 +75,7 @@ TEST_F(WindowFilesTest, ASceneComesBackAsItWasSaved) {
   write_phantom("cube.nii.gz");
   window_->files().take(load_input(path("cube.nii.gz").toStdString()), path("cube.nii.gz").toStdString());
   bench().apply(AddMesh{"ball", Seed{bench().view.crosshair_mm, 9}, Colour{10, 200, 30}, 0});
-  bench().apply(AddAttractionPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(12, 0, 0)});
+  bench().apply(AddPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(12, 0, 0)});
   bench().pause();
   bench().advance_steps(7);
   EXPECT_TRUE(bench().has_unsaved_changes());

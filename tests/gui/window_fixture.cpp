@@ -66,6 +66,13 @@ void WindowTest::show_window(std::unique_ptr<Engine> engine, std::function<std::
 
 void WindowTest::TearDown() { window_.reset(); }
 
+void PausedPhantomTest::SetUp() {
+  WindowTest::SetUp();
+  if (IsSkipped()) return;
+  open_phantom();
+  bench().pause();
+}
+
 void WindowTest::open_phantom(double radius_mm) {
   Phantom phantom = make_phantom("sphere", {});
   Scene scene;

@@ -51,4 +51,10 @@ class WindowTest : public ::testing::Test {
   std::unique_ptr<MainWindow> window_;
 };
 
+/// The same with the phantom open, paused.
+class PausedPhantomTest : public WindowTest {
+ protected:
+  void SetUp() override;
+};
+
 }  // namespace simplexseg

@@ -123,7 +123,7 @@ TEST_F(WindowTest, TheLoopStandsStillAtRestAndWakesForAnAction) {
   bench().run();
   EXPECT_TRUE(wait_until([&] { return window_->loop().at_rest(); }));
   EXPECT_FALSE(window_->loop().active());
-  bench().apply(AddAttractionPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(15, 0, 0)});
+  bench().apply(AddPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(15, 0, 0)});
   EXPECT_TRUE(window_->loop().active());
 }
 
@@ -132,7 +132,7 @@ TEST_F(WindowTest, PointsAreDraggedAndDeletedUnderTheMouse) {
   bench().pause();
   const Eigen::Vector3d place = bench().view.crosshair_mm + Eigen::Vector3d(10, 5, 2);  // 2 mm off the slice
   ItemId id = 0;
-  ASSERT_TRUE(bench().apply(AddAttractionPoint{bench().view.active_mesh, place}, &id));
+  ASSERT_TRUE(bench().apply(AddPoint{bench().view.active_mesh, place}, &id));
   const QPointF handle = axial().pixel_of(place);
   const Eigen::Vector3d crosshair = bench().view.crosshair_mm;
   drag(axial(), handle + QPointF(5, 0), handle + QPointF(45, 0));  // grabbed 5 px off its middle
@@ -156,7 +156,7 @@ TEST_F(WindowTest, HandlesAreHitWithinEightPixels) {
   open_phantom();
   bench().pause();
   const Eigen::Vector3d place = bench().view.crosshair_mm + Eigen::Vector3d(10, 5, 0);
-  bench().apply(AddAttractionPoint{bench().view.active_mesh, place});
+  bench().apply(AddPoint{bench().view.active_mesh, place});
   const QPointF handle = axial().pixel_of(place);
   mouse(axial(), QEvent::MouseMove, handle + QPointF(7, 0), Qt::NoButton, Qt::NoButton);
   EXPECT_NE(bench().view.hovered_point, 0u);
@@ -302,7 +302,7 @@ TEST_F(WindowTest, ThePictureShowsVolumeOutlineAndPoint) {
   window_->actions()[Act::ShowMeshes]->trigger();
   EXPECT_EQ(outline_pixels(), 0);
   const Eigen::Vector3d place = middle + Eigen::Vector3d(0, 20, 0);
-  bench().apply(AddAttractionPoint{bench().view.active_mesh, place});
+  bench().apply(AddPoint{bench().view.active_mesh, place});
   EXPECT_GT(outline_pixels(), 20);
   bench().view.level += 10 * bench().view.window;  // everything is below the window: black
   bench().view_edited();

@@ -15,10 +15,10 @@ TEST_F(SceneIo, ALogKeepsEveryCommandAndEveryBit) {
       {0, EditMesh{5, std::nullopt, std::nullopt, std::nullopt, std::nullopt}},
       {7, SetSimulationParameter{find_parameter(simulation_table(), "damping"), 0.1f}},
       {7, SetSimulationParameter{find_parameter(simulation_table(), "limit_timestep"), 0}},
-      {1000000, AddAttractionPoint{5, p}},
-      {1, MoveAttractionPoint{6, p, true}},
-      {1, MoveAttractionPoint{6, -p, false}},
-      {1, DeleteAttractionPoint{6}},
+      {1000000, AddPoint{5, p}},
+      {1, MovePoint{6, p, true}},
+      {1, MovePoint{6, -p, false}},
+      {1, DeletePoint{6}},
       {1, ResetPose{0}},
       {1, RecordProfiles{1}},
       {1, RefineMesh{2}},
@@ -59,14 +59,14 @@ TEST_F(SceneIo, ALogKeepsEveryCommandAndEveryBit) {
     const auto [a, b] = get(std::type_identity<SetSimulationParameter>{}, at);
     EXPECT_TRUE(a.parameter == b.parameter && same_bits(a.value, b.value));
   }
-  const auto [added, added_again] = get(std::type_identity<AddAttractionPoint>{}, 7);
+  const auto [added, added_again] = get(std::type_identity<AddPoint>{}, 7);
   EXPECT_TRUE(added.mesh == added_again.mesh && same_bits(added.position_mm, added_again.position_mm));
   for (const std::size_t at : {8u, 9u}) {
-    const auto [a, b] = get(std::type_identity<MoveAttractionPoint>{}, at);
+    const auto [a, b] = get(std::type_identity<MovePoint>{}, at);
     EXPECT_TRUE(a.point == b.point && a.continues == b.continues && same_bits(a.position_mm, b.position_mm));
   }
   EXPECT_EQ(std::get<DeleteMesh>(file.log[2].command).mesh, 4u);
-  EXPECT_EQ(std::get<DeleteAttractionPoint>(file.log[10].command).point, 6u);
+  EXPECT_EQ(std::get<DeletePoint>(file.log[10].command).point, 6u);
   EXPECT_EQ(std::get<ResetPose>(file.log[11].command).mesh, 0u);
   EXPECT_EQ(std::get<RecordProfiles>(file.log[12].command).mesh, 1u);
   EXPECT_EQ(std::get<RefineMesh>(file.log[13].command).mesh, 2u);

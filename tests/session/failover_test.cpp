@@ -99,11 +99,11 @@ TEST_F(Failover, StepsGoOnWithTheSpareEngine) {
 TEST_F(Failover, CommandsAreNotLost) {
   with_spare.open(scene_of_one(), volume);
   device->fails = true;
-  const ItemId point = with_spare.apply(AddAttractionPoint{with_spare.scene().meshes[0].id, {15, 0, 0}});
+  const ItemId point = with_spare.apply(AddPoint{with_spare.scene().meshes[0].id, {15, 0, 0}});
   EXPECT_NE(point, 0u);
   EXPECT_EQ(with_spare.scene().points.size(), 1u);
   EXPECT_STREQ(with_spare.engine().backend(), "cpu");
-  with_spare.apply(MoveAttractionPoint{point, {16, 0, 0}, true});
+  with_spare.apply(MovePoint{point, {16, 0, 0}, true});
   EXPECT_EQ(with_spare.scene().points[0].position_mm[0], 16);
 }
 

@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "core/error.h"
+#include "evidence/evidence_field.h"
 #include "forces/force_list.h"
 #include "image/rasterise.h"
 #include "mesh/mesh_geometry.h"
@@ -30,10 +31,10 @@ double field_at(const MeshItem& item, const Eigen::Vector3d& mm) {
   const Eigen::Vector3d at = volume().geometry().index_from_world() * mm;
   std::array<int, 3> v{};
   for (int a = 0; a < 3; ++a) {
-    v[a] = static_cast<int>(std::lround(at[a])) - item.field->first[a];
-    if (v[a] < 0 || v[a] >= item.field->size[a]) return 0;
+    v[a] = static_cast<int>(std::lround(at[a])) - item.field->box.first[a];
+    if (v[a] < 0 || v[a] >= item.field->box.size[a]) return 0;
   }
-  const auto& size = item.field->size;
+  const auto& size = item.field->box.size;
   return item.field->values[(std::size_t(v[2]) * size[1] + v[1]) * size[0] + v[0]] / 65535.0;
 }
 
@@ -69,9 +70,9 @@ TEST(Fields, PointsAreMarksAndAMeshEndsOnTheirSide) {
   session->advance_steps(400, true);
   const ItemId mesh = ball(*session).id;
   const Eigen::Vector3d too_much(17.5, 0, 0), too_little(0, -21, 0);
-  session->apply(AddAttractionPoint{mesh, too_much, PointKind::Outside});
-  session->apply(AddAttractionPoint{mesh, too_little, PointKind::Inside});
-  const AttractionPoint& point = session->scene().points.back();
+  session->apply(AddPoint{mesh, too_much, MarkKind::Outside});
+  session->apply(AddPoint{mesh, too_little, MarkKind::Inside});
+  const UserPoint& point = session->scene().points.back();
   EXPECT_GT(point.radius_mm, 1.5);
   EXPECT_EQ(marks_of(session->scene(), ball(*session), volume()).size(), 3u);
   session->advance_steps(600, true);
@@ -86,12 +87,31 @@ TEST(Fields, PointsAreMarksAndAMeshEndsOnTheirSide) {
   EXPECT_TRUE(inside({-10, 0, 0}));
 }
 
+TEST(Fields, APointMarksAsMuchAsTheFieldSays) {
+  EvidenceField field(volume());
+  const std::vector<Mark> seed{{MarkKind::Inside, {0, 0, 0}, 4}};
+  field.update(seed);
+  auto learned = std::make_shared<MeshField>();
+  learned->box = field.box(), learned->marks = seed;
+  for (const std::uint8_t voxel : field.object_in_box().voxels) learned->values.push_back(voxel ? 65535 : 0);
+  MeshItem item;
+  item.field = learned;
+  double largest = 0;
+  for (const MarkKind kind : {MarkKind::Inside, MarkKind::Outside})
+    for (const Eigen::Vector3d& at : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(8, 0, 0), Eigen::Vector3d(0, -22, 2)}) {
+      const double radius = mark_radius_mm(item, kind, at, volume());
+      EXPECT_DOUBLE_EQ(radius, field.brush_mm(kind, at)) << at.transpose();
+      largest = std::max(largest, radius);
+    }
+  EXPECT_GT(largest, 1.05 * mark_radius_mm(item, MarkKind::Boundary, {0, 0, 0}, volume()));
+}
+
 TEST(Fields, ABoundaryPointKnowsTheWayOut) {
   const auto session = open_with_field();
   session->advance_steps(400, true);
   const ItemId mesh = ball(*session).id;
-  session->apply(AddAttractionPoint{mesh, {12, 0, 0}});  // the surface is to come in
-  session->apply(AddAttractionPoint{mesh, {0, 0, 26}});  // ... and to go out
+  session->apply(AddPoint{mesh, {12, 0, 0}});  // the surface is to come in
+  session->apply(AddPoint{mesh, {0, 0, 26}});  // ... and to go out
   const auto& points = session->scene().points;
   EXPECT_GT(points[0].outward.dot(Eigen::Vector3d::UnitX()), 0.9);
   EXPECT_GT(points[1].outward.dot(Eigen::Vector3d::UnitZ()), 0.9);
@@ -104,7 +124,7 @@ TEST(Fields, UndoBringsBackTheFieldThatWas) {
   const auto session = open_with_field();
   session->advance_steps(100);
   const auto before = ball(*session).field;
-  session->apply(AddAttractionPoint{ball(*session).id, {14, 0, 0}, PointKind::Outside});
+  session->apply(AddPoint{ball(*session).id, {14, 0, 0}, MarkKind::Outside});
   session->advance_steps(10);
   const auto after = ball(*session).field;
   EXPECT_NE(after, before);
@@ -130,10 +150,10 @@ TEST(Fields, AreLearnedBesideLiveFramesAndAReplayEndsInTheSameBits) {
   EXPECT_EQ(live->scene().meshes[0].mesh.positions, make_sphere({1, -2, 0.5}, 12, 2).positions)
       << "a mesh waits for its first field";
   ASSERT_TRUE(frames_until([&] { return ball(*live).has_field() && live->total_steps() > 50; }));
-  const ItemId mesh = ball(*live).id, point = live->apply(AddAttractionPoint{mesh, {14, 1, 0}, PointKind::Outside});
+  const ItemId mesh = ball(*live).id, point = live->apply(AddPoint{mesh, {14, 1, 0}, MarkKind::Outside});
   const auto first = ball(*live).field;
   for (int move = 1; move <= 5; ++move) {
-    live->apply(MoveAttractionPoint{point, {14.0 - move, 1, 0}, true});
+    live->apply(MovePoint{point, {14.0 - move, 1, 0}, true});
     live->advance(0.002);
   }
   ASSERT_TRUE(frames_until([&] {
@@ -152,12 +172,12 @@ TEST(Fields, AreLearnedBesideLiveFramesAndAReplayEndsInTheSameBits) {
 TEST(Fields, MarksOutsideOfTheImageAreRefused) {
   const auto session = open_with_field();
   const ItemId mesh = ball(*session).id;
-  EXPECT_THROW(session->apply(AddAttractionPoint{mesh, {500, 0, 0}, PointKind::Inside}), Error);
-  const ItemId point = session->apply(AddAttractionPoint{mesh, {5, 0, 0}, PointKind::Inside});
-  EXPECT_THROW(session->apply(MoveAttractionPoint{point, {500, 0, 0}}), Error);
+  EXPECT_THROW(session->apply(AddPoint{mesh, {500, 0, 0}, MarkKind::Inside}), Error);
+  const ItemId point = session->apply(AddPoint{mesh, {5, 0, 0}, MarkKind::Inside});
+  EXPECT_THROW(session->apply(MovePoint{point, {500, 0, 0}}), Error);
   EXPECT_EQ(session->scene().points.back().position_mm[0], 5);
   EXPECT_THROW(session->apply(TakeField{}), Error) << "none is being learned";
-  session->apply(AddAttractionPoint{mesh, {500, 0, 0}});  // an attraction point may lie anywhere
+  session->apply(AddPoint{mesh, {500, 0, 0}});  // an attraction point may lie anywhere
   EXPECT_EQ(marks_of(session->scene(), ball(*session), volume()).size(), 2u) << "but marks nothing there";
 }
 

@@ -30,10 +30,10 @@ MeshItem item_with_ring_field(const Volume& image) {
   MeshItem item;
   item.name = "ring", item.seed = {{14, 0, 0}, 4};
   auto field = std::make_shared<MeshField>();
-  field->size = image.geometry().size;
-  for (int k = 0; k < field->size[2]; ++k)
-    for (int j = 0; j < field->size[1]; ++j)
-      for (int i = 0; i < field->size[0]; ++i) {
+  field->box.size = image.geometry().size;
+  for (int k = 0; k < field->box.size[2]; ++k)
+    for (int j = 0; j < field->box.size[1]; ++j)
+      for (int i = 0; i < field->box.size[0]; ++i) {
         const double depth = depth_in_ring(image.geometry().world_from_index() * Eigen::Vector3d(i, j, k));
         field->values.push_back(static_cast<std::uint16_t>(kFieldScale / (1 + std::exp(-2 * depth))));
       }
@@ -86,7 +86,7 @@ TEST(MeshRebuild, ASessionMakesARingOfASphereThatCannotGrowIntoOne) {
   session.open(scene, image);
   // A user's marks, so that it is the mesh alone that is tried.
   for (const Eigen::Vector3d& mm : {Eigen::Vector3d(-14, 0, 0), Eigen::Vector3d(0, 14, 0), Eigen::Vector3d(0, -14, 0)})
-    session.apply(AddAttractionPoint{session.scene().meshes[0].id, mm, PointKind::Inside, 4});
+    session.apply(AddPoint{session.scene().meshes[0].id, mm, MarkKind::Inside, 4});
   const Advance done = session.advance_steps(2000, true);
   EXPECT_TRUE(done.at_rest);
   const MeshItem& ring = session.scene().meshes[0];

@@ -32,7 +32,7 @@ SessionState state_of(const Session& session) {
         state.steps_at_level.push_back(item.steps_at_level);
     state.final_vertices.push_back(item.final_vertices);
   }
-  for (const AttractionPoint& point : scene.points) state.points.push_back({point.id, point.position_mm});
+  for (const UserPoint& point : scene.points) state.points.push_back({point.id, point.position_mm});
   state.simulation = scene.simulation;
   return state;
 }

@@ -81,11 +81,11 @@ TEST(SessionCommands, EachDoesWhatItSays) {
   for (const MeshItem& each : session->scene().meshes) EXPECT_EQ(each.parameters.values[0][curvature], 0.75f);
   session->apply(SetSimulationParameter{simulation_index("damping"), 0.5f});
   EXPECT_EQ(session->scene().simulation.damping, 0.5f);
-  const ItemId point = session->apply(AddAttractionPoint{ball, {1, 2, 3}});
-  session->apply(MoveAttractionPoint{point, {4, 5, 6}});
+  const ItemId point = session->apply(AddPoint{ball, {1, 2, 3}});
+  session->apply(MovePoint{point, {4, 5, 6}});
   EXPECT_EQ(session->scene().find_point(point)->position_mm, Eigen::Vector3d(4, 5, 6));
   EXPECT_EQ(session->scene().find_point(point)->mesh, ball);
-  session->apply(DeleteAttractionPoint{point});
+  session->apply(DeletePoint{point});
   EXPECT_EQ(session->scene().find_point(point), nullptr);
   session->advance_steps(7);
   session->apply(RecordProfiles{ball});
@@ -121,7 +121,7 @@ TEST(SessionCommands, ANewMeshTakesTheScenesForcesOrThoseOfAnother) {
 TEST(SessionCommands, WhatCannotBeDoneIsRefusedAndChangesNothing) {
   const auto session = open_session();
   const ItemId ball = session->scene().meshes[0].id;
-  const ItemId point = session->apply(AddAttractionPoint{ball, {0, 0, 20}});
+  const ItemId point = session->apply(AddPoint{ball, {0, 0, 20}});
   session->advance_steps(5);
   session->apply(EditMesh{ball, {}, {}, false, {}});
   session->apply(Undo{});
@@ -144,14 +144,14 @@ TEST(SessionCommands, WhatCannotBeDoneIsRefusedAndChangesNothing) {
   refusal(*session, SetForceParameter{ball, ForceId::Smoothing, kMaxForceParameters, 0.5f});
   refusal(*session, SetSimulationParameter{-1, 0.5f});
   refusal(*session, SetSimulationParameter{static_cast<int>(simulation_table().size()), 0.5f});
-  refusal(*session, AddAttractionPoint{kNone, {0, 0, 0}});
-  refusal(*session, AddAttractionPoint{0, {0, 0, 0}});
-  refusal(*session, AddAttractionPoint{ball, {0, 0, kNaN}});
-  refusal(*session, AddAttractionPoint{ball, {0, 0, kInfinity}});
-  refusal(*session, MoveAttractionPoint{kNone, {0, 0, 0}});
-  refusal(*session, MoveAttractionPoint{point, {kNaN, 0, 0}});
-  refusal(*session, DeleteAttractionPoint{kNone});
-  refusal(*session, DeleteAttractionPoint{ball});
+  refusal(*session, AddPoint{kNone, {0, 0, 0}});
+  refusal(*session, AddPoint{0, {0, 0, 0}});
+  refusal(*session, AddPoint{ball, {0, 0, kNaN}});
+  refusal(*session, AddPoint{ball, {0, 0, kInfinity}});
+  refusal(*session, MovePoint{kNone, {0, 0, 0}});
+  refusal(*session, MovePoint{point, {kNaN, 0, 0}});
+  refusal(*session, DeletePoint{kNone});
+  refusal(*session, DeletePoint{ball});
   refusal(*session, ResetPose{kNone});
   refusal(*session, RecordProfiles{kNone});
   refusal(*session, RefineMesh{kNone});
@@ -192,10 +192,10 @@ TEST(SessionCommands, IdsAreNeverUsedTwice) {
   session->apply(Undo{});
   const ItemId b = session->apply(AddMesh{"b", {{0, 0, 0}, 5}, {}, 0});
   expect_new(b);
-  const ItemId point = session->apply(AddAttractionPoint{b, {0, 0, 0}});
+  const ItemId point = session->apply(AddPoint{b, {0, 0, 0}});
   expect_new(point);
-  session->apply(DeleteAttractionPoint{point});
-  expect_new(session->apply(AddAttractionPoint{b, {0, 0, 0}}));
+  session->apply(DeletePoint{point});
+  expect_new(session->apply(AddPoint{b, {0, 0, 0}}));
   session->apply(DeleteMesh{b});
   EXPECT_TRUE(session->scene().points.empty()) << "its points go with it";
   expect_new(session->apply(AddMesh{"b", {{0, 0, 0}, 5}, {}, 0}));
@@ -247,7 +247,7 @@ TEST(SessionLevels, RefinesToTheFinalVerticesAndComesToRest) {
     EXPECT_GT(dice(mask_of(truth.labels, 1), rasterise(item.mesh, truth.image.geometry())), 0.95);
     EXPECT_LT(session->mean_move_mm().at(0), 0.01f);
     EXPECT_EQ(session->advance_steps(10, true).steps, 0) << "at rest until something changes";
-    session->apply(AddAttractionPoint{item.id, {0, 0, 23}});
+    session->apply(AddPoint{item.id, {0, 0, 23}});
     EXPECT_GT(session->advance_steps(10, true).steps, 0);
   }
 }

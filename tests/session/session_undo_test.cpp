@@ -9,7 +9,7 @@ namespace {
 TEST(SessionUndo, EveryCommandIsTakenBackAndDoneAgain) {
   const auto session = open_session();
   const ItemId ball = session->scene().meshes[0].id;
-  const ItemId point = session->apply(AddAttractionPoint{ball, {0, 0, 18}});
+  const ItemId point = session->apply(AddPoint{ball, {0, 0, 18}});
   session->advance_steps(12);
   const std::vector<Command> commands{
       AddMesh{"other", {{3, 3, 3}, 8}, {}, 0},
@@ -17,12 +17,12 @@ TEST(SessionUndo, EveryCommandIsTakenBackAndDoneAgain) {
       SetForceParameter{ball, ForceId::Smoothing, 0, 0.125f},
       SetForceParameter{0, ForceId::Evidence, 0, 0.25f},
       SetSimulationParameter{simulation_index("damping"), 0.75f},
-      AddAttractionPoint{ball, {5, 5, 17}},
-      MoveAttractionPoint{point, {0, 3, 19}},
+      AddPoint{ball, {5, 5, 17}},
+      MovePoint{point, {0, 3, 19}},
       RecordProfiles{0},
       RefineMesh{ball},
       ResetPose{ball},
-      DeleteAttractionPoint{point},
+      DeletePoint{point},
       DeleteMesh{ball},
   };
   std::vector<SessionState> before, after;
@@ -97,8 +97,8 @@ TEST(SessionUndo, ADeletedMeshComesBackWithItsPoints) {
   const auto session = open_session();
   const ItemId ball = session->scene().meshes[0].id;
   session->apply(AddMesh{"other", {{0, 0, 0}, 6}, {}, 0});
-  session->apply(AddAttractionPoint{ball, {0, 0, 21}});
-  session->apply(AddAttractionPoint{ball, {0, 21, 0}});
+  session->apply(AddPoint{ball, {0, 0, 21}});
+  session->apply(AddPoint{ball, {0, 21, 0}});
   session->advance_steps(15);
   const SessionState before = state_of(*session);
   session->apply(DeleteMesh{ball});
@@ -139,10 +139,10 @@ template <class Steps>
 ItemId drag(Session& session, const Steps& steps) {
   const ItemId ball = session.scene().meshes[0].id;
   const Eigen::Vector3d start = 12.2 * Eigen::Vector3d(0.6, 0, 0.8) + Eigen::Vector3d(1, -2, 0.5);
-  const ItemId point = session.apply(AddAttractionPoint{ball, start});
+  const ItemId point = session.apply(AddPoint{ball, start});
   for (int k = 1; k <= 30; ++k) {
     steps();
-    session.apply(MoveAttractionPoint{point, start + 0.25 * k * Eigen::Vector3d(0.6, 0.05, 0.8), true});
+    session.apply(MovePoint{point, start + 0.25 * k * Eigen::Vector3d(0.6, 0.05, 0.8), true});
   }
   steps();
   return point;
@@ -162,8 +162,8 @@ TEST(SessionReplay, ADragIsOneUnitOfUndo) {
   EXPECT_TRUE(same_state(state_of(*session), after));
   // A second drag of the same point is a unit of its own.
   const ItemId point = session->scene().points[0].id;
-  session->apply(MoveAttractionPoint{point, {0, 0, 22}, false});
-  for (int k = 1; k <= 5; ++k) session->apply(MoveAttractionPoint{point, {0, 0, 22.0 + k}, true});
+  session->apply(MovePoint{point, {0, 0, 22}, false});
+  for (int k = 1; k <= 5; ++k) session->apply(MovePoint{point, {0, 0, 22.0 + k}, true});
   session->apply(Undo{});
   EXPECT_TRUE(same_state(state_of(*session), after));
 }

@@ -61,9 +61,9 @@ TEST(UndoHistory, AMovementOfTheHandIsOneUnit) {
     history.keep({{}, std::move(last)});
     return history;
   };
-  const Command moves = MoveAttractionPoint{1, {0, 0, 0}, true}, moved = MoveAttractionPoint{1, {0, 0, 0}, false};
+  const Command moves = MovePoint{1, {0, 0, 0}, true}, moved = MovePoint{1, {0, 0, 0}, false};
   EXPECT_FALSE(UndoHistory().continues(moves));
-  EXPECT_TRUE(after(AddAttractionPoint{1, {0, 0, 0}}).continues(moves));
+  EXPECT_TRUE(after(AddPoint{1, {0, 0, 0}}).continues(moves));
   EXPECT_TRUE(after(moved).continues(moves));
   EXPECT_FALSE(after(moved).continues(moved));
   EXPECT_FALSE(after(ResetPose{0}).continues(moves));

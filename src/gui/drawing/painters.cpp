@@ -145,55 +145,41 @@ void Program::set(const char* uniform, const Eigen::Vector2f& value) const {
 }
 void Program::set(const char* uniform, float value) const { glProgramUniform1f(program_, location(uniform), value); }
 
-void SlicePainter::create() {
-  program_.create("slice.vert", "slice.frag");
+void SliceQuad::create(const char* vertex, const char* fragment) {
+  program_.create(vertex, fragment);
   glCreateVertexArrays(1, &vertex_array_);
 }
 
-void SlicePainter::destroy() {
+void SliceQuad::destroy() {
   program_.destroy();
   glDeleteVertexArrays(1, &vertex_array_);
   vertex_array_ = 0;
 }
 
-void SlicePainter::draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black) const {
-  const SliceGrid& grid = slice.grid;
-  program_.set("clip_from_world", projection.clip_from_world);
-  program_.set("corner", Eigen::Vector3f(grid.corner_mm().cast<float>()));
-  program_.set("edge_u", Eigen::Vector3f((grid.step_u_mm * grid.width).cast<float>()));
-  program_.set("edge_v", Eigen::Vector3f((grid.step_v_mm * grid.height).cast<float>()));
-  program_.set("darkest_shown", show_black ? -1.0f : 0.03f);
-  program_.use();
-  glBindTextureUnit(0, slice.texture);
-  glBindVertexArray(vertex_array_);
-  glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
-}
-
-void FieldPainter::create() {
-  program_.create("field.vert", "field.frag");
-  glCreateVertexArrays(1, &vertex_array_);
-}
-
-void FieldPainter::destroy() {
-  program_.destroy();
-  glDeleteVertexArrays(1, &vertex_array_);
-  vertex_array_ = 0;
-}
-
-void FieldPainter::draw(const Projection& projection, const SliceGrid& slice, const SceneBuffers::Field& field,
-                        const Rgba& tint) const {
+void SliceQuad::draw(const Projection& projection, const SliceGrid& slice, unsigned texture) const {
   program_.set("clip_from_world", projection.clip_from_world);
   program_.set("corner", Eigen::Vector3f(slice.corner_mm().cast<float>()));
   program_.set("edge_u", Eigen::Vector3f((slice.step_u_mm * slice.width).cast<float>()));
   program_.set("edge_v", Eigen::Vector3f((slice.step_v_mm * slice.height).cast<float>()));
-  program_.set("index_from_world", Eigen::Matrix4f(field.index_from_world.cast<float>()));
-  program_.set("first_voxel", field.first_voxel);
-  program_.set("field_floor", kFieldFloor / kFieldScale);
-  program_.set("tint", tint);
   program_.use();
-  glBindTextureUnit(0, field.texture);
+  glBindTextureUnit(0, texture);
   glBindVertexArray(vertex_array_);
   glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+}
+
+void SlicePainter::draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black) const {
+  quad_.program().set("darkest_shown", show_black ? -1.0f : 0.03f);
+  quad_.draw(projection, slice.grid, slice.texture);
+}
+
+void FieldPainter::draw(const Projection& projection, const SliceGrid& slice, const SceneBuffers::Field& field,
+                        const Rgba& tint) const {
+  const Program& program = quad_.program();
+  program.set("index_from_world", Eigen::Matrix4f(field.index_from_world.cast<float>()));
+  program.set("first_voxel", field.first_voxel);
+  program.set("field_floor", kFieldFloor / kFieldScale);
+  program.set("tint", tint);
+  quad_.draw(projection, slice, field.texture);
 }
 
 void LinePainter::create() {
@@ -230,15 +216,13 @@ void LinePainter::draw(const Projection& projection, std::span<const Eigen::Vect
   glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<int>(ends_mm.size() / 2));
 }
 
-namespace {
-constexpr int kFloats = 13;  // of a disc
-}  // namespace
+static constexpr int kFloatsOfDisc = 13;
 
 void DiscPainter::create() {
   program_.create("disc.vert", "disc.frag");
   glCreateVertexArrays(1, &vertex_array_);
   glCreateBuffers(1, &buffer_);
-  glVertexArrayVertexBuffer(vertex_array_, 0, buffer_, 0, kFloats * sizeof(float));
+  glVertexArrayVertexBuffer(vertex_array_, 0, buffer_, 0, kFloatsOfDisc * sizeof(float));
   glVertexArrayBindingDivisor(vertex_array_, 0, 1);
   const int components[] = {3, 4, 4, 2};
   unsigned offset = 0;
@@ -260,7 +244,7 @@ void DiscPainter::destroy() {
 void DiscPainter::draw(const Projection& projection, std::span<const Disc> discs) {
   if (discs.empty()) return;
   std::vector<float> packed;
-  packed.reserve(discs.size() * kFloats);
+  packed.reserve(discs.size() * kFloatsOfDisc);
   for (const Disc& disc : discs) {
     packed.insert(packed.end(), disc.centre_mm.data(), disc.centre_mm.data() + 3);
     packed.insert(packed.end(), disc.fill.data(), disc.fill.data() + 4);

@@ -57,30 +57,42 @@ class Program {
   unsigned program_ = 0;
 };
 
-/// A slice as a textured quad in the patient frame.
-class SlicePainter {
+/// A texture on the quad of a slice in the patient frame.
+class SliceQuad {
  public:
-  void create();
+  void create(const char* vertex, const char* fragment);
   void destroy();
-  /// `show_black`: whether what the window makes black is drawn, or left open.
-  void draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black) const;
+  /// Uniforms besides those of the quad are set through it before.
+  const Program& program() const { return program_; }
+  void draw(const Projection& projection, const SliceGrid& slice, unsigned texture) const;
 
  private:
   Program program_;
   unsigned vertex_array_ = 0;
 };
 
+/// The image of a slice.
+class SlicePainter {
+ public:
+  void create() { quad_.create("slice.vert", "slice.frag"); }
+  void destroy() { quad_.destroy(); }
+  /// `show_black`: whether what the window makes black is drawn, or left open.
+  void draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black) const;
+
+ private:
+  SliceQuad quad_;
+};
+
 /// A field P(object) as a tint over a slice.
 class FieldPainter {
  public:
-  void create();
-  void destroy();
+  void create() { quad_.create("field.vert", "field.frag"); }
+  void destroy() { quad_.destroy(); }
   void draw(const Projection& projection, const SliceGrid& slice, const SceneBuffers::Field& field,
             const Rgba& tint) const;
 
  private:
-  Program program_;
-  unsigned vertex_array_ = 0;
+  SliceQuad quad_;
 };
 
 /// Thick, smooth line segments.

@@ -300,12 +300,12 @@ const SceneBuffers::Field* SceneBuffers::update_field(const Session& session, co
   }
   if (shown_field_ == item->field) return &field_;
   const MeshField& field = *item->field;
-  const bool fits = shown_field_ && shown_field_->size == field.size;
+  const bool fits = shown_field_ && shown_field_->box.size == field.box.size;
   wait_for_readers();
   if (!fits) {
     release_field();
     glCreateTextures(GL_TEXTURE_3D, 1, &field_.texture);
-    glTextureStorage3D(field_.texture, 1, GL_R16, field.size[0], field.size[1], field.size[2]);
+    glTextureStorage3D(field_.texture, 1, GL_R16, field.box.size[0], field.box.size[1], field.box.size[2]);
     glTextureParameteri(field_.texture, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
     glTextureParameteri(field_.texture, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     for (const GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R})
@@ -313,12 +313,12 @@ const SceneBuffers::Field* SceneBuffers::update_field(const Session& session, co
   }
   glPixelStorei(GL_UNPACK_ALIGNMENT, 2);
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
-  glTextureSubImage3D(field_.texture, 0, 0, 0, 0, field.size[0], field.size[1], field.size[2], GL_RED,
+  glTextureSubImage3D(field_.texture, 0, 0, 0, 0, field.box.size[0], field.box.size[1], field.box.size[2], GL_RED,
                       GL_UNSIGNED_SHORT, field.values.data());
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   mark_written();
   field_.index_from_world = session.volume().geometry().index_from_world().matrix();
-  field_.first_voxel = Eigen::Vector3i(field.first[0], field.first[1], field.first[2]).cast<float>();
+  field_.first_voxel = Eigen::Vector3i(field.box.first.data()).cast<float>();
   shown_field_ = item->field;
   return &field_;
 }

@@ -14,7 +14,7 @@ constexpr auto kSpace = Where::Space;
 
 // clang-format off
 const Binding kBindings[] = {
-    {Act::MoveCrosshair, kSlices, "", Mouse::Left, {}, "", 
+    {Act::MoveCrosshair, kSlices, "", Mouse::Left, {}, "",
      "On a point: drag it; on the active mesh's outline: pull it; elsewhere: move the crosshair"},
     {Act::AddPoint, kSlices, "", Mouse::Left, Qt::ShiftModifier, "",
      "Add a boundary point to the active mesh, whose surface it attracts; placed on press, final on release"},

@@ -4,48 +4,36 @@
 #include <QCoreApplication>
 #include <QPainter>
 #include <QPixmap>
+#include <optional>
 
 #include "gui/look/theme.h"
 
 namespace simplexseg {
 
-QString title_of(PointKind kind) {
-  switch (kind) {
-    case PointKind::Inside:
-      return QCoreApplication::translate("Points", "Inside");
-    case PointKind::Outside:
-      return QCoreApplication::translate("Points", "Outside");
-    case PointKind::Boundary:
-      break;
-  }
-  return QCoreApplication::translate("Points", "Boundary");
+namespace {
+
+struct PointLook {
+  const char* title;
+  Glyph glyph;
+  std::optional<QColor> colour;  ///< none: its mesh's
+};
+
+const PointLook& look_of(MarkKind kind) {
+  static const PointLook looks[] = {{QT_TRANSLATE_NOOP("Points", "Inside"), Glyph::Plus, theme::kInside},
+                                    {QT_TRANSLATE_NOOP("Points", "Outside"), Glyph::Minus, theme::kOutside},
+                                    {QT_TRANSLATE_NOOP("Points", "Boundary"), Glyph::Plain, std::nullopt}};
+  return looks[static_cast<int>(kind)];
 }
 
-Glyph glyph_of(PointKind kind) {
-  switch (kind) {
-    case PointKind::Inside:
-      return Glyph::Plus;
-    case PointKind::Outside:
-      return Glyph::Minus;
-    case PointKind::Boundary:
-      break;
-  }
-  return Glyph::Plain;
+}  // namespace
+
+QString title_of(MarkKind kind) { return QCoreApplication::translate("Points", look_of(kind).title); }
+Glyph glyph_of(MarkKind kind) { return look_of(kind).glyph; }
+QColor colour_of(MarkKind kind, const Colour& mesh) {
+  return look_of(kind).colour.value_or(QColor(mesh.red, mesh.green, mesh.blue));
 }
 
-QColor colour_of(PointKind kind, const Colour& mesh) {
-  switch (kind) {
-    case PointKind::Inside:
-      return theme::kInside;
-    case PointKind::Outside:
-      return theme::kOutside;
-    case PointKind::Boundary:
-      break;
-  }
-  return {mesh.red, mesh.green, mesh.blue};
-}
-
-QIcon handle_icon(PointKind kind, const Colour& mesh) {
+QIcon handle_icon(MarkKind kind, const Colour& mesh) {
   QPixmap pixmap(28, 28);
   pixmap.fill(Qt::transparent);
   pixmap.setDevicePixelRatio(2);

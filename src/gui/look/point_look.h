@@ -11,13 +11,13 @@
 namespace simplexseg {
 
 /// "Boundary", "Inside" or "Outside".
-QString title_of(PointKind kind);
+QString title_of(MarkKind kind);
 /// What the kind's handle carries besides its colour: shapes say the kind to those who do not see the colours.
 enum class Glyph { Plain, Plus, Minus };
-Glyph glyph_of(PointKind kind);
+Glyph glyph_of(MarkKind kind);
 /// A boundary point has the colour of its mesh.
-QColor colour_of(PointKind kind, const Colour& mesh);
+QColor colour_of(MarkKind kind, const Colour& mesh);
 /// The handle, for lists.
-QIcon handle_icon(PointKind kind, const Colour& mesh);
+QIcon handle_icon(MarkKind kind, const Colour& mesh);
 
 }  // namespace simplexseg

@@ -41,7 +41,7 @@ PointPanel::PointPanel(Workbench& workbench, QWidget* parent) : QWidget(parent),
   layout->addWidget(delete_);
 
   connect(delete_, &QPushButton::clicked, this, [this] {
-    if (workbench_.view.selected_point) workbench_.apply(DeleteAttractionPoint{workbench_.view.selected_point});
+    if (workbench_.view.selected_point) workbench_.apply(DeletePoint{workbench_.view.selected_point});
   });
   // Also a click on the row that is selected already goes there.
   connect(list_, &QTreeWidget::itemClicked, this, [this](QTreeWidgetItem*) { follow_selection(); });
@@ -55,7 +55,7 @@ PointPanel::PointPanel(Workbench& workbench, QWidget* parent) : QWidget(parent),
 
 void PointPanel::follow_selection() {
   const QTreeWidgetItem* row = list_->currentItem();
-  const AttractionPoint* point = row ? workbench_.scene().find_point(id_of(row)) : nullptr;
+  const UserPoint* point = row ? workbench_.scene().find_point(id_of(row)) : nullptr;
   if (!point) return;
   workbench_.view.selected_point = point->id;
   workbench_.set_crosshair(point->position_mm);
@@ -70,7 +70,7 @@ void PointPanel::refresh() {
   while (list_->topLevelItemCount() < count) list_->addTopLevelItem(new QTreeWidgetItem);
   QTreeWidgetItem* selected = nullptr;
   for (int p = 0; p < count; ++p) {
-    const AttractionPoint& point = scene.points[p];
+    const UserPoint& point = scene.points[p];
     QTreeWidgetItem* row = list_->topLevelItem(p);
     row->setData(0, Qt::UserRole, point.id);
     if (const MeshItem* item = scene.find_mesh(point.mesh)) {

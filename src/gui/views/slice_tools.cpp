@@ -23,14 +23,14 @@ constexpr double kHitRadius = 8;   // logical pixels
 constexpr double kGrabRadius = 4;  // logical pixels
 constexpr double kDragStarts = 3;  // logical pixels: less is a click
 
-std::optional<PointKind> kind_of(Tool tool) {
+std::optional<MarkKind> kind_of(Tool tool) {
   switch (tool) {
     case Tool::Point:
-      return PointKind::Boundary;
+      return MarkKind::Boundary;
     case Tool::Inside:
-      return PointKind::Inside;
+      return MarkKind::Inside;
     case Tool::Outside:
-      return PointKind::Outside;
+      return MarkKind::Outside;
     default:
       return std::nullopt;
   }
@@ -52,7 +52,7 @@ SliceTools::SliceTools(Workbench& workbench, SliceView& view) : workbench_(workb
 ItemId SliceTools::point_at(const QPointF& pixel) const {
   ItemId nearest = 0;
   double best = kHitRadius;
-  for (const AttractionPoint& point : workbench_.scene().points) {
+  for (const UserPoint& point : workbench_.scene().points) {
     if (handle_opacity(view_.distance_to_slice_mm(point.position_mm)) <= 0) continue;
     const double distance = length(view_.pixel_of(point.position_mm) - pixel);
     if (distance <= best) {
@@ -115,10 +115,10 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
   }
   switch (*act) {
     case Act::AddPoint:
-      begin_point(pixel, PointKind::Boundary);
+      begin_point(pixel, MarkKind::Boundary);
       return;
     case Act::ErasePoint:
-      if (under) workbench_.apply(DeleteAttractionPoint{under});
+      if (under) workbench_.apply(DeletePoint{under});
       return;
     case Act::PickMesh:
       workbench_.set_active_mesh(mesh_at(pixel));
@@ -139,7 +139,7 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
     grab_offset_mm_ = workbench_.scene().find_point(under)->position_mm - view_.world_of(pixel);
     view.selected_point = under;
     workbench_.view_edited();
-  } else if (const std::optional<PointKind> kind = kind_of(view.tool)) {
+  } else if (const std::optional<MarkKind> kind = kind_of(view.tool)) {
     begin_point(pixel, *kind);
   } else {
     drag_ = Drag::Crosshair;
@@ -147,17 +147,17 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
   }
 }
 
-ItemId SliceTools::add_point(const Eigen::Vector3d& world_mm, PointKind kind) {
+ItemId SliceTools::add_point(const Eigen::Vector3d& world_mm, MarkKind kind) {
   ItemId point = 0;
   if (!workbench_.active_mesh()) {
     workbench_.say(Severity::Warning, SliceView::tr("No mesh for a point: add one with tool 4 or in the panel Meshes"));
   } else {
-    workbench_.apply(AddAttractionPoint{workbench_.view.active_mesh, world_mm, kind}, &point);
+    workbench_.apply(AddPoint{workbench_.view.active_mesh, world_mm, kind}, &point);
   }
   return point;
 }
 
-void SliceTools::begin_point(const QPointF& pixel, PointKind kind) {
+void SliceTools::begin_point(const QPointF& pixel, MarkKind kind) {
   const ItemId point = add_point(view_.world_of(pixel), kind);
   if (!point) return;
   drag_ = Drag::Point;
@@ -171,7 +171,7 @@ void SliceTools::drag_point(const QPointF& pixel) {
     drag_ = Drag::None;
     return;
   }
-  if (workbench_.apply(MoveAttractionPoint{dragged_point_, view_.world_of(pixel) + grab_offset_mm_, drag_continues_})) {
+  if (workbench_.apply(MovePoint{dragged_point_, view_.world_of(pixel) + grab_offset_mm_, drag_continues_})) {
     drag_continues_ = true;
   }
 }
@@ -244,7 +244,7 @@ void SliceTools::move(const QMouseEvent& event) {
       // Only now: a click on the outline moves the crosshair as elsewhere.
       if (moved_) {
         drag_ = Drag::None;
-        begin_point(press_, PointKind::Boundary);
+        begin_point(press_, MarkKind::Boundary);
         if (drag_ == Drag::Point) drag_point(here);
       }
       break;
@@ -347,7 +347,7 @@ bool SliceTools::key(const QKeyEvent& event) {
     case Act::AddOutside:
       // A key that is held must not leave a trail of points, nor may one come between press and release of a drag.
       if (mouse_ && !event.isAutoRepeat() && drag_ == Drag::None)
-        add_point(view_.world_of(*mouse_), *act == Act::AddInside ? PointKind::Inside : PointKind::Outside);
+        add_point(view_.world_of(*mouse_), *act == Act::AddInside ? MarkKind::Inside : MarkKind::Outside);
       return true;
     default:
       return false;
@@ -373,13 +373,13 @@ void SliceTools::show_menu(const QPointF& pixel, const QPoint& global) {
   QMenu menu(&view_);
   menu.setToolTipsVisible(true);
   if (point) {
-    menu.addAction(SliceView::tr("Delete this point"), [=, this] { workbench_.apply(DeleteAttractionPoint{point}); });
+    menu.addAction(SliceView::tr("Delete this point"), [=, this] { workbench_.apply(DeletePoint{point}); });
     menu.addSeparator();
   }
-  const std::tuple<PointKind, QString, Act> kinds[] = {
-      {PointKind::Boundary, SliceView::tr("Boundary point here: the surface passes here"), Act::AddPoint},
-      {PointKind::Inside, SliceView::tr("Inside point here: belongs to the object"), Act::AddInside},
-      {PointKind::Outside, SliceView::tr("Outside point here: does not belong to it"), Act::AddOutside}};
+  const std::tuple<MarkKind, QString, Act> kinds[] = {
+      {MarkKind::Boundary, SliceView::tr("Boundary point here: the surface passes here"), Act::AddPoint},
+      {MarkKind::Inside, SliceView::tr("Inside point here: belongs to the object"), Act::AddInside},
+      {MarkKind::Outside, SliceView::tr("Outside point here: does not belong to it"), Act::AddOutside}};
   for (const auto& [kind, text, act] : kinds) {
     QAction* add = menu.addAction(text, [=, this, kind = kind] { add_point(world, kind); });
     add->setShortcut(QKeySequence(QString::fromLatin1(binding_of(act).keys)));

@@ -47,9 +47,9 @@ class SliceTools {
   /// Whether the active mesh's outline is within 4 px and a drag there pulls it: with the crosshair, on no point.
   bool grabs_at(const QPointF& pixel, Qt::KeyboardModifiers modifiers) const;
   void begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers modifiers);
-  void begin_point(const QPointF& pixel, PointKind kind);
+  void begin_point(const QPointF& pixel, MarkKind kind);
   /// Adds a point to the active mesh; 0 when that fails, which is said.
-  ItemId add_point(const Eigen::Vector3d& world_mm, PointKind kind);
+  ItemId add_point(const Eigen::Vector3d& world_mm, MarkKind kind);
   void drag_point(const QPointF& pixel);
   void drag_window_level(const QPointF& moved);
   void finish_seed();

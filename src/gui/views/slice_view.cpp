@@ -203,10 +203,10 @@ void SliceView::draw_crosshair(const Projection& projection) {
 
 // Where the slice cuts the balls that points mark; a boundary point marks none.
 void SliceView::draw_balls(const Projection& projection) {
-  for (const AttractionPoint& point : workbench_.scene().points) {
+  for (const UserPoint& point : workbench_.scene().points) {
     const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
     const double off = distance_to_slice_mm(point.position_mm);
-    if (!item || point.kind == PointKind::Boundary || off >= point.radius_mm) continue;
+    if (!item || point.kind == MarkKind::Boundary || off >= point.radius_mm) continue;
     const double radius_mm = std::sqrt(point.radius_mm * point.radius_mm - off * off);
     draw_circle(projection, point.position_mm, radius_mm, rgba_of(item->colour, 0.8f), 1.2f);
   }
@@ -216,7 +216,7 @@ void SliceView::draw_points(const Projection& projection) {
   draw_balls(projection);
   std::vector<DiscPainter::Disc> discs;
   const float ratio = static_cast<float>(devicePixelRatio());
-  for (const AttractionPoint& point : workbench_.scene().points) {
+  for (const UserPoint& point : workbench_.scene().points) {
     const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
     const auto opacity = static_cast<float>(handle_opacity(distance_to_slice_mm(point.position_mm)));
     if (!item || opacity <= 0) continue;

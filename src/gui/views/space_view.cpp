@@ -109,7 +109,7 @@ void SpaceView::draw_meshes(const Projection& projection) {
 
 void SpaceView::draw_points(const Projection& projection) {
   std::vector<DiscPainter::Disc> discs;
-  for (const AttractionPoint& point : workbench_.scene().points) {
+  for (const UserPoint& point : workbench_.scene().points) {
     const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
     if (!item) continue;
     const Rgba rim = point.id == workbench_.view.selected_point ? rgba_of(theme::kSelected) : Rgba(1, 1, 1, 1);

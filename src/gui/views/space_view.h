@@ -7,7 +7,7 @@
 
 namespace simplexseg {
 
-/// The meshes, the three slices and the attraction points in space.
+/// The meshes, the three slices and the points in space.
 class SpaceView : public View {
   Q_OBJECT
  public:

@@ -55,7 +55,7 @@ ItemId point_to_drag(Workbench& bench, SliceView& view) {
 std::uint64_t drag_point(MainWindow& window, ItemId point, double end_s) {
   Workbench& bench = window.workbench();
   SliceView& view = window.views().slice(0);
-  const AttractionPoint* item = bench.scene().find_point(point);
+  const UserPoint* item = bench.scene().find_point(point);
   if (!item) return 0;
   const QPointF handle = view.pixel_of(item->position_mm);
   const std::uint64_t before = bench.session().engine().bytes_read_back();

@@ -61,7 +61,7 @@ void WorkbenchActions::connect_editing() {
   actions_.on(Act::DeletePoint, [this] {
     const ViewState& view = workbench_.view;
     const ItemId point = view.hovered_point ? view.hovered_point : view.selected_point;
-    if (point) workbench_.apply(DeleteAttractionPoint{point});
+    if (point) workbench_.apply(DeletePoint{point});
   });
 }
 

@@ -51,11 +51,11 @@ bool Workbench::apply(const Command& command, ItemId* added) {
   }
   if (added) *added = id;
   if (id != 0 && std::holds_alternative<AddMesh>(command)) view.active_mesh = id;
-  if (id != 0 && std::holds_alternative<AddAttractionPoint>(command)) view.selected_point = id;
+  if (id != 0 && std::holds_alternative<AddPoint>(command)) view.selected_point = id;
   forget_missing_items();
-  if (std::holds_alternative<AddAttractionPoint>(command) && !running_ && !paused_by_user_) set_running(true);
+  if (std::holds_alternative<AddPoint>(command) && !running_ && !paused_by_user_) set_running(true);
   if (std::holds_alternative<ResetPose>(command)) emit restarted();
-  const auto* move = std::get_if<MoveAttractionPoint>(&command);
+  const auto* move = std::get_if<MovePoint>(&command);
   if (move) emit point_moved();
   if (move && move->continues) {
     // A drag comes with every frame; panels that were rebuilt as often would hold it up.

@@ -72,7 +72,7 @@ class Workbench : public QObject {
   void pose_changed();                             ///< poses only
   void advanced(const simplexseg::Advance& done);  ///< before pose_changed
   void restarted();                                ///< a scene was opened, or meshes went back to their spheres
-  void point_moved();  ///< an attraction point; while it is dragged scene_changed follows only now and then
+  void point_moved();  ///< of any kind; while it is dragged scene_changed follows only now and then
   void view_changed();
   void volume_changed();
   void running_changed();
