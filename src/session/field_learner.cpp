@@ -17,6 +17,9 @@
 namespace simplexseg {
 namespace {
 
+/// By how much a voxel is at least of the object, or not: the surface leaves room between itself and their centres.
+constexpr float kLeastOver = 0.05f * kFieldScale;
+
 /// Islands that no mark is connected to, and holes, do not count.
 std::vector<std::uint16_t> texels_of(const EvidenceField& field, const VolumeGeometry& geometry, const RunJobs& run) {
   const std::vector<std::uint8_t>& object = field.object_in_box().voxels;
@@ -28,8 +31,8 @@ std::vector<std::uint16_t> texels_of(const EvidenceField& field, const VolumeGeo
     const float middle = 0.5f * kFieldScale, scaled = kFieldScale * p[v];
     const float far = std::max(kFieldFloor - fall * distance_mm[v], 0.0f);
     const bool near = distance_mm[v] < 2 * least_mm;
-    texels[v] = static_cast<std::uint16_t>(object[v] ? std::max(scaled, middle + 1)
-                                           : near    ? std::clamp(scaled, far, middle)
+    texels[v] = static_cast<std::uint16_t>(object[v] ? std::max(scaled, middle + kLeastOver)
+                                           : near    ? std::clamp(scaled, far, middle - kLeastOver)
                                                      : far);
   });
   return texels;

@@ -237,6 +237,24 @@ TEST_P(ImageForcesTest, AFieldDrawsTheMeshToItsSurface) {
   }
 }
 
+TEST_P(ImageForcesTest, WhatTheFieldHoldsSmoothingMovesLess) {
+  const VolumeGeometry& geometry = phantom("flat").image.geometry();
+  const auto mean_radius = [&](float smoothing, float hold) {
+    TestScene scene = field_scene(make_sphere({0, 0, 0}, 5, 2), ball_field(geometry, {0, 0, 0}, 5));
+    set(scene.meshes[0].forces, {"smoothing", "weight", smoothing});
+    set(scene.meshes[0].forces, {"smoothing", "curvature", 0});
+    set(scene.meshes[0].forces, {"evidence", "hold", hold});
+    double sum = 0;
+    const Positions end = run(scene, 400);
+    for (const Eigen::Vector3f& p : end) sum += p.norm();
+    return sum / static_cast<double>(end.size());
+  };
+  const double field = mean_radius(0.01f, 8), held = mean_radius(2, 8), loose = mean_radius(2, 1);
+  EXPECT_NEAR(field, 5, 0.3);
+  EXPECT_GT(field - loose, 0.1) << "smoothing draws it together";
+  EXPECT_LT(field - held, 0.4 * (field - loose));
+}
+
 TEST_P(ImageForcesTest, AnImageEdgeBesideTheFieldsSurfaceIsFollowed) {
   // The field's ball is a voxel too small; the image has its edge at the phantom's radius.
   TestScene scene = field_scene(make_sphere({0, 0, 0}, kPhantomRadius - 2, 3),
