@@ -98,10 +98,16 @@ class FieldSubject : public ClickSubject {
   EvidenceField field_;
 };
 
+/// The field after a click.
+struct FieldState {
+  bool leaks;
+  double dice, dice_with_result;  ///< of its object; NaN without a field
+};
+
 struct Case {
   std::string name;  ///< of the label
   std::vector<RobotClick> clicks;
-  std::vector<bool> leaks;  ///< after each click
+  std::vector<FieldState> field;  ///< after each click
 };
 
 /// The first click after which Dice is at least `level`.
@@ -126,7 +132,9 @@ Json case_json(const Case& at) {
                       {"hd95_mm", finite_or_null(click.agreement.hd95_mm)},
                       {"assd_mm", finite_or_null(click.agreement.assd_mm)},
                       {"seconds", click.seconds},
-                      {"leaks", static_cast<bool>(at.leaks[c])}});
+                      {"leaks", at.field[c].leaks},
+                      {"field_dice", finite_or_null(at.field[c].dice)},
+                      {"dice_with_field", finite_or_null(at.field[c].dice_with_result)}});
   }
   for (const double level : kLevels) {
     const std::optional<int> needed = clicks_to(at, level);
@@ -136,7 +144,8 @@ Json case_json(const Case& at) {
 }
 
 std::string csv_text(const std::vector<Case>& cases) {
-  std::string text = "label,click,kind,x_mm,y_mm,z_mm,radius_mm,dice,hd95_mm,assd_mm,seconds,leaks\n";
+  std::string text =
+      "label,click,kind,x_mm,y_mm,z_mm,radius_mm,dice,hd95_mm,assd_mm,seconds,leaks,field_dice,dice_with_field\n";
   for (const Case& at : cases) {
     for (std::size_t c = 0; c < at.clicks.size(); ++c) {
       const RobotClick& click = at.clicks[c];
@@ -145,7 +154,10 @@ std::string csv_text(const std::vector<Case>& cases) {
            {click.mark.position_mm.x(), click.mark.position_mm.y(), click.mark.position_mm.z(), click.mark.radius_mm,
             click.agreement.dice, click.agreement.hd95_mm, click.agreement.assd_mm, click.seconds})
         text.append(",").append(fixed(x, 4));
-      text += at.leaks[c] ? ",1\n" : ",0\n";
+      text += at.field[c].leaks ? ",1" : ",0";
+      for (const double x : {at.field[c].dice, at.field[c].dice_with_result})
+        text.append(",").append(std::isfinite(x) ? fixed(x, 4) : "");
+      text += "\n";
     }
   }
   return text;
@@ -200,6 +212,7 @@ void clicks(const Options& options, const Console& console) {
     for (const std::optional<double>& label : wanted) {
       Mask truth = mask_of(labels, label);
       truth.geometry = image.geometry();  // the same grid but for rounding
+      const Mask part = largest_part(truth);
       Case& at = cases.emplace_back();
       at.name = label ? number_to_text(static_cast<float>(*label)) : "all";
       std::unique_ptr<ClickSubject> subject;
@@ -211,7 +224,9 @@ void clicks(const Options& options, const Console& console) {
       at.clicks = run_robot(truth, *subject, robot, [&](int click, const Mask& now) {
         Interrupt::check();
         result = now;
-        at.leaks.push_back(subject->leaks());
+        const Mask object = subject->field_object();
+        const bool any = !object.voxels.empty();
+        at.field.push_back({subject->leaks(), any ? dice(part, object) : NAN, any ? dice(object, result) : NAN});
         progress.set((static_cast<double>(cases.size() - 1) * (options.settings.most_clicks + 1) + click + 1) / all);
       });
       if (!options.pictures.empty()) {
@@ -220,7 +235,7 @@ void clicks(const Options& options, const Console& console) {
         std::filesystem::create_directories(options.pictures);
         const std::string stem = std::filesystem::path(options.image).stem().stem().string();
         write_picture(std::filesystem::path(options.pictures) / (stem + "-" + at.name + ".png"),
-                      draw_clicks(image, largest_part(truth), result, subject->field_object(), marks));
+                      draw_clicks(image, part, result, subject->field_object(), marks));
       }
     }
   }

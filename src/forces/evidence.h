@@ -31,6 +31,7 @@ struct EvidenceForce {
     pull,
     balloon,
     source,
+    hold,
     parameter_count
   };
   static constexpr ParameterInfo parameters[] = {
@@ -51,6 +52,8 @@ struct EvidenceForce {
        "What says where the object is: the field that is learned from the marks, or what intensities the seed has "
        "inside and around it.",
        ParameterKind::Choice, "field|intensities"},
+      {"hold", 8, 1, 20, "",
+       "How many times as strong the force is where the surface lies near that of the field and faces the same way."},
   };
   static constexpr bool from_field(const ForceParameters& p) { return p.integer(id, source) == 0; }
   /// Whether it looks at the intensities on either side of the surface, once the mesh is on its finest level.
@@ -61,7 +64,9 @@ struct EvidenceForce {
   static constexpr bool has_reference(const ForceParameters& p, const RecordedReferences& recorded) {
     return !from_field(p) || recorded.field;
   }
-  static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
+  static constexpr float stability_bound(const ForceParameters& p) {
+    return from_field(p) ? p.values[static_cast<int>(id)][hold] : 1.0f;
+  }
   /// Floats that a search keeps at hand: samples and ratios.
   static constexpr int scratch_floats(const ForceParameters& p) { return 2 * (2 * p.integer(id, samples) + 1); }
   /// Samples of the volume that a search takes, for the plan.
@@ -70,7 +75,7 @@ struct EvidenceForce {
   template <class Voxels, int kWidth, class Searches>
   static void find_targets(Searches& searches);
 
-  /// Share of the bound that this vertex has.
+  /// How strong the force is at this vertex, next to its weight.
   SIMPLEXSEG_HD static float trust(const StepView& v, int i) { return v.targets_of<EvidenceForce>()[i].w; }
   SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4, Vec3 p, Vec4 frame) {
     return pull_to_target(v.targets_of<EvidenceForce>()[i], p, xyz(frame), m.value<EvidenceForce>(pull) * m.voxel_mm);
@@ -89,6 +94,8 @@ SIMPLEXSEG_HD float mean_edge_at(const StepView& v, int i) {
 
 /// P(object) from which on a sample is full evidence: (1 + 1/gain) / 2.
 inline constexpr float kFieldGain = 2;
+/// Change of P(object) from voxel to voxel below which it says nothing of where the surface is.
+inline constexpr float kFlatField = 0.02f;
 
 /// The field of a mesh as a volume of its own, the first voxel of its box at index 0.
 SIMPLEXSEG_HD VolumeView field_view(const StepView& v, const MeshConstants& m) {
@@ -111,6 +118,28 @@ SIMPLEXSEG_HD Vec3 way_to_object(const StepView& v, const MeshConstants& m, Vec3
   const Vec3 rise = gradient(field, q, c);
   const float size = norm(rise), away_voxels = larger(kFieldFloor - interpolate(q, c), 0.0f) / kFieldFall;
   return size > 0.0f ? (smaller((away_voxels + 1.0f) * m.voxel_mm, most_mm) / size) * rise : Vec3{0, 0, 0};
+}
+
+/// How much the way out of the object counts next to the normal, where a line is laid through the field's surface.
+inline constexpr float kLean = 4;
+
+/// A line through the surface of a field: the normal n, leant towards the way out of the object where the two agree; on
+/// thin parts and where vertices are few normals alone are too rough. `agree`: n with the way out, -1 to 1; 0 where the
+/// field is flat.
+struct SearchLine {
+  Vec3 direction;
+  float agree;
+};
+SIMPLEXSEG_HD SearchLine line_through(const StepView& v, const MeshConstants& m, Vec3 at, Vec3 n) {
+  const VolumeView field = field_view(v, m);
+  const Cell c = cell_at(field, at - m.field.first_voxel());
+  const Vec3 fall = -1.0f * gradient(field, LinearVoxels<std::uint16_t>(field).corners(c), c);
+  const float size = norm(fall);
+  if (!(size > 0.0f)) return {n, 0.0f};
+  // Where the field is nearly flat less is made of its direction, the flatter it is.
+  const float agree = smaller(size * m.voxel_mm / (kFlatField * kFieldScale), 1.0f) * dot(fall, n) / size;
+  const Vec3 leant = n + (kLean * larger(agree, 0.0f) / size) * fall;
+  return {(1.0f / norm(leant)) * leant, agree};
 }
 
 /// Where the evidence changes along a line, seen from its middle.
@@ -198,7 +227,12 @@ struct EvidenceSearch {
     const int reach = m.integer<F>(F::samples);
     const float step = F::search_step_mm(m, from_field ? mean_edge_at(v, i) : m.edge_mm),
                 step_voxels = step / m.voxel_mm;
-    const IndexLine line = index_line(v.volume, xyz(v.current[i]), xyz(v.frame[i]));
+    IndexLine line = index_line(v.volume, xyz(v.current[i]), xyz(v.frame[i]));
+    SearchLine search{xyz(v.frame[i]), 0};
+    if (from_field) {
+      search = line_through(v, m, line.origin, search.direction);
+      line.direction = rotate_to_index(v.volume, search.direction);
+    }
     const float* table = m.region_table >= 0 ? v.region_tables + m.region_table : nullptr;
     const float balloon = m.value<F>(F::balloon);
     float local = 0, middle = 0, slope = 0;
@@ -247,14 +281,17 @@ struct EvidenceSearch {
     const float edge = m.value<F>(F::edge), nearness = m.value<F>(F::nearness);
     if (from_field) {
       const Crossing crossing = crossing_of(ratio, reach);
-      float offset_mm = near_edges(crossing, ratio, value, reach, step_voxels, edge) * step;
+      float offset_mm =
+          near_edges(crossing, ratio, value, reach, step_voxels, edge) * step * dot(search.direction, xyz(v.frame[i]));
       // A surface that lies outside of the object may be turned inside out: what says where to go is the way back, not
       // the normal, but where the two agree and the object is in sight.
       if (!crossing.from_inside) {
         const float back_mm = dot(way_to_object(v, m, line.origin, reach * step), xyz(v.frame[i]));
         if (!crossing.found || back_mm > 0.0f) offset_mm = back_mm;
       }
-      v.targets_of<EvidenceForce>()[i] = {offset_mm, 0, 0, 1.0f};
+      // Within a voxel of the surface, less up to two: from afar the force stays as weak as it is for folds.
+      const float near = smaller(larger(2.0f - fabsf(offset_mm) / m.voxel_mm, 0.0f), 1.0f);
+      v.targets_of<EvidenceForce>()[i] = {offset_mm, 0, 0, near * smaller(larger(2.0f * search.agree, 0.0f), 1.0f)};
       return;
     }
     float sum = 0, run = 0, evidence = 0;
@@ -299,8 +336,10 @@ struct AverageOverNeighbours {
       return;
     }
     const Vec4 a = from[nb.x], b = from[nb.y], c = from[nb.z];
-    to[i] = {0.25f * (own.x + a.x + b.x + c.x), 0.25f * (own.y + a.y + b.y + c.y), 0.25f * (own.z + a.z + b.z + c.z),
-             own.w};
+    // What the field holds keeps its own target: on thin parts a neighbour's may belong to the other side.
+    const float share = targets && EvidenceForce::from_field(v.meshes[nb.w].forces) ? 0.25f * (1.0f - own.w) : 0.25f;
+    to[i] = {own.x + share * (a.x + b.x + c.x - 3.0f * own.x), own.y + share * (a.y + b.y + c.y - 3.0f * own.y),
+             own.z + share * (a.z + b.z + c.z - 3.0f * own.z), own.w};
   }
 };
 
@@ -320,8 +359,14 @@ struct EvidenceTarget {
     const Vec3 n = xyz(v.frame[i]);
     const float agree =
         smaller(dot(n, xyz(v.frame[nb.x])), smaller(dot(n, xyz(v.frame[nb.y])), dot(n, xyz(v.frame[nb.z]))));
-    const float trust = smaller(larger(2.0f * agree, 0.0f), 1.0f);
-    v.targets_of<EvidenceForce>()[i] = with_w(p + smaller(larger(offset.x, -bound), bound) * n, offset.w * trust);
+    float trust = smaller(larger(2.0f * agree, 0.0f), 1.0f);
+    // ... unless the field does, as at the rim of a thin part.
+    const MeshConstants& m = v.meshes[nb.w];
+    if (EvidenceForce::from_field(m.forces))
+      trust += offset.w * (m.value<EvidenceForce>(EvidenceForce::hold) - trust);
+    else
+      trust *= offset.w;
+    v.targets_of<EvidenceForce>()[i] = with_w(p + smaller(larger(offset.x, -bound), bound) * n, trust);
   }
 };
 

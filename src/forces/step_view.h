@@ -222,7 +222,8 @@ struct StepView {
   Texels<Vec4> frame;         ///< unit normal, elevation over area h / S (1/mm) of the current positions
   Vec4* new_frame = nullptr;  ///< the same array, for the kernel that writes it
   Texels<Vec4> shape;         ///< e1, e2, h_ref (mm), S_ref (mm^2)
-  /// For each force that finds targets, the point (mm) to which it draws each vertex, and its confidence in [0, 1].
+  /// For each force that finds targets, the point (mm) to which it draws each vertex, and its confidence: in [0, 1],
+  /// or as far as the force's stability bound allows.
   Vec4* targets[kForceCount] = {};
   const float* profiles = nullptr;  ///< reference profiles, 2 * half length + 1 values a vertex
   int profile_stride = 0;

@@ -63,18 +63,35 @@ void take_histogram(const json& value, std::array<std::int32_t, kRegionBins>& bi
   std::copy(counts.begin(), counts.end(), bins.begin());
 }
 
-json json_of(const MeshField& field) {
-  std::vector<double> marks;
-  for (const Mark& m : field.marks) {
-    marks.push_back(static_cast<double>(m.kind));
-    marks.insert(marks.end(), m.position_mm.begin(), m.position_mm.end());
-    marks.push_back(m.radius_mm);
-    marks.insert(marks.end(), m.outward.begin(), m.outward.end());
+json json_of(const std::vector<Mark>& marks) {
+  std::vector<double> numbers;
+  for (const Mark& m : marks) {
+    numbers.push_back(static_cast<double>(m.kind));
+    numbers.insert(numbers.end(), m.position_mm.begin(), m.position_mm.end());
+    numbers.push_back(m.radius_mm);
+    numbers.insert(numbers.end(), m.outward.begin(), m.outward.end());
   }
+  return binary_of(numbers.data(), numbers.size());
+}
+std::vector<Mark> marks_of(const json& saved) {
+  constexpr std::size_t kNumbers = 8;
+  const auto numbers = array_of<double>(saved);
+  expect(numbers.size() % kNumbers == 0, "the field's marks are cut short");
+  std::vector<Mark> marks;
+  for (std::size_t m = 0; m < numbers.size(); m += kNumbers) {
+    const double* const n = numbers.data() + m;
+    expect(n[0] >= 0 && n[0] <= 2, "a mark of the field has no kind");
+    marks.push_back({static_cast<MarkKind>(n[0]), {n[1], n[2], n[3]}, n[4], {n[5], n[6], n[7]}});
+  }
+  return marks;
+}
+
+json json_of(const MeshField& field) {
   return {{"first", field.box.first},
           {"size", field.box.size},
           {"values", binary_of(field.values.data(), field.values.size())},
-          {"marks", binary_of(marks.data(), marks.size())},
+          {"marks", json_of(field.marks)},
+          {"others", json_of(field.others)},
           {"leaks", field.leaks}};
 }
 
@@ -88,14 +105,8 @@ std::shared_ptr<const MeshField> field_of(const json& saved) {
     count *= static_cast<std::size_t>(size);
   }
   expect(count == field->values.size(), "the field has another number of values than its box");
-  constexpr std::size_t kNumbers = 8;
-  const auto marks = array_of<double>(saved.at("marks"));
-  expect(marks.size() % kNumbers == 0, "the field's marks are cut short");
-  for (std::size_t m = 0; m < marks.size(); m += kNumbers) {
-    const double* const n = marks.data() + m;
-    expect(n[0] >= 0 && n[0] <= 2, "a mark of the field has no kind");
-    field->marks.push_back({static_cast<MarkKind>(n[0]), {n[1], n[2], n[3]}, n[4], {n[5], n[6], n[7]}});
-  }
+  field->marks = marks_of(saved.at("marks"));
+  if (saved.contains("others")) field->others = marks_of(saved.at("others"));
   field->leaks = saved.at("leaks").get<bool>();
   return field;
 }

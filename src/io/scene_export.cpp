@@ -14,7 +14,8 @@ std::string save_labels(const fs::path& path, const Scene& scene, const VolumeGe
   const LabelMap map = make_label_map(scene, geometry);
   write_labels(path, map.labels);
   if (map.shared_voxels == 0) return "";
-  return std::to_string(map.shared_voxels) + " voxels lie inside two or more meshes; the first of them has them";
+  return std::to_string(map.shared_voxels) +
+         " voxels lie inside two or more meshes; the one whose field is surer of them, else the first, has them";
 }
 
 std::vector<std::string> mesh_file_names(const Scene& scene) {

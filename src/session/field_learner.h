@@ -29,7 +29,8 @@ class FieldLearner {
   void forget_others(const Scene& scene);
 
   /// Starts to learn in the background. The one that is being learned must have been taken.
-  void begin(ItemId mesh, std::vector<Mark> marks);
+  /// `others`: inside marks of other meshes, outside for this one.
+  void begin(ItemId mesh, std::vector<Mark> marks, std::vector<Mark> others);
   /// The mesh whose field is being learned; 0: none.
   ItemId learning() const { return learning_; }
   /// Whether take() would not wait.

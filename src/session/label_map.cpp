@@ -2,11 +2,33 @@
 #include "session/label_map.h"
 
 #include <algorithm>
+#include <array>
+#include <optional>
+#include <vector>
 
 #include "core/error.h"
 #include "image/rasterise.h"
 
 namespace simplexseg {
+
+namespace {
+
+/// P(object) of a voxel by the field of a mesh; none without a field.
+std::optional<float> field_at(const MeshItem& item, std::size_t voxel, const VolumeGeometry& geometry) {
+  if (!item.has_field()) return std::nullopt;
+  const MeshField& field = *item.field;
+  std::size_t offset = 0, left = voxel, plane = static_cast<std::size_t>(geometry.size[0]) * geometry.size[1];
+  const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(geometry.size[0]), plane};
+  for (int a = 2; a >= 0; --a) {
+    const int at = static_cast<int>(left / stride[a]) - field.box.first[a];
+    left %= stride[a];
+    if (at < 0 || at >= field.box.size[a]) return 0.0f;
+    offset = offset * field.box.size[a] + at;
+  }
+  return field.values[offset];
+}
+
+}  // namespace
 
 LabelMap make_label_map(const Scene& scene, const VolumeGeometry& geometry) {
   int largest = 1;
@@ -20,16 +42,18 @@ LabelMap make_label_map(const Scene& scene, const VolumeGeometry& geometry) {
   LabelMap map{Volume(geometry, largest < 256 ? VoxelType::UInt8 : VoxelType::UInt16)};
   const auto paint = [&]<class T>(std::type_identity<T>) {
     const std::span<T> voxels = map.labels.voxels<T>();
+    std::vector<const MeshItem*> owner(voxels.size());
     for (const MeshItem& item : scene.meshes) {
       if (item.mesh.positions.empty()) continue;
       const Mask mask = rasterise(item.mesh, geometry);
       for (std::size_t v = 0; v < voxels.size(); ++v) {
         if (!mask.voxels[v]) continue;
-        if (voxels[v] == 0) {
-          voxels[v] = static_cast<T>(item.label);
-        } else {
-          ++map.shared_voxels;
+        map.shared_voxels += owner[v] != nullptr;
+        if (owner[v]) {
+          const std::optional<float> own = field_at(item, v, geometry), before = field_at(*owner[v], v, geometry);
+          if (!own || !before || *own <= *before) continue;
         }
+        owner[v] = &item, voxels[v] = static_cast<T>(item.label);
       }
     }
   };

@@ -15,8 +15,9 @@ struct MeshField {
   VoxelBox box{};                     ///< of the volume's voxels
   std::vector<std::uint16_t> values;  ///< as FieldBox says (src/forces/step_view.h); empty: it could not be learned
   std::vector<Mark> marks;
-  bool leaks = false;   ///< the object reaches the far sides of the largest box
-  std::string problem;  ///< why there are no values
+  std::vector<Mark> others;  ///< inside marks of other meshes that reach the box: outside for this one
+  bool leaks = false;        ///< the object reaches the far sides of the largest box
+  std::string problem;       ///< why there are no values
 
   /// Of the box, 1 where the voxel is the object's, else 0.
   std::vector<std::uint8_t> object_voxels() const;

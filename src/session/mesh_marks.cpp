@@ -23,10 +23,35 @@ std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volum
   return marks;
 }
 
+std::vector<Mark> marks_of_others(const Scene& scene, const MeshItem& item, const Volume& volume) {
+  std::vector<Mark> others;
+  for (const MeshItem& other : scene.meshes) {
+    if (other.id == item.id || !takes_field(other, volume)) continue;
+    for (const Mark& mark : marks_of(scene, other, volume))
+      if (mark.kind == MarkKind::Inside) others.push_back(mark);
+  }
+  return others;
+}
+
+std::vector<Mark> within_reach(std::vector<Mark> others, const MeshField& field, const VolumeGeometry& geometry) {
+  if (field.values.empty()) return others;
+  const Eigen::Affine3d index = geometry.index_from_world();
+  std::erase_if(others, [&](const Mark& mark) {
+    const Eigen::Vector3d centre = index * mark.position_mm;
+    for (int a = 0; a < 3; ++a) {
+      const double reach = mark.radius_mm * index.linear().row(a).norm() + 0.5, at = centre[a] - field.box.first[a];
+      if (at + reach < 0 || at - reach > field.box.size[a] - 1) return true;
+    }
+    return false;
+  });
+  return others;
+}
+
 bool has_stale_field(const Scene& scene, const MeshItem& item, const Volume& volume) {
   if (!takes_field(item, volume)) return false;
   if (!item.field) return true;
-  return marks_of(scene, item, volume) != item.field->marks;
+  const std::vector<Mark> others = within_reach(marks_of_others(scene, item, volume), *item.field, volume.geometry());
+  return marks_of(scene, item, volume) != item.field->marks || others != item.field->others;
 }
 
 double mark_radius_mm(const MeshItem& item, MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume) {

@@ -11,6 +11,7 @@
 #include "image/rasterise.h"
 #include "image/volume.h"
 #include "mesh/iso_surface.h"
+#include "mesh/mesh_geometry.h"
 #include "mesh/shape_reference.h"
 
 namespace simplexseg {
@@ -18,7 +19,9 @@ namespace {
 
 constexpr float kMiddle = 0.5f * kFieldScale;
 constexpr double kMostOverWanted = 2;  // vertices, against those that a mesh is to end with
+constexpr double kMostForMarks = 32;   // the same, where a mark would end up on the wrong side else
 constexpr int kRelaxations = 10;
+constexpr float kSure = 0.2f * kFieldScale;  // beyond the middle: P above .7, or below .3
 
 /// The grid of a field, as that of a volume of its own.
 VolumeGeometry grid_of(const MeshField& field, const VolumeGeometry& volume) {
@@ -74,49 +77,69 @@ void relax(SimplexMesh& mesh) {
   }
 }
 
-}  // namespace
-
-int deep_disagreement(const MeshItem& item, const Volume& volume) {
-  SIMPLEXSEG_EXPECT(item.has_field());
-  const MeshField& field = *item.field;
-  Mask mask = rasterise(item.mesh, grid_of(field, volume.geometry()));
-  const std::vector<std::uint8_t> object = field.object_voxels();
-  for (std::size_t v = 0; v < mask.voxels.size(); ++v) mask.voxels[v] = mask.voxels[v] != object[v];
-  const auto [ni, nj, nk] = field.box.size;
-  int deep = 0;
-  for (int k = 1; k + 1 < nk; ++k)
-    for (int j = 1; j + 1 < nj; ++j) {
-      const std::size_t row = (static_cast<std::size_t>(k) * nj + j) * ni, plane = static_cast<std::size_t>(ni) * nj;
-      for (std::size_t v = row + 1; v + 1 < row + ni; ++v)
-        deep += mask.voxels[v] && mask.voxels[v - 1] && mask.voxels[v + 1] && mask.voxels[v - ni] &&
-                mask.voxels[v + ni] && mask.voxels[v - plane] && mask.voxels[v + plane];
-    }
-  return deep;
-}
-
-bool rebuild_from_field(MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {
-  SIMPLEXSEG_EXPECT(item.has_field());
-  const VolumeGeometry grid = grid_of(*item.field, volume.geometry());
-  const int own = item.final_vertices > 0 ? item.final_vertices : static_cast<int>(simulation.final_vertices + 0.5f);
-  const double most = kMostOverWanted * own;
+/// The surface of a field with about `most` vertices, or fewer; without any where the field has no object.
+SimplexMesh surface_of(const MeshField& field, const VolumeGeometry& grid, double most) {
   double edge_mm = grid.spacing_mm.minCoeff();
   TriangleMesh surface;
   for (int attempt = 0; attempt < 8; ++attempt) {
-    const CoarseField coarse = coarsen(*item.field, grid, edge_mm);
+    const CoarseField coarse = coarsen(field, grid, edge_mm);
     surface = iso_surface(coarse.values, coarse.size, 0, coarse.mm_from_index);
     const double count = static_cast<double>(surface.triangles.size());
     if (count <= most) break;
     edge_mm *= std::max(1.2, std::sqrt(count / most));
   }
-  if (surface.triangles.empty()) return false;
+  if (surface.triangles.empty()) return {};
   SimplexMesh mesh = dual_of(surface);
   relax(mesh);
-  try {
-    validate(mesh);
-  } catch (const Error&) {
-    return false;
+  return mesh;
+}
+
+}  // namespace
+
+FieldDistance distance_to_field(const MeshItem& item, const Volume& volume) {
+  SIMPLEXSEG_EXPECT(item.has_field());
+  const MeshField& field = *item.field;
+  const VolumeGeometry grid = grid_of(field, volume.geometry());
+  const Mask mask = rasterise(item.mesh, grid);
+  FieldDistance distance;
+  for (std::size_t v = 0; v < mask.voxels.size(); ++v) {
+    const float over = static_cast<float>(field.values[v]) - kMiddle;
+    distance.object += over > 0;
+    distance.wrong += (mask.voxels[v] != 0) != (over > 0) && std::abs(over) > kSure;
   }
-  item.mesh = std::move(mesh);
+  for (const Mark& mark : field.marks) {
+    if (mark.kind == MarkKind::Boundary) continue;
+    const Eigen::Vector3d at = grid.index_from_world() * mark.position_mm;
+    std::array<int, 3> voxel;
+    for (int a = 0; a < 3; ++a) voxel[a] = std::clamp(static_cast<int>(std::lround(at[a])), 0, grid.size[a] - 1);
+    const std::size_t v = (static_cast<std::size_t>(voxel[2]) * grid.size[1] + voxel[1]) * grid.size[0] + voxel[0];
+    distance.wrong_marks += (mask.voxels[v] != 0) != (mark.kind == MarkKind::Inside);
+  }
+  distance.vertices = item.mesh.vertex_count();
+  std::vector<Eigen::Vector3d> normals(distance.vertices);
+  for (int v = 0; v < distance.vertices; ++v) normals[v] = vertex_geometry(item.mesh, v).normal;
+  for (int v = 0; v < distance.vertices; ++v)
+    distance.folded += std::any_of(item.mesh.neighbours[v].begin(), item.mesh.neighbours[v].end(),
+                                   [&](int n) { return normals[v].dot(normals[n]) < 0; });
+  return distance;
+}
+
+bool rebuild_from_field(MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {
+  SIMPLEXSEG_EXPECT(item.has_field());
+  const int own = item.final_vertices > 0 ? item.final_vertices : static_cast<int>(simulation.final_vertices + 0.5f);
+  MeshItem made = item;
+  for (const double over : {kMostOverWanted, kMostForMarks}) {
+    SimplexMesh mesh = surface_of(*item.field, grid_of(*item.field, volume.geometry()), over * own);
+    try {
+      if (mesh.positions.empty()) return false;
+      validate(mesh);
+    } catch (const Error&) {
+      return false;
+    }
+    made.mesh = std::move(mesh);
+    if (distance_to_field(made, volume).wrong_marks == 0) break;  // else more vertices
+  }
+  item = std::move(made);
   item.previous = item.mesh.positions;
   item.shape = shape_reference_of(item.mesh);
   item.profiles.clear();

@@ -35,7 +35,7 @@ struct Seed {
 /// How well a mesh followed its field when that was looked at last.
 struct FieldFit {
   std::shared_ptr<const MeshField> field;  ///< that it was compared with
-  int disagreement = 0;                    ///< voxels: deep_disagreement()
+  int disagreement = 0;                    ///< voxels: FieldDistance::wrong
   bool settled = false;                    ///< it follows, or was made of the field: no need to look again
 };
 

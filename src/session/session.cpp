@@ -25,7 +25,6 @@ constexpr int kCheckInterval = 10;
 
 /// Whether meshes follow their fields is looked at every kFitInterval steps, and where they rest.
 constexpr int kFitInterval = 50;
-constexpr int kMostDisagreement = 8;    // voxels
 constexpr double kLeastProgress = 0.8;  // of the disagreement before
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
@@ -246,7 +245,7 @@ ItemId Session::carry_out(const LearnField& command) {
   if (!item || volume_.empty() || learner_.learning() != 0)
     throw Error("field of mesh " + std::to_string(command.mesh),
                 "there is no such mesh, no volume, or another field is being learned", "take that one first");
-  learner_.begin(command.mesh, marks_of(scene_, *item, volume_));
+  learner_.begin(command.mesh, marks_of(scene_, *item, volume_), marks_of_others(scene_, *item, volume_));
   return 0;
 }
 
@@ -380,10 +379,16 @@ bool Session::rebuild_where_stuck() {
     pull_poses();
     if (engine_.loss()) return false;
     const int before = item.fit.field == item.field ? item.fit.disagreement : std::numeric_limits<int>::max();
-    item.fit = {item.field, deep_disagreement(item, volume_), true};
-    if (item.fit.disagreement <= kMostDisagreement) continue;
-    item.fit.settled = rests || item.fit.disagreement > kLeastProgress * before;
-    if (item.fit.settled) rebuilt = rebuild_from_field(item, scene_.simulation, volume_) || rebuilt;
+    const FieldDistance distance = distance_to_field(item, volume_);
+    const bool stuck = !distance.follows() && distance.wrong > kLeastProgress * before;
+    item.fit = {item.field, distance.wrong, rests || stuck};
+    if (distance.follows() || !item.fit.settled) continue;
+    MeshItem made = item;
+    if (!rebuild_from_field(made, scene_.simulation, volume_) ||
+        !distance_to_field(made, volume_).nearer_than(distance))
+      continue;
+    item = std::move(made);
+    rebuilt = true;
   }
   if (rebuilt) load_engine(), at_rest_ = false;
   return rebuilt;

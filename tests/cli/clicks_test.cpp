@@ -47,6 +47,20 @@ TEST_F(Clicks, WriteEveryClickOfEveryLabel) {
   EXPECT_NE(outcome.out.find("ASSD mm"), std::string::npos);
 }
 
+TEST_F(Clicks, SayHowNearTheMeshCameToItsField) {
+  for (const nlohmann::json& click : clicks({})["cases"][0]["clicks"]) {
+    EXPECT_EQ(click["field_dice"], click["dice"]) << "the robot 'mark' has no mesh";
+    EXPECT_EQ(click["dice_with_field"], 1.0);
+  }
+  for (const nlohmann::json& click : clicks({"--robot", "mesh"})["cases"][0]["clicks"]) {
+    EXPECT_GT(click["field_dice"], 0.85);
+    EXPECT_GT(click["dice_with_field"], 0.95);
+    EXPECT_LT(click["dice_with_field"], 1.0) << "of the mesh, not of the field";
+  }
+  for (const nlohmann::json& click : clicks({"--robot", "none"})["cases"][0]["clicks"])
+    EXPECT_TRUE(click["dice_with_field"].is_null()) << "there is no field";
+}
+
 TEST_F(Clicks, AreTheSameAtEveryRunOnAnyNumberOfThreads) {
   EXPECT_EQ(comparable(clicks({"--threads", "1"})), comparable(clicks({"--threads", "2"})));
 }

@@ -237,6 +237,24 @@ TEST_P(ImageForcesTest, AFieldDrawsTheMeshToItsSurface) {
   }
 }
 
+TEST_P(ImageForcesTest, WhatTheFieldHoldsSmoothingMovesLess) {
+  const VolumeGeometry& geometry = phantom("flat").image.geometry();
+  const auto mean_radius = [&](float smoothing, float hold) {
+    TestScene scene = field_scene(make_sphere({0, 0, 0}, 5, 2), ball_field(geometry, {0, 0, 0}, 5));
+    set(scene.meshes[0].forces, {"smoothing", "weight", smoothing});
+    set(scene.meshes[0].forces, {"smoothing", "curvature", 0});
+    set(scene.meshes[0].forces, {"evidence", "hold", hold});
+    double sum = 0;
+    const Positions end = run(scene, 400);
+    for (const Eigen::Vector3f& p : end) sum += p.norm();
+    return sum / static_cast<double>(end.size());
+  };
+  const double field = mean_radius(0.01f, 8), held = mean_radius(2, 8), loose = mean_radius(2, 1);
+  EXPECT_NEAR(field, 5, 0.3);
+  EXPECT_GT(field - loose, 0.1) << "smoothing draws it together";
+  EXPECT_LT(field - held, 0.4 * (field - loose));
+}
+
 TEST_P(ImageForcesTest, AnImageEdgeBesideTheFieldsSurfaceIsFollowed) {
   // The field's ball is a voxel too small; the image has its edge at the phantom's radius.
   TestScene scene = field_scene(make_sphere({0, 0, 0}, kPhantomRadius - 2, 3),
@@ -255,7 +273,7 @@ TEST_P(ImageForcesTest, AFieldIsReadInItsBoxAlone) {
   // The same field as a box of its own: the same bits; half of it: no object beyond its side.
   const VolumeGeometry& geometry = phantom("flat").image.geometry();
   const TestScene whole = field_scene(make_sphere({-8, 0, 0}, 5, 3), ball_field(geometry, {0, 0, 0}, 16));
-  const Positions expected = run(whole, 100);
+  const Positions expected = run(whole, 400);
   const auto run_in_box = [&](std::array<int, 3> first, std::array<int, 3> size) {
     std::vector<std::uint16_t> values;
     for (int k = 0; k < size[2]; ++k)
@@ -269,7 +287,7 @@ TEST_P(ImageForcesTest, AFieldIsReadInItsBoxAlone) {
     const auto engine = make_engine();
     load(*engine, scene);
     engine->set_field(0, {{first, size}, values});
-    engine->step(100);
+    engine->step(400);
     return positions_of(*engine, scene);
   };
   EXPECT_LT(largest_distance(run_in_box({8, 8, 8}, {48, 48, 48}), expected), 1e-3);

@@ -2,9 +2,11 @@
 #include "session/mesh_rebuild.h"
 
 #include "forces/step_view.h"
+#include "image/metrics.h"
 #include "image/rasterise.h"
 #include "mesh/mesh_geometry.h"
 #include "session/mesh_life.h"
+#include "session/mesh_marks.h"
 #include "session_fixture.h"
 
 namespace simplexseg {
@@ -13,7 +15,13 @@ namespace {
 /// A ring: bright, radius 14 mm, its tube 5 mm.
 double depth_in_ring(const Eigen::Vector3d& mm) { return 5 - std::hypot(std::hypot(mm[0], mm[1]) - 14, mm[2]); }
 
-Volume ring_image() {
+/// A rod along the first axis, 36 mm long, radius 2 mm.
+double depth_in_rod(const Eigen::Vector3d& mm) {
+  return std::min(2 - std::hypot(mm[1] - 0.2, mm[2] - 0.3), 18 - std::abs(mm[0]));
+}
+
+using Depth = double (*)(const Eigen::Vector3d& mm);
+Volume image_of(Depth depth) {
   const Volume& like = phantom("flat").image;
   Volume image(like.geometry(), VoxelType::Float32);
   const auto [ni, nj, nk] = like.geometry().size;
@@ -22,36 +30,38 @@ Volume ring_image() {
       for (int i = 0; i < ni; ++i) {
         const Eigen::Vector3d mm = like.geometry().world_from_index() * Eigen::Vector3d(i, j, k);
         image.voxels<float>()[image.offset(i, j, k)] =
-            depth_in_ring(mm) > 0 ? 150.0f : 50.0f + static_cast<float>((i * 7 + j * 13 + k * 5) % 11);
+            depth(mm) > 0 ? 150.0f : 50.0f + static_cast<float>((i * 7 + j * 13 + k * 5) % 11);
       }
   return image;
 }
-MeshItem item_with_ring_field(const Volume& image) {
+Volume ring_image() { return image_of(depth_in_ring); }
+MeshItem item_with_field(const Volume& image, Depth depth, const Seed& seed) {
   MeshItem item;
-  item.name = "ring", item.seed = {{14, 0, 0}, 4};
+  item.name = "object", item.seed = seed;
   auto field = std::make_shared<MeshField>();
   field->box.size = image.geometry().size;
   for (int k = 0; k < field->box.size[2]; ++k)
     for (int j = 0; j < field->box.size[1]; ++j)
       for (int i = 0; i < field->box.size[0]; ++i) {
-        const double depth = depth_in_ring(image.geometry().world_from_index() * Eigen::Vector3d(i, j, k));
-        field->values.push_back(static_cast<std::uint16_t>(kFieldScale / (1 + std::exp(-2 * depth))));
+        const double in = depth(image.geometry().world_from_index() * Eigen::Vector3d(i, j, k));
+        field->values.push_back(static_cast<std::uint16_t>(kFieldScale / (1 + std::exp(-2 * in))));
       }
   item.field = field;
   complete(item, default_simulation_parameters(), image);
   return item;
 }
+MeshItem item_with_ring_field(const Volume& image) { return item_with_field(image, depth_in_ring, {{14, 0, 0}, 4}); }
 int genus_of(const SimplexMesh& mesh) { return 1 - (cells_of(mesh).count() - mesh.vertex_count() / 2) / 2; }
 
 TEST(MeshRebuild, AMeshMadeOfItsFieldHasItsShapeAndItsTopology) {
   const Volume image = ring_image();
   MeshItem item = item_with_ring_field(image);
-  EXPECT_GT(deep_disagreement(item, image), 1000);
+  EXPECT_GT(distance_to_field(item, image).wrong, 1000);
   SimulationParameters simulation = default_simulation_parameters();
   ASSERT_TRUE(rebuild_from_field(item, simulation, image));
   EXPECT_NO_THROW(validate(item.mesh));
   EXPECT_EQ(genus_of(item.mesh), 1);
-  EXPECT_EQ(deep_disagreement(item, image), 0);
+  EXPECT_EQ(distance_to_field(item, image).wrong, 0);
   EXPECT_NEAR(measure(item.mesh).volume_mm3, 2 * M_PI * 14 * M_PI * 25, 0.08 * 6900);
   EXPECT_EQ(item.previous.size(), item.mesh.positions.size());
   EXPECT_EQ(item.shape.size(), item.mesh.positions.size());
@@ -74,6 +84,78 @@ TEST(MeshRebuild, AFieldWithoutAnObjectMakesNoMesh) {
   EXPECT_EQ(item.mesh.vertex_count(), before);
 }
 
+TEST(MeshRebuild, AThinRodKeepsItsEndsAndItsGirthUnderTheForces) {
+  const Volume image = image_of(depth_in_rod);
+  Mask rod{image.geometry(), std::vector<std::uint8_t>(image.geometry().voxel_count())};
+  for (std::size_t v = 0; v < rod.voxels.size(); ++v) rod.voxels[v] = image.voxels<float>()[v] > 100;
+  const auto volume_at_rest = [&](float hold) {
+    Scene scene;
+    scene.simulation = default_simulation_parameters();
+    MeshItem item = item_with_field(image, depth_in_rod, {{0, 0, 0}, 1.4});
+    item.id = 1, item.parameters = default_force_parameters();
+    set(item.parameters, {"evidence", "hold", hold});
+    auto field = std::make_shared<MeshField>(*item.field);
+    field->marks = marks_of(scene, item, image);  // so that it is not learned anew
+    item.field = field;
+    EXPECT_TRUE(rebuild_from_field(item, scene.simulation, image));
+    scene.meshes.push_back(item);
+    Session session(make_cpu_engine(2), nullptr, 2);
+    session.open(scene, image);
+    EXPECT_TRUE(session.advance_steps(3000, true).at_rest);
+    EXPECT_EQ(session.scene().meshes[0].field, field);
+    EXPECT_EQ(session.last_outcome().folded_vertices[0], 0);
+    EXPECT_GT(dice(rod, rasterise(session.scene().meshes[0].mesh, image.geometry())), 0.97);
+    return measure(session.scene().meshes[0].mesh).volume_mm3;
+  };
+  const double held = volume_at_rest(8), loose = volume_at_rest(1);
+  EXPECT_NEAR(held, 4 * M_PI * 36, 45);
+  EXPECT_GT(held, 1.03 * loose) << "smoothing draws it together";
+}
+
+TEST(MeshRebuild, AMeshEndsOnTheSideOfItsMarksByHalfAVoxelOrMore) {
+  Scene scene = ball_scene();
+  set(scene.forces, {"evidence", "source", 0});
+  scene.meshes[0].parameters = scene.forces;
+  const Volume& image = phantom("sphere", 100, 10).image;
+  Session session(make_cpu_engine(2), nullptr, 2);
+  session.open(std::move(scene), image);
+  const ItemId mesh = session.scene().meshes[0].id;
+  session.advance_steps(1000, true);
+  // A hole too small to be seen by its depth, a bump, and a dent.
+  const std::vector<std::pair<Eigen::Vector3d, MarkKind>> marks{
+      {{8, -9, 0.5}, MarkKind::Outside}, {{1, 20, 0.5}, MarkKind::Inside}, {{-17, -2, 0.5}, MarkKind::Outside}};
+  for (const auto& [mm, kind] : marks) session.apply(AddPoint{mesh, mm, kind, 1.5});
+  EXPECT_TRUE(session.advance_steps(3000, true).at_rest);
+  const MeshItem& ball = session.scene().meshes[0];
+  EXPECT_EQ(distance_to_field(ball, image).wrong_marks, 0);
+  const Mask mask = rasterise(ball.mesh, image.geometry());
+  for (const auto& [mm, kind] : marks) {
+    const Eigen::Vector3d at = image.geometry().index_from_world() * mm;
+    EXPECT_EQ(mask.voxels[image.offset(std::lround(at[0]), std::lround(at[1]), std::lround(at[2]))] != 0,
+              kind == MarkKind::Inside)
+        << mm.transpose();
+    double nearest = 1e9;
+    for (const Eigen::Vector3f& p : ball.mesh.positions) nearest = std::min(nearest, (p.cast<double>() - mm).norm());
+    EXPECT_GE(nearest, 0.5) << mm.transpose();
+  }
+}
+
+TEST(MeshRebuild, AMeshThatFoldsIsFartherFromItsField) {
+  const Volume image = ring_image();
+  MeshItem item = item_with_ring_field(image);
+  ASSERT_TRUE(rebuild_from_field(item, default_simulation_parameters(), image));
+  const FieldDistance sound = distance_to_field(item, image);
+  EXPECT_TRUE(sound.follows());
+  EXPECT_GT(sound.object, 6000);
+  MeshItem folded = item;
+  for (int v = 0; v < folded.mesh.vertex_count(); v += 40) {
+    const std::array<int, 3>& n = folded.mesh.neighbours[v];
+    std::swap(folded.mesh.positions[n[0]], folded.mesh.positions[n[1]]);
+  }
+  EXPECT_FALSE(distance_to_field(folded, image).follows());
+  EXPECT_TRUE(sound.nearer_than(distance_to_field(folded, image)));
+}
+
 TEST(MeshRebuild, ASessionMakesARingOfASphereThatCannotGrowIntoOne) {
   Scene scene;
   scene.simulation = default_simulation_parameters();
@@ -92,7 +174,7 @@ TEST(MeshRebuild, ASessionMakesARingOfASphereThatCannotGrowIntoOne) {
   const MeshItem& ring = session.scene().meshes[0];
   EXPECT_EQ(genus_of(ring.mesh), 1);
   EXPECT_TRUE(ring.rebuilt);
-  EXPECT_LE(deep_disagreement(ring, image), 8);
+  EXPECT_LE(distance_to_field(ring, image).wrong, 8);
   EXPECT_EQ(session.last_outcome().folded_vertices[0], 0);
   session.apply(ResetPose{0});
   EXPECT_FALSE(session.scene().meshes[0].rebuilt);
