@@ -18,7 +18,9 @@
 #include "core/error.h"
 #include "core/thread_pool.h"
 #include "evidence/evidence_field.h"
+#include "evidence/prior_network.h"
 #include "evidence/robot_user.h"
+#include "evidence/update_features.h"
 #include "io/files.h"
 #include "io/parameter_text.h"
 #include "io/point_text.h"
@@ -32,7 +34,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::array<double, 4> kLevels{0.80, 0.85, 0.90, 0.95};
 
 struct Options {
-  std::string image, labels, robot = "mark", json, csv, pictures;
+  std::string image, labels, robot = "mark", json, csv, pictures, network;
   std::vector<double> label;
   std::vector<std::string> without, settings_of_mesh;
   RobotSettings settings;
@@ -50,7 +52,7 @@ constexpr std::array kParts{
     Part{"classifier", [](EvidenceSettings& s) { s.classifier_share = 0; }},
     Part{"geodesic", [](EvidenceSettings& s) { s.geodesic_share = 0; }},
     Part{"compactness", [](EvidenceSettings& s) { s.compactness = 0; }},
-    Part{"memory", [](EvidenceSettings& s) { s.memory = 0; }},
+    Part{"memory", [](EvidenceSettings& s) { s.memory = false; }},
     Part{"open-sides", [](EvidenceSettings& s) { s.open_side = 2; }},
     Part{"brush", [](EvidenceSettings& s) { s.brush = 0; }},
 };
@@ -76,8 +78,9 @@ void refuse_unheard(const Options& options) {
   if (options.robot == "mark" && !options.settings_of_mesh.empty())
     throw Error("--set", "the robot 'mark' corrects the evidence field alone, without a mesh",
                 "leave it out, or give --robot mesh");
-  if (options.robot != "mark" && !options.without.empty())
-    throw Error("--without", "the robot " + quoted(options.robot) + " corrects a mesh, whose field is always whole",
+  if (options.robot != "mark" && !(options.without.empty() && options.network.empty()))
+    throw Error(options.without.empty() ? "--network" : "--without",
+                "the robot " + quoted(options.robot) + " corrects a mesh, whose field is always whole",
                 "leave it out, or give --robot mark");
 }
 
@@ -187,8 +190,15 @@ void print_cases(std::ostream& out, const std::vector<Case>& cases) {
 }
 
 void clicks(const Options& options, const Console& console) {
-  const EvidenceSettings settings = settings_without(options.without);
   refuse_unheard(options);
+  EvidenceSettings settings = settings_without(options.without);
+  PriorNetwork network;
+  if (!options.network.empty()) {
+    network = PriorNetwork::parse(read_bytes(options.network));
+    if (network.features() != UpdateFeatures::kCount)
+      throw Error("cannot use " + quoted(options.network), "it is a network of other features", "learn it anew");
+    settings.update = &network;
+  }
   const Volume image = read_volume(options.image), labels = read_volume(options.labels);
   if (!image.geometry().same_grid(labels.geometry())) {
     throw Error("cannot use " + quoted(options.labels) + " as the truth of " + quoted(options.image),
@@ -293,6 +303,10 @@ void add_clicks(const Subcommand& app, Action& action) {
          "Change a parameter of the mesh first: simulation.PARAMETER=VALUE or forces.FORCE.PARAMETER=VALUE; not "
          "with the robot mark")
       .one_value_each();
+  sub.add_option(
+      "--network", options->network,
+      "In place of the network that says what new marks change: a file of learn_prior (scripts/learn_prior); "
+      "with the robot mark alone");
   sub.add_option("--json", options->json, "Write every click here, as JSON");
   sub.add_option("--csv", options->csv, "Write every click here, as a table");
   sub.add_option("--pictures", options->pictures,

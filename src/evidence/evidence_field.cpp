@@ -9,6 +9,7 @@
 #include "evidence/brush_radius.h"
 #include "evidence/evidence_box.h"
 #include "evidence/field_prior.h"
+#include "evidence/update_features.h"
 #include "evidence/voxel_features.h"
 
 namespace simplexseg {
@@ -16,6 +17,7 @@ namespace {
 
 constexpr int most_growths = 12;
 constexpr double growing_tolerance = 0.1;  // of the field while the box still grows
+constexpr float unreached_mm = 1e6f;
 constexpr double leak_share = 0.05;
 constexpr float least_conductance = 1e-5f;  // keeps every finite voxel connected
 
@@ -110,26 +112,77 @@ void EvidenceField::remember(std::span<const Mark> marks) {
   marks_.assign(marks.begin(), marks.end());
 }
 
-void EvidenceField::learn() {
-  std::vector<Eigen::Vector3d> inside, fresh;
+std::vector<FreshMark> EvidenceField::fresh_marks() const {
+  std::vector<FreshMark> fresh;
+  if (before_.empty()) return fresh;
+  const auto add = [&](const Eigen::Vector3d& centre_mm, double radius_mm, bool inside) {
+    FreshMark& mark = fresh.emplace_back();
+    mark.square_mm = squared_distances(volume_.geometry(), box_, {&centre_mm, 1}, run_);
+    mark.voxel =
+        static_cast<int>(std::min_element(mark.square_mm.begin(), mark.square_mm.end()) - mark.square_mm.begin());
+    mark.radius_mm = static_cast<float>(radius_mm);
+    mark.inside = inside;
+    mark.look = smoothed_[mark.voxel];
+    const bool in = before_[mark.voxel] > kMiddleBefore;
+    float square = unreached_mm * unreached_mm;
+    for (std::size_t v = 0; v < before_.size(); ++v)
+      if ((before_[v] > kMiddleBefore) != in) square = std::min(square, mark.square_mm[v]);
+    mark.depth_mm = std::sqrt(square);
+  };
+  for (std::size_t m = fresh_; m < marks_.size(); ++m) {
+    const Mark& mark = marks_[m];
+    const Eigen::Vector3d step = dot_step(mark, volume_.geometry());
+    if (mark.kind != MarkKind::Outside) add(mark.position_mm - step, mark.radius_mm, true);
+    if (mark.kind != MarkKind::Inside) add(mark.position_mm + step, mark.radius_mm, false);
+  }
+  return fresh;
+}
+
+template <class Use>
+void EvidenceField::with_prior_input(Use&& use) const {
+  std::vector<Eigen::Vector3d> inside;
   double radius_mm = 0;
-  for (std::size_t m = 0; m < marks_.size(); ++m) {
-    if (m >= fresh_) fresh.push_back(marks_[m].position_mm);
-    if (marks_[m].kind == MarkKind::Outside) continue;
-    inside.push_back(marks_[m].position_mm);
-    radius_mm = std::max(radius_mm, marks_[m].radius_mm);
+  int count = 0;
+  for (const Mark& mark : marks_) {
+    count += mark.kind == MarkKind::Boundary ? 2 : 1;
+    if (mark.kind == MarkKind::Outside) continue;
+    inside.push_back(mark.position_mm);
+    radius_mm = std::max(radius_mm, mark.radius_mm);
   }
   const std::vector<float> from_inside = squared_distances(volume_.geometry(), box_, inside, run_);
-  std::vector<float> from_fresh;
-  if (!before_.empty()) from_fresh = squared_distances(volume_.geometry(), box_, fresh, run_);
-  const PriorInput input{image_.grid, spacing_mm_, smoothed_, features_, known_,
-                         from_inside, from_fresh,  before_,   radius_mm};
-  report_.beta = settings_.beta;
-  if (settings_.sharpness > 0) {
-    const double edge = settings_.sharpness * inner_difference(input);
-    report_.beta = std::clamp(1 / (2 * edge * edge), settings_.least_beta, settings_.largest_beta);
-  }
-  prior_ = field_prior(input, settings_, run_);
+  const std::vector<FreshMark> fresh = fresh_marks();
+  use(PriorInput{image_.grid, spacing_mm_, smoothed_, features_, known_, from_inside, before_, radius_mm, count,
+                 fresh});
+}
+
+void EvidenceField::learn() {
+  with_prior_input([&](const PriorInput& input) {
+    report_.beta = settings_.beta;
+    if (settings_.sharpness > 0) {
+      const double edge = settings_.sharpness * inner_difference(input);
+      report_.beta = std::clamp(1 / (2 * edge * edge), settings_.least_beta, settings_.largest_beta);
+    }
+    prior_ = field_prior(input, settings_, run_);
+  });
+}
+
+std::vector<std::vector<float>> EvidenceField::update_features() const {
+  std::vector<std::vector<float>> all;
+  with_prior_input([&](const PriorInput& input) {
+    if (input.fresh.empty()) return;
+    EvidenceSettings settings = settings_;
+    settings.memory = false;
+    const FieldPrior anew = field_prior(input, settings, run_);
+    const UpdateFeatures features(input, anew.target, run_);
+    all.assign(UpdateFeatures::kCount, std::vector<float>(known_.size()));
+    FeatureRows rows{};
+    for (int first = 0; first < static_cast<int>(known_.size()); first += kLanes) {
+      const int count = std::min(kLanes, static_cast<int>(known_.size()) - first);
+      features.fill(first, count, rows);
+      for (int f = 0; f < UpdateFeatures::kCount; ++f) std::copy_n(rows[f].data(), count, all[f].data() + first);
+    }
+  });
+  return all;
 }
 
 void EvidenceField::solve(double tolerance) {

@@ -54,6 +54,11 @@ class EvidenceField {
   Mask object() const;
   /// Radius for the mark of a click, brush_radius_mm().
   double brush_mm(MarkKind kind, const Eigen::Vector3d& position_mm) const;
+  /// What the network of the prior saw in the last update, feature by feature, to learn from; nothing without new
+  /// marks.
+  std::vector<std::vector<float>> update_features() const;
+  /// What was known of each voxel in the last update.
+  std::span<const Known> known() const { return known_; }
   /// Memory held for the box.
   std::size_t bytes() const;
 
@@ -61,6 +66,9 @@ class EvidenceField {
   void check(std::span<const Mark> marks, const Mask* others) const;
   void remember(std::span<const Mark> marks);
   void set_box(const VoxelBox& box);
+  std::vector<FreshMark> fresh_marks() const;
+  template <class Use>
+  void with_prior_input(Use&& use) const;
   void learn();
   void solve(double tolerance);
   void set_conductances(double beta);

@@ -3,6 +3,8 @@
 
 namespace simplexseg {
 
+struct PriorNetwork;
+
 /// How the field is made from image and marks. One set for all objects and images. Intensities: the 1st percentile of
 /// the box is 0, its 99th is 1. Lengths in voxels are of the smallest spacing.
 struct EvidenceSettings {
@@ -23,9 +25,10 @@ struct EvidenceSettings {
                                 ///< being the box's sides
   double compactness = 0.5;     ///< of s: distance to the nearest centre of an inside mark beyond the radius of the
                                 ///< largest inside mark, in such radii
-  double memory = 0.8;      ///< far from a new mark the prior is this share of the field before it, the rest its own
-  double memory_reach = 1;  ///< in radii of the largest inside mark: how far a new mark is heard in full
-  double open_side = 0.2;   ///< a voxel of the box's sides with c above this may be the object's: it is not held
+  bool memory = true;           ///< new marks change the field before; else all are heard as if for the first time
+  const PriorNetwork* update =
+      nullptr;             ///< says how, from UpdateFeatures; must outlive the field; null: the program's own
+  double open_side = 0.2;  ///< a voxel of the box's sides with c above this may be the object's: it is not held
 
   // ---- Marks
   double brush = 0.3;        ///< radius of a click's mark: this share of the distance from the click to the field's

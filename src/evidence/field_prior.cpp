@@ -6,6 +6,8 @@
 
 #include "core/vec3.h"
 #include "evidence/geodesic_distance.h"
+#include "evidence/prior_network.h"
+#include "evidence/update_features.h"
 
 namespace simplexseg {
 namespace {
@@ -90,7 +92,7 @@ FieldPrior field_prior(const PriorInput& input, const EvidenceSettings& settings
   if (settings.geodesic_share > 0) {
     run(2, [&](int which) {
       lower_geodesic_distance(which ? outside : inside, input.image, input.grid, input.spacing_mm,
-                              static_cast<float>(settings.length_cost), geodesic_rounds);
+                              {static_cast<float>(settings.length_cost)}, geodesic_rounds);
     });
   }
   const float slope = static_cast<float>(settings.prior_slope);
@@ -106,16 +108,13 @@ FieldPrior field_prior(const PriorInput& input, const EvidenceSettings& settings
                    const float sum = c_share * c[v] + g_share * g - compactness * s;
                    to[v] = static_cast<std::uint8_t>(255 / (1 + std::exp(-slope * sum)) + 0.5f);
                  });
-  if (input.before.empty()) return prior;
-  const double reach_mm = settings.memory_reach * input.radius_mm;
-  for_each_index(run, n,
-                 [memory = static_cast<float>(settings.memory), fall = static_cast<float>(-1 / (reach_mm * reach_mm)),
-                  fresh = input.from_fresh.data(), before = input.before.data(), to = prior.target.data()](int v) {
-                   if (before[v] == 0) return;
-                   const float share = memory * (1 - std::exp(fall * fresh[v]));
-                   const float old = (before[v] - 1) * (255.0f / 254);
-                   to[v] = static_cast<std::uint8_t>(to[v] + share * (old - to[v]) + 0.5f);
-                 });
+  if (input.fresh.empty() || !settings.memory) return prior;
+  const UpdateFeatures features(input, prior.target, run);
+  const PriorNetwork& network = settings.update ? *settings.update : learned_update();
+  std::vector<std::uint8_t> same_side(n);
+  network.evaluate([&](int first, int count, FeatureRows& to) { features.fill(first, count, to); }, same_side, run);
+  for (int v = 0; v < n; ++v)
+    prior.target[v] = features.nearest_is_inside(v) ? same_side[v] : static_cast<std::uint8_t>(255 - same_side[v]);
   return prior;
 }
 

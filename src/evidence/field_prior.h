@@ -13,6 +13,16 @@
 
 namespace simplexseg {
 
+/// A ball of a mark that was made since the field before; a boundary mark has two.
+struct FreshMark {
+  std::vector<float> square_mm;  ///< of the distance of each voxel to its centre
+  float radius_mm;
+  bool inside;     ///< else outside
+  float look;      ///< of the image at its centre
+  float depth_mm;  ///< from its centre to the nearest voxel on the other side of the field before
+  int voxel;       ///< nearest to its centre
+};
+
 /// What the prior is made from.
 struct PriorInput {
   const BoxGrid& grid;
@@ -21,10 +31,13 @@ struct PriorInput {
   const FeatureLists& features;
   std::span<const Known> known;
   std::span<const float> from_inside;    ///< mm to the nearest centre of an inside or boundary mark, squared
-  std::span<const float> from_fresh;     ///< mm to the nearest new mark, squared
-  std::span<const std::uint8_t> before;  ///< field before the new marks, 1..255 for 0..1, 0: not known; or empty
+  std::span<const std::uint8_t> before;  ///< field before the fresh marks, 1..255 for 0..1, 0: not known; or empty
   double radius_mm;                      ///< of the largest inside mark
+  int marks;                             ///< how many; a boundary mark counts as two
+  std::span<const FreshMark> fresh;      ///< empty where nothing is known of a field before
 };
+
+inline constexpr int kMiddleBefore = 127;  ///< what is above is the object of the field before
 
 struct FieldPrior {
   std::vector<std::uint8_t> target;  ///< P(object), 0..255 for 0..1
@@ -35,8 +48,8 @@ struct FieldPrior {
 /// less than twice the least: what is not an edge of this object. 0 with fewer than 20 pairs.
 float inner_difference(const PriorInput& input);
 
-/// P(object) from the looks of the marks, the geodesic distances to them and the distance to the inside marks; far from
-/// new marks mixed with the field before them.
+/// P(object) of every voxel, from the looks of the marks, the geodesic distances to them and the distance to the inside
+/// marks; where there are fresh marks, what a learned network makes of that, of the field before and of UpdateFeatures.
 FieldPrior field_prior(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run);
 
 }  // namespace simplexseg

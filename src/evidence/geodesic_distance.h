@@ -7,12 +7,19 @@
 
 namespace simplexseg {
 
-/// Lowers `distance` to the geodesic distance from where it is least: over the 26 neighbours, the way between two costs
-/// |difference of image| + `length_cost` * distance in units of the least spacing. Starts: 0 at the sources and
-/// anything large elsewhere, or an earlier distance with new zeros. Raster scans forth and back, at most `rounds`,
+/// What the way from a voxel to its neighbour costs, d being the difference of the image there: |d|, or with an `edge`
+/// above 0 d^2 / (d^2 + edge^2), so that every edge counts once however strong it is; and `length` times their distance
+/// in units of the least spacing.
+struct WayCost {
+  float length = 0;
+  float edge = 0;
+};
+
+/// Lowers `distance` to the geodesic distance from where it is least, over the 26 neighbours. Starts: 0 at the sources
+/// and anything large elsewhere, or an earlier distance with new zeros. Raster scans forth and back, at most `rounds`,
 /// until nothing changes (Toivanen 1996, New geodesic distance transforms for gray-scale images; Criminisi, Sharp and
 /// Blake 2008, GeoS). Where `image` is NaN no way leads through.
 void lower_geodesic_distance(std::span<float> distance, std::span<const float> image, const BoxGrid& grid,
-                             const std::array<double, 3>& spacing_mm, float length_cost, int rounds);
+                             const std::array<double, 3>& spacing_mm, const WayCost& cost, int rounds);
 
 }  // namespace simplexseg

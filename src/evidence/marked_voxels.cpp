@@ -47,6 +47,11 @@ class Painter {
 
 }  // namespace
 
+Eigen::Vector3d dot_step(const Mark& mark, const VolumeGeometry& geometry) {
+  if (mark.kind != MarkKind::Boundary) return Eigen::Vector3d::Zero();
+  return (mark.radius_mm + 0.5 * geometry.spacing_mm.minCoeff()) * mark.outward.normalized();
+}
+
 std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& box,
                                 std::span<const std::uint8_t> finite, std::span<const Mark> marks, const Mask* others) {
   std::vector<Known> known(box.voxel_count(), Known::Nothing);
@@ -80,8 +85,7 @@ std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& 
   Painter painter(geometry, box, known);
   for (const Mark& mark : marks) {
     if (mark.kind == MarkKind::Boundary) {
-      // The dots leave a gap of about a voxel between them, in which the image says where the edge is.
-      const Eigen::Vector3d step = (mark.radius_mm + 0.5 * geometry.spacing_mm.minCoeff()) * mark.outward.normalized();
+      const Eigen::Vector3d step = dot_step(mark, geometry);
       painter.ball(mark.position_mm - step, mark.radius_mm, Known::Inside);
       painter.ball(mark.position_mm + step, mark.radius_mm, Known::Outside);
     } else {

@@ -206,10 +206,9 @@ TEST(EvidenceField, ANewMarkChangesWhatIsNearItMoreThanWhatIsFar) {
   const std::vector<Mark> first{inside({-8, 0, 0}, 7)};
   std::vector<Mark> second = first;
   second.push_back(outside({-20, 3, 0}, 2));
-  const auto change = [&](double memory, double reach, double x) {
+  const auto change = [&](bool memory, double x) {
     EvidenceSettings settings;
     settings.memory = memory;
-    settings.memory_reach = reach;
     EvidenceField field(scene.image, run_in_turn(), settings);
     field.update(first);
     const Mask before = field.object();
@@ -223,11 +222,10 @@ TEST(EvidenceField, ANewMarkChangesWhatIsNearItMoreThanWhatIsFar) {
             changed += before.voxels[scene.image.offset(i, j, k)] != after.voxels[scene.image.offset(i, j, k)];
     return changed;
   };
-  const int far_with = change(0.9, 1, 5), far_without = change(0, 1, 5);
+  const int far_with = change(true, 5), far_without = change(false, 5);
   EXPECT_GT(far_without, 20);
   EXPECT_LT(far_with, far_without / 2);
-  EXPECT_GT(change(0.9, 8, 5), far_with);  // a longer reach: more is heard
-  EXPECT_GT(change(0.9, 1, -15), 0);       // near the mark it counts
+  EXPECT_GT(change(true, -15), 0);  // near the mark it counts
 }
 
 TEST(EvidenceField, TakingBackTheLastMarkBringsBackTheFieldBefore) {

@@ -126,7 +126,7 @@ TEST(RandomWalker, AWarmStartTakesFewerIterations) {
   EXPECT_LT(warm.iterations, cold.iterations / 2);
 }
 
-TEST(GeodesicDistance, AgreesWithDijkstra) {
+void geodesic_distance_agrees_with_dijkstra(const WayCost& cost) {
   const BoxGrid grid{{9, 8, 6}};
   const std::array<double, 3> spacing{1, 1, 2.5};
   std::mt19937 random(3);
@@ -135,7 +135,7 @@ TEST(GeodesicDistance, AgreesWithDijkstra) {
   std::vector<float> distance(grid.count(), 1e4f);
   const std::array<int, 2> sources{3, 200};
   for (const int s : sources) distance[s] = 0;
-  lower_geodesic_distance(distance, image, grid, spacing, 0.1f, 50);
+  lower_geodesic_distance(distance, image, grid, spacing, cost, 50);
 
   std::vector<double> exact(grid.count(), 1e9);
   using Entry = std::pair<double, int>;
@@ -151,11 +151,17 @@ TEST(GeodesicDistance, AgreesWithDijkstra) {
         for (int di = -1; di <= 1; ++di) {
           if (i + di < 0 || i + di > 8 || j + dj < 0 || j + dj > 7 || k + dk < 0 || k + dk > 5) continue;
           const int u = v + di + 9 * dj + 72 * dk;
-          const double to = d + std::abs(image[u] - image[v]) + 0.1 * std::sqrt(di * di + dj * dj + 6.25 * dk * dk);
+          const double difference = std::abs(image[u] - image[v]), square = difference * difference;
+          const double step = cost.edge > 0 ? square / (square + cost.edge * cost.edge) : difference;
+          const double to = d + step + cost.length * std::sqrt(di * di + dj * dj + 6.25 * dk * dk);
           if (to < exact[u] - 1e-12) queue.push({exact[u] = to, u});
         }
   }
   for (int v = 0; v < grid.count(); ++v) EXPECT_NEAR(distance[v], exact[v], 1e-4) << v;
+}
+TEST(GeodesicDistance, AgreesWithDijkstra) { geodesic_distance_agrees_with_dijkstra({0.1f}); }
+TEST(GeodesicDistance, AgreesWithDijkstraWhereEveryEdgeCountsOnce) {
+  geodesic_distance_agrees_with_dijkstra({0.05f, 0.2f});
 }
 
 }  // namespace

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "evidence/prior_network.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <sstream>
+
+#include "core/error.h"
+#include "core/expect.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr float kMost = 4;  // deviations: what is farther from all that was learned says no more
+
+void apply(const PriorNetwork::Layer& layer, const FeatureRows& x, FeatureRows& y, bool last) {
+  const float least = last ? -1e30f : 0.0f;
+  for (int o = 0; o < layer.out; ++o) {
+    std::array<float, kLanes> sum;
+    sum.fill(layer.bias[o]);
+    for (int i = 0; i < layer.in; ++i) {
+      const float w = layer.weight[static_cast<std::size_t>(o) * layer.in + i];
+      for (int l = 0; l < kLanes; ++l) sum[l] += w * x[i][l];
+    }
+    for (int l = 0; l < kLanes; ++l) y[o][l] = sum[l] > least ? sum[l] : least;
+  }
+}
+
+void read(std::istream& in, std::vector<float>& numbers, int count) {
+  numbers.resize(count);
+  for (float& x : numbers) in >> x;
+}
+
+bool is_width(int n) { return n >= 1 && n <= kMostWidth; }
+
+}  // namespace
+
+void PriorNetwork::evaluate(const FillFeatures& fill, std::span<std::uint8_t> to, const RunJobs& run) const {
+  SIMPLEXSEG_EXPECT(!layers.empty() && layers.front().in == features());
+  const int n = static_cast<int>(to.size());
+  run((n + indices_a_block - 1) / indices_a_block, [&](int block) {
+    FeatureRows x{}, y{};
+    const int end = std::min(n, (block + 1) * indices_a_block);
+    for (int start = block * indices_a_block; start < end; start += kLanes) {
+      const int count = std::min(kLanes, end - start);
+      fill(start, count, x);
+      for (int f = 0; f < features(); ++f)
+        for (int l = 0; l < kLanes; ++l) x[f][l] = std::min(std::max((x[f][l] - centre[f]) * scale[f], -kMost), kMost);
+      for (const Layer& layer : layers) {
+        apply(layer, x, y, &layer == &layers.back());
+        std::swap(x, y);
+      }
+      for (int l = 0; l < count; ++l) to[start + l] = static_cast<std::uint8_t>(255 / (1 + std::exp(-x[0][l])) + 0.5f);
+    }
+  });
+}
+
+std::string PriorNetwork::text() const {
+  std::ostringstream out;
+  out.precision(4);
+  out << features() << '\n';
+  for (const std::vector<float>* numbers : {&centre, &scale}) {
+    for (const float x : *numbers) out << x << ' ';
+    out << '\n';
+  }
+  out << layers.size() << '\n';
+  for (const Layer& layer : layers) {
+    out << layer.in << ' ' << layer.out << '\n';
+    for (int o = 0; o < layer.out; ++o) {
+      for (int i = 0; i < layer.in; ++i) out << layer.weight[static_cast<std::size_t>(o) * layer.in + i] << ' ';
+      out << layer.bias[o] << '\n';
+    }
+  }
+  return out.str();
+}
+
+PriorNetwork PriorNetwork::parse(const std::string& text) {
+  std::istringstream in(text);
+  PriorNetwork network;
+  int features = 0, layers = 0, width = 0;
+  if (in >> features && is_width(features)) {
+    read(in, network.centre, features);
+    read(in, network.scale, features);
+    in >> layers;
+    width = features;
+  }
+  for (int l = 0; l < layers && in; ++l) {
+    Layer layer;
+    if (!(in >> layer.in >> layer.out) || layer.in != width || !is_width(layer.out)) break;
+    layer.weight.reserve(static_cast<std::size_t>(layer.in) * layer.out);
+    std::vector<float> row;
+    for (int o = 0; o < layer.out; ++o) {
+      read(in, row, layer.in + 1);
+      layer.weight.insert(layer.weight.end(), row.begin(), row.end() - 1);
+      layer.bias.push_back(row.back());
+    }
+    width = layer.out;
+    network.layers.push_back(std::move(layer));
+  }
+  if (!in || network.layers.empty() || static_cast<int>(network.layers.size()) != layers || width != 1)
+    throw Error("the network of the field's prior", "its text is not layers of numbers",
+                "give a file that learn_prior has written");
+  return network;
+}
+
+}  // namespace simplexseg

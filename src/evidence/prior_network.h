@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "evidence/run_jobs.h"
+
+namespace simplexseg {
+
+/// Voxels that are looked at side by side, and the most numbers a voxel has at any layer.
+inline constexpr int kLanes = 32, kMostWidth = 32;
+/// Row f holds feature f of so many voxels.
+using FeatureRows = std::array<std::array<float, kLanes>, kMostWidth>;
+/// Writes the features of voxels first ... first + count - 1, count <= kLanes.
+using FillFeatures = std::function<void(int first, int count, FeatureRows& to)>;
+
+/// A small network of a voxel's features: layers of weights with max(x, 0) between them and a sigmoid at the end.
+/// Learned by tests/benchmarks/learn_prior.cpp.
+struct PriorNetwork {
+  struct Layer {
+    int in = 0, out = 0;
+    std::vector<float> weight;  ///< out x in, row by row
+    std::vector<float> bias;    ///< out
+  };
+  std::vector<float> centre, scale;  ///< of each feature: (feature - centre) * scale, bounded by 4, goes in
+  std::vector<Layer> layers;
+
+  int features() const { return static_cast<int>(centre.size()); }
+  /// Its answer for every voxel, 0..255 for 0..1.
+  void evaluate(const FillFeatures& fill, std::span<std::uint8_t> to, const RunJobs& run) const;
+
+  /// All numbers, in a form that parse() reads.
+  std::string text() const;
+  /// Throws Error for anything else than what text() writes.
+  static PriorNetwork parse(const std::string& text);
+};
+
+/// The network that the program comes with, of UpdateFeatures.
+const PriorNetwork& learned_update();
+
+}  // namespace simplexseg

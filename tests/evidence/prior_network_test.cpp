@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "evidence/prior_network.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.h"
+#include "evidence/evidence_field.h"
+#include "evidence/update_features.h"
+
+namespace simplexseg {
+namespace {
+
+/// sigmoid(2 max(0, a - b) - max(0, b) + .5), a and b the two features, each less 1 and twice.
+PriorNetwork small_network() {
+  PriorNetwork network;
+  network.centre = {1, 1};
+  network.scale = {2, 2};
+  network.layers = {{2, 2, {1, -1, 0, 1}, {0, 0}}, {2, 1, {2, -1}, {0.5f}}};
+  return network;
+}
+
+std::vector<std::uint8_t> answers(const PriorNetwork& network, const std::vector<std::array<float, 2>>& voxels) {
+  std::vector<std::uint8_t> out(voxels.size());
+  network.evaluate(
+      [&](int first, int count, FeatureRows& to) {
+        for (int l = 0; l < count; ++l)
+          for (int f = 0; f < 2; ++f) to[f][l] = voxels[first + l][f];
+      },
+      out, run_in_turn());
+  return out;
+}
+
+TEST(PriorNetwork, AnswersWhatItsLayersSay) {
+  std::vector<std::array<float, 2>> voxels;
+  for (int v = 0; v < 100; ++v) voxels.push_back({0.02f * static_cast<float>(v), 1.5f - 0.01f * static_cast<float>(v)});
+  const std::vector<std::uint8_t> out = answers(small_network(), voxels);
+  for (std::size_t v = 0; v < voxels.size(); ++v) {
+    const double a = 2 * (voxels[v][0] - 1.0), b = 2 * (voxels[v][1] - 1.0);
+    const double z = 2 * std::max(0.0, a - b) - std::max(0.0, b) + 0.5;
+    EXPECT_NEAR(out[v], 255 / (1 + std::exp(-z)), 1) << v;
+  }
+}
+
+TEST(PriorNetwork, WhatIsFarFromAllThatWasLearnedSaysNoMore) {
+  EXPECT_EQ(answers(small_network(), {{3, 1}}), answers(small_network(), {{300, 1}}));
+  EXPECT_NE(answers(small_network(), {{2, 1}}), answers(small_network(), {{0.5f, 1}}));
+}
+
+TEST(PriorNetwork, ItsTextGivesItBack) {
+  const PriorNetwork again = PriorNetwork::parse(small_network().text());
+  EXPECT_EQ(again.centre, small_network().centre);
+  ASSERT_EQ(again.layers.size(), 2u);
+  EXPECT_EQ(again.layers[0].weight, small_network().layers[0].weight);
+  EXPECT_EQ(again.layers[1].bias, small_network().layers[1].bias);
+}
+
+TEST(PriorNetwork, OtherTextIsRefused) {
+  std::string cut = small_network().text();
+  cut.resize(cut.size() / 2);
+  for (const std::string& text : {std::string(), std::string("a network"), std::string("9999 1 1"),
+                                  std::string("2 1 1 1 1 0"), cut, std::string("2 1 1 1 1 1 3 1 0 0 0 0")})
+    EXPECT_THROW(PriorNetwork::parse(text), Error) << text;
+}
+
+TEST(PriorNetwork, TheProgramsOwnKnowsItsFeatures) {
+  EXPECT_EQ(learned_update().features(), UpdateFeatures::kCount);
+  EXPECT_EQ(learned_update().layers.back().out, 1);
+}
+
+}  // namespace
+}  // namespace simplexseg
