@@ -273,7 +273,6 @@ TEST_P(ImageForcesTest, AFieldIsReadInItsBoxAlone) {
   // The same field as a box of its own: the same bits; half of it: no object beyond its side.
   const VolumeGeometry& geometry = phantom("flat").image.geometry();
   const TestScene whole = field_scene(make_sphere({-8, 0, 0}, 5, 3), ball_field(geometry, {0, 0, 0}, 16));
-  const Positions expected = run(whole, 400);
   const auto run_in_box = [&](std::array<int, 3> first, std::array<int, 3> size) {
     std::vector<std::uint16_t> values;
     for (int k = 0; k < size[2]; ++k)
@@ -287,14 +286,15 @@ TEST_P(ImageForcesTest, AFieldIsReadInItsBoxAlone) {
     const auto engine = make_engine();
     load(*engine, scene);
     engine->set_field(0, {{first, size}, values});
-    engine->step(400);
+    engine->step(150);
     return positions_of(*engine, scene);
   };
+  const Positions expected = run_in_box({0, 0, 0}, geometry.size);
   EXPECT_LT(largest_distance(run_in_box({8, 8, 8}, {48, 48, 48}), expected), 1e-3);
   float highest = -100;
   for (const Eigen::Vector3f& p : run_in_box({8, 8, 8}, {24, 48, 48})) highest = std::max(highest, p[0]);
   EXPECT_LT(highest, 2.0f) << "the box ends at x = -0.5 mm";
-  EXPECT_GT(std::max_element(expected.begin(), expected.end(), [](auto& a, auto& b) { return a[0] < b[0]; })->x(), 10);
+  EXPECT_GT(std::max_element(expected.begin(), expected.end(), [](auto& a, auto& b) { return a[0] < b[0]; })->x(), 4);
 }
 
 TEST_P(ImageForcesTest, AFieldThatDoesNotFitIsRefused) {
