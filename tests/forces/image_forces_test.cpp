@@ -272,7 +272,8 @@ TEST_P(ImageForcesTest, AnImageEdgeBesideTheFieldsSurfaceIsFollowed) {
 TEST_P(ImageForcesTest, AFieldIsReadInItsBoxAlone) {
   // The same field as a box of its own: the same bits; half of it: no object beyond its side.
   const VolumeGeometry& geometry = phantom("flat").image.geometry();
-  const TestScene whole = field_scene(make_sphere({-8, 0, 0}, 5, 3), ball_field(geometry, {0, 0, 0}, 16));
+  TestScene whole = field_scene(make_sphere({-8, 0, 0}, 5, 3), ball_field(geometry, {0, 0, 0}, 16));
+  set(whole.meshes[0].forces, {"smoothing", "weight", 2});  // it grows far on one side, and is to stay without folds
   const auto run_in_box = [&](std::array<int, 3> first, std::array<int, 3> size) {
     std::vector<std::uint16_t> values;
     for (int k = 0; k < size[2]; ++k)
@@ -286,7 +287,7 @@ TEST_P(ImageForcesTest, AFieldIsReadInItsBoxAlone) {
     const auto engine = make_engine();
     load(*engine, scene);
     engine->set_field(0, {{first, size}, values});
-    engine->step(150);
+    engine->step(1500);
     return positions_of(*engine, scene);
   };
   const Positions expected = run_in_box({0, 0, 0}, geometry.size);
@@ -294,7 +295,7 @@ TEST_P(ImageForcesTest, AFieldIsReadInItsBoxAlone) {
   float highest = -100;
   for (const Eigen::Vector3f& p : run_in_box({8, 8, 8}, {24, 48, 48})) highest = std::max(highest, p[0]);
   EXPECT_LT(highest, 2.0f) << "the box ends at x = -0.5 mm";
-  EXPECT_GT(std::max_element(expected.begin(), expected.end(), [](auto& a, auto& b) { return a[0] < b[0]; })->x(), 4);
+  EXPECT_GT(std::max_element(expected.begin(), expected.end(), [](auto& a, auto& b) { return a[0] < b[0]; })->x(), 10);
 }
 
 TEST_P(ImageForcesTest, AFieldThatDoesNotFitIsRefused) {
