@@ -78,10 +78,9 @@ void refuse_unheard(const Options& options) {
   if (options.robot == "mark" && !options.settings_of_mesh.empty())
     throw Error("--set", "the robot 'mark' corrects the evidence field alone, without a mesh",
                 "leave it out, or give --robot mesh");
-  if (options.robot != "mark" && !(options.without.empty() && options.network.empty()))
-    throw Error(options.without.empty() ? "--network" : "--without",
-                "the robot " + quoted(options.robot) + " corrects a mesh, whose field is always whole",
-                "leave it out, or give --robot mark");
+  if (options.robot == "none" && !(options.without.empty() && options.network.empty()))
+    throw Error(options.without.empty() ? "--network" : "--without", "the robot 'none' corrects a mesh without a field",
+                "leave it out, or give --robot mesh");
 }
 
 /// The evidence field alone.
@@ -96,15 +95,17 @@ class FieldSubject : public ClickSubject {
   double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const override { return field_.brush_mm(kind, mm); }
   Mask field_object() const override { return field_.object(); }
   bool leaks() const override { return field_.report().leaks; }
+  int folded() const override { return 0; }
 
  private:
   EvidenceField field_;
 };
 
-/// The field after a click.
+/// The field and the mesh after a click.
 struct FieldState {
   bool leaks;
   double dice, dice_with_result;  ///< of its object; NaN without a field
+  int folded;                     ///< vertices of the mesh
 };
 
 struct Case {
@@ -137,7 +138,8 @@ Json case_json(const Case& at) {
                       {"seconds", click.seconds},
                       {"leaks", at.field[c].leaks},
                       {"field_dice", finite_or_null(at.field[c].dice)},
-                      {"dice_with_field", finite_or_null(at.field[c].dice_with_result)}});
+                      {"dice_with_field", finite_or_null(at.field[c].dice_with_result)},
+                      {"folded", at.field[c].folded}});
   }
   for (const double level : kLevels) {
     const std::optional<int> needed = clicks_to(at, level);
@@ -148,7 +150,8 @@ Json case_json(const Case& at) {
 
 std::string csv_text(const std::vector<Case>& cases) {
   std::string text =
-      "label,click,kind,x_mm,y_mm,z_mm,radius_mm,dice,hd95_mm,assd_mm,seconds,leaks,field_dice,dice_with_field\n";
+      "label,click,kind,x_mm,y_mm,z_mm,radius_mm,dice,hd95_mm,assd_mm,seconds,leaks,field_dice,dice_with_field,"
+      "folded\n";
   for (const Case& at : cases) {
     for (std::size_t c = 0; c < at.clicks.size(); ++c) {
       const RobotClick& click = at.clicks[c];
@@ -160,7 +163,7 @@ std::string csv_text(const std::vector<Case>& cases) {
       text += at.field[c].leaks ? ",1" : ",0";
       for (const double x : {at.field[c].dice, at.field[c].dice_with_result})
         text.append(",").append(std::isfinite(x) ? fixed(x, 4) : "");
-      text += "\n";
+      text.append(",").append(std::to_string(at.field[c].folded)).append("\n");
     }
   }
   return text;
@@ -229,14 +232,16 @@ void clicks(const Options& options, const Console& console) {
       if (options.robot == "mark")
         subject = std::make_unique<FieldSubject>(image, run, settings);
       else
-        subject = std::make_unique<MeshSubject>(image, options.robot != "none", options.settings_of_mesh, threads);
+        subject =
+            std::make_unique<MeshSubject>(image, options.robot != "none", options.settings_of_mesh, settings, threads);
       Mask result;
       at.clicks = run_robot(truth, *subject, robot, [&](int click, const Mask& now) {
         Interrupt::check();
         result = now;
         const Mask object = subject->field_object();
         const bool any = !object.voxels.empty();
-        at.field.push_back({subject->leaks(), any ? dice(part, object) : NAN, any ? dice(object, result) : NAN});
+        at.field.push_back(
+            {subject->leaks(), any ? dice(part, object) : NAN, any ? dice(object, result) : NAN, subject->folded()});
         progress.set((static_cast<double>(cases.size() - 1) * (options.settings.most_clicks + 1) + click + 1) / all);
       });
       if (!options.pictures.empty()) {
@@ -296,7 +301,7 @@ void add_clicks(const Subcommand& app, Action& action) {
       .show_default();
   sub.add_option("--without", options->without,
                  "Leave out a part of the field: sharpness, prior, classifier, geodesic, compactness, memory, "
-                 "open-sides or brush; may be repeated; with the robot mark alone")
+                 "open-sides or brush; may be repeated; not with the robot none")
       .one_value_each();
   sub.add_option(
          "--set", options->settings_of_mesh,
@@ -306,7 +311,7 @@ void add_clicks(const Subcommand& app, Action& action) {
   sub.add_option(
       "--network", options->network,
       "In place of the network that says what new marks change: a file of learn_prior (scripts/learn_prior); "
-      "with the robot mark alone");
+      "not with the robot none");
   sub.add_option("--json", options->json, "Write every click here, as JSON");
   sub.add_option("--csv", options->csv, "Write every click here, as a table");
   sub.add_option("--pictures", options->pictures,

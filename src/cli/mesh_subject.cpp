@@ -4,10 +4,12 @@
 #include <optional>
 #include <utility>
 
+#include "evidence/evidence_settings.h"
 #include "forces/force_list.h"
 #include "gpu/backend.h"
 #include "image/rasterise.h"
 #include "io/set_by_path.h"
+#include "mesh/mesh_geometry.h"
 #include "session/mesh_marks.h"
 #include "session/session.h"
 
@@ -19,6 +21,7 @@ constexpr int kMostSteps = 3000;  // of one click
 struct MeshSubject::State {
   Volume volume;
   bool evidence;
+  EvidenceSettings fields;
   int threads;
   Scene scene;  ///< without meshes: what a new one starts with
   std::unique_ptr<Session> session;
@@ -26,7 +29,7 @@ struct MeshSubject::State {
   std::size_t marks = 0;  ///< that the session has
 
   void start(const Mark& seed) {
-    session = std::make_unique<Session>(make_cpu_engine(threads), nullptr, threads);
+    session = std::make_unique<Session>(make_cpu_engine(threads), nullptr, threads, fields);
     session->open(scene, volume);
     mesh = session->apply(AddMesh{"object", {seed.position_mm, seed.radius_mm}, std::nullopt});
     if (!evidence) {  // its internal forces are to keep its volume then
@@ -45,12 +48,13 @@ struct MeshSubject::State {
     return rasterise(session->scene().find_mesh(mesh)->mesh, volume.geometry());
   }
   double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const {
-    return mark_radius_mm(*session->scene_without_poses().find_mesh(mesh), kind, mm, volume);
+    return mark_radius_mm(*session->scene_without_poses().find_mesh(mesh), kind, mm, volume, fields);
   }
 };
 
-MeshSubject::MeshSubject(Volume volume, bool evidence, std::span<const std::string> settings, int threads)
-    : state_(new State{std::move(volume), evidence, threads, {}, nullptr}) {
+MeshSubject::MeshSubject(Volume volume, bool evidence, std::span<const std::string> settings,
+                         const EvidenceSettings& fields, int threads)
+    : state_(new State{std::move(volume), evidence, fields, threads, {}, nullptr}) {
   state_->scene.simulation = default_simulation_parameters();
   for (const std::string& setting : settings) set_by_path(state_->scene, setting);
 }
@@ -69,5 +73,7 @@ bool MeshSubject::leaks() const {
   const MeshItem* const item = state_->session->scene_without_poses().find_mesh(state_->mesh);
   return item->field && item->field->leaks;
 }
+
+int MeshSubject::folded() const { return folded_vertices(state_->session->scene().find_mesh(state_->mesh)->mesh); }
 
 }  // namespace simplexseg

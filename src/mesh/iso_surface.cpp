@@ -103,4 +103,45 @@ TriangleMesh iso_surface(std::span<const float> values, const std::array<int, 3>
   return Marcher(values, size, level, mm_from_index).march();
 }
 
+Eigen::Vector3d onto_iso_surface(std::span<const float> values, const std::array<int, 3>& size, float level,
+                                 const Eigen::Affine3d& mm_from_index, const Eigen::Vector3d& mm) {
+  SIMPLEXSEG_EXPECT(values.size() == static_cast<std::size_t>(size[0]) * size[1] * size[2]);
+  const Eigen::Affine3d index_from_mm = mm_from_index.inverse();
+  Eigen::Vector3d at = mm;
+  for (int step = 0; step < 2; ++step) {
+    const Eigen::Vector3d index = index_from_mm * at;
+    std::array<int, 3> first;
+    std::array<double, 3> share;
+    for (int a = 0; a < 3; ++a) {
+      if (!(index[a] >= 0 && index[a] <= size[a] - 1)) return at;
+      first[a] = std::clamp(static_cast<int>(index[a]), 0, std::max(0, size[a] - 2));
+      share[a] = index[a] - first[a];
+    }
+    double value = 0;
+    Eigen::Vector3d slope = Eigen::Vector3d::Zero();  // along the axes of the grid
+    for (int c = 0; c < 8; ++c) {
+      std::array<double, 3> weight, sign;
+      std::array<int, 3> p;
+      for (int a = 0; a < 3; ++a) {
+        const bool upper = (c >> a & 1) != 0;
+        p[a] = std::min(first[a] + upper, size[a] - 1);
+        weight[a] = upper ? share[a] : 1 - share[a];
+        sign[a] = upper ? 1 : -1;
+      }
+      const double v = values[(static_cast<std::size_t>(p[2]) * size[1] + p[1]) * size[0] + p[0]];
+      value += weight[0] * weight[1] * weight[2] * v;
+      slope += v * Eigen::Vector3d(sign[0] * weight[1] * weight[2], weight[0] * sign[1] * weight[2],
+                                   weight[0] * weight[1] * sign[2]);
+    }
+    const Eigen::Vector3d gradient = index_from_mm.linear().transpose() * slope;  // per mm
+    if (!(gradient.squaredNorm() > 0)) return at;
+    Eigen::Vector3d way = (level - value) / gradient.squaredNorm() * gradient;
+    const double cells = (index_from_mm.linear() * way).cwiseAbs().maxCoeff();
+    if (!(cells < 1e6)) return at;
+    if (cells > 0.5) way *= 0.5 / cells;
+    at += way;
+  }
+  return at;
+}
+
 }  // namespace simplexseg

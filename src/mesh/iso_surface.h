@@ -15,4 +15,10 @@ namespace simplexseg {
 TriangleMesh iso_surface(std::span<const float> values, const std::array<int, 3>& size, float level,
                          const Eigen::Affine3d& mm_from_index);
 
+/// The place near `mm` where the values, interpolated between the grid's places, are `level`: two steps along their
+/// gradient (Newton's), none longer than half a cell. `mm` itself outside of the grid and where the values do not
+/// change.
+Eigen::Vector3d onto_iso_surface(std::span<const float> values, const std::array<int, 3>& size, float level,
+                                 const Eigen::Affine3d& mm_from_index, const Eigen::Vector3d& mm);
+
 }  // namespace simplexseg

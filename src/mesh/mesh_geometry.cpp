@@ -2,6 +2,7 @@
 #include "mesh/mesh_geometry.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "core/expect.h"
@@ -152,6 +153,16 @@ std::vector<double> vertex_areas(const SimplexMesh& mesh) {
     areas[b] += half;
   });
   return areas;
+}
+
+int folded_vertices(const SimplexMesh& mesh) {
+  std::vector<Eigen::Vector3d> normals;
+  for (int v = 0; v < mesh.vertex_count(); ++v) normals.push_back(vertex_geometry(mesh, v).normal);
+  int folded = 0;
+  for (int v = 0; v < mesh.vertex_count(); ++v)
+    folded += std::any_of(mesh.neighbours[v].begin(), mesh.neighbours[v].end(),
+                          [&](int n) { return normals[v].dot(normals[n]) < 0; });
+  return folded;
 }
 
 }  // namespace simplexseg

@@ -32,4 +32,7 @@ SurfaceMeasures measure(const SimplexMesh& mesh);
 /// Half the summed area of the six triangles around each vertex, mm^2.
 std::vector<double> vertex_areas(const SimplexMesh& mesh);
 
+/// Vertices whose normal makes more than a right angle with that of a neighbour.
+int folded_vertices(const SimplexMesh& mesh);
+
 }  // namespace simplexseg

@@ -85,8 +85,9 @@ std::shared_ptr<const MeshField> learn(EvidenceField& field, std::vector<Mark> m
 
 }  // namespace
 
-FieldLearner::FieldLearner(int threads)
-    : threads_(threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()))) {}
+FieldLearner::FieldLearner(int threads, const EvidenceSettings& settings)
+    : threads_(threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()))),
+      settings_(settings) {}
 FieldLearner::~FieldLearner() {
   if (learning_ != 0) result_.wait();
 }
@@ -106,7 +107,7 @@ void FieldLearner::begin(ItemId mesh, std::vector<Mark> marks, std::vector<Mark>
   if (!pool_) pool_ = std::make_unique<ThreadPool>(threads_);
   const RunJobs run = [pool = pool_.get()](int jobs, const std::function<void(int)>& job) { pool->run(jobs, job); };
   std::unique_ptr<EvidenceField>& field = fields_[mesh];
-  if (!field) field = std::make_unique<EvidenceField>(*volume_, run);
+  if (!field) field = std::make_unique<EvidenceField>(*volume_, run, settings_);
   learning_ = mesh;
   result_ = std::async(std::launch::async, [one = field.get(), marks = std::move(marks), others = std::move(others),
                                             geometry = volume_->geometry(), run]() mutable {

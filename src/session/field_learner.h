@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/thread_pool.h"
+#include "evidence/evidence_settings.h"
 #include "session/mesh_field.h"
 #include "session/scene.h"
 
@@ -20,7 +21,7 @@ class Volume;
 class FieldLearner {
  public:
   /// `threads`: 0: as many as the machine has.
-  explicit FieldLearner(int threads);
+  FieldLearner(int threads, const EvidenceSettings& settings);
   ~FieldLearner();
 
   /// Forgets all fields: those to come belong to this volume.
@@ -40,6 +41,7 @@ class FieldLearner {
 
  private:
   int threads_;
+  const EvidenceSettings settings_;
   std::unique_ptr<ThreadPool> pool_;
   std::unique_ptr<Volume> volume_;
   std::map<ItemId, std::unique_ptr<EvidenceField>> fields_;

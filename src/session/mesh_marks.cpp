@@ -54,12 +54,13 @@ bool has_stale_field(const Scene& scene, const MeshItem& item, const Volume& vol
   return marks_of(scene, item, volume) != item.field->marks || others != item.field->others;
 }
 
-double mark_radius_mm(const MeshItem& item, MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume) {
+double mark_radius_mm(const MeshItem& item, MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume,
+                      const EvidenceSettings& fields) {
   const VolumeGeometry& geometry = volume.geometry();
   if (!item.has_field()) return least_brush_radius_mm(geometry);
   const MeshField& field = *item.field;
   const std::vector<Known> known = known_voxels(geometry, field.box, {}, field.marks, nullptr);
-  return brush_radius_mm(geometry, field.box, field.object_voxels(), known, kind, position_mm);
+  return brush_radius_mm(geometry, field.box, field.object_voxels(), known, kind, position_mm, fields);
 }
 
 Eigen::Vector3d outward_at(const MeshItem& item, const Eigen::Vector3d& position_mm, const Volume& volume) {

@@ -3,6 +3,7 @@
 #pragma once
 #include <vector>
 
+#include "evidence/evidence_settings.h"
 #include "evidence/marks.h"
 #include "session/scene.h"
 
@@ -22,7 +23,8 @@ std::vector<Mark> within_reach(std::vector<Mark> others, const MeshField& field,
 /// since its field was learned.
 bool has_stale_field(const Scene& scene, const MeshItem& item, const Volume& volume);
 /// Radius in mm for the mark of a new point: brush_radius_mm() in the mesh's field, the least one without a field.
-double mark_radius_mm(const MeshItem& item, MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume);
+double mark_radius_mm(const MeshItem& item, MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume,
+                      const EvidenceSettings& fields = {});
 /// The way out of the object at a new boundary point, which draws the present surface to itself: from it to the surface
 /// where it lies inside, else from the surface to it; along the surface's normal where it lies on it. 0 for a mesh
 /// without vertices.

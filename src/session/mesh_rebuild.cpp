@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "core/error.h"
@@ -12,15 +13,16 @@
 #include "image/volume.h"
 #include "mesh/iso_surface.h"
 #include "mesh/mesh_geometry.h"
+#include "mesh/remesh.h"
 #include "mesh/shape_reference.h"
 
 namespace simplexseg {
 namespace {
 
 constexpr float kMiddle = 0.5f * kFieldScale;
-constexpr double kMostOverWanted = 2;  // vertices, against those that a mesh is to end with
-constexpr double kMostForMarks = 32;   // the same, where a mark would end up on the wrong side else
-constexpr int kRelaxations = 10;
+constexpr double kMostOverWanted = 2;        // vertices, against those that a mesh is to end with
+constexpr double kMostForMarks = 32;         // the same, where a mark would end up on the wrong side else
+constexpr double kMostToRemesh = 8;          // triangles, against those that are to be left
 constexpr float kSure = 0.2f * kFieldScale;  // beyond the middle: P above .7, or below .3
 
 /// The grid of a field, as that of a volume of its own.
@@ -63,34 +65,27 @@ CoarseField coarsen(const MeshField& field, const VolumeGeometry& grid, double e
   return coarse;
 }
 
-/// Draws vertices to the middle of their neighbours and back (Taubin 1995), so that they spread without shrinking.
-void relax(SimplexMesh& mesh) {
-  std::vector<Eigen::Vector3f> moved(mesh.positions.size());
-  for (int pass = 0; pass < 2 * kRelaxations; ++pass) {
-    const float share = pass % 2 == 0 ? 0.6f : -0.63f;
-    for (std::size_t v = 0; v < moved.size(); ++v) {
-      const std::array<int, 3>& n = mesh.neighbours[v];
-      const Eigen::Vector3f middle = (mesh.positions[n[0]] + mesh.positions[n[1]] + mesh.positions[n[2]]) / 3;
-      moved[v] = mesh.positions[v] + share * (middle - mesh.positions[v]);
-    }
-    mesh.positions.swap(moved);
-  }
-}
-
 /// The surface of a field with about `most` vertices, or fewer; without any where the field has no object.
 SimplexMesh surface_of(const MeshField& field, const VolumeGeometry& grid, double most) {
   double edge_mm = grid.spacing_mm.minCoeff();
   TriangleMesh surface;
+  CoarseField coarse;
   for (int attempt = 0; attempt < 8; ++attempt) {
-    const CoarseField coarse = coarsen(field, grid, edge_mm);
+    coarse = coarsen(field, grid, edge_mm);
     surface = iso_surface(coarse.values, coarse.size, 0, coarse.mm_from_index);
     const double count = static_cast<double>(surface.triangles.size());
-    if (count <= most) break;
-    edge_mm *= std::max(1.2, std::sqrt(count / most));
+    if (count <= kMostToRemesh * most) break;
+    edge_mm *= std::max(1.2, std::sqrt(count / (kMostToRemesh * most)));
   }
   if (surface.triangles.empty()) return {};
-  SimplexMesh mesh = dual_of(surface);
-  relax(mesh);
+  // Marching leaves slivers and corners of four to fourteen triangles, whose duals fold. Of an even triangulation each
+  // triangle has sqrt(3)/4 of its edge squared.
+  const double even_mm = std::sqrt(area_mm2(surface) / most * 4 / std::numbers::sqrt3);
+  const auto onto = [&](const Eigen::Vector3d& mm) {
+    return onto_iso_surface(coarse.values, coarse.size, 0, coarse.mm_from_index, mm);
+  };
+  SimplexMesh mesh = dual_of(remesh(surface, std::max(even_mm, grid.spacing_mm.minCoeff()), onto));
+  for (Eigen::Vector3f& p : mesh.positions) p = onto(p.cast<double>()).cast<float>();
   return mesh;
 }
 
@@ -116,11 +111,7 @@ FieldDistance distance_to_field(const MeshItem& item, const Volume& volume) {
     distance.wrong_marks += (mask.voxels[v] != 0) != (mark.kind == MarkKind::Inside);
   }
   distance.vertices = item.mesh.vertex_count();
-  std::vector<Eigen::Vector3d> normals(distance.vertices);
-  for (int v = 0; v < distance.vertices; ++v) normals[v] = vertex_geometry(item.mesh, v).normal;
-  for (int v = 0; v < distance.vertices; ++v)
-    distance.folded += std::any_of(item.mesh.neighbours[v].begin(), item.mesh.neighbours[v].end(),
-                                   [&](int n) { return normals[v].dot(normals[n]) < 0; });
+  distance.folded = folded_vertices(item.mesh);
   return distance;
 }
 

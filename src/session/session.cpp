@@ -58,8 +58,9 @@ DeviceError not_enough_memory(std::size_t needed, std::size_t available) {
 
 }  // namespace
 
-Session::Session(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare, int field_threads)
-    : engine_(std::move(engine), std::move(spare)), learner_(field_threads) {
+Session::Session(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare, int field_threads,
+                 const EvidenceSettings& fields)
+    : engine_(std::move(engine), std::move(spare)), learner_(field_threads, fields) {
   scene_.simulation = default_simulation_parameters();
 }
 Session::~Session() = default;

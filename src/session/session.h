@@ -27,9 +27,10 @@ enum class EngineUpdate;
 class Session {
  public:
   /// `spare` makes the engine that takes over when the device of the first one fails; without it the failure is thrown.
-  /// `field_threads`: on which fields are learned; 0: as many as the machine has.
+  /// `field_threads`: on which fields are learned; 0: as many as the machine has. `fields`: how they are made; others
+  /// than the program's own are for studies.
   explicit Session(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare = {},
-                   int field_threads = 0);
+                   int field_threads = 0, const EvidenceSettings& fields = {});
   ~Session();
 
   /// Takes a new scene (undo history and log are dropped) on a volume. Meshes without a pose (no vertices) get the

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "mesh/remesh.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "core/expect.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr int kPasses = 6;
+constexpr double kLongest = 4.0 / 3,
+                 kShortest = 4.0 / 5;  // of the wanted edge: splitting makes none that is contracted
+constexpr std::size_t kLeastValence = 4;
+constexpr double kMostTurned = 0.3;  // least cosine between a triangle's normals before and after a change
+
+class Remesher {
+ public:
+  Remesher(const TriangleMesh& surface, double edge_mm, const OntoSurface& onto)
+      : triangles_(surface.triangles), edge_(edge_mm), onto_(onto) {
+    for (const Eigen::Vector3f& p : surface.positions) positions_.push_back(p.cast<double>());
+    around_.resize(positions_.size());
+    for (int t = 0; t < static_cast<int>(triangles_.size()); ++t)
+      for (const int v : triangles_[t]) around_[v].push_back(t);
+  }
+
+  TriangleMesh run() && {
+    for (int pass = 0; pass < kPasses; ++pass) {
+      for_each_edge([&](int a, int b) { split_if_long(a, b); });
+      for_each_edge([&](int a, int b) { contract_if_short(a, b); });
+      for_each_edge([&](int a, int b) { turn_if_more_even(a, b); });
+      draw_to_neighbours();
+    }
+    return compact();
+  }
+
+ private:
+  using Triangle = std::array<int, 3>;
+
+  bool alive(int t) const { return triangles_[t][0] >= 0; }
+  double length(int a, int b) const { return (positions_[a] - positions_[b]).norm(); }
+  /// Twice the area in its length.
+  Eigen::Vector3d normal(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) const {
+    return (b - a).cross(c - a);
+  }
+  Eigen::Vector3d normal(const Triangle& t) const {
+    return normal(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
+  }
+  static bool turned_over(const Eigen::Vector3d& before, const Eigen::Vector3d& after) {
+    return !(after.dot(before) > kMostTurned * after.norm() * before.norm());
+  }
+
+  /// Each edge that is there when its turn comes; what `work` makes anew waits for the next pass.
+  template <class Work>
+  void for_each_edge(Work&& work) {
+    const int count = static_cast<int>(triangles_.size());
+    for (int t = 0; t < count; ++t)
+      for (int e = 0; e < 3 && alive(t); ++e) {
+        const int a = triangles_[t][e], b = triangles_[t][(e + 1) % 3];
+        if (a < b) work(a, b);  // the other triangle has it the other way round
+      }
+  }
+
+  /// The triangles left and right of an edge, and the corners opposite to it.
+  struct Wing {
+    int triangle = -1, corner = -1;
+  };
+  Wing wing(int a, int b) const {  // of the triangle that goes from a to b
+    for (const int t : around_[a])
+      for (int e = 0; e < 3; ++e)
+        if (triangles_[t][e] == a && triangles_[t][(e + 1) % 3] == b) return {t, triangles_[t][(e + 2) % 3]};
+    return {};
+  }
+  bool are_neighbours(int a, int b) const {
+    return std::any_of(around_[a].begin(), around_[a].end(), [&](int t) {
+      const Triangle& corners = triangles_[t];
+      return corners[0] == b || corners[1] == b || corners[2] == b;
+    });
+  }
+  int common_neighbours(int a, int b) const {
+    int common = 0;
+    for (const int t : around_[a])
+      for (int e = 0; e < 3; ++e)  // each neighbour of a once: the one after it in a triangle
+        if (triangles_[t][e] == a) {
+          const int n = triangles_[t][(e + 1) % 3];
+          common += n != b && are_neighbours(n, b);
+        }
+    return common;
+  }
+  void replace_corner(int t, int from, int to) {
+    std::replace(triangles_[t].begin(), triangles_[t].end(), from, to);
+    std::erase(around_[from], t);
+    around_[to].push_back(t);
+  }
+  void remove(int t) {
+    for (const int v : triangles_[t]) std::erase(around_[v], t);
+    triangles_[t] = {-1, -1, -1};
+  }
+  void add(const Triangle& t) {
+    for (const int v : t) around_[v].push_back(static_cast<int>(triangles_.size()));
+    triangles_.push_back(t);
+  }
+
+  void split_if_long(int a, int b) {
+    if (length(a, b) <= kLongest * edge_) return;
+    const Wing left = wing(a, b), right = wing(b, a);
+    const int middle = static_cast<int>(positions_.size());
+    positions_.push_back(0.5 * (positions_[a] + positions_[b]));
+    around_.emplace_back();
+    replace_corner(left.triangle, b, middle);
+    replace_corner(right.triangle, b, middle);
+    add({middle, b, left.corner});
+    add({b, middle, right.corner});
+  }
+
+  void contract_if_short(int a, int b) {
+    if (length(a, b) >= kShortest * edge_) return;
+    const Wing left = wing(a, b), right = wing(b, a);
+    if (around_[left.corner].size() <= kLeastValence || around_[right.corner].size() <= kLeastValence) return;
+    if (around_[a].size() + around_[b].size() - 4 < kLeastValence) return;
+    if (common_neighbours(a, b) != 2) return;
+    const Eigen::Vector3d middle = 0.5 * (positions_[a] + positions_[b]);
+    for (const int end : {a, b})
+      for (const int t : around_[end]) {
+        if (t == left.triangle || t == right.triangle) continue;
+        std::array<Eigen::Vector3d, 3> corner;
+        for (int e = 0; e < 3; ++e) {
+          const int v = triangles_[t][e];
+          corner[e] = v == end ? middle : positions_[v];
+          if (v != end && (positions_[v] - middle).norm() > kLongest * edge_) return;
+        }
+        if (turned_over(normal(triangles_[t]), normal(corner[0], corner[1], corner[2]))) return;
+      }
+    remove(left.triangle);
+    remove(right.triangle);
+    positions_[a] = middle;
+    const std::vector<int> moved = around_[b];
+    for (const int t : moved) replace_corner(t, b, a);
+  }
+
+  void turn_if_more_even(int a, int b) {
+    const Wing left = wing(a, b), right = wing(b, a);
+    const int c = left.corner, d = right.corner;
+    const auto off = [&](int v, int change) { return std::abs(static_cast<int>(around_[v].size()) + change - 6); };
+    const auto squares = [](auto... x) { return (... + (x * x)); };
+    if (around_[a].size() <= kLeastValence || around_[b].size() <= kLeastValence || are_neighbours(c, d)) return;
+    if (squares(off(a, -1), off(b, -1), off(c, 1), off(d, 1)) >= squares(off(a, 0), off(b, 0), off(c, 0), off(d, 0)))
+      return;
+    const Triangle first{a, d, c}, second{b, c, d};
+    for (const Triangle& now : {first, second})
+      for (const int before : {left.triangle, right.triangle})
+        if (turned_over(normal(triangles_[before]), normal(now))) return;
+    remove(left.triangle);
+    remove(right.triangle);
+    add(first);
+    add(second);
+  }
+
+  void draw_to_neighbours() {
+    for (std::size_t v = 0; v < positions_.size(); ++v) {
+      if (around_[v].empty()) continue;
+      Eigen::Vector3d middle = Eigen::Vector3d::Zero(), outward = Eigen::Vector3d::Zero();
+      for (const int t : around_[v]) {
+        for (const int n : triangles_[t]) middle += n == static_cast<int>(v) ? Eigen::Vector3d::Zero() : positions_[n];
+        outward += normal(triangles_[t]);
+      }
+      outward.normalize();
+      if (!outward.allFinite()) continue;
+      Eigen::Vector3d way = middle / (2.0 * static_cast<double>(around_[v].size())) - positions_[v];
+      way -= way.dot(outward) * outward;
+      const Eigen::Vector3d before = positions_[v];
+      std::vector<Eigen::Vector3d> normals;
+      for (const int t : around_[v]) normals.push_back(normal(triangles_[t]));
+      positions_[v] = onto_(before + 0.5 * way);
+      for (std::size_t k = 0; k < normals.size(); ++k)
+        if (turned_over(normals[k], normal(triangles_[around_[v][k]]))) {
+          positions_[v] = before;
+          break;
+        }
+    }
+  }
+
+  TriangleMesh compact() const {
+    TriangleMesh surface;
+    std::vector<int> index(positions_.size(), -1);
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      if (!alive(static_cast<int>(t))) continue;
+      Triangle& corners = surface.triangles.emplace_back();
+      for (int e = 0; e < 3; ++e) {
+        int& v = index[triangles_[t][e]];
+        if (v < 0) {
+          v = static_cast<int>(surface.positions.size());
+          surface.positions.push_back(positions_[triangles_[t][e]].cast<float>());
+        }
+        corners[e] = v;
+      }
+    }
+    return surface;
+  }
+
+  std::vector<Eigen::Vector3d> positions_;
+  std::vector<Triangle> triangles_;       ///< of -1 where there is none any more
+  std::vector<std::vector<int>> around_;  ///< the triangles of each vertex
+  const double edge_;
+  const OntoSurface& onto_;
+};
+
+}  // namespace
+
+TriangleMesh remesh(const TriangleMesh& surface, double edge_mm, const OntoSurface& onto) {
+  SIMPLEXSEG_EXPECT(edge_mm > 0 && onto);
+  return Remesher(surface, edge_mm, onto).run();
+}
+
+double area_mm2(const TriangleMesh& surface) {
+  double area = 0;
+  for (const auto& t : surface.triangles) {
+    const auto at = [&](int k) { return surface.positions[t[k]].cast<double>(); };
+    area += 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();
+  }
+  return area;
+}
+
+}  // namespace simplexseg
