@@ -112,6 +112,25 @@ void EvidenceField::remember(std::span<const Mark> marks) {
   marks_.assign(marks.begin(), marks.end());
 }
 
+std::optional<Eigen::Vector3d> EvidenceField::middle_of_wrong(const Mark& mark, bool inside) const {
+  constexpr double step_voxels = 0.25;
+  const double voxel = volume_.geometry().spacing_mm.minCoeff();
+  const Eigen::Vector3d way = (inside ? -voxel : voxel) * mark.outward.normalized();
+  const Eigen::Affine3d index = volume_.geometry().index_from_world();
+  double sum = 0;
+  int wrong = 0;
+  for (double t = 0.5; t <= 0.5 + 2 * mark.radius_mm / voxel; t += step_voxels) {
+    const Eigen::Vector3d at = index * (mark.position_mm + t * way);
+    std::array<int, 3> p;
+    for (int a = 0; a < 3; ++a)
+      p[a] = std::clamp(static_cast<int>(std::lround(at[a])) - box_.first[a], 0, box_.size[a] - 1);
+    const std::size_t v = (static_cast<std::size_t>(p[2]) * box_.size[1] + p[1]) * box_.size[0] + p[0];
+    if ((before_[v] > kMiddleBefore) != inside) sum += t, ++wrong;
+  }
+  if (wrong == 0) return std::nullopt;
+  return mark.position_mm + sum / wrong * way;
+}
+
 std::vector<FreshMark> EvidenceField::fresh_marks() const {
   std::vector<FreshMark> fresh;
   if (before_.empty()) return fresh;
@@ -131,6 +150,11 @@ std::vector<FreshMark> EvidenceField::fresh_marks() const {
   };
   for (std::size_t m = fresh_; m < marks_.size(); ++m) {
     const Mark& mark = marks_[m];
+    const std::size_t had = fresh.size();
+    if (mark.kind == MarkKind::Boundary)
+      for (const bool inside : {true, false})
+        if (const auto middle = middle_of_wrong(mark, inside)) add(*middle, mark.radius_mm, inside);
+    if (fresh.size() > had) continue;
     const Eigen::Vector3d step = dot_step(mark, volume_.geometry());
     if (mark.kind != MarkKind::Outside) add(mark.position_mm - step, mark.radius_mm, true);
     if (mark.kind != MarkKind::Inside) add(mark.position_mm + step, mark.radius_mm, false);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -67,6 +68,9 @@ class EvidenceField {
   void remember(std::span<const Mark> marks);
   void set_box(const VoxelBox& box);
   std::vector<FreshMark> fresh_marks() const;
+  /// Of a boundary mark's dot: the middle of what the field before had on the wrong side of the mark, along the way
+  /// out; nothing where it was right there. That is what the mark corrects, as a mark of that kind would.
+  std::optional<Eigen::Vector3d> middle_of_wrong(const Mark& mark, bool inside) const;
   template <class Use>
   void with_prior_input(Use&& use) const;
   void learn();

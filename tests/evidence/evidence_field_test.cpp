@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "core/error.h"
 #include "core/thread_pool.h"
@@ -116,6 +117,33 @@ TEST(EvidenceField, EveryKindOfMarkChangesTheField) {
   // And with the direction turned round the other side is outside.
   const Mark turned{MarkKind::Boundary, {9.5, 0.5, 0.5}, 1, {-2, 0, 0}};
   EXPECT_LT(with(turned, {8.5, 0.5, 0.5}), -0.5);
+}
+
+TEST(EvidenceField, ABoundaryMarkCorrectsTheSideThatWasWrongAsAMarkThereDoes) {
+  const Scene scene = ellipsoid(48, 1, {14, 10, 10}, 20);
+  const Mark seed = inside({0, 0, 0}, 6);
+  const auto after = [&](const Mark& mark) {
+    auto field = std::make_unique<EvidenceField>(scene.image);
+    field->update(std::vector{seed});
+    field->update(std::vector{seed, mark});
+    return field;
+  };
+  EvidenceField before(scene.image);
+  before.update(std::vector{seed});
+  // The surface is to come in by 4 mm: what lies before it was right. The mark outside is in the middle of what was
+  // not.
+  const auto boundary = after({MarkKind::Boundary, {9.5, 0.5, 0.5}, 1.8, {1, 0, 0}});
+  const auto plain = after(outside({11.7, 0.5, 0.5}, 1.8));
+  EXPECT_LT(at(*boundary, scene.image, {11.5, 0.5, 0.5}), 0.1);
+  EXPECT_GT(at(before, scene.image, {11.5, 0.5, 0.5}), 0.8);
+  float most = 0;
+  for (int y = -12; y <= 12; ++y)
+    for (int x = -16; x <= 16; ++x) {
+      const Eigen::Vector3d place(x + 0.5, y + 0.5, 0.5);
+      if ((place - Eigen::Vector3d(9.5, 0.5, 0.5)).norm() < 6) continue;
+      most = std::max(most, std::abs(at(*boundary, scene.image, place) - at(*plain, scene.image, place)));
+    }
+  EXPECT_LT(most, 0.1) << "elsewhere it says no more than that";
 }
 
 TEST(EvidenceField, OtherObjectsAreOutside) {
