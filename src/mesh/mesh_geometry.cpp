@@ -156,8 +156,8 @@ std::vector<double> vertex_areas(const SimplexMesh& mesh) {
 }
 
 int folded_vertices(const SimplexMesh& mesh) {
-  std::vector<Eigen::Vector3d> normals;
-  for (int v = 0; v < mesh.vertex_count(); ++v) normals.push_back(vertex_geometry(mesh, v).normal);
+  std::vector<Vector3d> normals(mesh.positions.size());
+  for (int v = 0; v < mesh.vertex_count(); ++v) normals[v] = vertex_geometry(mesh, v).normal;
   int folded = 0;
   for (int v = 0; v < mesh.vertex_count(); ++v)
     folded += std::any_of(mesh.neighbours[v].begin(), mesh.neighbours[v].end(),
