@@ -14,6 +14,10 @@
 namespace simplexseg {
 namespace {
 
+constexpr double kLeastSpacing = 1e-9, kMostSpacing = 1e6;  // mm: a grid of atoms, and one of cities
+constexpr double kMostOrigin = 1e12;                        // mm: their squares must stay in the range of float
+constexpr double kMostDirection = 1e6;
+
 Eigen::Vector3d last_index(const VolumeGeometry& geometry) {
   return {geometry.size[0] - 1.0, geometry.size[1] - 1.0, geometry.size[2] - 1.0};
 }
@@ -112,8 +116,14 @@ void VolumeGeometry::validate(const std::string& name) const {
   if (!spacing_mm.allFinite() || spacing_mm.minCoeff() <= 0)
     throw Error(name, "its voxel spacing is " + row_of(spacing_mm, " x ") + " mm",
                 "correct the header: each spacing must be finite and above 0");
-  if (!origin_mm.allFinite())
-    throw Error(name, "its origin (" + row_of(origin_mm, ", ") + ") is not finite", "correct the header");
+  if (spacing_mm.minCoeff() < kLeastSpacing || spacing_mm.maxCoeff() > kMostSpacing)
+    throw Error(name, "its voxel spacing is " + row_of(spacing_mm, " x ") + " mm",
+                "correct the header: each spacing must be from 1e-09 to 1e+06 mm");
+  if (!origin_mm.allFinite() || origin_mm.cwiseAbs().maxCoeff() > kMostOrigin)
+    throw Error(name, "its origin (" + row_of(origin_mm, ", ") + ") is not finite or beyond 1e+12 mm",
+                "correct the header");
+  if (direction.allFinite() && direction.cwiseAbs().maxCoeff() > kMostDirection)
+    throw Error(name, "its direction matrix holds numbers beyond 1e+06", "correct the header");
   // The determinant is scale-free here: it is compared with what three orthogonal columns of these lengths would give.
   const double full = direction.colwise().norm().prod();
   if (!direction.allFinite() || !(std::abs(direction.determinant()) > 1e-6 * full))

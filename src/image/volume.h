@@ -26,8 +26,8 @@ constexpr VoxelType voxel_type_of();
 /// index (0,0,0) is the centre of the first voxel. `direction` may be any invertible matrix (left-handed, sheared).
 struct VolumeGeometry {
   std::array<int, 3> size{0, 0, 0};                         ///< voxels along i, j, k
-  Eigen::Vector3d spacing_mm{1, 1, 1};                      ///< > 0
-  Eigen::Vector3d origin_mm{0, 0, 0};                       ///< centre of voxel (0,0,0)
+  Eigen::Vector3d spacing_mm{1, 1, 1};                      ///< from 1e-9 to 1e6
+  Eigen::Vector3d origin_mm{0, 0, 0};                       ///< centre of voxel (0,0,0); up to 1e12
   Eigen::Matrix3d direction = Eigen::Matrix3d::Identity();  ///< columns: directions of i, j, k
 
   Eigen::Affine3d world_from_index() const;
@@ -38,7 +38,7 @@ struct VolumeGeometry {
   bool contains(const Eigen::Vector3d& world_mm) const;
   /// Same size, and voxel centres within `tolerance` voxels of each other at all corners.
   bool same_grid(const VolumeGeometry& other, double tolerance = 1e-2) const;
-  /// Throws Error when a size is < 1, a spacing is not finite and > 0, or the direction is singular or not finite.
+  /// Throws Error when a size is < 1, spacing or origin are not finite or out of range, or the direction is not usable.
   void validate(const std::string& name) const;
 };
 

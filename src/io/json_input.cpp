@@ -193,7 +193,8 @@ std::string JsonInput::text() const {
 
 Eigen::Vector3d JsonInput::vector3() const {
   if (size() != 3) refuse(std::to_string(size()) + " numbers stand here", "write three: [x, y, z]");
-  return {(*this)[0].number(), (*this)[1].number(), (*this)[2].number()};
+  const auto element = [this](int e) { return (*this)[e].number_between(-kMostMillimetres, kMostMillimetres); };
+  return {element(0), element(1), element(2)};
 }
 
 float JsonInput::parameter(const ParameterInfo& info) const {

@@ -12,6 +12,9 @@
 
 namespace simplexseg {
 
+/// What no scene reaches, in mm: lengths and coordinates beyond it are damage.
+inline constexpr double kMostMillimetres = 1e12;
+
 /// A value in a JSON file, and its place ("meshes[0].sphere.radius_mm"). Every member throws Error where the file
 /// has not what is asked for.
 class JsonInput {
@@ -37,7 +40,7 @@ class JsonInput {
   bool boolean() const;
   std::string text() const;  ///< not empty
   std::string text_or_empty() const;
-  Eigen::Vector3d vector3() const;  ///< finite
+  Eigen::Vector3d vector3() const;  ///< each component up to kMostMillimetres
   float parameter(const ParameterInfo& info) const;
 
   const std::string& where() const { return where_; }

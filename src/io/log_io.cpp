@@ -52,7 +52,7 @@ Json body(const AddMesh& c) {
 void take(const JsonInput& in, AddMesh& c) {
   expect_keys(in, {"name", "centre_mm", "radius_mm", "colour", "like"});
   if (in.has("name")) c.name = in["name"].text_or_empty();
-  c.seed = {in["centre_mm"].vector3(), in["radius_mm"].number()};
+  c.seed = {in["centre_mm"].vector3(), read_radius(in["radius_mm"])};
   if (in.has("colour")) c.colour = read_colour(in["colour"]);
   if (in.has("like")) c.like = read_id(in["like"]);
 }
@@ -208,16 +208,22 @@ LogFile read_log(const fs::path& path) {
   input.expect_keys({"simplexseg_log", "scene", "entries", "trailing_steps"});
   LogFile file{};
   if (input.has("scene")) file.scene = input["scene"].text();
+  int steps_left = kMostSteps;  // for all of them together
+  const auto take_steps = [&steps_left](const char* key, const JsonInput& in) {
+    const int steps = in[key].integer_between(0, steps_left);
+    steps_left -= steps;
+    return steps;
+  };
   const JsonInput entries = input["entries"];
   for (int e = 0; e < entries.size(); ++e) {
     const JsonInput entry = entries[e];
     const std::string name = entry["command"].text();
     const auto found = std::find(kNames.begin(), kNames.end(), name);
     if (found == kNames.end()) entry["command"].refuse("the command " + unknown_name(name, kNames), "correct it");
-    file.log.push_back({entry["after_steps"].integer_between(0, kMaxInt),
-                        read_command(entry, static_cast<std::size_t>(found - kNames.begin()))});
+    file.log.push_back(
+        {take_steps("after_steps", entry), read_command(entry, static_cast<std::size_t>(found - kNames.begin()))});
   }
-  file.trailing_steps = input["trailing_steps"].integer_between(0, kMaxInt);
+  file.trailing_steps = take_steps("trailing_steps", input);
   return file;
 }
 

@@ -24,6 +24,7 @@ MarkKind read_point_kind(const JsonInput& input) {
 double read_radius(const JsonInput& input) {
   const double radius = input.number();
   if (!(radius > 0)) input.refuse("a radius must be above 0", "give one in mm");
+  if (radius > kMostMillimetres) input.refuse("the radius is beyond 1e+12 mm", "give one in mm");
   return radius;
 }
 

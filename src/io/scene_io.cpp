@@ -26,7 +26,6 @@ namespace {
 
 constexpr int kSceneVersion = 1;
 constexpr int kMaxLabel = 65535;
-constexpr int kMaxSteps = 1000000000;
 
 // ---- reading ----
 
@@ -252,7 +251,7 @@ SceneFile read_scene(const fs::path& path) {
     if (point.has("radius_mm")) read.radius_mm = read_radius(point["radius_mm"]);
     if (point.has("outward")) read.outward = point["outward"].vector3();
   }
-  if (input.has("steps")) scene.steps = input["steps"].integer_between(0, kMaxSteps);
+  if (input.has("steps")) scene.steps = input["steps"].integer_between(0, kMostSteps);
   return file;
 }
 

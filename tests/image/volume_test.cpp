@@ -85,7 +85,7 @@ TEST(VolumeGeometry, SameGridToleratesRoundingAlone) {
 
 TEST(VolumeGeometry, ValidateNamesTheVolumeInOneLine) {
   EXPECT_EQ(message_of(oblique_geometry()), "");
-  std::vector<VolumeGeometry> bad(8, oblique_geometry());
+  std::vector<VolumeGeometry> bad(12, oblique_geometry());
   bad[0].size[1] = 0;
   bad[1].size = {2000000000, 2000000000, 2000000000};
   bad[2].spacing_mm[0] = 0;
@@ -94,6 +94,10 @@ TEST(VolumeGeometry, ValidateNamesTheVolumeInOneLine) {
   bad[5].direction.col(2) = bad[5].direction.col(0);
   bad[6].direction(0, 0) = std::numeric_limits<double>::quiet_NaN();
   bad[7].origin_mm[0] = std::numeric_limits<double>::quiet_NaN();
+  bad[8].spacing_mm[0] = 1e308;
+  bad[9].spacing_mm[1] = 1e-300;
+  bad[10].origin_mm[2] = -1e300;
+  bad[11].direction(1, 1) = 1e200;
   for (std::size_t b = 0; b < bad.size(); ++b) {
     const std::string message = message_of(bad[b]);
     EXPECT_TRUE(message.starts_with("scan.nii: ")) << b << ": " << message;
