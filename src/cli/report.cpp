@@ -5,6 +5,7 @@
 #include <ostream>
 
 #include "cli/table.h"
+#include "io/atomic_file.h"
 #include "io/files.h"
 #include "io/json_output.h"
 #include "step/simulation_parameters.h"

@@ -11,6 +11,7 @@
 #include "cli/simulate.h"
 #include "cli/slice_picture.h"
 #include "core/error.h"
+#include "io/atomic_file.h"
 #include "io/files.h"
 #include "io/references.h"
 #include "io/scene_export.h"

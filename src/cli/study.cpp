@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/study.h"
 
+#include "io/atomic_file.h"
 #include "io/files.h"
 
 namespace simplexseg {

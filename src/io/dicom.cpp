@@ -151,7 +151,7 @@ VolumeSource open_dicom_file(const fs::path& path) {
                   "open the folder of an image series");
     }
     throw Error("cannot read " + quoted(path), "it is none of the formats that can be read",
-                "give NIfTI, Analyze, MetaImage, NRRD, MINC 2, a DICOM file, or the folder of a DICOM series");
+                "give NIfTI, Analyze, MetaImage, NRRD, GIPL, MINC 2, a DICOM file, or the folder of a DICOM series");
   }
   VolumeSource source = open_slices({*slice}, "DICOM", quoted(path));
   if (slice->frames == 1) source.info.warnings.push_back("one DICOM slice: open its folder for the whole series");

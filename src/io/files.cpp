@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/files.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
-#include <atomic>
 #include <cctype>
 #include <cerrno>
 #include <cstdio>
@@ -62,63 +58,12 @@ void require_file(const fs::path& path) {
   }
 }
 
-AtomicFile::AtomicFile(const fs::path& target) : target_(target) {
-  std::error_code error;
-  // A link is kept, and what it names is replaced.
-  if (fs::is_symlink(target_, error)) {
-    const fs::path resolved = fs::weakly_canonical(target_, error);
-    if (!error) target_ = resolved;
-  }
-  const fs::path folder = target_.has_parent_path() ? target_.parent_path() : fs::path(".");
-  if (!fs::is_directory(folder, error)) {
-    throw Error("cannot write " + quoted(target), "the folder " + quoted(folder) + " does not exist",
-                "create it first");
-  }
-  if (fs::is_directory(target_, error)) {
-    throw Error("cannot write " + quoted(target), "it is a folder", "name a file");
-  }
-  static std::atomic<unsigned> counter{0};
-  temporary_ =
-      folder / (".simplexseg-" + std::to_string(::getpid()) + "-" + std::to_string(counter++) + extension_of(target_));
-}
-
-AtomicFile::~AtomicFile() {
-  std::error_code error;
-  if (!committed_) fs::remove(temporary_, error);
-}
-
-void AtomicFile::commit() {
-  // Renaming a file whose bytes are still in flight could leave an empty one after a power cut.
-  const int descriptor = ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) throw failed(std::strerror(errno));
-  const int result = ::fsync(descriptor);
-  const int reason = errno;
-  ::close(descriptor);
-  if (result != 0 && reason != EINVAL && reason != ENOTSUP) throw failed(std::strerror(reason));
-  std::error_code error;
-  fs::rename(temporary_, target_, error);
-  if (error) throw failed(error.message());
-  committed_ = true;
-}
-
-Error AtomicFile::failed(const std::string& why) const {
-  return Error("cannot write " + quoted(target_), one_line(why),
-               "check the permissions and the space left on the disk");
-}
-
 std::string read_bytes(const fs::path& path) {
   require_file(path);
   std::ifstream file(path, std::ios::binary);
   std::string bytes{std::istreambuf_iterator<char>(file), {}};
   if (file.bad()) throw Error("cannot read " + quoted(path), "the disk gives an error", "copy the file again");
   return bytes;
-}
-
-void write_bytes(const AtomicFile& file, const std::string& bytes) {
-  std::ofstream stream(file.temporary(), std::ios::binary | std::ios::trunc);
-  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  stream.close();
-  if (!stream) throw file.failed("the bytes could not be written");
 }
 
 }  // namespace simplexseg

@@ -22,30 +22,7 @@ std::string extension_of(const std::filesystem::path& path);
 /// Throws Error when `path` is no regular file, cannot be opened, or has no bytes.
 void require_file(const std::filesystem::path& path);
 
-/// A file written beside its target and renamed when whole; taken away again when commit() is not reached.
-class AtomicFile {
- public:
-  /// Throws Error when the folder of `target` does not exist or `target` is a folder.
-  explicit AtomicFile(const std::filesystem::path& target);
-  ~AtomicFile();
-  AtomicFile(const AtomicFile&) = delete;
-  AtomicFile& operator=(const AtomicFile&) = delete;
-
-  /// Where to write: same folder, same extension.
-  const std::filesystem::path& temporary() const { return temporary_; }
-  /// Throws Error when the file cannot be brought to the disk or renamed.
-  void commit();
-  /// The Error for a write that failed (full disk, no permission).
-  Error failed(const std::string& why) const;
-
- private:
-  std::filesystem::path target_, temporary_;
-  bool committed_ = false;
-};
-
 /// The bytes of a file. Throws Error when it is missing, no file, empty or cannot be read.
 std::string read_bytes(const std::filesystem::path& path);
-/// Throws Error when they cannot be written.
-void write_bytes(const AtomicFile& file, const std::string& bytes);
 
 }  // namespace simplexseg

@@ -5,7 +5,6 @@
 #include <gdcmTrace.h>
 #include <itkMacro.h>
 #include <itkOutputWindow.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <csetjmp>
@@ -35,7 +34,6 @@ class SilentWindow : public itk::OutputWindow {
 std::recursive_mutex mutex;
 int depth = 0;
 int kept_stderr = -1;
-int caught = -1;  // a file in memory that stands for stderr
 
 thread_local std::jmp_buf* armed = nullptr;
 thread_local char broken_assertion[200];
@@ -44,11 +42,7 @@ thread_local char broken_assertion[200];
 
 QuietLibraries::QuietLibraries() {
   mutex.lock();
-  if (depth++ > 0) {
-    begin_ = caught < 0 ? 0 : ::lseek(caught, 0, SEEK_END);
-    return;
-  }
-  begin_ = 0;
+  if (depth++ > 0) return;
   itk::Object::GlobalWarningDisplayOff();
   itk::OutputWindow::SetInstance(SilentWindow::New());
   gdcm::Trace::DebugOff();
@@ -56,9 +50,9 @@ QuietLibraries::QuietLibraries() {
   gdcm::Trace::ErrorOff();
   std::fflush(stderr);
   kept_stderr = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3);
-  caught = ::memfd_create("stderr", MFD_CLOEXEC);
-  if (caught < 0) caught = ::open("/dev/null", O_RDWR | O_CLOEXEC);
-  if (kept_stderr >= 0 && caught >= 0) ::dup2(caught, STDERR_FILENO);
+  const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (kept_stderr >= 0 && nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
+  if (nowhere >= 0) ::close(nowhere);
 }
 
 QuietLibraries::~QuietLibraries() {
@@ -69,19 +63,9 @@ QuietLibraries::~QuietLibraries() {
       ::dup2(kept_stderr, STDERR_FILENO);
       ::close(kept_stderr);
     }
-    if (caught >= 0) ::close(caught);
-    kept_stderr = caught = -1;
+    kept_stderr = -1;
   }
   mutex.unlock();
-}
-
-std::string QuietLibraries::said() const {
-  std::fflush(stderr);
-  std::cerr.flush();
-  std::string text(4096, '\0');
-  const ssize_t size = caught < 0 ? 0 : ::pread(caught, text.data(), text.size(), begin_);
-  text.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
-  return text;
 }
 
 void without_aborting(const std::function<void()>& f) {
@@ -106,7 +90,7 @@ std::string plain_words(const std::exception& exception) {
   if (const auto* itk_exception = dynamic_cast<const itk::ExceptionObject*>(&exception)) {
     text = itk_exception->GetDescription();
   }
-  // "ITK ERROR: NrrdImageIO(0x55e0c8): Read: Error reading ..." begins with what only a programmer wants.
+  // "ITK ERROR: MINCImageIO(0x55e0c8): Read: Error reading ..." begins with what only a programmer wants.
   const std::size_t object = text.find("(0x");
   if (text.starts_with("ITK ERROR: ") || text.starts_with("itk::ERROR: ")) {
     text.erase(0, text.find(": ") + 2);
@@ -114,11 +98,6 @@ std::string plain_words(const std::exception& exception) {
       const std::size_t end = text.find("): ");
       if (end != std::string::npos) text.erase(0, end + 3);
     }
-  }
-  // Teem's are a stack of "[nrrd] function: reason", the innermost reason last.
-  if (const std::size_t last = text.rfind("[nrrd] "); last != std::string::npos) {
-    const std::size_t colon = text.find(": ", last);
-    if (colon != std::string::npos) text.erase(0, colon + 2);
   }
   std::string line = one_line(text);
   while (!line.empty() && (line.back() == '.' || line.back() == ' ')) line.pop_back();

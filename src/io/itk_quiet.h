@@ -15,12 +15,6 @@ class QuietLibraries {
   ~QuietLibraries();
   QuietLibraries(const QuietLibraries&) = delete;
   QuietLibraries& operator=(const QuietLibraries&) = delete;
-
-  /// What was written to stderr since this one was made: some libraries say only there that they failed.
-  std::string said() const;
-
- private:
-  long begin_;
 };
 
 /// Calls f. Debian builds GDCM with its assertions, and a damaged file can break one, which would end the program; here

@@ -8,29 +8,6 @@
 
 namespace simplexseg {
 
-itk::CommonEnums::IOComponent itk_component_of(VoxelType type) {
-  using Component = itk::CommonEnums::IOComponent;
-  switch (type) {
-    case VoxelType::Int8:
-      return Component::CHAR;
-    case VoxelType::UInt8:
-      return Component::UCHAR;
-    case VoxelType::Int16:
-      return Component::SHORT;
-    case VoxelType::UInt16:
-      return Component::USHORT;
-    case VoxelType::Int32:
-      return Component::INT;
-    case VoxelType::UInt32:
-      return Component::UINT;
-    case VoxelType::Float32:
-      return Component::FLOAT;
-    case VoxelType::Float64:
-      break;
-  }
-  return Component::DOUBLE;
-}
-
 ItkVoxels itk_voxels_of(const itk::ImageIOBase& io, const std::string& name) {
   using Component = itk::CommonEnums::IOComponent;
   const bool wide = io.GetComponentSize() == 8;

@@ -9,8 +9,6 @@
 
 namespace simplexseg {
 
-itk::CommonEnums::IOComponent itk_component_of(VoxelType type);
-
 /// The type that voxels are kept in, and whether the file has them as 64-bit integers. Throws Error on another type.
 struct ItkVoxels {
   VoxelType type;

@@ -7,7 +7,7 @@
 #include <type_traits>
 
 #include "core/error.h"
-#include "io/files.h"
+#include "io/atomic_file.h"
 #include "io/json_input.h"
 #include "io/json_output.h"
 #include "io/parameter_text.h"

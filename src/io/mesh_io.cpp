@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <string>
 
+#include "io/atomic_file.h"
 #include "io/files.h"
 #include "io/mesh_formats.h"
 #include "io/ply.h"

@@ -68,7 +68,7 @@ NiftiHeader parse(const std::array<unsigned char, 540>& bytes, std::size_t count
 
 }  // namespace
 
-NiftiHeader read_nifti_header(GzReader& reader) {
+NiftiHeader read_nifti_header(PackedReader& reader) {
   constexpr std::size_t kBytesOfVersion1 = 348, kBytesOfVersion2 = 540;
   std::array<unsigned char, kBytesOfVersion2> bytes{};
   if (reader.read(bytes.data(), kBytesOfVersion1) != kBytesOfVersion1) return parse(bytes, 0);

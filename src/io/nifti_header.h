@@ -10,7 +10,8 @@
 #include <string>
 
 #include "image/volume.h"
-#include "io/gz_file.h"
+#include "io/packed_reader.h"
+#include "io/stored_voxels.h"
 #include "io/volume_io.h"
 
 namespace simplexseg {
@@ -43,14 +44,7 @@ struct NiftiHeader {
 };
 
 /// Reads the header from the start of a file; version -1 when it is neither NIfTI nor Analyze.
-NiftiHeader read_nifti_header(GzReader& reader);
-
-/// How a file stores a voxel, and what it becomes in memory.
-struct StoredType {
-  int bytes;          ///< that each voxel takes in the file
-  VoxelType type;     ///< that it is kept in
-  bool wide = false;  ///< 64-bit integers, kept in 32 bits
-};
+NiftiHeader read_nifti_header(PackedReader& reader);
 
 /// What a header's `datatype` means. Throws Error, with the file's name, for what is not one number a voxel.
 StoredType stored_type(int datatype, const std::string& name);

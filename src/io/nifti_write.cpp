@@ -1,25 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/nifti_write.h"
 
-#include <zlib.h>
-
 #include <Eigen/Geometry>
 #include <array>
 #include <bit>
-#include <cerrno>
 #include <cstring>
-#include <memory>
-#include <stdexcept>
 #include <string>
 
 #include "core/error.h"
 #include "image/volume.h"
-#include "io/files.h"
+#include "io/atomic_file.h"
+#include "io/packed_writer.h"
 #include "io/volume_source.h"
 
 namespace simplexseg {
 
-namespace fs = std::filesystem;
 static_assert(std::endian::native == std::endian::little, "the writer stores the machine's own byte order");
 
 namespace {
@@ -30,7 +25,7 @@ bool orthogonal(const Eigen::Matrix3d& direction) {
 
 }  // namespace
 
-void write_nifti(const fs::path& path, const Volume& volume) {
+void write_nifti(AtomicFile& file, const Volume& volume, bool packed) {
   const VolumeGeometry& g = volume.geometry();
   std::array<unsigned char, 352> bytes{};
   const auto put = [&]<class T>(std::size_t offset, T value) { std::memcpy(&bytes[offset], &value, sizeof value); };
@@ -78,22 +73,15 @@ void write_nifti(const fs::path& path, const Volume& volume) {
     for (int r = 0; r < 3; ++r) put(268 + 4 * r, float(origin[r]));
   }
 
-  const bool packed = extension_of(path) == ".nii.gz";
-  const auto close = [](gzFile file) { gzclose(file); };
-  std::unique_ptr<gzFile_s, decltype(close)> file(gzopen(path.c_str(), packed ? "wb4" : "wbT"), close);
-  if (!file) throw std::runtime_error(std::strerror(errno));
-  gzbuffer(file.get(), 1 << 18);
-  const auto write = [&](const void* data, std::size_t size) {
-    for (const char* from = static_cast<const char*>(data); size > 0;) {
-      const unsigned chunk = static_cast<unsigned>(std::min<std::size_t>(size, 1u << 30));
-      if (gzwrite(file.get(), from, chunk) != static_cast<int>(chunk)) throw std::runtime_error("the write failed");
-      from += chunk;
-      size -= chunk;
-    }
-  };
-  write(bytes.data(), bytes.size());
-  write(volume.data(), volume.bytes());
-  if (gzclose(file.release()) != Z_OK) throw std::runtime_error("the write failed");
+  if (!packed) {
+    file.write(bytes.data(), bytes.size());
+    file.write(volume.data(), volume.bytes());
+    return;
+  }
+  PackedWriter packer(file, PackedWriter::Frame::Gzip);
+  packer.write(bytes.data(), bytes.size());
+  packer.write(volume.data(), volume.bytes());
+  packer.finish();
 }
 
 }  // namespace simplexseg

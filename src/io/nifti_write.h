@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <filesystem>
 
 namespace simplexseg {
 
+class AtomicFile;
 class Volume;
 
-/// Writes NIfTI-1 in one file, packed where the name ends in .gz: the whole file at `path` (the target's temporary).
-/// Throws Error or std::exception.
-void write_nifti(const std::filesystem::path& path, const Volume& volume);
+/// Writes NIfTI-1 in one file, packed by gzip or not. Throws Error for more voxels along an axis than it can hold, or
+/// when the file cannot be written.
+void write_nifti(AtomicFile& file, const Volume& volume, bool packed);
 
 }  // namespace simplexseg

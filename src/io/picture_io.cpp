@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "io/atomic_file.h"
 #include "io/files.h"
 
 namespace simplexseg {

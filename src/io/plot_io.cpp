@@ -10,6 +10,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "io/atomic_file.h"
 #include "io/files.h"
 #include "io/plot_axis.h"
 

@@ -8,12 +8,14 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "io/atomic_file.h"
 #include "io/data_path.h"
 #include "io/files.h"
 #include "io/json_input.h"
 #include "io/json_output.h"
 #include "io/mesh_io.h"
 #include "io/parameter_text.h"
+#include "io/ply.h"
 #include "io/point_text.h"
 #include "io/pose_state.h"
 #include "step/simulation_parameters.h"
@@ -272,7 +274,7 @@ void write_scene(const fs::path& path, const Scene& scene) {
     Json entry = item_json(item, scene.forces, folder);
     if (!item.mesh.positions.empty()) {
       const std::string name = path.stem().string() + ".mesh-" + std::to_string(ids[m]);
-      write_mesh(files.emplace_back(folder / (name + ".ply")).temporary(), item.mesh);
+      write_bytes(files.emplace_back(folder / (name + ".ply")), ply_of(item.mesh));
       write_bytes(files.emplace_back(folder / (name + ".state")), pose_state_bytes(item));
       entry["pose"] = name + ".ply";
       entry["state"] = name + ".state";

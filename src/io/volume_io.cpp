@@ -6,11 +6,16 @@
 #include <fstream>
 #include <limits>
 
+#include "io/atomic_file.h"
 #include "io/dicom.h"
 #include "io/files.h"
-#include "io/itk_image.h"
+#include "io/gipl.h"
+#include "io/meta_image.h"
+#include "io/minc.h"
 #include "io/nifti.h"
 #include "io/nifti_write.h"
+#include "io/nrrd.h"
+#include "io/packed_reader.h"
 #include "io/volume_source.h"
 
 namespace simplexseg {
@@ -18,6 +23,25 @@ namespace simplexseg {
 namespace fs = std::filesystem;
 
 namespace {
+
+/// Throws Error for a file packed by gzip that is a volume once unpacked, of a format that is read only then.
+void refuse_packed(const fs::path& path) {
+  PackedReader reader(path);
+  if (!reader.packed()) return;
+  std::string start(512, '\0');
+  start.resize(reader.read(start.data(), start.size()));
+  const char* format = nullptr;
+  if (start.size() > 132 && start.compare(128, 4, "DICM") == 0) format = "DICOM";
+  if (start.starts_with("NRRD000")) format = "NRRD";
+  if (start.starts_with("\x89HDF")) format = "MINC";
+  if (start.starts_with("ObjectType") || start.starts_with("NDims")) format = "MetaImage";
+  if (format) {
+    throw Error("cannot read " + quoted(path), std::string("it is a ") + format + " file packed by gzip",
+                "unpack it first");
+  }
+  throw Error("cannot read " + quoted(path), "what is packed in it is none of the formats that can be read packed",
+              "give NIfTI, Analyze or GIPL, or unpack it where it is MINC 2 or DICOM");
+}
 
 VolumeSource open(const fs::path& path) {
   std::error_code error;
@@ -28,15 +52,15 @@ VolumeSource open(const fs::path& path) {
     return std::any_of(known.begin(), known.end(), [&](const char* e) { return extension == e; });
   };
   if (is({".nii", ".nii.gz", ".hdr", ".img", ".hdr.gz", ".img.gz"})) return open_nifti(path);
-  if (is({".mha", ".mhd"})) return open_itk(path, ItkFormat::MetaImage);
-  if (is({".nrrd", ".nhdr"})) return open_itk(path, ItkFormat::Nrrd);
-  if (is({".mnc", ".mnc2"})) return open_itk(path, ItkFormat::Minc);
+  if (is({".mha", ".mhd"})) return open_meta_image(path);
+  if (is({".nrrd", ".nhdr"})) return open_nrrd(path);
+  if (is({".gipl", ".gipl.gz"})) return open_gipl(path);
+  if (is({".mnc", ".mnc2"})) return open_minc(path);
   // Names are often lost: the first bytes tell.
   if (looks_like_dicom(path)) return open_dicom_file(path);
   if (looks_like_nifti(path)) return open_nifti(path);
-  if (extension.ends_with(".gz")) {
-    throw Error("cannot read " + quoted(path), "of packed files only NIfTI and Analyze can be read", "unpack it first");
-  }
+  if (looks_like_gipl(path)) return open_gipl(path);
+  refuse_packed(path);
   return open_dicom_file(path);  // DICOM without preamble, or the message that lists what can be read
 }
 
@@ -66,13 +90,10 @@ void write(const fs::path& path, const Volume& volume) {
   require_volume_name(path);
   if (volume.empty()) throw Error("cannot write " + quoted(path), "the volume is empty", "load or make one first");
   AtomicFile file(path);
-  try {
-    is_nifti(extension_of(path)) ? write_nifti(file.temporary(), volume) : write_itk(file.temporary(), volume);
-  } catch (const Error&) {
-    throw;
-  } catch (const std::exception& exception) {
-    throw file.failed(exception.what());
-  }
+  const std::string extension = extension_of(path);
+  if (is_nifti(extension)) write_nifti(file, volume, extension == ".nii.gz");
+  if (extension == ".nrrd") write_nrrd(file, volume);
+  if (extension == ".mha") write_meta_image(file, volume);
   file.commit();
 }
 
@@ -90,18 +111,22 @@ std::size_t available_memory() {
 
 VolumeInfo read_volume_info(const fs::path& path) { return open_checked(path).info; }
 
-LoadedVolume load_volume(const fs::path& path) {
-  const VolumeSource source = open_checked(path);
-  const VolumeInfo& info = source.info;
+void require_one_value(const fs::path& path, const VolumeInfo& info) {
   if (info.components > 1) {
     throw Error("cannot read " + quoted(path),
                 "it has " + std::to_string(info.components) + " values per voxel (colour or vectors)",
-                "extract one of them");
+                "extract one of them into a file of its own");
   }
   if (info.frames > 1) {
     throw Error("cannot read " + quoted(path), "it is 4D: " + std::to_string(info.frames) + " volumes in one file",
-                "extract one of them");
+                "extract one of them into a file of its own");
   }
+}
+
+LoadedVolume load_volume(const fs::path& path) {
+  const VolumeSource source = open_checked(path);
+  const VolumeInfo& info = source.info;
+  require_one_value(path, info);
   const double needed =
       double(info.geometry.voxel_count()) * double(bytes_per_voxel(info.type)) + double(source.extra_bytes);
   const std::size_t available = available_memory();

@@ -26,15 +26,19 @@ struct LoadedVolume {
   std::vector<std::string> warnings;  ///< as in VolumeInfo, and what was seen in the voxels
 };
 
-/// Describes NIfTI (.nii, .nii.gz, .hdr/.img), Analyze, MetaImage, NRRD, MINC 2, one DICOM file, or a folder that holds
-/// a DICOM series (the files may have any name; of several series the largest is taken, with a warning).
-/// Throws Error when there is no such file, it is none of these, or its geometry cannot be used.
+/// Describes NIfTI (.nii, .nii.gz, .hdr/.img), Analyze, MetaImage, NRRD, GIPL (.gipl, .gipl.gz), MINC 2, one DICOM
+/// file, or a folder that holds a DICOM series (the files may have any name; of several series the largest is taken,
+/// with a warning). Throws Error when there is no such file, it is none of these, its geometry cannot be used, or the
+/// file is too small for what its header claims.
 VolumeInfo read_volume_info(const std::filesystem::path& path);
 
 /// Reads the voxels in their own type (64-bit integers are narrowed to 32 bits where the values allow it). Throws Error
 /// as read_volume_info does, and for colour, 4D, truncated files, a DICOM series with missing, doubled or differently
 /// oriented slices, and a volume that does not fit into the memory available.
 LoadedVolume load_volume(const std::filesystem::path& path);
+
+/// Throws the Error of load_volume() for colour and 4D.
+void require_one_value(const std::filesystem::path& path, const VolumeInfo& info);
 
 /// load_volume() without the warnings.
 Volume read_volume(const std::filesystem::path& path);

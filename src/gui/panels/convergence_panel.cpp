@@ -17,6 +17,7 @@
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
 #include "image/mask.h"
+#include "io/atomic_file.h"
 #include "io/files.h"
 #include "io/json_input.h"
 #include "io/plot_io.h"

@@ -25,7 +25,8 @@ std::filesystem::path to_path(const QString& text) { return std::filesystem::pat
 QString to_text(const std::filesystem::path& path) { return QString::fromStdU16String(path.u16string()); }
 
 const char* kVolumeFilter =
-    "Volumes and scenes (*.nii *.nii.gz *.hdr *.img *.nrrd *.nhdr *.mha *.mhd *.mnc *.dcm *.json);;All files (*)";
+    "Volumes and scenes (*.nii *.nii.gz *.hdr *.img *.nrrd *.nhdr *.mha *.mhd *.gipl *.gipl.gz *.mnc *.dcm "
+    "*.json);;All files (*)";
 
 }  // namespace
 

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/meta_image.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "io/atomic_file.h"
+#include "io/files.h"
+#include "io/header_text.h"
+#include "io/packed_writer.h"
+#include "io/stored_voxels.h"
+
+namespace simplexseg {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::int64_t kMostAxes = 10;
+constexpr const char* kTypes[] = {"MET_CHAR", "MET_UCHAR", "MET_SHORT", "MET_USHORT",
+                                  "MET_INT",  "MET_UINT",  "MET_FLOAT", "MET_DOUBLE"};  // in the order of VoxelType
+
+/// The header's values by their keys; the key ElementDataFile ends it.
+class Header {
+ public:
+  explicit Header(const fs::path& path) : path_(path) {
+    HeaderLines lines(path);
+    std::optional<std::string> line;
+    while (!has("ElementDataFile") && (line = lines.next())) {
+      const std::size_t sign = line->find_first_of("=:");
+      const std::string key = trimmed(line->substr(0, sign));
+      if (sign == std::string::npos || key.empty()) {
+        if (trimmed(*line).empty()) continue;
+        break;
+      }
+      values_.emplace(key, trimmed(line->substr(sign + 1)));
+    }
+    const std::string kind = text("ObjectType");
+    if (values_.empty() || !has("NDims") || (!kind.empty() && lower_case(kind) != "image"))
+      refuse("it is not a MetaImage file that can be read",
+             "give it the extension of its real format, or export it again");
+    if (!has("ElementDataFile")) refuse("its header does not say where the voxels are", "copy or export it again");
+    bytes_ = lines.read();
+    if (lower_case(text("ElementDataFile")).starts_with("list")) {
+      while ((line = lines.next())) {
+        if (!trimmed(*line).empty()) listed_.push_back(trimmed(*line));
+      }
+    }
+    axes_ = static_cast<std::size_t>(integer("NDims", 0, 1, kMostAxes));
+  }
+
+  bool has(const std::string& key) const { return values_.contains(key); }
+  std::string text(const std::string& key) const {
+    const auto found = values_.find(key);
+    return found == values_.end() ? "" : found->second;
+  }
+  bool is_true(const std::string& key) const {
+    const std::string value = text(key);
+    return !value.empty() && std::string("TtYy1").find(value[0]) != std::string::npos;
+  }
+  /// One whole number in a range, `otherwise` where the key is missing.
+  std::int64_t integer(const std::string& key, std::int64_t otherwise, std::int64_t least, std::int64_t most) const {
+    if (!has(key)) return otherwise;
+    const auto value = number_of<std::int64_t>(text(key));
+    if (!value || *value < least || *value > most)
+      refuse(key + " is '" + one_line(text(key), 60) + "', which is no whole number from " + std::to_string(least) +
+             " to " + std::to_string(most));
+    return *value;
+  }
+  /// `count` numbers of the first of these keys that is there; empty where none is.
+  std::vector<double> numbers(std::initializer_list<const char*> keys, std::size_t count) const {
+    for (const char* key : keys) {
+      if (!has(key)) continue;
+      std::vector<double> values;
+      for (const std::string& word : words_of(text(key))) {
+        const auto value = number_of<double>(lower_case(word));
+        if (!value) refuse(std::string(key) + " has '" + one_line(word, 60) + "', which is no number");
+        values.push_back(*value);
+      }
+      if (values.size() != count)
+        refuse(std::string(key) + " has " + std::to_string(values.size()) + " numbers instead of " +
+               std::to_string(count));
+      return values;
+    }
+    return {};
+  }
+  std::size_t axes() const { return axes_; }
+  std::uint64_t bytes() const { return bytes_; }
+  const std::vector<std::string>& listed_files() const { return listed_; }
+
+  [[noreturn]] void refuse(const std::string& why, const std::string& what_to_do = "correct its header") const {
+    throw Error("cannot read " + quoted(path_), why, what_to_do);
+  }
+
+ private:
+  fs::path path_;
+  std::map<std::string, std::string> values_;
+  std::vector<std::string> listed_;
+  std::size_t axes_ = 0;
+  std::uint64_t bytes_ = 0;
+};
+
+StoredType type_of(const Header& header) {
+  std::string type = header.text("ElementType");
+  if (type.ends_with("_ARRAY")) type.erase(type.size() - 6);
+  for (int t = 0; t < 8; ++t) {
+    const auto voxel = static_cast<VoxelType>(t);
+    if (type == kTypes[t]) return {static_cast<int>(bytes_per_voxel(voxel)), voxel};
+  }
+  if (type == "MET_LONG" || type == "MET_ULONG") return stored_integer(4, type == "MET_LONG");
+  if (type == "MET_LONG_LONG" || type == "MET_ULONG_LONG") return stored_integer(8, type == "MET_LONG_LONG");
+  header.refuse("its voxels are of the type '" + one_line(type, 60) + "'", "save it as integers or floats");
+}
+
+void take_geometry(const Header& header, VolumeInfo& info) {
+  const std::size_t axes = header.axes();
+  double frames = 1;
+  const auto sizes = words_of(header.text("DimSize"));
+  if (sizes.size() != axes)
+    header.refuse("DimSize has " + std::to_string(sizes.size()) + " numbers for " + std::to_string(axes) + " axes");
+  info.geometry.size = {1, 1, 1};
+  for (std::size_t a = 0; a < axes; ++a) {
+    const auto size = number_of<std::int64_t>(sizes[a]);
+    if (!size || *size < 1 || *size > std::numeric_limits<int>::max())
+      header.refuse("its header claims '" + one_line(sizes[a], 60) + "' voxels along an axis");
+    if (a < 3)
+      info.geometry.size[a] = static_cast<int>(*size);
+    else
+      frames *= static_cast<double>(*size);
+  }
+  info.frames = static_cast<int>(std::min(frames, 1e9));
+  info.components = static_cast<int>(header.integer("ElementNumberOfChannels", 1, 1, 1 << 30));
+
+  const auto spacing = header.numbers({"ElementSpacing", "ElementSize"}, axes);
+  const auto origin = header.numbers({"Offset", "Position", "Origin"}, axes);
+  const auto matrix = header.numbers({"TransformMatrix", "Orientation", "Rotation"}, axes * axes);
+  for (std::size_t a = 0; a < std::min<std::size_t>(axes, 3); ++a) {
+    const int column = static_cast<int>(a);
+    if (!spacing.empty()) info.geometry.spacing_mm[column] = spacing[a];
+    if (!origin.empty()) info.geometry.origin_mm[column] = origin[a];
+    for (std::size_t r = 0; r < std::min<std::size_t>(axes, 3) && !matrix.empty(); ++r)
+      info.geometry.direction(static_cast<int>(r), column) = matrix[a * axes + r];
+  }
+  if (spacing.empty()) info.warnings.push_back("the header gives no voxel size: 1 mm is assumed");
+}
+
+std::vector<fs::path> files_of(const Header& header, const fs::path& path) {
+  const std::string text = header.text("ElementDataFile");
+  const std::vector<std::string> words = words_of(text);
+  const auto sizes = words_of(header.text("DimSize"));
+  /// Slices of so many axes in the array.
+  const auto count_of = [&](std::int64_t dimension) {
+    double count = 1;
+    for (std::size_t a = sizes.size(); a-- > static_cast<std::size_t>(dimension);)
+      count *= number_of<double>(sizes[a]).value_or(0);
+    return count;
+  };
+  const auto whole = [&](std::size_t w, long otherwise, long least, long most) {
+    if (words.size() <= w) return otherwise;
+    const auto value = number_of<std::int32_t>(words[w]);
+    if (!value || *value < least || *value > most)
+      header.refuse("ElementDataFile is '" + one_line(text, 100) + "', whose numbers are of no use");
+    return static_cast<long>(*value);
+  };
+  constexpr long kMost = std::numeric_limits<std::int32_t>::max();
+  const long axes = static_cast<long>(sizes.size()), slices = std::max(1L, axes - 1);
+  if (lower_case(text).starts_with("list")) {
+    const double count = count_of(whole(1, slices, 1, axes));
+    if (static_cast<double>(header.listed_files().size()) != count)
+      header.refuse("it lists " + std::to_string(header.listed_files().size()) + " files for " + digits_of(count) +
+                    " slices");
+    std::vector<fs::path> files;
+    for (const std::string& name : header.listed_files()) files.push_back(path.parent_path() / name);
+    return files;
+  }
+  if (text.find('%') == std::string::npos) return {path.parent_path() / text};
+  const double count = count_of(slices);
+  const long first = whole(1, 1, 0, kMost), step = whole(3, 1, 1, kMost);
+  const double last = static_cast<double>(first) + (count - 1) * static_cast<double>(step);
+  if (count > 1e6 || last > static_cast<double>(whole(2, kMost, 0, kMost)))
+    header.refuse("ElementDataFile names fewer files than the " + digits_of(count) + " slices");
+  return numbered_files(path, words[0], first, step, static_cast<int>(count));
+}
+
+}  // namespace
+
+VolumeSource open_meta_image(const fs::path& path) {
+  const Header header(path);
+  VolumeSource source;
+  VolumeInfo& info = source.info;
+  info.format = "MetaImage";
+  take_geometry(header, info);
+  info.geometry.validate("cannot read " + quoted(path));
+  warn_if_sheared(info);
+
+  StoredVoxels voxels;
+  voxels.type = type_of(header);
+  info.type = voxels.type.type;
+  if (voxels.type.wide) info.warnings.push_back("64-bit integers are kept in 32 bits");
+  const bool local = lower_case(header.text("ElementDataFile")) == "local";
+  voxels.files = local ? std::vector<fs::path>{path} : files_of(header, path);
+  if (local) voxels.offset = header.bytes();
+  if (header.is_true("CompressedData")) voxels.packing = Packing::Deflate;
+  if (header.has("BinaryData") && !header.is_true("BinaryData")) voxels.code = VoxelCode::Text;
+  voxels.swapped = header.is_true("BinaryDataByteOrderMSB") || header.is_true("ElementByteOrderMSB");
+  const std::int64_t skipped = header.integer("HeaderSize", 0, -1, std::numeric_limits<std::int64_t>::max() / 4);
+  voxels.at_end = skipped < 0 && voxels.packing == Packing::None && voxels.code == VoxelCode::Binary;
+  if (skipped > 0) voxels.offset = static_cast<std::uint64_t>(skipped);
+  info.file_count = static_cast<int>(voxels.files.size()) + (local ? 0 : 1);
+  require_room(voxels, info, path);
+  source.read = [voxels = std::move(voxels), info] { return read_stored(voxels, info); };
+  return source;
+}
+
+void write_meta_image(AtomicFile& file, const Volume& volume) {
+  const VolumeGeometry& g = volume.geometry();
+  std::string text =
+      "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nCompressedData = True\n"
+      "CompressedDataSize = ";
+  const std::size_t place = text.size();
+  const auto add = [&text](const std::string& number) { text.append(1, ' ').append(number); };
+  text.append(20, ' ').append("\nTransformMatrix =");  // the size is known when all is packed
+  for (int a = 0; a < 3; ++a) {
+    for (int r = 0; r < 3; ++r) add(digits_of(g.direction(r, a)));
+  }
+  text += "\nOffset =";
+  for (const double x : g.origin_mm) add(digits_of(x));
+  text += "\nCenterOfRotation = 0 0 0\nElementSpacing =";
+  for (const double x : g.spacing_mm) add(digits_of(x));
+  text += "\nDimSize =";
+  for (const int size : g.size) add(std::to_string(size));
+  text += std::string("\nElementType = ") + kTypes[static_cast<int>(volume.type())] + "\nElementDataFile = LOCAL\n";
+  write_bytes(file, text);
+  PackedWriter packed(file, PackedWriter::Frame::Zlib);
+  packed.write(volume.data(), volume.bytes());
+  const std::string size = std::to_string(packed.finish());
+  file.write_at(place, size.data(), size.size());
+}
+
+}  // namespace simplexseg

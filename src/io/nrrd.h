@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Format: https://teem.sourceforge.net/nrrd/format.html.
+#pragma once
+#include <filesystem>
+
+#include "io/volume_source.h"
+
+namespace simplexseg {
+
+class AtomicFile;
+
+/// Opens NRRD, attached (.nrrd) or detached (.nhdr), in any of its encodings: raw, text, hexadecimal, gzip and bzip2.
+/// The vectors of every anatomical space are turned to LPS and mm. Throws Error for a header that cannot be used,
+/// voxels that the file cannot hold, or a unit that is no length.
+VolumeSource open_nrrd(const std::filesystem::path& path);
+
+/// Writes NRRD with gzip'ed voxels, in LPS and mm. Throws Error when the file cannot be written.
+void write_nrrd(AtomicFile& file, const Volume& volume);
+
+}  // namespace simplexseg

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/stored_voxels.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "core/error.h"
+#include "io/files.h"
+#include "io/volume_source.h"
+
+namespace simplexseg {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kExportAgain = "copy or export the file again";
+constexpr std::size_t kBlock = 1 << 18;  // voxels that are converted at once
+
+void swap_bytes(unsigned char* data, std::size_t count, int size) {
+  for (std::size_t i = 0; i < count; ++i, data += size) std::reverse(data, data + size);
+}
+
+/// f with the type in which the file stores its voxels.
+template <class F>
+void visit_stored(const StoredType& stored, F&& f) {
+  if (stored.wide && stored.type == VoxelType::Int32) return f(std::type_identity<std::int64_t>{});
+  if (stored.wide) return f(std::type_identity<std::uint64_t>{});
+  visit_voxel_type(stored.type, f);
+}
+
+int hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+/// The voxels' bytes, one file behind the other, as if they were stored in binary.
+class VoxelBytes {
+ public:
+  VoxelBytes(const StoredVoxels& voxels, std::size_t count)
+      : voxels_(voxels), per_file_(count / voxels.files.size()), text_(1 << 16, '\0') {}
+
+  /// Throws Error when there are fewer.
+  void read(unsigned char* to, std::size_t voxels) {
+    while (voxels > 0) {
+      if (left_ == 0) open_next();
+      const std::size_t now = std::min(voxels, left_), bytes = now * static_cast<std::size_t>(voxels_.type.bytes);
+      switch (voxels_.code) {
+        case VoxelCode::Binary: {
+          const std::size_t got = reader_->read(to, bytes);
+          if (got != bytes) throw_ended(got);
+          break;
+        }
+        case VoxelCode::Hexadecimal:
+          read_hexadecimal(to, bytes);
+          break;
+        case VoxelCode::Text:
+          read_text(to, now);
+          break;
+      }
+      to += bytes;
+      voxels -= now;
+      left_ -= now;
+    }
+  }
+  /// Throws Error when the packed data of the last file end in a wrong checksum.
+  void require_sound_end() const {
+    if (reader_ && reader_->damaged_at_end()) throw_damaged();
+  }
+
+ private:
+  const fs::path& file() const { return voxels_.files[next_ - 1]; }
+
+  void open_next() {
+    require_sound_end();
+    const fs::path& file = voxels_.files[next_++];
+    const std::uint64_t bytes = per_file_ * static_cast<std::uint64_t>(voxels_.type.bytes);
+    const std::uint64_t size = voxels_.at_end ? fs::file_size(file) : 0;
+    reader_ = std::make_unique<PackedReader>(file, voxels_.packing, size > bytes ? size - bytes : voxels_.offset);
+    left_ = per_file_;
+    first_ = last_ = 0;
+    if (!reader_->skip(voxels_.skipped)) throw_ended(0);
+  }
+
+  [[noreturn]] void throw_damaged() const {
+    throw Error("cannot read " + quoted(file()), "its packed data are damaged (checksum)", kExportAgain);
+  }
+
+  [[noreturn]] void throw_ended(std::size_t got) const {
+    if (reader_->damaged()) throw_damaged();
+    const auto size = static_cast<double>(voxels_.type.bytes), before = static_cast<double>(voxels_.skipped);
+    throw_truncated(file(), before + size * static_cast<double>(per_file_),
+                    before + size * static_cast<double>(per_file_ - left_) + static_cast<double>(got));
+  }
+
+  /// The next character of a file of text; 0 at its end.
+  char next_character() {
+    if (first_ == last_) first_ = 0, last_ = reader_->read(text_.data(), text_.size());
+    return first_ == last_ ? '\0' : text_[first_++];
+  }
+
+  void read_hexadecimal(unsigned char* to, std::size_t bytes) {
+    for (std::size_t digit = 0; digit < 2 * bytes; ++digit) {
+      char c = next_character();
+      while (std::isspace(static_cast<unsigned char>(c)) != 0) c = next_character();
+      const int value = hex_digit(c);
+      if (c == '\0') throw_ended(digit / 2);
+      if (value < 0) throw Error("cannot read " + quoted(file()), "a voxel holds no hexadecimal digit", kExportAgain);
+      if (digit % 2 == 0)
+        to[digit / 2] = static_cast<unsigned char>(16 * value);
+      else
+        to[digit / 2] = static_cast<unsigned char>(to[digit / 2] + value);
+    }
+  }
+
+  void read_text(unsigned char* to, std::size_t voxels) {
+    visit_stored(voxels_.type, [&]<class T>(std::type_identity<T>) {
+      T* const values = reinterpret_cast<T*>(to);
+      for (std::size_t v = 0; v < voxels; ++v) values[v] = next_number<T>(v);
+    });
+  }
+
+  template <class T>
+  T next_number(std::size_t before) {
+    const auto separates = [](char c) { return c == ',' || std::isspace(static_cast<unsigned char>(c)) != 0; };
+    char c = next_character();
+    while (separates(c)) c = next_character();
+    if (c == '\0') throw_ended(before * sizeof(T));
+    std::string word;
+    for (; c != '\0' && !separates(c) && word.size() < 64; c = next_character()) word += c;
+    const char* const begin = word.data() + (word[0] == '+' ? 1 : 0);
+    const char* const end = word.data() + word.size();
+    T value{};
+    std::from_chars_result result{};
+    if constexpr (std::is_floating_point_v<T>) {
+      result = std::from_chars(begin, end, value);
+    } else {
+      std::int64_t whole = 0;  // so that int8 is a number too, not a character
+      if constexpr (sizeof(T) == 8) {
+        result = std::from_chars(begin, end, value);
+      } else {
+        result = std::from_chars(begin, end, whole);
+        if (whole < std::numeric_limits<T>::min() || whole > std::numeric_limits<T>::max())
+          result.ec = std::errc::result_out_of_range;
+        value = static_cast<T>(whole);
+      }
+    }
+    if (result.ec == std::errc() && result.ptr == end) return value;
+    throw Error("cannot read " + quoted(file()), "a voxel is '" + one_line(word) + "', which is no number of its type",
+                kExportAgain);
+  }
+
+  const StoredVoxels& voxels_;
+  const std::size_t per_file_;
+  std::unique_ptr<PackedReader> reader_;
+  std::size_t next_ = 0;  ///< file
+  std::size_t left_ = 0;  ///< voxels in this file that were not read
+  std::string text_;
+  std::size_t first_ = 0, last_ = 0;  ///< of `text_`: what was read and not used
+};
+
+}  // namespace
+
+StoredType stored_integer(int bytes, bool has_sign) {
+  switch (bytes) {
+    case 1:
+      return {1, has_sign ? VoxelType::Int8 : VoxelType::UInt8};
+    case 2:
+      return {2, has_sign ? VoxelType::Int16 : VoxelType::UInt16};
+    case 4:
+      return {4, has_sign ? VoxelType::Int32 : VoxelType::UInt32};
+    default:
+      return {8, has_sign ? VoxelType::Int32 : VoxelType::UInt32, true};
+  }
+}
+
+void require_room(const StoredVoxels& voxels, const VolumeInfo& info, const fs::path& header) {
+  double count = static_cast<double>(info.frames) * info.components;
+  for (const int size : info.geometry.size) count *= size;
+  const double per_file = count / static_cast<double>(voxels.files.size());
+  double bytes = per_file * voxels.type.bytes;
+  if (voxels.code == VoxelCode::Hexadecimal) bytes *= 2;
+  if (voxels.code == VoxelCode::Text) bytes = 2 * per_file - 1;  // a digit each, and a blank between two
+  for (const fs::path& file : voxels.files) {
+    std::error_code error;
+    if (!fs::exists(file, error)) {
+      throw Error("cannot read " + quoted(header),
+                  "only the header is there, " + quoted(file) + " with the voxels is missing",
+                  "put both files in one folder");
+    }
+    if (voxels.at_end) {
+      const double size = static_cast<double>(fs::file_size(file)), before = static_cast<double>(voxels.offset);
+      if (before + bytes > size) throw_truncated(file, before + bytes, size);
+      continue;
+    }
+    const double wanted = static_cast<double>(voxels.skipped) + bytes;
+    const double most = PackedReader(file, voxels.packing, voxels.offset).most_bytes();
+    if (wanted > most) throw_truncated(file, wanted, most);
+  }
+}
+
+Volume read_stored(const StoredVoxels& v, const VolumeInfo& info) {
+  Volume volume(info.geometry, info.type);
+  const std::size_t count = info.geometry.voxel_count();
+  VoxelBytes bytes(v, count);
+  const bool swaps = v.swapped && v.type.bytes > 1 && v.code != VoxelCode::Text;
+  if (!v.rescaled && !v.type.wide) {
+    auto* const to = static_cast<unsigned char*>(volume.data());
+    bytes.read(to, count);
+    if (swaps) swap_bytes(to, count, v.type.bytes);
+  } else {
+    std::vector<std::uint64_t> block(kBlock);  // of the widest type, for its alignment
+    auto* const raw = reinterpret_cast<unsigned char*>(block.data());
+    for (std::size_t first = 0; first < count; first += kBlock) {
+      const std::size_t n = std::min(kBlock, count - first);
+      bytes.read(raw, n);
+      if (swaps) swap_bytes(raw, n, v.type.bytes);
+      visit_stored(v.type, [&]<class From>(std::type_identity<From>) {
+        const auto* const from = reinterpret_cast<const From*>(raw);
+        visit_voxel_type(info.type, [&]<class To>(std::type_identity<To>) {
+          To* const to = volume.voxels<To>().data() + first;
+          if constexpr (std::is_floating_point_v<To>) {
+            for (std::size_t i = 0; i < n; ++i)
+              to[i] = static_cast<To>(static_cast<double>(from[i]) * v.slope + v.intercept);
+          } else if constexpr (sizeof(From) == 8 && sizeof(To) == 4 && std::is_integral_v<From>) {
+            narrow(from, n, to, quoted(v.files.front()));
+          }
+        });
+      });
+    }
+  }
+  bytes.require_sound_end();
+  return volume;
+}
+
+std::vector<fs::path> numbered_files(const fs::path& header, const std::string& pattern, long first, long step,
+                                     int count) {
+  const auto refuse = [&] {
+    throw Error("cannot read " + quoted(header),
+                "the name of its files, '" + one_line(pattern) + "', holds not one place for a number, as %03d",
+                "correct its header");
+  };
+  const std::size_t percent = pattern.find('%');
+  if (percent == std::string::npos || pattern.find('%', percent + 1) != std::string::npos) refuse();
+  std::size_t end = percent + 1;
+  const char blank = end < pattern.size() && pattern[end] == '0' ? '0' : ' ';
+  std::size_t width = 0;
+  for (; end < pattern.size() && std::isdigit(static_cast<unsigned char>(pattern[end])) != 0 && width < 100; ++end)
+    width = 10 * width + static_cast<std::size_t>(pattern[end] - '0');
+  if (end >= pattern.size() || width >= 100 || std::string("diu").find(pattern[end]) == std::string::npos) refuse();
+  std::vector<fs::path> files;
+  for (int n = 0; n < count; ++n) {
+    std::string number = std::to_string(first + n * step);
+    if (number.size() < width) number.insert(0, width - number.size(), blank);
+    files.push_back(header.parent_path() / (pattern.substr(0, percent) + number + pattern.substr(end + 1)));
+  }
+  return files;
+}
+
+}  // namespace simplexseg

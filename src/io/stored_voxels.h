@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// How files hold voxels, whatever their header: one reader for all formats that are a header and an array.
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "image/volume.h"
+#include "io/packed_reader.h"
+#include "io/volume_io.h"
+
+namespace simplexseg {
+
+/// How a file stores a voxel, and what it becomes in memory.
+struct StoredType {
+  int bytes;          ///< that each voxel takes in the file
+  VoxelType type;     ///< that it is kept in
+  bool wide = false;  ///< 64-bit integers, kept in 32 bits
+};
+
+/// The type that a header names by the C++ type of this size: 8-bit to 64-bit integers.
+StoredType stored_integer(int bytes, bool has_sign);
+
+enum class VoxelCode : std::uint8_t { Binary, Text, Hexadecimal };
+
+/// Where the voxels of a volume are. All of its files hold as many of them.
+struct StoredVoxels {
+  std::vector<std::filesystem::path> files;  ///< in their order
+  std::uint64_t offset = 0;                  ///< bytes in each file before what may be packed
+  std::uint64_t skipped = 0;                 ///< bytes before the voxels, once unpacked
+  bool at_end = false;  ///< the voxels end where the file ends; `offset` is the least that they have before them
+  Packing packing = Packing::None;
+  VoxelCode code = VoxelCode::Binary;
+  StoredType type{1, VoxelType::UInt8};
+  bool swapped = false;   ///< of the other byte order
+  bool rescaled = false;  ///< a voxel is slope * stored + intercept, in the volume's floating type
+  double slope = 1, intercept = 0;
+};
+
+/// Throws Error where the files cannot hold what the header claims, before any memory is taken for it. To be called
+/// once size, frames and components in `info` are known. `header` is the file that is named in messages where others
+/// are missing.
+void require_room(const StoredVoxels& voxels, const VolumeInfo& info, const std::filesystem::path& header);
+
+/// Reads the voxels, of one frame and component. Throws Error when files end early, their packed data are damaged, or
+/// text in them is no number of the type.
+Volume read_stored(const StoredVoxels& voxels, const VolumeInfo& info);
+
+/// The files that a pattern as "slice%03d.raw" names for the numbers from `first` on in steps of `step`, `count` of
+/// them, beside `header`. Throws Error when the pattern holds not exactly one such place.
+std::vector<std::filesystem::path> numbered_files(const std::filesystem::path& header, const std::string& pattern,
+                                                  long first, long step, int count);
+
+}  // namespace simplexseg

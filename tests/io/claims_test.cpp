@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+// Headers that claim more than their file can hold are refused before any memory is taken for them.
+#include <bzlib.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <chrono>
+
+#include "volume_files.h"
+
+namespace simplexseg {
+namespace {
+
+namespace fs = std::filesystem;
+using test::bytes_of;
+using test::error_of;
+
+/// Bytes of address space in use.
+std::size_t address_space() {
+  std::ifstream stream("/proc/self/statm");
+  std::size_t pages = 0;
+  stream >> pages;
+  return pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
+
+class Claims : public test::FolderTest {
+ protected:
+  /// That the file is refused within a second, both as a whole and by its header, and without the memory it claims.
+  void expect_refused(const fs::path& path, const std::string& why) {
+    SCOPED_TRACE(path);
+    const auto start = std::chrono::steady_clock::now();
+#if !defined(__SANITIZE_ADDRESS__)
+    // With 256 MB more than is in use what is claimed here cannot be had.
+    rlimit kept{};
+    ::getrlimit(RLIMIT_AS, &kept);
+    const rlimit limit{address_space() + (std::size_t(256) << 20), kept.rlim_max};
+    ::setrlimit(RLIMIT_AS, &limit);
+#endif
+    const std::string said = error_of([&] { load_volume(path); });
+#if !defined(__SANITIZE_ADDRESS__)
+    ::setrlimit(RLIMIT_AS, &kept);
+#endif
+    EXPECT_HAS(said, why);
+    EXPECT_HAS(said, path.filename().string());
+    EXPECT_EQ(error_of([&] { read_volume_info(path); }), said);
+    EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 1);
+  }
+  void expect_refused(const std::string& name, const std::string& bytes, const std::string& why) {
+    expect_refused(write(name, bytes), why);
+  }
+};
+
+const char* const kMeta =
+    "ObjectType = Image\nNDims = 3\nDimSize = 2000 2000 2000\nElementType = MET_UCHAR\nElementSpacing = 1 1 1\n";
+const char* const kNrrd =
+    "NRRD0004\ntype: uchar\ndimension: 3\nspace: LPS\nsizes: 2000 2000 2000\n"
+    "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\n";
+
+TEST_F(Claims, MetaImage) {
+  expect_refused("a.mha", kMeta + std::string("ElementDataFile = LOCAL\nabc"), "truncated");
+  expect_refused("z.mha",
+                 kMeta + std::string("CompressedData = True\nCompressedDataSize = 3\nElementDataFile = LOCAL\nabc"),
+                 "truncated");
+  expect_refused("t.mha", kMeta + std::string("BinaryData = False\nElementDataFile = LOCAL\n1 2 3"), "truncated");
+  write("a.raw", "abc");
+  write("a.zraw", "abc");
+  write("a.mhd", kMeta + std::string("ElementDataFile = a.raw\n"));
+  write("z.mhd", kMeta + std::string("CompressedData = True\nElementDataFile = a.zraw\n"));
+  write("e.mhd", kMeta + std::string("HeaderSize = -1\nElementDataFile = a.raw\n"));
+  for (const auto& [name, data] : {std::pair("a.mhd", "a.raw"), {"z.mhd", "a.zraw"}, {"e.mhd", "a.raw"}}) {
+    const std::string said = error_of([&] { load_volume(folder / name); });
+    EXPECT_HAS(said, data);
+    EXPECT_HAS(said, "truncated");
+  }
+}
+
+TEST_F(Claims, MetaImagesThatOnceLooped) {
+  expect_refused("one.mha", "NDims = 2000000000\nDimSize = 1\n", "voxels are");
+  expect_refused("two.mha",
+                 "ObjectType = Image\nNDims = 999999999999\nDimSize = 2 2 2\nElementType = MET_UCHAR\n"
+                 "ElementDataFile = LOCAL\n12345678",
+                 "NDims");
+  expect_refused("many.mha",
+                 "ObjectType = Image\nNDims = 3\nDimSize = 1 1 2000000000\nElementType = MET_UCHAR\n"
+                 "ElementDataFile = s%d.raw 1 2000000000 1\n",
+                 "names fewer files");
+}
+
+TEST_F(Claims, Nrrd) {
+  for (const char* encoding : {"raw", "gzip", "bzip2", "ascii", "hex"}) {
+    const std::string fields = kNrrd + std::string("encoding: ") + encoding + "\n";
+    expect_refused("a.nrrd", fields + "\n1 2 3", "truncated");
+    write("a.data", "1 2 3");
+    write("a.nhdr", fields + "data file: a.data\n");
+    EXPECT_HAS(error_of([&] { load_volume(folder / "a.nhdr"); }), "a.data': truncated") << encoding;
+  }
+}
+
+TEST_F(Claims, NiftiAndAnalyze) {
+  std::string bytes = test::nifti_bytes(folder, test::odd_volume(VoxelType::UInt8)).substr(0, 352);
+  for (int a = 0; a < 3; ++a) test::patch(bytes, 42 + 2 * a, std::int16_t(2000));
+  expect_refused("a.nii", bytes, "truncated");
+  expect_refused(test::write_packed(folder / "a.nii.gz", bytes), "truncated");
+  std::string header = bytes.substr(0, 348);
+  header.replace(344, 4, std::string("ni1\0", 4));
+  test::patch(header, 108, 0.0f);
+  for (const std::string& name : {std::string("pair"), std::string("old")}) {
+    if (name == "old") header.replace(252, 96, 96, '\0');
+    write(name + ".hdr", header);
+    write(name + ".img", "abc");
+    EXPECT_HAS(error_of([&] { load_volume(folder / (name + ".hdr")); }), ".img': truncated");
+    fs::remove(folder / (name + ".img"));
+    test::write_packed(folder / (name + ".img.gz"), "abc");
+    EXPECT_HAS(error_of([&] { load_volume(folder / (name + ".hdr")); }), ".img.gz': truncated");
+  }
+}
+
+std::string gipl_of(const std::array<int, 4>& size, int type, const std::string& voxels) {
+  std::string bytes(256, '\0');
+  const auto put = [&bytes]<class T>(std::size_t at, T value) {
+    std::memcpy(&bytes[at], &value, sizeof value);
+    std::reverse(&bytes[at], &bytes[at] + sizeof value);
+  };
+  for (std::size_t a = 0; a < 4; ++a) {
+    put(2 * a, static_cast<std::uint16_t>(size[a]));
+    put(10 + 4 * a, 0.5f * static_cast<float>(a + 1));
+    put(204 + 8 * a, 10.0 * static_cast<double>(a));
+  }
+  put(8, static_cast<std::uint16_t>(type));
+  put(252, std::uint32_t(719555000));
+  return bytes + voxels;
+}
+
+TEST_F(Claims, Gipl) {
+  const std::string huge = gipl_of({2000, 2000, 2000, 1}, 8, "abc");
+  expect_refused("a.gipl", huge, "truncated");
+  expect_refused(test::write_packed(folder / "a.gipl.gz", huge), "truncated");
+}
+
+TEST_F(Claims, GiplIsReadPackedOrNot) {
+  const std::string bytes = gipl_of({3, 2, 1, 1}, 15, std::string("\0\1\0\2\0\3\0\4\0\5\xff\xff", 12));
+  write("a.gipl", bytes);
+  test::write_packed(folder / "a.gipl.gz", bytes);
+  test::write_packed(folder / "a.dat", bytes);  // its name lost
+  for (const char* name : {"a.gipl", "a.gipl.gz", "a.dat"}) {
+    const LoadedVolume read = load_volume(folder / name);
+    EXPECT_EQ(read.format, "GIPL");
+    EXPECT_EQ(read.volume.type(), VoxelType::Int16);
+    EXPECT_EQ(read.volume.geometry().size, (std::array<int, 3>{3, 2, 1}));
+    EXPECT_EQ(read.volume.value(1, 0, 0), 2);
+    EXPECT_EQ(read.volume.value(2, 1, 0), -1);
+    EXPECT_TRUE(read.volume.geometry().spacing_mm.isApprox(Eigen::Vector3d(0.5, 1, 1.5)));
+    EXPECT_TRUE(read.volume.geometry().origin_mm.isApprox(Eigen::Vector3d(0, 10, 20)));
+    ASSERT_EQ(read.warnings.size(), 1u);
+    EXPECT_HAS(read.warnings[0], "orientation");
+  }
+  EXPECT_HAS(error_of([&] { load_volume(write("four.gipl", gipl_of({2, 1, 1, 3}, 8, "abcdef"))); }), "4D");
+  EXPECT_HAS(error_of([&] { load_volume(write("odd.gipl", gipl_of({2, 1, 1, 1}, 160, "abcdef"))); }), "160");
+}
+
+/// What is packed tells what to do with it.
+TEST_F(Claims, PackedFilesAreRefusedByWhatTheyAre) {
+  const auto refused = [&](const std::string& bytes) {
+    test::write_packed(folder / "a.gz", bytes);
+    return error_of([&] { load_volume(folder / "a.gz"); });
+  };
+  const auto unpack = [](const std::string& format) { return "it is a " + format + " file packed by gzip; unpack it"; };
+  EXPECT_HAS(refused(std::string(128, '\0') + "DICM and more"), unpack("DICOM"));
+  EXPECT_HAS(refused(kNrrd), unpack("NRRD"));
+  EXPECT_HAS(refused(kMeta), unpack("MetaImage"));
+  EXPECT_HAS(refused("\x89HDF\r\n\x1a\n"), unpack("MINC"));
+  EXPECT_HAS(refused("This is a text."), "none of the formats");
+  EXPECT_EQ(refused("This is a text.").find("unpack it first"), std::string::npos);
+}
+
+/// A stream that unpacks to much less than its size would allow costs what it holds, and is refused as cut short.
+TEST_F(Claims, ASmallStreamThatUnpacksToLess) {
+  std::string zeros(1 << 20, '\0'), packed(1 << 16, '\0');
+  unsigned size = 1 << 16;
+  ASSERT_EQ(BZ2_bzBuffToBuffCompress(packed.data(), &size, zeros.data(), static_cast<unsigned>(zeros.size()), 9, 0, 0),
+            BZ_OK);
+  std::string fields = kNrrd;
+  fields.replace(fields.find("2000 2000 2000"), 14, "1000 1000 20");
+  write("a.nrrd", fields + "encoding: bzip2\n\n" + packed.substr(0, size));
+  EXPECT_HAS(error_of([&] { load_volume(folder / "a.nrrd"); }), "truncated");
+}
+
+TEST_F(Claims, SpacingsThatNoVolumeHas) {
+  for (const char* spacing : {"1e308", "1e7", "1e-300", "0", "-1", "inf", "nan"}) {
+    write("a.mha", std::string("ObjectType = Image\nNDims = 3\nDimSize = 1 1 2\nElementType = MET_UCHAR\n"
+                               "ElementSpacing = 1 1 ") +
+                       spacing + "\nElementDataFile = LOCAL\nab");
+    EXPECT_HAS(error_of([&] { load_volume(folder / "a.mha"); }), "spacing") << spacing;
+  }
+  write("a.nrrd",
+        "NRRD0004\ntype: uchar\ndimension: 3\nspace: LPS\nsizes: 1 1 2\nencoding: raw\n"
+        "space directions: (1,0,0) (0,1,0) (0,0,1e308)\n\nab");
+  EXPECT_HAS(error_of([&] { load_volume(folder / "a.nrrd"); }), "spacing");
+  write("a.nrrd",
+        "NRRD0004\ntype: uchar\ndimension: 3\nspace: LPS\nsizes: 1 1 2\nencoding: raw\n"
+        "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,1e300,0)\n\nab");
+  EXPECT_HAS(error_of([&] { load_volume(folder / "a.nrrd"); }), "origin");
+  std::string bytes = test::nifti_bytes(folder, test::odd_volume(VoxelType::UInt8));
+  test::patch(bytes, 280 + 4, 3e38f);
+  test::patch(bytes, 252, std::int16_t(0));
+  write("a.nii", bytes);
+  EXPECT_HAS(error_of([&] { load_volume(folder / "a.nii"); }), "spacing");
+}
+
+}  // namespace
+}  // namespace simplexseg
