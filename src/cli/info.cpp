@@ -52,6 +52,7 @@ void info(const Options& options, const Console& console) {
     if (readable) json["range"] = {range.min, range.max};
     json["warnings"] = warnings;
     console.out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
+    require_one_value(options.path, info);
     return;
   }
   console.out << "file        " << options.path << "\n"
@@ -70,6 +71,7 @@ void info(const Options& options, const Console& console) {
               << in_words(static_cast<double>(geometry.voxel_count() * bytes_per_voxel(info.type))) << "\n";
   if (readable) console.out << "range       " << range.min << " to " << range.max << "\n";
   for (const std::string& warning : warnings) console.out << "warning     " << one_line(warning, 1000) << "\n";
+  require_one_value(options.path, info);  // described, but not to be loaded
 }
 
 }  // namespace

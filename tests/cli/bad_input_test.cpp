@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bad input of every kind: one line on stderr, exit status 2, nothing on stdout, no crash, nothing written.
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <functional>
+#include <tuple>
 
 #include "cli_fixture.h"
 
@@ -85,6 +88,50 @@ TEST_F(BadInput, TruncatedCompressedVolume) {
 TEST_F(BadInput, TextNamedAsAVolume) {
   write("text.nii", "This is no volume but a text that someone gave the wrong name.\n");
   expect_no_volume("text.nii", "text.nii");
+}
+
+/// Described, and said not to be loadable.
+TEST_F(BadInput, FourDimensionsAndColours) {
+  const std::string header = "NRRD0004\ntype: uchar\ndimension: 4\nspace: LPS\nencoding: raw\n";
+  const std::string x = "(1,0,0) ", y = "(0,1,0) ", z = "(0,0,1) ";
+  write("time.nrrd", header + "sizes: 1 2 2 3\nspace directions: " + x + y + z +
+                         "none\nkinds: domain domain domain time\n\n" + std::string(12, 'x'));
+  write("colour.nrrd", header + "sizes: 3 1 2 2\nspace directions: none " + x + y + z +
+                           "\nkinds: RGB-color domain domain domain\n\n" + std::string(12, 'x'));
+  for (const auto& [name, says, shown] : {std::tuple{"time.nrrd", "4D", "3 volumes"},
+                                          std::tuple{"colour.nrrd", "3 values per voxel", "3 values a voxel"}}) {
+    for (const Arguments& arguments : {Arguments{"info", path(name)}, Arguments{"info", path(name), "--json"}}) {
+      const Outcome outcome = call(arguments);
+      EXPECT_EQ(outcome.status, 2) << name;
+      EXPECT_NE(outcome.err.find(says), std::string::npos) << outcome.err;
+      EXPECT_NE(outcome.err.find("extract one of them"), std::string::npos) << outcome.err;
+      EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+      if (arguments.size() == 2) {
+        EXPECT_NE(outcome.out.find(shown), std::string::npos) << outcome.out;
+      } else {
+        EXPECT_EQ(nlohmann::json::parse(outcome.out)["size"], nlohmann::json({1, 2, 2}));
+      }
+    }
+    expect_refused({"compare", path(name), path("truth.nii.gz")}, says);
+  }
+}
+
+/// What a full disk is to the program: exit status 2, the old file as it was.
+TEST_F(BadInput, NoRoomForWhatIsWritten) {
+  for (const char* name : {"out.mha", "out.nrrd", "out.nii", "out.nii.gz"}) {
+    const std::string old(5000, 'o');
+    write(name, old);
+    rlimit kept{};
+    ::getrlimit(RLIMIT_FSIZE, &kept);
+    const rlimit limit{2000, kept.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    const Outcome outcome = call_program({"phantom", "sphere", path(name), "--size", "24", "--noise", "10"});
+    ::setrlimit(RLIMIT_FSIZE, &kept);
+    EXPECT_EQ(outcome.status, 2) << name;
+    EXPECT_NE(outcome.err.find("File too large"), std::string::npos) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_TRUE(text_of(name) == old) << name;
+  }
 }
 
 TEST_F(BadInput, SceneWithAnUnknownKey) {
