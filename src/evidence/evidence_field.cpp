@@ -9,6 +9,7 @@
 #include "evidence/brush_radius.h"
 #include "evidence/evidence_box.h"
 #include "evidence/field_prior.h"
+#include "evidence/seed_reach.h"
 #include "evidence/update_features.h"
 #include "evidence/voxel_features.h"
 
@@ -112,6 +113,16 @@ void EvidenceField::remember(std::span<const Mark> marks) {
   marks_.assign(marks.begin(), marks.end());
 }
 
+void EvidenceField::measure_reach(std::span<const Mark> marks) {
+  Mark largest;
+  for (const Mark& mark : marks)
+    if (mark.kind != MarkKind::Outside && mark.radius_mm > largest.radius_mm) largest = mark;
+  if (largest == largest_) return;
+  largest_ = largest;
+  reach_mm_ = largest.kind == MarkKind::Inside ? seed_reach_mm(volume_, largest.position_mm, largest.radius_mm)
+                                               : largest.radius_mm;
+}
+
 std::optional<Eigen::Vector3d> EvidenceField::middle_of_wrong(const Mark& mark, bool inside) const {
   constexpr double step_voxels = 0.25;
   const double voxel = volume_.geometry().spacing_mm.minCoeff();
@@ -165,17 +176,15 @@ std::vector<FreshMark> EvidenceField::fresh_marks() const {
 template <class Use>
 void EvidenceField::with_prior_input(Use&& use) const {
   std::vector<Eigen::Vector3d> inside;
-  double radius_mm = 0;
   int count = 0;
   for (const Mark& mark : marks_) {
     count += mark.kind == MarkKind::Boundary ? 2 : 1;
     if (mark.kind == MarkKind::Outside) continue;
     inside.push_back(mark.position_mm);
-    radius_mm = std::max(radius_mm, mark.radius_mm);
   }
   const std::vector<float> from_inside = squared_distances(volume_.geometry(), box_, inside, run_);
   const std::vector<FreshMark> fresh = fresh_marks();
-  use(PriorInput{image_.grid, spacing_mm_, smoothed_, features_, known_, from_inside, before_, radius_mm, count,
+  use(PriorInput{image_.grid, spacing_mm_, smoothed_, features_, known_, from_inside, before_, reach_mm_, count,
                  fresh});
 }
 
@@ -198,12 +207,13 @@ std::vector<std::vector<float>> EvidenceField::update_features() const {
     settings.memory = false;
     const FieldPrior anew = field_prior(input, settings, run_);
     const UpdateFeatures features(input, anew.target, run_);
-    all.assign(UpdateFeatures::kCount, std::vector<float>(known_.size()));
+    all.assign(UpdateFeatures::kCount + 1, std::vector<float>(known_.size()));
     FeatureRows rows{};
     for (int first = 0; first < static_cast<int>(known_.size()); first += kLanes) {
       const int count = std::min(kLanes, static_cast<int>(known_.size()) - first);
       features.fill(first, count, rows);
       for (int f = 0; f < UpdateFeatures::kCount; ++f) std::copy_n(rows[f].data(), count, all[f].data() + first);
+      for (int v = first; v < first + count; ++v) all.back()[v] = features.nearest_is_inside(v) ? 1.0f : 0.0f;
     }
   });
   return all;
@@ -252,6 +262,7 @@ void EvidenceField::solve(double tolerance) {
 void EvidenceField::update(std::span<const Mark> marks, const Mask* others) {
   check(marks, others);
   const VolumeGeometry& geometry = volume_.geometry();
+  measure_reach(marks);
   VoxelBox box = box_around(box_, box_around_marks(marks, geometry, settings_.margin_share, settings_.least_margin));
   report_ = {};
   remember(marks);

@@ -55,8 +55,8 @@ class EvidenceField {
   Mask object() const;
   /// Radius for the mark of a click, brush_radius_mm().
   double brush_mm(MarkKind kind, const Eigen::Vector3d& position_mm) const;
-  /// What the network of the prior saw in the last update, feature by feature, to learn from; nothing without new
-  /// marks.
+  /// What the network of the prior saw in the last update, feature by feature, to learn from, and last whether the
+  /// nearest new mark is an inside one; nothing without new marks.
   std::vector<std::vector<float>> update_features() const;
   /// What was known of each voxel in the last update.
   std::span<const Known> known() const { return known_; }
@@ -66,6 +66,7 @@ class EvidenceField {
  private:
   void check(std::span<const Mark> marks, const Mask* others) const;
   void remember(std::span<const Mark> marks);
+  void measure_reach(std::span<const Mark> marks);
   void set_box(const VoxelBox& box);
   std::vector<FreshMark> fresh_marks() const;
   /// Of a boundary mark's dot: the middle of what the field before had on the wrong side of the mark, along the way
@@ -86,6 +87,8 @@ class EvidenceField {
   std::vector<float> smoothed_;
   FeatureLists features_;
   std::vector<Mark> marks_;           // of the last update
+  Mark largest_;                      // of the inside marks
+  double reach_mm_ = 0;               // what it says about the object's scale
   std::size_t fresh_ = 0;             // the first mark that was new when before_ was the field
   std::vector<std::uint8_t> before_;  // field before the fresh marks, 1..255; 0: not known
   std::vector<Known> known_;

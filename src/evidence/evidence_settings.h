@@ -24,7 +24,7 @@ struct EvidenceSettings {
   double dots_share = 0.5;      ///< least share of outside marks among what the classifier learns as outside, the rest
                                 ///< being the box's sides
   double compactness = 0.5;     ///< of s: distance to the nearest centre of an inside mark beyond the radius of the
-                                ///< largest inside mark, in such radii
+                                ///< largest inside mark, or its reach (seed_reach.h), in such radii
   bool memory = true;           ///< new marks change the field before; else all are heard as if for the first time
   const PriorNetwork* update =
       nullptr;             ///< says how, from UpdateFeatures; must outlive the field; null: the program's own

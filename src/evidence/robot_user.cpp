@@ -75,7 +75,7 @@ WorstError deepest_of(const VolumeGeometry& geometry, Part part, bool too_little
           too_little};
 }
 
-constexpr double kThinVoxels = 2.5;
+constexpr double kNearVoxels = 2.5;
 
 /// Halfway between a voxel of the mask and a neighbour that is not, or the grid's end, the nearest (mm) to a place.
 Eigen::Vector3d boundary_near(const Mask& mask, const Eigen::Vector3d& from) {
@@ -157,20 +157,25 @@ std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, cons
     if (click == settings.most_clicks) break;
     const std::optional<WorstError> error = worst_error(part, now);
     if (!error) break;
-    const double thin_mm = kThinVoxels * truth.geometry.spacing_mm.minCoeff();
-    const RobotHand hand = settings.hand == RobotHand::Mixed
-                               ? (error->depth_mm < thin_mm ? RobotHand::Grabs : RobotHand::Marks)
-                               : settings.hand;
+    const Eigen::Vector3d at = place(error->voxel);
+    RobotHand hand = settings.hand;
+    Eigen::Vector3d surface = at;  // the place of it that is nearest
+    if (hand != RobotHand::Marks) surface = boundary_near(now, at);
+    if (hand == RobotHand::Mixed) {
+      const double near_mm = kNearVoxels * truth.geometry.spacing_mm.minCoeff();
+      const double off_mm = (surface - at).norm();  // 0 where there is no surface
+      hand = off_mm > 0 && off_mm < near_mm ? RobotHand::Grabs : RobotHand::Marks;
+    }
     if (hand != RobotHand::Marks) {
-      const Eigen::Vector3d to = boundary_near(part, place(error->voxel));
-      const Eigen::Vector3d way = to - boundary_near(now, place(error->voxel));  // of the surface that is dragged
+      const Eigen::Vector3d to = boundary_near(part, at);
+      const Eigen::Vector3d way = to - surface;
       const double sign = error->too_little ? 1 : -1;
       marks.push_back({MarkKind::Boundary, to, truth.geometry.spacing_mm.minCoeff(),
                        hand == RobotHand::Grabs ? Eigen::Vector3d(sign * way) : Eigen::Vector3d::Zero()});
       continue;
     }
     const MarkKind kind = error->too_little ? MarkKind::Inside : MarkKind::Outside;
-    marks.push_back({kind, place(error->voxel), subject.brush_mm(kind, place(error->voxel)), {0, 0, 0}});
+    marks.push_back({kind, at, subject.brush_mm(kind, at), {0, 0, 0}});
   }
   return clicks;
 }

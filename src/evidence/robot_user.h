@@ -45,7 +45,7 @@ enum class RobotHand {
   Marks,   ///< inside or outside, in the middle of the largest error
   Points,  ///< where the surface passes: the truth's boundary beside it
   Grabs,   ///< the wrong surface beside it, dragged there: a boundary mark that knows the way out
-  Mixed,   ///< a grab where the largest error is thin, else a mark
+  Mixed,   ///< a grab where the surface is near the click, else a mark
 };
 
 struct RobotSettings {

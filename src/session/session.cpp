@@ -374,8 +374,8 @@ bool Session::rebuild_where_stuck() {
       continue;
     const LevelState state =
         level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]);
-    if (finest_[k] == 0 || state == LevelState::Due) continue;
-    const bool rests = state == LevelState::Rests;
+    const bool rests = state == LevelState::Rests;  // also one that fell together to less than voxels before its finest
+    if (state == LevelState::Due || (finest_[k] == 0 && !rests)) continue;
     if (total_steps_ % kFitInterval != 0 && !rests) continue;
     pull_poses();
     if (engine_.loss()) return false;

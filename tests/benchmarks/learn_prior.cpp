@@ -5,6 +5,8 @@
 // writes what the network sees of some voxels after each click, and whether they are on the side of the click's mark.
 //   learn_prior train OUT GROUP|none FILE...
 // learns a network from all files but those of one group, and says how it does on that.
+//   learn_prior join OUT NETWORK NETWORK
+// makes one network of two with the same layers: the mean of what they say, which is steadier than either.
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
@@ -36,6 +38,16 @@ struct Sample {
   float positive, weight;
 };
 
+/// How people click, and where they put the seed.
+struct User {
+  const char* name;
+  RobotHand hand;
+  double seed_scale, seed_offset;
+};
+constexpr std::array kUsers{User{"marks", RobotHand::Marks, 1, 0},
+                            User{"marks, small seed", RobotHand::Marks, 0.6, 0.3},
+                            User{"mixed", RobotHand::Mixed, 1, 0}, User{"grabs", RobotHand::Grabs, 1, 0}};
+
 /// Groups whose names end in it hold objects besides the groups of the table, and weigh half.
 constexpr char kBesides = '+';
 
@@ -47,9 +59,12 @@ class Subject : public RobotSubject {
     for (const std::uint8_t v : truth.voxels) voxels_ += v;
   }
   Mask segment(std::span<const Mark> marks) override {
-    field_.update(marks);
+    std::vector<Mark> heard(marks.begin(), marks.end());
+    for (Mark& mark : heard)  // the radius is the program's to choose
+      if (mark.kind == MarkKind::Boundary) mark.radius_mm = field_.brush_mm(mark.kind, mark.position_mm);
+    field_.update(heard);
     Mask object = field_.object();
-    collect(object, marks.back().kind == MarkKind::Inside);
+    collect(object);
     return object;
   }
   double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const override { return field_.brush_mm(kind, mm); }
@@ -58,7 +73,7 @@ class Subject : public RobotSubject {
  private:
   /// So many voxels of the object, near it or what is taken for it, and far away; each weighs by how many it stands
   /// for.
-  void collect(const Mask& object, bool last_is_inside) {
+  void collect(const Mask& object) {
     const std::vector<std::vector<float>> features = field_.update_features();
     if (features.empty()) return;
     const VoxelBox box = field_.box();
@@ -88,8 +103,8 @@ class Subject : public RobotSubject {
       for (int s = 0; s < count; ++s) {
         const int v = from[any_of(random_)];
         Sample& one = samples_.emplace_back();
-        for (std::size_t f = 0; f < features.size(); ++f) one.feature[f] = features[f][v];
-        one.positive = is[v] == last_is_inside;
+        for (std::size_t f = 0; f < one.feature.size(); ++f) one.feature[f] = features[f][v];
+        one.positive = (is[v] != 0) == (features.back()[v] != 0);
         one.weight = static_cast<float>(stands_for / count);
       }
     }
@@ -128,11 +143,19 @@ void sample(const std::vector<std::string>& words) {
   Mask truth = mask_of(labels, label);
   truth.geometry = image.geometry();
   truth = largest_part(truth);
-  Subject subject(image, truth, settings);
-  const std::vector<RobotClick> clicks = run_robot(truth, subject, robot, [](int, const Mask&) {});
-  write_samples(words[5], words[1], subject.samples());
-  std::printf("%s %s %s: Dice %.3f after the seed, %.3f after %zu clicks\n", words[1].c_str(), words[2].c_str(),
-              words[4].c_str(), clicks.front().agreement.dice, clicks.back().agreement.dice, clicks.size() - 1);
+  std::vector<Sample> samples;
+  for (const User& user : kUsers) {
+    robot.hand = user.hand;
+    robot.seed_scale = user.seed_scale;
+    robot.seed_offset = user.seed_offset;
+    Subject subject(image, truth, settings);
+    const std::vector<RobotClick> clicks = run_robot(truth, subject, robot, [](int, const Mask&) {});
+    samples.insert(samples.end(), subject.samples().begin(), subject.samples().end());
+    std::printf("%s %s %s, %s: Dice %.3f after the seed, %.3f after %zu clicks\n", words[1].c_str(), words[2].c_str(),
+                words[4].c_str(), user.name, clicks.front().agreement.dice, clicks.back().agreement.dice,
+                clicks.size() - 1);
+  }
+  write_samples(words[5], words[1], samples);
 }
 
 // ---- Learning: Adam (Kingma and Ba 2015) on the weighted logistic loss
@@ -323,6 +346,47 @@ void train(const std::vector<std::string>& words) {
   if (!out.flush()) throw Error("cannot write " + words[1], "the disk may be full", "choose another folder");
 }
 
+// ---- Joining
+
+/// Side by side; the features as the first has them centred and scaled.
+PriorNetwork joined(const PriorNetwork& a, const PriorNetwork& b) {
+  if (a.layers.size() != b.layers.size() || a.features() != b.features())
+    throw Error("cannot join the networks", "their layers are not alike", "give two that were learned alike");
+  PriorNetwork both = a;
+  for (std::size_t l = 0; l < a.layers.size(); ++l) {
+    const PriorNetwork::Layer &one = a.layers[l], &two = b.layers[l];
+    const bool first = l == 0, last = l + 1 == a.layers.size();
+    PriorNetwork::Layer& layer = both.layers[l];
+    layer.in = first ? one.in : one.in + two.in;
+    layer.out = last ? one.out : one.out + two.out;
+    layer.weight.assign(static_cast<std::size_t>(layer.in) * layer.out, 0.0f);
+    layer.bias.assign(layer.out, 0.0f);
+    const float share = last ? 0.5f : 1.0f;
+    for (const bool second : {false, true}) {
+      const PriorNetwork::Layer& from = second ? two : one;
+      const int to_out = second && !last ? one.out : 0, to_in = second && !first ? one.in : 0;
+      for (int o = 0; o < from.out; ++o) {
+        layer.bias[to_out + o] += share * from.bias[o];
+        for (int i = 0; i < from.in; ++i) {
+          float w = share * from.weight[static_cast<std::size_t>(o) * from.in + i];
+          if (first && second) {
+            layer.bias[to_out + o] += w * (a.centre[i] - b.centre[i]) * b.scale[i];
+            w *= b.scale[i] / a.scale[i];
+          }
+          layer.weight[static_cast<std::size_t>(to_out + o) * layer.in + to_in + i] += w;
+        }
+      }
+    }
+  }
+  return both;
+}
+
+void join(const std::vector<std::string>& words) {
+  std::ofstream out(words[1]);
+  out << joined(PriorNetwork::parse(read_bytes(words[2])), PriorNetwork::parse(read_bytes(words[3]))).text();
+  if (!out.flush()) throw Error("cannot write " + words[1], "the disk may be full", "choose another folder");
+}
+
 }  // namespace
 }  // namespace simplexseg
 
@@ -331,10 +395,12 @@ int main(int argc, char** argv) {
   try {
     if (words.size() >= 6 && words[0] == "sample") return simplexseg::sample(words), 0;
     if (words.size() >= 4 && words[0] == "train") return simplexseg::train(words), 0;
+    if (words.size() == 4 && words[0] == "join") return simplexseg::join(words), 0;
   } catch (const std::exception& error) {
     std::cerr << "learn_prior: " << error.what() << '\n';
     return 1;
   }
-  std::cerr << "learn_prior sample GROUP IMAGE LABELS LABEL OUT [...] | learn_prior train OUT GROUP FILE...\n";
+  std::cerr << "learn_prior sample GROUP IMAGE LABELS LABEL OUT [...] | learn_prior train OUT GROUP FILE... | "
+               "learn_prior join OUT NETWORK NETWORK\n";
   return 2;
 }

@@ -182,5 +182,23 @@ TEST(MeshRebuild, ASessionMakesARingOfASphereThatCannotGrowIntoOne) {
   EXPECT_EQ(genus_of(session.scene().meshes[0].mesh), 0);
 }
 
+// A seed of two voxels starts with few vertices, whose smoothing is stronger than any image.
+TEST(MeshRebuild, ASessionMakesAMeshThatFellTogetherAnew) {
+  const Volume image = phantom("sphere", 100, 10).image;
+  Scene scene;
+  scene.simulation = default_simulation_parameters();
+  MeshItem item;
+  item.name = "small", item.seed = {{5, 0, 0}, 2.2 * voxel_mm(image)};
+  item.parameters = default_force_parameters();
+  scene.meshes.push_back(item);
+  Session session(make_cpu_engine(2), nullptr, 2);
+  session.open(scene, image);
+  EXPECT_TRUE(session.advance_steps(3000, true).at_rest);
+  const MeshItem& small = session.scene().meshes[0];
+  EXPECT_TRUE(small.rebuilt);
+  EXPECT_TRUE(distance_to_field(small, image).follows());
+  EXPECT_GT(measure(small.mesh).volume_mm3, 4.0 / 3 * M_PI * std::pow(item.seed.radius_mm, 3));
+}
+
 }  // namespace
 }  // namespace simplexseg
