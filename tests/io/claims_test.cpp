@@ -13,6 +13,7 @@ namespace fs = std::filesystem;
 using test::bytes_of;
 using test::error_of;
 
+#if !defined(__SANITIZE_ADDRESS__)
 /// Bytes of address space in use.
 std::size_t address_space() {
   std::ifstream stream("/proc/self/statm");
@@ -20,6 +21,7 @@ std::size_t address_space() {
   stream >> pages;
   return pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
 }
+#endif
 
 class Claims : public test::FolderTest {
  protected:
