@@ -43,13 +43,13 @@ std::vector<std::string> sides_of(const std::string& name) {
 
 }  // namespace
 
-std::optional<NrrdSpace> nrrd_space_of(const std::string& text) {
-  const std::string name = lower_case(trimmed(text));
+std::optional<NrrdSpace> nrrd_space_of(const std::string& name) {
+  const std::string known = lower_case(trimmed(name));
   for (const std::string other : {"scanner-xyz", "scannerxyz", "3d-right-handed", "3dr", "3d-left-handed", "3dl"}) {
-    if (name == other) return NrrdSpace{.anatomical = false};
-    if (name == other + "-time" || name == other + "t") return NrrdSpace{.dimension = 4, .anatomical = false};
+    if (known == other) return NrrdSpace{.anatomical = false};
+    if (known == other + "-time" || known == other + "t") return NrrdSpace{.dimension = 4, .anatomical = false};
   }
-  std::vector<std::string> sides = sides_of(name);
+  std::vector<std::string> sides = sides_of(known);
   NrrdSpace space;
   if (sides.size() == 4 && (sides.back() == "time" || sides.back() == "t")) {
     space.dimension = 4;
@@ -65,7 +65,7 @@ std::optional<NrrdSpace> nrrd_space_of(const std::string& text) {
   return space;
 }
 
-std::optional<double> millimetres_of(const std::string& text) {
+std::optional<double> millimetres_of(const std::string& unit) {
   static const std::vector<std::pair<std::vector<std::string>, double>> units = {
       {{"", "mm", "millimeter", "millimeters", "millimetre", "millimetres"}, 1},
       {{"cm", "centimeter", "centimeters", "centimetre", "centimetres"}, 10},
@@ -74,10 +74,10 @@ std::optional<double> millimetres_of(const std::string& text) {
        1e-3},
       {{"nm", "nanometer", "nanometers", "nanometre", "nanometres"}, 1e-6},
       {{"in", "inch", "inches"}, 25.4}};
-  const std::string unit = lower_case(trimmed(text));
+  const std::string word = lower_case(trimmed(unit));
   for (const auto& [names, millimetres] : units) {
     for (const std::string& name : names) {
-      if (unit == name) return millimetres;
+      if (word == name) return millimetres;
     }
   }
   return std::nullopt;
