@@ -47,9 +47,7 @@ TEST(SeedReach, OfALargeEnoughBallIsItsRadius) {
 
 TEST(SeedReach, IsAtMostTwice) { EXPECT_DOUBLE_EQ(seed_reach_mm(ball(16, 5), {40, 40, 40}, 6.0), 12.0); }
 
-TEST(SeedReach, WithoutAWallIsTheRadius) {
-  EXPECT_DOUBLE_EQ(seed_reach_mm(ball(200, 5), {40, 40, 40}, 8), 8);
-}
+TEST(SeedReach, WithoutAWallIsTheRadius) { EXPECT_DOUBLE_EQ(seed_reach_mm(ball(200, 5), {40, 40, 40}, 8), 8); }
 
 TEST(SeedReach, VoxelsThatAreNotNumbersAreAWall) {
   Volume image = ball(200, 5);
