@@ -99,7 +99,7 @@ FieldPrior field_prior(const PriorInput& input, const EvidenceSettings& settings
   const float c_share = static_cast<float>(settings.classifier_share),
               g_share = static_cast<float>(settings.geodesic_share),
               compactness = static_cast<float>(settings.compactness);
-  const float per_radius = static_cast<float>(1 / input.radius_mm);
+  const float per_radius = static_cast<float>(1 / input.reach_mm);
   for_each_index(run, n,
                  [=, in = inside.data(), out = outside.data(), c = score.data(), far = input.from_inside.data(),
                   to = prior.target.data()](int v) {

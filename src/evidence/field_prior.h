@@ -32,7 +32,7 @@ struct PriorInput {
   std::span<const Known> known;
   std::span<const float> from_inside;    ///< mm to the nearest centre of an inside or boundary mark, squared
   std::span<const std::uint8_t> before;  ///< field before the fresh marks, 1..255 for 0..1, 0: not known; or empty
-  double radius_mm;                      ///< of the largest inside mark, or its reach
+  double reach_mm;                       ///< of the largest inside mark (seed_reach.h): the object's scale
   int marks;                             ///< how many; a boundary mark counts as two
   std::span<const FreshMark> fresh;      ///< empty where nothing is known of a field before
 };

@@ -32,7 +32,7 @@ UpdateFeatures::UpdateFeatures(const PriorInput& input, std::span<const std::uin
       square_(input.known.size(), 1e12f),
       edges_(input.known.size(), kUnreached),
       inward_(input.known.size()),
-      per_radius_(static_cast<float>(1 / input.radius_mm)),
+      per_radius_(static_cast<float>(1 / input.reach_mm)),
       least_mm_(static_cast<float>(*std::min_element(input.spacing_mm.begin(), input.spacing_mm.end()))),
       marks_(static_cast<float>(input.marks)) {
   const int n = static_cast<int>(input.known.size());

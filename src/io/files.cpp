@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/files.h"
 
-#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+
+#include "io/header_text.h"
 
 namespace simplexseg {
 
@@ -42,8 +43,7 @@ std::string in_words(double bytes) {
 std::string extension_of(const fs::path& path) {
   std::string extension = path.extension().string();
   if (extension == ".gz" || extension == ".GZ") extension = path.stem().extension().string() + extension;
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
+  return lower_case(extension);
 }
 
 void require_file(const fs::path& path) {

@@ -82,8 +82,7 @@ VolumeSource open_gipl(const fs::path& path) {
     throw Error("cannot read " + name, "it does not begin with a GIPL header",
                 "give it the extension of its real format, or export it again");
   }
-  VolumeSource source;
-  VolumeInfo& info = source.info;
+  VolumeInfo info;
   info.format = "GIPL";
   for (std::size_t a = 0; a < 4; ++a) {
     const int size = std::max<int>(1, header.at<std::uint16_t>(2 * a));  // 0: an axis that is not there
@@ -95,7 +94,6 @@ VolumeSource open_gipl(const fs::path& path) {
     info.geometry.origin_mm[axis] = header.at<double>(204 + 8 * a);
     if (size == 1 && info.geometry.spacing_mm[axis] == 0) info.geometry.spacing_mm[axis] = 1;
   }
-  info.geometry.validate("cannot read " + name);
   info.warnings.push_back("GIPL gives no orientation: which side is the patient's left is not known");
   StoredVoxels voxels;
   voxels.files = {path};
@@ -103,10 +101,7 @@ VolumeSource open_gipl(const fs::path& path) {
   voxels.packing = reader.packed() ? Packing::Deflate : Packing::None;
   voxels.swapped = true;
   voxels.type = type_of(header.at<std::uint16_t>(8), name);
-  info.type = voxels.type.type;
-  require_room(voxels, info, path);
-  source.read = [voxels = std::move(voxels), info] { return read_stored(voxels, info); };
-  return source;
+  return open_stored(std::move(info), std::move(voxels), path);
 }
 
 }  // namespace simplexseg

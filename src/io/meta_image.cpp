@@ -152,14 +152,9 @@ void take_geometry(const Header& header, VolumeInfo& info) {
 std::vector<fs::path> files_of(const Header& header, const fs::path& path) {
   const std::string text = header.text("ElementDataFile");
   const std::vector<std::string> words = words_of(text);
-  const auto sizes = words_of(header.text("DimSize"));
-  /// Slices of so many axes in the array.
-  const auto count_of = [&](std::int64_t dimension) {
-    double count = 1;
-    for (std::size_t a = sizes.size(); a-- > static_cast<std::size_t>(dimension);)
-      count *= number_of<double>(sizes[a]).value_or(0);
-    return count;
-  };
+  std::vector<std::int64_t> sizes;
+  for (const std::string& word : words_of(header.text("DimSize")))
+    sizes.push_back(number_of<std::int64_t>(word).value_or(0));
   const auto whole = [&](std::size_t w, long otherwise, long least, long most) {
     if (words.size() <= w) return otherwise;
     const auto value = number_of<std::int32_t>(words[w]);
@@ -170,16 +165,10 @@ std::vector<fs::path> files_of(const Header& header, const fs::path& path) {
   constexpr long kMost = std::numeric_limits<std::int32_t>::max();
   const long axes = static_cast<long>(sizes.size()), slices = std::max(1L, axes - 1);
   if (lower_case(text).starts_with("list")) {
-    const double count = count_of(whole(1, slices, 1, axes));
-    if (static_cast<double>(header.listed_files().size()) != count)
-      header.refuse("it lists " + std::to_string(header.listed_files().size()) + " files for " + digits_of(count) +
-                    " slices");
-    std::vector<fs::path> files;
-    for (const std::string& name : header.listed_files()) files.push_back(path.parent_path() / name);
-    return files;
+    return listed_files(path, header.listed_files(), count_of_slices(sizes, whole(1, slices, 1, axes)));
   }
   if (text.find('%') == std::string::npos) return {path.parent_path() / text};
-  const double count = count_of(slices);
+  const double count = count_of_slices(sizes, slices);
   const long first = whole(1, 1, 0, kMost), step = whole(3, 1, 1, kMost);
   const double last = static_cast<double>(first) + (count - 1) * static_cast<double>(step);
   if (count > 1e6 || last > static_cast<double>(whole(2, kMost, 0, kMost)))
@@ -191,17 +180,11 @@ std::vector<fs::path> files_of(const Header& header, const fs::path& path) {
 
 VolumeSource open_meta_image(const fs::path& path) {
   const Header header(path);
-  VolumeSource source;
-  VolumeInfo& info = source.info;
+  VolumeInfo info;
   info.format = "MetaImage";
   take_geometry(header, info);
-  info.geometry.validate("cannot read " + quoted(path));
-  warn_if_sheared(info);
-
   StoredVoxels voxels;
   voxels.type = type_of(header);
-  info.type = voxels.type.type;
-  if (voxels.type.wide) info.warnings.push_back("64-bit integers are kept in 32 bits");
   const bool local = lower_case(header.text("ElementDataFile")) == "local";
   voxels.files = local ? std::vector<fs::path>{path} : files_of(header, path);
   if (local) voxels.offset = header.bytes();
@@ -212,9 +195,7 @@ VolumeSource open_meta_image(const fs::path& path) {
   voxels.at_end = skipped < 0 && voxels.packing == Packing::None && voxels.code == VoxelCode::Binary;
   if (skipped > 0) voxels.offset = static_cast<std::uint64_t>(skipped);
   info.file_count = static_cast<int>(voxels.files.size()) + (local ? 0 : 1);
-  require_room(voxels, info, path);
-  source.read = [voxels = std::move(voxels), info] { return read_stored(voxels, info); };
-  return source;
+  return open_stored(std::move(info), std::move(voxels), path);
 }
 
 void write_meta_image(AtomicFile& file, const Volume& volume) {

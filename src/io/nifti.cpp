@@ -58,8 +58,7 @@ VolumeSource open_nifti(const fs::path& path) {
     throw Error("cannot read " + name, "it does not begin with a NIfTI header",
                 "give it the extension of its real format, or export it again as NIfTI");
   }
-  VolumeSource source;
-  VolumeInfo& info = source.info;
+  VolumeInfo info;
   StoredVoxels v;
   const fs::path path_of_voxels = h.single_file || !pair ? header_path : partner(path, ".img");
   const bool single = path_of_voxels == header_path;
@@ -69,18 +68,12 @@ VolumeSource open_nifti(const fs::path& path) {
   set_sizes(h, info, name);
   v.type = stored_type(h.datatype, name);
   set_geometry(h, info);
-  info.geometry.validate("cannot read " + name);
-  warn_if_sheared(info);
-
   v.swapped = h.swapped;
   v.slope = h.slope;
   v.intercept = std::isfinite(h.intercept) ? h.intercept : 0;
   // As ITK: slope 0 means none, integers become float.
   v.rescaled = std::isfinite(v.slope) && std::abs(v.slope) > std::numeric_limits<double>::epsilon() &&
                (v.slope != 1 || v.intercept != 0);
-  const bool is_float = v.type.type == VoxelType::Float32 || v.type.type == VoxelType::Float64;
-  info.type = v.rescaled && !is_float ? VoxelType::Float32 : v.type.type;
-  if (v.type.wide && !v.rescaled) info.warnings.push_back("64-bit integers are kept in 32 bits");
   if (!std::isfinite(h.vox_offset) || h.vox_offset < 0 || h.vox_offset > 1e15) {
     throw Error("cannot read " + name, "its header gives no sensible start of the voxels", kExportAgain);
   }
@@ -88,9 +81,7 @@ VolumeSource open_nifti(const fs::path& path) {
   v.skipped = static_cast<std::uint64_t>(std::max(h.vox_offset, smallest));
   if (single || fs::exists(path_of_voxels, error))
     v.packing = PackedReader(path_of_voxels).packed() ? Packing::Deflate : Packing::None;
-  require_room(v, info, path);
-  source.read = [v = std::move(v), info] { return read_stored(v, info); };
-  return source;
+  return open_stored(std::move(info), std::move(v), path);
 }
 
 }  // namespace simplexseg

@@ -165,13 +165,6 @@ std::vector<fs::path> files_of(const NrrdHeader& header, const fs::path& path) {
   const std::string text = header.text("data file");
   std::vector<std::string> words = words_of(text);
   const auto& sizes = header.sizes();
-  /// Of an array that is cut along its slowest axes into files of `dimension` axes.
-  const auto count_of = [&](std::int64_t dimension) {
-    double count = 1;
-    for (std::size_t a = sizes.size(); a-- > static_cast<std::size_t>(dimension);)
-      count *= static_cast<double>(sizes[a]);
-    return count;
-  };
   const auto dimension_in = [&](const std::string& word) {
     const auto dimension = number_of<std::int64_t>(word);
     if (!dimension || *dimension < 1 || *dimension > static_cast<std::int64_t>(sizes.size()))
@@ -181,12 +174,7 @@ std::vector<fs::path> files_of(const NrrdHeader& header, const fs::path& path) {
   const auto default_dimension = std::max<std::int64_t>(1, static_cast<std::int64_t>(sizes.size()) - 1);
   if (lower_case(text).starts_with("list")) {
     const std::int64_t dimension = words.size() > 1 ? dimension_in(words[1]) : default_dimension;
-    if (static_cast<double>(header.listed_files().size()) != count_of(dimension))
-      header.refuse("it lists " + std::to_string(header.listed_files().size()) + " files for " +
-                    digits_of(count_of(dimension)) + " slices");
-    std::vector<fs::path> files;
-    for (const std::string& name : header.listed_files()) files.push_back(path.parent_path() / name);
-    return files;
+    return listed_files(path, header.listed_files(), count_of_slices(sizes, dimension));
   }
   if (text.find('%') == std::string::npos || words.size() < 4) return {path.parent_path() / text};
   const auto number = [&](std::size_t w) {
@@ -196,7 +184,7 @@ std::vector<fs::path> files_of(const NrrdHeader& header, const fs::path& path) {
     return static_cast<long>(*value);
   };
   const long first = number(1), last = number(2), step = number(3);
-  const double count = count_of(words.size() > 4 ? dimension_in(words[4]) : default_dimension);
+  const double count = count_of_slices(sizes, words.size() > 4 ? dimension_in(words[4]) : default_dimension);
   if (step == 0 || std::floor(static_cast<double>(last - first) / static_cast<double>(step)) + 1 != count ||
       count > 1e6)
     header.refuse("its field 'data file' names another number of files than the " + digits_of(count) + " slices");
@@ -251,8 +239,7 @@ void take_encoding(const NrrdHeader& header, const fs::path& path, StoredVoxels&
 
 VolumeSource open_nrrd(const fs::path& path) {
   const NrrdHeader header(path);
-  VolumeSource source;
-  VolumeInfo& info = source.info;
+  VolumeInfo info;
   info.format = "NRRD";
   int dimension = static_cast<int>(header.integer("space dimension", 3, 1, 16));
   if (header.has("space")) {
@@ -269,18 +256,11 @@ VolumeSource open_nrrd(const fs::path& path) {
     place_in_space(header, axes, directions, info);
   else
     place_by_axes(header, axes, info);
-  info.geometry.validate("cannot read " + quoted(path));
-  warn_if_sheared(info);
-
   StoredVoxels voxels;
   voxels.type = type_of(header);
-  info.type = voxels.type.type;
-  if (voxels.type.wide) info.warnings.push_back("64-bit integers are kept in 32 bits");
   take_encoding(header, path, voxels);
   info.file_count = static_cast<int>(voxels.files.size()) + (header.has("data file") ? 1 : 0);
-  require_room(voxels, info, path);
-  source.read = [voxels = std::move(voxels), info] { return read_stored(voxels, info); };
-  return source;
+  return open_stored(std::move(info), std::move(voxels), path);
 }
 
 void write_nrrd(AtomicFile& file, const Volume& volume) {

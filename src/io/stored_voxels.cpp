@@ -7,10 +7,11 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <utility>
 
 #include "core/error.h"
 #include "io/files.h"
-#include "io/volume_source.h"
+#include "io/header_text.h"
 
 namespace simplexseg {
 
@@ -165,21 +166,7 @@ class VoxelBytes {
   std::size_t first_ = 0, last_ = 0;  ///< of `text_`: what was read and not used
 };
 
-}  // namespace
-
-StoredType stored_integer(int bytes, bool has_sign) {
-  switch (bytes) {
-    case 1:
-      return {1, has_sign ? VoxelType::Int8 : VoxelType::UInt8};
-    case 2:
-      return {2, has_sign ? VoxelType::Int16 : VoxelType::UInt16};
-    case 4:
-      return {4, has_sign ? VoxelType::Int32 : VoxelType::UInt32};
-    default:
-      return {8, has_sign ? VoxelType::Int32 : VoxelType::UInt32, true};
-  }
-}
-
+/// Throws Error where the files cannot hold what the header claims.
 void require_room(const StoredVoxels& voxels, const VolumeInfo& info, const fs::path& header) {
   double count = static_cast<double>(info.frames) * info.components;
   for (const int size : info.geometry.size) count *= size;
@@ -205,6 +192,7 @@ void require_room(const StoredVoxels& voxels, const VolumeInfo& info, const fs::
   }
 }
 
+/// The voxels, of one frame and component.
 Volume read_stored(const StoredVoxels& v, const VolumeInfo& info) {
   Volume volume(info.geometry, info.type);
   const std::size_t count = info.geometry.voxel_count();
@@ -237,6 +225,51 @@ Volume read_stored(const StoredVoxels& v, const VolumeInfo& info) {
   }
   bytes.require_sound_end();
   return volume;
+}
+
+}  // namespace
+
+StoredType stored_integer(int bytes, bool has_sign) {
+  switch (bytes) {
+    case 1:
+      return {1, has_sign ? VoxelType::Int8 : VoxelType::UInt8};
+    case 2:
+      return {2, has_sign ? VoxelType::Int16 : VoxelType::UInt16};
+    case 4:
+      return {4, has_sign ? VoxelType::Int32 : VoxelType::UInt32};
+    default:
+      return {8, has_sign ? VoxelType::Int32 : VoxelType::UInt32, true};
+  }
+}
+
+VolumeSource open_stored(VolumeInfo info, StoredVoxels voxels, const fs::path& header) {
+  info.geometry.validate("cannot read " + quoted(header));
+  warn_if_sheared(info);
+  const VoxelType stored = voxels.type.type;
+  const bool is_float = stored == VoxelType::Float32 || stored == VoxelType::Float64;
+  info.type = voxels.rescaled && !is_float ? VoxelType::Float32 : stored;
+  if (voxels.type.wide && !voxels.rescaled) info.warnings.push_back("64-bit integers are kept in 32 bits");
+  require_room(voxels, info, header);
+  VolumeSource source;
+  source.info = info;
+  source.read = [voxels = std::move(voxels), info = std::move(info)] { return read_stored(voxels, info); };
+  return source;
+}
+
+double count_of_slices(std::span<const std::int64_t> sizes, std::int64_t dimension) {
+  double count = 1;
+  for (const std::int64_t size : sizes.subspan(static_cast<std::size_t>(dimension))) count *= static_cast<double>(size);
+  return count;
+}
+
+std::vector<fs::path> listed_files(const fs::path& header, const std::vector<std::string>& names, double slices) {
+  if (static_cast<double>(names.size()) != slices)
+    throw Error("cannot read " + quoted(header),
+                "it lists " + std::to_string(names.size()) + " files for " + digits_of(slices) + " slices",
+                "correct its header");
+  std::vector<fs::path> files;
+  for (const std::string& name : names) files.push_back(header.parent_path() / name);
+  return files;
 }
 
 std::vector<fs::path> numbered_files(const fs::path& header, const std::string& pattern, long first, long step,

@@ -3,12 +3,13 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "image/volume.h"
 #include "io/packed_reader.h"
-#include "io/volume_io.h"
+#include "io/volume_source.h"
 
 namespace simplexseg {
 
@@ -38,14 +39,18 @@ struct StoredVoxels {
   double slope = 1, intercept = 0;
 };
 
-/// Throws Error where the files cannot hold what the header claims, before any memory is taken for it. To be called
-/// once size, frames and components in `info` are known. `header` is the file that is named in messages where others
-/// are missing.
-void require_room(const StoredVoxels& voxels, const VolumeInfo& info, const std::filesystem::path& header);
+/// The volume that a header describes: `info` without the type, which follows from the stored one, and without the
+/// warnings of type and axes. Throws Error where its geometry cannot be used or the files cannot hold what it claims,
+/// before any memory is taken for it; `header` is the file that is named then. Reading throws Error when files end
+/// early, their packed data are damaged, or text in them is no number of the type.
+VolumeSource open_stored(VolumeInfo info, StoredVoxels voxels, const std::filesystem::path& header);
 
-/// Reads the voxels, of one frame and component. Throws Error when files end early, their packed data are damaged, or
-/// text in them is no number of the type.
-Volume read_stored(const StoredVoxels& voxels, const VolumeInfo& info);
+/// How many arrays of the first `dimension` axes make up one of these sizes.
+double count_of_slices(std::span<const std::int64_t> sizes, std::int64_t dimension);
+
+/// The files that a header lists, beside it. Throws Error when they are not as many as the slices.
+std::vector<std::filesystem::path> listed_files(const std::filesystem::path& header,
+                                                const std::vector<std::string>& names, double slices);
 
 /// The files that a pattern as "slice%03d.raw" names for the numbers from `first` on in steps of `step`, `count` of
 /// them, beside `header`. Throws Error when the pattern holds not exactly one such place.

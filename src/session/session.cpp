@@ -374,7 +374,7 @@ bool Session::rebuild_where_stuck() {
       continue;
     const LevelState state =
         level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]);
-    const bool rests = state == LevelState::Rests;  // also one that fell together to less than voxels before its finest
+    const bool rests = state == LevelState::Rests;  // or fell together below a voxel before its finest level
     if (state == LevelState::Due || (finest_[k] == 0 && !rests)) continue;
     if (total_steps_ % kFitInterval != 0 && !rests) continue;
     pull_poses();
