@@ -268,6 +268,7 @@ std::vector<fs::path> listed_files(const fs::path& header, const std::vector<std
                 "it lists " + std::to_string(names.size()) + " files for " + digits_of(slices) + " slices",
                 "correct its header");
   std::vector<fs::path> files;
+  files.reserve(names.size());
   for (const std::string& name : names) files.push_back(header.parent_path() / name);
   return files;
 }
