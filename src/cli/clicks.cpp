@@ -20,7 +20,6 @@
 #include "evidence/evidence_field.h"
 #include "evidence/prior_network.h"
 #include "evidence/robot_user.h"
-#include "evidence/update_features.h"
 #include "io/files.h"
 #include "io/parameter_text.h"
 #include "io/point_text.h"
@@ -49,10 +48,11 @@ struct Part {
 constexpr std::array kParts{
     Part{"sharpness", [](EvidenceSettings& s) { s.sharpness = 0; }},
     Part{"prior", [](EvidenceSettings& s) { s.prior_pull = 0; }},
-    Part{"classifier", [](EvidenceSettings& s) { s.classifier_share = 0; }},
-    Part{"geodesic", [](EvidenceSettings& s) { s.geodesic_share = 0; }},
-    Part{"compactness", [](EvidenceSettings& s) { s.compactness = 0; }},
+    Part{"classifier", [](EvidenceSettings& s) { s.hear_looks = false; }},
+    Part{"geodesic", [](EvidenceSettings& s) { s.hear_ways = false; }},
+    Part{"walk", [](EvidenceSettings& s) { s.hear_walk = false; }},
     Part{"memory", [](EvidenceSettings& s) { s.memory = false; }},
+    Part{"far-memory", [](EvidenceSettings& s) { s.far_memory = 0; }},
     Part{"open-sides", [](EvidenceSettings& s) { s.open_side = 2; }},
     Part{"brush", [](EvidenceSettings& s) { s.brush = 0; }},
 };
@@ -195,12 +195,10 @@ void print_cases(std::ostream& out, const std::vector<Case>& cases) {
 void clicks(const Options& options, const Console& console) {
   refuse_unheard(options);
   EvidenceSettings settings = settings_without(options.without);
-  PriorNetwork network;
+  PriorNetworks networks;
   if (!options.network.empty()) {
-    network = PriorNetwork::parse(read_bytes(options.network));
-    if (network.features() != UpdateFeatures::kCount)
-      throw Error("cannot use " + quoted(options.network), "it is a network of other features", "learn it anew");
-    settings.update = &network;
+    networks = PriorNetworks::parse(read_bytes(options.network));
+    settings.networks = &networks;
   }
   const Volume image = read_volume(options.image), labels = read_volume(options.labels);
   if (!image.geometry().same_grid(labels.geometry())) {
@@ -300,7 +298,7 @@ void add_clicks(const Subcommand& app, Action& action) {
       .within(0.0, 1.0)
       .show_default();
   sub.add_option("--without", options->without,
-                 "Leave out a part of the field: sharpness, prior, classifier, geodesic, compactness, memory, "
+                 "Leave out a part of the field: sharpness, prior, classifier, geodesic, walk, memory, far-memory, "
                  "open-sides or brush; may be repeated; not with the robot none")
       .one_value_each();
   sub.add_option(

@@ -9,6 +9,7 @@
 #include "evidence/brush_radius.h"
 #include "evidence/evidence_box.h"
 #include "evidence/field_prior.h"
+#include "evidence/mark_features.h"
 #include "evidence/seed_reach.h"
 #include "evidence/update_features.h"
 #include "evidence/voxel_features.h"
@@ -18,6 +19,7 @@ namespace {
 
 constexpr int most_growths = 12;
 constexpr double growing_tolerance = 0.1;  // of the field while the box still grows
+constexpr double walk_tolerance = 0.05;    // of the walk of the marks alone, which is one voice of several
 constexpr float unreached_mm = 1e6f;
 constexpr double leak_share = 0.05;
 constexpr float least_conductance = 1e-5f;  // keeps every finite voxel connected
@@ -75,8 +77,10 @@ void EvidenceField::set_box(const VoxelBox& box) {
   smooth(smoothed_, image_.grid, of_least_spacing(settings_.image_smoothing, spacing_mm_), run_);
   features_ = voxel_features(image_, spacing_mm_, run_);
   walker_ = std::make_unique<RandomWalker>(image_.grid, spacing_mm_, run_);
+  const std::vector<float> walk = std::exchange(walk_, std::vector<float>(box.voxel_count()));
   if (field.empty()) return;
   copy_box(field.data(), old, walker_->field().data(), box);  // a box only grows
+  copy_box(walk.data(), old, walk_.data(), box);
   if (before_.empty()) return;
   std::vector<std::uint8_t> before(box.voxel_count());
   copy_box(before_.data(), old, before.data(), box);
@@ -176,16 +180,24 @@ std::vector<FreshMark> EvidenceField::fresh_marks() const {
 template <class Use>
 void EvidenceField::with_prior_input(Use&& use) const {
   std::vector<Eigen::Vector3d> inside;
-  int count = 0;
+  std::vector<MarkedBall> balls;
+  const auto add = [&](const Eigen::Vector3d& mm, double radius_mm, bool in) {
+    const Eigen::Vector3d index = volume_.geometry().index_from_world() * mm;
+    MarkedBall& ball = balls.emplace_back();
+    for (int a = 0; a < 3; ++a) ball.index[a] = static_cast<float>(index[a] - box_.first[a]);
+    ball.radius_mm = static_cast<float>(radius_mm);
+    ball.inside = in;
+  };
   for (const Mark& mark : marks_) {
-    count += mark.kind == MarkKind::Boundary ? 2 : 1;
-    if (mark.kind == MarkKind::Outside) continue;
-    inside.push_back(mark.position_mm);
+    const Eigen::Vector3d step = dot_step(mark, volume_.geometry());
+    if (mark.kind != MarkKind::Outside) add(mark.position_mm - step, mark.radius_mm, true);
+    if (mark.kind != MarkKind::Inside) add(mark.position_mm + step, mark.radius_mm, false);
+    if (mark.kind != MarkKind::Outside) inside.push_back(mark.position_mm);
   }
   const std::vector<float> from_inside = squared_distances(volume_.geometry(), box_, inside, run_);
   const std::vector<FreshMark> fresh = fresh_marks();
-  use(PriorInput{image_.grid, spacing_mm_, smoothed_, features_, known_, from_inside, before_, reach_mm_, count,
-                 fresh});
+  use(PriorInput{image_.grid, spacing_mm_, smoothed_, features_, known_, from_inside, before_, reach_mm_,
+                 largest_.radius_mm, balls, fresh});
 }
 
 void EvidenceField::learn() {
@@ -195,8 +207,28 @@ void EvidenceField::learn() {
       const double edge = settings_.sharpness * inner_difference(input);
       report_.beta = std::clamp(1 / (2 * edge * edge), settings_.least_beta, settings_.largest_beta);
     }
-    prior_ = field_prior(input, settings_, run_);
+    looks_ = looks_of(input, settings_, run_);
+    walk();
+    prior_ = field_prior(input, looks_, walk_, settings_, run_);
   });
+}
+
+template <class Features>
+std::vector<std::vector<float>> EvidenceField::listed(const Features& features) const {
+  std::vector<std::vector<float>> all(Features::kCount, std::vector<float>(known_.size()));
+  FeatureRows rows{};
+  for (int first = 0; first < static_cast<int>(known_.size()); first += kLanes) {
+    const int count = std::min(kLanes, static_cast<int>(known_.size()) - first);
+    features.fill(first, count, rows);
+    for (int f = 0; f < Features::kCount; ++f) std::copy_n(rows[f].data(), count, all[f].data() + first);
+  }
+  return all;
+}
+
+std::vector<std::vector<float>> EvidenceField::mark_features() const {
+  std::vector<std::vector<float>> all;
+  with_prior_input([&](const PriorInput& input) { all = listed(MarkFeatures(input, looks_, walk_, settings_, run_)); });
+  return all;
 }
 
 std::vector<std::vector<float>> EvidenceField::update_features() const {
@@ -205,27 +237,22 @@ std::vector<std::vector<float>> EvidenceField::update_features() const {
     if (input.fresh.empty()) return;
     EvidenceSettings settings = settings_;
     settings.memory = false;
-    const FieldPrior anew = field_prior(input, settings, run_);
-    const UpdateFeatures features(input, anew.target, run_);
-    all.assign(UpdateFeatures::kCount + 1, std::vector<float>(known_.size()));
-    FeatureRows rows{};
-    for (int first = 0; first < static_cast<int>(known_.size()); first += kLanes) {
-      const int count = std::min(kLanes, static_cast<int>(known_.size()) - first);
-      features.fill(first, count, rows);
-      for (int f = 0; f < UpdateFeatures::kCount; ++f) std::copy_n(rows[f].data(), count, all[f].data() + first);
-      for (int v = first; v < first + count; ++v) all.back()[v] = features.nearest_is_inside(v) ? 1.0f : 0.0f;
-    }
+    const std::vector<std::uint8_t> anew = field_prior(input, looks_, walk_, settings, run_);
+    const UpdateFeatures features(input, anew, run_);
+    all = listed(features);
+    std::vector<float>& side = all.emplace_back(known_.size());
+    for (int v = 0; v < static_cast<int>(known_.size()); ++v) side[v] = features.nearest_is_inside(v) ? 1.0f : 0.0f;
   });
   return all;
 }
 
-void EvidenceField::solve(double tolerance) {
+RandomWalker::Report EvidenceField::run_walker(double pull, double tolerance) {
   const int n = image_.grid.count();
   set_conductances(report_.beta);
   std::vector<std::uint8_t> held(n);
   for_each_index(
       run_, n,
-      [known = known_.data(), open = prior_.open.data(), field = walker_->field().data(), held = held.data()](int v) {
+      [known = known_.data(), open = looks_.open.data(), field = walker_->field().data(), held = held.data()](int v) {
         held[v] = is_held(known[v]) && !open[v];
         if (held[v]) field[v] = known[v] == Known::Inside;
       });
@@ -234,10 +261,24 @@ void EvidenceField::solve(double tolerance) {
   for_each_index(run_, n,
                  [pull = walker_->pull().data(), wx = walker_->weights(0).data(), row = box_.size[0],
                   wy = walker_->weights(1).data(), plane = image_.grid.plane(), wz = walker_->weights(2).data(),
-                  gamma = static_cast<float>(settings_.prior_pull / 6)](int v) {
+                  gamma = static_cast<float>(pull / 6)](int v) {
                    pull[v] = gamma * (wx[v] + wx[v - 1] + wy[v] + wy[v - row] + wz[v] + wz[v - plane]);
                  });
-  const RandomWalker::Report solved = walker_->solve(prior_.target, held, tolerance, settings_.most_iterations);
+  return walker_->solve(prior_, held, tolerance, settings_.most_iterations);
+}
+
+void EvidenceField::walk() {
+  if (!(settings_.hear_walk)) return;
+  const auto exchange = [&] { std::swap_ranges(walk_.begin(), walk_.end(), walker_->field().begin()); };
+  exchange();  // each goes on from its own field before
+  prior_.assign(walk_.size(), 0);
+  run_walker(0, walk_tolerance);
+  exchange();
+}
+
+void EvidenceField::solve(double tolerance) {
+  const int n = image_.grid.count();
+  const RandomWalker::Report solved = run_walker(settings_.prior_pull, tolerance);
   report_.iterations = solved.iterations;
   report_.error = solved.error;
   probability_.assign(walker_->field().begin(), walker_->field().end());
@@ -297,8 +338,8 @@ double EvidenceField::brush_mm(MarkKind kind, const Eigen::Vector3d& position_mm
 
 std::size_t EvidenceField::bytes() const {
   std::size_t bytes = image_.value.size() * 4 + image_.finite.size() + smoothed_.size() * 4 + known_.size() +
-                      probability_.size() * 4 + object_.voxels.size() + before_.size() + prior_.target.size() +
-                      prior_.open.size();
+                      probability_.size() * 4 + object_.voxels.size() + before_.size() + prior_.size() +
+                      looks_.score.size() * 4 + looks_.open.size() + walk_.size() * 4;
   for (const std::vector<float>& feature : features_) bytes += feature.size() * 4;
   return bytes + (walker_ ? walker_->bytes() : 0);
 }

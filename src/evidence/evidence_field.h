@@ -55,8 +55,9 @@ class EvidenceField {
   Mask object() const;
   /// Radius for the mark of a click, brush_radius_mm().
   double brush_mm(MarkKind kind, const Eigen::Vector3d& position_mm) const;
-  /// What the network of the prior saw in the last update, feature by feature, to learn from, and last whether the
-  /// nearest new mark is an inside one; nothing without new marks.
+  /// What the networks of the prior saw in the last update, feature by feature, to learn from: MarkFeatures, and
+  /// UpdateFeatures with, last, whether the nearest new mark is an inside one; the latter empty without new marks.
+  std::vector<std::vector<float>> mark_features() const;
   std::vector<std::vector<float>> update_features() const;
   /// What was known of each voxel in the last update.
   std::span<const Known> known() const { return known_; }
@@ -74,7 +75,13 @@ class EvidenceField {
   std::optional<Eigen::Vector3d> middle_of_wrong(const Mark& mark, bool inside) const;
   template <class Use>
   void with_prior_input(Use&& use) const;
+  template <class Features>
+  std::vector<std::vector<float>> listed(const Features& features) const;
   void learn();
+  /// The random walker of the marks alone, without a prior, into walk_.
+  void walk();
+  /// Runs the walker on its field, every voxel drawn to the prior by so many mean conductances of its edges.
+  RandomWalker::Report run_walker(double pull, double tolerance);
   void solve(double tolerance);
   void set_conductances(double beta);
 
@@ -92,7 +99,9 @@ class EvidenceField {
   std::size_t fresh_ = 0;             // the first mark that was new when before_ was the field
   std::vector<std::uint8_t> before_;  // field before the fresh marks, 1..255; 0: not known
   std::vector<Known> known_;
-  FieldPrior prior_;
+  Looks looks_;
+  std::vector<float> walk_;          // field of the marks alone
+  std::vector<std::uint8_t> prior_;  // P(object), 0..255
   std::unique_ptr<RandomWalker> walker_;
   std::vector<float> probability_;
   FieldObject object_;

@@ -3,7 +3,7 @@
 
 namespace simplexseg {
 
-struct PriorNetwork;
+struct PriorNetworks;
 
 /// How the field is made from image and marks. One set for all objects and images. Intensities: the 1st percentile of
 /// the box is 0, its 99th is 1. Lengths in voxels are of the smallest spacing.
@@ -15,20 +15,19 @@ struct EvidenceSettings {
   double beta = 1000;
   double least_beta = 1200, largest_beta = 8000;  ///< bounds of what `sharpness` gives
 
-  // ---- Prior: sigmoid(slope * (classifier_share * c + geodesic_share * g)), c and g in about -1 .. 1
+  // ---- Prior: what learned networks say of MarkFeatures and UpdateFeatures
   double prior_pull = 0.1;  ///< how strongly a voxel is drawn to it, in mean conductances of its edges; 0: no prior
-  double prior_slope = 3;
-  double classifier_share = 1;  ///< of what the marks' voxels look like
-  double geodesic_share = 1;    ///< of (outside - inside) / (outside + inside), distances to the marks
-  double length_cost = 0.02;    ///< of one voxel of way, next to the intensities passed
-  double dots_share = 0.5;      ///< least share of outside marks among what the classifier learns as outside, the rest
-                                ///< being the box's sides
-  double compactness = 0.5;     ///< of s: distance to the nearest centre of an inside mark beyond the radius of the
-                                ///< largest inside mark, or its reach (seed_reach.h), in such radii
-  bool memory = true;           ///< new marks change the field before; else all are heard as if for the first time
-  const PriorNetwork* update =
-      nullptr;             ///< says how, from UpdateFeatures; must outlive the field; null: the program's own
-  double open_side = 0.2;  ///< a voxel of the box's sides with c above this may be the object's: it is not held
+  const PriorNetworks* networks = nullptr;  ///< must outlive the field; null: the program's own
+  bool hear_looks = true;                   ///< what the marks' voxels look like
+  bool hear_ways = true;                    ///< geodesic distances to inside and outside marks
+  bool hear_walk = true;                    ///< the random walker of the marks alone, without a prior
+  double length_cost = 0.02;                ///< of one voxel of way, next to the intensities passed
+  double dots_share = 0.5;  ///< least share of outside marks among what the classifier learns as outside, the rest
+                            ///< being the box's sides
+  bool memory = true;       ///< new marks change the field before; else all are heard as if for the first time
+  double far_memory = 0.5;  ///< share of the field before in what is said far from new marks
+  double far_depths = 1;    ///< depths of the mark (FreshMark) at which that begins; it is whole at twice this
+  double open_side = 0.2;   ///< a voxel of the box's sides that looks so much like inside marks may be the object's
 
   // ---- Marks
   double brush = 0.3;        ///< radius of a click's mark: this share of the distance from the click to the field's

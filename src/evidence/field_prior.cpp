@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/expect.h"
 #include "core/vec3.h"
-#include "evidence/geodesic_distance.h"
+#include "evidence/mark_features.h"
 #include "evidence/prior_network.h"
 #include "evidence/update_features.h"
 
@@ -13,8 +14,6 @@ namespace simplexseg {
 namespace {
 
 constexpr std::size_t most_samples = 2000;  // of one kind: more teach the classifier nothing, and cost time
-constexpr int geodesic_rounds = 3;
-constexpr float unreached = 1e4f;
 
 using Samples = std::vector<MarkClassifier::Sample>;
 
@@ -33,9 +32,9 @@ float total(const Samples& samples) {
   return sum;
 }
 
-std::vector<float> looks(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run) {
+std::vector<float> score_of(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run) {
   std::vector<float> score(input.known.size());
-  if (!(settings.classifier_share > 0)) return score;
+  if (!settings.hear_looks) return score;
   Samples inside, outside, border;
   for (int v = 0; v < static_cast<int>(input.known.size()); ++v) {
     const Known known = input.known[v];
@@ -76,46 +75,38 @@ float inner_difference(const PriorInput& input) {
   return *at;
 }
 
-FieldPrior field_prior(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run) {
+Looks looks_of(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run) {
+  Looks looks{score_of(input, settings, run), std::vector<std::uint8_t>(input.known.size())};
+  for (std::size_t v = 0; v < looks.open.size(); ++v)
+    looks.open[v] = input.known[v] == Known::FarBorder && looks.score[v] > settings.open_side;
+  return looks;
+}
+
+std::vector<std::uint8_t> field_prior(const PriorInput& input, const Looks& looks, std::span<const float> walk,
+                                      const EvidenceSettings& settings, const RunJobs& run) {
+  SIMPLEXSEG_EXPECT(walk.size() == input.known.size());
   const int n = static_cast<int>(input.known.size());
-  const std::vector<float> score = looks(input, settings, run);
-  FieldPrior prior{std::vector<std::uint8_t>(n), std::vector<std::uint8_t>(n)};
-  std::vector<float> inside(n, unreached), outside(n, unreached);
-  for (int v = 0; v < n; ++v) {
-    const Known known = input.known[v];
-    prior.open[v] = known == Known::FarBorder && score[v] > settings.open_side;
-    if (known == Known::Inside)
-      inside[v] = 0;
-    else if (known != Known::Nothing && !prior.open[v])
-      outside[v] = 0;
+  const PriorNetworks& networks = settings.networks ? *settings.networks : learned_networks();
+  std::vector<std::uint8_t> target(n);
+  {
+    const MarkFeatures features(input, looks, walk, settings, run);
+    networks.marks.evaluate([&](int first, int count, FeatureRows& to) { features.fill(first, count, to); }, target,
+                            run);
   }
-  if (settings.geodesic_share > 0) {
-    run(2, [&](int which) {
-      lower_geodesic_distance(which ? outside : inside, input.image, input.grid, input.spacing_mm,
-                              {static_cast<float>(settings.length_cost)}, geodesic_rounds);
-    });
-  }
-  const float slope = static_cast<float>(settings.prior_slope);
-  const float c_share = static_cast<float>(settings.classifier_share),
-              g_share = static_cast<float>(settings.geodesic_share),
-              compactness = static_cast<float>(settings.compactness);
-  const float per_radius = static_cast<float>(1 / input.reach_mm);
-  for_each_index(run, n,
-                 [=, in = inside.data(), out = outside.data(), c = score.data(), far = input.from_inside.data(),
-                  to = prior.target.data()](int v) {
-                   const float g = (out[v] - in[v]) / (out[v] + in[v] + 1e-3f);
-                   const float s = larger(std::sqrt(far[v]) * per_radius - 1, 0.0f);
-                   const float sum = c_share * c[v] + g_share * g - compactness * s;
-                   to[v] = static_cast<std::uint8_t>(255 / (1 + std::exp(-slope * sum)) + 0.5f);
-                 });
-  if (input.fresh.empty() || !settings.memory) return prior;
-  const UpdateFeatures features(input, prior.target, run);
-  const PriorNetwork& network = settings.update ? *settings.update : learned_update();
+  if (input.fresh.empty() || !settings.memory) return target;
+  const UpdateFeatures features(input, target, run);
   std::vector<std::uint8_t> same_side(n);
-  network.evaluate([&](int first, int count, FeatureRows& to) { features.fill(first, count, to); }, same_side, run);
-  for (int v = 0; v < n; ++v)
-    prior.target[v] = features.nearest_is_inside(v) ? same_side[v] : static_cast<std::uint8_t>(255 - same_side[v]);
-  return prior;
+  networks.update.evaluate([&](int first, int count, FeatureRows& to) { features.fill(first, count, to); }, same_side,
+                           run);
+  const float share = static_cast<float>(settings.far_memory), near = static_cast<float>(settings.far_depths);
+  for_each_index(run, n,
+                 [=, &features, same = same_side.data(), before = input.before.data(), to = target.data()](int v) {
+                   const float now = features.nearest_is_inside(v) ? same[v] : 255.0f - same[v];
+                   const float old =
+                       before[v] == 0 ? 0.0f : share * smaller(larger(features.depths_away(v) / near - 1, 0.0f), 1.0f);
+                   to[v] = static_cast<std::uint8_t>(now + old * (before[v] - now) + 0.5f);
+                 });
+  return target;
 }
 
 }  // namespace simplexseg

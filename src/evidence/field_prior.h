@@ -23,6 +23,13 @@ struct FreshMark {
   int voxel;       ///< nearest to its centre
 };
 
+/// Ball of an inside or outside mark; a boundary mark has two.
+struct MarkedBall {
+  std::array<float, 3> index;  ///< of its centre, in the box
+  float radius_mm;
+  bool inside;  ///< else outside
+};
+
 /// What the prior is made from.
 struct PriorInput {
   const BoxGrid& grid;
@@ -33,23 +40,28 @@ struct PriorInput {
   std::span<const float> from_inside;    ///< mm to the nearest centre of an inside or boundary mark, squared
   std::span<const std::uint8_t> before;  ///< field before the fresh marks, 1..255 for 0..1, 0: not known; or empty
   double reach_mm;                       ///< of the largest inside mark (seed_reach.h): the object's scale
-  int marks;                             ///< how many; a boundary mark counts as two
+  double radius_mm;                      ///< of the largest inside mark
+  std::span<const MarkedBall> balls;     ///< of all marks
   std::span<const FreshMark> fresh;      ///< empty where nothing is known of a field before
 };
 
 inline constexpr int kMiddleBefore = 127;  ///< what is above is the object of the field before
 
-struct FieldPrior {
-  std::vector<std::uint8_t> target;  ///< P(object), 0..255 for 0..1
-  std::vector<std::uint8_t> open;    ///< 1: a voxel of the box's sides that may be the object's
-};
-
 /// 75th percentile of |difference| between neighbours that are both marked as inside, along the axes whose spacing is
 /// less than twice the least: what is not an edge of this object. 0 with fewer than 20 pairs.
 float inner_difference(const PriorInput& input);
 
-/// P(object) of every voxel, from the looks of the marks, the geodesic distances to them and the distance to the inside
-/// marks; where there are fresh marks, what a learned network makes of that, of the field before and of UpdateFeatures.
-FieldPrior field_prior(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run);
+/// What the voxels of the marks look like.
+struct Looks {
+  std::vector<float> score;  ///< about -1 .. 1: how much more a voxel looks like inside marks than like outside ones
+  std::vector<std::uint8_t> open;  ///< 1: a voxel of the box's sides that may be the object's
+};
+Looks looks_of(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run);
+
+/// P(object) of every voxel, 0..255 for 0..1: what a learned network says of MarkFeatures, `walk` being P(object) by
+/// the random walker of the marks alone; where there are fresh marks, what another says of that, of the field before
+/// and of UpdateFeatures.
+std::vector<std::uint8_t> field_prior(const PriorInput& input, const Looks& looks, std::span<const float> walk,
+                                      const EvidenceSettings& settings, const RunJobs& run);
 
 }  // namespace simplexseg

@@ -8,6 +8,8 @@
 
 #include "core/error.h"
 #include "core/expect.h"
+#include "evidence/mark_features.h"
+#include "evidence/update_features.h"
 
 namespace simplexseg {
 namespace {
@@ -27,7 +29,7 @@ void apply(const PriorNetwork::Layer& layer, const FeatureRows& x, FeatureRows& 
   }
 }
 
-void read(std::istream& in, std::vector<float>& numbers, int count) {
+void read_numbers(std::istream& in, std::vector<float>& numbers, int count) {
   numbers.resize(count);
   for (float& x : numbers) in >> x;
 }
@@ -75,13 +77,12 @@ std::string PriorNetwork::text() const {
   return out.str();
 }
 
-PriorNetwork PriorNetwork::parse(const std::string& text) {
-  std::istringstream in(text);
+PriorNetwork PriorNetwork::read(std::istream& in) {
   PriorNetwork network;
   int features = 0, layers = 0, width = 0;
   if (in >> features && is_width(features)) {
-    read(in, network.centre, features);
-    read(in, network.scale, features);
+    read_numbers(in, network.centre, features);
+    read_numbers(in, network.scale, features);
     in >> layers;
     width = features;
   }
@@ -91,7 +92,7 @@ PriorNetwork PriorNetwork::parse(const std::string& text) {
     layer.weight.reserve(static_cast<std::size_t>(layer.in) * layer.out);
     std::vector<float> row;
     for (int o = 0; o < layer.out; ++o) {
-      read(in, row, layer.in + 1);
+      read_numbers(in, row, layer.in + 1);
       layer.weight.insert(layer.weight.end(), row.begin(), row.end() - 1);
       layer.bias.push_back(row.back());
     }
@@ -102,6 +103,16 @@ PriorNetwork PriorNetwork::parse(const std::string& text) {
     throw Error("the network of the field's prior", "its text is not layers of numbers",
                 "give a file that learn_prior has written");
   return network;
+}
+
+std::string PriorNetworks::text() const { return marks.text() + update.text(); }
+
+PriorNetworks PriorNetworks::parse(const std::string& text) {
+  std::istringstream in(text);
+  PriorNetworks networks{PriorNetwork::read(in), PriorNetwork::read(in)};
+  if (networks.marks.features() != MarkFeatures::kCount || networks.update.features() != UpdateFeatures::kCount)
+    throw Error("the networks of the field's prior", "they are of other features", "learn them anew");
+  return networks;
 }
 
 }  // namespace simplexseg

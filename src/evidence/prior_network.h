@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <iosfwd>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,7 +20,7 @@ using FeatureRows = std::array<std::array<float, kLanes>, kMostWidth>;
 using FillFeatures = std::function<void(int first, int count, FeatureRows& to)>;
 
 /// A small network of a voxel's features: layers of weights with max(x, 0) between them and a sigmoid at the end.
-/// Learned by tests/benchmarks/learn_prior.cpp.
+/// Learned by tests/benchmarks/learn_prior.
 struct PriorNetwork {
   struct Layer {
     int in = 0, out = 0;
@@ -33,13 +34,24 @@ struct PriorNetwork {
   /// Its answer for every voxel, 0..255 for 0..1.
   void evaluate(const FillFeatures& fill, std::span<std::uint8_t> to, const RunJobs& run) const;
 
-  /// All numbers, in a form that parse() reads.
+  /// All numbers, in a form that read() reads.
   std::string text() const;
   /// Throws Error for anything else than what text() writes.
-  static PriorNetwork parse(const std::string& text);
+  static PriorNetwork read(std::istream& in);
 };
 
-/// The network that the program comes with, of UpdateFeatures.
-const PriorNetwork& learned_update();
+/// What the prior is made with.
+struct PriorNetworks {
+  PriorNetwork marks;   ///< of MarkFeatures
+  PriorNetwork update;  ///< of UpdateFeatures
+
+  /// The one after the other, in a form that parse() reads.
+  std::string text() const;
+  /// Throws Error for anything else than what text() writes, and for networks of other features.
+  static PriorNetworks parse(const std::string& text);
+};
+
+/// Those that the program comes with.
+const PriorNetworks& learned_networks();
 
 }  // namespace simplexseg

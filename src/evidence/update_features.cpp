@@ -34,7 +34,7 @@ UpdateFeatures::UpdateFeatures(const PriorInput& input, std::span<const std::uin
       inward_(input.known.size()),
       per_radius_(static_cast<float>(1 / input.reach_mm)),
       least_mm_(static_cast<float>(*std::min_element(input.spacing_mm.begin(), input.spacing_mm.end()))),
-      marks_(static_cast<float>(input.marks)) {
+      marks_(static_cast<float>(input.balls.size())) {
   const int n = static_cast<int>(input.known.size());
   for (std::size_t m = 0; m < input.fresh.size(); ++m) {
     const FreshMark& mark = input.fresh[m];
@@ -66,7 +66,7 @@ void UpdateFeatures::fill(int first, int count, FeatureRows& to) const {
   for (int l = 0; l < count; ++l) {
     const int v = first + l;
     const FreshMark& mark = input_.fresh[nearest_[v]];
-    const float depth = mark.depth_mm + 0.5f * least_mm_, side = mark.inside ? 1.0f : -1.0f;
+    const float depth = this->depth(v), side = mark.inside ? 1.0f : -1.0f;
     const float p = (anew_[v] + 0.5f) / 256, away = side * inward_[v];
     const float before = input_.before[v] == 0 ? -1.0f : (input_.before[v] - 128) / 127.0f;
     const float distance = std::sqrt(square_[v]);

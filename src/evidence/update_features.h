@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -22,8 +23,12 @@ class UpdateFeatures {
   void fill(int first, int count, FeatureRows& to) const;
   /// Which side the nearest of the new marks of a voxel is on.
   bool nearest_is_inside(int voxel) const { return input_.fresh[nearest_[voxel]].inside; }
+  /// How far that is, in its depths.
+  float depths_away(int voxel) const { return std::sqrt(square_[voxel]) / depth(voxel); }
 
  private:
+  float depth(int voxel) const { return input_.fresh[nearest_[voxel]].depth_mm + 0.5f * least_mm_; }
+
   const PriorInput& input_;
   std::span<const std::uint8_t> anew_;
   std::vector<std::uint16_t> nearest_;  ///< of the fresh marks

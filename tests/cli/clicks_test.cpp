@@ -72,6 +72,7 @@ TEST_F(Clicks, EveryOptionHasItsEffect) {
                                                       {"--without", "classifier"},
                                                       {"--without", "geodesic"},
                                                       {"--without", "prior"},
+                                                      {"--without", "walk"},
                                                       {"--without", "sharpness"}}) {
     const nlohmann::json changed = comparable(clicks(more));
     EXPECT_NE(changed["cases"], plain["cases"]) << more[0] << " " << more[1];

@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <sstream>
 
 #include "core/error.h"
 #include "evidence/evidence_field.h"
+#include "evidence/mark_features.h"
 #include "evidence/update_features.h"
 
 namespace simplexseg {
@@ -48,8 +50,13 @@ TEST(PriorNetwork, WhatIsFarFromAllThatWasLearnedSaysNoMore) {
   EXPECT_NE(answers(small_network(), {{2, 1}}), answers(small_network(), {{0.5f, 1}}));
 }
 
+PriorNetwork read(const std::string& text) {
+  std::istringstream in(text);
+  return PriorNetwork::read(in);
+}
+
 TEST(PriorNetwork, ItsTextGivesItBack) {
-  const PriorNetwork again = PriorNetwork::parse(small_network().text());
+  const PriorNetwork again = read(small_network().text());
   EXPECT_EQ(again.centre, small_network().centre);
   ASSERT_EQ(again.layers.size(), 2u);
   EXPECT_EQ(again.layers[0].weight, small_network().layers[0].weight);
@@ -61,12 +68,22 @@ TEST(PriorNetwork, OtherTextIsRefused) {
   cut.resize(cut.size() / 2);
   for (const std::string& text : {std::string(), std::string("a network"), std::string("9999 1 1"),
                                   std::string("2 1 1 1 1 0"), cut, std::string("2 1 1 1 1 1 3 1 0 0 0 0")})
-    EXPECT_THROW(PriorNetwork::parse(text), Error) << text;
+    EXPECT_THROW(read(text), Error) << text;
 }
 
-TEST(PriorNetwork, TheProgramsOwnKnowsItsFeatures) {
-  EXPECT_EQ(learned_update().features(), UpdateFeatures::kCount);
-  EXPECT_EQ(learned_update().layers.back().out, 1);
+TEST(PriorNetworks, TheProgramsOwnKnowTheirFeaturesAndTheirTextGivesThemBack) {
+  const PriorNetworks& own = learned_networks();
+  EXPECT_EQ(own.marks.features(), MarkFeatures::kCount);
+  EXPECT_EQ(own.update.features(), UpdateFeatures::kCount);
+  const PriorNetworks again = PriorNetworks::parse(own.text());
+  EXPECT_EQ(again.marks.layers[1].weight, own.marks.layers[1].weight);
+  EXPECT_EQ(again.update.layers[1].weight, own.update.layers[1].weight);
+}
+
+TEST(PriorNetworks, OneAloneOrTheOneInThePlaceOfTheOtherIsRefused) {
+  const PriorNetworks& own = learned_networks();
+  EXPECT_THROW(PriorNetworks::parse(own.marks.text()), Error);
+  EXPECT_THROW(PriorNetworks::parse(own.update.text() + own.marks.text()), Error);
 }
 
 }  // namespace

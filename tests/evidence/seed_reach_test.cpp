@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "evidence/evidence_field.h"
 #include "image/mask.h"
 
 namespace simplexseg {
@@ -57,26 +56,6 @@ TEST(SeedReach, VoxelsThatAreNotNumbersAreAWall) {
   EXPECT_NEAR(seed_reach_mm(image, {40, 40, 40}, 9), 0.85 * 16, 1.5);
   for (float& x : image.voxels<float>()) x = std::numeric_limits<float>::infinity();
   EXPECT_DOUBLE_EQ(seed_reach_mm(image, {40, 40, 40}, 9), 9);
-}
-
-// How far along a bar of one intensity an object goes on is all that the seed's size says.
-TEST(SeedReach, GivesTheFieldItsScale) {
-  Volume image = ball(200, 5);
-  const auto in_bar = [](int j, int k) { return std::hypot(j - 40.0, 2 * k - 40.0) <= 11; };
-  for (int k = 0; k < 40; ++k)
-    for (int j = 0; j < 80; ++j)
-      for (int i = 0; i < 80; ++i)
-        if (!in_bar(j, k)) image.voxels<float>()[image.offset(i, j, k)] -= 100;
-  const auto length = [&](double radius_mm) {
-    const Mark seed{MarkKind::Inside, {40, 40, 40}, radius_mm, {0, 0, 0}};
-    EvidenceField field(image);
-    field.update({&seed, 1});
-    const Mask object = field.object();
-    int voxels = 0;
-    for (int i = 0; i < 80; ++i) voxels += object.voxels[image.offset(i, 40, 20)];
-    return voxels;
-  };
-  EXPECT_GT(length(6), 0.6 * length(11));
 }
 
 }  // namespace

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// Learns the networks of the evidence field's prior (src/evidence/mark_features.h, update_features.h) from objects that
+// a robot user marks and corrects (docs/clicks.md, scripts/learn_prior):
+//   learn_prior sample marks|update GROUP IMAGE LABELS LABEL|all OUT [NETWORKS]
+// writes what a network sees of some voxels, and what they are, to OUT.samples and, of labels as images,
+// OUT.labels.samples. NETWORKS: what the field is made with meanwhile, else the program's own.
+//   learn_prior train marks|update OUT GROUP|none FILE... [--with NETWORKS]
+// learns that network from all files but those of one group, says how it does on that, and writes it with the other of
+// NETWORKS.
+//   learn_prior embed NETWORKS
+// prints src/evidence/learned_networks.cpp with them.
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "evidence/robot_user.h"
+#include "io/files.h"
+#include "io/volume_io.h"
+#include "learn_prior/learner.h"
+#include "learn_prior/samples.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr int kNetworks = 4;  // whose mean is taken
+constexpr int kWidth = 8;     // of the first hidden layer of each; the second has two thirds of that
+
+Part part_of(const std::string& word) {
+  if (word == "marks") return Part::Marks;
+  if (word == "update") return Part::Update;
+  throw Error("'" + word + "'", "there is no such network", "give marks or update");
+}
+
+PriorNetworks networks_of(const std::string& file) {
+  return file.empty() ? learned_networks() : PriorNetworks::parse(read_bytes(file));
+}
+
+void sample(const std::vector<std::string>& words) {
+  const Volume image = read_volume(words[3]);
+  std::optional<double> label;
+  if (words[5] != "all") label = std::stod(words[5]);
+  Mask truth = mask_of(read_volume(words[4]), label);
+  truth.geometry = image.geometry();
+  std::printf("%s %s %s\n", words[2].c_str(), words[3].c_str(), words[5].c_str());
+  const Sampled sampled = sample_object(image, largest_part(truth), part_of(words[1]),
+                                        networks_of(words.size() > 7 ? words[7] : std::string()));
+  const bool besides = words[2].find(kBesides) != std::string::npos;
+  write_samples(words[6] + ".samples", words[2], sampled.real);
+  if (!sampled.phantom.empty())
+    write_samples(words[6] + ".labels.samples", besides ? words[2] : words[2] + kPhantoms, sampled.phantom);
+}
+
+void train(std::vector<std::string> words) {
+  std::string with;
+  if (words[words.size() - 2] == "--with") {
+    with = words.back();
+    words.resize(words.size() - 2);
+  }
+  const Part part = part_of(words[1]);
+  PriorNetworks networks = networks_of(with);
+  PriorNetwork& network = part == Part::Marks ? networks.marks : networks.update;
+  const Data data = read_samples({words.begin() + 4, words.end()}, words[3]);
+  std::vector<PriorNetwork> several;
+  // Which object is in front of it is what a network must not learn by heart: few epochs where there are few objects'
+  // seeds, and the mean of several.
+  const int epochs = part == Part::Marks ? 2 : 6, features = network.features();
+  for (unsigned start = 1; start <= kNetworks; ++start) {
+    Learner learner(data.learned, {features, kWidth, kWidth * 2 / 3, 1}, start);
+    learner.learn(data.learned, epochs);
+    several.push_back(learner.network());
+  }
+  while (several.size() > 1) {
+    std::vector<PriorNetwork> pairs;
+    for (std::size_t n = 0; n + 1 < several.size(); n += 2) pairs.push_back(joined(several[n], several[n + 1]));
+    several = std::move(pairs);
+  }
+  network = several.front();
+  const Judgement learned = judge(network, data.learned);
+  std::printf("%-12s learned from %zu: loss %.4f, wrong %.4f", words[3].c_str(), data.learned.size(), learned.loss,
+              learned.wrong);
+  if (!data.left_out.empty()) {
+    const Judgement left_out = judge(network, data.left_out);
+    std::printf("; left out %zu: loss %.4f, wrong %.4f", data.left_out.size(), left_out.loss, left_out.wrong);
+  }
+  std::printf("\n");
+  std::ofstream out(words[2]);
+  out << networks.text();
+  if (!out.flush()) throw Error("cannot write " + words[2], "the disk may be full", "choose another folder");
+}
+
+/// In lines of the width of our sources.
+void print_numbers(const char* name, const PriorNetwork& network) {
+  constexpr std::size_t most = 116;
+  std::printf("constexpr const char* %s = R\"(\n", name);
+  std::istringstream lines(network.text());
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream numbers(line);
+    std::string row;
+    for (std::string number; numbers >> number;) {
+      if (!row.empty() && row.size() + 1 + number.size() > most) {
+        std::printf("%s\n", row.c_str());
+        row.clear();
+      }
+      row += (row.empty() ? "" : " ") + number;
+    }
+    std::printf("%s\n", row.c_str());
+  }
+  std::printf(")\";\n\n");
+}
+
+void embed(const PriorNetworks& networks) {
+  std::printf(
+      "// SPDX-License-Identifier: Apache-2.0\n"
+      "// Written by scripts/learn_prior. Layers of numbers, as PriorNetworks::text writes them.\n"
+      "#include \"evidence/prior_network.h\"\n\nnamespace simplexseg {\nnamespace {\n\n");
+  print_numbers("kMarks", networks.marks);
+  print_numbers("kUpdate", networks.update);
+  std::printf(
+      "}  // namespace\n\nconst PriorNetworks& learned_networks() {\n"
+      "  static const PriorNetworks networks = PriorNetworks::parse(std::string(kMarks) + kUpdate);\n"
+      "  return networks;\n}\n\n}  // namespace simplexseg\n");
+}
+
+}  // namespace
+}  // namespace simplexseg
+
+int main(int argc, char** argv) {
+  const std::vector<std::string> words(argv + 1, argv + argc);
+  try {
+    if (words.size() >= 7 && words[0] == "sample") return simplexseg::sample(words), 0;
+    if (words.size() >= 5 && words[0] == "train") return simplexseg::train(words), 0;
+    if (words.size() == 2 && words[0] == "embed") return simplexseg::embed(simplexseg::networks_of(words[1])), 0;
+  } catch (const std::exception& error) {
+    std::cerr << "learn_prior: " << error.what() << '\n';
+    return 1;
+  }
+  std::cerr << "learn_prior sample PART GROUP IMAGE LABELS LABEL OUT [NETWORKS] | learn_prior train PART OUT GROUP "
+               "FILE... [--with NETWORKS] | learn_prior embed NETWORKS\n";
+  return 2;
+}

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn_prior/samples.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <random>
+
+#include "core/error.h"
+#include "evidence/evidence_field.h"
+#include "evidence/robot_user.h"
+#include "image/distance_map.h"
+#include "io/files.h"
+#include "study/phantom.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr int kNameLength = 32;
+
+/// What the marks say is learned from many seeds and few clicks, what new ones change from many clicks.
+const std::vector<User>& users_of(Part part) {
+  static const std::vector<User> of_marks{
+      {1, 0, 3},
+      {1, 0, 2, true},
+      {0.5, 0, 0},
+      {0.7, 0.3, 1},
+      {1.3, 0, 1},
+      {1, 0.3, 0},
+      {1, 0.5, 0},
+      {0.35, 0.3, 0},
+      {0.5, 0.2, 0},
+      {.seed_scale = 1, .seed_offset = 0.1, .clicks = 1, .coarser = 1.6},
+      {.seed_scale = 0.6, .seed_offset = 0.2, .clicks = 0, .coarser = 1.6},
+      {.seed_scale = 1, .seed_offset = 0, .clicks = 1, .noise = 0.25},
+      {.seed_scale = 0.5, .seed_offset = 0.2, .clicks = 0, .noise = 0.25},
+      {.seed_scale = 0.7, .seed_offset = 0.2, .clicks = 0, .noise = 0.1},
+      {.seed_scale = 1.3, .seed_offset = 0, .clicks = 0, .noise = 0.4},
+      {.seed_scale = 0.9, .seed_offset = 0.2, .clicks = 0, .coarser = 1.5, .noise = 0.5},
+  };
+  static const std::vector<User> of_update{{1, 0, 10}, {0.6, 0.3, 10}, {1, 0, 10, true}, {1, 0, 10, false, true}};
+  return part == Part::Marks ? of_marks : of_update;
+}
+
+/// Robot's field after each click; samples of it.
+class Subject : public RobotSubject {
+ public:
+  Subject(const Volume& image, const Mask& truth, Part part, const EvidenceSettings& settings)
+      : truth_(truth), part_(part), field_(image, run_in_turn(), settings) {
+    for (const std::uint8_t v : truth.voxels) voxels_ += v;
+  }
+  Mask segment(std::span<const Mark> marks) override {
+    std::vector<Mark> heard(marks.begin(), marks.end());
+    for (Mark& mark : heard)  // the radius is the program's to choose
+      if (mark.kind == MarkKind::Boundary) mark.radius_mm = field_.brush_mm(mark.kind, mark.position_mm);
+    field_.update(heard);
+    Mask object = field_.object();
+    collect(object, part_ == Part::Marks ? field_.mark_features() : field_.update_features());
+    return object;
+  }
+  double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const override { return field_.brush_mm(kind, mm); }
+  const std::vector<Sample>& samples() const { return samples_; }
+
+ private:
+  /// So many voxels of the object, near it or what is taken for it, and far away; each weighs by how many it stands
+  /// for.
+  void collect(const Mask& object, const std::vector<std::vector<float>>& features) {
+    if (features.empty()) return;
+    const VoxelBox box = field_.box();
+    std::vector<std::uint8_t> is(box.voxel_count()), any(box.voxel_count());
+    std::size_t at = 0;
+    for (int k = 0; k < box.size[2]; ++k)
+      for (int j = 0; j < box.size[1]; ++j)
+        for (int i = 0; i < box.size[0]; ++i, ++at) {
+          const std::array<int, 3>& n = truth_.geometry.size;
+          const std::size_t v =
+              (static_cast<std::size_t>(box.first[2] + k) * n[1] + box.first[1] + j) * n[0] + box.first[0] + i;
+          is[at] = truth_.voxels[v];
+          any[at] = is[at] || object.voxels[v];
+        }
+    const std::vector<float> away =
+        distance_map(any, VoxelBox{{0, 0, 0}, box.size}, truth_.geometry.world_from_index().linear());
+    const double near_mm = 4 * truth_.geometry.spacing_mm.minCoeff();
+    std::array<std::vector<int>, 3> kinds;
+    for (int v = 0; v < static_cast<int>(is.size()); ++v)
+      if (field_.known()[v] == Known::Nothing) kinds[is[v] ? 0 : away[v] <= near_mm ? 1 : 2].push_back(v);
+    constexpr std::array<int, 3> most{500, 500, 250};
+    for (std::size_t kind = 0; kind < kinds.size(); ++kind) {
+      const std::vector<int>& from = kinds[kind];
+      const int count = std::min(most[kind], static_cast<int>(from.size()));
+      const double stands_for = std::min(3.0, static_cast<double>(from.size()) / static_cast<double>(voxels_));
+      std::uniform_int_distribution<std::size_t> any_of(0, from.empty() ? 0 : from.size() - 1);
+      for (int s = 0; s < count; ++s) {
+        const int v = from[any_of(random_)];
+        Sample& one = samples_.emplace_back();
+        for (std::size_t f = 0; f < features.size(); ++f) one.feature[f] = features[f][v];
+        const bool side = part_ == Part::Marks || features.back()[v] != 0;
+        one.positive = (is[v] != 0) == side ? 1.0f : 0.0f;
+        one.weight = static_cast<float>(stands_for / count);
+      }
+    }
+  }
+
+  const Mask& truth_;
+  Part part_;
+  EvidenceField field_;
+  std::vector<Sample> samples_;
+  std::size_t voxels_ = 0;
+  std::mt19937 random_{7};
+};
+
+/// Voxels at least `factor` times as wide as the narrowest are; the object in them.
+std::pair<Volume, Mask> coarser(const Volume& image, const Mask& truth, double factor) {
+  const VolumeGeometry& fine = image.geometry();
+  VolumeGeometry geometry = fine;
+  for (int a = 0; a < 3; ++a) {
+    const double f = std::max(1.0, fine.spacing_mm.minCoeff() * factor / fine.spacing_mm[a]);
+    geometry.size[a] = std::max(1, static_cast<int>(fine.size[a] / f));
+    geometry.spacing_mm[a] *= f;
+  }
+  std::pair<Volume, Mask> result{Volume(geometry, VoxelType::Float32),
+                                 {geometry, std::vector<std::uint8_t>(geometry.voxel_count())}};
+  const Eigen::Affine3d world = geometry.world_from_index(), index = fine.index_from_world();
+  std::size_t v = 0;
+  for (int k = 0; k < geometry.size[2]; ++k)
+    for (int j = 0; j < geometry.size[1]; ++j)
+      for (int i = 0; i < geometry.size[0]; ++i, ++v) {
+        double sum = 0;
+        for (int corner = 0; corner < 8; ++corner)
+          sum += image.sample(world * Eigen::Vector3d(i + (corner & 1 ? 0.25 : -0.25), j + (corner & 2 ? 0.25 : -0.25),
+                                                      k + (corner & 4 ? 0.25 : -0.25)));
+        result.first.voxels<float>()[v] = static_cast<float>(sum / 8);
+        const Eigen::Vector3d at = index * (world * Eigen::Vector3d(i, j, k));
+        std::array<int, 3> near;
+        for (int a = 0; a < 3; ++a) near[a] = std::clamp(static_cast<int>(std::lround(at[a])), 0, fine.size[a] - 1);
+        result.second.voxels[v] = truth.voxels[image.offset(near[0], near[1], near[2])];
+      }
+  result.second = largest_part(result.second);
+  return result;
+}
+
+Volume label_as_image(const Mask& truth, double noise, unsigned seed) {
+  Volume label(truth.geometry, VoxelType::UInt8);
+  std::copy(truth.voxels.begin(), truth.voxels.end(), label.voxels<std::uint8_t>().begin());
+  PhantomSettings settings;
+  settings.noise_sigma = noise * settings.contrast;
+  settings.seed = seed;
+  return image_of_label(label, 1.0, settings);
+}
+
+}  // namespace
+
+Sampled sample_object(const Volume& image, const Mask& truth, Part part, const PriorNetworks& networks) {
+  constexpr std::size_t least_voxels = 60;  // of the object in a coarser image
+  EvidenceSettings settings;
+  settings.networks = &networks;
+  Sampled sampled;
+  unsigned number = 0;
+  for (const User& user : users_of(part)) {
+    ++number;
+    Volume seen = user.noise >= 0 ? label_as_image(truth, user.noise, number) : image;
+    Mask object = truth;
+    if (user.coarser > 1) std::tie(seen, object) = coarser(seen, truth, user.coarser);
+    if (static_cast<std::size_t>(std::count(object.voxels.begin(), object.voxels.end(), 1)) < least_voxels) continue;
+    RobotSettings robot;
+    robot.most_clicks = user.clicks;
+    robot.hand = user.grabs ? RobotHand::Grabs : user.mixed ? RobotHand::Mixed : RobotHand::Marks;
+    robot.seed_scale = user.seed_scale;
+    robot.seed_offset = user.seed_offset;
+    Subject subject(seen, object, part, settings);
+    const std::vector<RobotClick> clicks = run_robot(object, subject, robot, [](int, const Mask&) {});
+    std::vector<Sample>& to = user.noise >= 0 ? sampled.phantom : sampled.real;
+    to.insert(to.end(), subject.samples().begin(), subject.samples().end());
+    std::printf("user %u: Dice %.3f after the seed, %.3f after %zu clicks\n", number, clicks.front().agreement.dice,
+                clicks.back().agreement.dice, clicks.size() - 1);
+  }
+  return sampled;
+}
+
+void write_samples(const std::string& file, const std::string& group, const std::vector<Sample>& samples) {
+  std::ofstream out(file, std::ios::binary);
+  std::array<char, kNameLength> name{};
+  std::copy_n(group.data(), std::min<std::size_t>(group.size(), kNameLength - 1), name.data());
+  out.write(name.data(), kNameLength);
+  out.write(reinterpret_cast<const char*>(samples.data()),
+            static_cast<std::streamsize>(samples.size() * sizeof(Sample)));
+  if (!out.flush()) throw Error("cannot write " + file, "the disk may be full", "free space, or choose another folder");
+}
+
+Data read_samples(const std::vector<std::string>& files, const std::string& left_out) {
+  Data data;
+  std::map<std::string, std::vector<std::pair<std::size_t, std::size_t>>> groups;
+  for (const std::string& file : files) {
+    const std::string bytes = read_bytes(file);
+    if (bytes.size() < kNameLength) continue;
+    const std::string group(bytes.c_str());
+    const bool out = group.substr(0, group.find(kBesides)) == left_out;
+    std::vector<Sample>& to = out ? data.left_out : data.learned;
+    const std::size_t first = to.size(), count = (bytes.size() - kNameLength) / sizeof(Sample);
+    to.resize(first + count);
+    std::copy_n(bytes.data() + kNameLength, count * sizeof(Sample), reinterpret_cast<char*>(to.data() + first));
+    if (!out && count > 0) groups[group].emplace_back(first, to.size());
+  }
+  if (data.learned.empty()) throw Error("nothing to learn from", "the files hold no samples", "give other files");
+  double total = 0;
+  for (const auto& [group, objects] : groups) {
+    const double share = group.ends_with(kPhantoms) ? 0.35 : group.find(kBesides) != std::string::npos ? 0.5 : 1;
+    for (const auto& [first, last] : objects) {
+      double sum = 0;
+      for (std::size_t s = first; s < last; ++s) sum += data.learned[s].weight;
+      for (std::size_t s = first; s < last; ++s)
+        data.learned[s].weight *= static_cast<float>(share / sum / static_cast<double>(objects.size()));
+    }
+    total += share;
+  }
+  for (Sample& s : data.learned) s.weight *= static_cast<float>(static_cast<double>(data.learned.size()) / total);
+  return data;
+}
+
+}  // namespace simplexseg

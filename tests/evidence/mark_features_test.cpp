@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "evidence/mark_features.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "evidence/evidence_field.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr int kDistance = 3, kToOutside = 5, kEdgesIn = 6, kStrange = 8, kMost = 11, kMean = 12, kFirst = 13,
+              kReach = 15, kWall = 19, kMarks = 20;
+
+/// 60 x 40 x 40 voxels of 1 mm, bright where `bright` says so, with little noise.
+template <class Bright>
+Volume image_of(const Bright& bright) {
+  VolumeGeometry geometry;
+  geometry.size = {60, 40, 40};
+  Volume image(geometry, VoxelType::Float32);
+  std::uint64_t state = 1;
+  for (int k = 0; k < 40; ++k)
+    for (int j = 0; j < 40; ++j)
+      for (int i = 0; i < 60; ++i) {
+        state = state * 6364136223846793005u + 1442695040888963407u;
+        const double scatter = static_cast<double>(state >> 33) / 2147483648.0 - 0.5;
+        image.voxels<float>()[image.offset(i, j, k)] = static_cast<float>((bright(i, j, k) ? 150 : 50) + 10 * scatter);
+      }
+  return image;
+}
+
+double from(double x, int i, int j, int k) { return std::hypot(i - x, j - 20.0, k - 20.0); }
+
+Mark inside(double x, double radius) { return {MarkKind::Inside, {x, 20, 20}, radius, {0, 0, 0}}; }
+Mark outside(double x, double radius) { return {MarkKind::Outside, {x, 20, 20}, radius, {0, 0, 0}}; }
+
+/// What the marks say of places on the middle line of the image.
+class OnMiddleLine {
+ public:
+  OnMiddleLine(const Volume& image, const std::vector<Mark>& marks) : field_(image) {
+    field_.update(marks);
+    all_ = field_.mark_features();
+  }
+  float operator()(int feature, int i) const {
+    const VoxelBox& box = field_.box();
+    return all_[feature][box.offset(i - box.first[0], 20 - box.first[1], 20 - box.first[2])];
+  }
+
+ private:
+  EvidenceField field_;
+  std::vector<std::vector<float>> all_;
+};
+
+TEST(MarkFeatures, DistancesAreInReachesOfTheObject) {
+  const Volume ball = image_of([](int i, int j, int k) { return from(25, i, j, k) < 10; });
+  const OnMiddleLine small(ball, {inside(25, 6)}), right(ball, {inside(25, 10)});
+  EXPECT_GT(small(kReach, 25), std::log(1.3));  // a small seed sees the wall
+  EXPECT_FLOAT_EQ(right(kReach, 25), 0);
+  EXPECT_NEAR(right(kDistance, 35), std::log(1 + 0.1), 1e-4);
+  EXPECT_NEAR(right(kDistance, 25), std::log(0.1), 1e-4);
+  EXPECT_NEAR(small(kDistance, 35), right(kDistance, 35), 0.25);
+  EXPECT_GT(right(kWall, 25), 5);  // what lies about it is not like it
+}
+
+TEST(MarkFeatures, ALineToAVoxelMeetsWhatIsStrange) {
+  const Volume slab = image_of([](int i, int, int) { return i < 30 || i > 33; });
+  const OnMiddleLine at(slab, {inside(20, 7)});
+  EXPECT_LT(at(kMost, 27), 3);
+  EXPECT_EQ(at(kFirst, 27), 1);
+  EXPECT_GT(at(kMost, 31), 5);
+  EXPECT_GT(at(kStrange, 31), 5);
+  EXPECT_LT(at(kStrange, 36), 3);  // it looks like the object, but behind a wall
+  EXPECT_GT(at(kMost, 36), 5);
+  EXPECT_LT(at(kFirst, 36), 0.7);
+  EXPECT_GT(at(kMean, 36), at(kMean, 27));
+  EXPECT_GT(at(kEdgesIn, 36), at(kEdgesIn, 27) + 1);
+}
+
+TEST(MarkFeatures, MarksOutsideAreHeard) {
+  const Volume ball = image_of([](int i, int j, int k) { return from(25, i, j, k) < 10; });
+  const OnMiddleLine one(ball, {inside(25, 8)}), two(ball, {inside(25, 8), outside(40, 2)});
+  EXPECT_FLOAT_EQ(one(kMarks, 25), 0);
+  EXPECT_FLOAT_EQ(two(kMarks, 25), std::log(2.0f));
+  EXPECT_LT(two(kToOutside, 38), one(kToOutside, 38) - 1);
+}
+
+}  // namespace
+}  // namespace simplexseg
