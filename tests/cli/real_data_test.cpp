@@ -78,13 +78,13 @@ struct LabelCase {
   const char* labels;
   std::vector<std::optional<double>> values;
   std::vector<Seed> seeds;
+  double least_by_default = 0.90;  ///< Dice
 };
 void PrintTo(const LabelCase& c, std::ostream* out) { *out << c.labels; }
 
 class LabelAsImage : public ::testing::TestWithParam<LabelCase> {};
 
-TEST_P(LabelAsImage, IsFoundAndKept) {
-  const LabelCase& c = GetParam();
+void is_found_and_kept(const LabelCase& c, const ForceParameters& parameters, double least) {
   const auto labels = volume_of(c.labels);
   if (!labels) GTEST_SKIP() << c.labels << " is not on this machine";
   std::vector<Mask> references;
@@ -103,11 +103,7 @@ TEST_P(LabelAsImage, IsFoundAndKept) {
     MeshItem item;
     item.name = "object " + std::to_string(k);
     item.seed = c.seeds[k];
-    item.parameters = default_force_parameters();
-    // The mechanics are tried, with the simplest of evidence: nothing is learned from marks.
-    item.parameters.values[static_cast<int>(ForceId::Evidence)][EvidenceForce::source] = 1;
-    item.parameters.values[static_cast<int>(ForceId::Smoothing)][SmoothingForce::weight] = 0.5f;
-    item.parameters.values[static_cast<int>(ForceId::Smoothing)][SmoothingForce::curvature] = 0.5f;
+    item.parameters = parameters;
     scene.meshes.push_back(item);
   }
   Session session(make_cpu_engine());
@@ -116,20 +112,35 @@ TEST_P(LabelAsImage, IsFoundAndKept) {
     const Advance done = session.advance_steps(steps);
     EXPECT_FALSE(done.failure) << *done.failure;
     for (double d : dice_of(session, references))
-      EXPECT_GE(d, 0.90) << c.labels << " after " << session.total_steps() << " steps";
+      EXPECT_GE(d, least) << c.labels << " after " << session.total_steps() << " steps";
   }
 }
 
+/// As every new mesh is: what the object is, is learned from the seed alone.
+TEST_P(LabelAsImage, IsFoundAndKeptByDefault) {
+  is_found_and_kept(GetParam(), default_force_parameters(), GetParam().least_by_default);
+}
+
+/// The mechanics are tried, with the simplest of evidence: nothing is learned from marks.
+TEST_P(LabelAsImage, IsFoundAndKeptByIntensities) {
+  ForceParameters parameters = default_force_parameters();
+  parameters.values[static_cast<int>(ForceId::Evidence)][EvidenceForce::source] = 1;
+  parameters.values[static_cast<int>(ForceId::Smoothing)][SmoothingForce::weight] = 0.5f;
+  parameters.values[static_cast<int>(ForceId::Smoothing)][SmoothingForce::curvature] = 0.5f;
+  is_found_and_kept(GetParam(), parameters, 0.90);
+}
+
+// The seeds of the kidneys are 1.5 and 2 times as wide as the kidneys hold, and stick out.
 INSTANTIATE_TEST_SUITE_P(
     Objects, LabelAsImage,
-    ::testing::Values(LabelCase{"ch2bet.nii.gz", {std::nullopt}, {{{-1, 21, 10}, 60}}},
-                      LabelCase{
-                          "ct_abdomen/labels.nii.gz", {2.0, 3.0}, {{{-71, -131, 346}, 28}, {{79, -125, 358}, 26}}},
-                      LabelCase{"hippocampus/labels/hippocampus_001.nii.gz", {std::nullopt}, {{{-16, -36, 12}, 3}}},
-                      LabelCase{"hippocampus/labels/hippocampus_003.nii.gz", {std::nullopt}, {{{-16, -35, 13}, 3}}},
-                      LabelCase{"hippocampus/labels/hippocampus_004.nii.gz", {std::nullopt}, {{{-15, -34, 14}, 3}}},
-                      LabelCase{"hippocampus/labels/hippocampus_006.nii.gz", {std::nullopt}, {{{-13, -31, 14}, 3}}},
-                      LabelCase{"hippocampus/labels/hippocampus_007.nii.gz", {std::nullopt}, {{{-19, -32, 15}, 3}}}));
+    ::testing::Values(
+        LabelCase{"ch2bet.nii.gz", {std::nullopt}, {{{-1, 21, 10}, 60}}},
+        LabelCase{"ct_abdomen/labels.nii.gz", {2.0, 3.0}, {{{-71, -131, 346}, 28}, {{79, -125, 358}, 26}}, 0.88},
+        LabelCase{"hippocampus/labels/hippocampus_001.nii.gz", {std::nullopt}, {{{-16, -36, 12}, 3}}},
+        LabelCase{"hippocampus/labels/hippocampus_003.nii.gz", {std::nullopt}, {{{-16, -35, 13}, 3}}},
+        LabelCase{"hippocampus/labels/hippocampus_004.nii.gz", {std::nullopt}, {{{-15, -34, 14}, 3}}},
+        LabelCase{"hippocampus/labels/hippocampus_006.nii.gz", {std::nullopt}, {{{-13, -31, 14}, 3}}},
+        LabelCase{"hippocampus/labels/hippocampus_007.nii.gz", {std::nullopt}, {{{-19, -32, 15}, 3}}}));
 
 bool same_bits(const std::vector<Eigen::Vector3f>& a, const std::vector<Eigen::Vector3f>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0;

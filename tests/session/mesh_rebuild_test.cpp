@@ -184,7 +184,7 @@ TEST(MeshRebuild, ASessionMakesARingOfASphereThatCannotGrowIntoOne) {
 
 // A seed of two voxels starts with few vertices, whose smoothing is stronger than any image.
 TEST(MeshRebuild, ASessionMakesAMeshThatFellTogetherAnew) {
-  const Volume image = phantom("sphere", 100, 10).image;
+  const Volume image = phantom("sphere", 100, 4).image;
   Scene scene;
   scene.simulation = default_simulation_parameters();
   MeshItem item;
