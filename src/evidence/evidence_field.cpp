@@ -268,10 +268,10 @@ RandomWalker::Report EvidenceField::run_walker(double pull, double tolerance) {
 }
 
 void EvidenceField::walk() {
-  if (!(settings_.hear_walk)) return;
+  if (!settings_.hear_walk) return;
   const auto exchange = [&] { std::swap_ranges(walk_.begin(), walk_.end(), walker_->field().begin()); };
-  exchange();  // each goes on from its own field before
-  prior_.assign(walk_.size(), 0);
+  exchange();                      // each goes on from its own field before
+  prior_.assign(walk_.size(), 0);  // not heard: nothing draws to it
   run_walker(0, walk_tolerance);
   exchange();
 }

@@ -8,6 +8,7 @@
 #include "core/vec3.h"
 #include "evidence/mark_features.h"
 #include "evidence/prior_network.h"
+#include "evidence/quantile.h"
 #include "evidence/update_features.h"
 
 namespace simplexseg {
@@ -70,9 +71,7 @@ float inner_difference(const PriorInput& input) {
         differences.push_back(std::fabs(input.image[v + stride] - input.image[v]));
   }
   if (differences.size() < 20) return 0;
-  const auto at = differences.begin() + static_cast<std::ptrdiff_t>(0.75 * static_cast<double>(differences.size() - 1));
-  std::nth_element(differences.begin(), at, differences.end());
-  return *at;
+  return quantile(differences, 0.75);
 }
 
 Looks looks_of(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run) {

@@ -6,6 +6,7 @@
 
 #include "core/vec3.h"
 #include "evidence/geodesic_distance.h"
+#include "evidence/quantile.h"
 
 namespace simplexseg {
 namespace {
@@ -17,13 +18,6 @@ constexpr float kShellFirst = 1.15f, kShellLast = 1.7f;     // reaches: where th
 constexpr float kFarthestMark = 5;                          // reaches
 constexpr float kLeastWalk = 0.003f;                        // and its rest: the most that the walk is believed
 constexpr std::array kLeastDeviation{0.01f, 0.03f, 0.03f};  // of the image's range; of the smoothed ones' deviation
-
-/// Median; reorders.
-float middle_of(std::vector<float>& values) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 }  // namespace
 
@@ -71,10 +65,9 @@ void MarkFeatures::measure_inside() {
     for (std::size_t v = 0; v < list.size(); ++v)
       if (input_.known[v] == Known::Inside) values.push_back(list[v]);
     if (values.empty()) continue;  // later marks have taken all of them
-    middle_[l] = middle_of(values);
+    middle_[l] = quantile(values, 0.5);
     for (float& x : values) x = std::fabs(x - middle_[l]);
-    constexpr float normal = 1.4826f;  // standard deviations in the median of |x - median|
-    per_deviation_[l] = 1 / (normal * middle_of(values) + kLeastDeviation[l]);
+    per_deviation_[l] = 1 / (static_cast<float>(kDeviationsOfMedian) * quantile(values, 0.5) + kLeastDeviation[l]);
   }
 }
 
@@ -84,7 +77,7 @@ void MarkFeatures::measure_wall() {
   for (int v = 0; v < static_cast<int>(input_.known.size()); ++v)
     if (input_.from_inside[v] > low * low && input_.from_inside[v] < high * high && input_.known[v] != Known::NotFinite)
       shell.push_back(strange(v));
-  if (!shell.empty()) wall_ = middle_of(shell);
+  if (!shell.empty()) wall_ = quantile(shell, 0.5);
 }
 
 void MarkFeatures::find_nearest(const RunJobs& run) {

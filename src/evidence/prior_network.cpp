@@ -14,8 +14,6 @@
 namespace simplexseg {
 namespace {
 
-constexpr float kMost = 4;  // deviations: what is farther from all that was learned says no more
-
 void apply(const PriorNetwork::Layer& layer, const FeatureRows& x, FeatureRows& y, bool last) {
   const float least = last ? -1e30f : 0.0f;
   for (int o = 0; o < layer.out; ++o) {
@@ -48,7 +46,8 @@ void PriorNetwork::evaluate(const FillFeatures& fill, std::span<std::uint8_t> to
       const int count = std::min(kLanes, end - start);
       fill(start, count, x);
       for (int f = 0; f < features(); ++f)
-        for (int l = 0; l < kLanes; ++l) x[f][l] = std::min(std::max((x[f][l] - centre[f]) * scale[f], -kMost), kMost);
+        for (int l = 0; l < kLanes; ++l)
+          x[f][l] = std::min(std::max((x[f][l] - centre[f]) * scale[f], -kMostDeviations), kMostDeviations);
       for (const Layer& layer : layers) {
         apply(layer, x, y, &layer == &layers.back());
         std::swap(x, y);

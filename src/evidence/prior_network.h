@@ -14,6 +14,8 @@ namespace simplexseg {
 
 /// Voxels that are looked at side by side, and the most numbers a voxel has at any layer.
 inline constexpr int kLanes = 32, kMostWidth = 32;
+/// Deviations: a feature that is farther than this from all that was learned says no more.
+inline constexpr float kMostDeviations = 4;
 /// Row f holds feature f of so many voxels.
 using FeatureRows = std::array<std::array<float, kLanes>, kMostWidth>;
 /// Writes the features of voxels first ... first + count - 1, count <= kLanes.

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <vector>
 
+#include "evidence/quantile.h"
+
 namespace simplexseg {
 namespace {
 
@@ -22,12 +24,6 @@ constexpr double kLeastDeviation = 0.01;  // of the range of all that the rays m
 constexpr double kSameWall = 1.4;         // largest ratio of the distances for the two
 constexpr double kClear = 1.3;            // radii: a nearer wall may be the ball's own
 constexpr double kCare = 0.93;            // of the distance: too small a ball costs less than too large a one
-
-double quantile(std::vector<double> values, double share) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 /// The image along rays out of a place, evenly over the sphere.
 struct Rays {
@@ -59,7 +55,7 @@ struct Rays {
       while (s < steps && std::fabs(met[static_cast<std::size_t>(ray) * steps + s] - middle) <= difference) ++s;
       first[ray] = s;  // what is not finite does not differ by less
     }
-    return static_cast<int>(quantile(std::move(first), kNearest));
+    return static_cast<int>(quantile(first, kNearest));
   }
 };
 
@@ -77,9 +73,8 @@ double seed_reach_mm(const Volume& volume, const Eigen::Vector3d& centre_mm, dou
   if (inner.empty()) return radius_mm;
   const double middle = quantile(inner, 0.5);
   for (double& x : inner) x = std::fabs(x - middle);
-  constexpr double normal = 1.4826;  // standard deviations in the median of |x - median|
   const double range = quantile(finite, 0.99) - quantile(finite, 0.01);
-  const double deviation = std::max(normal * quantile(inner, 0.5), kLeastDeviation * range);
+  const double deviation = std::max(kDeviationsOfMedian * quantile(inner, 0.5), kLeastDeviation * range);
   std::array<double, 2> radii;
   for (std::size_t k = 0; k < radii.size(); ++k)
     radii[k] = rays.wall(middle, kDeviations[k] * deviation) * step / radius_mm;

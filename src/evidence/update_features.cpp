@@ -66,7 +66,7 @@ void UpdateFeatures::fill(int first, int count, FeatureRows& to) const {
   for (int l = 0; l < count; ++l) {
     const int v = first + l;
     const FreshMark& mark = input_.fresh[nearest_[v]];
-    const float depth = this->depth(v), side = mark.inside ? 1.0f : -1.0f;
+    const float depth = depth_of(v), side = mark.inside ? 1.0f : -1.0f;
     const float p = (anew_[v] + 0.5f) / 256, away = side * inward_[v];
     const float before = input_.before[v] == 0 ? -1.0f : (input_.before[v] - 128) / 127.0f;
     const float distance = std::sqrt(square_[v]);

@@ -24,10 +24,10 @@ class UpdateFeatures {
   /// Which side the nearest of the new marks of a voxel is on.
   bool nearest_is_inside(int voxel) const { return input_.fresh[nearest_[voxel]].inside; }
   /// How far that is, in its depths.
-  float depths_away(int voxel) const { return std::sqrt(square_[voxel]) / depth(voxel); }
+  float depths_away(int voxel) const { return std::sqrt(square_[voxel]) / depth_of(voxel); }
 
  private:
-  float depth(int voxel) const { return input_.fresh[nearest_[voxel]].depth_mm + 0.5f * least_mm_; }
+  float depth_of(int voxel) const { return input_.fresh[nearest_[voxel]].depth_mm + 0.5f * least_mm_; }
 
   const PriorInput& input_;
   std::span<const std::uint8_t> anew_;

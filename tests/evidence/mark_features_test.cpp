@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "evidence/evidence_field.h"
+#include "study/phantom.h"
 
 namespace simplexseg {
 namespace {
@@ -18,16 +19,13 @@ template <class Bright>
 Volume image_of(const Bright& bright) {
   VolumeGeometry geometry;
   geometry.size = {60, 40, 40};
-  Volume image(geometry, VoxelType::Float32);
-  std::uint64_t state = 1;
+  Volume label(geometry, VoxelType::UInt8);
   for (int k = 0; k < 40; ++k)
     for (int j = 0; j < 40; ++j)
-      for (int i = 0; i < 60; ++i) {
-        state = state * 6364136223846793005u + 1442695040888963407u;
-        const double scatter = static_cast<double>(state >> 33) / 2147483648.0 - 0.5;
-        image.voxels<float>()[image.offset(i, j, k)] = static_cast<float>((bright(i, j, k) ? 150 : 50) + 10 * scatter);
-      }
-  return image;
+      for (int i = 0; i < 60; ++i) label.voxels<std::uint8_t>()[label.offset(i, j, k)] = bright(i, j, k);
+  PhantomSettings settings;
+  settings.noise_sigma = 3;
+  return image_of_label(label, 1.0, settings);
 }
 
 double from(double x, int i, int j, int k) { return std::hypot(i - x, j - 20.0, k - 20.0); }

@@ -12,7 +12,6 @@ namespace {
 
 constexpr float kRate = 2e-3f, kDecay = 1e-2f;
 constexpr float kJitter = 0.1f;    // of the features, in deviations
-constexpr float kMost = 4;         // deviations, as PriorNetwork::evaluate
 constexpr float kMostWeight = 20;  // of a sample
 
 }  // namespace
@@ -85,7 +84,7 @@ std::vector<Eigen::MatrixXf> Learner::forward(const std::vector<Sample>& samples
   for (int c = 0; c < count; ++c)
     for (int f = 0; f < n; ++f) {
       const float x = (samples[which[c]].feature[f] - centre_[f]) * scale_[f];
-      layers[0](f, c) = std::clamp(x, -kMost, kMost) + kJitter * normal_(random_);
+      layers[0](f, c) = std::clamp(x, -kMostDeviations, kMostDeviations) + kJitter * normal_(random_);
     }
   for (std::size_t l = 0; l < weight_.size(); ++l) {
     const Eigen::MatrixXf& w = weight_[l];

@@ -10,7 +10,6 @@
 
 #include "core/error.h"
 #include "evidence/evidence_field.h"
-#include "evidence/robot_user.h"
 #include "image/distance_map.h"
 #include "io/files.h"
 #include "study/phantom.h"
@@ -24,7 +23,7 @@ constexpr int kNameLength = 32;
 const std::vector<User>& users_of(Part part) {
   static const std::vector<User> of_marks{
       {1, 0, 3},
-      {1, 0, 2, true},
+      {1, 0, 2, RobotHand::Mixed},
       {0.5, 0, 0},
       {0.7, 0.3, 1},
       {1.3, 0, 1},
@@ -40,7 +39,8 @@ const std::vector<User>& users_of(Part part) {
       {.seed_scale = 1.3, .seed_offset = 0, .clicks = 0, .noise = 0.4},
       {.seed_scale = 0.9, .seed_offset = 0.2, .clicks = 0, .coarser = 1.5, .noise = 0.5},
   };
-  static const std::vector<User> of_update{{1, 0, 10}, {0.6, 0.3, 10}, {1, 0, 10, true}, {1, 0, 10, false, true}};
+  static const std::vector<User> of_update{
+      {1, 0, 10}, {0.6, 0.3, 10}, {1, 0, 10, RobotHand::Mixed}, {1, 0, 10, RobotHand::Grabs}};
   return part == Part::Marks ? of_marks : of_update;
 }
 
@@ -166,7 +166,7 @@ Sampled sample_object(const Volume& image, const Mask& truth, Part part, const P
     if (static_cast<std::size_t>(std::count(object.voxels.begin(), object.voxels.end(), 1)) < least_voxels) continue;
     RobotSettings robot;
     robot.most_clicks = user.clicks;
-    robot.hand = user.grabs ? RobotHand::Grabs : user.mixed ? RobotHand::Mixed : RobotHand::Marks;
+    robot.hand = user.hand;
     robot.seed_scale = user.seed_scale;
     robot.seed_offset = user.seed_offset;
     Subject subject(seen, object, part, settings);

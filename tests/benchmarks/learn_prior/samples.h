@@ -2,11 +2,11 @@
 // Voxels to learn the prior's networks from: their features, and what they are.
 #pragma once
 #include <array>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "evidence/prior_network.h"
+#include "evidence/robot_user.h"
 #include "image/mask.h"
 #include "image/volume.h"
 
@@ -25,8 +25,7 @@ struct Sample {
 struct User {
   double seed_scale, seed_offset;  ///< as RobotSettings
   int clicks;
-  bool mixed = false;  ///< clicks as RobotHand::Mixed, else Marks
-  bool grabs = false;  ///< as RobotHand::Grabs
+  RobotHand hand = RobotHand::Marks;
   double coarser = 1;  ///< voxels that many times as wide at least
   double noise = -1;   ///< from 0 on: the label itself is the image, with noise of that share of the contrast
 };
