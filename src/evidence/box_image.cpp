@@ -41,6 +41,12 @@ void smooth(std::vector<float>& values, const BoxGrid& grid, const std::array<do
   }
 }
 
+void smooth_by_least_spacing(std::vector<float>& values, const BoxGrid& grid, const std::array<double, 3>& spacing_mm,
+                             double voxels, const RunJobs& run) {
+  const double mm = voxels * *std::min_element(spacing_mm.begin(), spacing_mm.end());
+  smooth(values, grid, {mm / spacing_mm[0], mm / spacing_mm[1], mm / spacing_mm[2]}, run);
+}
+
 BoxImage cut_out(const Volume& volume, const VoxelBox& box, const RunJobs& run) {
   BoxImage image{{box.size}, {}, {}};
   const int n = image.grid.count();

@@ -17,6 +17,10 @@ namespace simplexseg {
 /// an axis with less than 0.2 is left alone.
 void smooth(std::vector<float>& values, const BoxGrid& grid, const std::array<double, 3>& sigma, const RunJobs& run);
 
+/// The same by a deviation in voxels of the least spacing.
+void smooth_by_least_spacing(std::vector<float>& values, const BoxGrid& grid, const std::array<double, 3>& spacing_mm,
+                             double voxels, const RunJobs& run);
+
 struct BoxImage {
   BoxGrid grid;
   std::vector<float> value;          ///< 1st percentile of the box 0, 99th 1, clamped

@@ -7,11 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "evidence/box_image.h"
+#include "evidence/coarse_prior.h"
 #include "evidence/evidence_settings.h"
 #include "evidence/field_object.h"
-#include "evidence/field_prior.h"
-#include "evidence/mark_classifier.h"
 #include "evidence/marked_voxels.h"
 #include "evidence/marks.h"
 #include "evidence/random_walker.h"
@@ -55,12 +53,12 @@ class EvidenceField {
   Mask object() const;
   /// Radius for the mark of a click, brush_radius_mm().
   double brush_mm(MarkKind kind, const Eigen::Vector3d& position_mm) const;
-  /// What the networks of the prior saw in the last update, feature by feature, to learn from: MarkFeatures, and
-  /// UpdateFeatures with, last, whether the nearest new mark is an inside one; the latter empty without new marks.
-  std::vector<std::vector<float>> mark_features() const;
-  std::vector<std::vector<float>> update_features() const;
-  /// What was known of each voxel in the last update.
-  std::span<const Known> known() const { return known_; }
+  /// What the networks of the prior saw in the last update on the blocks of the prior, feature by feature, to learn
+  /// from: MarkFeatures, and UpdateFeatures with, last, whether the nearest new mark is an inside one; the latter empty
+  /// without new marks.
+  std::vector<std::vector<float>> mark_features() const { return coarse_.mark_features(said()); }
+  std::vector<std::vector<float>> update_features() const { return coarse_.update_features(said()); }
+  const CoarsePrior& prior() const { return coarse_; }
   /// Memory held for the box.
   std::size_t bytes() const;
 
@@ -69,38 +67,31 @@ class EvidenceField {
   void remember(std::span<const Mark> marks);
   void measure_reach(std::span<const Mark> marks);
   void set_box(const VoxelBox& box);
-  std::vector<FreshMark> fresh_marks() const;
+  std::vector<NewDot> new_dots() const;
+  double depth_before_mm(const Eigen::Vector3d& at_mm) const;
   /// Of a boundary mark's dot: the middle of what the field before had on the wrong side of the mark, along the way
   /// out; nothing where it was right there. That is what the mark corrects, as a mark of that kind would.
   std::optional<Eigen::Vector3d> middle_of_wrong(const Mark& mark, bool inside) const;
-  template <class Use>
-  void with_prior_input(Use&& use) const;
-  template <class Features>
-  std::vector<std::vector<float>> listed(const Features& features) const;
+  Said said() const { return {marks_, known_, before_, fresh_dots_, reach_mm_, largest_.radius_mm}; }
   void learn();
-  /// The random walker of the marks alone, without a prior, into walk_.
-  void walk();
-  /// Runs the walker on its field, every voxel drawn to the prior by so many mean conductances of its edges.
-  RandomWalker::Report run_walker(double pull, double tolerance);
   void solve(double tolerance);
-  void set_conductances(double beta);
 
   Volume volume_;
   RunJobs run_;
   EvidenceSettings settings_;
   std::array<double, 3> spacing_mm_;
   VoxelBox box_{};
-  BoxImage image_;
+  double reach_of_box_mm_ = 0;        // with which the prior's blocks were made
+  std::vector<std::uint8_t> finite_;  // 0 where the image is not
   std::vector<float> smoothed_;
-  FeatureLists features_;
   std::vector<Mark> marks_;           // of the last update
   Mark largest_;                      // of the inside marks
   double reach_mm_ = 0;               // what it says about the object's scale
   std::size_t fresh_ = 0;             // the first mark that was new when before_ was the field
   std::vector<std::uint8_t> before_;  // field before the fresh marks, 1..255; 0: not known
   std::vector<Known> known_;
-  Looks looks_;
-  std::vector<float> walk_;          // field of the marks alone
+  std::vector<NewDot> fresh_dots_;
+  CoarsePrior coarse_;
   std::vector<std::uint8_t> prior_;  // P(object), 0..255
   std::unique_ptr<RandomWalker> walker_;
   std::vector<float> probability_;

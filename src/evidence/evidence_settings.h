@@ -21,13 +21,15 @@ struct EvidenceSettings {
   bool hear_looks = true;                   ///< what the marks' voxels look like
   bool hear_ways = true;                    ///< geodesic distances to inside and outside marks
   bool hear_walk = true;                    ///< the random walker of the marks alone, without a prior
-  double length_cost = 0.02;                ///< of one voxel of way, next to the intensities passed
-  double dots_share = 0.5;  ///< least share of outside marks among what the classifier learns as outside, the rest
-                            ///< being the box's sides
-  bool memory = true;       ///< new marks change the field before; else all are heard as if for the first time
-  double far_memory = 0.5;  ///< share of the field before in what is said far from new marks
-  double far_depths = 1;    ///< depths of the mark (FreshMark) at which that begins; it is whole at twice this
-  double open_side = 0.2;   ///< a voxel of the box's sides that looks so much like inside marks may be the object's
+  double least_reach = 7;     ///< blocks of voxels that the prior is made on: as many as fit into the object's scale
+  double length_cost = 0.02;  ///< of one voxel of way, next to the intensities passed
+  double dots_share = 0.5;    ///< least share of outside marks among what the classifier learns as outside, the rest
+                              ///< being the box's sides
+  bool memory = true;         ///< new marks change the field before; else all are heard as if for the first time
+  double far_memory = 0.5;    ///< share of the field before in what is said far from new marks
+  double far_depths = 1;      ///< depths of the mark (FreshMark) at which that begins; it is whole at twice this
+  bool best_cut = true;       ///< what a voxel must be surer of than not is where the Dice to be expected is largest
+  double open_side = 0.2;     ///< a voxel of the box's sides that looks so much like inside marks may be the object's
 
   // ---- Marks
   double brush = 0.3;        ///< radius of a click's mark: this share of the distance from the click to the field's

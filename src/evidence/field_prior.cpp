@@ -8,12 +8,12 @@
 #include "core/vec3.h"
 #include "evidence/mark_features.h"
 #include "evidence/prior_network.h"
-#include "evidence/quantile.h"
 #include "evidence/update_features.h"
 
 namespace simplexseg {
 namespace {
 
+constexpr double kLeastCut = 0.2;
 constexpr std::size_t most_samples = 2000;  // of one kind: more teach the classifier nothing, and cost time
 
 using Samples = std::vector<MarkClassifier::Sample>;
@@ -56,23 +56,32 @@ std::vector<float> score_of(const PriorInput& input, const EvidenceSettings& set
   return score;
 }
 
-}  // namespace
-
-float inner_difference(const PriorInput& input) {
-  const double least = *std::min_element(input.spacing_mm.begin(), input.spacing_mm.end());
-  std::vector<float> differences;
-  const int n = static_cast<int>(input.known.size());
-  for (int a = 0; a < 3; ++a) {
-    if (input.spacing_mm[a] >= 2 * least || input.grid.size[a] == 1) continue;
-    const int stride = input.grid.stride(a);
-    // The last voxel of a row and the first of the next are never both inside: they lie on two sides of the box.
-    for (int v = 0; v + stride < n; ++v)
-      if (input.known[v] == Known::Inside && input.known[v + stride] == Known::Inside)
-        differences.push_back(std::fabs(input.image[v + stride] - input.image[v]));
+/// Moves all so that the middle is where the Dice of what is above it is the largest to be expected, each voxel being
+/// the object's with its probability: at half that Dice.
+void move_to_best_cut(std::vector<std::uint8_t>& probability, std::span<const Known> known) {
+  std::array<double, 256> count{};
+  double all = 0;
+  for (std::size_t v = 0; v < known.size(); ++v)
+    if (known[v] == Known::Nothing) {
+      ++count[probability[v]];
+      all += probability[v] / 255.0;
+    } else if (known[v] == Known::Inside) {
+      ++count[255];
+      ++all;
+    }
+  double taken = 0, right = 0, most = 0;
+  for (int p = 255; p > 0; --p) {
+    taken += count[p];
+    right += count[p] * p / 255.0;
+    if (taken > 0) most = std::max(most, 2 * right / (taken + all));
   }
-  if (differences.size() < 20) return 0;
-  return quantile(differences, 0.75);
+  const double cut = std::clamp(most / 2, kLeastCut, 0.5), raise = (1 - cut) / cut;
+  std::array<std::uint8_t, 256> moved;
+  for (int p = 0; p < 256; ++p) moved[p] = static_cast<std::uint8_t>(255 * (p * raise / (p * raise + 255 - p)) + 0.5);
+  for (std::uint8_t& p : probability) p = moved[p];
 }
+
+}  // namespace
 
 Looks looks_of(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run) {
   Looks looks{score_of(input, settings, run), std::vector<std::uint8_t>(input.known.size())};
@@ -92,7 +101,10 @@ std::vector<std::uint8_t> field_prior(const PriorInput& input, const Looks& look
     networks.marks.evaluate([&](int first, int count, FeatureRows& to) { features.fill(first, count, to); }, target,
                             run);
   }
-  if (input.fresh.empty() || !settings.memory) return target;
+  if (input.fresh.empty() || !settings.memory) {
+    if (settings.best_cut) move_to_best_cut(target, input.known);
+    return target;
+  }
   const UpdateFeatures features(input, target, run);
   std::vector<std::uint8_t> same_side(n);
   networks.update.evaluate([&](int first, int count, FeatureRows& to) { features.fill(first, count, to); }, same_side,

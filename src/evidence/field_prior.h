@@ -41,15 +41,12 @@ struct PriorInput {
   std::span<const std::uint8_t> before;  ///< field before the fresh marks, 1..255 for 0..1, 0: not known; or empty
   double reach_mm;                       ///< of the largest inside mark (seed_reach.h): the object's scale
   double radius_mm;                      ///< of the largest inside mark
+  float inner_difference;                ///< conductances.h
   std::span<const MarkedBall> balls;     ///< of all marks
   std::span<const FreshMark> fresh;      ///< empty where nothing is known of a field before
 };
 
 inline constexpr int kMiddleBefore = 127;  ///< what is above is the object of the field before
-
-/// 75th percentile of |difference| between neighbours that are both marked as inside, along the axes whose spacing is
-/// less than twice the least: what is not an edge of this object. 0 with fewer than 20 pairs.
-float inner_difference(const PriorInput& input);
 
 /// What the voxels of the marks look like.
 struct Looks {

@@ -28,7 +28,7 @@ MarkFeatures::MarkFeatures(const PriorInput& input, const Looks& looks, std::spa
       walk_(walk),
       hear_ways_(settings.hear_ways),
       hear_walk_(settings.hear_walk),
-      noise_(inner_difference(input) + 0.01f),
+      noise_(input.inner_difference + 0.01f),
       reach_mm_(static_cast<float>(input.reach_mm)),
       least_mm_(static_cast<float>(*std::min_element(input.spacing_mm.begin(), input.spacing_mm.end()))) {
   measure_ways(settings, run);

@@ -82,6 +82,12 @@ std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& 
       }
     }
   }
+  paint_marks(geometry, box, marks, known);
+  return known;
+}
+
+void paint_marks(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks,
+                 std::vector<Known>& known) {
   Painter painter(geometry, box, known);
   for (const Mark& mark : marks) {
     if (mark.kind == MarkKind::Boundary) {
@@ -92,7 +98,6 @@ std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& 
       painter.ball(mark.position_mm, mark.radius_mm, mark.kind == MarkKind::Inside ? Known::Inside : Known::Outside);
     }
   }
-  return known;
 }
 
 std::vector<float> squared_distances(const VolumeGeometry& geometry, const VoxelBox& box,

@@ -35,6 +35,10 @@ Eigen::Vector3d dot_step(const Mark& mark, const VolumeGeometry& geometry);
 std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& box,
                                 std::span<const std::uint8_t> finite, std::span<const Mark> marks, const Mask* others);
 
+/// Their marks alone, over what is known.
+void paint_marks(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks,
+                 std::vector<Known>& known);
+
 /// For every voxel of a box the square of the distance, in mm, to the nearest of these places; 1e12 without any.
 std::vector<float> squared_distances(const VolumeGeometry& geometry, const VoxelBox& box,
                                      std::span<const Eigen::Vector3d> places_mm, const RunJobs& run);

@@ -20,9 +20,6 @@ std::vector<float> distance_to(const std::vector<std::uint8_t>& set, const Prior
   return distance_map(set, VoxelBox{{0, 0, 0}, input.grid.size}, mm);
 }
 
-/// What two voxels beside each other within the object differ by, and an edge far above it.
-float noise_of(const PriorInput& input) { return inner_difference(input) + 0.01f; }
-
 }  // namespace
 
 UpdateFeatures::UpdateFeatures(const PriorInput& input, std::span<const std::uint8_t> anew, const RunJobs& run)
@@ -45,7 +42,7 @@ UpdateFeatures::UpdateFeatures(const PriorInput& input, std::span<const std::uin
       if (square <= mark.radius_mm * mark.radius_mm) edges_[v] = 0;
     }
   }
-  const float noise = noise_of(input);
+  const float noise = input.inner_difference + 0.01f;  // and an edge far above it
   per_noise_ = 1 / (3 * noise);
   std::vector<std::uint8_t> in(n), out(n);
   for (int v = 0; v < n; ++v) in[v] = input.before[v] > kMiddleBefore, out[v] = !in[v];

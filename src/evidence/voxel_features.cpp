@@ -45,23 +45,21 @@ void standardise(std::vector<float>& f, const RunJobs& run) {
 
 }  // namespace
 
-FeatureLists voxel_features(const BoxImage& image, const std::array<double, 3>& spacing_mm, const RunJobs& run) {
-  const double least = *std::min_element(spacing_mm.begin(), spacing_mm.end());
+FeatureLists voxel_features(const std::vector<float>& image, const BoxGrid& grid,
+                            const std::array<double, 3>& spacing_mm, const RunJobs& run) {
   const auto smoothed = [&](std::vector<float> values, double voxels) {
-    std::array<double, 3> sigma;
-    for (int a = 0; a < 3; ++a) sigma[a] = voxels * least / spacing_mm[a];
-    smooth(values, image.grid, sigma, run);
+    smooth_by_least_spacing(values, grid, spacing_mm, voxels, run);
     return values;
   };
   FeatureLists features;
-  for (const double scale : {0.7, 1.5, 3.0}) features.push_back(smoothed(image.value, scale));
-  std::vector<float> scatter(image.value.size());
-  std::transform(image.value.begin(), image.value.end(), scatter.begin(), [](float x) { return x * x; });
+  for (const double scale : {0.7, 1.5, 3.0}) features.push_back(smoothed(image, scale));
+  std::vector<float> scatter(image.size());
+  std::transform(image.begin(), image.end(), scatter.begin(), [](float x) { return x * x; });
   scatter = smoothed(std::move(scatter), 1.5);
   for (std::size_t v = 0; v < scatter.size(); ++v)
     scatter[v] = std::sqrt(std::max(scatter[v] - features[1][v] * features[1][v], 0.0f));
   for (const double scale : {1.0, 2.0})
-    features.push_back(gradient_length(smoothed(image.value, scale), image.grid, spacing_mm, run));
+    features.push_back(gradient_length(smoothed(image, scale), grid, spacing_mm, run));
   features.push_back(std::move(scatter));
   for (std::vector<float>& f : features) standardise(f, run);
   return features;

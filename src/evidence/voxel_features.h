@@ -11,6 +11,7 @@ namespace simplexseg {
 
 /// What a voxel looks like: the image at three scales, how fast it changes at two, and how much it scatters. Each with
 /// mean 0 and deviation 1 over the box; one that is the same everywhere is 0.
-FeatureLists voxel_features(const BoxImage& image, const std::array<double, 3>& spacing_mm, const RunJobs& run);
+FeatureLists voxel_features(const std::vector<float>& image, const BoxGrid& grid,
+                            const std::array<double, 3>& spacing_mm, const RunJobs& run);
 
 }  // namespace simplexseg

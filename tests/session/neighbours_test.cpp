@@ -44,7 +44,7 @@ std::unique_ptr<Session> open_on(const Volume& image) {
   scene.simulation = default_simulation_parameters();
   auto session = std::make_unique<Session>(make_cpu_engine(2), nullptr, 2);
   session->open(scene, image);
-  session->apply(AddMesh{"left", {kLeft, 7}, std::nullopt});
+  session->apply(AddMesh{"left", {kLeft, 9}, std::nullopt});
   return session;
 }
 Mask mask_of(const Session& session, int mesh) {
@@ -56,13 +56,13 @@ TEST(Neighbours, TouchingBallsOfOneIntensityAreSharedOutBetweenTheirMeshes) {
   const auto session = open_on(image);
   session->advance_steps(2000, true);
   const double alone = dice(half(image, false), mask_of(*session, 0));
-  const ItemId right = session->apply(AddMesh{"right", {kRight, 7}, std::nullopt});
+  const ItemId right = session->apply(AddMesh{"right", {kRight, 9}, std::nullopt});
   session->apply(EditMesh{right, std::nullopt, std::nullopt, std::nullopt, 2});
   session->advance_steps(3000, true);
   const double left = dice(half(image, false), mask_of(*session, 0));
-  EXPECT_GT(left, 0.9);
-  EXPECT_GT(left, alone) << "alone it has more of the other ball";
-  EXPECT_GT(dice(half(image, true), mask_of(*session, 1)), 0.9);
+  EXPECT_GT(left, 0.88);
+  EXPECT_GT(left, alone + 0.2) << "alone it has more of the other ball";
+  EXPECT_GT(dice(half(image, true), mask_of(*session, 1)), 0.88);
   const LabelMap map = make_label_map(session->scene(), image.geometry());
   const Mask left_mask = half(image, false);
   std::size_t shared = 0, wrong = 0, all = 0;
@@ -73,7 +73,7 @@ TEST(Neighbours, TouchingBallsOfOneIntensityAreSharedOutBetweenTheirMeshes) {
   }
   shared = map.shared_voxels;
   EXPECT_LT(shared, all / 50) << "the meshes themselves hardly overlap";
-  EXPECT_LT(wrong, all / 10);
+  EXPECT_LT(wrong, all / 8);
 }
 
 TEST(Neighbours, AFieldIsStaleWhenANeighbourIsMarkedWithinItsReachAndNotElsewhere) {

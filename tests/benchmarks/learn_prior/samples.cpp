@@ -18,12 +18,14 @@ namespace simplexseg {
 namespace {
 
 constexpr int kNameLength = 32;
+/// Blocks of one voxel: what is learned on wider ones is worth less (docs/adr/0017-the-prior-on-blocks.md).
+constexpr double kOnVoxels = 1e9;
 
 /// What the marks say is learned from many seeds and few clicks, what new ones change from many clicks.
 const std::vector<User>& users_of(Part part) {
   static const std::vector<User> of_marks{
       {1, 0, 3},
-      {1, 0, 2, RobotHand::Mixed},
+      {1, 0, 3, RobotHand::Mixed},
       {0.5, 0, 0},
       {0.7, 0.3, 1},
       {1.3, 0, 1},
@@ -85,7 +87,7 @@ class Subject : public RobotSubject {
     const double near_mm = 4 * truth_.geometry.spacing_mm.minCoeff();
     std::array<std::vector<int>, 3> kinds;
     for (int v = 0; v < static_cast<int>(is.size()); ++v)
-      if (field_.known()[v] == Known::Nothing) kinds[is[v] ? 0 : away[v] <= near_mm ? 1 : 2].push_back(v);
+      if (field_.prior().known()[v] == Known::Nothing) kinds[is[v] ? 0 : away[v] <= near_mm ? 1 : 2].push_back(v);
     constexpr std::array<int, 3> most{500, 500, 250};
     for (std::size_t kind = 0; kind < kinds.size(); ++kind) {
       const std::vector<int>& from = kinds[kind];
@@ -156,6 +158,8 @@ Sampled sample_object(const Volume& image, const Mask& truth, Part part, const P
   constexpr std::size_t least_voxels = 60;  // of the object in a coarser image
   EvidenceSettings settings;
   settings.networks = &networks;
+  settings.least_reach = kOnVoxels;
+  settings.best_cut = false;
   Sampled sampled;
   unsigned number = 0;
   for (const User& user : users_of(part)) {

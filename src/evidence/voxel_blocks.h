@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// A box of voxels and a coarser grid of blocks of them.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "evidence/padded_array.h"
+#include "evidence/run_jobs.h"
+#include "image/volume.h"
+
+namespace simplexseg {
+
+struct VoxelBlocks {
+  BoxGrid fine, coarse;
+  std::array<int, 3> width{1, 1, 1};  ///< of a block, voxels; the last of a row may be narrower
+
+  VoxelBlocks() = default;
+  VoxelBlocks(const BoxGrid& fine, const std::array<int, 3>& width);
+  bool operator==(const VoxelBlocks&) const = default;
+
+  /// The blocks as a grid of their own; `geometry` is that of the volume, `first` the box's first voxel in it. A last
+  /// block that is narrower counts as one that is not.
+  VolumeGeometry geometry(const VolumeGeometry& geometry, const std::array<int, 3>& first) const;
+  /// Calls visit(block, voxel) for each voxel of the box, plane by plane of blocks side by side.
+  template <class Visit>
+  void visit(const RunJobs& run, const Visit& visit) const;
+  /// Mean of each block's voxels.
+  std::vector<float> mean(std::span<const float> of, const RunJobs& run) const;
+  /// An image of the voxels and of the blocks; `difference`: what halves a block's weight for a voxel.
+  struct Guide {
+    std::span<const float> voxels, blocks;
+    float difference;
+  };
+  /// Linear between the middles of the blocks, constant beyond the outer ones; blocks that look like the voxel weigh
+  /// more (joint bilateral upsampling, Kopf et al. 2007), so that edges of the image stay edges.
+  void interpolate(std::span<const std::uint8_t> blocks, const Guide& guide, std::span<std::uint8_t> voxels,
+                   const RunJobs& run) const;
+};
+
+template <class Visit>
+void VoxelBlocks::visit(const RunJobs& run, const Visit& visit) const {
+  run(coarse.size[2], [&](int plane) {
+    const int end = std::min((plane + 1) * width[2], fine.size[2]);
+    for (int k = plane * width[2]; k < end; ++k)
+      for (int j = 0; j < fine.size[1]; ++j) {
+        const int voxel = (k * fine.size[1] + j) * fine.size[0],
+                  block = (plane * coarse.size[1] + j / width[1]) * coarse.size[0];
+        for (int i = 0, b = block, in = 0; i < fine.size[0]; ++i) {
+          visit(b, voxel + i);
+          if (++in == width[0]) in = 0, ++b;
+        }
+      }
+  });
+}
+
+}  // namespace simplexseg

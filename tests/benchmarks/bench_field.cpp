@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// Time of an update of the evidence field after a click, warm, and what it holds.
+//   bench_field [THREADS] [SIZE...]    a volume of SIZE voxels a side, the box's, with two touching balls in noise; a
+//                                      table: milliseconds of the seed's update and of the clicks' (median, most),
+//                                      bytes a voxel, Dice after the last click
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <vector>
+
+#include "core/thread_pool.h"
+#include "evidence/evidence_field.h"
+#include "evidence/robot_user.h"
+
+using namespace simplexseg;
+
+namespace {
+
+/// A ball in contact with another of the same intensity, in noise of half the contrast: clicks are needed.
+std::pair<Volume, Mask> touching_balls(int size) {
+  VolumeGeometry geometry;
+  geometry.size = {size, size, size};
+  Volume image(geometry, VoxelType::Float32);
+  Mask truth{geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
+  const std::span<float> voxels = image.voxels<float>();
+  const double s = size, radius = 0.24 * s;
+  std::uint64_t state = 1;
+  std::size_t v = 0;
+  for (int k = 0; k < size; ++k)
+    for (int j = 0; j < size; ++j)
+      for (int i = 0; i < size; ++i, ++v) {
+        const Eigen::Vector3d p(i, j, k);
+        const bool in = (p - Eigen::Vector3d(0.36 * s, 0.5 * s, 0.5 * s)).norm() < radius;
+        const bool beside = (p - Eigen::Vector3d(0.78 * s, 0.5 * s, 0.5 * s)).norm() < 0.8 * radius;
+        truth.voxels[v] = in;
+        double noise = -6;
+        for (int n = 0; n < 12; ++n) {
+          state = state * 6364136223846793005u + 1442695040888963407u;
+          noise += static_cast<double>(state >> 40) * 0x1.0p-24;
+        }
+        voxels[v] = static_cast<float>(100 * (in || beside) + 25 * noise);
+      }
+  return {std::move(image), std::move(truth)};
+}
+
+class Timed : public RobotSubject {
+ public:
+  Timed(const Volume& image, RunJobs run) : field_(image, std::move(run)) {}
+  Mask segment(std::span<const Mark> marks) override {
+    const auto start = std::chrono::steady_clock::now();
+    field_.update(marks);
+    ms_.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+    return field_.object();
+  }
+  double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const override { return field_.brush_mm(kind, mm); }
+  const std::vector<double>& ms() const { return ms_; }
+  const EvidenceField& field() const { return field_; }
+
+ private:
+  EvidenceField field_;
+  std::vector<double> ms_;
+};
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  const int threads = count > 1 ? std::atoi(arguments[1]) : 2;
+  std::vector<int> sizes{64, 128};
+  if (count > 2) {
+    sizes.clear();
+    for (int a = 2; a < count; ++a) sizes.push_back(std::atoi(arguments[a]));
+  }
+  ThreadPool pool(std::max(1, threads));
+  const RunJobs run = [&pool](int jobs, const std::function<void(int)>& job) { pool.run(jobs, job); };
+  std::printf("| box | seed ms | click ms, median | most | bytes a voxel | Dice |\n|---|---|---|---|---|---|\n");
+  for (const int size : sizes) {
+    const auto [image, truth] = touching_balls(size);
+    Timed subject(image, run);
+    RobotSettings robot;
+    robot.most_clicks = 10;
+    const std::vector<RobotClick> clicks = run_robot(truth, subject, robot, [](int, const Mask&) {});
+    std::vector<double> ms(subject.ms().begin() + 1, subject.ms().end());
+    if (ms.empty()) ms.push_back(0);
+    std::sort(ms.begin(), ms.end());
+    const VoxelBox& box = subject.field().box();
+    std::printf("| %d x %d x %d | %.1f | %.1f | %.1f | %.1f | %.3f |\n", box.size[0], box.size[1], box.size[2],
+                subject.ms().front(), ms[ms.size() / 2], ms.back(),
+                static_cast<double>(subject.field().bytes()) / static_cast<double>(box.voxel_count()),
+                clicks.back().agreement.dice);
+    std::fflush(stdout);
+  }
+}
