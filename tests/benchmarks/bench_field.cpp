@@ -17,7 +17,7 @@ using namespace simplexseg;
 
 namespace {
 
-/// A ball in contact with another of the same intensity, in noise of half the contrast: clicks are needed.
+/// A ball in contact with another of the same intensity, in noise of a quarter of the contrast: clicks are needed.
 std::pair<Volume, Mask> touching_balls(int size) {
   VolumeGeometry geometry;
   geometry.size = {size, size, size};
