@@ -76,6 +76,8 @@ class MeshArrays {
   MeshConstants& operator[](std::size_t k) { return constants_[k]; }
   const MeshConstants& operator[](std::size_t k) const { return constants_[k]; }
   std::span<const MeshConstants> all() const { return constants_; }
+  /// Constants of the same meshes, as they were.
+  void put_back(std::vector<MeshConstants> constants) { constants_ = std::move(constants); }
   /// For each mesh, the vertex, as it was loaded, at each place.
   std::span<const std::vector<int>> orders() const { return orders_; }
   std::span<const Int4> neighbours() const { return neighbours_host_; }

@@ -21,6 +21,12 @@ class Volume;
 struct CellList;
 struct RegionModel;
 
+/// P(object) of one mesh on a box of the volume's voxels. The values need to live only during the call.
+struct EngineField {
+  VoxelBox box{};                         ///< voxels of the volume
+  std::span<const std::uint16_t> values;  ///< as FieldBox says (src/forces/step_view.h); empty: the mesh has none
+};
+
 /// One mesh as an engine is loaded with it. The spans need to live only during the call.
 struct EngineMesh {
   std::span<const Eigen::Vector3f> positions;      ///< mm, LPS
@@ -32,12 +38,7 @@ struct EngineMesh {
   ForceParameters parameters;
   SolverState solver;  ///< what a solver has learnt of it earlier
   bool finest = true;  ///< false while coarser than the level it is to end on
-};
-
-/// P(object) of one mesh on a box of the volume's voxels. The values need to live only during the call.
-struct EngineField {
-  VoxelBox box{};                         ///< voxels of the volume
-  std::span<const std::uint16_t> values;  ///< as FieldBox says (src/forces/step_view.h); empty: the mesh has none
+  EngineField field;
 };
 
 /// An attraction point as the engine sees it.
@@ -75,8 +76,8 @@ struct StepOutcome {
 };
 
 /// One backend of the simulation: all meshes in one set of arrays, moved in parallel. Reruns give the same bits, on any
-/// number of threads. Every call may throw Error (what is asked for does not fit) or DeviceError (the device itself
-/// failed: the engine is lost).
+/// number of threads. Every call may throw Error or std::bad_alloc (what is asked for does not fit; nothing has changed
+/// then, but for the steps that step() has told of) or DeviceError (the device itself failed: the engine is lost).
 class Engine {
  public:
   virtual ~Engine() = default;
@@ -86,8 +87,9 @@ class Engine {
   virtual std::string description() const = 0;
   /// The volume to sample; may be empty (no image force then acts). Kept by reference count, not copied, on the CPU.
   virtual void set_volume(const Volume& volume) = 0;
-  /// Replaces all meshes.
-  virtual void load(std::span<const EngineMesh> meshes, const SimulationParameters& simulation) = 0;
+  /// Replaces all meshes and points. While it runs, what was loaded before is held too.
+  virtual void load(std::span<const EngineMesh> meshes, const SimulationParameters& simulation,
+                    std::span<const EnginePoint> points = {}) = 0;
   /// New weights and parameters for the same meshes; only what the plan newly needs is allocated.
   virtual void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation) = 0;
   virtual void set_points(std::span<const EnginePoint> points) = 0;
