@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the engine promises whatever the forces: reproducibility, independence of meshes, failures that are undone.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -143,6 +144,31 @@ TEST_P(EngineCoreTest, ProfilesOfAMeshThatBeginsToUseThemLater) {
   const Positions expected = run(scene, 10);
   EXPECT_TRUE(
       same_bits(positions_of(*engine, scene, 1), Positions(expected.begin() + expected.size() / 2, expected.end())));
+}
+
+TEST_P(EngineCoreTest, NothingIsSearchedForAMeshThatAForceDoesNotActOn) {
+  // Its searches would be longer than those of the mesh that they are made for.
+  TestScene scene = with_all_forces(2), alone = scene;
+  set(scene.meshes[0].forces, {"evidence", "source", 1}), set(scene.meshes[0].forces, {"evidence", "local", 0.5f});
+  alone.meshes[0].forces = scene.meshes[0].forces;
+  const TestScene idle = busy_scene(6);
+  scene.meshes.push_back(idle.meshes[0]);
+  for (const char* force : {"gradient", "intensity_profile", "evidence"})
+    set(scene.meshes[1].forces, {force, "samples", 24});
+  set(scene.meshes[1].forces, {"evidence", "source", 1});
+  const auto engine = make_engine();
+  load(*engine, scene);
+  EXPECT_FALSE(engine->step(4).failure.has_value());
+  EXPECT_TRUE(same_bits(positions_of(*engine, scene, 1), idle.meshes[0].mesh.positions));
+  EXPECT_TRUE(same_bits(positions_of(*engine, scene, 0), run(alone, 4)));
+  std::vector<Vec4> targets(idle.meshes[0].mesh.positions.size());
+  for (const ForceInfo& force : force_list()) {
+    if (force.targets == nullptr) continue;
+    engine->read_targets(1, force.id, targets);
+    EXPECT_TRUE(std::all_of(targets.begin(), targets.end(), [](const Vec4& t) {
+      return t.x == 0 && t.y == 0 && t.z == 0 && t.w == 0;
+    })) << force.name;
+  }
 }
 
 TEST_P(EngineCoreTest, AForceWithoutItsReferenceDoesNotAct) {
