@@ -6,6 +6,7 @@
 #include <cuda_gl_interop.h>
 #endif
 
+#include <map>
 #include <memory>
 
 #include "gpu/backend.h"
@@ -257,11 +258,23 @@ class CudaExecutor {
     overlap.val.programmaticStreamSerializationAllowed = 1;
     config.attrs = &overlap;
     config.numAttrs = overlaps_ ? 1 : 0;
+    allow_shared(reinterpret_cast<const void*>(kernel), shared, what);
     check(cudaLaunchKernelEx(&config, kernel, arguments...), what);
+  }
+
+  /// A kernel gets more than 48 KB of shared memory for a block only where it was said before that it may.
+  void allow_shared(const void* kernel, unsigned bytes, const char* what) {
+    constexpr unsigned kForAll = 48 * 1024;
+    if (bytes <= kForAll) return;
+    unsigned& allowed = allowed_shared_[kernel];
+    if (bytes <= allowed) return;
+    check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(bytes)), what);
+    allowed = bytes;
   }
 
   std::string description_;
   CudaVolume volume_;
+  std::map<const void*, unsigned> allowed_shared_;  ///< bytes, of each kernel that wants more than 48 KB
   bool overlaps_ = false;
 };
 

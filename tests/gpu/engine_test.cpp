@@ -171,6 +171,23 @@ TEST_P(EngineCoreTest, NothingIsSearchedForAMeshThatAForceDoesNotActOn) {
   }
 }
 
+TEST_P(EngineCoreTest, TheLongestSearchesOfALargeMesh) {
+  // One thread a vertex on a device, which then has no more than 48 KB of fast memory for a block unless it asks.
+  TestScene scene = busy_scene(7);
+  set(scene.meshes[0].forces, {"intensity_profile", "half_length", 8});
+  scene.meshes[0].profiles = profile_reference_of(scene.meshes[0].mesh, scene.volume, scene.meshes[0].forces);
+  for (const char* force : {"gradient", "intensity_profile", "evidence"}) {
+    TestScene one = scene;
+    ForceParameters& forces = one.meshes[0].forces;
+    set(forces, {force, "weight", 0.5f}), set(forces, {force, "samples", 24}), set(forces, {"evidence", "source", 1});
+    EXPECT_TRUE(all_finite(run(one, 1))) << force;
+    if (std::string(force) == "gradient") continue;  // it keeps nothing at hand
+    one.points = {{0, {23.1, 2.2, 1.3}}};            // binding goes with the search
+    weight_of(forces, ForceId::Attraction) = 0.5f;
+    EXPECT_TRUE(all_finite(run(one, 1))) << force;
+  }
+}
+
 TEST_P(EngineCoreTest, AForceWithoutItsReferenceDoesNotAct) {
   TestScene scene = busy_scene();
   scene.meshes[0].forces = with({{"shape_memory", "weight", 1},
