@@ -40,10 +40,19 @@ int blocks_for(int n) {
   return static_cast<int>((static_cast<long>(n) * lanes_of<Kernel>() + kThreads - 1) / kThreads);
 }
 
+/// The item that a thread works on. Threads may be more than an int counts, items are not.
+template <int kLanes>
+__host__ __device__ constexpr int item_of(int block, int thread) {
+  static_assert(kThreads % kLanes == 0);
+  return block * (kThreads / kLanes) + thread / kLanes;
+}
+static_assert(item_of<32>(2, 40) == (2 * kThreads + 40) / 32);
+static_assert(item_of<32>(100'000'000, 127) == 400'000'003, "12.8 billion threads");
+
 template <class Kernel>
 __device__ void work(const Kernel& kernel, int n, int block, [[maybe_unused]] float* scratch) {
   constexpr int kLanes = lanes_of<Kernel>();
-  const int item = (block * kThreads + static_cast<int>(threadIdx.x)) / kLanes;
+  const int item = item_of<kLanes>(block, static_cast<int>(threadIdx.x));
   if (item >= n) return;
   if constexpr (kLanes == 32) {
     kernel(item, WarpLanes{static_cast<int>(threadIdx.x % 32)});
