@@ -38,7 +38,7 @@ struct EvidenceForce {
       {"weight", 0.5f, 0, 10, "", "Strength of the force; 0 leaves it out."},
       {"reach", 2.0f, 0.5f, 10, "edges",
        "How far to each side is searched, in mean edge lengths (of the vertex in a field, else of the mesh when it was "
-       "loaded); at least 2.5 voxels."},
+       "made or refined); at least 2.5 voxels."},
       {"samples", 8, 2, kMaxSearch, "", "Samples to each side.", ParameterKind::Integer},
       {"edge", 2.0f, 0, 10, "", "Weight of the image gradient against the evidence."},
       {"nearness", 0.2f, 0, 2, "",

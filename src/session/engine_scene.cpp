@@ -14,6 +14,7 @@ EngineScene engine_scene(const Scene& scene, const Volume& volume) {
     m.parameters = parameters_in_use(item, volume);
     m.finest = is_finest(item, scene.simulation, voxel_mm(volume));
     m.solver = item.solver;
+    m.edge_mm = item.edge_mm;
     if (item.has_field()) m.field = {item.field->box, item.field->values};
     made.meshes.push_back(m);
   }

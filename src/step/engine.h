@@ -37,6 +37,7 @@ struct EngineMesh {
   const RegionModel* region = nullptr;             ///< of the evidence from intensities; may be null
   ForceParameters parameters;
   SolverState solver;  ///< what a solver has learnt of it earlier
+  float edge_mm = 0;   ///< mean edge, the unit "edges" of searches that take one for the mesh; 0: as in `positions`
   bool finest = true;  ///< false while coarser than the level it is to end on
   EngineField field;
 };
