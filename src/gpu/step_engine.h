@@ -71,10 +71,12 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     runs_.clear();
   }
 
-  void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation) override {
-    SIMPLEXSEG_EXPECT(meshes.size() == meshes_.size());
+  void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation,
+                      std::span<const char> finest) override {
+    SIMPLEXSEG_EXPECT(meshes.size() == meshes_.size() && (finest.empty() || finest.size() == meshes_.size()));
     all_or_nothing([&](Undo&) {
       wanted_.assign(meshes.begin(), meshes.end());
+      for (std::size_t k = 0; k < finest.size(); ++k) meshes_[k].finest = finest[k];
       apply_parameters(simulation, {});
     });
   }
@@ -208,7 +210,6 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   using Loaded::kBuiltForces, Loaded::wanted_, Loaded::simulation_, Loaded::needs_, Loaded::phase_, Loaded::forms_due_;
   using Loaded::meshes_, Loaded::forces_, Loaded::supervision_, Loaded::levels_, Loaded::results_;
   void exchange(Loaded& other) { std::swap(static_cast<Loaded&>(*this), other); }
-
   Executor& executor() { return launcher_.executor; }
   const Executor& executor() const { return launcher_.executor; }
   /// Over all vertices.

@@ -141,8 +141,13 @@ void Session::load_engine() {
 
 void Session::send_parameters() {
   std::vector<ForceParameters> all;
-  for (const MeshItem& item : scene_.meshes) all.push_back(parameters_in_use(item, volume_));
-  engine_->set_parameters(all, scene_.simulation);
+  std::vector<char> finest;
+  for (const MeshItem& item : scene_.meshes) {
+    all.push_back(parameters_in_use(item, volume_));
+    finest.push_back(is_finest(item, scene_.simulation, voxel_mm(volume_)));
+  }
+  engine_->set_parameters(all, scene_.simulation, finest);
+  finest_ = std::move(finest);
   at_rest_ = false;
 }
 

@@ -91,8 +91,10 @@ class Engine {
   /// Replaces all meshes and points. While it runs, what was loaded before is held too.
   virtual void load(std::span<const EngineMesh> meshes, const SimulationParameters& simulation,
                     std::span<const EnginePoint> points = {}) = 0;
-  /// New weights and parameters for the same meshes; only what the plan newly needs is allocated.
-  virtual void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation) = 0;
+  /// New weights and parameters for the same meshes; only what the plan newly needs is allocated. `finest`: of each
+  /// mesh, as in EngineMesh; empty: as before.
+  virtual void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation,
+                              std::span<const char> finest = {}) = 0;
   virtual void set_points(std::span<const EnginePoint> points) = 0;
   /// The field of one mesh, from now on until the next load. Throws Error for a box that does not lie in
   /// the volume or has another number of voxels than values.

@@ -33,8 +33,9 @@ class FailingEngine : public Engine {
             std::span<const EnginePoint> points) override {
     inner_->load(meshes, simulation, points);
   }
-  void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation) override {
-    inner_->set_parameters(meshes, simulation);
+  void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation,
+                      std::span<const char> finest) override {
+    inner_->set_parameters(meshes, simulation, finest);
   }
   void set_points(std::span<const EnginePoint> points) override { inner_->set_points(points); }
   void set_field(int mesh, const EngineField& field) override { inner_->set_field(mesh, field); }

@@ -24,8 +24,9 @@ class Device : public Engine {
     if (state_->full) throw Error("mesh arrays", "memory could not be had", "use fewer or coarser meshes");
     inner().load(meshes, s, points);
   }
-  void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& s) override {
-    inner().set_parameters(meshes, s);
+  void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& s,
+                      std::span<const char> finest) override {
+    inner().set_parameters(meshes, s, finest);
   }
   void set_points(std::span<const EnginePoint> points) override { inner().set_points(points); }
   void set_field(int mesh, const EngineField& field) override { inner().set_field(mesh, field); }

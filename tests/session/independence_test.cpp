@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A mesh is simulated as if it were alone.
+// A mesh is simulated as if it were alone, and its engine knows what the scene says.
 #include "session/session.h"
 #include "session_fixture.h"
 
@@ -33,6 +33,42 @@ TEST(Independence, AMeshEndsWhereItEndsWhateverBecomesOfOthers) {
   renamed->apply(Undo{});
   renamed->advance_steps(840);
   EXPECT_LT(largest_distance(ball_of(*renamed), expected), 2e-3) << "it was renamed, and that was undone";
+}
+
+bool holds(const Session& session, const std::string& array) {
+  for (const Engine::HeldArray& held : session.engine().held_arrays())
+    if (held.name == array) return true;
+  return false;
+}
+bool plans(const Session& session, const std::string& array) {
+  for (const StepPlan::Item& item : session.plan().items)
+    if (item.name == array) return item.needed;
+  return false;
+}
+
+TEST(Independence, OtherFinalVerticesReachTheEngine) {
+  // Intensities near by count on the finest level alone.
+  Scene scene = ball_scene();
+  set(scene.meshes[0].parameters, {"evidence", "local", 0.5f});
+  const auto session = open_session(1, scene);
+  session->advance_steps(5);
+  EXPECT_FALSE(holds(*session, "local statistics"));
+  const int final_vertices = simulation_index("final_vertices");
+  session->apply(SetSimulationParameter{final_vertices, 320});
+  EXPECT_TRUE(holds(*session, "local statistics"));
+  EXPECT_TRUE(plans(*session, "local statistics"));
+  session->advance_steps(5);
+  Scene opened = session->scene();
+  const auto fresh = open_session(1, opened);
+  session->apply(SetForceParameter{0, ForceId::Smoothing, 0, 0.25f});
+  fresh->apply(SetForceParameter{0, ForceId::Smoothing, 0, 0.25f});
+  session->advance_steps(5), fresh->advance_steps(5);
+  EXPECT_LT(largest_distance(ball_of(*session), ball_of(*fresh)), 1e-4);
+  session->apply(SetSimulationParameter{final_vertices, 1280});
+  EXPECT_FALSE(holds(*session, "local statistics"));
+  EXPECT_FALSE(plans(*session, "local statistics"));
+  session->apply(Undo{});
+  EXPECT_TRUE(holds(*session, "local statistics"));
 }
 
 }  // namespace
