@@ -348,7 +348,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
 
   /// At the end of an interval.
   void learn(StepOutcome& outcome) {
-    supervision_.note_folds(meshes_, results_.motion());
+    supervision_.end_interval(meshes_, results_.motion(), phase_.measured_at_refresh, refresh_interval());
     for (std::size_t k = 0; k < meshes_.size() && !outcome.failure; ++k) {
       const auto failure = supervision_.judge(k, meshes_, results_.motion()[k], residual_mm(k),
                                               phase_.measured_at_refresh, refresh_interval());

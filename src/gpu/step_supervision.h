@@ -26,8 +26,8 @@ class StepSupervision {
   /// What set_simulation() and tell_forms() change.
   struct Settings {
     std::vector<SolverControl> controls;
-    int since_watched = 0;
-    bool watched = false;  ///< every interval of steps is looked at
+    int since_watched = 0, interval = SolverControl::kInterval;  ///< steps
+    bool watched = false;                                        ///< every interval of steps is looked at
     bool keeps_pose = false, corrected = false, support_known = false;
   };
   Settings settings() const { return s_; }
@@ -90,9 +90,9 @@ class StepSupervision {
     // What is not known before a first step: what supports the meshes, and which of them are folded.
     const bool first = (s_.corrected && !s_.support_known) || begins_folds_;
     if (first) return std::min(most, 1);
-    return s_.watched ? std::min(most, SolverControl::kInterval - s_.since_watched) : most;
+    return s_.watched ? std::min(most, s_.interval - s_.since_watched) : most;
   }
-  bool ends_interval(int batch) const { return s_.watched && s_.since_watched + batch == SolverControl::kInterval; }
+  bool ends_interval(int batch) const { return s_.watched && s_.since_watched + batch == s_.interval; }
   /// Before an interval that may have to be undone.
   void keep_poses(Launcher<Executor>& launcher, const StepView& view, const Meshes& meshes) {
     if (kept_.size() == 0 || s_.since_watched != 0) return;
@@ -102,7 +102,7 @@ class StepSupervision {
   }
   /// After a batch that did not fail.
   void note_batch(int steps, const Meshes& meshes, const MeshMotion* motion) {
-    s_.since_watched = s_.watched ? (s_.since_watched + steps) % SolverControl::kInterval : 0;
+    s_.since_watched = s_.watched ? (s_.since_watched + steps) % s_.interval : 0;
     if (begins_folds_) folds_.begin(meshes.all(), motion);
   }
   bool support_is_due() const { return s_.corrected && !s_.support_known; }
@@ -120,7 +120,13 @@ class StepSupervision {
     return anew;
   }
 
-  void note_folds(const Meshes& meshes, const MeshMotion* motion) { folds_.note(meshes.all(), motion); }
+  /// Before each mesh is judged; the last two as there. Where targets were found anew in the last step, and would be in
+  /// that of every interval from now on, the next is a step longer: nothing would ever be learnt else.
+  void end_interval(const Meshes& meshes, const MeshMotion* motion, bool measured_at_refresh, int refresh_interval) {
+    folds_.note(meshes.all(), motion);
+    const bool again = refresh_interval > 1 && SolverControl::kInterval % refresh_interval == 0;
+    s_.interval = SolverControl::kInterval + (measured_at_refresh && again ? 1 : 0);
+  }
   /// What was wrong with the interval that mesh k has done, if it must be undone. `measured_at_refresh`: in a step that
   /// found targets anew; `residual_mm` as in StepOutcome.
   std::optional<StepFailure> judge(std::size_t k, const Meshes& meshes, const MeshMotion& motion, float residual_mm,
