@@ -369,7 +369,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   void undo_failed_step(const typename BatchResults<Executor>::Failure& failed, int done, StepOutcome& outcome) {
     // Steps after the failed one were skipped, so the two poses before it are untouched.
     phase_.oldest = ((phase_.oldest - (done - failed.step)) % 3 + 3) % 3;
-    outcome.steps += failed.step;
+    outcome.steps += failed.step + 1;
     const int mesh = meshes_.mesh_of(failed.vertex);
     undo({mesh, meshes_.orders()[mesh][failed.vertex - meshes_[mesh].first_vertex], failed.force}, outcome);
   }

@@ -395,7 +395,11 @@ void Session::replay(const std::vector<LogEntry>& log, int trailing_steps) {
   // A log that was recorded says when fields were learned; in one that was written by hand they are when they can be.
   const bool tells = std::any_of(
       log.begin(), log.end(), [](const LogEntry& entry) { return std::holds_alternative<LearnField>(entry.command); });
-  const auto advance_by = [&](int steps) { tells ? take_steps(steps, false) : advance_steps(steps); };
+  // A failure ended what was asked for, not the session.
+  const auto advance_by = [&](int steps) {
+    for (int done = 0; done < steps;)
+      done += (tells ? take_steps(steps - done, false) : advance_steps(steps - done)).steps;
+  };
   for (const LogEntry& entry : log) {
     advance_by(entry.steps);
     apply(entry.command);

@@ -62,7 +62,7 @@ struct TimestepCut {
   float factor;  ///< of the mesh's timestep now
 };
 struct StepOutcome {
-  int steps = 0;                    ///< done; fewer than asked for when a step failed
+  int steps = 0;  ///< done, those that were undone again included; fewer than asked for after a failure
   std::vector<float> mean_move_mm;  ///< of each mesh, in the last step
   std::vector<float> mean_edge_mm;  ///< of each mesh, after it
   /// What the forces of each mesh still asked for before the last step: root mean square of sum_f k_f d_f / sum_f k_f.
@@ -72,7 +72,7 @@ struct StepOutcome {
   /// Whether each mesh encloses a negative volume.
   std::vector<char> inside_out;
   std::vector<SolverState> solver;     ///< of each mesh
-  std::vector<TimestepCut> cuts;       ///< in these steps; undone steps count as steps
+  std::vector<TimestepCut> cuts;       ///< in these steps
   std::optional<StepFailure> failure;  ///< that no smaller timestep helps against
 };
 
