@@ -36,7 +36,7 @@ class StepSupervision {
   /// Other settings; start() follows for each mesh.
   void set_simulation(const SimulationParameters& simulation, std::size_t meshes) {
     s_.controls.resize(meshes);
-    s_.since_watched = 0;
+    s_.since_watched = 0, s_.interval = SolverControl::kInterval;
     s_.keeps_pose = simulation.may_grow();
     s_.watched = s_.keeps_pose || simulation.solver() == Solver::Damped;
   }
