@@ -15,6 +15,7 @@
 #include "io/files.h"
 #include "io/references.h"
 #include "io/scene_export.h"
+#include "io/scene_io.h"
 #include "io/volume_io.h"
 #include "mesh/mesh_geometry.h"
 #include "session/session.h"
@@ -32,13 +33,13 @@ struct Options {
   std::optional<int> steps;
   bool until_rest = false;
   std::vector<std::string> settings;
-  std::string labels, meshes, report, replay, picture;
+  std::string labels, meshes, report, replay, picture, save;
 };
 
 /// Throws Error, before any time is spent, where an output could not be written.
 void check_outputs(const Options& options, const fs::path& volume) {
   std::error_code failure;
-  for (const std::string& output : {options.labels, options.report, options.picture}) {
+  for (const std::string& output : {options.labels, options.report, options.picture, options.save}) {
     if (output.empty()) continue;
     const AtomicFile writable(output);
     for (const fs::path& input : {volume, fs::path(options.scene), fs::path(options.replay)}) {
@@ -49,6 +50,9 @@ void check_outputs(const Options& options, const fs::path& volume) {
   }
   if (!options.picture.empty()) require_picture_name(options.picture);
   if (!options.labels.empty()) require_volume_name(options.labels);
+  if (!options.save.empty() && fs::path(options.save).extension() != ".json") {
+    throw Error("cannot write " + quoted(fs::path(options.save)), "the name of a scene ends in .json", "rename it");
+  }
   if (!options.meshes.empty()) {
     fs::create_directories(options.meshes, failure);
     if (!fs::is_directory(options.meshes)) {
@@ -65,6 +69,7 @@ void write_outputs(const Options& options, const Session& session, RunReport& re
     if (!note.empty()) console.err << "note: " << note << "\n";
   }
   if (!options.meshes.empty()) save_meshes(options.meshes, scene);
+  if (!options.save.empty()) write_scene(options.save, scene);
   if (!options.picture.empty()) write_picture(options.picture, draw_slices(session.volume(), scene));
   if (!options.report.empty()) write_report(options.report, report, scene);
 }
@@ -176,6 +181,7 @@ void add_run(const Subcommand& app, Action& action) {
       .one_value_each();
   sub.add_option("--labels", options->labels, "Write the voxels inside the meshes here (.nii, .nii.gz, .nrrd, .mha)");
   sub.add_option("--meshes", options->meshes, "Write each mesh as NAME.ply into this folder");
+  sub.add_option("--save", options->save, "Write the scene as it is then here (.json), to be run on or opened");
   sub.add_option("--report", options->report, "Write a report here (JSON)");
   sub.add_option("--replay", options->replay, "Repeat this log of commands on the scene, instead of its steps")
       .excludes(steps)

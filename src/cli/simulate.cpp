@@ -74,19 +74,19 @@ Advance simulate(Session& session, int steps, bool until_rest, TracedClock& cloc
 Advance replay(Session& session, const LogFile& log, TracedClock& clock, const Console& console) {
   Progress progress(console, "replaying");
   Advance total;
-  for (std::size_t e = 0; e <= log.log.size() && !total.failure; ++e) {
+  for (std::size_t e = 0; e <= log.log.size(); ++e) {
     const bool last = e == log.log.size();
     const int steps = last ? log.trailing_steps : log.log[e].steps;
-    for (int done = 0; done < steps && !total.failure;) {
+    for (int done = 0; done < steps;) {
       Interrupt::check();
+      if (total.failure) total.cuts.push_back(*total.failure);  // whoever it was recorded of went on
       const Advance part = as_failure([&] { return session.advance_steps(clock.steps_until_sample(steps - done)); });
       append(total, part);
       done += part.steps;
       clock.look();
-      if (part.steps == 0) break;
     }
     Interrupt::check();
-    if (!last && !total.failure) session.apply(log.log[e].command);
+    if (!last) session.apply(log.log[e].command);
     progress.set(static_cast<double>(e + 1) / static_cast<double>(log.log.size() + 1));
   }
   return total;

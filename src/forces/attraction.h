@@ -129,8 +129,9 @@ SIMPLEXSEG_HD void add_pull(const StepView& v, int point, Vec3 position, int nea
   }
 }
 
-/// Breadth-first p-order neighbourhood of each point's nearest vertex, and the first sums over it. One call a point. A
-/// neighbourhood that is still the right one is kept.
+/// Breadth-first p-order neighbourhood of each point's nearest vertex, and the first sums over it: as many whole rings
+/// as kMaxPatch has room for, which are all on any surface of a sphere's kind. One call a point. A neighbourhood that
+/// is still the right one is kept.
 struct BindPatch {
   static constexpr const char* name = "attraction patch";
   static constexpr int kLanes = 32;
@@ -157,6 +158,7 @@ struct BindPatch {
       for (int ring = 1; ring <= order; ++ring) {
         const int end = count;
         const float w = AttractionForce::ring_weight(ring, order);
+        bool fits = true;
         for (int first = 3 * begin; first < 3 * end; first += L::width) {
           const int e = first + lanes.lane;
           int candidate = -1 - lanes.lane;
@@ -171,8 +173,13 @@ struct BindPatch {
           const int at = count + lanes.count_before(adds);
           if (adds && at < kMaxPatch) patch[at] = {candidate, w};
           count += lanes.count(adds);
+          fits = fits && count <= kMaxPatch;
           count = count < kMaxPatch ? count : kMaxPatch;
           lanes.sync();
+        }
+        if (!fits) {
+          count = end;
+          break;
         }
         before = begin, begin = end;
       }

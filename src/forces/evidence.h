@@ -38,7 +38,7 @@ struct EvidenceForce {
       {"weight", 0.5f, 0, 10, "", "Strength of the force; 0 leaves it out."},
       {"reach", 2.0f, 0.5f, 10, "edges",
        "How far to each side is searched, in mean edge lengths (of the vertex in a field, else of the mesh when it was "
-       "loaded); at least 2.5 voxels."},
+       "made or refined); at least 2.5 voxels."},
       {"samples", 8, 2, kMaxSearch, "", "Samples to each side.", ParameterKind::Integer},
       {"edge", 2.0f, 0, 10, "", "Weight of the image gradient against the evidence."},
       {"nearness", 0.2f, 0, 2, "",
@@ -59,6 +59,11 @@ struct EvidenceForce {
   /// Whether it looks at the intensities on either side of the surface, once the mesh is on its finest level.
   static constexpr bool compares_locally(const ForceParameters& p) {
     return !from_field(p) && p.values[static_cast<int>(id)][local] > 0;
+  }
+  /// Whether intensities near by count for a mesh now.
+  SIMPLEXSEG_HD static bool takes_statistics(const MeshConstants& m) {
+    return m.finest != 0 && m.forces.weight(id) > 0.0f && m.integer<EvidenceForce>(source) != 0 &&
+           m.value<EvidenceForce>(local) > 0.0f;
   }
   /// A mesh without a field has no evidence.
   static constexpr bool has_reference(const ForceParameters& p, const RecordedReferences& recorded) {
@@ -189,6 +194,7 @@ struct EvidenceStatistics {
   template <class L>
   SIMPLEXSEG_HD void operator()(int i, L lanes) const {
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
+    if (!EvidenceForce::takes_statistics(m)) return;
     const IndexLine line = index_line(v.volume, xyz(v.current[i]), xyz(v.frame[i]));
     float mean[2], variance = 0, count = 0;
     auto values = lanes.template scratch<kCount>(0);
@@ -330,14 +336,16 @@ struct AverageOverNeighbours {
   bool targets;  ///< evidence targets (as many passes as the mesh asks for), else statistics
   SIMPLEXSEG_HD void operator()(int i) const {
     const Int4 nb = v.neighbours[i];
+    const MeshConstants& m = v.meshes[nb.w];
+    if (targets ? !(m.forces.weight(ForceId::Evidence) > 0.0f) : !EvidenceForce::takes_statistics(m)) return;
     const Vec4 own = from[i];
-    if (targets && pass >= v.meshes[nb.w].integer<EvidenceForce>(EvidenceForce::averaging)) {
+    if (targets && pass >= m.integer<EvidenceForce>(EvidenceForce::averaging)) {
       to[i] = own;
       return;
     }
     const Vec4 a = from[nb.x], b = from[nb.y], c = from[nb.z];
     // What the field holds keeps its own target: on thin parts a neighbour's may belong to the other side.
-    const float share = targets && EvidenceForce::from_field(v.meshes[nb.w].forces) ? 0.25f * (1.0f - own.w) : 0.25f;
+    const float share = targets && EvidenceForce::from_field(m.forces) ? 0.25f * (1.0f - own.w) : 0.25f;
     to[i] = {own.x + share * (a.x + b.x + c.x - 3.0f * own.x), own.y + share * (a.y + b.y + c.y - 3.0f * own.y),
              own.z + share * (a.z + b.z + c.z - 3.0f * own.z), own.w};
   }
@@ -349,8 +357,10 @@ struct EvidenceTarget {
   StepView v;
   const Vec4* offsets;
   SIMPLEXSEG_HD void operator()(int i) const {
-    const Vec4 offset = offsets[i];
     const Int4 nb = v.neighbours[i];
+    const MeshConstants& m = v.meshes[nb.w];
+    if (!(m.forces.weight(ForceId::Evidence) > 0.0f)) return;  // its target says so
+    const Vec4 offset = offsets[i];
     const Vec3 p = xyz(v.current[i]);
     // A vertex that runs ahead of its neighbours by more than an edge folds the surface: half an edge until the next
     // search.
@@ -361,7 +371,6 @@ struct EvidenceTarget {
         smaller(dot(n, xyz(v.frame[nb.x])), smaller(dot(n, xyz(v.frame[nb.y])), dot(n, xyz(v.frame[nb.z]))));
     float trust = smaller(larger(2.0f * agree, 0.0f), 1.0f);
     // ... unless the field does, as at the rim of a thin part.
-    const MeshConstants& m = v.meshes[nb.w];
     if (EvidenceForce::from_field(m.forces))
       trust += offset.w * (m.value<EvidenceForce>(EvidenceForce::hold) - trust);
     else

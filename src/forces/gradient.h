@@ -51,6 +51,10 @@ struct GradientSearch {
   template <class L>
   SIMPLEXSEG_HD void operator()(int i, L lanes) const {
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
+    if (!(m.forces.weight(ForceId::Gradient) > 0.0f)) {
+      if (lanes.lane == 0) v.targets_of<GradientForce>()[i] = {0, 0, 0, 0};
+      return;
+    }
     const Vec3 p = xyz(v.current[i]), n = xyz(v.frame[i]);
     const int reach = m.integer<GradientForce>(GradientForce::samples), count = 2 * reach + 3;
     const float step = m.value<GradientForce>(GradientForce::spacing) * m.voxel_mm;

@@ -77,7 +77,7 @@ struct ProfileSearch {
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
     const Vec3 p = xyz(v.current[i]), n = xyz(v.frame[i]);
     if (!(m.forces.weight(ForceId::IntensityProfile) > 0.0f)) {
-      if (lanes.lane == 0) v.targets_of<IntensityProfileForce>()[i] = with_w(p, 0.0f);
+      if (lanes.lane == 0) v.targets_of<IntensityProfileForce>()[i] = {0, 0, 0, 0};
       return;
     }
     const int half = m.integer<F>(F::half_length), reach = m.integer<F>(F::samples), length = 2 * half + 1;

@@ -100,7 +100,7 @@ struct MeshConstants {
   float limit_mm;   ///< a vertex with a coordinate beyond it has left the scene
   int strongest;    ///< the force of the largest bound, to be named where nothing better is known
   float voxel_mm;   ///< smallest spacing of the volume: the unit "voxel" of parameters
-  float edge_mm;    ///< mean edge length when the mesh was loaded
+  float edge_mm;    ///< mean edge length when the mesh was made or refined
   float intensity_low, intensity_scale;  ///< (intensity - low) * scale lies in [0, 1] within its region model
   int region_table;                      ///< offset of its log-likelihood ratios in StepView::region_tables, -1: none
   FieldBox field;

@@ -17,12 +17,11 @@ class BatchResults {
 
  public:
   BatchResults() { status_.resize(1), result_.resize(1), reset(); }
-  /// Other meshes were loaded.
+  /// Results of these meshes.
   void load(const MeshArrays<Executor>& meshes) {
     blocks_ = (meshes.largest_mesh() + MotionOfBlocks::kBlock - 1) / MotionOfBlocks::kBlock;
     sums_.resize(meshes.size() * blocks_);
     motion_.resize(meshes.size());
-    reset();
   }
   StepStatus* status() { return status_.data(); }
 

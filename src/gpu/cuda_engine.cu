@@ -6,6 +6,7 @@
 #include <cuda_gl_interop.h>
 #endif
 
+#include <map>
 #include <memory>
 
 #include "gpu/backend.h"
@@ -39,10 +40,19 @@ int blocks_for(int n) {
   return static_cast<int>((static_cast<long>(n) * lanes_of<Kernel>() + kThreads - 1) / kThreads);
 }
 
+/// The item that a thread works on. Threads may be more than an int counts, items are not.
+template <int kLanes>
+__host__ __device__ constexpr int item_of(int block, int thread) {
+  static_assert(kThreads % kLanes == 0);
+  return block * (kThreads / kLanes) + thread / kLanes;
+}
+static_assert(item_of<32>(2, 40) == (2 * kThreads + 40) / 32);
+static_assert(item_of<32>(100'000'000, 127) == 400'000'003, "12.8 billion threads");
+
 template <class Kernel>
 __device__ void work(const Kernel& kernel, int n, int block, [[maybe_unused]] float* scratch) {
   constexpr int kLanes = lanes_of<Kernel>();
-  const int item = (block * kThreads + static_cast<int>(threadIdx.x)) / kLanes;
+  const int item = item_of<kLanes>(block, static_cast<int>(threadIdx.x));
   if (item >= n) return;
   if constexpr (kLanes == 32) {
     kernel(item, WarpLanes{static_cast<int>(threadIdx.x % 32)});
@@ -257,11 +267,23 @@ class CudaExecutor {
     overlap.val.programmaticStreamSerializationAllowed = 1;
     config.attrs = &overlap;
     config.numAttrs = overlaps_ ? 1 : 0;
+    allow_shared(reinterpret_cast<const void*>(kernel), shared, what);
     check(cudaLaunchKernelEx(&config, kernel, arguments...), what);
+  }
+
+  /// A kernel gets more than 48 KB of shared memory for a block only where it was said before that it may.
+  void allow_shared(const void* kernel, unsigned bytes, const char* what) {
+    constexpr unsigned kForAll = 48 * 1024;
+    if (bytes <= kForAll) return;
+    unsigned& allowed = allowed_shared_[kernel];
+    if (bytes <= allowed) return;
+    check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(bytes)), what);
+    allowed = bytes;
   }
 
   std::string description_;
   CudaVolume volume_;
+  std::map<const void*, unsigned> allowed_shared_;  ///< bytes, of each kernel that wants more than 48 KB
   bool overlaps_ = false;
 };
 

@@ -263,7 +263,11 @@ class HostVisibleArray {
   ~HostVisibleArray() { release(); }
   HostVisibleArray(const HostVisibleArray&) = delete;
   HostVisibleArray& operator=(const HostVisibleArray&) = delete;
-  HostVisibleArray(HostVisibleArray&& other) noexcept { std::swap(data_, other.data_), std::swap(size_, other.size_); }
+  HostVisibleArray(HostVisibleArray&& other) noexcept { swap(other); }
+  HostVisibleArray& operator=(HostVisibleArray&& other) noexcept {
+    swap(other);
+    return *this;
+  }
   T* data() const { return data_; }
   std::size_t size() const { return size_; }
   void resize(std::size_t n) {
@@ -283,6 +287,7 @@ class HostVisibleArray {
     cudaFreeHost(data_);
     data_ = nullptr, size_ = 0;
   }
+  void swap(HostVisibleArray& other) noexcept { std::swap(data_, other.data_), std::swap(size_, other.size_); }
   T* data_ = nullptr;
   std::size_t size_ = 0;
 };

@@ -11,7 +11,6 @@ namespace simplexseg {
 /// Tells meshes that steps have crumpled from those that were folded before, or that their forces fold.
 class FoldWatch {
  public:
-  void forget() { folded_.clear(), sound_.clear(); }
   bool knows(std::size_t meshes) const { return sound_.size() == meshes; }
 
   /// The share of folded vertices of each mesh now.

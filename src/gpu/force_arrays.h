@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <span>
 #include <string>
 #include <utility>
@@ -23,13 +24,16 @@ class ForceArrays {
   using Array = typename Executor::template Array<T>;
 
  public:
-  /// Takes the references of other meshes, which `arrays` has been loaded with, and tells these what is their own.
+  /// Takes back what the call that gave it has changed of what arrays are made of.
+  using Undo = std::function<void()>;
+
+  /// Takes the references of the meshes which `arrays` has been loaded with, and tells these what is their own. Only
+  /// for arrays that nothing was loaded into before.
   void load(std::span<const EngineMesh> meshes, MeshArrays<Executor>& arrays) {
     const std::size_t n = arrays.vertex_count();
     shape_host_.assign(n, Vec4{});
     has_shape_.assign(meshes.size(), 0);
-    region_tables_host_.clear(), profiles_host_.clear(), given_targets_.clear(), points_host_.clear();
-    fields_host_.assign(meshes.size(), {}), fields_changed_ = true;
+    fields_host_.assign(meshes.size(), {});
     for (std::size_t k = 0; k < meshes.size(); ++k) {
       const EngineMesh& m = meshes[k];
       MeshConstants& c = arrays[k];
@@ -45,10 +49,8 @@ class ForceArrays {
       if (!m.shape.empty())
         for (int to = 0; to < c.vertex_count; ++to) shape_host_[c.first_vertex + to] = m.shape[arrays.orders()[k][to]];
       profiles_host_.emplace_back(m.profiles.begin(), m.profiles.end());
+      if (!m.field.values.empty()) set_field(static_cast<int>(k), m.field, arrays);
     }
-    shape_.resize(0), local_statistics_.resize(0), averaging_.resize(0), profiles_.resize(0), region_tables_.resize(0);
-    for (Array<Vec4>& targets : targets_) targets.resize(0);
-    points_.resize(0), attraction_sums_.resize(0), in_patch_.resize(0), fields_.resize(0);
   }
 
   /// Shape memory's reference of a mesh, by places; empty where none was taken.
@@ -66,10 +68,11 @@ class ForceArrays {
     return needs;
   }
 
-  /// The field of one mesh, whose box lies in the volume. Returns whether another mesh than before has one, or lost it.
-  bool set_field(int mesh, const EngineField& field, MeshArrays<Executor>& arrays) {
-    const bool had = !fields_host_[mesh].empty();
-    fields_host_[mesh].assign(field.values.begin(), field.values.end());
+  bool has_field(int mesh) const { return !fields_host_[mesh].empty(); }
+  /// The field of one mesh, whose box lies in the volume.
+  Undo set_field(int mesh, const EngineField& field, MeshArrays<Executor>& arrays) {
+    std::vector<std::uint16_t> values(field.values.begin(), field.values.end());
+    std::swap(values, fields_host_[mesh]);
     FieldBox& box = arrays[mesh].field;
     for (int a = 0; a < 3; ++a) box.first[a] = field.box.first[a], box.size[a] = field.box.size[a];
     long long offset = 0;
@@ -77,19 +80,23 @@ class ForceArrays {
       arrays[k].field.offset = fields_host_[k].empty() ? -1 : offset;
       offset += static_cast<long long>(fields_host_[k].size());
     }
-    fields_changed_ = true;
-    return had != !field.values.empty();
+    const bool changed = std::exchange(fields_changed_, true);
+    return [this, mesh, before = std::move(values), changed] {
+      fields_host_[mesh] = before;
+      fields_changed_ = changed;
+    };
   }
   /// Targets of one mesh that are not searched for but given, in the order of its vertices.
-  void give_targets(int mesh, ForceId force, std::span<const Vec4> targets, const MeshArrays<Executor>& arrays) {
+  Undo give_targets(int mesh, ForceId force, std::span<const Vec4> targets, const MeshArrays<Executor>& arrays) {
     const int count = arrays[mesh].vertex_count;
     if ((kForcesWithTargets & bit(force)) == 0 || targets.size() != static_cast<std::size_t>(count))
       throw Error(std::string("targets of ") + force_list()[static_cast<int>(force)].name,
                   "the force has none, or not as many", "give one for each vertex, of an image force");
     given_targets_.resize(arrays.size());
-    std::vector<Vec4>& given = given_targets_[mesh][static_cast<int>(force)];
-    given.resize(targets.size());
+    std::vector<Vec4> given(targets.size());
     for (int to = 0; to < count; ++to) given[to] = targets[arrays.orders()[mesh][to]];
+    std::swap(given, given_targets_[mesh][static_cast<int>(force)]);
+    return [this, mesh, force, before = std::move(given)] { given_targets_[mesh][static_cast<int>(force)] = before; };
   }
   void read_targets(int mesh, ForceId force, std::span<Vec4> targets, const MeshArrays<Executor>& arrays) {
     const MeshConstants& c = arrays[mesh];
@@ -102,10 +109,10 @@ class ForceArrays {
   }
 
   /// Sorts the points by mesh, and tells each mesh which are its own.
-  void set_points(std::span<const EnginePoint> points, MeshArrays<Executor>& arrays) {
+  Undo set_points(std::span<const EnginePoint> points, MeshArrays<Executor>& arrays) {
     std::vector<PointView> list;
     list.reserve(points.size());
-    most_points_ = 0;
+    int most = 0;
     for (std::size_t k = 0; k < arrays.size(); ++k) {
       MeshConstants& c = arrays[k];
       c.first_point = static_cast<int>(list.size());
@@ -115,54 +122,82 @@ class ForceArrays {
         list.push_back({{p[0], p[1], p[2], 0}, point.mesh, -1, -1, 0});
       }
       c.point_count = static_cast<int>(list.size()) - c.first_point;
-      most_points_ = std::max(most_points_, c.point_count);
+      most = std::max(most, c.point_count);
     }
-    points_host_ = std::move(list);
-    if (points_.size() != points_host_.size())
-      points_.resize(0);
-    else
-      points_.upload(points_host_);
+    std::swap(list, points_host_);
+    most = std::exchange(most_points_, most);
+    const bool changed = std::exchange(points_changed_, true);
+    return [this, before = std::move(list), most, changed] {
+      points_host_ = before;
+      most_points_ = most, points_changed_ = changed;
+    };
   }
   std::span<const PointView> points() const { return points_host_; }
   int point_count() const { return static_cast<int>(points_host_.size()); }
 
-  /// Makes what the step needs and gives back what it does not. `acting`: the forces of `needs` that are in the
-  /// program.
-  void hold(const StepNeeds& needs, unsigned acting, const MeshArrays<Executor>& arrays) {
+  /// Makes what the step needs beside what is held; `acting`: the forces of `needs` that are in the program. When it
+  /// throws, what was held still is, as it was.
+  void make(const StepNeeds& needs, unsigned acting, const MeshArrays<Executor>& arrays) {
     const std::size_t n = arrays.vertex_count();
     auto acts = [&](ForceId force) { return (acting & bit(force)) != 0; };
-    auto keep = [](auto& array, bool needed, std::size_t size) {
-      if (!needed) array.resize(0);
+    auto make = [](auto& array, bool needed, std::size_t size) {
       if (needed && array.size() != size) array.resize(size), array.fill_zero();
     };
+    const bool attract = acts(AttractionForce::id), new_points = attract && (points_changed_ || points_.size() == 0);
+    // What takes the place of what is held, first by itself.
+    Array<std::uint16_t> fields;
+    Array<float> profiles;
+    Array<PointView> points;
+    Array<unsigned long long> nearest;
+    Array<PatchEntry> patches;
+    const bool new_fields = needs.fields && fields_changed_,
+               new_profiles = needs.searches(IntensityProfileForce::id) && profiles_.size() != n * needs.profile_stride;
+    if (new_fields) fields.assign(all_fields());
+    if (new_profiles) profiles.assign(all_profiles(needs.profile_stride, arrays));
+    const std::size_t keys = points_host_.size() * needs.nearest_blocks, entries = points_host_.size() * kMaxPatch;
+    if (new_points) points.assign(points_host_);
+    make(nearest, attract && nearest_.size() != keys, keys);
+    make(patches, attract && patches_.size() != entries, entries);
+
     if (acts(ShapeMemoryForce::id) && shape_.size() != n) shape_.assign(shape_host_);
-    keep(shape_, acts(ShapeMemoryForce::id), n);
     for (int force = 0; force < kForceCount; ++force)
-      keep(targets_[force], (kForcesWithTargets & acting & bit(static_cast<ForceId>(force))) != 0, n);
+      make(targets_[force], (kForcesWithTargets & acting & bit(static_cast<ForceId>(force))) != 0, n);
+    make(local_statistics_, needs.local_statistics, n);
+    make(averaging_, needs.averages(), n);
+    if (needs.region_tables && region_tables_.size() != region_tables_host_.size())
+      region_tables_.assign(region_tables_host_);
+    make(attraction_sums_, attract, n);
+    make(in_patch_, attract, n);
+
+    if (new_fields) fields_ = std::move(fields), fields_changed_ = false;
+    if (new_profiles) profiles_ = std::move(profiles), profile_stride_ = needs.profile_stride;
+    if (new_points) points_ = std::move(points), points_changed_ = false;
+    if (nearest.size() != 0) nearest_ = std::move(nearest);
+    if (patches.size() != 0) patches_ = std::move(patches);
+    if (attract) nearest_.fill_ones();
     for (std::size_t k = 0; k < given_targets_.size(); ++k)
       for (int force = 0; force < kForceCount; ++force)
         if (const std::vector<Vec4>& given = given_targets_[k][force];
             !given.empty() && acts(static_cast<ForceId>(force)))
           targets_[force].upload(given, arrays[k].first_vertex);
-    keep(local_statistics_, needs.local_statistics, n);
-    keep(averaging_, needs.averages(), n);
-    const bool regions = needs.region_tables;
-    if (regions && region_tables_.size() != region_tables_host_.size()) region_tables_.assign(region_tables_host_);
-    keep(region_tables_, regions, region_tables_host_.size());
-    hold_fields(needs.fields);
-    if (needs.searches(IntensityProfileForce::id))
-      hold_profiles(needs.profile_stride, arrays);
-    else
-      profiles_.resize(0);
-    const bool attract = acts(AttractionForce::id);
-    if (attract && points_.size() != points_host_.size()) points_.assign(points_host_);
-    keep(points_, attract, points_host_.size());
-    keep(nearest_, attract, points_host_.size() * needs.nearest_blocks);
-    if (attract) nearest_.fill_ones();
-    keep(patches_, attract, points_host_.size() * kMaxPatch);
-    keep(attraction_sums_, attract, n);
-    keep(in_patch_, attract, n);
     forget_pulls();
+  }
+  /// Gives back what the step does not need.
+  void drop(const StepNeeds& needs, unsigned acting) {
+    auto acts = [&](ForceId force) { return (acting & bit(force)) != 0; };
+    auto drop = [](bool needed, auto&... arrays) {
+      if (!needed) (arrays.resize(0), ...);
+    };
+    drop(acts(ShapeMemoryForce::id), shape_);
+    for (int force = 0; force < kForceCount; ++force)
+      drop((kForcesWithTargets & acting & bit(static_cast<ForceId>(force))) != 0, targets_[force]);
+    drop(needs.local_statistics, local_statistics_);
+    drop(needs.averages(), averaging_);
+    drop(needs.region_tables, region_tables_);
+    if (!needs.fields && fields_.size() != 0) fields_changed_ = true;
+    drop(needs.fields, fields_);
+    drop(needs.searches(IntensityProfileForce::id), profiles_);
+    drop(acts(AttractionForce::id), points_, nearest_, patches_, attraction_sums_, in_patch_);
   }
   /// What earlier bindings left in the sums would go on pulling.
   void forget_pulls() {
@@ -195,11 +230,9 @@ class ForceArrays {
   }
 
  private:
-  void hold_profiles(int wanted_stride, const MeshArrays<Executor>& arrays) {
-    const std::size_t stride = wanted_stride, n = arrays.vertex_count();
-    profile_stride_ = wanted_stride;
-    if (profiles_.size() == n * stride) return;
-    std::vector<float> all(n * stride, 0.0f);
+  /// The profiles of all meshes, `stride` values a vertex; those of another length stay 0.
+  std::vector<float> all_profiles(std::size_t stride, const MeshArrays<Executor>& arrays) const {
+    std::vector<float> all(arrays.vertex_count() * stride, 0.0f);
     for (std::size_t k = 0; k < arrays.size(); ++k) {
       // Also those that do not act now: they may later, within the same stride.
       const MeshConstants& c = arrays[k];
@@ -209,18 +242,13 @@ class ForceArrays {
         std::copy_n(profiles_host_[k].begin() + arrays.orders()[k][i] * length, length,
                     all.begin() + (c.first_vertex + i) * stride);
     }
-    profiles_.assign(all);
+    return all;
   }
-
-  void hold_fields(bool needed) {
-    if (!needed) {
-      fields_changed_ = fields_changed_ || fields_.size() != 0;
-      fields_.resize(0);
-    } else if (std::exchange(fields_changed_, false)) {
-      std::vector<std::uint16_t> all;
-      for (const std::vector<std::uint16_t>& field : fields_host_) all.insert(all.end(), field.begin(), field.end());
-      fields_.assign(all);
-    }
+  /// Those of all meshes, one after another.
+  std::vector<std::uint16_t> all_fields() const {
+    std::vector<std::uint16_t> all;
+    for (const std::vector<std::uint16_t>& field : fields_host_) all.insert(all.end(), field.begin(), field.end());
+    return all;
   }
 
   std::vector<Vec4> shape_host_;  ///< by places; 0 where no reference was taken
@@ -232,7 +260,8 @@ class ForceArrays {
   std::vector<std::vector<std::uint16_t>> fields_host_;  ///< of each mesh; empty: it has none
   bool fields_changed_ = true;                           ///< since they were put together
   std::vector<PointView> points_host_;
-  int most_points_ = 0;  ///< of one mesh
+  bool points_changed_ = true;  ///< since the executor was told of them
+  int most_points_ = 0;         ///< of one mesh
   int profile_stride_ = 0;
   Array<Vec4> shape_, local_statistics_, averaging_;
   std::array<Array<Vec4>, kForceCount> targets_;

@@ -74,11 +74,6 @@ class CoarseLevels {
   using Array = typename Executor::template Array<T>;
 
  public:
-  /// Other meshes were loaded.
-  void forget() {
-    drop();
-    arranged_ = {};
-  }
   /// Takes a while with many vertices: when meshes are loaded that may need it, not in the middle of a run.
   void arrange(std::span<const MeshConstants> meshes, std::span<const Int4> neighbours) {
     if (!arranged_.first.empty()) return;

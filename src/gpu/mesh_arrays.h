@@ -12,6 +12,7 @@
 #include "gpu/kernels.h"
 #include "gpu/vertex_order.h"
 #include "image/volume.h"
+#include "mesh/mesh_geometry.h"
 #include "step/engine.h"
 
 namespace simplexseg {
@@ -47,7 +48,6 @@ class MeshArrays {
       std::vector<int> place(n);
       for (int i = 0; i < n; ++i) place[order[i]] = i;
       c.first_vertex = first, c.vertex_count = n, c.finest = m.finest, c.forces = m.parameters, c.region_table = -1;
-      double edges = 0;
       for (int to = 0; to < n; ++to) {
         const int i = order[to];
         const Eigen::Vector3f &x = m.positions[i], &q = m.previous[i];
@@ -56,9 +56,8 @@ class MeshArrays {
         const auto& nb = m.neighbours[i];
         neighbours[first + to] = {first + place[nb[0]], first + place[nb[1]], first + place[nb[2]],
                                   static_cast<int>(k)};
-        for (int j : nb) edges += (m.positions[j] - x).norm();
       }
-      c.edge_mm = n > 0 ? static_cast<float>(edges / (3.0 * n)) : 0.0f;
+      c.edge_mm = m.edge_mm > 0 ? m.edge_mm : mean_edge_mm(m.positions, m.neighbours);
       for (const Eigen::Vector3f& x : m.positions) boxes_[k].extend(x.cast<double>());
       first += n;
     }
@@ -76,6 +75,8 @@ class MeshArrays {
   MeshConstants& operator[](std::size_t k) { return constants_[k]; }
   const MeshConstants& operator[](std::size_t k) const { return constants_[k]; }
   std::span<const MeshConstants> all() const { return constants_; }
+  /// Constants of the same meshes, as they were.
+  void put_back(std::vector<MeshConstants> constants) { constants_ = std::move(constants); }
   /// For each mesh, the vertex, as it was loaded, at each place.
   std::span<const std::vector<int>> orders() const { return orders_; }
   std::span<const Int4> neighbours() const { return neighbours_host_; }

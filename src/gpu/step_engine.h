@@ -10,31 +10,26 @@
 // - bind(volume, view): makes the voxels readable; visit_voxels(type, f): f(type identity of their sampler)
 #pragma once
 #include <algorithm>
-#include <cmath>
+#include <functional>
 #include <limits>
 #include <type_traits>
 #include <utility>
 
 #include "core/error.h"
 #include "forces/region_model.h"
-#include "gpu/batch_results.h"
-#include "gpu/force_arrays.h"
 #include "gpu/forces_in_use.h"
 #include "gpu/kernels.h"
-#include "gpu/levels.h"
-#include "gpu/mesh_arrays.h"
+#include "gpu/loaded_meshes.h"
+#include "gpu/mesh_settings.h"
 #include "gpu/recorded_runs.h"
-#include "gpu/step_supervision.h"
 #include "gpu/surface_drawing.h"
 #include "gpu/target_searches.h"
 #include "gpu/volume_view.h"
-#include "step/simulation_parameters.h"
-#include "step/stability.h"
 
 namespace simplexseg {
 
 template <class Executor>
-class StepEngine final : public Engine {
+class StepEngine final : public Engine, private LoadedMeshes<Executor> {
  public:
   explicit StepEngine(Executor executor) : launcher_{std::move(executor)} {}
 
@@ -42,59 +37,83 @@ class StepEngine final : public Engine {
   std::string description() const override { return executor().description(); }
 
   void set_volume(const Volume& volume) override {
-    executor().bind(volume, view_.volume);  // first: what does not fit changes nothing
-    volume_ = volume;
-    if (!volume_.empty()) describe(volume_, view_.volume);
     runs_.clear();
+    try {
+      bind(volume);
+    } catch (...) {
+      bind(volume_);  // which may have been given up for the other
+      throw;
+    }
+    volume_ = volume;
     phase_.refresh_due = true;
   }
 
-  void load(std::span<const EngineMesh> meshes, const SimulationParameters& simulation) override {
-    meshes_.load(meshes);
-    forces_.load(meshes, meshes_);
-    supervision_.forget();
-    levels_.forget();
+  void load(std::span<const EngineMesh> meshes, const SimulationParameters& simulation,
+            std::span<const EnginePoint> points) override {
+    for (const EngineMesh& m : meshes) check_field(m.field, volume_);
+    Loaded before;  // once exchanged
+    exchange(before);
+    try {
+      meshes_.load(meshes);
+      forces_.load(meshes, meshes_);
+      forces_.set_points(points, meshes_);
+      results_.load(meshes_);
+      std::vector<SolverState> learnt;
+      for (const EngineMesh& m : meshes) wanted_.push_back(m.parameters), learnt.push_back(m.solver);
+      apply_parameters(simulation, learnt);
+    } catch (...) {
+      exchange(before);
+      runs_.clear();
+      update_view();
+      throw;
+    }
     drawing_.forget_cells();
-    phase_.oldest = 0;
-    results_.load(meshes_);
     runs_.clear();
-    wanted_.clear();
-    std::vector<SolverState> learnt;
-    for (const EngineMesh& m : meshes) wanted_.push_back(m.parameters), learnt.push_back(m.solver);
-    apply_parameters(simulation, learnt);
   }
 
-  void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation) override {
-    SIMPLEXSEG_EXPECT(meshes.size() == meshes_.size());
-    wanted_.assign(meshes.begin(), meshes.end());
-    apply_parameters(simulation, {});
+  void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation,
+                      std::span<const char> finest) override {
+    SIMPLEXSEG_EXPECT(meshes.size() == meshes_.size() && (finest.empty() || finest.size() == meshes_.size()));
+    all_or_nothing([&](Undo&) {
+      wanted_.assign(meshes.begin(), meshes.end());
+      for (std::size_t k = 0; k < finest.size(); ++k) meshes_[k].finest = finest[k];
+      apply_parameters(simulation, {});
+    });
   }
 
   void set_points(std::span<const EnginePoint> points) override {
-    forces_.set_points(points, meshes_);
-    meshes_.note_limits(volume_, forces_.points());
-    for (std::size_t k = 0; k < meshes_.size(); ++k) supervision_.control(k).set_points(meshes_[k].point_count);
-    if (meshes_.size() != 0) meshes_.send_constants();
-    if (supervision_.forms_changed(meshes_))
-      apply_forms();
-    else
-      hold_what_is_needed();
-    phase_.refresh_due = true;
+    all_or_nothing([&](Undo& undo) {
+      undo = forces_.set_points(points, meshes_);
+      meshes_.note_limits(volume_, forces_.points());
+      for (std::size_t k = 0; k < meshes_.size(); ++k) supervision_.control(k).set_points(meshes_[k].point_count);
+      if (meshes_.size() != 0) meshes_.send_constants();
+      if (supervision_.forms_changed(meshes_))
+        apply_forms();
+      else
+        hold_what_is_needed();
+      phase_.refresh_due = true;
+    });
   }
 
   void set_field(int mesh, const EngineField& field) override {
     check_field(field, volume_);
-    if (forces_.set_field(mesh, field, meshes_)) return apply_parameters(simulation_, {});
-    meshes_.send_constants();
-    hold_what_is_needed();
-    phase_.refresh_due = true;
+    all_or_nothing([&](Undo& undo) {
+      const bool had = forces_.has_field(mesh);
+      undo = forces_.set_field(mesh, field, meshes_);
+      if (forces_.has_field(mesh) != had) return apply_parameters(simulation_, {});
+      meshes_.send_constants();
+      hold_what_is_needed();
+      phase_.refresh_due = true;
+    });
   }
 
   void refresh() override { phase_.refresh_due = true; }
 
   void give_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
-    forces_.give_targets(mesh, force, targets, meshes_);
-    apply_parameters(simulation_, {});  // now the force acts
+    all_or_nothing([&](Undo& undo) {
+      undo = forces_.give_targets(mesh, force, targets, meshes_);
+      apply_parameters(simulation_, {});  // now the force acts
+    });
   }
   void read_targets(int mesh, ForceId force, std::span<Vec4> targets) override {
     forces_.read_targets(mesh, force, targets, meshes_);
@@ -108,7 +127,8 @@ class StepEngine final : public Engine {
       return outcome;
     }
     [[maybe_unused]] const auto range = executor().range("steps");
-    while (outcome.steps < count && !outcome.failure) {
+    if (forms_due_) apply_forms();
+    while (outcome.steps < count && !outcome.failure && !forms_due_) {
       const int batch = supervision_.batch(count - outcome.steps, meshes_);
       const bool interval_ends = supervision_.ends_interval(batch);
       update_view();
@@ -184,15 +204,12 @@ class StepEngine final : public Engine {
   }
 
  private:
-  /// The forces that are in the program. Fewer only to measure that one which is not used costs nothing
-  /// (tests/benchmarks).
-#ifdef SIMPLEXSEG_BUILT_FORCES
-  static constexpr unsigned kBuiltForces = SIMPLEXSEG_BUILT_FORCES;
-#else
-  static constexpr unsigned kBuiltForces = (1u << kForceCount) - 1;
-#endif
-  static constexpr bool built(ForceId force) { return (kBuiltForces & bit(force)) != 0; }
-
+  using Loaded = LoadedMeshes<Executor>;
+  using Undo = typename ForceArrays<Executor>::Undo;
+  using Loaded::active, Loaded::refresh_interval, Loaded::residual_mm, Loaded::measure;
+  using Loaded::kBuiltForces, Loaded::wanted_, Loaded::simulation_, Loaded::needs_, Loaded::phase_, Loaded::forms_due_;
+  using Loaded::meshes_, Loaded::forces_, Loaded::supervision_, Loaded::levels_, Loaded::results_;
+  void exchange(Loaded& other) { std::swap(static_cast<Loaded&>(*this), other); }
   Executor& executor() { return launcher_.executor; }
   const Executor& executor() const { return launcher_.executor; }
   /// Over all vertices.
@@ -266,6 +283,26 @@ class StepEngine final : public Engine {
     results_.end_batch(launcher_, view_);
   }
 
+  void bind(const Volume& volume) {
+    executor().bind(volume, view_.volume);
+    if (!volume.empty()) describe(volume, view_.volume);
+  }
+
+  /// Changes settings of the meshes that are loaded; when that throws, all are put back, and by `undo` what the change
+  /// has said there.
+  void all_or_nothing(const std::function<void(Undo& undo)>& change) {
+    auto before = this->settings();
+    Undo undo;
+    try {
+      change(undo);
+    } catch (...) {
+      if (undo) undo();
+      this->put_back(std::move(before));
+      update_view();
+      throw;
+    }
+  }
+
   /// `learnt`: what the solver of each mesh has learnt earlier; empty where it is to begin anew.
   void apply_parameters(const SimulationParameters& simulation, std::span<const SolverState> learnt) {
     simulation_ = simulation;
@@ -274,14 +311,8 @@ class StepEngine final : public Engine {
     for (std::size_t k = 0; k < meshes_.size(); ++k) {
       MeshConstants& c = meshes_[k];
       c.forces = wanted_[k];
-      const MeshNeeds needs = forces_.needs_of_mesh(k, c);
-      for (const ForceInfo& force : force_list())
-        if (!needs.acts(force.id)) c.forces.values[static_cast<int>(force.id)][0] = 0;
-      const Stiffness stiffness = stiffness_of(c.forces, forces_.shape_of(k, c));
-      c.stiffness = stiffness.internal;
-      c.model = std::max(0.5f * stiffness.internal, 0.1f * (stiffness.image + stiffness.external));
-      c.strongest = strongest(c.forces);
-      c.voxel_mm = volume_.empty() ? 1.0f : static_cast<float>(volume_.geometry().spacing_mm.minCoeff());
+      const float voxel_mm = volume_.empty() ? 1.0f : static_cast<float>(volume_.geometry().spacing_mm.minCoeff());
+      const Stiffness stiffness = tell_forces(c, forces_.needs_of_mesh(k, c), forces_.shape_of(k, c), voxel_mm);
       internal = internal || stiffness.internal > 0;
       SolverControl& control = supervision_.control(k);
       control.start(simulation, stiffness, learnt.empty() ? SolverState{} : learnt[k], Executor::kCycleCost);
@@ -298,50 +329,39 @@ class StepEngine final : public Engine {
   void apply_forms() {
     supervision_.tell_forms(meshes_);
     phase_.stiffness_due = true;
+    forms_due_ = true;
     hold_what_is_needed();
+    forms_due_ = false;
     for (std::size_t k = 0; k < meshes_.size(); ++k) meshes_[k].root = levels_.root(k);
     meshes_.send_constants();
     update_view();
   }
 
-  /// The index of the force of the largest weight.
-  static int strongest(const ForceParameters& forces) {
-    int force = 0;
-    for (int f = 1; f < kForceCount; ++f)
-      if (forces.values[f][0] > forces.values[force][0]) force = f;
-    return force;
-  }
-
-  float residual_mm(std::size_t k) {
-    float weights = 0;
-    for (const ForceInfo& force : force_list()) weights += active(force.id) ? meshes_[k].forces.weight(force.id) : 0.0f;
-    return weights > 0 ? std::sqrt(std::max(results_.motion()[k].mean_square_force, 0.0f)) / weights : 0.0f;
-  }
-  void measure(std::size_t k, const MeshMotion& motion, float residual_mm, StepOutcome& outcome) const {
-    outcome.mean_move_mm.push_back(motion.mean_move_mm);
-    outcome.mean_edge_mm.push_back(motion.mean_edge_mm);
-    outcome.residual_mm.push_back(residual_mm);
-    outcome.folded_vertices.push_back(static_cast<int>(motion.folded));
-    outcome.inside_out.push_back(motion.volume < 0);
-    outcome.solver.push_back(supervision_.control(k).state());
+  /// The same after a batch, whose steps stand: what does not fit is asked for again, and said, before the next one.
+  void apply_learnt_forms() {
+    try {
+      apply_forms();
+    } catch (const std::exception&) {
+      SIMPLEXSEG_ENSURE(forms_due_);
+    }
   }
 
   /// At the end of an interval.
   void learn(StepOutcome& outcome) {
-    supervision_.note_folds(meshes_, results_.motion());
+    supervision_.end_interval(meshes_, results_.motion(), phase_.measured_at_refresh, refresh_interval());
     for (std::size_t k = 0; k < meshes_.size() && !outcome.failure; ++k) {
       const auto failure = supervision_.judge(k, meshes_, results_.motion()[k], residual_mm(k),
                                               phase_.measured_at_refresh, refresh_interval());
       if (failure) undo(*failure, outcome);
     }
     if (supervision_.forms_changed(meshes_))
-      apply_forms();
+      apply_learnt_forms();
     else if (supervision_.corrected())
       note_support();
   }
   void note_support() {
     const bool anew = supervision_.note_support(meshes_, results_.motion());
-    if (supervision_.forms_changed(meshes_)) return apply_forms();
+    if (supervision_.forms_changed(meshes_)) return apply_learnt_forms();
     if (anew) meshes_.send_constants(), phase_.stiffness_due = true;
   }
 
@@ -349,7 +369,7 @@ class StepEngine final : public Engine {
   void undo_failed_step(const typename BatchResults<Executor>::Failure& failed, int done, StepOutcome& outcome) {
     // Steps after the failed one were skipped, so the two poses before it are untouched.
     phase_.oldest = ((phase_.oldest - (done - failed.step)) % 3 + 3) % 3;
-    outcome.steps += failed.step;
+    outcome.steps += failed.step + 1;
     const int mesh = meshes_.mesh_of(failed.vertex);
     undo({mesh, meshes_.orders()[mesh][failed.vertex - meshes_[mesh].first_vertex], failed.force}, outcome);
   }
@@ -374,22 +394,10 @@ class StepEngine final : public Engine {
     levels_.sum_stiffness(launcher_, view_);
   }
 
-  bool active(ForceId force) const { return (kBuiltForces & bit(force)) != 0 && needs_.uses(force); }
-  int refresh_interval() const { return static_cast<int>(simulation_.refresh_interval + 0.5f); }
-
-  /// Each array is held exactly while the plan needs it.
   void hold_what_is_needed() {
-    const StepNeeds needed_before = needs_;
     const StepView view_before = view_;
-    std::vector<MeshNeeds> meshes;
-    for (std::size_t k = 0; k < meshes_.size(); ++k) meshes.push_back(forces_.needs_of_mesh(k, meshes_[k]));
-    needs_ = needs_of(meshes, !volume_.empty(), forces_.point_count());
-    forces_.hold(needs_, kBuiltForces & needs_.forces, meshes_);
-    if (supervision_.corrected() && meshes_.vertex_count() > 0)
-      levels_.hold(meshes_.all(), meshes_.neighbours());
-    else
-      levels_.drop();
-    supervision_.hold(meshes_);
+    const StepNeeds needed_before = needs_;
+    this->hold_arrays(!volume_.empty());
     update_view();
     const int interval_before = std::exchange(recorded_interval_, refresh_interval());
     // Recorded runs hold the addresses and the plan.
@@ -407,13 +415,14 @@ class StepEngine final : public Engine {
 
   /// `bind`: attraction patches too, beside the first search.
   void find_targets(bool bind) {
-    TargetSearches<Executor> searches(launcher_, view_, needs_, forces_.averaging(), bind);
-    if (needs_.searches())
+    const StepNeeds& needs = needs_;
+    TargetSearches<Executor> searches(launcher_, view_, needs, forces_.averaging(), bind);
+    if (needs.searches())
       executor().visit_voxels(volume_.type(), [&]<class Voxels>(std::type_identity<Voxels>) {
         executor().visit_width(meshes_.vertex_count(), [&]<int kWidth>(std::integral_constant<int, kWidth>) {
           each_force([&]<class F>(F) {
-            if constexpr (HasTargets<F> && built(F::id))
-              if (needs_.searches(F::id)) F::template find_targets<Voxels, kWidth>(searches);
+            if constexpr (HasTargets<F> && Loaded::built(F::id))
+              if (needs.searches(F::id)) F::template find_targets<Voxels, kWidth>(searches);
           });
         });
       });
@@ -430,19 +439,10 @@ class StepEngine final : public Engine {
     });
   }
 
-  Launcher<Executor> launcher_;  // first: arrays go before the device they live on
+  Launcher<Executor> launcher_;
   Volume volume_;
   StepView view_;
-  SimulationParameters simulation_{};
-  std::vector<ForceParameters> wanted_;  ///< of each mesh, as set; MeshConstants has the forces that act
-  StepNeeds needs_;
-  StepPhase phase_;
   int recorded_interval_ = 0;  ///< the refresh interval that recorded runs have in them
-  MeshArrays<Executor> meshes_;
-  ForceArrays<Executor> forces_;
-  StepSupervision<Executor> supervision_;
-  CoarseLevels<Executor> levels_;
-  BatchResults<Executor> results_;
   SurfaceDrawing<Executor> drawing_;
   RecordedRuns<Executor> runs_;
 };

@@ -145,6 +145,14 @@ SurfaceMeasures measure(const SimplexMesh& mesh) {
   return m;
 }
 
+float mean_edge_mm(std::span<const Eigen::Vector3f> positions, std::span<const std::array<int, 3>> neighbours) {
+  SIMPLEXSEG_EXPECT(positions.size() == neighbours.size());
+  double sum = 0;
+  for (std::size_t v = 0; v < positions.size(); ++v)
+    for (int w : neighbours[v]) sum += (positions[w] - positions[v]).norm();
+  return positions.empty() ? 0.0f : static_cast<float>(sum / (3.0 * static_cast<double>(positions.size())));
+}
+
 std::vector<double> vertex_areas(const SimplexMesh& mesh) {
   std::vector<double> areas(mesh.positions.size(), 0.0);
   for_each_triangle(mesh, [&](const Vector3d& centre, int a, int b) {

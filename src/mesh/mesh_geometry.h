@@ -3,6 +3,8 @@
 // these.
 #pragma once
 #include <Eigen/Core>
+#include <array>
+#include <span>
 #include <vector>
 
 #include "mesh/simplex_mesh.h"
@@ -29,6 +31,8 @@ struct SurfaceMeasures {
   double mean_edge_mm;
 };
 SurfaceMeasures measure(const SimplexMesh& mesh);
+/// Mean length of the edges of a mesh, mm; 0 without vertices. `neighbours`: three of each vertex.
+float mean_edge_mm(std::span<const Eigen::Vector3f> positions, std::span<const std::array<int, 3>> neighbours);
 /// Half the summed area of the six triangles around each vertex, mm^2.
 std::vector<double> vertex_areas(const SimplexMesh& mesh);
 

@@ -11,11 +11,12 @@ EngineWithSpare::EngineWithSpare(std::unique_ptr<Engine> engine, std::function<s
   SIMPLEXSEG_EXPECT(engine_ != nullptr);
 }
 
-void EngineWithSpare::replace(std::unique_ptr<Engine> engine) {
+std::unique_ptr<Engine> EngineWithSpare::replace(std::unique_ptr<Engine> engine) {
   SIMPLEXSEG_EXPECT(engine != nullptr);
-  engine_ = std::move(engine);
+  std::swap(engine_, engine);
   loss_.reset();
   ++generation_;
+  return engine;
 }
 
 void EngineWithSpare::put_spare_in_place(const DeviceError& failure) {

@@ -21,8 +21,8 @@ class EngineWithSpare {
   Engine& operator*() const { return *engine_; }
   Engine* operator->() const { return engine_.get(); }
 
-  /// Puts another engine in place; the spare stays.
-  void replace(std::unique_ptr<Engine> engine);
+  /// Puts another engine in place, and returns the one before; the spare stays.
+  std::unique_ptr<Engine> replace(std::unique_ptr<Engine> engine);
   /// Puts the spare in place, which is still empty, and makes the notice of it. Throws the failure again, with nothing
   /// changed, when there is none.
   void put_spare_in_place(const DeviceError& failure);

@@ -19,6 +19,8 @@ RegionModel region_of(const MeshItem& item, const Volume& volume) {
   return estimate_region(volume, item.mesh, kBackgroundRadii * item.seed.radius_mm);
 }
 
+float edge_of(const SimplexMesh& mesh) { return mean_edge_mm(mesh.positions, mesh.neighbours); }
+
 }  // namespace
 
 double voxel_mm(const Volume& volume) { return volume.empty() ? 1.0 : volume.geometry().spacing_mm.minCoeff(); }
@@ -29,6 +31,7 @@ void restart(MeshItem& item, const SimulationParameters& simulation, const Volum
   do item.mesh = make_sphere(item.seed.centre_mm, item.seed.radius_mm, level);
   while (level-- > 0 && measure(item.mesh).mean_edge_mm < simulation.finest_edge * voxel_mm(volume));
   item.previous = item.mesh.positions;
+  item.edge_mm = edge_of(item.mesh);
   item.shape = shape_reference_of(item.mesh);
   item.profiles.clear();
   item.steps_at_level = 0;
@@ -43,6 +46,7 @@ void complete(MeshItem& item, const SimulationParameters& simulation, const Volu
     return;
   }
   if (item.previous.size() != item.mesh.positions.size()) item.previous = item.mesh.positions;
+  if (!(item.edge_mm > 0)) item.edge_mm = edge_of(item.mesh);
   if (item.shape.size() != item.mesh.positions.size()) item.shape = shape_reference_of(item.mesh);
   if (item.region.empty()) item.region = region_of(item, volume);
   if (item.has_field() && !item.field->box.lies_in(volume.geometry().size)) item.field = nullptr, item.fit = {};
@@ -59,6 +63,7 @@ void refine_item(MeshItem& item) {
   item.mesh = std::move(refined.mesh);
   item.previous = item.mesh.positions;
   item.profiles = std::move(profiles);
+  item.edge_mm = edge_of(item.mesh);
   item.shape = shape_reference_of(item.mesh);
   item.steps_at_level = 0;
   item.solver = {};

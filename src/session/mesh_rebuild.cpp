@@ -132,6 +132,7 @@ bool rebuild_from_field(MeshItem& item, const SimulationParameters& simulation, 
   }
   item = std::move(made);
   item.previous = item.mesh.positions;
+  item.edge_mm = mean_edge_mm(item.mesh.positions, item.mesh.neighbours);
   item.shape = shape_reference_of(item.mesh);
   item.profiles.clear();
   item.steps_at_level = 0;

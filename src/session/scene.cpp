@@ -25,7 +25,8 @@ static bool has_enough_vertices(const MeshItem& item, const SimulationParameters
 
 bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm) {
   return has_enough_vertices(item, simulation) ||
-         is_finest(item, simulation, voxel_mm, measure(item.mesh).mean_edge_mm);
+         is_finest(item, simulation, voxel_mm,
+                   item.edge_mm > 0 ? item.edge_mm : mean_edge_mm(item.mesh.positions, item.mesh.neighbours));
 }
 
 bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm, double mean_edge_mm) {

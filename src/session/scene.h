@@ -57,6 +57,7 @@ struct MeshItem {
   RegionModel region;
   std::shared_ptr<const MeshField> field;  ///< learned from its marks; null: not yet
   SolverState solver;                      ///< what its solver had learnt at this level, as of the pose
+  float edge_mm = 0;                       ///< mean edge when it was made or refined; 0: not measured yet
   int steps_at_level = 0;
   int final_vertices = 0;  ///< 0: the simulation's
   bool rebuilt = false;    ///< made of its field: as fine as it is to be
@@ -78,7 +79,7 @@ struct UserPoint {
 /// Whether a mesh is as fine as it is to end: it has the vertices that are wanted, or (unless the user refined it)
 /// edges of voxel size.
 bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm);
-/// The same for a pose that is known by its mean edge alone.
+/// The same by the mean edge of a pose, where that above goes by the one that the mesh was made or refined with.
 bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm, double mean_edge_mm);
 
 /// All that is saved: meshes, points, parameters. The volume is named alone.

@@ -3,18 +3,16 @@
 
 #include <algorithm>
 #include <chrono>
-#include <limits>
-#include <sstream>
 #include <utility>
 
 #include "core/error.h"
 #include "core/expect.h"
-#include "forces/force_list.h"
+#include "session/engine_scene.h"
 #include "session/mesh_life.h"
 #include "session/mesh_marks.h"
-#include "session/mesh_rebuild.h"
 #include "session/scene_checks.h"
 #include "session/scene_editor.h"
+#include "session/step_messages.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {
@@ -23,38 +21,30 @@ namespace {
 /// Rest and refinement are decided at every kCheckInterval-th step, so that they depend on the count of steps alone.
 constexpr int kCheckInterval = 10;
 
-/// Whether meshes follow their fields is looked at every kFitInterval steps, and where they rest.
-constexpr int kFitInterval = 50;
-constexpr double kLeastProgress = 0.8;  // of the disagreement before
-
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
-/// Names the mesh and the force of a failure, and says what it did.
-std::string text_of(const StepFailure& failure, const Scene& scene) {
-  const std::string start =
-      "mesh '" + scene.meshes[failure.mesh].name + "': force " + force_list()[static_cast<int>(failure.force)].name;
-  switch (failure.what) {
-    case StepFailure::What::Folded:
-      return start + " folds its surface";
-    case StepFailure::What::Grew:
-      return start + " makes it oscillate more and more";
-    default:
-      return start + " drove vertex " + std::to_string(failure.vertex) + " out of the scene";
-  }
-}
-
-std::string text_of(const TimestepCut& cut, const Scene& scene) {
-  std::ostringstream line;
-  line << text_of(cut.failure, scene) << "; the steps were undone, and its timestep is " << cut.factor
-       << " of what it was";
-  return line.str();
-}
 
 DeviceError not_enough_memory(std::size_t needed, std::size_t available) {
   return {"memory of the device",
           std::to_string(needed >> 20) + " MiB are needed and " + std::to_string(available >> 20) + " MiB can be had",
           "use --backend cpu, a smaller volume or coarser meshes"};
 }
+
+/// What an edit that needs no snapshot may change.
+class Settings {
+ public:
+  explicit Settings(const Scene& scene) : points_(scene.points), simulation_(scene.simulation) {
+    for (const MeshItem& item : scene.meshes) parameters_.push_back(item.parameters);
+  }
+  void put_back(Scene& scene) {
+    scene.points = std::move(points_), scene.simulation = simulation_;
+    for (std::size_t k = 0; k < scene.meshes.size(); ++k) scene.meshes[k].parameters = parameters_[k];
+  }
+
+ private:
+  std::vector<UserPoint> points_;
+  SimulationParameters simulation_;
+  std::vector<ForceParameters> parameters_;
+};
 
 }  // namespace
 
@@ -77,32 +67,39 @@ void Session::open(Scene scene, Volume volume) {
   for (MeshItem& item : scene.meshes) complete(item, scene.simulation, volume);
   const std::size_t needed = make_plan(scene, volume).bytes_held(), available = engine_->bytes_available();
   if (needed > available) engine_.put_spare_in_place(not_enough_memory(needed, available));
+  std::swap(scene_, scene), std::swap(volume_, volume);
+  const bool stale = std::exchange(poses_stale_, false);
   try {
-    engine_->set_volume(volume);
-  } catch (const DeviceError& failure) {
-    engine_.put_spare_in_place(failure);
-    engine_->set_volume(volume);
+    try {
+      engine_->set_volume(volume_);
+      load_engine();
+    } catch (const DeviceError& failure) {
+      take_over(failure);
+    }
+  } catch (...) {
+    std::swap(scene_, scene), std::swap(volume_, volume);
+    poses_stale_ = stale;
+    engine_->set_volume(volume_);
+    throw;
   }
-  scene_ = std::move(scene);
-  volume_ = std::move(volume);
-  poses_stale_ = false, steps_since_read_ = 0;
+  steps_since_read_ = 0;
   next_id_ = next_id;
   history_.clear(), log_.clear();
   learner_.open(volume_), field_warnings_.clear();
   steps_since_command_ = 0, total_steps_ = 0, seconds_per_step_ = 0;
-  try {
-    load_engine();
-  } catch (const DeviceError& failure) {
-    take_over(failure);
-  }
 }
 
 // ---- the engine ----
 
 void Session::set_engine(std::unique_ptr<Engine> engine) {
   pull_poses();
-  engine_.replace(std::move(engine));
-  load_new_engine();
+  std::unique_ptr<Engine> before = engine_.replace(std::move(engine));
+  try {
+    load_new_engine();
+  } catch (...) {
+    engine_.replace(std::move(before));
+    throw;
+  }
 }
 
 void Session::take_over(const DeviceError& failure) {
@@ -126,35 +123,31 @@ void Session::load_new_engine() {
 
 void Session::load_engine() {
   pull_poses();
-  std::vector<EngineMesh> meshes;
-  std::vector<char> finest;
-  for (const MeshItem& item : scene_.meshes) {
-    EngineMesh m;
-    m.positions = item.mesh.positions, m.previous = item.previous, m.neighbours = item.mesh.neighbours;
-    m.shape = item.shape, m.profiles = item.profiles, m.region = &item.region,
-    m.parameters = parameters_in_use(item, volume_);
-    m.finest = is_finest(item, scene_.simulation, voxel_mm(volume_));
-    m.solver = item.solver;
-    finest.push_back(m.finest);
-    meshes.push_back(m);
-  }
-  engine_->load(meshes, scene_.simulation);
-  finest_ = std::move(finest);
+  const EngineScene loaded = engine_scene(scene_, volume_);
+  engine_->load(loaded.meshes, scene_.simulation, loaded.points);
+  finest_.clear();
+  for (const EngineMesh& m : loaded.meshes) finest_.push_back(m.finest);
   ++topology_revision_;
   last_ = {};
-  last_.mean_edge_mm.assign(meshes.size(), 0.0f);
-  last_.mean_move_mm.assign(meshes.size(), 0.0f);
-  last_.residual_mm.assign(meshes.size(), 0.0f);
-  last_.folded_vertices.assign(meshes.size(), 0);
-  last_.inside_out.assign(meshes.size(), 0);
-  for (std::size_t k = 0; k < scene_.meshes.size(); ++k) send_field(k);
-  send_points();
+  const std::size_t meshes = loaded.meshes.size();
+  last_.mean_edge_mm.assign(meshes, 0.0f);
+  last_.mean_move_mm.assign(meshes, 0.0f);
+  last_.residual_mm.assign(meshes, 0.0f);
+  last_.folded_vertices.assign(meshes, 0);
+  last_.inside_out.assign(meshes, 0);
+  at_rest_ = false;
+  ++revision_;
 }
 
 void Session::send_parameters() {
   std::vector<ForceParameters> all;
-  for (const MeshItem& item : scene_.meshes) all.push_back(parameters_in_use(item, volume_));
-  engine_->set_parameters(all, scene_.simulation);
+  std::vector<char> finest;
+  for (const MeshItem& item : scene_.meshes) {
+    all.push_back(parameters_in_use(item, volume_));
+    finest.push_back(is_finest(item, scene_.simulation, voxel_mm(volume_)));
+  }
+  engine_->set_parameters(all, scene_.simulation, finest);
+  finest_ = std::move(finest);
   at_rest_ = false;
 }
 
@@ -164,11 +157,7 @@ void Session::send_field(std::size_t mesh) {
 }
 
 void Session::send_points() {
-  std::vector<EnginePoint> points;
-  for (const UserPoint& point : scene_.points)
-    for (std::size_t k = 0; point.kind == MarkKind::Boundary && k < scene_.meshes.size(); ++k)
-      if (scene_.meshes[k].id == point.mesh) points.push_back({static_cast<int>(k), point.position_mm});
-  engine_->set_points(points);
+  engine_->set_points(engine_points(scene_));
   at_rest_ = false;
   ++revision_;
 }
@@ -231,13 +220,25 @@ ItemId Session::apply(const Command& command) {
 
 ItemId Session::carry_out(const Undo&) {
   pull_poses_or_take_over();
-  if (history_.undo(scene_)) update_engine_or_take_over(EngineUpdate::Meshes);
+  if (!history_.undo(scene_)) return 0;
+  try {
+    update_engine_or_take_over(EngineUpdate::Meshes);
+  } catch (...) {
+    history_.redo(scene_);
+    throw;
+  }
   return 0;
 }
 
 ItemId Session::carry_out(const Redo&) {
   pull_poses_or_take_over();
-  if (history_.redo(scene_)) update_engine_or_take_over(EngineUpdate::Meshes);
+  if (!history_.redo(scene_)) return 0;
+  try {
+    update_engine_or_take_over(EngineUpdate::Meshes);
+  } catch (...) {
+    history_.undo(scene_);
+    throw;
+  }
   return 0;
 }
 
@@ -257,7 +258,7 @@ ItemId Session::carry_out(const TakeField&) {
   learner_.forget_others(scene_);
   if (!item) return 0;
   const bool waited = waits_for_field(*item, volume_);
-  item->field = field;
+  const std::shared_ptr<const MeshField> before = std::exchange(item->field, field);
   const std::string name = "mesh '" + item->name + "'";
   if (!field->problem.empty()) field_warnings_.push_back(name + ": its object cannot be learned: " + field->problem);
   if (field->leaks)
@@ -269,6 +270,9 @@ ItemId Session::carry_out(const TakeField&) {
     if (waited) send_parameters();
   } catch (const DeviceError& failure) {
     take_over(failure);  // which sends all
+  } catch (...) {
+    item->field = before;
+    throw;
   }
   at_rest_ = false;
   return 0;
@@ -278,7 +282,13 @@ template <class Edit>
 ItemId Session::carry_out(const Edit& edit) {
   ItemId added = 0;
   if (history_.continues(edit)) {
-    added = edit_scene(edit);
+    Settings before(scene_);
+    try {
+      added = edit_scene(edit);
+    } catch (...) {
+      before.put_back(scene_);
+      throw;
+    }
   } else {
     pull_poses_or_take_over();
     const ItemId next_id = next_id_;
@@ -365,54 +375,6 @@ void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
   if (result.steps > 0) seconds_per_step_ = result.seconds / result.steps;
 }
 
-/// A mesh that no longer comes nearer to what its field says is made of the field.
-bool Session::rebuild_where_stuck() {
-  bool rebuilt = false;
-  for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
-    MeshItem& item = scene_.meshes[k];
-    if (!takes_field(item, volume_) || !item.has_field() || (item.fit.field == item.field && item.fit.settled))
-      continue;
-    const LevelState state =
-        level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]);
-    const bool rests = state == LevelState::Rests;  // or fell together below a voxel before its finest level
-    if (state == LevelState::Due || (finest_[k] == 0 && !rests)) continue;
-    if (total_steps_ % kFitInterval != 0 && !rests) continue;
-    pull_poses();
-    if (engine_.loss()) return false;
-    const int before = item.fit.field == item.field ? item.fit.disagreement : std::numeric_limits<int>::max();
-    const FieldDistance distance = distance_to_field(item, volume_);
-    const bool stuck = !distance.follows() && distance.wrong > kLeastProgress * before;
-    item.fit = {item.field, distance.wrong, rests || stuck};
-    if (distance.follows() || !item.fit.settled) continue;
-    MeshItem made = item;
-    if (!rebuild_from_field(made, scene_.simulation, volume_) ||
-        !distance_to_field(made, volume_).nearer_than(distance))
-      continue;
-    item = std::move(made);
-    rebuilt = true;
-  }
-  if (rebuilt) load_engine(), at_rest_ = false;
-  return rebuilt;
-}
-
-bool Session::refine_where_due() {
-  bool refined = false;
-  at_rest_ = true;
-  for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
-    MeshItem& item = scene_.meshes[k];
-    const LevelState state =
-        level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]);
-    if (state == LevelState::Moves) at_rest_ = false;
-    if (state != LevelState::Due) continue;
-    pull_poses();
-    if (engine_.loss()) return false;
-    refine_item(item);
-    refined = true;
-  }
-  if (refined) load_engine();
-  return refined;
-}
-
 Advance Session::advance(double seconds) {
   Advance total;
   const double start = now();
@@ -433,7 +395,11 @@ void Session::replay(const std::vector<LogEntry>& log, int trailing_steps) {
   // A log that was recorded says when fields were learned; in one that was written by hand they are when they can be.
   const bool tells = std::any_of(
       log.begin(), log.end(), [](const LogEntry& entry) { return std::holds_alternative<LearnField>(entry.command); });
-  const auto advance_by = [&](int steps) { tells ? take_steps(steps, false) : advance_steps(steps); };
+  // A failure ended what was asked for, not the session.
+  const auto advance_by = [&](int steps) {
+    for (int done = 0; done < steps;)
+      done += (tells ? take_steps(steps - done, false) : advance_steps(steps - done)).steps;
+  };
   for (const LogEntry& entry : log) {
     advance_by(entry.steps);
     apply(entry.command);

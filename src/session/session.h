@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "image/volume.h"
@@ -38,7 +39,8 @@ class Session {
   /// outside the volume, a value is not finite or out of its table's range, a mesh is not valid, or the engine has not
   /// the memory and there is no spare.
   void open(Scene scene, Volume volume);
-  /// Goes on with another engine, from the present poses or, where the one before was lost, those read last.
+  /// Goes on with another engine, from the present poses or, where the one before was lost, those read last. Throws
+  /// what the engine throws where the scene does not fit; the one before goes on then.
   void set_engine(std::unique_ptr<Engine> engine);
 
   /// Poses are as of the last step: they are read back from the engine when they are behind.
@@ -117,6 +119,8 @@ class Session {
   void learn_beside();
   void send_field(std::size_t mesh);
   Advance take_steps(int steps, bool stop_at_rest);
+  using MadeMeshes = std::vector<std::pair<std::size_t, MeshItem>>;  ///< each with its place in the scene
+  bool load_made(MadeMeshes made);
   void advance_on_engine(int steps, bool stop_at_rest, Advance& result);
   bool refine_where_due();
   bool rebuild_where_stuck();

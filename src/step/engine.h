@@ -21,6 +21,12 @@ class Volume;
 struct CellList;
 struct RegionModel;
 
+/// P(object) of one mesh on a box of the volume's voxels. The values need to live only during the call.
+struct EngineField {
+  VoxelBox box{};                         ///< voxels of the volume
+  std::span<const std::uint16_t> values;  ///< as FieldBox says (src/forces/step_view.h); empty: the mesh has none
+};
+
 /// One mesh as an engine is loaded with it. The spans need to live only during the call.
 struct EngineMesh {
   std::span<const Eigen::Vector3f> positions;      ///< mm, LPS
@@ -31,13 +37,9 @@ struct EngineMesh {
   const RegionModel* region = nullptr;             ///< of the evidence from intensities; may be null
   ForceParameters parameters;
   SolverState solver;  ///< what a solver has learnt of it earlier
+  float edge_mm = 0;   ///< mean edge, the unit "edges" of searches that take one for the mesh; 0: as in `positions`
   bool finest = true;  ///< false while coarser than the level it is to end on
-};
-
-/// P(object) of one mesh on a box of the volume's voxels. The values need to live only during the call.
-struct EngineField {
-  VoxelBox box{};                         ///< voxels of the volume
-  std::span<const std::uint16_t> values;  ///< as FieldBox says (src/forces/step_view.h); empty: the mesh has none
+  EngineField field;
 };
 
 /// An attraction point as the engine sees it.
@@ -60,7 +62,7 @@ struct TimestepCut {
   float factor;  ///< of the mesh's timestep now
 };
 struct StepOutcome {
-  int steps = 0;                    ///< done; fewer than asked for when a step failed
+  int steps = 0;  ///< done, those that were undone again included; fewer than asked for after a failure
   std::vector<float> mean_move_mm;  ///< of each mesh, in the last step
   std::vector<float> mean_edge_mm;  ///< of each mesh, after it
   /// What the forces of each mesh still asked for before the last step: root mean square of sum_f k_f d_f / sum_f k_f.
@@ -70,13 +72,13 @@ struct StepOutcome {
   /// Whether each mesh encloses a negative volume.
   std::vector<char> inside_out;
   std::vector<SolverState> solver;     ///< of each mesh
-  std::vector<TimestepCut> cuts;       ///< in these steps; undone steps count as steps
+  std::vector<TimestepCut> cuts;       ///< in these steps
   std::optional<StepFailure> failure;  ///< that no smaller timestep helps against
 };
 
 /// One backend of the simulation: all meshes in one set of arrays, moved in parallel. Reruns give the same bits, on any
-/// number of threads. Every call may throw Error (what is asked for does not fit) or DeviceError (the device itself
-/// failed: the engine is lost).
+/// number of threads. Every call may throw Error or std::bad_alloc (what is asked for does not fit; nothing has changed
+/// then, but for the steps that step() has told of) or DeviceError (the device itself failed: the engine is lost).
 class Engine {
  public:
   virtual ~Engine() = default;
@@ -86,10 +88,13 @@ class Engine {
   virtual std::string description() const = 0;
   /// The volume to sample; may be empty (no image force then acts). Kept by reference count, not copied, on the CPU.
   virtual void set_volume(const Volume& volume) = 0;
-  /// Replaces all meshes.
-  virtual void load(std::span<const EngineMesh> meshes, const SimulationParameters& simulation) = 0;
-  /// New weights and parameters for the same meshes; only what the plan newly needs is allocated.
-  virtual void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation) = 0;
+  /// Replaces all meshes and points. While it runs, what was loaded before is held too.
+  virtual void load(std::span<const EngineMesh> meshes, const SimulationParameters& simulation,
+                    std::span<const EnginePoint> points = {}) = 0;
+  /// New weights and parameters for the same meshes; only what the plan newly needs is allocated. `finest`: of each
+  /// mesh, as in EngineMesh; empty: as before.
+  virtual void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation,
+                              std::span<const char> finest = {}) = 0;
   virtual void set_points(std::span<const EnginePoint> points) = 0;
   /// The field of one mesh, from now on until the next load. Throws Error for a box that does not lie in
   /// the volume or has another number of voxels than values.

@@ -20,7 +20,7 @@ struct SolverState {
 /// Dynamic Relaxation, in: Computational Methods for Transient Analysis, 1983): what still moves is what is slow.
 class SolverControl {
  public:
-  /// Steps between two estimates, counted from start().
+  /// Steps between two estimates, counted from start(); once one more where targets are found anew in the last of them.
   static constexpr int kInterval = 10;
   /// What supports every vertex in the multigrid model besides its forces, as shares of the model's k. What nothing
   /// supports drifts by what its forces do not balance, and a cycle would make that a leap: such a mesh is supported

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <fstream>
 
 #include "core/error.h"
 #include "forces/force_list.h"
@@ -21,13 +22,23 @@ namespace {
 
 const std::filesystem::path kScenes = std::filesystem::path(SIMPLEXSEG_SOURCE_DIR) / "data/scenes";
 
-/// The volume of that name, or nothing where it is not on this machine.
+/// The volume of that name, or nothing where it is not on this machine. Throws Error for one that cannot be read.
 std::optional<Volume> volume_of(const std::string& name) {
+  std::filesystem::path path;
   try {
-    return read_volume(find_data(name, std::filesystem::path(SIMPLEXSEG_SOURCE_DIR) / "../shared/data"));
+    path = find_data(name, std::filesystem::path(SIMPLEXSEG_SOURCE_DIR) / "../shared/data");
   } catch (const Error&) {
     return std::nullopt;
   }
+  return read_volume(path);
+}
+
+TEST(RealData, LabelsThatCannotBeReadAreNotTakenForMissing) {
+  const std::filesystem::path path = std::filesystem::temp_directory_path() / "simplexseg_garbage.nii";
+  std::ofstream(path) << "no labels";
+  EXPECT_THROW(volume_of(path.string()), Error);
+  std::filesystem::remove(path);
+  EXPECT_FALSE(volume_of(path.string()).has_value());
 }
 
 std::vector<double> dice_of(const Session& session, const std::vector<Mask>& references) {

@@ -106,6 +106,19 @@ TEST_F(Run, Steps) {
   EXPECT_EQ(report_of({"--steps", "0"})["meshes"][0]["vertices"], 80);
 }
 
+TEST_F(Run, SaveWritesTheSceneAsItIsThen) {
+  succeed(run({"--steps", "20", "--save", path("later.json"), "--meshes", path("now")}));
+  for (const char* folder : {"opened", "again"})
+    succeed(
+        {"run", path("later.json"), "--steps", folder == std::string("opened") ? "0" : "25", "--meshes", path(folder)});
+  EXPECT_EQ(text_of("opened/ball.ply"), text_of("now/ball.ply"));
+  EXPECT_NE(text_of("again/ball.ply"), text_of("now/ball.ply"));
+  succeed({"run", path("later.json"), "--steps", "25", "--threads", "2", "--meshes", path("once more")});
+  EXPECT_EQ(text_of("again/ball.ply"), text_of("once more/ball.ply")) << "every run from there is the same";
+  EXPECT_NE(call(run({"--save", path("scene.json")})).err.find("the run reads this file"), std::string::npos);
+  EXPECT_NE(call(run({"--save", path("later.txt")})).err.find("ends in .json"), std::string::npos);
+}
+
 TEST_F(Run, UntilRest) {
   const nlohmann::json report = report_of({"--until-rest", "--set", "simulation.rest_tolerance=0.05"});
   EXPECT_EQ(report["at_rest"], true);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -205,6 +206,42 @@ TEST_P(AttractionTest, ImageForcesFadeAtThePoint) {
     return (end[nearest_to(end, point)].cast<double>() - point).norm();
   };
   EXPECT_LT(2 * distance(1), distance(0));
+}
+
+TEST_P(AttractionTest, WholeRingsFollowWhereTheyGrowFast) {
+  // A ring of vertices with chords: its neighbourhoods double from ring to ring, beyond what a patch has room for.
+  constexpr int kCount = 1024;
+  TestScene scene = pulled_sphere(10, {{11, 0, 0}});
+  SimplexMesh& mesh = scene.meshes[0].mesh;
+  mesh.positions.clear(), mesh.neighbours.assign(kCount, {-1, -1, -1});
+  for (int k = 0; k < kCount; ++k) {
+    const float turn = static_cast<float>(2 * M_PI * k / kCount);
+    mesh.positions.push_back({10 * std::cos(turn), 10 * std::sin(turn), std::sin(40 * turn)});
+    mesh.neighbours[k][0] = (k + 1) % kCount, mesh.neighbours[k][1] = (k + kCount - 1) % kCount;
+  }
+  for (int k = 0; k < kCount; ++k) {
+    if (mesh.neighbours[k][2] >= 0) continue;
+    int chord = (k + 2 + (k * 389) % (kCount - 2)) % kCount;
+    while (mesh.neighbours[chord][2] >= 0 || chord == k) chord = (chord + 1) % kCount;
+    mesh.neighbours[k][2] = chord, mesh.neighbours[chord][2] = k;
+  }
+  const Positions& start = mesh.positions;
+  const std::vector<int> moved = moved_vertices(start, run(scene, 1));
+  const Neighbourhood rings = neighbourhood_of(mesh, nearest_to(start, {11, 0, 0}), 10);
+  ASSERT_GT(rings.vertices.size(), std::size_t(kMaxPatch));
+  std::map<int, int> of_ring, moved_of_ring;
+  for (std::size_t k = 0; k < rings.vertices.size(); ++k) {
+    ++of_ring[rings.ring[k]];
+    moved_of_ring[rings.ring[k]] += std::binary_search(moved.begin(), moved.end(), rings.vertices[k]);
+  }
+  std::size_t whole = 0;
+  for (const auto& [ring, count] : of_ring) {
+    EXPECT_TRUE(moved_of_ring[ring] == 0 || moved_of_ring[ring] == count)
+        << moved_of_ring[ring] << " of " << count << " vertices of ring " << ring;
+    whole += moved_of_ring[ring];
+  }
+  EXPECT_EQ(whole, moved.size());
+  EXPECT_GT(whole, std::size_t(kMaxPatch) / 3) << "as many rings as there is room for";
 }
 
 }  // namespace

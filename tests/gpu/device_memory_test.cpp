@@ -59,5 +59,29 @@ TEST(DeviceMemory, AVolumeThatDoesNotFitIsRefusedWithBothFigures) {
       << "nothing was allocated";
 }
 
+TEST(DeviceMemory, AVolumeThatCannotBeHeldLeavesTheOneThatWasThere) {
+  if (!why_no_cuda().empty()) GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
+  TestScene scene = busy_scene();
+  weight_of(scene.meshes[0].forces, ForceId::Smoothing) = weight_of(scene.meshes[0].forces, ForceId::Gradient) = 0.5f;
+  const auto asked = make_cuda_engine(), never = make_cuda_engine();
+  for (Engine* engine : {asked.get(), never.get()}) load(*engine, scene), engine->step(5);
+  // All that is free, to the last slice: the device says that it has so much, and has not.
+  VolumeGeometry geometry;
+  geometry.size = {2048, 2048, static_cast<int>(cuda_device()->bytes_free / (2048 * 2048 * 2))};
+  Volume large;
+  try {
+    large = Volume(geometry, VoxelType::Int16);  // pages that nobody touches
+  } catch (const Error&) {
+    GTEST_SKIP() << "skipped: the host has not the address space";
+  }
+  try {
+    asked->set_volume(large);
+    GTEST_SKIP() << "skipped: the device has had all of its memory";
+  } catch (const DeviceError&) {
+  }
+  for (Engine* engine : {asked.get(), never.get()}) engine->refresh(), engine->step(5);
+  EXPECT_TRUE(same_bits(positions_of(*asked, scene), positions_of(*never, scene)));
+}
+
 }  // namespace
 }  // namespace simplexseg

@@ -360,6 +360,22 @@ TEST_P(SolverTest, WhatWasLearntGoesOnAfterALoad) {
   EXPECT_NE(engine->step(1).solver.at(0).slowest, learnt.slowest);
 }
 
+TEST_P(SolverTest, ItLearnsWheneverAPointMoves) {
+  // From that step on targets are found anew, every 2, 3, 5 or 10 steps: never wherever the solver looks.
+  for (int refresh : {2, 3, 5, 10})
+    for (int at = 1; at < 10; ++at) {
+      TestScene scene = membrane(2, 2);
+      scene.simulation = by(Solver::Damped);
+      scene.simulation.refresh_interval = static_cast<float>(refresh);
+      const auto engine = make_engine();
+      load(*engine, scene);
+      const float guess = engine->step(at).solver.at(0).slowest;
+      scene.points[0].position_mm[0] += 0.1;
+      engine->set_points(scene.points);
+      EXPECT_NE(engine->step(60).solver.at(0).slowest, guess) << "every " << refresh << " steps from step " << at;
+    }
+}
+
 TEST_P(SolverTest, EveryForceAndAllTogetherStayBoundedWithEverySolver) {
   for (Solver solver : kSolvers) {
     TestScene scene = busy_scene(3, 10);

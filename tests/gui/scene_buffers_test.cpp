@@ -29,11 +29,13 @@ class FailingEngine : public Engine {
   const char* backend() const override { return "cuda"; }
   std::string description() const override { return "a device that fails"; }
   void set_volume(const Volume& volume) override { inner_->set_volume(volume); }
-  void load(std::span<const EngineMesh> meshes, const SimulationParameters& simulation) override {
-    inner_->load(meshes, simulation);
+  void load(std::span<const EngineMesh> meshes, const SimulationParameters& simulation,
+            std::span<const EnginePoint> points) override {
+    inner_->load(meshes, simulation, points);
   }
-  void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation) override {
-    inner_->set_parameters(meshes, simulation);
+  void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation,
+                      std::span<const char> finest) override {
+    inner_->set_parameters(meshes, simulation, finest);
   }
   void set_points(std::span<const EnginePoint> points) override { inner_->set_points(points); }
   void set_field(int mesh, const EngineField& field) override { inner_->set_field(mesh, field); }

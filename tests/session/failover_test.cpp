@@ -12,16 +12,21 @@ namespace {
 class Device : public Engine {
  public:
   struct State {
-    bool fails = false;
+    bool fails = false, full = false;  ///< full: nothing more can be loaded
     std::size_t bytes = std::size_t{1} << 40;
   };
   explicit Device(std::shared_ptr<State> state) : state_(std::move(state)) {}
   const char* backend() const override { return "cuda"; }
   std::string description() const override { return "device of a test"; }
   void set_volume(const Volume& volume) override { inner().set_volume(volume); }
-  void load(std::span<const EngineMesh> meshes, const SimulationParameters& s) override { inner().load(meshes, s); }
-  void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& s) override {
-    inner().set_parameters(meshes, s);
+  void load(std::span<const EngineMesh> meshes, const SimulationParameters& s,
+            std::span<const EnginePoint> points) override {
+    if (state_->full) throw Error("mesh arrays", "memory could not be had", "use fewer or coarser meshes");
+    inner().load(meshes, s, points);
+  }
+  void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& s,
+                      std::span<const char> finest) override {
+    inner().set_parameters(meshes, s, finest);
   }
   void set_points(std::span<const EnginePoint> points) override { inner().set_points(points); }
   void set_field(int mesh, const EngineField& field) override { inner().set_field(mesh, field); }
@@ -165,6 +170,43 @@ TEST_F(Failover, WithoutASpareTheFailureIsThrown) {
   device->fails = true;
   EXPECT_THROW(without.advance_steps(1), DeviceError);
   EXPECT_EQ(without.scene_without_poses().meshes.size(), 1u);
+}
+
+TEST_F(Failover, ARefinementWithoutTheMemoryIsNotBegun) {
+  Scene scene = scene_of_one();
+  scene.simulation.steps_per_level = 20;
+  without.open(scene, volume);
+  Session& session = without;
+  session.advance_steps(11);
+  const int vertices = session.scene().meshes[0].mesh.vertex_count();
+  device->full = true;
+  EXPECT_THROW(session.apply(RefineMesh{0}), Error);
+  EXPECT_EQ(session.scene().meshes[0].mesh.vertex_count(), vertices);
+  // Nor is one that is due by itself; the steps before it are done.
+  EXPECT_THROW(session.advance_steps(30), Error);
+  EXPECT_EQ(session.total_steps(), 20);
+  EXPECT_EQ(session.scene_without_poses().meshes[0].mesh.vertex_count(), vertices);
+  EXPECT_EQ(session.scene_without_poses().meshes[0].steps_at_level, 20);
+  const Positions before = session.scene().meshes[0].mesh.positions;
+  EXPECT_EQ(session.advance_steps(5).steps, 5);
+  EXPECT_GT(largest_distance(session.scene().meshes[0].mesh.positions, before), 0);
+  device->full = false;
+  EXPECT_TRUE(session.advance_steps(5).refined);
+  EXPECT_EQ(session.scene().meshes[0].mesh.vertex_count(), 4 * vertices);
+}
+
+TEST_F(Failover, ASceneWithoutTheMemoryIsNotOpened) {
+  without.open(scene_of_one(), volume);
+  without.advance_steps(11);
+  Scene larger = scene_of_one();
+  larger.meshes[0].mesh = make_sphere({0, 0, 0}, 12, 4);
+  device->full = true;
+  EXPECT_THROW(without.open(larger, phantom("flat").image), Error);
+  EXPECT_EQ(without.total_steps(), 11);
+  EXPECT_EQ(without.volume().data(), volume.data());
+  EXPECT_EQ(without.advance_steps(5).steps, 5);
+  EXPECT_EQ(without.scene().meshes[0].mesh.vertex_count(), without.scene().meshes[0].previous.size());
+  EXPECT_NE(without.scene().meshes[0].mesh.vertex_count(), larger.meshes[0].mesh.vertex_count());
 }
 
 TEST_F(Failover, TooLittleMemoryIsSaidWithBothFiguresBeforeAnythingIsLoaded) {

@@ -12,44 +12,56 @@ bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
   return a.size() == b.size() &&
          (a.empty() || std::memcmp(static_cast<const void*>(a.data()), b.data(), a.size() * sizeof(T)) == 0);
 }
-template <class T>
-bool same_bytes(const std::vector<std::vector<T>>& a, const std::vector<std::vector<T>>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const auto& x, const auto& y) { return same_bytes(x, y); });
+bool same_values(const RegionModel& a, const RegionModel& b) {
+  return a.low == b.low && a.high == b.high && a.object == b.object && a.background == b.background;
+}
+bool same_values(const SolverState& a, const SolverState& b) {
+  return a.slowest == b.slowest && a.multigrid == b.multigrid && a.support == b.support;
+}
+bool same_values(const Seed& a, const Seed& b) { return a.centre_mm == b.centre_mm && a.radius_mm == b.radius_mm; }
+bool same_values(const MeshItem& a, const MeshItem& b, const char*& what) {
+  const auto same = [&what](bool is, const char* name) {
+    if (!is) what = name;
+    return is;
+  };
+  const auto values = [](const MeshItem& item) {
+    return item.field ? item.field->values : std::vector<std::uint16_t>();
+  };
+  return same(a.id == b.id, "the meshes") && same(a.name == b.name, "the names") &&
+         same(a.colour == b.colour, "the colours") && same(a.visible == b.visible, "what is visible") &&
+         same(a.label == b.label, "the labels") && same(same_values(a.seed, b.seed), "the seeds") &&
+         same(std::memcmp(&a.parameters, &b.parameters, sizeof a.parameters) == 0, "the force parameters") &&
+         same(same_bytes(a.mesh.positions, b.mesh.positions), "the positions") &&
+         same(a.mesh.neighbours == b.mesh.neighbours, "the neighbours") &&
+         same(same_bytes(a.previous, b.previous), "the positions of the step before") &&
+         same(same_bytes(a.shape, b.shape), "the shape references") &&
+         same(same_bytes(a.profiles, b.profiles), "the profiles") &&
+         same(same_values(a.region, b.region), "the region models") && same(values(a) == values(b), "the fields") &&
+         same(same_values(a.solver, b.solver), "what solvers have learnt") &&
+         same(a.edge_mm == b.edge_mm, "the mean edges") &&
+         same(a.steps_at_level == b.steps_at_level && a.final_vertices == b.final_vertices && a.rebuilt == b.rebuilt,
+              "the levels");
+}
+bool same_values(const UserPoint& a, const UserPoint& b) {
+  return a.id == b.id && a.mesh == b.mesh && a.position_mm == b.position_mm && a.kind == b.kind &&
+         a.radius_mm == b.radius_mm && a.outward == b.outward;
 }
 
 }  // namespace
 
-SessionState state_of(const Session& session) {
-  SessionState state;
-  const Scene& scene = session.scene();
-  for (const MeshItem& item : scene.meshes) {
-    state.positions.push_back(item.mesh.positions), state.previous.push_back(item.previous),
-        state.shapes.push_back(item.shape);
-    state.profiles.push_back(item.profiles), state.parameters.push_back(item.parameters),
-        state.names.push_back(item.name);
-    state.ids.push_back(item.id), state.labels.push_back(item.label),
-        state.steps_at_level.push_back(item.steps_at_level);
-    state.final_vertices.push_back(item.final_vertices);
-  }
-  for (const UserPoint& point : scene.points) state.points.push_back({point.id, point.position_mm});
-  state.simulation = scene.simulation;
-  return state;
-}
+SessionState state_of(const Session& session) { return {session.scene()}; }
 
 ::testing::AssertionResult same_state(const SessionState& a, const SessionState& b) {
   auto differs = [](const char* what) { return ::testing::AssertionFailure() << what << " differ"; };
-  if (a.ids != b.ids) return differs("the meshes");
-  if (a.names != b.names) return differs("the names");
-  if (a.labels != b.labels) return differs("the labels");
-  if (!same_bytes(a.positions, b.positions)) return differs("the positions");
-  if (!same_bytes(a.previous, b.previous)) return differs("the positions of the step before");
-  if (!same_bytes(a.shapes, b.shapes)) return differs("the shape references");
-  if (!same_bytes(a.profiles, b.profiles)) return differs("the profiles");
-  if (!same_bytes(a.parameters, b.parameters)) return differs("the force parameters");
-  if (a.points != b.points) return differs("the points");
-  if (a.steps_at_level != b.steps_at_level || a.final_vertices != b.final_vertices) return differs("the levels");
-  if (std::memcmp(&a.simulation, &b.simulation, sizeof a.simulation) != 0)
+  const Scene &x = a.scene, &y = b.scene;
+  if (x.meshes.size() != y.meshes.size()) return differs("the counts of meshes");
+  const char* what = "";
+  for (std::size_t k = 0; k < x.meshes.size(); ++k)
+    if (!same_values(x.meshes[k], y.meshes[k], what)) return differs(what);
+  if (!std::equal(x.points.begin(), x.points.end(), y.points.begin(), y.points.end(),
+                  [](const UserPoint& p, const UserPoint& q) { return same_values(p, q); }))
+    return differs("the points");
+  if (std::memcmp(&x.simulation, &y.simulation, sizeof x.simulation) != 0)
     return differs("the simulation's parameters");
   return ::testing::AssertionSuccess();
 }

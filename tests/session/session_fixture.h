@@ -13,15 +13,7 @@ namespace simplexseg {
 
 /// All of a scene that a command or a step may change, for comparisons bit for bit.
 struct SessionState {
-  std::vector<Positions> positions, previous;
-  std::vector<std::vector<Vec4>> shapes;
-  std::vector<std::vector<float>> profiles;
-  std::vector<ForceParameters> parameters;
-  std::vector<std::string> names;
-  std::vector<ItemId> ids;
-  std::vector<std::pair<ItemId, Eigen::Vector3d>> points;
-  std::vector<int> labels, steps_at_level, final_vertices;
-  SimulationParameters simulation;
+  Scene scene;
 };
 SessionState state_of(const Session& session);
 ::testing::AssertionResult same_state(const SessionState& a, const SessionState& b);

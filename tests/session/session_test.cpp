@@ -6,6 +6,7 @@
 #include <limits>
 #include <set>
 
+#include "forces/force_list.h"
 #include "image/metrics.h"
 #include "image/rasterise.h"
 #include "mesh/mesh_geometry.h"
@@ -89,11 +90,12 @@ TEST(SessionCommands, EachDoesWhatItSays) {
   EXPECT_EQ(session->scene().find_point(point), nullptr);
   session->advance_steps(7);
   session->apply(RecordProfiles{ball});
-  EXPECT_EQ(session->scene().find_mesh(ball)->profiles.size() % 320, 0u);
-  EXPECT_GT(session->scene().find_mesh(ball)->profiles.size(), 0u);
+  const std::size_t recorded = session->scene().find_mesh(ball)->profiles.size();
+  EXPECT_EQ(recorded, 320u * IntensityProfileForce::profile_length(session->scene().find_mesh(ball)->parameters));
   session->apply(RefineMesh{ball});
   EXPECT_EQ(session->scene().find_mesh(ball)->mesh.vertex_count(), 1280);
-  EXPECT_EQ(session->scene().find_mesh(ball)->profiles.size() % 1280, 0u);
+  EXPECT_EQ(session->scene().find_mesh(ball)->profiles.size(), 4 * recorded) << "handed down";
+  EXPECT_EQ(session->scene().find_mesh(ball)->steps_at_level, 0);
   EXPECT_EQ(session->scene().find_mesh(other)->mesh.vertex_count(), 320);
   session->advance_steps(7);
   session->apply(ResetPose{ball});
@@ -249,6 +251,39 @@ TEST(SessionLevels, RefinesToTheFinalVerticesAndComesToRest) {
     EXPECT_EQ(session->advance_steps(10, true).steps, 0) << "at rest until something changes";
     session->apply(AddPoint{item.id, {0, 0, 23}});
     EXPECT_GT(session->advance_steps(10, true).steps, 0);
+  }
+}
+
+TEST(SessionLevels, ProfilesAreHandedDownAndStepsCountedAnewWhereARefinementIsDue) {
+  Scene scene = ball_scene();
+  scene.simulation.steps_per_level = 20, scene.simulation.final_vertices = 5120;
+  const auto session = open_session(1, scene);
+  session->apply(RecordProfiles{0});
+  const std::size_t recorded = session->scene().meshes[0].profiles.size();
+  ASSERT_GT(recorded, 0u);
+  session->advance_steps(30);
+  EXPECT_EQ(session->scene().meshes[0].mesh.vertex_count(), 1280);
+  EXPECT_EQ(session->scene().meshes[0].profiles.size(), 4 * recorded);
+  EXPECT_EQ(session->scene().meshes[0].steps_at_level, 10) << "the next refinement is due in ten";
+  session->advance_steps(10);
+  EXPECT_EQ(session->scene().meshes[0].mesh.vertex_count(), 5120);
+  EXPECT_EQ(session->scene().meshes[0].profiles.size(), 16 * recorded);
+}
+
+TEST(SessionLevels, WhatASolverHasLearntIsHandedOnWhenMeshesAreLoaded) {
+  for (float source : {0.0f, 1.0f}) {
+    Scene scene = ball_scene();
+    scene.simulation.solver_choice = static_cast<float>(Solver::Automatic);
+    scene.simulation.final_vertices = 320;
+    set(scene.meshes[0].parameters, {"evidence", "source", source});
+    const auto session = open_session(1, scene);
+    const float guess = session->advance_steps(1).steps == 1 ? session->last_outcome().solver.at(0).slowest : 0;
+    session->advance_steps(40);
+    const float learnt = session->last_outcome().solver.at(0).slowest;
+    ASSERT_NE(learnt, guess) << source;
+    session->apply(AddMesh{"other", {{3, 3, 3}, 6}, {}, 0});
+    session->advance_steps(1);
+    EXPECT_EQ(session->last_outcome().solver.at(0).slowest, learnt) << source;
   }
 }
 

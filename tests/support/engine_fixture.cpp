@@ -91,8 +91,7 @@ SimulationParameters limited(float timestep, float damping, int refresh_interval
   return s;
 }
 
-void load(Engine& engine, const TestScene& scene) {
-  engine.set_volume(scene.volume);
+std::vector<EngineMesh> engine_meshes(const TestScene& scene) {
   std::vector<EngineMesh> meshes;
   for (const TestMesh& mesh : scene.meshes) {
     EngineMesh m;
@@ -102,7 +101,12 @@ void load(Engine& engine, const TestScene& scene) {
     m.parameters = mesh.forces, m.finest = mesh.finest;
     meshes.push_back(m);
   }
-  engine.load(meshes, scene.simulation);
+  return meshes;
+}
+
+void load(Engine& engine, const TestScene& scene) {
+  engine.set_volume(scene.volume);
+  engine.load(engine_meshes(scene), scene.simulation);
   for (std::size_t k = 0; k < scene.meshes.size(); ++k) {
     if (scene.meshes[k].field.empty()) continue;
     const std::array<int, 3>& size = scene.volume.geometry().size;

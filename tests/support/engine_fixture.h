@@ -57,6 +57,8 @@ struct TestScene {
   std::vector<EnginePoint> points;
   SimulationParameters simulation = simplexseg::simulation(1, 1);
 };
+/// As an engine is loaded with them; they refer to the scene.
+std::vector<EngineMesh> engine_meshes(const TestScene& scene);
 void load(Engine& engine, const TestScene& scene);
 /// Positions of a mesh now.
 Positions positions_of(Engine& engine, const TestScene& scene, int mesh = 0);

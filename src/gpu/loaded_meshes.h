@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "gpu/batch_results.h"
+#include "gpu/force_arrays.h"
+#include "gpu/levels.h"
+#include "gpu/mesh_arrays.h"
+#include "gpu/recorded_runs.h"
+#include "gpu/step_supervision.h"
+#include "step/simulation_parameters.h"
+#include "step/step_needs.h"
+
+namespace simplexseg {
+
+/// What an engine has of the meshes that are loaded: a load makes all of it anew, and exchanges it for what was there.
+template <class Executor>
+class LoadedMeshes {
+ protected:
+  /// The forces that are in the program. Fewer only to measure that one which is not used costs nothing
+  /// (tests/benchmarks).
+#ifdef SIMPLEXSEG_BUILT_FORCES
+  static constexpr unsigned kBuiltForces = SIMPLEXSEG_BUILT_FORCES;
+#else
+  static constexpr unsigned kBuiltForces = (1u << kForceCount) - 1;
+#endif
+  static constexpr bool built(ForceId force) { return (kBuiltForces & bit(force)) != 0; }
+
+  bool active(ForceId force) const { return built(force) && needs_.uses(force); }
+  int refresh_interval() const { return static_cast<int>(simulation_.refresh_interval + 0.5f); }
+
+  /// All that a change of settings changes, arrays and what they are made of apart.
+  struct Settings {
+    std::vector<ForceParameters> wanted;
+    SimulationParameters simulation;
+    StepNeeds needs;
+    StepPhase phase;
+    bool forms_due;
+    std::vector<MeshConstants> constants;
+    typename StepSupervision<Executor>::Settings supervision;
+  };
+  Settings settings() const {
+    return {wanted_,
+            simulation_,
+            needs_,
+            phase_,
+            forms_due_,
+            {meshes_.all().begin(), meshes_.all().end()},
+            supervision_.settings()};
+  }
+  void put_back(Settings before) {
+    wanted_ = std::move(before.wanted), simulation_ = before.simulation, needs_ = before.needs;
+    phase_ = before.phase, forms_due_ = before.forms_due;
+    meshes_.put_back(std::move(before.constants));
+    supervision_.put_back(std::move(before.supervision));
+    drop_what_is_not_needed();
+    if (meshes_.size() != 0) meshes_.send_constants();
+  }
+
+  /// Each array is held exactly while the plan needs it. Nothing is given back before all that is needed is there.
+  void hold_arrays(bool has_volume) {
+    std::vector<MeshNeeds> meshes;
+    for (std::size_t k = 0; k < meshes_.size(); ++k) meshes.push_back(forces_.needs_of_mesh(k, meshes_[k]));
+    const StepNeeds needs = needs_of(meshes, has_volume, forces_.point_count());
+    if (needs_levels()) levels_.hold(meshes_.all(), meshes_.neighbours());
+    supervision_.make(meshes_);
+    forces_.make(needs, kBuiltForces & needs.forces, meshes_);
+    needs_ = needs;
+    drop_what_is_not_needed();
+  }
+
+  /// What the forces of a mesh still asked for in the last step of a batch.
+  float residual_mm(std::size_t k) {
+    float weights = 0;
+    for (const ForceInfo& force : force_list()) weights += active(force.id) ? meshes_[k].forces.weight(force.id) : 0.0f;
+    return weights > 0 ? std::sqrt(std::max(results_.motion()[k].mean_square_force, 0.0f)) / weights : 0.0f;
+  }
+  void measure(std::size_t k, const MeshMotion& motion, float residual_mm, StepOutcome& outcome) const {
+    outcome.mean_move_mm.push_back(motion.mean_move_mm);
+    outcome.mean_edge_mm.push_back(motion.mean_edge_mm);
+    outcome.residual_mm.push_back(residual_mm);
+    outcome.folded_vertices.push_back(static_cast<int>(motion.folded));
+    outcome.inside_out.push_back(motion.volume < 0);
+    outcome.solver.push_back(supervision_.control(k).state());
+  }
+
+  std::vector<ForceParameters> wanted_;  ///< of each mesh, as set; MeshConstants has the forces that act
+  SimulationParameters simulation_{};
+  StepNeeds needs_;
+  StepPhase phase_;
+  bool forms_due_ = false;  ///< what the forms of the meshes need could not be had
+  MeshArrays<Executor> meshes_;
+  ForceArrays<Executor> forces_;
+  StepSupervision<Executor> supervision_;
+  CoarseLevels<Executor> levels_;
+  BatchResults<Executor> results_;
+
+ private:
+  bool needs_levels() const { return supervision_.corrected() && meshes_.vertex_count() > 0; }
+  void drop_what_is_not_needed() {
+    forces_.drop(needs_, kBuiltForces & needs_.forces);
+    supervision_.drop();
+    if (!needs_levels() || !levels_.held()) levels_.drop();
+  }
+};
+
+}  // namespace simplexseg

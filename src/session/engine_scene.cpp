@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "session/engine_scene.h"
+
+#include "session/mesh_life.h"
+
+namespace simplexseg {
+
+EngineScene engine_scene(const Scene& scene, const Volume& volume) {
+  EngineScene made;
+  for (const MeshItem& item : scene.meshes) {
+    EngineMesh m;
+    m.positions = item.mesh.positions, m.previous = item.previous, m.neighbours = item.mesh.neighbours;
+    m.shape = item.shape, m.profiles = item.profiles, m.region = &item.region;
+    m.parameters = parameters_in_use(item, volume);
+    m.finest = is_finest(item, scene.simulation, voxel_mm(volume));
+    m.solver = item.solver;
+    m.edge_mm = item.edge_mm;
+    if (item.has_field()) m.field = {item.field->box, item.field->values};
+    made.meshes.push_back(m);
+  }
+  made.points = engine_points(scene);
+  return made;
+}
+
+std::vector<EnginePoint> engine_points(const Scene& scene) {
+  std::vector<EnginePoint> points;
+  for (const UserPoint& point : scene.points)
+    for (std::size_t k = 0; point.kind == MarkKind::Boundary && k < scene.meshes.size(); ++k)
+      if (scene.meshes[k].id == point.mesh) points.push_back({static_cast<int>(k), point.position_mm});
+  return points;
+}
+
+}  // namespace simplexseg
