@@ -90,25 +90,31 @@ Json value_json(const ParameterInfo& info, float value) {
 Json body(const SetForceParameter& c) {
   const ForceInfo& force = info_of(c.force);
   const ParameterInfo& info = force.parameters[static_cast<std::size_t>(c.parameter)];
-  return {{"mesh", c.mesh}, {"force", force.name}, {"parameter", info.name}, {"value", value_json(info, c.value)}};
+  Json json = {{"mesh", c.mesh}, {"force", force.name}, {"parameter", info.name}, {"value", value_json(info, c.value)}};
+  if (c.continues) json["continues"] = true;
+  return json;
 }
 void take(const JsonInput& in, SetForceParameter& c) {
-  expect_keys(in, {"mesh", "force", "parameter", "value"});
+  expect_keys(in, {"mesh", "force", "parameter", "value", "continues"});
   c.mesh = read_id(in["mesh"]);
   const std::string name = in["force"].text();
   const ForceInfo* const force = find_force(name.c_str());
   if (!force) in["force"].refuse("the force " + unknown_name(name, names_of(force_list())), "correct it");
   c.force = force->id;
   take_value(in, force->parameters, c.parameter, c.value);
+  c.continues = in.has("continues") && in["continues"].boolean();
 }
 
 Json body(const SetSimulationParameter& c) {
   const ParameterInfo& info = simulation_table()[static_cast<std::size_t>(c.parameter)];
-  return {{"parameter", info.name}, {"value", value_json(info, c.value)}};
+  Json json = {{"parameter", info.name}, {"value", value_json(info, c.value)}};
+  if (c.continues) json["continues"] = true;
+  return json;
 }
 void take(const JsonInput& in, SetSimulationParameter& c) {
-  expect_keys(in, {"parameter", "value"});
+  expect_keys(in, {"parameter", "value", "continues"});
   take_value(in, simulation_table(), c.parameter, c.value);
+  c.continues = in.has("continues") && in["continues"].boolean();
 }
 
 Json body(const AddPoint& c) {

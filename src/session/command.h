@@ -32,10 +32,12 @@ struct SetForceParameter {
   ForceId force;
   int parameter;  ///< index in the force's table
   float value;
+  bool continues = false;  ///< part of the slider movement that the command before began: undone together with it
 };
 struct SetSimulationParameter {
   int parameter;  ///< index in simulation_table()
   float value;
+  bool continues = false;  ///< as in SetForceParameter
 };
 struct AddPoint {
   ItemId mesh;

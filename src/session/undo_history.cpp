@@ -28,11 +28,11 @@ bool goes_on(const MovePoint& move, const Command& last) {
 }
 bool goes_on(const SetForceParameter& set, const Command& last) {
   const auto* was = std::get_if<SetForceParameter>(&last);
-  return was && was->mesh == set.mesh && was->force == set.force && was->parameter == set.parameter;
+  return set.continues && was && was->mesh == set.mesh && was->force == set.force && was->parameter == set.parameter;
 }
 bool goes_on(const SetSimulationParameter& set, const Command& last) {
   const auto* was = std::get_if<SetSimulationParameter>(&last);
-  return was && was->parameter == set.parameter;
+  return set.continues && was && was->parameter == set.parameter;
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ TEST_F(SceneIo, ALogKeepsEveryCommandAndEveryBit) {
       {1, DeleteMesh{4}},
       {2, EditMesh{5, "name", Colour{9, 8, 7}, false, 12}},
       {0, EditMesh{5, std::nullopt, std::nullopt, std::nullopt, std::nullopt}},
-      {7, SetSimulationParameter{find_parameter(simulation_table(), "damping"), 0.1f}},
+      {7, SetSimulationParameter{find_parameter(simulation_table(), "damping"), 0.1f, true}},
       {7, SetSimulationParameter{find_parameter(simulation_table(), "limit_timestep"), 0}},
       {1000000, AddPoint{5, p}},
       {1, MovePoint{6, p, true}},
@@ -28,7 +28,8 @@ TEST_F(SceneIo, ALogKeepsEveryCommandAndEveryBit) {
   std::mt19937 random(9);
   for (const ForceInfo& force : force_list())
     for (std::size_t k = 0; k < force.parameters.size(); ++k)
-      log.push_back({2, SetForceParameter{3, force.id, static_cast<int>(k), any_value(random, force.parameters[k])}});
+      log.push_back(
+          {2, SetForceParameter{3, force.id, static_cast<int>(k), any_value(random, force.parameters[k]), k % 2 == 1}});
   write_log(folder_ / "log.json", log, 55, "scene.json");
   const LogFile file = read_log(folder_ / "log.json");
   EXPECT_EQ(file.trailing_steps, 55);
@@ -57,7 +58,7 @@ TEST_F(SceneIo, ALogKeepsEveryCommandAndEveryBit) {
   }
   for (const std::size_t at : {5u, 6u}) {
     const auto [a, b] = get(std::type_identity<SetSimulationParameter>{}, at);
-    EXPECT_TRUE(a.parameter == b.parameter && same_bits(a.value, b.value));
+    EXPECT_TRUE(a.parameter == b.parameter && same_bits(a.value, b.value) && a.continues == b.continues);
   }
   const auto [added, added_again] = get(std::type_identity<AddPoint>{}, 7);
   EXPECT_TRUE(added.mesh == added_again.mesh && same_bits(added.position_mm, added_again.position_mm));
@@ -72,7 +73,8 @@ TEST_F(SceneIo, ALogKeepsEveryCommandAndEveryBit) {
   EXPECT_EQ(std::get<RefineMesh>(file.log[13].command).mesh, 2u);
   for (std::size_t at = 16; at < log.size(); ++at) {
     const auto [a, b] = get(std::type_identity<SetForceParameter>{}, at);
-    EXPECT_TRUE(a.mesh == b.mesh && a.force == b.force && a.parameter == b.parameter && same_bits(a.value, b.value))
+    EXPECT_TRUE(a.mesh == b.mesh && a.force == b.force && a.parameter == b.parameter && same_bits(a.value, b.value) &&
+                a.continues == b.continues)
         << at;
   }
 }

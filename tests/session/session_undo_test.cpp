@@ -126,12 +126,27 @@ TEST(SessionUndo, ANewCommandForgetsWhatWasUndone) {
 TEST(SessionUndo, OneSliderMovementIsOneUnit) {
   const auto session = open_session();
   const SessionState before = state_of(*session);
-  for (float value : {0.1f, 0.2f, 0.3f}) session->apply(SetForceParameter{0, ForceId::Smoothing, 0, value});
+  for (float value : {0.1f, 0.2f, 0.3f}) {
+    session->apply(SetForceParameter{0, ForceId::Smoothing, 0, value, value > 0.1f});
+    session->advance_steps(3);
+  }
   session->apply(SetForceParameter{0, ForceId::Evidence, 0, 0.7f});
   session->apply(Undo{});
   EXPECT_EQ(session->scene().meshes[0].parameters.weight(ForceId::Smoothing), 0.3f);
   session->apply(Undo{});
   EXPECT_TRUE(same_state(state_of(*session), before));
+}
+
+TEST(SessionUndo, TwoSliderMovementsAreTwoUnits) {
+  const auto session = open_session();
+  session->apply(SetForceParameter{0, ForceId::Smoothing, 0, 0.1f});
+  session->advance_steps(500);
+  const SessionState between = state_of(*session);
+  ASSERT_EQ(session->scene().meshes[0].mesh.vertex_count(), 1280);
+  session->apply(SetForceParameter{0, ForceId::Smoothing, 0, 0.2f});
+  session->apply(SetForceParameter{0, ForceId::Smoothing, 0, 0.3f, true});
+  session->apply(Undo{});
+  EXPECT_TRUE(same_state(state_of(*session), between));
 }
 
 /// A drag from the surface outwards: the press, 30 moves and the steps that `advance` takes after each.

@@ -68,13 +68,15 @@ TEST(UndoHistory, AMovementOfTheHandIsOneUnit) {
   EXPECT_FALSE(after(moved).continues(moved));
   EXPECT_FALSE(after(ResetPose{0}).continues(moves));
   const Command weight = SetForceParameter{1, ForceId::Evidence, 0, 1};
-  EXPECT_TRUE(after(weight).continues(SetForceParameter{1, ForceId::Evidence, 0, 2}));
-  EXPECT_FALSE(after(weight).continues(SetForceParameter{2, ForceId::Evidence, 0, 2}));
-  EXPECT_FALSE(after(weight).continues(SetForceParameter{1, ForceId::Smoothing, 0, 2}));
-  EXPECT_FALSE(after(weight).continues(SetForceParameter{1, ForceId::Evidence, 1, 2}));
-  EXPECT_FALSE(after(weight).continues(SetSimulationParameter{0, 1}));
-  EXPECT_TRUE(after(SetSimulationParameter{3, 1}).continues(SetSimulationParameter{3, 2}));
-  EXPECT_FALSE(after(SetSimulationParameter{3, 1}).continues(SetSimulationParameter{4, 2}));
+  EXPECT_TRUE(after(weight).continues(SetForceParameter{1, ForceId::Evidence, 0, 2, true}));
+  EXPECT_FALSE(after(weight).continues(SetForceParameter{1, ForceId::Evidence, 0, 2})) << "another movement";
+  EXPECT_FALSE(after(weight).continues(SetForceParameter{2, ForceId::Evidence, 0, 2, true}));
+  EXPECT_FALSE(after(weight).continues(SetForceParameter{1, ForceId::Smoothing, 0, 2, true}));
+  EXPECT_FALSE(after(weight).continues(SetForceParameter{1, ForceId::Evidence, 1, 2, true}));
+  EXPECT_FALSE(after(weight).continues(SetSimulationParameter{0, 1, true}));
+  EXPECT_TRUE(after(SetSimulationParameter{3, 1}).continues(SetSimulationParameter{3, 2, true}));
+  EXPECT_FALSE(after(SetSimulationParameter{3, 1}).continues(SetSimulationParameter{3, 2}));
+  EXPECT_FALSE(after(SetSimulationParameter{3, 1}).continues(SetSimulationParameter{4, 2, true}));
   EXPECT_FALSE(after(ResetPose{0}).continues(ResetPose{0}));
 }
 

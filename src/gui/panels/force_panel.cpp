@@ -73,8 +73,9 @@ ForcePanel::Section ForcePanel::build_section(const ForceInfo& force) {
   for (std::size_t p = 0; p < force.parameters.size(); ++p) {
     auto* row = new ParameterRow(force.parameters[p], sections_widget_);
     section.rows.push_back(row);
-    connect(row, &ParameterRow::edited, this,
-            [this, index, p](float value) { set_parameter(sections_[index], static_cast<int>(p), value); });
+    connect(row, &ParameterRow::edited, this, [this, index, p](float value, bool continues) {
+      set_parameter(sections_[index], static_cast<int>(p), value, continues);
+    });
     if (p == 0) {
       // The weight stays in sight beside the switch.
       row->setFixedWidth(176);
@@ -128,10 +129,10 @@ void ForcePanel::refresh() {
   }
 }
 
-void ForcePanel::set_parameter(const Section& section, int parameter, float value) {
+void ForcePanel::set_parameter(const Section& section, int parameter, float value, bool continues) {
   if (!workbench_.active_mesh()) return;
   const ItemId mesh = all_meshes_->isChecked() ? 0 : workbench_.view.active_mesh;
-  if (!workbench_.apply(SetForceParameter{mesh, section.force->id, parameter, value})) refresh();
+  if (!workbench_.apply(SetForceParameter{mesh, section.force->id, parameter, value, continues})) refresh();
 }
 
 void ForcePanel::switch_force(const Section& section, bool on) {
@@ -142,7 +143,7 @@ void ForcePanel::switch_force(const Section& section, bool on) {
     weight = standard > 0 ? standard : std::min(1.0f, section.force->parameters[0].maximum);
     if (last != last_weight_.end()) weight = last->second;
   }
-  set_parameter(section, 0, weight);
+  set_parameter(section, 0, weight, false);
 }
 
 }  // namespace simplexseg

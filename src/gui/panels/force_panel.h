@@ -35,7 +35,7 @@ class ForcePanel : public QWidget {
   };
   Section build_section(const ForceInfo& force);
   void refresh();
-  void set_parameter(const Section& section, int parameter, float value);
+  void set_parameter(const Section& section, int parameter, float value, bool continues);
   void switch_force(const Section& section, bool on);
 
   Workbench& workbench_;

@@ -9,6 +9,7 @@
 #include <QWheelEvent>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace simplexseg {
 namespace {
@@ -74,6 +75,7 @@ void ParameterRow::build_number() {
   slider_->setRange(0, kSliderSteps);
   slider_->setPageStep(kSliderSteps / 20);
   slider_->setMinimumWidth(60);
+  connect(slider_, &QSlider::sliderPressed, this, [this] { dragged_ = false; });
   connect(slider_, &QSlider::valueChanged, this, [this](int position) { edit(value_at(position)); });
 
   number_ = new NoWheel<QDoubleSpinBox>(this);
@@ -108,7 +110,8 @@ float ParameterRow::value_at(int position) const {
 void ParameterRow::edit(float value) {
   if (value == value_) return;
   set_value(value);
-  emit edited(value_);
+  const bool drags = slider_ && slider_->isSliderDown();
+  emit edited(value_, std::exchange(dragged_, drags) && drags);
 }
 
 void ParameterRow::set_value(float value) {

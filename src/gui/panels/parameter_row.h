@@ -22,9 +22,9 @@ class ParameterRow : public QWidget {
   QDoubleSpinBox* number() const { return number_; }
 
  signals:
-  /// The user has given another value. A drag of the slider emits this many times; the session makes one undo step of
-  /// them.
-  void edited(float value);
+  /// The user has given another value. A drag of the slider emits this many times, `continues` from the second time on:
+  /// the session makes one undo step of them.
+  void edited(float value, bool continues);
 
  private:
   void build_choice();
@@ -36,6 +36,7 @@ class ParameterRow : public QWidget {
   const ParameterInfo& info_;
   float value_;
   bool logarithmic_ = false;
+  bool dragged_ = false;  ///< the drag of the slider has changed the value already
   QSlider* slider_ = nullptr;
   QDoubleSpinBox* number_ = nullptr;
   QComboBox* choice_ = nullptr;

@@ -76,8 +76,8 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
     auto* label = new QLabel(words_of(table[p].name), content);
     label->setToolTip(QString::fromUtf8(table[p].doc));
     auto* row = new ParameterRow(table[p], content);
-    connect(row, &ParameterRow::edited, this, [this, p](float value) {
-      if (!workbench_.apply(SetSimulationParameter{static_cast<int>(p), value})) refresh();
+    connect(row, &ParameterRow::edited, this, [this, p](float value, bool continues) {
+      if (!workbench_.apply(SetSimulationParameter{static_cast<int>(p), value, continues})) refresh();
     });
     grid->addWidget(label, static_cast<int>(p), 0);
     grid->addWidget(row, static_cast<int>(p), 1);
