@@ -43,9 +43,9 @@ void refuse_packed(const fs::path& path) {
               "give NIfTI, Analyze or GIPL, or unpack it where it is MINC 2 or DICOM");
 }
 
-VolumeSource open(const fs::path& path) {
+VolumeSource open(const fs::path& path, int volume) {
   std::error_code error;
-  if (fs::is_directory(path, error)) return open_dicom_series(path);
+  if (fs::is_directory(path, error)) return open_dicom_series(path, volume);
   require_file(path);
   const std::string extension = extension_of(path);
   const auto is = [&](std::initializer_list<const char*> known) {
@@ -57,16 +57,22 @@ VolumeSource open(const fs::path& path) {
   if (is({".gipl", ".gipl.gz"})) return open_gipl(path);
   if (is({".mnc", ".mnc2"})) return open_minc(path);
   // Names are often lost: the first bytes tell.
-  if (looks_like_dicom(path)) return open_dicom_file(path);
+  if (looks_like_dicom(path)) return open_dicom_file(path, volume);
   if (looks_like_nifti(path)) return open_nifti(path);
   if (looks_like_gipl(path)) return open_gipl(path);
   refuse_packed(path);
-  return open_dicom_file(path);  // DICOM without preamble, or the message that lists what can be read
+  return open_dicom_file(path, volume);  // DICOM without preamble, or the message that lists what can be read
 }
 
-VolumeSource open_checked(const fs::path& path) {
+VolumeSource open_checked(const fs::path& path, int volume) {
   try {
-    return open(path);
+    VolumeSource source = open(path, volume);
+    if (volume > 1 && source.info.frame == 0) {
+      throw Error("cannot read volume " + std::to_string(volume) + " of " + quoted(path),
+                  source.info.frames > 1 ? "single volumes are read of 4D DICOM alone" : "it holds one volume",
+                  source.info.frames > 1 ? "extract it into a file of its own" : "ask for the first");
+    }
+    return source;
   } catch (const Error&) {
     throw;
   } catch (const std::exception& exception) {  // file system, memory
@@ -109,7 +115,7 @@ std::size_t available_memory() {
   return 0;
 }
 
-VolumeInfo read_volume_info(const fs::path& path) { return open_checked(path).info; }
+VolumeInfo read_volume_info(const fs::path& path, int volume) { return open_checked(path, volume).info; }
 
 void require_one_value(const fs::path& path, const VolumeInfo& info) {
   if (info.components > 1) {
@@ -117,14 +123,14 @@ void require_one_value(const fs::path& path, const VolumeInfo& info) {
                 "it has " + std::to_string(info.components) + " values per voxel (colour or vectors)",
                 "extract one of them into a file of its own");
   }
-  if (info.frames > 1) {
+  if (info.frames > 1 && info.frame == 0) {
     throw Error("cannot read " + quoted(path), "it is 4D: " + std::to_string(info.frames) + " volumes in one file",
                 "extract one of them into a file of its own");
   }
 }
 
-LoadedVolume load_volume(const fs::path& path) {
-  const VolumeSource source = open_checked(path);
+LoadedVolume load_volume(const fs::path& path, int volume) {
+  const VolumeSource source = open_checked(path, volume);
   const VolumeInfo& info = source.info;
   require_one_value(path, info);
   const double needed =
