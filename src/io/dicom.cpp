@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "io/dicom_pixels.h"
+#include "io/dicom_segments.h"
 #include "io/dicom_slice.h"
 #include "io/dicom_stack.h"
 #include "io/dicom_volumes.h"
@@ -25,16 +26,15 @@ namespace {
 
 void require_readable(const std::vector<DicomSlice>& slices) {
   std::vector<std::string> names;
-  std::string why;
+  std::string why, remedy;
   for (const DicomSlice& s : slices) {
     if (s.unreadable.empty()) continue;
-    if (why.empty()) why = s.unreadable;
+    if (why.empty()) why = s.unreadable, remedy = s.remedy;
     names.push_back(name_of(s));
   }
   if (names.empty()) return;
   if (slices.size() > 1) why += ": " + list_of(names);
-  throw Error("cannot read " + quoted(slices.size() == 1 ? slices[0].file : slices[0].file.parent_path()), why,
-              "copy or export it again");
+  throw Error("cannot read " + quoted(slices.size() == 1 ? slices[0].file : slices[0].file.parent_path()), why, remedy);
 }
 
 Volume read_slices(const std::vector<DicomSlice>& slices, const VolumeInfo& info) {
@@ -87,6 +87,12 @@ void place_slices(std::vector<DicomSlice>& slices, VolumeInfo& info, const std::
   }
 }
 
+int count_files(const std::vector<DicomSlice>& slices) {
+  std::set<fs::path> files;
+  for (const DicomSlice& s : slices) files.insert(s.file);
+  return static_cast<int>(files.size());
+}
+
 /// The volume of slices that are known to be of one series; `what` names it in messages, `volume` tells which of
 /// several, from 1.
 VolumeSource open_slices(std::vector<DicomSlice> slices, const std::string& format, const std::string& what,
@@ -94,8 +100,14 @@ VolumeSource open_slices(std::vector<DicomSlice> slices, const std::string& form
   VolumeSource source;
   VolumeInfo& info = source.info;
   info.format = format;
-  info.components = slices.front().pixels.palette ? 3 : slices.front().pixels.samples;
+  info.components = slices.front().photometric.starts_with("PALETTE") ? 3 : slices.front().pixels.samples;
   if (info.components == 1) require_readable(slices);
+  if (is_segmentation(slices.front())) {
+    const int files = count_files(slices);
+    source = open_segments(std::move(slices), what);
+    source.info.format = "DICOM SEG", source.info.file_count = files;
+    return source;
+  }
   DicomVolumes split = split_volumes(std::move(slices), what);
   info.frames = static_cast<int>(split.volumes.size());
   if (volume < 1 || volume > info.frames) {
@@ -110,10 +122,10 @@ VolumeSource open_slices(std::vector<DicomSlice> slices, const std::string& form
                             std::to_string(volume) + " is taken (" + split.names[static_cast<std::size_t>(volume) - 1] +
                             ")");
   }
-  std::set<fs::path> files;
-  for (const DicomSlice& s : slices) files.insert(s.file);
-  info.file_count = static_cast<int>(files.size());
+  info.file_count = count_files(slices);
   place_slices(slices, info, what);
+  if (slices.front().photometric == "MONOCHROME1")
+    info.warnings.push_back("MONOCHROME1: low values are meant to be bright; the values are kept as they are");
   info.type = common_type(slices);
   info.geometry.validate("cannot read " + what);
   for (const DicomSlice& s : slices) source.extra_bytes = std::max(source.extra_bytes, buffer_bytes(s.pixels));

@@ -40,7 +40,6 @@ constexpr Trait kTraits[] = {
     {kFrameContent, kStackId, DicomKind::Text, "stack"},
     {{}, {0x0020, 0x0012}, DicomKind::Text, "acquisition number"},
     {{}, {0x0008, 0x0032}, DicomKind::Text, "acquisition time"},
-    {{0x0062, 0x000a}, {0x0062, 0x000b}, DicomKind::Short, "segment"},
 };
 
 std::string value_of(const gdcm::DataSet& data, const Trait& trait) {
@@ -94,6 +93,9 @@ void take_groups(const gdcm::DataSet& groups, const std::vector<std::string>& di
   first_item(groups, {0x0028, 0x9145}, [&](const gdcm::DataSet& data) {
     if (const auto n = number_of(data, {0x0028, 0x1053}); n && *n != 0) slice.slope = *n;
     if (const auto n = number_of(data, {0x0028, 0x1052})) slice.intercept = *n;
+  });
+  first_item(groups, {0x0062, 0x000a}, [&](const gdcm::DataSet& data) {
+    slice.segment = short_of(data, {0x0062, 0x000b}, 0);
   });
   first_item(groups, kFrameContent, [&](const gdcm::DataSet& data) {
     const std::vector<double> indices = numbers_of(data, {0x0020, 0x9157}, DicomKind::Long);

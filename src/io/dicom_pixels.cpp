@@ -42,6 +42,20 @@ std::vector<std::byte> decode(const DicomSlice& slice, std::size_t wanted) {
   return bytes;
 }
 
+/// The pixels of a frame of bits, which begin anywhere in a byte.
+void unpack_bits(const std::vector<char>& packed, std::size_t first, std::vector<std::byte>& pixels) {
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const std::size_t at = first % 8 + i;
+    pixels[i] = static_cast<std::byte>((static_cast<unsigned char>(packed[at / 8]) >> (at % 8)) & 1);
+  }
+}
+
+template <class T>
+void swap_bytes(std::vector<std::byte>& bytes) {
+  for (std::size_t i = 0; i + sizeof(T) <= bytes.size(); i += sizeof(T))
+    std::reverse(bytes.data() + i, bytes.data() + i + sizeof(T));
+}
+
 /// Other bits of a pixel than those from the high bit down (overlays) are taken away, and the sign is restored.
 template <class T>
 void keep_stored_bits(std::byte* bytes, std::size_t count, const DicomPixels& p) {
@@ -83,7 +97,7 @@ std::size_t buffer_bytes(const DicomPixels& pixels) {
 
 DicomFrames::DicomFrames(const DicomSlice& slice) : pixels_(slice.pixels), stored_type_(stored_type_of(slice.pixels)) {
   frame_bytes_ = pixels_of_frame(pixels_) * bytes_per_voxel(stored_type_);
-  pixels_.plain = pixels_.plain && (pixels_.bits == 8 || pixels_.bits == 16 || pixels_.bits == 32);
+  pixels_.plain = pixels_.plain && (pixels_.bits == 1 || pixels_.bits == 8 || pixels_.bits == 16 || pixels_.bits == 32);
   if (pixels_.plain) {
     stream_.open(slice.file, std::ios::binary);
     buffer_.resize(frame_bytes_);
@@ -99,12 +113,23 @@ DicomFrames::DicomFrames(const DicomSlice& slice) : pixels_(slice.pixels), store
 }
 
 const std::byte* DicomFrames::stored(const DicomSlice& slice) {
-  const auto at = static_cast<std::size_t>(slice.frame) * frame_bytes_;
-  if (!pixels_.plain) return buffer_.data() + at;
-  stream_.seekg(static_cast<std::streamoff>(pixels_.start + at));
-  if (!stream_.read(reinterpret_cast<char*>(buffer_.data()), static_cast<std::streamsize>(frame_bytes_)))
-    refuse(slice, "truncated: the file ends before its pixels do");
+  const auto frame = static_cast<std::size_t>(slice.frame);
+  if (!pixels_.plain) return buffer_.data() + frame * frame_bytes_;
+  const auto fill = [&](std::size_t at, char* to, std::size_t bytes) {
+    stream_.seekg(static_cast<std::streamoff>(pixels_.start + at));
+    if (!stream_.read(to, static_cast<std::streamsize>(bytes)))
+      refuse(slice, "truncated: the file ends before its pixels do");
+  };
+  if (pixels_.bits == 1) {
+    const std::size_t first = frame * frame_bytes_;
+    std::vector<char> packed((first % 8 + frame_bytes_ + 7) / 8);
+    fill(first / 8, packed.data(), packed.size());
+    unpack_bits(packed, first, buffer_);
+    return buffer_.data();
+  }
+  fill(frame * frame_bytes_, reinterpret_cast<char*>(buffer_.data()), frame_bytes_);
   visit_voxel_type(stored_type_, [&]<class T>(std::type_identity<T>) {
+    if (pixels_.big_endian) swap_bytes<T>(buffer_);
     if constexpr (std::is_integral_v<T>) keep_stored_bits<T>(buffer_.data(), pixels_of_frame(pixels_), pixels_);
   });
   return buffer_.data();

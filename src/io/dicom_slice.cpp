@@ -45,6 +45,15 @@ bool ends_early(const fs::path& path, const gdcm::TransferSyntax& syntax, std::s
   return !fragments_are_whole(stream, start, file_bytes);
 }
 
+void take_segmentation(const gdcm::DataSet& data, DicomSlice& slice) {
+  const std::string sop_class = text_of(data, {0x0008, 0x0016});
+  if (!sop_class.starts_with("1.2.840.10008.5.1.4.1.1.66.4") && !sop_class.starts_with("1.2.840.10008.5.1.4.1.1.66.7"))
+    return;
+  slice.segmentation = text_of(data, {0x0062, 0x0001});
+  if (slice.segmentation.empty()) slice.segmentation = "BINARY";
+  slice.fraction_most = short_of(data, {0x0062, 0x000e}, 255);
+}
+
 }  // namespace
 
 std::vector<DicomSlice> scan_dicom(const fs::path& path) {
@@ -69,9 +78,9 @@ std::vector<DicomSlice> scan_dicom(const fs::path& path) {
     pixels.stored_bits = short_of(data, {0x0028, 0x0101}, pixels.bits);
     pixels.high_bit = short_of(data, {0x0028, 0x0102}, pixels.stored_bits - 1);
     pixels.is_signed = short_of(data, {0x0028, 0x0103}, 0) == 1;
-    pixels.palette = text_of(data, {0x0028, 0x0004}).starts_with("PALETTE");
-    pixels.plain = !syntax.IsEncapsulated() && syntax != gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian &&
-                   syntax != gdcm::TransferSyntax::ExplicitVRBigEndian;
+    pixels.plain = !syntax.IsEncapsulated() && syntax != gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian;
+    pixels.big_endian = syntax == gdcm::TransferSyntax::ExplicitVRBigEndian;
+    whole.photometric = text_of(data, {0x0028, 0x0004});
     if (const auto n = number_of(data, {0x0028, 0x0008})) pixels.frames = int(std::clamp(*n, 1.0, 1e8));
     pixels.start = reader.GetStreamCurrentPosition();
     if (pixels.rows < 1 || pixels.columns < 1 || pixels.bits < 1 || pixels.start == std::size_t(-1)) return;
@@ -79,8 +88,11 @@ std::vector<DicomSlice> scan_dicom(const fs::path& path) {
     if (const auto n = number_of(data, {0x0028, 0x1053}); n && *n != 0) whole.slope = *n;
     if (const auto n = number_of(data, {0x0028, 0x1052})) whole.intercept = *n;
 
-    if (syntax == gdcm::TransferSyntax::ExplicitVRBigEndian && pixels.bits > 16)
-      whole.unreadable = "its pixels are big-endian with more than 16 bits, which GDCM reads wrongly";
+    if (text_of(data, {0x0008, 0x0060}) == "RTDOSE") {
+      if (const auto n = number_of(data, {0x3004, 0x000e}); n && *n != 0) whole.slope = *n;
+    }
+    take_segmentation(data, whole);
+
     const double wanted = double(pixels.rows) * pixels.columns * pixels.samples * pixels.frames * pixels.bits / 8;
     if (ends_early(path, syntax, pixels.start, pixels.samples > 1 ? 0.66 * wanted : wanted))
       whole.unreadable = "truncated: the file ends before its pixels do";

@@ -15,8 +15,8 @@ struct DicomPixels {
   int rows = 0, columns = 0, frames = 1, samples = 1;
   int bits = 0, stored_bits = 0, high_bit = 0;
   bool is_signed = false;
-  bool palette = false;   ///< values are places in a table of colours
-  bool plain = false;     ///< neither compressed, deflated nor big-endian
+  bool plain = false;  ///< neither compressed nor deflated
+  bool big_endian = false;
   std::size_t start = 0;  ///< where in the file they begin
 };
 
@@ -34,8 +34,13 @@ struct DicomSlice {
   double slope = 1, intercept = 0;  ///< value = slope * stored + intercept
   /// By what volumes of one series can differ, and its value here: ("echo time", "20").
   std::vector<std::pair<std::string, std::string>> traits;
-  std::string assumed;     ///< what had to be assumed of its place; empty when nothing had
-  std::string unreadable;  ///< why its pixels cannot be read; empty when they can
+  std::string segmentation;                        ///< BINARY, FRACTIONAL or LABELMAP; empty for images
+  int segment = 0;                                 ///< whose frame it is, from 1
+  int fraction_most = 1;                           ///< what a voxel has that is whole of a fractional segment
+  std::string photometric;                         ///< MONOCHROME2 ...
+  std::string assumed;                             ///< what had to be assumed of its place; empty when nothing had
+  std::string unreadable;                          ///< why its pixels cannot be read; empty when they can
+  std::string remedy = "copy or export it again";  ///< for that
 };
 
 /// Reads the header: one slice for each frame, in the file's order, but a single one where the pixels are unreadable.
