@@ -54,6 +54,12 @@ void take_segmentation(const gdcm::DataSet& data, DicomSlice& slice) {
   slice.fraction_most = short_of(data, {0x0062, 0x000e}, 255);
 }
 
+void refuse_mosaic(const gdcm::DataSet& data, DicomSlice& slice) {
+  if (slice.pixels.frames > 1 || text_of(data, {0x0008, 0x0008}).find("MOSAIC") == std::string::npos) return;
+  slice.unreadable = "a Siemens mosaic, one picture with all slices of a volume as tiles, is not taken apart";
+  slice.remedy = "convert it to NIfTI, or export it as enhanced DICOM or as single slices";
+}
+
 }  // namespace
 
 std::vector<DicomSlice> scan_dicom(const fs::path& path) {
@@ -92,6 +98,7 @@ std::vector<DicomSlice> scan_dicom(const fs::path& path) {
       if (const auto n = number_of(data, {0x3004, 0x000e}); n && *n != 0) whole.slope = *n;
     }
     take_segmentation(data, whole);
+    refuse_mosaic(data, whole);
 
     const double wanted = double(pixels.rows) * pixels.columns * pixels.samples * pixels.frames * pixels.bits / 8;
     if (ends_early(path, syntax, pixels.start, pixels.samples > 1 ? 0.66 * wanted : wanted))

@@ -73,6 +73,19 @@ TEST_F(DicomValues, BigEndianPixelsOf32BitsAreRead) {
   EXPECT_TRUE(little.geometry().same_grid(big.geometry()));
 }
 
+TEST_F(DicomValues, MosaicsAreRefusedByName) {
+  DicomData data = slice("MR", "ORIGINAL\\PRIMARY\\M\\ND\\MOSAIC");
+  test::describe_pixels(data, 2, 1, 0);
+  data.raw(0x7fe0, 0x0010, "OW", "abcd");
+  const fs::path path = write("a.dcm", test::dicom_file(data.bytes, test::kEnhancedMr));
+  for (const fs::path& named : {path, folder}) {
+    const std::string said = error_of([&] { load_volume(named); });
+    EXPECT_HAS(said, "Siemens mosaic");
+    EXPECT_HAS(said, "convert it to NIfTI");
+    EXPECT_EQ(error_of([&] { read_volume_info(named); }), said);
+  }
+}
+
 struct SegmentFrame {
   double z;
   std::uint16_t segment;
