@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "io/dicom_frames.h"
+#include "io/dicom_lengths.h"
 #include "io/dicom_values.h"
 #include "io/files.h"
 #include "io/itk_quiet.h"
@@ -18,31 +19,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Whether the compressed fragments of the pixel data, whose first item begins at `position`, end within the file.
-bool fragments_are_whole(std::istream& stream, std::uint64_t position, std::uint64_t file_bytes) {
-  while (position + 8 <= file_bytes) {
-    std::uint16_t tag[2];
-    std::uint32_t length;
-    stream.seekg(static_cast<std::streamoff>(position));
-    if (!stream.read(reinterpret_cast<char*>(tag), 4) || !stream.read(reinterpret_cast<char*>(&length), 4))
-      return false;
-    if (tag[0] != 0xfffe) return false;
-    if (tag[1] == 0xe0dd) return true;
-    position += 8 + std::uint64_t(length);
-  }
-  return position == file_bytes;  // some writers leave out the closing delimiter
-}
-
-/// Whether the file ends before the pixels that begin at `start` do: GDCM gives what is there of them and leaves the
-/// rest as it was. `wanted`: the fewest bytes that they take where they are not compressed (subsampled colours take two
-/// thirds).
-bool ends_early(const fs::path& path, const gdcm::TransferSyntax& syntax, std::size_t start, double wanted) {
+/// What of the pixels is not in the file: GDCM gives what is there of them and leaves the rest as it was. Colours can
+/// be subsampled to two thirds.
+std::string damage_of_pixels(const fs::path& path, const gdcm::TransferSyntax& syntax, const DicomPixels& pixels) {
   // Where the whole file is deflated, positions within it are not known.
-  if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) return false;
-  const std::uint64_t file_bytes = fs::file_size(path);
-  if (!syntax.IsEncapsulated()) return double(start) + wanted > double(file_bytes);
-  std::ifstream stream(path, std::ios::binary);
-  return !fragments_are_whole(stream, start, file_bytes);
+  if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) return {};
+  if (syntax.IsEncapsulated()) return damage_of_fragments(path, pixels);
+  const double wanted = double(pixels.rows) * pixels.columns * pixels.samples * pixels.frames * pixels.bits / 8;
+  if (double(pixels.start) + (pixels.samples > 1 ? 0.66 : 1) * wanted <= double(fs::file_size(path))) return {};
+  return "truncated: the file ends before its pixels do";
 }
 
 void take_segmentation(const gdcm::DataSet& data, DicomSlice& slice) {
@@ -64,6 +49,7 @@ void refuse_mosaic(const gdcm::DataSet& data, DicomSlice& slice) {
 
 std::vector<DicomSlice> scan_dicom(const fs::path& path) {
   std::vector<DicomSlice> result;
+  if (const std::string damage = damage_of_header(path); !damage.empty()) throw std::runtime_error(damage);
   without_aborting([&] {
     const gdcm::Tag pixel_data(0x7fe0, 0x0010);
     gdcm::Reader reader;
@@ -100,9 +86,7 @@ std::vector<DicomSlice> scan_dicom(const fs::path& path) {
     take_segmentation(data, whole);
     refuse_mosaic(data, whole);
 
-    const double wanted = double(pixels.rows) * pixels.columns * pixels.samples * pixels.frames * pixels.bits / 8;
-    if (ends_early(path, syntax, pixels.start, pixels.samples > 1 ? 0.66 * wanted : wanted))
-      whole.unreadable = "truncated: the file ends before its pixels do";
+    if (const std::string damage = damage_of_pixels(path, syntax, pixels); !damage.empty()) whole.unreadable = damage;
     result = whole.unreadable.empty() ? frames_of(data, whole) : std::vector{whole};
   });
   return result;
