@@ -152,8 +152,10 @@ VolumeSource open_dicom_file(const fs::path& path, int volume) {
     throw Error("cannot read " + quoted(path), plain_words(exception), "copy or export the file again");
   }
   if (slices.empty()) {
-    if (looks_like_dicom(path)) {
-      throw Error("cannot read " + quoted(path), "this DICOM file holds no image",
+    const std::string kind = kind_of_dicom(path);
+    if (looks_like_dicom(path) || !kind.empty()) {
+      throw Error("cannot read " + quoted(path),
+                  "this DICOM file holds no image" + (kind.empty() ? "" : ": it is a " + kind),
                   "open the folder of an image series");
     }
     throw Error("cannot read " + quoted(path), "it is none of the formats that can be read",
@@ -179,17 +181,20 @@ VolumeSource open_dicom_series(const fs::path& folder, int volume) {
   std::sort(files.begin(), files.end());
   std::map<std::string, std::vector<DicomSlice>> series;
   std::vector<std::string> broken;
+  std::string why_broken;  // the first of them
   for (const fs::path& file : files) {
     try {
       for (DicomSlice& slice : scan_dicom(file)) series[slice.series].push_back(std::move(slice));
-    } catch (const std::exception&) {
+    } catch (const std::exception& exception) {
+      if (broken.empty()) why_broken = plain_words(exception);
       broken.push_back(quoted(file.filename()));
     }
   }
   if (series.empty()) {
     throw Error(
         "cannot read the folder " + quoted(folder),
-        broken.empty() ? "it holds no DICOM images" : "its DICOM files are damaged: " + list_of(broken),
+        broken.empty() ? "it holds no DICOM images"
+                       : "no DICOM file in it can be read (" + why_broken + "): " + list_of(broken),
         has_folders ? "name one of its subfolders, which are not searched" : "name a file or the folder of a series");
   }
   const auto largest = std::max_element(
@@ -210,7 +215,8 @@ VolumeSource open_dicom_series(const fs::path& folder, int volume) {
     source.info.warnings.push_back(std::to_string(others.size() + 1) + " series in the folder: the largest, " + chosen +
                                    ", is taken; left out: " + list_of(others));
   }
-  if (!broken.empty()) source.info.warnings.push_back("damaged files are left out: " + list_of(broken));
+  if (!broken.empty())
+    source.info.warnings.push_back("files that cannot be read are left out (" + why_broken + "): " + list_of(broken));
   return source;
 }
 

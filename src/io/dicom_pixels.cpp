@@ -32,7 +32,7 @@ std::vector<std::byte> decode(const DicomSlice& slice, std::size_t wanted) {
   without_aborting([&] {
     gdcm::PixmapReader reader;
     reader.SetFileName(slice.file.c_str());
-    if (!reader.Read()) refuse(slice, "its pixels are damaged, or coded in a way that GDCM does not know");
+    if (!reader.Read()) refuse(slice, "its header or its pixels are damaged");
     const gdcm::Pixmap& pixmap = reader.GetPixmap();
     if (pixmap.GetBufferLength() != wanted)
       refuse(slice, "its pixels are not of the size and type that its header says");

@@ -2,6 +2,7 @@
 #include "io/dicom_slice.h"
 
 #include <gdcmReader.h>
+#include <gdcmUIDs.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -30,6 +31,11 @@ std::string damage_of_pixels(const fs::path& path, const gdcm::TransferSyntax& s
   return "truncated: the file ends before its pixels do";
 }
 
+std::string uid_of(const gdcm::DataSet& data, DicomTag tag) {
+  const std::string text = text_of(data, tag);
+  return text.substr(0, text.find_first_not_of(".0123456789"));
+}
+
 void take_segmentation(const gdcm::DataSet& data, DicomSlice& slice) {
   const std::string sop_class = text_of(data, {0x0008, 0x0016});
   if (!sop_class.starts_with("1.2.840.10008.5.1.4.1.1.66.4") && !sop_class.starts_with("1.2.840.10008.5.1.4.1.1.66.7"))
@@ -45,6 +51,14 @@ void refuse_mosaic(const gdcm::DataSet& data, DicomSlice& slice) {
   slice.remedy = "convert it to NIfTI, or export it as enhanced DICOM or as single slices";
 }
 
+/// Throws std::runtime_error for codings that GDCM 3.0 has no decoder for.
+void require_known_coding(const gdcm::FileMetaInformation& header) {
+  const std::string uid = uid_of(header, {0x0002, 0x0010});
+  if (uid.starts_with("1.2.840.10008.1.2.4.10")) throw std::runtime_error("its pixels are a video");
+  if (!uid.empty() && gdcm::TransferSyntax::GetTSType(uid.c_str()) == gdcm::TransferSyntax::TS_END)
+    throw std::runtime_error("it is coded by " + uid + ", which cannot be read");
+}
+
 }  // namespace
 
 std::vector<DicomSlice> scan_dicom(const fs::path& path) {
@@ -54,7 +68,9 @@ std::vector<DicomSlice> scan_dicom(const fs::path& path) {
     const gdcm::Tag pixel_data(0x7fe0, 0x0010);
     gdcm::Reader reader;
     reader.SetFileName(path.c_str());
-    if (!reader.ReadUpToTag(pixel_data, {pixel_data})) return;  // stops where the pixels begin
+    const bool is_dicom = reader.ReadUpToTag(pixel_data, {pixel_data});  // stops where the pixels begin
+    require_known_coding(reader.GetFile().GetHeader());
+    if (!is_dicom) return;
     const gdcm::DataSet& data = reader.GetFile().GetDataSet();
     const gdcm::TransferSyntax& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
     DicomSlice whole;
@@ -86,10 +102,25 @@ std::vector<DicomSlice> scan_dicom(const fs::path& path) {
     take_segmentation(data, whole);
     refuse_mosaic(data, whole);
 
-    if (const std::string damage = damage_of_pixels(path, syntax, pixels); !damage.empty()) whole.unreadable = damage;
+    if (whole.unreadable.empty()) whole.unreadable = damage_of_pixels(path, syntax, pixels);
     result = whole.unreadable.empty() ? frames_of(data, whole) : std::vector{whole};
   });
   return result;
+}
+
+std::string kind_of_dicom(const fs::path& path) {
+  std::string kind;
+  if (!damage_of_header(path).empty()) return kind;
+  without_aborting([&] {
+    gdcm::Reader reader;
+    reader.SetFileName(path.c_str());
+    if (!reader.ReadUpToTag(gdcm::Tag(0x0008, 0x0060))) return;
+    std::string uid = uid_of(reader.GetFile().GetDataSet(), {0x0008, 0x0016});
+    if (uid.empty()) uid = uid_of(reader.GetFile().GetHeader(), {0x0002, 0x0002});
+    gdcm::UIDs known;
+    if (known.SetFromUID(uid.c_str()) && known.GetName()) kind = known.GetName();
+  });
+  return kind;
 }
 
 std::string name_of(const DicomSlice& slice) {

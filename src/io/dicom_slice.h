@@ -47,6 +47,9 @@ struct DicomSlice {
 /// None when the file is not DICOM or holds no image. Throws std::exception on a damaged file.
 std::vector<DicomSlice> scan_dicom(const std::filesystem::path& path);
 
+/// What kind of object a DICOM file without an image is, in DICOM's words; empty where it does not say, or is none.
+std::string kind_of_dicom(const std::filesystem::path& path);
+
 /// The name of its file, and of its frame where the file has several, for messages.
 std::string name_of(const DicomSlice& slice);
 

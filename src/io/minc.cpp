@@ -4,6 +4,8 @@
 
 #include "io/minc.h"
 
+#include <cstring>
+#include <fstream>
 #include <memory>
 
 #include "io/files.h"
@@ -23,6 +25,13 @@ itk::MINCImageIO::Pointer make_io() {
     if constexpr (requires { io.SetRAStoLPS(false); }) io.SetRAStoLPS(false);
   }(*minc);
   return minc;
+}
+
+/// HDF5 (MINC 2) or netCDF (MINC 1).
+bool begins_as_minc(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  char magic[4] = {};
+  return stream.read(magic, 4) && (std::memcmp(magic, "\x89HDF", 4) == 0 || std::memcmp(magic, "CDF", 3) == 0);
 }
 
 Volume read_minc(itk::ImageIOBase& io, const VolumeInfo& info, bool wide, const fs::path& path) {
@@ -59,7 +68,7 @@ VolumeSource open_minc(const fs::path& path) {
   source.info.format = "MINC";
   try {
     const itk::MINCImageIO::Pointer io = make_io();
-    if (!io->CanReadFile(path.c_str())) {
+    if (!begins_as_minc(path) || !io->CanReadFile(path.c_str())) {
       throw Error("cannot read " + quoted(path),
                   "it is not a MINC file that can be read (MINC 2 with at most 3 dimensions)",
                   "give it the extension of its real format, or export it again");
@@ -81,7 +90,8 @@ VolumeSource open_minc(const fs::path& path) {
   } catch (const Error&) {
     throw;
   } catch (const std::exception& exception) {
-    throw Error("cannot read " + quoted(path), plain_words(exception), "copy or export the file again");
+    throw Error("cannot read " + quoted(path), "it is damaged, or its dimensions are none of a volume",
+                "copy or export the file again");
   }
   return source;
 }

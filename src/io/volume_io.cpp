@@ -120,7 +120,7 @@ VolumeInfo read_volume_info(const fs::path& path, int volume) { return open_chec
 void require_one_value(const fs::path& path, const VolumeInfo& info) {
   if (info.components > 1) {
     throw Error("cannot read " + quoted(path),
-                "it has " + std::to_string(info.components) + " values per voxel (colour or vectors)",
+                "it has " + std::to_string(info.components) + " values per voxel (colours, vectors or times)",
                 "extract one of them into a file of its own");
   }
   if (info.frames > 1 && info.frame == 0) {
