@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "cli_fixture.h"
+#include "io/volume_io.h"
 
 namespace simplexseg {
 namespace {
@@ -176,8 +177,13 @@ TEST_F(BadInput, SceneWithWrongTypesAndRanges) {
   expect_no_scene(write("broken.json", "{\"simplexseg_scene\": 1,"), "broken.json");
 }
 
-TEST_F(BadInput, ReferenceOrTestOnAnotherGrid) {
-  succeed({"phantom", "sphere", path("x.nii"), "--labels", path("other.nii"), "--size", "24", "--spacing", "1"});
+TEST_F(BadInput, ReferenceOrTestBesideTheImage) {
+  const Volume labels = read_volume(path("truth.nii.gz"));
+  VolumeGeometry beside = labels.geometry();
+  beside.origin_mm.x() += 1000;
+  Volume other(beside, VoxelType::UInt8);
+  other.voxels<std::uint8_t>()[0] = 1;
+  write_volume(path("other.nii"), other);
   expect_refused({"compare", path("truth.nii.gz"), path("other.nii")}, "grid");
   nlohmann::json scene = scene_json();
   scene["meshes"][0]["reference"]["labels"] = "other.nii";
