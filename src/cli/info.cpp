@@ -51,6 +51,7 @@ void info(const Options& options, const Console& console) {
         {"frames", info.frames},
         {"files", info.file_count}};
     if (info.frame > 0) json["frame"] = info.frame;
+    for (const SegmentName& s : info.segments) json["segments"].push_back({{"value", s.value}, {"name", s.name}});
     if (readable) json["range"] = {range.min, range.max};
     json["warnings"] = warnings;
     console.out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
@@ -72,6 +73,7 @@ void info(const Options& options, const Console& console) {
               << "voxels      " << to_string(info.type) << ", "
               << in_words(static_cast<double>(geometry.voxel_count() * bytes_per_voxel(info.type))) << "\n";
   if (readable) console.out << "range       " << range.min << " to " << range.max << "\n";
+  for (const SegmentName& s : info.segments) console.out << "segment     " << s.value << " " << s.name << "\n";
   for (const std::string& warning : warnings) console.out << "warning     " << one_line(warning, 1000) << "\n";
   require_one_value(options.path, info);  // described, but not to be loaded
 }

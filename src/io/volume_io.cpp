@@ -15,6 +15,7 @@
 #include "io/nifti.h"
 #include "io/nifti_write.h"
 #include "io/nrrd.h"
+#include "io/nrrd_segments.h"
 #include "io/packed_reader.h"
 #include "io/volume_source.h"
 
@@ -92,13 +93,13 @@ std::size_t count_not_finite(const Volume& volume) {
 
 bool is_nifti(const std::string& extension) { return extension == ".nii" || extension == ".nii.gz"; }
 
-void write(const fs::path& path, const Volume& volume) {
+void write(const fs::path& path, const Volume& volume, const std::string& nrrd_keys = "") {
   require_volume_name(path);
   if (volume.empty()) throw Error("cannot write " + quoted(path), "the volume is empty", "load or make one first");
   AtomicFile file(path);
   const std::string extension = extension_of(path);
   if (is_nifti(extension)) write_nifti(file, volume, extension == ".nii.gz");
-  if (extension == ".nrrd") write_nrrd(file, volume);
+  if (extension == ".nrrd") write_nrrd(file, volume, nrrd_keys);
   if (extension == ".mha") write_meta_image(file, volume);
   file.commit();
 }
@@ -150,6 +151,7 @@ LoadedVolume load_volume(const fs::path& path, int volume) {
     throw Error("cannot read " + quoted(path), one_line(exception.what()), "check the file");
   }
   loaded.format = info.format;
+  loaded.segments = info.segments;
   loaded.warnings = info.warnings;
   if (const std::size_t count = count_not_finite(loaded.volume)) {
     loaded.warnings.push_back(std::to_string(count) + " voxels are not finite numbers");
@@ -168,12 +170,12 @@ void require_volume_name(const fs::path& path) {
 
 void write_volume(const fs::path& path, const Volume& volume) { write(path, volume); }
 
-void write_labels(const fs::path& path, const Volume& labels) {
+void write_labels(const fs::path& path, const Volume& labels, const std::vector<SegmentName>& names) {
   if (labels.type() == VoxelType::Float32 || labels.type() == VoxelType::Float64) {
     throw Error("cannot write " + quoted(path),
                 std::string("labels must be integers, these are ") + to_string(labels.type()), "convert them first");
   }
-  write(path, labels);
+  write(path, labels, is_segment_name(path) && !labels.empty() ? segment_fields(labels, names) : "");
 }
 
 }  // namespace simplexseg

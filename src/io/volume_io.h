@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "image/volume.h"
+#include "io/segment_names.h"
 
 namespace simplexseg {
 
@@ -18,12 +19,14 @@ struct VolumeInfo {
   int frames = 1;                     ///< volumes in the file (4D)
   int frame = 0;                      ///< which of several volumes is read, from 1; 0: none of them can be
   int file_count = 1;                 ///< files the voxels come from
+  std::vector<SegmentName> segments;  ///< of labels that have names in their file
   std::vector<std::string> warnings;  ///< one line each: what the reader had to assume, and what it left out
 };
 
 struct LoadedVolume {
   Volume volume;
   std::string format;
+  std::vector<SegmentName> segments;
   std::vector<std::string> warnings;  ///< as in VolumeInfo, and what was seen in the voxels
 };
 
@@ -50,8 +53,9 @@ void require_volume_name(const std::filesystem::path& path);
 /// never half a file. Throws Error for another extension, an empty volume, a folder that does not exist, or a failed
 /// write.
 void write_volume(const std::filesystem::path& path, const Volume& volume);
-/// The same for a label volume: throws Error when the voxels are not integers.
-void write_labels(const std::filesystem::path& path, const Volume& labels);
+/// The same for a label volume; .seg.nrrd has the names and colours too (of other labels than `names` numbers). Throws
+/// Error besides when the voxels are not integers.
+void write_labels(const std::filesystem::path& path, const Volume& labels, const std::vector<SegmentName>& names = {});
 
 /// Bytes of memory that can be had without swapping, as the system says (/proc/meminfo); 0 where it does not say.
 std::size_t available_memory();
