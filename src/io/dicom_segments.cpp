@@ -116,6 +116,12 @@ VolumeSource open_segments(std::vector<DicomSlice> slices, const std::string& wh
   std::vector<std::size_t> layers = layers_of(slices, whole);
   for (const std::size_t layer : layers) overlaps = !taken.insert(layer).second || overlaps;
   if (overlaps) info.warnings.push_back("where segments overlap, the one of the highest number is taken");
+  std::set<int> named;
+  for (const DicomSlice& s : slices) {
+    for (const SegmentName& segment : *s.segments) {
+      if (named.insert(segment.value).second) info.segments.push_back(segment);
+    }
+  }
   if (fractional) info.warnings.push_back("a segment is taken where it fills at least half of a voxel");
   info.geometry.validate("cannot read " + what);
   source.extra_bytes = buffer_bytes(first.pixels);

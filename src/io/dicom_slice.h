@@ -3,10 +3,13 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "io/segment_names.h"
 
 namespace simplexseg {
 
@@ -34,10 +37,11 @@ struct DicomSlice {
   double slope = 1, intercept = 0;  ///< value = slope * stored + intercept
   /// By what volumes of one series can differ, and its value here: ("echo time", "20").
   std::vector<std::pair<std::string, std::string>> traits;
-  std::string segmentation;                        ///< BINARY, FRACTIONAL or LABELMAP; empty for images
-  int segment = 0;                                 ///< whose frame it is, from 1
-  int fraction_most = 1;                           ///< what a voxel has that is whole of a fractional segment
-  std::string photometric;                         ///< MONOCHROME2 ...
+  std::string segmentation;                                  ///< BINARY, FRACTIONAL or LABELMAP; empty for images
+  int segment = 0;                                           ///< whose frame it is, from 1
+  std::shared_ptr<const std::vector<SegmentName>> segments;  ///< of a segmentation
+  int fraction_most = 1;                                     ///< what a voxel has that is whole of a fractional segment
+  std::string photometric;                                   ///< MONOCHROME2 ...
   std::string assumed;                             ///< what had to be assumed of its place; empty when nothing had
   std::string unreadable;                          ///< why its pixels cannot be read; empty when they can
   std::string remedy = "copy or export it again";  ///< for that

@@ -118,6 +118,10 @@ std::string segmentation(const std::string& type, const std::vector<SegmentFrame
   const std::uint16_t size = type == "BINARY" ? 1 : 8;
   data.us(0x0028, 0x0100, size).us(0x0028, 0x0101, size).us(0x0028, 0x0102, std::uint16_t(size - 1));
   data.us(0x0028, 0x0103, 0).text(0x0062, 0x0001, "CS", type);
+  DicomData liver;  // red in CIELab
+  liver.us(0x0062, 0x0004, 2).text(0x0062, 0x0005, "LO", "liver");
+  liver.raw(0x0062, 0x000d, "US", bytes_of_numbers<std::uint16_t, std::uint16_t, std::uint16_t>(35579, 53661, 50857));
+  data.sequence(0x0062, 0x0002, {liver.bytes});
   if (type == "FRACTIONAL") data.us(0x0062, 0x000e, 200);
   data.sequence(0x5200, 0x9229, {shared.bytes}).sequence(0x5200, 0x9230, groups);
   data.raw(0x7fe0, 0x0010, "OB", pixels);
@@ -133,6 +137,11 @@ TEST_F(DicomValues, SegmentsAreLabelsOnThePlacesThatTheyHaveFramesFor) {
   EXPECT_EQ(loaded.volume.type(), VoxelType::UInt8);
   ASSERT_EQ(loaded.warnings.size(), 1u);
   EXPECT_HAS(loaded.warnings[0], "the highest number");
+  ASSERT_EQ(loaded.segments.size(), 1u);
+  EXPECT_EQ(loaded.segments[0].value, 2);
+  EXPECT_EQ(loaded.segments[0].name, "liver");
+  const Colour red = loaded.segments[0].colour;
+  EXPECT_TRUE(red.red > 250 && red.green < 10 && red.blue < 10) << int(red.red) << " " << int(red.green);
   const VolumeGeometry& g = loaded.volume.geometry();
   EXPECT_EQ(g.size, (std::array<int, 3>{4, 3, 4}));
   EXPECT_TRUE(g.origin_mm.isApprox(Vector3d(5, 6, 10)));
