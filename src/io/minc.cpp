@@ -4,6 +4,7 @@
 
 #include "io/minc.h"
 
+#include <algorithm>
 #include <cstring>
 #include <fstream>
 #include <memory>
@@ -32,6 +33,14 @@ bool begins_as_minc(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);
   char magic[4] = {};
   return stream.read(magic, 4) && (std::memcmp(magic, "\x89HDF", 4) == 0 || std::memcmp(magic, "CDF", 3) == 0);
+}
+
+/// Throws Error when the file is too small for its voxels. Chunks that were never written take no room, hence the rest.
+void require_room(const fs::path& path, const VolumeInfo& info) {
+  constexpr double ratio = 1032, harmless = 64e6;  // the most that deflating can do
+  const double wanted = double(info.geometry.voxel_count()) * info.components,
+               most = ratio * double(fs::file_size(path));
+  if (wanted > std::max(most, harmless)) throw_truncated(path, wanted, most);
 }
 
 Volume read_minc(itk::ImageIOBase& io, const VolumeInfo& info, bool wide, const fs::path& path) {
@@ -85,6 +94,7 @@ VolumeSource open_minc(const fs::path& path) {
     source.info.geometry.origin_mm = kLpsFromRas.cwiseProduct(source.info.geometry.origin_mm);
     source.info.geometry.direction = kLpsFromRas.asDiagonal() * source.info.geometry.direction;
     source.info.geometry.validate("cannot read " + quoted(path));
+    require_room(path, source.info);
     warn_if_sheared(source.info);
     source.read = [io, info = source.info, wide = voxels.wide, path] { return read_minc(*io, info, wide, path); };
   } catch (const Error&) {

@@ -172,6 +172,16 @@ TEST_F(Claims, PackedFilesAreRefusedByWhatTheyAre) {
   EXPECT_EQ(refused("This is a text.").find("unpack it first"), std::string::npos);
 }
 
+TEST_F(Claims, Minc) {
+  const fs::path good = test::data_folder() / "bad_input" / "nibabel__minc2_1_scale.mnc";
+  REQUIRE_DATA(good);
+  std::string bytes = bytes_of(good);  // of 20 x 20 x 10 voxels
+  for (const std::size_t at : {10616u, 10640u})
+    for (std::size_t axis = 0; axis < 3; ++axis) test::patch(bytes, at + 8 * axis, std::uint64_t(1000));
+  for (const std::size_t at : {5624u, 6640u, 7304u}) test::patch(bytes, at, std::int32_t(1000));
+  expect_refused("a.mnc", bytes, "truncated");
+}
+
 /// A stream that unpacks to much less than its size would allow costs what it holds, and is refused as cut short.
 TEST_F(Claims, ASmallStreamThatUnpacksToLess) {
   std::string zeros(1 << 20, '\0'), packed(1 << 16, '\0');
