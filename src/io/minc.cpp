@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // ITK comes first: it brings an Eigen of its own.
+#include <H5public.h>
 #include <itkMINCImageIO.h>
 
 #include "io/minc.h"
@@ -20,6 +21,9 @@ namespace fs = std::filesystem;
 namespace {
 
 itk::MINCImageIO::Pointer make_io() {
+  // What damaged files leave open HDF5 would complain of when the program ends.
+  static const int kept_quiet = H5dont_atexit();
+  static_cast<void>(kept_quiet);
   auto minc = itk::MINCImageIO::New();
   // MINC's world is RAS. ITK 5.2 hands it over as it is, later ones can turn it: see open_minc().
   [](auto& io) {

@@ -7,6 +7,8 @@
 #include <tuple>
 
 #include "cli_fixture.h"
+#include "core/error.h"
+#include "io/data_path.h"
 #include "io/volume_io.h"
 
 namespace simplexseg {
@@ -188,6 +190,21 @@ TEST_F(BadInput, ReferenceOrTestBesideTheImage) {
   nlohmann::json scene = scene_json();
   scene["meshes"][0]["reference"]["labels"] = "other.nii";
   expect_refused({"run", write_scene("bad.json", scene)}, "grid");
+}
+
+/// HDF5 complained of what a damaged file had left open, when the program ended.
+TEST_F(BadInput, LibrariesAddNothingWhenTheProgramEnds) {
+  std::filesystem::path damaged;
+  try {
+    damaged =
+        find_data("bad_input/tiny/hdf5_multiline.mnc", std::filesystem::path(SIMPLEXSEG_SOURCE_DIR) / "../shared/data");
+  } catch (const Error&) {
+    GTEST_SKIP() << "no test data";
+  }
+  const Outcome outcome = call_program({"info", damaged.string()});
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
 }
 
 TEST_F(BadInput, Usage) {
