@@ -290,7 +290,7 @@ std::optional<Picture> picture_of(const unsigned char* head, std::size_t count) 
 std::string damage_of_header(const fs::path& path) { return Walk(path).run(); }
 
 std::string damage_of_fragments(const fs::path& path, const DicomPixels& pixels) {
-  const std::string truncated = "truncated: the file ends before its pixels do";
+  constexpr const char* truncated = "truncated: the file ends before its pixels do";
   constexpr double harmless = 64e6;
   constexpr double runs = 64;  // run-length coding makes at most 128 bytes of two
   Bytes bytes(path);

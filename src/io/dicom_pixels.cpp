@@ -79,7 +79,7 @@ VoxelType voxel_type_of(const DicomSlice& slice) {
   const int bits = std::clamp(p.stored_bits, 1, 32);
   const double low = p.is_signed ? -std::ldexp(1.0, bits - 1) : 0, span = std::ldexp(1.0, bits) - 1;
   const double a = slice.slope * low + slice.intercept, b = slice.slope * (low + span) + slice.intercept;
-  const auto [least, most] = std::minmax(a, b);
+  const double least = std::min(a, b), most = std::max(a, b);
   for (const VoxelType type :
        {VoxelType::UInt8, VoxelType::Int8, VoxelType::UInt16, VoxelType::Int16, VoxelType::UInt32, VoxelType::Int32}) {
     const bool holds = visit_voxel_type(type, [&]<class T>(std::type_identity<T>) {

@@ -16,8 +16,8 @@ VoxelType voxel_type_of(const DicomSlice& slice);
 /// else GDCM decodes the whole file at once.
 class DicomFrames {
  public:
-  /// Throws Error when the pixels cannot be decoded, or are not what the header says.
-  explicit DicomFrames(const DicomSlice& any_of_the_file);
+  /// The file is that of the slice. Throws Error when the pixels cannot be decoded, or are not what the header says.
+  explicit DicomFrames(const DicomSlice& slice);
   /// Writes the values of a frame of the file, rescaled, as `type` to `to`. Throws Error when the file ends early.
   void read(const DicomSlice& slice, VoxelType type, void* to);
 

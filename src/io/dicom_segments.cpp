@@ -53,6 +53,7 @@ std::vector<std::size_t> layers_of(const std::vector<DicomSlice>& slices, const 
   const auto along = [&](const DicomSlice& s) { return normal.dot(*s.position - *whole.front().position); };
   const double step = whole.size() > 1 ? along(whole.back()) / double(whole.size() - 1) : 1;
   std::vector<std::size_t> layers;
+  layers.reserve(slices.size());
   for (const DicomSlice& s : slices)
     layers.push_back(
         std::clamp<std::size_t>(std::size_t(std::max(0.0, std::round(along(s) / step))), 0, whole.size() - 1));

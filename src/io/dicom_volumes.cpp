@@ -110,6 +110,7 @@ std::vector<std::string> telling_traits(const std::vector<DicomSlice>& slices) {
 /// Sets of traits to try: each alone, each two, all.
 std::vector<std::vector<std::string>> candidates(const std::vector<std::string>& traits) {
   std::vector<std::vector<std::string>> sets;
+  sets.reserve(traits.size());
   for (const std::string& trait : traits) sets.push_back({trait});
   for (std::size_t a = 0; a < traits.size(); ++a) {
     for (std::size_t b = a + 1; b < traits.size(); ++b) sets.push_back({traits[a], traits[b]});

@@ -24,14 +24,14 @@ using Extent = std::array<int, 6>;
 
 std::map<int, Extent> extents_of(const Volume& labels) {
   std::map<int, Extent> extents;
-  const auto [ni, nj, nk] = labels.geometry().size;
+  const std::array<int, 3> size = labels.geometry().size;
   visit_voxel_type(labels.type(), [&]<class T>(std::type_identity<T>) {
     const T* voxel = labels.voxels<T>().data();
     int value = 0;
     Extent* extent = nullptr;
-    for (int k = 0; k < nk; ++k) {
-      for (int j = 0; j < nj; ++j) {
-        for (int i = 0; i < ni; ++i, ++voxel) {
+    for (int k = 0; k < size[2]; ++k) {
+      for (int j = 0; j < size[1]; ++j) {
+        for (int i = 0; i < size[0]; ++i, ++voxel) {
           if (*voxel == T(0)) continue;
           if (!extent || static_cast<int>(*voxel) != value) {
             value = static_cast<int>(*voxel);
@@ -78,7 +78,8 @@ std::vector<SegmentName> segments_of(const NrrdHeader& header) {
 std::string segment_fields(const Volume& labels, const std::vector<SegmentName>& names) {
   std::map<int, Extent> extents = extents_of(labels);
   std::vector<SegmentName> segments = names;
-  for (const auto& [value, extent] : extents) {
+  for (const auto& entry : extents) {
+    const int value = entry.first;
     const bool named = std::any_of(names.begin(), names.end(), [&](const SegmentName& n) { return n.value == value; });
     if (!named) segments.push_back({.value = value, .name = "label " + std::to_string(value)});
   }
