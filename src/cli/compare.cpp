@@ -4,13 +4,15 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <ostream>
+#include <vector>
 
 #include "cli/commands.h"
+#include "cli/load.h"
 #include "cli/progress.h"
 #include "cli/table.h"
 #include "core/error.h"
 #include "image/metrics.h"
-#include "io/files.h"
+#include "io/labels_io.h"
 #include "io/volume_io.h"
 
 namespace simplexseg {
@@ -25,15 +27,15 @@ struct Options {
 void compare_files(const Options& options, const Console& console) {
   if (options.label && !std::isfinite(*options.label)) throw Error("--label", "not a finite number", "give a label");
   Agreement agreement;
+  std::vector<std::string> warnings;
   {
     const Progress progress(console, "comparing");
-    const Volume reference = read_volume(options.reference), test = read_volume(options.test);
-    if (!reference.geometry().same_grid(test.geometry())) {
-      throw Error("cannot compare " + quoted(options.reference) + " with " + quoted(options.test),
-                  "their grids (size, spacing, origin or direction) differ", "resample one onto the grid of the other");
-    }
+    const Volume reference = read_volume(options.reference);
+    const Volume test =
+        onto_grid(read_volume(options.test), reference.geometry(), options.test, "the reference", warnings);
     agreement = compare(mask_of(reference, options.label), mask_of(test, options.label));
   }
+  print_warnings(warnings, console);
   if (options.json) {  // an infinite distance (one mask is empty) is null: JSON has no infinity
     console.out << nlohmann::ordered_json{{"dice", agreement.dice},
                                           {"hd_mm", agreement.hd_mm},
@@ -63,7 +65,8 @@ void add_compare(const Subcommand& app, Action& action) {
       app.add_subcommand("compare", "Agreement of two label volumes: Dice, surface distances, volumes");
   const auto options = std::make_shared<Options>();
   sub.add_option("REFERENCE", options->reference, "Label volume that is the truth").required();
-  sub.add_option("TEST", options->test, "Label volume on the same grid").required();
+  sub.add_option("TEST", options->test, "Label volume; on another grid it is resampled onto the reference's")
+      .required();
   sub.add_option("--label", options->label, "The label to compare; without it every voxel that is not 0");
   sub.add_flag("--json", options->json, "Print JSON");
   sub.callback(

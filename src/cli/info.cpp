@@ -13,6 +13,7 @@ namespace {
 
 struct Options {
   std::string path;
+  int volume = 1;
   bool json = false;
 };
 
@@ -25,13 +26,13 @@ std::string text_of(const Eigen::Vector3d& v) {
 }
 
 void info(const Options& options, const Console& console) {
-  const VolumeInfo info = read_volume_info(options.path);
+  const VolumeInfo info = read_volume_info(options.path, options.volume);
   std::vector<std::string> warnings = info.warnings;
   Volume::Range range{0, 0};
-  const bool readable = info.components == 1 && info.frames == 1;
+  const bool readable = info.components == 1 && (info.frames == 1 || info.frame > 0);
   if (readable) {  // the voxels too: a file that is cut short is found out here
     const Progress progress(console, "reading");
-    const LoadedVolume loaded = load_volume(options.path);
+    const LoadedVolume loaded = load_volume(options.path, options.volume);
     range = loaded.volume.range();
     warnings = loaded.warnings;
   }
@@ -49,6 +50,8 @@ void info(const Options& options, const Console& console) {
         {"components", info.components},
         {"frames", info.frames},
         {"files", info.file_count}};
+    if (info.frame > 0) json["frame"] = info.frame;
+    for (const SegmentName& s : info.segments) json["segments"].push_back({{"value", s.value}, {"name", s.name}});
     if (readable) json["range"] = {range.min, range.max};
     json["warnings"] = warnings;
     console.out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
@@ -70,6 +73,7 @@ void info(const Options& options, const Console& console) {
               << "voxels      " << to_string(info.type) << ", "
               << in_words(static_cast<double>(geometry.voxel_count() * bytes_per_voxel(info.type))) << "\n";
   if (readable) console.out << "range       " << range.min << " to " << range.max << "\n";
+  for (const SegmentName& s : info.segments) console.out << "segment     " << s.value << " " << s.name << "\n";
   for (const std::string& warning : warnings) console.out << "warning     " << one_line(warning, 1000) << "\n";
   require_one_value(options.path, info);  // described, but not to be loaded
 }
@@ -80,6 +84,7 @@ void add_info(const Subcommand& app, Action& action) {
   const Subcommand sub = app.add_subcommand("info", "Geometry, voxel type, range and warnings of a volume");
   const auto options = std::make_shared<Options>();
   sub.add_option("PATH", options->path, "Volume file, or folder of a DICOM series").required();
+  sub.add_option("--volume", options->volume, "Which volume of a 4D DICOM file or series, from 1").within(1, 1000000);
   sub.add_flag("--json", options->json, "Print JSON");
   sub.callback([options, &action] { action = [options](const Console& console) { info(*options, console); }; });
 }

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// ITK comes first: it brings an Eigen of its own.
-#include <itkGDCMImageIO.h>
-
 #include "io/dicom.h"
 
 #include <algorithm>
 #include <cstring>
 #include <fstream>
 #include <map>
+#include <numeric>
 #include <optional>
+#include <set>
 #include <vector>
 
+#include "io/dicom_pixels.h"
+#include "io/dicom_segments.h"
 #include "io/dicom_slice.h"
 #include "io/dicom_stack.h"
+#include "io/dicom_volumes.h"
 #include "io/files.h"
 #include "io/itk_quiet.h"
-#include "io/itk_types.h"
 
 namespace simplexseg {
 
@@ -23,106 +24,111 @@ namespace fs = std::filesystem;
 
 namespace {
 
-itk::GDCMImageIO::Pointer open_pixels(const DicomSlice& slice) {
-  const auto io = itk::GDCMImageIO::New();
-  try {
-    without_aborting([&] {
-      if (!io->CanReadFile(slice.file.c_str())) throw std::runtime_error("its pixels are coded in an unknown way");
-      io->SetFileName(slice.file.string());
-      io->ReadImageInformation();
-    });
-  } catch (const Error&) {
-    throw;
-  } catch (const std::exception& exception) {
-    throw Error("cannot read " + quoted(slice.file), plain_words(exception), "copy or export the file again");
-  }
-  return io;
-}
-
 void require_readable(const std::vector<DicomSlice>& slices) {
   std::vector<std::string> names;
-  std::string why;
+  std::string why, remedy;
   for (const DicomSlice& s : slices) {
     if (s.unreadable.empty()) continue;
-    if (why.empty()) why = s.unreadable;
+    if (why.empty()) why = s.unreadable, remedy = s.remedy;
     names.push_back(name_of(s));
   }
   if (names.empty()) return;
   if (slices.size() > 1) why += ": " + list_of(names);
-  throw Error("cannot read " + quoted(slices.size() == 1 ? slices[0].file : slices[0].file.parent_path()), why,
-              "copy or export it again");
+  throw Error("cannot read " + quoted(slices.size() == 1 ? slices[0].file : slices[0].file.parent_path()), why, remedy);
 }
 
 Volume read_slices(const std::vector<DicomSlice>& slices, const VolumeInfo& info) {
   const QuietLibraries quiet;
-  require_readable(slices);
   Volume volume(info.geometry, info.type);
-  const std::size_t count = info.geometry.voxel_count() / slices.size();
-  std::vector<unsigned char> other;  // for a slice whose type is not the volume's
-  for (std::size_t k = 0; k < slices.size(); ++k) {
-    const auto io = open_pixels(slices[k]);
-    const ItkVoxels voxels = itk_voxels_of(*io, quoted(slices[k].file));
-    const std::size_t bytes = static_cast<std::size_t>(io->GetImageSizeInBytes());
-    if (io->GetNumberOfComponents() != 1 || voxels.wide || bytes != count * bytes_per_voxel(voxels.type)) {
-      throw Error("cannot read " + quoted(slices[k].file),
-                  "its pixels are of another kind than those of the other slices",
-                  "put slices of one kind into a folder of their own");
-    }
-    auto* to = static_cast<unsigned char*>(volume.data()) + k * count * bytes_per_voxel(info.type);
-    const bool direct = voxels.type == info.type;
-    if (!direct) other.resize(bytes);
-    try {
-      without_aborting([&] { read_whole(*io, direct ? to : other.data()); });
-    } catch (const std::exception& exception) {
-      throw Error("cannot read " + quoted(slices[k].file), plain_words(exception), "copy or export the file again");
-    }
-    if (direct) continue;
-    visit_voxel_type(voxels.type, [&]<class From>(std::type_identity<From>) {
-      const auto* from = reinterpret_cast<const From*>(other.data());
-      visit_voxel_type(info.type, [&]<class To>(std::type_identity<To>) {
-        std::transform(from, from + count, reinterpret_cast<To*>(to), [](From v) { return static_cast<To>(v); });
-      });
-    });
+  const std::size_t slice_bytes = volume.bytes() / slices.size();
+  // File by file: one of many frames is opened once.
+  std::vector<std::size_t> order(slices.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return slices[a].file < slices[b].file; });
+  std::optional<DicomFrames> frames;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const DicomSlice& slice = slices[order[i]];
+    if (i == 0 || slice.file != slices[order[i - 1]].file) frames.emplace(slice);
+    frames->read(slice, info.type, static_cast<std::byte*>(volume.data()) + order[i] * slice_bytes);
   }
   return volume;
 }
 
-/// The volume of slices that are known to be of one series; `what` names it in messages.
-VolumeSource open_slices(std::vector<DicomSlice> slices, const std::string& format, const std::string& what) {
+/// The type of the volume: the slices', or a float where they are rescaled differently.
+VoxelType common_type(const std::vector<DicomSlice>& slices) {
+  VoxelType type = voxel_type_of(slices.front());
+  for (const DicomSlice& s : slices) {
+    if (voxel_type_of(s) == type && s.slope == slices[0].slope && s.intercept == slices[0].intercept) continue;
+    if (bytes_per_voxel(type) > 4 || s.pixels.stored_bits > 24) return VoxelType::Float64;
+    type = VoxelType::Float32;
+  }
+  return type;
+}
+
+void place_slices(std::vector<DicomSlice>& slices, VolumeInfo& info, const std::string& what) {
+  const DicomSlice first = slices.front();
+  const bool in_order = slices.size() > 1 && !first.position && !first.assumed.empty();
+  if (slices.size() > 1 && !in_order) require_one_stack(slices, what);
+  info.geometry.size = {first.pixels.columns, first.pixels.rows, static_cast<int>(slices.size())};
+  if (first.spacing_mm)
+    info.geometry.spacing_mm.head<2>() = *first.spacing_mm;
+  else
+    info.warnings.push_back("no pixel spacing: 1 mm is assumed");
+  if (slices.size() == 1 || in_order) {
+    const auto thick = first.between_mm && *first.between_mm > 0 ? first.between_mm : first.thickness_mm;
+    if (thick && *thick > 0) info.geometry.spacing_mm[2] = *thick;
+  }
+  if (!first.assumed.empty()) info.warnings.push_back(first.assumed);
+  if (first.position && first.axes) {
+    stack(slices, info.geometry, info.warnings, what);
+  } else {
+    info.warnings.push_back("no position or orientation: which side is the patient's left is not known");
+  }
+}
+
+int count_files(const std::vector<DicomSlice>& slices) {
+  std::set<fs::path> files;
+  for (const DicomSlice& s : slices) files.insert(s.file);
+  return static_cast<int>(files.size());
+}
+
+/// The volume of slices that are known to be of one series; `what` names it in messages, `volume` tells which of
+/// several, from 1.
+VolumeSource open_slices(std::vector<DicomSlice> slices, const std::string& format, const std::string& what,
+                         int volume) {
   VolumeSource source;
   VolumeInfo& info = source.info;
   info.format = format;
-  info.file_count = static_cast<int>(slices.size());
-  if (slices.size() > 1) require_one_stack(slices, what);
-  const DicomSlice first = slices.front();
-  if (slices.size() == 1 && first.frames > 1) {
-    // The frames' places are in nested sequences (or in a dose grid's offsets): GDCM knows them.
-    describe(*open_pixels(first), info);
-    info.warnings.push_back("many frames in one file: they are taken as evenly spaced slices in their order");
-  } else {
-    info.geometry.size = {first.columns, first.rows, static_cast<int>(slices.size())};
-    if (first.spacing_mm)
-      info.geometry.spacing_mm.head<2>() = *first.spacing_mm;
-    else
-      info.warnings.push_back("no pixel spacing: 1 mm is assumed");
-    if (slices.size() == 1) {
-      const auto thick = first.between_mm && *first.between_mm > 0 ? first.between_mm : first.thickness_mm;
-      if (thick && *thick > 0) info.geometry.spacing_mm[2] = *thick;
-    }
-    if (first.position && first.axes) {
-      stack(slices, info.geometry, info.warnings, what);
-    } else {
-      info.warnings.push_back("no position or orientation: which side is the patient's left is not known");
-    }
-  }
-  const auto io = open_pixels(slices.front());
-  info.components = static_cast<int>(io->GetNumberOfComponents());
-  info.type = itk_voxels_of(*io, quoted(slices.front().file)).type;
-  for (const DicomSlice& s : slices) {
-    if (s.pixel_kind != first.pixel_kind) info.type = VoxelType::Float32;  // rescaled differently from slice to slice
-  }
-  info.geometry.validate("cannot read " + what);
+  info.components = slices.front().photometric.starts_with("PALETTE") ? 3 : slices.front().pixels.samples;
   if (info.components == 1) require_readable(slices);
+  if (is_segmentation(slices.front())) {
+    const int files = count_files(slices);
+    source = open_segments(std::move(slices), what);
+    source.info.format = "DICOM SEG", source.info.file_count = files;
+    return source;
+  }
+  DicomVolumes split = split_volumes(std::move(slices), what);
+  info.frames = static_cast<int>(split.volumes.size());
+  if (volume < 1 || volume > info.frames) {
+    throw Error("cannot read " + what,
+                "it has " + std::to_string(info.frames) + " volume(s), " + std::to_string(volume) + " is asked for",
+                "name one from 1 to " + std::to_string(info.frames));
+  }
+  slices = std::move(split.volumes[static_cast<std::size_t>(volume) - 1]);
+  if (info.frames > 1) {
+    info.frame = volume;
+    info.warnings.push_back("4D: it holds " + std::to_string(info.frames) + " volumes; number " +
+                            std::to_string(volume) + " is taken (" + split.names[static_cast<std::size_t>(volume) - 1] +
+                            ")");
+  }
+  info.file_count = count_files(slices);
+  place_slices(slices, info, what);
+  if (slices.front().photometric == "MONOCHROME1")
+    info.warnings.push_back("MONOCHROME1: low values are meant to be bright; the values are kept as they are");
+  info.type = common_type(slices);
+  info.geometry.validate("cannot read " + what);
+  for (const DicomSlice& s : slices) source.extra_bytes = std::max(source.extra_bytes, buffer_bytes(s.pixels));
   source.read = [slices = std::move(slices), info] { return read_slices(slices, info); };
   return source;
 }
@@ -136,29 +142,32 @@ bool looks_like_dicom(const fs::path& path) {
   return stream.read(magic, 4) && std::memcmp(magic, "DICM", 4) == 0;
 }
 
-VolumeSource open_dicom_file(const fs::path& path) {
+VolumeSource open_dicom_file(const fs::path& path, int volume) {
   require_file(path);
   const QuietLibraries quiet;
-  std::optional<DicomSlice> slice;
+  std::vector<DicomSlice> slices;
   try {
-    slice = scan_dicom(path);
+    slices = scan_dicom(path);
   } catch (const std::exception& exception) {
     throw Error("cannot read " + quoted(path), plain_words(exception), "copy or export the file again");
   }
-  if (!slice) {
-    if (looks_like_dicom(path)) {
-      throw Error("cannot read " + quoted(path), "this DICOM file holds no image",
+  if (slices.empty()) {
+    const std::string kind = kind_of_dicom(path);
+    if (looks_like_dicom(path) || !kind.empty()) {
+      throw Error("cannot read " + quoted(path),
+                  "this DICOM file holds no image" + (kind.empty() ? "" : ": it is a " + kind),
                   "open the folder of an image series");
     }
     throw Error("cannot read " + quoted(path), "it is none of the formats that can be read",
                 "give NIfTI, Analyze, MetaImage, NRRD, GIPL, MINC 2, a DICOM file, or the folder of a DICOM series");
   }
-  VolumeSource source = open_slices({*slice}, "DICOM", quoted(path));
-  if (slice->frames == 1) source.info.warnings.push_back("one DICOM slice: open its folder for the whole series");
+  const bool alone = slices.size() == 1;
+  VolumeSource source = open_slices(std::move(slices), "DICOM", quoted(path), volume);
+  if (alone) source.info.warnings.push_back("one DICOM slice: open its folder for the whole series");
   return source;
 }
 
-VolumeSource open_dicom_series(const fs::path& folder) {
+VolumeSource open_dicom_series(const fs::path& folder, int volume) {
   const QuietLibraries quiet;
   std::error_code error;
   std::vector<fs::path> files;
@@ -172,30 +181,28 @@ VolumeSource open_dicom_series(const fs::path& folder) {
   std::sort(files.begin(), files.end());
   std::map<std::string, std::vector<DicomSlice>> series;
   std::vector<std::string> broken;
+  std::string why_broken;  // the first of them
   for (const fs::path& file : files) {
     try {
-      if (std::optional<DicomSlice> slice = scan_dicom(file)) series[slice->series].push_back(std::move(*slice));
-    } catch (const std::exception&) {
+      for (DicomSlice& slice : scan_dicom(file)) series[slice.series].push_back(std::move(slice));
+    } catch (const std::exception& exception) {
+      if (broken.empty()) why_broken = plain_words(exception);
       broken.push_back(quoted(file.filename()));
     }
   }
   if (series.empty()) {
     throw Error(
         "cannot read the folder " + quoted(folder),
-        broken.empty() ? "it holds no DICOM images" : "its DICOM files are damaged: " + list_of(broken),
+        broken.empty() ? "it holds no DICOM images"
+                       : "no DICOM file in it can be read (" + why_broken + "): " + list_of(broken),
         has_folders ? "name one of its subfolders, which are not searched" : "name a file or the folder of a series");
   }
-  const auto size_of = [](const std::vector<DicomSlice>& slices) {
-    std::size_t count = 0;
-    for (const DicomSlice& s : slices) count += static_cast<std::size_t>(s.frames);
-    return count;
-  };
-  const auto largest = std::max_element(series.begin(), series.end(), [&](const auto& a, const auto& b) {
-    return size_of(a.second) < size_of(b.second);
-  });
+  const auto largest = std::max_element(
+      series.begin(), series.end(), [&](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
   const auto named = [&](const std::vector<DicomSlice>& slices) {
     const std::string& text = slices.front().description.empty() ? slices.front().series : slices.front().description;
-    return "'" + text + "' (" + std::to_string(size_of(slices)) + " slices, from " + name_of(slices.front()) + ")";
+    return "'" + text + "' (" + std::to_string(slices.size()) + " slices, from " +
+           quoted(slices.front().file.filename()) + ")";
   };
   std::vector<std::string> others;
   for (auto it = series.begin(); it != series.end(); ++it) {
@@ -203,12 +210,13 @@ VolumeSource open_dicom_series(const fs::path& folder) {
   }
   const std::string chosen = named(largest->second);
   VolumeSource source =
-      open_slices(std::move(largest->second), "DICOM series", "the DICOM series in " + quoted(folder));
+      open_slices(std::move(largest->second), "DICOM series", "the DICOM series in " + quoted(folder), volume);
   if (!others.empty()) {
     source.info.warnings.push_back(std::to_string(others.size() + 1) + " series in the folder: the largest, " + chosen +
                                    ", is taken; left out: " + list_of(others));
   }
-  if (!broken.empty()) source.info.warnings.push_back("damaged files are left out: " + list_of(broken));
+  if (!broken.empty())
+    source.info.warnings.push_back("files that cannot be read are left out (" + why_broken + "): " + list_of(broken));
   return source;
 }
 

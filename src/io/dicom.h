@@ -6,10 +6,10 @@
 
 namespace simplexseg {
 
-/// One DICOM file; a classic single slice gives a volume of one slice.
-VolumeSource open_dicom_file(const std::filesystem::path& path);
+/// One DICOM file; a classic single slice gives a volume of one slice. Of several volumes number `volume`, from 1.
+VolumeSource open_dicom_file(const std::filesystem::path& path, int volume = 1);
 /// The largest DICOM series of a folder.
-VolumeSource open_dicom_series(const std::filesystem::path& folder);
+VolumeSource open_dicom_series(const std::filesystem::path& folder, int volume = 1);
 /// True when the file has the preamble of DICOM. One without it can be DICOM all the same.
 bool looks_like_dicom(const std::filesystem::path& path);
 

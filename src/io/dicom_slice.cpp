@@ -2,15 +2,16 @@
 #include "io/dicom_slice.h"
 
 #include <gdcmReader.h>
+#include <gdcmUIDs.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <fstream>
-#include <locale>
-#include <sstream>
 
+#include "io/dicom_frames.h"
+#include "io/dicom_lengths.h"
+#include "io/dicom_values.h"
 #include "io/files.h"
 #include "io/itk_quiet.h"
 
@@ -20,122 +21,138 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string text_of(const gdcm::DataSet& data, std::uint16_t group, std::uint16_t element) {
-  const gdcm::Tag tag(group, element);
-  if (!data.FindDataElement(tag)) return {};
-  const gdcm::ByteValue* value = data.GetDataElement(tag).GetByteValue();
-  return value ? one_line(std::string(value->GetPointer(), value->GetLength()), 200) : std::string();
-}
-
-/// The backslash-separated numbers of a text attribute; nothing unless there are `count` finite ones.
-template <int count>
-std::optional<Eigen::Matrix<double, count, 1>> numbers_of(const gdcm::DataSet& data, std::uint16_t group,
-                                                          std::uint16_t element) {
-  std::string text = text_of(data, group, element);
-  std::replace(text.begin(), text.end(), '\\', ' ');
-  std::istringstream stream(text);
-  stream.imbue(std::locale::classic());
-  Eigen::Matrix<double, count, 1> numbers;
-  for (int i = 0; i < count; ++i) {
-    if (!(stream >> numbers[i]) || !std::isfinite(numbers[i])) return {};
-  }
-  return numbers;
-}
-
-/// An attribute of 16 bits; GDCM has put it in the machine's byte order.
-int short_of(const gdcm::DataSet& data, std::uint16_t group, std::uint16_t element, int otherwise) {
-  const gdcm::Tag tag(group, element);
-  if (!data.FindDataElement(tag)) return otherwise;
-  const gdcm::ByteValue* value = data.GetDataElement(tag).GetByteValue();
-  if (!value || value->GetLength() < 2) return otherwise;
-  std::uint16_t number;
-  std::memcpy(&number, value->GetPointer(), 2);
-  return number;
-}
-
-/// Whether the compressed fragments of the pixel data, whose first item begins at `position`, end within the file.
-bool fragments_are_whole(std::istream& stream, std::uint64_t position, std::uint64_t file_bytes) {
-  while (position + 8 <= file_bytes) {
-    std::uint16_t tag[2];
-    std::uint32_t length;
-    stream.seekg(static_cast<std::streamoff>(position));
-    if (!stream.read(reinterpret_cast<char*>(tag), 4) || !stream.read(reinterpret_cast<char*>(&length), 4))
-      return false;
-    if (tag[0] != 0xfffe) return false;
-    if (tag[1] == 0xe0dd) return true;
-    position += 8 + std::uint64_t(length);
-  }
-  return position == file_bytes;  // some writers leave out the closing delimiter
-}
-
-/// Whether the file ends before the pixels that begin at `start` do: GDCM gives what is there of them and leaves the
-/// rest as it was. `wanted`: the fewest bytes that they take where they are not compressed (subsampled colours take two
-/// thirds).
-bool ends_early(const fs::path& path, const gdcm::TransferSyntax& syntax, std::size_t start, double wanted) {
+/// What of the pixels is not in the file: GDCM gives what is there of them and leaves the rest as it was. Colours can
+/// be subsampled to two thirds.
+std::string damage_of_pixels(const fs::path& path, const gdcm::TransferSyntax& syntax, const DicomPixels& pixels) {
   // Where the whole file is deflated, positions within it are not known.
-  if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) return false;
-  const std::uint64_t file_bytes = fs::file_size(path);
-  if (!syntax.IsEncapsulated()) return double(start) + wanted > double(file_bytes);
-  std::ifstream stream(path, std::ios::binary);
-  return !fragments_are_whole(stream, start, file_bytes);
+  if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) return {};
+  if (syntax.IsEncapsulated()) return damage_of_fragments(path, pixels);
+  const double wanted = double(pixels.rows) * pixels.columns * pixels.samples * pixels.frames * pixels.bits / 8;
+  if (double(pixels.start) + (pixels.samples > 1 ? 0.66 : 1) * wanted <= double(fs::file_size(path))) return {};
+  return "truncated: the file ends before its pixels do";
+}
+
+std::string uid_of(const gdcm::DataSet& data, DicomTag tag) {
+  const std::string text = text_of(data, tag);
+  return text.substr(0, text.find_first_not_of(".0123456789"));
+}
+
+/// DICOM's CIELab (PS3.3 C.10.7.1.1: each of 16 bits, L from 0 to 100, a and b from -128 to 127, D50) as sRGB.
+Colour colour_of_lab(const std::vector<double>& stored) {
+  const double l = stored[0] / 65535 * 100, a = stored[1] / 65535 * 255 - 128, b = stored[2] / 65535 * 255 - 128;
+  const double fy = (l + 16) / 116;
+  const auto linear = [](double f) { return f > 6.0 / 29 ? f * f * f : 3 * (6.0 / 29) * (6.0 / 29) * (f - 4.0 / 29); };
+  const Eigen::Vector3d xyz(0.9642 * linear(fy + a / 500), linear(fy), 0.8251 * linear(fy - b / 200));
+  Eigen::Matrix3d rgb_from_xyz;  // from D50, by Bradford
+  rgb_from_xyz << 3.1338561, -1.6168667, -0.4906146, -0.9787684, 1.9161415, 0.0334540, 0.0719453, -0.2289914, 1.4052427;
+  const Eigen::Vector3d rgb = rgb_from_xyz * xyz;
+  const auto byte = [](double v) {
+    const double shown = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
+    return static_cast<std::uint8_t>(std::lround(255 * std::clamp(shown, 0.0, 1.0)));
+  };
+  return {byte(rgb[0]), byte(rgb[1]), byte(rgb[2])};
+}
+
+void take_segmentation(const gdcm::DataSet& data, DicomSlice& slice) {
+  const std::string sop_class = text_of(data, {0x0008, 0x0016});
+  if (!sop_class.starts_with("1.2.840.10008.5.1.4.1.1.66.4") && !sop_class.starts_with("1.2.840.10008.5.1.4.1.1.66.7"))
+    return;
+  slice.segmentation = text_of(data, {0x0062, 0x0001});
+  if (slice.segmentation.empty()) slice.segmentation = "BINARY";
+  slice.fraction_most = short_of(data, {0x0062, 0x000e}, 255);
+  std::vector<SegmentName> segments;
+  each_item(data, {0x0062, 0x0002}, [&](const gdcm::DataSet& item) {
+    SegmentName segment{.value = short_of(item, {0x0062, 0x0004}, 0), .name = text_of(item, {0x0062, 0x0005})};
+    while (segment.name.ends_with(' ')) segment.name.pop_back();
+    const std::vector<double> lab = numbers_of(item, {0x0062, 0x000d}, DicomKind::Short);
+    if (lab.size() == 3) segment.colour = colour_of_lab(lab);
+    segments.push_back(segment);
+  });
+  slice.segments = std::make_shared<const std::vector<SegmentName>>(std::move(segments));
+}
+
+void refuse_mosaic(const gdcm::DataSet& data, DicomSlice& slice) {
+  if (slice.pixels.frames > 1 || text_of(data, {0x0008, 0x0008}).find("MOSAIC") == std::string::npos) return;
+  slice.unreadable = "a Siemens mosaic, one picture with all slices of a volume as tiles, is not taken apart";
+  slice.remedy = "convert it to NIfTI, or export it as enhanced DICOM or as single slices";
+}
+
+/// Throws std::runtime_error for codings that GDCM 3.0 has no decoder for.
+void require_known_coding(const gdcm::FileMetaInformation& header) {
+  const std::string uid = uid_of(header, {0x0002, 0x0010});
+  if (uid.starts_with("1.2.840.10008.1.2.4.10")) throw std::runtime_error("its pixels are a video");
+  if (!uid.empty() && gdcm::TransferSyntax::GetTSType(uid.c_str()) == gdcm::TransferSyntax::TS_END)
+    throw std::runtime_error("it is coded by " + uid + ", which cannot be read");
 }
 
 }  // namespace
 
-std::optional<DicomSlice> scan_dicom(const fs::path& path) {
-  std::optional<DicomSlice> result;
+std::vector<DicomSlice> scan_dicom(const fs::path& path) {
+  std::vector<DicomSlice> result;
+  if (const std::string damage = damage_of_header(path); !damage.empty()) throw std::runtime_error(damage);
   without_aborting([&] {
     const gdcm::Tag pixel_data(0x7fe0, 0x0010);
     gdcm::Reader reader;
     reader.SetFileName(path.c_str());
-    if (!reader.ReadUpToTag(pixel_data, {pixel_data})) return;  // stops where the pixels begin
+    const bool is_dicom = reader.ReadUpToTag(pixel_data, {pixel_data});  // stops where the pixels begin
+    require_known_coding(reader.GetFile().GetHeader());
+    if (!is_dicom) return;
     const gdcm::DataSet& data = reader.GetFile().GetDataSet();
     const gdcm::TransferSyntax& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
-    DicomSlice slice;
-    slice.file = path;
-    slice.series = text_of(data, 0x0020, 0x000e);
-    slice.description = text_of(data, 0x0008, 0x103e);
-    slice.rows = short_of(data, 0x0028, 0x0010, 0);
-    slice.columns = short_of(data, 0x0028, 0x0011, 0);
-    slice.samples = short_of(data, 0x0028, 0x0002, 1);
-    const int bits = short_of(data, 0x0028, 0x0100, 0);
-    if (const auto n = numbers_of<1>(data, 0x0028, 0x0008)) slice.frames = int(std::clamp((*n)[0], 1.0, 1e8));
-    const std::size_t start = reader.GetStreamCurrentPosition();
-    if (slice.rows < 1 || slice.columns < 1 || bits < 1 || start == std::size_t(-1)) return;
-    slice.position = numbers_of<3>(data, 0x0020, 0x0032);
-    if (const auto n = numbers_of<6>(data, 0x0020, 0x0037)) {
-      Eigen::Matrix<double, 3, 2> axes;
-      axes << n->head<3>(), n->tail<3>();
-      // Written with few digits, so unit length is restored; what is no pair of axes is left out.
-      if (axes.col(0).norm() > 0.5 && axes.col(1).norm() > 0.5) {
-        axes.colwise().normalize();
-        if (std::abs(axes.col(0).dot(axes.col(1))) < 0.1) slice.axes = axes;
-      }
-    }
-    for (const auto& [group, element] : {std::pair{0x0028, 0x0030}, std::pair{0x0018, 0x1164}}) {
-      // PixelSpacing (ImagerPixelSpacing): between rows, then between columns.
-      const auto n = numbers_of<2>(data, std::uint16_t(group), std::uint16_t(element));
-      if (!slice.spacing_mm && n && n->minCoeff() > 0) slice.spacing_mm = Eigen::Vector2d((*n)[1], (*n)[0]);
-    }
-    if (const auto n = numbers_of<1>(data, 0x0018, 0x0088)) slice.between_mm = std::abs((*n)[0]);
-    if (const auto n = numbers_of<1>(data, 0x0018, 0x0050)) slice.thickness_mm = (*n)[0];
-    const auto slope = numbers_of<1>(data, 0x0028, 0x1053), intercept = numbers_of<1>(data, 0x0028, 0x1052);
-    std::ostringstream kind;
-    kind << bits << ' ' << short_of(data, 0x0028, 0x0101, 0) << ' ' << short_of(data, 0x0028, 0x0103, 0) << ' '
-         << (slope ? (*slope)[0] : 1) << ' ' << (intercept ? (*intercept)[0] : 0);
-    slice.pixel_kind = kind.str();
+    DicomSlice whole;
+    whole.file = path;
+    whole.series = text_of(data, {0x0020, 0x000e});
+    whole.description = text_of(data, {0x0008, 0x103e});
+    whole.modality = text_of(data, {0x0008, 0x0060});
+    DicomPixels& pixels = whole.pixels;
+    pixels.rows = short_of(data, {0x0028, 0x0010}, 0);
+    pixels.columns = short_of(data, {0x0028, 0x0011}, 0);
+    pixels.samples = short_of(data, {0x0028, 0x0002}, 1);
+    pixels.bits = short_of(data, {0x0028, 0x0100}, 0);
+    pixels.stored_bits = short_of(data, {0x0028, 0x0101}, pixels.bits);
+    pixels.high_bit = short_of(data, {0x0028, 0x0102}, pixels.stored_bits - 1);
+    pixels.is_signed = short_of(data, {0x0028, 0x0103}, 0) == 1;
+    pixels.plain = !syntax.IsEncapsulated() && syntax != gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian;
+    pixels.big_endian = syntax == gdcm::TransferSyntax::ExplicitVRBigEndian;
+    whole.photometric = text_of(data, {0x0028, 0x0004});
+    if (const auto n = number_of(data, {0x0028, 0x0008})) pixels.frames = int(std::clamp(*n, 1.0, 1e8));
+    pixels.start = reader.GetStreamCurrentPosition();
+    if (pixels.rows < 1 || pixels.columns < 1 || pixels.bits < 1 || pixels.start == std::size_t(-1)) return;
+    take_place(data, whole);
+    if (const auto n = number_of(data, {0x0028, 0x1053}); n && *n != 0) whole.slope = *n;
+    if (const auto n = number_of(data, {0x0028, 0x1052})) whole.intercept = *n;
 
-    if (syntax == gdcm::TransferSyntax::ExplicitVRBigEndian && bits > 16)
-      slice.unreadable = "its pixels are big-endian with more than 16 bits, which GDCM reads wrongly";
-    const double wanted = double(slice.rows) * slice.columns * slice.samples * slice.frames * bits / 8;
-    if (ends_early(path, syntax, start, slice.samples > 1 ? 0.66 * wanted : wanted))
-      slice.unreadable = "truncated: the file ends before its pixels do";
-    result = slice;
+    if (text_of(data, {0x0008, 0x0060}) == "RTDOSE") {
+      if (const auto n = number_of(data, {0x3004, 0x000e}); n && *n != 0) whole.slope = *n;
+    }
+    take_segmentation(data, whole);
+    refuse_mosaic(data, whole);
+
+    if (whole.unreadable.empty()) whole.unreadable = damage_of_pixels(path, syntax, pixels);
+    result = whole.unreadable.empty() ? frames_of(data, whole) : std::vector{whole};
   });
   return result;
 }
 
-std::string name_of(const DicomSlice& slice) { return quoted(slice.file.filename()); }
+std::string kind_of_dicom(const fs::path& path) {
+  std::string kind;
+  if (!damage_of_header(path).empty()) return kind;
+  without_aborting([&] {
+    gdcm::Reader reader;
+    reader.SetFileName(path.c_str());
+    if (!reader.ReadUpToTag(gdcm::Tag(0x0008, 0x0060))) return;
+    std::string uid = uid_of(reader.GetFile().GetDataSet(), {0x0008, 0x0016});
+    if (uid.empty()) uid = uid_of(reader.GetFile().GetHeader(), {0x0002, 0x0002});
+    gdcm::UIDs known;
+    if (known.SetFromUID(uid.c_str()) && known.GetName()) kind = known.GetName();
+  });
+  return kind;
+}
+
+std::string name_of(const DicomSlice& slice) {
+  const std::string name = quoted(slice.file.filename());
+  return slice.pixels.frames > 1 ? "frame " + std::to_string(slice.frame + 1) + " of " + name : name;
+}
 
 std::string list_of(const std::vector<std::string>& names, std::size_t most) {
   std::string text;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <tuple>
 
 #include "core/error.h"
 #include "core/expect.h"
@@ -23,21 +24,16 @@ std::string mm(double length) {
 void require_one_stack(const std::vector<DicomSlice>& slices, const std::string& what) {
   SIMPLEXSEG_EXPECT(!slices.empty());
   const DicomSlice& first = slices.front();
-  std::vector<std::string> unplaced, sizes, orientations, many;
+  std::vector<std::string> unplaced, sizes, orientations;
   for (const DicomSlice& s : slices) {
     if (!s.position || !s.axes) unplaced.push_back(name_of(s));
-    if (s.rows != first.rows || s.columns != first.columns ||
+    if (s.pixels.rows != first.pixels.rows || s.pixels.columns != first.pixels.columns ||
         s.spacing_mm.has_value() != first.spacing_mm.has_value() ||
         (s.spacing_mm && !s.spacing_mm->isApprox(*first.spacing_mm, 1e-3))) {
       sizes.push_back(name_of(s));
     }
     if (s.axes && first.axes && (*s.axes - *first.axes).cwiseAbs().maxCoeff() > 1e-3)
       orientations.push_back(name_of(s));
-    if (s.frames > 1) many.push_back(name_of(s));
-  }
-  if (!many.empty()) {
-    throw Error("cannot read " + what, "it has several files of many frames each: " + list_of(many),
-                "open one of these files alone");
   }
   if (!orientations.empty()) {
     throw Error("cannot read " + what,
@@ -62,7 +58,7 @@ void stack(std::vector<DicomSlice>& slices, VolumeGeometry& geometry, std::vecto
   const Eigen::Vector3d normal = slices.front().axes->col(0).cross(slices.front().axes->col(1)).normalized();
   const auto place = [&](const DicomSlice& s) { return normal.dot(*s.position); };
   std::sort(slices.begin(), slices.end(), [&](const DicomSlice& a, const DicomSlice& b) {
-    return std::pair(place(a), a.file) < std::pair(place(b), b.file);
+    return std::tuple(place(a), a.file, a.frame) < std::tuple(place(b), b.file, b.frame);
   });
   constexpr double same_mm = 0.01;
   std::vector<double> gaps;

@@ -28,6 +28,8 @@ void load_header(LoadedInput& input) {
 void load_references(LoadedInput& input, const fs::path& folder, LoadOptions::BadReference bad_reference) {
   try {
     input.references = References(input.scene, folder, input.volume.geometry());
+    const std::vector<std::string>& warnings = input.references.warnings();
+    input.warnings.insert(input.warnings.end(), warnings.begin(), warnings.end());
   } catch (const Error& error) {
     if (bad_reference == LoadOptions::BadReference::Refuse) throw;
     input.warnings.emplace_back(error.what());

@@ -13,6 +13,7 @@
 #include "io/files.h"
 #include "io/header_text.h"
 #include "io/nrrd_header.h"
+#include "io/nrrd_segments.h"
 #include "io/nrrd_space.h"
 #include "io/packed_writer.h"
 #include "io/stored_voxels.h"
@@ -250,6 +251,11 @@ VolumeSource open_nrrd(const fs::path& path) {
   const Axes axes = axes_of(header, directions);
   info.frames = static_cast<int>(std::min(axes.frames, 1e9));
   info.components = static_cast<int>(std::min(axes.components, 1e9));
+  info.segments = segments_of(header);
+  if (!info.segments.empty() && (info.components > 1 || info.frames > 1))
+    header.refuse(
+        "its segments overlap: they lie in " + std::to_string(std::max(info.components, info.frames)) + " layers",
+        "export them as one label map");
   for (std::size_t a = 0; a < 3; ++a)
     info.geometry.size[a] = a < axes.space.size() ? static_cast<int>(header.sizes()[axes.space[a]]) : 1;
   if (header.has("space") || !directions.empty())
@@ -263,7 +269,7 @@ VolumeSource open_nrrd(const fs::path& path) {
   return open_stored(std::move(info), std::move(voxels), path);
 }
 
-void write_nrrd(AtomicFile& file, const Volume& volume) {
+void write_nrrd(AtomicFile& file, const Volume& volume, const std::string& keys) {
   const VolumeGeometry& g = volume.geometry();
   const auto vector = [](const Eigen::Vector3d& v) {
     std::string text(1, '(');
@@ -276,8 +282,8 @@ void write_nrrd(AtomicFile& file, const Volume& volume) {
   for (const int size : g.size) text.append(1, ' ').append(std::to_string(size));
   text += "\nspace directions:";
   for (int a = 0; a < 3; ++a) text.append(1, ' ').append(vector(g.direction.col(a) * g.spacing_mm[a]));
-  text +=
-      "\nkinds: domain domain domain\nendian: little\nencoding: gzip\nspace origin: " + vector(g.origin_mm) + "\n\n";
+  text += "\nkinds: domain domain domain\nendian: little\nencoding: gzip\nspace origin: " + vector(g.origin_mm) + "\n" +
+          keys + "\n";
   write_bytes(file, text);
   PackedWriter packed(file, PackedWriter::Frame::Gzip);
   packed.write(volume.data(), volume.bytes());

@@ -2,6 +2,7 @@
 // Format: https://teem.sourceforge.net/nrrd/format.html.
 #pragma once
 #include <filesystem>
+#include <string>
 
 #include "io/volume_source.h"
 
@@ -14,7 +15,8 @@ class AtomicFile;
 /// voxels that the file cannot hold, or a unit that is no length.
 VolumeSource open_nrrd(const std::filesystem::path& path);
 
-/// Writes NRRD with gzip'ed voxels, in LPS and mm. Throws Error when the file cannot be written.
-void write_nrrd(AtomicFile& file, const Volume& volume);
+/// Writes NRRD with gzip'ed voxels, in LPS and mm; `keys` are lines of the header ("KEY:=text"). Throws Error when the
+/// file cannot be written.
+void write_nrrd(AtomicFile& file, const Volume& volume, const std::string& keys = "");
 
 }  // namespace simplexseg

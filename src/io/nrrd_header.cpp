@@ -42,7 +42,11 @@ NrrdHeader::NrrdHeader(const std::filesystem::path& path) : path_(path) {
     }
     const std::size_t colon = line->find(':');
     if (line->starts_with('#') || colon == std::string::npos) continue;
-    if (colon + 1 < line->size() && (*line)[colon + 1] == '=') continue;  // a key of the user's own
+    // A key of the user's own, which can have a colon in its text.
+    if (const std::size_t at = line->find(":="); at != std::string::npos && at == colon) {
+      keys_.emplace(line->substr(0, at), trimmed(line->substr(at + 2)));
+      continue;
+    }
     const std::string name = field_name(line->substr(0, colon)), value = trimmed(line->substr(colon + 1));
     if (!fields_.emplace(name, value).second) refuse("its field '" + one_line(name, 60) + "' comes twice");
     lists_files = name == "data file" && lower_case(value).starts_with("list");
@@ -61,6 +65,11 @@ NrrdHeader::NrrdHeader(const std::filesystem::path& path) : path_(path) {
 std::string NrrdHeader::text(const std::string& field) const {
   const auto found = fields_.find(field);
   return found == fields_.end() ? "" : found->second;
+}
+
+std::string NrrdHeader::key(const std::string& name) const {
+  const auto found = keys_.find(name);
+  return found == keys_.end() ? "" : found->second;
 }
 
 std::int64_t NrrdHeader::integer(const std::string& field, std::int64_t otherwise, std::int64_t least,

@@ -17,6 +17,8 @@ class NrrdHeader {
   bool has(const std::string& field) const { return fields_.contains(field); }
   /// The text of a field; empty where there is none.
   std::string text(const std::string& field) const;
+  /// The text of a key of the user's own ("KEY:=text"); empty where there is none.
+  std::string key(const std::string& name) const;
   /// A field of one whole number in a range, or `otherwise` where there is none. Throws Error for another text.
   std::int64_t integer(const std::string& field, std::int64_t otherwise, std::int64_t least, std::int64_t most) const;
   /// One number for each axis of the array, "nan" among them; empty where there is no such field. Throws Error for
@@ -40,7 +42,7 @@ class NrrdHeader {
 
  private:
   std::filesystem::path path_;
-  std::map<std::string, std::string> fields_;
+  std::map<std::string, std::string> fields_, keys_;
   std::vector<std::int64_t> sizes_;
   std::vector<std::string> listed_;
   std::uint64_t bytes_ = 0;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/references.h"
 
-#include "core/error.h"
 #include "image/mask.h"
 #include "image/rasterise.h"
 #include "io/data_path.h"
 #include "io/files.h"
+#include "io/labels_io.h"
 #include "io/volume_io.h"
 
 namespace simplexseg {
@@ -14,12 +14,9 @@ References::References(const Scene& scene, const std::filesystem::path& scene_fo
   for (const MeshItem& item : scene.meshes) {
     if (!item.reference || labels_.contains(item.reference->labels)) continue;
     const std::filesystem::path path = find_data(item.reference->labels, scene_folder);
-    Volume labels = read_volume(path);
-    if (!labels.geometry().same_grid(volume)) {
-      throw Error("mesh '" + item.name + "', reference " + quoted(path),
-                  "its grid (size, spacing, origin or direction) differs from the volume's",
-                  "resample it onto the volume's grid, or leave the reference out of the scene");
-    }
+    LoadedVolume loaded = load_volume(path);
+    for (const std::string& warning : loaded.warnings) warnings_.push_back(quoted(path) + ": " + warning);
+    Volume labels = onto_grid(loaded.volume, volume, path, "the volume", warnings_);
     labels_.emplace(item.reference->labels, std::move(labels));
   }
 }

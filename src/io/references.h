@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "image/mask.h"
 #include "image/metrics.h"
@@ -15,9 +16,12 @@ namespace simplexseg {
 class References {
  public:
   References() = default;
-  /// Throws Error when one is missing or on another grid than the volume's.
+  /// Those on another grid than the volume's are resampled onto it. Throws Error when one is missing or has no labels
+  /// within the volume.
   References(const Scene& scene, const std::filesystem::path& scene_folder, const VolumeGeometry& volume);
 
+  /// What the reader had to assume and what was resampled, one line each.
+  const std::vector<std::string>& warnings() const { return warnings_; }
   /// Whether the mesh names a reference that was read.
   bool has(const MeshItem& item) const { return item.reference && labels_.contains(item.reference->labels); }
   /// None without a reference.
@@ -26,6 +30,7 @@ class References {
 
  private:
   std::map<std::string, Volume> labels_;  ///< by the path in the scene
+  std::vector<std::string> warnings_;
 };
 
 }  // namespace simplexseg

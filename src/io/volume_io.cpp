@@ -15,6 +15,7 @@
 #include "io/nifti.h"
 #include "io/nifti_write.h"
 #include "io/nrrd.h"
+#include "io/nrrd_segments.h"
 #include "io/packed_reader.h"
 #include "io/volume_source.h"
 
@@ -43,9 +44,9 @@ void refuse_packed(const fs::path& path) {
               "give NIfTI, Analyze or GIPL, or unpack it where it is MINC 2 or DICOM");
 }
 
-VolumeSource open(const fs::path& path) {
+VolumeSource open(const fs::path& path, int volume) {
   std::error_code error;
-  if (fs::is_directory(path, error)) return open_dicom_series(path);
+  if (fs::is_directory(path, error)) return open_dicom_series(path, volume);
   require_file(path);
   const std::string extension = extension_of(path);
   const auto is = [&](std::initializer_list<const char*> known) {
@@ -57,16 +58,22 @@ VolumeSource open(const fs::path& path) {
   if (is({".gipl", ".gipl.gz"})) return open_gipl(path);
   if (is({".mnc", ".mnc2"})) return open_minc(path);
   // Names are often lost: the first bytes tell.
-  if (looks_like_dicom(path)) return open_dicom_file(path);
+  if (looks_like_dicom(path)) return open_dicom_file(path, volume);
   if (looks_like_nifti(path)) return open_nifti(path);
   if (looks_like_gipl(path)) return open_gipl(path);
   refuse_packed(path);
-  return open_dicom_file(path);  // DICOM without preamble, or the message that lists what can be read
+  return open_dicom_file(path, volume);  // DICOM without preamble, or the message that lists what can be read
 }
 
-VolumeSource open_checked(const fs::path& path) {
+VolumeSource open_checked(const fs::path& path, int volume) {
   try {
-    return open(path);
+    VolumeSource source = open(path, volume);
+    if (volume > 1 && source.info.frame == 0) {
+      throw Error("cannot read volume " + std::to_string(volume) + " of " + quoted(path),
+                  source.info.frames > 1 ? "single volumes are read of 4D DICOM alone" : "it holds one volume",
+                  source.info.frames > 1 ? "extract it into a file of its own" : "ask for the first");
+    }
+    return source;
   } catch (const Error&) {
     throw;
   } catch (const std::exception& exception) {  // file system, memory
@@ -86,13 +93,13 @@ std::size_t count_not_finite(const Volume& volume) {
 
 bool is_nifti(const std::string& extension) { return extension == ".nii" || extension == ".nii.gz"; }
 
-void write(const fs::path& path, const Volume& volume) {
+void write(const fs::path& path, const Volume& volume, const std::string& nrrd_keys = "") {
   require_volume_name(path);
   if (volume.empty()) throw Error("cannot write " + quoted(path), "the volume is empty", "load or make one first");
   AtomicFile file(path);
   const std::string extension = extension_of(path);
   if (is_nifti(extension)) write_nifti(file, volume, extension == ".nii.gz");
-  if (extension == ".nrrd") write_nrrd(file, volume);
+  if (extension == ".nrrd") write_nrrd(file, volume, nrrd_keys);
   if (extension == ".mha") write_meta_image(file, volume);
   file.commit();
 }
@@ -109,22 +116,22 @@ std::size_t available_memory() {
   return 0;
 }
 
-VolumeInfo read_volume_info(const fs::path& path) { return open_checked(path).info; }
+VolumeInfo read_volume_info(const fs::path& path, int volume) { return open_checked(path, volume).info; }
 
 void require_one_value(const fs::path& path, const VolumeInfo& info) {
   if (info.components > 1) {
     throw Error("cannot read " + quoted(path),
-                "it has " + std::to_string(info.components) + " values per voxel (colour or vectors)",
+                "it has " + std::to_string(info.components) + " values per voxel (colours, vectors or times)",
                 "extract one of them into a file of its own");
   }
-  if (info.frames > 1) {
+  if (info.frames > 1 && info.frame == 0) {
     throw Error("cannot read " + quoted(path), "it is 4D: " + std::to_string(info.frames) + " volumes in one file",
                 "extract one of them into a file of its own");
   }
 }
 
-LoadedVolume load_volume(const fs::path& path) {
-  const VolumeSource source = open_checked(path);
+LoadedVolume load_volume(const fs::path& path, int volume) {
+  const VolumeSource source = open_checked(path, volume);
   const VolumeInfo& info = source.info;
   require_one_value(path, info);
   const double needed =
@@ -144,6 +151,7 @@ LoadedVolume load_volume(const fs::path& path) {
     throw Error("cannot read " + quoted(path), one_line(exception.what()), "check the file");
   }
   loaded.format = info.format;
+  loaded.segments = info.segments;
   loaded.warnings = info.warnings;
   if (const std::size_t count = count_not_finite(loaded.volume)) {
     loaded.warnings.push_back(std::to_string(count) + " voxels are not finite numbers");
@@ -162,12 +170,12 @@ void require_volume_name(const fs::path& path) {
 
 void write_volume(const fs::path& path, const Volume& volume) { write(path, volume); }
 
-void write_labels(const fs::path& path, const Volume& labels) {
+void write_labels(const fs::path& path, const Volume& labels, const std::vector<SegmentName>& names) {
   if (labels.type() == VoxelType::Float32 || labels.type() == VoxelType::Float64) {
     throw Error("cannot write " + quoted(path),
                 std::string("labels must be integers, these are ") + to_string(labels.type()), "convert them first");
   }
-  write(path, labels);
+  write(path, labels, is_segment_name(path) && !labels.empty() ? segment_fields(labels, names) : "");
 }
 
 }  // namespace simplexseg

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "image/volume.h"
+#include "io/segment_names.h"
 
 namespace simplexseg {
 
@@ -15,27 +16,30 @@ struct VolumeInfo {
   VoxelType type = VoxelType::UInt8;  ///< the type the voxels have once read (rescaled files: float or a wider integer)
   std::string format;                 ///< "NIfTI-1", "DICOM series", "NRRD" ...
   int components = 1;                 ///< values per voxel; only 1 can be read
-  int frames = 1;                     ///< volumes in the file (4D); only 1 can be read
+  int frames = 1;                     ///< volumes in the file (4D)
+  int frame = 0;                      ///< which of several volumes is read, from 1; 0: none of them can be
   int file_count = 1;                 ///< files the voxels come from
+  std::vector<SegmentName> segments;  ///< of labels that have names in their file
   std::vector<std::string> warnings;  ///< one line each: what the reader had to assume, and what it left out
 };
 
 struct LoadedVolume {
   Volume volume;
   std::string format;
+  std::vector<SegmentName> segments;
   std::vector<std::string> warnings;  ///< as in VolumeInfo, and what was seen in the voxels
 };
 
 /// Describes NIfTI (.nii, .nii.gz, .hdr/.img), Analyze, MetaImage, NRRD, GIPL (.gipl, .gipl.gz), MINC 2, one DICOM
 /// file, or a folder that holds a DICOM series (the files may have any name; of several series the largest is taken,
 /// with a warning). Throws Error when there is no such file, it is none of these, its geometry cannot be used, or the
-/// file is too small for what its header claims.
-VolumeInfo read_volume_info(const std::filesystem::path& path);
+/// file is too small for what its header claims. Of a 4D DICOM file or series, number `volume` is described, from 1.
+VolumeInfo read_volume_info(const std::filesystem::path& path, int volume = 1);
 
 /// Reads the voxels in their own type (64-bit integers are narrowed to 32 bits where the values allow it). Throws Error
-/// as read_volume_info does, and for colour, 4D, truncated files, a DICOM series with missing, doubled or differently
-/// oriented slices, and a volume that does not fit into the memory available.
-LoadedVolume load_volume(const std::filesystem::path& path);
+/// as read_volume_info does, and for colour, 4D but DICOM, truncated files, a DICOM series with missing, doubled or
+/// differently oriented slices, and a volume that does not fit into the memory available.
+LoadedVolume load_volume(const std::filesystem::path& path, int volume = 1);
 
 /// Throws the Error of load_volume() for colour and 4D.
 void require_one_value(const std::filesystem::path& path, const VolumeInfo& info);
@@ -49,8 +53,9 @@ void require_volume_name(const std::filesystem::path& path);
 /// never half a file. Throws Error for another extension, an empty volume, a folder that does not exist, or a failed
 /// write.
 void write_volume(const std::filesystem::path& path, const Volume& volume);
-/// The same for a label volume: throws Error when the voxels are not integers.
-void write_labels(const std::filesystem::path& path, const Volume& labels);
+/// The same for a label volume; .seg.nrrd has the names and colours too (of other labels than `names` numbers). Throws
+/// Error besides when the voxels are not integers.
+void write_labels(const std::filesystem::path& path, const Volume& labels, const std::vector<SegmentName>& names = {});
 
 /// Bytes of memory that can be had without swapping, as the system says (/proc/meminfo); 0 where it does not say.
 std::size_t available_memory();

@@ -7,6 +7,9 @@
 #include <tuple>
 
 #include "cli_fixture.h"
+#include "core/error.h"
+#include "io/data_path.h"
+#include "io/volume_io.h"
 
 namespace simplexseg {
 namespace {
@@ -176,12 +179,32 @@ TEST_F(BadInput, SceneWithWrongTypesAndRanges) {
   expect_no_scene(write("broken.json", "{\"simplexseg_scene\": 1,"), "broken.json");
 }
 
-TEST_F(BadInput, ReferenceOrTestOnAnotherGrid) {
-  succeed({"phantom", "sphere", path("x.nii"), "--labels", path("other.nii"), "--size", "24", "--spacing", "1"});
+TEST_F(BadInput, ReferenceOrTestBesideTheImage) {
+  const Volume labels = read_volume(path("truth.nii.gz"));
+  VolumeGeometry beside = labels.geometry();
+  beside.origin_mm.x() += 1000;
+  Volume other(beside, VoxelType::UInt8);
+  other.voxels<std::uint8_t>()[0] = 1;
+  write_volume(path("other.nii"), other);
   expect_refused({"compare", path("truth.nii.gz"), path("other.nii")}, "grid");
   nlohmann::json scene = scene_json();
   scene["meshes"][0]["reference"]["labels"] = "other.nii";
   expect_refused({"run", write_scene("bad.json", scene)}, "grid");
+}
+
+/// HDF5 complained of what a damaged file had left open, when the program ended.
+TEST_F(BadInput, LibrariesAddNothingWhenTheProgramEnds) {
+  std::filesystem::path damaged;
+  try {
+    damaged =
+        find_data("bad_input/tiny/hdf5_multiline.mnc", std::filesystem::path(SIMPLEXSEG_SOURCE_DIR) / "../shared/data");
+  } catch (const Error&) {
+    GTEST_SKIP() << "no test data";
+  }
+  const Outcome outcome = call_program({"info", damaged.string()});
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
 }
 
 TEST_F(BadInput, Usage) {

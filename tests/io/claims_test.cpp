@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "dicom_files.h"
 #include "volume_files.h"
 
 namespace simplexseg {
@@ -171,6 +172,16 @@ TEST_F(Claims, PackedFilesAreRefusedByWhatTheyAre) {
   EXPECT_EQ(refused("This is a text.").find("unpack it first"), std::string::npos);
 }
 
+TEST_F(Claims, Minc) {
+  const fs::path good = test::data_folder() / "bad_input" / "nibabel__minc2_1_scale.mnc";
+  REQUIRE_DATA(good);
+  std::string bytes = bytes_of(good);  // of 20 x 20 x 10 voxels
+  for (const std::size_t at : {10616u, 10640u})
+    for (std::size_t axis = 0; axis < 3; ++axis) test::patch(bytes, at + 8 * axis, std::uint64_t(1000));
+  for (const std::size_t at : {5624u, 6640u, 7304u}) test::patch(bytes, at, std::int32_t(1000));
+  expect_refused("a.mnc", bytes, "truncated");
+}
+
 /// A stream that unpacks to much less than its size would allow costs what it holds, and is refused as cut short.
 TEST_F(Claims, ASmallStreamThatUnpacksToLess) {
   std::string zeros(1 << 20, '\0'), packed(1 << 16, '\0');
@@ -181,6 +192,50 @@ TEST_F(Claims, ASmallStreamThatUnpacksToLess) {
   fields.replace(fields.find("2000 2000 2000"), 14, "1000 1000 20");
   write("a.nrrd", fields + "encoding: bzip2\n\n" + packed.substr(0, size));
   EXPECT_HAS(error_of([&] { load_volume(folder / "a.nrrd"); }), "truncated");
+}
+
+const char* const kRle = "1.2.840.10008.1.2.5";
+const char* const kJpeg = "1.2.840.10008.1.2.4.70";
+const char* const kJ2k = "1.2.840.10008.1.2.4.90";
+
+/// An image of 16 bits whose compressed pixels are one fragment for each of `fragments`.
+std::string compressed(const char* syntax, int columns, int rows, int frames,
+                       const std::vector<std::string>& fragments) {
+  test::DicomData data;
+  data.text(0x0008, 0x0060, "CS", "OT");
+  test::describe_pixels(data, columns, rows, frames);
+  data.bytes += std::string("\xe0\x7f\x10\x00OB\0\0\xff\xff\xff\xff", 12);
+  const auto item = [&](const std::string& bytes) {
+    data.bytes += std::string("\xfe\xff\x00\xe0", 4) + test::bytes_of_numbers(std::uint32_t(bytes.size())) + bytes;
+  };
+  item("");
+  for (const std::string& fragment : fragments) item(fragment);
+  data.bytes += std::string("\xfe\xff\xdd\xe0\0\0\0\0", 8);
+  return test::dicom_file(data.bytes, "1.2", syntax);
+}
+
+TEST_F(Claims, Dicom) {
+  const auto claiming = [](std::uint32_t length, bool nested) {
+    test::DicomData data, inner;
+    const std::string text = std::string("\x08\0\x08\0UN\0\0", 8) + test::bytes_of_numbers(length) + "abcd";
+    if (nested)
+      data.sequence(0x0008, 0x0006, {text});
+    else
+      data.bytes = text;
+    return test::dicom_file(data.bytes, "1.2");
+  };
+  for (const bool nested : {false, true})
+    expect_refused("long.dcm", claiming(0xfffffff0, nested), "element (0008,0008) claims 4.3 GB where");
+  expect_refused("rle.dcm", compressed(kRle, 60000, 60000, 1, {std::string(5000, '\1')}), "too small to hold");
+  expect_refused("frames.dcm", compressed(kRle, 64, 64, 100000000, {std::string(500, '\1')}),
+                 "of its 100000000 frames 1 are there");
+  std::string j2k("\xff\x4f\xff\x51\0\x29\0\0", 8);
+  j2k += std::string("\0\0\0\x40\0\0\0\x40", 8) + std::string(40, '\0');  // 64 x 64 pixels
+  expect_refused("j2k.dcm", compressed(kJ2k, 60000, 60000, 1, {j2k}), "compressed picture has 64 x 64 pixels");
+  std::string jpeg("\xff\xd8\xff\xc3\0\x0b\x10\xea\x60\xea\x60\1\1\x11\0", 15);  // 60000 x 60000
+  jpeg += std::string(40, '\0');
+  expect_refused("jpeg.dcm", compressed(kJpeg, 64, 64, 1, {jpeg}), "compressed picture has 60000 x 60000 pixels");
+  expect_refused("jpegs.dcm", compressed(kJpeg, 60000, 60000, 1, {jpeg}), "too small to hold");
 }
 
 TEST_F(Claims, SpacingsThatNoVolumeHas) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <vector>
 
+#include "dicom_files.h"
 #include "volume_files.h"
 
 namespace simplexseg {
@@ -200,6 +201,24 @@ TEST_F(Dicom, TruncatedSlicesAreNamed) {
 }
 
 /// Files cut and spoilt at many places: an Error or a volume, never the end of the program.
+void expect_nothing_ended(const std::string& good, const fs::path& folder) {
+  std::mt19937 random(5);
+  for (int round = 0; round < 60; ++round) {
+    std::string bytes = good;
+    if (round % 3 == 0) bytes.resize(random() % good.size());
+    const std::size_t header = std::min<std::size_t>(bytes.size(), 2000);
+    for (int change = 0; change < round % 4 && header > 0; ++change) bytes[random() % header] = char(random());
+    std::ofstream(folder / "spoilt.dcm", std::ios::binary) << bytes;
+    for (const fs::path& path : {folder / "spoilt.dcm", folder}) {
+      try {
+        load_volume(path);
+      } catch (const Error& error) {
+        EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+      }
+    }
+  }
+}
+
 TEST_F(Dicom, SpoiltFilesEndNothing) {
   REQUIRE_DATA(series(""));
   std::vector<fs::path> files{series("generic_compressed_j2k/001/IM-0001-0001-0001.dcm"),
@@ -208,23 +227,18 @@ TEST_F(Dicom, SpoiltFilesEndNothing) {
                            "pydicom__SC_rgb_jls_lossy_line.dcm", "pydicom__image_dfl.dcm"}) {
     if (fs::exists(data_folder() / "bad_input" / name)) files.push_back(data_folder() / "bad_input" / name);
   }
-  std::mt19937 random(5);
-  for (const fs::path& file : files) {
-    const std::string good = bytes_of(file);
-    for (int round = 0; round < 60; ++round) {
-      std::string bytes = good;
-      if (round % 3 == 0) bytes.resize(random() % good.size());
-      const std::size_t header = std::min<std::size_t>(bytes.size(), 2000);
-      for (int change = 0; change < round % 4 && header > 0; ++change) bytes[random() % header] = char(random());
-      write("spoilt.dcm", bytes);
-      for (const fs::path& path : {folder / "spoilt.dcm", folder}) {
-        try {
-          load_volume(path);
-        } catch (const Error& error) {
-          EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
-        }
-      }
-    }
+  for (const fs::path& file : files) expect_nothing_ended(bytes_of(file), folder);
+}
+
+TEST_F(Dicom, SpoiltFilesOfManyFramesEndNothing) {
+  test::EnhancedFile file;
+  for (int k = 0; k < 4; ++k) {
+    for (int time = 1; time <= 2; ++time)
+      file.frames.push_back({.position = {0, 0, 2.0 * k}, .value = 10 * k, .time = time});
+  }
+  for (const bool explicit_vr : {true, false}) {
+    file.explicit_vr = explicit_vr;
+    expect_nothing_ended(file.bytes(), folder);
   }
 }
 

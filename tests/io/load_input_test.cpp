@@ -2,6 +2,8 @@
 // The one loader: scene, volume and references together.
 #include "io/load_input.h"
 
+#include <algorithm>
+
 #include "io/volume_io.h"
 #include "test_files.h"
 
@@ -54,6 +56,25 @@ TEST_F(LoadInput, ABadReferenceIsRefusedOrTheSameLineIsAWarning) {
       EXPECT_FALSE(input.references.has(input.scene.meshes[0]));
     }
   }
+}
+
+TEST_F(LoadInput, AReferenceOnAnotherGridIsResampledAndSaidSo) {
+  VolumeGeometry grid;
+  grid.size = {4, 16, 16};
+  grid.spacing_mm = {2, 0.5, 0.5};
+  grid.origin_mm = {0.5, -0.1, -0.1};
+  Volume fine(grid, VoxelType::UInt8);
+  fine.voxels<std::uint8_t>()[1 + 4 * (6 + 16 * 8)] = 1;  // holds the centres of (2, 3, 4) and (3, 3, 4)
+  fine.voxels<std::uint8_t>()[1 + 4 * (7 + 16 * 8)] = 1;  // holds none
+  write_volume(folder / "fine.nii", fine);
+  const LoadedInput input = load_scene(scene_with("fine.nii"));
+  ASSERT_EQ(input.warnings.size(), 1u);
+  EXPECT_HAS(input.warnings[0], "fine.nii");
+  EXPECT_HAS(input.warnings[0], "another grid than the volume");
+  const Mask mask = *input.references.mask_for(input.scene.meshes[0]);
+  EXPECT_EQ(mask.geometry.size[0], 8);
+  EXPECT_EQ(std::count(mask.voxels.begin(), mask.voxels.end(), 1), 2);
+  EXPECT_TRUE(mask.voxels[2 + 8 * (3 + 8 * 4)] && mask.voxels[3 + 8 * (3 + 8 * 4)]);
 }
 
 TEST_F(LoadInput, SettingsAreAppliedBeforeAnyOtherFileIsRead) {

@@ -118,5 +118,20 @@ TEST_F(SceneExport, LabelsSayWhereMeshesOverlap) {
   EXPECT_HAS(test::error_of([&] { save_labels(folder / "labels.txt", scene, grid); }), ".txt");
 }
 
+TEST_F(SceneExport, SegmentationsHaveTheNamesAndColoursOfTheirMeshes) {
+  VolumeGeometry grid;
+  grid.size = {24, 16, 16};
+  grid.origin_mm = {-8, -8, -8};
+  Scene scene;
+  scene.meshes = {ball("liver: left", {0, 0, 0}, 5), ball("", {8, 0, 0}, 3), ball("more", {0, 0, 0}, 5)};
+  scene.meshes[0].colour = {1, 128, 255};
+  save_labels(folder / "labels.seg.nrrd", scene, grid);
+  const LoadedVolume loaded = load_volume(folder / "labels.seg.nrrd");
+  EXPECT_EQ(loaded.volume.sample({0, 0, 0}), 5);
+  ASSERT_EQ(loaded.segments.size(), 2u);
+  EXPECT_EQ(loaded.segments[0], (SegmentName{5, "liver: left, more", {1, 128, 255}}));
+  EXPECT_EQ(loaded.segments[1].name, "Segment_3");
+}
+
 }  // namespace
 }  // namespace simplexseg

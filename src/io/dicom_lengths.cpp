@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/dicom_lengths.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "io/files.h"
+
+namespace simplexseg {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A file's bytes at any place, through a window that moves along.
+class Bytes {
+ public:
+  explicit Bytes(const fs::path& path) : stream_(path, std::ios::binary), size_(fs::file_size(path)) {}
+  /// From `at` on the bytes are those that the file's unpack to; false where they cannot be unpacked.
+  bool inflate_from(std::uint64_t at) {
+    const unsigned char* packed = get(at, static_cast<std::size_t>(size_ - at));
+    if (!packed) return false;
+    std::vector<unsigned char> whole(at);
+    z_stream state{};
+    if (inflateInit2(&state, -MAX_WBITS) != Z_OK) return false;
+    state.next_in = const_cast<unsigned char*>(packed);
+    state.avail_in = static_cast<uInt>(std::min<std::uint64_t>(size_ - at, 1u << 30));
+    int result = Z_OK;
+    while (result == Z_OK) {
+      whole.resize(whole.size() + (1 << 16));
+      state.next_out = whole.data() + whole.size() - (1 << 16);
+      state.avail_out = 1 << 16;
+      result = inflate(&state, Z_NO_FLUSH);
+    }
+    whole.resize(whole.size() - state.avail_out);
+    inflateEnd(&state);
+    window_ = std::move(whole), start_ = 0, size_ = window_.size();
+    return result == Z_STREAM_END || result == Z_BUF_ERROR;
+  }
+  std::uint64_t size() const { return size_; }
+  /// `count` bytes from `at` on; nothing where the file ends before.
+  const unsigned char* get(std::uint64_t at, std::size_t count) {
+    if (at + count > size_) return nullptr;
+    if (at < start_ || at + count > start_ + window_.size()) {
+      start_ = at;
+      window_.resize(
+          static_cast<std::size_t>(std::min<std::uint64_t>(std::max<std::size_t>(count, 16384), size_ - at)));
+      stream_.clear();
+      stream_.seekg(static_cast<std::streamoff>(at));
+      if (!stream_.read(reinterpret_cast<char*>(window_.data()), static_cast<std::streamsize>(window_.size())))
+        return nullptr;
+    }
+    return window_.data() + (at - start_);
+  }
+
+ private:
+  std::ifstream stream_;
+  std::uint64_t size_ = 0, start_ = 0;
+  std::vector<unsigned char> window_;
+};
+
+struct Coding {
+  bool explicit_vr = true, big_endian = false;
+};
+
+constexpr std::uint32_t kUndefined = 0xffffffff, kItem = 0xfffee000, kItemEnd = 0xfffee00d, kSequenceEnd = 0xfffee0dd,
+                        kPixels = 0x7fe00010;
+constexpr std::uint64_t kHarmless = 1 << 20;  ///< what GDCM may take in vain
+
+struct Element {
+  std::uint32_t tag = 0, length = 0;
+  std::array<char, 2> vr{};
+  std::uint64_t value = 0;  ///< where it begins
+};
+
+class Walk {
+ public:
+  explicit Walk(const fs::path& path) : bytes_(path) {}
+
+  std::string run() {
+    std::uint64_t at = 0;
+    const unsigned char* magic = bytes_.get(128, 4);
+    Coding coding;
+    if (magic && std::memcmp(magic, "DICM", 4) == 0) {
+      at = 132;
+    } else {
+      const unsigned char* start = bytes_.get(0, 8);
+      if (!start) return {};
+      coding.big_endian = start[0] == 0;
+      const unsigned group = coding.big_endian ? start[1] : start[0];
+      if ((group != 2 && group != 8) || start[0] + start[1] != static_cast<int>(group)) return {};
+      coding.explicit_vr = std::isupper(start[4]) && std::isupper(start[5]);
+    }
+    while (const unsigned char* head = bytes_.get(at, 2)) {
+      if (number(head, 2, coding.big_endian) != 2) break;  // what follows can be coded in another way
+      const auto e = element(at, coding);
+      if (!e || !fits(*e)) return damage_;
+      if (e->tag == 0x00020010) coding_of_set_ = coding_named(*e);
+      at = e->value + e->length;
+    }
+    if (deflated_ && !bytes_.inflate_from(at)) return "its deflated data is damaged";
+    data_set(at, bytes_.size(), coding_of_set_.value_or(coding), 0);
+    return damage_;
+  }
+
+ private:
+  std::uint32_t number(const unsigned char* from, int count, bool big_endian) const {
+    std::uint32_t value = 0;
+    for (int i = 0; i < count; ++i) value |= std::uint32_t(from[big_endian ? count - 1 - i : i]) << (8 * i);
+    return value;
+  }
+
+  Coding coding_named(const Element& e) {
+    std::string uid;
+    if (const unsigned char* text = e.length < 100 ? bytes_.get(e.value, e.length) : nullptr)
+      uid.assign(text, text + e.length);
+    uid.erase(std::find_if(uid.begin(), uid.end(), [](char c) { return c == '\0' || c == ' '; }), uid.end());
+    deflated_ = uid == "1.2.840.10008.1.2.1.99";
+    return {uid != "1.2.840.10008.1.2", uid == "1.2.840.10008.1.2.2"};
+  }
+
+  /// The element at a place; nothing at the file's end, or, which is damage, where there is none.
+  std::optional<Element> element(std::uint64_t at, const Coding& coding) {
+    const unsigned char* head = bytes_.get(at, 8);
+    if (!head) return {};
+    Element e;
+    e.tag = number(head, 2, coding.big_endian) << 16 | number(head + 2, 2, coding.big_endian);
+    e.value = at + 8;
+    if (!coding.explicit_vr || e.tag >> 16 == 0xfffe) {
+      e.length = number(head + 4, 4, coding.big_endian);
+      return e;
+    }
+    e.vr = {static_cast<char>(head[4]), static_cast<char>(head[5])};
+    const auto is_one_of = [&](std::string_view list) {
+      for (std::size_t i = 0; i < list.size(); i += 2) {
+        if (list.compare(i, 2, e.vr.data(), 2) == 0) return true;
+      }
+      return false;
+    };
+    if (is_one_of("AEASATCSDADSDTFLFDISLOLTPNSHSLSSSTTMUIULUS")) {
+      e.length = number(head + 6, 2, coding.big_endian);
+      return e;
+    }
+    if (!is_one_of("OBOWOFODOLOVSQUNUCURUTSVUV")) {  // GDCM would take what follows for a length
+      broken_at(at);
+      return {};
+    }
+    const unsigned char* rest = bytes_.get(at + 8, 4);
+    if (!rest) return {};
+    e.length = number(rest, 4, coding.big_endian);
+    e.value = at + 12;
+    return e;
+  }
+
+  void broken_at(std::uint64_t at) {
+    if (after_pixels_ && !deflated_) return;  // padding that is read by nobody
+    if (damage_.empty()) damage_ = "its header is damaged at byte " + std::to_string(at);
+  }
+
+  bool fits(const Element& e) {
+    const std::uint64_t left = bytes_.size() - std::min(bytes_.size(), e.value);
+    if (e.length <= left || e.length <= kHarmless) return true;
+    char text[120];
+    std::snprintf(text, sizeof text, "damaged: element (%04x,%04x) claims %s where %s are left", e.tag >> 16,
+                  e.tag & 0xffff, in_words(double(e.length)).c_str(), in_words(double(left)).c_str());
+    if (damage_.empty()) damage_ = text;
+    return false;
+  }
+
+  bool begins_with_item(const Element& e, const Coding& coding) {
+    const unsigned char* head = bytes_.get(e.value, 4);
+    return head && e.length >= 8 &&
+           (number(head, 2, coding.big_endian) << 16 | number(head + 2, 2, coding.big_endian)) == kItem;
+  }
+
+  /// Where the fragments of pixels end; the file's end where one does not: damage_of_fragments() says so.
+  std::uint64_t after_fragments(std::uint64_t at) {
+    while (const unsigned char* head = bytes_.get(at, 8)) {
+      const std::uint32_t tag = number(head, 2, false) << 16 | number(head + 2, 2, false);
+      at += 8;
+      if (tag != kItem) break;
+      at += number(head + 4, 4, false);
+    }
+    return at;
+  }
+
+  /// Walks elements up to `end`, or to the end of an item without a length. Gives where the next thing begins, the
+  /// file's end when it cannot go on.
+  std::uint64_t data_set(std::uint64_t at, std::uint64_t end, const Coding& coding, int depth) {
+    while (at < end) {
+      const auto e = element(at, coding);
+      if (!e) return bytes_.size();
+      if (e->tag == kItemEnd || e->tag == kSequenceEnd) return e->value;
+      if (e->tag == kPixels && depth == 0) {
+        if (deflated_ && e->length != kUndefined && !fits(*e)) return bytes_.size();
+        at = e->length == kUndefined ? after_fragments(e->value) : e->value + e->length;
+        after_pixels_ = true;
+        continue;
+      }
+      const bool is_sequence =
+          e->length == kUndefined || std::memcmp(e->vr.data(), "SQ", 2) == 0 ||
+          ((!coding.explicit_vr || std::memcmp(e->vr.data(), "UN", 2) == 0) && begins_with_item(*e, coding));
+      if (e->length != kUndefined && !fits(*e)) return bytes_.size();
+      if (is_sequence) {
+        Coding nested = coding;
+        if (std::memcmp(e->vr.data(), "UN", 2) == 0) nested.explicit_vr = false;
+        const bool fragments = e->tag == kPixels || e->vr[0] == 'O';  // compressed pixels, as of an icon
+        items(e->value, e->length, nested, fragments, depth);
+        if (!damage_.empty()) return bytes_.size();
+      }
+      at = e->length == kUndefined ? after_ : e->value + e->length;
+    }
+    return at;
+  }
+
+  /// Walks the items of a sequence, or steps over fragments; `after_` is then where it ends.
+  void items(std::uint64_t at, std::uint32_t length, const Coding& coding, bool fragments, int depth) {
+    const std::uint64_t end = length == kUndefined ? bytes_.size() : std::min(bytes_.size(), at + length);
+    if (depth > 30) return broken_at(at);
+    while (at < end) {
+      const auto e = element(at, coding);
+      if (!e) break;
+      if (e->tag == kSequenceEnd) {
+        after_ = e->value;
+        return;
+      }
+      if (e->tag != kItem) return broken_at(at);
+      if (e->length != kUndefined && !fits(*e)) return;
+      const std::uint64_t item_end = e->length == kUndefined ? bytes_.size() : e->value + e->length;
+      if (fragments) {
+        if (e->length == kUndefined) return broken_at(at);
+        at = item_end;
+        continue;
+      }
+      const std::uint64_t next = data_set(e->value, std::min(item_end, bytes_.size()), coding, depth + 1);
+      if (!damage_.empty()) return;
+      at = e->length == kUndefined ? next : item_end;
+    }
+    after_ = end;
+  }
+
+  Bytes bytes_;
+  std::optional<Coding> coding_of_set_;
+  bool deflated_ = false, after_pixels_ = false;
+  std::uint64_t after_ = 0;
+  std::string damage_;
+};
+
+struct Picture {
+  std::uint64_t columns = 0, rows = 0;
+  double most_ratio = 1;  ///< of what it unpacks to, to its size
+};
+
+/// What the header of a compressed frame says; nothing where it is of no kind known here.
+std::optional<Picture> picture_of(const unsigned char* head, std::size_t count) {
+  const auto number = [&](std::size_t at, int bytes) {
+    std::uint64_t value = 0;
+    for (int i = 0; i < bytes; ++i) value = value << 8 | head[at + static_cast<std::size_t>(i)];
+    return value;
+  };
+  for (std::size_t i = 0; i + 24 <= std::min<std::size_t>(count, 300); ++i) {  // JPEG 2000, bare or in its boxes
+    if (number(i, 4) != 0xff4fff51) continue;
+    return Picture{number(i + 8, 4) - number(i + 16, 4), number(i + 12, 4) - number(i + 20, 4), 1000};
+  }
+  if (count < 4 || number(0, 2) != 0xffd8) return {};
+  for (std::size_t i = 2; i + 9 <= count && head[i] == 0xff;) {
+    const unsigned marker = head[i + 1];
+    if (marker == 0xff) {
+      ++i;
+      continue;
+    }
+    const bool is_frame = (marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc);
+    if (is_frame || marker == 0xf7) return Picture{number(i + 7, 2), number(i + 5, 2), marker == 0xf7 ? 1000.0 : 200.0};
+    i += 2 + static_cast<std::size_t>(number(i + 2, 2));
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string damage_of_header(const fs::path& path) { return Walk(path).run(); }
+
+std::string damage_of_fragments(const fs::path& path, const DicomPixels& pixels) {
+  constexpr const char* truncated = "truncated: the file ends before its pixels do";
+  constexpr double harmless = 64e6;
+  constexpr double runs = 64;  // run-length coding makes at most 128 bytes of two
+  Bytes bytes(path);
+  std::uint64_t at = pixels.start;
+  int fragments = 0;
+  double most = 0;
+  bool ended = false;
+  while (const unsigned char* head = bytes.get(at, 8)) {
+    std::uint32_t tag = 0, length = 0;
+    std::memcpy(&tag, head, 4);
+    std::memcpy(&length, head + 4, 4);
+    if (tag == 0xe0ddfffe) ended = true;
+    if (tag != 0xe000fffe) break;
+    at += 8;
+    const std::uint64_t left = bytes.size() - at;
+    if (length > left) return truncated;
+    if (fragments > 0) {
+      const std::size_t count = std::min<std::size_t>(length, 4096);
+      const unsigned char* start = bytes.get(at, count);
+      const auto picture = start ? picture_of(start, count) : std::nullopt;
+      if (picture && (picture->columns != static_cast<std::uint64_t>(pixels.columns) ||
+                      picture->rows != static_cast<std::uint64_t>(pixels.rows))) {
+        return "its compressed picture has " + std::to_string(picture->columns) + " x " +
+               std::to_string(picture->rows) + " pixels, its header says " + std::to_string(pixels.columns) + " x " +
+               std::to_string(pixels.rows);
+      }
+      most += double(length) * (picture ? picture->most_ratio : runs);
+    }
+    ++fragments;
+    at += length;
+  }
+  if (!ended && at != bytes.size()) return truncated;  // some writers leave out the closing delimiter
+  if (fragments - 1 < pixels.frames)
+    return "truncated: of its " + std::to_string(pixels.frames) + " frames " +
+           std::to_string(std::max(fragments - 1, 0)) + " are there";
+  const double wanted = double(pixels.rows) * pixels.columns * pixels.samples * pixels.frames * ((pixels.bits + 7) / 8);
+  if (wanted > harmless && wanted > most) {
+    return "its header promises " + in_words(wanted) + ", its compressed pixels are too small to hold more than " +
+           in_words(most);
+  }
+  return {};
+}
+
+}  // namespace simplexseg

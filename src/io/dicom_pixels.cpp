@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/dicom_pixels.h"
+
+#include <gdcmPixmapReader.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "io/files.h"
+#include "io/itk_quiet.h"
+
+namespace simplexseg {
+namespace {
+
+VoxelType stored_type_of(const DicomPixels& p) {
+  if (p.bits <= 8) return p.is_signed ? VoxelType::Int8 : VoxelType::UInt8;
+  if (p.bits <= 16) return p.is_signed ? VoxelType::Int16 : VoxelType::UInt16;
+  return p.is_signed ? VoxelType::Int32 : VoxelType::UInt32;
+}
+
+[[noreturn]] void refuse(const DicomSlice& slice, const std::string& why) {
+  throw Error("cannot read " + quoted(slice.file), why, "copy or export the file again");
+}
+
+std::size_t pixels_of_frame(const DicomPixels& p) {
+  return static_cast<std::size_t>(p.rows) * static_cast<std::size_t>(p.columns);
+}
+
+std::vector<std::byte> decode(const DicomSlice& slice, std::size_t wanted) {
+  std::vector<std::byte> bytes;
+  without_aborting([&] {
+    gdcm::PixmapReader reader;
+    reader.SetFileName(slice.file.c_str());
+    if (!reader.Read()) refuse(slice, "its header or its pixels are damaged");
+    const gdcm::Pixmap& pixmap = reader.GetPixmap();
+    if (pixmap.GetBufferLength() != wanted)
+      refuse(slice, "its pixels are not of the size and type that its header says");
+    bytes.resize(wanted);
+    if (!pixmap.GetBuffer(reinterpret_cast<char*>(bytes.data()))) refuse(slice, "its pixels are damaged");
+  });
+  return bytes;
+}
+
+/// The pixels of a frame of bits, which begin anywhere in a byte.
+void unpack_bits(const std::vector<char>& packed, std::size_t first, std::vector<std::byte>& pixels) {
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const std::size_t at = first % 8 + i;
+    pixels[i] = static_cast<std::byte>((static_cast<unsigned char>(packed[at / 8]) >> (at % 8)) & 1);
+  }
+}
+
+template <class T>
+void swap_bytes(std::vector<std::byte>& bytes) {
+  for (std::size_t i = 0; i + sizeof(T) <= bytes.size(); i += sizeof(T))
+    std::reverse(bytes.data() + i, bytes.data() + i + sizeof(T));
+}
+
+/// Other bits of a pixel than those from the high bit down (overlays) are taken away, and the sign is restored.
+template <class T>
+void keep_stored_bits(std::byte* bytes, std::size_t count, const DicomPixels& p) {
+  constexpr int width = 8 * sizeof(T);
+  if (p.stored_bits < 1 || p.stored_bits >= width || p.high_bit < p.stored_bits - 1 || p.high_bit >= width) return;
+  using Wide = std::make_unsigned_t<T>;
+  auto* values = reinterpret_cast<T*>(bytes);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto top = static_cast<T>(static_cast<Wide>(static_cast<Wide>(values[i]) << (width - 1 - p.high_bit)));
+    values[i] = static_cast<T>(top >> (width - p.stored_bits));  // arithmetic where T is signed
+  }
+}
+
+}  // namespace
+
+VoxelType voxel_type_of(const DicomSlice& slice) {
+  const DicomPixels& p = slice.pixels;
+  if (slice.slope == 1 && slice.intercept == 0) return stored_type_of(p);
+  const VoxelType real = p.stored_bits > 24 ? VoxelType::Float64 : VoxelType::Float32;
+  if (slice.slope != std::rint(slice.slope) || slice.intercept != std::rint(slice.intercept)) return real;
+  const int bits = std::clamp(p.stored_bits, 1, 32);
+  const double low = p.is_signed ? -std::ldexp(1.0, bits - 1) : 0, span = std::ldexp(1.0, bits) - 1;
+  const double a = slice.slope * low + slice.intercept, b = slice.slope * (low + span) + slice.intercept;
+  const double least = std::min(a, b), most = std::max(a, b);
+  for (const VoxelType type :
+       {VoxelType::UInt8, VoxelType::Int8, VoxelType::UInt16, VoxelType::Int16, VoxelType::UInt32, VoxelType::Int32}) {
+    const bool holds = visit_voxel_type(type, [&]<class T>(std::type_identity<T>) {
+      return least >= double(std::numeric_limits<T>::lowest()) && most <= double(std::numeric_limits<T>::max());
+    });
+    if (holds) return type;
+  }
+  return real;
+}
+
+std::size_t buffer_bytes(const DicomPixels& pixels) {
+  const std::size_t frame = pixels_of_frame(pixels) * bytes_per_voxel(stored_type_of(pixels));
+  return pixels.plain ? frame : frame * static_cast<std::size_t>(pixels.frames);
+}
+
+DicomFrames::DicomFrames(const DicomSlice& slice) : pixels_(slice.pixels), stored_type_(stored_type_of(slice.pixels)) {
+  frame_bytes_ = pixels_of_frame(pixels_) * bytes_per_voxel(stored_type_);
+  pixels_.plain = pixels_.plain && (pixels_.bits == 1 || pixels_.bits == 8 || pixels_.bits == 16 || pixels_.bits == 32);
+  if (pixels_.plain) {
+    stream_.open(slice.file, std::ios::binary);
+    buffer_.resize(frame_bytes_);
+    return;
+  }
+  try {
+    buffer_ = decode(slice, frame_bytes_ * static_cast<std::size_t>(pixels_.frames));
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& exception) {
+    refuse(slice, plain_words(exception));
+  }
+}
+
+const std::byte* DicomFrames::stored(const DicomSlice& slice) {
+  const auto frame = static_cast<std::size_t>(slice.frame);
+  if (!pixels_.plain) return buffer_.data() + frame * frame_bytes_;
+  const auto fill = [&](std::size_t at, char* to, std::size_t bytes) {
+    stream_.seekg(static_cast<std::streamoff>(pixels_.start + at));
+    if (!stream_.read(to, static_cast<std::streamsize>(bytes)))
+      refuse(slice, "truncated: the file ends before its pixels do");
+  };
+  if (pixels_.bits == 1) {
+    const std::size_t first = frame * frame_bytes_;
+    std::vector<char> packed((first % 8 + frame_bytes_ + 7) / 8);
+    fill(first / 8, packed.data(), packed.size());
+    unpack_bits(packed, first, buffer_);
+    return buffer_.data();
+  }
+  fill(frame * frame_bytes_, reinterpret_cast<char*>(buffer_.data()), frame_bytes_);
+  visit_voxel_type(stored_type_, [&]<class T>(std::type_identity<T>) {
+    if (pixels_.big_endian) swap_bytes<T>(buffer_);
+    if constexpr (std::is_integral_v<T>) keep_stored_bits<T>(buffer_.data(), pixels_of_frame(pixels_), pixels_);
+  });
+  return buffer_.data();
+}
+
+void DicomFrames::read(const DicomSlice& slice, VoxelType type, void* to) {
+  const std::byte* from = stored(slice);
+  const bool same = slice.slope == 1 && slice.intercept == 0;
+  visit_voxel_type(stored_type_, [&]<class From>(std::type_identity<From>) {
+    const auto* first = reinterpret_cast<const From*>(from);
+    const From* last = first + pixels_of_frame(pixels_);
+    visit_voxel_type(type, [&]<class To>(std::type_identity<To>) {
+      if (same) {
+        std::transform(first, last, static_cast<To*>(to), [](From v) { return static_cast<To>(v); });
+      } else {
+        // A codec can give more than the bits that the header names.
+        std::transform(first, last, static_cast<To*>(to), [&](From v) {
+          return static_cast<To>(std::clamp(slice.slope * static_cast<double>(v) + slice.intercept,
+                                            double(std::numeric_limits<To>::lowest()),
+                                            double(std::numeric_limits<To>::max())));
+        });
+      }
+    });
+  });
+}
+
+}  // namespace simplexseg

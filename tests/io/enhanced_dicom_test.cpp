@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files of many frames: where each lies, how it is rescaled and which volume it is of is said by its functional groups.
+#include <algorithm>
+
+#include "dicom_files.h"
+#include "volume_files.h"
+
+namespace simplexseg {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector3d;
+using test::EnhancedFile;
+using test::EnhancedFrame;
+using test::error_of;
+
+class EnhancedDicom : public test::FolderTest {
+ protected:
+  fs::path write_file(const EnhancedFile& file, const std::string& name = "a.dcm") { return write(name, file.bytes()); }
+  LoadedVolume load(const EnhancedFile& file, int volume = 1) { return load_volume(write_file(file), volume); }
+  std::string refused(const EnhancedFile& file) {
+    const fs::path path = write_file(file);
+    const std::string said = error_of([&] { load_volume(path); });
+    EXPECT_EQ(error_of([&] { read_volume_info(path); }), said);
+    return said;
+  }
+};
+
+/// Axes that are turned about all of x, y and z; the columns' direction is the first.
+const Eigen::Matrix3d kTurn = (Eigen::AngleAxisd(0.4, Vector3d::UnitX()) * Eigen::AngleAxisd(-1.1, Vector3d::UnitZ()) *
+                               Eigen::AngleAxisd(0.7, Vector3d::UnitY()))
+                                  .toRotationMatrix();
+const Vector3d kFirst(-12.5, 33.25, 101.75);
+
+/// Slices 2.5 mm apart along the normal, leaning by `lean` along the rows: values 100, 200 ...
+EnhancedFile turned(int count, double lean = 0) {
+  EnhancedFile file;
+  for (int k = 0; k < count; ++k) {
+    EnhancedFrame frame;
+    const Vector3d at = kFirst + k * (2.5 * kTurn.col(2) + lean * kTurn.col(1));
+    frame.position = {at.x(), at.y(), at.z()};
+    frame.axes = {kTurn(0, 0), kTurn(1, 0), kTurn(2, 0), kTurn(0, 1), kTurn(1, 1), kTurn(2, 1)};
+    frame.value = 100 * (k + 1);
+    file.frames.push_back(frame);
+  }
+  return file;
+}
+
+/// That the voxels of `volume` are those of turned(), each at its own place in space.
+void expect_turned(const Volume& volume, int count, double lean = 0, double slope = 1) {
+  ASSERT_EQ(volume.geometry().size, (std::array<int, 3>{4, 3, count}));
+  const Eigen::Affine3d index = volume.geometry().index_from_world();
+  for (int k = 0; k < count; ++k) {
+    const Vector3d at = kFirst + k * (2.5 * kTurn.col(2) + lean * kTurn.col(1));
+    for (int j = 0; j < 3; ++j) {
+      for (int i = 0; i < 4; ++i) {
+        const Vector3d voxel = index * (at + 0.75 * i * kTurn.col(0) + 0.5 * j * kTurn.col(1));
+        const Vector3d whole = voxel.array().round();
+        ASSERT_LT((voxel - whole).norm(), 1e-4);
+        EXPECT_NEAR(volume.value(int(whole[0]), int(whole[1]), int(whole[2])), slope * (100 * (k + 1) + 10 * j + i),
+                    1e-3);
+      }
+    }
+  }
+}
+
+TEST_F(EnhancedDicom, EveryFrameLiesWhereItsGroupsSay) {
+  for (const bool explicit_vr : {true, false}) {
+    for (const bool defined_length : {true, false}) {
+      for (const bool shared_axes : {true, false}) {
+        EnhancedFile file = turned(5);
+        file.explicit_vr = explicit_vr, file.defined_length = defined_length, file.shared_axes = shared_axes;
+        const LoadedVolume loaded = load(file);
+        EXPECT_EQ(loaded.volume.type(), VoxelType::UInt16);
+        EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings[0];
+        expect_turned(loaded.volume, 5);
+        EXPECT_TRUE(loaded.volume.geometry().spacing_mm.isApprox(Vector3d(0.75, 0.5, 2.5), 1e-6));
+      }
+    }
+  }
+}
+
+TEST_F(EnhancedDicom, ShuffledAndReversedFramesAreOrderedByTheirPlace) {
+  EnhancedFile file = turned(6);
+  std::reverse(file.frames.begin(), file.frames.end());
+  expect_turned(load(file).volume, 6);
+  std::shuffle(file.frames.begin(), file.frames.end(), std::mt19937(3));
+  expect_turned(load(file).volume, 6);
+  expect_turned(read_volume(folder), 6);  // the same as a series
+}
+
+TEST_F(EnhancedDicom, ATiltIsKeptAsAShearedGrid) {
+  const LoadedVolume loaded = load(turned(5, 0.8));
+  ASSERT_EQ(loaded.warnings.size(), 1u);
+  EXPECT_HAS(loaded.warnings[0], "tilted gantry");
+  expect_turned(loaded.volume, 5, 0.8);
+}
+
+TEST_F(EnhancedDicom, MissingDoubledAndMixedFramesAreRefusedByTheirNumber) {
+  EnhancedFile file = turned(6);
+  file.frames.erase(file.frames.begin() + 3);
+  std::string said = refused(file);
+  EXPECT_HAS(said, "1 missing");
+  EXPECT_HAS(said, "frame 3 of 'a.dcm' and frame 4 of 'a.dcm'");
+  file = turned(6);
+  file.frames.push_back(file.frames[2]);
+  said = refused(file);
+  EXPECT_HAS(said, "1 doubled");
+  EXPECT_HAS(said, "frame 3 of 'a.dcm' and frame 7 of 'a.dcm'");
+  file = turned(6);
+  file.shared_axes = false;
+  file.frames[4].axes = {1, 0, 0, 0, 0, -1};
+  EXPECT_HAS(refused(file), "orientations: frame 5 of 'a.dcm'");
+  file = turned(6);
+  for (std::size_t axis = 0; axis < 3; ++axis) file.frames[4].position[axis] += kTurn(long(axis), 2);
+  EXPECT_HAS(refused(file), "uneven");
+}
+
+TEST_F(EnhancedDicom, EveryFrameIsRescaledByItsOwnSlope) {
+  EnhancedFile file = turned(4);
+  for (EnhancedFrame& frame : file.frames) frame.slope = 2, frame.intercept = 0;
+  LoadedVolume loaded = load(file);
+  expect_turned(loaded.volume, 4, 0, 2);
+  EXPECT_EQ(loaded.volume.type(), VoxelType::UInt32);
+  // Stored differently, the values are the same.
+  for (int k = 0; k < 4; ++k) {
+    EnhancedFrame& frame = file.frames[std::size_t(k)];
+    frame.value = 100 * (k + 1) + 7 * k;
+    frame.slope = 0.5, frame.intercept = -3.5 * k;
+  }
+  loaded = load(file);
+  EXPECT_EQ(loaded.volume.type(), VoxelType::Float32);
+  expect_turned(loaded.volume, 4, 0, 0.5);
+}
+
+TEST_F(EnhancedDicom, OneFrameHasItsTrueGeometry) {
+  const LoadedVolume loaded = load(turned(1));
+  expect_turned(loaded.volume, 1);
+  EXPECT_NEAR(loaded.volume.geometry().spacing_mm[2], 9, 1e-9);  // the slice's thickness
+}
+
+TEST_F(EnhancedDicom, FilesOfOneFrameEachMakeASeries) {
+  const EnhancedFile whole = turned(4);
+  for (std::size_t k = 0; k < 4; ++k) {
+    EnhancedFile one = whole;
+    one.frames = {whole.frames[k]};
+    write_file(one, std::string(1, char('d' - char(k))));
+  }
+  expect_turned(read_volume(folder), 4);
+}
+
+TEST_F(EnhancedDicom, SeveralVolumesAreTakenApartByTheirDimension) {
+  EnhancedFile file;
+  for (int k = 0; k < 4; ++k) {  // place by place, the times in an order of their own
+    for (const int time : {3, 1, 2}) {
+      EnhancedFrame frame = turned(4).frames[std::size_t(k)];
+      frame.value += 1000 * time;
+      frame.time = time;
+      file.frames.push_back(frame);
+    }
+  }
+  const VolumeInfo info = read_volume_info(write_file(file), 2);
+  EXPECT_EQ(info.frames, 3);
+  EXPECT_EQ(info.frame, 2);
+  for (int time = 1; time <= 3; ++time) {
+    const LoadedVolume loaded = load(file, time);
+    ASSERT_EQ(loaded.volume.geometry().size[2], 4);
+    for (int k = 0; k < 4; ++k) EXPECT_EQ(loaded.volume.value(1, 2, k), 1000 * time + 100 * (k + 1) + 21);
+    ASSERT_EQ(loaded.warnings.size(), 1u);
+    EXPECT_HAS(loaded.warnings[0], "3 volumes; number " + std::to_string(time) + " is taken (temporal position " +
+                                       std::to_string(time) + ")");
+  }
+  EXPECT_HAS(error_of([&] { load(file, 4); }), "3 volume(s), 4 is asked for");
+  write_volume(folder / "a.nrrd", load(file).volume);
+  EXPECT_HAS(error_of([&] { load_volume(folder / "a.nrrd", 2); }), "one volume");
+  // One frame less: no longer the same places at each time.
+  file.frames.pop_back();
+  EXPECT_HAS(refused(file), "doubled");
+}
+
+TEST_F(EnhancedDicom, WhatNothingTellsApartIsRefused) {
+  EnhancedFile file = turned(3);
+  file.dimensions = false;
+  const std::vector<EnhancedFrame> once = file.frames;
+  file.frames.insert(file.frames.end(), once.begin(), once.end());
+  EXPECT_HAS(refused(file), "each of its 3 places holds 2 slices");
+}
+
+TEST_F(EnhancedDicom, StacksOfDifferentOrientationAreVolumes) {
+  EnhancedFile file = turned(3);
+  file.shared_axes = false;
+  for (int k = 0; k < 3; ++k) {
+    EnhancedFrame frame;
+    frame.position = {0, 0, 3.0 * k};
+    frame.stack = "2";
+    file.frames.push_back(frame);
+  }
+  expect_turned(load(file, 1).volume, 3);
+  const LoadedVolume second = load(file, 2);
+  EXPECT_TRUE(second.volume.geometry().direction.isIdentity(1e-9));
+  EXPECT_HAS(second.warnings[0], "stack 2");
+}
+
+/// Classic images of many frames, without functional groups.
+std::string classic(const std::string& modality, int frames, const std::function<void(test::DicomData&)>& place,
+                    const std::function<void(test::DicomData&)>& pointer = {}) {
+  test::DicomData data;
+  data.text(0x0008, 0x0060, "CS", modality).text(0x0020, 0x000e, "UI", "1.2.3.4");
+  if (place) place(data);
+  data.us(0x0028, 0x0002, 1).text(0x0028, 0x0004, "CS", "MONOCHROME2");
+  data.text(0x0028, 0x0008, "IS", std::to_string(frames));
+  if (pointer) pointer(data);
+  data.us(0x0028, 0x0010, 2).us(0x0028, 0x0011, 2).numbers(0x0028, 0x0030, {2, 3});
+  data.us(0x0028, 0x0100, 8).us(0x0028, 0x0101, 8).us(0x0028, 0x0102, 7).us(0x0028, 0x0103, 0);
+  std::string pixels;
+  for (int f = 0; f < frames; ++f) pixels += std::string(4, char(10 * f + 10));
+  data.raw(0x7fe0, 0x0010, "OB", pixels);
+  return test::dicom_file(data.bytes, "1.2.840.10008.5.1.4.1.1.3.1");
+}
+
+TEST_F(EnhancedDicom, UltrasoundWithoutPlacesIsInTime) {
+  const fs::path path = write("us.dcm", classic("US", 5, {}));
+  const LoadedVolume loaded = load_volume(path, 3);
+  EXPECT_EQ(loaded.volume.geometry().size, (std::array<int, 3>{2, 2, 1}));
+  EXPECT_EQ(loaded.volume.value(1, 1, 0), 30);
+  ASSERT_EQ(loaded.warnings.size(), 2u);
+  EXPECT_HAS(loaded.warnings[0], "5 volumes; number 3 is taken (time 3)");
+  EXPECT_HAS(loaded.warnings[1], "no position or orientation");
+}
+
+TEST_F(EnhancedDicom, FramesWithoutPlacesAreSaidToBeAssumedSlices) {
+  const LoadedVolume loaded = load_volume(write("ot.dcm", classic("OT", 5, {})));
+  EXPECT_EQ(loaded.volume.geometry().size, (std::array<int, 3>{2, 2, 5}));
+  ASSERT_EQ(loaded.warnings.size(), 2u);
+  EXPECT_HAS(loaded.warnings[0], "5 frames have no places");
+  EXPECT_HAS(loaded.warnings[1], "no position or orientation");
+}
+
+TEST_F(EnhancedDicom, SlicesOfNuclearMedicineFollowTheirVector) {
+  const auto place = [](test::DicomData& data) {
+    data.numbers(0x0018, 0x0088, {4}).numbers(0x0020, 0x0032, {1, 2, 3}).numbers(0x0020, 0x0037, {1, 0, 0, 0, 1, 0});
+  };
+  const auto pointer = [](test::DicomData& data) {
+    data.raw(0x0028, 0x0009, "AT", test::bytes_of_numbers<std::uint16_t, std::uint16_t>(0x0054, 0x0080));
+  };
+  std::string bytes = classic("NM", 3, place, pointer);
+  test::DicomData vector;
+  vector.raw(0x0054, 0x0080, "US", test::bytes_of_numbers<std::uint16_t, std::uint16_t, std::uint16_t>(3, 1, 2));
+  bytes.insert(bytes.find(std::string("\xe0\x7f\x10\x00", 4)), vector.bytes);
+  const LoadedVolume loaded = load_volume(write("nm.dcm", bytes));
+  EXPECT_TRUE(loaded.volume.geometry().spacing_mm.isApprox(Vector3d(3, 2, 4)));
+  EXPECT_TRUE(loaded.volume.geometry().origin_mm.isApprox(Vector3d(1, 2, 3)));
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(loaded.volume.value(0, 0, k), 10 * ((k + 1) % 3 + 1));
+  ASSERT_EQ(loaded.warnings.size(), 1u);
+  EXPECT_HAS(loaded.warnings[0], "taken to follow each other along their normal");
+}
+
+}  // namespace
+}  // namespace simplexseg
