@@ -58,8 +58,8 @@ TEST_F(FieldTest, AFieldThatLeaksIsSaidOnceForEachAction) {
   open_phantom(16);
   // Nothing holds what looks like the object.
   VolumeGeometry geometry;
-  geometry.size = {40, 40, 40};
-  geometry.origin_mm = bench().view.crosshair_mm - Eigen::Vector3d::Constant(19.5);
+  geometry.size = {32, 32, 32};
+  geometry.origin_mm = bench().view.crosshair_mm - Eigen::Vector3d::Constant(15.5);
   Volume empty(geometry, VoxelType::Float32);
   for (float& voxel : empty.voxels<float>()) voxel = 50;
   Scene scene = this->scene();
