@@ -17,17 +17,16 @@ struct VoxelBlocks {
   std::array<int, 3> width{1, 1, 1};  ///< of a block, voxels; the last of a row may be narrower
 
   VoxelBlocks() = default;
-  VoxelBlocks(const BoxGrid& fine, const std::array<int, 3>& width);
-  bool operator==(const VoxelBlocks&) const = default;
+  VoxelBlocks(const BoxGrid& of, const std::array<int, 3>& wide);
 
-  /// The blocks as a grid of their own; `geometry` is that of the volume, `first` the box's first voxel in it. A last
+  /// The blocks as a grid of their own; `volume` is that of the volume, `first` the box's first voxel in it. A last
   /// block that is narrower counts as one that is not.
-  VolumeGeometry geometry(const VolumeGeometry& geometry, const std::array<int, 3>& first) const;
+  VolumeGeometry geometry(const VolumeGeometry& volume, const std::array<int, 3>& first) const;
   /// Calls visit(block, voxel) for each voxel of the box, plane by plane of blocks side by side.
   template <class Visit>
   void visit(const RunJobs& run, const Visit& visit) const;
   /// Mean of each block's voxels.
-  std::vector<float> mean(std::span<const float> of, const RunJobs& run) const;
+  std::vector<float> mean(std::span<const float> values, const RunJobs& run) const;
   /// An image of the voxels and of the blocks; `difference`: what halves a block's weight for a voxel.
   struct Guide {
     std::span<const float> voxels, blocks;
