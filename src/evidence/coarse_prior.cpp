@@ -33,7 +33,6 @@ std::array<int, 3> CoarsePrior::width_for(const BoxGrid& grid, double reach_mm) 
 }
 
 void CoarsePrior::set_box(const BoxImage& image, const std::array<int, 3>& first, double reach_mm) {
-  first_ = first;
   blocks_ = VoxelBlocks(image.grid, width_for(image.grid, reach_mm));
   geometry_ = blocks_.geometry(volume_, first);
   for (int a = 0; a < 3; ++a) spacing_mm_[a] = geometry_.spacing_mm[a];

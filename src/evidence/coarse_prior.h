@@ -13,7 +13,7 @@
 #include "evidence/random_walker.h"
 #include "evidence/run_jobs.h"
 #include "evidence/voxel_blocks.h"
-#include "image/mask.h"
+#include "image/volume.h"
 
 namespace simplexseg {
 
@@ -42,7 +42,7 @@ class CoarsePrior {
   /// `geometry` is the volume's.
   CoarsePrior(const VolumeGeometry& geometry, RunJobs run, const EvidenceSettings& settings);
 
-  /// Of the image in a box whose first voxel is `first`, for an object of this scale; cheap where all is as it was.
+  /// Of the image in a box whose first voxel is `first`, for an object of this scale.
   void set_box(const BoxImage& image, const std::array<int, 3>& first, double reach_mm);
   /// Learns from the marks what each block is.
   void learn(const Said& said);
@@ -76,7 +76,6 @@ class CoarsePrior {
   VolumeGeometry volume_;
   RunJobs run_;
   EvidenceSettings settings_;
-  std::array<int, 3> first_{};
   VoxelBlocks blocks_;
   VolumeGeometry geometry_;  ///< of the blocks
   std::array<double, 3> spacing_mm_{};
