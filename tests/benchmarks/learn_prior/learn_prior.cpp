@@ -4,6 +4,8 @@
 //   learn_prior sample marks|update GROUP IMAGE LABELS LABEL|all OUT [NETWORKS]
 // writes what a network sees of some voxels, and what they are, to OUT.samples and, of labels as images,
 // OUT.labels.samples. NETWORKS: what the field is made with meanwhile, else the program's own.
+//   learn_prior recolour marks|update GROUP IMAGE LABELS LABEL|all OUT [NETWORKS]
+// does the same with the object and what is around it in other grey values, to OUT.recoloured.samples.
 //   learn_prior train marks|update OUT GROUP|none FILE... [--with NETWORKS]
 // learns that network from all files but those of one group, says how it does on that, and writes it with the other of
 // NETWORKS.
@@ -15,6 +17,7 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/error.h"
@@ -41,18 +44,26 @@ PriorNetworks networks_of(const std::string& file) {
 }
 
 void sample(const std::vector<std::string>& words) {
-  const Volume image = read_volume(words[3]);
+  const Volume image = read_volume(words[3]), labels = read_volume(words[4]);
   std::optional<double> label;
   if (words[5] != "all") label = std::stod(words[5]);
-  Mask truth = mask_of(read_volume(words[4]), label);
+  Mask truth = mask_of(labels, label);
   truth.geometry = image.geometry();
-  std::printf("%s %s %s\n", words[2].c_str(), words[3].c_str(), words[5].c_str());
-  const Sampled sampled = sample_object(image, largest_part(truth), part_of(words[1]),
-                                        networks_of(words.size() > 7 ? words[7] : std::string()));
-  const bool besides = words[2].find(kBesides) != std::string::npos;
-  write_samples(words[6] + ".samples", words[2], sampled.real);
+  truth = largest_part(truth);
+  const Part part = part_of(words[1]);
+  const PriorNetworks networks = networks_of(words.size() > 7 ? words[7] : std::string());
+  const std::string &group = words[2], &out = words[6];
+  std::printf("%s %s %s\n", group.c_str(), words[3].c_str(), words[5].c_str());
+  if (words[0] == "recolour") {
+    write_samples(out + ".recoloured.samples", group + kRecoloured,
+                  sample_recoloured(image, labels, truth, part, networks));
+    return;
+  }
+  const Sampled sampled = sample_object(image, truth, part, networks);
+  write_samples(out + ".samples", group, sampled.real);
+  const bool besides = group.find(kBesides) != std::string::npos;
   if (!sampled.phantom.empty())
-    write_samples(words[6] + ".labels.samples", besides ? words[2] : words[2] + kPhantoms, sampled.phantom);
+    write_samples(out + ".labels.samples", besides ? group : group + kPhantoms, sampled.phantom);
 }
 
 void train(std::vector<std::string> words) {
@@ -64,16 +75,19 @@ void train(std::vector<std::string> words) {
   const Part part = part_of(words[1]);
   PriorNetworks networks = networks_of(with);
   PriorNetwork& network = part == Part::Marks ? networks.marks : networks.update;
-  const Data data = read_samples({words.begin() + 4, words.end()}, words[3]);
-  std::vector<PriorNetwork> several;
+  const Data data = read_samples({words.begin() + 4, words.end()}, words[3], part);
+  std::vector<PriorNetwork> several(kNetworks);
   // Which object is in front of it is what a network must not learn by heart: few epochs where there are few objects'
   // seeds, and the mean of several.
   const int epochs = part == Part::Marks ? 2 : 6, features = network.features();
-  for (unsigned start = 1; start <= kNetworks; ++start) {
-    Learner learner(data.learned, {features, kWidth, kWidth * 2 / 3, 1}, start);
-    learner.learn(data.learned, epochs);
-    several.push_back(learner.network());
-  }
+  std::vector<std::thread> threads;
+  for (int n = 0; n < kNetworks; ++n)
+    threads.emplace_back([&, n] {
+      Learner learner(data.learned, {features, kWidth, kWidth * 2 / 3, 1}, static_cast<unsigned>(n) + 1);
+      learner.learn(data.learned, epochs);
+      several[n] = learner.network();
+    });
+  for (std::thread& thread : threads) thread.join();
   while (several.size() > 1) {
     std::vector<PriorNetwork> pairs;
     for (std::size_t n = 0; n + 1 < several.size(); n += 2) pairs.push_back(joined(several[n], several[n + 1]));
@@ -132,14 +146,15 @@ void embed(const PriorNetworks& networks) {
 int main(int argc, char** argv) {
   const std::vector<std::string> words(argv + 1, argv + argc);
   try {
-    if (words.size() >= 7 && words[0] == "sample") return simplexseg::sample(words), 0;
+    if (words.size() >= 7 && (words[0] == "sample" || words[0] == "recolour")) return simplexseg::sample(words), 0;
     if (words.size() >= 5 && words[0] == "train") return simplexseg::train(words), 0;
     if (words.size() == 2 && words[0] == "embed") return simplexseg::embed(simplexseg::networks_of(words[1])), 0;
   } catch (const std::exception& error) {
     std::cerr << "learn_prior: " << error.what() << '\n';
     return 1;
   }
-  std::cerr << "learn_prior sample PART GROUP IMAGE LABELS LABEL OUT [NETWORKS] | learn_prior train PART OUT GROUP "
-               "FILE... [--with NETWORKS] | learn_prior embed NETWORKS\n";
+  std::cerr
+      << "learn_prior sample|recolour PART GROUP IMAGE LABELS LABEL OUT [NETWORKS] | learn_prior train PART OUT GROUP "
+         "FILE... [--with NETWORKS] | learn_prior embed NETWORKS\n";
   return 2;
 }

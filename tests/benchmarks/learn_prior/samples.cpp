@@ -12,6 +12,7 @@
 #include "evidence/evidence_field.h"
 #include "image/distance_map.h"
 #include "io/files.h"
+#include "learn_prior/recoloured.h"
 #include "study/phantom.h"
 
 namespace simplexseg {
@@ -22,8 +23,8 @@ constexpr int kNameLength = 32;
 constexpr double kOnVoxels = 1e9;
 
 /// What the marks say is learned from many seeds and few clicks, what new ones change from many clicks.
-const std::vector<User>& users_of(Part part) {
-  static const std::vector<User> of_marks{
+std::vector<User> users_of(Part part) {
+  const std::vector<User> of_marks{
       {1, 0, 3},
       {1, 0, 3, RobotHand::Mixed},
       {0.5, 0, 0},
@@ -41,16 +42,28 @@ const std::vector<User>& users_of(Part part) {
       {.seed_scale = 1.3, .seed_offset = 0, .clicks = 0, .noise = 0.4},
       {.seed_scale = 0.9, .seed_offset = 0.2, .clicks = 0, .coarser = 1.5, .noise = 0.5},
   };
-  static const std::vector<User> of_update{
+  const std::vector<User> of_update{
       {1, 0, 10}, {0.6, 0.3, 10}, {1, 0, 10, RobotHand::Mixed}, {1, 0, 10, RobotHand::Grabs}};
+  return part == Part::Marks ? of_marks : of_update;
+}
+
+/// Of recoloured images.
+std::vector<User> users_of_recoloured(Part part) {
+  const std::vector<User> of_marks{
+      {1, 0, 2},     {1, 0.2, 2},   {0.5, 0.2, 1},
+      {0.7, 0.3, 1}, {1.2, 0.1, 1}, {.seed_scale = 0.8, .seed_offset = 0.1, .clicks = 0, .coarser = 1.6},
+      {1, 0.1, 0},   {1, 0.3, 0},
+  };
+  const std::vector<User> of_update{{1, 0, 10}, {0.6, 0.3, 10}, {1, 0.1, 10, RobotHand::Mixed}, {0.8, 0.1, 10}};
   return part == Part::Marks ? of_marks : of_update;
 }
 
 /// Robot's field after each click; samples of it.
 class Subject : public RobotSubject {
  public:
-  Subject(const Volume& image, const Mask& truth, Part part, const EvidenceSettings& settings)
-      : truth_(truth), part_(part), field_(image, run_in_turn(), settings) {
+  /// One of so many samples is kept.
+  Subject(const Volume& image, const Mask& truth, Part part, int thinned, const EvidenceSettings& settings)
+      : truth_(truth), part_(part), thinned_(thinned), field_(image, run_in_turn(), settings) {
     for (const std::uint8_t v : truth.voxels) voxels_ += v;
   }
   Mask segment(std::span<const Mark> marks) override {
@@ -91,7 +104,7 @@ class Subject : public RobotSubject {
     constexpr std::array<int, 3> most{500, 500, 250};
     for (std::size_t kind = 0; kind < kinds.size(); ++kind) {
       const std::vector<int>& from = kinds[kind];
-      const int count = std::min(most[kind], static_cast<int>(from.size()));
+      const int count = std::min(most[kind] / thinned_, static_cast<int>(from.size()));
       const double stands_for = std::min(3.0, static_cast<double>(from.size()) / static_cast<double>(voxels_));
       std::uniform_int_distribution<std::size_t> any_of(0, from.empty() ? 0 : from.size() - 1);
       for (int s = 0; s < count; ++s) {
@@ -107,6 +120,7 @@ class Subject : public RobotSubject {
 
   const Mask& truth_;
   Part part_;
+  int thinned_;
   EvidenceField field_;
   std::vector<Sample> samples_;
   std::size_t voxels_ = 0;
@@ -152,14 +166,35 @@ Volume label_as_image(const Mask& truth, double noise, unsigned seed) {
   return image_of_label(label, 1.0, settings);
 }
 
-}  // namespace
-
-Sampled sample_object(const Volume& image, const Mask& truth, Part part, const PriorNetworks& networks) {
-  constexpr std::size_t least_voxels = 60;  // of the object in a coarser image
+/// What one user sees, added to `samples`. Nothing of an object that has too few voxels, or of a seed beside the
+/// volume.
+void add_user(const Volume& image, const Mask& truth, const User& user, unsigned number, Part part, int thinned,
+              const PriorNetworks& networks, std::vector<Sample>& samples) {
+  constexpr std::size_t least_voxels = 60;
+  if (static_cast<std::size_t>(std::count(truth.voxels.begin(), truth.voxels.end(), 1)) < least_voxels) return;
   EvidenceSettings settings;
   settings.networks = &networks;
   settings.least_reach = kOnVoxels;
   settings.best_cut = false;
+  RobotSettings robot;
+  robot.most_clicks = user.clicks;
+  robot.hand = user.hand;
+  robot.seed_scale = user.seed_scale;
+  robot.seed_offset = user.seed_offset;
+  Subject subject(image, truth, part, thinned, settings);
+  try {
+    const std::vector<RobotClick> clicks = run_robot(truth, subject, robot, [](int, const Mask&) {});
+    std::printf("user %u: Dice %.3f after the seed, %.3f after %zu clicks\n", number, clicks.front().agreement.dice,
+                clicks.back().agreement.dice, clicks.size() - 1);
+  } catch (const Error& error) {
+    std::printf("user %u: %s\n", number, error.what());
+  }
+  samples.insert(samples.end(), subject.samples().begin(), subject.samples().end());
+}
+
+}  // namespace
+
+Sampled sample_object(const Volume& image, const Mask& truth, Part part, const PriorNetworks& networks) {
   Sampled sampled;
   unsigned number = 0;
   for (const User& user : users_of(part)) {
@@ -167,20 +202,22 @@ Sampled sample_object(const Volume& image, const Mask& truth, Part part, const P
     Volume seen = user.noise >= 0 ? label_as_image(truth, user.noise, number) : image;
     Mask object = truth;
     if (user.coarser > 1) std::tie(seen, object) = coarser(seen, truth, user.coarser);
-    if (static_cast<std::size_t>(std::count(object.voxels.begin(), object.voxels.end(), 1)) < least_voxels) continue;
-    RobotSettings robot;
-    robot.most_clicks = user.clicks;
-    robot.hand = user.hand;
-    robot.seed_scale = user.seed_scale;
-    robot.seed_offset = user.seed_offset;
-    Subject subject(seen, object, part, settings);
-    const std::vector<RobotClick> clicks = run_robot(object, subject, robot, [](int, const Mask&) {});
-    std::vector<Sample>& to = user.noise >= 0 ? sampled.phantom : sampled.real;
-    to.insert(to.end(), subject.samples().begin(), subject.samples().end());
-    std::printf("user %u: Dice %.3f after the seed, %.3f after %zu clicks\n", number, clicks.front().agreement.dice,
-                clicks.back().agreement.dice, clicks.size() - 1);
+    add_user(seen, object, user, number, part, 1, networks, user.noise >= 0 ? sampled.phantom : sampled.real);
   }
   return sampled;
+}
+
+std::vector<Sample> sample_recoloured(const Volume& image, const Volume& labels, const Mask& truth, Part part,
+                                      const PriorNetworks& networks) {
+  constexpr int thinned = 2;
+  std::vector<Sample> samples;
+  unsigned number = static_cast<unsigned>(users_of(part).size());
+  for (const User& user : users_of_recoloured(part)) {
+    auto [seen, object] = recoloured(image, labels, truth, ++number);
+    if (user.coarser > 1) std::tie(seen, object) = coarser(Volume(seen), Mask(object), user.coarser);
+    add_user(seen, object, user, number, part, thinned, networks, samples);
+  }
+  return samples;
 }
 
 void write_samples(const std::string& file, const std::string& group, const std::vector<Sample>& samples) {
@@ -193,7 +230,9 @@ void write_samples(const std::string& file, const std::string& group, const std:
   if (!out.flush()) throw Error("cannot write " + file, "the disk may be full", "free space, or choose another folder");
 }
 
-Data read_samples(const std::vector<std::string>& files, const std::string& left_out) {
+Data read_samples(const std::vector<std::string>& files, const std::string& left_out, Part part) {
+  constexpr double share_of_besides = 0.5, share_of_phantoms = 0.35;
+  const double share_of_recoloured = part == Part::Marks ? 4 : 1;
   Data data;
   std::map<std::string, std::vector<std::pair<std::size_t, std::size_t>>> groups;
   for (const std::string& file : files) {
@@ -210,7 +249,13 @@ Data read_samples(const std::vector<std::string>& files, const std::string& left
   if (data.learned.empty()) throw Error("nothing to learn from", "the files hold no samples", "give other files");
   double total = 0;
   for (const auto& [group, objects] : groups) {
-    const double share = group.ends_with(kPhantoms) ? 0.35 : group.find(kBesides) != std::string::npos ? 0.5 : 1;
+    const bool recoloured = group.ends_with(kRecoloured);
+    const std::size_t name = group.size() - (recoloured ? kRecoloured.size() : 0);
+    double share = recoloured ? share_of_recoloured : 1;
+    if (group.ends_with(kPhantoms))
+      share = share_of_phantoms;
+    else if (group.find(kBesides) < name)
+      share *= share_of_besides;
     for (const auto& [first, last] : objects) {
       double sum = 0;
       for (std::size_t s = first; s < last; ++s) sum += data.learned[s].weight;

@@ -36,18 +36,22 @@ struct Sampled {
   std::vector<Sample> real, phantom;
 };
 Sampled sample_object(const Volume& image, const Mask& truth, Part part, const PriorNetworks& networks);
+/// The same of images that are recoloured(), for each user another. `labels`: all that the image shows, on its grid.
+std::vector<Sample> sample_recoloured(const Volume& image, const Volume& labels, const Mask& truth, Part part,
+                                      const PriorNetworks& networks);
 
 /// A file of samples and the group that they belong to.
 void write_samples(const std::string& file, const std::string& group, const std::vector<Sample>& samples);
 
 /// Groups whose names go on with it hold objects besides the groups of the table; these weigh less.
 inline constexpr char kBesides = '+';
-inline const std::string kPhantoms = "+labels as images";
+inline const std::string kPhantoms = "+labels as images", kRecoloured = "+recoloured";
 
 struct Data {
   std::vector<Sample> learned, left_out;
 };
-/// Every group weighs the same, and in it every object; `left_out`: a group, with all that is besides it.
-Data read_samples(const std::vector<std::string>& files, const std::string& left_out);
+/// Every group weighs the same, and in it every object, recoloured ones by what the part learns best from; `left_out`:
+/// a group, with all that is besides it.
+Data read_samples(const std::vector<std::string>& files, const std::string& left_out, Part part);
 
 }  // namespace simplexseg
