@@ -135,7 +135,8 @@ bool FileActions::save_scene_to(const QString& path) {
 
 void FileActions::choose_and_save_labels() {
   QString path = QFileDialog::getSaveFileName(&window_, tr("Save the labels"), folder_of_last_file() + "/labels.nii.gz",
-                                              tr("Label volumes (*.nii.gz *.nii *.seg.nrrd *.nrrd *.mha)"));
+                                              tr("Label volumes (*.nii.gz *.nii *.seg.nrrd *.nrrd *.mha);;"
+                                                 "DICOM segmentation or contours (*.dcm *.rtstruct.dcm)"));
   if (!path.isEmpty() && QFileInfo(path).suffix().isEmpty()) path += ".nii.gz";
   if (!path.isEmpty()) save_labels_to(path);
 }
