@@ -6,6 +6,11 @@
 
 namespace simplexseg {
 
+/// Whether the extension is that of a mesh.
+bool is_mesh_name(const std::filesystem::path& path);
+/// Throws Error where write_mesh() would for the extension.
+void require_mesh_name(const std::filesystem::path& path);
+
 /// Writes a mesh by extension, positions in LPS and mm, as the file's comment says; written beside and renamed:
 /// .ply binary, polygonal cells, positions bit for bit, neighbours as vertex properties n1 n2 n3: read_mesh's format;
 /// .obj polygonal cells; .stl binary, tessellated; .vtk (legacy, binary) and .vtp polydata with polygonal cells.
