@@ -56,7 +56,10 @@ SimplexMesh mesh_of_labels(const Options& options, const Console& console) {
 
 void make_mesh(const Options& options, const Console& console) {
   check_outputs(options);
-  const SimplexMesh mesh = mesh_of_labels(options, console);
+  if (is_mesh_name(options.input) && (options.choice.label || options.choice.part > 0 || options.vertices > 0))
+    throw Error("mesh " + quoted(options.input), "--label, --part and --vertices are for labels, and this is a mesh",
+                "leave them out");
+  const SimplexMesh mesh = is_mesh_name(options.input) ? read_mesh(options.input) : mesh_of_labels(options, console);
   for (const std::string& output : options.outputs) write_mesh(output, mesh);
   const Topology topology = topology_of(mesh);
   const SurfaceMeasures measures = measure(mesh);
@@ -68,9 +71,12 @@ void make_mesh(const Options& options, const Console& console) {
 }  // namespace
 
 void add_mesh(const Subcommand& app, Action& action) {
-  const Subcommand sub = app.add_subcommand("mesh", "Makes a closed mesh of a label of a label volume");
+  const Subcommand sub =
+      app.add_subcommand("mesh", "Makes a closed mesh of a label of a label volume, or of another program's surface");
   const auto options = std::make_shared<Options>();
-  sub.add_option("LABELS", options->input, "Label volume").required();
+  sub.add_option("IN", options->input,
+                 "Label volume; or a closed surface (.ply, .obj, .stl, .vtk, .vtp), which becomes a simplex mesh")
+      .required();
   sub.add_option("OUT", options->outputs, "Where to write the mesh: .ply, .obj, .stl, .vtk or .vtp").required();
   sub.add_option("--label", options->choice.label, "This label alone; without it every voxel that is not 0");
   sub.add_option("--part", options->choice.part,

@@ -33,7 +33,7 @@ struct Options {
   std::optional<int> steps;
   bool until_rest = false;
   std::vector<std::string> settings;
-  std::string labels, meshes, report, replay, picture, save;
+  std::string labels, meshes, mesh_format = "ply", report, replay, picture, save;
 };
 
 /// Throws Error, before any time is spent, where an output could not be written.
@@ -68,7 +68,7 @@ void write_outputs(const Options& options, const Session& session, RunReport& re
     const std::string note = save_labels(options.labels, scene, session.volume().geometry());
     if (!note.empty()) console.err << "note: " << note << "\n";
   }
-  if (!options.meshes.empty()) save_meshes(options.meshes, scene);
+  if (!options.meshes.empty()) save_meshes(options.meshes, scene, "." + options.mesh_format);
   if (!options.save.empty()) write_scene(options.save, scene);
   if (!options.picture.empty()) write_picture(options.picture, draw_slices(session.volume(), scene));
   if (!options.report.empty()) write_report(options.report, report, scene);
@@ -182,7 +182,10 @@ void add_run(const Subcommand& app, Action& action) {
   sub.add_option("--labels", options->labels,
                  "Write the voxels inside the meshes here (.nii, .nii.gz, .nrrd, .seg.nrrd, .mha, .dcm: DICOM SEG), or "
                  "their contours (.rtstruct.dcm)");
-  sub.add_option("--meshes", options->meshes, "Write each mesh as NAME.ply into this folder");
+  sub.add_option("--meshes", options->meshes, "Write each mesh as NAME.ply, or of another format, into this folder");
+  sub.add_option("--mesh-format", options->mesh_format, "Of the files of --meshes; ply alone keeps every bit")
+      .one_of({"ply", "obj", "stl", "vtk", "vtp"})
+      .show_default();
   sub.add_option("--save", options->save, "Write the scene as it is then here (.json), to be run on or opened");
   sub.add_option("--report", options->report, "Write a report here (JSON)");
   sub.add_option("--replay", options->replay, "Repeat this log of commands on the scene, instead of its steps")

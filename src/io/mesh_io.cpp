@@ -8,6 +8,7 @@
 #include "io/files.h"
 #include "io/mesh_formats.h"
 #include "io/ply.h"
+#include "io/surface_formats.h"
 
 namespace simplexseg {
 
@@ -18,9 +19,13 @@ namespace {
 struct Format {
   const char* extension;
   std::string (*bytes_of)(const SimplexMesh&);
+  PolygonSurface (*surface_of)(const std::string& bytes, const Refuse& refuse);  ///< nullptr: mesh_of_ply()
 };
-constexpr Format kFormats[] = {
-    {".ply", ply_of}, {".obj", obj_of}, {".stl", stl_of}, {".vtk", vtk_of}, {".vtp", vtp_of}};
+constexpr Format kFormats[] = {{".ply", ply_of, nullptr},
+                               {".obj", obj_of, surface_of_obj},
+                               {".stl", stl_of, surface_of_stl},
+                               {".vtk", vtk_of, surface_of_vtk},
+                               {".vtp", vtp_of, surface_of_vtp}};
 
 /// nullptr where the extension is that of none.
 const Format* format_of(const fs::path& path) {
@@ -54,11 +59,18 @@ void write_mesh(const fs::path& path, const SimplexMesh& mesh) {
 
 SimplexMesh read_mesh(const fs::path& path) {
   require_file(path);
-  if (extension_of(path) != ".ply") {
-    throw Error("cannot read the mesh " + quoted(path), "only .ply holds a simplex mesh that can be read",
-                "name a .ply file");
+  const Format* const format = format_of(path);
+  if (!format) {
+    throw Error("cannot read the mesh " + quoted(path),
+                "'" + one_line(extension_of(path)) + "' is not an extension of a mesh",
+                "give .ply, .obj, .stl, .vtk or .vtp");
   }
-  SimplexMesh mesh = mesh_of_ply(read_bytes(path), quoted(path));
+  const Refuse refuse = [&](const std::string& why) {
+    throw Error("cannot read " + quoted(path), why, "export it again as a closed surface, as .stl, .obj or .ply");
+  };
+  const std::string bytes = read_bytes(path);
+  SimplexMesh mesh = format->surface_of ? simplex_mesh_of(format->surface_of(bytes, refuse), refuse)
+                                        : mesh_of_ply(bytes, quoted(path));
   try {
     validate(mesh);
   } catch (const Error& invalid) {

@@ -65,17 +65,17 @@ std::string save_labels(const fs::path& path, const Scene& scene, const VolumeGe
   return note;
 }
 
-std::vector<std::string> mesh_file_names(const Scene& scene) {
+std::vector<std::string> mesh_file_names(const Scene& scene, const std::string& extension) {
   std::vector<std::string> names;
   for (const MeshItem& item : scene.meshes) names.push_back(item.name);
   names = distinct_file_names(names, "mesh");
-  for (std::string& name : names) name += ".ply";
+  for (std::string& name : names) name += extension;
   return names;
 }
 
-std::vector<fs::path> save_meshes(const fs::path& folder, const Scene& scene) {
+std::vector<fs::path> save_meshes(const fs::path& folder, const Scene& scene, const std::string& extension) {
   std::vector<fs::path> files;
-  for (const std::string& name : mesh_file_names(scene)) {
+  for (const std::string& name : mesh_file_names(scene, extension)) {
     files.push_back(folder / name);
     write_mesh(files.back(), scene.meshes[files.size() - 1].mesh);
   }

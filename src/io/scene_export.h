@@ -21,11 +21,12 @@ void require_labels_name(const std::filesystem::path& path, const Scene& scene);
 std::string save_labels(const std::filesystem::path& path, const Scene& scene, const VolumeGeometry& geometry);
 
 /// The names of the files that save_meshes() writes, in the order of the scene's meshes: those of the meshes where they
-/// can be file names (distinct_file_names()), with .ply.
-std::vector<std::string> mesh_file_names(const Scene& scene);
+/// can be file names (distinct_file_names()), with the extension.
+std::vector<std::string> mesh_file_names(const Scene& scene, const std::string& extension = ".ply");
 
 /// Writes each mesh of a scene as a file of its own into the folder, which must exist; files of these names are
-/// replaced. Returns the files. Throws Error as write_mesh() does.
-std::vector<std::filesystem::path> save_meshes(const std::filesystem::path& folder, const Scene& scene);
+/// replaced. `extension`: one of write_mesh()'s. Returns the files. Throws Error as write_mesh() does.
+std::vector<std::filesystem::path> save_meshes(const std::filesystem::path& folder, const Scene& scene,
+                                               const std::string& extension = ".ply");
 
 }  // namespace simplexseg

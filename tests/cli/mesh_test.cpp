@@ -27,6 +27,22 @@ TEST_F(MeshCommand, WritesTheMeshInEachFormatThatIsNamed) {
   EXPECT_NEAR(read_mesh(path("b.ply")).vertex_count(), 300, 60);
 }
 
+TEST_F(MeshCommand, ARunWritesItsMeshesInTheFormatThatIsAskedFor) {
+  succeed({"run", path("scene.json"), "--steps", "1", "--meshes", path("m"), "--mesh-format", "vtp"});
+  EXPECT_TRUE(exists("m/ball.vtp"));
+  EXPECT_FALSE(exists("m/ball.ply"));
+  EXPECT_EQ(call({"run", path("scene.json"), "--steps", "1", "--meshes", path("m"), "--mesh-format", "x"}).status, 2);
+}
+
+TEST_F(MeshCommand, SurfacesOfOtherProgramsBecomeSimplexMeshes) {
+  succeed({"mesh", path("truth.nii.gz"), path("a.stl")});
+  const Outcome done = succeed({"mesh", path("a.stl"), path("b.ply")});
+  EXPECT_NE(done.out.find("surfaces  1, genus 0"), std::string::npos) << done.out;
+  EXPECT_GT(read_mesh(path("b.ply")).vertex_count(), 1000);
+  EXPECT_EQ(call({"mesh", path("a.stl"), path("c.ply"), "--label", "1"}).status, 2);
+  EXPECT_EQ(call({"mesh", path("a.stl"), path("a.stl")}).status, 2) << "the file that is read";
+}
+
 TEST_F(MeshCommand, BadInputIsOneLine) {
   const auto refused = [&](const Arguments& arguments, const std::string& why) {
     const Outcome outcome = call(arguments);
