@@ -50,6 +50,7 @@ int run_cli(int argc, const char* const* argv, std::ostream& out, std::ostream& 
   const Subcommand program(app);
   add_info(program, action);
   add_run(program, action);
+  add_mesh(program, action);
   add_compare(program, action);
   add_phantom(program, action);
   add_plan(program, action);

@@ -33,11 +33,11 @@ struct Options {
   std::optional<int> steps;
   bool until_rest = false;
   std::vector<std::string> settings;
-  std::string labels, meshes, report, replay, picture, save;
+  std::string labels, meshes, mesh_format = "ply", report, replay, picture, save;
 };
 
 /// Throws Error, before any time is spent, where an output could not be written.
-void check_outputs(const Options& options, const fs::path& volume) {
+void check_outputs(const Options& options, const Scene& scene, const fs::path& volume) {
   std::error_code failure;
   for (const std::string& output : {options.labels, options.report, options.picture, options.save}) {
     if (output.empty()) continue;
@@ -49,7 +49,7 @@ void check_outputs(const Options& options, const fs::path& volume) {
     }
   }
   if (!options.picture.empty()) require_picture_name(options.picture);
-  if (!options.labels.empty()) require_volume_name(options.labels);
+  if (!options.labels.empty()) require_labels_name(options.labels, scene);
   if (!options.save.empty() && fs::path(options.save).extension() != ".json") {
     throw Error("cannot write " + quoted(fs::path(options.save)), "the name of a scene ends in .json", "rename it");
   }
@@ -68,7 +68,7 @@ void write_outputs(const Options& options, const Session& session, RunReport& re
     const std::string note = save_labels(options.labels, scene, session.volume().geometry());
     if (!note.empty()) console.err << "note: " << note << "\n";
   }
-  if (!options.meshes.empty()) save_meshes(options.meshes, scene);
+  if (!options.meshes.empty()) save_meshes(options.meshes, scene, "." + options.mesh_format);
   if (!options.save.empty()) write_scene(options.save, scene);
   if (!options.picture.empty()) write_picture(options.picture, draw_slices(session.volume(), scene));
   if (!options.report.empty()) write_report(options.report, report, scene);
@@ -90,7 +90,7 @@ void run(const Options& options, const Console& console) {
   if (loaded.volume.empty() && !options.labels.empty()) {
     throw Error("--labels", "the scene names no volume, so there is no grid for labels", "add 'volume' to the scene");
   }
-  check_outputs(options, loaded.volume_path);
+  check_outputs(options, loaded.scene, loaded.volume_path);
   const std::optional<LogFile> log = options.replay.empty() ? std::nullopt : std::optional(read_log(options.replay));
   const References references = std::move(loaded.references);
   Interrupt::check();
@@ -179,8 +179,13 @@ void add_run(const Subcommand& app, Action& action) {
                  "Change a parameter first: simulation.PARAMETER=VALUE, forces.FORCE.PARAMETER=VALUE or "
                  "meshes.NAME.FORCE.PARAMETER=VALUE; see simplexseg-cli parameters")
       .one_value_each();
-  sub.add_option("--labels", options->labels, "Write the voxels inside the meshes here (.nii, .nii.gz, .nrrd, .mha)");
-  sub.add_option("--meshes", options->meshes, "Write each mesh as NAME.ply into this folder");
+  sub.add_option("--labels", options->labels,
+                 "Write the voxels inside the meshes here (.nii, .nii.gz, .nrrd, .seg.nrrd, .mha, .dcm: DICOM SEG), or "
+                 "their contours (.rtstruct.dcm)");
+  sub.add_option("--meshes", options->meshes, "Write each mesh as NAME.ply, or of another format, into this folder");
+  sub.add_option("--mesh-format", options->mesh_format, "Of the files of --meshes; ply alone keeps every bit")
+      .one_of({"ply", "obj", "stl", "vtk", "vtp"})
+      .show_default();
   sub.add_option("--save", options->save, "Write the scene as it is then here (.json), to be run on or opened");
   sub.add_option("--report", options->report, "Write a report here (JSON)");
   sub.add_option("--replay", options->replay, "Repeat this log of commands on the scene, instead of its steps")

@@ -129,7 +129,8 @@ VolumeSource open_slices(std::vector<DicomSlice> slices, const std::string& form
   info.type = common_type(slices);
   info.geometry.validate("cannot read " + what);
   for (const DicomSlice& s : slices) source.extra_bytes = std::max(source.extra_bytes, buffer_bytes(s.pixels));
-  source.read = [slices = std::move(slices), info] { return read_slices(slices, info); };
+  source.dicom = std::move(slices);
+  source.read = [slices = source.dicom, info] { return read_slices(slices, info); };
   return source;
 }
 

@@ -116,7 +116,8 @@ VolumeSource open_segments(std::vector<DicomSlice> slices, const std::string& wh
   std::set<std::size_t> taken;
   std::vector<std::size_t> layers = layers_of(slices, whole);
   for (const std::size_t layer : layers) overlaps = !taken.insert(layer).second || overlaps;
-  if (overlaps) info.warnings.push_back("where segments overlap, the one of the highest number is taken");
+  if (overlaps && slices.front().overlap)
+    info.warnings.push_back("where segments overlap, the one of the highest number is taken");
   std::set<int> named;
   for (const DicomSlice& s : slices) {
     for (const SegmentName& segment : *s.segments) {

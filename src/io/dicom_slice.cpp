@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <fstream>
 
+#include "io/dicom_colour.h"
 #include "io/dicom_frames.h"
 #include "io/dicom_lengths.h"
 #include "io/dicom_values.h"
@@ -37,35 +38,22 @@ std::string uid_of(const gdcm::DataSet& data, DicomTag tag) {
   return text.substr(0, text.find_first_not_of(".0123456789"));
 }
 
-/// DICOM's CIELab (PS3.3 C.10.7.1.1: each of 16 bits, L from 0 to 100, a and b from -128 to 127, D50) as sRGB.
-Colour colour_of_lab(const std::vector<double>& stored) {
-  const double l = stored[0] / 65535 * 100, a = stored[1] / 65535 * 255 - 128, b = stored[2] / 65535 * 255 - 128;
-  const double fy = (l + 16) / 116;
-  const auto linear = [](double f) { return f > 6.0 / 29 ? f * f * f : 3 * (6.0 / 29) * (6.0 / 29) * (f - 4.0 / 29); };
-  const Eigen::Vector3d xyz(0.9642 * linear(fy + a / 500), linear(fy), 0.8251 * linear(fy - b / 200));
-  Eigen::Matrix3d rgb_from_xyz;  // from D50, by Bradford
-  rgb_from_xyz << 3.1338561, -1.6168667, -0.4906146, -0.9787684, 1.9161415, 0.0334540, 0.0719453, -0.2289914, 1.4052427;
-  const Eigen::Vector3d rgb = rgb_from_xyz * xyz;
-  const auto byte = [](double v) {
-    const double shown = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
-    return static_cast<std::uint8_t>(std::lround(255 * std::clamp(shown, 0.0, 1.0)));
-  };
-  return {byte(rgb[0]), byte(rgb[1]), byte(rgb[2])};
-}
-
 void take_segmentation(const gdcm::DataSet& data, DicomSlice& slice) {
   const std::string sop_class = text_of(data, {0x0008, 0x0016});
   if (!sop_class.starts_with("1.2.840.10008.5.1.4.1.1.66.4") && !sop_class.starts_with("1.2.840.10008.5.1.4.1.1.66.7"))
     return;
   slice.segmentation = text_of(data, {0x0062, 0x0001});
   if (slice.segmentation.empty()) slice.segmentation = "BINARY";
+  slice.overlap = text_of(data, {0x0062, 0x0013}) != "NO";
   slice.fraction_most = short_of(data, {0x0062, 0x000e}, 255);
   std::vector<SegmentName> segments;
   each_item(data, {0x0062, 0x0002}, [&](const gdcm::DataSet& item) {
     SegmentName segment{.value = short_of(item, {0x0062, 0x0004}, 0), .name = text_of(item, {0x0062, 0x0005})};
     while (segment.name.ends_with(' ')) segment.name.pop_back();
     const std::vector<double> lab = numbers_of(item, {0x0062, 0x000d}, DicomKind::Short);
-    if (lab.size() == 3) segment.colour = colour_of_lab(lab);
+    if (lab.size() == 3)
+      segment.colour = colour_of_lab(
+          {static_cast<std::uint16_t>(lab[0]), static_cast<std::uint16_t>(lab[1]), static_cast<std::uint16_t>(lab[2])});
     segments.push_back(segment);
   });
   slice.segments = std::make_shared<const std::vector<SegmentName>>(std::move(segments));
@@ -101,6 +89,8 @@ std::vector<DicomSlice> scan_dicom(const fs::path& path) {
     const gdcm::TransferSyntax& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
     DicomSlice whole;
     whole.file = path;
+    whole.sop_class = uid_of(data, {0x0008, 0x0016});
+    whole.sop_instance = uid_of(data, {0x0008, 0x0018});
     whole.series = text_of(data, {0x0020, 0x000e});
     whole.description = text_of(data, {0x0008, 0x103e});
     whole.modality = text_of(data, {0x0008, 0x0060});

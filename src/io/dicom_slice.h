@@ -27,7 +27,8 @@ struct DicomPixels {
 /// (functional groups of each frame).
 struct DicomSlice {
   std::filesystem::path file;
-  int frame = 0;  ///< of the file's, from 0
+  int frame = 0;                        ///< of the file's, from 0
+  std::string sop_class, sop_instance;  ///< of the file
   std::string series, description, modality;
   DicomPixels pixels;
   std::optional<Eigen::Vector3d> position;          ///< where the first pixel's centre is, LPS mm
@@ -40,6 +41,7 @@ struct DicomSlice {
   std::string segmentation;                                  ///< BINARY, FRACTIONAL or LABELMAP; empty for images
   int segment = 0;                                           ///< whose frame it is, from 1
   std::shared_ptr<const std::vector<SegmentName>> segments;  ///< of a segmentation
+  bool overlap = true;                                       ///< whether its segments may
   int fraction_most = 1;                                     ///< what a voxel has that is whole of a fractional segment
   std::string photometric;                                   ///< MONOCHROME2 ...
   std::string assumed;                             ///< what had to be assumed of its place; empty when nothing had

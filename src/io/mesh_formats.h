@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formats that other programs read a mesh from; ply.h has the one that is read again.
+// Formats that other programs read a mesh from; surface_formats.h reads them, ply.h has the one that keeps every bit.
 #pragma once
 #include <string>
 

@@ -14,6 +14,7 @@
 #include "io/bytes.h"
 #include "io/files.h"
 #include "io/mesh_formats.h"
+#include "io/polygon_surface.h"
 
 namespace simplexseg {
 
@@ -172,38 +173,6 @@ int slot_in(const char* const (&names)[3], const std::string& name) {
   return -1;
 }
 
-/// The rotation system of polygons that are counter-clockwise from outside: where a polygon goes a, v, b, the edge to a
-/// comes next after the edge to b, counter-clockwise about v. Throws through `refuse` unless every vertex has three.
-template <class Refuse>
-std::vector<std::array<int, 3>> neighbours_of(std::size_t vertices, const CellList& polygons, const Refuse& refuse) {
-  struct Turn {
-    int from, to;
-  };
-  std::vector<std::array<Turn, 3>> turns(vertices);
-  std::vector<int> filled(vertices, 0);
-  for (int c = 0; c < polygons.count(); ++c) {
-    const auto cell = polygons[c];
-    for (std::size_t i = 0; i < cell.size(); ++i) {
-      const int v = cell[i];
-      if (filled[v] == 3) refuse("vertex " + std::to_string(v) + " is in more than three polygons");
-      turns[v][filled[v]++] = {cell[(i + 1) % cell.size()], cell[(i + cell.size() - 1) % cell.size()]};
-    }
-  }
-  std::vector<std::array<int, 3>> neighbours(vertices);
-  for (std::size_t v = 0; v < vertices; ++v) {
-    if (filled[v] != 3)
-      refuse("vertex " + std::to_string(v) + " is in " + std::to_string(filled[v]) + " polygons, not in three");
-    const auto& t = turns[v];
-    // The three turns must follow each other: first.to == second.from and so on, in one of the two orders.
-    const int second = t[1].from == t[0].to ? 1 : 2, third = 3 - second;
-    if (t[second].from != t[0].to || t[third].from != t[second].to || t[0].from != t[third].to) {
-      refuse("the polygons around vertex " + std::to_string(v) + " do not close");
-    }
-    neighbours[v] = {t[0].from, t[second].from, t[third].from};
-  }
-  return neighbours;
-}
-
 bool same_cycle(const std::array<int, 3>& a, std::array<int, 3> b) {
   for (int turn = 0; turn < 3; ++turn) {
     if (a == b) return true;
@@ -297,9 +266,11 @@ SimplexMesh mesh_of_ply(const std::string& bytes, const std::string& name) {
   if (mesh.positions.empty()) reader.refuse("it has no vertices");
   if (!has_faces && !written_neighbours) reader.refuse("it has no polygons");
   const auto refuse = [&](const std::string& why) { reader.refuse(why + ", so it is no simplex mesh"); };
+  PolygonSurface surface{mesh.positions, std::move(polygons)};
+  if (!written_neighbours)
+    return simplex_mesh_of(std::move(surface), [&](const std::string& why) { reader.refuse(why); });
   if (has_faces) {
-    const auto found = neighbours_of(mesh.positions.size(), polygons, refuse);
-    if (!written_neighbours) mesh.neighbours = found;
+    const auto found = neighbours_of(surface, refuse);
     for (std::size_t v = 0; v < found.size(); ++v) {
       if (!same_cycle(mesh.neighbours[v], found[v])) {
         refuse("the neighbours of vertex " + std::to_string(v) + " are not those that the polygons give");

@@ -3,8 +3,13 @@
 
 #include <algorithm>
 
+#include "io/data_path.h"
+#include "io/dicom_seg_write.h"
 #include "io/file_names.h"
+#include "io/files.h"
+#include "io/header_text.h"
 #include "io/mesh_io.h"
+#include "io/rtstruct_write.h"
 #include "io/volume_io.h"
 #include "session/label_map.h"
 
@@ -27,27 +32,50 @@ std::vector<SegmentName> names_of(const Scene& scene) {
   return names;
 }
 
-}  // namespace
+bool is_dicom_name(const fs::path& path) { return extension_of(path) == ".dcm"; }
+bool is_structure_name(const fs::path& path) { return lower_case(path.filename().string()).ends_with(".rtstruct.dcm"); }
 
-std::string save_labels(const fs::path& path, const Scene& scene, const VolumeGeometry& geometry) {
-  const LabelMap map = make_label_map(scene, geometry);
-  write_labels(path, map.labels, names_of(scene));
-  if (map.shared_voxels == 0) return "";
-  return std::to_string(map.shared_voxels) +
-         " voxels lie inside two or more meshes; the one whose field is surer of them, else the first, has them";
+DicomSource source_of(const Scene& scene, const fs::path& target) {
+  return read_dicom_source(scene.volume_path.empty() ? fs::path() : find_data(scene.volume_path, {}), target);
 }
 
-std::vector<std::string> mesh_file_names(const Scene& scene) {
+}  // namespace
+
+void require_labels_name(const fs::path& path, const Scene& scene) {
+  if (is_dicom_name(path))
+    source_of(scene, path);
+  else
+    require_volume_name(path);
+}
+
+std::string save_labels(const fs::path& path, const Scene& scene, const VolumeGeometry& geometry) {
+  if (is_structure_name(path)) {
+    write_rtstruct(path, scene, source_of(scene, path));
+    return "";
+  }
+  const LabelMap map = make_label_map(scene, geometry);
+  std::string note;
+  if (is_dicom_name(path))
+    note = write_dicom_segmentation(path, map.labels, names_of(scene), source_of(scene, path));
+  else
+    write_labels(path, map.labels, names_of(scene));
+  if (map.shared_voxels > 0)
+    note += (note.empty() ? "" : "; ") + std::to_string(map.shared_voxels) +
+            " voxels lie inside two or more meshes; the one whose field is surer of them, else the first, has them";
+  return note;
+}
+
+std::vector<std::string> mesh_file_names(const Scene& scene, const std::string& extension) {
   std::vector<std::string> names;
   for (const MeshItem& item : scene.meshes) names.push_back(item.name);
   names = distinct_file_names(names, "mesh");
-  for (std::string& name : names) name += ".ply";
+  for (std::string& name : names) name += extension;
   return names;
 }
 
-std::vector<fs::path> save_meshes(const fs::path& folder, const Scene& scene) {
+std::vector<fs::path> save_meshes(const fs::path& folder, const Scene& scene, const std::string& extension) {
   std::vector<fs::path> files;
-  for (const std::string& name : mesh_file_names(scene)) {
+  for (const std::string& name : mesh_file_names(scene, extension)) {
     files.push_back(folder / name);
     write_mesh(files.back(), scene.meshes[files.size() - 1].mesh);
   }

@@ -10,16 +10,23 @@
 
 namespace simplexseg {
 
-/// Rasterises all meshes of a scene onto the grid, each with its label, and writes the labels. Returns a line for the
-/// user where voxels lie inside several meshes, else nothing. Throws Error as make_label_map() and write_labels() do.
+/// Throws Error where save_labels() would for the name, or since the scene's volume is not what a DICOM file needs.
+void require_labels_name(const std::filesystem::path& path, const Scene& scene);
+
+/// Writes what the meshes of a scene are inside of, by the name of the file: NAME.rtstruct.dcm their contours on the
+/// slices of the scene's volume, which is a DICOM image (write_rtstruct()); any other the voxels of the grid, each with
+/// the label of its mesh, .dcm as a segmentation of that image (write_dicom_segmentation()), the rest as
+/// write_labels(). Returns a line for the user where voxels lie inside several meshes or labels have other numbers in
+/// the file, else nothing. Throws Error as make_label_map() and these do.
 std::string save_labels(const std::filesystem::path& path, const Scene& scene, const VolumeGeometry& geometry);
 
 /// The names of the files that save_meshes() writes, in the order of the scene's meshes: those of the meshes where they
-/// can be file names (distinct_file_names()), with .ply.
-std::vector<std::string> mesh_file_names(const Scene& scene);
+/// can be file names (distinct_file_names()), with the extension.
+std::vector<std::string> mesh_file_names(const Scene& scene, const std::string& extension = ".ply");
 
 /// Writes each mesh of a scene as a file of its own into the folder, which must exist; files of these names are
-/// replaced. Returns the files. Throws Error as write_mesh() does.
-std::vector<std::filesystem::path> save_meshes(const std::filesystem::path& folder, const Scene& scene);
+/// replaced. `extension`: one of write_mesh()'s. Returns the files. Throws Error as write_mesh() does.
+std::vector<std::filesystem::path> save_meshes(const std::filesystem::path& folder, const Scene& scene,
+                                               const std::string& extension = ".ply");
 
 }  // namespace simplexseg

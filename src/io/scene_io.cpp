@@ -4,20 +4,25 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <list>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "image/label_surface.h"
 #include "io/atomic_file.h"
 #include "io/data_path.h"
 #include "io/files.h"
 #include "io/json_input.h"
 #include "io/json_output.h"
+#include "io/label_mesh.h"
 #include "io/mesh_io.h"
 #include "io/parameter_text.h"
 #include "io/ply.h"
 #include "io/point_text.h"
 #include "io/pose_state.h"
+#include "io/volume_io.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {
@@ -90,24 +95,44 @@ void read_pose(const JsonInput& input, const fs::path& folder, MeshItem& item) {
   if (item.previous.empty()) item.previous = item.mesh.positions;
 }
 
-MeshItem read_item(const JsonInput& input, const ForceParameters& defaults, const fs::path& folder) {
-  input.expect_keys(
-      {"name", "sphere", "colour", "visible", "label", "forces", "final_vertices", "reference", "pose", "state"});
+/// Label volumes that were read already, by where they are.
+using LabelFiles = std::map<fs::path, Volume>;
+
+void read_start(const JsonInput& input, const fs::path& folder, LabelFiles& files, int vertices, MeshItem& item) {
+  input.expect_keys({"labels", "label", "part"});
+  LabelStart start{anchored(input["labels"].text(), folder), std::nullopt, 0, nullptr};
+  if (input.has("label")) start.value = input["label"].number();
+  if (input.has("part")) start.part = input["part"].integer_between(1, std::numeric_limits<int>::max());
+  const fs::path path = find_data(start.labels, folder);
+  if (!files.contains(path)) files.emplace(path, read_volume(path));
+  const Mask mask = choose_label(files.at(path), {start.value, start.part}, quoted(path)).mask;
+  start.mesh = std::make_shared<const SimplexMesh>(mesh_of_mask(mask, vertices));
+  const InnerBall ball = inner_ball(mask);
+  item.seed = {ball.centre_mm, ball.radius_mm};
+  item.start = std::move(start);
+}
+
+MeshItem read_item(const JsonInput& input, const Scene& scene, const fs::path& folder, LabelFiles& files) {
+  input.expect_keys({"name", "sphere", "start", "colour", "visible", "label", "forces", "final_vertices", "reference",
+                     "pose", "state"});
   MeshItem item;
-  item.parameters = defaults;
   item.name = input["name"].text();
-  const JsonInput sphere = input["sphere"];
-  sphere.expect_keys({"centre_mm", "radius_mm"});
-  item.seed.centre_mm = sphere["centre_mm"].vector3();
-  item.seed.radius_mm = read_radius(sphere["radius_mm"]);
-  if (input.has("colour")) item.colour = read_colour(input["colour"]);
-  if (input.has("visible")) item.visible = input["visible"].boolean();
-  if (input.has("label")) item.label = input["label"].integer_between(1, kMaxLabel);
-  if (input.has("forces")) read_forces(input["forces"], item.parameters);
   if (input.has("final_vertices")) {
     const ParameterInfo& info = simulation_table()[find_parameter(simulation_table(), "final_vertices")];
     item.final_vertices = static_cast<int>(input["final_vertices"].parameter(info));
   }
+  item.parameters = scene.forces;
+  if (input.has("start")) read_start(input["start"], folder, files, item.final_vertices, item);
+  if (input.has("sphere") || !input.has("start")) {
+    const JsonInput sphere = input["sphere"];
+    sphere.expect_keys({"centre_mm", "radius_mm"});
+    item.seed.centre_mm = sphere["centre_mm"].vector3();
+    item.seed.radius_mm = read_radius(sphere["radius_mm"]);
+  }
+  if (input.has("colour")) item.colour = read_colour(input["colour"]);
+  if (input.has("visible")) item.visible = input["visible"].boolean();
+  if (input.has("label")) item.label = input["label"].integer_between(1, kMaxLabel);
+  if (input.has("forces")) read_forces(input["forces"], item.parameters);
   if (input.has("reference")) {
     const JsonInput reference = input["reference"];
     reference.expect_keys({"labels", "value"});
@@ -162,6 +187,11 @@ Json item_json(const MeshItem& item, const ForceParameters& defaults, const fs::
                {"colour", colour},
                {"visible", item.visible},
                {"label", item.label}};
+  if (item.start) {
+    Json& start = json["start"] = {{"labels", portable(item.start->labels, folder)}};
+    if (item.start->value) start["label"] = *item.start->value;
+    if (item.start->part > 0) start["part"] = item.start->part;
+  }
   const Json forces = forces_json(item.parameters, &defaults);
   if (!forces.empty()) json["forces"] = forces;
   if (item.final_vertices > 0) json["final_vertices"] = item.final_vertices;
@@ -227,9 +257,10 @@ SceneFile read_scene(const fs::path& path) {
   }
   if (input.has("simulation")) read_simulation(input["simulation"], scene.simulation);
   if (input.has("forces")) read_forces(input["forces"], scene.forces);
+  LabelFiles label_files;
   const int mesh_count = input.has("meshes") ? input["meshes"].size() : 0;
   for (int m = 0; m < mesh_count; ++m) {
-    MeshItem item = read_item(input["meshes"][m], scene.forces, folder);
+    MeshItem item = read_item(input["meshes"][m], scene, folder, label_files);
     item.id = static_cast<ItemId>(m + 1);
     if (scene.find_mesh(item.name)) {
       input["meshes"][m]["name"].refuse("two meshes have the name '" + one_line(item.name) + "'", "rename one");

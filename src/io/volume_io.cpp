@@ -65,22 +65,6 @@ VolumeSource open(const fs::path& path, int volume) {
   return open_dicom_file(path, volume);  // DICOM without preamble, or the message that lists what can be read
 }
 
-VolumeSource open_checked(const fs::path& path, int volume) {
-  try {
-    VolumeSource source = open(path, volume);
-    if (volume > 1 && source.info.frame == 0) {
-      throw Error("cannot read volume " + std::to_string(volume) + " of " + quoted(path),
-                  source.info.frames > 1 ? "single volumes are read of 4D DICOM alone" : "it holds one volume",
-                  source.info.frames > 1 ? "extract it into a file of its own" : "ask for the first");
-    }
-    return source;
-  } catch (const Error&) {
-    throw;
-  } catch (const std::exception& exception) {  // file system, memory
-    throw Error("cannot read " + quoted(path), one_line(exception.what()), "check the file");
-  }
-}
-
 std::size_t count_not_finite(const Volume& volume) {
   return visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
     std::size_t count = 0;
@@ -106,6 +90,22 @@ void write(const fs::path& path, const Volume& volume, const std::string& nrrd_k
 
 }  // namespace
 
+VolumeSource open_volume(const fs::path& path, int volume) {
+  try {
+    VolumeSource source = open(path, volume);
+    if (volume > 1 && source.info.frame == 0) {
+      throw Error("cannot read volume " + std::to_string(volume) + " of " + quoted(path),
+                  source.info.frames > 1 ? "single volumes are read of 4D DICOM alone" : "it holds one volume",
+                  source.info.frames > 1 ? "extract it into a file of its own" : "ask for the first");
+    }
+    return source;
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& exception) {  // file system, memory
+    throw Error("cannot read " + quoted(path), one_line(exception.what()), "check the file");
+  }
+}
+
 std::size_t available_memory() {
   std::ifstream stream("/proc/meminfo");
   std::string key, unit;
@@ -116,7 +116,7 @@ std::size_t available_memory() {
   return 0;
 }
 
-VolumeInfo read_volume_info(const fs::path& path, int volume) { return open_checked(path, volume).info; }
+VolumeInfo read_volume_info(const fs::path& path, int volume) { return open_volume(path, volume).info; }
 
 void require_one_value(const fs::path& path, const VolumeInfo& info) {
   if (info.components > 1) {
@@ -131,7 +131,7 @@ void require_one_value(const fs::path& path, const VolumeInfo& info) {
 }
 
 LoadedVolume load_volume(const fs::path& path, int volume) {
-  const VolumeSource source = open_checked(path, volume);
+  const VolumeSource source = open_volume(path, volume);
   const VolumeInfo& info = source.info;
   require_one_value(path, info);
   const double needed =

@@ -3,7 +3,9 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
+#include "io/dicom_slice.h"
 #include "io/volume_io.h"
 
 namespace simplexseg {
@@ -11,9 +13,13 @@ namespace simplexseg {
 /// An opened volume: described, its voxels not yet read. One function for each family of formats makes one.
 struct VolumeSource {
   VolumeInfo info;
-  std::size_t extra_bytes = 0;   ///< memory the reading takes besides the volume itself
-  std::function<Volume()> read;  ///< reads the voxels; called only for one component and one frame
+  std::size_t extra_bytes = 0;    ///< memory the reading takes besides the volume itself
+  std::vector<DicomSlice> dicom;  ///< of a DICOM image: where each of its slices comes from, in their order
+  std::function<Volume()> read;   ///< reads the voxels; called only for one component and one frame
 };
+
+/// Opens a file or a folder of whatever format, as read_volume_info() says.
+VolumeSource open_volume(const std::filesystem::path& path, int volume = 1);
 
 /// NIfTI and MINC give positions in RAS; this, component by component, turns them to LPS.
 inline const Eigen::Vector3d kLpsFromRas(-1, -1, 1);

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 
 #include "core/expect.h"
 
@@ -214,6 +215,16 @@ class Remesher {
 TriangleMesh remesh(const TriangleMesh& surface, double edge_mm, const OntoSurface& onto) {
   SIMPLEXSEG_EXPECT(edge_mm > 0 && onto);
   return Remesher(surface, edge_mm, onto).run();
+}
+
+SimplexMesh even_dual_of(const TriangleMesh& surface, double edge_mm, const OntoSurface& onto) {
+  SimplexMesh mesh = dual_of(remesh(surface, edge_mm, onto));
+  for (Eigen::Vector3f& p : mesh.positions) p = onto(p.cast<double>()).cast<float>();
+  return mesh;
+}
+
+double even_edge_mm(const TriangleMesh& surface, double triangles) {
+  return std::sqrt(area_mm2(surface) / triangles * 4 / std::numbers::sqrt3);
 }
 
 double area_mm2(const TriangleMesh& surface) {

@@ -17,6 +17,11 @@ namespace simplexseg {
 using OntoSurface = std::function<Eigen::Vector3d(const Eigen::Vector3d& mm)>;
 TriangleMesh remesh(const TriangleMesh& surface, double edge_mm, const OntoSurface& onto);
 
+/// The dual of remesh(), each of its vertices brought onto the surface.
+SimplexMesh even_dual_of(const TriangleMesh& surface, double edge_mm, const OntoSurface& onto);
+/// The edge that a surface of so many even triangles has, each of which has sqrt(3)/4 of its edge squared.
+double even_edge_mm(const TriangleMesh& surface, double triangles);
+
 /// The area of all triangles, in mm2.
 double area_mm2(const TriangleMesh& surface);
 

@@ -29,9 +29,10 @@ class FieldLearner {
   /// Forgets meshes that the scene does not have.
   void forget_others(const Scene& scene);
 
-  /// Starts to learn in the background. The one that is being learned must have been taken.
+  /// Starts to learn in the background: of a mesh that starts from labels these, corrected by the marks
+  /// (field_of_start()). The one that is being learned must have been taken.
   /// `others`: inside marks of other meshes, outside for this one.
-  void begin(ItemId mesh, std::vector<Mark> marks, std::vector<Mark> others);
+  void begin(const MeshItem& item, std::vector<Mark> marks, std::vector<Mark> others);
   /// The mesh whose field is being learned; 0: none.
   ItemId learning() const { return learning_; }
   /// Whether take() would not wait.

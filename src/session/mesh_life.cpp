@@ -21,21 +21,28 @@ RegionModel region_of(const MeshItem& item, const Volume& volume) {
 
 float edge_of(const SimplexMesh& mesh) { return mean_edge_mm(mesh.positions, mesh.neighbours); }
 
+/// The first level of a mesh that starts as its seed.
+SimplexMesh sphere_of(const MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {
+  // A mesh finer than the voxels follows their noise: start with edges of a voxel or more.
+  int level = sphere_level_for(static_cast<int>(simulation.start_vertices + 0.5f));
+  SimplexMesh mesh;
+  do mesh = make_sphere(item.seed.centre_mm, item.seed.radius_mm, level);
+  while (level-- > 0 && measure(mesh).mean_edge_mm < simulation.finest_edge * voxel_mm(volume));
+  return mesh;
+}
+
 }  // namespace
 
 double voxel_mm(const Volume& volume) { return volume.empty() ? 1.0 : volume.geometry().spacing_mm.minCoeff(); }
 
 void restart(MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {
-  // A mesh finer than the voxels follows their noise: start with edges of a voxel or more.
-  int level = sphere_level_for(static_cast<int>(simulation.start_vertices + 0.5f));
-  do item.mesh = make_sphere(item.seed.centre_mm, item.seed.radius_mm, level);
-  while (level-- > 0 && measure(item.mesh).mean_edge_mm < simulation.finest_edge * voxel_mm(volume));
+  item.mesh = item.start ? *item.start->mesh : sphere_of(item, simulation, volume);
   item.previous = item.mesh.positions;
   item.edge_mm = edge_of(item.mesh);
   item.shape = shape_reference_of(item.mesh);
   item.profiles.clear();
   item.steps_at_level = 0;
-  item.rebuilt = false, item.fit = {};
+  item.rebuilt = item.start.has_value(), item.fit = {};
   item.solver = {};
   item.region = region_of(item, volume);
 }

@@ -11,8 +11,8 @@ class Volume;
 /// Edge of the smallest voxel side, mm; 1 for an empty volume.
 double voxel_mm(const Volume& volume);
 
-/// Puts a mesh back to the sphere of its seed, at its first level, and forgets all that it has learnt and recorded.
-/// Its region model is estimated anew.
+/// Puts a mesh back to the sphere of its seed, at its first level, or to the labels that it starts from, and forgets
+/// all that it has learnt and recorded. Its region model is estimated anew.
 void restart(MeshItem& item, const SimulationParameters& simulation, const Volume& volume);
 /// Makes a mesh ready for the engine: one without a pose is started, one with a pose gets what it lacks of the state
 /// that belongs to it (positions of the step before, shape reference, region model).

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
 #include "core/error.h"
@@ -78,15 +77,11 @@ SimplexMesh surface_of(const MeshField& field, const VolumeGeometry& grid, doubl
     edge_mm *= std::max(1.2, std::sqrt(count / (kMostToRemesh * most)));
   }
   if (surface.triangles.empty()) return {};
-  // Marching leaves slivers and corners of four to fourteen triangles, whose duals fold. Of an even triangulation each
-  // triangle has sqrt(3)/4 of its edge squared.
-  const double even_mm = std::sqrt(area_mm2(surface) / most * 4 / std::numbers::sqrt3);
-  const auto onto = [&](const Eigen::Vector3d& mm) {
+  // Marching leaves slivers and corners of four to fourteen triangles, whose duals fold.
+  const double wanted_mm = std::max(even_edge_mm(surface, most), grid.spacing_mm.minCoeff());
+  return even_dual_of(surface, wanted_mm, [&](const Eigen::Vector3d& mm) {
     return onto_iso_surface(coarse.values, coarse.size, 0, coarse.mm_from_index, mm);
-  };
-  SimplexMesh mesh = dual_of(remesh(surface, std::max(even_mm, grid.spacing_mm.minCoeff()), onto));
-  for (Eigen::Vector3f& p : mesh.positions) p = onto(p.cast<double>()).cast<float>();
-  return mesh;
+  });
 }
 
 }  // namespace

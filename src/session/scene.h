@@ -32,6 +32,14 @@ struct Seed {
   double radius_mm = 10;
 };
 
+/// Labels that a mesh starts from, and goes back to, instead of the sphere of its seed.
+struct LabelStart {
+  std::string labels;           ///< path, as the scene file has it
+  std::optional<double> value;  ///< label; none: every voxel that is not 0
+  int part = 0;                 ///< connected part of it, from 1, the largest; 0: all
+  std::shared_ptr<const SimplexMesh> mesh;
+};
+
 /// How well a mesh followed its field when that was looked at last.
 struct FieldFit {
   std::shared_ptr<const MeshField> field;  ///< that it was compared with
@@ -47,6 +55,7 @@ struct MeshItem {
   bool visible = true;
   int label = 1;  ///< that its voxels have in a saved segmentation
   Seed seed;
+  std::optional<LabelStart> start;
   std::optional<Reference> reference;
   ForceParameters parameters;
 
@@ -60,7 +69,7 @@ struct MeshItem {
   float edge_mm = 0;                       ///< mean edge when it was made or refined; 0: not measured yet
   int steps_at_level = 0;
   int final_vertices = 0;  ///< 0: the simulation's
-  bool rebuilt = false;    ///< made of its field: as fine as it is to be
+  bool rebuilt = false;    ///< made of its field or of labels: as fine as it is to be
   FieldFit fit;
 
   bool has_field() const { return field && !field->values.empty(); }

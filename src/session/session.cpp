@@ -247,7 +247,7 @@ ItemId Session::carry_out(const LearnField& command) {
   if (!item || volume_.empty() || learner_.learning() != 0)
     throw Error("field of mesh " + std::to_string(command.mesh),
                 "there is no such mesh, no volume, or another field is being learned", "take that one first");
-  learner_.begin(command.mesh, marks_of(scene_, *item, volume_), marks_of_others(scene_, *item, volume_));
+  learner_.begin(*item, marks_of(scene_, *item, volume_), marks_of_others(scene_, *item, volume_));
   return 0;
 }
 

@@ -100,7 +100,7 @@ TEST_F(MeshIo, BrokenPlyIsRefused) {
   EXPECT_HAS(read(wrong), "truncated");
   EXPECT_HAS(error_of([&] { read_mesh(folder / "none.ply"); }), "no such file");
   EXPECT_HAS(error_of([&] { read_mesh(folder); }), "not a file");
-  EXPECT_HAS(error_of([&] { read_mesh(write("a.stl", good)); }), ".ply");
+  EXPECT_HAS(error_of([&] { read_mesh(write("a.xyz", good)); }), ".ply");
 }
 
 TEST_F(MeshIo, AFileOfAnyBytesIsRefusedOrRead) {

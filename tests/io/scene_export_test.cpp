@@ -94,6 +94,16 @@ TEST_F(SceneExport, EachMeshBecomesAFileOfItsOwn) {
   EXPECT_EQ(save_meshes(folder, scene), files) << "saved again: the same files";
 }
 
+TEST_F(SceneExport, MeshesHaveTheFormatThatIsAskedFor) {
+  Scene scene;
+  scene.meshes.push_back(ball("a", {0, 0, 0}));
+  for (const char* extension : {".obj", ".stl", ".vtk", ".vtp"}) {
+    const std::vector<fs::path> files = save_meshes(folder, scene, extension);
+    ASSERT_EQ(files, std::vector<fs::path>{folder / (std::string("a") + extension)});
+    EXPECT_NO_THROW(read_mesh(files[0]));
+  }
+}
+
 TEST_F(SceneExport, AFolderThatDoesNotExistIsAnError) {
   Scene scene;
   scene.meshes.push_back(ball("a", {0, 0, 0}));

@@ -54,7 +54,7 @@ const Binding kBindings[] = {
     {Act::SaveSceneAs, kEverywhere, "Ctrl+Shift+S", Mouse::None, {}, "Save scene &as...", "Save the scene to a new file"},
     {Act::SaveLabels, kEverywhere, "Ctrl+L", Mouse::None, {}, "Save &labels...",
      "Save the voxels inside the meshes as a label volume"},
-    {Act::SaveMeshes, kEverywhere, "Ctrl+M", Mouse::None, {}, "Save &meshes...", "Save each mesh into a folder (PLY, LPS)"},
+    {Act::SaveMeshes, kEverywhere, "Ctrl+M", Mouse::None, {}, "Save &meshes...", "Save each mesh into a folder (PLY, OBJ, STL, VTK or VTP, in LPS)"},
     {Act::Screenshot, kEverywhere, "Ctrl+P", Mouse::None, {}, "Sc&reenshot...", "Save a picture of the window"},
     {Act::Quit, kEverywhere, "Ctrl+Q", Mouse::None, {}, "&Quit", "Leave the program"},
     {Act::Undo, kEverywhere, "Ctrl+Z", Mouse::None, {}, "&Undo", "Undo the last action"},

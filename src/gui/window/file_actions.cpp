@@ -4,6 +4,7 @@
 #include <QAction>
 #include <QFileDialog>
 #include <QFileInfo>
+#include <QInputDialog>
 #include <QMessageBox>
 #include <QMimeData>
 #include <QUrl>
@@ -135,7 +136,8 @@ bool FileActions::save_scene_to(const QString& path) {
 
 void FileActions::choose_and_save_labels() {
   QString path = QFileDialog::getSaveFileName(&window_, tr("Save the labels"), folder_of_last_file() + "/labels.nii.gz",
-                                              tr("Label volumes (*.nii.gz *.nii *.seg.nrrd *.nrrd *.mha)"));
+                                              tr("Label volumes (*.nii.gz *.nii *.seg.nrrd *.nrrd *.mha);;"
+                                                 "DICOM segmentation or contours (*.dcm *.rtstruct.dcm)"));
   if (!path.isEmpty() && QFileInfo(path).suffix().isEmpty()) path += ".nii.gz";
   if (!path.isEmpty()) save_labels_to(path);
 }
@@ -153,15 +155,22 @@ void FileActions::save_labels_to(const QString& path) {
 }
 
 void FileActions::choose_and_save_meshes() {
+  bool chosen = false;
+  const QString extension =
+      QInputDialog::getItem(&window_, tr("Save the meshes"), tr("Format (.ply alone keeps every bit):"),
+                            {".ply", ".obj", ".stl", ".vtk", ".vtp"}, 0, false, &chosen);
+  if (!chosen) return;
   const QString folder =
       QFileDialog::getExistingDirectory(&window_, tr("Save each mesh into a folder"), folder_of_last_file());
-  if (!folder.isEmpty()) save_meshes_to(folder);
+  if (!folder.isEmpty()) save_meshes_to(folder, extension);
 }
 
-void FileActions::save_meshes_to(const QString& folder) {
+void FileActions::save_meshes_to(const QString& folder, const QString& extension) {
   job_.start(
       tr("Saving meshes..."),
-      [scene = workbench_.session().scene(), directory = to_path(folder)] { save_meshes(directory, scene); },
+      [scene = workbench_.session().scene(), directory = to_path(folder), as = extension.toStdString()] {
+        save_meshes(directory, scene, as);
+      },
       [=, this] {
         workbench_.say(Severity::Note, tr("Saved %1 meshes to %2").arg(workbench_.scene().meshes.size()).arg(folder));
       });

@@ -34,7 +34,7 @@ class FileActions : public QObject {
   bool save_scene_as();
   bool save_scene_to(const QString& path);
   void save_labels_to(const QString& path);
-  void save_meshes_to(const QString& folder);
+  void save_meshes_to(const QString& folder, const QString& extension = ".ply");
 
   /// The first file of a drop; empty when there is none.
   static QString dropped_path(const QMimeData* data);

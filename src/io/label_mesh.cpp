@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/label_mesh.h"
+
+#include <algorithm>
+#include <set>
+#include <sstream>
+
+#include "core/error.h"
+#include "image/label_surface.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr std::size_t kMostNamed = 12;
+
+/// "1, 2, 5 and others", of the labels in a volume.
+std::string labels_in(const Volume& labels) {
+  std::set<double> found;
+  visit_voxel_type(labels.type(), [&]<class T>(std::type_identity<T>) {
+    for (const T v : labels.voxels<T>())
+      if (v != T(0) && v == v && found.size() <= kMostNamed) found.insert(static_cast<double>(v));
+  });
+  std::ostringstream text;
+  std::size_t count = 0;
+  for (const double label : found) {
+    if (count == kMostNamed) break;
+    text << (count++ ? ", " : "") << label;
+  }
+  if (found.size() > kMostNamed) text << " and others";
+  return text.str();
+}
+
+}  // namespace
+
+ChosenLabel choose_label(const Volume& labels, const LabelChoice& choice, const std::string& name) {
+  ChosenLabel chosen{mask_of(labels, choice.label), {}};
+  const std::vector<std::vector<std::size_t>> parts = parts_of(chosen.mask);
+  if (parts.empty()) {
+    std::ostringstream wanted;
+    if (choice.label) wanted << "no voxel of it has the label " << *choice.label;
+    const std::string there = labels_in(labels);
+    throw Error("cannot make a mesh of " + name, choice.label ? wanted.str() : "all of its voxels are 0",
+                there.empty() ? "give a volume with labels" : "its labels are " + there);
+  }
+  if (choice.part < 0 || choice.part > static_cast<int>(parts.size())) {
+    throw Error("cannot make a mesh of part " + std::to_string(choice.part) + " of " + name,
+                "what is labelled has " + std::to_string(parts.size()) + " part(s)",
+                "give one from 1, the largest, to " + std::to_string(parts.size()));
+  }
+  for (const auto& part : parts) chosen.parts.push_back(part.size());
+  if (choice.part > 0) {
+    std::fill(chosen.mask.voxels.begin(), chosen.mask.voxels.end(), 0);
+    for (const std::size_t v : parts[static_cast<std::size_t>(choice.part) - 1]) chosen.mask.voxels[v] = 1;
+  }
+  return chosen;
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "session/field_voxels.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "forces/step_view.h"
+#include "image/distance_map.h"
+#include "image/label_surface.h"
+#include "image/rasterise.h"
+
+namespace simplexseg {
+namespace {
+
+/// By how much a voxel is at least of the object, or not: the surface leaves room between itself and their centres.
+constexpr float kLeastOver = 0.05f * kFieldScale;
+constexpr int kRoom = 10;               // voxels around an object that its field holds
+constexpr double kLeastVoxels = 2;      // radius of what a boundary mark adds or takes away
+constexpr double kFarthestVoxels = 60;  // from its surface that it is heard
+
+bool is_set(const Mask& mask, const Eigen::Vector3d& index) {
+  std::array<int, 3> at;
+  for (int a = 0; a < 3; ++a) {
+    at[a] = static_cast<int>(std::lround(index[a]));
+    if (at[a] < 0 || at[a] >= mask.geometry.size[a]) return false;
+  }
+  return mask.voxels[(static_cast<std::size_t>(at[2]) * mask.geometry.size[1] + at[1]) * mask.geometry.size[0] + at[0]];
+}
+
+void paint_boundary(Mask& mask, const Mark& mark) {
+  const Eigen::Affine3d index = mask.geometry.index_from_world();
+  const double voxel_mm = mask.geometry.spacing_mm.minCoeff();
+  const bool inside = is_set(mask, index * mark.position_mm);
+  const Eigen::Vector3d out = mark.outward.normalized(), way = inside ? out : Eigen::Vector3d(-out);
+  double far_mm = 0;
+  while (far_mm < kFarthestVoxels * voxel_mm && is_set(mask, index * (mark.position_mm + far_mm * way)) == inside)
+    far_mm += 0.5 * voxel_mm;
+  if (far_mm >= kFarthestVoxels * voxel_mm) far_mm = 0;  // the surface is not there
+  const double radius_mm = std::max(far_mm, kLeastVoxels * voxel_mm);
+  paint_ball(mask, mark.position_mm + radius_mm * way, radius_mm, inside ? 0 : 1);
+}
+
+}  // namespace
+
+void paint_ball(Mask& mask, const Eigen::Vector3d& centre_mm, double radius_mm, std::uint8_t value) {
+  const VolumeGeometry& geometry = mask.geometry;
+  const Eigen::Affine3d world = geometry.world_from_index(), index = geometry.index_from_world();
+  const Eigen::Vector3d centre = index * centre_mm;
+  std::array<int, 3> low, high;
+  for (int a = 0; a < 3; ++a) {
+    const double reach = radius_mm * index.linear().row(a).norm() + 0.5;
+    low[a] = std::max(static_cast<int>(std::ceil(centre[a] - reach)), 0);
+    high[a] = std::min(static_cast<int>(std::floor(centre[a] + reach)), geometry.size[a] - 1);
+  }
+  for (int k = low[2]; k <= high[2]; ++k)
+    for (int j = low[1]; j <= high[1]; ++j)
+      for (int i = low[0]; i <= high[0]; ++i) {
+        const Eigen::Vector3d at(i, j, k);
+        if ((at - centre).cwiseAbs().maxCoeff() <= 0.5 || (world * at - centre_mm).norm() <= radius_mm)
+          mask.voxels[(static_cast<std::size_t>(k) * geometry.size[1] + j) * geometry.size[0] + i] = value;
+      }
+}
+
+std::vector<std::uint16_t> field_values(const std::vector<std::uint8_t>& object, std::span<const float> probability,
+                                        const VoxelBox& box, const VolumeGeometry& geometry, const RunJobs& run) {
+  const std::vector<float> distance_mm = distance_map(object, box, geometry.world_from_index().linear());
+  const float least_mm = static_cast<float>(geometry.spacing_mm.minCoeff()), fall = kFieldFall / least_mm;
+  std::vector<std::uint16_t> values(object.size());
+  for_each_index(run, static_cast<int>(values.size()), [&, p = probability.data()](int v) {
+    const float middle = 0.5f * kFieldScale, scaled = kFieldScale * p[v];
+    const float far = std::max(kFieldFloor - fall * distance_mm[v], 0.0f);
+    const bool near = distance_mm[v] < 2 * least_mm;
+    values[v] = static_cast<std::uint16_t>(object[v] ? std::max(scaled, middle + kLeastOver)
+                                           : near    ? std::clamp(scaled, far, middle - kLeastOver)
+                                                     : far);
+  });
+  return values;
+}
+
+MeshField field_of_start(const SimplexMesh& start, std::vector<Mark> marks, const std::vector<Mark>& others,
+                         const VolumeGeometry& geometry, const RunJobs& run) {
+  Mask mask = rasterise(start, geometry);
+  for (const Mark& other : others) paint_ball(mask, other.position_mm, other.radius_mm, 0);
+  for (std::size_t m = 1; m < marks.size(); ++m) {  // the first is the seed, which the labels stand for
+    const Mark& mark = marks[m];
+    if (mark.kind == MarkKind::Boundary)
+      paint_boundary(mask, mark);
+    else
+      paint_ball(mask, mark.position_mm, mark.radius_mm, mark.kind == MarkKind::Inside);
+  }
+  MeshField field;
+  field.box = bounding_box(mask, mask);
+  if (field.box.voxel_count() == 0)
+    throw Error("field of a mesh that starts from labels", "no voxel of the volume lies inside",
+                "give the labels of this image");
+  for (int a = 0; a < 3; ++a) {
+    const int first = std::max(0, field.box.first[a] - kRoom);
+    const int end = std::min(geometry.size[a], field.box.first[a] + field.box.size[a] + kRoom);
+    field.box.first[a] = first, field.box.size[a] = end - first;
+  }
+  std::vector<std::uint8_t> object;
+  object.reserve(field.box.voxel_count());
+  const VoxelBox grid{{0, 0, 0}, geometry.size};
+  for (int k = 0; k < field.box.size[2]; ++k)
+    for (int j = 0; j < field.box.size[1]; ++j) {
+      const std::uint8_t* const row =
+          mask.voxels.data() + grid.offset(field.box.first[0], field.box.first[1] + j, field.box.first[2] + k);
+      object.insert(object.end(), row, row + field.box.size[0]);
+    }
+  std::vector<float> share = smoothed_voxels(object, field.box);
+  for (float& p : share) p = std::clamp(p, 0.0f, 1.0f);
+  field.values = field_values(object, share, field.box, geometry, run);
+  field.marks = std::move(marks);
+  return field;
+}
+
+}  // namespace simplexseg

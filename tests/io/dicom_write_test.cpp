@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+
+#include "dicom_files.h"
+#include "image/rasterise.h"
+#include "io/dicom_codes.h"
+#include "io/dicom_colour.h"
+#include "io/dicom_item.h"
+#include "io/scene_export.h"
+#include "io/volume_io.h"
+#include "mesh/iso_surface.h"
+#include "session/label_map.h"
+#include "test_files.h"
+
+namespace simplexseg {
+namespace {
+
+namespace fs = std::filesystem;
+using test::bytes_of;
+using test::error_of;
+
+constexpr int kColumns = 30, kRows = 26, kSlices = 9;
+
+/// Standard output of a program, or nothing where it fails; its standard error is among it.
+std::string output_of(const std::string& command) {
+  std::FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
+  if (!pipe) return {};
+  std::string text;
+  for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) text += static_cast<char>(c);
+  return ::pclose(pipe) == 0 ? text : "failed: " + text;
+}
+bool succeeds(const std::string& command) { return !output_of(command).starts_with("failed"); }
+std::string in_shell(const fs::path& path) { return std::string(" '").append(path.string()).append("'"); }
+
+class DicomWrite : public test::FolderTest {
+ protected:
+  /// An oblique CT series whose files have names in another order than their places.
+  void write_series(const std::string& charset = "ISO_IR 100", const std::string& study = "1.2.3.9") {
+    fs::create_directories(folder / "ct");
+    for (int k = 0; k < kSlices; ++k) {
+      test::DicomData data;
+      if (!charset.empty()) data.text(0x0008, 0x0005, "CS", charset);
+      data.text(0x0008, 0x0008, "CS", "ORIGINAL\\PRIMARY\\AXIAL").text(0x0008, 0x0016, "UI", kCt);
+      data.text(0x0008, 0x0018, "UI", "1.2.3.4." + std::to_string(k + 1)).text(0x0008, 0x0020, "DA", "20200102");
+      data.text(0x0008, 0x0030, "TM", "101112").text(0x0008, 0x0060, "CS", "CT");
+      data.text(0x0010, 0x0010, "PN", "M\xfcller^J").text(0x0010, 0x0020, "LO", "patient 7");
+      if (!study.empty()) data.text(0x0020, 0x000d, "UI", study);
+      data.text(0x0020, 0x000e, "UI", "1.2.3.8")
+          .text(0x0020, 0x0010, "SH", "7")
+          .text(0x0020, 0x0013, "IS", std::to_string(k + 1));
+      const Eigen::Vector3d at = place(k);
+      data.numbers(0x0020, 0x0032, {at[0], at[1], at[2]}).numbers(0x0020, 0x0037, {0.8, 0.6, 0, 0, 0, -1});
+      data.text(0x0020, 0x0052, "UI", "1.2.3.7");
+      test::describe_pixels(data, kColumns, kRows, 0).numbers(0x0028, 0x0030, {1.25, 1.5});
+      data.raw(0x7fe0, 0x0010, "OW", std::string(2 * kColumns * kRows, '\1'));
+      std::ofstream(file_of(k), std::ios::binary) << test::dicom_file(data.bytes, kCt);
+    }
+  }
+  static Eigen::Vector3d place(int k) { return Eigen::Vector3d(10, -20, 30) + 2.5 * k * Eigen::Vector3d(-0.6, 0.8, 0); }
+  fs::path file_of(int k) const { return folder / "ct" / std::to_string(k * 7 % kSlices); }
+  std::string images() const {
+    std::string all;
+    for (int k = 0; k < kSlices; ++k) all += in_shell(file_of(k));
+    return all;
+  }
+
+  Volume image() const { return read_volume(folder / "ct"); }
+  Scene scene() const {
+    const VolumeGeometry grid = image().geometry();
+    const auto mm = [&](double i, double j, double k) { return grid.world_from_index() * Eigen::Vector3d(i, j, k); };
+    Scene scene;
+    scene.volume_path = (folder / "ct").string();
+    const std::pair<const char*, Colour> looks[] = {{"Left kidney", {230, 160, 60}},
+                                                    {"a \\ \xc3\xa9 b", {1, 128, 255}}};
+    for (const auto& [name, colour] : looks) {
+      MeshItem& item = scene.meshes.emplace_back();
+      item.id = static_cast<ItemId>(scene.meshes.size());
+      item.label = static_cast<int>(scene.meshes.size());
+      item.name = name, item.colour = colour;
+    }
+    scene.meshes[0].mesh = make_sphere(mm(7, 12, 4), 6.3, 3);
+    scene.meshes[1].mesh = ring(grid);
+    return scene;
+  }
+  /// A ring around the direction of the slices' normal, so that its sections have holes.
+  static SimplexMesh ring(const VolumeGeometry& grid) {
+    std::vector<float> values;
+    for (int k = 0; k < kSlices; ++k)
+      for (int j = 0; j < kRows; ++j)
+        for (int i = 0; i < kColumns; ++i)
+          values.push_back(static_cast<float>(2.4 - std::hypot(std::hypot(i - 21.0, j - 14.0) - 5.2, k - 5.1)));
+    return dual_of(iso_surface(values, grid.size, 0, grid.world_from_index()));
+  }
+  static constexpr const char* kCt = "1.2.840.10008.5.1.4.1.1.2";
+};
+
+void expect_same_voxels(const Volume& a, const Volume& b) {
+  ASSERT_TRUE(a.geometry().same_grid(b.geometry(), 1e-6));
+  std::size_t differ = 0, labelled = 0;
+  for (int k = 0; k < a.geometry().size[2]; ++k)
+    for (int j = 0; j < a.geometry().size[1]; ++j)
+      for (int i = 0; i < a.geometry().size[0]; ++i) {
+        differ += a.value(i, j, k) != b.value(i, j, k);
+        labelled += a.value(i, j, k) != 0;
+      }
+  EXPECT_EQ(differ, 0u);
+  EXPECT_GT(labelled, 100u);
+}
+
+TEST_F(DicomWrite, ASegmentationIsReadBackOnTheSameVoxels) {
+  write_series();
+  const Scene scene = this->scene();
+  const VolumeGeometry grid = image().geometry();
+  EXPECT_EQ(save_labels(folder / "a.dcm", scene, grid), "");
+  const LoadedVolume loaded = load_volume(folder / "a.dcm");
+  EXPECT_EQ(loaded.format, "DICOM SEG");
+  EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings.front();
+  expect_same_voxels(make_label_map(scene, grid).labels, loaded.volume);
+  ASSERT_EQ(loaded.segments.size(), 2u);
+  EXPECT_EQ(loaded.segments[0], (SegmentName{1, "Left kidney", {230, 160, 60}}));
+  EXPECT_EQ(loaded.segments[1], (SegmentName{2, "a / ? b", {1, 128, 255}})) << "the images' texts are Latin-1";
+}
+
+TEST_F(DicomWrite, ItSaysWhomItIsOfAndWhatItWasMadeOn) {
+  write_series();
+  save_labels(folder / "a.dcm", scene(), image().geometry());
+  save_labels(folder / "a.rtstruct.dcm", scene(), image().geometry());
+  for (const char* name : {"a.dcm", "a.rtstruct.dcm"}) {
+    const std::string bytes = bytes_of(folder / name);
+    for (const char* part : {"M\xfcller^J", "patient 7", "1.2.3.9", "1.2.3.8", "1.2.3.7", "20200102", "ISO_IR 100",
+                             "SEMIAUTOMATIC", "Left kidney", kCt})
+      EXPECT_NE(bytes.find(part), std::string::npos) << name << ": " << part;
+    for (int k = 0; k < kSlices; ++k)
+      EXPECT_NE(bytes.find("1.2.3.4." + std::to_string(k + 1)), std::string::npos) << name << ": " << k;
+  }
+}
+
+TEST_F(DicomWrite, NamesAreUnicodeWhereTheImagesDoNotForbidIt) {
+  write_series("ISO_IR 192");
+  save_labels(folder / "a.dcm", scene(), image().geometry());
+  EXPECT_EQ(load_volume(folder / "a.dcm").segments[1].name, "a / \xc3\xa9 b");
+}
+
+TEST_F(DicomWrite, LabelsThatAreNotInARowGetOtherNumbersWhichIsSaid) {
+  write_series();
+  Scene scene = this->scene();
+  scene.meshes[0].label = 300, scene.meshes[1].label = 7;
+  EXPECT_EQ(save_labels(folder / "a.dcm", scene, image().geometry()),
+            "DICOM numbers segments from 1: label 7 is segment 1, label 300 is segment 2");
+  const LoadedVolume loaded = load_volume(folder / "a.dcm");
+  EXPECT_EQ(loaded.segments[1].name, "Left kidney");
+  scene.meshes[0].label = 2, scene.meshes[1].label = 1;
+  expect_same_voxels(make_label_map(scene, image().geometry()).labels, loaded.volume);
+}
+
+TEST_F(DicomWrite, AMeshBesideTheImageIsASegmentWithoutVoxels) {
+  write_series();
+  Scene scene = this->scene();
+  for (Eigen::Vector3f& p : scene.meshes[0].mesh.positions) p[2] += 500;
+  for (const char* name : {"a.dcm", "a.rtstruct.dcm"})
+    EXPECT_EQ(save_labels(folder / name, scene, image().geometry()), "");
+  const LoadedVolume loaded = load_volume(folder / "a.dcm");
+  EXPECT_EQ(loaded.segments.size(), 2u);
+  expect_same_voxels(make_label_map(scene, image().geometry()).labels, loaded.volume);
+}
+
+TEST_F(DicomWrite, WhatHasNoDicomImageIsRefused) {
+  write_series();
+  Scene scene = this->scene();
+  const Volume image = this->image();
+  write_volume(folder / "image.nii.gz", image);
+  const auto refusal = [&](const std::string& volume) {
+    scene.volume_path = volume;
+    const std::string why = error_of([&] { save_labels(folder / "a.dcm", scene, image.geometry()); });
+    EXPECT_EQ(why, error_of([&] { require_labels_name(folder / "a.dcm", scene); })) << "said before the run";
+    EXPECT_HAS(error_of([&] { save_labels(folder / "a.rtstruct.dcm", scene, image.geometry()); }), ".seg.nrrd");
+    return why;
+  };
+  EXPECT_HAS(refusal((folder / "image.nii.gz").string()), "NIfTI-1");
+  EXPECT_HAS(refusal((folder / "image.nii.gz").string()), "make it on the DICOM series itself");
+  EXPECT_HAS(refusal(""), "there is no volume");
+  fs::remove_all(folder / "ct");
+  write_series("", "");
+  EXPECT_HAS(refusal((folder / "ct").string()), "which study");
+  EXPECT_FALSE(fs::exists(folder / "a.dcm"));
+  EXPECT_HAS(error_of([&] { write_labels(folder / "a.dcm", make_label_map(scene, image.geometry()).labels); }), ".dcm");
+}
+
+TEST_F(DicomWrite, TheValidatorHasNoComplaint) {
+  if (!succeeds("command -v dciodvfy")) GTEST_SKIP() << "dciodvfy of dicom3tools is absent";
+  write_series();
+  for (const char* name : {"a.dcm", "a.rtstruct.dcm"}) {
+    save_labels(folder / name, scene(), image().geometry());
+    const std::string said = output_of("dciodvfy" + in_shell(folder / name));
+    EXPECT_EQ(said.find("Error"), std::string::npos) << said;
+    EXPECT_EQ(said.find("Warning"), std::string::npos) << said;
+    EXPECT_NE(said.find(name == std::string("a.dcm") ? "Segmentation" : "RTStructureSet"), std::string::npos) << said;
+  }
+}
+
+TEST_F(DicomWrite, AnotherReaderFindsTheSameVoxels) {
+  // Debian's own, which has Debian's pydicom.
+  if (!succeeds("/usr/bin/python3 -c 'import pydicom'")) GTEST_SKIP() << "python3-pydicom is absent";
+  write_series();
+  const Scene scene = this->scene();
+  const VolumeGeometry grid = image().geometry();
+  const Volume labels = make_label_map(scene, grid).labels;
+  std::ostringstream segments, regions;
+  for (const MeshItem& item : scene.meshes) {
+    const std::string name = item.id == 1 ? "Left kidney" : "a / ? b";
+    segments << name << '|' << (item.id == 1 ? "Left kidney" : "Tissue");
+    regions << name << '|' << (item.id == 1 ? "230/160/60" : "1/128/255");
+    const Mask mask = rasterise(item.mesh, grid);
+    for (int k = 0; k < kSlices; ++k) {
+      int of_labels = 0, of_mesh = 0;
+      for (int j = 0; j < kRows; ++j)
+        for (int i = 0; i < kColumns; ++i) {
+          of_labels += labels.value(i, j, k) == item.label;
+          of_mesh += mask.voxels[labels.offset(i, j, k)];
+        }
+      segments << '|' << of_labels, regions << '|' << of_mesh;
+    }
+    segments << '\n', regions << '\n';
+  }
+  std::string judge = "/usr/bin/python3";
+  judge.append(in_shell(fs::path(SIMPLEXSEG_SOURCE_DIR) / "tests/io/judge_dicom.py"));
+  save_labels(folder / "a.dcm", scene, grid);
+  EXPECT_EQ(output_of(judge + in_shell(folder / "a.dcm") + images()), segments.str());
+  save_labels(folder / "a.rtstruct.dcm", scene, grid);
+  EXPECT_EQ(output_of(judge + in_shell(folder / "a.rtstruct.dcm") + images()), regions.str());
+}
+
+TEST(DicomColour, EveryColourComesBack) {
+  for (int red = 0; red < 256; red += 15)
+    for (int green = 0; green < 256; green += 15)
+      for (int blue = 0; blue < 256; blue += 15) {
+        const Colour colour{std::uint8_t(red), std::uint8_t(green), std::uint8_t(blue)};
+        ASSERT_EQ(colour_of_lab(lab_of_colour(colour)), colour) << red << ' ' << green << ' ' << blue;
+      }
+  // White is L* = 100 and a* = b* = 0, by the definition.
+  const DicomLab white = lab_of_colour({255, 255, 255});
+  EXPECT_EQ(white[0], 65535);
+  EXPECT_NEAR(white[1], 128.0 / 255 * 65535, 20);
+  EXPECT_NEAR(white[2], 128.0 / 255 * 65535, 20);
+}
+
+TEST(DicomItem, DecimalStringsFitAndKeepTheirDigits) {
+  for (const double value :
+       {0.0, -1.0, 0.1, 1.0 / 3, -1.0 / 3, -123456.789012345, 1e-7, -1.23456789012345e-300, 3e300}) {
+    const std::string text = decimal_string(value);
+    EXPECT_LE(text.size(), 16u) << text;
+    EXPECT_NEAR(std::stod(text), value, 1e-8 * std::abs(value)) << text;
+  }
+}
+
+TEST(DicomCodes, AreOfTheOrganThatIsNamedAndNothingElse) {
+  EXPECT_STREQ(code_of("kidney_LEFT 2").type, "18639004");
+  EXPECT_STREQ(code_of("Liver").type, "10200004");
+  EXPECT_STREQ(code_of("Liver").category, "123037004");
+  for (const char* other : {"liver tumour", "", "mesh 1", "kidney cyst left", "not liver"})
+    EXPECT_STREQ(code_of(other).type, "85756007") << other;
+}
+
+}  // namespace
+}  // namespace simplexseg

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/label_surface.h"
+#include "image/metrics.h"
+#include "image/rasterise.h"
+#include "image/surface_error.h"
+#include "io/label_mesh.h"
+#include "io/load_input.h"
+#include "io/scene_io.h"
+#include "io/volume_io.h"
+#include "session/mesh_life.h"
+#include "test_files.h"
+
+namespace simplexseg {
+namespace {
+
+using test::data_folder;
+using test::error_of;
+
+/// Two balls with the label 3, the larger first along i, and a box with the label 7.
+class LabelStarts : public test::FolderTest {
+ protected:
+  LabelStarts() {
+    VolumeGeometry grid;
+    grid.size = {40, 24, 24};
+    grid.origin_mm = {-20, 5, 7};
+    labels_ = Volume(grid, VoxelType::UInt8);
+    const auto voxels = labels_.voxels<std::uint8_t>();
+    std::size_t v = 0;
+    for (int k = 0; k < 24; ++k)
+      for (int j = 0; j < 24; ++j)
+        for (int i = 0; i < 40; ++i, ++v) {
+          const Eigen::Vector3d p(i, j, k);
+          if ((p - Eigen::Vector3d(10, 12, 12)).norm() < 8 || (p - Eigen::Vector3d(30, 12, 12)).norm() < 5)
+            voxels[v] = 3;
+          else if (i > 35 && j < 4)
+            voxels[v] = 7;
+        }
+    write_labels(folder / "labels.nii.gz", labels_);
+  }
+  std::filesystem::path write_scene_file(const std::string& mesh) {
+    return write("scene.json",
+                 R"({"simplexseg_scene": 1, "volume": "labels.nii.gz", "meshes": [{"name": "a", )" + mesh + "}]}");
+  }
+  MeshItem item_of(const std::string& mesh) { return read_scene(write_scene_file(mesh)).scene.meshes.at(0); }
+  std::string refusal_of(const std::string& mesh) {
+    return error_of([&] { read_scene(write_scene_file(mesh)); });
+  }
+  Mask mask(double label) const { return mask_of(labels_, label); }
+
+  Volume labels_;
+};
+
+constexpr const char* kStart = R"("start": {"labels": "labels.nii.gz", "label": 3})";
+
+TEST_F(LabelStarts, AMeshBeginsAsItsLabelAndComesBackToIt) {
+  MeshItem item = item_of(kStart);
+  ASSERT_TRUE(item.start && item.start->mesh);
+  EXPECT_TRUE(mask(3).voxels[labels_.offset(10, 12, 12)]);
+  EXPECT_LT((item.seed.centre_mm - Eigen::Vector3d(-10, 17, 19)).norm(), 1.5) << "in the larger ball";
+  EXPECT_NEAR(item.seed.radius_mm, 7.5, 1);
+  const SimulationParameters simulation = default_simulation_parameters();
+  complete(item, simulation, labels_);
+  EXPECT_GT(dice(mask(3), rasterise(item.mesh, labels_.geometry())), 0.98);
+  EXPECT_TRUE(is_finest(item, simulation, 1)) << "nothing is refined";
+  for (Eigen::Vector3f& p : item.mesh.positions) p *= 2;
+  restart(item, simulation, labels_);
+  EXPECT_EQ(item.mesh.positions, item.start->mesh->positions);
+}
+
+TEST_F(LabelStarts, PartVerticesAndSeedAreAsTheFileSays) {
+  const MeshItem whole = item_of(kStart);
+  const MeshItem part =
+      item_of(R"("start": {"labels": "labels.nii.gz", "label": 3, "part": 2}, "final_vertices": 320)");
+  EXPECT_EQ(topology_of(*whole.start->mesh).surfaces, 2);
+  EXPECT_EQ(topology_of(*part.start->mesh).surfaces, 1);
+  EXPECT_NEAR(part.start->mesh->vertex_count(), 320, 64);
+  EXPECT_LT((part.seed.centre_mm - Eigen::Vector3d(10, 17, 19)).norm(), 1.5);
+  const MeshItem own =
+      item_of(std::string(kStart) +
+              R"(, "sphere": {"centre_mm": [1, 2, 3], "radius_mm": 4}, "forces": {"smoothing": {"weight": 3}})");
+  EXPECT_EQ(own.seed.centre_mm, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(own.parameters.weight(ForceId::Smoothing), 3);
+}
+
+TEST_F(LabelStarts, ASavedSceneStartsSoToo) {
+  Scene scene = read_scene(write_scene_file(kStart)).scene;
+  complete(scene.meshes[0], scene.simulation, labels_);
+  const SimplexMesh begun = scene.meshes[0].mesh;
+  for (Eigen::Vector3f& p : scene.meshes[0].mesh.positions) p[0] += 1;
+  write_scene(folder / "saved.json", scene);
+  const MeshItem item = read_scene(folder / "saved.json").scene.meshes.at(0);
+  EXPECT_EQ(item.mesh.positions, scene.meshes[0].mesh.positions) << "the pose";
+  ASSERT_TRUE(item.start);
+  EXPECT_EQ(item.start->mesh->positions, begun.positions) << "where it goes back to";
+  EXPECT_TRUE(item.rebuilt);
+}
+
+TEST_F(LabelStarts, WhatIsNotThereIsRefused) {
+  EXPECT_HAS(refusal_of(R"("start": {"labels": "labels.nii.gz", "label": 4})"), "its labels are 3, 7");
+  EXPECT_HAS(refusal_of(R"("start": {"labels": "labels.nii.gz", "label": 3, "part": 3})"), "has 2 part(s)");
+  EXPECT_HAS(refusal_of(R"("start": {"labels": "labels.nii.gz", "label": 3, "part": 0})"), "start.part");
+  EXPECT_HAS(refusal_of(R"("start": {"labels": "none.nii.gz"})"), "none.nii.gz");
+  EXPECT_HAS(refusal_of(R"("start": {"label": 3})"), "labels");
+  EXPECT_HAS(refusal_of(R"("colour": "#ffffff")"), "sphere");
+  const Volume zeros(labels_.geometry(), VoxelType::UInt8);
+  EXPECT_HAS(error_of([&] { choose_label(zeros, {}, "'z'"); }), "all of its voxels are 0");
+}
+
+TEST_F(LabelStarts, AVertebraKeepsTheRingAroundItsCanal) {
+  const std::filesystem::path path = data_folder() / "ct_abdomen" / "labels.nii.gz";
+  REQUIRE_DATA(path);
+  const Volume labels = read_volume(path);
+  for (const int vertebra : {27, 29, 30, 31}) {
+    const Mask mask = choose_label(labels, {static_cast<double>(vertebra), 1}, "labels").mask;
+    for (const int vertices : {0, 1000}) {
+      const SimplexMesh mesh = mesh_of_mask(mask, vertices);
+      EXPECT_EQ(topology_of(mesh).surfaces, 1) << vertebra;
+      EXPECT_EQ(topology_of(mesh).genus, 1) << vertebra << ", " << vertices;
+      EXPECT_LT(SurfaceError(mask).of(mesh.positions).mean_mm, 0.25 * 3) << "a quarter of a voxel, " << vertebra;
+      EXPECT_GT(dice(mask, rasterise(mesh, labels.geometry())), vertices ? 0.92 : 0.97) << vertebra;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace simplexseg
