@@ -10,9 +10,9 @@ namespace simplexseg {
 
 /// Puts a sphere into the volume. The new mesh takes the default parameters of `like` (a mesh id), or of the scene.
 struct AddMesh {
-  std::string name;  ///< empty: "mesh N"
+  std::string name;  ///< empty: the first "mesh N" that is free
   Seed seed;
-  std::optional<Colour> colour;  ///< none: the next of the palette
+  std::optional<Colour> colour;  ///< none: the first of the palette that no mesh has
   ItemId like = 0;
 };
 struct DeleteMesh {

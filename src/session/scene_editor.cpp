@@ -16,19 +16,41 @@ namespace {
 constexpr Colour kPalette[] = {{230, 160, 60}, {86, 180, 233}, {0, 158, 115},   {240, 228, 66},  {204, 121, 167},
                                {213, 94, 0},   {0, 114, 178},  {170, 120, 240}, {120, 220, 180}, {240, 120, 120}};
 
+/// The first of 1, 2, 3 ... that none of the meshes has, as `has(mesh, number)` says.
+template <class Has>
+int first_free(const Scene& scene, Has has) {
+  int number = 1;
+  while (std::any_of(scene.meshes.begin(), scene.meshes.end(), [&](const MeshItem& item) { return has(item, number); }))
+    ++number;
+  return number;
+}
+
+std::string numbered_name(int number) { return "mesh " + std::to_string(number); }
+
+/// The first colour of the palette that no mesh has; of more meshes than colours the one that is due.
+Colour free_colour(const Scene& scene) {
+  for (const Colour& colour : kPalette)
+    if (std::none_of(scene.meshes.begin(), scene.meshes.end(),
+                     [&](const MeshItem& item) { return item.colour == colour; }))
+      return colour;
+  return kPalette[scene.meshes.size() % std::size(kPalette)];
+}
+
 }  // namespace
 
 SceneChange SceneEditor::carry_out(const AddMesh& command) {
   MeshItem item;
   item.id = next_id_++;
-  item.name = command.name.empty() ? "mesh " + std::to_string(item.id) : command.name;
+  item.name = command.name;
+  if (item.name.empty())
+    item.name = numbered_name(
+        first_free(scene_, [](const MeshItem& other, int number) { return other.name == numbered_name(number); }));
   if (scene_.find_mesh(item.name))
     throw Error("mesh '" + item.name + "'", "the scene has a mesh of that name", "give it another name");
   item.seed = command.seed;
   check_seed(item.seed, item.name, volume_);
-  item.colour = command.colour.value_or(kPalette[scene_.meshes.size() % std::size(kPalette)]);
-  item.label = 1;
-  for (const MeshItem& other : scene_.meshes) item.label = std::min(255, std::max(item.label, other.label + 1));
+  item.colour = command.colour.value_or(free_colour(scene_));
+  item.label = first_free(scene_, [](const MeshItem& other, int label) { return other.label == label; });
   const MeshItem* like = scene_.find_mesh(command.like);
   item.parameters = like ? like->parameters : scene_.forces;
   restart(item, scene_.simulation, volume_);

@@ -100,6 +100,20 @@ TEST_F(WindowFilesTest, SavingWhereNothingCanBeWrittenIsAMessage) {
       wait_until([&] { return window_->messages().isVisible() && !window_->messages().text().contains("..."); }));
 }
 
+TEST_F(WindowFilesTest, NamesThatAreOfferedAreThoseOfVolumeAndSceneAndNeverTaken) {
+  write_phantom("cube.nii.gz");
+  write("labels.nii.gz", "a reference");
+  window_->files().take(load_input(path("cube.nii.gz").toStdString()), path("cube.nii.gz").toStdString());
+  EXPECT_EQ(window_->files().offered_path("-labels", ".nii.gz"), path("cube-labels.nii.gz"));
+  EXPECT_EQ(window_->files().offered_path("", ".simplexseg.json"), path("cube.simplexseg.json"));
+  write("cube-labels.nii.gz", "another");
+  EXPECT_EQ(window_->files().offered_path("-labels", ".nii.gz"), path("cube-labels-2.nii.gz"));
+  write("cube-labels-2.nii.gz", "a third");
+  EXPECT_EQ(window_->files().offered_path("-labels", ".nii.gz"), path("cube-labels-3.nii.gz"));
+  ASSERT_TRUE(window_->files().save_scene_to(path("kidneys.simplexseg.json")));
+  EXPECT_EQ(window_->files().offered_path("-labels", ".nii.gz"), path("cube-kidneys-labels.nii.gz"));
+}
+
 TEST_F(WindowFilesTest, LabelsAndMeshesAreWritten) {
   open_phantom(12);
   window_->files().save_labels_to(path("labels.nii.gz"));

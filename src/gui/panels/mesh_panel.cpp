@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gui/panels/mesh_panel.h"
 
+#include <QAction>
 #include <QColorDialog>
 #include <QDoubleSpinBox>
 #include <QGridLayout>
@@ -12,6 +13,7 @@
 #include <QTreeWidget>
 #include <QVBoxLayout>
 
+#include "gui/input/action_table.h"
 #include "gui/look/widgets.h"
 #include "gui/workbench/workbench.h"
 
@@ -21,7 +23,7 @@ constexpr int kName = 0, kVertices = 1;
 ItemId id_of(const QTreeWidgetItem* row) { return row->data(kName, Qt::UserRole).toUInt(); }
 }  // namespace
 
-MeshPanel::MeshPanel(Workbench& workbench, QWidget* parent) : QWidget(parent), workbench_(workbench) {
+MeshPanel::MeshPanel(Workbench& workbench, ActionTable& actions, QWidget* parent) : QWidget(parent), workbench_(workbench) {
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(8, 6, 8, 6);
   layout->setSpacing(5);
@@ -73,7 +75,7 @@ MeshPanel::MeshPanel(Workbench& workbench, QWidget* parent) : QWidget(parent), w
   record_ =
       add_button(tr("Record profiles"),
                  tr("Take the intensity profiles under the present pose as what the intensity-profile force looks for"),
-                 [=, this] { workbench_.apply(RecordProfiles{active()}); });
+                 [&actions] { actions[Act::RecordProfiles]->trigger(); });
   delete_ = add_button(tr("Delete"), tr("Delete the active mesh and its points"),
                        [=, this] { workbench_.apply(DeleteMesh{active()}); });
   layout->addLayout(grid);

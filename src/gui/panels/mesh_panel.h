@@ -12,13 +12,14 @@ class QTreeWidgetItem;
 
 namespace simplexseg {
 
+class ActionTable;
 class Workbench;
 
 /// The list of meshes, and what is done to one of them.
 class MeshPanel : public QWidget {
   Q_OBJECT
  public:
-  MeshPanel(Workbench& workbench, QWidget* parent);
+  MeshPanel(Workbench& workbench, ActionTable& actions, QWidget* parent);
 
  private:
   void refresh();

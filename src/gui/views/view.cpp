@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gui/views/view.h"
 
-#include <QAbstractSpinBox>
-#include <QApplication>
-#include <QLineEdit>
-
 #include "core/expect.h"
+#include "gui/input/key_return.h"
 #include "gui/look/theme.h"
 #include "gui/views/drawn_scene.h"
 #include "gui/workbench/workbench.h"
@@ -79,8 +76,7 @@ void View::paintGL() {
 
 // Keys act in the view under the mouse, unless something is being typed.
 void View::enterEvent(QEnterEvent* event) {
-  QWidget* focus = QApplication::focusWidget();
-  if (!qobject_cast<QLineEdit*>(focus) && !qobject_cast<QAbstractSpinBox*>(focus)) setFocus(Qt::MouseFocusReason);
+  if (!is_typing()) setFocus(Qt::MouseFocusReason);
   QOpenGLWidget::enterEvent(event);
 }
 

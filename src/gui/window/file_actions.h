@@ -36,6 +36,10 @@ class FileActions : public QObject {
   void save_labels_to(const QString& path);
   void save_meshes_to(const QString& folder);
 
+  /// Where the next file is offered to be saved: beside the last one, named after volume and scene, `what` and the
+  /// ending; a name that no file has.
+  QString offered_path(const QString& what, const QString& ending) const;
+
   /// The first file of a drop; empty when there is none.
   static QString dropped_path(const QMimeData* data);
 

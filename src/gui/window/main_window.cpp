@@ -4,25 +4,25 @@
 #include <QAction>
 #include <QActionGroup>
 #include <QCloseEvent>
-#include <QDockWidget>
 #include <QDragEnterEvent>
 #include <QDropEvent>
 #include <QFileDialog>
 #include <QMenuBar>
 #include <QMimeData>
+#include <QSplitter>
 #include <QToolBar>
-#include <QVBoxLayout>
 
 #include "core/error.h"
 #include "gui/input/action_table.h"
 #include "gui/input/help.h"
+#include "gui/input/key_return.h"
 #include "gui/panels/simulation_panel.h"
 #include "gui/views/drawn_scene.h"
 #include "gui/views/view.h"
 #include "gui/views/view_grid.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/message_bar.h"
-#include "gui/window/panel_docks.h"
+#include "gui/window/side_panels.h"
 #include "gui/window/status_line.h"
 #include "gui/window/workbench_actions.h"
 #include "gui/workbench/background_job.h"
@@ -43,7 +43,6 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
   build_views();
   new WorkbenchActions(*workbench_, *views_, *actions_, this);
   connect_own_actions();
-  panels_ = std::make_unique<PanelDocks>(*this, *workbench_, *loop_, *actions_);
   build_menus();
   build_toolbar();
   setStatusBar(new StatusLine(*workbench_, *drawn_, this));
@@ -55,30 +54,22 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
 MainWindow::~MainWindow() {
   delete job_;
   delete takeCentralWidget();
-  panels_.reset();
 }
 
 void MainWindow::build_views() {
-  auto* centre = new QWidget(this);
-  auto* column = new QVBoxLayout(centre);
-  column->setContentsMargins(0, 0, 0, 0);
-  column->setSpacing(0);
-  messages_ = new MessageBar(centre);
-  column->addWidget(messages_);
+  auto* centre = new QSplitter(Qt::Horizontal, this);
+  centre->setChildrenCollapsible(false);
   views_ = new ViewGrid(*workbench_, *drawn_, centre);
   for (View* view : views_->all()) {
     connect(view, &View::about_to_paint, loop_.get(), &FrameLoop::view_about_to_paint);
     connect(view, &View::frameSwapped, loop_.get(), &FrameLoop::view_shown);
   }
-  column->addWidget(views_, 1);
+  panels_ = new SidePanels(*workbench_, *loop_, *actions_, centre);
+  centre->setStretchFactor(0, 1);
+  centre->setStretchFactor(1, 0);
+  messages_ = new MessageBar(views_);
+  new KeyReturn(*this, *views_->all().front());
   setCentralWidget(centre);
-}
-
-void MainWindow::resizeEvent(QResizeEvent* event) {
-  QMainWindow::resizeEvent(event);
-  // Not within the layout that this event is part of.
-  QMetaObject::invokeMethod(
-      this, [this] { panels_->arrange(); }, Qt::QueuedConnection);
 }
 
 void MainWindow::build_menus() {
@@ -100,13 +91,13 @@ void MainWindow::build_menus() {
   fill(tr("&Tools"), {{Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolSeed},
                       {Act::ToolPoint, Act::ToolInside, Act::ToolOutside},
                       {Act::WindowLevel}});
+  fill(tr("&Mesh"), {{Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles}, {Act::DeleteMesh}});
   fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::ResetPose}});
-  QMenu* view = fill(tr("&View"), {{Act::CentreOnCrosshair, Act::Fit, Act::AutoContrast, Act::Neurological},
-                                   {Act::ShowMeshes, Act::ShowField, Act::Annotations, Act::Slices3d},
-                                   {Act::LessOpaque, Act::MoreOpaque}});
-  view->addSeparator();
-  for (QDockWidget* dock : panels_->all()) view->addAction(dock->toggleViewAction());
-  fill(tr("&Help"), {{Act::Help, Act::About}});
+  fill(tr("&View"), {{Act::CentreOnCrosshair, Act::Fit, Act::AutoContrast, Act::Neurological},
+                     {Act::ShowMeshes, Act::ShowField, Act::Annotations, Act::Slices3d},
+                     {Act::LessOpaque, Act::MoreOpaque},
+                     {Act::ShowPanels, Act::Researcher}});
+  fill(tr("&Help"), {{Act::Help, Act::Messages}, {Act::About}});
 }
 
 void MainWindow::build_toolbar() {
@@ -134,12 +125,16 @@ void MainWindow::connect_own_actions() {
   actions.on(Act::Quit, [this] { close(); });
   actions.on(Act::Screenshot, [this] { choose_and_save_picture(); });
   actions.on(Act::Help, [this] { show_bindings(this); });
+  actions.on_toggle(Act::ShowPanels, [this](bool shown) { panels_->setVisible(shown); });
+  actions[Act::ShowPanels]->setChecked(true);
+  actions.on(Act::Messages, [this] { messages_->show_log(); });
   actions.on(Act::About,
              [this] { show_about(this, QString::fromStdString(workbench_->session().engine().description())); });
 }
 
 void MainWindow::connect_messages() {
   connect(workbench_.get(), &Workbench::message, messages_, &MessageBar::show_message);
+  connect(workbench_.get(), &Workbench::acted, messages_, &MessageBar::forget_failure);
   connect(job_, &BackgroundJob::started, messages_, &MessageBar::show_progress);
   connect(job_, &BackgroundJob::succeeded, messages_, &MessageBar::clear);
   connect(job_, &BackgroundJob::failed, this,
@@ -162,8 +157,8 @@ void MainWindow::save_picture(const QString& path) {
 }
 
 void MainWindow::choose_and_save_picture() {
-  const QString path =
-      QFileDialog::getSaveFileName(this, tr("Save a picture of the window"), "simplexseg.png", tr("PNG (*.png)"));
+  const QString path = QFileDialog::getSaveFileName(this, tr("Save a picture of the window"),
+                                                    files_->offered_path("", ".png"), tr("PNG (*.png)"));
   if (path.isEmpty()) return;
   try {
     save_picture(path);

@@ -13,7 +13,7 @@ class Engine;
 class FileActions;
 class FrameLoop;
 class MessageBar;
-class PanelDocks;
+class SidePanels;
 class ViewGrid;
 class Workbench;
 
@@ -32,7 +32,7 @@ class MainWindow : public QMainWindow {
   FileActions& files() { return *files_; }
   MessageBar& messages() { return *messages_; }
   ViewGrid& views() { return *views_; }
-  PanelDocks& panels() { return *panels_; }
+  SidePanels& panels() { return *panels_; }
 
   /// The window as it is on the screen, as a PNG file. Throws Error when it cannot be written.
   void save_picture(const QString& path);
@@ -40,7 +40,6 @@ class MainWindow : public QMainWindow {
   void set_unattended() { unattended_ = true; }
 
  protected:
-  void resizeEvent(QResizeEvent* event) override;
   void closeEvent(QCloseEvent* event) override;
   void dragEnterEvent(QDragEnterEvent* event) override;
   void dropEvent(QDropEvent* event) override;
@@ -61,7 +60,7 @@ class MainWindow : public QMainWindow {
   FileActions* files_ = nullptr;
   MessageBar* messages_ = nullptr;
   ViewGrid* views_ = nullptr;
-  std::unique_ptr<PanelDocks> panels_;
+  SidePanels* panels_ = nullptr;
   bool unattended_ = false;
 };
 

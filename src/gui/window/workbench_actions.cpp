@@ -30,6 +30,7 @@ WorkbenchActions::WorkbenchActions(Workbench& workbench, ViewGrid& views, Action
     : QObject(parent), workbench_(workbench), views_(views), actions_(actions) {
   connect_tools();
   connect_editing();
+  connect_meshes();
   connect_simulation();
   connect_looking();
   // While a key is held its repeats must not switch a mode off and on.
@@ -63,6 +64,18 @@ void WorkbenchActions::connect_editing() {
     const ItemId point = view.hovered_point ? view.hovered_point : view.selected_point;
     if (point) workbench_.apply(DeletePoint{point});
   });
+}
+
+void WorkbenchActions::connect_meshes() {
+  const auto active = [this] { return workbench_.view.active_mesh; };
+  actions_.on(Act::ResetMesh, [=, this] { workbench_.apply(ResetPose{active()}); });
+  actions_.on(Act::RefineMesh, [=, this] { workbench_.apply(RefineMesh{active()}); });
+  actions_.on(Act::RecordProfiles, [=, this] {
+    if (!workbench_.apply(RecordProfiles{active()})) return;
+    workbench_.say(Severity::Note, tr("Recorded the profiles of \"%1\": the force Intensity profile can act on it")
+                                       .arg(QString::fromStdString(workbench_.active_mesh()->name)));
+  });
+  actions_.on(Act::DeleteMesh, [=, this] { workbench_.apply(DeleteMesh{active()}); });
 }
 
 void WorkbenchActions::connect_simulation() {
@@ -113,6 +126,8 @@ void WorkbenchActions::refresh() {
   const bool meshes = !workbench_.scene().meshes.empty();
   const QString no_mesh = tr("There is no mesh yet: add one in the panel Meshes, or with tool 4");
   for (const Act act : {Act::RunPause, Act::Step, Act::ResetPose}) set_enabled(actions_[act], meshes, no_mesh);
+  for (const Act act : {Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles, Act::DeleteMesh})
+    set_enabled(actions_[act], meshes, no_mesh);
   actions_[Act::RunPause]->setText(workbench_.running() ? tr("&Pause") : tr("&Run"));
   actions_[Act::RunPause]->setChecked(workbench_.running());
   set_enabled(actions_[Act::DeletePoint], !workbench_.scene().points.empty(), tr("There is no point yet"));

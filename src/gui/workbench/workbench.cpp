@@ -66,6 +66,7 @@ bool Workbench::apply(const Command& command, ItemId* added) {
     emit scene_changed();
     emit view_changed();
   }
+  emit acted();
   announce();
   return true;
 }

@@ -77,6 +77,7 @@ class Workbench : public QObject {
   void volume_changed();
   void running_changed();
   void learning_changed();  ///< Session::learning(): a field is begun, or was taken
+  void acted();             ///< a user action was carried out
   void message(simplexseg::Severity severity, const QString& text);
 
  private:
