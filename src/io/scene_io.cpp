@@ -91,8 +91,8 @@ void read_pose(const JsonInput& input, const fs::path& folder, MeshItem& item) {
 }
 
 MeshItem read_item(const JsonInput& input, const ForceParameters& defaults, const fs::path& folder) {
-  input.expect_keys(
-      {"name", "sphere", "colour", "visible", "label", "forces", "final_vertices", "reference", "pose", "state"});
+  input.expect_keys({"name", "sphere", "colour", "visible", "locked", "opacity", "label", "forces", "final_vertices",
+                     "reference", "pose", "state"});
   MeshItem item;
   item.parameters = defaults;
   item.name = input["name"].text();
@@ -102,6 +102,11 @@ MeshItem read_item(const JsonInput& input, const ForceParameters& defaults, cons
   item.seed.radius_mm = read_radius(sphere["radius_mm"]);
   if (input.has("colour")) item.colour = read_colour(input["colour"]);
   if (input.has("visible")) item.visible = input["visible"].boolean();
+  if (input.has("locked")) item.locked = input["locked"].boolean();
+  if (input.has("opacity")) {
+    item.opacity = static_cast<float>(input["opacity"].number());
+    if (!(item.opacity > 0 && item.opacity <= 1)) input["opacity"].refuse("it is out of range", "give 0.1 to 1");
+  }
   if (input.has("label")) item.label = input["label"].integer_between(1, kMaxLabel);
   if (input.has("forces")) read_forces(input["forces"], item.parameters);
   if (input.has("final_vertices")) {
@@ -162,6 +167,8 @@ Json item_json(const MeshItem& item, const ForceParameters& defaults, const fs::
                {"colour", colour},
                {"visible", item.visible},
                {"label", item.label}};
+  if (item.locked) json["locked"] = true;
+  if (item.opacity < 1) json["opacity"] = item.opacity;
   const Json forces = forces_json(item.parameters, &defaults);
   if (!forces.empty()) json["forces"] = forces;
   if (item.final_vertices > 0) json["final_vertices"] = item.final_vertices;

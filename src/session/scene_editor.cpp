@@ -27,6 +27,10 @@ int first_free(const Scene& scene, Has has) {
 
 std::string numbered_name(int number) { return "mesh " + std::to_string(number); }
 
+void refuse_locked(const MeshItem& item) {
+  if (item.locked) throw Error("mesh '" + item.name + "'", "it is locked", "unlock it first");
+}
+
 /// The first colour of the palette that no mesh has; of more meshes than colours the one that is due.
 Colour free_colour(const Scene& scene) {
   for (const Colour& colour : kPalette)
@@ -73,11 +77,19 @@ SceneChange SceneEditor::carry_out(const EditMesh& command) {
   if (command.label && (*command.label < 1 || *command.label > 65535))
     throw Error("label " + std::to_string(*command.label), "labels have 16 bits and 0 is background",
                 "choose 1 to 65535");
+  if (command.opacity && !(*command.opacity > 0 && *command.opacity <= 1))
+    throw Error("opacity of mesh '" + item.name + "'", std::to_string(*command.opacity) + " is out of range",
+                "give more than 0, and 1 at most");
   item.name = command.name.value_or(item.name);
   item.colour = command.colour.value_or(item.colour);
   item.visible = command.visible.value_or(item.visible);
   item.label = command.label.value_or(item.label);
-  return {EngineUpdate::Nothing};
+  item.opacity = command.opacity.value_or(item.opacity);
+  if (command.locked.value_or(item.locked) == item.locked) return {EngineUpdate::Nothing};
+  item.locked = *command.locked;
+  item.previous = item.mesh.positions;  // what it had of motion ends
+  item.solver = {};
+  return {EngineUpdate::Meshes};
 }
 
 SceneChange SceneEditor::carry_out(const SetForceParameter& command) {
@@ -101,6 +113,7 @@ SceneChange SceneEditor::carry_out(const SetSimulationParameter& command) {
 
 SceneChange SceneEditor::carry_out(const AddPoint& command) {
   const MeshItem& item = item_of(command.mesh);
+  refuse_locked(item);
   check_position(command.position_mm);
   check_mark(command.kind, command.position_mm, volume_);
   UserPoint point{next_id_++, command.mesh, command.position_mm, command.kind, command.radius_mm};
@@ -128,7 +141,7 @@ SceneChange SceneEditor::carry_out(const DeletePoint& command) {
 }
 
 SceneChange SceneEditor::carry_out(const ResetPose& command) {
-  for (MeshItem* item : items_of(command.mesh)) {
+  for (MeshItem* item : movable_items_of(command.mesh)) {
     item->final_vertices = 0;
     restart(*item, scene_.simulation, volume_);
   }
@@ -141,7 +154,7 @@ SceneChange SceneEditor::carry_out(const RecordProfiles& command) {
 }
 
 SceneChange SceneEditor::carry_out(const RefineMesh& command) {
-  for (MeshItem* item : items_of(command.mesh)) {
+  for (MeshItem* item : movable_items_of(command.mesh)) {
     refine_item(*item);
     const int wanted = static_cast<int>(scene_.simulation.final_vertices + 0.5f);
     item->final_vertices = std::max({item->final_vertices, wanted, item->mesh.vertex_count()});
@@ -160,6 +173,13 @@ std::vector<MeshItem*> SceneEditor::items_of(ItemId mesh) {
     if (mesh == 0 || item.id == mesh) items.push_back(&item);
   if (items.empty() && mesh != 0)
     throw Error("mesh " + std::to_string(mesh), "there is no such mesh", "choose one of the scene's meshes");
+  return items;
+}
+
+std::vector<MeshItem*> SceneEditor::movable_items_of(ItemId mesh) {
+  std::vector<MeshItem*> items = items_of(mesh);
+  if (mesh != 0) refuse_locked(*items.front());
+  std::erase_if(items, [](const MeshItem* item) { return item->locked; });
   return items;
 }
 

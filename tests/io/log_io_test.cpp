@@ -12,6 +12,7 @@ TEST_F(SceneIo, ALogKeepsEveryCommandAndEveryBit) {
       {3, AddMesh{"", {p, 1}, std::nullopt, 0}},
       {1, DeleteMesh{4}},
       {2, EditMesh{5, "name", Colour{9, 8, 7}, false, 12}},
+      {2, EditMesh{5, {}, {}, {}, {}, true, 0.25f}},
       {0, EditMesh{5, std::nullopt, std::nullopt, std::nullopt, std::nullopt}},
       {7, SetSimulationParameter{find_parameter(simulation_table(), "damping"), 0.1f, true}},
       {7, SetSimulationParameter{find_parameter(simulation_table(), "limit_timestep"), 0}},
