@@ -113,7 +113,7 @@ TEST_F(PlanPanelTest, HiddenItAsksForNoPlan) {
 TEST_F(PlanPanelTest, InATallWindowItStandsBelowTheForces) {
   window_->panels().show_panel("Forces");
   ASSERT_TRUE(wait_until([&] { return !window_->panels().plan().in_sight(); }));
-  window_->resize(1300, 1000);
+  window_->resize(1300, 1060);
   ASSERT_TRUE(wait_until([&] { return window_->panels().plan().in_sight(); }));
   EXPECT_FALSE(window_->panels().forces().visibleRegion().isEmpty());
   EXPECT_GT(window_->panels().plan().mapTo(window_.get(), QPoint()).y(),

@@ -351,6 +351,20 @@ TEST_F(WindowTest, WithoutAMeshTheForcesAreThoseOfANewOne) {
   EXPECT_FLOAT_EQ(weight->value(), default_force_parameters().weight(ForceId::Smoothing));
 }
 
+TEST_F(WindowTest, PresetsSetWindowAndLevel) {
+  const auto find_entry = [&] {
+    for (QAction* action : window_->findChildren<QAction*>())
+      if (action->text() == "CT bone") return action;
+    return static_cast<QAction*>(nullptr);
+  };
+  open_phantom();
+  QAction* bone = find_entry();
+  ASSERT_NE(bone, nullptr);
+  bone->trigger();
+  EXPECT_EQ(bench().view.window, 1800);
+  EXPECT_EQ(bench().view.level, 400);
+}
+
 TEST_F(WindowTest, NothingHappensWithoutAVolume) {
   for (int n = 0; n < 3; ++n) {
     drag(window_->views().slice(n), QPointF(20, 20), QPointF(60, 60));

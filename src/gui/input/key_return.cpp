@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gui/input/key_return.h"
 
+#include <QAbstractSpinBox>
 #include <QApplication>
-#include <QDoubleSpinBox>
 #include <QKeyEvent>
 #include <QLineEdit>
-#include <QSignalBlocker>
 
 namespace simplexseg {
 namespace {
@@ -30,18 +29,16 @@ KeyReturn::KeyReturn(QWidget& window, QWidget& give_back) : QObject(&window), wi
 
 bool KeyReturn::eventFilter(QObject* watched, QEvent* event) {
   if (event->type() != QEvent::KeyPress) return false;
-  auto* number = qobject_cast<QDoubleSpinBox*>(watched);
-  if (!number || number->window() != &window_) return false;
+  QLineEdit* line = focused_line();
+  if (!line || watched != QApplication::focusWidget() || line->window() != &window_ || line->isReadOnly()) return false;
   const int key = static_cast<QKeyEvent*>(event)->key();
-  if (key == Qt::Key_Return || key == Qt::Key_Enter) {
-    number->interpretText();
-  } else if (key == Qt::Key_Escape) {
-    const QSignalBlocker blocker(number);
-    number->setValue(number->value());  // in place of what was typed
-  } else {
+  if (key == Qt::Key_Escape) {
+    while (line->isUndoAvailable()) line->undo();
+  } else if (key != Qt::Key_Return && key != Qt::Key_Enter) {
     return false;
   }
-  give_back_.setFocus(Qt::OtherFocusReason);
+  line->setModified(false);
+  give_back_.setFocus(Qt::OtherFocusReason);  // a field that loses the focus takes what was typed
   return true;
 }
 

@@ -192,7 +192,10 @@ void SliceTools::finish_seed() {
     workbench_.say(Severity::Note, SliceView::tr("New mesh: press at the centre, drag to the radius, release"));
     return;
   }
-  workbench_.apply(AddMesh{{}, *seed, std::nullopt, workbench_.view.active_mesh});
+  if (!workbench_.apply(AddMesh{{}, *seed, std::nullopt, workbench_.view.active_mesh})) return;
+  // What comes next is to look and to correct: a drag must not place another.
+  workbench_.view.tool = Tool::Crosshair;
+  workbench_.view_edited();
 }
 
 void SliceTools::show_grab(bool grabs) {

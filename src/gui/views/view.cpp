@@ -3,7 +3,6 @@
 
 #include "core/expect.h"
 #include "gui/input/key_return.h"
-#include "gui/look/theme.h"
 #include "gui/views/drawn_scene.h"
 #include "gui/workbench/workbench.h"
 
@@ -62,12 +61,7 @@ void View::paintGL() {
   drawn_.buffers().begin_reading();
   paint();
   std::vector<Label> labels;
-  if (workbench_.has_volume()) {
-    annotate(labels);
-  } else {
-    labels.push_back(
-        {rect(), Qt::AlignCenter, tr("Open a volume: Ctrl+O,\nor drop a file here"), theme::kDimText, false});
-  }
+  if (workbench_.has_volume()) annotate(labels);
   const double ratio = devicePixelRatio();
   label_painter_.draw(size() * ratio, ratio, font(), labels);
   end_frame();

@@ -28,6 +28,8 @@ class FileActions : public QObject {
   /// False when the user wants to stay.
   bool may_discard();
   QString scene_name() const;
+  /// What was opened or saved as a scene last; empty before.
+  const QString& path() const { return last_path_; }
 
   // Each says what it did or what went wrong; false when it failed or was called off.
   bool save_scene();
@@ -45,6 +47,7 @@ class FileActions : public QObject {
 
  signals:
   void name_changed();
+  void about_to_take();  ///< what is open goes, unless the next cannot be opened
 
  private:
   void enable_actions();

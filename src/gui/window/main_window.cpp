@@ -11,11 +11,15 @@
 #include <QMimeData>
 #include <QSplitter>
 #include <QToolBar>
+#include <QToolButton>
+#include <QVBoxLayout>
 
 #include "core/error.h"
 #include "gui/input/action_table.h"
 #include "gui/input/help.h"
 #include "gui/input/key_return.h"
+#include "gui/look/contrast.h"
+#include "gui/look/symbols.h"
 #include "gui/panels/simulation_panel.h"
 #include "gui/views/drawn_scene.h"
 #include "gui/views/view.h"
@@ -23,7 +27,10 @@
 #include "gui/window/file_actions.h"
 #include "gui/window/message_bar.h"
 #include "gui/window/side_panels.h"
+#include "gui/window/start_page.h"
+#include "gui/window/state_chip.h"
 #include "gui/window/status_line.h"
+#include "gui/window/step_strip.h"
 #include "gui/window/workbench_actions.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/frame_loop.h"
@@ -59,7 +66,14 @@ MainWindow::~MainWindow() {
 void MainWindow::build_views() {
   auto* centre = new QSplitter(Qt::Horizontal, this);
   centre->setChildrenCollapsible(false);
-  views_ = new ViewGrid(*workbench_, *drawn_, centre);
+  auto* middle = new QWidget(centre);
+  auto* column = new QVBoxLayout(middle);
+  column->setContentsMargins(0, 0, 0, 0);
+  column->setSpacing(0);
+  steps_ = new StepStrip(*workbench_, *actions_, middle);
+  column->addWidget(steps_);
+  views_ = new ViewGrid(*workbench_, *drawn_, middle);
+  column->addWidget(views_, 1);
   for (View* view : views_->all()) {
     connect(view, &View::about_to_paint, loop_.get(), &FrameLoop::view_about_to_paint);
     connect(view, &View::frameSwapped, loop_.get(), &FrameLoop::view_shown);
@@ -67,6 +81,10 @@ void MainWindow::build_views() {
   panels_ = new SidePanels(*workbench_, *loop_, *actions_, centre);
   centre->setStretchFactor(0, 1);
   centre->setStretchFactor(1, 0);
+  start_ = new StartPage(*actions_, views_);
+  connect(start_, &StartPage::open_wanted, files_, &FileActions::open);
+  connect(workbench_.get(), &Workbench::volume_changed, this,
+          [this] { start_->setVisible(!workbench_->has_volume()); });
   messages_ = new MessageBar(views_);
   new KeyReturn(*this, *views_->all().front());
   setCentralWidget(centre);
@@ -83,20 +101,38 @@ void MainWindow::build_menus() {
     }
     return menu;
   };
-  fill(tr("&File"), {{Act::Open, Act::OpenFolder},
-                     {Act::SaveScene, Act::SaveSceneAs},
-                     {Act::SaveLabels, Act::SaveMeshes, Act::Screenshot},
-                     {Act::Quit}});
+  QMenu* file = fill(tr("&File"), {{Act::Open, Act::OpenFolder},
+                                   {Act::SaveScene, Act::SaveSceneAs},
+                                   {Act::SaveLabels, Act::SaveMeshes, Act::Screenshot},
+                                   {Act::Quit}});
+  auto* recent = new QMenu(tr("Open &recent"), file);
+  recent->setObjectName("recent_menu");
+  recent->setEnabled(false);
+  file->insertMenu(file->actions().at(2), recent);
   fill(tr("&Edit"), {{Act::Undo, Act::Redo}, {Act::DeletePoint}});
   fill(tr("&Tools"), {{Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolSeed},
                       {Act::ToolPoint, Act::ToolInside, Act::ToolOutside},
                       {Act::WindowLevel}});
-  fill(tr("&Mesh"), {{Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles}, {Act::DeleteMesh}});
+  fill(tr("&Mesh"), {{Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles, Act::LockMesh}, {Act::DeleteMesh}});
   fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::ResetPose}});
-  fill(tr("&View"), {{Act::CentreOnCrosshair, Act::Fit, Act::AutoContrast, Act::Neurological},
-                     {Act::ShowMeshes, Act::ShowField, Act::Annotations, Act::Slices3d},
-                     {Act::LessOpaque, Act::MoreOpaque},
-                     {Act::ShowPanels, Act::Researcher}});
+  QMenu* view = fill(tr("&View"), {{Act::CentreOnCrosshair, Act::Fit, Act::AutoContrast, Act::Neurological},
+                                   {Act::ShowMeshes, Act::ShowField, Act::Annotations, Act::Slices3d},
+                                   {Act::LessOpaque, Act::MoreOpaque},
+                                   {Act::ShowPanels, Act::ShowSteps, Act::Researcher}});
+  QMenu* presets = view->addMenu(tr("Window and level &presets"));
+  for (const ContrastPreset& preset : contrast_presets()) {
+    QAction* entry = presets->addAction(tr(preset.title));
+    entry->setToolTip(tr("Window %1, level %2").arg(preset.window).arg(preset.level));
+    connect(entry, &QAction::triggered, this, [this, preset] {
+      workbench_->view.window = preset.window;
+      workbench_->view.level = preset.level;
+      workbench_->view_edited();
+    });
+  }
+  presets->setToolTipsVisible(true);
+  presets->setEnabled(false);
+  connect(workbench_.get(), &Workbench::volume_changed, presets,
+          [this, presets] { presets->setEnabled(workbench_->has_volume()); });
   fill(tr("&Help"), {{Act::Help, Act::Messages}, {Act::About}});
 }
 
@@ -104,20 +140,46 @@ void MainWindow::build_toolbar() {
   QToolBar* bar = addToolBar(tr("Tools"));
   bar->setObjectName("tools");
   bar->setMovable(false);
-  bar->setToolButtonStyle(Qt::ToolButtonTextOnly);
+  bar->setToolButtonStyle(Qt::ToolButtonTextUnderIcon);
+  bar->setIconSize({20, 20});
   bar->setContextMenuPolicy(Qt::PreventContextMenu);
+  struct Entry {
+    Act act;
+    Symbol symbol;
+    QString text;
+  };
+  const auto add = [&](std::initializer_list<Entry> entries) {
+    for (const auto& [act, symbol, text] : entries) {
+      QAction* action = (*actions_)[act];
+      action->setIcon(icon_of(symbol));
+      action->setIconText(text);
+      bar->addAction(action);
+    }
+  };
+  add({{Act::ToolCrosshair, Symbol::Crosshair, tr("Crosshair")},
+       {Act::ToolZoomPan, Symbol::ZoomPan, tr("Zoom")},
+       {Act::ToolSeed, Symbol::Seed, tr("New mesh")},
+       {Act::ToolPoint, Symbol::Boundary, tr("Boundary")},
+       {Act::ToolInside, Symbol::Inside, tr("Inside")},
+       {Act::ToolOutside, Symbol::Outside, tr("Outside")}});
   auto* group = new QActionGroup(this);
-  for (const Act act :
-       {Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolSeed, Act::ToolPoint, Act::ToolInside, Act::ToolOutside}) {
-    group->addAction((*actions_)[act]);
-    bar->addAction((*actions_)[act]);
-  }
+  for (QAction* tool : bar->actions()) group->addAction(tool);
   bar->addSeparator();
-  for (const Act act : {Act::RunPause, Act::Step, Act::ResetPose}) bar->addAction((*actions_)[act]);
+  auto* run = new QToolButton(bar);
+  run->setObjectName("run");
+  run->setDefaultAction((*actions_)[Act::RunPause]);
+  run->setToolButtonStyle(Qt::ToolButtonTextUnderIcon);
+  run->setIconSize(bar->iconSize());
+  run->setMinimumWidth(64);
+  bar->addWidget(run);
+  bar->addWidget(new StateChip(*workbench_, *loop_, bar));
+  add({{Act::Step, Symbol::Step, tr("Step")}, {Act::ResetPose, Symbol::Reset, tr("Reset")}});
   bar->addSeparator();
-  for (const Act act : {Act::Undo, Act::Redo}) bar->addAction((*actions_)[act]);
+  add({{Act::Undo, Symbol::Undo, tr("Undo")}, {Act::Redo, Symbol::Redo, tr("Redo")}});
   bar->addSeparator();
-  for (const Act act : {Act::WindowLevel, Act::AutoContrast, Act::Fit}) bar->addAction((*actions_)[act]);
+  add({{Act::WindowLevel, Symbol::WindowLevel, tr("Contrast")},
+       {Act::AutoContrast, Symbol::AutoContrast, tr("Automatic")},
+       {Act::Fit, Symbol::Fit, tr("Fit")}});
 }
 
 void MainWindow::connect_own_actions() {
@@ -127,6 +189,8 @@ void MainWindow::connect_own_actions() {
   actions.on(Act::Help, [this] { show_bindings(this); });
   actions.on_toggle(Act::ShowPanels, [this](bool shown) { panels_->setVisible(shown); });
   actions[Act::ShowPanels]->setChecked(true);
+  actions.on_toggle(Act::ShowSteps, [this](bool shown) { steps_->setVisible(shown); });
+  actions[Act::ShowSteps]->setChecked(true);
   actions.on(Act::Messages, [this] { messages_->show_log(); });
   actions.on(Act::About,
              [this] { show_about(this, QString::fromStdString(workbench_->session().engine().description())); });

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <QMainWindow>
+#include <QMenu>
 #include <functional>
 #include <memory>
 
@@ -14,6 +15,8 @@ class FileActions;
 class FrameLoop;
 class MessageBar;
 class SidePanels;
+class StartPage;
+class StepStrip;
 class ViewGrid;
 class Workbench;
 
@@ -33,6 +36,11 @@ class MainWindow : public QMainWindow {
   MessageBar& messages() { return *messages_; }
   ViewGrid& views() { return *views_; }
   SidePanels& panels() { return *panels_; }
+  StepStrip& steps() { return *steps_; }
+  StartPage& start_page() { return *start_; }
+
+  /// In the menu File, for the files that were opened last.
+  QMenu* recent_menu() const { return findChild<QMenu*>("recent_menu"); }
 
   /// The window as it is on the screen, as a PNG file. Throws Error when it cannot be written.
   void save_picture(const QString& path);
@@ -61,6 +69,8 @@ class MainWindow : public QMainWindow {
   MessageBar* messages_ = nullptr;
   ViewGrid* views_ = nullptr;
   SidePanels* panels_ = nullptr;
+  StepStrip* steps_ = nullptr;
+  StartPage* start_ = nullptr;
   bool unattended_ = false;
 };
 

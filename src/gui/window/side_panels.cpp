@@ -41,7 +41,7 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
   setChildrenCollapsible(false);
   setMinimumWidth(kWidth);
   // What a splitter is the parent of becomes a row of it: panels are made as children of the tabs.
-  auto* meshes = new MeshPanel(workbench, actions, nullptr);
+  auto* meshes = new MeshPanel(workbench, loop, actions, nullptr);
   forces_->setObjectName(tr("Forces"));
   simulation_->setObjectName(tr("Simulation"));
   points_->setObjectName(tr("Points"));
