@@ -63,15 +63,19 @@ Json body(const EditMesh& c) {
   if (c.colour) json["colour"] = colour_json(*c.colour);
   if (c.visible) json["visible"] = *c.visible;
   if (c.label) json["label"] = *c.label;
+  if (c.locked) json["locked"] = *c.locked;
+  if (c.opacity) json["opacity"] = *c.opacity;
   return json;
 }
 void take(const JsonInput& in, EditMesh& c) {
-  expect_keys(in, {"mesh", "name", "colour", "visible", "label"});
+  expect_keys(in, {"mesh", "name", "colour", "visible", "label", "locked", "opacity"});
   c.mesh = read_id(in["mesh"]);
   if (in.has("name")) c.name = in["name"].text_or_empty();
   if (in.has("colour")) c.colour = read_colour(in["colour"]);
   if (in.has("visible")) c.visible = in["visible"].boolean();
   if (in.has("label")) c.label = in["label"].integer_between(std::numeric_limits<int>::min(), kMaxInt);
+  if (in.has("locked")) c.locked = in["locked"].boolean();
+  if (in.has("opacity")) c.opacity = static_cast<float>(in["opacity"].number());
 }
 
 /// Reads "parameter" and "value" against a table.

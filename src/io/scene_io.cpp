@@ -113,8 +113,8 @@ void read_start(const JsonInput& input, const fs::path& folder, LabelFiles& file
 }
 
 MeshItem read_item(const JsonInput& input, const Scene& scene, const fs::path& folder, LabelFiles& files) {
-  input.expect_keys({"name", "sphere", "start", "colour", "visible", "label", "forces", "final_vertices", "reference",
-                     "pose", "state"});
+  input.expect_keys({"name", "sphere", "start", "colour", "visible", "locked", "opacity", "label", "forces",
+                     "final_vertices", "reference", "pose", "state"});
   MeshItem item;
   item.name = input["name"].text();
   if (input.has("final_vertices")) {
@@ -131,6 +131,11 @@ MeshItem read_item(const JsonInput& input, const Scene& scene, const fs::path& f
   }
   if (input.has("colour")) item.colour = read_colour(input["colour"]);
   if (input.has("visible")) item.visible = input["visible"].boolean();
+  if (input.has("locked")) item.locked = input["locked"].boolean();
+  if (input.has("opacity")) {
+    item.opacity = static_cast<float>(input["opacity"].number());
+    if (!(item.opacity > 0 && item.opacity <= 1)) input["opacity"].refuse("it is out of range", "give 0.1 to 1");
+  }
   if (input.has("label")) item.label = input["label"].integer_between(1, kMaxLabel);
   if (input.has("forces")) read_forces(input["forces"], item.parameters);
   if (input.has("reference")) {
@@ -192,6 +197,8 @@ Json item_json(const MeshItem& item, const ForceParameters& defaults, const fs::
     if (item.start->value) start["label"] = *item.start->value;
     if (item.start->part > 0) start["part"] = item.start->part;
   }
+  if (item.locked) json["locked"] = true;
+  if (item.opacity < 1) json["opacity"] = item.opacity;
   const Json forces = forces_json(item.parameters, &defaults);
   if (!forces.empty()) json["forces"] = forces;
   if (item.final_vertices > 0) json["final_vertices"] = item.final_vertices;

@@ -10,9 +10,9 @@ namespace simplexseg {
 
 /// Puts a sphere into the volume. The new mesh takes the default parameters of `like` (a mesh id), or of the scene.
 struct AddMesh {
-  std::string name;  ///< empty: "mesh N"
+  std::string name;  ///< empty: the first "mesh N" that is free
   Seed seed;
-  std::optional<Colour> colour;  ///< none: the next of the palette
+  std::optional<Colour> colour;  ///< none: the first of the palette that no mesh has
   ItemId like = 0;
 };
 struct DeleteMesh {
@@ -25,6 +25,8 @@ struct EditMesh {
   std::optional<Colour> colour;
   std::optional<bool> visible;
   std::optional<int> label;
+  std::optional<bool> locked{};
+  std::optional<float> opacity{};
 };
 /// mesh = 0: every mesh.
 struct SetForceParameter {
@@ -54,7 +56,7 @@ struct MovePoint {
 struct DeletePoint {
   ItemId point;
 };
-/// Back to the seed sphere, at the first level. mesh = 0: every mesh.
+/// Back to the seed sphere, at the first level. mesh = 0: every mesh that is not locked.
 struct ResetPose {
   ItemId mesh;
 };
@@ -63,7 +65,7 @@ struct ResetPose {
 struct RecordProfiles {
   ItemId mesh;
 };
-/// x4 refinement now. mesh = 0: every mesh.
+/// x4 refinement now. mesh = 0: every mesh that is not locked.
 struct RefineMesh {
   ItemId mesh;
 };

@@ -91,6 +91,8 @@ bool waits_for_field(const MeshItem& item, const Volume& volume) {
 
 ForceParameters parameters_in_use(const MeshItem& item, const Volume& volume) {
   ForceParameters parameters = item.parameters;
+  if (item.locked)
+    for (auto& force : parameters.values) force[0] = 0;
   if (waits_for_field(item, volume))
     for (int force = 0; force < kForceCount; ++force)
       if ((kPullingForces & bit(static_cast<ForceId>(force))) == 0) parameters.values[force][0] = 0;
@@ -99,6 +101,7 @@ ForceParameters parameters_in_use(const MeshItem& item, const Volume& volume) {
 
 LevelState level_state(const MeshItem& item, const SimulationParameters& simulation, const Volume& volume,
                        float mean_move_mm, float mean_edge_mm) {
+  if (item.locked) return LevelState::Rests;
   if (waits_for_field(item, volume)) return item.field ? LevelState::Rests : LevelState::Moves;
   const bool rests = mean_move_mm < static_cast<float>(simulation.rest_tolerance_voxels * voxel_mm(volume));
   if (!rests && item.steps_at_level < static_cast<int>(simulation.steps_per_level + 0.5f)) return LevelState::Moves;

@@ -27,7 +27,8 @@ void record_profiles(MeshItem& item, const Volume& volume);
 bool takes_field(const MeshItem& item, const Volume& volume);
 /// Whether a mesh stays as it is until the field that it takes its evidence from has been learned.
 bool waits_for_field(const MeshItem& item, const Volume& volume);
-/// What an engine is told of a mesh: its parameters, all weights but that of attraction 0 while it waits for its field.
+/// What an engine is told of a mesh: its parameters, all weights but that of attraction 0 while it waits for its field,
+/// and all of them 0 while it is locked.
 ForceParameters parameters_in_use(const MeshItem& item, const Volume& volume);
 
 /// How far a mesh has come at its level.

@@ -57,6 +57,10 @@ void RunTrace::clear() {
   next_ = 0, interval_ = kFirstInterval;
 }
 
+void RunTrace::keep(const Scene& scene) {
+  std::erase_if(meshes_, [&](const MeshTrace& trace) { return !scene.find_mesh(trace.mesh); });
+}
+
 const MeshTrace* RunTrace::of(ItemId mesh) const {
   const auto found = std::find_if(meshes_.begin(), meshes_.end(), [&](const MeshTrace& m) { return m.mesh == mesh; });
   return found == meshes_.end() ? nullptr : &*found;

@@ -53,6 +53,8 @@ class RunTrace {
   void sample(const Session& session, double seconds);
   /// Forgets the samples, not the references.
   void clear();
+  /// Forgets the samples of meshes that the scene does not have.
+  void keep(const Scene& scene);
 
   const std::vector<MeshTrace>& meshes() const { return meshes_; }
   /// Null for a mesh that was never sampled.

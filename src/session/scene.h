@@ -53,7 +53,9 @@ struct MeshItem {
   std::string name;
   Colour colour{230, 160, 60};
   bool visible = true;
-  int label = 1;  ///< that its voxels have in a saved segmentation
+  bool locked = false;  ///< it keeps its pose: no force, refinement or field moves it
+  float opacity = 1;    ///< in the 3D view, above 0 and up to 1
+  int label = 1;        ///< that its voxels have in a saved segmentation
   Seed seed;
   std::optional<LabelStart> start;
   std::optional<Reference> reference;

@@ -16,19 +16,45 @@ namespace {
 constexpr Colour kPalette[] = {{230, 160, 60}, {86, 180, 233}, {0, 158, 115},   {240, 228, 66},  {204, 121, 167},
                                {213, 94, 0},   {0, 114, 178},  {170, 120, 240}, {120, 220, 180}, {240, 120, 120}};
 
+/// The first of 1, 2, 3 ... that none of the meshes has, as `has(mesh, number)` says.
+template <class Has>
+int first_free(const Scene& scene, Has has) {
+  int number = 1;
+  while (std::any_of(scene.meshes.begin(), scene.meshes.end(), [&](const MeshItem& item) { return has(item, number); }))
+    ++number;
+  return number;
+}
+
+std::string numbered_name(int number) { return "mesh " + std::to_string(number); }
+
+void refuse_locked(const MeshItem& item) {
+  if (item.locked) throw Error("mesh '" + item.name + "'", "it is locked", "unlock it first");
+}
+
+/// The first colour of the palette that no mesh has; of more meshes than colours the one that is due.
+Colour free_colour(const Scene& scene) {
+  for (const Colour& colour : kPalette)
+    if (std::none_of(scene.meshes.begin(), scene.meshes.end(),
+                     [&](const MeshItem& item) { return item.colour == colour; }))
+      return colour;
+  return kPalette[scene.meshes.size() % std::size(kPalette)];
+}
+
 }  // namespace
 
 SceneChange SceneEditor::carry_out(const AddMesh& command) {
   MeshItem item;
   item.id = next_id_++;
-  item.name = command.name.empty() ? "mesh " + std::to_string(item.id) : command.name;
+  item.name = command.name;
+  if (item.name.empty())
+    item.name = numbered_name(
+        first_free(scene_, [](const MeshItem& other, int number) { return other.name == numbered_name(number); }));
   if (scene_.find_mesh(item.name))
     throw Error("mesh '" + item.name + "'", "the scene has a mesh of that name", "give it another name");
   item.seed = command.seed;
   check_seed(item.seed, item.name, volume_);
-  item.colour = command.colour.value_or(kPalette[scene_.meshes.size() % std::size(kPalette)]);
-  item.label = 1;
-  for (const MeshItem& other : scene_.meshes) item.label = std::min(255, std::max(item.label, other.label + 1));
+  item.colour = command.colour.value_or(free_colour(scene_));
+  item.label = first_free(scene_, [](const MeshItem& other, int label) { return other.label == label; });
   const MeshItem* like = scene_.find_mesh(command.like);
   item.parameters = like ? like->parameters : scene_.forces;
   restart(item, scene_.simulation, volume_);
@@ -51,11 +77,19 @@ SceneChange SceneEditor::carry_out(const EditMesh& command) {
   if (command.label && (*command.label < 1 || *command.label > 65535))
     throw Error("label " + std::to_string(*command.label), "labels have 16 bits and 0 is background",
                 "choose 1 to 65535");
+  if (command.opacity && !(*command.opacity > 0 && *command.opacity <= 1))
+    throw Error("opacity of mesh '" + item.name + "'", std::to_string(*command.opacity) + " is out of range",
+                "give more than 0, and 1 at most");
   item.name = command.name.value_or(item.name);
   item.colour = command.colour.value_or(item.colour);
   item.visible = command.visible.value_or(item.visible);
   item.label = command.label.value_or(item.label);
-  return {EngineUpdate::Nothing};
+  item.opacity = command.opacity.value_or(item.opacity);
+  if (command.locked.value_or(item.locked) == item.locked) return {EngineUpdate::Nothing};
+  item.locked = *command.locked;
+  item.previous = item.mesh.positions;  // what it had of motion ends
+  item.solver = {};
+  return {EngineUpdate::Meshes};
 }
 
 SceneChange SceneEditor::carry_out(const SetForceParameter& command) {
@@ -79,6 +113,7 @@ SceneChange SceneEditor::carry_out(const SetSimulationParameter& command) {
 
 SceneChange SceneEditor::carry_out(const AddPoint& command) {
   const MeshItem& item = item_of(command.mesh);
+  refuse_locked(item);
   check_position(command.position_mm);
   check_mark(command.kind, command.position_mm, volume_);
   UserPoint point{next_id_++, command.mesh, command.position_mm, command.kind, command.radius_mm};
@@ -106,7 +141,7 @@ SceneChange SceneEditor::carry_out(const DeletePoint& command) {
 }
 
 SceneChange SceneEditor::carry_out(const ResetPose& command) {
-  for (MeshItem* item : items_of(command.mesh)) {
+  for (MeshItem* item : movable_items_of(command.mesh)) {
     item->final_vertices = 0;
     restart(*item, scene_.simulation, volume_);
   }
@@ -119,7 +154,7 @@ SceneChange SceneEditor::carry_out(const RecordProfiles& command) {
 }
 
 SceneChange SceneEditor::carry_out(const RefineMesh& command) {
-  for (MeshItem* item : items_of(command.mesh)) {
+  for (MeshItem* item : movable_items_of(command.mesh)) {
     refine_item(*item);
     const int wanted = static_cast<int>(scene_.simulation.final_vertices + 0.5f);
     item->final_vertices = std::max({item->final_vertices, wanted, item->mesh.vertex_count()});
@@ -138,6 +173,13 @@ std::vector<MeshItem*> SceneEditor::items_of(ItemId mesh) {
     if (mesh == 0 || item.id == mesh) items.push_back(&item);
   if (items.empty() && mesh != 0)
     throw Error("mesh " + std::to_string(mesh), "there is no such mesh", "choose one of the scene's meshes");
+  return items;
+}
+
+std::vector<MeshItem*> SceneEditor::movable_items_of(ItemId mesh) {
+  std::vector<MeshItem*> items = items_of(mesh);
+  if (mesh != 0) refuse_locked(*items.front());
+  std::erase_if(items, [](const MeshItem* item) { return item->locked; });
   return items;
 }
 

@@ -41,7 +41,9 @@ class SceneEditor {
   SceneChange carry_out(const RefineMesh& command);
 
  private:
-  MeshItem& item_of(ItemId mesh);                ///< throws Error when there is none
+  MeshItem& item_of(ItemId mesh);  ///< throws Error when there is none
+  /// The same for what changes its pose: throws Error for a locked one; 0: all that are not locked.
+  std::vector<MeshItem*> movable_items_of(ItemId mesh);
   std::vector<MeshItem*> items_of(ItemId mesh);  ///< 0: all; throws Error when there is no such mesh
   UserPoint& point_of(ItemId point);             ///< throws Error when there is none
 

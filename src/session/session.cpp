@@ -317,7 +317,7 @@ ItemId Session::edit_scene(const Edit& edit) {
 
 ItemId Session::mesh_with_stale_field() const {
   for (const MeshItem& item : scene_.meshes)
-    if (has_stale_field(scene_, item, volume_)) return item.id;
+    if (!item.locked && has_stale_field(scene_, item, volume_)) return item.id;
   return 0;
 }
 

@@ -38,7 +38,8 @@ bool Session::rebuild_where_stuck() {
   MadeMeshes all;
   for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
     MeshItem& item = scene_.meshes[k];
-    if (!takes_field(item, volume_) || !item.has_field() || (item.fit.field == item.field && item.fit.settled))
+    if (item.locked || !takes_field(item, volume_) || !item.has_field() ||
+        (item.fit.field == item.field && item.fit.settled))
       continue;
     const LevelState state =
         level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]);

@@ -47,7 +47,8 @@ TEST(Bindings, GesturesAreLookedUpWithTheirModifiers) {
   EXPECT_EQ(gesture(Where::Slices, Mouse::Left, Qt::ShiftModifier), Act::AddPoint);
   EXPECT_EQ(gesture(Where::Slices, Mouse::Wheel, Qt::ControlModifier), Act::WheelZoom);
   EXPECT_EQ(gesture(Where::Space, Mouse::Left, {}), Act::Rotate);
-  EXPECT_EQ(gesture(Where::Slices, Mouse::Left, Qt::ShiftModifier | Qt::ControlModifier), std::nullopt);
+  EXPECT_EQ(gesture(Where::Slices, Mouse::Left, Qt::ShiftModifier | Qt::ControlModifier), Act::ErasePoint);
+  EXPECT_EQ(gesture(Where::Slices, Mouse::Left, Qt::ShiftModifier | Qt::AltModifier), std::nullopt);
   EXPECT_EQ(key_in(Where::Slices, QKeyEvent(QEvent::KeyPress, Qt::Key_Left, Qt::ShiftModifier | Qt::KeypadModifier)),
             Act::CrosshairLeft5);
   EXPECT_EQ(key_in(Where::Space, QKeyEvent(QEvent::KeyPress, Qt::Key_Left, Qt::NoModifier)), std::nullopt);

@@ -22,7 +22,7 @@ class ConvergencePanelTest : public WindowTest {
   QString path(const char* name) const { return folder_.filePath(name); }
   ConvergencePanel& panel() { return window_->panels().convergence(); }
   void look_at_it() {
-    window_->panels().show("Convergence");
+    window_->panels().show_panel("Convergence");
     ASSERT_TRUE(wait_until([&] { return panel().in_sight() && panel().width() > 100; }));
   }
   /// A scene file of the phantom sphere, its labels, and a mesh that names `reference`.
@@ -115,7 +115,7 @@ TEST_F(ConvergencePanelTest, TheSurfaceErrorAppearsWithAReferenceAndFalls) {
   ASSERT_TRUE(wait_until([&] { return mean() < 0.3 * at_first; })) << mean();
   bench().pause();
   EXPECT_FALSE(panel().picture().isNull());
-  window_->panels().show("Forces");
+  window_->panels().show_panel("Forces");
   ASSERT_TRUE(wait_until([&] { return !panel().in_sight(); }));
   const std::size_t count = panel().errors().meshes()[0].samples.size();
   for (int n = 0; n < 10; ++n) bench().advance_steps(10);

@@ -20,7 +20,7 @@ class PlanPanelTest : public PausedPhantomTest {
   void SetUp() override {
     PausedPhantomTest::SetUp();
     if (IsSkipped()) return;
-    window_->panels().show("Plan");
+    window_->panels().show_panel("Plan");
     wait_until([&] { return window_->panels().plan().in_sight(); });
   }
   QTreeWidget& list() { return *window_->panels().plan().findChild<QTreeWidget*>(); }
@@ -100,20 +100,20 @@ TEST_F(PlanPanelTest, TheListIsMadeAnewOnlyWhenThePlanChanges) {
 
 TEST_F(PlanPanelTest, HiddenItAsksForNoPlan) {
   bench().apply(SetForceParameter{0, ForceId::Evidence, EvidenceForce::source, 1});
-  window_->panels().show("Forces");
+  window_->panels().show_panel("Forces");
   ASSERT_TRUE(wait_until([&] { return !window_->panels().plan().in_sight(); }));
   const StepPlan before = window_->panels().plan().shown();
   window_->panels().forces().row(ForceId::Evidence, 0)->slider()->setValue(700);
   EXPECT_TRUE(window_->panels().plan().shown() == before);
-  window_->panels().show("Plan");
+  window_->panels().show_panel("Plan");
   ASSERT_TRUE(wait_until([&] { return window_->panels().plan().in_sight(); }));
   EXPECT_TRUE(rows(0).contains("evidence targets"));
 }
 
 TEST_F(PlanPanelTest, InATallWindowItStandsBelowTheForces) {
-  window_->panels().show("Forces");
+  window_->panels().show_panel("Forces");
   ASSERT_TRUE(wait_until([&] { return !window_->panels().plan().in_sight(); }));
-  window_->resize(1300, 1000);
+  window_->resize(1300, 1060);
   ASSERT_TRUE(wait_until([&] { return window_->panels().plan().in_sight(); }));
   EXPECT_FALSE(window_->panels().forces().visibleRegion().isEmpty());
   EXPECT_GT(window_->panels().plan().mapTo(window_.get(), QPoint()).y(),
@@ -121,7 +121,7 @@ TEST_F(PlanPanelTest, InATallWindowItStandsBelowTheForces) {
   window_->resize(1200, 800);
   ASSERT_TRUE(wait_until([&] { return !window_->panels().plan().in_sight(); }));
   EXPECT_FALSE(window_->panels().forces().visibleRegion().isEmpty());
-  window_->panels().show("Plan");
+  window_->panels().show_panel("Plan");
   EXPECT_TRUE(wait_until([&] { return window_->panels().plan().in_sight(); }));
 }
 

@@ -3,11 +3,15 @@
 #include <QDir>
 #include <QDropEvent>
 #include <QFile>
+#include <QMenu>
 #include <QMimeData>
+#include <QSettings>
 #include <QUrl>
 
+#include "gpu/backend.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/message_bar.h"
+#include "gui/window/window_memory.h"
 #include "io/mesh_io.h"
 #include "io/volume_io.h"
 #include "window_fixture.h"
@@ -98,6 +102,50 @@ TEST_F(WindowFilesTest, SavingWhereNothingCanBeWrittenIsAMessage) {
   window_->files().save_labels_to(path("no/such/folder/labels.nii.gz"));
   EXPECT_TRUE(
       wait_until([&] { return window_->messages().isVisible() && !window_->messages().text().contains("..."); }));
+}
+
+TEST_F(WindowFilesTest, NamesThatAreOfferedAreThoseOfVolumeAndSceneAndNeverTaken) {
+  write_phantom("cube.nii.gz");
+  write("labels.nii.gz", "a reference");
+  window_->files().take(load_input(path("cube.nii.gz").toStdString()), path("cube.nii.gz").toStdString());
+  EXPECT_EQ(window_->files().offered_path("-labels", ".nii.gz"), path("cube-labels.nii.gz"));
+  EXPECT_EQ(window_->files().offered_path("", ".simplexseg.json"), path("cube.simplexseg.json"));
+  write("cube-labels.nii.gz", "another");
+  EXPECT_EQ(window_->files().offered_path("-labels", ".nii.gz"), path("cube-labels-2.nii.gz"));
+  write("cube-labels-2.nii.gz", "a third");
+  EXPECT_EQ(window_->files().offered_path("-labels", ".nii.gz"), path("cube-labels-3.nii.gz"));
+  ASSERT_TRUE(window_->files().save_scene_to(path("kidneys.simplexseg.json")));
+  EXPECT_EQ(window_->files().offered_path("-labels", ".nii.gz"), path("cube-kidneys-labels.nii.gz"));
+}
+
+TEST_F(WindowFilesTest, TheWindowRemembersFilesContrastAndSize) {
+  QSettings::setPath(QSettings::IniFormat, QSettings::UserScope, folder_.filePath("settings"));
+  write_phantom("cube.nii.gz");
+  write_phantom("other.nii.gz");
+  const auto open = [&](const char* name) {
+    window_->files().take(load_input(path(name).toStdString()), path(name).toStdString());
+  };
+  {
+    WindowMemory memory(*window_);
+    EXPECT_FALSE(window_->recent_menu()->isEnabled());
+    open("cube.nii.gz");
+    bench().view.window = 123, bench().view.level = 45;
+    bench().view_edited();
+    open("other.nii.gz");
+    EXPECT_NE(bench().view.window, 123);
+    window_->resize(1000, 700);
+    QApplication::processEvents();
+  }
+  show_window(make_engine(Backend::Cpu).engine, {});
+  WindowMemory memory(*window_);
+  EXPECT_TRUE(memory.restore_geometry());
+  EXPECT_EQ(window_->size(), QSize(1000, 700));
+  EXPECT_EQ(memory.recent(), (QStringList{path("other.nii.gz"), path("cube.nii.gz")}));
+  ASSERT_EQ(window_->recent_menu()->actions().size(), 2);
+  window_->recent_menu()->actions()[1]->trigger();
+  ASSERT_TRUE(wait_until([&] { return bench().has_volume(); }));
+  EXPECT_EQ(bench().view.window, 123);
+  EXPECT_EQ(bench().view.level, 45);
 }
 
 TEST_F(WindowFilesTest, LabelsAndMeshesAreWritten) {

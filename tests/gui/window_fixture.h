@@ -13,7 +13,7 @@
 #include "gui/views/slice_view.h"
 #include "gui/views/view_grid.h"
 #include "gui/window/main_window.h"
-#include "gui/window/panel_docks.h"
+#include "gui/window/side_panels.h"
 #include "gui/workbench/workbench.h"
 #include "study/phantom.h"
 

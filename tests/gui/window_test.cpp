@@ -56,6 +56,7 @@ TEST_F(WindowTest, WhatOnlyVerletHasIsGreyUntilItIsChosen) {
 TEST_F(WindowTest, EveryParameterOfEveryTableHasARow) {
   open_phantom();
   for (const ForceInfo& force : force_list()) {
+    bench().apply(RecordProfiles{0});
     for (std::size_t p = 0; p < force.parameters.size(); ++p) {
       ParameterRow* row = window_->panels().forces().row(force.id, static_cast<int>(p));
       ASSERT_NE(row, nullptr);
@@ -254,6 +255,7 @@ TEST_F(WindowTest, TheSeedToolAddsASphere) {
 
 TEST_F(WindowTest, ControlClickMakesAMeshActive) {
   open_phantom();
+  bench().pause();  // the new mesh would start the run, and the outline would move
   const ItemId first = scene().meshes[0].id;
   bench().apply(AddMesh{"other", Seed{bench().view.crosshair_mm + Eigen::Vector3d(22, 0, 0), 5}, {}, 0});
   ASSERT_NE(bench().view.active_mesh, first);
@@ -319,6 +321,49 @@ TEST_F(WindowTest, GreyedControlsSayWhy) {
   EXPECT_GT(greyed, 5);
   EXPECT_FALSE(window_->actions()[Act::SaveLabels]->isEnabled());
   EXPECT_NE(window_->actions()[Act::SaveLabels]->toolTip(), binding_of(Act::SaveLabels).does);
+}
+
+TEST_F(WindowTest, RecordingProfilesSaysThatItWasDone) {
+  open_phantom();
+  EXPECT_EQ(window_->messages().text(), "");
+  window_->actions()[Act::RecordProfiles]->trigger();
+  EXPECT_FALSE(scene().meshes[0].profiles.empty());
+  EXPECT_TRUE(window_->messages().text().contains("object")) << window_->messages().text().toStdString();
+}
+
+TEST_F(WindowTest, TheIntensityProfileCannotBeSwitchedOnBeforeProfilesAreRecorded) {
+  open_phantom();
+  const ParameterRow* weight = window_->panels().forces().row(ForceId::IntensityProfile, 0);
+  EXPECT_FALSE(weight->isEnabled());
+  EXPECT_TRUE(weight->toolTip().contains("Record profiles")) << weight->toolTip().toStdString();
+  bench().apply(RecordProfiles{0});
+  EXPECT_TRUE(weight->isEnabled());
+}
+
+TEST_F(WindowTest, WithoutAMeshTheForcesAreThoseOfANewOne) {
+  open_phantom();
+  ParameterRow* weight = window_->panels().forces().row(ForceId::Smoothing, 0);
+  bench().apply(SetForceParameter{0, ForceId::Smoothing, 0, 7.5f});
+  ASSERT_FLOAT_EQ(weight->value(), 7.5f);
+  Scene empty;
+  empty.simulation = default_simulation_parameters();
+  bench().open(empty, make_phantom("cube", {}).image);
+  EXPECT_FALSE(weight->isEnabled());
+  EXPECT_FLOAT_EQ(weight->value(), default_force_parameters().weight(ForceId::Smoothing));
+}
+
+TEST_F(WindowTest, PresetsSetWindowAndLevel) {
+  const auto find_entry = [&] {
+    for (QAction* action : window_->findChildren<QAction*>())
+      if (action->text() == "CT bone") return action;
+    return static_cast<QAction*>(nullptr);
+  };
+  open_phantom();
+  QAction* bone = find_entry();
+  ASSERT_NE(bone, nullptr);
+  bone->trigger();
+  EXPECT_EQ(bench().view.window, 1800);
+  EXPECT_EQ(bench().view.level, 400);
 }
 
 TEST_F(WindowTest, NothingHappensWithoutAVolume) {

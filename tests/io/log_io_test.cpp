@@ -11,7 +11,7 @@ TEST_F(SceneIo, ALogKeepsEveryCommandAndEveryBit) {
       {0, AddMesh{"a \"quoted\" näme", {p, 10.0 / 3}, Colour{1, 2, 3}, 7}},
       {3, AddMesh{"", {p, 1}, std::nullopt, 0}},
       {1, DeleteMesh{4}},
-      {2, EditMesh{5, "name", Colour{9, 8, 7}, false, 12}},
+      {2, EditMesh{5, "name", Colour{9, 8, 7}, false, 12, true, 0.25f}},
       {0, EditMesh{5, std::nullopt, std::nullopt, std::nullopt, std::nullopt}},
       {7, SetSimulationParameter{find_parameter(simulation_table(), "damping"), 0.1f, true}},
       {7, SetSimulationParameter{find_parameter(simulation_table(), "limit_timestep"), 0}},
@@ -54,7 +54,7 @@ TEST_F(SceneIo, ALogKeepsEveryCommandAndEveryBit) {
   for (const std::size_t at : {3u, 4u}) {
     const auto [a, b] = get(std::type_identity<EditMesh>{}, at);
     EXPECT_TRUE(a.mesh == b.mesh && a.name == b.name && a.colour == b.colour && a.visible == b.visible &&
-                a.label == b.label);
+                a.label == b.label && a.locked == b.locked && a.opacity == b.opacity);
   }
   for (const std::size_t at : {5u, 6u}) {
     const auto [a, b] = get(std::type_identity<SetSimulationParameter>{}, at);

@@ -29,7 +29,9 @@ bool same_values(const MeshItem& a, const MeshItem& b, const char*& what) {
   };
   return same(a.id == b.id, "the meshes") && same(a.name == b.name, "the names") &&
          same(a.colour == b.colour, "the colours") && same(a.visible == b.visible, "what is visible") &&
-         same(a.label == b.label, "the labels") && same(same_values(a.seed, b.seed), "the seeds") &&
+         same(a.label == b.label, "the labels") &&
+         same(a.locked == b.locked && a.opacity == b.opacity, "locks and opacities") &&
+         same(same_values(a.seed, b.seed), "the seeds") &&
          same(std::memcmp(&a.parameters, &b.parameters, sizeof a.parameters) == 0, "the force parameters") &&
          same(same_bytes(a.mesh.positions, b.mesh.positions), "the positions") &&
          same(a.mesh.neighbours == b.mesh.neighbours, "the neighbours") &&

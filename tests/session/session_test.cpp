@@ -10,6 +10,7 @@
 #include "image/metrics.h"
 #include "image/rasterise.h"
 #include "mesh/mesh_geometry.h"
+#include "session/run_trace.h"
 #include "session_fixture.h"
 #include "step/simulation_parameters.h"
 
@@ -57,6 +58,44 @@ TEST(Tables, AreWellFormed) {
       }
     }
   }
+}
+
+TEST(SessionCommands, NamesLabelsAndColoursAreTheFirstThatAreFree) {
+  const auto session = open_session();  // one mesh, "ball"
+  const ItemId ball = session->scene().meshes[0].id;
+  const auto add = [&] { return session->scene().find_mesh(session->apply(AddMesh{"", {{3, 3, 3}, 8}, {}, 0})); };
+  const ItemId first = add()->id;
+  EXPECT_EQ(session->scene().find_mesh(first)->name, "mesh 1");
+  session->apply(AddPoint{first, {1, 2, 3}});
+  session->apply(AddPoint{first, {1, 2, 4}});
+  const MeshItem* second = add();
+  EXPECT_EQ(second->name, "mesh 2");
+  const int label = second->label;
+  const Colour colour = second->colour;
+  const MeshItem* third = add();
+  EXPECT_EQ(third->name, "mesh 3");
+  session->apply(DeleteMesh{session->scene().find_mesh("mesh 2")->id});
+  const MeshItem* again = add();
+  EXPECT_EQ(again->name, "mesh 2");
+  EXPECT_EQ(again->label, label);
+  EXPECT_EQ(again->colour, colour);
+  for (const MeshItem& a : session->scene().meshes)
+    for (const MeshItem& b : session->scene().meshes) EXPECT_TRUE(a.id == b.id || !(a.colour == b.colour));
+  session->apply(DeleteMesh{ball});
+  EXPECT_EQ(add()->label, 1);
+}
+
+TEST(RunTrace, AMeshThatIsDeletedLeavesIt) {
+  const auto session = open_session();
+  const ItemId other = session->apply(AddMesh{"other", {{3, 3, 3}, 8}, {}, 0});
+  RunTrace trace;
+  session->advance_steps(3);
+  trace.sample(*session, 0.1);
+  ASSERT_NE(trace.of(other), nullptr);
+  session->apply(DeleteMesh{other});
+  trace.keep(session->scene());
+  EXPECT_EQ(trace.of(other), nullptr);
+  EXPECT_EQ(trace.meshes().size(), 1u);
 }
 
 TEST(SessionCommands, EachDoesWhatItSays) {

@@ -16,8 +16,10 @@ enum class Act {
   Undo, Redo, DeletePoint,
   ToolCrosshair, ToolZoomPan, ToolPoint, ToolSeed, ToolInside, ToolOutside,
   RunPause, Step, ResetPose,
+  ResetMesh, RefineMesh, RecordProfiles, LockMesh, DeleteMesh,
   ShowMeshes, ShowField, LessOpaque, MoreOpaque, Annotations, Slices3d, Neurological, CentreOnCrosshair, Fit, AutoContrast, WindowLevel,
-  Help, About,
+  ShowPanels, ShowSteps, Researcher,
+  Help, Messages, About,
   CrosshairLeft, CrosshairRight, CrosshairUp, CrosshairDown, CrosshairLeft5, CrosshairRight5, CrosshairUp5, CrosshairDown5, NextSlice, PreviousSlice,
   MoveCrosshair, AddPoint, AddInside, AddOutside, ErasePoint, PickMesh, ContextMenu, Zoom, Pan, WheelSlice, WheelZoom, FollowMouse, Maximise, Rotate
 };

@@ -7,6 +7,15 @@
 
 namespace simplexseg {
 
+std::span<const ContrastPreset> contrast_presets() {
+  static constexpr ContrastPreset kPresets[] = {{"CT soft tissue", 400, 40},
+                                                {"CT liver", 150, 60},
+                                                {"CT lung", 1500, -600},
+                                                {"CT bone", 1800, 400},
+                                                {"CT brain", 80, 40}};
+  return kPresets;
+}
+
 Volume::Range contrast_range(const Volume& volume) {
   constexpr std::size_t kSamples = 200000;
   std::vector<float> values;

@@ -22,7 +22,7 @@ QColor slice_colour(Orientation orientation) {
 void apply(QApplication& application) {
   application.setStyle(QStyleFactory::create("Fusion"));
   QPalette palette;
-  const QColor window{37, 40, 45}, base{28, 30, 34}, raised{52, 56, 63}, disabled{104, 110, 118};
+  const QColor window{37, 40, 45}, base{28, 30, 34}, raised{52, 56, 63}, disabled = kDisabledText;
   palette.setColor(QPalette::Window, window);
   palette.setColor(QPalette::WindowText, kText);
   palette.setColor(QPalette::Base, base);
@@ -62,6 +62,10 @@ void apply(QApplication& application) {
     QToolBar { background: #25282d; border: none; border-bottom: 1px solid #1c1e22; spacing: 2px; padding: 2px 4px; }
     QToolButton { padding: 3px 7px; border: 1px solid transparent; border-radius: 3px; }
     QToolButton:hover { background: #3a3f47; }
+    QToolBar QToolButton { font-size: 11px; padding: 2px 5px; }
+    QToolButton#run { background: #2b7a4b; color: white; padding: 2px 14px; }
+    QToolButton#run:hover { background: #338f58; }
+    QToolButton#run:disabled { background: #343840; color: #686e76; }
     QToolButton:checked { background: #30689f; border-color: #408cd6; }
   )");
 }

@@ -10,6 +10,7 @@ namespace simplexseg::theme {
 
 inline const QColor kText{222, 226, 230};
 inline const QColor kDimText{150, 156, 164};
+inline const QColor kDisabledText{104, 110, 118};
 inline const QColor kSliceBackground{11, 12, 14};
 inline const QColor kSpaceBackground{27, 30, 35};
 inline const QColor kAccent{64, 140, 214};

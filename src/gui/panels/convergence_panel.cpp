@@ -112,6 +112,7 @@ ConvergencePanel::ConvergencePanel(Workbench& workbench, QWidget* parent) : QWid
   connect(preparing_, &BackgroundJob::failed, this,
           [this](const QString& why) { workbench_.say(Severity::Failure, why); });
   connect(&workbench_, &Workbench::advanced, this, &ConvergencePanel::note_advance);
+  connect(&workbench_, &Workbench::scene_changed, this, &ConvergencePanel::follow_scene);
   connect(&workbench_, &Workbench::restarted, this, &ConvergencePanel::clear);
   connect(&workbench_, &Workbench::volume_changed, this, &ConvergencePanel::take_scene);
   draw();
@@ -154,6 +155,11 @@ void ConvergencePanel::note_advance(const Advance& done) {
   if (!in_sight_) return;
   if (measures_errors() && (done.at_rest || since_error_.hasExpired(kRedrawMs))) sample_errors();
   if (!redraw_.isActive()) redraw_.start();
+}
+
+void ConvergencePanel::follow_scene() {
+  for (RunTrace* trace : {&residuals_, &errors_}) trace->keep(workbench_.scene());
+  if (in_sight_ && !redraw_.isActive()) redraw_.start();
 }
 
 void ConvergencePanel::show_choice() {

@@ -47,6 +47,7 @@ class ConvergencePanel : public QWidget {
   void note_advance(const Advance& done);
   void prepare_references();
   void sample_errors();
+  void follow_scene();
   void show_choice();
   void draw();
   QString why_nothing() const;

@@ -7,6 +7,7 @@
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QScrollArea>
+#include <QScrollBar>
 #include <QSignalBlocker>
 #include <QToolButton>
 #include <QVBoxLayout>
@@ -42,6 +43,10 @@ ForcePanel::ForcePanel(Workbench& workbench, QWidget* parent) : QWidget(parent),
   for (const ForceInfo& force : force_list()) sections_.push_back(build_section(force));
   sections_layout->addStretch(1);
   scroll->setWidget(sections_widget_);
+  // Wide enough for the bar beside what it scrolls.
+  int widest = sections_widget_->minimumSizeHint().width();
+  for (const Section& section : sections_) widest = std::max(widest, section.details->minimumSizeHint().width() + 6);
+  scroll->setMinimumWidth(widest + scroll->verticalScrollBar()->sizeHint().width());
   layout->addWidget(scroll, 1);
 
   connect(&workbench_, &Workbench::scene_changed, this, &ForcePanel::refresh);
@@ -114,16 +119,20 @@ void ForcePanel::refresh() {
   const QString why = tr("There is no mesh yet: add one in the panel Meshes, or with tool 4");
   set_enabled(all_meshes_, mesh, why);
   for (Section& section : sections_) {
-    const float* values = mesh ? mesh->parameters.values[static_cast<int>(section.force->id)] : nullptr;
+    const ForceParameters& parameters = mesh ? mesh->parameters : workbench_.scene().forces;
+    const float* values = parameters.values[static_cast<int>(section.force->id)];
     const bool on = mesh && values[0] > 0;
+    // What has a weight already is shown as it is, so that it can be taken away.
+    const bool lacks_profiles = mesh && !on && section.force->id == ForceId::IntensityProfile && mesh->profiles.empty();
+    const QString why_not = mesh ? tr("It has nothing to look for yet: Record profiles in the menu of the mesh") : why;
     {
       const QSignalBlocker blocker(section.on);
       section.on->setChecked(on);
     }
-    set_enabled(section.on, mesh, why);
+    set_enabled(section.on, mesh && !lacks_profiles, why_not);
     for (std::size_t p = 0; p < section.rows.size(); ++p) {
-      if (mesh) section.rows[p]->set_value(values[p]);
-      set_enabled(section.rows[p], mesh, why);
+      section.rows[p]->set_value(values[p]);
+      set_enabled(section.rows[p], mesh && !(lacks_profiles && p == 0), why_not);
     }
     if (on) last_weight_[{mesh->id, section.force->id}] = values[0];
   }

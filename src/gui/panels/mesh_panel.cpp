@@ -1,42 +1,71 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gui/panels/mesh_panel.h"
 
-#include <QColorDialog>
 #include <QDoubleSpinBox>
-#include <QGridLayout>
 #include <QHBoxLayout>
-#include <QHeaderView>
-#include <QLocale>
+#include <QLabel>
 #include <QPushButton>
-#include <QSignalBlocker>
-#include <QTreeWidget>
+#include <QScrollArea>
 #include <QVBoxLayout>
+#include <algorithm>
 
 #include "gui/look/widgets.h"
+#include "gui/panels/mesh_card.h"
+#include "gui/workbench/frame_loop.h"
+#include "gui/workbench/run_state.h"
 #include "gui/workbench/workbench.h"
+#include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
-namespace {
-constexpr int kName = 0, kVertices = 1;
-ItemId id_of(const QTreeWidgetItem* row) { return row->data(kName, Qt::UserRole).toUInt(); }
-}  // namespace
 
-MeshPanel::MeshPanel(Workbench& workbench, QWidget* parent) : QWidget(parent), workbench_(workbench) {
+MeshPanel::MeshPanel(Workbench& workbench, FrameLoop& loop, ActionTable& actions, QWidget* parent)
+    : QWidget(parent), workbench_(workbench), loop_(loop), actions_(actions) {
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(8, 6, 8, 6);
-  layout->setSpacing(5);
-  list_ = new QTreeWidget(this);
-  list_->setColumnCount(2);
-  list_->setHeaderLabels({tr("Mesh"), tr("Vertices")});
-  list_->header()->setSectionResizeMode(kName, QHeaderView::Stretch);
-  list_->header()->setSectionResizeMode(kVertices, QHeaderView::ResizeToContents);
-  list_->header()->setStretchLastSection(false);
-  list_->setRootIsDecorated(false);
-  list_->setEditTriggers(QAbstractItemView::DoubleClicked | QAbstractItemView::EditKeyPressed);
-  list_->setToolTip(tr("The selected mesh is the active one. Tick: visible. Double click: new name."));
-  list_->setMinimumHeight(70);
-  layout->addWidget(list_, 1);
+  layout->setSpacing(6);
+  auto* title = new QLabel(tr("<b>Meshes</b>"), this);
+  layout->addWidget(title);
+  build_list();
+  build_adding();
+  connect(&workbench_, &Workbench::scene_changed, this, &MeshPanel::refresh);
+  connect(&workbench_, &Workbench::running_changed, this, &MeshPanel::refresh_states);
+  // Numbers that change with every frame cannot be read: three times a second will do.
+  states_.setSingleShot(true);
+  states_.setInterval(300);
+  connect(&states_, &QTimer::timeout, this, &MeshPanel::refresh_states);
+  connect(&loop_, &FrameLoop::ticked, this, [this] {
+    if (!states_.isActive()) states_.start();
+  });
+  connect(&workbench_, &Workbench::pose_changed, this, [this] {
+    if (!states_.isActive()) states_.start();
+  });
+  connect(&workbench_, &Workbench::volume_changed, this, [this] {
+    if (!workbench_.has_volume()) return;
+    const Eigen::Vector3d extent = world_box(workbench_.session().volume().geometry()).extent_mm();
+    radius_->setValue(std::max(0.1, 0.1 * extent.minCoeff()));
+  });
+  refresh();
+}
 
+void MeshPanel::build_list() {
+  auto* scroll = new QScrollArea(this);
+  scroll->setWidgetResizable(true);
+  scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  scroll->setMinimumHeight(60);
+  list_ = new QWidget(scroll);
+  column_ = new QVBoxLayout(list_);
+  column_->setContentsMargins(0, 0, 4, 0);
+  column_->setSpacing(4);
+  empty_ = new QLabel(tr("None yet. With tool 4, drag in a slice from the middle of an object to its edge."), list_);
+  empty_->setWordWrap(true);
+  empty_->setStyleSheet("color: #969ca4;");
+  column_->addWidget(empty_);
+  column_->addStretch(1);
+  scroll->setWidget(list_);
+  static_cast<QVBoxLayout*>(layout())->addWidget(scroll, 1);
+}
+
+void MeshPanel::build_adding() {
   auto* adding = new QHBoxLayout;
   add_ = new QPushButton(tr("Add sphere at crosshair"), this);
   add_->setToolTip(tr("A new mesh: a sphere about the crosshair"));
@@ -47,126 +76,49 @@ MeshPanel::MeshPanel(Workbench& workbench, QWidget* parent) : QWidget(parent), w
   radius_->setSuffix(tr(" mm"));
   radius_->setPrefix(tr("r "));
   radius_->setToolTip(tr("Radius of the sphere that a new mesh starts as"));
+  radius_->setAccessibleName(tr("Radius of a new mesh"));
   adding->addWidget(add_, 1);
   adding->addWidget(radius_);
-  layout->addLayout(adding);
-
-  auto* grid = new QGridLayout;
-  grid->setSpacing(5);
-  int next = 0;
-  const auto add_button = [&](const QString& title, const QString& tip, auto&& clicked) {
-    auto* button = new QPushButton(title, this);
-    button->setToolTip(tip);
-    button->setMinimumWidth(40);
-    connect(button, &QPushButton::clicked, this, clicked);
-    const int columns = title.size() > 10 ? 2 : 1;
-    grid->addWidget(button, next / 3, next % 3, 1, columns);
-    next += columns;
-    return button;
-  };
-  const auto active = [this] { return workbench_.view.active_mesh; };
-  colour_ = add_button(tr("Colour..."), tr("Another colour for the active mesh"), [this] { choose_colour(); });
-  reset_ = add_button(tr("Reset"), tr("The active mesh back to its sphere"),
-                      [=, this] { workbench_.apply(ResetPose{active()}); });
-  refine_ = add_button(tr("Refine"), tr("Four times as many vertices for the active mesh"),
-                       [=, this] { workbench_.apply(RefineMesh{active()}); });
-  record_ =
-      add_button(tr("Record profiles"),
-                 tr("Take the intensity profiles under the present pose as what the intensity-profile force looks for"),
-                 [=, this] { workbench_.apply(RecordProfiles{active()}); });
-  delete_ = add_button(tr("Delete"), tr("Delete the active mesh and its points"),
-                       [=, this] { workbench_.apply(DeleteMesh{active()}); });
-  layout->addLayout(grid);
-
+  static_cast<QVBoxLayout*>(layout())->addLayout(adding);
   connect(add_, &QPushButton::clicked, this, &MeshPanel::add_at_crosshair);
-  connect(list_, &QTreeWidget::itemChanged, this, &MeshPanel::edited);
-  connect(list_, &QTreeWidget::currentItemChanged, this, [this](QTreeWidgetItem* row) {
-    if (row) workbench_.set_active_mesh(id_of(row));
-  });
-  connect(&workbench_, &Workbench::scene_changed, this, &MeshPanel::refresh);
-  connect(&workbench_, &Workbench::pose_changed, this, &MeshPanel::refresh_counts);  // meshes are refined as they move
-  connect(&workbench_, &Workbench::volume_changed, this, [this] {
-    if (!workbench_.has_volume()) return;
-    const Eigen::Vector3d extent = world_box(workbench_.session().volume().geometry()).extent_mm();
-    radius_->setValue(std::max(0.1, 0.1 * extent.minCoeff()));
-  });
-  refresh();
 }
 
 void MeshPanel::refresh() {
   const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
-  {
-    const QSignalBlocker blocker(list_);
-    while (list_->topLevelItemCount() > static_cast<int>(meshes.size()))
-      delete list_->takeTopLevelItem(list_->topLevelItemCount() - 1);
-    while (list_->topLevelItemCount() < static_cast<int>(meshes.size())) list_->addTopLevelItem(new QTreeWidgetItem);
-    for (std::size_t m = 0; m < meshes.size(); ++m) {
-      QTreeWidgetItem* row = list_->topLevelItem(static_cast<int>(m));
-      const bool active = meshes[m].id == workbench_.view.active_mesh;
-      row->setFlags(Qt::ItemIsEnabled | Qt::ItemIsSelectable | Qt::ItemIsEditable | Qt::ItemIsUserCheckable);
-      row->setData(kName, Qt::UserRole, meshes[m].id);
-      row->setText(kName, QString::fromStdString(meshes[m].name));
-      row->setIcon(kName, swatch(meshes[m].colour, active));
-      row->setCheckState(kName, meshes[m].visible ? Qt::Checked : Qt::Unchecked);
-      row->setTextAlignment(kVertices, Qt::AlignRight | Qt::AlignVCenter);
-      if (active) list_->setCurrentItem(row);
-    }
+  while (cards_.size() > meshes.size()) {
+    cards_.back()->hide();
+    cards_.back()->deleteLater();  // its own menu may have deleted the mesh
+    cards_.pop_back();
   }
-  counted_topology_ = ~std::uint64_t{0};
-  refresh_counts();
+  while (cards_.size() < meshes.size()) {
+    cards_.push_back(new MeshCard(workbench_, actions_, list_));
+    column_->insertWidget(static_cast<int>(cards_.size()), cards_.back());
+  }
+  for (std::size_t m = 0; m < meshes.size(); ++m)
+    cards_[m]->show_mesh(meshes[m], meshes[m].id == workbench_.view.active_mesh);
+  empty_->setVisible(meshes.empty());
   const QString no_volume = tr("Open a volume first");
   set_enabled(add_, workbench_.has_volume(), no_volume);
   set_enabled(radius_, workbench_.has_volume(), no_volume);
-  const bool any = workbench_.active_mesh() != nullptr;
-  for (QPushButton* button : {colour_, reset_, refine_, record_, delete_})
-    set_enabled(button, any, tr("There is no mesh yet"));
+  refresh_states();
 }
 
-void MeshPanel::refresh_counts() {
-  if (counted_topology_ == workbench_.session().topology_revision()) return;
-  counted_topology_ = workbench_.session().topology_revision();
-  const QSignalBlocker blocker(list_);
-  const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
-  for (int m = 0; m < list_->topLevelItemCount() && m < static_cast<int>(meshes.size()); ++m) {
-    const QString count = QLocale::c().toString(meshes[m].mesh.vertex_count());
-    QTreeWidgetItem* row = list_->topLevelItem(m);
-    if (row->text(kVertices) != count) row->setText(kVertices, count);
+void MeshPanel::refresh_states() {
+  // Poses are read back only where nothing moves: a run must not wait for a number.
+  const bool moves = workbench_.running() && !loop_.at_rest();
+  const std::vector<MeshItem>& meshes = moves ? workbench_.scene().meshes : workbench_.session().scene().meshes;
+  for (std::size_t m = 0; m < meshes.size() && m < cards_.size(); ++m) {
+    const MeshState state = mesh_state(workbench_, loop_, m);
+    cards_[m]->show_state(state.text, state.is_warning);
+    const bool known = !moves || meshes[m].locked;
+    if (!meshes[m].mesh.positions.empty())
+      cards_[m]->show_volume(known ? measure(meshes[m].mesh).volume_mm3 / 1000 : -1);
   }
-}
-
-void MeshPanel::edited(QTreeWidgetItem* row, int column) {
-  const MeshItem* item = workbench_.scene().find_mesh(id_of(row));
-  if (!item || column != kName) return;
-  EditMesh edit{item->id, {}, {}, {}, {}};
-  const std::string name = row->text(kName).trimmed().toStdString();
-  const bool visible = row->checkState(kName) == Qt::Checked;
-  if (visible != item->visible) {
-    edit.visible = visible;
-  } else if (name != item->name && !name.empty()) {
-    edit.name = name;
-  } else {
-    refresh();
-    return;
-  }
-  if (!workbench_.apply(edit)) refresh();
 }
 
 void MeshPanel::add_at_crosshair() {
   workbench_.apply(
       AddMesh{{}, Seed{workbench_.view.crosshair_mm, radius_->value()}, std::nullopt, workbench_.view.active_mesh});
-}
-
-void MeshPanel::choose_colour() {
-  const MeshItem* item = workbench_.active_mesh();
-  if (!item) return;
-  const ItemId id = item->id;
-  const QColor chosen = QColorDialog::getColor(QColor(item->colour.red, item->colour.green, item->colour.blue), this,
-                                               tr("Colour of %1").arg(QString::fromStdString(item->name)));
-  if (!chosen.isValid()) return;
-  EditMesh edit{id, {}, {}, {}, {}};
-  edit.colour = Colour{static_cast<std::uint8_t>(chosen.red()), static_cast<std::uint8_t>(chosen.green()),
-                       static_cast<std::uint8_t>(chosen.blue())};
-  workbench_.apply(edit);
 }
 
 }  // namespace simplexseg

@@ -1,42 +1,47 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <QTimer>
 #include <QWidget>
 #include <vector>
 
 #include "session/scene.h"
 
 class QDoubleSpinBox;
+class QLabel;
 class QPushButton;
-class QTreeWidget;
-class QTreeWidgetItem;
+class QVBoxLayout;
 
 namespace simplexseg {
 
+class ActionTable;
+class FrameLoop;
+class MeshCard;
 class Workbench;
 
-/// The list of meshes, and what is done to one of them.
+/// The meshes, a card for each, and what makes a new one.
 class MeshPanel : public QWidget {
   Q_OBJECT
  public:
-  MeshPanel(Workbench& workbench, QWidget* parent);
+  MeshPanel(Workbench& workbench, FrameLoop& loop, ActionTable& actions, QWidget* parent);
+  const std::vector<MeshCard*>& cards() const { return cards_; }
 
  private:
+  void build_list();
+  void build_adding();
   void refresh();
-  void refresh_counts();
-  void edited(QTreeWidgetItem* row, int column);
+  void refresh_states();
   void add_at_crosshair();
-  void choose_colour();
 
   Workbench& workbench_;
-  QTreeWidget* list_;
+  FrameLoop& loop_;
+  ActionTable& actions_;
+  QWidget* list_;
+  QVBoxLayout* column_;
+  QLabel* empty_;
+  std::vector<MeshCard*> cards_;
   QDoubleSpinBox* radius_;
   QPushButton* add_;
-  QPushButton* colour_;
-  QPushButton* reset_;
-  QPushButton* refine_;
-  QPushButton* record_;
-  QPushButton* delete_;
-  std::uint64_t counted_topology_ = ~std::uint64_t{0};
+  QTimer states_;  ///< while they change with every frame
 };
 
 }  // namespace simplexseg

@@ -19,6 +19,7 @@
 #include "gui/look/widgets.h"
 #include "gui/panels/parameter_row.h"
 #include "gui/workbench/frame_loop.h"
+#include "gui/workbench/run_state.h"
 #include "gui/workbench/workbench.h"
 #include "step/simulation_parameters.h"
 
@@ -112,17 +113,12 @@ void SimulationPanel::show_drawing(const QString& how) {
 
 QStringList SimulationPanel::unsound_meshes() const {
   QStringList unsound;
-  const StepOutcome& outcome = workbench_.session().last_outcome();
   const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
-  for (std::size_t m = 0; m < meshes.size() && m < outcome.folded_vertices.size(); ++m) {
-    QStringList faults;
-    if (outcome.inside_out[m]) faults << tr("inside out");
-    if (outcome.folded_vertices[m] == 1) faults << tr("folded at 1 vertex");
-    if (outcome.folded_vertices[m] > 1)
-      faults << tr("folded at %1 vertices").arg(QLocale::c().toString(outcome.folded_vertices[m]));
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    const QString faults = faults_of(workbench_, m);
     if (faults.isEmpty()) continue;
     const QString name = meshes.size() > 1 ? QString::fromStdString(meshes[m].name) + ": " : QString();
-    unsound << name + faults.join(tr(" and "));
+    unsound << name + faults;
   }
   return unsound;
 }

@@ -192,7 +192,10 @@ void SliceTools::finish_seed() {
     workbench_.say(Severity::Note, SliceView::tr("New mesh: press at the centre, drag to the radius, release"));
     return;
   }
-  workbench_.apply(AddMesh{{}, *seed, std::nullopt, workbench_.view.active_mesh});
+  if (!workbench_.apply(AddMesh{{}, *seed, std::nullopt, workbench_.view.active_mesh})) return;
+  // What comes next is to look and to correct: a drag must not place another.
+  workbench_.view.tool = Tool::Crosshair;
+  workbench_.view_edited();
 }
 
 void SliceTools::show_grab(bool grabs) {
@@ -203,7 +206,12 @@ void SliceTools::show_grab(bool grabs) {
 
 void SliceTools::hover(const QPointF& pixel, Qt::KeyboardModifiers modifiers) {
   show_grab(grabs_at(pixel, modifiers));
-  const ItemId under = point_at(pixel);
+  follow_points();
+}
+
+void SliceTools::follow_points() {
+  if (!mouse_ || drag_ != Drag::None) return;
+  const ItemId under = point_at(*mouse_);
   if (under == workbench_.view.hovered_point) return;
   workbench_.view.hovered_point = under;
   workbench_.view_edited();
@@ -213,6 +221,7 @@ void SliceTools::press(const QMouseEvent& event) {
   if (!workbench_.has_volume() || drag_ != Drag::None) return;
   press_ = last_ = event.position();
   moved_ = false;
+  before_click_mm_ = workbench_.view.crosshair_mm;
   if (event.button() == Qt::LeftButton) {
     begin_left_drag(event.position(), event.modifiers());
     return;
@@ -280,6 +289,7 @@ void SliceTools::release(const QMouseEvent& event) {
   if (ended == Drag::Zoom && !moved_ && gesture(Where::Slices, Mouse::RightClick, {}) == Act::ContextMenu) {
     show_menu(event.position(), event.globalPosition().toPoint());
   }
+  if (moved_) before_click_mm_.reset();
   view_.update();
 }
 
@@ -288,7 +298,11 @@ bool SliceTools::double_click(const QMouseEvent& event) {
   const ViewState& view = workbench_.view;
   const bool plain =
       event.button() == Qt::LeftButton && !view.window_level_armed && !kind_of(view.tool) && view.tool != Tool::Seed;
-  if (plain && gesture(Where::Slices, Mouse::DoubleClick, event.modifiers()) == Act::Maximise) return false;
+  if (plain && gesture(Where::Slices, Mouse::DoubleClick, event.modifiers()) == Act::Maximise) {
+    // The first of the two clicks was no wish to be elsewhere.
+    if (const auto before = std::exchange(before_click_mm_, std::nullopt)) workbench_.set_crosshair(*before);
+    return false;
+  }
   press(event);
   return true;
 }

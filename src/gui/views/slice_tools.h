@@ -31,6 +31,8 @@ class SliceTools {
   /// False when the key means nothing here.
   bool key(const QKeyEvent& event);
   void leave();
+  /// Points have come or gone: what lies under the mouse may be another.
+  void follow_points();
 
   /// Whether a drag from where the mouse is would pull the active mesh's outline.
   bool grabs() const { return grabs_; }
@@ -68,6 +70,8 @@ class SliceTools {
   QPointF press_, last_;
   std::optional<QPointF> mouse_;  ///< while it is over the view
   bool moved_ = false;            ///< far enough from the press to be no click
+  /// Where the crosshair was before the last click moved it; none after anything else.
+  std::optional<Eigen::Vector3d> before_click_mm_;
   bool grabs_ = false;
   double wheel_degrees_ = 0;  ///< turned since the last whole notch
   std::optional<Seed> seed_;

@@ -26,6 +26,7 @@ SliceView::SliceView(Workbench& workbench, DrawnScene& drawn, Orientation orient
     : View(workbench, drawn, parent), orientation_(orientation), tools_(workbench, *this) {
   setObjectName(title_of(orientation));
   connect(&workbench_, &Workbench::view_changed, this, &SliceView::update_cursor);
+  connect(&workbench_, &Workbench::scene_changed, this, [this] { tools_.follow_points(); });
 }
 
 SliceView::~SliceView() { destroy_gl_objects(); }

@@ -103,7 +103,8 @@ void SpaceView::draw_meshes(const Projection& projection) {
   const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     if (!meshes[m].visible) continue;
-    mesh_painter_.draw(projection, *surfaces_, static_cast<int>(m), rgba_of(meshes[m].colour, workbench_.view.opacity));
+    mesh_painter_.draw(projection, *surfaces_, static_cast<int>(m),
+                       rgba_of(meshes[m].colour, meshes[m].opacity * workbench_.view.opacity));
   }
 }
 

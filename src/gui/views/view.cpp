@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gui/views/view.h"
 
-#include <QAbstractSpinBox>
-#include <QApplication>
-#include <QLineEdit>
-
 #include "core/expect.h"
-#include "gui/look/theme.h"
+#include "gui/input/key_return.h"
 #include "gui/views/drawn_scene.h"
 #include "gui/workbench/workbench.h"
 
@@ -65,12 +61,7 @@ void View::paintGL() {
   drawn_.buffers().begin_reading();
   paint();
   std::vector<Label> labels;
-  if (workbench_.has_volume()) {
-    annotate(labels);
-  } else {
-    labels.push_back(
-        {rect(), Qt::AlignCenter, tr("Open a volume: Ctrl+O,\nor drop a file here"), theme::kDimText, false});
-  }
+  if (workbench_.has_volume()) annotate(labels);
   const double ratio = devicePixelRatio();
   label_painter_.draw(size() * ratio, ratio, font(), labels);
   end_frame();
@@ -79,8 +70,7 @@ void View::paintGL() {
 
 // Keys act in the view under the mouse, unless something is being typed.
 void View::enterEvent(QEnterEvent* event) {
-  QWidget* focus = QApplication::focusWidget();
-  if (!qobject_cast<QLineEdit*>(focus) && !qobject_cast<QAbstractSpinBox*>(focus)) setFocus(Qt::MouseFocusReason);
+  if (!is_typing()) setFocus(Qt::MouseFocusReason);
   QOpenGLWidget::enterEvent(event);
 }
 

@@ -2,6 +2,7 @@
 #include "gui/window/file_actions.h"
 
 #include <QAction>
+#include <QDir>
 #include <QFileDialog>
 #include <QFileInfo>
 #include <QInputDialog>
@@ -73,6 +74,7 @@ void FileActions::open(const QString& path) {
 }
 
 void FileActions::take(LoadedInput input, const std::filesystem::path& path) {
+  emit about_to_take();
   workbench_.open(std::move(input.scene), std::move(input.volume), std::move(input.references));
   last_path_ = to_text(path);
   scene_path_ = path.extension() == ".json" ? to_text(path) : QString();
@@ -96,6 +98,18 @@ QString FileActions::scene_name() const {
   return QFileInfo(scene_path_.isEmpty() ? last_path_ : scene_path_).fileName();
 }
 
+QString FileActions::offered_path(const QString& what, const QString& ending) const {
+  const auto stem_of = [](const QString& path) { return QFileInfo(path).fileName().section('.', 0, 0); };
+  const QString volume = stem_of(QString::fromStdString(workbench_.scene().volume_path)), scene = stem_of(scene_path_);
+  QStringList parts;
+  for (const QString& part : {volume, scene})
+    if (!part.isEmpty() && !parts.contains(part)) parts << part;
+  const QString base = QDir(folder_of_last_file()).filePath((parts.isEmpty() ? "simplexseg" : parts.join('-')) + what);
+  QString path = base + ending;
+  for (int number = 2; QFileInfo::exists(path); ++number) path = base + '-' + QString::number(number) + ending;
+  return path;
+}
+
 QString FileActions::folder_of_last_file() const {
   return last_path_.isEmpty() ? QString() : QFileInfo(last_path_).absolutePath();
 }
@@ -113,8 +127,8 @@ bool FileActions::save_scene() { return scene_path_.isEmpty() ? save_scene_as() 
 bool FileActions::save_scene_as() {
   // By this ending a desktop tells scenes from other JSON (packaging/simplexseg.xml).
   const QString ending = ".simplexseg.json";
-  QString path = QFileDialog::getSaveFileName(&window_, tr("Save the scene"), folder_of_last_file() + "/scene" + ending,
-                                              tr("Scenes (*.json)"));
+  QString path =
+      QFileDialog::getSaveFileName(&window_, tr("Save the scene"), offered_path("", ending), tr("Scenes (*.json)"));
   if (path.isEmpty()) return false;
   if (!path.endsWith(".json")) path += ending;
   return save_scene_to(path);
@@ -135,7 +149,7 @@ bool FileActions::save_scene_to(const QString& path) {
 }
 
 void FileActions::choose_and_save_labels() {
-  QString path = QFileDialog::getSaveFileName(&window_, tr("Save the labels"), folder_of_last_file() + "/labels.nii.gz",
+  QString path = QFileDialog::getSaveFileName(&window_, tr("Save the labels"), offered_path("-labels", ".nii.gz"),
                                               tr("Label volumes (*.nii.gz *.nii *.seg.nrrd *.nrrd *.mha);;"
                                                  "DICOM segmentation or contours (*.dcm *.rtstruct.dcm)"));
   if (!path.isEmpty() && QFileInfo(path).suffix().isEmpty()) path += ".nii.gz";

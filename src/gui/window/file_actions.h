@@ -28,6 +28,8 @@ class FileActions : public QObject {
   /// False when the user wants to stay.
   bool may_discard();
   QString scene_name() const;
+  /// What was opened or saved as a scene last; empty before.
+  const QString& path() const { return last_path_; }
 
   // Each says what it did or what went wrong; false when it failed or was called off.
   bool save_scene();
@@ -36,11 +38,16 @@ class FileActions : public QObject {
   void save_labels_to(const QString& path);
   void save_meshes_to(const QString& folder, const QString& extension = ".ply");
 
+  /// Where the next file is offered to be saved: beside the last one, named after volume and scene, `what` and the
+  /// ending; a name that no file has.
+  QString offered_path(const QString& what, const QString& ending) const;
+
   /// The first file of a drop; empty when there is none.
   static QString dropped_path(const QMimeData* data);
 
  signals:
   void name_changed();
+  void about_to_take();  ///< what is open goes, unless the next cannot be opened
 
  private:
   void enable_actions();

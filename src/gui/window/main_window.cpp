@@ -4,26 +4,33 @@
 #include <QAction>
 #include <QActionGroup>
 #include <QCloseEvent>
-#include <QDockWidget>
 #include <QDragEnterEvent>
 #include <QDropEvent>
 #include <QFileDialog>
 #include <QMenuBar>
 #include <QMimeData>
+#include <QSplitter>
 #include <QToolBar>
+#include <QToolButton>
 #include <QVBoxLayout>
 
 #include "core/error.h"
 #include "gui/input/action_table.h"
 #include "gui/input/help.h"
+#include "gui/input/key_return.h"
+#include "gui/look/contrast.h"
+#include "gui/look/symbols.h"
 #include "gui/panels/simulation_panel.h"
 #include "gui/views/drawn_scene.h"
 #include "gui/views/view.h"
 #include "gui/views/view_grid.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/message_bar.h"
-#include "gui/window/panel_docks.h"
+#include "gui/window/side_panels.h"
+#include "gui/window/start_page.h"
+#include "gui/window/state_chip.h"
 #include "gui/window/status_line.h"
+#include "gui/window/step_strip.h"
 #include "gui/window/workbench_actions.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/frame_loop.h"
@@ -43,7 +50,6 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
   build_views();
   new WorkbenchActions(*workbench_, *views_, *actions_, this);
   connect_own_actions();
-  panels_ = std::make_unique<PanelDocks>(*this, *workbench_, *loop_, *actions_);
   build_menus();
   build_toolbar();
   setStatusBar(new StatusLine(*workbench_, *drawn_, this));
@@ -55,30 +61,33 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
 MainWindow::~MainWindow() {
   delete job_;
   delete takeCentralWidget();
-  panels_.reset();
 }
 
 void MainWindow::build_views() {
-  auto* centre = new QWidget(this);
-  auto* column = new QVBoxLayout(centre);
+  auto* centre = new QSplitter(Qt::Horizontal, this);
+  centre->setChildrenCollapsible(false);
+  auto* middle = new QWidget(centre);
+  auto* column = new QVBoxLayout(middle);
   column->setContentsMargins(0, 0, 0, 0);
   column->setSpacing(0);
-  messages_ = new MessageBar(centre);
-  column->addWidget(messages_);
-  views_ = new ViewGrid(*workbench_, *drawn_, centre);
+  steps_ = new StepStrip(*workbench_, *actions_, middle);
+  column->addWidget(steps_);
+  views_ = new ViewGrid(*workbench_, *drawn_, middle);
+  column->addWidget(views_, 1);
   for (View* view : views_->all()) {
     connect(view, &View::about_to_paint, loop_.get(), &FrameLoop::view_about_to_paint);
     connect(view, &View::frameSwapped, loop_.get(), &FrameLoop::view_shown);
   }
-  column->addWidget(views_, 1);
+  panels_ = new SidePanels(*workbench_, *loop_, *actions_, centre);
+  centre->setStretchFactor(0, 1);
+  centre->setStretchFactor(1, 0);
+  start_ = new StartPage(*actions_, views_);
+  connect(start_, &StartPage::open_wanted, files_, &FileActions::open);
+  connect(workbench_.get(), &Workbench::volume_changed, this,
+          [this] { start_->setVisible(!workbench_->has_volume()); });
+  messages_ = new MessageBar(views_);
+  new KeyReturn(*this, *views_->all().front());
   setCentralWidget(centre);
-}
-
-void MainWindow::resizeEvent(QResizeEvent* event) {
-  QMainWindow::resizeEvent(event);
-  // Not within the layout that this event is part of.
-  QMetaObject::invokeMethod(
-      this, [this] { panels_->arrange(); }, Qt::QueuedConnection);
 }
 
 void MainWindow::build_menus() {
@@ -92,41 +101,85 @@ void MainWindow::build_menus() {
     }
     return menu;
   };
-  fill(tr("&File"), {{Act::Open, Act::OpenFolder},
-                     {Act::SaveScene, Act::SaveSceneAs},
-                     {Act::SaveLabels, Act::SaveMeshes, Act::Screenshot},
-                     {Act::Quit}});
+  QMenu* file = fill(tr("&File"), {{Act::Open, Act::OpenFolder},
+                                   {Act::SaveScene, Act::SaveSceneAs},
+                                   {Act::SaveLabels, Act::SaveMeshes, Act::Screenshot},
+                                   {Act::Quit}});
+  auto* recent = new QMenu(tr("Open &recent"), file);
+  recent->setObjectName("recent_menu");
+  recent->setEnabled(false);
+  file->insertMenu(file->actions().at(2), recent);
   fill(tr("&Edit"), {{Act::Undo, Act::Redo}, {Act::DeletePoint}});
   fill(tr("&Tools"), {{Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolSeed},
                       {Act::ToolPoint, Act::ToolInside, Act::ToolOutside},
                       {Act::WindowLevel}});
+  fill(tr("&Mesh"), {{Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles, Act::LockMesh}, {Act::DeleteMesh}});
   fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::ResetPose}});
   QMenu* view = fill(tr("&View"), {{Act::CentreOnCrosshair, Act::Fit, Act::AutoContrast, Act::Neurological},
                                    {Act::ShowMeshes, Act::ShowField, Act::Annotations, Act::Slices3d},
-                                   {Act::LessOpaque, Act::MoreOpaque}});
-  view->addSeparator();
-  for (QDockWidget* dock : panels_->all()) view->addAction(dock->toggleViewAction());
-  fill(tr("&Help"), {{Act::Help, Act::About}});
+                                   {Act::LessOpaque, Act::MoreOpaque},
+                                   {Act::ShowPanels, Act::ShowSteps, Act::Researcher}});
+  QMenu* presets = view->addMenu(tr("Window and level &presets"));
+  for (const ContrastPreset& preset : contrast_presets()) {
+    QAction* entry = presets->addAction(tr(preset.title));
+    entry->setToolTip(tr("Window %1, level %2").arg(preset.window).arg(preset.level));
+    connect(entry, &QAction::triggered, this, [this, preset] {
+      workbench_->view.window = preset.window;
+      workbench_->view.level = preset.level;
+      workbench_->view_edited();
+    });
+  }
+  presets->setToolTipsVisible(true);
+  presets->setEnabled(false);
+  connect(workbench_.get(), &Workbench::volume_changed, presets,
+          [this, presets] { presets->setEnabled(workbench_->has_volume()); });
+  fill(tr("&Help"), {{Act::Help, Act::Messages}, {Act::About}});
 }
 
 void MainWindow::build_toolbar() {
   QToolBar* bar = addToolBar(tr("Tools"));
   bar->setObjectName("tools");
   bar->setMovable(false);
-  bar->setToolButtonStyle(Qt::ToolButtonTextOnly);
+  bar->setToolButtonStyle(Qt::ToolButtonTextUnderIcon);
+  bar->setIconSize({20, 20});
   bar->setContextMenuPolicy(Qt::PreventContextMenu);
+  struct Entry {
+    Act act;
+    Symbol symbol;
+    QString text;
+  };
+  const auto add = [&](std::initializer_list<Entry> entries) {
+    for (const auto& [act, symbol, text] : entries) {
+      QAction* action = (*actions_)[act];
+      action->setIcon(icon_of(symbol));
+      action->setIconText(text);
+      bar->addAction(action);
+    }
+  };
+  add({{Act::ToolCrosshair, Symbol::Crosshair, tr("Crosshair")},
+       {Act::ToolZoomPan, Symbol::ZoomPan, tr("Zoom")},
+       {Act::ToolSeed, Symbol::Seed, tr("New mesh")},
+       {Act::ToolPoint, Symbol::Boundary, tr("Boundary")},
+       {Act::ToolInside, Symbol::Inside, tr("Inside")},
+       {Act::ToolOutside, Symbol::Outside, tr("Outside")}});
   auto* group = new QActionGroup(this);
-  for (const Act act :
-       {Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolSeed, Act::ToolPoint, Act::ToolInside, Act::ToolOutside}) {
-    group->addAction((*actions_)[act]);
-    bar->addAction((*actions_)[act]);
-  }
+  for (QAction* tool : bar->actions()) group->addAction(tool);
   bar->addSeparator();
-  for (const Act act : {Act::RunPause, Act::Step, Act::ResetPose}) bar->addAction((*actions_)[act]);
+  auto* run = new QToolButton(bar);
+  run->setObjectName("run");
+  run->setDefaultAction((*actions_)[Act::RunPause]);
+  run->setToolButtonStyle(Qt::ToolButtonTextUnderIcon);
+  run->setIconSize(bar->iconSize());
+  run->setMinimumWidth(64);
+  bar->addWidget(run);
+  bar->addWidget(new StateChip(*workbench_, *loop_, bar));
+  add({{Act::Step, Symbol::Step, tr("Step")}, {Act::ResetPose, Symbol::Reset, tr("Reset")}});
   bar->addSeparator();
-  for (const Act act : {Act::Undo, Act::Redo}) bar->addAction((*actions_)[act]);
+  add({{Act::Undo, Symbol::Undo, tr("Undo")}, {Act::Redo, Symbol::Redo, tr("Redo")}});
   bar->addSeparator();
-  for (const Act act : {Act::WindowLevel, Act::AutoContrast, Act::Fit}) bar->addAction((*actions_)[act]);
+  add({{Act::WindowLevel, Symbol::WindowLevel, tr("Contrast")},
+       {Act::AutoContrast, Symbol::AutoContrast, tr("Automatic")},
+       {Act::Fit, Symbol::Fit, tr("Fit")}});
 }
 
 void MainWindow::connect_own_actions() {
@@ -134,12 +187,18 @@ void MainWindow::connect_own_actions() {
   actions.on(Act::Quit, [this] { close(); });
   actions.on(Act::Screenshot, [this] { choose_and_save_picture(); });
   actions.on(Act::Help, [this] { show_bindings(this); });
+  actions.on_toggle(Act::ShowPanels, [this](bool shown) { panels_->setVisible(shown); });
+  actions[Act::ShowPanels]->setChecked(true);
+  actions.on_toggle(Act::ShowSteps, [this](bool shown) { steps_->setVisible(shown); });
+  actions[Act::ShowSteps]->setChecked(true);
+  actions.on(Act::Messages, [this] { messages_->show_log(); });
   actions.on(Act::About,
              [this] { show_about(this, QString::fromStdString(workbench_->session().engine().description())); });
 }
 
 void MainWindow::connect_messages() {
   connect(workbench_.get(), &Workbench::message, messages_, &MessageBar::show_message);
+  connect(workbench_.get(), &Workbench::acted, messages_, &MessageBar::forget_failure);
   connect(job_, &BackgroundJob::started, messages_, &MessageBar::show_progress);
   connect(job_, &BackgroundJob::succeeded, messages_, &MessageBar::clear);
   connect(job_, &BackgroundJob::failed, this,
@@ -162,8 +221,8 @@ void MainWindow::save_picture(const QString& path) {
 }
 
 void MainWindow::choose_and_save_picture() {
-  const QString path =
-      QFileDialog::getSaveFileName(this, tr("Save a picture of the window"), "simplexseg.png", tr("PNG (*.png)"));
+  const QString path = QFileDialog::getSaveFileName(this, tr("Save a picture of the window"),
+                                                    files_->offered_path("", ".png"), tr("PNG (*.png)"));
   if (path.isEmpty()) return;
   try {
     save_picture(path);

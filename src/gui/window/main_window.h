@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <QMainWindow>
+#include <QMenu>
 #include <functional>
 #include <memory>
 
@@ -13,7 +14,9 @@ class Engine;
 class FileActions;
 class FrameLoop;
 class MessageBar;
-class PanelDocks;
+class SidePanels;
+class StartPage;
+class StepStrip;
 class ViewGrid;
 class Workbench;
 
@@ -32,7 +35,12 @@ class MainWindow : public QMainWindow {
   FileActions& files() { return *files_; }
   MessageBar& messages() { return *messages_; }
   ViewGrid& views() { return *views_; }
-  PanelDocks& panels() { return *panels_; }
+  SidePanels& panels() { return *panels_; }
+  StepStrip& steps() { return *steps_; }
+  StartPage& start_page() { return *start_; }
+
+  /// In the menu File, for the files that were opened last.
+  QMenu* recent_menu() const { return findChild<QMenu*>("recent_menu"); }
 
   /// The window as it is on the screen, as a PNG file. Throws Error when it cannot be written.
   void save_picture(const QString& path);
@@ -40,7 +48,6 @@ class MainWindow : public QMainWindow {
   void set_unattended() { unattended_ = true; }
 
  protected:
-  void resizeEvent(QResizeEvent* event) override;
   void closeEvent(QCloseEvent* event) override;
   void dragEnterEvent(QDragEnterEvent* event) override;
   void dropEvent(QDropEvent* event) override;
@@ -61,7 +68,9 @@ class MainWindow : public QMainWindow {
   FileActions* files_ = nullptr;
   MessageBar* messages_ = nullptr;
   ViewGrid* views_ = nullptr;
-  std::unique_ptr<PanelDocks> panels_;
+  SidePanels* panels_ = nullptr;
+  StepStrip* steps_ = nullptr;
+  StartPage* start_ = nullptr;
   bool unattended_ = false;
 };
 

@@ -1,15 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gui/window/message_bar.h"
 
+#include <QDialog>
+#include <QDialogButtonBox>
+#include <QEvent>
 #include <QHBoxLayout>
 #include <QLabel>
+#include <QPlainTextEdit>
 #include <QProgressBar>
+#include <QTime>
 #include <QToolButton>
+#include <QVBoxLayout>
+#include <algorithm>
 
 namespace simplexseg {
 namespace {
 
 constexpr const char* kNoteBackground = "#2d4a63";
+constexpr int kWidest = 760;  // logical pixels: longer lines are hard to read
+constexpr int kMargin = 28;   // leaves the titles of the views to be seen
 
 const char* background_of(Severity severity) {
   switch (severity) {
@@ -23,52 +32,88 @@ const char* background_of(Severity severity) {
   return kNoteBackground;
 }
 
+const char* word_for(Severity severity) {
+  switch (severity) {
+    case Severity::Failure:
+      return "failed: ";
+    case Severity::Warning:
+      return "warning: ";
+    case Severity::Note:
+      break;
+  }
+  return "";
+}
+
 }  // namespace
 
-MessageBar::MessageBar(QWidget* parent) : QFrame(parent) {
+MessageBar::MessageBar(QWidget* over) : QFrame(over) {
   setObjectName("message_bar");
   auto* layout = new QHBoxLayout(this);
-  layout->setContentsMargins(10, 3, 4, 3);
+  layout->setContentsMargins(12, 6, 6, 6);
   label_ = new QLabel(this);
   label_->setTextFormat(Qt::PlainText);
   label_->setTextInteractionFlags(Qt::TextSelectableByMouse);
-  label_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
+  label_->setWordWrap(true);
   progress_ = new QProgressBar(this);
   progress_->setRange(0, 0);
   progress_->setTextVisible(false);
   progress_->setFixedSize(140, 10);
   close_ = new QToolButton(this);
   close_->setText(QString(QChar(0x00d7)));
-  close_->setToolTip(tr("Close this message"));
+  close_->setToolTip(tr("Close this message; the menu Help has the log of all"));
+  close_->setAccessibleName(tr("Close this message"));
   close_->setAutoRaise(true);
   layout->addWidget(label_, 1);
   layout->addWidget(progress_);
-  layout->addWidget(close_);
+  layout->addWidget(close_, 0, Qt::AlignTop);
   connect(close_, &QToolButton::clicked, this, &MessageBar::clear);
   hide_timer_.setSingleShot(true);
   connect(&hide_timer_, &QTimer::timeout, this, &MessageBar::clear);
+  over->installEventFilter(this);
   hide();
+}
+
+bool MessageBar::eventFilter(QObject* watched, QEvent* event) {
+  if (watched == parent() && event->type() == QEvent::Resize) place();
+  return QFrame::eventFilter(watched, event);
+}
+
+void MessageBar::place() {
+  if (isHidden()) return;
+  const QWidget* over = parentWidget();
+  const int most = std::max(200, std::min(kWidest, over->width() - 2 * kMargin));
+  const int beside = sizeHint().width() - label_->sizeHint().width();
+  const int line = label_->fontMetrics().horizontalAdvance(text_) + 8 + beside;
+  const int width = std::min(most, line);
+  resize(width, layout()->heightForWidth(width));
+  move((over->width() - width) / 2, kMargin);
+  raise();
 }
 
 void MessageBar::show_text(const QString& text, const char* background) {
   hide_timer_.stop();
   text_ = text.simplified();
-  label_->setToolTip(text_);
-  setStyleSheet(QString("#message_bar { background: %1; }").arg(background));
+  label_->setText(text_);
+  setStyleSheet(
+      QString("#message_bar { background: %1; border: 1px solid rgba(255, 255, 255, 50); border-radius: 4px; }")
+          .arg(background));
   show();
-  elide();
+  place();
 }
 
 void MessageBar::show_message(Severity severity, const QString& text) {
   progress_->hide();
   close_->show();
+  failure_ = severity == Severity::Failure;
   show_text(text, background_of(severity));
+  log_ << QTime::currentTime().toString("HH:mm:ss  ") + word_for(severity) + text_;
   if (severity == Severity::Note) hide_timer_.start(6000);
 }
 
 void MessageBar::show_progress(const QString& text) {
   progress_->show();
   close_->hide();
+  failure_ = false;
   show_text(text, kNoteBackground);
 }
 
@@ -78,11 +123,24 @@ void MessageBar::clear() {
   hide();
 }
 
-void MessageBar::elide() { label_->setText(label_->fontMetrics().elidedText(text_, Qt::ElideRight, label_->width())); }
+void MessageBar::forget_failure() {
+  if (failure_) clear();
+}
 
-void MessageBar::resizeEvent(QResizeEvent* event) {
-  QFrame::resizeEvent(event);
-  elide();
+void MessageBar::show_log() {
+  auto* dialog = new QDialog(window());
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  dialog->setWindowTitle(tr("Messages"));
+  dialog->resize(720, 360);
+  auto* layout = new QVBoxLayout(dialog);
+  auto* text = new QPlainTextEdit(log_.isEmpty() ? tr("There was no message yet.") : log_.join('\n'), dialog);
+  text->setReadOnly(true);
+  text->setAccessibleName(tr("Messages"));
+  layout->addWidget(text);
+  auto* buttons = new QDialogButtonBox(QDialogButtonBox::Close, dialog);
+  connect(buttons, &QDialogButtonBox::rejected, dialog, &QDialog::reject);
+  layout->addWidget(buttons);
+  dialog->show();
 }
 
 }  // namespace simplexseg

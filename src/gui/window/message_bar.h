@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <QFrame>
+#include <QStringList>
 #include <QTimer>
 
 #include "gui/workbench/workbench.h"
@@ -11,30 +12,38 @@ class QToolButton;
 
 namespace simplexseg {
 
-/// One line in the window for what went wrong, what is to be known and what takes long; out of the way when empty.
+/// What went wrong, what is to be known and what takes long: lies over the upper edge of `over` and moves nothing
+/// there; out of the way when empty. A log keeps all messages.
 class MessageBar : public QFrame {
   Q_OBJECT
  public:
-  explicit MessageBar(QWidget* parent);
+  explicit MessageBar(QWidget* over);
   /// Notes go by themselves after some seconds; warnings and failures stay until closed or replaced.
   void show_message(Severity severity, const QString& text);
   /// "Loading ch2.nii.gz", with a moving bar; until clear().
   void show_progress(const QString& text);
   void clear();
+  /// An action was carried out: a failure of an earlier one is no longer news.
+  void forget_failure();
   QString text() const { return text_; }
+  /// All messages of this run of the program, with the time of each.
+  const QStringList& log() const { return log_; }
+  void show_log();
 
  protected:
-  void resizeEvent(QResizeEvent* event) override;
+  bool eventFilter(QObject* watched, QEvent* event) override;
 
  private:
   void show_text(const QString& text, const char* background);
-  void elide();
+  void place();
 
   QLabel* label_;
   QProgressBar* progress_;
   QToolButton* close_;
   QTimer hide_timer_;
   QString text_;
+  QStringList log_;
+  bool failure_ = false;  ///< what is shown is one
 };
 
 }  // namespace simplexseg

@@ -17,6 +17,7 @@
 #include "gui/window/file_actions.h"
 #include "gui/window/main_window.h"
 #include "gui/window/measurement.h"
+#include "gui/window/window_memory.h"
 #include "gui/workbench/workbench.h"
 #include "io/scene_io.h"
 
@@ -30,6 +31,7 @@ struct Options {
   std::optional<int> steps;
   std::optional<double> measure_s;
   QSize size;
+  bool size_given = false;
   Backend backend = Backend::Auto;
 };
 
@@ -90,6 +92,7 @@ std::optional<int> parse(const QStringList& arguments, Options& options) {
   }
   if (name == "cpu") options.backend = Backend::Cpu;
   if (name == "cuda") options.backend = Backend::Cuda;
+  options.size_given = parser.isSet(size);
   const QStringList sides = parser.value(size).split('x');
   if (sides.size() == 2) options.size = QSize(sides[0].toInt(), sides[1].toInt());
   if (options.size.width() < 640 || options.size.height() < 480 || options.size.width() > 16384 ||
@@ -178,6 +181,8 @@ int measure_window(QApplication& application, MainWindow& window, const Options&
 }
 
 int run_window(QApplication& application, MainWindow& window, const Options& options, const std::string& note) {
+  WindowMemory memory(window);
+  if (!options.size_given) memory.restore_geometry();
   window.show();
   if (!note.empty()) window.workbench().say(Severity::Note, QString::fromStdString(note));
   if (!options.input.isEmpty()) QTimer::singleShot(0, &window, [&] { window.files().open(options.input); });

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "gui/input/action_table.h"
+#include "gui/look/symbols.h"
 #include "gui/look/widgets.h"
 #include "gui/views/view_grid.h"
 #include "gui/workbench/workbench.h"
@@ -30,14 +31,13 @@ WorkbenchActions::WorkbenchActions(Workbench& workbench, ViewGrid& views, Action
     : QObject(parent), workbench_(workbench), views_(views), actions_(actions) {
   connect_tools();
   connect_editing();
+  connect_meshes();
   connect_simulation();
   connect_looking();
   // While a key is held its repeats must not switch a mode off and on.
-  for (const Act act :
-       {Act::WindowLevel, Act::RunPause, Act::ShowMeshes, Act::ShowField, Act::Annotations, Act::Slices3d})
+  for (const Act act : {Act::WindowLevel, Act::RunPause, Act::LockMesh, Act::ShowMeshes, Act::ShowField,
+                        Act::Annotations, Act::Slices3d})
     actions_[act]->setAutoRepeat(false);
-  actions_[Act::ResetPose]->setIconText(tr("Reset"));
-  actions_[Act::AutoContrast]->setIconText(tr("Auto contrast"));
   connect(&workbench_, &Workbench::scene_changed, this, &WorkbenchActions::refresh);
   connect(&workbench_, &Workbench::running_changed, this, &WorkbenchActions::refresh);
   connect(&workbench_, &Workbench::view_changed, this, &WorkbenchActions::refresh_ticks);
@@ -63,6 +63,21 @@ void WorkbenchActions::connect_editing() {
     const ItemId point = view.hovered_point ? view.hovered_point : view.selected_point;
     if (point) workbench_.apply(DeletePoint{point});
   });
+}
+
+void WorkbenchActions::connect_meshes() {
+  const auto active = [this] { return workbench_.view.active_mesh; };
+  actions_.on(Act::ResetMesh, [=, this] { workbench_.apply(ResetPose{active()}); });
+  actions_.on(Act::RefineMesh, [=, this] { workbench_.apply(RefineMesh{active()}); });
+  actions_.on(Act::RecordProfiles, [=, this] {
+    if (!workbench_.apply(RecordProfiles{active()})) return;
+    workbench_.say(Severity::Note, tr("Recorded the profiles of \"%1\": the force Intensity profile can act on it")
+                                       .arg(QString::fromStdString(workbench_.active_mesh()->name)));
+  });
+  actions_.on_toggle(Act::LockMesh, [=, this](bool locked) {
+    if (active()) workbench_.apply(EditMesh{active(), {}, {}, {}, {}, locked});
+  });
+  actions_.on(Act::DeleteMesh, [=, this] { workbench_.apply(DeleteMesh{active()}); });
 }
 
 void WorkbenchActions::connect_simulation() {
@@ -113,7 +128,15 @@ void WorkbenchActions::refresh() {
   const bool meshes = !workbench_.scene().meshes.empty();
   const QString no_mesh = tr("There is no mesh yet: add one in the panel Meshes, or with tool 4");
   for (const Act act : {Act::RunPause, Act::Step, Act::ResetPose}) set_enabled(actions_[act], meshes, no_mesh);
+  for (const Act act : {Act::RecordProfiles, Act::LockMesh, Act::DeleteMesh})
+    set_enabled(actions_[act], meshes, no_mesh);
+  const MeshItem* active = workbench_.active_mesh();
+  const bool locked = active && active->locked;
+  for (const Act act : {Act::ResetMesh, Act::RefineMesh})
+    set_enabled(actions_[act], active && !locked, locked ? tr("The mesh is locked: unlock it first") : no_mesh);
+  actions_[Act::LockMesh]->setChecked(locked);
   actions_[Act::RunPause]->setText(workbench_.running() ? tr("&Pause") : tr("&Run"));
+  actions_[Act::RunPause]->setIcon(icon_of(workbench_.running() ? Symbol::Pause : Symbol::Run));
   actions_[Act::RunPause]->setChecked(workbench_.running());
   set_enabled(actions_[Act::DeletePoint], !workbench_.scene().points.empty(), tr("There is no point yet"));
   const QString no_volume = tr("Open a volume first");

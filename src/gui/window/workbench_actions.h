@@ -20,6 +20,7 @@ class WorkbenchActions : public QObject {
  private:
   void connect_tools();
   void connect_editing();
+  void connect_meshes();
   void connect_simulation();
   void connect_looking();
   /// The entry is ticked while the member is true.

@@ -23,6 +23,7 @@ void Workbench::open(Scene scene, Volume volume, References references) {
   warned_.clear();
   follow_learning();
   set_running(false);
+  failed_ = false;
   paused_by_user_ = false;
   settle_.stop();
   mark_saved();
@@ -53,7 +54,9 @@ bool Workbench::apply(const Command& command, ItemId* added) {
   if (id != 0 && std::holds_alternative<AddMesh>(command)) view.active_mesh = id;
   if (id != 0 && std::holds_alternative<AddPoint>(command)) view.selected_point = id;
   forget_missing_items();
-  if (std::holds_alternative<AddPoint>(command) && !running_ && !paused_by_user_) set_running(true);
+  failed_ = false;
+  const bool places = std::holds_alternative<AddPoint>(command) || std::holds_alternative<AddMesh>(command);
+  if (places && !running_ && !paused_by_user_) set_running(true);
   if (std::holds_alternative<ResetPose>(command)) emit restarted();
   const auto* move = std::get_if<MovePoint>(&command);
   if (move) emit point_moved();
@@ -66,6 +69,7 @@ bool Workbench::apply(const Command& command, ItemId* added) {
     emit scene_changed();
     emit view_changed();
   }
+  emit acted();
   announce();
   return true;
 }
@@ -110,6 +114,7 @@ Advance Workbench::report(const std::function<Advance()>& advance) {
   if (done.steps > 0) emit advanced(done);
   if (done.steps > 0 || done.refined) emit pose_changed();
   if (done.failure) {
+    failed_ = true;
     set_running(false);
     say(Severity::Failure, QString::fromStdString(*done.failure));
   }
@@ -133,6 +138,7 @@ void Workbench::set_running(bool running) {
 
 void Workbench::run() {
   paused_by_user_ = false;
+  failed_ = false;
   set_running(true);
 }
 

@@ -35,14 +35,16 @@ class Workbench : public QObject {
 
   /// Throws Error as Session::open does. Crosshair, window and level are set to suit the volume.
   void open(Scene scene, Volume volume, References references = {});
-  /// Carries out a user action; an Error becomes a message. Returns false then. A point that is placed starts the
-  /// simulation unless the user has paused it. `added`: id of the item that the command added.
+  /// Carries out a user action; an Error becomes a message. Returns false then. A point or a mesh that is placed
+  /// starts the simulation unless the user has paused it. `added`: id of the item that the command added.
   bool apply(const Command& command, ItemId* added = nullptr);
   /// Steps (Session::advance); a failure pauses and becomes a message.
   Advance advance(double seconds);
   Advance advance_steps(int steps, bool stop_at_rest = false);
 
   bool running() const { return running_; }
+  /// The last steps failed, and nothing was done about it since.
+  bool failed() const { return failed_; }
   void run();
   /// By the user: a point that is placed does not start it again.
   void pause();
@@ -77,6 +79,7 @@ class Workbench : public QObject {
   void volume_changed();
   void running_changed();
   void learning_changed();  ///< Session::learning(): a field is begun, or was taken
+  void acted();             ///< a user action was carried out
   void message(simplexseg::Severity severity, const QString& text);
 
  private:
@@ -96,6 +99,7 @@ class Workbench : public QObject {
   ItemId learning_ = 0;           ///< as was told
   QTimer settle_;                 ///< until the panels follow a drag
   bool running_ = false;
+  bool failed_ = false;
   bool paused_by_user_ = false;
   std::size_t saved_log_ = 0;
   std::int64_t saved_steps_ = 0;

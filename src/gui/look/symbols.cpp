@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/look/symbols.h"
+
+#include <QPainter>
+#include <QPainterPath>
+#include <QPixmap>
+
+#include "gui/look/theme.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr int kSide = 20;  // logical pixels; all places below are in these
+
+void arrow_back(QPainter& painter) {
+  QPainterPath path(QPointF(5, 8));
+  path.lineTo(12, 8);
+  path.arcTo(QRectF(8, 8, 8, 8), 90, -180);
+  path.lineTo(7, 16);
+  painter.drawPath(path);
+  painter.drawPolyline(QPolygonF({{8.5, 4.5}, {5, 8}, {8.5, 11.5}}));
+}
+
+void marked_point(QPainter& painter, const QColor& colour, bool across, bool down) {
+  painter.save();
+  painter.setBrush(colour);
+  painter.drawEllipse(QRectF(3.5, 3.5, 13, 13));
+  painter.restore();
+  if (across) painter.drawLine(QPointF(7, 10), QPointF(13, 10));
+  if (down) painter.drawLine(QPointF(10, 7), QPointF(10, 13));
+}
+
+void padlock(QPainter& painter, bool closed) {
+  if (closed) painter.setBrush(painter.pen().color());
+  painter.drawRoundedRect(QRectF(4.5, 9, 11, 8), 1.5, 1.5);
+  painter.setBrush(Qt::NoBrush);
+  QPainterPath bow(QPointF(7, 9));
+  bow.lineTo(7, 6.5);
+  bow.arcTo(QRectF(7, 3, 6, 7), 180, -180);
+  bow.lineTo(13, closed ? 9.0 : 7.0);
+  painter.drawPath(bow);
+}
+
+void eye(QPainter& painter) {
+  QPainterPath path(QPointF(2, 10));
+  path.quadTo(10, 1.5, 18, 10);
+  path.quadTo(10, 18.5, 2, 10);
+  painter.drawPath(path);
+  painter.drawEllipse(QPointF(10, 10), 2.4, 2.4);
+}
+
+void filled(QPainter& painter, const QPolygonF& shape) {
+  painter.save();
+  painter.setBrush(painter.pen().color());
+  painter.drawPolygon(shape);
+  painter.restore();
+}
+
+void draw(QPainter& painter, Symbol symbol) {
+  switch (symbol) {
+    case Symbol::Open:
+      painter.drawPolyline(QPolygonF({{12, 3}, {5, 3}, {5, 17}, {15, 17}, {15, 6}, {12, 3}, {12, 6}, {15, 6}}));
+      return;
+    case Symbol::Folder:
+      painter.drawPolygon(QPolygonF({{3, 5}, {8, 5}, {10, 7.5}, {17, 7.5}, {17, 16}, {3, 16}}));
+      return;
+    case Symbol::Crosshair:
+      for (const QPointF& way : {QPointF(1, 0), QPointF(-1, 0), QPointF(0, 1), QPointF(0, -1)})
+        painter.drawLine(QPointF(10, 10) + 2.5 * way, QPointF(10, 10) + 8 * way);
+      return;
+    case Symbol::ZoomPan:
+      painter.drawEllipse(QRectF(3, 3, 10, 10));
+      painter.drawLine(QPointF(11.8, 11.8), QPointF(17, 17));
+      return;
+    case Symbol::Seed:
+      painter.drawEllipse(QRectF(3, 3, 14, 14));
+      painter.drawLine(QPointF(10, 10), QPointF(17, 10));
+      filled(painter, QPolygonF({{9, 9}, {11, 9}, {11, 11}, {9, 11}}));
+      return;
+    case Symbol::Boundary: {
+      QPainterPath outline(QPointF(2, 15));
+      outline.cubicTo(6, 3, 14, 17, 18, 5);
+      painter.drawPath(outline);
+      painter.setBrush(painter.pen().color());
+      painter.drawEllipse(QPointF(10, 10), 3, 3);
+      return;
+    }
+    case Symbol::Inside:
+      marked_point(painter, theme::kInside, true, true);
+      return;
+    case Symbol::Outside:
+      marked_point(painter, theme::kOutside, true, false);
+      return;
+    case Symbol::Run:
+      filled(painter, QPolygonF({{6, 4}, {16, 10}, {6, 16}}));
+      return;
+    case Symbol::Pause:
+      filled(painter, QPolygonF({{5.5, 4}, {8, 4}, {8, 16}, {5.5, 16}}));
+      filled(painter, QPolygonF({{12, 4}, {14.5, 4}, {14.5, 16}, {12, 16}}));
+      return;
+    case Symbol::Step:
+      filled(painter, QPolygonF({{4, 4}, {12, 10}, {4, 16}}));
+      painter.drawLine(QPointF(15, 4), QPointF(15, 16));
+      return;
+    case Symbol::Reset:
+      painter.drawArc(QRectF(4, 4, 12, 12), 60 * 16, 290 * 16);
+      painter.drawPolyline(QPolygonF({{13, 1.8}, {13.2, 5}, {10, 5.8}}));
+      return;
+    case Symbol::Undo:
+      arrow_back(painter);
+      return;
+    case Symbol::Redo:
+      painter.translate(kSide, 0);
+      painter.scale(-1, 1);
+      arrow_back(painter);
+      return;
+    case Symbol::WindowLevel: {
+      painter.drawEllipse(QRectF(3, 3, 14, 14));
+      painter.setBrush(painter.pen().color());
+      painter.drawPie(QRectF(3, 3, 14, 14), 90 * 16, 180 * 16);
+      return;
+    }
+    case Symbol::AutoContrast:
+      painter.drawPolyline(QPolygonF({{3, 3}, {3, 17}, {17, 17}}));
+      painter.drawPolyline(QPolygonF({{5, 15}, {8, 13}, {10, 6}, {12, 5}, {14, 13}, {17, 15}}));
+      return;
+    case Symbol::Fit:
+      for (const auto& [x, y] : {std::pair{1, 1}, {-1, 1}, {1, -1}, {-1, -1}})
+        painter.drawPolyline(
+            QPolygonF({{10.0 + 7 * x, 10.0 + 3 * y}, {10.0 + 7 * x, 10.0 + 7 * y}, {10.0 + 3 * x, 10.0 + 7 * y}}));
+      return;
+    case Symbol::Shown:
+      eye(painter);
+      return;
+    case Symbol::Hidden:
+      eye(painter);
+      painter.drawLine(QPointF(4, 17), QPointF(16, 3));
+      return;
+    case Symbol::Locked:
+      padlock(painter, true);
+      return;
+    case Symbol::Unlocked:
+      padlock(painter, false);
+      return;
+    case Symbol::Menu:
+      painter.setBrush(painter.pen().color());
+      for (const double y : {4.5, 10.0, 15.5}) painter.drawEllipse(QPointF(10, y), 0.8, 0.8);
+      return;
+  }
+}
+
+QPixmap picture(Symbol symbol, const QColor& colour) {
+  constexpr int kRatio = 3;  // sharp up to 300%
+  QPixmap pixmap(kSide * kRatio, kSide * kRatio);
+  pixmap.setDevicePixelRatio(kRatio);
+  pixmap.fill(Qt::transparent);
+  QPainter painter(&pixmap);
+  painter.setRenderHint(QPainter::Antialiasing);
+  painter.setPen(QPen(colour, 1.5, Qt::SolidLine, Qt::RoundCap, Qt::RoundJoin));
+  draw(painter, symbol);
+  return pixmap;
+}
+
+}  // namespace
+
+QIcon icon_of(Symbol symbol) {
+  QIcon icon(picture(symbol, theme::kText));
+  icon.addPixmap(picture(symbol, theme::kDisabledText), QIcon::Disabled);
+  return icon;
+}
+
+}  // namespace simplexseg

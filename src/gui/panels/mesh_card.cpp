@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/panels/mesh_card.h"
+
+#include <QColorDialog>
+#include <QEvent>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QLineEdit>
+#include <QMenu>
+#include <QMouseEvent>
+#include <QSignalBlocker>
+#include <QSlider>
+#include <QSpinBox>
+#include <QToolButton>
+#include <QVBoxLayout>
+#include <cmath>
+
+#include "gui/input/action_table.h"
+#include "gui/look/symbols.h"
+#include "gui/look/theme.h"
+#include "gui/look/widgets.h"
+#include "gui/workbench/workbench.h"
+
+namespace simplexseg {
+namespace {
+
+QToolButton* flat_button(const QString& name, QWidget* parent) {
+  auto* button = new QToolButton(parent);
+  button->setAutoRaise(true);
+  button->setAccessibleName(name);
+  button->setToolTip(name);
+  button->setStyleSheet("QToolButton { padding: 1px; } QToolButton:checked { background: transparent; border: none; }");
+  return button;
+}
+
+}  // namespace
+
+MeshCard::MeshCard(Workbench& workbench, ActionTable& actions, QWidget* parent)
+    : QFrame(parent), workbench_(workbench) {
+  setObjectName("mesh_card");
+  auto* rows = new QVBoxLayout(this);
+  rows->setContentsMargins(6, 4, 4, 4);
+  rows->setSpacing(2);
+  build_upper_row(actions);
+  build_lower_row();
+  for (QWidget* part : findChildren<QWidget*>()) part->installEventFilter(this);
+}
+
+void MeshCard::build_upper_row(ActionTable& actions) {
+  colour_ = flat_button(tr("Colour"), this);
+  name_ = new QLineEdit(this);
+  name_->setFrame(false);
+  name_->setStyleSheet(
+      "QLineEdit { background: transparent; font-weight: bold; }"
+      "QLineEdit:focus { background: #1c1e22; font-weight: normal; }");
+  name_->setAccessibleName(tr("Name"));
+  name_->setToolTip(tr("Name: click to change it"));
+  shown_ = flat_button(tr("Shown in the views"), this);
+  shown_->setCheckable(true);
+  locked_ = flat_button(tr("Locked: it does not move"), this);
+  locked_->setCheckable(true);
+  auto* menu_button = flat_button(tr("What can be done to this mesh"), this);
+  menu_button->setIcon(icon_of(Symbol::Menu));
+  menu_button->setPopupMode(QToolButton::InstantPopup);
+  menu_button->setStyleSheet("QToolButton { padding: 1px; } QToolButton::menu-indicator { image: none; }");
+  auto* menu = new QMenu(menu_button);
+  menu->setToolTipsVisible(true);
+  for (const Act act : {Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles, Act::LockMesh})
+    menu->addAction(actions[act]);
+  menu->addSeparator();
+  menu->addAction(actions[Act::DeleteMesh]);
+  menu_button->setMenu(menu);
+  auto* row = new QHBoxLayout;
+  row->setSpacing(2);
+  row->addWidget(colour_);
+  row->addWidget(name_, 1);
+  for (QToolButton* button : {shown_, locked_, menu_button}) row->addWidget(button);
+  static_cast<QVBoxLayout*>(layout())->addLayout(row);
+
+  connect(colour_, &QToolButton::clicked, this, &MeshCard::choose_colour);
+  connect(name_, &QLineEdit::editingFinished, this, [this] {
+    const MeshItem* item = workbench_.scene().find_mesh(mesh_);
+    const std::string name = name_->text().trimmed().toStdString();
+    if (item && name != item->name) edit({mesh_, name, {}, {}, {}});
+  });
+  connect(shown_, &QToolButton::clicked, this, [this](bool shown) { edit({mesh_, {}, {}, shown, {}}); });
+  connect(locked_, &QToolButton::clicked, this, [this](bool locked) { edit({mesh_, {}, {}, {}, {}, locked}); });
+}
+
+void MeshCard::build_lower_row() {
+  label_ = new QSpinBox(this);
+  label_->setRange(1, 65535);
+  label_->setFrame(false);
+  label_->setButtonSymbols(QAbstractSpinBox::NoButtons);
+  label_->setKeyboardTracking(false);
+  label_->setPrefix(tr("label "));
+  label_->setFixedWidth(label_->fontMetrics().horizontalAdvance(tr("label ") + "65535") + 10);
+  label_->setStyleSheet("QSpinBox { background: transparent; } QSpinBox:focus { background: #1c1e22; }");
+  label_->setAccessibleName(tr("Label"));
+  label_->setToolTip(tr("The number that its voxels have in saved labels"));
+  opacity_ = new QSlider(Qt::Horizontal, this);
+  opacity_->setRange(10, 100);
+  opacity_->setTracking(false);  // one change, one step back
+  opacity_->setFixedWidth(58);
+  opacity_->setAccessibleName(tr("Opacity"));
+  opacity_->setToolTip(tr("Opacity in the 3D view"));
+  volume_ = new QLabel(this);
+  volume_->setToolTip(tr("Volume, while the mesh stands still"));
+  state_ = new QLabel(this);
+  state_->setAlignment(Qt::AlignRight | Qt::AlignVCenter);
+  auto* row = new QHBoxLayout;
+  row->setSpacing(6);
+  row->addWidget(label_);
+  row->addWidget(opacity_);
+  row->addWidget(volume_);
+  row->addWidget(state_, 1);
+  static_cast<QVBoxLayout*>(layout())->addLayout(row);
+
+  connect(label_, &QSpinBox::valueChanged, this, [this](int label) { edit({mesh_, {}, {}, {}, label}); });
+  connect(opacity_, &QSlider::valueChanged, this, [this](int percent) {
+    edit({mesh_, {}, {}, {}, {}, {}, static_cast<float>(percent) / 100});
+  });
+}
+
+void MeshCard::edit(const EditMesh& change) {
+  if (workbench_.apply(change)) return;
+  name_->setModified(false);
+  if (const MeshItem* item = workbench_.scene().find_mesh(mesh_))
+    show_mesh(*item, mesh_ == workbench_.view.active_mesh);
+}
+
+void MeshCard::show_mesh(const MeshItem& item, bool active) {
+  mesh_ = item.id;
+  const QSignalBlocker label_blocker(label_), opacity_blocker(opacity_);
+  colour_->setIcon(swatch(item.colour, active));
+  const QString name = QString::fromStdString(item.name);
+  const bool being_typed = name_->hasFocus() && name_->isModified();
+  if (!being_typed && name_->text() != name) name_->setText(name);
+  shown_->setChecked(item.visible);
+  shown_->setIcon(icon_of(item.visible ? Symbol::Shown : Symbol::Hidden));
+  locked_->setChecked(item.locked);
+  locked_->setIcon(icon_of(item.locked ? Symbol::Locked : Symbol::Unlocked));
+  label_->setValue(item.label);
+  opacity_->setValue(static_cast<int>(std::lround(item.opacity * 100)));
+  setStyleSheet(QString("#mesh_card { background: %1; border: 1px solid %2; border-radius: 4px; }")
+                    .arg(active ? "#2b3b4d" : "#2a2d33", active ? theme::kAccent.name() : "#1c1e22"));
+}
+
+void MeshCard::show_state(const QString& state, bool is_warning) {
+  state_->setText(state);
+  state_->setStyleSheet(QString("color: %1;").arg((is_warning ? theme::kWarning : theme::kDimText).name()));
+}
+
+void MeshCard::show_volume(double millilitres) {
+  volume_->setText(millilitres < 0 ? QString() : tr("%1 ml").arg(millilitres, 0, 'f', millilitres < 10 ? 2 : 1));
+}
+
+// The parts take their own presses: whatever is done to a card is done to the active mesh.
+bool MeshCard::eventFilter(QObject* watched, QEvent* event) {
+  if (event->type() == QEvent::MouseButtonPress || event->type() == QEvent::FocusIn) workbench_.set_active_mesh(mesh_);
+  // A wheel over the list scrolls the list, and never changes a value that it passes.
+  if (event->type() == QEvent::Wheel && (watched == label_ || watched == opacity_) &&
+      !static_cast<QWidget*>(watched)->hasFocus()) {
+    event->ignore();
+    return true;
+  }
+  return QFrame::eventFilter(watched, event);
+}
+
+void MeshCard::mousePressEvent(QMouseEvent* event) {
+  workbench_.set_active_mesh(mesh_);
+  event->accept();
+}
+
+void MeshCard::choose_colour() {
+  const MeshItem* item = workbench_.scene().find_mesh(mesh_);
+  if (!item) return;
+  const QColor chosen = QColorDialog::getColor(QColor(item->colour.red, item->colour.green, item->colour.blue), this,
+                                               tr("Colour of %1").arg(QString::fromStdString(item->name)));
+  if (!chosen.isValid()) return;
+  const auto channel = [](int value) { return static_cast<std::uint8_t>(value); };
+  edit({mesh_, {}, Colour{channel(chosen.red()), channel(chosen.green()), channel(chosen.blue())}, {}, {}});
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/window/side_panels.h"
+
+#include <QAction>
+#include <QEvent>
+#include <QTabWidget>
+
+#include "core/expect.h"
+#include "gui/input/action_table.h"
+#include "gui/panels/convergence_panel.h"
+#include "gui/panels/force_panel.h"
+#include "gui/panels/mesh_panel.h"
+#include "gui/panels/plan_panel.h"
+#include "gui/panels/point_panel.h"
+#include "gui/panels/simulation_panel.h"
+
+namespace simplexseg {
+namespace {
+constexpr int kTallColumn = 930;  ///< pixels of height from which on there is room for a third row
+constexpr int kMeshesHeight = 250;
+constexpr int kWidth = 344;
+
+QTabWidget* make_tabs() {
+  auto* tabs = new QTabWidget;
+  tabs->setDocumentMode(true);
+  return tabs;
+}
+}  // namespace
+
+SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actions, QWidget* parent)
+    : QSplitter(Qt::Vertical, parent),
+      tabs_(make_tabs()),
+      row_(make_tabs()),
+      forces_(new ForcePanel(workbench, tabs_)),
+      simulation_(new SimulationPanel(workbench, loop, actions, tabs_)),
+      points_(new PointPanel(workbench, tabs_)),
+      plan_(new PlanPanel(workbench, tabs_)),
+      convergence_(new ConvergencePanel(workbench, tabs_)),
+      actions_(actions) {
+  setObjectName("side_panels");
+  setChildrenCollapsible(false);
+  setMinimumWidth(kWidth);
+  // What a splitter is the parent of becomes a row of it: panels are made as children of the tabs.
+  auto* meshes = new MeshPanel(workbench, loop, actions, nullptr);
+  forces_->setObjectName(tr("Forces"));
+  simulation_->setObjectName(tr("Simulation"));
+  points_->setObjectName(tr("Points"));
+  plan_->setObjectName(tr("Plan"));
+  convergence_->setObjectName(tr("Convergence"));
+  for (QWidget* panel :
+       {static_cast<QWidget*>(forces_), static_cast<QWidget*>(simulation_), static_cast<QWidget*>(points_)})
+    tabs_->addTab(panel, panel->objectName());
+  for (QWidget* panel : {static_cast<QWidget*>(plan_), static_cast<QWidget*>(convergence_)}) {
+    panel->hide();
+    panel->installEventFilter(this);
+  }
+  addWidget(meshes);
+  addWidget(tabs_);
+  addWidget(row_);
+  setStretchFactor(0, 0);
+  setStretchFactor(1, 2);
+  setStretchFactor(2, 3);
+  actions.on_toggle(Act::Researcher, [this](bool researcher) { set_researcher(researcher); });
+  arrange();
+}
+
+bool SidePanels::eventFilter(QObject* watched, QEvent* event) {
+  if (event->type() == QEvent::Show || event->type() == QEvent::Hide) {
+    const bool in_sight = event->type() == QEvent::Show;
+    if (watched == plan_) plan_->set_in_sight(in_sight);
+    if (watched == convergence_) convergence_->set_in_sight(in_sight);
+  }
+  return QSplitter::eventFilter(watched, event);
+}
+
+void SidePanels::resizeEvent(QResizeEvent* event) {
+  QSplitter::resizeEvent(event);
+  arrange();
+}
+
+void SidePanels::arrange() {
+  const bool own_row = researcher_ && height() >= kTallColumn;
+  QTabWidget* home = own_row ? row_ : tabs_;
+  for (QWidget* panel : {static_cast<QWidget*>(plan_), static_cast<QWidget*>(convergence_)}) {
+    for (QTabWidget* tabs : {tabs_, row_}) {
+      const int at = tabs->indexOf(panel);
+      if (at >= 0 && (!researcher_ || tabs != home)) tabs->removeTab(at), panel->hide();
+    }
+    if (researcher_ && home->indexOf(panel) < 0) home->addTab(panel, panel->objectName());
+  }
+  const int rows = own_row ? 3 : 2;
+  row_->setVisible(own_row);
+  if (rows == rows_ || height() < 2 * kMeshesHeight) return;
+  rows_ = rows;
+  const int rest = height() - kMeshesHeight;
+  setSizes(own_row ? QList<int>{kMeshesHeight, rest / 2, rest / 2} : QList<int>{kMeshesHeight, rest, 0});
+}
+
+void SidePanels::set_researcher(bool researcher) {
+  researcher_ = researcher;
+  actions_[Act::Researcher]->setChecked(researcher);
+  arrange();
+}
+
+void SidePanels::show_panel(const QString& title) {
+  const auto bring_forward = [&] {
+    for (QTabWidget* tabs : {tabs_, row_})
+      for (int n = 0; n < tabs->count(); ++n)
+        if (tabs->tabText(n) == title) return tabs->setCurrentIndex(n), true;
+    return false;
+  };
+  if (bring_forward()) return;
+  set_researcher(true);
+  const bool found = bring_forward();
+  SIMPLEXSEG_EXPECT(found);
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/window/start_page.h"
+
+#include <QAction>
+#include <QDir>
+#include <QEvent>
+#include <QFileInfo>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QPushButton>
+#include <QToolButton>
+#include <QVBoxLayout>
+
+#include "core/error.h"
+#include "gui/input/action_table.h"
+#include "gui/look/symbols.h"
+#include "io/data_path.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr int kWidth = 440;
+constexpr int kMostRecent = 5;
+
+/// The head of Debian's mricron-data; empty where it is not installed.
+QString sample_head() {
+  try {
+    return QString::fromStdU16String(find_data("ch2.nii.gz", {}).u16string());
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+QLabel* dim_label(const QString& text, QWidget* parent) {
+  auto* label = new QLabel(text, parent);
+  label->setStyleSheet("color: #969ca4;");
+  return label;
+}
+
+}  // namespace
+
+StartPage::StartPage(ActionTable& actions, QWidget* over) : QWidget(over) {
+  setObjectName("start_page");
+  setAttribute(Qt::WA_StyledBackground);
+  setStyleSheet(
+      "#start_page { background: #1b1e23; }"
+      "#start_page QPushButton { text-align: left; padding: 5px 8px; border: none; border-radius: 3px; }"
+      "#start_page QPushButton:hover, #start_page QPushButton:focus { background: #2e3238; }"
+      "#start_page QToolButton#way { background: #343840; padding: 10px 14px; font-size: 14px; }"
+      "#start_page QToolButton#way:hover { background: #3f454e; }"
+      "#start_page QToolButton#first_way { background: #30689f; padding: 10px 14px; font-size: 14px; }"
+      "#start_page QToolButton#first_way:hover { background: #3a78b4; }");
+  auto* page = new QHBoxLayout(this);
+  auto* middle = new QWidget(this);
+  middle->setMaximumWidth(kWidth);
+  middle->setMinimumWidth(280);
+  auto* column = new QVBoxLayout(middle);
+  column->setSpacing(8);
+  column->addStretch(1);
+  auto* title = new QLabel(tr("Segment a volume"), middle);
+  title->setStyleSheet("font-size: 22px;");
+  column->addWidget(title);
+  column->addWidget(dim_label(tr("Open one, or drop a file or a DICOM folder anywhere here."), middle));
+  column->addSpacing(6);
+  const auto add_way = [&](Act act, Symbol symbol, const char* name) {
+    auto* button = new QToolButton(middle);
+    button->setObjectName(name);
+    button->setDefaultAction(actions[act]);
+    button->setIcon(icon_of(symbol));
+    button->setIconSize({20, 20});
+    button->setText("  " + actions[act]->statusTip() + "    " +
+                    actions[act]->shortcut().toString(QKeySequence::NativeText));
+    button->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
+    button->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+    column->addWidget(button);
+  };
+  add_way(Act::Open, Symbol::Open, "first_way");
+  add_way(Act::OpenFolder, Symbol::Folder, "way");
+  recent_ = new QWidget(middle);
+  recent_column_ = new QVBoxLayout(recent_);
+  recent_column_->setContentsMargins(0, 12, 0, 0);
+  recent_column_->setSpacing(2);
+  column->addWidget(recent_);
+  column->addStretch(2);
+  page->addStretch(1);
+  page->addWidget(middle, 6);
+  page->addStretch(1);
+  show_recent({});
+  over->installEventFilter(this);
+  setGeometry(over->rect());
+}
+
+bool StartPage::eventFilter(QObject* watched, QEvent* event) {
+  if (watched == parent() && event->type() == QEvent::Resize) setGeometry(parentWidget()->rect());
+  return QWidget::eventFilter(watched, event);
+}
+
+void StartPage::add_path(const QString& title, const QString& path) {
+  auto* button = new QPushButton(recent_);
+  button->setObjectName("recent");
+  button->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Fixed);
+  button->setText(button->fontMetrics().elidedText(title, Qt::ElideMiddle, kWidth - 40));
+  button->setToolTip(QDir::toNativeSeparators(path));
+  connect(button, &QPushButton::clicked, this, [this, path] { emit open_wanted(path); });
+  recent_column_->addWidget(button);
+}
+
+void StartPage::show_recent(const QStringList& paths) {
+  while (QLayoutItem* item = recent_column_->takeAt(0)) {
+    if (item->widget()) item->widget()->deleteLater();
+    delete item;
+  }
+  int shown = 0;
+  for (const QString& path : paths) {
+    const QFileInfo file(path);
+    if (!file.exists() || shown == kMostRecent) continue;
+    if (shown++ == 0) recent_column_->addWidget(dim_label(tr("Recent"), recent_));
+    add_path(file.fileName() + "    " + QDir::toNativeSeparators(file.absolutePath()), path);
+  }
+  const QString sample = sample_head();
+  if (sample.isEmpty()) return;
+  if (shown > 0) recent_column_->addSpacing(8);
+  recent_column_->addWidget(dim_label(tr("To try it"), recent_));
+  add_path(tr("Sample head (T1)"), sample);
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/window/step_strip.h"
+
+#include <QAction>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QToolButton>
+
+#include "gui/input/action_table.h"
+#include "gui/workbench/workbench.h"
+
+namespace simplexseg {
+
+StepStrip::StepStrip(Workbench& workbench, ActionTable& actions, QWidget* parent)
+    : QFrame(parent), workbench_(workbench) {
+  setObjectName("step_strip");
+  setFixedHeight(fontMetrics().height() + 14);
+  setStyleSheet(
+      "#step_strip { background: #202329; }"
+      "#step_strip QToolButton { color: #969ca4; padding: 2px 10px; border-radius: 9px; }"
+      "#step_strip QToolButton:checked { color: #ffffff; background: #30689f; border: none; }");
+  auto* row = new QHBoxLayout(this);
+  row->setContentsMargins(8, 2, 8, 2);
+  row->setSpacing(4);
+  const std::pair<QString, Act> steps[] = {
+      {tr("1  Open"), Act::Open}, {tr("2  Seed"), Act::ToolSeed}, {tr("3  Correct"), Act::ToolCrosshair}};
+  for (int n = 0; n < 3; ++n) {
+    QAction* action = actions[steps[n].second];
+    steps_[n] = new QToolButton(this);
+    steps_[n]->setText(steps[n].first);
+    steps_[n]->setToolTip(action->toolTip());
+    steps_[n]->setCheckable(true);
+    connect(steps_[n], &QToolButton::clicked, this, [this, action] {
+      action->trigger();
+      refresh();  // a press is no step
+    });
+    row->addWidget(steps_[n]);
+  }
+  row->addSpacing(10);
+  hint_ = new QLabel(this);
+  hint_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
+  row->addWidget(hint_, 1);
+  connect(&workbench_, &Workbench::scene_changed, this, &StepStrip::refresh);
+  connect(&workbench_, &Workbench::view_changed, this, &StepStrip::refresh);
+  connect(&workbench_, &Workbench::volume_changed, this, &StepStrip::refresh);
+  refresh();
+}
+
+int StepStrip::step() const {
+  if (!workbench_.has_volume()) return 0;
+  return workbench_.scene().meshes.empty() || workbench_.view.tool == Tool::Seed ? 1 : 2;
+}
+
+QString StepStrip::hint() const {
+  switch (step()) {
+    case 0:
+      return tr("Ctrl+O opens a volume or a scene; or drop a file or a DICOM folder on the window");
+    case 1:
+      if (workbench_.view.tool == Tool::Seed)
+        return tr("Drag in a slice from the middle of the object to its edge; it grows by itself when you let go");
+      return tr("Click to the object in the slices, then press 4 and drag from its middle to its edge");
+    default:
+      break;
+  }
+  return tr("Drag the outline where it is wrong; I inside, O outside; 4 another object; Ctrl+L saves");
+}
+
+void StepStrip::refresh() {
+  for (int n = 0; n < 3; ++n) steps_[n]->setChecked(n == step());
+  const QString text = hint();
+  hint_->setToolTip(text);
+  const QString fitting = hint_->fontMetrics().elidedText(text, Qt::ElideRight, hint_->width());
+  if (hint_->text() != fitting) hint_->setText(fitting);
+}
+
+void StepStrip::resizeEvent(QResizeEvent* event) {
+  QFrame::resizeEvent(event);
+  layout()->activate();
+  refresh();
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <QFrame>
+
+class QLabel;
+class QToolButton;
+
+namespace simplexseg {
+
+class ActionTable;
+class Workbench;
+
+/// Open, Seed, Correct: which of the three steps is next, and the gesture that does it. It is always as high as now, so
+/// that no view moves.
+class StepStrip : public QFrame {
+ public:
+  StepStrip(Workbench& workbench, ActionTable& actions, QWidget* parent);
+  QString hint() const;
+  /// 0 Open, 1 Seed, 2 Correct.
+  int step() const;
+
+ protected:
+  void resizeEvent(QResizeEvent* event) override;
+
+ private:
+  void refresh();
+
+  Workbench& workbench_;
+  QToolButton* steps_[3];
+  QLabel* hint_;
+};
+
+}  // namespace simplexseg

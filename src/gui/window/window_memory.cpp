@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/window/window_memory.h"
+
+#include <QFileInfo>
+#include <QMenu>
+#include <algorithm>
+
+#include "gui/window/file_actions.h"
+#include "gui/window/main_window.h"
+#include "gui/window/start_page.h"
+#include "gui/workbench/workbench.h"
+
+namespace simplexseg {
+namespace {
+constexpr std::size_t kMostFiles = 12;
+constexpr const char *kGeometry = "geometry", *kFiles = "files";
+}  // namespace
+
+WindowMemory::WindowMemory(MainWindow& window)
+    : window_(window), settings_(QSettings::IniFormat, QSettings::UserScope, "simplexseg", "window") {
+  read();
+  show_recent();
+  connect(&window_.files(), &FileActions::name_changed, this, &WindowMemory::file_opened);
+  connect(&window_.files(), &FileActions::about_to_take, this, [this] {
+    note_contrast();
+    is_opened_ = false;
+  });
+}
+
+WindowMemory::~WindowMemory() {
+  settings_.setValue(kGeometry, window_.saveGeometry());
+  note_contrast();
+  write();
+}
+
+bool WindowMemory::restore_geometry() { return window_.restoreGeometry(settings_.value(kGeometry).toByteArray()); }
+
+QStringList WindowMemory::recent() const {
+  QStringList paths;
+  for (const File& file : files_) paths << file.path;
+  return paths;
+}
+
+void WindowMemory::read() {
+  const int count = settings_.beginReadArray(kFiles);
+  for (int n = 0; n < count; ++n) {
+    settings_.setArrayIndex(n);
+    const QString path = settings_.value("path").toString();
+    if (!path.isEmpty())
+      files_.push_back({path, settings_.value("window").toDouble(), settings_.value("level").toDouble()});
+  }
+  settings_.endArray();
+}
+
+void WindowMemory::write() {
+  settings_.beginWriteArray(kFiles, static_cast<int>(files_.size()));
+  for (std::size_t n = 0; n < files_.size(); ++n) {
+    settings_.setArrayIndex(static_cast<int>(n));
+    settings_.setValue("path", files_[n].path);
+    settings_.setValue("window", files_[n].window);
+    settings_.setValue("level", files_[n].level);
+  }
+  settings_.endArray();
+}
+
+void WindowMemory::file_opened() {
+  const QString path = QFileInfo(window_.files().path()).absoluteFilePath();
+  if (path == open_ && is_opened_) return;  // saved
+  open_ = path;
+  is_opened_ = true;
+  File file{path};
+  const auto known = std::find_if(files_.begin(), files_.end(), [&](const File& f) { return f.path == path; });
+  if (known != files_.end()) {
+    file = *known;
+    files_.erase(known);
+  }
+  files_.insert(files_.begin(), file);
+  if (files_.size() > kMostFiles) files_.resize(kMostFiles);
+  if (file.window > 0 && window_.workbench().has_volume()) {
+    window_.workbench().view.window = file.window;
+    window_.workbench().view.level = file.level;
+    window_.workbench().view_edited();
+  }
+  write();
+  show_recent();
+}
+
+void WindowMemory::note_contrast() {
+  if (open_.isEmpty() || files_.empty() || !window_.workbench().has_volume()) return;
+  files_.front().window = window_.workbench().view.window;
+  files_.front().level = window_.workbench().view.level;
+}
+
+void WindowMemory::show_recent() {
+  window_.start_page().show_recent(recent());
+  QMenu* menu = window_.recent_menu();
+  menu->clear();
+  for (const QString& path : recent()) {
+    if (!QFileInfo::exists(path)) continue;
+    menu->addAction(QString(path).replace('&', "&&"), &window_.files(), [this, path] { window_.files().open(path); });
+  }
+  menu->setEnabled(!menu->isEmpty());
+}
+
+}  // namespace simplexseg

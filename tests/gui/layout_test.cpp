@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// Panels at the sizes that windows have: nothing is covered, nothing needs more room than there is.
+#include <QDoubleSpinBox>
+#include <QScrollArea>
+#include <QScrollBar>
+#include <QTabBar>
+#include <QTabWidget>
+#include <QToolButton>
+
+#include "gui/panels/force_panel.h"
+#include "gui/panels/parameter_row.h"
+#include "gui/panels/simulation_panel.h"
+#include "step/simulation_parameters.h"
+#include "window_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+class LayoutTest : public PausedPhantomTest {
+ protected:
+  void resize(int width, int height) {
+    window_->resize(width, height);
+    ASSERT_TRUE(wait_until([&] { return window_->size() == QSize(width, height); })) << window_->height();
+    for (int n = 0; n < 5; ++n) QApplication::processEvents();
+  }
+};
+
+TEST_F(LayoutTest, AWindowOf800x600HoldsEverything) {
+  EXPECT_LE(window_->minimumSizeHint().height(), 600);
+  EXPECT_LE(window_->minimumSizeHint().width(), 800);
+  resize(800, 600);
+  for (const bool researcher : {false, true}) {
+    window_->panels().set_researcher(researcher);
+    QApplication::processEvents();
+    EXPECT_EQ(window_->size(), QSize(800, 600));
+    EXPECT_TRUE(
+        window_->rect().contains(QRect(window_->panels().mapTo(window_.get(), QPoint()), window_->panels().size())));
+  }
+}
+
+TEST_F(LayoutTest, PlanAndConvergenceLieBelowTheirTabs) {
+  for (const QSize& size : {QSize(1280, 700), QSize(1600, 1100)}) {
+    resize(size.width(), size.height());
+    for (const char* title : {"Plan", "Convergence"}) {
+      window_->panels().show_panel(title);
+      QApplication::processEvents();
+      const QWidget* panel = window_->panels().findChild<QWidget*>(title);
+      ASSERT_TRUE(panel && panel->isVisible()) << title;
+      auto* tabs = qobject_cast<QTabWidget*>(panel->parentWidget()->parentWidget());
+      ASSERT_NE(tabs, nullptr);
+      EXPECT_GE(panel->mapTo(tabs, QPoint()).y(), tabs->tabBar()->geometry().bottom());
+      EXPECT_LE(panel->mapTo(tabs, QPoint(0, panel->height())).y(), tabs->height());
+      EXPECT_GE(panel->height(), panel->minimumSizeHint().height());
+    }
+  }
+}
+
+TEST_F(LayoutTest, PlanAndConvergenceAreForTheResearcherAlone) {
+  const QWidget* plan = window_->panels().findChild<QWidget*>("Plan");
+  EXPECT_FALSE(plan->isVisible());
+  window_->actions()[Act::Researcher]->trigger();
+  window_->panels().show_panel("Plan");
+  EXPECT_TRUE(plan->isVisible());
+  window_->actions()[Act::Researcher]->trigger();
+  EXPECT_FALSE(plan->isVisible());
+  window_->panels().show_panel("Plan");  // asked for: the layout that has it
+  EXPECT_TRUE(window_->actions()[Act::Researcher]->isChecked());
+}
+
+TEST_F(LayoutTest, TheScrollBarOfTheForcesCoversNothing) {
+  resize(1280, 700);
+  ForcePanel& forces = window_->panels().forces();
+  for (QToolButton* unfold : forces.findChildren<QToolButton*>()) unfold->click();
+  auto* scroll = forces.findChild<QScrollArea*>();
+  ASSERT_TRUE(wait_until([&] { return scroll->verticalScrollBar()->isVisible(); }));
+  const int end = scroll->viewport()->width();
+  for (const QDoubleSpinBox* number : forces.findChildren<QDoubleSpinBox*>()) {
+    const QWidget* content = scroll->widget();
+    EXPECT_LE(number->mapTo(content, QPoint(number->width(), 0)).x(), end) << number->toolTip().toStdString();
+  }
+}
+
+TEST_F(LayoutTest, TheSimulationShowsItsParameters) {
+  resize(1600, 1000);
+  window_->panels().show_panel("Simulation");
+  SimulationPanel& panel = window_->panels().simulation();
+  ASSERT_TRUE(wait_until([&] { return panel.isVisible(); }));
+  int shown = 0;
+  for (std::size_t p = 0; p < simulation_table().size(); ++p)
+    shown += !panel.row(static_cast<int>(p))->visibleRegion().isEmpty();
+  EXPECT_GE(shown, 6);
+  window_->panels().set_researcher(true);
+  for (int n = 0; n < 5; ++n) QApplication::processEvents();
+  shown = 0;
+  for (std::size_t p = 0; p < simulation_table().size(); ++p)
+    shown += !panel.row(static_cast<int>(p))->visibleRegion().isEmpty();
+  EXPECT_GE(shown, 6);
+}
+
+}  // namespace
+}  // namespace simplexseg
