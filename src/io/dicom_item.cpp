@@ -20,6 +20,8 @@ namespace {
 gdcm::Tag tag_of(DicomTag tag) { return {tag.group, tag.element}; }
 
 gdcm::VR vr_of(DicomTag tag) {
+  constexpr DicomTag kSegmentsOverlap{0x0062, 0x0013};  // newer than the dictionary of GDCM 3.0
+  if (tag_of(tag) == tag_of(kSegmentsOverlap)) return gdcm::VR::CS;
   const gdcm::VR vr = gdcm::Global::GetInstance().GetDicts().GetPublicDict().GetDictEntry(tag_of(tag)).GetVR();
   SIMPLEXSEG_ENSURE(vr != gdcm::VR::INVALID);
   return vr == gdcm::VR::OB_OW ? gdcm::VR(gdcm::VR::OB) : vr;
