@@ -17,10 +17,10 @@ struct FieldDistance {
   int vertices = 0;     ///< of the mesh
 
   /// Whether the mesh is where the field says, but for what a surface of cells rounds off.
-  bool follows() const { return wrong_marks == 0 && wrong <= 8 + object / 200 && folded <= 8 + vertices / 200; }
+  bool follows() const { return wrong_marks == 0 && wrong <= 8 + object / 200 && folded <= 4 + vertices / 500; }
+  int disagreement() const { return wrong + folded; }
   bool nearer_than(const FieldDistance& other) const {
-    return wrong_marks != other.wrong_marks ? wrong_marks < other.wrong_marks
-                                            : wrong + folded < other.wrong + other.folded;
+    return wrong_marks != other.wrong_marks ? wrong_marks < other.wrong_marks : disagreement() < other.disagreement();
   }
 };
 /// Needs a field.

@@ -43,7 +43,7 @@ struct LabelStart {
 /// How well a mesh followed its field when that was looked at last.
 struct FieldFit {
   std::shared_ptr<const MeshField> field;  ///< that it was compared with
-  int disagreement = 0;                    ///< voxels: FieldDistance::wrong
+  int disagreement = 0;                    ///< FieldDistance::disagreement()
   bool settled = false;                    ///< it follows, or was made of the field: no need to look again
 };
 

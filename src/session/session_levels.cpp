@@ -50,8 +50,8 @@ bool Session::rebuild_where_stuck() {
     if (engine_.loss()) return false;
     const int before = item.fit.field == item.field ? item.fit.disagreement : std::numeric_limits<int>::max();
     const FieldDistance distance = distance_to_field(item, volume_);
-    const bool stuck = !distance.follows() && distance.wrong > kLeastProgress * before;
-    const FieldFit fit{item.field, distance.wrong, rests || stuck};
+    const bool stuck = !distance.follows() && distance.disagreement() > kLeastProgress * before;
+    const FieldFit fit{item.field, distance.disagreement(), rests || stuck};
     if (!distance.follows() && fit.settled) {
       MeshItem made = item;
       made.fit = fit;

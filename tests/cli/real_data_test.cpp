@@ -13,6 +13,7 @@
 #include "io/data_path.h"
 #include "io/scene_io.h"
 #include "io/volume_io.h"
+#include "mesh/mesh_geometry.h"
 #include "session/session.h"
 #include "step/simulation_parameters.h"
 #include "study/phantom.h"
@@ -76,6 +77,21 @@ TEST(RealData, BrainOfTheHeadFromOneSphere) {
   const auto dice = dice_of_scene("ch2_brain.json");
   if (!dice) GTEST_SKIP() << "ch2 of mricron-data is not on this machine";
   EXPECT_GE((*dice)[0], 0.93);
+}
+
+/// A mesh that its neighbour's field folds is made anew once, rather than folding on for thousands of steps.
+TEST(RealData, OrgansThatMeetComeToRest) {
+  std::optional<Volume> image = volume_of("ct_abdomen/ct.nii.gz");
+  if (!image) GTEST_SKIP() << "the CT of the abdomen is not on this machine";
+  Scene scene;
+  scene.simulation = default_simulation_parameters();
+  Session session(make_cpu_engine(2));
+  session.open(std::move(scene), std::move(*image));
+  const ItemId kidney =
+      session.apply(AddMesh{"right kidney", {{-80.0437, -140.3190, 316.3018}, 18.9547}, std::nullopt});
+  session.apply(AddMesh{"L3", {{3.9563, -146.3190, 316.3018}, 14.9850}, std::nullopt});
+  EXPECT_TRUE(session.advance_steps(2000, true).at_rest);
+  EXPECT_EQ(folded_vertices(session.scene().find_mesh(kidney)->mesh), 0);
 }
 
 TEST(RealData, BothKidneysTogetherFromOneSphereEach) {
