@@ -11,6 +11,8 @@ class ClickSubject : public RobotSubject {
   virtual Mask field_object() const = 0;
   /// Whether the field says that it leaks.
   virtual bool leaks() const = 0;
+  /// EvidenceField::Report; NaN without a field.
+  virtual double expected_dice() const = 0;
   /// Vertices of the mesh at a fold, folded_vertices(); none without a mesh.
   virtual int folded() const = 0;
 };

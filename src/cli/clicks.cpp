@@ -95,6 +95,7 @@ class FieldSubject : public ClickSubject {
   double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const override { return field_.brush_mm(kind, mm); }
   Mask field_object() const override { return field_.object(); }
   bool leaks() const override { return field_.report().leaks; }
+  double expected_dice() const override { return field_.report().expected_dice; }
   int folded() const override { return 0; }
 
  private:
@@ -104,8 +105,8 @@ class FieldSubject : public ClickSubject {
 /// The field and the mesh after a click.
 struct FieldState {
   bool leaks;
-  double dice, dice_with_result;  ///< of its object; NaN without a field
-  int folded;                     ///< vertices of the mesh
+  double expected_dice, dice, dice_with_result;  ///< of its object; NaN without a field
+  int folded;                                    ///< vertices of the mesh
 };
 
 struct Case {
@@ -137,6 +138,7 @@ Json case_json(const Case& at) {
                       {"assd_mm", finite_or_null(click.agreement.assd_mm)},
                       {"seconds", click.seconds},
                       {"leaks", at.field[c].leaks},
+                      {"expected_dice", finite_or_null(at.field[c].expected_dice)},
                       {"field_dice", finite_or_null(at.field[c].dice)},
                       {"dice_with_field", finite_or_null(at.field[c].dice_with_result)},
                       {"folded", at.field[c].folded}});
@@ -151,7 +153,7 @@ Json case_json(const Case& at) {
 std::string csv_text(const std::vector<Case>& cases) {
   std::string text =
       "label,click,kind,x_mm,y_mm,z_mm,radius_mm,dice,hd95_mm,assd_mm,seconds,leaks,field_dice,dice_with_field,"
-      "folded\n";
+      "folded,expected_dice\n";
   for (const Case& at : cases) {
     for (std::size_t c = 0; c < at.clicks.size(); ++c) {
       const RobotClick& click = at.clicks[c];
@@ -163,7 +165,9 @@ std::string csv_text(const std::vector<Case>& cases) {
       text += at.field[c].leaks ? ",1" : ",0";
       for (const double x : {at.field[c].dice, at.field[c].dice_with_result})
         text.append(",").append(std::isfinite(x) ? fixed(x, 4) : "");
-      text.append(",").append(std::to_string(at.field[c].folded)).append("\n");
+      text.append(",").append(std::to_string(at.field[c].folded)).append(",");
+      const double expected = at.field[c].expected_dice;
+      text.append(std::isfinite(expected) ? fixed(expected, 4) : "").append("\n");
     }
   }
   return text;
@@ -238,8 +242,8 @@ void clicks(const Options& options, const Console& console) {
         result = now;
         const Mask object = subject->field_object();
         const bool any = !object.voxels.empty();
-        at.field.push_back(
-            {subject->leaks(), any ? dice(part, object) : NAN, any ? dice(object, result) : NAN, subject->folded()});
+        at.field.push_back({subject->leaks(), subject->expected_dice(), any ? dice(part, object) : NAN,
+                            any ? dice(object, result) : NAN, subject->folded()});
         progress.set((static_cast<double>(cases.size() - 1) * (options.settings.most_clicks + 1) + click + 1) / all);
       });
       if (!options.pictures.empty()) {

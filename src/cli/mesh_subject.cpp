@@ -69,6 +69,11 @@ Mask MeshSubject::field_object() const {
   return mask_of(state_->volume.geometry(), item.field->box, item.field->object_voxels());
 }
 
+double MeshSubject::expected_dice() const {
+  const MeshItem* const item = state_->session->scene_without_poses().find_mesh(state_->mesh);
+  return item->field ? item->field->expected_dice : NAN;
+}
+
 bool MeshSubject::leaks() const {
   const MeshItem* const item = state_->session->scene_without_poses().find_mesh(state_->mesh);
   return item->field && item->field->leaks;

@@ -25,6 +25,7 @@ class MeshSubject : public ClickSubject {
   double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const override;
   Mask field_object() const override;
   bool leaks() const override;
+  double expected_dice() const override;
   int folded() const override;
 
  private:

@@ -228,6 +228,19 @@ void EvidenceField::update(std::span<const Mark> marks, const Mask* others) {
     if (settings_.tolerance < growing_tolerance) solve(settings_.tolerance);
   } while (grows());
   report_.leaks = object_.border_share >= leak_share;
+  report_.expected_dice = expected_dice();
+}
+
+double EvidenceField::expected_dice() const {
+  double right = 0, all = 0;
+  std::size_t taken = 0;
+  for (std::size_t v = 0; v < probability_.size(); ++v) {
+    all += probability_[v];
+    if (!object_.voxels[v]) continue;
+    right += probability_[v];
+    ++taken;
+  }
+  return taken == 0 ? 0 : 2 * right / (static_cast<double>(taken) + all);
 }
 
 Mask EvidenceField::object() const { return mask_of(volume_.geometry(), box_, object_.voxels); }

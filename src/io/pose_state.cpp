@@ -92,7 +92,8 @@ json json_of(const MeshField& field) {
           {"values", binary_of(field.values.data(), field.values.size())},
           {"marks", json_of(field.marks)},
           {"others", json_of(field.others)},
-          {"leaks", field.leaks}};
+          {"leaks", field.leaks},
+          {"expected_dice", field.expected_dice}};
 }
 
 std::shared_ptr<const MeshField> field_of(const json& saved) {
@@ -108,6 +109,7 @@ std::shared_ptr<const MeshField> field_of(const json& saved) {
   field->marks = marks_of(saved.at("marks"));
   if (saved.contains("others")) field->others = marks_of(saved.at("others"));
   field->leaks = saved.at("leaks").get<bool>();
+  if (saved.contains("expected_dice")) field->expected_dice = saved.at("expected_dice").get<float>();
   return field;
 }
 

@@ -35,6 +35,7 @@ std::shared_ptr<const MeshField> learn(EvidenceField& field, std::vector<Mark> m
     }
     learned->box = field.box();
     learned->leaks = field.report().leaks;
+    learned->expected_dice = static_cast<float>(field.report().expected_dice);
     learned->values = field_values(field.object_in_box().voxels, field.probability(), field.box(), geometry, run);
   } catch (const Error& error) {
     learned->problem = error.what();

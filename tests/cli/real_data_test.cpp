@@ -90,8 +90,26 @@ TEST(RealData, OrgansThatMeetComeToRest) {
   const ItemId kidney =
       session.apply(AddMesh{"right kidney", {{-80.0437, -140.3190, 316.3018}, 18.9547}, std::nullopt});
   session.apply(AddMesh{"L3", {{3.9563, -146.3190, 316.3018}, 14.9850}, std::nullopt});
-  EXPECT_TRUE(session.advance_steps(2000, true).at_rest);
+  const Advance done = session.advance_steps(2000, true);
+  EXPECT_TRUE(done.at_rest);
+  EXPECT_TRUE(done.warnings.empty()) << done.warnings[0];
   EXPECT_EQ(folded_vertices(session.scene().find_mesh(kidney)->mesh), 0);
+}
+
+/// Bowel beside the kidney: what looks like it goes on and on, and is not one object.
+TEST(RealData, ASeedInBowelIsSaidToBeUnsure) {
+  std::optional<Volume> image = volume_of("ct_abdomen/ct.nii.gz");
+  if (!image) GTEST_SKIP() << "the CT of the abdomen is not on this machine";
+  for (const Eigen::Vector3d& at : {Eigen::Vector3d(78.956, -164.319, 316.302), {-92.044, -179.319, 322.302}}) {
+    Scene scene;
+    scene.simulation = default_simulation_parameters();
+    Session session(make_cpu_engine(2));
+    session.open(std::move(scene), *image);
+    session.apply(AddMesh{"bowel", {at, 6}, std::nullopt});
+    const Advance done = session.advance_steps(1);
+    ASSERT_EQ(done.warnings.size(), 1u);
+    EXPECT_NE(done.warnings[0].find("'bowel' is unsure of its object"), std::string::npos) << done.warnings[0];
+  }
 }
 
 TEST(RealData, BothKidneysTogetherFromOneSphereEach) {

@@ -379,6 +379,25 @@ TEST(EvidenceField, SaysThatItLeaks) {
   EXPECT_FALSE(held.report().leaks);
 }
 
+TEST(EvidenceField, SaysHowRightItIsLikelyToBe) {
+  const Scene sharp = ellipsoid(40, 1, {12, 12, 12});
+  EvidenceField field(sharp.image);
+  field.update(std::vector{inside({0, 0, 0}, 8)});
+  EXPECT_GT(dice(sharp.truth, field.object()), 0.95);
+  EXPECT_GT(field.report().expected_dice, 0.85);
+  EXPECT_LE(field.report().expected_dice, 1);
+
+  Scene noise = ellipsoid(40, 1, {12, 12, 12});
+  std::uint64_t state = 1;
+  for (float& voxel : noise.image.voxels<float>()) {  // there is no object
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    voxel = static_cast<float>(state >> 40);
+  }
+  EvidenceField unsure(noise.image);
+  unsure.update(std::vector{inside({0, 0, 0}, 4)});
+  EXPECT_LT(unsure.report().expected_dice, 0.6);
+}
+
 TEST(EvidenceField, VoxelsThatAreNotFiniteConductNothingAndStayOutside) {
   Scene scene = ellipsoid(48, 1, {16, 10, 10});
   const std::vector marks{inside({-5, 0, 0}, 6)};

@@ -136,5 +136,24 @@ TEST_F(OrgansTest, FourOrgansByASeedAndSixPointsEach) {
   }
 }
 
+/// A seed in bowel beside the kidney.
+TEST_F(OrgansTest, AForcedLeakIsSaid) {
+  const std::optional<Volume> image = volume_of("ct_abdomen/ct.nii.gz");
+  if (!image) GTEST_SKIP() << "the CT of the abdomen is not on this machine";
+  Scene empty;
+  empty.simulation = default_simulation_parameters();
+  bench().open(std::move(empty), *image);
+  QApplication::processEvents();
+  const QPointF middle = show({78.956, -164.319, 316.302});
+  window_->actions()[Act::ToolSeed]->trigger();
+  drag(axial(), middle, middle + QPointF(6 / axial().mm_per_pixel(), 0));
+  QElapsedTimer said;
+  said.start();
+  const auto warned = [&] { return window_->messages().text().contains("is unsure of its object"); };
+  while (!warned() && said.elapsed() < 60000) QApplication::processEvents(QEventLoop::AllEvents, 20);
+  std::printf("said after %.2f s\n", static_cast<double>(said.elapsed()) / 1000);
+  EXPECT_TRUE(warned());
+}
+
 }  // namespace
 }  // namespace simplexseg
