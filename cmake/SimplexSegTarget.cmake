@@ -18,6 +18,10 @@ if(SIMPLEXSEG_SANITIZE)
   target_link_options(simplexseg_options INTERFACE -fsanitize=${SIMPLEXSEG_SANITIZE})
 endif()
 
+if(SIMPLEXSEG_FUZZ)   # the coverage that libFuzzer goes by
+  target_compile_options(simplexseg_options INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+
 # simplexseg_room(NAME LIBRARIES...): the library of src/NAME, made of all its sources; the rooms it stands on.
 function(simplexseg_room name)
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)

@@ -84,7 +84,7 @@ void add_info(const Subcommand& app, Action& action) {
   const Subcommand sub = app.add_subcommand("info", "Geometry, voxel type, range and warnings of a volume");
   const auto options = std::make_shared<Options>();
   sub.add_option("PATH", options->path, "Volume file, or folder of a DICOM series").required();
-  sub.add_option("--volume", options->volume, "Which volume of a 4D DICOM file or series, from 1").within(1, 1000000);
+  sub.add_option("--volume", options->volume, "Which volume of a 4D file or series, from 1").within(1, kMostVolumes);
   sub.add_flag("--json", options->json, "Print JSON");
   sub.callback([options, &action] { action = [options](const Console& console) { info(*options, console); }; });
 }

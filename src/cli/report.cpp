@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/report.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "cli/metric_list.h"
 #include "cli/table.h"
 #include "io/atomic_file.h"
 #include "io/files.h"
@@ -53,14 +55,16 @@ Json mesh_json(const MeshReport& mesh) {
                {"vertices", mesh.vertices},
                {"volume_mm3", mesh.measures.volume_mm3},
                {"area_mm2", mesh.measures.area_mm2}};
-  if (mesh.agreement) {
-    json["dice"] = mesh.agreement->dice;
-    json["hd_mm"] = mesh.agreement->hd_mm;
-    json["hd95_mm"] = mesh.agreement->hd95_mm;
-    json["assd_mm"] = mesh.agreement->assd_mm;
+  for (const Metric& metric : metric_list()) {
+    if (mesh.agreement) json[metric.key] = metric.value(*mesh.agreement);
   }
   if (!mesh.trace.empty()) json["trace"] = trace_json(mesh.trace);
   return json;
+}
+
+bool is_compared(const RunReport& report) {
+  return std::any_of(report.meshes.begin(), report.meshes.end(),
+                     [](const MeshReport& m) { return m.agreement.has_value(); });
 }
 
 }  // namespace
@@ -86,6 +90,9 @@ void write_report(const std::filesystem::path& path, const RunReport& report, co
   if (!report.cuts.empty()) json["timestep_cuts"] = report.cuts;
   if (report.failure) json["failure"] = *report.failure;
   json["bytes_held"] = report.bytes_held;
+  for (const Metric& metric : metric_list()) {
+    if (is_compared(report)) json["metric_definitions"][metric.key] = metric.definition;
+  }
   json["meshes"] = Json::array();
   for (const MeshReport& mesh : report.meshes) json["meshes"].push_back(mesh_json(mesh));
   json["parameters"] = parameters_json(scene);
@@ -102,19 +109,21 @@ void print_report(std::ostream& out, const RunReport& report) {
   }
   out << "run     " << report.steps << " steps in " << fixed(report.wall_ms / 1000, 2) << " s, "
       << fixed(report.step_us(), 0) << " us a step, " << (report.at_rest ? "at rest, " : "") << report.device << "\n";
-  const bool compared = std::any_of(report.meshes.begin(), report.meshes.end(),
-                                    [](const MeshReport& m) { return m.agreement.has_value(); });
+  const bool compared = is_compared(report);
   std::vector<std::vector<std::string>> rows{{"mesh", "vertices", "volume ml", "area cm2"}};
-  if (compared) rows[0].insert(rows[0].end(), {"Dice", "HD mm", "HD95 mm", "ASSD mm"});
+  if (compared) rows[0].insert(rows[0].end(), {"Dice", "HD mm", "HD95 mm", "ASSD mm", "surface Dice"});
   for (const MeshReport& mesh : report.meshes) {
     rows.push_back({one_line(mesh.name), std::to_string(mesh.vertices), fixed(mesh.measures.volume_mm3 / 1000, 2),
                     fixed(mesh.measures.area_mm2 / 100, 2)});
     if (!mesh.agreement) continue;
-    const Agreement& a = *mesh.agreement;
-    rows.back().insert(rows.back().end(),
-                       {fixed(a.dice, 4), fixed(a.hd_mm, 2), fixed(a.hd95_mm, 2), fixed(a.assd_mm, 2)});
+    const Agreement& a = mesh.agreement->voxels;
+    rows.back().insert(rows.back().end(), {fixed(a.dice, 4), fixed(a.hd_mm, 2), fixed(a.hd95_mm, 2),
+                                           fixed(a.assd_mm, 2), fixed(mesh.agreement->surfaces.surface_dice, 4)});
   }
   if (rows.size() > 1) print_table(out, rows, 1);
+  if (compared)
+    out << "HD, HD95, ASSD: between centres of boundary voxels; surface Dice: by area, at "
+        << fixed(kUsualToleranceMm, 0) << " mm\n";
 }
 
 }  // namespace simplexseg

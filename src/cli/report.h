@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "image/metrics.h"
+#include "cli/metric_list.h"
 #include "mesh/mesh_geometry.h"
 #include "mesh/simplex_mesh.h"
 #include "session/run_trace.h"
@@ -19,8 +19,8 @@ struct MeshReport {
   std::string name;
   int vertices = 0;
   SurfaceMeasures measures{};
-  std::optional<Agreement> agreement;  ///< with the reference that the scene names
-  std::vector<TraceSample> trace;      ///< what was measured during the run
+  std::optional<MaskComparison> agreement;  ///< with the reference that the scene names
+  std::vector<TraceSample> trace;           ///< what was measured during the run
 };
 
 /// What a run did.

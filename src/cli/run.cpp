@@ -11,6 +11,7 @@
 #include "cli/simulate.h"
 #include "cli/slice_picture.h"
 #include "core/error.h"
+#include "image/rasterise.h"
 #include "io/atomic_file.h"
 #include "io/files.h"
 #include "io/references.h"
@@ -62,7 +63,8 @@ void check_outputs(const Options& options, const Scene& scene, const fs::path& v
   }
 }
 
-void write_outputs(const Options& options, const Session& session, RunReport& report, const Console& console) {
+void write_outputs(const Options& options, const Session& session, RunReport& report, bool low_is_bright,
+                   const Console& console) {
   const Scene& scene = session.scene();
   if (!options.labels.empty()) {
     const std::string note = save_labels(options.labels, scene, session.volume().geometry());
@@ -70,7 +72,7 @@ void write_outputs(const Options& options, const Session& session, RunReport& re
   }
   if (!options.meshes.empty()) save_meshes(options.meshes, scene, "." + options.mesh_format);
   if (!options.save.empty()) write_scene(options.save, scene);
-  if (!options.picture.empty()) write_picture(options.picture, draw_slices(session.volume(), scene));
+  if (!options.picture.empty()) write_picture(options.picture, draw_slices(session.volume(), scene, low_is_bright));
   if (!options.report.empty()) write_report(options.report, report, scene);
 }
 
@@ -138,13 +140,16 @@ void run(const Options& options, const Console& console) {
       const Progress progress(console, "measuring");
       for (const MeshItem& item : session.scene().meshes) {
         const MeshTrace* trace = clock.trace().of(item.id);
-        report.meshes.push_back({item.name, item.mesh.vertex_count(), measure(item.mesh), references.compare_with(item),
+        std::optional<MaskComparison> agreement;
+        if (const auto truth = references.mask_for(item))
+          agreement = compare_masks(*truth, rasterise(item.mesh, truth->geometry));
+        report.meshes.push_back({item.name, item.mesh.vertex_count(), measure(item.mesh), agreement,
                                  trace ? trace->samples : std::vector<TraceSample>{}});
         Interrupt::check();
       }
     }
     const Progress progress(console, "writing");
-    write_outputs(options, session, report, console);
+    write_outputs(options, session, report, loaded.low_is_bright, console);
   });
   print_report(console.out, report);
   if (report.failure) throw Failure("after " + std::to_string(report.steps) + " steps: " + *report.failure);

@@ -144,7 +144,7 @@ void draw_outline(Canvas& canvas, const Panel& panel, const TriangleMesh& surfac
 
 }  // namespace
 
-Picture draw_slices(const Volume& volume, const Scene& scene, int panel) {
+Picture draw_slices(const Volume& volume, const Scene& scene, bool low_is_bright, int panel) {
   std::vector<TriangleMesh> surfaces;
   std::vector<Colour> colours;
   std::vector<Eigen::Vector3d> foci;
@@ -181,7 +181,8 @@ Picture draw_slices(const Volume& volume, const Scene& scene, int panel) {
   picture.height -= kGap;
   picture.rgb.assign(3 * static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height), 0);
   Canvas canvas(picture);
-  const Window window = volume.empty() ? Window{0, 1} : window_of(volume);
+  Window window = volume.empty() ? Window{0, 1} : window_of(volume);
+  if (low_is_bright) std::swap(window.low, window.high);
   for (const Panel& one : panels) {
     if (!volume.empty()) draw_volume(canvas, one, volume, window);
     for (std::size_t s = 0; s < surfaces.size(); ++s) draw_outline(canvas, one, surfaces[s], colours[s]);

@@ -118,7 +118,8 @@ struct DrawSlice {
     const float u = static_cast<float>(n % plane.width), w = static_cast<float>(n / plane.width);
     const float intensity = Voxels(volume).sample(volume, plane.origin + u * plane.step_u + w * plane.step_v);
     const bool inside = is_valid(intensity);
-    const float range = larger(plane.high - plane.low, 1e-30f);
+    const float span = plane.high - plane.low;
+    const float range = span < 0 ? smaller(span, -1e-30f) : larger(span, 1e-30f);
     const float grey = inside ? smaller(larger((intensity - plane.low) / range, 0.0f), 1.0f) : 0.0f;
     texels[n] = {static_cast<std::uint8_t>(grey * 255.0f + 0.5f), static_cast<std::uint8_t>(inside ? 255 : 0)};
   }

@@ -154,6 +154,38 @@ std::vector<std::vector<std::size_t>> parts_of(const Mask& mask) {
   return parts;
 }
 
+int fill_cavities(Mask& mask, std::size_t most) {
+  const VoxelBox box = bounding_box(mask, mask);
+  if (box.voxel_count() == 0) return 0;
+  Mask around;  // what is not set, with a layer of outside around the box
+  around.geometry.size = {box.size[0] + 2, box.size[1] + 2, box.size[2] + 2};
+  around.voxels.assign(around.geometry.voxel_count(), 1);
+  const auto place = [&size = mask.geometry.size](int i, int j, int k) {
+    return (static_cast<std::size_t>(k) * static_cast<std::size_t>(size[1]) + static_cast<std::size_t>(j)) *
+               static_cast<std::size_t>(size[0]) +
+           static_cast<std::size_t>(i);
+  };
+  const VoxelBox padded{{0, 0, 0}, around.geometry.size};
+  for (int k = 0; k < box.size[2]; ++k)
+    for (int j = 0; j < box.size[1]; ++j)
+      for (int i = 0; i < box.size[0]; ++i) {
+        if (mask.voxels[place(box.first[0] + i, box.first[1] + j, box.first[2] + k)])
+          around.voxels[padded.offset(i + 1, j + 1, k + 1)] = 0;
+      }
+  int filled = 0;
+  for (const std::vector<std::size_t>& part : parts_of(around)) {
+    if (part.size() > most || part.front() == 0) continue;  // the outside begins at the first voxel
+    ++filled;
+    const auto columns = static_cast<std::size_t>(padded.size[0]), rows = static_cast<std::size_t>(padded.size[1]);
+    for (const std::size_t v : part) {
+      const auto i = static_cast<int>(v % columns), j = static_cast<int>(v / columns % rows),
+                 k = static_cast<int>(v / columns / rows);
+      mask.voxels[place(box.first[0] + i - 1, box.first[1] + j - 1, box.first[2] + k - 1)] = 1;
+    }
+  }
+  return filled;
+}
+
 SimplexMesh mesh_of_mask(const Mask& mask, int vertices) {
   if (std::find(mask.voxels.begin(), mask.voxels.end(), 1) == mask.voxels.end())
     throw Error("mesh of a label", "no voxel has it", "give a label that there is");

@@ -14,6 +14,10 @@ namespace simplexseg {
 /// iso_surface() joins them: over faces, and over those edges and corners that its tetrahedra have an edge through.
 std::vector<std::vector<std::size_t>> parts_of(const Mask& mask);
 
+/// Sets the voxels of each cavity of at most `most` voxels: what is not set and no way leads to from outside, over
+/// voxels that belong together as in parts_of(). Gives how many cavities that were.
+int fill_cavities(Mask& mask, std::size_t most);
+
 /// How much of the surroundings of each voxel of a box is set, between 0 and 1 or a little beyond: a Gaussian of one
 /// voxel, sharpened so that curved faces stay where they are to the third order. Beyond the box nothing is set.
 std::vector<float> smoothed_voxels(const std::vector<std::uint8_t>& set, const VoxelBox& box);

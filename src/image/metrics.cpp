@@ -17,24 +17,6 @@ std::string size_text(const VolumeGeometry& g) {
   return std::to_string(g.size[0]) + " x " + std::to_string(g.size[1]) + " x " + std::to_string(g.size[2]);
 }
 
-void require_same_grid(const Mask& reference, const Mask& test) {
-  for (const Mask* mask : {&reference, &test}) {
-    if (mask->voxels.size() != mask->geometry.voxel_count())
-      throw Error(
-          "mask",
-          "it holds " + std::to_string(mask->voxels.size()) + " voxels on a grid of " + size_text(mask->geometry),
-          "make it with mask_of or rasterise");
-  }
-  if (!reference.geometry.same_grid(test.geometry)) {
-    const bool same_size = reference.geometry.size == test.geometry.size;
-    throw Error("masks cannot be compared",
-                same_size ? "their grids have the same size but lie at different places"
-                          : "their grids differ (" + size_text(reference.geometry) + " against " +
-                                size_text(test.geometry) + ")",
-                "resample one onto the grid of the other");
-  }
-}
-
 struct Counts {
   std::size_t reference = 0, test = 0, both = 0;
   double dice() const { return reference + test == 0 ? 1.0 : 2.0 * both / static_cast<double>(reference + test); }
@@ -79,6 +61,24 @@ std::vector<std::uint8_t> boundary_of(const Mask& mask, const VoxelBox& box) {
 }
 
 }  // namespace
+
+void require_same_grid(const Mask& reference, const Mask& test) {
+  for (const Mask* mask : {&reference, &test}) {
+    if (mask->voxels.size() != mask->geometry.voxel_count())
+      throw Error(
+          "mask",
+          "it holds " + std::to_string(mask->voxels.size()) + " voxels on a grid of " + size_text(mask->geometry),
+          "make it with mask_of or rasterise");
+  }
+  if (!reference.geometry.same_grid(test.geometry)) {
+    const bool same_size = reference.geometry.size == test.geometry.size;
+    throw Error("masks cannot be compared",
+                same_size ? "their grids have the same size but lie at different places"
+                          : "their grids differ (" + size_text(reference.geometry) + " against " +
+                                size_text(test.geometry) + ")",
+                "resample one onto the grid of the other");
+  }
+}
 
 double dice(const Mask& reference, const Mask& test) {
   require_same_grid(reference, test);

@@ -16,6 +16,8 @@ struct Agreement {
 };
 /// Throws Error when the two grids differ.
 Agreement compare(const Mask& reference, const Mask& test);
+/// Throws Error when the two grids differ, or a mask has not its grid's voxels.
+void require_same_grid(const Mask& reference, const Mask& test);
 /// The Dice coefficient alone: cheap.
 double dice(const Mask& reference, const Mask& test);
 

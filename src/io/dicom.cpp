@@ -110,22 +110,14 @@ VolumeSource open_slices(std::vector<DicomSlice> slices, const std::string& form
   }
   DicomVolumes split = split_volumes(std::move(slices), what);
   info.frames = static_cast<int>(split.volumes.size());
-  if (volume < 1 || volume > info.frames) {
-    throw Error("cannot read " + what,
-                "it has " + std::to_string(info.frames) + " volume(s), " + std::to_string(volume) + " is asked for",
-                "name one from 1 to " + std::to_string(info.frames));
-  }
-  slices = std::move(split.volumes[static_cast<std::size_t>(volume) - 1]);
-  if (info.frames > 1) {
-    info.frame = volume;
-    info.warnings.push_back("4D: it holds " + std::to_string(info.frames) + " volumes; number " +
-                            std::to_string(volume) + " is taken (" + split.names[static_cast<std::size_t>(volume) - 1] +
-                            ")");
-  }
+  const auto place = static_cast<std::size_t>(volume) - 1;
+  take_volume(info, volume, "cannot read " + what, place < split.names.size() ? split.names[place] : "");
+  slices = std::move(split.volumes[place]);
   info.file_count = count_files(slices);
   place_slices(slices, info, what);
-  if (slices.front().photometric == "MONOCHROME1")
-    info.warnings.push_back("MONOCHROME1: low values are meant to be bright; the values are kept as they are");
+  info.low_is_bright = slices.front().photometric == "MONOCHROME1";
+  if (info.low_is_bright)
+    info.warnings.push_back("MONOCHROME1: low values are shown bright; the values are kept as they are");
   info.type = common_type(slices);
   info.geometry.validate("cannot read " + what);
   for (const DicomSlice& s : slices) source.extra_bytes = std::max(source.extra_bytes, buffer_bytes(s.pixels));

@@ -74,7 +74,7 @@ bool looks_like_gipl(const fs::path& path) {
   return read_header(reader).is_gipl();
 }
 
-VolumeSource open_gipl(const fs::path& path) {
+VolumeSource open_gipl(const fs::path& path, int volume) {
   PackedReader reader(path);
   const Header header = read_header(reader);
   const std::string name = quoted(path);
@@ -101,7 +101,7 @@ VolumeSource open_gipl(const fs::path& path) {
   voxels.packing = reader.packed() ? Packing::Deflate : Packing::None;
   voxels.swapped = true;
   voxels.type = type_of(header.at<std::uint16_t>(8), name);
-  return open_stored(std::move(info), std::move(voxels), path);
+  return open_stored(std::move(info), std::move(voxels), path, volume);
 }
 
 }  // namespace simplexseg

@@ -7,6 +7,7 @@
 #include <itkOutputWindow.h>
 #include <unistd.h>
 
+#include <cassert>
 #include <csetjmp>
 #include <cstdio>
 #include <cstdlib>
@@ -107,8 +108,7 @@ std::string plain_words(const std::exception& exception) {
 }  // namespace simplexseg
 
 /// glibc's, in front of which this one comes for the shared libraries too: see without_aborting().
-extern "C" [[noreturn]] void __assert_fail(const char* assertion, const char* file, unsigned line,
-                                           const char* function) noexcept {
+extern "C" void __assert_fail(const char* assertion, const char* file, unsigned line, const char* function) noexcept {
   using simplexseg::armed;
   if (armed) {
     std::snprintf(simplexseg::broken_assertion, sizeof simplexseg::broken_assertion, "broken assumption: %s",

@@ -4,6 +4,8 @@
 #include "core/error.h"
 #include "image/resample.h"
 #include "io/files.h"
+#include "io/rtstruct_read.h"
+#include "io/volume_io.h"
 
 namespace simplexseg {
 
@@ -23,6 +25,21 @@ Volume onto_grid(const Volume& labels, const VolumeGeometry& grid, const std::fi
                " labelled voxels lie outside of it";
   warnings.push_back(warning);
   return std::move(resampled.labels);
+}
+
+Volume load_labels_onto(const std::filesystem::path& path, const VolumeGeometry& grid, const std::string& what,
+                        std::vector<std::string>& warnings) {
+  const auto add = [&](const std::vector<std::string>& said) {
+    for (const std::string& warning : said) warnings.push_back(quoted(path) + ": " + warning);
+  };
+  if (is_structure_set(path)) {
+    StructureLabels read = read_structure_set(path, grid);
+    add(read.warnings);
+    return std::move(read.labels);
+  }
+  const LoadedVolume loaded = load_volume(path);
+  add(loaded.warnings);
+  return onto_grid(loaded.volume, grid, path, what, warnings);
 }
 
 }  // namespace simplexseg

@@ -18,6 +18,7 @@ struct LoadedInput {
   std::filesystem::path volume_path;  ///< where it was found; empty when the scene names none
   References references;
   std::vector<std::string> warnings;  ///< one line each, for the user
+  bool low_is_bright = false;         ///< the volume's low values are meant to be shown bright (MONOCHROME1)
 };
 
 struct LoadOptions {
@@ -35,7 +36,8 @@ struct LoadOptions {
 LoadedInput load_scene(const std::filesystem::path& path, const LoadOptions& options = {});
 
 /// Reads what a user names to be looked at: a scene (.json), else a volume or a DICOM folder, which makes a scene
-/// without meshes. Throws Error; a reference that cannot be read is a warning.
-LoadedInput load_input(const std::filesystem::path& path);
+/// without meshes; of a 4D file number `volume`, from 1 (a scene names its own). Throws Error; a reference that cannot
+/// be read is a warning.
+LoadedInput load_input(const std::filesystem::path& path, int volume = 1);
 
 }  // namespace simplexseg

@@ -178,7 +178,7 @@ std::vector<fs::path> files_of(const Header& header, const fs::path& path) {
 
 }  // namespace
 
-VolumeSource open_meta_image(const fs::path& path) {
+VolumeSource open_meta_image(const fs::path& path, int volume) {
   const Header header(path);
   VolumeInfo info;
   info.format = "MetaImage";
@@ -195,7 +195,7 @@ VolumeSource open_meta_image(const fs::path& path) {
   voxels.at_end = skipped < 0 && voxels.packing == Packing::None && voxels.code == VoxelCode::Binary;
   if (skipped > 0) voxels.offset = static_cast<std::uint64_t>(skipped);
   info.file_count = static_cast<int>(voxels.files.size()) + (local ? 0 : 1);
-  return open_stored(std::move(info), std::move(voxels), path);
+  return open_stored(std::move(info), std::move(voxels), path, volume);
 }
 
 void write_meta_image(AtomicFile& file, const Volume& volume) {

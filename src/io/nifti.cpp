@@ -39,7 +39,7 @@ bool looks_like_nifti(const fs::path& path) {
   return read_nifti_header(reader).version > 0;
 }
 
-VolumeSource open_nifti(const fs::path& path) {
+VolumeSource open_nifti(const fs::path& path, int volume) {
   const std::string extension = extension_of(path), name = quoted(path);
   const bool pair = extension.starts_with(".hdr") || extension.starts_with(".img");
   const fs::path header_path = pair ? partner(path, ".hdr") : path;
@@ -81,7 +81,7 @@ VolumeSource open_nifti(const fs::path& path) {
   v.skipped = static_cast<std::uint64_t>(std::max(h.vox_offset, smallest));
   if (single || fs::exists(path_of_voxels, error))
     v.packing = PackedReader(path_of_voxels).packed() ? Packing::Deflate : Packing::None;
-  return open_stored(std::move(info), std::move(v), path);
+  return open_stored(std::move(info), std::move(v), path, volume);
 }
 
 }  // namespace simplexseg

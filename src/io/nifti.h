@@ -9,7 +9,7 @@
 namespace simplexseg {
 
 /// NIfTI-1, NIfTI-2 and Analyze 7.5, plain or gzip'ed, one file or .hdr/.img.
-VolumeSource open_nifti(const std::filesystem::path& path);
+VolumeSource open_nifti(const std::filesystem::path& path, int volume = 1);
 /// True when the first bytes (of the unpacked file) are those of a NIfTI file.
 bool looks_like_nifti(const std::filesystem::path& path);
 

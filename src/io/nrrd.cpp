@@ -52,20 +52,26 @@ StoredType type_of(const NrrdHeader& header) {
 struct Axes {
   std::vector<std::size_t> space;
   double frames = 1, components = 1;
+  double turns = 1;  ///< frames along axes that are faster than those of space; 0: along one between them
 };
 
 Axes axes_of(const NrrdHeader& header, const std::vector<std::vector<double>>& directions) {
   const auto& sizes = header.sizes();
   const std::vector<std::string> kinds = header.words("kinds", sizes.size());
   Axes axes;
+  bool after_space = false;
   for (std::size_t a = 0; a < sizes.size(); ++a) {
     const std::string kind = kinds.empty() ? "" : lower_case(kinds[a]);
+    const bool of_time = kind == "time" || kind == "list";
     const bool spatial = kind.empty() || kind == "domain" || kind == "space" || kind == "???" || kind == "none";
     const auto size = static_cast<double>(sizes[a]);
     if (directions.empty() ? spatial : !directions[a].empty()) {
+      if (after_space) axes.turns = 0;
       axes.space.push_back(a);
     } else {
-      (kind == "time" || spatial ? axes.frames : axes.components) *= size;
+      (of_time || spatial ? axes.frames : axes.components) *= size;
+      if (axes.space.empty()) axes.turns *= size;
+      after_space = !axes.space.empty();
     }
   }
   for (; axes.space.size() > 3; axes.space.pop_back()) axes.frames *= static_cast<double>(sizes[axes.space.back()]);
@@ -238,7 +244,7 @@ void take_encoding(const NrrdHeader& header, const fs::path& path, StoredVoxels&
 
 }  // namespace
 
-VolumeSource open_nrrd(const fs::path& path) {
+VolumeSource open_nrrd(const fs::path& path, int volume) {
   const NrrdHeader header(path);
   VolumeInfo info;
   info.format = "NRRD";
@@ -264,9 +270,10 @@ VolumeSource open_nrrd(const fs::path& path) {
     place_by_axes(header, axes, info);
   StoredVoxels voxels;
   voxels.type = type_of(header);
+  voxels.interleaved = static_cast<int>(std::min(axes.turns, 1e9));
   take_encoding(header, path, voxels);
   info.file_count = static_cast<int>(voxels.files.size()) + (header.has("data file") ? 1 : 0);
-  return open_stored(std::move(info), std::move(voxels), path);
+  return open_stored(std::move(info), std::move(voxels), path, volume);
 }
 
 void write_nrrd(AtomicFile& file, const Volume& volume, const std::string& keys) {

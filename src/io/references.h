@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "image/mask.h"
-#include "image/metrics.h"
 #include "session/scene.h"
 
 namespace simplexseg {
@@ -26,7 +25,6 @@ class References {
   bool has(const MeshItem& item) const { return item.reference && labels_.contains(item.reference->labels); }
   /// None without a reference.
   std::optional<Mask> mask_for(const MeshItem& item) const;
-  std::optional<Agreement> compare_with(const MeshItem& item) const;
 
  private:
   std::map<std::string, Volume> labels_;  ///< by the path in the scene

@@ -98,6 +98,10 @@ void read_pose(const JsonInput& input, const fs::path& folder, MeshItem& item) {
 /// Label volumes that were read already, by where they are.
 using LabelFiles = std::map<fs::path, Volume>;
 
+/// Voxels of a ball of two voxels' radius. The surface of such a cavity shrinks to nothing under smoothing, and its
+/// steps are undone.
+constexpr std::size_t kSmallCavity = 33;
+
 void read_start(const JsonInput& input, const fs::path& folder, LabelFiles& files, int vertices, MeshItem& item) {
   input.expect_keys({"labels", "label", "part"});
   LabelStart start{anchored(input["labels"].text(), folder), std::nullopt, 0, nullptr};
@@ -105,7 +109,8 @@ void read_start(const JsonInput& input, const fs::path& folder, LabelFiles& file
   if (input.has("part")) start.part = input["part"].integer_between(1, std::numeric_limits<int>::max());
   const fs::path path = find_data(start.labels, folder);
   if (!files.contains(path)) files.emplace(path, read_volume(path));
-  const Mask mask = choose_label(files.at(path), {start.value, start.part}, quoted(path)).mask;
+  Mask mask = choose_label(files.at(path), {start.value, start.part}, quoted(path)).mask;
+  fill_cavities(mask, kSmallCavity);
   start.mesh = std::make_shared<const SimplexMesh>(mesh_of_mask(mask, vertices));
   const InnerBall ball = inner_ball(mask);
   item.seed = {ball.centre_mm, ball.radius_mm};
@@ -252,7 +257,8 @@ SceneFile read_scene(const fs::path& path) {
   if (!input.has("simplexseg_scene"))
     input.refuse("this is no scene: the key 'simplexseg_scene' is missing", "name a scene file");
   input["simplexseg_scene"].integer_between(kSceneVersion, kSceneVersion);
-  input.expect_keys({"simplexseg_scene", "volume", "simulation", "forces", "meshes", "points", "steps"});
+  input.expect_keys(
+      {"simplexseg_scene", "volume", "volume_number", "simulation", "forces", "meshes", "points", "steps"});
   const fs::path folder = path.parent_path();
 
   SceneFile file;
@@ -262,6 +268,7 @@ SceneFile read_scene(const fs::path& path) {
     file.volume = find_data(input["volume"].text(), folder);
     scene.volume_path = anchored(input["volume"].text(), folder);
   }
+  if (input.has("volume_number")) scene.volume_number = input["volume_number"].integer_between(1, kMostVolumes);
   if (input.has("simulation")) read_simulation(input["simulation"], scene.simulation);
   if (input.has("forces")) read_forces(input["forces"], scene.forces);
   LabelFiles label_files;
@@ -303,6 +310,7 @@ void write_scene(const fs::path& path, const Scene& scene) {
 
   Json json = {{"simplexseg_scene", kSceneVersion}};
   if (!scene.volume_path.empty()) json["volume"] = portable(scene.volume_path, folder);
+  if (scene.volume_number != 1) json["volume_number"] = scene.volume_number;
   json["simulation"] = simulation_json(scene.simulation);
   json["forces"] = forces_json(scene.forces, nullptr);
   json["meshes"] = Json::array();

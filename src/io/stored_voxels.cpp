@@ -5,6 +5,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <utility>
@@ -70,9 +71,32 @@ class VoxelBytes {
       left_ -= now;
     }
   }
+  /// Throws Error when there are fewer.
+  void skip(std::size_t voxels) {
+    std::vector<unsigned char> unread;
+    while (voxels > 0) {
+      if (left_ == 0 && voxels >= per_file_) {  // none of this file is wanted
+        ++next_;
+        voxels -= per_file_;
+        continue;
+      }
+      if (left_ == 0) open_next();
+      const std::size_t size = static_cast<std::size_t>(voxels_.type.bytes);
+      std::size_t now = std::min(voxels, left_);
+      if (voxels_.code == VoxelCode::Binary) {
+        if (!reader_->skip(std::uint64_t{now} * size)) throw_ended(0);
+        left_ -= now;
+      } else {
+        now = std::min(now, kBlock);
+        unread.resize(now * size);
+        read(unread.data(), now);
+      }
+      voxels -= now;
+    }
+  }
   /// Throws Error when the packed data of the last file end in a wrong checksum.
   void require_sound_end() const {
-    if (reader_ && reader_->damaged_at_end()) throw_damaged();
+    if (reader_ && left_ == 0 && reader_->damaged_at_end()) throw_damaged();
   }
 
  private:
@@ -192,22 +216,39 @@ void require_room(const StoredVoxels& voxels, const VolumeInfo& info, const fs::
   }
 }
 
-/// The voxels, of one frame and component.
+/// Reads `count` voxels of one of `turns` volumes that take turns, the `turn`-th; all bytes are read and few kept.
+void read_turns(VoxelBytes& bytes, unsigned char* to, std::size_t count, std::size_t turns, std::size_t turn,
+                std::size_t size) {
+  if (turns == 1) return bytes.read(to, count);
+  const std::size_t at_once = std::max<std::size_t>(1, kBlock / turns);
+  std::vector<std::uint64_t> block((std::min(at_once, count) * turns * size + 7) / 8);
+  auto* const raw = reinterpret_cast<unsigned char*>(block.data());
+  for (std::size_t first = 0; first < count; first += at_once) {
+    const std::size_t n = std::min(at_once, count - first);
+    bytes.read(raw, n * turns);
+    for (std::size_t i = 0; i < n; ++i) std::memcpy(to + (first + i) * size, raw + (i * turns + turn) * size, size);
+  }
+}
+
+/// The voxels, of one component, of the frame that is taken.
 Volume read_stored(const StoredVoxels& v, const VolumeInfo& info) {
   Volume volume(info.geometry, info.type);
   const std::size_t count = info.geometry.voxel_count();
-  VoxelBytes bytes(v, count);
+  VoxelBytes bytes(v, count * static_cast<std::size_t>(info.frames));
+  const auto turns = static_cast<std::size_t>(v.interleaved), size = static_cast<std::size_t>(v.type.bytes);
+  const auto before = static_cast<std::size_t>(std::max(info.frame, 1) - 1);
+  bytes.skip(before / turns * turns * count);
   const bool swaps = v.swapped && v.type.bytes > 1 && v.code != VoxelCode::Text;
   if (!v.rescaled && !v.type.wide) {
     auto* const to = static_cast<unsigned char*>(volume.data());
-    bytes.read(to, count);
+    read_turns(bytes, to, count, turns, before % turns, size);
     if (swaps) swap_bytes(to, count, v.type.bytes);
   } else {
     std::vector<std::uint64_t> block(kBlock);  // of the widest type, for its alignment
     auto* const raw = reinterpret_cast<unsigned char*>(block.data());
     for (std::size_t first = 0; first < count; first += kBlock) {
       const std::size_t n = std::min(kBlock, count - first);
-      bytes.read(raw, n);
+      read_turns(bytes, raw, n, turns, before % turns, size);
       if (swaps) swap_bytes(raw, n, v.type.bytes);
       visit_stored(v.type, [&]<class From>(std::type_identity<From>) {
         const auto* const from = reinterpret_cast<const From*>(raw);
@@ -242,7 +283,7 @@ StoredType stored_integer(int bytes, bool has_sign) {
   }
 }
 
-VolumeSource open_stored(VolumeInfo info, StoredVoxels voxels, const fs::path& header) {
+VolumeSource open_stored(VolumeInfo info, StoredVoxels voxels, const fs::path& header, int volume) {
   info.geometry.validate("cannot read " + quoted(header));
   warn_if_sheared(info);
   const VoxelType stored = voxels.type.type;
@@ -250,6 +291,7 @@ VolumeSource open_stored(VolumeInfo info, StoredVoxels voxels, const fs::path& h
   info.type = voxels.rescaled && !is_float ? VoxelType::Float32 : stored;
   if (voxels.type.wide && !voxels.rescaled) info.warnings.push_back("64-bit integers are kept in 32 bits");
   require_room(voxels, info, header);
+  if (info.components == 1 && voxels.interleaved > 0) take_volume(info, volume, "cannot read " + quoted(header));
   VolumeSource source;
   source.info = info;
   source.read = [voxels = std::move(voxels), info = std::move(info)] { return read_stored(voxels, info); };

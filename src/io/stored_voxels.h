@@ -37,13 +37,17 @@ struct StoredVoxels {
   bool swapped = false;   ///< of the other byte order
   bool rescaled = false;  ///< a voxel is slope * stored + intercept, in the volume's floating type
   double slope = 1, intercept = 0;
+  /// Of the volumes of a 4D file so many take turns voxel by voxel; else one follows the other. 0: they are mixed in
+  /// another way, so that none can be read.
+  int interleaved = 1;
 };
 
-/// The volume that a header describes: `info` without the type, which follows from the stored one, and without the
-/// warnings of type and axes. Throws Error where its geometry cannot be used or the files cannot hold what it claims,
-/// before any memory is taken for it; `header` is the file that is named then. Reading throws Error when files end
-/// early, their packed data are damaged, or text in them is no number of the type.
-VolumeSource open_stored(VolumeInfo info, StoredVoxels voxels, const std::filesystem::path& header);
+/// The volume that a header describes, number `volume` of those in the files: `info` without the type, which follows
+/// from the stored one, and without the warnings of type, axes and volume. Throws Error where its geometry cannot be
+/// used or the files cannot hold what it claims, before any memory is taken for it; `header` is the file that is named
+/// then. Reading throws Error when files end early, their packed data are damaged, or text in them is no number of the
+/// type.
+VolumeSource open_stored(VolumeInfo info, StoredVoxels voxels, const std::filesystem::path& header, int volume);
 
 /// How many arrays of the first `dimension` axes make up one of these sizes.
 double count_of_slices(std::span<const std::int64_t> sizes, std::int64_t dimension);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <new>
 
 #include "io/atomic_file.h"
 #include "io/dicom.h"
@@ -52,17 +53,22 @@ VolumeSource open(const fs::path& path, int volume) {
   const auto is = [&](std::initializer_list<const char*> known) {
     return std::any_of(known.begin(), known.end(), [&](const char* e) { return extension == e; });
   };
-  if (is({".nii", ".nii.gz", ".hdr", ".img", ".hdr.gz", ".img.gz"})) return open_nifti(path);
-  if (is({".mha", ".mhd"})) return open_meta_image(path);
-  if (is({".nrrd", ".nhdr"})) return open_nrrd(path);
-  if (is({".gipl", ".gipl.gz"})) return open_gipl(path);
+  if (is({".nii", ".nii.gz", ".hdr", ".img", ".hdr.gz", ".img.gz"})) return open_nifti(path, volume);
+  if (is({".mha", ".mhd"})) return open_meta_image(path, volume);
+  if (is({".nrrd", ".nhdr"})) return open_nrrd(path, volume);
+  if (is({".gipl", ".gipl.gz"})) return open_gipl(path, volume);
   if (is({".mnc", ".mnc2"})) return open_minc(path);
   // Names are often lost: the first bytes tell.
   if (looks_like_dicom(path)) return open_dicom_file(path, volume);
-  if (looks_like_nifti(path)) return open_nifti(path);
-  if (looks_like_gipl(path)) return open_gipl(path);
+  if (looks_like_nifti(path)) return open_nifti(path, volume);
+  if (looks_like_gipl(path)) return open_gipl(path, volume);
   refuse_packed(path);
   return open_dicom_file(path, volume);  // DICOM without preamble, or the message that lists what can be read
+}
+
+[[noreturn]] void throw_no_memory(const fs::path& path) {
+  throw Error("cannot read " + quoted(path), "there is not enough memory for it",
+              "close other programs, or crop or downsample it");
 }
 
 std::size_t count_not_finite(const Volume& volume) {
@@ -94,14 +100,15 @@ VolumeSource open_volume(const fs::path& path, int volume) {
   try {
     VolumeSource source = open(path, volume);
     if (volume > 1 && source.info.frame == 0) {
-      throw Error("cannot read volume " + std::to_string(volume) + " of " + quoted(path),
-                  source.info.frames > 1 ? "single volumes are read of 4D DICOM alone" : "it holds one volume",
-                  source.info.frames > 1 ? "extract it into a file of its own" : "ask for the first");
+      require_one_value(path, source.info);
+      take_volume(source.info, volume, "cannot read " + quoted(path));  // which there is not
     }
     return source;
   } catch (const Error&) {
     throw;
-  } catch (const std::exception& exception) {  // file system, memory
+  } catch (const std::bad_alloc&) {
+    throw_no_memory(path);
+  } catch (const std::exception& exception) {  // file system
     throw Error("cannot read " + quoted(path), one_line(exception.what()), "check the file");
   }
 }
@@ -118,6 +125,11 @@ std::size_t available_memory() {
 
 VolumeInfo read_volume_info(const fs::path& path, int volume) { return open_volume(path, volume).info; }
 
+int count_volumes(const fs::path& path) {
+  const VolumeInfo info = read_volume_info(path);
+  return info.frame > 0 ? info.frames : 1;
+}
+
 void require_one_value(const fs::path& path, const VolumeInfo& info) {
   if (info.components > 1) {
     throw Error("cannot read " + quoted(path),
@@ -125,7 +137,8 @@ void require_one_value(const fs::path& path, const VolumeInfo& info) {
                 "extract one of them into a file of its own");
   }
   if (info.frames > 1 && info.frame == 0) {
-    throw Error("cannot read " + quoted(path), "it is 4D: " + std::to_string(info.frames) + " volumes in one file",
+    throw Error("cannot read " + quoted(path),
+                "it is 4D: its " + std::to_string(info.frames) + " volumes take turns within their slices",
                 "extract one of them into a file of its own");
   }
 }
@@ -147,10 +160,15 @@ LoadedVolume load_volume(const fs::path& path, int volume) {
     loaded.volume = source.read();
   } catch (const Error&) {
     throw;
+  } catch (const std::bad_alloc&) {
+    throw_no_memory(path);
   } catch (const std::exception& exception) {
     throw Error("cannot read " + quoted(path), one_line(exception.what()), "check the file");
   }
   loaded.format = info.format;
+  loaded.frames = info.frames;
+  loaded.frame = info.frame;
+  loaded.low_is_bright = info.low_is_bright;
   loaded.segments = info.segments;
   loaded.warnings = info.warnings;
   if (const std::size_t count = count_not_finite(loaded.volume)) {

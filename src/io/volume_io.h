@@ -10,6 +10,8 @@
 
 namespace simplexseg {
 
+constexpr int kMostVolumes = 1000000;  ///< numbers of volumes that can be asked for
+
 /// What a volume file (or a folder with a DICOM series) says of itself, known without reading the voxels.
 struct VolumeInfo {
   VolumeGeometry geometry;            ///< LPS, mm
@@ -17,7 +19,8 @@ struct VolumeInfo {
   std::string format;                 ///< "NIfTI-1", "DICOM series", "NRRD" ...
   int components = 1;                 ///< values per voxel; only 1 can be read
   int frames = 1;                     ///< volumes in the file (4D)
-  int frame = 0;                      ///< which of several volumes is read, from 1; 0: none of them can be
+  int frame = 0;                      ///< which of several volumes is read, from 1; 0: there is one, or none can be
+  bool low_is_bright = false;         ///< low values are meant to be shown bright (MONOCHROME1)
   int file_count = 1;                 ///< files the voxels come from
   std::vector<SegmentName> segments;  ///< of labels that have names in their file
   std::vector<std::string> warnings;  ///< one line each: what the reader had to assume, and what it left out
@@ -26,6 +29,9 @@ struct VolumeInfo {
 struct LoadedVolume {
   Volume volume;
   std::string format;
+  int frames = 1;              ///< volumes in the file (4D)
+  int frame = 0;               ///< which of several volumes this is, from 1; 0: there is one
+  bool low_is_bright = false;  ///< low values are meant to be shown bright (MONOCHROME1)
   std::vector<SegmentName> segments;
   std::vector<std::string> warnings;  ///< as in VolumeInfo, and what was seen in the voxels
 };
@@ -33,15 +39,19 @@ struct LoadedVolume {
 /// Describes NIfTI (.nii, .nii.gz, .hdr/.img), Analyze, MetaImage, NRRD, GIPL (.gipl, .gipl.gz), MINC 2, one DICOM
 /// file, or a folder that holds a DICOM series (the files may have any name; of several series the largest is taken,
 /// with a warning). Throws Error when there is no such file, it is none of these, its geometry cannot be used, or the
-/// file is too small for what its header claims. Of a 4D DICOM file or series, number `volume` is described, from 1.
+/// file is too small for what its header claims. Of a 4D file or series number `volume` is described, from 1.
 VolumeInfo read_volume_info(const std::filesystem::path& path, int volume = 1);
+/// How many volumes of a file or folder load_volume() can load: more than 1 where it is 4D. Throws Error as
+/// read_volume_info does.
+int count_volumes(const std::filesystem::path& path);
 
-/// Reads the voxels in their own type (64-bit integers are narrowed to 32 bits where the values allow it). Throws Error
-/// as read_volume_info does, and for colour, 4D but DICOM, truncated files, a DICOM series with missing, doubled or
-/// differently oriented slices, and a volume that does not fit into the memory available.
+/// Reads the voxels in their own type (64-bit integers are narrowed to 32 bits where the values allow it); of a 4D file
+/// or series those of number `volume`, from 1, which is a warning. Throws Error as read_volume_info does, and for
+/// colour, a number that there is not, truncated files, a DICOM series with missing, doubled or differently oriented
+/// slices, and a volume that does not fit into the memory available.
 LoadedVolume load_volume(const std::filesystem::path& path, int volume = 1);
 
-/// Throws the Error of load_volume() for colour and 4D.
+/// Throws the Error of load_volume() for colour, and for 4D whose volumes cannot be told apart.
 void require_one_value(const std::filesystem::path& path, const VolumeInfo& info);
 
 /// load_volume() without the warnings.

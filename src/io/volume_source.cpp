@@ -11,6 +11,20 @@ namespace simplexseg {
 
 namespace fs = std::filesystem;
 
+void take_volume(VolumeInfo& info, int volume, const std::string& what, const std::string& name) {
+  if (volume < 1 || volume > info.frames) {
+    throw Error(what,
+                info.frames == 1 ? "it holds one volume, number " + std::to_string(volume) + " is asked for"
+                                 : "it holds " + std::to_string(info.frames) + " volumes, number " +
+                                       std::to_string(volume) + " is asked for",
+                info.frames == 1 ? "ask for the first" : "name one from 1 to " + std::to_string(info.frames));
+  }
+  if (info.frames == 1) return;
+  info.frame = volume;
+  info.warnings.push_back("4D: it holds " + std::to_string(info.frames) + " volumes; number " + std::to_string(volume) +
+                          " is taken" + (name.empty() ? "" : " (" + name + ")"));
+}
+
 void warn_if_sheared(VolumeInfo& info) {
   const Eigen::Matrix3d& d = info.geometry.direction;
   const double most = (d.transpose() * d - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();

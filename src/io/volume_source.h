@@ -24,6 +24,11 @@ VolumeSource open_volume(const std::filesystem::path& path, int volume = 1);
 /// NIfTI and MINC give positions in RAS; this, component by component, turns them to LPS.
 inline const Eigen::Vector3d kLpsFromRas(-1, -1, 1);
 
+/// Takes number `volume`, from 1, of info.frames: sets info.frame, and says so where there are several; `name` tells
+/// the volume apart ("trigger time 40") where the file does. Throws Error, which begins with `what`, when there are
+/// fewer.
+void take_volume(VolumeInfo& info, int volume, const std::string& what, const std::string& name = "");
+
 /// Adds a warning when the axes are not at right angles.
 void warn_if_sheared(VolumeInfo& info);
 

@@ -96,6 +96,7 @@ bool is_finest(const MeshItem& item, const SimulationParameters& simulation, dou
 /// All that is saved: meshes, points, parameters. The volume is named alone.
 struct Scene {
   std::string volume_path;
+  int volume_number = 1;  ///< which volume of a 4D file, from 1
   std::vector<MeshItem> meshes;
   std::vector<UserPoint> points;
   SimulationParameters simulation;

@@ -25,7 +25,7 @@ struct DisplayTexel {
 struct SlicePlane {
   Vec3 origin, step_u, step_v;
   int width = 0, height = 0;
-  float low = 0, high = 1;  ///< intensities that become black and white
+  float low = 0, high = 1;  ///< intensities that become black and white; `low` can be the greater one
 };
 
 /// A piece of an outline, where a plane cuts one triangle of a surface: 24 bytes.

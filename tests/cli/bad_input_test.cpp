@@ -93,15 +93,17 @@ TEST_F(BadInput, TextNamedAsAVolume) {
   expect_no_volume("text.nii", "text.nii");
 }
 
-/// Described, and said not to be loadable.
+/// Described, and said not to be loadable; of 4D the volume that is asked for.
 TEST_F(BadInput, FourDimensionsAndColours) {
   const std::string header = "NRRD0004\ntype: uchar\ndimension: 4\nspace: LPS\nencoding: raw\n";
   const std::string x = "(1,0,0) ", y = "(0,1,0) ", z = "(0,0,1) ";
   write("time.nrrd", header + "sizes: 1 2 2 3\nspace directions: " + x + y + z +
-                         "none\nkinds: domain domain domain time\n\n" + std::string(12, 'x'));
+                         "none\nkinds: domain domain domain time\n\n" + "aabcddefgghi");
+  write("between.nrrd",
+        header + "sizes: 1 3 2 2\nspace directions: " + x + "none " + y + z + "\n\n" + std::string(12, 'x'));
   write("colour.nrrd", header + "sizes: 3 1 2 2\nspace directions: none " + x + y + z +
                            "\nkinds: RGB-color domain domain domain\n\n" + std::string(12, 'x'));
-  for (const auto& [name, says, shown] : {std::tuple{"time.nrrd", "4D", "3 volumes"},
+  for (const auto& [name, says, shown] : {std::tuple{"between.nrrd", "4D", "3 volumes"},
                                           std::tuple{"colour.nrrd", "3 values per voxel", "3 values a voxel"}}) {
     for (const Arguments& arguments : {Arguments{"info", path(name)}, Arguments{"info", path(name), "--json"}}) {
       const Outcome outcome = call(arguments);
@@ -117,6 +119,14 @@ TEST_F(BadInput, FourDimensionsAndColours) {
     }
     expect_refused({"compare", path(name), path("truth.nii.gz")}, says);
   }
+  const Outcome second = call({"info", path("time.nrrd"), "--volume", "2", "--json"});
+  EXPECT_EQ(second.status, 0) << second.err;
+  const auto json = nlohmann::json::parse(second.out);
+  EXPECT_EQ(json["frames"], 3);
+  EXPECT_EQ(json["frame"], 2);
+  EXPECT_EQ(json["range"], nlohmann::json({100, 102}));
+  expect_refused({"info", path("time.nrrd"), "--volume", "4"}, "it holds 3 volumes");
+  EXPECT_NE(call({"compare", path("time.nrrd"), path("time.nrrd")}).err.find("number 1 is taken"), std::string::npos);
 }
 
 /// What a full disk is to the program: exit status 2, the old file as it was.

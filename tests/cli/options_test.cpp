@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Each option of the subcommands besides run has its effect.
+#include <algorithm>
+
 #include "cli_fixture.h"
 #include "forces/parameters.h"
 #include "io/volume_io.h"
@@ -97,6 +99,16 @@ TEST_F(Options, Compare) {
   EXPECT_EQ(none["dice"], 0.0);
   EXPECT_EQ(none["test_mm3"], 0.0);
   EXPECT_TRUE(none["hd_mm"].is_null());
+  // Every number has its definition, in every output.
+  for (const auto& [key, value] : differ.items())
+    EXPECT_TRUE(key == "definitions" || differ["definitions"][key].is_string()) << key;
+  EXPECT_EQ(same["surface_dice"], 1.0);
+  EXPECT_EQ(same["tolerance_mm"], 1.0);
+  EXPECT_LT(differ["surface_dice"], 1.0);
+  EXPECT_GT(compared({path("two.nii"), path("truth.nii.gz"), "--tolerance", "1000"})["surface_dice"], 0.999);
+  const std::string csv = succeed({"compare", path("two.nii"), path("two.nii"), "--csv"}).out;
+  EXPECT_TRUE(csv.starts_with("metric,value,definition\ndice,1,\"")) << csv;
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), static_cast<long>(same["definitions"].size()) + 1);
   const std::string text = succeed({"compare", path("two.nii"), path("two.nii")}).out;
   EXPECT_NE(text.find("Dice"), std::string::npos);
   EXPECT_NE(text.find("1.0000"), std::string::npos);

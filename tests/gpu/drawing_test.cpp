@@ -116,6 +116,14 @@ TEST_P(DrawingTest, SlicesAreTheVoxelsAfterWindowAndLevel) {
         const double grey = std::clamp((scene.volume.value(u - 2, v, 7) - 20) / 160, 0.0, 1.0);
         ASSERT_NEAR(texel.grey, 255 * grey, 0.51) << to_string(type) << " " << u << " " << v;
       }
+    std::swap(plane.low, plane.high);  // as MONOCHROME1 is shown
+    std::vector<DisplayTexel> inverted(texels.size());
+    engine->draw_slice(plane, {nullptr, inverted});
+    for (std::size_t t = 0; t < texels.size(); ++t) {
+      const int wanted = texels[t].inside ? 255 - texels[t].grey : 0;
+      ASSERT_NEAR(inverted[t].grey, wanted, 1) << to_string(type) << " " << t;
+    }
+    std::swap(plane.low, plane.high);
     plane.high = 60;
     std::vector<DisplayTexel> harder(texels.size());
     engine->draw_slice(plane, {nullptr, harder});

@@ -111,6 +111,30 @@ TEST(LabelSurface, PartsAndCavitiesAreSurfacesOfTheirOwn) {
   EXPECT_EQ(topology_of(mesh_of_mask(small)).surfaces, 1);
 }
 
+TEST(LabelSurface, SmallCavitiesCanBeFilled) {
+  const auto ball = [](const Eigen::Vector3d& p, double x, double radius) {
+    return radius - (p - Eigen::Vector3d(x, 14, 14)).norm();
+  };
+  const Mask solid = mask_where(cubic(28), [&](const Eigen::Vector3d& p) { return ball(p, 14, 12); });
+  Mask holed = mask_where(cubic(28), [&](const Eigen::Vector3d& p) {
+    return std::min({ball(p, 14, 12), -ball(p, 7, 0.5), -ball(p, 12, 1.5), -ball(p, 20, 3.5)});
+  });
+  Mask large =
+      mask_where(cubic(28), [&](const Eigen::Vector3d& p) { return std::min(ball(p, 14, 12), -ball(p, 20, 3.5)); });
+  EXPECT_EQ(topology_of(mesh_of_mask(holed)).surfaces, 4);
+  EXPECT_EQ(fill_cavities(holed, 33), 2);
+  EXPECT_TRUE(holed.voxels == large.voxels) << "the large one stays";
+  EXPECT_EQ(topology_of(mesh_of_mask(holed)).surfaces, 2);
+  EXPECT_EQ(fill_cavities(holed, 100000), 1);
+  EXPECT_TRUE(holed.voxels == solid.voxels) << "and nothing outside is filled";
+  // A dent at the border of the image is no cavity.
+  Mask border =
+      mask_where(cubic(6), [](const Eigen::Vector3d& p) { return p[0] == 0 && p[1] == 2 && p[2] == 2 ? 0.0 : 1.0; });
+  EXPECT_EQ(fill_cavities(border, 33), 0);
+  Mask none = mask_where(cubic(3), [](const Eigen::Vector3d&) { return 0.0; });
+  EXPECT_EQ(fill_cavities(none, 33), 0);
+}
+
 TEST(LabelSurface, TheSmallestAndThinnestAreMeshesToo) {
   for (const auto& f : std::vector<std::function<double(const Eigen::Vector3d&)>>{
            [](const Eigen::Vector3d& p) { return 0.1 - (p - Eigen::Vector3d(0, 5, 11)).norm(); },

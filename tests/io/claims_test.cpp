@@ -153,7 +153,7 @@ TEST_F(Claims, GiplIsReadPackedOrNot) {
     ASSERT_EQ(read.warnings.size(), 1u);
     EXPECT_HAS(read.warnings[0], "orientation");
   }
-  EXPECT_HAS(error_of([&] { load_volume(write("four.gipl", gipl_of({2, 1, 1, 3}, 8, "abcdef"))); }), "4D");
+  EXPECT_HAS(error_of([&] { load_volume(write("four.gipl", gipl_of({2, 1, 1, 4}, 8, "abcdef"))); }), "truncated");
   EXPECT_HAS(error_of([&] { load_volume(write("odd.gipl", gipl_of({2, 1, 1, 1}, 160, "abcdef"))); }), "160");
 }
 

@@ -31,6 +31,7 @@ TEST_F(DicomValues, InvertedPicturesKeepTheirValues) {
   const LoadedVolume loaded = load_volume(write("a.dcm", test::dicom_file(data.bytes, "1.2")));
   EXPECT_EQ(loaded.volume.value(0, 0, 0), 700);
   EXPECT_EQ(loaded.volume.value(1, 0, 0), 202);
+  EXPECT_TRUE(loaded.low_is_bright);
   EXPECT_EQ(std::count_if(loaded.warnings.begin(), loaded.warnings.end(),
                           [](const std::string& w) { return w.find("MONOCHROME1") == 0; }),
             1);

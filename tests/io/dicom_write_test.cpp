@@ -9,11 +9,14 @@
 #include "io/dicom_codes.h"
 #include "io/dicom_colour.h"
 #include "io/dicom_item.h"
+#include "io/labels_io.h"
+#include "io/rtstruct_read.h"
 #include "io/scene_export.h"
 #include "io/volume_io.h"
 #include "mesh/iso_surface.h"
 #include "session/label_map.h"
 #include "test_files.h"
+#include "volume_files.h"
 
 namespace simplexseg {
 namespace {
@@ -199,6 +202,50 @@ TEST_F(DicomWrite, TheValidatorHasNoComplaint) {
     EXPECT_EQ(said.find("Warning"), std::string::npos) << said;
     EXPECT_NE(said.find(name == std::string("a.dcm") ? "Segmentation" : "RTStructureSet"), std::string::npos) << said;
   }
+}
+
+TEST_F(DicomWrite, ContoursAreReadBackOnTheSameVoxels) {
+  write_series();
+  Scene scene = this->scene();
+  const VolumeGeometry grid = image().geometry();
+  save_labels(folder / "a.rtstruct.dcm", scene, grid);
+  EXPECT_TRUE(is_structure_set(folder / "a.rtstruct.dcm"));
+  EXPECT_FALSE(is_structure_set(folder / "missing.dcm"));
+  const StructureLabels read = read_structure_set(folder / "a.rtstruct.dcm", grid);
+  ASSERT_EQ(read.segments.size(), scene.meshes.size());
+  std::vector<Mask> masks;
+  for (const MeshItem& item : scene.meshes) masks.push_back(rasterise(item.mesh, grid));
+  std::size_t shared = 0, inside = 0;
+  for (std::size_t v = 0; v < grid.voxel_count(); ++v) {
+    int wanted = 0;
+    for (std::size_t m = 0; m < masks.size(); ++m) {
+      if (!masks[m].voxels[v]) continue;
+      shared += wanted != 0;
+      if (wanted == 0) wanted = static_cast<int>(m) + 1;
+    }
+    inside += wanted != 0;
+    ASSERT_EQ(read.labels.voxels<std::uint16_t>()[v], wanted) << v;
+  }
+  EXPECT_GT(inside, 100u);
+  EXPECT_EQ(read.warnings.size(), shared > 0 ? 1u : 0u);
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    EXPECT_EQ(read.segments[m].value, static_cast<int>(m) + 1);
+    EXPECT_EQ(read.segments[m].colour, scene.meshes[m].colour);
+  }
+  EXPECT_EQ(read.segments[0].name, scene.meshes[0].name);
+  // As labels for what is compared, on the image's grid; a tilted grid's slices cut the contours.
+  std::vector<std::string> warnings;
+  EXPECT_TRUE(
+      test::same_voxels(load_labels_onto(folder / "a.rtstruct.dcm", grid, "the volume", warnings), read.labels));
+  VolumeGeometry tilted = grid;
+  tilted.direction = Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitX()).toRotationMatrix() * grid.direction;
+  EXPECT_HAS(error_of([&] { read_structure_set(folder / "a.rtstruct.dcm", tilted); }), "across the slices");
+  VolumeGeometry beside = grid;
+  beside.origin_mm += 1000 * grid.direction.col(2);
+  EXPECT_HAS(error_of([&] { read_structure_set(folder / "a.rtstruct.dcm", beside); }), "no closed contour");
+  const std::string whole = test::bytes_of(folder / "a.rtstruct.dcm");
+  EXPECT_HAS(error_of([&] { read_structure_set(write("cut.dcm", whole.substr(0, whole.size() / 2)), grid); }),
+             "cut.dcm");
 }
 
 TEST_F(DicomWrite, AnotherReaderFindsTheSameVoxels) {

@@ -170,7 +170,7 @@ TEST_F(EnhancedDicom, SeveralVolumesAreTakenApartByTheirDimension) {
     EXPECT_HAS(loaded.warnings[0], "3 volumes; number " + std::to_string(time) + " is taken (temporal position " +
                                        std::to_string(time) + ")");
   }
-  EXPECT_HAS(error_of([&] { load(file, 4); }), "3 volume(s), 4 is asked for");
+  EXPECT_HAS(error_of([&] { load(file, 4); }), "3 volumes, number 4 is asked for");
   write_volume(folder / "a.nrrd", load(file).volume);
   EXPECT_HAS(error_of([&] { load_volume(folder / "a.nrrd", 2); }), "one volume");
   // One frame less: no longer the same places at each time.

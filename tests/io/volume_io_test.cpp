@@ -336,7 +336,6 @@ TEST_F(VolumeFile, OneSliceAndATrailingAxisOfOneAreVolumes) {
   test::patch(four, 48, std::int16_t(2));
   four += four.substr(352);
   EXPECT_EQ(read_volume_info(write("four.nii", four)).frames, 2);
-  EXPECT_HAS(error_of([&] { load_volume(write("four.nii", four)); }), "4D");
   std::string two = bytes;
   test::patch(two, 40, std::int16_t(2));
   EXPECT_EQ(read_volume(write("two.nii", two)).geometry().size, (std::array<int, 3>{5, 4, 1}));

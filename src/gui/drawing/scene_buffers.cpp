@@ -264,7 +264,8 @@ const SceneBuffers::Slice& SceneBuffers::update_slice(Session& session, const Vi
     state.height = height;
   }
   connect(state.pixels, session);
-  const SlicePlane plane = slice_plane(geometry, slice.grid, view.window, view.level);
+  const SlicePlane plane =
+      slice_plane(geometry, slice.grid, view.low_is_bright ? -view.window : view.window, view.level);
   if (state.pixels.shared) {
     session.drawing().draw_slice(plane, {state.pixels.shared.get(), {}});
   } else {

@@ -13,6 +13,7 @@ enum class Tool { Crosshair, ZoomPan, Point, Seed, Inside, Outside };
 struct ViewState {
   Eigen::Vector3d crosshair_mm{0, 0, 0};
   double window = 1, level = 0.5;  ///< intensities level -+ window/2 are black and white
+  bool low_is_bright = false;      ///< the other way round, as MONOCHROME1 of DICOM means it
   Convention convention = Convention::Radiological;
   Tool tool = Tool::Crosshair;
   bool window_level_armed = false;  ///< the next left drag sets window and level

@@ -76,6 +76,7 @@ void FileActions::open(const QString& path) {
 void FileActions::take(LoadedInput input, const std::filesystem::path& path) {
   emit about_to_take();
   workbench_.open(std::move(input.scene), std::move(input.volume), std::move(input.references));
+  workbench_.view.low_is_bright = input.low_is_bright;
   last_path_ = to_text(path);
   scene_path_ = path.extension() == ".json" ? to_text(path) : QString();
   if (!input.warnings.empty()) {

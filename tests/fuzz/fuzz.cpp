@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// The fuzzer of all targets; SIMPLEXSEG_FUZZ_TARGET names one (see scripts/fuzz).
+#include <unistd.h>
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+
+#include "fuzz/targets.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using simplexseg::test::FuzzTarget;
+
+const FuzzTarget& target_named(const char* name) {
+  for (const FuzzTarget& target : simplexseg::test::fuzz_targets) {
+    if (name && std::string(name) == target.name) return target;
+  }
+  std::fprintf(stderr, "fuzz: SIMPLEXSEG_FUZZ_TARGET must be one of");
+  for (const FuzzTarget& target : simplexseg::test::fuzz_targets) std::fprintf(stderr, " %s", target.name);
+  std::fprintf(stderr, "\n");
+  std::exit(2);
+}
+
+/// A folder of this process's own, in memory where there is such a file system.
+struct Folder {
+  fs::path path = (fs::is_directory("/dev/shm") ? fs::path("/dev/shm") : fs::temp_directory_path()) /
+                  ("simplexseg-fuzz-" + std::to_string(::getpid()));
+  Folder() { fs::create_directories(path); }
+  ~Folder() {
+    std::error_code error;
+    fs::remove_all(path, error);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const FuzzTarget& target = target_named(std::getenv("SIMPLEXSEG_FUZZ_TARGET"));
+  static const Folder folder;
+  const fs::path path = folder.path / target.file;
+  std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
+  if (const std::string fault = simplexseg::test::fault_of(target, path); !fault.empty()) {
+    std::fprintf(stderr, "fuzz: %s\n", fault.c_str());
+    std::abort();
+  }
+  return 0;
+}

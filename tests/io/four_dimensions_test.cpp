@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// One volume of a file that holds several, in every format and layout that has them.
+#include <gtest/gtest.h>
+
+#include "io/load_input.h"
+#include "io/scene_io.h"
+#include "volume_files.h"
+
+namespace simplexseg {
+namespace {
+
+namespace fs = std::filesystem;
+
+using test::bytes_of;
+using test::error_of;
+
+constexpr int kColumns = 3, kRows = 2, kSlices = 2, kVolumes = 4;
+
+/// What every voxel is: told apart by volume and place.
+std::int16_t voxel(int volume, int place) { return static_cast<std::int16_t>(1000 * volume + place); }
+
+class FourDimensions : public test::FolderTest {
+ protected:
+  /// All volumes, one after the other, or voxel by voxel.
+  static std::string voxels(bool interleaved = false) {
+    constexpr int count = kColumns * kRows * kSlices;
+    std::string bytes(2 * count * kVolumes, '\0');
+    for (int v = 1; v <= kVolumes; ++v) {
+      for (int i = 0; i < count; ++i)
+        test::patch(bytes, 2 * static_cast<std::size_t>(interleaved ? i * kVolumes + v - 1 : (v - 1) * count + i),
+                    voxel(v, i));
+    }
+    return bytes;
+  }
+
+  void expect_all(const fs::path& path) {
+    SCOPED_TRACE(path);
+    EXPECT_EQ(count_volumes(path), kVolumes);
+    for (int v = 1; v <= kVolumes; ++v) {
+      const LoadedVolume read = load_volume(path, v);
+      EXPECT_EQ(read.frames, kVolumes);
+      EXPECT_EQ(read.frame, v);
+      ASSERT_EQ(read.volume.geometry().size, (std::array<int, 3>{kColumns, kRows, kSlices}));
+      for (int i = 0; i < kColumns * kRows * kSlices; ++i) {
+        ASSERT_EQ(read.volume.value(i % kColumns, i / kColumns % kRows, i / kColumns / kRows), voxel(v, i))
+            << "volume " << v << ", voxel " << i;
+      }
+      const std::string said = "4D: it holds 4 volumes; number " + std::to_string(v) + " is taken";
+      EXPECT_TRUE(std::find(read.warnings.begin(), read.warnings.end(), said) != read.warnings.end());
+    }
+    EXPECT_HAS(error_of([&] { load_volume(path, 5); }), "it holds 4 volumes, number 5 is asked for");
+    EXPECT_HAS(error_of([&] { load_volume(path, 0); }), "name one from 1 to 4");
+  }
+
+  std::string nifti() {
+    VolumeGeometry g = test::odd_geometry(test::Grid::Rotated);
+    g.size = {kColumns, kRows, kSlices};
+    std::string bytes = test::nifti_bytes(folder, Volume(g, VoxelType::Int16)).substr(0, 352);
+    test::patch(bytes, 40, std::int16_t(4));
+    test::patch(bytes, 48, std::int16_t(kVolumes));
+    return bytes + voxels();
+  }
+};
+
+TEST_F(FourDimensions, OfEveryFormat) {
+  expect_all(write("plain.nii", nifti()));
+  expect_all(test::write_packed(folder / "packed.nii.gz", nifti()));
+  std::string scaled = nifti();  // as floats
+  test::patch(scaled, 112, 1.0f);
+  test::patch(scaled, 116, 0.0f);
+  expect_all(write("scaled.nii", scaled));
+
+  const std::string meta = "ObjectType = Image\nNDims = 4\nDimSize = 3 2 2 4\nElementType = MET_SHORT\n";
+  expect_all(write("plain.mha", meta + "ElementDataFile = LOCAL\n" + voxels()));
+  std::string text;
+  for (int v = 1; v <= kVolumes; ++v) {
+    for (int i = 0; i < kColumns * kRows * kSlices; ++i) text += std::to_string(voxel(v, i)) + " ";
+  }
+  expect_all(write("text.mha", meta + "BinaryData = False\nElementDataFile = LOCAL\n" + text));
+  // A file for every two slices: volumes begin within files and skip others.
+  std::string list = meta + "ElementDataFile = LIST 3\n";
+  for (int f = 0; f < kVolumes; ++f) {
+    const std::string name = "part" + std::to_string(f);
+    write(name, voxels().substr(static_cast<std::size_t>(f) * 24, 24));
+    list += name + "\n";
+  }
+  expect_all(write("list.mhd", list));
+
+  std::string gipl(256, '\0');
+  const auto big = [&](std::size_t at, auto value) {
+    test::patch(gipl, at, value);
+    std::reverse(gipl.begin() + static_cast<long>(at), gipl.begin() + static_cast<long>(at + sizeof value));
+  };
+  for (std::size_t a = 0; a < 4; ++a) big(2 * a, static_cast<std::uint16_t>(std::array{3, 2, 2, 4}[a]));
+  big(8, std::uint16_t(15));
+  for (std::size_t a = 0; a < 3; ++a) big(10 + 4 * a, 1.0f);
+  big(252, std::uint32_t(719555000));
+  std::string swapped = voxels();
+  for (std::size_t i = 0; i < swapped.size(); i += 2) std::swap(swapped[i], swapped[i + 1]);
+  expect_all(write("plain.gipl", gipl + swapped));
+}
+
+/// NRRD names its axes: those of time can come first, as in sequences of 3D Slicer.
+TEST_F(FourDimensions, AxesOfNrrd) {
+  const std::string start = "NRRD0004\ntype: short\ndimension: 4\nspace: LPS\nendian: little\n";
+  const std::string last = "sizes: 3 2 2 4\nspace directions: (1,0,0) (0,1,0) (0,0,1) none\n",
+                    first = "sizes: 4 3 2 2\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\n";
+  expect_all(write("last.nrrd", start + last + "kinds: domain domain domain time\nencoding: raw\n\n" + voxels()));
+  expect_all(write("first.nrrd", start + first + "kinds: list domain domain domain\nencoding: raw\n\n" + voxels(true)));
+  test::write_packed(folder / "voxels.gz", voxels(true));
+  expect_all(write("packed.nhdr", start + first + "encoding: gzip\ndata file: voxels.gz\n"));
+  const fs::path mixed = write("between.nrrd", start +
+                                                   "sizes: 3 4 2 2\nspace directions: (1,0,0) none (0,1,0) (0,0,1)\n"
+                                                   "kinds: domain time domain domain\nencoding: raw\n\n" +
+                                                   voxels());
+  EXPECT_EQ(count_volumes(mixed), 1);
+  for (const int volume : {1, 2})
+    EXPECT_HAS(error_of([&] { load_volume(mixed, volume); }), "its 4 volumes take turns within their slices");
+}
+
+TEST_F(FourDimensions, AFileThatEndsEarlyOrIsDamagedIsRefusedWhicheverIsTaken) {
+  const std::string whole = nifti();
+  EXPECT_HAS(error_of([&] { load_volume(write("short.nii", whole.substr(0, whole.size() - 1)), 1); }), "truncated");
+  test::write_packed(folder / "whole.nii.gz", whole);
+  std::string packed = bytes_of(folder / "whole.nii.gz");
+  packed[packed.size() - 6] ^= 1;  // of the checksum
+  write("damaged.nii.gz", packed);
+  EXPECT_HAS(error_of([&] { load_volume(folder / "damaged.nii.gz", kVolumes); }), "damaged");
+}
+
+TEST_F(FourDimensions, ScenesNameTheirVolume) {
+  write("four.nii", nifti());
+  write("scene.json", R"({"simplexseg_scene": 1, "volume": "four.nii", "volume_number": 3})");
+  const LoadedInput input = load_input(folder / "scene.json");
+  EXPECT_EQ(input.volume.value(0, 0, 0), voxel(3, 0));
+  write_scene(folder / "again.json", input.scene);
+  EXPECT_EQ(load_input(folder / "again.json").volume.value(1, 0, 0), voxel(3, 1));
+  write("beyond.json", R"({"simplexseg_scene": 1, "volume": "four.nii", "volume_number": 5})");
+  EXPECT_HAS(error_of([&] { load_scene(folder / "beyond.json"); }), "number 5");
+  write("none.json", R"({"simplexseg_scene": 1, "volume": "four.nii", "volume_number": 0})");
+  EXPECT_HAS(error_of([&] { load_scene(folder / "none.json"); }), "volume_number");
+  const LoadedInput opened = load_input(folder / "four.nii", 2);
+  EXPECT_EQ(opened.volume.value(0, 0, 0), voxel(2, 0));
+  EXPECT_EQ(opened.scene.volume_number, 2);
+}
+
+}  // namespace
+}  // namespace simplexseg

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: Apache-2.0
+# A reader of volumes that shares nothing with the program's: NIfTI, NRRD and MetaImage by their specifications, DICOM by
+# pydicom. For each file or DICOM folder it prints "file PATH COLUMNS ROWS SLICES POINTS", then the LPS position (mm)
+# and the value of the voxels at the eight corners and at 100 others.
+import gzip
+import os
+import random
+import struct
+import sys
+import zlib
+
+NUMBERS = {'b': 1, 'B': 1, 'h': 2, 'H': 2, 'i': 4, 'I': 4, 'q': 8, 'Q': 8, 'f': 4, 'd': 8}
+
+
+def read(path):
+    data = open(path, 'rb').read()
+    return gzip.decompress(data) if data[:2] == b'\x1f\x8b' else data
+
+
+def cross(a, b):
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+class Grid:
+    """columns[a]: from a voxel to the next along axis a, in LPS; value(i, j, k)."""
+
+    def __init__(self, size, columns, origin, value):
+        self.size, self.columns, self.origin, self.value = list(size), columns, origin, value
+
+    def position(self, index):
+        return [self.origin[r] + sum(self.columns[a][r] * index[a] for a in range(3)) for r in range(3)]
+
+
+def array_of(code, order, data, start, size):
+    bytes_each = NUMBERS[code]
+
+    def value(i, j, k):
+        at = start + bytes_each * ((k * size[1] + j) * size[0] + i)
+        return struct.unpack_from(order + code, data, at)[0]
+    return value
+
+
+def nifti(path):
+    data = read(path)
+    order = '<' if struct.unpack_from('<i', data)[0] in (348, 540) else '>'
+    get = lambda fmt, at: struct.unpack_from(order + fmt, data, at)
+    if get('i', 0)[0] == 540:
+        kind, dim, pixdim = get('h', 12)[0], get('8q', 16), get('8d', 104)
+        start, slope, inter = get('q', 168)[0], *get('2d', 176)
+        qcode, scode = get('2i', 344)
+        quaternion, offset, rows = get('3d', 352), get('3d', 376), get('12d', 400)
+        units = get('i', 500)[0]
+    else:
+        kind, dim, pixdim = get('h', 70)[0], get('8h', 40), get('8f', 76)
+        start, slope, inter = (int(get('f', 108)[0]), *get('2f', 112))
+        qcode, scode = get('2h', 252)
+        quaternion, offset, rows = get('3f', 256), get('3f', 268), get('12f', 280)
+        units = data[123]
+    size = [dim[a] if a <= dim[0] else 1 for a in (1, 2, 3)]
+    if scode > 0:
+        columns = [[rows[4 * r + a] for r in range(3)] for a in range(3)]
+        origin = [rows[4 * r + 3] for r in range(3)]
+    elif qcode > 0:
+        b, c, d = quaternion
+        a = max(0.0, 1 - b * b - c * c - d * d) ** 0.5
+        rotation = [[a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)],
+                    [2 * (b * c + a * d), a * a + c * c - b * b - d * d, 2 * (c * d - a * b)],
+                    [2 * (b * d - a * c), 2 * (c * d + a * b), a * a + d * d - b * b - c * c]]
+        sign = [1, 1, -1 if pixdim[0] < 0 else 1]
+        columns = [[rotation[r][x] * pixdim[x + 1] * sign[x] for r in range(3)] for x in range(3)]
+        origin = list(offset)
+    else:
+        return None
+    mm = {1: 1000.0, 3: 1e-3}.get(units & 7, 1.0)
+    lps = [-mm, -mm, mm]
+    columns = [[c[r] * lps[r] for r in range(3)] for c in columns]
+    code = {2: 'B', 4: 'h', 8: 'i', 16: 'f', 64: 'd', 256: 'b', 512: 'H', 768: 'I', 1024: 'q', 1280: 'Q'}[kind]
+    stored = array_of(code, order, data, start, size)
+    scaled = slope not in (0, 1) or (slope == 1 and inter != 0)
+    value = (lambda i, j, k: stored(i, j, k) * slope + inter) if scaled else stored
+    return Grid(size, columns, [origin[r] * lps[r] for r in range(3)], value)
+
+
+def nrrd(path):
+    data = open(path, 'rb').read()
+    end = data.index(b'\n\n') + 2
+    fields = dict(line.split(': ', 1) for line in data[:end].decode().split('\n') if ': ' in line and line[0] != '#')
+    vector = lambda text: [float(x) for x in text.strip('()').split(',')]
+    size = [int(x) for x in fields['sizes'].split()]
+    sign = {'left-posterior-superior': [1, 1, 1], 'right-anterior-superior': [-1, -1, 1]}[fields['space']]
+    columns = [[v * s for v, s in zip(vector(t), sign)] for t in fields['space directions'].split()]
+    origin = [v * s for v, s in zip(vector(fields['space origin']), sign)]
+    code = {'signed char': 'b', 'unsigned char': 'B', 'short': 'h', 'unsigned short': 'H', 'int': 'i',
+            'unsigned int': 'I', 'float': 'f', 'double': 'd'}[fields['type']]
+    voxels = data[end:] if fields['encoding'] == 'raw' else gzip.decompress(data[end:])
+    return Grid(size, columns, origin, array_of(code, '>' if fields.get('endian') == 'big' else '<', voxels, 0, size))
+
+
+def meta(path):
+    data = open(path, 'rb').read()
+    end = data.index(b'\n', data.index(b'ElementDataFile')) + 1
+    fields = dict(line.split(' = ', 1) for line in data[:end].decode().split('\n') if ' = ' in line)
+    numbers = lambda key: [float(x) for x in fields[key].split()]
+    size, spacing, matrix = [int(x) for x in fields['DimSize'].split()], numbers('ElementSpacing'), numbers('TransformMatrix')
+    columns = [[matrix[3 * a + r] * spacing[a] for r in range(3)] for a in range(3)]
+    code = {'MET_CHAR': 'b', 'MET_UCHAR': 'B', 'MET_SHORT': 'h', 'MET_USHORT': 'H', 'MET_INT': 'i', 'MET_UINT': 'I',
+            'MET_FLOAT': 'f', 'MET_DOUBLE': 'd'}[fields['ElementType']]
+    voxels = zlib.decompress(data[end:]) if fields.get('CompressedData') == 'True' else data[end:]
+    return Grid(size, columns, numbers('Offset'), array_of(code, '<', voxels, 0, size))
+
+
+def dicom(folder):
+    import pydicom
+    slices = [pydicom.dcmread(os.path.join(folder, name)) for name in sorted(os.listdir(folder))]
+    if any(s.file_meta.TransferSyntaxUID.is_compressed for s in slices):
+        return None
+    axes = [float(x) for x in slices[0].ImageOrientationPatient]
+    normal = cross(axes[:3], axes[3:])
+    place = lambda s: sum(float(p) * n for p, n in zip(s.ImagePositionPatient, normal))
+    slices.sort(key=place)
+    first, last = slices[0], slices[-1]
+    between = [(float(b) - float(a)) / max(1, len(slices) - 1)
+               for a, b in zip(first.ImagePositionPatient, last.ImagePositionPatient)]
+    down, across = (float(x) for x in first.PixelSpacing)
+    columns = [[x * across for x in axes[:3]], [x * down for x in axes[3:]], between]
+    width, code = first.Columns, 'h' if first.PixelRepresentation else 'H'
+    order = '<' if first.is_little_endian else '>'
+
+    def value(i, j, k):
+        s = slices[k]
+        stored = struct.unpack_from(order + code, s.PixelData, 2 * (j * width + i))[0]
+        return stored * float(getattr(s, 'RescaleSlope', 1)) + float(getattr(s, 'RescaleIntercept', 0))
+    return Grid([width, first.Rows, len(slices)], columns, [float(x) for x in first.ImagePositionPatient], value)
+
+
+for path in sys.stdin.read().split('\n'):
+    if not path:
+        continue
+    if os.path.isdir(path):
+        grid = dicom(path)
+    elif path.endswith('.nrrd'):
+        grid = nrrd(path)
+    elif path.endswith('.mha'):
+        grid = meta(path)
+    else:
+        grid = nifti(path)
+    if grid is None:
+        continue
+    n = grid.size
+    chosen = [(x * (n[0] - 1), y * (n[1] - 1), z * (n[2] - 1)) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    source = random.Random(1)
+    chosen += [tuple(source.randrange(s) for s in n) for _ in range(100)]
+    print('file %s' % path)
+    print(n[0], n[1], n[2], len(chosen))
+    for index in chosen:
+        print('%.9g %.9g %.9g %.9g' % (*grid.position(index), grid.value(*index)))

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files that change or fail while they are read: one line that says so, and nothing of another file.
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "io/mesh_io.h"
+#include "io/scene_io.h"
+#include "io/volume_source.h"
+#include "mesh/simplex_mesh.h"
+#include "volume_files.h"
+
+namespace simplexseg {
+namespace {
+
+namespace fs = std::filesystem;
+using test::error_of;
+
+const char* const kVolumes[] = {"a.nii", "a.nii.gz", "a.nrrd", "a.mha"};
+
+class ReadFaults : public test::FolderTest {
+ protected:
+  fs::path make(const char* name) {
+    write_volume(folder / name, test::odd_volume(VoxelType::Int16));
+    return folder / name;
+  }
+};
+
+TEST_F(ReadFaults, AFileThatIsRemovedBetweenHeaderAndVoxels) {
+  for (const char* name : kVolumes) {
+    const fs::path path = make(name);
+    const VolumeSource source = open_volume(path);
+    fs::remove(path);
+    EXPECT_HAS(error_of([&] { source.read(); }), name);
+  }
+}
+
+TEST_F(ReadFaults, AFileThatIsCutBetweenHeaderAndVoxels) {
+  for (const char* name : kVolumes) {
+    const fs::path path = make(name);
+    const VolumeSource source = open_volume(path);
+    fs::resize_file(path, fs::file_size(path) - 20);
+    const std::string said = error_of([&] { source.read(); });
+    EXPECT_HAS(said, name);
+    EXPECT_TRUE(said.find("truncated") != std::string::npos || said.find("damaged") != std::string::npos) << said;
+  }
+}
+
+TEST_F(ReadFaults, AFileThatMayNotBeRead) {
+  for (const char* name : kVolumes) make(name);
+  write_mesh(folder / "a.ply", make_sphere({0, 0, 0}, 1, 0));
+  write("a.json", R"({"simplexseg_scene": 1})");
+  fs::permissions(folder, fs::perms::all);
+  for (const char* name : {"a.nii", "a.nii.gz", "a.nrrd", "a.mha", "a.ply", "a.json"}) {
+    const fs::path path = folder / name;
+    fs::permissions(path, fs::perms::none);
+    const bool root = ::geteuid() == 0;
+    ASSERT_TRUE(!root || ::seteuid(65534) == 0);
+    std::string said;
+    try {
+      const std::string ending = path.extension();
+      if (ending == ".ply")
+        read_mesh(path);
+      else if (ending == ".json")
+        read_scene(path);
+      else
+        load_volume(path);
+    } catch (const Error& error) {
+      said = error.what();
+    }
+    ASSERT_TRUE(!root || ::seteuid(0) == 0);
+    EXPECT_HAS(said, name);
+    EXPECT_HAS(said, "ermission");
+  }
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+/// The system says that there is memory, and then there is none.
+TEST_F(ReadFaults, MemoryThatCannotBeHad) {
+  std::string bytes = test::nifti_bytes(folder, test::odd_volume(VoxelType::Int16)).substr(0, 352);
+  for (int a = 0; a < 3; ++a) test::patch(bytes, 42 + 2 * a, std::int16_t(600));
+  const fs::path path = write("large.nii", bytes);
+  std::error_code error;
+  fs::resize_file(path, 352 + 2ull * 600 * 600 * 600, error);
+  if (error) GTEST_SKIP() << "no files with holes here";
+  if (available_memory() < (std::size_t(1) << 30)) GTEST_SKIP() << "less than 1 GiB of memory";
+  std::ifstream stream("/proc/self/statm");
+  std::size_t pages = 0;
+  stream >> pages;
+  rlimit kept{};
+  ::getrlimit(RLIMIT_AS, &kept);
+  const rlimit limit{pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)) + (std::size_t(128) << 20),
+                     kept.rlim_max};
+  ::setrlimit(RLIMIT_AS, &limit);
+  const std::string said = error_of([&] { load_volume(path); });
+  ::setrlimit(RLIMIT_AS, &kept);
+  EXPECT_HAS(said, "memory");
+}
+#endif
+
+}  // namespace
+}  // namespace simplexseg
