@@ -59,7 +59,7 @@ class PlotPicture : public QWidget {
       return;
     }
     painter.fillRect(rect(), palette().color(QPalette::Base));
-    painter.setPen(theme::kDimText);
+    painter.setPen(theme::shades().dim);
     painter.drawText(rect().adjusted(16, 16, -16, -16), Qt::AlignCenter | Qt::TextWordWrap, text_);
   }
 
@@ -240,7 +240,7 @@ QString ConvergencePanel::legend() const {
                  : tr("%1 mm, 95% %2 mm").arg(last.error->mean_mm, 0, 'f', 2).arg(last.error->p95_mm, 0, 'f', 2);
     const QColor colour(mesh.colour.red, mesh.colour.green, mesh.colour.blue);
     entries << QString("<span style='color:%1'>&#9632;</span> %2&nbsp; <span style='color:%3'>%4</span>")
-                   .arg(colour.name(), QString::fromStdString(mesh.name).toHtmlEscaped(), theme::kDimText.name(),
+                   .arg(colour.name(), QString::fromStdString(mesh.name).toHtmlEscaped(), theme::shades().dim.name(),
                         value);
   }
   return entries.join("<br>");

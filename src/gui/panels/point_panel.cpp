@@ -34,7 +34,7 @@ PointPanel::PointPanel(Workbench& workbench, QWidget* parent) : QWidget(parent),
                              "here. I, O: the place under the mouse is inside, outside."),
                           this);
   hint->setWordWrap(true);
-  hint->setStyleSheet("color: #969ca4;");
+  set_role(hint, "dim");
   layout->addWidget(hint);
   delete_ = new QPushButton(tr("Delete point"), this);
   delete_->setToolTip(tr("Delete the selected point: what it says of the object no longer counts"));
