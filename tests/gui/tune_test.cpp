@@ -43,7 +43,9 @@ TEST_F(TuneTest, EveryParameterHasUnitDefaultHelpAndReset) {
       QApplication::sendEvent(row, &enter);
       EXPECT_TRUE(help->text().contains(QString::fromUtf8(info.doc).left(30).toHtmlEscaped())) << info.name;
       EXPECT_TRUE(help->text().contains("Default ")) << info.name;
-      if (*info.unit && row->number()) EXPECT_TRUE(row->number()->suffix().contains(info.unit)) << info.name;
+      if (*info.unit && row->number()) {
+        EXPECT_TRUE(row->number()->suffix().contains(info.unit)) << info.name;
+      }
       row->set_value(info.default_value);
       EXPECT_FALSE(row->reset()->isEnabled()) << info.name;
       EXPECT_EQ(row->reset()->toolTip(), "It has its default");

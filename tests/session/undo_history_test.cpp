@@ -98,7 +98,9 @@ TEST(UndoHistory, TwoHundredStepsOf20kVerticesHoldAtMost100Megabytes) {
   Scene scene = moved(kSteps, kLevel);
   for (int n = kSteps - 1; n >= 0; --n) {
     ASSERT_TRUE(history.undo(scene));
-    if (n % 50 == 7) EXPECT_TRUE(same_bits(scene, kept[static_cast<std::size_t>(n / 50)])) << n;
+    if (n % 50 == 7) {
+      EXPECT_TRUE(same_bits(scene, kept[static_cast<std::size_t>(n / 50)])) << n;
+    }
   }
   EXPECT_LE(history.bytes(), 110'000'000u) << "what was taken back is kept too";
   while (history.redo(scene)) {

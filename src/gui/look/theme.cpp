@@ -21,7 +21,7 @@ const Shades kDark{
     .base{28, 30, 34},
     .raised{52, 56, 63},
     .hover{63, 69, 78},
-    .checked{48, 104, 159},
+    .checked{42, 96, 150},
     .header{46, 50, 56},
     .line{20, 22, 25},
     .card{42, 45, 51},

@@ -76,12 +76,14 @@ ConvergencePanel::ConvergencePanel(Workbench& workbench, QWidget* parent) : QWid
   layout->setSpacing(5);
   auto* choices = new QHBoxLayout;
   quantity_ = new QComboBox(this);
+  quantity_->setAccessibleName(tr("What is plotted"));
   quantity_->addItems({tr("Residual"), tr("Surface error")});
   quantity_->setItemData(0, tr("What the forces still ask for: root mean square over the vertices of a mesh"),
                          Qt::ToolTipRole);
   quantity_->setItemData(1, tr("Distance of the vertices from the reference's surface: mean, and 95% dashed"),
                          Qt::ToolTipRole);
   axis_ = new QComboBox(this);
+  axis_->setAccessibleName(tr("Against what"));
   axis_->addItems({tr("against run time"), tr("against steps")});
   axis_->setItemData(0, tr("Time of the simulation alone"), Qt::ToolTipRole);
   choices->addWidget(quantity_, 1);

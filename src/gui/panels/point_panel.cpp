@@ -21,6 +21,7 @@ PointPanel::PointPanel(Workbench& workbench, QWidget* parent) : QWidget(parent),
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(8, 6, 8, 6);
   list_ = new QTreeWidget(this);
+  list_->setAccessibleName(tr("Points"));
   list_->setColumnCount(5);
   list_->setHeaderLabels({tr("Mesh"), tr("Kind"), tr("x"), tr("y"), tr("z")});
   for (int axis = 0; axis < 3; ++axis) list_->headerItem()->setToolTip(2 + axis, tr("mm, in the patient frame LPS"));

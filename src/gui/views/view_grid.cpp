@@ -25,6 +25,7 @@ ViewGrid::ViewGrid(Workbench& workbench, DrawnScene& drawn, QWidget* parent) : Q
     grid_->addWidget(views[n], n / 2, n % 2);
     grid_->setRowStretch(n / 2, 1);
     grid_->setColumnStretch(n % 2, 1);
+    views[n]->setAccessibleName(tr("%1 view").arg(views[n]->objectName()));
     views[n]->installEventFilter(this);
     connect(views[n], &View::maximise_wanted, this, [this, view = views[n]] { maximise(view); });
   }

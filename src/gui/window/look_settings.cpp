@@ -26,7 +26,7 @@ LookSettings::LookSettings(QApplication& application)
   if (!qEnvironmentVariableIsEmpty("DBUS_SESSION_BUS_ADDRESS"))
     QDBusConnection::sessionBus().connect("org.freedesktop.portal.Desktop", "/org/freedesktop/portal/desktop",
                                           "org.freedesktop.portal.Settings", "SettingChanged", this,
-                                          SLOT(desktop_changed(QString, QString, QDBusVariant)));
+                                          SLOT(desktop_changed()));
 }
 
 void LookSettings::apply() {
@@ -46,8 +46,9 @@ void LookSettings::choose_text(int percent) {
   emit said(tr("Text has the new size from the next start on"));
 }
 
-void LookSettings::desktop_changed(const QString& group, const QString& key, const QDBusVariant&) {
-  if (group == "org.freedesktop.appearance" && key == "color-scheme" && choice_ == theme::Choice::Desktop) apply();
+// Of whatever setting: to ask for the one that counts is cheap.
+void LookSettings::desktop_changed() {
+  if (choice_ == theme::Choice::Desktop && theme::desktop_is_dark() != theme::is_dark()) apply();
 }
 
 void LookSettings::fill(QMenu& menu) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <QDBusVariant>
 #include <QObject>
 #include <QSettings>
 
@@ -30,7 +29,7 @@ class LookSettings : public QObject {
   void said(const QString& text);
 
  private slots:
-  void desktop_changed(const QString& group, const QString& key, const QDBusVariant& value);
+  void desktop_changed();
 
  private:
   void apply();

@@ -21,6 +21,7 @@
 #include "gui/input/key_return.h"
 #include "gui/look/contrast.h"
 #include "gui/look/symbols.h"
+#include "gui/look/widgets.h"
 #include "gui/panels/history_panel.h"
 #include "gui/panels/simulation_panel.h"
 #include "gui/views/drawn_scene.h"
@@ -150,9 +151,11 @@ void MainWindow::build_menus() {
     });
   }
   presets->setToolTipsVisible(true);
-  presets->setEnabled(false);
-  connect(workbench_.get(), &Workbench::volume_changed, presets,
-          [this, presets] { presets->setEnabled(workbench_->has_volume()); });
+  const auto enable = [this, presets] {
+    set_enabled(presets->menuAction(), workbench_->has_volume(), tr("Open a volume first"));
+  };
+  enable();
+  connect(workbench_.get(), &Workbench::volume_changed, presets, enable);
   fill(tr("&Help"), {{Act::Help, Act::Messages}, {Act::About}});
 }
 

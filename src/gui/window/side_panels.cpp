@@ -41,6 +41,8 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
   setObjectName("side_panels");
   setChildrenCollapsible(false);
   setMinimumWidth(theme::scaled(kWidth));
+  tabs_->setAccessibleName(tr("Panels"));
+  row_->setAccessibleName(tr("Plan and convergence"));
   // What a splitter is the parent of becomes a row of it: panels are made as children of the tabs.
   auto* meshes = new MeshPanel(workbench, loop, actions, nullptr);
   forces_->setObjectName(tr("Forces"));
