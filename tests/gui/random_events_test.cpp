@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whatever is done in whatever order: the window lives, and everything can be taken back. SIMPLEXSEG_EVENTS says how
-// many events, SIMPLEXSEG_SEED which; 400 of the first unless told otherwise.
+// many events, SIMPLEXSEG_SEED which; 200 of the first unless told otherwise.
 #include <QContextMenuEvent>
 #include <QKeySequence>
 #include <QTest>
@@ -73,7 +73,7 @@ class RandomEventsTest : public PausedPhantomTest {
 
 TEST_F(RandomEventsTest, TheWindowLivesAndEverythingIsTakenBack) {
   const int events =
-      qEnvironmentVariableIsSet("SIMPLEXSEG_EVENTS") ? qEnvironmentVariableIntValue("SIMPLEXSEG_EVENTS") : 400;
+      qEnvironmentVariableIsSet("SIMPLEXSEG_EVENTS") ? qEnvironmentVariableIntValue("SIMPLEXSEG_EVENTS") : 200;
   random_.seed(static_cast<unsigned>(qEnvironmentVariableIntValue("SIMPLEXSEG_SEED")));
   window_->activateWindow();
   ASSERT_TRUE(QTest::qWaitForWindowActive(window_.get()));
