@@ -159,7 +159,7 @@ TEST_F(KeptWorkTest, LostWorkIsOfferedAndGoesOnUnsaved) {
   auto* list = autosave->question()->findChild<QListWidget*>();
   ASSERT_EQ(list->count(), 1);
   const QString line = list->item(0)->text();
-  for (const char* part : {"mine.json", "2 meshes", "1 points", "ago"}) EXPECT_TRUE(line.contains(part)) << part;
+  for (const char* part : {"mine.json", "2 meshes", "1 point", "ago"}) EXPECT_TRUE(line.contains(part)) << part;
   QPushButton* take = nullptr;
   for (QPushButton* button : autosave->question()->findChildren<QPushButton*>()) {
     EXPECT_TRUE(button->text().contains('&')) << button->text().toStdString();

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "gui/look/theme.h"
 #include "gui/window/file_actions.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
@@ -28,13 +29,14 @@ QString line_of(const WorkNote& note) {
   const std::string& name = note.scene_file.empty() ? note.opened : note.scene_file;
   const QDateTime when = QDateTime::fromSecsSinceEpoch(note.saved_at_s);
   const qint64 minutes = when.secsTo(QDateTime::currentDateTime()) / 60;
-  const QString ago = minutes < 1      ? Autosave::tr("less than a minute ago")
-                      : minutes < 60   ? Autosave::tr("%n minute(s) ago", nullptr, static_cast<int>(minutes))
-                      : minutes < 2880 ? Autosave::tr("%n hour(s) ago", nullptr, static_cast<int>(minutes / 60))
-                                       : Autosave::tr("%n day(s) ago", nullptr, static_cast<int>(minutes / 1440));
-  return Autosave::tr("%1: %2, %3 and %4 vertices, kept %5 (%6)")
-      .arg(QFileInfo(text_of(name)).fileName(), Autosave::tr("%1 meshes").arg(note.meshes),
-           Autosave::tr("%1 points").arg(note.points))
+  const QString ago = minutes < 2      ? Autosave::tr("a minute ago")
+                      : minutes < 120  ? Autosave::tr("%1 minutes ago").arg(minutes)
+                      : minutes < 2880 ? Autosave::tr("%1 hours ago").arg(minutes / 60)
+                                       : Autosave::tr("%1 days ago").arg(minutes / 1440);
+  const QString meshes = note.meshes == 1 ? Autosave::tr("1 mesh") : Autosave::tr("%1 meshes").arg(note.meshes);
+  const QString points = note.points == 1 ? Autosave::tr("1 point") : Autosave::tr("%1 points").arg(note.points);
+  return Autosave::tr("%1: %2, %3, %4 vertices; kept %5 (%6)")
+      .arg(QFileInfo(text_of(name)).fileName(), meshes, points)
       .arg(note.vertices)
       .arg(QLocale().toString(when, QLocale::ShortFormat), ago);
 }
@@ -150,7 +152,7 @@ void Autosave::ask() {
   buttons->addStretch(1);
   for (QPushButton* button : {take, discard, later}) buttons->addWidget(button);
   layout->addLayout(buttons);
-  dialog->resize(560, 260);
+  dialog->resize(theme::scaled(640), theme::scaled(260));
   connect(take, &QPushButton::clicked, this, [=, this] {
     const int row = list->currentRow();
     dialog->close();
