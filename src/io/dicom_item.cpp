@@ -103,10 +103,10 @@ DicomItem& DicomItem::bytes(DicomTag tag, const std::vector<std::uint8_t>& value
   return *this;
 }
 
-DicomItem& DicomItem::items(DicomTag tag, std::vector<DicomItem> items) {
+DicomItem& DicomItem::items(DicomTag tag, std::span<const DicomItem> items) {
   gdcm::SmartPointer<gdcm::SequenceOfItems> sequence = new gdcm::SequenceOfItems;
   sequence->SetLengthToUndefined();
-  for (DicomItem& one : items) {
+  for (const DicomItem& one : items) {
     gdcm::Item item;
     item.SetVLToUndefined();
     item.SetNestedDataSet(*one.data_);
@@ -120,17 +120,13 @@ DicomItem& DicomItem::items(DicomTag tag, std::vector<DicomItem> items) {
   return *this;
 }
 
-DicomItem& DicomItem::item(DicomTag tag, DicomItem one) {
-  std::vector<DicomItem> all;
-  all.push_back(std::move(one));
-  return items(tag, std::move(all));
-}
+DicomItem& DicomItem::item(DicomTag tag, const DicomItem& one) { return items(tag, {&one, 1}); }
 
 DicomItem& DicomItem::code(DicomTag tag, const std::string& value, const std::string& scheme,
                            const std::string& meaning) {
   DicomItem one;
   one.text({0x0008, 0x0100}, value).text({0x0008, 0x0102}, scheme).text({0x0008, 0x0104}, meaning);
-  return item(tag, std::move(one));
+  return item(tag, one);
 }
 
 bool DicomItem::take(const gdcm::DataSet& from, DicomTag tag) {

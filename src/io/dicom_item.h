@@ -37,9 +37,9 @@ class DicomItem {
   /// As text (DS), each in 16 characters at most: to at least ten digits.
   DicomItem& numbers(DicomTag tag, std::span<const double> values);
   DicomItem& bytes(DicomTag tag, const std::vector<std::uint8_t>& values);
-  DicomItem& items(DicomTag tag, std::vector<DicomItem> items);
+  DicomItem& items(DicomTag tag, std::span<const DicomItem> items);
   /// A sequence of one item.
-  DicomItem& item(DicomTag tag, DicomItem one);
+  DicomItem& item(DicomTag tag, const DicomItem& one);
   /// A sequence of one code (PS3.3 8.8).
   DicomItem& code(DicomTag tag, const std::string& value, const std::string& scheme, const std::string& meaning);
   /// A text of another data set, to the byte; false where it has none or an empty one.

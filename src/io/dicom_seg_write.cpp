@@ -94,11 +94,11 @@ DicomItem frame_item(const Frame& frame, const DicomSource& source) {
   reference.code({0x0040, 0xa170}, "121322", "DCM", "Source image for image processing operation");
   reference.text({0x0028, 0x135a}, "YES");
   derivation.code({0x0008, 0x9215}, "113076", "DCM", "Segmentation");
-  derivation.item({0x0008, 0x2112}, std::move(reference));
+  derivation.item({0x0008, 0x2112}, reference);
   const std::uint16_t number[] = {static_cast<std::uint16_t>(frame.segment)};
   segment.shorts({0x0062, 0x000b}, number);
-  item.item({0x0020, 0x9111}, std::move(content)).item({0x0020, 0x9113}, std::move(position));
-  item.item({0x0008, 0x9124}, std::move(derivation)).item({0x0062, 0x000a}, std::move(segment));
+  item.item({0x0020, 0x9111}, content).item({0x0020, 0x9113}, position);
+  item.item({0x0008, 0x9124}, derivation).item({0x0062, 0x000a}, segment);
   return item;
 }
 
@@ -111,7 +111,7 @@ DicomItem shared_item(const VolumeGeometry& geometry) {
   const double rows_and_columns[] = {geometry.spacing_mm[1], geometry.spacing_mm[0]};
   measures.numbers({0x0018, 0x0050}, between).numbers({0x0018, 0x0088}, between);
   measures.numbers({0x0028, 0x0030}, rows_and_columns);
-  item.item({0x0020, 0x9116}, std::move(orientation)).item({0x0028, 0x9110}, std::move(measures));
+  item.item({0x0020, 0x9116}, orientation).item({0x0028, 0x9110}, measures);
   return item;
 }
 
@@ -120,14 +120,14 @@ void describe_dimensions(DicomItem& data) {
   const std::string uid = new_dicom_uid();
   DicomItem organization;
   organization.text({0x0020, 0x9164}, uid);
-  data.item({0x0020, 0x9221}, std::move(organization));
+  data.item({0x0020, 0x9221}, organization);
   std::vector<DicomItem> dimensions(2);
   for (DicomItem& dimension : dimensions) dimension.text({0x0020, 0x9164}, uid);
   dimensions[0].pointer({0x0020, 0x9165}, {0x0062, 0x000b}).pointer({0x0020, 0x9167}, {0x0062, 0x000a});
   dimensions[0].text({0x0020, 0x9421}, "Segment");
   dimensions[1].pointer({0x0020, 0x9165}, {0x0020, 0x0032}).pointer({0x0020, 0x9167}, {0x0020, 0x9113});
   dimensions[1].text({0x0020, 0x9421}, "Position");
-  data.items({0x0020, 0x9222}, std::move(dimensions));
+  data.items({0x0020, 0x9222}, dimensions);
 }
 
 void describe_pixels(DicomItem& data, const DicomSource& source, std::size_t frames) {
@@ -184,14 +184,14 @@ std::string write_dicom_segmentation(const std::filesystem::path& path, const Vo
       renumbered += (renumbered.empty() ? "label " : ", label ") + std::to_string(value) + " is segment " +
                     std::to_string(segments.size());
   }
-  data.items({0x0062, 0x0002}, std::move(segments));
+  data.items({0x0062, 0x0002}, segments);
   data.item({0x5200, 0x9229}, shared_item(geometry));
   places.reserve(frames.size());
   for (const Frame& frame : frames) places.push_back(frame_item(frame, source));
-  data.items({0x5200, 0x9230}, std::move(places));
+  data.items({0x5200, 0x9230}, places);
   DicomItem series;
   series.text({0x0020, 0x000e}, source.series).items({0x0008, 0x114a}, source.references());
-  data.item({0x0008, 0x1115}, std::move(series));
+  data.item({0x0008, 0x1115}, series);
   data.bytes({0x7fe0, 0x0010}, bits_of(labels, frames));
 
   AtomicFile file(path);

@@ -19,8 +19,8 @@ DicomItem frame_of_reference(const DicomSource& source) {
   DicomItem series, study, frame;
   series.text({0x0020, 0x000e}, source.series).items({0x3006, 0x0016}, source.references());
   study.text({0x0008, 0x1150}, kStudy).text({0x0008, 0x1155}, source.study);
-  study.item({0x3006, 0x0014}, std::move(series));
-  frame.text({0x0020, 0x0052}, source.frame_of_reference).item({0x3006, 0x0012}, std::move(study));
+  study.item({0x3006, 0x0014}, series);
+  frame.text({0x0020, 0x0052}, source.frame_of_reference).item({0x3006, 0x0012}, study);
   return frame;
 }
 
@@ -50,7 +50,7 @@ DicomItem contours_item(const MeshItem& mesh, const std::string& number, const D
   DicomItem item;
   item.text({0x3006, 0x002a}, std::to_string(c.red) + "\\" + std::to_string(c.green) + "\\" + std::to_string(c.blue));
   item.text({0x3006, 0x0084}, number);
-  if (!contours.empty()) item.items({0x3006, 0x0040}, std::move(contours));
+  if (!contours.empty()) item.items({0x3006, 0x0040}, contours);
   return item;
 }
 
@@ -78,8 +78,8 @@ void write_rtstruct(const std::filesystem::path& path, const Scene& scene, Dicom
     observation.text({0x3006, 0x0085}, dicom_name(mesh.name, source, 16));
     observation.text({0x3006, 0x00a4}, "").text({0x3006, 0x00a6}, "");
   }
-  data.items({0x3006, 0x0020}, std::move(regions)).items({0x3006, 0x0039}, std::move(contours));
-  data.items({0x3006, 0x0080}, std::move(observations));
+  data.items({0x3006, 0x0020}, regions).items({0x3006, 0x0039}, contours);
+  data.items({0x3006, 0x0080}, observations);
   AtomicFile file(path);
   write_dicom(file, data, DicomCoding::Implicit);  // long contours
   file.commit();
