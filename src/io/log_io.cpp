@@ -188,24 +188,11 @@ Json body(const Bare auto&) { return Json::object(); }
 void take(const JsonInput& in, Bare auto&) { expect_keys(in, {}); }
 
 /// Names in the file, in the order of the variant.
-const std::vector<std::string> kNames = {"add_mesh",
-                                         "delete_mesh",
-                                         "edit_mesh",
-                                         "set_force_parameter",
-                                         "set_simulation_parameter",
-                                         "add_point",
-                                         "move_point",
-                                         "delete_point",
-                                         "reset_pose",
-                                         "record_profiles",
-                                         "refine_mesh",
-                                         "duplicate_mesh",
-                                         "place_mesh",
-                                         "set_parameters",
-                                         "learn_field",
-                                         "take_field",
-                                         "undo",
-                                         "redo"};
+const std::vector<std::string> kNames = {
+    "add_mesh",    "delete_mesh",    "edit_mesh",    "set_force_parameter", "set_simulation_parameter",
+    "add_point",   "move_point",     "delete_point", "reset_pose",          "record_profiles",
+    "refine_mesh", "duplicate_mesh", "place_mesh",   "set_parameters",      "learn_field",
+    "take_field",  "undo",           "redo"};
 
 template <std::size_t I = 0>
 Command read_command(const JsonInput& input, std::size_t wanted) {

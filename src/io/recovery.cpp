@@ -45,8 +45,7 @@ std::string generation_name(int generation) { return "kept-" + std::to_string(ge
 
 LostWork read_note(const fs::path& folder) {
   const JsonInput input = JsonInput::open(folder / kNote, "note of kept work");
-  input.expect_keys(
-      {"simplexseg_work", "kept", "opened", "scene_file", "saved_at_s", "meshes", "points", "vertices"});
+  input.expect_keys({"simplexseg_work", "kept", "opened", "scene_file", "saved_at_s", "meshes", "points", "vertices"});
   input["simplexseg_work"].integer_between(1, 1);
   constexpr int kMost = std::numeric_limits<int>::max();
   LostWork work;
@@ -107,14 +106,10 @@ void WorkKeeper::keep(const Scene& scene, WorkNote note) {
     note.points = static_cast<int>(scene.points.size());
     note.vertices = 0;
     for (const MeshItem& item : scene.meshes) note.vertices += item.mesh.vertex_count();
-    const Json json = {{"simplexseg_work", 1},
-                       {"kept", next},
-                       {"opened", note.opened},
-                       {"scene_file", note.scene_file},
-                       {"saved_at_s", note.saved_at_s},
-                       {"meshes", note.meshes},
-                       {"points", note.points},
-                       {"vertices", note.vertices}};
+    const Json json = {{"simplexseg_work", 1},          {"kept", next},
+                       {"opened", note.opened},         {"scene_file", note.scene_file},
+                       {"saved_at_s", note.saved_at_s}, {"meshes", note.meshes},
+                       {"points", note.points},         {"vertices", note.vertices}};
     AtomicFile file(folder_.path() / kNote);
     write_bytes(file, json_text(folder_.path() / kNote, json));
     file.commit();

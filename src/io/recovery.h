@@ -12,11 +12,11 @@ namespace simplexseg {
 
 /// What a user is told of work before it is taken up again.
 struct WorkNote {
-  std::string opened;            ///< path of the scene or volume that was open
-  std::string scene_file;        ///< where the user saved the scene last; "": nowhere
-  std::int64_t saved_at_s = 0;   ///< when it was kept, seconds since 1970
-  int meshes = 0, points = 0;    ///< of the scene
-  std::int64_t vertices = 0;     ///< of all meshes
+  std::string opened;           ///< path of the scene or volume that was open
+  std::string scene_file;       ///< where the user saved the scene last; "": nowhere
+  std::int64_t saved_at_s = 0;  ///< when it was kept, seconds since 1970
+  int meshes = 0, points = 0;   ///< of the scene
+  std::int64_t vertices = 0;    ///< of all meshes
 };
 
 /// A folder that is held as long as this object lives, or the process, however that ends: a lock on a file in it.
@@ -71,8 +71,8 @@ struct LostWork {
   std::filesystem::path scene;  ///< to be read with load_scene()
 };
 
-/// All lost work below `root`, the latest first. Folders of programs that ended without work are removed. A folder whose
-/// note cannot be read is left alone, and counts for nothing.
+/// All lost work below `root`, the latest first. Folders of programs that ended without work are removed. A folder
+/// whose note cannot be read is left alone, and counts for nothing.
 std::vector<LostWork> find_lost_work(const std::filesystem::path& root);
 
 }  // namespace simplexseg

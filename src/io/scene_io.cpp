@@ -181,8 +181,7 @@ Json item_json(const MeshItem& item, const ForceParameters& defaults, const fs::
 }
 
 Json view_json(const SavedView& view) {
-  Json json = {
-      {"crosshair_mm", vector_json(view.crosshair_mm)}, {"window", view.window}, {"level", view.level}};
+  Json json = {{"crosshair_mm", vector_json(view.crosshair_mm)}, {"window", view.window}, {"level", view.level}};
   if (!view.active_mesh.empty()) json["active_mesh"] = view.active_mesh;
   return json;
 }
@@ -230,7 +229,8 @@ SceneFile read_scene(const fs::path& path) {
   if (!input.has("simplexseg_scene"))
     input.refuse("this is no scene: the key 'simplexseg_scene' is missing", "name a scene file");
   input["simplexseg_scene"].integer_between(kSceneVersion, kSceneVersion);
-  input.expect_keys({"simplexseg_scene", "volume", "volume_checksum", "simulation", "forces", "meshes", "points", "steps", "view"});
+  input.expect_keys(
+      {"simplexseg_scene", "volume", "volume_checksum", "simulation", "forces", "meshes", "points", "steps", "view"});
   const fs::path folder = path.parent_path();
 
   SceneFile file;

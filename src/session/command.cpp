@@ -46,7 +46,9 @@ const char* word_of(MarkKind kind) {
 }
 
 template <class C>
-concept OfAMesh = requires(const C& c) { c.mesh; };
+concept OfAMesh = requires(const C& c) {
+  c.mesh;
+};
 
 template <class C>
 std::string description(const C& c, const Scene&) {

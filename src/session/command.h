@@ -94,15 +94,14 @@ struct TakeField {};
 struct Undo {};
 struct Redo {};
 
-using Command =
-    std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint, MovePoint,
-                 DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, PlaceMesh, SetParameters, LearnField,
-                 TakeField, Undo, Redo>;
+using Command = std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint,
+                             MovePoint, DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, PlaceMesh,
+                             SetParameters, LearnField, TakeField, Undo, Redo>;
 
 /// For menus ("Undo move point"), in lower case.
 const char* title_of(const Command& command);
-/// For a list of what was done: "add inside point: kidney", "Smoothing, weight: all meshes". `before`: the scene that the
-/// command was given on.
+/// For a list of what was done: "add inside point: kidney", "Smoothing, weight: all meshes". `before`: the scene that
+/// the command was given on.
 std::string describe(const Command& command, const Scene& before);
 
 /// A line of the log: the command came after `steps` further steps of the simulation.

@@ -10,8 +10,8 @@
 
 namespace simplexseg {
 
-/// A scene as it was, to the bit, in little room: arrays that have not changed since an earlier snapshot are shared with
-/// it, and the positions of the step before, which are near to those of the pose, are kept as their difference.
+/// A scene as it was, to the bit, in little room: arrays that have not changed since an earlier snapshot are shared
+/// with it, and the positions of the step before, which are near to those of the pose, are kept as their difference.
 /// Immutable; cheap to copy.
 class SceneSnapshot {
  public:

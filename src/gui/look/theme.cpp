@@ -111,11 +111,13 @@ constexpr const char* kRules = R"(
 
 QString rules_with(const Shades& s, double points) {
   QString rules = QString::fromLatin1(kRules);
-  const std::pair<const char*, QColor> colours[] = {
-      {"<window>", s.window},     {"<base>", s.base},         {"<raised>", s.raised}, {"<hover>", s.hover},
-      {"<checked>", s.checked},   {"<header>", s.header},     {"<line>", s.line},     {"<card>", s.card},
-      {"<text>", s.text},         {"<dim>", s.dim},           {"<accent>", s.accent}, {"<warning>", s.warning},
-      {"<disabled>", s.disabled}, {"<active_card>", s.active_card}};
+  const std::pair<const char*, QColor> colours[] = {{"<window>", s.window},     {"<base>", s.base},
+                                                    {"<raised>", s.raised},     {"<hover>", s.hover},
+                                                    {"<checked>", s.checked},   {"<header>", s.header},
+                                                    {"<line>", s.line},         {"<card>", s.card},
+                                                    {"<text>", s.text},         {"<dim>", s.dim},
+                                                    {"<accent>", s.accent},     {"<warning>", s.warning},
+                                                    {"<disabled>", s.disabled}, {"<active_card>", s.active_card}};
   for (const auto& [name, colour] : colours) rules.replace(QLatin1String(name), colour.name());
   rules.replace("<small>", QString("%1pt").arg(0.85 * points, 0, 'f', 1));
   rules.replace("<large>", QString("%1pt").arg(1.6 * points, 0, 'f', 1));
@@ -189,9 +191,8 @@ bool desktop_is_dark() {
   const bool has_bus = !qEnvironmentVariableIsEmpty("DBUS_SESSION_BUS_ADDRESS") ||
                        QFileInfo::exists(qEnvironmentVariable("XDG_RUNTIME_DIR", "/nowhere") + "/bus");
   if (!has_bus) return true;
-  QDBusMessage question = QDBusMessage::createMethodCall("org.freedesktop.portal.Desktop",
-                                                         "/org/freedesktop/portal/desktop",
-                                                         "org.freedesktop.portal.Settings", "Read");
+  QDBusMessage question = QDBusMessage::createMethodCall(
+      "org.freedesktop.portal.Desktop", "/org/freedesktop/portal/desktop", "org.freedesktop.portal.Settings", "Read");
   question << QString("org.freedesktop.appearance") << QString("color-scheme");
   constexpr int kPatienceMs = 300;
   const QDBusMessage answer = QDBusConnection::sessionBus().call(question, QDBus::Block, kPatienceMs);

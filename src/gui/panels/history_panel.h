@@ -8,8 +8,8 @@ namespace simplexseg {
 
 class Workbench;
 
-/// What was done, the oldest first, with a mark at the present; what was taken back stands below it. A click on an entry
-/// goes to just after it, by as many steps of undo or redo as that takes.
+/// What was done, the oldest first, with a mark at the present; what was taken back stands below it. A click on an
+/// entry goes to just after it, by as many steps of undo or redo as that takes.
 class HistoryPanel : public QWidget {
   Q_OBJECT
  public:

@@ -71,8 +71,8 @@ ParameterRow::ParameterRow(const ParameterInfo& info, QWidget* parent)
   reset_->setFocusPolicy(Qt::TabFocus);
   set_role(reset_, "flat");
   const QString unit = *info.unit ? ' ' + QString::fromUtf8(info.unit) : QString();
-  reset_->setToolTip(tr("Back to the default, %1%2")
-                         .arg(QString::fromStdString(parameter_to_text(info, info.default_value)), unit));
+  reset_->setToolTip(
+      tr("Back to the default, %1%2").arg(QString::fromStdString(parameter_to_text(info, info.default_value)), unit));
   connect(reset_, &QToolButton::clicked, this, [this] { edit(info_.default_value); });
   layout->addWidget(reset_);
   set_accessible_title(words_of(info.name));

@@ -104,10 +104,10 @@ void FileActions::say_warnings(const std::vector<std::string>& warnings) {
 bool FileActions::may_discard() {
   if (!workbench_.has_unsaved_changes()) return true;
   const QString name = scene_name();
-  QMessageBox question(QMessageBox::Question, tr("Unsaved changes"),
-                       name.isEmpty() ? tr("Save the changes to the scene first?")
-                                      : tr("Save the changes to \"%1\" first?").arg(name),
-                       QMessageBox::NoButton, &window_);
+  QMessageBox question(
+      QMessageBox::Question, tr("Unsaved changes"),
+      name.isEmpty() ? tr("Save the changes to the scene first?") : tr("Save the changes to \"%1\" first?").arg(name),
+      QMessageBox::NoButton, &window_);
   question.setInformativeText(tr("Meshes and points that are not saved are lost."));
   // Each with a key of its own, whatever the desktop calls them.
   QPushButton* save = question.addButton(tr("&Save"), QMessageBox::AcceptRole);

@@ -137,9 +137,9 @@ void MainWindow::build_menus() {
   fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::ResetPose}});
   QMenu* const view = view_menu_ =
       fill(tr("&View"), {{Act::CentreOnCrosshair, Act::Fit, Act::AutoContrast, Act::Neurological},
-                                   {Act::ShowMeshes, Act::ShowField, Act::Annotations, Act::Slices3d},
-                                   {Act::LessOpaque, Act::MoreOpaque},
-                                   {Act::ShowPanels, Act::ShowSteps, Act::Researcher}});
+                         {Act::ShowMeshes, Act::ShowField, Act::Annotations, Act::Slices3d},
+                         {Act::LessOpaque, Act::MoreOpaque},
+                         {Act::ShowPanels, Act::ShowSteps, Act::Researcher}});
   QMenu* presets = view->addMenu(tr("Window and level &presets"));
   for (const ContrastPreset& preset : contrast_presets()) {
     QAction* entry = presets->addAction(tr(preset.title));

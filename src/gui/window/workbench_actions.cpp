@@ -35,8 +35,8 @@ WorkbenchActions::WorkbenchActions(Workbench& workbench, ViewGrid& views, Action
   connect_simulation();
   connect_looking();
   // While a key is held its repeats must not switch a mode off and on.
-  for (const Act act : {Act::WindowLevel, Act::RunPause, Act::LockMesh, Act::DuplicateMesh, Act::ShowMeshes, Act::ShowField,
-                        Act::Annotations, Act::Slices3d})
+  for (const Act act : {Act::WindowLevel, Act::RunPause, Act::LockMesh, Act::DuplicateMesh, Act::ShowMeshes,
+                        Act::ShowField, Act::Annotations, Act::Slices3d})
     actions_[act]->setAutoRepeat(false);
   connect(&workbench_, &Workbench::scene_changed, this, &WorkbenchActions::refresh);
   connect(&workbench_, &Workbench::running_changed, this, &WorkbenchActions::refresh);
