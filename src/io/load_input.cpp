@@ -2,8 +2,10 @@
 #include "io/load_input.h"
 
 #include "core/error.h"
+#include "io/files.h"
 #include "io/scene_io.h"
 #include "io/set_by_path.h"
+#include "io/volume_checksum.h"
 #include "io/volume_io.h"
 #include "step/simulation_parameters.h"
 
@@ -18,6 +20,14 @@ void load_voxels(LoadedInput& input) {
   input.volume = std::move(loaded.volume);
   input.warnings = std::move(loaded.warnings);
   input.low_is_bright = loaded.low_is_bright;
+  const std::string checksum = checksum_of(input.volume);
+  std::string& expected = input.scene.volume_checksum;
+  if (!expected.empty() && expected != checksum)
+    input.warnings.insert(input.warnings.begin(),
+                          quoted(input.volume_path) +
+                              ": the volume is not the one that the scene was saved with (another image, or changed "
+                              "since); look whether the meshes lie where they belong");
+  expected = checksum;
 }
 
 void load_header(LoadedInput& input) {

@@ -10,6 +10,7 @@
 #include "io/atomic_file.h"
 #include "io/json_input.h"
 #include "io/json_output.h"
+#include "io/parameter_json.h"
 #include "io/parameter_text.h"
 #include "io/point_text.h"
 #include "step/simulation_parameters.h"
@@ -152,9 +153,29 @@ void take(const JsonInput& in, DeletePoint& c) {
   c.point = read_id(in["point"]);
 }
 
+Json body(const SetParameters& c) {
+  Json json = {{"mesh", c.mesh}, {"forces", forces_json<Json>(c.forces, nullptr)}};
+  if (c.simulation) json["simulation"] = simulation_json<Json>(*c.simulation);
+  return json;
+}
+void take(const JsonInput& in, SetParameters& c) {
+  expect_keys(in, {"mesh", "forces", "simulation"});
+  c = {read_id(in["mesh"]), default_force_parameters(), std::nullopt};
+  read_forces(in["forces"], c.forces);
+  if (!in.has("simulation")) return;
+  c.simulation = default_simulation_parameters();
+  read_simulation(in["simulation"], *c.simulation);
+}
+
+Json body(const PlaceMesh& c) { return {{"mesh", c.mesh}, {"place", c.place}}; }
+void take(const JsonInput& in, PlaceMesh& c) {
+  expect_keys(in, {"mesh", "place"});
+  c = {read_id(in["mesh"]), in["place"].integer_between(0, kMaxInt)};
+}
+
 template <class C>
 concept OfOneMesh = std::is_same_v<C, DeleteMesh> || std::is_same_v<C, LearnField> || std::is_same_v<C, ResetPose> ||
-    std::is_same_v<C, RecordProfiles> || std::is_same_v<C, RefineMesh>;
+    std::is_same_v<C, RecordProfiles> || std::is_same_v<C, RefineMesh> || std::is_same_v<C, DuplicateMesh>;
 Json body(const OfOneMesh auto& c) { return {{"mesh", c.mesh}}; }
 void take(const JsonInput& in, OfOneMesh auto& c) {
   expect_keys(in, {"mesh"});
@@ -167,21 +188,11 @@ Json body(const Bare auto&) { return Json::object(); }
 void take(const JsonInput& in, Bare auto&) { expect_keys(in, {}); }
 
 /// Names in the file, in the order of the variant.
-const std::vector<std::string> kNames = {"add_mesh",
-                                         "delete_mesh",
-                                         "edit_mesh",
-                                         "set_force_parameter",
-                                         "set_simulation_parameter",
-                                         "add_point",
-                                         "move_point",
-                                         "delete_point",
-                                         "reset_pose",
-                                         "record_profiles",
-                                         "refine_mesh",
-                                         "learn_field",
-                                         "take_field",
-                                         "undo",
-                                         "redo"};
+const std::vector<std::string> kNames = {
+    "add_mesh",    "delete_mesh",    "edit_mesh",    "set_force_parameter", "set_simulation_parameter",
+    "add_point",   "move_point",     "delete_point", "reset_pose",          "record_profiles",
+    "refine_mesh", "duplicate_mesh", "place_mesh",   "set_parameters",      "learn_field",
+    "take_field",  "undo",           "redo"};
 
 template <std::size_t I = 0>
 Command read_command(const JsonInput& input, std::size_t wanted) {

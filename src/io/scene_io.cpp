@@ -18,6 +18,7 @@
 #include "io/json_output.h"
 #include "io/label_mesh.h"
 #include "io/mesh_io.h"
+#include "io/parameter_json.h"
 #include "io/parameter_text.h"
 #include "io/ply.h"
 #include "io/point_text.h"
@@ -45,27 +46,6 @@ Colour read_colour(const JsonInput& input) {
     return static_cast<std::uint8_t>(std::stoi(text.substr(at, 2), nullptr, 16));
   };
   return {channel(1), channel(3), channel(5)};
-}
-
-void read_forces(const JsonInput& input, ForceParameters& forces) {
-  input.expect_keys(names_of(force_list()));
-  for (const ForceInfo& force : force_list()) {
-    if (!input.has(force.name)) continue;
-    const JsonInput table = input[force.name];
-    table.expect_keys(names_of(force.parameters));
-    for (std::size_t p = 0; p < force.parameters.size(); ++p) {
-      const ParameterInfo& info = force.parameters[p];
-      if (table.has(info.name)) forces.values[static_cast<int>(force.id)][p] = table[info.name].parameter(info);
-    }
-  }
-}
-
-void read_simulation(const JsonInput& input, SimulationParameters& simulation) {
-  input.expect_keys(names_of(simulation_table()));
-  for (const ParameterInfo& info : simulation_table()) {
-    const int index = find_parameter(simulation_table(), info.name);
-    if (input.has(info.name)) value_of(simulation, index) = input[info.name].parameter(info);
-  }
 }
 
 /// A path that was found beside the scene or in the present folder is kept absolute, so that it stays right when the
@@ -153,6 +133,17 @@ MeshItem read_item(const JsonInput& input, const Scene& scene, const fs::path& f
   return item;
 }
 
+SavedView read_view(const JsonInput& input) {
+  input.expect_keys({"crosshair_mm", "window", "level", "active_mesh"});
+  SavedView view;
+  view.crosshair_mm = input["crosshair_mm"].vector3();
+  view.window = input["window"].number();
+  view.level = input["level"].number();
+  if (!(view.window > 0)) input["window"].refuse("it is not above 0", "give a width of intensities");
+  if (input.has("active_mesh")) view.active_mesh = input["active_mesh"].text();
+  return view;
+}
+
 // ---- writing ----
 
 /// Relative to the folder where the file lies in it; the scene may then be moved with its folder.
@@ -165,26 +156,6 @@ std::string portable(const std::string& path, const fs::path& folder) {
   }
   const fs::path relative = place.lexically_normal().lexically_relative(fs::absolute(folder).lexically_normal());
   return relative.empty() || *relative.begin() == ".." ? place.lexically_normal().string() : relative.string();
-}
-
-Json forces_json(const ForceParameters& forces, const ForceParameters* defaults) {
-  Json all = Json::object();
-  for (const ForceInfo& force : force_list()) {
-    for (std::size_t p = 0; p < force.parameters.size(); ++p) {
-      const float value = forces.values[static_cast<int>(force.id)][p];
-      if (defaults && defaults->values[static_cast<int>(force.id)][p] == value) continue;
-      put_parameter(all[force.name], force.parameters[p], value);
-    }
-  }
-  return all;
-}
-
-Json simulation_json(const SimulationParameters& simulation) {
-  Json all = Json::object();
-  for (const ParameterInfo& info : simulation_table()) {
-    put_parameter(all, info, value_of(simulation, find_parameter(simulation_table(), info.name)));
-  }
-  return all;
 }
 
 Json vector_json(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
@@ -204,13 +175,19 @@ Json item_json(const MeshItem& item, const ForceParameters& defaults, const fs::
   }
   if (item.locked) json["locked"] = true;
   if (item.opacity < 1) json["opacity"] = item.opacity;
-  const Json forces = forces_json(item.parameters, &defaults);
+  const Json forces = forces_json<Json>(item.parameters, &defaults);
   if (!forces.empty()) json["forces"] = forces;
   if (item.final_vertices > 0) json["final_vertices"] = item.final_vertices;
   if (item.reference) {
     json["reference"] = {{"labels", portable(item.reference->labels, folder)}};
     if (item.reference->value) json["reference"]["value"] = *item.reference->value;
   }
+  return json;
+}
+
+Json view_json(const SavedView& view) {
+  Json json = {{"crosshair_mm", vector_json(view.crosshair_mm)}, {"window", view.window}, {"level", view.level}};
+  if (!view.active_mesh.empty()) json["active_mesh"] = view.active_mesh;
   return json;
 }
 
@@ -257,8 +234,8 @@ SceneFile read_scene(const fs::path& path) {
   if (!input.has("simplexseg_scene"))
     input.refuse("this is no scene: the key 'simplexseg_scene' is missing", "name a scene file");
   input["simplexseg_scene"].integer_between(kSceneVersion, kSceneVersion);
-  input.expect_keys(
-      {"simplexseg_scene", "volume", "volume_number", "simulation", "forces", "meshes", "points", "steps"});
+  input.expect_keys({"simplexseg_scene", "volume", "volume_number", "volume_checksum", "simulation", "forces", "meshes",
+                     "points", "steps", "view"});
   const fs::path folder = path.parent_path();
 
   SceneFile file;
@@ -269,6 +246,8 @@ SceneFile read_scene(const fs::path& path) {
     scene.volume_path = anchored(input["volume"].text(), folder);
   }
   if (input.has("volume_number")) scene.volume_number = input["volume_number"].integer_between(1, kMostVolumes);
+  if (input.has("volume_checksum")) scene.volume_checksum = input["volume_checksum"].text();
+  if (input.has("view")) scene.view = read_view(input["view"]);
   if (input.has("simulation")) read_simulation(input["simulation"], scene.simulation);
   if (input.has("forces")) read_forces(input["forces"], scene.forces);
   LabelFiles label_files;
@@ -311,8 +290,9 @@ void write_scene(const fs::path& path, const Scene& scene) {
   Json json = {{"simplexseg_scene", kSceneVersion}};
   if (!scene.volume_path.empty()) json["volume"] = portable(scene.volume_path, folder);
   if (scene.volume_number != 1) json["volume_number"] = scene.volume_number;
-  json["simulation"] = simulation_json(scene.simulation);
-  json["forces"] = forces_json(scene.forces, nullptr);
+  if (!scene.volume_checksum.empty()) json["volume_checksum"] = scene.volume_checksum;
+  json["simulation"] = simulation_json<Json>(scene.simulation);
+  json["forces"] = forces_json<Json>(scene.forces, nullptr);
   json["meshes"] = Json::array();
   const std::vector<ItemId> ids = file_ids(scene);
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
@@ -336,6 +316,7 @@ void write_scene(const fs::path& path, const Scene& scene) {
     json["points"].push_back(std::move(entry));
   }
   json["steps"] = scene.steps;
+  if (scene.view) json["view"] = view_json(*scene.view);
   write_bytes(scene_file, json_text(path, json));
   for (AtomicFile& file : files) file.commit();
   scene_file.commit();

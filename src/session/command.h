@@ -41,6 +41,13 @@ struct SetSimulationParameter {
   float value;
   bool continues = false;  ///< as in SetForceParameter
 };
+/// All parameters of the forces of a mesh at once, and those of the simulation where they are given. mesh = 0: every
+/// mesh.
+struct SetParameters {
+  ItemId mesh;
+  ForceParameters forces;
+  std::optional<SimulationParameters> simulation;
+};
 struct AddPoint {
   ItemId mesh;
   Eigen::Vector3d position_mm;
@@ -69,6 +76,15 @@ struct RecordProfiles {
 struct RefineMesh {
   ItemId mesh;
 };
+/// A copy of a mesh with its pose and points, under the first name, label and colour that are free.
+struct DuplicateMesh {
+  ItemId mesh;
+};
+/// Gives a mesh another place in the list, from 0 on; those behind make room.
+struct PlaceMesh {
+  ItemId mesh;
+  int place;
+};
 /// Begins to learn the field of a mesh from its marks as they are now. Not for undo.
 struct LearnField {
   ItemId mesh;
@@ -78,12 +94,15 @@ struct TakeField {};
 struct Undo {};
 struct Redo {};
 
-using Command =
-    std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint, MovePoint,
-                 DeletePoint, ResetPose, RecordProfiles, RefineMesh, LearnField, TakeField, Undo, Redo>;
+using Command = std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint,
+                             MovePoint, DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, PlaceMesh,
+                             SetParameters, LearnField, TakeField, Undo, Redo>;
 
 /// For menus ("Undo move point"), in lower case.
 const char* title_of(const Command& command);
+/// For a list of what was done: "add inside point: kidney", "Smoothing, weight: all meshes". `before`: the scene that
+/// the command was given on.
+std::string describe(const Command& command, const Scene& before);
 
 /// A line of the log: the command came after `steps` further steps of the simulation.
 struct LogEntry {

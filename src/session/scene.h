@@ -93,13 +93,22 @@ bool is_finest(const MeshItem& item, const SimulationParameters& simulation, dou
 /// The same by the mean edge of a pose, where that above goes by the one that the mesh was made or refined with.
 bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm, double mean_edge_mm);
 
+/// Where a user was in a volume when the scene was saved.
+struct SavedView {
+  Eigen::Vector3d crosshair_mm{0, 0, 0};
+  double window = 1, level = 0;  ///< intensities level -+ window/2 are black and white
+  std::string active_mesh;       ///< by its name; "": none
+};
+
 /// All that is saved: meshes, points, parameters. The volume is named alone.
 struct Scene {
   std::string volume_path;
-  int volume_number = 1;  ///< which volume of a 4D file, from 1
+  int volume_number = 1;        ///< which volume of a 4D file, from 1
+  std::string volume_checksum;  ///< of the volume that the meshes were made on (io/volume_checksum.h); "": not known
   std::vector<MeshItem> meshes;
   std::vector<UserPoint> points;
   SimulationParameters simulation;
+  std::optional<SavedView> view;
   int steps = 0;  ///< that the headless program runs unless told otherwise; 0: until rest
   ForceParameters forces = default_force_parameters();  ///< that a mesh starts with which is like none other
 

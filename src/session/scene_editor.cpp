@@ -25,6 +25,10 @@ int first_free(const Scene& scene, Has has) {
   return number;
 }
 
+int free_label(const Scene& scene) {
+  return first_free(scene, [](const MeshItem& other, int label) { return other.label == label; });
+}
+
 std::string numbered_name(int number) { return "mesh " + std::to_string(number); }
 
 void refuse_locked(const MeshItem& item) {
@@ -54,7 +58,7 @@ SceneChange SceneEditor::carry_out(const AddMesh& command) {
   item.seed = command.seed;
   check_seed(item.seed, item.name, volume_);
   item.colour = command.colour.value_or(free_colour(scene_));
-  item.label = first_free(scene_, [](const MeshItem& other, int label) { return other.label == label; });
+  item.label = free_label(scene_);
   const MeshItem* like = scene_.find_mesh(command.like);
   item.parameters = like ? like->parameters : scene_.forces;
   restart(item, scene_.simulation, volume_);
@@ -160,6 +164,53 @@ SceneChange SceneEditor::carry_out(const RefineMesh& command) {
     item->final_vertices = std::max({item->final_vertices, wanted, item->mesh.vertex_count()});
   }
   return {EngineUpdate::Meshes};
+}
+
+SceneChange SceneEditor::carry_out(const DuplicateMesh& command) {
+  MeshItem copy = item_of(command.mesh);
+  const std::string base = copy.name + " copy";
+  const auto name_of_copy = [&](int number) { return number == 1 ? base : base + " " + std::to_string(number); };
+  copy.name = name_of_copy(
+      first_free(scene_, [&](const MeshItem& other, int number) { return other.name == name_of_copy(number); }));
+  copy.id = next_id_++;
+  copy.label = free_label(scene_);
+  copy.colour = free_colour(scene_);
+  std::vector<UserPoint> points;
+  for (const UserPoint& point : scene_.points)
+    if (point.mesh == command.mesh) points.push_back(point);
+  for (UserPoint& point : points) point.id = next_id_++, point.mesh = copy.id;
+  scene_.points.insert(scene_.points.end(), points.begin(), points.end());
+  const ItemId id = copy.id;
+  const auto place = std::find_if(scene_.meshes.begin(), scene_.meshes.end(),
+                                  [&](const MeshItem& item) { return item.id == command.mesh; });
+  scene_.meshes.insert(place + 1, std::move(copy));
+  return {EngineUpdate::Meshes, id};
+}
+
+SceneChange SceneEditor::carry_out(const PlaceMesh& command) {
+  const std::ptrdiff_t from = &item_of(command.mesh) - scene_.meshes.data();
+  const auto last = static_cast<std::ptrdiff_t>(scene_.meshes.size()) - 1;
+  if (command.place < 0 || command.place > last)
+    throw Error("place " + std::to_string(command.place) + " of mesh '" + scene_.meshes[from].name + "'",
+                "the list has no such place", "give 0 to " + std::to_string(last));
+  const auto begin = scene_.meshes.begin();
+  if (command.place < from)
+    std::rotate(begin + command.place, begin + from, begin + from + 1);
+  else
+    std::rotate(begin + from, begin + from + 1, begin + command.place + 1);
+  return {EngineUpdate::Meshes};
+}
+
+SceneChange SceneEditor::carry_out(const SetParameters& command) {
+  for (const ForceInfo& force : force_list())
+    for (std::size_t p = 0; p < force.parameters.size(); ++p)
+      check_value(force.parameters[p], command.forces.values[static_cast<int>(force.id)][p], force.name);
+  if (command.simulation)
+    for (std::size_t p = 0; p < simulation_table().size(); ++p)
+      check_value(simulation_table()[p], value_of(*command.simulation, static_cast<int>(p)), "simulation");
+  for (MeshItem* item : items_of(command.mesh)) item->parameters = command.forces;
+  if (command.simulation) scene_.simulation = *command.simulation;
+  return {EngineUpdate::Parameters};
 }
 
 MeshItem& SceneEditor::item_of(ItemId mesh) {

@@ -39,6 +39,9 @@ class SceneEditor {
   SceneChange carry_out(const ResetPose& command);
   SceneChange carry_out(const RecordProfiles& command);
   SceneChange carry_out(const RefineMesh& command);
+  SceneChange carry_out(const DuplicateMesh& command);
+  SceneChange carry_out(const PlaceMesh& command);
+  SceneChange carry_out(const SetParameters& command);
 
  private:
   MeshItem& item_of(ItemId mesh);  ///< throws Error when there is none

@@ -71,6 +71,7 @@ class Session {
   bool can_redo() const { return history_.can_redo(); }
   const char* undo_title() const { return history_.undo_title(); }  ///< "" when there is none
   const char* redo_title() const { return history_.redo_title(); }
+  const UndoHistory& history() const { return history_; }
 
   /// Exactly `steps` steps (fewer at a failure or, when `stop_at_rest`, at rest). Fields whose marks have changed are
   /// learned before the first of them.

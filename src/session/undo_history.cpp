@@ -6,17 +6,7 @@
 namespace simplexseg {
 namespace {
 
-constexpr std::size_t kMostUndoSteps = 200, kMostUndoBytes = std::size_t{1} << 30;
-
-/// The bytes of a scene that grow with its vertices.
-std::size_t bytes_of(const Scene& scene) {
-  std::size_t bytes = 0;
-  for (const MeshItem& item : scene.meshes)
-    bytes += item.mesh.positions.size() * (2 * sizeof(Eigen::Vector3f) + sizeof(std::array<int, 3>) + sizeof(Vec4)) +
-             item.profiles.size() * sizeof(float) +
-             (item.field ? item.field->values.size() * sizeof(std::uint16_t) : 0);
-  return bytes;
-}
+constexpr std::size_t kMostUndoSteps = 200;
 
 /// Whether a command goes on with what `last` began. Most commands stand for themselves.
 template <class Any>
@@ -45,21 +35,44 @@ bool UndoHistory::continues(const Command& command) const {
   return std::visit([this](const auto& one) { return goes_on(one, undo_.back().command); }, command);
 }
 
+std::vector<std::string> UndoHistory::undo_names() const {
+  std::vector<std::string> names;
+  for (const Entry& entry : undo_) names.push_back(entry.name);
+  return names;
+}
+
+std::vector<std::string> UndoHistory::redo_names() const {
+  std::vector<std::string> names;
+  for (auto entry = redo_.rbegin(); entry != redo_.rend(); ++entry) names.push_back(entry->name);
+  return names;
+}
+
+std::size_t UndoHistory::bytes() const {
+  std::size_t bytes = 0;
+  for (const std::vector<Entry>* entries : {&undo_, &redo_})
+    for (const Entry& entry : *entries) bytes += entry.scene.own_bytes();
+  return bytes;
+}
+
 void UndoHistory::keep(Snapshot before) {
-  undo_.push_back(std::move(before));
+  std::string name = describe(before.command, before.scene);
+  SceneSnapshot scene(std::move(before.scene), undo_.empty() ? nullptr : &undo_.back().scene);
+  undo_.push_back({std::move(scene), std::move(before.command), std::move(name)});
   std::size_t bytes = 0, kept = 0;
-  while (kept < undo_.size() && bytes <= kMostUndoBytes) bytes += bytes_of(undo_[undo_.size() - ++kept].scene);
+  while (kept < undo_.size() && bytes <= most_bytes_) bytes += undo_[undo_.size() - ++kept].scene.own_bytes();
   undo_.erase(undo_.begin(), undo_.end() - static_cast<std::ptrdiff_t>(std::min(kept, kMostUndoSteps)));
 }
 
 void UndoHistory::clear() { undo_.clear(), redo_.clear(); }
 
-bool UndoHistory::exchange(Scene& scene, std::vector<Snapshot>& from, std::vector<Snapshot>& to) {
+bool UndoHistory::exchange(Scene& scene, std::vector<Entry>& from, std::vector<Entry>& to) {
   if (from.empty()) return false;
-  Snapshot target = std::move(from.back());
+  Entry target = std::move(from.back());
   from.pop_back();
-  to.push_back({std::move(scene), std::move(target.command)});
-  scene = std::move(target.scene);
+  Scene restored = target.scene.restore();
+  SceneSnapshot present(std::move(scene), &target.scene);
+  to.push_back({std::move(present), std::move(target.command), std::move(target.name)});
+  scene = std::move(restored);
   return true;
 }
 

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <cstddef>
+#include <string>
 #include <vector>
 
 #include "session/command.h"
 #include "session/scene.h"
+#include "session/scene_snapshot.h"
 
 namespace simplexseg {
 
 /// What can be taken back and done again: whole scenes, poses included, for undo is an exchange of scenes
-/// (docs/adr/0007-undo-by-snapshot.md). At most 200 are kept for undo, and no more than about 1 GiB of them.
+/// (docs/adr/0007-undo-by-snapshot.md). At most 200 are kept for undo, and no more than about 1 GiB of them; what does
+/// not change from one to the next is kept once.
 class UndoHistory {
  public:
   /// The scene as it was before the command.
@@ -17,10 +21,17 @@ class UndoHistory {
     Command command;
   };
 
+  explicit UndoHistory(std::size_t most_bytes = std::size_t{1} << 30) : most_bytes_(most_bytes) {}
+
   bool can_undo() const { return !undo_.empty(); }
   bool can_redo() const { return !redo_.empty(); }
   const char* undo_title() const;  ///< "" when there is none
   const char* redo_title() const;
+  /// What undo takes back, the oldest first, and what redo does again, the next first; as describe() says it.
+  std::vector<std::string> undo_names() const;
+  std::vector<std::string> redo_names() const;
+  /// Of what is kept, for undo and redo together.
+  std::size_t bytes() const;
 
   /// Whether the command goes on with the drag or the slider movement that the last snapshot precedes: the two are
   /// taken back together, so no snapshot is due.
@@ -37,9 +48,15 @@ class UndoHistory {
   bool redo(Scene& scene) { return exchange(scene, redo_, undo_); }
 
  private:
-  static bool exchange(Scene& scene, std::vector<Snapshot>& from, std::vector<Snapshot>& to);
+  struct Entry {
+    SceneSnapshot scene;
+    Command command;
+    std::string name;
+  };
+  static bool exchange(Scene& scene, std::vector<Entry>& from, std::vector<Entry>& to);
 
-  std::vector<Snapshot> undo_, redo_;
+  std::size_t most_bytes_;
+  std::vector<Entry> undo_, redo_;
 };
 
 }  // namespace simplexseg

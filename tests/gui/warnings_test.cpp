@@ -50,7 +50,8 @@ TEST_F(WarningsTest, AFoldedSurfaceIsSaid) {
   ASSERT_TRUE(wait_until([&] { return motion->text().contains("at rest, but not sound"); }))
       << motion->text().toStdString();
   EXPECT_TRUE(surface->text().startsWith("folded at ")) << surface->text().toStdString();
-  EXPECT_NE(surface->palette().color(QPalette::WindowText), motion->palette().color(QPalette::WindowText));
+  EXPECT_EQ(surface->property("role"), "warning");
+  EXPECT_NE(motion->property("role"), "warning");
 }
 
 }  // namespace

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cstring>
+
 #include "scene_files.h"
 #include "step/simulation_parameters.h"
 
@@ -7,6 +9,7 @@ namespace {
 
 TEST_F(SceneIo, ALogKeepsEveryCommandAndEveryBit) {
   const Eigen::Vector3d p(0.1, 1.0 / 3, -2.5e-310);
+  std::mt19937 random(9);
   std::vector<LogEntry> log = {
       {0, AddMesh{"a \"quoted\" näme", {p, 10.0 / 3}, Colour{1, 2, 3}, 7}},
       {3, AddMesh{"", {p, 1}, std::nullopt, 0}},
@@ -21,11 +24,13 @@ TEST_F(SceneIo, ALogKeepsEveryCommandAndEveryBit) {
       {1, DeletePoint{6}},
       {1, ResetPose{0}},
       {1, RecordProfiles{1}},
+      {0, DuplicateMesh{1}},
+      {0, PlaceMesh{1, 2}},
+      {0, SetParameters{3, any_forces(random), default_simulation_parameters()}},
       {1, RefineMesh{2}},
       {1, Undo{}},
       {1, Redo{}},
   };
-  std::mt19937 random(9);
   for (const ForceInfo& force : force_list())
     for (std::size_t k = 0; k < force.parameters.size(); ++k)
       log.push_back(
@@ -70,8 +75,15 @@ TEST_F(SceneIo, ALogKeepsEveryCommandAndEveryBit) {
   EXPECT_EQ(std::get<DeletePoint>(file.log[10].command).point, 6u);
   EXPECT_EQ(std::get<ResetPose>(file.log[11].command).mesh, 0u);
   EXPECT_EQ(std::get<RecordProfiles>(file.log[12].command).mesh, 1u);
-  EXPECT_EQ(std::get<RefineMesh>(file.log[13].command).mesh, 2u);
-  for (std::size_t at = 16; at < log.size(); ++at) {
+  EXPECT_EQ(std::get<DuplicateMesh>(file.log[13].command).mesh, 1u);
+  EXPECT_EQ(std::get<PlaceMesh>(file.log[14].command).mesh, 1u);
+  EXPECT_EQ(std::get<PlaceMesh>(file.log[14].command).place, 2);
+  const auto [all, all_again] = get(std::type_identity<SetParameters>{}, 15);
+  EXPECT_TRUE(all.mesh == all_again.mesh && std::memcmp(&all.forces, &all_again.forces, sizeof all.forces) == 0);
+  ASSERT_TRUE(all_again.simulation);
+  EXPECT_EQ(std::memcmp(&*all.simulation, &*all_again.simulation, sizeof *all.simulation), 0);
+  EXPECT_EQ(std::get<RefineMesh>(file.log[16].command).mesh, 2u);
+  for (std::size_t at = 19; at < log.size(); ++at) {
     const auto [a, b] = get(std::type_identity<SetForceParameter>{}, at);
     EXPECT_TRUE(a.mesh == b.mesh && a.force == b.force && a.parameter == b.parameter && same_bits(a.value, b.value) &&
                 a.continues == b.continues)

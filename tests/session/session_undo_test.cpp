@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Undo, redo and replay: bit for bit.
+#include <random>
+
 #include "session/session.h"
 #include "session_fixture.h"
 
@@ -21,6 +23,9 @@ TEST(SessionUndo, EveryCommandIsTakenBackAndDoneAgain) {
       MovePoint{point, {0, 3, 19}},
       RecordProfiles{0},
       RefineMesh{ball},
+      DuplicateMesh{ball},
+      PlaceMesh{ball, 1},
+      SetParameters{0, default_force_parameters(), default_simulation_parameters()},
       ResetPose{ball},
       DeletePoint{point},
       DeleteMesh{ball},
@@ -53,6 +58,59 @@ TEST(SessionUndo, EveryCommandIsTakenBackAndDoneAgain) {
   }
   EXPECT_FALSE(session->can_redo());
   EXPECT_EQ(session->scene().find_mesh(ball), nullptr);
+}
+
+TEST(SessionUndo, TwoHundredMixedActionsAndBack) {
+  const auto session = open_session();
+  const ItemId ball = session->scene().meshes[0].id;
+  std::vector<SessionState> before;
+  std::mt19937 random(4);
+  const auto below = [&random](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  const auto place = [&] { return Eigen::Vector3d(below(40) - 20, below(40) - 20, below(40) - 20); };
+  const auto any_command = [&]() -> Command {
+    const std::vector<UserPoint>& points = session->scene().points;
+    const std::vector<MeshItem>& meshes = session->scene().meshes;
+    const ItemId mesh = meshes[below(static_cast<int>(meshes.size()))].id;
+    switch (below(9)) {
+      case 0:
+        return SetForceParameter{mesh, ForceId::Smoothing, 0, 0.1f + 0.1f * static_cast<float>(below(8))};
+      case 1:
+        if (meshes.size() < 3) return AddMesh{"", {place() / 4, 5}, {}, 0};
+        return PlaceMesh{mesh, below(3)};
+      case 2:
+        if (meshes.size() > 1 && mesh != ball) return DeleteMesh{mesh};
+        return EditMesh{mesh, {}, {}, below(2) == 0, 1 + below(9)};
+      case 3:
+        if (meshes.size() < 3) return DuplicateMesh{mesh};
+        return RecordProfiles{mesh};
+      case 4:
+        return ResetPose{mesh};
+      case 5:
+        if (!points.empty()) return DeletePoint{points[below(static_cast<int>(points.size()))].id};
+        [[fallthrough]];
+      case 6:
+        if (!points.empty()) return MovePoint{points[below(static_cast<int>(points.size()))].id, place()};
+        [[fallthrough]];
+      default:
+        return AddPoint{mesh, place()};
+    }
+  };
+  constexpr int kActions = 200;
+  for (int n = 0; n < kActions; ++n) {
+    session->advance_steps(below(3));
+    before.push_back(state_of(*session));
+    session->apply(any_command());
+  }
+  before.push_back(state_of(*session));
+  for (int n = kActions - 1; n >= 0; --n) {
+    session->apply(Undo{});
+    ASSERT_TRUE(same_state(state_of(*session), before[static_cast<std::size_t>(n)])) << n;
+  }
+  EXPECT_FALSE(session->can_undo());
+  for (int n = 1; n <= kActions; ++n) {
+    session->apply(Redo{});
+    ASSERT_TRUE(same_state(state_of(*session), before[static_cast<std::size_t>(n)])) << n;
+  }
 }
 
 TEST(SessionUndo, TheEngineIsTakenBackToo) {

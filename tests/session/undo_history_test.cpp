@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
+#include <limits>
+
 namespace simplexseg {
 namespace {
 
@@ -45,14 +48,102 @@ TEST(UndoHistory, KeepsTheLatestTwoHundred) {
 }
 
 TEST(UndoHistory, ForgetsTheOldestOfLargeScenes) {
-  UndoHistory history;
-  // 24 bytes of pose, 12 of neighbours and 16 of shape reference a vertex: 520 MB a scene.
-  for (int n = 0; n < 6; ++n) history.keep({scene_of(n, 10'000'000), ResetPose{0}});
+  UndoHistory history(1'000'000);
+  // Other positions each time, 12 bytes a vertex: 408 kB a scene.
+  for (int n = 0; n < 6; ++n) {
+    Scene large = scene_of(n, 34'000);
+    large.meshes[0].mesh.positions[0].x() = static_cast<float>(n);
+    history.keep({std::move(large), ResetPose{0}});
+  }
   Scene scene = scene_of(6);
   int undone = 0;
   while (history.undo(scene)) ++undone;
-  EXPECT_EQ(undone, 3) << "the one that exceeds 1 GiB is the last that is kept";
+  EXPECT_EQ(undone, 3) << "the one that exceeds the limit is the last that is kept";
   EXPECT_EQ(scene.steps, 3);
+}
+
+/// A mesh that moves on by `step`: about as far between two actions as one that is corrected.
+Scene moved(int step, int level) {
+  Scene scene = scene_of(step);
+  MeshItem& item = scene.meshes[0];
+  item.id = 1;
+  item.name = "kidney";
+  item.mesh = make_sphere({100, -60, 40}, 30 + 0.01 * step, level);
+  item.previous = make_sphere({100, -60, 40}, 30 + 0.01 * step - 0.003, level).positions;
+  item.shape.assign(item.mesh.positions.size(), Vec4{1, 2, 3, static_cast<float>(level)});
+  return scene;
+}
+
+bool same_bits(const Scene& a, const Scene& b) {
+  const MeshItem &one = a.meshes[0], &other = b.meshes[0];
+  const auto same = [](const auto& x, const auto& y) {
+    return x.size() == y.size() && std::memcmp(static_cast<const void*>(x.data()), static_cast<const void*>(y.data()),
+                                               x.size() * sizeof x[0]) == 0;
+  };
+  return a.steps == b.steps && same(one.mesh.positions, other.mesh.positions) && same(one.previous, other.previous) &&
+         same(one.mesh.neighbours, other.mesh.neighbours) && same(one.shape, other.shape) &&
+         same(one.profiles, other.profiles);
+}
+
+TEST(UndoHistory, TwoHundredStepsOf20kVerticesHoldAtMost100Megabytes) {
+  UndoHistory history;
+  std::vector<Scene> kept;
+  constexpr int kSteps = 200, kLevel = 5;  // 20480 vertices
+  for (int n = 0; n < kSteps; ++n) {
+    history.keep({moved(n, kLevel), MovePoint{1, {0, 0, 0}}});
+    if (n % 50 == 7) kept.push_back(moved(n, kLevel));
+  }
+  EXPECT_LE(history.bytes(), 100'000'000u);
+  RecordProperty("bytes", static_cast<int>(history.bytes()));
+  Scene scene = moved(kSteps, kLevel);
+  for (int n = kSteps - 1; n >= 0; --n) {
+    ASSERT_TRUE(history.undo(scene));
+    if (n % 50 == 7) {
+      EXPECT_TRUE(same_bits(scene, kept[static_cast<std::size_t>(n / 50)])) << n;
+    }
+  }
+  EXPECT_LE(history.bytes(), 110'000'000u) << "what was taken back is kept too";
+  while (history.redo(scene)) {
+  }
+  EXPECT_TRUE(same_bits(scene, moved(kSteps, kLevel)));
+}
+
+TEST(UndoHistory, GivesBackWhateverBitsThereWere) {
+  const float nan = std::numeric_limits<float>::quiet_NaN(), tiny = std::numeric_limits<float>::denorm_min();
+  Scene scene = moved(1, 0);
+  MeshItem& item = scene.meshes[0];
+  item.previous[0] = {nan, -0.0f, tiny};
+  item.mesh.positions[0] = {0.0f, 0.0f, -tiny};
+  item.profiles = {nan, 1};
+  Scene fewer = scene;
+  fewer.meshes[0].previous.resize(3);
+  Scene none = scene;
+  none.meshes[0].previous.clear();
+  for (const Scene& one : {scene, fewer, none}) {
+    UndoHistory history;
+    history.keep({one, ResetPose{1}});
+    history.keep({one, ResetPose{1}});  // all shared
+    Scene present = moved(9, 1);
+    ASSERT_TRUE(history.undo(present));
+    EXPECT_TRUE(same_bits(present, one));
+    ASSERT_TRUE(history.undo(present));
+    EXPECT_TRUE(same_bits(present, one));
+  }
+}
+
+TEST(UndoHistory, NamesWhatWasDone) {
+  UndoHistory history;
+  Scene scene = moved(0, 0);
+  scene.points.push_back({7, 1, {0, 0, 0}, MarkKind::Inside});
+  history.keep({scene, AddPoint{1, {0, 0, 0}, MarkKind::Outside}});
+  history.keep({scene, MovePoint{7, {0, 0, 0}}});
+  history.keep({scene, SetForceParameter{0, ForceId::Smoothing, 0, 1}});
+  history.keep({scene, EditMesh{1, {}, {}, {}, {}, true}});
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(history.undo_names(), (Names{"add outside point: kidney", "move inside point: kidney",
+                                         "Smoothing, weight: kidney", "lock mesh: kidney"}));
+  history.undo(scene), history.undo(scene);
+  EXPECT_EQ(history.redo_names(), (Names{"Smoothing, weight: kidney", "lock mesh: kidney"}));
 }
 
 TEST(UndoHistory, AMovementOfTheHandIsOneUnit) {

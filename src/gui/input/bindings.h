@@ -13,10 +13,10 @@ namespace simplexseg {
 // clang-format off
 enum class Act {
   Open, OpenFolder, SaveScene, SaveSceneAs, SaveLabels, SaveMeshes, Screenshot, Quit,
-  Undo, Redo, DeletePoint,
+  Undo, Redo, History, DeletePoint, BoundaryHere, InsideHere, OutsideHere, PointHere,
   ToolCrosshair, ToolZoomPan, ToolPoint, ToolSeed, ToolInside, ToolOutside,
   RunPause, Step, ResetPose,
-  ResetMesh, RefineMesh, RecordProfiles, LockMesh, DeleteMesh,
+  ResetMesh, RefineMesh, RecordProfiles, LockMesh, DuplicateMesh, MeshUp, MeshDown, DeleteMesh,
   ShowMeshes, ShowField, LessOpaque, MoreOpaque, Annotations, Slices3d, Neurological, CentreOnCrosshair, Fit, AutoContrast, WindowLevel,
   ShowPanels, ShowSteps, Researcher,
   Help, Messages, About,

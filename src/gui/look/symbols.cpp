@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gui/look/symbols.h"
 
+#include <QIconEngine>
 #include <QPainter>
 #include <QPainterPath>
 #include <QPixmap>
+#include <algorithm>
 
 #include "gui/look/theme.h"
 
@@ -149,24 +151,38 @@ void draw(QPainter& painter, Symbol symbol) {
   }
 }
 
-QPixmap picture(Symbol symbol, const QColor& colour) {
-  constexpr int kRatio = 3;  // sharp up to 300%
-  QPixmap pixmap(kSide * kRatio, kSide * kRatio);
-  pixmap.setDevicePixelRatio(kRatio);
-  pixmap.fill(Qt::transparent);
-  QPainter painter(&pixmap);
-  painter.setRenderHint(QPainter::Antialiasing);
-  painter.setPen(QPen(colour, 1.5, Qt::SolidLine, Qt::RoundCap, Qt::RoundJoin));
-  draw(painter, symbol);
-  return pixmap;
-}
+class SymbolEngine : public QIconEngine {
+ public:
+  SymbolEngine(Symbol symbol, const QColor& colour) : symbol_(symbol), colour_(colour) {}
+  void paint(QPainter* painter, const QRect& rect, QIcon::Mode mode, QIcon::State) override {
+    const QColor text = colour_.isValid() ? colour_ : theme::shades().text;
+    painter->save();
+    painter->setRenderHint(QPainter::Antialiasing);
+    const double side = std::min(rect.width(), rect.height());
+    painter->translate(QRectF(rect).center() - QPointF(side, side) / 2);
+    painter->scale(side / kSide, side / kSide);
+    painter->setBrush(Qt::NoBrush);
+    painter->setPen(QPen(mode == QIcon::Disabled ? theme::shades().disabled : text, 1.5, Qt::SolidLine, Qt::RoundCap,
+                         Qt::RoundJoin));
+    draw(*painter, symbol_);
+    painter->restore();
+  }
+  QPixmap pixmap(const QSize& size, QIcon::Mode mode, QIcon::State state) override {
+    QPixmap pixmap(size);
+    pixmap.fill(Qt::transparent);
+    QPainter painter(&pixmap);
+    paint(&painter, QRect(QPoint(), size), mode, state);
+    return pixmap;
+  }
+  QIconEngine* clone() const override { return new SymbolEngine(*this); }
+
+ private:
+  Symbol symbol_;
+  QColor colour_;
+};
 
 }  // namespace
 
-QIcon icon_of(Symbol symbol) {
-  QIcon icon(picture(symbol, theme::kText));
-  icon.addPixmap(picture(symbol, theme::kDisabledText), QIcon::Disabled);
-  return icon;
-}
+QIcon icon_of(Symbol symbol, const QColor& colour) { return QIcon(new SymbolEngine(symbol, colour)); }
 
 }  // namespace simplexseg

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program's own icons, drawn as lines in the colour of the text: they suit every scale and every theme.
+// The program's own icons, drawn when they are shown, as lines in the colour of the text: they suit every scale and
+// every theme.
 #pragma once
 #include <QIcon>
 
@@ -12,6 +13,7 @@ enum class Symbol {
 };
 // clang-format on
 
-QIcon icon_of(Symbol symbol);
+/// `colour`: for one that stands on a ground of its own; none: that of the text.
+QIcon icon_of(Symbol symbol, const QColor& colour = {});
 
 }  // namespace simplexseg

@@ -2,10 +2,129 @@
 #include "gui/look/theme.h"
 
 #include <QApplication>
+#include <QDBusConnection>
+#include <QDBusMessage>
+#include <QDBusVariant>
+#include <QFileInfo>
+#include <QFontMetrics>
 #include <QPalette>
 #include <QStyleFactory>
+#include <algorithm>
+#include <cmath>
+#include <utility>
 
 namespace simplexseg::theme {
+namespace {
+
+const Shades kDark{
+    .window{37, 40, 45},
+    .base{28, 30, 34},
+    .raised{52, 56, 63},
+    .hover{63, 69, 78},
+    .checked{42, 96, 150},
+    .header{46, 50, 56},
+    .line{20, 22, 25},
+    .card{42, 45, 51},
+    .active_card{43, 59, 77},
+    .text = kText,
+    .dim{159, 165, 173},
+    .disabled{112, 118, 126},
+    .accent = kAccent,
+    .warning{240, 173, 78},
+};
+const Shades kLight{
+    .window{240, 241, 243},
+    .base{255, 255, 255},
+    .raised{226, 229, 233},
+    .hover{212, 217, 223},
+    .checked{200, 222, 243},
+    .header{230, 232, 236},
+    .line{196, 201, 207},
+    .card{250, 251, 252},
+    .active_card{221, 234, 248},
+    .text{29, 33, 38},
+    .dim{86, 93, 102},
+    .disabled{146, 152, 160},
+    .accent{28, 104, 176},
+    .warning{140, 78, 0},
+};
+
+bool dark = true;
+double usual_points = 0;  ///< size of the desktop's text
+
+/// Rules with the names of colours in angle brackets.
+constexpr const char* kRules = R"(
+  QToolTip { color: <text>; background: <raised>; border: 1px solid <line>; padding: 3px; }
+  QMainWindow::separator { background: <line>; width: 3px; height: 3px; }
+  QTabBar::tab { padding: 4px 8px; }
+  QMenuBar { background: <window>; }
+  QStatusBar { background: <window>; border-top: 1px solid <line>; }
+  QStatusBar::item { border: none; }
+  QScrollArea { border: none; }
+  QTreeView, QListWidget { border: 1px solid <line>; border-radius: 3px; }
+  QTreeView::item, QListWidget::item { padding: 2px 0; }
+  QHeaderView::section { background: <header>; border: none; padding: 3px 6px; color: <dim>; }
+  QToolBar { background: <window>; border: none; border-bottom: 1px solid <line>; spacing: 2px; padding: 2px 4px; }
+  QToolButton { padding: 3px 7px; border: 1px solid transparent; border-radius: 3px; }
+  QToolButton:hover { background: <hover>; }
+  QToolButton:checked { background: <checked>; border-color: <accent>; }
+  QToolButton:focus, QSlider:focus, QCheckBox:focus, QComboBox:focus { border: 1px solid <accent>; }
+  QToolBar QToolButton { font-size: <small>; padding: 2px 5px; }
+  QToolButton#run { background: #2b7a4b; color: white; padding: 2px 14px; }
+  QToolButton#run:hover { background: #338f58; }
+  QToolButton#run:disabled { background: <raised>; color: <disabled>; }
+  QCheckBox::indicator:unchecked {
+    width: 11px; height: 11px; border: 1px solid <dim>; border-radius: 2px; background: <base>;
+  }
+  QCheckBox::indicator:unchecked:disabled { border-color: <disabled>; }
+  QLabel[role="dim"] { color: <dim>; }
+  QLabel[role="small"] { color: <dim>; font-size: <small>; }
+  QLabel[role="warning"] { color: <warning>; }
+  QToolButton[role="flat"] { padding: 1px; }
+  QToolButton[role="flat"]:checked { background: transparent; border-color: transparent; }
+  QToolButton[role="flat"]:focus { border-color: <accent>; }
+  QToolButton[role="flat"]::menu-indicator { image: none; }
+  QToolButton[role="raised"] { background: <raised>; }
+  QToolButton[role="raised"]:hover { background: <hover>; }
+  QToolButton[role="raised"]:checked { background: <checked>; }
+  QLineEdit[role="title"] { background: transparent; font-weight: bold; }
+  QLineEdit[role="title"]:focus { background: <base>; font-weight: normal; }
+  QSpinBox[role="title"] { background: transparent; }
+  QSpinBox[role="title"]:focus { background: <base>; }
+  #mesh_card { background: <card>; border: 1px solid <line>; border-radius: 4px; }
+  #mesh_card[active="true"] { background: <active_card>; border-color: <accent>; }
+  QFrame#gap { background: <accent>; }
+  #message_bar QLabel, #message_bar QToolButton { color: white; }
+  #step_strip { background: <header>; }
+  #step_strip QToolButton { color: <dim>; padding: 2px 10px; border-radius: 9px; }
+  #step_strip QToolButton:checked { color: <text>; background: <checked>; }
+  #start_page { background: <window>; }
+  #start_page QLabel#title { font-size: <large>; }
+  #start_page QPushButton { text-align: left; padding: 5px 8px; border: 1px solid transparent; border-radius: 3px; }
+  #start_page QPushButton:hover, #start_page QPushButton:focus { background: <hover>; }
+  #start_page QPushButton:focus { border-color: <accent>; }
+  #start_page QToolButton#way { background: <raised>; padding: 10px 14px; }
+  #start_page QToolButton#way:hover, #start_page QToolButton#way:focus { background: <hover>; }
+  #start_page QToolButton#first_way { background: #30689f; color: white; padding: 10px 14px; }
+  #start_page QToolButton#first_way:hover, #start_page QToolButton#first_way:focus { background: #3a78b4; }
+)";
+
+QString rules_with(const Shades& s, double points) {
+  QString rules = QString::fromLatin1(kRules);
+  const std::pair<const char*, QColor> colours[] = {{"<window>", s.window},     {"<base>", s.base},
+                                                    {"<raised>", s.raised},     {"<hover>", s.hover},
+                                                    {"<checked>", s.checked},   {"<header>", s.header},
+                                                    {"<line>", s.line},         {"<card>", s.card},
+                                                    {"<text>", s.text},         {"<dim>", s.dim},
+                                                    {"<accent>", s.accent},     {"<warning>", s.warning},
+                                                    {"<disabled>", s.disabled}, {"<active_card>", s.active_card}};
+  for (const auto& [name, colour] : colours) rules.replace(QLatin1String(name), colour.name());
+  rules.replace("<small>", QString("%1pt").arg(0.85 * points, 0, 'f', 1));
+  rules.replace("<large>", QString("%1pt").arg(1.6 * points, 0, 'f', 1));
+  return rules;
+}
+
+}  // namespace
 
 QColor slice_colour(Orientation orientation) {
   switch (orientation) {
@@ -19,55 +138,69 @@ QColor slice_colour(Orientation orientation) {
   return {98, 192, 110};
 }
 
-void apply(QApplication& application) {
-  application.setStyle(QStyleFactory::create("Fusion"));
+const Shades& shades() { return dark ? kDark : kLight; }
+bool is_dark() { return dark; }
+
+int scaled(int pixels) {
+  // The font of Fusion has 9 points at 96 dots an inch where nobody says otherwise, which makes a line of 15 pixels.
+  const double line = QFontMetrics(QApplication::font()).height();
+  return static_cast<int>(std::lround(pixels * std::max(1.0, line / 16)));
+}
+
+void apply(QApplication& application, bool wants_dark, int text_percent) {
+  if (usual_points <= 0) {
+    usual_points = QApplication::font().pointSizeF();
+    if (usual_points <= 0) usual_points = 9;
+    application.setStyle(QStyleFactory::create("Fusion"));
+  }
+  dark = wants_dark;
+  const Shades& s = shades();
+  QFont font = QApplication::font();
+  font.setPointSizeF(usual_points * text_percent / 100);
+  QApplication::setFont(font);
   QPalette palette;
-  const QColor window{37, 40, 45}, base{28, 30, 34}, raised{52, 56, 63}, disabled = kDisabledText;
-  palette.setColor(QPalette::Window, window);
-  palette.setColor(QPalette::WindowText, kText);
-  palette.setColor(QPalette::Base, base);
-  palette.setColor(QPalette::AlternateBase, window);
-  palette.setColor(QPalette::Text, kText);
-  palette.setColor(QPalette::PlaceholderText, disabled);
-  palette.setColor(QPalette::Button, raised);
-  palette.setColor(QPalette::ButtonText, kText);
+  palette.setColor(QPalette::Window, s.window);
+  palette.setColor(QPalette::WindowText, s.text);
+  palette.setColor(QPalette::Base, s.base);
+  palette.setColor(QPalette::AlternateBase, s.window);
+  palette.setColor(QPalette::Text, s.text);
+  palette.setColor(QPalette::PlaceholderText, s.dim);
+  palette.setColor(QPalette::Button, s.raised);
+  palette.setColor(QPalette::ButtonText, s.text);
   palette.setColor(QPalette::BrightText, Qt::white);
-  palette.setColor(QPalette::ToolTipBase, raised);
-  palette.setColor(QPalette::ToolTipText, kText);
-  palette.setColor(QPalette::Link, kAccent);
+  palette.setColor(QPalette::ToolTipBase, s.raised);
+  palette.setColor(QPalette::ToolTipText, s.text);
+  palette.setColor(QPalette::Link, s.accent);
   palette.setColor(QPalette::Highlight, QColor(48, 104, 160));
   palette.setColor(QPalette::HighlightedText, Qt::white);
-  palette.setColor(QPalette::Light, raised.lighter(120));
-  palette.setColor(QPalette::Mid, raised.darker(120));
-  palette.setColor(QPalette::Dark, base.darker(120));
+  palette.setColor(QPalette::Light, s.raised.lighter(120));
+  palette.setColor(QPalette::Midlight, s.raised.lighter(110));
+  palette.setColor(QPalette::Mid, s.raised.darker(120));
+  palette.setColor(QPalette::Dark, s.raised.darker(dark ? 200 : 150));
+  palette.setColor(QPalette::Shadow, s.raised.darker(dark ? 300 : 200));
   for (const auto role : {QPalette::WindowText, QPalette::Text, QPalette::ButtonText}) {
-    palette.setColor(QPalette::Disabled, role, disabled);
+    palette.setColor(QPalette::Disabled, role, s.disabled);
   }
-  palette.setColor(QPalette::Disabled, QPalette::Highlight, raised);
-  application.setPalette(palette);
-  application.setStyleSheet(R"(
-    QToolTip { color: #dee2e6; background: #343840; border: 1px solid #545a64; padding: 3px; }
-    QMainWindow::separator { background: #1c1e22; width: 3px; height: 3px; }
-    QDockWidget { font-weight: bold; }
-    QDockWidget::title { background: #2e3238; padding: 5px 8px; border-bottom: 1px solid #1c1e22; }
-    QDockWidget > QWidget { font-weight: normal; }
-    QTabBar::tab { padding: 4px 8px; }
-    QMenuBar { background: #25282d; }
-    QStatusBar { background: #25282d; border-top: 1px solid #1c1e22; }
-    QStatusBar::item { border: none; }
-    QScrollArea { border: none; }
-    QTreeView { border: 1px solid #1c1e22; border-radius: 3px; }
-    QTreeView::item { padding: 2px 0; }
-    QHeaderView::section { background: #2e3238; border: none; padding: 3px 6px; color: #969ca4; }
-    QToolBar { background: #25282d; border: none; border-bottom: 1px solid #1c1e22; spacing: 2px; padding: 2px 4px; }
-    QToolButton { padding: 3px 7px; border: 1px solid transparent; border-radius: 3px; }
-    QToolButton:hover { background: #3a3f47; }
-    QToolBar QToolButton { font-size: 11px; padding: 2px 5px; }
-    QToolButton#run { background: #2b7a4b; color: white; padding: 2px 14px; }
-    QToolButton#run:hover { background: #338f58; }
-    QToolButton#run:disabled { background: #343840; color: #686e76; }
-    QToolButton:checked { background: #30689f; border-color: #408cd6; }
-  )");
+  palette.setColor(QPalette::Disabled, QPalette::Highlight, s.raised);
+  QApplication::setPalette(palette);
+  application.setStyleSheet(rules_with(s, font.pointSizeF()));
+}
+
+bool desktop_is_dark() {
+  // Qt asks for a bus by starting one where there is none, which can take long.
+  const bool has_bus = !qEnvironmentVariableIsEmpty("DBUS_SESSION_BUS_ADDRESS") ||
+                       QFileInfo::exists(qEnvironmentVariable("XDG_RUNTIME_DIR", "/nowhere") + "/bus");
+  if (!has_bus) return true;
+  QDBusMessage question = QDBusMessage::createMethodCall(
+      "org.freedesktop.portal.Desktop", "/org/freedesktop/portal/desktop", "org.freedesktop.portal.Settings", "Read");
+  question << QString("org.freedesktop.appearance") << QString("color-scheme");
+  constexpr int kPatienceMs = 300;
+  const QDBusMessage answer = QDBusConnection::sessionBus().call(question, QDBus::Block, kPatienceMs);
+  if (answer.type() != QDBusMessage::ReplyMessage || answer.arguments().isEmpty()) return true;
+  QVariant value = answer.arguments().front();
+  while (value.canConvert<QDBusVariant>()) value = value.value<QDBusVariant>().variant();
+  constexpr uint kPrefersLight = 2;  // 1: dark; 0: no preference
+  return value.toUInt() != kPrefersLight;
 }
 
 }  // namespace simplexseg::theme

@@ -4,6 +4,7 @@
 #include <QAction>
 #include <QPainter>
 #include <QPixmap>
+#include <QStyle>
 #include <QVariant>
 #include <QWidget>
 
@@ -24,6 +25,13 @@ void set_enabled_of(Control* control, bool enabled, const QString& why_not) {
 void set_enabled(QWidget* control, bool enabled, const QString& why_not) { set_enabled_of(control, enabled, why_not); }
 void set_enabled(QAction* action, bool enabled, const QString& why_not) { set_enabled_of(action, enabled, why_not); }
 
+void set_role(QWidget* widget, const char* role) {
+  if (widget->property("role").toString() == QLatin1String(role)) return;
+  widget->setProperty("role", QString::fromLatin1(role));
+  widget->style()->unpolish(widget);
+  widget->style()->polish(widget);
+}
+
 QIcon swatch(const Colour& colour, bool active) {
   QPixmap pixmap(28, 28);
   pixmap.fill(Qt::transparent);
@@ -31,7 +39,7 @@ QIcon swatch(const Colour& colour, bool active) {
   QPainter painter(&pixmap);
   painter.setRenderHint(QPainter::Antialiasing);
   painter.setBrush(QColor(colour.red, colour.green, colour.blue));
-  painter.setPen(active ? QPen(Qt::white, 1.5) : QPen(QColor(0, 0, 0, 120), 1));
+  painter.setPen(active ? QPen(theme::shades().text, 1.5) : QPen(QColor(0, 0, 0, 120), 1));
   painter.drawRoundedRect(QRectF(1, 1, 12, 12), 2.5, 2.5);
   return QIcon(pixmap);
 }

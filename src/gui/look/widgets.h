@@ -17,6 +17,9 @@ void set_enabled(QAction* action, bool enabled, const QString& why_not);
 
 /// A small square of one colour; `active`: with a bright rim.
 QIcon swatch(const Colour& colour, bool active = false);
+/// One of the looks that the theme knows for widgets of its kind: "dim", "small" or "warning" for labels, "flat" or
+/// "raised" for buttons, "title" for fields; "": the usual one.
+void set_role(QWidget* widget, const char* role);
 /// "steps_per_level" -> "Steps per level".
 QString words_of(const char* name);
 

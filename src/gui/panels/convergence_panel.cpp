@@ -59,7 +59,7 @@ class PlotPicture : public QWidget {
       return;
     }
     painter.fillRect(rect(), palette().color(QPalette::Base));
-    painter.setPen(theme::kDimText);
+    painter.setPen(theme::shades().dim);
     painter.drawText(rect().adjusted(16, 16, -16, -16), Qt::AlignCenter | Qt::TextWordWrap, text_);
   }
 
@@ -76,12 +76,14 @@ ConvergencePanel::ConvergencePanel(Workbench& workbench, QWidget* parent) : QWid
   layout->setSpacing(5);
   auto* choices = new QHBoxLayout;
   quantity_ = new QComboBox(this);
+  quantity_->setAccessibleName(tr("What is plotted"));
   quantity_->addItems({tr("Residual"), tr("Surface error")});
   quantity_->setItemData(0, tr("What the forces still ask for: root mean square over the vertices of a mesh"),
                          Qt::ToolTipRole);
   quantity_->setItemData(1, tr("Distance of the vertices from the reference's surface: mean, and 95% dashed"),
                          Qt::ToolTipRole);
   axis_ = new QComboBox(this);
+  axis_->setAccessibleName(tr("Against what"));
   axis_->addItems({tr("against run time"), tr("against steps")});
   axis_->setItemData(0, tr("Time of the simulation alone"), Qt::ToolTipRole);
   choices->addWidget(quantity_, 1);
@@ -240,7 +242,7 @@ QString ConvergencePanel::legend() const {
                  : tr("%1 mm, 95% %2 mm").arg(last.error->mean_mm, 0, 'f', 2).arg(last.error->p95_mm, 0, 'f', 2);
     const QColor colour(mesh.colour.red, mesh.colour.green, mesh.colour.blue);
     entries << QString("<span style='color:%1'>&#9632;</span> %2&nbsp; <span style='color:%3'>%4</span>")
-                   .arg(colour.name(), QString::fromStdString(mesh.name).toHtmlEscaped(), theme::kDimText.name(),
+                   .arg(colour.name(), QString::fromStdString(mesh.name).toHtmlEscaped(), theme::shades().dim.name(),
                         value);
   }
   return entries.join("<br>");

@@ -14,8 +14,11 @@
 #include <algorithm>
 
 #include "core/expect.h"
+#include "gui/look/theme.h"
 #include "gui/look/widgets.h"
+#include "gui/panels/parameter_help.h"
 #include "gui/panels/parameter_row.h"
+#include "gui/panels/preset_menu.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {
@@ -28,9 +31,19 @@ ForcePanel::ForcePanel(Workbench& workbench, QWidget* parent) : QWidget(parent),
   title_ = new QLabel(this);
   all_meshes_ = new QCheckBox(tr("All meshes"), this);
   all_meshes_->setToolTip(tr("What is changed here changes for every mesh"));
+  presets_ = new QToolButton(this);
+  presets_->setText(tr("Presets"));
+  presets_->setToolTip(tr("Settings of all forces and of the simulation: defaults, saved ones, files"));
+  presets_->setPopupMode(QToolButton::InstantPopup);
+  presets_->setFocusPolicy(Qt::StrongFocus);
+  set_role(presets_, "raised");
+  const auto target = [this] { return all_meshes_->isChecked() ? 0 : workbench_.view.active_mesh; };
+  presets_->setMenu(new PresetMenu(workbench_, target, presets_));
   head->addWidget(title_, 1);
   head->addWidget(all_meshes_);
+  head->addWidget(presets_);
   layout->addLayout(head);
+  help_ = new ParameterHelp(this);
 
   auto* scroll = new QScrollArea(this);
   scroll->setWidgetResizable(true);
@@ -48,6 +61,7 @@ ForcePanel::ForcePanel(Workbench& workbench, QWidget* parent) : QWidget(parent),
   for (const Section& section : sections_) widest = std::max(widest, section.details->minimumSizeHint().width() + 6);
   scroll->setMinimumWidth(widest + scroll->verticalScrollBar()->sizeHint().width());
   layout->addWidget(scroll, 1);
+  layout->addWidget(help_);
 
   connect(&workbench_, &Workbench::scene_changed, this, &ForcePanel::refresh);
   refresh();
@@ -60,8 +74,10 @@ ForcePanel::Section ForcePanel::build_section(const ForceInfo& force) {
   section.unfold = new QToolButton(sections_widget_);
   section.unfold->setArrowType(Qt::RightArrow);
   section.unfold->setAutoRaise(true);
-  section.unfold->setStyleSheet("padding: 1px;");
+  set_role(section.unfold, "flat");
   section.unfold->setToolTip(tr("Show the parameters"));
+  section.unfold->setAccessibleName(tr("Parameters of %1").arg(QString::fromUtf8(force.title)));
+  section.unfold->setFocusPolicy(Qt::StrongFocus);
   section.on = new QCheckBox(QString::fromUtf8(force.title), sections_widget_);
   section.on->setToolTip(doc);
   auto* head = new QHBoxLayout;
@@ -81,14 +97,17 @@ ForcePanel::Section ForcePanel::build_section(const ForceInfo& force) {
     connect(row, &ParameterRow::edited, this, [this, index, p](float value, bool continues) {
       set_parameter(sections_[index], static_cast<int>(p), value, continues);
     });
+    const QString title = words_of(force.parameters[p].name);
+    row->set_accessible_title(tr("%1, %2").arg(QString::fromUtf8(force.title), title));
+    help_->watch(*row, tr("%1, %2").arg(QString::fromUtf8(force.title), title));
     if (p == 0) {
       // The weight stays in sight beside the switch.
-      row->setFixedWidth(176);
-      row->number()->setFixedWidth(84);
+      row->setFixedWidth(theme::scaled(200));
+      row->number()->setFixedWidth(theme::scaled(84));
       head->addWidget(row);
       continue;
     }
-    auto* label = new QLabel(words_of(force.parameters[p].name), section.details);
+    auto* label = new QLabel(title, section.details);
     label->setToolTip(QString::fromUtf8(force.parameters[p].doc));
     grid->addWidget(label, static_cast<int>(p), 0);
     grid->addWidget(row, static_cast<int>(p), 1);

@@ -14,6 +14,7 @@ class QToolButton;
 
 namespace simplexseg {
 
+class ParameterHelp;
 class ParameterRow;
 class Workbench;
 
@@ -41,6 +42,8 @@ class ForcePanel : public QWidget {
   Workbench& workbench_;
   QLabel* title_;
   QCheckBox* all_meshes_;
+  QToolButton* presets_;
+  ParameterHelp* help_;
   QWidget* sections_widget_;
   std::vector<Section> sections_;
   /// The last weight of a force that was switched off, for when it comes back.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gui/panels/mesh_card.h"
 
+#include <QApplication>
 #include <QColorDialog>
 #include <QEvent>
 #include <QHBoxLayout>
@@ -11,9 +12,11 @@
 #include <QSignalBlocker>
 #include <QSlider>
 #include <QSpinBox>
+#include <QStyle>
 #include <QToolButton>
 #include <QVBoxLayout>
 #include <cmath>
+#include <utility>
 
 #include "gui/input/action_table.h"
 #include "gui/look/symbols.h"
@@ -29,7 +32,7 @@ QToolButton* flat_button(const QString& name, QWidget* parent) {
   button->setAutoRaise(true);
   button->setAccessibleName(name);
   button->setToolTip(name);
-  button->setStyleSheet("QToolButton { padding: 1px; } QToolButton:checked { background: transparent; border: none; }");
+  set_role(button, "flat");
   return button;
 }
 
@@ -50,9 +53,7 @@ void MeshCard::build_upper_row(ActionTable& actions) {
   colour_ = flat_button(tr("Colour"), this);
   name_ = new QLineEdit(this);
   name_->setFrame(false);
-  name_->setStyleSheet(
-      "QLineEdit { background: transparent; font-weight: bold; }"
-      "QLineEdit:focus { background: #1c1e22; font-weight: normal; }");
+  set_role(name_, "title");
   name_->setAccessibleName(tr("Name"));
   name_->setToolTip(tr("Name: click to change it"));
   shown_ = flat_button(tr("Shown in the views"), this);
@@ -62,13 +63,12 @@ void MeshCard::build_upper_row(ActionTable& actions) {
   auto* menu_button = flat_button(tr("What can be done to this mesh"), this);
   menu_button->setIcon(icon_of(Symbol::Menu));
   menu_button->setPopupMode(QToolButton::InstantPopup);
-  menu_button->setStyleSheet("QToolButton { padding: 1px; } QToolButton::menu-indicator { image: none; }");
   auto* menu = new QMenu(menu_button);
   menu->setToolTipsVisible(true);
-  for (const Act act : {Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles, Act::LockMesh})
+  for (const Act act : {Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh})
     menu->addAction(actions[act]);
   menu->addSeparator();
-  menu->addAction(actions[Act::DeleteMesh]);
+  for (const Act act : {Act::MeshUp, Act::MeshDown, Act::DeleteMesh}) menu->addAction(actions[act]);
   menu_button->setMenu(menu);
   auto* row = new QHBoxLayout;
   row->setSpacing(2);
@@ -95,13 +95,13 @@ void MeshCard::build_lower_row() {
   label_->setKeyboardTracking(false);
   label_->setPrefix(tr("label "));
   label_->setFixedWidth(label_->fontMetrics().horizontalAdvance(tr("label ") + "65535") + 10);
-  label_->setStyleSheet("QSpinBox { background: transparent; } QSpinBox:focus { background: #1c1e22; }");
+  set_role(label_, "title");
   label_->setAccessibleName(tr("Label"));
   label_->setToolTip(tr("The number that its voxels have in saved labels"));
   opacity_ = new QSlider(Qt::Horizontal, this);
   opacity_->setRange(10, 100);
   opacity_->setTracking(false);  // one change, one step back
-  opacity_->setFixedWidth(58);
+  opacity_->setFixedWidth(theme::scaled(58));
   opacity_->setAccessibleName(tr("Opacity"));
   opacity_->setToolTip(tr("Opacity in the 3D view"));
   volume_ = new QLabel(this);
@@ -142,13 +142,16 @@ void MeshCard::show_mesh(const MeshItem& item, bool active) {
   locked_->setIcon(icon_of(item.locked ? Symbol::Locked : Symbol::Unlocked));
   label_->setValue(item.label);
   opacity_->setValue(static_cast<int>(std::lround(item.opacity * 100)));
-  setStyleSheet(QString("#mesh_card { background: %1; border: 1px solid %2; border-radius: 4px; }")
-                    .arg(active ? "#2b3b4d" : "#2a2d33", active ? theme::kAccent.name() : "#1c1e22"));
+  if (property("active").toBool() != active) {
+    setProperty("active", active);
+    style()->unpolish(this);
+    style()->polish(this);
+  }
 }
 
 void MeshCard::show_state(const QString& state, bool is_warning) {
   state_->setText(state);
-  state_->setStyleSheet(QString("color: %1;").arg((is_warning ? theme::kWarning : theme::kDimText).name()));
+  set_role(state_, is_warning ? "warning" : "dim");
 }
 
 void MeshCard::show_volume(double millilitres) {
@@ -169,7 +172,22 @@ bool MeshCard::eventFilter(QObject* watched, QEvent* event) {
 
 void MeshCard::mousePressEvent(QMouseEvent* event) {
   workbench_.set_active_mesh(mesh_);
+  pressed_at_ = event->globalPosition();
   event->accept();
+}
+
+void MeshCard::mouseMoveEvent(QMouseEvent* event) {
+  const bool far = (event->globalPosition() - pressed_at_).manhattanLength() >= QApplication::startDragDistance();
+  if (!(event->buttons() & Qt::LeftButton) || !(dragged_ || far)) return;
+  dragged_ = true;
+  setCursor(Qt::ClosedHandCursor);
+  emit dragged(event->globalPosition().toPoint());
+}
+
+void MeshCard::mouseReleaseEvent(QMouseEvent* event) {
+  if (!std::exchange(dragged_, false)) return;
+  unsetCursor();
+  emit dropped(event->globalPosition().toPoint());
 }
 
 void MeshCard::choose_colour() {

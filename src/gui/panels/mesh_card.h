@@ -27,9 +27,16 @@ class MeshCard : public QFrame {
   void show_volume(double millilitres);
   ItemId mesh() const { return mesh_; }
 
+ signals:
+  /// The user drags the card, and lets it go: to be given another place in the list. Of the screen.
+  void dragged(const QPoint& at);
+  void dropped(const QPoint& at);
+
  protected:
   bool eventFilter(QObject* watched, QEvent* event) override;
   void mousePressEvent(QMouseEvent* event) override;
+  void mouseMoveEvent(QMouseEvent* event) override;
+  void mouseReleaseEvent(QMouseEvent* event) override;
 
  private:
   void build_upper_row(ActionTable& actions);
@@ -40,6 +47,8 @@ class MeshCard : public QFrame {
 
   Workbench& workbench_;
   ItemId mesh_ = 0;
+  QPointF pressed_at_;
+  bool dragged_ = false;
   QToolButton* colour_;
   QLineEdit* name_;
   QToolButton* shown_;

@@ -58,8 +58,12 @@ void MeshPanel::build_list() {
   column_->setSpacing(4);
   empty_ = new QLabel(tr("None yet. With tool 4, drag in a slice from the middle of an object to its edge."), list_);
   empty_->setWordWrap(true);
-  empty_->setStyleSheet("color: #969ca4;");
+  set_role(empty_, "dim");
   column_->addWidget(empty_);
+  gap_ = new QFrame(list_);
+  gap_->setObjectName("gap");
+  gap_->setFixedHeight(2);
+  gap_->hide();
   column_->addStretch(1);
   scroll->setWidget(list_);
   static_cast<QVBoxLayout*>(layout())->addWidget(scroll, 1);
@@ -91,7 +95,10 @@ void MeshPanel::refresh() {
     cards_.pop_back();
   }
   while (cards_.size() < meshes.size()) {
-    cards_.push_back(new MeshCard(workbench_, actions_, list_));
+    auto* card = new MeshCard(workbench_, actions_, list_);
+    cards_.push_back(card);
+    connect(card, &MeshCard::dragged, this, [this](const QPoint& at) { show_gap(gap_at(at)); });
+    connect(card, &MeshCard::dropped, this, [this, card](const QPoint& at) { drop(*card, gap_at(at)); });
     column_->insertWidget(static_cast<int>(cards_.size()), cards_.back());
   }
   for (std::size_t m = 0; m < meshes.size(); ++m)
@@ -114,6 +121,27 @@ void MeshPanel::refresh_states() {
     if (!meshes[m].mesh.positions.empty())
       cards_[m]->show_volume(known ? measure(meshes[m].mesh).volume_mm3 / 1000 : -1);
   }
+}
+
+int MeshPanel::gap_at(const QPoint& on_screen) const {
+  const int y = list_->mapFromGlobal(on_screen).y();
+  return static_cast<int>(std::count_if(cards_.begin(), cards_.end(),
+                                        [y](const MeshCard* card) { return card->geometry().center().y() < y; }));
+}
+
+void MeshPanel::show_gap(int gap) {
+  const std::size_t after = static_cast<std::size_t>(gap);
+  const int y = after < cards_.size() ? cards_[after]->y() - 3 : cards_.back()->geometry().bottom() + 2;
+  gap_->setGeometry(0, y, list_->width(), 2);
+  gap_->show();
+  gap_->raise();
+}
+
+void MeshPanel::drop(MeshCard& card, int gap) {
+  gap_->hide();
+  const auto from = static_cast<int>(std::find(cards_.begin(), cards_.end(), &card) - cards_.begin());
+  const int place = gap > from ? gap - 1 : gap;
+  if (place != from) workbench_.apply(PlaceMesh{card.mesh(), place});
 }
 
 void MeshPanel::add_at_crosshair() {

@@ -7,6 +7,7 @@
 #include "session/scene.h"
 
 class QDoubleSpinBox;
+class QFrame;
 class QLabel;
 class QPushButton;
 class QVBoxLayout;
@@ -31,6 +32,10 @@ class MeshPanel : public QWidget {
   void refresh();
   void refresh_states();
   void add_at_crosshair();
+  /// The gap between cards that is nearest: 0 before the first.
+  int gap_at(const QPoint& on_screen) const;
+  void show_gap(int gap);
+  void drop(MeshCard& card, int gap);
 
   Workbench& workbench_;
   FrameLoop& loop_;
@@ -38,6 +43,7 @@ class MeshPanel : public QWidget {
   QWidget* list_;
   QVBoxLayout* column_;
   QLabel* empty_;
+  QFrame* gap_;  ///< where a card that is dragged would go
   std::vector<MeshCard*> cards_;
   QDoubleSpinBox* radius_;
   QPushButton* add_;

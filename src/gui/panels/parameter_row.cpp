@@ -6,10 +6,16 @@
 #include <QHBoxLayout>
 #include <QSignalBlocker>
 #include <QSlider>
+#include <QToolButton>
 #include <QWheelEvent>
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include "gui/look/symbols.h"
+#include "gui/look/theme.h"
+#include "gui/look/widgets.h"
+#include "io/parameter_text.h"
 
 namespace simplexseg {
 namespace {
@@ -49,7 +55,7 @@ ParameterRow::ParameterRow(const ParameterInfo& info, QWidget* parent)
   setToolTip(QString::fromUtf8(info.doc));
   auto* layout = new QHBoxLayout(this);
   layout->setContentsMargins(0, 0, 0, 0);
-  layout->setSpacing(6);
+  layout->setSpacing(4);
   if (info_.kind == ParameterKind::Choice) {
     build_choice();
     layout->addWidget(choice_);
@@ -58,7 +64,29 @@ ParameterRow::ParameterRow(const ParameterInfo& info, QWidget* parent)
     layout->addWidget(slider_, 1);
     layout->addWidget(number_);
   }
+  reset_ = new QToolButton(this);
+  reset_->setIcon(icon_of(Symbol::Reset));
+  reset_->setIconSize({14, 14});
+  reset_->setAutoRaise(true);
+  reset_->setFocusPolicy(Qt::TabFocus);
+  set_role(reset_, "flat");
+  const QString unit = *info.unit ? ' ' + QString::fromUtf8(info.unit) : QString();
+  reset_->setToolTip(
+      tr("Back to the default, %1%2").arg(QString::fromStdString(parameter_to_text(info, info.default_value)), unit));
+  connect(reset_, &QToolButton::clicked, this, [this] { edit(info_.default_value); });
+  layout->addWidget(reset_);
+  set_accessible_title(words_of(info.name));
   set_value(info.default_value);
+}
+
+void ParameterRow::set_accessible_title(const QString& title) {
+  for (QWidget* part : {static_cast<QWidget*>(slider_), static_cast<QWidget*>(number_), static_cast<QWidget*>(choice_)})
+    if (part) part->setAccessibleName(title), part->setAccessibleDescription(QString::fromUtf8(info_.doc));
+  reset_->setAccessibleName(tr("Reset %1").arg(title));
+}
+
+void ParameterRow::show_whether_default() {
+  simplexseg::set_enabled(reset_, value_ != info_.default_value, tr("It has its default"));
 }
 
 void ParameterRow::build_choice() {
@@ -74,7 +102,7 @@ void ParameterRow::build_number() {
   slider_->setFocusPolicy(Qt::StrongFocus);
   slider_->setRange(0, kSliderSteps);
   slider_->setPageStep(kSliderSteps / 20);
-  slider_->setMinimumWidth(60);
+  slider_->setMinimumWidth(theme::scaled(48));
   connect(slider_, &QSlider::sliderPressed, this, [this] { dragged_ = false; });
   connect(slider_, &QSlider::valueChanged, this, [this](int position) { edit(value_at(position)); });
 
@@ -83,7 +111,7 @@ void ParameterRow::build_number() {
   number_->setDecimals(decimals_of(info_));
   number_->setRange(info_.minimum, info_.maximum);
   number_->setKeyboardTracking(false);
-  number_->setFixedWidth(104);
+  number_->setFixedWidth(theme::scaled(104));
   if (logarithmic_) {
     number_->setStepType(QAbstractSpinBox::AdaptiveDecimalStepType);
   } else {
@@ -116,6 +144,7 @@ void ParameterRow::edit(float value) {
 
 void ParameterRow::set_value(float value) {
   value_ = value;
+  show_whether_default();
   if (choice_) {
     const QSignalBlocker blocker(choice_);
     choice_->setCurrentIndex(static_cast<int>(std::lround(value)));

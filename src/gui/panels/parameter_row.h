@@ -7,6 +7,7 @@
 class QComboBox;
 class QDoubleSpinBox;
 class QSlider;
+class QToolButton;
 
 namespace simplexseg {
 
@@ -18,6 +19,10 @@ class ParameterRow : public QWidget {
   /// Shows a value; emits nothing.
   void set_value(float value);
   float value() const { return value_; }
+  const ParameterInfo& info() const { return info_; }
+  QToolButton* reset() const { return reset_; }
+  /// For screen readers: what its parts are called.
+  void set_accessible_title(const QString& title);
   QSlider* slider() const { return slider_; }
   QDoubleSpinBox* number() const { return number_; }
 
@@ -32,6 +37,7 @@ class ParameterRow : public QWidget {
   int slider_position(float value) const;
   float value_at(int position) const;
   void edit(float value);
+  void show_whether_default();
 
   const ParameterInfo& info_;
   float value_;
@@ -40,6 +46,7 @@ class ParameterRow : public QWidget {
   QSlider* slider_ = nullptr;
   QDoubleSpinBox* number_ = nullptr;
   QComboBox* choice_ = nullptr;
+  QToolButton* reset_;
 };
 
 }  // namespace simplexseg

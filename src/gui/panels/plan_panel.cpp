@@ -113,7 +113,7 @@ void PlanPanel::add_needed(const QString& title, const QString& tip, const char*
   for (const StepPlan::Item& item : shown_.items) {
     if (!item.needed || item.what != what) continue;
     auto* row = new QTreeWidgetItem(group, {text_of(item.name), text_of(item.why), size_of(item.bytes)});
-    row->setForeground(kWhy, theme::kDimText);
+    row->setForeground(kWhy, theme::shades().dim);
     row->setTextAlignment(kBytes, Qt::AlignRight | Qt::AlignVCenter);
     for (const int column : {kName, kWhy}) row->setToolTip(column, text_of(item.name + ": " + item.why));
   }
@@ -130,7 +130,7 @@ void PlanPanel::add_left_out() {
     if (!reason) {
       reason = new QTreeWidgetItem(group, {text_of(item.why)});
       reason->setFirstColumnSpanned(true);
-      reason->setForeground(kName, theme::kDimText);
+      reason->setForeground(kName, theme::shades().dim);
     }
     auto* row = new QTreeWidgetItem(reason, {text_of(item.name)});
     row->setFirstColumnSpanned(true);

@@ -21,6 +21,7 @@ PointPanel::PointPanel(Workbench& workbench, QWidget* parent) : QWidget(parent),
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(8, 6, 8, 6);
   list_ = new QTreeWidget(this);
+  list_->setAccessibleName(tr("Points"));
   list_->setColumnCount(5);
   list_->setHeaderLabels({tr("Mesh"), tr("Kind"), tr("x"), tr("y"), tr("z")});
   for (int axis = 0; axis < 3; ++axis) list_->headerItem()->setToolTip(2 + axis, tr("mm, in the patient frame LPS"));
@@ -34,7 +35,7 @@ PointPanel::PointPanel(Workbench& workbench, QWidget* parent) : QWidget(parent),
                              "here. I, O: the place under the mouse is inside, outside."),
                           this);
   hint->setWordWrap(true);
-  hint->setStyleSheet("color: #969ca4;");
+  set_role(hint, "dim");
   layout->addWidget(hint);
   delete_ = new QPushButton(tr("Delete point"), this);
   delete_->setToolTip(tr("Delete the selected point: what it says of the object no longer counts"));

@@ -17,6 +17,7 @@
 #include "gui/input/action_table.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
+#include "gui/panels/parameter_help.h"
 #include "gui/panels/parameter_row.h"
 #include "gui/workbench/frame_loop.h"
 #include "gui/workbench/run_state.h"
@@ -35,9 +36,7 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
     button->setDefaultAction(actions[act]);
     button->setToolButtonStyle(Qt::ToolButtonTextOnly);
     button->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
-    button->setStyleSheet(
-        "QToolButton { background: #343840; } QToolButton:hover { background: #3f454e; }"
-        "QToolButton:checked { background: #30689f; }");
+    set_role(button, "raised");
     buttons->addWidget(button);
   }
   layout->addLayout(buttons);
@@ -49,7 +48,7 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
     value = new QLabel(this);
     value->setTextInteractionFlags(Qt::TextSelectableByMouse);
     auto* label = new QLabel(title, this);
-    label->setStyleSheet("color: #969ca4;");
+    set_role(label, "dim");
     status->addRow(label, value);
   };
   add_status(tr("Speed"), speed_);
@@ -73,6 +72,7 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
   grid->setVerticalSpacing(3);
   grid->setColumnStretch(1, 1);
   const auto table = simulation_table();
+  auto* help = new ParameterHelp(this);
   for (std::size_t p = 0; p < table.size(); ++p) {
     auto* label = new QLabel(words_of(table[p].name), content);
     label->setToolTip(QString::fromUtf8(table[p].doc));
@@ -82,12 +82,14 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
     });
     grid->addWidget(label, static_cast<int>(p), 0);
     grid->addWidget(row, static_cast<int>(p), 1);
+    help->watch(*row, words_of(table[p].name));
     rows_.push_back(row);
     labels_.push_back(label);
   }
   grid->setRowStretch(static_cast<int>(table.size()), 1);
   scroll->setWidget(content);
   layout->addWidget(scroll, 1);
+  layout->addWidget(help);
 
   connect(&workbench_, &Workbench::scene_changed, this, &SimulationPanel::refresh);
   connect(&workbench_, &Workbench::running_changed, this, &SimulationPanel::refresh_status);
@@ -136,16 +138,14 @@ void SimulationPanel::refresh() {
 
 void SimulationPanel::refresh_surface(const QStringList& unsound) {
   const bool known = workbench_.session().total_steps() > 0 && !workbench_.scene().meshes.empty();
-  QPalette palette = this->palette();
   if (!known) {
     surface_->setText(tr("not run yet"));
   } else if (unsound.isEmpty()) {
     surface_->setText(tr("sound"));
   } else {
     surface_->setText(unsound.join("; "));
-    palette.setColor(QPalette::WindowText, theme::kWarning);
   }
-  surface_->setPalette(palette);
+  set_role(surface_, known && !unsound.isEmpty() ? "warning" : "");
 }
 
 void SimulationPanel::refresh_status() {

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gui/views/view_grid.h"
 
+#include <QEvent>
 #include <QGridLayout>
+#include <QPainter>
 
 #include "core/expect.h"
+#include "gui/look/theme.h"
 #include "gui/views/slice_view.h"
 #include "gui/views/space_view.h"
 
@@ -22,6 +25,8 @@ ViewGrid::ViewGrid(Workbench& workbench, DrawnScene& drawn, QWidget* parent) : Q
     grid_->addWidget(views[n], n / 2, n % 2);
     grid_->setRowStretch(n / 2, 1);
     grid_->setColumnStretch(n % 2, 1);
+    views[n]->setAccessibleName(tr("%1 view").arg(views[n]->objectName()));
+    views[n]->installEventFilter(this);
     connect(views[n], &View::maximise_wanted, this, [this, view = views[n]] { maximise(view); });
   }
 }
@@ -32,6 +37,20 @@ SliceView& ViewGrid::slice(int orientation) const {
 }
 
 std::array<View*, 4> ViewGrid::all() const { return {slices_[0], slices_[1], slices_[2], space_}; }
+
+bool ViewGrid::eventFilter(QObject* watched, QEvent* event) {
+  if (event->type() == QEvent::FocusIn || event->type() == QEvent::FocusOut) update();
+  return QWidget::eventFilter(watched, event);
+}
+
+// Which view has the keys: a frame in the gap around it, so that nothing lies over the picture.
+void ViewGrid::paintEvent(QPaintEvent*) {
+  for (View* view : all()) {
+    if (!view->hasFocus()) continue;
+    QPainter painter(this);
+    painter.fillRect(view->geometry().adjusted(-2, -2, 2, 2), theme::shades().accent);
+  }
+}
 
 void ViewGrid::fit() {
   for (View* view : all()) view->fit();

@@ -26,6 +26,10 @@ class ViewGrid : public QWidget {
   void fit();
   void centre_on_crosshair();
 
+ protected:
+  bool eventFilter(QObject* watched, QEvent* event) override;
+  void paintEvent(QPaintEvent* event) override;
+
  private:
   /// Gives all the room to `view`; where it has that already, each gets its own again.
   void maximise(View* view);

@@ -8,6 +8,7 @@
 #include <QInputDialog>
 #include <QMessageBox>
 #include <QMimeData>
+#include <QPushButton>
 #include <QUrl>
 #include <memory>
 
@@ -79,20 +80,45 @@ void FileActions::take(LoadedInput input, const std::filesystem::path& path) {
   workbench_.view.low_is_bright = input.low_is_bright;
   last_path_ = to_text(path);
   scene_path_ = path.extension() == ".json" ? to_text(path) : QString();
-  if (!input.warnings.empty()) {
-    QString text = QString::fromUtf8(input.warnings.front().c_str());
-    if (input.warnings.size() > 1) text += tr(" (and %1 more)").arg(input.warnings.size() - 1);
-    workbench_.say(Severity::Warning, text);
-  }
+  say_warnings(input.warnings);
   emit name_changed();
+}
+
+void FileActions::take_up(LoadedInput input, const WorkNote& note) {
+  emit about_to_take();
+  workbench_.open(std::move(input.scene), std::move(input.volume), std::move(input.references));
+  workbench_.mark_unsaved();
+  last_path_ = QString::fromStdString(note.opened);
+  scene_path_ = QString::fromStdString(note.scene_file);
+  workbench_.say(Severity::Note, tr("The work is back as it was kept; it is not saved yet"));
+  say_warnings(input.warnings);
+  emit name_changed();
+}
+
+void FileActions::say_warnings(const std::vector<std::string>& warnings) {
+  if (warnings.empty()) return;
+  QString text = QString::fromUtf8(warnings.front().c_str());
+  if (warnings.size() > 1) text += tr(" (and %1 more)").arg(warnings.size() - 1);
+  workbench_.say(Severity::Warning, text);
 }
 
 bool FileActions::may_discard() {
   if (!workbench_.has_unsaved_changes()) return true;
-  const auto answer = QMessageBox::question(&window_, tr("Unsaved changes"), tr("Save the changes to the scene first?"),
-                                            QMessageBox::Save | QMessageBox::Discard | QMessageBox::Cancel);
-  if (answer == QMessageBox::Save) return save_scene();
-  return answer == QMessageBox::Discard;
+  const QString name = scene_name();
+  QMessageBox question(
+      QMessageBox::Question, tr("Unsaved changes"),
+      name.isEmpty() ? tr("Save the changes to the scene first?") : tr("Save the changes to \"%1\" first?").arg(name),
+      QMessageBox::NoButton, &window_);
+  question.setInformativeText(tr("Meshes and points that are not saved are lost."));
+  // Each with a key of its own, whatever the desktop calls them.
+  QPushButton* save = question.addButton(tr("&Save"), QMessageBox::AcceptRole);
+  QPushButton* discard = question.addButton(tr("&Discard"), QMessageBox::DestructiveRole);
+  QPushButton* stay = question.addButton(tr("&Cancel"), QMessageBox::RejectRole);
+  question.setDefaultButton(save);
+  question.setEscapeButton(stay);
+  question.exec();
+  if (question.clickedButton() == save) return save_scene();
+  return question.clickedButton() == discard;
 }
 
 QString FileActions::scene_name() const {
@@ -137,7 +163,7 @@ bool FileActions::save_scene_as() {
 
 bool FileActions::save_scene_to(const QString& path) {
   try {
-    write_scene(to_path(path), workbench_.session().scene());
+    write_scene(to_path(path), workbench_.scene_to_save());
   } catch (const std::exception& error) {
     workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
     return false;

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "io/load_input.h"
+#include "io/recovery.h"
 
 class QMimeData;
 class QWidget;
@@ -25,11 +26,15 @@ class FileActions : public QObject {
   void open(const QString& path);
   /// Opens what was loaded; `path`: where from. Throws Error.
   void take(LoadedInput input, const std::filesystem::path& path);
+  /// Opens work that was kept as if it had never been closed: unsaved, under the name that it had. Throws Error.
+  void take_up(LoadedInput input, const WorkNote& note);
   /// False when the user wants to stay.
   bool may_discard();
   QString scene_name() const;
   /// What was opened or saved as a scene last; empty before.
   const QString& path() const { return last_path_; }
+  /// Where the scene was saved, or opened from; empty: nowhere.
+  const QString& scene_path() const { return scene_path_; }
 
   // Each says what it did or what went wrong; false when it failed or was called off.
   bool save_scene();
@@ -51,6 +56,7 @@ class FileActions : public QObject {
 
  private:
   void enable_actions();
+  void say_warnings(const std::vector<std::string>& warnings);
   void choose_and_open();
   void choose_and_open_folder();
   void choose_and_save_labels();

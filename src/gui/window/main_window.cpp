@@ -4,6 +4,7 @@
 #include <QAction>
 #include <QActionGroup>
 #include <QCloseEvent>
+#include <QDockWidget>
 #include <QDragEnterEvent>
 #include <QDropEvent>
 #include <QFileDialog>
@@ -20,6 +21,8 @@
 #include "gui/input/key_return.h"
 #include "gui/look/contrast.h"
 #include "gui/look/symbols.h"
+#include "gui/look/widgets.h"
+#include "gui/panels/history_panel.h"
 #include "gui/panels/simulation_panel.h"
 #include "gui/views/drawn_scene.h"
 #include "gui/views/view.h"
@@ -50,6 +53,7 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
   build_views();
   new WorkbenchActions(*workbench_, *views_, *actions_, this);
   connect_own_actions();
+  build_history();
   build_menus();
   build_toolbar();
   setStatusBar(new StatusLine(*workbench_, *drawn_, this));
@@ -60,6 +64,7 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
 // The views give back their OpenGL objects and the panels let go of the workbench before it goes.
 MainWindow::~MainWindow() {
   delete job_;
+  delete history_;
   delete takeCentralWidget();
 }
 
@@ -90,6 +95,18 @@ void MainWindow::build_views() {
   setCentralWidget(centre);
 }
 
+void MainWindow::build_history() {
+  history_ = new QDockWidget(tr("History"), this);
+  history_->setObjectName("history_dock");
+  history_->setWidget(new HistoryPanel(*workbench_, history_));
+  addDockWidget(Qt::LeftDockWidgetArea, history_);
+  history_->hide();
+  QAction* entry = (*actions_)[Act::History];
+  actions_->on_toggle(Act::History, [this](bool shown) { history_->setVisible(shown); });
+  connect(history_, &QDockWidget::visibilityChanged, this,
+          [this, entry] { entry->setChecked(history_->isVisibleTo(this)); });
+}
+
 void MainWindow::build_menus() {
   ActionTable& actions = *actions_;
   const auto fill = [&](const QString& title, std::initializer_list<std::initializer_list<Act>> groups) {
@@ -109,16 +126,20 @@ void MainWindow::build_menus() {
   recent->setObjectName("recent_menu");
   recent->setEnabled(false);
   file->insertMenu(file->actions().at(2), recent);
-  fill(tr("&Edit"), {{Act::Undo, Act::Redo}, {Act::DeletePoint}});
+  fill(tr("&Edit"), {{Act::Undo, Act::Redo, Act::History},
+                     {Act::BoundaryHere, Act::InsideHere, Act::OutsideHere, Act::PointHere, Act::DeletePoint}});
   fill(tr("&Tools"), {{Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolSeed},
                       {Act::ToolPoint, Act::ToolInside, Act::ToolOutside},
                       {Act::WindowLevel}});
-  fill(tr("&Mesh"), {{Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles, Act::LockMesh}, {Act::DeleteMesh}});
+  fill(tr("&Mesh"), {{Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh},
+                     {Act::MeshUp, Act::MeshDown},
+                     {Act::DeleteMesh}});
   fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::ResetPose}});
-  QMenu* view = fill(tr("&View"), {{Act::CentreOnCrosshair, Act::Fit, Act::AutoContrast, Act::Neurological},
-                                   {Act::ShowMeshes, Act::ShowField, Act::Annotations, Act::Slices3d},
-                                   {Act::LessOpaque, Act::MoreOpaque},
-                                   {Act::ShowPanels, Act::ShowSteps, Act::Researcher}});
+  QMenu* const view = view_menu_ =
+      fill(tr("&View"), {{Act::CentreOnCrosshair, Act::Fit, Act::AutoContrast, Act::Neurological},
+                         {Act::ShowMeshes, Act::ShowField, Act::Annotations, Act::Slices3d},
+                         {Act::LessOpaque, Act::MoreOpaque},
+                         {Act::ShowPanels, Act::ShowSteps, Act::Researcher}});
   QMenu* presets = view->addMenu(tr("Window and level &presets"));
   for (const ContrastPreset& preset : contrast_presets()) {
     QAction* entry = presets->addAction(tr(preset.title));
@@ -130,9 +151,11 @@ void MainWindow::build_menus() {
     });
   }
   presets->setToolTipsVisible(true);
-  presets->setEnabled(false);
-  connect(workbench_.get(), &Workbench::volume_changed, presets,
-          [this, presets] { presets->setEnabled(workbench_->has_volume()); });
+  const auto enable = [this, presets] {
+    set_enabled(presets->menuAction(), workbench_->has_volume(), tr("Open a volume first"));
+  };
+  enable();
+  connect(workbench_.get(), &Workbench::volume_changed, presets, enable);
   fill(tr("&Help"), {{Act::Help, Act::Messages}, {Act::About}});
 }
 

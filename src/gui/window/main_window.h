@@ -5,6 +5,8 @@
 #include <functional>
 #include <memory>
 
+class QDockWidget;
+
 namespace simplexseg {
 
 class ActionTable;
@@ -33,10 +35,14 @@ class MainWindow : public QMainWindow {
   FrameLoop& loop() { return *loop_; }
   ActionTable& actions() { return *actions_; }
   FileActions& files() { return *files_; }
+  BackgroundJob& job() { return *job_; }
   MessageBar& messages() { return *messages_; }
   ViewGrid& views() { return *views_; }
   SidePanels& panels() { return *panels_; }
   StepStrip& steps() { return *steps_; }
+  QDockWidget& history() { return *history_; }
+  /// The menu View, for what is added to it.
+  QMenu* view_menu() const { return view_menu_; }
   StartPage& start_page() { return *start_; }
 
   /// In the menu File, for the files that were opened last.
@@ -54,6 +60,7 @@ class MainWindow : public QMainWindow {
 
  private:
   void build_views();
+  void build_history();
   void build_menus();
   void build_toolbar();
   void connect_own_actions();
@@ -71,6 +78,8 @@ class MainWindow : public QMainWindow {
   SidePanels* panels_ = nullptr;
   StepStrip* steps_ = nullptr;
   StartPage* start_ = nullptr;
+  QDockWidget* history_ = nullptr;
+  QMenu* view_menu_ = nullptr;
   bool unattended_ = false;
 };
 

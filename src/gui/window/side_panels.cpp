@@ -7,6 +7,7 @@
 
 #include "core/expect.h"
 #include "gui/input/action_table.h"
+#include "gui/look/theme.h"
 #include "gui/panels/convergence_panel.h"
 #include "gui/panels/force_panel.h"
 #include "gui/panels/mesh_panel.h"
@@ -39,7 +40,9 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
       actions_(actions) {
   setObjectName("side_panels");
   setChildrenCollapsible(false);
-  setMinimumWidth(kWidth);
+  setMinimumWidth(theme::scaled(kWidth));
+  tabs_->setAccessibleName(tr("Panels"));
+  row_->setAccessibleName(tr("Plan and convergence"));
   // What a splitter is the parent of becomes a row of it: panels are made as children of the tabs.
   auto* meshes = new MeshPanel(workbench, loop, actions, nullptr);
   forces_->setObjectName(tr("Forces"));

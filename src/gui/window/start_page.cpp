@@ -14,6 +14,8 @@
 #include "core/error.h"
 #include "gui/input/action_table.h"
 #include "gui/look/symbols.h"
+#include "gui/look/theme.h"
+#include "gui/look/widgets.h"
 #include "io/data_path.h"
 
 namespace simplexseg {
@@ -33,7 +35,7 @@ QString sample_head() {
 
 QLabel* dim_label(const QString& text, QWidget* parent) {
   auto* label = new QLabel(text, parent);
-  label->setStyleSheet("color: #969ca4;");
+  set_role(label, "dim");
   return label;
 }
 
@@ -42,23 +44,15 @@ QLabel* dim_label(const QString& text, QWidget* parent) {
 StartPage::StartPage(ActionTable& actions, QWidget* over) : QWidget(over) {
   setObjectName("start_page");
   setAttribute(Qt::WA_StyledBackground);
-  setStyleSheet(
-      "#start_page { background: #1b1e23; }"
-      "#start_page QPushButton { text-align: left; padding: 5px 8px; border: none; border-radius: 3px; }"
-      "#start_page QPushButton:hover, #start_page QPushButton:focus { background: #2e3238; }"
-      "#start_page QToolButton#way { background: #343840; padding: 10px 14px; font-size: 14px; }"
-      "#start_page QToolButton#way:hover { background: #3f454e; }"
-      "#start_page QToolButton#first_way { background: #30689f; padding: 10px 14px; font-size: 14px; }"
-      "#start_page QToolButton#first_way:hover { background: #3a78b4; }");
   auto* page = new QHBoxLayout(this);
   auto* middle = new QWidget(this);
-  middle->setMaximumWidth(kWidth);
-  middle->setMinimumWidth(280);
+  middle->setMaximumWidth(theme::scaled(kWidth));
+  middle->setMinimumWidth(theme::scaled(280));
   auto* column = new QVBoxLayout(middle);
   column->setSpacing(8);
   column->addStretch(1);
   auto* title = new QLabel(tr("Segment a volume"), middle);
-  title->setStyleSheet("font-size: 22px;");
+  title->setObjectName("title");
   column->addWidget(title);
   column->addWidget(dim_label(tr("Open one, or drop a file or a DICOM folder anywhere here."), middle));
   column->addSpacing(6);
@@ -66,7 +60,7 @@ StartPage::StartPage(ActionTable& actions, QWidget* over) : QWidget(over) {
     auto* button = new QToolButton(middle);
     button->setObjectName(name);
     button->setDefaultAction(actions[act]);
-    button->setIcon(icon_of(symbol));
+    button->setIcon(icon_of(symbol, qstrcmp(name, "first_way") == 0 ? QColor(Qt::white) : QColor()));
     button->setIconSize({20, 20});
     button->setText("  " + actions[act]->statusTip() + "    " +
                     actions[act]->shortcut().toString(QKeySequence::NativeText));
@@ -99,7 +93,7 @@ void StartPage::add_path(const QString& title, const QString& path) {
   auto* button = new QPushButton(recent_);
   button->setObjectName("recent");
   button->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Fixed);
-  button->setText(button->fontMetrics().elidedText(title, Qt::ElideMiddle, kWidth - 40));
+  button->setText(button->fontMetrics().elidedText(title, Qt::ElideMiddle, theme::scaled(kWidth) - 40));
   button->setToolTip(QDir::toNativeSeparators(path));
   connect(button, &QPushButton::clicked, this, [this, path] { emit open_wanted(path); });
   recent_column_->addWidget(button);

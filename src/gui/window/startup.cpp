@@ -14,7 +14,9 @@
 
 #include "gpu/backend.h"
 #include "gui/look/theme.h"
+#include "gui/window/autosave.h"
 #include "gui/window/file_actions.h"
+#include "gui/window/look_settings.h"
 #include "gui/window/main_window.h"
 #include "gui/window/measurement.h"
 #include "gui/window/window_memory.h"
@@ -32,6 +34,7 @@ struct Options {
   std::optional<double> measure_s;
   QSize size;
   bool size_given = false;
+  std::optional<theme::Choice> theme;
   Backend backend = Backend::Auto;
 };
 
@@ -69,7 +72,8 @@ std::optional<int> parse(const QStringList& arguments, Options& options) {
                                    "--screenshot a picture at the end too",
                                    "SECONDS");
   const QCommandLineOption log("log", "write the log of all actions at the end", "FILE");
-  parser.addOptions({help, version, backend, screenshot, steps, size, measure, log});
+  const QCommandLineOption look("theme", "dark or light, whatever was chosen in the window", "NAME");
+  parser.addOptions({help, version, backend, screenshot, steps, size, measure, log, look});
   if (!parser.parse(arguments)) return complain(kBadInput, parser.errorText() + "; see --help");
   if (parser.isSet(help)) {
     std::fputs(qUtf8Printable(parser.helpText()), stdout);
@@ -85,6 +89,12 @@ std::optional<int> parse(const QStringList& arguments, Options& options) {
   if (!inputs.isEmpty()) options.input = inputs.front();
   if (!options.input.isEmpty() && !QFileInfo::exists(options.input)) {
     return complain(kBadInput, options.input + ": there is no such file; check the path");
+  }
+  if (parser.isSet(look)) {
+    const QString wanted = parser.value(look);
+    if (wanted != "dark" && wanted != "light")
+      return complain(kBadInput, "--theme " + wanted + ": there is no such theme; give dark or light");
+    options.theme = wanted == "light" ? theme::Choice::Light : theme::Choice::Dark;
   }
   const QString name = parser.value(backend);
   if (name != "auto" && name != "cpu" && name != "cuda") {
@@ -182,10 +192,12 @@ int measure_window(QApplication& application, MainWindow& window, const Options&
 
 int run_window(QApplication& application, MainWindow& window, const Options& options, const std::string& note) {
   WindowMemory memory(window);
+  Autosave autosave(window.workbench(), window.files(), window.job(), window, Autosave::default_root());
   if (!options.size_given) memory.restore_geometry();
   window.show();
   if (!note.empty()) window.workbench().say(Severity::Note, QString::fromStdString(note));
   if (!options.input.isEmpty()) QTimer::singleShot(0, &window, [&] { window.files().open(options.input); });
+  QTimer::singleShot(0, &autosave, &Autosave::offer);
   return application.exec();
 }
 
@@ -230,7 +242,13 @@ int run_desktop(int argc, char** argv) {
   set_surface_format();
   QApplication application(argc, argv);
   QApplication::setApplicationName("SimplexSeg");
-  theme::apply(application);
+  // Pictures for others do not depend on whose desktop they are made on.
+  std::optional<LookSettings> look;
+  const bool for_a_user = options.screenshot.isEmpty() && !options.measure_s;
+  if (for_a_user && !options.theme)
+    look.emplace(application);
+  else
+    theme::apply(application, options.theme.value_or(theme::Choice::Dark) != theme::Choice::Light);
   if (const std::string why = why_no_opengl(); !why.empty()) {
     return complain(kFailed, "OpenGL 4.5 is needed for the window: " + QString::fromStdString(why) +
                                  "; update the graphics driver or Mesa, or use simplexseg-cli, which works without it");
@@ -243,6 +261,11 @@ int run_desktop(int argc, char** argv) {
   }
   MainWindow window(std::move(choice.engine), std::move(choice.spare));
   window.resize(options.size);
+  if (look) {
+    look->fill(*window.view_menu());
+    QObject::connect(&*look, &LookSettings::said, &window,
+                     [&window](const QString& text) { window.workbench().say(Severity::Note, text); });
+  }
   int status = kDone;
   if (options.measure_s) {
     status = measure_window(application, window, options);

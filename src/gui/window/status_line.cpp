@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "gui/look/theme.h"
+#include "gui/look/widgets.h"
 #include "gui/views/drawn_scene.h"
 #include "gui/workbench/workbench.h"
 
@@ -24,9 +25,9 @@ StatusLine::StatusLine(Workbench& workbench, DrawnScene& drawn, QWidget* parent)
   for (QLabel* label : {place_, learning_, manner_, contrast_}) label->setContentsMargins(8, 0, 8, 0);
   place_->setTextInteractionFlags(Qt::TextSelectableByMouse);
   manner_->setMinimumWidth(1);  // the first to give way in a narrow window
-  manner_->setStyleSheet("color: #969ca4;");
+  set_role(manner_, "dim");
   addWidget(place_, 1);
-  learning_->setStyleSheet(QString("color: %1;").arg(theme::kSelected.name()));
+  set_role(learning_, "warning");
   learned_.setSingleShot(true);
   learned_.setInterval(300);
   connect(&learned_, &QTimer::timeout, learning_, &QLabel::clear);

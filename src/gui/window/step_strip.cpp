@@ -15,10 +15,6 @@ StepStrip::StepStrip(Workbench& workbench, ActionTable& actions, QWidget* parent
     : QFrame(parent), workbench_(workbench) {
   setObjectName("step_strip");
   setFixedHeight(fontMetrics().height() + 14);
-  setStyleSheet(
-      "#step_strip { background: #202329; }"
-      "#step_strip QToolButton { color: #969ca4; padding: 2px 10px; border-radius: 9px; }"
-      "#step_strip QToolButton:checked { color: #ffffff; background: #30689f; border: none; }");
   auto* row = new QHBoxLayout(this);
   row->setContentsMargins(8, 2, 8, 2);
   row->setSpacing(4);

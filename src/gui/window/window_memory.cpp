@@ -76,7 +76,8 @@ void WindowMemory::file_opened() {
   }
   files_.insert(files_.begin(), file);
   if (files_.size() > kMostFiles) files_.resize(kMostFiles);
-  if (file.window > 0 && window_.workbench().has_volume()) {
+  const bool says_itself = window_.workbench().scene().view.has_value();  // a saved scene
+  if (file.window > 0 && window_.workbench().has_volume() && !says_itself) {
     window_.workbench().view.window = file.window;
     window_.workbench().view.level = file.level;
     window_.workbench().view_edited();

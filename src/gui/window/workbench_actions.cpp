@@ -35,8 +35,8 @@ WorkbenchActions::WorkbenchActions(Workbench& workbench, ViewGrid& views, Action
   connect_simulation();
   connect_looking();
   // While a key is held its repeats must not switch a mode off and on.
-  for (const Act act : {Act::WindowLevel, Act::RunPause, Act::LockMesh, Act::ShowMeshes, Act::ShowField,
-                        Act::Annotations, Act::Slices3d})
+  for (const Act act : {Act::WindowLevel, Act::RunPause, Act::LockMesh, Act::DuplicateMesh, Act::ShowMeshes,
+                        Act::ShowField, Act::Annotations, Act::Slices3d})
     actions_[act]->setAutoRepeat(false);
   connect(&workbench_, &Workbench::scene_changed, this, &WorkbenchActions::refresh);
   connect(&workbench_, &Workbench::running_changed, this, &WorkbenchActions::refresh);
@@ -58,6 +58,16 @@ void WorkbenchActions::connect_tools() {
 void WorkbenchActions::connect_editing() {
   actions_.on(Act::Undo, [this] { workbench_.apply(Undo{}); });
   actions_.on(Act::Redo, [this] { workbench_.apply(Redo{}); });
+  for (const auto& [act, kind] : {std::pair{Act::BoundaryHere, MarkKind::Boundary},
+                                  {Act::InsideHere, MarkKind::Inside},
+                                  {Act::OutsideHere, MarkKind::Outside}})
+    actions_.on(act, [this, kind = kind] {
+      workbench_.apply(AddPoint{workbench_.view.active_mesh, workbench_.view.crosshair_mm, kind});
+    });
+  actions_.on(Act::PointHere, [this] {
+    const ViewState& view = workbench_.view;
+    if (view.selected_point) workbench_.apply(MovePoint{view.selected_point, view.crosshair_mm});
+  });
   actions_.on(Act::DeletePoint, [this] {
     const ViewState& view = workbench_.view;
     const ItemId point = view.hovered_point ? view.hovered_point : view.selected_point;
@@ -77,6 +87,9 @@ void WorkbenchActions::connect_meshes() {
   actions_.on_toggle(Act::LockMesh, [=, this](bool locked) {
     if (active()) workbench_.apply(EditMesh{active(), {}, {}, {}, {}, locked});
   });
+  actions_.on(Act::DuplicateMesh, [=, this] { workbench_.apply(DuplicateMesh{active()}); });
+  actions_.on(Act::MeshUp, [this] { move_mesh(-1); });
+  actions_.on(Act::MeshDown, [this] { move_mesh(1); });
   actions_.on(Act::DeleteMesh, [=, this] { workbench_.apply(DeleteMesh{active()}); });
 }
 
@@ -114,6 +127,18 @@ void WorkbenchActions::connect_tick(Act act, bool ViewState::*member) {
   actions_[act]->setChecked(workbench_.view.*member);
 }
 
+int WorkbenchActions::place_of_active() const {
+  const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
+  for (std::size_t m = 0; m < meshes.size(); ++m)
+    if (meshes[m].id == workbench_.view.active_mesh) return static_cast<int>(m);
+  return -1;
+}
+
+void WorkbenchActions::move_mesh(int by) {
+  const int place = place_of_active();
+  if (place >= 0) workbench_.apply(PlaceMesh{workbench_.view.active_mesh, place + by});
+}
+
 void WorkbenchActions::change_opacity(float by) {
   workbench_.view.opacity = std::clamp(workbench_.view.opacity + by, 0.1f, 1.0f);
   workbench_.view_edited();
@@ -128,15 +153,21 @@ void WorkbenchActions::refresh() {
   const bool meshes = !workbench_.scene().meshes.empty();
   const QString no_mesh = tr("There is no mesh yet: add one in the panel Meshes, or with tool 4");
   for (const Act act : {Act::RunPause, Act::Step, Act::ResetPose}) set_enabled(actions_[act], meshes, no_mesh);
-  for (const Act act : {Act::RecordProfiles, Act::LockMesh, Act::DeleteMesh})
+  for (const Act act : {Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh, Act::DeleteMesh})
     set_enabled(actions_[act], meshes, no_mesh);
   const MeshItem* active = workbench_.active_mesh();
   const bool locked = active && active->locked;
   for (const Act act : {Act::ResetMesh, Act::RefineMesh})
     set_enabled(actions_[act], active && !locked, locked ? tr("The mesh is locked: unlock it first") : no_mesh);
+  for (const Act act : {Act::BoundaryHere, Act::InsideHere, Act::OutsideHere})
+    set_enabled(actions_[act], active && !locked, locked ? tr("The mesh is locked: unlock it first") : no_mesh);
+  const int place = place_of_active(), last = static_cast<int>(workbench_.scene().meshes.size()) - 1;
+  set_enabled(actions_[Act::MeshUp], place > 0, meshes ? tr("The mesh is the first of the list") : no_mesh);
+  set_enabled(actions_[Act::MeshDown], place >= 0 && place < last,
+              meshes ? tr("The mesh is the last of the list") : no_mesh);
   actions_[Act::LockMesh]->setChecked(locked);
   actions_[Act::RunPause]->setText(workbench_.running() ? tr("&Pause") : tr("&Run"));
-  actions_[Act::RunPause]->setIcon(icon_of(workbench_.running() ? Symbol::Pause : Symbol::Run));
+  actions_[Act::RunPause]->setIcon(icon_of(workbench_.running() ? Symbol::Pause : Symbol::Run, Qt::white));
   actions_[Act::RunPause]->setChecked(workbench_.running());
   set_enabled(actions_[Act::DeletePoint], !workbench_.scene().points.empty(), tr("There is no point yet"));
   const QString no_volume = tr("Open a volume first");
@@ -148,6 +179,7 @@ void WorkbenchActions::refresh() {
 }
 
 void WorkbenchActions::refresh_ticks() {
+  set_enabled(actions_[Act::PointHere], workbench_.view.selected_point != 0, tr("No point is selected"));
   for (const auto& [act, tool] : kTools) actions_[act]->setChecked(workbench_.view.tool == tool);
   actions_[Act::WindowLevel]->setChecked(workbench_.view.window_level_armed);
 }

@@ -28,6 +28,8 @@ class WorkbenchActions : public QObject {
   void refresh();
   void refresh_ticks();
   void change_opacity(float by);
+  int place_of_active() const;  ///< in the list of meshes; -1: there is none
+  void move_mesh(int by);
 
   Workbench& workbench_;
   ViewGrid& views_;

@@ -34,12 +34,36 @@ void Workbench::open(Scene scene, Volume volume, References references) {
     const VolumeGeometry& geometry = session_.volume().geometry();
     view.crosshair_mm = snap_to_voxel(geometry, meshes.empty() ? geometry.centre_mm() : meshes.front().seed.centre_mm);
     set_automatic_contrast();
+    if (this->scene().view) take_view(*this->scene().view);
   }
   emit restarted();
   emit volume_changed();
   emit scene_changed();
   emit view_changed();
   announce();
+}
+
+void Workbench::take_view(const SavedView& saved) {
+  set_crosshair(saved.crosshair_mm);
+  view.window = saved.window;
+  view.level = saved.level;
+  if (const MeshItem* item = scene().find_mesh(saved.active_mesh)) view.active_mesh = item->id;
+}
+
+Scene Workbench::scene_to_save() const {
+  Scene scene = session_.scene();
+  if (!has_volume()) return scene;
+  const MeshItem* const active = active_mesh();
+  scene.view = SavedView{view.crosshair_mm, view.window, view.level, active ? active->name : std::string()};
+  return scene;
+}
+
+void Workbench::go_to_action(std::size_t in_force) {
+  const UndoHistory& history = session_.history();
+  for (std::size_t now = history.undo_names().size(); now > in_force; --now)
+    if (!apply(Undo{})) return;
+  for (std::size_t now = history.undo_names().size(); now < in_force && history.can_redo(); ++now)
+    if (!apply(Redo{})) return;
 }
 
 bool Workbench::apply(const Command& command, ItemId* added) {
@@ -51,11 +75,14 @@ bool Workbench::apply(const Command& command, ItemId* added) {
     return false;
   }
   if (added) *added = id;
-  if (id != 0 && std::holds_alternative<AddMesh>(command)) view.active_mesh = id;
+  const bool adds_mesh = std::holds_alternative<AddMesh>(command) || std::holds_alternative<DuplicateMesh>(command);
+  if (id != 0 && adds_mesh) view.active_mesh = id;
   if (id != 0 && std::holds_alternative<AddPoint>(command)) view.selected_point = id;
   forget_missing_items();
   failed_ = false;
   const bool places = std::holds_alternative<AddPoint>(command) || std::holds_alternative<AddMesh>(command);
+  // What was taken back is to be looked at; the next point or mesh starts the run again.
+  if (std::holds_alternative<Undo>(command) || std::holds_alternative<Redo>(command)) set_running(false);
   if (places && !running_ && !paused_by_user_) set_running(true);
   if (std::holds_alternative<ResetPose>(command)) emit restarted();
   const auto* move = std::get_if<MovePoint>(&command);

@@ -62,6 +62,12 @@ class Workbench : public QObject {
     return saved_log_ != session_.log().size() || saved_steps_ != session_.total_steps();
   }
   void mark_saved();
+  /// What was opened is saved nowhere where the user would look for it.
+  void mark_unsaved() { saved_steps_ = -1; }
+  /// The scene with what is looked at: to be saved.
+  Scene scene_to_save() const;
+  /// Takes back or does again until the first `in_force` of the actions of the history are in force.
+  void go_to_action(std::size_t in_force);
   void say(Severity severity, const QString& text) { emit message(severity, text); }
 
   /// Calls `draw` with the session for Session::drawing, and once more when a device was lost and the spare engine has
@@ -83,6 +89,7 @@ class Workbench : public QObject {
   void message(simplexseg::Severity severity, const QString& text);
 
  private:
+  void take_view(const SavedView& saved);
   void forget_missing_items();
   /// Says what has not been said since the user's last action.
   void warn(const std::vector<std::string>& lines);

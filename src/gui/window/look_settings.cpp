@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/window/look_settings.h"
+
+#include <QActionGroup>
+#include <QApplication>
+#include <QDBusConnection>
+#include <QFileInfo>
+#include <QMenu>
+#include <algorithm>
+#include <iterator>
+
+namespace simplexseg {
+namespace {
+constexpr const char *kTheme = "theme", *kText = "text_percent";
+const char* const kNames[] = {"desktop", "dark", "light"};
+}  // namespace
+
+LookSettings::LookSettings(QApplication& application)
+    : application_(application), settings_(QSettings::IniFormat, QSettings::UserScope, "simplexseg", "window") {
+  const QString name = settings_.value(kTheme).toString();
+  for (int n = 0; n < 3; ++n)
+    if (name == kNames[n]) choice_ = static_cast<theme::Choice>(n);
+  const int percent = settings_.value(kText, 100).toInt();
+  if (std::count(std::begin(theme::kTextSizes), std::end(theme::kTextSizes), percent)) text_percent_ = percent;
+  apply();
+  if (!qEnvironmentVariableIsEmpty("DBUS_SESSION_BUS_ADDRESS"))
+    QDBusConnection::sessionBus().connect("org.freedesktop.portal.Desktop", "/org/freedesktop/portal/desktop",
+                                          "org.freedesktop.portal.Settings", "SettingChanged", this,
+                                          SLOT(desktop_changed()));
+}
+
+void LookSettings::apply() {
+  const bool dark = choice_ == theme::Choice::Desktop ? theme::desktop_is_dark() : choice_ == theme::Choice::Dark;
+  theme::apply(application_, dark, text_percent_);
+}
+
+void LookSettings::choose(theme::Choice choice) {
+  choice_ = choice;
+  settings_.setValue(kTheme, kNames[static_cast<int>(choice)]);
+  apply();
+}
+
+void LookSettings::choose_text(int percent) {
+  text_percent_ = percent;
+  settings_.setValue(kText, percent);
+  emit said(tr("Text has the new size from the next start on"));
+}
+
+// Of whatever setting: to ask for the one that counts is cheap.
+void LookSettings::desktop_changed() {
+  if (choice_ == theme::Choice::Desktop && theme::desktop_is_dark() != theme::is_dark()) apply();
+}
+
+void LookSettings::fill(QMenu& menu) {
+  menu.addSeparator();
+  QMenu* themes = menu.addMenu(tr("&Theme"));
+  auto* group = new QActionGroup(themes);
+  const QString titles[] = {tr("As the &desktop"), tr("D&ark"), tr("&Light")};
+  for (int n = 0; n < 3; ++n) {
+    QAction* entry = themes->addAction(titles[n], this, [this, n] { choose(static_cast<theme::Choice>(n)); });
+    entry->setCheckable(true);
+    entry->setChecked(static_cast<int>(choice_) == n);
+    group->addAction(entry);
+  }
+  QMenu* sizes = menu.addMenu(tr("Si&ze of text"));
+  auto* size_group = new QActionGroup(sizes);
+  for (const int percent : theme::kTextSizes) {
+    QAction* entry = sizes->addAction(tr("%1 %").arg(percent), this, [this, percent] { choose_text(percent); });
+    entry->setCheckable(true);
+    entry->setChecked(percent == text_percent_);
+    size_group->addAction(entry);
+  }
+}
+
+}  // namespace simplexseg

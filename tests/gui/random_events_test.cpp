@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whatever is done in whatever order: the window lives, and everything can be taken back. SIMPLEXSEG_EVENTS says how
+// many events, SIMPLEXSEG_SEED which; 200 of the first unless told otherwise.
+#include <QContextMenuEvent>
+#include <QKeySequence>
+#include <QTest>
+#include <QTimer>
+#include <iostream>
+#include <random>
+
+#include "gui/input/bindings.h"
+#include "mesh/simplex_mesh.h"
+#include "window_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+class RandomEventsTest : public PausedPhantomTest {
+ protected:
+  int below(int n) { return static_cast<int>(random_() % static_cast<unsigned>(n)); }
+  Qt::KeyboardModifiers any_modifiers() {
+    Qt::KeyboardModifiers modifiers;
+    for (const Qt::KeyboardModifier one : {Qt::ShiftModifier, Qt::ControlModifier, Qt::AltModifier})
+      if (below(5) == 0) modifiers |= one;
+    return modifiers;
+  }
+  /// Menus and dialogs that open are closed as if by Esc, so that the next event comes.
+  static void close_what_opened() {
+    if (QWidget* popup = QApplication::activePopupWidget()) popup->close();
+    if (QWidget* dialog = QApplication::activeModalWidget()) dialog->close();
+  }
+  void mouse_somewhere() {
+    QWidget& view = *window_->views().all()[static_cast<std::size_t>(below(4))];
+    const auto place = [&] { return QPointF(below(view.width() + 40) - 20, below(view.height() + 40) - 20); };
+    const QPointF from = place(), to = below(2) ? place() : from + QPointF(below(40) - 20, below(40) - 20);
+    const Qt::MouseButton buttons[] = {Qt::LeftButton, Qt::LeftButton, Qt::LeftButton, Qt::RightButton,
+                                       Qt::MiddleButton};
+    const Qt::MouseButton button = buttons[below(5)];
+    const Qt::KeyboardModifiers modifiers = any_modifiers();
+    switch (below(8)) {
+      case 0:
+        return wheel(view, from, below(7) - 3, modifiers);
+      case 1:
+        return mouse(view, QEvent::MouseMove, from, Qt::NoButton, Qt::NoButton, modifiers);
+      case 2:
+        return mouse(view, QEvent::MouseButtonDblClick, from, button, button, modifiers);
+      case 3:  // a press without an end, or an end without a press
+        return mouse(view, below(2) ? QEvent::MouseButtonPress : QEvent::MouseButtonRelease, from, button,
+                     below(2) ? button : Qt::NoButton, modifiers);
+      default:
+        return drag(view, from, to, button, modifiers);
+    }
+  }
+  /// A key of the table; what asks for files or ends the program is left out.
+  void key_of_the_table() {
+    const Binding& binding = bindings()[static_cast<std::size_t>(below(static_cast<int>(bindings().size())))];
+    if (!*binding.keys) return;
+    for (const Act act : {Act::Open, Act::OpenFolder, Act::SaveScene, Act::SaveSceneAs, Act::SaveLabels,
+                          Act::SaveMeshes, Act::Screenshot, Act::Quit, Act::Help, Act::About, Act::Messages})
+      if (binding.act == act) return;
+    if (binding.act == Act::RefineMesh && vertices() > 5000) return;
+    const QKeyCombination keys = QKeySequence(QString::fromLatin1(binding.keys))[0];
+    QTest::keyClick(window_->windowHandle(), keys.key(), keys.keyboardModifiers());
+  }
+  int vertices() {
+    int count = 0;
+    for (const MeshItem& item : bench().scene().meshes) count += item.mesh.vertex_count();
+    return count;
+  }
+
+  std::mt19937 random_;
+};
+
+TEST_F(RandomEventsTest, TheWindowLivesAndEverythingIsTakenBack) {
+  const int events =
+      qEnvironmentVariableIsSet("SIMPLEXSEG_EVENTS") ? qEnvironmentVariableIntValue("SIMPLEXSEG_EVENTS") : 200;
+  random_.seed(static_cast<unsigned>(qEnvironmentVariableIntValue("SIMPLEXSEG_SEED")));
+  window_->activateWindow();
+  ASSERT_TRUE(QTest::qWaitForWindowActive(window_.get()));
+  QTimer closer;
+  QObject::connect(&closer, &QTimer::timeout, &RandomEventsTest::close_what_opened);
+  closer.start(5);
+  for (int n = 0; n < events; ++n) {
+    below(3) ? mouse_somewhere() : key_of_the_table();
+    if (n % 4 == 0) QApplication::processEvents();
+    // So many meshes at work would make the test long, and find no more.
+    while (bench().scene().meshes.size() > 6) bench().apply(DeleteMesh{bench().scene().meshes.back().id});
+    if (events > 2000 && n % 1000 == 999) std::cout << n + 1 << " events, " << scene().meshes.size() << " meshes\n";
+  }
+  bench().pause();
+  close_what_opened();
+  for (const MeshItem& item : scene().meshes) EXPECT_NO_THROW(validate(item.mesh)) << item.name;
+  int undone = 0;
+  while (bench().session().can_undo() && undone < 300) {
+    ASSERT_TRUE(bench().apply(Undo{}));
+    ++undone;
+  }
+  EXPECT_FALSE(bench().session().can_undo());
+  while (bench().session().can_redo()) ASSERT_TRUE(bench().apply(Redo{}));
+  for (const MeshItem& item : scene().meshes) EXPECT_NO_THROW(validate(item.mesh)) << item.name;
+}
+
+}  // namespace
+}  // namespace simplexseg
