@@ -14,13 +14,15 @@ namespace fs = std::filesystem;
 namespace {
 
 void load_voxels(LoadedInput& input) {
-  LoadedVolume loaded = load_volume(input.volume_path);
+  LoadedVolume loaded = load_volume(input.volume_path, input.scene.volume_number, input.scene.volume_series);
   input.volume = std::move(loaded.volume);
+  input.patient = std::move(loaded.patient);
+  input.series = std::move(loaded.series);
   input.warnings = std::move(loaded.warnings);
 }
 
 void load_header(LoadedInput& input) {
-  VolumeInfo info = read_volume_info(input.volume_path);
+  VolumeInfo info = read_volume_info(input.volume_path, input.scene.volume_number, input.scene.volume_series);
   input.volume = Volume(info.geometry, info.type);
   input.warnings = std::move(info.warnings);
 }
@@ -50,10 +52,12 @@ LoadedInput load_scene(const fs::path& path, const LoadOptions& options) {
   return input;
 }
 
-LoadedInput load_input(const fs::path& path) {
+LoadedInput load_input(const fs::path& path, int volume, const std::string& series) {
   if (path.extension() == ".json") return load_scene(path, {.bad_reference = LoadOptions::BadReference::Warn});
   LoadedInput input;
   input.scene.volume_path = fs::absolute(path).string();
+  input.scene.volume_number = volume;
+  input.scene.volume_series = series;
   input.scene.simulation = default_simulation_parameters();
   input.volume_path = path;
   load_voxels(input);

@@ -16,6 +16,7 @@ struct LoadedInput {
   Scene scene;
   Volume volume;                      ///< empty when the scene names none
   std::filesystem::path volume_path;  ///< where it was found; empty when the scene names none
+  std::string patient, series;        ///< names, of DICOM; empty where it has none
   References references;
   std::vector<std::string> warnings;  ///< one line each, for the user
 };
@@ -36,6 +37,8 @@ LoadedInput load_scene(const std::filesystem::path& path, const LoadOptions& opt
 
 /// Reads what a user names to be looked at: a scene (.json), else a volume or a DICOM folder, which makes a scene
 /// without meshes. Throws Error; a reference that cannot be read is a warning.
-LoadedInput load_input(const std::filesystem::path& path);
+/// Of a 4D file number `volume`, from 1 (a scene names its own); of a DICOM folder the series with the UID `series`;
+/// empty: the largest.
+LoadedInput load_input(const std::filesystem::path& path, int volume = 1, const std::string& series = {});
 
 }  // namespace simplexseg

@@ -10,6 +10,8 @@
 
 namespace simplexseg {
 
+constexpr int kMostVolumes = 1000000;  ///< numbers of volumes that can be asked for
+
 /// What a volume file (or a folder with a DICOM series) says of itself, known without reading the voxels.
 struct VolumeInfo {
   VolumeGeometry geometry;            ///< LPS, mm
@@ -27,6 +29,7 @@ struct LoadedVolume {
   Volume volume;
   std::string format;
   std::vector<SegmentName> segments;
+  std::string patient, series;        ///< names, of DICOM; empty where it has none
   std::vector<std::string> warnings;  ///< as in VolumeInfo, and what was seen in the voxels
 };
 
@@ -34,12 +37,14 @@ struct LoadedVolume {
 /// file, or a folder that holds a DICOM series (the files may have any name; of several series the largest is taken,
 /// with a warning). Throws Error when there is no such file, it is none of these, its geometry cannot be used, or the
 /// file is too small for what its header claims. Of a 4D DICOM file or series, number `volume` is described, from 1.
-VolumeInfo read_volume_info(const std::filesystem::path& path, int volume = 1);
+/// `series`: UID of the series that is taken of a DICOM folder, searched in its subfolders where the folder itself has
+/// it not; what of it makes no volume is left out with a warning (open_named_series()).
+VolumeInfo read_volume_info(const std::filesystem::path& path, int volume = 1, const std::string& series = {});
 
 /// Reads the voxels in their own type (64-bit integers are narrowed to 32 bits where the values allow it). Throws Error
 /// as read_volume_info does, and for colour, 4D but DICOM, truncated files, a DICOM series with missing, doubled or
 /// differently oriented slices, and a volume that does not fit into the memory available.
-LoadedVolume load_volume(const std::filesystem::path& path, int volume = 1);
+LoadedVolume load_volume(const std::filesystem::path& path, int volume = 1, const std::string& series = {});
 
 /// Throws the Error of load_volume() for colour and 4D.
 void require_one_value(const std::filesystem::path& path, const VolumeInfo& info);

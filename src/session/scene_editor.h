@@ -39,6 +39,8 @@ class SceneEditor {
   SceneChange carry_out(const ResetPose& command);
   SceneChange carry_out(const RecordProfiles& command);
   SceneChange carry_out(const RefineMesh& command);
+  SceneChange carry_out(const SetReference& command);
+  SceneChange carry_out(const ResizePoint& command);
 
  private:
   MeshItem& item_of(ItemId mesh);  ///< throws Error when there is none
