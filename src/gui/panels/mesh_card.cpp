@@ -146,8 +146,9 @@ void MeshCard::show_mesh(const MeshItem& item, bool active) {
                     .arg(active ? "#2b3b4d" : "#2a2d33", active ? theme::kAccent.name() : "#1c1e22"));
 }
 
-void MeshCard::show_state(const QString& state, bool is_warning) {
+void MeshCard::show_state(const QString& state, bool is_warning, const QString& advice) {
   state_->setText(state);
+  if (state_->toolTip() != advice) state_->setToolTip(advice);
   state_->setStyleSheet(QString("color: %1;").arg((is_warning ? theme::kWarning : theme::kDimText).name()));
 }
 

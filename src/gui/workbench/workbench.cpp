@@ -18,6 +18,8 @@ Workbench::Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_p
 void Workbench::open(Scene scene, Volume volume, References references) {
   session_.open(std::move(scene), std::move(volume));
   references_ = std::move(references);
+  patient_.clear();
+  series_.clear();
   cuts_.forget();
   warnings_.forget();
   warned_.clear();
@@ -40,6 +42,17 @@ void Workbench::open(Scene scene, Volume volume, References references) {
   emit scene_changed();
   emit view_changed();
   announce();
+}
+
+void Workbench::set_title(const QString& patient, const QString& series) {
+  patient_ = patient;
+  series_ = series;
+  emit view_changed();
+}
+
+void Workbench::add_reference(const std::string& path, Volume labels) {
+  references_.add(path, std::move(labels));
+  emit references_changed();
 }
 
 bool Workbench::apply(const Command& command, ItemId* added) {
