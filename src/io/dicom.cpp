@@ -17,6 +17,7 @@
 #include "io/dicom_volumes.h"
 #include "io/files.h"
 #include "io/itk_quiet.h"
+#include "io/load_progress.h"
 
 namespace simplexseg {
 
@@ -51,6 +52,7 @@ Volume read_slices(const std::vector<DicomSlice>& slices, const VolumeInfo& info
     const DicomSlice& slice = slices[order[i]];
     if (i == 0 || slice.file != slices[order[i - 1]].file) frames.emplace(slice);
     frames->read(slice, info.type, static_cast<std::byte*>(volume.data()) + order[i] * slice_bytes);
+    report_progress(static_cast<double>(i + 1), static_cast<double>(order.size()));
   }
   return volume;
 }
@@ -93,10 +95,10 @@ int count_files(const std::vector<DicomSlice>& slices) {
   return static_cast<int>(files.size());
 }
 
-/// The volume of slices that are known to be of one series; `what` names it in messages, `volume` tells which of
-/// several, from 1.
-VolumeSource open_slices(std::vector<DicomSlice> slices, const std::string& format, const std::string& what,
-                         int volume) {
+}  // namespace
+
+VolumeSource open_dicom_slices(std::vector<DicomSlice> slices, const std::string& format, const std::string& what,
+                               int volume) {
   VolumeSource source;
   VolumeInfo& info = source.info;
   info.format = format;
@@ -126,8 +128,6 @@ VolumeSource open_slices(std::vector<DicomSlice> slices, const std::string& form
   return source;
 }
 
-}  // namespace
-
 bool looks_like_dicom(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);
   char magic[4] = {};
@@ -155,7 +155,7 @@ VolumeSource open_dicom_file(const fs::path& path, int volume) {
                 "give NIfTI, Analyze, MetaImage, NRRD, GIPL, MINC 2, a DICOM file, or the folder of a DICOM series");
   }
   const bool alone = slices.size() == 1;
-  VolumeSource source = open_slices(std::move(slices), "DICOM", quoted(path), volume);
+  VolumeSource source = open_dicom_slices(std::move(slices), "DICOM", quoted(path), volume);
   if (alone) source.info.warnings.push_back("one DICOM slice: open its folder for the whole series");
   return source;
 }
@@ -175,7 +175,9 @@ VolumeSource open_dicom_series(const fs::path& folder, int volume) {
   std::map<std::string, std::vector<DicomSlice>> series;
   std::vector<std::string> broken;
   std::string why_broken;  // the first of them
+  std::size_t scanned = 0;
   for (const fs::path& file : files) {
+    report_progress(static_cast<double>(scanned++), static_cast<double>(files.size()));
     try {
       for (DicomSlice& slice : scan_dicom(file)) series[slice.series].push_back(std::move(slice));
     } catch (const std::exception& exception) {
@@ -203,7 +205,7 @@ VolumeSource open_dicom_series(const fs::path& folder, int volume) {
   }
   const std::string chosen = named(largest->second);
   VolumeSource source =
-      open_slices(std::move(largest->second), "DICOM series", "the DICOM series in " + quoted(folder), volume);
+      open_dicom_slices(std::move(largest->second), "DICOM series", "the DICOM series in " + quoted(folder), volume);
   if (!others.empty()) {
     source.info.warnings.push_back(std::to_string(others.size() + 1) + " series in the folder: the largest, " + chosen +
                                    ", is taken; left out: " + list_of(others));

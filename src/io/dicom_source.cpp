@@ -71,12 +71,12 @@ std::vector<DicomItem> DicomSource::references() const {
   return items;
 }
 
-DicomSource read_dicom_source(const fs::path& path, const fs::path& target, int volume) {
+DicomSource read_dicom_source(const fs::path& path, const fs::path& target, int volume, const std::string& series) {
   const std::string what = "cannot write " + quoted(target);
   if (path.empty())
     throw Error(what, "it refers to the DICOM images that it was made on, and there is no volume",
                 "use .nii.gz, .nii, .seg.nrrd, .nrrd or .mha");
-  const VolumeSource opened = open_volume(path, volume);
+  const VolumeSource opened = open_volume(path, volume, series);
   if (opened.dicom.empty()) {
     throw Error(what,
                 "it refers to the DICOM images that it was made on, and the volume " + quoted(path) + " is " +

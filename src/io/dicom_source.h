@@ -32,10 +32,11 @@ struct DicomSource {
   std::vector<DicomItem> references() const;
 };
 
-/// Reads the headers again of the volume at `path`, number `volume` of a 4D one. `target` names the file to be written
-/// in messages. Throws Error when the volume is no DICOM image, does not say where its slices lie or what names them,
-/// or cannot be read any more.
-DicomSource read_dicom_source(const std::filesystem::path& path, const std::filesystem::path& target, int volume = 1);
+/// Reads the headers again of the volume at `path`. `target` names the file to be written in messages. Throws Error
+/// when the volume is no DICOM image, does not say where its slices lie or what names them, or cannot be read any more.
+/// `series`: as load_volume() takes it.
+DicomSource read_dicom_source(const std::filesystem::path& path, const std::filesystem::path& target, int volume = 1,
+                              const std::string& series = {});
 
 /// A name as DICOM keeps it (LO): one line of `most` characters at most, without backslash, ASCII where the source's
 /// coding is another than UTF-8.

@@ -59,6 +59,13 @@ std::string text_of(const gdcm::DataSet& data, DicomTag tag, std::size_t limit) 
   return value ? one_line(std::string(value->GetPointer(), value->GetLength()), limit) : std::string();
 }
 
+std::string raw_text_of(const gdcm::DataSet& data, DicomTag tag) {
+  const gdcm::ByteValue* value = bytes_of(data, tag);
+  std::string text = value ? std::string(value->GetPointer(), value->GetLength()) : std::string();
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.pop_back();
+  return text;
+}
+
 std::vector<double> numbers_of(const gdcm::DataSet& data, DicomTag tag, DicomKind kind) {
   const gdcm::ByteValue* value = bytes_of(data, tag);
   if (!value) return {};

@@ -23,6 +23,8 @@ enum class DicomKind { Text, Short, Long, Double };
 bool has(const gdcm::DataSet& data, DicomTag tag);
 /// One line; empty where there is none.
 std::string text_of(const gdcm::DataSet& data, DicomTag tag, std::size_t limit = 200);
+/// The bytes of a text without the blanks that fill it up; in the file's own coding.
+std::string raw_text_of(const gdcm::DataSet& data, DicomTag tag);
 /// All numbers of an attribute, up to the first that is no finite number.
 std::vector<double> numbers_of(const gdcm::DataSet& data, DicomTag tag, DicomKind kind = DicomKind::Text);
 /// The first of them.

@@ -2,6 +2,8 @@
 #include "io/label_mesh.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <set>
 #include <sstream>
 
@@ -12,6 +14,7 @@ namespace simplexseg {
 namespace {
 
 constexpr std::size_t kMostNamed = 12;
+constexpr std::size_t kMostLabels = 65535;
 
 /// "1, 2, 5 and others", of the labels in a volume.
 std::string labels_in(const Volume& labels) {
@@ -31,6 +34,39 @@ std::string labels_in(const Volume& labels) {
 }
 
 }  // namespace
+
+std::vector<LabelCount> count_labels(const Volume& labels, const std::vector<SegmentName>& names, std::size_t most) {
+  std::map<double, std::size_t> counts;
+  visit_voxel_type(labels.type(), [&]<class T>(std::type_identity<T>) {
+    double last = 0;
+    std::size_t* count = nullptr;  // neighbours are mostly of one label
+    for (const T v : labels.voxels<T>()) {
+      const double value = static_cast<double>(v);
+      if (v == T(0) || v != v) continue;
+      if (!count || value != last) count = &counts[last = value];
+      if (counts.size() > kMostLabels)
+        throw Error("the labels", "the volume holds more than " + std::to_string(kMostLabels) + " different values",
+                    "give a volume of labels, not an image");
+      ++*count;
+    }
+  });
+  const VolumeGeometry& geometry = labels.geometry();
+  const double voxel_ml = std::abs(geometry.direction.determinant()) * geometry.spacing_mm.prod() / 1000;
+  std::vector<LabelCount> result;
+  for (const auto& [value, voxels] : counts) {
+    LabelCount& label = result.emplace_back();
+    label.value = value, label.voxels = voxels, label.millilitres = static_cast<double>(voxels) * voxel_ml;
+    for (const SegmentName& name : names)
+      if (name.value == value) label.name = name.name, label.colour = name.colour;
+  }
+  if (result.size() > most) {
+    std::nth_element(result.begin(), result.begin() + static_cast<std::ptrdiff_t>(most), result.end(),
+                     [](const LabelCount& a, const LabelCount& b) { return a.voxels > b.voxels; });
+    result.resize(most);
+    std::sort(result.begin(), result.end(), [](const LabelCount& a, const LabelCount& b) { return a.value < b.value; });
+  }
+  return result;
+}
 
 ChosenLabel choose_label(const Volume& labels, const LabelChoice& choice, const std::string& name) {
   ChosenLabel chosen{mask_of(labels, choice.label), {}};

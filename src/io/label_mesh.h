@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "image/mask.h"
+#include "io/segment_names.h"
 #include "mesh/simplex_mesh.h"
 
 namespace simplexseg {
@@ -15,6 +16,18 @@ struct LabelChoice {
   std::optional<double> label;  ///< none: every voxel that is not 0
   int part = 0;                 ///< of its connected parts, 1 is the largest; 0: all of them
 };
+
+/// A label of a volume.
+struct LabelCount {
+  double value = 0;
+  std::string name;  ///< as its file says; empty where it does not
+  std::optional<Colour> colour;
+  std::size_t voxels = 0;
+  double millilitres = 0;
+};
+/// The labels that a volume holds, by their values; of more than `most` those with the most voxels.
+std::vector<LabelCount> count_labels(const Volume& labels, const std::vector<SegmentName>& names,
+                                     std::size_t most = 1000);
 
 struct ChosenLabel {
   Mask mask;

@@ -16,8 +16,10 @@ namespace fs = std::filesystem;
 namespace {
 
 void load_voxels(LoadedInput& input) {
-  LoadedVolume loaded = load_volume(input.volume_path, input.scene.volume_number);
+  LoadedVolume loaded = load_volume(input.volume_path, input.scene.volume_number, input.scene.volume_series);
   input.volume = std::move(loaded.volume);
+  input.patient = std::move(loaded.patient);
+  input.series = std::move(loaded.series);
   input.warnings = std::move(loaded.warnings);
   input.low_is_bright = loaded.low_is_bright;
   const std::string checksum = checksum_of(input.volume);
@@ -31,7 +33,7 @@ void load_voxels(LoadedInput& input) {
 }
 
 void load_header(LoadedInput& input) {
-  VolumeInfo info = read_volume_info(input.volume_path, input.scene.volume_number);
+  VolumeInfo info = read_volume_info(input.volume_path, input.scene.volume_number, input.scene.volume_series);
   input.volume = Volume(info.geometry, info.type);
   input.warnings = std::move(info.warnings);
 }
@@ -61,11 +63,12 @@ LoadedInput load_scene(const fs::path& path, const LoadOptions& options) {
   return input;
 }
 
-LoadedInput load_input(const fs::path& path, int volume) {
+LoadedInput load_input(const fs::path& path, int volume, const std::string& series) {
   if (path.extension() == ".json") return load_scene(path, {.bad_reference = LoadOptions::BadReference::Warn});
   LoadedInput input;
   input.scene.volume_path = fs::absolute(path).string();
   input.scene.volume_number = volume;
+  input.scene.volume_series = series;
   input.scene.simulation = default_simulation_parameters();
   input.volume_path = path;
   load_voxels(input);

@@ -16,6 +16,7 @@ struct LoadedInput {
   Scene scene;
   Volume volume;                      ///< empty when the scene names none
   std::filesystem::path volume_path;  ///< where it was found; empty when the scene names none
+  std::string patient, series;        ///< names, of DICOM; empty where it has none
   References references;
   std::vector<std::string> warnings;  ///< one line each, for the user
   bool low_is_bright = false;         ///< the volume's low values are meant to be shown bright (MONOCHROME1)
@@ -36,8 +37,8 @@ struct LoadOptions {
 LoadedInput load_scene(const std::filesystem::path& path, const LoadOptions& options = {});
 
 /// Reads what a user names to be looked at: a scene (.json), else a volume or a DICOM folder, which makes a scene
-/// without meshes; of a 4D file number `volume`, from 1 (a scene names its own). Throws Error; a reference that cannot
-/// be read is a warning.
-LoadedInput load_input(const std::filesystem::path& path, int volume = 1);
+/// without meshes; of a 4D file number `volume`, from 1 (a scene names its own); of a DICOM folder the series with the
+/// UID `series`; empty: the largest. Throws Error; a reference that cannot be read is a warning.
+LoadedInput load_input(const std::filesystem::path& path, int volume = 1, const std::string& series = {});
 
 }  // namespace simplexseg

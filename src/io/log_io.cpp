@@ -10,6 +10,8 @@
 #include "io/atomic_file.h"
 #include "io/json_input.h"
 #include "io/json_output.h"
+#include "io/mesh_io.h"
+#include "io/mesh_start.h"
 #include "io/parameter_json.h"
 #include "io/parameter_text.h"
 #include "io/point_text.h"
@@ -48,14 +50,26 @@ Json body(const AddMesh& c) {
   Json json = {{"name", c.name}, {"centre_mm", vector_json(c.seed.centre_mm)}, {"radius_mm", c.seed.radius_mm}};
   if (c.colour) json["colour"] = colour_json(*c.colour);
   if (c.like) json["like"] = c.like;
+  if (c.start) {
+    json["start"] = {{is_mesh_name(c.start->path) ? "mesh" : "labels", c.start->path}};
+    if (c.start->value) json["start"]["label"] = *c.start->value;
+    if (c.start->part > 0) json["start"]["part"] = c.start->part;
+  }
   return json;
 }
 void take(const JsonInput& in, AddMesh& c) {
-  expect_keys(in, {"name", "centre_mm", "radius_mm", "colour", "like"});
+  expect_keys(in, {"name", "centre_mm", "radius_mm", "colour", "like", "start"});
   if (in.has("name")) c.name = in["name"].text_or_empty();
   c.seed = {in["centre_mm"].vector3(), read_radius(in["radius_mm"])};
   if (in.has("colour")) c.colour = read_colour(in["colour"]);
   if (in.has("like")) c.like = read_id(in["like"]);
+  if (!in.has("start")) return;
+  const JsonInput start = in["start"];
+  start.expect_keys({"labels", "label", "part", "mesh"});
+  MeshStart wanted{start[start.has("mesh") ? "mesh" : "labels"].text(), std::nullopt, 0, nullptr};
+  if (start.has("label")) wanted.value = start["label"].number();
+  if (start.has("part")) wanted.part = start["part"].integer_between(1, kMaxInt);
+  c.start = load_start(wanted, {}).start;
 }
 
 Json body(const EditMesh& c) {
@@ -147,6 +161,31 @@ void take(const JsonInput& in, MovePoint& c) {
   c = {read_id(in["point"]), in["position_mm"].vector3(), in.has("continues") && in["continues"].boolean()};
 }
 
+Json body(const ResizePoint& c) {
+  Json json = {{"point", c.point}, {"radius_mm", c.radius_mm}};
+  if (c.continues) json["continues"] = true;
+  return json;
+}
+void take(const JsonInput& in, ResizePoint& c) {
+  expect_keys(in, {"point", "radius_mm", "continues"});
+  c = {read_id(in["point"]), read_radius(in["radius_mm"]), in.has("continues") && in["continues"].boolean()};
+}
+
+Json body(const SetReference& c) {
+  Json json = {{"mesh", c.mesh}};
+  if (c.reference) json["labels"] = c.reference->labels;
+  if (c.reference && c.reference->value) json["value"] = *c.reference->value;
+  if (c.continues) json["continues"] = true;
+  return json;
+}
+void take(const JsonInput& in, SetReference& c) {
+  expect_keys(in, {"mesh", "labels", "value", "continues"});
+  c.mesh = read_id(in["mesh"]);
+  if (in.has("labels")) c.reference = Reference{in["labels"].text(), std::nullopt};
+  if (c.reference && in.has("value")) c.reference->value = in["value"].number();
+  c.continues = in.has("continues") && in["continues"].boolean();
+}
+
 Json body(const DeletePoint& c) { return {{"point", c.point}}; }
 void take(const JsonInput& in, DeletePoint& c) {
   expect_keys(in, {"point"});
@@ -192,7 +231,7 @@ const std::vector<std::string> kNames = {
     "add_mesh",    "delete_mesh",    "edit_mesh",    "set_force_parameter", "set_simulation_parameter",
     "add_point",   "move_point",     "delete_point", "reset_pose",          "record_profiles",
     "refine_mesh", "duplicate_mesh", "place_mesh",   "set_parameters",      "learn_field",
-    "take_field",  "undo",           "redo"};
+    "take_field",  "undo",           "redo",         "set_reference",       "resize_point"};
 
 template <std::size_t I = 0>
 Command read_command(const JsonInput& input, std::size_t wanted) {

@@ -21,6 +21,9 @@ class References {
 
   /// What the reader had to assume and what was resampled, one line each.
   const std::vector<std::string>& warnings() const { return warnings_; }
+  /// Labels on the volume's grid, under the path by which meshes name them; in place of those that had it.
+  void add(const std::string& path, Volume labels) { labels_.insert_or_assign(path, std::move(labels)); }
+  const std::map<std::string, Volume>& all() const { return labels_; }
   /// Whether the mesh names a reference that was read.
   bool has(const MeshItem& item) const { return item.reference && labels_.contains(item.reference->labels); }
   /// None without a reference.

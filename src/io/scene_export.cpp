@@ -37,7 +37,7 @@ bool is_structure_name(const fs::path& path) { return lower_case(path.filename()
 
 DicomSource source_of(const Scene& scene, const fs::path& target) {
   return read_dicom_source(scene.volume_path.empty() ? fs::path() : find_data(scene.volume_path, {}), target,
-                           scene.volume_number);
+                           scene.volume_number, scene.volume_series);
 }
 
 }  // namespace

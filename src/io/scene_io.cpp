@@ -10,14 +10,13 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
-#include "image/label_surface.h"
 #include "io/atomic_file.h"
 #include "io/data_path.h"
 #include "io/files.h"
 #include "io/json_input.h"
 #include "io/json_output.h"
-#include "io/label_mesh.h"
 #include "io/mesh_io.h"
+#include "io/mesh_start.h"
 #include "io/parameter_json.h"
 #include "io/parameter_text.h"
 #include "io/ply.h"
@@ -78,23 +77,25 @@ void read_pose(const JsonInput& input, const fs::path& folder, MeshItem& item) {
 /// Label volumes that were read already, by where they are.
 using LabelFiles = std::map<fs::path, Volume>;
 
-/// Voxels of a ball of two voxels' radius. The surface of such a cavity shrinks to nothing under smoothing, and its
-/// steps are undone.
-constexpr std::size_t kSmallCavity = 33;
-
 void read_start(const JsonInput& input, const fs::path& folder, LabelFiles& files, int vertices, MeshItem& item) {
-  input.expect_keys({"labels", "label", "part"});
-  LabelStart start{anchored(input["labels"].text(), folder), std::nullopt, 0, nullptr};
-  if (input.has("label")) start.value = input["label"].number();
-  if (input.has("part")) start.part = input["part"].integer_between(1, std::numeric_limits<int>::max());
-  const fs::path path = find_data(start.labels, folder);
-  if (!files.contains(path)) files.emplace(path, read_volume(path));
-  Mask mask = choose_label(files.at(path), {start.value, start.part}, quoted(path)).mask;
-  fill_cavities(mask, kSmallCavity);
-  start.mesh = std::make_shared<const SimplexMesh>(mesh_of_mask(mask, vertices));
-  const InnerBall ball = inner_ball(mask);
-  item.seed = {ball.centre_mm, ball.radius_mm};
-  item.start = std::move(start);
+  input.expect_keys({"labels", "label", "part", "mesh"});
+  LoadedStart loaded;
+  if (input.has("mesh")) {
+    for (const char* key : {"labels", "label", "part"})
+      if (input.has(key)) input[key].refuse("a start is labels or a mesh", "leave one of them out");
+    const std::string path = anchored(input["mesh"].text(), folder);
+    loaded = start_of_mesh(find_data(path, folder), path);
+  } else {
+    const std::string path = anchored(input["labels"].text(), folder);
+    LabelChoice choice;
+    if (input.has("label")) choice.label = input["label"].number();
+    if (input.has("part")) choice.part = input["part"].integer_between(1, std::numeric_limits<int>::max());
+    const fs::path file = find_data(path, folder);
+    if (!files.contains(file)) files.emplace(file, read_volume(file));
+    loaded = start_of_labels(files.at(file), choice, path, vertices);
+  }
+  item.seed = loaded.seed;
+  item.start = std::move(loaded.start);
 }
 
 MeshItem read_item(const JsonInput& input, const Scene& scene, const fs::path& folder, LabelFiles& files) {
@@ -169,7 +170,8 @@ Json item_json(const MeshItem& item, const ForceParameters& defaults, const fs::
                {"visible", item.visible},
                {"label", item.label}};
   if (item.start) {
-    Json& start = json["start"] = {{"labels", portable(item.start->labels, folder)}};
+    Json& start = json["start"] = Json::object();
+    start[is_mesh_name(item.start->path) ? "mesh" : "labels"] = portable(item.start->path, folder);
     if (item.start->value) start["label"] = *item.start->value;
     if (item.start->part > 0) start["part"] = item.start->part;
   }
@@ -234,8 +236,8 @@ SceneFile read_scene(const fs::path& path) {
   if (!input.has("simplexseg_scene"))
     input.refuse("this is no scene: the key 'simplexseg_scene' is missing", "name a scene file");
   input["simplexseg_scene"].integer_between(kSceneVersion, kSceneVersion);
-  input.expect_keys({"simplexseg_scene", "volume", "volume_number", "volume_checksum", "simulation", "forces", "meshes",
-                     "points", "steps", "view"});
+  input.expect_keys({"simplexseg_scene", "volume", "volume_number", "series", "volume_checksum", "simulation", "forces",
+                     "meshes", "points", "steps", "view"});
   const fs::path folder = path.parent_path();
 
   SceneFile file;
@@ -248,6 +250,7 @@ SceneFile read_scene(const fs::path& path) {
   if (input.has("volume_number")) scene.volume_number = input["volume_number"].integer_between(1, kMostVolumes);
   if (input.has("volume_checksum")) scene.volume_checksum = input["volume_checksum"].text();
   if (input.has("view")) scene.view = read_view(input["view"]);
+  if (input.has("series")) scene.volume_series = input["series"].text();
   if (input.has("simulation")) read_simulation(input["simulation"], scene.simulation);
   if (input.has("forces")) read_forces(input["forces"], scene.forces);
   LabelFiles label_files;
@@ -290,6 +293,7 @@ void write_scene(const fs::path& path, const Scene& scene) {
   Json json = {{"simplexseg_scene", kSceneVersion}};
   if (!scene.volume_path.empty()) json["volume"] = portable(scene.volume_path, folder);
   if (scene.volume_number != 1) json["volume_number"] = scene.volume_number;
+  if (!scene.volume_series.empty()) json["series"] = scene.volume_series;
   if (!scene.volume_checksum.empty()) json["volume_checksum"] = scene.volume_checksum;
   json["simulation"] = simulation_json<Json>(scene.simulation);
   json["forces"] = forces_json<Json>(scene.forces, nullptr);

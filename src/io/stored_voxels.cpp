@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "io/files.h"
 #include "io/header_text.h"
+#include "io/load_progress.h"
 
 namespace simplexseg {
 
@@ -241,14 +242,20 @@ Volume read_stored(const StoredVoxels& v, const VolumeInfo& info) {
   const bool swaps = v.swapped && v.type.bytes > 1 && v.code != VoxelCode::Text;
   if (!v.rescaled && !v.type.wide) {
     auto* const to = static_cast<unsigned char*>(volume.data());
-    read_turns(bytes, to, count, turns, before % turns, size);
-    if (swaps) swap_bytes(to, count, v.type.bytes);
+    for (std::size_t first = 0; first < count; first += kBlock) {
+      const std::size_t n = std::min(kBlock, count - first);
+      auto* const block = to + first * size;
+      read_turns(bytes, block, n, turns, before % turns, size);
+      if (swaps) swap_bytes(block, n, v.type.bytes);
+      report_progress(static_cast<double>(first + n), static_cast<double>(count));
+    }
   } else {
     std::vector<std::uint64_t> block(kBlock);  // of the widest type, for its alignment
     auto* const raw = reinterpret_cast<unsigned char*>(block.data());
     for (std::size_t first = 0; first < count; first += kBlock) {
       const std::size_t n = std::min(kBlock, count - first);
       read_turns(bytes, raw, n, turns, before % turns, size);
+      report_progress(static_cast<double>(first + n), static_cast<double>(count));
       if (swaps) swap_bytes(raw, n, v.type.bytes);
       visit_stored(v.type, [&]<class From>(std::type_identity<From>) {
         const auto* const from = reinterpret_cast<const From*>(raw);

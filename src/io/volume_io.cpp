@@ -9,6 +9,8 @@
 
 #include "io/atomic_file.h"
 #include "io/dicom.h"
+#include "io/dicom_series.h"
+#include "io/dicom_texts.h"
 #include "io/files.h"
 #include "io/gipl.h"
 #include "io/meta_image.h"
@@ -45,8 +47,9 @@ void refuse_packed(const fs::path& path) {
               "give NIfTI, Analyze or GIPL, or unpack it where it is MINC 2 or DICOM");
 }
 
-VolumeSource open(const fs::path& path, int volume) {
+VolumeSource open(const fs::path& path, int volume, const std::string& series) {
   std::error_code error;
+  if (!series.empty()) return open_named_series(path, series, volume);
   if (fs::is_directory(path, error)) return open_dicom_series(path, volume);
   require_file(path);
   const std::string extension = extension_of(path);
@@ -96,9 +99,9 @@ void write(const fs::path& path, const Volume& volume, const std::string& nrrd_k
 
 }  // namespace
 
-VolumeSource open_volume(const fs::path& path, int volume) {
+VolumeSource open_volume(const fs::path& path, int volume, const std::string& series) {
   try {
-    VolumeSource source = open(path, volume);
+    VolumeSource source = open(path, volume, series);
     if (volume > 1 && source.info.frame == 0) {
       require_one_value(path, source.info);
       take_volume(source.info, volume, "cannot read " + quoted(path));  // which there is not
@@ -123,7 +126,9 @@ std::size_t available_memory() {
   return 0;
 }
 
-VolumeInfo read_volume_info(const fs::path& path, int volume) { return open_volume(path, volume).info; }
+VolumeInfo read_volume_info(const fs::path& path, int volume, const std::string& series) {
+  return open_volume(path, volume, series).info;
+}
 
 int count_volumes(const fs::path& path) {
   const VolumeInfo info = read_volume_info(path);
@@ -143,8 +148,8 @@ void require_one_value(const fs::path& path, const VolumeInfo& info) {
   }
 }
 
-LoadedVolume load_volume(const fs::path& path, int volume) {
-  const VolumeSource source = open_volume(path, volume);
+LoadedVolume load_volume(const fs::path& path, int volume, const std::string& series) {
+  const VolumeSource source = open_volume(path, volume, series);
   const VolumeInfo& info = source.info;
   require_one_value(path, info);
   const double needed =
@@ -170,6 +175,11 @@ LoadedVolume load_volume(const fs::path& path, int volume) {
   loaded.frame = info.frame;
   loaded.low_is_bright = info.low_is_bright;
   loaded.segments = info.segments;
+  if (!source.dicom.empty()) {
+    const DicomTexts texts = read_dicom_texts(source.dicom.front().file);
+    loaded.patient = texts.patient.empty() ? texts.patient_id : texts.patient;
+    loaded.series = texts.series;
+  }
   loaded.warnings = info.warnings;
   if (const std::size_t count = count_not_finite(loaded.volume)) {
     loaded.warnings.push_back(std::to_string(count) + " voxels are not finite numbers");

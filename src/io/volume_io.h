@@ -33,6 +33,7 @@ struct LoadedVolume {
   int frame = 0;               ///< which of several volumes this is, from 1; 0: there is one
   bool low_is_bright = false;  ///< low values are meant to be shown bright (MONOCHROME1)
   std::vector<SegmentName> segments;
+  std::string patient, series;        ///< names, of DICOM; empty where it has none
   std::vector<std::string> warnings;  ///< as in VolumeInfo, and what was seen in the voxels
 };
 
@@ -40,7 +41,9 @@ struct LoadedVolume {
 /// file, or a folder that holds a DICOM series (the files may have any name; of several series the largest is taken,
 /// with a warning). Throws Error when there is no such file, it is none of these, its geometry cannot be used, or the
 /// file is too small for what its header claims. Of a 4D file or series number `volume` is described, from 1.
-VolumeInfo read_volume_info(const std::filesystem::path& path, int volume = 1);
+/// `series`: UID of the series that is taken of a DICOM folder, searched in its subfolders where the folder itself has
+/// it not; what of it makes no volume is left out with a warning (open_named_series()).
+VolumeInfo read_volume_info(const std::filesystem::path& path, int volume = 1, const std::string& series = {});
 /// How many volumes of a file or folder load_volume() can load: more than 1 where it is 4D. Throws Error as
 /// read_volume_info does.
 int count_volumes(const std::filesystem::path& path);
@@ -49,7 +52,7 @@ int count_volumes(const std::filesystem::path& path);
 /// or series those of number `volume`, from 1, which is a warning. Throws Error as read_volume_info does, and for
 /// colour, a number that there is not, truncated files, a DICOM series with missing, doubled or differently oriented
 /// slices, and a volume that does not fit into the memory available.
-LoadedVolume load_volume(const std::filesystem::path& path, int volume = 1);
+LoadedVolume load_volume(const std::filesystem::path& path, int volume = 1, const std::string& series = {});
 
 /// Throws the Error of load_volume() for colour, and for 4D whose volumes cannot be told apart.
 void require_one_value(const std::filesystem::path& path, const VolumeInfo& info);

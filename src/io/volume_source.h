@@ -19,7 +19,7 @@ struct VolumeSource {
 };
 
 /// Opens a file or a folder of whatever format, as read_volume_info() says.
-VolumeSource open_volume(const std::filesystem::path& path, int volume = 1);
+VolumeSource open_volume(const std::filesystem::path& path, int volume = 1, const std::string& series = {});
 
 /// NIfTI and MINC give positions in RAS; this, component by component, turns them to LPS.
 inline const Eigen::Vector3d kLpsFromRas(-1, -1, 1);

@@ -28,6 +28,8 @@ const char* title(const LearnField&) { return "learn field"; }
 const char* title(const TakeField&) { return "take field"; }
 const char* title(const Undo&) { return "undo"; }
 const char* title(const Redo&) { return "redo"; }
+const char* title(const SetReference&) { return "set reference"; }
+const char* title(const ResizePoint&) { return "resize point"; }
 
 /// "a_name" -> "a name".
 std::string words_of(std::string name) {

@@ -8,12 +8,14 @@
 
 namespace simplexseg {
 
-/// Puts a sphere into the volume. The new mesh takes the default parameters of `like` (a mesh id), or of the scene.
+/// Puts a sphere into the volume, or the mesh of `start`. The new mesh takes the default parameters of `like` (a mesh
+/// id), or of the scene.
 struct AddMesh {
   std::string name;  ///< empty: the first "mesh N" that is free
   Seed seed;
   std::optional<Colour> colour;  ///< none: the first of the palette that no mesh has
   ItemId like = 0;
+  std::optional<MeshStart> start{};  ///< with its mesh; `seed` then lies within that
 };
 struct DeleteMesh {
   ItemId mesh;
@@ -27,6 +29,12 @@ struct EditMesh {
   std::optional<int> label;
   std::optional<bool> locked{};
   std::optional<float> opacity{};
+};
+/// What the mesh is compared with. Says nothing of its pose.
+struct SetReference {
+  ItemId mesh;
+  std::optional<Reference> reference;  ///< none: nothing
+  bool continues = false;              ///< one of several meshes that get theirs at once: undone together
 };
 /// mesh = 0: every mesh.
 struct SetForceParameter {
@@ -59,6 +67,12 @@ struct MovePoint {
   ItemId point;
   Eigen::Vector3d position_mm;
   bool continues = false;  ///< part of the drag that the command before began: undone together with it
+};
+/// Another ball that an inside or outside point marks.
+struct ResizePoint {
+  ItemId point;
+  double radius_mm;
+  bool continues = false;  ///< part of the turn of a wheel that the command before began: undone together with it
 };
 struct DeletePoint {
   ItemId point;
@@ -96,7 +110,7 @@ struct Redo {};
 
 using Command = std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint,
                              MovePoint, DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, PlaceMesh,
-                             SetParameters, LearnField, TakeField, Undo, Redo>;
+                             SetParameters, LearnField, TakeField, Undo, Redo, SetReference, ResizePoint>;
 
 /// For menus ("Undo move point"), in lower case.
 const char* title_of(const Command& command);

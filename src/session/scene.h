@@ -32,9 +32,9 @@ struct Seed {
   double radius_mm = 10;
 };
 
-/// Labels that a mesh starts from, and goes back to, instead of the sphere of its seed.
-struct LabelStart {
-  std::string labels;           ///< path, as the scene file has it
+/// What a mesh starts from, and goes back to, instead of the sphere of its seed: labels, or a mesh of another program.
+struct MeshStart {
+  std::string path;             ///< of a label volume or a mesh, as the scene file has it
   std::optional<double> value;  ///< label; none: every voxel that is not 0
   int part = 0;                 ///< connected part of it, from 1, the largest; 0: all
   std::shared_ptr<const SimplexMesh> mesh;
@@ -57,7 +57,7 @@ struct MeshItem {
   float opacity = 1;    ///< in the 3D view, above 0 and up to 1
   int label = 1;        ///< that its voxels have in a saved segmentation
   Seed seed;
-  std::optional<LabelStart> start;
+  std::optional<MeshStart> start;
   std::optional<Reference> reference;
   ForceParameters parameters;
 
@@ -105,6 +105,7 @@ struct Scene {
   std::string volume_path;
   int volume_number = 1;        ///< which volume of a 4D file, from 1
   std::string volume_checksum;  ///< of the volume that the meshes were made on (io/volume_checksum.h); "": not known
+  std::string volume_series;    ///< UID of the series to be taken of a DICOM folder; empty: the largest
   std::vector<MeshItem> meshes;
   std::vector<UserPoint> points;
   SimulationParameters simulation;

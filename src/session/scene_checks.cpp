@@ -59,6 +59,11 @@ void check_position(const Eigen::Vector3d& position_mm) {
     throw Error("point", "its position is not a finite number within 1e9 mm", "correct the position");
 }
 
+void check_radius(double radius_mm) {
+  if (!(radius_mm > 0 && radius_mm <= 1000))
+    throw Error("point", "its radius is not above 0 and at most 1000 mm", "correct the radius");
+}
+
 void check_mark(MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume) {
   if (kind == MarkKind::Boundary) return;
   if (volume.empty() || !volume.geometry().contains(position_mm))

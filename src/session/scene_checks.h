@@ -18,6 +18,8 @@ void check_value(const ParameterInfo& info, float value, const std::string& owne
 void check_seed(const Seed& seed, const std::string& name, const Volume& volume);
 /// Throws unless the position of a point is finite and within 1e9 mm.
 void check_position(const Eigen::Vector3d& position_mm);
+/// Throws unless the radius of the ball that a point marks is above 0 and at most 1000 mm.
+void check_radius(double radius_mm);
 /// Throws unless a point of this kind can lie there: a mark of what is inside or outside lies in the volume.
 void check_mark(MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume);
 /// Checks all of a scene that is to be opened on the volume: values, seeds, meshes that have a pose, points, ids. Gives

@@ -56,6 +56,9 @@ SceneChange SceneEditor::carry_out(const AddMesh& command) {
   if (scene_.find_mesh(item.name))
     throw Error("mesh '" + item.name + "'", "the scene has a mesh of that name", "give it another name");
   item.seed = command.seed;
+  if (command.start && !command.start->mesh)
+    throw Error("mesh '" + item.name + "'", "what it starts from was not read", "read it first");
+  item.start = command.start;
   check_seed(item.seed, item.name, volume_);
   item.colour = command.colour.value_or(free_colour(scene_));
   item.label = free_label(scene_);
@@ -136,6 +139,20 @@ SceneChange SceneEditor::carry_out(const MovePoint& command) {
   check_mark(point.kind, command.position_mm, volume_);
   point.position_mm = command.position_mm;
   return {EngineUpdate::Points};
+}
+
+SceneChange SceneEditor::carry_out(const ResizePoint& command) {
+  UserPoint& point = point_of(command.point);
+  if (point.kind == MarkKind::Boundary)
+    throw Error("boundary point", "it marks a place of the surface, no ball", "change the force Attraction instead");
+  check_radius(command.radius_mm);
+  point.radius_mm = command.radius_mm;
+  return {EngineUpdate::Points};
+}
+
+SceneChange SceneEditor::carry_out(const SetReference& command) {
+  item_of(command.mesh).reference = command.reference;
+  return {EngineUpdate::Nothing};
 }
 
 SceneChange SceneEditor::carry_out(const DeletePoint& command) {

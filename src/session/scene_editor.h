@@ -42,6 +42,8 @@ class SceneEditor {
   SceneChange carry_out(const DuplicateMesh& command);
   SceneChange carry_out(const PlaceMesh& command);
   SceneChange carry_out(const SetParameters& command);
+  SceneChange carry_out(const SetReference& command);
+  SceneChange carry_out(const ResizePoint& command);
 
  private:
   MeshItem& item_of(ItemId mesh);  ///< throws Error when there is none

@@ -16,6 +16,13 @@ bool goes_on(const Any&, const Command&) {
 bool goes_on(const MovePoint& move, const Command& last) {
   return move.continues && (std::holds_alternative<MovePoint>(last) || std::holds_alternative<AddPoint>(last));
 }
+bool goes_on(const ResizePoint& resize, const Command& last) {
+  const auto* was = std::get_if<ResizePoint>(&last);
+  return resize.continues && was && was->point == resize.point;
+}
+bool goes_on(const SetReference& set, const Command& last) {
+  return set.continues && std::holds_alternative<SetReference>(last);
+}
 bool goes_on(const SetForceParameter& set, const Command& last) {
   const auto* was = std::get_if<SetForceParameter>(&last);
   return set.continues && was && was->mesh == set.mesh && was->force == set.force && was->parameter == set.parameter;

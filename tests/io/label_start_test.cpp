@@ -5,6 +5,8 @@
 #include "image/surface_error.h"
 #include "io/label_mesh.h"
 #include "io/load_input.h"
+#include "io/log_io.h"
+#include "io/mesh_io.h"
 #include "io/scene_io.h"
 #include "io/volume_io.h"
 #include "session/mesh_life.h"
@@ -93,6 +95,52 @@ TEST_F(LabelStarts, ASavedSceneStartsSoToo) {
   ASSERT_TRUE(item.start);
   EXPECT_EQ(item.start->mesh->positions, begun.positions) << "where it goes back to";
   EXPECT_TRUE(item.rebuilt);
+}
+
+TEST_F(LabelStarts, AMeshFileIsAStartToo) {
+  write_mesh(folder / "ball.ply", make_sphere({-3, 14, 20}, 6, 2));
+  MeshItem item = item_of(R"("start": {"mesh": "ball.ply"})");
+  ASSERT_TRUE(item.start && item.start->mesh);
+  EXPECT_EQ(item.start->mesh->vertex_count(), 320);
+  EXPECT_LT((item.seed.centre_mm - Eigen::Vector3d(-3, 14, 20)).norm(), 0.5);
+  EXPECT_NEAR(item.seed.radius_mm, 6, 0.5);
+  Scene scene = read_scene(folder / "scene.json").scene;
+  write_scene(folder / "again.json", scene);
+  EXPECT_EQ(read_scene(folder / "again.json").scene.meshes.at(0).start->mesh->positions, item.start->mesh->positions);
+  EXPECT_NE(refusal_of(R"("start": {"mesh": "ball.ply", "label": 3})").find("leave one"), std::string::npos);
+}
+
+TEST_F(LabelStarts, ALogHasWhatAMeshStartsFrom) {
+  const MeshItem item = item_of(kStart);
+  AddMesh add{"vertebra", item.seed, {}, 0};
+  add.start = item.start;
+  add.start->path = (folder / "labels.nii.gz").string();
+  const Reference reference{"truth.nii.gz", 3};
+  write_log(folder / "log.json",
+            {{0, add}, {2, SetReference{1, reference, true}}, {0, SetReference{1, {}}}, {1, ResizePoint{4, 2.5, true}}},
+            0);
+  const LogFile file = read_log(folder / "log.json");
+  ASSERT_EQ(file.log.size(), 4u);
+  const auto& again = std::get<AddMesh>(file.log[0].command);
+  ASSERT_TRUE(again.start && again.start->mesh);
+  EXPECT_EQ(again.start->mesh->positions, item.start->mesh->positions);
+  EXPECT_EQ(again.start->value, 3);
+  const auto& set = std::get<SetReference>(file.log[1].command);
+  EXPECT_TRUE(set.reference && set.reference->labels == "truth.nii.gz" && set.reference->value == 3 && set.continues);
+  EXPECT_FALSE(std::get<SetReference>(file.log[2].command).reference);
+  const auto& resize = std::get<ResizePoint>(file.log[3].command);
+  EXPECT_TRUE(resize.point == 4 && resize.radius_mm == 2.5 && resize.continues);
+}
+
+TEST_F(LabelStarts, LabelsAreCountedWithTheirNames) {
+  const std::vector<LabelCount> labels = count_labels(labels_, {{7, "box", {1, 2, 3}}});
+  ASSERT_EQ(labels.size(), 2u);
+  EXPECT_EQ(labels[0].value, 3);
+  EXPECT_EQ(labels[1].value, 7);
+  EXPECT_EQ(labels[1].name, "box");
+  EXPECT_EQ(labels[1].voxels, 4u * 4 * 24);
+  EXPECT_NEAR(labels[1].millilitres, 4 * 4 * 24 / 1000.0, 1e-9);
+  EXPECT_EQ(count_labels(labels_, {}, 1).at(0).value, 3) << "the largest";
 }
 
 TEST_F(LabelStarts, WhatIsNotThereIsRefused) {

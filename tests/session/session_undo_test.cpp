@@ -12,6 +12,7 @@ TEST(SessionUndo, EveryCommandIsTakenBackAndDoneAgain) {
   const auto session = open_session();
   const ItemId ball = session->scene().meshes[0].id;
   const ItemId point = session->apply(AddPoint{ball, {0, 0, 18}});
+  const ItemId inside = session->apply(AddPoint{ball, {1, 0, 2}, MarkKind::Inside, 2});
   session->advance_steps(12);
   const std::vector<Command> commands{
       AddMesh{"other", {{3, 3, 3}, 8}, {}, 0},
@@ -21,6 +22,8 @@ TEST(SessionUndo, EveryCommandIsTakenBackAndDoneAgain) {
       SetSimulationParameter{simulation_index("damping"), 0.75f},
       AddPoint{ball, {5, 5, 17}},
       MovePoint{point, {0, 3, 19}},
+      ResizePoint{inside, 3.5},
+      SetReference{ball, Reference{"truth.nii.gz", 3}},
       RecordProfiles{0},
       RefineMesh{ball},
       DuplicateMesh{ball},

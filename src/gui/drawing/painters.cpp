@@ -167,9 +167,29 @@ void SliceQuad::draw(const Projection& projection, const SliceGrid& slice, unsig
   glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
 }
 
+void SlicePainter::create() {
+  quad_.create("slice.vert", "slice.frag");
+  glCreateSamplers(1, &levels_);
+  glSamplerParameteri(levels_, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
+  glSamplerParameteri(levels_, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  for (const GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T}) glSamplerParameteri(levels_, axis, GL_CLAMP_TO_EDGE);
+}
+
+void SlicePainter::destroy() {
+  quad_.destroy();
+  glDeleteSamplers(1, &levels_);
+  levels_ = 0;
+}
+
 void SlicePainter::draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black) const {
   quad_.program().set("darkest_shown", show_black ? -1.0f : 0.03f);
+  quad_.program().set("around", static_cast<float>(slice.mean_level));
+  constexpr unsigned kMeans = 1;  // the unit that slice.frag names
+  glBindTextureUnit(kMeans, slice.texture);
+  glBindSampler(kMeans, levels_);
   quad_.draw(projection, slice.grid, slice.texture);
+  glBindSampler(kMeans, 0);
+  glBindTextureUnit(kMeans, 0);
 }
 
 void FieldPainter::draw(const Projection& projection, const SliceGrid& slice, const SceneBuffers::Field& field,
@@ -268,6 +288,8 @@ void SurfaceArray::create() {
     glVertexArrayAttribFormat(vertex_array_, attribute, 3, GL_FLOAT, GL_FALSE, offsets[attribute]);
     glVertexArrayAttribBinding(vertex_array_, attribute, 0);
   }
+  glVertexArrayAttribFormat(vertex_array_, 2, 1, GL_FLOAT, GL_FALSE, 0);
+  glVertexArrayAttribBinding(vertex_array_, 2, 1);
 }
 
 void SurfaceArray::destroy() {
@@ -276,7 +298,14 @@ void SurfaceArray::destroy() {
 }
 
 // The buffers are made anew with the meshes; naming them each time costs nothing.
-void SurfaceArray::bind(const SceneBuffers& buffers) const {
+void SurfaceArray::bind(const SceneBuffers& buffers, bool with_values) const {
+  constexpr unsigned kValue = 2;
+  if (with_values) {
+    glEnableVertexArrayAttrib(vertex_array_, kValue);
+    glVertexArrayVertexBuffer(vertex_array_, 1, buffers.values(), 0, sizeof(float));
+  } else {
+    glDisableVertexArrayAttrib(vertex_array_, kValue);
+  }
   glVertexArrayVertexBuffer(vertex_array_, 0, buffers.points(), 0, sizeof(DisplayPoint));
   glVertexArrayElementBuffer(vertex_array_, buffers.indices());
   glBindVertexArray(vertex_array_);
@@ -299,12 +328,14 @@ void MeshPainter::destroy() {
   surfaces_.destroy();
 }
 
-void MeshPainter::draw(const Projection& projection, const SceneBuffers& buffers, int mesh, const Rgba& colour) const {
+void MeshPainter::draw(const Projection& projection, const SceneBuffers& buffers, int mesh, const Rgba& colour,
+                       float most_mm) const {
+  program_.set("most_mm", most_mm);
   program_.set("clip_from_world", projection.clip_from_world);
   program_.set("eye_from_world", projection.eye_from_world);
   program_.set("mesh_colour", colour);
   program_.use();
-  surfaces_.bind(buffers);
+  surfaces_.bind(buffers, most_mm > 0);
   const auto draw_faces = [&](GLenum culled) {
     glEnable(GL_CULL_FACE);
     glCullFace(culled);

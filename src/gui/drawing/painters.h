@@ -74,13 +74,14 @@ class SliceQuad {
 /// The image of a slice.
 class SlicePainter {
  public:
-  void create() { quad_.create("slice.vert", "slice.frag"); }
-  void destroy() { quad_.destroy(); }
-  /// `show_black`: whether what the window makes black is drawn, or left open.
+  void create();
+  void destroy();
+  /// `show_black`: whether what the window makes black is drawn, or left open where its surroundings are too.
   void draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black) const;
 
  private:
   SliceQuad quad_;
+  unsigned levels_ = 0;  ///< the sampler of coarser levels
 };
 
 /// A field P(object) as a tint over a slice.
@@ -131,7 +132,8 @@ class SurfaceArray {
  public:
   void create();
   void destroy();
-  void bind(const SceneBuffers& buffers) const;
+  /// `with_values`: SceneBuffers::values() as well.
+  void bind(const SceneBuffers& buffers, bool with_values) const;
 
  private:
   unsigned vertex_array_ = 0;
@@ -142,8 +144,10 @@ class MeshPainter {
  public:
   void create();
   void destroy();
-  /// `mesh`: its place in the scene's list. Opacity below 1 draws the back faces first.
-  void draw(const Projection& projection, const SceneBuffers& buffers, int mesh, const Rgba& colour) const;
+  /// `mesh`: its place in the scene's list. Opacity below 1 draws the back faces first. `most_mm` above 0: coloured by
+  /// the buffers' values, on a scale up to that, in place of `colour`.
+  void draw(const Projection& projection, const SceneBuffers& buffers, int mesh, const Rgba& colour,
+            float most_mm = 0) const;
 
  private:
   Program program_;

@@ -3,11 +3,13 @@
 
 #include <GL/glew.h>
 
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
 #include "core/expect.h"
 #include "gui/drawing/painters.h"
+#include "gui/look/surface_values.h"
 #include "gui/look/view_state.h"
 #include "session/session.h"
 
@@ -40,6 +42,9 @@ void SceneBuffers::release_all() {
     state = {};
   }
   release_field();
+  glDeleteBuffers(1, &values_);
+  values_ = 0;
+  shown_values_.reset();
   glDeleteSync(written_);
   written_ = nullptr;
   triangles_.clear();
@@ -103,7 +108,8 @@ void SceneBuffers::connect(Buffer& buffer, Session& session) {
 
 void SceneBuffers::rebuild_topology(Session& session) {
   const std::vector<MeshItem>& meshes = session.scene_without_poses().meshes;
-  std::vector<CellList> cells;
+  std::vector<CellList>& cells = cells_;
+  cells.clear();
   std::vector<const CellList*> lists;
   std::size_t vertex_count = 0;
   for (const MeshItem& item : meshes) {
@@ -136,6 +142,38 @@ void SceneBuffers::rebuild_topology(Session& session) {
   glNamedBufferData(indices_, static_cast<GLsizeiptr>(indices.size() * sizeof(GLuint)), indices.data(), GL_STATIC_DRAW);
   allocate(points_, point_count_ * sizeof(DisplayPoint));
   topology_ = session.topology_revision();
+}
+
+bool SceneBuffers::update_values(const Session& session, const std::shared_ptr<const SurfaceValues>& values) {
+  if (!values || topology_ != session.topology_revision() || point_count_ == 0) return false;
+  if (shown_values_ == values && values_topology_ == topology_) return true;
+  wait_for_readers();
+  std::vector<float> all;
+  all.reserve(point_count_);
+  const std::vector<MeshItem>& meshes = session.scene_without_poses().meshes;
+  std::vector<const std::vector<float>*> known;
+  for (const MeshItem& item : meshes) {
+    const auto found = values->of_mesh.find(item.id);
+    const bool fits = found != values->of_mesh.end() && found->second.size() == item.mesh.neighbours.size();
+    known.push_back(fits ? &found->second : nullptr);
+    if (fits)
+      all.insert(all.end(), found->second.begin(), found->second.end());
+    else
+      all.insert(all.end(), item.mesh.neighbours.size(), -1.0f);
+  }
+  for (std::size_t m = 0; m < meshes.size(); ++m)
+    for (int c = 0; c < cells_[m].count(); ++c) {
+      const std::span<const int> corners = cells_[m][c];
+      float sum = 0;
+      for (const int corner : corners) sum += known[m] ? (*known[m])[static_cast<std::size_t>(corner)] : -1.0f;
+      all.push_back(sum / static_cast<float>(corners.size()));
+    }
+  if (values_ == 0) glCreateBuffers(1, &values_);
+  glNamedBufferData(values_, static_cast<GLsizeiptr>(all.size() * sizeof(float)), all.data(), GL_STATIC_DRAW);
+  mark_written();
+  shown_values_ = values;
+  values_topology_ = topology_;
+  return true;
 }
 
 const SceneBuffers::Range& SceneBuffers::triangles(int mesh) const {
@@ -255,7 +293,10 @@ const SceneBuffers::Slice& SceneBuffers::update_slice(Session& session, const Vi
   if (slice.texture == 0 || state.width != width || state.height != height) {
     glDeleteTextures(1, &slice.texture);
     glCreateTextures(GL_TEXTURE_2D, 1, &slice.texture);
-    glTextureStorage2D(slice.texture, 1, GL_RG8, width, height);
+    // A coarser level is the mean of some voxels, for the 3D view.
+    slice.mean_level = texels_per_voxel(geometry) > 1 ? 3 : 2;
+    while (slice.mean_level > 0 && std::max(width, height) >> slice.mean_level == 0) --slice.mean_level;
+    glTextureStorage2D(slice.texture, slice.mean_level + 1, GL_RG8, width, height);
     glTextureParameteri(slice.texture, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
     glTextureParameteri(slice.texture, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     glTextureParameteri(slice.texture, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
@@ -279,6 +320,7 @@ const SceneBuffers::Slice& SceneBuffers::update_slice(Session& session, const Vi
   glTextureSubImage2D(slice.texture, 0, 0, 0, width, height, GL_RG, GL_UNSIGNED_BYTE, nullptr);
   glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  glGenerateTextureMipmap(slice.texture);
   mark_written();
   state.valid = true;
   state.position_mm = position_mm;

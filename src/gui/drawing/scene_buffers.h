@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gui/look/slice_geometry.h"
+#include "mesh/simplex_mesh.h"
 #include "step/display.h"
 
 struct __GLsync;
@@ -15,6 +16,7 @@ namespace simplexseg {
 
 class Session;
 struct MeshField;
+struct SurfaceValues;
 struct ViewState;
 
 /// What all views draw from: the surfaces and the three slices in OpenGL buffers that the engine fills, in place on the
@@ -30,6 +32,7 @@ class SceneBuffers {
   struct Slice {
     SliceGrid grid;
     unsigned texture = 0;  ///< red: grey, green: 1 inside the volume
+    int mean_level = 0;    ///< at which a texel is the mean of some voxels
   };
 
   /// A view begins to draw from the buffers; the last one that leaves deletes them.
@@ -63,6 +66,11 @@ class SceneBuffers {
   };
   /// Uploads the field when it has changed. Null, with nothing held, while it is not shown or there is none.
   const Field* update_field(const Session& session, const ViewState& view);
+  /// Uploads what the surfaces are coloured by, when it has changed; after update_surfaces(). False where there is
+  /// nothing to colour by.
+  bool update_values(const Session& session, const std::shared_ptr<const SurfaceValues>& values);
+  /// A value for each of points(), below 0 where none is known.
+  unsigned values() const { return values_; }
   /// The pieces of the outline that was drawn last of the mesh at this place in the scene's list.
   std::vector<OutlinePiece> read_outline(Orientation orientation, int mesh) const;
   /// The volume is another one.
@@ -119,6 +127,10 @@ class SceneBuffers {
   Buffer points_;
   unsigned indices_ = 0;
   std::vector<Range> triangles_;
+  std::vector<CellList> cells_;
+  unsigned values_ = 0;
+  std::shared_ptr<const SurfaceValues> shown_values_;  ///< what is in it
+  std::uint64_t values_topology_ = ~std::uint64_t{0};
   std::size_t point_count_ = 0;
   std::uint64_t revision_ = ~std::uint64_t{0}, topology_ = ~std::uint64_t{0};
   std::size_t vertex_count_ = 0;

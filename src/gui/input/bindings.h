@@ -12,22 +12,23 @@ namespace simplexseg {
 
 // clang-format off
 enum class Act {
-  Open, OpenFolder, SaveScene, SaveSceneAs, SaveLabels, SaveMeshes, Screenshot, Quit,
+  Open, OpenFolder, OpenReference, SaveScene, SaveSceneAs, SaveLabels, SaveMeshes, Screenshot, Quit,
   Undo, Redo, History, DeletePoint, BoundaryHere, InsideHere, OutsideHere, PointHere,
   ToolCrosshair, ToolZoomPan, ToolPoint, ToolSeed, ToolInside, ToolOutside,
   RunPause, Step, ResetPose,
-  ResetMesh, RefineMesh, RecordProfiles, LockMesh, DuplicateMesh, MeshUp, MeshDown, DeleteMesh,
-  ShowMeshes, ShowField, LessOpaque, MoreOpaque, Annotations, Slices3d, Neurological, CentreOnCrosshair, Fit, AutoContrast, WindowLevel,
+  ResetMesh, RefineMesh, RecordProfiles, LockMesh, DuplicateMesh, MeshUp, MeshDown, DeleteMesh, MeshFromLabels, MeshFromFile, WorstFit,
+  ShowMeshes, ShowField, LessOpaque, MoreOpaque, Annotations, Names, Slices3d, Neurological, CentreOnCrosshair, Fit, AutoContrast, WindowLevel,
   ShowPanels, ShowSteps, Researcher,
   Help, Messages, About,
   CrosshairLeft, CrosshairRight, CrosshairUp, CrosshairDown, CrosshairLeft5, CrosshairRight5, CrosshairUp5, CrosshairDown5, NextSlice, PreviousSlice,
-  MoveCrosshair, AddPoint, AddInside, AddOutside, ErasePoint, PickMesh, ContextMenu, Zoom, Pan, WheelSlice, WheelZoom, FollowMouse, Maximise, Rotate
+  MoveCrosshair, AddPoint, AddInside, AddOutside, ErasePoint, PickMesh, ContextMenu, Zoom, Pan, WheelSlice, WheelZoom, PointReach, PointStrength, FollowMouse, Maximise, Rotate
 };
 // clang-format on
 
 /// Where a binding is valid. Those that are valid everywhere are menu entries.
 enum class Where { Everywhere, Slices, Space };
-enum class Mouse { None, Left, Right, Middle, RightClick, DoubleClick, Wheel, Move };
+/// WheelOnPoint: the wheel while a point is under the mouse.
+enum class Mouse { None, Left, Right, Middle, RightClick, DoubleClick, Wheel, WheelOnPoint, Move };
 
 struct Binding {
   Act act;

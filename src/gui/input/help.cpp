@@ -32,6 +32,8 @@ QString trigger_text(const Binding& binding) {
       return text + "double click";
     case Mouse::Wheel:
       return text + "wheel";
+    case Mouse::WheelOnPoint:
+      return text + "wheel over a point";
     case Mouse::Move:
       return text + "move";
     case Mouse::None:

@@ -83,6 +83,15 @@ Eigen::Vector3d slice_spacing_mm(const VolumeGeometry& geometry) {
   return spacing;
 }
 
+SliceNumber slice_number(const VolumeGeometry& geometry, Orientation orientation, const Eigen::Vector3d& at_mm) {
+  const int normal = slice_axes(orientation, Convention::Radiological).normal;
+  const WorldBox box = world_box(geometry);
+  const double spacing_mm = slice_spacing_mm(geometry)[normal];
+  const int count = std::max(1, static_cast<int>(std::lround(box.extent_mm()[normal] / spacing_mm)));
+  const double along = (at_mm[normal] - box.low_mm[normal]) / spacing_mm;
+  return {std::clamp(static_cast<int>(std::floor(along)) + 1, 1, count), count, spacing_mm};
+}
+
 Eigen::Vector3d snap_to_voxel(const VolumeGeometry& geometry, const Eigen::Vector3d& world_mm) {
   if (!is_axis_aligned(geometry)) {
     const WorldBox box = world_box(geometry);

@@ -37,6 +37,12 @@ WorldBox world_box(const VolumeGeometry& geometry);
 bool is_axis_aligned(const VolumeGeometry& geometry);
 /// Distance of neighbouring slices along the world axes: the spacing of the voxel axis nearest to each.
 Eigen::Vector3d slice_spacing_mm(const VolumeGeometry& geometry);
+/// Which slice of how many, from 1, along increasing world coordinates.
+struct SliceNumber {
+  int number, count;
+  double spacing_mm;
+};
+SliceNumber slice_number(const VolumeGeometry& geometry, Orientation orientation, const Eigen::Vector3d& at_mm);
 /// The nearest voxel centre, clamped to the volume; for a volume that is not axis-aligned, the nearest point of its
 /// box.
 Eigen::Vector3d snap_to_voxel(const VolumeGeometry& geometry, const Eigen::Vector3d& world_mm);

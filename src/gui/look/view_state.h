@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <Eigen/Core>
+#include <memory>
 
 #include "gui/look/slice_geometry.h"
+#include "gui/look/surface_values.h"
 #include "session/scene.h"
 
 namespace simplexseg {
@@ -21,8 +23,10 @@ struct ViewState {
   bool show_field = false;  ///< of the active mesh, in the slices
   bool show_annotations = true;
   bool show_slices_3d = true;
-  float opacity = 1;       ///< what the meshes have in the 3D view, 0..1
-  ItemId active_mesh = 0;  ///< 0: none
+  bool show_names = true;                               ///< of patient and series
+  std::shared_ptr<const SurfaceValues> surface_values;  ///< what meshes are coloured by in 3D; null: their own colours
+  float opacity = 1;                                    ///< what the meshes have in the 3D view, 0..1
+  ItemId active_mesh = 0;                               ///< 0: none
   ItemId selected_point = 0;
   ItemId hovered_point = 0;  ///< under the mouse
 };

@@ -149,8 +149,9 @@ void MeshCard::show_mesh(const MeshItem& item, bool active) {
   }
 }
 
-void MeshCard::show_state(const QString& state, bool is_warning) {
+void MeshCard::show_state(const QString& state, bool is_warning, const QString& advice) {
   state_->setText(state);
+  if (state_->toolTip() != advice) state_->setToolTip(advice);
   set_role(state_, is_warning ? "warning" : "dim");
 }
 

@@ -22,7 +22,8 @@ class MeshCard : public QFrame {
  public:
   MeshCard(Workbench& workbench, ActionTable& actions, QWidget* parent);
   void show_mesh(const MeshItem& item, bool active);
-  void show_state(const QString& state, bool is_warning);
+  /// `advice`: what it means and what can be done; may be empty.
+  void show_state(const QString& state, bool is_warning, const QString& advice = {});
   /// `millilitres` below 0: not known while it moves.
   void show_volume(double millilitres);
   ItemId mesh() const { return mesh_; }

@@ -116,7 +116,7 @@ void MeshPanel::refresh_states() {
   const std::vector<MeshItem>& meshes = moves ? workbench_.scene().meshes : workbench_.session().scene().meshes;
   for (std::size_t m = 0; m < meshes.size() && m < cards_.size(); ++m) {
     const MeshState state = mesh_state(workbench_, loop_, m);
-    cards_[m]->show_state(state.text, state.is_warning);
+    cards_[m]->show_state(state.text, state.is_warning, advice_of(workbench_, m));
     const bool known = !moves || meshes[m].locked;
     if (!meshes[m].mesh.positions.empty())
       cards_[m]->show_volume(known ? measure(meshes[m].mesh).volume_mm3 / 1000 : -1);

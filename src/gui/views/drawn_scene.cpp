@@ -20,12 +20,24 @@ const SceneBuffers* DrawnScene::surfaces() {
   return drawn ? &buffers_ : nullptr;
 }
 
+bool DrawnScene::surface_values() {
+  bool coloured = false;
+  return update_buffers(
+             [&](Session& session) { coloured = buffers_.update_values(session, workbench_.view.surface_values); }) &&
+         coloured;
+}
+
 const SceneBuffers::Outlines* DrawnScene::outlines(Orientation orientation) {
   SIMPLEXSEG_EXPECT(workbench_.has_volume());
   const SceneBuffers::Outlines* outlines = nullptr;
   const bool drawn = update_buffers(
       [&](Session& session) { outlines = &buffers_.update_outlines(session, workbench_.view, orientation); });
   return drawn ? outlines : nullptr;
+}
+
+const PointSprings& DrawnScene::springs() {
+  update_buffers([this](Session& session) { springs_.update(session, workbench_.running()); });
+  return springs_;
 }
 
 const SceneBuffers::Slice* DrawnScene::slice(Orientation orientation) {

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "gui/drawing/scene_buffers.h"
+#include "gui/views/point_springs.h"
 
 namespace simplexseg {
 
@@ -26,8 +27,12 @@ class DrawnScene : public QObject {
 
   /// The surfaces in the session's present pose.
   const SceneBuffers* surfaces();
+  /// Whether the surfaces, brought up to date before, can be coloured by ViewState::surface_values.
+  bool surface_values();
   /// Where the slice through the crosshair cuts the surfaces. There must be a volume.
   const SceneBuffers::Outlines* outlines(Orientation orientation);
+  /// What boundary points pull, as far as it is known.
+  const PointSprings& springs();
   /// The slice through the crosshair. There must be a volume.
   const SceneBuffers::Slice* slice(Orientation orientation);
   /// The field of the active mesh; null also while it is not shown, or there is none.
@@ -43,6 +48,7 @@ class DrawnScene : public QObject {
 
   Workbench& workbench_;
   SceneBuffers buffers_;
+  PointSprings springs_;
   bool failed_ = false;
 };
 

@@ -47,7 +47,8 @@ double distance_to_segment(const QPointF& p, const QPointF& a, const QPointF& b)
 
 }  // namespace
 
-SliceTools::SliceTools(Workbench& workbench, SliceView& view) : workbench_(workbench), view_(view) {}
+SliceTools::SliceTools(Workbench& workbench, SliceView& view)
+    : workbench_(workbench), view_(view), point_wheel_(workbench) {}
 
 ItemId SliceTools::point_at(const QPointF& pixel) const {
   ItemId nearest = 0;
@@ -309,6 +310,13 @@ bool SliceTools::double_click(const QMouseEvent& event) {
 
 void SliceTools::wheel(const QWheelEvent& event) {
   if (!workbench_.has_volume()) return;
+  const ItemId point = point_at(event.position());
+  if (drag_ == Drag::None && point_wheel_.takes(point) &&
+      gesture(Where::Slices, Mouse::WheelOnPoint, event.modifiers())) {
+    point_wheel_.turn(point, event, true);
+    return;
+  }
+  point_wheel_.passed_by();
   const double degrees = event.angleDelta().y() / 8.0;
   const std::optional<Act> act = gesture(Where::Slices, Mouse::Wheel, event.modifiers());
   if (act == Act::WheelZoom) {

@@ -3,6 +3,7 @@
 #include <QPointF>
 #include <optional>
 
+#include "gui/views/point_wheel.h"
 #include "session/scene.h"
 
 class QKeyEvent;
@@ -73,6 +74,7 @@ class SliceTools {
   /// Where the crosshair was before the last click moved it; none after anything else.
   std::optional<Eigen::Vector3d> before_click_mm_;
   bool grabs_ = false;
+  PointWheel point_wheel_;
   double wheel_degrees_ = 0;  ///< turned since the last whole notch
   std::optional<Seed> seed_;
 };

@@ -13,6 +13,7 @@
 #include "core/expect.h"
 #include "gui/look/theme.h"
 #include "gui/views/drawn_scene.h"
+#include "gui/views/point_wheel.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {
@@ -150,6 +151,7 @@ void SliceView::prepare() {
   slice_ = drawn_.slice(orientation_);
   outlines_ = workbench_.view.show_meshes ? drawn_.outlines(orientation_) : nullptr;
   field_ = drawn_.field();
+  springs_ = &drawn_.springs();
 }
 
 void SliceView::paint() {
@@ -161,8 +163,10 @@ void SliceView::paint() {
   if (slice_ && field_) draw_field(projection);
   if (outlines_) draw_outlines(projection);
   if (view.show_annotations) draw_crosshair(projection);
+  draw_springs(projection);
   draw_points(projection);
   draw_seed(projection);
+  if (view.show_annotations) draw_scale_bar(projection);
 }
 
 void SliceView::draw_field(const Projection& projection) {
@@ -230,6 +234,40 @@ void SliceView::draw_points(const Projection& projection) {
   disc_painter_.draw(projection, discs);
 }
 
+// From each boundary point to the vertex that it pulls; about that, of the one under the mouse, what follows.
+void SliceView::draw_springs(const Projection& projection) {
+  for (const PointSpring& spring : springs_->all()) {
+    const UserPoint* point = workbench_.scene().find_point(spring.point);
+    const MeshItem* item = point ? workbench_.scene().find_mesh(point->mesh) : nullptr;
+    if (!item) continue;
+    const auto opacity = static_cast<float>(handle_opacity(distance_to_slice_mm(point->position_mm)));
+    if (opacity <= 0) continue;
+    const Eigen::Vector3f ends[] = {point->position_mm.cast<float>(), spring.vertex_mm.cast<float>()};
+    line_painter_.draw(projection, ends, rgba_of(item->colour, opacity), 1.6f * static_cast<float>(devicePixelRatio()));
+    if (spring.point == workbench_.view.hovered_point && spring.reach_mm > 0)
+      draw_circle(projection, spring.vertex_mm, spring.reach_mm, rgba_of(item->colour, 0.5f), 1.0f);
+  }
+}
+
+double SliceView::scale_bar_mm() const {
+  const double most_mm = 0.2 * width() * mm_per_pixel_, size = std::pow(10, std::floor(std::log10(most_mm)));
+  for (const double step : {5.0, 2.0})
+    if (step * size <= most_mm) return step * size;
+  return size;
+}
+
+void SliceView::draw_scale_bar(const Projection& projection) {
+  const double right = width() - 10, left = right - scale_bar_mm() / mm_per_pixel_, low = height() - 9, high = low - 5;
+  std::vector<Eigen::Vector3f> ends;
+  ends.reserve(6);
+  for (const QPointF& at : {QPointF(left, low), QPointF(right, low), QPointF(left, low), QPointF(left, high),
+                            QPointF(right, low), QPointF(right, high)})
+    ends.push_back(world_of(at).cast<float>());
+  const auto ratio = static_cast<float>(devicePixelRatio());
+  line_painter_.draw(projection, ends, rgba_of(theme::kSliceBackground, 0.8f), 3.4f * ratio);
+  line_painter_.draw(projection, ends, rgba_of(theme::kText), 1.4f * ratio);
+}
+
 // The sphere that is being placed.
 void SliceView::draw_seed(const Projection& projection) {
   const std::optional<Seed>& seed = tools_.seed();
@@ -256,7 +294,17 @@ QRectF SliceView::text_box() const { return QRectF(rect()).adjusted(7, 5, -7, -5
 
 QString SliceView::corner_text() const {
   const char* names[] = {"x", "y", "z"};
-  return QString("%1   %2 = %3 mm").arg(title_of(orientation_), names[axes().normal]).arg(slice_mm(), 0, 'f', 1);
+  const SliceNumber slice =
+      slice_number(workbench_.session().volume().geometry(), orientation_, workbench_.view.crosshair_mm);
+  const QString number = QString("%1  %2 / %3").arg(title_of(orientation_)).arg(slice.number).arg(slice.count);
+  const QString all = QString("%1   %2 = %3 mm").arg(number, names[axes().normal]).arg(slice_mm(), 0, 'f', 1);
+  // The letter of the patient's side stands in the middle.
+  const auto fits = [this](const QString& text) {
+    constexpr double kBold = 1.15;
+    return kBold * fontMetrics().horizontalAdvance(text) < width() / 2.0 - 16;
+  };
+  if (fits(all)) return all;
+  return fits(number) ? number : QString("%1 %2").arg(title_of(orientation_)).arg(slice.number);
 }
 
 void SliceView::annotate(std::vector<Label>& labels) const {
@@ -271,8 +319,14 @@ void SliceView::annotate(std::vector<Label>& labels) const {
   letter(-axes.up, Qt::AlignHCenter | Qt::AlignBottom);
   if (!workbench_.view.show_annotations) return;
   labels.push_back({box, Qt::AlignLeft | Qt::AlignTop, corner_text(), theme::slice_colour(orientation_)});
+  const double bar_mm = scale_bar_mm();
+  labels.push_back({box.adjusted(0, 0, 0, -13), Qt::AlignRight | Qt::AlignBottom,
+                    bar_mm >= 10 ? tr("%1 cm").arg(bar_mm / 10) : tr("%1 mm").arg(bar_mm), theme::kText, false});
+  add_names(labels, box.adjusted(0, fontMetrics().lineSpacing() + 2, 0, 0));
   QString note;
-  if (tools_.seed()) {
+  if (underMouse() && workbench_.view.hovered_point) {
+    note = words_of_point(workbench_, workbench_.view.hovered_point);
+  } else if (tools_.seed()) {
     note = tr("radius %1 mm").arg(tools_.seed()->radius_mm, 0, 'f', 1);
   } else if (workbench_.view.window_level_armed) {
     note = tr("window %1  level %2").arg(workbench_.view.window, 0, 'g', 4).arg(workbench_.view.level, 0, 'g', 4);

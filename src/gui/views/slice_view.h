@@ -10,6 +10,8 @@
 
 namespace simplexseg {
 
+class PointSprings;
+
 /// How visible a handle is at some distance from the slice: 1 on it, 0 where it is neither drawn nor hit.
 double handle_opacity(double distance_mm);
 
@@ -66,11 +68,15 @@ class SliceView : public View {
   void draw_outlines(const Projection& projection);
   void draw_crosshair(const Projection& projection);
   void draw_points(const Projection& projection);
+  void draw_springs(const Projection& projection);
+  void draw_scale_bar(const Projection& projection);
   void draw_balls(const Projection& projection);
   /// `width`: of the line, logical pixels.
   void draw_circle(const Projection& projection, const Eigen::Vector3d& centre_mm, double radius_mm, const Rgba& colour,
                    float width);
   void draw_seed(const Projection& projection);
+  /// A round length that takes about a fifth of the view.
+  double scale_bar_mm() const;
   QString corner_text() const;
   QRectF text_box() const;
 
@@ -83,6 +89,7 @@ class SliceView : public View {
   const SceneBuffers::Slice* slice_ = nullptr;  ///< what prepare() found, like the next
   const SceneBuffers::Outlines* outlines_ = nullptr;
   const SceneBuffers::Field* field_ = nullptr;
+  const PointSprings* springs_ = nullptr;
   std::optional<std::vector<OutlinePiece>> outline_;  ///< of the active mesh; none: not read since the last picture
   SlicePainter slice_painter_;
   FieldPainter field_painter_;

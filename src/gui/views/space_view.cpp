@@ -4,6 +4,7 @@
 #include <QMouseEvent>
 #include <QWheelEvent>
 #include <cmath>
+#include <numbers>
 
 #include "gui/look/theme.h"
 #include "gui/views/drawn_scene.h"
@@ -12,7 +13,8 @@
 
 namespace simplexseg {
 
-SpaceView::SpaceView(Workbench& workbench, DrawnScene& drawn, QWidget* parent) : View(workbench, drawn, parent) {
+SpaceView::SpaceView(Workbench& workbench, DrawnScene& drawn, QWidget* parent)
+    : View(workbench, drawn, parent), point_wheel_(workbench) {
   setObjectName("3D");
   // Slices need no multisampling: their lines are smooth by themselves.
   QSurfaceFormat smooth = format();
@@ -61,6 +63,8 @@ void SpaceView::prepare() {
     slices_[static_cast<int>(orientation)] = view.show_slices_3d ? drawn_.slice(orientation) : nullptr;
   }
   surfaces_ = view.show_meshes ? drawn_.surfaces() : nullptr;
+  coloured_ = surfaces_ && view.surface_values && drawn_.surface_values();
+  springs_ = &drawn_.springs();
 }
 
 void SpaceView::paint() {
@@ -72,8 +76,10 @@ void SpaceView::paint() {
   if (surfaces_) draw_meshes(projection);
   // Last, as their smooth edges are half transparent and yet would hide what comes later.
   if (workbench_.view.show_slices_3d) draw_frames(projection);
+  draw_springs(projection);
   draw_points(projection);
   set_depth(Depth::Ignore);
+  if (coloured_) draw_scale(projection);
 }
 
 void SpaceView::draw_slices(const Projection& projection) {
@@ -104,7 +110,8 @@ void SpaceView::draw_meshes(const Projection& projection) {
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     if (!meshes[m].visible) continue;
     mesh_painter_.draw(projection, *surfaces_, static_cast<int>(m),
-                       rgba_of(meshes[m].colour, meshes[m].opacity * workbench_.view.opacity));
+                       rgba_of(meshes[m].colour, meshes[m].opacity * workbench_.view.opacity),
+                       coloured_ ? workbench_.view.surface_values->most_mm : 0);
   }
 }
 
@@ -113,17 +120,90 @@ void SpaceView::draw_points(const Projection& projection) {
   for (const UserPoint& point : workbench_.scene().points) {
     const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
     if (!item) continue;
-    const Rgba rim = point.id == workbench_.view.selected_point ? rgba_of(theme::kSelected) : Rgba(1, 1, 1, 1);
+    const bool selected = point.id == workbench_.view.selected_point,
+               hovered = point.id == workbench_.view.hovered_point;
+    const Rgba rim = selected ? rgba_of(theme::kSelected) : Rgba(1, 1, 1, 1);
     discs.push_back({point.position_mm.cast<float>(), rgba_of(colour_of(point.kind, item->colour)), rim,
-                     5.0f * static_cast<float>(devicePixelRatio()), glyph_of(point.kind)});
+                     (hovered ? 7.5f : 6.0f) * static_cast<float>(devicePixelRatio()), glyph_of(point.kind)});
+    if (point.kind != MarkKind::Boundary && (selected || hovered))
+      draw_circle(projection, point.position_mm, point.radius_mm, rgba_of(item->colour, 0.9f));
   }
   disc_painter_.draw(projection, discs);
+}
+
+void SpaceView::draw_springs(const Projection& projection) {
+  const auto ratio = static_cast<float>(devicePixelRatio());
+  std::vector<DiscPainter::Disc> ends;
+  for (const PointSpring& spring : springs_->all()) {
+    const UserPoint* point = workbench_.scene().find_point(spring.point);
+    const MeshItem* item = point ? workbench_.scene().find_mesh(point->mesh) : nullptr;
+    if (!item) continue;
+    const Eigen::Vector3f line[] = {point->position_mm.cast<float>(), spring.vertex_mm.cast<float>()};
+    line_painter_.draw(projection, line, Rgba(1, 1, 1, 0.9f), 2.0f * ratio);
+    ends.push_back({line[1], Rgba(1, 1, 1, 1), rgba_of(item->colour), 3.0f * ratio});
+    if (spring.point == workbench_.view.hovered_point && spring.reach_mm > 0)
+      draw_circle(projection, spring.vertex_mm, spring.reach_mm, Rgba(1, 1, 1, 0.6f));
+  }
+  disc_painter_.draw(projection, ends);
+}
+
+void SpaceView::draw_circle(const Projection& projection, const Eigen::Vector3d& centre_mm, double radius_mm,
+                            const Rgba& colour) {
+  constexpr int kSides = 48;
+  const Eigen::Matrix4d eye = camera_.eye_from_world();
+  const Eigen::Vector3d right = eye.row(0).head<3>(), up = eye.row(1).head<3>();
+  std::vector<Eigen::Vector3f> ends;
+  const auto at = [&](int side) -> Eigen::Vector3f {
+    const double angle = 2 * std::numbers::pi * side / kSides;
+    return (centre_mm + radius_mm * (std::cos(angle) * right + std::sin(angle) * up)).cast<float>();
+  };
+  for (int side = 0; side < kSides; ++side) {
+    ends.push_back(at(side));
+    ends.push_back(at(side + 1));
+  }
+  set_depth(Depth::Ignore);
+  line_painter_.draw(projection, ends, colour, 1.4f * static_cast<float>(devicePixelRatio()));
+  set_depth(Depth::Test);
+}
+
+QRectF SpaceView::scale_box() const { return {width() - 24.0, 0.2 * height(), 12.0, 0.55 * height()}; }
+
+// The scale of colours, in pixels of the view.
+void SpaceView::draw_scale(const Projection& projection) {
+  Projection pixels;
+  pixels.viewport_px = projection.viewport_px;
+  pixels.clip_from_world.setIdentity();
+  pixels.clip_from_world(0, 0) = 2.0f / static_cast<float>(width());
+  pixels.clip_from_world(1, 1) = -2.0f / static_cast<float>(height());
+  pixels.clip_from_world(0, 3) = -1;
+  pixels.clip_from_world(1, 3) = 1;
+  const QRectF box = scale_box();
+  constexpr int kBands = 32;
+  const auto x = static_cast<float>(box.center().x());
+  for (int band = 0; band < kBands; ++band) {
+    const auto y = [&](int edge) { return static_cast<float>(box.bottom() - box.height() * edge / kBands); };
+    const Eigen::Vector3f ends[] = {{x, y(band), 0}, {x, y(band + 1), 0}};
+    const std::array<float, 3> colour = scale_colour((static_cast<float>(band) + 0.5f) / kBands);
+    line_painter_.draw(pixels, ends, Rgba(colour[0], colour[1], colour[2], 1),
+                       static_cast<float>(box.width() * devicePixelRatio()));
+  }
 }
 
 void SpaceView::annotate(std::vector<Label>& labels) const {
   if (!workbench_.view.show_annotations) return;
   const QRectF box = QRectF(rect()).adjusted(7, 5, -7, -5);
   labels.push_back({box, Qt::AlignLeft | Qt::AlignTop, tr("3D"), theme::kText});
+  if (coloured_) {
+    const QRectF scale = scale_box();
+    const SurfaceValues& values = *workbench_.view.surface_values;
+    const QRectF beside(0, scale.top() - 24, scale.right(), scale.height() + 48);
+    labels.push_back({beside.adjusted(0, -16, 0, 0), Qt::AlignRight | Qt::AlignTop, values.title, theme::kText, false});
+    labels.push_back({beside, Qt::AlignRight | Qt::AlignTop, tr("%1 mm").arg(values.most_mm), theme::kText, false});
+    labels.push_back({beside, Qt::AlignRight | Qt::AlignBottom, tr("0 mm"), theme::kText, false});
+  }
+  if (const ItemId point = workbench_.view.hovered_point; point != 0 && underMouse())
+    labels.push_back(
+        {box, Qt::AlignLeft | Qt::AlignBottom, words_of_point(workbench_, point), theme::kSelected, false});
   // The patient's sides, at the ends of the crosshair's axes.
   const WorldBox world = world_box(workbench_.session().volume().geometry());
   const Eigen::Matrix4f clip_from_world = projection().clip_from_world;
@@ -141,18 +221,32 @@ void SpaceView::annotate(std::vector<Label>& labels) const {
 }
 
 void SpaceView::mousePressEvent(QMouseEvent* event) {
-  last_ = event->position();
+  last_ = press_ = event->position();
   Mouse mouse = Mouse::Middle;
   if (event->button() == Qt::LeftButton) mouse = Mouse::Left;
   if (event->button() == Qt::RightButton) mouse = Mouse::Right;
   drag_ = gesture(Where::Space, mouse, event->modifiers());
   if (drag_ == Act::PickMesh) pick(event->position());
+  dragged_point_ = drag_ == Act::Rotate ? point_at(event->position()) : 0;
+  if (dragged_point_ == 0) return;
+  drag_.reset();
+  drag_continues_ = false;
+  workbench_.view.selected_point = dragged_point_;
+  workbench_.view_edited();
 }
 
 void SpaceView::mouseMoveEvent(QMouseEvent* event) {
   const QPointF moved = event->position() - last_;
   last_ = event->position();
-  if (!drag_) return;
+  if (dragged_point_ != 0) {
+    constexpr double kDragStarts = 3;  // logical pixels: less is a click, which selects
+    if (drag_continues_ || (last_ - press_).manhattanLength() >= kDragStarts) drag_point(last_);
+    return;
+  }
+  if (!drag_) {
+    if (event->buttons() == Qt::NoButton) hover(last_);
+    return;
+  }
   constexpr double kRadiansPerPixel = 0.008;
   switch (*drag_) {
     case Act::Rotate:
@@ -170,7 +264,18 @@ void SpaceView::mouseMoveEvent(QMouseEvent* event) {
   update();
 }
 
-void SpaceView::mouseReleaseEvent(QMouseEvent*) { drag_.reset(); }
+void SpaceView::mouseReleaseEvent(QMouseEvent*) {
+  drag_.reset();
+  dragged_point_ = 0;
+}
+
+void SpaceView::leaveEvent(QEvent* event) {
+  if (workbench_.view.hovered_point != 0 && dragged_point_ == 0) {
+    workbench_.view.hovered_point = 0;
+    workbench_.view_edited();
+  }
+  View::leaveEvent(event);
+}
 
 void SpaceView::mouseDoubleClickEvent(QMouseEvent* event) {
   if (event->button() == Qt::LeftButton &&
@@ -180,6 +285,13 @@ void SpaceView::mouseDoubleClickEvent(QMouseEvent* event) {
 }
 
 void SpaceView::wheelEvent(QWheelEvent* event) {
+  const ItemId point = point_at(event->position());
+  if (point_wheel_.takes(point) && gesture(Where::Space, Mouse::WheelOnPoint, event->modifiers())) {
+    point_wheel_.turn(point, *event, false);
+    event->accept();
+    return;
+  }
+  point_wheel_.passed_by();
   if (gesture(Where::Space, Mouse::Wheel, event->modifiers()) == Act::WheelZoom) {
     camera_.zoom(std::exp(-event->angleDelta().y() / 120.0 * 0.12));
     update();
@@ -187,8 +299,65 @@ void SpaceView::wheelEvent(QWheelEvent* event) {
   event->accept();
 }
 
+OrbitCamera::Ray SpaceView::ray_through(const QPointF& pixel) const {
+  return camera_.ray(2 * pixel.x() / width() - 1, 1 - 2 * pixel.y() / height(), aspect());
+}
+
+std::optional<QPointF> SpaceView::pixel_of(const Eigen::Vector3d& world_mm) const {
+  const Eigen::Vector4f clip = projection().clip_from_world * world_mm.cast<float>().homogeneous();
+  if (clip.w() <= 0) return std::nullopt;
+  return QPointF((clip.x() / clip.w() * 0.5 + 0.5) * width(), (0.5 - clip.y() / clip.w() * 0.5) * height());
+}
+
+ItemId SpaceView::point_at(const QPointF& pixel) const {
+  constexpr double kHitRadius = 9;  // logical pixels
+  const UserPoint* nearest = nullptr;
+  double best = kHitRadius;
+  for (const UserPoint& point : workbench_.scene().points) {
+    const std::optional<QPointF> at = pixel_of(point.position_mm);
+    const double distance = at ? std::hypot(at->x() - pixel.x(), at->y() - pixel.y()) : kHitRadius + 1;
+    if (distance <= best) best = distance, nearest = &point;
+  }
+  if (!nearest || !workbench_.view.show_meshes) return nearest ? nearest->id : 0;
+  // What lies behind a mesh is not seen, unless one sees through the mesh.
+  const ItemId id = nearest->id;
+  const Eigen::Vector3d at = nearest->position_mm;
+  const OrbitCamera::Ray ray = ray_through(*pixel_of(at));
+  const double away = (at - ray.origin_mm).norm() * (1 - 1e-3) - 0.5;
+  for (const Surface& surface : visible_surfaces(workbench_.session().scene())) {
+    const MeshItem* item = workbench_.scene().find_mesh(surface.mesh);
+    if (item->opacity * workbench_.view.opacity < 1) continue;
+    const std::optional<double> distance = hit_surface(surface.shape, ray.origin_mm, ray.direction);
+    if (distance && *distance < away) return 0;
+  }
+  return id;
+}
+
+void SpaceView::hover(const QPointF& pixel) {
+  const ItemId under = point_at(pixel);
+  if (under == workbench_.view.hovered_point) return;
+  workbench_.view.hovered_point = under;
+  setCursor(under ? Qt::PointingHandCursor : Qt::ArrowCursor);
+  workbench_.view_edited();
+}
+
+// Along the plane through the point that faces the eye.
+void SpaceView::drag_point(const QPointF& pixel) {
+  const UserPoint* point = workbench_.scene().find_point(dragged_point_);
+  if (!point) return;
+  const Eigen::Vector3d towards = camera_.eye_from_world().row(2).head<3>();
+  const auto on_plane = [&](const QPointF& at) -> Eigen::Vector3d {
+    const OrbitCamera::Ray ray = ray_through(at);
+    const double along = (point->position_mm - ray.origin_mm).dot(towards) / ray.direction.dot(towards);
+    return ray.origin_mm + along * ray.direction;
+  };
+  if (!drag_continues_) grab_offset_mm_ = point->position_mm - on_plane(press_);
+  const Eigen::Vector3d to = on_plane(pixel) + grab_offset_mm_;
+  if (workbench_.apply(MovePoint{dragged_point_, to, drag_continues_})) drag_continues_ = true;
+}
+
 void SpaceView::pick(const QPointF& pixel) {
-  const OrbitCamera::Ray ray = camera_.ray(2 * pixel.x() / width() - 1, 1 - 2 * pixel.y() / height(), aspect());
+  const OrbitCamera::Ray ray = ray_through(pixel);
   ItemId hit = 0;
   double nearest = INFINITY;
   for (const Surface& surface : visible_surfaces(workbench_.session().scene())) {

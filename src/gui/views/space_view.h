@@ -3,6 +3,8 @@
 #include "gui/input/bindings.h"
 #include "gui/look/slice_geometry.h"
 #include "gui/views/orbit_camera.h"
+#include "gui/views/point_springs.h"
+#include "gui/views/point_wheel.h"
 #include "gui/views/view.h"
 
 namespace simplexseg {
@@ -29,6 +31,7 @@ class SpaceView : public View {
   void mouseReleaseEvent(QMouseEvent* event) override;
   void mouseDoubleClickEvent(QMouseEvent* event) override;
   void wheelEvent(QWheelEvent* event) override;
+  void leaveEvent(QEvent* event) override;
 
  private:
   Projection projection() const;
@@ -37,13 +40,32 @@ class SpaceView : public View {
   void draw_frames(const Projection& projection);
   void draw_meshes(const Projection& projection);
   void draw_points(const Projection& projection);
+  void draw_springs(const Projection& projection);
+  void draw_scale(const Projection& projection);
+  /// A circle that faces the eye.
+  void draw_circle(const Projection& projection, const Eigen::Vector3d& centre_mm, double radius_mm,
+                   const Rgba& colour);
+  QRectF scale_box() const;
+  OrbitCamera::Ray ray_through(const QPointF& pixel) const;
+  std::optional<QPointF> pixel_of(const Eigen::Vector3d& world_mm) const;
+  /// The point whose handle is within 9 px and not behind a mesh, 0 if none.
+  ItemId point_at(const QPointF& pixel) const;
+  void hover(const QPointF& pixel);
+  void drag_point(const QPointF& pixel);
   void pick(const QPointF& pixel);
 
   OrbitCamera camera_;
+  PointWheel point_wheel_;
+  ItemId dragged_point_ = 0;
+  bool drag_continues_ = false;  ///< the session knows of the drag already
+  Eigen::Vector3d grab_offset_mm_{0, 0, 0};
+  QPointF press_;
   std::optional<Act> drag_;
   QPointF last_;
   const SceneBuffers::Slice* slices_[3] = {};  ///< what prepare() found, like the next
   const SceneBuffers* surfaces_ = nullptr;
+  bool coloured_ = false;
+  const PointSprings* springs_ = nullptr;
   SlicePainter slice_painter_;
   LinePainter line_painter_;
   DiscPainter disc_painter_;

@@ -3,6 +3,7 @@
 
 #include "core/expect.h"
 #include "gui/input/key_return.h"
+#include "gui/look/theme.h"
 #include "gui/views/drawn_scene.h"
 #include "gui/workbench/workbench.h"
 
@@ -40,6 +41,17 @@ void View::destroy_gl_objects() {
 Eigen::Vector2f View::viewport_px() const {
   const double ratio = devicePixelRatio();
   return {static_cast<float>(width() * ratio), static_cast<float>(height() * ratio)};
+}
+
+void View::add_names(std::vector<Label>& labels, const QRectF& box) const {
+  if (!workbench_.view.show_names) return;
+  QRectF line = box;
+  for (const QString& name : {workbench_.patient_name(), workbench_.series_name()}) {
+    if (name.isEmpty()) continue;
+    const QString fitting = fontMetrics().elidedText(name, Qt::ElideRight, static_cast<int>(0.45 * box.width()));
+    labels.push_back({line, Qt::AlignLeft | Qt::AlignTop, fitting, theme::kDimText, false});
+    line.adjust(0, fontMetrics().lineSpacing(), 0, 0);
+  }
 }
 
 void View::initializeGL() {

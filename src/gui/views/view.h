@@ -40,6 +40,8 @@ class View : public QOpenGLWidget {
   /// Every derived view calls it in its destructor: its painters need the context to go.
   void destroy_gl_objects();
 
+  /// The names of patient and series, at the upper left of the box, unless they are hidden.
+  void add_names(std::vector<Label>& labels, const QRectF& box) const;
   Eigen::Vector2f viewport_px() const;
   Workbench& workbench_;
   DrawnScene& drawn_;

@@ -5,8 +5,12 @@
 #include <QGridLayout>
 #include <QPainter>
 
+#include <QHBoxLayout>
 #include "core/expect.h"
 #include "gui/look/theme.h"
+
+#include "core/expect.h"
+#include "gui/views/slice_slider.h"
 #include "gui/views/slice_view.h"
 #include "gui/views/space_view.h"
 
@@ -17,12 +21,21 @@ ViewGrid::ViewGrid(Workbench& workbench, DrawnScene& drawn, QWidget* parent) : Q
   grid_->setContentsMargins(2, 2, 2, 2);
   grid_->setSpacing(3);
   for (const Orientation orientation : kOrientations) {
-    slices_[static_cast<int>(orientation)] = new SliceView(workbench, drawn, orientation, this);
+    auto* cell = new QWidget(this);
+    auto* row = new QHBoxLayout(cell);
+    row->setContentsMargins(0, 0, 0, 0);
+    row->setSpacing(1);
+    auto* slice = new SliceView(workbench, drawn, orientation, cell);
+    row->addWidget(slice, 1);
+    row->addWidget(new SliceSlider(workbench, orientation, cell));
+    slices_[static_cast<int>(orientation)] = slice;
+    cells_[static_cast<std::size_t>(orientation)] = cell;
   }
   space_ = new SpaceView(workbench, drawn, this);
+  cells_[3] = space_;
   const std::array<View*, 4> views = all();
   for (int n = 0; n < 4; ++n) {
-    grid_->addWidget(views[n], n / 2, n % 2);
+    grid_->addWidget(cells_[n], n / 2, n % 2);
     grid_->setRowStretch(n / 2, 1);
     grid_->setColumnStretch(n % 2, 1);
     views[n]->setAccessibleName(tr("%1 view").arg(views[n]->objectName()));
@@ -64,6 +77,7 @@ void ViewGrid::maximise(View* view) {
   maximised_ = maximised_ == view ? nullptr : view;
   const std::array<View*, 4> views = all();
   for (int n = 0; n < 4; ++n) {
+    cells_[n]->setVisible(!maximised_ || views[n] == maximised_);
     views[n]->setVisible(!maximised_ || views[n] == maximised_);
     // An empty row or column must take no room.
     const bool row_used = !maximised_ || maximised_ == views[2 * (n / 2)] || maximised_ == views[2 * (n / 2) + 1];

@@ -35,6 +35,7 @@ class ViewGrid : public QWidget {
   void maximise(View* view);
 
   QGridLayout* grid_;
+  std::array<QWidget*, 4> cells_{};  ///< what lies in the grid: a view with what is beside it
   std::array<SliceView*, 3> slices_;
   SpaceView* space_;
   View* maximised_ = nullptr;

@@ -10,15 +10,18 @@
 #include <QMimeData>
 #include <QPushButton>
 #include <QUrl>
+#include <algorithm>
 #include <memory>
 
 #include "core/error.h"
 #include "gui/input/action_table.h"
 #include "gui/look/widgets.h"
+#include "gui/window/series_dialog.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
 #include "io/scene_export.h"
 #include "io/scene_io.h"
+#include "io/volume_io.h"
 
 namespace simplexseg {
 namespace {
@@ -45,6 +48,7 @@ FileActions::FileActions(Workbench& workbench, BackgroundJob& job, ActionTable& 
   connect(&job_, &BackgroundJob::started, this, &FileActions::enable_actions);
   connect(&job_, &BackgroundJob::succeeded, this, &FileActions::enable_actions);
   connect(&job_, &BackgroundJob::failed, this, &FileActions::enable_actions);
+  connect(&job_, &BackgroundJob::called_off, this, &FileActions::enable_actions);
   enable_actions();
 }
 
@@ -59,25 +63,90 @@ void FileActions::enable_actions() {
   }
 }
 
-void FileActions::open(const QString& path) {
-  if (path.isEmpty() || job_.busy() || !may_discard()) return;
+void FileActions::open_all(const QStringList& paths) {
+  if (paths.isEmpty() || paths.front().isEmpty() || job_.busy() || !may_discard()) return;
+  const QString& first = paths.front();
+  if (paths.size() > 1 || QFileInfo(first).isDir() || is_dicomdir(to_path(first)))
+    find_series(paths);
+  else
+    load(first, 0, {});
+}
+
+void FileActions::find_series(const QStringList& paths) {
+  std::vector<std::filesystem::path> places;
+  places.reserve(static_cast<std::size_t>(paths.size()));
+  for (const QString& path : paths) places.push_back(to_path(path));
+  auto found = std::make_shared<FoundSeries>();
+  const QString what = paths.size() == 1 ? QFileInfo(paths.front()).fileName() : tr("%1 files").arg(paths.size());
+  job_.start(
+      tr("Looking for DICOM series in %1...").arg(what), [=] { *found = find_dicom_series(places); },
+      [=, this] { choose_series(std::move(*found)); }, BackgroundJob::CallingOff::Yes);
+}
+
+void FileActions::choose_series(FoundSeries found) {
+  const auto load_one = [this](const DicomSeries& series, int volume) {
+    load(to_text(series.folder), volume, series.alone && !series.damaged ? std::string() : series.uid);
+  };
+  const DicomSeries& first = found.series.front();
+  if (found.series.size() == 1 && found.unreadable.empty() && !first.damaged && first.refusal.empty() &&
+      first.volumes == 1) {
+    load_one(first, 1);
+    return;
+  }
+  auto* dialog = new SeriesDialog(std::move(found), &window_);
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  connect(dialog, &QDialog::accepted, this, [=] { load_one(*dialog->chosen(), dialog->volume()); });
+  dialog->open();
+}
+
+void FileActions::choose_volume(const QString& path, int count) {
+  auto* dialog = new QInputDialog(&window_);
+  dialog->setObjectName("volume_dialog");
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  dialog->setWindowTitle(tr("Open one of several volumes"));
+  dialog->setLabelText(
+      tr("%1 is 4D: it holds %2 volumes. Number of the one to be opened:").arg(QFileInfo(path).fileName()).arg(count));
+  dialog->setInputMode(QInputDialog::IntInput);
+  dialog->setIntRange(1, count);
+  connect(dialog, &QInputDialog::intValueSelected, this, [=, this](int volume) { load(path, volume, {}); });
+  dialog->open();
+}
+
+void FileActions::load(const QString& path, int volume, const std::string& series) {
+  if (job_.busy()) return;
   auto input = std::make_shared<LoadedInput>();
+  auto volumes = std::make_shared<int>(1);
   const std::filesystem::path file = to_path(path);
   job_.start(
-      tr("Loading %1...").arg(QFileInfo(path).fileName()), [=] { *input = load_input(file); },
+      tr("Loading %1...").arg(QFileInfo(path).fileName()),
+      [=] {
+        if (volume == 0 && file.extension() != ".json") {
+          const VolumeInfo info = read_volume_info(file);
+          if (info.frame > 0) *volumes = info.frames;
+        }
+        if (*volumes == 1) *input = load_input(file, std::max(volume, 1), series);
+      },
       [=, this] {
+        if (*volumes > 1) {
+          choose_volume(path, *volumes);
+          return;
+        }
         try {
           take(std::move(*input), file);
         } catch (const std::exception& error) {
           workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
         }
-      });
+      },
+      BackgroundJob::CallingOff::Yes);
 }
 
 void FileActions::take(LoadedInput input, const std::filesystem::path& path) {
   emit about_to_take();
   workbench_.open(std::move(input.scene), std::move(input.volume), std::move(input.references));
   workbench_.view.low_is_bright = input.low_is_bright;
+  const QString series = QString::fromStdString(input.series);
+  workbench_.set_title(QString::fromStdString(input.patient),
+                       series.isEmpty() ? QFileInfo(to_text(input.volume_path)).fileName() : series);
   last_path_ = to_text(path);
   scene_path_ = path.extension() == ".json" ? to_text(path) : QString();
   say_warnings(input.warnings);
@@ -217,12 +286,12 @@ void FileActions::save_meshes_to(const QString& folder, const QString& extension
       });
 }
 
-QString FileActions::dropped_path(const QMimeData* data) {
-  if (!data || !data->hasUrls()) return {};
-  for (const QUrl& url : data->urls()) {
-    if (url.isLocalFile()) return url.toLocalFile();
-  }
-  return {};
+QStringList FileActions::dropped_paths(const QMimeData* data) {
+  QStringList paths;
+  if (!data || !data->hasUrls()) return paths;
+  for (const QUrl& url : data->urls())
+    if (url.isLocalFile()) paths << url.toLocalFile();
+  return paths;
 }
 
 }  // namespace simplexseg

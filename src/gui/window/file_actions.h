@@ -2,8 +2,10 @@
 #pragma once
 #include <QObject>
 #include <QString>
+#include <QStringList>
 #include <filesystem>
 
+#include "io/dicom_series.h"
 #include "io/load_input.h"
 #include "io/recovery.h"
 
@@ -22,8 +24,11 @@ class FileActions : public QObject {
  public:
   FileActions(Workbench& workbench, BackgroundJob& job, ActionTable& actions, QWidget& window);
 
-  /// Loads in the background and opens; asks about unsaved changes first.
-  void open(const QString& path);
+  /// Loads in the background and opens; asks about unsaved changes first. Of a folder or a DICOMDIR with several
+  /// series, or with one that is 4D or damaged, the user chooses.
+  void open(const QString& path) { open_all({path}); }
+  /// The same for what was dropped: of several files a series.
+  void open_all(const QStringList& paths);
   /// Opens what was loaded; `path`: where from. Throws Error.
   void take(LoadedInput input, const std::filesystem::path& path);
   /// Opens work that was kept as if it had never been closed: unsaved, under the name that it had. Throws Error.
@@ -47,8 +52,8 @@ class FileActions : public QObject {
   /// ending; a name that no file has.
   QString offered_path(const QString& what, const QString& ending) const;
 
-  /// The first file of a drop; empty when there is none.
-  static QString dropped_path(const QMimeData* data);
+  /// The files and folders of a drop; empty when there is none.
+  static QStringList dropped_paths(const QMimeData* data);
 
  signals:
   void name_changed();
@@ -57,6 +62,13 @@ class FileActions : public QObject {
  private:
   void enable_actions();
   void say_warnings(const std::vector<std::string>& warnings);
+  /// Looks for series in the background, and loads the one that the user chooses.
+  void find_series(const QStringList& paths);
+  void choose_series(FoundSeries found);
+  /// `volume`: of a 4D file; 0: the user chooses where there are several. `series`: of a DICOM folder; empty: the
+  /// largest.
+  void load(const QString& path, int volume, const std::string& series);
+  void choose_volume(const QString& path, int count);
   void choose_and_open();
   void choose_and_open_folder();
   void choose_and_save_labels();

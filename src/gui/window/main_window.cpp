@@ -10,6 +10,7 @@
 #include <QFileDialog>
 #include <QMenuBar>
 #include <QMimeData>
+#include <QProxyStyle>
 #include <QSplitter>
 #include <QToolBar>
 #include <QToolButton>
@@ -28,6 +29,7 @@
 #include "gui/views/view.h"
 #include "gui/views/view_grid.h"
 #include "gui/window/file_actions.h"
+#include "gui/window/label_actions.h"
 #include "gui/window/message_bar.h"
 #include "gui/window/side_panels.h"
 #include "gui/window/start_page.h"
@@ -40,6 +42,19 @@
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {
+namespace {
+
+/// Gives the button for what does not fit into the toolbar the room that a finger needs.
+class RoomyBarStyle : public QProxyStyle {
+ public:
+  RoomyBarStyle() : QProxyStyle("Fusion") {}
+  int pixelMetric(PixelMetric metric, const QStyleOption* option, const QWidget* widget) const override {
+    constexpr int kWidth = 26;
+    return metric == PM_ToolBarExtensionExtent ? kWidth : QProxyStyle::pixelMetric(metric, option, widget);
+  }
+};
+
+}  // namespace
 
 MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare)
     : workbench_(std::make_unique<Workbench>(std::move(engine), std::move(spare))),
@@ -50,6 +65,7 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
   actions_ = new ActionTable(*this);
   job_ = new BackgroundJob(this);
   files_ = new FileActions(*workbench_, *job_, *actions_, *this);
+  new LabelActions(*workbench_, *job_, *files_, *actions_, *this);
   build_views();
   new WorkbenchActions(*workbench_, *views_, *actions_, this);
   connect_own_actions();
@@ -118,7 +134,7 @@ void MainWindow::build_menus() {
     }
     return menu;
   };
-  QMenu* file = fill(tr("&File"), {{Act::Open, Act::OpenFolder},
+  QMenu* file = fill(tr("&File"), {{Act::Open, Act::OpenFolder, Act::OpenReference},
                                    {Act::SaveScene, Act::SaveSceneAs},
                                    {Act::SaveLabels, Act::SaveMeshes, Act::Screenshot},
                                    {Act::Quit}});
@@ -132,12 +148,14 @@ void MainWindow::build_menus() {
                       {Act::ToolPoint, Act::ToolInside, Act::ToolOutside},
                       {Act::WindowLevel}});
   fill(tr("&Mesh"), {{Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh},
+                     {Act::MeshFromLabels, Act::MeshFromFile},
                      {Act::MeshUp, Act::MeshDown},
+                     {Act::WorstFit},
                      {Act::DeleteMesh}});
   fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::ResetPose}});
   QMenu* const view = view_menu_ =
       fill(tr("&View"), {{Act::CentreOnCrosshair, Act::Fit, Act::AutoContrast, Act::Neurological},
-                         {Act::ShowMeshes, Act::ShowField, Act::Annotations, Act::Slices3d},
+                         {Act::ShowMeshes, Act::ShowField, Act::Annotations, Act::Names, Act::Slices3d},
                          {Act::LessOpaque, Act::MoreOpaque},
                          {Act::ShowPanels, Act::ShowSteps, Act::Researcher}});
   QMenu* presets = view->addMenu(tr("Window and level &presets"));
@@ -203,6 +221,19 @@ void MainWindow::build_toolbar() {
   add({{Act::WindowLevel, Symbol::WindowLevel, tr("Contrast")},
        {Act::AutoContrast, Symbol::AutoContrast, tr("Automatic")},
        {Act::Fit, Symbol::Fit, tr("Fit")}});
+  // Qt's own arrow for what does not fit is dark on dark, and a few pixels wide.
+  if (auto* more = bar->findChild<QToolButton*>("qt_toolbar_ext_button")) {
+    auto* style = new RoomyBarStyle;
+    style->setParent(bar);
+    bar->setStyle(style);
+    more->setStyle(style);
+    more->setIcon(icon_of(Symbol::Menu));
+    more->setToolTip(tr("More tools: the window is too narrow for all"));
+    more->setAccessibleName(tr("More tools"));
+    more->setStyleSheet(
+        "QToolButton { background: #343840; padding: 0; margin: 3px 0; }"
+        "QToolButton:hover { background: #3f454e; }");
+  }
 }
 
 void MainWindow::connect_own_actions() {
@@ -222,8 +253,12 @@ void MainWindow::connect_own_actions() {
 void MainWindow::connect_messages() {
   connect(workbench_.get(), &Workbench::message, messages_, &MessageBar::show_message);
   connect(workbench_.get(), &Workbench::acted, messages_, &MessageBar::forget_failure);
-  connect(job_, &BackgroundJob::started, messages_, &MessageBar::show_progress);
+  connect(job_, &BackgroundJob::started, this,
+          [this](const QString& title) { messages_->show_progress(title, job_->may_be_called_off()); });
+  connect(job_, &BackgroundJob::progressed, messages_, &MessageBar::set_fraction);
   connect(job_, &BackgroundJob::succeeded, messages_, &MessageBar::clear);
+  connect(job_, &BackgroundJob::called_off, messages_, &MessageBar::clear);
+  connect(messages_, &MessageBar::cancel_wanted, job_, &BackgroundJob::call_off);
   connect(job_, &BackgroundJob::failed, this,
           [this](const QString& why) { messages_->show_message(Severity::Failure, why); });
   connect(drawn_.get(), &DrawnScene::manner_changed, this, [this] {
@@ -270,15 +305,15 @@ void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
 
 void MainWindow::dropEvent(QDropEvent* event) {
   event->acceptProposedAction();
-  const QString path = FileActions::dropped_path(event->mimeData());
-  if (path.isEmpty()) {
+  const QStringList paths = FileActions::dropped_paths(event->mimeData());
+  if (paths.isEmpty()) {
     workbench_->say(Severity::Warning, tr("What was dropped is not a file on this machine"));
   } else if (job_->busy()) {
     workbench_->say(Severity::Warning, tr("Wait for what is being loaded or saved"));
   } else {
     // Not within the drop: the question about unsaved changes would hold up the program dragged from.
     QMetaObject::invokeMethod(
-        this, [this, path] { files_->open(path); }, Qt::QueuedConnection);
+        this, [this, paths] { files_->open_all(paths); }, Qt::QueuedConnection);
   }
 }
 

@@ -58,6 +58,12 @@ MessageBar::MessageBar(QWidget* over) : QFrame(over) {
   progress_->setRange(0, 0);
   progress_->setTextVisible(false);
   progress_->setFixedSize(140, 10);
+  cancel_ = new QToolButton(this);
+  cancel_->setObjectName("cancel_loading");
+  cancel_->setText(tr("Cancel"));
+  cancel_->setToolTip(tr("Give it up; what is open stays"));
+  cancel_->hide();
+  connect(cancel_, &QToolButton::clicked, this, &MessageBar::cancel_wanted);
   close_ = new QToolButton(this);
   close_->setText(QString(QChar(0x00d7)));
   close_->setToolTip(tr("Close this message; the menu Help has the log of all"));
@@ -65,6 +71,7 @@ MessageBar::MessageBar(QWidget* over) : QFrame(over) {
   close_->setAutoRaise(true);
   layout->addWidget(label_, 1);
   layout->addWidget(progress_);
+  layout->addWidget(cancel_);
   layout->addWidget(close_, 0, Qt::AlignTop);
   connect(close_, &QToolButton::clicked, this, &MessageBar::clear);
   hide_timer_.setSingleShot(true);
@@ -103,6 +110,7 @@ void MessageBar::show_text(const QString& text, const char* background) {
 
 void MessageBar::show_message(Severity severity, const QString& text) {
   progress_->hide();
+  cancel_->hide();
   close_->show();
   failure_ = severity == Severity::Failure;
   show_text(text, background_of(severity));
@@ -110,11 +118,19 @@ void MessageBar::show_message(Severity severity, const QString& text) {
   if (severity == Severity::Note) hide_timer_.start(6000);
 }
 
-void MessageBar::show_progress(const QString& text) {
+void MessageBar::show_progress(const QString& text, bool may_cancel) {
+  progress_->setRange(0, 0);
   progress_->show();
+  cancel_->setVisible(may_cancel);
   close_->hide();
   failure_ = false;
   show_text(text, kNoteBackground);
+}
+
+void MessageBar::set_fraction(double fraction) {
+  constexpr int kParts = 1000;
+  progress_->setRange(0, kParts);
+  progress_->setValue(static_cast<int>(fraction * kParts));
 }
 
 void MessageBar::clear() {

@@ -20,8 +20,10 @@ class MessageBar : public QFrame {
   explicit MessageBar(QWidget* over);
   /// Notes go by themselves after some seconds; warnings and failures stay until closed or replaced.
   void show_message(Severity severity, const QString& text);
-  /// "Loading ch2.nii.gz", with a moving bar; until clear().
-  void show_progress(const QString& text);
+  /// "Loading ch2.nii.gz", with a moving bar until its length is known; until clear(). `may_cancel`: with a button.
+  void show_progress(const QString& text, bool may_cancel = false);
+  /// How far that is, 0..1.
+  void set_fraction(double fraction);
   void clear();
   /// An action was carried out: a failure of an earlier one is no longer news.
   void forget_failure();
@@ -29,6 +31,9 @@ class MessageBar : public QFrame {
   /// All messages of this run of the program, with the time of each.
   const QStringList& log() const { return log_; }
   void show_log();
+
+ signals:
+  void cancel_wanted();
 
  protected:
   bool eventFilter(QObject* watched, QEvent* event) override;
@@ -39,6 +44,7 @@ class MessageBar : public QFrame {
 
   QLabel* label_;
   QProgressBar* progress_;
+  QToolButton* cancel_;
   QToolButton* close_;
   QTimer hide_timer_;
   QString text_;

@@ -8,6 +8,7 @@
 #include "core/expect.h"
 #include "gui/input/action_table.h"
 #include "gui/look/theme.h"
+#include "gui/panels/check_panel.h"
 #include "gui/panels/convergence_panel.h"
 #include "gui/panels/force_panel.h"
 #include "gui/panels/mesh_panel.h"
@@ -35,6 +36,7 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
       forces_(new ForcePanel(workbench, tabs_)),
       simulation_(new SimulationPanel(workbench, loop, actions, tabs_)),
       points_(new PointPanel(workbench, tabs_)),
+      check_(new CheckPanel(workbench, actions, tabs_)),
       plan_(new PlanPanel(workbench, tabs_)),
       convergence_(new ConvergencePanel(workbench, tabs_)),
       actions_(actions) {
@@ -48,11 +50,13 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
   forces_->setObjectName(tr("Forces"));
   simulation_->setObjectName(tr("Simulation"));
   points_->setObjectName(tr("Points"));
+  check_->setObjectName(tr("Check"));
   plan_->setObjectName(tr("Plan"));
   convergence_->setObjectName(tr("Convergence"));
-  for (QWidget* panel :
-       {static_cast<QWidget*>(forces_), static_cast<QWidget*>(simulation_), static_cast<QWidget*>(points_)})
+  for (QWidget* panel : {static_cast<QWidget*>(forces_), static_cast<QWidget*>(simulation_),
+                         static_cast<QWidget*>(points_), static_cast<QWidget*>(check_)})
     tabs_->addTab(panel, panel->objectName());
+  check_->installEventFilter(this);
   for (QWidget* panel : {static_cast<QWidget*>(plan_), static_cast<QWidget*>(convergence_)}) {
     panel->hide();
     panel->installEventFilter(this);
@@ -70,6 +74,7 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
 bool SidePanels::eventFilter(QObject* watched, QEvent* event) {
   if (event->type() == QEvent::Show || event->type() == QEvent::Hide) {
     const bool in_sight = event->type() == QEvent::Show;
+    if (watched == check_) check_->set_in_sight(in_sight);
     if (watched == plan_) plan_->set_in_sight(in_sight);
     if (watched == convergence_) convergence_->set_in_sight(in_sight);
   }

@@ -7,6 +7,7 @@ class QTabWidget;
 namespace simplexseg {
 
 class ActionTable;
+class CheckPanel;
 class ConvergencePanel;
 class ForcePanel;
 class FrameLoop;
@@ -23,6 +24,7 @@ class SidePanels : public QSplitter {
 
   ForcePanel& forces() const { return *forces_; }
   SimulationPanel& simulation() const { return *simulation_; }
+  CheckPanel& check() const { return *check_; }
   PlanPanel& plan() const { return *plan_; }
   ConvergencePanel& convergence() const { return *convergence_; }
   /// Brings a panel to the front, by its title, which must be one of theirs; into the researcher's layout where it is
@@ -45,6 +47,7 @@ class SidePanels : public QSplitter {
   ForcePanel* forces_;
   SimulationPanel* simulation_;
   PointPanel* points_;
+  CheckPanel* check_;
   PlanPanel* plan_;
   ConvergencePanel* convergence_;
   ActionTable& actions_;

@@ -12,6 +12,7 @@ namespace {
 const char* background_of(RunState state) {
   switch (state) {
     case RunState::Running:
+    case RunState::Learning:
       return "#2b6ca3";
     case RunState::AtRest:
       return "#2e6e4a";
@@ -35,7 +36,8 @@ StateChip::StateChip(Workbench& workbench, FrameLoop& loop, QWidget* parent)
   setFixedHeight(fontMetrics().height() + 8);
   setAccessibleName(tr("State of the simulation"));
   setToolTip(
-      tr("What the simulation does: running, at rest, paused, leaking (a mesh finds no end of its object), error"));
+      tr("What the simulation does: running, learning (a mesh waits for what is learned from its marks), at rest, "
+         "paused, leaking (a mesh finds no end of its object), error"));
   setMinimumWidth(fontMetrics().horizontalAdvance(tr("running, 00000 steps/s")) + 20);  // it must not jump
   // Numbers that change with every frame cannot be read.
   calm_.setSingleShot(true);

@@ -36,7 +36,7 @@ WorkbenchActions::WorkbenchActions(Workbench& workbench, ViewGrid& views, Action
   connect_looking();
   // While a key is held its repeats must not switch a mode off and on.
   for (const Act act : {Act::WindowLevel, Act::RunPause, Act::LockMesh, Act::DuplicateMesh, Act::ShowMeshes,
-                        Act::ShowField, Act::Annotations, Act::Slices3d})
+                        Act::ShowField, Act::Annotations, Act::Names, Act::Slices3d})
     actions_[act]->setAutoRepeat(false);
   connect(&workbench_, &Workbench::scene_changed, this, &WorkbenchActions::refresh);
   connect(&workbench_, &Workbench::running_changed, this, &WorkbenchActions::refresh);
@@ -106,6 +106,7 @@ void WorkbenchActions::connect_looking() {
   connect_tick(Act::ShowMeshes, &ViewState::show_meshes);
   connect_tick(Act::ShowField, &ViewState::show_field);
   connect_tick(Act::Annotations, &ViewState::show_annotations);
+  connect_tick(Act::Names, &ViewState::show_names);
   connect_tick(Act::Slices3d, &ViewState::show_slices_3d);
   connect_tick(Act::WindowLevel, &ViewState::window_level_armed);
   actions_.on_toggle(Act::Neurological, [this](bool checked) {

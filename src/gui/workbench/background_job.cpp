@@ -6,25 +6,44 @@
 
 namespace simplexseg {
 
-BackgroundJob::~BackgroundJob() {
-  if (thread_) thread_->wait();
+BackgroundJob::BackgroundJob(QObject* parent) : QObject(parent) {
+  watch_.setInterval(100);
+  connect(&watch_, &QTimer::timeout, this, [this] {
+    if (progress_ && progress_->fraction() >= 0) emit progressed(progress_->fraction());
+  });
 }
 
-bool BackgroundJob::start(const QString& title, std::function<void()> work, std::function<void()> done) {
+BackgroundJob::~BackgroundJob() {
+  if (progress_ && calling_off_) progress_->call_off();
+  if (thread_) thread_->wait();
+  for (QThread* thread : leaving_) thread->wait();
+}
+
+bool BackgroundJob::start(const QString& title, std::function<void()> work, std::function<void()> done,
+                          CallingOff calling_off) {
   if (busy()) return false;
   auto failure = std::make_shared<QString>();
-  thread_ = QThread::create([work = std::move(work), failure] {
+  progress_ = std::make_shared<LoadProgress>();
+  calling_off_ = calling_off == CallingOff::Yes;
+  thread_ = QThread::create([work = std::move(work), failure, progress = progress_]() mutable {
+    const LoadProgress::Scope scope(*progress);
     try {
       work();
+    } catch (const CalledOff&) {  // nobody waits for it
     } catch (const std::bad_alloc&) {
       *failure = tr("Out of memory: the volume does not fit; close other programs or take a smaller one");
     } catch (const std::exception& error) {
       *failure = QString::fromUtf8(error.what());
     }
   });
-  connect(thread_, &QThread::finished, this, [this, failure, done = std::move(done)] {
-    thread_->deleteLater();
+  connect(thread_, &QThread::finished, this, [this, thread = thread_, failure, done = std::move(done)] {
+    thread->deleteLater();
+    if (thread != thread_) {
+      std::erase(leaving_, thread);
+      return;
+    }
     thread_ = nullptr;
+    watch_.stop();
     if (failure->isEmpty()) {
       emit succeeded();
       done();
@@ -33,8 +52,18 @@ bool BackgroundJob::start(const QString& title, std::function<void()> work, std:
     }
   });
   emit started(title);
+  watch_.start();
   thread_->start();
   return true;
+}
+
+void BackgroundJob::call_off() {
+  if (!may_be_called_off()) return;
+  progress_->call_off();
+  leaving_.push_back(thread_);
+  thread_ = nullptr;
+  watch_.stop();
+  emit called_off();
 }
 
 }  // namespace simplexseg

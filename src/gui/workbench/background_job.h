@@ -2,7 +2,12 @@
 #pragma once
 #include <QObject>
 #include <QString>
+#include <QTimer>
 #include <functional>
+#include <memory>
+#include <vector>
+
+#include "io/load_progress.h"
 
 class QThread;
 
@@ -12,21 +17,36 @@ namespace simplexseg {
 class BackgroundJob : public QObject {
   Q_OBJECT
  public:
-  explicit BackgroundJob(QObject* parent) : QObject(parent) {}
-  /// Waits for the work under way.
+  explicit BackgroundJob(QObject* parent);
+  /// Waits for the work under way, which is called off where it can be.
   ~BackgroundJob() override;
   bool busy() const { return thread_ != nullptr; }
-  /// `work` runs in the thread and touches nothing that the window uses; then, in the main thread, `done` is called,
-  /// or failed() is emitted with what `work` threw. Does nothing and returns false while busy.
-  bool start(const QString& title, std::function<void()> work, std::function<void()> done);
+  /// Whether the user may call off what is under way.
+  bool may_be_called_off() const { return busy() && calling_off_; }
+
+  enum class CallingOff { No, Yes };
+  /// `work` runs in the thread and touches nothing that the window uses; what it reads reports its progress
+  /// (io/load_progress.h). Then, in the main thread, `done` is called, or failed() is emitted with what `work` threw.
+  /// Does nothing and returns false while busy.
+  bool start(const QString& title, std::function<void()> work, std::function<void()> done,
+             CallingOff calling_off = CallingOff::No);
+  /// Gives up what is under way, where it may be: neither `done` nor failed() follows, and other work can be started at
+  /// once. The thread ends as soon as its reader reports; what it made is dropped.
+  void call_off();
 
  signals:
   void started(const QString& title);
+  void progressed(double fraction);  ///< 0..1, ten times a second while it is known
   void succeeded();
   void failed(const QString& why);
+  void called_off();
 
  private:
   QThread* thread_ = nullptr;
+  std::vector<QThread*> leaving_;  ///< called off, not ended yet
+  std::shared_ptr<LoadProgress> progress_;
+  bool calling_off_ = false;
+  QTimer watch_;
 };
 
 }  // namespace simplexseg

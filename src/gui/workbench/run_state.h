@@ -9,9 +9,10 @@ namespace simplexseg {
 class FrameLoop;
 class Workbench;
 
-enum class RunState { Nothing, Running, AtRest, Paused, Leaking, Failed };
+enum class RunState { Nothing, Running, Learning, AtRest, Paused, Leaking, Failed };
 
-/// Failed goes before Leaking, that before the others; Nothing: there is no mesh.
+/// Learning: a field is being learned, and no mesh moves meanwhile. Failed goes before Leaking, that before the others;
+/// Nothing: there is no mesh.
 RunState run_state(const Workbench& workbench, const FrameLoop& loop);
 /// "running, 84 steps/s", "at rest" ...
 QString text_of(RunState state, const FrameLoop& loop);
@@ -22,6 +23,8 @@ struct MeshState {
 };
 /// Of the mesh at this place in the scene.
 MeshState mesh_state(const Workbench& workbench, const FrameLoop& loop, std::size_t mesh);
+/// What it means that the mesh is in this state and what can be done; empty where there is nothing to say.
+QString advice_of(const Workbench& workbench, std::size_t mesh);
 /// "folded at 12 vertices", "inside out"; empty where the surface is sound.
 QString faults_of(const Workbench& workbench, std::size_t mesh);
 

@@ -18,6 +18,8 @@ Workbench::Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_p
 void Workbench::open(Scene scene, Volume volume, References references) {
   session_.open(std::move(scene), std::move(volume));
   references_ = std::move(references);
+  patient_.clear();
+  series_.clear();
   cuts_.forget();
   warnings_.forget();
   warned_.clear();
@@ -64,6 +66,17 @@ void Workbench::go_to_action(std::size_t in_force) {
     if (!apply(Undo{})) return;
   for (std::size_t now = history.undo_names().size(); now < in_force && history.can_redo(); ++now)
     if (!apply(Redo{})) return;
+}
+
+void Workbench::set_title(const QString& patient, const QString& series) {
+  patient_ = patient;
+  series_ = series;
+  emit view_changed();
+}
+
+void Workbench::add_reference(const std::string& path, Volume labels) {
+  references_.add(path, std::move(labels));
+  emit references_changed();
 }
 
 bool Workbench::apply(const Command& command, ItemId* added) {

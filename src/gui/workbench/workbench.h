@@ -32,9 +32,15 @@ class Workbench : public QObject {
 
   /// The references that the scene's meshes name, as far as they could be read.
   const References& references() const { return references_; }
+  /// Labels on the volume's grid that meshes may name from now on (SetReference).
+  void add_reference(const std::string& path, Volume labels);
 
   /// Throws Error as Session::open does. Crosshair, window and level are set to suit the volume.
   void open(Scene scene, Volume volume, References references = {});
+  /// Names of the patient and the series that is open, for the views; each may be empty.
+  void set_title(const QString& patient, const QString& series);
+  QString patient_name() const { return patient_; }
+  QString series_name() const { return series_; }
   /// Carries out a user action; an Error becomes a message. Returns false then. A point or a mesh that is placed
   /// starts the simulation unless the user has paused it. `added`: id of the item that the command added.
   bool apply(const Command& command, ItemId* added = nullptr);
@@ -80,6 +86,7 @@ class Workbench : public QObject {
   void pose_changed();                             ///< poses only
   void advanced(const simplexseg::Advance& done);  ///< before pose_changed
   void restarted();                                ///< a scene was opened, or meshes went back to their spheres
+  void references_changed();
   void point_moved();  ///< of any kind; while it is dragged scene_changed follows only now and then
   void view_changed();
   void volume_changed();
@@ -101,6 +108,7 @@ class Workbench : public QObject {
 
   Session session_;
   References references_;
+  QString patient_, series_;
   RepeatedWarning cuts_, warnings_;
   std::set<std::string> warned_;  ///< since the user's last action
   ItemId learning_ = 0;           ///< as was told

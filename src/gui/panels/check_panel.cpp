@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/panels/check_panel.h"
+
+#include <QAction>
+#include <QComboBox>
+#include <QFileDialog>
+#include <QFileInfo>
+#include <QGridLayout>
+#include <QHeaderView>
+#include <QLabel>
+#include <QMenu>
+#include <QPushButton>
+#include <QTableWidget>
+#include <QToolButton>
+#include <QVBoxLayout>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "gui/input/action_table.h"
+#include "gui/look/theme.h"
+#include "gui/look/widgets.h"
+#include "gui/workbench/mesh_checker.h"
+#include "gui/workbench/workbench.h"
+#include "io/atomic_file.h"
+#include "io/label_mesh.h"
+#include "session/run_trace.h"
+
+namespace simplexseg {
+namespace {
+
+enum Row { kVolume, kArea, kMean, kDeviation, kReference, kDice, kHd95, kAssd, kRows };
+
+QString text_of_label(const Reference& reference) {
+  const QString file = QFileInfo(QString::fromStdString(reference.labels)).fileName();
+  return reference.value ? QString("%1  (%2)").arg(*reference.value, 0, 'g', 10).arg(file) : file;
+}
+
+QString number(double value, int decimals) {
+  return std::isfinite(value) ? QString::number(value, 'f', decimals) : CheckPanel::tr("none");
+}
+
+}  // namespace
+
+CheckPanel::CheckPanel(Workbench& workbench, ActionTable& actions, QWidget* parent)
+    : QWidget(parent),
+      workbench_(workbench),
+      checker_(new MeshChecker(workbench, this)),
+      table_(new QTableWidget(kRows, 0, this)),
+      empty_(new QLabel(this)),
+      colours_(new QComboBox(this)),
+      save_(new QPushButton(tr("Save table..."), this)) {
+  auto* column = new QVBoxLayout(this);
+  column->setContentsMargins(8, 6, 8, 6);
+  column->setSpacing(6);
+  const std::pair<QString, QString> rows[kRows] = {
+      {tr("Volume (ml)"), tr("What the surface encloses")},
+      {tr("Area (cm\u00b2)"), tr("Of the surface")},
+      {tr("Mean inside"), tr("Intensity of the voxels inside")},
+      {tr("Deviation"), tr("Standard deviation of the intensities inside")},
+      {tr("Reference"), tr("The label that the mesh is compared with: click to choose another")},
+      {tr("Dice"), tr("Overlap with the reference: 1 is the same, 0 none")},
+      {tr("HD95 (mm)"), tr("95th percentile of the distances between the two boundaries, the larger of both ways")},
+      {tr("ASSD (mm)"), tr("Mean distance between the two boundaries, of both ways")}};
+  for (int row = 0; row < kRows; ++row) {
+    auto* head = new QTableWidgetItem(rows[row].first);
+    head->setToolTip(rows[row].second);
+    table_->setVerticalHeaderItem(row, head);
+  }
+  table_->setAccessibleName(tr("Figures of the meshes"));
+  table_->setEditTriggers(QAbstractItemView::NoEditTriggers);
+  table_->setSelectionMode(QAbstractItemView::NoSelection);
+  table_->setWordWrap(false);
+  table_->verticalHeader()->setSectionResizeMode(QHeaderView::Fixed);
+  table_->verticalHeader()->setDefaultSectionSize(table_->fontMetrics().height() + 8);
+  table_->verticalHeader()->setHighlightSections(false);
+  table_->horizontalHeader()->setDefaultSectionSize(84);
+  table_->horizontalHeader()->setMinimumSectionSize(60);
+  table_->horizontalHeader()->setHighlightSections(false);
+  table_->horizontalHeader()->setDefaultAlignment(Qt::AlignLeft | Qt::AlignVCenter);
+  table_->horizontalHeader()->setTextElideMode(Qt::ElideRight);
+  table_->setMinimumHeight(80);
+  column->addWidget(table_, 1);
+  empty_->setWordWrap(true);
+  empty_->setStyleSheet(QString("color: %1;").arg(theme::kDimText.name()));
+  column->addWidget(empty_);
+
+  auto* buttons = new QGridLayout;
+  buttons->setSpacing(6);
+  auto* load = new QToolButton(this);
+  load->setDefaultAction(actions[Act::OpenReference]);
+  actions[Act::OpenReference]->setIconText(tr("Reference..."));
+  load->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+  auto* worst = new QToolButton(this);
+  worst->setObjectName("worst_fit");
+  worst->setDefaultAction(actions[Act::WorstFit]);
+  actions[Act::WorstFit]->setIconText(tr("Worst fit"));
+  worst->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+  colours_->addItems({tr("Meshes in their own colours"), tr("Coloured by the distance to the reference"),
+                      tr("Coloured by the fit to the image")});
+  colours_->setAccessibleName(tr("Colours of the meshes in 3D"));
+  colours_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
+  colours_->setToolTip(
+      tr("In the 3D view; the fit is the distance to the strongest edge of the image along the normal"));
+  for (QToolButton* button : {load, worst})
+    button->setStyleSheet("QToolButton { background: palette(button); border: 1px solid palette(mid); }");
+  buttons->addWidget(colours_, 0, 0, 1, 3);
+  buttons->addWidget(load, 1, 0);
+  buttons->addWidget(worst, 1, 1);
+  buttons->addWidget(save_, 1, 2);
+  column->addLayout(buttons);
+
+  connect(colours_, &QComboBox::currentIndexChanged, this,
+          [this](int index) { checker_->set_colours(static_cast<MeshChecker::Colours>(index)); });
+  connect(save_, &QPushButton::clicked, this, &CheckPanel::choose_and_save);
+  connect(table_, &QTableWidget::cellClicked, this, [this](int row, int mesh) {
+    const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
+    if (mesh >= static_cast<int>(meshes.size())) return;
+    if (row == kReference)
+      choose_reference(meshes[static_cast<std::size_t>(mesh)].id);
+    else
+      workbench_.set_active_mesh(meshes[static_cast<std::size_t>(mesh)].id);
+  });
+  actions.on(Act::WorstFit, [this] { checker_->go_to_worst(); });
+  connect(checker_, &MeshChecker::checked, this, &CheckPanel::refresh);
+  connect(&workbench_, &Workbench::scene_changed, this, &CheckPanel::refresh);
+  connect(&workbench_, &Workbench::references_changed, this, &CheckPanel::refresh);
+  refresh();
+}
+
+void CheckPanel::set_in_sight(bool in_sight) { checker_->set_watched(in_sight); }
+
+void CheckPanel::fill_column(int column, const MeshItem& item) {
+  const MeshCheck* check = checker_->of(item.id);
+  const bool has_reference = workbench_.references().has(item);
+  QString texts[kRows];
+  if (check) {
+    texts[kVolume] = number(check->volume_ml, check->volume_ml < 10 ? 2 : 1);
+    texts[kArea] = number(check->area_cm2, 1);
+    if (check->inside) {
+      texts[kMean] = QString::number(check->inside->mean, 'g', 5);
+      texts[kDeviation] = QString::number(check->inside->deviation, 'g', 4);
+    }
+    if (check->agreement) {
+      texts[kDice] = number(check->agreement->dice, 3);
+      texts[kHd95] = number(check->agreement->hd95_mm, 2);
+      texts[kAssd] = number(check->agreement->assd_mm, 2);
+    }
+  }
+  texts[kReference] = has_reference ? text_of_label(*item.reference) : tr("none");
+  auto* head = new QTableWidgetItem(swatch(item.colour), QString::fromStdString(item.name));
+  head->setToolTip(QString::fromStdString(item.name));
+  table_->setHorizontalHeaderItem(column, head);
+  for (int row = 0; row < kRows; ++row) {
+    auto* cell = new QTableWidgetItem(texts[row]);
+    cell->setTextAlignment(Qt::AlignRight | Qt::AlignVCenter);
+    if (row == kReference) {
+      cell->setToolTip(tr("%1: click to choose another").arg(texts[row]));
+      cell->setForeground(theme::kAccent.lighter(140));
+    }
+    table_->setItem(row, column, cell);
+  }
+}
+
+void CheckPanel::refresh() {
+  const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
+  table_->setColumnCount(static_cast<int>(meshes.size()));
+  constexpr std::size_t kFitting = 3;  // as many columns as have room
+  table_->horizontalHeader()->setSectionResizeMode(meshes.size() <= kFitting ? QHeaderView::Stretch
+                                                                             : QHeaderView::Interactive);
+  for (std::size_t m = 0; m < meshes.size(); ++m) fill_column(static_cast<int>(m), meshes[m]);
+  empty_->setVisible(meshes.empty());
+  empty_->setText(workbench_.has_volume() ? tr("There is no mesh yet.") : tr("Open a volume first."));
+  const bool any_reference = std::any_of(meshes.begin(), meshes.end(),
+                                         [this](const MeshItem& item) { return workbench_.references().has(item); });
+  set_enabled(save_, !checker_->checks().empty(), tr("There is nothing to save yet"));
+  if (colours_->currentIndex() == 1 && !any_reference) colours_->setCurrentIndex(0);
+  set_enabled(colours_, !meshes.empty(), tr("There is no mesh yet"));
+}
+
+void CheckPanel::choose_reference(ItemId mesh) {
+  QMenu menu(this);
+  const MeshItem* item = workbench_.scene().find_mesh(mesh);
+  if (!item) return;
+  const auto add = [&](const QString& text, std::optional<Reference> reference) {
+    QAction* action = menu.addAction(text, this, [=, this] { workbench_.apply(SetReference{mesh, reference}); });
+    action->setCheckable(true);
+    action->setChecked(
+        reference.has_value() == item->reference.has_value() &&
+        (!reference || (reference->labels == item->reference->labels && reference->value == item->reference->value)));
+  };
+  add(tr("No reference"), std::nullopt);
+  for (const auto& [path, labels] : workbench_.references().all()) {
+    menu.addSection(QFileInfo(QString::fromStdString(path)).fileName());
+    add(tr("Every voxel that is not 0"), Reference{path, std::nullopt});
+    for (const LabelCount& label : count_labels(labels, {}, 40))
+      add(tr("Label %1, %2 ml").arg(label.value, 0, 'g', 10).arg(label.millilitres, 0, 'f', 1),
+          Reference{path, label.value});
+  }
+  if (workbench_.references().all().empty()) menu.addAction(tr("Load reference labels first"))->setEnabled(false);
+  menu.exec(QCursor::pos());
+}
+
+std::string CheckPanel::csv() const {
+  std::ostringstream text;
+  text << "mesh,volume_ml,area_cm2,mean,deviation,reference,label,dice,hd95_mm,assd_mm\n";
+  for (const MeshCheck& check : checker_->checks()) {
+    text << csv_field(check.name) << ',' << check.volume_ml << ',' << check.area_cm2 << ',';
+    if (check.inside) text << check.inside->mean << ',' << check.inside->deviation;
+    text << (check.inside ? "," : ",,");
+    const MeshItem* item = workbench_.scene().find_mesh(check.mesh);
+    if (item && check.agreement && item->reference) {
+      text << csv_field(item->reference->labels) << ',';
+      if (item->reference->value) text << *item->reference->value;
+      text << ',' << check.agreement->dice << ',' << check.agreement->hd95_mm << ',' << check.agreement->assd_mm;
+    } else {
+      text << ",,,,";
+    }
+    text << '\n';
+  }
+  return text.str();
+}
+
+void CheckPanel::save_to(const QString& path) const {
+  AtomicFile file(std::filesystem::path(path.toStdU16String()));
+  write_bytes(file, csv());
+  file.commit();
+}
+
+void CheckPanel::choose_and_save() {
+  QString path =
+      QFileDialog::getSaveFileName(this, tr("Save the figures of the meshes"), "meshes.csv", tr("Table (*.csv)"));
+  if (path.isEmpty()) return;
+  if (QFileInfo(path).suffix().isEmpty()) path += ".csv";
+  try {
+    save_to(path);
+    workbench_.say(Severity::Note, tr("Saved %1").arg(path));
+  } catch (const std::exception& error) {
+    workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
+  }
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/window/label_actions.h"
+
+#include <QAction>
+#include <QFileDialog>
+#include <QFileInfo>
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <tuple>
+
+#include "gui/input/action_table.h"
+#include "gui/look/widgets.h"
+#include "gui/window/file_actions.h"
+#include "gui/window/label_dialog.h"
+#include "gui/workbench/background_job.h"
+#include "gui/workbench/workbench.h"
+#include "image/rasterise.h"
+#include "io/files.h"
+#include "io/labels_io.h"
+#include "io/mesh_start.h"
+#include "io/volume_io.h"
+
+namespace simplexseg {
+namespace {
+
+std::filesystem::path to_path(const QString& text) { return std::filesystem::path(text.toStdU16String()); }
+
+/// Labels that a scene names so are found again wherever the program is started.
+std::string absolute(const QString& path) {
+  return std::filesystem::absolute(to_path(path)).lexically_normal().string();
+}
+
+const char* kLabelFilter =
+    "Label volumes (*.nii *.nii.gz *.hdr *.nrrd *.nhdr *.seg.nrrd *.mha *.mhd *.gipl *.gipl.gz *.mnc *.dcm);;"
+    "All files (*)";
+const char* kMeshFilter = "Meshes (*.stl *.obj *.vtk *.vtp *.ply);;All files (*)";
+
+/// The label that each mesh has most voxels of, largest overlap first, no label twice; in the order of the meshes.
+std::vector<std::optional<double>> labels_under(const std::vector<SimplexMesh>& meshes, const Volume& labels) {
+  std::vector<std::tuple<std::size_t, std::size_t, double>> overlaps;  // voxels, mesh, label
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    const Mask mask = rasterise(meshes[m], labels.geometry());
+    std::map<double, std::size_t> counts;
+    visit_voxel_type(labels.type(), [&]<class T>(std::type_identity<T>) {
+      const std::span<const T> voxels = labels.voxels<T>();
+      for (std::size_t v = 0; v < voxels.size(); ++v)
+        if (mask.voxels[v] && voxels[v] != T(0) && voxels[v] == voxels[v]) ++counts[static_cast<double>(voxels[v])];
+    });
+    for (const auto& [label, voxels] : counts) overlaps.emplace_back(voxels, m, label);
+  }
+  std::sort(overlaps.rbegin(), overlaps.rend());
+  std::vector<std::optional<double>> result(meshes.size());
+  for (const auto& [voxels, mesh, label] : overlaps) {
+    const bool taken = std::any_of(result.begin(), result.end(), [l = label](const auto& has) { return has == l; });
+    if (!taken && !result[mesh]) result[mesh] = label;
+  }
+  return result;
+}
+
+}  // namespace
+
+struct LabelActions::Labels {
+  Volume volume;
+  std::vector<LabelCount> counts;
+  std::vector<std::string> warnings;
+};
+
+LabelActions::LabelActions(Workbench& workbench, BackgroundJob& job, FileActions& files, ActionTable& actions,
+                           QWidget& window)
+    : QObject(&window), workbench_(workbench), job_(job), files_(files), actions_(actions), window_(window) {
+  const auto choose = [this](const QString& title, const char* filter) {
+    return QFileDialog::getOpenFileName(&window_, title, QFileInfo(files_.path()).absolutePath(), filter);
+  };
+  actions.on(Act::MeshFromLabels, [=, this] {
+    if (const QString path = choose(tr("Labels to make meshes from"), kLabelFilter); !path.isEmpty())
+      meshes_from_labels(path);
+  });
+  actions.on(Act::MeshFromFile, [=, this] {
+    if (const QString path = choose(tr("Mesh of another program"), kMeshFilter); !path.isEmpty()) mesh_from_file(path);
+  });
+  actions.on(Act::OpenReference, [=, this] {
+    if (const QString path = choose(tr("Labels to compare the meshes with"), kLabelFilter); !path.isEmpty())
+      load_reference(path);
+  });
+  connect(&workbench_, &Workbench::scene_changed, this, &LabelActions::enable_actions);
+  connect(&job_, &BackgroundJob::started, this, &LabelActions::enable_actions);
+  connect(&job_, &BackgroundJob::succeeded, this, &LabelActions::enable_actions);
+  connect(&job_, &BackgroundJob::failed, this, &LabelActions::enable_actions);
+  connect(&job_, &BackgroundJob::called_off, this, &LabelActions::enable_actions);
+  enable_actions();
+}
+
+void LabelActions::enable_actions() {
+  const bool volume = workbench_.has_volume(), meshes = !workbench_.scene().meshes.empty();
+  const QString why_busy = tr("Wait for what is being loaded or saved"), no_volume = tr("Open a volume first");
+  for (const Act act : {Act::MeshFromLabels, Act::MeshFromFile})
+    set_enabled(actions_[act], volume && !job_.busy(), volume ? why_busy : no_volume);
+  const QString no_mesh = volume ? tr("There is no mesh to compare yet") : no_volume;
+  set_enabled(actions_[Act::OpenReference], meshes && !job_.busy(), meshes ? why_busy : no_mesh);
+  set_enabled(actions_[Act::WorstFit], meshes, tr("There is no mesh yet"));
+}
+
+void LabelActions::meshes_from_labels(const QString& path) {
+  auto labels = std::make_shared<Labels>();
+  job_.start(
+      tr("Loading %1...").arg(QFileInfo(path).fileName()),
+      [=, file = to_path(path)] {
+        LoadedVolume loaded = load_volume(file);
+        labels->counts = count_labels(loaded.volume, loaded.segments);
+        labels->volume = std::move(loaded.volume);
+        labels->warnings = std::move(loaded.warnings);
+        if (labels->counts.empty()) choose_label(labels->volume, {}, quoted(file));  // says so
+      },
+      [=, this] { choose_labels(path, labels); }, BackgroundJob::CallingOff::Yes);
+}
+
+void LabelActions::choose_labels(const QString& path, const std::shared_ptr<Labels>& labels) {
+  auto* dialog = new LabelDialog(labels->counts, &window_);
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  connect(dialog, &QDialog::accepted, this, [=, this] { make_meshes(path, labels, dialog->chosen()); });
+  dialog->open();
+}
+
+void LabelActions::make_meshes(const QString& path, const std::shared_ptr<Labels>& labels,
+                               const std::vector<LabelCount>& chosen) {
+  auto starts = std::make_shared<std::vector<LoadedStart>>();
+  job_.start(
+      tr("Making meshes..."),
+      [=, name = absolute(path)] {
+        starts->reserve(chosen.size());
+        for (const LabelCount& label : chosen)
+          starts->push_back(start_of_labels(labels->volume, {label.value, 0}, name));
+      },
+      [=, this] {
+        int made = 0;
+        for (std::size_t n = 0; n < starts->size(); ++n) {
+          std::string name = chosen[n].name;
+          if (workbench_.scene().find_mesh(name)) name.clear();
+          const LoadedStart& start = (*starts)[n];
+          made +=
+              workbench_.apply(AddMesh{name, start.seed, chosen[n].colour, workbench_.view.active_mesh, start.start});
+        }
+        if (made > 0) workbench_.say(Severity::Note, made == 1 ? tr("1 mesh made") : tr("%1 meshes made").arg(made));
+      },
+      BackgroundJob::CallingOff::Yes);
+}
+
+void LabelActions::mesh_from_file(const QString& path) {
+  auto start = std::make_shared<LoadedStart>();
+  job_.start(
+      tr("Loading %1...").arg(QFileInfo(path).fileName()),
+      [=, file = to_path(path), name = absolute(path)] { *start = start_of_mesh(file, name); },
+      [=, this] {
+        std::string name = QFileInfo(path).completeBaseName().toStdString();
+        if (workbench_.scene().find_mesh(name)) name.clear();
+        workbench_.apply(AddMesh{name, start->seed, std::nullopt, workbench_.view.active_mesh, start->start});
+      },
+      BackgroundJob::CallingOff::Yes);
+}
+
+void LabelActions::load_reference(const QString& path) {
+  auto labels = std::make_shared<Labels>();
+  auto under = std::make_shared<std::vector<std::optional<double>>>();
+  std::vector<SimplexMesh> meshes;
+  std::vector<ItemId> ids;
+  for (const MeshItem& item : workbench_.session().scene().meshes) {
+    meshes.push_back(item.mesh);
+    ids.push_back(item.id);
+  }
+  job_.start(
+      tr("Loading %1...").arg(QFileInfo(path).fileName()),
+      [=, file = to_path(path), geometry = workbench_.session().volume().geometry(), meshes = std::move(meshes)] {
+        LoadedVolume loaded = load_volume(file);
+        labels->warnings = std::move(loaded.warnings);
+        labels->volume = onto_grid(loaded.volume, geometry, file, "the volume", labels->warnings);
+        labels->counts = count_labels(labels->volume, loaded.segments);
+        *under = labels_under(meshes, labels->volume);
+      },
+      [=, this, name = absolute(path)] {
+        if (!workbench_.has_volume() || !workbench_.session().volume().geometry().same_grid(labels->volume.geometry()))
+          return;
+        workbench_.add_reference(name, labels->volume);
+        bool continues = false;
+        int matched = 0;
+        for (std::size_t m = 0; m < ids.size(); ++m) {
+          if (!(*under)[m] || !workbench_.scene().find_mesh(ids[m])) continue;
+          matched += workbench_.apply(SetReference{ids[m], Reference{name, (*under)[m]}, continues});
+          continues = true;
+        }
+        QString text = matched == 0 ? tr("No mesh overlaps a label of %1: choose one in the table")
+                                    : tr("Loaded %1: %2 of %3 meshes have a label under them");
+        text = text.arg(QFileInfo(path).fileName());
+        if (matched > 0) text = text.arg(matched).arg(ids.size());
+        for (const std::string& warning : labels->warnings) text += "; " + QString::fromStdString(warning);
+        workbench_.say(labels->warnings.empty() ? Severity::Note : Severity::Warning, text);
+      },
+      BackgroundJob::CallingOff::Yes);
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/window/label_dialog.h"
+
+#include <QDialogButtonBox>
+#include <QHeaderView>
+#include <QLabel>
+#include <QLineEdit>
+#include <QLocale>
+#include <QPushButton>
+#include <QTreeWidget>
+#include <QVBoxLayout>
+
+#include "gui/look/widgets.h"
+
+namespace simplexseg {
+
+LabelDialog::LabelDialog(std::vector<LabelCount> labels, QWidget* parent)
+    : QDialog(parent), labels_(std::move(labels)), list_(new QTreeWidget(this)) {
+  setObjectName("label_dialog");
+  setWindowTitle(tr("Make meshes from labels"));
+  resize(460, 420);
+  auto* column = new QVBoxLayout(this);
+  column->addWidget(new QLabel(tr("Tick the labels: each becomes a mesh that can be corrected as any other."), this));
+  auto* search = new QLineEdit(this);
+  search->setPlaceholderText(tr("Find by number or name"));
+  search->setAccessibleName(tr("Find a label"));
+  search->setClearButtonEnabled(true);
+  column->addWidget(search);
+  list_->setAccessibleName(tr("Labels"));
+  list_->setHeaderLabels({tr("Label"), tr("Name"), tr("Voxels"), tr("Volume (ml)")});
+  list_->setRootIsDecorated(false);
+  list_->setUniformRowHeights(true);
+  list_->setStyleSheet(
+      "QTreeView::indicator { width: 12px; height: 12px; border: 1px solid #8a9099; border-radius: 2px; }"
+      "QTreeView::indicator:checked { background: #408cd6; image: none; }");
+  for (const LabelCount& label : labels_) {
+    auto* item = new QTreeWidgetItem(list_);
+    item->setText(0, QString::number(label.value, 'g', 10));
+    item->setText(1, QString::fromStdString(label.name));
+    item->setText(2, QLocale::c().toString(static_cast<qulonglong>(label.voxels)));
+    item->setText(3, QString::number(label.millilitres, 'f', 2));
+    for (const int number : {2, 3}) item->setTextAlignment(number, Qt::AlignRight | Qt::AlignVCenter);
+    if (label.colour) item->setIcon(1, swatch(*label.colour));
+    item->setCheckState(0, labels_.size() == 1 ? Qt::Checked : Qt::Unchecked);
+  }
+  for (int c = 0; c < 4; ++c) list_->resizeColumnToContents(c);
+  column->addWidget(list_, 1);
+  auto* buttons = new QDialogButtonBox(QDialogButtonBox::Ok | QDialogButtonBox::Cancel, this);
+  make_ = buttons->button(QDialogButtonBox::Ok);
+  column->addWidget(buttons);
+  connect(buttons, &QDialogButtonBox::accepted, this, &QDialog::accept);
+  connect(buttons, &QDialogButtonBox::rejected, this, &QDialog::reject);
+  connect(list_, &QTreeWidget::itemChanged, this, &LabelDialog::refresh);
+  connect(search, &QLineEdit::textChanged, this, [this](const QString& wanted) {
+    for (int n = 0; n < list_->topLevelItemCount(); ++n) {
+      QTreeWidgetItem* item = list_->topLevelItem(n);
+      item->setHidden(!item->text(0).startsWith(wanted) && !item->text(1).contains(wanted, Qt::CaseInsensitive));
+    }
+  });
+  refresh();
+}
+
+std::vector<LabelCount> LabelDialog::chosen() const {
+  std::vector<LabelCount> chosen;
+  for (int n = 0; n < list_->topLevelItemCount(); ++n)
+    if (list_->topLevelItem(n)->checkState(0) == Qt::Checked) chosen.push_back(labels_[static_cast<std::size_t>(n)]);
+  return chosen;
+}
+
+void LabelDialog::refresh() {
+  const auto count = static_cast<int>(chosen().size());
+  make_->setText(count == 1 ? tr("Make 1 mesh") : tr("Make %1 meshes").arg(count));
+  set_enabled(make_, count > 0, tr("Tick a label first"));
+}
+
+}  // namespace simplexseg

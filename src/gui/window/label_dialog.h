@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <QDialog>
+#include <vector>
+
+#include "io/label_mesh.h"
+
+class QLineEdit;
+class QPushButton;
+class QTreeWidget;
+
+namespace simplexseg {
+
+/// The labels of a volume by number, name and size; one or more are chosen.
+class LabelDialog : public QDialog {
+  Q_OBJECT
+ public:
+  LabelDialog(std::vector<LabelCount> labels, QWidget* parent);
+  std::vector<LabelCount> chosen() const;
+
+ private:
+  void refresh();
+
+  std::vector<LabelCount> labels_;
+  QTreeWidget* list_;
+  QPushButton* make_;
+};
+
+}  // namespace simplexseg
