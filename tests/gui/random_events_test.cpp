@@ -9,6 +9,7 @@
 #include <random>
 
 #include "gui/input/bindings.h"
+#include "gui/views/drawn_scene.h"
 #include "mesh/simplex_mesh.h"
 #include "window_fixture.h"
 
@@ -98,6 +99,25 @@ TEST_F(RandomEventsTest, TheWindowLivesAndEverythingIsTakenBack) {
   EXPECT_FALSE(bench().session().can_undo());
   while (bench().session().can_redo()) ASSERT_TRUE(bench().apply(Redo{}));
   for (const MeshItem& item : scene().meshes) EXPECT_NO_THROW(validate(item.mesh)) << item.name;
+}
+
+// Found by the test above: a press in a slice that was hidden when the active mesh was made.
+TEST_F(RandomEventsTest, ASliceThatWasNotDrawnSinceHasNoOutlineOfANewMesh) {
+  SliceView& coronal = window_->views().slice(2);
+  const auto pieces = [&](int mesh) {
+    coronal.makeCurrent();
+    const std::size_t count = window_->drawn().buffers().read_outline(Orientation::Coronal, mesh).size();
+    coronal.doneCurrent();
+    return count;
+  };
+  ASSERT_TRUE(wait_until([&] { return pieces(0) > 0; }));
+  mouse(axial(), QEvent::MouseButtonDblClick, QPointF(50, 50), Qt::LeftButton, Qt::LeftButton);
+  ASSERT_FALSE(coronal.isVisible());
+  bench().apply(AddMesh{"", Seed{bench().view.crosshair_mm, 6}, {}, 0});
+  bench().pause();
+  axial().grabFramebuffer();  // draws the new mesh, in this view alone
+  EXPECT_EQ(pieces(1), 0u);
+  EXPECT_NO_THROW(drag(coronal, QPointF(50, 50), QPointF(70, 60)));
 }
 
 }  // namespace

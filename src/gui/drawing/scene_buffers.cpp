@@ -368,9 +368,11 @@ const SceneBuffers::Field* SceneBuffers::update_field(const Session& session, co
 
 std::vector<OutlinePiece> SceneBuffers::read_outline(Orientation orientation, int mesh) const {
   const OutlineState& state = outlines_[static_cast<int>(orientation)];
-  if (state.buffer.name == 0 || mesh < 0 || mesh >= static_cast<int>(triangles_.size())) return {};
-  begin_reading();
   OutlineCommand command;
+  // Of the meshes that there were when this slice was drawn last: another view may have drawn more since.
+  const auto drawn = static_cast<int>(state.outlines.pieces_at / sizeof command);
+  if (state.buffer.name == 0 || mesh < 0 || mesh >= drawn) return {};
+  begin_reading();
   glGetNamedBufferSubData(state.buffer.name, static_cast<GLintptr>(mesh * sizeof command), sizeof command, &command);
   std::vector<OutlinePiece> pieces(command.pieces);
   if (!pieces.empty()) {
