@@ -70,12 +70,15 @@ constexpr const char* kRules = R"(
   QToolButton:checked { background: <checked>; border-color: <accent>; }
   QToolButton:focus, QSlider:focus, QCheckBox:focus, QComboBox:focus { border: 1px solid <accent>; }
   QToolBar QToolButton { font-size: <small>; padding: 2px 5px; }
+  QToolBar QToolButton#qt_toolbar_ext_button { background: <raised>; padding: 0; margin: 3px 0; }
+  QToolBar QToolButton#qt_toolbar_ext_button:hover { background: <hover>; }
   QToolButton#run { background: #2b7a4b; color: white; padding: 2px 14px; }
   QToolButton#run:hover { background: #338f58; }
   QToolButton#run:disabled { background: <raised>; color: <disabled>; }
-  QCheckBox::indicator:unchecked {
+  QCheckBox::indicator:unchecked, QTreeView::indicator {
     width: 11px; height: 11px; border: 1px solid <dim>; border-radius: 2px; background: <base>;
   }
+  QTreeView::indicator:checked { background: <accent>; }
   QCheckBox::indicator:unchecked:disabled { border-color: <disabled>; }
   QLabel[role="dim"] { color: <dim>; }
   QLabel[role="small"] { color: <dim>; font-size: <small>; }

@@ -82,7 +82,7 @@ CheckPanel::CheckPanel(Workbench& workbench, ActionTable& actions, QWidget* pare
   table_->setMinimumHeight(80);
   column->addWidget(table_, 1);
   empty_->setWordWrap(true);
-  empty_->setStyleSheet(QString("color: %1;").arg(theme::kDimText.name()));
+  set_role(empty_, "dim");
   column->addWidget(empty_);
 
   auto* buttons = new QGridLayout;
@@ -102,8 +102,7 @@ CheckPanel::CheckPanel(Workbench& workbench, ActionTable& actions, QWidget* pare
   colours_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   colours_->setToolTip(
       tr("In the 3D view; the fit is the distance to the strongest edge of the image along the normal"));
-  for (QToolButton* button : {load, worst})
-    button->setStyleSheet("QToolButton { background: palette(button); border: 1px solid palette(mid); }");
+  for (QToolButton* button : {load, worst}) set_role(button, "raised");
   buttons->addWidget(colours_, 0, 0, 1, 3);
   buttons->addWidget(load, 1, 0);
   buttons->addWidget(worst, 1, 1);
@@ -156,7 +155,7 @@ void CheckPanel::fill_column(int column, const MeshItem& item) {
     cell->setTextAlignment(Qt::AlignRight | Qt::AlignVCenter);
     if (row == kReference) {
       cell->setToolTip(tr("%1: click to choose another").arg(texts[row]));
-      cell->setForeground(theme::kAccent.lighter(140));
+      cell->setForeground(theme::shades().accent);
     }
     table_->setItem(row, column, cell);
   }

@@ -30,9 +30,6 @@ LabelDialog::LabelDialog(std::vector<LabelCount> labels, QWidget* parent)
   list_->setHeaderLabels({tr("Label"), tr("Name"), tr("Voxels"), tr("Volume (ml)")});
   list_->setRootIsDecorated(false);
   list_->setUniformRowHeights(true);
-  list_->setStyleSheet(
-      "QTreeView::indicator { width: 12px; height: 12px; border: 1px solid #8a9099; border-radius: 2px; }"
-      "QTreeView::indicator:checked { background: #408cd6; image: none; }");
   for (const LabelCount& label : labels_) {
     auto* item = new QTreeWidgetItem(list_);
     item->setText(0, QString::number(label.value, 'g', 10));

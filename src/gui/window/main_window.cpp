@@ -230,9 +230,6 @@ void MainWindow::build_toolbar() {
     more->setIcon(icon_of(Symbol::Menu));
     more->setToolTip(tr("More tools: the window is too narrow for all"));
     more->setAccessibleName(tr("More tools"));
-    more->setStyleSheet(
-        "QToolButton { background: #343840; padding: 0; margin: 3px 0; }"
-        "QToolButton:hover { background: #3f454e; }");
   }
 }
 

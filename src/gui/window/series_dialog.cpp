@@ -96,7 +96,7 @@ SeriesDialog::SeriesDialog(FoundSeries found, QWidget* parent)
     for (std::size_t n = 0; n < found_.unreadable.size() && n < 30; ++n) all << text(found_.unreadable[n]);
     lost->setToolTip(all.join('\n'));
     lost->setWordWrap(true);
-    lost->setStyleSheet(QString("color: %1;").arg(theme::kWarning.name()));
+    set_role(lost, "warning");
     column->addWidget(lost);
   }
   column->addWidget(buttons);
@@ -144,7 +144,7 @@ void SeriesDialog::add(const DicomSeries& series) {
   } else {
     item->setText(kSize, tr("%1 files").arg(series.files));
   }
-  if (!series.refusal.empty() || series.damaged) item->setForeground(kSeries, theme::kWarning);
+  if (!series.refusal.empty() || series.damaged) item->setForeground(kSeries, theme::shades().warning);
 }
 
 const DicomSeries* SeriesDialog::chosen() const {
@@ -166,7 +166,7 @@ void SeriesDialog::refresh() {
   if (series)
     for (const std::string& warning : series->warnings) lines << text(warning);
   details_->setText(lines.join('\n'));
-  details_->setStyleSheet(QString("color: %1;").arg((lines.isEmpty() ? theme::kDimText : theme::kWarning).name()));
+  set_role(details_, lines.isEmpty() ? "dim" : "warning");
 }
 
 }  // namespace simplexseg
