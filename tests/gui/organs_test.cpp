@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "evidence/robot_user.h"
+#include "gui/window/message_bar.h"
 #include "image/rasterise.h"
 #include "io/data_path.h"
 #include "io/volume_io.h"
