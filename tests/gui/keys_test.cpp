@@ -18,8 +18,7 @@ class KeysTest : public PausedPhantomTest {
   void SetUp() override {
     PausedPhantomTest::SetUp();
     if (IsSkipped()) return;
-    window_->activateWindow();
-    ASSERT_TRUE(QTest::qWaitForWindowActive(window_.get()));
+    ASSERT_TRUE(has_keys());
     number_ = window_->panels().forces().row(ForceId::Smoothing, 0)->number();
   }
   void press(Qt::Key key) { QTest::keyClick(window_->windowHandle(), key); }

@@ -160,8 +160,7 @@ TEST_F(LookTest, WhatIsGreySaysWhy) {
 
 TEST_F(LookTest, TheTabKeyReachesEveryControl) {
   show_everything();
-  window_->activateWindow();
-  ASSERT_TRUE(QTest::qWaitForWindowActive(window_.get()));
+  ASSERT_TRUE(has_keys());
   std::set<const QWidget*> reached;
   window_->views().all()[0]->setFocus();
   for (int n = 0; n < 600; ++n) {
@@ -197,8 +196,7 @@ TEST_F(LookTest, AMeshIsSeededAndCorrectedByKeysAlone) {
   ASSERT_EQ(scene().meshes.size(), meshes + 1);
   QWidget& view = axial();
   view.setFocus();
-  window_->activateWindow();
-  ASSERT_TRUE(QTest::qWaitForWindowActive(window_.get()));
+  ASSERT_TRUE(has_keys());
   const auto key = [&](int code, Qt::KeyboardModifiers modifiers = {}) {
     QTest::keyClick(window_->windowHandle(), static_cast<Qt::Key>(code), modifiers);
   };
@@ -222,13 +220,13 @@ TEST_F(LookTest, AMeshIsSeededAndCorrectedByKeysAlone) {
 
 TEST_F(LookTest, TheViewWithTheKeysHasAFrame) {
   theme::apply(*qApp, true);
-  window_->activateWindow();
-  ASSERT_TRUE(QTest::qWaitForWindowActive(window_.get()));
+  ASSERT_TRUE(has_keys());
   axial().setFocus();
   QApplication::processEvents();
   const auto has_frame = [&](const QWidget& view) {
     const QImage picture = window_->views().grab().toImage();
-    return picture.pixelColor(view.geometry().left() - 1, view.geometry().center().y()) == theme::shades().accent;
+    const QPoint left = view.mapTo(&window_->views(), QPoint(0, view.height() / 2));
+    return picture.pixelColor(left - QPoint(1, 0)) == theme::shades().accent;
   };
   EXPECT_TRUE(has_frame(axial()));
   window_->views().slice(1).setFocus();

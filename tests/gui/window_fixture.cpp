@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "window_fixture.h"
 
+#include <QDir>
 #include <QElapsedTimer>
 #include <QFileInfo>
 #include <QOpenGLContext>
+#include <QTest>
 #include <QWheelEvent>
 
 #include "gpu/backend.h"
@@ -65,6 +67,19 @@ void WindowTest::show_window(std::unique_ptr<Engine> engine, std::function<std::
 }
 
 void WindowTest::TearDown() { window_.reset(); }
+
+bool WindowTest::has_keys() {
+  constexpr int kMostMs = 120000;
+  if (!keyboard_) {
+    QString display = qEnvironmentVariable("DISPLAY");
+    display.replace('/', '_');
+    keyboard_ = std::make_unique<QLockFile>(QDir::temp().filePath("simplexseg-test-keyboard" + display));
+    keyboard_->setStaleLockTime(0);  // while the process lives that has it
+    if (!keyboard_->tryLock(kMostMs)) return false;
+  }
+  window_->activateWindow();
+  return QTest::qWaitForWindowActive(window_.get());
+}
 
 void PausedPhantomTest::SetUp() {
   WindowTest::SetUp();

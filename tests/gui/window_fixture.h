@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <QApplication>
+#include <QLockFile>
 #include <QMouseEvent>
 #include <QTemporaryDir>
 #include <functional>
@@ -47,7 +48,12 @@ class WindowTest : public ::testing::Test {
   static bool share_contexts(const View& a, const View& b);
   static void wheel(QWidget& widget, const QPointF& at, int notches, Qt::KeyboardModifiers modifiers = {});
 
+  /// Whether the window has the keyboard from here on, of which a display has one for all tests that run beside this
+  /// one.
+  bool has_keys();
+
   QTemporaryDir folder_;
+  std::unique_ptr<QLockFile> keyboard_;
   std::unique_ptr<MainWindow> window_;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gui/panels/check_panel.h"
 
+#include <QAbstractButton>
 #include <QAction>
 #include <QComboBox>
 #include <QFileDialog>
@@ -68,6 +69,7 @@ CheckPanel::CheckPanel(Workbench& workbench, ActionTable& actions, QWidget* pare
     table_->setVerticalHeaderItem(row, head);
   }
   table_->setAccessibleName(tr("Figures of the meshes"));
+  for (auto* corner : table_->findChildren<QAbstractButton*>()) corner->setAccessibleName(tr("Corner of the figures"));
   table_->setEditTriggers(QAbstractItemView::NoEditTriggers);
   table_->setSelectionMode(QAbstractItemView::NoSelection);
   table_->setWordWrap(false);

@@ -58,10 +58,13 @@ bool ViewGrid::eventFilter(QObject* watched, QEvent* event) {
 
 // Which view has the keys: a frame in the gap around it, so that nothing lies over the picture.
 void ViewGrid::paintEvent(QPaintEvent*) {
-  for (View* view : all()) {
-    if (!view->hasFocus()) continue;
+  const std::array<View*, 4> views = all();
+  for (std::size_t n = 0; n < views.size(); ++n) {
+    if (!views[n]->hasFocus()) continue;
     QPainter painter(this);
-    painter.fillRect(view->geometry().adjusted(-2, -2, 2, 2), theme::shades().accent);
+    const QRect cell = cells_[n]->geometry(), frame = cell.adjusted(-2, -2, 2, 2);
+    painter.setClipRegion(QRegion(frame) - cell);  // a cell is see-through beside its view
+    painter.fillRect(frame, theme::shades().accent);
   }
 }
 
