@@ -297,7 +297,7 @@ QString SliceView::corner_text() const {
   const SliceNumber slice =
       slice_number(workbench_.session().volume().geometry(), orientation_, workbench_.view.crosshair_mm);
   const QString number = QString("%1  %2 / %3").arg(title_of(orientation_)).arg(slice.number).arg(slice.count);
-  const QString all = QString("%1   %2 = %3 mm").arg(number, names[axes().normal]).arg(slice_mm(), 0, 'f', 1);
+  QString all = QString("%1   %2 = %3 mm").arg(number, names[axes().normal]).arg(slice_mm(), 0, 'f', 1);
   // The letter of the patient's side stands in the middle.
   const auto fits = [this](const QString& text) {
     constexpr double kBold = 1.15;
