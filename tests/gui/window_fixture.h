@@ -47,8 +47,8 @@ class WindowTest : public ::testing::Test {
   static bool share_contexts(const View& a, const View& b);
   static void wheel(QWidget& widget, const QPointF& at, int notches, Qt::KeyboardModifiers modifiers = {});
 
-  /// Whether the window has the keyboard from here on. A display has one for all windows: a test that calls this is named
-  /// in tests/CMakeLists.txt among those beside which none runs.
+  /// Whether the window has the keyboard from here on. A display has one for all windows: a test that calls this is
+  /// named in tests/CMakeLists.txt among those beside which none runs.
   bool has_keys();
 
   QTemporaryDir folder_;
