@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "evidence/robot_user.h"
 #include "gui/window/message_bar.h"
+#include "gui/window/state_chip.h"
 #include "image/rasterise.h"
 #include "io/data_path.h"
 #include "io/volume_io.h"
@@ -154,6 +155,8 @@ TEST_F(OrgansTest, AForcedLeakIsSaid) {
   while (!warned() && said.elapsed() < 60000) QApplication::processEvents(QEventLoop::AllEvents, 20);
   std::printf("said after %.2f s\n", static_cast<double>(said.elapsed()) / 1000);
   EXPECT_TRUE(warned());
+  const auto chip = [&] { return window_->findChild<StateChip*>("state_chip")->text().toStdString(); };
+  EXPECT_TRUE(wait_until([&] { return chip() == "unsure" || chip() == "leaking"; })) << chip();
 }
 
 }  // namespace

@@ -16,6 +16,7 @@ const char* background_of(RunState state) {
       return "#2b6ca3";
     case RunState::AtRest:
       return "#2e6e4a";
+    case RunState::Unsure:
     case RunState::Leaking:
       return "#8a5a00";
     case RunState::Failed:
@@ -35,9 +36,10 @@ StateChip::StateChip(Workbench& workbench, FrameLoop& loop, QWidget* parent)
   setAlignment(Qt::AlignCenter);
   setFixedHeight(fontMetrics().height() + 8);
   setAccessibleName(tr("State of the simulation"));
-  setToolTip(
-      tr("What the simulation does: running, learning (a mesh waits for what is learned from its marks), at rest, "
-         "paused, leaking (a mesh finds no end of its object), error"));
+  setToolTip(tr(
+      "What the simulation does: running, learning (a mesh waits for what is learned from its marks), at rest, "
+      "paused, unsure (less than half of a mesh is likely to be right), leaking (a mesh finds no end of its object), "
+      "error"));
   setMinimumWidth(fontMetrics().horizontalAdvance(tr("running, 00000 steps/s")) + 20);  // it must not jump
   // Numbers that change with every frame cannot be read.
   calm_.setSingleShot(true);

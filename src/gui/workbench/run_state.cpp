@@ -25,6 +25,7 @@ RunState run_state(const Workbench& workbench, const FrameLoop& loop) {
   if (meshes.empty()) return RunState::Nothing;
   if (workbench.failed()) return RunState::Failed;
   if (std::any_of(meshes.begin(), meshes.end(), leaks)) return RunState::Leaking;
+  if (std::any_of(meshes.begin(), meshes.end(), unsure)) return RunState::Unsure;
   if (!workbench.running()) return RunState::Paused;
   const Session& session = workbench.session();
   const bool waits = std::all_of(meshes.begin(), meshes.end(), [&](const MeshItem& item) {
@@ -47,6 +48,8 @@ QString text_of(RunState state, const FrameLoop& loop) {
       return tr("at rest");
     case RunState::Paused:
       return tr("paused");
+    case RunState::Unsure:
+      return tr("unsure");
     case RunState::Leaking:
       return tr("leaking");
     case RunState::Failed:
@@ -77,7 +80,11 @@ QString advice_of(const Workbench& workbench, std::size_t mesh) {
         "It expects that less than about a third of what it holds is right: mark with I and O what belongs to the "
         "object and what does not, or seed it elsewhere");
   const QString faults = faults_of(workbench, mesh);
-  if (faults.isEmpty()) return {};
+  if (faults.isEmpty() && (!item.field || item.field->expected_dice >= 1)) return {};
+  if (faults.isEmpty())
+    return tr("By what it has learned, a Dice of about %1 with the true object is to be expected; more rather than "
+              "less")
+        .arg(item.field->expected_dice, 0, 'f', 2);
   return tr("%1: the surface doubles back on itself there, so that labels and figures are less sure. Let it run on: "
             "most "
             "folds go by themselves. Else raise the weight of Smoothing, delete a point that pulls across the surface, "

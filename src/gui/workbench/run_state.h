@@ -9,10 +9,10 @@ namespace simplexseg {
 class FrameLoop;
 class Workbench;
 
-enum class RunState { Nothing, Running, Learning, AtRest, Paused, Leaking, Failed };
+enum class RunState { Nothing, Running, Learning, AtRest, Paused, Unsure, Leaking, Failed };
 
-/// Learning: a field is being learned, and no mesh moves meanwhile. Failed goes before Leaking, that before the others;
-/// Nothing: there is no mesh.
+/// Learning: a field is being learned, and no mesh moves meanwhile. Failed goes before Leaking, that before Unsure,
+/// that before the others; Nothing: there is no mesh.
 RunState run_state(const Workbench& workbench, const FrameLoop& loop);
 /// "running, 84 steps/s", "at rest" ...
 QString text_of(RunState state, const FrameLoop& loop);
