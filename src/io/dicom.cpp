@@ -16,8 +16,8 @@
 #include "io/dicom_stack.h"
 #include "io/dicom_volumes.h"
 #include "io/files.h"
-#include "io/itk_quiet.h"
 #include "io/load_progress.h"
+#include "io/quiet_libraries.h"
 
 namespace simplexseg {
 

@@ -17,8 +17,8 @@
 #include "io/dicom_values.h"
 #include "io/files.h"
 #include "io/header_text.h"
-#include "io/itk_quiet.h"
 #include "io/load_progress.h"
+#include "io/quiet_libraries.h"
 
 namespace simplexseg {
 

@@ -60,7 +60,7 @@ VolumeSource open(const fs::path& path, int volume, const std::string& series) {
   if (is({".mha", ".mhd"})) return open_meta_image(path, volume);
   if (is({".nrrd", ".nhdr"})) return open_nrrd(path, volume);
   if (is({".gipl", ".gipl.gz"})) return open_gipl(path, volume);
-  if (is({".mnc", ".mnc2"})) return open_minc(path);
+  if (is({".mnc", ".mnc2"})) return open_minc(path, volume);
   // Names are often lost: the first bytes tell.
   if (looks_like_dicom(path)) return open_dicom_file(path, volume);
   if (looks_like_nifti(path)) return open_nifti(path, volume);

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# A reader of volumes that shares nothing with the program's: NIfTI, NRRD and MetaImage by their specifications, DICOM by
-# pydicom. For each file or DICOM folder it prints "file PATH COLUMNS ROWS SLICES POINTS", then the LPS position (mm)
-# and the value of the voxels at the eight corners and at 100 others.
+# A reader of volumes that shares nothing with the program's: NIfTI, Analyze, NRRD, MetaImage and GIPL by their
+# specifications, MINC by nibabel, DICOM by pydicom. For each file or DICOM folder it prints "file PATH COLUMNS ROWS
+# SLICES POINTS", then the LPS position (mm) and the value of the voxels at the eight corners and at 100 others. What it
+# cannot read it passes over.
 import gzip
 import os
 import random
@@ -81,9 +82,40 @@ def nifti(path):
     return Grid(size, columns, [origin[r] * lps[r] for r in range(3)], value)
 
 
+def analyze(path):
+    """Analyze 7.5, which has voxel sizes and no orientation: the axes are taken for LPS."""
+    data = read(path)
+    order = '<' if struct.unpack_from('<i', data)[0] == 348 else '>'
+    dim, kind = struct.unpack_from(order + '4h', data, 40), struct.unpack_from(order + 'h', data, 70)[0]
+    pixdim = struct.unpack_from(order + '4f', data, 76)
+    columns = [[pixdim[a + 1] if r == a else 0 for r in range(3)] for a in range(3)]
+    voxels = open(path[:-4] + '.img', 'rb').read()
+    return Grid(dim[1:], columns, [0, 0, 0], array_of({4: 'h'}[kind], order, voxels, 0, dim[1:]))
+
+
+def gipl(path):
+    data = read(path)
+    size = struct.unpack_from('>3H', data)
+    spacing, origin = struct.unpack_from('>3f', data, 10), struct.unpack_from('>3d', data, 204)
+    columns = [[spacing[a] if r == a else 0 for r in range(3)] for a in range(3)]
+    return Grid(size, columns, origin, array_of({15: 'h'}[struct.unpack_from('>H', data, 8)[0]], '>', data, 256, size))
+
+
+def minc(path):
+    import nibabel
+    image = nibabel.load(path)
+    values, affine, lps = image.get_fdata(), image.affine, [-1, -1, 1]
+    if values.ndim != 3:
+        return None
+    columns = [[affine[r][2 - a] * lps[r] for r in range(3)] for a in range(3)]  # its first axis is the slowest
+    return Grid(values.shape[::-1], columns, [affine[r][3] * lps[r] for r in range(3)],
+                lambda i, j, k: float(values[k, j, i]))
+
+
 def nrrd(path):
     data = open(path, 'rb').read()
-    end = data.index(b'\n\n') + 2
+    end = data.find(b'\n\n') + 2
+    end = end if end > 1 else len(data)
     fields = dict(line.split(': ', 1) for line in data[:end].decode().split('\n') if ': ' in line and line[0] != '#')
     vector = lambda text: [float(x) for x in text.strip('()').split(',')]
     size = [int(x) for x in fields['sizes'].split()]
@@ -92,7 +124,11 @@ def nrrd(path):
     origin = [v * s for v, s in zip(vector(fields['space origin']), sign)]
     code = {'signed char': 'b', 'unsigned char': 'B', 'short': 'h', 'unsigned short': 'H', 'int': 'i',
             'unsigned int': 'I', 'float': 'f', 'double': 'd'}[fields['type']]
-    voxels = data[end:] if fields['encoding'] == 'raw' else gzip.decompress(data[end:])
+    voxels = data[end:]
+    if 'data file' in fields:
+        voxels = open(os.path.join(os.path.dirname(path), fields['data file']), 'rb').read()
+    if fields['encoding'] == 'gzip':
+        voxels = gzip.decompress(voxels)
     return Grid(size, columns, origin, array_of(code, '>' if fields.get('endian') == 'big' else '<', voxels, 0, size))
 
 
@@ -105,7 +141,11 @@ def meta(path):
     columns = [[matrix[3 * a + r] * spacing[a] for r in range(3)] for a in range(3)]
     code = {'MET_CHAR': 'b', 'MET_UCHAR': 'B', 'MET_SHORT': 'h', 'MET_USHORT': 'H', 'MET_INT': 'i', 'MET_UINT': 'I',
             'MET_FLOAT': 'f', 'MET_DOUBLE': 'd'}[fields['ElementType']]
-    voxels = zlib.decompress(data[end:]) if fields.get('CompressedData') == 'True' else data[end:]
+    voxels = data[end:]
+    if fields['ElementDataFile'] != 'LOCAL':
+        voxels = open(os.path.join(os.path.dirname(path), fields['ElementDataFile']), 'rb').read()
+    if fields.get('CompressedData') == 'True':
+        voxels = zlib.decompress(voxels)
     return Grid(size, columns, numbers('Offset'), array_of(code, '<', voxels, 0, size))
 
 
@@ -133,17 +173,49 @@ def dicom(folder):
     return Grid([width, first.Rows, len(slices)], columns, [float(x) for x in first.ImagePositionPatient], value)
 
 
+def enhanced(path):
+    """A multiframe file of one volume: frames with a place and a rescale each, in any order."""
+    import pydicom
+    data = pydicom.dcmread(path)
+    shared = data.SharedFunctionalGroupsSequence[0]
+    axes = [float(x) for x in shared.PlaneOrientationSequence[0].ImageOrientationPatient]
+    down, across = (float(x) for x in shared.PixelMeasuresSequence[0].PixelSpacing)
+    normal = cross(axes[:3], axes[3:])
+    frames = []
+    for number, groups in enumerate(data.PerFrameFunctionalGroupsSequence):
+        at = [float(x) for x in groups.PlanePositionSequence[0].ImagePositionPatient]
+        rescale = groups.PixelValueTransformationSequence[0]
+        frames.append((sum(p * n for p, n in zip(at, normal)), number, at, float(rescale.RescaleSlope),
+                       float(rescale.RescaleIntercept)))
+    frames.sort()
+    between = [(b - a) / max(1, len(frames) - 1) for a, b in zip(frames[0][2], frames[-1][2])]
+    columns = [[x * across for x in axes[:3]], [x * down for x in axes[3:]], between]
+    size = [data.Columns, data.Rows, len(frames)]
+    stored = array_of('H', '<', data.PixelData, 0, size)
+    return Grid(size, columns, frames[0][2],
+                lambda i, j, k: stored(i, j, frames[k][1]) * frames[k][3] + frames[k][4])
+
+
+def grid_of(path):
+    if os.path.isdir(path):
+        return dicom(path)
+    if path.endswith(('.nrrd', '.nhdr')):
+        return nrrd(path)
+    if path.endswith(('.mha', '.mhd')):
+        return meta(path)
+    if path.endswith(('.gipl', '.gipl.gz')):
+        return gipl(path)
+    if path.endswith('.mnc'):
+        return minc(path)
+    if path.endswith('.hdr'):
+        return analyze(path)
+    return enhanced(path) if path.endswith('.dcm') else nifti(path)
+
+
 for path in sys.stdin.read().split('\n'):
     if not path:
         continue
-    if os.path.isdir(path):
-        grid = dicom(path)
-    elif path.endswith('.nrrd'):
-        grid = nrrd(path)
-    elif path.endswith('.mha'):
-        grid = meta(path)
-    else:
-        grid = nifti(path)
+    grid = grid_of(path)
     if grid is None:
         continue
     n = grid.size
