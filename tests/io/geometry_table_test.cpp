@@ -3,7 +3,6 @@
 // in every format that is written, and for real ones.
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <sstream>
 
 #include "dicom_files.h"
@@ -194,7 +193,7 @@ class GeometryTable : public test::FolderTest {
     for (const fs::path& path : paths) list += path.string() + "\n";
     const fs::path judge = fs::path(SIMPLEXSEG_SOURCE_DIR) / "tests/io/judge_volumes.py";
     std::istringstream said(
-        output_of("/usr/bin/python3 '" + judge.string() + "' < '" + write("list", list).string() + "'"));
+        output_of("/usr/bin/python3 '" + judge.string() + "' < '" + write("list", list).string() + "' 2>/dev/null"));
     std::string line;
     int files = 0;
     while (std::getline(said, line)) {
@@ -220,8 +219,9 @@ class GeometryTable : public test::FolderTest {
     const Eigen::Affine3d index_of = ours.geometry().index_from_world(), world_of = ours.geometry().world_from_index();
     for (int p = 0; p < points; ++p) {
       Eigen::Vector3d at;
-      double value = 0;
-      said >> at[0] >> at[1] >> at[2] >> value;
+      std::string number;  // 'nan' is one too
+      said >> at[0] >> at[1] >> at[2] >> number;
+      const double value = std::strtod(number.c_str(), nullptr);
       const Eigen::Vector3d index = (index_of * at).array().round();
       const bool within = (index.array() >= 0).all() && index[0] < ours.geometry().size[0] &&
                           index[1] < ours.geometry().size[1] && index[2] < ours.geometry().size[2];
@@ -230,7 +230,8 @@ class GeometryTable : public test::FolderTest {
         continue;
       }
       const double read = ours.value(int(index[0]), int(index[1]), int(index[2]));
-      wrong_value += !(std::abs(read - value) <= 1e-6 * std::max(1.0, std::abs(value)));
+      wrong_value +=
+          !(std::abs(read - value) <= 1e-6 * std::max(1.0, std::abs(value)) || (read != read && value != value));
     }
     EXPECT_TRUE(said) << "the judge stopped";
     EXPECT_EQ(wrong_place, 0);
@@ -291,7 +292,11 @@ TEST_F(GeometryTable, EveryOrientationInMinc) {
     GTEST_SKIP() << "minc-tools or python3-nibabel is absent";
   std::vector<fs::path> paths;
   std::string commands = "set -e\n";
+  int n = 0;
   each_orientation([&](const Eigen::Matrix3d& axes, const Eigen::Matrix3d& turn, const Volume& volume) {
+    const int permutation = n / 2, oblique = n % 2;
+    ++n;
+    if (permutation % 2 != oblique) return;  // straight and oblique by turns: a program is started for each
     paths.push_back(folder / (std::to_string(paths.size()) + ".mnc"));
     write("voxels.raw", raw_voxels(volume));
     commands += mnc_command(folder / "voxels.raw", paths.back(), volume.geometry(), axes, turn,
@@ -299,7 +304,7 @@ TEST_F(GeometryTable, EveryOrientationInMinc) {
                 "\n";
   });
   ASSERT_EQ(output_of("sh '" + write("commands", commands + "echo made\n").string() + "'"), "made\n");
-  EXPECT_EQ(compare(paths), 96);
+  EXPECT_EQ(compare(paths), 48);
 }
 
 /// Analyze and GIPL have voxel sizes, GIPL a position too. Their axes are taken for LPS, which is said.
@@ -323,18 +328,28 @@ TEST_F(GeometryTable, RealFiles) {
     const std::string path = entry.path().string();
     if (path.ends_with(".nii.gz") && path.find("bad_input") == std::string::npos) paths.push_back(entry.path());
   }
-  std::sort(paths.begin(), paths.end());
-  std::set<std::string> taken;  // of many files of one kind the first few
-  std::erase_if(paths, [&](const fs::path& path) {
-    const std::string parent = path.parent_path().string();
-    int n = 0;
-    while (n < 4 && !taken.insert(parent + std::to_string(n)).second) ++n;
-    return n == 4;
-  });
-  for (const char* name : {"dicom_series/ge_anatomical/001", "dicom_series/ge_anatomical/001_implicit",
-                           "dicom_series/siemens_anatomical/001", "dicom_series/siemens_anatomical/001_implicit"})
-    paths.push_back(test::data_folder() / name);
+  for (const char* name : {"ge_anatomical/001", "ge_anatomical/001_implicit", "ge_anatomical/001_single_slice",
+                           "siemens_anatomical/001", "siemens_anatomical/001_implicit", "failing_gantrytilting/001"})
+    paths.push_back(test::data_folder() / "dicom_series" / name);
+  EXPECT_GT(paths.size(), 100u);
   EXPECT_EQ(compare(paths), static_cast<int>(paths.size()));
+}
+
+/// Odd files of other programs, of which many are refused, and others are none that the judge reads.
+TEST_F(GeometryTable, OddFiles) {
+  REQUIRE_DATA(test::data_folder() / "bad_input");
+  std::vector<fs::path> read;
+  for (const auto& entry : fs::recursive_directory_iterator(test::data_folder() / "bad_input")) {
+    if (!entry.is_regular_file()) continue;
+    try {
+      load_volume(entry.path());
+      read.push_back(entry.path());
+    } catch (const Error&) {
+      continue;
+    }
+  }
+  EXPECT_GT(read.size(), 40u);
+  EXPECT_GT(compare(read), 20);
 }
 
 }  // namespace

@@ -22,6 +22,13 @@ def cross(a, b):
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
+def unit_axes(numbers):
+    """Both direction cosines, whose digits are cut in files."""
+    axes = [float(x) for x in numbers]
+    lengths = [sum(x * x for x in axes[a:a + 3]) ** 0.5 for a in (0, 3)]
+    return [x / lengths[a // 3] for a, x in enumerate(axes)]
+
+
 class Grid:
     """columns[a]: from a voxel to the next along axis a, in LPS; value(i, j, k)."""
 
@@ -149,12 +156,14 @@ def meta(path):
     return Grid(size, columns, numbers('Offset'), array_of(code, '<', voxels, 0, size))
 
 
-def dicom(folder):
+def dicom(paths):
+    """Slices of one file each, as they are stored."""
     import pydicom
-    slices = [pydicom.dcmread(os.path.join(folder, name)) for name in sorted(os.listdir(folder))]
-    if any(s.file_meta.TransferSyntaxUID.is_compressed for s in slices):
+    slices = [pydicom.dcmread(path) for path in paths]
+    if any(s.file_meta.TransferSyntaxUID.is_compressed or s.SamplesPerPixel != 1 or s.get('NumberOfFrames', 1) > 1 or
+           s.BitsAllocated != 16 for s in slices):
         return None
-    axes = [float(x) for x in slices[0].ImageOrientationPatient]
+    axes = unit_axes(slices[0].ImageOrientationPatient)
     normal = cross(axes[:3], axes[3:])
     place = lambda s: sum(float(p) * n for p, n in zip(s.ImagePositionPatient, normal))
     slices.sort(key=place)
@@ -178,7 +187,7 @@ def enhanced(path):
     import pydicom
     data = pydicom.dcmread(path)
     shared = data.SharedFunctionalGroupsSequence[0]
-    axes = [float(x) for x in shared.PlaneOrientationSequence[0].ImageOrientationPatient]
+    axes = unit_axes(shared.PlaneOrientationSequence[0].ImageOrientationPatient)
     down, across = (float(x) for x in shared.PixelMeasuresSequence[0].PixelSpacing)
     normal = cross(axes[:3], axes[3:])
     frames = []
@@ -198,7 +207,7 @@ def enhanced(path):
 
 def grid_of(path):
     if os.path.isdir(path):
-        return dicom(path)
+        return dicom([os.path.join(path, name) for name in sorted(os.listdir(path))])
     if path.endswith(('.nrrd', '.nhdr')):
         return nrrd(path)
     if path.endswith(('.mha', '.mhd')):
@@ -209,13 +218,20 @@ def grid_of(path):
         return minc(path)
     if path.endswith('.hdr'):
         return analyze(path)
-    return enhanced(path) if path.endswith('.dcm') else nifti(path)
+    if path.endswith(('.nii', '.nii.gz')):
+        return nifti(path)
+    import pydicom
+    return enhanced(path) if 'PerFrameFunctionalGroupsSequence' in pydicom.dcmread(path) else dicom([path])
 
 
 for path in sys.stdin.read().split('\n'):
     if not path:
         continue
-    grid = grid_of(path)
+    try:
+        grid = grid_of(path)
+    except Exception as exception:
+        sys.stderr.write('judge_volumes: %s: %r\n' % (path, exception))
+        grid = None
     if grid is None:
         continue
     n = grid.size
