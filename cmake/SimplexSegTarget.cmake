@@ -29,11 +29,17 @@ function(simplexseg_room name)
   target_link_libraries(simplexseg_${name} PUBLIC ${ARGN} PRIVATE simplexseg_options)
 endfunction()
 
-# simplexseg_tests(NAME SOURCES... LIBRARIES...): a GoogleTest program whose cases ctest knows one by one, with the label NAME.
+# simplexseg_tests(NAME SOURCES... LIBRARIES... [ALONE FILTER]): a GoogleTest program whose cases ctest knows one by one, with
+# the label NAME. No other test runs beside those of FILTER (as --gtest_filter has it).
 function(simplexseg_tests name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "" "ALONE" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} simplexseg_options GTest::gtest_main)
   include(GoogleTest)
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600 LABELS ${name})
+  if(ARG_ALONE)
+    set(others TEST_FILTER -${ARG_ALONE})
+    gtest_discover_tests(${name} TEST_LIST ${name}_ALONE TEST_FILTER ${ARG_ALONE} DISCOVERY_MODE PRE_TEST
+      DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600 LABELS ${name} RUN_SERIAL ON)
+  endif()
+  gtest_discover_tests(${name} ${others} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600 LABELS ${name})
 endfunction()

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "window_fixture.h"
 
-#include <QDir>
 #include <QElapsedTimer>
 #include <QFileInfo>
 #include <QOpenGLContext>
@@ -69,14 +68,6 @@ void WindowTest::show_window(std::unique_ptr<Engine> engine, std::function<std::
 void WindowTest::TearDown() { window_.reset(); }
 
 bool WindowTest::has_keys() {
-  constexpr int kMostMs = 120000;
-  if (!keyboard_) {
-    QString display = qEnvironmentVariable("DISPLAY");
-    display.replace('/', '_');
-    keyboard_ = std::make_unique<QLockFile>(QDir::temp().filePath("simplexseg-test-keyboard" + display));
-    keyboard_->setStaleLockTime(0);  // while the process lives that has it
-    if (!keyboard_->tryLock(kMostMs)) return false;
-  }
   window_->activateWindow();
   return QTest::qWaitForWindowActive(window_.get());
 }

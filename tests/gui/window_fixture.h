@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <QApplication>
-#include <QLockFile>
 #include <QMouseEvent>
 #include <QTemporaryDir>
 #include <functional>
@@ -48,12 +47,11 @@ class WindowTest : public ::testing::Test {
   static bool share_contexts(const View& a, const View& b);
   static void wheel(QWidget& widget, const QPointF& at, int notches, Qt::KeyboardModifiers modifiers = {});
 
-  /// Whether the window has the keyboard from here on, of which a display has one for all tests that run beside this
-  /// one.
+  /// Whether the window has the keyboard from here on. A display has one for all windows: a test that calls this is
+  /// named in tests/CMakeLists.txt among those beside which none runs.
   bool has_keys();
 
   QTemporaryDir folder_;
-  std::unique_ptr<QLockFile> keyboard_;
   std::unique_ptr<MainWindow> window_;
 };
 

@@ -112,9 +112,9 @@ TEST_F(LabelStarts, AMeshFileIsAStartToo) {
 
 TEST_F(LabelStarts, ALogHasWhatAMeshStartsFrom) {
   const MeshItem item = item_of(kStart);
-  AddMesh add{"vertebra", item.seed, {}, 0};
-  add.start = item.start;
-  add.start->path = (folder / "labels.nii.gz").string();
+  MeshStart start = *item.start;
+  start.path = (folder / "labels.nii.gz").string();
+  const AddMesh add{"vertebra", item.seed, {}, 0, start};
   const Reference reference{"truth.nii.gz", 3};
   write_log(folder / "log.json",
             {{0, add}, {2, SetReference{1, reference, true}}, {0, SetReference{1, {}}}, {1, ResizePoint{4, 2.5, true}}},
