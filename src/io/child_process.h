@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <functional>
 
+#include "io/temporary_folder.h"
+
 namespace simplexseg {
 
 /// What a child process may use beyond what it begins with.
@@ -28,9 +30,9 @@ class ChildProcess {
   bool read(void* to, std::size_t bytes);
 
  private:
+  TemporaryFolder folder_;
   pid_t child_ = -1;
   int pipe_ = -1;
-  char folder_[32] = "/tmp/simplexseg-child-XXXXXX";
 };
 
 /// For `work`: writes all of it, or ends the child where nobody listens any more.

@@ -1,46 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/packed_dicom.h"
 
-#include <cerrno>
-#include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <memory>
 #include <string>
-#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "io/dicom.h"
 #include "io/files.h"
 #include "io/packed_reader.h"
+#include "io/temporary_folder.h"
 
 namespace simplexseg {
 
 namespace fs = std::filesystem;
 
 namespace {
-
-/// A folder of its own that is removed with it.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "simplexseg-unpacked-XXXXXX").string();
-    if (!::mkdtemp(name.data()))
-      throw Error("cannot unpack into " + quoted(fs::path(name)), std::strerror(errno), "set TMPDIR to another folder");
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code error;
-    fs::remove_all(path_, error);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 void unpack(const fs::path& from, const fs::path& to) {
   PackedReader reader(from);
