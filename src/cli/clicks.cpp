@@ -55,6 +55,7 @@ constexpr std::array kParts{
     Part{"memory", [](EvidenceSettings& s) { s.memory = false; }},
     Part{"far-memory", [](EvidenceSettings& s) { s.far_memory = 0; }},
     Part{"open-sides", [](EvidenceSettings& s) { s.open_side = 2; }},
+    Part{"surface", [](EvidenceSettings& s) { s.surface_layer = 0; }},
     Part{"brush", [](EvidenceSettings& s) { s.brush = 0; }},
 };
 

@@ -11,6 +11,7 @@
 #include "evidence/evidence_box.h"
 #include "evidence/field_prior.h"
 #include "evidence/seed_reach.h"
+#include "evidence/surface_layer.h"
 
 namespace simplexseg {
 namespace {
@@ -62,7 +63,7 @@ void EvidenceField::check(std::span<const Mark> marks, const Mask* others) const
 
 void EvidenceField::set_box(const VoxelBox& box) {
   if (walker_ && box == box_ && reach_of_box_mm_ == reach_mm_) return;
-  const BoxImage image = cut_out(volume_, box, run_);
+  BoxImage image = cut_out(volume_, box, run_);
   coarse_.set_box(image, box.first, reach_mm_);
   reach_of_box_mm_ = reach_mm_;
   if (walker_ && box == box_) return;
@@ -72,6 +73,7 @@ void EvidenceField::set_box(const VoxelBox& box) {
   box_ = box;
   finite_ = image.finite;
   smoothed_ = image.value;
+  image_ = std::move(image.value);
   smooth_by_least_spacing(smoothed_, image.grid, spacing_mm_, settings_.image_smoothing, run_);
   walker_ = std::make_unique<RandomWalker>(image.grid, spacing_mm_, run_);
   if (field.empty()) return;
@@ -227,6 +229,8 @@ void EvidenceField::update(std::span<const Mark> marks, const Mask* others) {
     while (grows());
     if (settings_.tolerance < growing_tolerance) solve(settings_.tolerance);
   } while (grows());
+  settle_surface(probability_, object_, known_, image_, box_, spacing_mm_, settings_, run_);
+  object_ = object_of_field(probability_, known_, box_);
   report_.leaks = object_.border_share >= leak_share;
   report_.expected_dice = expected_dice();
 }
@@ -250,8 +254,9 @@ double EvidenceField::brush_mm(MarkKind kind, const Eigen::Vector3d& position_mm
 }
 
 std::size_t EvidenceField::bytes() const {
-  const std::size_t bytes = finite_.size() + smoothed_.size() * 4 + known_.size() + probability_.size() * 4 +
-                            object_.voxels.size() + before_.size() + prior_.size() + coarse_.bytes();
+  const std::size_t bytes = finite_.size() + (image_.size() + smoothed_.size()) * 4 + known_.size() +
+                            probability_.size() * 4 + object_.voxels.size() + before_.size() + prior_.size() +
+                            coarse_.bytes();
   return bytes + (walker_ ? walker_->bytes() : 0);
 }
 

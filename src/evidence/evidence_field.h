@@ -88,7 +88,7 @@ class EvidenceField {
   VoxelBox box_{};
   double reach_of_box_mm_ = 0;        // with which the prior's blocks were made
   std::vector<std::uint8_t> finite_;  // 0 where the image is not
-  std::vector<float> smoothed_;
+  std::vector<float> image_, smoothed_;
   std::vector<Mark> marks_;           // of the last update
   Mark largest_;                      // of the inside marks
   double reach_mm_ = 0;               // what it says about the object's scale

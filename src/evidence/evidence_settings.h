@@ -40,6 +40,10 @@ struct EvidenceSettings {
   double margin_share = 0.5;
   double least_margin = 10;
 
+  // ---- Surface: where in a layer about it what voxels look like on either side says that it is
+  double surface_layer = 2;    ///< half the layer's thickness, voxels; 0: the surface stays where the field says
+  double surface_scale = 1.5;  ///< Gaussian in which looks are measured, voxels
+
   // ---- Solution
   double field_smoothing = 0.6;  ///< of the solved field, voxels
   double tolerance = 0.02;       ///< largest error of the field at which the solver stops

@@ -169,10 +169,10 @@ TEST(EvidenceField, EverySettingChangesTheField) {
   };
   const std::vector<float> plain = field_with({});
   const EvidenceSettings usual;
-  double EvidenceSettings::*const all[]{&EvidenceSettings::image_smoothing, &EvidenceSettings::sharpness,
-                                        &EvidenceSettings::prior_pull,      &EvidenceSettings::length_cost,
-                                        &EvidenceSettings::dots_share,      &EvidenceSettings::field_smoothing,
-                                        &EvidenceSettings::margin_share};
+  double EvidenceSettings::*const all[]{
+      &EvidenceSettings::image_smoothing, &EvidenceSettings::sharpness,     &EvidenceSettings::prior_pull,
+      &EvidenceSettings::length_cost,     &EvidenceSettings::dots_share,    &EvidenceSettings::field_smoothing,
+      &EvidenceSettings::margin_share,    &EvidenceSettings::surface_layer, &EvidenceSettings::surface_scale};
   for (double EvidenceSettings::*const setting : all) {
     EvidenceSettings settings;
     settings.*setting = usual.*setting * 0.6;

@@ -4,8 +4,9 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
+#include <algorithm>
 #include <limits>
+#include <span>
 
 namespace simplexseg {
 namespace {
@@ -77,8 +78,7 @@ Scene moved(int step, int level) {
 bool same_bits(const Scene& a, const Scene& b) {
   const MeshItem &one = a.meshes[0], &other = b.meshes[0];
   const auto same = [](const auto& x, const auto& y) {
-    return x.size() == y.size() && std::memcmp(static_cast<const void*>(x.data()), static_cast<const void*>(y.data()),
-                                               x.size() * sizeof x[0]) == 0;
+    return std::ranges::equal(std::as_bytes(std::span(x)), std::as_bytes(std::span(y)));
   };
   return a.steps == b.steps && same(one.mesh.positions, other.mesh.positions) && same(one.previous, other.previous) &&
          same(one.mesh.neighbours, other.mesh.neighbours) && same(one.shape, other.shape) &&

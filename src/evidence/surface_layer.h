@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <array>
+#include <span>
+
+#include "evidence/evidence_settings.h"
+#include "evidence/field_object.h"
+#include "evidence/marked_voxels.h"
+#include "evidence/run_jobs.h"
+#include "image/distance_map.h"
+
+namespace simplexseg {
+
+/// Lets the image say where in a thin layer about the object's surface the surface is: what a voxel looks like beside
+/// what the object and what is not the object look like around it, Gaussians of a local mean and variance on either
+/// side (Li, Kao, Gore and Ding 2008, Minimization of Region-Scalable Fitting Energy; Lankton and Tannenbaum 2008,
+/// Localizing Region-Based Active Contours), is added to the field's log odds, as far as in that neighbourhood it
+/// agrees with the field about what the field is sure of. docs/adr/0024-the-surface-layer.md.
+///
+/// `probability`: the field of the box, changed where nothing is known and within `surface_layer` of the surface;
+/// `image`: BoxImage::value, not smoothed; `object`: object_of_field() of this field.
+void settle_surface(std::span<float> probability, const FieldObject& object, std::span<const Known> known,
+                    std::span<const float> image, const VoxelBox& box, const std::array<double, 3>& spacing_mm,
+                    const EvidenceSettings& settings, const RunJobs& run);
+
+}  // namespace simplexseg

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "evidence/surface_layer.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+
+namespace simplexseg {
+namespace {
+
+constexpr VoxelBox kBox{{0, 0, 0}, {40, 40, 40}};
+constexpr std::array<double, 3> kSpacing{1, 1, 1};
+constexpr double kTrueRadius = 10, kFieldsRadius = 9.3;  // voxels
+
+double from_centre(std::size_t v) {
+  const double x = static_cast<double>(v % 40) - 19.5, y = static_cast<double>(v / 40 % 40) - 19.5;
+  const double z = static_cast<double>(v / 1600) - 19.5;
+  return std::sqrt(x * x + y * y + z * z);
+}
+
+/// A ball in an image; a field that says that it is most of a voxel smaller than it is, and is not sure of it.
+struct Ball {
+  std::vector<float> image, field;
+  std::vector<Known> known;
+
+  /// `contrast`: of the ball, in deviations of the noise.
+  explicit Ball(double contrast)
+      : image(kBox.voxel_count()), field(kBox.voxel_count()), known(kBox.voxel_count(), Known::Nothing) {
+    std::mt19937 random(7);
+    std::normal_distribution<float> noise(0.5f, 0.05f);
+    for (std::size_t v = 0; v < image.size(); ++v) {
+      const double r = from_centre(v);
+      image[v] = noise(random) + (r < kTrueRadius ? static_cast<float>(0.05 * contrast) : 0.0f);
+      field[v] = static_cast<float>(1 / (1 + std::exp((r - kFieldsRadius) / 3)));
+      if (r < 4) known[v] = Known::Inside;
+    }
+  }
+  FieldObject object() const { return object_of_field(field, known, kBox); }
+  FieldObject settled(const EvidenceSettings& settings = {}) {
+    settle_surface(field, object(), known, image, kBox, kSpacing, settings, run_in_turn());
+    return object();
+  }
+};
+
+/// Share of the voxels between the field's surface and the true one that are the object.
+double of_rim(const FieldObject& object) {
+  double in = 0, all = 0;
+  for (std::size_t v = 0; v < object.voxels.size(); ++v) {
+    const double r = from_centre(v);
+    if (r < kFieldsRadius || r >= kTrueRadius) continue;
+    all += 1;
+    in += object.voxels[v];
+  }
+  return in / all;
+}
+
+std::size_t voxels_of(const FieldObject& object) {
+  return static_cast<std::size_t>(std::count(object.voxels.begin(), object.voxels.end(), 1));
+}
+
+TEST(SurfaceLayer, TheSurfaceMovesToWhereLooksChange) {
+  Ball ball(8);
+  EXPECT_DOUBLE_EQ(of_rim(ball.object()), 0);
+  const FieldObject settled = ball.settled();
+  EXPECT_GE(of_rim(settled), 0.95);
+  EXPECT_NEAR(static_cast<double>(voxels_of(settled)), 4.0 / 3 * M_PI * std::pow(kTrueRadius, 3), 100);
+}
+
+TEST(SurfaceLayer, WithoutALayerTheFieldIsLeft) {
+  EvidenceSettings none;
+  none.surface_layer = 0;
+  Ball left(8);
+  const std::vector<float> before = left.field;
+  EXPECT_DOUBLE_EQ(of_rim(left.settled(none)), 0);
+  EXPECT_EQ(left.field, before);
+}
+
+TEST(SurfaceLayer, WhereLooksSayNothingTheSurfaceStays) {
+  Ball ball(0);
+  const std::size_t before = voxels_of(ball.object());
+  EXPECT_NEAR(static_cast<double>(voxels_of(ball.settled())), static_cast<double>(before),
+              0.01 * static_cast<double>(before));
+}
+
+/// An object that ends before looks change: marks of its outside look like it, in one direction; looks are no longer
+/// believed in any.
+TEST(SurfaceLayer, MarksThatContradictLooksAreBelieved) {
+  Ball ball(8);
+  for (std::size_t v = 0; v < ball.known.size(); ++v) {
+    const double r = from_centre(v), x = static_cast<double>(v % 40) - 19.5;
+    if (r >= kFieldsRadius && r < kTrueRadius && x > 5) {
+      ball.known[v] = Known::Outside;
+      ball.field[v] = 0;
+    }
+  }
+  const std::size_t before = voxels_of(ball.object());
+  EXPECT_NEAR(static_cast<double>(voxels_of(ball.settled())), static_cast<double>(before),
+              0.02 * static_cast<double>(before));
+}
+
+TEST(SurfaceLayer, WhatIsMarkedStays) {
+  Ball ball(8);
+  std::vector<std::size_t> marked;
+  for (std::size_t v = 0; v < ball.known.size(); ++v) {
+    const double x = static_cast<double>(v % 40) - 19.5;
+    if (std::fabs(from_centre(v) - 9.6) > 0.5 || x < 8) continue;
+    ball.known[v] = Known::Outside;
+    ball.field[v] = 0;
+    marked.push_back(v);
+  }
+  ASSERT_GT(marked.size(), 10u);
+  ball.settled();
+  for (const std::size_t v : marked) EXPECT_FLOAT_EQ(ball.field[v], 0);
+}
+
+/// Voxels that are four times as thick as wide: the same place in mm.
+TEST(SurfaceLayer, TheLayerIsAsThickInEveryDirection) {
+  const VoxelBox box{{0, 0, 0}, {40, 40, 10}};
+  const std::array<double, 3> spacing{1, 1, 4};
+  const Ball fine(8);
+  std::vector<float> image(box.voxel_count()), field(box.voxel_count());
+  const std::vector<Known> known(box.voxel_count(), Known::Nothing);
+  std::vector<Known> seeded = known;
+  const auto middle_of = [&](std::size_t v) { return v % 1600 + v / 1600 * 4 * 1600 + 2 * 1600; };
+  for (std::size_t v = 0; v < image.size(); ++v) {
+    image[v] = fine.image[middle_of(v)];
+    field[v] = fine.field[middle_of(v)];
+    if (fine.known[middle_of(v)] == Known::Inside) seeded[v] = Known::Inside;
+  }
+  settle_surface(field, object_of_field(field, seeded, box), seeded, image, box, spacing, {}, run_in_turn());
+  const FieldObject settled = object_of_field(field, seeded, box);
+  double in = 0, all = 0;
+  for (std::size_t v = 0; v < image.size(); ++v) {
+    const double r = from_centre(middle_of(v));
+    if (r < kFieldsRadius || r >= kTrueRadius) continue;
+    all += 1;
+    in += settled.voxels[v];
+  }
+  EXPECT_GE(in / all, 0.8);
+}
+
+}  // namespace
+}  // namespace simplexseg
