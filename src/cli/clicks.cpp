@@ -12,6 +12,7 @@
 #include "cli/click_picture.h"
 #include "cli/commands.h"
 #include "cli/mesh_subject.h"
+#include "cli/metric_list.h"
 #include "cli/progress.h"
 #include "cli/study.h"
 #include "cli/table.h"
@@ -151,6 +152,17 @@ Json case_json(const Case& at) {
   return {{"label", at.name}, {"clicks_to", levels}, {"clicks", clicks}};
 }
 
+/// What the numbers of a click mean, by their names in JSON and CSV.
+std::vector<std::pair<std::string, std::string>> definitions() {
+  std::vector<std::pair<std::string, std::string>> all;
+  for (const char* key : {"dice", "hd95_mm", "assd_mm"}) all.emplace_back(key, metric_of(key).definition);
+  all.emplace_back("field_dice", "Dice of the object that the field says with the truth");
+  all.emplace_back("dice_with_field", "Dice of the object that the field says with the result");
+  all.emplace_back("expected_dice", "Dice that the field expects of its object, without the truth");
+  all.emplace_back("folded", "vertices of the mesh whose normal is at more than a right angle to a neighbour's");
+  return all;
+}
+
 std::string csv_text(const std::vector<Case>& cases) {
   std::string text =
       "label,click,kind,x_mm,y_mm,z_mm,radius_mm,dice,hd95_mm,assd_mm,seconds,leaks,field_dice,dice_with_field,"
@@ -171,6 +183,8 @@ std::string csv_text(const std::vector<Case>& cases) {
       text.append(std::isfinite(expected) ? fixed(expected, 4) : "").append("\n");
     }
   }
+  for (const auto& [key, definition] : definitions())
+    text.append("# ").append(key).append(": ").append(definition) += '\n';
   return text;
 }
 
@@ -195,6 +209,8 @@ void print_cases(std::ostream& out, const std::vector<Case>& cases) {
     row.push_back(fixed(seconds / static_cast<double>(at.clicks.size()), 2));
   }
   print_table(out, rows, 1);
+  out << "\nDice: " << metric_of("dice").definition << "\nHD95: " << metric_of("hd95_mm").definition
+      << "\nASSD: " << metric_of("assd_mm").definition << "\n";
 }
 
 void clicks(const Options& options, const Console& console) {
@@ -267,7 +283,9 @@ void clicks(const Options& options, const Console& console) {
                  {"seed_offset", options.settings.seed_offset},
                  {"without", options.without},
                  {"threads", threads},
+                 {"metric_definitions", Json::object()},
                  {"cases", Json::array()}};
+    for (const auto& [key, definition] : definitions()) json["metric_definitions"][key] = definition;
     for (const Case& at : cases) json["cases"].push_back(case_json(at));
     write_text(options.json, json.dump(2) + "\n");
   }

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/metric_list.h"
 
+#include <algorithm>
+#include <iterator>
+
+#include "core/expect.h"
+
 namespace simplexseg {
 namespace {
 
@@ -55,5 +60,12 @@ MaskComparison compare_masks(const Mask& reference, const Mask& test, double tol
 }
 
 std::span<const Metric> metric_list() { return kMetrics; }
+
+const Metric& metric_of(std::string_view key) {
+  const auto found =
+      std::find_if(std::begin(kMetrics), std::end(kMetrics), [&](const Metric& m) { return m.key == key; });
+  SIMPLEXSEG_EXPECT(found != std::end(kMetrics));
+  return *found;
+}
 
 }  // namespace simplexseg

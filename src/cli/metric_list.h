@@ -2,6 +2,7 @@
 // How two label volumes are compared, one entry for each number: what it is called, means and is written as.
 #pragma once
 #include <span>
+#include <string_view>
 
 #include "image/metrics.h"
 #include "image/surface_metrics.h"
@@ -26,5 +27,7 @@ struct Metric {
   double (*value)(const MaskComparison&);
 };
 std::span<const Metric> metric_list();
+/// The one with this key, which must be there.
+const Metric& metric_of(std::string_view key);
 
 }  // namespace simplexseg

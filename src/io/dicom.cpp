@@ -12,12 +12,13 @@
 
 #include "io/dicom_pixels.h"
 #include "io/dicom_segments.h"
+#include "io/dicom_series.h"
 #include "io/dicom_slice.h"
 #include "io/dicom_stack.h"
 #include "io/dicom_volumes.h"
 #include "io/files.h"
-#include "io/itk_quiet.h"
 #include "io/load_progress.h"
+#include "io/quiet_libraries.h"
 
 namespace simplexseg {
 
@@ -152,7 +153,7 @@ VolumeSource open_dicom_file(const fs::path& path, int volume) {
                   "open the folder of an image series");
     }
     throw Error("cannot read " + quoted(path), "it is none of the formats that can be read",
-                "give NIfTI, Analyze, MetaImage, NRRD, GIPL, MINC 2, a DICOM file, or the folder of a DICOM series");
+                "give NIfTI, Analyze, MetaImage, NRRD, GIPL, MINC, a DICOM file, or the folder of a DICOM series");
   }
   const bool alone = slices.size() == 1;
   VolumeSource source = open_dicom_slices(std::move(slices), "DICOM", quoted(path), volume);
@@ -185,12 +186,12 @@ VolumeSource open_dicom_series(const fs::path& folder, int volume) {
       broken.push_back(quoted(file.filename()));
     }
   }
+  if (series.empty() && broken.empty() && has_folders) return open_only_series(folder, volume);
   if (series.empty()) {
-    throw Error(
-        "cannot read the folder " + quoted(folder),
-        broken.empty() ? "it holds no DICOM images"
-                       : "no DICOM file in it can be read (" + why_broken + "): " + list_of(broken),
-        has_folders ? "name one of its subfolders, which are not searched" : "name a file or the folder of a series");
+    throw Error("cannot read the folder " + quoted(folder),
+                broken.empty() ? "it holds no DICOM images"
+                               : "no DICOM file in it can be read (" + why_broken + "): " + list_of(broken),
+                "name a file or the folder of a series");
   }
   const auto largest = std::max_element(
       series.begin(), series.end(), [&](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });

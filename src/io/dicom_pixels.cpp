@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "io/files.h"
-#include "io/itk_quiet.h"
+#include "io/quiet_libraries.h"
 
 namespace simplexseg {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "io/dicom_pixels.h"
 #include "io/dicom_stack.h"
-#include "io/itk_quiet.h"
+#include "io/quiet_libraries.h"
 
 namespace simplexseg {
 namespace {

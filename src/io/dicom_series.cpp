@@ -17,8 +17,8 @@
 #include "io/dicom_values.h"
 #include "io/files.h"
 #include "io/header_text.h"
-#include "io/itk_quiet.h"
 #include "io/load_progress.h"
+#include "io/quiet_libraries.h"
 
 namespace simplexseg {
 
@@ -362,6 +362,40 @@ VolumeSource open_named_series(const fs::path& folder, const std::string& uid, i
   }
   throw Error("cannot read " + quoted(folder), "the series " + one_line(uid) + " is neither in it nor below it",
               "open the folder that holds the series");
+}
+
+VolumeSource open_only_series(const fs::path& path, int volume) {
+  const QuietLibraries quiet;
+  std::vector<std::string> unreadable;
+  const bool disc = is_dicomdir(path);
+  std::map<std::string, Slices> all =
+      scan_files(disc ? files_of_dicomdir(path, unreadable) : files_in(path, true), unreadable);
+  if (all.empty()) {
+    throw Error("cannot read " + quoted(path),
+                unreadable.empty() ? "neither it nor its subfolders hold DICOM images"
+                                   : "no DICOM file in it can be read (" + unreadable.front() + ")",
+                "name a file or the folder of a series");
+  }
+  if (all.size() > 1) {
+    constexpr std::size_t kMostNamed = 4;
+    std::string there;
+    std::size_t named = 0;
+    for (const auto& [uid, slices] : all) {
+      if (named++ == kMostNamed) break;
+      const std::string& name = slices.front().description.empty() ? uid : slices.front().description;
+      there.append(there.empty() ? "'" : ", '").append(one_line(name, 60)).append("' in ");
+      there += quoted(common_folder(slices));
+    }
+    throw Error("cannot read " + quoted(path),
+                std::to_string(all.size()) + " series lie below it (" + there +
+                    (all.size() > kMostNamed ? " and others)" : ")"),
+                "name the folder of one of them");
+  }
+  bool damaged = false;
+  const std::string folder = quoted(common_folder(all.begin()->second));
+  VolumeSource source = open_part(std::move(all.begin()->second), "the DICOM series in " + folder, volume, damaged);
+  if (!disc) source.info.warnings.push_back("the series lies below the folder, in " + folder);
+  return source;
 }
 
 }  // namespace simplexseg

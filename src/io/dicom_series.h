@@ -40,6 +40,10 @@ FoundSeries find_dicom_series(const std::vector<std::filesystem::path>& paths);
 /// gap. Throws Error when there is no such series, or nothing of it makes a volume.
 VolumeSource open_named_series(const std::filesystem::path& folder, const std::string& uid, int volume = 1);
 
+/// Opens the one series that lies below a folder or in the files that a DICOMDIR names, as open_named_series() does.
+/// Throws Error when there is none, or several, which it names.
+VolumeSource open_only_series(const std::filesystem::path& path, int volume = 1);
+
 /// Whether the name is that of the directory of a disc of DICOM files (PS3.10, 8.6).
 bool is_dicomdir(const std::filesystem::path& path);
 

@@ -14,7 +14,7 @@
 #include "io/dicom_lengths.h"
 #include "io/dicom_values.h"
 #include "io/files.h"
-#include "io/itk_quiet.h"
+#include "io/quiet_libraries.h"
 
 namespace simplexseg {
 

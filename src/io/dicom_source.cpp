@@ -7,7 +7,7 @@
 #include <set>
 
 #include "io/files.h"
-#include "io/itk_quiet.h"
+#include "io/quiet_libraries.h"
 #include "io/volume_source.h"
 
 namespace simplexseg {

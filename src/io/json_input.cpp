@@ -177,6 +177,8 @@ bool JsonInput::boolean() const {
   return json_of(node_).get<bool>();
 }
 
+bool JsonInput::is_text() const { return json_of(node_).is_string(); }
+
 std::string JsonInput::text_or_empty() const {
   if (!json_of(node_).is_string())
     refuse(std::string("a ") + json_of(node_).type_name() + " stands here", "write a text in quotes");

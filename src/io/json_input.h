@@ -34,6 +34,7 @@ class JsonInput {
   int size() const;
   JsonInput operator[](int index) const;
 
+  bool is_text() const;
   double number() const;
   double number_between(double minimum, double maximum) const;
   int integer_between(int minimum, int maximum) const;

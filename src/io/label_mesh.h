@@ -13,8 +13,9 @@ namespace simplexseg {
 
 /// What of a label volume a mesh is to be made of.
 struct LabelChoice {
-  std::optional<double> label;  ///< none: every voxel that is not 0
-  int part = 0;                 ///< of its connected parts, 1 is the largest; 0: all of them
+  std::optional<double> label{};  ///< none: every voxel that is not 0
+  int part = 0;                   ///< of its connected parts, 1 is the largest; 0: all of them
+  std::string name{};             ///< what the file calls the label, in place of its number
 };
 
 /// A label of a volume.

@@ -1,13 +1,91 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/labels_io.h"
 
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <utility>
+
 #include "core/error.h"
 #include "image/resample.h"
 #include "io/files.h"
+#include "io/header_text.h"
+#include "io/rtstruct_grid.h"
 #include "io/rtstruct_read.h"
 #include "io/volume_io.h"
 
 namespace simplexseg {
+namespace {
+
+/// Slices between the first and the last labelled one that have no label.
+int empty_slices(const Volume& labels) {
+  const std::span<const std::uint16_t> voxels = labels.voxels<std::uint16_t>();
+  const auto slices = static_cast<std::size_t>(labels.geometry().size[2]), count = voxels.size() / slices;
+  int empty = 0, since = -1;  // a labelled one, so many
+  for (std::size_t k = 0; k < slices; ++k) {
+    const auto slice = voxels.subspan(k * count, count);
+    const bool any = std::any_of(slice.begin(), slice.end(), [](std::uint16_t v) { return v != 0; });
+    if (any && since > 0) empty += since;
+    if (any || since >= 0) since = any ? 0 : since + 1;
+  }
+  return empty;
+}
+
+}  // namespace
+
+std::optional<double> label_of(const LabelChoice& choice, const std::vector<SegmentName>& names,
+                               const std::filesystem::path& path) {
+  if (choice.name.empty()) return choice.label;
+  std::string there;
+  const SegmentName* found = nullptr;
+  for (const SegmentName& name : names) {
+    if (name.name == choice.name) return name.value;
+    if (lower_case(name.name) == lower_case(choice.name)) found = &name;
+    there.append(there.empty() ? "" : ", ").append(one_line(name.name, 60));
+  }
+  if (found) return found->value;
+  throw Error("no label of " + quoted(path) + " is called '" + one_line(choice.name, 60) + "'",
+              there.empty() ? "it gives no names" : "its names are " + there,
+              there.empty() ? "give the label's number" : "give one of them");
+}
+
+LoadedLabels labels_of_regions(const std::vector<StructureRegion>& regions, const LabelChoice& choice,
+                               const std::filesystem::path& path) {
+  LoadedLabels loaded;
+  for (const StructureRegion& region : regions) loaded.segments.push_back(region.name);
+  const std::optional<double> label = label_of(choice, loaded.segments, path);
+  std::vector<StructureRegion> chosen = regions;
+  if (label) std::erase_if(chosen, [&](const StructureRegion& r) { return r.name.value != *label; });
+  StructureLabels painted = paint_regions(chosen, grid_of_regions(chosen, regions, path), path);
+  loaded.volume = std::move(painted.labels);
+  loaded.warnings = std::move(painted.warnings);
+  if (const int empty = empty_slices(loaded.volume); empty > 0)
+    loaded.warnings.push_back(std::to_string(empty) + (empty == 1 ? " slice" : " slices") +
+                              " between the first and the last " + (empty == 1 ? "has" : "have") +
+                              " no contour: nothing is labelled there");
+  return loaded;
+}
+
+LoadedLabels load_labels(const std::filesystem::path& path, const LabelChoice& choice) {
+  if (is_structure_set(path)) return labels_of_regions(read_structure_regions(path), choice, path);
+  LoadedVolume read = load_volume(path);
+  return {std::move(read.volume), std::move(read.segments), std::move(read.warnings)};
+}
+
+std::vector<LabelCount> list_regions(const std::filesystem::path& path) {
+  const std::vector<StructureRegion> regions = read_structure_regions(path);
+  std::vector<LabelCount> result;
+  for (const StructureRegion& region : regions) {  // each for itself: they may overlap
+    try {
+      const LoadedLabels loaded = labels_of_regions(regions, {.label = region.name.value}, path);
+      for (LabelCount& count : count_labels(loaded.volume, {region.name})) result.push_back(std::move(count));
+    } catch (const Error&) {
+      continue;  // points and lines are no volumes
+    }
+  }
+  if (result.empty()) labels_of_regions(regions, {}, path);  // says why
+  return result;
+}
 
 Volume onto_grid(const Volume& labels, const VolumeGeometry& grid, const std::filesystem::path& path,
                  const std::string& what, std::vector<std::string>& warnings) {

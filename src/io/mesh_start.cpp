@@ -9,8 +9,8 @@
 #include "image/rasterise.h"
 #include "io/data_path.h"
 #include "io/files.h"
+#include "io/labels_io.h"
 #include "io/mesh_io.h"
-#include "io/volume_io.h"
 
 namespace simplexseg {
 namespace fs = std::filesystem;
@@ -57,7 +57,8 @@ LoadedStart start_of_mesh(const fs::path& file, const std::string& path) {
 LoadedStart load_start(const MeshStart& wanted, const fs::path& beside, int vertices) {
   const fs::path file = find_data(wanted.path, beside);
   if (is_mesh_name(file)) return start_of_mesh(file, wanted.path);
-  return start_of_labels(read_volume(file), {wanted.value, wanted.part}, wanted.path, vertices);
+  const LabelChoice choice{wanted.value, wanted.part};
+  return start_of_labels(load_labels(file, choice).volume, choice, wanted.path, vertices);
 }
 
 }  // namespace simplexseg

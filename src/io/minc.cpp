@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// ITK comes first: it brings an Eigen of its own.
-#include <H5public.h>
-#include <itkMINCImageIO.h>
-
 #include "io/minc.h"
 
+#include <minc2.h>
+
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
-#include <memory>
+#include <stdexcept>
+#include <vector>
 
+#include "io/child_process.h"
 #include "io/files.h"
-#include "io/itk_quiet.h"
-#include "io/itk_types.h"
+#include "io/load_progress.h"
 
 namespace simplexseg {
 
@@ -20,16 +22,180 @@ namespace fs = std::filesystem;
 
 namespace {
 
-itk::MINCImageIO::Pointer make_io() {
-  // What damaged files leave open HDF5 would complain of when the program ends.
-  static const int kept_quiet = H5dont_atexit();
-  static_cast<void>(kept_quiet);
-  auto minc = itk::MINCImageIO::New();
-  // MINC's world is RAS. ITK 5.2 hands it over as it is, later ones can turn it: see open_minc().
-  [](auto& io) {
-    if constexpr (requires { io.SetRAStoLPS(false); }) io.SetRAStoLPS(false);
-  }(*minc);
-  return minc;
+constexpr int kMostAxes = 8;
+constexpr std::size_t kBlockBytes = 32 << 20;  // of voxels that libminc reads at once
+
+/// What a child process says of a file. Its axes are the file's, the slowest first.
+struct Description {
+  char refusal[120];  ///< empty where it can be read
+  int rank;
+  std::array<std::uint64_t, kMostAxes> sizes;
+  std::array<int, kMostAxes> kinds;  ///< midimclass_t
+  std::array<std::array<double, 3>, kMostAxes> cosines;
+  std::array<double, kMostAxes> steps, starts;
+  bool uneven;  ///< slices at uneven distances
+  int type;     ///< mitype_t
+  bool scaled;  ///< integers that stand for other numbers
+};
+
+/// What libminc answers, thrown where it is no success.
+void require(int answer) {
+  if (answer != MI_NOERROR) throw std::runtime_error("it is damaged, or its dimensions are none of a volume");
+}
+
+void describe_axis(midimhandle_t dimension, std::size_t axis, Description& d) {
+  midimclass_t kind = MI_DIMCLASS_ANY;
+  misize_t size = 0;
+  miboolean_t uneven = 0;
+  require(miget_dimension_class(dimension, &kind));
+  require(miget_dimension_size(dimension, &size));
+  d.kinds[axis] = kind, d.sizes[axis] = size;
+  if (kind != MI_DIMCLASS_SPATIAL) return;
+  require(miget_dimension_separation(dimension, MI_ORDER_FILE, &d.steps[axis]));
+  require(miget_dimension_start(dimension, MI_ORDER_FILE, &d.starts[axis]));
+  require(miget_dimension_cosines(dimension, d.cosines[axis].data()));
+  d.uneven = d.uneven || (miget_dimension_sampling_flag(dimension, &uneven) == MI_NOERROR && uneven);
+}
+
+mihandle_t describe(const fs::path& path, Description& d) {
+  mihandle_t volume = nullptr;
+  if (miopen_volume(path.c_str(), MI2_OPEN_READ, &volume) != MI_NOERROR || !volume)
+    throw std::runtime_error("it is no MINC file, or a damaged one");
+  require(miget_volume_dimension_count(volume, MI_DIMCLASS_ANY, MI_DIMATTR_ALL, &d.rank));
+  if (d.rank < 1 || d.rank > kMostAxes) require(MI_ERROR);
+  std::array<midimhandle_t, kMostAxes> dimensions{};
+  if (miget_volume_dimensions(volume, MI_DIMCLASS_ANY, MI_DIMATTR_ALL, MI_DIMORDER_FILE, d.rank, dimensions.data()) < 0)
+    require(MI_ERROR);
+  for (std::size_t axis = 0; axis < static_cast<std::size_t>(d.rank); ++axis) describe_axis(dimensions[axis], axis, d);
+  mitype_t type = MI_TYPE_UNKNOWN;
+  require(miget_data_type(volume, &type));
+  d.type = type;
+  if (type == MI_TYPE_FLOAT || type == MI_TYPE_DOUBLE) return volume;
+  miboolean_t by_slice = 0;
+  require(miget_slice_scaling_flag(volume, &by_slice));
+  double most = 0, least = 0, real_most = 0, real_least = 0;
+  if (!by_slice) {
+    require(miget_volume_valid_range(volume, &most, &least));
+    require(miget_volume_range(volume, &real_most, &real_least));
+  }
+  d.scaled = by_slice || most != real_most || least != real_least;
+  return volume;
+}
+
+/// In a child process: describes the file, and gives the voxels of number `frame` too where that is above 0.
+void say_all(const fs::path& path, int frame, int pipe) {
+  Description d{};
+  mihandle_t volume = nullptr;
+  try {
+    volume = describe(path, d);
+  } catch (const std::exception& exception) {
+    std::snprintf(d.refusal, sizeof d.refusal, "%s", exception.what());
+  }
+  write_to_parent(pipe, &d, sizeof d);
+  if (frame == 0 || !volume) return;
+  const auto rank = static_cast<std::size_t>(d.rank);
+  std::array<misize_t, kMostAxes> start{}, count{};
+  std::size_t slow = rank, slice_voxels = 1;  // the slowest axis of space, and what is faster
+  for (std::size_t axis = rank; axis-- > 0;) {
+    const bool time = d.kinds[axis] == MI_DIMCLASS_TIME;
+    start[axis] = time ? static_cast<misize_t>(frame - 1) : 0, count[axis] = time ? 1 : d.sizes[axis];
+    if (time) continue;
+    if (slow < rank) slice_voxels *= count[slow];
+    slow = axis;
+  }
+  misize_t voxel_bytes = 0;
+  miget_data_type_size(volume, &voxel_bytes);
+  if (d.scaled) voxel_bytes = sizeof(float);
+  const auto type = d.scaled ? MI_TYPE_FLOAT : static_cast<mitype_t>(d.type);
+  const std::size_t at_once = std::max<std::size_t>(1, kBlockBytes / (slice_voxels * sizeof(double)));
+  std::vector<char> block;
+  for (std::size_t first = 0; first < d.sizes[slow]; first += at_once) {
+    start[slow] = first, count[slow] = std::min<std::size_t>(at_once, d.sizes[slow] - first);
+    block.resize(count[slow] * slice_voxels * voxel_bytes);
+    require((d.scaled ? miget_real_value_hyperslab : miget_voxel_value_hyperslab)(volume, type, start.data(),
+                                                                                  count.data(), block.data()));
+    write_to_parent(pipe, block.data(), block.size());
+  }
+}
+
+ChildLimits limits_for(const fs::path& path, const VolumeInfo& info) {
+  constexpr double least_mb_in_a_second = 10;  // it packs and unpacks many times that
+  ChildLimits limits;
+  const auto slice = static_cast<std::size_t>(info.geometry.size[0]) * static_cast<std::size_t>(info.geometry.size[1]);
+  limits.memory_bytes += 4 * std::max(kBlockBytes, slice * sizeof(double));
+  const double bytes = static_cast<double>(fs::file_size(path)) +
+                       static_cast<double>(info.geometry.voxel_count() * bytes_per_voxel(info.type));
+  limits.cpu_seconds += static_cast<int>(std::min(bytes / (1e6 * least_mb_in_a_second), 1e6));
+  return limits;
+}
+
+VoxelType type_of(const Description& d, const std::string& name) {
+  if (d.scaled) return VoxelType::Float32;
+  switch (d.type) {
+    case MI_TYPE_BYTE:
+      return VoxelType::Int8;
+    case MI_TYPE_UBYTE:
+      return VoxelType::UInt8;
+    case MI_TYPE_SHORT:
+      return VoxelType::Int16;
+    case MI_TYPE_USHORT:
+      return VoxelType::UInt16;
+    case MI_TYPE_INT:
+      return VoxelType::Int32;
+    case MI_TYPE_UINT:
+      return VoxelType::UInt32;
+    case MI_TYPE_FLOAT:
+      return VoxelType::Float32;
+    case MI_TYPE_DOUBLE:
+      return VoxelType::Float64;
+    default:
+      break;
+  }
+  throw Error("cannot read " + name, "its voxels are of a type that is not known", "save it as integers or floats");
+}
+
+/// The axes of a volume begin with the file's fastest; the world of MINC is RAS.
+VolumeInfo info_of(const Description& d, const std::string& name) {
+  VolumeInfo info;
+  info.format = "MINC";
+  info.type = type_of(d, name);
+  info.geometry.size = {1, 1, 1};
+  int axis = 0;
+  bool timed = false;
+  Eigen::Vector3d origin_ras(0, 0, 0);
+  for (std::size_t a = static_cast<std::size_t>(d.rank); a-- > 0;) {
+    const auto size = static_cast<int>(std::min<std::uint64_t>(d.sizes[a], 1 << 30));
+    if (d.kinds[a] == MI_DIMCLASS_SPATIAL && axis < 3) {
+      const Eigen::Vector3d along(d.cosines[a][0], d.cosines[a][1], d.cosines[a][2]);
+      info.geometry.size[static_cast<std::size_t>(axis)] = size;
+      info.geometry.spacing_mm[axis] = std::abs(d.steps[a]);
+      info.geometry.direction.col(axis) = kLpsFromRas.cwiseProduct(along.normalized()) * (d.steps[a] < 0 ? -1 : 1);
+      origin_ras += d.starts[a] * along.normalized();
+      ++axis;
+    } else if (d.kinds[a] == MI_DIMCLASS_TIME && !timed) {
+      timed = true;
+      info.frames = size;
+    } else {
+      info.components = static_cast<int>(std::min(1.0 * info.components * size, 1e9));
+    }
+  }
+  if (axis < 2)
+    throw Error("cannot read " + name, "its dimensions are none of a volume", "copy or export the file again");
+  if (axis == 2)
+    info.geometry.direction.col(2) = info.geometry.direction.col(0).cross(info.geometry.direction.col(1)).normalized();
+  info.geometry.origin_mm = kLpsFromRas.cwiseProduct(origin_ras);
+  if (d.uneven)
+    info.warnings.push_back("its slices lie at uneven distances; they are read as if the distances were even");
+  return info;
+}
+
+/// Throws Error when the file is too small for its voxels. Chunks that were never written take no room, hence the rest.
+void require_room(const fs::path& path, const Description& d) {
+  constexpr double ratio = 1032, harmless = 64e6;  // the most that deflating can do
+  double wanted = 1;
+  for (int axis = 0; axis < d.rank; ++axis) wanted *= static_cast<double>(d.sizes[static_cast<std::size_t>(axis)]);
+  const double most = ratio * double(fs::file_size(path));
+  if (wanted > std::max(most, harmless)) throw_truncated(path, wanted, most);
 }
 
 /// HDF5 (MINC 2) or netCDF (MINC 1).
@@ -39,74 +205,43 @@ bool begins_as_minc(const fs::path& path) {
   return stream.read(magic, 4) && (std::memcmp(magic, "\x89HDF", 4) == 0 || std::memcmp(magic, "CDF", 3) == 0);
 }
 
-/// Throws Error when the file is too small for its voxels. Chunks that were never written take no room, hence the rest.
-void require_room(const fs::path& path, const VolumeInfo& info) {
-  constexpr double ratio = 1032, harmless = 64e6;  // the most that deflating can do
-  const double wanted = double(info.geometry.voxel_count()) * info.components,
-               most = ratio * double(fs::file_size(path));
-  if (wanted > std::max(most, harmless)) throw_truncated(path, wanted, most);
-}
-
-Volume read_minc(itk::ImageIOBase& io, const VolumeInfo& info, bool wide, const fs::path& path) {
-  const QuietLibraries quiet;
+Volume read_minc(const VolumeInfo& info, const fs::path& path) {
+  const int frame = std::max(info.frame, 1);
+  ChildProcess child(limits_for(path, info), [&](int pipe) { say_all(path, frame, pipe); });
   Volume volume(info.geometry, info.type);
-  try {
-    if (!wide) {
-      read_whole(io, volume.data());
-      return volume;
-    }
-    const std::size_t count = info.geometry.voxel_count();
-    const auto buffer = std::make_unique_for_overwrite<std::int64_t[]>(count);
-    read_whole(io, buffer.get());
-    if (info.type == VoxelType::Int32) {
-      narrow(buffer.get(), count, volume.voxels<std::int32_t>().data(), quoted(path));
-    } else {
-      narrow(reinterpret_cast<const std::uint64_t*>(buffer.get()), count, volume.voxels<std::uint32_t>().data(),
-             quoted(path));
-    }
-  } catch (const Error&) {
-    throw;
-  } catch (const std::exception& exception) {
-    throw Error("cannot read " + quoted(path), plain_words(exception), "copy or export the file again");
+  Description again{};
+  auto* const to = static_cast<char*>(volume.data());
+  bool whole = child.read(&again, sizeof again);
+  constexpr std::size_t block = 1 << 22;
+  for (std::size_t done = 0; whole && done < volume.bytes(); done += block) {
+    const std::size_t now = std::min(block, volume.bytes() - done);
+    whole = child.read(to + done, now);
+    report_progress(static_cast<double>(done + now), static_cast<double>(volume.bytes()));
   }
+  if (!whole)
+    throw Error("cannot read " + quoted(path), "its voxels are damaged or not all there",
+                "copy or export the file again");
   return volume;
 }
 
 }  // namespace
 
-VolumeSource open_minc(const fs::path& path) {
+VolumeSource open_minc(const fs::path& path, int volume) {
   require_file(path);
-  const QuietLibraries quiet;
+  if (!begins_as_minc(path))
+    throw Error("cannot read " + quoted(path), "it is not a MINC file that can be read",
+                "give it the extension of its real format, or export it again");
+  Description d{};
+  ChildProcess child(limits_for(path, {}), [&](int pipe) { say_all(path, 0, pipe); });
+  if (!child.read(&d, sizeof d)) std::snprintf(d.refusal, sizeof d.refusal, "it is damaged");
+  if (d.refusal[0] != '\0') throw Error("cannot read " + quoted(path), d.refusal, "copy or export the file again");
   VolumeSource source;
-  source.info.format = "MINC";
-  try {
-    const itk::MINCImageIO::Pointer io = make_io();
-    if (!begins_as_minc(path) || !io->CanReadFile(path.c_str())) {
-      throw Error("cannot read " + quoted(path),
-                  "it is not a MINC file that can be read (MINC 2 with at most 3 dimensions)",
-                  "give it the extension of its real format, or export it again");
-    }
-    io->SetFileName(path.string());
-    io->ReadImageInformation();
-    describe(*io, source.info);
-    const ItkVoxels voxels = itk_voxels_of(*io, quoted(path));
-    source.info.type = voxels.type;
-    if (voxels.wide) {
-      source.info.warnings.push_back("64-bit integers are kept in 32 bits");
-      source.extra_bytes = 8 * source.info.geometry.voxel_count();
-    }
-    source.info.geometry.origin_mm = kLpsFromRas.cwiseProduct(source.info.geometry.origin_mm);
-    source.info.geometry.direction = kLpsFromRas.asDiagonal() * source.info.geometry.direction;
-    source.info.geometry.validate("cannot read " + quoted(path));
-    require_room(path, source.info);
-    warn_if_sheared(source.info);
-    source.read = [io, info = source.info, wide = voxels.wide, path] { return read_minc(*io, info, wide, path); };
-  } catch (const Error&) {
-    throw;
-  } catch (const std::exception& exception) {
-    throw Error("cannot read " + quoted(path), "it is damaged, or its dimensions are none of a volume",
-                "copy or export the file again");
-  }
+  source.info = info_of(d, quoted(path));
+  source.info.geometry.validate("cannot read " + quoted(path));
+  require_room(path, d);
+  warn_if_sheared(source.info);
+  if (source.info.components == 1) take_volume(source.info, volume, "cannot read " + quoted(path));
+  source.read = [info = source.info, path] { return read_minc(info, path); };
   return source;
 }
 

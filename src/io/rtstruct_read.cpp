@@ -15,7 +15,7 @@
 #include "io/dicom_slice.h"
 #include "io/dicom_values.h"
 #include "io/files.h"
-#include "io/itk_quiet.h"
+#include "io/quiet_libraries.h"
 #include "mesh/plane_section.h"
 
 namespace simplexseg {
@@ -26,19 +26,13 @@ namespace {
 
 constexpr double kOffPlane = 0.45;  ///< of the distance of slices, that a corner may lie beside its slice
 
-struct Region {
-  SegmentName name;
-  std::vector<std::vector<double>> contours;  ///< x, y, z of one corner after the other, mm
-  int others = 0;                             ///< points and open lines
-};
-
-std::vector<Region> regions_of(const gdcm::DataSet& data) {
-  std::vector<Region> regions;
+std::vector<StructureRegion> regions_of(const gdcm::DataSet& data) {
+  std::vector<StructureRegion> regions;
   std::map<int, std::size_t> places;
   each_item(data, {0x3006, 0x0020}, [&](const gdcm::DataSet& item) {
     const int number = static_cast<int>(std::clamp(number_of(item, {0x3006, 0x0022}).value_or(0), 0.0, 1e9));
     if (!places.emplace(number, regions.size()).second) return;
-    Region& region = regions.emplace_back();
+    StructureRegion& region = regions.emplace_back();
     region.name.value = number;
     region.name.name = text_of(item, {0x3006, 0x0026});
     while (region.name.name.ends_with(' ')) region.name.name.pop_back();
@@ -46,7 +40,7 @@ std::vector<Region> regions_of(const gdcm::DataSet& data) {
   each_item(data, {0x3006, 0x0039}, [&](const gdcm::DataSet& item) {
     const auto found = places.find(static_cast<int>(number_of(item, {0x3006, 0x0084}).value_or(-1)));
     if (found == places.end()) return;
-    Region& region = regions[found->second];
+    StructureRegion& region = regions[found->second];
     const std::vector<double> rgb = numbers_of(item, {0x3006, 0x002a});
     const auto part = [](double v) { return static_cast<std::uint8_t>(std::clamp(v, 0.0, 255.0)); };
     if (rgb.size() == 3) region.name.colour = Colour{part(rgb[0]), part(rgb[1]), part(rgb[2])};
@@ -95,7 +89,7 @@ class Painter {
     result_.labels = Volume(grid, VoxelType::UInt16);
   }
 
-  void paint(const Region& region) {
+  void paint(const StructureRegion& region) {
     if (region.name.value < 1 || region.name.value > 65535)
       refuse("a region has the number " + std::to_string(region.name.value));
     std::map<int, std::vector<Polygon>> by_slice;
@@ -166,10 +160,10 @@ bool is_structure_set(const fs::path& path) {
   }
 }
 
-StructureLabels read_structure_set(const fs::path& path, const VolumeGeometry& grid) {
+std::vector<StructureRegion> read_structure_regions(const fs::path& path) {
   require_file(path);
   const QuietLibraries quiet;
-  std::vector<Region> regions;
+  std::vector<StructureRegion> regions;
   try {
     if (const std::string damage = damage_of_header(path); !damage.empty()) throw std::runtime_error(damage);
     without_aborting([&] {
@@ -181,9 +175,18 @@ StructureLabels read_structure_set(const fs::path& path, const VolumeGeometry& g
   } catch (const std::exception& exception) {
     throw Error("cannot read the contours " + quoted(path), plain_words(exception), "copy or export the file again");
   }
+  return regions;
+}
+
+StructureLabels paint_regions(std::span<const StructureRegion> regions, const VolumeGeometry& grid,
+                              const fs::path& path) {
   Painter painter(grid, quoted(path));
-  for (const Region& region : regions) painter.paint(region);
+  for (const StructureRegion& region : regions) painter.paint(region);
   return std::move(painter).finish();
+}
+
+StructureLabels read_structure_set(const fs::path& path, const VolumeGeometry& grid) {
+  return paint_regions(read_structure_regions(path), grid, path);
 }
 
 }  // namespace simplexseg

@@ -13,8 +13,10 @@
 #include "io/atomic_file.h"
 #include "io/data_path.h"
 #include "io/files.h"
+#include "io/header_text.h"
 #include "io/json_input.h"
 #include "io/json_output.h"
+#include "io/labels_io.h"
 #include "io/mesh_io.h"
 #include "io/mesh_start.h"
 #include "io/parameter_json.h"
@@ -22,6 +24,7 @@
 #include "io/ply.h"
 #include "io/point_text.h"
 #include "io/pose_state.h"
+#include "io/rtstruct_read.h"
 #include "io/volume_io.h"
 #include "step/simulation_parameters.h"
 
@@ -74,8 +77,17 @@ void read_pose(const JsonInput& input, const fs::path& folder, MeshItem& item) {
   if (item.previous.empty()) item.previous = item.mesh.positions;
 }
 
-/// Label volumes that were read already, by where they are.
-using LabelFiles = std::map<fs::path, Volume>;
+/// Labels that were read already, by where they are; of structure sets, whose regions have grids of their own, by the
+/// region too.
+using LabelFiles = std::map<std::pair<fs::path, std::string>, LoadedLabels>;
+
+/// A label by its number, or as its file calls it.
+void read_label(const JsonInput& input, LabelChoice& choice) {
+  if (input.is_text())
+    choice.name = input.text();
+  else
+    choice.label = input.number();
+}
 
 void read_start(const JsonInput& input, const fs::path& folder, LabelFiles& files, int vertices, MeshItem& item) {
   input.expect_keys({"labels", "label", "part", "mesh"});
@@ -88,11 +100,15 @@ void read_start(const JsonInput& input, const fs::path& folder, LabelFiles& file
   } else {
     const std::string path = anchored(input["labels"].text(), folder);
     LabelChoice choice;
-    if (input.has("label")) choice.label = input["label"].number();
+    if (input.has("label")) read_label(input["label"], choice);
     if (input.has("part")) choice.part = input["part"].integer_between(1, std::numeric_limits<int>::max());
     const fs::path file = find_data(path, folder);
-    if (!files.contains(file)) files.emplace(file, read_volume(file));
-    loaded = start_of_labels(files.at(file), choice, path, vertices);
+    std::string region;
+    if (is_structure_set(file)) region = choice.label ? digits_of(*choice.label) : choice.name + " by name";
+    auto found = files.find({file, region});
+    if (found == files.end()) found = files.emplace(std::pair(file, region), load_labels(file, choice)).first;
+    choice.label = label_of(choice, found->second.segments, file);
+    loaded = start_of_labels(found->second.volume, choice, path, vertices);
   }
   item.seed = loaded.seed;
   item.start = std::move(loaded.start);

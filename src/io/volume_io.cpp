@@ -19,6 +19,7 @@
 #include "io/nifti_write.h"
 #include "io/nrrd.h"
 #include "io/nrrd_segments.h"
+#include "io/packed_dicom.h"
 #include "io/packed_reader.h"
 #include "io/volume_source.h"
 
@@ -35,7 +36,6 @@ void refuse_packed(const fs::path& path) {
   std::string start(512, '\0');
   start.resize(reader.read(start.data(), start.size()));
   const char* format = nullptr;
-  if (start.size() > 132 && start.compare(128, 4, "DICM") == 0) format = "DICOM";
   if (start.starts_with("NRRD000")) format = "NRRD";
   if (start.starts_with("\x89HDF")) format = "MINC";
   if (start.starts_with("ObjectType") || start.starts_with("NDims")) format = "MetaImage";
@@ -44,7 +44,7 @@ void refuse_packed(const fs::path& path) {
                 "unpack it first");
   }
   throw Error("cannot read " + quoted(path), "what is packed in it is none of the formats that can be read packed",
-              "give NIfTI, Analyze or GIPL, or unpack it where it is MINC 2 or DICOM");
+              "give NIfTI, Analyze, GIPL or DICOM, or unpack it where it is MINC");
 }
 
 VolumeSource open(const fs::path& path, int volume, const std::string& series) {
@@ -60,11 +60,13 @@ VolumeSource open(const fs::path& path, int volume, const std::string& series) {
   if (is({".mha", ".mhd"})) return open_meta_image(path, volume);
   if (is({".nrrd", ".nhdr"})) return open_nrrd(path, volume);
   if (is({".gipl", ".gipl.gz"})) return open_gipl(path, volume);
-  if (is({".mnc", ".mnc2"})) return open_minc(path);
+  if (is_dicomdir(path)) return open_only_series(path, volume);
+  if (is({".mnc", ".mnc2"})) return open_minc(path, volume);
   // Names are often lost: the first bytes tell.
   if (looks_like_dicom(path)) return open_dicom_file(path, volume);
   if (looks_like_nifti(path)) return open_nifti(path, volume);
   if (looks_like_gipl(path)) return open_gipl(path, volume);
+  if (looks_like_packed_dicom(path)) return open_packed_dicom(path, volume);
   refuse_packed(path);
   return open_dicom_file(path, volume);  // DICOM without preamble, or the message that lists what can be read
 }

@@ -37,7 +37,7 @@ struct LoadedVolume {
   std::vector<std::string> warnings;  ///< as in VolumeInfo, and what was seen in the voxels
 };
 
-/// Describes NIfTI (.nii, .nii.gz, .hdr/.img), Analyze, MetaImage, NRRD, GIPL (.gipl, .gipl.gz), MINC 2, one DICOM
+/// Describes NIfTI (.nii, .nii.gz, .hdr/.img), Analyze, MetaImage, NRRD, GIPL (.gipl, .gipl.gz), MINC, one DICOM
 /// file, or a folder that holds a DICOM series (the files may have any name; of several series the largest is taken,
 /// with a warning). Throws Error when there is no such file, it is none of these, its geometry cannot be used, or the
 /// file is too small for what its header claims. Of a 4D file or series number `volume` is described, from 1.

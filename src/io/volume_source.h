@@ -2,6 +2,7 @@
 #pragma once
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -13,9 +14,10 @@ namespace simplexseg {
 /// An opened volume: described, its voxels not yet read. One function for each family of formats makes one.
 struct VolumeSource {
   VolumeInfo info;
-  std::size_t extra_bytes = 0;    ///< memory the reading takes besides the volume itself
-  std::vector<DicomSlice> dicom;  ///< of a DICOM image: where each of its slices comes from, in their order
-  std::function<Volume()> read;   ///< reads the voxels; called only for one component and one frame
+  std::size_t extra_bytes = 0;         ///< memory the reading takes besides the volume itself
+  std::vector<DicomSlice> dicom;       ///< of a DICOM image: where each of its slices comes from, in their order
+  std::function<Volume()> read;        ///< reads the voxels; called only for one component and one frame
+  std::shared_ptr<const void> kept{};  ///< what has to live as long as the files of `dicom` are read
 };
 
 /// Opens a file or a folder of whatever format, as read_volume_info() says.

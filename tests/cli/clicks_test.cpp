@@ -43,7 +43,13 @@ TEST_F(Clicks, WriteEveryClickOfEveryLabel) {
     EXPECT_LT(at["clicks"].back()["assd_mm"].get<double>(), 1.5);
   }
   const std::string csv = text_of("a.csv");
-  EXPECT_EQ(static_cast<std::size_t>(std::count(csv.begin(), csv.end(), '\n')), lines);
+  const nlohmann::json& definitions = json["metric_definitions"];
+  EXPECT_EQ(static_cast<std::size_t>(std::count(csv.begin(), csv.end(), '\n')), lines + definitions.size());
+  for (const char* key : {"dice", "hd95_mm", "assd_mm", "field_dice", "dice_with_field", "expected_dice", "folded"}) {
+    ASSERT_TRUE(definitions.contains(key)) << key;
+    EXPECT_NE(csv.find(std::string("# ") + key + ": " + definitions[key].get<std::string>() + "\n"), std::string::npos);
+  }
+  EXPECT_NE(outcome.out.find("Dice: 2 |A and B|"), std::string::npos);
   EXPECT_NE(outcome.out.find("ASSD mm"), std::string::npos);
 }
 

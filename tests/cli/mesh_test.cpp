@@ -2,6 +2,7 @@
 // Labels become meshes: the subcommand, and scenes whose meshes start from labels.
 #include "cli_fixture.h"
 #include "io/mesh_io.h"
+#include "io/volume_io.h"
 #include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
@@ -25,6 +26,17 @@ TEST_F(MeshCommand, WritesTheMeshInEachFormatThatIsNamed) {
   EXPECT_TRUE(exists("a.stl") && exists("a.vtp"));
   succeed({"mesh", path("truth.nii.gz"), path("b.ply"), "--label", "1", "--part", "1", "--vertices", "300"});
   EXPECT_NEAR(read_mesh(path("b.ply")).vertex_count(), 300, 60);
+}
+
+TEST_F(MeshCommand, ALabelIsNamedAsItsFileNamesIt) {
+  const Volume truth = read_volume(path("truth.nii.gz"));
+  write_labels(path("named.seg.nrrd"), truth, {{1, "Left kidney", Colour{1, 2, 3}}});
+  succeed({"mesh", path("named.seg.nrrd"), path("a.ply"), "--label", "left kidney"});
+  succeed({"mesh", path("named.seg.nrrd"), path("b.ply"), "--label", "1"});
+  EXPECT_EQ(read_mesh(path("a.ply")).positions, read_mesh(path("b.ply")).positions);
+  const Outcome other = call({"mesh", path("named.seg.nrrd"), path("c.ply"), "--label", "spleen"});
+  EXPECT_EQ(other.status, 2);
+  EXPECT_NE(other.err.find("its names are Left kidney"), std::string::npos) << other.err;
 }
 
 TEST_F(MeshCommand, ARunWritesItsMeshesInTheFormatThatIsAskedFor) {

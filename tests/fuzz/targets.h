@@ -49,6 +49,7 @@ inline const FuzzTarget fuzz_targets[] = {
     {"nrrd", "fuzzed.nrrd", fuzz_volume},
     {"meta", "fuzzed.mha", fuzz_volume},
     {"gipl", "fuzzed.gipl", fuzz_volume},
+    {"minc", "fuzzed.mnc", fuzz_volume},
     {"dicom", "fuzzed.dcm", fuzz_volume},
 };
 

@@ -11,7 +11,10 @@
 #include <QToolBar>
 #include <QToolButton>
 #include <QTreeWidget>
+#include <fstream>
+#include <tuple>
 
+#include "../io/dicom_files.h"
 #include "gui/panels/check_panel.h"
 #include "gui/panels/mesh_card.h"
 #include "gui/panels/mesh_panel.h"
@@ -220,6 +223,50 @@ TEST_F(CheckTest, LabelsThatAreTickedBecomeMeshes) {
   bench().advance_steps(3);
   bench().apply(ResetPose{scene().meshes[1].id});
   EXPECT_EQ(scene().meshes[1].mesh.positions, scene().meshes[1].start->mesh->positions);
+}
+
+/// Contours have no grid and may lie within each other: each region is one of its own.
+TEST_F(CheckTest, RegionsOfAStructureSetBecomeMeshes) {
+  const Eigen::Vector3d middle = bench().session().volume().geometry().centre_mm();
+  std::vector<std::string> names, contours;
+  for (const auto& [number, name, half_mm] : {std::tuple("1", "body", 18.0), std::tuple("2", "organ", 8.0)}) {
+    std::vector<std::string> slices;
+    for (double z = -half_mm; z <= half_mm; z += 2) {
+      std::vector<double> corners;
+      for (const auto& [x, y] : {std::pair(-1, -1), std::pair(1, -1), std::pair(1, 1), std::pair(-1, 1)})
+        corners.insert(corners.end(), {middle[0] + x * half_mm, middle[1] + y * half_mm, middle[2] + z});
+      test::DicomData contour;
+      contour.text(0x3006, 0x0042, "CS", "CLOSED_PLANAR").numbers(0x3006, 0x0050, corners);
+      slices.push_back(contour.bytes);
+    }
+    test::DicomData region, drawn;
+    region.text(0x3006, 0x0022, "IS", number).text(0x3006, 0x0026, "LO", name);
+    names.push_back(region.bytes);
+    contours.push_back(drawn.sequence(0x3006, 0x0040, slices).text(0x3006, 0x0084, "IS", number).bytes);
+  }
+  test::DicomData data;
+  const char* const kind = "1.2.840.10008.5.1.4.1.1.481.3";
+  data.text(0x0008, 0x0016, "UI", kind).text(0x0008, 0x0018, "UI", "1.2.3").text(0x0008, 0x0060, "CS", "RTSTRUCT");
+  data.sequence(0x3006, 0x0020, names).sequence(0x3006, 0x0039, contours);
+  const QString path = folder_.filePath("rt.dcm");
+  std::ofstream(path.toStdString(), std::ios::binary) << test::dicom_file(data.bytes, kind);
+  labels().meshes_from_labels(path);
+  ASSERT_TRUE(wait_until([this] { return window_->findChild<LabelDialog*>() != nullptr; }));
+  auto* dialog = window_->findChild<LabelDialog*>();
+  auto* list = dialog->findChild<QTreeWidget*>();
+  ASSERT_EQ(list->topLevelItemCount(), 2);
+  for (int row = 0; row < 2; ++row) list->topLevelItem(row)->setCheckState(0, Qt::Checked);
+  dialog->findChild<QDialogButtonBox*>()->button(QDialogButtonBox::Ok)->click();
+  ASSERT_TRUE(wait_until([this] { return scene().meshes.size() == 3; }));
+  bench().pause();
+  for (const auto& [mesh, name, half_mm] : {std::tuple(1, "body", 18.0), std::tuple(2, "organ", 8.0)}) {
+    const MeshItem& made = scene().meshes[static_cast<std::size_t>(mesh)];
+    EXPECT_EQ(made.name, name);
+    ASSERT_TRUE(made.start && made.start->mesh);
+    float most = 0;
+    for (const Eigen::Vector3f& p : made.start->mesh->positions) most = std::max(most, p[0] - float(middle[0]));
+    EXPECT_NEAR(most, half_mm, 0.6);
+  }
 }
 
 TEST_F(CheckTest, AMeshOfAnotherProgramBecomesOne) {

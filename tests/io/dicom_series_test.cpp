@@ -10,7 +10,7 @@
 #include "io/scene_io.h"
 #include "io/volume_io.h"
 #include "step/simulation_parameters.h"
-#include "test_files.h"
+#include "volume_files.h"
 
 namespace simplexseg {
 namespace {
@@ -129,6 +129,36 @@ TEST_F(SeriesTest, ADicomdirNamesItsFilesWhateverTheirCase) {
   EXPECT_EQ(found.series.front().files, 3);
   ASSERT_EQ(found.unreadable.size(), 1u);
   EXPECT_NE(found.unreadable.front().find("GONE"), std::string::npos);
+  EXPECT_EQ(load_volume(folder / "DICOMDIR").volume.geometry().size, (std::array<int, 3>{6, 5, 3}));
+}
+
+TEST_F(SeriesTest, TheOnlySeriesBelowAFolderIsReadAndSeveralAreNamed) {
+  write_series(folder / "a" / "one", {}, 4);
+  const LoadedVolume loaded = load_volume(folder);
+  EXPECT_EQ(loaded.volume.geometry().size, (std::array<int, 3>{6, 5, 4}));
+  EXPECT_HAS(loaded.warnings.back(), "below the folder");
+  write_series(folder / "b", {.series = "1.2.3.2", .name = "scout"}, 2);
+  const std::string why = error_of([&] { load_volume(folder); });
+  EXPECT_HAS(why, "2 series lie below it ('chest' in ");
+  EXPECT_HAS(why, "'scout' in '" + (folder / "b").string() + "'");
+  EXPECT_EQ(load_volume(folder / "b").volume.geometry().size[2], 2);
+}
+
+TEST_F(SeriesTest, AFilePackedByGzipIsReadAsItsContents) {
+  const std::string plain = CtSlice{.value = 40}.bytes();
+  write("plain.dcm", plain);
+  test::write_packed(folder / "packed.dcm.gz", plain);
+  const LoadedVolume loaded = load_volume(folder / "packed.dcm.gz");
+  EXPECT_TRUE(test::same_voxels(loaded.volume, read_volume(folder / "plain.dcm")));
+  EXPECT_EQ(loaded.patient, "Doe, Jane");
+  test::write_packed(folder / "cut.dcm.gz", plain.substr(0, plain.size() - 8));
+  const std::string why = error_of([&] { load_volume(folder / "cut.dcm.gz"); });
+  EXPECT_HAS(why, "cut.dcm.gz");
+  EXPECT_EQ(why.find("unpacked.dcm"), std::string::npos) << why;
+  std::string damaged = test::bytes_of(folder / "packed.dcm.gz");
+  damaged[damaged.size() / 2] ^= 0x55;
+  write("damaged.dcm.gz", damaged);
+  EXPECT_HAS(error_of([&] { load_volume(folder / "damaged.dcm.gz"); }), "damaged.dcm.gz");
 }
 
 TEST_F(SeriesTest, TextsAreTurnedFromTheCodingThatTheFileNames) {

@@ -5,13 +5,17 @@
 #include <sstream>
 
 #include "dicom_files.h"
+#include "image/label_surface.h"
+#include "image/metrics.h"
 #include "image/rasterise.h"
 #include "io/dicom_codes.h"
 #include "io/dicom_colour.h"
 #include "io/dicom_item.h"
 #include "io/labels_io.h"
+#include "io/rtstruct_grid.h"
 #include "io/rtstruct_read.h"
 #include "io/scene_export.h"
+#include "io/scene_io.h"
 #include "io/volume_io.h"
 #include "mesh/iso_surface.h"
 #include "session/label_map.h"
@@ -246,6 +250,77 @@ TEST_F(DicomWrite, ContoursAreReadBackOnTheSameVoxels) {
   const std::string whole = test::bytes_of(folder / "a.rtstruct.dcm");
   EXPECT_HAS(error_of([&] { read_structure_set(write("cut.dcm", whole.substr(0, whole.size() / 2)), grid); }),
              "cut.dcm");
+}
+
+TEST_F(DicomWrite, RegionsBecomeMeshesWithoutTheirImage) {
+  write_series();
+  const Scene scene = this->scene();
+  const VolumeGeometry grid = image().geometry();
+  const fs::path path = folder / "a.rtstruct.dcm";
+  save_labels(path, scene, grid);
+  for (const MeshItem& item : scene.meshes) {
+    const LabelChoice chosen{.label = item.label, .name = item.id == 1 ? "left KIDNEY" : ""};
+    const LoadedLabels loaded = load_labels(path, chosen);
+    EXPECT_TRUE(loaded.warnings.empty());
+    EXPECT_EQ(label_of(chosen, loaded.segments, path), item.label);
+    // The slices are the image's, the voxels within them finer; the shape is that which the contours were cut from.
+    EXPECT_NEAR(loaded.volume.geometry().spacing_mm[2], grid.spacing_mm[2], 1e-3);
+    EXPECT_LE(loaded.volume.geometry().spacing_mm[0], 1.25);
+    const SimplexMesh mesh = mesh_of_mask(mask_of(loaded.volume, item.label));
+    EXPECT_EQ(topology_of(mesh).surfaces, 1);
+    EXPECT_EQ(topology_of(mesh).genus, topology_of(item.mesh).genus);
+    EXPECT_GT(dice(rasterise(item.mesh, grid), rasterise(mesh, grid)), 0.95) << item.name;
+  }
+  EXPECT_EQ(list_regions(path).size(), 2u);
+  EXPECT_EQ(list_regions(path)[0].name, "Left kidney");
+  EXPECT_HAS(error_of([&] { load_labels(path, {.name = "spleen"}); }), "its names are Left kidney");
+  EXPECT_HAS(error_of([&] { load_labels(path, {.label = 9}); }), "no closed contour");
+  // A scene's mesh starts as one, and is saved with the region's number.
+  write("scene.json", R"({"simplexseg_scene": 1, "volume": "ct", "meshes": [
+      {"name": "k", "start": {"labels": "a.rtstruct.dcm", "label": "Left kidney"}}]})");
+  const MeshItem item = read_scene(folder / "scene.json").scene.meshes.at(0);
+  ASSERT_TRUE(item.start && item.start->mesh);
+  EXPECT_EQ(item.start->value, 1);
+  EXPECT_GT(dice(rasterise(scene.meshes[0].mesh, grid), rasterise(*item.start->mesh, grid)), 0.95);
+}
+
+TEST(RegionsGrid, PlanesThatMakeNoSlicesAreRefused) {
+  const auto square = [](double z, double lift = 0) {
+    return std::vector<double>{0, 0, z, 10, 0, z + lift, 10, 10, z + lift, 0, 10, z};
+  };
+  const auto region = [](const std::vector<std::vector<double>>& contours) {
+    StructureRegion made;
+    made.contours = contours;
+    return made;
+  };
+  const auto refusal = [&](const std::vector<std::vector<double>>& contours) {
+    const std::vector<StructureRegion> regions(1, region(contours));
+    return error_of([&] { grid_of_regions(regions, regions, "rt.dcm"); });
+  };
+  std::vector<StructureRegion> even(1, region({square(3), square(9), square(12)}));
+  even.push_back(region({square(5)}));
+  const VolumeGeometry grid = grid_of_regions({even.data(), 1}, even, "rt.dcm");
+  EXPECT_NEAR(grid.spacing_mm[2], 3, 1e-9);
+  EXPECT_EQ(grid.size[2], 4 + 2);
+  EXPECT_NEAR(grid_of_regions({even.data() + 1, 1}, even, "rt.dcm").spacing_mm[2], 2, 1e-9) << "as the file's planes";
+  EXPECT_HAS(refusal({square(3)}), "single plane");
+  EXPECT_HAS(refusal({square(3), square(5), square(8.1)}), "uneven distances");
+  EXPECT_HAS(refusal({square(3), square(6, 4)}), "different directions");
+  EXPECT_HAS(refusal({square(3), square(1e6), square(1e6 + 1)}), "too close");
+  EXPECT_HAS(refusal({}), "no closed contour");
+}
+
+TEST_F(DicomWrite, SlicesThatARegionLeavesOutAreSaid) {
+  write_series();
+  Scene scene = this->scene();
+  scene.meshes.pop_back();
+  save_labels(folder / "a.rtstruct.dcm", scene, image().geometry());
+  std::vector<StructureRegion> regions = read_structure_regions(folder / "a.rtstruct.dcm");
+  ASSERT_GT(regions.at(0).contours.size(), 4u);
+  regions[0].contours.erase(regions[0].contours.begin() + 2);
+  const LoadedLabels loaded = labels_of_regions(regions, {}, "rt.dcm");
+  ASSERT_EQ(loaded.warnings.size(), 1u);
+  EXPECT_HAS(loaded.warnings[0], "1 slice between the first and the last has no contour");
 }
 
 TEST_F(DicomWrite, AnotherReaderFindsTheSameVoxels) {

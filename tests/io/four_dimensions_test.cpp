@@ -100,6 +100,18 @@ TEST_F(FourDimensions, OfEveryFormat) {
   expect_all(write("plain.gipl", gipl + swapped));
 }
 
+TEST_F(FourDimensions, OfMinc) {
+  if (std::system("command -v rawtominc >/dev/null") != 0) GTEST_SKIP() << "minc-tools is absent";
+  const fs::path raw = write("voxels.raw", voxels());
+  for (const char* version : {"-2", ""}) {
+    const fs::path path = folder / (std::string("a") + version + ".mnc");
+    const std::string command = std::string("rawtominc ") + version + " -short -signed -scan_range -input '" +
+                                raw.string() + "' -xstep 1 -ystep 1 -zstep 1 '" + path.string() + "' 4 2 2 3";
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    expect_all(path);
+  }
+}
+
 /// NRRD names its axes: those of time can come first, as in sequences of 3D Slicer.
 TEST_F(FourDimensions, AxesOfNrrd) {
   const std::string start = "NRRD0004\ntype: short\ndimension: 4\nspace: LPS\nendian: little\n";

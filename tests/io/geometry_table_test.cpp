@@ -3,7 +3,6 @@
 // in every format that is written, and for real ones.
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <sstream>
 
 #include "dicom_files.h"
@@ -50,6 +49,108 @@ Volume numbered(const Eigen::Matrix3d& direction) {
   return volume;
 }
 
+/// The voxels as a file without a header: 16 bits each, the least significant first or last.
+std::string raw_voxels(const Volume& volume, bool big_endian = false) {
+  std::string bytes(static_cast<const char*>(volume.data()), volume.bytes());
+  for (std::size_t b = 0; big_endian && b < bytes.size(); b += 2) std::swap(bytes[b], bytes[b + 1]);
+  return bytes;
+}
+
+std::string text_of(const Eigen::Vector3d& v, const char* between) {
+  char text[100];
+  std::snprintf(text, sizeof text, "%.17g%s%.17g%s%.17g", v[0], between, v[1], between, v[2]);
+  return text;
+}
+std::string text_of(const std::array<int, 3>& v) {
+  return std::to_string(v[0]) + " " + std::to_string(v[1]) + " " + std::to_string(v[2]);
+}
+
+/// A NRRD header beside its voxels, its world RAS.
+std::string nhdr_text(const VolumeGeometry& g, const std::string& voxels) {
+  const Eigen::Vector3d ras(-1, -1, 1);
+  std::string text = "NRRD0005\ntype: short\ndimension: 3\nspace: right-anterior-superior\nsizes: " + text_of(g.size);
+  text += "\nspace directions:";
+  for (int a = 0; a < 3; ++a)
+    text.append(" (").append(text_of(ras.cwiseProduct(g.direction.col(a)) * g.spacing_mm[a], ",")).append(")");
+  return text + "\nkinds: domain domain domain\nendian: little\nencoding: raw\nspace origin: (" +
+         text_of(ras.cwiseProduct(g.origin_mm), ",") + ")\ndata file: " + voxels + "\n";
+}
+
+/// A MetaImage header beside its voxels.
+std::string mhd_text(const VolumeGeometry& g, const std::string& voxels) {
+  std::string text =
+      "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nTransformMatrix =";
+  for (int a = 0; a < 3; ++a) text.append(" ").append(text_of(g.direction.col(a), " "));
+  return text + "\nOffset = " + text_of(g.origin_mm, " ") + "\nElementSpacing = " + text_of(g.spacing_mm, " ") +
+         "\nDimSize = " + text_of(g.size) + "\nElementType = MET_SHORT\nElementDataFile = " + voxels + "\n";
+}
+
+/// What makes MINC of raw voxels by minc-tools, of the version `version` ("-2", or nothing for 1): axis a of the file
+/// lies along an axis of the world, as `axes` says, or `turn` of that.
+std::string mnc_command(const fs::path& voxels, const fs::path& to, const VolumeGeometry& g,
+                        const Eigen::Matrix3d& axes, const Eigen::Matrix3d& turn, const std::string& version) {
+  const Eigen::Vector3d ras(-1, -1, 1);
+  std::string order,
+      command = "rawtominc " + version + " -clobber -short -signed -scan_range -input '" + voxels.string() + "'";
+  const Eigen::Matrix3d cosines = ras.asDiagonal() * turn;
+  const Eigen::Vector3d start = cosines.inverse() * ras.cwiseProduct(g.origin_mm);
+  for (int a = 2; a >= 0; --a) {  // the slowest first
+    int row = 0;
+    while (axes(row, a) == 0) ++row;
+    const char name = "xyz"[row];
+    order += name;
+    const auto option = [&](const char* what, const std::string& value) {
+      command.append(" -").append(1, name).append(what).append(" ").append(value);
+    };
+    option("step", std::to_string(axes(row, a) * g.spacing_mm[a]));
+    option("dircos", text_of(cosines.col(row), " "));
+    char text[40];
+    std::snprintf(text, sizeof text, "%.17g", start[row]);
+    option("start", text);
+  }
+  command += " -" + order + " '" + to.string() + "'";
+  for (int a = 2; a >= 0; --a) command.append(" ").append(std::to_string(g.size[static_cast<std::size_t>(a)]));
+  return command;
+}
+
+/// An enhanced multiframe file whose frames are not in the order of their places.
+std::string enhanced_bytes(const Volume& volume) {
+  const VolumeGeometry& g = volume.geometry();
+  test::EnhancedFile file;
+  file.columns = g.size[0], file.rows = g.size[1];
+  file.between_rows_and_columns = {g.spacing_mm[1], g.spacing_mm[0]};
+  for (int n = 0; n < g.size[2]; ++n) {
+    const int k = (n + 1) % g.size[2];
+    test::EnhancedFrame& frame = file.frames.emplace_back();
+    const Eigen::Vector3d at = g.world_from_index() * Eigen::Vector3d(0, 0, k);
+    frame.position = {at[0], at[1], at[2]};
+    frame.value = 100 * k, frame.slope = 1 + k, frame.intercept = -k;
+    for (int r = 0; r < 3; ++r) {
+      frame.axes[static_cast<std::size_t>(r)] = g.direction(r, 0);
+      frame.axes[static_cast<std::size_t>(r) + 3] = g.direction(r, 1);
+    }
+  }
+  return file.bytes();
+}
+
+/// The numbers of a GIPL file, which are big-endian, with its voxels.
+std::string gipl_bytes(const Volume& volume) {
+  std::string bytes(256, '\0');
+  const auto put = [&](std::size_t at, auto value) {
+    test::patch(bytes, at, value);
+    std::reverse(bytes.begin() + static_cast<long>(at), bytes.begin() + static_cast<long>(at + sizeof value));
+  };
+  const VolumeGeometry& g = volume.geometry();
+  for (std::size_t a = 0; a < 3; ++a) {
+    put(2 * a, static_cast<std::uint16_t>(g.size[a]));
+    put(10 + 4 * a, static_cast<float>(g.spacing_mm[static_cast<int>(a)]));
+    put(204 + 8 * a, g.origin_mm[static_cast<int>(a)]);
+  }
+  put(8, std::uint16_t(15));
+  put(252, std::uint32_t(719555000));
+  return bytes + raw_voxels(volume, true);
+}
+
 /// A classic series: a file for each k.
 void write_series(const fs::path& folder, const Volume& volume) {
   fs::create_directory(folder);
@@ -92,7 +193,7 @@ class GeometryTable : public test::FolderTest {
     for (const fs::path& path : paths) list += path.string() + "\n";
     const fs::path judge = fs::path(SIMPLEXSEG_SOURCE_DIR) / "tests/io/judge_volumes.py";
     std::istringstream said(
-        output_of("/usr/bin/python3 '" + judge.string() + "' < '" + write("list", list).string() + "'"));
+        output_of("/usr/bin/python3 '" + judge.string() + "' < '" + write("list", list).string() + "' 2>/dev/null"));
     std::string line;
     int files = 0;
     while (std::getline(said, line)) {
@@ -118,8 +219,9 @@ class GeometryTable : public test::FolderTest {
     const Eigen::Affine3d index_of = ours.geometry().index_from_world(), world_of = ours.geometry().world_from_index();
     for (int p = 0; p < points; ++p) {
       Eigen::Vector3d at;
-      double value = 0;
-      said >> at[0] >> at[1] >> at[2] >> value;
+      std::string number;  // 'nan' is one too
+      said >> at[0] >> at[1] >> at[2] >> number;
+      const double value = std::strtod(number.c_str(), nullptr);
       const Eigen::Vector3d index = (index_of * at).array().round();
       const bool within = (index.array() >= 0).all() && index[0] < ours.geometry().size[0] &&
                           index[1] < ours.geometry().size[1] && index[2] < ours.geometry().size[2];
@@ -128,7 +230,8 @@ class GeometryTable : public test::FolderTest {
         continue;
       }
       const double read = ours.value(int(index[0]), int(index[1]), int(index[2]));
-      wrong_value += !(std::abs(read - value) <= 1e-6 * std::max(1.0, std::abs(value)));
+      wrong_value +=
+          !(std::abs(read - value) <= 1e-6 * std::max(1.0, std::abs(value)) || (read != read && value != value));
     }
     EXPECT_TRUE(said) << "the judge stopped";
     EXPECT_EQ(wrong_place, 0);
@@ -136,28 +239,86 @@ class GeometryTable : public test::FolderTest {
   }
 };
 
-TEST_F(GeometryTable, EveryOrientationInEveryFormat) {
+/// f with the axes' signed permutation, the turn on top of it and a volume that lies so, 96 times.
+template <class F>
+void each_orientation(F&& f) {
   const Eigen::Matrix3d turn = test::odd_geometry(test::Grid::Rotated).direction;
+  for (const Eigen::Matrix3d& axes : signed_permutations()) {
+    for (const Eigen::Matrix3d& turned : {Eigen::Matrix3d(Eigen::Matrix3d::Identity()), turn})
+      f(axes, turned, numbered(turned * axes));
+  }
+}
+
+TEST_F(GeometryTable, EveryOrientationInEveryFormat) {
   std::vector<fs::path> paths;
   int n = 0;
-  for (const Eigen::Matrix3d& axes : signed_permutations()) {
-    for (const bool oblique : {false, true}) {
-      const Volume volume = numbered(oblique ? Eigen::Matrix3d(turn * axes) : axes);
-      const std::string stem = std::to_string(n++);
-      for (const char* ending : {".nii", ".nrrd", ".mha"}) {
-        paths.push_back(folder / (stem + ending));
-        write_volume(paths.back(), volume);
-        // Labels written come back on the same voxels.
-        const Volume read = read_volume(paths.back());
-        ASSERT_TRUE(test::same_voxels(read, volume)) << paths.back();
-        ASSERT_TRUE(read.geometry().same_grid(volume.geometry())) << paths.back();
-      }
-      paths.push_back(folder / stem);
-      write_series(paths.back(), volume);
+  each_orientation([&](const auto&, const auto&, const Volume& volume) {
+    const std::string stem = std::to_string(n++);
+    for (const char* ending : {".nii", ".nrrd", ".mha"}) {
+      paths.push_back(folder / (stem + ending));
+      write_volume(paths.back(), volume);
+      // Labels written come back on the same voxels.
+      const Volume read = read_volume(paths.back());
+      ASSERT_TRUE(test::same_voxels(read, volume)) << paths.back();
+      ASSERT_TRUE(read.geometry().same_grid(volume.geometry())) << paths.back();
     }
-  }
+    paths.push_back(folder / stem);
+    write_series(paths.back(), volume);
+  });
   ASSERT_EQ(n, 96);
   EXPECT_EQ(compare(paths), 96 * 4);
+}
+
+TEST_F(GeometryTable, EveryOrientationPackedInTwoFilesAndInFrames) {
+  std::vector<fs::path> paths;
+  int n = 0;
+  each_orientation([&](const auto&, const auto&, const Volume& volume) {
+    const std::string stem = std::to_string(n++);
+    write_volume(folder / (stem + ".nii.gz"), volume);
+    write_labels(folder / (stem + ".seg.nrrd"), volume, {{1, "kidney", Colour{1, 2, 3}}});
+    for (const char* ending : {".nii.gz", ".seg.nrrd"}) paths.push_back(folder / (stem + ending));
+    write(stem + ".raw", raw_voxels(volume));
+    paths.push_back(write(stem + ".nhdr", nhdr_text(volume.geometry(), stem + ".raw")));
+    paths.push_back(write(stem + ".mhd", mhd_text(volume.geometry(), stem + ".raw")));
+    paths.push_back(write(stem + ".dcm", enhanced_bytes(volume)));
+  });
+  EXPECT_EQ(compare(paths), 96 * 5);
+}
+
+TEST_F(GeometryTable, EveryOrientationInMinc) {
+  if (output_of(
+          "command -v rawtominc >/dev/null && /usr/bin/python3 -c 'import nibabel, h5py; print(1)' 2>/dev/null") !=
+      "1\n")
+    GTEST_SKIP() << "minc-tools or python3-nibabel is absent";
+  std::vector<fs::path> paths;
+  std::string commands = "set -e\n";
+  int n = 0;
+  each_orientation([&](const Eigen::Matrix3d& axes, const Eigen::Matrix3d& turn, const Volume& volume) {
+    const int permutation = n / 2, oblique = n % 2;
+    ++n;
+    if (permutation % 2 != oblique) return;  // straight and oblique by turns: a program is started for each
+    paths.push_back(folder / (std::to_string(paths.size()) + ".mnc"));
+    write("voxels.raw", raw_voxels(volume));
+    commands += mnc_command(folder / "voxels.raw", paths.back(), volume.geometry(), axes, turn,
+                            paths.size() % 8 == 0 ? "" : "-2") +
+                "\n";
+  });
+  ASSERT_EQ(output_of("sh '" + write("commands", commands + "echo made\n").string() + "'"), "made\n");
+  EXPECT_EQ(compare(paths), 48);
+}
+
+/// Analyze and GIPL have voxel sizes, GIPL a position too. Their axes are taken for LPS, which is said.
+TEST_F(GeometryTable, FormatsWithoutOrientation) {
+  const Volume volume = numbered(Eigen::Matrix3d::Identity());
+  std::string header = test::nifti_bytes(folder, volume).substr(0, 252) + std::string(96, '\0');
+  test::patch(header, 108, 0.0f);
+  write("old.img", raw_voxels(volume));
+  std::string gipl = gipl_bytes(volume);
+  const std::vector<fs::path> paths{write("old.hdr", header), write("plain.gipl", gipl),
+                                    test::write_packed(folder / "packed.gipl.gz", gipl)};
+  EXPECT_EQ(compare(paths), 3);
+  for (const fs::path& path : paths)
+    EXPECT_HAS(load_volume(path).warnings.at(0), "which side is the patient's left is not known");
 }
 
 TEST_F(GeometryTable, RealFiles) {
@@ -167,18 +328,28 @@ TEST_F(GeometryTable, RealFiles) {
     const std::string path = entry.path().string();
     if (path.ends_with(".nii.gz") && path.find("bad_input") == std::string::npos) paths.push_back(entry.path());
   }
-  std::sort(paths.begin(), paths.end());
-  std::set<std::string> taken;  // of many files of one kind the first few
-  std::erase_if(paths, [&](const fs::path& path) {
-    const std::string parent = path.parent_path().string();
-    int n = 0;
-    while (n < 4 && !taken.insert(parent + std::to_string(n)).second) ++n;
-    return n == 4;
-  });
-  for (const char* name : {"dicom_series/ge_anatomical/001", "dicom_series/ge_anatomical/001_implicit",
-                           "dicom_series/siemens_anatomical/001", "dicom_series/siemens_anatomical/001_implicit"})
-    paths.push_back(test::data_folder() / name);
+  for (const char* name : {"ge_anatomical/001", "ge_anatomical/001_implicit", "ge_anatomical/001_single_slice",
+                           "siemens_anatomical/001", "siemens_anatomical/001_implicit", "failing_gantrytilting/001"})
+    paths.push_back(test::data_folder() / "dicom_series" / name);
+  EXPECT_GT(paths.size(), 100u);
   EXPECT_EQ(compare(paths), static_cast<int>(paths.size()));
+}
+
+/// Odd files of other programs, of which many are refused, and others are none that the judge reads.
+TEST_F(GeometryTable, OddFiles) {
+  REQUIRE_DATA(test::data_folder() / "bad_input");
+  std::vector<fs::path> read;
+  for (const auto& entry : fs::recursive_directory_iterator(test::data_folder() / "bad_input")) {
+    if (!entry.is_regular_file()) continue;
+    try {
+      load_volume(entry.path());
+      read.push_back(entry.path());
+    } catch (const Error&) {
+      continue;
+    }
+  }
+  EXPECT_GT(read.size(), 40u);
+  EXPECT_GT(compare(read), 20);
 }
 
 }  // namespace

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# A reader of volumes that shares nothing with the program's: NIfTI, NRRD and MetaImage by their specifications, DICOM by
-# pydicom. For each file or DICOM folder it prints "file PATH COLUMNS ROWS SLICES POINTS", then the LPS position (mm)
-# and the value of the voxels at the eight corners and at 100 others.
+# A reader of volumes that shares nothing with the program's: NIfTI, Analyze, NRRD, MetaImage and GIPL by their
+# specifications, MINC by nibabel, DICOM by pydicom. For each file or DICOM folder it prints "file PATH COLUMNS ROWS
+# SLICES POINTS", then the LPS position (mm) and the value of the voxels at the eight corners and at 100 others. What it
+# cannot read it passes over.
 import gzip
 import os
 import random
@@ -19,6 +20,13 @@ def read(path):
 
 def cross(a, b):
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def unit_axes(numbers):
+    """Both direction cosines, whose digits are cut in files."""
+    axes = [float(x) for x in numbers]
+    lengths = [sum(x * x for x in axes[a:a + 3]) ** 0.5 for a in (0, 3)]
+    return [x / lengths[a // 3] for a, x in enumerate(axes)]
 
 
 class Grid:
@@ -81,9 +89,40 @@ def nifti(path):
     return Grid(size, columns, [origin[r] * lps[r] for r in range(3)], value)
 
 
+def analyze(path):
+    """Analyze 7.5, which has voxel sizes and no orientation: the axes are taken for LPS."""
+    data = read(path)
+    order = '<' if struct.unpack_from('<i', data)[0] == 348 else '>'
+    dim, kind = struct.unpack_from(order + '4h', data, 40), struct.unpack_from(order + 'h', data, 70)[0]
+    pixdim = struct.unpack_from(order + '4f', data, 76)
+    columns = [[pixdim[a + 1] if r == a else 0 for r in range(3)] for a in range(3)]
+    voxels = open(path[:-4] + '.img', 'rb').read()
+    return Grid(dim[1:], columns, [0, 0, 0], array_of({4: 'h'}[kind], order, voxels, 0, dim[1:]))
+
+
+def gipl(path):
+    data = read(path)
+    size = struct.unpack_from('>3H', data)
+    spacing, origin = struct.unpack_from('>3f', data, 10), struct.unpack_from('>3d', data, 204)
+    columns = [[spacing[a] if r == a else 0 for r in range(3)] for a in range(3)]
+    return Grid(size, columns, origin, array_of({15: 'h'}[struct.unpack_from('>H', data, 8)[0]], '>', data, 256, size))
+
+
+def minc(path):
+    import nibabel
+    image = nibabel.load(path)
+    values, affine, lps = image.get_fdata(), image.affine, [-1, -1, 1]
+    if values.ndim != 3:
+        return None
+    columns = [[affine[r][2 - a] * lps[r] for r in range(3)] for a in range(3)]  # its first axis is the slowest
+    return Grid(values.shape[::-1], columns, [affine[r][3] * lps[r] for r in range(3)],
+                lambda i, j, k: float(values[k, j, i]))
+
+
 def nrrd(path):
     data = open(path, 'rb').read()
-    end = data.index(b'\n\n') + 2
+    end = data.find(b'\n\n') + 2
+    end = end if end > 1 else len(data)
     fields = dict(line.split(': ', 1) for line in data[:end].decode().split('\n') if ': ' in line and line[0] != '#')
     vector = lambda text: [float(x) for x in text.strip('()').split(',')]
     size = [int(x) for x in fields['sizes'].split()]
@@ -92,7 +131,11 @@ def nrrd(path):
     origin = [v * s for v, s in zip(vector(fields['space origin']), sign)]
     code = {'signed char': 'b', 'unsigned char': 'B', 'short': 'h', 'unsigned short': 'H', 'int': 'i',
             'unsigned int': 'I', 'float': 'f', 'double': 'd'}[fields['type']]
-    voxels = data[end:] if fields['encoding'] == 'raw' else gzip.decompress(data[end:])
+    voxels = data[end:]
+    if 'data file' in fields:
+        voxels = open(os.path.join(os.path.dirname(path), fields['data file']), 'rb').read()
+    if fields['encoding'] == 'gzip':
+        voxels = gzip.decompress(voxels)
     return Grid(size, columns, origin, array_of(code, '>' if fields.get('endian') == 'big' else '<', voxels, 0, size))
 
 
@@ -105,16 +148,22 @@ def meta(path):
     columns = [[matrix[3 * a + r] * spacing[a] for r in range(3)] for a in range(3)]
     code = {'MET_CHAR': 'b', 'MET_UCHAR': 'B', 'MET_SHORT': 'h', 'MET_USHORT': 'H', 'MET_INT': 'i', 'MET_UINT': 'I',
             'MET_FLOAT': 'f', 'MET_DOUBLE': 'd'}[fields['ElementType']]
-    voxels = zlib.decompress(data[end:]) if fields.get('CompressedData') == 'True' else data[end:]
+    voxels = data[end:]
+    if fields['ElementDataFile'] != 'LOCAL':
+        voxels = open(os.path.join(os.path.dirname(path), fields['ElementDataFile']), 'rb').read()
+    if fields.get('CompressedData') == 'True':
+        voxels = zlib.decompress(voxels)
     return Grid(size, columns, numbers('Offset'), array_of(code, '<', voxels, 0, size))
 
 
-def dicom(folder):
+def dicom(paths):
+    """Slices of one file each, as they are stored."""
     import pydicom
-    slices = [pydicom.dcmread(os.path.join(folder, name)) for name in sorted(os.listdir(folder))]
-    if any(s.file_meta.TransferSyntaxUID.is_compressed for s in slices):
+    slices = [pydicom.dcmread(path) for path in paths]
+    if any(s.file_meta.TransferSyntaxUID.is_compressed or s.SamplesPerPixel != 1 or s.get('NumberOfFrames', 1) > 1 or
+           s.BitsAllocated != 16 for s in slices):
         return None
-    axes = [float(x) for x in slices[0].ImageOrientationPatient]
+    axes = unit_axes(slices[0].ImageOrientationPatient)
     normal = cross(axes[:3], axes[3:])
     place = lambda s: sum(float(p) * n for p, n in zip(s.ImagePositionPatient, normal))
     slices.sort(key=place)
@@ -133,17 +182,56 @@ def dicom(folder):
     return Grid([width, first.Rows, len(slices)], columns, [float(x) for x in first.ImagePositionPatient], value)
 
 
+def enhanced(path):
+    """A multiframe file of one volume: frames with a place and a rescale each, in any order."""
+    import pydicom
+    data = pydicom.dcmread(path)
+    shared = data.SharedFunctionalGroupsSequence[0]
+    axes = unit_axes(shared.PlaneOrientationSequence[0].ImageOrientationPatient)
+    down, across = (float(x) for x in shared.PixelMeasuresSequence[0].PixelSpacing)
+    normal = cross(axes[:3], axes[3:])
+    frames = []
+    for number, groups in enumerate(data.PerFrameFunctionalGroupsSequence):
+        at = [float(x) for x in groups.PlanePositionSequence[0].ImagePositionPatient]
+        rescale = groups.PixelValueTransformationSequence[0]
+        frames.append((sum(p * n for p, n in zip(at, normal)), number, at, float(rescale.RescaleSlope),
+                       float(rescale.RescaleIntercept)))
+    frames.sort()
+    between = [(b - a) / max(1, len(frames) - 1) for a, b in zip(frames[0][2], frames[-1][2])]
+    columns = [[x * across for x in axes[:3]], [x * down for x in axes[3:]], between]
+    size = [data.Columns, data.Rows, len(frames)]
+    stored = array_of('H', '<', data.PixelData, 0, size)
+    return Grid(size, columns, frames[0][2],
+                lambda i, j, k: stored(i, j, frames[k][1]) * frames[k][3] + frames[k][4])
+
+
+def grid_of(path):
+    if os.path.isdir(path):
+        return dicom([os.path.join(path, name) for name in sorted(os.listdir(path))])
+    if path.endswith(('.nrrd', '.nhdr')):
+        return nrrd(path)
+    if path.endswith(('.mha', '.mhd')):
+        return meta(path)
+    if path.endswith(('.gipl', '.gipl.gz')):
+        return gipl(path)
+    if path.endswith('.mnc'):
+        return minc(path)
+    if path.endswith('.hdr'):
+        return analyze(path)
+    if path.endswith(('.nii', '.nii.gz')):
+        return nifti(path)
+    import pydicom
+    return enhanced(path) if 'PerFrameFunctionalGroupsSequence' in pydicom.dcmread(path) else dicom([path])
+
+
 for path in sys.stdin.read().split('\n'):
     if not path:
         continue
-    if os.path.isdir(path):
-        grid = dicom(path)
-    elif path.endswith('.nrrd'):
-        grid = nrrd(path)
-    elif path.endswith('.mha'):
-        grid = meta(path)
-    else:
-        grid = nifti(path)
+    try:
+        grid = grid_of(path)
+    except Exception as exception:
+        sys.stderr.write('judge_volumes: %s: %r\n' % (path, exception))
+        grid = None
     if grid is None:
         continue
     n = grid.size

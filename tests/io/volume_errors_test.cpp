@@ -236,7 +236,8 @@ TEST_F(VolumeErrors, NamedOddFiles) {
   EXPECT_HAS(load("pydicom__waveform_ecg.dcm"), "no image");
   EXPECT_EQ(count_volumes(bad / "nibabel__functional.nii"), 20);
   EXPECT_EQ(load_volume(bad / "nibabel__example_nifti2.nii.gz", 2).frame, 2);
-  EXPECT_HAS(load("nibabel__nicom__philips_mprage.dcm.gz"), "unpack");
+  EXPECT_EQ(read_volume(bad / "nibabel__nicom__philips_mprage.dcm.gz").geometry().size,
+            (std::array<int, 3>{256, 256, 176}));
   load("pydicom__dicomdirtests__DICOMDIR-nooffset");  // breaks an assertion of GDCM
   const Volume little = read_volume(bad / "pydicom__MR_small.dcm"),
                big = read_volume(bad / "pydicom__MR_small_bigendian.dcm");

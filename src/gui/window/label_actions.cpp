@@ -19,6 +19,7 @@
 #include "io/files.h"
 #include "io/labels_io.h"
 #include "io/mesh_start.h"
+#include "io/rtstruct_read.h"
 #include "io/volume_io.h"
 
 namespace simplexseg {
@@ -106,10 +107,13 @@ void LabelActions::meshes_from_labels(const QString& path) {
   job_.start(
       tr("Loading %1...").arg(QFileInfo(path).fileName()),
       [=, file = to_path(path)] {
+        if (is_structure_set(file)) {
+          labels->counts = list_regions(file);
+          return;
+        }
         LoadedVolume loaded = load_volume(file);
         labels->counts = count_labels(loaded.volume, loaded.segments);
         labels->volume = std::move(loaded.volume);
-        labels->warnings = std::move(loaded.warnings);
         if (labels->counts.empty()) choose_label(labels->volume, {}, quoted(file));  // says so
       },
       [=, this] { choose_labels(path, labels); }, BackgroundJob::CallingOff::Yes);
@@ -129,8 +133,10 @@ void LabelActions::make_meshes(const QString& path, const std::shared_ptr<Labels
       tr("Making meshes..."),
       [=, name = absolute(path)] {
         starts->reserve(chosen.size());
-        for (const LabelCount& label : chosen)
-          starts->push_back(start_of_labels(labels->volume, {label.value, 0}, name));
+        for (const LabelCount& label : chosen) {
+          starts->push_back(labels->volume.empty() ? load_start({name, label.value, 0, nullptr}, {})
+                                                   : start_of_labels(labels->volume, {label.value, 0}, name));
+        }
       },
       [=, this] {
         int made = 0;
@@ -171,10 +177,8 @@ void LabelActions::load_reference(const QString& path) {
   job_.start(
       tr("Loading %1...").arg(QFileInfo(path).fileName()),
       [=, file = to_path(path), geometry = workbench_.session().volume().geometry(), meshes = std::move(meshes)] {
-        LoadedVolume loaded = load_volume(file);
-        labels->warnings = std::move(loaded.warnings);
-        labels->volume = onto_grid(loaded.volume, geometry, file, "the volume", labels->warnings);
-        labels->counts = count_labels(labels->volume, loaded.segments);
+        labels->volume = load_labels_onto(file, geometry, "the volume", labels->warnings);
+        count_labels(labels->volume, {});  // refuses images
         *under = labels_under(meshes, labels->volume);
       },
       [=, this, name = absolute(path)] {

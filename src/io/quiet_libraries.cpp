@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/itk_quiet.h"
+#include "io/quiet_libraries.h"
 
 #include <fcntl.h>
 #include <gdcmTrace.h>
-#include <itkMacro.h>
-#include <itkOutputWindow.h>
 #include <unistd.h>
 
 #include <cassert>
@@ -19,19 +17,6 @@
 namespace simplexseg {
 namespace {
 
-class SilentWindow : public itk::OutputWindow {
- public:
-  using Self = SilentWindow;
-  using Superclass = itk::OutputWindow;
-  using Pointer = itk::SmartPointer<Self>;
-  itkFactorylessNewMacro(Self);
-  itkTypeMacro(SilentWindow, OutputWindow);
-  void DisplayText(const char*) override {}
-
- protected:
-  SilentWindow() = default;
-};
-
 std::recursive_mutex mutex;
 int depth = 0;
 int kept_stderr = -1;
@@ -44,8 +29,6 @@ thread_local char broken_assertion[200];
 QuietLibraries::QuietLibraries() {
   mutex.lock();
   if (depth++ > 0) return;
-  itk::Object::GlobalWarningDisplayOff();
-  itk::OutputWindow::SetInstance(SilentWindow::New());
   gdcm::Trace::DebugOff();
   gdcm::Trace::WarningOff();
   gdcm::Trace::ErrorOff();
@@ -87,20 +70,7 @@ void without_aborting(const std::function<void()>& f) {
 }
 
 std::string plain_words(const std::exception& exception) {
-  std::string text = exception.what();
-  if (const auto* itk_exception = dynamic_cast<const itk::ExceptionObject*>(&exception)) {
-    text = itk_exception->GetDescription();
-  }
-  // "ITK ERROR: MINCImageIO(0x55e0c8): Read: Error reading ..." begins with what only a programmer wants.
-  const std::size_t object = text.find("(0x");
-  if (text.starts_with("ITK ERROR: ") || text.starts_with("itk::ERROR: ")) {
-    text.erase(0, text.find(": ") + 2);
-    if (object != std::string::npos) {
-      const std::size_t end = text.find("): ");
-      if (end != std::string::npos) text.erase(0, end + 3);
-    }
-  }
-  std::string line = one_line(text);
+  std::string line = one_line(exception.what());
   while (!line.empty() && (line.back() == '.' || line.back() == ' ')) line.pop_back();
   return line.empty() ? "the file cannot be understood" : line;
 }

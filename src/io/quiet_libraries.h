@@ -6,8 +6,8 @@
 
 namespace simplexseg {
 
-/// While one lives, nothing that ITK, GDCM or the libraries below them print reaches the program's output (their C
-/// parts write to stderr, so that is turned off). One thread at a time holds it, hence loads in several threads follow
+/// While one lives, nothing that GDCM or the libraries below it print reaches the program's output (they write to
+/// stderr, so that is turned off). One thread at a time holds it, hence loads in several threads follow
 /// each other; the same thread may nest it.
 class QuietLibraries {
  public:
@@ -21,7 +21,7 @@ class QuietLibraries {
 /// it is thrown as std::runtime_error instead (what GDCM held is leaked: its frames are left by longjmp).
 void without_aborting(const std::function<void()>& f);
 
-/// What an exception of ITK says, without its source lines and class names; one line.
+/// What an exception of a library says, as one line without a full stop.
 std::string plain_words(const std::exception& exception);
 
 }  // namespace simplexseg
