@@ -125,6 +125,7 @@ class Walk {
       uid.assign(text, text + e.length);
     uid.erase(std::find_if(uid.begin(), uid.end(), [](char c) { return c == '\0' || c == ' '; }), uid.end());
     deflated_ = uid == "1.2.840.10008.1.2.1.99";
+    compressed_ = uid.starts_with("1.2.840.10008.1.2.4") || uid.starts_with("1.2.840.10008.1.2.5");
     return {uid != "1.2.840.10008.1.2", uid == "1.2.840.10008.1.2.2"};
   }
 
@@ -201,7 +202,8 @@ class Walk {
       if (!e) return bytes_.size();
       if (e->tag == kItemEnd || e->tag == kSequenceEnd) return e->value;
       if (e->tag == kPixels && depth == 0) {
-        if (deflated_ && e->length != kUndefined && !fits(*e)) return bytes_.size();
+        // GDCM takes the memory at once; pixels as they are it does not read (dicom_pixels.cpp).
+        if ((deflated_ || compressed_) && e->length != kUndefined && !fits(*e)) return bytes_.size();
         at = e->length == kUndefined ? after_fragments(e->value) : e->value + e->length;
         after_pixels_ = true;
         continue;
@@ -250,7 +252,7 @@ class Walk {
 
   Bytes bytes_;
   std::optional<Coding> coding_of_set_;
-  bool deflated_ = false, after_pixels_ = false;
+  bool deflated_ = false, compressed_ = false, after_pixels_ = false;
   std::uint64_t after_ = 0;
   std::string damage_;
 };

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <bit>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
 #include <optional>
 #include <string_view>
+#include <type_traits>
 
 #include "io/files.h"
 #include "io/header_text.h"
@@ -98,12 +100,22 @@ void add_polygons(PolygonSurface& surface, const std::vector<long long>& ends, c
   }
 }
 
+/// A number of a file as another type; -1, which is no index, where a number is beyond all indices.
+template <class To, class From>
+To held_as(From value) {
+  if constexpr (std::is_integral_v<To> && std::is_floating_point_v<From>) {
+    constexpr double most = 9007199254740992;  // 2^53: all integers up to it are doubles
+    if (!(std::fabs(static_cast<double>(value)) <= most)) return -1;
+  }
+  return static_cast<To>(value);
+}
+
 /// One value of a VTK array, by the type's name.
 template <class To>
 To vtk_value(Cursor& cursor, std::string_view type, bool binary, const Refuse& refuse) {
-  if (!binary) return static_cast<To>(cursor.number<double>());
-  if (type == "float") return static_cast<To>(cursor.big_endian<float>());
-  if (type == "double") return static_cast<To>(cursor.big_endian<double>());
+  if (!binary) return held_as<To>(cursor.number<double>());
+  if (type == "float") return held_as<To>(cursor.big_endian<float>());
+  if (type == "double") return held_as<To>(cursor.big_endian<double>());
   if (type == "int") return static_cast<To>(cursor.big_endian<std::int32_t>());
   if (type == "vtktypeint64" || type == "long") return static_cast<To>(cursor.big_endian<std::int64_t>());
   refuse(std::string("its data are of the type ").append(in_quotes(type)));
@@ -127,7 +139,7 @@ std::vector<To> raw_values(std::string_view block) {
   for (std::size_t n = 0; n < values.size(); ++n) {
     From value;
     std::memcpy(&value, block.data() + n * sizeof value, sizeof value);
-    values[n] = static_cast<To>(value);
+    values[n] = held_as<To>(value);
   }
   return values;
 }
@@ -163,7 +175,7 @@ class VtpReader {
         std::vector<To> values;
         const std::size_t text = at + tag.size();
         Cursor cursor(bytes_.substr(text, bytes_.find('<', text) - text), refuse_);
-        while (!cursor.at_end()) values.push_back(static_cast<To>(cursor.number<double>()));
+        while (!cursor.at_end()) values.push_back(held_as<To>(cursor.number<double>()));
         return values;
       }
       if (format != "appended" || !raw_) refuse_("its data are kept as base64");
