@@ -229,10 +229,10 @@ void EvidenceField::update(std::span<const Mark> marks, const Mask* others) {
     while (grows());
     if (settings_.tolerance < growing_tolerance) solve(settings_.tolerance);
   } while (grows());
+  report_.expected_dice = expected_dice();  // looks are surer than they are right
   settle_surface(probability_, object_, known_, image_, box_, spacing_mm_, settings_, run_);
   object_ = object_of_field(probability_, known_, box_);
   report_.leaks = object_.border_share >= leak_share;
-  report_.expected_dice = expected_dice();
 }
 
 double EvidenceField::expected_dice() const {

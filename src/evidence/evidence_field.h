@@ -40,9 +40,9 @@ class EvidenceField {
     double error = 0;    ///< bound of the field's error at which the solver stopped
     double beta = 0;     ///< sharpness of the conductances
     bool leaks = false;  ///< of the voxels near the sides of the largest box a twentieth or more are the object
-    /// Dice of object() with the true object, as far as the field knows: each voxel being the true object's with its
-    /// probability, 2 sum(P in the object) / (voxels of the object + sum(P)); 0 without an object. Source: Lipton,
-    /// Elkan and Naryanaswamy 2014, Optimal thresholding of classifiers to maximize F1 measure.
+    /// Dice of object() with the true object, as far as the field knew before its surface settled: each voxel being the
+    /// true object's with its probability, 2 sum(P in the object) / (voxels of the object + sum(P)); 0 without an
+    /// object. Source: Lipton, Elkan and Naryanaswamy 2014, Optimal thresholding of classifiers to maximize F1 measure.
     double expected_dice = 0;
   };
   const Report& report() const { return report_; }
