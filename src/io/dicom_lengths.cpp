@@ -11,6 +11,7 @@
 #include <fstream>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "io/files.h"
@@ -27,6 +28,7 @@ class Bytes {
   explicit Bytes(const fs::path& path) : stream_(path, std::ios::binary), size_(fs::file_size(path)) {}
   /// From `at` on the bytes are those that the file's unpack to; false where they cannot be unpacked.
   bool inflate_from(std::uint64_t at) {
+    if (at > size_) return false;
     const unsigned char* packed = get(at, static_cast<std::size_t>(size_ - at));
     if (!packed) return false;
     std::vector<unsigned char> whole(at);
@@ -49,7 +51,7 @@ class Bytes {
   std::uint64_t size() const { return size_; }
   /// `count` bytes from `at` on; nothing where the file ends before.
   const unsigned char* get(std::uint64_t at, std::size_t count) {
-    if (at + count > size_) return nullptr;
+    if (at > size_ || count > size_ - at) return nullptr;
     if (at < start_ || at + count > start_ + window_.size()) {
       start_ = at;
       window_.resize(
@@ -86,20 +88,24 @@ class Walk {
  public:
   explicit Walk(const fs::path& path) : bytes_(path) {}
 
-  std::string run() {
-    std::uint64_t at = 0;
+  /// Where the first element is and how it is coded; nothing where no file of DICOM begins so.
+  std::optional<std::pair<std::uint64_t, Coding>> begin() {
     const unsigned char* magic = bytes_.get(128, 4);
     Coding coding;
-    if (magic && std::memcmp(magic, "DICM", 4) == 0) {
-      at = 132;
-    } else {
-      const unsigned char* start = bytes_.get(0, 8);
-      if (!start) return {};
-      coding.big_endian = start[0] == 0;
-      const unsigned group = coding.big_endian ? start[1] : start[0];
-      if ((group != 2 && group != 8) || start[0] + start[1] != static_cast<int>(group)) return {};
-      coding.explicit_vr = std::isupper(start[4]) && std::isupper(start[5]);
-    }
+    if (magic && std::memcmp(magic, "DICM", 4) == 0) return std::pair{std::uint64_t(132), coding};
+    const unsigned char* start = bytes_.get(0, 8);
+    if (!start) return {};
+    coding.big_endian = start[0] == 0;
+    const unsigned group = coding.big_endian ? start[1] : start[0];
+    if ((group != 2 && group != 8) || start[0] + start[1] != static_cast<int>(group)) return {};
+    coding.explicit_vr = std::isupper(start[4]) && std::isupper(start[5]);
+    return std::pair{std::uint64_t(0), coding};
+  }
+
+  std::string run() {
+    const auto first = begin();
+    if (!first) return "it does not begin as a DICOM file does";
+    auto [at, coding] = *first;
     while (const unsigned char* head = bytes_.get(at, 2)) {
       if (number(head, 2, coding.big_endian) != 2) break;  // what follows can be coded in another way
       const auto e = element(at, coding);
@@ -288,6 +294,8 @@ std::optional<Picture> picture_of(const unsigned char* head, std::size_t count) 
 }
 
 }  // namespace
+
+bool begins_as_dicom(const fs::path& path) { return Walk(path).begin().has_value(); }
 
 std::string damage_of_header(const fs::path& path) { return Walk(path).run(); }
 

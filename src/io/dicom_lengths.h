@@ -9,9 +9,13 @@
 
 namespace simplexseg {
 
+/// Whether a file begins as those of DICOM do, with or without a preamble. GDCM must not be let at others: it searches
+/// them for elements and takes the memory that those claim.
+bool begins_as_dicom(const std::filesystem::path& path);
+
 /// Walks the elements of a file, down into its sequences and up to its pixels, without keeping any. Says what is wrong:
-/// an element claims more than the file holds, or the coding breaks off; empty when GDCM can be let at it. What begins
-/// as no DICOM is left to GDCM, which refuses it.
+/// it begins as no DICOM, an element claims more than the file holds, or the coding breaks off; empty when GDCM can be
+/// let at it.
 std::string damage_of_header(const std::filesystem::path& path);
 
 /// Holds the fragments of compressed pixels, the first of which begins at pixels.start, against what the header claims:

@@ -77,6 +77,7 @@ void require_known_coding(const gdcm::FileMetaInformation& header) {
 
 std::vector<DicomSlice> scan_dicom(const fs::path& path) {
   std::vector<DicomSlice> result;
+  if (!begins_as_dicom(path)) return result;
   if (const std::string damage = damage_of_header(path); !damage.empty()) throw std::runtime_error(damage);
   without_aborting([&] {
     const gdcm::Tag pixel_data(0x7fe0, 0x0010);
