@@ -12,6 +12,7 @@
 #include "evidence/field_prior.h"
 #include "evidence/seed_reach.h"
 #include "evidence/surface_layer.h"
+#include "image/voxel_rows.h"
 
 namespace simplexseg {
 namespace {
@@ -20,16 +21,6 @@ constexpr int most_growths = 12;
 constexpr double growing_tolerance = 0.1;  // of the field while the box still grows
 constexpr float unreached_mm = 1e6f;
 constexpr double leak_share = 0.05;
-
-/// Copies the values of a box into those of one that it lies in.
-template <class T>
-void copy_box(const T* from, const VoxelBox& inner, T* to, const VoxelBox& outer) {
-  for (int k = 0; k < inner.size[2]; ++k)
-    for (int j = 0; j < inner.size[1]; ++j)
-      std::copy_n(from + inner.offset(0, j, k), inner.size[0],
-                  to + outer.offset(inner.first[0] - outer.first[0], j + inner.first[1] - outer.first[1],
-                                    k + inner.first[2] - outer.first[2]));
-}
 
 }  // namespace
 
@@ -77,10 +68,10 @@ void EvidenceField::set_box(const VoxelBox& box) {
   smooth_by_least_spacing(smoothed_, image.grid, spacing_mm_, settings_.image_smoothing, run_);
   walker_ = std::make_unique<RandomWalker>(image.grid, spacing_mm_, run_);
   if (field.empty()) return;
-  copy_box(field.data(), old, walker_->field().data(), box);  // a box only grows
+  copy_into_outer(field.data(), old, walker_->field().data(), box);  // a box only grows
   if (before_.empty()) return;
   std::vector<std::uint8_t> before(box.voxel_count());
-  copy_box(before_.data(), old, before.data(), box);
+  copy_into_outer(before_.data(), old, before.data(), box);
   before_ = std::move(before);
 }
 

@@ -7,6 +7,7 @@
 
 #include "evidence/box_image.h"
 #include "evidence/quantile.h"
+#include "image/voxel_rows.h"
 
 namespace simplexseg {
 namespace {
@@ -22,8 +23,8 @@ constexpr float kLeastAgreement = 0.75f, kFullAgreement = 0.9f;
 // The same for what marks say, which is true: a mark in the layer that looks like the other side tells that this object
 // does not end where looks change. What is not marked yet counts as so many voxels of whole agreement.
 constexpr float kLeastMarkAgreement = 0.7f, kFullMarkAgreement = 0.85f, kUnmarkedVoxels = 30;
-constexpr float kLeastWeight = 1e-3f;  // of a neighbourhood's voxels together
-constexpr float kLeastOdds = 0.02f;    // of what the field says
+constexpr float kLeastWeight = 1e-3f;       // of a neighbourhood's voxels together
+constexpr float kLeastProbability = 0.02f;  // of what the field says
 constexpr int kMostNoiseSamples = 100000;
 
 /// Part of the box: the object and what is near it.
@@ -31,7 +32,7 @@ class Layer {
  public:
   Layer(const FieldObject& object, const VoxelBox& box, const std::array<double, 3>& spacing_mm, double reach_mm,
         const RunJobs& run)
-      : spacing_mm_(spacing_mm), run_(run) {
+      : whole_{{}, box.size}, spacing_mm_(spacing_mm), run_(run) {
     for (int a = 0; a < 3; ++a) {
       const int margin = static_cast<int>(std::ceil(reach_mm / spacing_mm[a])) + 1;
       const int first = object.around.first[a] - box.first[a];
@@ -39,42 +40,64 @@ class Layer {
       part_.size[a] = std::min(box.size[a], first + object.around.size[a] + margin) - part_.first[a];
     }
     grid_.size = part_.size;
-    whole_ = {{}, box.size};
   }
 
   const BoxGrid& grid() const { return grid_; }
   const VoxelBox& part() const { return part_; }
-  int count() const { return grid_.count(); }
+  const VoxelBox& whole() const { return whole_; }
   template <class T>
   std::vector<T> cut(std::span<const T> from) const {
-    std::vector<T> values(count());
-    for_each_row([&](std::size_t in_part, std::size_t in_box) {
-      std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(in_box), part_.size[0],
-                  values.begin() + static_cast<std::ptrdiff_t>(in_part));
-    });
+    std::vector<T> values(grid_.count());
+    copy_from_outer(from.data(), whole_, values.data(), part_);
     return values;
   }
-  template <class Function>
-  void for_each_row(const Function& row) const {
-    for (int k = 0; k < part_.size[2]; ++k)
-      for (int j = 0; j < part_.size[1]; ++j)
-        row(part_.offset(0, j, k), whole_.offset(part_.first[0], j + part_.first[1], k + part_.first[2]));
+  /// What `value` gives for every voxel.
+  template <class Value>
+  auto each(const Value& value) const {
+    std::vector<decltype(value(0))> values(grid_.count());
+    for_each_index(run_, grid_.count(), [&value, to = values.data()](int v) { to[v] = value(v); });
+    return values;
   }
-  /// The Gaussian mean around every voxel of what `value` gives.
+  /// The Gaussian mean of it around every voxel.
   template <class Value>
   std::vector<float> around(double voxels, const Value& value) const {
-    std::vector<float> values(count());
-    for_each_index(run_, count(), [&value, to = values.data()](int v) { to[v] = value(v); });
+    std::vector<float> values = each(value);
     smooth_by_least_spacing(values, grid_, spacing_mm_, voxels, run_);
     return values;
   }
 
  private:
-  VoxelBox part_{}, whole_{};
+  VoxelBox part_{}, whole_;
   BoxGrid grid_;
   std::array<double, 3> spacing_mm_;
   const RunJobs& run_;
 };
+
+/// The sums around every voxel that means and variances are made of.
+struct Sums {
+  std::vector<float> weight, value, square;
+};
+
+template <class Weight>
+Sums sums_around(const Layer& layer, double voxels, const std::vector<float>& value, const Weight& weight) {
+  return {layer.around(voxels, weight), layer.around(voxels, [&](int v) { return weight(v) * value[v]; }),
+          layer.around(voxels, [&](int v) { return weight(v) * value[v] * value[v]; })};
+}
+
+/// Log odds that a voxel looks like the object around there, not like the rest; `in` of the object, `all` of both.
+std::vector<float> look_of(const Layer& layer, const std::vector<float>& value, const Sums& in, const Sums& all,
+                           float least_variance) {
+  return layer.around(kLookSmoothing, [&](int v) {
+    const float inner = in.weight[v] + kLeastWeight;
+    const float outer = std::max(0.0f, all.weight[v] - in.weight[v]) + kLeastWeight;
+    const float mean_in = in.value[v] / inner, mean_out = (all.value[v] - in.value[v]) / outer;
+    const float variance_in = std::max(0.0f, in.square[v] / inner - mean_in * mean_in);
+    const float variance_out = std::max(0.0f, (all.square[v] - in.square[v]) / outer - mean_out * mean_out);
+    const float to_in = value[v] - mean_in, to_out = value[v] - mean_out;
+    const float log_odds = (to_out * to_out - to_in * to_in) / (variance_in + variance_out + 2 * least_variance);
+    return std::clamp(log_odds, -kMostLogOdds, kMostLogOdds);
+  });
+}
 
 /// Distance from every voxel to the surface, mm, half of `voxel_mm` being between a voxel beside it and the surface.
 std::vector<float> distance_to_surface(const std::vector<std::uint8_t>& object, const VoxelBox& box,
@@ -120,74 +143,66 @@ float trust_of_marks(std::span<const float> look, std::span<const Known> known, 
   return weight_of(least, kLeastMarkAgreement, kFullMarkAgreement);
 }
 
+/// How far looks are believed around every voxel: by how much of the layer they and the field say the same.
+std::vector<float> trust_around(const Layer& layer, const std::vector<float>& look,
+                                const std::vector<std::uint8_t>& object, const std::vector<float>& distance,
+                                float layer_mm) {
+  const auto part = [&](bool object_side, bool agreed) {
+    return layer.around(kAgreementScale, [&, object_side, agreed](int v) {
+      const bool counts = distance[v] < layer_mm && (object[v] != 0) == object_side;
+      return counts && (!agreed || (look[v] > 0) == object_side) ? 1.0f : 0.0f;
+    });
+  };
+  const std::vector<float> in_layer = part(true, false), in_agreed = part(true, true);
+  const std::vector<float> out_layer = part(false, false), out_agreed = part(false, true);
+  return layer.each([&](int v) {
+    constexpr float least = 0.1f * kLeastWeight;
+    const float share = (in_agreed[v] / (in_layer[v] + least) + out_agreed[v] / (out_layer[v] + least)) / 2;
+    return weight_of(share, kLeastAgreement, kFullAgreement);
+  });
+}
+
 }  // namespace
 
 void settle_surface(std::span<float> probability, const FieldObject& object, std::span<const Known> known,
                     std::span<const float> image, const VoxelBox& box, const std::array<double, 3>& spacing_mm,
                     const EvidenceSettings& settings, const RunJobs& run) {
   if (settings.surface_layer <= 0 || object.around.voxel_count() == 0) return;
+  const double scale = settings.surface_scale;
   const auto voxel_mm = static_cast<float>(*std::min_element(spacing_mm.begin(), spacing_mm.end()));
   const auto layer_mm = static_cast<float>(settings.surface_layer) * voxel_mm;
-  const float near_mm = layer_mm + 2.5f * static_cast<float>(settings.surface_scale) * voxel_mm;
+  const float near_mm = layer_mm + 2.5f * static_cast<float>(scale) * voxel_mm;
   const Layer layer(object, box, spacing_mm, near_mm, run);
-  const int n = layer.count();
   const std::vector<std::uint8_t> was = layer.cut(std::span<const std::uint8_t>(object.voxels));
   const std::vector<float> value = layer.cut(image);
   const std::vector<float> field = layer.cut(std::span<const float>(probability));
   const std::vector<Known> said = layer.cut(known);
   const std::vector<float> distance = distance_to_surface(was, layer.part(), spacing_mm, voxel_mm);
-  const float noise = noise_in(was, value, layer.grid()), least_variance = noise * noise;
+  const float noise = noise_in(was, value, layer.grid());
 
-  const auto near = [&, d = distance.data()](int v) { return d[v] < near_mm ? 1.0f : 0.0f; };
-  const double scale = settings.surface_scale;
-  const std::vector<float> all = layer.around(scale, near);
-  const std::vector<float> all_sum = layer.around(scale, [&](int v) { return near(v) * value[v]; });
-  const std::vector<float> all_squares = layer.around(scale, [&](int v) { return near(v) * value[v] * value[v]; });
+  const auto near = [&](int v) { return distance[v] < near_mm ? 1.0f : 0.0f; };
+  const auto can_change = [&](std::size_t v) { return said[v] == Known::Nothing && distance[v] < layer_mm; };
+  const Sums all = sums_around(layer, scale, value, near);
   std::vector<std::uint8_t> is = was;
-  std::vector<float> agreement, odds(n);
+  std::vector<float> trust, odds(is.size());
   for (int pass = 0; pass < kPasses; ++pass) {
-    const auto inside = [&](int v) { return is[v] ? near(v) : 0.0f; };
-    const std::vector<float> in = layer.around(scale, inside);
-    const std::vector<float> in_sum = layer.around(scale, [&](int v) { return inside(v) * value[v]; });
-    const std::vector<float> in_squares = layer.around(scale, [&](int v) { return inside(v) * value[v] * value[v]; });
-    const std::vector<float> look = layer.around(kLookSmoothing, [&](int v) {
-      const float inner = in[v] + kLeastWeight, outer = std::max(0.0f, all[v] - in[v]) + kLeastWeight;
-      const float mean_in = in_sum[v] / inner, mean_out = (all_sum[v] - in_sum[v]) / outer;
-      const float variance_in = std::max(0.0f, in_squares[v] / inner - mean_in * mean_in);
-      const float variance_out = std::max(0.0f, (all_squares[v] - in_squares[v]) / outer - mean_out * mean_out);
-      const float to_in = value[v] - mean_in, to_out = value[v] - mean_out;
-      const float log_odds = (to_out * to_out - to_in * to_in) / (variance_in + variance_out + 2 * least_variance);
-      return std::clamp(log_odds, -kMostLogOdds, kMostLogOdds);
-    });
+    const Sums in = sums_around(layer, scale, value, [&](int v) { return is[v] ? near(v) : 0.0f; });
+    const std::vector<float> look = look_of(layer, value, in, all, noise * noise);
     if (pass == 0) {
-      const auto part = [&](bool object_side, bool agreed) {
-        return layer.around(kAgreementScale, [&, object_side, agreed](int v) {
-          const bool counts = distance[v] < layer_mm && (was[v] != 0) == object_side;
-          return counts && (!agreed || (look[v] > 0) == object_side) ? 1.0f : 0.0f;
-        });
-      };
-      const std::vector<float> in_layer = part(true, false), in_agreed = part(true, true);
-      const std::vector<float> out_layer = part(false, false), out_agreed = part(false, true);
-      const float trust = trust_of_marks(look, said, distance, layer_mm);
-      agreement = layer.around(0, [&](int v) {
-        constexpr float least = 0.1f * kLeastWeight;
-        const float share = (in_agreed[v] / (in_layer[v] + least) + out_agreed[v] / (out_layer[v] + least)) / 2;
-        return trust * weight_of(share, kLeastAgreement, kFullAgreement);
-      });
+      trust = trust_around(layer, look, was, distance, layer_mm);
+      const float of_marks = trust_of_marks(look, said, distance, layer_mm);
+      for (float& t : trust) t *= of_marks;
     }
-    for_each_index(run, n, [&, odds = odds.data(), is = is.data()](int v) {
-      if (said[v] != Known::Nothing || distance[v] >= layer_mm) return;
-      const float p = std::clamp(field[v], kLeastOdds, 1 - kLeastOdds);
-      odds[v] = std::log(p / (1 - p)) + kWeightOfLook * agreement[v] * look[v];
+    for_each_index(run, layer.grid().count(), [&, odds = odds.data(), is = is.data()](int v) {
+      if (!can_change(v)) return;
+      const float p = std::clamp(field[v], kLeastProbability, 1 - kLeastProbability);
+      odds[v] = std::log(p / (1 - p)) + kWeightOfLook * trust[v] * look[v];
       is[v] = odds[v] > 0;
     });
   }
-  layer.for_each_row([&](std::size_t in_part, std::size_t in_box) {
-    for (std::size_t i = 0; i < static_cast<std::size_t>(layer.part().size[0]); ++i) {
-      const std::size_t v = in_part + i;
-      if (said[v] != Known::Nothing || distance[v] >= layer_mm) continue;
-      probability[in_box + i] = 1 / (1 + std::exp(-odds[v]));
-    }
+  for_each_row(layer.part(), layer.whole(), [&](std::size_t in_part, std::size_t in_box) {
+    for (std::size_t i = 0; i < static_cast<std::size_t>(layer.part().size[0]); ++i)
+      if (can_change(in_part + i)) probability[in_box + i] = 1 / (1 + std::exp(-odds[in_part + i]));
   });
 }
 

@@ -14,8 +14,9 @@ namespace simplexseg {
 /// Lets the image say where in a thin layer about the object's surface the surface is: what a voxel looks like beside
 /// what the object and what is not the object look like around it, Gaussians of a local mean and variance on either
 /// side (Li, Kao, Gore and Ding 2008, Minimization of Region-Scalable Fitting Energy; Lankton and Tannenbaum 2008,
-/// Localizing Region-Based Active Contours), is added to the field's log odds, as far as in that neighbourhood it
-/// agrees with the field about what the field is sure of. docs/adr/0024-the-surface-layer.md.
+/// Localizing Region-Based Active Contours), is added to the field's log odds. How far it is believed: by how much of
+/// the layer around the voxel it and the field say the same of, and by how many of the object's marks in the layer it
+/// agrees with. docs/adr/0024-the-surface-layer.md.
 ///
 /// `probability`: the field of the box, changed where nothing is known and within `surface_layer` of the surface;
 /// `image`: BoxImage::value, not smoothed; `object`: object_of_field() of this field.

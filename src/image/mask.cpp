@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/expect.h"
+#include "image/voxel_rows.h"
 
 namespace simplexseg {
 
@@ -31,11 +32,7 @@ VoxelBox bounding_box(const Mask& a, const Mask& b) {
 Mask mask_of(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const std::uint8_t> voxels) {
   SIMPLEXSEG_EXPECT(voxels.size() == box.voxel_count());
   Mask mask{geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
-  const VoxelBox grid{{0, 0, 0}, geometry.size};
-  for (int k = 0; k < box.size[2]; ++k)
-    for (int j = 0; j < box.size[1]; ++j)
-      std::copy_n(voxels.data() + box.offset(0, j, k), box.size[0],
-                  mask.voxels.data() + grid.offset(box.first[0], box.first[1] + j, box.first[2] + k));
+  copy_into_outer(voxels.data(), box, mask.voxels.data(), VoxelBox{{0, 0, 0}, geometry.size});
   return mask;
 }
 

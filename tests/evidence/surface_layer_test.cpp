@@ -116,6 +116,46 @@ TEST(SurfaceLayer, WhatIsMarkedStays) {
   for (const std::size_t v : marked) EXPECT_FLOAT_EQ(ball.field[v], 0);
 }
 
+/// On one side looks go on beyond the object: they are not believed there, and still on the other.
+TEST(SurfaceLayer, LooksThatContradictTheFieldAroundAVoxelAreNotBelieved) {
+  Ball ball(8);
+  const auto x_of = [](std::size_t v) { return static_cast<double>(v % 40) - 19.5; };
+  for (std::size_t v = 0; v < ball.image.size(); ++v) {
+    const double r = from_centre(v);
+    if (x_of(v) > 0 && r >= kTrueRadius && r < kTrueRadius + 1) ball.image[v] += 0.4f;
+  }
+  const FieldObject before = ball.object(), settled = ball.settled();
+  double changed = 0, all = 0, moved = 0, rim = 0;
+  for (std::size_t v = 0; v < before.voxels.size(); ++v) {
+    const double r = from_centre(v);
+    if (x_of(v) > 7&& r < kTrueRadius + 3) {
+      all += 1;
+      changed += settled.voxels[v] != before.voxels[v];
+    }
+    if (x_of(v) < -7 && r >= kFieldsRadius && r < kTrueRadius) {
+      rim += 1;
+      moved += settled.voxels[v];
+    }
+  }
+  EXPECT_LT(changed / all, 0.05);
+  EXPECT_GT(moved / rim, 0.9);
+}
+
+TEST(SurfaceLayer, BeyondTheLayerTheFieldStays) {
+  Ball ball(8);
+  const std::vector<float> before = ball.field;
+  ball.settled();
+  double near = 0;
+  for (std::size_t v = 0; v < before.size(); ++v) {
+    const double to_surface = std::fabs(from_centre(v) - kFieldsRadius);
+    if (to_surface > EvidenceSettings{}.surface_layer + 1) {
+      ASSERT_EQ(ball.field[v], before[v]) << from_centre(v);
+    }
+    if (to_surface < 1) near += std::fabs(ball.field[v] - before[v]);
+  }
+  EXPECT_GT(near, 10);
+}
+
 /// Voxels that are four times as thick as wide: the same place in mm.
 TEST(SurfaceLayer, TheLayerIsAsThickInEveryDirection) {
   const VoxelBox box{{0, 0, 0}, {40, 40, 10}};
@@ -130,7 +170,11 @@ TEST(SurfaceLayer, TheLayerIsAsThickInEveryDirection) {
     field[v] = fine.field[middle_of(v)];
     if (fine.known[middle_of(v)] == Known::Inside) seeded[v] = Known::Inside;
   }
+  const std::vector<float> before = field;
   settle_surface(field, object_of_field(field, seeded, box), seeded, image, box, spacing, {}, run_in_turn());
+  for (const int k : {2, 7}) {  // the next slices above and below the object, more than two voxels' width from it
+    EXPECT_EQ(field[box.offset(19, 19, k)], before[box.offset(19, 19, k)]) << k;
+  }
   const FieldObject settled = object_of_field(field, seeded, box);
   double in = 0, all = 0;
   for (std::size_t v = 0; v < image.size(); ++v) {
