@@ -63,12 +63,14 @@ LoadedLabels labels_of_regions(const std::vector<StructureRegion>& regions, cons
     loaded.warnings.push_back(std::to_string(empty) + (empty == 1 ? " slice" : " slices") +
                               " between the first and the last " + (empty == 1 ? "has" : "have") +
                               " no contour: nothing is labelled there");
+  for (std::string& warning : loaded.warnings) warning = quoted(path) + ": " + warning;
   return loaded;
 }
 
 LoadedLabels load_labels(const std::filesystem::path& path, const LabelChoice& choice) {
   if (is_structure_set(path)) return labels_of_regions(read_structure_regions(path), choice, path);
   LoadedVolume read = load_volume(path);
+  for (std::string& warning : read.warnings) warning = quoted(path) + ": " + warning;
   return {std::move(read.volume), std::move(read.segments), std::move(read.warnings)};
 }
 
@@ -107,16 +109,13 @@ Volume onto_grid(const Volume& labels, const VolumeGeometry& grid, const std::fi
 
 Volume load_labels_onto(const std::filesystem::path& path, const VolumeGeometry& grid, const std::string& what,
                         std::vector<std::string>& warnings) {
-  const auto add = [&](const std::vector<std::string>& said) {
-    for (const std::string& warning : said) warnings.push_back(quoted(path) + ": " + warning);
-  };
   if (is_structure_set(path)) {
     StructureLabels read = read_structure_set(path, grid);
-    add(read.warnings);
+    for (const std::string& warning : read.warnings) warnings.push_back(quoted(path) + ": " + warning);
     return std::move(read.labels);
   }
-  const LoadedVolume loaded = load_volume(path);
-  add(loaded.warnings);
+  LoadedLabels loaded = load_labels(path);
+  std::move(loaded.warnings.begin(), loaded.warnings.end(), std::back_inserter(warnings));
   return onto_grid(loaded.volume, grid, path, what, warnings);
 }
 

@@ -16,7 +16,7 @@ namespace simplexseg {
 struct LoadedLabels {
   Volume volume;
   std::vector<SegmentName> segments;  ///< names that the file gives, empty where it gives none
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings;  ///< one line each, the file's name in front
 };
 /// Reads labels, of which those of `choice` are wanted, whatever its part: a label volume, or an RT structure set,
 /// whose contours become labels on a grid of their own (grid_of_regions()), those of the region alone that is asked

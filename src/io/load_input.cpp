@@ -59,6 +59,7 @@ LoadedInput load_scene(const fs::path& path, const LoadOptions& options) {
   input.volume_path = std::move(file.volume);
   const bool reads = options.voxels == LoadOptions::Voxels::Read;
   if (!input.volume_path.empty()) reads ? load_voxels(input) : load_header(input);
+  input.warnings.insert(input.warnings.end(), file.warnings.begin(), file.warnings.end());
   if (reads) load_references(input, path.parent_path(), options.bad_reference);
   return input;
 }

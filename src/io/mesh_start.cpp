@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
 #include "core/error.h"
 #include "image/label_surface.h"
@@ -45,20 +46,24 @@ LoadedStart start_of_labels(const Volume& labels, const LabelChoice& choice, con
   fill_cavities(mask, kSmallCavity);
   const InnerBall ball = inner_ball(mask);
   return {{path, choice.label, choice.part, std::make_shared<const SimplexMesh>(mesh_of_mask(mask, vertices))},
-          {ball.centre_mm, ball.radius_mm}};
+          {ball.centre_mm, ball.radius_mm},
+          {}};
 }
 
 LoadedStart start_of_mesh(const fs::path& file, const std::string& path) {
   SimplexMesh mesh = read_mesh(file);
   const Seed seed = ball_within(mesh, file);
-  return {{path, std::nullopt, 0, std::make_shared<const SimplexMesh>(std::move(mesh))}, seed};
+  return {{path, std::nullopt, 0, std::make_shared<const SimplexMesh>(std::move(mesh))}, seed, {}};
 }
 
 LoadedStart load_start(const MeshStart& wanted, const fs::path& beside, int vertices) {
   const fs::path file = find_data(wanted.path, beside);
   if (is_mesh_name(file)) return start_of_mesh(file, wanted.path);
   const LabelChoice choice{wanted.value, wanted.part};
-  return start_of_labels(load_labels(file, choice).volume, choice, wanted.path, vertices);
+  LoadedLabels labels = load_labels(file, choice);
+  LoadedStart loaded = start_of_labels(labels.volume, choice, wanted.path, vertices);
+  loaded.warnings = std::move(labels.warnings);
+  return loaded;
 }
 
 }  // namespace simplexseg

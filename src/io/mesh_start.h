@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "image/mask.h"
 #include "io/label_mesh.h"
@@ -15,6 +16,7 @@ namespace simplexseg {
 struct LoadedStart {
   MeshStart start;
   Seed seed;
+  std::vector<std::string> warnings;  ///< of load_labels(), of a file that was read for it
 };
 
 /// Of a label volume that was read already. `path`: what the scene is to call it; `vertices`: as mesh_of_mask() takes

@@ -279,6 +279,8 @@ SceneFile read_scene(const fs::path& path) {
     }
     scene.meshes.push_back(std::move(item));
   }
+  for (const auto& [name, labels] : label_files)
+    file.warnings.insert(file.warnings.end(), labels.warnings.begin(), labels.warnings.end());
   const int point_count = input.has("points") ? input["points"].size() : 0;
   for (int p = 0; p < point_count; ++p) {
     const JsonInput point = input["points"][p];

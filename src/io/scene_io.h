@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "io/log_io.h"
 #include "session/scene.h"
@@ -11,7 +13,8 @@ namespace simplexseg {
 /// value that is not finite or out of its table's range, a mesh without vertices or with a broken pose file.
 struct SceneFile {
   Scene scene;
-  std::filesystem::path volume;  ///< found on disk; empty when the scene names none
+  std::filesystem::path volume;       ///< found on disk; empty when the scene names none
+  std::vector<std::string> warnings;  ///< of the labels that meshes start from, one line each
 };
 SceneFile read_scene(const std::filesystem::path& path);
 /// Writes the scene and, beside it, the pose of each mesh as PLY (NAME.mesh-ID.ply) and the rest of its state

@@ -266,8 +266,8 @@ ItemId Session::carry_out(const TakeField&) {
                               " leaks: what looks like its object has no end nearby; mark what is outside of it");
   else if (field->unsure() && !(before && before->unsure()))
     field_warnings_.push_back(name +
-                              " is unsure of its object: less than half of it is likely to be right; mark what " +
-                              "is inside and outside of it");
+                              " is unsure of its object: little of it is likely to be right; mark what is inside " +
+                              "and outside of it");
   const std::size_t k = item - scene_.meshes.data();
   try {
     send_field(k);

@@ -128,7 +128,7 @@ TEST(SurfaceLayer, LooksThatContradictTheFieldAroundAVoxelAreNotBelieved) {
   double changed = 0, all = 0, moved = 0, rim = 0;
   for (std::size_t v = 0; v < before.voxels.size(); ++v) {
     const double r = from_centre(v);
-    if (x_of(v) > 7&& r < kTrueRadius + 3) {
+    if (x_of(v) > 7 && r < kTrueRadius + 3) {
       all += 1;
       changed += settled.voxels[v] != before.voxels[v];
     }

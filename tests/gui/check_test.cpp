@@ -14,7 +14,7 @@
 #include <fstream>
 #include <tuple>
 
-#include "../io/dicom_files.h"
+#include "../io/structure_set.h"
 #include "gui/panels/check_panel.h"
 #include "gui/panels/mesh_card.h"
 #include "gui/panels/mesh_panel.h"
@@ -64,9 +64,27 @@ class CheckTest : public PausedPhantomTest {
     write_labels(path.toStdString(), volume);
     return path;
   }
+  Eigen::Isometry3d axes_of_volume() {
+    const VolumeGeometry& grid = bench().session().volume().geometry();
+    const Eigen::Vector3d voxel(grid.size[0] / 2, grid.size[1] / 2, grid.size[2] / 2);
+    Eigen::Isometry3d axes(Eigen::Translation3d(grid.world_from_index() * voxel));
+    axes.linear() = grid.direction;
+    return axes;
+  }
+  /// A body about the middle, an organ within it, and what lacks the slice in the middle of the organ.
+  QString write_regions() {
+    std::vector<double> gap = test::places_every_2_mm(8);
+    std::erase(gap, 0);
+    const QString path = folder_.filePath("rt.dcm");
+    std::ofstream(path.toStdString(), std::ios::binary) << test::structure_set_of_squares(
+        axes_of_volume(),
+        {{"body", 18, test::places_every_2_mm(18)}, {"organ", 8, test::places_every_2_mm(8)}, {"gap", 8, gap}});
+    return path;
+  }
   void load_reference(const QString& path) {
     labels().load_reference(path);
-    ASSERT_TRUE(wait_until([this] { return scene().meshes[0].reference.has_value(); }));
+    ASSERT_TRUE(wait_until([this] { return scene().meshes[0].reference.has_value(); }))
+        << window_->messages().text().toStdString();
   }
   void watch() {
     window_->panels().show_panel("Check");
@@ -225,48 +243,38 @@ TEST_F(CheckTest, LabelsThatAreTickedBecomeMeshes) {
   EXPECT_EQ(scene().meshes[1].mesh.positions, scene().meshes[1].start->mesh->positions);
 }
 
-/// Contours have no grid and may lie within each other: each region is one of its own.
+/// Contours have no grid and may lie within each other: each region is one of its own. A slice that has none is said.
 TEST_F(CheckTest, RegionsOfAStructureSetBecomeMeshes) {
-  const Eigen::Vector3d middle = bench().session().volume().geometry().centre_mm();
-  std::vector<std::string> names, contours;
-  for (const auto& [number, name, half_mm] : {std::tuple("1", "body", 18.0), std::tuple("2", "organ", 8.0)}) {
-    std::vector<std::string> slices;
-    for (double z = -half_mm; z <= half_mm; z += 2) {
-      std::vector<double> corners;
-      for (const auto& [x, y] : {std::pair(-1, -1), std::pair(1, -1), std::pair(1, 1), std::pair(-1, 1)})
-        corners.insert(corners.end(), {middle[0] + x * half_mm, middle[1] + y * half_mm, middle[2] + z});
-      test::DicomData contour;
-      contour.text(0x3006, 0x0042, "CS", "CLOSED_PLANAR").numbers(0x3006, 0x0050, corners);
-      slices.push_back(contour.bytes);
-    }
-    test::DicomData region, drawn;
-    region.text(0x3006, 0x0022, "IS", number).text(0x3006, 0x0026, "LO", name);
-    names.push_back(region.bytes);
-    contours.push_back(drawn.sequence(0x3006, 0x0040, slices).text(0x3006, 0x0084, "IS", number).bytes);
-  }
-  test::DicomData data;
-  const char* const kind = "1.2.840.10008.5.1.4.1.1.481.3";
-  data.text(0x0008, 0x0016, "UI", kind).text(0x0008, 0x0018, "UI", "1.2.3").text(0x0008, 0x0060, "CS", "RTSTRUCT");
-  data.sequence(0x3006, 0x0020, names).sequence(0x3006, 0x0039, contours);
-  const QString path = folder_.filePath("rt.dcm");
-  std::ofstream(path.toStdString(), std::ios::binary) << test::dicom_file(data.bytes, kind);
-  labels().meshes_from_labels(path);
+  labels().meshes_from_labels(write_regions());
   ASSERT_TRUE(wait_until([this] { return window_->findChild<LabelDialog*>() != nullptr; }));
   auto* dialog = window_->findChild<LabelDialog*>();
   auto* list = dialog->findChild<QTreeWidget*>();
-  ASSERT_EQ(list->topLevelItemCount(), 2);
-  for (int row = 0; row < 2; ++row) list->topLevelItem(row)->setCheckState(0, Qt::Checked);
+  ASSERT_EQ(list->topLevelItemCount(), 3);
+  for (int row = 0; row < 3; ++row) list->topLevelItem(row)->setCheckState(0, Qt::Checked);
   dialog->findChild<QDialogButtonBox*>()->button(QDialogButtonBox::Ok)->click();
-  ASSERT_TRUE(wait_until([this] { return scene().meshes.size() == 3; }));
+  ASSERT_TRUE(wait_until([this] { return scene().meshes.size() == 4; }));
   bench().pause();
+  EXPECT_TRUE(window_->messages().text().contains("rt.dcm': 1 slice between"))
+      << window_->messages().text().toStdString();
   for (const auto& [mesh, name, half_mm] : {std::tuple(1, "body", 18.0), std::tuple(2, "organ", 8.0)}) {
     const MeshItem& made = scene().meshes[static_cast<std::size_t>(mesh)];
     EXPECT_EQ(made.name, name);
     ASSERT_TRUE(made.start && made.start->mesh);
-    float most = 0;
-    for (const Eigen::Vector3f& p : made.start->mesh->positions) most = std::max(most, p[0] - float(middle[0]));
+    double most = 0;
+    for (const Eigen::Vector3f& p : made.start->mesh->positions)
+      most = std::max(most, (axes_of_volume().inverse() * p.cast<double>())[0]);
     EXPECT_NEAR(most, half_mm, 0.6);
   }
+}
+
+TEST_F(CheckTest, RegionsOfAStructureSetAreReferences) {
+  load_reference(write_regions());
+  EXPECT_EQ(scene().meshes[0].reference->value, 1);  // a ball of 12 mm lies in the body
+  watch();
+  ASSERT_TRUE(wait_until([this] { return !cell("Dice", 0).isEmpty(); }));
+  // Of a cube with 36 mm long edges (the slices are 2 mm thick), less the organ, that has its own number.
+  EXPECT_GT(cell("Dice", 0).toDouble(), 0.1);
+  EXPECT_LT(cell("Dice", 0).toDouble(), 0.4);
 }
 
 TEST_F(CheckTest, AMeshOfAnotherProgramBecomesOne) {

@@ -7,9 +7,11 @@
 #include "io/load_input.h"
 #include "io/log_io.h"
 #include "io/mesh_io.h"
+#include "io/mesh_start.h"
 #include "io/scene_io.h"
 #include "io/volume_io.h"
 #include "session/mesh_life.h"
+#include "structure_set.h"
 #include "test_files.h"
 
 namespace simplexseg {
@@ -141,6 +143,17 @@ TEST_F(LabelStarts, LabelsAreCountedWithTheirNames) {
   EXPECT_EQ(labels[1].voxels, 4u * 4 * 24);
   EXPECT_NEAR(labels[1].millilitres, 4 * 4 * 24 / 1000.0, 1e-9);
   EXPECT_EQ(count_labels(labels_, {}, 1).at(0).value, 3) << "the largest";
+}
+
+TEST_F(LabelStarts, WhatIsToBeKnownOfTheLabelsIsSaid) {
+  const Eigen::Isometry3d place(Eigen::Translation3d(0, 17, 19));
+  write("rt.dcm", test::structure_set_of_squares(place, {{"gap", 8, {-4, -2, 2, 4}}, {"whole", 8, {-2, 0, 2}}}));
+  const std::string gap = R"("start": {"labels": "rt.dcm", "label": "gap"})";
+  const std::vector<std::string> said = load_scene(write_scene_file(gap)).warnings;
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_HAS(said[0], "rt.dcm': 1 slice between the first and the last has no contour");
+  EXPECT_TRUE(load_scene(write_scene_file(R"("start": {"labels": "rt.dcm", "label": "whole"})")).warnings.empty());
+  EXPECT_EQ(load_start({"rt.dcm", 1, 0, nullptr}, folder).warnings, said);
 }
 
 TEST_F(LabelStarts, WhatIsNotThereIsRefused) {

@@ -114,6 +114,7 @@ void LabelActions::meshes_from_labels(const QString& path) {
         LoadedVolume loaded = load_volume(file);
         labels->counts = count_labels(loaded.volume, loaded.segments);
         labels->volume = std::move(loaded.volume);
+        for (const std::string& warning : loaded.warnings) labels->warnings.push_back(quoted(file) + ": " + warning);
         if (labels->counts.empty()) choose_label(labels->volume, {}, quoted(file));  // says so
       },
       [=, this] { choose_labels(path, labels); }, BackgroundJob::CallingOff::Yes);
@@ -140,16 +141,23 @@ void LabelActions::make_meshes(const QString& path, const std::shared_ptr<Labels
       },
       [=, this] {
         int made = 0;
+        std::vector<std::string> warnings = labels->warnings;
         for (std::size_t n = 0; n < starts->size(); ++n) {
           std::string name = chosen[n].name;
           if (workbench_.scene().find_mesh(name)) name.clear();
           const LoadedStart& start = (*starts)[n];
+          warnings.insert(warnings.end(), start.warnings.begin(), start.warnings.end());
           made +=
               workbench_.apply(AddMesh{name, start.seed, chosen[n].colour, workbench_.view.active_mesh, start.start});
         }
-        if (made > 0) workbench_.say(Severity::Note, made == 1 ? tr("1 mesh made") : tr("%1 meshes made").arg(made));
+        if (made > 0) say_with_warnings(made == 1 ? tr("1 mesh made") : tr("%1 meshes made").arg(made), warnings);
       },
       BackgroundJob::CallingOff::Yes);
+}
+
+void LabelActions::say_with_warnings(QString text, const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) text += "; " + QString::fromStdString(warning);
+  workbench_.say(warnings.empty() ? Severity::Note : Severity::Warning, text);
 }
 
 void LabelActions::mesh_from_file(const QString& path) {
@@ -196,8 +204,7 @@ void LabelActions::load_reference(const QString& path) {
                                     : tr("Loaded %1: %2 of %3 meshes have a label under them");
         text = text.arg(QFileInfo(path).fileName());
         if (matched > 0) text = text.arg(matched).arg(ids.size());
-        for (const std::string& warning : labels->warnings) text += "; " + QString::fromStdString(warning);
-        workbench_.say(labels->warnings.empty() ? Severity::Note : Severity::Warning, text);
+        say_with_warnings(text, labels->warnings);
       },
       BackgroundJob::CallingOff::Yes);
 }

@@ -34,6 +34,7 @@ class LabelActions : public QObject {
   struct Labels;
   void choose_labels(const QString& path, const std::shared_ptr<Labels>& labels);
   void make_meshes(const QString& path, const std::shared_ptr<Labels>& labels, const std::vector<LabelCount>& chosen);
+  void say_with_warnings(QString text, const std::vector<std::string>& warnings);
   void enable_actions();
 
   Workbench& workbench_;

@@ -36,10 +36,10 @@ StateChip::StateChip(Workbench& workbench, FrameLoop& loop, QWidget* parent)
   setAlignment(Qt::AlignCenter);
   setFixedHeight(fontMetrics().height() + 8);
   setAccessibleName(tr("State of the simulation"));
-  setToolTip(tr(
-      "What the simulation does: running, learning (a mesh waits for what is learned from its marks), at rest, "
-      "paused, unsure (less than half of a mesh is likely to be right), leaking (a mesh finds no end of its object), "
-      "error"));
+  setToolTip(
+      tr("What the simulation does: running, learning (a mesh waits for what is learned from its marks), at rest, "
+         "paused, unsure (little of a mesh is likely to be right), leaking (a mesh finds no end of its object), "
+         "error"));
   setMinimumWidth(fontMetrics().horizontalAdvance(tr("running, 00000 steps/s")) + 20);  // it must not jump
   // Numbers that change with every frame cannot be read.
   calm_.setSingleShot(true);

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// RT structure sets of squares, made of bytes.
+#pragma once
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dicom_files.h"
+
+namespace simplexseg::test {
+
+/// Squares of `half_mm` to either side about a middle, one for each place of `z_mm` from it.
+struct Squares {
+  std::string name;
+  double half_mm;
+  std::vector<double> z_mm;
+};
+
+/// One every 2 mm from -half_mm to half_mm.
+inline std::vector<double> places_every_2_mm(double half_mm) {
+  std::vector<double> places;
+  for (double z = -half_mm; z <= half_mm; z += 2) places.push_back(z);
+  return places;
+}
+
+/// The file's bytes; its regions are numbered from 1. `place`: from the squares' middle and axes to the patient's.
+inline std::string structure_set_of_squares(const Eigen::Isometry3d& place, const std::vector<Squares>& regions) {
+  std::vector<std::string> names, contours;
+  for (std::size_t n = 0; n < regions.size(); ++n) {
+    const Squares& squares = regions[n];
+    std::vector<std::string> slices;
+    for (const double z : squares.z_mm) {
+      std::vector<double> corners;
+      for (const auto& [x, y] : {std::pair(-1, -1), std::pair(1, -1), std::pair(1, 1), std::pair(-1, 1)}) {
+        const Eigen::Vector3d corner = place * Eigen::Vector3d(x * squares.half_mm, y * squares.half_mm, z);
+        corners.insert(corners.end(), corner.begin(), corner.end());
+      }
+      DicomData contour;
+      contour.text(0x3006, 0x0042, "CS", "CLOSED_PLANAR").numbers(0x3006, 0x0050, corners);
+      slices.push_back(contour.bytes);
+    }
+    const std::string number = std::to_string(n + 1);
+    DicomData region, drawn;
+    region.text(0x3006, 0x0022, "IS", number).text(0x3006, 0x0026, "LO", squares.name);
+    names.push_back(region.bytes);
+    contours.push_back(drawn.sequence(0x3006, 0x0040, slices).text(0x3006, 0x0084, "IS", number).bytes);
+  }
+  DicomData data;
+  const char* const kind = "1.2.840.10008.5.1.4.1.1.481.3";
+  data.text(0x0008, 0x0016, "UI", kind).text(0x0008, 0x0018, "UI", "1.2.3").text(0x0008, 0x0060, "CS", "RTSTRUCT");
+  data.sequence(0x3006, 0x0020, names).sequence(0x3006, 0x0039, contours);
+  return dicom_file(data.bytes, kind);
+}
+
+}  // namespace simplexseg::test
