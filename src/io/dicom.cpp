@@ -39,10 +39,15 @@ void require_readable(const std::vector<DicomSlice>& slices) {
   throw Error("cannot read " + quoted(slices.size() == 1 ? slices[0].file : slices[0].file.parent_path()), why, remedy);
 }
 
+Volume as_32_bits(const Volume& volume) {
+  Volume wide(volume.geometry(), VoxelType::Int32);
+  std::ranges::copy(volume.voxels<std::int16_t>(), wide.voxels<std::int32_t>().begin());
+  return wide;
+}
+
 Volume read_slices(const std::vector<DicomSlice>& slices, const VolumeInfo& info) {
   const QuietLibraries quiet;
   Volume volume(info.geometry, info.type);
-  const std::size_t slice_bytes = volume.bytes() / slices.size();
   // File by file: one of many frames is opened once.
   std::vector<std::size_t> order(slices.size());
   std::iota(order.begin(), order.end(), 0);
@@ -52,7 +57,14 @@ Volume read_slices(const std::vector<DicomSlice>& slices, const VolumeInfo& info
   for (std::size_t i = 0; i < order.size(); ++i) {
     const DicomSlice& slice = slices[order[i]];
     if (i == 0 || slice.file != slices[order[i - 1]].file) frames.emplace(slice);
-    frames->read(slice, info.type, static_cast<std::byte*>(volume.data()) + order[i] * slice_bytes);
+    const auto read = [&] {
+      const std::size_t slice_bytes = volume.bytes() / slices.size();
+      return frames->read(slice, volume.type(), static_cast<std::byte*>(volume.data()) + order[i] * slice_bytes);
+    };
+    if (!read() && volume.type() == VoxelType::Int16) {
+      volume = as_32_bits(volume);
+      read();
+    }
     report_progress(static_cast<double>(i + 1), static_cast<double>(order.size()));
   }
   return volume;

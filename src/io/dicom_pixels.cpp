@@ -78,6 +78,8 @@ VoxelType voxel_type_of(const DicomSlice& slice) {
   if (slice.slope != std::rint(slice.slope) || slice.intercept != std::rint(slice.intercept)) return real;
   const int bits = std::clamp(p.stored_bits, 1, 32);
   const double low = p.is_signed ? -std::ldexp(1.0, bits - 1) : 0, span = std::ldexp(1.0, bits) - 1;
+  if (bits == 16 && slice.slope == 1 && std::abs(slice.intercept) <= 32768 && (p.is_signed || slice.intercept < 0))
+    return VoxelType::Int16;
   const double a = slice.slope * low + slice.intercept, b = slice.slope * (low + span) + slice.intercept;
   const double least = std::min(a, b), most = std::max(a, b);
   for (const VoxelType type :
@@ -135,9 +137,10 @@ const std::byte* DicomFrames::stored(const DicomSlice& slice) {
   return buffer_.data();
 }
 
-void DicomFrames::read(const DicomSlice& slice, VoxelType type, void* to) {
+bool DicomFrames::read(const DicomSlice& slice, VoxelType type, void* to) {
   const std::byte* from = stored(slice);
   const bool same = slice.slope == 1 && slice.intercept == 0;
+  bool fits = true;
   visit_voxel_type(stored_type_, [&]<class From>(std::type_identity<From>) {
     const auto* first = reinterpret_cast<const From*>(from);
     const From* last = first + pixels_of_frame(pixels_);
@@ -147,13 +150,16 @@ void DicomFrames::read(const DicomSlice& slice, VoxelType type, void* to) {
       } else {
         // A codec can give more than the bits that the header names.
         std::transform(first, last, static_cast<To*>(to), [&](From v) {
-          return static_cast<To>(std::clamp(slice.slope * static_cast<double>(v) + slice.intercept,
-                                            double(std::numeric_limits<To>::lowest()),
-                                            double(std::numeric_limits<To>::max())));
+          const double value = slice.slope * static_cast<double>(v) + slice.intercept;
+          const double held =
+              std::clamp(value, double(std::numeric_limits<To>::lowest()), double(std::numeric_limits<To>::max()));
+          fits &= held == value;
+          return static_cast<To>(held);
         });
       }
     });
   });
+  return fits;
 }
 
 }  // namespace simplexseg

@@ -9,7 +9,9 @@
 
 namespace simplexseg {
 
-/// The smallest type that holds every value of the slice once it is rescaled; the stored type where it is not.
+/// The smallest type that holds every value which the slice's bits can say once it is rescaled; the stored type where
+/// it is not. But Int16 where 16 bits are shifted alone, as by the intercept -1024 of CT: values beyond it are
+/// possible, and DicomFrames::read() tells of them.
 VoxelType voxel_type_of(const DicomSlice& slice);
 
 /// The pixels of one file of one sample a pixel, frame by frame. What is not compressed is read as it is asked for;
@@ -18,8 +20,9 @@ class DicomFrames {
  public:
   /// The file is that of the slice. Throws Error when the pixels cannot be decoded, or are not what the header says.
   explicit DicomFrames(const DicomSlice& slice);
-  /// Writes the values of a frame of the file, rescaled, as `type` to `to`. Throws Error when the file ends early.
-  void read(const DicomSlice& slice, VoxelType type, void* to);
+  /// Writes the values of a frame of the file, rescaled, as `type` to `to`; false where one lies beyond it, which is
+  /// then its least or most. Throws Error when the file ends early.
+  bool read(const DicomSlice& slice, VoxelType type, void* to);
 
  private:
   const std::byte* stored(const DicomSlice& slice);

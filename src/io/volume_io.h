@@ -14,8 +14,10 @@ constexpr int kMostVolumes = 1000000;  ///< numbers of volumes that can be asked
 
 /// What a volume file (or a folder with a DICOM series) says of itself, known without reading the voxels.
 struct VolumeInfo {
-  VolumeGeometry geometry;            ///< LPS, mm
-  VoxelType type = VoxelType::UInt8;  ///< the type the voxels have once read (rescaled files: float or a wider integer)
+  VolumeGeometry geometry;  ///< LPS, mm
+  /// The type the voxels have once read (rescaled files: float or a wider integer); in DICOM shifted 16-bit integers
+  /// are Int32 instead of Int16 where a value needs it.
+  VoxelType type = VoxelType::UInt8;
   std::string format;                 ///< "NIfTI-1", "DICOM series", "NRRD" ...
   int components = 1;                 ///< values per voxel; only 1 can be read
   int frames = 1;                     ///< volumes in the file (4D)

@@ -49,8 +49,8 @@ Volume made() {
   return volume;
 }
 
-/// A series of CT slices, one file each.
-void write_series(const fs::path& folder, const Volume& volume) {
+/// A series of CT slices, one file each, of so many unsigned bits.
+void write_series(const fs::path& folder, const Volume& volume, int bits) {
   constexpr const char* kCt = "1.2.840.10008.5.1.4.1.1.2";
   const simplexseg::VolumeGeometry& g = volume.geometry();
   const auto slice = static_cast<std::size_t>(g.size[0]) * static_cast<std::size_t>(g.size[1]);
@@ -61,7 +61,7 @@ void write_series(const fs::path& folder, const Volume& volume) {
     data.text(0x0008, 0x0060, "CS", "CT").text(0x0020, 0x000e, "UI", "1.2.3.8");
     data.text(0x0020, 0x0013, "IS", std::to_string(k + 1));
     data.numbers(0x0020, 0x0032, {0, 0, k * g.spacing_mm[2]}).numbers(0x0020, 0x0037, {1, 0, 0, 0, 1, 0});
-    simplexseg::test::describe_pixels(data, g.size[0], g.size[1], 0, 12);  // bits, as scanners store
+    simplexseg::test::describe_pixels(data, g.size[0], g.size[1], 0, bits);
     data.numbers(0x0028, 0x0030, {g.spacing_mm[1], g.spacing_mm[0]});
     data.numbers(0x0028, 0x1052, {-1024}).numbers(0x0028, 0x1053, {1});
     std::string pixels;
@@ -150,12 +150,16 @@ int main(int argc, char** argv) {
   itk::NiftiImageIOFactory::RegisterOneFactory();
   itk::NrrdImageIOFactory::RegisterOneFactory();
   itk::MetaImageIOFactory::RegisterOneFactory();
-  const char* const names[] = {"plain.nii", "packed.nii.gz", "packed.nrrd", "packed.mha",
-                               "series"};  // ITK reads a.nii for a.nii.gz beside it
+  const char* const names[] = {"plain.nii",      "packed.nii.gz", "packed.nrrd", "packed.mha",
+                               "series-12-bits", "series-16-bits"};  // ITK reads a.nii for a.nii.gz beside it
   for (const char* name : names) {
     cost_of([&] {
       const fs::path path = folder / name;
-      if (!fs::exists(path)) path.has_extension() ? simplexseg::write_volume(path, made()) : write_series(path, made());
+      if (fs::exists(path)) return 0.0;
+      if (path.has_extension())
+        simplexseg::write_volume(path, made());
+      else
+        write_series(path, made(), name == std::string("series-16-bits") ? 16 : 12);
       return 0.0;
     });
   }

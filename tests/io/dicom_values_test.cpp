@@ -37,6 +37,32 @@ TEST_F(DicomValues, InvertedPicturesKeepTheirValues) {
             1);
 }
 
+/// All 16 bits stored, shifted by -1024: nearly always 16 bits hold the values; where one needs more, all are kept.
+TEST_F(DicomValues, Shifted16BitValuesAreKeptIn16BitsWhereTheyFit) {
+  const auto write_slices = [&](std::uint16_t odd) {
+    for (std::uint16_t k = 0; k < 3; ++k) {
+      DicomData data;
+      data.text(0x0008, 0x0018, "UI", "1.2.3." + std::to_string(k + 1)).text(0x0008, 0x0060, "CS", "CT");
+      data.text(0x0020, 0x000e, "UI", "1.2.3.4").numbers(0x0020, 0x0032, {0, 0, 2.0 * k});
+      data.numbers(0x0020, 0x0037, {1, 0, 0, 0, 1, 0});
+      test::describe_pixels(data, 2, 1, 0);
+      data.numbers(0x0028, 0x0030, {1, 1}).numbers(0x0028, 0x1052, {-1024}).numbers(0x0028, 0x1053, {1});
+      data.raw(0x7fe0, 0x0010, "OW", bytes_of_numbers(k, k == 1 ? odd : static_cast<std::uint16_t>(33791)));
+      write("ct/" + std::to_string(k), test::dicom_file(data.bytes, "1.2.840.10008.5.1.4.1.1.2"));
+    }
+    return read_volume(folder / "ct");
+  };
+  fs::create_directory(folder / "ct");
+  for (const std::uint16_t odd : {std::uint16_t{500}, std::uint16_t{65535}}) {
+    const Volume volume = write_slices(odd);
+    EXPECT_EQ(volume.type(), odd == 500 ? VoxelType::Int16 : VoxelType::Int32);
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_EQ(volume.value(0, 0, k), k - 1024);
+      EXPECT_EQ(volume.value(1, 0, k), k == 1 ? odd - 1024 : 32767);
+    }
+  }
+}
+
 std::string dose(const std::vector<double>& offsets, const std::vector<double>& axes = {1, 0, 0, 0, 1, 0}) {
   DicomData data;
   data.text(0x0008, 0x0060, "CS", "RTDOSE").text(0x0020, 0x000e, "UI", "1.2.3.4");
