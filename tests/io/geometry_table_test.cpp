@@ -335,6 +335,14 @@ TEST_F(GeometryTable, RealFiles) {
   EXPECT_EQ(compare(paths), static_cast<int>(paths.size()));
 }
 
+TEST_F(GeometryTable, ACompressedSeries) {
+  REQUIRE_DATA(test::data_folder() / "dicom_series");
+  if (output_of("/usr/bin/python3 -c 'import PIL, numpy; print(1)' 2>/dev/null") != "1\n")
+    GTEST_SKIP() << "python3-pil or python3-numpy is absent";
+  const std::vector<fs::path> paths{test::data_folder() / "dicom_series/generic_compressed_j2k/001"};
+  EXPECT_EQ(compare(paths), 1);
+}
+
 /// Odd files of other programs, of which many are refused, and others are none that the judge reads.
 TEST_F(GeometryTable, OddFiles) {
   REQUIRE_DATA(test::data_folder() / "bad_input");

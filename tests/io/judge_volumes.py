@@ -156,11 +156,16 @@ def meta(path):
     return Grid(size, columns, numbers('Offset'), array_of(code, '<', voxels, 0, size))
 
 
+LOSSLESS = ('1.2.840.10008.1.2.4.90', '1.2.840.10008.1.2.5')  # of those that pydicom unpacks, by Pillow and itself
+
+
 def dicom(paths):
-    """Slices of one file each, as they are stored."""
+    """Slices of one file each."""
     import pydicom
     slices = [pydicom.dcmread(path) for path in paths]
-    if any(s.file_meta.TransferSyntaxUID.is_compressed or s.SamplesPerPixel != 1 or s.get('NumberOfFrames', 1) > 1 or
+    packed = slices[0].file_meta.TransferSyntaxUID.is_compressed
+    if any(s.file_meta.TransferSyntaxUID.is_compressed != packed or
+           packed and s.file_meta.TransferSyntaxUID not in LOSSLESS or s.SamplesPerPixel != 1 or s.get('NumberOfFrames', 1) > 1 or
            s.BitsAllocated != 16 for s in slices):
         return None
     axes = unit_axes(slices[0].ImageOrientationPatient)
@@ -177,7 +182,8 @@ def dicom(paths):
 
     def value(i, j, k):
         s = slices[k]
-        stored = struct.unpack_from(order + code, s.PixelData, 2 * (j * width + i))[0]
+        stored = (int(s.pixel_array[j, i]) if packed else
+                  struct.unpack_from(order + code, s.PixelData, 2 * (j * width + i))[0])
         return stored * float(getattr(s, 'RescaleSlope', 1)) + float(getattr(s, 'RescaleIntercept', 0))
     return Grid([width, first.Rows, len(slices)], columns, [float(x) for x in first.ImagePositionPatient], value)
 
