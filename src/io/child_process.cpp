@@ -2,6 +2,7 @@
 #include "io/child_process.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -55,7 +56,8 @@ void set_limit(__rlimit_resource resource, std::size_t most) {
 
 }  // namespace
 
-ChildProcess::ChildProcess(const ChildLimits& limits, const std::function<void(int pipe)>& work) {
+ChildProcess::ChildProcess(const ChildLimits& limits, const std::function<void(int pipe)>& work)
+    : silent_ms_(1000 * std::min(limits.silent_seconds(), 1000000)) {
   const auto refuse = [](const char* what) {
     throw Error("cannot read the file in a process of its own", std::string(what) + ": " + std::strerror(errno),
                 "close other programs");
@@ -84,6 +86,10 @@ ChildProcess::~ChildProcess() {
 bool ChildProcess::read(void* to, std::size_t bytes) {
   std::size_t done = 0;
   while (done < bytes) {
+    pollfd wanted{pipe_, POLLIN, 0};
+    const int ready = ::poll(&wanted, 1, silent_ms_);
+    if (ready < 0 && errno == EINTR) continue;
+    if (ready <= 0) return false;
     const ssize_t got = ::read(pipe_, static_cast<char*>(to) + done, std::min<std::size_t>(bytes - done, 1 << 20));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return false;

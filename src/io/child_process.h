@@ -13,6 +13,10 @@ namespace simplexseg {
 struct ChildLimits {
   std::size_t memory_bytes = 256 << 20;
   int cpu_seconds = 6;
+  /// How long it may say nothing, for one that waits for what never comes. Much more than the CPU's: a machine is
+  /// shared.
+  int silent_seconds() const { return least_silent_seconds + 10 * cpu_seconds; }
+  int least_silent_seconds = 60;
 };
 
 /// A copy of this process that does `work` and ends, for libraries that a damaged file can make crash, loop or take all
@@ -26,13 +30,14 @@ class ChildProcess {
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
 
-  /// Waits for so many bytes of the child. False when it ended or failed before.
+  /// Waits for so many bytes of the child. False when it ended or failed before, or said nothing for too long.
   bool read(void* to, std::size_t bytes);
 
  private:
   TemporaryFolder folder_;
   pid_t child_ = -1;
   int pipe_ = -1;
+  int silent_ms_;
 };
 
 /// For `work`: writes all of it, or ends the child where nobody listens any more.

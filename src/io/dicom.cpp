@@ -6,7 +6,6 @@
 #include <fstream>
 #include <map>
 #include <numeric>
-#include <optional>
 #include <set>
 #include <vector>
 
@@ -53,13 +52,13 @@ Volume read_slices(const std::vector<DicomSlice>& slices, const VolumeInfo& info
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return slices[a].file < slices[b].file; });
-  std::optional<DicomFrames> frames;
+  std::vector<DicomSlice> in_order;
+  for (const std::size_t i : order) in_order.push_back(slices[i]);
+  DicomFrames frames(in_order);
   for (std::size_t i = 0; i < order.size(); ++i) {
-    const DicomSlice& slice = slices[order[i]];
-    if (i == 0 || slice.file != slices[order[i - 1]].file) frames.emplace(slice);
     const auto read = [&] {
       const std::size_t slice_bytes = volume.bytes() / slices.size();
-      return frames->read(slice, volume.type(), static_cast<std::byte*>(volume.data()) + order[i] * slice_bytes);
+      return frames.read(in_order[i], volume.type(), static_cast<std::byte*>(volume.data()) + order[i] * slice_bytes);
     };
     if (!read() && volume.type() == VoxelType::Int16) {
       volume = as_32_bits(volume);

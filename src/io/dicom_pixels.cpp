@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
+#include <string>
 
+#include "io/child_process.h"
 #include "io/files.h"
 #include "io/quiet_libraries.h"
 
@@ -27,19 +30,56 @@ std::size_t pixels_of_frame(const DicomPixels& p) {
   return static_cast<std::size_t>(p.rows) * static_cast<std::size_t>(p.columns);
 }
 
-std::vector<std::byte> decode(const DicomSlice& slice, std::size_t wanted) {
-  std::vector<std::byte> bytes;
+/// Bytes of all frames of a file as GDCM unpacks them.
+std::size_t bytes_of_file(const DicomPixels& p) {
+  return pixels_of_frame(p) * bytes_per_voxel(stored_type_of(p)) * static_cast<std::size_t>(p.frames);
+}
+
+/// Whether the pixels are read as they lie in the file.
+bool is_plain(const DicomPixels& p) { return p.plain && (p.bits == 1 || p.bits == 8 || p.bits == 16 || p.bits == 32); }
+
+/// All frames of a file; throws std::runtime_error that says why there are none.
+std::vector<char> decode(const DicomSlice& slice) {
+  std::vector<char> bytes(bytes_of_file(slice.pixels));
   without_aborting([&] {
     gdcm::PixmapReader reader;
     reader.SetFileName(slice.file.c_str());
-    if (!reader.Read()) refuse(slice, "its header or its pixels are damaged");
+    if (!reader.Read()) throw std::runtime_error("its header or its pixels are damaged");
     const gdcm::Pixmap& pixmap = reader.GetPixmap();
-    if (pixmap.GetBufferLength() != wanted)
-      refuse(slice, "its pixels are not of the size and type that its header says");
-    bytes.resize(wanted);
-    if (!pixmap.GetBuffer(reinterpret_cast<char*>(bytes.data()))) refuse(slice, "its pixels are damaged");
+    if (pixmap.GetBufferLength() != bytes.size())
+      throw std::runtime_error("its pixels are not of the size and type that its header says");
+    if (!pixmap.GetBuffer(bytes.data())) throw std::runtime_error("its pixels are damaged");
   });
   return bytes;
+}
+
+/// In the decoder: how many characters say what is wrong, and these, or 0 and the bytes of the frames.
+void decode_to(int pipe, const DicomSlice& slice) {
+  std::string why;
+  std::vector<char> bytes;
+  try {
+    bytes = decode(slice);
+  } catch (const std::exception& exception) {
+    why = plain_words(exception);
+  }
+  const std::size_t words = why.size();
+  write_to_parent(pipe, &words, sizeof words);
+  why.empty() ? write_to_parent(pipe, bytes.data(), bytes.size()) : write_to_parent(pipe, why.data(), words);
+}
+
+/// For a file what it unpacks to is bounded already (damage_of_fragments()).
+ChildLimits limits_for(const std::vector<DicomSlice>& files) {
+  constexpr double packed_bytes_in_a_second = 5e5;  // the slowest codecs unpack many times that
+  ChildLimits limits;
+  double most = 0, packed = 0;
+  for (const DicomSlice& slice : files) {
+    const auto size = static_cast<double>(std::filesystem::file_size(slice.file));
+    most = std::max(most, 6 * static_cast<double>(bytes_of_file(slice.pixels)) + 4 * size);
+    packed += size;
+  }
+  limits.memory_bytes += static_cast<std::size_t>(most);
+  limits.cpu_seconds += static_cast<int>(std::min(packed / packed_bytes_in_a_second, 1e6));
+  return limits;
 }
 
 /// The pixels of a frame of bits, which begin anywhere in a byte.
@@ -94,27 +134,50 @@ VoxelType voxel_type_of(const DicomSlice& slice) {
 
 std::size_t buffer_bytes(const DicomPixels& pixels) {
   const std::size_t frame = pixels_of_frame(pixels) * bytes_per_voxel(stored_type_of(pixels));
-  return pixels.plain ? frame : frame * static_cast<std::size_t>(pixels.frames);
+  return is_plain(pixels) ? frame : 3 * frame * static_cast<std::size_t>(pixels.frames);
 }
 
-DicomFrames::DicomFrames(const DicomSlice& slice) : pixels_(slice.pixels), stored_type_(stored_type_of(slice.pixels)) {
+DicomFrames::DicomFrames(const std::vector<DicomSlice>& slices) {
+  std::vector<DicomSlice> packed;  // one for each file
+  for (const DicomSlice& slice : slices) {
+    if (!is_plain(slice.pixels) && (packed.empty() || packed.back().file != slice.file)) packed.push_back(slice);
+  }
+  if (packed.empty()) return;
+  decoder_ = std::make_unique<ChildProcess>(limits_for(packed), [&packed](int pipe) {
+    for (const DicomSlice& slice : packed) decode_to(pipe, slice);
+  });
+}
+
+DicomFrames::~DicomFrames() = default;
+
+void DicomFrames::open(const DicomSlice& slice) {
+  file_ = slice.file;
+  pixels_ = slice.pixels;
+  pixels_.plain = is_plain(pixels_);
+  stored_type_ = stored_type_of(pixels_);
   frame_bytes_ = pixels_of_frame(pixels_) * bytes_per_voxel(stored_type_);
-  pixels_.plain = pixels_.plain && (pixels_.bits == 1 || pixels_.bits == 8 || pixels_.bits == 16 || pixels_.bits == 32);
-  if (pixels_.plain) {
-    stream_.open(slice.file, std::ios::binary);
-    buffer_.resize(frame_bytes_);
-    return;
+  if (!pixels_.plain) return take_decoded(slice);
+  stream_ = std::ifstream(slice.file, std::ios::binary);
+  buffer_.resize(frame_bytes_);
+}
+
+void DicomFrames::take_decoded(const DicomSlice& slice) {
+  std::size_t words = 0;
+  bool there = decoder_->read(&words, sizeof words);
+  if (there && words > 0) {
+    std::string why(words, '\0');
+    if (decoder_->read(why.data(), words)) refuse(slice, why);
+    there = false;
   }
-  try {
-    buffer_ = decode(slice, frame_bytes_ * static_cast<std::size_t>(pixels_.frames));
-  } catch (const Error&) {
-    throw;
-  } catch (const std::exception& exception) {
-    refuse(slice, plain_words(exception));
+  if (there) {
+    buffer_.resize(bytes_of_file(pixels_));
+    there = decoder_->read(buffer_.data(), buffer_.size());
   }
+  if (!there) refuse(slice, "its pixels are damaged: they cannot be decoded within bounds of time and memory");
 }
 
 const std::byte* DicomFrames::stored(const DicomSlice& slice) {
+  if (slice.file != file_) open(slice);
   const auto frame = static_cast<std::size_t>(slice.frame);
   if (!pixels_.plain) return buffer_.data() + frame * frame_bytes_;
   const auto fill = [&](std::size_t at, char* to, std::size_t bytes) {

@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <set>
 
 #include "io/dicom_pixels.h"
@@ -66,11 +65,10 @@ Volume read_segments(const std::vector<DicomSlice>& slices, const std::vector<st
   Volume volume(info.geometry, info.type);
   const std::size_t count = info.geometry.voxel_count() / static_cast<std::size_t>(info.geometry.size[2]);
   std::vector<std::uint16_t> frame(count);
-  std::optional<DicomFrames> frames;
+  DicomFrames frames(slices);
   for (std::size_t i = 0; i < slices.size(); ++i) {
     const DicomSlice& s = slices[i];
-    if (i == 0 || s.file != slices[i - 1].file) frames.emplace(s);
-    frames->read(s, VoxelType::UInt16, frame.data());
+    frames.read(s, VoxelType::UInt16, frame.data());
     visit_voxel_type(info.type, [&]<class T>(std::type_identity<T>) {
       T* to = volume.voxels<T>().data() + layers[i] * count;
       for (std::size_t v = 0; v < count; ++v) {

@@ -255,7 +255,7 @@ Volume preview_of(const DicomSlice& slice) {
   const VoxelType type = voxel_type_of(slice);
   std::vector<std::byte> pixels(static_cast<std::size_t>(slice.pixels.rows) * slice.pixels.columns *
                                 bytes_per_voxel(type));
-  DicomFrames(slice).read(slice, type, pixels.data());
+  DicomFrames({slice}).read(slice, type, pixels.data());
   const int stride = std::max(1, (std::max(slice.pixels.rows, slice.pixels.columns) + kPreviewSide - 1) / kPreviewSide);
   VolumeGeometry geometry;
   geometry.size = {slice.pixels.columns / stride, slice.pixels.rows / stride, 1};

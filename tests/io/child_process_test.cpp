@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <csignal>
@@ -61,6 +62,7 @@ TEST(ChildProcess, MemoryAndTimeAreLimited) {
         }
       },
       {.cpu_seconds = 1}));
+  EXPECT_FALSE(lives([] { ::sleep(3600); }, {.cpu_seconds = 0, .least_silent_seconds = 1}));
 }
 
 TEST(ChildProcess, ItsTemporaryFilesGoWithIt) {
