@@ -91,15 +91,15 @@ class Walk {
   /// Where the first element is and how it is coded; nothing where no file of DICOM begins so.
   std::optional<std::pair<std::uint64_t, Coding>> begin() {
     const unsigned char* magic = bytes_.get(128, 4);
-    Coding coding;
-    if (magic && std::memcmp(magic, "DICM", 4) == 0) return std::pair{std::uint64_t(132), coding};
-    const unsigned char* start = bytes_.get(0, 8);
+    const std::uint64_t at = magic && std::memcmp(magic, "DICM", 4) == 0 ? 132 : 0;
+    const unsigned char* start = bytes_.get(at, 8);
     if (!start) return {};
+    Coding coding;
     coding.big_endian = start[0] == 0;
     const unsigned group = coding.big_endian ? start[1] : start[0];
     if ((group != 2 && group != 8) || start[0] + start[1] != static_cast<int>(group)) return {};
     coding.explicit_vr = std::isupper(start[4]) && std::isupper(start[5]);
-    return std::pair{std::uint64_t(0), coding};
+    return std::pair{at, coding};
   }
 
   std::string run() {
