@@ -21,8 +21,8 @@ struct ChildLimits {
 
 /// A copy of this process that does `work` and ends, for libraries that a damaged file can make crash, loop or take all
 /// memory: only the child suffers. `work` writes what it finds to the pipe that it is given. It prints nothing and
-/// leaves no trace but in `folder`, which is its temporary folder and goes with it. Throws Error when there can be no
-/// child.
+/// leaves no trace but in `folder`, which is its temporary folder and goes with it. It must take no lock
+/// (QuietLibraries is one): whoever held it is not there to give it back. Throws Error when there can be no child.
 class ChildProcess {
  public:
   ChildProcess(const ChildLimits& limits, const std::function<void(int pipe)>& work);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/dicom_lengths.h"
 
+#include <gdcmReader.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -11,10 +12,11 @@
 #include <fstream>
 #include <optional>
 #include <string_view>
-#include <utility>
 #include <vector>
 
+#include "io/child_process.h"
 #include "io/files.h"
+#include "io/quiet_libraries.h"
 
 namespace simplexseg {
 
@@ -74,6 +76,11 @@ struct Coding {
   bool explicit_vr = true, big_endian = false;
 };
 
+struct Beginning {
+  std::uint64_t at = 0;  ///< of the first element: behind the preamble, or 0
+  Coding coding;
+};
+
 constexpr std::uint32_t kUndefined = 0xffffffff, kItem = 0xfffee000, kItemEnd = 0xfffee00d, kSequenceEnd = 0xfffee0dd,
                         kPixels = 0x7fe00010;
 constexpr std::uint64_t kHarmless = 1 << 20;  ///< what GDCM may take in vain
@@ -89,7 +96,7 @@ class Walk {
   explicit Walk(const fs::path& path) : bytes_(path) {}
 
   /// Where the first element is and how it is coded; nothing where no file of DICOM begins so.
-  std::optional<std::pair<std::uint64_t, Coding>> begin() {
+  std::optional<Beginning> begin() {
     const unsigned char* magic = bytes_.get(128, 4);
     const std::uint64_t at = magic && std::memcmp(magic, "DICM", 4) == 0 ? 132 : 0;
     const unsigned char* start = bytes_.get(at, 8);
@@ -99,7 +106,7 @@ class Walk {
     const unsigned group = coding.big_endian ? start[1] : start[0];
     if ((group != 2 && group != 8) || start[0] + start[1] != static_cast<int>(group)) return {};
     coding.explicit_vr = std::isupper(start[4]) && std::isupper(start[5]);
-    return std::pair{at, coding};
+    return Beginning{at, coding};
   }
 
   std::string run() {
@@ -117,6 +124,8 @@ class Walk {
     data_set(at, bytes_.size(), coding_of_set_.value_or(coding), 0);
     return damage_;
   }
+  /// Whether the file says how it is coded; GDCM guesses it of others, and not always as the walk does.
+  bool says_its_coding() const { return coding_of_set_.has_value(); }
 
  private:
   std::uint32_t number(const unsigned char* from, int count, bool big_endian) const {
@@ -263,6 +272,20 @@ class Walk {
   std::string damage_;
 };
 
+/// Whether GDCM reads the header within a child's limits.
+bool gdcm_reads(const fs::path& path) {
+  ChildProcess child({}, [&path](int pipe) {
+    without_aborting([&] {
+      const gdcm::Tag pixels(0x7fe0, 0x0010);
+      gdcm::Reader reader;
+      reader.SetFileName(path.c_str());
+      if (reader.ReadUpToTag(pixels, {pixels})) write_to_parent(pipe, "x", 1);
+    });
+  });
+  char said = 0;
+  return child.read(&said, 1);
+}
+
 struct Picture {
   std::uint64_t columns = 0, rows = 0;
   double most_ratio = 1;  ///< of what it unpacks to, to its size
@@ -295,9 +318,18 @@ std::optional<Picture> picture_of(const unsigned char* head, std::size_t count) 
 
 }  // namespace
 
-bool begins_as_dicom(const fs::path& path) { return Walk(path).begin().has_value(); }
+bool begins_as_dicom(const fs::path& path) {
+  const auto first = Walk(path).begin();
+  return first && (first->at > 0 || gdcm_reads(path));
+}
 
-std::string damage_of_header(const fs::path& path) { return Walk(path).run(); }
+std::string damage_of_header(const fs::path& path) {
+  Walk walk(path);
+  const std::string damage = walk.run();
+  const auto first = walk.begin();
+  const bool guessed = first && first->at > 0 && !walk.says_its_coding();
+  return damage.empty() && guessed && !gdcm_reads(path) ? "its header is damaged" : damage;
+}
 
 std::string damage_of_fragments(const fs::path& path, const DicomPixels& pixels) {
   constexpr const char* truncated = "truncated: the file ends before its pixels do";

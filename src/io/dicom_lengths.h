@@ -9,13 +9,13 @@
 
 namespace simplexseg {
 
-/// Whether a file begins as those of DICOM do, with or without a preamble. GDCM must not be let at others: it searches
-/// them for elements and takes the memory that those claim.
+/// Whether a file begins as those of DICOM do. One without a preamble is tried in a child process besides: GDCM guesses
+/// how it is coded, and takes the memory that what it finds then claims. It must not be let at others.
 bool begins_as_dicom(const std::filesystem::path& path);
 
 /// Walks the elements of a file, down into its sequences and up to its pixels, without keeping any. Says what is wrong:
-/// it begins as no DICOM, an element claims more than the file holds, or the coding breaks off; empty when GDCM can be
-/// let at it.
+/// it begins as no DICOM, an element claims more than the file holds, the coding breaks off, or what does not say how
+/// it is coded fails in a child process; empty when GDCM can be let at it, where begins_as_dicom().
 std::string damage_of_header(const std::filesystem::path& path);
 
 /// Holds the fragments of compressed pixels, the first of which begins at pixels.start, against what the header claims:

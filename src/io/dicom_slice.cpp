@@ -127,7 +127,7 @@ std::vector<DicomSlice> scan_dicom(const fs::path& path) {
 
 std::string kind_of_dicom(const fs::path& path) {
   std::string kind;
-  if (!damage_of_header(path).empty()) return kind;
+  if (!begins_as_dicom(path) || !damage_of_header(path).empty()) return kind;
   without_aborting([&] {
     gdcm::Reader reader;
     reader.SetFileName(path.c_str());
