@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <fstream>
 
+#include "io/child_process.h"
 #include "io/dicom_colour.h"
 #include "io/dicom_frames.h"
 #include "io/dicom_lengths.h"
@@ -126,17 +128,22 @@ std::vector<DicomSlice> scan_dicom(const fs::path& path) {
 }
 
 std::string kind_of_dicom(const fs::path& path) {
-  std::string kind;
-  if (!begins_as_dicom(path) || !damage_of_header(path).empty()) return kind;
-  without_aborting([&] {
-    gdcm::Reader reader;
-    reader.SetFileName(path.c_str());
-    if (!reader.ReadUpToTag(gdcm::Tag(0x0008, 0x0060))) return;
-    std::string uid = uid_of(reader.GetFile().GetDataSet(), {0x0008, 0x0016});
-    if (uid.empty()) uid = uid_of(reader.GetFile().GetHeader(), {0x0002, 0x0002});
-    gdcm::UIDs known;
-    if (known.SetFromUID(uid.c_str()) && known.GetName()) kind = known.GetName();
+  if (!begins_as_dicom(path) || !damage_of_header(path).empty()) return {};
+  // In a child process, since elements may lie in an order in which the pixels, whatever they claim, are read.
+  ChildProcess child({}, [&path](int pipe) {
+    without_aborting([&] {
+      gdcm::Reader reader;
+      reader.SetFileName(path.c_str());
+      if (!reader.ReadUpToTag(gdcm::Tag(0x0008, 0x0060))) return;
+      std::string uid = uid_of(reader.GetFile().GetDataSet(), {0x0008, 0x0016});
+      if (uid.empty()) uid = uid_of(reader.GetFile().GetHeader(), {0x0002, 0x0002});
+      gdcm::UIDs known;
+      if (known.SetFromUID(uid.c_str()) && known.GetName())
+        write_to_parent(pipe, known.GetName(), std::strlen(known.GetName()) + 1);
+    });
   });
+  std::string kind;
+  for (char c = 0; child.read(&c, 1) && c != 0;) kind += c;
   return kind;
 }
 
