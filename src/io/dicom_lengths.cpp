@@ -234,7 +234,9 @@ class Walk {
         items(e->value, e->length, nested, fragments, depth);
         if (!damage_.empty()) return bytes_.size();
       }
-      at = e->length == kUndefined ? after_ : e->value + e->length;
+      const std::uint64_t next = e->length == kUndefined ? after_ : e->value + e->length;
+      if (next <= at) return bytes_.size();  // padding behind the pixels, which says nothing of where it ends
+      at = next;
     }
     return at;
   }
