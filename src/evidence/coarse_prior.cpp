@@ -88,7 +88,7 @@ void CoarsePrior::with_input(const Said& said, Use&& use) const {
     ball.inside = in;
   };
   for (const Mark& mark : said.marks) {
-    const Eigen::Vector3d step = dot_step(mark, volume_);
+    const Eigen::Vector3d step = dot_step(mark);
     if (mark.kind != MarkKind::Outside) add(mark.position_mm - step, mark.radius_mm, true);
     if (mark.kind != MarkKind::Inside) add(mark.position_mm + step, mark.radius_mm, false);
     if (mark.kind != MarkKind::Outside) inside.push_back(mark.position_mm);

@@ -146,7 +146,7 @@ std::vector<NewDot> EvidenceField::new_dots() const {
       for (const bool inside : {true, false})
         if (const auto middle = middle_of_wrong(mark, inside)) add(*middle, mark.radius_mm, inside);
     if (fresh.size() > had) continue;
-    const Eigen::Vector3d step = dot_step(mark, volume_.geometry());
+    const Eigen::Vector3d step = dot_step(mark);
     if (mark.kind != MarkKind::Outside) add(mark.position_mm - step, mark.radius_mm, true);
     if (mark.kind != MarkKind::Inside) add(mark.position_mm + step, mark.radius_mm, false);
   }

@@ -47,9 +47,9 @@ class Painter {
 
 }  // namespace
 
-Eigen::Vector3d dot_step(const Mark& mark, const VolumeGeometry& geometry) {
+Eigen::Vector3d dot_step(const Mark& mark) {
   if (mark.kind != MarkKind::Boundary) return Eigen::Vector3d::Zero();
-  return (mark.radius_mm + 0.5 * geometry.spacing_mm.minCoeff()) * mark.outward.normalized();
+  return mark.radius_mm * mark.outward.normalized();
 }
 
 std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& box,
@@ -91,7 +91,7 @@ void paint_marks(const VolumeGeometry& geometry, const VoxelBox& box, std::span<
   Painter painter(geometry, box, known);
   for (const Mark& mark : marks) {
     if (mark.kind == MarkKind::Boundary) {
-      const Eigen::Vector3d step = dot_step(mark, geometry);
+      const Eigen::Vector3d step = dot_step(mark);
       painter.ball(mark.position_mm - step, mark.radius_mm, Known::Inside);
       painter.ball(mark.position_mm + step, mark.radius_mm, Known::Outside);
     } else {

@@ -25,9 +25,10 @@ enum class Known : std::uint8_t {
 /// True where the field is given rather than solved.
 constexpr bool is_held(Known known) { return known != Known::Nothing; }
 
-/// From a boundary mark to its outside dot, mm; its inside dot lies as far on the other side. Between the two is a gap
-/// of about a voxel, in which the image says where the edge is. 0 for other marks.
-Eigen::Vector3d dot_step(const Mark& mark, const VolumeGeometry& geometry);
+/// From a boundary mark to its outside dot, mm; its inside dot lies as far on the other side. The two touch at the
+/// mark: with a gap between them what a mark says of the layer beside it, which is what was wrong, is little. 0 for
+/// other marks.
+Eigen::Vector3d dot_step(const Mark& mark);
 
 /// All voxels of a box, later marks over earlier ones, marks over `others` (objects of others on the volume's grid, or
 /// null) and over the box's sides. `finite`: 0 where the image is not; empty: it is everywhere. A mark holds the voxels

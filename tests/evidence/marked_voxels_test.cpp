@@ -29,5 +29,23 @@ TEST(MarkedVoxels, SquaredDistancesAreThoseToTheNearestPlaceInMillimetres) {
   EXPECT_GT(squared_distances(geometry, box, {}, run_in_turn()).front(), 1e11f);
 }
 
+/// What is beside a boundary mark is known on either side of it, and as far as its dots reach.
+TEST(MarkedVoxels, TheDotsOfABoundaryMarkTouchAtIt) {
+  VolumeGeometry geometry;
+  geometry.size = {20, 20, 20};
+  const VoxelBox box{{0, 0, 0}, geometry.size};
+  const std::vector<Mark> marks{{MarkKind::Boundary, {10, 10, 10.5}, 1.8, {0, 0, 5}}};
+  const std::vector<Known> known = known_voxels(geometry, box, {}, marks, nullptr);
+  for (const int i : {9, 10, 11}) {
+    EXPECT_EQ(known[box.offset(i, 10, 10)], Known::Inside) << i;
+    EXPECT_EQ(known[box.offset(i, 10, 11)], Known::Outside) << i;
+  }
+  EXPECT_EQ(known[box.offset(10, 10, 7)], Known::Inside);
+  EXPECT_EQ(known[box.offset(10, 10, 14)], Known::Outside);
+  for (const int k : {6, 15}) EXPECT_EQ(known[box.offset(10, 10, k)], Known::Nothing) << k;
+  for (const int i : {8, 12}) EXPECT_EQ(known[box.offset(i, 10, 10)], Known::Nothing) << i;
+  EXPECT_TRUE(dot_step({MarkKind::Inside, {10, 10, 10}, 1.8}).isZero());
+}
+
 }  // namespace
 }  // namespace simplexseg
