@@ -53,6 +53,7 @@ Volume read_slices(const std::vector<DicomSlice>& slices, const VolumeInfo& info
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return slices[a].file < slices[b].file; });
   std::vector<DicomSlice> in_order;
+  in_order.reserve(order.size());
   for (const std::size_t i : order) in_order.push_back(slices[i]);
   DicomFrames frames(in_order);
   for (std::size_t i = 0; i < order.size(); ++i) {

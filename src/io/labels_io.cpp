@@ -63,14 +63,14 @@ LoadedLabels labels_of_regions(const std::vector<StructureRegion>& regions, cons
     loaded.warnings.push_back(std::to_string(empty) + (empty == 1 ? " slice" : " slices") +
                               " between the first and the last " + (empty == 1 ? "has" : "have") +
                               " no contour: nothing is labelled there");
-  for (std::string& warning : loaded.warnings) warning = quoted(path) + ": " + warning;
+  for (std::string& warning : loaded.warnings) warning.insert(0, quoted(path) + ": ");
   return loaded;
 }
 
 LoadedLabels load_labels(const std::filesystem::path& path, const LabelChoice& choice) {
   if (is_structure_set(path)) return labels_of_regions(read_structure_regions(path), choice, path);
   LoadedVolume read = load_volume(path);
-  for (std::string& warning : read.warnings) warning = quoted(path) + ": " + warning;
+  for (std::string& warning : read.warnings) warning.insert(0, quoted(path) + ": ");
   return {std::move(read.volume), std::move(read.segments), std::move(read.warnings)};
 }
 
