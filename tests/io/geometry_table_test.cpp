@@ -183,8 +183,8 @@ void write_series(const fs::path& folder, const Volume& volume) {
 class GeometryTable : public test::FolderTest {
  protected:
   void SetUp() override {
-    if (output_of("/usr/bin/python3 -c 'import pydicom; print(1)' 2>/dev/null") != "1\n")
-      GTEST_SKIP() << "python3-pydicom is absent";
+    if (output_of("/usr/bin/python3 -c 'import h5py, nibabel, numpy, PIL, pydicom; print(1)' 2>/dev/null") != "1\n")
+      GTEST_SKIP() << "of python3-pydicom, -numpy, -pil, -nibabel and -h5py one is absent";
   }
 
   /// That ours is what the judge reads of each file; gives how many it could read.
@@ -286,10 +286,7 @@ TEST_F(GeometryTable, EveryOrientationPackedInTwoFilesAndInFrames) {
 }
 
 TEST_F(GeometryTable, EveryOrientationInMinc) {
-  if (output_of(
-          "command -v rawtominc >/dev/null && /usr/bin/python3 -c 'import nibabel, h5py; print(1)' 2>/dev/null") !=
-      "1\n")
-    GTEST_SKIP() << "minc-tools or python3-nibabel is absent";
+  if (output_of("command -v rawtominc").empty()) GTEST_SKIP() << "minc-tools is absent";
   std::vector<fs::path> paths;
   std::string commands = "set -e\n";
   int n = 0;
@@ -337,13 +334,11 @@ TEST_F(GeometryTable, RealFiles) {
 
 TEST_F(GeometryTable, ACompressedSeries) {
   REQUIRE_DATA(test::data_folder() / "dicom_series");
-  if (output_of("/usr/bin/python3 -c 'import PIL, numpy; print(1)' 2>/dev/null") != "1\n")
-    GTEST_SKIP() << "python3-pil or python3-numpy is absent";
   const std::vector<fs::path> paths{test::data_folder() / "dicom_series/generic_compressed_j2k/001"};
   EXPECT_EQ(compare(paths), 1);
 }
 
-/// Odd files of other programs, of which many are refused, and others are none that the judge reads.
+/// Odd files of other programs, of which many are refused.
 TEST_F(GeometryTable, OddFiles) {
   REQUIRE_DATA(test::data_folder() / "bad_input");
   std::vector<fs::path> read;
@@ -357,7 +352,7 @@ TEST_F(GeometryTable, OddFiles) {
     }
   }
   EXPECT_GT(read.size(), 40u);
-  EXPECT_GT(compare(read), 20);
+  EXPECT_GE(compare(read), static_cast<int>(read.size()) - 1);  // all but lossy JPEG, of which decoders differ
 }
 
 }  // namespace

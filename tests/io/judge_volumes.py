@@ -4,6 +4,7 @@
 # SLICES POINTS", then the LPS position (mm) and the value of the voxels at the eight corners and at 100 others. What it
 # cannot read it passes over.
 import gzip
+import io
 import os
 import random
 import struct
@@ -112,8 +113,8 @@ def minc(path):
     import nibabel
     image = nibabel.load(path)
     values, affine, lps = image.get_fdata(), image.affine, [-1, -1, 1]
-    if values.ndim != 3:
-        return None
+    if values.ndim == 4:  # the first of several in time
+        values = values[0]
     columns = [[affine[r][2 - a] * lps[r] for r in range(3)] for a in range(3)]  # its first axis is the slowest
     return Grid(values.shape[::-1], columns, [affine[r][3] * lps[r] for r in range(3)],
                 lambda i, j, k: float(values[k, j, i]))
@@ -126,16 +127,20 @@ def nrrd(path):
     fields = dict(line.split(': ', 1) for line in data[:end].decode().split('\n') if ': ' in line and line[0] != '#')
     vector = lambda text: [float(x) for x in text.strip('()').split(',')]
     size = [int(x) for x in fields['sizes'].split()]
-    sign = {'left-posterior-superior': [1, 1, 1], 'right-anterior-superior': [-1, -1, 1]}[fields['space']]
+    known = [{'left': 1, 'right': -1}, {'posterior': 1, 'anterior': -1}, {'superior': 1, 'inferior': -1}]
+    sign = [words[word] for words, word in zip(known, fields['space'].split('-'))]
     columns = [[v * s for v, s in zip(vector(t), sign)] for t in fields['space directions'].split()]
     origin = [v * s for v, s in zip(vector(fields['space origin']), sign)]
-    code = {'signed char': 'b', 'unsigned char': 'B', 'short': 'h', 'unsigned short': 'H', 'int': 'i',
+    code = {'signed char': 'b', 'unsigned char': 'B', 'uchar': 'B', 'short': 'h', 'unsigned short': 'H', 'int': 'i',
             'unsigned int': 'I', 'float': 'f', 'double': 'd'}[fields['type']]
     voxels = data[end:]
     if 'data file' in fields:
         voxels = open(os.path.join(os.path.dirname(path), fields['data file']), 'rb').read()
     if fields['encoding'] == 'gzip':
         voxels = gzip.decompress(voxels)
+    if fields['encoding'] == 'ascii':
+        numbers = voxels.split()
+        voxels = struct.pack('<%d%s' % (len(numbers), code), *(int(x) for x in numbers))
     return Grid(size, columns, origin, array_of(code, '>' if fields.get('endian') == 'big' else '<', voxels, 0, size))
 
 
@@ -156,50 +161,67 @@ def meta(path):
     return Grid(size, columns, numbers('Offset'), array_of(code, '<', voxels, 0, size))
 
 
-LOSSLESS = ('1.2.840.10008.1.2.4.90', '1.2.840.10008.1.2.5')  # of those that pydicom unpacks, by Pillow and itself
+# Of those that pydicom unpacks, by Pillow and itself: JPEG 2000 and run lengths; of others not all decoders say the same.
+EXACT = ('1.2.840.10008.1.2.4.90', '1.2.840.10008.1.2.4.91', '1.2.840.10008.1.2.5')
 
 
-def dicom(paths):
-    """Slices of one file each."""
+def dataset(path):
     import pydicom
-    slices = [pydicom.dcmread(path) for path in paths]
-    packed = slices[0].file_meta.TransferSyntaxUID.is_compressed
-    if any(s.file_meta.TransferSyntaxUID.is_compressed != packed or
-           packed and s.file_meta.TransferSyntaxUID not in LOSSLESS or s.SamplesPerPixel != 1 or s.get('NumberOfFrames', 1) > 1 or
-           s.BitsAllocated != 16 for s in slices):
+    return pydicom.dcmread(io.BytesIO(read(path)))
+
+
+def can_be_read(data):
+    syntax = data.file_meta.TransferSyntaxUID
+    return (not syntax.is_compressed or syntax in EXACT) and data.SamplesPerPixel == 1
+
+
+def dicom(slices):
+    """Slices of one file each. What has no place lies at 0, its axes along LPS, with 1 mm where nothing says how wide it is."""
+    if any(not can_be_read(s) or s.get('NumberOfFrames', 1) > 1 for s in slices):
         return None
-    axes = unit_axes(slices[0].ImageOrientationPatient)
+    at = lambda s: [float(x) for x in s.get('ImagePositionPatient', [0, 0, 0])]
+    first = slices[0]
+    axes = unit_axes(first.get('ImageOrientationPatient', [1, 0, 0, 0, 1, 0]))
     normal = cross(axes[:3], axes[3:])
-    place = lambda s: sum(float(p) * n for p, n in zip(s.ImagePositionPatient, normal))
-    slices.sort(key=place)
+    slices.sort(key=lambda s: sum(p * n for p, n in zip(at(s), normal)))
     first, last = slices[0], slices[-1]
-    between = [(float(b) - float(a)) / max(1, len(slices) - 1)
-               for a, b in zip(first.ImagePositionPatient, last.ImagePositionPatient)]
-    down, across = (float(x) for x in first.PixelSpacing)
+    between = [(b - a) / max(1, len(slices) - 1) for a, b in zip(at(first), at(last))]
+    down, across = (float(x) for x in first.get('PixelSpacing', first.get('ImagerPixelSpacing', [1, 1])))
     columns = [[x * across for x in axes[:3]], [x * down for x in axes[3:]], between]
-    width, code = first.Columns, 'h' if first.PixelRepresentation else 'H'
-    order = '<' if first.is_little_endian else '>'
 
     def value(i, j, k):
         s = slices[k]
-        stored = (int(s.pixel_array[j, i]) if packed else
-                  struct.unpack_from(order + code, s.PixelData, 2 * (j * width + i))[0])
-        return stored * float(getattr(s, 'RescaleSlope', 1)) + float(getattr(s, 'RescaleIntercept', 0))
-    return Grid([width, first.Rows, len(slices)], columns, [float(x) for x in first.ImagePositionPatient], value)
+        return int(s.pixel_array[j, i]) * float(s.get('RescaleSlope', 1)) + float(s.get('RescaleIntercept', 0))
+    return Grid([first.Columns, first.Rows, len(slices)], columns, at(first), value)
 
 
-def enhanced(path):
+def dose(data):
+    """An RT dose: frames at offsets from the first, which begin at 0 or at the position's own coordinate."""
+    if not can_be_read(data):
+        return None
+    axes = unit_axes(data.ImageOrientationPatient)
+    normal = cross(axes[:3], axes[3:])
+    frames = data.get('NumberOfFrames', 1)
+    offsets = [float(x) for x in data.GridFrameOffsetVector] if frames > 1 else [0]
+    step = (offsets[-1] - offsets[0]) / max(1, frames - 1)
+    down, across = (float(x) for x in data.PixelSpacing)
+    columns = [[x * across for x in axes[:3]], [x * down for x in axes[3:]], [x * step for x in normal]]
+    pixels = data.pixel_array.reshape(frames, data.Rows, data.Columns)
+    return Grid([data.Columns, data.Rows, frames], columns, [float(x) for x in data.ImagePositionPatient],
+                lambda i, j, k: int(pixels[k, j, i]) * float(data.DoseGridScaling))
+
+
+def enhanced(data):
     """A multiframe file of one volume: frames with a place and a rescale each, in any order."""
-    import pydicom
-    data = pydicom.dcmread(path)
-    shared = data.SharedFunctionalGroupsSequence[0]
-    axes = unit_axes(shared.PlaneOrientationSequence[0].ImageOrientationPatient)
-    down, across = (float(x) for x in shared.PixelMeasuresSequence[0].PixelSpacing)
+    shared, each = data.SharedFunctionalGroupsSequence[0], data.PerFrameFunctionalGroupsSequence
+    group = lambda frame, name: (frame if name in frame else shared)[name][0]
+    axes = unit_axes(group(each[0], 'PlaneOrientationSequence').ImageOrientationPatient)
+    down, across = (float(x) for x in group(each[0], 'PixelMeasuresSequence').PixelSpacing)
     normal = cross(axes[:3], axes[3:])
     frames = []
-    for number, groups in enumerate(data.PerFrameFunctionalGroupsSequence):
-        at = [float(x) for x in groups.PlanePositionSequence[0].ImagePositionPatient]
-        rescale = groups.PixelValueTransformationSequence[0]
+    for number, frame in enumerate(each):
+        at = [float(x) for x in group(frame, 'PlanePositionSequence').ImagePositionPatient]
+        rescale = group(frame, 'PixelValueTransformationSequence')
         frames.append((sum(p * n for p, n in zip(at, normal)), number, at, float(rescale.RescaleSlope),
                        float(rescale.RescaleIntercept)))
     frames.sort()
@@ -213,7 +235,7 @@ def enhanced(path):
 
 def grid_of(path):
     if os.path.isdir(path):
-        return dicom([os.path.join(path, name) for name in sorted(os.listdir(path))])
+        return dicom([dataset(os.path.join(path, name)) for name in sorted(os.listdir(path))])
     if path.endswith(('.nrrd', '.nhdr')):
         return nrrd(path)
     if path.endswith(('.mha', '.mhd')):
@@ -226,8 +248,10 @@ def grid_of(path):
         return analyze(path)
     if path.endswith(('.nii', '.nii.gz')):
         return nifti(path)
-    import pydicom
-    return enhanced(path) if 'PerFrameFunctionalGroupsSequence' in pydicom.dcmread(path) else dicom([path])
+    data = dataset(path)
+    if 'PerFrameFunctionalGroupsSequence' in data:
+        return enhanced(data)
+    return dose(data) if data.get('Modality') == 'RTDOSE' else dicom([data])
 
 
 for path in sys.stdin.read().split('\n'):
