@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -15,6 +16,9 @@
 
 namespace simplexseg {
 namespace {
+
+constexpr const char* kBeyondBounds = "its pixels are damaged: they cannot be decoded within bounds of time and memory";
+constexpr std::size_t kMostWords = 1000;  // characters
 
 VoxelType stored_type_of(const DicomPixels& p) {
   if (p.bits <= 8) return p.is_signed ? VoxelType::Int8 : VoxelType::UInt8;
@@ -59,8 +63,10 @@ void decode_to(int pipe, const DicomSlice& slice) {
   std::vector<char> bytes;
   try {
     bytes = decode(slice);
+  } catch (const std::bad_alloc&) {
+    why = kBeyondBounds;
   } catch (const std::exception& exception) {
-    why = plain_words(exception);
+    why = plain_words(exception).substr(0, kMostWords);
   }
   const std::size_t words = why.size();
   write_to_parent(pipe, &words, sizeof words);
@@ -138,9 +144,10 @@ std::size_t buffer_bytes(const DicomPixels& pixels) {
 }
 
 DicomFrames::DicomFrames(const std::vector<DicomSlice>& slices) {
-  std::vector<DicomSlice> packed;  // one for each file
-  for (const DicomSlice& slice : slices) {
-    if (!is_plain(slice.pixels) && (packed.empty() || packed.back().file != slice.file)) packed.push_back(slice);
+  std::vector<DicomSlice> packed;  // one for each time that a file is opened
+  for (std::size_t i = 0; i < slices.size(); ++i) {
+    const bool opens = i == 0 || slices[i].file != slices[i - 1].file;
+    if (opens && !is_plain(slices[i].pixels)) packed.push_back(slices[i]);
   }
   if (packed.empty()) return;
   decoder_ = std::make_unique<ChildProcess>(limits_for(packed), [&packed](int pipe) {
@@ -165,15 +172,15 @@ void DicomFrames::take_decoded(const DicomSlice& slice) {
   std::size_t words = 0;
   bool there = decoder_->read(&words, sizeof words);
   if (there && words > 0) {
-    std::string why(words, '\0');
-    if (decoder_->read(why.data(), words)) refuse(slice, why);
+    std::string why(std::min(words, kMostWords), '\0');
+    if (decoder_->read(why.data(), why.size())) refuse(slice, why);
     there = false;
   }
   if (there) {
     buffer_.resize(bytes_of_file(pixels_));
     there = decoder_->read(buffer_.data(), buffer_.size());
   }
-  if (!there) refuse(slice, "its pixels are damaged: they cannot be decoded within bounds of time and memory");
+  if (!there) refuse(slice, kBeyondBounds);
 }
 
 const std::byte* DicomFrames::stored(const DicomSlice& slice) {

@@ -129,6 +129,7 @@ std::vector<DicomSlice> scan_dicom(const fs::path& path) {
 
 std::string kind_of_dicom(const fs::path& path) {
   if (!begins_as_dicom(path) || !damage_of_header(path).empty()) return {};
+  constexpr std::size_t kMostName = 200;
   // In a child process, since elements may lie in an order in which the pixels, whatever they claim, are read.
   ChildProcess child({}, [&path](int pipe) {
     without_aborting([&] {
@@ -143,7 +144,7 @@ std::string kind_of_dicom(const fs::path& path) {
     });
   });
   std::string kind;
-  for (char c = 0; child.read(&c, 1) && c != 0;) kind += c;
+  for (char c = 0; kind.size() < kMostName && child.read(&c, 1) && c != 0;) kind += c;
   return kind;
 }
 

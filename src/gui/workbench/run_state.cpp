@@ -77,8 +77,7 @@ QString advice_of(const Workbench& workbench, std::size_t mesh) {
         "inside of the object");
   if (unsure(item))
     return tr("By what it has learned, little of it is right (a Dice of about %1 with the true object): mark with I "
-              "and "
-              "O what belongs to the object and what does not, or seed it elsewhere")
+              "and O what belongs to the object and what does not, or seed it elsewhere")
         .arg(item.field->expected_dice, 0, 'f', 2);
   const QString faults = faults_of(workbench, mesh);
   if (faults.isEmpty() && (!item.field || item.field->expected_dice >= 1)) return {};
