@@ -13,10 +13,10 @@ namespace simplexseg {
 struct ChildLimits {
   std::size_t memory_bytes = 256 << 20;
   int cpu_seconds = 6;
-  /// How long it may say nothing, for one that waits for what never comes. Much more than the CPU's: a machine is
-  /// shared.
-  int silent_seconds() const { return least_silent_seconds + 10 * cpu_seconds; }
   int least_silent_seconds = 60;
+  /// How long it may say nothing, for one that waits for what never comes: much more than it may compute, since the
+  /// machine is shared.
+  int silent_seconds() const { return least_silent_seconds + 10 * cpu_seconds; }
 };
 
 /// A copy of this process that does `work` and ends, for libraries that a damaged file can make crash, loop or take all

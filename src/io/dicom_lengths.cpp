@@ -120,12 +120,14 @@ class Walk {
       if (e->tag == 0x00020010) coding_of_set_ = coding_named(*e);
       at = e->value + e->length;
     }
+    guessed_ = first->at > 0 && !coding_of_set_;
     if (deflated_ && !bytes_.inflate_from(at)) return "its deflated data is damaged";
     data_set(at, bytes_.size(), coding_of_set_.value_or(coding), 0);
     return damage_;
   }
-  /// Whether the file says how it is coded; GDCM guesses it of others, and not always as the walk does.
-  bool says_its_coding() const { return coding_of_set_.has_value(); }
+  /// Whether there is a preamble, but nothing that says how the file is coded: GDCM guesses it, not always as run()
+  /// does.
+  bool is_guessed() const { return guessed_; }
 
  private:
   std::uint32_t number(const unsigned char* from, int count, bool big_endian) const {
@@ -269,7 +271,7 @@ class Walk {
 
   Bytes bytes_;
   std::optional<Coding> coding_of_set_;
-  bool deflated_ = false, compressed_ = false, after_pixels_ = false;
+  bool deflated_ = false, compressed_ = false, guessed_ = false, after_pixels_ = false;
   std::uint64_t after_ = 0;
   std::string damage_;
 };
@@ -328,9 +330,7 @@ bool begins_as_dicom(const fs::path& path) {
 std::string damage_of_header(const fs::path& path) {
   Walk walk(path);
   const std::string damage = walk.run();
-  const auto first = walk.begin();
-  const bool guessed = first && first->at > 0 && !walk.says_its_coding();
-  return damage.empty() && guessed && !gdcm_reads(path) ? "its header is damaged" : damage;
+  return damage.empty() && walk.is_guessed() && !gdcm_reads(path) ? "its header is damaged" : damage;
 }
 
 std::string damage_of_fragments(const fs::path& path, const DicomPixels& pixels) {

@@ -34,10 +34,8 @@ std::size_t pixels_of_frame(const DicomPixels& p) {
   return static_cast<std::size_t>(p.rows) * static_cast<std::size_t>(p.columns);
 }
 
-/// Bytes of all frames of a file as GDCM unpacks them.
-std::size_t bytes_of_file(const DicomPixels& p) {
-  return pixels_of_frame(p) * bytes_per_voxel(stored_type_of(p)) * static_cast<std::size_t>(p.frames);
-}
+std::size_t bytes_of_frame(const DicomPixels& p) { return pixels_of_frame(p) * bytes_per_voxel(stored_type_of(p)); }
+std::size_t bytes_of_file(const DicomPixels& p) { return bytes_of_frame(p) * static_cast<std::size_t>(p.frames); }
 
 /// Whether the pixels are read as they lie in the file.
 bool is_plain(const DicomPixels& p) { return p.plain && (p.bits == 1 || p.bits == 8 || p.bits == 16 || p.bits == 32); }
@@ -139,8 +137,7 @@ VoxelType voxel_type_of(const DicomSlice& slice) {
 }
 
 std::size_t buffer_bytes(const DicomPixels& pixels) {
-  const std::size_t frame = pixels_of_frame(pixels) * bytes_per_voxel(stored_type_of(pixels));
-  return is_plain(pixels) ? frame : 3 * frame * static_cast<std::size_t>(pixels.frames);
+  return is_plain(pixels) ? bytes_of_frame(pixels) : 3 * bytes_of_file(pixels);
 }
 
 DicomFrames::DicomFrames(const std::vector<DicomSlice>& slices) {
@@ -162,7 +159,7 @@ void DicomFrames::open(const DicomSlice& slice) {
   pixels_ = slice.pixels;
   pixels_.plain = is_plain(pixels_);
   stored_type_ = stored_type_of(pixels_);
-  frame_bytes_ = pixels_of_frame(pixels_) * bytes_per_voxel(stored_type_);
+  frame_bytes_ = bytes_of_frame(pixels_);
   if (!pixels_.plain) return take_decoded(slice);
   stream_ = std::ifstream(slice.file, std::ios::binary);
   buffer_.resize(frame_bytes_);

@@ -31,6 +31,11 @@ int empty_slices(const Volume& labels) {
   return empty;
 }
 
+LoadedLabels named(LoadedLabels labels, const std::filesystem::path& path) {
+  for (std::string& warning : labels.warnings) warning.insert(0, quoted(path) + ": ");
+  return labels;
+}
+
 }  // namespace
 
 std::optional<double> label_of(const LabelChoice& choice, const std::vector<SegmentName>& names,
@@ -63,15 +68,13 @@ LoadedLabels labels_of_regions(const std::vector<StructureRegion>& regions, cons
     loaded.warnings.push_back(std::to_string(empty) + (empty == 1 ? " slice" : " slices") +
                               " between the first and the last " + (empty == 1 ? "has" : "have") +
                               " no contour: nothing is labelled there");
-  for (std::string& warning : loaded.warnings) warning.insert(0, quoted(path) + ": ");
-  return loaded;
+  return named(std::move(loaded), path);
 }
 
 LoadedLabels load_labels(const std::filesystem::path& path, const LabelChoice& choice) {
   if (is_structure_set(path)) return labels_of_regions(read_structure_regions(path), choice, path);
   LoadedVolume read = load_volume(path);
-  for (std::string& warning : read.warnings) warning.insert(0, quoted(path) + ": ");
-  return {std::move(read.volume), std::move(read.segments), std::move(read.warnings)};
+  return named({std::move(read.volume), std::move(read.segments), std::move(read.warnings)}, path);
 }
 
 std::vector<LabelCount> list_regions(const std::filesystem::path& path) {

@@ -9,6 +9,7 @@
 #include "image/distance_map.h"
 #include "image/label_surface.h"
 #include "image/rasterise.h"
+#include "image/voxel_rows.h"
 
 namespace simplexseg {
 namespace {
@@ -99,15 +100,8 @@ MeshField field_of_start(const SimplexMesh& start, std::vector<Mark> marks, cons
     const int end = std::min(geometry.size[a], field.box.first[a] + field.box.size[a] + kRoom);
     field.box.first[a] = first, field.box.size[a] = end - first;
   }
-  std::vector<std::uint8_t> object;
-  object.reserve(field.box.voxel_count());
-  const VoxelBox grid{{0, 0, 0}, geometry.size};
-  for (int k = 0; k < field.box.size[2]; ++k)
-    for (int j = 0; j < field.box.size[1]; ++j) {
-      const std::uint8_t* const row =
-          mask.voxels.data() + grid.offset(field.box.first[0], field.box.first[1] + j, field.box.first[2] + k);
-      object.insert(object.end(), row, row + field.box.size[0]);
-    }
+  std::vector<std::uint8_t> object(field.box.voxel_count());
+  copy_from_outer(mask.voxels.data(), VoxelBox{{0, 0, 0}, geometry.size}, object.data(), field.box);
   std::vector<float> share = smoothed_voxels(object, field.box);
   for (float& p : share) p = std::clamp(p, 0.0f, 1.0f);
   field.values = field_values(object, share, field.box, geometry, run);

@@ -20,7 +20,6 @@
 #include "io/labels_io.h"
 #include "io/mesh_start.h"
 #include "io/rtstruct_read.h"
-#include "io/volume_io.h"
 
 namespace simplexseg {
 namespace {
@@ -111,10 +110,10 @@ void LabelActions::meshes_from_labels(const QString& path) {
           labels->counts = list_regions(file);
           return;
         }
-        LoadedVolume loaded = load_volume(file);
+        LoadedLabels loaded = load_labels(file);
         labels->counts = count_labels(loaded.volume, loaded.segments);
         labels->volume = std::move(loaded.volume);
-        for (const std::string& warning : loaded.warnings) labels->warnings.push_back(quoted(file) + ": " + warning);
+        labels->warnings = std::move(loaded.warnings);
         if (labels->counts.empty()) choose_label(labels->volume, {}, quoted(file));  // says so
       },
       [=, this] { choose_labels(path, labels); }, BackgroundJob::CallingOff::Yes);
