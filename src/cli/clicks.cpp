@@ -56,6 +56,7 @@ constexpr std::array kParts{
     Part{"far-memory", [](EvidenceSettings& s) { s.far_memory = 0; }},
     Part{"open-sides", [](EvidenceSettings& s) { s.open_side = 2; }},
     Part{"surface", [](EvidenceSettings& s) { s.surface_layer = 0; }},
+    Part{"lean", [](EvidenceSettings& s) { s.surface_lean = 0; }},
     Part{"brush", [](EvidenceSettings& s) { s.brush = 0; }},
 };
 

@@ -13,7 +13,7 @@ double brush_radius_mm(const VolumeGeometry& geometry, const VoxelBox& box, std:
                        std::span<const Known> known, MarkKind kind, const Eigen::Vector3d& position_mm,
                        const EvidenceSettings& settings) {
   SIMPLEXSEG_EXPECT(object.size() == box.voxel_count() && known.size() == box.voxel_count());
-  const double least = least_brush_radius_mm(geometry, settings);
+  double least = least_brush_radius_mm(geometry, settings);
   if (kind == MarkKind::Boundary) return least;
   const Eigen::Affine3d world = geometry.world_from_index();
   const bool inside = kind == MarkKind::Inside;
@@ -32,6 +32,8 @@ double brush_radius_mm(const VolumeGeometry& geometry, const VoxelBox& box, std:
       }
     }
   }
+  const double smallest = settings.smallest_brush * geometry.spacing_mm.minCoeff();
+  least = std::clamp(std::sqrt(surface), std::min(smallest, least), least);
   const double radius = std::min(settings.brush * std::sqrt(surface), 0.5 * std::sqrt(mark));
   return std::isfinite(radius) ? std::max(least, radius) : least;
 }

@@ -21,6 +21,7 @@ constexpr int most_growths = 12;
 constexpr double growing_tolerance = 0.1;  // of the field while the box still grows
 constexpr float unreached_mm = 1e6f;
 constexpr double leak_share = 0.05;
+constexpr double unsaid_corrections = 4;  // that count as half of either kind, before marks say which way they go
 
 }  // namespace
 
@@ -87,7 +88,27 @@ void EvidenceField::remember(std::span<const Mark> marks) {
     before_.clear();
     fresh_ = same;
   }
+  std::vector<int> corrections;
+  for (const Mark& mark : marks) {
+    const auto old = std::find(marks_.begin(), marks_.end(), mark);
+    corrections.push_back(old == marks_.end() ? correction_of(mark) : corrections_[old - marks_.begin()]);
+  }
+  corrections_ = std::move(corrections);
   marks_.assign(marks.begin(), marks.end());
+}
+
+int EvidenceField::correction_of(const Mark& mark) const {
+  if (before_.empty()) return 0;
+  const double voxel = volume_.geometry().spacing_mm.minCoeff();
+  if (depth_before_mm(mark.position_mm) > settings_.surface_layer * voxel) return 0;
+  if (was_object(mark.position_mm)) return mark.kind == MarkKind::Inside ? 0 : -1;
+  return mark.kind == MarkKind::Outside ? 0 : 1;
+}
+
+double EvidenceField::lean() const {
+  double sum = 0, count = unsaid_corrections;
+  for (const int correction : corrections_) sum += correction, count += std::abs(correction);
+  return settings_.surface_lean * sum / count;
 }
 
 void EvidenceField::measure_reach(std::span<const Mark> marks) {
@@ -104,29 +125,25 @@ std::optional<Eigen::Vector3d> EvidenceField::middle_of_wrong(const Mark& mark, 
   constexpr double step_voxels = 0.25;
   const double voxel = volume_.geometry().spacing_mm.minCoeff();
   const Eigen::Vector3d way = (inside ? -voxel : voxel) * mark.outward.normalized();
-  const Eigen::Affine3d index = volume_.geometry().index_from_world();
   double sum = 0;
   int wrong = 0;
-  for (double t = 0.5; t <= 0.5 + 2 * mark.radius_mm / voxel; t += step_voxels) {
-    const Eigen::Vector3d at = index * (mark.position_mm + t * way);
-    std::array<int, 3> p;
-    for (int a = 0; a < 3; ++a)
-      p[a] = std::clamp(static_cast<int>(std::lround(at[a])) - box_.first[a], 0, box_.size[a] - 1);
-    const std::size_t v = (static_cast<std::size_t>(p[2]) * box_.size[1] + p[1]) * box_.size[0] + p[0];
-    if ((before_[v] > kMiddleBefore) != inside) sum += t, ++wrong;
-  }
+  for (double t = 0.5; t <= 0.5 + 2 * mark.radius_mm / voxel; t += step_voxels)
+    if (was_object(mark.position_mm + t * way) != inside) sum += t, ++wrong;
   if (wrong == 0) return std::nullopt;
   return mark.position_mm + sum / wrong * way;
 }
 
-double EvidenceField::depth_before_mm(const Eigen::Vector3d& at_mm) const {
-  const VolumeGeometry& geometry = volume_.geometry();
-  const Eigen::Vector3d index = geometry.index_from_world() * at_mm;
+bool EvidenceField::was_object(const Eigen::Vector3d& at_mm) const {
+  const Eigen::Vector3d index = volume_.geometry().index_from_world() * at_mm;
   std::array<int, 3> p;
   for (int a = 0; a < 3; ++a)
     p[a] = std::clamp(static_cast<int>(std::lround(index[a])) - box_.first[a], 0, box_.size[a] - 1);
-  const bool in = before_[box_.offset(p[0], p[1], p[2])] > kMiddleBefore;
-  const std::vector<float> square = squared_distances(geometry, box_, {&at_mm, 1}, run_);
+  return before_[box_.offset(p[0], p[1], p[2])] > kMiddleBefore;
+}
+
+double EvidenceField::depth_before_mm(const Eigen::Vector3d& at_mm) const {
+  const bool in = was_object(at_mm);
+  const std::vector<float> square = squared_distances(volume_.geometry(), box_, {&at_mm, 1}, run_);
   float least = unreached_mm * unreached_mm;
   for (std::size_t v = 0; v < before_.size(); ++v)
     if ((before_[v] > kMiddleBefore) != in) least = std::min(least, square[v]);
@@ -221,7 +238,7 @@ void EvidenceField::update(std::span<const Mark> marks, const Mask* others) {
     if (settings_.tolerance < growing_tolerance) solve(settings_.tolerance);
   } while (grows());
   report_.expected_dice = expected_dice();  // looks are surer than they are right
-  settle_surface(probability_, object_, known_, image_, box_, spacing_mm_, settings_, run_);
+  settle_surface(probability_, object_, known_, image_, box_, spacing_mm_, lean(), settings_, run_);
   object_ = object_of_field(probability_, known_, box_);
   report_.leaks = object_.border_share >= leak_share;
 }

@@ -69,9 +69,16 @@ class EvidenceField {
  private:
   void check(std::span<const Mark> marks, const Mask* others) const;
   void remember(std::span<const Mark> marks);
+  /// 1 where the field before lacked the place of a new mark of the object, -1 where it had one that is not the
+  /// object's; 0 for others, and for what is deeper in what was wrong than the layer about the surface: a leak, say.
+  int correction_of(const Mark& mark) const;
+  /// What these say of the whole surface, log odds.
+  double lean() const;
   void measure_reach(std::span<const Mark> marks);
   void set_box(const VoxelBox& box);
   std::vector<NewDot> new_dots() const;
+  /// Of the voxel nearest to a place, in the field before.
+  bool was_object(const Eigen::Vector3d& at_mm) const;
   double depth_before_mm(const Eigen::Vector3d& at_mm) const;
   /// Of a boundary mark's dot: the middle of what the field before had on the wrong side of the mark, along the way
   /// out; nothing where it was right there. That is what the mark corrects, as a mark of that kind would.
@@ -90,6 +97,7 @@ class EvidenceField {
   std::vector<std::uint8_t> finite_;  // 0 where the image is not
   std::vector<float> image_, smoothed_;
   std::vector<Mark> marks_;           // of the last update
+  std::vector<int> corrections_;      // of each of them, when it was new
   Mark largest_;                      // of the inside marks
   double reach_mm_ = 0;               // what it says about the object's scale
   std::size_t fresh_ = 0;             // the first mark that was new when before_ was the field

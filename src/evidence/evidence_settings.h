@@ -32,17 +32,20 @@ struct EvidenceSettings {
   double open_side = 0.2;     ///< a voxel of the box's sides that looks so much like inside marks may be the object's
 
   // ---- Marks
-  double brush = 0.3;        ///< radius of a click's mark: this share of the distance from the click to the field's
-                             ///< surface, and of half the distance to the nearest mark of the other kind
-  double least_brush = 1.8;  ///< voxels
+  double brush = 0.3;           ///< radius of a click's mark: this share of the distance from the click to the field's
+                                ///< surface, and of half the distance to the nearest mark of the other kind
+  double least_brush = 1.8;     ///< voxels, that far from the surface and farther
+  double smallest_brush = 1.0;  ///< voxels: nearer to the surface a mark is as large as its distance, but not smaller
 
   // ---- Box: margin about the marks, the larger of a share of their extent and of so many voxels
   double margin_share = 0.5;
   double least_margin = 10;
 
   // ---- Surface: where in a layer about it what voxels look like on either side says that it is
-  double surface_layer = 2;    ///< half the layer's thickness, voxels; 0: the surface stays where the field says
-  double surface_scale = 1.5;  ///< Gaussian in which looks are measured, voxels
+  double surface_layer = 2;       ///< half the layer's thickness, voxels; 0: the surface stays where the field says
+  double surface_scale = 1.5;     ///< Gaussian in which looks are measured, voxels
+  double surface_evenness = 1.3;  ///< Gaussian of the field where looks are not believed, voxels
+  double surface_lean = 1;  ///< log odds that the layer gains where every click said that the object was too small
 
   // ---- Solution
   double field_smoothing = 0.6;  ///< of the solved field, voxels

@@ -162,11 +162,19 @@ std::vector<float> trust_around(const Layer& layer, const std::vector<float>& lo
   });
 }
 
+/// The field without what is small. A second Gaussian gives back what the first takes from a surface that bends: a ball
+/// stays as large as it is (Taubin 1995, A signal processing approach to fair surface design).
+std::vector<float> evened(const Layer& layer, const std::vector<float>& field, double voxels) {
+  const std::vector<float> once = layer.around(voxels, [&](int v) { return field[v]; });
+  const std::vector<float> twice = layer.around(voxels, [&](int v) { return once[v]; });
+  return layer.each([&](int v) { return 2 * once[v] - twice[v]; });
+}
+
 }  // namespace
 
 void settle_surface(std::span<float> probability, const FieldObject& object, std::span<const Known> known,
                     std::span<const float> image, const VoxelBox& box, const std::array<double, 3>& spacing_mm,
-                    const EvidenceSettings& settings, const RunJobs& run) {
+                    double lean, const EvidenceSettings& settings, const RunJobs& run) {
   if (settings.surface_layer <= 0 || object.around.voxel_count() == 0) return;
   const double scale = settings.surface_scale;
   const auto voxel_mm = static_cast<float>(*std::min_element(spacing_mm.begin(), spacing_mm.end()));
@@ -184,6 +192,7 @@ void settle_surface(std::span<float> probability, const FieldObject& object, std
   const auto can_change = [&](std::size_t v) { return said[v] == Known::Nothing && distance[v] < layer_mm; };
   const Sums all = sums_around(layer, scale, value, near);
   std::vector<std::uint8_t> is = was;
+  const std::vector<float> even = evened(layer, field, settings.surface_evenness);
   std::vector<float> trust, odds(is.size());
   for (int pass = 0; pass < kPasses; ++pass) {
     const Sums in = sums_around(layer, scale, value, [&](int v) { return is[v] ? near(v) : 0.0f; });
@@ -195,8 +204,9 @@ void settle_surface(std::span<float> probability, const FieldObject& object, std
     }
     for_each_index(run, layer.grid().count(), [&, odds = odds.data(), is = is.data()](int v) {
       if (!can_change(v)) return;
-      const float p = std::clamp(field[v], kLeastProbability, 1 - kLeastProbability);
-      odds[v] = std::log(p / (1 - p)) + kWeightOfLook * trust[v] * look[v];
+      const float said_here = even[v] + trust[v] * (field[v] - even[v]);
+      const float p = std::clamp(said_here, kLeastProbability, 1 - kLeastProbability);
+      odds[v] = std::log(p / (1 - p)) + kWeightOfLook * trust[v] * look[v] + static_cast<float>(lean);
       is[v] = odds[v] > 0;
     });
   }

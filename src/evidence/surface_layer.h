@@ -16,12 +16,14 @@ namespace simplexseg {
 /// side (Li, Kao, Gore and Ding 2008, Minimization of Region-Scalable Fitting Energy; Lankton and Tannenbaum 2008,
 /// Localizing Region-Based Active Contours), is added to the field's log odds. How far it is believed: by how much of
 /// the layer around the voxel it and the field say the same of, and by how many of the object's marks in the layer it
-/// agrees with. docs/adr/0024-the-surface-layer.md.
+/// agrees with. Where they are not believed the surface is smooth. docs/adr/0024-the-surface-layer.md.
 ///
-/// `probability`: the field of the box, changed where nothing is known and within `surface_layer` of the surface;
-/// `image`: BoxImage::value, not smoothed; `object`: object_of_field() of this field.
+/// `lean`: log odds that all of the layer gains: what the marks say of the whole surface
+/// (docs/adr/0026-which-way-clicks-go.md). `probability`: the field of the box, changed where nothing is known and
+/// within `surface_layer` of the surface; `image`: BoxImage::value, not smoothed; `object`: object_of_field() of this
+/// field.
 void settle_surface(std::span<float> probability, const FieldObject& object, std::span<const Known> known,
                     std::span<const float> image, const VoxelBox& box, const std::array<double, 3>& spacing_mm,
-                    const EvidenceSettings& settings, const RunJobs& run);
+                    double lean, const EvidenceSettings& settings, const RunJobs& run);
 
 }  // namespace simplexseg

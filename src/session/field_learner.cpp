@@ -23,16 +23,16 @@ Mask mask_of_balls(std::span<const Mark> balls, const VolumeGeometry& geometry) 
   return mask;
 }
 
-std::shared_ptr<const MeshField> learn(EvidenceField& field, std::vector<Mark> marks, std::vector<Mark> others,
-                                       const VolumeGeometry& geometry, const RunJobs& run) {
+/// `first`: of these marks the field has heard none yet. It hears them one by one, as it would have when they were
+/// made: what a mark says depends on the field that it corrected.
+std::shared_ptr<const MeshField> learn(EvidenceField& field, bool first, std::vector<Mark> marks,
+                                       std::vector<Mark> others, const VolumeGeometry& geometry, const RunJobs& run) {
   auto learned = std::make_shared<MeshField>();
   try {
-    if (others.empty()) {
-      field.update(marks);
-    } else {
-      const Mask outside = mask_of_balls(others, geometry);
-      field.update(marks, &outside);
-    }
+    Mask outside;
+    if (!others.empty()) outside = mask_of_balls(others, geometry);
+    for (std::size_t count = first ? 1 : marks.size(); count <= marks.size(); ++count)
+      field.update({marks.data(), count}, others.empty() ? nullptr : &outside);
     learned->box = field.box();
     learned->leaks = field.report().leaks;
     learned->expected_dice = static_cast<float>(field.report().expected_dice);
@@ -90,10 +90,11 @@ void FieldLearner::begin(const MeshItem& item, std::vector<Mark> marks, std::vec
     return;
   }
   std::unique_ptr<EvidenceField>& field = fields_[item.id];
-  if (!field) field = std::make_unique<EvidenceField>(*volume_, run, settings_);
-  result_ = std::async(std::launch::async, [one = field.get(), marks = std::move(marks), others = std::move(others),
-                                            geometry = volume_->geometry(), run]() mutable {
-    return learn(*one, std::move(marks), std::move(others), geometry, run);
+  const bool first = !field;
+  if (first) field = std::make_unique<EvidenceField>(*volume_, run, settings_);
+  result_ = std::async(std::launch::async, [one = field.get(), first, marks = std::move(marks),
+                                            others = std::move(others), geometry = volume_->geometry(), run]() mutable {
+    return learn(*one, first, std::move(marks), std::move(others), geometry, run);
   });
 }
 

@@ -14,11 +14,14 @@ namespace simplexseg {
 
 std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volume& volume) {
   std::vector<Mark> marks{{MarkKind::Inside, item.seed.centre_mm, item.seed.radius_mm}};
+  // Of a boundary mark; a dot is as large as it was made.
   const double least = least_brush_radius_mm(volume.geometry());
   for (const UserPoint& point : scene.points) {
     if (point.mesh != item.id || !volume.geometry().contains(point.position_mm)) continue;
     if (point.kind == MarkKind::Boundary && !(point.outward.norm() > 0)) continue;
-    marks.push_back({point.kind, point.position_mm, std::max(point.radius_mm, least), point.outward});
+    const bool dot = point.kind != MarkKind::Boundary && point.radius_mm > 0;
+    marks.push_back(
+        {point.kind, point.position_mm, dot ? point.radius_mm : std::max(point.radius_mm, least), point.outward});
   }
   return marks;
 }

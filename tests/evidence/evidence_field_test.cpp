@@ -9,47 +9,12 @@
 
 #include "core/error.h"
 #include "core/thread_pool.h"
+#include "ellipsoid_scene.h"
 #include "image/metrics.h"
 #include "study/phantom.h"
 
 namespace simplexseg {
 namespace {
-
-Mark inside(const Eigen::Vector3d& at, double radius) { return {MarkKind::Inside, at, radius, {0, 0, 0}}; }
-Mark outside(const Eigen::Vector3d& at, double radius) { return {MarkKind::Outside, at, radius, {0, 0, 0}}; }
-
-/// A bright ellipsoid in the middle of a volume whose slices are `thick` times as thick as its voxels are wide.
-struct Scene {
-  Volume image;
-  Mask truth;
-};
-Scene ellipsoid(int width, double thick, const Eigen::Vector3d& radii_mm, double noise = 0) {
-  VolumeGeometry geometry;
-  geometry.size = {width, width, static_cast<int>(width / thick)};
-  geometry.spacing_mm = {1, 1, thick};
-  for (int a = 0; a < 3; ++a) geometry.origin_mm[a] = -0.5 * geometry.spacing_mm[a] * (geometry.size[a] - 1);
-  Scene scene{Volume(geometry, VoxelType::Float32), {geometry, std::vector<std::uint8_t>(geometry.voxel_count())}};
-  std::uint64_t state = 1;
-  const auto uniform = [&] {
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    return static_cast<double>(state >> 33) / 2147483648.0;
-  };
-  const Eigen::Affine3d world = geometry.world_from_index();
-  for (int k = 0; k < geometry.size[2]; ++k) {
-    for (int j = 0; j < geometry.size[1]; ++j) {
-      for (int i = 0; i < geometry.size[0]; ++i) {
-        const Eigen::Vector3d p = world * Eigen::Vector3d(i, j, k);
-        const bool in = p.cwiseQuotient(radii_mm).norm() <= 1;
-        const std::size_t v = scene.image.offset(i, j, k);
-        scene.truth.voxels[v] = in;
-        const double scatter = uniform() + uniform() + uniform() + uniform() - 2;  // deviation 0.577
-        scene.image.voxels<float>()[v] =
-            static_cast<float>(in ? 150 : 50) + static_cast<float>(noise / 0.577 * scatter);
-      }
-    }
-  }
-  return scene;
-}
 
 double dice_of(const Scene& scene, std::span<const Mark> marks, const EvidenceSettings& settings = {}) {
   EvidenceField field(scene.image, run_in_turn(), settings);
@@ -169,10 +134,11 @@ TEST(EvidenceField, EverySettingChangesTheField) {
   };
   const std::vector<float> plain = field_with({});
   const EvidenceSettings usual;
-  double EvidenceSettings::*const all[]{
-      &EvidenceSettings::image_smoothing, &EvidenceSettings::sharpness,     &EvidenceSettings::prior_pull,
-      &EvidenceSettings::length_cost,     &EvidenceSettings::dots_share,    &EvidenceSettings::field_smoothing,
-      &EvidenceSettings::margin_share,    &EvidenceSettings::surface_layer, &EvidenceSettings::surface_scale};
+  double EvidenceSettings::*const all[]{&EvidenceSettings::image_smoothing, &EvidenceSettings::sharpness,
+                                        &EvidenceSettings::prior_pull,      &EvidenceSettings::length_cost,
+                                        &EvidenceSettings::dots_share,      &EvidenceSettings::field_smoothing,
+                                        &EvidenceSettings::margin_share,    &EvidenceSettings::surface_layer,
+                                        &EvidenceSettings::surface_scale,   &EvidenceSettings::surface_evenness};
   for (double EvidenceSettings::*const setting : all) {
     EvidenceSettings settings;
     settings.*setting = usual.*setting * 0.6;
@@ -257,64 +223,6 @@ TEST(EvidenceField, ThePriorHoldsALeakThroughANeck) {
   loose.prior_pull = 0;
   EXPECT_GT(dice_of(scene, marks), 0.92);
   EXPECT_LT(dice_of(scene, marks, loose), dice_of(scene, marks) - 0.02);
-}
-
-TEST(EvidenceField, ANewMarkChangesWhatIsNearItMoreThanWhatIsFar) {
-  const Scene scene = ellipsoid(64, 1, {22, 9, 9}, 60);
-  const std::vector<Mark> first{inside({-8, 0, 0}, 7)};
-  std::vector<Mark> second = first;
-  second.push_back(outside({-20, 3, 0}, 2));
-  const auto change = [&](const EvidenceSettings& settings, double x) {
-    EvidenceField field(scene.image, run_in_turn(), settings);
-    field.update(first);
-    const Mask before = field.object();
-    field.update(second);
-    const Mask after = field.object();
-    int changed = 0;
-    for (int k = 0; k < 64; ++k)
-      for (int j = 0; j < 64; ++j)
-        for (int i = 0; i < 64; ++i)
-          if ((i - 31.5 > x) == (x > 0) && std::fabs(i - 31.5) > std::fabs(x))
-            changed += before.voxels[scene.image.offset(i, j, k)] != after.voxels[scene.image.offset(i, j, k)];
-    return changed;
-  };
-  const EvidenceSettings usual;
-  EvidenceSettings forgets = usual, far_forgets = usual, far_holds = usual;
-  forgets.memory = false;
-  far_forgets.far_memory = 0;
-  far_holds.far_memory = 1;
-  const int near = change(usual, -15), far = change(usual, 5);  // the far part has three times as many voxels
-  EXPECT_GT(near, 50);
-  EXPECT_LT(far, near / 2);
-  EXPECT_NE(change(forgets, -15), near);
-  EXPECT_LT(change(far_holds, 5), change(far_forgets, 5));
-}
-
-TEST(EvidenceField, TakingBackTheLastMarkBringsBackTheFieldBefore) {
-  const Scene scene = ellipsoid(48, 1, {14, 10, 10}, 30);
-  const std::vector<Mark> first{inside({0, 0, 0}, 8)};
-  std::vector<Mark> second = first;
-  second.push_back(outside({7, 0, 0}, 4));
-  EvidenceField field(scene.image);
-  field.update(first);
-  const Mask before = field.object();
-  field.update(second);
-  EXPECT_LT(dice(before, field.object()), 0.98);
-  field.update(first);
-  EXPECT_GT(dice(before, field.object()), 0.99);
-}
-
-TEST(EvidenceField, TheSameMarksAgainLeaveTheFieldAsItIs) {
-  const Scene scene = ellipsoid(48, 1, {14, 10, 10}, 30);
-  std::vector<Mark> marks{inside({0, 0, 0}, 8)};
-  EvidenceField field(scene.image);
-  field.update(marks);
-  marks.push_back(outside({12, 0, 0}, 2));
-  field.update(marks);
-  const std::vector<float> once(field.probability().begin(), field.probability().end());
-  for (int again = 0; again < 3; ++again) field.update(marks);
-  ASSERT_EQ(field.probability().size(), once.size());
-  for (std::size_t v = 0; v < once.size(); ++v) ASSERT_NEAR(field.probability()[v], once[v], 0.03) << v;
 }
 
 TEST(EvidenceField, TwoThreadsGiveTheBitsOfOne) {
@@ -405,6 +313,8 @@ TEST(EvidenceField, AClickFarFromTheSurfaceGetsALargerMark) {
   EvidenceField field(scene.image, run_in_turn(), settings);
   field.update(std::vector{inside({0, 0, 0}, 14)});
   EXPECT_NEAR(field.brush_mm(MarkKind::Inside, {0, 0, 22}), settings.least_brush, 1e-9);
+  EXPECT_NEAR(field.brush_mm(MarkKind::Inside, {0.5, 0.5, 20.5}), settings.smallest_brush, 1e-9);
+  EXPECT_NEAR(field.brush_mm(MarkKind::Boundary, {0, 0, 20.5}), settings.least_brush, 1e-9);
   EXPECT_NEAR(field.brush_mm(MarkKind::Inside, {0, 0, 31}), settings.brush * 11, 0.4);
   // Hard by what is known to be outside a mark stays small.
   EXPECT_NEAR(field.brush_mm(MarkKind::Inside, {0, 0, 38}), settings.least_brush, 1e-9);

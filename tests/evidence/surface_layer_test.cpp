@@ -39,8 +39,8 @@ struct Ball {
     }
   }
   FieldObject object() const { return object_of_field(field, known, kBox); }
-  FieldObject settled(const EvidenceSettings& settings = {}) {
-    settle_surface(field, object(), known, image, kBox, kSpacing, settings, run_in_turn());
+  FieldObject settled(const EvidenceSettings& settings = {}, double lean = 0) {
+    settle_surface(field, object(), known, image, kBox, kSpacing, lean, settings, run_in_turn());
     return object();
   }
 };
@@ -96,9 +96,44 @@ TEST(SurfaceLayer, MarksThatContradictLooksAreBelieved) {
       ball.field[v] = 0;
     }
   }
-  const std::size_t before = voxels_of(ball.object());
-  EXPECT_NEAR(static_cast<double>(voxels_of(ball.settled())), static_cast<double>(before),
-              0.02 * static_cast<double>(before));
+  const FieldObject before = ball.object(), settled = ball.settled();
+  double other_side = 0, changed = 0;
+  for (std::size_t v = 0; v < before.voxels.size(); ++v) {
+    if (v % 40 >= 20) continue;
+    other_side += before.voxels[v];
+    changed += settled.voxels[v] != before.voxels[v];
+  }
+  EXPECT_LT(changed, 0.02 * other_side);
+}
+
+/// Where looks say nothing bumps of a voxel go and the rest of the surface stays, a ball's bend as well.
+TEST(SurfaceLayer, WhereLooksSayNothingTheSurfaceIsEven) {
+  Ball ball(0);
+  const FieldObject even = ball.object();
+  std::mt19937 random(3);
+  std::normal_distribution<float> bumps(0, 0.06f);
+  for (float& p : ball.field) p = std::clamp(p + bumps(random), 0.0f, 1.0f);
+  const auto off = [&](const FieldObject& object) {
+    int count = 0;
+    for (std::size_t v = 0; v < even.voxels.size(); ++v) count += object.voxels[v] != even.voxels[v];
+    return count;
+  };
+  Ball rough = ball;
+  EvidenceSettings none;
+  none.surface_evenness = 0.01;
+  const int left = off(rough.settled(none)), evened = off(ball.settled());
+  EXPECT_GT(left, 150);
+  EXPECT_LT(evened, 0.4 * left);
+}
+
+/// What clicks say of all of the surface moves all of it: by log odds of a field whose log odds change by 1 in 3
+/// voxels.
+TEST(SurfaceLayer, TheWholeSurfaceLeansTheWayItIsTold) {
+  for (const double lean : {-0.4, 0.4}) {
+    Ball ball(0);
+    const double radius = std::cbrt(static_cast<double>(voxels_of(ball.settled({}, lean))) * 3 / (4 * M_PI));
+    EXPECT_NEAR(radius, kFieldsRadius + 3 * lean, 0.35) << lean;
+  }
 }
 
 TEST(SurfaceLayer, WhatIsMarkedStays) {
@@ -171,7 +206,7 @@ TEST(SurfaceLayer, TheLayerIsAsThickInEveryDirection) {
     if (fine.known[middle_of(v)] == Known::Inside) seeded[v] = Known::Inside;
   }
   const std::vector<float> before = field;
-  settle_surface(field, object_of_field(field, seeded, box), seeded, image, box, spacing, {}, run_in_turn());
+  settle_surface(field, object_of_field(field, seeded, box), seeded, image, box, spacing, 0, {}, run_in_turn());
   for (const int k : {2, 7}) {  // the next slices above and below the object, more than two voxels' width from it
     EXPECT_EQ(field[box.offset(19, 19, k)], before[box.offset(19, 19, k)]) << k;
   }

@@ -106,6 +106,25 @@ TEST(Fields, APointMarksAsMuchAsTheFieldSays) {
   EXPECT_GT(largest, 1.05 * mark_radius_mm(item, MarkKind::Boundary, {0, 0, 0}, volume()));
 }
 
+/// A scene that is opened again, or made by hand, has its field from all of its points at once: the same as that of
+/// someone who clicked them.
+TEST(Fields, PointsOfASceneAreHeardAsIfTheyWereClicked) {
+  const auto clicked = open_with_field(), opened = open_with_field();
+  const ItemId mesh = ball(*clicked).id;
+  clicked->advance_steps(20);
+  clicked->apply(AddPoint{mesh, {17.5, 0, 0}, MarkKind::Outside});
+  clicked->advance_steps(20);
+  const std::vector<std::uint16_t> of_one = ball(*clicked).field->values;
+  clicked->apply(AddPoint{mesh, {0, -21, 0}, MarkKind::Inside});
+  clicked->advance_steps(20);
+  for (const UserPoint& p : clicked->scene().points)
+    opened->apply(AddPoint{ball(*opened).id, p.position_mm, p.kind, p.radius_mm, p.outward});
+  opened->advance_steps(20);
+  EXPECT_NE(ball(*clicked).field->values, of_one);
+  EXPECT_EQ(ball(*opened).field->marks, ball(*clicked).field->marks);
+  EXPECT_EQ(ball(*opened).field->values, ball(*clicked).field->values);
+}
+
 TEST(Fields, ABoundaryPointKnowsTheWayOut) {
   const auto session = open_with_field();
   session->advance_steps(400, true);

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an evidence field makes of the order in which marks came.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "ellipsoid_scene.h"
+#include "evidence/evidence_field.h"
+#include "image/metrics.h"
+
+namespace simplexseg {
+namespace {
+
+TEST(EvidenceField, ANewMarkChangesWhatIsNearItMoreThanWhatIsFar) {
+  const Scene scene = ellipsoid(64, 1, {22, 9, 9}, 60);
+  const std::vector<Mark> first{inside({-8, 0, 0}, 7)};
+  std::vector<Mark> second = first;
+  second.push_back(outside({-20, 3, 0}, 2));
+  const auto change = [&](const EvidenceSettings& settings, double x) {
+    EvidenceField field(scene.image, run_in_turn(), settings);
+    field.update(first);
+    const Mask before = field.object();
+    field.update(second);
+    const Mask after = field.object();
+    int changed = 0;
+    for (int k = 0; k < 64; ++k)
+      for (int j = 0; j < 64; ++j)
+        for (int i = 0; i < 64; ++i)
+          if ((i - 31.5 > x) == (x > 0) && std::fabs(i - 31.5) > std::fabs(x))
+            changed += before.voxels[scene.image.offset(i, j, k)] != after.voxels[scene.image.offset(i, j, k)];
+    return changed;
+  };
+  EvidenceSettings usual;
+  usual.surface_layer = 0;  // a mark says something of all of it
+  EvidenceSettings forgets = usual, far_forgets = usual, far_holds = usual;
+  forgets.memory = false;
+  far_forgets.far_memory = 0;
+  far_holds.far_memory = 1;
+  const int near = change(usual, -15), far = change(usual, 5);  // the far part has three times as many voxels
+  EXPECT_GT(near, 50);
+  EXPECT_LT(far, near / 2);
+  EXPECT_NE(change(forgets, -15), near);
+  EXPECT_LT(change(far_holds, 5), change(far_forgets, 5));
+}
+
+/// Clicks that all say that the object is larger make all of it larger, those that say the opposite smaller; clicks
+/// that say what the field knew, or that lie deep in what was wrong, say nothing of the whole.
+TEST(EvidenceField, TheSurfaceLeansTheWayThatClicksGo) {
+  const Scene scene = ellipsoid(48, 1, {11, 11, 11}, 60);
+  EvidenceSettings upright;
+  upright.surface_lean = 0;
+  // Voxels on the side of the ball where no click is, more than without leaning.
+  const auto leaning = [&](const std::vector<Mark>& clicks) {
+    long long gained = 0;
+    EvidenceField leans(scene.image), stands(scene.image, run_in_turn(), upright);
+    std::vector<Mark> marks{inside({0, 0, 0}, 9)};
+    leans.update(marks);
+    stands.update(marks);
+    for (const Mark& click : clicks) {
+      marks.push_back(click);
+      leans.update(marks);
+      stands.update(marks);
+    }
+    const Mask leaning = leans.object(), standing = stands.object();
+    for (int k = 0; k < 48; ++k)
+      for (int j = 0; j < 48; ++j)
+        for (int i = 0; i < 22; ++i) {
+          const std::size_t v = scene.image.offset(i, j, k);
+          gained += static_cast<int>(leaning.voxels[v]) - static_cast<int>(standing.voxels[v]);
+        }
+    return gained;
+  };
+  EXPECT_EQ(leaning({}), 0);
+  EXPECT_EQ(leaning({inside({8, 0, 0}, 1)}), 0);
+  EXPECT_EQ(leaning({outside({20, 0, 0}, 1)}), 0);
+  EXPECT_EQ(leaning({outside({5, 0, 0}, 1)}), 0);
+  const auto larger = leaning({inside({12, 0, 0}, 1), inside({10, 7, 0}, 1)});
+  EXPECT_GT(larger, 15);
+  EXPECT_GT(larger, leaning({inside({12, 0, 0}, 1)}));
+  const auto smaller = leaning({outside({10, 0, 0}, 1), outside({8, 6, 0}, 1)});
+  EXPECT_LT(smaller, -15);
+}
+
+TEST(EvidenceField, TakingBackTheLastMarkBringsBackTheFieldBefore) {
+  const Scene scene = ellipsoid(48, 1, {14, 10, 10}, 30);
+  const std::vector<Mark> first{inside({0, 0, 0}, 8)};
+  std::vector<Mark> second = first;
+  second.push_back(outside({7, 0, 0}, 4));
+  EvidenceField field(scene.image);
+  field.update(first);
+  const Mask before = field.object();
+  field.update(second);
+  EXPECT_LT(dice(before, field.object()), 0.98);
+  field.update(first);
+  EXPECT_GT(dice(before, field.object()), 0.99);
+}
+
+TEST(EvidenceField, TheSameMarksAgainLeaveTheFieldAsItIs) {
+  const Scene scene = ellipsoid(48, 1, {14, 10, 10}, 30);
+  std::vector<Mark> marks{inside({0, 0, 0}, 8)};
+  EvidenceField field(scene.image);
+  field.update(marks);
+  marks.push_back(outside({12, 0, 0}, 2));
+  field.update(marks);
+  const std::vector<float> once(field.probability().begin(), field.probability().end());
+  for (int again = 0; again < 3; ++again) field.update(marks);
+  ASSERT_EQ(field.probability().size(), once.size());
+  for (std::size_t v = 0; v < once.size(); ++v) ASSERT_NEAR(field.probability()[v], once[v], 0.03) << v;
+}
+
+}  // namespace
+}  // namespace simplexseg
