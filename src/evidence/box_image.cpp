@@ -18,8 +18,9 @@ void smooth(std::vector<float>& values, const BoxGrid& grid, const std::array<do
     for (int t = 0; t <= reach; ++t)
       sum += (t == 0 ? 1 : 2) * (kernel[t] = static_cast<float>(std::exp(-t * t / (2 * s * s))));
     for (float& k : kernel) k = static_cast<float>(k / sum);
-    // Lines along i one by one; along j and k all voxels of a row together.
+    // Lines along i one by one; along j and k all voxels of a row together. A line, or a row, is one inner loop.
     const int together = axis == 0 ? 1 : ni, stride = grid.stride(axis);
+    const int rows = axis == 0 ? 1 : n, width = axis == 0 ? n : ni;
     const int others = axis == 0 ? nj * nk : axis == 1 ? nk : nj;
     run(others, [&, ni = ni](int other) {
       float* const line = values.data() + std::size_t(other) * (axis == 0 ? ni : axis == 1 ? grid.plane() : ni);
@@ -27,14 +28,14 @@ void smooth(std::vector<float>& values, const BoxGrid& grid, const std::array<do
       for (int t = -reach; t < n + reach; ++t)
         std::copy_n(line + std::size_t(std::clamp(t, 0, n - 1)) * stride, together,
                     padded.data() + std::size_t(t + reach) * together);
-      for (int t = 0; t < n; ++t) {
+      for (int t = 0; t < rows; ++t) {
         float* const out = line + std::size_t(t) * stride;
         const float* const centre = padded.data() + std::size_t(t + reach) * together;
-        for (int i = 0; i < together; ++i) out[i] = kernel[0] * centre[i];
+        for (int i = 0; i < width; ++i) out[i] = kernel[0] * centre[i];
         for (int d = 1; d <= reach; ++d) {
           const float *const a = centre - std::size_t(d) * together, *const b = centre + std::size_t(d) * together;
           const float k = kernel[d];
-          for (int i = 0; i < together; ++i) out[i] += k * (a[i] + b[i]);
+          for (int i = 0; i < width; ++i) out[i] += k * (a[i] + b[i]);
         }
       }
     });
