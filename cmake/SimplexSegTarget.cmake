@@ -22,6 +22,18 @@ if(SIMPLEXSEG_FUZZ)   # the coverage that libFuzzer goes by
   target_compile_options(simplexseg_options INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
+# simplexseg_kernel_sources(FOLDER): how the two units of src/gpu with the CPU's kernels are compiled by targets of this
+# directory. One after another and eight at once vertices have the same bits: nothing is contracted. On x86-64 the second
+# unit has AVX2 always; the program asks the machine before it goes there (docs/adr/0025-eight-vertices-at-once.md).
+function(simplexseg_kernel_sources folder)
+  set(options -ffp-contract=off)
+  set_source_files_properties(${folder}/cpu_engine.cpp PROPERTIES COMPILE_OPTIONS "${options}")
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+    list(APPEND options -march=x86-64-v3)
+  endif()
+  set_source_files_properties(${folder}/eight_vertices.cpp PROPERTIES COMPILE_OPTIONS "${options}")
+endfunction()
+
 # simplexseg_room(NAME LIBRARIES...): the library of src/NAME, made of all its sources; the rooms it stands on.
 function(simplexseg_room name)
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)

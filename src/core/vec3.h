@@ -3,24 +3,32 @@
 // compilers of both backends vectorise (docs/adr/0002-kernel-types.md). Host code uses Eigen.
 #pragma once
 #include <cmath>
+#include <type_traits>
 
 #ifdef __CUDACC__
 #define SIMPLEXSEG_HD __host__ __device__ __forceinline__
 #define SIMPLEXSEG_UNROLL _Pragma("unroll 4")  // loads of four rounds at once; the CPU's compiler knows better
+#define SIMPLEXSEG_INLINED
 #else
 #define SIMPLEXSEG_UNROLL
 #define SIMPLEXSEG_HD inline __attribute__((always_inline))
+#define SIMPLEXSEG_INLINED __attribute__((always_inline))  // behind the parameters of a lambda
 #endif
 
 namespace simplexseg {
 
-struct Vec3 {
-  float x, y, z;
+/// `R`: a float, or one each of several vertices (forces/eight.h).
+template <class R>
+struct Vec3Of {
+  R x, y, z;
 };
 /// One texel: a vector and a fourth value that travels with it.
-struct alignas(16) Vec4 {
-  float x, y, z, w;
+template <class R>
+struct alignas(alignof(R) > 4 ? alignof(R) : 16) Vec4Of {
+  R x, y, z, w;
 };
+using Vec3 = Vec3Of<float>;
+using Vec4 = Vec4Of<float>;
 struct alignas(16) Int4 {
   int x, y, z, w;
 };
@@ -38,15 +46,59 @@ SIMPLEXSEG_HD float inverse_sqrt(float x) {
 #endif
 }
 
-SIMPLEXSEG_HD Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-SIMPLEXSEG_HD Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-SIMPLEXSEG_HD Vec3 operator*(float s, Vec3 a) { return {s * a.x, s * a.y, s * a.z}; }
-SIMPLEXSEG_HD float dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-SIMPLEXSEG_HD Vec3 cross(Vec3 a, Vec3 b) {
+template <class R>
+SIMPLEXSEG_HD Vec3Of<R> operator+(Vec3Of<R> a, Vec3Of<R> b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+template <class R>
+SIMPLEXSEG_HD Vec3Of<R> operator-(Vec3Of<R> a, Vec3Of<R> b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class R>
+SIMPLEXSEG_HD Vec3Of<R> operator*(std::type_identity_t<R> s, Vec3Of<R> a) {
+  return {s * a.x, s * a.y, s * a.z};
+}
+template <class R>
+SIMPLEXSEG_HD R dot(Vec3Of<R> a, Vec3Of<R> b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class R>
+SIMPLEXSEG_HD Vec3Of<R> cross(Vec3Of<R> a, Vec3Of<R> b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-SIMPLEXSEG_HD float norm(Vec3 a) { return sqrtf(dot(a, a)); }
-SIMPLEXSEG_HD Vec3 xyz(Vec4 a) { return {a.x, a.y, a.z}; }
-SIMPLEXSEG_HD Vec4 with_w(Vec3 a, float w) { return {a.x, a.y, a.z, w}; }
+template <class R>
+SIMPLEXSEG_HD R norm(Vec3Of<R> a) {
+  return sqrtf(dot(a, a));
+}
+template <class R>
+SIMPLEXSEG_HD Vec3Of<R> xyz(Vec4Of<R> a) {
+  return {a.x, a.y, a.z};
+}
+template <class R>
+SIMPLEXSEG_HD Vec4Of<R> with_w(Vec3Of<R> a, std::type_identity_t<R> w) {
+  return {a.x, a.y, a.z, w};
+}
+
+// What is a question of one value is one of each where there are several: both answers are worked out, and chosen from.
+SIMPLEXSEG_HD float choose(bool first, float a, float b) { return first ? a : b; }
+template <class Condition, class R>
+SIMPLEXSEG_HD Vec3Of<R> choose(Condition first, Vec3Of<R> a, Vec3Of<R> b) {
+  return {choose(first, a.x, b.x), choose(first, a.y, b.y), choose(first, a.z, b.z)};
+}
+/// A whole number of each, and an answer.
+template <class R>
+struct With {
+  using Whole = int;
+  using Answer = bool;
+};
+template <class R>
+using Whole = typename With<R>::Whole;
+template <class R>
+using Answer = typename With<R>::Answer;
+SIMPLEXSEG_HD int whole_of(float x) { return static_cast<int>(x); }  ///< towards 0
+SIMPLEXSEG_HD float real_of(int x) { return static_cast<float>(x); }
+SIMPLEXSEG_HD int smaller(int a, int b) { return a < b ? a : b; }
+SIMPLEXSEG_HD bool any(bool x) { return x; }
+SIMPLEXSEG_HD bool all(bool x) { return x; }
 
 }  // namespace simplexseg

@@ -81,19 +81,28 @@ struct EvidenceForce {
   static void find_targets(Searches& searches);
 
   /// How strong the force is at this vertex, next to its weight.
-  SIMPLEXSEG_HD static float trust(const StepView& v, int i) { return v.targets_of<EvidenceForce>()[i].w; }
-  SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4, Vec3 p, Vec4 frame) {
-    return pull_to_target(v.targets_of<EvidenceForce>()[i], p, xyz(frame), m.value<EvidenceForce>(pull) * m.voxel_mm);
+  template <class I>
+  SIMPLEXSEG_HD static Real<I> trust(const StepView& v, I i) {
+    return load_w(v.targets_of<EvidenceForce>(), i);
   }
-  SIMPLEXSEG_HD static float search_step_mm(const MeshConstants& m, float edge_mm) {
-    return larger(m.value<EvidenceForce>(reach) * edge_mm, 2.5f * m.voxel_mm) / m.integer<EvidenceForce>(samples);
+  template <class I, class Neighbours, class R>
+  SIMPLEXSEG_HD static Vec3Of<R> displacement(const StepView& v, const MeshConstants& m, I i, Neighbours, Vec3Of<R> p,
+                                              Vec4Of<R> frame) {
+    return pull_to_target(load(v.targets_of<EvidenceForce>(), i), p, xyz(frame),
+                          m.value<EvidenceForce>(pull) * m.voxel_mm);
+  }
+  template <class R>
+  SIMPLEXSEG_HD static R search_step_mm(const MeshConstants& m, R edge_mm) {
+    return larger(m.value<EvidenceForce>(reach) * edge_mm, R(2.5f * m.voxel_mm)) /
+           static_cast<float>(m.integer<EvidenceForce>(samples));
   }
 };
 
 /// Mean length of the three edges of a vertex, mm.
-SIMPLEXSEG_HD float mean_edge_at(const StepView& v, int i) {
-  const Int4 nb = v.neighbours[i];
-  const Vec3 p = xyz(v.current[i]);
+template <class I>
+SIMPLEXSEG_HD Real<I> mean_edge_at(const StepView& v, I i) {
+  const auto nb = v.neighbours[i];
+  const Vec3Of<Real<I>> p = xyz(v.current[i]);
   return (norm(xyz(v.current[nb.x]) - p) + norm(xyz(v.current[nb.y]) - p) + norm(xyz(v.current[nb.z]) - p)) / 3.0f;
 }
 
@@ -112,17 +121,20 @@ SIMPLEXSEG_HD VolumeView field_view(const StepView& v, const MeshConstants& m) {
 
 /// From a voxel index position where P is about 0, the way (mm, at most `most_mm`) towards the object of the mesh's
 /// field.
-SIMPLEXSEG_HD Vec3 way_to_object(const StepView& v, const MeshConstants& m, Vec3 at, float most_mm) {
+template <class R>
+SIMPLEXSEG_HD Vec3Of<R> way_to_object(const StepView& v, const MeshConstants& m, Vec3Of<R> at, R most_mm) {
   const VolumeView field = field_view(v, m);
-  Vec3 p = at - m.field.first_voxel();
+  const Vec3 first = m.field.first_voxel();
+  Vec3Of<R> p = at - Vec3Of<R>{first.x, first.y, first.z};
   // Beyond the box: from its nearest place.
-  p = {smaller(larger(p.x, 0.0f), m.field.size[0] - 1.0f), smaller(larger(p.y, 0.0f), m.field.size[1] - 1.0f),
-       smaller(larger(p.z, 0.0f), m.field.size[2] - 1.0f)};
-  const Cell c = cell_at(field, p);
-  const Corners q = LinearVoxels<std::uint16_t>(field).corners(c);
-  const Vec3 rise = gradient(field, q, c);
-  const float size = norm(rise), away_voxels = larger(kFieldFloor - interpolate(q, c), 0.0f) / kFieldFall;
-  return size > 0.0f ? (smaller((away_voxels + 1.0f) * m.voxel_mm, most_mm) / size) * rise : Vec3{0, 0, 0};
+  p = {smaller(larger(p.x, R(0.0f)), R(m.field.size[0] - 1.0f)),
+       smaller(larger(p.y, R(0.0f)), R(m.field.size[1] - 1.0f)),
+       smaller(larger(p.z, R(0.0f)), R(m.field.size[2] - 1.0f))};
+  const CellOf<R> c = cell_at(field, p);
+  const CornersOf<R> q = LinearVoxels<std::uint16_t>(field).corners(c);
+  const Vec3Of<R> rise = gradient(field, q, c);
+  const R size = norm(rise), away_voxels = larger(kFieldFloor - interpolate(q, c), R(0.0f)) / kFieldFall;
+  return choose(size > 0.0f, (smaller((away_voxels + 1.0f) * m.voxel_mm, most_mm) / size) * rise, Vec3Of<R>{0, 0, 0});
 }
 
 /// How much the way out of the object counts next to the normal, where a line is laid through the field's surface.
@@ -131,53 +143,73 @@ inline constexpr float kLean = 4;
 /// A line through the surface of a field: the normal n, leant towards the way out of the object where the two agree; on
 /// thin parts and where vertices are few normals alone are too rough. `agree`: n with the way out, -1 to 1; 0 where the
 /// field is flat.
+template <class R>
 struct SearchLine {
-  Vec3 direction;
-  float agree;
+  Vec3Of<R> direction;
+  R agree;
 };
-SIMPLEXSEG_HD SearchLine line_through(const StepView& v, const MeshConstants& m, Vec3 at, Vec3 n) {
+template <class R>
+SIMPLEXSEG_HD SearchLine<R> line_through(const StepView& v, const MeshConstants& m, Vec3Of<R> at, Vec3Of<R> n) {
   const VolumeView field = field_view(v, m);
-  const Cell c = cell_at(field, at - m.field.first_voxel());
-  const Vec3 fall = -1.0f * gradient(field, LinearVoxels<std::uint16_t>(field).corners(c), c);
-  const float size = norm(fall);
-  if (!(size > 0.0f)) return {n, 0.0f};
+  const Vec3 first = m.field.first_voxel();
+  const CellOf<R> c = cell_at(field, at - Vec3Of<R>{first.x, first.y, first.z});
+  const Vec3Of<R> fall = -1.0f * gradient(field, LinearVoxels<std::uint16_t>(field).corners(c), c);
+  const R size = norm(fall);
+  const auto falls = size > 0.0f;
+  if (!any(falls)) return {n, 0.0f};
   // Where the field is nearly flat less is made of its direction, the flatter it is.
-  const float agree = smaller(size * m.voxel_mm / (kFlatField * kFieldScale), 1.0f) * dot(fall, n) / size;
-  const Vec3 leant = n + (kLean * larger(agree, 0.0f) / size) * fall;
-  return {(1.0f / norm(leant)) * leant, agree};
+  const R agree = smaller(size * m.voxel_mm / (kFlatField * kFieldScale), R(1.0f)) * dot(fall, n) / size;
+  const Vec3Of<R> leant = n + (kLean * larger(agree, R(0.0f)) / size) * fall;
+  return {choose(falls, (1.0f / norm(leant)) * leant, n), choose(falls, agree, R(0.0f))};
 }
 
 /// Where the evidence changes along a line, seen from its middle.
+template <class R>
 struct Crossing {
-  float shift;       ///< samples from the middle
-  bool found;        ///< false: nowhere in reach
-  bool from_inside;  ///< the middle lies in the object: looked for outwards, else inwards
+  R shift;                ///< samples from the middle
+  Answer<R> found;        ///< false: nowhere in reach
+  Answer<R> from_inside;  ///< the middle lies in the object: looked for outwards, else inwards
 };
-template <class Ratios>
-SIMPLEXSEG_HD Crossing crossing_of(Ratios& ratio, int reach) {
-  auto between = [&](int k) { return k + ratio[k] / (ratio[k] - ratio[k + 1]) - reach; };
-  if (ratio[reach] > 0.0f) {
-    for (int k = reach; k < 2 * reach; ++k)
-      if (!(ratio[k + 1] > 0.0f)) return {between(k), true, true};
-    return {static_cast<float>(reach), false, true};
+template <class R, class Ratios>
+SIMPLEXSEG_HD Crossing<R> crossing_of(Ratios& ratio, int reach) {
+  const R middle = ratio[reach];
+  const Answer<R> inside = middle > 0.0f, outside = !inside;
+  const Answer<R> not_yet = R(0.0f) > R(0.0f);
+  Crossing<R> crossing{choose(inside, R(static_cast<float>(reach)), R(static_cast<float>(-reach))), not_yet, inside};
+  // The first step out of the object or, from outside, into it: between samples k and k + 1.
+  auto take = [&](int k, Answer<R> here) SIMPLEXSEG_INLINED {
+    const R before = ratio[k], after = ratio[k + 1];
+    const R between = static_cast<float>(k) + before / (before - after) - static_cast<float>(reach);
+    const Answer<R> open = !crossing.found, first = here & open;
+    crossing.shift = choose(first, between, crossing.shift);
+    crossing.found = crossing.found | first;
+  };
+  for (int k = reach; k < 2 * reach && !all(crossing.found | outside); ++k) {
+    const R after = ratio[k + 1];
+    const Answer<R> leaves = !(after > 0.0f);
+    take(k, inside & leaves);
   }
-  for (int k = reach - 1; k >= 0; --k)
-    if (ratio[k] > 0.0f) return {between(k), true, false};
-  return {static_cast<float>(-reach), false, false};
+  for (int k = reach - 1; k >= 0 && !all(crossing.found | inside); --k) {
+    const R before = ratio[k];
+    take(k, outside & (before > 0.0f));
+  }
+  return crossing;
 }
 
 /// The crossing, drawn to the edges of the image that lie within a voxel of it where the field is in doubt; samples.
-template <class Ratios, class Values>
-SIMPLEXSEG_HD float near_edges(Crossing crossing, Ratios& ratio, Values& value, int reach, float step_voxels,
-                               float edge) {
-  if (!crossing.found) return crossing.shift;
-  float sum = crossing.shift, weights = 1;
+template <class R, class Ratios, class Values>
+SIMPLEXSEG_HD R near_edges(const Crossing<R>& crossing, Ratios& ratio, Values& value, int reach, R step_voxels,
+                           float edge) {
+  if (!any(crossing.found)) return crossing.shift;
+  R sum = crossing.shift, weights = 1;
   for (int k = 1; k < 2 * reach; ++k) {
-    const float shift = static_cast<float>(k - reach), away = fabsf(shift - crossing.shift) * step_voxels;
-    const float weight = away < 1.0f ? edge * (1.0f - ratio[k] * ratio[k]) * fabsf(value[k + 1] - value[k - 1]) : 0.0f;
+    const float shift = static_cast<float>(k - reach);
+    const R away = fabsf(shift - crossing.shift) * step_voxels;
+    const R weight =
+        choose(away < 1.0f, edge * (1.0f - ratio[k] * ratio[k]) * fabsf(value[k + 1] - value[k - 1]), R(0.0f));
     sum += weight * shift, weights += weight;
   }
-  return sum / weights;
+  return choose(crossing.found, sum / weights, crossing.shift);
 }
 
 /// How often local statistics are averaged over neighbours.
@@ -191,26 +223,30 @@ struct EvidenceStatistics {
   static constexpr int kLanes = kWidth, kCount = 2 * kSamples + 1;
   StepView v;
   int scratch;  ///< floats: kCount
-  template <class L>
-  SIMPLEXSEG_HD void operator()(int i, L lanes) const {
+  template <class I, class L>
+  SIMPLEXSEG_HD void operator()(I i, L lanes) const {
+    using R = Real<I>;
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
     if (!EvidenceForce::takes_statistics(m)) return;
-    const IndexLine line = index_line(v.volume, xyz(v.current[i]), xyz(v.frame[i]));
-    float mean[2], variance = 0, count = 0;
+    const IndexLineOf<R> line = index_line(v.volume, xyz(v.current[i]), xyz(v.frame[i]));
+    R mean[2], variance = 0, count = 0;
     auto values = lanes.template scratch<kCount>(0);
     sample_line(Voxels(v.volume), v.volume, lanes, line, -kSamples * m.voxel_mm, m.voxel_mm, kCount, values);
     if (lanes.lane != 0) return;
     for (int side = 0; side < 2; ++side) {
-      float sum = 0, square = 0, n = 0;
+      R sum = 0, square = 0, n = 0;
       for (int j = 1; j <= kSamples; ++j) {
-        const float value = (values[side == 0 ? kSamples - j : kSamples + j] - m.intensity_low) * m.intensity_scale;
-        if (is_valid(value)) sum += value, square += value * value, n += 1.0f;
+        const R value = (values[side == 0 ? kSamples - j : kSamples + j] - m.intensity_low) * m.intensity_scale;
+        const Answer<R> valid = is_valid(value);
+        sum = choose(valid, sum + value, sum), square = choose(valid, square + value * value, square);
+        n = choose(valid, n + 1.0f, n);
       }
-      mean[side] = n > 0.0f ? sum / n : 0.0f;
-      variance += n > 0.0f ? square - n * mean[side] * mean[side] : 0.0f;
-      count += n;
+      mean[side] = choose(n > 0.0f, sum / n, R(0.0f));
+      variance = variance + choose(n > 0.0f, square - n * mean[side] * mean[side], R(0.0f));
+      count = count + n;
     }
-    v.local_statistics[i] = {mean[0], mean[1], count > 0.0f ? larger(variance, 0.0f) / count : 0.0f, 0.0f};
+    store(v.local_statistics, i,
+          Vec4Of<R>{mean[0], mean[1], choose(count > 0.0f, larger(variance, R(0.0f)) / count, R(0.0f)), 0.0f});
   }
 };
 
@@ -221,108 +257,121 @@ struct EvidenceSearch {
   static constexpr int kLanes = kWidth;
   StepView v;
   int scratch;  ///< floats: samples and ratios of the longest search
-  template <class L>
-  SIMPLEXSEG_HD void operator()(int i, L lanes) const {
+  template <class I, class L>
+  SIMPLEXSEG_HD void operator()(I i, L lanes) const {
     using F = EvidenceForce;
+    using R = Real<I>;
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
     if (!(m.forces.weight(ForceId::Evidence) > 0.0f)) {
-      if (lanes.lane == 0) v.targets_of<EvidenceForce>()[i] = {0, 0, 0, 0};
+      if (lanes.lane == 0) store(v.targets_of<EvidenceForce>(), i, Vec4Of<R>{0, 0, 0, 0});
       return;
     }
     const bool from_field = F::from_field(m.forces);
     const int reach = m.integer<F>(F::samples);
-    const float step = F::search_step_mm(m, from_field ? mean_edge_at(v, i) : m.edge_mm),
-                step_voxels = step / m.voxel_mm;
-    IndexLine line = index_line(v.volume, xyz(v.current[i]), xyz(v.frame[i]));
-    SearchLine search{xyz(v.frame[i]), 0};
+    const R step = F::search_step_mm(m, from_field ? mean_edge_at(v, i) : R(m.edge_mm)),
+            step_voxels = step / m.voxel_mm;
+    const Vec3Of<R> n = xyz(v.frame[i]);
+    IndexLineOf<R> line = index_line(v.volume, xyz(v.current[i]), n);
+    SearchLine<R> search{n, 0};
     if (from_field) {
       search = line_through(v, m, line.origin, search.direction);
       line.direction = rotate_to_index(v.volume, search.direction);
     }
     const float* table = m.region_table >= 0 ? v.region_tables + m.region_table : nullptr;
     const float balloon = m.value<F>(F::balloon);
-    float local = 0, middle = 0, slope = 0;
+    float local = 0;
+    R middle = 0, slope = 0;
     if (v.local_statistics && m.finest && !from_field) {
       local = m.value<F>(F::local);
-      const Vec4 s = v.local_statistics[i];
-      const float contrast = s.x - s.y;
+      const Vec4Of<R> s = load(v.local_statistics, i);
+      const R contrast = s.x - s.y;
       middle = 0.5f * (s.x + s.y);
       // Ratio of two Gaussians of one variance, bounded below so that a flat neighbourhood says nothing.
       slope = contrast / (s.z + 0.25f * contrast * contrast + 1e-4f);
     }
-    auto share = [&](float intensity) {
-      return smaller(larger((intensity - m.intensity_low) * m.intensity_scale, 0.0f), 1.0f);
+    auto share = [&](R intensity) SIMPLEXSEG_INLINED {
+      return smaller(larger((intensity - m.intensity_low) * m.intensity_scale, R(0.0f)), R(1.0f));
     };
-    auto evidence_of = [&](float intensity) {
-      const float x = share(intensity);
-      float l = table ? table[static_cast<int>(x * (kRegionBins - 1) + 0.5f)] : 0.0f;
-      if (local > 0.0f) l = (1.0f - local) * l + local * smaller(larger((x - middle) * slope, -1.0f), 1.0f);
-      return smaller(larger(l + balloon, -1.0f), 1.0f);
+    auto evidence_of = [&](R intensity) SIMPLEXSEG_INLINED {
+      const R x = share(intensity);
+      R l = 0;
+      if (table) l = look_up(table, whole_of(x * (kRegionBins - 1) + 0.5f));
+      if (local > 0.0f) l = (1.0f - local) * l + local * smaller(larger((x - middle) * slope, R(-1.0f)), R(1.0f));
+      return smaller(larger(l + balloon, R(-1.0f)), R(1.0f));
     };
-    auto evidence_of_field = [&](float texel) {
-      const float p = texel * (1.0f / kFieldScale);
-      return smaller(larger(kFieldGain * (2.0f * p - 1.0f) + balloon, -1.0f), 1.0f);
+    auto evidence_of_field = [&](R texel) SIMPLEXSEG_INLINED {
+      const R p = texel * (1.0f / kFieldScale);
+      return smaller(larger(kFieldGain * (2.0f * p - 1.0f) + balloon, R(-1.0f)), R(1.0f));
     };
     const int count = 2 * reach + 1;
     auto value = lanes.template scratch<kSamples>(0);
     auto ratio = lanes.template scratch<kSamples>(count);
-    sample_line(Voxels(v.volume), v.volume, lanes, line, -reach * step, step, count, value);
+    const R start = -static_cast<float>(reach) * step;
+    sample_line(Voxels(v.volume), v.volume, lanes, line, start, step, count, value);
     if (from_field) {
       const VolumeView field = field_view(v, m);
-      const IndexLine in_box{line.origin - m.field.first_voxel(), line.direction};
-      sample_line(LinearVoxels<std::uint16_t>(field), field, lanes, in_box, -reach * step, step, count, ratio);
+      const Vec3 first = m.field.first_voxel();
+      const IndexLineOf<R> in_box{line.origin - Vec3Of<R>{first.x, first.y, first.z}, line.direction};
+      sample_line(LinearVoxels<std::uint16_t>(field), field, lanes, in_box, start, step, count, ratio);
     }
     for (int k = lanes.lane; k < count; k += L::width) {
-      const bool valid = is_valid(value[k]);
+      const R x = value[k];
+      const Answer<R> valid = is_valid(x);
       // There is no object outside of the volume, nor of the field's box.
-      if (from_field)
-        ratio[k] = valid && is_valid(ratio[k]) ? evidence_of_field(ratio[k]) : -1.0f;
-      else
-        ratio[k] = valid ? evidence_of(value[k]) : -1.0f;
-      value[k] = valid ? share(value[k]) : NAN;
+      if (from_field) {
+        const R texel = ratio[k];
+        ratio[k] = choose(valid & is_valid(texel), evidence_of_field(texel), R(-1.0f));
+      } else {
+        ratio[k] = choose(valid, evidence_of(x), R(-1.0f));
+      }
+      value[k] = choose(valid, share(x), R(NAN));
     }
     lanes.sync();
     if (lanes.lane != 0) return;
-    for (int k = 0; k < count; ++k) value[k] = is_valid(value[k]) ? value[k] : k > 0 ? value[k - 1] : 0.0f;
+    R last = 0;
+    for (int k = 0; k < count; ++k) value[k] = last = choose(is_valid(R(value[k])), R(value[k]), last);
     const float edge = m.value<F>(F::edge), nearness = m.value<F>(F::nearness);
     if (from_field) {
-      const Crossing crossing = crossing_of(ratio, reach);
-      float offset_mm =
-          near_edges(crossing, ratio, value, reach, step_voxels, edge) * step * dot(search.direction, xyz(v.frame[i]));
+      const Crossing<R> crossing = crossing_of<R>(ratio, reach);
+      R offset_mm = near_edges(crossing, ratio, value, reach, step_voxels, edge) * step * dot(search.direction, n);
       // A surface that lies outside of the object may be turned inside out: what says where to go is the way back, not
       // the normal, but where the two agree and the object is in sight.
-      if (!crossing.from_inside) {
-        const float back_mm = dot(way_to_object(v, m, line.origin, reach * step), xyz(v.frame[i]));
-        if (!crossing.found || back_mm > 0.0f) offset_mm = back_mm;
+      if (!all(crossing.from_inside)) {
+        const R back_mm = dot(way_to_object(v, m, line.origin, static_cast<float>(reach) * step), n);
+        const Answer<R> outside = !crossing.from_inside, unseen = !crossing.found;
+        offset_mm = choose(outside & (unseen | (back_mm > 0.0f)), back_mm, offset_mm);
       }
       // Within a voxel of the surface, less up to two: from afar the force stays as weak as it is for folds.
-      const float near = smaller(larger(2.0f - fabsf(offset_mm) / m.voxel_mm, 0.0f), 1.0f);
-      v.targets_of<EvidenceForce>()[i] = {offset_mm, 0, 0, near * smaller(larger(2.0f * search.agree, 0.0f), 1.0f)};
+      const R near = smaller(larger(2.0f - fabsf(offset_mm) / m.voxel_mm, R(0.0f)), R(1.0f));
+      store(v.targets_of<EvidenceForce>(), i,
+            Vec4Of<R>{offset_mm, 0.0f, 0.0f, near * smaller(larger(2.0f * search.agree, R(0.0f)), R(1.0f))});
       return;
     }
-    float sum = 0, run = 0, evidence = 0;
-    auto kept = OneLane{}.scratch<kSamples>(0);
-    const Peak peak = find_peak(OneLane{}, kept, reach, [&](int k) {
-      const float half = 0.5f * ratio[k] * step_voxels;
+    R sum = 0, run = 0, evidence = 0;
+    using Alone = typename L::Alone;
+    auto kept = Alone{}.template scratch<kSamples>(0);
+    const PeakOf<R> peak = find_peak(Alone{}, kept, reach, [&](int k) SIMPLEXSEG_INLINED {
+      const R half = 0.5f * ratio[k] * step_voxels;
       sum += half;
-      run = larger(run + 2.0f * half, 0.0f);
+      run = larger(run + 2.0f * half, R(0.0f));
       evidence = larger(evidence, run);
-      const float rise = value[k < 2 * reach ? k + 1 : k] - value[k > 0 ? k - 1 : k];
+      const R rise = value[k < 2 * reach ? k + 1 : k] - value[k > 0 ? k - 1 : k];
       // The object side of the edge is the likelier side: only edges that agree with the evidence count.
-      const float before = ratio[k > 0 ? k - 1 : k], after = ratio[k < 2 * reach ? k + 1 : k];
-      const float agree = before > after ? 1.0f : 0.0f;
+      const R before = ratio[k > 0 ? k - 1 : k], after = ratio[k < 2 * reach ? k + 1 : k];
+      const R agree = choose(before > after, R(1.0f), R(0.0f));
       const int distance = k < reach ? reach - k : k - reach;
-      const float score = sum + agree * edge * fabsf(rise) - nearness * distance * step_voxels;
+      const R score = sum + agree * edge * fabsf(rise) - nearness * distance * step_voxels;
       sum += half;
       return score;
     });
-    const float offset = peak.offset(reach);
+    const R offset = peak.offset();
     // Where the line meets no object, the normal may point anywhere (a patch that was turned inside out would be driven
     // away for ever): the image then says nothing, and smoothing draws the surface together. One voxel of object is
     // full evidence.
-    const float trust = smaller(evidence, 1.0f);
-    v.targets_of<EvidenceForce>()[i] = {trust * offset * step, 0, 0,
-                                        trust};  // as an offset, until averaged: EvidenceTarget makes it a position
+    const R trust = smaller(evidence, R(1.0f));
+    store(v.targets_of<EvidenceForce>(), i,
+          Vec4Of<R>{trust * offset * step, 0.0f, 0.0f,
+                    trust});  // as an offset, until averaged: EvidenceTarget makes it a position
   }
 };
 
@@ -334,20 +383,23 @@ struct AverageOverNeighbours {
   Vec4* to;
   int pass;      ///< done only for meshes that want more passes than this
   bool targets;  ///< evidence targets (as many passes as the mesh asks for), else statistics
-  SIMPLEXSEG_HD void operator()(int i) const {
-    const Int4 nb = v.neighbours[i];
+  template <class I>
+  SIMPLEXSEG_HD void operator()(I i) const {
+    using R = Real<I>;
+    const auto nb = v.neighbours[i];
     const MeshConstants& m = v.meshes[nb.w];
     if (targets ? !(m.forces.weight(ForceId::Evidence) > 0.0f) : !EvidenceForce::takes_statistics(m)) return;
-    const Vec4 own = from[i];
+    const Vec4Of<R> own = load(from, i);
     if (targets && pass >= m.integer<EvidenceForce>(EvidenceForce::averaging)) {
-      to[i] = own;
+      store(to, i, own);
       return;
     }
-    const Vec4 a = from[nb.x], b = from[nb.y], c = from[nb.z];
+    const Vec4Of<R> a = load(from, nb.x), b = load(from, nb.y), c = load(from, nb.z);
     // What the field holds keeps its own target: on thin parts a neighbour's may belong to the other side.
-    const float share = targets && EvidenceForce::from_field(m.forces) ? 0.25f * (1.0f - own.w) : 0.25f;
-    to[i] = {own.x + share * (a.x + b.x + c.x - 3.0f * own.x), own.y + share * (a.y + b.y + c.y - 3.0f * own.y),
-             own.z + share * (a.z + b.z + c.z - 3.0f * own.z), own.w};
+    const R share = targets && EvidenceForce::from_field(m.forces) ? 0.25f * (1.0f - own.w) : R(0.25f);
+    store(to, i,
+          Vec4Of<R>{own.x + share * (a.x + b.x + c.x - 3.0f * own.x), own.y + share * (a.y + b.y + c.y - 3.0f * own.y),
+                    own.z + share * (a.z + b.z + c.z - 3.0f * own.z), own.w});
   }
 };
 
@@ -356,26 +408,28 @@ struct EvidenceTarget {
   static constexpr const char* name = "evidence target";
   StepView v;
   const Vec4* offsets;
-  SIMPLEXSEG_HD void operator()(int i) const {
-    const Int4 nb = v.neighbours[i];
+  template <class I>
+  SIMPLEXSEG_HD void operator()(I i) const {
+    using R = Real<I>;
+    const auto nb = v.neighbours[i];
     const MeshConstants& m = v.meshes[nb.w];
     if (!(m.forces.weight(ForceId::Evidence) > 0.0f)) return;  // its target says so
-    const Vec4 offset = offsets[i];
-    const Vec3 p = xyz(v.current[i]);
+    const Vec4Of<R> offset = load(offsets, i);
+    const Vec3Of<R> p = xyz(v.current[i]);
     // A vertex that runs ahead of its neighbours by more than an edge folds the surface: half an edge until the next
     // search.
-    const float bound = EvidenceForce::kEdgesAtOnce * mean_edge_at(v, i);
+    const R bound = EvidenceForce::kEdgesAtOnce * mean_edge_at(v, i);
     // On a fold the normal says nothing of inside and outside: there smoothing acts alone.
-    const Vec3 n = xyz(v.frame[i]);
-    const float agree =
+    const Vec3Of<R> n = xyz(v.frame[i]);
+    const R agree =
         smaller(dot(n, xyz(v.frame[nb.x])), smaller(dot(n, xyz(v.frame[nb.y])), dot(n, xyz(v.frame[nb.z]))));
-    float trust = smaller(larger(2.0f * agree, 0.0f), 1.0f);
+    R trust = smaller(larger(2.0f * agree, R(0.0f)), R(1.0f));
     // ... unless the field does, as at the rim of a thin part.
     if (EvidenceForce::from_field(m.forces))
       trust += offset.w * (m.value<EvidenceForce>(EvidenceForce::hold) - trust);
     else
       trust *= offset.w;
-    v.targets_of<EvidenceForce>()[i] = with_w(p + smaller(larger(offset.x, -bound), bound) * n, trust);
+    store(v.targets_of<EvidenceForce>(), i, with_w(p + smaller(larger(offset.x, -bound), bound) * n, trust));
   }
 };
 

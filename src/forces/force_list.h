@@ -63,12 +63,47 @@ inline constexpr unsigned kPullingForces = forces_where([]<class F>(F) { return 
 inline constexpr unsigned kForcesWithTargets = forces_where([]<class F>(F) { return HasTargets<F>; });
 
 /// The share of its stability bound that a force has at a vertex: 1 unless the force says how far it trusts its target.
-template <class F>
-SIMPLEXSEG_HD float trust_of(const StepView& v, int i) {
-  if constexpr (requires { F::trust(v, i); })
+template <class F, class I>
+SIMPLEXSEG_HD Real<I> trust_of(const StepView& v, I i) {
+  if constexpr (requires { F::trust(v, i); }) {
     return F::trust(v, i);
-  else
+  } else if constexpr (requires { F::trust(v, 0); }) {
+    auto all = one_by_one(Real<I>(1.0f));
+    each(i, [&](int one, int lane) { all[lane] = F::trust(v, one); });
+    return all.together();
+  } else {
     return 1.0f;
+  }
+}
+/// F::displacement, one vertex after another where the force is not written for several.
+template <class F, class I, class Neighbours, class R>
+SIMPLEXSEG_HD Vec3Of<R> displacement_of(const StepView& v, const MeshConstants& m, I i, Neighbours nb, Vec3Of<R> p,
+                                        Vec4Of<R> frame) {
+  if constexpr (requires { F::displacement(v, m, i, nb, p, frame); }) {
+    return F::displacement(v, m, i, nb, p, frame);
+  } else {
+    auto all = one_by_one(p);
+    each(i, [&](int one, int lane) {
+      all.set(lane, F::displacement(v, m, one, v.neighbours[one], xyz(v.current[one]), v.frame[one]));
+    });
+    return all.together();
+  }
+}
+/// F::take_pull of each vertex.
+template <class F, class I, class R>
+SIMPLEXSEG_HD void pull_of(const StepView& v, const MeshConstants& m, I i, Vec3Of<R>& force, R& stiffness, R& image) {
+  if constexpr (std::is_same_v<R, float>) {
+    F::take_pull(v, m, i, force, stiffness, image);
+  } else {
+    auto forces = one_by_one(force);
+    auto bounds = one_by_one(stiffness), left = one_by_one(image);
+    each(i, [&](int one, int lane) {
+      Vec3 own = forces[lane];
+      F::take_pull(v, m, one, own, bounds[lane], left[lane]);
+      forces.set(lane, own);
+    });
+    force = forces.together(), stiffness = bounds.together(), image = left.together();
+  }
 }
 
 }  // namespace simplexseg

@@ -35,9 +35,15 @@ struct GradientForce {
   static void find_targets(Searches& searches);
 
   /// Share of the bound that this vertex has.
-  SIMPLEXSEG_HD static float trust(const StepView& v, int i) { return v.targets_of<GradientForce>()[i].w; }
-  SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4, Vec3 p, Vec4 frame) {
-    return pull_to_target(v.targets_of<GradientForce>()[i], p, xyz(frame), m.value<GradientForce>(pull) * m.voxel_mm);
+  template <class I>
+  SIMPLEXSEG_HD static Real<I> trust(const StepView& v, I i) {
+    return load_w(v.targets_of<GradientForce>(), i);
+  }
+  template <class I, class Neighbours, class R>
+  SIMPLEXSEG_HD static Vec3Of<R> displacement(const StepView& v, const MeshConstants& m, I i, Neighbours, Vec3Of<R> p,
+                                              Vec4Of<R> frame) {
+    return pull_to_target(load(v.targets_of<GradientForce>(), i), p, xyz(frame),
+                          m.value<GradientForce>(pull) * m.voxel_mm);
   }
 };
 
@@ -48,49 +54,51 @@ struct GradientSearch {
   static constexpr int kLanes = kWidth, kMost = 2 * kMaxSearch + 3;
   StepView v;
   int scratch;  ///< floats: samples and responses of the longest search
-  template <class L>
-  SIMPLEXSEG_HD void operator()(int i, L lanes) const {
+  template <class I, class L>
+  SIMPLEXSEG_HD void operator()(I i, L lanes) const {
+    using R = Real<I>;
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
     if (!(m.forces.weight(ForceId::Gradient) > 0.0f)) {
-      if (lanes.lane == 0) v.targets_of<GradientForce>()[i] = {0, 0, 0, 0};
+      if (lanes.lane == 0) store(v.targets_of<GradientForce>(), i, Vec4Of<R>{0, 0, 0, 0});
       return;
     }
-    const Vec3 p = xyz(v.current[i]), n = xyz(v.frame[i]);
+    const Vec3Of<R> p = xyz(v.current[i]), n = xyz(v.frame[i]);
     const int reach = m.integer<GradientForce>(GradientForce::samples), count = 2 * reach + 3;
     const float step = m.value<GradientForce>(GradientForce::spacing) * m.voxel_mm;
     const int object = m.integer<GradientForce>(GradientForce::object);
-    const IndexLine line = index_line(v.volume, p, n);
+    const IndexLineOf<R> line = index_line(v.volume, p, n);
     const Voxels voxels(v.volume);
     // Per mm, in shares of the intensity range.
     const float threshold = m.value<GradientForce>(GradientForce::threshold) / (m.voxel_mm * v.volume.intensity_scale);
     const float start = -(reach + 1) * step, scale = (object == 1 ? -0.5f : 0.5f) / step;
     // No edge where a voxel is not a number.
-    auto response = [scale](float before, float here, float after) { return scale * (after - before) + 0.0f * here; };
+    auto response = [scale](R before, R here, R after)
+                        SIMPLEXSEG_INLINED { return scale * (after - before) + 0.0f * here; };
     auto kept = lanes.template scratch<kMost>(0);
-    Peak peak;
+    PeakOf<R> peak;
     if (object == 0) {
-      peak = find_peak(lanes, kept, reach, [&](int k) {
+      peak = find_peak(lanes, kept, reach, [&](int k) SIMPLEXSEG_INLINED {
         return gradient_magnitude_at(voxels, v.volume, line.origin + ((k - reach) * step) * line.direction);
       });
-#ifdef __CUDA_ARCH__
-    } else if (L::width == 1) {
-      auto search = [&](auto samples) {
-        return find_peak(lanes, kept, reach, [&](int k) { return samples.next(k, response); });
+    } else if constexpr (L::kStreams) {
+      auto search = [&](auto samples) SIMPLEXSEG_INLINED {
+        return find_peak(lanes, kept, reach, [&](int k) SIMPLEXSEG_INLINED { return samples.next(k, response); });
       };
+#ifdef __CUDA_ARCH__
       if (contains(v.volume, line, start, start + (count - 1) * step))
         peak = search(SampleStream<Voxels, true>(voxels, v.volume, line, start, step));
       else
-        peak = search(SampleStream<Voxels, false>(voxels, v.volume, line, start, step));
 #endif
+        peak = search(SampleStream<Voxels, false, R>(voxels, v.volume, line, start, step));
     } else {
       auto samples = lanes.template scratch<kMost>(count);
       sample_line(voxels, v.volume, lanes, line, start, step, count, samples);
       peak = find_peak(lanes, kept, reach, [&](int k) { return response(samples[k], samples[k + 1], samples[k + 2]); });
     }
-    const bool found = peak.best > threshold && peak.best > 0.0f;
+    const Answer<R> found = (peak.best > threshold) & (peak.best > 0.0f);
     if (lanes.lane == 0)
-      v.targets_of<GradientForce>()[i] =
-          with_w(p + (found ? peak.offset(reach) * step : 0.0f) * n, found ? 1.0f : 0.0f);
+      store(v.targets_of<GradientForce>(), i,
+            with_w(p + choose(found, peak.offset() * step, R(0.0f)) * n, choose(found, R(1.0f), R(0.0f))));
   }
 };
 

@@ -50,9 +50,14 @@ struct IntensityProfileForce {
   static void find_targets(Searches& searches);
 
   /// Share of the bound that this vertex has.
-  SIMPLEXSEG_HD static float trust(const StepView& v, int i) { return v.targets_of<IntensityProfileForce>()[i].w; }
-  SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4, Vec3 p, Vec4 frame) {
-    return pull_to_target(v.targets_of<IntensityProfileForce>()[i], p, xyz(frame),
+  template <class I>
+  SIMPLEXSEG_HD static Real<I> trust(const StepView& v, I i) {
+    return load_w(v.targets_of<IntensityProfileForce>(), i);
+  }
+  template <class I, class Neighbours, class R>
+  SIMPLEXSEG_HD static Vec3Of<R> displacement(const StepView& v, const MeshConstants& m, I i, Neighbours, Vec3Of<R> p,
+                                              Vec4Of<R> frame) {
+    return pull_to_target(load(v.targets_of<IntensityProfileForce>(), i), p, xyz(frame),
                           m.value<IntensityProfileForce>(pull) * m.voxel_mm);
   }
 };
@@ -142,12 +147,12 @@ struct ProfileSearch {
       for (int t = 0; t < kTile; ++t) kept[start + t] = score[t];
     }
     lanes.sync();
-    const Peak peak = find_peak(lanes, kept, reach, [&](int k) { return kept[k]; });
+    const PeakOf<float> peak = find_peak(lanes, kept, reach, [&](int k) { return kept[k]; });
     if (lanes.lane != 0) return;
     const float acceptance = m.value<F>(F::acceptance);
     const bool found = peak.best > -1e29f && (correlate ? peak.best >= acceptance : -peak.best <= acceptance);
     v.targets_of<IntensityProfileForce>()[i] =
-        with_w(p + (found ? peak.offset(reach) * step : 0.0f) * n, found ? 1.0f : 0.0f);
+        with_w(p + (found ? peak.offset() * step : 0.0f) * n, found ? 1.0f : 0.0f);
   }
 };
 

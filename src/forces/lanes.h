@@ -10,6 +10,14 @@ namespace simplexseg {
 struct OneLane {
   static constexpr int width = 1;
   static constexpr int lane = 0;
+  static constexpr bool kEights = false;  ///< it takes eight vertices at once
+  /// Values are taken as they come, in order, and none is kept.
+#ifdef __CUDA_ARCH__
+  static constexpr bool kStreams = true;
+#else
+  static constexpr bool kStreams = false;
+#endif
+  using Alone = OneLane;  ///< what does by itself what is not shared out
   template <int kMost>
   struct Scratch {
     float values[kMost];
@@ -27,6 +35,21 @@ struct OneLane {
   SIMPLEXSEG_HD int count(bool x) const { return x ? 1 : 0; }
   SIMPLEXSEG_HD int count_before(bool) const { return 0; }       ///< in lower lanes
   SIMPLEXSEG_HD bool first_of_equal(int) const { return true; }  ///< no lower lane has the same value
+  /// A sum over items: of every eighth by itself, so that it is the same where eight are added at once
+  /// (forces/eight.h).
+  struct Sum {
+    alignas(32) float parts[8] = {};
+    SIMPLEXSEG_HD void add(int item, float x) { parts[item % 8] += x; }
+    /// Of eight items from `first`, a multiple of eight, on.
+    template <class Floats>
+    SIMPLEXSEG_HD void add(int /*first*/, Floats x) {
+      add_to(parts, x);
+    }
+  };
+  SIMPLEXSEG_HD float total(const Sum& s) const {
+    const float* x = s.parts;
+    return ((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7]));
+  }
   /// Waits until all lanes have come here; what they wrote is seen.
   SIMPLEXSEG_HD void sync() const {}
 };
@@ -60,6 +83,8 @@ struct ThreadLane : OneLane {
 template <int kWidth>
 struct GroupLanes {
   static constexpr int width = kWidth;
+  static constexpr bool kStreams = false;
+  using Alone = OneLane;
   int lane;
   unsigned mask;
   float* shared;  ///< of the group
@@ -89,6 +114,7 @@ struct BlockTeam {
 /// A warp. All its threads must call the same members in the same order.
 struct WarpLanes {
   static constexpr int width = 32;
+  static constexpr bool kEights = false;
   int lane;
   static constexpr unsigned kAll = ~0u;
   __device__ void sync() const { __syncwarp(); }
@@ -98,6 +124,11 @@ struct WarpLanes {
     for (int step = 16; step > 0; step /= 2) x += __shfl_xor_sync(kAll, x, step);
     return x;
   }
+  struct Sum {
+    float own = 0;
+    __device__ void add(int, float x) { own += x; }
+  };
+  __device__ float total(const Sum& s) const { return sum(s.own); }
   __device__ int count(bool x) const { return __popc(__ballot_sync(kAll, x)); }
   __device__ int count_before(bool x) const { return __popc(__ballot_sync(kAll, x) & ((1u << lane) - 1u)); }
   __device__ bool first_of_equal(int x) const { return (__match_any_sync(kAll, x) & ((1u << lane) - 1u)) == 0; }

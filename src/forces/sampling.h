@@ -16,63 +16,79 @@
 namespace simplexseg {
 
 /// A line origin + t * direction in voxel index space, t in mm.
-struct IndexLine {
-  Vec3 origin, direction;
+template <class R>
+struct IndexLineOf {
+  Vec3Of<R> origin, direction;
 };
-SIMPLEXSEG_HD Vec3 rotate_to_index(const VolumeView& v, Vec3 d) {
+using IndexLine = IndexLineOf<float>;
+template <class R>
+SIMPLEXSEG_HD Vec3Of<R> rotate_to_index(const VolumeView& v, Vec3Of<R> d) {
   const float* m = v.index_from_world;
   return {m[0] * d.x + m[1] * d.y + m[2] * d.z, m[4] * d.x + m[5] * d.y + m[6] * d.z,
           m[8] * d.x + m[9] * d.y + m[10] * d.z};
 }
-SIMPLEXSEG_HD IndexLine index_line(const VolumeView& v, Vec3 origin_mm, Vec3 unit_direction) {
+template <class R>
+SIMPLEXSEG_HD IndexLineOf<R> index_line(const VolumeView& v, Vec3Of<R> origin_mm, Vec3Of<R> unit_direction) {
   const float* m = v.index_from_world;
-  return {rotate_to_index(v, origin_mm) + Vec3{m[3], m[7], m[11]}, rotate_to_index(v, unit_direction)};
+  return {rotate_to_index(v, origin_mm) + Vec3Of<R>{m[3], m[7], m[11]}, rotate_to_index(v, unit_direction)};
 }
 
 /// What a sample outside of the volume is (by more than half a voxel outside the centres of the outer voxels): NaN, as
 /// a voxel that is not a number. Neither counts.
-SIMPLEXSEG_HD bool is_valid(float sample) { return fabsf(sample) <= 3e38f; }
+template <class R>
+SIMPLEXSEG_HD auto is_valid(R sample) {
+  return fabsf(sample) <= 3e38f;
+}
 
 /// The cell of eight voxels around an index position and the fractions within it. A position outside of the volume gets
 /// a cell at its border, so that reading it is always allowed.
-struct Cell {
-  int i, j, k;
-  float fx, fy, fz;
-  bool inside;
+template <class R>
+struct CellOf {
+  Whole<R> i, j, k;
+  R fx, fy, fz;
+  Answer<R> inside;
 };
-SIMPLEXSEG_HD Cell cell_at(const VolumeView& v, Vec3 p) {
+using Cell = CellOf<float>;
+template <class R>
+SIMPLEXSEG_HD CellOf<R> cell_at(const VolumeView& v, Vec3Of<R> p) {
   const float hx = v.size[0] - 1.0f, hy = v.size[1] - 1.0f, hz = v.size[2] - 1.0f;
-  const bool inside =
+  const Answer<R> inside =
       (p.x >= -0.5f) & (p.y >= -0.5f) & (p.z >= -0.5f) & (p.x <= hx + 0.5f) & (p.y <= hy + 0.5f) & (p.z <= hz + 0.5f);
   // Comparisons rather than fmin and fmax: NaN becomes 0, and they vectorise.
-  float x = p.x > 0.0f ? p.x : 0.0f, y = p.y > 0.0f ? p.y : 0.0f, z = p.z > 0.0f ? p.z : 0.0f;
-  x = x < hx ? x : hx, y = y < hy ? y : hy, z = z < hz ? z : hz;
-  int i = static_cast<int>(x), j = static_cast<int>(y), k = static_cast<int>(z);
+  const R x = smaller(larger(p.x, 0.0f), hx), y = smaller(larger(p.y, 0.0f), hy), z = smaller(larger(p.z, 0.0f), hz);
   const int li = v.size[0] > 1 ? v.size[0] - 2 : 0, lj = v.size[1] > 1 ? v.size[1] - 2 : 0,
             lk = v.size[2] > 1 ? v.size[2] - 2 : 0;
-  i = i < li ? i : li, j = j < lj ? j : lj, k = k < lk ? k : lk;
-  return {i, j, k, x - i, y - j, z - k, inside};
+  const Whole<R> i = smaller(whole_of(x), li), j = smaller(whole_of(y), lj), k = smaller(whole_of(z), lk);
+  return {i, j, k, x - real_of(i), y - real_of(j), z - real_of(k), inside};
 }
-SIMPLEXSEG_HD float mix(float a, float b, float f) { return a + f * (b - a); }
+template <class R>
+SIMPLEXSEG_HD R mix(R a, R b, R f) {
+  return a + f * (b - a);
+}
 
 /// The trilinear interpolant, its gradient (per mm) and that one's magnitude from the eight voxels of a cell, i
 /// fastest.
-struct Corners {
-  float v000, v100, v010, v110, v001, v101, v011, v111;
+template <class R>
+struct CornersOf {
+  R v000, v100, v010, v110, v001, v101, v011, v111;
 };
-SIMPLEXSEG_HD float interpolate(const Corners& v, const Cell& c) {
-  const float low = mix(mix(v.v000, v.v100, c.fx), mix(v.v010, v.v110, c.fx), c.fy);
-  const float high = mix(mix(v.v001, v.v101, c.fx), mix(v.v011, v.v111, c.fx), c.fy);
+using Corners = CornersOf<float>;
+template <class R>
+SIMPLEXSEG_HD R interpolate(const CornersOf<R>& v, const CellOf<R>& c) {
+  const R low = mix(mix(v.v000, v.v100, c.fx), mix(v.v010, v.v110, c.fx), c.fy);
+  const R high = mix(mix(v.v001, v.v101, c.fx), mix(v.v011, v.v111, c.fx), c.fy);
   return mix(low, high, c.fz);
 }
-SIMPLEXSEG_HD Vec3 gradient(const VolumeView& view, const Corners& v, const Cell& c) {
-  const float gi = mix(mix(v.v100 - v.v000, v.v110 - v.v010, c.fy), mix(v.v101 - v.v001, v.v111 - v.v011, c.fy), c.fz);
-  const float gj = mix(mix(v.v010 - v.v000, v.v110 - v.v100, c.fx), mix(v.v011 - v.v001, v.v111 - v.v101, c.fx), c.fz);
-  const float gk = mix(mix(v.v001 - v.v000, v.v101 - v.v100, c.fx), mix(v.v011 - v.v010, v.v111 - v.v110, c.fx), c.fy);
+template <class R>
+SIMPLEXSEG_HD Vec3Of<R> gradient(const VolumeView& view, const CornersOf<R>& v, const CellOf<R>& c) {
+  const R gi = mix(mix(v.v100 - v.v000, v.v110 - v.v010, c.fy), mix(v.v101 - v.v001, v.v111 - v.v011, c.fy), c.fz);
+  const R gj = mix(mix(v.v010 - v.v000, v.v110 - v.v100, c.fx), mix(v.v011 - v.v001, v.v111 - v.v101, c.fx), c.fz);
+  const R gk = mix(mix(v.v001 - v.v000, v.v101 - v.v100, c.fx), mix(v.v011 - v.v010, v.v111 - v.v110, c.fx), c.fy);
   const float* m = view.index_from_world;  // chain rule: the transpose maps index gradients to world
   return {m[0] * gi + m[4] * gj + m[8] * gk, m[1] * gi + m[5] * gj + m[9] * gk, m[2] * gi + m[6] * gj + m[10] * gk};
 }
-SIMPLEXSEG_HD float gradient_magnitude(const VolumeView& view, const Corners& v, const Cell& c) {
+template <class R>
+SIMPLEXSEG_HD R gradient_magnitude(const VolumeView& view, const CornersOf<R>& v, const CellOf<R>& c) {
   return norm(gradient(view, v, c));
 }
 
@@ -93,11 +109,16 @@ struct LinearVoxels {
     auto read = [b](long offset) { return static_cast<float>(b[offset]); };
     return {read(0), read(dx), read(dy), read(dy + dx), read(dz), read(dz + dx), read(dz + dy), read(dz + dy + dx)};
   }
+  /// Those of several cells (forces/eight.h).
+  template <class R>
+  SIMPLEXSEG_HD CornersOf<R> corners(const CellOf<R>& c) const {
+    return corners_of(*this, c);
+  }
   /// At an index position; NaN outside.
-  SIMPLEXSEG_HD float sample(const VolumeView& v, Vec3 p) const {
-    const Cell c = cell_at(v, p);
-    const float value = interpolate(corners(c), c);
-    return c.inside ? value : NAN;
+  template <class R>
+  SIMPLEXSEG_HD R sample(const VolumeView& v, Vec3Of<R> p) const {
+    const CellOf<R> c = cell_at(v, p);
+    return choose(c.inside, interpolate(corners(c), c), R(NAN));
   }
 #ifdef __CUDACC__
   // For positions that are known to be inside and were `placed`; the result is to be `scaled`.
@@ -205,9 +226,9 @@ inline __attribute__((always_inline)) void sample_line_in_vectors(const LinearVo
 
 /// Intensities, less `base`, at start, start + step, ... (mm) along a line: trilinear, `count` of them, shared out over
 /// the lanes; NaN outside.
-template <class Voxels, class L, class Values>
-SIMPLEXSEG_HD void sample_line(const Voxels& read, const VolumeView& v, L lanes, IndexLine line, float start,
-                               float step, int count, Values& values, float base = 0.0f) {
+template <class Voxels, class L, class Values, class R, class Shift>
+SIMPLEXSEG_HD void sample_line(const Voxels& read, const VolumeView& v, L lanes, IndexLineOf<R> line, Shift start,
+                               Shift step, int count, Values& values, float base = 0.0f) {
 #ifdef __CUDA_ARCH__
   if (contains(v, line, start, start + (count - 1) * step)) {
     const Vec3 first = read.placed(line.origin + start * line.direction), each = step * line.direction;
@@ -219,56 +240,59 @@ SIMPLEXSEG_HD void sample_line(const Voxels& read, const VolumeView& v, L lanes,
       values[s] = read.sample(v, line.origin + (start + s * step) * line.direction) - base;
   }
 #else
-  sample_line_in_vectors(read, v, line, start, step, count, &values[0]);
+  if constexpr (std::is_same_v<R, float>)
+    sample_line_in_vectors(read, v, line, start, step, count, &values[0]);
+  else
+    for (int s = 0; s < count; ++s) values[s] = read.sample(v, line.origin + (start + s * step) * line.direction);
   if (base != 0.0f)
     for (int s = 0; s < count; ++s) values[s] -= base;
 #endif
   lanes.sync();
 }
 
-#ifdef __CUDACC__
 /// The samples along a line, each read when its turn comes: k = 0, 1, 2 ... in this order. `kWhole`: the line is known
-/// to lie in the volume.
-template <class Voxels, bool kWhole>
+/// to lie in the volume, on a device.
+template <class Voxels, bool kWhole, class R = float>
 struct SampleStream {
   const Voxels& read;
   const VolumeView& v;
-  IndexLine line;
-  float start, step;
-  Vec3 first, each;
-  float here, after;
-  __device__ SampleStream(const Voxels& voxels, const VolumeView& view, IndexLine l, float from, float by)
+  IndexLineOf<R> line;
+  R start, step;
+  Vec3Of<R> first, each;
+  R here, after;
+  SIMPLEXSEG_HD SampleStream(const Voxels& voxels, const VolumeView& view, IndexLineOf<R> l, R from, R by)
       : read(voxels),
         v(view),
         line(l),
         start(from),
         step(by),
-        first(voxels.placed(l.origin + from * l.direction)),
-        each(by * l.direction),
-        here(at(0)),
-        after(at(1)) {}
-  __device__ float at(int k) const {
-    if constexpr (kWhole)
-      return read.scaled(read.texel(v, first + static_cast<float>(k) * each));
-    else
-      return read.sample(v, line.origin + (start + k * step) * line.direction);
+        first(l.origin + from * l.direction),
+        each(by * l.direction) {
+#ifdef __CUDA_ARCH__
+    if constexpr (kWhole) first = voxels.placed(first);
+#endif
+    here = at(0), after = at(1);
+  }
+  SIMPLEXSEG_HD R at(int k) const {
+#ifdef __CUDA_ARCH__
+    if constexpr (kWhole) return read.scaled(read.texel(v, first + static_cast<float>(k) * each));
+#endif
+    return read.sample(v, line.origin + (start + static_cast<float>(k) * step) * line.direction);
   }
   /// f(sample k, sample k + 1, sample k + 2).
   template <class F>
-  __device__ float next(int k, F f) {
-    const float before = here;
+  SIMPLEXSEG_HD R next(int k, F f) {
+    const R before = here;
     here = after, after = at(k + 2);
     return f(before, here, after);
   }
 };
-#endif
 
 /// Magnitude of the gradient (per mm) of the trilinear interpolant at index position p; NaN outside.
-template <class Voxels>
-SIMPLEXSEG_HD float gradient_magnitude_at(const Voxels& read, const VolumeView& v, Vec3 p) {
-  const Cell c = cell_at(v, p);
-  const float g = gradient_magnitude(v, read.corners(c), c);
-  return c.inside ? g : NAN;
+template <class Voxels, class R>
+SIMPLEXSEG_HD R gradient_magnitude_at(const Voxels& read, const VolumeView& v, Vec3Of<R> p) {
+  const CellOf<R> c = cell_at(v, p);
+  return choose(c.inside, gradient_magnitude(v, read.corners(c), c), R(NAN));
 }
 
 }  // namespace simplexseg

@@ -37,18 +37,19 @@ struct ShapeMemoryForce {
     return shape.empty() ? 0.0f : 1.0f + worst;
   }
 
-  SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4 nb, Vec3 p,
-                                         Vec4 frame) {
-    const Vec3 p1 = xyz(v.current[nb.x]), p2 = xyz(v.current[nb.y]), p3 = xyz(v.current[nb.z]);
-    const Vec4 ref = v.shape[i];
+  template <class I, class Neighbours, class R>
+  SIMPLEXSEG_HD static Vec3Of<R> displacement(const StepView& v, const MeshConstants& m, I i, Neighbours nb,
+                                              Vec3Of<R> p, Vec4Of<R> frame) {
+    const Vec3Of<R> p1 = xyz(v.current[nb.x]), p2 = xyz(v.current[nb.y]), p3 = xyz(v.current[nb.z]);
+    const Vec4Of<R> ref = v.shape[i];
     const float b = m.value<ShapeMemoryForce>(scaling);
-    float h = ref.z;
-    if (b > 0.0f && ref.w > 0.0f) {
-      const float ratio = norm(cross(p2 - p1, p3 - p1)) / ref.w;
-      h *= b == 0.5f ? sqrtf(ratio) : powf(ratio, b);
+    R h = ref.z;
+    if (b > 0.0f) {
+      const R ratio = norm(cross(p2 - p1, p3 - p1)) / ref.w;
+      h = choose(ref.w > 0.0f, h * (b == 0.5f ? sqrtf(ratio) : powf(ratio, b)), h);
     }
     // Differences to P1 first: positions far from the origin lose no digits.
-    const Vec3 foot = ref.y * (p2 - p1) + (1.0f - ref.x - ref.y) * (p3 - p1);
+    const Vec3Of<R> foot = ref.y * (p2 - p1) + (1.0f - ref.x - ref.y) * (p3 - p1);
     return (foot + h * xyz(frame)) - (p - p1);
   }
 };

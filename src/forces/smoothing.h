@@ -31,43 +31,49 @@ struct SmoothingForce {
     return 2.0f * (1.0f + p.values[static_cast<int>(id)][evenness]);
   }
 
-  SIMPLEXSEG_HD static Vec3 displacement(const StepView& v, const MeshConstants& m, int i, Int4 nb, Vec3 p,
-                                         Vec4 frame) {
-    const Vec3 p1 = xyz(v.current[nb.x]), p2 = xyz(v.current[nb.y]), p3 = xyz(v.current[nb.z]);
-    const Vec3 e1 = p1 - p, e2 = p2 - p, e3 = p3 - p;
-    const float l1 = dot(e1, e1), l2 = dot(e2, e2), l3 = dot(e3, e3);
+  template <class I, class Neighbours, class R>
+  SIMPLEXSEG_HD static Vec3Of<R> displacement(const StepView& v, const MeshConstants& m, I, Neighbours nb, Vec3Of<R> p,
+                                              Vec4Of<R> frame) {
+    const Vec3Of<R> p1 = xyz(v.current[nb.x]), p2 = xyz(v.current[nb.y]), p3 = xyz(v.current[nb.z]);
+    const Vec3Of<R> e1 = p1 - p, e2 = p2 - p, e3 = p3 - p;
+    const R l1 = dot(e1, e1), l2 = dot(e2, e2), l3 = dot(e3, e3);
     const float a = 0.5f * m.value<SmoothingForce>(evenness);
-    float w1 = 1, w2 = 1, w3 = 1;
-    const float largest = larger(l1, larger(l2, l3));
+    R w1 = 1, w2 = 1, w3 = 1;
     if (a == 1.0f) {
       w1 = l1, w2 = l2, w3 = l3;
-    } else if (a != 0.0f && largest > 0.0f) {
-      const float s = 1.0f / largest;  // ratios first: no overflow for any unit
-      w1 = powf(l1 * s, a), w2 = powf(l2 * s, a), w3 = powf(l3 * s, a);
+    } else if (a != 0.0f) {
+      const R largest = larger(l1, larger(l2, l3));
+      const R s = R(1.0f) / largest;  // ratios first: no overflow for any unit
+      const auto some = largest > 0.0f;
+      w1 = choose(some, powf(l1 * s, a), w1), w2 = choose(some, powf(l2 * s, a), w2),
+      w3 = choose(some, powf(l3 * s, a), w3);
     }
-    const float sum = w1 + w2 + w3;
-    const bool degenerate = !(sum > 1e-30f);
-    const float inverse = degenerate ? 1.0f / 3.0f : 1.0f / sum;
-    if (degenerate) w1 = w2 = w3 = 1;
-    const Vec3 laplacian = inverse * (w1 * e1 + (w2 * e2 + w3 * e3));
+    const R sum = w1 + w2 + w3;
+    const auto degenerate = !(sum > 1e-30f);
+    const R inverse = choose(degenerate, R(1.0f / 3.0f), R(1.0f) / sum);
+    w1 = choose(degenerate, R(1.0f), w1), w2 = choose(degenerate, R(1.0f), w2), w3 = choose(degenerate, R(1.0f), w3);
+    const Vec3Of<R> laplacian = inverse * (w1 * e1 + (w2 * e2 + w3 * e3));
     const float keep = m.value<SmoothingForce>(curvature);
-    float mean = 0;
+    R mean = 0;
     if (keep > 0.0f) {
       // Rings 1 and 2, without i: three neighbours and their two other neighbours each.
-      const Vec4 f1 = v.frame[nb.x], f2 = v.frame[nb.y], f3 = v.frame[nb.z];
-      const Int4 n1 = v.neighbours[nb.x], n2 = v.neighbours[nb.y], n3 = v.neighbours[nb.z];
+      const Vec4Of<R> f1 = v.frame[nb.x], f2 = v.frame[nb.y], f3 = v.frame[nb.z];
+#ifdef __CUDA_ARCH__
+      const auto n1 = v.neighbours[nb.x], n2 = v.neighbours[nb.y], n3 = v.neighbours[nb.z];
       mean = f1.w + f2.w + f3.w + v.frame.w(n1.x) + v.frame.w(n1.y) + v.frame.w(n1.z) + v.frame.w(n2.x) +
              v.frame.w(n2.y) + v.frame.w(n2.z) + v.frame.w(n3.x) + v.frame.w(n3.y) + v.frame.w(n3.z) - 3.0f * frame.w;
+#else
+      mean = f1.w + f2.w + f3.w + load(v.ring_sums, nb.x) + load(v.ring_sums, nb.y) + load(v.ring_sums, nb.z) -
+             3.0f * frame.w;
+#endif
       mean *= 1.0f / 9.0f;
-      const Vec3 n = xyz(frame);
+      const Vec3Of<R> n = xyz(frame);
       // Where normals flip, averaging curvature would keep the fold: a plain Laplacian step takes it out.
-      const bool folded = dot(n, xyz(f1)) < 0.0f || dot(n, xyz(f2)) < 0.0f || dot(n, xyz(f3)) < 0.0f;
-      const float bound =
-          m.value<SmoothingForce>(elevation_limit) * (1.0f / 3.0f) * (sqrtf(l1) + sqrtf(l2) + sqrtf(l3));
+      const auto folded = (dot(n, xyz(f1)) < 0.0f) | (dot(n, xyz(f2)) < 0.0f) | (dot(n, xyz(f3)) < 0.0f);
+      const R bound = m.value<SmoothingForce>(elevation_limit) * (1.0f / 3.0f) * (sqrtf(l1) + sqrtf(l2) + sqrtf(l3));
       mean *= norm(cross(p2 - p1, p3 - p1));
-      mean = folded ? 0.0f : keep * smaller(larger(mean, -bound), bound);
+      mean = choose(folded, R(0.0f), keep * smaller(larger(mean, -bound), bound));
     }
-    (void)i;
     return laplacian + mean * xyz(frame);
   }
 };

@@ -2,12 +2,44 @@
 // What a kernel sees: a trivially copyable view of one memory space. Host code owns the arrays (src/gpu/step_engine.h).
 #pragma once
 #include <cstdint>
+#include <type_traits>
 
 #include "core/vec3.h"
 #include "forces/parameters.h"
 #include "forces/step_form.h"
 
 namespace simplexseg {
+
+// What a kernel is called with, `i`, is one vertex, an int; or on the CPU eight in a row (forces/eight.h), of which it
+// then reads, works out and writes eight values where it has one. It says so with these:
+
+/// A number of vertex or vertices I.
+template <class I>
+struct RealOf {
+  using Type = float;
+};
+template <class I>
+using Real = typename RealOf<I>::Type;
+SIMPLEXSEG_HD Vec4 load(const Vec4* texels, int i) { return texels[i]; }
+SIMPLEXSEG_HD float load_w(const Vec4* texels, int i) { return texels[i].w; }
+SIMPLEXSEG_HD void store(Vec4* texels, int i, Vec4 x) { texels[i] = x; }
+SIMPLEXSEG_HD float load(const float* values, int i) { return values[i]; }
+SIMPLEXSEG_HD float look_up(const float* values, int i) { return values[i]; }
+SIMPLEXSEG_HD void store(float* values, int i, float x) { values[i] = x; }
+SIMPLEXSEG_HD void store_w(Vec4* texels, int i, float w) { texels[i].w = w; }
+/// f(vertex, its lane) for each vertex of i; what is not uniform is taken apart before.
+template <class F>
+SIMPLEXSEG_HD void each(int i, F&& f) {
+  f(i, 0);
+}
+/// One value, taken apart: of the only lane.
+template <class T>
+struct Alone {
+  T value;
+  SIMPLEXSEG_HD const T& operator[](int) const { return value; }
+};
+SIMPLEXSEG_HD Alone<Vec3> one_by_one(Vec3 x) { return {x}; }
+SIMPLEXSEG_HD bool is_set(bool x, int) { return x; }
 
 /// Texels that kernels only read. On a device either cached loads of global memory (the default: faster, see
 /// docs/adr/0008-textures.md) or a texture object over the same memory: -DSIMPLEXSEG_TEXTURE_ARRAYS=ON.
@@ -30,7 +62,12 @@ struct Texels {
     return {x.x, x.y, x.z, x.w};
 #endif
   }
+  /// Those of several vertices (forces/eight.h).
+  template <class I>
+  requires(!std::is_integral_v<I>) SIMPLEXSEG_HD auto operator[](I i) const { return load(data, i); }
   /// The fourth value alone.
+  template <class I>
+  requires(!std::is_integral_v<I>) SIMPLEXSEG_HD auto w(I i) const { return load_w(data, i); }
   SIMPLEXSEG_HD float w(int i) const {
 #if !defined(__CUDA_ARCH__)
     return data[i].w;
@@ -57,6 +94,8 @@ struct NeighbourTexels {
 #ifdef SIMPLEXSEG_TEXTURE_ARRAYS
   unsigned long long texture = 0;
 #endif
+  template <class I>
+  requires(!std::is_integral_v<I>) SIMPLEXSEG_HD auto operator[](I i) const { return load(data, i); }
   SIMPLEXSEG_HD Int4 operator[](int i) const {
 #if !defined(__CUDA_ARCH__)
     return data[i];
@@ -92,6 +131,7 @@ inline constexpr float kFieldScale = 65535, kFieldFloor = 2048, kFieldFall = 16;
 struct MeshConstants {
   ForceParameters forces;
   int first_vertex, vertex_count;
+  int rests;  ///< not 0: no force acts and nothing moves, so that kernels may leave its vertices out
   StepForm form;
   float stiffness;  ///< bound of the internal forces
   float model;      ///< k of the multigrid model: half of that
@@ -218,10 +258,11 @@ struct StepView {
   Texels<Vec4> previous;       ///< positions one step ago, mm
   Texels<Vec4> current;        ///< positions, mm
   Vec4* next = nullptr;
-  Vec4* oldest = nullptr;     ///< the memory of `previous`, whose w is free once a step has read it
-  Texels<Vec4> frame;         ///< unit normal, elevation over area h / S (1/mm) of the current positions
-  Vec4* new_frame = nullptr;  ///< the same array, for the kernel that writes it
-  Texels<Vec4> shape;         ///< e1, e2, h_ref (mm), S_ref (mm^2)
+  Vec4* oldest = nullptr;      ///< the memory of `previous`, whose w is free once a step has read it
+  Texels<Vec4> frame;          ///< unit normal, elevation over area h / S (1/mm) of the current positions
+  Vec4* new_frame = nullptr;   ///< the same array, for the kernel that writes it
+  float* ring_sums = nullptr;  ///< of the neighbours' elevation over area, 1/mm; nullptr: read one by one, on a device
+  Texels<Vec4> shape;          ///< e1, e2, h_ref (mm), S_ref (mm^2)
   /// For each force that finds targets, the point (mm) to which it draws each vertex, and its confidence: in [0, 1],
   /// or as far as the force's stability bound allows.
   Vec4* targets[kForceCount] = {};

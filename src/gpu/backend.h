@@ -25,8 +25,11 @@ struct EngineChoice {
 /// Auto takes CUDA where a usable device is, else the CPU with the reason; Cuda throws Error where there is none.
 EngineChoice make_engine(Backend backend, VolumeSampling sampling = VolumeSampling::Filtered);
 
+/// Eight vertices at once where the machine can, or one after the other: the bits are the same
+/// (docs/adr/0025-eight-vertices-at-once.md).
+enum class CpuCode { Fastest, Plain };
 /// `threads` = 0: as many as the machine has.
-std::unique_ptr<Engine> make_cpu_engine(int threads = 0);
+std::unique_ptr<Engine> make_cpu_engine(int threads = 0, CpuCode code = CpuCode::Fastest);
 /// Throws Error when built without CUDA or no device answers.
 std::unique_ptr<Engine> make_cuda_engine(VolumeSampling sampling = VolumeSampling::Filtered);
 /// The device that an engine would take; none when there is none.

@@ -4,13 +4,29 @@
 #include <limits>
 #include <memory>
 #include <thread>
+#include <vector>
 
 #include "core/thread_pool.h"
 #include "gpu/backend.h"
+#include "gpu/eight_vertices.h"
 #include "gpu/step_engine.h"
+
+namespace simplexseg_avx2 {
+const void* eight_vertices();
+}
 
 namespace simplexseg {
 namespace {
+
+/// What runs eight vertices at once; nullptr where the machine cannot.
+const EightVertices* eight_vertices() {
+#if defined(__x86_64__)
+  const bool can = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("fma");
+  return can ? static_cast<const EightVertices*>(simplexseg_avx2::eight_vertices()) : nullptr;
+#else
+  return nullptr;
+#endif
+}
 
 /// 64-byte aligned, uninitialised until written.
 template <class T>
@@ -65,10 +81,11 @@ class CpuExecutor {
   template <class T>
   using HostVisible = HostArray<T>;
   using NeighbourArray = HostArray<Int4>;
-  static constexpr bool kRecords = false;
+  static constexpr bool kRecords = false, kSumsRings = true, kLeavesOut = true;
   static constexpr float kCycleCost = 2.4f;  ///< of a step with a multigrid cycle, in steps without
   struct Recording {};
-  explicit CpuExecutor(int threads) : pool_(std::make_unique<ThreadPool>(threads)) {}
+  explicit CpuExecutor(int threads, CpuCode code)
+      : pool_(std::make_unique<ThreadPool>(threads)), eights_(code == CpuCode::Plain ? nullptr : eight_vertices()) {}
   std::string description() const {
     return "CPU, " + std::to_string(pool_->threads()) + (pool_->threads() == 1 ? " thread" : " threads");
   }
@@ -101,7 +118,7 @@ class CpuExecutor {
   template <class A, class B>
   void run_together(const A& a, int na, const B& b, int nb) {
     run(b, nb);
-    run(a, na);
+    run_over_vertices(a, na);
   }
   template <class Kernel>
   void run(const Kernel& kernel) {
@@ -109,18 +126,29 @@ class CpuExecutor {
   }
   template <class Kernel>
   void run(const Kernel& kernel, int n) {
-    constexpr int kBlock = 256;
-    const int blocks = (n + kBlock - 1) / kBlock;
-    auto run_block = [&](int b) {
-      const Kernel local = kernel;  // its own copy: the compiler need not fear that stores change the view
-      const int last = std::min(n, (b + 1) * kBlock);
-      for (int i = b * kBlock; i < last; ++i) {
-        if constexpr (requires { Kernel::kLanes; })
-          local(i, OneLane{});
-        else
-          local(i);
-      }
-    };
+    run_blocks((n + kBlock - 1) / kBlock, [&](int b) { run_range(kernel, b * kBlock, std::min(n, (b + 1) * kBlock)); });
+  }
+  template <class Kernel>
+  void run_over_vertices(const Kernel& kernel, int n) {
+    if (acting_.empty()) return run(kernel, n);
+    run_blocks(static_cast<int>(acting_.size()), [&](int b) { run_range(kernel, acting_[b].first, acting_[b].last); });
+  }
+  /// Runs over vertices leave the others out from now on. The first vertex is among them always: a step's bookkeeping
+  /// is with it.
+  void leave_to(const std::vector<VertexRange>& ranges) {
+    acting_.clear();
+    if (ranges.empty() || ranges[0].first > 0) acting_.push_back({0, 1});
+    for (const VertexRange& range : ranges)
+      for (int first = range.first; first < range.last; first += kBlock)
+        acting_.push_back({first, std::min(first + kBlock, range.last)});
+  }
+  void leave_out_none() { acting_.clear(); }
+
+ private:
+  static constexpr int kBlock = 256;
+  /// run_block(0) ... run_block(blocks - 1), shared out over the threads.
+  template <class RunBlock>
+  void run_blocks(int blocks, RunBlock&& run_block) {
     // Waking a thread costs some microseconds: a kernel is shared out only where it takes much longer. A chunk is large
     // enough that taking it costs nothing, and small enough that all threads end together.
     constexpr int kBlocksWorthSharing = 8, kChunksPerThread = 8;
@@ -134,16 +162,49 @@ class CpuExecutor {
       for (int b = static_cast<int>(static_cast<long>(blocks) * chunk / chunks); b < last; ++b) run_block(b);
     });
   }
+  /// kernel(first) ... kernel(last - 1): eight at once where the machine can and they are of one mesh.
+  template <class Kernel>
+  void run_range(const Kernel& kernel, int first, int last) const {
+    int i = first;
+    if constexpr (RunsInEights<Kernel>) {
+      const RunInEights in_eights = eights_ != nullptr ? slot(*eights_, std::type_identity<Kernel>{}) : nullptr;
+      if constexpr (std::is_same_v<Kernel, MotionOfBlocks>) {
+        if (in_eights != nullptr) return in_eights(&kernel, first, last - first);
+      } else if (in_eights != nullptr) {
+        while (i < last) {
+          const MeshConstants& mesh = kernel.v.meshes[kernel.v.neighbours[i].w];
+          const int end = std::min(last, mesh.first_vertex + mesh.vertex_count), eights = (end - i) / 8;
+          if (eights > 0) in_eights(&kernel, i, eights);
+          run_one_by_one(kernel, i + 8 * eights, end);
+          i = end;
+        }
+        return;
+      }
+    }
+    run_one_by_one(kernel, i, last);
+  }
+  template <class Kernel>
+  static void run_one_by_one(const Kernel& kernel, int first, int last) {
+    if (first >= last) return;
+    const Kernel local = kernel;  // its own copy: the compiler need not fear that stores change the view
+    for (int i = first; i < last; ++i) {
+      if constexpr (requires { Kernel::kLanes; })
+        local(i, OneLane{});
+      else
+        local(i);
+    }
+  }
 
- private:
   std::unique_ptr<ThreadPool> pool_;
+  const EightVertices* eights_;
+  std::vector<VertexRange> acting_;  ///< blocks of vertices; empty: all vertices are
 };
 
 }  // namespace
 
-std::unique_ptr<Engine> make_cpu_engine(int threads) {
+std::unique_ptr<Engine> make_cpu_engine(int threads, CpuCode code) {
   if (threads <= 0) threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  return std::make_unique<StepEngine<CpuExecutor>>(CpuExecutor(threads));
+  return std::make_unique<StepEngine<CpuExecutor>>(CpuExecutor(threads, code));
 }
 
 }  // namespace simplexseg

@@ -151,7 +151,7 @@ class CudaExecutor {
   template <class T>
   using HostVisible = HostVisibleArray<T>;
   using NeighbourArray = simplexseg::NeighbourArray;
-  static constexpr bool kRecords = true;
+  static constexpr bool kRecords = true, kSumsRings = false, kLeavesOut = false;
   static constexpr float kCycleCost = 4;  ///< of a step with a multigrid cycle, in steps without
   using Recording = ExecutableGraph;
 

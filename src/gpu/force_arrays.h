@@ -160,6 +160,7 @@ class ForceArrays {
     make(patches, attract && patches_.size() != entries, entries);
 
     if (acts(ShapeMemoryForce::id) && shape_.size() != n) shape_.assign(shape_host_);
+    make(ring_sums_, Executor::kSumsRings && acts(SmoothingForce::id), n);
     for (int force = 0; force < kForceCount; ++force)
       make(targets_[force], (kForcesWithTargets & acting & bit(static_cast<ForceId>(force))) != 0, n);
     make(local_statistics_, needs.local_statistics, n);
@@ -189,6 +190,7 @@ class ForceArrays {
       if (!needed) (arrays.resize(0), ...);
     };
     drop(acts(ShapeMemoryForce::id), shape_);
+    drop(Executor::kSumsRings && acts(SmoothingForce::id), ring_sums_);
     for (int force = 0; force < kForceCount; ++force)
       drop((kForcesWithTargets & acting & bit(static_cast<ForceId>(force))) != 0, targets_[force]);
     drop(needs.local_statistics, local_statistics_);
@@ -205,7 +207,7 @@ class ForceArrays {
   }
 
   void show(StepView& view, const StepNeeds& needs) {
-    view.shape = shape_.texels();
+    view.shape = shape_.texels(), view.ring_sums = ring_sums_.data();
     for (int force = 0; force < kForceCount; ++force) view.targets[force] = targets_[force].data();
     view.profiles = profiles_.data(), view.profile_stride = profile_stride_;
     view.region_tables = region_tables_.data(), view.local_statistics = local_statistics_.data();
@@ -220,7 +222,7 @@ class ForceArrays {
   /// add(name, arrays...) for each.
   template <class Add>
   void list(Add&& add) const {
-    add("shape reference", shape_);
+    add("shape reference", shape_), add("ring sums", ring_sums_);
     for (const ForceInfo& force : force_list())
       if (force.targets != nullptr) add(force.targets, targets_[static_cast<int>(force.id)]);
     add("reference profiles", profiles_), add("averaging", averaging_), add("local statistics", local_statistics_);
@@ -265,7 +267,7 @@ class ForceArrays {
   int profile_stride_ = 0;
   Array<Vec4> shape_, local_statistics_, averaging_;
   std::array<Array<Vec4>, kForceCount> targets_;
-  Array<float> profiles_, region_tables_;
+  Array<float> ring_sums_, profiles_, region_tables_;
   Array<std::uint16_t> fields_;
   Array<PointView> points_;
   Array<unsigned long long> nearest_;

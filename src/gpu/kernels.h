@@ -17,21 +17,31 @@ struct GeometryKernel {
   StepView v;
   int run_length = 0;   ///< > 0: the first step of a run of so many, which is counted in
   bool unbind = false;  ///< attraction patches are about to be found anew
-  SIMPLEXSEG_HD void operator()(int i) const {
+  template <class I>
+  SIMPLEXSEG_HD void operator()(I i) const {
     if (i == 0 && run_length > 0) v.status->first = v.status->next_run, v.status->next_run += run_length;
-    if (unbind) v.attraction.in_patch[i] = 0;
-    const Int4 nb = v.neighbours[i];
-    const Vec3 p1 = xyz(v.current[nb.x]), a = xyz(v.current[nb.y]) - p1, b = xyz(v.current[nb.z]) - p1;
-    const Vec3 c = cross(a, b);
-    const float square = dot(c, c), scale = dot(a, a) * dot(b, b);
-    Vec3 n;
-    if (square > 1e-10f * scale && square > 1e-36f) {
+    if (unbind) each(i, [&](int one, int) { v.attraction.in_patch[one] = 0; });
+    find_frame(i);
+  }
+  template <class I>
+  SIMPLEXSEG_HD void find_frame(I i) const {
+    using R = Real<I>;
+    const auto nb = v.neighbours[i];
+    const Vec3Of<R> p1 = xyz(v.current[nb.x]), a = xyz(v.current[nb.y]) - p1, b = xyz(v.current[nb.z]) - p1;
+    const Vec3Of<R> c = cross(a, b);
+    const R square = dot(c, c), scale = dot(a, a) * dot(b, b);
+    const auto good = (square > 1e-10f * scale) & (square > 1e-36f);
+    Vec3Of<R> n;
+    if (all(good)) {
       n = (1.0f / sqrtf(square)) * c;
-    } else {
+    } else if constexpr (std::is_same_v<R, float>) {
       n = fallback(a, b, xyz(v.new_frame[i]));
+    } else {  // seldom
+      each(i, [&](int one, int) { find_frame(one); });
+      return;
     }
-    const float area = larger(sqrtf(square), 0.1f * (dot(a, a) + dot(b, b)) + 1e-30f);
-    v.new_frame[i] = with_w(n, dot(xyz(v.current[i]) - p1, n) / area);
+    const R area = larger(sqrtf(square), 0.1f * (dot(a, a) + dot(b, b)) + 1e-30f);
+    store(v.new_frame, i, with_w(n, dot(xyz(v.current[i]) - p1, n) / area));
   }
   SIMPLEXSEG_HD static Vec3 fallback(Vec3 a, Vec3 b, Vec3 last) {
     Vec3 line = dot(a, a) >= dot(b, b) ? a : b;
@@ -44,6 +54,18 @@ struct GeometryKernel {
       n = cross(line, axis);
     }
     return (1.0f / norm(n)) * n;
+  }
+};
+
+/// Elevation over area (1/mm), summed over the neighbours of each vertex: what smoothing's mean over two rings is made
+/// of. On the CPU, where it costs less than to read the second ring.
+struct SumRings {
+  static constexpr const char* name = "ring sums";
+  StepView v;
+  template <class I>
+  SIMPLEXSEG_HD void operator()(I i) const {
+    const auto nb = v.neighbours[i];
+    store(v.ring_sums, i, v.frame.w(nb.x) + v.frame.w(nb.y) + v.frame.w(nb.z));
   }
 };
 
@@ -63,14 +85,16 @@ struct StepTaker {
   SIMPLEXSEG_HD bool halted() const { return (load_relaxed(&v.status->failure) >> 40) < now(); }
 
   /// x+ = x + keep (x - x-) + gain z. False when it leaves the scene, or is not a number.
-  SIMPLEXSEG_HD bool take(StepCoefficients c, float limit, int i, Vec4 here, Vec3 q, Vec3 force, Vec3 z) const {
-    const Vec3 p = xyz(here);
-    const Vec3 move = c.keep * (p - q) + c.gain * z;
-    const Vec3 x = p + move;
-    v.next[i] = with_w(x, end == End::Interval ? dot(p - q, z) - here.w : dot(move, z));
-    if (end != End::None) v.oldest[i].w = dot(force, force);
+  template <class I, class R>
+  SIMPLEXSEG_HD auto take(StepCoefficients c, float limit, I i, Vec4Of<R> here, Vec3Of<R> q, Vec3Of<R> force,
+                          Vec3Of<R> z) const {
+    const Vec3Of<R> p = xyz(here);
+    const Vec3Of<R> move = c.keep * (p - q) + c.gain * z;
+    const Vec3Of<R> x = p + move;
+    store(v.next, i, with_w(x, end == End::Interval ? dot(p - q, z) - here.w : dot(move, z)));
+    if (end != End::None) store_w(v.oldest, i, dot(force, force));
     // Also false for NaN.
-    return fabsf(x.x) < limit && fabsf(x.y) < limit && fabsf(x.z) < limit;
+    return (fabsf(x.x) < limit) & (fabsf(x.y) < limit) & (fabsf(x.z) < limit);
   }
   SIMPLEXSEG_HD void report(int i, int culprit) const {
     atomic_min(&v.status->failure,
@@ -87,57 +111,81 @@ struct IntegrateKernel {
   StepView v;
   int step;
   End end;
-  SIMPLEXSEG_HD void operator()(int i) const {
+  template <class I>
+  SIMPLEXSEG_HD void operator()(I i) const {
+    using R = Real<I>;
     // All loads first: none waits for another (docs/adr/0011-solvers.md).
     const StepTaker taker{v, step, end};
     const bool halted = taker.halted();
-    const Int4 nb = v.neighbours[i];
+    const auto nb = v.neighbours[i];
     const MeshConstants& m = v.meshes[nb.w];
     const StepCoefficients c = v.coefficients[nb.w];
     const StepForm form = m.form;
     const float limit = m.limit_mm;
-    const Vec4 here = v.current[i];
-    const Vec3 p = xyz(here), q = xyz(v.previous[i]);
-    const Vec4 frame = v.frame[i];
-    Vec3 sum{0, 0, 0};
-    float image = 1.0f, stiffness = m.stiffness;
-    each_force([&]<class F>(F) {
-      if constexpr ((kMask & bit(F::id)) != 0 && Pulls<F>) F::take_pull(v, m, i, sum, stiffness, image);
+    const Vec4Of<R> here = v.current[i];
+    const Vec3Of<R> p = xyz(here), q = xyz(v.previous[i]);
+    const Vec4Of<R> frame = v.frame[i];
+    Vec3Of<R> sum{0, 0, 0};
+    R image = 1.0f, stiffness = m.stiffness;
+    each_force([&]<class F>(F) SIMPLEXSEG_INLINED {
+      if constexpr ((kMask & bit(F::id)) != 0 && Pulls<F>) pull_of<F>(v, m, i, sum, stiffness, image);
     });
-    const Vec3 pull = sum;
-    each_force([&]<class F>(F) {
+    const Vec3Of<R> pull = sum;
+    each_force([&]<class F>(F) SIMPLEXSEG_INLINED {
       if constexpr ((kMask & bit(F::id)) != 0 && Displaces<F>) {
-        const float k = (F::kind == ForceKind::Image ? image : 1.0f) * m.forces.weight(F::id);
-        if (k > 0.0f) {
-          sum = sum + k * F::displacement(v, m, i, nb, p, frame);
-          if constexpr (F::kind != ForceKind::Internal) stiffness += k * trust_of<F>(v, i);
-        }
+        auto add = [&](auto k) SIMPLEXSEG_INLINED {
+          const auto acts = k > 0.0f;
+          if (!any(acts)) return;
+          sum = choose(acts, sum + k * displacement_of<F>(v, m, i, nb, p, frame), sum);
+          if constexpr (F::kind != ForceKind::Internal)
+            stiffness = choose(acts, stiffness + k * trust_of<F>(v, i), stiffness);
+        };
+        if constexpr (F::kind == ForceKind::Image)
+          add(image * m.forces.weight(F::id));
+        else
+          add(m.forces.weight(F::id));
       }
     });
     if (halted) return;
     if constexpr (kCycles) {
       if (form == StepForm::Corrected) {
-        // The correction mixes vertices: what is not a number must be found where it comes from.
-        if (norm(sum) < 1e18f)
-          begin_cycle(v, m, i, sum);
-        else
-          taker.report(i, culprit(i, m, nb, p, frame, pull));
+        const auto sums = one_by_one(sum), pulls = one_by_one(pull);
+        each(i, [&](int one, int lane) {
+          // The correction mixes vertices: what is not a number must be found where it comes from.
+          if (norm(sums[lane]) < 1e18f)
+            begin_cycle(v, m, one, sums[lane]);
+          else
+            taker.report(one, culprit(one, pulls[lane]));
+        });
         return;
       }
     }
-    const Vec3 z = form == StepForm::Scaled && stiffness > 0.0f ? (1.0f / stiffness) * sum : sum;
-    // A vertex that no force acts on stays where it is.
-    const bool coasts = form == StepForm::Plain || stiffness > 0.0f;
-    if (!taker.take(c, limit, i, here, coasts ? q : p, sum, z)) taker.report(i, culprit(i, m, nb, p, frame, pull));
+    Vec3Of<R> z = sum, from = q;
+    if (form != StepForm::Plain) {
+      // A vertex that no force acts on stays where it is.
+      const auto held = stiffness > 0.0f;
+      from = choose(held, q, p);
+      if (form == StepForm::Scaled) z = choose(held, (1.0f / stiffness) * sum, sum);
+    }
+    const auto fine = taker.take(c, limit, i, here, from, sum, z);
+    if (all(fine)) return;
+    const auto pulls = one_by_one(pull);
+    each(i, [&](int one, int lane) {
+      if (!is_set(fine, lane)) taker.report(one, culprit(one, pulls[lane]));
+    });
   }
   /// The force that is strongest.
-  SIMPLEXSEG_HD int culprit(int i, const MeshConstants& m, Int4 nb, Vec3 p, Vec4 frame, Vec3 pull) const {
+  SIMPLEXSEG_HD int culprit(int i, Vec3 pull) const {
+    const Int4 nb = v.neighbours[i];
+    const MeshConstants& m = v.meshes[nb.w];
+    const Vec3 p = xyz(v.current[i]);
+    const Vec4 frame = v.frame[i];
     int culprit = 0;
     float worst = norm(pull) > 0.0f ? norm(pull) : -1.0f;
-    each_force([&]<class F>(F) {
+    each_force([&]<class F>(F) SIMPLEXSEG_INLINED {
       if constexpr ((kMask & bit(F::id)) != 0 && Pulls<F>) culprit = static_cast<int>(F::id);
     });
-    each_force([&]<class F>(F) {
+    each_force([&]<class F>(F) SIMPLEXSEG_INLINED {
       if constexpr ((kMask & bit(F::id)) != 0 && Displaces<F>) {
         const float k = m.forces.weight(F::id);
         const float size = k > 0.0f ? k * norm(F::displacement(v, m, i, nb, p, frame)) : 0.0f;
@@ -200,26 +248,33 @@ struct MotionOfBlocks {
     const MeshConstants& m = v.meshes[index / blocks];
     const int first = (index % blocks) * kBlock,
               last = first + kBlock < m.vertex_count ? first + kBlock : m.vertex_count;
-    float move = 0, edges = 0, force = 0, change = 0, square = 0, folded = 0, volume = 0;
+    if (first >= last || m.rests != 0) return;  // what was measured last stays true
     const Vec3 origin = xyz(v.current[m.first_vertex]);
-    for (int k = first + lanes.lane; k < last; k += L::width) {
-      const int i = m.first_vertex + k;
-      const Vec4 here = v.current[i], before = v.next[i];
-      const Vec3 p = xyz(here), old = xyz(v.previous[i]), n = xyz(v.frame[i]);
-      const Int4 nb = v.neighbours[i];
-      const Vec3 p1 = xyz(v.current[nb.x]), p2 = xyz(v.current[nb.y]), p3 = xyz(v.current[nb.z]),
-                 was = old - xyz(before);
-      move += norm(p - old);
-      edges += norm(p - p1) + norm(p - p2) + norm(p - p3);
-      force += before.w, change -= here.w, square += dot(was, was);
+    typename L::Sum move, edges, force, change, square, folded, volume;
+    auto add = [&](int k, auto i) SIMPLEXSEG_INLINED {
+      using R = Real<decltype(i)>;
+      const Vec4Of<R> here = v.current[i];
+      const Vec3Of<R> p = xyz(here), old = xyz(v.previous[i]), n = xyz(v.frame[i]);
+      const Vec4Of<R> before = load(v.next, i);
+      const auto nb = v.neighbours[i];
+      const Vec3Of<R> p1 = xyz(v.current[nb.x]), p2 = xyz(v.current[nb.y]), p3 = xyz(v.current[nb.z]),
+                      was = old - xyz(before);
+      move.add(k, norm(p - old));
+      edges.add(k, norm(p - p1) + norm(p - p2) + norm(p - p3));
+      force.add(k, before.w), change.add(k, -here.w), square.add(k, dot(was, was));
       // The frames are those before the step.
-      if (dot(n, xyz(v.frame[nb.x])) < 0.0f || dot(n, xyz(v.frame[nb.y])) < 0.0f || dot(n, xyz(v.frame[nb.z])) < 0.0f)
-        folded += 1.0f;
-      volume += dot(p - origin, cross(p2 - p1, p3 - p1));
-    }
-    move = lanes.sum(move), edges = lanes.sum(edges), force = lanes.sum(force), change = lanes.sum(change);
-    square = lanes.sum(square), folded = lanes.sum(folded), volume = lanes.sum(volume);
-    if (lanes.lane == 0) sums[index] = {move, edges, force, change, square, folded, volume, 0};
+      const auto opposed = (dot(n, xyz(v.frame[nb.x])) < 0.0f) | (dot(n, xyz(v.frame[nb.y])) < 0.0f) |
+                           (dot(n, xyz(v.frame[nb.z])) < 0.0f);
+      folded.add(k, choose(opposed, R(1.0f), R(0.0f)));
+      volume.add(k, dot(p - Vec3Of<R>{origin.x, origin.y, origin.z}, cross(p2 - p1, p3 - p1)));
+    };
+    int k = first;
+    if constexpr (L::kEights)
+      for (; k + 8 <= last; k += 8) add(k, typename L::Index{m.first_vertex + k});
+    for (k += lanes.lane; k < last; k += L::width) add(k, m.first_vertex + k);
+    const MeshMotion sum{lanes.total(move),   lanes.total(edges),  lanes.total(force),  lanes.total(change),
+                         lanes.total(square), lanes.total(folded), lanes.total(volume), 0};
+    if (lanes.lane == 0) sums[index] = sum;
   }
 };
 
@@ -248,7 +303,8 @@ struct EndOfBatch {
   SIMPLEXSEG_HD void operator()(int mesh, L lanes) const {
     const MeshConstants& m = v.meshes[mesh];
     MeshMotion s{};
-    for (int b = lanes.lane; b < blocks; b += L::width) {
+    const int own = m.rests != 0 ? 0 : (m.vertex_count + MotionOfBlocks::kBlock - 1) / MotionOfBlocks::kBlock;
+    for (int b = lanes.lane; b < own; b += L::width) {
       const MeshMotion& x = sums[mesh * blocks + b];
       s.mean_move_mm += x.mean_move_mm, s.mean_edge_mm += x.mean_edge_mm, s.mean_square_force += x.mean_square_force,
           s.change += x.change;
@@ -264,14 +320,15 @@ struct EndOfBatch {
          0};
     if (lanes.lane != 0) return;
     const float each = m.vertex_count > 0 ? 1.0f / m.vertex_count : 0.0f;
-    motion[mesh] = {s.mean_move_mm * each,
-                    s.mean_edge_mm * each * (1.0f / 3.0f),
-                    s.mean_square_force * each,
-                    s.change * each,
-                    s.square_move * each,
-                    s.folded,
-                    s.volume * each,
-                    support_of(m) * each};
+    if (m.rests == 0)
+      motion[mesh] = {s.mean_move_mm * each,
+                      s.mean_edge_mm * each * (1.0f / 3.0f),
+                      s.mean_square_force * each,
+                      s.change * each,
+                      s.square_move * each,
+                      s.folded,
+                      s.volume * each,
+                      support_of(m) * each};
     if (mesh == 0) {
       *result = *v.status;
       *v.status = {~0ull, 0, 0};

@@ -7,6 +7,7 @@
 
 #include "gpu/batch_results.h"
 #include "gpu/force_arrays.h"
+#include "gpu/forces_in_use.h"
 #include "gpu/levels.h"
 #include "gpu/mesh_arrays.h"
 #include "gpu/recorded_runs.h"
@@ -20,13 +21,6 @@ namespace simplexseg {
 template <class Executor>
 class LoadedMeshes {
  protected:
-  /// The forces that are in the program. Fewer only to measure that one which is not used costs nothing
-  /// (tests/benchmarks).
-#ifdef SIMPLEXSEG_BUILT_FORCES
-  static constexpr unsigned kBuiltForces = SIMPLEXSEG_BUILT_FORCES;
-#else
-  static constexpr unsigned kBuiltForces = (1u << kForceCount) - 1;
-#endif
   static constexpr bool built(ForceId force) { return (kBuiltForces & bit(force)) != 0; }
 
   bool active(ForceId force) const { return built(force) && needs_.uses(force); }
@@ -55,6 +49,7 @@ class LoadedMeshes {
     wanted_ = std::move(before.wanted), simulation_ = before.simulation, needs_ = before.needs;
     phase_ = before.phase, forms_due_ = before.forms_due;
     meshes_.put_back(std::move(before.constants));
+    wake();
     supervision_.put_back(std::move(before.supervision));
     drop_what_is_not_needed();
     if (meshes_.size() != 0) meshes_.send_constants();
@@ -70,6 +65,31 @@ class LoadedMeshes {
     forces_.make(needs, kBuiltForces & needs.forces, meshes_);
     needs_ = needs;
     drop_what_is_not_needed();
+  }
+
+  /// Meshes on which no force acts, and that have come to rest, are left out of steps: their vertices stay where they
+  /// are, bit by bit, whatever is done. True when there are more of them now. For executors whose arrays the host
+  /// reads.
+  bool note_rest() {
+    bool more = false;
+    for (std::size_t k = 0; k < meshes_.size(); ++k) {
+      MeshConstants& c = meshes_[k];
+      if (c.rests != 0 || acts(k) || !meshes_.is_still(k)) continue;
+      c.rests = 1, more = true;
+    }
+    if (more) meshes_.send_constants();
+    return more;
+  }
+  /// Before anything changes.
+  void wake() {
+    for (std::size_t k = 0; k < meshes_.size(); ++k) meshes_[k].rests = 0;
+  }
+  /// The vertices of all meshes that do not rest.
+  std::vector<VertexRange> acting() const {
+    std::vector<VertexRange> ranges;
+    for (const MeshConstants& c : meshes_.all())
+      if (c.rests == 0) ranges.push_back({c.first_vertex, c.first_vertex + c.vertex_count});
+    return ranges;
   }
 
   /// What the forces of a mesh still asked for in the last step of a batch.
@@ -99,6 +119,11 @@ class LoadedMeshes {
   BatchResults<Executor> results_;
 
  private:
+  bool acts(std::size_t k) const {
+    const MeshNeeds needs = forces_.needs_of_mesh(k, meshes_[k]);
+    return std::any_of(force_list().begin(), force_list().end(),
+                       [&](const ForceInfo& force) { return needs.acts(force.id); });
+  }
   bool needs_levels() const { return supervision_.corrected() && meshes_.vertex_count() > 0; }
   void drop_what_is_not_needed() {
     forces_.drop(needs_, kBuiltForces & needs_.forces);

@@ -2,6 +2,7 @@
 #pragma once
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cstring>
 #include <span>
 #include <utility>
 #include <vector>
@@ -107,6 +108,15 @@ class MeshArrays {
     };
     copy(positions_[(oldest + 1) % 3], positions);
     copy(positions_[oldest], previous);
+  }
+  /// Whether the last two steps left each vertex of a mesh where it was; for arrays that the host reads.
+  bool is_still(std::size_t k) {
+    const MeshConstants& c = constants_[k];
+    const Vec4 *a = positions_[0].data(), *b = positions_[1].data(), *d = positions_[2].data();
+    auto same = [](Vec4 x, Vec4 y) { return std::memcmp(&x, &y, sizeof(Vec3)) == 0 && x.w == 0 && y.w == 0; };
+    for (int i = c.first_vertex; i < c.first_vertex + c.vertex_count; ++i)
+      if (!same(a[i], b[i]) || !same(a[i], d[i])) return false;
+    return true;
   }
   Vec4* positions_at(int array) { return positions_[array % 3].data(); }
 

@@ -6,6 +6,8 @@
 // - run(kernel, n): kernel(0) ... kernel(n-1), ordered after all earlier runs
 // - run_together(a, na, b, nb): both, in any order; run(kernel): kernel(team), where it is written for one
 // - record(body) -> Recording, replay(recording): where kRecords, runs that are kept and repeated at small cost
+// - kLeavesOut: run_over_vertices(kernel, n) runs it for the ranges of leave_to(ranges) alone, until leave_out_none()
+// - kSumsRings: SumRings is run, and its sums are held
 // - visit_width(n, f): f(how many lanes work on a search when there are n of them)
 // - bind(volume, view): makes the voxels readable; visit_voxels(type, f): f(type identity of their sampler)
 #pragma once
@@ -143,6 +145,8 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
         supervision_.note_batch(done, meshes_, results_.motion());
         if (support_due) note_support();
         if (interval_ends) learn(outcome);
+        if constexpr (Executor::kLeavesOut)
+          if (this->note_rest()) executor().leave_to(this->acting());
       }
     }
     for (std::size_t k = 0; k < meshes_.size(); ++k) measure(k, results_.motion()[k], residual_mm(k), outcome);
@@ -207,15 +211,15 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   using Loaded = LoadedMeshes<Executor>;
   using Undo = typename ForceArrays<Executor>::Undo;
   using Loaded::active, Loaded::refresh_interval, Loaded::residual_mm, Loaded::measure;
-  using Loaded::kBuiltForces, Loaded::wanted_, Loaded::simulation_, Loaded::needs_, Loaded::phase_, Loaded::forms_due_;
   using Loaded::meshes_, Loaded::forces_, Loaded::supervision_, Loaded::levels_, Loaded::results_;
+  using Loaded::wanted_, Loaded::simulation_, Loaded::needs_, Loaded::phase_, Loaded::forms_due_;
   void exchange(Loaded& other) { std::swap(static_cast<Loaded&>(*this), other); }
   Executor& executor() { return launcher_.executor; }
   const Executor& executor() const { return launcher_.executor; }
   /// Over all vertices.
   template <class Kernel>
   void run(const Kernel& kernel) {
-    launcher_.run(kernel, meshes_.vertex_count());
+    launcher_.run_over_vertices(kernel, meshes_.vertex_count());
   }
 
   /// Up to `count` steps, of which `end` is the end. Returns how many were done before a failure that the host knows
@@ -262,6 +266,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
                              view_.mesh_count * view_.attraction.nearest_blocks * view_.attraction.groups);
     else
       launcher_.run_together(geometry, n, SumAttraction{view_}, view_.attraction.count);
+    if (Executor::kSumsRings && active(SmoothingForce::id)) run(SumRings{view_});
     if (refresh) find_targets(attract);
     if (end != End::None) phase_.measured_at_refresh = refresh;
     if (levels_.held()) {
@@ -397,6 +402,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   void hold_what_is_needed() {
     const StepView view_before = view_;
     const StepNeeds needed_before = needs_;
+    if constexpr (Executor::kLeavesOut) this->wake(), executor().leave_out_none();
     this->hold_arrays(!volume_.empty());
     update_view();
     const int interval_before = std::exchange(recorded_interval_, refresh_interval());
@@ -415,18 +421,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
 
   /// `bind`: attraction patches too, beside the first search.
   void find_targets(bool bind) {
-    const StepNeeds& needs = needs_;
-    TargetSearches<Executor> searches(launcher_, view_, needs, forces_.averaging(), bind);
-    if (needs.searches())
-      executor().visit_voxels(volume_.type(), [&]<class Voxels>(std::type_identity<Voxels>) {
-        executor().visit_width(meshes_.vertex_count(), [&]<int kWidth>(std::integral_constant<int, kWidth>) {
-          each_force([&]<class F>(F) {
-            if constexpr (HasTargets<F> && Loaded::built(F::id))
-              if (needs.searches(F::id)) F::template find_targets<Voxels, kWidth>(searches);
-          });
-        });
-      });
-    searches.finish();
+    TargetSearches<Executor>(launcher_, view_, needs_, forces_.averaging(), bind).search_all(volume_.type());
   }
 
   /// Runs the kernel that was compiled for exactly the forces in use.

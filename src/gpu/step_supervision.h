@@ -94,11 +94,15 @@ class StepSupervision {
   }
   bool ends_interval(int batch) const { return s_.watched && s_.since_watched + batch == s_.interval; }
   /// Before an interval that may have to be undone.
-  void keep_poses(Launcher<Executor>& launcher, const StepView& view, const Meshes& meshes) {
+  void keep_poses(Launcher<Executor>& launcher, const StepView& view, Meshes& meshes) {
+    constexpr int kKept = 2;  // of MeshConstants::rests: the pose that is kept is that of its rest
     if (kept_.size() == 0 || s_.since_watched != 0) return;
-    for (std::size_t k = 0; k < meshes.size(); ++k)
+    for (std::size_t k = 0; k < meshes.size(); ++k) {
+      if (meshes[k].rests == kKept) continue;
       if (folds_.keeps(k))
         launcher.run(KeepPose{view.current, kept_.data(), meshes[k].first_vertex}, meshes[k].vertex_count);
+      if (meshes[k].rests != 0) meshes[k].rests = kKept;
+    }
   }
   /// After a batch that did not fail.
   void note_batch(int steps, const Meshes& meshes, const MeshMotion* motion) {

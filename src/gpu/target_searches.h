@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <type_traits>
 #include <utility>
 
 #include "forces/force_list.h"
+#include "gpu/forces_in_use.h"
 #include "gpu/launcher.h"
+#include "image/volume.h"
 #include "step/step_needs.h"
 
 namespace simplexseg {
 
-/// What a force finds its targets with: runs the kernels that it names (find_targets in src/forces/), and attraction's
+/// The searches of a refresh: runs the kernels that each force names (find_targets in src/forces/), and attraction's
 /// binding beside the first of them.
 template <class Executor>
 class TargetSearches {
@@ -16,6 +19,23 @@ class TargetSearches {
   /// `averaging`: an array of one element a vertex, to average in. `bind`: attraction patches are to be found too.
   TargetSearches(Launcher<Executor>& launcher, const StepView& view, const StepNeeds& needs, Vec4* averaging, bool bind)
       : launcher_(launcher), view_(view), needs_(needs), averaging_(averaging), bind_(bind) {}
+
+  /// Those of all forces that search, in a volume of this type.
+  void search_all(VoxelType type) {
+    Executor& executor = launcher_.executor;
+    if (needs_.searches())
+      executor.visit_voxels(type, [&]<class Voxels>(std::type_identity<Voxels>) {
+        executor.visit_width(view_.vertex_count, [&]<int kWidth>(std::integral_constant<int, kWidth>) {
+          each_force([&]<class F>(F) {
+            if constexpr (HasTargets<F> && (kBuiltForces & bit(F::id)) != 0)
+              if (needs_.searches(F::id)) F::template find_targets<Voxels, kWidth>(*this);
+          });
+        });
+      });
+    finish();
+  }
+
+  // What a force finds its targets with.
 
   const StepView& view() const { return view_; }
   /// Floats that the search of a force keeps at hand.
@@ -34,7 +54,7 @@ class TargetSearches {
   /// Runs another kernel over all vertices.
   template <class Kernel>
   void run(const Kernel& kernel) {
-    launcher_.run(kernel, view_.vertex_count);
+    launcher_.run_over_vertices(kernel, view_.vertex_count);
   }
   /// Averages over neighbours, `passes` times, back and forth between an array and another; returns where the result
   /// is.
@@ -46,13 +66,14 @@ class TargetSearches {
     }
     return from;
   }
+
+ private:
   /// The binding, where no search took it along.
   void finish() {
     if (bind_) launcher_.run(BindPatch{view_}, view_.attraction.count);
     bind_ = false;
   }
 
- private:
   Launcher<Executor>& launcher_;
   const StepView& view_;
   const StepNeeds& needs_;

@@ -112,6 +112,7 @@ class PlanBuilder {
     array("positions", any, always + (any ? ": one step ago, present, next" : ""), 3 * n * kTexel);
     array("neighbours", any, always, n * sizeof(Int4));
     array("frame", any, always + (any ? ": normals and elevations" : ""), n * kTexel);
+    array("ring sums", sums_rings(), why_ring_sums(), n * sizeof(float));
     array("shape reference", needs_.uses(ForceId::ShapeMemory), why(ForceId::ShapeMemory), n * kTexel);
     for (const ForceInfo& force : force_list())
       if (force.targets != nullptr) array(force.targets, needs_.uses(force.id), why(force.id), n * kTexel);
@@ -159,6 +160,12 @@ class PlanBuilder {
           needs_.motion_sums * sizeof(MeshMotion));
   }
 
+  /// A device reads the second ring instead, which is only known once it holds something.
+  bool sums_rings() const { return needs_.uses(ForceId::Smoothing) && (held_.empty() || held_bytes("ring sums") > 0); }
+  std::string why_ring_sums() const {
+    return sums_rings() || !needs_.uses(ForceId::Smoothing) ? why(ForceId::Smoothing)
+                                                            : "a device reads both rings where it smooths";
+  }
   std::string why_not_averaged() const { return "the averaging of evidence is 0, and so is its local share"; }
   std::string why_not_local() const {
     return "no mesh on its finest level has a local share of evidence from intensities";
@@ -177,6 +184,7 @@ class PlanBuilder {
     const bool attraction = acts(ForceId::Attraction);
 
     kernel("geometry", any, always, n * (3 * kTexel));
+    kernel("ring sums", sums_rings(), why_ring_sums(), n * (kTexel + sizeof(float)));
     const bool local = any && needs_.local_statistics;
     each_force([&]<class F>(F) {
       if constexpr (HasTargets<F>) {

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// The kernels of a step that the CPU runs for eight vertices at once, where it has AVX2.
+#pragma once
+#include <cstdint>
+#include <tuple>
+#include <utility>
+
+#include "gpu/forces_in_use.h"
+#include "gpu/kernels.h"
+
+namespace simplexseg {
+
+/// Runs a kernel, the object that is pointed to, for `count` times eight vertices from `first` on, each eight of one
+/// mesh; MotionOfBlocks for so many blocks, each of which it takes by eights.
+using RunInEights = void (*)(const void* kernel, int first, int count);
+
+/// What was compiled for AVX2, by kernel; nullptr: not in the program.
+struct EightVertices {
+  using Voxels =
+      std::tuple<std::int8_t, std::uint8_t, std::int16_t, std::uint16_t, std::int32_t, std::uint32_t, float, double>;
+  static constexpr int kVoxels = std::tuple_size_v<Voxels>;
+  template <class T>
+  static constexpr int place_of() {
+    return []<class... U>(std::tuple<U...>*) {
+      int place = 0;
+      (void)((std::is_same_v<T, U> || (++place, false)) || ...);
+      return place;
+    }(static_cast<Voxels*>(nullptr));
+  }
+  RunInEights geometry = nullptr, rings = nullptr, motion = nullptr;
+  RunInEights average = nullptr, evidence_target = nullptr;
+  RunInEights gradient[kVoxels] = {}, statistics[kVoxels] = {}, evidence[kVoxels] = {};
+  RunInEights integrate[kBuiltForces + 1][2] = {};
+};
+template <class All>
+auto& slot(All& all, std::type_identity<GeometryKernel>) {
+  return all.geometry;
+}
+template <class All>
+auto& slot(All& all, std::type_identity<SumRings>) {
+  return all.rings;
+}
+template <class All>
+auto& slot(All& all, std::type_identity<MotionOfBlocks>) {
+  return all.motion;
+}
+template <class All, unsigned kMask, bool kCycles>
+auto& slot(All& all, std::type_identity<IntegrateKernel<kMask, kCycles>>) {
+  return all.integrate[kMask][kCycles];
+}
+template <class All>
+auto& slot(All& all, std::type_identity<AverageOverNeighbours>) {
+  return all.average;
+}
+template <class All>
+auto& slot(All& all, std::type_identity<EvidenceTarget>) {
+  return all.evidence_target;
+}
+template <class All, class T>
+auto& slot(All& all, std::type_identity<GradientSearch<LinearVoxels<T>, 1>>) {
+  return all.gradient[EightVertices::place_of<T>()];
+}
+template <class All, class T>
+auto& slot(All& all, std::type_identity<EvidenceStatistics<LinearVoxels<T>, 1>>) {
+  return all.statistics[EightVertices::place_of<T>()];
+}
+template <class All, class T>
+auto& slot(All& all, std::type_identity<EvidenceSearch<LinearVoxels<T>, 1>>) {
+  return all.evidence[EightVertices::place_of<T>()];
+}
+/// The kernels that have a place in the table.
+template <class Kernel>
+concept RunsInEights = requires(EightVertices& all) {
+  slot(all, std::type_identity<Kernel>{});
+};
+
+}  // namespace simplexseg
