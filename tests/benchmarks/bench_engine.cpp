@@ -19,7 +19,7 @@
 namespace simplexseg {
 namespace {
 
-enum class Load { Internal, Gradient, Region, FullGradient, FullProfile };
+enum class Load { Internal, Gradient, AnyGradient, Field, Region, FullGradient, FullProfile };
 
 ForceParameters forces_for(Load load) {
   ForceParameters p = default_force_parameters();
@@ -29,9 +29,9 @@ ForceParameters forces_for(Load load) {
   set(ForceId::Smoothing, SmoothingForce::curvature,
       1);  // keeps its volume: a sphere that vanishes computes with denormals
   set(ForceId::ShapeMemory, 0, 0.2f);
-  if (load == Load::Gradient || load == Load::FullGradient) {
+  if (load == Load::Gradient || load == Load::AnyGradient || load == Load::FullGradient) {
     set(ForceId::Gradient, 0, 0.5f);
-    set(ForceId::Gradient, GradientForce::samples, load == Load::Gradient ? 6 : 10);  // 13 or 21 samples
+    set(ForceId::Gradient, GradientForce::samples, load == Load::FullGradient ? 10 : 6);  // 13 or 21 samples
     set(ForceId::Gradient, GradientForce::object, 1);
   }
   if (load == Load::FullProfile) {
@@ -40,7 +40,12 @@ ForceParameters forces_for(Load load) {
     set(ForceId::IntensityProfile, IntensityProfileForce::samples, 6);  // 21 samples, 13 shifts
   }
   if (load == Load::FullGradient || load == Load::FullProfile) set(ForceId::Attraction, 0, 2);
-  if (load == Load::Region) set(ForceId::Evidence, 0, 0.5f);
+  if (load == Load::Region) {
+    set(ForceId::Evidence, 0, 0.5f);
+    set(ForceId::Evidence, EvidenceForce::source, 1);
+  }
+  if (load == Load::Field) set(ForceId::Evidence, 0, 0.5f);
+  if (load == Load::AnyGradient) set(ForceId::Gradient, GradientForce::object, 0);
   return p;
 }
 
@@ -60,6 +65,7 @@ struct Item {
   std::vector<Vec4> shape;
   std::vector<float> profiles;
   RegionModel region;
+  bool idle = false;  ///< all its weights are 0, and its vertices are not counted
 };
 Item make_item(SimplexMesh mesh, Load load) {
   Item item;
@@ -87,6 +93,11 @@ std::vector<EnginePoint> points_around(const Eigen::Vector3d& centre_mm, double 
   return points;
 }
 
+/// As many steps or more, at least 1, so that each batch has its share of refreshes.
+int whole_cycles(int steps, int refresh_interval) {
+  return std::max(1, (steps + refresh_interval - 1) / refresh_interval) * refresh_interval;
+}
+
 /// `threads` = 0: CUDA.
 void measure(benchmark::State& state, const std::vector<Item>& items, Load load, int refresh_interval, int threads,
              const std::vector<EnginePoint>& points, VolumeSampling sampling = VolumeSampling::Filtered) {
@@ -98,8 +109,10 @@ void measure(benchmark::State& state, const std::vector<Item>& items, Load load,
     m.neighbours = item.mesh.neighbours, m.shape = item.shape, m.profiles = item.profiles,
     m.parameters = forces_for(load);
     if (load == Load::Region) m.region = &item.region;
+    if (item.idle)
+      for (auto& force : m.parameters.values) force[0] = 0;
     meshes.push_back(m);
-    vertices += item.mesh.positions.size();
+    if (!item.idle) vertices += item.mesh.positions.size();
   }
   SimulationParameters simulation = default_simulation_parameters();
   simulation.solver_choice =
@@ -108,10 +121,22 @@ void measure(benchmark::State& state, const std::vector<Item>& items, Load load,
   const auto engine = threads == 0 ? make_cuda_engine(sampling) : make_cpu_engine(threads);
   engine->set_volume(phantom());
   engine->load(meshes, simulation);
+  if (load == Load::Field) {  // P falls from 1 to 0 over four voxels about the sphere's surface
+    const VolumeGeometry& g = phantom().geometry();
+    std::vector<std::uint16_t> field(g.voxel_count());
+    for (std::size_t v = 0; v < field.size(); ++v) {
+      const Eigen::Vector3d index(static_cast<double>(v % g.size[0]), static_cast<double>(v / g.size[0] % g.size[1]),
+                                  static_cast<double>(v / g.size[0] / g.size[1]));
+      const double depth = 35 - (g.world_from_index() * index - g.centre_mm()).norm();
+      field[v] = static_cast<std::uint16_t>(65535 * std::clamp(0.5 + depth / 4, 0.0, 1.0));
+    }
+    for (std::size_t k = 0; k < meshes.size(); ++k)
+      engine->set_field(static_cast<int>(k), {{{0, 0, 0}, g.size}, field});
+  }
   engine->set_points(points);
   // Long enough that launching and waiting for a batch do not count on a device, which takes 1000 times the vertices.
   const int steps = threads == 0 ? static_cast<int>(std::clamp<std::size_t>(30'000'000 / vertices / 30 * 30, 30, 3000))
-                                 : std::max(1, static_cast<int>(200'000 / vertices));
+                                 : whole_cycles(static_cast<int>(200'000 / vertices), refresh_interval);
   for (int warm = 0; warm < 3; ++warm) engine->step(steps);
   for (auto _ : state)
     if (engine->step(steps).failure) state.SkipWithError("a step failed");
@@ -141,6 +166,17 @@ void step(benchmark::State& state, Load load, int refresh_interval) {
   std::vector<Item> items;
   items.push_back(make_item(make_sphere(centre(), 35, sphere_level_for(static_cast<int>(state.range(0)))), load));
   measure(state, items, load, refresh_interval, threads, {});
+}
+
+/// arguments: vertices, those of an idle mesh beside it
+void beside_idle(benchmark::State& state, Load load, int refresh_interval) {
+  std::vector<Item> items;
+  items.push_back(make_item(make_sphere(centre(), 35, sphere_level_for(static_cast<int>(state.range(0)))), load));
+  if (state.range(1) > 0) {
+    items.push_back(make_item(make_sphere(centre(), 30, sphere_level_for(static_cast<int>(state.range(1)))), load));
+    items.back().idle = true;
+  }
+  measure(state, items, load, refresh_interval, 1, {});
 }
 
 /// argument: vertices = 20 f^2. Twenty attraction points where the load has the force.
@@ -180,6 +216,11 @@ void sizes(benchmark::internal::Benchmark* b) {
   for (int threads : {1, 2})
     for (int vertices : {20, 320, 1280, 20480, 81920, 327680, 1310720}) b->Args({vertices, threads});
 }
+void with_and_without(benchmark::internal::Benchmark* b) {
+  b->ArgNames({"vertices", "idle"})->UseRealTime()->Unit(benchmark::kMillisecond);
+  for (int vertices : {320, 20480})
+    for (int idle : {0, 81920}) b->Args({vertices, idle});
+}
 void device_sizes(benchmark::internal::Benchmark* b) {
   b->ArgNames({"vertices"})->UseRealTime()->Unit(benchmark::kMillisecond);
   for (int f : {10, 32, 64, 128, 224, 448}) b->Args({20 * f * f});
@@ -188,7 +229,11 @@ void device_sizes(benchmark::internal::Benchmark* b) {
 constexpr auto kFiltered = VolumeSampling::Filtered;
 BENCHMARK_CAPTURE(step, internal, Load::Internal, 1)->Apply(sizes);
 BENCHMARK_CAPTURE(step, gradient_13_samples_every_step, Load::Gradient, 1)->Apply(sizes);
+BENCHMARK_CAPTURE(step, any_gradient_13_samples_every_step, Load::AnyGradient, 1)->Apply(sizes);
 BENCHMARK_CAPTURE(step, region_every_third_step, Load::Region, 3)->Apply(sizes);
+BENCHMARK_CAPTURE(step, field_every_third_step, Load::Field, 3)->Apply(sizes);
+BENCHMARK_CAPTURE(beside_idle, internal, Load::Internal, 1)->Apply(with_and_without);
+BENCHMARK_CAPTURE(beside_idle, gradient_13_samples_every_step, Load::Gradient, 1)->Apply(with_and_without);
 BENCHMARK_CAPTURE(device, internal, Load::Internal, 1, kFiltered)->Apply(device_sizes);
 BENCHMARK_CAPTURE(device, full_gradient, Load::FullGradient, 1, kFiltered)->Apply(device_sizes);
 BENCHMARK_CAPTURE(device, full_profile, Load::FullProfile, 1, kFiltered)->Apply(device_sizes);
