@@ -66,20 +66,41 @@ TEST(CpuAgainstCuda, EvidenceFromAField) {
   }
 }
 
+constexpr ForceId kSearches[] = {ForceId::Gradient, ForceId::IntensityProfile, ForceId::Evidence};
+
+TestScene many_vertices(ForceId force) {
+  TestScene scene = busy_scene(7);  // 327,680
+  weight_of(scene.meshes[0].forces, force) = 0.5f;
+  weight_of(scene.meshes[0].forces, ForceId::Attraction) = 0.5f;
+  set(scene.meshes[0].forces, {"gradient", "object", 1});
+  scene.simulation = limited(1, 0.9f, 1);
+  return scene;
+}
+
+/// Among so many vertices some have two samples that tie; rounding then decides.
+void expect_near(const std::vector<Eigen::Vector3f>& a, const std::vector<Eigen::Vector3f>& b, ForceId force) {
+  const char* const name = force_list()[static_cast<int>(force)].name;
+  std::size_t far = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) far += (a[i] - b[i]).norm() > 1e-3f;
+  EXPECT_LE(far, a.size() / 10000) << name;
+  EXPECT_LE(largest_distance(a, b), 0.01) << name;
+}
+
 /// Several lanes share a search while few vertices are there, one thread does it where there are many.
 TEST(CpuAgainstCuda, ManyVertices) {
   if (!why_no_cuda().empty()) GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
-  const ForceId searches[] = {ForceId::Gradient, ForceId::IntensityProfile, ForceId::Evidence};
-  for (ForceId force : searches) {
-    TestScene scene = busy_scene(7);  // 327,680
-    weight_of(scene.meshes[0].forces, force) = 0.5f;
-    weight_of(scene.meshes[0].forces, ForceId::Attraction) = 0.5f;
-    set(scene.meshes[0].forces, {"gradient", "object", 1});
-    scene.simulation = limited(1, 0.9f, 1);
-    EXPECT_LE(
-        largest_distance(run(*make_cuda_engine(VolumeSampling::Fetched), scene, 2), run(*make_cpu_engine(), scene, 2)),
-        1e-3)
-        << force_list()[static_cast<int>(force)].name;
+  for (const ForceId force : kSearches) {
+    const TestScene scene = many_vertices(force);
+    expect_near(run(*make_cuda_engine(VolumeSampling::Fetched), scene, 2), run(*make_cpu_engine(), scene, 2), force);
+  }
+}
+
+TEST(CpuAgainstCuda, ManyVerticesForgiveRounding) {
+  for (const ForceId force : kSearches) {
+    const TestScene scene = many_vertices(force);
+    TestScene other = scene;
+    other.meshes[0].mesh = with_noise(scene.meshes[0].mesh, 2e-6, 7);
+    expect_near(run(*make_cpu_engine(), other, 2), run(*make_cpu_engine(), scene, 2), force);
   }
 }
 
