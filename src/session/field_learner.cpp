@@ -23,16 +23,20 @@ Mask mask_of_balls(std::span<const Mark> balls, const VolumeGeometry& geometry) 
   return mask;
 }
 
-/// `first`: of these marks the field has heard none yet. It hears them one by one, as it would have when they were
-/// made: what a mark says depends on the field that it corrected.
+/// Of marks that a field has not heard yet so many, the last, are heard one by one.
+constexpr std::size_t kHeardAlone = 8;
+
+/// `first`: of these marks the field has heard none yet. It hears them as it would have when they were made: what a
+/// mark says depends on the field that it corrected.
 std::shared_ptr<const MeshField> learn(EvidenceField& field, bool first, std::vector<Mark> marks,
                                        std::vector<Mark> others, const VolumeGeometry& geometry, const RunJobs& run) {
   auto learned = std::make_shared<MeshField>();
   try {
     Mask outside;
     if (!others.empty()) outside = mask_of_balls(others, geometry);
-    for (std::size_t count = first ? 1 : marks.size(); count <= marks.size(); ++count)
-      field.update({marks.data(), count}, others.empty() ? nullptr : &outside);
+    std::size_t count = marks.size();
+    if (first) count = std::max(count, kHeardAlone + 1) - kHeardAlone;
+    for (; count <= marks.size(); ++count) field.update({marks.data(), count}, others.empty() ? nullptr : &outside);
     learned->box = field.box();
     learned->leaks = field.report().leaks;
     learned->expected_dice = static_cast<float>(field.report().expected_dice);

@@ -17,7 +17,8 @@ class Volume;
 
 /// Learns the fields of meshes from their marks, at once or beside the simulation. A mesh's next field starts from its
 /// last one, so that a click changes it in a fraction of the time; the fields of a sequence of marks are the same bits
-/// on any number of threads. A mesh without a field hears its marks one by one, in the order in which they were made.
+/// on any number of threads. A mesh of which nothing was learned yet hears the last eight of its marks one by one, in
+/// the order in which they were made.
 class FieldLearner {
  public:
   /// `threads`: 0: as many as the machine has.
