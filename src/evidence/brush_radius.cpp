@@ -13,8 +13,8 @@ double brush_radius_mm(const VolumeGeometry& geometry, const VoxelBox& box, std:
                        std::span<const Known> known, MarkKind kind, const Eigen::Vector3d& position_mm,
                        const EvidenceSettings& settings) {
   SIMPLEXSEG_EXPECT(object.size() == box.voxel_count() && known.size() == box.voxel_count());
-  double least = least_brush_radius_mm(geometry, settings);
-  if (kind == MarkKind::Boundary) return least;
+  const double far_least = least_brush_radius_mm(geometry, settings);
+  if (kind == MarkKind::Boundary) return far_least;
   const Eigen::Affine3d world = geometry.world_from_index();
   const bool inside = kind == MarkKind::Inside;
   double surface = std::numeric_limits<double>::infinity(), mark = surface;  // squares, mm^2
@@ -33,7 +33,7 @@ double brush_radius_mm(const VolumeGeometry& geometry, const VoxelBox& box, std:
     }
   }
   const double smallest = settings.smallest_brush * geometry.spacing_mm.minCoeff();
-  least = std::clamp(std::sqrt(surface), std::min(smallest, least), least);
+  const double least = std::clamp(std::sqrt(surface), std::min(smallest, far_least), far_least);
   const double radius = std::min(settings.brush * std::sqrt(surface), 0.5 * std::sqrt(mark));
   return std::isfinite(radius) ? std::max(least, radius) : least;
 }
