@@ -4,6 +4,9 @@
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
+#if defined(__linux__)
+#include <sys/resource.h>
+#endif
 
 namespace simplexseg {
 namespace {
@@ -16,10 +19,25 @@ void pause() {
 /// About 50 us: longer than the gap between two kernels of a step, shorter than a time slice.
 constexpr int kSpins = 2000;
 
+#if defined(__linux__)
+/// A tenth of the share of a thread that has not stepped back, and all that others leave.
+constexpr int kNice = 10;
+#endif
+
 }  // namespace
 
-ThreadPool::ThreadPool(int threads) {
-  for (int k = 1; k < threads; ++k) workers_.emplace_back([this] { work(); });
+void step_back() {
+#if defined(__linux__)
+  (void)setpriority(PRIO_PROCESS, 0, kNice);  // of this thread alone, setpriority(2) says; a refusal changes nothing
+#endif
+}
+
+ThreadPool::ThreadPool(int threads, bool in_background) {
+  for (int k = 1; k < threads; ++k)
+    workers_.emplace_back([this, in_background] {
+      if (in_background) step_back();
+      work();
+    });
 }
 
 ThreadPool::~ThreadPool() {

@@ -7,13 +7,17 @@
 
 namespace simplexseg {
 
+/// From here on the calling thread leaves the processor to those of the program that the user waits for. On Linux
+/// alone, where threads have a nice value of their own; elsewhere nothing changes.
+void step_back();
+
 /// Runs chunks of one job on a few threads, the caller's among them. A worker that the system has not woken in time is
 /// not waited for: the others take its chunks. That is what a window needs, whose threads compete with the drawing
 /// (docs/adr/0004-threads.md). Chunks may run in any order; a job's chunks must not depend on each other.
 class ThreadPool {
  public:
-  /// `threads` counts the caller: 1 starts none.
-  explicit ThreadPool(int threads);
+  /// `threads` counts the caller: 1 starts none. `in_background`: they step_back().
+  explicit ThreadPool(int threads, bool in_background = false);
   ~ThreadPool();
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;

@@ -83,14 +83,16 @@ void FieldLearner::forget_others(const Scene& scene) {
 
 void FieldLearner::begin(const MeshItem& item, std::vector<Mark> marks, std::vector<Mark> others) {
   SIMPLEXSEG_EXPECT(learning_ == 0 && volume_ && !volume_->empty());
-  if (!pool_) pool_ = std::make_unique<ThreadPool>(threads_);
+  if (!pool_) pool_ = std::make_unique<ThreadPool>(threads_, true);
   const RunJobs run = [pool = pool_.get()](int jobs, const std::function<void(int)>& job) { pool->run(jobs, job); };
   learning_ = item.id;
   if (item.start) {
-    result_ = std::async(
-        std::launch::async,
-        [start = item.start->mesh, marks = std::move(marks), others = std::move(others), geometry = volume_->geometry(),
-         run]() mutable { return correct(*start, std::move(marks), std::move(others), geometry, run); });
+    result_ =
+        std::async(std::launch::async, [start = item.start->mesh, marks = std::move(marks), others = std::move(others),
+                                        geometry = volume_->geometry(), run]() mutable {
+          step_back();
+          return correct(*start, std::move(marks), std::move(others), geometry, run);
+        });
     return;
   }
   std::unique_ptr<EvidenceField>& field = fields_[item.id];
@@ -98,6 +100,7 @@ void FieldLearner::begin(const MeshItem& item, std::vector<Mark> marks, std::vec
   if (first) field = std::make_unique<EvidenceField>(*volume_, run, settings_);
   result_ = std::async(std::launch::async, [one = field.get(), first, marks = std::move(marks),
                                             others = std::move(others), geometry = volume_->geometry(), run]() mutable {
+    step_back();
     return learn(*one, first, std::move(marks), std::move(others), geometry, run);
   });
 }

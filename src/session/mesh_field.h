@@ -23,6 +23,8 @@ struct MeshField {
   /// Whether next to nothing is known of the object: what was marked may not be one at all. Of 51 seeds in objects none
   /// is, of four in bowel all are (docs/results/evidence-2026-11-23.md).
   bool unsure() const { return expected_dice < 0.35f; }
+  /// Whether the user is warned of it.
+  bool doubted() const { return leaks || unsure() || !problem.empty(); }
 
   /// Of the box, 1 where the voxel is the object's, else 0.
   std::vector<std::uint8_t> object_voxels() const;

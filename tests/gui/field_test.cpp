@@ -86,6 +86,10 @@ TEST_F(FieldTest, AFieldThatLeaksIsSaidOnceForEachAction) {
   }
   ASSERT_TRUE(wait_until([&] { return warnings.size() > 1; }));
   EXPECT_EQ(warnings[1], warnings[0]);
+  // What is so no more is not shown any longer.
+  ASSERT_EQ(window_->messages().text(), warnings[0]);
+  bench().apply(DeleteMesh{bench().view.active_mesh});
+  EXPECT_FALSE(window_->messages().isVisible());
 }
 
 TEST_F(FieldTest, TheOverlayTintsTheObjectInAllSlices) {

@@ -79,5 +79,68 @@ TEST_F(KeysTest, ANumberThatIsNotBeingTypedLosesTheKeysToTheViewUnderTheMouse) {
   EXPECT_FLOAT_EQ(weight(), 0.9f);
 }
 
+TEST_F(KeysTest, KeysOfTheSimulationRunStepAndReset) {
+  axial().setFocus();
+  const std::vector<Eigen::Vector3f> seed = scene().meshes[0].mesh.positions;
+  bench().apply(AddPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(16, 0, 0)});
+  bench().pause();
+  const std::int64_t steps = bench().session().total_steps();
+  press('.');
+  EXPECT_EQ(bench().session().total_steps(), steps + 1);
+  bench().advance_steps(20);
+  ASSERT_NE(scene().meshes[0].mesh.positions, seed);
+  press('r');
+  bench().pause();
+  EXPECT_EQ(scene().meshes[0].mesh.positions, seed);
+  press(Qt::Key_Space);
+  EXPECT_TRUE(bench().running());
+  press(Qt::Key_Space);
+  EXPECT_FALSE(bench().running());
+}
+
+TEST_F(KeysTest, KeysOfTheViewsShowFitAndCentre) {
+  axial().setFocus();
+  const auto is_toggled_by = [&](const bool& state, Qt::Key key, Qt::KeyboardModifiers modifiers = {}) {
+    const bool before = state;
+    QTest::keyClick(window_->windowHandle(), key, modifiers);
+    const bool changed = state != before;
+    QTest::keyClick(window_->windowHandle(), key, modifiers);
+    return changed && state == before;
+  };
+  ViewState& view = bench().view;
+  EXPECT_TRUE(is_toggled_by(view.show_meshes, Qt::Key_S));
+  EXPECT_TRUE(is_toggled_by(view.show_fill, Qt::Key_S, Qt::ShiftModifier));
+  EXPECT_TRUE(is_toggled_by(view.show_annotations, Qt::Key_X));
+  EXPECT_TRUE(is_toggled_by(view.show_slices_3d, Qt::Key_X, Qt::ShiftModifier));
+  EXPECT_TRUE(is_toggled_by(view.show_names, Qt::Key_N, Qt::ShiftModifier));
+  const float opacity = view.opacity;
+  press('a');
+  EXPECT_LT(view.opacity, opacity);
+  press('d');
+  EXPECT_FLOAT_EQ(view.opacity, opacity);
+
+  const double scale = axial().mm_per_pixel();
+  const QPointF corner(60, 60), middle = axial().rect().center();
+  press(Qt::Key_2);
+  const Eigen::Vector3d under = axial().world_of(corner);
+  drag(axial(), corner, corner + QPointF(0, 30));
+  EXPECT_LT((axial().world_of(corner + QPointF(0, 30)) - under).norm(), 1e-6);  // it pans
+  drag(axial(), corner, corner + QPointF(0, -60), Qt::RightButton);
+  EXPECT_NE(axial().mm_per_pixel(), scale);
+  QTest::keyClick(window_->windowHandle(), Qt::Key_F, Qt::ControlModifier);
+  EXPECT_NEAR(axial().mm_per_pixel(), scale, 1e-9);
+  press(Qt::Key_1);
+  drag(axial(), corner, corner);
+  EXPECT_LT((axial().pixel_of(view.crosshair_mm) - corner).manhattanLength(), 2 / axial().mm_per_pixel());
+  press('c');
+  EXPECT_LT((axial().pixel_of(view.crosshair_mm) - middle).manhattanLength(), 3);
+  view.window = 1e6;
+  QTest::keyClick(window_->windowHandle(), Qt::Key_J, Qt::ControlModifier);
+  EXPECT_LT(view.window, 1e4);
+  const bool panels = window_->panels().isVisible();
+  press(Qt::Key_F4);
+  EXPECT_NE(window_->panels().isVisible(), panels);
+}
+
 }  // namespace
 }  // namespace simplexseg

@@ -114,6 +114,16 @@ TEST_F(PointsTest, TheContextMenuOffersAllKinds) {
     ASSERT_EQ(scene().points.size(), entry + 1u);
     EXPECT_EQ(scene().points.back().kind, kinds[entry]);
   }
+  QTimer::singleShot(0, [] {
+    auto* menu = qobject_cast<QMenu*>(QApplication::activePopupWidget());
+    ASSERT_NE(menu, nullptr);
+    for (QAction* entry : menu->actions())
+      if (entry->text().startsWith("Delete this")) entry->trigger();
+    menu->close();
+  });
+  drag(axial(), pixel(0, 10), pixel(0, 10), Qt::RightButton);
+  ASSERT_EQ(scene().points.size(), 2u);
+  for (const UserPoint& point : scene().points) EXPECT_NE(point.kind, MarkKind::Inside);
 }
 
 TEST_F(PointsTest, ThePanelNamesTheKinds) {

@@ -300,6 +300,38 @@ TEST_F(SceneBuffersTest, TheOutlineLiesWhereThePlaneCutsTheMesh) {
   }
 }
 
+TEST_F(SceneBuffersTest, TheFillLiesWithinTheOutlineAndFollowsOpacity) {
+  open_phantom(12);
+  bench().apply(AddMesh{"beside", Seed{scene().meshes[0].seed.centre_mm + Eigen::Vector3d(0, 20, 0), 6}, {}, 0});
+  bench().pause();
+  bench().set_crosshair(scene().meshes[0].seed.centre_mm);
+  window_->actions()[Act::Annotations]->trigger();
+  const auto picture_of = [&](int mesh, double right_mm) {
+    const QPointF at = axial().pixel_of(scene().meshes[mesh].seed.centre_mm + Eigen::Vector3d(right_mm, 0, 0));
+    return axial().grabFramebuffer().pixelColor((at * axial().devicePixelRatio()).toPoint());
+  };
+  const auto reddish = [&](int mesh, double right_mm) {
+    const QColor colour = picture_of(mesh, right_mm);
+    return std::abs(colour.red() - colour.blue());
+  };
+  EXPECT_LT(reddish(0, 0), 8);
+  window_->actions()[Act::ShowFill]->trigger();
+  for (const double right : {-10.0, -4.0, 0.0, 4.0, 10.0}) EXPECT_GT(reddish(0, right), 25) << right;
+  for (const double right : {-14.0, 14.0, 20.0}) EXPECT_LT(reddish(0, right), 8) << right;
+  EXPECT_GT(reddish(1, 0), 20);
+  EXPECT_LT(reddish(1, 8), 8);
+  const int strong = reddish(0, 0);
+  EditMesh fainter{scene().meshes[0].id, {}, {}, {}, {}};
+  fainter.opacity = 0.3f;
+  bench().apply(fainter);
+  EXPECT_LT(reddish(0, 0), strong / 2);
+  bench().set_crosshair(scene().meshes[0].seed.centre_mm + Eigen::Vector3d(0, 0, 14));  // the slice misses both
+  EXPECT_LT(reddish(0, 0), 8);
+  bench().set_crosshair(scene().meshes[0].seed.centre_mm);
+  window_->actions()[Act::ShowFill]->trigger();
+  EXPECT_LT(reddish(0, 0), 8);
+}
+
 TEST_F(SceneBuffersTest, NothingIsReadBackWhileItRuns) {
   show_window(std::make_unique<FailingEngine>(), {});
   open_phantom();

@@ -65,7 +65,8 @@ void begin_frame(const Projection& projection, const Rgba& background) {
   // The window must stay opaque: alpha is never lowered.
   glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   glClearColor(background.x(), background.y(), background.z(), 1);
-  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  glStencilMask(1);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
 }
 
 void set_depth(Depth depth) {
@@ -354,6 +355,8 @@ void MeshPainter::draw(const Projection& projection, const SceneBuffers& buffers
 
 void OutlinePainter::create() {
   program_.create("line.vert", "line.frag");
+  count_.create("fill.vert", "fill.frag");
+  cover_.create("cover.vert", "fill.frag");
   glCreateVertexArrays(1, &vertex_array_);
   glVertexArrayBindingDivisor(vertex_array_, 0, 1);
   for (unsigned end = 0; end < 2; ++end) {
@@ -364,7 +367,7 @@ void OutlinePainter::create() {
 }
 
 void OutlinePainter::destroy() {
-  program_.destroy();
+  for (Program* program : {&program_, &count_, &cover_}) program->destroy();
   glDeleteVertexArrays(1, &vertex_array_);
   vertex_array_ = 0;
 }
@@ -377,6 +380,30 @@ void OutlinePainter::draw(const Projection& projection, const SceneBuffers::Outl
   program_.set("half_width_px", width_px / 2);
   program_.set("line_colour", colour);
   program_.use();
+  draw_pieces(outlines, mesh);
+}
+
+void OutlinePainter::fill(const Projection& projection, const SceneBuffers::Outlines& outlines, int mesh,
+                          const Rgba& colour) const {
+  if (outlines.buffer == 0) return;
+  count_.set("clip_from_world", projection.clip_from_world);
+  count_.use();
+  glEnable(GL_STENCIL_TEST);
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  glStencilMask(1);
+  glStencilFunc(GL_ALWAYS, 0, 1);
+  glStencilOp(GL_INVERT, GL_INVERT, GL_INVERT);
+  draw_pieces(outlines, mesh);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glStencilFunc(GL_EQUAL, 1, 1);
+  glStencilOp(GL_KEEP, GL_ZERO, GL_ZERO);
+  cover_.set("fill_colour", colour);
+  cover_.use();
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glDisable(GL_STENCIL_TEST);
+}
+
+void OutlinePainter::draw_pieces(const SceneBuffers::Outlines& outlines, int mesh) const {
   glVertexArrayVertexBuffer(vertex_array_, 0, outlines.buffer, static_cast<GLintptr>(outlines.pieces_at),
                             sizeof(OutlinePiece));
   glBindVertexArray(vertex_array_);

@@ -154,17 +154,22 @@ class MeshPainter {
   SurfaceArray surfaces_;
 };
 
-/// Where a slice cuts the surfaces, as thick, smooth lines.
+/// Where a slice cuts the surfaces, as thick, smooth lines, and what these enclose.
 class OutlinePainter {
  public:
   void create();
   void destroy();
+  /// The inside of one mesh, by the even-odd rule; not antialiased, for its outline lies over its edge. Leaves the
+  /// stencil buffer as it was.
+  void fill(const Projection& projection, const SceneBuffers::Outlines& outlines, int mesh, const Rgba& colour) const;
   /// `mesh`: its place in the scene's list.
   void draw(const Projection& projection, const SceneBuffers::Outlines& outlines, int mesh, const Rgba& colour,
             float width_px) const;
 
  private:
-  Program program_;
+  void draw_pieces(const SceneBuffers::Outlines& outlines, int mesh) const;
+
+  Program program_, count_, cover_;
   unsigned vertex_array_ = 0;
 };
 

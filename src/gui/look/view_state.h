@@ -20,6 +20,7 @@ struct ViewState {
   Tool tool = Tool::Crosshair;
   bool window_level_armed = false;  ///< the next left drag sets window and level
   bool show_meshes = true;
+  bool show_fill = false;   ///< of all meshes, in the slices
   bool show_field = false;  ///< of the active mesh, in the slices
   bool show_annotations = true;
   bool show_slices_3d = true;

@@ -177,10 +177,16 @@ void SliceView::draw_field(const Projection& projection) {
 
 void SliceView::draw_outlines(const Projection& projection) {
   const float ratio = static_cast<float>(devicePixelRatio());
+  const ViewState& view = workbench_.view;
   const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
+  constexpr float kFill = 0.3f;  // where meshes are opaque
+  for (std::size_t m = 0; view.show_fill && m < meshes.size(); ++m)
+    if (meshes[m].visible)
+      outline_painter_.fill(projection, *outlines_, static_cast<int>(m),
+                            rgba_of(meshes[m].colour, kFill * meshes[m].opacity * view.opacity));
   for (const bool active : {false, true}) {  // the active one on top
     for (std::size_t m = 0; m < meshes.size(); ++m) {
-      if (!meshes[m].visible || (meshes[m].id == workbench_.view.active_mesh) != active) continue;
+      if (!meshes[m].visible || (meshes[m].id == view.active_mesh) != active) continue;
       outline_painter_.draw(projection, *outlines_, static_cast<int>(m), rgba_of(meshes[m].colour),
                             (!active          ? 1.4f
                              : tools_.grabs() ? 3.6f

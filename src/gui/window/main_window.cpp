@@ -155,7 +155,7 @@ void MainWindow::build_menus() {
   fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::ResetPose}});
   QMenu* const view = view_menu_ =
       fill(tr("&View"), {{Act::CentreOnCrosshair, Act::Fit, Act::AutoContrast, Act::Neurological},
-                         {Act::ShowMeshes, Act::ShowField, Act::Annotations, Act::Names, Act::Slices3d},
+                         {Act::ShowMeshes, Act::ShowFill, Act::ShowField, Act::Annotations, Act::Names, Act::Slices3d},
                          {Act::LessOpaque, Act::MoreOpaque},
                          {Act::ShowPanels, Act::ShowSteps, Act::Researcher}});
   QMenu* presets = view->addMenu(tr("Window and level &presets"));
@@ -249,6 +249,7 @@ void MainWindow::connect_own_actions() {
 
 void MainWindow::connect_messages() {
   connect(workbench_.get(), &Workbench::message, messages_, &MessageBar::show_message);
+  connect(workbench_.get(), &Workbench::outdated, messages_, &MessageBar::forget);
   connect(workbench_.get(), &Workbench::acted, messages_, &MessageBar::forget_failure);
   connect(job_, &BackgroundJob::started, this,
           [this](const QString& title) { messages_->show_progress(title, job_->may_be_called_off()); });

@@ -139,6 +139,10 @@ void MessageBar::clear() {
   hide();
 }
 
+void MessageBar::forget(const QString& text) {
+  if (text_ == text.simplified()) clear();
+}
+
 void MessageBar::forget_failure() {
   if (failure_) clear();
 }

@@ -27,6 +27,8 @@ class MessageBar : public QFrame {
   void clear();
   /// An action was carried out: a failure of an earlier one is no longer news.
   void forget_failure();
+  /// Where this is what is shown: it is no longer so.
+  void forget(const QString& text);
   QString text() const { return text_; }
   /// All messages of this run of the program, with the time of each.
   const QStringList& log() const { return log_; }

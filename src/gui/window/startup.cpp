@@ -209,6 +209,7 @@ void set_surface_format() {
   format.setVersion(4, 5);
   format.setProfile(QSurfaceFormat::CoreProfile);
   format.setDepthBufferSize(24);
+  format.setStencilBufferSize(8);
   QSurfaceFormat::setDefaultFormat(format);
   // The views draw from the same buffers.
   QCoreApplication::setAttribute(Qt::AA_ShareOpenGLContexts);

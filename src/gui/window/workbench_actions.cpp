@@ -36,7 +36,7 @@ WorkbenchActions::WorkbenchActions(Workbench& workbench, ViewGrid& views, Action
   connect_looking();
   // While a key is held its repeats must not switch a mode off and on.
   for (const Act act : {Act::WindowLevel, Act::RunPause, Act::LockMesh, Act::DuplicateMesh, Act::ShowMeshes,
-                        Act::ShowField, Act::Annotations, Act::Names, Act::Slices3d})
+                        Act::ShowFill, Act::ShowField, Act::Annotations, Act::Names, Act::Slices3d})
     actions_[act]->setAutoRepeat(false);
   connect(&workbench_, &Workbench::scene_changed, this, &WorkbenchActions::refresh);
   connect(&workbench_, &Workbench::running_changed, this, &WorkbenchActions::refresh);
@@ -104,6 +104,7 @@ void WorkbenchActions::connect_simulation() {
 
 void WorkbenchActions::connect_looking() {
   connect_tick(Act::ShowMeshes, &ViewState::show_meshes);
+  connect_tick(Act::ShowFill, &ViewState::show_fill);
   connect_tick(Act::ShowField, &ViewState::show_field);
   connect_tick(Act::Annotations, &ViewState::show_annotations);
   connect_tick(Act::Names, &ViewState::show_names);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gui/workbench/workbench.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "core/error.h"
 #include "gui/look/contrast.h"
 
@@ -13,6 +16,7 @@ Workbench::Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_p
   connect(&settle_, &QTimer::timeout, this, &Workbench::scene_changed);
   for (RepeatedWarning* warning : {&cuts_, &warnings_})
     connect(warning, &RepeatedWarning::tell, this, [this](const QString& text) { say(Severity::Warning, text); });
+  connect(&warnings_, &RepeatedWarning::tell, this, [this](const QString& text) { told_ = text; });
 }
 
 void Workbench::open(Scene scene, Volume volume, References references) {
@@ -109,6 +113,7 @@ bool Workbench::apply(const Command& command, ItemId* added) {
     emit scene_changed();
     emit view_changed();
   }
+  withdraw_warning();
   emit acted();
   announce();
   return true;
@@ -141,6 +146,13 @@ void Workbench::warn(const std::vector<std::string>& lines) {
   warnings_.add(fresh);
 }
 
+void Workbench::withdraw_warning() {
+  const auto doubted = [](const MeshItem& item) { return item.field && item.field->doubted() && !item.locked; };
+  if (told_.isEmpty() || std::any_of(scene().meshes.begin(), scene().meshes.end(), doubted)) return;
+  warnings_.forget();
+  emit outdated(std::exchange(told_, QString()));
+}
+
 Advance Workbench::report(const std::function<Advance()>& advance) {
   Advance done;
   try {
@@ -150,6 +162,7 @@ Advance Workbench::report(const std::function<Advance()>& advance) {
   }
   cuts_.add(done.cuts);
   warn(done.warnings);
+  withdraw_warning();
   follow_learning();
   if (done.steps > 0) emit advanced(done);
   if (done.steps > 0 || done.refined) emit pose_changed();

@@ -94,12 +94,15 @@ class Workbench : public QObject {
   void learning_changed();  ///< Session::learning(): a field is begun, or was taken
   void acted();             ///< a user action was carried out
   void message(simplexseg::Severity severity, const QString& text);
+  /// What that message warned of is so no more.
+  void outdated(const QString& text);
 
  private:
   void take_view(const SavedView& saved);
   void forget_missing_items();
   /// Says what has not been said since the user's last action.
   void warn(const std::vector<std::string>& lines);
+  void withdraw_warning();
   void follow_learning();
   /// Advances, and tells everyone how it went.
   Advance report(const std::function<Advance()>& advance);
@@ -111,6 +114,7 @@ class Workbench : public QObject {
   QString patient_, series_;
   RepeatedWarning cuts_, warnings_;
   std::set<std::string> warned_;  ///< since the user's last action
+  QString told_;                  ///< the last of warnings_, until no field is doubted any more
   ItemId learning_ = 0;           ///< as was told
   QTimer settle_;                 ///< until the panels follow a drag
   bool running_ = false;
