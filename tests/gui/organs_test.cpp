@@ -14,6 +14,7 @@
 
 #include "core/error.h"
 #include "evidence/robot_user.h"
+#include "gui/look/theme.h"
 #include "gui/panels/mesh_card.h"
 #include "gui/panels/mesh_panel.h"
 #include "gui/window/message_bar.h"
@@ -148,6 +149,7 @@ class OrgansTest : public WindowTest {
 TEST_F(OrgansTest, SixOrgansFromAnEmptyWindowToLabels) {
   const std::optional<Volume> image = volume_of("ct_abdomen/ct.nii.gz"), labels = volume_of("ct_abdomen/labels.nii.gz");
   if (!image || !labels) GTEST_SKIP() << "the CT of the abdomen is not on this machine";
+  if (qEnvironmentVariableIsSet("SIMPLEXSEG_PICTURES")) theme::apply(*qApp, true);
   const QString path = folder_.filePath("ct.nii.gz");
   write_volume(path.toStdString(), *image);
   window_->start_page().show_recent({path});
@@ -185,6 +187,9 @@ TEST_F(OrgansTest, SixOrgansFromAnEmptyWindowToLabels) {
     ASSERT_TRUE(wait_for_rest());
   }
   save_picture("corrected");
+  window_->actions()[Act::ShowFill]->trigger();
+  save_picture("filled");
+  window_->actions()[Act::ShowFill]->trigger();
   save_labels();
   ASSERT_TRUE(wait_until([&] { return window_->messages().text().startsWith("Saved"); }))
       << window_->messages().text().toStdString();
