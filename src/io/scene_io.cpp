@@ -171,7 +171,8 @@ std::string portable(const std::string& path, const fs::path& folder) {
     if (path.empty() || !fs::exists(place, failure)) return path;
     place = fs::absolute(place);
   }
-  const fs::path relative = place.lexically_normal().lexically_relative(fs::absolute(folder).lexically_normal());
+  const fs::path beside = fs::absolute(folder.empty() ? "." : folder).lexically_normal();
+  const fs::path relative = place.lexically_normal().lexically_relative(beside);
   return relative.empty() || *relative.begin() == ".." ? place.lexically_normal().string() : relative.string();
 }
 

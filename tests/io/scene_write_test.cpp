@@ -52,6 +52,17 @@ TEST_F(SceneIo, RoundTripKeepsEveryBit) {
   EXPECT_EQ(first, second);
 }
 
+TEST_F(SceneIo, ASceneIsWrittenByANameWithoutAFolder) {
+  Scene scene = any_scene();
+  scene.volume_path = (folder_ / "volume.nii").string();
+  write("volume.nii", "");
+  const fs::path before = fs::current_path();
+  fs::current_path(folder_);
+  EXPECT_NO_THROW(write_scene("scene.json", scene));
+  fs::current_path(before);
+  EXPECT_NE(text_of(folder_ / "scene.json").find("\"volume.nii\""), std::string::npos);  // it lies beside
+}
+
 TEST_F(SceneIo, AStateOfAnotherPoseOrCutShortIsRefused) {
   Scene scene = any_scene();
   scene.volume_path.clear();
