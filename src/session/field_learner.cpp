@@ -86,23 +86,24 @@ void FieldLearner::begin(const MeshItem& item, std::vector<Mark> marks, std::vec
   if (!pool_) pool_ = std::make_unique<ThreadPool>(threads_, true);
   const RunJobs run = [pool = pool_.get()](int jobs, const std::function<void(int)>& job) { pool->run(jobs, job); };
   learning_ = item.id;
+  const auto begin_beside = [this](auto work) {
+    result_ = std::async(std::launch::async, [work = std::move(work)]() mutable {
+      step_back();
+      return work();
+    });
+  };
   if (item.start) {
-    result_ =
-        std::async(std::launch::async, [start = item.start->mesh, marks = std::move(marks), others = std::move(others),
-                                        geometry = volume_->geometry(), run]() mutable {
-          step_back();
-          return correct(*start, std::move(marks), std::move(others), geometry, run);
-        });
+    begin_beside([start = item.start->mesh, marks = std::move(marks), others = std::move(others),
+                  geometry = volume_->geometry(),
+                  run]() mutable { return correct(*start, std::move(marks), std::move(others), geometry, run); });
     return;
   }
   std::unique_ptr<EvidenceField>& field = fields_[item.id];
   const bool first = !field;
   if (first) field = std::make_unique<EvidenceField>(*volume_, run, settings_);
-  result_ = std::async(std::launch::async, [one = field.get(), first, marks = std::move(marks),
-                                            others = std::move(others), geometry = volume_->geometry(), run]() mutable {
-    step_back();
-    return learn(*one, first, std::move(marks), std::move(others), geometry, run);
-  });
+  begin_beside([one = field.get(), first, marks = std::move(marks), others = std::move(others),
+                geometry = volume_->geometry(),
+                run]() mutable { return learn(*one, first, std::move(marks), std::move(others), geometry, run); });
 }
 
 bool FieldLearner::ready() const {
