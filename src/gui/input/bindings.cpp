@@ -92,6 +92,8 @@ const Binding kBindings[] = {
     {Act::RunPause, kEverywhere, "Space", Mouse::None, {}, "&Run", "Run or pause the simulation"},
     {Act::Step, kEverywhere, ".", Mouse::None, {}, "&One step", "One step of the simulation"},
     {Act::ResetPose, kEverywhere, "R", Mouse::None, {}, "Re&set all meshes", "Every mesh back to its sphere"},
+    {Act::Compare, kEverywhere, "Ctrl+Shift+C", Mouse::None, {}, "&Compare settings...",
+     "Two settings of the active mesh from the same start, beside each other"},
     {Act::ResetMesh, kEverywhere, "Ctrl+R", Mouse::None, {}, "&Reset", "The active mesh back to its sphere"},
     {Act::RefineMesh, kEverywhere, "Ctrl+E", Mouse::None, {}, "Re&fine", "Four times as many vertices for the active mesh"},
     {Act::RecordProfiles, kEverywhere, "Ctrl+Shift+P", Mouse::None, {}, "Record &profiles",

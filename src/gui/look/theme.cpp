@@ -63,6 +63,7 @@ constexpr const char* kRules = R"(
   QScrollArea { border: none; }
   QTreeView, QListWidget { border: 1px solid <line>; border-radius: 3px; }
   QTreeView::item, QListWidget::item { padding: 2px 0; }
+  QTableCornerButton::section { background: <header>; border: none; }
   QHeaderView::section { background: <header>; border: none; padding: 3px 6px; color: <dim>; }
   QToolBar { background: <window>; border: none; border-bottom: 1px solid <line>; spacing: 2px; padding: 2px 4px; }
   QToolButton { padding: 3px 7px; border: 1px solid transparent; border-radius: 3px; }

@@ -6,7 +6,6 @@
 #include <QHBoxLayout>
 #include <QImage>
 #include <QLabel>
-#include <QPainter>
 #include <QPushButton>
 #include <QVBoxLayout>
 #include <functional>
@@ -14,6 +13,7 @@
 
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
+#include "gui/panels/plot_picture.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
 #include "image/mask.h"
@@ -31,43 +31,6 @@ constexpr int kSavedWidth = 900, kSavedHeight = 600;
 using SurfaceErrors = std::map<ItemId, std::shared_ptr<const SurfaceError>>;
 
 }  // namespace
-
-/// A drawn plot, or a text where there is none.
-class PlotPicture : public QWidget {
- public:
-  PlotPicture(QWidget* parent, std::function<void()> resized) : QWidget(parent), resized_(std::move(resized)) {
-    setMinimumSize(160, 120);
-  }
-  void show_image(QImage image) {
-    image_ = std::move(image);
-    text_.clear();
-    update();
-  }
-  void show_text(const QString& text) {
-    image_ = {};
-    text_ = text;
-    update();
-  }
-  const QImage& image() const { return image_; }
-
- protected:
-  void resizeEvent(QResizeEvent*) override { resized_(); }
-  void paintEvent(QPaintEvent*) override {
-    QPainter painter(this);
-    if (!image_.isNull()) {
-      painter.drawImage(rect(), image_);
-      return;
-    }
-    painter.fillRect(rect(), palette().color(QPalette::Base));
-    painter.setPen(theme::shades().dim);
-    painter.drawText(rect().adjusted(16, 16, -16, -16), Qt::AlignCenter | Qt::TextWordWrap, text_);
-  }
-
- private:
-  std::function<void()> resized_;
-  QImage image_;
-  QString text_;
-};
 
 ConvergencePanel::ConvergencePanel(Workbench& workbench, QWidget* parent) : QWidget(parent), workbench_(workbench) {
   preparing_ = new BackgroundJob(this);
@@ -259,12 +222,7 @@ void ConvergencePanel::draw() {
     picture_->show_text(why_nothing());
     return;
   }
-  shown.title.clear();
-  for (PlotSeries& series : shown.series) series.name.clear();
-  const double scale = devicePixelRatioF();
-  const QSize size = (QSizeF(picture_->size()) * scale).toSize();
-  const std::vector<std::uint8_t> pixels = draw_plot(shown, size.width(), size.height(), scale, PlotTheme::Dark);
-  picture_->show_image(QImage(pixels.data(), size.width(), size.height(), QImage::Format_RGBA8888).copy());
+  picture_->show_plot(std::move(shown));
 }
 
 QImage ConvergencePanel::picture() const { return picture_->image(); }

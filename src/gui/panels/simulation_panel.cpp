@@ -3,26 +3,21 @@
 
 #include <QAction>
 #include <QFormLayout>
-#include <QGridLayout>
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QLocale>
-#include <QScrollArea>
 #include <QTimer>
 #include <QToolButton>
 #include <QVBoxLayout>
 #include <algorithm>
 
-#include "core/expect.h"
 #include "gui/input/action_table.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
-#include "gui/panels/parameter_help.h"
-#include "gui/panels/parameter_row.h"
+#include "gui/panels/simulation_rows.h"
 #include "gui/workbench/frame_loop.h"
 #include "gui/workbench/run_state.h"
 #include "gui/workbench/workbench.h"
-#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 
@@ -63,35 +58,10 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
   frames_->setToolTip(tr("New pictures, and the steps between two of them"));
   layout->addLayout(status);
 
-  auto* scroll = new QScrollArea(this);
-  scroll->setWidgetResizable(true);
-  scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
-  auto* content = new QWidget(scroll);
-  auto* grid = new QGridLayout(content);
-  grid->setContentsMargins(0, 4, 6, 0);
-  grid->setVerticalSpacing(3);
-  grid->setColumnStretch(1, 1);
-  const auto table = simulation_table();
-  auto* help = new ParameterHelp(this);
-  for (std::size_t p = 0; p < table.size(); ++p) {
-    auto* label = new QLabel(words_of(table[p].name), content);
-    label->setToolTip(QString::fromUtf8(table[p].doc));
-    auto* row = new ParameterRow(table[p], content);
-    connect(row, &ParameterRow::edited, this, [this, p](float value, bool continues) {
-      if (!workbench_.apply(SetSimulationParameter{static_cast<int>(p), value, continues})) refresh();
-    });
-    grid->addWidget(label, static_cast<int>(p), 0);
-    grid->addWidget(row, static_cast<int>(p), 1);
-    help->watch(*row, words_of(table[p].name));
-    rows_.push_back(row);
-    labels_.push_back(label);
-  }
-  grid->setRowStretch(static_cast<int>(table.size()), 1);
-  scroll->setWidget(content);
-  layout->addWidget(scroll, 1);
-  layout->addWidget(help);
+  rows_ = new SimulationRows(workbench_, this);
+  layout->addWidget(rows_, 1);
 
-  connect(&workbench_, &Workbench::scene_changed, this, &SimulationPanel::refresh);
+  connect(&workbench_, &Workbench::scene_changed, this, &SimulationPanel::refresh_status);
   connect(&workbench_, &Workbench::running_changed, this, &SimulationPanel::refresh_status);
   // Numbers that change with every frame cannot be read: five times a second will do.
   auto* timer = new QTimer(this);
@@ -100,13 +70,10 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
     if (workbench_.running()) refresh_status();
   });
   timer->start();
-  refresh();
+  refresh_status();
 }
 
-ParameterRow* SimulationPanel::row(int parameter) const {
-  SIMPLEXSEG_EXPECT(parameter >= 0 && parameter < static_cast<int>(rows_.size()));
-  return rows_[parameter];
-}
+ParameterRow* SimulationPanel::row(int parameter) const { return rows_->row(parameter); }
 
 void SimulationPanel::show_drawing(const QString& how) {
   drawing_ = how;
@@ -123,17 +90,6 @@ QStringList SimulationPanel::unsound_meshes() const {
     unsound << name + faults;
   }
   return unsound;
-}
-
-void SimulationPanel::refresh() {
-  for (std::size_t p = 0; p < rows_.size(); ++p) {
-    const SimulationParameters& simulation = workbench_.scene().simulation;
-    rows_[p]->set_value(value_of(simulation, static_cast<int>(p)));
-    const bool acts = has_effect(simulation, static_cast<int>(p));
-    set_enabled(rows_[p], acts, tr("Only the solver verlet has it; the others choose it themselves"));
-    labels_[p]->setEnabled(acts);
-  }
-  refresh_status();
 }
 
 void SimulationPanel::refresh_surface(const QStringList& unsound) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <QWidget>
-#include <vector>
 
 class QLabel;
 class QToolButton;
@@ -11,6 +10,7 @@ namespace simplexseg {
 class ActionTable;
 class FrameLoop;
 class ParameterRow;
+class SimulationRows;
 class Workbench;
 
 /// Run, pause, step, reset; the parameters of the simulation; how fast it goes.
@@ -26,7 +26,6 @@ class SimulationPanel : public QWidget {
   const QLabel* surface() const { return surface_; }
 
  private:
-  void refresh();
   void refresh_status();
   /// "brain: folded at 12 vertices" for each mesh that is folded or inside out; the name only among several.
   QStringList unsound_meshes() const;
@@ -34,8 +33,7 @@ class SimulationPanel : public QWidget {
 
   Workbench& workbench_;
   FrameLoop& loop_;
-  std::vector<ParameterRow*> rows_;
-  std::vector<QLabel*> labels_;  ///< the names of the rows
+  SimulationRows* rows_;
   QLabel* speed_;
   QLabel* frames_;
   QLabel* vertices_;

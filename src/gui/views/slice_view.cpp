@@ -77,18 +77,21 @@ void SliceView::fit() {
   const double wide = std::abs(box.extent_mm().dot(axes.right)), high = std::abs(box.extent_mm().dot(axes.up));
   mm_per_pixel_ = 1.04 * std::max({wide / std::max(width(), 1), high / std::max(height(), 1), 1e-6});
   update();
+  emit framed();
 }
 
 void SliceView::centre_on_crosshair() {
   fitted_ = false;
   centre_mm_ = workbench_.view.crosshair_mm;
   update();
+  emit framed();
 }
 
 void SliceView::pan(const QPointF& by) {
   centre_mm_ += (by.y() * axes().up - by.x() * axes().right) * mm_per_pixel_;
   fitted_ = false;
   update();
+  emit framed();
 }
 
 void SliceView::zoom_about(const QPointF& pixel, double factor) {
@@ -99,6 +102,15 @@ void SliceView::zoom_about(const QPointF& pixel, double factor) {
   mm_per_pixel_ = std::clamp(mm_per_pixel_ * factor, 1e-4 * coarsest, coarsest);
   centre_mm_ += before - world_of(pixel);
   fitted_ = false;
+  update();
+  emit framed();
+}
+
+void SliceView::frame_as(const SliceView& other) {
+  SIMPLEXSEG_EXPECT(other.orientation_ == orientation_);
+  fitted_ = other.fitted_;
+  centre_mm_ = other.centre_mm_;
+  mm_per_pixel_ = other.mm_per_pixel_;
   update();
 }
 

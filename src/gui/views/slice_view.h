@@ -29,6 +29,8 @@ class SliceView : public View {
   /// Makes a pixel `factor` times as large in the patient frame, within bounds; what lies under `pixel` stays there.
   /// There must be a volume.
   void zoom_about(const QPointF& pixel, double factor);
+  /// Shows the same place at the same size as another view of that orientation.
+  void frame_as(const SliceView& other);
   /// Moves the crosshair by whole slices.
   void move_by_slices(int slices);
 
@@ -45,6 +47,10 @@ class SliceView : public View {
   std::span<const OutlinePiece> active_outline();
   /// Shows the pointer of what a press would begin.
   void update_cursor();
+
+ signals:
+  /// Zoomed, panned, fitted or centred by the user; not by frame_as().
+  void framed();
 
  protected:
   void create_painters() override;

@@ -29,10 +29,17 @@ void SpaceView::fit() {
   const WorldBox box = world_box(workbench_.session().volume().geometry());
   camera_.fit(box.centre_mm(), box.extent_mm().norm() / 2);
   update();
+  emit turned();
 }
 
 void SpaceView::centre_on_crosshair() {
   camera_.look_at(workbench_.view.crosshair_mm);
+  update();
+  emit turned();
+}
+
+void SpaceView::look_as(const SpaceView& other) {
+  camera_ = other.camera_;
   update();
 }
 
@@ -262,6 +269,7 @@ void SpaceView::mouseMoveEvent(QMouseEvent* event) {
       return;
   }
   update();
+  emit turned();
 }
 
 void SpaceView::mouseReleaseEvent(QMouseEvent*) {
@@ -295,6 +303,7 @@ void SpaceView::wheelEvent(QWheelEvent* event) {
   if (gesture(Where::Space, Mouse::Wheel, event->modifiers()) == Act::WheelZoom) {
     camera_.zoom(std::exp(-event->angleDelta().y() / 120.0 * 0.12));
     update();
+    emit turned();
   }
   event->accept();
 }

@@ -18,6 +18,12 @@ class SpaceView : public View {
 
   void fit() override;
   void centre_on_crosshair() override;
+  /// Shows the same place from the same side as another.
+  void look_as(const SpaceView& other);
+
+ signals:
+  /// Turned, moved or zoomed by the user; not by look_as().
+  void turned();
 
  protected:
   void create_painters() override;

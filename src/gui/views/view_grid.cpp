@@ -3,13 +3,13 @@
 
 #include <QEvent>
 #include <QGridLayout>
-#include <QPainter>
-
 #include <QHBoxLayout>
+#include <QPainter>
+#include <algorithm>
+#include <utility>
+
 #include "core/expect.h"
 #include "gui/look/theme.h"
-
-#include "core/expect.h"
 #include "gui/views/slice_slider.h"
 #include "gui/views/slice_view.h"
 #include "gui/views/space_view.h"
@@ -40,7 +40,7 @@ ViewGrid::ViewGrid(Workbench& workbench, DrawnScene& drawn, QWidget* parent) : Q
     grid_->setColumnStretch(n % 2, 1);
     views[n]->setAccessibleName(tr("%1 view").arg(views[n]->objectName()));
     views[n]->installEventFilter(this);
-    connect(views[n], &View::maximise_wanted, this, [this, view = views[n]] { maximise(view); });
+    connect(views[n], &View::maximise_wanted, this, [this, n] { show_alone(shown_alone() == n ? -1 : n); });
   }
 }
 
@@ -76,9 +76,16 @@ void ViewGrid::centre_on_crosshair() {
   for (View* view : all()) view->centre_on_crosshair();
 }
 
-void ViewGrid::maximise(View* view) {
-  maximised_ = maximised_ == view ? nullptr : view;
+int ViewGrid::shown_alone() const {
   const std::array<View*, 4> views = all();
+  return maximised_ ? static_cast<int>(std::find(views.begin(), views.end(), maximised_) - views.begin()) : -1;
+}
+
+void ViewGrid::show_alone(int view) {
+  SIMPLEXSEG_EXPECT(view >= -1 && view < 4);
+  const std::array<View*, 4> views = all();
+  View* const before = std::exchange(maximised_, view < 0 ? nullptr : views[static_cast<std::size_t>(view)]);
+  if (maximised_ == before) return;
   for (int n = 0; n < 4; ++n) {
     cells_[n]->setVisible(!maximised_ || views[n] == maximised_);
     views[n]->setVisible(!maximised_ || views[n] == maximised_);
@@ -88,6 +95,7 @@ void ViewGrid::maximise(View* view) {
     grid_->setRowStretch(n / 2, row_used);
     grid_->setColumnStretch(n % 2, column_used);
   }
+  emit shown_changed();
 }
 
 }  // namespace simplexseg

@@ -15,6 +15,7 @@ class Workbench;
 
 /// The four views in two rows of two: axial, sagittal, coronal, 3D. One of them can take all the room.
 class ViewGrid : public QWidget {
+  Q_OBJECT
  public:
   ViewGrid(Workbench& workbench, DrawnScene& drawn, QWidget* parent);
 
@@ -25,15 +26,19 @@ class ViewGrid : public QWidget {
   /// Brings the whole volume into all views.
   void fit();
   void centre_on_crosshair();
+  /// Gives all the room to a view: 0 axial, 1 sagittal, 2 coronal, 3 3D; -1: each has its own.
+  void show_alone(int view);
+  /// The view that has all the room; -1: none.
+  int shown_alone() const;
+
+ signals:
+  void shown_changed();
 
  protected:
   bool eventFilter(QObject* watched, QEvent* event) override;
   void paintEvent(QPaintEvent* event) override;
 
  private:
-  /// Gives all the room to `view`; where it has that already, each gets its own again.
-  void maximise(View* view);
-
   QGridLayout* grid_;
   std::array<QWidget*, 4> cells_{};  ///< what lies in the grid: a view with what is beside it
   std::array<SliceView*, 3> slices_;

@@ -17,6 +17,7 @@
 #include <QVBoxLayout>
 
 #include "core/error.h"
+#include "gpu/backend.h"
 #include "gui/input/action_table.h"
 #include "gui/input/help.h"
 #include "gui/input/key_return.h"
@@ -28,6 +29,7 @@
 #include "gui/views/drawn_scene.h"
 #include "gui/views/view.h"
 #include "gui/views/view_grid.h"
+#include "gui/window/compare_window.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/label_actions.h"
 #include "gui/window/message_bar.h"
@@ -59,7 +61,8 @@ class RoomyBarStyle : public QProxyStyle {
 MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare)
     : workbench_(std::make_unique<Workbench>(std::move(engine), std::move(spare))),
       drawn_(std::make_unique<DrawnScene>(*workbench_)),
-      loop_(std::make_unique<FrameLoop>(*workbench_)) {
+      loop_(std::make_unique<FrameLoop>(*workbench_)),
+      make_engine_([] { return make_cpu_engine(); }) {
   setWindowTitle("SimplexSeg");
   setAcceptDrops(true);
   actions_ = new ActionTable(*this);
@@ -152,7 +155,7 @@ void MainWindow::build_menus() {
                      {Act::MeshUp, Act::MeshDown},
                      {Act::WorstFit},
                      {Act::DeleteMesh}});
-  fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::ResetPose}});
+  fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::ResetPose}, {Act::Compare}});
   QMenu* const view = view_menu_ =
       fill(tr("&View"), {{Act::CentreOnCrosshair, Act::Fit, Act::AutoContrast, Act::Neurological},
                          {Act::ShowMeshes, Act::ShowFill, Act::ShowField, Act::Annotations, Act::Names, Act::Slices3d},
@@ -237,6 +240,7 @@ void MainWindow::connect_own_actions() {
   ActionTable& actions = *actions_;
   actions.on(Act::Quit, [this] { close(); });
   actions.on(Act::Screenshot, [this] { choose_and_save_picture(); });
+  actions.on(Act::Compare, [this] { compare_settings(); });
   actions.on(Act::Help, [this] { show_bindings(this); });
   actions.on_toggle(Act::ShowPanels, [this](bool shown) { panels_->setVisible(shown); });
   actions[Act::ShowPanels]->setChecked(true);
@@ -268,6 +272,20 @@ void MainWindow::connect_messages() {
     const QString name = files_->scene_name();
     setWindowTitle(name.isEmpty() ? "SimplexSeg" : name + " - SimplexSeg");
   });
+}
+
+CompareWindow* MainWindow::compare_settings() {
+  if (!workbench_->active_mesh()) return nullptr;
+  workbench_->pause();
+  try {
+    auto* window = new CompareWindow(*workbench_, make_engine_, this);
+    window->setAttribute(Qt::WA_DeleteOnClose);
+    window->open();
+    return window;
+  } catch (const std::exception& error) {
+    workbench_->say(Severity::Failure, QString::fromUtf8(error.what()));
+    return nullptr;
+  }
 }
 
 void MainWindow::save_picture(const QString& path) {

@@ -11,6 +11,7 @@ namespace simplexseg {
 
 class ActionTable;
 class BackgroundJob;
+class CompareWindow;
 class DrawnScene;
 class Engine;
 class FileActions;
@@ -50,6 +51,10 @@ class MainWindow : public QMainWindow {
 
   /// The window as it is on the screen, as a PNG file. Throws Error when it cannot be written.
   void save_picture(const QString& path);
+  /// What computes where two settings are compared; without it the CPU.
+  void set_engine_maker(std::function<std::unique_ptr<Engine>()> make) { make_engine_ = std::move(make); }
+  /// Compares two settings of the active mesh; null, with a message, where that cannot be.
+  CompareWindow* compare_settings();
   /// Leaving asks no questions: for runs without a user.
   void set_unattended() { unattended_ = true; }
 
@@ -81,6 +86,7 @@ class MainWindow : public QMainWindow {
   QDockWidget* history_ = nullptr;
   QMenu* view_menu_ = nullptr;
   bool unattended_ = false;
+  std::function<std::unique_ptr<Engine>()> make_engine_;
 };
 
 }  // namespace simplexseg

@@ -154,7 +154,8 @@ void WorkbenchActions::refresh() {
   set_enabled(actions_[Act::Redo], session.can_redo(), tr("Nothing was undone"));
   const bool meshes = !workbench_.scene().meshes.empty();
   const QString no_mesh = tr("There is no mesh yet: add one in the panel Meshes, or with tool 4");
-  for (const Act act : {Act::RunPause, Act::Step, Act::ResetPose}) set_enabled(actions_[act], meshes, no_mesh);
+  for (const Act act : {Act::RunPause, Act::Step, Act::ResetPose, Act::Compare})
+    set_enabled(actions_[act], meshes, no_mesh);
   for (const Act act : {Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh, Act::DeleteMesh})
     set_enabled(actions_[act], meshes, no_mesh);
   const MeshItem* active = workbench_.active_mesh();
