@@ -379,7 +379,7 @@ void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
   if (result.steps > 0) seconds_per_step_ = result.seconds / result.steps;
 }
 
-Advance Session::advance(double seconds) {
+Advance Session::advance(double seconds, const std::atomic<bool>* enough) {
   Advance total;
   const double start = now();
   do {
@@ -388,7 +388,7 @@ Advance Session::advance(double seconds) {
     const int fit = seconds_per_step_ > 0 ? static_cast<int>(std::clamp(left / seconds_per_step_, 1.0, 1e6)) : 1;
     const Advance part = take_steps(std::min(fit, kCheckInterval), true);
     append(total, part);
-    if (part.steps == 0) break;
+    if (part.steps == 0 || (enough && *enough)) break;
   } while (!total.at_rest && !total.failure && now() - start + seconds_per_step_ < seconds);
   if (learner_.learning() != 0) total.at_rest = false;
   total.seconds = now() - start;

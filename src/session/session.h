@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -24,7 +25,7 @@ enum class EngineUpdate;
 
 /// Owns the scene, the engine and the undo history; knows no Qt and no files. Every user action is a Command. The log
 /// counts the steps between actions, so a replay of it depends on neither speed nor number of threads and ends in the
-/// very same bits. Not thread-safe: one thread at a time.
+/// very same bits. Not thread-safe: one thread at a time, any.
 class Session {
  public:
   /// `spare` makes the engine that takes over when the device of the first one fails; without it the failure is thrown.
@@ -76,8 +77,9 @@ class Session {
   /// Exactly `steps` steps (fewer at a failure or, when `stop_at_rest`, at rest). Fields whose marks have changed are
   /// learned before the first of them.
   Advance advance_steps(int steps, bool stop_at_rest = false);
-  /// As many steps as fit into `seconds`; stops at rest. Fields are learned beside them, and taken between two steps.
-  Advance advance(double seconds);
+  /// As many steps as fit into `seconds`; stops at rest, and, some steps later, when `enough` comes true. Fields are
+  /// learned beside them, and taken between two steps.
+  Advance advance(double seconds, const std::atomic<bool>* enough = nullptr);
 
   /// The mesh whose field is being learned beside the simulation; 0: none.
   ItemId learning() const { return learner_.learning(); }

@@ -41,7 +41,7 @@ constexpr struct {
     {&SimulationParameters::rest_tolerance_voxels,
      {"rest_tolerance", 0.002f, 0, 1, "voxel", "Mean motion in a step below which a mesh is at rest."}},
     {&SimulationParameters::frame_budget_ms,
-     {"frame_budget", 8, 1, 200, "ms", "Time that a frame of the window gives the simulation."}},
+     {"frame_budget", 8, 1, 200, "ms", "Time that a frame of the window gives the simulation at least."}},
 };
 static_assert(std::size(kParameters) * sizeof(float) == sizeof(SimulationParameters), "one entry for each member");
 

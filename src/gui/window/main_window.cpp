@@ -100,6 +100,7 @@ void MainWindow::build_views() {
   column->addWidget(views_, 1);
   for (View* view : views_->all()) {
     connect(view, &View::about_to_paint, loop_.get(), &FrameLoop::view_about_to_paint);
+    connect(view, &View::aboutToCompose, loop_.get(), &FrameLoop::view_composing);
     connect(view, &View::frameSwapped, loop_.get(), &FrameLoop::view_shown);
   }
   panels_ = new SidePanels(*workbench_, *loop_, *actions_, centre);

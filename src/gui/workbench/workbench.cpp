@@ -2,15 +2,20 @@
 #include "gui/workbench/workbench.h"
 
 #include <algorithm>
+#include <atomic>
+#include <future>
 #include <utility>
 
 #include "core/error.h"
+#include "core/expect.h"
 #include "gui/look/contrast.h"
 
 namespace simplexseg {
 
 Workbench::Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare)
     : session_(std::move(engine), std::move(spare)) {
+  side_thread_.setMaxThreadCount(1);
+  side_thread_.setExpiryTimeout(-1);  // a thread for all frames
   settle_.setSingleShot(true);
   settle_.setInterval(250);
   connect(&settle_, &QTimer::timeout, this, &Workbench::scene_changed);
@@ -19,14 +24,64 @@ Workbench::Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_p
   connect(&warnings_, &RepeatedWarning::tell, this, [this](const QString& text) { told_ = text; });
 }
 
+struct Workbench::Beside {
+  std::atomic<bool> enough = false;
+  std::promise<void> promise;
+  std::future<void> ended = promise.get_future();
+  Advance done;
+};
+
+Workbench::~Workbench() { settled(); }
+
+Session& Workbench::settled() const {
+  if (beside_) {
+    beside_->enough = true;
+    beside_->ended.wait();
+  }
+  return session_;
+}
+
+void Workbench::begin_advance(double seconds) {
+  SIMPLEXSEG_EXPECT(!beside_);
+  beside_ = std::make_unique<Beside>();
+  side_thread_.start([this, seconds, serial = ++begun_, one = beside_.get()] {
+    try {
+      one->done = session_.advance(seconds, &one->enough);
+    } catch (const std::exception& error) {
+      one->done.failure = error.what();
+    }
+    QMetaObject::invokeMethod(
+        this,
+        [this, serial] {
+          if (beside_ && serial == begun_) emit advanced_beside();
+        },
+        Qt::QueuedConnection);
+    one->promise.set_value();
+  });
+}
+
+const Advance& Workbench::done_beside() const {
+  SIMPLEXSEG_EXPECT(beside_ != nullptr);
+  settled();
+  return beside_->done;
+}
+
+Advance Workbench::end_advance() {
+  const Advance done = done_beside();
+  beside_.reset();
+  return report([&] { return done; });
+}
+
 void Workbench::open(Scene scene, Volume volume, References references) {
-  session_.open(std::move(scene), std::move(volume));
+  settled().open(std::move(scene), std::move(volume));
+  beside_.reset();  // what was found of the scene before
   references_ = std::move(references);
   patient_.clear();
   series_.clear();
   cuts_.forget();
   warnings_.forget();
   warned_.clear();
+  withdraw_warning();
   follow_learning();
   set_running(false);
   failed_ = false;
@@ -37,7 +92,7 @@ void Workbench::open(Scene scene, Volume volume, References references) {
   view.active_mesh = meshes.empty() ? 0 : meshes.front().id;
   view.selected_point = view.hovered_point = 0;
   if (has_volume()) {
-    const VolumeGeometry& geometry = session_.volume().geometry();
+    const VolumeGeometry& geometry = settled().volume().geometry();
     view.crosshair_mm = snap_to_voxel(geometry, meshes.empty() ? geometry.centre_mm() : meshes.front().seed.centre_mm);
     set_automatic_contrast();
     if (this->scene().view) take_view(*this->scene().view);
@@ -57,7 +112,7 @@ void Workbench::take_view(const SavedView& saved) {
 }
 
 Scene Workbench::scene_to_save() const {
-  Scene scene = session_.scene();
+  Scene scene = settled().scene();
   if (!has_volume()) return scene;
   const MeshItem* const active = active_mesh();
   scene.view = SavedView{view.crosshair_mm, view.window, view.level, active ? active->name : std::string()};
@@ -65,7 +120,7 @@ Scene Workbench::scene_to_save() const {
 }
 
 void Workbench::go_to_action(std::size_t in_force) {
-  const UndoHistory& history = session_.history();
+  const UndoHistory& history = settled().history();
   for (std::size_t now = history.undo_names().size(); now > in_force; --now)
     if (!apply(Undo{})) return;
   for (std::size_t now = history.undo_names().size(); now < in_force && history.can_redo(); ++now)
@@ -86,7 +141,7 @@ void Workbench::add_reference(const std::string& path, Volume labels) {
 bool Workbench::apply(const Command& command, ItemId* added) {
   ItemId id = 0;
   try {
-    id = session_.apply(command);
+    id = settled().apply(command);
   } catch (const std::exception& error) {
     say(Severity::Failure, QString::fromUtf8(error.what()));
     return false;
@@ -105,8 +160,8 @@ bool Workbench::apply(const Command& command, ItemId* added) {
   const auto* move = std::get_if<MovePoint>(&command);
   if (move) emit point_moved();
   if (move && move->continues) {
-    // A drag comes with every frame; panels that were rebuilt as often would hold it up.
-    if (!settle_.isActive()) settle_.start();
+    // A drag comes with every frame: panels that were rebuilt meanwhile would hold it up. They follow when it pauses.
+    settle_.start();
   } else {
     warned_.clear();
     settle_.stop();
@@ -120,7 +175,7 @@ bool Workbench::apply(const Command& command, ItemId* added) {
 }
 
 void Workbench::announce() {
-  const std::optional<std::string> notice = session_.take_notice();
+  const std::optional<std::string> notice = settled().take_notice();
   if (!notice) return;
   say(Severity::Warning, QString::fromStdString(*notice));
   emit scene_changed();
@@ -133,8 +188,8 @@ void Workbench::forget_missing_items() {
 }
 
 void Workbench::follow_learning() {
-  if (learning_ == session_.learning()) return;
-  learning_ = session_.learning();
+  if (learning_ == settled().learning()) return;
+  learning_ = settled().learning();
   emit learning_changed();
 }
 
@@ -148,7 +203,8 @@ void Workbench::warn(const std::vector<std::string>& lines) {
 
 void Workbench::withdraw_warning() {
   const auto doubted = [](const MeshItem& item) { return item.field && item.field->doubted() && !item.locked; };
-  if (told_.isEmpty() || std::any_of(scene().meshes.begin(), scene().meshes.end(), doubted)) return;
+  const std::vector<MeshItem>& meshes = scene().meshes;
+  if (told_.isEmpty() || std::any_of(meshes.begin(), meshes.end(), doubted)) return;
   warnings_.forget();
   emit outdated(std::exchange(told_, QString()));
 }
@@ -176,11 +232,11 @@ Advance Workbench::report(const std::function<Advance()>& advance) {
 }
 
 Advance Workbench::advance(double seconds) {
-  return report([&] { return session_.advance(seconds); });
+  return report([&] { return settled().advance(seconds); });
 }
 
 Advance Workbench::advance_steps(int steps, bool stop_at_rest) {
-  return report([&] { return session_.advance_steps(steps, stop_at_rest); });
+  return report([&] { return settled().advance_steps(steps, stop_at_rest); });
 }
 
 void Workbench::set_running(bool running) {
@@ -202,7 +258,7 @@ void Workbench::pause() {
 
 void Workbench::set_crosshair(const Eigen::Vector3d& world_mm) {
   if (!has_volume() || !world_mm.allFinite()) return;
-  view.crosshair_mm = snap_to_voxel(session_.volume().geometry(), world_mm);
+  view.crosshair_mm = snap_to_voxel(settled().volume().geometry(), world_mm);
   view_edited();
 }
 
@@ -215,15 +271,15 @@ void Workbench::set_active_mesh(ItemId mesh) {
 
 void Workbench::set_automatic_contrast() {
   if (!has_volume()) return;
-  const Volume::Range range = contrast_range(session_.volume());
+  const Volume::Range range = contrast_range(settled().volume());
   view.window = range.max - range.min;
   view.level = (range.max + range.min) / 2;
   view_edited();
 }
 
 void Workbench::mark_saved() {
-  saved_log_ = session_.log().size();
-  saved_steps_ = session_.total_steps();
+  saved_log_ = settled().log().size();
+  saved_steps_ = settled().total_steps();
 }
 
 // While a view paints no signal may be given that changes the window: those are queued.
@@ -231,10 +287,10 @@ bool Workbench::draw(const std::function<void(Session&)>& draw) {
   const auto later = [this](auto&& act) { QMetaObject::invokeMethod(this, act, Qt::QueuedConnection); };
   try {
     try {
-      draw(session_);
+      draw(settled());
     } catch (const DeviceError& failure) {
-      session_.lose_engine(failure);
-      draw(session_);
+      settled().lose_engine(failure);
+      draw(settled());
       later([this] { announce(); });
     }
   } catch (const std::exception& error) {

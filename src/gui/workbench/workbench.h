@@ -2,6 +2,7 @@
 #pragma once
 #include <QObject>
 #include <QString>
+#include <QThreadPool>
 #include <QTimer>
 #include <functional>
 #include <memory>
@@ -23,11 +24,13 @@ class Workbench : public QObject {
  public:
   /// `spare`: as Session takes it.
   explicit Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare = {});
+  ~Workbench() override;
 
-  const Session& session() const { return session_; }
+  /// Ends what begin_advance() began: what it returns is to be used within the same event.
+  const Session& session() const { return settled(); }
   /// All but the poses, which stay where the engine has them: whoever needs these asks session().scene().
-  const Scene& scene() const { return session_.scene_without_poses(); }
-  bool has_volume() const { return !session_.volume().empty(); }
+  const Scene& scene() const { return session().scene_without_poses(); }
+  bool has_volume() const { return !session().volume().empty(); }
   const MeshItem* active_mesh() const { return scene().find_mesh(view.active_mesh); }
 
   /// The references that the scene's meshes name, as far as they could be read.
@@ -47,6 +50,13 @@ class Workbench : public QObject {
   /// Steps (Session::advance); a failure pauses and becomes a message.
   Advance advance(double seconds);
   Advance advance_steps(int steps, bool stop_at_rest = false);
+  /// The same beside what the window's thread does, until `seconds` are over or somebody asks for the session. Then
+  /// advanced_beside() comes, whereupon end_advance() tells how it went. Only while that has been called since.
+  void begin_advance(double seconds);
+  bool is_advancing() const { return beside_ != nullptr; }
+  /// What is done so far of what begin_advance() began, which ends with it.
+  const Advance& done_beside() const;
+  Advance end_advance();
 
   bool running() const { return running_; }
   /// The last steps failed, and nothing was done about it since.
@@ -65,7 +75,7 @@ class Workbench : public QObject {
 
   /// Something would be lost by leaving.
   bool has_unsaved_changes() const {
-    return saved_log_ != session_.log().size() || saved_steps_ != session_.total_steps();
+    return saved_log_ != session().log().size() || saved_steps_ != session().total_steps();
   }
   void mark_saved();
   /// What was opened is saved nowhere where the user would look for it.
@@ -85,9 +95,10 @@ class Workbench : public QObject {
   void scene_changed();                            ///< meshes, points, parameters, undo history; poses too
   void pose_changed();                             ///< poses only
   void advanced(const simplexseg::Advance& done);  ///< before pose_changed
+  void advanced_beside();                          ///< what begin_advance() began has ended
   void restarted();                                ///< a scene was opened, or meshes went back to their spheres
   void references_changed();
-  void point_moved();  ///< of any kind; while it is dragged scene_changed follows only now and then
+  void point_moved();  ///< of any kind; scene_changed follows when it is no longer dragged, or that pauses
   void view_changed();
   void volume_changed();
   void running_changed();
@@ -102,6 +113,7 @@ class Workbench : public QObject {
   void forget_missing_items();
   /// Says what has not been said since the user's last action.
   void warn(const std::vector<std::string>& lines);
+  /// Once no field is doubted any more.
   void withdraw_warning();
   void follow_learning();
   /// Advances, and tells everyone how it went.
@@ -109,7 +121,14 @@ class Workbench : public QObject {
   void announce();
   void set_running(bool running);
 
-  Session session_;
+  struct Beside;
+  /// The session, with nothing under way.
+  Session& settled() const;
+
+  mutable Session session_;         ///< only by settled()
+  std::unique_ptr<Beside> beside_;  ///< begun, and not told of yet
+  std::uint64_t begun_ = 0;         ///< counts what was begun so
+  QThreadPool side_thread_;
   References references_;
   QString patient_, series_;
   RepeatedWarning cuts_, warnings_;

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// The simulation goes on beside the picture that is brought to the screen; on the CPU only when it is told to.
+#include <QSignalSpy>
+#include <QTest>
+
+#include "gpu/backend.h"
+#include "gui/workbench/frame_loop.h"
+#include "step/simulation_parameters.h"
+#include "window_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+class BesideTest : public PausedPhantomTest {
+ protected:
+  FrameLoop& loop() { return window_->loop(); }
+  void set_rest_tolerance(float voxels) {
+    bench().apply(SetSimulationParameter{find_parameter(simulation_table(), "rest_tolerance"), voxels});
+  }
+};
+
+TEST_F(BesideTest, OnTheCpuItDoesNotUnlessItIsTold) {
+  set_rest_tolerance(0);
+  QSignalSpy beside(&bench(), &Workbench::advanced_beside);
+  bench().run();
+  EXPECT_TRUE(wait_until([&] { return bench().session().total_steps() > 50; }));
+  EXPECT_EQ(beside.count(), 0);
+  loop().go_on_beside(true);
+  EXPECT_TRUE(wait_until([&] { return beside.count() > 5; }));
+  loop().go_on_beside(false);
+  EXPECT_TRUE(wait_until([&] { return !bench().is_advancing(); }));
+  const auto before = beside.count();
+  const std::int64_t steps = bench().session().total_steps();
+  EXPECT_TRUE(wait_until([&] { return bench().session().total_steps() > steps + 50; }));
+  EXPECT_EQ(beside.count(), before);
+}
+
+TEST_F(BesideTest, WhateverTheUserDoesMeanwhileTheLogGivesTheSameBits) {
+  const Scene start = scene();
+  const ItemId mesh = start.meshes[0].id;
+  const Eigen::Vector3d centre = start.meshes[0].seed.centre_mm;
+  loop().go_on_beside(true);
+  QSignalSpy beside(&bench(), &Workbench::advanced_beside), told(&bench(), &Workbench::advanced);
+  set_rest_tolerance(0);
+  bench().run();
+  ItemId point = 0;
+  int last = 0;
+  const auto some_pictures = [&] {
+    EXPECT_TRUE(wait_until([&] { return beside.count() > last + 2; }));
+    last = static_cast<int>(beside.count());
+  };
+  some_pictures();
+  bench().apply(AddPoint{mesh, centre + Eigen::Vector3d(15, 0, 0)}, &point);
+  for (int n = 0; n < 6; ++n) {
+    some_pictures();
+    bench().apply(MovePoint{point, centre + Eigen::Vector3d(15, 0.8 * n, 0), n > 0});
+  }
+  some_pictures();
+  bench().apply(Undo{});
+  bench().run();
+  some_pictures();
+  bench().apply(RefineMesh{mesh});
+  some_pictures();
+  bench().apply(SetForceParameter{mesh, ForceId::Smoothing, 0, 0.2f});
+  some_pictures();
+  bench().pause();
+  EXPECT_TRUE(wait_until([&] { return !bench().is_advancing(); }));
+  const Session& done = bench().session();
+  const std::vector<Eigen::Vector3f> positions = done.scene().meshes[0].mesh.positions;
+  std::int64_t steps_told = 0;
+  for (const auto& one : told) steps_told += one[0].value<Advance>().steps;
+  EXPECT_EQ(steps_told, done.total_steps());  // each batch is told of once
+
+  Session again(make_cpu_engine(1));
+  again.open(start, done.volume());
+  again.replay(done.log(), done.steps_since_last_command());
+  EXPECT_EQ(again.total_steps(), done.total_steps());
+  EXPECT_EQ(again.scene().meshes[0].mesh.positions, positions);
+}
+
+TEST_F(BesideTest, WhoeverAsksForTheSessionFindsItStandingStill) {
+  set_rest_tolerance(0);
+  const std::int64_t before = bench().session().total_steps();
+  bench().begin_advance(3600);
+  QTest::qSleep(30);
+  const std::int64_t steps = bench().session().total_steps();
+  EXPECT_GT(steps, before);
+  QTest::qSleep(30);
+  EXPECT_EQ(bench().session().total_steps(), steps);
+  EXPECT_EQ(bench().end_advance().steps, steps - before);
+  EXPECT_FALSE(bench().is_advancing());
+}
+
+TEST_F(BesideTest, WhatCameAfterTheLastStepsIsNotTakenForRest) {
+  set_rest_tolerance(0);
+  bench().run();
+  loop().tick();
+  ASSERT_TRUE(loop().active());
+  loop().go_on_beside(true);
+  set_rest_tolerance(1);
+  QSignalSpy beside(&bench(), &Workbench::advanced_beside);
+  loop().view_composing();
+  ASSERT_TRUE(bench().is_advancing());
+  ASSERT_TRUE(bench().done_beside().at_rest);
+  const MeshItem& item = scene().meshes[0];
+  bench().apply(AddPoint{item.id, item.seed.centre_mm + Eigen::Vector3d(15, 0, 0)});
+  loop().tick();
+  EXPECT_FALSE(loop().at_rest());
+  EXPECT_TRUE(loop().active());
+  const std::int64_t steps = bench().session().total_steps();
+  EXPECT_TRUE(wait_until([&] { return bench().session().total_steps() > steps; }));
+}
+
+TEST_F(BesideTest, AWindowThatGoesWaitsForTheSteps) {
+  set_rest_tolerance(0);
+  bench().run();
+  bench().begin_advance(3600);
+  window_.reset();
+}
+
+}  // namespace
+}  // namespace simplexseg
