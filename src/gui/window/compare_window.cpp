@@ -189,6 +189,8 @@ QWidget* CompareWindow::build_middle() {
   table_->setHorizontalHeaderLabels({Comparison::name_of(0), Comparison::name_of(1)});
   for (int s = 0; s < Comparison::kSides; ++s) table_->horizontalHeaderItem(s)->setForeground(colour_of(s));
   table_->horizontalHeader()->setSectionResizeMode(QHeaderView::Stretch);
+  table_->horizontalHeader()->setMinimumSectionSize(theme::scaled(66));
+  table_->setMinimumWidth(theme::scaled(300));  // the longest name of a parameter, and its two values
   table_->verticalHeader()->setSectionResizeMode(QHeaderView::ResizeToContents);
   for (auto* corner : table_->findChildren<QAbstractButton*>()) corner->setAccessibleName(tr("Corner of the figures"));
   table_->setEditTriggers(QAbstractItemView::NoEditTriggers);

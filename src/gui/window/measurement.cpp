@@ -83,6 +83,7 @@ std::uint64_t drag_point(MainWindow& window, ItemId point, double end_s) {
 QJsonObject spread_ms(const std::vector<double>& seconds) {
   return {{"median", 1e3 * percentile(seconds, 0.5)},
           {"p99", 1e3 * percentile(seconds, 0.99)},
+          {"most", 1e3 * percentile(seconds, 1)},
           {"count", static_cast<qint64>(seconds.size())}};
 }
 
