@@ -19,8 +19,8 @@ Workbench::Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_p
   connect(&warnings_, &RepeatedWarning::tell, this, [this](const QString& text) { told_ = text; });
 }
 
-void Workbench::open(Scene scene, Volume volume, References references) {
-  session_.open(std::move(scene), std::move(volume));
+void Workbench::open(Scene scene, Volume volume, References references, UndoHistory history) {
+  session_.open(std::move(scene), std::move(volume), std::move(history));
   references_ = std::move(references);
   patient_.clear();
   series_.clear();
