@@ -5,6 +5,7 @@
 #include <zlib.h>
 
 #include <map>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "../session/session_fixture.h"
@@ -353,6 +354,67 @@ TEST_F(HistoryIo, OneThatIsMadeToHarmDoesNone) {
   EXPECT_GT(refused, 250);
 }
 
+constexpr std::size_t kHeadAt = 24, kHeadBytesAt = kHeadAt + 9;  // behind the list, the text and the length
+
+std::string head_of(const std::string& file) {
+  std::size_t size = 0;
+  for (std::size_t byte = 0; byte < 8; ++byte) size = size << 8 | static_cast<unsigned char>(file[kHeadAt + 1 + byte]);
+  return file.substr(kHeadBytesAt, size);
+}
+/// The same file with another head, and a checksum that is right.
+std::string with_head(const std::string& file, const std::string& head) {
+  std::string bytes = file.substr(0, kHeadAt + 1);
+  for (int byte = 7; byte >= 0; --byte) bytes += static_cast<char>(head.size() >> (8 * byte));
+  return with_checksum(bytes + head + file.substr(kHeadBytesAt + head_of(file).size()));
+}
+
+TEST_F(HistoryIo, WhatTheHeadClaimsIsChecked) {
+  Scene present = moved(9, 1);
+  UndoHistory history;
+  for (int n = 0; n < 3; ++n) {
+    Scene before = moved(n, 1);
+    before.meshes.push_back(moved(n + 5, 1).meshes[0]);
+    before.meshes[1].id = 2, before.meshes[1].name = "other";
+    before.points.push_back({3, 2, {0, 0, 0}});
+    history.keep({std::move(before), DeleteMesh{2}});
+  }
+  write_scene(scene_file(), present, history);
+  const std::string whole = bytes_of(history_file());
+  const auto head = nlohmann::json::from_cbor(head_of(whole));
+  const auto answer = [&](const std::function<void(nlohmann::json&)>& change) {
+    nlohmann::json changed = head;
+    change(changed);
+    std::string bytes;
+    nlohmann::json::to_cbor(changed, bytes);
+    write("scene.history", with_head(whole, bytes));
+    return error_of([&] { read_history(scene_file(), present, Volume()); });
+  };
+  write("scene.history", with_head(whole, head_of(whole)));
+  EXPECT_EQ(read_history(scene_file(), present, Volume()).to_undo().size(), 3u);
+  const auto mesh = [](nlohmann::json& head, int n) -> nlohmann::json& { return head["undo"][0]["meshes"][n]; };
+  EXPECT_HAS(answer([](auto& h) { h["simplexseg_history"] = 2; }), "another version");
+  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1)["positions"] = mesh(h, 0)["positions"]; }), "several meshes");
+  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1)["positions"] = 900; }), "an array is missing");
+  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1)["positions"] = 0; }), "no vertices");
+  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1)["neighbours"] = 0; }), "neighbours of another number");
+  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1)["shape"] = 0; }), "shape");
+  EXPECT_HAS(answer([&](auto& h) { std::swap(mesh(h, 1)["previous"], mesh(h, 1)["shape"]); }), "");
+  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1)["id"] = mesh(h, 0)["id"]; }), "used twice");
+  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1)["id"] = -1; }), "out of range");
+  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1)["start"] = 1; }), "no start");
+  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1).erase("state"); }), "damaged");
+  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1)["field"] = 1; }), "left out");
+  EXPECT_HAS(answer([](auto& h) { h["undo"][0]["points"].push_back(7); }), "other meshes or points");
+  EXPECT_HAS(answer([](auto& h) { h["undo"][0]["meshes"].push_back(h["undo"][0]["meshes"][0]); }), "other meshes");
+  EXPECT_HAS(answer([](auto& h) { h["undo"][0]["scene"] = R"({"simplexseg_scene": 1, "meshes": 3})"; }), "meshes");
+  EXPECT_HAS(answer([](auto& h) { h["undo"][0]["command"] = R"({"command": "dance"})"; }), "dance");
+  EXPECT_HAS(answer([](auto& h) {
+               for (int n = 0; n < 200; ++n) h["redo"].push_back(h["undo"][0]);
+               h["redo"].push_back(h["undo"][0]);
+             }),
+             "too many steps");
+}
+
 TEST_F(HistoryIo, HugeAndDeepOnesAreRefused) {
   save_a_few();
   const std::string whole = bytes_of(history_file());
@@ -361,20 +423,14 @@ TEST_F(HistoryIo, HugeAndDeepOnesAreRefused) {
   if (!error) {
     EXPECT_HAS(warning(), "too large");
   }
-  // The head in place of which lists are nested a million times.
-  const auto with_head = [&](const std::string& head) {
-    std::string bytes = whole.substr(0, 24) + '\x5b';
-    bytes[4] = 3;
-    for (int byte = 7; byte >= 0; --byte) bytes += static_cast<char>(head.size() >> (8 * byte));
-    return with_checksum(bytes + head + "12345");
-  };
-  write("scene.history", with_head(std::string(1'000'000, '\x81')));
+  // Lists that are nested a million times, texts without an end, and the like.
+  write("scene.history", with_head(whole, std::string(1'000'000, '\x81')));
   EXPECT_HAS(warning(), "nested");
-  write("scene.history", with_head(std::string(1'000'000, '\x5f')));
+  write("scene.history", with_head(whole, std::string(1'000'000, '\x5f')));
   EXPECT_HAS(warning(), "never written");
-  write("scene.history", with_head("\xba\x7f\xff\xff\xff"));
+  write("scene.history", with_head(whole, "\xba\x7f\xff\xff\xff"));
   EXPECT_HAS(warning(), "cut short");
-  write("scene.history", with_head(std::string("\x9a\x00\x4c\x4b\x40", 5) + std::string(5'000'000, '\0')));
+  write("scene.history", with_head(whole, std::string("\x9a\x00\x4c\x4b\x40", 5) + std::string(5'000'000, '\0')));
   EXPECT_HAS(warning(), "too many items");
   write("scene.history", "");
   EXPECT_NE(warning(), "");
