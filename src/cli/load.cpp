@@ -10,9 +10,9 @@
 namespace simplexseg {
 
 LoadedInput load_with_progress(const std::string& path, const std::vector<std::string>& settings,
-                               const Console& console) {
+                               const Console& console, LoadOptions::History history) {
   const Progress progress(console, "reading");
-  return load_scene(path, {.settings = settings});
+  return load_scene(path, {.settings = settings, .history = history});
 }
 
 EngineChoice engine_for(const std::string& backend, int threads, VolumeSampling sampling) {

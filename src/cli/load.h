@@ -11,7 +11,7 @@ namespace simplexseg {
 
 /// load_scene() with the --set options, and with progress on a terminal.
 LoadedInput load_with_progress(const std::string& path, const std::vector<std::string>& settings,
-                               const Console& console);
+                               const Console& console, LoadOptions::History history = LoadOptions::History::LeaveOut);
 /// `backend`: "auto", "cpu" or "cuda"; `threads` of the CPU, 0: as many as there are. Throws Failure where it cannot be
 /// had.
 EngineChoice engine_for(const std::string& backend, int threads, VolumeSampling sampling = VolumeSampling::Filtered);

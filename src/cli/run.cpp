@@ -71,7 +71,7 @@ void write_outputs(const Options& options, const Session& session, RunReport& re
     if (!note.empty()) console.err << "note: " << note << "\n";
   }
   if (!options.meshes.empty()) save_meshes(options.meshes, scene, "." + options.mesh_format);
-  if (!options.save.empty()) write_scene(options.save, scene);
+  if (!options.save.empty()) write_scene(options.save, scene, session.history());
   if (!options.picture.empty()) write_picture(options.picture, draw_slices(session.volume(), scene, low_is_bright));
   if (!options.report.empty()) write_report(options.report, report, scene);
 }
@@ -88,7 +88,10 @@ void run(const Options& options, const Console& console) {
     throw Error("--threads", "it is for the CPU, and --backend cuda is given", "leave one of the two out");
   }
   const double start = seconds_now();
-  LoadedInput loaded = load_with_progress(options.scene, options.settings, console);
+  // A log may take back what was done before it began; what is saved goes on with the same history.
+  const bool needs_history = !options.replay.empty() || !options.save.empty();
+  LoadedInput loaded = load_with_progress(options.scene, options.settings, console,
+                                          needs_history ? LoadOptions::History::Read : LoadOptions::History::LeaveOut);
   if (loaded.volume.empty() && !options.labels.empty()) {
     throw Error("--labels", "the scene names no volume, so there is no grid for labels", "add 'volume' to the scene");
   }
@@ -110,7 +113,7 @@ void run(const Options& options, const Console& console) {
     report.threads =
         options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   Session session(std::move(choice.engine), std::move(choice.spare));
-  session.open(std::move(loaded.scene), std::move(loaded.volume));
+  session.open(std::move(loaded.scene), std::move(loaded.volume), std::move(loaded.history));
   report.load_ms = 1000 * (seconds_now() - start);
 
   const int scene_steps = options.steps.value_or(session.scene_without_poses().steps);

@@ -61,7 +61,14 @@ void require_file(const fs::path& path) {
 std::string read_bytes(const fs::path& path) {
   require_file(path);
   std::ifstream file(path, std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  std::string bytes;
+  constexpr std::size_t kBlock = std::size_t{1} << 20;
+  while (file) {
+    const std::size_t before = bytes.size();
+    bytes.resize(before + kBlock);
+    file.read(bytes.data() + before, kBlock);
+    bytes.resize(before + static_cast<std::size_t>(file.gcount()));
+  }
   if (file.bad()) throw Error("cannot read " + quoted(path), "the disk gives an error", "copy the file again");
   return bytes;
 }

@@ -72,21 +72,24 @@ JsonInput JsonInput::open(const fs::path& path, const std::string& kind) {
   if (std::all_of(bytes.begin(), bytes.end(), [](unsigned char c) { return std::isspace(c); })) {
     throw Error("cannot read " + quoted(path), "the file is empty", "name a " + kind + " file");
   }
+  return of_text(bytes, quoted(path), kind);
+}
+
+JsonInput JsonInput::of_text(const std::string& text, const std::string& place, const std::string& kind) {
   auto document = std::make_shared<Document>();
-  document->file = quoted(path);
+  document->file = place;
   DuplicateFinder duplicates;
   try {
-    document->root = json::parse(bytes, std::ref(duplicates));
+    document->root = json::parse(text, std::ref(duplicates));
   } catch (const json::parse_error& error) {
-    throw Error(quoted(path) + ", " + place_of(bytes, error.byte),
-                "not a " + kind + " file: " + reason_of(error.what()), "correct the file; numbers must be finite");
+    throw Error(place + ", " + place_of(text, error.byte), "not a " + kind + " file: " + reason_of(error.what()),
+                "correct the file; numbers must be finite");
   } catch (const json::exception& error) {
-    throw Error(quoted(path), "not a " + kind + " file: " + reason_of(error.what()),
+    throw Error(place, "not a " + kind + " file: " + reason_of(error.what()),
                 "correct the file; numbers must be finite");
   }
   if (!duplicates.first().empty()) {
-    throw Error(quoted(path), "the key '" + duplicates.first() + "' comes twice in one object",
-                "delete one of the two");
+    throw Error(place, "the key '" + duplicates.first() + "' comes twice in one object", "delete one of the two");
   }
   const void* root = &document->root;
   return JsonInput(std::move(document), root, "");

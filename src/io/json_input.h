@@ -22,6 +22,8 @@ class JsonInput {
   /// Reads a whole file, of a kind that its messages name ("scene"). Throws Error when it is missing, a folder, empty,
   /// not JSON, or an object has a key twice.
   static JsonInput open(const std::filesystem::path& path, const std::string& kind);
+  /// The same of the text of a file, or of a part of one; `place` is where it comes from, for messages.
+  static JsonInput of_text(const std::string& text, const std::string& place, const std::string& kind);
 
   /// The value is an object and has no key but these.
   void expect_keys(const std::vector<std::string>& known) const;

@@ -28,11 +28,11 @@ void put_parameter(Json& object, const ParameterInfo& info, float value) {
   }
 }
 
-/// The text of a JSON file. Throws Error for a name that is not UTF-8.
+/// The text of a JSON file; with an indent of -1 one line. Throws Error for a name that is not UTF-8.
 template <class Json>
-std::string json_text(const std::filesystem::path& path, const Json& json) {
+std::string json_text(const std::filesystem::path& path, const Json& json, int indent = 2) {
   try {
-    return json.dump(2) + "\n";
+    return json.dump(indent) + "\n";
   } catch (const typename Json::type_error&) {
     throw Error("cannot write " + quoted(path), "a name or path in it is not UTF-8", "rename it");
   }

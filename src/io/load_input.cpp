@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/load_input.h"
 
+#include <algorithm>
+
 #include "core/error.h"
 #include "io/files.h"
+#include "io/history_io.h"
 #include "io/scene_io.h"
 #include "io/set_by_path.h"
 #include "io/volume_checksum.h"
@@ -49,6 +52,33 @@ void load_references(LoadedInput& input, const fs::path& folder, LoadOptions::Ba
   }
 }
 
+/// References of meshes that undo or redo brings back.
+void load_references_of_history(LoadedInput& input, const fs::path& folder) {
+  Scene others;
+  const auto is_known = [&input](const MeshItem& item) {  // or was said to be missing
+    return std::any_of(input.scene.meshes.begin(), input.scene.meshes.end(), [&item](const MeshItem& other) {
+      return other.reference && other.reference->labels == item.reference->labels;
+    });
+  };
+  for (const UndoHistory::Entries* entries : {&input.history.to_undo(), &input.history.to_redo()})
+    for (const auto& entry : *entries)
+      for (const MeshItem& item : entry->scene.without_arrays().meshes)
+        if (item.reference && !is_known(item)) others.meshes.push_back(item);
+  const References found(others, folder, input.volume.geometry());
+  for (const auto& [path, labels] : found.all()) input.references.add(path, labels);
+  input.warnings.insert(input.warnings.end(), found.warnings().begin(), found.warnings().end());
+}
+
+/// Without it the scene is whole: what is wrong is a warning.
+void load_history(LoadedInput& input, const fs::path& path) {
+  try {
+    input.history = read_history(path, input.scene, input.volume);
+    load_references_of_history(input, path.parent_path());
+  } catch (const Error& error) {
+    input.warnings.emplace_back(error.what());
+  }
+}
+
 }  // namespace
 
 LoadedInput load_scene(const fs::path& path, const LoadOptions& options) {
@@ -61,11 +91,13 @@ LoadedInput load_scene(const fs::path& path, const LoadOptions& options) {
   if (!input.volume_path.empty()) reads ? load_voxels(input) : load_header(input);
   input.warnings.insert(input.warnings.end(), file.warnings.begin(), file.warnings.end());
   if (reads) load_references(input, path.parent_path(), options.bad_reference);
+  if (options.history == LoadOptions::History::Read) load_history(input, path);
   return input;
 }
 
 LoadedInput load_input(const fs::path& path, int volume, const std::string& series) {
-  if (path.extension() == ".json") return load_scene(path, {.bad_reference = LoadOptions::BadReference::Warn});
+  if (path.extension() == ".json")
+    return load_scene(path, {.bad_reference = LoadOptions::BadReference::Warn, .history = LoadOptions::History::Read});
   LoadedInput input;
   input.scene.volume_path = fs::absolute(path).string();
   input.scene.volume_number = volume;

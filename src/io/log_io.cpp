@@ -69,7 +69,7 @@ void take(const JsonInput& in, AddMesh& c) {
   MeshStart wanted{start[start.has("mesh") ? "mesh" : "labels"].text(), std::nullopt, 0, nullptr};
   if (start.has("label")) wanted.value = start["label"].number();
   if (start.has("part")) wanted.part = start["part"].integer_between(1, kMaxInt);
-  c.start = load_start(wanted, {}).start;
+  c.start = std::move(wanted);
 }
 
 Json body(const EditMesh& c) {
@@ -234,16 +234,35 @@ const std::vector<std::string> kNames = {
     "take_field",  "undo",           "redo",         "set_reference",       "resize_point"};
 
 template <std::size_t I = 0>
-Command read_command(const JsonInput& input, std::size_t wanted) {
+Command read_body(const JsonInput& input, std::size_t wanted) {
   if constexpr (I + 1 < std::variant_size_v<Command>) {
-    if (wanted != I) return read_command<I + 1>(input, wanted);
+    if (wanted != I) return read_body<I + 1>(input, wanted);
   }
   std::variant_alternative_t<I, Command> command{};
   take(input, command);
   return command;
 }
 
+/// Adds the name and the keys of a command to an object.
+void put_command(Json& json, const Command& command) {
+  json["command"] = kNames.at(command.index());
+  json.update(std::visit([](const auto& one) { return body(one); }, command));
+}
+
 }  // namespace
+
+std::string command_text(const Command& command) {
+  Json json = Json::object();
+  put_command(json, command);
+  return json.dump();
+}
+
+Command read_command(const JsonInput& input) {
+  const std::string name = input["command"].text();
+  const auto found = std::find(kNames.begin(), kNames.end(), name);
+  if (found == kNames.end()) input["command"].refuse("the command " + unknown_name(name, kNames), "correct it");
+  return read_body(input, static_cast<std::size_t>(found - kNames.begin()));
+}
 
 void write_log(const fs::path& path, const std::vector<LogEntry>& log, int trailing_steps, const std::string& scene) {
   AtomicFile file(path);
@@ -251,8 +270,8 @@ void write_log(const fs::path& path, const std::vector<LogEntry>& log, int trail
   if (!scene.empty()) json["scene"] = scene;
   json["entries"] = Json::array();
   for (const LogEntry& entry : log) {
-    Json line = {{"after_steps", entry.steps}, {"command", kNames.at(entry.command.index())}};
-    line.update(std::visit([](const auto& command) { return body(command); }, entry.command));
+    Json line = {{"after_steps", entry.steps}};
+    put_command(line, entry.command);
     json["entries"].push_back(std::move(line));
   }
   json["trailing_steps"] = trailing_steps;
@@ -277,11 +296,10 @@ LogFile read_log(const fs::path& path) {
   const JsonInput entries = input["entries"];
   for (int e = 0; e < entries.size(); ++e) {
     const JsonInput entry = entries[e];
-    const std::string name = entry["command"].text();
-    const auto found = std::find(kNames.begin(), kNames.end(), name);
-    if (found == kNames.end()) entry["command"].refuse("the command " + unknown_name(name, kNames), "correct it");
-    file.log.push_back(
-        {take_steps("after_steps", entry), read_command(entry, static_cast<std::size_t>(found - kNames.begin()))});
+    const int steps = take_steps("after_steps", entry);
+    Command command = read_command(entry);
+    if (auto* add = std::get_if<AddMesh>(&command); add && add->start) add->start = load_start(*add->start, {}).start;
+    file.log.push_back({steps, std::move(command)});
   }
   file.trailing_steps = take_steps("trailing_steps", input);
   return file;

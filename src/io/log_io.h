@@ -24,4 +24,11 @@ LogFile read_log(const std::filesystem::path& path);
 void write_log(const std::filesystem::path& path, const std::vector<LogEntry>& log, int trailing_steps,
                const std::string& scene = "");
 
+class JsonInput;
+
+/// One command as JSON, with the keys that it has in a log but `after_steps`.
+std::string command_text(const Command& command);
+/// Takes it. What an added mesh starts from is named, not read. Throws Error for an unknown name, key or value.
+Command read_command(const JsonInput& input);
+
 }  // namespace simplexseg

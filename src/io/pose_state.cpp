@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/expect.h"
+#include "io/cbor.h"
 
 namespace simplexseg {
 using nlohmann::json;
@@ -35,16 +36,6 @@ std::vector<T> array_of(const json& value) {
   std::vector<T> data(bytes.size() / sizeof(T));
   if (!bytes.empty()) std::memcpy(static_cast<void*>(data.data()), bytes.data(), bytes.size());
   return data;
-}
-
-/// FNV-1a over the positions: tells a state that belongs to another pose.
-std::uint64_t digest_of(const SimplexMesh& mesh) {
-  std::uint64_t digest = 0xcbf29ce484222325u;
-  const auto* bytes = reinterpret_cast<const std::uint8_t*>(mesh.positions.data());
-  for (std::size_t b = 0; b < mesh.positions.size() * sizeof(Eigen::Vector3f); ++b) {
-    digest = (digest ^ bytes[b]) * 0x100000001b3u;
-  }
-  return digest;
 }
 
 void expect(bool condition, const char* what) {
@@ -87,21 +78,26 @@ std::vector<Mark> marks_of(const json& saved) {
 }
 
 json json_of(const MeshField& field) {
-  return {{"first", field.box.first},
-          {"size", field.box.size},
-          {"values", binary_of(field.values.data(), field.values.size())},
-          {"marks", json_of(field.marks)},
-          {"others", json_of(field.others)},
-          {"leaks", field.leaks},
-          {"expected_dice", field.expected_dice}};
+  json saved = {{"first", field.box.first},
+                {"size", field.box.size},
+                {"values", binary_of(field.values.data(), field.values.size())},
+                {"marks", json_of(field.marks)},
+                {"others", json_of(field.others)},
+                {"leaks", field.leaks},
+                {"expected_dice", field.expected_dice}};
+  if (!field.problem.empty()) saved["problem"] = field.problem;
+  return saved;
 }
 
 std::shared_ptr<const MeshField> field_of(const json& saved) {
   auto field = std::make_shared<MeshField>();
   field->box = {saved.at("first").get<std::array<int, 3>>(), saved.at("size").get<std::array<int, 3>>()};
   field->values = array_of<std::uint16_t>(saved.at("values"));
-  std::size_t count = 1;
+  field->problem = saved.value("problem", "");
+  const bool learned = field->problem.empty();
+  std::size_t count = learned ? 1 : 0;
   for (const int size : field->box.size) {
+    if (!learned) continue;
     expect(size > 0 && size <= 1 << 20, "the field's box has no size");
     count *= static_cast<std::size_t>(size);
   }
@@ -115,12 +111,32 @@ std::shared_ptr<const MeshField> field_of(const json& saved) {
 
 }  // namespace
 
+std::uint64_t pose_digest(const SimplexMesh& mesh) {
+  std::uint64_t digest = 0xcbf29ce484222325u;
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(mesh.positions.data());
+  for (std::size_t b = 0; b < mesh.positions.size() * sizeof(Eigen::Vector3f); ++b) {
+    digest = (digest ^ bytes[b]) * 0x100000001b3u;
+  }
+  return digest;
+}
+
+std::string field_bytes(const MeshField& field) {
+  std::string bytes;
+  json::to_cbor(json_of(field), bytes);
+  return bytes;
+}
+
+std::shared_ptr<const MeshField> field_of_bytes(const std::string& bytes) {
+  expect_plain_cbor(bytes);
+  return field_of(json::from_cbor(bytes));
+}
+
 std::string pose_state_bytes(const MeshItem& item) {
   SIMPLEXSEG_EXPECT(item.previous.empty() || item.previous.size() == item.mesh.positions.size());
   SIMPLEXSEG_EXPECT(item.shape.empty() || item.shape.size() == item.mesh.positions.size());
   json state = {
       {"simplexseg_state", 1},
-      {"pose_digest", digest_of(item.mesh)},
+      {"pose_digest", pose_digest(item.mesh)},
       {"previous", binary_of(item.previous.data(), item.previous.size())},
       {"shape", binary_of(item.shape.data(), item.shape.size())},
       {"profiles", binary_of(item.profiles.data(), item.profiles.size())},
@@ -148,9 +164,10 @@ std::string pose_state_bytes(const MeshItem& item) {
 
 void take_pose_state(const std::string& file, const std::string& bytes, MeshItem& item) {
   try {
+    expect_plain_cbor(bytes);
     const json state = json::from_cbor(bytes);
     expect(state.at("simplexseg_state").get<int>() == 1, "it has another version");
-    expect(state.at("pose_digest").get<std::uint64_t>() == digest_of(item.mesh), "it belongs to another pose");
+    expect(state.at("pose_digest").get<std::uint64_t>() == pose_digest(item.mesh), "it belongs to another pose");
     const std::size_t vertices = item.mesh.positions.size();
 
     auto previous = array_of<Eigen::Vector3f>(state.at("previous"));
@@ -160,7 +177,8 @@ void take_pose_state(const std::string& file, const std::string& bytes, MeshItem
     expect(shape.empty() || shape.size() == vertices, "'shape' has another number of vertices");
     expect(shape.empty() || all_finite(&shape[0].x, 4 * vertices), "'shape' is not finite");
     auto profiles = array_of<float>(state.at("profiles"));
-    expect(profiles.size() % vertices == 0, "'profiles' has another number of vertices");
+    expect(vertices == 0 ? profiles.empty() : profiles.size() % vertices == 0,
+           "'profiles' has another number of vertices");
     // A sample outside the volume may be marked by a value that is not finite: profiles are taken as they are.
     RegionModel region;
     region.low = state.at("region_low").get<double>(), region.high = state.at("region_high").get<double>();

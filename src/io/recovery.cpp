@@ -28,6 +28,8 @@ namespace {
 
 constexpr const char *kLock = "lock", *kNote = "work.json", *kScene = "scene.json";
 constexpr const char* kPrefix = "window-";
+/// All of it is written after each action.
+constexpr std::size_t kMostHistory = std::size_t{16} << 20;
 
 /// A folder of a name that no other process has.
 fs::path make_folder(const fs::path& root) {
@@ -95,13 +97,13 @@ WorkKeeper::WorkKeeper(const fs::path& root) {
 
 WorkKeeper::~WorkKeeper() { folder_.remove(); }
 
-void WorkKeeper::keep(const Scene& scene, WorkNote note) {
+void WorkKeeper::keep(const Scene& scene, WorkNote note, const UndoHistory& history) {
   const int next = last_ + 1;
   const fs::path folder = folder_.path() / generation_name(next);
   std::error_code ignored;
   try {
     fs::create_directory(folder, ignored);
-    write_scene(folder / kScene, scene);
+    write_scene(folder / kScene, scene, history, kMostHistory);
     note.meshes = static_cast<int>(scene.meshes.size());
     note.points = static_cast<int>(scene.points.size());
     note.vertices = 0;

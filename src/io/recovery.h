@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "session/scene.h"
+#include "session/undo_history.h"
 
 namespace simplexseg {
 
@@ -52,8 +53,9 @@ class WorkKeeper {
   WorkKeeper(const WorkKeeper&) = delete;
   WorkKeeper& operator=(const WorkKeeper&) = delete;
 
-  /// Throws Error as write_scene does; what was kept before stays.
-  void keep(const Scene& scene, WorkNote note);
+  /// Of the history the steps that are nearest, in 16 MiB. Throws Error as write_scene does; what was kept before
+  /// stays.
+  void keep(const Scene& scene, WorkNote note, const UndoHistory& history = UndoHistory());
   /// There is nothing to be kept any more: it was saved, or is not wanted.
   void forget();
   bool has_work() const { return generation_ > 0; }

@@ -2,63 +2,29 @@
 #include "io/scene_io.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <limits>
 #include <list>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "core/error.h"
 #include "io/atomic_file.h"
 #include "io/data_path.h"
 #include "io/files.h"
 #include "io/header_text.h"
+#include "io/history_io.h"
 #include "io/json_input.h"
-#include "io/json_output.h"
 #include "io/labels_io.h"
 #include "io/mesh_io.h"
 #include "io/mesh_start.h"
-#include "io/parameter_json.h"
-#include "io/parameter_text.h"
 #include "io/ply.h"
-#include "io/point_text.h"
 #include "io/pose_state.h"
 #include "io/rtstruct_read.h"
-#include "io/volume_io.h"
-#include "step/simulation_parameters.h"
+#include "io/scene_text.h"
 
 namespace simplexseg {
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 namespace {
-
-constexpr int kSceneVersion = 1;
-constexpr int kMaxLabel = 65535;
-
-// ---- reading ----
-
-Colour read_colour(const JsonInput& input) {
-  const std::string text = input.text();
-  const bool hex =
-      text.size() == 7 && text[0] == '#' && text.find_first_not_of("0123456789abcdefABCDEF", 1) == text.npos;
-  if (!hex) input.refuse("'" + one_line(text) + "' is no colour", "write it as \"#e6a03c\"");
-  const auto channel = [&text](int at) {
-    return static_cast<std::uint8_t>(std::stoi(text.substr(at, 2), nullptr, 16));
-  };
-  return {channel(1), channel(3), channel(5)};
-}
-
-/// A path that was found beside the scene or in the present folder is kept absolute, so that it stays right when the
-/// scene is saved elsewhere; one found in a folder of data, or nowhere, stays as it is written.
-std::string anchored(const std::string& path, const fs::path& folder) {
-  std::error_code failure;
-  for (const fs::path& place : {fs::path(path), folder / path}) {
-    if (fs::exists(place, failure)) return fs::absolute(place).lexically_normal().string();
-  }
-  return path;
-}
 
 fs::path file_beside(const JsonInput& input, const fs::path& folder) {
   const fs::path path = input.text();
@@ -114,126 +80,6 @@ void read_start(const JsonInput& input, const fs::path& folder, LabelFiles& file
   item.start = std::move(loaded.start);
 }
 
-MeshItem read_item(const JsonInput& input, const Scene& scene, const fs::path& folder, LabelFiles& files) {
-  input.expect_keys({"name", "sphere", "start", "colour", "visible", "locked", "opacity", "label", "forces",
-                     "final_vertices", "reference", "pose", "state"});
-  MeshItem item;
-  item.name = input["name"].text();
-  if (input.has("final_vertices")) {
-    const ParameterInfo& info = simulation_table()[find_parameter(simulation_table(), "final_vertices")];
-    item.final_vertices = static_cast<int>(input["final_vertices"].parameter(info));
-  }
-  item.parameters = scene.forces;
-  if (input.has("start")) read_start(input["start"], folder, files, item.final_vertices, item);
-  if (input.has("sphere") || !input.has("start")) {
-    const JsonInput sphere = input["sphere"];
-    sphere.expect_keys({"centre_mm", "radius_mm"});
-    item.seed.centre_mm = sphere["centre_mm"].vector3();
-    item.seed.radius_mm = read_radius(sphere["radius_mm"]);
-  }
-  if (input.has("colour")) item.colour = read_colour(input["colour"]);
-  if (input.has("visible")) item.visible = input["visible"].boolean();
-  if (input.has("locked")) item.locked = input["locked"].boolean();
-  if (input.has("opacity")) {
-    item.opacity = static_cast<float>(input["opacity"].number());
-    if (!(item.opacity > 0 && item.opacity <= 1)) input["opacity"].refuse("it is out of range", "give 0.1 to 1");
-  }
-  if (input.has("label")) item.label = input["label"].integer_between(1, kMaxLabel);
-  if (input.has("forces")) read_forces(input["forces"], item.parameters);
-  if (input.has("reference")) {
-    const JsonInput reference = input["reference"];
-    reference.expect_keys({"labels", "value"});
-    item.reference = Reference{anchored(reference["labels"].text(), folder), std::nullopt};
-    if (reference.has("value")) item.reference->value = reference["value"].number();
-  }
-  read_pose(input, folder, item);
-  return item;
-}
-
-SavedView read_view(const JsonInput& input) {
-  input.expect_keys({"crosshair_mm", "window", "level", "active_mesh"});
-  SavedView view;
-  view.crosshair_mm = input["crosshair_mm"].vector3();
-  view.window = input["window"].number();
-  view.level = input["level"].number();
-  if (!(view.window > 0)) input["window"].refuse("it is not above 0", "give a width of intensities");
-  if (input.has("active_mesh")) view.active_mesh = input["active_mesh"].text();
-  return view;
-}
-
-// ---- writing ----
-
-/// Relative to the folder where the file lies in it; the scene may then be moved with its folder.
-std::string portable(const std::string& path, const fs::path& folder) {
-  std::error_code failure;
-  fs::path place(path);
-  if (place.is_relative()) {
-    if (path.empty() || !fs::exists(place, failure)) return path;
-    place = fs::absolute(place);
-  }
-  const fs::path beside = fs::absolute(folder.empty() ? "." : folder).lexically_normal();
-  const fs::path relative = place.lexically_normal().lexically_relative(beside);
-  return relative.empty() || *relative.begin() == ".." ? place.lexically_normal().string() : relative.string();
-}
-
-Json vector_json(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
-
-Json item_json(const MeshItem& item, const ForceParameters& defaults, const fs::path& folder) {
-  char colour[8];
-  std::snprintf(colour, sizeof colour, "#%02x%02x%02x", item.colour.red, item.colour.green, item.colour.blue);
-  Json json = {{"name", item.name},
-               {"sphere", {{"centre_mm", vector_json(item.seed.centre_mm)}, {"radius_mm", item.seed.radius_mm}}},
-               {"colour", colour},
-               {"visible", item.visible},
-               {"label", item.label}};
-  if (item.start) {
-    Json& start = json["start"] = Json::object();
-    start[is_mesh_name(item.start->path) ? "mesh" : "labels"] = portable(item.start->path, folder);
-    if (item.start->value) start["label"] = *item.start->value;
-    if (item.start->part > 0) start["part"] = item.start->part;
-  }
-  if (item.locked) json["locked"] = true;
-  if (item.opacity < 1) json["opacity"] = item.opacity;
-  const Json forces = forces_json<Json>(item.parameters, &defaults);
-  if (!forces.empty()) json["forces"] = forces;
-  if (item.final_vertices > 0) json["final_vertices"] = item.final_vertices;
-  if (item.reference) {
-    json["reference"] = {{"labels", portable(item.reference->labels, folder)}};
-    if (item.reference->value) json["reference"]["value"] = *item.reference->value;
-  }
-  return json;
-}
-
-Json view_json(const SavedView& view) {
-  Json json = {{"crosshair_mm", vector_json(view.crosshair_mm)}, {"window", view.window}, {"level", view.level}};
-  if (!view.active_mesh.empty()) json["active_mesh"] = view.active_mesh;
-  return json;
-}
-
-/// Names that a scene file could not hold, since its points name their mesh.
-void expect_writable(const fs::path& path, const Scene& scene) {
-  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
-    const std::string& name = scene.meshes[m].name;
-    if (name.empty()) throw Error("cannot write " + quoted(path), "a mesh has no name", "give it one");
-    const bool twice = std::any_of(scene.meshes.begin(), scene.meshes.begin() + static_cast<std::ptrdiff_t>(m),
-                                   [&name](const MeshItem& other) { return other.name == name; });
-    if (twice)
-      throw Error("cannot write " + quoted(path), "two meshes have the name '" + one_line(name) + "'", "rename one");
-    if (scene.meshes[m].mesh.positions.empty()) continue;
-    try {
-      validate(scene.meshes[m].mesh);  // what is written must be read again
-    } catch (const Error& error) {
-      throw Error("cannot write " + quoted(path), "mesh '" + one_line(name) + "' is not valid (" + error.what() + ")",
-                  "undo, or reset its pose");
-    }
-  }
-  for (const UserPoint& point : scene.points) {
-    if (!scene.find_mesh(point.mesh)) {
-      throw Error("cannot write " + quoted(path), "a point belongs to no mesh", "delete the point");
-    }
-  }
-}
-
 /// Ids of meshes for file names: their own when all have one, else their places from 1 on.
 std::vector<ItemId> file_ids(const Scene& scene) {
   std::vector<ItemId> ids;
@@ -250,99 +96,48 @@ std::vector<ItemId> file_ids(const Scene& scene) {
 
 SceneFile read_scene(const fs::path& path) {
   const JsonInput input = JsonInput::open(path, "scene");
-  if (!input.has("simplexseg_scene"))
-    input.refuse("this is no scene: the key 'simplexseg_scene' is missing", "name a scene file");
-  input["simplexseg_scene"].integer_between(kSceneVersion, kSceneVersion);
-  input.expect_keys({"simplexseg_scene", "volume", "volume_number", "series", "volume_checksum", "simulation", "forces",
-                     "meshes", "points", "steps", "view"});
   const fs::path folder = path.parent_path();
-
   SceneFile file;
-  Scene& scene = file.scene;
-  scene.simulation = default_simulation_parameters();
-  if (input.has("volume")) {
-    file.volume = find_data(input["volume"].text(), folder);
-    scene.volume_path = anchored(input["volume"].text(), folder);
-  }
-  if (input.has("volume_number")) scene.volume_number = input["volume_number"].integer_between(1, kMostVolumes);
-  if (input.has("volume_checksum")) scene.volume_checksum = input["volume_checksum"].text();
-  if (input.has("view")) scene.view = read_view(input["view"]);
-  if (input.has("series")) scene.volume_series = input["series"].text();
-  if (input.has("simulation")) read_simulation(input["simulation"], scene.simulation);
-  if (input.has("forces")) read_forces(input["forces"], scene.forces);
   LabelFiles label_files;
-  const int mesh_count = input.has("meshes") ? input["meshes"].size() : 0;
-  for (int m = 0; m < mesh_count; ++m) {
-    MeshItem item = read_item(input["meshes"][m], scene, folder, label_files);
-    item.id = static_cast<ItemId>(m + 1);
-    if (scene.find_mesh(item.name)) {
-      input["meshes"][m]["name"].refuse("two meshes have the name '" + one_line(item.name) + "'", "rename one");
-    }
-    scene.meshes.push_back(std::move(item));
-  }
+  file.scene = scene_of(input, folder, [&](const JsonInput& mesh, MeshItem& item) {
+    if (mesh.has("start")) read_start(mesh["start"], folder, label_files, item.final_vertices, item);
+    read_pose(mesh, folder, item);
+  });
+  if (input.has("volume")) file.volume = find_data(input["volume"].text(), folder);
   for (const auto& [name, labels] : label_files)
     file.warnings.insert(file.warnings.end(), labels.warnings.begin(), labels.warnings.end());
-  const int point_count = input.has("points") ? input["points"].size() : 0;
-  for (int p = 0; p < point_count; ++p) {
-    const JsonInput point = input["points"][p];
-    point.expect_keys({"mesh", "position_mm", "kind", "radius_mm", "outward"});
-    const std::string name = point["mesh"].text();
-    const MeshItem* const item = scene.find_mesh(name);
-    if (!item) {
-      std::vector<std::string> names;
-      for (const MeshItem& mesh : scene.meshes) names.push_back(mesh.name);
-      point["mesh"].refuse("the mesh " + unknown_name(name, names), "name a mesh of this scene");
-    }
-    UserPoint& read = scene.points.emplace_back();
-    read = {static_cast<ItemId>(mesh_count + p + 1), item->id, point["position_mm"].vector3()};
-    if (point.has("kind")) read.kind = read_point_kind(point["kind"]);
-    if (point.has("radius_mm")) read.radius_mm = read_radius(point["radius_mm"]);
-    if (point.has("outward")) read.outward = point["outward"].vector3();
-  }
-  if (input.has("steps")) scene.steps = input["steps"].integer_between(0, kMostSteps);
   return file;
 }
 
-void write_scene(const fs::path& path, const Scene& scene) {
-  expect_writable(path, scene);
+void write_scene(const fs::path& path, const Scene& scene, const UndoHistory& history, std::size_t most_bytes) {
+  for (const MeshItem& item : scene.meshes) {
+    if (item.mesh.positions.empty()) continue;
+    try {
+      validate(item.mesh);  // what is written must be read again
+    } catch (const Error& error) {
+      throw Error("cannot write " + quoted(path),
+                  "mesh '" + one_line(item.name) + "' is not valid (" + error.what() + ")", "undo, or reset its pose");
+    }
+  }
   const fs::path folder = path.parent_path();
   std::list<AtomicFile> files;  // renamed only when all are whole, the scene itself last
   AtomicFile scene_file(path);
-
-  Json json = {{"simplexseg_scene", kSceneVersion}};
-  if (!scene.volume_path.empty()) json["volume"] = portable(scene.volume_path, folder);
-  if (scene.volume_number != 1) json["volume_number"] = scene.volume_number;
-  if (!scene.volume_series.empty()) json["series"] = scene.volume_series;
-  if (!scene.volume_checksum.empty()) json["volume_checksum"] = scene.volume_checksum;
-  json["simulation"] = simulation_json<Json>(scene.simulation);
-  json["forces"] = forces_json<Json>(scene.forces, nullptr);
-  json["meshes"] = Json::array();
+  std::vector<std::string> poses;
   const std::vector<ItemId> ids = file_ids(scene);
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
     const MeshItem& item = scene.meshes[m];
-    Json entry = item_json(item, scene.forces, folder);
-    if (!item.mesh.positions.empty()) {
-      const std::string name = path.stem().string() + ".mesh-" + std::to_string(ids[m]);
-      write_bytes(files.emplace_back(folder / (name + ".ply")), ply_of(item.mesh));
-      write_bytes(files.emplace_back(folder / (name + ".state")), pose_state_bytes(item));
-      entry["pose"] = name + ".ply";
-      entry["state"] = name + ".state";
-    }
-    json["meshes"].push_back(std::move(entry));
+    std::string& name = poses.emplace_back();
+    if (item.mesh.positions.empty()) continue;
+    name = path.stem().string() + ".mesh-" + std::to_string(ids[m]);
+    write_bytes(files.emplace_back(folder / (name + ".ply")), ply_of(item.mesh));
+    write_bytes(files.emplace_back(folder / (name + ".state")), pose_state_bytes(item));
   }
-  json["points"] = Json::array();
-  for (const UserPoint& point : scene.points) {
-    Json entry = {{"mesh", scene.find_mesh(point.mesh)->name}, {"position_mm", vector_json(point.position_mm)}};
-    if (point.kind != MarkKind::Boundary) entry["kind"] = name_of(point.kind);
-    if (point.radius_mm > 0) entry["radius_mm"] = point.radius_mm;
-    if (point.outward.norm() > 0) entry["outward"] = vector_json(point.outward);
-    json["points"].push_back(std::move(entry));
-  }
-  json["steps"] = scene.steps;
-  if (scene.view) json["view"] = view_json(*scene.view);
-  write_bytes(scene_file, json_text(path, json));
+  const bool has_history = history.can_undo() || history.can_redo();
+  if (has_history) write_history(files.emplace_back(history_path(path)), path, scene, history, most_bytes);
+  write_bytes(scene_file, scene_text(path, scene, poses));
   for (AtomicFile& file : files) file.commit();
   scene_file.commit();
+  if (!has_history) remove_history(path);
 }
 
 }  // namespace simplexseg

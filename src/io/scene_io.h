@@ -4,8 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "io/history_io.h"
 #include "io/log_io.h"
 #include "session/scene.h"
+#include "session/undo_history.h"
 
 namespace simplexseg {
 
@@ -18,8 +20,11 @@ struct SceneFile {
 };
 SceneFile read_scene(const std::filesystem::path& path);
 /// Writes the scene and, beside it, the pose of each mesh as PLY (NAME.mesh-ID.ply) and the rest of its state
-/// (NAME.mesh-ID.state): read again, the simulation goes on from the same bits. Written whole or not at all. Throws
-/// Error for two meshes of one name, a mesh that is not valid, a folder that does not exist, or a failed write.
-void write_scene(const std::filesystem::path& path, const Scene& scene);
+/// (NAME.mesh-ID.state): read again, the simulation goes on from the same bits. What can be taken back and done again
+/// from there goes beside it, too (NAME.history): of `history` the steps that are nearest, in about `most_bytes`; where
+/// there are none, such a file of a scene before is removed. Written whole or not at all. Throws Error for two meshes
+/// of one name, a mesh that is not valid, a folder that does not exist, or a failed write.
+void write_scene(const std::filesystem::path& path, const Scene& scene, const UndoHistory& history = UndoHistory(),
+                 std::size_t most_bytes = kMostHistoryBytes);
 
 }  // namespace simplexseg

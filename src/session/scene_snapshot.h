@@ -17,13 +17,10 @@ class SceneSnapshot {
  public:
   /// `neighbour`: the snapshot with which to share what is the same; null: none.
   explicit SceneSnapshot(Scene scene, const SceneSnapshot* neighbour = nullptr);
-  Scene restore() const;
-  /// What it holds besides what it shares with the neighbour that it was made beside.
-  std::size_t own_bytes() const { return own_bytes_; }
 
- private:
   template <class T>
   using Block = std::shared_ptr<const std::vector<T>>;
+  /// The arrays of a mesh; none is null.
   struct Arrays {
     Block<Eigen::Vector3f> positions;
     Block<std::array<int, 3>> neighbours;
@@ -31,6 +28,21 @@ class SceneSnapshot {
     Block<Vec4> shape;
     Block<float> profiles;
   };
+  /// Of what without_arrays() and arrays() of another one gave, written and read again: shares what it is given.
+  /// Throws Error when a mesh is not valid, has a value that is not finite, or arrays that do not go together.
+  SceneSnapshot(Scene without_arrays, std::vector<Arrays> arrays, const SceneSnapshot* neighbour);
+
+  Scene restore() const;
+  /// The scene; its meshes have no positions, neighbours, previous, shape and profiles.
+  const Scene& without_arrays() const { return scene_; }
+  /// Of each mesh.
+  const std::vector<Arrays>& arrays() const { return arrays_; }
+  /// What it holds besides what it shares with the neighbour that it was made beside.
+  std::size_t own_bytes() const { return own_bytes_; }
+
+ private:
+  const Arrays* arrays_of(ItemId mesh) const;
+  void count_bytes(const SceneSnapshot* neighbour);
 
   Scene scene_;  ///< without the arrays
   std::vector<Arrays> arrays_;

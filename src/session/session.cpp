@@ -62,7 +62,7 @@ const Scene& Session::scene() const {
 
 StepPlan Session::plan() const { return make_plan(scene_, volume_, finest_, engine_->held_arrays()); }
 
-void Session::open(Scene scene, Volume volume) {
+void Session::open(Scene scene, Volume volume, UndoHistory history) {
   const ItemId next_id = check_scene(scene, volume);
   for (MeshItem& item : scene.meshes) complete(item, scene.simulation, volume);
   const std::size_t needed = make_plan(scene, volume).bytes_held(), available = engine_->bytes_available();
@@ -83,8 +83,8 @@ void Session::open(Scene scene, Volume volume) {
     throw;
   }
   steps_since_read_ = 0;
-  next_id_ = next_id;
-  history_.clear(), log_.clear();
+  next_id_ = std::max(next_id, history.next_id());
+  history_ = std::move(history), log_.clear();
   learner_.open(volume_), field_warnings_.clear();
   steps_since_command_ = 0, total_steps_ = 0, seconds_per_step_ = 0;
 }

@@ -35,11 +35,12 @@ class Session {
                    int field_threads = 0, const EvidenceSettings& fields = {});
   ~Session();
 
-  /// Takes a new scene (undo history and log are dropped) on a volume. Meshes without a pose (no vertices) get the
-  /// sphere of their seed; ids that are 0 are given. Throws Error, with nothing changed, when a mesh's seed lies
-  /// outside the volume, a value is not finite or out of its table's range, a mesh is not valid, or the engine has not
-  /// the memory and there is no spare.
-  void open(Scene scene, Volume volume);
+  /// Takes a new scene on a volume; the undo history is `history`, and the log empty. Meshes without a pose (no
+  /// vertices) get the sphere of their seed; ids that are 0 are given. Throws Error, with nothing changed, when a
+  /// mesh's seed lies outside the volume, a value is not finite or out of its table's range, a mesh is not valid, or
+  /// the engine has not the memory and there is no spare. Of `history` it is expected that check_scene() takes each
+  /// scene of it.
+  void open(Scene scene, Volume volume, UndoHistory history = UndoHistory());
   /// Goes on with another engine, from the present poses or, where the one before was lost, those read last. Throws
   /// what the engine throws where the scene does not fit; the one before goes on then.
   void set_engine(std::unique_ptr<Engine> engine);

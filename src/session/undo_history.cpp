@@ -6,8 +6,6 @@
 namespace simplexseg {
 namespace {
 
-constexpr std::size_t kMostUndoSteps = 200;
-
 /// Whether a command goes on with what `last` began. Most commands stand for themselves.
 template <class Any>
 bool goes_on(const Any&, const Command&) {
@@ -34,51 +32,60 @@ bool goes_on(const SetSimulationParameter& set, const Command& last) {
 
 }  // namespace
 
-const char* UndoHistory::undo_title() const { return undo_.empty() ? "" : title_of(undo_.back().command); }
-const char* UndoHistory::redo_title() const { return redo_.empty() ? "" : title_of(redo_.back().command); }
+const char* UndoHistory::undo_title() const { return undo_.empty() ? "" : title_of(undo_.back()->command); }
+const char* UndoHistory::redo_title() const { return redo_.empty() ? "" : title_of(redo_.back()->command); }
 
 bool UndoHistory::continues(const Command& command) const {
   if (undo_.empty()) return false;
-  return std::visit([this](const auto& one) { return goes_on(one, undo_.back().command); }, command);
+  return std::visit([this](const auto& one) { return goes_on(one, undo_.back()->command); }, command);
 }
 
 std::vector<std::string> UndoHistory::undo_names() const {
   std::vector<std::string> names;
-  for (const Entry& entry : undo_) names.push_back(entry.name);
+  for (const auto& entry : undo_) names.push_back(entry->name);
   return names;
 }
 
 std::vector<std::string> UndoHistory::redo_names() const {
   std::vector<std::string> names;
-  for (auto entry = redo_.rbegin(); entry != redo_.rend(); ++entry) names.push_back(entry->name);
+  for (auto entry = redo_.rbegin(); entry != redo_.rend(); ++entry) names.push_back((*entry)->name);
   return names;
+}
+
+ItemId UndoHistory::next_id() const {
+  ItemId next = 1;
+  for (const Entries* entries : {&undo_, &redo_}) {
+    for (const auto& entry : *entries) {
+      for (const MeshItem& item : entry->scene.without_arrays().meshes) next = std::max(next, item.id + 1);
+      for (const UserPoint& point : entry->scene.without_arrays().points) next = std::max(next, point.id + 1);
+    }
+  }
+  return next;
 }
 
 std::size_t UndoHistory::bytes() const {
   std::size_t bytes = 0;
-  for (const std::vector<Entry>* entries : {&undo_, &redo_})
-    for (const Entry& entry : *entries) bytes += entry.scene.own_bytes();
+  for (const Entries* entries : {&undo_, &redo_})
+    for (const auto& entry : *entries) bytes += entry->scene.own_bytes();
   return bytes;
 }
 
 void UndoHistory::keep(Snapshot before) {
   std::string name = describe(before.command, before.scene);
-  SceneSnapshot scene(std::move(before.scene), undo_.empty() ? nullptr : &undo_.back().scene);
-  undo_.push_back({std::move(scene), std::move(before.command), std::move(name)});
+  SceneSnapshot scene(std::move(before.scene), undo_.empty() ? nullptr : &undo_.back()->scene);
+  undo_.push_back(std::make_shared<const Entry>(Entry{std::move(scene), std::move(before.command), std::move(name)}));
   std::size_t bytes = 0, kept = 0;
-  while (kept < undo_.size() && bytes <= most_bytes_) bytes += undo_[undo_.size() - ++kept].scene.own_bytes();
-  undo_.erase(undo_.begin(), undo_.end() - static_cast<std::ptrdiff_t>(std::min(kept, kMostUndoSteps)));
+  while (kept < undo_.size() && bytes <= most_bytes_) bytes += undo_[undo_.size() - ++kept]->scene.own_bytes();
+  undo_.erase(undo_.begin(), undo_.end() - static_cast<std::ptrdiff_t>(std::min(kept, kMostSteps)));
 }
 
-void UndoHistory::clear() { undo_.clear(), redo_.clear(); }
-
-bool UndoHistory::exchange(Scene& scene, std::vector<Entry>& from, std::vector<Entry>& to) {
+bool UndoHistory::exchange(Scene& scene, Entries& from, Entries& to) {
   if (from.empty()) return false;
-  Entry target = std::move(from.back());
+  const std::shared_ptr<const Entry> target = std::move(from.back());
   from.pop_back();
-  Scene restored = target.scene.restore();
-  SceneSnapshot present(std::move(scene), &target.scene);
-  to.push_back({std::move(present), std::move(target.command), std::move(target.name)});
+  Scene restored = target->scene.restore();
+  SceneSnapshot present(std::move(scene), &target->scene);
+  to.push_back(std::make_shared<const Entry>(Entry{std::move(present), target->command, target->name}));
   scene = std::move(restored);
   return true;
 }

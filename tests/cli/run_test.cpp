@@ -7,6 +7,7 @@
 
 #include "cli_fixture.h"
 #include "gpu/backend.h"
+#include "io/load_input.h"
 #include "io/mesh_io.h"
 #include "io/scene_io.h"
 #include "io/volume_io.h"
@@ -275,6 +276,40 @@ TEST_F(Run, Replay) {
     EXPECT_EQ(report["steps"], session->total_steps());
     EXPECT_EQ(text_of("replayed/ball.ply"), text_of("live.ply"));
   }
+}
+
+TEST_F(Run, WhatCanBeTakenBackGoesWithASavedScene) {
+  const std::unique_ptr<Session> session = open();
+  const ItemId point = session->apply(AddPoint{session->scene().meshes[0].id, {17, 0, 0}});
+  session->advance_steps(4);
+  session->apply(MovePoint{point, {18, 0, 0}});
+  session->advance_steps(3);
+  write_log(path("log.json"), session->log(), session->steps_since_last_command(), "scene.json");
+  const auto history_of = [&](const char* scene) {
+    const LoadedInput input = load_input(path(scene));
+    EXPECT_TRUE(input.warnings.empty());
+    return input.history.undo_names();
+  };
+  succeed(run({"--replay", path("log.json"), "--save", path("replayed.json")}));
+  ASSERT_EQ(history_of("replayed.json"), session->history().undo_names());
+  // A run that goes on keeps it, and a log may take back what was done before it began.
+  succeed({"run", path("replayed.json"), "--steps", "6", "--save", path("later.json")});
+  EXPECT_EQ(history_of("later.json"), session->history().undo_names());
+  write("undo.json",
+        R"({"simplexseg_log": 1, "entries": [{"after_steps": 0, "command": "undo"}], "trailing_steps": 0})");
+  succeed({"run", path("replayed.json"), "--replay", path("undo.json"), "--meshes", path("undone")});
+  session->apply(Undo{});
+  write_mesh(path("undone.ply"), session->scene().meshes[0].mesh);
+  EXPECT_EQ(text_of("undone/ball.ply"), text_of("undone.ply"));
+  // Of a scene without one nothing stale is left where another had one.
+  EXPECT_TRUE(exists("later.history"));
+  succeed(run({"--steps", "5", "--save", path("later.json")}));
+  EXPECT_FALSE(exists("later.history"));
+  // One that is damaged is a warning, no more.
+  write("replayed.history", "damaged");
+  const Outcome outcome = succeed({"run", path("replayed.json"), "--steps", "2", "--save", path("third.json")});
+  EXPECT_NE(outcome.err.find("warning: the undo history"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(exists("third.history"));
 }
 
 TEST_F(Run, ASavedSceneGoesOnFromTheSameBits) {

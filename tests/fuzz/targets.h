@@ -2,12 +2,17 @@
 // What is fuzzed: every reader of files that come from elsewhere. The fuzzer (fuzz.cpp) and the test that repeats its
 // seeds and findings (tests/io/fuzz_seeds_test.cpp) go by this list.
 #pragma once
+#include <zlib.h>
+
 #include <filesystem>
+#include <fstream>
 #include <iterator>
 #include <string>
 
 #include "core/error.h"
+#include "image/volume.h"
 #include "io/files.h"
+#include "io/history_io.h"
 #include "io/log_io.h"
 #include "io/mesh_io.h"
 #include "io/pose_state.h"
@@ -15,6 +20,8 @@
 #include "io/volume_io.h"
 #include "mesh/simplex_mesh.h"
 #include "session/scene.h"
+#include "session/undo_history.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg::test {
 
@@ -36,10 +43,39 @@ inline void fuzz_state(const std::filesystem::path& path) {
   take_pose_state("state", read_bytes(path), item);
 }
 
+/// The present of a history's seed.
+inline Scene fuzz_present() {
+  Scene scene;
+  scene.simulation = default_simulation_parameters();
+  MeshItem& item = scene.meshes.emplace_back();
+  item.id = 1, item.name = "a", item.parameters = default_force_parameters();
+  item.mesh = make_sphere({0, 0, 0}, 10, 0);
+  item.previous = item.mesh.positions;
+  item.shape.assign(item.mesh.positions.size(), Vec4{1, 2, 3, 4});
+  return scene;
+}
+/// With its checksum made right, which nothing would get past by chance; what is taken can be gone through.
+inline void fuzz_history(const std::filesystem::path& path) {
+  std::string bytes = read_bytes(path);
+  if (bytes.size() > 4) {
+    const std::size_t end = bytes.size() - 4;
+    const auto crc = crc32_z(crc32_z(0, nullptr, 0), reinterpret_cast<const Bytef*>(bytes.data()), end - 1);
+    for (std::size_t byte = 0; byte < 4; ++byte) bytes[end + byte] = static_cast<char>(crc >> (24 - 8 * byte));
+  }
+  std::ofstream(path, std::ios::binary) << bytes;
+  Scene scene = fuzz_present();
+  UndoHistory history = read_history(std::filesystem::path(path).replace_extension(".json"), scene, Volume());
+  while (history.undo(scene)) {
+  }
+  while (history.redo(scene)) {
+  }
+}
+
 inline const FuzzTarget fuzz_targets[] = {
     {"scene", "fuzzed.json", [](const std::filesystem::path& path) { read_scene(path); }},
     {"log", "fuzzed.json", [](const std::filesystem::path& path) { read_log(path); }},
     {"state", "fuzzed.state", fuzz_state},
+    {"history", "fuzzed.history", fuzz_history},
     {"ply", "fuzzed.ply", fuzz_mesh},
     {"stl", "fuzzed.stl", fuzz_mesh},
     {"obj", "fuzzed.obj", fuzz_mesh},

@@ -4,6 +4,9 @@
 #include <QListWidget>
 
 #include "gui/panels/history_panel.h"
+#include "gui/window/file_actions.h"
+#include "gui/window/message_bar.h"
+#include "io/volume_io.h"
 #include "window_fixture.h"
 
 namespace simplexseg {
@@ -68,6 +71,77 @@ TEST_F(HistoryTest, AClickGoesThereAndBack) {
   EXPECT_TRUE(list().item(3)->text().startsWith("add boundary point: kidney"));
   window_->actions()[Act::History]->trigger();
   EXPECT_FALSE(window_->history().isVisible());
+}
+
+TEST_F(HistoryTest, ASavedSceneIsOpenedWithWhatCanBeTakenBack) {
+  const std::string image = folder_.filePath("ball.nii").toStdString();
+  write_volume(image, make_phantom("sphere", {}).image);
+  window_->files().take(load_input(image), image);
+  bench().pause();
+  ItemId mesh = 0;
+  bench().apply(AddMesh{"object", Seed{bench().view.crosshair_mm, 9}, {}, 0}, &mesh);
+  bench().pause();
+  std::vector<std::vector<Eigen::Vector3f>> poses;
+  const auto do_one = [&](const Command& command) {
+    poses.push_back(scene().meshes[0].mesh.positions);
+    bench().apply(command);
+    bench().pause();
+    bench().advance_steps(4);
+  };
+  do_one(AddPoint{mesh, bench().view.crosshair_mm + Eigen::Vector3d(0, 0, 13)});
+  do_one(SetForceParameter{mesh, ForceId::Smoothing, 0, 0.25f});
+  do_one(EditMesh{mesh, "kidney", {}, {}, {}});
+  poses.push_back(scene().meshes[0].mesh.positions);
+  window_->actions()[Act::Undo]->trigger();
+  window_->actions()[Act::History]->trigger();
+  QApplication::processEvents();
+  const auto rows = [&] {
+    QStringList texts;
+    for (int row = 0; row < list().count(); ++row) texts << list().item(row)->text();
+    return texts;
+  };
+  const QStringList names = rows();
+  ASSERT_EQ(names.size(), 5);
+  const QString scene_file = folder_.filePath("mine.json");
+  ASSERT_TRUE(window_->files().save_scene_to(scene_file));
+  EXPECT_EQ(rows(), names) << "saving changes nothing here";
+
+  open_phantom();
+  EXPECT_EQ(list().count(), 1);
+  window_->files().open(scene_file);
+  ASSERT_TRUE(wait_until([&] { return bench().session().can_undo(); })) << window_->messages().text().toStdString();
+  EXPECT_EQ(rows(), names);
+  EXPECT_FALSE(bench().has_unsaved_changes());
+  EXPECT_EQ(scene().meshes[0].mesh.positions, poses[2]);
+  window_->actions()[Act::Redo]->trigger();
+  EXPECT_EQ(scene().meshes[0].name, "kidney");
+  EXPECT_EQ(scene().meshes[0].mesh.positions, poses[3]);
+  for (int n = 2; n >= 0; --n) {
+    window_->actions()[Act::Undo]->trigger();
+    EXPECT_EQ(scene().meshes[0].mesh.positions, poses[static_cast<std::size_t>(n)]) << n;
+  }
+  EXPECT_TRUE(scene().points.empty());
+  click(0);  // to before the mesh was there
+  EXPECT_TRUE(scene().meshes.empty());
+  click(4);
+  EXPECT_EQ(scene().meshes[0].mesh.positions, poses[3]);
+  // What is done now takes its place behind what was done before.
+  bench().apply(AddPoint{scene().meshes[0].id, bench().view.crosshair_mm, MarkKind::Inside});
+  EXPECT_TRUE(list().item(list().count() - 1)->text().startsWith("add inside point: kidney"));
+  EXPECT_EQ(list().count(), 6);
+
+  // One that was damaged is one line, and the scene is there.
+  QFile history(folder_.filePath("mine.history"));
+  ASSERT_TRUE(history.open(QIODevice::ReadWrite));
+  ASSERT_TRUE(history.resize(history.size() / 2));
+  history.close();
+  bench().mark_saved();
+  open_phantom();
+  window_->files().open(scene_file);
+  ASSERT_TRUE(
+      wait_until([&] { return window_->files().scene_path() == scene_file && bench().scene().points.size() == 1; }));
+  EXPECT_TRUE(window_->messages().text().contains("the undo history")) << window_->messages().text().toStdString();
+  EXPECT_FALSE(bench().session().can_undo());
 }
 
 }  // namespace

@@ -150,6 +150,7 @@ TEST_F(KeptWorkTest, LostWorkIsOfferedAndGoesOnUnsaved) {
   autosave->keep_now();
   ASSERT_TRUE(wait_until([&] { return is_kept(); }));
   const std::vector<Eigen::Vector3f> pose = scene().meshes[1].mesh.positions;
+  const std::vector<std::string> done = bench().session().history().undo_names();
   leave_as_if_killed();
   autosave.reset();
   open_phantom();
@@ -171,6 +172,7 @@ TEST_F(KeptWorkTest, LostWorkIsOfferedAndGoesOnUnsaved) {
   ASSERT_TRUE(wait_until([&] { return scene().meshes.size() == 2; }));
   EXPECT_EQ(scene().meshes[1].mesh.positions, pose);
   EXPECT_EQ(scene().points.size(), 1u);
+  EXPECT_EQ(bench().session().history().undo_names(), done) << "it can be taken back";
   EXPECT_EQ(bench().view.window, 321);
   EXPECT_EQ(bench().view.level, 123);
   EXPECT_TRUE(bench().has_unsaved_changes());

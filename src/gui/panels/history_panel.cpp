@@ -61,7 +61,7 @@ void HistoryPanel::refresh() {
     item->setFont(font);
     item->setToolTip(text);
   };
-  add(done.size() < 200 ? tr("(as opened)") : tr("(before)"), true);
+  add(tr("(before)"), true);
   for (const std::string& name : done) add(QString::fromStdString(name), true);
   for (const std::string& name : undone) add(QString::fromStdString(name), false);
   QListWidgetItem* present = list_->item(static_cast<int>(done.size()));

@@ -87,10 +87,11 @@ void Autosave::keep_now() {
   note.opened = files_.path().toStdString();
   note.scene_file = files_.scene_path().toStdString();
   note.saved_at_s = QDateTime::currentSecsSinceEpoch();
-  writer_.start([this, keeper = keeper_, scene = workbench_.scene_to_save(), note = std::move(note), revision] {
+  writer_.start([this, keeper = keeper_, scene = workbench_.scene_to_save(), note = std::move(note), revision,
+                 history = workbench_.session().history()] {
     QString failure;
     try {
-      keeper->keep(scene, note);
+      keeper->keep(scene, note, history);
     } catch (const std::exception& error) {
       failure = QString::fromUtf8(error.what());
     }

@@ -142,7 +142,8 @@ void FileActions::load(const QString& path, int volume, const std::string& serie
 
 void FileActions::take(LoadedInput input, const std::filesystem::path& path) {
   emit about_to_take();
-  workbench_.open(std::move(input.scene), std::move(input.volume), std::move(input.references));
+  workbench_.open(std::move(input.scene), std::move(input.volume), std::move(input.references),
+                  std::move(input.history));
   workbench_.view.low_is_bright = input.low_is_bright;
   const QString series = QString::fromStdString(input.series);
   workbench_.set_title(QString::fromStdString(input.patient),
@@ -155,7 +156,8 @@ void FileActions::take(LoadedInput input, const std::filesystem::path& path) {
 
 void FileActions::take_up(LoadedInput input, const WorkNote& note) {
   emit about_to_take();
-  workbench_.open(std::move(input.scene), std::move(input.volume), std::move(input.references));
+  workbench_.open(std::move(input.scene), std::move(input.volume), std::move(input.references),
+                  std::move(input.history));
   workbench_.mark_unsaved();
   last_path_ = QString::fromStdString(note.opened);
   scene_path_ = QString::fromStdString(note.scene_file);
@@ -232,7 +234,7 @@ bool FileActions::save_scene_as() {
 
 bool FileActions::save_scene_to(const QString& path) {
   try {
-    write_scene(to_path(path), workbench_.scene_to_save());
+    write_scene(to_path(path), workbench_.scene_to_save(), workbench_.session().history());
   } catch (const std::exception& error) {
     workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
     return false;

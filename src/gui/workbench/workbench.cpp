@@ -72,8 +72,8 @@ Advance Workbench::end_advance() {
   return report([&] { return done; });
 }
 
-void Workbench::open(Scene scene, Volume volume, References references) {
-  settled().open(std::move(scene), std::move(volume));
+void Workbench::open(Scene scene, Volume volume, References references, UndoHistory history) {
+  settled().open(std::move(scene), std::move(volume), std::move(history));
   beside_.reset();  // what was found of the scene before
   references_ = std::move(references);
   patient_.clear();

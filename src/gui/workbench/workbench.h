@@ -39,7 +39,7 @@ class Workbench : public QObject {
   void add_reference(const std::string& path, Volume labels);
 
   /// Throws Error as Session::open does. Crosshair, window and level are set to suit the volume.
-  void open(Scene scene, Volume volume, References references = {});
+  void open(Scene scene, Volume volume, References references = {}, UndoHistory history = UndoHistory());
   /// Names of the patient and the series that is open, for the views; each may be empty.
   void set_title(const QString& patient, const QString& series);
   QString patient_name() const { return patient_; }

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the writer and the reader of undo histories agree on: docs/scene-format.md, "Undo history".
+#pragma once
+#include <cstdint>
+#include <string_view>
+
+#include "io/pose_state.h"
+#include "session/scene.h"
+
+namespace simplexseg::history {
+
+inline constexpr int kVersion = 1;
+inline constexpr std::string_view kMagic = "simplexseg_history";
+// The file is a list in CBOR: the text kMagic, the head, the blocks, and the CRC-32 of all that precedes this number.
+inline constexpr std::uint8_t kListHead = 0x9a, kBytesHead = 0x5b, kNumberHead = 0x1a;
+inline constexpr std::uint8_t kMagicHead = 0x60 + kMagic.size();
+inline constexpr std::size_t kBeforeHead = 5 + 1 + kMagic.size(), kCrcBytes = 5;
+
+/// What tells that a history belongs to a scene.
+template <class Json>
+Json owner_json(const Scene& scene) {
+  Json owner = {{"poses", Json::array()}, {"points", scene.points.size()}};
+  for (const MeshItem& item : scene.meshes) owner["poses"].push_back(pose_digest(item.mesh));
+  return owner;
+}
+
+}  // namespace simplexseg::history

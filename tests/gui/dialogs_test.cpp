@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every dialog that an action opens, and the others: it is seen with a title and something that takes keys, Esc closes
+// it, nothing has changed, and the window has the keys again.
+#include <QAction>
+#include <QDialog>
+#include <QElapsedTimer>
+#include <QFile>
+#include <QPushButton>
+#include <QSettings>
+#include <QTest>
+#include <QTimer>
+
+#include "gui/input/help.h"
+#include "gui/window/autosave.h"
+#include "gui/window/file_actions.h"
+#include "gui/window/label_dialog.h"
+#include "gui/window/series_dialog.h"
+#include "gui/workbench/background_job.h"
+#include "io/volume_io.h"
+#include "window_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+QDialog* dialog_that_is_open() {
+  for (QWidget* widget : QApplication::topLevelWidgets())
+    if (auto* dialog = qobject_cast<QDialog*>(widget); dialog && dialog->isVisible()) return dialog;
+  return nullptr;
+}
+
+/// Whether Return or Space would do something in it.
+bool takes_keys(const QDialog& dialog) {
+  if (const QWidget* focus = dialog.focusWidget(); focus && focus->isEnabled() && focus->focusPolicy() != Qt::NoFocus)
+    return true;
+  for (const QPushButton* button : dialog.findChildren<QPushButton*>())
+    if (button->isDefault() && button->isEnabled()) return true;
+  return false;
+}
+
+class DialogsTest : public PausedPhantomTest {
+ protected:
+  struct Seen {
+    int count = 0;
+    QString title;
+    bool keys = false;
+  };
+
+  void SetUp() override {
+    PausedPhantomTest::SetUp();
+    if (IsSkipped()) return;
+    ASSERT_TRUE(has_keys());
+    axial().setFocus();
+  }
+
+  /// Does what opens a dialog, which may wait for its end, and answers each that comes with Esc.
+  static Seen open_and_escape(const std::function<void()>& open) {
+    Seen seen;
+    QTimer answer;
+    QElapsedTimer since;
+    since.start();
+    const QDialog* answered = nullptr;
+    QObject::connect(&answer, &QTimer::timeout, [&] {
+      QDialog* dialog = dialog_that_is_open();
+      // One that ignores the key would hold the test up for ever.
+      if (dialog && since.elapsed() > 8000) dialog->done(QDialog::Rejected);
+      if (!dialog || dialog == answered) return;
+      answered = dialog;
+      ++seen.count;
+      seen.title = dialog->windowTitle();
+      seen.keys = takes_keys(*dialog);
+      since.restart();
+      QWidget* focus = dialog->focusWidget();
+      QTest::keyClick(focus ? focus : dialog, Qt::Key_Escape);
+    });
+    answer.start(20);
+    open();
+    EXPECT_TRUE(wait_until([&] { return seen.count > 0 && !dialog_that_is_open(); })) << "no dialog, or it stays";
+    EXPECT_LT(since.elapsed(), 8000) << seen.title.toStdString() << " is not closed by Esc";
+    return seen;
+  }
+
+  void expect_escaped(const char* what, const std::function<void()>& open) {
+    SCOPED_TRACE(what);
+    QWidget* const focus = window_->focusWidget();
+    const SessionCount before = count();
+    const Seen seen = open_and_escape(open);
+    EXPECT_EQ(seen.count, 1);
+    EXPECT_FALSE(seen.title.isEmpty());
+    EXPECT_TRUE(seen.keys) << seen.title.toStdString();
+    EXPECT_TRUE(window_->isVisible());
+    EXPECT_EQ(count(), before) << seen.title.toStdString() << " did something though it was called off";
+    ASSERT_TRUE(has_keys()) << seen.title.toStdString();
+    EXPECT_EQ(window_->focusWidget(), focus) << seen.title.toStdString();
+    // And a key does in the window what it does.
+    const double slice = bench().view.crosshair_mm.z();
+    QTest::keyClick(window_->focusWidget(), Qt::Key_PageUp);
+    EXPECT_NE(bench().view.crosshair_mm.z(), slice) << seen.title.toStdString();
+    QTest::keyClick(window_->focusWidget(), Qt::Key_PageDown);
+  }
+
+  using SessionCount = std::pair<std::size_t, std::size_t>;
+  SessionCount count() { return {bench().session().log().size(), scene().meshes.size()}; }
+};
+
+TEST_F(DialogsTest, EachThatAnActionOpensIsClosedByEsc) {
+  const Act acts[] = {Act::Open,       Act::OpenFolder, Act::OpenReference,  Act::SaveScene,    Act::SaveSceneAs,
+                      Act::SaveLabels, Act::SaveMeshes, Act::MeshFromLabels, Act::MeshFromFile, Act::Screenshot,
+                      Act::Help,       Act::Messages,   Act::About};
+  for (const Act act : acts) {
+    QAction* const action = window_->actions()[act];
+    ASSERT_TRUE(action->isEnabled()) << binding_of(act).title;
+    expect_escaped(binding_of(act).title, [action] { action->trigger(); });
+  }
+}
+
+TEST_F(DialogsTest, TheQuestionAtTheEndIsAnsweredByEscWithStay) {
+  bench().apply(AddPoint{scene().meshes[0].id, bench().view.crosshair_mm + Eigen::Vector3d(0, 0, 14)});
+  bench().pause();
+  bool stayed = false;
+  expect_escaped("leaving", [&] { stayed = !window_->files().may_discard(); });
+  EXPECT_TRUE(stayed);
+  EXPECT_TRUE(bench().has_unsaved_changes());
+}
+
+TEST_F(DialogsTest, WhatIsChosenFromIsLeftByEsc) {
+  const auto shown = [](QDialog* dialog) {
+    dialog->setAttribute(Qt::WA_DeleteOnClose);
+    dialog->open();
+  };
+  FoundSeries found;
+  for (const char* name : {"thin", "thick"}) {
+    DicomSeries& series = found.series.emplace_back();
+    series.uid = name, series.texts.series = name, series.files = 3;
+    series.geometry.size = {9, 8, 3};
+  }
+  expect_escaped("series", [&] { shown(new SeriesDialog(found, window_.get())); });
+  LabelCount label;
+  label.value = 3;
+  label.voxels = 500;
+  expect_escaped("labels", [&] { shown(new LabelDialog({label}, window_.get())); });
+  // A 4D file asks for a number.
+  Volume volume = make_phantom("sphere", {.size = 8}).image;
+  const std::string file = folder_.filePath("four.nii").toStdString();
+  write_volume(file, volume);
+  QFile four(folder_.filePath("four.nii"));
+  ASSERT_TRUE(four.open(QIODevice::ReadWrite));
+  const QByteArray voxels = four.readAll().mid(352);
+  four.seek(40);
+  four.write(QByteArray::fromHex("0400080008000800020001000100"), 14);  // dim: 4, 8, 8, 8, 2, 1, 1
+  four.seek(352 + voxels.size());
+  four.write(voxels);
+  four.close();
+  expect_escaped("4D", [&] { window_->files().open(folder_.filePath("four.nii")); });
+}
+
+TEST_F(DialogsTest, LostWorkIsLeftForLaterByEsc) {
+  const std::filesystem::path root = folder_.filePath("work").toStdString();
+  Scene kept = scene();
+  {
+    WorkKeeper keeper(root);
+    keeper.keep(kept, {"/images/ct.nii.gz", "", 1700000000});
+    std::filesystem::copy(keeper.folder(), root / "window-killed", std::filesystem::copy_options::recursive);
+  }
+  auto autosave = std::make_unique<Autosave>(bench(), window_->files(), window_->job(), *window_, root);
+  expect_escaped("lost work", [&] { autosave->offer(); });
+  autosave.reset();
+  EXPECT_EQ(find_lost_work(root).size(), 1u) << "it is offered again";
+}
+
+}  // namespace
+}  // namespace simplexseg
