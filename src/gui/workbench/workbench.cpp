@@ -67,7 +67,7 @@ const Advance& Workbench::done_beside() const {
 }
 
 Advance Workbench::end_advance() {
-  const Advance done = done_beside();
+  Advance done = done_beside();
   beside_.reset();
   return report([&] { return done; });
 }
