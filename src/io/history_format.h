@@ -2,12 +2,19 @@
 // What the writer and the reader of undo histories agree on: docs/scene-format.md, "Undo history".
 #pragma once
 #include <cstdint>
+#include <span>
 #include <string_view>
 
 #include "io/pose_state.h"
 #include "session/scene.h"
+#include "session/scene_snapshot.h"
 
 namespace simplexseg::history {
+
+using Bytes = std::span<const std::uint8_t>;
+using Arrays = SceneSnapshot::Arrays;
+template <class T>
+using Block = SceneSnapshot::Block<T>;
 
 inline constexpr int kVersion = 1;
 inline constexpr std::string_view kMagic = "simplexseg_history";

@@ -3,11 +3,9 @@
 
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <span>
 #include <stdexcept>
 #include <tuple>
 
@@ -19,6 +17,7 @@
 #include "io/history_io.h"
 #include "io/json_input.h"
 #include "io/log_io.h"
+#include "io/mesh_start.h"
 #include "io/ply.h"
 #include "io/scene_text.h"
 #include "session/scene_checks.h"
@@ -29,11 +28,6 @@ using nlohmann::json;
 using namespace history;
 
 namespace {
-
-using Bytes = std::span<const std::uint8_t>;
-using Arrays = SceneSnapshot::Arrays;
-template <class T>
-using Block = SceneSnapshot::Block<T>;
 
 constexpr std::uintmax_t kMostFileBytes = std::uintmax_t{1} << 30;
 constexpr std::size_t kMostTextBytes = std::size_t{16} << 20;  // of one scene
@@ -143,12 +137,9 @@ class HistoryReader {
       item.fit = {item.field, saved.at("field_disagreement").get<int>(), saved.at("field_settled").get<bool>()};
     expect(input.has("start") == saved.contains("start"), "a mesh in it has no start");
     if (!input.has("start")) return;
-    const JsonInput start = input["start"];
-    MeshStart& read = item.start.emplace();
-    read.path = anchored(start[start.has("mesh") ? "mesh" : "labels"].text(), folder_);
-    if (start.has("label")) read.value = start["label"].number();
-    if (start.has("part")) read.part = start["part"].integer_between(1, std::numeric_limits<int>::max());
-    read.mesh = start_mesh(saved.at("start"));
+    item.start = read_named_start(input["start"]);
+    item.start->path = anchored(item.start->path, folder_);
+    item.start->mesh = start_mesh(saved.at("start"));
   }
 
   Arrays read_arrays(const json& saved, std::set<std::size_t>& used) {

@@ -23,11 +23,6 @@ using namespace history;
 
 namespace {
 
-using Bytes = std::span<const std::uint8_t>;
-using Arrays = SceneSnapshot::Arrays;
-template <class T>
-using Block = SceneSnapshot::Block<T>;
-
 template <class T>
 Bytes bytes_of(const std::vector<T>& values) {
   return {reinterpret_cast<const std::uint8_t*>(values.data()), values.size() * sizeof(T)};

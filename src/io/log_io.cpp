@@ -10,7 +10,6 @@
 #include "io/atomic_file.h"
 #include "io/json_input.h"
 #include "io/json_output.h"
-#include "io/mesh_io.h"
 #include "io/mesh_start.h"
 #include "io/parameter_json.h"
 #include "io/parameter_text.h"
@@ -50,11 +49,7 @@ Json body(const AddMesh& c) {
   Json json = {{"name", c.name}, {"centre_mm", vector_json(c.seed.centre_mm)}, {"radius_mm", c.seed.radius_mm}};
   if (c.colour) json["colour"] = colour_json(*c.colour);
   if (c.like) json["like"] = c.like;
-  if (c.start) {
-    json["start"] = {{is_mesh_name(c.start->path) ? "mesh" : "labels", c.start->path}};
-    if (c.start->value) json["start"]["label"] = *c.start->value;
-    if (c.start->part > 0) json["start"]["part"] = c.start->part;
-  }
+  if (c.start) json["start"] = start_json<Json>(*c.start, c.start->path);
   return json;
 }
 void take(const JsonInput& in, AddMesh& c) {
@@ -63,13 +58,7 @@ void take(const JsonInput& in, AddMesh& c) {
   c.seed = {in["centre_mm"].vector3(), read_radius(in["radius_mm"])};
   if (in.has("colour")) c.colour = read_colour(in["colour"]);
   if (in.has("like")) c.like = read_id(in["like"]);
-  if (!in.has("start")) return;
-  const JsonInput start = in["start"];
-  start.expect_keys({"labels", "label", "part", "mesh"});
-  MeshStart wanted{start[start.has("mesh") ? "mesh" : "labels"].text(), std::nullopt, 0, nullptr};
-  if (start.has("label")) wanted.value = start["label"].number();
-  if (start.has("part")) wanted.part = start["part"].integer_between(1, kMaxInt);
-  c.start = std::move(wanted);
+  if (in.has("start")) c.start = read_named_start(in["start"]);
 }
 
 Json body(const EditMesh& c) {

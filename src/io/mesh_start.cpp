@@ -2,6 +2,7 @@
 #include "io/mesh_start.h"
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <utility>
 
@@ -10,6 +11,7 @@
 #include "image/rasterise.h"
 #include "io/data_path.h"
 #include "io/files.h"
+#include "io/json_input.h"
 #include "io/labels_io.h"
 #include "io/mesh_io.h"
 
@@ -64,6 +66,14 @@ LoadedStart load_start(const MeshStart& wanted, const fs::path& beside, int vert
   LoadedStart loaded = start_of_labels(labels.volume, choice, wanted.path, vertices);
   loaded.warnings = std::move(labels.warnings);
   return loaded;
+}
+
+MeshStart read_named_start(const JsonInput& input) {
+  input.expect_keys({"labels", "label", "part", "mesh"});
+  MeshStart start{input[input.has("mesh") ? "mesh" : "labels"].text(), std::nullopt, 0, nullptr};
+  if (input.has("label")) start.value = input["label"].number();
+  if (input.has("part")) start.part = input["part"].integer_between(1, std::numeric_limits<int>::max());
+  return start;
 }
 
 }  // namespace simplexseg

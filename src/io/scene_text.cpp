@@ -10,7 +10,7 @@
 #include "io/json_input.h"
 #include "io/json_output.h"
 #include "io/log_io.h"
-#include "io/mesh_io.h"
+#include "io/mesh_start.h"
 #include "io/parameter_json.h"
 #include "io/parameter_text.h"
 #include "io/point_text.h"
@@ -126,12 +126,7 @@ Json item_json(const MeshItem& item, const ForceParameters& defaults, const fs::
                {"colour", colour},
                {"visible", item.visible},
                {"label", item.label}};
-  if (item.start) {
-    Json& start = json["start"] = Json::object();
-    start[is_mesh_name(item.start->path) ? "mesh" : "labels"] = portable(item.start->path, folder);
-    if (item.start->value) start["label"] = *item.start->value;
-    if (item.start->part > 0) start["part"] = item.start->part;
-  }
+  if (item.start) json["start"] = start_json<Json>(*item.start, portable(item.start->path, folder));
   if (item.locked) json["locked"] = true;
   if (item.opacity < 1) json["opacity"] = item.opacity;
   const Json forces = forces_json<Json>(item.parameters, &defaults);

@@ -10,11 +10,9 @@
 
 #include "../session/session_fixture.h"
 #include "forces/force_list.h"
-#include "io/cbor.h"
 #include "io/labels_io.h"
 #include "io/load_input.h"
 #include "io/mesh_start.h"
-#include "io/pose_state.h"
 #include "io/scene_io.h"
 #include "io/volume_io.h"
 #include "test_files.h"
@@ -437,37 +435,6 @@ TEST_F(HistoryIo, HugeAndDeepOnesAreRefused) {
   fs::remove(history_file());
   fs::create_directory(history_file());
   EXPECT_HAS(warning(), "not a file");
-}
-
-TEST_F(HistoryIo, AStateThatIsNestedDeeplyIsRefusedToo) {
-  MeshItem item;
-  item.mesh = make_sphere({0, 0, 0}, 10, 0);
-  for (const char* byte : {"\x81", "\x5f", "\xd9"})
-    EXPECT_NE(error_of([&] { take_pose_state("state", std::string(3'000'000, byte[0]), item); }), "");
-}
-
-TEST_F(HistoryIo, AFieldThatCouldNotBeLearnedComesBackAsSuch) {
-  MeshField field;
-  field.problem = "nothing is inside";
-  field.marks = {{MarkKind::Inside, {1, 2, 3}, 4, {0, 0, 0}}};
-  const auto back = field_of_bytes(field_bytes(field));
-  EXPECT_EQ(back->problem, field.problem);
-  EXPECT_TRUE(back->values.empty());
-  ASSERT_EQ(back->marks.size(), 1u);
-  EXPECT_EQ(back->marks[0].radius_mm, 4);
-}
-
-TEST(PlainCbor, IsOneItemOfStatedLength) {
-  EXPECT_NO_THROW(expect_plain_cbor("\x01"));
-  EXPECT_NO_THROW(expect_plain_cbor("\x80"));
-  EXPECT_NO_THROW(
-      expect_plain_cbor(std::string("\xa1\x61"
-                                    "a\x82\x01\xfa\x00\x00\x00\x00",
-                                    10)));
-  for (const char* bad : {"", "\x82\x01", "\x61", "\x9f\xff", "\xc0\x01", "\x01\x01", "\x1b\x01"})
-    EXPECT_THROW(expect_plain_cbor(bad), std::out_of_range) << bad;
-  EXPECT_THROW(expect_plain_cbor("\x83\x01\x01\x01", 3), std::out_of_range);
-  EXPECT_NO_THROW(expect_plain_cbor("\x83\x01\x01\x01", 4));
 }
 
 }  // namespace
