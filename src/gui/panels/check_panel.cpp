@@ -4,8 +4,6 @@
 #include <QAbstractButton>
 #include <QAction>
 #include <QComboBox>
-#include <QFileDialog>
-#include <QFileInfo>
 #include <QGridLayout>
 #include <QHeaderView>
 #include <QLabel>
@@ -21,6 +19,7 @@
 #include "gui/input/action_table.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
+#include "gui/workbench/ask_and_save.h"
 #include "gui/workbench/mesh_checker.h"
 #include "gui/workbench/workbench.h"
 #include "io/atomic_file.h"
@@ -229,16 +228,8 @@ void CheckPanel::save_to(const QString& path) const {
 }
 
 void CheckPanel::choose_and_save() {
-  QString path =
-      QFileDialog::getSaveFileName(this, tr("Save the figures of the meshes"), "meshes.csv", tr("Table (*.csv)"));
-  if (path.isEmpty()) return;
-  if (QFileInfo(path).suffix().isEmpty()) path += ".csv";
-  try {
-    save_to(path);
-    workbench_.say(Severity::Note, tr("Saved %1").arg(path));
-  } catch (const std::exception& error) {
-    workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
-  }
+  ask_and_save(this, workbench_, {tr("Save the figures of the meshes"), "meshes.csv", tr("Table (*.csv)")},
+               [this](const QString& path) { save_to(path); });
 }
 
 }  // namespace simplexseg

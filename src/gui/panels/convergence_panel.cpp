@@ -2,7 +2,6 @@
 #include "gui/panels/convergence_panel.h"
 
 #include <QComboBox>
-#include <QFileDialog>
 #include <QHBoxLayout>
 #include <QImage>
 #include <QLabel>
@@ -17,16 +16,11 @@
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
 #include "image/mask.h"
-#include "io/atomic_file.h"
-#include "io/files.h"
-#include "io/json_input.h"
-#include "io/plot_io.h"
 
 namespace simplexseg {
 namespace {
 
 constexpr int kRedrawMs = 200;  ///< nor is the distance to the reference measured more often
-constexpr int kSavedWidth = 900, kSavedHeight = 600;
 
 using SurfaceErrors = std::map<ItemId, std::shared_ptr<const SurfaceError>>;
 
@@ -40,11 +34,7 @@ ConvergencePanel::ConvergencePanel(Workbench& workbench, QWidget* parent) : QWid
   auto* choices = new QHBoxLayout;
   quantity_ = new QComboBox(this);
   quantity_->setAccessibleName(tr("What is plotted"));
-  quantity_->addItems({tr("Residual"), tr("Surface error")});
-  quantity_->setItemData(0, tr("What the forces still ask for: root mean square over the vertices of a mesh"),
-                         Qt::ToolTipRole);
-  quantity_->setItemData(1, tr("Distance of the vertices from the reference's surface: mean, and 95% dashed"),
-                         Qt::ToolTipRole);
+  add_quantities(*quantity_);
   axis_ = new QComboBox(this);
   axis_->setAccessibleName(tr("Against what"));
   axis_->addItems({tr("against run time"), tr("against steps")});
@@ -228,28 +218,11 @@ void ConvergencePanel::draw() {
 QImage ConvergencePanel::picture() const { return picture_->image(); }
 
 void ConvergencePanel::save_to(const QString& path) const {
-  const std::filesystem::path file_path(path.toStdU16String());
-  if (extension_of(file_path) != ".csv") {
-    write_plot(file_path, plot(), kSavedWidth, kSavedHeight);
-    return;
-  }
-  AtomicFile file(file_path);
-  write_bytes(file, (quantity() == Quantity::Residual ? residuals_ : errors_).csv());
-  file.commit();
+  save_plot(path, plot(), (quantity() == Quantity::Residual ? residuals_ : errors_).csv());
 }
 
 void ConvergencePanel::choose_and_save() {
-  QString chosen;
-  QString path = QFileDialog::getSaveFileName(this, tr("Save the plot or its numbers"), "convergence.png",
-                                              tr("Picture (*.png);;Drawing (*.svg);;Table (*.csv)"), &chosen);
-  if (path.isEmpty()) return;
-  if (QFileInfo(path).suffix().isEmpty()) path += chosen.section('*', 1).section(')', 0, 0);
-  try {
-    save_to(path);
-    workbench_.say(Severity::Note, tr("Saved %1").arg(path));
-  } catch (const std::exception& error) {
-    workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
-  }
+  choose_and_save_plot(this, "convergence.png", workbench_, [this](const QString& path) { save_to(path); });
 }
 
 }  // namespace simplexseg

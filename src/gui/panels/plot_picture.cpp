@@ -1,13 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gui/panels/plot_picture.h"
 
+#include <QComboBox>
 #include <QPainter>
 #include <utility>
 
 #include "gui/look/theme.h"
+#include "gui/workbench/ask_and_save.h"
+#include "io/atomic_file.h"
+#include "io/files.h"
 #include "io/plot_io.h"
 
 namespace simplexseg {
+namespace {
+
+constexpr int kSavedWidth = 900, kSavedHeight = 600;
+
+}  // namespace
 
 PlotPicture::PlotPicture(QWidget* parent, std::function<void()> resized)
     : QWidget(parent), resized_(std::move(resized)) {
@@ -42,6 +51,36 @@ void PlotPicture::paintEvent(QPaintEvent*) {
   painter.fillRect(rect(), palette().color(QPalette::Base));
   painter.setPen(theme::shades().dim);
   painter.drawText(rect().adjusted(16, 16, -16, -16), Qt::AlignCenter | Qt::TextWordWrap, text_);
+}
+
+void add_quantities(QComboBox& choices) {
+  const auto add = [&](const QString& title, const QString& tip) {
+    choices.addItem(title);
+    choices.setItemData(choices.count() - 1, tip, Qt::ToolTipRole);
+  };
+  add(QObject::tr("Residual"),
+      QObject::tr("What the forces still ask for: root mean square over the vertices of a mesh"));
+  add(QObject::tr("Surface error"),
+      QObject::tr("Distance of the vertices from the reference's surface: mean, and 95% dashed"));
+}
+
+void save_plot(const QString& path, const Plot& plot, const std::string& csv) {
+  const std::filesystem::path file_path(path.toStdU16String());
+  if (extension_of(file_path) != ".csv") {
+    write_plot(file_path, plot, kSavedWidth, kSavedHeight);
+    return;
+  }
+  AtomicFile file(file_path);
+  write_bytes(file, csv);
+  file.commit();
+}
+
+void choose_and_save_plot(QWidget* parent, const QString& offered, Workbench& workbench,
+                          const std::function<void(const QString&)>& save) {
+  ask_and_save(parent, workbench,
+               {QObject::tr("Save the plot or its numbers"), offered,
+                QObject::tr("Picture (*.png);;Drawing (*.svg);;Table (*.csv)")},
+               save);
 }
 
 }  // namespace simplexseg

@@ -3,8 +3,6 @@
 
 #include <QAbstractButton>
 #include <QComboBox>
-#include <QFileDialog>
-#include <QFileInfo>
 #include <QHBoxLayout>
 #include <QHeaderView>
 #include <QLabel>
@@ -28,16 +26,12 @@
 #include "gui/views/space_view.h"
 #include "gui/views/view_grid.h"
 #include "gui/workbench/workbench.h"
-#include "io/atomic_file.h"
-#include "io/files.h"
-#include "io/plot_io.h"
 #include "step/engine.h"
 
 namespace simplexseg {
 namespace {
 
 constexpr int kRefreshMs = 200;  // numbers that change more often cannot be read
-constexpr int kSavedWidth = 900, kSavedHeight = 600;
 
 QColor colour_of(int side) {
   const Colour colour = Comparison::colour_of(side);
@@ -200,15 +194,11 @@ QWidget* CompareWindow::build_middle() {
   auto* choices = new QHBoxLayout;
   quantity_ = new QComboBox(middle);
   quantity_->setAccessibleName(tr("What is plotted against run time"));
-  quantity_->addItem(tr("Residual"));
-  if (comparison_->has_reference()) {
-    quantity_->addItem(tr("Surface error"));
+  add_quantities(*quantity_);
+  if (comparison_->has_reference())
     quantity_->setCurrentIndex(1);
-  }
-  quantity_->setItemData(0, tr("What the forces still ask for: root mean square over the vertices of the mesh"),
-                         Qt::ToolTipRole);
-  quantity_->setItemData(1, tr("Distance of the vertices from the reference's surface: mean, and 95% dashed"),
-                         Qt::ToolTipRole);
+  else
+    quantity_->removeItem(1);
   save_ = new QPushButton(tr("Save..."), middle);
   save_->setAutoDefault(false);
   save_->setToolTip(tr("The plot as a picture (PNG, SVG) or its numbers as a table (CSV)"));
@@ -326,41 +316,24 @@ QString CompareWindow::figure(const QString& title, int side) const {
   return {};
 }
 
+bool CompareWindow::plots_errors() const { return quantity_->currentIndex() == 1; }
+
+Plot CompareWindow::plot() const { return plots_errors() ? comparison_->error_plot() : comparison_->residual_plot(); }
+
 void CompareWindow::draw() {
-  const bool errors = quantity_->currentIndex() == 1;
-  const Plot plot = errors ? comparison_->error_plot() : comparison_->residual_plot();
+  const Plot plot = this->plot();
   set_enabled(save_, !plot.series.empty(), tr("There is nothing to save yet"));
   if (!plot.series.empty())
     picture_->show_plot(plot);
   else
-    picture_->show_text(errors && comparison_->steps(0) > 0 ? tr("The reference is being measured.")
-                                                            : tr("Run both: the plot follows them."));
+    picture_->show_text(plots_errors() && comparison_->steps(0) > 0 ? tr("The reference is being measured.")
+                                                                    : tr("Run both: the plot follows them."));
 }
 
-void CompareWindow::save_to(const QString& path) const {
-  const std::filesystem::path file_path(path.toStdU16String());
-  if (extension_of(file_path) != ".csv") {
-    const bool errors = quantity_->currentIndex() == 1;
-    write_plot(file_path, errors ? comparison_->error_plot() : comparison_->residual_plot(), kSavedWidth, kSavedHeight);
-    return;
-  }
-  AtomicFile file(file_path);
-  write_bytes(file, comparison_->csv());
-  file.commit();
-}
+void CompareWindow::save_to(const QString& path) const { save_plot(path, plot(), comparison_->csv()); }
 
 void CompareWindow::choose_and_save() {
-  QString chosen;
-  QString path = QFileDialog::getSaveFileName(this, tr("Save the plot or its numbers"), "comparison.png",
-                                              tr("Picture (*.png);;Drawing (*.svg);;Table (*.csv)"), &chosen);
-  if (path.isEmpty()) return;
-  if (QFileInfo(path).suffix().isEmpty()) path += chosen.section('*', 1).section(')', 0, 0);
-  try {
-    save_to(path);
-    comparison_->side(0).say(Severity::Note, tr("Saved %1").arg(path));
-  } catch (const std::exception& error) {
-    comparison_->side(0).say(Severity::Failure, QString::fromUtf8(error.what()));
-  }
+  choose_and_save_plot(this, "comparison.png", comparison_->side(0), [this](const QString& path) { save_to(path); });
 }
 
 }  // namespace simplexseg

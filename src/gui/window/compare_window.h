@@ -63,6 +63,8 @@ class CompareWindow : public QDialog {
   void refresh_table();
   void draw();
   QString state_of(int side) const;
+  bool plots_errors() const;
+  Plot plot() const;
   void choose_and_save();
 
   Workbench& workbench_;

@@ -7,7 +7,6 @@
 #include <QDockWidget>
 #include <QDragEnterEvent>
 #include <QDropEvent>
-#include <QFileDialog>
 #include <QMenuBar>
 #include <QMimeData>
 #include <QProxyStyle>
@@ -39,6 +38,7 @@
 #include "gui/window/status_line.h"
 #include "gui/window/step_strip.h"
 #include "gui/window/workbench_actions.h"
+#include "gui/workbench/ask_and_save.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/frame_loop.h"
 #include "gui/workbench/workbench.h"
@@ -296,15 +296,9 @@ void MainWindow::save_picture(const QString& path) {
 }
 
 void MainWindow::choose_and_save_picture() {
-  const QString path = QFileDialog::getSaveFileName(this, tr("Save a picture of the window"),
-                                                    files_->offered_path("", ".png"), tr("PNG (*.png)"));
-  if (path.isEmpty()) return;
-  try {
-    save_picture(path);
-    workbench_->say(Severity::Note, tr("Saved %1").arg(path));
-  } catch (const std::exception& error) {
-    workbench_->say(Severity::Failure, QString::fromUtf8(error.what()));
-  }
+  ask_and_save(this, *workbench_,
+               {tr("Save a picture of the window"), files_->offered_path("", ".png"), tr("PNG (*.png)")},
+               [this](const QString& path) { save_picture(path); });
 }
 
 void MainWindow::closeEvent(QCloseEvent* event) {
