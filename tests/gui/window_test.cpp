@@ -253,6 +253,19 @@ TEST_F(WindowTest, TheSeedToolAddsASphere) {
   EXPECT_EQ(bench().view.active_mesh, scene().meshes[1].id);
 }
 
+TEST_F(WindowTest, ASeedBesideTheImageIsRefusedWithWhatToDo) {
+  open_phantom();
+  window_->actions()[Act::ToolSeed]->trigger();
+  QString told;
+  QObject::connect(&bench(), &Workbench::message, [&](Severity, const QString& text) { told = text; });
+  const QPointF beside = axial().pixel_of(bench().view.crosshair_mm + Eigen::Vector3d(0, 40, 0));
+  drag(axial(), beside, beside + QPointF(30, 0));
+  EXPECT_EQ(scene().meshes.size(), 1u);
+  EXPECT_TRUE(told.contains("outside of the image")) << told.toStdString();
+  drag(axial(), QPointF(120, 120), QPointF(150, 120));  // and the tool is still there
+  EXPECT_EQ(scene().meshes.size(), 2u);
+}
+
 TEST_F(WindowTest, ControlClickMakesAMeshActive) {
   open_phantom();
   bench().pause();  // the new mesh would start the run, and the outline would move

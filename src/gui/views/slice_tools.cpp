@@ -130,8 +130,7 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
   if (view.tool == Tool::ZoomPan) {
     drag_ = Drag::Pan;
   } else if (view.tool == Tool::Seed) {
-    drag_ = Drag::Seed;
-    seed_ = Seed{view_.world_of(pixel), 0};
+    begin_seed(view_.world_of(pixel));
   } else if (under) {
     drag_ = Drag::Point;
     dragged_point_ = under;
@@ -184,6 +183,17 @@ void SliceTools::drag_window_level(const QPointF& moved) {
   view.window = std::max(view.window + moved.x() * intensity_per_pixel, 1e-9);
   view.level += moved.y() * intensity_per_pixel;
   workbench_.view_edited();
+}
+
+void SliceTools::begin_seed(const Eigen::Vector3d& centre_mm) {
+  if (!workbench_.session().volume().geometry().contains(centre_mm)) {
+    workbench_.say(
+        Severity::Warning,
+        SliceView::tr("That is outside of the image: press inside of the organ, drag to the radius, release"));
+    return;
+  }
+  drag_ = Drag::Seed;
+  seed_ = Seed{centre_mm, 0};
 }
 
 void SliceTools::finish_seed() {

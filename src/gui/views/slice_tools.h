@@ -55,6 +55,7 @@ class SliceTools {
   ItemId add_point(const Eigen::Vector3d& world_mm, MarkKind kind);
   void drag_point(const QPointF& pixel);
   void drag_window_level(const QPointF& moved);
+  void begin_seed(const Eigen::Vector3d& centre_mm);
   void finish_seed();
   /// Moves the crosshair along a direction of the screen.
   void move_crosshair(const Eigen::Vector3d& direction, int voxels);
