@@ -51,7 +51,7 @@ class Stream {
   cudaStream_t handle_ = nullptr;
 };
 /// All arrays of the engines copy and clear on this stream, in order with their kernels; it outlives them. Engines are
-/// used by one thread.
+/// used by one thread at a time.
 inline Stream& engine_stream() {
   static Stream stream("simplexseg engine");
   return stream;

@@ -5,12 +5,16 @@
 #include <QDialog>
 #include <QElapsedTimer>
 #include <QFile>
+#include <QMenu>
 #include <QPushButton>
 #include <QSettings>
 #include <QTest>
 #include <QTimer>
 
 #include "gui/input/help.h"
+#include "gui/panels/check_panel.h"
+#include "gui/panels/convergence_panel.h"
+#include "gui/panels/force_panel.h"
 #include "gui/window/autosave.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/label_dialog.h"
@@ -105,7 +109,7 @@ class DialogsTest : public PausedPhantomTest {
 TEST_F(DialogsTest, EachThatAnActionOpensIsClosedByEsc) {
   const Act acts[] = {Act::Open,       Act::OpenFolder, Act::OpenReference,  Act::SaveScene,    Act::SaveSceneAs,
                       Act::SaveLabels, Act::SaveMeshes, Act::MeshFromLabels, Act::MeshFromFile, Act::Screenshot,
-                      Act::Help,       Act::Messages,   Act::About};
+                      Act::Help,       Act::Messages,   Act::About,          Act::Compare};
   for (const Act act : acts) {
     QAction* const action = window_->actions()[act];
     ASSERT_TRUE(action->isEnabled()) << binding_of(act).title;
@@ -151,6 +155,37 @@ TEST_F(DialogsTest, WhatIsChosenFromIsLeftByEsc) {
   four.write(voxels);
   four.close();
   expect_escaped("4D", [&] { window_->files().open(folder_.filePath("four.nii")); });
+}
+
+TEST_F(DialogsTest, FilesThatPanelsAskForAreLeftByEsc) {
+  bench().advance_steps(5);  // something to save of a run
+  SidePanels& panels = window_->panels();
+  const auto save_button = [](const QWidget& panel) {
+    for (QPushButton* button : panel.findChildren<QPushButton*>())
+      if (button->text().startsWith("Save")) return button;
+    return static_cast<QPushButton*>(nullptr);
+  };
+  const std::pair<const char*, QWidget*> asking[] = {{"Check", &panels.check()},
+                                                     {"Convergence", &panels.convergence()}};
+  for (const auto& [title, panel] : asking) {
+    panels.show_panel(title);
+    QPushButton* const save = save_button(*panel);
+    ASSERT_TRUE(save) << title;
+    ASSERT_TRUE(wait_until([&] { return save->isEnabled(); })) << title;
+    axial().setFocus();
+    expect_escaped(title, [&] { save->click(); });
+  }
+  panels.show_panel("Forces");
+  axial().setFocus();
+  auto* const presets = panels.forces().findChild<QMenu*>("presets");
+  ASSERT_TRUE(presets);
+  int asked = 0;
+  for (QAction* action : presets->actions()) {
+    if (!action->text().endsWith("...")) continue;
+    ++asked;
+    expect_escaped(action->text().toUtf8(), [&] { action->trigger(); });
+  }
+  EXPECT_EQ(asked, 2);
 }
 
 TEST_F(DialogsTest, LostWorkIsLeftForLaterByEsc) {

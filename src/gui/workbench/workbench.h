@@ -51,7 +51,7 @@ class Workbench : public QObject {
   Advance advance(double seconds);
   Advance advance_steps(int steps, bool stop_at_rest = false);
   /// The same beside what the window's thread does, until `seconds` are over or somebody asks for the session. Then
-  /// advanced_beside() comes, whereupon end_advance() tells how it went. Only while that has been called since.
+  /// advanced_beside() comes, whereupon end_advance() tells how it went. To be called again only after that.
   void begin_advance(double seconds);
   bool is_advancing() const { return beside_ != nullptr; }
   /// What is done so far of what begin_advance() began, which ends with it.
