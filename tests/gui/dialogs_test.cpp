@@ -179,6 +179,7 @@ TEST_F(DialogsTest, FilesThatPanelsAskForAreLeftByEsc) {
   axial().setFocus();
   auto* const presets = panels.forces().findChild<QMenu*>("presets");
   ASSERT_TRUE(presets);
+  emit presets->aboutToShow();  // which fills it
   int asked = 0;
   for (QAction* action : presets->actions()) {
     if (!action->text().endsWith("...")) continue;

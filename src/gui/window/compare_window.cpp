@@ -78,6 +78,7 @@ CompareWindow::CompareWindow(Workbench& workbench, const std::function<std::uniq
   connect(comparison_.get(), &Comparison::measured_anew, this, soon);
   connect(comparison_.get(), &Comparison::running_changed, this, &CompareWindow::refresh);
   new KeyReturn(*this, *sides_[0].views->all().front());
+  sides_[0].views->all().front()->setFocus();
   resize(1240, 800);
   refresh();
 }
