@@ -99,6 +99,11 @@ TEST_F(LookTest, TheChoiceIsRememberedAndTheDesktopFollowed) {
   QMenu menu;
   again.fill(menu);
   EXPECT_EQ(menu.findChildren<QMenu*>().size(), 2);
+  // A start with another theme keeps the size of text and what was chosen.
+  EXPECT_EQ(LookSettings(*qApp, theme::Choice::Dark).text_percent(), 130);
+  EXPECT_TRUE(theme::is_dark());
+  EXPECT_GT(theme::scaled(100), 100);
+  EXPECT_EQ(LookSettings(*qApp).choice(), theme::Choice::Light);
   again.choose_text(100);
 }
 

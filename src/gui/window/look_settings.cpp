@@ -15,11 +15,12 @@ constexpr const char *kTheme = "theme", *kText = "text_percent";
 const char* const kNames[] = {"desktop", "dark", "light"};
 }  // namespace
 
-LookSettings::LookSettings(QApplication& application)
+LookSettings::LookSettings(QApplication& application, std::optional<theme::Choice> instead)
     : application_(application), settings_(QSettings::IniFormat, QSettings::UserScope, "simplexseg", "window") {
   const QString name = settings_.value(kTheme).toString();
   for (int n = 0; n < 3; ++n)
     if (name == kNames[n]) choice_ = static_cast<theme::Choice>(n);
+  choice_ = instead.value_or(choice_);
   const int percent = settings_.value(kText, 100).toInt();
   if (std::count(std::begin(theme::kTextSizes), std::end(theme::kTextSizes), percent)) text_percent_ = percent;
   apply();

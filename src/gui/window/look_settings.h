@@ -2,6 +2,7 @@
 #pragma once
 #include <QObject>
 #include <QSettings>
+#include <optional>
 
 #include "gui/look/theme.h"
 
@@ -15,8 +16,8 @@ namespace simplexseg {
 class LookSettings : public QObject {
   Q_OBJECT
  public:
-  /// Applies what was chosen last.
-  explicit LookSettings(QApplication& application);
+  /// Applies what was chosen last; `instead`: the theme of this start, whatever was chosen.
+  explicit LookSettings(QApplication& application, std::optional<theme::Choice> instead = {});
   void fill(QMenu& menu);
   theme::Choice choice() const { return choice_; }
   void choose(theme::Choice choice);

@@ -25,6 +25,8 @@ constexpr int kWidth = 344;
 QTabWidget* make_tabs() {
   auto* tabs = new QTabWidget;
   tabs->setDocumentMode(true);
+  tabs->setUsesScrollButtons(false);  // large text is cut short: a tab that cannot be seen is not found
+  tabs->setElideMode(Qt::ElideRight);
   return tabs;
 }
 }  // namespace
@@ -55,7 +57,7 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
   convergence_->setObjectName(tr("Convergence"));
   for (QWidget* panel : {static_cast<QWidget*>(forces_), static_cast<QWidget*>(simulation_),
                          static_cast<QWidget*>(points_), static_cast<QWidget*>(check_)})
-    tabs_->addTab(panel, panel->objectName());
+    tabs_->setTabToolTip(tabs_->addTab(panel, panel->objectName()), panel->objectName());
   check_->installEventFilter(this);
   for (QWidget* panel : {static_cast<QWidget*>(plan_), static_cast<QWidget*>(convergence_)}) {
     panel->hide();
@@ -94,7 +96,8 @@ void SidePanels::arrange() {
       const int at = tabs->indexOf(panel);
       if (at >= 0 && (!researcher_ || tabs != home)) tabs->removeTab(at), panel->hide();
     }
-    if (researcher_ && home->indexOf(panel) < 0) home->addTab(panel, panel->objectName());
+    if (researcher_ && home->indexOf(panel) < 0)
+      home->setTabToolTip(home->addTab(panel, panel->objectName()), panel->objectName());
   }
   const int rows = own_row ? 3 : 2;
   row_->setVisible(own_row);

@@ -76,7 +76,7 @@ std::optional<int> parse(const QStringList& arguments, Options& options) {
   parser.addOptions({help, version, backend, screenshot, steps, size, measure, log, look});
   if (!parser.parse(arguments)) return complain(kBadInput, parser.errorText() + "; see --help");
   if (parser.isSet(help)) {
-    std::fputs(qUtf8Printable(parser.helpText()), stdout);
+    std::fputs(qUtf8Printable(parser.helpText().replace("<executable_name>", "simplexseg")), stdout);
     return kDone;
   }
   if (parser.isSet(version)) {
@@ -246,8 +246,8 @@ int run_desktop(int argc, char** argv) {
   // Pictures for others do not depend on whose desktop they are made on.
   std::optional<LookSettings> look;
   const bool for_a_user = options.screenshot.isEmpty() && !options.measure_s;
-  if (for_a_user && !options.theme)
-    look.emplace(application);
+  if (for_a_user)
+    look.emplace(application, options.theme);
   else
     theme::apply(application, options.theme.value_or(theme::Choice::Dark) != theme::Choice::Light);
   if (const std::string why = why_no_opengl(); !why.empty()) {

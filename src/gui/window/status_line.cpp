@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gui/look/elided_label.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
 #include "gui/views/drawn_scene.h"
@@ -18,13 +19,12 @@ StatusLine::StatusLine(Workbench& workbench, DrawnScene& drawn, QWidget* parent)
       drawn_(drawn),
       place_(new QLabel(this)),
       learning_(new QLabel(this)),
-      manner_(new QLabel(this)),
+      manner_(new ElidedLabel(this)),
       contrast_(new QLabel(this)) {
   setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Fixed);  // a long line must not widen the window
   setSizeGripEnabled(false);
   for (QLabel* label : {place_, learning_, manner_, contrast_}) label->setContentsMargins(8, 0, 8, 0);
   place_->setTextInteractionFlags(Qt::TextSelectableByMouse);
-  manner_->setMinimumWidth(1);  // the first to give way in a narrow window
   set_role(manner_, "dim");
   addWidget(place_, 1);
   set_role(learning_, "warning");

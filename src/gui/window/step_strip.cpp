@@ -3,10 +3,10 @@
 
 #include <QAction>
 #include <QHBoxLayout>
-#include <QLabel>
 #include <QToolButton>
 
 #include "gui/input/action_table.h"
+#include "gui/look/elided_label.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {
@@ -33,7 +33,7 @@ StepStrip::StepStrip(Workbench& workbench, ActionTable& actions, QWidget* parent
     row->addWidget(steps_[n]);
   }
   row->addSpacing(10);
-  hint_ = new QLabel(this);
+  hint_ = new ElidedLabel(this);
   hint_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
   row->addWidget(hint_, 1);
   connect(&workbench_, &Workbench::scene_changed, this, &StepStrip::refresh);
@@ -65,14 +65,7 @@ void StepStrip::refresh() {
   for (int n = 0; n < 3; ++n) steps_[n]->setChecked(n == step());
   const QString text = hint();
   hint_->setToolTip(text);
-  const QString fitting = hint_->fontMetrics().elidedText(text, Qt::ElideRight, hint_->width());
-  if (hint_->text() != fitting) hint_->setText(fitting);
-}
-
-void StepStrip::resizeEvent(QResizeEvent* event) {
-  QFrame::resizeEvent(event);
-  layout()->activate();
-  refresh();
+  hint_->setText(text);
 }
 
 }  // namespace simplexseg

@@ -2,12 +2,12 @@
 #pragma once
 #include <QFrame>
 
-class QLabel;
 class QToolButton;
 
 namespace simplexseg {
 
 class ActionTable;
+class ElidedLabel;
 class Workbench;
 
 /// Open, Seed, Correct: which of the three steps is next, and the gesture that does it. It is always as high as now, so
@@ -19,15 +19,12 @@ class StepStrip : public QFrame {
   /// 0 Open, 1 Seed, 2 Correct.
   int step() const;
 
- protected:
-  void resizeEvent(QResizeEvent* event) override;
-
  private:
   void refresh();
 
   Workbench& workbench_;
   QToolButton* steps_[3];
-  QLabel* hint_;
+  ElidedLabel* hint_;
 };
 
 }  // namespace simplexseg
