@@ -6,8 +6,10 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <new>
+#include <vector>
 
 #include "cli/commands.h"
+#include "cli/slicer_description.h"
 #include "core/error.h"
 #include "io/files.h"
 #include "io/parameter_text.h"
@@ -39,6 +41,16 @@ int act(const Action& action, std::ostream& out, std::ostream& err) {
   }
 }
 
+/// 3D Slicer calls a module by the program's name alone: options without a subcommand are those of `segment`.
+std::vector<const char*> with_subcommand(const CLI::App& app, int argc, const char* const* argv) {
+  std::vector<const char*> arguments(argv, argv + argc);
+  const char* const segment = "segment";
+  if (argc > 1 && argv[1][0] == '-' && !app.get_option_no_throw(argv[1]) &&
+      app.get_subcommand(segment)->get_option_no_throw(argv[1]))
+    arguments.insert(arguments.begin() + 1, segment);
+  return arguments;
+}
+
 }  // namespace
 
 int run_cli(int argc, const char* const* argv, std::ostream& out, std::ostream& err) {
@@ -50,6 +62,7 @@ int run_cli(int argc, const char* const* argv, std::ostream& out, std::ostream& 
   const Subcommand program(app);
   add_info(program, action);
   add_run(program, action);
+  add_segment(program, action);
   add_mesh(program, action);
   add_compare(program, action);
   add_phantom(program, action);
@@ -57,8 +70,11 @@ int run_cli(int argc, const char* const* argv, std::ostream& out, std::ostream& 
   add_parameters(program, action);
   add_study(program, action);
   add_clicks(program, action);
+  program.add_answer("--xml", slicer_description,
+                     "Print what 3D Slicer is to know of segment (Slicer Execution Model)");
+  const std::vector<const char*> arguments = with_subcommand(app, argc, argv);
   try {
-    app.parse(argc, argv);
+    app.parse(static_cast<int>(arguments.size()), arguments.data());
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error, out, err);
     if (argc > 1 && argv[1][0] != '-' && app.get_subcommands().empty()) {

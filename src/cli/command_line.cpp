@@ -39,6 +39,10 @@ template Option Subcommand::add_option(const std::string&, std::uint64_t&, const
 Option Subcommand::add_flag(const std::string& name, bool& value, const std::string& doc) const {
   return Option(app_->add_flag(name, value, doc));
 }
+void Subcommand::add_answer(const std::string& name, std::function<std::string()> text, const std::string& doc) const {
+  app_->add_flag_callback(
+      name, [text = std::move(text)] { throw CLI::CallForVersion(text(), 0); }, doc);
+}
 void Subcommand::callback(std::function<void()> function) const { app_->callback(std::move(function)); }
 
 }  // namespace simplexseg

@@ -45,6 +45,8 @@ class Subcommand {
   template <class T>
   Option add_option(const std::string& name, T& value, const std::string& doc) const;
   Option add_flag(const std::string& name, bool& value, const std::string& doc) const;
+  /// A flag that prints a text, and nothing else is done or asked for.
+  void add_answer(const std::string& name, std::function<std::string()> text, const std::string& doc) const;
   /// Called, once everything is parsed, where this subcommand was named.
   void callback(std::function<void()> function) const;
 

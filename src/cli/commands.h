@@ -27,6 +27,7 @@ using Action = std::function<void(const Console&)>;
 // Each adds one subcommand, in a file of its own.
 void add_info(const Subcommand& app, Action& action);
 void add_run(const Subcommand& app, Action& action);
+void add_segment(const Subcommand& app, Action& action);
 void add_mesh(const Subcommand& app, Action& action);
 void add_compare(const Subcommand& app, Action& action);
 void add_phantom(const Subcommand& app, Action& action);

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "cli/plan.h"
+
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <ostream>
 
-#include "cli/commands.h"
 #include "cli/load.h"
 #include "cli/table.h"
 #include "io/files.h"
+#include "session/run_estimate.h"
 #include "session/session.h"
 
 namespace simplexseg {
@@ -22,22 +24,32 @@ struct Options {
 void plan(const Options& options, const Console& console) {
   LoadedInput loaded =
       load_scene(options.scene, {.settings = options.settings, .voxels = LoadOptions::Voxels::LeaveOut});
+  const int steps = loaded.scene.steps;
+  print_plan(std::move(loaded), steps, options.json, console);
+}
+
+}  // namespace
+
+void print_plan(LoadedInput loaded, int steps, bool json, const Console& console) {
   Session session(make_cpu_engine());
   session.open(std::move(loaded.scene), std::move(loaded.volume));
   const StepPlan plan = make_plan(session.scene(), session.volume());
+  const RunEstimate run = estimate_run(session.scene(), session.volume(), plan, steps);
   const std::optional<CudaDevice> device = cuda_device();
   print_warnings(loaded.warnings, console);
-  if (options.json) {
-    nlohmann::ordered_json json = {{"bytes_held", plan.bytes_held()}, {"items", nlohmann::ordered_json::array()}};
-    if (device) json["device"] = {{"name", device->name}, {"bytes_free", device->bytes_free}};
+  if (json) {
+    nlohmann::ordered_json text = {{"bytes_held", plan.bytes_held()},   {"process_bytes", run.process_bytes},
+                                   {"run_seconds", run.seconds},        {"run_steps", run.steps},
+                                   {"estimates", RunEstimate::kSource}, {"items", nlohmann::ordered_json::array()}};
+    if (device) text["device"] = {{"name", device->name}, {"bytes_free", device->bytes_free}};
     for (const StepPlan::Item& item : plan.items) {
-      json["items"].push_back({{"name", item.name},
+      text["items"].push_back({{"name", item.name},
                                {"what", item.what},
                                {"needed", item.needed},
                                {"why", item.why},
                                {"bytes", item.bytes}});
     }
-    console.out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
+    console.out << text.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
     return;
   }
   std::vector<std::vector<std::string>> rows{{"what", "name", "needed", "bytes", "why"}};
@@ -46,15 +58,16 @@ void plan(const Options& options, const Console& console) {
                     item.needed ? in_words(static_cast<double>(item.bytes)) : "-", item.why});
   }
   print_table(console.out, rows, rows[0].size());
-  console.out << "held: " << in_words(static_cast<double>(plan.bytes_held())) << "\n";
+  console.out << "held: " << in_words(static_cast<double>(plan.bytes_held())) << "\n"
+              << "a run: about " << in_words(static_cast<double>(run.process_bytes)) << " of memory in all, and "
+              << fixed(run.seconds, run.seconds < 10 ? 1 : 0) << " s for " << run.steps << " steps; "
+              << RunEstimate::kSource << "\n";
   if (device)
     console.out << device->name << ": " << in_words(static_cast<double>(device->bytes_free)) << " free, so the scene "
                 << (plan.bytes_held() <= device->bytes_free ? "fits" : "does not fit, and runs on the CPU") << "\n";
   else
     console.out << "runs on the CPU: " << why_no_cuda() << "\n";
 }
-
-}  // namespace
 
 void add_plan(const Subcommand& app, Action& action) {
   const Subcommand sub = app.add_subcommand(

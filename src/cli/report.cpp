@@ -58,6 +58,12 @@ Json mesh_json(const MeshReport& mesh) {
   for (const Metric& metric : metric_list()) {
     if (mesh.agreement) json[metric.key] = metric.value(*mesh.agreement);
   }
+  if (mesh.field) {
+    json["expected_dice"] = mesh.field->expected_dice;
+    json["unsure"] = mesh.field->unsure();
+    json["leaks"] = mesh.field->leaks;
+    if (!mesh.field->problem.empty()) json["problem"] = mesh.field->problem;
+  }
   if (!mesh.trace.empty()) json["trace"] = trace_json(mesh.trace);
   return json;
 }
@@ -70,7 +76,8 @@ bool is_compared(const RunReport& report) {
 }  // namespace
 
 void write_report(const std::filesystem::path& path, const RunReport& report, const Scene& scene) {
-  Json json = {{"simplexseg_report", 1}, {"scene", report.scene_path}};
+  Json json = {{"simplexseg_report", 1}};
+  if (!report.scene_path.empty()) json["scene"] = report.scene_path;
   if (!report.voxel_type.empty()) {
     const auto& spacing = report.geometry.spacing_mm;
     json["volume"] = {{"path", report.volume_path},
@@ -87,6 +94,7 @@ void write_report(const std::filesystem::path& path, const RunReport& report, co
   json["steps"] = report.steps;
   json["step_us"] = report.step_us();
   json["at_rest"] = report.at_rest;
+  if (!report.warnings.empty()) json["warnings"] = report.warnings;
   if (!report.cuts.empty()) json["timestep_cuts"] = report.cuts;
   if (report.failure) json["failure"] = *report.failure;
   json["bytes_held"] = report.bytes_held;

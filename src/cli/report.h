@@ -2,6 +2,7 @@
 #pragma once
 #include <filesystem>
 #include <iosfwd>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,11 +22,12 @@ struct MeshReport {
   SurfaceMeasures measures{};
   std::optional<MaskComparison> agreement;  ///< with the reference that the scene names
   std::vector<TraceSample> trace;           ///< what was measured during the run
+  std::shared_ptr<const MeshField> field;   ///< that it learned; null: none
 };
 
 /// What a run did.
 struct RunReport {
-  std::string scene_path, volume_path;
+  std::string scene_path, volume_path;  ///< a scene that is no file has none
   VolumeGeometry geometry;
   std::string voxel_type;  ///< empty without a volume
   std::string backend, device, note;
@@ -33,7 +35,8 @@ struct RunReport {
   double load_ms = 0, wall_ms = 0;  ///< reading and making ready; the simulation alone
   std::int64_t steps = 0;
   bool at_rest = false;
-  std::vector<std::string> cuts;  ///< one line for each step undone
+  std::vector<std::string> warnings;  ///< of what was read, one line each
+  std::vector<std::string> cuts;      ///< one line for each step undone
   std::optional<std::string> failure;
   std::size_t bytes_held = 0;
   std::vector<MeshReport> meshes;

@@ -6,7 +6,6 @@
 #include "core/error.h"
 #include "io/files.h"
 #include "io/history_io.h"
-#include "io/scene_io.h"
 #include "io/set_by_path.h"
 #include "io/volume_checksum.h"
 #include "io/volume_io.h"
@@ -82,7 +81,12 @@ void load_history(LoadedInput& input, const fs::path& path) {
 }  // namespace
 
 LoadedInput load_scene(const fs::path& path, const LoadOptions& options) {
-  SceneFile file = read_scene(path);
+  LoadedInput input = load_scene(read_scene(path), path.parent_path(), options);
+  if (options.history == LoadOptions::History::Read) load_history(input, path);
+  return input;
+}
+
+LoadedInput load_scene(SceneFile file, const fs::path& folder, const LoadOptions& options) {
   for (const std::string& setting : options.settings) set_by_path(file.scene, setting);
   LoadedInput input;
   input.scene = std::move(file.scene);
@@ -90,8 +94,7 @@ LoadedInput load_scene(const fs::path& path, const LoadOptions& options) {
   const bool reads = options.voxels == LoadOptions::Voxels::Read;
   if (!input.volume_path.empty()) reads ? load_voxels(input) : load_header(input);
   input.warnings.insert(input.warnings.end(), file.warnings.begin(), file.warnings.end());
-  if (reads) load_references(input, path.parent_path(), options.bad_reference);
-  if (options.history == LoadOptions::History::Read) load_history(input, path);
+  if (reads) load_references(input, folder, options.bad_reference);
   return input;
 }
 

@@ -7,6 +7,7 @@
 
 #include "image/volume.h"
 #include "io/references.h"
+#include "io/scene_io.h"
 #include "session/scene.h"
 #include "session/undo_history.h"
 
@@ -40,6 +41,9 @@ struct LoadOptions {
 /// Reads a scene file, its volume and its references. Throws Error as the readers do; a reference that cannot be read
 /// is one too, or a warning, as the options say.
 LoadedInput load_scene(const std::filesystem::path& path, const LoadOptions& options = {});
+/// The same of a scene that was made, or read already; its references are looked for in `folder`, too. It has no
+/// history.
+LoadedInput load_scene(SceneFile file, const std::filesystem::path& folder, const LoadOptions& options = {});
 
 /// Reads what a user names to be looked at: a scene (.json), else a volume or a DICOM folder, which makes a scene
 /// without meshes (its undo history is read, too); of a 4D file number `volume`, from 1 (a scene names its own); of a

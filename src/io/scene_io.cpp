@@ -94,7 +94,7 @@ std::vector<ItemId> file_ids(const Scene& scene) {
 
 }  // namespace
 
-SceneFile read_scene(const fs::path& path) {
+SceneFile read_scene(const fs::path& path, SceneVolume volume) {
   const JsonInput input = JsonInput::open(path, "scene");
   const fs::path folder = path.parent_path();
   SceneFile file;
@@ -103,7 +103,7 @@ SceneFile read_scene(const fs::path& path) {
     if (mesh.has("start")) read_start(mesh["start"], folder, label_files, item.final_vertices, item);
     read_pose(mesh, folder, item);
   });
-  if (input.has("volume")) file.volume = find_data(input["volume"].text(), folder);
+  if (volume == SceneVolume::Find && input.has("volume")) file.volume = find_data(input["volume"].text(), folder);
   for (const auto& [name, labels] : label_files)
     file.warnings.insert(file.warnings.end(), labels.warnings.begin(), labels.warnings.end());
   return file;

@@ -18,7 +18,9 @@ struct SceneFile {
   std::filesystem::path volume;       ///< found on disk; empty when the scene names none
   std::vector<std::string> warnings;  ///< of the labels that meshes start from, one line each
 };
-SceneFile read_scene(const std::filesystem::path& path);
+/// LeaveOut: of a template, whose own volume may be nowhere; `volume` stays empty.
+enum class SceneVolume { Find, LeaveOut };
+SceneFile read_scene(const std::filesystem::path& path, SceneVolume volume = SceneVolume::Find);
 /// Writes the scene and, beside it, the pose of each mesh as PLY (NAME.mesh-ID.ply) and the rest of its state
 /// (NAME.mesh-ID.state): read again, the simulation goes on from the same bits. What can be taken back and done again
 /// from there goes beside it, too (NAME.history): of `history` the steps that are nearest, in about `most_bytes`; where

@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/expect.h"
 #include "forces/force_list.h"
+#include "session/free_for_mesh.h"
 #include "session/mesh_life.h"
 #include "session/mesh_marks.h"
 #include "session/scene_checks.h"
@@ -13,35 +14,8 @@
 namespace simplexseg {
 namespace {
 
-constexpr Colour kPalette[] = {{230, 160, 60}, {86, 180, 233}, {0, 158, 115},   {240, 228, 66},  {204, 121, 167},
-                               {213, 94, 0},   {0, 114, 178},  {170, 120, 240}, {120, 220, 180}, {240, 120, 120}};
-
-/// The first of 1, 2, 3 ... that none of the meshes has, as `has(mesh, number)` says.
-template <class Has>
-int first_free(const Scene& scene, Has has) {
-  int number = 1;
-  while (std::any_of(scene.meshes.begin(), scene.meshes.end(), [&](const MeshItem& item) { return has(item, number); }))
-    ++number;
-  return number;
-}
-
-int free_label(const Scene& scene) {
-  return first_free(scene, [](const MeshItem& other, int label) { return other.label == label; });
-}
-
-std::string numbered_name(int number) { return "mesh " + std::to_string(number); }
-
 void refuse_locked(const MeshItem& item) {
   if (item.locked) throw Error("mesh '" + item.name + "'", "it is locked", "unlock it first");
-}
-
-/// The first colour of the palette that no mesh has; of more meshes than colours the one that is due.
-Colour free_colour(const Scene& scene) {
-  for (const Colour& colour : kPalette)
-    if (std::none_of(scene.meshes.begin(), scene.meshes.end(),
-                     [&](const MeshItem& item) { return item.colour == colour; }))
-      return colour;
-  return kPalette[scene.meshes.size() % std::size(kPalette)];
 }
 
 }  // namespace
@@ -50,9 +24,7 @@ SceneChange SceneEditor::carry_out(const AddMesh& command) {
   MeshItem item;
   item.id = next_id_++;
   item.name = command.name;
-  if (item.name.empty())
-    item.name = numbered_name(
-        first_free(scene_, [](const MeshItem& other, int number) { return other.name == numbered_name(number); }));
+  if (item.name.empty()) item.name = free_name(scene_);
   if (scene_.find_mesh(item.name))
     throw Error("mesh '" + item.name + "'", "the scene has a mesh of that name", "give it another name");
   item.seed = command.seed;

@@ -14,14 +14,6 @@
 namespace simplexseg {
 namespace {
 
-/// Of a field that is not learned yet: a box of about four radii of its seed.
-std::size_t values_of_field(const Seed& seed, const Volume& volume) {
-  double values = 1;
-  for (int a = 0; a < 3; ++a)
-    values *= std::min<double>(volume.geometry().size[a], 20 + 4 * seed.radius_mm / volume.geometry().spacing_mm[a]);
-  return static_cast<std::size_t>(values);
-}
-
 class PlanBuilder {
  public:
   /// `ahead`: each mesh is taken to have learned its field.
@@ -36,7 +28,7 @@ class PlanBuilder {
                          k < finest.size() && finest[k] != 0});
       vertices_ += item.mesh.positions.size();
       if (!item.region.empty()) region_values_ += kRegionBins;
-      if (field) field_values_ += item.has_field() ? item.field->values.size() : values_of_field(item.seed, volume);
+      if (field) field_values_ += expected_field_voxels(item, volume);
     }
     for (const UserPoint& point : scene.points) points_ += point.kind == MarkKind::Boundary;
     needs_ = needs_of(meshes_, !volume.empty(), static_cast<int>(points_));
@@ -267,6 +259,15 @@ class PlanBuilder {
 };
 
 }  // namespace
+
+std::size_t expected_field_voxels(const MeshItem& item, const Volume& volume) {
+  if (item.has_field()) return item.field->values.size();
+  double values = 1;
+  for (int a = 0; a < 3; ++a)
+    values *=
+        std::min<double>(volume.geometry().size[a], 20 + 4 * item.seed.radius_mm / volume.geometry().spacing_mm[a]);
+  return static_cast<std::size_t>(values);
+}
 
 std::size_t StepPlan::bytes_held() const {
   std::size_t sum = 0;

@@ -27,6 +27,8 @@ struct StepPlan {
   bool operator==(const StepPlan&) const = default;
 };
 StepPlan make_plan(const Scene& scene, const Volume& volume);
+/// Voxels of a mesh's field; of one that is not learned yet those of a box of about four radii of its seed.
+std::size_t expected_field_voxels(const MeshItem& item, const Volume& volume);
 /// The same for what an engine was loaded with: which meshes are on their finest level, one entry each, and what is
 /// held (the size of a hierarchy is known once it is made; before that it is estimated). Reads no pose.
 StepPlan make_plan(const Scene& scene, const Volume& volume, std::span<const char> finest,

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/run_scene.h"
+
+#include <algorithm>
+#include <ostream>
+#include <thread>
+
+#include "cli/load.h"
+#include "cli/progress.h"
+#include "cli/report.h"
+#include "cli/simulate.h"
+#include "cli/slice_picture.h"
+#include "core/error.h"
+#include "image/rasterise.h"
+#include "io/atomic_file.h"
+#include "io/files.h"
+#include "io/references.h"
+#include "io/scene_export.h"
+#include "io/scene_io.h"
+#include "io/volume_io.h"
+#include "mesh/mesh_geometry.h"
+#include "session/session.h"
+
+namespace simplexseg {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kMostStepsUntilRest = 100000;
+
+/// Throws Error, before any time is spent, where an output could not be written.
+void check_outputs(const RunOptions& options, const RunInput& input) {
+  std::error_code failure;
+  for (const std::string& output : {options.labels, options.report, options.picture, options.save}) {
+    if (output.empty()) continue;
+    const AtomicFile writable(output);
+    std::vector<fs::path> inputs = input.read_from;
+    inputs.push_back(input.loaded.volume_path);
+    for (const fs::path& read : inputs) {
+      if (!read.empty() && fs::equivalent(output, read, failure)) {
+        throw Error("cannot write " + quoted(fs::path(output)), "the run reads this file", "name another");
+      }
+    }
+  }
+  if (!options.picture.empty()) require_picture_name(options.picture);
+  if (!options.labels.empty()) require_labels_name(options.labels, input.loaded.scene);
+  if (!options.save.empty() && fs::path(options.save).extension() != ".json") {
+    throw Error("cannot write " + quoted(fs::path(options.save)), "the name of a scene ends in .json", "rename it");
+  }
+  if (!options.meshes.empty()) {
+    fs::create_directories(options.meshes, failure);
+    if (!fs::is_directory(options.meshes)) {
+      throw Error("cannot make the folder " + quoted(fs::path(options.meshes)),
+                  failure ? failure.message() : "there is a file of that name", "name another");
+    }
+  }
+}
+
+void write_outputs(const RunOptions& options, const Session& session, RunReport& report, bool low_is_bright,
+                   const Console& console) {
+  const Scene& scene = session.scene();
+  if (!options.labels.empty()) {
+    const std::string note = save_labels(options.labels, scene, session.volume().geometry());
+    if (!note.empty()) console.err << "note: " << note << "\n";
+  }
+  if (!options.meshes.empty()) save_meshes(options.meshes, scene, "." + options.mesh_format);
+  if (!options.save.empty()) write_scene(options.save, scene, session.history());
+  if (!options.picture.empty())
+    write_picture(options.picture, draw_slices(session.volume(), scene, low_is_bright, options.picture_size));
+  if (!options.report.empty()) write_report(options.report, report, scene);
+}
+
+VolumeSampling sampling_named(const std::string& name) {
+  if (name == "linear") return VolumeSampling::Linear;
+  if (name == "fetched") return VolumeSampling::Fetched;
+  return VolumeSampling::Filtered;
+}
+
+}  // namespace
+
+void run_scene(RunInput input, const RunOptions& options, const Console& console) {
+  if (options.backend == "cuda" && options.threads > 0) {
+    throw Error("--threads", "it is for the CPU, and --backend cuda is given", "leave one of the two out");
+  }
+  LoadedInput& loaded = input.loaded;
+  if (loaded.volume.empty() && !options.labels.empty()) {
+    throw Error("--labels", "the scene names no volume, so there is no grid for labels", "add 'volume' to the scene");
+  }
+  check_outputs(options, input);
+  const References references = std::move(loaded.references);
+  Interrupt::check();
+
+  EngineChoice choice = engine_for(options.backend, options.threads, sampling_named(options.sampling));
+  RunReport report;
+  report.scene_path = input.scene;
+  report.warnings = loaded.warnings;
+  report.volume_path = loaded.volume_path.string();
+  report.geometry = loaded.volume.geometry();
+  if (!loaded.volume.empty()) report.voxel_type = to_string(loaded.volume.type());
+  report.backend = choice.engine->backend();
+  report.device = choice.engine->description();
+  report.note = choice.note;
+  if (report.backend == "cpu")
+    report.threads =
+        options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  Session session(std::move(choice.engine), std::move(choice.spare));
+  session.open(std::move(loaded.scene), std::move(loaded.volume), std::move(loaded.history));
+  report.load_ms = 1000 * (seconds_now() - input.start);
+
+  const int scene_steps = options.steps.value_or(session.scene_without_poses().steps);
+  const bool until_rest = options.until_rest || (!options.steps && scene_steps == 0);
+  TracedClock clock(session, options.report.empty() ? nullptr : &references);
+  const Advance advanced =
+      input.log ? replay(session, *input.log, clock, console)
+                : simulate(session, until_rest ? kMostStepsUntilRest : scene_steps, until_rest, clock, console);
+  session.scene();  // the poses are back from the engine: part of the simulation's time
+  report.wall_ms = 1000 * clock.stop();
+  report.steps = advanced.steps;
+  report.at_rest = advanced.at_rest;
+  report.failure = advanced.failure;
+  report.cuts = advanced.cuts;
+  report.bytes_held = session.engine().bytes_held();
+  if (const std::optional<std::string> notice = session.take_notice()) {
+    report.note = *notice;
+    report.backend = session.engine().backend(), report.device = session.engine().description();
+  }
+  print_warnings(loaded.warnings, console);
+  for (const std::string& line : report.cuts) console.err << "note: " << one_line(line, 1000) << "\n";
+  // Worth a line only where CUDA could have been had: a program built without it always takes the CPU.
+  if (!report.note.empty() && why_no_cuda() != "built without CUDA") console.err << one_line(report.note, 1000) << "\n";
+
+  as_failure([&] {
+    {
+      const Progress progress(console, "measuring");
+      for (const MeshItem& item : session.scene().meshes) {
+        const MeshTrace* trace = clock.trace().of(item.id);
+        std::optional<MaskComparison> agreement;
+        if (const auto truth = references.mask_for(item))
+          agreement = compare_masks(*truth, rasterise(item.mesh, truth->geometry));
+        report.meshes.push_back({item.name, item.mesh.vertex_count(), measure(item.mesh), agreement,
+                                 trace ? trace->samples : std::vector<TraceSample>{}, item.field});
+        Interrupt::check();
+      }
+    }
+    const Progress progress(console, "writing");
+    write_outputs(options, session, report, loaded.low_is_bright, console);
+  });
+  print_report(console.out, report);
+  if (report.failure) throw Failure("after " + std::to_string(report.steps) + " steps: " + *report.failure);
+  if (until_rest && !input.log && !report.at_rest) {
+    console.err << "note: not at rest after " << report.steps
+                << " steps; give --steps, or raise simulation.rest_tolerance\n";
+  }
+}
+
+HowFar add_run_options(const Subcommand& sub, RunOptions& options) {
+  sub.add_option("--backend", options.backend, "auto takes CUDA where a device can be used, else the CPU")
+      .one_of({"auto", "cpu", "cuda"})
+      .show_default();
+  sub.add_option(
+         "--sampling", options.sampling,
+         "How a CUDA device reads the volume: filtered (by its texture unit, fractions of 8 bits), fetched (from a "
+         "texture, interpolated in float) or linear (from linear memory)")
+      .one_of({"filtered", "fetched", "linear"})
+      .show_default();
+  sub.add_option("--threads", options.threads, "CPU threads; without it as many as the machine has").within(1, 1024);
+  const Option steps =
+      sub.add_option("--steps", options.steps, "Steps to do; without it those of the scene").within(0, 1000000000);
+  const Option rest =
+      sub.add_flag("--until-rest", options.until_rest, "Go on until nothing moves, 100000 steps at most")
+          .excludes(steps);
+  sub.add_option("--set", options.settings,
+                 "Change a parameter first: simulation.PARAMETER=VALUE, forces.FORCE.PARAMETER=VALUE or "
+                 "meshes.NAME.FORCE.PARAMETER=VALUE; see simplexseg-cli parameters")
+      .one_value_each();
+  sub.add_option("--meshes", options.meshes, "Write each mesh as NAME.ply, or of another format, into this folder");
+  sub.add_option("--mesh-format", options.mesh_format, "Of the files of --meshes; ply alone keeps every bit")
+      .one_of({"ply", "obj", "stl", "vtk", "vtp"})
+      .show_default();
+  sub.add_option("--save", options.save, "Write the scene as it is then here (.json), to be run on or opened");
+  sub.add_option("--report", options.report, "Write a report here (JSON)");
+  sub.add_option("--picture", options.picture, "Write three slices with the meshes' outlines here (.png, .ppm)");
+  sub.add_option("--picture-size", options.picture_size, "Of each of its slices, in pixels at most")
+      .within(32, 4000)
+      .show_default();
+  return {steps, rest};
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/segment_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "core/error.h"
+#include "io/files.h"
+#include "io/header_text.h"
+#include "io/labels_io.h"
+#include "io/mesh_start.h"
+#include "session/free_for_mesh.h"
+
+namespace simplexseg {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kUsualRadiusMm = 10;
+
+std::string counted(std::size_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+std::string counted_meshes(const Scene& scene) { return counted(scene.meshes.size(), "mesh", "meshes"); }
+
+Eigen::Vector3d position_of(const char* option, const std::string& text) {
+  Eigen::Vector3d position;
+  std::size_t start = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::size_t end = axis < 2 ? text.find(',', start) : text.size();
+    const std::optional<double> value =
+        end == text.npos ? std::nullopt : number_of<double>(trimmed(text.substr(start, end - start)));
+    if (!value || !std::isfinite(*value))
+      throw Error(std::string(option) + " '" + one_line(text, 100) + "'", "it is not three numbers with commas between",
+                  "write X,Y,Z in mm (LPS), as -12.5,30,8");
+    position[axis] = *value;
+    start = end + 1;
+  }
+  return position;
+}
+
+/// What of a template holds for another image.
+Scene template_scene(const std::string& path) {
+  Scene scene = read_scene(path, SceneVolume::LeaveOut).scene;
+  scene.volume_checksum.clear(), scene.volume_series.clear(), scene.view.reset();
+  for (MeshItem& item : scene.meshes) {
+    MeshItem fresh;
+    fresh.id = item.id, fresh.name = item.name, fresh.label = item.label;
+    fresh.colour = item.colour, fresh.visible = item.visible, fresh.locked = item.locked, fresh.opacity = item.opacity;
+    fresh.seed = item.seed, fresh.start = item.start;
+    fresh.parameters = item.parameters, fresh.final_vertices = item.final_vertices;
+    item = std::move(fresh);
+  }
+  return scene;
+}
+
+MeshItem& add_mesh_item(Scene& scene) {
+  MeshItem item;
+  item.name = free_name(scene), item.label = free_label(scene), item.colour = free_colour(scene);
+  item.parameters = scene.forces;
+  return scene.meshes.emplace_back(std::move(item));
+}
+
+void place_seeds(const SegmentRequest& request, Scene& scene) {
+  const std::size_t count = request.seeds.size(), radii = request.radii.size();
+  if (radii > 1 && radii != count)
+    throw Error("--radius", counted(radii, "radius", "radii") + " for " + counted(count, "seed", "seeds"),
+                "give one for all, or one for each seed");
+  if (!scene.meshes.empty() && scene.meshes.size() != count)
+    throw Error(
+        "--seed",
+        counted(count, "seed", "seeds") + " for " + counted_meshes(scene) + " of " + quoted(fs::path(request.scene)),
+        "give as many, in the order of its meshes");
+  for (std::size_t s = 0; s < count; ++s) {
+    MeshItem& item = s < scene.meshes.size() ? scene.meshes[s] : add_mesh_item(scene);
+    item.seed.centre_mm = position_of("--seed", request.seeds[s]);
+    item.seed.radius_mm = radii == 0 ? kUsualRadiusMm : request.radii[radii == 1 ? 0 : s];
+    item.start.reset();
+  }
+}
+
+void start_from_labels(const SegmentRequest& request, SceneFile& file) {
+  const std::string path = fs::absolute(request.start_labels).lexically_normal().string();
+  const LoadedLabels labels = load_labels(path);
+  file.warnings.insert(file.warnings.end(), labels.warnings.begin(), labels.warnings.end());
+  Scene& scene = file.scene;
+  if (scene.meshes.empty()) {
+    for (const LabelCount& label : count_labels(labels.volume, labels.segments)) {
+      MeshItem& item = add_mesh_item(scene);
+      item.label = static_cast<int>(std::lround(label.value));
+      item.name = label.name.empty() ? "label " + std::to_string(item.label) : label.name;
+      if (label.colour) item.colour = *label.colour;
+    }
+    if (scene.meshes.empty())
+      throw Error("labels " + quoted(fs::path(request.start_labels)), "every voxel is 0", "name a label volume");
+  }
+  for (MeshItem& item : scene.meshes) {
+    LoadedStart loaded =
+        start_of_labels(labels.volume, {static_cast<double>(item.label), 0, {}}, path, item.final_vertices);
+    item.start = std::move(loaded.start), item.seed = loaded.seed;
+  }
+}
+
+void rename_meshes(const std::vector<std::string>& names, Scene& scene) {
+  if (names.empty()) return;
+  if (names.size() != scene.meshes.size())
+    throw Error("--name", counted(names.size(), "name", "names") + " for " + counted_meshes(scene),
+                "give each mesh one, or none");
+  for (std::size_t m = 0; m < names.size(); ++m) {
+    if (names[m].empty()) throw Error("--name", "a name is empty", "give each mesh a name");
+    if (std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(m), names[m]) !=
+        names.begin() + static_cast<std::ptrdiff_t>(m))
+      throw Error("--name '" + one_line(names[m]) + "'", "two meshes would have it", "give each another one");
+    scene.meshes[m].name = names[m];
+  }
+}
+
+void add_points(const char* option, const std::vector<std::string>& texts, MarkKind kind, Scene& scene) {
+  for (const std::string& text : texts) {
+    const std::size_t split = text.rfind('=');
+    const MeshItem* item = nullptr;
+    if (split != text.npos) {
+      item = scene.find_mesh(text.substr(0, split));
+      if (!item)
+        throw Error(std::string(option) + " '" + one_line(text, 100) + "'", "there is no mesh of that name",
+                    "name one of the meshes");
+    } else if (scene.meshes.size() == 1) {
+      item = &scene.meshes.front();
+    } else {
+      throw Error(std::string(option) + " '" + one_line(text, 100) + "'",
+                  "it does not say which of " + counted_meshes(scene) + " it belongs to",
+                  "write MESH=X,Y,Z, as '" + scene.meshes.front().name + "=-12.5,30,8'");
+    }
+    UserPoint point{0, item->id, position_of(option, split == text.npos ? text : text.substr(split + 1))};
+    point.kind = kind;
+    scene.points.push_back(point);
+  }
+}
+
+void refer(const SegmentRequest& request, Scene& scene) {
+  if (request.reference.empty()) {
+    if (request.reference_label)
+      throw Error("--reference-label", "there is no reference that it is of", "give --reference, too");
+    return;
+  }
+  const std::string path = fs::absolute(request.reference).lexically_normal().string();
+  for (MeshItem& item : scene.meshes) {
+    std::optional<double> value = request.reference_label;
+    if (!value && scene.meshes.size() > 1) value = item.label;
+    item.reference = Reference{path, value};
+  }
+}
+
+}  // namespace
+
+SceneFile segment_scene(const SegmentRequest& request) {
+  SceneFile file;
+  Scene& scene = file.scene;
+  if (request.scene.empty())
+    scene.simulation = default_simulation_parameters();
+  else
+    scene = template_scene(request.scene);
+  if (!request.seeds.empty())
+    place_seeds(request, scene);
+  else if (!request.radii.empty() && request.start_labels.empty() && scene.meshes.empty())
+    throw Error("segment", "there is a radius, and no seed", "give --seed X,Y,Z in mm (LPS), too");
+  else if (!request.start_labels.empty())
+    start_from_labels(request, file);
+  else if (scene.meshes.empty())
+    throw Error("segment", "nothing says where the object is",
+                "give --seed X,Y,Z and --radius, --labels-start LABELS, or a --scene with meshes");
+  ItemId id = 0;
+  for (MeshItem& item : scene.meshes) item.id = ++id;  // those of a template are numbered so already
+  rename_meshes(request.names, scene);
+  add_points("--inside", request.inside, MarkKind::Inside, scene);
+  add_points("--outside", request.outside, MarkKind::Outside, scene);
+  add_points("--boundary", request.boundary, MarkKind::Boundary, scene);
+  for (UserPoint& point : scene.points) point.id = ++id;
+  refer(request, scene);
+  scene.volume_path = fs::absolute(request.image).lexically_normal().string();
+  scene.volume_number = request.volume_number;
+  scene.volume_series = request.series;
+  file.volume = request.image;
+  return file;
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,166 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""cohort_test.py PROGRAM: scripts/cohort on one machine."""
+from __future__ import annotations
+
+import csv
+import os
+import re
+import signal
+import subprocess
+import time
+from html.parser import HTMLParser
+from pathlib import Path
+
+import fixture
+from fixture import SHAPES, CohortFixture
+
+
+class Page(HTMLParser):
+    """What a test asks of a page: the order of its cases, and the addresses in it."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.cases: list[str] = []
+        self.pictures = 0
+        self.addresses: list[str] = []
+        self.tags: list[str] = []
+        self.text = path.read_text(encoding="utf-8")
+        self.feed(self.text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        given = {key: value or "" for key, value in attrs}
+        if tag == "article":
+            self.cases.append(given["id"].removeprefix("case-"))
+        self.pictures += tag == "img"
+        self.addresses += [given[key] for key in ("src", "href", "action", "srcset") if key in given]
+
+
+class CohortTest(CohortFixture):
+    def summary(self) -> list[dict[str, str]]:
+        with open(self.out / "summary.csv", newline="", encoding="utf-8") as file:
+            return list(csv.DictReader(file))
+
+    def test_cases_are_the_bare_runs_and_a_broken_one_is_told(self) -> None:
+        self.break_a_volume()
+        self.write_table(self.rows)
+        done = self.cohort()
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertEqual(done.stdout, f"3 done, 1 failed, 0 skipped (done before); page: {self.out}/index.html\n")
+        self.assertRegex(done.stderr, r"(?m)^broken: .*broken\.nii\.gz")
+        self.assert_labels_of_the_bare_program()
+        for name in ("report.json", "picture.png", "meshes/object.ply", "scene.json"):
+            self.assertTrue((self.out / "cases" / "cube" / name).is_file(), name)
+        rows = self.summary()
+        self.assertEqual((rows[0]["name"], rows[0]["state"]), ("broken", "failed"))
+        self.assertIn("broken.nii.gz", rows[0]["why"])
+        self.assertEqual(sorted(row["name"] for row in rows[1:]), sorted(SHAPES))
+        self.assertTrue(all(float(row["dice"]) > 0.3 and float(row["volume_ml"]) > 0 for row in rows[1:]))
+        # The page: all cases, what failed first, and nothing from elsewhere.
+        page = Page(self.out / "index.html")
+        self.assertEqual(page.cases[0], "broken")
+        self.assertEqual(sorted(page.cases), sorted([*SHAPES, "broken"]))
+        self.assertEqual(page.pictures, 3)
+        self.assertNotIn("link", page.tags)
+        for address in page.addresses:
+            self.assertRegex(address, r"^(#case-[\w.-]+$|data:image/png;base64,)")
+        self.assertNotRegex(page.text, r"https?://|@import|url\(")
+        # Mended, it alone is run.
+        stamps = {shape: (self.out / "cases" / shape / "labels.nii.gz").stat().st_mtime_ns for shape in SHAPES}
+        (self.folder / "broken.nii.gz").write_bytes((self.folder / "sphere.nii.gz").read_bytes())
+        again = self.cohort()
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertIn("1 done, 0 failed, 3 skipped", again.stdout)
+        self.assertEqual(stamps, {shape: (self.out / "cases" / shape / "labels.nii.gz").stat().st_mtime_ns for shape in SHAPES})
+        # Of a row that was changed the case is run anew; what somebody deleted, too.
+        self.rows[0]["radius"] = "7"
+        self.write_table(self.rows)
+        (self.out / "cases" / "cube" / "labels.nii.gz").unlink()
+        self.assertIn("2 done, 0 failed, 2 skipped", self.cohort().stdout)
+
+    def test_an_interrupted_call_goes_on(self) -> None:
+        self.write_table(self.rows)
+        calls = self.folder / "calls"
+        slow = self.wrapper(f'echo "$2" >>{calls}\nif [[ $2 == *cube* && ! -e {calls}.killed ]]; then exec sleep 60; fi')
+        environment = dict(os.environ, SIMPLEXSEG_CLI=slow)
+        with subprocess.Popen(self.command("--cores", "1"), env=environment, start_new_session=True, stdout=subprocess.DEVNULL,
+                              stderr=subprocess.DEVNULL) as running:
+            until = time.monotonic() + 40
+            cube_runs = re.compile(r"cube", re.M)
+            while time.monotonic() < until and not (calls.exists() and cube_runs.search(calls.read_text())):
+                time.sleep(0.05)
+            before = calls.read_text().split()
+            os.killpg(running.pid, signal.SIGKILL)
+        self.assertTrue(before and "cube" in before[-1], before)
+        Path(f"{calls}.killed").touch()
+        calls.unlink()
+        done = self.cohort(environment=environment)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        finished = len(before) - 1  # before the one that was killed
+        self.assertIn(f"{3 - finished} done, 0 failed, {finished} skipped", done.stdout)
+        self.assertEqual(len(calls.read_text().split()), 3 - finished, "what is done is not run again")
+        self.assert_labels_of_the_bare_program()
+
+    def test_what_is_killed_is_tried_again(self) -> None:
+        self.write_table(self.rows[:1])
+        once = self.wrapper(f"if mkdir {self.folder}/killed 2>/dev/null; then kill -KILL $$; fi")
+        done = self.cohort(environment=dict(os.environ, SIMPLEXSEG_CLI=once))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        always = self.wrapper("kill -KILL $$")
+        (self.out / "cases" / "sphere" / "status").unlink()
+        done = self.cohort(environment=dict(os.environ, SIMPLEXSEG_CLI=always))
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("sphere: killed: exit status 137", done.stderr)
+
+    def test_bad_tables_are_told_in_one_line_before_anything_runs(self) -> None:
+        good = self.rows[0]
+
+        def expect(rows: list[dict[str, str]], *words: str) -> None:
+            self.write_table(rows)
+            self.expect_refused(*words)
+
+        expect([good, good | {"image": "cube.nii.gz"}], "row 3", "'name'", "twice")
+        expect([good, good | {"name": "SPHERE"}], "row 3", "'name'", "twice")
+        for name in ("../x", "a b", "", ".hidden", "a/b", "x" * 101):
+            expect([good | {"name": name}], "row 2", "'name'")
+        expect([good | {"image": "none.nii"}], "row 2", "'image'", "none.nii")
+        expect([good | {"image": ""}], "row 2", "'image'")
+        expect([good | {"x": "left"}], "row 2", "'x'", "'left'")
+        expect([good | {"x": "nan"}], "row 2", "'x'")
+        expect([good | {"y": ""}], "row 2", "'y'")
+        expect([good | {"radius": "0"}], "row 2", "'radius'")
+        expect([good | {"labels": "cube.nii.gz"}], "row 2", "'labels'", "seed")
+        expect([{"name": "a", "image": "cube.nii.gz"}], "row 2", "nothing says where")
+        expect([good | {"reference": "none.nii"}], "row 2", "'reference'")
+        expect([good | {"reference": "", "reference_label": "1"}], "row 2", "'reference_label'")
+        expect([good | {"volume": "1.5"}], "row 2", "'volume'")
+        expect([good | {"seed": "1"}], "row 1", "'seed'", "no such column")
+        expect([{"image": "cube.nii.gz"}], "row 1", "'name'")
+        expect([], "empty")
+        table = self.folder / "table.csv"
+        table.write_text("name,image\n")
+        self.expect_refused("no case")
+        table.write_text("name,image\na,b,c\n")
+        self.expect_refused("row 2", "3 cells")
+        table.write_bytes(b"name,image\n\xff\xfe,b\n")
+        self.expect_refused("UTF-8")
+        table.unlink()
+        self.expect_refused("No such file")
+        self.write_table([good])
+        for text, word in (("stepz: 3", "stepz"), ("steps: many", "'steps'"), ("[1]", "no keys"), ("scene: x.json", "x.json"),
+                           ("a: [", "YAML")):
+            self.config.write_text(text)
+            self.expect_refused(word)
+
+    def expect_refused(self, *words: str) -> None:
+        done = self.cohort()
+        self.assertEqual(done.returncode, 2, words)
+        self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+        for word in words:
+            self.assertIn(word, done.stderr)
+        self.assertFalse(self.out.exists())
+
+
+if __name__ == "__main__":
+    fixture.main(("snakemake", "snakemake"))

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the tests of cohorts share: phantoms, a table of them, and calls of scripts/cohort."""
+from __future__ import annotations
+
+import csv
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+SKIPPED = 77  # exit status that ctest takes for a skipped test
+ROOT = Path(__file__).resolve().parent.parent.parent
+COHORT = ROOT / "scripts" / "cohort"
+PROGRAM = ""
+SHAPES = ("sphere", "ellipsoid", "cube")
+STEPS = 40
+
+
+def main(*needed: tuple[str, str]) -> None:
+    """Runs the tests of a file with the program that is its argument. `needed`: programs, and the Debian packages that
+    have them."""
+    global PROGRAM
+    PROGRAM = sys.argv.pop(1)
+    for program, package in needed:
+        if not shutil.which(program):
+            skip(f"install {package}")
+    result = unittest.main(argv=sys.argv, exit=False).result
+    if result.skipped and result.wasSuccessful():
+        skip(result.skipped[0][1])
+    sys.exit(not result.wasSuccessful())
+
+
+def skip(why: str) -> None:
+    """Ends all tests of a file."""
+    print("skipped:", why)
+    sys.exit(SKIPPED)
+
+
+class CohortFixture(unittest.TestCase):
+    """Three phantoms and a folder for results, which live as long as a test."""
+
+    def setUp(self) -> None:
+        self.temporary = tempfile.TemporaryDirectory(prefix="simplexseg-cohort-")
+        self.folder = Path(self.temporary.name)
+        self.out = self.folder / "out"
+        self.config = self.folder / "config.yaml"
+        self.config.write_text(f"steps: {STEPS}\nsettings: [simulation.final_vertices=320]\n")
+        self.rows: list[dict[str, str]] = []
+        for shape in SHAPES:
+            self.call("phantom", shape, f"{shape}.nii.gz", "--labels", f"{shape}_truth.nii.gz", "--size", "24", "--spacing", "2")
+            self.rows.append({"name": shape, "image": f"{shape}.nii.gz", "x": "1", "y": "0", "z": "0", "radius": "8",
+                              "reference": f"{shape}_truth.nii.gz"})
+
+    def tearDown(self) -> None:
+        self.temporary.cleanup()
+
+    def call(self, *arguments: str) -> str:
+        """The bare program, in the folder."""
+        return subprocess.run([PROGRAM, *arguments], cwd=self.folder, capture_output=True, text=True, check=True).stdout
+
+    def write_table(self, rows: list[dict[str, str]]) -> Path:
+        """The table of these rows."""
+        path = self.folder / "table.csv"
+        with open(path, "w", newline="", encoding="utf-8") as file:
+            columns = dict.fromkeys(key for row in rows for key in row)
+            writer = csv.DictWriter(file, list(columns), restval="")
+            writer.writeheader()
+            writer.writerows(rows)
+        return path
+
+    def command(self, *arguments: str) -> list[str]:
+        """A call of scripts/cohort for the table."""
+        return [str(COHORT), str(self.folder / "table.csv"), str(self.out), "--config", str(self.config), *arguments]
+
+    def cohort(self, *arguments: str, environment: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
+        """Runs scripts/cohort to its end."""
+        given = dict(environment or os.environ)
+        given.setdefault("SIMPLEXSEG_CLI", PROGRAM)
+        return subprocess.run(self.command(*arguments), env=given, capture_output=True, text=True, check=False)
+
+    def wrapper(self, body: str) -> str:
+        """A script in place of the program, which can do something first; "$@" is what the program is asked for."""
+        path = self.folder / "wrapper"
+        path.write_text(f'#!/bin/bash\n{body}\nexec {PROGRAM} "$@"\n')
+        path.chmod(0o755)
+        return str(path)
+
+    def break_a_volume(self) -> None:
+        """A fourth case, whose file is cut short, in the middle of the table."""
+        whole = (self.folder / "sphere.nii.gz").read_bytes()
+        (self.folder / "broken.nii.gz").write_bytes(whole[: len(whole) // 2])
+        self.rows.insert(1, {"name": "broken", "image": "broken.nii.gz", "x": "0", "y": "0", "z": "0", "radius": "8"})
+
+    def assert_labels_of_the_bare_program(self) -> None:
+        """Every phantom's labels are those of a plain call, to the last bit."""
+        for shape in SHAPES:
+            self.call("segment", f"{shape}.nii.gz", "bare.nii.gz", "--seed", "1,0,0", "--radius", "8", "--steps", str(STEPS),
+                      "--set", "simulation.final_vertices=320", "--backend", "cpu")
+            self.assertEqual((self.out / "cases" / shape / "labels.nii.gz").read_bytes(),
+                             (self.folder / "bare.nii.gz").read_bytes(), shape)

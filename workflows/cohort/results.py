@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What became of each case, read from the folder of the results, and which ones want a look."""
+from __future__ import annotations
+
+import csv
+import json
+import math
+import statistics
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+LEAST_FOR_SCORES = 5  # values of which a median and a deviation mean something
+FAR = 3.5  # robust deviations (Iglewicz and Hoaglin 1993)
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A figure of a mesh that is compared between cases."""
+
+    key: str
+    title: str
+    unit: str
+    decimals: int
+    worse: int  # 1: large values are bad, -1: small ones are, 0: both
+
+
+MEASURES = (
+    Measure("volume_ml", "Volume", "ml", 2, 0),
+    Measure("dice", "Dice", "", 3, -1),
+    Measure("hd95_mm", "HD95", "mm", 2, 1),
+    Measure("assd_mm", "ASSD", "mm", 2, 1),
+)
+
+
+@dataclass
+class Mesh:
+    """Figures of one mesh of a case; those of an error are missing without a reference, or where it is infinite."""
+
+    name: str
+    vertices: int
+    values: dict[str, float]
+    notes: list[str]
+
+
+@dataclass
+class Result:
+    """One case."""
+
+    name: str
+    folder: Path
+    failure: str = ""  # one line; empty: done
+    seconds: float = math.nan
+    steps: int = 0
+    at_rest: bool = False
+    warnings: list[str] = field(default_factory=list)
+    meshes: list[Mesh] = field(default_factory=list)
+    reasons: list[str] = field(default_factory=list)  # why it wants a look, in words
+    score: float = 0  # largest robust deviation of its figures
+
+    @property
+    def rank(self) -> int:
+        """0: failed, 1: far from the others, 2: something to note, 3: nothing."""
+        return 0 if self.failure else 1 if self.score > FAR else 2 if self.reasons else 3
+
+
+def is_done(folder: Path, labels: str) -> bool:
+    """Whether a case came to a good end, and its results are still there."""
+    try:
+        status = (folder / "status").read_text().strip()
+    except OSError:
+        return False
+    return status == "0" and (folder / labels).is_file() and (folder / "report.json").is_file()
+
+
+def last_words(folder: Path) -> str:
+    """The one line that a case that failed left."""
+    try:
+        lines = (folder / "errors.log").read_text(errors="replace").splitlines()
+    except OSError:
+        lines = []
+    said = [line for line in lines if line.strip() and not line.startswith(("warning: ", "note: "))]
+    if not said:
+        return "it ended without a word: killed, or out of time or memory; see logs/"
+    return said[-1].removeprefix("simplexseg-cli: ")
+
+
+def read_result(name: str, folder: Path, labels: str, wants_rest: bool) -> Result:
+    """Reads the report of a case, or why there is none."""
+    result = Result(name, folder)
+    if not is_done(folder, labels):
+        result.failure = last_words(folder)
+        return result
+    try:
+        report = json.loads((folder / "report.json").read_text())
+    except ValueError:
+        result.failure = "its report is no JSON; delete its folder and call this again"
+        return result
+    result.seconds = (report["load_ms"] + report["wall_ms"]) / 1000
+    result.steps = report["steps"]
+    result.at_rest = report["at_rest"]
+    result.warnings = report.get("warnings", []) + report.get("timestep_cuts", [])
+    result.meshes = [read_mesh(mesh) for mesh in report["meshes"]]
+    for mesh in result.meshes:
+        prefix = f"{mesh.name}: " if len(result.meshes) > 1 else ""
+        result.reasons += [prefix + note for note in mesh.notes]
+    if wants_rest and not result.at_rest:
+        result.reasons.append(f"not at rest after {result.steps} steps")
+    if result.warnings:
+        result.reasons.append(f"{len(result.warnings)} warning" + "s" * (len(result.warnings) > 1))
+    return result
+
+
+def read_mesh(report: dict[str, Any]) -> Mesh:
+    """Figures and notes of one mesh of a report."""
+    values = {"volume_ml": report["volume_mm3"] / 1000}
+    values |= {m.key: report[m.key] for m in MEASURES if report.get(m.key) is not None}
+    notes = []
+    if report.get("problem"):
+        notes.append(report["problem"])
+    if report.get("leaks"):
+        notes.append("it leaks: what looks like the object has no end nearby")
+    if report.get("unsure"):
+        notes.append(f"it is unsure of its object (expects a Dice of {report['expected_dice']:.2f})")
+    if report["volume_mm3"] <= 0:
+        notes.append("it holds nothing")
+    return Mesh(report["name"], report["vertices"], values, notes)
+
+
+def robust_scale(values: list[float]) -> tuple[float, float]:
+    """Median, and a deviation that outliers hardly change: that of a normal distribution with the same median absolute
+    deviation, or mean one where more than half of the values are the same; 0 where all are."""
+    median = statistics.median(values)
+    away = [abs(value - median) for value in values]
+    return median, 1.4826 * statistics.median(away) or 1.2533 * statistics.fmean(away)
+
+
+def find_outliers(results: list[Result]) -> None:
+    """Adds scores and reasons; sorts: failed cases first, then those that are furthest from the others."""
+    groups: dict[tuple[str, str], list[tuple[Result, float]]] = {}
+    several = any(len(result.meshes) > 1 for result in results)
+    for result in results:
+        for mesh in result.meshes:
+            for key, value in mesh.values.items():
+                groups.setdefault((mesh.name, key), []).append((result, value))
+    for measure in MEASURES:
+        for (mesh_name, key), group in groups.items():
+            if key != measure.key or len(group) < LEAST_FOR_SCORES:
+                continue
+            median, deviation = robust_scale([value for _, value in group])
+            if deviation == 0:
+                continue
+            for result, value in group:
+                score = (value - median) / deviation
+                bad = abs(score) if measure.worse == 0 else score * measure.worse
+                result.score = max(result.score, bad)
+                if bad > FAR:
+                    what = f"{mesh_name}: " if several else ""
+                    unit = f" {measure.unit}" if measure.unit else ""
+                    side = "above" if score > 0 else "below"
+                    result.reasons.insert(0, (
+                        f"{what}{measure.title} {value:.{measure.decimals}f}{unit} is {bad:.1f} robust deviations {side} "
+                        f"the median of {median:.{measure.decimals}f}{unit}"))
+    results.sort(key=lambda result: (result.rank, -result.score if result.rank < 3 else 0, result.name))
+
+
+def write_summary(path: Path, results: list[Result]) -> None:
+    """Everything as CSV, a row for each mesh, in the order of the page."""
+    keys = [measure.key for measure in MEASURES]
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["name", "state", "mesh", "vertices", *keys, "steps", "seconds", "at_rest", "warnings", "why"])
+        for result in results:
+            why = result.failure or "; ".join(result.reasons)
+            if result.failure:
+                writer.writerow([result.name, "failed", "", "", *("" for _ in keys), "", "", "", "", why])
+            for mesh in result.meshes:
+                figures = [f"{mesh.values[key]:.6g}" if key in mesh.values else "" for key in keys]
+                writer.writerow([result.name, "done", mesh.name, mesh.vertices, *figures, result.steps,
+                                 f"{result.seconds:.3f}", int(result.at_rest), len(result.warnings), why])

@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: Apache-2.0
+"""scripts/cohort: checks a table, runs its cases by Snakemake, and writes the page."""
+from __future__ import annotations
+
+import argparse
+import fcntl
+import json
+import math
+import os
+import re
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from cohort.page import write_page
+from cohort.results import find_outliers, is_done, read_result, write_summary
+from cohort.table import BadInput, Case, Table
+
+WORKFLOWS = Path(__file__).resolve().parent.parent
+MEGABYTE = 1e6
+# Of a job on a cluster besides the program: Snakemake, which starts it.
+SNAKEMAKE_MB = 250
+# What a volume cannot need more of than this many times its file: plans are asked for only where that could matter.
+MOST_TIMES_THE_FILE = 400
+
+
+def read_settings(path: Path | None) -> dict[str, Any]:
+    """The defaults of workflows/config.yaml, and what a config file of the user has in their place."""
+    defaults = yaml.safe_load((WORKFLOWS / "config.yaml").read_text())
+    if path is None:
+        return defaults
+    try:
+        given = yaml.safe_load(path.read_text()) or {}
+    except (OSError, yaml.YAMLError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is no YAML: " + " ".join(str(error).split())
+        raise BadInput(f"config '{path}': {reason}; see workflows/config.yaml") from None
+    if not isinstance(given, dict):
+        raise BadInput(f"config '{path}': it has no keys; see workflows/config.yaml")
+    for key, value in given.items():
+        if key not in defaults:
+            raise BadInput(f"config '{path}': there is no key '{key}'; the keys are {', '.join(defaults)}")
+        kind: Any = (int, float) if isinstance(defaults[key], float) else type(defaults[key])
+        if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
+            raise BadInput(f"config '{path}': '{key}' is no {type(defaults[key]).__name__}; see workflows/config.yaml")
+    if given.get("scene"):
+        given["scene"] = os.path.normpath(path.parent.absolute() / given["scene"])
+        if not os.path.exists(given["scene"]):
+            raise BadInput(f"config '{path}': there is no scene '{given['scene']}'; correct 'scene'")
+    return defaults | given
+
+
+def outputs_of(case: Case, settings: dict[str, Any]) -> list[str]:
+    """What is written for a case, and the settings that are the same for all."""
+    folder = f"cases/{case.name}"
+    arguments = ["--labels", f"{folder}/{settings['labels']}", "--meshes", f"{folder}/meshes"]
+    arguments += ["--mesh-format", settings["mesh_format"], "--report", f"{folder}/report.json"]
+    arguments += ["--picture", f"{folder}/picture.png", "--picture-size", str(settings["picture_size"])]
+    if settings["scenes"]:
+        arguments += ["--save", f"{folder}/scene.json"]
+    if settings["steps"] > 0:
+        arguments += ["--steps", str(settings["steps"])]
+    for setting in settings["settings"]:
+        arguments += ["--set", setting]
+    return arguments
+
+
+def ask_plan(program: str, case: Case) -> tuple[float, float]:
+    """Megabytes and seconds that a case is likely to need; of a volume that cannot be read 0: its run will say why."""
+    done = subprocess.run([program, *case.arguments, "--plan"], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        return 0, 0
+    plan = json.loads(done.stdout)
+    return plan["process_bytes"] / MEGABYTE, plan["run_seconds"]
+
+
+def machine_mb() -> float:
+    """Memory of this machine that is free."""
+    with open("/proc/meminfo", encoding="ascii") as file:
+        found = re.search(r"MemAvailable:\s+(\d+) kB", file.read())
+    return int(found[1]) * 1024 / MEGABYTE if found else math.inf
+
+
+def needs_plans(cases: list[Case], at_once: int) -> bool:
+    """Whether the largest volumes, as many as run at once, could fill this machine."""
+    sizes = sorted((size_of(Path(case.inputs[0])) for case in cases), reverse=True)
+    return sum(sizes[:at_once]) * MOST_TIMES_THE_FILE / MEGABYTE > machine_mb()
+
+
+def size_of(path: Path) -> int:
+    """Bytes of a file, or of the files of a folder."""
+    return sum(file.stat().st_size for file in path.rglob("*")) if path.is_dir() else path.stat().st_size
+
+
+def make_cohort(options: argparse.Namespace, cases: list[Case], settings: dict[str, Any]) -> dict[str, Any]:
+    """What the Snakefile reads."""
+    slurm = options.profile == "slurm"
+    plans: list[tuple[float, float]] = [(0, 0)] * len(cases)
+    if slurm or needs_plans(cases, options.jobs):
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            plans = list(pool.map(lambda case: ask_plan(options.program, case), cases))
+    listed = []
+    for case, (megabytes, seconds) in zip(cases, plans):
+        # The scheduler of one machine is told what is likely, a cluster, which kills what needs more, what is enough.
+        memory = megabytes * settings["memory_margin"] + SNAKEMAKE_MB if slurm else megabytes
+        listed.append({"name": case.name, "arguments": case.arguments + outputs_of(case, settings), "inputs": case.inputs,
+                       "mem_mb": math.ceil(memory) if slurm else min(math.ceil(memory), int(machine_mb() * 0.9)),
+                       "minutes": math.ceil(seconds * settings["time_margin"] / 60) + 1})
+    return {"cases": listed, "threads": settings["threads"], "gpu": int(options.profile == "gpu")}
+
+
+def snakemake_command(options: argparse.Namespace, settings: dict[str, Any]) -> list[str]:
+    """How Snakemake is called."""
+    engine = {"local": f"--backend cpu --threads {settings['threads']}", "gpu": "--backend cuda",
+              "slurm": f"--backend {options.backend}" + (f" --threads {settings['threads']}" * (options.backend == "cpu"))}
+    command = ["snakemake", "--snakefile", str(WORKFLOWS / "Snakefile"), "--directory", str(options.out),
+               "--profile", str(WORKFLOWS / "profiles" / options.profile), "--retries", str(settings["retries"]),
+               "--config", f"cli={options.program}", f"engine={engine[options.profile]}"]
+    if options.profile == "slurm":
+        return command + options.snakemake
+    cores = options.cores * (settings["threads"] if options.profile == "gpu" else 1)
+    return command + ["--cores", str(cores), "--resources", f"mem_mb={int(machine_mb() * 0.9)}",
+                      f"gpu={options.jobs}"] + options.snakemake
+
+
+def run_snakemake(command: list[str], log: Path, total: int) -> str:
+    """Runs it; its words go to the log, the count of finished cases to the terminal. Ctrl+C goes on to what it runs. Returns
+    its last word."""
+    line = ""
+    with open(log, "a", encoding="utf-8") as file:
+        print("$", *command, file=file, flush=True)
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+            assert process.stdout
+            try:
+                for line in process.stdout:
+                    file.write(line)
+                    found = re.match(r"(\d+) of (\d+) steps", line)
+                    if found and sys.stderr.isatty():
+                        done = total - int(found[2]) + 1 + int(found[1])
+                        print(f"\r{min(done, total)} of {total} cases", end="", file=sys.stderr, flush=True)
+            except KeyboardInterrupt:
+                process.wait()
+                raise
+    if sys.stderr.isatty():
+        print("\r\033[K", end="", file=sys.stderr)
+    return line.strip()
+
+
+def parse(arguments: list[str]) -> argparse.Namespace:
+    """The command line."""
+    parser = argparse.ArgumentParser(prog="scripts/cohort", description="Segments the volumes of a table, and makes one page of what came out.",
+                                     epilog="After --: further options of Snakemake.")
+    parser.add_argument("table", type=Path, metavar="TABLE", help="CSV file, a row for each case (docs/cohort.md)")
+    parser.add_argument("out", type=Path, metavar="OUT", help="folder of the results; those of a call before are kept")
+    parser.add_argument("--profile", choices=("local", "gpu", "slurm"), default="local",
+                        help="one machine's cores, one GPU, or a Slurm cluster (default: local)")
+    parser.add_argument("--config", type=Path, help="settings of all cases, as in workflows/config.yaml")
+    parser.add_argument("--cores", type=int, default=os.cpu_count(), help="of this machine (default: all)")
+    parser.add_argument("--gpu-processes", type=int, default=4, help="that share the GPU (default: 4)")
+    parser.add_argument("--backend", choices=("cpu", "cuda"), default="cpu", help="of jobs on a cluster (default: cpu)")
+    split = arguments.index("--") if "--" in arguments else len(arguments)
+    options = parser.parse_args(arguments[:split])
+    options.snakemake = arguments[split + 1:]
+    if options.cores < 1 or options.gpu_processes < 1:
+        parser.error("--cores and --gpu-processes are at least 1")
+    options.program = os.environ["SIMPLEXSEG_CLI"]
+    options.jobs = options.gpu_processes if options.profile == "gpu" else options.cores
+    if options.profile == "gpu":
+        options.cores = max(options.cores, options.gpu_processes)
+    return options
+
+
+def run(options: argparse.Namespace) -> int:
+    """Returns the exit status: 0, or 1 where a case failed."""
+    settings = read_settings(options.config)
+    cases = Table(options.table).cases(settings["scene"], settings["mesh"])
+    logs = options.out / "logs"
+    try:
+        logs.mkdir(parents=True, exist_ok=True)
+        lock = open(logs / "lock", "w", encoding="ascii")  # held until this ends, however it ends
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        (options.out / "cohort.json").write_text(json.dumps(make_cohort(options, cases, settings), indent=1) + "\n")
+    except BlockingIOError:
+        raise BadInput(f"folder '{options.out}': another call is at work in it; wait for it, or name another") from None
+    except OSError as error:
+        raise BadInput(f"folder '{options.out}': {error.strerror}; name another") from None
+    folders = {case.name: options.out / "cases" / case.name for case in cases}
+    before: dict[str, int] = {}
+    for name, folder in folders.items():
+        if is_done(folder, settings["labels"]):
+            before[name] = (folder / "status").stat().st_mtime_ns
+        else:
+            (folder / "status").unlink(missing_ok=True)  # what failed is tried again
+            (folder / "errors.log").unlink(missing_ok=True)
+    last = run_snakemake(snakemake_command(options, settings), logs / "snakemake.log", len(cases))
+    if len(before) < len(cases) and not any((folders[name] / "errors.log").exists()
+                                           for name in folders.keys() - before.keys()):
+        raise BadInput(f"Snakemake ran no case: {last}; see {logs / 'snakemake.log'}")
+    results = [read_result(name, folder, settings["labels"], settings["steps"] == 0) for name, folder in folders.items()]
+    find_outliers(results)
+    write_summary(options.out / "summary.csv", results)
+    write_page(options.out / "index.html", options.table.stem, results)
+    failed = [result for result in results if result.failure]
+    kept = sum(1 for result in results if not result.failure
+               and before.get(result.name) == (result.folder / "status").stat().st_mtime_ns)
+    for result in failed:
+        print(f"{result.name}: {result.failure}", file=sys.stderr)
+    print(f"{len(results) - len(failed) - kept} done, {len(failed)} failed, {kept} skipped (done before); "
+          f"page: {options.out / 'index.html'}")
+    return 1 if failed else 0
+
+
+def main() -> int:
+    """Exit status 2: bad usage or input, before any case is run."""
+    try:
+        return run(parse(sys.argv[1:]))
+    except BadInput as error:
+        print(f"cohort: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("cohort: interrupted; the same call goes on from here", file=sys.stderr)
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())
