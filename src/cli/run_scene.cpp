@@ -90,7 +90,9 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
   const References references = std::move(loaded.references);
   Interrupt::check();
 
-  EngineChoice choice = engine_for(options.backend, options.threads, sampling_named(options.sampling));
+  const int threads = options.threads > 0 ? options.threads : options.most_threads;
+  EngineChoice choice =
+      engine_for(options.backend, options.backend == "cuda" ? 0 : threads, sampling_named(options.sampling));
   RunReport report;
   report.scene_path = input.scene;
   report.warnings = loaded.warnings;
@@ -101,9 +103,8 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
   report.device = choice.engine->description();
   report.note = choice.note;
   if (report.backend == "cpu")
-    report.threads =
-        options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  Session session(std::move(choice.engine), std::move(choice.spare));
+    report.threads = threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  Session session(std::move(choice.engine), std::move(choice.spare), options.most_threads);
   session.open(std::move(loaded.scene), std::move(loaded.volume), std::move(loaded.history));
   report.load_ms = 1000 * (seconds_now() - input.start);
 

@@ -15,7 +15,8 @@ namespace simplexseg {
 /// How far a scene is run, by what, and what is written of it.
 struct RunOptions {
   std::string backend = "auto", sampling = "filtered";
-  int threads = 0;
+  int threads = 0;       ///< of the CPU engine; 0: as many as it may have
+  int most_threads = 0;  ///< of the engine that is not told how many, and for fields; 0: as many as the machine has
   std::optional<int> steps;
   bool until_rest = false;
   std::vector<std::string> settings;

@@ -8,6 +8,9 @@ namespace simplexseg {
 #ifndef SIMPLEXSEG_HAS_CUDA
 std::string why_no_cuda() { return "built without CUDA"; }
 std::optional<CudaDevice> cuda_device() { return std::nullopt; }
+struct DeviceStream::Own {};
+DeviceStream::DeviceStream() = default;
+DeviceStream::~DeviceStream() = default;
 std::unique_ptr<Engine> make_cuda_engine(VolumeSampling) {
   throw Error("backend cuda", why_no_cuda(), "use --backend cpu, or build where nvcc is found");
 }

@@ -32,6 +32,19 @@ enum class CpuCode { Fastest, Plain };
 std::unique_ptr<Engine> make_cpu_engine(int threads = 0, CpuCode code = CpuCode::Fastest);
 /// Throws Error when built without CUDA or no device answers.
 std::unique_ptr<Engine> make_cuda_engine(VolumeSampling sampling = VolumeSampling::Filtered);
+/// While one lives, the engines that its thread makes, uses and destroys have a stream of their own on the device: they
+/// run beside those of other threads. Without a device it does nothing. Throws DeviceError.
+class DeviceStream {
+ public:
+  DeviceStream();
+  ~DeviceStream();
+  DeviceStream(const DeviceStream&) = delete;
+  DeviceStream& operator=(const DeviceStream&) = delete;
+
+ private:
+  struct Own;
+  std::unique_ptr<Own> own_;
+};
 /// The device that an engine would take; none when there is none.
 struct CudaDevice {
   std::string name;

@@ -8,6 +8,7 @@
 
 #include <map>
 #include <memory>
+#include <mutex>
 
 #include "gpu/backend.h"
 #include "gpu/cuda_memory.h"
@@ -275,7 +276,10 @@ class CudaExecutor {
   void allow_shared(const void* kernel, unsigned bytes, const char* what) {
     constexpr unsigned kForAll = 48 * 1024;
     if (bytes <= kForAll) return;
-    unsigned& allowed = allowed_shared_[kernel];
+    static std::mutex mutex;
+    static std::map<const void*, unsigned> allowed_bytes;  // what one engine may, another must not take back
+    const std::lock_guard lock(mutex);
+    unsigned& allowed = allowed_bytes[kernel];
     if (bytes <= allowed) return;
     check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(bytes)), what);
     allowed = bytes;
@@ -283,7 +287,6 @@ class CudaExecutor {
 
   std::string description_;
   CudaVolume volume_;
-  std::map<const void*, unsigned> allowed_shared_;  ///< bytes, of each kernel that wants more than 48 KB
   bool overlaps_ = false;
 };
 
@@ -296,6 +299,16 @@ std::string why_no_cuda() {
   cudaGetLastError();
   return "no CUDA device";
 }
+
+struct DeviceStream::Own {
+  Stream stream{"simplexseg engine of a thread"};
+  Stream* before = std::exchange(stream_of_thread, &stream);
+  ~Own() { stream_of_thread = before; }
+};
+DeviceStream::DeviceStream() {
+  if (why_no_cuda().empty()) own_ = std::make_unique<Own>();
+}
+DeviceStream::~DeviceStream() = default;
 
 std::optional<CudaDevice> cuda_device() {
   if (!why_no_cuda().empty()) return std::nullopt;

@@ -50,9 +50,12 @@ class Stream {
  private:
   cudaStream_t handle_ = nullptr;
 };
+/// Of a thread whose engines have one of their own (DeviceStream); null: they share one with all others.
+inline thread_local Stream* stream_of_thread = nullptr;
 /// All arrays of the engines copy and clear on this stream, in order with their kernels; it outlives them. Engines are
 /// used by one thread at a time.
 inline Stream& engine_stream() {
+  if (stream_of_thread) return *stream_of_thread;
   static Stream stream("simplexseg engine");
   return stream;
 }

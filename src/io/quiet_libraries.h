@@ -17,6 +17,9 @@ class QuietLibraries {
   QuietLibraries& operator=(const QuietLibraries&) = delete;
 };
 
+/// Calls f while nobody holds that: what it prints to stderr is seen.
+void while_heard(const std::function<void()>& f);
+
 /// Calls f. Debian builds GDCM with its assertions, and a damaged file can break one, which would end the program; here
 /// it is thrown as std::runtime_error instead (what GDCM held is leaked: its frames are left by longjmp).
 void without_aborting(const std::function<void()>& f);

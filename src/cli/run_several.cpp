@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/run_several.h"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <map>
+#include <new>
+#include <ostream>
+#include <sstream>
+#include <thread>
+
+#include "cli/load.h"
+#include "cli/progress.h"
+#include "cli/simulate.h"
+#include "core/error.h"
+#include "gpu/backend.h"
+#include "io/files.h"
+#include "io/quiet_libraries.h"
+
+namespace simplexseg {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string name_of(const std::string& scene) {
+  std::string name = fs::path(scene).filename().string();
+  for (const std::string ending : {".json", ".simplexseg"})
+    if (name.size() > ending.size() && name.ends_with(ending)) name.resize(name.size() - ending.size());
+  return name;
+}
+
+std::string with_name(std::string text, const std::string& name) {
+  const std::string mark = kNameOfScene;
+  for (std::size_t at = 0; (at = text.find(mark, at)) != std::string::npos; at += name.size())
+    text.replace(at, mark.size(), name);
+  return text;
+}
+
+/// The options that name outputs, with how they are called.
+std::vector<std::pair<const char*, std::string*>> outputs_of(RunOptions& options) {
+  return {{"--labels", &options.labels},
+          {"--meshes", &options.meshes},
+          {"--report", &options.report},
+          {"--picture", &options.picture},
+          {"--save", &options.save}};
+}
+
+/// Throws Error where several scenes would write one file.
+void check_names(const std::vector<std::string>& scenes, RunOptions options) {
+  bool writes = false;
+  for (const auto& [option, output] : outputs_of(options)) {
+    writes = writes || !output->empty();
+    if (!output->empty() && output->find(kNameOfScene) == std::string::npos)
+      throw Error(option, "all " + std::to_string(scenes.size()) + " scenes would write " + quoted(fs::path(*output)),
+                  std::string("put ") + kNameOfScene + " in it, which stands for the scene's name");
+  }
+  std::map<std::string, std::string> of_name;
+  for (const std::string& scene : scenes) {
+    const auto [known, fresh] = of_name.emplace(name_of(scene), scene);
+    if (!fresh && writes)
+      throw Error(quoted(fs::path(scene)),
+                  "its outputs would have the names of those of " + quoted(fs::path(known->second)),
+                  "rename one of the two scenes");
+  }
+}
+
+/// How one scene ended.
+struct Ended {
+  std::string out, err;
+  bool well = false;
+};
+
+Ended run_one(const std::string& scene, const RunOptions& options) {
+  Ended ended;
+  std::ostringstream out, err;
+  try {
+    const DeviceStream stream;
+    run_file(scene, "", options_for(scene, options), {out, err, false});
+    ended.well = true;
+  } catch (const std::bad_alloc&) {
+    err << "out of memory; run fewer at once\n";
+  } catch (const std::exception& error) {
+    err << one_line(error.what(), 2000) << "\n";
+  }
+  ended.out = out.str(), ended.err = err.str();
+  return ended;
+}
+
+bool is_interrupted() {
+  try {
+    Interrupt::check();
+    return false;
+  } catch (const Failure&) {
+    return true;
+  }
+}
+
+}  // namespace
+
+RunOptions options_for(const std::string& scene, const RunOptions& options) {
+  RunOptions own = options;
+  for (const auto& [option, output] : outputs_of(own)) *output = with_name(*output, name_of(scene));
+  return own;
+}
+
+void run_file(const std::string& scene, const std::string& replay, const RunOptions& options, const Console& console) {
+  RunInput input;
+  input.start = seconds_now();
+  // A log may take back what was done before it began; what is saved goes on with the same history.
+  const bool needs_history = !replay.empty() || !options.save.empty();
+  input.loaded = load_with_progress(scene, options.settings, console,
+                                    needs_history ? LoadOptions::History::Read : LoadOptions::History::LeaveOut);
+  input.scene = scene;
+  input.read_from = {scene, replay};
+  if (!replay.empty()) input.log = read_log(replay);
+  run_scene(std::move(input), options, console);
+}
+
+void run_several(const std::vector<std::string>& scenes, int at_once, const RunOptions& options,
+                 const Console& console) {
+  check_names(scenes, options);
+  const std::size_t workers = std::min<std::size_t>(std::max(at_once, 1), scenes.size());
+  RunOptions shared = options;
+  const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
+  shared.most_threads = static_cast<int>(std::max<std::size_t>(1, cores / workers));
+
+  std::atomic<std::size_t> next = 0, done = 0, failed = 0;
+  const auto work = [&] {
+    for (std::size_t n = next++; n < scenes.size() && !is_interrupted(); n = next++) {
+      const Ended ended = run_one(scenes[n], shared);
+      if (is_interrupted()) return;
+      ++(ended.well ? done : failed);
+      while_heard([&] {
+        console.out << "[" << done + failed << "/" << scenes.size() << "] " << scenes[n] << "\n"
+                    << ended.out << std::flush;
+        std::istringstream lines(ended.err);
+        for (std::string line; std::getline(lines, line);) console.err << name_of(scenes[n]) << ": " << line << "\n";
+        console.err << std::flush;
+      });
+    }
+  };
+  std::vector<std::jthread> threads;
+  for (std::size_t n = 1; n < workers; ++n) threads.emplace_back(work);
+  work();
+  threads.clear();
+  Interrupt::check();
+  console.out << done << " done, " << failed << " failed\n";
+  if (failed > 0)
+    throw Failure(std::to_string(failed) + " of " + std::to_string(scenes.size()) + " scenes failed; see above why");
+}
+
+}  // namespace simplexseg
