@@ -26,6 +26,8 @@ MEGABYTE = 1e6
 SNAKEMAKE_MB = 250
 # What a volume cannot need more of than this many times its file: plans are asked for only where that could matter.
 MOST_TIMES_THE_FILE = 400
+# Share of the free memory of one machine that cases are planned for.
+MOST_OF_THE_MACHINE = 0.9
 
 
 def read_settings(path: Path | None) -> dict[str, Any]:
@@ -107,9 +109,10 @@ def make_cohort(options: argparse.Namespace, cases: list[Case], settings: dict[s
         # The scheduler of one machine is told what is likely, a cluster, which kills what needs more, what is enough.
         memory = megabytes * settings["memory_margin"] + SNAKEMAKE_MB if slurm else megabytes
         listed.append({"name": case.name, "arguments": case.arguments + outputs_of(case, settings), "inputs": case.inputs,
-                       "mem_mb": math.ceil(memory) if slurm else min(math.ceil(memory), int(machine_mb() * 0.9)),
+                       "mem_mb": math.ceil(memory),
                        "minutes": math.ceil(seconds * settings["time_margin"] / 60) + 1})
-    return {"cases": listed, "threads": settings["threads"], "gpu": int(options.profile == "gpu")}
+    most = settings["most_memory_gb"] * 1000 if slurm else int(machine_mb() * MOST_OF_THE_MACHINE)
+    return {"cases": listed, "threads": settings["threads"], "gpu": int(options.profile == "gpu"), "most_mb": most}
 
 
 def snakemake_command(options: argparse.Namespace, settings: dict[str, Any]) -> list[str]:
@@ -122,7 +125,7 @@ def snakemake_command(options: argparse.Namespace, settings: dict[str, Any]) -> 
     if options.profile == "slurm":
         return command + options.snakemake
     cores = options.cores * (settings["threads"] if options.profile == "gpu" else 1)
-    return command + ["--cores", str(cores), "--resources", f"mem_mb={int(machine_mb() * 0.9)}",
+    return command + ["--cores", str(cores), "--resources", f"mem_mb={int(machine_mb() * MOST_OF_THE_MACHINE)}",
                       f"gpu={options.jobs}"] + options.snakemake
 
 
