@@ -8,6 +8,7 @@ import json
 import math
 import os
 import re
+import shutil
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -102,7 +103,7 @@ def make_cohort(options: argparse.Namespace, cases: list[Case], settings: dict[s
     slurm = options.profile == "slurm"
     plans: list[tuple[float, float]] = [(0, 0)] * len(cases)
     if slurm or needs_plans(cases, options.jobs):
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
+        with ThreadPoolExecutor(options.cores) as pool:
             plans = list(pool.map(lambda case: ask_plan(options.program, case), cases))
     listed = []
     for case, (megabytes, seconds) in zip(cases, plans):
@@ -161,7 +162,8 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--profile", choices=("local", "gpu", "slurm"), default="local",
                         help="one machine's cores, one GPU, or a Slurm cluster (default: local)")
     parser.add_argument("--config", type=Path, help="settings of all cases, as in workflows/config.yaml")
-    parser.add_argument("--cores", type=int, default=os.cpu_count(), help="of this machine (default: all)")
+    parser.add_argument("--cores", type=int, default=len(os.sched_getaffinity(0)),
+                        help="of this machine (default: all)")
     parser.add_argument("--gpu-processes", type=int, default=4, help="that share the GPU (default: 4)")
     parser.add_argument("--backend", choices=("cpu", "cuda"), default="cpu", help="of jobs on a cluster (default: cpu)")
     split = arguments.index("--") if "--" in arguments else len(arguments)
@@ -169,6 +171,8 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     options.snakemake = arguments[split + 1:]
     if options.cores < 1 or options.gpu_processes < 1:
         parser.error("--cores and --gpu-processes are at least 1")
+    if options.profile == "slurm" and not shutil.which("sbatch"):
+        raise BadInput("--profile slurm: there is no sbatch here; call this where jobs are submitted, or install slurm-client")
     options.program = os.environ["SIMPLEXSEG_CLI"]
     options.jobs = options.gpu_processes if options.profile == "gpu" else options.cores
     if options.profile == "gpu":
