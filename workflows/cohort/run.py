@@ -33,7 +33,7 @@ MOST_OF_THE_MACHINE = 0.9
 
 def read_settings(path: Path | None) -> dict[str, Any]:
     """The defaults of workflows/config.yaml, and what a config file of the user has in their place."""
-    defaults = yaml.safe_load((WORKFLOWS / "config.yaml").read_text())
+    defaults: dict[str, Any] = yaml.safe_load((WORKFLOWS / "config.yaml").read_text())
     if path is None:
         return defaults
     try:
@@ -123,11 +123,12 @@ def snakemake_command(options: argparse.Namespace, settings: dict[str, Any]) -> 
     command = ["snakemake", "--snakefile", str(WORKFLOWS / "Snakefile"), "--directory", str(options.out),
                "--profile", str(WORKFLOWS / "profiles" / options.profile), "--retries", str(settings["retries"]),
                "--config", f"cli={options.program}", f"engine={engine[options.profile]}"]
+    further: list[str] = options.snakemake
     if options.profile == "slurm":
-        return command + options.snakemake
+        return command + further
     cores = options.cores * (settings["threads"] if options.profile == "gpu" else 1)
     return command + ["--cores", str(cores), "--resources", f"mem_mb={int(machine_mb() * MOST_OF_THE_MACHINE)}",
-                      f"gpu={options.jobs}"] + options.snakemake
+                      f"gpu={options.jobs}"] + further
 
 
 def run_snakemake(command: list[str], log: Path, total: int) -> str:
