@@ -15,9 +15,9 @@ constexpr double kProgramBytes = 40e6;
 constexpr double kBytesOfVoxel = 5;         ///< besides the volume itself: labels, masks, the file as it is read
 constexpr double kBytesOfFieldVoxel = 150;  ///< while a field is learned
 constexpr double kBytesOfVertex = 1500;
-constexpr double kSecondsOfVoxel = 30e-9;
-constexpr double kSecondsOfFieldVoxel = 4e-6;
-constexpr double kSecondsOfVertexStep = 120e-9;
+constexpr double kSecondsOfVoxel = 40e-9;
+constexpr double kSecondsOfFieldVoxel = 0.8e-6;
+constexpr double kSecondsOfVertexStep = 80e-9;
 constexpr int kStepsOfRest = 600;  ///< at the last level, until rest
 
 }  // namespace

@@ -11,9 +11,8 @@ namespace simplexseg {
 /// estimate: it is fitted to runs that were measured (docs/cohort.md, "What is asked for").
 struct RunEstimate {
   static constexpr const char* kSource =
-      "estimated by runs that were measured (docs/cohort.md): memory within a third, seconds within a factor of four, "
-      "of "
-      "one CPU thread";
+      "an estimate, fitted to runs on one CPU thread (docs/cohort.md): about a third off in memory, a factor of two in "
+      "time; far too low where a seed leaks";
   std::size_t process_bytes = 0;  ///< of the process: program, volume as it is read, engine at its finest, fields
   double seconds = 0;             ///< reading, learning fields, steps, writing
   std::int64_t steps = 0;         ///< that the seconds are for

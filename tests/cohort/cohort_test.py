@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import os
 import re
 import signal
@@ -78,6 +79,39 @@ class CohortTest(CohortFixture):
         self.write_table(self.rows)
         (self.out / "cases" / "cube" / "labels.nii.gz").unlink()
         self.assertIn("2 done, 0 failed, 2 skipped", self.cohort().stdout)
+
+    def test_rows_of_every_kind(self) -> None:
+        (self.folder / "template.json").write_text(json.dumps({
+            "simplexseg_scene": 1, "simulation": {"final_vertices": 320}, "steps": 20,
+            "meshes": [{"name": "ball", "label": 3, "sphere": {"centre_mm": [1, 0, 0], "radius_mm": 8}}]}))
+        self.config.write_text("steps: 0\nscenes: false\nmesh_format: stl\nlabels: labels.nrrd\n")
+        image = {"image": "sphere.nii.gz"}
+        self.write_table([
+            image | {"name": "template", "scene": "template.json"},
+            image | {"name": "placed", "scene": "template.json", "x": "3", "y": "0", "z": "0", "radius": "6"},
+            image | {"name": "labels", "labels": "sphere_truth.nii.gz", "reference": "sphere_truth.nii.gz", "reference_label": "1"}])
+        done = self.cohort()
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.call("segment", "sphere.nii.gz", "bare.nrrd", "--scene", "template.json")
+        labels = {name: (self.out / "cases" / name / "labels.nrrd").read_bytes() for name in ("template", "placed", "labels")}
+        self.assertEqual(labels["template"], (self.folder / "bare.nrrd").read_bytes())
+        self.assertNotEqual(labels["placed"], labels["template"])
+        self.assertTrue((self.out / "cases" / "placed" / "meshes" / "ball.stl").is_file())
+        self.assertFalse((self.out / "cases" / "placed" / "scene.json").exists())
+        self.assertGreater(next(float(row["dice"]) for row in self.summary() if row["name"] == "labels"), 0.9)
+
+    def test_processes_that_share_a_gpu_are_as_many_as_asked_for(self) -> None:
+        self.write_table([row | {"name": f"{row['name']}{k}"} for row in self.rows for k in range(2)])
+        # Stands in for a device: notes how many are at work, and computes on the CPU.
+        at_work = self.folder / "at_work"
+        at_work.mkdir()
+        counted = self.wrapper(f"touch {at_work}/$$; ls {at_work} | wc -l >>{self.folder}/counts; sleep 0.3; rm {at_work}/$$\n"
+                               'set -- "${@/cuda/cpu}"')
+        done = self.cohort("--profile", "gpu", "--gpu-processes", "3", environment=dict(os.environ, SIMPLEXSEG_CLI=counted))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        counts = [int(count) for count in (self.folder / "counts").read_text().split()]
+        self.assertEqual((len(counts), max(counts)), (6, 3))
+        self.assertIn("--backend cuda", (self.out / "logs" / "snakemake.log").read_text())
 
     def test_an_interrupted_call_goes_on(self) -> None:
         self.write_table(self.rows)

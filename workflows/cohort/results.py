@@ -139,6 +139,7 @@ def find_outliers(results: list[Result]) -> None:
     """Adds scores and reasons; sorts: failed cases first, then those that are furthest from the others."""
     groups: dict[tuple[str, str], list[tuple[Result, float]]] = {}
     several = any(len(result.meshes) > 1 for result in results)
+    far: dict[str, list[tuple[float, str]]] = {}  # by case: how far, and in words
     for result in results:
         for mesh in result.meshes:
             for key, value in mesh.values.items():
@@ -158,9 +159,11 @@ def find_outliers(results: list[Result]) -> None:
                     what = f"{mesh_name}: " if several else ""
                     unit = f" {measure.unit}" if measure.unit else ""
                     side = "above" if score > 0 else "below"
-                    result.reasons.insert(0, (
-                        f"{what}{measure.title} {value:.{measure.decimals}f}{unit} is {bad:.1f} robust deviations {side} "
-                        f"the median of {median:.{measure.decimals}f}{unit}"))
+                    far.setdefault(result.name, []).append((-bad, (
+                        f"{what}{measure.title} {value:.{measure.decimals}f}{unit}: {bad:.1f} robust deviations {side} the "
+                        "median")))
+    for result in results:
+        result.reasons = [reason for _, reason in sorted(far.get(result.name, []))] + result.reasons
     results.sort(key=lambda result: (result.rank, -result.score if result.rank < 3 else 0, result.name))
 
 

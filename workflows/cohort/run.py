@@ -8,6 +8,7 @@ import json
 import math
 import os
 import re
+import shutil
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -26,11 +27,13 @@ MEGABYTE = 1e6
 SNAKEMAKE_MB = 250
 # What a volume cannot need more of than this many times its file: plans are asked for only where that could matter.
 MOST_TIMES_THE_FILE = 400
+# Share of the free memory of one machine that cases are planned for.
+MOST_OF_THE_MACHINE = 0.9
 
 
 def read_settings(path: Path | None) -> dict[str, Any]:
     """The defaults of workflows/config.yaml, and what a config file of the user has in their place."""
-    defaults = yaml.safe_load((WORKFLOWS / "config.yaml").read_text())
+    defaults: dict[str, Any] = yaml.safe_load((WORKFLOWS / "config.yaml").read_text())
     if path is None:
         return defaults
     try:
@@ -100,16 +103,17 @@ def make_cohort(options: argparse.Namespace, cases: list[Case], settings: dict[s
     slurm = options.profile == "slurm"
     plans: list[tuple[float, float]] = [(0, 0)] * len(cases)
     if slurm or needs_plans(cases, options.jobs):
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
+        with ThreadPoolExecutor(options.cores) as pool:
             plans = list(pool.map(lambda case: ask_plan(options.program, case), cases))
     listed = []
     for case, (megabytes, seconds) in zip(cases, plans):
         # The scheduler of one machine is told what is likely, a cluster, which kills what needs more, what is enough.
         memory = megabytes * settings["memory_margin"] + SNAKEMAKE_MB if slurm else megabytes
         listed.append({"name": case.name, "arguments": case.arguments + outputs_of(case, settings), "inputs": case.inputs,
-                       "mem_mb": math.ceil(memory) if slurm else min(math.ceil(memory), int(machine_mb() * 0.9)),
+                       "mem_mb": math.ceil(memory),
                        "minutes": math.ceil(seconds * settings["time_margin"] / 60) + 1})
-    return {"cases": listed, "threads": settings["threads"], "gpu": int(options.profile == "gpu")}
+    most = settings["most_memory_gb"] * 1000 if slurm else int(machine_mb() * MOST_OF_THE_MACHINE)
+    return {"cases": listed, "threads": settings["threads"], "gpu": int(options.profile == "gpu"), "most_mb": most}
 
 
 def snakemake_command(options: argparse.Namespace, settings: dict[str, Any]) -> list[str]:
@@ -119,11 +123,12 @@ def snakemake_command(options: argparse.Namespace, settings: dict[str, Any]) -> 
     command = ["snakemake", "--snakefile", str(WORKFLOWS / "Snakefile"), "--directory", str(options.out),
                "--profile", str(WORKFLOWS / "profiles" / options.profile), "--retries", str(settings["retries"]),
                "--config", f"cli={options.program}", f"engine={engine[options.profile]}"]
+    further: list[str] = options.snakemake
     if options.profile == "slurm":
-        return command + options.snakemake
+        return command + further
     cores = options.cores * (settings["threads"] if options.profile == "gpu" else 1)
-    return command + ["--cores", str(cores), "--resources", f"mem_mb={int(machine_mb() * 0.9)}",
-                      f"gpu={options.jobs}"] + options.snakemake
+    return command + ["--cores", str(cores), "--resources", f"mem_mb={int(machine_mb() * MOST_OF_THE_MACHINE)}",
+                      f"gpu={options.jobs}"] + further
 
 
 def run_snakemake(command: list[str], log: Path, total: int) -> str:
@@ -158,7 +163,8 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--profile", choices=("local", "gpu", "slurm"), default="local",
                         help="one machine's cores, one GPU, or a Slurm cluster (default: local)")
     parser.add_argument("--config", type=Path, help="settings of all cases, as in workflows/config.yaml")
-    parser.add_argument("--cores", type=int, default=os.cpu_count(), help="of this machine (default: all)")
+    parser.add_argument("--cores", type=int, default=len(os.sched_getaffinity(0)),
+                        help="of this machine (default: all)")
     parser.add_argument("--gpu-processes", type=int, default=4, help="that share the GPU (default: 4)")
     parser.add_argument("--backend", choices=("cpu", "cuda"), default="cpu", help="of jobs on a cluster (default: cpu)")
     split = arguments.index("--") if "--" in arguments else len(arguments)
@@ -166,6 +172,8 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     options.snakemake = arguments[split + 1:]
     if options.cores < 1 or options.gpu_processes < 1:
         parser.error("--cores and --gpu-processes are at least 1")
+    if options.profile == "slurm" and not shutil.which("sbatch"):
+        raise BadInput("--profile slurm: there is no sbatch here; call this where jobs are submitted, or install slurm-client")
     options.program = os.environ["SIMPLEXSEG_CLI"]
     options.jobs = options.gpu_processes if options.profile == "gpu" else options.cores
     if options.profile == "gpu":
