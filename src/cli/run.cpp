@@ -23,8 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostStepsUntilRest = 100000;
-
 struct Options {
   std::string scene, backend = "auto", sampling = "filtered";
   int threads = 0;

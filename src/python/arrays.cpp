@@ -96,7 +96,7 @@ Eigen::Vector3d vector_of(const py::handle& object, const char* what) {
   const Numbers numbers = numbers_of(object);
   if (!numbers || numbers.ndim() != 1 || numbers.shape(0) != 3)
     throw Error(what, "it is not three numbers", "give (x, y, z)");
-  const Eigen::Vector3d v(numbers.at(0), numbers.at(1), numbers.at(2));
+  Eigen::Vector3d v(numbers.at(0), numbers.at(1), numbers.at(2));
   if (!v.allFinite()) throw Error(what, "a number of it is not finite", "correct it");
   return v;
 }

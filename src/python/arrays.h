@@ -23,10 +23,10 @@ py::dtype dtype_of(VoxelType type);
 py::array view_of(std::shared_ptr<const void> owner, const void* data, const py::dtype& dtype, const Shape& shape,
                   bool first_is_fastest = false);
 
-/// A copy as a Volume, i fastest, of an array [i, j, k] of whatever memory layout and byte order. bool becomes uint8,
-/// float16 float32, 64-bit integers 32-bit ones. Throws Error for what is no array of three axes of numbers, for
-/// integers that do not fit, and for one that does not fit into memory.
-Volume volume_of(const py::object& array, VolumeGeometry geometry);
+/// A copy as a Volume, i fastest, of an array-like object [i, j, k] of whatever memory layout and byte order. bool
+/// becomes uint8, float16 float32, 64-bit integers 32-bit ones. Throws Error for what is no array of three axes of
+/// numbers, for integers that do not fit, and for one that does not fit into memory.
+Volume volume_of(const py::object& object, VolumeGeometry geometry);
 
 /// Three numbers, or a matrix of that size. Throws Error, with `what` in front, for anything else and for what is not
 /// finite.

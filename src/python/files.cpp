@@ -12,6 +12,7 @@
 #include "io/volume_io.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
+#include "python/gil.h"
 #include "python/image.h"
 #include "python/interruptible.h"
 
@@ -79,6 +80,7 @@ void write_image(const fs::path& path, const Image& image) { write_volume(path, 
 
 void write_label_image(const fs::path& path, const Image& labels, const std::map<int, std::string>& names) {
   std::vector<SegmentName> segments;
+  segments.reserve(names.size());
   for (const auto& [value, name] : names) segments.push_back({value, name});
   write_labels(path, labels.volume, segments);
 }
@@ -98,10 +100,10 @@ void bind_files(py::module_& module) {
   module.def("read_labels", &read_named_labels, py::arg("path"), py::kw_only(), py::arg("like") = py::none(),
              "Reads a label volume or the contours of a DICOM RT structure set: (labels, names by label). like: a\n"
              "volume onto whose grid they are brought. Raises Error as read_volume(), and where no label lies in it.");
-  module.def("write_volume", &write_image, py::arg("path"), py::arg("volume"), py::call_guard<py::gil_scoped_release>(),
+  module.def("write_volume", &write_image, py::arg("path"), py::arg("volume"), py::call_guard<WithoutGil>(),
              "Writes .nii, .nii.gz, .nrrd or .mha, whole or not at all. Raises Error.");
   module.def("write_labels", &write_label_image, py::arg("path"), py::arg("labels"),
-             py::arg("names") = std::map<int, std::string>{}, py::call_guard<py::gil_scoped_release>(),
+             py::arg("names") = std::map<int, std::string>{}, py::call_guard<WithoutGil>(),
              "The same of labels, which must be integers; .seg.nrrd keeps the names. Raises Error.");
 }
 

@@ -6,6 +6,7 @@
 #include <future>
 
 #include "io/load_progress.h"
+#include "python/gil.h"
 #include "python/messages.h"
 
 namespace simplexseg::python {
@@ -20,7 +21,7 @@ auto interruptible(Work work) {
     return work();
   });
   const auto is_ready = [&] {
-    const pybind11::gil_scoped_release released;
+    const WithoutGil released;
     return result.wait_for(std::chrono::milliseconds(50)) == std::future_status::ready;
   };
   while (!is_ready()) {
@@ -28,7 +29,7 @@ auto interruptible(Work work) {
       check_signals();
     } catch (...) {
       progress.call_off();
-      const pybind11::gil_scoped_release released;
+      const WithoutGil released;
       result.wait();
       throw;
     }

@@ -14,6 +14,7 @@
 #include "mesh/mesh_geometry.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
+#include "python/gil.h"
 #include "python/image.h"
 #include "python/interruptible.h"
 
@@ -57,7 +58,7 @@ std::vector<Row> to_rows(const py::object& object, const char* what, const char*
 Surface mesh_of_arrays(const py::object& vertices, const py::object& neighbours) {
   SimplexMesh mesh{to_rows<Eigen::Vector3f, double>(vertices, "vertices", "fiu"),
                    to_rows<std::array<int, 3>, std::int64_t>(neighbours, "neighbours", "iu")};
-  const py::gil_scoped_release released;
+  const WithoutGil released;
   validate(mesh);
   return Surface(std::move(mesh));
 }
@@ -69,7 +70,7 @@ Surface mesh_of_triangles(const py::object& points, const py::object& triangles)
     for (const int corner : triangle)
       if (corner >= static_cast<int>(surface.positions.size()))
         throw Error("triangles", "there is no point " + std::to_string(corner), "count points from 0");
-  const py::gil_scoped_release released;
+  const WithoutGil released;
   SimplexMesh mesh = dual_of(surface);
   validate(mesh);
   return Surface(std::move(mesh));
@@ -103,7 +104,7 @@ Image rasterised(const Surface& surface, const Image& like) {
 py::tuple tessellated(const Surface& surface) {
   std::shared_ptr<const TriangleMesh> triangles;
   {
-    const py::gil_scoped_release released;
+    const WithoutGil released;
     triangles = std::make_shared<const TriangleMesh>(tessellate(*surface.mesh));
   }
   return py::make_tuple(rows_of<float>(triangles, triangles->positions), rows_of<int>(triangles, triangles->triangles));
@@ -135,7 +136,7 @@ void bind_mesh(py::module_& module) {
       .def("tessellate", &tessellated,
            "Triangles for drawing and for other programs: (points, triangles), (V + F, 3) float32 in mm (LPS), the\n"
            "vertices first, then the centres of the cells, and (3 V, 3) int32, counter-clockwise from outside.")
-      .def("rasterise", &rasterised, py::arg("like"), py::call_guard<py::gil_scoped_release>(),
+      .def("rasterise", &rasterised, py::arg("like"), py::call_guard<WithoutGil>(),
            "Volume on the grid of another: 1 where a voxel's centre lies inside, else 0 (uint8).")
       .def_property_readonly("volume_mm3", measures(&SurfaceMeasures::volume_mm3), "Enclosed volume.")
       .def_property_readonly("area_mm2", measures(&SurfaceMeasures::area_mm2), "Area of the surface.")
@@ -155,10 +156,10 @@ void bind_mesh(py::module_& module) {
       "Raises Error for what is damaged or not closed.");
   module.def(
       "write_mesh", [](const fs::path& path, const Surface& surface) { write_mesh(path, *surface.mesh); },
-      py::arg("path"), py::arg("mesh"), py::call_guard<py::gil_scoped_release>(),
+      py::arg("path"), py::arg("mesh"), py::call_guard<WithoutGil>(),
       "Writes .ply (which keeps every bit), .obj, .stl, .vtk or .vtp, whole or not at all. Raises Error.");
   module.def("mesh_from_labels", &mesh_of_labels, py::arg("labels"), py::arg("label") = py::none(), py::kw_only(),
-             py::arg("part") = 0, py::arg("vertices") = 0, py::call_guard<py::gil_scoped_release>(),
+             py::arg("part") = 0, py::arg("vertices") = 0, py::call_guard<WithoutGil>(),
              "The surface of a label (None: every voxel that is not 0) as a mesh. part: this connected part alone, 1\n"
              "is the largest; vertices: about so many, 0 for as many as suit the voxels. Raises Error where there is\n"
              "no such voxel or part.");

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <variant>
 
+#include "cli/simulate.h"
 #include "io/files.h"
 #include "io/log_io.h"
 #include "io/mesh_io.h"
@@ -28,8 +29,6 @@ namespace {
 namespace fs = std::filesystem;
 
 using Owner = std::shared_ptr<SessionOwner>;
-
-constexpr int kMostStepsUntilRest = 100000;  // as `simplexseg-cli run`
 
 LoadedInput input_of(const Image& image) {
   LoadedInput input;
@@ -60,7 +59,7 @@ Owner open_session(const std::variant<Image, fs::path>& source, const std::strin
               input.scene.volume_number, input.scene.volume_series, input.low_is_bright};
   Owner owner;
   {
-    const py::gil_scoped_release released;
+    const WithoutGil released;
     owner = std::make_shared<SessionOwner>(is_scene ? path->string() : "", std::move(input), std::move(image), backend,
                                            threads);
   }

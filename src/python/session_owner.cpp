@@ -59,11 +59,17 @@ SessionOwner::SessionOwner(std::string scene_path, LoadedInput input, Image imag
   report_.load_ms = 1000 * (seconds_now() - start);
 }
 
+SessionOwner::~SessionOwner() {
+  if (!session_) return;
+  const WithoutGil released;
+  session_.reset();
+}
+
 void SessionOwner::close() {
   if (closed_) return;
   const Turn turn(*this);
   closed_ = true;
-  const py::gil_scoped_release released;
+  const WithoutGil released;
   session_.reset();
   references_ = {};
 }
@@ -76,7 +82,7 @@ Advance SessionOwner::in_chunks(Chunk chunk) {
     const double start = seconds_now();
     std::optional<Advance> part;
     {
-      const py::gil_scoped_release released;
+      const WithoutGil released;
       part = chunk(total);
     }
     if (!part) break;

@@ -9,6 +9,7 @@
 
 #include "cli/report.h"
 #include "io/load_input.h"
+#include "python/gil.h"
 #include "python/image.h"
 #include "session/session.h"
 
@@ -22,6 +23,11 @@ class SessionOwner {
   /// `scene_path`: empty where it began with a volume. `threads` of the CPU, 0: as many as the machine has.
   SessionOwner(std::string scene_path, LoadedInput input, Image image, const std::string& backend, int threads);
 
+  /// What it was learning is finished first, without the GIL.
+  ~SessionOwner();
+  SessionOwner(const SessionOwner&) = delete;
+  SessionOwner& operator=(const SessionOwner&) = delete;
+
   /// Lets go of meshes, engine and undo history; once more does nothing.
   void close();
   bool closed() const { return closed_; }
@@ -33,7 +39,7 @@ class SessionOwner {
   template <class Work>
   auto use(Work work) {
     const Turn turn(*this);
-    const pybind11::gil_scoped_release released;
+    const WithoutGil released;
     return work(*session_);
   }
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 
@@ -166,6 +168,29 @@ def test_a_signal_handler_that_asks_the_session_is_refused_not_hung(session):
         signal.signal(signal.SIGINT, before)
     assert len(answers) == 1
     assert session.run(1).steps == 1
+
+
+ENDS = {
+    "a daemon thread runs": "threading.Thread(target=lambda: [session.run(300) for _ in range(10**6)], daemon=True).start()",
+    "a field is learned": "session.mesh('ball').add_point((5, 0, 0), 'inside'); session.run_for(0.01)",
+    "arrays are left": "vertices, voxels = session.mesh('ball').mesh.vertices, session.volume.array",
+}
+
+
+@pytest.mark.parametrize("last", ENDS.values(), ids=ENDS.keys())
+def test_the_interpreter_ends_cleanly_while(last):
+    code = f"""
+import threading, time, simplexseg
+session = simplexseg.Session(simplexseg.make_phantom("sphere", size=24, spacing=2)[0], backend="cpu")
+session.add_mesh("ball", centre=(1, 0, 0), radius=9)
+{last}
+end = time.perf_counter() + 0.2
+while time.perf_counter() < end:
+    pass
+"""
+    for _ in range(2):
+        done = subprocess.run([sys.executable, "-W", "ignore", "-c", code], capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_sessions_that_nobody_closed_are_let_go(phantom):
