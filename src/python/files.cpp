@@ -78,10 +78,11 @@ py::tuple read_named_labels(const fs::path& path, const std::optional<Image>& li
 
 void write_image(const fs::path& path, const Image& image) { write_volume(path, image.volume); }
 
-void write_label_image(const fs::path& path, const Image& labels, const std::map<int, std::string>& names) {
+void write_label_image(const fs::path& path, const Image& labels, const std::map<int, py::str>& names) {
   std::vector<SegmentName> segments;
   segments.reserve(names.size());
-  for (const auto& [value, name] : names) segments.push_back({value, name});
+  for (const auto& [value, name] : names) segments.push_back({value, name.cast<std::string>()});
+  const WithoutGil released;
   write_labels(path, labels.volume, segments);
 }
 
@@ -102,8 +103,7 @@ void bind_files(py::module_& module) {
              "volume onto whose grid they are brought. Raises Error as read_volume(), and where no label lies in it.");
   module.def("write_volume", &write_image, py::arg("path"), py::arg("volume"), py::call_guard<WithoutGil>(),
              "Writes .nii, .nii.gz, .nrrd or .mha, whole or not at all. Raises Error.");
-  module.def("write_labels", &write_label_image, py::arg("path"), py::arg("labels"),
-             py::arg("names") = std::map<int, std::string>{}, py::call_guard<WithoutGil>(),
+  module.def("write_labels", &write_label_image, py::arg("path"), py::arg("labels"), py::arg("names") = py::dict(),
              "The same of labels, which must be integers; .seg.nrrd keeps the names. Raises Error.");
 }
 

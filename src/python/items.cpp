@@ -104,6 +104,10 @@ py::tuple colour_of(const SceneMesh& mesh) {
   return py::make_tuple(colour.red, colour.green, colour.blue);
 }
 
+void set_name(const SceneMesh& mesh, const py::str& name) {  // not bytes, which may be no text
+  edit (&EditMesh::name)(mesh, name.cast<std::string>());
+}
+
 void set_colour(const SceneMesh& mesh, const std::array<std::uint8_t, 3>& colour) {
   edit (&EditMesh::colour)(mesh, {colour[0], colour[1], colour[2]});
 }
@@ -132,7 +136,7 @@ void bind_identity(py::class_<Item>& item) {
 }
 
 void bind_mesh_item(py::class_<SceneMesh>& item) {
-  item.def_property("name", member_of(&MeshItem::name), edit(&EditMesh::name), "Unique in the scene.")
+  item.def_property("name", member_of(&MeshItem::name), &set_name, "Unique in the scene.")
       .def_property("label", member_of(&MeshItem::label), edit(&EditMesh::label), "Of its voxels, 1 to 65535.")
       .def_property("visible", member_of(&MeshItem::visible), edit(&EditMesh::visible), "In pictures and the window.")
       .def_property("locked", member_of(&MeshItem::locked), edit(&EditMesh::locked), "Whether it keeps its pose.")

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "python/messages.h"
 
+#include <filesystem>
+
 #include "cli/commands.h"
 #include "io/files.h"
 #include "python/bindings.h"
@@ -70,6 +72,8 @@ void bind_messages(py::module_& module) {
       raise(error_type, error);
     } catch (const Failure& failure) {
       raise(error_type, failure);
+    } catch (const std::filesystem::filesystem_error& error) {
+      raise(error_type, Error("file system", error.code().message(), "check the path"));
     }
   });
 }

@@ -75,12 +75,13 @@ ItemId id_of(const std::optional<SceneMesh>& mesh, const Owner& owner) {
   return mesh->id;
 }
 
-SceneMesh add_sphere(const Owner& owner, const std::string& name, const py::object& centre, double radius,
+SceneMesh add_sphere(const Owner& owner, const py::str& name, const py::object& centre, double radius,
                      const std::optional<SceneMesh>& like) {
-  return add(owner, {name, {vector_of(centre, "centre"), radius}, std::nullopt, id_of(like, owner)});
+  return add(owner,
+             {name.cast<std::string>(), {vector_of(centre, "centre"), radius}, std::nullopt, id_of(like, owner)});
 }
 
-SceneMesh add_start(const Owner& owner, const std::variant<Image, fs::path>& source, const std::string& name,
+SceneMesh add_start(const Owner& owner, const std::variant<Image, fs::path>& source, const py::str& name,
                     std::optional<double> label, int part, int vertices, const std::optional<SceneMesh>& like) {
   if (part < 0 || vertices < 0) throw Error("part or vertices", "it is below 0", "give 0 for all, or as many as suit");
   const ItemId like_id = id_of(like, owner);
@@ -90,7 +91,7 @@ SceneMesh add_start(const Owner& owner, const std::variant<Image, fs::path>& sou
     return load_start({fs::absolute(std::get<fs::path>(source)).string(), label, part, {}}, {}, vertices);
   });
   warn(loaded.warnings);
-  return add(owner, {name, loaded.seed, std::nullopt, like_id, std::move(loaded.start)});
+  return add(owner, {name.cast<std::string>(), loaded.seed, std::nullopt, like_id, std::move(loaded.start)});
 }
 
 SceneMesh mesh_named(const Owner& owner, const std::string& name) {

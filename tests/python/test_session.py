@@ -60,8 +60,11 @@ def test_meshes_are_named_listed_and_edited(session):
     for attribute, value in [("name", "ball"), ("name", ""), ("label", 0), ("label", 70000), ("opacity", 2)]:
         with pytest.raises(Error):
             setattr(other, attribute, value)
+    for attribute, value in [("colour", (1, 2, 300)), ("name", b"\xff"), ("name", None), ("label", 1.5)]:
+        with pytest.raises(TypeError):
+            setattr(other, attribute, value)
     with pytest.raises(TypeError):
-        other.colour = (1, 2, 300)
+        session.add_mesh(b"\xff", centre=(0, 0, 0), radius=4)
     other.delete()
     with pytest.raises(Error, match="no longer"):
         other.name
@@ -299,7 +302,7 @@ def test_a_session_on_one_voxel_and_on_no_numbers():
 
 def test_sources_that_are_none(tmp_path, ramp):
     (tmp_path / "broken.json").write_text("{")
-    for source in [tmp_path / "absent.nii", tmp_path / "broken.json", tmp_path]:
+    for source in [tmp_path / "absent.nii", tmp_path / "broken.json", tmp_path, ""]:
         with pytest.raises(Error):
             Session(source)
     for source in [None, 3, ramp.array]:
