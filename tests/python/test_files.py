@@ -35,6 +35,9 @@ def test_nibabel_has_the_same_voxels_and_affine(tmp_path, ramp):
     given = simplexseg.Volume(np.asarray(theirs.dataobj), affine_ras=theirs.affine)
     np.testing.assert_allclose(given.affine_ras, theirs.affine, atol=1e-12)
     assert given.same_grid(ramp)
+    nibabel.save(nibabel.Nifti1Image(given.array, given.affine_ras), tmp_path / "again.nii")
+    assert simplexseg.read_volume(tmp_path / "again.nii").same_grid(ramp)
+    assert simplexseg.Volume(theirs.get_fdata(dtype="float32"), affine_ras=theirs.affine).dtype == np.float32
 
 
 def test_labels_keep_their_names(tmp_path, phantom):
