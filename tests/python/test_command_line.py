@@ -19,7 +19,10 @@ def write_scene(folder, steps, **mesh):
         "volume": "image.nii.gz",
         "simulation": SIMULATION,
         "meshes": [ball, {"name": "knob", "sphere": {"centre_mm": [0, 16, 0], "radius_mm": 4}}],
-        "points": [{"mesh": "ball", "position_mm": [20, 0, 0]}, {"mesh": "knob", "position_mm": [0, 18, 0], "kind": "inside"}],
+        "points": [
+            {"mesh": "ball", "position_mm": [20, 0, 0]},
+            {"mesh": "knob", "position_mm": [0, 18, 0], "kind": "inside"},
+        ],
         "steps": steps,
     }
     (folder / "scene.json").write_text(json.dumps(scene))
@@ -28,13 +31,15 @@ def write_scene(folder, steps, **mesh):
 
 @pytest.fixture
 def folder(tmp_path, cli):
-    cli("phantom", "sphere", tmp_path / "image.nii.gz", "--labels", tmp_path / "truth.nii.gz", "--size", 24, "--spacing", 2, "--noise", 5)
+    settings = ("--size", 24, "--spacing", 2, "--noise", 5)
+    cli("phantom", "sphere", tmp_path / "image.nii.gz", "--labels", tmp_path / "truth.nii.gz", *settings)
     return tmp_path
 
 
 def run_by_command(cli, folder, *options):
     out = folder / "by-command"
-    cli("run", folder / "scene.json", "--backend", "cpu", "--labels", out.with_suffix(".nii.gz"), "--meshes", out, "--report", out.with_suffix(".json"), *options)
+    files = ("--labels", out.with_suffix(".nii.gz"), "--meshes", out, "--report", out.with_suffix(".json"))
+    cli("run", folder / "scene.json", "--backend", "cpu", *files, *options)
     return out
 
 
@@ -74,7 +79,8 @@ def test_pieces_of_a_run_and_looking_on_change_no_bit(cli, folder):
 def test_settings_are_those_of_set(cli, folder):
     scene = write_scene(folder, 60)
     settings = {"forces.smoothing.weight": 2.5, "meshes.ball.gradient.object": "dark", "simulation.damping": 0.5}
-    by_command = run_by_command(cli, folder, *[text for name, value in settings.items() for text in ("--set", f"{name}={value}")])
+    options = [text for name, value in settings.items() for text in ("--set", f"{name}={value}")]
+    by_command = run_by_command(cli, folder, *options)
     with Session(scene, backend="cpu", settings=settings) as session:
         session.run()
         assert_same_files(session, folder, by_command)
@@ -101,7 +107,8 @@ def test_what_was_done_in_python_is_replayed_by_the_command(cli, folder):
 
 @pytest.mark.filterwarnings("ignore::simplexseg.DataWarning")
 def test_a_scene_that_python_saved_is_run_on_by_both(cli, folder):
-    with Session(folder / "image.nii.gz", backend="cpu", settings={f"simulation.{k}": v for k, v in SIMULATION.items()}) as session:
+    settings = {f"simulation.{name}": value for name, value in SIMULATION.items()}
+    with Session(folder / "image.nii.gz", backend="cpu", settings=settings) as session:
         session.add_mesh("ball", centre=(1, 0, 0), radius=9)
         session.run(30)
         session.save_scene(folder / "scene.json")
@@ -168,8 +175,8 @@ def test_a_hippocampus_ends_in_the_same_files(cli, data, tmp_path):
     middle = inside[np.abs(inside - inside.mean(axis=0)).sum(axis=1).argmin()]
     centre = truth.lps_from_index(middle).tolist()
     sphere = {"name": "hippocampus", "sphere": {"centre_mm": centre, "radius_mm": 4}}
-    scene = {"simplexseg_scene": 1, "volume": str(image), "simulation": {"final_vertices": 1280}, "meshes": [sphere], "steps": 150}
-    (tmp_path / "scene.json").write_text(json.dumps(scene))
+    scene = {"simplexseg_scene": 1, "volume": str(image), "simulation": {"final_vertices": 1280}, "meshes": [sphere]}
+    (tmp_path / "scene.json").write_text(json.dumps({**scene, "steps": 150}))
     by_command = run_by_command(cli, tmp_path)
     with Session(tmp_path / "scene.json", backend="cpu") as session:
         session.run()

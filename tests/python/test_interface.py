@@ -18,7 +18,7 @@ PACKAGE = pathlib.Path(simplexseg.__file__).parent
 STUB = ast.parse((PACKAGE / "_core.pyi").read_text())
 CLASSES = {node.name: node for node in STUB.body if isinstance(node, ast.ClassDef)}
 BOUND = [name for name in CLASSES if not name.startswith("_") and "Error" not in name and "Warning" not in name]
-OBJECT = {*dir(object), "__module__", "__dict__", "__weakref__", "__pybind11_module_local_v4_gcc_libstdcpp_cxxabi1017__"}
+OBJECT = {*dir(object), "__module__", "__dict__", "__weakref__"}
 
 
 def public(names):
@@ -85,8 +85,9 @@ def signatures():
             yield node.name, node, getattr(_core, node.name)
     for name in BOUND:
         for member, node in members(CLASSES[name]).items():
-            is_property = isinstance(node, ast.FunctionDef) and node.decorator_list and getattr(node.decorator_list[0], "id", "") == "property"
-            if isinstance(node, ast.FunctionDef) and not is_property and member not in ("__exit__", "__hash__", "__eq__"):
+            if not isinstance(node, ast.FunctionDef) or member in ("__exit__", "__hash__", "__eq__"):
+                continue
+            if "property" not in [decorator.id for decorator in node.decorator_list]:
                 yield f"{name}.{member}", node, getattr(getattr(_core, name), member)
 
 
