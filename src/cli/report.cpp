@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <thread>
 
 #include "cli/metric_list.h"
 #include "cli/table.h"
+#include "image/rasterise.h"
 #include "io/atomic_file.h"
 #include "io/files.h"
 #include "io/json_output.h"
@@ -74,6 +76,22 @@ bool is_compared(const RunReport& report) {
 }
 
 }  // namespace
+
+void describe_engine(RunReport& report, const Engine& engine, int threads) {
+  report.backend = engine.backend();
+  report.device = engine.description();
+  if (report.backend != "cpu") threads = 0;
+  if (report.backend == "cpu" && threads == 0)
+    threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  report.threads = threads;
+}
+
+MeshReport report_of(const MeshItem& item, const std::optional<Mask>& reference, const MeshTrace* trace) {
+  MeshReport report{item.name, item.mesh.vertex_count(), measure(item.mesh), {}, {}, item.field};
+  if (reference) report.agreement = compare_masks(*reference, rasterise(item.mesh, reference->geometry));
+  if (trace) report.trace = trace->samples;
+  return report;
+}
 
 void write_report(const std::filesystem::path& path, const RunReport& report, const Scene& scene) {
   Json json = {{"simplexseg_report", 1}};

@@ -44,6 +44,11 @@ struct RunReport {
   double step_us() const { return steps > 0 ? 1000 * wall_ms / static_cast<double>(steps) : 0; }
 };
 
+/// Backend, device and threads of an engine; `threads` as they were asked for, 0: as many as the machine has.
+void describe_engine(RunReport& report, const Engine& engine, int threads);
+/// Measures a mesh, and compares it where it has a reference. `trace`: null: there is none.
+MeshReport report_of(const MeshItem& item, const std::optional<Mask>& reference, const MeshTrace* trace);
+
 /// Writes the report as JSON, parameters of `scene` included. Infinite distances are null.
 void write_report(const std::filesystem::path& path, const RunReport& report, const Scene& scene);
 void print_report(std::ostream& out, const RunReport& report);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <ostream>
-#include <thread>
 
 #include "cli/load.h"
 #include "cli/progress.h"
@@ -11,22 +10,18 @@
 #include "cli/simulate.h"
 #include "cli/slice_picture.h"
 #include "core/error.h"
-#include "image/rasterise.h"
 #include "io/atomic_file.h"
 #include "io/files.h"
 #include "io/references.h"
 #include "io/scene_export.h"
 #include "io/scene_io.h"
 #include "io/volume_io.h"
-#include "mesh/mesh_geometry.h"
 #include "session/session.h"
 
 namespace simplexseg {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kMostStepsUntilRest = 100000;
 
 /// Throws Error, before any time is spent, where an output could not be written.
 void check_outputs(const RunOptions& options, const RunInput& input) {
@@ -99,11 +94,8 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
   report.volume_path = loaded.volume_path.string();
   report.geometry = loaded.volume.geometry();
   if (!loaded.volume.empty()) report.voxel_type = to_string(loaded.volume.type());
-  report.backend = choice.engine->backend();
-  report.device = choice.engine->description();
+  describe_engine(report, *choice.engine, threads);
   report.note = choice.note;
-  if (report.backend == "cpu")
-    report.threads = threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   Session session(std::move(choice.engine), std::move(choice.spare), options.most_threads);
   session.open(std::move(loaded.scene), std::move(loaded.volume), std::move(loaded.history));
   report.load_ms = 1000 * (seconds_now() - input.start);
@@ -123,7 +115,7 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
   report.bytes_held = session.engine().bytes_held();
   if (const std::optional<std::string> notice = session.take_notice()) {
     report.note = *notice;
-    report.backend = session.engine().backend(), report.device = session.engine().description();
+    describe_engine(report, session.engine(), 0);
   }
   print_warnings(loaded.warnings, console);
   for (const std::string& line : report.cuts) console.err << "note: " << one_line(line, 1000) << "\n";
@@ -134,12 +126,7 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
     {
       const Progress progress(console, "measuring");
       for (const MeshItem& item : session.scene().meshes) {
-        const MeshTrace* trace = clock.trace().of(item.id);
-        std::optional<MaskComparison> agreement;
-        if (const auto truth = references.mask_for(item))
-          agreement = compare_masks(*truth, rasterise(item.mesh, truth->geometry));
-        report.meshes.push_back({item.name, item.mesh.vertex_count(), measure(item.mesh), agreement,
-                                 trace ? trace->samples : std::vector<TraceSample>{}, item.field});
+        report.meshes.push_back(report_of(item, references.mask_for(item), clock.trace().of(item.id)));
         Interrupt::check();
       }
     }

@@ -9,6 +9,8 @@
 
 namespace simplexseg {
 
+constexpr int kMostStepsUntilRest = 100000;  ///< where rest may never come
+
 /// Monotonic, in seconds.
 double seconds_now();
 

@@ -5,10 +5,9 @@
 #include <gdcmTrace.h>
 #include <unistd.h>
 
-#include <cassert>
 #include <csetjmp>
+#include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <iostream>
 #include <mutex>
 
@@ -21,8 +20,30 @@ std::recursive_mutex mutex;
 int depth = 0;
 int kept_stderr = -1;
 
-thread_local std::jmp_buf* armed = nullptr;
-thread_local char broken_assertion[200];
+thread_local sigjmp_buf* armed = nullptr;
+
+/// Of the thread that called abort(), before the program ends. One that is not armed goes on to end it.
+void leave(int signal) {
+  if (armed) siglongjmp(*armed, 1);
+  std::signal(signal, SIG_DFL);
+}
+
+/// While one lives, abort() goes to leave(). One thread at a time has them, since it holds QuietLibraries, or is the
+/// only one of a child process.
+class AbortTrap {
+ public:
+  AbortTrap() {
+    struct sigaction trap {};
+    trap.sa_handler = leave;
+    ::sigaction(SIGABRT, &trap, &before_);
+  }
+  ~AbortTrap() { ::sigaction(SIGABRT, &before_, nullptr); }
+  AbortTrap(const AbortTrap&) = delete;
+  AbortTrap& operator=(const AbortTrap&) = delete;
+
+ private:
+  struct sigaction before_ {};
+};
 
 }  // namespace
 
@@ -58,11 +79,12 @@ void while_heard(const std::function<void()>& f) {
 }
 
 void without_aborting(const std::function<void()>& f) {
-  std::jmp_buf here;
-  std::jmp_buf* const before = armed;
-  if (setjmp(here) != 0) {
+  const AbortTrap trap;
+  sigjmp_buf here;
+  sigjmp_buf* const before = armed;
+  if (sigsetjmp(here, 1) != 0) {
     armed = before;
-    throw std::runtime_error(std::string("it is damaged (") + broken_assertion + ")");
+    throw std::runtime_error("it is damaged (an assumption of the reader does not hold)");
   }
   armed = &here;
   try {
@@ -81,15 +103,3 @@ std::string plain_words(const std::exception& exception) {
 }
 
 }  // namespace simplexseg
-
-/// glibc's, in front of which this one comes for the shared libraries too: see without_aborting().
-extern "C" void __assert_fail(const char* assertion, const char* file, unsigned line, const char* function) noexcept {
-  using simplexseg::armed;
-  if (armed) {
-    std::snprintf(simplexseg::broken_assertion, sizeof simplexseg::broken_assertion, "broken assumption: %s",
-                  assertion);
-    std::longjmp(*armed, 1);
-  }
-  std::fprintf(stderr, "%s:%u: %s: Assertion `%s' failed.\n", file, line, function ? function : "?", assertion);
-  std::abort();
-}

@@ -21,7 +21,8 @@ class QuietLibraries {
 void while_heard(const std::function<void()>& f);
 
 /// Calls f. Debian builds GDCM with its assertions, and a damaged file can break one, which would end the program; here
-/// it is thrown as std::runtime_error instead (what GDCM held is leaked: its frames are left by longjmp).
+/// it is thrown as std::runtime_error instead (what GDCM held is leaked: its frames are left by siglongjmp). To be
+/// called while a QuietLibraries is held, or in a child process, since abort() is one for all threads.
 void without_aborting(const std::function<void()>& f);
 
 /// What an exception of a library says, as one line without a full stop.

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the Python module is made of: one function a source.
+#pragma once
+#include <pybind11/pybind11.h>
+
+namespace simplexseg::python {
+
+namespace py = pybind11;
+
+void bind_messages(py::module_& module);
+void bind_volume(py::module_& module);
+void bind_files(py::module_& module);
+void bind_mesh(py::module_& module);
+void bind_metrics(py::module_& module);
+void bind_parameters(py::module_& module);
+/// Meshes and points of a session; needs bind_mesh() and bind_volume().
+void bind_items(py::module_& module);
+void bind_session(py::module_& module);
+
+}  // namespace simplexseg::python

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "python/items.h"
+
+#include <pybind11/stl.h>
+
+#include <array>
+#include <optional>
+
+#include "forces/step_view.h"
+#include "python/arrays.h"
+#include "python/bindings.h"
+#include "python/mesh.h"
+#include "python/messages.h"
+#include "python/parameters.h"
+
+namespace simplexseg::python {
+namespace {
+
+constexpr std::array kKinds{"inside", "outside", "boundary"};  // in the order of MarkKind
+
+MarkKind kind_of(const std::string& name) {
+  for (std::size_t kind = 0; kind < kKinds.size(); ++kind)
+    if (name == kKinds[kind]) return static_cast<MarkKind>(kind);
+  throw Error("kind '" + name + "'", "there is none of that name", "give boundary, inside or outside");
+}
+
+/// What `read(item)` copies of a mesh; its pose is as of the last step where `with_pose`.
+template <class Read>
+auto read_mesh_item(const SceneMesh& mesh, Read read, bool with_pose = false) {
+  return mesh.session->use([&](const Session& session) {
+    const Scene& scene = with_pose ? session.scene() : session.scene_without_poses();
+    const MeshItem* const item = scene.find_mesh(mesh.id);
+    if (!item) throw Error("mesh " + std::to_string(mesh.id), "the scene has it no longer", "take another");
+    return read(*item);
+  });
+}
+
+template <class Read>
+auto read_point(const ScenePoint& point, Read read) {
+  return point.session->use([&](const Session& session) {
+    const UserPoint* const item = session.scene_without_poses().find_point(point.id);
+    if (!item) throw Error("point " + std::to_string(point.id), "the scene has it no longer", "take another");
+    return read(*item);
+  });
+}
+
+/// Sets one member of an EditMesh.
+template <class T>
+auto edit(std::optional<T> EditMesh::*member) {
+  return [member](const SceneMesh& mesh, const T& value) {
+    EditMesh command{mesh.id, {}, {}, {}, {}};
+    command.*member = value;
+    apply(*mesh.session, command);
+  };
+}
+
+template <class T>
+auto member_of(T MeshItem::*member) {
+  return [member](const SceneMesh& mesh) {
+    return read_mesh_item(mesh, [&](const MeshItem& item) { return item.*member; });
+  };
+}
+
+Surface surface_of(const SceneMesh& mesh) {
+  return read_mesh_item(
+      mesh, [](const MeshItem& item) { return Surface(item.mesh); }, true);
+}
+
+py::object get_parameter(const SceneMesh& mesh, const std::string& name) {
+  const FoundParameter found = find_named(name);
+  if (!found.force) throw Error("parameter '" + name + "'", "it is none of a mesh", "ask the session for it");
+  return python_value(*found.info, read_mesh_item(mesh, [&](const MeshItem& item) {
+    return item.parameters.values[static_cast<int>(found.force->id)][found.index];
+  }));
+}
+
+ScenePoint add_point(const SceneMesh& mesh, const py::object& position, const std::string& kind, double radius,
+                     const py::object& outward) {
+  AddPoint command{mesh.id, vector_of(position, "position"), kind_of(kind), radius};
+  if (!(radius >= 0)) throw Error("radius", "it is below 0 or no number", "give millimetres, or 0 for what suits");
+  if (!outward.is_none()) command.outward = vector_of(outward, "outward");
+  return {{mesh.session, apply(*mesh.session, command)}};
+}
+
+/// P(object) on the box that it was learned in.
+std::optional<Image> evidence(const SceneMesh& mesh) {
+  const auto field = read_mesh_item(mesh, [](const MeshItem& item) { return item.field; });
+  if (!field || field->values.empty()) return std::nullopt;
+  VolumeGeometry geometry = mesh.session->image().volume.geometry();
+  const auto& first = field->box.first;
+  geometry.origin_mm = geometry.world_from_index() * Eigen::Vector3d(first[0], first[1], first[2]);
+  geometry.size = field->box.size;
+  Volume volume(geometry, VoxelType::Float32);
+  const auto out = volume.voxels<float>();
+  for (std::size_t v = 0; v < out.size(); ++v) {
+    const auto value = static_cast<float>(field->values[v]);
+    out[v] = value >= kFieldFloor ? value / kFieldScale : 0.0f;
+  }
+  return Image{std::move(volume)};
+}
+
+py::tuple colour_of(const SceneMesh& mesh) {
+  const Colour colour = read_mesh_item(mesh, [](const MeshItem& item) { return item.colour; });
+  return py::make_tuple(colour.red, colour.green, colour.blue);
+}
+
+void set_name(const SceneMesh& mesh, const py::str& name) {  // not bytes, which may be no text
+  edit (&EditMesh::name)(mesh, name.cast<std::string>());
+}
+
+void set_colour(const SceneMesh& mesh, const std::array<std::uint8_t, 3>& colour) {
+  edit (&EditMesh::colour)(mesh, {colour[0], colour[1], colour[2]});
+}
+
+std::string described(const SceneMesh& mesh) {
+  if (mesh.session->closed()) return "<simplexseg.SceneMesh of a closed session>";
+  return read_mesh_item(mesh, [](const MeshItem& item) {
+    return "<simplexseg.SceneMesh '" + item.name + "' of " + std::to_string(item.mesh.vertex_count()) + " vertices>";
+  });
+}
+
+template <class Command>
+void carry_out(const SceneMesh& mesh) {
+  apply(*mesh.session, Command{mesh.id});
+}
+
+template <class Item>
+void bind_identity(py::class_<Item>& item) {
+  item.def("__eq__",
+           [](const Item& one, const py::object& other) {
+             return py::isinstance<Item>(other) && one == other.cast<const Item&>();
+           })
+      .def("__hash__", [](const Item& one) { return std::hash<const void*>()(one.session.get()) ^ one.id; })
+      .def_property_readonly(
+          "id", [](const Item& one) { return one.id; }, "Never used twice in a session; logs have it.");
+}
+
+void bind_mesh_item(py::class_<SceneMesh>& item) {
+  item.def_property("name", member_of(&MeshItem::name), &set_name, "Unique in the scene.")
+      .def_property("label", member_of(&MeshItem::label), edit(&EditMesh::label), "Of its voxels, 1 to 65535.")
+      .def_property("visible", member_of(&MeshItem::visible), edit(&EditMesh::visible), "In pictures and the window.")
+      .def_property("locked", member_of(&MeshItem::locked), edit(&EditMesh::locked), "Whether it keeps its pose.")
+      .def_property("opacity", member_of(&MeshItem::opacity), edit(&EditMesh::opacity), "In 3D, above 0 and up to 1.")
+      .def_property("colour", &colour_of, &set_colour, "(red, green, blue), 0 to 255.")
+      .def_property_readonly("mesh", &surface_of, "A copy of its present shape, a Mesh.")
+      .def_property_readonly(
+          "points", [](const SceneMesh& mesh) { return points_of(mesh.session, mesh.id); }, "In the order they came.")
+      .def("get", &get_parameter, py::arg("name"), "The value of forces.FORCE.PARAMETER; a choice by its name.")
+      .def(
+          "set",
+          [](const SceneMesh& mesh, const std::string& name, const py::object& value) {
+            set_parameter(*mesh.session, mesh.id, name, value);
+          },
+          py::arg("name"), py::arg("value"),
+          "Sets forces.FORCE.PARAMETER to a number, or the name of a choice. Raises Error for an unknown name or a\n"
+          "value out of range.")
+      .def("add_point", &add_point, py::arg("position"), py::arg("kind") = "boundary", py::kw_only(),
+           py::arg("radius") = 0.0, py::arg("outward") = py::none(),
+           "position: mm, LPS. kind: boundary (pulls the nearest part of the mesh), inside or outside. radius: of the\n"
+           "ball that it marks, mm, 0 for what suits; outward: of a boundary point, the way out of the object, None\n"
+           "as the surface nearby says. Raises Error for marks outside of the volume.")
+      .def(
+          "evidence", &evidence,
+          "P(object), learned from seed and points, as a Volume (float32) on its box of voxels; None before the first\n"
+          "step after it is wanted.")
+      .def("delete", &carry_out<DeleteMesh>, "Takes it out of the scene, with its points.")
+      .def("reset", &carry_out<ResetPose>, "Back to the sphere of its seed, or the labels that it started from.")
+      .def("refine", &carry_out<RefineMesh>, "Four vertices for each.")
+      .def("record_profiles", &carry_out<RecordProfiles>,
+           "Takes the intensity profiles under it as the reference of the force intensity_profile.")
+      .def(
+          "duplicate",
+          [](const SceneMesh& mesh) {
+            return SceneMesh{{mesh.session, apply(*mesh.session, DuplicateMesh{mesh.id})}};
+          },
+          "A copy with its shape and points, under the first name, label and colour that are free.")
+      .def("__repr__", [](const SceneMesh& mesh) { return python_text(described(mesh)); });
+}
+
+void bind_point_item(py::class_<ScenePoint>& item) {
+  item.def_property_readonly(
+          "position",
+          [](const ScenePoint& point) {
+            return tuple_of(read_point(point, [](const UserPoint& p) { return p.position_mm; }));
+          },
+          "mm, LPS.")
+      .def_property_readonly(
+          "kind",
+          [](const ScenePoint& point) {
+            return kKinds[static_cast<std::size_t>(read_point(point, [](const UserPoint& p) { return p.kind; }))];
+          },
+          "boundary, inside or outside.")
+      .def_property_readonly(
+          "radius",
+          [](const ScenePoint& point) { return read_point(point, [](const UserPoint& p) { return p.radius_mm; }); },
+          "Of the ball that it marks, mm.")
+      .def_property_readonly(
+          "mesh",
+          [](const ScenePoint& point) {
+            return SceneMesh{{point.session, read_point(point, [](const UserPoint& p) { return p.mesh; })}};
+          },
+          "That it belongs to.")
+      .def(
+          "move",
+          [](const ScenePoint& point, const py::object& position) {
+            apply(*point.session, MovePoint{point.id, vector_of(position, "position")});
+          },
+          py::arg("position"), "To a position in mm, LPS. Raises Error for a mark outside of the volume.")
+      .def(
+          "resize",
+          [](const ScenePoint& point, double radius) {
+            apply(*point.session, ResizePoint{point.id, radius});
+          },
+          py::arg("radius"), "Another ball, mm, of an inside or outside point. Raises Error.")
+      .def(
+          "delete", [](const ScenePoint& point) { apply(*point.session, DeletePoint{point.id}); },
+          "Takes it out of the scene.");
+}
+
+}  // namespace
+
+std::vector<SceneMesh> meshes_of(const std::shared_ptr<SessionOwner>& session) {
+  return session->use([&](const Session& s) {
+    std::vector<SceneMesh> meshes;
+    for (const MeshItem& item : s.scene_without_poses().meshes) meshes.push_back({{session, item.id}});
+    return meshes;
+  });
+}
+
+std::vector<ScenePoint> points_of(const std::shared_ptr<SessionOwner>& session, ItemId mesh) {
+  return session->use([&](const Session& s) {
+    std::vector<ScenePoint> points;
+    for (const UserPoint& item : s.scene_without_poses().points)
+      if (mesh == 0 || item.mesh == mesh) points.push_back({{session, item.id}});
+    return points;
+  });
+}
+
+ItemId apply(SessionOwner& session, const Command& command) {
+  return session.use([&](Session& s) { return s.apply(command); });
+}
+
+void set_parameter(SessionOwner& session, ItemId mesh, const std::string& name, const py::object& value) {
+  const FoundParameter found = find_named(name);
+  const float number = parameter_value(name, *found.info, value);
+  if (found.force)
+    apply(session, SetForceParameter{mesh, found.force->id, found.index, number});
+  else if (mesh == 0)
+    apply(session, SetSimulationParameter{found.index, number});
+  else
+    throw Error("parameter '" + name + "'", "it is none of a mesh", "set it on the session");
+}
+
+void bind_items(py::module_& module) {
+  py::class_<SceneMesh> mesh(module, "SceneMesh",
+                             "One mesh of a session's scene. Raises Error once the mesh or the session is gone.");
+  py::class_<ScenePoint> point(module, "ScenePoint", "One point of a session's scene; as SceneMesh.");
+  bind_identity(mesh);
+  bind_identity(point);
+  bind_mesh_item(mesh);
+  bind_point_item(point);
+}
+
+}  // namespace simplexseg::python

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "python/messages.h"
+
+#include <filesystem>
+
+#include "cli/commands.h"
+#include "io/files.h"
+#include "python/bindings.h"
+
+namespace simplexseg::python {
+namespace {
+
+// Of the one module that a process has; alive as long as it.
+PyObject *error_type = nullptr, *simulation_error_type = nullptr, *warning_type = nullptr;
+
+constexpr std::size_t kLongestLine = 2000;
+
+PyObject* new_type(py::module_& module, const char* name, const char* doc, PyObject* base) {
+  const std::string whole = std::string("simplexseg.") + name;
+  PyObject* const type = PyErr_NewExceptionWithDoc(whole.c_str(), doc, base, nullptr);
+  if (!type) throw py::error_already_set();
+  module.attr(name) = py::handle(type);
+  return type;
+}
+
+void raise(PyObject* type, const std::exception& exception) {
+  PyErr_SetObject(type, python_text(one_line(exception.what(), kLongestLine)).ptr());
+}
+
+}  // namespace
+
+py::str python_text(const std::string& text) {
+  PyObject* const decoded = PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "replace");
+  if (!decoded) throw py::error_already_set();
+  return py::reinterpret_steal<py::str>(decoded);
+}
+
+py::list python_texts(const std::vector<std::string>& texts) {
+  py::list list;
+  for (const std::string& text : texts) list.append(python_text(text));
+  return list;
+}
+
+void warn(const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) {
+    const std::string text = python_text(one_line(line, kLongestLine));
+    if (PyErr_WarnEx(warning_type, text.c_str(), 1) != 0) throw py::error_already_set();
+  }
+}
+
+void check_signals() {
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+void bind_messages(py::module_& module) {
+  error_type =
+      new_type(module, "Error", "Bad input or a failed resource, in one line: what, why, and what to do about it.",
+               PyExc_RuntimeError);
+  simulation_error_type = new_type(module, "SimulationError",
+                                   "Steps that no smaller timestep helps; the line names mesh and force. The session "
+                                   "goes on from the pose before them.",
+                                   error_type);
+  warning_type =
+      new_type(module, "DataWarning",
+               "What a reader had to assume or left out, or what was noticed of a mesh: one line.", PyExc_UserWarning);
+  py::register_exception_translator([](std::exception_ptr pointer) {
+    try {
+      if (pointer) std::rethrow_exception(std::move(pointer));
+    } catch (const SimulationError& error) {
+      raise(simulation_error_type, error);
+    } catch (const Error& error) {
+      raise(error_type, error);
+    } catch (const Failure& failure) {
+      raise(error_type, failure);
+    } catch (const std::filesystem::filesystem_error& error) {
+      raise(error_type, Error("file system", error.code().message(), "check the path"));
+    }
+  });
+}
+
+}  // namespace simplexseg::python

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gpu/backend.h"
+#include "python/bindings.h"
+
+namespace py = pybind11;
+
+PYBIND11_MODULE(_core, module) {
+  using namespace simplexseg::python;
+  module.doc() = "Segmentation of medical volumes with live deformable surfaces.";
+  module.attr("__version__") = SIMPLEXSEG_VERSION;
+  bind_messages(module);
+  bind_volume(module);
+  bind_files(module);
+  bind_mesh(module);
+  bind_metrics(module);
+  bind_parameters(module);
+  bind_items(module);
+  bind_session(module);
+  module.def("why_no_cuda", &simplexseg::why_no_cuda,
+             "Why no CUDA device can be used, in a few words; \"\" where one can.");
+}

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: Apache-2.0
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+import simplexseg
+
+
+def test_it_is_imported_from_where_it_is_installed(tmp_path):
+    build = os.environ.get("SIMPLEXSEG_BUILD")
+    if not build or not shutil.which("cmake"):
+        pytest.skip("SIMPLEXSEG_BUILD names no build folder, or Debian's cmake is absent")
+    prefix = tmp_path / "usr"
+    subprocess.run(
+        ["cmake", "--install", build, "--component", "python", "--prefix", prefix], check=True, stdout=subprocess.DEVNULL
+    )
+    packages = list(prefix.rglob("simplexseg"))
+    assert len(packages) == 1
+    folder = packages[0].parent
+    assert folder.name in ("dist-packages", "site-packages") and folder.relative_to(prefix).parts[0] == "lib"
+    assert {"__init__.py", "_core.pyi", "py.typed"} < {path.name for path in packages[0].iterdir()}
+    code = "import simplexseg; print(simplexseg.__file__); print(simplexseg.make_phantom('cube', size=8)[0].array.max())"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(folder)},
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == [str(packages[0] / "__init__.py"), "150"]
+
+
+def test_the_module_shows_nothing_but_its_entry():
+    if not shutil.which("nm"):
+        pytest.skip("Debian's binutils is absent")
+    library = next(pathlib.Path(simplexseg.__file__).parent.glob("_core*.so"))
+    symbols = subprocess.run(["nm", "-D", "--defined-only", library], capture_output=True, text=True, check=True).stdout
+    assert {line.split()[-1] for line in symbols.splitlines()} == {"PyInit__core"}
