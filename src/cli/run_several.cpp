@@ -120,6 +120,7 @@ void run_file(const std::string& scene, const std::string& replay, const RunOpti
 void run_several(const std::vector<std::string>& scenes, int at_once, const RunOptions& options,
                  const Console& console) {
   check_names(scenes, options);
+  for (const std::string& scene : scenes) require_file(scene);
   const std::size_t workers = std::min<std::size_t>(std::max(at_once, 1), scenes.size());
   RunOptions shared = options;
   const unsigned cores = std::max(1u, std::thread::hardware_concurrency());

@@ -19,7 +19,8 @@ void run_file(const std::string& scene, const std::string& replay, const RunOpti
 
 /// Runs each scene, `at_once` of them beside each other, with the bits that it has alone; 0: one. Threads of the CPU
 /// that are not asked for are shared out. What becomes of each is printed when it has ended; one that fails does not
-/// keep the others from being run. Throws Error for outputs that several would write, and Failure when one has failed.
+/// keep the others from being run. Throws Error for outputs that several would write and scenes that are no files,
+/// before anything is run, and Failure when one has failed.
 void run_several(const std::vector<std::string>& scenes, int at_once, const RunOptions& options,
                  const Console& console);
 
