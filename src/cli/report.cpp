@@ -80,10 +80,8 @@ bool is_compared(const RunReport& report) {
 void describe_engine(RunReport& report, const Engine& engine, int threads) {
   report.backend = engine.backend();
   report.device = engine.description();
-  if (report.backend != "cpu") threads = 0;
-  if (report.backend == "cpu" && threads == 0)
-    threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  report.threads = threads;
+  const int all = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  report.threads = report.backend != "cpu" ? 0 : threads > 0 ? threads : all;
 }
 
 MeshReport report_of(const MeshItem& item, const std::optional<Mask>& reference, const MeshTrace* trace) {

@@ -26,8 +26,7 @@ struct RunOptions {
 
 inline constexpr const char* kLabelsHelp =
     "Write the voxels inside the meshes here (.nii, .nii.gz, .nrrd, .seg.nrrd, .mha, .dcm: DICOM SEG), or their "
-    "contours "
-    "(.rtstruct.dcm)";
+    "contours (.rtstruct.dcm)";
 
 /// The two that say how far: another option may exclude them.
 struct HowFar {

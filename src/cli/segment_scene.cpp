@@ -17,8 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kUsualRadiusMm = 10;
-
 std::string counted(std::size_t count, const char* one, const char* many) {
   return std::to_string(count) + " " + (count == 1 ? one : many);
 }
@@ -75,7 +73,7 @@ void place_seeds(const SegmentRequest& request, Scene& scene) {
   for (std::size_t s = 0; s < count; ++s) {
     MeshItem& item = s < scene.meshes.size() ? scene.meshes[s] : add_mesh_item(scene);
     item.seed.centre_mm = position_of("--seed", request.seeds[s]);
-    item.seed.radius_mm = radii == 0 ? kUsualRadiusMm : request.radii[radii == 1 ? 0 : s];
+    item.seed.radius_mm = radii == 0 ? Seed().radius_mm : request.radii[radii == 1 ? 0 : s];
     item.start.reset();
   }
 }

@@ -9,7 +9,7 @@
 
 namespace simplexseg {
 
-constexpr int kMostStepsUntilRest = 100000;  ///< where rest may never come
+inline constexpr int kMostStepsUntilRest = 100000;  ///< where rest may never come
 
 /// Monotonic, in seconds.
 double seconds_now();
