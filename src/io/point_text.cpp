@@ -2,7 +2,6 @@
 #include "io/point_text.h"
 
 #include <algorithm>
-#include <string>
 #include <vector>
 
 #include "io/json_input.h"
@@ -14,11 +13,17 @@ static const std::vector<std::string> kKinds = {"inside", "outside", "boundary"}
 
 const char* name_of(MarkKind kind) { return kKinds.at(static_cast<std::size_t>(kind)).c_str(); }
 
+std::optional<MarkKind> find_point_kind(const std::string& name) {
+  const auto found = std::find(kKinds.begin(), kKinds.end(), name);
+  if (found == kKinds.end()) return std::nullopt;
+  return static_cast<MarkKind>(found - kKinds.begin());
+}
+
 MarkKind read_point_kind(const JsonInput& input) {
   const std::string name = input.text();
-  const auto found = std::find(kKinds.begin(), kKinds.end(), name);
-  if (found == kKinds.end()) input.refuse("the kind of point " + unknown_name(name, kKinds), "correct it");
-  return static_cast<MarkKind>(found - kKinds.begin());
+  const std::optional<MarkKind> kind = find_point_kind(name);
+  if (!kind) input.refuse("the kind of point " + unknown_name(name, kKinds), "correct it");
+  return *kind;
 }
 
 double read_radius(const JsonInput& input) {

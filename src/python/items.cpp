@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "forces/step_view.h"
+#include "io/point_text.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/mesh.h"
@@ -16,11 +17,8 @@
 namespace simplexseg::python {
 namespace {
 
-constexpr std::array kKinds{"inside", "outside", "boundary"};  // in the order of MarkKind
-
 MarkKind kind_of(const std::string& name) {
-  for (std::size_t kind = 0; kind < kKinds.size(); ++kind)
-    if (name == kKinds[kind]) return static_cast<MarkKind>(kind);
+  if (const std::optional<MarkKind> kind = find_point_kind(name)) return *kind;
   throw Error("kind '" + name + "'", "there is none of that name", "give boundary, inside or outside");
 }
 
@@ -186,9 +184,7 @@ void bind_point_item(py::class_<ScenePoint>& item) {
           "mm, LPS.")
       .def_property_readonly(
           "kind",
-          [](const ScenePoint& point) {
-            return kKinds[static_cast<std::size_t>(read_point(point, [](const UserPoint& p) { return p.kind; }))];
-          },
+          [](const ScenePoint& point) { return name_of(read_point(point, [](const UserPoint& p) { return p.kind; })); },
           "boundary, inside or outside.")
       .def_property_readonly(
           "radius",
