@@ -7,6 +7,7 @@
 #include <QLabel>
 #include <QPushButton>
 
+#include "gui/look/theme.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/message_bar.h"
 #include "io/scene_io.h"
@@ -66,6 +67,18 @@ TEST_F(ConvergencePanelTest, ThePlotFollowsTheSteps) {
   const QImage by_time = panel().picture();
   panel().choose(TraceAxis::Steps);
   EXPECT_NE(panel().picture(), by_time);
+}
+
+TEST_F(ConvergencePanelTest, ThePlotIsOfTheThemeAndFollowsIt) {
+  open_phantom();
+  look_at_it();
+  bench().advance_steps(30);
+  ASSERT_TRUE(wait_until([&] { return !panel().picture().isNull(); }));
+  const auto ground = [&] { return panel().picture().pixelColor(2, 2).lightness(); };
+  for (const bool dark : {false, true}) {
+    theme::apply(*qApp, dark);
+    EXPECT_TRUE(wait_until([&] { return (ground() < 128) == dark; })) << ground();
+  }
 }
 
 TEST_F(ConvergencePanelTest, TheResidualIsKeptOutOfSightAndReadsNothingBack) {

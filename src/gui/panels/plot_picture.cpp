@@ -2,6 +2,7 @@
 #include "gui/panels/plot_picture.h"
 
 #include <QComboBox>
+#include <QEvent>
 #include <QPainter>
 #include <utility>
 
@@ -18,8 +19,7 @@ constexpr int kSavedWidth = 900, kSavedHeight = 600;
 
 }  // namespace
 
-PlotPicture::PlotPicture(QWidget* parent, std::function<void()> resized)
-    : QWidget(parent), resized_(std::move(resized)) {
+PlotPicture::PlotPicture(QWidget* parent, std::function<void()> redraw) : QWidget(parent), redraw_(std::move(redraw)) {
   setMinimumSize(160, 120);
 }
 
@@ -28,7 +28,8 @@ void PlotPicture::show_plot(Plot plot) {
   for (PlotSeries& series : plot.series) series.name.clear();
   const double scale = devicePixelRatioF();
   const QSize size = (QSizeF(this->size()) * scale).toSize();
-  const std::vector<std::uint8_t> pixels = draw_plot(plot, size.width(), size.height(), scale, PlotTheme::Dark);
+  const PlotTheme theme = theme::is_dark() ? PlotTheme::Dark : PlotTheme::Light;
+  const std::vector<std::uint8_t> pixels = draw_plot(plot, size.width(), size.height(), scale, theme);
   image_ = QImage(pixels.data(), size.width(), size.height(), QImage::Format_RGBA8888).copy();
   text_.clear();
   update();
@@ -40,7 +41,12 @@ void PlotPicture::show_text(const QString& text) {
   update();
 }
 
-void PlotPicture::resizeEvent(QResizeEvent*) { resized_(); }
+void PlotPicture::resizeEvent(QResizeEvent*) { redraw_(); }
+
+void PlotPicture::changeEvent(QEvent* event) {
+  QWidget::changeEvent(event);
+  if (event->type() == QEvent::PaletteChange) redraw_();
+}
 
 void PlotPicture::paintEvent(QPaintEvent*) {
   QPainter painter(this);

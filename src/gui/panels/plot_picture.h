@@ -16,8 +16,8 @@ class Workbench;
 /// A drawn plot, or a text where there is none.
 class PlotPicture : public QWidget {
  public:
-  /// `resized`: draws anew.
-  PlotPicture(QWidget* parent, std::function<void()> resized);
+  /// `redraw`: called when the size or the theme has changed.
+  PlotPicture(QWidget* parent, std::function<void()> redraw);
   /// Without title and names of series: what stands beside the picture says them.
   void show_plot(Plot plot);
   void show_text(const QString& text);
@@ -26,10 +26,11 @@ class PlotPicture : public QWidget {
 
  protected:
   void resizeEvent(QResizeEvent* event) override;
+  void changeEvent(QEvent* event) override;
   void paintEvent(QPaintEvent* event) override;
 
  private:
-  std::function<void()> resized_;
+  std::function<void()> redraw_;
   QImage image_;
   QString text_;
 };
