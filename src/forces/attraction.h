@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "forces/atomics.h"
+#include "core/atomics.h"
 #include "forces/lanes.h"
 #include "forces/step_view.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What only drawing needs, computed once a frame: normals of the present pose, cell centres, slices.
 #pragma once
-#include "forces/atomics.h"
+#include "core/atomics.h"
 #include "forces/sampling.h"
 #include "gpu/kernels.h"
 #include "step/display.h"

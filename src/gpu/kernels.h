@@ -2,7 +2,7 @@
 // The kernels of a step that belong to no single force. A kernel is a functor over a StepView: vertex i reads its
 // neighbourhood and writes only itself; the executors of both backends call it for every i.
 #pragma once
-#include "forces/atomics.h"
+#include "core/atomics.h"
 #include "forces/force_list.h"
 #include "gpu/multigrid.h"
 #include "step/step_needs.h"

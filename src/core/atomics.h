@@ -31,10 +31,45 @@ SIMPLEXSEG_HD unsigned atomic_add(unsigned* at, int value) {
   return __atomic_fetch_add(at, static_cast<unsigned>(value), __ATOMIC_RELAXED);
 #endif
 }
+SIMPLEXSEG_HD int atomic_add(int* at, int value) {
+#ifdef __CUDA_ARCH__
+  return atomicAdd(at, value);
+#else
+  return __atomic_fetch_add(at, value, __ATOMIC_RELAXED);
+#endif
+}
+/// Lowers, or raises, what is there to `value`, and returns what was there before.
+SIMPLEXSEG_HD int atomic_min(int* at, int value) {
+#ifdef __CUDA_ARCH__
+  return atomicMin(at, value);
+#else
+  int now = __atomic_load_n(at, __ATOMIC_RELAXED);
+  while (value < now && !__atomic_compare_exchange_n(at, &now, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+  }
+  return now;
+#endif
+}
+SIMPLEXSEG_HD int atomic_max(int* at, int value) {
+#ifdef __CUDA_ARCH__
+  return atomicMax(at, value);
+#else
+  int now = __atomic_load_n(at, __ATOMIC_RELAXED);
+  while (value > now && !__atomic_compare_exchange_n(at, &now, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+  }
+  return now;
+#endif
+}
 /// Reads what other threads may be changing: some value that it had.
 SIMPLEXSEG_HD unsigned long long load_relaxed(const unsigned long long* at) {
 #ifdef __CUDA_ARCH__
   return *const_cast<const volatile unsigned long long*>(at);
+#else
+  return __atomic_load_n(at, __ATOMIC_RELAXED);
+#endif
+}
+SIMPLEXSEG_HD int load_relaxed(const int* at) {
+#ifdef __CUDA_ARCH__
+  return *const_cast<const volatile int*>(at);
 #else
   return __atomic_load_n(at, __ATOMIC_RELAXED);
 #endif

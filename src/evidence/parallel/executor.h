@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the evidence field of many threads runs on (docs/adr/0032-the-field-on-a-device.md). Its parts are templates over an
+// executor, which owns arrays in its memory and runs kernels over them: functors, or lambdas that copy what they take
+// ([=] SIMPLEXSEG_KERNEL), which read and write arrays by pointers. On a device that is CudaFieldExecutor
+// (gpu/cuda_field_executor.h); here is the one of the tests, which needs no device.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <vector>
+
+#include "core/vec3.h"
+#include "evidence/padded_array.h"
+
+#ifdef __CUDACC__
+#define SIMPLEXSEG_KERNEL __host__ __device__
+#else
+#define SIMPLEXSEG_KERNEL
+#endif
+
+namespace simplexseg {
+
+/// A team of one thread. A kernel for a team is run by a whole block of threads on a device: it shares out its loops
+/// (v = team.thread; v < n; v += team.threads), and waits for what the others wrote by team.sync().
+struct TeamOfOne {
+  static constexpr int thread = 0, threads = 1;
+  void sync() const {}
+};
+
+/// Bins of histogram().
+inline constexpr int kBins = 2048;
+
+/// The executor that runs one index after another, on the thread of the caller.
+class OneByOne {
+ public:
+  /// Values in the executor's memory; moved, not copied. The first `pad` values before data() and the last ones behind
+  /// data() + size() are there, too, and 0, for kernels that read neighbours without asking where they are.
+  template <class T>
+  class Array {
+   public:
+    Array() = default;
+    Array(std::size_t size, std::size_t pad) : size_(size), pad_(pad), values_(size + 2 * pad) {
+      if (pad == 0 && size != 0) std::memset(values_.data(), 0xa5, size * sizeof(T));  // nothing is promised of it
+    }
+    Array(Array&&) noexcept = default;
+    Array& operator=(Array&&) noexcept = default;
+    T* data() const { return const_cast<T*>(values_.data()) + pad_; }
+    std::size_t size() const { return size_; }
+    std::size_t bytes() const { return values_.size() * sizeof(T); }
+
+   private:
+    std::size_t size_ = 0, pad_ = 0;
+    std::vector<T> values_;
+  };
+
+  /// So many values, of which nothing is promised.
+  template <class T>
+  Array<T> array(std::size_t size) const {
+    return {size, 0};
+  }
+  /// A value for each voxel, all 0, and zeros around as PaddedArray has them.
+  template <class T>
+  Array<T> padded(const BoxGrid& grid) const {
+    return {static_cast<std::size_t>(grid.count()), static_cast<std::size_t>(grid.plane())};
+  }
+  template <class T>
+  Array<T> copy_of(std::span<const T> from) const {
+    Array<T> to(from.size(), 0);
+    upload(from, to.data());
+    return to;
+  }
+  template <class T>
+  void upload(std::span<const T> from, T* to) const {
+    if (!from.empty()) std::memcpy(to, from.data(), from.size_bytes());
+  }
+  /// Returns when the values are there.
+  template <class T>
+  void download(const T* from, std::span<T> to) const {
+    if (!to.empty()) std::memcpy(to.data(), from, to.size_bytes());
+  }
+  template <class T>
+  void copy(const T* from, T* to, std::size_t count) const {
+    if (count != 0) std::memcpy(to, from, count * sizeof(T));
+  }
+  template <class T>
+  void clear(T* at, std::size_t count) const {
+    if (count != 0) std::memset(at, 0, count * sizeof(T));
+  }
+
+  /// kernel(v) for all 0 <= v < n, in any order and at the same time.
+  template <class Kernel>
+  void each(int n, const Kernel& kernel) const {
+    for (int v = 0; v < n; ++v) kernel(v);
+  }
+  /// kernel(team), by one team.
+  template <class Kernel>
+  void team(const Kernel& kernel) const {
+    kernel(TeamOfOne{});
+  }
+  /// Writes the sum of the floats kernel(v) over all 0 <= v < n, added in double in an order that is always the same.
+  template <class Kernel>
+  void sum_into(int n, const Kernel& kernel, double* to) const {
+    double sum = 0;
+    for (int v = 0; v < n; ++v) sum += kernel(v);
+    *to = sum;
+  }
+  /// Writes the largest of the floats kernel(v), which must be >= 0; 0 without any.
+  template <class Kernel>
+  void largest_into(int n, const Kernel& kernel, float* to) const {
+    float most = 0;
+    for (int v = 0; v < n; ++v) most = larger(kernel(v), most);
+    *to = most;
+  }
+  /// Adds to count[b] how many of kernel(v), 0 <= v < n, are b; those that are not in 0 .. kBins - 1 are left out.
+  template <class Kernel>
+  void histogram(int n, const Kernel& kernel, int* count) const {
+    for (int v = 0; v < n; ++v) {
+      const int bin = kernel(v);
+      if (bin >= 0 && bin < kBins) ++count[bin];
+    }
+  }
+};
+
+/// The value at an address of the executor's memory; waits for it.
+template <class Executor, class T>
+T value_at(const Executor& executor, const T* at) {
+  T value;
+  executor.download(at, std::span<T>(&value, 1));
+  return value;
+}
+
+}  // namespace simplexseg
