@@ -7,12 +7,11 @@
 #include <span>
 #include <vector>
 
-#include "evidence/coarse_prior.h"
+#include "evidence/box_field.h"
 #include "evidence/evidence_settings.h"
 #include "evidence/field_object.h"
 #include "evidence/marked_voxels.h"
 #include "evidence/marks.h"
-#include "evidence/random_walker.h"
 #include "evidence/run_jobs.h"
 #include "image/mask.h"
 #include "image/volume.h"
@@ -22,10 +21,12 @@ namespace simplexseg {
 /// P(object) in [0, 1] on a box of voxels, learned from marks in the image: a random walker with a prior from geodesic
 /// distances to the marks (Criminisi, Sharp and Blake 2008, GeoS) and from what their voxels look like. Solved anew
 /// whenever the marks change, from the last field on. The box starts around the marks and grows where the object comes
-/// near one of its sides; nobody gives a region. The same bits at any number of threads.
+/// near one of its sides; nobody gives a region. On the CPU the same bits at any number of threads.
 class EvidenceField {
  public:
-  explicit EvidenceField(Volume volume, RunJobs run = run_in_turn(), EvidenceSettings settings = {});
+  /// `make`: where the voxels are worked on; the CPU by default.
+  explicit EvidenceField(Volume volume, RunJobs run = run_in_turn(), EvidenceSettings settings = {},
+                         const MakeBoxField& make = make_cpu_box_field);
 
   /// Solves the field for these marks, in the order in which they were made. Marks added since the last update change
   /// what is near them more than what is far away; with marks taken back or moved that were heard before those, all is
@@ -48,10 +49,10 @@ class EvidenceField {
   const Report& report() const { return report_; }
 
   /// Where the field is, in the volume's indices; the field, i fastest. Outside of the box it is 0.
-  const VoxelBox& box() const { return box_; }
-  std::span<const float> probability() const { return probability_; }
+  const VoxelBox& box() const { return voxels_->box(); }
+  std::span<const float> probability() const { return voxels_->probability(); }
   /// The same as object(), of the box alone.
-  const FieldObject& object_in_box() const { return object_; }
+  const FieldObject& object_in_box() const { return voxels_->object(); }
   /// The object: above 0.5, connected to an inside mark, without holes but those with an outside mark in them. On the
   /// volume's grid.
   Mask object() const;
@@ -59,10 +60,10 @@ class EvidenceField {
   double brush_mm(MarkKind kind, const Eigen::Vector3d& position_mm) const;
   /// What the networks of the prior saw in the last update on the blocks of the prior, feature by feature, to learn
   /// from: MarkFeatures, and UpdateFeatures with, last, whether the nearest new mark is an inside one; the latter empty
-  /// without new marks.
-  std::vector<std::vector<float>> mark_features() const { return coarse_.mark_features(said()); }
-  std::vector<std::vector<float>> update_features() const { return coarse_.update_features(said()); }
-  const CoarsePrior& prior() const { return coarse_; }
+  /// without new marks. On the CPU alone.
+  std::vector<std::vector<float>> mark_features() const { return prior().mark_features(voxels_->said()); }
+  std::vector<std::vector<float>> update_features() const { return prior().update_features(voxels_->said()); }
+  const CoarsePrior& prior() const;
   /// Memory held for the box.
   std::size_t bytes() const;
 
@@ -75,40 +76,21 @@ class EvidenceField {
   /// What these say of the whole surface, log odds.
   double lean() const;
   void measure_reach(std::span<const Mark> marks);
-  void set_box(const VoxelBox& box);
   std::vector<NewDot> new_dots() const;
-  /// Of the voxel nearest to a place, in the field before.
-  bool was_object(const Eigen::Vector3d& at_mm) const;
-  double depth_before_mm(const Eigen::Vector3d& at_mm) const;
   /// Of a boundary mark's dot: the middle of what the field before had on the wrong side of the mark, along the way
   /// out; nothing where it was right there. That is what the mark corrects, as a mark of that kind would.
   std::optional<Eigen::Vector3d> middle_of_wrong(const Mark& mark, bool inside) const;
-  Said said() const { return {marks_, known_, before_, fresh_dots_, reach_mm_, largest_.radius_mm}; }
-  void learn();
-  void solve(double tolerance);
-  double expected_dice() const;
+  void take(const BoxField::Solved& solved);
 
-  Volume volume_;
-  RunJobs run_;
+  std::unique_ptr<Volume> volume_;  // where it is, voxels_ knows
   EvidenceSettings settings_;
-  std::array<double, 3> spacing_mm_;
-  VoxelBox box_{};
-  double reach_of_box_mm_ = 0;        // with which the prior's blocks were made
-  std::vector<std::uint8_t> finite_;  // 0 where the image is not
-  std::vector<float> image_, smoothed_;
-  std::vector<Mark> marks_;           // of the last update
-  std::vector<int> corrections_;      // of each of them, when it was new
-  Mark largest_;                      // of the inside marks
-  double reach_mm_ = 0;               // what it says about the object's scale
-  std::size_t fresh_ = 0;             // the first mark that was new when before_ was the field
-  std::vector<std::uint8_t> before_;  // field before the fresh marks, 1..255; 0: not known
-  std::vector<Known> known_;
-  std::vector<NewDot> fresh_dots_;
-  CoarsePrior coarse_;
-  std::vector<std::uint8_t> prior_;  // P(object), 0..255
-  std::unique_ptr<RandomWalker> walker_;
-  std::vector<float> probability_;
-  FieldObject object_;
+  std::unique_ptr<BoxField> voxels_;
+  std::vector<Mark> marks_;       // of the last update
+  std::vector<int> corrections_;  // of each of them, when it was new
+  Mark largest_;                  // of the inside marks
+  double reach_mm_ = 0;           // what it says about the object's scale
+  std::size_t fresh_ = 0;         // the first mark that was new when the field before was the field
+  VoxelBox around_{};             // the object
   Report report_;
 };
 

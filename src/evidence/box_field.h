@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "evidence/coarse_prior.h"
+#include "evidence/evidence_settings.h"
+#include "evidence/field_object.h"
+#include "evidence/marked_voxels.h"
+#include "evidence/marks.h"
+#include "evidence/run_jobs.h"
+#include "image/mask.h"
+#include "image/volume.h"
+
+namespace simplexseg {
+
+/// The voxels of an evidence field's box, and what is done with them, one step after the other. EvidenceField says what
+/// and when; it knows the marks. Lengths in mm. The volume outlives it.
+class BoxField {
+ public:
+  virtual ~BoxField() = default;
+
+  /// Goes on in this box, which holds the one before, for an object of this scale. The field, and the one before the
+  /// new marks, are taken along.
+  virtual void set_box(const VoxelBox& box, double reach_mm) = 0;
+  const VoxelBox& box() const { return box_; }
+
+  /// The field as it is becomes the one before the marks that are new now; or none is known.
+  virtual void keep_before() = 0;
+  virtual void forget_before() = 0;
+  virtual bool has_before() const = 0;
+  /// Of the voxel of the box nearest to each place: whether the field before has it in the object.
+  virtual std::vector<std::uint8_t> was_object(std::span<const Eigen::Vector3d> places_mm) const = 0;
+  /// From each place to the nearest voxel on the other side of the field before.
+  virtual std::vector<double> depths_before(std::span<const Eigen::Vector3d> places_mm) const = 0;
+
+  /// What the marks, and the objects of others (or null), say of the voxels.
+  virtual void hear(std::span<const Mark> marks, const Mask* others) = 0;
+  /// Learns the prior from them; returns the sharpness beta of the conductances. `fresh`: what the new marks say beside
+  /// the field before; `reach_mm`, `radius_mm`: of the largest inside mark (Said).
+  virtual double learn(std::span<const Mark> marks, std::span<const NewDot> fresh, double reach_mm,
+                       double radius_mm) = 0;
+  struct Solved {
+    int iterations = 0;
+    double error = 0;
+    VoxelBox around{};        ///< FieldObject
+    double border_share = 0;  ///< FieldObject
+  };
+  /// Solves the field and finds its object. `further`: to a smaller tolerance than the last time, nothing having
+  /// changed since.
+  virtual Solved solve(double tolerance, bool further) = 0;
+  /// EvidenceField::Report.
+  virtual double expected_dice() const = 0;
+  /// settle_surface(), and the object that is then.
+  virtual Solved settle(double lean) = 0;
+
+  // What there is now. It stays where it is until the next change.
+  virtual std::span<const float> probability() const = 0;
+  virtual const FieldObject& object() const = 0;
+  virtual std::span<const Known> known() const = 0;
+  /// What the prior's networks saw (EvidenceField), where that is the CPU's; else null.
+  virtual const CoarsePrior* prior() const { return nullptr; }
+  virtual Said said() const { return {}; }
+  virtual std::size_t bytes() const = 0;
+
+ protected:
+  VoxelBox box_{};
+};
+
+/// Makes one for a volume.
+using MakeBoxField = std::function<std::unique_ptr<BoxField>(const Volume& volume, const RunJobs& run,
+                                                             const EvidenceSettings& settings)>;
+/// The voxel of the box that is nearest to a place.
+std::size_t nearest_voxel(const VolumeGeometry& geometry, const VoxelBox& box, const Eigen::Vector3d& place_mm);
+
+/// On the CPU.
+std::unique_ptr<BoxField> make_cpu_box_field(const Volume& volume, const RunJobs& run,
+                                             const EvidenceSettings& settings);
+
+}  // namespace simplexseg

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "evidence/box_field.h"
+#include "evidence/conductances.h"
+#include "evidence/field_voxel.h"
+#include "evidence/random_walker.h"
+#include "evidence/surface_layer.h"
+#include "image/voxel_rows.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr float unreached_mm = 1e6f;
+
+class CpuBoxField final : public BoxField {
+ public:
+  CpuBoxField(const Volume& volume, const RunJobs& run, const EvidenceSettings& settings)
+      : volume_(volume), run_(run), settings_(settings), coarse_(volume.geometry(), run_, settings_) {
+    for (int a = 0; a < 3; ++a) spacing_mm_[a] = volume_.geometry().spacing_mm[a];
+  }
+
+  void set_box(const VoxelBox& box, double reach_mm) override {
+    if (walker_ && box == box_ && reach_of_box_mm_ == reach_mm) return;
+    BoxImage image = cut_out(volume_, box, run_);
+    coarse_.set_box(image, box.first, reach_mm);
+    reach_of_box_mm_ = reach_mm;
+    if (walker_ && box == box_) return;
+    const VoxelBox old = box_;
+    std::vector<float> field;
+    if (walker_) field.assign(walker_->field().begin(), walker_->field().end());
+    box_ = box;
+    finite_ = image.finite;
+    smoothed_ = image.value;
+    image_ = std::move(image.value);
+    smooth_by_least_spacing(smoothed_, image.grid, spacing_mm_, settings_.image_smoothing, run_);
+    walker_ = std::make_unique<RandomWalker>(image.grid, spacing_mm_, run_);
+    if (field.empty()) return;
+    copy_into_outer(field.data(), old, walker_->field().data(), box);  // a box only grows
+    if (before_.empty()) return;
+    std::vector<std::uint8_t> before(box.voxel_count());
+    copy_into_outer(before_.data(), old, before.data(), box);
+    before_ = std::move(before);
+  }
+
+  void keep_before() override {
+    before_.resize(probability_.size());
+    for (std::size_t v = 0; v < before_.size(); ++v) before_[v] = as_before(probability_[v]);
+  }
+  void forget_before() override { before_.clear(); }
+  bool has_before() const override { return !before_.empty(); }
+
+  std::vector<std::uint8_t> was_object(std::span<const Eigen::Vector3d> places_mm) const override {
+    std::vector<std::uint8_t> was;
+    was.reserve(places_mm.size());
+    for (const Eigen::Vector3d& place : places_mm)
+      was.push_back(before_[nearest_voxel(volume_.geometry(), box_, place)] > kMiddleBefore);
+    return was;
+  }
+  std::vector<double> depths_before(std::span<const Eigen::Vector3d> places_mm) const override {
+    const std::vector<std::uint8_t> was = was_object(places_mm);
+    std::vector<double> depths;
+    depths.reserve(places_mm.size());
+    for (std::size_t p = 0; p < places_mm.size(); ++p) {
+      const std::vector<float> square = squared_distances(volume_.geometry(), box_, places_mm.subspan(p, 1), run_);
+      float least = unreached_mm * unreached_mm;
+      for (std::size_t v = 0; v < before_.size(); ++v)
+        if ((before_[v] > kMiddleBefore) != (was[p] != 0)) least = std::min(least, square[v]);
+      depths.push_back(std::sqrt(least));
+    }
+    return depths;
+  }
+
+  void hear(std::span<const Mark> marks, const Mask* others) override {
+    known_ = known_voxels(volume_.geometry(), box_, finite_, marks, others);
+  }
+
+  double learn(std::span<const Mark> marks, std::span<const NewDot> fresh, double reach_mm, double radius_mm) override {
+    marks_.assign(marks.begin(), marks.end());
+    fresh_.assign(fresh.begin(), fresh.end());
+    scale_mm_ = {reach_mm, radius_mm};
+    beta_ = sharpness_of(inner_difference(walker_->grid(), spacing_mm_, smoothed_, known_), settings_);
+    coarse_.learn(said());
+    prior_.resize(known_.size());
+    coarse_.interpolate(smoothed_, edge_of(beta_), prior_);
+    return beta_;
+  }
+
+  Solved solve(double tolerance, bool /*further*/) override {
+    const BoxGrid& grid = walker_->grid();
+    const int n = grid.count();
+    set_edges(*walker_, spacing_mm_, smoothed_, finite_, beta_, settings_.prior_pull, run_);
+    std::vector<std::uint8_t> held(n);
+    coarse_.mark_open(known_, held);
+    for_each_index(run_, n, [known = known_.data(), field = walker_->field().data(), held = held.data()](int v) {
+      held[v] = is_held(known[v]) && held[v] == 0;
+      if (held[v]) field[v] = known[v] == Known::Inside;
+    });
+    const RandomWalker::Report solved = walker_->solve(prior_, held, tolerance, settings_.most_iterations);
+    probability_.assign(walker_->field().begin(), walker_->field().end());
+    const FromInner from_inner{{box_.size[0], box_.size[1], box_.size[2]}, walker_->field().data()};
+    for (int v = 0; v < n; ++v)
+      if (known_[v] == Known::VolumeEdge) probability_[v] = from_inner(v);
+    smooth_by_least_spacing(probability_, grid, spacing_mm_, settings_.field_smoothing, run_);
+    for (int v = 0; v < n; ++v)  // smoothing must not take back what was said
+      if (known_[v] == Known::Inside || known_[v] == Known::Outside) probability_[v] = known_[v] == Known::Inside;
+    object_ = object_of_field(probability_, known_, box_);
+    return {solved.iterations, solved.error, object_.around, object_.border_share};
+  }
+
+  double expected_dice() const override {
+    double right = 0, all = 0;
+    std::size_t taken = 0;
+    for (std::size_t v = 0; v < probability_.size(); ++v) {
+      all += probability_[v];
+      if (!object_.voxels[v]) continue;
+      right += probability_[v];
+      ++taken;
+    }
+    return taken == 0 ? 0 : 2 * right / (static_cast<double>(taken) + all);
+  }
+
+  Solved settle(double lean) override {
+    settle_surface(probability_, object_, known_, image_, box_, spacing_mm_, lean, settings_, run_);
+    object_ = object_of_field(probability_, known_, box_);
+    return {0, 0, object_.around, object_.border_share};
+  }
+
+  std::span<const float> probability() const override { return probability_; }
+  const FieldObject& object() const override { return object_; }
+  std::span<const Known> known() const override { return known_; }
+  const CoarsePrior* prior() const override { return &coarse_; }
+  Said said() const override { return {marks_, known_, before_, fresh_, scale_mm_[0], scale_mm_[1]}; }
+  std::size_t bytes() const override {
+    const std::size_t bytes = finite_.size() + (image_.size() + smoothed_.size()) * 4 + known_.size() +
+                              probability_.size() * 4 + object_.voxels.size() + before_.size() + prior_.size() +
+                              coarse_.bytes();
+    return bytes + (walker_ ? walker_->bytes() : 0);
+  }
+
+ private:
+  const Volume& volume_;
+  RunJobs run_;
+  EvidenceSettings settings_;
+  std::array<double, 3> spacing_mm_;
+  double reach_of_box_mm_ = 0;        // with which the prior's blocks were made
+  std::vector<std::uint8_t> finite_;  // 0 where the image is not
+  std::vector<float> image_, smoothed_;
+  std::vector<std::uint8_t> before_;  // field before the new marks, 1..255; 0: not known
+  std::vector<Known> known_;
+  std::vector<Mark> marks_;
+  std::vector<NewDot> fresh_;
+  std::array<double, 2> scale_mm_{};
+  double beta_ = 0;
+  CoarsePrior coarse_;
+  std::vector<std::uint8_t> prior_;  // P(object), 0..255
+  std::unique_ptr<RandomWalker> walker_;
+  std::vector<float> probability_;
+  FieldObject object_;
+};
+
+}  // namespace
+
+std::size_t nearest_voxel(const VolumeGeometry& geometry, const VoxelBox& box, const Eigen::Vector3d& place_mm) {
+  const Eigen::Vector3d index = geometry.index_from_world() * place_mm;
+  std::array<int, 3> p;
+  for (int a = 0; a < 3; ++a)
+    p[a] = std::clamp(static_cast<int>(std::lround(index[a])) - box.first[a], 0, box.size[a] - 1);
+  return box.offset(p[0], p[1], p[2]);
+}
+
+std::unique_ptr<BoxField> make_cpu_box_field(const Volume& volume, const RunJobs& run,
+                                             const EvidenceSettings& settings) {
+  return std::make_unique<CpuBoxField>(volume, run, settings);
+}
+
+}  // namespace simplexseg
