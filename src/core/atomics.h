@@ -92,5 +92,15 @@ SIMPLEXSEG_HD unsigned bits_of(float x) {
   return u;
 #endif
 }
+/// The float of such bits.
+SIMPLEXSEG_HD float float_of(unsigned u) {
+#ifdef __CUDA_ARCH__
+  return __uint_as_float(u);
+#else
+  float x;
+  std::memcpy(&x, &u, sizeof x);
+  return x;
+#endif
+}
 
 }  // namespace simplexseg

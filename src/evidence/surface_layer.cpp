@@ -7,25 +7,13 @@
 
 #include "evidence/box_image.h"
 #include "evidence/quantile.h"
+#include "evidence/surface_voxel.h"
 #include "image/voxel_rows.h"
 
 namespace simplexseg {
 namespace {
 
-constexpr int kPasses = 2;
-constexpr float kMostLogOdds = 3;       // of one voxel's look
-constexpr float kWeightOfLook = 2;      // beside the field's log odds
-constexpr double kLookSmoothing = 0.7;  // voxels
-constexpr double kAgreementScale = 4;   // voxels
-// Looks that do not agree with the field about most of the layer are not believed around there: agreement below the
-// first counts as none, above the second as whole; one half is chance.
-constexpr float kLeastAgreement = 0.75f, kFullAgreement = 0.9f;
-// The same for what marks say, which is true: a mark in the layer that looks like the other side tells that this object
-// does not end where looks change. What is not marked yet counts as so many voxels of whole agreement.
-constexpr float kLeastMarkAgreement = 0.7f, kFullMarkAgreement = 0.85f, kUnmarkedVoxels = 30;
-constexpr float kLeastWeight = 1e-3f;       // of a neighbourhood's voxels together
-constexpr float kLeastProbability = 0.02f;  // of what the field says
-constexpr int kMostNoiseSamples = 100000;
+using namespace surface;
 
 /// Part of the box: the object and what is near it.
 class Layer {
@@ -88,14 +76,8 @@ Sums sums_around(const Layer& layer, double voxels, const std::vector<float>& va
 std::vector<float> look_of(const Layer& layer, const std::vector<float>& value, const Sums& in, const Sums& all,
                            float least_variance) {
   return layer.around(kLookSmoothing, [&](int v) {
-    const float inner = in.weight[v] + kLeastWeight;
-    const float outer = std::max(0.0f, all.weight[v] - in.weight[v]) + kLeastWeight;
-    const float mean_in = in.value[v] / inner, mean_out = (all.value[v] - in.value[v]) / outer;
-    const float variance_in = std::max(0.0f, in.square[v] / inner - mean_in * mean_in);
-    const float variance_out = std::max(0.0f, (all.square[v] - in.square[v]) / outer - mean_out * mean_out);
-    const float to_in = value[v] - mean_in, to_out = value[v] - mean_out;
-    const float log_odds = (to_out * to_out - to_in * to_in) / (variance_in + variance_out + 2 * least_variance);
-    return std::clamp(log_odds, -kMostLogOdds, kMostLogOdds);
+    return look(value[v], in.weight[v], in.value[v], in.square[v], all.weight[v], all.value[v], all.square[v],
+                least_variance);
   });
 }
 
@@ -113,18 +95,13 @@ std::vector<float> distance_to_surface(const std::vector<std::uint8_t>& object, 
 
 /// Standard deviation of the noise: of the differences between neighbours along i in the object.
 float noise_in(const std::vector<std::uint8_t>& object, const std::vector<float>& image, const BoxGrid& grid) {
-  constexpr float least = 1e-3f;
   std::vector<float> differences;
   const int n = grid.count(), step = std::max(1, n / kMostNoiseSamples) | 1;
   for (int v = 0; v + 1 < n; v += step)
     if (object[v] && object[v + 1] && (v + 1) % grid.row() != 0)
       differences.push_back(std::fabs(image[v + 1] - image[v]));
-  if (differences.empty()) return least;
-  return static_cast<float>(kDeviationsOfMedian / std::sqrt(2.0)) * quantile(differences, 0.5) + least;
-}
-
-float weight_of(float agreement, float least, float full) {
-  return std::clamp((agreement - least) / (full - least), 0.0f, 1.0f);
+  if (differences.empty()) return kLeastNoise;
+  return static_cast<float>(kDeviationsOfMedian / std::sqrt(2.0)) * quantile(differences, 0.5) + kLeastNoise;
 }
 
 /// How far looks are believed, by the marks of the kind that they agree with less.
@@ -155,11 +132,7 @@ std::vector<float> trust_around(const Layer& layer, const std::vector<float>& lo
   };
   const std::vector<float> in_layer = part(true, false), in_agreed = part(true, true);
   const std::vector<float> out_layer = part(false, false), out_agreed = part(false, true);
-  return layer.each([&](int v) {
-    constexpr float least = 0.1f * kLeastWeight;
-    const float share = (in_agreed[v] / (in_layer[v] + least) + out_agreed[v] / (out_layer[v] + least)) / 2;
-    return weight_of(share, kLeastAgreement, kFullAgreement);
-  });
+  return layer.each([&](int v) { return surface::trust(in_layer[v], in_agreed[v], out_layer[v], out_agreed[v]); });
 }
 
 /// The field without what is small. A second Gaussian gives back what the first takes from a surface that bends: a ball
@@ -204,15 +177,13 @@ void settle_surface(std::span<float> probability, const FieldObject& object, std
     }
     for_each_index(run, layer.grid().count(), [&, odds = odds.data(), is = is.data()](int v) {
       if (!can_change(v)) return;
-      const float said_here = even[v] + trust[v] * (field[v] - even[v]);
-      const float p = std::clamp(said_here, kLeastProbability, 1 - kLeastProbability);
-      odds[v] = std::log(p / (1 - p)) + kWeightOfLook * trust[v] * look[v] + static_cast<float>(lean);
+      odds[v] = surface::odds(field[v], even[v], look[v], trust[v], static_cast<float>(lean));
       is[v] = odds[v] > 0;
     });
   }
   for_each_row(layer.part(), layer.whole(), [&](std::size_t in_part, std::size_t in_box) {
     for (std::size_t i = 0; i < static_cast<std::size_t>(layer.part().size[0]); ++i)
-      if (can_change(in_part + i)) probability[in_box + i] = 1 / (1 + std::exp(-odds[in_part + i]));
+      if (can_change(in_part + i)) probability[in_box + i] = probability_of(odds[in_part + i]);
   });
 }
 

@@ -43,9 +43,7 @@ std::optional<float> quantile_of(const Executor& executor, int n, const Value& v
     while (rank >= bins[bin]) rank -= bins[bin++];
     found |= static_cast<std::uint32_t>(bin) << shift;
   }
-  float x;
-  std::memcpy(&x, &found, sizeof x);
-  return x;
+  return float_of(found);
 }
 
 }  // namespace simplexseg

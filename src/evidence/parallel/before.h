@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/atomics.h"
+#include "evidence/box_field.h"
+#include "evidence/field_prior.h"
+#include "evidence/parallel/executor.h"
+
+namespace simplexseg {
+
+/// A place, and what the field before has there.
+struct BeforeAt {
+  int object;      ///< not 0: the nearest voxel is the object's
+  float depth_mm;  ///< to the nearest voxel that is on the other side; 1e6 without one
+};
+
+/// The least square of the distance from each of several places to a voxel on the other side, as the bits of a float.
+struct NearestOther {
+  struct Place {
+    float x, y, z;  ///< mm, from the box's first voxel
+    int voxel;
+  };
+  const std::uint8_t* before;
+  const Place* places;
+  int count, size[3];
+  float mm[9];  ///< of an index, row by row
+  int* bits;    ///< of each place
+
+  SIMPLEXSEG_HD void operator()(int v) const {
+    const float i = static_cast<float>(v % size[0]), j = static_cast<float>(v / size[0] % size[1]),
+                k = static_cast<float>(v / (size[0] * size[1]));
+    const float x = mm[0] * i + mm[1] * j + mm[2] * k, y = mm[3] * i + mm[4] * j + mm[5] * k,
+                z = mm[6] * i + mm[7] * j + mm[8] * k;
+    const bool is = before[v] > kMiddleBefore;
+    for (int p = 0; p < count; ++p) {
+      const Place& place = places[p];
+      if ((before[place.voxel] > kMiddleBefore) == is) continue;
+      const float dx = x - place.x, dy = y - place.y, dz = z - place.z, square = dx * dx + dy * dy + dz * dz;
+      const int square_bits = static_cast<int>(bits_of(square));  // ordered as the floats, which are not negative
+      if (square_bits < load_relaxed(&bits[p])) atomic_min(&bits[p], square_bits);
+    }
+  }
+};
+
+struct BeforeOfPlace {
+  const std::uint8_t* before;
+  const NearestOther::Place* places;
+  const int* bits;
+  BeforeAt* to;
+  SIMPLEXSEG_HD void operator()(int p) const {
+    to[p] = {before[places[p].voxel] > kMiddleBefore ? 1 : 0, std::sqrt(float_of(static_cast<unsigned>(bits[p])))};
+  }
+};
+
+/// For places: whether the nearest voxel of the box is the object's in the field before, and how deep it lies there.
+template <class Executor>
+std::vector<BeforeAt> before_at(const Executor& executor, const VolumeGeometry& geometry, const VoxelBox& box,
+                                const std::uint8_t* before, std::span<const Eigen::Vector3d> places_mm) {
+  std::vector<BeforeAt> found(places_mm.size());
+  if (places_mm.empty()) return found;
+  const Eigen::Affine3d world = geometry.world_from_index();
+  const Eigen::Vector3d first = world * Eigen::Vector3d(box.first[0], box.first[1], box.first[2]);
+  std::vector<NearestOther::Place> places;
+  for (const Eigen::Vector3d& mm : places_mm) {
+    const Eigen::Vector3f from = (mm - first).cast<float>();
+    places.push_back({from.x(), from.y(), from.z(), static_cast<int>(nearest_voxel(geometry, box, mm))});
+  }
+  const float unreached = 1e12f;
+  const std::vector<int> far(places.size(), static_cast<int>(bits_of(unreached)));
+  const auto on_device = executor.copy_of(std::span<const NearestOther::Place>(places));
+  const auto bits = executor.copy_of(std::span<const int>(far));
+  const auto to = executor.template array<BeforeAt>(places.size());
+  NearestOther nearest{
+      before, on_device.data(), static_cast<int>(places.size()), {box.size[0], box.size[1], box.size[2]},
+      {},     bits.data()};
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) nearest.mm[3 * r + c] = static_cast<float>(world.linear()(r, c));
+  executor.each(static_cast<int>(box.voxel_count()), nearest);
+  executor.each(static_cast<int>(places.size()), BeforeOfPlace{before, on_device.data(), bits.data(), to.data()});
+  executor.download(to.data(), std::span<BeforeAt>(found));
+  return found;
+}
+
+}  // namespace simplexseg

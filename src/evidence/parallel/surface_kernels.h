@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels of settle_surface() on an executor (parallel/surface.h).
+#pragma once
+#include <cmath>
+#include <cstdint>
+
+#include "core/vec3.h"
+#include "evidence/marked_voxels.h"
+#include "evidence/surface_voxel.h"
+
+namespace simplexseg::surface {
+
+/// A part of a box.
+struct PartOfBox {
+  int first[3], size[3], outer[3];
+  SIMPLEXSEG_HD int in_box(int v) const {
+    const int i = v % size[0], j = v / size[0] % size[1], k = v / (size[0] * size[1]);
+    return ((k + first[2]) * outer[1] + j + first[1]) * outer[0] + i + first[0];
+  }
+};
+
+struct CutPart {
+  PartOfBox part;
+  const std::uint8_t* object;
+  const Known* known;
+  const float *image, *probability;
+  std::uint8_t* was;
+  Known* said;
+  float *value, *field;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    const int u = part.in_box(v);
+    was[v] = object[u], said[v] = known[u], value[v] = image[u], field[v] = probability[u];
+  }
+};
+
+/// Squares of the distances to the object and to the rest, mm^2.
+struct TwoSquares {
+  float object, rest;
+};
+inline constexpr float kFarSquare = 1e12f;
+
+struct BeginDistances {
+  const std::uint8_t* object;
+  TwoSquares* to;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    to[v] = object[v] ? TwoSquares{0, kFarSquare} : TwoSquares{kFarSquare, 0};
+  }
+};
+/// The least over a window along an axis: exact where the distance is within the window.
+struct DistancesAlong {
+  const TwoSquares* from;
+  TwoSquares* to;
+  int length, stride, window;
+  float spacing_mm;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    const int at = v / stride % length;
+    TwoSquares least{kFarSquare, kFarSquare};
+    for (int d = -window; d <= window; ++d) {
+      if (at + d < 0 || at + d >= length) continue;
+      const TwoSquares there = from[v + d * stride];
+      const float mm = spacing_mm * static_cast<float>(d), square = mm * mm;
+      least.object = smaller(there.object + square, least.object);
+      least.rest = smaller(there.rest + square, least.rest);
+    }
+    to[v] = least;
+  }
+};
+struct DistanceToSurface {
+  const TwoSquares* squares;
+  const std::uint8_t* object;
+  float half_voxel_mm;
+  float* distance;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    distance[v] = std::sqrt(object[v] ? squares[v].rest : squares[v].object) - half_voxel_mm;
+  }
+};
+
+/// Of every step-th voxel the difference to the next one along i, both in the object; else -1.
+struct NoiseSample {
+  const std::uint8_t* object;
+  const float* image;
+  int count, step, row;
+  SIMPLEXSEG_HD float operator()(int sample) const {
+    const int v = sample * step;
+    if (v + 1 >= count || !object[v] || !object[v + 1] || (v + 1) % row == 0) return -1;
+    return std::fabs(image[v + 1] - image[v]);
+  }
+};
+
+/// What sums around a voxel are made of: weight, value and square near the surface; `only`: of these voxels, null: all.
+struct WeighedValues {
+  const float *value, *distance;
+  const std::uint8_t* only;
+  float near_mm;
+  float* to[3];
+  SIMPLEXSEG_HD void operator()(int v) const {
+    const float weight = distance[v] < near_mm && (only == nullptr || only[v]) ? 1.0f : 0.0f;
+    to[0][v] = weight;
+    to[1][v] = weight * value[v];
+    to[2][v] = weight * value[v] * value[v];
+  }
+};
+
+struct LooksOfVoxels {
+  const float* value;
+  const float *in[3], *all[3];
+  float least_variance;
+  float* to;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    to[v] = look(value[v], in[0][v], in[1][v], in[2][v], all[0][v], all[1][v], all[2][v], least_variance);
+  }
+};
+
+/// The layer on either side of the surface, and what of it looks like its side.
+struct PartsOfLayer {
+  const float* look;
+  const std::uint8_t* object;
+  const float* distance;
+  float layer_mm;
+  float* to[4];
+  SIMPLEXSEG_HD void operator()(int v) const {
+    const bool layer = distance[v] < layer_mm, inner = object[v] != 0, agreed = (look[v] > 0) == inner;
+    to[0][v] = layer && inner ? 1.0f : 0.0f;
+    to[1][v] = layer && inner && agreed ? 1.0f : 0.0f;
+    to[2][v] = layer && !inner ? 1.0f : 0.0f;
+    to[3][v] = layer && !inner && agreed ? 1.0f : 0.0f;
+  }
+};
+
+/// Marks of a kind in the layer; `agreed`: of these that look like their side.
+struct MarksInLayer {
+  const float* look;
+  const Known* said;
+  const float* distance;
+  float layer_mm;
+  Known mark;
+  bool agreed;
+  SIMPLEXSEG_HD float operator()(int v) const {
+    if (said[v] != mark || distance[v] >= layer_mm) return 0;
+    return !agreed || (look[v] > 0) == (mark == Known::Inside) ? 1.0f : 0.0f;
+  }
+};
+
+/// What is believed of looks: around a voxel, and by the marks of the kind that they agree with less.
+struct TrustOfVoxels {
+  const float* parts[4];
+  const double* marks;  ///< inside: in the layer, agreed; outside: the same
+  float* to;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    float least = 1;
+    for (int kind = 0; kind < 2; ++kind) {
+      const float count = kUnmarkedVoxels + static_cast<float>(marks[2 * kind]),
+                  agreed = kUnmarkedVoxels + static_cast<float>(marks[2 * kind + 1]);
+      least = smaller(agreed / count, least);
+    }
+    to[v] = trust(parts[0][v], parts[1][v], parts[2][v], parts[3][v]) *
+            weight_of(least, kLeastMarkAgreement, kFullMarkAgreement);
+  }
+};
+
+/// Which voxels of the layer may change.
+struct CanChange {
+  const Known* said;
+  const float* distance;
+  float layer_mm;
+  SIMPLEXSEG_HD bool operator()(int v) const { return said[v] == Known::Nothing && distance[v] < layer_mm; }
+};
+
+/// `once`, `twice`: the field after one Gaussian and after two. A second one gives back what the first takes from a
+/// surface that bends (Taubin 1995).
+struct OddsOfVoxels {
+  CanChange can_change;
+  const float *field, *once, *twice, *look, *trust;
+  float lean;
+  float* to;
+  std::uint8_t* is;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    if (!can_change(v)) return;
+    to[v] = odds(field[v], 2 * once[v] - twice[v], look[v], trust[v], lean);
+    is[v] = to[v] > 0 ? 1 : 0;
+  }
+};
+
+struct WriteSettled {
+  CanChange can_change;
+  PartOfBox part;
+  const float* odds;
+  float* probability;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    if (can_change(v)) probability[part.in_box(v)] = probability_of(odds[v]);
+  }
+};
+
+struct SumOfField {
+  const float* probability;
+  const std::uint8_t* only;  ///< of these voxels; null: of all
+  SIMPLEXSEG_HD float operator()(int v) const { return only == nullptr || only[v] ? probability[v] : 0.0f; }
+};
+struct CountOfObject {
+  const std::uint8_t* object;
+  SIMPLEXSEG_HD float operator()(int v) const { return object[v] ? 1.0f : 0.0f; }
+};
+
+}  // namespace simplexseg::surface
