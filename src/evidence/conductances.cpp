@@ -6,14 +6,9 @@
 #include <vector>
 
 #include "evidence/quantile.h"
+#include "evidence/walker_kernels.h"
 
 namespace simplexseg {
-namespace {
-
-constexpr float kLeastConductance = 1e-5f;  // keeps every finite voxel connected
-
-}  // namespace
-
 float inner_difference(const BoxGrid& grid, const std::array<double, 3>& spacing_mm, std::span<const float> image,
                        std::span<const Known> known) {
   const double least = *std::min_element(spacing_mm.begin(), spacing_mm.end());
@@ -45,22 +40,13 @@ void set_edges(RandomWalker& walker, const std::array<double, 3>& spacing_mm, st
   for (int axis = 0; axis < 3; ++axis) {
     const float scale = static_cast<float>((least / spacing_mm[axis]) * (least / spacing_mm[axis]));
     const int stride = grid.stride(axis);
+    const Conductance conductance{image.data(), finite.data(), scale, static_cast<float>(-beta), stride};
     for_each_index(run, grid.count() - stride,
-                   [scale, stride, fall = static_cast<float>(-beta), value = image.data(), finite = finite.data(),
-                    weight = walker.weights(axis).data()](int v) {
-                     const float d = value[v + stride] - value[v];
-                     const float w = scale * (std::exp(fall * d * d) + kLeastConductance);
-                     weight[v] = finite[v] && finite[v + stride] ? w : 0.0f;
-                   });
+                   [conductance, weight = walker.weights(axis).data()](int v) { weight[v] = conductance(v); });
   }
-  // In proportion to the mean conductance: on an edge, which conducts little, the neighbours still say more than the
-  // prior, which knows nothing of what lies half on either side.
-  for_each_index(
-      run, grid.count(),
-      [pull = walker.pull().data(), wx = walker.weights(0).data(), row = grid.row(), wy = walker.weights(1).data(),
-       plane = grid.plane(), wz = walker.weights(2).data(), gamma = static_cast<float>(pull / 6)](int v) {
-        pull[v] = gamma * (wx[v] + wx[v - 1] + wy[v] + wy[v - row] + wz[v] + wz[v - plane]);
-      });
+  const LevelView edges{
+      grid.row(), grid.plane(), walker.weights(0).data(), walker.weights(1).data(), walker.weights(2).data(), nullptr};
+  for_each_index(run, grid.count(), PullOfEdges{edges, static_cast<float>(pull / 6), walker.pull().data()});
 }
 
 }  // namespace simplexseg

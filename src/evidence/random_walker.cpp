@@ -6,105 +6,10 @@
 #include <utility>
 
 #include "core/vec3.h"
+#include "evidence/walker_kernels.h"
 
 namespace simplexseg {
 namespace {
-
-constexpr int coarsest_voxels = 64, coarsest_sweeps = 8;
-
-/// Pointers into one level: what a kernel sees.
-struct LevelView {
-  int row, plane;
-  const float *wx, *wy, *wz, *inverse_diagonal;
-
-  /// The sum of weight times value over the six neighbours.
-  SIMPLEXSEG_HD float flow(const float* x, int v) const {
-    return wx[v] * x[v + 1] + wx[v - 1] * x[v - 1] + wy[v] * x[v + row] + wy[v - row] * x[v - row] +
-           wz[v] * x[v + plane] + wz[v - plane] * x[v - plane];
-  }
-};
-
-/// Residual of the start; zero where the field is held.
-struct StartResidual {
-  LevelView level;
-  const float *x, *pull;
-  const std::uint8_t *target, *held;
-  float* residual;
-
-  SIMPLEXSEG_HD void operator()(int v) const {
-    const float weights =
-        level.wx[v] + level.wx[v - 1] + level.wy[v] + level.wy[v - level.row] + level.wz[v] + level.wz[v - level.plane];
-    const float r = level.flow(x, v) - weights * x[v] + pull[v] * (target[v] * (1.0f / 255) - x[v]);
-    residual[v] = held[v] ? 0.0f : r;
-  }
-};
-
-/// What a free voxel is drawn by, its held neighbours counted in, goes into the mass.
-struct HeldIntoMass {
-  LevelView level;
-  const std::uint8_t* held;  ///< padded
-  float* mass;
-
-  SIMPLEXSEG_HD void operator()(int v) const {
-    const int r = level.row, p = level.plane;
-    const float to_held = (held[v + 1] ? level.wx[v] : 0) + (held[v - 1] ? level.wx[v - 1] : 0) +
-                          (held[v + r] ? level.wy[v] : 0) + (held[v - r] ? level.wy[v - r] : 0) +
-                          (held[v + p] ? level.wz[v] : 0) + (held[v - p] ? level.wz[v - p] : 0);
-    mass[v] = held[v] ? 0.0f : mass[v] + to_held;
-  }
-};
-
-struct CutHeldEdges {
-  const std::uint8_t* held;
-  float* weight;
-  int stride;
-  SIMPLEXSEG_HD void operator()(int v) const { weight[v] = held[v] || held[v + stride] ? 0.0f : weight[v]; }
-};
-
-struct InverseDiagonal {
-  LevelView level;
-  const float* mass;
-  float* out;
-  SIMPLEXSEG_HD void operator()(int v) const {
-    const float d = mass[v] + level.wx[v] + level.wx[v - 1] + level.wy[v] + level.wy[v - level.row] + level.wz[v] +
-                    level.wz[v - level.plane];
-    out[v] = d > 0 ? 1.0f / d : 1.0f;
-  }
-};
-
-/// A p, and its product with p.
-struct Apply {
-  LevelView level;
-  const float* p;
-  float* out;
-  SIMPLEXSEG_HD float operator()(int v) const {
-    const float a = p[v] / level.inverse_diagonal[v] - level.flow(p, v);
-    out[v] = a;
-    return a * p[v];
-  }
-};
-
-struct Advance {
-  float step;
-  const float *p, *ap;
-  float *x, *r;
-  SIMPLEXSEG_HD void operator()(int v) const {
-    x[v] += step * p[v];
-    r[v] -= step * ap[v];
-  }
-};
-
-struct Product {
-  const float *a, *b;
-  SIMPLEXSEG_HD float operator()(int v) const { return a[v] * b[v]; }
-};
-
-struct NewDirection {
-  float share;
-  const float* z;
-  float* p;
-  SIMPLEXSEG_HD void operator()(int v) const { p[v] = z[v] + share * p[v]; }
-};
 
 LevelView view(const BoxGrid& grid, const std::array<PaddedArray<float>, 3>& weight,
                const PaddedArray<float>& diagonal) {
@@ -124,18 +29,16 @@ void for_each_row(const RunJobs& run, const BoxGrid& grid, const Kernel& kernel)
 
 }  // namespace
 
-RandomWalker::RandomWalker(const BoxGrid& grid, const std::array<double, 3>& spacing_mm, RunJobs run)
-    : run_(std::move(run)), field_(grid), direction_(grid) {
+std::vector<WalkerLevelShape> walker_levels(const BoxGrid& grid, const std::array<double, 3>& spacing_mm) {
   const double least = *std::min_element(spacing_mm.begin(), spacing_mm.end());
   std::array<double, 3> strength;
   for (int a = 0; a < 3; ++a) strength[a] = (least / spacing_mm[a]) * (least / spacing_mm[a]);
+  std::vector<WalkerLevelShape> levels;
   BoxGrid at = grid;
   while (true) {
-    Level& level = levels_.emplace_back();
+    WalkerLevelShape& level = levels.emplace_back();
     level.grid = at;
-    for (PaddedArray<float>& weight : level.weight) weight = PaddedArray<float>(at);
-    level.mass = level.diagonal = level.correction = level.residual = PaddedArray<float>(at);
-    if (at.count() <= coarsest_voxels) break;
+    if (at.count() <= kCoarsestVoxels) return levels;
     double strongest = 0;
     for (int a = 0; a < 3; ++a)
       if (at.size[a] > 1) strongest = std::max(strongest, strength[a]);
@@ -145,6 +48,16 @@ RandomWalker::RandomWalker(const BoxGrid& grid, const std::array<double, 3>& spa
       at.size[a] = (at.size[a] + 1) / 2;
       strength[a] /= 4;
     }
+  }
+}
+
+RandomWalker::RandomWalker(const BoxGrid& grid, const std::array<double, 3>& spacing_mm, RunJobs run)
+    : run_(std::move(run)), field_(grid), direction_(grid) {
+  for (const WalkerLevelShape& shape : walker_levels(grid, spacing_mm)) {
+    Level& level = levels_.emplace_back();
+    level.grid = shape.grid, level.halved = shape.halved;
+    for (PaddedArray<float>& weight : level.weight) weight = PaddedArray<float>(shape.grid);
+    level.mass = level.diagonal = level.correction = level.residual = PaddedArray<float>(shape.grid);
   }
 }
 
@@ -256,11 +169,11 @@ void RandomWalker::cycle(std::size_t l) {
   sweep(level, 0, true);
   sweep(level, 1, false);
   if (l + 1 == levels_.size()) {
-    for (int s = 0; s < coarsest_sweeps; ++s) {
+    for (int s = 0; s < kCoarsestSweeps; ++s) {
       sweep(level, 0, false);
       sweep(level, 1, false);
     }
-    for (int s = 0; s < coarsest_sweeps; ++s) {  // the same backwards: the cycle is symmetric
+    for (int s = 0; s < kCoarsestSweeps; ++s) {  // the same backwards: the cycle is symmetric
       sweep(level, 1, false);
       sweep(level, 0, false);
     }

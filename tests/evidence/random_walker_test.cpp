@@ -11,6 +11,7 @@
 
 #include "core/thread_pool.h"
 #include "evidence/geodesic_distance.h"
+#include "evidence/parallel/walker.h"
 
 namespace simplexseg {
 namespace {
@@ -54,6 +55,31 @@ std::vector<float> solve(const Problem& p, double tolerance, const RunJobs& run,
   return {walker.field().begin(), walker.field().end()};
 }
 
+/// The same by the version for devices. `rough`: a tolerance that is asked for first, then carried on from.
+std::vector<float> solve_in_parallel(const Problem& p, double tolerance, double rough = 0,
+                                     ParallelWalker<OneByOne>::Report* report = nullptr) {
+  const OneByOne executor;
+  ParallelWalker<OneByOne> walker(p.grid, p.spacing_mm, executor);
+  for (int a = 0; a < 3; ++a)
+    for (int v = 0; v < p.grid.count(); ++v) {
+      const int at[3]{v % p.grid.size[0], v / p.grid.size[0] % p.grid.size[1], v / p.grid.plane()};
+      walker.weights(a)[v] = at[a] + 1 < p.grid.size[a] ? p.weight[a][v] : 0.0f;
+    }
+  executor.upload<float>(p.pull, walker.pull());
+  executor.upload<float>(p.start, walker.field());
+  ParallelWalker<OneByOne>::Report done;
+  int iterations = 0;
+  if (rough > 0) {
+    iterations = walker.solve(p.target.data(), p.held.data(), rough, 200).iterations;
+    done = walker.carry_on(tolerance, 200);
+  } else {
+    done = walker.solve(p.target.data(), p.held.data(), tolerance, 200);
+  }
+  done.iterations += iterations;
+  if (report) *report = done;
+  return {walker.field(), walker.field() + p.grid.count()};
+}
+
 Eigen::VectorXd dense_solution(const Problem& p) {
   const int n = p.grid.count();
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, n);
@@ -95,11 +121,44 @@ TEST_P(Solver, AgreesWithADenseFactorisation) {
   }
 }
 
+TEST_P(Solver, OfManyThreadsAgreesWithADenseFactorisation) {
+  for (const float pull : {0.0f, 0.05f}) {
+    const Problem p = random_problem(GetParam().first, GetParam().second, pull);
+    ParallelWalker<OneByOne>::Report report;
+    const std::vector<float> x = solve_in_parallel(p, 1e-6, 0, &report);
+    const Eigen::VectorXd reference = dense_solution(p);
+    for (int v = 0; v < p.grid.count(); ++v) ASSERT_NEAR(x[v], reference[v], 2e-4) << v << " pull " << pull;
+    EXPECT_LT(report.iterations, 60);
+    EXPECT_LE(report.error, 1e-6);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Boxes, Solver,
                          ::testing::Values(std::pair{std::array{9, 8, 7}, std::array{1.0, 1.0, 1.0}},
                                            std::pair{std::array{12, 11, 4}, std::array{1.0, 1.0, 7.0}},
                                            std::pair{std::array{1, 13, 16}, std::array{2.0, 1.0, 1.0}},
                                            std::pair{std::array{5, 1, 1}, std::array{1.0, 1.0, 1.0}}));
+
+TEST(RandomWalker, OfManyThreadsTakesTheSameIterations) {
+  for (const std::array<double, 3>& spacing : {std::array{1.0, 1.0, 1.0}, std::array{1.0, 1.0, 3.0}}) {
+    const Problem p = random_problem({70, 61, 33}, spacing, 0.005f);  // several levels beside those of a team
+    RandomWalker::Report report;
+    ParallelWalker<OneByOne>::Report parallel;
+    const std::vector<float> x = solve(p, 1e-3, run_in_turn(), &report), y = solve_in_parallel(p, 1e-3, 0, &parallel);
+    EXPECT_EQ(parallel.iterations, report.iterations);
+    EXPECT_NEAR(parallel.error, report.error, 1e-5);
+    for (int v = 0; v < p.grid.count(); ++v) ASSERT_NEAR(y[v], x[v], 1e-4) << v;
+  }
+}
+
+TEST(RandomWalker, CarriedOnIsTheSolutionAtOnce) {
+  const Problem p = random_problem({40, 30, 20}, {1, 1, 1}, 0.005f);
+  ParallelWalker<OneByOne>::Report at_once, carried;
+  const std::vector<float> x = solve_in_parallel(p, 1e-4, 0, &at_once), y = solve_in_parallel(p, 1e-4, 0.1, &carried);
+  EXPECT_EQ(x, y);
+  EXPECT_EQ(at_once.iterations, carried.iterations);
+  EXPECT_NE(x, solve_in_parallel(p, 0.1));
+}
 
 TEST(RandomWalker, TheErrorThatItStatesIsOfTheSizeOfTheOneThatIsLeft) {
   const Problem p = random_problem({10, 9, 8}, {1, 1, 1}, 0.01f);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the evidence field of many threads runs on (docs/adr/0032-the-field-on-a-device.md). Its parts are templates over an
-// executor, which owns arrays in its memory and runs kernels over them: functors, or lambdas that copy what they take
+// What the evidence field of many threads runs on (docs/adr/0032-the-field-on-a-device.md). Its parts are templates
+// over an executor, which owns arrays in its memory and runs kernels over them: functors, or lambdas that copy what
+// they take
 // ([=] SIMPLEXSEG_KERNEL), which read and write arrays by pointers. On a device that is CudaFieldExecutor
 // (gpu/cuda_field_executor.h); here is the one of the tests, which needs no device.
 #pragma once

@@ -13,7 +13,8 @@ namespace simplexseg {
 /// What quantile() (evidence/quantile.h) gives for all value(v) >= 0, 0 <= v < n; those below 0 are left out. Nothing
 /// with fewer than `least_count` of them. By histograms of the floats' bits, eleven at a time.
 template <class Executor, class Value>
-std::optional<float> quantile_of(const Executor& executor, int n, const Value& value, double share, int least_count = 1) {
+std::optional<float> quantile_of(const Executor& executor, int n, const Value& value, double share,
+                                 int least_count = 1) {
   auto counts = executor.template array<int>(kBins);
   std::vector<int> bins(kBins);
   std::uint32_t found = 0;

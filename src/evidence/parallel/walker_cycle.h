@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels of ParallelWalker: a multigrid cycle in four passes a level. What a red-black sweep from zero writes is r /
+// d, so the second colour takes that from r itself, what is left of the first colour's residual is the flow from the
+// second, and what a coarser level adds to the first colour is needed by the second one's next sweep alone.
+#pragma once
+#include <cmath>
+#include <cstdint>
+
+#include "evidence/parallel/executor.h"
+#include "evidence/walker_kernels.h"
+
+namespace simplexseg {
+
+inline constexpr int kMostTeamLevels = 12;
+
+/// What the solver's kernels tell each other.
+struct WalkerScalars {
+  double even, odd;  ///< r z of the last two steps
+  double curvature;  ///< p A p
+  float error;
+};
+
+struct LevelPointers {
+  LevelView edges;
+  int size[3];
+  int step[3];  ///< 2 along an axis along which the next level has half the voxels, else 1
+  float *mass, *diagonal, *correction, *residual;
+
+  SIMPLEXSEG_HD int count() const { return size[0] * size[1] * size[2]; }
+  SIMPLEXSEG_HD int row_half() const { return (size[0] + 1) / 2; }
+  SIMPLEXSEG_HD int half_count() const { return row_half() * size[1] * size[2]; }
+  struct At {
+    int i, j, k, v;
+  };
+  SIMPLEXSEG_HD At at(int v) const { return {v % size[0], v / size[0] % size[1], v / (size[0] * size[1]), v}; }
+  /// The t-th voxel of a colour, i + j + k even or odd; i may lie behind the row's end.
+  SIMPLEXSEG_HD At coloured(int t, int colour) const {
+    const int half = row_half(), row = t / half, j = row % size[1], k = row / size[1];
+    const int i = 2 * (t % half) + ((j + k + colour) & 1);
+    return {i, j, k, row * size[0] + i};
+  }
+  /// The sum of weight times value(u) over the six neighbours u; value is asked beyond the box, too, where weights are
+  /// 0.
+  template <class Value>
+  SIMPLEXSEG_HD float flow(int v, const Value& value) const {
+    const int row = edges.row, plane = edges.plane;
+    return edges.wx[v] * value(v + 1) + edges.wx[v - 1] * value(v - 1) + edges.wy[v] * value(v + row) +
+           edges.wy[v - row] * value(v - row) + edges.wz[v] * value(v + plane) + edges.wz[v - plane] * value(v - plane);
+  }
+};
+
+struct StartOfSolution {
+  StartResidual residual;
+  HeldIntoMass mass;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    residual(v);
+    mass(v);
+  }
+};
+
+struct CutAllHeldEdges {
+  const std::uint8_t* held;
+  float* weight[3];
+  int stride[3];
+  SIMPLEXSEG_HD void operator()(int v) const {
+    for (int a = 0; a < 3; ++a) CutHeldEdges{held, weight[a], stride[a]}(v);
+  }
+};
+
+struct AllConductances {
+  Conductance along[3];
+  float* weight[3];
+  int size[3];
+  SIMPLEXSEG_HD void operator()(int v) const {
+    const int at[3]{v % size[0], v / size[0] % size[1], v / (size[0] * size[1])};
+    for (int a = 0; a < 3; ++a) weight[a][v] = at[a] + 1 < size[a] ? along[a](v) : 0.0f;
+  }
+};
+
+/// The sums over the voxels of a coarser level's voxel.
+struct Coarsen {
+  LevelPointers fine, coarse;
+  SIMPLEXSEG_HD void operator()(int to) const {
+    const LevelPointers::At at = coarse.at(to);
+    const int first[3]{at.i * fine.step[0], at.j * fine.step[1], at.k * fine.step[2]};
+    int last[3];
+    for (int a = 0; a < 3; ++a) last[a] = smaller(first[a] + fine.step[a], fine.size[a]) - 1;
+    float mass = 0, wx = 0, wy = 0, wz = 0;
+    for (int z = first[2]; z <= last[2]; ++z)
+      for (int y = first[1]; y <= last[1]; ++y)
+        for (int x = first[0]; x <= last[0]; ++x) {
+          const int v = (z * fine.size[1] + y) * fine.size[0] + x;
+          mass += fine.mass[v];
+          if (x == last[0]) wx += fine.edges.wx[v];
+          if (y == last[1]) wy += fine.edges.wy[v];
+          if (z == last[2]) wz += fine.edges.wz[v];
+        }
+    coarse.mass[to] = mass;
+    const_cast<float*>(coarse.edges.wx)[to] = wx;
+    const_cast<float*>(coarse.edges.wy)[to] = wy;
+    const_cast<float*>(coarse.edges.wz)[to] = wz;
+  }
+};
+
+/// Both colours from zero; writes the second.
+struct FirstSweep {
+  LevelPointers level;
+  SIMPLEXSEG_HD void operator()(int t) const {
+    const LevelPointers::At at = level.coloured(t, 1);
+    if (at.i >= level.size[0]) return;
+    const float *const r = level.residual, *const inverse = level.diagonal;
+    const float flow = level.flow(at.v, [=](int u) { return r[u] * inverse[u]; });
+    level.correction[at.v] = (r[at.v] + flow) * inverse[at.v];
+  }
+};
+
+struct RestrictResidual {
+  LevelPointers fine, coarse;
+  SIMPLEXSEG_HD void operator()(int to) const {
+    const LevelPointers::At at = coarse.at(to);
+    const float* const z = fine.correction;
+    float sum = 0;
+    for (int k = at.k * fine.step[2]; k < smaller((at.k + 1) * fine.step[2], fine.size[2]); ++k)
+      for (int j = at.j * fine.step[1]; j < smaller((at.j + 1) * fine.step[1], fine.size[1]); ++j)
+        for (int i = at.i * fine.step[0]; i < smaller((at.i + 1) * fine.step[0], fine.size[0]); ++i)
+          if (((i + j + k) & 1) == 0)
+            sum += fine.flow((k * fine.size[1] + j) * fine.size[0] + i, [=](int u) { return z[u]; });
+    coarse.residual[to] = sum;
+  }
+};
+
+/// The second colour, what the coarser level says added to the first.
+struct SweepWithParents {
+  LevelPointers fine, coarse;
+  SIMPLEXSEG_HD void operator()(int t) const {
+    const LevelPointers::At at = fine.coloured(t, 1);
+    if (at.i >= fine.size[0]) return;
+    const float *const r = fine.residual, *const inverse = fine.diagonal, *const parents = coarse.correction;
+    const int di = fine.step[0], dj = fine.step[1], dk = fine.step[2];
+    const int line = (at.k / dk * coarse.size[1] + at.j / dj) * coarse.size[0];
+    const int row = fine.edges.row, plane = fine.edges.plane, v = at.v;
+    const auto value = [=](int u, int parent) { return r[u] * inverse[u] + parents[parent]; };
+    float flow = 0;
+    // Beyond the box weights are 0, and so are the values around the arrays.
+    if (at.i + 1 < fine.size[0]) flow += fine.edges.wx[v] * value(v + 1, line + (at.i + 1) / di);
+    if (at.i > 0) flow += fine.edges.wx[v - 1] * value(v - 1, line + (at.i - 1) / di);
+    const int own = at.i / di;
+    if (at.j + 1 < fine.size[1])
+      flow += fine.edges.wy[v] * value(v + row, (at.k / dk * coarse.size[1] + (at.j + 1) / dj) * coarse.size[0] + own);
+    if (at.j > 0)
+      flow += fine.edges.wy[v - row] *
+              value(v - row, (at.k / dk * coarse.size[1] + (at.j - 1) / dj) * coarse.size[0] + own);
+    if (at.k + 1 < fine.size[2])
+      flow +=
+          fine.edges.wz[v] * value(v + plane, ((at.k + 1) / dk * coarse.size[1] + at.j / dj) * coarse.size[0] + own);
+    if (at.k > 0)
+      flow += fine.edges.wz[v - plane] *
+              value(v - plane, ((at.k - 1) / dk * coarse.size[1] + at.j / dj) * coarse.size[0] + own);
+    fine.correction[v] = (r[v] + flow) * inverse[v];
+  }
+};
+
+/// A sweep of one colour from what the other has.
+struct Sweep {
+  LevelPointers level;
+  int colour;
+  SIMPLEXSEG_HD void operator()(int t) const {
+    const LevelPointers::At at = level.coloured(t, colour);
+    if (at.i >= level.size[0]) return;
+    const float* const z = level.correction;
+    const float flow = level.flow(at.v, [=](int u) { return z[u]; });
+    level.correction[at.v] = (level.residual[at.v] + flow) * level.diagonal[at.v];
+  }
+};
+struct LastSweep {
+  LevelPointers level;
+  SIMPLEXSEG_HD void operator()(int t) const { Sweep{level, 0}(t); }
+};
+
+struct TeamLevels {
+  int count;
+  LevelPointers level[kMostTeamLevels];
+};
+
+/// kernel(v) for all 0 <= v < n by the threads of a team, which then wait for each other.
+template <class Team, class Kernel>
+SIMPLEXSEG_HD void each_of_team(const Team& team, int n, const Kernel& kernel) {
+  for (int v = team.thread; v < n; v += team.threads) kernel(v);
+  team.sync();
+}
+
+struct BuildOfTeam {
+  TeamLevels levels;
+  template <class Team>
+  SIMPLEXSEG_KERNEL void operator()(const Team& team) const {
+    for (int l = 1; l < levels.count; ++l) {
+      const LevelPointers& level = levels.level[l];
+      each_of_team(team, level.count(), Coarsen{levels.level[l - 1], level});
+      each_of_team(team, level.count(), InverseDiagonal{level.edges, level.mass, level.diagonal});
+    }
+  }
+};
+
+struct CycleOfTeam {
+  TeamLevels levels;
+  template <class Team>
+  SIMPLEXSEG_KERNEL void operator()(const Team& team) const {
+    const int last = levels.count - 1;
+    for (int l = 0; l < last; ++l) {
+      each_of_team(team, levels.level[l].half_count(), FirstSweep{levels.level[l]});
+      each_of_team(team, levels.level[l + 1].count(), RestrictResidual{levels.level[l], levels.level[l + 1]});
+    }
+    const LevelPointers& coarsest = levels.level[last];
+    const int half = coarsest.half_count();
+    each_of_team(team, half, FirstSweep{coarsest});
+    for (int s = 0; s < kCoarsestSweeps; ++s) {
+      each_of_team(team, half, Sweep{coarsest, 0});
+      each_of_team(team, half, Sweep{coarsest, 1});
+    }
+    each_of_team(team, half, Sweep{coarsest, 0});
+    for (int s = 0; s < kCoarsestSweeps; ++s) {  // the same backwards: the cycle is symmetric
+      each_of_team(team, half, Sweep{coarsest, 1});
+      each_of_team(team, half, Sweep{coarsest, 0});
+    }
+    for (int l = last - 1; l >= 0; --l) {
+      each_of_team(team, levels.level[l].half_count(), SweepWithParents{levels.level[l], levels.level[l + 1]});
+      each_of_team(team, levels.level[l].half_count(), LastSweep{levels.level[l]});
+    }
+  }
+};
+
+struct Size {
+  const float* z;
+  SIMPLEXSEG_HD float operator()(int v) const { return std::fabs(z[v]); }
+};
+
+/// The next direction; `taken`: steps before this one.
+struct DirectionOnDevice {
+  const WalkerScalars* at;
+  int taken;
+  const float* z;
+  float* p;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    const double now = taken % 2 == 0 ? at->even : at->odd, before = taken % 2 == 0 ? at->odd : at->even;
+    NewDirection{taken == 0 ? 0.0f : static_cast<float>(now / before), z, p}(v);
+  }
+};
+
+struct AdvanceOnDevice {
+  const WalkerScalars* at;
+  int taken;
+  const float *p, *ap;
+  float *x, *r;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    const double now = taken % 2 == 0 ? at->even : at->odd;
+    Advance{at->curvature > 0 ? static_cast<float>(now / at->curvature) : 0.0f, p, ap, x, r}(v);
+  }
+};
+
+/// The last correction is known, and of the size of the error that is left.
+struct LastCorrection {
+  const float *x, *z;
+  const std::uint8_t* held;
+  float* to;
+  SIMPLEXSEG_HD void operator()(int v) const { to[v] = held[v] ? x[v] : smaller(larger(x[v] + z[v], 0.0f), 1.0f); }
+};
+
+}  // namespace simplexseg
