@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <utility>
 
 namespace simplexseg {
 namespace {
@@ -42,9 +43,7 @@ FourierTerms fourier_terms(const MarkClassifier::Settings& settings, int feature
 
 MarkClassifier::MarkClassifier(const FeatureLists& features, std::span<const Sample> inside,
                                std::span<const Sample> outside, const Settings& settings)
-    : features_(features.size()),
-      terms_(fourier_terms(settings, static_cast<int>(features.size()))),
-      weight_(settings.terms) {
+    : features_(features.size()), terms_(fourier_terms(settings, static_cast<int>(features.size()))) {
   Eigen::MatrixXf gram = Eigen::MatrixXf::Zero(settings.terms, settings.terms);
   Eigen::VectorXf right = Eigen::VectorXf::Zero(settings.terms);
   for (const bool in : {true, false}) {
@@ -65,9 +64,16 @@ MarkClassifier::MarkClassifier(const FeatureLists& features, std::span<const Sam
     }
     gram.selfadjointView<Eigen::Lower>().rankUpdate(rows);
   }
+  weight_ = term_weights(std::move(gram), right, settings);
+}
+
+std::vector<float> term_weights(Eigen::MatrixXf gram, const Eigen::VectorXf& right,
+                                const MarkClassifier::Settings& settings) {
   gram.diagonal().array() += static_cast<float>(settings.ridge);
   const Eigen::VectorXf w = gram.selfadjointView<Eigen::Lower>().ldlt().solve(right);
-  for (int t = 0; t < settings.terms; ++t) weight_[t] = w[t] * std::sqrt(2.0f / settings.terms);
+  std::vector<float> weights(settings.terms);
+  for (int t = 0; t < settings.terms; ++t) weights[t] = w[t] * std::sqrt(2.0f / settings.terms);
+  return weights;
 }
 
 void MarkClassifier::score(const FeatureLists& features, std::span<float> out, const RunJobs& run) const {

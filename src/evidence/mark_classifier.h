@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <Eigen/Core>
 #include <cmath>
 #include <span>
 #include <vector>
@@ -53,5 +54,8 @@ class MarkClassifier {
 };
 /// The same numbers every time.
 FourierTerms fourier_terms(const MarkClassifier::Settings& settings, int features);
+/// The weight of each term: the solution of the ridge regression with these equations, of which the lower half is read.
+std::vector<float> term_weights(Eigen::MatrixXf gram, const Eigen::VectorXf& right,
+                                const MarkClassifier::Settings& settings);
 
 }  // namespace simplexseg
