@@ -166,12 +166,13 @@ class Story {
 
 struct Difference {
   double mean = 0;
-  int most = 0;
+  int most = 0, far = 0;  ///< `far`: how many differ by more than 5
 };
 Difference difference(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b) {
   Difference d;
   for (std::size_t v = 0; v < a.size(); ++v) {
     d.most = std::max(d.most, std::abs(a[v] - b[v]));
+    d.far += std::abs(a[v] - b[v]) > 5;
     d.mean += std::abs(a[v] - b[v]) / static_cast<double>(a.size());
   }
   return d;
@@ -184,7 +185,7 @@ struct Named {
 std::vector<Named> stories() {
   std::vector<Named> all;
   const Scene noisy = ellipsoid(48, 1, {16, 11, 9}, 25), clean = ellipsoid(48, 1, {14, 10, 10}, 3),
-              thick = ellipsoid(64, 4, {18, 14, 16}, 10), large = ellipsoid(96, 1, {34, 26, 30}, 20);
+              thick = ellipsoid(64, 4, {18, 14, 16}, 10), large = ellipsoid(64, 1, {24, 18, 20}, 20);
   const std::vector<Mark> seed{inside({0, 0, 0}, 9)};
   all.push_back({"noisy seed", Story(noisy.image, seed, {})});
   all.push_back({"noisy, outside", Story(noisy.image, seed, {outside({19, 0, 0}, 3)})});
@@ -195,9 +196,9 @@ std::vector<Named> stories() {
                  Story(clean.image, {inside({0, 0, 0}, 6)}, {inside({0, 14, 0}, 2), outside({10, 0, 0}, 2)})});
   all.push_back({"thick slices", Story(thick.image, {inside({0, 0, 0}, 10)},
                                        {outside({20.3, 1, 0}, 2.7), boundary({0, 0, 16}, 3, {0.3, 0.1, 1})})});
-  all.push_back({"large seed", Story(large.image, {inside({0.2, 0.1, 0}, 22)}, {})});
-  all.push_back({"large, clicks", Story(large.image, {inside({0.2, 0.1, 0}, 22)},
-                                        {outside({40, 0, 0}, 4), boundary({0, 26, 0}, 4, {0.1, 1, 0})})});
+  all.push_back({"large seed", Story(large.image, {inside({0.2, 0.1, 0}, 15)}, {})});
+  all.push_back({"large, clicks", Story(large.image, {inside({0.2, 0.1, 0}, 15)},
+                                        {outside({28, 0, 0}, 4), boundary({0, 18, 0}, 3, {0.1, 1, 0})})});
   {
     VolumeGeometry geometry = clean.image.geometry();
     geometry.direction << 1, 0.2, 0.1, 0, 1, 0.1, 0.1, 0, 1;
@@ -228,7 +229,7 @@ TEST(ParallelPrior, SaysWhatTheCpusPriorSays) {
                                     own = named.story.voxels_of(named.story.parallel(executor));
     ASSERT_GT(*std::max_element(cpu.begin(), cpu.end()), 128) << named.name;
     const Difference d = difference(cpu, own);
-    std::printf("%-30s mean %.4f most %d of 255, %zu voxels\n", named.name.c_str(), d.mean, d.most, cpu.size());
+    std::printf("%-30s mean %.4f most %d far %d of 255, %zu voxels\n", named.name.c_str(), d.mean, d.most, d.far, cpu.size());
     EXPECT_LT(d.mean, 0.2) << named.name;
     EXPECT_LT(d.most, 12) << named.name;
   }
