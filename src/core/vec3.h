@@ -98,6 +98,7 @@ using Answer = typename With<R>::Answer;
 SIMPLEXSEG_HD int whole_of(float x) { return static_cast<int>(x); }  ///< towards 0
 SIMPLEXSEG_HD float real_of(int x) { return static_cast<float>(x); }
 SIMPLEXSEG_HD int smaller(int a, int b) { return a < b ? a : b; }
+SIMPLEXSEG_HD int larger(int a, int b) { return a > b ? a : b; }
 SIMPLEXSEG_HD bool any(bool x) { return x; }
 SIMPLEXSEG_HD bool all(bool x) { return x; }
 

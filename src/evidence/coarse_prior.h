@@ -5,14 +5,13 @@
 #include <span>
 #include <vector>
 
-#include "evidence/box_image.h"
+#include "evidence/coarse_image.h"
 #include "evidence/evidence_settings.h"
 #include "evidence/field_prior.h"
 #include "evidence/marked_voxels.h"
 #include "evidence/marks.h"
 #include "evidence/random_walker.h"
 #include "evidence/run_jobs.h"
-#include "evidence/voxel_blocks.h"
 #include "image/volume.h"
 
 namespace simplexseg {
@@ -50,7 +49,7 @@ class CoarsePrior {
   /// P(object), 0..255 for 0..1, of every voxel of the box, whose smoothed image this is; `edge`: a difference in it
   /// that is an edge.
   void interpolate(std::span<const float> image, float edge, std::span<std::uint8_t> voxels) const {
-    blocks_.interpolate(prior_, {image, smoothed_, edge}, voxels, run_);
+    coarse_.blocks.interpolate(prior_, {image, coarse_.smoothed, edge}, voxels, run_);
   }
   /// Marks as not 0 the voxels of the box's sides that may be the object's.
   void mark_open(std::span<const Known> known, std::span<std::uint8_t> open) const;
@@ -58,13 +57,12 @@ class CoarsePrior {
   /// What the networks saw, feature by feature (EvidenceField::mark_features).
   std::vector<std::vector<float>> mark_features(const Said& said) const;
   std::vector<std::vector<float>> update_features(const Said& said) const;
-  const VoxelBlocks& blocks() const { return blocks_; }
+  const VoxelBlocks& blocks() const { return coarse_.blocks; }
   /// What was known of each block.
   std::span<const Known> known() const { return known_; }
   std::size_t bytes() const;
 
  private:
-  std::array<int, 3> width_for(const BoxGrid& grid, double reach_mm) const;
   std::vector<Known> known_blocks(const Said& said) const;
   std::vector<std::uint8_t> mean_before(std::span<const std::uint8_t> before) const;
   template <class Use>
@@ -76,11 +74,7 @@ class CoarsePrior {
   VolumeGeometry volume_;
   RunJobs run_;
   EvidenceSettings settings_;
-  VoxelBlocks blocks_;
-  VolumeGeometry geometry_;  ///< of the blocks
-  std::array<double, 3> spacing_mm_{};
-  std::vector<float> smoothed_;
-  FeatureLists features_;
+  CoarseImage coarse_;
   std::vector<Known> known_;
   Looks looks_;
   std::unique_ptr<RandomWalker> walker_;  ///< of the marks alone

@@ -36,12 +36,61 @@ float total(const Samples& samples) {
 std::vector<float> score_of(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run) {
   std::vector<float> score(input.known.size());
   if (!settings.hear_looks) return score;
+  const LookSamples samples = look_samples(input.known, settings);
+  if (samples.inside.empty() || samples.outside.empty()) return score;
+  MarkClassifier(input.features, samples.inside, samples.outside, {}).score(input.features, score, run);
+  return score;
+}
+
+void move_to_best_cut(std::vector<std::uint8_t>& probability, std::span<const Known> known) {
+  std::array<int, 256> count{};
+  for (std::size_t v = 0; v < known.size(); ++v)
+    if (const int p = counted_for_cut(known[v], probability[v]); p >= 0) ++count[p];
+  const double raise = raise_to_best_cut(count);
+  std::array<std::uint8_t, 256> moved;
+  for (int p = 0; p < 256; ++p) moved[p] = moved_by(p, raise);
+  for (std::uint8_t& p : probability) p = moved[p];
+}
+
+}  // namespace
+
+double raise_to_best_cut(std::span<const int, 256> count) {
+  double all = 0;
+  for (int p = 0; p < 256; ++p) all += count[p] * p / 255.0;
+  double taken = 0, right = 0, most = 0;
+  for (int p = 255; p > 0; --p) {
+    taken += count[p];
+    right += count[p] * p / 255.0;
+    if (taken > 0) most = std::max(most, 2 * right / (taken + all));
+  }
+  const double cut = std::clamp(most / 2, kLeastCut, 0.5);
+  return (1 - cut) / cut;
+}
+
+std::vector<MarkedBall> marked_balls(std::span<const Mark> marks, const VolumeGeometry& geometry) {
+  const Eigen::Affine3d index = geometry.index_from_world();
+  std::vector<MarkedBall> balls;
+  const auto add = [&](const Eigen::Vector3d& mm, double radius_mm, bool in) {
+    const Eigen::Vector3d at = index * mm;
+    MarkedBall& ball = balls.emplace_back();
+    for (int a = 0; a < 3; ++a) ball.index[a] = static_cast<float>(at[a]);
+    ball.radius_mm = static_cast<float>(radius_mm);
+    ball.inside = in;
+  };
+  for (const Mark& mark : marks) {
+    const Eigen::Vector3d step = dot_step(mark);
+    if (mark.kind != MarkKind::Outside) add(mark.position_mm - step, mark.radius_mm, true);
+    if (mark.kind != MarkKind::Inside) add(mark.position_mm + step, mark.radius_mm, false);
+  }
+  return balls;
+}
+
+LookSamples look_samples(std::span<const Known> known, const EvidenceSettings& settings) {
   Samples inside, outside, border;
-  for (int v = 0; v < static_cast<int>(input.known.size()); ++v) {
-    const Known known = input.known[v];
-    if (known == Known::Inside) inside.push_back({v, 1});
-    if (known == Known::Outside) outside.push_back({v, 1});
-    if (known == Known::FarBorder || known == Known::VolumeEdge) border.push_back({v, 1});
+  for (int v = 0; v < static_cast<int>(known.size()); ++v) {
+    if (known[v] == Known::Inside) inside.push_back({v, 1});
+    if (known[v] == Known::Outside) outside.push_back({v, 1});
+    if (known[v] == Known::FarBorder || known[v] == Known::VolumeEdge) border.push_back({v, 1});
   }
   for (Samples* samples : {&inside, &outside, &border}) thin(*samples);
   // A few dots beside thousands of voxels of the border would not be heard.
@@ -51,42 +100,13 @@ std::vector<float> score_of(const PriorInput& input, const EvidenceSettings& set
     for (MarkClassifier::Sample& s : outside) s.weight *= raise;
   }
   outside.insert(outside.end(), border.begin(), border.end());
-  if (inside.empty() || outside.empty()) return score;
-  MarkClassifier(input.features, inside, outside, {}).score(input.features, score, run);
-  return score;
+  return {std::move(inside), std::move(outside)};
 }
-
-/// Moves all so that the middle is where the Dice of what is above it is the largest to be expected, each voxel being
-/// the object's with its probability: at half that Dice.
-void move_to_best_cut(std::vector<std::uint8_t>& probability, std::span<const Known> known) {
-  std::array<double, 256> count{};
-  double all = 0;
-  for (std::size_t v = 0; v < known.size(); ++v)
-    if (known[v] == Known::Nothing) {
-      ++count[probability[v]];
-      all += probability[v] / 255.0;
-    } else if (known[v] == Known::Inside) {
-      ++count[255];
-      ++all;
-    }
-  double taken = 0, right = 0, most = 0;
-  for (int p = 255; p > 0; --p) {
-    taken += count[p];
-    right += count[p] * p / 255.0;
-    if (taken > 0) most = std::max(most, 2 * right / (taken + all));
-  }
-  const double cut = std::clamp(most / 2, kLeastCut, 0.5), raise = (1 - cut) / cut;
-  std::array<std::uint8_t, 256> moved;
-  for (int p = 0; p < 256; ++p) moved[p] = static_cast<std::uint8_t>(255 * (p * raise / (p * raise + 255 - p)) + 0.5);
-  for (std::uint8_t& p : probability) p = moved[p];
-}
-
-}  // namespace
 
 Looks looks_of(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run) {
   Looks looks{score_of(input, settings, run), std::vector<std::uint8_t>(input.known.size())};
   for (std::size_t v = 0; v < looks.open.size(); ++v)
-    looks.open[v] = input.known[v] == Known::FarBorder && looks.score[v] > settings.open_side;
+    looks.open[v] = is_open(input.known[v], looks.score[v], settings.open_side);
   return looks;
 }
 
@@ -105,18 +125,13 @@ std::vector<std::uint8_t> field_prior(const PriorInput& input, const Looks& look
     if (settings.best_cut) move_to_best_cut(target, input.known);
     return target;
   }
-  const UpdateFeatures features(input, target, run);
+  const UpdateFeatures features(input, target, settings, run);
   std::vector<std::uint8_t> same_side(n);
   networks.update.evaluate([&](int first, int count, FeatureRows& to) { features.fill(first, count, to); }, same_side,
                            run);
-  const float share = static_cast<float>(settings.far_memory), near = static_cast<float>(settings.far_depths);
-  for_each_index(run, n,
-                 [=, &features, same = same_side.data(), before = input.before.data(), to = target.data()](int v) {
-                   const float now = features.nearest_is_inside(v) ? same[v] : 255.0f - same[v];
-                   const float old =
-                       before[v] == 0 ? 0.0f : share * smaller(larger(features.depths_away(v) / near - 1, 0.0f), 1.0f);
-                   to[v] = static_cast<std::uint8_t>(now + old * (before[v] - now) + 0.5f);
-                 });
+  for_each_index(run, n, [view = features.view(), same = same_side.data(), to = target.data()](int v) {
+    to[v] = view.with_memory(v, same[v]);
+  });
   return target;
 }
 

@@ -7,28 +7,22 @@
 
 #include "evidence/evidence_settings.h"
 #include "evidence/mark_classifier.h"
+#include "evidence/mark_view.h"
 #include "evidence/marked_voxels.h"
 #include "evidence/padded_array.h"
 #include "evidence/run_jobs.h"
+#include "evidence/update_view.h"
 
 namespace simplexseg {
 
-/// A ball of a mark that was made since the field before; a boundary mark has two.
+/// A new mark's ball.
 struct FreshMark {
   std::vector<float> square_mm;  ///< of the distance of each voxel to its centre
-  float radius_mm;
-  bool inside;     ///< else outside
-  float look;      ///< of the image at its centre
-  float depth_mm;  ///< from its centre to the nearest voxel on the other side of the field before
-  int voxel;       ///< nearest to its centre
+  FreshBall ball;
 };
 
-/// Ball of an inside or outside mark; a boundary mark has two.
-struct MarkedBall {
-  std::array<float, 3> index;  ///< of its centre, in the box
-  float radius_mm;
-  bool inside;  ///< else outside
-};
+/// In the order of the marks, a boundary mark's inside ball first; `geometry`: of the box.
+std::vector<MarkedBall> marked_balls(std::span<const Mark> marks, const VolumeGeometry& geometry);
 
 /// What the prior is made from.
 struct PriorInput {
@@ -46,14 +40,34 @@ struct PriorInput {
   std::span<const FreshMark> fresh;      ///< empty where nothing is known of a field before
 };
 
-inline constexpr int kMiddleBefore = 127;  ///< what is above is the object of the field before
+/// What the classifier of looks learns from; either list may be empty.
+struct LookSamples {
+  std::vector<MarkClassifier::Sample> inside, outside;
+};
+LookSamples look_samples(std::span<const Known> known, const EvidenceSettings& settings);
 
 /// What the voxels of the marks look like.
 struct Looks {
   std::vector<float> score;  ///< about -1 .. 1: how much more a voxel looks like inside marks than like outside ones
   std::vector<std::uint8_t> open;  ///< 1: a voxel of the box's sides that may be the object's
 };
+SIMPLEXSEG_HD bool is_open(Known known, float score, float open_side) {
+  return known == Known::FarBorder && score > open_side;
+}
 Looks looks_of(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run);
+
+/// What a voxel counts as where the best cut is looked for, or -1: those that are known outside are not asked.
+SIMPLEXSEG_HD int counted_for_cut(Known known, std::uint8_t probability) {
+  return known == Known::Nothing ? probability : known == Known::Inside ? 255 : -1;
+}
+/// What odds are to be raised by so that the middle is where the Dice of what is above it is the largest to be
+/// expected, each voxel being the object's with its probability: at half that Dice. `count`: of each counted_for_cut().
+double raise_to_best_cut(std::span<const int, 256> count);
+SIMPLEXSEG_HD std::uint8_t moved_by(int probability, double raise) {
+  return static_cast<std::uint8_t>(255 * (probability * raise / (probability * raise + 255 - probability)) + 0.5);
+}
+
+inline constexpr double kWalkTolerance = 0.01;  ///< of the walk of the marks alone: it is one voice of several
 
 /// P(object) of every voxel, 0..255 for 0..1: what a learned network says of MarkFeatures, `walk` being P(object) by
 /// the random walker of the marks alone; where there are fresh marks, what another says of that, of the field before

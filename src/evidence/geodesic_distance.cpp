@@ -57,11 +57,7 @@ struct Geodesic {
   float length, edge2;
   std::array<double, 3> spacing;  ///< in units of the least
 
-  float step(float difference) const {
-    if constexpr (!kEdges) return std::fabs(difference);
-    const float square = difference * difference;
-    return square / (square + edge2);
-  }
+  float step(float difference) const { return cost_of_difference<kEdges>(difference, edge2); }
   float way(double a, double b, double c) const {
     return length * static_cast<float>(std::sqrt(a * a + b * b + c * c));
   }

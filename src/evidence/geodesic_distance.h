@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <array>
+#include <cmath>
 #include <span>
 
+#include "core/vec3.h"
 #include "evidence/padded_array.h"
 
 namespace simplexseg {
@@ -14,6 +16,14 @@ struct WayCost {
   float length = 0;
   float edge = 0;
 };
+
+/// What a difference of neighbours costs; `edge2`: the edge's square, or 0 where |d| is meant.
+template <bool kEdges>
+SIMPLEXSEG_HD float cost_of_difference(float difference, float edge2) {
+  if constexpr (!kEdges) return std::fabs(difference);
+  const float square = difference * difference;
+  return square / (square + edge2);
+}
 
 /// Lowers `distance` to the geodesic distance from where it is least, over the 26 neighbours. Starts: 0 at the sources
 /// and anything large elsewhere, or an earlier distance with new zeros. Raster scans forth and back, at most `rounds`,

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <utility>
 
 namespace simplexseg {
 namespace {
@@ -29,26 +30,20 @@ class Random {
   std::uint64_t state_ = 1;
 };
 
-/// cos(2 pi t) to 1e-3: two parabolas and a correction.
-inline float cosine_of_turns(float t) {
-  t = t - std::floor(t + 0.5f);          // -0.5 .. 0.5
-  const float u = 0.25f - std::fabs(t);  // cos(2 pi t) = sin(2 pi u), u in -0.25 .. 0.25
-  const float s = 8 * u - 16 * u * std::fabs(u);
-  return s * (0.775f + 0.225f * std::fabs(s));
-}
-
 }  // namespace
+
+FourierTerms fourier_terms(const MarkClassifier::Settings& settings, int features) {
+  FourierTerms terms{std::vector<float>(std::size_t(settings.terms) * features), std::vector<float>(settings.terms)};
+  Random random;
+  const double turn = 2 * std::numbers::pi;
+  for (float& f : terms.frequency) f = static_cast<float>(random.normal() / settings.kernel_width / turn);
+  for (float& p : terms.phase) p = static_cast<float>(random.uniform());
+  return terms;
+}
 
 MarkClassifier::MarkClassifier(const FeatureLists& features, std::span<const Sample> inside,
                                std::span<const Sample> outside, const Settings& settings)
-    : features_(features.size()),
-      frequency_(settings.terms * features.size()),
-      phase_(settings.terms),
-      weight_(settings.terms) {
-  Random random;
-  const double turn = 2 * std::numbers::pi;
-  for (float& f : frequency_) f = static_cast<float>(random.normal() / settings.kernel_width / turn);
-  for (float& p : phase_) p = static_cast<float>(random.uniform());
+    : features_(features.size()), terms_(fourier_terms(settings, static_cast<int>(features.size()))) {
   Eigen::MatrixXf gram = Eigen::MatrixXf::Zero(settings.terms, settings.terms);
   Eigen::VectorXf right = Eigen::VectorXf::Zero(settings.terms);
   for (const bool in : {true, false}) {
@@ -59,9 +54,9 @@ MarkClassifier::MarkClassifier(const FeatureLists& features, std::span<const Sam
     for (std::size_t s = 0; s < samples.size(); ++s) {
       const float scale = std::sqrt(static_cast<float>(samples[s].weight / total) * 2 / settings.terms);
       for (int t = 0; t < settings.terms; ++t) {
-        float angle = phase_[t];
+        float angle = terms_.phase[t];
         for (std::size_t f = 0; f < features_; ++f)
-          angle += frequency_[t * features_ + f] * features[f][samples[s].voxel];
+          angle += terms_.frequency[t * features_ + f] * features[f][samples[s].voxel];
         rows(t, s) = scale * cosine_of_turns(angle);
       }
       const float root = std::sqrt(static_cast<float>(samples[s].weight / total));
@@ -69,9 +64,16 @@ MarkClassifier::MarkClassifier(const FeatureLists& features, std::span<const Sam
     }
     gram.selfadjointView<Eigen::Lower>().rankUpdate(rows);
   }
+  weight_ = term_weights(std::move(gram), right, settings);
+}
+
+std::vector<float> term_weights(Eigen::MatrixXf gram, const Eigen::VectorXf& right,
+                                const MarkClassifier::Settings& settings) {
   gram.diagonal().array() += static_cast<float>(settings.ridge);
   const Eigen::VectorXf w = gram.selfadjointView<Eigen::Lower>().ldlt().solve(right);
-  for (int t = 0; t < settings.terms; ++t) weight_[t] = w[t] * std::sqrt(2.0f / settings.terms);
+  std::vector<float> weights(settings.terms);
+  for (int t = 0; t < settings.terms; ++t) weights[t] = w[t] * std::sqrt(2.0f / settings.terms);
+  return weights;
 }
 
 void MarkClassifier::score(const FeatureLists& features, std::span<float> out, const RunJobs& run) const {
@@ -84,9 +86,9 @@ void MarkClassifier::score(const FeatureLists& features, std::span<float> out, c
       const int m = std::min(lanes, last - start);
       std::fill_n(sum, lanes, 0.0f);
       for (std::size_t t = 0; t < weight_.size(); ++t) {
-        std::fill_n(angle, lanes, phase_[t]);
+        std::fill_n(angle, lanes, terms_.phase[t]);
         for (std::size_t f = 0; f < features_; ++f) {
-          const float w = frequency_[t * features_ + f], *const x = features[f].data() + start;
+          const float w = terms_.frequency[t * features_ + f], *const x = features[f].data() + start;
           for (int l = 0; l < m; ++l) angle[l] += w * x[l];
         }
         for (int l = 0; l < lanes; ++l) sum[l] += weight_[t] * cosine_of_turns(angle[l]);

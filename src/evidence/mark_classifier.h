@@ -1,11 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <Eigen/Core>
+#include <cmath>
 #include <span>
 #include <vector>
 
+#include "core/vec3.h"
 #include "evidence/run_jobs.h"
 
 namespace simplexseg {
+
+/// cos(2 pi t) to 1e-3: two parabolas and a correction.
+SIMPLEXSEG_HD float cosine_of_turns(float t) {
+  t = t - std::floor(t + 0.5f);          // -0.5 .. 0.5
+  const float u = 0.25f - std::fabs(t);  // cos(2 pi t) = sin(2 pi u), u in -0.25 .. 0.25
+  const float s = 8 * u - 16 * u * std::fabs(u);
+  return s * (0.775f + 0.225f * std::fabs(s));
+}
+
+/// cosine_of_turns(phase + frequency times features) is what a term says.
+struct FourierTerms {
+  std::vector<float> frequency;  ///< terms x features, row by row
+  std::vector<float> phase;      ///< of each term
+};
 
 /// Values of all voxels of a box, one list for each feature, about zero with deviation 1.
 using FeatureLists = std::vector<std::vector<float>>;
@@ -32,7 +49,13 @@ class MarkClassifier {
 
  private:
   std::size_t features_;
-  std::vector<float> frequency_, phase_, weight_;  ///< of each term
+  FourierTerms terms_;
+  std::vector<float> weight_;  ///< of each term
 };
+/// The same numbers every time.
+FourierTerms fourier_terms(const MarkClassifier::Settings& settings, int features);
+/// The weight of each term: the solution of the ridge regression with these equations, of which the lower half is read.
+std::vector<float> term_weights(Eigen::MatrixXf gram, const Eigen::VectorXf& right,
+                                const MarkClassifier::Settings& settings);
 
 }  // namespace simplexseg

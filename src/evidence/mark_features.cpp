@@ -6,31 +6,35 @@
 
 #include "core/vec3.h"
 #include "evidence/geodesic_distance.h"
+#include "evidence/mark_measures.h"
 #include "evidence/quantile.h"
 
 namespace simplexseg {
 namespace {
 
-constexpr int kRounds = 3, kMostSteps = 20;
-constexpr float kUnreached = 1e4f, kEdgeLengthCost = 0.002f;
-constexpr float kStrange = 3, kMostStrange = 6;             // deviations
-constexpr float kShellFirst = 1.15f, kShellLast = 1.7f;     // reaches: where the wall is looked for
-constexpr float kFarthestMark = 5;                          // reaches
-constexpr float kLeastWalk = 0.003f;                        // and its rest: the most that the walk is believed
-constexpr std::array kLeastDeviation{0.01f, 0.03f, 0.03f};  // of the image's range; of the smoothed ones' deviation
+constexpr int kRounds = 3;
 
 }  // namespace
 
 MarkFeatures::MarkFeatures(const PriorInput& input, const Looks& looks, std::span<const float> walk,
                            const EvidenceSettings& settings, const RunJobs& run)
-    : input_(input),
-      looks_(looks),
-      walk_(walk),
-      hear_ways_(settings.hear_ways),
-      hear_walk_(settings.hear_walk),
-      noise_(input.inner_difference + 0.01f),
-      reach_mm_(static_cast<float>(input.reach_mm)),
-      least_mm_(static_cast<float>(*std::min_element(input.spacing_mm.begin(), input.spacing_mm.end()))) {
+    : input_(input), looks_(looks) {
+  view_.grid = input.grid;
+  view_.known = input.known.data();
+  view_.image = input.image.data();
+  for (int s = 1; s < 3; ++s) view_.smoothed[s - 1] = input.features[s].data();
+  view_.score = looks.score.data();
+  view_.walk = walk.data();
+  view_.from_inside = input.from_inside.data();
+  view_.balls = input.balls.data();
+  view_.noise = noise_of(input.inner_difference);
+  view_.wall = 0;
+  view_.reach_mm = static_cast<float>(input.reach_mm);
+  view_.radius_mm = static_cast<float>(input.radius_mm);
+  view_.least_mm = static_cast<float>(*std::min_element(input.spacing_mm.begin(), input.spacing_mm.end()));
+  view_.marks = static_cast<int>(input.balls.size());
+  view_.hear_ways = settings.hear_ways;
+  view_.hear_walk = settings.hear_walk;
   measure_ways(settings, run);
   measure_inside();
   measure_wall();
@@ -39,45 +43,41 @@ MarkFeatures::MarkFeatures(const PriorInput& input, const Looks& looks, std::spa
 
 void MarkFeatures::measure_ways(const EvidenceSettings& settings, const RunJobs& run) {
   const int n = static_cast<int>(input_.known.size());
-  inside_.assign(n, kUnreached);
-  outside_.assign(n, kUnreached);
+  inside_.resize(n);
+  outside_.resize(n);
   for (int v = 0; v < n; ++v) {
-    if (input_.known[v] == Known::Inside)
-      inside_[v] = 0;
-    else if (input_.known[v] != Known::Nothing && !looks_.open[v])
-      outside_[v] = 0;
+    inside_[v] = start_of_way(is_inside_start(input_.known[v]));
+    outside_[v] = start_of_way(is_outside_start(input_.known[v], looks_.open[v] != 0));
   }
   edges_in_ = inside_;
   edges_out_ = outside_;
   const std::array to{&inside_, &outside_, &edges_in_, &edges_out_};
-  const WayCost changes{static_cast<float>(settings.length_cost)}, edges{kEdgeLengthCost, 3 * noise_};
+  const WayCost changes = cost_of_changes(settings), edges = cost_of_edges(view_.noise);
   run(static_cast<int>(to.size()), [&](int which) {
     lower_geodesic_distance(*to[which], input_.image, input_.grid, input_.spacing_mm, which < 2 ? changes : edges,
                             kRounds);
   });
+  view_.inside = inside_.data();
+  view_.outside = outside_.data();
+  view_.edges_in = edges_in_.data();
+  view_.edges_out = edges_out_.data();
 }
 
 void MarkFeatures::measure_inside() {
-  std::vector<float> values;
-  for (std::size_t l = 0; l < middle_.size(); ++l) {
+  std::array<std::vector<float>, 3> values;
+  for (std::size_t l = 0; l < values.size(); ++l) {
     const std::span<const float> list = l == 0 ? input_.image : std::span<const float>(input_.features[l]);
-    values.clear();
     for (std::size_t v = 0; v < list.size(); ++v)
-      if (input_.known[v] == Known::Inside) values.push_back(list[v]);
-    if (values.empty()) continue;  // later marks have taken all of them
-    middle_[l] = quantile(values, 0.5);
-    for (float& x : values) x = std::fabs(x - middle_[l]);
-    per_deviation_[l] = 1 / (static_cast<float>(kDeviationsOfMedian) * quantile(values, 0.5) + kLeastDeviation[l]);
+      if (input_.known[v] == Known::Inside) values[l].push_back(list[v]);
   }
+  view_.strangeness = strangeness_among(values);
 }
 
 void MarkFeatures::measure_wall() {
   std::vector<float> shell;
-  const float low = kShellFirst * reach_mm_, high = kShellLast * reach_mm_;
   for (int v = 0; v < static_cast<int>(input_.known.size()); ++v)
-    if (input_.from_inside[v] > low * low && input_.from_inside[v] < high * high && input_.known[v] != Known::NotFinite)
-      shell.push_back(strange(v));
-  if (!shell.empty()) wall_ = quantile(shell, 0.5);
+    if (view_.is_in_shell(v)) shell.push_back(view_.strange(v));
+  if (!shell.empty()) view_.wall = quantile(shell, 0.5);
 }
 
 void MarkFeatures::find_nearest(const RunJobs& run) {
@@ -92,9 +92,7 @@ void MarkFeatures::find_nearest(const RunJobs& run) {
         float least = 1e12f;
         for (std::size_t b = 0; b < input_.balls.size(); ++b) {
           const MarkedBall& ball = input_.balls[b];
-          const float x = (static_cast<float>(i) - ball.index[0]) * mm[0],
-                      y = (static_cast<float>(j) - ball.index[1]) * mm[1],
-                      z = (static_cast<float>(k) - ball.index[2]) * mm[2], square = x * x + y * y + z * z;
+          const float square = square_to(ball, i, j, k, mm);
           if (!ball.inside)
             from_outside_[v] = smaller(square, from_outside_[v]);
           else if (square < least)
@@ -103,67 +101,12 @@ void MarkFeatures::find_nearest(const RunJobs& run) {
       }
     }
   });
-}
-
-float MarkFeatures::strange(int voxel) const {
-  return smaller(std::fabs(input_.image[voxel] - middle_[0]) * per_deviation_[0], kMostStrange);
-}
-
-MarkFeatures::Line MarkFeatures::line_to(int voxel) const {
-  const std::array<float, 3>& from = input_.balls[nearest_[voxel]].index;
-  const std::array at{voxel % input_.grid.size[0], voxel / input_.grid.row() % input_.grid.size[1],
-                      voxel / input_.grid.plane()};
-  std::array<float, 3> way;
-  float longest = 0;
-  for (int a = 0; a < 3; ++a) {
-    way[a] = static_cast<float>(at[a]) - from[a];
-    longest = larger(std::fabs(way[a]), longest);
-  }
-  const int steps = std::clamp(static_cast<int>(longest + 0.5f), 1, kMostSteps);
-  const float step = 1 / static_cast<float>(steps);
-  Line line;
-  for (int s = 1; s <= steps; ++s) {
-    const float t = static_cast<float>(s) * step;
-    int v = 0;
-    for (int a = 0; a < 3; ++a)
-      v +=
-          input_.grid.stride(a) * std::clamp(static_cast<int>(from[a] + t * way[a] + 0.5f), 0, input_.grid.size[a] - 1);
-    const float here = strange(v);
-    line.most = larger(here, line.most);
-    line.mean += step * here;
-    if (line.first == 1 && here > kStrange) line.first = t - step;
-  }
-  return line;
+  view_.nearest = nearest_.data();
+  view_.from_outside = from_outside_.data();
 }
 
 void MarkFeatures::fill(int first, int count, FeatureRows& to) const {
-  for (int l = 0; l < count; ++l) {
-    const int v = first + l;
-    const float in = inside_[v], out = outside_[v], w = smaller(larger(walk_[v], kLeastWalk), 1 - kLeastWalk);
-    const float distance = std::sqrt(input_.from_inside[v]), reaches = distance / reach_mm_;
-    const Line line = line_to(v);
-    to[0][l] = looks_.score[v];
-    to[1][l] = hear_ways_ ? (out - in) / (out + in + 1e-3f) : 0.0f;
-    to[2][l] = hear_walk_ ? std::log(w / (1 - w)) : 0.0f;
-    to[3][l] = std::log(reaches + 0.1f);
-    to[4][l] = std::log(distance / input_.balls[nearest_[v]].radius_mm + 0.1f);
-    to[5][l] = std::log(smaller(std::sqrt(from_outside_[v]) / reach_mm_, kFarthestMark) + 0.1f);
-    to[6][l] = std::log(edges_in_[v] + 0.05f);
-    to[7][l] = std::log(smaller(edges_out_[v], 100.0f) + 0.05f);
-    to[8][l] = strange(v);
-    for (int s = 1; s < 3; ++s)
-      to[8 + s][l] = smaller(std::fabs(input_.features[s][v] - middle_[s]) * per_deviation_[s], kMostStrange);
-    to[11][l] = line.most;
-    to[12][l] = line.mean;
-    to[13][l] = line.first;
-    to[14][l] = std::log(line.first * reaches + 0.1f);
-    to[15][l] = std::log(reach_mm_ / static_cast<float>(input_.radius_mm));
-    to[16][l] = std::log(reach_mm_ / least_mm_);
-    to[17][l] = std::log(noise_);
-    to[18][l] = -std::log(per_deviation_[0]);
-    to[19][l] = wall_;
-    to[20][l] = std::log(static_cast<float>(input_.balls.size()));
-  }
+  for (int l = 0; l < count; ++l) view_.fill(first + l, [&to, l](int f, float value) { to[f][l] = value; });
 }
 
 }  // namespace simplexseg

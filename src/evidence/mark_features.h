@@ -21,35 +21,22 @@ class MarkFeatures {
   /// outlive the object.
   MarkFeatures(const PriorInput& input, const Looks& looks, std::span<const float> walk,
                const EvidenceSettings& settings, const RunJobs& run);
+  MarkFeatures(const MarkFeatures&) = delete;
   void fill(int first, int count, FeatureRows& to) const;
 
  private:
-  /// What is strange between an inside mark's centre and a voxel.
-  struct Line {
-    float most = 0, mean = 0;
-    float first = 1;  ///< share of the way on which nothing was
-  };
-
   void measure_ways(const EvidenceSettings& settings, const RunJobs& run);
   void measure_inside();
   void measure_wall();
   void find_nearest(const RunJobs& run);
-  /// How far the image is from that in the inside marks, in deviations there.
-  float strange(int voxel) const;
-  Line line_to(int voxel) const;
 
   const PriorInput& input_;
   const Looks& looks_;
-  std::span<const float> walk_;
-  bool hear_ways_, hear_walk_;
   std::vector<float> inside_, outside_;      ///< geodesic distance to the marks
   std::vector<float> edges_in_, edges_out_;  ///< edges passed on the way to them
   std::vector<std::uint16_t> nearest_;       ///< of the balls of inside marks
   std::vector<float> from_outside_;          ///< mm to the nearest centre of an outside mark, squared
-  /// Within the inside marks, of the image and of it smoothed twice.
-  std::array<float, 3> middle_{}, per_deviation_{1, 1, 1};
-  float noise_, wall_ = 0;  ///< of neighbours in the marks; how strange the shell about them is
-  float reach_mm_, least_mm_;
+  MarkView view_{};
 };
 
 }  // namespace simplexseg

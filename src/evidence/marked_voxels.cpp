@@ -9,41 +9,25 @@
 namespace simplexseg {
 namespace {
 
-class Painter {
- public:
-  Painter(const VolumeGeometry& geometry, const VoxelBox& box, std::vector<Known>& known)
-      : box_(box),
-        known_(known),
-        mm_(geometry.world_from_index().linear()),
-        index_from_world_(geometry.index_from_world()) {}
-
-  void ball(const Eigen::Vector3d& centre_mm, double radius_mm, Known value) {
-    const Eigen::Vector3d centre = index_from_world_ * centre_mm;
+PaintedBall painted(const VolumeGeometry& geometry, const VoxelBox& box, const Eigen::Vector3d& centre_mm,
+                    double radius_mm, Known value) {
+  const Eigen::Matrix3d mm = geometry.world_from_index().linear();
+  const Eigen::Affine3d index_from_world = geometry.index_from_world();
+  const Eigen::Vector3d centre = index_from_world * centre_mm;
+  PaintedBall ball;
+  ball.radius_mm = radius_mm;
+  ball.value = value;
+  for (int a = 0; a < 3; ++a) {
+    for (int b = 0; b < 3; ++b) ball.mm[a][b] = mm(a, b);
+    ball.centre[a] = centre[a];
+    ball.first[a] = box.first[a];
     // A ball in mm reaches this far along each index: the rows of the inverse say how fast an index changes.
-    std::array<int, 3> low, high;
-    for (int a = 0; a < 3; ++a) {
-      const double reach = radius_mm * index_from_world_.linear().row(a).norm() + 0.5;
-      low[a] = std::max(static_cast<int>(std::ceil(centre[a] - reach)) - box_.first[a], 0);
-      high[a] = std::min(static_cast<int>(std::floor(centre[a] + reach)) - box_.first[a], box_.size[a] - 1);
-    }
-    for (int k = low[2]; k <= high[2]; ++k) {
-      for (int j = low[1]; j <= high[1]; ++j) {
-        for (int i = low[0]; i <= high[0]; ++i) {
-          const Eigen::Vector3d d = Eigen::Vector3d(i + box_.first[0], j + box_.first[1], k + box_.first[2]) - centre;
-          const bool nearest = d.cwiseAbs().maxCoeff() <= 0.5;
-          Known& at = known_[box_.offset(i, j, k)];
-          if ((nearest || (mm_ * d).norm() <= radius_mm) && at != Known::NotFinite) at = value;
-        }
-      }
-    }
+    const double reach = radius_mm * index_from_world.linear().row(a).norm() + 0.5;
+    ball.low[a] = std::max(static_cast<int>(std::ceil(centre[a] - reach)) - box.first[a], 0);
+    ball.high[a] = std::min(static_cast<int>(std::floor(centre[a] + reach)) - box.first[a], box.size[a] - 1);
   }
-
- private:
-  const VoxelBox& box_;
-  std::vector<Known>& known_;
-  const Eigen::Matrix3d mm_;
-  const Eigen::Affine3d index_from_world_;
-};
+  return ball;
+}
 
 }  // namespace
 
@@ -55,18 +39,10 @@ Eigen::Vector3d dot_step(const Mark& mark) {
 std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& box,
                                 std::span<const std::uint8_t> finite, std::span<const Mark> marks, const Mask* others) {
   std::vector<Known> known(box.voxel_count(), Known::Nothing);
+  const SideOfBox side(box, geometry.size);
   for (int k = 0; k < box.size[2]; ++k) {
     for (int j = 0; j < box.size[1]; ++j) {
       for (int i = 0; i < box.size[0]; ++i) {
-        const std::array<int, 3> at{i, j, k};
-        bool far = false, edge = false;
-        for (int a = 0; a < 3; ++a) {
-          if (box.size[a] == 1) continue;  // a volume of one slice has no far side along it
-          const bool first = at[a] == 0, last = at[a] == box.size[a] - 1;
-          const bool volume_first = box.first[a] == 0, volume_last = box.first[a] + box.size[a] == geometry.size[a];
-          far |= (first && !volume_first) || (last && !volume_last);
-          edge |= (first && volume_first) || (last && volume_last);
-        }
         const std::size_t v = box.offset(i, j, k);
         if (!finite.empty() && !finite[v]) {
           known[v] = Known::NotFinite;
@@ -74,10 +50,8 @@ std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& 
                                                 geometry.size[0] +
                                             i + box.first[0]]) {
           known[v] = Known::Outside;
-        } else if (far) {
-          known[v] = Known::FarBorder;
-        } else if (edge) {
-          known[v] = Known::VolumeEdge;
+        } else {
+          known[v] = side(i, j, k);
         }
       }
     }
@@ -86,16 +60,36 @@ std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& 
   return known;
 }
 
+std::vector<PaintedBall> painted_balls(const VolumeGeometry& geometry, const VoxelBox& box,
+                                       std::span<const Mark> marks) {
+  std::vector<PaintedBall> balls;
+  for (const Mark& mark : marks) {
+    const Eigen::Vector3d step = dot_step(mark);
+    if (mark.kind != MarkKind::Outside)
+      balls.push_back(painted(geometry, box, mark.position_mm - step, mark.radius_mm, Known::Inside));
+    if (mark.kind != MarkKind::Inside)
+      balls.push_back(painted(geometry, box, mark.position_mm + step, mark.radius_mm, Known::Outside));
+  }
+  return balls;
+}
+
+SideOfBox::SideOfBox(const VoxelBox& box, const std::array<int, 3>& volume_size) : size(box.size) {
+  for (int a = 0; a < 3; ++a) {
+    volume_first[a] = box.first[a] == 0;
+    volume_last[a] = box.first[a] + box.size[a] == volume_size[a];
+  }
+}
+
 void paint_marks(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks,
                  std::vector<Known>& known) {
-  Painter painter(geometry, box, known);
-  for (const Mark& mark : marks) {
-    if (mark.kind == MarkKind::Boundary) {
-      const Eigen::Vector3d step = dot_step(mark);
-      painter.ball(mark.position_mm - step, mark.radius_mm, Known::Inside);
-      painter.ball(mark.position_mm + step, mark.radius_mm, Known::Outside);
-    } else {
-      painter.ball(mark.position_mm, mark.radius_mm, mark.kind == MarkKind::Inside ? Known::Inside : Known::Outside);
+  for (const PaintedBall& ball : painted_balls(geometry, box, marks)) {
+    for (int k = ball.low[2]; k <= ball.high[2]; ++k) {
+      for (int j = ball.low[1]; j <= ball.high[1]; ++j) {
+        for (int i = ball.low[0]; i <= ball.high[0]; ++i) {
+          Known& at = known[box.offset(i, j, k)];
+          if (ball.holds(i, j, k) && at != Known::NotFinite) at = ball.value;
+        }
+      }
     }
   }
 }

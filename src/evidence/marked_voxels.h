@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "core/vec3.h"
 #include "evidence/marks.h"
 #include "evidence/run_jobs.h"
 #include "image/distance_map.h"
@@ -35,6 +38,46 @@ Eigen::Vector3d dot_step(const Mark& mark);
 /// whose centres lie in its ball, and the nearest one.
 std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& box,
                                 std::span<const std::uint8_t> finite, std::span<const Mark> marks, const Mask* others);
+
+/// Ball of a mark on the grid of a box.
+struct PaintedBall {
+  double mm[3][3];   ///< of a difference of indices
+  double centre[3];  ///< in the box's indices, plus `first`
+  double radius_mm;
+  int first[3], low[3], high[3];  ///< of the box; the voxels to be asked, in the box
+  Known value;
+
+  /// Whether the ball holds a voxel of the box between `low` and `high`: its centre lies in it, or it is the nearest.
+  SIMPLEXSEG_HD bool holds(int i, int j, int k) const {
+    const double x = i + first[0] - centre[0], y = j + first[1] - centre[1], z = k + first[2] - centre[2];
+    if (std::fabs(x) <= 0.5 && std::fabs(y) <= 0.5 && std::fabs(z) <= 0.5) return true;
+    const double a = mm[0][0] * x + (mm[0][1] * y + mm[0][2] * z), b = mm[1][0] * x + (mm[1][1] * y + mm[1][2] * z),
+                 c = mm[2][0] * x + (mm[2][1] * y + mm[2][2] * z);
+    return std::sqrt(a * a + (b * b + c * c)) <= radius_mm;
+  }
+};
+/// In the order of the marks.
+std::vector<PaintedBall> painted_balls(const VolumeGeometry& geometry, const VoxelBox& box,
+                                       std::span<const Mark> marks);
+
+/// FarBorder, VolumeEdge or Nothing: what is known of a voxel of a box by where it lies alone.
+struct SideOfBox {
+  std::array<int, 3> size;                        ///< of the box
+  std::array<bool, 3> volume_first, volume_last;  ///< whether the box's sides are the volume's
+  SideOfBox(const VoxelBox& box, const std::array<int, 3>& volume_size);
+
+  SIMPLEXSEG_HD Known operator()(int i, int j, int k) const {
+    const int at[3]{i, j, k};
+    bool far = false, edge = false;
+    for (int a = 0; a < 3; ++a) {
+      if (size[a] == 1) continue;  // a volume of one slice has no far side along it
+      const bool first = at[a] == 0, last = at[a] == size[a] - 1;
+      far |= (first && !volume_first[a]) || (last && !volume_last[a]);
+      edge |= (first && volume_first[a]) || (last && volume_last[a]);
+    }
+    return far ? Known::FarBorder : edge ? Known::VolumeEdge : Known::Nothing;
+  }
+};
 
 /// Their marks alone, over what is known.
 void paint_marks(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks,

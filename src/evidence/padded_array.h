@@ -4,15 +4,17 @@
 #include <cstddef>
 #include <vector>
 
+#include "core/vec3.h"
+
 namespace simplexseg {
 
 /// Voxels of a box, i fastest: how many, and how far neighbours lie apart in an array.
 struct BoxGrid {
   std::array<int, 3> size{0, 0, 0};
-  int count() const { return size[0] * size[1] * size[2]; }
-  int row() const { return size[0]; }
-  int plane() const { return size[0] * size[1]; }
-  int stride(int axis) const { return axis == 0 ? 1 : axis == 1 ? row() : plane(); }
+  SIMPLEXSEG_HD int count() const { return size[0] * size[1] * size[2]; }
+  SIMPLEXSEG_HD int row() const { return size[0]; }
+  SIMPLEXSEG_HD int plane() const { return size[0] * size[1]; }
+  SIMPLEXSEG_HD int stride(int axis) const { return axis == 0 ? 1 : axis == 1 ? row() : plane(); }
 };
 
 /// One value a voxel, with zeros before the first and after the last, as many as the farthest neighbour is away: a

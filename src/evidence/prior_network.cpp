@@ -46,13 +46,12 @@ void PriorNetwork::evaluate(const FillFeatures& fill, std::span<std::uint8_t> to
       const int count = std::min(kLanes, end - start);
       fill(start, count, x);
       for (int f = 0; f < features(); ++f)
-        for (int l = 0; l < kLanes; ++l)
-          x[f][l] = std::min(std::max((x[f][l] - centre[f]) * scale[f], -kMostDeviations), kMostDeviations);
+        for (int l = 0; l < kLanes; ++l) x[f][l] = seen_by_network(x[f][l], centre[f], scale[f]);
       for (const Layer& layer : layers) {
         apply(layer, x, y, &layer == &layers.back());
         std::swap(x, y);
       }
-      for (int l = 0; l < count; ++l) to[start + l] = static_cast<std::uint8_t>(255 / (1 + std::exp(-x[0][l])) + 0.5f);
+      for (int l = 0; l < count; ++l) to[start + l] = answer_of_network(x[0][l]);
     }
   });
 }

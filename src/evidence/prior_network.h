@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
@@ -8,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/vec3.h"
 #include "evidence/run_jobs.h"
 
 namespace simplexseg {
@@ -20,6 +22,15 @@ inline constexpr float kMostDeviations = 4;
 using FeatureRows = std::array<std::array<float, kLanes>, kMostWidth>;
 /// Writes the features of voxels first ... first + count - 1, count <= kLanes.
 using FillFeatures = std::function<void(int first, int count, FeatureRows& to)>;
+
+/// What of a feature goes into a network.
+SIMPLEXSEG_HD float seen_by_network(float feature, float centre, float scale) {
+  return smaller(larger((feature - centre) * scale, -kMostDeviations), kMostDeviations);
+}
+/// A network's answer, 0..255 for 0..1, from the number of its last layer.
+SIMPLEXSEG_HD std::uint8_t answer_of_network(float x) {
+  return static_cast<std::uint8_t>(255 / (1 + std::exp(-x)) + 0.5f);
+}
 
 /// A small network of a voxel's features: layers of weights with max(x, 0) between them and a sigmoid at the end.
 /// Learned by tests/benchmarks/learn_prior.

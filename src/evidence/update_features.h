@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "evidence/field_prior.h"
 #include "evidence/prior_network.h"
+#include "evidence/update_view.h"
 
 namespace simplexseg {
 
@@ -19,22 +19,18 @@ class UpdateFeatures {
 
   /// `anew`: the prior as if there had been no field before, 0..255. There must be fresh marks. `input` and `anew` must
   /// outlive the object.
-  UpdateFeatures(const PriorInput& input, std::span<const std::uint8_t> anew, const RunJobs& run);
+  UpdateFeatures(const PriorInput& input, std::span<const std::uint8_t> anew, const EvidenceSettings& settings,
+                 const RunJobs& run);
+  UpdateFeatures(const UpdateFeatures&) = delete;
   void fill(int first, int count, FeatureRows& to) const;
-  /// Which side the nearest of the new marks of a voxel is on.
-  bool nearest_is_inside(int voxel) const { return input_.fresh[nearest_[voxel]].inside; }
-  /// How far that is, in its depths.
-  float depths_away(int voxel) const { return std::sqrt(square_[voxel]) / depth_of(voxel); }
+  const UpdateView& view() const { return view_; }
 
  private:
-  float depth_of(int voxel) const { return input_.fresh[nearest_[voxel]].depth_mm + 0.5f * least_mm_; }
-
-  const PriorInput& input_;
-  std::span<const std::uint8_t> anew_;
   std::vector<std::uint16_t> nearest_;  ///< of the fresh marks
   std::vector<float> square_, edges_;   ///< mm^2 to it; edges between
   std::vector<float> inward_;           ///< mm from the surface of the field before, above 0 inside
-  float per_radius_, least_mm_, per_noise_, marks_;
+  std::vector<FreshBall> balls_;
+  UpdateView view_{};
 };
 
 }  // namespace simplexseg

@@ -6,23 +6,13 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kAlike = 4;  // blocks that differ by no more than this need no look at the image
-
-/// Between which two blocks the middles of voxels along an axis lie, and how far on the way.
-struct Between {
-  std::vector<int> low, high;
-  std::vector<float> share;
-
-  Between(int voxels, int blocks, int width) : low(voxels), high(voxels), share(voxels) {
-    for (int i = 0; i < voxels; ++i) {
-      const float at = std::clamp((static_cast<float>(i) + 0.5f) / static_cast<float>(width) - 0.5f, 0.0f,
-                                  static_cast<float>(blocks - 1));
-      low[i] = static_cast<int>(at);
-      high[i] = std::min(low[i] + 1, blocks - 1);
-      share[i] = at - static_cast<float>(low[i]);
-    }
-  }
-};
+/// Of all voxels along an axis.
+std::vector<BetweenBlocks> between(int voxels, int blocks, int width) {
+  std::vector<BetweenBlocks> all;
+  all.reserve(voxels);
+  for (int i = 0; i < voxels; ++i) all.emplace_back(i, blocks, width);
+  return all;
+}
 
 }  // namespace
 
@@ -59,16 +49,17 @@ void VoxelBlocks::interpolate(std::span<const std::uint8_t> blocks, const Guide&
     std::copy(blocks.begin(), blocks.end(), voxels.begin());
     return;
   }
-  const Between along_i(fine.size[0], coarse.size[0], width[0]), along_j(fine.size[1], coarse.size[1], width[1]),
-      along_k(fine.size[2], coarse.size[2], width[2]);
+  const std::vector<BetweenBlocks> along_i = between(fine.size[0], coarse.size[0], width[0]),
+                                   along_j = between(fine.size[1], coarse.size[1], width[1]),
+                                   along_k = between(fine.size[2], coarse.size[2], width[2]);
   const float per_difference = 1 / guide.difference;
   run(fine.size[2], [&](int k) {
     std::vector<std::uint8_t> least(coarse.size[0]), most(coarse.size[0]);
     for (int j = 0; j < fine.size[1]; ++j) {
       const auto line = [&](int plane, int row) { return plane * coarse.plane() + row * coarse.row(); };
-      const int lines[4]{line(along_k.low[k], along_j.low[j]), line(along_k.low[k], along_j.high[j]),
-                         line(along_k.high[k], along_j.low[j]), line(along_k.high[k], along_j.high[j])};
-      const float z = along_k.share[k], y = along_j.share[j];
+      const int lines[4]{line(along_k[k].low, along_j[j].low), line(along_k[k].low, along_j[j].high),
+                         line(along_k[k].high, along_j[j].low), line(along_k[k].high, along_j[j].high)};
+      const float z = along_k[k].share, y = along_j[j].share;
       const float share[4]{(1 - z) * (1 - y), (1 - z) * y, z * (1 - y), z * y};
       for (int b = 0; b < coarse.size[0]; ++b) {
         const auto [low, high] =
@@ -77,22 +68,14 @@ void VoxelBlocks::interpolate(std::span<const std::uint8_t> blocks, const Guide&
       }
       const int first = k * fine.plane() + j * fine.row();
       for (int i = 0; i < fine.size[0]; ++i) {
-        const int low = along_i.low[i], high = along_i.high[i];
+        const int low = along_i[i].low, high = along_i[i].high;
         const int bottom = std::min(least[low], least[high]), top = std::max(most[low], most[high]);
-        if (top - bottom <= kAlike) {
+        if (top - bottom <= kAlikeBlocks) {
           voxels[first + i] = static_cast<std::uint8_t>((bottom + top + 1) / 2);
           continue;
         }
-        const float x = along_i.share[i], own = guide.voxels[first + i];
-        float sum = 0, weights = 0;
-        for (int corner = 0; corner < 8; ++corner) {
-          const int block = lines[corner / 2] + (corner % 2 ? high : low);
-          const float d = (guide.blocks[block] - own) * per_difference;
-          const float weight = share[corner / 2] * (corner % 2 ? x : 1 - x) / (1 + d * d);
-          sum += weight * blocks[block];
-          weights += weight;
-        }
-        voxels[first + i] = static_cast<std::uint8_t>(sum / weights + 0.5f);
+        voxels[first + i] = mixed_of_blocks(blocks.data(), guide.blocks.data(), lines, share, low, high,
+                                            along_i[i].share, guide.voxels[first + i], per_difference);
       }
     }
   });

@@ -6,11 +6,44 @@
 #include <span>
 #include <vector>
 
+#include "core/vec3.h"
 #include "evidence/padded_array.h"
 #include "evidence/run_jobs.h"
 #include "image/volume.h"
 
 namespace simplexseg {
+
+/// Between which two blocks the middle of a voxel along an axis lies, and how far on the way.
+struct BetweenBlocks {
+  int low, high;
+  float share;
+
+  SIMPLEXSEG_HD BetweenBlocks(int voxel, int blocks, int width) {
+    const float at = smaller(larger((static_cast<float>(voxel) + 0.5f) / static_cast<float>(width) - 0.5f, 0.0f),
+                             static_cast<float>(blocks - 1));
+    low = static_cast<int>(at);
+    high = smaller(low + 1, blocks - 1);
+    share = at - static_cast<float>(low);
+  }
+};
+
+inline constexpr int kAlikeBlocks = 4;  ///< those that differ by no more than this need no look at the image
+
+/// What a voxel that looks like `own` gets of eight blocks: `lines` where four rows of blocks begin, `share` what each
+/// row weighs, `low` and `high` the two blocks of a row, `x` how far on the way between them.
+SIMPLEXSEG_HD std::uint8_t mixed_of_blocks(const std::uint8_t* blocks, const float* looks, const int (&lines)[4],
+                                           const float (&share)[4], int low, int high, float x, float own,
+                                           float per_difference) {
+  float sum = 0, weights = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int block = lines[corner / 2] + (corner % 2 ? high : low);
+    const float d = (looks[block] - own) * per_difference;
+    const float weight = share[corner / 2] * (corner % 2 ? x : 1 - x) / (1 + d * d);
+    sum += weight * blocks[block];
+    weights += weight;
+  }
+  return static_cast<std::uint8_t>(sum / weights + 0.5f);
+}
 
 struct VoxelBlocks {
   BoxGrid fine, coarse;

@@ -17,8 +17,10 @@
 
 #ifdef __CUDACC__
 #define SIMPLEXSEG_KERNEL __host__ __device__
+#define SIMPLEXSEG_UNROLL_ALL _Pragma("unroll")  // so that arrays with these indices are registers
 #else
 #define SIMPLEXSEG_KERNEL
+#define SIMPLEXSEG_UNROLL_ALL
 #endif
 
 namespace simplexseg {
@@ -100,6 +102,11 @@ class OneByOne {
   void team(const Kernel& kernel) const {
     kernel(TeamOfOne{});
   }
+  /// kernel(team, t) for all 0 <= t < count, each by a team of its own; they run in any order and at the same time.
+  template <class Kernel>
+  void teams(int count, const Kernel& kernel) const {
+    for (int t = 0; t < count; ++t) kernel(TeamOfOne{}, t);
+  }
   /// Writes the sum of the floats kernel(v) over all 0 <= v < n, added in double in an order that is always the same.
   template <class Kernel>
   void sum_into(int n, const Kernel& kernel, double* to) const {
@@ -122,6 +129,21 @@ class OneByOne {
       if (bin >= 0 && bin < kBins) ++count[bin];
     }
   }
+};
+
+/// A list in the executor's memory that is written anew now and then, and grows.
+template <class Executor, class T>
+class UploadedList {
+ public:
+  const T* set(const Executor& executor, std::span<const T> values) {
+    if (values.size() > array_.size()) array_ = executor.template array<T>(2 * values.size());
+    executor.upload(values, array_.data());
+    return array_.data();
+  }
+  std::size_t bytes() const { return array_.bytes(); }
+
+ private:
+  typename Executor::template Array<T> array_;
 };
 
 /// The value at an address of the executor's memory; waits for it.

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "evidence/box_image.h"
+#include "evidence/evidence_settings.h"
+#include "evidence/mark_classifier.h"
+#include "evidence/marked_voxels.h"
+#include "evidence/run_jobs.h"
+#include "evidence/voxel_blocks.h"
+#include "image/volume.h"
+
+namespace simplexseg {
+
+/// The image in a box on blocks of voxels, as the prior sees it.
+struct CoarseImage {
+  VoxelBlocks blocks;
+  VolumeGeometry geometry;  ///< of the blocks
+  std::array<double, 3> spacing_mm{};
+  std::vector<float> smoothed;
+  FeatureLists features;  ///< voxel_features.h
+};
+/// What is known of a block: what most of its voxels are, else `side`, which a voxel on a side of the box gives it.
+SIMPLEXSEG_HD Known known_of_block(int outside, int not_finite, int voxels, Known side) {
+  return 2 * not_finite >= voxels ? Known::NotFinite : 2 * outside >= voxels ? Known::Outside : side;
+}
+/// `side` of a block, as far as its voxels have been asked, with one more.
+SIMPLEXSEG_HD Known side_with(Known side, Known voxel) {
+  return voxel == Known::FarBorder || (voxel == Known::VolumeEdge && side == Known::Nothing) ? voxel : side;
+}
+/// Mean of a block's voxels of a field before, of which `known` are not 0, which is: not known.
+SIMPLEXSEG_HD std::uint8_t mean_before(int sum, int known) {
+  return static_cast<std::uint8_t>(known == 0 ? 0 : (sum + known / 2) / known);
+}
+
+/// `volume`: its geometry; `first`: the box's first voxel; blocks as wide as fits an object of this scale.
+CoarseImage coarse_image(const VolumeGeometry& volume, const BoxImage& image, const std::array<int, 3>& first,
+                         double reach_mm, const EvidenceSettings& settings, const RunJobs& run);
+
+}  // namespace simplexseg

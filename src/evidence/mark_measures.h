@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is measured of all voxels before MarkFeatures and UpdateFeatures can be said of one.
+#pragma once
+#include <array>
+#include <vector>
+
+#include "core/vec3.h"
+#include "evidence/evidence_settings.h"
+#include "evidence/geodesic_distance.h"
+#include "evidence/mark_view.h"
+
+namespace simplexseg {
+
+/// Of neighbours within the inside marks, by inner_difference() (conductances.h).
+inline float noise_of(float inner_difference) { return inner_difference + 0.01f; }
+
+/// Ways on which what the image changes counts, and ways on which edges count: what is far above the noise.
+inline WayCost cost_of_changes(const EvidenceSettings& settings) {
+  return {static_cast<float>(settings.length_cost), 0};
+}
+inline WayCost cost_of_edges(float noise) { return {0.002f, 3 * noise}; }
+
+/// Where ways to the marks start: 0 there, far elsewhere. `open`: Looks::open of the voxel.
+SIMPLEXSEG_HD bool is_inside_start(Known known) { return known == Known::Inside; }
+SIMPLEXSEG_HD bool is_outside_start(Known known, bool open) {
+  return known != Known::Inside && known != Known::Nothing && !open;
+}
+SIMPLEXSEG_HD float start_of_way(bool start) { return start ? 0.0f : 1e4f; }
+
+/// From the values in the inside marks, which are reordered: of the image, and of it smoothed twice. What has none,
+/// as later marks have taken all of them, stays as it is.
+Strangeness strangeness_among(std::array<std::vector<float>, 3>& values);
+
+}  // namespace simplexseg

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <Eigen/Core>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "evidence/field_prior.h"
+#include "evidence/mark_classifier.h"
+#include "evidence/parallel/executor.h"
+
+namespace simplexseg {
+
+/// What the terms of a classifier say of features that lie list by list.
+struct TermsView {
+  int terms, features, voxels;
+  const float *frequency, *phase, *feature;
+
+  SIMPLEXSEG_HD float operator()(int term, int voxel) const {
+    float angle = phase[term];
+    for (int f = 0; f < features; ++f) angle += frequency[term * features + f] * feature[f * voxels + voxel];
+    return cosine_of_turns(angle);
+  }
+};
+
+struct RowSample {
+  int voxel;
+  float scale, right;  ///< of its row; of its +1 or -1
+};
+
+/// A row of the equations for each sample: what the terms say, then what is right, then zeros to whole tiles.
+struct RowsOfSamples {
+  TermsView terms;
+  int width;
+  const RowSample* samples;
+  float* rows;
+
+  SIMPLEXSEG_HD void operator()(int at) const {
+    const int t = at % width;
+    const RowSample sample = samples[at / width];
+    rows[at] = t < terms.terms ? sample.scale * terms(t, sample.voxel) : t == terms.terms ? sample.right : 0.0f;
+  }
+};
+
+/// Part of rows^T rows: four by four numbers of it, over some of the rows. Above the diagonal nothing is written.
+struct ProductsOfRows {
+  static constexpr int kTile = 4, kRows = 64;
+  int width, count;  ///< of rows
+  const float* rows;
+  float* parts;  ///< width x width for every kRows rows
+
+  SIMPLEXSEG_HD void operator()(int at) const {
+    const int tiles = width / kTile, b = at % tiles, a = at / tiles % tiles, part = at / (tiles * tiles);
+    if (b > a) return;
+    float sum[kTile][kTile]{};
+    const int last = smaller((part + 1) * kRows, count);
+    for (int r = part * kRows; r < last; ++r) {
+      const float *const x = rows + r * width + a * kTile, *const y = rows + r * width + b * kTile;
+      SIMPLEXSEG_UNROLL_ALL
+      for (int s = 0; s < kTile; ++s) {
+        SIMPLEXSEG_UNROLL_ALL
+        for (int t = 0; t < kTile; ++t) sum[s][t] += x[s] * y[t];
+      }
+    }
+    float* const to = parts + part * width * width;
+    SIMPLEXSEG_UNROLL_ALL
+    for (int s = 0; s < kTile; ++s) {
+      SIMPLEXSEG_UNROLL_ALL
+      for (int t = 0; t < kTile; ++t) to[(a * kTile + s) * width + b * kTile + t] = sum[s][t];
+    }
+  }
+};
+struct SumOfParts {
+  int width, count;
+  const float* parts;
+  float* sum;
+  SIMPLEXSEG_HD void operator()(int at) const {
+    if (at % width > at / width) return;
+    float total = 0;
+    for (int p = 0; p < count; ++p) total += parts[p * width * width + at];
+    sum[at] = total;
+  }
+};
+
+/// MarkClassifier::score() and Looks::open.
+struct ScoreOfLooks {
+  TermsView terms;
+  const float* weight;
+  const Known* known;
+  float open_side;
+  float* score;
+  std::uint8_t* open;
+
+  SIMPLEXSEG_HD void operator()(int v) const {
+    float sum = 0;
+    for (int t = 0; t < terms.terms; ++t) sum += weight[t] * terms(t, v);
+    score[v] = sum;
+    open[v] = is_open(known[v], sum, open_side);
+  }
+};
+
+/// MarkClassifier on an executor. Its equations are summed there, and solved on the host.
+template <class Executor>
+class ParallelLooks {
+ public:
+  ParallelLooks(const Executor& executor, int features)
+      : executor_(executor),
+        features_(features),
+        width_((settings_.terms + 1 + ProductsOfRows::kTile - 1) / ProductsOfRows::kTile * ProductsOfRows::kTile) {
+    const FourierTerms terms = fourier_terms(settings_, features);
+    frequency_ = executor.template copy_of<float>(terms.frequency);
+    phase_ = executor.template copy_of<float>(terms.phase);
+    weight_ = executor.template array<float>(settings_.terms);
+    sum_ = executor.template array<float>(std::size_t(width_) * width_);
+  }
+
+  /// Sums the equations of these samples, neither list empty, for solve(); `feature`: of the executor, list by list of
+  /// so many voxels.
+  void begin(const float* feature, int voxels, const LookSamples& samples) {
+    std::vector<RowSample> all;
+    for (const bool in : {true, false}) {
+      const std::vector<MarkClassifier::Sample>& some = in ? samples.inside : samples.outside;
+      double total = 0;
+      for (const MarkClassifier::Sample& s : some) total += s.weight;
+      for (const MarkClassifier::Sample& s : some) {
+        const float share = static_cast<float>(s.weight / total), root = std::sqrt(share);
+        all.push_back({s.voxel, std::sqrt(share * 2 / settings_.terms), in ? root : -root});
+      }
+    }
+    const int count = static_cast<int>(all.size()), tiles = width_ / ProductsOfRows::kTile, size = width_ * width_,
+              parts = (count + ProductsOfRows::kRows - 1) / ProductsOfRows::kRows;
+    if (rows_.size() < std::size_t(count) * width_) {
+      rows_ = executor_.template array<float>(std::size_t(count) * width_);
+      parts_ = executor_.template array<float>(std::size_t(parts) * size);
+    }
+    terms_ = {settings_.terms, features_, voxels, frequency_.data(), phase_.data(), feature};
+    const RowSample* const uploaded = samples_.set(executor_, all);
+    executor_.each(count * width_, RowsOfSamples{terms_, width_, uploaded, rows_.data()});
+    executor_.each(parts * tiles * tiles, ProductsOfRows{width_, count, rows_.data(), parts_.data()});
+    executor_.each(size, SumOfParts{width_, parts, parts_.data(), sum_.data()});
+  }
+  /// Waits for the equations.
+  void receive() {
+    received_.resize(std::size_t(width_) * width_);
+    executor_.download(sum_.data(), std::span<float>(received_));
+  }
+  /// Solves them, and scores all voxels.
+  void score(const Known* known, float open_side, float* score, std::uint8_t* open) {
+    // What is below the diagonal row by row is what is above it column by column.
+    const Eigen::Map<const Eigen::MatrixXf> sum(received_.data(), width_, width_);
+    const int n = settings_.terms;
+    const std::vector<float> weights = term_weights(sum.topLeftCorner(n, n).transpose(), sum.col(n).head(n), settings_);
+    executor_.template upload<float>(weights, weight_.data());
+    executor_.each(terms_.voxels, ScoreOfLooks{terms_, weight_.data(), known, open_side, score, open});
+  }
+  std::size_t bytes() const {
+    return frequency_.bytes() + phase_.bytes() + weight_.bytes() + sum_.bytes() + rows_.bytes() + parts_.bytes() +
+           samples_.bytes();
+  }
+
+ private:
+  using Floats = typename Executor::template Array<float>;
+
+  const Executor& executor_;
+  MarkClassifier::Settings settings_;
+  int features_, width_;
+  TermsView terms_{};
+  Floats frequency_, phase_, weight_, sum_, rows_, parts_;
+  UploadedList<Executor, RowSample> samples_;
+  std::vector<float> received_;
+};
+
+}  // namespace simplexseg

@@ -1,0 +1,356 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "evidence/coarse_image.h"
+#include "evidence/coarse_prior.h"
+#include "evidence/conductances.h"
+#include "evidence/parallel/blocks.h"
+#include "evidence/parallel/looks.h"
+#include "evidence/parallel/network.h"
+#include "evidence/parallel/prior_kernels.h"
+#include "evidence/parallel/walker.h"
+#include "evidence/parallel/ways.h"
+
+namespace simplexseg {
+
+/// Said, with what is known of voxels in the memory of an executor.
+struct DeviceSaid {
+  std::span<const Mark> marks;
+  const Known* known;          ///< voxels of the box
+  const std::uint8_t* before;  ///< field before the new dots, 1..255 for 0..1, 0: not known; null without new dots
+  std::span<const NewDot> fresh;
+  double reach_mm, radius_mm;
+};
+
+/// CoarsePrior on an executor: the same blocks, features and networks, whose numbers differ by rounding, in that ways
+/// to marks are followed to the end, and in that the median of the shell about the marks is found by a histogram. What
+/// is said of the image alone is made by the CPU, once for a box; what is said of marks by the executor, but for the
+/// solution of the classifier's equations and medians within the marks. The same bits every time on one executor.
+template <class Executor>
+class ParallelPrior {
+ public:
+  /// `volume`: its geometry; `run`: what the CPU does. `executor` must outlive it.
+  ParallelPrior(const VolumeGeometry& volume, const Executor& executor, const EvidenceSettings& settings, RunJobs run)
+      : volume_(volume),
+        executor_(executor),
+        settings_(settings),
+        run_(std::move(run)),
+        marks_network_(executor, networks_of(settings).marks),
+        update_network_(executor, networks_of(settings).update),
+        painted_(executor) {}
+
+  /// Of the image in a box whose first voxel is `first`, for an object of this scale.
+  void set_box(const BoxImage& image, const std::array<int, 3>& first, double reach_mm) {
+    coarse_ = coarse_image(volume_, image, first, reach_mm, settings_, run_);
+    const std::size_t n = blocks();
+    if (!looks_) looks_.emplace(executor_, static_cast<int>(coarse_.features.size()));
+    image_ = executor_.template copy_of<float>(coarse_.smoothed);
+    features_ = executor_.template array<float>(n * coarse_.features.size());
+    for (std::size_t f = 0; f < coarse_.features.size(); ++f)
+      executor_.template upload<float>(coarse_.features[f], features_.data() + f * n);
+    for (Floats* list : floats()) *list = executor_.template array<float>(n);
+    for (Bytes* list : bytes_lists()) *list = executor_.template array<std::uint8_t>(n);
+    known_ = executor_.template array<Known>(n);
+    nearest_ = executor_.template array<std::uint16_t>(n);
+    nearest_fresh_ = executor_.template array<std::uint16_t>(n);
+    counts_ = executor_.template array<int>(kBins);
+    walker_ = std::make_unique<ParallelWalker<Executor>>(grid(), coarse_.spacing_mm, executor_);
+    inner_ways_.emplace(executor_, grid(), coarse_.spacing_mm, image_.data());
+    outer_ways_.emplace(executor_, grid(), coarse_.spacing_mm, image_.data());
+  }
+
+  /// Learns from the marks what each block is.
+  void learn(const DeviceSaid& said) {
+    const bool remembers = !said.fresh.empty() && settings_.memory;
+    find_known(said);
+    const LookSamples samples = look_samples(known_on_host_, settings_);
+    const bool hears_looks = settings_.hear_looks && !samples.inside.empty() && !samples.outside.empty();
+    if (hears_looks) looks_->begin(features_.data(), blocks(), samples);
+    MarkView view = view_of(said);
+    find_nearest(said, remembers, view);
+    const std::vector<int> shell = counts_of(BinOfShell{view});  // waits for the classifier's equations, too
+    if (hears_looks) looks_->receive();
+    const WayCost changes = cost_of_changes(settings_), edges = cost_of_edges(view.noise);
+    if (remembers)
+      inner_ways_->begin({{inside_.data(), changes}, {edges_in_.data(), edges}, {edges_to_fresh_.data(), edges}});
+    else
+      inner_ways_->begin({{inside_.data(), changes}, {edges_in_.data(), edges}});
+    if (remembers) measure_inward();
+    score_looks(hears_looks);  // the host solves equations while the executor measures ways
+    executor_.each(blocks(), StartOutside{known_.data(), open_.data(), outside_.data(), edges_out_.data()});
+    outer_ways_->begin({{outside_.data(), changes}, {edges_out_.data(), edges}});
+    if (settings_.hear_walk) walk(sharpness_of(inner_difference_, settings_));
+    inner_ways_->finish();
+    outer_ways_->finish();
+    view.wall = median_of_shell(shell);
+    executor_.each(blocks(), AnswerOfMarks{view, marks_network_.view(), prior_.data()});
+    if (remembers)
+      executor_.each(blocks(), AnswerOfUpdate{update_view(said), update_network_.view(), prior_.data()});
+    else if (settings_.best_cut)
+      move_to_best_cut();
+  }
+
+  /// CoarsePrior::interpolate(); a value for each voxel of the box, in the executor's memory.
+  void interpolate(const float* smoothed, float edge, std::uint8_t* voxels) const {
+    const VoxelBlocks& b = coarse_.blocks;
+    if (b.width == std::array{1, 1, 1})
+      executor_.copy(prior_.data(), voxels, prior_.size());
+    else
+      executor_.each(b.fine.count(), InterpolateBlocks{b.fine, b.coarse, b.width, prior_.data(), image_.data(),
+                                                       smoothed, 1 / edge, voxels});
+  }
+  /// CoarsePrior::mark_open(), in the executor's memory.
+  void mark_open(const Known* known, std::uint8_t* open) const {
+    const VoxelBlocks& b = coarse_.blocks;
+    executor_.each(b.fine.count(), OpenVoxel{b.fine, b.coarse, b.width, known, open_.data(), open});
+  }
+  /// Of the executor's memory and of the host's.
+  std::size_t bytes() const {
+    std::size_t bytes = marks_network_.bytes() + update_network_.bytes() + painted_.bytes() + balls_.bytes() +
+                        places_.bytes() + fresh_.bytes() + image_.bytes() + features_.bytes() + known_.bytes() +
+                        nearest_.bytes() + nearest_fresh_.bytes() + counts_.bytes() + known_on_host_.size();
+    for (const Floats* list : const_cast<ParallelPrior*>(this)->floats()) bytes += list->bytes();
+    for (const Bytes* list : const_cast<ParallelPrior*>(this)->bytes_lists()) bytes += list->bytes();
+    bytes += (coarse_.smoothed.size() + coarse_.features.size() * coarse_.smoothed.size()) * sizeof(float);
+    if (looks_) bytes += looks_->bytes();
+    if (walker_) bytes += walker_->bytes() + inner_ways_->bytes() + outer_ways_->bytes();
+    return bytes;
+  }
+
+ private:
+  using Floats = typename Executor::template Array<float>;
+  using Bytes = typename Executor::template Array<std::uint8_t>;
+
+  static const PriorNetworks& networks_of(const EvidenceSettings& settings) {
+    return settings.networks ? *settings.networks : learned_networks();
+  }
+  const BoxGrid& grid() const { return coarse_.blocks.coarse; }
+  int blocks() const { return grid().count(); }
+  std::array<Floats*, 14> floats() {
+    return {&score_,        &from_inside_,  &from_outside_, &fresh_square_, &inside_,
+            &outside_,      &edges_in_,     &edges_out_,    &inward_,       &edges_to_fresh_,
+            &to_object_[0], &to_object_[1], &to_others_[0], &to_others_[1]};
+  }
+  std::array<Bytes*, 5> bytes_lists() { return {&before_, &open_, &held_, &finite_, &prior_}; }
+
+  void find_known(const DeviceSaid& said) {
+    const PaintedBalls marks = painted_.upload(coarse_.geometry, VoxelBox{{0, 0, 0}, grid().size}, said.marks);
+    const VoxelBlocks& b = coarse_.blocks;
+    executor_.each(blocks(), SaidOfBlock{b.fine, b.coarse, b.width, marks, said.known, said.before, known_.data(),
+                                         before_.data()});
+    known_on_host_.resize(blocks());
+    executor_.download(known_.data(), std::span<Known>(known_on_host_));
+    inner_difference_ = inner_difference(grid(), coarse_.spacing_mm, coarse_.smoothed, known_on_host_);
+  }
+
+  MarkView view_of(const DeviceSaid& said) {
+    std::array<std::vector<float>, 3> values;
+    for (int v = 0; v < blocks(); ++v) {
+      if (known_on_host_[v] != Known::Inside) continue;
+      values[0].push_back(coarse_.smoothed[v]);
+      for (int s = 1; s < 3; ++s) values[s].push_back(coarse_.features[s][v]);
+    }
+    const std::vector<MarkedBall> balls = marked_balls(said.marks, coarse_.geometry);
+    MarkView view{};
+    view.grid = grid();
+    view.known = known_.data();
+    view.image = image_.data();
+    for (int s = 1; s < 3; ++s) view.smoothed[s - 1] = features_.data() + std::size_t(s) * blocks();
+    view.score = score_.data();
+    view.walk = walker_->field();
+    view.inside = inside_.data(), view.outside = outside_.data();
+    view.edges_in = edges_in_.data(), view.edges_out = edges_out_.data();
+    view.from_inside = from_inside_.data(), view.from_outside = from_outside_.data();
+    view.nearest = nearest_.data();
+    view.balls = balls_.set(executor_, balls);
+    view.strangeness = strangeness_among(values);
+    view.noise = noise_of(inner_difference_);
+    view.reach_mm = static_cast<float>(said.reach_mm), view.radius_mm = static_cast<float>(said.radius_mm);
+    view.least_mm = least_mm();
+    view.marks = static_cast<int>(balls.size());
+    view.hear_ways = settings_.hear_ways, view.hear_walk = settings_.hear_walk;
+    return view;
+  }
+  float least_mm() const {
+    return static_cast<float>(*std::min_element(coarse_.spacing_mm.begin(), coarse_.spacing_mm.end()));
+  }
+
+  void find_nearest(const DeviceSaid& said, bool remembers, const MarkView& view) {
+    const Eigen::Affine3d index = coarse_.geometry.index_from_world(), world = coarse_.geometry.world_from_index();
+    const auto place = [&](const Eigen::Vector3d& mm) {
+      const Eigen::Vector3f at = (index * mm).cast<float>();
+      return IndexPlace{{at[0], at[1], at[2]}};
+    };
+    NearestMarks nearest{grid(),
+                         {},
+                         {},
+                         view.balls,
+                         nullptr,
+                         nullptr,
+                         nullptr,
+                         view.marks,
+                         0,
+                         0,
+                         known_.data(),
+                         from_inside_.data(),
+                         from_outside_.data(),
+                         fresh_square_.data(),
+                         nearest_.data(),
+                         nearest_fresh_.data(),
+                         inside_.data(),
+                         edges_in_.data(),
+                         edges_to_fresh_.data()};
+    for (int a = 0; a < 3; ++a) {
+      nearest.spacing_mm[a] = static_cast<float>(coarse_.spacing_mm[a]);
+      for (int b = 0; b < 3; ++b) nearest.square_mm.mm[a][b] = static_cast<float>(world.linear()(a, b));
+    }
+    std::vector<IndexPlace> places;
+    for (const Mark& mark : said.marks)
+      if (mark.kind != MarkKind::Outside) places.push_back(place(mark.position_mm));
+    nearest.inside_count = static_cast<int>(places.size());
+    std::vector<FreshBall> fresh;
+    if (remembers)
+      for (const NewDot& dot : said.fresh) {
+        places.push_back(place(dot.centre_mm));
+        const int voxel = nearest_block(places.back(), nearest.square_mm);
+        fresh.push_back({static_cast<float>(dot.radius_mm), coarse_.smoothed[voxel], static_cast<float>(dot.depth_mm),
+                         voxel, dot.inside});
+      }
+    nearest.fresh_count = static_cast<int>(fresh.size());
+    nearest.inside = places_.set(executor_, places);
+    nearest.fresh = nearest.inside + nearest.inside_count;
+    nearest.fresh_balls = fresh_on_executor_ = fresh_.set(executor_, fresh);
+    executor_.each(blocks(), nearest);
+  }
+  /// Of the blocks about a place; the first of several.
+  int nearest_block(const IndexPlace& place, const SquareInMm& square_mm) const {
+    std::array<int, 3> low, high;
+    for (int a = 0; a < 3; ++a) {
+      const int last = grid().size[a] - 1, at = static_cast<int>(std::floor(place.index[a]));
+      low[a] = std::clamp(at - 1, 0, last), high[a] = std::clamp(at + 2, 0, last);
+    }
+    int found = 0;
+    float least = 2 * kFarSquare;
+    for (int k = low[2]; k <= high[2]; ++k)
+      for (int j = low[1]; j <= high[1]; ++j)
+        for (int i = low[0]; i <= high[0]; ++i) {
+          const int v = (k * grid().size[1] + j) * grid().size[0] + i;
+          const float square = square_mm(GridPlace(grid(), v), place);
+          if (square < least) least = square, found = v;
+        }
+    return found;
+  }
+
+  template <class Bin>
+  std::vector<int> counts_of(const Bin& bin) {
+    std::vector<int> counts(kBins);
+    executor_.clear(counts_.data(), kBins);
+    executor_.histogram(blocks(), bin, counts_.data());
+    executor_.download(counts_.data(), std::span<int>(counts));
+    return counts;
+  }
+  static float median_of_shell(const std::vector<int>& counts) {
+    long rank = 0;
+    for (const int count : counts) rank += count;
+    if (rank == 0) return 0;
+    rank = (rank - 1) / 2;
+    int bin = 0;
+    while (rank >= counts[bin]) rank -= counts[bin++];
+    const float at = bin + 1 == kBins ? static_cast<float>(bin) : static_cast<float>(bin) + 0.5f;
+    return at * (Strangeness::kMost / (kBins - 1));
+  }
+
+  void measure_inward() {
+    for (int axis = 0; axis < 3; ++axis) {
+      const int to = axis % 2, from = 1 - to;
+      executor_.each(blocks(), SquaresAlong{grid(), axis, static_cast<float>(coarse_.spacing_mm[axis]),
+                                            axis == 0 ? before_.data() : nullptr, to_object_[from].data(),
+                                            to_others_[from].data(), to_object_[to].data(), to_others_[to].data()});
+    }
+    executor_.each(blocks(),
+                   Inward{before_.data(), to_object_[0].data(), to_others_[0].data(), least_mm(), inward_.data()});
+  }
+
+  void score_looks(bool hears) {
+    if (hears) {
+      looks_->score(known_.data(), static_cast<float>(settings_.open_side), score_.data(), open_.data());
+    } else {
+      executor_.clear(score_.data(), blocks());
+      executor_.clear(open_.data(), blocks());
+    }
+  }
+
+  void walk(double sharpness) {
+    executor_.each(blocks(), StartWalk{known_.data(), open_.data(), held_.data(), finite_.data(), walker_->field()});
+    executor_.clear(prior_.data(), blocks());  // nothing draws the walk to it
+    set_edges(executor_, *walker_, coarse_.spacing_mm, image_.data(), finite_.data(), sharpness, 0);
+    walker_->solve(prior_.data(), held_.data(), kWalkTolerance, settings_.most_iterations);
+  }
+
+  UpdateView update_view(const DeviceSaid& said) const {
+    return {image_.data(),
+            before_.data(),
+            prior_.data(),
+            fresh_on_executor_,
+            nearest_fresh_.data(),
+            fresh_square_.data(),
+            edges_to_fresh_.data(),
+            inward_.data(),
+            static_cast<float>(1 / said.reach_mm),
+            least_mm(),
+            1 / cost_of_edges(noise_of(inner_difference_)).edge,
+            static_cast<float>(marked_ball_count(said.marks)),
+            static_cast<float>(settings_.far_memory),
+            static_cast<float>(settings_.far_depths)};
+  }
+  static int marked_ball_count(std::span<const Mark> marks) {
+    int count = 0;
+    for (const Mark& mark : marks) count += mark.kind == MarkKind::Boundary ? 2 : 1;
+    return count;
+  }
+
+  void move_to_best_cut() {
+    const std::vector<int> counts = counts_of(BinOfCut{known_.data(), prior_.data()});
+    executor_.each(blocks(),
+                   MoveToCut{raise_to_best_cut(std::span<const int, 256>(counts.data(), 256)), prior_.data()});
+  }
+
+  VolumeGeometry volume_;
+  const Executor& executor_;
+  EvidenceSettings settings_;
+  RunJobs run_;
+  ParallelNetwork<Executor> marks_network_, update_network_;
+  KnownVoxels<Executor> painted_;
+  UploadedList<Executor, MarkedBall> balls_;
+  UploadedList<Executor, IndexPlace> places_;
+  UploadedList<Executor, FreshBall> fresh_;
+  const FreshBall* fresh_on_executor_ = nullptr;
+
+  CoarseImage coarse_;
+  float inner_difference_ = 0;
+  std::vector<Known> known_on_host_;
+  // A value for each block.
+  Floats image_, features_;  ///< the latter list by list
+  typename Executor::template Array<Known> known_;
+  Bytes before_, open_, held_, finite_, prior_;
+  typename Executor::template Array<std::uint16_t> nearest_, nearest_fresh_;
+  Floats score_, from_inside_, from_outside_, fresh_square_;
+  Floats inside_, outside_, edges_in_, edges_out_, edges_to_fresh_;
+  Floats inward_;
+  std::array<Floats, 2> to_object_, to_others_;
+
+  typename Executor::template Array<int> counts_;
+  std::optional<ParallelLooks<Executor>> looks_;
+  std::unique_ptr<ParallelWalker<Executor>> walker_;  ///< of the marks alone
+  std::optional<ParallelWays<Executor>> inner_ways_, outer_ways_;
+};
+
+}  // namespace simplexseg

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels of the prior over its blocks.
+#pragma once
+#include <cmath>
+#include <cstdint>
+
+#include "evidence/field_prior.h"
+#include "evidence/mark_measures.h"
+#include "evidence/mark_view.h"
+#include "evidence/parallel/known.h"
+#include "evidence/parallel/network.h"
+#include "evidence/update_view.h"
+
+namespace simplexseg {
+
+inline constexpr float kFarSquare = 1e12f;  ///< mm^2, where there is no mark
+
+/// A place in the indices of a grid.
+struct IndexPlace {
+  float index[3];
+};
+/// mm^2 between places of a grid whatever the directions of its axes are.
+struct SquareInMm {
+  float mm[3][3];  ///< of a difference of indices
+  SIMPLEXSEG_HD float operator()(const GridPlace& p, const IndexPlace& q) const {
+    const float x = static_cast<float>(p.i) - q.index[0], y = static_cast<float>(p.j) - q.index[1],
+                z = static_cast<float>(p.k) - q.index[2];
+    float sum = 0;
+    for (int a = 0; a < 3; ++a) {
+      const float d = mm[a][0] * x + mm[a][1] * y + mm[a][2] * z;
+      sum += d * d;
+    }
+    return sum;
+  }
+};
+
+/// What lies near a block: the nearest mark of each kind and the nearest new mark, and where ways to them start.
+struct NearestMarks {
+  BoxGrid grid;
+  SquareInMm square_mm;
+  std::array<float, 3> spacing_mm;
+  const MarkedBall* balls;
+  const IndexPlace *inside, *fresh;  ///< places of inside and boundary marks; centres of the new balls
+  const FreshBall* fresh_balls;
+  int ball_count, inside_count, fresh_count;
+  const Known* known;
+  float *from_inside, *from_outside, *fresh_square;
+  std::uint16_t *nearest, *nearest_fresh;
+  float *to_inside, *edges_in, *edges_to_fresh;
+
+  SIMPLEXSEG_HD void operator()(int v) const {
+    const GridPlace p(grid, v);
+    float in = kFarSquare, out = kFarSquare, least = kFarSquare;
+    int of_ball = 0, of_fresh = 0;
+    for (int m = 0; m < inside_count; ++m) in = smaller(square_mm(p, inside[m]), in);
+    from_inside[v] = in;
+    for (int b = 0; b < ball_count; ++b) {
+      const float square = square_to(balls[b], p.i, p.j, p.k, spacing_mm);
+      if (!balls[b].inside)
+        out = smaller(square, out);
+      else if (square < least)
+        least = square, of_ball = b;
+    }
+    from_outside[v] = out;
+    nearest[v] = static_cast<std::uint16_t>(of_ball);
+    to_inside[v] = edges_in[v] = start_of_way(is_inside_start(known[v]));
+    float to_fresh = kFarSquare;
+    bool start = false;
+    for (int m = 0; m < fresh_count; ++m) {
+      const float square = square_mm(p, fresh[m]), radius = fresh_balls[m].radius_mm;
+      if (square < to_fresh) to_fresh = square, of_fresh = m;
+      start |= square <= radius * radius || fresh_balls[m].voxel == v;
+    }
+    fresh_square[v] = to_fresh;
+    nearest_fresh[v] = static_cast<std::uint16_t>(of_fresh);
+    edges_to_fresh[v] = start_of_way(start);
+  }
+};
+
+struct StartOutside {
+  const Known* known;
+  const std::uint8_t* open;
+  float *outside, *edges_out;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    outside[v] = edges_out[v] = start_of_way(is_outside_start(known[v], open[v] != 0));
+  }
+};
+
+/// What the walk of the marks alone is given.
+struct StartWalk {
+  const Known* known;
+  const std::uint8_t* open;
+  std::uint8_t *held, *finite;
+  float* field;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    finite[v] = known[v] != Known::NotFinite;
+    held[v] = is_held(known[v]) && !open[v];
+    if (held[v]) field[v] = known[v] == Known::Inside ? 1.0f : 0.0f;
+  }
+};
+
+/// Bin of a block of the shell about the marks by how strange it is: for the median, to a thousandth of the largest.
+struct BinOfShell {
+  MarkView view;
+  SIMPLEXSEG_HD int operator()(int v) const {
+    if (!view.is_in_shell(v)) return -1;
+    return static_cast<int>(view.strange(v) * ((kBins - 1) / Strangeness::kMost));
+  }
+};
+
+/// mm^2 along an axis, and those that were found before along others, to the nearest voxel of the field before that was
+/// the object's, and to the nearest that was not. Each axis in turn; the first asks the field itself.
+struct SquaresAlong {
+  BoxGrid grid;
+  int axis;
+  float spacing_mm;
+  const std::uint8_t* before;              ///< of the first axis; or null
+  const float *from_object, *from_others;  ///< of the others
+  float *to_object, *to_others;
+
+  SIMPLEXSEG_HD void operator()(int v) const {
+    const int stride = grid.stride(axis), at = v / stride % grid.size[axis], first = v - at * stride;
+    float object = kFarSquare, others = kFarSquare;
+    for (int u = 0; u < grid.size[axis]; ++u) {
+      const int w = first + u * stride;
+      const float mm = static_cast<float>(u - at) * spacing_mm, square = mm * mm;
+      if (before) {
+        if (before[w] > kMiddleBefore)
+          object = smaller(square, object);
+        else
+          others = smaller(square, others);
+      } else {
+        object = smaller(square + from_object[w], object);
+        others = smaller(square + from_others[w], others);
+      }
+    }
+    to_object[v] = object;
+    to_others[v] = others;
+  }
+};
+struct Inward {
+  const std::uint8_t* before;
+  const float *to_object, *to_others;
+  float least_mm;
+  float* inward;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    const bool in = before[v] > kMiddleBefore;
+    inward[v] = inward_mm(std::sqrt(in ? to_others[v] : to_object[v]), in, least_mm);
+  }
+};
+
+struct AnswerOfMarks {
+  MarkView view;
+  NetworkView network;
+  std::uint8_t* prior;
+  SIMPLEXSEG_HD void operator()(int v) const { prior[v] = network.answer(view, v); }
+};
+/// view.anew may be `prior`.
+struct AnswerOfUpdate {
+  UpdateView view;
+  NetworkView network;
+  std::uint8_t* prior;
+  SIMPLEXSEG_HD void operator()(int v) const { prior[v] = view.with_memory(v, network.answer(view, v)); }
+};
+
+struct BinOfCut {
+  const Known* known;
+  const std::uint8_t* prior;
+  SIMPLEXSEG_HD int operator()(int v) const { return counted_for_cut(known[v], prior[v]); }
+};
+struct MoveToCut {
+  double raise;
+  std::uint8_t* prior;
+  SIMPLEXSEG_HD void operator()(int v) const { prior[v] = moved_by(prior[v], raise); }
+};
+
+}  // namespace simplexseg

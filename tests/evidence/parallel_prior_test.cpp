@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "evidence/parallel/prior.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "ellipsoid_scene.h"
+#include "evidence/evidence_field.h"
+#include "evidence/seed_reach.h"
+
+namespace simplexseg {
+namespace {
+
+/// OneByOne that counts what costs time on a device.
+class Counting : public OneByOne {
+ public:
+  mutable int launches = 0, waits = 0, uploads = 0;
+
+  template <class Kernel>
+  void each(int n, const Kernel& kernel) const {
+    ++launches;
+    OneByOne::each(n, kernel);
+  }
+  template <class Kernel>
+  void team(const Kernel& kernel) const {
+    ++launches;
+    OneByOne::team(kernel);
+  }
+  template <class Kernel>
+  void teams(int count, const Kernel& kernel) const {
+    ++launches;
+    OneByOne::teams(count, kernel);
+  }
+  template <class Kernel>
+  void sum_into(int n, const Kernel& kernel, double* to) const {
+    ++launches;
+    OneByOne::sum_into(n, kernel, to);
+  }
+  template <class Kernel>
+  void largest_into(int n, const Kernel& kernel, float* to) const {
+    ++launches;
+    OneByOne::largest_into(n, kernel, to);
+  }
+  template <class Kernel>
+  void histogram(int n, const Kernel& kernel, int* count) const {
+    ++launches;
+    OneByOne::histogram(n, kernel, count);
+  }
+  template <class T>
+  void upload(std::span<const T> from, T* to) const {
+    ++uploads;
+    OneByOne::upload(from, to);
+  }
+  template <class T>
+  void download(const T* from, std::span<T> to) const {
+    ++waits;
+    OneByOne::download(from, to);
+  }
+  template <class T>
+  void copy(const T* from, T* to, std::size_t count) const {
+    ++launches;
+    OneByOne::copy(from, to, count);
+  }
+  template <class T>
+  void clear(T* at, std::size_t count) const {
+    ++launches;
+    OneByOne::clear(at, count);
+  }
+};
+
+Mark boundary(const Eigen::Vector3d& at, double radius, const Eigen::Vector3d& outward) {
+  return {MarkKind::Boundary, at, radius, outward};
+}
+
+/// What is said of an object in a box: by the first marks, which a field was solved for, and by new ones.
+class Story {
+ public:
+  Story(const Volume& volume, std::vector<Mark> first, const std::vector<Mark>& then, const Mask* others = nullptr)
+      : volume_(volume), marks_(std::move(first)) {
+    EvidenceField field(volume);
+    field.update(marks_, others);
+    box_ = field.box();
+    if (!then.empty())
+      for (const float p : field.probability()) before_.push_back(static_cast<std::uint8_t>(1.5f + 254 * p));
+    for (const Mark& mark : then) hear(mark);
+    image_ = cut_out(volume, box_, run_in_turn());
+    known_ = known_voxels(volume.geometry(), box_, image_.finite, marks_, others);
+    const auto largest = std::max_element(marks_.begin(), marks_.end(),
+                                          [](const Mark& a, const Mark& b) { return size_of(a) < size_of(b); });
+    radius_mm_ = largest->radius_mm;
+    reach_mm_ = seed_reach_mm(volume, largest->position_mm, largest->radius_mm);
+    smoothed_ = image_.value;
+    std::array<double, 3> spacing_mm;
+    for (int a = 0; a < 3; ++a) spacing_mm[a] = volume.geometry().spacing_mm[a];
+    smooth_by_least_spacing(smoothed_, image_.grid, spacing_mm, 0.7, run_in_turn());
+  }
+
+  std::vector<std::uint8_t> heard_by_cpu(const EvidenceSettings& settings = {}) const {
+    CoarsePrior prior(volume_.geometry(), run_in_turn(), settings);
+    prior.set_box(image_, box_.first, reach_mm_);
+    prior.learn({marks_, known_, before_, fresh_, reach_mm_, radius_mm_});
+    std::vector<std::uint8_t> voxels(known_.size());
+    prior.interpolate(smoothed_, kEdge, voxels);
+    return voxels;
+  }
+  std::vector<std::uint8_t> open_by_cpu() const {
+    CoarsePrior prior(volume_.geometry(), run_in_turn(), {});
+    prior.set_box(image_, box_.first, reach_mm_);
+    prior.learn({marks_, known_, before_, fresh_, reach_mm_, radius_mm_});
+    std::vector<std::uint8_t> open(known_.size());
+    prior.mark_open(known_, open);
+    return open;
+  }
+  template <class Executor>
+  ParallelPrior<Executor> parallel(const Executor& executor, const EvidenceSettings& settings = {}) const {
+    ParallelPrior<Executor> prior(volume_.geometry(), executor, settings, run_in_turn());
+    prior.set_box(image_, box_.first, reach_mm_);
+    learn(prior);
+    return prior;
+  }
+  template <class Executor>
+  void learn(ParallelPrior<Executor>& prior) const {
+    prior.learn({marks_, known_.data(), before_.empty() ? nullptr : before_.data(), fresh_, reach_mm_, radius_mm_});
+  }
+  template <class Executor>
+  std::vector<std::uint8_t> voxels_of(const ParallelPrior<Executor>& prior) const {
+    std::vector<std::uint8_t> voxels(known_.size());
+    prior.interpolate(smoothed_.data(), kEdge, voxels.data());
+    return voxels;
+  }
+  std::span<const Known> known() const { return known_; }
+
+ private:
+  static constexpr float kEdge = 0.02f;
+
+  static double size_of(const Mark& mark) { return mark.kind == MarkKind::Outside ? 0 : mark.radius_mm; }
+  void hear(const Mark& mark) {
+    marks_.push_back(mark);
+    const Eigen::Vector3d step = dot_step(mark);
+    if (mark.kind != MarkKind::Outside) add_fresh(mark.position_mm - step, mark.radius_mm, true);
+    if (mark.kind != MarkKind::Inside) add_fresh(mark.position_mm + step, mark.radius_mm, false);
+  }
+  void add_fresh(const Eigen::Vector3d& at, double radius_mm, bool inside) {
+    const std::vector<float> square = squared_distances(volume_.geometry(), box_, {&at, 1}, run_in_turn());
+    const auto nearest = std::min_element(square.begin(), square.end()) - square.begin();
+    float least = 1e12f;
+    for (std::size_t v = 0; v < square.size(); ++v)
+      if ((before_[v] > kMiddleBefore) != (before_[nearest] > kMiddleBefore)) least = std::min(least, square[v]);
+    fresh_.push_back({at, radius_mm, inside, std::sqrt(least)});
+  }
+
+  Volume volume_;
+  std::vector<Mark> marks_;
+  VoxelBox box_;
+  std::vector<std::uint8_t> before_;
+  std::vector<NewDot> fresh_;
+  BoxImage image_;
+  std::vector<float> smoothed_;
+  std::vector<Known> known_;
+  double radius_mm_, reach_mm_;
+};
+
+struct Difference {
+  double mean = 0;
+  int most = 0, far = 0;  ///< `far`: how many differ by more than 5
+};
+Difference difference(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b) {
+  Difference d;
+  for (std::size_t v = 0; v < a.size(); ++v) {
+    d.most = std::max(d.most, std::abs(a[v] - b[v]));
+    d.far += std::abs(a[v] - b[v]) > 5;
+    d.mean += std::abs(a[v] - b[v]) / static_cast<double>(a.size());
+  }
+  return d;
+}
+
+struct Named {
+  std::string name;
+  Story story;
+};
+std::vector<Named> stories() {
+  std::vector<Named> all;
+  const Scene noisy = ellipsoid(48, 1, {16, 11, 9}, 25), clean = ellipsoid(48, 1, {14, 10, 10}, 3),
+              thick = ellipsoid(64, 4, {18, 14, 16}, 10), large = ellipsoid(64, 1, {24, 18, 20}, 20);
+  const std::vector<Mark> seed{inside({0, 0, 0}, 9)};
+  all.push_back({"noisy seed", Story(noisy.image, seed, {})});
+  all.push_back({"noisy, outside", Story(noisy.image, seed, {outside({19, 0, 0}, 3)})});
+  all.push_back({"noisy, inside and boundary",
+                 Story(noisy.image, seed, {inside({12, 3, 1}, 2), boundary({0, 11, 0}, 2.5, {0, 1, 0})})});
+  all.push_back({"clean seed", Story(clean.image, {inside({0, 0, 0}, 6)}, {})});
+  all.push_back({"clean, contradicting",
+                 Story(clean.image, {inside({0, 0, 0}, 6)}, {inside({0, 14, 0}, 2), outside({10, 0, 0}, 2)})});
+  all.push_back({"thick slices", Story(thick.image, {inside({0, 0, 0}, 10)},
+                                       {outside({20.3, 1, 0}, 2.7), boundary({0, 0, 16}, 3, {0.3, 0.1, 1})})});
+  all.push_back({"large seed", Story(large.image, {inside({0.2, 0.1, 0}, 15)}, {})});
+  all.push_back({"large, clicks", Story(large.image, {inside({0.2, 0.1, 0}, 15)},
+                                        {outside({28, 0, 0}, 4), boundary({0, 18, 0}, 3, {0.1, 1, 0})})});
+  {
+    VolumeGeometry geometry = clean.image.geometry();
+    geometry.direction << 1, 0.2, 0.1, 0, 1, 0.1, 0.1, 0, 1;
+    geometry.spacing_mm = {0.7, 0.9, 1.3};
+    Volume volume(geometry, VoxelType::Float32);
+    std::copy_n(clean.image.voxels<float>().begin(), geometry.voxel_count(), volume.voxels<float>().begin());
+    for (int v = 0; v < 3000; ++v) volume.voxels<float>()[v * 31] = std::numeric_limits<float>::quiet_NaN();
+    Mask others{geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
+    for (std::size_t v = 0; v < others.voxels.size(); ++v) others.voxels[v] = v % 48 > 36;
+    const Eigen::Affine3d mm = geometry.world_from_index();
+    all.push_back({"sheared, not finite, others",
+                   Story(volume, {inside(mm * Eigen::Vector3d(24, 24, 24), 4.9)},
+                         {outside(mm * Eigen::Vector3d(24, 36, 25), 2.1),
+                          boundary(mm * Eigen::Vector3d(24, 14, 24), 2.1, {0, -1, 0.2})},
+                         &others)});
+  }
+  {
+    Scene cut = ellipsoid(40, 1, {26, 10, 10}, 10);  // the volume cuts it
+    all.push_back({"at the volume's edge", Story(cut.image, {inside({10, 0, 0}, 9)}, {inside({18, 1, 0}, 2)})});
+  }
+  return all;
+}
+
+TEST(ParallelPrior, SaysWhatTheCpusPriorSays) {
+  for (const Named& named : stories()) {
+    const OneByOne executor;
+    const std::vector<std::uint8_t> cpu = named.story.heard_by_cpu(),
+                                    own = named.story.voxels_of(named.story.parallel(executor));
+    ASSERT_GT(*std::max_element(cpu.begin(), cpu.end()), 128) << named.name;
+    const Difference d = difference(cpu, own);
+    std::printf("%-30s mean %.4f most %d far %d of 255, %zu voxels\n", named.name.c_str(), d.mean, d.most, d.far, cpu.size());
+    EXPECT_LT(d.mean, 0.2) << named.name;
+    EXPECT_LT(d.most, 12) << named.name;
+  }
+}
+
+}  // namespace
+}  // namespace simplexseg
