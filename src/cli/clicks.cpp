@@ -11,6 +11,7 @@
 
 #include "cli/click_picture.h"
 #include "cli/commands.h"
+#include "cli/load.h"
 #include "cli/mesh_subject.h"
 #include "cli/metric_list.h"
 #include "cli/progress.h"
@@ -34,7 +35,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::array<double, 4> kLevels{0.80, 0.85, 0.90, 0.95};
 
 struct Options {
-  std::string image, labels, robot = "mark", json, csv, pictures, network;
+  std::string image, labels, robot = "mark", backend = "cpu", json, csv, pictures, network;
   std::vector<double> label;
   std::vector<std::string> without, settings_of_mesh;
   RobotSettings settings;
@@ -89,8 +90,8 @@ void refuse_unheard(const Options& options) {
 /// The evidence field alone.
 class FieldSubject : public ClickSubject {
  public:
-  FieldSubject(const Volume& image, RunJobs run, const EvidenceSettings& settings)
-      : field_(image, std::move(run), settings) {}
+  FieldSubject(const Volume& image, RunJobs run, const EvidenceSettings& settings, const MakeBoxField& make)
+      : field_(image, std::move(run), settings, make) {}
   Mask segment(std::span<const Mark> marks) override {
     field_.update(marks);
     return field_.object();
@@ -250,10 +251,10 @@ void clicks(const Options& options, const Console& console) {
       at.name = label ? number_to_text(static_cast<float>(*label)) : "all";
       std::unique_ptr<ClickSubject> subject;
       if (options.robot == "mark")
-        subject = std::make_unique<FieldSubject>(image, run, settings);
+        subject = std::make_unique<FieldSubject>(image, run, settings, engine_for(options.backend, threads).fields);
       else
-        subject =
-            std::make_unique<MeshSubject>(image, options.robot != "none", options.settings_of_mesh, settings, threads);
+        subject = std::make_unique<MeshSubject>(image, options.robot != "none", options.settings_of_mesh, settings,
+                                                options.backend, threads);
       Mask result;
       at.clicks = run_robot(truth, *subject, robot, [&](int click, const Mask& now) {
         Interrupt::check();
@@ -283,6 +284,7 @@ void clicks(const Options& options, const Console& console) {
                  {"seed_scale", options.settings.seed_scale},
                  {"seed_offset", options.settings.seed_offset},
                  {"without", options.without},
+                 {"backend", options.backend},
                  {"threads", threads},
                  {"metric_definitions", Json::object()},
                  {"cases", Json::array()}};
@@ -338,6 +340,9 @@ void add_clicks(const Subcommand& app, Action& action) {
   sub.add_option("--csv", options->csv, "Write every click here, as a table");
   sub.add_option("--pictures", options->pictures,
                  "Write a picture of each object after the last click into this folder");
+  sub.add_option("--backend", options->backend, "Where fields are learned and meshes move")
+      .one_of({"cpu", "cuda"})
+      .show_default();
   sub.add_option("--threads", options->threads, "CPU threads; 0: as many as the machine has")
       .within(0, 1024)
       .show_default();

@@ -17,7 +17,7 @@ LoadedInput load_with_progress(const std::string& path, const std::vector<std::s
 
 EngineChoice engine_for(const std::string& backend, int threads, VolumeSampling sampling) {
   return as_failure([&] {
-    if (backend == "cpu") return EngineChoice{make_cpu_engine(threads), {}, ""};
+    if (backend == "cpu") return EngineChoice{make_cpu_engine(threads), {}, "", make_cpu_box_field};
     EngineChoice choice = make_engine(backend == "cuda" ? Backend::Cuda : Backend::Auto, sampling);
     if (threads > 0 && choice.engine->backend() == std::string("cpu")) choice.engine = make_cpu_engine(threads);
     return choice;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "cli/load.h"
 #include "evidence/evidence_settings.h"
 #include "forces/force_list.h"
 #include "gpu/backend.h"
@@ -22,6 +23,7 @@ struct MeshSubject::State {
   Volume volume;
   bool evidence;
   EvidenceSettings fields;
+  std::string backend;
   int threads;
   Scene scene;  ///< without meshes: what a new one starts with
   std::unique_ptr<Session> session;
@@ -29,7 +31,9 @@ struct MeshSubject::State {
   std::size_t marks = 0;  ///< that the session has
 
   void start(const Mark& seed) {
-    session = std::make_unique<Session>(make_cpu_engine(threads), nullptr, threads, fields);
+    EngineChoice choice = engine_for(backend, threads);
+    session = std::make_unique<Session>(std::move(choice.engine), nullptr, threads, fields);
+    session->learn_fields_with(std::move(choice.fields));
     session->open(scene, volume);
     mesh = session->apply(AddMesh{"object", {seed.position_mm, seed.radius_mm}, std::nullopt});
     if (!evidence) {  // its internal forces are to keep its volume then
@@ -53,8 +57,8 @@ struct MeshSubject::State {
 };
 
 MeshSubject::MeshSubject(Volume volume, bool evidence, std::span<const std::string> settings,
-                         const EvidenceSettings& fields, int threads)
-    : state_(new State{std::move(volume), evidence, fields, threads, {}, nullptr}) {
+                         const EvidenceSettings& fields, std::string backend, int threads)
+    : state_(new State{std::move(volume), evidence, fields, std::move(backend), threads, {}, nullptr}) {
   state_->scene.simulation = default_simulation_parameters();
   for (const std::string& setting : settings) set_by_path(state_->scene, setting);
 }

@@ -16,9 +16,10 @@ struct EvidenceSettings;
 class MeshSubject : public ClickSubject {
  public:
   /// `evidence`: false leaves the mesh to its internal forces and its points. `settings`: as of `run --set`, without
-  /// meshes; `fields`: how the mesh's field is made. Throws Error for a setting that is none.
+  /// meshes; `fields`: how the mesh's field is made; `backend`: as of engine_for(). Throws Error for a setting that is
+  /// none.
   MeshSubject(Volume volume, bool evidence, std::span<const std::string> settings, const EvidenceSettings& fields,
-              int threads);
+              std::string backend, int threads);
   ~MeshSubject() override;
   /// Fewer marks than the last time begin anew.
   Mask segment(std::span<const Mark> marks) override;

@@ -97,6 +97,7 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
   describe_engine(report, *choice.engine, threads);
   report.note = choice.note;
   Session session(std::move(choice.engine), std::move(choice.spare), options.most_threads);
+  session.learn_fields_with(std::move(choice.fields));
   session.open(std::move(loaded.scene), std::move(loaded.volume), std::move(loaded.history));
   report.load_ms = 1000 * (seconds_now() - input.start);
 

@@ -14,20 +14,23 @@ DeviceStream::~DeviceStream() = default;
 std::unique_ptr<Engine> make_cuda_engine(VolumeSampling) {
   throw Error("backend cuda", why_no_cuda(), "use --backend cpu, or build where nvcc is found");
 }
+std::unique_ptr<BoxField> make_cuda_box_field(const Volume&, const RunJobs&, const EvidenceSettings&) {
+  throw Error("evidence field on cuda", why_no_cuda(), "use --backend cpu, or build where nvcc is found");
+}
 #endif
 
 EngineChoice make_engine(Backend backend, VolumeSampling sampling) {
-  if (backend == Backend::Cpu) return {make_cpu_engine(), {}, ""};
-  if (backend == Backend::Cuda) return {make_cuda_engine(sampling), {}, ""};
+  if (backend == Backend::Cpu) return {make_cpu_engine(), {}, "", make_cpu_box_field};
+  if (backend == Backend::Cuda) return {make_cuda_engine(sampling), {}, "", make_cuda_box_field};
   std::string reason = why_no_cuda();
   if (reason.empty()) {
     try {
-      return {make_cuda_engine(sampling), [] { return make_cpu_engine(); }, ""};
+      return {make_cuda_engine(sampling), [] { return make_cpu_engine(); }, "", make_cuda_box_field};
     } catch (const Error& error) {
       reason = error.what();
     }
   }
-  return {make_cpu_engine(), {}, "running on the CPU: " + reason};
+  return {make_cpu_engine(), {}, "running on the CPU: " + reason, make_cpu_box_field};
 }
 
 }  // namespace simplexseg

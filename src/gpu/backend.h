@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "evidence/box_field.h"
 #include "step/engine.h"
 
 namespace simplexseg {
@@ -21,6 +22,7 @@ struct EngineChoice {
   std::function<std::unique_ptr<Engine>()>
       spare;         ///< takes over when the device fails; none where a backend was asked for
   std::string note;  ///< why the CPU was taken where CUDA was wanted; empty when there is nothing to say
+  MakeBoxField fields = make_cpu_box_field;  ///< evidence fields are learned where the engine runs
 };
 /// Auto takes CUDA where a usable device is, else the CPU with the reason; Cuda throws Error where there is none.
 EngineChoice make_engine(Backend backend, VolumeSampling sampling = VolumeSampling::Filtered);
@@ -32,6 +34,10 @@ enum class CpuCode { Fastest, Plain };
 std::unique_ptr<Engine> make_cpu_engine(int threads = 0, CpuCode code = CpuCode::Fastest);
 /// Throws Error when built without CUDA or no device answers.
 std::unique_ptr<Engine> make_cuda_engine(VolumeSampling sampling = VolumeSampling::Filtered);
+/// Evidence fields on the device, each on a stream of its own. Throws Error when built without CUDA or no device
+/// answers; all that it does later throws DeviceError when the device fails or has not the memory.
+std::unique_ptr<BoxField> make_cuda_box_field(const Volume& volume, const RunJobs& run,
+                                              const EvidenceSettings& settings);
 /// While one lives, the engines that its thread makes, uses and destroys have a stream of their own on the device: they
 /// run beside those of other threads. Without a device it does nothing. Throws DeviceError.
 class DeviceStream {

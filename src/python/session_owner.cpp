@@ -55,6 +55,7 @@ SessionOwner::SessionOwner(std::string scene_path, LoadedInput input, Image imag
   report_.geometry = image_.volume.geometry();
   if (!image_.volume.empty()) report_.voxel_type = to_string(image_.volume.type());
   session_ = std::make_unique<Session>(std::move(choice.engine), std::move(choice.spare), threads);
+  session_->learn_fields_with(std::move(choice.fields));
   session_->open(std::move(input.scene), image_.volume, std::move(input.history));
   report_.load_ms = 1000 * (seconds_now() - start);
 }

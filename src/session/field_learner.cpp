@@ -28,6 +28,7 @@ constexpr std::size_t kHeardAlone = 8;
 
 /// `first`: of these marks the field has heard none yet. It hears them as it would have when they were made: what a
 /// mark says depends on the field that it corrected.
+/// Throws DeviceError alone.
 std::shared_ptr<const MeshField> learn(EvidenceField& field, bool first, std::vector<Mark> marks,
                                        std::vector<Mark> others, const VolumeGeometry& geometry, const RunJobs& run) {
   auto learned = std::make_shared<MeshField>();
@@ -41,6 +42,8 @@ std::shared_ptr<const MeshField> learn(EvidenceField& field, bool first, std::ve
     learned->leaks = field.report().leaks;
     learned->expected_dice = static_cast<float>(field.report().expected_dice);
     learned->values = field_values(field.object_in_box().voxels, field.probability(), field.box(), geometry, run);
+  } catch (const DeviceError&) {
+    throw;
   } catch (const Error& error) {
     learned->problem = error.what();
   }
@@ -71,6 +74,14 @@ FieldLearner::~FieldLearner() {
   if (learning_ != 0) result_.wait();
 }
 
+void FieldLearner::learn_with(MakeBoxField make) {
+  if (learning_ != 0) result_.wait();
+  std::erase_if(fields_, [&](const auto& field) { return field.first != learning_; });
+  make_ = std::move(make);
+}
+
+std::optional<std::string> FieldLearner::take_notice() { return std::exchange(notice_, std::nullopt); }
+
 void FieldLearner::open(const Volume& volume) {
   if (learning_ != 0) take();
   fields_.clear();
@@ -94,16 +105,24 @@ void FieldLearner::begin(const MeshItem& item, std::vector<Mark> marks, std::vec
   };
   if (item.start) {
     begin_beside([start = item.start->mesh, marks = std::move(marks), others = std::move(others),
-                  geometry = volume_->geometry(),
-                  run]() mutable { return correct(*start, std::move(marks), std::move(others), geometry, run); });
+                  geometry = volume_->geometry(), run]() mutable {
+      return Learned{correct(*start, std::move(marks), std::move(others), geometry, run), ""};
+    });
     return;
   }
-  std::unique_ptr<EvidenceField>& field = fields_[item.id];
-  const bool first = !field;
-  if (first) field = std::make_unique<EvidenceField>(*volume_, run, settings_);
-  begin_beside([one = field.get(), first, marks = std::move(marks), others = std::move(others),
-                geometry = volume_->geometry(),
-                run]() mutable { return learn(*one, first, std::move(marks), std::move(others), geometry, run); });
+  begin_beside([this, one = &fields_[item.id], marks = std::move(marks), others = std::move(others), run] {
+    const auto learn_with = [&](const MakeBoxField& make) {
+      const bool first = !*one;
+      if (first) *one = std::make_unique<EvidenceField>(*volume_, run, settings_, make);
+      return learn(**one, first, marks, others, volume_->geometry(), run);
+    };
+    try {
+      return Learned{learn_with(make_), ""};
+    } catch (const DeviceError& failure) {
+      one->reset();
+      return Learned{learn_with(make_cpu_box_field), failure.what()};
+    }
+  });
 }
 
 bool FieldLearner::ready() const {
@@ -112,8 +131,14 @@ bool FieldLearner::ready() const {
 
 std::shared_ptr<const MeshField> FieldLearner::take() {
   SIMPLEXSEG_EXPECT(learning_ != 0);
-  learning_ = 0;
-  return result_.get();
+  const ItemId learned = std::exchange(learning_, 0);
+  const Learned result = result_.get();
+  if (!result.failure.empty()) {
+    notice_ = "fields are learned on the CPU from now on: " + result.failure;
+    std::erase_if(fields_, [&](const auto& field) { return field.first != learned; });
+    make_ = make_cpu_box_field;
+  }
+  return result.field;
 }
 
 }  // namespace simplexseg

@@ -55,6 +55,11 @@ Session::Session(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<E
 }
 Session::~Session() = default;
 
+std::optional<std::string> Session::take_notice() {
+  std::optional<std::string> notice = engine_.take_notice();
+  return notice ? notice : learner_.take_notice();
+}
+
 const Scene& Session::scene() const {
   pull_poses();
   return scene_;

@@ -35,6 +35,10 @@ class Session {
                    int field_threads = 0, const EvidenceSettings& fields = {});
   ~Session();
 
+  /// Where fields are learned from now on; the CPU until this is called. What fails there is learned on the CPU, which
+  /// take_notice() says.
+  void learn_fields_with(MakeBoxField make) { learner_.learn_with(std::move(make)); }
+
   /// Takes a new scene on a volume; the undo history is `history`, and the log empty. Meshes without a pose (no
   /// vertices) get the sphere of their seed; ids that are 0 are given. Throws Error, with nothing changed, when a
   /// mesh's seed lies outside the volume, a value is not finite or out of its table's range, a mesh is not valid, or
@@ -59,8 +63,8 @@ class Session {
   /// To be called with what drawing() threw: the spare engine takes over from the last poses that were read back.
   /// Throws it again when there is none.
   void lose_engine(const DeviceError& failure) { take_over(failure); }
-  /// One line for the user, once: that the device failed and the session goes on without it.
-  std::optional<std::string> take_notice() { return engine_.take_notice(); }
+  /// One line for the user, once: that the device failed and the session, or what it learns, goes on without it.
+  std::optional<std::string> take_notice();
   /// Counts every change of connectivity: what is made from it (cells, triangles) is to be made anew.
   std::uint64_t topology_revision() const { return topology_revision_; }
   /// The plan of what the engine was loaded with; no pose is read back.

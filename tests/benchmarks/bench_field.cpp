@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // Time of an update of the evidence field after a click, warm, and what it holds.
-//   bench_field [THREADS] [SIZE...]    a volume of SIZE voxels a side, the box's, with two touching balls in noise; a
+//   bench_field [THREADS|cuda] [SIZE...]    a volume of SIZE voxels a side, the box's, with two touching balls in
+//   noise; a
 //                                      table: milliseconds of the seed's update and of the clicks' (median, most),
 //                                      bytes a voxel, Dice after the last click
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 #include <vector>
 
 #include "core/thread_pool.h"
 #include "evidence/evidence_field.h"
 #include "evidence/robot_user.h"
+#include "gpu/backend.h"
 
 using namespace simplexseg;
 
@@ -46,7 +49,7 @@ std::pair<Volume, Mask> touching_balls(int size) {
 
 class Timed : public RobotSubject {
  public:
-  Timed(const Volume& image, RunJobs run) : field_(image, std::move(run)) {}
+  Timed(const Volume& image, RunJobs run, const MakeBoxField& make) : field_(image, std::move(run), {}, make) {}
   Mask segment(std::span<const Mark> marks) override {
     const auto start = std::chrono::steady_clock::now();
     field_.update(marks);
@@ -65,7 +68,9 @@ class Timed : public RobotSubject {
 }  // namespace
 
 int main(int count, char** arguments) {
-  const int threads = count > 1 ? std::atoi(arguments[1]) : 2;
+  const bool on_device = count > 1 && std::string(arguments[1]) == "cuda";
+  const int threads = count > 1 && !on_device ? std::atoi(arguments[1]) : 2;
+  const MakeBoxField make = on_device ? make_cuda_box_field : make_cpu_box_field;
   std::vector<int> sizes{64, 128};
   if (count > 2) {
     sizes.clear();
@@ -76,7 +81,7 @@ int main(int count, char** arguments) {
   std::printf("| box | seed ms | click ms, median | most | bytes a voxel | Dice |\n|---|---|---|---|---|---|\n");
   for (const int size : sizes) {
     const auto [image, truth] = touching_balls(size);
-    Timed subject(image, run);
+    Timed subject(image, run, make);
     RobotSettings robot;
     robot.most_clicks = 10;
     const std::vector<RobotClick> clicks = run_robot(truth, subject, robot, [](int, const Mask&) {});

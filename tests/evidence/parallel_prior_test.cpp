@@ -209,11 +209,10 @@ std::vector<Named> stories() {
     Mask others{geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
     for (std::size_t v = 0; v < others.voxels.size(); ++v) others.voxels[v] = v % 48 > 36;
     const Eigen::Affine3d mm = geometry.world_from_index();
-    all.push_back({"sheared, not finite, others",
-                   Story(volume, {inside(mm * Eigen::Vector3d(24, 24, 24), 4.9)},
-                         {outside(mm * Eigen::Vector3d(24, 36, 25), 2.1),
-                          boundary(mm * Eigen::Vector3d(24, 14, 24), 2.1, {0, -1, 0.2})},
-                         &others)});
+    all.push_back({"sheared, not finite, others", Story(volume, {inside(mm * Eigen::Vector3d(24, 24, 24), 4.9)},
+                                                        {outside(mm * Eigen::Vector3d(24, 36, 25), 2.1),
+                                                         boundary(mm * Eigen::Vector3d(24, 14, 24), 2.1, {0, -1, 0.2})},
+                                                        &others)});
   }
   {
     Scene cut = ellipsoid(40, 1, {26, 10, 10}, 10);  // the volume cuts it
@@ -229,7 +228,8 @@ TEST(ParallelPrior, SaysWhatTheCpusPriorSays) {
                                     own = named.story.voxels_of(named.story.parallel(executor));
     ASSERT_GT(*std::max_element(cpu.begin(), cpu.end()), 128) << named.name;
     const Difference d = difference(cpu, own);
-    std::printf("%-30s mean %.4f most %d far %d of 255, %zu voxels\n", named.name.c_str(), d.mean, d.most, d.far, cpu.size());
+    std::printf("%-30s mean %.4f most %d far %d of 255, %zu voxels\n", named.name.c_str(), d.mean, d.most, d.far,
+                cpu.size());
     EXPECT_LT(d.mean, 0.2) << named.name;
     EXPECT_LT(d.most, 12) << named.name;
   }

@@ -261,6 +261,7 @@ int run_desktop(int argc, char** argv) {
     return complain(kFailed, QString::fromUtf8(error.what()));
   }
   MainWindow window(std::move(choice.engine), std::move(choice.spare));
+  window.workbench().learn_fields_with(std::move(choice.fields));
   window.set_engine_maker([backend = options.backend] { return make_engine(backend).engine; });
   window.resize(options.size);
   if (look) {

@@ -28,6 +28,8 @@ class Workbench : public QObject {
 
   /// Ends what begin_advance() began: what it returns is to be used within the same event.
   const Session& session() const { return settled(); }
+  /// Session::learn_fields_with().
+  void learn_fields_with(MakeBoxField make) { settled().learn_fields_with(std::move(make)); }
   /// All but the poses, which stay where the engine has them: whoever needs these asks session().scene().
   const Scene& scene() const { return session().scene_without_poses(); }
   bool has_volume() const { return !session().volume().empty(); }

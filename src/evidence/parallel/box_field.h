@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "evidence/box_field.h"
+#include "evidence/conductances.h"
+#include "evidence/field_voxel.h"
+#include "evidence/parallel/before.h"
+#include "evidence/parallel/executor.h"
+#include "evidence/parallel/known.h"
+#include "evidence/parallel/object.h"
+#include "evidence/parallel/prior.h"
+#include "evidence/parallel/select.h"
+#include "evidence/parallel/smooth.h"
+#include "evidence/parallel/surface.h"
+#include "evidence/parallel/walker.h"
+#include "image/voxel_rows.h"
+
+namespace simplexseg {
+
+/// Differences of neighbours within the inside marks (inner_difference()): three to a voxel, one along each axis; -1
+/// where there is none.
+struct InnerDifference {
+  const float* image;
+  const Known* known;
+  int count;
+  int stride[3];
+  bool heard[3];  ///< the axis
+
+  SIMPLEXSEG_HD float operator()(int item) const {
+    const int v = item / 3, a = item % 3, u = v + stride[a];
+    if (!heard[a] || u >= count || known[v] != Known::Inside || known[u] != Known::Inside) return -1;
+    return std::fabs(image[u] - image[v]);
+  }
+};
+
+/// What is held, and its value; `open`: not 0 where it is not held all the same.
+struct HoldKnown {
+  const Known* known;
+  std::uint8_t* open;  ///< becomes: held
+  float* field;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    const bool held = is_held(known[v]) && open[v] == 0;
+    open[v] = held ? 1 : 0;
+    if (held) field[v] = known[v] == Known::Inside ? 1.0f : 0.0f;
+  }
+};
+
+/// The solution as the field, before it is smoothed.
+struct TakeSolution {
+  FromInner solution;
+  const Known* known;
+  float* field;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    field[v] = known[v] == Known::VolumeEdge ? solution(v) : solution.field[v];
+  }
+};
+/// Smoothing must not take back what was said.
+struct KeepSaid {
+  const Known* known;
+  const float* smoothed;
+  float* field;
+  SIMPLEXSEG_HD void operator()(int v) const {
+    const bool in = known[v] == Known::Inside, out = known[v] == Known::Outside;
+    field[v] = in ? 1.0f : out ? 0.0f : smoothed[v];
+  }
+};
+struct KeepBefore {
+  const float* field;
+  std::uint8_t* before;
+  SIMPLEXSEG_HD void operator()(int v) const { before[v] = as_before(field[v]); }
+};
+
+/// A box's values into those of one that it lies in.
+template <class T>
+struct CopyIntoOuter {
+  const T* from;
+  T* to;
+  int size[3], outer[3], shift[3];
+  SIMPLEXSEG_HD void operator()(int v) const {
+    const int i = v % size[0] + shift[0], j = v / size[0] % size[1] + shift[1], k = v / (size[0] * size[1]) + shift[2];
+    to[(k * outer[1] + j) * outer[0] + i] = from[v];
+  }
+};
+
+/// A field's box on an executor, CpuBoxField's counterpart: the voxels stay in its memory from one update to the next,
+/// and what is asked for is copied when it is asked for.
+template <class Executor>
+class ParallelBoxField final : public BoxField {
+ public:
+  ParallelBoxField(const Volume& volume, const RunJobs& run, const EvidenceSettings& settings)
+      : volume_(volume),
+        run_(run),
+        settings_(settings),
+        known_voxels_(executor_),
+        prior_(volume.geometry(), executor_, settings_, run_) {
+    for (int a = 0; a < 3; ++a) spacing_mm_[a] = volume_.geometry().spacing_mm[a];
+  }
+
+  void set_box(const VoxelBox& box, double reach_mm) override {
+    if (walker_ && box == box_ && reach_of_box_mm_ == reach_mm) return;
+    BoxImage image = cut_out(volume_, box, run_);
+    prior_.set_box(image, box.first, reach_mm);
+    reach_of_box_mm_ = reach_mm;
+    if (walker_ && box == box_) return;
+    const VoxelBox old = box_;
+    const std::size_t n = box.voxel_count();
+    box_ = box;
+    finite_ = executor_.copy_of(std::span<const std::uint8_t>(image.finite));
+    image_ = executor_.copy_of(std::span<const float>(image.value));
+    smooth_by_least_spacing(image.value, image.grid, spacing_mm_, settings_.image_smoothing, run_);
+    smoothed_ = executor_.copy_of(std::span<const float>(image.value));
+    auto walker = std::make_unique<ParallelWalker<Executor>>(image.grid, spacing_mm_, executor_);
+    if (walker_) move_over(walker_->field(), walker->field(), old);
+    if (has_before_) {
+      auto before = executor_.template array<std::uint8_t>(n);
+      executor_.clear(before.data(), n);
+      move_over(before_.data(), before.data(), old);
+      before_ = std::move(before);
+    }
+    walker_ = std::move(walker);
+    known_ = executor_.template array<Known>(n);
+    target_ = executor_.template array<std::uint8_t>(n);
+    held_ = executor_.template array<std::uint8_t>(n);
+    others_ = executor_.template array<std::uint8_t>(0);
+    probability_ = executor_.template array<float>(n);
+    object_voxels_ = executor_.template array<std::uint8_t>(n);
+    smoothing_ = std::make_unique<SmoothedFields<Executor, 1>>(executor_, image.grid);
+    object_finder_ = std::make_unique<ParallelObject<Executor>>(executor_, box_);
+    forget_copies();
+  }
+
+  void keep_before() override {
+    if (probability_.size() == 0) return;
+    before_ = executor_.template array<std::uint8_t>(probability_.size());
+    executor_.each(count(), KeepBefore{probability_.data(), before_.data()});
+    has_before_ = true;
+  }
+  void forget_before() override { has_before_ = false; }
+  bool has_before() const override { return has_before_; }
+  std::vector<std::uint8_t> was_object(std::span<const Eigen::Vector3d> places_mm) const override {
+    std::vector<std::uint8_t> was;
+    for (const BeforeAt& at : before_at(executor_, volume_.geometry(), box_, before_.data(), places_mm))
+      was.push_back(at.object);
+    return was;
+  }
+  std::vector<double> depths_before(std::span<const Eigen::Vector3d> places_mm) const override {
+    std::vector<double> depths;
+    for (const BeforeAt& at : before_at(executor_, volume_.geometry(), box_, before_.data(), places_mm))
+      depths.push_back(at.depth_mm);
+    return depths;
+  }
+
+  void hear(std::span<const Mark> marks, const Mask* others) override {
+    const std::uint8_t* outside = nullptr;
+    if (others) {
+      std::vector<std::uint8_t> in_box(box_.voxel_count());
+      copy_from_outer(others->voxels.data(), VoxelBox{{0, 0, 0}, others->geometry.size}, in_box.data(), box_);
+      others_ = executor_.copy_of(std::span<const std::uint8_t>(in_box));
+      outside = others_.data();
+    }
+    known_voxels_.find(volume_.geometry(), box_, finite_.data(), marks, outside, known_.data());
+    host_known_.clear();
+  }
+
+  double learn(std::span<const Mark> marks, std::span<const NewDot> fresh, double reach_mm, double radius_mm) override {
+    beta_ = sharpness_of(inner_difference(), settings_);
+    const std::uint8_t* const before = has_before_ ? before_.data() : nullptr;
+    prior_.learn({marks, known_.data(), before, fresh, reach_mm, radius_mm});
+    prior_.interpolate(smoothed_.data(), edge_of(beta_), target_.data());
+    return beta_;
+  }
+
+  Solved solve(double tolerance, bool further) override {
+    typename ParallelWalker<Executor>::Report solved;
+    if (further) {
+      solved = walker_->carry_on(tolerance, settings_.most_iterations);
+    } else {
+      set_edges(executor_, *walker_, spacing_mm_, smoothed_.data(), finite_.data(), beta_, settings_.prior_pull);
+      executor_.clear(held_.data(), held_.size());
+      prior_.mark_open(known_.data(), held_.data());
+      executor_.each(count(), HoldKnown{known_.data(), held_.data(), walker_->field()});
+      solved = walker_->solve(target_.data(), held_.data(), tolerance, settings_.most_iterations);
+    }
+    executor_.each(count(), TakeSolution{{{box_.size[0], box_.size[1], box_.size[2]}, walker_->field()},
+                                         known_.data(),
+                                         smoothing_->data(0)});
+    smoothing_->smooth_by_least_spacing(spacing_mm_, settings_.field_smoothing);
+    executor_.each(count(), KeepSaid{known_.data(), smoothing_->data(0), probability_.data()});
+    Solved found = find_object();
+    found.iterations = solved.iterations, found.error = solved.error;
+    return found;
+  }
+
+  double expected_dice() const override {
+    return simplexseg::expected_dice(executor_, count(), probability_.data(), object_voxels_.data());
+  }
+
+  Solved settle(double lean) override {
+    settle_surface(executor_, probability_.data(), object_voxels_.data(), around_, known_.data(), image_.data(), box_,
+                   spacing_mm_, lean, settings_);
+    return find_object();
+  }
+
+  std::span<const float> probability() const override {
+    if (host_probability_.empty()) copy_to_host(probability_, host_probability_);
+    return host_probability_;
+  }
+  const FieldObject& object() const override {
+    if (host_object_.voxels.empty()) {
+      copy_to_host(object_voxels_, host_object_.voxels);
+      host_object_.around = around_;
+      host_object_.border_share = border_share_;
+    }
+    return host_object_;
+  }
+  std::span<const Known> known() const override {
+    if (host_known_.empty()) copy_to_host(known_, host_known_);
+    return host_known_;
+  }
+  std::size_t bytes() const override {
+    return finite_.bytes() + image_.bytes() + smoothed_.bytes() + before_.bytes() + known_.bytes() + target_.bytes() +
+           held_.bytes() + others_.bytes() + probability_.bytes() + object_voxels_.bytes() + prior_.bytes() +
+           (walker_ ? walker_->bytes() + smoothing_->bytes() + object_finder_->bytes() : 0);
+  }
+
+ private:
+  template <class T>
+  using Array = typename Executor::template Array<T>;
+
+  int count() const { return static_cast<int>(probability_.size()); }
+  template <class T>
+  void move_over(const T* from, T* to, const VoxelBox& old) const {
+    CopyIntoOuter<T> copy{from, to, {}, {}, {}};
+    for (int a = 0; a < 3; ++a) {
+      copy.size[a] = old.size[a], copy.outer[a] = box_.size[a];
+      copy.shift[a] = old.first[a] - box_.first[a];
+    }
+    executor_.each(static_cast<int>(old.voxel_count()), copy);
+  }
+  template <class T>
+  void copy_to_host(const Array<T>& from, std::vector<T>& to) const {
+    to.resize(from.size());
+    executor_.download(from.data(), std::span<T>(to));
+  }
+  void forget_copies() {
+    host_probability_.clear();
+    host_object_.voxels.clear();
+    host_known_.clear();
+  }
+  float inner_difference() const {
+    constexpr int least_count = 20;
+    const double least = *std::min_element(spacing_mm_.begin(), spacing_mm_.end());
+    InnerDifference difference{smoothed_.data(), known_.data(), count(), {}, {}};
+    for (int a = 0; a < 3; ++a) {
+      difference.stride[a] = walker_->grid().stride(a);
+      difference.heard[a] = spacing_mm_[a] < 2 * least && box_.size[a] > 1;
+    }
+    return quantile_of(executor_, 3 * count(), difference, 0.75, least_count).value_or(0.0f);
+  }
+  Solved find_object() {
+    const auto found = object_finder_->find(probability_.data(), known_.data(), object_voxels_.data());
+    around_ = found.around, border_share_ = found.border_share;
+    host_probability_.clear();
+    host_object_.voxels.clear();
+    return {0, 0, around_, border_share_};
+  }
+
+  const Volume& volume_;
+  RunJobs run_;
+  EvidenceSettings settings_;
+  Executor executor_;  // its arrays must not outlive it
+  std::array<double, 3> spacing_mm_;
+  double reach_of_box_mm_ = 0;  // with which the prior's blocks were made
+  double beta_ = 0;
+  Array<std::uint8_t> finite_, before_, others_;
+  Array<float> image_, smoothed_, probability_;
+  Array<Known> known_;
+  Array<std::uint8_t> target_, held_, object_voxels_;
+  bool has_before_ = false;
+  KnownVoxels<Executor> known_voxels_;
+  ParallelPrior<Executor> prior_;
+  std::unique_ptr<ParallelWalker<Executor>> walker_;
+  std::unique_ptr<SmoothedFields<Executor, 1>> smoothing_;
+  std::unique_ptr<ParallelObject<Executor>> object_finder_;
+  VoxelBox around_{};
+  double border_share_ = 0;
+  mutable std::vector<float> host_probability_;
+  mutable FieldObject host_object_;
+  mutable std::vector<Known> host_known_;
+};
+
+}  // namespace simplexseg

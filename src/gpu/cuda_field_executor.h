@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the evidence field runs on where there is a CUDA device (evidence/parallel/executor.h says what each does).
+// Included by CUDA sources alone.
+#pragma once
+#include <cuda_runtime.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <span>
+#include <utility>
+
+#include "evidence/parallel/executor.h"
+#include "gpu/cuda_memory.h"
+
+namespace simplexseg {
+namespace field_kernels {
+
+constexpr int kThreads = 256, kTeam = 1024, kWarp = 32;
+constexpr int kMostBlocks = 512;  ///< of a sum: what the last one adds up
+
+/// As in cuda_engine.cu: the blocks of a kernel come while the last ones of the kernel before end, and wait here.
+__device__ inline void wait_for_earlier_kernels() {
+#if __CUDA_ARCH__ >= 900
+  cudaGridDependencySynchronize();
+#endif
+}
+
+template <class Kernel>
+__global__ void __launch_bounds__(kThreads) each(const __grid_constant__ Kernel kernel, int n) {
+  wait_for_earlier_kernels();
+  const int v = static_cast<int>(blockIdx.x) * kThreads + static_cast<int>(threadIdx.x);
+  if (v < n) kernel(v);
+}
+
+static __global__ void probe() {}
+
+struct BlockAsTeam {
+  int thread, threads;
+  SIMPLEXSEG_HD void sync() const {
+#ifdef __CUDA_ARCH__
+    __syncthreads();
+#endif
+  }
+};
+template <class Kernel>
+__global__ void __launch_bounds__(kTeam, 1) by_team(const __grid_constant__ Kernel kernel) {
+  wait_for_earlier_kernels();
+  kernel(BlockAsTeam{static_cast<int>(threadIdx.x), static_cast<int>(blockDim.x)});
+}
+
+/// A team for each block.
+template <class Kernel>
+__global__ void __launch_bounds__(kThreads) by_teams(const __grid_constant__ Kernel kernel) {
+  wait_for_earlier_kernels();
+  kernel(BlockAsTeam{static_cast<int>(threadIdx.x), kThreads}, static_cast<int>(blockIdx.x));
+}
+
+struct Add {
+  using Value = double;
+  static __device__ double none() { return 0; }
+  static __device__ double of(double a, double b) { return a + b; }
+};
+struct Larger {
+  using Value = float;
+  static __device__ float none() { return 0; }
+  static __device__ float of(float a, float b) { return a > b ? a : b; }
+};
+
+/// Of the values of all threads of a block, in a tree that is always the same; the first thread has it.
+template <class Combine>
+__device__ typename Combine::Value of_block(typename Combine::Value x) {
+  __shared__ typename Combine::Value of_warp[kThreads / kWarp];
+  for (int step = kWarp / 2; step > 0; step /= 2) x = Combine::of(x, __shfl_down_sync(~0u, x, step));
+  if (threadIdx.x % kWarp == 0) of_warp[threadIdx.x / kWarp] = x;
+  __syncthreads();
+  if (threadIdx.x == 0)
+    for (int w = 1; w < kThreads / kWarp; ++w) x = Combine::of(x, of_warp[w]);
+  __syncthreads();
+  return x;
+}
+
+/// The last block to end puts together what all blocks have, in their order.
+template <class Combine, class Kernel>
+__global__ void __launch_bounds__(kThreads)
+    reduce(const __grid_constant__ Kernel kernel, int n, typename Combine::Value* of_blocks, unsigned* ended,
+           typename Combine::Value* to) {
+  wait_for_earlier_kernels();
+  using Value = typename Combine::Value;
+  Value x = Combine::none();
+  const int stride = static_cast<int>(gridDim.x) * kThreads;
+  for (int v = static_cast<int>(blockIdx.x) * kThreads + static_cast<int>(threadIdx.x); v < n; v += stride)
+    x = Combine::of(x, kernel(v));
+  x = of_block<Combine>(x);
+  __shared__ bool last;
+  if (threadIdx.x == 0) {
+    of_blocks[blockIdx.x] = x;
+    __threadfence();
+    last = atomicAdd(ended, 1u) == gridDim.x - 1;
+  }
+  __syncthreads();
+  if (!last) return;
+  __threadfence();
+  x = Combine::none();
+  for (unsigned b = threadIdx.x; b < gridDim.x; b += kThreads)
+    x = Combine::of(x, const_cast<const volatile Value*>(of_blocks)[b]);
+  x = of_block<Combine>(x);
+  if (threadIdx.x != 0) return;
+  *to = x;
+  *ended = 0;
+}
+
+template <class Kernel>
+__global__ void __launch_bounds__(kThreads) histogram(const __grid_constant__ Kernel kernel, int n, int* count) {
+  wait_for_earlier_kernels();
+  __shared__ int own[kBins];
+  for (int b = static_cast<int>(threadIdx.x); b < kBins; b += kThreads) own[b] = 0;
+  __syncthreads();
+  const int stride = static_cast<int>(gridDim.x) * kThreads;
+  for (int v = static_cast<int>(blockIdx.x) * kThreads + static_cast<int>(threadIdx.x); v < n; v += stride) {
+    const int bin = kernel(v);
+    if (bin >= 0 && bin < kBins) atomicAdd(&own[bin], 1);
+  }
+  __syncthreads();
+  for (int b = static_cast<int>(threadIdx.x); b < kBins; b += kThreads)
+    if (own[b] != 0) atomicAdd(&count[b], own[b]);
+}
+
+}  // namespace field_kernels
+
+/// Memory that arrays of one stream are cut from: what is given back is there for the next, without the device waiting.
+class FieldMemory {
+ public:
+  FieldMemory() {
+    int device = 0;
+    check(cudaGetDevice(&device), "choosing a device");
+    cudaMemPoolProps properties{};
+    properties.allocType = cudaMemAllocationTypePinned;
+    properties.location.type = cudaMemLocationTypeDevice;
+    properties.location.id = device;
+    check(cudaMemPoolCreate(&pool_, &properties), "making room for the evidence field");
+    std::uint64_t keep = ~0ull;
+    check(cudaMemPoolSetAttribute(pool_, cudaMemPoolAttrReleaseThreshold, &keep), "making room for the evidence field");
+  }
+  ~FieldMemory() { cudaMemPoolDestroy(pool_); }
+  FieldMemory(const FieldMemory&) = delete;
+  FieldMemory& operator=(const FieldMemory&) = delete;
+  void* take(std::size_t bytes, cudaStream_t stream) const {
+    void* at = nullptr;
+    check(cudaMallocFromPoolAsync(&at, bytes, pool_, stream), "allocating the evidence field");
+    return at;
+  }
+
+ private:
+  cudaMemPool_t pool_ = nullptr;
+};
+
+/// Its arrays must not outlive it. Used by one thread at a time.
+class CudaFieldExecutor {
+ public:
+  CudaFieldExecutor() : stream_("simplexseg evidence field") {
+    staging_.resize(kStaged);
+    of_blocks_ = Array<double>(*this, field_kernels::kMostBlocks, 0);
+    ended_ = Array<unsigned>(*this, 1, 0);
+    clear(ended_.data(), 1);
+    int device = 0;
+    cudaDeviceProp properties{};
+    check(cudaGetDevice(&device), "choosing a device");
+    check(cudaGetDeviceProperties(&properties, device), "asking the device");
+    processors_ = properties.multiProcessorCount;
+    cudaFuncAttributes attributes{};  // waiting inside the kernels must have been compiled in
+    check(cudaFuncGetAttributes(&attributes, field_kernels::probe), "asking a kernel");
+    overlaps_ = properties.major >= 9 && attributes.ptxVersion >= 90;
+  }
+  ~CudaFieldExecutor() { cudaStreamSynchronize(stream_.handle()); }
+  CudaFieldExecutor(const CudaFieldExecutor&) = delete;
+  CudaFieldExecutor& operator=(const CudaFieldExecutor&) = delete;
+
+  template <class T>
+  class Array {
+   public:
+    Array() = default;
+    Array(const CudaFieldExecutor& executor, std::size_t size, std::size_t pad)
+        : stream_(executor.stream_.handle()), size_(size), pad_(pad) {
+      if (size == 0) return;
+      base_ = static_cast<T*>(executor.memory_.take((size + 2 * pad) * sizeof(T), stream_));
+      if (pad != 0)
+        check(cudaMemsetAsync(base_, 0, (size + 2 * pad) * sizeof(T), stream_), "clearing the evidence field");
+    }
+    ~Array() {
+      if (base_ != nullptr) cudaFreeAsync(base_, stream_);
+    }
+    Array(Array&& other) noexcept { swap(other); }
+    Array& operator=(Array&& other) noexcept {
+      swap(other);
+      return *this;
+    }
+    T* data() const { return base_ == nullptr ? nullptr : base_ + pad_; }
+    std::size_t size() const { return size_; }
+    std::size_t bytes() const { return base_ == nullptr ? 0 : (size_ + 2 * pad_) * sizeof(T); }
+
+   private:
+    void swap(Array& other) noexcept {
+      std::swap(stream_, other.stream_), std::swap(base_, other.base_);
+      std::swap(size_, other.size_), std::swap(pad_, other.pad_);
+    }
+    cudaStream_t stream_ = nullptr;
+    T* base_ = nullptr;
+    std::size_t size_ = 0, pad_ = 0;
+  };
+
+  template <class T>
+  Array<T> array(std::size_t size) const {
+    return {*this, size, 0};
+  }
+  template <class T>
+  Array<T> padded(const BoxGrid& grid) const {
+    return {*this, static_cast<std::size_t>(grid.count()), static_cast<std::size_t>(grid.plane())};
+  }
+  template <class T>
+  Array<T> copy_of(std::span<const T> from) const {
+    Array<T> to(*this, from.size(), 0);
+    upload(from, to.data());
+    return to;
+  }
+  template <class T>
+  void upload(std::span<const T> from, T* to) const {
+    if (from.empty()) return;
+    const void* source = from.data();
+    const std::size_t bytes = from.size_bytes();
+    if (bytes <= kStaged) {  // small ones do not wait for the device
+      if (staged_ + bytes > kStaged) wait();
+      std::memcpy(staging_.data() + staged_, from.data(), bytes);
+      source = staging_.data() + staged_;
+      staged_ += (bytes + 15) / 16 * 16;
+    }
+    check(cudaMemcpyAsync(to, source, bytes, cudaMemcpyHostToDevice, stream_.handle()), "upload");
+    if (bytes > kStaged) wait();
+  }
+  template <class T>
+  void download(const T* from, std::span<T> to) const {
+    if (to.empty()) return;
+    const std::size_t bytes = to.size_bytes();
+    const bool staged = bytes <= kStaged;
+    if (staged && staged_ + bytes > kStaged) wait();
+    void* const target = staged ? static_cast<void*>(staging_.data() + staged_) : to.data();
+    check(cudaMemcpyAsync(target, from, bytes, cudaMemcpyDeviceToHost, stream_.handle()), "download");
+    wait();
+    if (staged) std::memcpy(to.data(), target, bytes);
+  }
+  template <class T>
+  void copy(const T* from, T* to, std::size_t count) const {
+    if (count != 0)
+      check(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyDeviceToDevice, stream_.handle()), "copying");
+  }
+  template <class T>
+  void clear(T* at, std::size_t count) const {
+    if (count != 0) check(cudaMemsetAsync(at, 0, count * sizeof(T), stream_.handle()), "clearing");
+  }
+  /// For all that was begun.
+  void wait() const {
+    stream_.wait();
+    staged_ = 0;
+  }
+
+  template <class Kernel>
+  void each(int n, const Kernel& kernel) const {
+    using namespace field_kernels;
+    if (n > 0) start((n + kThreads - 1) / kThreads, kThreads, field_kernels::each<Kernel>, kernel, n);
+  }
+  template <class Kernel>
+  void team(const Kernel& kernel) const {
+    start(1, field_kernels::kTeam, field_kernels::by_team<Kernel>, kernel);
+  }
+  template <class Kernel>
+  void teams(int count, const Kernel& kernel) const {
+    if (count > 0) start(count, field_kernels::kThreads, field_kernels::by_teams<Kernel>, kernel);
+  }
+  template <class Kernel>
+  void sum_into(int n, const Kernel& kernel, double* to) const {
+    using namespace field_kernels;
+    start(blocks_of_sum(n), kThreads, reduce<Add, Kernel>, kernel, n, of_blocks_.data(), ended_.data(), to);
+  }
+  template <class Kernel>
+  void largest_into(int n, const Kernel& kernel, float* to) const {
+    using namespace field_kernels;
+    start(blocks_of_sum(n), kThreads, reduce<Larger, Kernel>, kernel, n, reinterpret_cast<float*>(of_blocks_.data()),
+          ended_.data(), to);
+  }
+  template <class Kernel>
+  void histogram(int n, const Kernel& kernel, int* count) const {
+    using namespace field_kernels;
+    if (n > 0) start(blocks_of_sum(n), kThreads, field_kernels::histogram<Kernel>, kernel, n, count);
+  }
+
+ private:
+  static constexpr std::size_t kStaged = 256 * 1024;
+
+  int blocks_of_sum(int n) const {
+    using namespace field_kernels;
+    return std::clamp((n + 4 * kThreads - 1) / (4 * kThreads), 1, std::min(kMostBlocks, 3 * processors_));
+  }
+  template <class... Parameters, class... Arguments>
+  void start(int blocks, int threads, void (*kernel)(Parameters...), const Arguments&... arguments) const {
+    cudaLaunchConfig_t config{};
+    config.gridDim = dim3(static_cast<unsigned>(blocks));
+    config.blockDim = dim3(static_cast<unsigned>(threads));
+    config.stream = stream_.handle();
+    cudaLaunchAttribute overlap{};
+    overlap.id = cudaLaunchAttributeProgrammaticStreamSerialization;
+    overlap.val.programmaticStreamSerializationAllowed = 1;
+    config.attrs = &overlap;
+    config.numAttrs = overlaps_ ? 1 : 0;
+    check(cudaLaunchKernelEx(&config, kernel, arguments...), "the evidence field");
+  }
+
+  FieldMemory memory_;
+  Stream stream_;
+  mutable HostVisibleArray<unsigned char> staging_;
+  mutable std::size_t staged_ = 0;  ///< bytes of it that the device may still read
+  Array<double> of_blocks_;
+  Array<unsigned> ended_;
+  int processors_ = 1;
+  bool overlaps_ = false;
+};
+
+}  // namespace simplexseg
