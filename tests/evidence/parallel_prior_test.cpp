@@ -87,16 +87,11 @@ class Story {
     if (!then.empty())
       for (const float p : field.probability()) before_.push_back(static_cast<std::uint8_t>(1.5f + 254 * p));
     for (const Mark& mark : then) hear(mark);
-    image_ = cut_out(volume, box_, run_in_turn());
-    known_ = known_voxels(volume.geometry(), box_, image_.finite, marks_, others);
-    const auto largest = std::max_element(marks_.begin(), marks_.end(),
-                                          [](const Mark& a, const Mark& b) { return size_of(a) < size_of(b); });
-    radius_mm_ = largest->radius_mm;
-    reach_mm_ = seed_reach_mm(volume, largest->position_mm, largest->radius_mm);
-    smoothed_ = image_.value;
-    std::array<double, 3> spacing_mm;
-    for (int a = 0; a < 3; ++a) spacing_mm[a] = volume.geometry().spacing_mm[a];
-    smooth_by_least_spacing(smoothed_, image_.grid, spacing_mm, 0.7, run_in_turn());
+    look(others);
+  }
+  /// Of one seed, in a box of its own.
+  Story(const VoxelBox& box, const Volume& volume, const Mark& seed) : volume_(volume), marks_{seed}, box_(box) {
+    look(nullptr);
   }
 
   std::vector<std::uint8_t> heard_by_cpu(const EvidenceSettings& settings = {}) const {
@@ -137,6 +132,18 @@ class Story {
  private:
   static constexpr float kEdge = 0.02f;
 
+  void look(const Mask* others) {
+    image_ = cut_out(volume_, box_, run_in_turn());
+    known_ = known_voxels(volume_.geometry(), box_, image_.finite, marks_, others);
+    const auto largest = std::max_element(marks_.begin(), marks_.end(),
+                                          [](const Mark& a, const Mark& b) { return size_of(a) < size_of(b); });
+    radius_mm_ = largest->radius_mm;
+    reach_mm_ = seed_reach_mm(volume_, largest->position_mm, largest->radius_mm);
+    smoothed_ = image_.value;
+    std::array<double, 3> spacing_mm;
+    for (int a = 0; a < 3; ++a) spacing_mm[a] = volume_.geometry().spacing_mm[a];
+    smooth_by_least_spacing(smoothed_, image_.grid, spacing_mm, 0.7, run_in_turn());
+  }
   static double size_of(const Mark& mark) { return mark.kind == MarkKind::Outside ? 0 : mark.radius_mm; }
   void hear(const Mark& mark) {
     marks_.push_back(mark);
@@ -184,16 +191,16 @@ struct Named {
 };
 std::vector<Named> stories() {
   std::vector<Named> all;
-  const Scene noisy = ellipsoid(48, 1, {16, 11, 9}, 25), clean = ellipsoid(48, 1, {14, 10, 10}, 3),
+  const Scene noisy = ellipsoid(36, 1, {12, 10, 9}, 25), clean = ellipsoid(36, 1, {12, 10, 10}, 3),
               thick = ellipsoid(64, 4, {18, 14, 16}, 10), large = ellipsoid(64, 1, {24, 18, 20}, 20);
-  const std::vector<Mark> seed{inside({0, 0, 0}, 9)};
+  const std::vector<Mark> seed{inside({0, 0, 0}, 8)};
   all.push_back({"noisy seed", Story(noisy.image, seed, {})});
-  all.push_back({"noisy, outside", Story(noisy.image, seed, {outside({19, 0, 0}, 3)})});
+  all.push_back({"noisy, outside", Story(noisy.image, seed, {outside({15, 0, 0}, 3)})});
   all.push_back({"noisy, inside and boundary",
-                 Story(noisy.image, seed, {inside({12, 3, 1}, 2), boundary({0, 11, 0}, 2.5, {0, 1, 0})})});
+                 Story(noisy.image, seed, {inside({9, 3, 1}, 2), boundary({0, 10, 0}, 2.5, {0, 1, 0})})});
   all.push_back({"clean seed", Story(clean.image, {inside({0, 0, 0}, 6)}, {})});
   all.push_back({"clean, contradicting",
-                 Story(clean.image, {inside({0, 0, 0}, 6)}, {inside({0, 14, 0}, 2), outside({10, 0, 0}, 2)})});
+                 Story(clean.image, {inside({0, 0, 0}, 6)}, {inside({0, 13, 0}, 2), outside({9, 0, 0}, 2)})});
   all.push_back({"thick slices", Story(thick.image, {inside({0, 0, 0}, 10)},
                                        {outside({20.3, 1, 0}, 2.7), boundary({0, 0, 16}, 3, {0.3, 0.1, 1})})});
   all.push_back({"large seed", Story(large.image, {inside({0.2, 0.1, 0}, 15)}, {})});
@@ -205,13 +212,13 @@ std::vector<Named> stories() {
     geometry.spacing_mm = {0.7, 0.9, 1.3};
     Volume volume(geometry, VoxelType::Float32);
     std::copy_n(clean.image.voxels<float>().begin(), geometry.voxel_count(), volume.voxels<float>().begin());
-    for (int v = 0; v < 3000; ++v) volume.voxels<float>()[v * 31] = std::numeric_limits<float>::quiet_NaN();
+    for (int v = 0; v < 1400; ++v) volume.voxels<float>()[v * 31] = std::numeric_limits<float>::quiet_NaN();
     Mask others{geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
-    for (std::size_t v = 0; v < others.voxels.size(); ++v) others.voxels[v] = v % 48 > 36;
+    for (std::size_t v = 0; v < others.voxels.size(); ++v) others.voxels[v] = v % 36 > 29;
     const Eigen::Affine3d mm = geometry.world_from_index();
-    all.push_back({"sheared, not finite, others", Story(volume, {inside(mm * Eigen::Vector3d(24, 24, 24), 4.9)},
-                                                        {outside(mm * Eigen::Vector3d(24, 36, 25), 2.1),
-                                                         boundary(mm * Eigen::Vector3d(24, 14, 24), 2.1, {0, -1, 0.2})},
+    all.push_back({"sheared, not finite, others", Story(volume, {inside(mm * Eigen::Vector3d(18, 18, 18), 4.9)},
+                                                        {outside(mm * Eigen::Vector3d(18, 30, 19), 2.1),
+                                                         boundary(mm * Eigen::Vector3d(18, 8, 18), 2.1, {0, -1, 0.2})},
                                                         &others)});
   }
   {
@@ -222,17 +229,67 @@ std::vector<Named> stories() {
 }
 
 TEST(ParallelPrior, SaysWhatTheCpusPriorSays) {
+  const OneByOne executor;
   for (const Named& named : stories()) {
-    const OneByOne executor;
     const std::vector<std::uint8_t> cpu = named.story.heard_by_cpu(),
                                     own = named.story.voxels_of(named.story.parallel(executor));
     ASSERT_GT(*std::max_element(cpu.begin(), cpu.end()), 128) << named.name;
     const Difference d = difference(cpu, own);
-    std::printf("%-30s mean %.4f most %d far %d of 255, %zu voxels\n", named.name.c_str(), d.mean, d.most, d.far,
-                cpu.size());
-    EXPECT_LT(d.mean, 0.2) << named.name;
-    EXPECT_LT(d.most, 12) << named.name;
+    EXPECT_LT(d.mean, 0.1) << named.name;
+    // What differs by more: where ways wind about in noise, and between two new marks that are equally near.
+    EXPECT_LT(d.far, 0.003 * static_cast<double>(cpu.size())) << named.name << ", up to " << d.most;
   }
+}
+
+TEST(ParallelPrior, EverySettingIsHeard) {
+  const OneByOne executor;
+  const Story story(ellipsoid(32, 1, {10, 7, 8}, 25).image, {inside({0, 0, 0}, 6)}, {outside({12, 0, 0}, 2)});
+  const std::vector<std::uint8_t> usual = story.voxels_of(story.parallel(executor));
+  for (bool EvidenceSettings::*const heard : {&EvidenceSettings::hear_looks, &EvidenceSettings::hear_ways,
+                                              &EvidenceSettings::hear_walk, &EvidenceSettings::memory}) {
+    EvidenceSettings settings;
+    settings.*heard = false;
+    const std::vector<std::uint8_t> own = story.voxels_of(story.parallel(executor, settings));
+    EXPECT_GT(difference(usual, own).most, 0);
+    EXPECT_LT(difference(story.heard_by_cpu(settings), own).mean, 0.1);
+  }
+  EvidenceSettings settings;
+  settings.memory = settings.best_cut = false;
+  EXPECT_LT(difference(story.heard_by_cpu(settings), story.voxels_of(story.parallel(executor, settings))).mean, 0.1);
+}
+
+TEST(ParallelPrior, OpensTheSameSidesOfTheBox) {
+  const Scene bar = ellipsoid(40, 1, {400, 8, 8}, 5);  // it goes on beyond the box
+  const OneByOne executor;
+  const Story story(VoxelBox{{8, 4, 4}, {24, 32, 32}}, bar.image, inside({0, 0, 0}, 6));
+  const std::vector<std::uint8_t> cpu = story.open_by_cpu();
+  std::vector<std::uint8_t> own(cpu.size(), 7);
+  story.parallel(executor).mark_open(story.known().data(), own.data());
+  EXPECT_EQ(own, cpu);
+  EXPECT_GT(std::count(cpu.begin(), cpu.end(), 1), 20);
+}
+
+TEST(ParallelPrior, LearnsTheSameAgainAndAsManyTimesAsItIsAsked) {
+  const Counting executor;
+  const Scene scene = ellipsoid(36, 1, {12, 10, 9}, 25);
+  const Story one(scene.image, {inside({0, 0, 0}, 8)}, {outside({15, 0, 0}, 3)}),
+      other(scene.image, {inside({0, 0, 0}, 8)}, {inside({9, 3, 1}, 2), boundary({0, 10, 0}, 2.5, {0, 1, 0})});
+  ParallelPrior<Counting> prior = one.parallel(executor);
+  one.learn(prior);  // the walk starts from where it ended
+  const std::vector<std::uint8_t> first = one.voxels_of(prior);
+  EXPECT_LT(difference(first, one.voxels_of(one.parallel(executor))).mean, 0.1);
+  const std::size_t bytes = prior.bytes();
+  executor.launches = executor.waits = executor.uploads = 0;
+  one.learn(prior);
+  EXPECT_EQ(prior.bytes(), bytes);  // nothing is taken anew
+  RecordProperty("launches", executor.launches);
+  RecordProperty("waits", executor.waits);
+  EXPECT_LT(executor.launches, 100);
+  EXPECT_LT(executor.waits, 20);
+  EXPECT_LT(difference(first, one.voxels_of(prior)).most, 6);
+  other.learn(prior);
+  EXPECT_GT(difference(first, one.voxels_of(prior)).most, 20);
+  EXPECT_LT(difference(other.heard_by_cpu(), other.voxels_of(prior)).mean, 0.1);
 }
 
 }  // namespace

@@ -26,10 +26,12 @@
 namespace simplexseg {
 
 /// A team of one thread. A kernel for a team is run by a whole block of threads on a device: it shares out its loops
-/// (v = team.thread; v < n; v += team.threads), and waits for what the others wrote by team.sync().
+/// (v = team.thread; v < n; v += team.threads), and waits for what the others wrote by team.sync(), or by team.any(x),
+/// which says whether x is true for one of them.
 struct TeamOfOne {
   static constexpr int thread = 0, threads = 1;
   void sync() const {}
+  bool any(bool x) const { return x; }
 };
 
 /// Bins of histogram().

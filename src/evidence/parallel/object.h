@@ -11,13 +11,21 @@
 
 namespace simplexseg {
 
-/// Sets of connected voxels as trees of voxels, each pointing to one that comes before it. Source: Komura 2015,
-/// GPU-based cluster-labeling algorithm without the use of conventional iteration.
+/// Sets of connected voxels as trees of voxels, each pointing to one that comes before it. Sources: Komura 2015,
+/// GPU-based cluster-labeling algorithm without the use of conventional iteration; Jaiganesh and Burtscher 2018, A
+/// High-Performance Connected Components Implementation for GPUs (shorter ways while they are gone).
 struct Trees {
   int* parent;
 
   SIMPLEXSEG_HD int root(int v) const {
-    for (int up = load_relaxed(&parent[v]); up != v; up = load_relaxed(&parent[v])) v = up;
+    int up = load_relaxed(&parent[v]);
+    while (up != v) {
+      const int next = load_relaxed(&parent[up]);
+      if (next == up) return up;
+      parent[v] = next;  // what another thread joins v to meanwhile, that thread joins with v's old parent
+      v = next;
+      up = load_relaxed(&parent[v]);
+    }
     return v;
   }
   SIMPLEXSEG_HD void join(int a, int b) const {
@@ -34,6 +42,7 @@ struct Trees {
 
 /// What all kernels of ParallelObject see.
 struct ObjectView {
+  static constexpr int kRun = 32;  ///< voxels side by side in a row that point to the first of them from the start
   int size[3];
   const float* field;
   const Known* known;
@@ -45,58 +54,76 @@ struct ObjectView {
     const int i = v % size[0], j = v / size[0] % size[1], k = v / (size[0] * size[1]);
     return i == 0 || j == 0 || k == 0 || i == size[0] - 1 || j == size[1] - 1 || k == size[2] - 1;
   }
+  /// The first voxel of the run that a voxel of the set is in.
+  template <class InSet>
+  SIMPLEXSEG_HD int first_of_run(int v, const InSet& in_set) const {
+    int first = v;
+    for (int i = v % size[0] % kRun; i > 0 && in_set(first - 1); --i) --first;
+    return first;
+  }
 };
 
 struct BeginObject {
   ObjectView view;
   SIMPLEXSEG_HD void operator()(int v) const {
-    view.voxels[v] = view.field[v] > 0.5f ? 1 : 0;
-    view.trees.parent[v] = v;
+    const float* const field = view.field;
+    const auto in_set = [=](int u) { return field[u] > 0.5f; };
+    view.voxels[v] = in_set(v) ? 1 : 0;
     view.kept[v] = 0;
+    if (in_set(v)) view.trees.parent[v] = view.first_of_run(v, in_set);
   }
 };
 
-/// Joins voxels with those before them that are `set` as well.
-struct JoinNeighbours {
+/// Joins runs with those before them that they touch: at the first voxel where they do.
+struct JoinRuns {
   ObjectView view;
   int set;
   SIMPLEXSEG_HD void operator()(int v) const {
-    if (view.voxels[v] != set) return;
-    const int row = view.size[0], plane = row * view.size[1];
-    if (v % row > 0 && view.voxels[v - 1] == set) view.trees.join(v, v - 1);
-    if (v / row % view.size[1] > 0 && view.voxels[v - row] == set) view.trees.join(v, v - row);
-    if (v >= plane && view.voxels[v - plane] == set) view.trees.join(v, v - plane);
+    const std::uint8_t* const voxels = view.voxels;
+    if (voxels[v] != set) return;
+    const int row = view.size[0], plane = row * view.size[1], in_run = v % row % ObjectView::kRun;
+    const bool goes_on = in_run > 0 && voxels[v - 1] == set;
+    if (v % row > 0 && in_run == 0 && voxels[v - 1] == set) view.trees.join(v, v - 1);
+    if (v / row % view.size[1] > 0 && voxels[v - row] == set && !(goes_on && voxels[v - 1 - row] == set))
+      view.trees.join(v, v - row);
+    if (v >= plane && voxels[v - plane] == set && !(goes_on && voxels[v - 1 - plane] == set))
+      view.trees.join(v, v - plane);
   }
 };
 
+/// Lets every voxel point to its root, and roots know whether something starts in their set.
 struct KeepStarts {
   ObjectView view;
   int set;  ///< 1: the object, which starts at inside marks; 0: the rest, at the sides and at outside marks
   SIMPLEXSEG_HD void operator()(int v) const {
     if (view.voxels[v] != set) return;
+    const int root = view.trees.root(v);
+    view.trees.parent[v] = root;
     const bool starts = set ? view.known[v] == Known::Inside : view.known[v] == Known::Outside || view.at_side(v);
-    if (starts) store_relaxed(&view.kept[view.trees.root(v)], 1);
+    if (starts && view.kept[root] == 0) store_relaxed(&view.kept[root], 1);
   }
 };
 
-/// The object without what no mark is in, and the rest's trees.
+/// The object without what no mark is in.
 struct DropUnmarked {
   ObjectView view;
   SIMPLEXSEG_HD void operator()(int v) const {
-    if (view.voxels[v] && !view.kept[view.trees.root(v)]) view.voxels[v] = 0;
+    if (view.voxels[v] && !view.kept[view.trees.parent[v]]) view.voxels[v] = 0;
   }
 };
 struct BeginRest {
   ObjectView view;
   SIMPLEXSEG_HD void operator()(int v) const {
-    view.trees.parent[v] = v;
+    const std::uint8_t* const voxels = view.voxels;
+    const auto in_set = [=](int u) { return voxels[u] == 0; };
     view.kept[v] = 0;
+    if (in_set(v)) view.trees.parent[v] = view.first_of_run(v, in_set);
   }
 };
 struct FillHoles {
   ObjectView view;
   SIMPLEXSEG_HD void operator()(int v) const {
-    if (!view.voxels[v] && !view.kept[view.trees.root(v)]) view.voxels[v] = 1;
+    if (!view.voxels[v] && !view.kept[view.trees.parent[v]]) view.voxels[v] = 1;
   }
 };
 
@@ -149,11 +176,11 @@ class ParallelObject {
     const ObjectView view{
         {box_.size[0], box_.size[1], box_.size[2]}, field, known, voxels, kept_.data(), {parent_.data()}};
     executor_.each(n, BeginObject{view});
-    executor_.each(n, JoinNeighbours{view, 1});
+    executor_.each(n, JoinRuns{view, 1});
     executor_.each(n, KeepStarts{view, 1});
     executor_.each(n, DropUnmarked{view});
     executor_.each(n, BeginRest{view});
-    executor_.each(n, JoinNeighbours{view, 0});
+    executor_.each(n, JoinRuns{view, 0});
     executor_.each(n, KeepStarts{view, 0});
     executor_.each(n, FillHoles{view});
     const ObjectExtent none{{box_.size[0], box_.size[1], box_.size[2]}, {-1, -1, -1}, 0};

@@ -14,7 +14,7 @@ namespace simplexseg {
 /// Geodesic distances of one image that are lowered together; a team for each tile of each of them.
 struct LowerWays {
   static constexpr int kMost = 3;
-  static constexpr int kRounds = 8;  // of a tile, before it looks at what its neighbours have become
+  static constexpr int kRounds = 16;  // of a tile at most, before it looks at what its neighbours have become
   static constexpr int kTileI = 16, kTileJ = 8, kTileK = 8;
 
   struct Field {
@@ -32,8 +32,10 @@ struct LowerWays {
   SIMPLEXSEG_HD float lowest(const Field& field, const GridPlace& p, int v) const {
     float least = field.distance[v];
     const float here = image[v];
+    SIMPLEXSEG_UNROLL_ALL
     for (int dk = -1; dk <= 1; ++dk) {
       if (p.k + dk < 0 || p.k + dk >= grid.size[2]) continue;
+      SIMPLEXSEG_UNROLL_ALL
       for (int dj = -1; dj <= 1; ++dj) {
         if (p.j + dj < 0 || p.j + dj >= grid.size[1]) continue;
         SIMPLEXSEG_UNROLL_ALL
@@ -60,6 +62,7 @@ struct LowerWays {
                        tile / (tiles[0] * tiles[1]) * kTileK};
     bool any = false;
     for (int round = 0; round < kRounds; ++round) {
+      bool here = false;
       for (int u = team.thread; u < kTileI * kTileJ * kTileK; u += team.threads) {
         const int i = first[0] + u % kTileI, j = first[1] + u / kTileI % kTileJ, k = first[2] + u / (kTileI * kTileJ);
         if (i >= grid.size[0] || j >= grid.size[1] || k >= grid.size[2]) continue;
@@ -67,11 +70,12 @@ struct LowerWays {
         const float least = lowest(field, GridPlace(grid, v), v);
         if (!(least < field.distance[v])) continue;
         field.distance[v] = least;
-        any = true;
+        here = true;
       }
-      team.sync();
+      if (!team.any(here)) break;
+      any = true;
     }
-    if (any && changed) *changed = 1;
+    if (any && changed && team.thread == 0) *changed = 1;
   }
 };
 
@@ -108,7 +112,7 @@ class ParallelWays {
       lower_.fields[lower_.count++] = {way.distance, way.cost.length, way.cost.edge * way.cost.edge};
     executor_.clear(changed_.data(), 1);
     const int longest = *std::max_element(lower_.grid.size.begin(), lower_.grid.size.end());
-    launch(1 + (longest + LowerWays::kRounds - 1) / LowerWays::kRounds);
+    launch(2 + longest / LowerWays::kRounds);
   }
   void finish() {
     while (value_at(executor_, changed_.data()) != 0) {
