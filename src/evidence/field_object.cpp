@@ -7,12 +7,6 @@
 
 namespace simplexseg {
 
-namespace {
-
-constexpr int kNearSide = 4;  // voxels
-
-}  // namespace
-
 FieldObject object_of_field(std::span<const float> field, std::span<const Known> known, const VoxelBox& box) {
   const int n = static_cast<int>(field.size());
   FieldObject object{std::vector<std::uint8_t>(n)};

@@ -9,6 +9,9 @@
 
 namespace simplexseg {
 
+/// Voxels of a box are near a side of it up to so many steps away from it.
+inline constexpr int kNearSide = 4;
+
 /// The object that a field says: the voxels above 0.5 that are connected (six neighbours) to an inside mark, and the
 /// holes in them that no outside mark lies in.
 struct FieldObject {

@@ -16,6 +16,7 @@ namespace {
 
 /// By how much a voxel is at least of the object, or not: the surface leaves room between itself and their centres.
 constexpr float kLeastOver = 0.05f * kFieldScale;
+constexpr float kNearVoxels = 2;        // beyond so many voxels from the object the distance counts
 constexpr int kRoom = 10;               // voxels around an object that its field holds
 constexpr double kLeastVoxels = 2;      // radius of what a boundary mark adds or takes away
 constexpr double kFarthestVoxels = 60;  // from its surface that it is heard
@@ -63,19 +64,19 @@ void paint_ball(Mask& mask, const Eigen::Vector3d& centre_mm, double radius_mm, 
       }
 }
 
+FieldValue field_value_of(const VolumeGeometry& geometry) {
+  const float least_mm = static_cast<float>(geometry.spacing_mm.minCoeff());
+  return {kFieldScale, kFieldFloor, kFieldFall / least_mm, kLeastOver, kNearVoxels * least_mm};
+}
+
 std::vector<std::uint16_t> field_values(const std::vector<std::uint8_t>& object, std::span<const float> probability,
                                         const VoxelBox& box, const VolumeGeometry& geometry, const RunJobs& run) {
   const std::vector<float> distance_mm = distance_map(object, box, geometry.world_from_index().linear());
-  const float least_mm = static_cast<float>(geometry.spacing_mm.minCoeff()), fall = kFieldFall / least_mm;
   std::vector<std::uint16_t> values(object.size());
-  for_each_index(run, static_cast<int>(values.size()), [&, p = probability.data()](int v) {
-    const float middle = 0.5f * kFieldScale, scaled = kFieldScale * p[v];
-    const float far = std::max(kFieldFloor - fall * distance_mm[v], 0.0f);
-    const bool near = distance_mm[v] < 2 * least_mm;
-    values[v] = static_cast<std::uint16_t>(object[v] ? std::max(scaled, middle + kLeastOver)
-                                           : near    ? std::clamp(scaled, far, middle - kLeastOver)
-                                                     : far);
-  });
+  for_each_index(run, static_cast<int>(values.size()),
+                 [&, value = field_value_of(geometry), p = probability.data()](int v) {
+                   values[v] = value(object[v] != 0, p[v], distance_mm[v]);
+                 });
   return values;
 }
 

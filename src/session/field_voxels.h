@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "evidence/field_value.h"
 #include "evidence/run_jobs.h"
 #include "image/mask.h"
 #include "mesh/simplex_mesh.h"
@@ -15,6 +16,9 @@ namespace simplexseg {
 
 /// Sets the voxels of a ball, at least its nearest one, to 1 or 0.
 void paint_ball(Mask& mask, const Eigen::Vector3d& centre_mm, double radius_mm, std::uint8_t value);
+
+/// How a value is made of a voxel, in a volume with these voxels.
+FieldValue field_value_of(const VolumeGeometry& geometry);
 
 /// The values of a field (FieldBox in src/forces/step_view.h) of a box: P(object) of each voxel, brought onto the side
 /// of the middle that the voxel is on, and beyond two voxels from the object by the distance from it.

@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "core/atomics.h"
 #include "evidence/box_field.h"
 #include "evidence/field_prior.h"
 #include "evidence/parallel/executor.h"
+#include "evidence/parallel/reduce.h"
 
 namespace simplexseg {
 
@@ -41,8 +41,7 @@ struct NearestOther {
       const Place& place = places[p];
       if ((before[place.voxel] > kMiddleBefore) == is) continue;
       const float dx = x - place.x, dy = y - place.y, dz = z - place.z, square = dx * dx + dy * dy + dz * dz;
-      const int square_bits = static_cast<int>(bits_of(square));  // ordered as the floats, which are not negative
-      if (square_bits < load_relaxed(&bits[p])) atomic_min(&bits[p], square_bits);
+      lower(&bits[p], static_cast<int>(bits_of(square)));  // ordered as the floats, which are not negative
     }
   }
 };

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "evidence/evidence_settings.h"
+#include "evidence/parallel/distance.h"
 #include "evidence/parallel/select.h"
 #include "evidence/parallel/smooth.h"
 #include "evidence/parallel/surface_kernels.h"
@@ -46,17 +47,10 @@ void settle_surface(const Executor& executor, float* probability, const std::uin
                 CutPart{part, object, known, image, probability, was.data(), said.data(), value.data(), field.data()});
   executor.copy(was.data(), is.data(), n);
 
-  {  // Distances to the object and to the rest, as far as anything asks.
-    const auto here = executor.template array<TwoSquares>(n), there = executor.template array<TwoSquares>(n);
-    executor.each(n, BeginDistances{was.data(), here.data()});
-    const std::array<TwoSquares*, 4> squares{here.data(), there.data(), here.data(), there.data()};
-    for (int a = 0; a < 3; ++a) {
-      const int window = static_cast<int>(std::ceil((near_mm + voxel_mm) / spacing_mm[a]));
-      executor.each(n, DistancesAlong{squares[a], squares[a + 1], grid.size[a], grid.stride(a), window,
-                                      static_cast<float>(spacing_mm[a])});
-    }
-    executor.each(n, DistanceToSurface{squares[3], was.data(), voxel_mm / 2, distance.data()});
-  }
+  const auto spare = executor.template array<float>(n);
+  squared_distance_to_other_side(executor, was.data(), grid, spacing_mm, near_mm + voxel_mm, true, distance.data(),
+                                 spare.data());
+  executor.each(n, DistanceToSurface{voxel_mm / 2, distance.data()});
   const int step = std::max(1, n / kMostNoiseSamples) | 1;
   const std::optional<float> difference =
       quantile_of(executor, (n + step - 1) / step, NoiseSample{was.data(), value.data(), n, step, grid.row()}, 0.5);

@@ -33,46 +33,10 @@ struct CutPart {
   }
 };
 
-/// Squares of the distances to the object and to the rest, mm^2.
-struct TwoSquares {
-  float object, rest;
-};
-inline constexpr float kFarSquare = 1e12f;
-
-struct BeginDistances {
-  const std::uint8_t* object;
-  TwoSquares* to;
-  SIMPLEXSEG_HD void operator()(int v) const {
-    to[v] = object[v] ? TwoSquares{0, kFarSquare} : TwoSquares{kFarSquare, 0};
-  }
-};
-/// The least over a window along an axis: exact where the distance is within the window.
-struct DistancesAlong {
-  const TwoSquares* from;
-  TwoSquares* to;
-  int length, stride, window;
-  float spacing_mm;
-  SIMPLEXSEG_HD void operator()(int v) const {
-    const int at = v / stride % length;
-    TwoSquares least{kFarSquare, kFarSquare};
-    for (int d = -window; d <= window; ++d) {
-      if (at + d < 0 || at + d >= length) continue;
-      const TwoSquares there = from[v + d * stride];
-      const float mm = spacing_mm * static_cast<float>(d), square = mm * mm;
-      least.object = smaller(there.object + square, least.object);
-      least.rest = smaller(there.rest + square, least.rest);
-    }
-    to[v] = least;
-  }
-};
 struct DistanceToSurface {
-  const TwoSquares* squares;
-  const std::uint8_t* object;
   float half_voxel_mm;
-  float* distance;
-  SIMPLEXSEG_HD void operator()(int v) const {
-    distance[v] = std::sqrt(object[v] ? squares[v].rest : squares[v].object) - half_voxel_mm;
-  }
+  float* distance;  ///< squares of the distances to the other side before
+  SIMPLEXSEG_HD void operator()(int v) const { distance[v] = std::sqrt(distance[v]) - half_voxel_mm; }
 };
 
 /// Of every step-th voxel the difference to the next one along i, both in the object; else -1.

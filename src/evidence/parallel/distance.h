@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "evidence/parallel/executor.h"
+
+namespace simplexseg {
+
+inline constexpr float kFarAway = 3e38f;  ///< the square of a distance that was not found
+
+/// One axis of the squares of distances between voxels of a set and the others: the least that a voxel's line holds, of
+/// what the axes before found, outward until nothing nearer can come.
+struct DistancePass {
+  const std::uint8_t* set;  ///< 0: not of the set
+  const float* before;      ///< squares of the axes before; null: there is none
+  float* to;
+  int stride, length;
+  float step_mm, reach_mm;
+  bool both_sides;  ///< else only of voxels that are not of the set, and 0 for those that are
+
+  SIMPLEXSEG_HD float through(int q, bool is) const {
+    if ((set[q] != 0) != is) return 0;
+    return before ? before[q] : kFarAway;
+  }
+  SIMPLEXSEG_HD void operator()(int v) const {
+    const bool is = set[v] != 0;
+    if (is && !both_sides) {
+      to[v] = 0;
+      return;
+    }
+    const int x = v / stride % length, behind = length - 1 - x;
+    float least = before ? before[v] : kFarAway;
+    for (int d = 1; d <= x || d <= behind; ++d) {
+      const float away = step_mm * static_cast<float>(d), square = away * away;
+      if (away >= reach_mm || square >= least) break;
+      if (d <= x) least = smaller(square + through(v - d * stride, is), least);
+      if (d <= behind) least = smaller(square + through(v + d * stride, is), least);
+    }
+    to[v] = least;
+  }
+};
+
+/// The square of the distance, mm, from every voxel of a box to the nearest one on the other side: of `set` for those
+/// that are not, and with `both_sides` the other way round. Exact below reach_mm, kFarAway or any square beyond. Three
+/// launches; `spare`: room for as many. Source: Saito and Toriwaki 1994, New algorithms for Euclidean distance
+/// transformation of an n-dimensional digitized picture with applications.
+template <class Executor>
+void squared_distance_to_other_side(const Executor& executor, const std::uint8_t* set, const BoxGrid& grid,
+                                    const std::array<double, 3>& spacing_mm, float reach_mm, bool both_sides, float* to,
+                                    float* spare) {
+  const float* before = nullptr;
+  for (int axis = 0; axis < 3; ++axis) {
+    float* const into = axis == 1 ? spare : to;
+    executor.each(grid.count(), DistancePass{set, before, into, grid.stride(axis), grid.size[axis],
+                                             static_cast<float>(spacing_mm[axis]), reach_mm, both_sides});
+    before = into;
+  }
+}
+
+}  // namespace simplexseg
