@@ -10,6 +10,7 @@
 #include "evidence/coarse_prior.h"
 #include "evidence/evidence_settings.h"
 #include "evidence/field_object.h"
+#include "evidence/field_value.h"
 #include "evidence/marked_voxels.h"
 #include "evidence/marks.h"
 #include "evidence/run_jobs.h"
@@ -62,6 +63,8 @@ class BoxField {
   virtual std::span<const float> probability() const = 0;
   virtual const FieldObject& object() const = 0;
   virtual std::span<const Known> known() const = 0;
+  /// field_values() of the field and its object.
+  virtual std::vector<std::uint16_t> values(const FieldValue& value) const = 0;
   /// What the prior's networks saw (EvidenceField), where that is the CPU's; else null.
   virtual const CoarsePrior* prior() const { return nullptr; }
   virtual Said said() const { return {}; }

@@ -131,6 +131,9 @@ class CpuBoxField final : public BoxField {
   std::span<const float> probability() const override { return probability_; }
   const FieldObject& object() const override { return object_; }
   std::span<const Known> known() const override { return known_; }
+  std::vector<std::uint16_t> values(const FieldValue& value) const override {
+    return field_values(object_.voxels, probability_, box_, volume_.geometry(), value, run_);
+  }
   const CoarsePrior* prior() const override { return &coarse_; }
   Said said() const override { return {marks_, known_, before_, fresh_, scale_mm_[0], scale_mm_[1]}; }
   std::size_t bytes() const override {

@@ -56,6 +56,8 @@ class EvidenceField {
   /// The object: above 0.5, connected to an inside mark, without holes but those with an outside mark in them. On the
   /// volume's grid.
   Mask object() const;
+  /// field_values() of the box.
+  std::vector<std::uint16_t> values(const FieldValue& value) const { return voxels_->values(value); }
   /// Radius for the mark of a click, brush_radius_mm().
   double brush_mm(MarkKind kind, const Eigen::Vector3d& position_mm) const;
   /// What the networks of the prior saw in the last update on the blocks of the prior, feature by feature, to learn

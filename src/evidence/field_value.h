@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "core/vec3.h"
+#include "evidence/run_jobs.h"
+#include "image/distance_map.h"
+#include "image/volume.h"
 
 namespace simplexseg {
 
-/// What the field of a mesh keeps of a voxel (field_values() in session/field_voxels.h): P(object), brought onto the
+/// What the field of a mesh keeps of a voxel (FieldBox in src/forces/step_view.h): P(object), brought onto the
 /// side of the middle that the voxel is on, and far from the object what tells how far.
 struct FieldValue {
   float scale;        ///< of P = 1
@@ -26,5 +31,10 @@ struct FieldValue {
                                                               : far);
   }
 };
+
+/// The value of each voxel of a box, of its object and its P(object).
+std::vector<std::uint16_t> field_values(const std::vector<std::uint8_t>& object, std::span<const float> probability,
+                                        const VoxelBox& box, const VolumeGeometry& geometry, const FieldValue& value,
+                                        const RunJobs& run);
 
 }  // namespace simplexseg

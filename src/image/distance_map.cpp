@@ -197,18 +197,18 @@ std::vector<double> point_distances(const std::vector<Eigen::Vector3d>& from, co
   return distances;
 }
 
-/// Headers give orthogonal directions to 6 or 7 digits; an angle off by 1e-5 changes a distance by at most that share.
-bool orthogonal(const Eigen::Matrix3d& mm_from_index) {
+}  // namespace
+
+// An angle off by 1e-5 changes a distance by at most that share.
+bool are_orthogonal(const Eigen::Matrix3d& mm_from_index) {
   const Eigen::Matrix3d unit = mm_from_index * mm_from_index.colwise().norm().cwiseInverse().asDiagonal();
   return (unit.transpose() * unit - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-5;
 }
 
-}  // namespace
-
 std::vector<double> distances_between(const std::vector<std::uint8_t>& from, const std::vector<std::uint8_t>& to,
                                       const VoxelBox& box, const Eigen::Matrix3d& mm_from_index) {
   SIMPLEXSEG_EXPECT(from.size() == box.voxel_count() && to.size() == box.voxel_count());
-  if (!orthogonal(mm_from_index))
+  if (!are_orthogonal(mm_from_index))
     return point_distances(points_of(from, box, mm_from_index), points_of(to, box, mm_from_index));
   std::vector<double> distances;
   separable_distances(
@@ -221,7 +221,7 @@ std::vector<float> distance_map(const std::vector<std::uint8_t>& to, const Voxel
                                 const Eigen::Matrix3d& mm_from_index) {
   SIMPLEXSEG_EXPECT(to.size() == box.voxel_count());
   std::vector<float> map(box.voxel_count());
-  if (orthogonal(mm_from_index)) {
+  if (are_orthogonal(mm_from_index)) {
     separable_distances(
         to, box, mm_from_index.colwise().norm(), [](std::size_t) { return true; },
         [&](std::size_t v, double mm) { map[v] = static_cast<float>(mm); });

@@ -33,6 +33,9 @@ std::vector<double> distances_between(const std::vector<std::uint8_t>& from, con
 std::vector<float> distance_map(const std::vector<std::uint8_t>& to, const VoxelBox& box,
                                 const Eigen::Matrix3d& mm_from_index);
 
+/// Whether axes are orthogonal to the precision of headers: to 6 or 7 digits.
+bool are_orthogonal(const Eigen::Matrix3d& mm_from_index);
+
 struct DistanceSummary {
   double max, percentile95, mean;
 };

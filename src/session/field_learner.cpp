@@ -41,7 +41,7 @@ std::shared_ptr<const MeshField> learn(EvidenceField& field, bool first, std::ve
     learned->box = field.box();
     learned->leaks = field.report().leaks;
     learned->expected_dice = static_cast<float>(field.report().expected_dice);
-    learned->values = field_values(field.object_in_box().voxels, field.probability(), field.box(), geometry, run);
+    learned->values = field.values(field_value_of(geometry));
   } catch (const DeviceError&) {
     throw;
   } catch (const Error& error) {

@@ -69,17 +69,6 @@ FieldValue field_value_of(const VolumeGeometry& geometry) {
   return {kFieldScale, kFieldFloor, kFieldFall / least_mm, kLeastOver, kNearVoxels * least_mm};
 }
 
-std::vector<std::uint16_t> field_values(const std::vector<std::uint8_t>& object, std::span<const float> probability,
-                                        const VoxelBox& box, const VolumeGeometry& geometry, const RunJobs& run) {
-  const std::vector<float> distance_mm = distance_map(object, box, geometry.world_from_index().linear());
-  std::vector<std::uint16_t> values(object.size());
-  for_each_index(run, static_cast<int>(values.size()),
-                 [&, value = field_value_of(geometry), p = probability.data()](int v) {
-                   values[v] = value(object[v] != 0, p[v], distance_mm[v]);
-                 });
-  return values;
-}
-
 MeshField field_of_start(const SimplexMesh& start, std::vector<Mark> marks, const std::vector<Mark>& others,
                          const VolumeGeometry& geometry, const RunJobs& run) {
   Mask mask = rasterise(start, geometry);
@@ -105,7 +94,7 @@ MeshField field_of_start(const SimplexMesh& start, std::vector<Mark> marks, cons
   copy_from_outer(mask.voxels.data(), VoxelBox{{0, 0, 0}, geometry.size}, object.data(), field.box);
   std::vector<float> share = smoothed_voxels(object, field.box);
   for (float& p : share) p = std::clamp(p, 0.0f, 1.0f);
-  field.values = field_values(object, share, field.box, geometry, run);
+  field.values = field_values(object, share, field.box, geometry, field_value_of(geometry), run);
   field.marks = std::move(marks);
   return field;
 }

@@ -17,13 +17,10 @@ namespace simplexseg {
 /// Sets the voxels of a ball, at least its nearest one, to 1 or 0.
 void paint_ball(Mask& mask, const Eigen::Vector3d& centre_mm, double radius_mm, std::uint8_t value);
 
-/// How a value is made of a voxel, in a volume with these voxels.
+/// How the values of a field (FieldBox in src/forces/step_view.h) are made, in a volume with these voxels: P(object) of
+/// each, brought onto the side of the middle that it is on, and beyond two voxels from the object by the distance from
+/// it.
 FieldValue field_value_of(const VolumeGeometry& geometry);
-
-/// The values of a field (FieldBox in src/forces/step_view.h) of a box: P(object) of each voxel, brought onto the side
-/// of the middle that the voxel is on, and beyond two voxels from the object by the distance from it.
-std::vector<std::uint16_t> field_values(const std::vector<std::uint8_t>& object, std::span<const float> probability,
-                                        const VoxelBox& box, const VolumeGeometry& geometry, const RunJobs& run);
 
 /// The field of a mesh that starts from labels: its voxels at the start, corrected by the marks in their order. Inside
 /// and outside marks are balls; a boundary mark adds, or takes away, a ball that touches it and is as wide as it lies

@@ -78,7 +78,8 @@ TEST(ParallelFieldValues, AreThoseOfTheCpu) {
     std::vector<std::uint16_t> values(object.size(), 7);
     field_values(executor, object.data(), probability.data(), {box.size}, spacing, field_value_of(geometry),
                  squares.data(), spare.data(), values.data());
-    const std::vector<std::uint16_t> expected = field_values(object, probability, box, geometry, run_in_turn());
+    const std::vector<std::uint16_t> expected =
+        field_values(object, probability, box, geometry, field_value_of(geometry), run_in_turn());
     for (std::size_t v = 0; v < values.size(); ++v) ASSERT_NEAR(values[v], expected[v], 1) << v;
     EXPECT_GT(std::ranges::count(values, 0), 100);
   }

@@ -11,6 +11,7 @@
 #include "evidence/field_voxel.h"
 #include "evidence/parallel/before.h"
 #include "evidence/parallel/executor.h"
+#include "evidence/parallel/field_values.h"
 #include "evidence/parallel/known.h"
 #include "evidence/parallel/object.h"
 #include "evidence/parallel/prior.h"
@@ -221,6 +222,17 @@ class ParallelBoxField final : public BoxField {
   std::span<const Known> known() const override {
     if (host_known_.empty()) copy_to_host(known_, host_known_);
     return host_known_;
+  }
+  std::vector<std::uint16_t> values(const FieldValue& value) const override {
+    if (!are_orthogonal(volume_.geometry().world_from_index().linear()))
+      return field_values(object().voxels, probability(), box_, volume_.geometry(), value, run_);
+    const auto squares = executor_.template array<float>(count()), spare = executor_.template array<float>(count());
+    const auto values = executor_.template array<std::uint16_t>(count());
+    field_values(executor_, object_voxels_.data(), probability_.data(), walker_->grid(), spacing_mm_, value,
+                 squares.data(), spare.data(), values.data());
+    std::vector<std::uint16_t> on_host(count());
+    executor_.download(values.data(), std::span<std::uint16_t>(on_host));
+    return on_host;
   }
   std::size_t bytes() const override {
     return finite_.bytes() + image_.bytes() + smoothed_.bytes() + before_.bytes() + known_.bytes() + target_.bytes() +

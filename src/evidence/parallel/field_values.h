@@ -9,7 +9,7 @@
 
 namespace simplexseg {
 
-/// field_values() (session/field_voxels.h) with arrays of the executor, of a volume whose axes are orthogonal; `value`:
+/// field_values() (evidence/field_value.h) with arrays of the executor, of a volume whose axes are orthogonal; `value`:
 /// field_value_of() there. `squares`, `spare`: room for a float for each voxel. Four launches.
 template <class Executor>
 void field_values(const Executor& executor, const std::uint8_t* object, const float* probability, const BoxGrid& grid,
