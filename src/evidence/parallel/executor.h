@@ -30,8 +30,8 @@ namespace simplexseg {
 /// which says whether x is true for one of them.
 struct TeamOfOne {
   static constexpr int thread = 0, threads = 1;
-  void sync() const {}
-  bool any(bool x) const { return x; }
+  SIMPLEXSEG_HD void sync() const {}
+  SIMPLEXSEG_HD bool any(bool x) const { return x; }
 };
 
 /// Bins of histogram().
