@@ -16,7 +16,7 @@
 namespace simplexseg {
 namespace field_kernels {
 
-constexpr int kThreads = 256, kTeam = 1024, kWarp = 32;
+constexpr int kThreads = 256, kTeam = 1024, kOfTeams = 512, kWarp = 32;
 constexpr int kMostBlocks = 512;  ///< of a sum: what the last one adds up
 
 /// As in cuda_engine.cu: the blocks of a kernel come while the last ones of the kernel before end, and wait here.
@@ -37,23 +37,33 @@ static __global__ void probe() {}
 
 struct BlockAsTeam {
   int thread, threads;
+  float* scratch;
   SIMPLEXSEG_HD void sync() const {
 #ifdef __CUDA_ARCH__
     __syncthreads();
+#endif
+  }
+  /// Whether any of its threads says so.
+  SIMPLEXSEG_HD bool any([[maybe_unused]] bool x) const {
+#ifdef __CUDA_ARCH__
+    return __syncthreads_or(x) != 0;
+#else
+    return x;
 #endif
   }
 };
 template <class Kernel>
 __global__ void __launch_bounds__(kTeam, 1) by_team(const __grid_constant__ Kernel kernel) {
   wait_for_earlier_kernels();
-  kernel(BlockAsTeam{static_cast<int>(threadIdx.x), static_cast<int>(blockDim.x)});
+  kernel(BlockAsTeam{static_cast<int>(threadIdx.x), static_cast<int>(blockDim.x), nullptr});
 }
 
 /// A team for each block.
 template <class Kernel>
-__global__ void __launch_bounds__(kThreads) by_teams(const __grid_constant__ Kernel kernel) {
+__global__ void __launch_bounds__(kOfTeams) by_teams(const __grid_constant__ Kernel kernel) {
+  __shared__ float scratch[Kernel::kScratch];
   wait_for_earlier_kernels();
-  kernel(BlockAsTeam{static_cast<int>(threadIdx.x), kThreads}, static_cast<int>(blockIdx.x));
+  kernel(BlockAsTeam{static_cast<int>(threadIdx.x), kOfTeams, scratch}, static_cast<int>(blockIdx.x));
 }
 
 struct Add {
@@ -274,7 +284,7 @@ class CudaFieldExecutor {
   }
   template <class Kernel>
   void teams(int count, const Kernel& kernel) const {
-    if (count > 0) start(count, field_kernels::kThreads, field_kernels::by_teams<Kernel>, kernel);
+    if (count > 0) start(count, field_kernels::kOfTeams, field_kernels::by_teams<Kernel>, kernel);
   }
   template <class Kernel>
   void sum_into(int n, const Kernel& kernel, double* to) const {

@@ -27,9 +27,11 @@ namespace simplexseg {
 
 /// A team of one thread. A kernel for a team is run by a whole block of threads on a device: it shares out its loops
 /// (v = team.thread; v < n; v += team.threads), and waits for what the others wrote by team.sync(), or by team.any(x),
-/// which says whether x is true for one of them.
+/// which says whether x is true for one of them. What a kernel of several teams asks for in kScratch, floats, is there
+/// for each team by itself.
 struct TeamOfOne {
   static constexpr int thread = 0, threads = 1;
+  float* scratch = nullptr;
   SIMPLEXSEG_HD void sync() const {}
   SIMPLEXSEG_HD bool any(bool x) const { return x; }
 };
@@ -107,7 +109,8 @@ class OneByOne {
   /// kernel(team, t) for all 0 <= t < count, each by a team of its own; they run in any order and at the same time.
   template <class Kernel>
   void teams(int count, const Kernel& kernel) const {
-    for (int t = 0; t < count; ++t) kernel(TeamOfOne{}, t);
+    std::vector<float> scratch(Kernel::kScratch);
+    for (int t = 0; t < count; ++t) kernel(TeamOfOne{scratch.data()}, t);
   }
   /// Writes the sum of the floats kernel(v) over all 0 <= v < n, added in double in an order that is always the same.
   template <class Kernel>

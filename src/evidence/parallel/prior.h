@@ -71,10 +71,16 @@ class ParallelPrior {
   void learn(const DeviceSaid& said) {
     const bool remembers = !said.fresh.empty() && settings_.memory;
     find_known(said);
-    const LookSamples samples = look_samples(known_on_host_, settings_);
+    LookSamples samples;
+    Strangeness strangeness;
+    run_(3, [&](int job) {
+      if (job == 0) samples = look_samples(known_on_host_, settings_);
+      if (job == 1) inner_difference_ = inner_difference(grid(), coarse_.spacing_mm, coarse_.smoothed, known_on_host_);
+      if (job == 2) strangeness = strangeness_in_marks();
+    });
     const bool hears_looks = settings_.hear_looks && !samples.inside.empty() && !samples.outside.empty();
     if (hears_looks) looks_->begin(features_.data(), blocks(), samples);
-    MarkView view = view_of(said);
+    MarkView view = view_of(said, strangeness);
     find_nearest(said, remembers, view);
     const std::vector<int> shell = counts_of(BinOfShell{view});  // waits for the classifier's equations, too
     if (hears_looks) looks_->receive();
@@ -148,16 +154,18 @@ class ParallelPrior {
                                          before_.data()});
     known_on_host_.resize(blocks());
     executor_.download(known_.data(), std::span<Known>(known_on_host_));
-    inner_difference_ = inner_difference(grid(), coarse_.spacing_mm, coarse_.smoothed, known_on_host_);
   }
-
-  MarkView view_of(const DeviceSaid& said) {
+  Strangeness strangeness_in_marks() const {
     std::array<std::vector<float>, 3> values;
     for (int v = 0; v < blocks(); ++v) {
       if (known_on_host_[v] != Known::Inside) continue;
       values[0].push_back(coarse_.smoothed[v]);
       for (int s = 1; s < 3; ++s) values[s].push_back(coarse_.features[s][v]);
     }
+    return strangeness_among(values);
+  }
+
+  MarkView view_of(const DeviceSaid& said, const Strangeness& strangeness) {
     const std::vector<MarkedBall> balls = marked_balls(said.marks, coarse_.geometry);
     MarkView view{};
     view.grid = grid();
@@ -171,7 +179,7 @@ class ParallelPrior {
     view.from_inside = from_inside_.data(), view.from_outside = from_outside_.data();
     view.nearest = nearest_.data();
     view.balls = balls_.set(executor_, balls);
-    view.strangeness = strangeness_among(values);
+    view.strangeness = strangeness;
     view.noise = noise_of(inner_difference_);
     view.reach_mm = static_cast<float>(said.reach_mm), view.radius_mm = static_cast<float>(said.radius_mm);
     view.least_mm = least_mm();

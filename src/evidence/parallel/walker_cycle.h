@@ -12,6 +12,8 @@
 namespace simplexseg {
 
 inline constexpr int kMostTeamLevels = 12;
+inline constexpr int kTeamSweeps =
+    3;  ///< of the coarsest level before and after; more cost a launch's time and save no iteration
 
 /// What the solver's kernels tell each other.
 struct WalkerScalars {
@@ -213,12 +215,12 @@ struct CycleOfTeam {
     const LevelPointers& coarsest = levels.level[last];
     const int half = coarsest.half_count();
     each_of_team(team, half, FirstSweep{coarsest});
-    for (int s = 0; s < kCoarsestSweeps; ++s) {
+    for (int s = 0; s < kTeamSweeps; ++s) {
       each_of_team(team, half, Sweep{coarsest, 0});
       each_of_team(team, half, Sweep{coarsest, 1});
     }
     each_of_team(team, half, Sweep{coarsest, 0});
-    for (int s = 0; s < kCoarsestSweeps; ++s) {  // the same backwards: the cycle is symmetric
+    for (int s = 0; s < kTeamSweeps; ++s) {  // the same backwards: the cycle is symmetric
       each_of_team(team, half, Sweep{coarsest, 1});
       each_of_team(team, half, Sweep{coarsest, 0});
     }

@@ -29,53 +29,76 @@ struct LowerWays {
   int count;
   int* changed;  ///< 1 is written where anything became less; or null
 
-  SIMPLEXSEG_HD float lowest(const Field& field, const GridPlace& p, int v) const {
-    float least = field.distance[v];
-    const float here = image[v];
+  // A tile with a voxel more on every side, in the team's own memory: its distances, then its image.
+  static constexpr int kRow = kTileI + 2, kPlane = kRow * (kTileJ + 2), kHalo = kPlane * (kTileK + 2);
+  static constexpr int kScratch = 2 * kHalo;
+  static constexpr float kBeyond = 1e30f;  // of what lies beyond the grid
+
+  SIMPLEXSEG_HD float lowest(const Field& field, const float* distance, int at) const {
+    const float* const look = distance + kHalo;
+    float least = distance[at];
+    const float here = look[at];
     SIMPLEXSEG_UNROLL_ALL
     for (int dk = -1; dk <= 1; ++dk) {
-      if (p.k + dk < 0 || p.k + dk >= grid.size[2]) continue;
       SIMPLEXSEG_UNROLL_ALL
       for (int dj = -1; dj <= 1; ++dj) {
-        if (p.j + dj < 0 || p.j + dj >= grid.size[1]) continue;
         SIMPLEXSEG_UNROLL_ALL
         for (int di = -1; di <= 1; ++di) {
-          if (p.i + di < 0 || p.i + di >= grid.size[0]) continue;
-          const int u = v + dk * grid.plane() + dj * grid.row() + di;
-          const float difference = here - image[u];
+          const int u = at + dk * kPlane + dj * kRow + di;
+          const float difference = here - look[u];
           const float cost = field.edge2 > 0 ? cost_of_difference<true>(difference, field.edge2)
                                              : cost_of_difference<false>(difference, 0);
           // A voxel's own way, which is 0 longer, changes nothing.
           const float way = field.length * far[(di != 0 ? 1 : 0) + (dj != 0 ? 2 : 0) + (dk != 0 ? 4 : 0)];
-          least = smaller(field.distance[u] + cost + way, least);
+          least = smaller(distance[u] + cost + way, least);
         }
       }
     }
     return least;
   }
+  SIMPLEXSEG_HD bool is_in_grid(int i, int j, int k) const {
+    return i >= 0 && j >= 0 && k >= 0 && i < grid.size[0] && j < grid.size[1] && k < grid.size[2];
+  }
 
   template <class Team>
   SIMPLEXSEG_HD void operator()(const Team& team, int t) const {
+    constexpr int voxels = kTileI * kTileJ * kTileK;
     const Field field = fields[t % count];
     const int tile = t / count;
     const int first[3]{tile % tiles[0] * kTileI, tile / tiles[0] % tiles[1] * kTileJ,
                        tile / (tiles[0] * tiles[1]) * kTileK};
+    float* const distance = team.scratch;
+    for (int u = team.thread; u < kHalo; u += team.threads) {
+      const int i = first[0] - 1 + u % kRow, j = first[1] - 1 + u / kRow % (kTileJ + 2), k = first[2] - 1 + u / kPlane;
+      const bool in = is_in_grid(i, j, k);
+      const int v = (k * grid.size[1] + j) * grid.size[0] + i;
+      distance[u] = in ? field.distance[v] : kBeyond;
+      distance[kHalo + u] = in ? image[v] : 0.0f;
+    }
+    team.sync();
     bool any = false;
     for (int round = 0; round < kRounds; ++round) {
       bool here = false;
-      for (int u = team.thread; u < kTileI * kTileJ * kTileK; u += team.threads) {
-        const int i = first[0] + u % kTileI, j = first[1] + u / kTileI % kTileJ, k = first[2] + u / (kTileI * kTileJ);
-        if (i >= grid.size[0] || j >= grid.size[1] || k >= grid.size[2]) continue;
-        const int v = (k * grid.size[1] + j) * grid.size[0] + i;
-        const float least = lowest(field, GridPlace(grid, v), v);
-        if (!(least < field.distance[v])) continue;
-        field.distance[v] = least;
+      for (int u = team.thread; u < voxels; u += team.threads) {
+        const int i = u % kTileI, j = u / kTileI % kTileJ, k = u / (kTileI * kTileJ);
+        const int at = (k + 1) * kPlane + (j + 1) * kRow + i + 1;
+        if (distance[at] == kBeyond) continue;
+        const float least = lowest(field, distance, at);
+        if (!(least < distance[at])) continue;
+        distance[at] = least;
         here = true;
       }
       if (!team.any(here)) break;
       any = true;
     }
-    if (any && changed && team.thread == 0) *changed = 1;
+    if (!any) return;
+    for (int u = team.thread; u < voxels; u += team.threads) {
+      const int i = u % kTileI, j = u / kTileI % kTileJ, k = u / (kTileI * kTileJ);
+      if (is_in_grid(first[0] + i, first[1] + j, first[2] + k))
+        field.distance[((first[2] + k) * grid.size[1] + first[1] + j) * grid.size[0] + first[0] + i] =
+            distance[(k + 1) * kPlane + (j + 1) * kRow + i + 1];
+    }
+    if (changed && team.thread == 0) *changed = 1;
   }
 };
 
