@@ -11,6 +11,7 @@
 #include "archive/cache.h"
 #include "archive/query.h"
 #include "archive/server.h"
+#include "core/error.h"
 
 namespace simplexseg {
 
@@ -31,7 +32,13 @@ struct ArchiveSent {
   std::vector<std::string> warnings;  ///< one line each: taken, with changes
 };
 
-/// An archive. Each call opens its connection and closes it. All throw Error for a fault: one line with the server's
+/// A fault of an archive or of what lies between: it may go well another time. Bad input is an Error as elsewhere.
+class ArchiveFault : public Error {
+ public:
+  using Error::Error;
+};
+
+/// An archive. Each call opens its connection and closes it. All throw ArchiveFault: one line with the server's
 /// name, the cause and a remedy, and neither a secret nor anything of a patient. The cause is one of: refused
 /// connection, unknown host, certificate, time-out, credentials (401, 403), nothing there (404, empty answer), another
 /// status, an answer that is damaged, cut short, too large or not what was asked for, a disk that is full. Nothing is
@@ -44,14 +51,14 @@ class Archive {
   virtual void check(const ArchiveProgress& progress = {}) = 0;
   /// No study is no fault here: the list is empty.
   virtual FoundStudies find_studies(const ArchiveQuery& query, const ArchiveProgress& progress = {}) = 0;
-  /// By number. Throws Error too where the study has none.
+  /// By number. It is a fault where the study has none.
   virtual std::vector<ArchiveSeries> find_series(const std::string& study, const ArchiveProgress& progress = {}) = 0;
-  /// Fetches a series with all its instances into the cache, unless it is there, and gives its folder. Throws Error
-  /// too when an instance is missing or damaged: then nothing of it stays.
+  /// Fetches a series with all its instances into the cache, unless it is there, and gives its folder. It is a
+  /// fault too when an instance is missing or damaged: then nothing of it stays.
   virtual std::filesystem::path fetch(const std::string& study, const std::string& series, const ArchiveCache& cache,
                                       const ArchiveProgress& progress = {}) = 0;
-  /// Sends files of DICOM. Throws Error, before anything is sent, where one is none; else where the archive refuses one
-  /// or the connection ends, saying how many it has taken. Sent again, they replace themselves.
+  /// Sends files of DICOM. Throws Error, before anything is sent, where one is none. It is a fault where the archive
+  /// refuses one or the connection ends, and says how many it has taken. Sent again, they replace themselves.
   virtual ArchiveSent send(const std::vector<std::filesystem::path>& files, const ArchiveProgress& progress = {}) = 0;
 };
 
