@@ -6,6 +6,7 @@ from __future__ import annotations
 import http.server
 import json
 import socket
+import ssl
 import threading
 import time
 from typing import Any, Callable
@@ -113,24 +114,36 @@ def silent(seconds: float) -> Answer:
 
 class Proxy:
     """Passes bytes on to a port of this machine. Once `after` of them went in the direction that is looked at, `then` is
-    called, and both sides are closed."""
+    called, and both sides are closed. `certificate`: a file with one and its key; then clients speak TLS."""
 
-    def __init__(self, port: int, after: int, upwards: bool, then: Callable[[], None] = lambda: None) -> None:
+    def __init__(self, port: int, after: int = 1 << 62, upwards: bool = True, then: Callable[[], None] = lambda: None,
+                 certificate: str = "") -> None:
         self.target, self.left, self.upwards, self.then = port, after, upwards, then
+        self.tls: ssl.SSLContext | None = None
+        if certificate:
+            self.tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+            self.tls.load_cert_chain(certificate)
         self.listener = socket.create_server((LOCAL, 0))
         self.port = self.listener.getsockname()[1]
+        self.threads: list[threading.Thread] = []
         self.thread = threading.Thread(target=self.accept)
         self.thread.start()
-        self.threads: list[threading.Thread] = []
 
     def accept(self) -> None:
         """Until the listener is closed."""
         while True:
             try:
                 client, _ = self.listener.accept()
-                server = socket.create_connection((LOCAL, self.target))
             except OSError:
                 return
+            try:
+                client.settimeout(20)
+                if self.tls:
+                    client = self.tls.wrap_socket(client, server_side=True)
+                server = socket.create_connection((LOCAL, self.target), timeout=20)
+            except OSError:  # a client that trusts no such certificate goes
+                client.close()
+                continue
             for source, target, up in ((client, server, True), (server, client, False)):
                 thread = threading.Thread(target=self.pass_on, args=(source, target, up))
                 thread.start()

@@ -68,7 +68,6 @@ class Orthanc:
             "DicomAlwaysAllowStore": True, "RemoteAccessAllowed": False, "AuthenticationEnabled": False,
             "HttpThreadsCount": 4, "SyncStorageArea": False, "OverwriteInstances": True}
         config.update(settings or {})
-        self.secure = bool(config.get("SslEnabled"))
         file = self.folder / "orthanc.json"
         file.write_text(json.dumps(config), encoding="utf-8")
         with open(self.folder / "log", "w", encoding="utf-8") as log:
@@ -88,7 +87,7 @@ class Orthanc:
     @property
     def web(self) -> str:
         """The address of DICOMweb."""
-        return f"{'https' if self.secure else 'http'}://{LOCAL}:{self.web_port}/dicom-web"
+        return f"http://{LOCAL}:{self.web_port}/dicom-web"
 
     @property
     def dicom(self) -> str:
