@@ -29,6 +29,7 @@ TEST(WebJson, AStudyIsReadAsItIsDescribed) {
                               .patient_name = "Doe, Jane, Dr",
                               .patient_id = "7 8",
                               .date = "2024-05-31",
+                              .description = "",
                               .modalities = {"CT", "SEG"},
                               .series = 2,
                               .instances = 300};
