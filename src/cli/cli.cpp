@@ -70,6 +70,7 @@ int run_cli(int argc, const char* const* argv, std::ostream& out, std::ostream& 
   add_parameters(program, action);
   add_study(program, action);
   add_clicks(program, action);
+  add_archive(program, action);
   program.add_answer("--xml", slicer_description,
                      "Print what 3D Slicer is to know of segment (Slicer Execution Model)");
   const std::vector<const char*> arguments = with_subcommand(app, argc, argv);

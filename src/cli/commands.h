@@ -25,6 +25,7 @@ class Failure : public std::runtime_error {
 using Action = std::function<void(const Console&)>;
 
 // Each adds one subcommand, in a file of its own.
+void add_archive(const Subcommand& app, Action& action);
 void add_info(const Subcommand& app, Action& action);
 void add_run(const Subcommand& app, Action& action);
 void add_segment(const Subcommand& app, Action& action);

@@ -37,7 +37,7 @@ void check_outputs(const RunOptions& options, const RunInput& input) {
       }
     }
   }
-  if (!options.picture.empty()) require_picture_name(options.picture);
+  if (!options.picture.empty()) require_view_name(options.picture, input.loaded.scene);
   if (!options.labels.empty()) require_labels_name(options.labels, input.loaded.scene);
   if (!options.save.empty() && fs::path(options.save).extension() != ".json") {
     throw Error("cannot write " + quoted(fs::path(options.save)), "the name of a scene ends in .json", "rename it");
@@ -61,7 +61,7 @@ void write_outputs(const RunOptions& options, const Session& session, RunReport&
   if (!options.meshes.empty()) save_meshes(options.meshes, scene, "." + options.mesh_format);
   if (!options.save.empty()) write_scene(options.save, scene, session.history());
   if (!options.picture.empty())
-    write_picture(options.picture, draw_slices(session.volume(), scene, low_is_bright, options.picture_size));
+    save_view(options.picture, draw_slices(session.volume(), scene, low_is_bright, options.picture_size), scene);
   if (!options.report.empty()) write_report(options.report, report, scene);
 }
 
@@ -168,7 +168,8 @@ HowFar add_run_options(const Subcommand& sub, RunOptions& options) {
       .show_default();
   sub.add_option("--save", options.save, "Write the scene as it is then here (.json), to be run on or opened");
   sub.add_option("--report", options.report, "Write a report here (JSON)");
-  sub.add_option("--picture", options.picture, "Write three slices with the meshes' outlines here (.png, .ppm)");
+  sub.add_option("--picture", options.picture,
+                 "Write three slices with the meshes' outlines here (.png, .ppm, or .dcm: a secondary capture)");
   sub.add_option("--picture-size", options.picture_size, "Of each of its slices, in pixels at most")
       .within(32, 4000)
       .show_default();

@@ -50,7 +50,8 @@ std::string iconv_name(const std::string& character_set) {
   return found == names.end() ? "UTF-8" : found->second;
 }
 
-/// The first group of a person's name, "Doe^Jane^^Dr" -> "Doe, Jane, Dr".
+}  // namespace
+
 std::string name_in_words(const std::string& text) {
   std::string words, part;
   for (const char c : text.substr(0, text.find('=')) + '^') {
@@ -71,8 +72,6 @@ std::string date_in_words(const std::string& text) {
     if (std::isdigit(static_cast<unsigned char>(text[n])) == 0) return text;
   return text.substr(0, 4) + "-" + text.substr(4, 2) + "-" + text.substr(6, 2);
 }
-
-}  // namespace
 
 std::string utf8_of(const std::string& text, const std::string& character_set) {
   std::string name = iconv_name(character_set);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/recovery.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -26,7 +24,7 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-constexpr const char *kLock = "lock", *kNote = "work.json", *kScene = "scene.json";
+constexpr const char *kNote = "work.json", *kScene = "scene.json";
 constexpr const char* kPrefix = "window-";
 /// All of it is written after each action.
 constexpr std::size_t kMostHistory = std::size_t{16} << 20;
@@ -63,30 +61,6 @@ LostWork read_note(const fs::path& folder) {
 }
 
 }  // namespace
-
-HeldFolder::HeldFolder(fs::path folder) : path_(std::move(folder)) {
-  descriptor_ = ::open((path_ / kLock).c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
-  if (descriptor_ >= 0 && ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) ::close(std::exchange(descriptor_, -1));
-}
-
-HeldFolder::~HeldFolder() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
-HeldFolder::HeldFolder(HeldFolder&& other) noexcept
-    : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
-
-HeldFolder& HeldFolder::operator=(HeldFolder&& other) noexcept {
-  std::swap(path_, other.path_), std::swap(descriptor_, other.descriptor_);
-  return *this;
-}
-
-void HeldFolder::remove() {
-  if (!holds()) return;
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-  ::close(std::exchange(descriptor_, -1));
-}
 
 WorkKeeper::WorkKeeper(const fs::path& root) {
   // A window that starts at this moment may take a folder without a lock for one that was left.

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "io/held_folder.h"
 #include "session/scene.h"
 #include "session/undo_history.h"
 
@@ -18,28 +19,6 @@ struct WorkNote {
   std::int64_t saved_at_s = 0;  ///< when it was kept, seconds since 1970
   int meshes = 0, points = 0;   ///< of the scene
   std::int64_t vertices = 0;    ///< of all meshes
-};
-
-/// A folder that is held as long as this object lives, or the process, however that ends: a lock on a file in it.
-class HeldFolder {
- public:
-  HeldFolder() = default;
-  /// Takes the folder, which must exist; holds() is false when another process, or this one, has it.
-  explicit HeldFolder(std::filesystem::path folder);
-  ~HeldFolder();
-  HeldFolder(HeldFolder&& other) noexcept;
-  HeldFolder& operator=(HeldFolder&& other) noexcept;
-  HeldFolder(const HeldFolder&) = delete;
-  HeldFolder& operator=(const HeldFolder&) = delete;
-
-  bool holds() const { return descriptor_ >= 0; }
-  const std::filesystem::path& path() const { return path_; }
-  /// Removes it with all that is in it, and lets it go.
-  void remove();
-
- private:
-  std::filesystem::path path_;
-  int descriptor_ = -1;
 };
 
 /// Keeps the work of one window in a folder of its own below `root`. What was kept before stays until the next is whole

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "io/data_path.h"
+#include "io/dicom_capture_write.h"
 #include "io/dicom_seg_write.h"
 #include "io/file_names.h"
 #include "io/files.h"
@@ -64,6 +65,20 @@ std::string save_labels(const fs::path& path, const Scene& scene, const VolumeGe
     note += (note.empty() ? "" : "; ") + std::to_string(map.shared_voxels) +
             " voxels lie inside two or more meshes; the one whose field is surer of them, else the first, has them";
   return note;
+}
+
+void require_view_name(const fs::path& path, const Scene& scene) {
+  if (is_dicom_name(path))
+    source_of(scene, path);
+  else
+    require_picture_name(path);
+}
+
+void save_view(const fs::path& path, const Picture& picture, const Scene& scene) {
+  if (is_dicom_name(path))
+    write_secondary_capture(path, picture, "View of SimplexSeg", source_of(scene, path));
+  else
+    write_picture(path, picture);
 }
 
 std::vector<std::string> mesh_file_names(const Scene& scene, const std::string& extension) {

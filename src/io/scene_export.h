@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "image/volume.h"
+#include "io/picture_io.h"
 #include "session/scene.h"
 
 namespace simplexseg {
@@ -19,6 +20,13 @@ void require_labels_name(const std::filesystem::path& path, const Scene& scene);
 /// write_labels(). Returns a line for the user where voxels lie inside several meshes or labels have other numbers in
 /// the file, else nothing. Throws Error as make_label_map() and these do.
 std::string save_labels(const std::filesystem::path& path, const Scene& scene, const VolumeGeometry& geometry);
+
+/// Throws Error where save_view() would for the name, or since the scene's volume is not what a DICOM file needs.
+void require_view_name(const std::filesystem::path& path, const Scene& scene);
+
+/// Writes a picture of a scene: .dcm as a secondary capture in the study of the scene's volume, which is a DICOM image
+/// (write_secondary_capture()); any other as write_picture(). Throws Error as these do.
+void save_view(const std::filesystem::path& path, const Picture& picture, const Scene& scene);
 
 /// The names of the files that save_meshes() writes, in the order of the scene's meshes: those of the meshes where they
 /// can be file names (distinct_file_names()), with the extension.

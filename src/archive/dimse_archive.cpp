@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// An archive over DICOM's own connections: C-ECHO, C-FIND, C-GET, C-STORE (PS3.4).
+#include <algorithm>
+#include <set>
+
+#include "archive/dimse_link.h"
+#include "archive/faults.h"
+#include "archive/implementations.h"
+#include "archive/match.h"
+#include "io/dicom_texts.h"
+
+namespace simplexseg {
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kVerification = "1.2.840.10008.1.1";
+constexpr const char* kFind = "1.2.840.10008.5.1.4.1.2.2.1";  // study root
+constexpr const char* kGet = "1.2.840.10008.5.1.4.1.2.2.3";
+constexpr const char *kImplicit = "1.2.840.10008.1.2", *kExplicit = "1.2.840.10008.1.2.1";
+/// Compressed: JPEG baseline, extended and lossless, JPEG-LS, JPEG 2000, run lengths.
+constexpr const char* kCompressed[] = {"1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51", "1.2.840.10008.1.2.4.57",
+                                       "1.2.840.10008.1.2.4.70", "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.81",
+                                       "1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.4.91", "1.2.840.10008.1.2.5"};
+constexpr std::size_t kMostContexts = 120;  ///< an association has 128
+constexpr std::size_t kMostInstances = 100000;
+constexpr std::uint64_t kMostAnswer = 100'000'000;  ///< bytes, of answers to a search
+
+constexpr DicomTag kStudy{0x0020, 0x000d}, kSeries{0x0020, 0x000e}, kInstance{0x0008, 0x0018}, kClass{0x0008, 0x0016};
+
+int count_of(const std::string& text, int otherwise) {
+  const bool is_number = !text.empty() && text.size() < 10 &&
+                         std::all_of(text.begin(), text.end(), [](unsigned char c) { return c >= '0' && c <= '9'; });
+  return is_number ? std::stoi(text) : otherwise;
+}
+
+std::vector<std::string> values_of(const std::string& text) {
+  std::vector<std::string> values;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\\', at), text.size());
+    if (end > at && values.size() < 20) values.push_back(text.substr(at, end - at));
+    at = end + 1;
+  }
+  return values;
+}
+
+class DimseArchive : public Archive {
+ public:
+  explicit DimseArchive(ArchiveServer server) : server_(std::move(server)) {}
+
+  void check(const ArchiveProgress& progress) override {
+    DimseLink link(server_, {{kVerification, {kImplicit, kExplicit}}}, bounded(progress));
+    link.echo();
+  }
+
+  FoundStudies find_studies(const ArchiveQuery& query, const ArchiveProgress& progress) override {
+    require_query(query);
+    DimseLink link(server_, {{kFind, {kExplicit, kImplicit}}}, bounded(progress));
+    const std::vector<DimseKey> keys = {{kStudy, query.study},
+                                        {{0x0010, 0x0010}, part_pattern(query.patient_name)},
+                                        {{0x0010, 0x0020}, query.patient_id},
+                                        {{0x0008, 0x0020}, dicom_date_range(query.date)},
+                                        {{0x0008, 0x1030}, part_pattern(query.description)},
+                                        {{0x0008, 0x0061}, query.modality},
+                                        {{0x0020, 0x1206}, ""},
+                                        {{0x0020, 0x1208}, ""}};
+    FoundStudies found;
+    for (const DimseEntry& entry : link.find("STUDY", keys, static_cast<std::size_t>(query.most) + 1)) {
+      if (!is_dicom_uid(entry[0])) continue;
+      found.studies.push_back({.uid = entry[0],
+                               .patient_name = name_in_words(entry[1]),
+                               .patient_id = entry[2],
+                               .date = date_in_words(entry[3]),
+                               .description = entry[4],
+                               .modalities = values_of(entry[5]),
+                               .series = count_of(entry[6], -1),
+                               .instances = count_of(entry[7], -1)});
+    }
+    sort_studies(found, query.most);
+    return found;
+  }
+
+  std::vector<ArchiveSeries> find_series(const std::string& study, const ArchiveProgress& progress) override {
+    require_uid(study, "study");
+    DimseLink link(server_, {{kFind, {kExplicit, kImplicit}}}, bounded(progress));
+    const std::vector<DimseKey> keys = {{kStudy, study},        {kSeries, ""},          {{0x0020, 0x0011}, ""},
+                                        {{0x0008, 0x0060}, ""}, {{0x0008, 0x103e}, ""}, {{0x0020, 0x1209}, ""}};
+    std::vector<ArchiveSeries> all;
+    for (const DimseEntry& entry : link.find("SERIES", keys, kMostInstances)) {
+      if (!is_dicom_uid(entry[1])) continue;
+      all.push_back({.study = study,
+                     .uid = entry[1],
+                     .number = count_of(entry[2], 0),
+                     .modality = entry[3],
+                     .description = entry[4],
+                     .instances = count_of(entry[5], -1)});
+    }
+    if (all.empty()) throw nothing_there(server_, "such study");
+    sort_series(all);
+    return all;
+  }
+
+  fs::path fetch(const std::string& study, const std::string& series, const ArchiveCache& cache,
+                 const ArchiveProgress& progress) override {
+    require_uid(study, "study"), require_uid(series, "series");
+    std::set<std::string> expected, classes;
+    {
+      DimseLink link(server_, {{kFind, {kExplicit, kImplicit}}}, bounded(progress));
+      const std::vector<DimseKey> keys = {{kStudy, study}, {kSeries, series}, {kInstance, ""}, {kClass, ""}};
+      for (const DimseEntry& entry : link.find("IMAGE", keys, kMostInstances)) {
+        if (is_dicom_uid(entry[2])) expected.insert(entry[2]);
+        if (is_dicom_uid(entry[3])) classes.insert(entry[3]);
+      }
+    }
+    if (expected.empty()) throw nothing_there(server_, "such series");
+    if (const auto kept = cache.find(server_, series, expected)) return *kept;
+    SeriesReceiver receiver(server_, cache, series, expected, progress);
+    DimseLink link(server_, contexts_to_get(classes), [&](std::uint64_t bytes) { receiver.count(bytes); });
+    link.get(study, series, receiver);
+    return receiver.finish();
+  }
+
+  ArchiveSent send(const std::vector<fs::path>& files, const ArchiveProgress& progress) override {
+    Outgoing outgoing(server_, files, progress);
+    std::set<std::pair<std::string, std::string>> kinds;
+    for (const Outgoing::Instance& one : outgoing.instances())
+      kinds.insert({one.identity.sop_class, one.identity.transfer_syntax});
+    std::vector<DimseContext> contexts;
+    for (const auto& [sop_class, syntax] : kinds) {
+      contexts.push_back({sop_class, {syntax}});
+      if (syntax == kExplicit) contexts.push_back({sop_class, {kImplicit}});
+    }
+    if (contexts.size() > kMostContexts)
+      throw archive_fault(server_, "too many kinds of objects for one connection", "send fewer files at once");
+    outgoing.guard([&] {
+      DimseLink link(server_, contexts, [&](std::uint64_t bytes) { outgoing.count(bytes); });
+      for (const Outgoing::Instance& one : outgoing.instances()) outgoing.stored(link.store(one));
+    });
+    return outgoing.sent();
+  }
+
+ private:
+  /// Tells that something is waited for, and holds what comes against what a search can need.
+  std::function<void(std::uint64_t)> bounded(const ArchiveProgress& progress) const {
+    return [this, &progress, sum = std::uint64_t{0}](std::uint64_t bytes) mutable {
+      if ((sum += bytes) > kMostAnswer) throw too_large(server_, "its answer", kMostAnswer);
+      tell(progress, {});
+    };
+  }
+
+  /// One for each coding, so that each instance can come as it is kept.
+  std::vector<DimseContext> contexts_to_get(const std::set<std::string>& classes) const {
+    std::vector<DimseContext> contexts = {{kGet, {kExplicit, kImplicit}}};
+    for (const std::string& one : classes) contexts.push_back({one, {kExplicit, kImplicit}, true});
+    for (const std::string& one : classes)
+      for (const char* syntax : kCompressed)
+        if (contexts.size() < kMostContexts) contexts.push_back({one, {syntax}, true});
+    if (classes.empty() || classes.size() > kMostContexts)
+      throw archive_fault(server_, "it does not say of what classes the instances are", "ask who runs the archive");
+    return contexts;
+  }
+
+  const ArchiveServer server_;
+};
+
+}  // namespace
+
+std::unique_ptr<Archive> open_dimse(const ArchiveServer& server) { return std::make_unique<DimseArchive>(server); }
+
+}  // namespace simplexseg

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "archive/multipart.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+
+#include "io/header_text.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr std::size_t kMostHeader = std::size_t{1} << 16;
+constexpr std::size_t kMostBoundary = 200;  // RFC 2046 allows 70
+
+}  // namespace
+
+std::optional<std::string> boundary_of(const std::string& content_type) {
+  const std::string lower = lower_case(content_type);
+  if (!lower.starts_with("multipart/related")) return {};
+  const std::string key = "boundary=";
+  std::size_t at = 0;
+  do {
+    at = lower.find(key, at + 1);
+  } while (at != std::string::npos && lower[at - 1] != ';' && lower[at - 1] != ' ' && lower[at - 1] != '\t');
+  if (at == std::string::npos) return {};
+  std::string boundary = content_type.substr(at + key.size());
+  if (boundary.starts_with('"'))
+    boundary = boundary.substr(1, boundary.find('"', 1) - 1);
+  else
+    boundary = boundary.substr(0, boundary.find_first_of("; \t"));
+  if (boundary.empty() || boundary.size() > kMostBoundary) return {};
+  return boundary;
+}
+
+MultipartReader::MultipartReader(const std::string& boundary, Part part)
+    : delimiter_("\r\n--" + boundary), part_(std::move(part)) {}
+
+bool MultipartReader::feed(const char* data, std::size_t bytes) {
+  if (state_ == State::Over) return true;  // what follows the last delimiter is for nobody
+  pending_.append(data, bytes);
+  while (!damaged_ && step()) {
+  }
+  return !damaged_;
+}
+
+/// One state after the other; false where more has to come first.
+bool MultipartReader::step() {
+  switch (state_) {
+    case State::Before:
+    case State::Body:
+      return take_body();
+    case State::Delimiter:
+      return take_delimiter();
+    case State::Headers: {
+      const std::size_t end = pending_.find("\r\n\r\n");
+      if (end == std::string::npos) {
+        damaged_ = pending_.size() > kMostHeader;
+        return false;
+      }
+      take_headers(pending_.substr(0, end + 2));
+      pending_.erase(0, end + 4);
+      state_ = State::Body;
+      return true;
+    }
+    case State::Over:
+      break;
+  }
+  return false;
+}
+
+/// All that cannot be the beginning of a delimiter belongs to the part.
+bool MultipartReader::take_body() {
+  const std::size_t found = pending_.find(delimiter_);
+  const std::size_t most = pending_.size() - std::min(pending_.size(), delimiter_.size() - 1);
+  const std::size_t count = std::min(found, most);
+  if (state_ == State::Body && count > 0) {
+    length_ += count;
+    part_.data(pending_.data(), count);
+  }
+  pending_.erase(0, count);
+  if (found == std::string::npos) return false;
+  state_ = State::Delimiter;
+  return true;
+}
+
+/// `pending_` begins with the delimiter. What follows it tells whether it is one.
+bool MultipartReader::take_delimiter() {
+  std::size_t at = delimiter_.size();
+  while (at < pending_.size() && (pending_[at] == ' ' || pending_[at] == '\t')) ++at;
+  if (at > delimiter_.size() + kMostHeader) damaged_ = true;
+  if (pending_.size() < at + 2) return false;
+  const bool last = pending_.compare(at, 2, "--") == 0;
+  if (!last && pending_.compare(at, 2, "\r\n") != 0) {  // it only looks so
+    if (in_part_) {
+      length_ += delimiter_.size();
+      part_.data(pending_.data(), delimiter_.size());
+    }
+    pending_.erase(0, delimiter_.size());
+    state_ = in_part_ ? State::Body : State::Before;
+    return true;
+  }
+  if (in_part_) part_.end(!claimed_ || *claimed_ == length_);
+  in_part_ = false;
+  if (last) {
+    pending_.clear();
+    state_ = State::Over;
+    return false;
+  }
+  pending_.erase(0, at);  // the line's end may be that of the headers too
+  state_ = State::Headers;
+  return true;
+}
+
+void MultipartReader::take_headers(const std::string& headers) {
+  claimed_.reset();
+  length_ = 0;
+  const std::string lower = lower_case(headers), key = "\r\ncontent-length:";
+  if (std::size_t at = lower.find(key); at != std::string::npos) {
+    at = lower.find_first_not_of(" \t", at + key.size());
+    std::uint64_t value = 0;
+    const char* const begin = lower.data() + std::min(at, lower.size());
+    if (std::from_chars(begin, lower.data() + lower.size(), value).ec == std::errc()) claimed_ = value;
+  }
+  in_part_ = true;
+  part_.begin();
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "archive/server.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/error.h"
+#include "io/atomic_file.h"
+#include "io/files.h"
+#include "io/json_input.h"
+#include "io/json_output.h"
+
+namespace simplexseg {
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+constexpr const char* kVersionKey = "simplexseg_archives";
+
+bool is_plain(const std::string& text, std::size_t most) {
+  return !text.empty() && text.size() <= most && text.front() != ' ' && text.back() != ' ' &&
+         std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
+}
+
+bool is_title(const std::string& text) {
+  return is_plain(text, 16) &&
+         std::all_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x7f && c != '\\'; });
+}
+
+bool is_host(const std::string& text) {
+  return is_plain(text, 253) && std::all_of(text.begin(), text.end(), [](unsigned char c) {
+           return std::isalnum(c) || c == '.' || c == '-' || c == '_' || c == ':' || c == '[' || c == ']';
+         });
+}
+
+bool is_loopback(const std::string& host) {
+  return host == "localhost" || host.starts_with("127.") || host == "[::1]" || host == "::1";
+}
+
+/// What stands between "//" and the path of a URL, without the port.
+std::string host_of_url(const std::string& url) {
+  const std::size_t start = url.find("//") + 2;
+  std::string host = url.substr(start, url.find('/', start) - start);
+  if (const std::size_t bracket = host.find(']'); bracket != std::string::npos) return host.substr(0, bracket + 1);
+  return host.substr(0, host.find(':'));
+}
+
+void require_url(const ArchiveServer& server, const std::string& what) {
+  const std::string& url = server.url;
+  const char* const example = "give one like https://host/dicom-web";
+  if (!url.starts_with("https://") && !url.starts_with("http://"))
+    throw Error(what, url.empty() ? "it has no URL" : "its URL is not of https or http", example);
+  const std::size_t start = url.find("//") + 2;
+  if (url.substr(start, url.find('/', start) - start).find('@') != std::string::npos)  // its name may be its URL
+    throw Error("the address of an archive", "it holds a user or a password",
+                "name the variable or the file with them instead");
+  if (!is_plain(url, 2000) || url.find_first_of(" \"\\<>^`{|}?#") != std::string::npos || !is_host(host_of_url(url)))
+    throw Error(what, "its URL is damaged, or has a query or a fragment", example);
+  const bool has_credentials = !server.credentials_variable.empty() || !server.credentials_file.empty();
+  if (has_credentials && url.starts_with("http://") && !is_loopback(host_of_url(url)))
+    throw Error(what, "its credentials would go out unencrypted by http", "use https");
+}
+
+ArchiveServer read_server(const JsonInput& input) {
+  input.expect_keys({"name", "url", "host", "port", "called_title", "calling_title", "ca_file", "credentials_variable",
+                     "credentials_file", "timeout_s"});
+  ArchiveServer server;
+  const auto text = [&](const char* key, const std::string& otherwise) {
+    return input.has(key) ? input[key].text() : otherwise;
+  };
+  server.name = input["name"].text();
+  if (input.has("url") == input.has("host")) input.refuse("it has not one of \"url\" and \"host\"", "give one of them");
+  server.protocol = input.has("url") ? ArchiveProtocol::DicomWeb : ArchiveProtocol::Dimse;
+  server.url = text("url", "");
+  server.host = text("host", "");
+  if (input.has("port")) server.port = input["port"].integer_between(1, 65535);
+  server.called_title = text("called_title", "");
+  server.calling_title = text("calling_title", server.calling_title);
+  server.ca_file = text("ca_file", "");
+  server.credentials_variable = text("credentials_variable", "");
+  server.credentials_file = text("credentials_file", "");
+  if (input.has("timeout_s")) server.timeout_s = input["timeout_s"].integer_between(1, 3600);
+  require_archive_server(server);
+  return server;
+}
+
+Json json_of(const ArchiveServer& server) {
+  Json json = {{"name", server.name}};
+  if (server.protocol == ArchiveProtocol::DicomWeb) {
+    json["url"] = server.url;
+    for (const auto& [key, value] :
+         {std::pair("ca_file", server.ca_file.string()), std::pair("credentials_variable", server.credentials_variable),
+          std::pair("credentials_file", server.credentials_file.string())})
+      if (!value.empty()) json[key] = value;
+  } else {
+    json["host"] = server.host, json["port"] = server.port;
+    json["called_title"] = server.called_title, json["calling_title"] = server.calling_title;
+  }
+  json["timeout_s"] = server.timeout_s;
+  return json;
+}
+
+void require_distinct(const std::vector<ArchiveServer>& servers, const fs::path& file) {
+  std::set<std::string> names;
+  for (const ArchiveServer& server : servers)
+    if (!names.insert(server.name).second)
+      throw Error("the archives in " + quoted(file), "two are called " + one_line(server.name), "rename one");
+}
+
+}  // namespace
+
+void require_archive_server(const ArchiveServer& server) {
+  if (!is_plain(server.name, server.name == address_of(server) ? 2000 : 64))
+    throw Error("the archive " + one_line(server.name), "its name is empty, too long or has blanks at its ends",
+                "give it one of 64 characters at most");
+  const std::string what = "the archive " + one_line(server.name);
+  if (server.timeout_s < 1 || server.timeout_s > 3600)
+    throw Error(what, "its time-out is " + std::to_string(server.timeout_s) + " s", "give one from 1 to 3600");
+  if (!server.credentials_variable.empty() && !server.credentials_file.empty())
+    throw Error(what, "it has a variable and a file of credentials", "give one of them");
+  if (server.protocol == ArchiveProtocol::DicomWeb) return require_url(server, what);
+  if (!is_host(server.host) || server.port < 1 || server.port > 65535)
+    throw Error(what, "it has no host, or a port that cannot be", "give both, as in ORTHANC@localhost:4242");
+  if (!is_title(server.called_title) || !is_title(server.calling_title))
+    throw Error(what, "a title of an application entity has 1 to 16 characters of ASCII, none of them a backslash",
+                "ask who runs the archive");
+  if (!server.credentials_variable.empty() || !server.credentials_file.empty() || !server.ca_file.empty())
+    throw Error(what, "credentials and certificates are of DICOMweb alone", "leave them out, or give a URL");
+}
+
+ArchiveServer archive_server_at(const std::string& address) {
+  ArchiveServer server;
+  server.name = address;
+  if (address.find("://") != std::string::npos) {
+    server.url = address;
+    while (server.url.ends_with('/')) server.url.pop_back();
+  } else {
+    const std::size_t at = address.find('@'), colon = address.rfind(':');
+    const std::string digits = colon == std::string::npos ? "" : address.substr(colon + 1);
+    if (at == std::string::npos || colon == std::string::npos || colon < at || digits.empty() || digits.size() > 5 ||
+        !std::all_of(digits.begin(), digits.end(), [](unsigned char c) { return std::isdigit(c) != 0; }))
+      throw Error("the archive " + one_line(address), "it is no address", "give https://... or TITLE@host:port");
+    server.protocol = ArchiveProtocol::Dimse;
+    server.called_title = address.substr(0, at);
+    server.host = address.substr(at + 1, colon - at - 1);
+    server.port = std::stoi(digits);
+  }
+  server.name = address_of(server);
+  require_archive_server(server);
+  return server;
+}
+
+std::string address_of(const ArchiveServer& server) {
+  return server.protocol == ArchiveProtocol::DicomWeb
+             ? server.url
+             : server.called_title + "@" + server.host + ":" + std::to_string(server.port);
+}
+
+fs::path archive_servers_file() {
+  const char* const config = std::getenv("XDG_CONFIG_HOME");
+  const char* const home = std::getenv("HOME");
+  const fs::path folder = config && *config == '/' ? fs::path(config) : fs::path(home ? home : "/") / ".config";
+  return folder / "simplexseg" / "archives.json";
+}
+
+std::vector<ArchiveServer> read_archive_servers(const fs::path& file) {
+  std::vector<ArchiveServer> servers;
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return servers;
+  const JsonInput input = JsonInput::open(file, "list of archives");
+  input.expect_keys({kVersionKey, "servers"});
+  input[kVersionKey].integer_between(1, 1);
+  const JsonInput list = input["servers"];
+  for (int n = 0; n < list.size(); ++n) servers.push_back(read_server(list[n]));
+  require_distinct(servers, file);
+  return servers;
+}
+
+void write_archive_servers(const std::vector<ArchiveServer>& servers, const fs::path& file) {
+  require_distinct(servers, file);
+  Json json = {{kVersionKey, 1}, {"servers", Json::array()}};
+  for (const ArchiveServer& server : servers) {
+    require_archive_server(server);
+    json["servers"].push_back(json_of(server));
+  }
+  std::error_code ignored;
+  fs::create_directories(file.parent_path(), ignored);  // AtomicFile says where it is missing
+  AtomicFile out(file);
+  write_bytes(out, json_text(file, json));
+  out.commit();
+}
+
+ArchiveServer find_archive_server(const std::vector<ArchiveServer>& servers, const std::string& name) {
+  if (name.empty() && servers.size() == 1) return servers.front();
+  for (const ArchiveServer& server : servers)
+    if (server.name == name) return server;
+  if (name.find('@') != std::string::npos || name.find("://") != std::string::npos) return archive_server_at(name);
+  std::string known;
+  for (const ArchiveServer& server : servers) known += (known.empty() ? "" : ", ") + one_line(server.name);
+  throw Error(
+      name.empty() ? "which archive" : "the archive " + one_line(name),
+      name.empty() ? "none is named" : "there is none of that name",
+      known.empty() ? "add one first, or give its address: https://... or TITLE@host:port" : "known are " + known);
+}
+
+}  // namespace simplexseg

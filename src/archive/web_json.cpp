@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "archive/web_json.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "archive/faults.h"
+#include "io/dicom_texts.h"
+#include "io/files.h"
+
+namespace simplexseg {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr int kMostNesting = 32;
+constexpr std::size_t kMostText = 200;
+
+/// Brackets outside of texts, one in the other: each takes memory until the text ends.
+bool is_nested_deeply(const std::string& text) {
+  int depth = 0;
+  bool in_text = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (in_text && text[i] == '\\') {
+      ++i;
+    } else if (text[i] == '"') {
+      in_text = !in_text;
+    } else if (!in_text && (text[i] == '[' || text[i] == '{')) {
+      if (++depth > kMostNesting) return true;
+    } else if (!in_text && (text[i] == ']' || text[i] == '}')) {
+      --depth;
+    }
+  }
+  return false;
+}
+
+Json parse(const std::string& text) {
+  return is_nested_deeply(text) ? Json(Json::value_t::discarded) : Json::parse(text, nullptr, false);
+}
+
+/// The values of an attribute, "0020000D"; null where there are none.
+const Json* values_of(const Json& entry, const char* tag) {
+  if (!entry.is_object()) return nullptr;
+  const auto attribute = entry.find(tag);
+  if (attribute == entry.end() || !attribute->is_object()) return nullptr;
+  const auto values = attribute->find("Value");
+  return values != attribute->end() && values->is_array() && !values->empty() ? &*values : nullptr;
+}
+
+std::string text_of(const Json& value) {
+  if (value.is_string()) return one_line(value.get<std::string>(), kMostText);
+  if (value.is_number_integer()) return std::to_string(value.get<std::int64_t>());
+  if (!value.is_object()) return {};
+  const auto name = value.find("Alphabetic");
+  return name != value.end() && name->is_string() ? one_line(name->get<std::string>(), kMostText) : "";
+}
+
+std::string text_of(const Json& entry, const char* tag) {
+  const Json* const values = values_of(entry, tag);
+  return values ? text_of(values->front()) : "";
+}
+
+std::string uid_of(const Json& entry, const char* tag) {
+  const std::string text = text_of(entry, tag);
+  return is_dicom_uid(text) ? text : "";
+}
+
+int count_of(const Json& entry, const char* tag, int otherwise) {
+  const std::string text = text_of(entry, tag);
+  int value = 0;
+  char rest = 0;
+  return !text.empty() && text.size() < 10 && std::sscanf(text.c_str(), "%d%c", &value, &rest) == 1 && value >= 0
+             ? value
+             : otherwise;
+}
+
+/// An empty text is an empty list: some archives answer so.
+Json list_of(const ArchiveServer& server, const std::string& text) {
+  if (text.empty()) return Json::array();
+  Json json = parse(text);
+  if (!json.is_array())
+    throw archive_fault(server, "its answer is not the JSON of DICOMweb", "check that its URL is that of DICOMweb");
+  return json;
+}
+
+}  // namespace
+
+std::vector<ArchiveStudy> studies_of_json(const ArchiveServer& server, const std::string& text) {
+  std::vector<ArchiveStudy> studies;
+  for (const Json& entry : list_of(server, text)) {
+    ArchiveStudy study;
+    study.uid = uid_of(entry, "0020000D");
+    if (study.uid.empty()) continue;
+    study.patient_name = name_in_words(text_of(entry, "00100010"));
+    study.patient_id = text_of(entry, "00100020");
+    study.date = date_in_words(text_of(entry, "00080020"));
+    study.description = text_of(entry, "00081030");
+    if (const Json* const modalities = values_of(entry, "00080061")) {
+      for (const Json& one : *modalities)
+        if (std::string name = text_of(one); !name.empty() && study.modalities.size() < 20)
+          study.modalities.push_back(std::move(name));
+    }
+    study.series = count_of(entry, "00201206", -1);
+    study.instances = count_of(entry, "00201208", -1);
+    studies.push_back(std::move(study));
+  }
+  return studies;
+}
+
+std::vector<ArchiveSeries> series_of_json(const ArchiveServer& server, const std::string& text,
+                                          const std::string& study) {
+  std::vector<ArchiveSeries> all;
+  for (const Json& entry : list_of(server, text)) {
+    ArchiveSeries series;
+    series.study = study;
+    series.uid = uid_of(entry, "0020000E");
+    if (series.uid.empty()) continue;
+    series.number = count_of(entry, "00200011", 0);
+    series.modality = text_of(entry, "00080060");
+    series.description = text_of(entry, "0008103E");
+    series.instances = count_of(entry, "00201209", -1);
+    all.push_back(std::move(series));
+  }
+  return all;
+}
+
+std::set<std::string> instances_of_json(const ArchiveServer& server, const std::string& text) {
+  std::set<std::string> uids;
+  for (const Json& entry : list_of(server, text))
+    if (std::string uid = uid_of(entry, "00080018"); !uid.empty()) uids.insert(std::move(uid));
+  return uids;
+}
+
+StoreAnswer store_answer_of_json(const std::string& text) {
+  StoreAnswer answer;
+  const Json json = parse(text);
+  if (const Json* const failed = values_of(json, "00081198")) {
+    answer.refused = static_cast<int>(failed->size());
+    const int reason = count_of(failed->front(), "00081197", 0);
+    char hexadecimal[16];
+    std::snprintf(hexadecimal, sizeof hexadecimal, "%04X", static_cast<unsigned>(reason));
+    if (reason > 0) answer.reason = hexadecimal;
+  }
+  if (const Json* const stored = values_of(json, "00081199")) {
+    const int reason = count_of(stored->front(), "00081196", 0);
+    if (reason == 0xb000) answer.warning = "the archive changed some values";
+    if (reason == 0xb006) answer.warning = "the archive left some elements out";
+    if (reason == 0xb007) answer.warning = "the archive finds that it does not match its class";
+  }
+  return answer;
+}
+
+}  // namespace simplexseg

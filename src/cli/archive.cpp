@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/archive.h"
+
+#include "cli/progress.h"
+#include "io/load_progress.h"
+
+namespace simplexseg {
+
+void add_connection_options(const Subcommand& sub, ArchiveOptions& options) {
+  sub.add_option("--ca-file", options.ca_file, "Certificates (PEM) that are trusted instead of the system's");
+  sub.add_option("--credentials-variable", options.credentials_variable,
+                 "Environment variable with USER:PASSWORD, or with \"bearer TOKEN\"");
+  sub.add_option("--credentials-file", options.credentials_file, "The same in a file of mode 600");
+  sub.add_option("--calling-title", options.calling_title,
+                 "Our application entity title, as the archive knows it; without it SIMPLEXSEG");
+  sub.add_option("--timeout", options.timeout_s, "Seconds for which nothing may come; without it 30").within(1, 3600);
+}
+
+void add_archive_options(const Subcommand& sub, ArchiveOptions& options) {
+  sub.add_option("--server", options.server,
+                 "Name of an archive (archive servers list), or its address: https://... for DICOMweb, or "
+                 "TITLE@host:port; may be left out where there is one");
+  add_connection_options(sub, options);
+}
+
+ArchiveServer with_options(ArchiveServer server, const ArchiveOptions& options) {
+  if (!options.ca_file.empty()) server.ca_file = std::filesystem::absolute(options.ca_file);
+  if (!options.credentials_variable.empty() || !options.credentials_file.empty()) {
+    server.credentials_variable = options.credentials_variable;
+    server.credentials_file =
+        options.credentials_file.empty() ? "" : std::filesystem::absolute(options.credentials_file);
+  }
+  if (!options.calling_title.empty()) server.calling_title = options.calling_title;
+  if (options.timeout_s > 0) server.timeout_s = options.timeout_s;
+  return server;
+}
+
+ArchiveServer server_of(const ArchiveOptions& options) {
+  return with_options(find_archive_server(read_archive_servers(), options.server), options);
+}
+
+void with_archive(const Console& console, const std::string& doing,
+                  const std::function<void(const ArchiveProgress&)>& work) {
+  const Interrupt interrupt;
+  try {
+    Progress progress(console, doing);
+    work([&](const ArchiveTransfer& transfer) {
+      Interrupt::check();
+      if (transfer.of > 0) progress.set(double(transfer.instances) / transfer.of);
+      return true;
+    });
+  } catch (const ArchiveFault& fault) {
+    throw Failure(fault.what());
+  }
+}
+
+void add_archive(const Subcommand& app, Action& action) {
+  const Subcommand sub =
+      app.add_subcommand("archive", "Finds and fetches series of a DICOM archive (PACS), and sends files to it");
+  sub.require_subcommand();
+  add_archive_find(sub, action);
+  add_archive_get(sub, action);
+  add_archive_send(sub, action);
+  add_archive_servers(sub, action);
+}
+
+}  // namespace simplexseg
