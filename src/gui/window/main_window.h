@@ -10,6 +10,7 @@ class QDockWidget;
 namespace simplexseg {
 
 class ActionTable;
+class ArchiveActions;
 class BackgroundJob;
 class CompareWindow;
 class DrawnScene;
@@ -36,6 +37,7 @@ class MainWindow : public QMainWindow {
   FrameLoop& loop() { return *loop_; }
   ActionTable& actions() { return *actions_; }
   FileActions& files() { return *files_; }
+  ArchiveActions& archive() { return *archive_; }
   BackgroundJob& job() { return *job_; }
   MessageBar& messages() { return *messages_; }
   ViewGrid& views() { return *views_; }
@@ -78,6 +80,7 @@ class MainWindow : public QMainWindow {
   ActionTable* actions_ = nullptr;
   BackgroundJob* job_ = nullptr;
   FileActions* files_ = nullptr;
+  ArchiveActions* archive_ = nullptr;
   MessageBar* messages_ = nullptr;
   ViewGrid* views_ = nullptr;
   SidePanels* panels_ = nullptr;
