@@ -73,8 +73,9 @@ void SeriesReceiver::take(const fs::path& file) {
   try {
     identity = read_dicom_identity(file);
   } catch (const Error& error) {
-    const std::string line = error.what();  // of the file's name nobody knows, and it is not there any more
-    throw archive_fault(server_, "an instance is damaged" + line.substr(std::min(line.find("': ") + 1, line.size())),
+    std::string why = error.what();  // between the file's name, which nobody knows, and what to do with one's own file
+    why = why.substr(0, why.rfind(';'));
+    throw archive_fault(server_, "an instance is damaged: " + why.substr(std::min(why.rfind("': ") + 3, why.size())),
                         "fetch it again, or ask who runs the archive");
   }
   const char* const remedy = "ask who runs the archive";

@@ -56,8 +56,9 @@ void require_url(const ArchiveServer& server, const std::string& what) {
   if (!url.starts_with("https://") && !url.starts_with("http://"))
     throw Error(what, url.empty() ? "it has no URL" : "its URL is not of https or http", example);
   const std::size_t start = url.find("//") + 2;
-  if (url.substr(start, url.find('/', start) - start).find('@') != std::string::npos)
-    throw Error(what, "its URL holds a user or a password", "name the variable or the file with them instead");
+  if (url.substr(start, url.find('/', start) - start).find('@') != std::string::npos)  // its name may be its URL
+    throw Error("the address of an archive", "it holds a user or a password",
+                "name the variable or the file with them instead");
   if (!is_plain(url, 2000) || url.find_first_of(" \"\\<>^`{|}?#") != std::string::npos || !is_host(host_of_url(url)))
     throw Error(what, "its URL is damaged, or has a query or a fragment", example);
   const bool has_credentials = !server.credentials_variable.empty() || !server.credentials_file.empty();

@@ -18,11 +18,12 @@ void write_secondary_capture(const std::filesystem::path& path, const Picture& p
     throw Error("cannot write " + quoted(path), "the picture has no pixels, or too many for DICOM",
                 "give it sides of 1 to 65535 pixels");
   DicomItem data = std::move(source.context);
+  data.remove({0x0020, 0x0052}).remove({0x0020, 0x1040});  // a picture has no place in space
   const DicomMoment now = dicom_now();
   describe_object(data, kSecondaryCapture, "OT", now);
   data.text({0x0008, 0x0023}, now.date).text({0x0008, 0x0033}, now.time);
   data.text({0x0008, 0x0008}, "DERIVED\\SECONDARY").text({0x0008, 0x0064}, "WSD");
-  data.text({0x0008, 0x103e}, dicom_name(description, source)).text({0x0020, 0x0020}, "");
+  data.text({0x0008, 0x103e}, dicom_name(description, source)).text({0x0020, 0x0020}, "").text({0x0020, 0x0060}, "");
   const auto number = [&](DicomTag tag, int value) {
     const std::uint16_t values[] = {static_cast<std::uint16_t>(value)};
     data.shorts(tag, values);

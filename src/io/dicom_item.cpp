@@ -129,6 +129,11 @@ DicomItem& DicomItem::code(DicomTag tag, const std::string& value, const std::st
   return item(tag, one);
 }
 
+DicomItem& DicomItem::remove(DicomTag tag) {
+  data_->Remove(tag_of(tag));
+  return *this;
+}
+
 bool DicomItem::take(const gdcm::DataSet& from, DicomTag tag) {
   if (!from.FindDataElement(tag_of(tag))) return false;
   const gdcm::ByteValue* value = from.GetDataElement(tag_of(tag)).GetByteValue();

@@ -42,6 +42,7 @@ class DicomItem {
   DicomItem& item(DicomTag tag, const DicomItem& one);
   /// A sequence of one code (PS3.3 8.8).
   DicomItem& code(DicomTag tag, const std::string& value, const std::string& scheme, const std::string& meaning);
+  DicomItem& remove(DicomTag tag);
   /// A text of another data set, to the byte; false where it has none or an empty one.
   bool take(const gdcm::DataSet& from, DicomTag tag);
 

@@ -10,6 +10,7 @@
 #include "image/rasterise.h"
 #include "io/dicom_codes.h"
 #include "io/dicom_colour.h"
+#include "io/dicom_identity.h"
 #include "io/dicom_item.h"
 #include "io/labels_io.h"
 #include "io/rtstruct_grid.h"
@@ -206,6 +207,43 @@ TEST_F(DicomWrite, TheValidatorHasNoComplaint) {
     EXPECT_EQ(said.find("Warning"), std::string::npos) << said;
     EXPECT_NE(said.find(name == std::string("a.dcm") ? "Segmentation" : "RTStructureSet"), std::string::npos) << said;
   }
+}
+
+TEST_F(DicomWrite, AViewIsACaptureInTheSameStudy) {
+  write_series();
+  Picture view{.width = 5, .height = 3};
+  for (int n = 0; n < 3 * view.width * view.height; ++n) view.rgb.push_back(static_cast<std::uint8_t>(5 * n));
+  const fs::path file = folder / "view.dcm";
+  save_view(file, view, scene());
+  const std::string bytes = bytes_of(file);
+  const std::string pixels(view.rgb.begin(), view.rgb.end());
+  EXPECT_TRUE(bytes.ends_with(pixels + std::string(1, '\0')));  // an even number of bytes
+  const DicomIdentity capture = read_dicom_identity(file), image = read_dicom_identity(file_of(0));
+  EXPECT_EQ(capture.study, image.study);
+  EXPECT_NE(capture.series, image.series);
+  EXPECT_NE(bytes.find("patient 7"), std::string::npos);
+  EXPECT_NE(error_of([&] { save_view(folder / "b.dcm", Picture(), scene()); }).find("no pixels"), std::string::npos);
+  Scene elsewhere = scene();
+  elsewhere.volume_path.clear();
+  EXPECT_FALSE(error_of([&] { require_view_name(file, elsewhere); }).empty());
+  require_view_name("a.png", elsewhere);
+  if (!succeeds("command -v dciodvfy")) GTEST_SKIP() << "dciodvfy of dicom3tools is absent";
+  const std::string said = output_of("dciodvfy" + in_shell(file));
+  EXPECT_EQ(said.find("Error"), std::string::npos) << said;
+  EXPECT_NE(said.find("SCImage"), std::string::npos) << said;
+}
+
+TEST_F(DicomWrite, IdentitiesAreOfWholeFiles) {
+  write_series();
+  const std::string bytes = bytes_of(file_of(0));
+  const DicomIdentity identity = read_dicom_identity(file_of(0));
+  EXPECT_EQ(identity.sop_class, kCt);
+  EXPECT_EQ(identity.series, "1.2.3.8");
+  EXPECT_EQ(identity.transfer_syntax, test::kExplicitLittle);
+  EXPECT_NE(error_of([&] { read_dicom_identity(write("cut", bytes.substr(0, bytes.size() - 100))); }).find("truncated"),
+            std::string::npos);
+  EXPECT_NE(error_of([&] { read_dicom_identity(write("text", "no DICOM")); }).find("no DICOM"), std::string::npos);
+  EXPECT_FALSE(error_of([&] { read_dicom_identity(folder / "absent"); }).empty());
 }
 
 TEST_F(DicomWrite, ContoursAreReadBackOnTheSameVoxels) {
