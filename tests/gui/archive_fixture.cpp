@@ -87,12 +87,13 @@ FakeArchive::FakeArchive() {
 std::unique_ptr<Archive> FakeArchive::open(const ArchiveServer& to) { return std::make_unique<Connection>(*this, to); }
 
 void ArchiveFixture::SetUp() {
+  WindowTest::SetUp();
+  if (IsSkipped()) return;
+  // Not before there is a window: OpenGL drivers have a cache of their own.
   for (const auto& [name, value] : {std::pair("XDG_CONFIG_HOME", "config"), std::pair("XDG_CACHE_HOME", "cache")}) {
     environment_[name] = qgetenv(name);
     qputenv(name, folder_.filePath(value).toUtf8());
   }
-  WindowTest::SetUp();
-  if (IsSkipped()) return;
   window_->archive().set_opener([this](const ArchiveServer& server) { return fake_.open(server); });
 }
 
@@ -104,17 +105,19 @@ void ArchiveFixture::TearDown() {
 }
 
 void ArchiveFixture::know_two_servers() {
-  write_archive_servers(
-      {{.name = "one", .url = "http://127.0.0.1:9/dicom-web"},
-       {.name = "two", .protocol = ArchiveProtocol::Dimse, .host = "127.0.0.1", .port = 9, .called_title = "TWO"}});
+  ArchiveServer one = archive_server_at("http://127.0.0.1:9/dicom-web"), two = archive_server_at("TWO@127.0.0.1:9");
+  one.name = "one", two.name = "two";
+  write_archive_servers({one, two});
 }
 
 std::vector<std::string> ArchiveFixture::cached() const {
   std::vector<std::string> names;
   const fs::path root = ArchiveCache::archive_cache_folder();
-  std::error_code ignored;
-  for (const auto& entry : fs::recursive_directory_iterator(root, ignored))
-    if (entry.is_directory()) names.push_back(fs::relative(entry.path(), root).string());
+  std::error_code failure;  // what is listed may go meanwhile
+  for (fs::recursive_directory_iterator it(root, failure), end; !failure && it != end; it.increment(failure)) {
+    std::error_code ignored;
+    if (it->is_directory(ignored)) names.push_back(it->path().lexically_relative(root).string());
+  }
   return names;
 }
 
@@ -134,7 +137,9 @@ void ArchiveFixture::click(QWidget& dialog, const char* button) {
   auto* found = dialog.findChild<QAbstractButton*>(button);
   ASSERT_NE(found, nullptr) << button;
   ASSERT_TRUE(found->isEnabled() && found->isVisible()) << button << ": " << found->toolTip().toStdString();
-  QTest::mouseClick(found, Qt::LeftButton);
+  // Of a box with a text only the text and what is before it.
+  const int x = found->isCheckable() ? 8 : found->width() / 2;
+  QTest::mouseClick(found, Qt::LeftButton, {}, QPoint(x, found->height() / 2));
 }
 
 void ArchiveFixture::type(QWidget& field, const QString& text) {
@@ -152,7 +157,7 @@ ArchiveDialog* ArchiveFixture::mark_first_series() {
   if (!dialog) return nullptr;
   click(*dialog, "archive_search");
   QTreeWidget& tree = results(*dialog);
-  if (!wait_until([&] { return tree.topLevelItemCount() > 0; })) return nullptr;
+  if (!wait_until([&] { return tree.topLevelItemCount() > 0 && !dialog->task().busy(); })) return nullptr;
   QTest::keyClick(&tree, Qt::Key_Return);
   if (!wait_until([&] { return tree.topLevelItem(0)->childCount() > 0 && !dialog->task().busy(); })) return nullptr;
   tree.setCurrentItem(tree.topLevelItem(0)->child(0));

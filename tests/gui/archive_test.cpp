@@ -315,9 +315,8 @@ TEST_F(ArchiveTest, BothDialogsFitASmallWindowInBothThemesAndEveryControlHasANam
             << widget->metaObject()->className() << " " << widget->toolTip().toStdString();
         EXPECT_TRUE(dialog->rect().contains(QRect(widget->mapTo(dialog, QPoint()), widget->size())))
             << widget->accessibleName().toStdString();
-        if (!widget->isEnabled())
-          EXPECT_GT(widget->toolTip().size(), 10)
-              << widget->objectName().toStdString() << " does not say why it is grey";
+        EXPECT_TRUE(widget->isEnabled() || widget->toolTip().size() > 10)
+            << widget->objectName().toStdString() << " does not say why it is grey";
       }
       EXPECT_GE(controls, 5);
     }
@@ -348,7 +347,7 @@ TEST_F(ArchiveTest, ASeriesIsFoundFetchedAndSentByKeysAlone) {
     ASSERT_NE(find->focusWidget(), nullptr);
     EXPECT_EQ(find->focusWidget()->accessibleName(), name);
   }
-  QTest::keyClicks(find->windowHandle(), "doe");
+  for (const char letter : {'d', 'o', 'e'}) QTest::keyClick(find->windowHandle(), letter);
   key(Qt::Key_Return);
   QTreeWidget& tree = results(*find);
   ASSERT_TRUE(wait_until([&] { return tree.topLevelItemCount() == 2; }));

@@ -14,13 +14,13 @@
 namespace simplexseg {
 
 ArchiveActions::ArchiveActions(Workbench& workbench, BackgroundJob& loading, FileActions& files, ActionTable& actions,
-                               QWidget& views, QWidget& window)
+                               std::function<QImage()> picture, QWidget& window)
     : QObject(&window),
       workbench_(workbench),
       loading_(loading),
       files_(files),
       actions_(actions),
-      views_(views),
+      picture_(std::move(picture)),
       window_(window),
       finding_(new BackgroundJob(this)),
       sending_(new BackgroundJob(this)) {
@@ -75,7 +75,7 @@ void ArchiveActions::send_back() {
     workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
     return;
   }
-  send_ = new SendDialog(workbench_, views_.grab().toImage(), std::move(servers), *sending_, open_, &window_);
+  send_ = new SendDialog(workbench_, picture_(), std::move(servers), *sending_, open_, &window_);
   send_->setAttribute(Qt::WA_DeleteOnClose);
   send_->open();
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <QImage>
 #include <QObject>
 #include <QPointer>
 
@@ -20,9 +21,9 @@ class Workbench;
 class ArchiveActions : public QObject {
   Q_OBJECT
  public:
-  /// `loading`: what FileActions reads with. `views`: of which a picture can be sent.
-  ArchiveActions(Workbench& workbench, BackgroundJob& loading, FileActions& files, ActionTable& actions, QWidget& views,
-                 QWidget& window);
+  /// `loading`: what FileActions reads with. `picture`: of the views, to be sent.
+  ArchiveActions(Workbench& workbench, BackgroundJob& loading, FileActions& files, ActionTable& actions,
+                 std::function<QImage()> picture, QWidget& window);
   ~ArchiveActions() override;
 
   /// Other archives than those of the network, from now on.
@@ -39,7 +40,7 @@ class ArchiveActions : public QObject {
   BackgroundJob& loading_;
   FileActions& files_;
   ActionTable& actions_;
-  QWidget& views_;
+  std::function<QImage()> picture_;
   QWidget& window_;
   ArchiveOpener open_ = open_archive;
   BackgroundJob *finding_, *sending_;  ///< outlive the dialogs

@@ -153,7 +153,7 @@ void ArchiveDialog::build_results() {
   tree_->header()->setStretchLastSection(false);
   tree_->header()->setSectionResizeMode(kDescription, QHeaderView::Stretch);
   const std::pair<Column, int> widths[] = {{kWhat, 190},    {kId, 100},    {kDate, 90},
-                                           {kModality, 70}, {kSeries, 56}, {kImages, 60}};
+                                           {kModality, 84}, {kSeries, 56}, {kImages, 60}};
   for (const auto& [column, width] : widths) tree_->setColumnWidth(column, theme::scaled(width));
   tree_->installEventFilter(this);
   connect(tree_, &QTreeWidget::itemExpanded, this, &ArchiveDialog::list_next);

@@ -2,14 +2,16 @@
 #pragma once
 #include <QDialog>
 #include <functional>
+#include <vector>
 
 #include "archive/server.h"
 
 class QComboBox;
+class QFormLayout;
 class QLabel;
 class QLineEdit;
+class QPushButton;
 class QSpinBox;
-class QStackedWidget;
 
 namespace simplexseg {
 
@@ -24,23 +26,18 @@ class ArchiveServerDialog : public QDialog {
   ArchiveServer server() const;
 
  private:
-  QWidget* build_web(const ArchiveServer& server);
-  QWidget* build_dimse(const ArchiveServer& server);
   void refresh();
   /// Throws Error.
   void require_named_credentials() const;
   void try_to_save();
 
   std::function<void(const ArchiveServer&)> save_;
-  QLineEdit* name_;
-  QComboBox* protocol_;
-  QStackedWidget* pages_;
-  QLineEdit *url_, *ca_file_;
-  QComboBox* credentials_kind_;
-  QLabel* credentials_label_;
-  QLineEdit* credentials_;
-  QWidget* choose_credentials_;
-  QLineEdit *host_, *called_, *calling_;
+  QFormLayout* form_;
+  std::vector<QWidget*> of_web_, of_dimse_;  ///< rows that are of one protocol alone
+  QWidget* where_;                           ///< the row of credentials_
+  QPushButton* choose_;                      ///< a file of these
+  QLineEdit *name_, *url_, *ca_file_, *credentials_, *host_, *called_, *calling_;
+  QComboBox *protocol_, *kind_;
   QSpinBox *port_, *timeout_;
   QLabel* refusal_;
 };

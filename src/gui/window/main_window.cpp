@@ -71,7 +71,8 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
   files_ = new FileActions(*workbench_, *job_, *actions_, *this);
   new LabelActions(*workbench_, *job_, *files_, *actions_, *this);
   build_views();
-  archive_ = new ArchiveActions(*workbench_, *job_, *files_, *actions_, *views_, *this);
+  archive_ = new ArchiveActions(
+      *workbench_, *job_, *files_, *actions_, [this] { return picture_of_views(); }, *this);
   new WorkbenchActions(*workbench_, *views_, *actions_, this);
   connect_own_actions();
   build_history();
@@ -290,6 +291,14 @@ CompareWindow* MainWindow::compare_settings() {
     workbench_->say(Severity::Failure, QString::fromUtf8(error.what()));
     return nullptr;
   }
+}
+
+QImage MainWindow::picture_of_views() {
+  const bool said = !messages_->isHidden();
+  messages_->hide();  // it lies over them
+  const QImage picture = views_->grab().toImage();
+  messages_->setVisible(said);
+  return picture;
 }
 
 void MainWindow::save_picture(const QString& path) {

@@ -73,6 +73,8 @@ class MainWindow : public QMainWindow {
   void connect_own_actions();
   void connect_messages();
   void choose_and_save_picture();
+  /// As they are on the screen, without messages.
+  QImage picture_of_views();
 
   std::unique_ptr<Workbench> workbench_;
   std::unique_ptr<DrawnScene> drawn_;
