@@ -124,6 +124,10 @@ std::string hexadecimal(unsigned status) {
   return text;
 }
 
+/// DCMTK's text is std::string or a type of its own, as it was built.
+OFString of_string(const std::string& text) { return {text.data(), text.size()}; }
+std::string std_string(const OFString& text) { return {text.data(), text.size()}; }
+
 DcmTagKey key_of(DicomTag tag) { return {tag.group, tag.element}; }
 
 bool is_ascii(const std::string& text) {
@@ -145,9 +149,9 @@ class DimseLink::Requester : public DcmSCU {
 
   void connect(const std::vector<DimseContext>& contexts) {
     const auto seconds = static_cast<Uint32>(server_.timeout_s);
-    setAETitle(server_.calling_title.c_str());
-    setPeerAETitle(server_.called_title.c_str());
-    setPeerHostName(server_.host.c_str());
+    setAETitle(of_string(server_.calling_title));
+    setPeerAETitle(of_string(server_.called_title));
+    setPeerHostName(of_string(server_.host));
     setPeerPort(static_cast<Uint16>(server_.port));
     setConnectionTimeout(server_.timeout_s);
     setACSETimeout(seconds);
@@ -157,8 +161,8 @@ class DimseLink::Requester : public DcmSCU {
     setDatasetConversionMode(OFTrue);
     for (const DimseContext& context : contexts) {
       OFList<OFString> syntaxes;
-      for (const std::string& one : context.transfer_syntaxes) syntaxes.push_back(one.c_str());
-      addPresentationContext(context.abstract_syntax.c_str(), syntaxes,
+      for (const std::string& one : context.transfer_syntaxes) syntaxes.push_back(of_string(one));
+      addPresentationContext(of_string(context.abstract_syntax), syntaxes,
                              context.we_receive ? ASC_SC_ROLE_SCP : ASC_SC_ROLE_DEFAULT);
     }
     require(initNetwork());
@@ -211,7 +215,7 @@ class DimseLink::Requester : public DcmSCU {
     for (const DicomTag tag : wanted) {
       OFString value;
       data->findAndGetOFStringArray(key_of(tag), value);
-      std::string text = one_line(utf8_of(std::string(value.c_str(), value.size()), set.c_str()), 200);
+      std::string text = one_line(utf8_of(std_string(value), std_string(set)), 200);
       entry.push_back(std::move(text));
     }
     if (entries.size() >= most) {
@@ -304,7 +308,7 @@ std::string DimseLink::store(const Outgoing::Instance& instance) {
   Uint16 status = 0;
   const DicomIdentity& identity = instance.identity;
   const auto id =
-      requester_->findAnyPresentationContextID(identity.sop_class.c_str(), identity.transfer_syntax.c_str());
+      requester_->findAnyPresentationContextID(of_string(identity.sop_class), of_string(identity.transfer_syntax));
   const std::string name = quoted(instance.file.filename());
   if (id == 0)
     throw archive_fault(

@@ -9,7 +9,7 @@ namespace simplexseg {
 
 Outgoing::Outgoing(const ArchiveServer& server, const std::vector<std::filesystem::path>& files,
                    const ArchiveProgress& progress)
-    : server_(server), progress_(progress) {
+    : progress_(progress) {
   if (files.empty()) throw Error("the archive " + server.name, "nothing is to be sent to it", "name a file of DICOM");
   for (const std::filesystem::path& file : files) instances_.push_back({file, read_dicom_identity(file)});
   transfer_.of = static_cast<int>(files.size());

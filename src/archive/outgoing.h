@@ -32,7 +32,6 @@ class Outgoing {
   ArchiveSent sent() const { return sent_; }
 
  private:
-  const ArchiveServer& server_;
   const ArchiveProgress& progress_;
   std::vector<Instance> instances_;
   ArchiveTransfer transfer_;

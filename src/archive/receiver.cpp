@@ -95,7 +95,7 @@ fs::path SeriesReceiver::finish() {
                         "half a series: " + std::to_string(taken_.size()) + " of " + std::to_string(expected_.size()) +
                             " instances came",
                         "fetch it again");
-  const fs::path folder = incoming_.commit();
+  fs::path folder = incoming_.commit();
   cache_.make_room(0, folder);
   return folder;
 }

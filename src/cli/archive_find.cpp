@@ -75,12 +75,19 @@ void print_series(const std::vector<ArchiveSeries>& all, bool as_json, std::ostr
 
 void find(const Options& options, const Console& console) {
   const std::unique_ptr<Archive> archive = open_archive(server_of(options.archive));
+  FoundStudies studies;
+  std::vector<ArchiveSeries> series;
+  const bool of_study = !options.query.study.empty();
   with_archive(console, "searching", [&](const ArchiveProgress& progress) {
-    if (options.query.study.empty())
-      print_studies(archive->find_studies(options.query, progress), options.json, console.out);
+    if (of_study)
+      series = archive->find_series(options.query.study, progress);
     else
-      print_series(archive->find_series(options.query.study, progress), options.json, console.out);
+      studies = archive->find_studies(options.query, progress);
   });
+  if (of_study)
+    print_series(series, options.json, console.out);
+  else
+    print_studies(studies, options.json, console.out);
 }
 
 }  // namespace

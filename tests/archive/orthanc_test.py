@@ -189,6 +189,13 @@ class OrthancTest(ArchiveFixture):
             self.assertIn("refuses the connection", self.call("archive", "servers", "check", address, status=1).stderr)
 
 
+    def test_titles(self) -> None:
+        strict = self.orthanc(DicomCheckCalledAet=True)
+        told = self.call("archive", "find", "--server", strict.dicom.replace("ORTHANC", "WRONG"), status=1).stderr
+        self.assertIn("rejects the title WRONG", told)
+        self.assertEqual(self.json("find", "--server", strict.dicom)["studies"], [])
+
+
 class SecureTest(ArchiveFixture):
     """TLS with a certificate that its own maker signed, and users with passwords. Debian's Orthanc crashes when it speaks
     TLS itself: as in front of many archives, a proxy does."""

@@ -211,7 +211,8 @@ TEST_F(DicomWrite, TheValidatorHasNoComplaint) {
 
 TEST_F(DicomWrite, AViewIsACaptureInTheSameStudy) {
   write_series();
-  Picture view{.width = 5, .height = 3};
+  Picture view;
+  view.width = 5, view.height = 3;
   for (int n = 0; n < 3 * view.width * view.height; ++n) view.rgb.push_back(static_cast<std::uint8_t>(5 * n));
   const fs::path file = folder / "view.dcm";
   save_view(file, view, scene());

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "archive/web_json.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "archive/multipart.h"
+#include "core/error.h"
+
+namespace simplexseg {
+namespace {
+
+const char* const kStudies = R"([{"0020000D": {"vr": "UI", "Value": ["1.2.3"]},
+  "00100010": {"vr": "PN", "Value": [{"Alphabetic": "Doe^Jane^^Dr"}]}, "00100020": {"vr": "LO", "Value": ["7\n8"]},
+  "00080020": {"vr": "DA", "Value": ["20240531"]}, "00080061": {"vr": "CS", "Value": ["CT", "SEG"]},
+  "00201206": {"vr": "IS", "Value": [2]}, "00201208": {"vr": "IS", "Value": ["300"]}}])";
+
+ArchiveServer server() {
+  ArchiveServer server;
+  server.name = "test";
+  return server;
+}
+
+TEST(WebJson, AStudyIsReadAsItIsDescribed) {
+  const std::vector<ArchiveStudy> studies = studies_of_json(server(), kStudies);
+  ASSERT_EQ(studies.size(), 1u);
+  const ArchiveStudy expected{.uid = "1.2.3",
+                              .patient_name = "Doe, Jane, Dr",
+                              .patient_id = "7 8",
+                              .date = "2024-05-31",
+                              .description = "",
+                              .modalities = {"CT", "SEG"},
+                              .series = 2,
+                              .instances = 300};
+  EXPECT_EQ(studies[0], expected);
+  EXPECT_TRUE(studies_of_json(server(), "").empty());
+  EXPECT_TRUE(studies_of_json(server(), "[]").empty());
+}
+
+TEST(WebJson, RefusalsHaveTheirReason) {
+  const StoreAnswer refused =
+      store_answer_of_json(R"({"00081198": {"Value": [{"00081197": {"Value": [43264]}}, {}]}})");
+  EXPECT_EQ(refused.refused, 2);
+  EXPECT_EQ(refused.reason, "A900");
+  const StoreAnswer changed = store_answer_of_json(R"({"00081199": {"Value": [{"00081196": {"Value": [45056]}}]}})");
+  EXPECT_EQ(changed.refused, 0);
+  EXPECT_FALSE(changed.warning.empty());
+  EXPECT_EQ(store_answer_of_json("<xml/>").refused, 0);
+}
+
+/// With single bytes, numbers and pieces exchanged.
+std::string damaged(std::string bytes, std::mt19937& random) {
+  for (unsigned change = 0; change < 1 + random() % 4 && !bytes.empty(); ++change) {
+    const std::size_t at = random() % bytes.size();
+    if (random() % 2)
+      bytes[at] = "\0\xff{}[]\":,9-e"[random() % 12];
+    else
+      bytes.insert(at, bytes.substr(random() % bytes.size(), random() % 40));
+  }
+  return bytes;
+}
+
+TEST(WebJson, DamagedAnswersAreReadOrRefused) {
+  std::mt19937 random(7);
+  int refused = 0;
+  for (int round = 0; round < 5000; ++round) {
+    const std::string text = damaged(kStudies, random);
+    try {
+      for (const ArchiveStudy& study : studies_of_json(server(), text)) EXPECT_TRUE(is_dicom_uid(study.uid));
+    } catch (const Error& error) {
+      ++refused;
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+    }
+    store_answer_of_json(text);
+  }
+  EXPECT_GT(refused, 1000);
+  EXPECT_LT(refused, 5000);
+}
+
+TEST(WebJson, DamagedPartsAreNoMoreThanCame) {
+  const std::string whole =
+      "--frontier\r\nContent-Length: 3\r\n\r\nabc\r\n--frontier\r\n\r\nlonger than that\r\n--frontier--\r\n";
+  std::mt19937 random(7);
+  for (int round = 0; round < 5000; ++round) {
+    const std::string text = damaged(whole, random);
+    int open = 0;
+    std::size_t count = 0;
+    MultipartReader reader("frontier", {[&] { EXPECT_EQ(open++, 0); }, [&](const char*, std::size_t n) { count += n; },
+                                        [&](bool) { EXPECT_EQ(open--, 1); }});
+    for (std::size_t at = 0; at < text.size(); at += 11)
+      reader.feed(text.data() + at, std::min<std::size_t>(11, text.size() - at));
+    EXPECT_LE(count, text.size());
+    EXPECT_TRUE(!reader.complete() || open == 0);
+  }
+}
+
+}  // namespace
+}  // namespace simplexseg
