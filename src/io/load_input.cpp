@@ -23,6 +23,7 @@ void load_voxels(LoadedInput& input) {
   input.patient = std::move(loaded.patient);
   input.series = std::move(loaded.series);
   input.warnings = std::move(loaded.warnings);
+  input.is_dicom = loaded.is_dicom;
   input.low_is_bright = loaded.low_is_bright;
   const std::string checksum = checksum_of(input.volume);
   std::string& expected = input.scene.volume_checksum;

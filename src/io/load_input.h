@@ -22,6 +22,7 @@ struct LoadedInput {
   References references;
   UndoHistory history;                ///< where it was asked for, and the scene has one
   std::vector<std::string> warnings;  ///< one line each, for the user
+  bool is_dicom = false;              ///< the volume is made of DICOM images, to which files of DICOM can refer
   bool low_is_bright = false;         ///< the volume's low values are meant to be shown bright (MONOCHROME1)
 };
 

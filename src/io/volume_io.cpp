@@ -177,7 +177,8 @@ LoadedVolume load_volume(const fs::path& path, int volume, const std::string& se
   loaded.frame = info.frame;
   loaded.low_is_bright = info.low_is_bright;
   loaded.segments = info.segments;
-  if (!source.dicom.empty()) {
+  loaded.is_dicom = !source.dicom.empty();
+  if (loaded.is_dicom) {
     const DicomTexts texts = read_dicom_texts(source.dicom.front().file);
     loaded.patient = texts.patient.empty() ? texts.patient_id : texts.patient;
     loaded.series = texts.series;

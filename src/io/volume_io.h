@@ -34,6 +34,7 @@ struct LoadedVolume {
   int frames = 1;              ///< volumes in the file (4D)
   int frame = 0;               ///< which of several volumes this is, from 1; 0: there is one
   bool low_is_bright = false;  ///< low values are meant to be shown bright (MONOCHROME1)
+  bool is_dicom = false;       ///< made of DICOM images, to which files of DICOM can refer
   std::vector<SegmentName> segments;
   std::string patient, series;        ///< names, of DICOM; empty where it has none
   std::vector<std::string> warnings;  ///< as in VolumeInfo, and what was seen in the voxels

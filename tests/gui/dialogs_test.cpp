@@ -109,7 +109,7 @@ class DialogsTest : public PausedPhantomTest {
 TEST_F(DialogsTest, EachThatAnActionOpensIsClosedByEsc) {
   const Act acts[] = {Act::Open,       Act::OpenFolder, Act::OpenReference,  Act::SaveScene,    Act::SaveSceneAs,
                       Act::SaveLabels, Act::SaveMeshes, Act::MeshFromLabels, Act::MeshFromFile, Act::Screenshot,
-                      Act::Help,       Act::Messages,   Act::About,          Act::Compare};
+                      Act::Help,       Act::Messages,   Act::About,          Act::Compare,      Act::Archive};
   for (const Act act : acts) {
     QAction* const action = window_->actions()[act];
     ASSERT_TRUE(action->isEnabled()) << binding_of(act).title;

@@ -56,8 +56,9 @@ class RandomEventsTest : public PausedPhantomTest {
   void key_of_the_table() {
     const Binding& binding = bindings()[static_cast<std::size_t>(below(static_cast<int>(bindings().size())))];
     if (!*binding.keys) return;
-    for (const Act act : {Act::Open, Act::OpenFolder, Act::SaveScene, Act::SaveSceneAs, Act::SaveLabels,
-                          Act::SaveMeshes, Act::Screenshot, Act::Quit, Act::Help, Act::About, Act::Messages})
+    for (const Act act :
+         {Act::Open, Act::OpenFolder, Act::SaveScene, Act::SaveSceneAs, Act::SaveLabels, Act::SaveMeshes,
+          Act::Screenshot, Act::Quit, Act::Help, Act::About, Act::Messages, Act::Archive})
       if (binding.act == act) return;
     if (binding.act == Act::RefineMesh && vertices() > 5000) return;
     const QKeyCombination keys = QKeySequence(QString::fromLatin1(binding.keys))[0];

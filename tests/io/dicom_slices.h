@@ -18,6 +18,7 @@ struct CtSlice {
   std::uint16_t columns = 6, rows = 5;
   std::string patient = "Doe^Jane", character_set = "ISO_IR 100";
   bool sagittal = false;
+  std::string study{};  ///< UID; empty: it does not say
 
   std::string bytes() const {
     DicomData data;
@@ -27,6 +28,7 @@ struct CtSlice {
     data.text(0x0008, 0x0020, "DA", "20240531").text(0x0008, 0x0060, "CS", "CT");
     data.text(0x0008, 0x1030, "LO", "follow-up").text(0x0008, 0x103e, "LO", name);
     data.text(0x0010, 0x0010, "PN", patient).text(0x0010, 0x0020, "LO", "P-17");
+    if (!study.empty()) data.text(0x0020, 0x000d, "UI", study);
     data.text(0x0020, 0x000e, "UI", series);
     data.numbers(0x0020, 0x0032, sagittal ? std::vector<double>{z_mm, 0, 0} : std::vector<double>{0, 0, z_mm});
     data.numbers(0x0020, 0x0037,

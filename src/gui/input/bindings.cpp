@@ -57,6 +57,9 @@ const Binding kBindings[] = {
 
     {Act::Open, kEverywhere, "Ctrl+O", Mouse::None, {}, "&Open...", "Open a volume or a scene"},
     {Act::OpenFolder, kEverywhere, "Ctrl+Shift+O", Mouse::None, {}, "Open &DICOM folder...", "Open a DICOM series"},
+    {Act::Archive, kEverywhere, "Ctrl+Shift+A", Mouse::None, {}, "Archi&ve...", "Find a series in an archive (PACS), fetch and open it"},
+    {Act::SendBack, kEverywhere, "Ctrl+Shift+B", Mouse::None, {}, "Send &back to archive...",
+     "Send labels, contours and a picture into the study that the image is of"},
     {Act::OpenReference, kEverywhere, "Ctrl+Shift+L", Mouse::None, {}, "Load re&ference labels...",
      "Labels that the meshes are compared with in the panel Check"},
     {Act::SaveScene, kEverywhere, "Ctrl+S", Mouse::None, {}, "&Save scene", "Save the scene with its meshes and points"},

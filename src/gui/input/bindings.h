@@ -12,7 +12,7 @@ namespace simplexseg {
 
 // clang-format off
 enum class Act {
-  Open, OpenFolder, OpenReference, SaveScene, SaveSceneAs, SaveLabels, SaveMeshes, Screenshot, Quit,
+  Open, OpenFolder, Archive, SendBack, OpenReference, SaveScene, SaveSceneAs, SaveLabels, SaveMeshes, Screenshot, Quit,
   Undo, Redo, History, DeletePoint, BoundaryHere, InsideHere, OutsideHere, PointHere,
   ToolCrosshair, ToolZoomPan, ToolPoint, ToolSeed, ToolInside, ToolOutside,
   RunPause, Step, ResetPose, Compare,

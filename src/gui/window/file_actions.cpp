@@ -13,12 +13,14 @@
 #include <algorithm>
 #include <memory>
 
+#include "archive/cache.h"
 #include "core/error.h"
 #include "gui/input/action_table.h"
 #include "gui/look/widgets.h"
 #include "gui/window/series_dialog.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
+#include "io/file_names.h"
 #include "io/scene_export.h"
 #include "io/scene_io.h"
 #include "io/volume_io.h"
@@ -33,6 +35,16 @@ QString to_text(const std::filesystem::path& path) { return QString::fromStdU16S
 const char* kVolumeFilter =
     "Volumes and scenes (*.nii *.nii.gz *.hdr *.img *.nrrd *.nhdr *.mha *.mhd *.gipl *.gipl.gz *.mnc *.dcm "
     "*.json);;All files (*)";
+
+/// A series that came from an archive: its place in the cache and its name there mean nothing to people, and what is
+/// saved does not belong there.
+bool is_fetched(const QString& path) {
+  return !path.isEmpty() && to_path(path).parent_path().parent_path() == ArchiveCache::archive_cache_folder();
+}
+
+QString file_name_of(const QString& series) {
+  return QString::fromStdString(distinct_file_names({series.toStdString()}, "series").front());
+}
 
 }  // namespace
 
@@ -144,6 +156,7 @@ void FileActions::take(LoadedInput input, const std::filesystem::path& path) {
   emit about_to_take();
   workbench_.open(std::move(input.scene), std::move(input.volume), std::move(input.references),
                   std::move(input.history));
+  is_dicom_ = input.is_dicom;
   workbench_.view.low_is_bright = input.low_is_bright;
   const QString series = QString::fromStdString(input.series);
   workbench_.set_title(QString::fromStdString(input.patient),
@@ -158,6 +171,7 @@ void FileActions::take_up(LoadedInput input, const WorkNote& note) {
   emit about_to_take();
   workbench_.open(std::move(input.scene), std::move(input.volume), std::move(input.references),
                   std::move(input.history));
+  is_dicom_ = input.is_dicom;
   workbench_.mark_unsaved();
   last_path_ = QString::fromStdString(note.opened);
   scene_path_ = QString::fromStdString(note.scene_file);
@@ -193,31 +207,34 @@ bool FileActions::may_discard() {
 }
 
 QString FileActions::scene_name() const {
+  if (scene_path_.isEmpty() && is_fetched(last_path_)) return workbench_.series_name();
   return QFileInfo(scene_path_.isEmpty() ? last_path_ : scene_path_).fileName();
 }
 
 QString FileActions::offered_path(const QString& what, const QString& ending) const {
   const auto stem_of = [](const QString& path) { return QFileInfo(path).fileName().section('.', 0, 0); };
-  const QString volume = stem_of(QString::fromStdString(workbench_.scene().volume_path)), scene = stem_of(scene_path_);
+  const QString volume_path = QString::fromStdString(workbench_.scene().volume_path), scene = stem_of(scene_path_);
+  const QString volume = is_fetched(volume_path) ? file_name_of(workbench_.series_name()) : stem_of(volume_path);
   QStringList parts;
   for (const QString& part : {volume, scene})
     if (!part.isEmpty() && !parts.contains(part)) parts << part;
-  const QString base = QDir(folder_of_last_file()).filePath((parts.isEmpty() ? "simplexseg" : parts.join('-')) + what);
+  const QString base = QDir(usual_folder()).filePath((parts.isEmpty() ? "simplexseg" : parts.join('-')) + what);
   QString path = base + ending;
   for (int number = 2; QFileInfo::exists(path); ++number) path = base + '-' + QString::number(number) + ending;
   return path;
 }
 
-QString FileActions::folder_of_last_file() const {
+QString FileActions::usual_folder() const {
+  if (is_fetched(last_path_)) return QDir::homePath();
   return last_path_.isEmpty() ? QString() : QFileInfo(last_path_).absolutePath();
 }
 
 void FileActions::choose_and_open() {
-  open(QFileDialog::getOpenFileName(&window_, tr("Open a volume or a scene"), folder_of_last_file(), kVolumeFilter));
+  open(QFileDialog::getOpenFileName(&window_, tr("Open a volume or a scene"), usual_folder(), kVolumeFilter));
 }
 
 void FileActions::choose_and_open_folder() {
-  open(QFileDialog::getExistingDirectory(&window_, tr("Open a folder with a DICOM series"), folder_of_last_file()));
+  open(QFileDialog::getExistingDirectory(&window_, tr("Open a folder with a DICOM series"), usual_folder()));
 }
 
 bool FileActions::save_scene() { return scene_path_.isEmpty() ? save_scene_as() : save_scene_to(scene_path_); }
@@ -273,7 +290,7 @@ void FileActions::choose_and_save_meshes() {
                             {".ply", ".obj", ".stl", ".vtk", ".vtp"}, 0, false, &chosen);
   if (!chosen) return;
   const QString folder =
-      QFileDialog::getExistingDirectory(&window_, tr("Save each mesh into a folder"), folder_of_last_file());
+      QFileDialog::getExistingDirectory(&window_, tr("Save each mesh into a folder"), usual_folder());
   if (!folder.isEmpty()) save_meshes_to(folder, extension);
 }
 

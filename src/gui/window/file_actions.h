@@ -40,6 +40,10 @@ class FileActions : public QObject {
   const QString& path() const { return last_path_; }
   /// Where the scene was saved, or opened from; empty: nowhere.
   const QString& scene_path() const { return scene_path_; }
+  /// Where files are offered to be saved or opened.
+  QString usual_folder() const;
+  /// What is open is a DICOM image: files of DICOM can refer to it.
+  bool is_dicom() const { return is_dicom_; }
 
   // Each says what it did or what went wrong; false when it failed or was called off.
   bool save_scene();
@@ -73,7 +77,6 @@ class FileActions : public QObject {
   void choose_and_open_folder();
   void choose_and_save_labels();
   void choose_and_save_meshes();
-  QString folder_of_last_file() const;
 
   Workbench& workbench_;
   BackgroundJob& job_;
@@ -81,6 +84,7 @@ class FileActions : public QObject {
   QWidget& window_;
   QString scene_path_;  ///< empty until saved or opened
   QString last_path_;
+  bool is_dicom_ = false;
 };
 
 }  // namespace simplexseg

@@ -70,7 +70,7 @@ LabelActions::LabelActions(Workbench& workbench, BackgroundJob& job, FileActions
                            QWidget& window)
     : QObject(&window), workbench_(workbench), job_(job), files_(files), actions_(actions), window_(window) {
   const auto choose = [this](const QString& title, const char* filter) {
-    return QFileDialog::getOpenFileName(&window_, title, QFileInfo(files_.path()).absolutePath(), filter);
+    return QFileDialog::getOpenFileName(&window_, title, files_.usual_folder(), filter);
   };
   actions.on(Act::MeshFromLabels, [=, this] {
     if (const QString path = choose(tr("Labels to make meshes from"), kLabelFilter); !path.isEmpty())

@@ -28,6 +28,7 @@
 #include "gui/views/drawn_scene.h"
 #include "gui/views/view.h"
 #include "gui/views/view_grid.h"
+#include "gui/window/archive_actions.h"
 #include "gui/window/compare_window.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/label_actions.h"
@@ -70,6 +71,8 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
   files_ = new FileActions(*workbench_, *job_, *actions_, *this);
   new LabelActions(*workbench_, *job_, *files_, *actions_, *this);
   build_views();
+  archive_ = new ArchiveActions(
+      *workbench_, *job_, *files_, *actions_, [this] { return picture_of_views(); }, *this);
   new WorkbenchActions(*workbench_, *views_, *actions_, this);
   connect_own_actions();
   build_history();
@@ -139,6 +142,7 @@ void MainWindow::build_menus() {
     return menu;
   };
   QMenu* file = fill(tr("&File"), {{Act::Open, Act::OpenFolder, Act::OpenReference},
+                                   {Act::Archive, Act::SendBack},
                                    {Act::SaveScene, Act::SaveSceneAs},
                                    {Act::SaveLabels, Act::SaveMeshes, Act::Screenshot},
                                    {Act::Quit}});
@@ -287,6 +291,14 @@ CompareWindow* MainWindow::compare_settings() {
     workbench_->say(Severity::Failure, QString::fromUtf8(error.what()));
     return nullptr;
   }
+}
+
+QImage MainWindow::picture_of_views() {
+  const bool said = !messages_->isHidden();
+  messages_->hide();  // it lies over them
+  const QImage picture = views_->grab().toImage();
+  messages_->setVisible(said);
+  return picture;
 }
 
 void MainWindow::save_picture(const QString& path) {

@@ -10,6 +10,7 @@ class QDockWidget;
 namespace simplexseg {
 
 class ActionTable;
+class ArchiveActions;
 class BackgroundJob;
 class CompareWindow;
 class DrawnScene;
@@ -36,6 +37,7 @@ class MainWindow : public QMainWindow {
   FrameLoop& loop() { return *loop_; }
   ActionTable& actions() { return *actions_; }
   FileActions& files() { return *files_; }
+  ArchiveActions& archive() { return *archive_; }
   BackgroundJob& job() { return *job_; }
   MessageBar& messages() { return *messages_; }
   ViewGrid& views() { return *views_; }
@@ -71,6 +73,8 @@ class MainWindow : public QMainWindow {
   void connect_own_actions();
   void connect_messages();
   void choose_and_save_picture();
+  /// As they are on the screen, without messages.
+  QImage picture_of_views();
 
   std::unique_ptr<Workbench> workbench_;
   std::unique_ptr<DrawnScene> drawn_;
@@ -78,6 +82,7 @@ class MainWindow : public QMainWindow {
   ActionTable* actions_ = nullptr;
   BackgroundJob* job_ = nullptr;
   FileActions* files_ = nullptr;
+  ArchiveActions* archive_ = nullptr;
   MessageBar* messages_ = nullptr;
   ViewGrid* views_ = nullptr;
   SidePanels* panels_ = nullptr;

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/window/archive_server_dialog.h"
+
+#include <QComboBox>
+#include <QDialogButtonBox>
+#include <QFileDialog>
+#include <QFormLayout>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QLineEdit>
+#include <QPushButton>
+#include <QSpinBox>
+#include <QVBoxLayout>
+#include <algorithm>
+#include <cctype>
+
+#include "core/error.h"
+#include "gui/look/theme.h"
+#include "gui/look/widgets.h"
+
+namespace simplexseg {
+namespace {
+
+enum Protocol { kWeb, kDimse };
+enum Credentials { kNone, kVariable, kFile };
+
+QString text(const std::string& utf8) { return QString::fromStdString(utf8); }
+QString text(const std::filesystem::path& path) { return QString::fromStdU16String(path.u16string()); }
+std::string utf8(const QLineEdit* line) { return line->text().trimmed().toStdString(); }
+std::filesystem::path path_in(const QLineEdit* line) { return {line->text().trimmed().toStdU16String()}; }
+
+/// A field, with a button that asks for a file.
+class FileField : public QWidget {
+ public:
+  FileField(QLineEdit* line, const QString& title, QWidget* parent)
+      : QWidget(parent), choose_(new QPushButton(QObject::tr("Choose..."), this)) {
+    auto* row = new QHBoxLayout(this);
+    row->setContentsMargins(0, 0, 0, 0);
+    row->addWidget(line, 1);
+    row->addWidget(choose_);
+    setFocusProxy(line);
+    choose_->setAutoDefault(false);
+    choose_->setAccessibleName(QObject::tr("Choose: %1").arg(title));
+    connect(choose_, &QPushButton::clicked, line, [line, title] {
+      const QString path = QFileDialog::getOpenFileName(line->window(), title, line->text());
+      if (!path.isEmpty()) line->setText(path);
+    });
+  }
+  QPushButton* button() const { return choose_; }
+
+ private:
+  QPushButton* choose_;
+};
+
+}  // namespace
+
+ArchiveServerDialog::ArchiveServerDialog(const ArchiveServer& server, std::function<void(const ArchiveServer&)> save,
+                                         QWidget* parent)
+    : QDialog(parent), save_(std::move(save)) {
+  setObjectName("archive_server_dialog");
+  setWindowTitle(server.name.empty() ? tr("Add an archive") : tr("Edit an archive"));
+  auto* column = new QVBoxLayout(this);
+  form_ = new QFormLayout;
+  form_->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
+  column->addLayout(form_);
+  const auto add = [this](const QString& label, const QString& tip, auto* field, QWidget* row = nullptr) {
+    auto* said = new QLabel(label, this);
+    said->setBuddy(field);
+    field->setAccessibleName(QString(label).remove('&'));
+    field->setToolTip(tip);
+    form_->addRow(said, row ? row : field);
+    return field;
+  };
+  const auto line = [this](const QString& entered) { return new QLineEdit(entered, this); };
+  name_ = add(tr("&Name"), tr("What you call it"), line(text(server.name)));
+  protocol_ = add(tr("Sp&eaks"), tr("Which of the two it speaks, who runs it knows"), new QComboBox(this));
+  protocol_->addItems({tr("DICOMweb (QIDO-RS, WADO-RS, STOW-RS)"), tr("DICOM's own (C-FIND, C-GET, C-STORE)")});
+  protocol_->setCurrentIndex(server.protocol == ArchiveProtocol::DicomWeb ? kWeb : kDimse);
+
+  url_ = add(tr("&Address"), tr("What comes before /studies"), line(text(server.url)));
+  url_->setPlaceholderText("https://host/dicom-web");
+  ca_file_ = line(text(server.ca_file));
+  ca_file_->setPlaceholderText(tr("those of the system"));
+  auto* certificates = new FileField(ca_file_, tr("Certificates (PEM)"), this);
+  add(tr("Ce&rtificates"),
+      tr("A file (PEM) of certificates that are trusted instead of the system's; the archive's is always verified"),
+      ca_file_, certificates);
+  kind_ =
+      add(tr("Cre&dentials"), tr("Where the program reads them, each time; it keeps none itself"), new QComboBox(this));
+  kind_->addItems({tr("none"), tr("in an environment variable"), tr("in a file of mode 600")});
+  kind_->setCurrentIndex(!server.credentials_variable.empty() ? kVariable
+                         : !server.credentials_file.empty()   ? kFile
+                                                              : kNone);
+  credentials_ =
+      line(kind_->currentIndex() == kFile ? text(server.credentials_file) : text(server.credentials_variable));
+  auto* where = new FileField(credentials_, tr("File with credentials"), this);
+  add(tr("&Found in"), tr("It holds USER:PASSWORD, or \"bearer TOKEN\""), credentials_, where);
+  where_ = where;
+  choose_ = where->button();
+  host_ = add(tr("&Host"), tr("Its name in the network, or its address"), line(text(server.host)));
+  port_ = add(tr("&Port"), tr("Where it listens"), new QSpinBox(this));
+  port_->setRange(1, 65535);
+  port_->setValue(server.port);
+  called_ =
+      add(tr("&Its title"), tr("The archive's application entity title (AE title)"), line(text(server.called_title)));
+  calling_ = add(tr("&Our title"), tr("The AE title by which the archive knows this program"),
+                 line(text(server.calling_title)));
+  for (QLineEdit* title : {called_, calling_}) title->setMaxLength(16);
+  of_web_ = {url_, certificates, kind_};
+  of_dimse_ = {host_, port_, called_, calling_};
+
+  timeout_ = add(tr("&Time-out"), tr("How long nothing may come before an answer counts as lost"), new QSpinBox(this));
+  timeout_->setRange(1, 3600);
+  timeout_->setSuffix(tr(" s"));
+  timeout_->setValue(server.timeout_s);
+  refusal_ = new QLabel(this);
+  refusal_->setObjectName("archive_refusal");
+  refusal_->setWordWrap(true);
+  refusal_->setTextFormat(Qt::PlainText);
+  refusal_->setMinimumHeight(2 * refusal_->fontMetrics().lineSpacing());
+  set_role(refusal_, "warning");
+  column->addStretch(1);
+  column->addWidget(refusal_);
+  auto* buttons = new QDialogButtonBox(QDialogButtonBox::Save | QDialogButtonBox::Cancel, this);
+  column->addWidget(buttons);
+  connect(buttons, &QDialogButtonBox::accepted, this, &ArchiveServerDialog::try_to_save);
+  connect(buttons, &QDialogButtonBox::rejected, this, &QDialog::reject);
+  connect(protocol_, &QComboBox::currentIndexChanged, this, &ArchiveServerDialog::refresh);
+  connect(kind_, &QComboBox::currentIndexChanged, this, &ArchiveServerDialog::refresh);
+  resize(theme::scaled(560), 0);
+  refresh();
+  name_->setFocus();
+}
+
+void ArchiveServerDialog::refresh() {
+  const bool web = protocol_->currentIndex() == kWeb;
+  const int kind = kind_->currentIndex();
+  for (QWidget* row : of_web_) form_->setRowVisible(row, web);
+  for (QWidget* row : of_dimse_) form_->setRowVisible(row, !web);
+  form_->setRowVisible(where_, web && kind != kNone);
+  choose_->setVisible(kind == kFile);
+  credentials_->setPlaceholderText(kind == kFile ? tr("a file") : tr("the name of a variable"));
+  credentials_->setAccessibleName(kind == kFile ? tr("File with credentials") : tr("Variable with credentials"));
+  layout()->activate();
+  resize(width(), sizeHint().height());
+}
+
+ArchiveServer ArchiveServerDialog::server() const {
+  ArchiveServer server;
+  server.name = utf8(name_);
+  server.timeout_s = timeout_->value();
+  if (protocol_->currentIndex() == kWeb) {
+    server.url = utf8(url_);
+    while (server.url.ends_with('/')) server.url.pop_back();
+    server.ca_file = path_in(ca_file_);
+    if (kind_->currentIndex() == kVariable) server.credentials_variable = utf8(credentials_);
+    if (kind_->currentIndex() == kFile) server.credentials_file = path_in(credentials_);
+    return server;
+  }
+  server.protocol = ArchiveProtocol::Dimse;
+  server.host = utf8(host_);
+  server.port = port_->value();
+  server.called_title = utf8(called_);
+  server.calling_title = utf8(calling_);
+  return server;
+}
+
+void ArchiveServerDialog::require_named_credentials() const {
+  const int kind = kind_->currentIndex();
+  if (kind == kNone) return;
+  const std::string entered = utf8(credentials_);
+  if (entered.empty()) throw Error("the credentials", "nothing says where they are", "name it, or choose none");
+  // What is no name may be the secret itself, which goes into no file and no message.
+  const auto in_a_name = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
+  if (kind == kVariable && !std::all_of(entered.begin(), entered.end(), in_a_name))
+    throw Error("the variable of the credentials", "what was entered is no name of a variable",
+                "give the name, as in ARCHIVE_LOGIN, and put the credentials into the variable of that name");
+}
+
+void ArchiveServerDialog::try_to_save() {
+  try {
+    const ArchiveServer entered = server();
+    require_named_credentials();
+    save_(entered);
+    accept();
+  } catch (const std::exception& error) {
+    refusal_->setText(QString::fromUtf8(error.what()));
+  }
+}
+
+}  // namespace simplexseg

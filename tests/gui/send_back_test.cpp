@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+// What goes back to an archive.
+#include <QAction>
+#include <QCheckBox>
+#include <QComboBox>
+#include <QProgressBar>
+
+#include "archive_fixture.h"
+#include "gui/window/file_actions.h"
+#include "gui/window/message_bar.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr const char* kSegmentation = "1.2.840.10008.5.1.4.1.1.66.4";
+constexpr const char* kStructureSet = "1.2.840.10008.5.1.4.1.1.481.3";
+constexpr const char* kCapture = "1.2.840.10008.5.1.4.1.1.7";
+
+class SendBackTest : public ArchiveFixture {};
+
+TEST_F(SendBackTest, WithoutADicomImageItIsGreyAndSaysWhy) {
+  QAction* const action = window_->actions()[Act::SendBack];
+  EXPECT_FALSE(action->isEnabled());
+  EXPECT_EQ(action->toolTip(), "Open a DICOM image first");
+  open_dicom_with_mesh();
+  EXPECT_TRUE(action->isEnabled());
+  const std::string file = folder_.filePath("ball.nii.gz").toStdString();
+  write_volume(file, make_phantom("sphere", {.size = 16}).image);
+  bench().mark_saved();
+  window_->files().open(folder_.filePath("ball.nii.gz"));
+  ASSERT_TRUE(wait_until([this] { return bench().session().volume().geometry().size[0] == 16; }));
+  EXPECT_FALSE(action->isEnabled());
+  EXPECT_TRUE(action->toolTip().contains("not DICOM")) << action->toolTip().toStdString();
+}
+
+TEST_F(SendBackTest, LabelsContoursAndThePictureBecomeSeriesOfTheStudy) {
+  know_two_servers();
+  open_dicom_with_mesh();
+  SendDialog* dialog = send_dialog();
+  ASSERT_NE(dialog, nullptr);
+  click(*dialog, "send_button");
+  ASSERT_TRUE(wait_until([this] { return window_->findChild<SendDialog*>() == nullptr; }));
+  EXPECT_EQ(fake_.server, "one");
+  ASSERT_EQ(fake_.sent.size(), 3u);
+  std::vector<std::string> classes;
+  for (const DicomIdentity& one : fake_.sent) {
+    classes.push_back(one.sop_class);
+    EXPECT_EQ(one.study, FakeArchive::kStudy);
+    EXPECT_NE(one.series, FakeArchive::kSeries);
+  }
+  EXPECT_EQ(classes, (std::vector<std::string>{kSegmentation, kStructureSet, kCapture}));
+  EXPECT_TRUE(fake_.sent_bytes[0].find("ball") != std::string::npos) << "the mesh has its name there";
+  EXPECT_GT(fake_.sent_bytes[2].size(), 100'000u) << "the pixels of the views";
+  EXPECT_TRUE(cached().empty()) << "nothing of it stays on the disk";
+  EXPECT_EQ(window_->messages().text(), "Sent 3 series to one");
+}
+
+TEST_F(SendBackTest, OnlyWhatIsTickedGoesAndWhatTheArchiveSaysIsTold) {
+  know_two_servers();
+  open_dicom_with_mesh();
+  SendDialog* dialog = send_dialog();
+  ASSERT_NE(dialog, nullptr);
+  for (const char* box : {"send_labels", "send_contours", "send_view"}) click(*dialog, box);
+  auto* send = dialog->findChild<QPushButton*>("send_button");
+  EXPECT_FALSE(send->isEnabled());
+  EXPECT_EQ(send->toolTip(), "Tick something to send");
+  click(*dialog, "send_contours");
+  QTest::keyClick(dialog->findChild<QComboBox*>("send_server"), Qt::Key_Down);
+  fake_.warnings = {"it changed the patient's id"};
+  click(*dialog, "send_button");
+  ASSERT_TRUE(wait_until([this] { return window_->findChild<SendDialog*>() == nullptr; }));
+  EXPECT_EQ(fake_.server, "two");
+  ASSERT_EQ(fake_.sent.size(), 1u);
+  EXPECT_EQ(fake_.sent[0].sop_class, kStructureSet);
+  EXPECT_TRUE(window_->messages().text().contains("it changed the patient's id"));
+}
+
+TEST_F(SendBackTest, WithoutAMeshThePictureAloneCanGo) {
+  know_two_servers();
+  open_dicom_with_mesh();
+  bench().apply(DeleteMesh{scene().meshes[0].id});
+  SendDialog* dialog = send_dialog();
+  ASSERT_NE(dialog, nullptr);
+  for (const char* box : {"send_labels", "send_contours"}) {
+    EXPECT_FALSE(dialog->findChild<QCheckBox*>(box)->isEnabled());
+    EXPECT_EQ(dialog->findChild<QCheckBox*>(box)->toolTip(), "There is no mesh yet");
+  }
+  EXPECT_FALSE(dialog->findChild<QPushButton*>("send_button")->isEnabled());
+  click(*dialog, "send_view");
+  click(*dialog, "send_button");
+  ASSERT_TRUE(wait_until([&] { return fake_.sent.size() == 1; }));
+  EXPECT_EQ(fake_.sent[0].sop_class, kCapture);
+}
+
+TEST_F(SendBackTest, ItGoesToTheArchiveThatTheImageCameFrom) {
+  know_two_servers();
+  ArchiveDialog* find = find_dialog();
+  QTest::keyClick(find->findChild<QComboBox*>("archive_server"), Qt::Key_Down);
+  ASSERT_EQ(mark_first_series(), find);
+  click(*find, "archive_fetch");
+  ASSERT_TRUE(
+      wait_until([this] { return bench().has_volume() && !window_->actions()[Act::Open]->toolTip().isEmpty(); }));
+  SendDialog* dialog = send_dialog();
+  ASSERT_NE(dialog, nullptr);
+  EXPECT_EQ(dialog->findChild<QComboBox*>("send_server")->currentIndex(), 1);
+}
+
+TEST_F(SendBackTest, WithoutAnArchiveItSaysWhatToDo) {
+  open_dicom_with_mesh();
+  SendDialog* dialog = send_dialog();
+  ASSERT_NE(dialog, nullptr);
+  auto* send = dialog->findChild<QPushButton*>("send_button");
+  EXPECT_FALSE(send->isEnabled());
+  EXPECT_EQ(send->toolTip(), "Add an archive first: File > Archive");
+}
+
+TEST_F(SendBackTest, AFaultIsOneLineAndWhatIsSentAgainReplacesItself) {
+  know_two_servers();
+  open_dicom_with_mesh();
+  SendDialog* dialog = send_dialog();
+  ASSERT_NE(dialog, nullptr);
+  const char* fault =
+      "the archive one: the connection ended while it was sent to; try again (of 3 instances it had taken 1)";
+  fake_.fault = fault;
+  click(*dialog, "send_button");
+  ASSERT_TRUE(wait_until([&] { return !dialog->task().busy(); }));
+  EXPECT_EQ(dialog->task().text(), QString(fault));
+  EXPECT_TRUE(dialog->isVisible());
+  const std::vector<DicomIdentity> first = fake_.sent;
+  ASSERT_EQ(first.size(), 3u);
+  fake_.fault.clear();
+  fake_.holds = true;
+  click(*dialog, "send_button");
+  auto* bar = dialog->findChild<QProgressBar*>();
+  ASSERT_TRUE(wait_until([&] { return bar->maximum() == 12 && bar->value() == 3; }));
+  fake_.holds = false;
+  ASSERT_TRUE(wait_until([this] { return window_->findChild<SendDialog*>() == nullptr; }));
+  ASSERT_EQ(fake_.sent.size(), 3u);
+  for (int n = 0; n < 3; ++n)
+    EXPECT_EQ(fake_.sent[n].sop_instance, first[n].sop_instance) << "it replaces what the archive has of it";
+  EXPECT_TRUE(cached().empty());
+}
+
+TEST_F(SendBackTest, SendingIsCalledOffByTheButtonOrByEsc) {
+  know_two_servers();
+  open_dicom_with_mesh();
+  SendDialog* dialog = send_dialog();
+  ASSERT_NE(dialog, nullptr);
+  fake_.holds = true;
+  click(*dialog, "send_button");
+  ASSERT_TRUE(wait_until([&] { return fake_.waiting == 1; }));
+  EXPECT_EQ(cached().size(), 1u) << "what is being sent";
+  click(*dialog, "archive_cancel");
+  ASSERT_TRUE(wait_until([&] { return fake_.waiting == 0 && cached().empty(); }));
+  EXPECT_TRUE(dialog->task().text().startsWith("Called off")) << dialog->task().text().toStdString();
+  click(*dialog, "send_button");
+  ASSERT_TRUE(wait_until([&] { return fake_.waiting == 1; }));
+  QTest::keyClick(dialog, Qt::Key_Escape);
+  EXPECT_TRUE(dialog->isVisible());
+  ASSERT_TRUE(wait_until([&] { return fake_.waiting == 0 && cached().empty(); }));
+  QTest::keyClick(dialog, Qt::Key_Escape);
+  EXPECT_TRUE(wait_until([this] { return window_->findChild<SendDialog*>() == nullptr; }));
+}
+
+TEST_F(SendBackTest, AnImageThatHasGoneFromTheDiskIsSaid) {
+  know_two_servers();
+  open_dicom_with_mesh();
+  std::filesystem::remove_all(place("image"));
+  SendDialog* dialog = send_dialog();
+  ASSERT_NE(dialog, nullptr);
+  click(*dialog, "send_button");
+  ASSERT_TRUE(wait_until([&] { return !dialog->task().busy(); }));
+  EXPECT_TRUE(dialog->task().text().contains("image")) << dialog->task().text().toStdString();
+  EXPECT_FALSE(dialog->task().text().contains('\n'));
+  EXPECT_TRUE(fake_.sent.empty());
+  dialog->reject();
+  EXPECT_TRUE(wait_until([this] { return cached().empty(); }));
+}
+
+}  // namespace
+}  // namespace simplexseg
