@@ -112,6 +112,7 @@ class ParallelLooks {
     phase_ = executor.template copy_of<float>(terms.phase);
     weight_ = executor.template array<float>(settings_.terms);
     sum_ = executor.template array<float>(std::size_t(width_) * width_);
+    executor.clear(sum_.data(), sum_.size());  // above the diagonal nothing is written
   }
 
   /// Sums the equations of these samples, neither list empty, for solve(); `feature`: of the executor, list by list of
