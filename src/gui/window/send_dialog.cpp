@@ -41,7 +41,7 @@ int server_of(const fs::path& image, const std::vector<ArchiveServer>& servers) 
 Picture picture_of(const QImage& image) {
   const QImage rgb = image.convertToFormat(QImage::Format_RGB888);
   Picture picture{rgb.width(), rgb.height(), {}};
-  const auto row = static_cast<std::size_t>(3 * rgb.width());
+  const std::size_t row = 3 * static_cast<std::size_t>(rgb.width());
   for (int y = 0; y < rgb.height(); ++y)
     picture.rgb.insert(picture.rgb.end(), rgb.constScanLine(y), rgb.constScanLine(y) + row);
   return picture;
