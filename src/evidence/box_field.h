@@ -2,7 +2,6 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "evidence/evidence_settings.h"
 #include "evidence/field_object.h"
 #include "evidence/field_value.h"
+#include "evidence/make_box_field.h"
 #include "evidence/marked_voxels.h"
 #include "evidence/marks.h"
 #include "evidence/run_jobs.h"
@@ -74,14 +74,7 @@ class BoxField {
   VoxelBox box_{};
 };
 
-/// Makes one for a volume.
-using MakeBoxField = std::function<std::unique_ptr<BoxField>(const Volume& volume, const RunJobs& run,
-                                                             const EvidenceSettings& settings)>;
 /// The voxel of the box that is nearest to a place.
 std::size_t nearest_voxel(const VolumeGeometry& geometry, const VoxelBox& box, const Eigen::Vector3d& place_mm);
-
-/// On the CPU.
-std::unique_ptr<BoxField> make_cpu_box_field(const Volume& volume, const RunJobs& run,
-                                             const EvidenceSettings& settings);
 
 }  // namespace simplexseg

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/expect.h"
+#include "evidence/box_field.h"
 #include "evidence/evidence_field.h"
 #include "image/volume.h"
 #include "session/field_voxels.h"

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/thread_pool.h"
-#include "evidence/box_field.h"
 #include "evidence/evidence_settings.h"
+#include "evidence/make_box_field.h"
 #include "session/mesh_field.h"
 #include "session/scene.h"
 
