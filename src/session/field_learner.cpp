@@ -31,7 +31,7 @@ constexpr std::size_t kHeardAlone = 8;
 /// mark says depends on the field that it corrected.
 /// Throws DeviceError alone.
 std::shared_ptr<const MeshField> learn(EvidenceField& field, bool first, std::vector<Mark> marks,
-                                       std::vector<Mark> others, const VolumeGeometry& geometry, const RunJobs& run) {
+                                       std::vector<Mark> others, const VolumeGeometry& geometry) {
   auto learned = std::make_shared<MeshField>();
   try {
     Mask outside;
@@ -70,7 +70,8 @@ std::shared_ptr<const MeshField> correct(const SimplexMesh& start, std::vector<M
 
 FieldLearner::FieldLearner(int threads, const EvidenceSettings& settings)
     : threads_(threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()))),
-      settings_(settings) {}
+      settings_(settings),
+      make_(make_cpu_box_field) {}
 FieldLearner::~FieldLearner() {
   if (learning_ != 0) result_.wait();
 }
@@ -115,7 +116,7 @@ void FieldLearner::begin(const MeshItem& item, std::vector<Mark> marks, std::vec
     const auto learn_with = [&](const MakeBoxField& make) {
       const bool first = !*one;
       if (first) *one = std::make_unique<EvidenceField>(*volume_, run, settings_, make);
-      return learn(**one, first, marks, others, volume_->geometry(), run);
+      return learn(**one, first, marks, others, volume_->geometry());
     };
     try {
       return Learned{learn_with(make_), ""};

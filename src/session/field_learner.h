@@ -58,7 +58,7 @@ class FieldLearner {
 
   int threads_;
   const EvidenceSettings settings_;
-  MakeBoxField make_ = make_cpu_box_field;
+  MakeBoxField make_;
   std::optional<std::string> notice_;
   std::unique_ptr<ThreadPool> pool_;
   std::unique_ptr<Volume> volume_;
