@@ -16,7 +16,7 @@
 
 namespace simplexseg {
 namespace {
-constexpr int kMostSteps = 3000;  // of one click
+constexpr int kMostStepsOfClick = 3000;  // of one click
 }
 
 struct MeshSubject::State {
@@ -48,7 +48,7 @@ struct MeshSubject::State {
       const Mark& mark = all[marks];
       session->apply(AddPoint{mesh, mark.position_mm, mark.kind, mark.radius_mm, mark.outward});
     }
-    session->advance_steps(kMostSteps, true);
+    session->advance_steps(kMostStepsOfClick, true);
     return rasterise(session->scene().find_mesh(mesh)->mesh, volume.geometry());
   }
   double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const {
