@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where fields are learned: elsewhere than on the CPU where that is said, and on the CPU once that fails.
+#include "core/error.h"
+#include "evidence/box_field.h"
+#include "session_fixture.h"
+
+namespace simplexseg {
+namespace {
+
+const Volume& volume() { return phantom("sphere", 100, 10).image; }
+
+/// The CPU's, which fails as a device does: when so many steps were asked of it.
+class Device final : public BoxField {
+ public:
+  struct State {
+    int made = 0, heard = 0, fails_at = 1 << 30;
+  };
+  Device(std::unique_ptr<BoxField> field, State& state) : field_(std::move(field)), state_(state) {}
+  void set_box(const VoxelBox& box, double reach_mm) override {
+    field_->set_box(box, reach_mm);
+    box_ = field_->box();
+  }
+  void keep_before() override { field_->keep_before(); }
+  void forget_before() override { field_->forget_before(); }
+  bool has_before() const override { return field_->has_before(); }
+  std::vector<std::uint8_t> was_object(std::span<const Eigen::Vector3d> places_mm) const override {
+    return field_->was_object(places_mm);
+  }
+  std::vector<double> depths_before(std::span<const Eigen::Vector3d> places_mm) const override {
+    return field_->depths_before(places_mm);
+  }
+  void hear(std::span<const Mark> marks, const Mask* others) override {
+    if (++state_.heard >= state_.fails_at) throw DeviceError("CUDA: a test", "it was unplugged", "plug it in");
+    field_->hear(marks, others);
+  }
+  double learn(std::span<const Mark> marks, std::span<const NewDot> fresh, double reach_mm, double radius_mm) override {
+    return field_->learn(marks, fresh, reach_mm, radius_mm);
+  }
+  Solved solve(double tolerance, bool further) override { return field_->solve(tolerance, further); }
+  double expected_dice() const override { return field_->expected_dice(); }
+  Solved settle(double lean) override { return field_->settle(lean); }
+  std::span<const float> probability() const override { return field_->probability(); }
+  const FieldObject& object() const override { return field_->object(); }
+  std::span<const Known> known() const override { return field_->known(); }
+  std::vector<std::uint16_t> values(const FieldValue& value) const override { return field_->values(value); }
+  std::size_t bytes() const override { return field_->bytes(); }
+
+ private:
+  std::unique_ptr<BoxField> field_;
+  State& state_;
+};
+
+MakeBoxField device(Device::State& state) {
+  return [&state](const Volume& of, const RunJobs& run, const EvidenceSettings& settings) {
+    ++state.made;
+    return std::make_unique<Device>(make_cpu_box_field(of, run, settings), state);
+  };
+}
+
+std::unique_ptr<Session> open_with_field(Device::State* state) {
+  Scene scene = ball_scene();
+  set(scene.forces, {"evidence", "source", 0});
+  scene.meshes[0].parameters = scene.forces;
+  auto session = std::make_unique<Session>(make_cpu_engine(1), nullptr, 1);
+  if (state) session->learn_fields_with(device(*state));
+  session->open(std::move(scene), volume());
+  return session;
+}
+const MeshItem& ball(const Session& session) { return session.scene().meshes.at(0); }
+
+TEST(FieldsOnADevice, AreLearnedThere) {
+  Device::State state;
+  const auto there = open_with_field(&state), here = open_with_field(nullptr);
+  there->advance_steps(20);
+  here->advance_steps(20);
+  EXPECT_EQ(state.made, 1);
+  EXPECT_GE(state.heard, 1);
+  ASSERT_TRUE(ball(*there).has_field());
+  EXPECT_EQ(ball(*there).field->values, ball(*here).field->values);
+  EXPECT_FALSE(there->take_notice());
+}
+
+TEST(FieldsOnADevice, OnceItFailsTheCpuLearnsFromAllMarksAnewAndALineSaysSo) {
+  Device::State state;
+  const auto there = open_with_field(&state), here = open_with_field(nullptr);
+  there->advance_steps(20);
+  here->advance_steps(20);
+  state.fails_at = state.heard + 1;
+  const Eigen::Vector3d too_much(17.5, 0, 0);
+  for (Session* session : {there.get(), here.get()}) {
+    session->apply(AddPoint{ball(*session).id, too_much, MarkKind::Outside});
+    session->advance_steps(20);
+  }
+  ASSERT_TRUE(ball(*there).has_field());
+  EXPECT_TRUE(ball(*there).field->problem.empty());
+  EXPECT_EQ(ball(*there).field->values, ball(*here).field->values);
+  const std::optional<std::string> notice = there->take_notice();
+  ASSERT_TRUE(notice);
+  EXPECT_NE(notice->find("on the CPU from now on"), std::string::npos) << *notice;
+  EXPECT_NE(notice->find("unplugged"), std::string::npos) << *notice;
+  EXPECT_EQ(notice->find('\n'), std::string::npos);
+  EXPECT_FALSE(there->take_notice());
+  there->apply(AddPoint{ball(*there).id, {0, -19, 0}, MarkKind::Inside});
+  there->apply(AddMesh{"other", {{-8, 0, 0}, 5}, std::nullopt});
+  there->advance_steps(20);
+  EXPECT_EQ(state.made, 1) << "it is not asked again";
+}
+
+TEST(FieldsOnADevice, OneThatCannotBeginIsLeft) {
+  const auto session = open_with_field(nullptr);
+  int asked = 0;
+  session->learn_fields_with(
+      [&asked](const Volume&, const RunJobs&, const EvidenceSettings&) -> std::unique_ptr<BoxField> {
+        ++asked;
+        throw DeviceError("CUDA: a test", "out of memory", "use --backend cpu");
+      });
+  session->advance_steps(20);
+  EXPECT_EQ(asked, 1);
+  EXPECT_TRUE(ball(*session).has_field());
+  EXPECT_TRUE(session->take_notice());
+}
+
+}  // namespace
+}  // namespace simplexseg
