@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "core/freed_memory.h"
 #include "core/thread_pool.h"
 #include "evidence/evidence_field.h"
 #include "evidence/robot_user.h"
@@ -68,6 +69,7 @@ class Timed : public RobotSubject {
 }  // namespace
 
 int main(int count, char** arguments) {
+  keep_freed_memory();  // as the programs do
   const bool on_device = count > 1 && std::string(arguments[1]) == "cuda";
   const int threads = count > 1 && !on_device ? std::atoi(arguments[1]) : 2;
   const MakeBoxField make = on_device ? make_cuda_box_field : make_cpu_box_field;

@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <optional>
 
+#include "core/freed_memory.h"
 #include "gpu/backend.h"
 #include "gui/look/theme.h"
 #include "gui/window/autosave.h"
@@ -234,6 +235,7 @@ std::string why_no_opengl() {
 }
 
 int run_desktop(int argc, char** argv) {
+  keep_freed_memory();
   QStringList arguments;
   for (int n = 0; n < argc; ++n) arguments << QString::fromLocal8Bit(argv[n]);
   Options options;
