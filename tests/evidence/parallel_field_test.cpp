@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "evidence/ellipsoid_scene.h"
+#include "ellipsoid_scene.h"
 #include "evidence/evidence_field.h"
 #include "gpu/backend.h"
 #include "image/metrics.h"
