@@ -90,8 +90,8 @@ void refuse_unheard(const Options& options) {
 /// The evidence field alone.
 class FieldSubject : public ClickSubject {
  public:
-  FieldSubject(const Volume& image, RunJobs run, const EvidenceSettings& settings, const MakeBoxField& make)
-      : field_(image, std::move(run), settings, make) {}
+  FieldSubject(const Volume& image, const RunJobs& run, const EvidenceSettings& settings, const MakeBoxField& make)
+      : field_(image, run, settings, make) {}
   Mask segment(std::span<const Mark> marks) override {
     field_.update(marks);
     return field_.object();

@@ -21,7 +21,8 @@ constexpr double unsaid_corrections = 4;  // that count as half of either kind, 
 
 }  // namespace
 
-EvidenceField::EvidenceField(Volume volume, RunJobs run, EvidenceSettings settings, const MakeBoxField& make)
+EvidenceField::EvidenceField(Volume volume, const RunJobs& run, const EvidenceSettings& settings,
+                             const MakeBoxField& make)
     : volume_(std::make_unique<Volume>(std::move(volume))), settings_(settings) {
   if (volume_->empty()) throw Error("the evidence field", "there is no volume", "open a volume first");
   voxels_ = make(*volume_, run, settings_);

@@ -25,7 +25,7 @@ namespace simplexseg {
 class EvidenceField {
  public:
   /// `make`: where the voxels are worked on; the CPU by default.
-  explicit EvidenceField(Volume volume, RunJobs run = run_in_turn(), EvidenceSettings settings = {},
+  explicit EvidenceField(Volume volume, const RunJobs& run = run_in_turn(), const EvidenceSettings& settings = {},
                          const MakeBoxField& make = make_cpu_box_field);
 
   /// Solves the field for these marks, in the order in which they were made. Marks added since the last update change
