@@ -296,7 +296,7 @@ CompareWindow* MainWindow::compare_settings() {
 QImage MainWindow::picture_of_views() {
   const bool said = !messages_->isHidden();
   messages_->hide();  // it lies over them
-  const QImage picture = views_->grab().toImage();
+  QImage picture = views_->grab().toImage();
   messages_->setVisible(said);
   return picture;
 }
