@@ -13,6 +13,7 @@
 #include "evidence/coarse_prior.h"
 #include "evidence/conductances.h"
 #include "evidence/parallel/blocks.h"
+#include "evidence/parallel/distance.h"
 #include "evidence/parallel/looks.h"
 #include "evidence/parallel/network.h"
 #include "evidence/parallel/prior_kernels.h"
@@ -140,12 +141,11 @@ class ParallelPrior {
   }
   const BoxGrid& grid() const { return coarse_.blocks.coarse; }
   int blocks() const { return grid().count(); }
-  std::array<Floats*, 14> floats() {
-    return {&score_,        &from_inside_,  &from_outside_, &fresh_square_, &inside_,
-            &outside_,      &edges_in_,     &edges_out_,    &inward_,       &edges_to_fresh_,
-            &to_object_[0], &to_object_[1], &to_others_[0], &to_others_[1]};
+  std::array<Floats*, 12> floats() {
+    return {&score_,    &from_inside_, &from_outside_, &fresh_square_,   &inside_,     &outside_,
+            &edges_in_, &edges_out_,   &inward_,       &edges_to_fresh_, &squares_[0], &squares_[1]};
   }
-  std::array<Bytes*, 5> bytes_lists() { return {&before_, &open_, &held_, &finite_, &prior_}; }
+  std::array<Bytes*, 6> bytes_lists() { return {&before_, &was_object_, &open_, &held_, &finite_, &prior_}; }
 
   void find_known(const DeviceSaid& said) {
     const PaintedBalls marks = painted_.upload(coarse_.geometry, VoxelBox{{0, 0, 0}, grid().size}, said.marks);
@@ -277,14 +277,11 @@ class ParallelPrior {
   }
 
   void measure_inward() {
-    for (int axis = 0; axis < 3; ++axis) {
-      const int to = axis % 2, from = 1 - to;
-      executor_.each(blocks(), SquaresAlong{grid(), axis, static_cast<float>(coarse_.spacing_mm[axis]),
-                                            axis == 0 ? before_.data() : nullptr, to_object_[from].data(),
-                                            to_others_[from].data(), to_object_[to].data(), to_others_[to].data()});
-    }
-    executor_.each(blocks(),
-                   Inward{before_.data(), to_object_[0].data(), to_others_[0].data(), least_mm(), inward_.data()});
+    constexpr float everywhere_mm = 1e18f;
+    executor_.each(blocks(), WasObject{before_.data(), was_object_.data()});
+    squared_distance_to_other_side(executor_, was_object_.data(), grid(), coarse_.spacing_mm, everywhere_mm, true,
+                                   squares_[0].data(), squares_[1].data());
+    executor_.each(blocks(), Inward{was_object_.data(), squares_[0].data(), least_mm(), inward_.data()});
   }
 
   void score_looks(bool hears) {
@@ -348,12 +345,12 @@ class ParallelPrior {
   // A value for each block.
   Floats image_, features_;  ///< the latter list by list
   typename Executor::template Array<Known> known_;
-  Bytes before_, open_, held_, finite_, prior_;
+  Bytes before_, was_object_, open_, held_, finite_, prior_;
   typename Executor::template Array<std::uint16_t> nearest_, nearest_fresh_;
   Floats score_, from_inside_, from_outside_, fresh_square_;
   Floats inside_, outside_, edges_in_, edges_out_, edges_to_fresh_;
   Floats inward_;
-  std::array<Floats, 2> to_object_, to_others_;
+  std::array<Floats, 2> squares_;
 
   typename Executor::template Array<int> counts_;
   std::optional<ParallelLooks<Executor>> looks_;

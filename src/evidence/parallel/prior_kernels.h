@@ -108,44 +108,18 @@ struct BinOfShell {
   }
 };
 
-/// mm^2 along an axis, and those that were found before along others, to the nearest voxel of the field before that was
-/// the object's, and to the nearest that was not. Each axis in turn; the first asks the field itself.
-struct SquaresAlong {
-  BoxGrid grid;
-  int axis;
-  float spacing_mm;
-  const std::uint8_t* before;              ///< of the first axis; or null
-  const float *from_object, *from_others;  ///< of the others
-  float *to_object, *to_others;
-
-  SIMPLEXSEG_HD void operator()(int v) const {
-    const int stride = grid.stride(axis), at = v / stride % grid.size[axis], first = v - at * stride;
-    float object = kFarSquare, others = kFarSquare;
-    for (int u = 0; u < grid.size[axis]; ++u) {
-      const int w = first + u * stride;
-      const float mm = static_cast<float>(u - at) * spacing_mm, square = mm * mm;
-      if (before) {
-        if (before[w] > kMiddleBefore)
-          object = smaller(square, object);
-        else
-          others = smaller(square, others);
-      } else {
-        object = smaller(square + from_object[w], object);
-        others = smaller(square + from_others[w], others);
-      }
-    }
-    to_object[v] = object;
-    to_others[v] = others;
-  }
+struct WasObject {
+  const std::uint8_t* before;
+  std::uint8_t* to;
+  SIMPLEXSEG_HD void operator()(int v) const { to[v] = before[v] > kMiddleBefore ? 1 : 0; }
 };
 struct Inward {
-  const std::uint8_t* before;
-  const float *to_object, *to_others;
+  const std::uint8_t* was_object;
+  const float* squares;  ///< of the distance to the other side, mm^2
   float least_mm;
   float* inward;
   SIMPLEXSEG_HD void operator()(int v) const {
-    const bool in = before[v] > kMiddleBefore;
-    inward[v] = inward_mm(std::sqrt(in ? to_others[v] : to_object[v]), in, least_mm);
+    inward[v] = inward_mm(std::sqrt(squares[v]), was_object[v] != 0, least_mm);
   }
 };
 
