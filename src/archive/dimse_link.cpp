@@ -18,6 +18,7 @@
 #include <mutex>
 #include <optional>
 
+#include "archive/below_c.h"
 #include "archive/faults.h"
 #include "io/dicom_texts.h"
 #include "io/files.h"
@@ -30,23 +31,11 @@ namespace {
 constexpr int kSlice_ms = 200;
 
 /// What a connection tells of itself. DCMTK's code lies between those who throw and those who catch, and would leak.
-struct Watch {
+struct Watch : BelowC {
   std::function<void(std::uint64_t)> came;
   int timeout_s = 30;
   bool timed_out = false, ended = false;
-  std::exception_ptr thrown;
 
-  template <class F>
-  bool guarded(F&& f) {
-    if (thrown) return false;
-    try {
-      f();
-      return true;
-    } catch (...) {
-      thrown = std::current_exception();
-      return false;
-    }
-  }
   bool tell(std::uint64_t bytes) {
     return guarded([&] { came(bytes); });
   }

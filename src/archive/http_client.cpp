@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 
+#include "archive/below_c.h"
 #include "archive/faults.h"
 #include "io/files.h"
 
@@ -35,25 +36,13 @@ CURL* new_handle() {
 }  // namespace
 
 /// What the callbacks, which stand below C code, know. They must not throw: it is thrown again behind it.
-struct HttpClient::Transfer {
+struct HttpClient::Transfer : BelowC {
   const HttpSink* sink = nullptr;
   const HttpBody* body = nullptr;
   const std::function<void()>* waiting = nullptr;
   CURL* handle = nullptr;
   HttpAnswer answer;
   bool too_large = false;
-  std::exception_ptr thrown;
-
-  template <class F>
-  bool guarded(F&& f) {
-    try {
-      f();
-      return true;
-    } catch (...) {
-      thrown = std::current_exception();
-      return false;
-    }
-  }
 
   void take_status() {
     long status = 0;
