@@ -23,8 +23,8 @@ float inner_difference(const BoxGrid& grid, const std::array<double, 3>& spacing
       if (u < n && known[u] == Known::Inside) differences.push_back(std::fabs(image[u] - image[v]));
     }
   }
-  if (differences.size() < 20) return 0;
-  return quantile(differences, 0.75);
+  if (static_cast<int>(differences.size()) < kLeastDifferences) return 0;
+  return quantile(differences, kShareOfDifferences);
 }
 
 double sharpness_of(float inner_difference, const EvidenceSettings& settings) {

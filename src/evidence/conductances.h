@@ -11,6 +11,9 @@
 
 namespace simplexseg {
 
+inline constexpr double kShareOfDifferences = 0.75;  ///< inner_difference() is larger than so many
+inline constexpr int kLeastDifferences = 20;         ///< that it is taken of
+
 /// 75th percentile of |difference| between neighbours that are both marked as inside, along the axes whose spacing is
 /// less than twice the least: what is not an edge of this object. 0 with fewer than 20 pairs.
 float inner_difference(const BoxGrid& grid, const std::array<double, 3>& spacing_mm, std::span<const float> image,

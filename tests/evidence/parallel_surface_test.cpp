@@ -179,7 +179,8 @@ TEST(ParallelBefore, FindsTheNearestVoxelOfTheOtherSide) {
   for (const Eigen::Vector3d& index :
        {Eigen::Vector3d(15, 17, 9), Eigen::Vector3d(5, 6, 3), Eigen::Vector3d(9.6, 13, 6), Eigen::Vector3d(29, 30, 17)})
     places.push_back(geometry.world_from_index() * index);
-  const std::vector<BeforeAt> found = before_at(executor, geometry, box, before.data(), places);
+  const std::vector<std::uint8_t> object = was_object(executor, geometry, box, before.data(), places);
+  const std::vector<double> depth_mm = depths_before(executor, geometry, box, before.data(), places);
   int inside = 0;
   for (std::size_t p = 0; p < places.size(); ++p) {
     const bool in = before[nearest_voxel(geometry, box, places[p])] > kMiddleBefore;
@@ -187,8 +188,8 @@ TEST(ParallelBefore, FindsTheNearestVoxelOfTheOtherSide) {
     float least = 1e12f;
     for (std::size_t v = 0; v < before.size(); ++v)
       if ((before[v] > kMiddleBefore) != in) least = std::min(least, square[v]);
-    EXPECT_EQ(found[p].object != 0, in) << p;
-    EXPECT_NEAR(found[p].depth_mm, std::sqrt(least), 1e-3) << p;
+    EXPECT_EQ(object[p] != 0, in) << p;
+    EXPECT_NEAR(depth_mm[p], std::sqrt(least), 1e-3) << p;
     inside += in;
   }
   EXPECT_EQ(inside, 2);

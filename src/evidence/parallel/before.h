@@ -13,10 +13,14 @@
 
 namespace simplexseg {
 
-/// A place, and what the field before has there.
-struct BeforeAt {
-  int object;      ///< not 0: the nearest voxel is the object's
-  float depth_mm;  ///< to the nearest voxel that is on the other side; 1e6 without one
+inline constexpr float kUnreachedSquare = 1e12f;  ///< mm^2, where there is no voxel on the other side
+
+/// Whether voxels are the object's in the field before.
+struct ObjectBefore {
+  const std::uint8_t* before;
+  const int* voxels;
+  std::uint8_t* to;
+  SIMPLEXSEG_HD void operator()(int p) const { to[p] = before[voxels[p]] > kMiddleBefore ? 1 : 0; }
 };
 
 /// The least square of the distance from each of several places to a voxel on the other side, as the bits of a float.
@@ -46,22 +50,25 @@ struct NearestOther {
   }
 };
 
-struct BeforeOfPlace {
-  const std::uint8_t* before;
-  const NearestOther::Place* places;
-  const int* bits;
-  BeforeAt* to;
-  SIMPLEXSEG_HD void operator()(int p) const {
-    to[p] = {before[places[p].voxel] > kMiddleBefore ? 1 : 0, std::sqrt(float_of(static_cast<unsigned>(bits[p])))};
-  }
-};
-
-/// For places: whether the nearest voxel of the box is the object's in the field before, and how deep it lies there.
+/// BoxField::was_object() of the field before in an executor's memory. Waits once.
 template <class Executor>
-std::vector<BeforeAt> before_at(const Executor& executor, const VolumeGeometry& geometry, const VoxelBox& box,
-                                const std::uint8_t* before, std::span<const Eigen::Vector3d> places_mm) {
-  std::vector<BeforeAt> found(places_mm.size());
-  if (places_mm.empty()) return found;
+std::vector<std::uint8_t> was_object(const Executor& executor, const VolumeGeometry& geometry, const VoxelBox& box,
+                                     const std::uint8_t* before, std::span<const Eigen::Vector3d> places_mm) {
+  std::vector<int> voxels;
+  for (const Eigen::Vector3d& mm : places_mm) voxels.push_back(static_cast<int>(nearest_voxel(geometry, box, mm)));
+  const auto on_executor = executor.copy_of(std::span<const int>(voxels));
+  const auto to = executor.template array<std::uint8_t>(voxels.size());
+  executor.each(static_cast<int>(voxels.size()), ObjectBefore{before, on_executor.data(), to.data()});
+  std::vector<std::uint8_t> was(voxels.size());
+  executor.download(static_cast<const std::uint8_t*>(to.data()), std::span<std::uint8_t>(was));
+  return was;
+}
+
+/// BoxField::depths_before() of the field before in an executor's memory. Waits once.
+template <class Executor>
+std::vector<double> depths_before(const Executor& executor, const VolumeGeometry& geometry, const VoxelBox& box,
+                                  const std::uint8_t* before, std::span<const Eigen::Vector3d> places_mm) {
+  if (places_mm.empty()) return {};
   const Eigen::Affine3d world = geometry.world_from_index();
   const Eigen::Vector3d first = world * Eigen::Vector3d(box.first[0], box.first[1], box.first[2]);
   std::vector<NearestOther::Place> places;
@@ -69,20 +76,19 @@ std::vector<BeforeAt> before_at(const Executor& executor, const VolumeGeometry& 
     const Eigen::Vector3f from = (mm - first).cast<float>();
     places.push_back({from.x(), from.y(), from.z(), static_cast<int>(nearest_voxel(geometry, box, mm))});
   }
-  const float unreached = 1e12f;
-  const std::vector<int> far(places.size(), static_cast<int>(bits_of(unreached)));
-  const auto on_device = executor.copy_of(std::span<const NearestOther::Place>(places));
-  const auto bits = executor.copy_of(std::span<const int>(far));
-  const auto to = executor.template array<BeforeAt>(places.size());
+  std::vector<int> squares(places.size(), static_cast<int>(bits_of(kUnreachedSquare)));
+  const auto on_executor = executor.copy_of(std::span<const NearestOther::Place>(places));
+  const auto bits = executor.copy_of(std::span<const int>(squares));
   NearestOther nearest{
-      before, on_device.data(), static_cast<int>(places.size()), {box.size[0], box.size[1], box.size[2]},
+      before, on_executor.data(), static_cast<int>(places.size()), {box.size[0], box.size[1], box.size[2]},
       {},     bits.data()};
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) nearest.mm[3 * r + c] = static_cast<float>(world.linear()(r, c));
   executor.each(static_cast<int>(box.voxel_count()), nearest);
-  executor.each(static_cast<int>(places.size()), BeforeOfPlace{before, on_device.data(), bits.data(), to.data()});
-  executor.download(to.data(), std::span<BeforeAt>(found));
-  return found;
+  executor.download(static_cast<const int*>(bits.data()), std::span<int>(squares));
+  std::vector<double> depths;
+  for (const int square : squares) depths.push_back(std::sqrt(float_of(static_cast<unsigned>(square))));
+  return depths;
 }
 
 }  // namespace simplexseg

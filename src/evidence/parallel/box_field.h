@@ -144,16 +144,10 @@ class ParallelBoxField final : public BoxField {
   void forget_before() override { has_before_ = false; }
   bool has_before() const override { return has_before_; }
   std::vector<std::uint8_t> was_object(std::span<const Eigen::Vector3d> places_mm) const override {
-    std::vector<std::uint8_t> was;
-    for (const BeforeAt& at : before_at(executor_, volume_.geometry(), box_, before_.data(), places_mm))
-      was.push_back(at.object);
-    return was;
+    return simplexseg::was_object(executor_, volume_.geometry(), box_, before_.data(), places_mm);
   }
   std::vector<double> depths_before(std::span<const Eigen::Vector3d> places_mm) const override {
-    std::vector<double> depths;
-    for (const BeforeAt& at : before_at(executor_, volume_.geometry(), box_, before_.data(), places_mm))
-      depths.push_back(at.depth_mm);
-    return depths;
+    return simplexseg::depths_before(executor_, volume_.geometry(), box_, before_.data(), places_mm);
   }
 
   void hear(std::span<const Mark> marks, const Mask* others) override {
@@ -265,14 +259,13 @@ class ParallelBoxField final : public BoxField {
     host_known_.clear();
   }
   float inner_difference() const {
-    constexpr int least_count = 20;
     const double least = *std::min_element(spacing_mm_.begin(), spacing_mm_.end());
     InnerDifference difference{smoothed_.data(), known_.data(), count(), {}, {}};
     for (int a = 0; a < 3; ++a) {
       difference.stride[a] = walker_->grid().stride(a);
       difference.heard[a] = spacing_mm_[a] < 2 * least && box_.size[a] > 1;
     }
-    return quantile_of(executor_, 3 * count(), difference, 0.75, least_count).value_or(0.0f);
+    return quantile_of(executor_, 3 * count(), difference, kShareOfDifferences, kLeastDifferences).value_or(0.0f);
   }
   Solved find_object() {
     const auto found = object_finder_->find(probability_.data(), known_.data(), object_voxels_.data());
