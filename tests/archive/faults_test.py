@@ -126,7 +126,7 @@ class WebFaults(ArchiveFixture):
         self.addCleanup(port.stop)
         server = self.serve({"/instances": fakes.listing(self.uids), "/series/": fakes.silent(20)})
         for address in (server.address, port.address):
-            with subprocess.Popen([fixture.PROGRAM, "archive", "get", STUDY, SERIES, "--server", address], env=self.environment,
+            with subprocess.Popen([fixture.program(), "archive", "get", STUDY, SERIES, "--server", address], env=self.environment,
                                   stderr=subprocess.PIPE, text=True) as program:
                 time.sleep(1.5)
                 self.assertIsNone(program.poll())

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import signal
 import socket
 import subprocess
@@ -16,35 +15,15 @@ import time
 import unittest
 import urllib.error
 import urllib.request
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-SKIPPED = 77  # exit status that ctest takes for a skipped test
-PROGRAM = ""
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "support"))
+from with_program import main, program, skip  # noqa: E402
+
 ORTHANC = "/usr/sbin/Orthanc"
 DICOM_WEB = "/usr/share/orthanc/plugins/libOrthancDicomWeb.so"
 LOCAL = "127.0.0.1"
-
-
-def main(*needed: tuple[str, str]) -> None:
-    """Runs the tests of a file with the program that is its argument. `needed`: programs, files or modules of Python, and
-    the Debian packages that have them."""
-    global PROGRAM
-    PROGRAM = sys.argv.pop(1)
-    for program, package in needed:
-        if not (shutil.which(program) or Path(program).exists() or find_spec(program)):
-            skip(f"install {package}")
-    result = unittest.main(argv=sys.argv, exit=False).result
-    if result.skipped and result.wasSuccessful():
-        skip(result.skipped[0][1])
-    sys.exit(not result.wasSuccessful())
-
-
-def skip(why: str) -> None:
-    """Ends all tests of a file."""
-    print("skipped:", why)
-    sys.exit(SKIPPED)
 
 
 def free_port() -> int:
@@ -204,7 +183,7 @@ class ArchiveFixture(unittest.TestCase):
     def call(self, *arguments: str, status: int = 0, before: str = "", environment: dict[str, str] | None = None,
              timeout: float = 120) -> subprocess.CompletedProcess[str]:
         """The program; it must end with that status, and a failure is one line. `before`: of the shell's."""
-        command = [PROGRAM, *arguments]
+        command = [program(), *arguments]
         if before:
             command = ["bash", "-c", before + '\nexec "$0" "$@"', *command]
         done = subprocess.run(command, cwd=self.folder, env={**self.environment, **(environment or {})}, capture_output=True,

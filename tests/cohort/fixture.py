@@ -4,39 +4,19 @@ from __future__ import annotations
 
 import csv
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-SKIPPED = 77  # exit status that ctest takes for a skipped test
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "support"))
+from with_program import main, program, skip  # noqa: E402
+
 ROOT = Path(__file__).resolve().parent.parent.parent
 COHORT = ROOT / "scripts" / "cohort"
-PROGRAM = ""
 SHAPES = ("sphere", "ellipsoid", "cube")
 STEPS = 40
-
-
-def main(*needed: tuple[str, str]) -> None:
-    """Runs the tests of a file with the program that is its argument. `needed`: programs, and the Debian packages that
-    have them."""
-    global PROGRAM
-    PROGRAM = sys.argv.pop(1)
-    for program, package in needed:
-        if not shutil.which(program):
-            skip(f"install {package}")
-    result = unittest.main(argv=sys.argv, exit=False).result
-    if result.skipped and result.wasSuccessful():
-        skip(result.skipped[0][1])
-    sys.exit(not result.wasSuccessful())
-
-
-def skip(why: str) -> None:
-    """Ends all tests of a file."""
-    print("skipped:", why)
-    sys.exit(SKIPPED)
 
 
 class CohortFixture(unittest.TestCase):
@@ -59,7 +39,7 @@ class CohortFixture(unittest.TestCase):
 
     def call(self, *arguments: str) -> str:
         """The bare program, in the folder."""
-        return subprocess.run([PROGRAM, *arguments], cwd=self.folder, capture_output=True, text=True, check=True).stdout
+        return subprocess.run([program(), *arguments], cwd=self.folder, capture_output=True, text=True, check=True).stdout
 
     def write_table(self, rows: list[dict[str, str]]) -> Path:
         """The table of these rows."""
@@ -78,13 +58,13 @@ class CohortFixture(unittest.TestCase):
     def cohort(self, *arguments: str, environment: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
         """Runs scripts/cohort to its end."""
         given = dict(environment or os.environ)
-        given.setdefault("SIMPLEXSEG_CLI", PROGRAM)
+        given.setdefault("SIMPLEXSEG_CLI", program())
         return subprocess.run(self.command(*arguments), env=given, capture_output=True, text=True, check=False)
 
     def wrapper(self, body: str) -> str:
         """A script in place of the program, which can do something first; "$@" is what the program is asked for."""
         path = self.folder / "wrapper"
-        path.write_text(f'#!/bin/bash\n{body}\nexec {PROGRAM} "$@"\n')
+        path.write_text(f'#!/bin/bash\n{body}\nexec {program()} "$@"\n')
         path.chmod(0o755)
         return str(path)
 
