@@ -130,8 +130,11 @@ class ParallelLooks {
     }
     const int count = static_cast<int>(all.size()), tiles = width_ / ProductsOfRows::kTile, size = width_ * width_,
               parts = (count + ProductsOfRows::kRows - 1) / ProductsOfRows::kRows;
-    if (rows_.size() < std::size_t(count) * width_) {
-      rows_ = executor_.template array<float>(std::size_t(count) * width_);
+    // A row more than there are: where the products are summed in order, what GCC 12.2 makes of it for vector registers
+    // reads one row ahead (https://gcc.gnu.org/PR107451), and takes nothing of it.
+    const std::size_t room = (std::size_t(count) + 1) * width_;
+    if (rows_.size() < room) {
+      rows_ = executor_.template array<float>(room);
       parts_ = executor_.template array<float>(std::size_t(parts) * size);
     }
     terms_ = {settings_.terms, features_, voxels, frequency_.data(), phase_.data(), feature};
