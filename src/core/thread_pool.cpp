@@ -65,6 +65,10 @@ bool ThreadPool::take_one() {
 
 void ThreadPool::run_erased(int chunks, Call call, const void* job) {
   if (chunks <= 0) return;
+  if (chunks == 1 || workers_.empty()) {  // nobody need be woken
+    for (int chunk = 0; chunk < chunks; ++chunk) call(job, chunk);
+    return;
+  }
   // No chunk is left of the last job, so nobody claims while the job is exchanged; the new generation opens it.
   finished_.store(0, std::memory_order_relaxed);
   const std::uint64_t generation = (claims_.load(std::memory_order_relaxed) >> 32) + 1;

@@ -3,8 +3,44 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 namespace simplexseg {
+namespace {
+
+/// out[i], for so many i: centre[i] and what lies `step` by `step` on either side of it, weighed.
+template <int Count>
+void weigh(const float* centre, int step, std::span<const float> kernel, float* out) {
+  std::array<float, Count> sum;  // in registers, so that each is written once
+#pragma GCC unroll 32
+  for (int l = 0; l < Count; ++l) sum[l] = kernel[0] * centre[l];
+  for (std::ptrdiff_t d = 1; d < std::ssize(kernel); ++d) {
+    const float *const a = centre - d * step, *const b = centre + d * step;
+#pragma GCC unroll 32
+    for (int l = 0; l < Count; ++l) sum[l] += kernel[d] * (a[l] + b[l]);
+  }
+#pragma GCC unroll 32
+  for (int l = 0; l < Count; ++l) out[l] = sum[l];
+}
+
+/// The same for a line of `width`, which `out` is no part of: the last values of it may be worked out twice.
+void weigh_line(const float* centre, int step, std::span<const float> kernel, float* out, int width) {
+  constexpr int many = 32, few = 8;
+  const auto by = [&]<int Count>(std::integral_constant<int, Count>) {
+    for (int i = 0; i < width; i += Count) {
+      const int at = std::min(i, width - Count);
+      weigh<Count>(centre + at, step, kernel, out + at);
+    }
+  };
+  if (width >= many)
+    by(std::integral_constant<int, many>{});
+  else if (width >= few)
+    by(std::integral_constant<int, few>{});
+  else
+    by(std::integral_constant<int, 1>{});
+}
+
+}  // namespace
 
 void smooth(std::vector<float>& values, const BoxGrid& grid, const std::array<double, 3>& sigma, const RunJobs& run) {
   const auto [ni, nj, nk] = grid.size;
@@ -25,19 +61,18 @@ void smooth(std::vector<float>& values, const BoxGrid& grid, const std::array<do
     run(others, [&, ni = ni](int other) {
       float* const line = values.data() + std::size_t(other) * (axis == 0 ? ni : axis == 1 ? grid.plane() : ni);
       std::vector<float> padded(std::size_t(n + 2 * reach) * together);
-      for (int t = -reach; t < n + reach; ++t)
-        std::copy_n(line + std::size_t(std::clamp(t, 0, n - 1)) * stride, together,
-                    padded.data() + std::size_t(t + reach) * together);
-      for (int t = 0; t < rows; ++t) {
-        float* const out = line + std::size_t(t) * stride;
-        const float* const centre = padded.data() + std::size_t(t + reach) * together;
-        for (int i = 0; i < width; ++i) out[i] = kernel[0] * centre[i];
-        for (int d = 1; d <= reach; ++d) {
-          const float *const a = centre - std::size_t(d) * together, *const b = centre + std::size_t(d) * together;
-          const float k = kernel[d];
-          for (int i = 0; i < width; ++i) out[i] += k * (a[i] + b[i]);
-        }
+      const auto copy = [&](int from, int count, int to) {
+        std::copy_n(line + std::size_t(from) * stride, count, padded.data() + std::size_t(to + reach) * together);
+      };
+      if (axis == 0) {
+        copy(0, n, 0);
+      } else {
+        for (int t = 0; t < n; ++t) copy(t, together, t);
       }
+      for (int t = 1; t <= reach; ++t) copy(0, together, -t), copy(n - 1, together, n - 1 + t);
+      for (int t = 0; t < rows; ++t)
+        weigh_line(padded.data() + std::size_t(t + reach) * together, together, kernel, line + std::size_t(t) * stride,
+                   width);
     });
   }
 }

@@ -2,6 +2,7 @@
 #include "evidence/connected.h"
 
 #include <algorithm>
+#include <cstring>
 #include <numeric>
 
 namespace simplexseg {
@@ -11,6 +12,12 @@ namespace {
 struct Run {
   int first, end;
 };
+
+/// The first of the voxels from `first` to before `end` that has this value, or `end`.
+int find(std::span<const std::uint8_t> voxels, int value, int first, int end) {
+  const void* const at = std::memchr(voxels.data() + first, value, end - first);
+  return at ? static_cast<int>(static_cast<const std::uint8_t*>(at) - voxels.data()) : end;
+}
 
 /// Runs that touch, as a forest.
 class Forest {
@@ -39,13 +46,9 @@ void keep_connected(std::vector<std::uint8_t>& set, std::span<const std::uint8_t
   for (int row = 0; row < rows; ++row) {
     row_begin[row] = static_cast<int>(runs.size());
     const int first = row * size[0], end = first + size[0];
-    for (int v = first; v < end;) {
-      if (!set[v]) {
-        ++v;
-        continue;
-      }
+    for (int v = find(set, 1, first, end); v < end; v = find(set, 1, v, end)) {
       const int begin = v;
-      while (v < end && set[v]) ++v;
+      v = find(set, 0, begin, end);
       runs.push_back({begin, v});
     }
   }
@@ -66,11 +69,8 @@ void keep_connected(std::vector<std::uint8_t>& set, std::span<const std::uint8_t
   }
 
   std::vector<std::uint8_t> kept(runs.size());
-  const auto begins = [&](const Run& run) {
-    return std::any_of(start.begin() + run.first, start.begin() + run.end, [](std::uint8_t s) { return s != 0; });
-  };
   for (std::size_t r = 0; r < runs.size(); ++r)
-    if (begins(runs[r])) kept[forest.root(static_cast<int>(r))] = 1;
+    if (find(start, 1, runs[r].first, runs[r].end) < runs[r].end) kept[forest.root(static_cast<int>(r))] = 1;
   for (std::size_t r = 0; r < runs.size(); ++r)
     if (!kept[forest.root(static_cast<int>(r))]) std::fill(set.begin() + runs[r].first, set.begin() + runs[r].end, 0);
 }

@@ -47,7 +47,8 @@ class CpuBoxField final : public BoxField {
 
   void keep_before() override {
     before_.resize(probability_.size());
-    for (std::size_t v = 0; v < before_.size(); ++v) before_[v] = as_before(probability_[v]);
+    for_each_index(run_, static_cast<int>(before_.size()),
+                   [p = probability_.data(), to = before_.data()](int v) { to[v] = as_before(p[v]); });
   }
   void forget_before() override { before_.clear(); }
   bool has_before() const override { return !before_.empty(); }
@@ -88,43 +89,38 @@ class CpuBoxField final : public BoxField {
     return beta_;
   }
 
-  Solved solve(double tolerance, bool /*further*/) override {
+  Solved solve(double tolerance, bool further) override {
     const BoxGrid& grid = walker_->grid();
     const int n = grid.count();
-    set_edges(*walker_, spacing_mm_, smoothed_, finite_, beta_, settings_.prior_pull, run_);
-    std::vector<std::uint8_t> held(n);
-    coarse_.mark_open(known_, held);
-    for_each_index(run_, n, [known = known_.data(), field = walker_->field().data(), held = held.data()](int v) {
-      held[v] = is_held(known[v]) && held[v] == 0;
-      if (held[v]) field[v] = known[v] == Known::Inside;
-    });
-    const RandomWalker::Report solved = walker_->solve(prior_, held, tolerance, settings_.most_iterations);
+    const RandomWalker::Report solved =
+        further ? walker_->carry_on(tolerance, settings_.most_iterations) : begin_solution(tolerance);
     probability_.assign(walker_->field().begin(), walker_->field().end());
     const FromInner from_inner{{box_.size[0], box_.size[1], box_.size[2]}, walker_->field().data()};
-    for (int v = 0; v < n; ++v)
-      if (known_[v] == Known::VolumeEdge) probability_[v] = from_inner(v);
+    for_each_index(run_, n, [from_inner, known = known_.data(), to = probability_.data()](int v) {
+      if (known[v] == Known::VolumeEdge) to[v] = from_inner(v);
+    });
     smooth_by_least_spacing(probability_, grid, spacing_mm_, settings_.field_smoothing, run_);
-    for (int v = 0; v < n; ++v)  // smoothing must not take back what was said
-      if (known_[v] == Known::Inside || known_[v] == Known::Outside) probability_[v] = known_[v] == Known::Inside;
-    object_ = object_of_field(probability_, known_, box_);
+    for_each_index(run_, n, [known = known_.data(), to = probability_.data()](int v) {
+      // smoothing must not take back what was said
+      if (known[v] == Known::Inside || known[v] == Known::Outside) to[v] = known[v] == Known::Inside;
+    });
+    object_ = object_of_field(probability_, known_, box_, run_);
     return {solved.iterations, solved.error, object_.around, object_.border_share};
   }
 
   double expected_dice() const override {
-    double right = 0, all = 0;
-    std::size_t taken = 0;
-    for (std::size_t v = 0; v < probability_.size(); ++v) {
-      all += probability_[v];
-      if (!object_.voxels[v]) continue;
-      right += probability_[v];
-      ++taken;
-    }
-    return taken == 0 ? 0 : 2 * right / (static_cast<double>(taken) + all);
+    const int n = static_cast<int>(probability_.size());
+    const float* const p = probability_.data();
+    const std::uint8_t* const is = object_.voxels.data();
+    const double all = sum_over_indices(run_, n, [p](int v) { return p[v]; });
+    const double right = sum_over_indices(run_, n, [p, is](int v) { return is[v] ? p[v] : 0.0f; });
+    const double taken = sum_over_indices(run_, n, [is](int v) { return static_cast<float>(is[v]); });
+    return taken > 0 ? 2 * right / (taken + all) : 0;
   }
 
   Solved settle(double lean) override {
     settle_surface(probability_, object_, known_, image_, box_, spacing_mm_, lean, settings_, run_);
-    object_ = object_of_field(probability_, known_, box_);
+    object_ = object_of_field(probability_, known_, box_, run_);
     return {0, 0, object_.around, object_.border_share};
   }
 
@@ -144,6 +140,18 @@ class CpuBoxField final : public BoxField {
   }
 
  private:
+  RandomWalker::Report begin_solution(double tolerance) {
+    const int n = walker_->grid().count();
+    set_edges(*walker_, spacing_mm_, smoothed_, finite_, beta_, settings_.prior_pull, run_);
+    std::vector<std::uint8_t> held(n);
+    coarse_.mark_open(known_, held);
+    for_each_index(run_, n, [known = known_.data(), field = walker_->field().data(), held = held.data()](int v) {
+      held[v] = is_held(known[v]) && held[v] == 0;
+      if (held[v]) field[v] = known[v] == Known::Inside;
+    });
+    return walker_->solve(prior_, held, tolerance, settings_.most_iterations);
+  }
+
   const Volume& volume_;
   RunJobs run_;
   EvidenceSettings settings_;

@@ -38,7 +38,7 @@ std::vector<float> score_of(const PriorInput& input, const EvidenceSettings& set
   if (!settings.hear_looks) return score;
   const LookSamples samples = look_samples(input.known, settings);
   if (samples.inside.empty() || samples.outside.empty()) return score;
-  MarkClassifier(input.features, samples.inside, samples.outside, {}).score(input.features, score, run);
+  MarkClassifier(input.features, samples.inside, samples.outside, {}, run).score(input.features, score, run);
   return score;
 }
 

@@ -2,6 +2,7 @@
 #include "evidence/mark_classifier.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -42,23 +43,33 @@ FourierTerms fourier_terms(const MarkClassifier::Settings& settings, int feature
 }
 
 MarkClassifier::MarkClassifier(const FeatureLists& features, std::span<const Sample> inside,
-                               std::span<const Sample> outside, const Settings& settings)
+                               std::span<const Sample> outside, const Settings& settings,
+                               const RunJobs& run)
     : features_(features.size()), terms_(fourier_terms(settings, static_cast<int>(features.size()))) {
   Eigen::MatrixXf gram = Eigen::MatrixXf::Zero(settings.terms, settings.terms);
   Eigen::VectorXf right = Eigen::VectorXf::Zero(settings.terms);
+  const Eigen::MatrixXf of_feature =
+      Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+          terms_.frequency.data(), settings.terms, static_cast<Eigen::Index>(features_));
   for (const bool in : {true, false}) {
     const std::span<const Sample> samples = in ? inside : outside;
     double total = 0;
     for (const Sample& s : samples) total += s.weight;
     Eigen::MatrixXf rows(settings.terms, samples.size());
-    for (std::size_t s = 0; s < samples.size(); ++s) {
-      const float scale = std::sqrt(static_cast<float>(samples[s].weight / total) * 2 / settings.terms);
-      for (int t = 0; t < settings.terms; ++t) {
-        float angle = terms_.phase[t];
+    constexpr int together = 64;
+    const int count = static_cast<int>(samples.size());
+    run((count + together - 1) / together, [&](int job) {
+      const int first = job * together, last = std::min(count, first + together);
+      Eigen::VectorXf angle(settings.terms);
+      for (int s = first; s < last; ++s) {
+        angle = Eigen::Map<const Eigen::VectorXf>(terms_.phase.data(), settings.terms);
         for (std::size_t f = 0; f < features_; ++f)
-          angle += terms_.frequency[t * features_ + f] * features[f][samples[s].voxel];
-        rows(t, s) = scale * cosine_of_turns(angle);
+          angle += features[f][samples[s].voxel] * of_feature.col(static_cast<Eigen::Index>(f));
+        const float scale = std::sqrt(static_cast<float>(samples[s].weight / total) * 2 / settings.terms);
+        for (int t = 0; t < settings.terms; ++t) rows(t, s) = scale * cosine_of_turns(angle[t]);
       }
+    });
+    for (int s = 0; s < count; ++s) {
       const float root = std::sqrt(static_cast<float>(samples[s].weight / total));
       right += (in ? root : -root) * rows.col(s);
     }

@@ -43,7 +43,7 @@ class MarkClassifier {
     float weight;
   };
   MarkClassifier(const FeatureLists& features, std::span<const Sample> inside, std::span<const Sample> outside,
-                 const Settings& settings);
+                 const Settings& settings, const RunJobs& run);
   /// About +1 for what looks like the inside, -1 for what looks like the outside, 0 for what looks like neither.
   void score(const FeatureLists& features, std::span<float> out, const RunJobs& run) const;
 

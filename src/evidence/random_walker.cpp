@@ -52,7 +52,7 @@ std::vector<WalkerLevelShape> walker_levels(const BoxGrid& grid, const std::arra
 }
 
 RandomWalker::RandomWalker(const BoxGrid& grid, const std::array<double, 3>& spacing_mm, RunJobs run)
-    : run_(std::move(run)), field_(grid), direction_(grid) {
+    : run_(std::move(run)), field_(grid), inner_(grid), direction_(grid) {
   for (const WalkerLevelShape& shape : walker_levels(grid, spacing_mm)) {
     Level& level = levels_.emplace_back();
     level.grid = shape.grid, level.halved = shape.halved;
@@ -201,41 +201,56 @@ RandomWalker::Report RandomWalker::solve(std::span<const std::uint8_t> target, s
                                          double tolerance, int most_iterations) {
   eliminate_held(target, held);
   build_levels();
+  std::ranges::copy(field(), inner_.data());
+  cycled_ = false;
+  product_ = 0;
+  return carry_on(tolerance, most_iterations);
+}
+
+RandomWalker::Report RandomWalker::carry_on(double tolerance, int most_iterations) {
   Level& top = levels_.front();
   const int n = top.grid.count();
   const LevelView v = view(top.grid, top.weight, top.diagonal);
   float *const r = top.residual.data(), *const z = top.correction.data(), *const p = direction_.data();
-  const auto largest_correction = [&] {
-    const int blocks = (n + indices_a_block - 1) / indices_a_block;
-    std::vector<float> most(blocks);
-    run_(blocks, [&](int b) {
-      float m = 0;
-      for (int u = b * indices_a_block; u < std::min(n, (b + 1) * indices_a_block); ++u) m = larger(std::fabs(z[u]), m);
-      most[b] = m;
-    });
-    return double(*std::max_element(most.begin(), most.end()));
-  };
   Report report;
-  double rz = 0;
   for (;; ++report.iterations) {
-    cycle(0);
+    if (!cycled_) cycle(0);
+    cycled_ = true;
     report.error = largest_correction();
     if (!(report.error > tolerance) || report.iterations == most_iterations) break;
     const double next = sum_over_indices(run_, n, Product{r, z});
     if (!(next > 0)) break;
-    for_each_index(run_, n, NewDirection{report.iterations == 0 ? 0.0f : static_cast<float>(next / rz), z, p});
-    rz = next;
+    for_each_index(run_, n, NewDirection{product_ > 0 ? static_cast<float>(next / product_) : 0.0f, z, p});
+    product_ = next;
+    // The product takes the correction's place, which a cycle sets anew.
     const double curvature = sum_over_indices(run_, n, Apply{v, p, z});
-    if (!(curvature > 0)) return report;
-    for_each_index(run_, n, Advance{static_cast<float>(rz / curvature), p, z, field_.data(), r});
+    cycled_ = false;
+    if (!(curvature > 0)) {
+      std::ranges::copy(std::span(inner_.data(), n), field_.data());
+      return report;
+    }
+    for_each_index(run_, n, Advance{static_cast<float>(next / curvature), p, z, inner_.data(), r});
   }
   // The last correction is known, and of the size of the error that is left.
-  for_each_index(run_, n, [x = field_.data(), z](int u) { x[u] = smaller(larger(x[u] + z[u], 0.0f), 1.0f); });
+  for_each_index(run_, n, [x = inner_.data(), z, to = field_.data()](int u) {
+    to[u] = smaller(larger(x[u] + z[u], 0.0f), 1.0f);
+  });
   return report;
 }
 
+double RandomWalker::largest_correction() const {
+  const int n = grid().count(), blocks = (n + indices_a_block - 1) / indices_a_block;
+  std::vector<float> most(blocks);
+  run_(blocks, [&, z = levels_.front().correction.data()](int b) {
+    float m = 0;
+    for (int u = b * indices_a_block; u < std::min(n, (b + 1) * indices_a_block); ++u) m = larger(std::fabs(z[u]), m);
+    most[b] = m;
+  });
+  return *std::max_element(most.begin(), most.end());
+}
+
 std::size_t RandomWalker::bytes() const {
-  std::size_t bytes = field_.bytes() + direction_.bytes();
+  std::size_t bytes = field_.bytes() + inner_.bytes() + direction_.bytes();
   for (const Level& level : levels_) {
     for (const PaddedArray<float>& weight : level.weight) bytes += weight.bytes();
     bytes += level.mass.bytes() + level.diagonal.bytes() + level.correction.bytes() + level.residual.bytes();

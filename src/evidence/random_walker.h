@@ -41,6 +41,8 @@ class RandomWalker {
   /// voxel asks for a correction above `tolerance`, or after `most_iterations`.
   Report solve(std::span<const std::uint8_t> target, std::span<const std::uint8_t> held, double tolerance,
                int most_iterations);
+  /// More of the solution that was begun, to a smaller tolerance: the same field as if that had been asked for at once.
+  Report carry_on(double tolerance, int most_iterations);
   std::size_t bytes() const;
 
  private:
@@ -59,10 +61,13 @@ class RandomWalker {
   void cycle(std::size_t level);
   void restrict_residual(const Level& fine, Level& coarse) const;
   void sweep(Level& level, int colour, bool from_zero) const;
+  double largest_correction() const;
 
   RunJobs run_;
   std::vector<Level> levels_;
-  PaddedArray<float> field_, direction_;
+  PaddedArray<float> field_, inner_, direction_;  ///< inner: the solution without the last correction
+  double product_ = 0;                            ///< of residual and correction, at the last direction; 0 before one
+  bool cycled_ = false;                           ///< is the correction that of the residual?
 };
 
 }  // namespace simplexseg

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/vec3.h"
 #include "evidence/box_image.h"
 #include "evidence/quantile.h"
 #include "evidence/surface_voxel.h"
@@ -81,16 +82,65 @@ std::vector<float> look_of(const Layer& layer, const std::vector<float>& value, 
   });
 }
 
-/// Distance from every voxel to the surface, mm, half of `voxel_mm` being between a voxel beside it and the surface.
-std::vector<float> distance_to_surface(const std::vector<std::uint8_t>& object, const VoxelBox& box,
-                                       const std::array<double, 3>& spacing_mm, float voxel_mm) {
-  std::vector<std::uint8_t> others(object.size());
-  std::ranges::transform(object, others.begin(), [](std::uint8_t is) { return !is; });
-  const Eigen::Matrix3d mm = Eigen::Vector3d(spacing_mm[0], spacing_mm[1], spacing_mm[2]).asDiagonal();
-  std::vector<float> distance = distance_map(object, box, mm);
-  const std::vector<float> within = distance_map(others, box, mm);
-  for (std::size_t v = 0; v < distance.size(); ++v) distance[v] = (object[v] ? within[v] : distance[v]) - voxel_mm / 2;
-  return distance;
+constexpr float kFar = 1e30f;
+
+/// to[v]: the least of from[v] and what neighbours within `reach` steps along j or k have, more by the square of the way.
+void nearest_along(int axis, const BoxGrid& grid, double step_mm, int reach, std::span<const float> from,
+                   std::span<float> to, const RunJobs& run) {
+  const int stride = grid.stride(axis), n = grid.size[axis];
+  run(grid.size[3 - axis], [&](int other) {
+    for (int x = 0; x < n; ++x) {
+      const int row = other * grid.stride(3 - axis) + x * stride;
+      float* const out = to.data() + row;
+      std::copy_n(from.data() + row, grid.row(), out);
+      for (int d = 1; d <= reach; ++d) {
+        const float way = static_cast<float>(step_mm * d), square = way * way;
+        for (const int at : {x - d, x + d}) {
+          if (at < 0 || at >= n) continue;
+          const float* const other_row = from.data() + row + (at - x) * stride;
+          for (int i = 0; i < grid.row(); ++i) out[i] = smaller(other_row[i] + square, out[i]);
+        }
+      }
+    }
+  });
+}
+
+/// Squared distance from every voxel to the nearest one of one side, mm^2: exact up to `reach_mm` (Saito and Toriwaki
+/// 1994, New algorithms for Euclidean distance transformation of an n-dimensional digitized picture with applications).
+std::vector<float> squares_to(bool side, const std::vector<std::uint8_t>& object, const BoxGrid& grid,
+                              const std::array<double, 3>& spacing_mm, double reach_mm, const RunJobs& run) {
+  std::vector<float> squares(object.size()), spare(object.size());
+  const int width = grid.row();
+  run(grid.size[2], [&](int k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      const std::size_t row = std::size_t(k) * grid.plane() + std::size_t(j) * width;
+      const auto step = [&, away = kFar](int i) mutable {
+        away = (object[row + i] != 0) == side ? 0 : away + 1;
+        return away;
+      };
+      auto forth = step, back = step;
+      for (int i = 0; i < width; ++i) squares[row + i] = forth(i);
+      for (int i = width - 1; i >= 0; --i) {
+        const float way = std::min(squares[row + i], back(i)) * static_cast<float>(spacing_mm[0]);
+        squares[row + i] = std::min(way * way, kFar);
+      }
+    }
+  });
+  const auto reach = [&](int axis) { return static_cast<int>(std::ceil(reach_mm / spacing_mm[axis])); };
+  nearest_along(1, grid, spacing_mm[1], reach(1), squares, spare, run);
+  nearest_along(2, grid, spacing_mm[2], reach(2), spare, squares, run);
+  return squares;
+}
+
+/// Distance from every voxel to the surface, mm, half of `voxel_mm` being between a voxel beside it and the surface;
+/// exact up to `reach_mm`, and above it beyond.
+std::vector<float> distance_to_surface(const std::vector<std::uint8_t>& object, const Layer& layer,
+                                       const std::array<double, 3>& spacing_mm, float voxel_mm, float reach_mm,
+                                       const RunJobs& run) {
+  const double reach = double(reach_mm) + voxel_mm;
+  const std::vector<float> to_object = squares_to(true, object, layer.grid(), spacing_mm, reach, run),
+                           to_others = squares_to(false, object, layer.grid(), spacing_mm, reach, run);
+  return layer.each([&](int v) { return std::sqrt(object[v] ? to_others[v] : to_object[v]) - voxel_mm / 2; });
 }
 
 /// Standard deviation of the noise: of the differences between neighbours along i in the object.
@@ -158,7 +208,7 @@ void settle_surface(std::span<float> probability, const FieldObject& object, std
   const std::vector<float> value = layer.cut(image);
   const std::vector<float> field = layer.cut(std::span<const float>(probability));
   const std::vector<Known> said = layer.cut(known);
-  const std::vector<float> distance = distance_to_surface(was, layer.part(), spacing_mm, voxel_mm);
+  const std::vector<float> distance = distance_to_surface(was, layer, spacing_mm, voxel_mm, near_mm, run);
   const float noise = noise_in(was, value, layer.grid());
 
   const auto near = [&](int v) { return distance[v] < near_mm ? 1.0f : 0.0f; };

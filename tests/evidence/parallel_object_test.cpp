@@ -18,7 +18,7 @@ struct Case {
 
 /// That the object is, to a bit, the one of the CPU; returns it.
 FieldObject expect_same(const Case& c) {
-  const FieldObject expected = object_of_field(c.field, c.known, c.box);
+  const FieldObject expected = object_of_field(c.field, c.known, c.box, run_in_turn());
   const OneByOne executor;
   ParallelObject<OneByOne> object(executor, c.box);
   std::vector<std::uint8_t> voxels(c.box.voxel_count(), 7);

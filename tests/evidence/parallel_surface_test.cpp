@@ -52,7 +52,7 @@ TEST(ParallelObject, IsTheCpusToTheVoxel) {
       const BoxGrid grid{size};
       const std::vector<float> field = blobs(grid, seed, seed % 2 ? 0.7 : 1.6);
       const std::vector<Known> known = some_known(grid.count(), seed + 100);
-      const FieldObject cpu = object_of_field(field, known, box);
+      const FieldObject cpu = object_of_field(field, known, box, run_in_turn());
       std::vector<std::uint8_t> voxels(grid.count());
       ParallelObject<OneByOne> finder(executor, box);
       for (int again = 0; again < 2; ++again) {
@@ -144,7 +144,7 @@ TEST(ParallelSurface, SettlesAsTheCpus) {
       }
       known[(grid.count() + grid.plane() + 44) / 2] = Known::Inside;
       const EvidenceSettings settings;
-      const FieldObject object = object_of_field(field, known, box);
+      const FieldObject object = object_of_field(field, known, box, run_in_turn());
       ASSERT_GT(object.around.voxel_count(), 1000u);
       std::vector<float> cpu = field, parallel = field;
       settle_surface(cpu, object, known, image, box, spacing, lean, settings, run_in_turn());

@@ -38,7 +38,7 @@ struct Ball {
       if (r < 4) known[v] = Known::Inside;
     }
   }
-  FieldObject object() const { return object_of_field(field, known, kBox); }
+  FieldObject object() const { return object_of_field(field, known, kBox, run_in_turn()); }
   FieldObject settled(const EvidenceSettings& settings = {}, double lean = 0) {
     settle_surface(field, object(), known, image, kBox, kSpacing, lean, settings, run_in_turn());
     return object();
@@ -206,11 +206,11 @@ TEST(SurfaceLayer, TheLayerIsAsThickInEveryDirection) {
     if (fine.known[middle_of(v)] == Known::Inside) seeded[v] = Known::Inside;
   }
   const std::vector<float> before = field;
-  settle_surface(field, object_of_field(field, seeded, box), seeded, image, box, spacing, 0, {}, run_in_turn());
+  settle_surface(field, object_of_field(field, seeded, box, run_in_turn()), seeded, image, box, spacing, 0, {}, run_in_turn());
   for (const int k : {2, 7}) {  // the next slices above and below the object, more than two voxels' width from it
     EXPECT_EQ(field[box.offset(19, 19, k)], before[box.offset(19, 19, k)]) << k;
   }
-  const FieldObject settled = object_of_field(field, seeded, box);
+  const FieldObject settled = object_of_field(field, seeded, box, run_in_turn());
   double in = 0, all = 0;
   for (std::size_t v = 0; v < image.size(); ++v) {
     const double r = from_centre(middle_of(v));

@@ -53,7 +53,7 @@ Mask BoxedPeer::segment(std::span<const Mark> marks) {
     carry_on_to_volume_edge(field, known_, image.grid);
     for (std::size_t v = 0; v < field.size(); ++v)
       if (known_[v] == Known::Inside || known_[v] == Known::Outside) field[v] = known_[v] == Known::Inside;
-    object_ = object_of_field(field, known_, box_);
+    object_ = object_of_field(field, known_, box_, run_in_turn());
     object = mask_of(geometry, box_, object_.voxels);
     if (growths == kMostGrowths || object_.around.voxel_count() == 0) return object;
     const VoxelBox grown = grow_around(box_, object_.around, geometry);
