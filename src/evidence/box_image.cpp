@@ -54,25 +54,33 @@ void smooth(std::vector<float>& values, const BoxGrid& grid, const std::array<do
     for (int t = 0; t <= reach; ++t)
       sum += (t == 0 ? 1 : 2) * (kernel[t] = static_cast<float>(std::exp(-t * t / (2 * s * s))));
     for (float& k : kernel) k = static_cast<float>(k / sum);
-    // Lines along i one by one; along j and k all voxels of a row together. A line, or a row, is one inner loop.
-    const int together = axis == 0 ? 1 : ni, stride = grid.stride(axis);
-    const int rows = axis == 0 ? 1 : n, width = axis == 0 ? n : ni;
-    const int others = axis == 0 ? nj * nk : axis == 1 ? nk : nj;
-    run(others, [&, ni = ni](int other) {
-      float* const line = values.data() + std::size_t(other) * (axis == 0 ? ni : axis == 1 ? grid.plane() : ni);
+    // A job is a plane: along i line by line, along j and k all voxels of a row together.
+    const bool by_line = axis == 0;
+    const int together = by_line ? 1 : ni, stride = grid.stride(axis), width = by_line ? n : ni;
+    run(axis == 2 ? nj : nk, [&, ni = ni, nj = nj](int job) {
       std::vector<float> padded(std::size_t(n + 2 * reach) * together);
-      const auto copy = [&](int from, int count, int to) {
-        std::copy_n(line + std::size_t(from) * stride, count, padded.data() + std::size_t(to + reach) * together);
+      float* const centre = padded.data() + std::size_t(reach) * together;
+      const auto pad = [&] {
+        for (int t = 1; t <= reach; ++t) {
+          std::copy_n(centre, together, centre - std::ptrdiff_t(t) * together);
+          std::copy_n(centre + std::ptrdiff_t(n - 1) * together, together,
+                      centre + std::ptrdiff_t(n - 1 + t) * together);
+        }
       };
-      if (axis == 0) {
-        copy(0, n, 0);
-      } else {
-        for (int t = 0; t < n; ++t) copy(t, together, t);
+      float* const plane = values.data() + std::size_t(job) * (axis == 2 ? ni : grid.plane());
+      if (by_line) {
+        for (int j = 0; j < nj; ++j) {
+          float* const line = plane + std::size_t(j) * ni;
+          std::copy_n(line, n, centre);
+          pad();
+          weigh_line(centre, together, kernel, line, width);
+        }
+        return;
       }
-      for (int t = 1; t <= reach; ++t) copy(0, together, -t), copy(n - 1, together, n - 1 + t);
-      for (int t = 0; t < rows; ++t)
-        weigh_line(padded.data() + std::size_t(t + reach) * together, together, kernel, line + std::size_t(t) * stride,
-                   width);
+      for (int t = 0; t < n; ++t) std::copy_n(plane + std::size_t(t) * stride, together, centre + std::size_t(t) * ni);
+      pad();
+      for (int t = 0; t < n; ++t)
+        weigh_line(centre + std::size_t(t) * ni, together, kernel, plane + std::size_t(t) * stride, width);
     });
   }
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 #include "evidence/quantile.h"
@@ -14,8 +15,12 @@ float inner_difference(const BoxGrid& grid, const std::array<double, 3>& spacing
   const double least = *std::min_element(spacing_mm.begin(), spacing_mm.end());
   std::vector<float> differences;
   const int n = static_cast<int>(known.size());
-  for (int v = 0; v < n; ++v) {
-    if (known[v] != Known::Inside) continue;
+  static_assert(sizeof(Known) == 1);
+  const auto next_inside = [&](int from) {  // few are
+    const void* const at = std::memchr(known.data() + from, static_cast<int>(Known::Inside), n - from);
+    return at ? static_cast<int>(static_cast<const Known*>(at) - known.data()) : n;
+  };
+  for (int v = next_inside(0); v < n; v = next_inside(v + 1)) {
     for (int a = 0; a < 3; ++a) {
       if (spacing_mm[a] >= 2 * least || grid.size[a] == 1) continue;
       // The last voxel of a row and the first of the next are never both inside: they lie on two sides of the box.

@@ -49,7 +49,7 @@ struct EvidenceSettings {
 
   // ---- Solution
   double field_smoothing = 0.6;  ///< of the solved field, voxels
-  double tolerance = 0.02;       ///< largest error of the field at which the solver stops
+  double tolerance = 0.01;       ///< largest correction at which the solver stops; errors are a few times that
   int most_iterations = 60;
 };
 

@@ -43,8 +43,7 @@ FourierTerms fourier_terms(const MarkClassifier::Settings& settings, int feature
 }
 
 MarkClassifier::MarkClassifier(const FeatureLists& features, std::span<const Sample> inside,
-                               std::span<const Sample> outside, const Settings& settings,
-                               const RunJobs& run)
+                               std::span<const Sample> outside, const Settings& settings, const RunJobs& run)
     : features_(features.size()), terms_(fourier_terms(settings, static_cast<int>(features.size()))) {
   Eigen::MatrixXf gram = Eigen::MatrixXf::Zero(settings.terms, settings.terms);
   Eigen::VectorXf right = Eigen::VectorXf::Zero(settings.terms);

@@ -42,20 +42,20 @@ std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& 
   const SideOfBox side(box, geometry.size);
   for (int k = 0; k < box.size[2]; ++k) {
     for (int j = 0; j < box.size[1]; ++j) {
-      for (int i = 0; i < box.size[0]; ++i) {
-        const std::size_t v = box.offset(i, j, k);
-        if (!finite.empty() && !finite[v]) {
-          known[v] = Known::NotFinite;
-        } else if (others && others->voxels[(std::size_t(k + box.first[2]) * geometry.size[1] + j + box.first[1]) *
-                                                geometry.size[0] +
-                                            i + box.first[0]]) {
-          known[v] = Known::Outside;
-        } else {
-          known[v] = side(i, j, k);
-        }
+      const std::size_t row = box.offset(0, j, k);
+      const bool at_side = j == 0 || k == 0 || j == box.size[1] - 1 || k == box.size[2] - 1;
+      for (int i = 0; i < box.size[0]; i += at_side ? 1 : std::max(1, box.size[0] - 1)) known[row + i] = side(i, j, k);
+      if (others) {
+        const std::uint8_t* const other =
+            others->voxels.data() +
+            (std::size_t(k + box.first[2]) * geometry.size[1] + j + box.first[1]) * geometry.size[0] + box.first[0];
+        for (int i = 0; i < box.size[0]; ++i)
+          if (other[i]) known[row + i] = Known::Outside;
       }
     }
   }
+  for (std::size_t v = 0; v < finite.size(); ++v)
+    if (!finite[v]) known[v] = Known::NotFinite;
   paint_marks(geometry, box, marks, known);
   return known;
 }

@@ -232,9 +232,8 @@ RandomWalker::Report RandomWalker::carry_on(double tolerance, int most_iteration
     for_each_index(run_, n, Advance{static_cast<float>(next / curvature), p, z, inner_.data(), r});
   }
   // The last correction is known, and of the size of the error that is left.
-  for_each_index(run_, n, [x = inner_.data(), z, to = field_.data()](int u) {
-    to[u] = smaller(larger(x[u] + z[u], 0.0f), 1.0f);
-  });
+  for_each_index(
+      run_, n, [x = inner_.data(), z, to = field_.data()](int u) { to[u] = smaller(larger(x[u] + z[u], 0.0f), 1.0f); });
   return report;
 }
 

@@ -84,7 +84,8 @@ std::vector<float> look_of(const Layer& layer, const std::vector<float>& value, 
 
 constexpr float kFar = 1e30f;
 
-/// to[v]: the least of from[v] and what neighbours within `reach` steps along j or k have, more by the square of the way.
+/// to[v]: the least of from[v] and what neighbours within `reach` steps along j or k have, more by the square of the
+/// way.
 void nearest_along(int axis, const BoxGrid& grid, double step_mm, int reach, std::span<const float> from,
                    std::span<float> to, const RunJobs& run) {
   const int stride = grid.stride(axis), n = grid.size[axis];

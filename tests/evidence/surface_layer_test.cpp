@@ -206,7 +206,8 @@ TEST(SurfaceLayer, TheLayerIsAsThickInEveryDirection) {
     if (fine.known[middle_of(v)] == Known::Inside) seeded[v] = Known::Inside;
   }
   const std::vector<float> before = field;
-  settle_surface(field, object_of_field(field, seeded, box, run_in_turn()), seeded, image, box, spacing, 0, {}, run_in_turn());
+  settle_surface(field, object_of_field(field, seeded, box, run_in_turn()), seeded, image, box, spacing, 0, {},
+                 run_in_turn());
   for (const int k : {2, 7}) {  // the next slices above and below the object, more than two voxels' width from it
     EXPECT_EQ(field[box.offset(19, 19, k)], before[box.offset(19, 19, k)]) << k;
   }
