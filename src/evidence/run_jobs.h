@@ -48,8 +48,10 @@ double sum_over_indices(const RunJobs& run, int n, const Kernel& kernel) {
       const int stop = std::min(last, start + 512);
       std::array<float, 8> lane{};
       int v = start;
-      for (; v + 8 <= stop; v += 8)
+      for (; v + 8 <= stop; v += 8) {
+#pragma GCC ivdep
         for (int l = 0; l < 8; ++l) lane[l] += k(v + l);
+      }
       for (; v < stop; ++v) lane[0] += k(v);
       for (const float s : lane) sum += s;
     }
