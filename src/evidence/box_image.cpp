@@ -56,7 +56,7 @@ void smooth(std::vector<float>& values, const BoxGrid& grid, const std::array<do
     for (float& k : kernel) k = static_cast<float>(k / sum);
     // A job is a plane: along i line by line, along j and k all voxels of a row together.
     const bool by_line = axis == 0;
-    const int together = by_line ? 1 : ni, stride = grid.stride(axis), width = by_line ? n : ni;
+    const int together = by_line ? 1 : ni, stride = grid.stride(axis);
     run(axis == 2 ? nj : nk, [&, ni = ni, nj = nj](int job) {
       std::vector<float> padded(std::size_t(n + 2 * reach) * together);
       float* const centre = padded.data() + std::size_t(reach) * together;
@@ -73,14 +73,14 @@ void smooth(std::vector<float>& values, const BoxGrid& grid, const std::array<do
           float* const line = plane + std::size_t(j) * ni;
           std::copy_n(line, n, centre);
           pad();
-          weigh_line(centre, together, kernel, line, width);
+          weigh_line(centre, 1, kernel, line, n);
         }
         return;
       }
-      for (int t = 0; t < n; ++t) std::copy_n(plane + std::size_t(t) * stride, together, centre + std::size_t(t) * ni);
+      for (int t = 0; t < n; ++t) std::copy_n(plane + std::size_t(t) * stride, ni, centre + std::size_t(t) * ni);
       pad();
       for (int t = 0; t < n; ++t)
-        weigh_line(centre + std::size_t(t) * ni, together, kernel, plane + std::size_t(t) * stride, width);
+        weigh_line(centre + std::size_t(t) * ni, ni, kernel, plane + std::size_t(t) * stride, ni);
     });
   }
 }

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <vector>
 
+#include "evidence/find_value.h"
 #include "evidence/quantile.h"
 #include "evidence/walker_kernels.h"
 
@@ -15,11 +15,7 @@ float inner_difference(const BoxGrid& grid, const std::array<double, 3>& spacing
   const double least = *std::min_element(spacing_mm.begin(), spacing_mm.end());
   std::vector<float> differences;
   const int n = static_cast<int>(known.size());
-  static_assert(sizeof(Known) == 1);
-  const auto next_inside = [&](int from) {  // few are
-    const void* const at = std::memchr(known.data() + from, static_cast<int>(Known::Inside), n - from);
-    return at ? static_cast<int>(static_cast<const Known*>(at) - known.data()) : n;
-  };
+  const auto next_inside = [&](int from) { return find_value(known, Known::Inside, from, n); };  // few are
   for (int v = next_inside(0); v < n; v = next_inside(v + 1)) {
     for (int a = 0; a < 3; ++a) {
       if (spacing_mm[a] >= 2 * least || grid.size[a] == 1) continue;

@@ -2,8 +2,9 @@
 #include "evidence/connected.h"
 
 #include <algorithm>
-#include <cstring>
 #include <numeric>
+
+#include "evidence/find_value.h"
 
 namespace simplexseg {
 namespace {
@@ -12,12 +13,6 @@ namespace {
 struct Run {
   int first, end;
 };
-
-/// The first of the voxels from `first` to before `end` that has this value, or `end`.
-int find(std::span<const std::uint8_t> voxels, int value, int first, int end) {
-  const void* const at = std::memchr(voxels.data() + first, value, end - first);
-  return at ? static_cast<int>(static_cast<const std::uint8_t*>(at) - voxels.data()) : end;
-}
 
 /// Runs that touch, as a forest.
 class Forest {
@@ -46,9 +41,9 @@ void keep_connected(std::vector<std::uint8_t>& set, std::span<const std::uint8_t
   for (int row = 0; row < rows; ++row) {
     row_begin[row] = static_cast<int>(runs.size());
     const int first = row * size[0], end = first + size[0];
-    for (int v = find(set, 1, first, end); v < end; v = find(set, 1, v, end)) {
+    for (int v = find_value(set, 1, first, end); v < end; v = find_value(set, 1, v, end)) {
       const int begin = v;
-      v = find(set, 0, begin, end);
+      v = find_value(set, 0, begin, end);
       runs.push_back({begin, v});
     }
   }
@@ -70,7 +65,7 @@ void keep_connected(std::vector<std::uint8_t>& set, std::span<const std::uint8_t
 
   std::vector<std::uint8_t> kept(runs.size());
   for (std::size_t r = 0; r < runs.size(); ++r)
-    if (find(start, 1, runs[r].first, runs[r].end) < runs[r].end) kept[forest.root(static_cast<int>(r))] = 1;
+    if (find_value(start, 1, runs[r].first, runs[r].end) < runs[r].end) kept[forest.root(static_cast<int>(r))] = 1;
   for (std::size_t r = 0; r < runs.size(); ++r)
     if (!kept[forest.root(static_cast<int>(r))]) std::fill(set.begin() + runs[r].first, set.begin() + runs[r].end, 0);
 }

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "core/vec3.h"
 #include "evidence/box_image.h"
+#include "evidence/parallel/distance.h"
 #include "evidence/quantile.h"
 #include "evidence/surface_voxel.h"
 #include "image/voxel_rows.h"
@@ -42,15 +42,20 @@ class Layer {
   }
   /// What `value` gives for every voxel.
   template <class Value>
-  auto each(const Value& value) const {
+  auto values(const Value& value) const {
     std::vector<decltype(value(0))> values(grid_.count());
-    for_each_index(run_, grid_.count(), [&value, to = values.data()](int v) { to[v] = value(v); });
+    each(grid_.count(), [&value, to = values.data()](int v) { to[v] = value(v); });
     return values;
+  }
+  /// Calls kernel(v) for all 0 <= v < n, as executors do.
+  template <class Kernel>
+  void each(int n, const Kernel& kernel) const {
+    for_each_index(run_, n, kernel);
   }
   /// The Gaussian mean of it around every voxel.
   template <class Value>
   std::vector<float> around(double voxels, const Value& value) const {
-    std::vector<float> values = each(value);
+    std::vector<float> values = this->values(value);
     smooth_by_least_spacing(values, grid_, spacing_mm_, voxels, run_);
     return values;
   }
@@ -82,66 +87,14 @@ std::vector<float> look_of(const Layer& layer, const std::vector<float>& value, 
   });
 }
 
-constexpr float kFar = 1e30f;
-
-/// to[v]: the least of from[v] and what neighbours within `reach` steps along j or k have, more by the square of the
-/// way.
-void nearest_along(int axis, const BoxGrid& grid, double step_mm, int reach, std::span<const float> from,
-                   std::span<float> to, const RunJobs& run) {
-  const int stride = grid.stride(axis), n = grid.size[axis];
-  run(grid.size[3 - axis], [&](int other) {
-    for (int x = 0; x < n; ++x) {
-      const int row = other * grid.stride(3 - axis) + x * stride;
-      float* const out = to.data() + row;
-      std::copy_n(from.data() + row, grid.row(), out);
-      for (int d = 1; d <= reach; ++d) {
-        const float way = static_cast<float>(step_mm * d), square = way * way;
-        for (const int at : {x - d, x + d}) {
-          if (at < 0 || at >= n) continue;
-          const float* const other_row = from.data() + row + (at - x) * stride;
-          for (int i = 0; i < grid.row(); ++i) out[i] = smaller(other_row[i] + square, out[i]);
-        }
-      }
-    }
-  });
-}
-
-/// Squared distance from every voxel to the nearest one of one side, mm^2: exact up to `reach_mm` (Saito and Toriwaki
-/// 1994, New algorithms for Euclidean distance transformation of an n-dimensional digitized picture with applications).
-std::vector<float> squares_to(bool side, const std::vector<std::uint8_t>& object, const BoxGrid& grid,
-                              const std::array<double, 3>& spacing_mm, double reach_mm, const RunJobs& run) {
-  std::vector<float> squares(object.size()), spare(object.size());
-  const int width = grid.row();
-  run(grid.size[2], [&](int k) {
-    for (int j = 0; j < grid.size[1]; ++j) {
-      const std::size_t row = std::size_t(k) * grid.plane() + std::size_t(j) * width;
-      const auto step = [&, away = kFar](int i) mutable {
-        away = (object[row + i] != 0) == side ? 0 : away + 1;
-        return away;
-      };
-      auto forth = step, back = step;
-      for (int i = 0; i < width; ++i) squares[row + i] = forth(i);
-      for (int i = width - 1; i >= 0; --i) {
-        const float way = std::min(squares[row + i], back(i)) * static_cast<float>(spacing_mm[0]);
-        squares[row + i] = std::min(way * way, kFar);
-      }
-    }
-  });
-  const auto reach = [&](int axis) { return static_cast<int>(std::ceil(reach_mm / spacing_mm[axis])); };
-  nearest_along(1, grid, spacing_mm[1], reach(1), squares, spare, run);
-  nearest_along(2, grid, spacing_mm[2], reach(2), spare, squares, run);
-  return squares;
-}
-
 /// Distance from every voxel to the surface, mm, half of `voxel_mm` being between a voxel beside it and the surface;
 /// exact up to `reach_mm`, and above it beyond.
 std::vector<float> distance_to_surface(const std::vector<std::uint8_t>& object, const Layer& layer,
-                                       const std::array<double, 3>& spacing_mm, float voxel_mm, float reach_mm,
-                                       const RunJobs& run) {
-  const double reach = double(reach_mm) + voxel_mm;
-  const std::vector<float> to_object = squares_to(true, object, layer.grid(), spacing_mm, reach, run),
-                           to_others = squares_to(false, object, layer.grid(), spacing_mm, reach, run);
-  return layer.each([&](int v) { return std::sqrt(object[v] ? to_others[v] : to_object[v]) - voxel_mm / 2; });
+                                       const std::array<double, 3>& spacing_mm, float voxel_mm, float reach_mm) {
+  std::vector<float> squares(object.size()), spare(object.size());
+  squared_distance_to_other_side(layer, object.data(), layer.grid(), spacing_mm, reach_mm + voxel_mm, true,
+                                 squares.data(), spare.data());
+  return layer.values([&](int v) { return std::sqrt(squares[v]) - voxel_mm / 2; });
 }
 
 /// Standard deviation of the noise: of the differences between neighbours along i in the object.
@@ -183,7 +136,7 @@ std::vector<float> trust_around(const Layer& layer, const std::vector<float>& lo
   };
   const std::vector<float> in_layer = part(true, false), in_agreed = part(true, true);
   const std::vector<float> out_layer = part(false, false), out_agreed = part(false, true);
-  return layer.each([&](int v) { return surface::trust(in_layer[v], in_agreed[v], out_layer[v], out_agreed[v]); });
+  return layer.values([&](int v) { return surface::trust(in_layer[v], in_agreed[v], out_layer[v], out_agreed[v]); });
 }
 
 /// The field without what is small. A second Gaussian gives back what the first takes from a surface that bends: a ball
@@ -191,7 +144,7 @@ std::vector<float> trust_around(const Layer& layer, const std::vector<float>& lo
 std::vector<float> evened(const Layer& layer, const std::vector<float>& field, double voxels) {
   const std::vector<float> once = layer.around(voxels, [&](int v) { return field[v]; });
   const std::vector<float> twice = layer.around(voxels, [&](int v) { return once[v]; });
-  return layer.each([&](int v) { return 2 * once[v] - twice[v]; });
+  return layer.values([&](int v) { return 2 * once[v] - twice[v]; });
 }
 
 }  // namespace
@@ -209,7 +162,7 @@ void settle_surface(std::span<float> probability, const FieldObject& object, std
   const std::vector<float> value = layer.cut(image);
   const std::vector<float> field = layer.cut(std::span<const float>(probability));
   const std::vector<Known> said = layer.cut(known);
-  const std::vector<float> distance = distance_to_surface(was, layer, spacing_mm, voxel_mm, near_mm, run);
+  const std::vector<float> distance = distance_to_surface(was, layer, spacing_mm, voxel_mm, near_mm);
   const float noise = noise_in(was, value, layer.grid());
 
   const auto near = [&](int v) { return distance[v] < near_mm ? 1.0f : 0.0f; };
