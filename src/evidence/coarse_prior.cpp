@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "evidence/conductances.h"
 #include "evidence/mark_features.h"
@@ -16,7 +17,7 @@ CoarsePrior::CoarsePrior(const VolumeGeometry& geometry, RunJobs run, const Evid
 
 void CoarsePrior::set_box(const BoxImage& image, const std::array<int, 3>& first, double reach_mm) {
   coarse_ = coarse_image(volume_, image, first, reach_mm, settings_, run_);
-  walker_ = std::make_unique<RandomWalker>(coarse_.blocks.coarse, coarse_.spacing_mm, run_);
+  walk_.assign(coarse_.blocks.coarse.count(), 0.0f);
 }
 
 std::vector<Known> CoarsePrior::known_blocks(const Said& said) const {
@@ -73,15 +74,18 @@ void CoarsePrior::with_input(const Said& said, Use&& use) const {
 
 void CoarsePrior::walk(const PriorInput& input) {
   const int n = coarse_.blocks.coarse.count();
+  RandomWalker walker(coarse_.blocks.coarse, coarse_.spacing_mm, run_);
+  std::ranges::copy(walk_, walker.field().begin());  // the last one is where this one starts
   std::vector<std::uint8_t> held(n), finite(n);
   for (int b = 0; b < n; ++b) {
     finite[b] = known_[b] != Known::NotFinite;
     held[b] = is_held(known_[b]) && !looks_.open[b];
-    if (held[b]) walker_->field()[b] = known_[b] == Known::Inside;
+    if (held[b]) walker.field()[b] = known_[b] == Known::Inside;
   }
-  set_edges(*walker_, coarse_.spacing_mm, coarse_.smoothed, finite, sharpness_of(input.inner_difference, settings_), 0,
+  set_edges(walker, coarse_.spacing_mm, coarse_.smoothed, finite, sharpness_of(input.inner_difference, settings_), 0,
             run_);
-  walker_->solve(prior_, held, kWalkTolerance, settings_.most_iterations);
+  walker.solve(prior_, held, kWalkTolerance, settings_.most_iterations);
+  std::ranges::copy(walker.field(), walk_.begin());
 }
 
 void CoarsePrior::learn(const Said& said) {
@@ -90,7 +94,7 @@ void CoarsePrior::learn(const Said& said) {
     looks_ = looks_of(input, settings_, run_);
     prior_.assign(known_.size(), 0);  // nothing draws the walk to it
     if (settings_.hear_walk) walk(input);
-    prior_ = field_prior(input, looks_, walker_->field(), settings_, run_);
+    prior_ = field_prior(input, looks_, walk_, settings_, run_);
   });
 }
 
@@ -114,7 +118,7 @@ std::vector<std::vector<float>> CoarsePrior::listed(const Features& features) co
 std::vector<std::vector<float>> CoarsePrior::mark_features(const Said& said) const {
   std::vector<std::vector<float>> all;
   with_input(said, [&](const PriorInput& input) {
-    all = listed(MarkFeatures(input, looks_, walker_->field(), settings_, run_));
+    all = listed(MarkFeatures(input, looks_, walk_, settings_, run_));
   });
   return all;
 }
@@ -125,7 +129,7 @@ std::vector<std::vector<float>> CoarsePrior::update_features(const Said& said) c
     if (input.fresh.empty()) return;
     EvidenceSettings settings = settings_;
     settings.memory = settings.best_cut = false;
-    const std::vector<std::uint8_t> anew = field_prior(input, looks_, walker_->field(), settings, run_);
+    const std::vector<std::uint8_t> anew = field_prior(input, looks_, walk_, settings, run_);
     const UpdateFeatures features(input, anew, settings, run_);
     all = listed(features);
     std::vector<float>& side = all.emplace_back(known_.size());
@@ -137,9 +141,9 @@ std::vector<std::vector<float>> CoarsePrior::update_features(const Said& said) c
 
 std::size_t CoarsePrior::bytes() const {
   std::size_t bytes =
-      coarse_.smoothed.size() * 4 + known_.size() + looks_.score.size() * 4 + looks_.open.size() + prior_.size();
+      (coarse_.smoothed.size() + walk_.size() + looks_.score.size()) * 4 + known_.size() + looks_.open.size() + prior_.size();
   for (const std::vector<float>& feature : coarse_.features) bytes += feature.size() * 4;
-  return bytes + (walker_ ? walker_->bytes() : 0);
+  return bytes;
 }
 
 }  // namespace simplexseg

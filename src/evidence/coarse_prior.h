@@ -77,7 +77,7 @@ class CoarsePrior {
   CoarseImage coarse_;
   std::vector<Known> known_;
   Looks looks_;
-  std::unique_ptr<RandomWalker> walker_;  ///< of the marks alone
+  std::vector<float> walk_;  ///< the random walker of the marks alone
   std::vector<std::uint8_t> prior_;
 };
 

@@ -44,6 +44,7 @@ void set_edges(RandomWalker& walker, const std::array<double, 3>& spacing_mm, st
     const Conductance conductance{image.data(), finite.data(), scale, static_cast<float>(-beta), stride};
     for_each_index(run, grid.count() - stride,
                    [conductance, weight = walker.weights(axis).data()](int v) { weight[v] = conductance(v); });
+    std::ranges::fill(walker.weights(axis).last(stride), 0.0f);
   }
   const LevelView edges{
       grid.row(), grid.plane(), walker.weights(0).data(), walker.weights(1).data(), walker.weights(2).data(), nullptr};

@@ -23,26 +23,20 @@ class CpuBoxField final : public BoxField {
   }
 
   void set_box(const VoxelBox& box, double reach_mm) override {
-    if (walker_ && box == box_ && reach_of_box_mm_ == reach_mm) return;
+    if (box == box_ && reach_of_box_mm_ == reach_mm) return;
     BoxImage image = cut_out(volume_, box, run_);
     coarse_.set_box(image, box.first, reach_mm);
     reach_of_box_mm_ = reach_mm;
-    if (walker_ && box == box_) return;
+    if (box == box_) return;
+    put_work_away();
     const VoxelBox old = box_;
-    std::vector<float> field;
-    if (walker_) field.assign(walker_->field().begin(), walker_->field().end());
     box_ = box;
     finite_ = image.finite;
     smoothed_ = image.value;
     image_ = std::move(image.value);
     smooth_by_least_spacing(smoothed_, image.grid, spacing_mm_, settings_.image_smoothing, run_);
-    walker_ = std::make_unique<RandomWalker>(image.grid, spacing_mm_, run_);
-    if (field.empty()) return;
-    copy_into_outer(field.data(), old, walker_->field().data(), box);  // a box only grows
-    if (before_.empty()) return;
-    std::vector<std::uint8_t> before(box.voxel_count());
-    copy_into_outer(before_.data(), old, before.data(), box);
-    before_ = std::move(before);
+    move_into(box, old, solution_);
+    move_into(box, old, before_);
   }
 
   void keep_before() override {
@@ -82,7 +76,7 @@ class CpuBoxField final : public BoxField {
     marks_.assign(marks.begin(), marks.end());
     fresh_.assign(fresh.begin(), fresh.end());
     scale_mm_ = {reach_mm, radius_mm};
-    beta_ = sharpness_of(inner_difference(walker_->grid(), spacing_mm_, smoothed_, known_), settings_);
+    beta_ = sharpness_of(inner_difference(grid(), spacing_mm_, smoothed_, known_), settings_);
     coarse_.learn(said());
     prior_.resize(known_.size());
     coarse_.interpolate(smoothed_, edge_of(beta_), prior_);
@@ -90,8 +84,7 @@ class CpuBoxField final : public BoxField {
   }
 
   Solved solve(double tolerance, bool further) override {
-    const BoxGrid& grid = walker_->grid();
-    const int n = grid.count();
+    const int n = grid().count();
     const RandomWalker::Report solved =
         further ? walker_->carry_on(tolerance, settings_.most_iterations) : begin_solution(tolerance);
     probability_.assign(walker_->field().begin(), walker_->field().end());
@@ -99,7 +92,7 @@ class CpuBoxField final : public BoxField {
     for_each_index(run_, n, [from_inner, known = known_.data(), to = probability_.data()](int v) {
       if (known[v] == Known::VolumeEdge) to[v] = from_inner(v);
     });
-    smooth_by_least_spacing(probability_, grid, spacing_mm_, settings_.field_smoothing, run_);
+    smooth_by_least_spacing(probability_, grid(), spacing_mm_, settings_.field_smoothing, run_);
     for_each_index(run_, n, [known = known_.data(), to = probability_.data()](int v) {
       // smoothing must not take back what was said
       if (known[v] == Known::Inside || known[v] == Known::Outside) to[v] = known[v] == Known::Inside;
@@ -119,6 +112,7 @@ class CpuBoxField final : public BoxField {
   }
 
   Solved settle(double lean) override {
+    put_work_away();
     settle_surface(probability_, object_, known_, image_, box_, spacing_mm_, lean, settings_, run_);
     object_ = object_of_field(probability_, known_, box_, run_);
     return {0, 0, object_.around, object_.border_share};
@@ -135,13 +129,38 @@ class CpuBoxField final : public BoxField {
   std::size_t bytes() const override {
     const std::size_t bytes = finite_.size() + (image_.size() + smoothed_.size()) * 4 + known_.size() +
                               probability_.size() * 4 + object_.voxels.size() + before_.size() + prior_.size() +
-                              coarse_.bytes();
+                              solution_.size() * 2 + coarse_.bytes();
     return bytes + (walker_ ? walker_->bytes() : 0);
   }
 
  private:
+  BoxGrid grid() const { return {box_.size}; }
+  /// A value for each voxel of `old`, or none, becomes one of `box`, which holds it.
+  template <class T>
+  static void move_into(const VoxelBox& box, const VoxelBox& old, std::vector<T>& values) {
+    if (values.empty()) return;
+    std::vector<T> moved(box.voxel_count());
+    copy_into_outer(values.data(), old, moved.data(), box);
+    values = std::move(moved);
+  }
+  /// What an update alone needs, two thirds of its memory, is given back; the solution is where the next one starts.
+  void put_work_away() {
+    if (!walker_) return;
+    solution_.resize(walker_->field().size());
+    for_each_index(run_, static_cast<int>(solution_.size()),
+                   [from = walker_->field().data(), to = solution_.data()](int v) { to[v] = as_kept(from[v]); });
+    walker_.reset();
+    prior_ = {};
+  }
+  void take_work_out() {
+    if (walker_) return;
+    walker_ = std::make_unique<RandomWalker>(grid(), spacing_mm_, run_);
+    for_each_index(run_, static_cast<int>(solution_.size()),
+                   [from = solution_.data(), to = walker_->field().data()](int v) { to[v] = of_kept(from[v]); });
+  }
   RandomWalker::Report begin_solution(double tolerance) {
-    const int n = walker_->grid().count();
+    take_work_out();
+    const int n = grid().count();
     set_edges(*walker_, spacing_mm_, smoothed_, finite_, beta_, settings_.prior_pull, run_);
     std::vector<std::uint8_t> held(n);
     coarse_.mark_open(known_, held);
@@ -167,7 +186,8 @@ class CpuBoxField final : public BoxField {
   double beta_ = 0;
   CoarsePrior coarse_;
   std::vector<std::uint8_t> prior_;  // P(object), 0..255
-  std::unique_ptr<RandomWalker> walker_;
+  std::unique_ptr<RandomWalker> walker_;  // while an update runs
+  std::vector<std::uint16_t> solution_;   // of the walker, as kept between updates
   std::vector<float> probability_;
   FieldObject object_;
 };

@@ -11,6 +11,12 @@ namespace simplexseg {
 /// P(object) as it is remembered: 1..255 for 0..1.
 SIMPLEXSEG_HD std::uint8_t as_before(float probability) { return static_cast<std::uint8_t>(1.5f + 254 * probability); }
 
+/// The solution as it is kept from one update to the next, which starts from it: 0..65535 for 0..1.
+SIMPLEXSEG_HD std::uint16_t as_kept(float probability) {
+  return static_cast<std::uint16_t>(0.5f + 65535 * smaller(larger(probability, 0.0f), 1.0f));
+}
+SIMPLEXSEG_HD float of_kept(std::uint16_t solution) { return static_cast<float>(solution) * (1.0f / 65535); }
+
 /// A difference between neighbours that is an edge to conductances of this sharpness.
 inline float edge_of(double beta) { return static_cast<float>(1 / std::sqrt(2 * beta)); }
 

@@ -57,8 +57,12 @@ RandomWalker::RandomWalker(const BoxGrid& grid, const std::array<double, 3>& spa
     Level& level = levels_.emplace_back();
     level.grid = shape.grid, level.halved = shape.halved;
     for (PaddedArray<float>& weight : level.weight) weight = PaddedArray<float>(shape.grid);
-    level.mass = level.diagonal = level.correction = level.residual = PaddedArray<float>(shape.grid);
+    for (PaddedArray<float>* array : {&level.mass, &level.diagonal, &level.correction, &level.residual})
+      *array = PaddedArray<float>(shape.grid);
+    // A sweep may read one that no sweep has written yet, by a weight of 0: where a row ends and the next begins.
+    std::fill_n(level.correction.data(), shape.grid.count(), 0.0f);
   }
+  std::ranges::fill(field(), 0.0f);
 }
 
 void RandomWalker::set_diagonal(Level& level) const {
@@ -202,6 +206,7 @@ RandomWalker::Report RandomWalker::solve(std::span<const std::uint8_t> target, s
   eliminate_held(target, held);
   build_levels();
   std::ranges::copy(field(), inner_.data());
+  std::fill_n(direction_.data(), grid().count(), 0.0f);
   cycled_ = false;
   product_ = 0;
   return carry_on(tolerance, most_iterations);

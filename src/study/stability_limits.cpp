@@ -50,7 +50,7 @@ SimplexMesh stretched_tube(int along, int around, double evenness) {
 double smoothing_along_edges(const SimplexMesh& mesh, double evenness) {
   double sum = 0;
   for (int i = 0; i < mesh.vertex_count(); ++i) {
-    Eigen::Vector3d force = Eigen::Vector3d::Zero(), first;
+    Eigen::Vector3d force = Eigen::Vector3d::Zero(), first = force;
     double weights = 0;
     for (int slot = 0; slot < 3; ++slot) {
       const Eigen::Vector3d edge = (mesh.positions[mesh.neighbours[i][slot]] - mesh.positions[i]).cast<double>();

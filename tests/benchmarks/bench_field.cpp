@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Time of an update of the evidence field after a click, warm, and what it holds.
-//   bench_field [THREADS|cuda] [SIZE...]    a volume of SIZE voxels a side, the box's, with two touching balls in
-//   noise; a
-//                                      table: milliseconds of the seed's update and of the clicks' (median, most),
-//                                      bytes a voxel, Dice after the last click
+//   bench_field [THREADS|cuda] [SIZE...]
+// A volume of SIZE voxels a side, the box's, with two touching balls in noise. A table: milliseconds of the seed's update
+// and of the clicks' (median, most); bytes a voxel that the field holds between updates, and that the host's memory grows
+// by at most while one runs; Dice after the last click.
+#include <malloc.h>
+
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -18,6 +22,30 @@
 #include "gpu/backend.h"
 
 using namespace simplexseg;
+
+// What the program has asked for and not given back, bytes, and the most since it was last set.
+static std::atomic<std::size_t> in_use{0}, most_in_use{0};
+
+static void* counted(void* at) {
+  if (!at) throw std::bad_alloc();
+  const std::size_t now = in_use += malloc_usable_size(at);
+  for (std::size_t most = most_in_use; most < now && !most_in_use.compare_exchange_weak(most, now);) {
+  }
+  return at;
+}
+static void give_back(void* at) {
+  in_use -= malloc_usable_size(at);
+  std::free(at);
+}
+void* operator new(std::size_t bytes) { return counted(std::malloc(bytes)); }
+void* operator new(std::size_t bytes, std::align_val_t alignment) {
+  const auto multiple = static_cast<std::size_t>(alignment);
+  return counted(std::aligned_alloc(multiple, (bytes + multiple - 1) / multiple * multiple));
+}
+void operator delete(void* at) noexcept { give_back(at); }
+void operator delete(void* at, std::size_t) noexcept { give_back(at); }
+void operator delete(void* at, std::align_val_t) noexcept { give_back(at); }
+void operator delete(void* at, std::size_t, std::align_val_t) noexcept { give_back(at); }
 
 namespace {
 
@@ -52,18 +80,22 @@ class Timed : public RobotSubject {
  public:
   Timed(const Volume& image, RunJobs run, const MakeBoxField& make) : field_(image, std::move(run), {}, make) {}
   Mask segment(std::span<const Mark> marks) override {
+    const std::size_t before = most_in_use = in_use.load();
     const auto start = std::chrono::steady_clock::now();
     field_.update(marks);
     ms_.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+    most_bytes_ = std::max(most_bytes_, most_in_use - before);
     return field_.object();
   }
   double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const override { return field_.brush_mm(kind, mm); }
   const std::vector<double>& ms() const { return ms_; }
   const EvidenceField& field() const { return field_; }
+  std::size_t most_bytes() const { return most_bytes_; }
 
  private:
   EvidenceField field_;
   std::vector<double> ms_;
+  std::size_t most_bytes_ = 0;
 };
 
 }  // namespace
@@ -80,7 +112,7 @@ int main(int count, char** arguments) {
   }
   ThreadPool pool(std::max(1, threads));
   const RunJobs run = [&pool](int jobs, const std::function<void(int)>& job) { pool.run(jobs, job); };
-  std::printf("| box | seed ms | click ms, median | most | bytes a voxel | Dice |\n|---|---|---|---|---|---|\n");
+  std::printf("| box | seed ms | click ms, median | most | bytes a voxel | an update's | Dice |\n|---|---|---|---|---|---|---|\n");
   for (const int size : sizes) {
     const auto [image, truth] = touching_balls(size);
     Timed subject(image, run, make);
@@ -91,9 +123,10 @@ int main(int count, char** arguments) {
     if (ms.empty()) ms.push_back(0);
     std::sort(ms.begin(), ms.end());
     const VoxelBox& box = subject.field().box();
-    std::printf("| %d x %d x %d | %.1f | %.1f | %.1f | %.1f | %.3f |\n", box.size[0], box.size[1], box.size[2],
+    std::printf("| %d x %d x %d | %.1f | %.1f | %.1f | %.1f | %.1f | %.3f |\n", box.size[0], box.size[1], box.size[2],
                 subject.ms().front(), ms[ms.size() / 2], ms.back(),
                 static_cast<double>(subject.field().bytes()) / static_cast<double>(box.voxel_count()),
+                static_cast<double>(subject.most_bytes()) / static_cast<double>(box.voxel_count()),
                 clicks.back().agreement.dice);
     std::fflush(stdout);
   }

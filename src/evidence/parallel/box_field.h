@@ -70,6 +70,16 @@ struct KeepSaid {
     field[v] = in ? 1.0f : out ? 0.0f : smoothed[v];
   }
 };
+struct KeepSolution {
+  const float* field;
+  std::uint16_t* kept;
+  SIMPLEXSEG_HD void operator()(int v) const { kept[v] = as_kept(field[v]); }
+};
+struct TakeKept {
+  const std::uint16_t* kept;
+  float* field;
+  SIMPLEXSEG_HD void operator()(int v) const { field[v] = of_kept(kept[v]); }
+};
 struct KeepBefore {
   const float* field;
   std::uint8_t* before;
@@ -89,7 +99,7 @@ struct CopyIntoOuter {
 };
 
 /// A field's box on an executor, CpuBoxField's counterpart: the voxels stay in its memory from one update to the next,
-/// and what is asked for is copied when it is asked for.
+/// and what is asked for is copied when it is asked for. What an update alone needs is taken anew by each of them.
 template <class Executor>
 class ParallelBoxField final : public BoxField {
  public:
@@ -103,11 +113,12 @@ class ParallelBoxField final : public BoxField {
   }
 
   void set_box(const VoxelBox& box, double reach_mm) override {
-    if (walker_ && box == box_ && reach_of_box_mm_ == reach_mm) return;
+    if (box == box_ && reach_of_box_mm_ == reach_mm) return;
     BoxImage image = cut_out(volume_, box, run_);
     prior_.set_box(image, box.first, reach_mm);
     reach_of_box_mm_ = reach_mm;
-    if (walker_ && box == box_) return;
+    if (box == box_) return;
+    put_work_away();
     const VoxelBox old = box_;
     const std::size_t n = box.voxel_count();
     box_ = box;
@@ -115,23 +126,11 @@ class ParallelBoxField final : public BoxField {
     image_ = executor_.copy_of(std::span<const float>(image.value));
     smooth_by_least_spacing(image.value, image.grid, spacing_mm_, settings_.image_smoothing, run_);
     smoothed_ = executor_.copy_of(std::span<const float>(image.value));
-    auto walker = std::make_unique<ParallelWalker<Executor>>(image.grid, spacing_mm_, executor_);
-    if (walker_) move_over(walker_->field(), walker->field(), old);
-    if (has_before_) {
-      auto before = executor_.template array<std::uint8_t>(n);
-      executor_.clear(before.data(), n);
-      move_over(before_.data(), before.data(), old);
-      before_ = std::move(before);
-    }
-    walker_ = std::move(walker);
+    move_into_box(old, solution_);
+    if (has_before_) move_into_box(old, before_);
     known_ = executor_.template array<Known>(n);
-    target_ = executor_.template array<std::uint8_t>(n);
-    held_ = executor_.template array<std::uint8_t>(n);
-    others_ = executor_.template array<std::uint8_t>(0);
     probability_ = executor_.template array<float>(n);
     object_voxels_ = executor_.template array<std::uint8_t>(n);
-    smoothing_ = std::make_unique<SmoothedFields<Executor, 1>>(executor_, image.grid);
-    object_finder_ = std::make_unique<ParallelObject<Executor>>(executor_, box_);
     forget_copies();
   }
 
@@ -141,7 +140,10 @@ class ParallelBoxField final : public BoxField {
     executor_.each(count(), KeepBefore{probability_.data(), before_.data()});
     has_before_ = true;
   }
-  void forget_before() override { has_before_ = false; }
+  void forget_before() override {
+    has_before_ = false;
+    before_ = {};
+  }
   bool has_before() const override { return has_before_; }
   std::vector<std::uint8_t> was_object(std::span<const Eigen::Vector3d> places_mm) const override {
     return simplexseg::was_object(executor_, volume_.geometry(), box_, before_.data(), places_mm);
@@ -152,17 +154,19 @@ class ParallelBoxField final : public BoxField {
 
   void hear(std::span<const Mark> marks, const Mask* others) override {
     const std::uint8_t* outside = nullptr;
+    Array<std::uint8_t> others_in_box;
     if (others) {
       std::vector<std::uint8_t> in_box(box_.voxel_count());
       copy_from_outer(others->voxels.data(), VoxelBox{{0, 0, 0}, others->geometry.size}, in_box.data(), box_);
-      others_ = executor_.copy_of(std::span<const std::uint8_t>(in_box));
-      outside = others_.data();
+      others_in_box = executor_.copy_of(std::span<const std::uint8_t>(in_box));
+      outside = others_in_box.data();
     }
     known_voxels_.find(volume_.geometry(), box_, finite_.data(), marks, outside, known_.data());
     host_known_.clear();
   }
 
   double learn(std::span<const Mark> marks, std::span<const NewDot> fresh, double reach_mm, double radius_mm) override {
+    take_work_out();
     beta_ = sharpness_of(inner_difference(), settings_);
     const std::uint8_t* const before = has_before_ ? before_.data() : nullptr;
     prior_.learn({marks, known_.data(), before, fresh, reach_mm, radius_mm});
@@ -198,7 +202,9 @@ class ParallelBoxField final : public BoxField {
   Solved settle(double lean) override {
     settle_surface(executor_, probability_.data(), object_voxels_.data(), around_, known_.data(), image_.data(), box_,
                    spacing_mm_, lean, settings_);
-    return find_object();
+    const Solved found = find_object();
+    put_work_away();
+    return found;
   }
 
   std::span<const float> probability() const override {
@@ -222,16 +228,16 @@ class ParallelBoxField final : public BoxField {
       return field_values(object().voxels, probability(), box_, volume_.geometry(), value, run_);
     const auto squares = executor_.template array<float>(count()), spare = executor_.template array<float>(count());
     const auto values = executor_.template array<std::uint16_t>(count());
-    field_values(executor_, object_voxels_.data(), probability_.data(), walker_->grid(), spacing_mm_, value,
+    field_values(executor_, object_voxels_.data(), probability_.data(), BoxGrid{box_.size}, spacing_mm_, value,
                  squares.data(), spare.data(), values.data());
     std::vector<std::uint16_t> on_host(count());
     executor_.download(values.data(), std::span<std::uint16_t>(on_host));
     return on_host;
   }
   std::size_t bytes() const override {
-    return finite_.bytes() + image_.bytes() + smoothed_.bytes() + before_.bytes() + known_.bytes() + target_.bytes() +
-           held_.bytes() + others_.bytes() + probability_.bytes() + object_voxels_.bytes() + prior_.bytes() +
-           (walker_ ? walker_->bytes() + smoothing_->bytes() + object_finder_->bytes() : 0);
+    return finite_.bytes() + image_.bytes() + smoothed_.bytes() + before_.bytes() + known_.bytes() +
+           solution_.bytes() + target_.bytes() + held_.bytes() + probability_.bytes() + object_voxels_.bytes() +
+           prior_.bytes() + (walker_ ? walker_->bytes() + smoothing_->bytes() + object_finder_->bytes() : 0);
   }
 
  private:
@@ -239,14 +245,41 @@ class ParallelBoxField final : public BoxField {
   using Array = typename Executor::template Array<T>;
 
   int count() const { return static_cast<int>(probability_.size()); }
+  void take_work_out() {
+    if (walker_) return;
+    const BoxGrid grid{box_.size};
+    target_ = executor_.template array<std::uint8_t>(count());
+    held_ = executor_.template array<std::uint8_t>(count());
+    smoothing_ = std::make_unique<SmoothedFields<Executor, 1>>(executor_, grid);
+    object_finder_ = std::make_unique<ParallelObject<Executor>>(executor_, box_);
+    walker_ = std::make_unique<ParallelWalker<Executor>>(grid, spacing_mm_, executor_);
+    if (solution_.size() != 0) executor_.each(count(), TakeKept{solution_.data(), walker_->field()});
+  }
+  /// The solution is where the next update starts.
+  void put_work_away() {
+    if (!walker_) return;
+    solution_ = executor_.template array<std::uint16_t>(count());
+    executor_.each(count(), KeepSolution{walker_->field(), solution_.data()});
+    walker_.reset();
+    object_finder_.reset();
+    smoothing_.reset();
+    target_ = {};
+    held_ = {};
+    prior_.put_work_away();
+  }
+  /// A value for each voxel of `old`, or none, becomes one of the box, which holds it.
   template <class T>
-  void move_over(const T* from, T* to, const VoxelBox& old) const {
-    CopyIntoOuter<T> copy{from, to, {}, {}, {}};
+  void move_into_box(const VoxelBox& old, Array<T>& values) const {
+    if (values.size() == 0) return;
+    Array<T> moved = executor_.template array<T>(box_.voxel_count());
+    executor_.clear(moved.data(), moved.size());
+    CopyIntoOuter<T> copy{values.data(), moved.data(), {}, {}, {}};
     for (int a = 0; a < 3; ++a) {
       copy.size[a] = old.size[a], copy.outer[a] = box_.size[a];
       copy.shift[a] = old.first[a] - box_.first[a];
     }
     executor_.each(static_cast<int>(old.voxel_count()), copy);
+    values = std::move(moved);
   }
   template <class T>
   void copy_to_host(const Array<T>& from, std::vector<T>& to) const {
@@ -262,7 +295,7 @@ class ParallelBoxField final : public BoxField {
     const double least = *std::min_element(spacing_mm_.begin(), spacing_mm_.end());
     InnerDifference difference{smoothed_.data(), known_.data(), count(), {}, {}};
     for (int a = 0; a < 3; ++a) {
-      difference.stride[a] = walker_->grid().stride(a);
+      difference.stride[a] = BoxGrid{box_.size}.stride(a);
       difference.heard[a] = spacing_mm_[a] < 2 * least && box_.size[a] > 1;
     }
     return quantile_of(executor_, 3 * count(), difference, kShareOfDifferences, kLeastDifferences).value_or(0.0f);
@@ -282,13 +315,16 @@ class ParallelBoxField final : public BoxField {
   std::array<double, 3> spacing_mm_;
   double reach_of_box_mm_ = 0;  // with which the prior's blocks were made
   double beta_ = 0;
-  Array<std::uint8_t> finite_, before_, others_;
+  Array<std::uint8_t> finite_, before_;
   Array<float> image_, smoothed_, probability_;
   Array<Known> known_;
-  Array<std::uint8_t> target_, held_, object_voxels_;
+  Array<std::uint8_t> object_voxels_;
+  Array<std::uint16_t> solution_;  // of the walker
   bool has_before_ = false;
   KnownVoxels<Executor> known_voxels_;
   ParallelPrior<Executor> prior_;
+  // While an update runs.
+  Array<std::uint8_t> target_, held_;
   std::unique_ptr<ParallelWalker<Executor>> walker_;
   std::unique_ptr<SmoothedFields<Executor, 1>> smoothing_;
   std::unique_ptr<ParallelObject<Executor>> object_finder_;

@@ -157,6 +157,8 @@ class ParallelLooks {
     executor_.template upload<float>(weights, weight_.data());
     executor_.each(terms_.voxels, ScoreOfLooks{terms_, weight_.data(), known, open_side, score, open});
   }
+  /// The memory of the equations goes until the next time.
+  void put_work_away() { rows_ = {}, parts_ = {}, received_ = {}; }
   std::size_t bytes() const {
     return frequency_.bytes() + phase_.bytes() + weight_.bytes() + sum_.bytes() + rows_.bytes() + parts_.bytes() +
            samples_.bytes();

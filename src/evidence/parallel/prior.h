@@ -57,19 +57,14 @@ class ParallelPrior {
     features_ = executor_.template array<float>(n * coarse_.features.size());
     for (std::size_t f = 0; f < coarse_.features.size(); ++f)
       executor_.template upload<float>(coarse_.features[f], features_.data() + f * n);
-    for (Floats* list : floats()) *list = executor_.template array<float>(n);
-    for (Bytes* list : bytes_lists()) *list = executor_.template array<std::uint8_t>(n);
-    known_ = executor_.template array<Known>(n);
-    nearest_ = executor_.template array<std::uint16_t>(n);
-    nearest_fresh_ = executor_.template array<std::uint16_t>(n);
-    counts_ = executor_.template array<int>(kBins);
-    walker_ = std::make_unique<ParallelWalker<Executor>>(grid(), coarse_.spacing_mm, executor_);
-    inner_ways_.emplace(executor_, grid(), coarse_.spacing_mm, image_.data());
-    outer_ways_.emplace(executor_, grid(), coarse_.spacing_mm, image_.data());
+    walk_ = executor_.template array<float>(n);
+    executor_.clear(walk_.data(), n);
+    put_work_away();
   }
 
   /// Learns from the marks what each block is.
   void learn(const DeviceSaid& said) {
+    take_work_out();
     const bool remembers = !said.fresh.empty() && settings_.memory;
     find_known(said);
     LookSamples samples;
@@ -119,6 +114,19 @@ class ParallelPrior {
     const VoxelBlocks& b = coarse_.blocks;
     executor_.each(b.fine.count(), OpenVoxel{b.fine, b.coarse, b.width, known, open_.data(), open});
   }
+  /// What was learned goes, and the memory that learning takes, until the next time.
+  void put_work_away() {
+    for (Floats* list : floats()) *list = Floats();
+    for (Bytes* list : bytes_lists()) *list = Bytes();
+    known_ = {};
+    nearest_ = {};
+    nearest_fresh_ = {};
+    counts_ = {};
+    inner_ways_.reset();
+    outer_ways_.reset();
+    walker_.reset();
+    if (looks_) looks_->put_work_away();
+  }
   /// Of the executor's memory and of the host's.
   std::size_t bytes() const {
     std::size_t bytes = marks_network_.bytes() + update_network_.bytes() + painted_.bytes() + balls_.bytes() +
@@ -129,7 +137,7 @@ class ParallelPrior {
     bytes += (coarse_.smoothed.size() + coarse_.features.size() * coarse_.smoothed.size()) * sizeof(float);
     if (looks_) bytes += looks_->bytes();
     if (walker_) bytes += walker_->bytes() + inner_ways_->bytes() + outer_ways_->bytes();
-    return bytes;
+    return bytes + walk_.bytes();
   }
 
  private:
@@ -146,6 +154,21 @@ class ParallelPrior {
             &edges_in_, &edges_out_,   &inward_,       &edges_to_fresh_, &squares_[0], &squares_[1]};
   }
   std::array<Bytes*, 6> bytes_lists() { return {&before_, &was_object_, &open_, &held_, &finite_, &prior_}; }
+
+  void take_work_out() {
+    if (walker_) return;
+    const std::size_t n = blocks();
+    for (Floats* list : floats()) *list = executor_.template array<float>(n);
+    for (Bytes* list : bytes_lists()) *list = executor_.template array<std::uint8_t>(n);
+    known_ = executor_.template array<Known>(n);
+    nearest_ = executor_.template array<std::uint16_t>(n);
+    nearest_fresh_ = executor_.template array<std::uint16_t>(n);
+    counts_ = executor_.template array<int>(kBins);
+    inner_ways_.emplace(executor_, grid(), coarse_.spacing_mm, image_.data());
+    outer_ways_.emplace(executor_, grid(), coarse_.spacing_mm, image_.data());
+    walker_ = std::make_unique<ParallelWalker<Executor>>(grid(), coarse_.spacing_mm, executor_);
+    executor_.copy(static_cast<const float*>(walk_.data()), walker_->field(), n);  // the last one is where it starts
+  }
 
   void find_known(const DeviceSaid& said) {
     const PaintedBalls marks = painted_.upload(coarse_.geometry, VoxelBox{{0, 0, 0}, grid().size}, said.marks);
@@ -298,6 +321,7 @@ class ParallelPrior {
     executor_.clear(prior_.data(), blocks());  // nothing draws the walk to it
     set_edges(executor_, *walker_, coarse_.spacing_mm, image_.data(), finite_.data(), sharpness, 0);
     walker_->solve(prior_.data(), held_.data(), kWalkTolerance, settings_.most_iterations);
+    executor_.copy(static_cast<const float*>(walker_->field()), walk_.data(), walk_.size());
   }
 
   UpdateView update_view(const DeviceSaid& said) const {
@@ -342,8 +366,10 @@ class ParallelPrior {
   CoarseImage coarse_;
   float inner_difference_ = 0;
   std::vector<Known> known_on_host_;
-  // A value for each block.
+  // A value for each block, for as long as the box is the same.
   Floats image_, features_;  ///< the latter list by list
+  Floats walk_;              ///< the random walker of the marks alone
+  // While an update runs, a value for each block, too.
   typename Executor::template Array<Known> known_;
   Bytes before_, was_object_, open_, held_, finite_, prior_;
   typename Executor::template Array<std::uint16_t> nearest_, nearest_fresh_;
@@ -354,7 +380,7 @@ class ParallelPrior {
 
   typename Executor::template Array<int> counts_;
   std::optional<ParallelLooks<Executor>> looks_;
-  std::unique_ptr<ParallelWalker<Executor>> walker_;  ///< of the marks alone
+  std::unique_ptr<ParallelWalker<Executor>> walker_;
   std::optional<ParallelWays<Executor>> inner_ways_, outer_ways_;
 };
 

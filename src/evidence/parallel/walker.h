@@ -18,16 +18,9 @@ class ParallelWalker {
  public:
   ParallelWalker(const BoxGrid& grid, const std::array<double, 3>& spacing_mm, const Executor& executor)
       : executor_(executor), scalars_(executor.template array<WalkerScalars>(1)) {
-    for (const WalkerLevelShape& shape : walker_levels(grid, spacing_mm)) {
-      Level& level = levels_.emplace_back();
-      level.grid = shape.grid, level.halved = shape.halved;
-      for (Floats& weight : level.weight) weight = executor.template padded<float>(shape.grid);
-      for (Floats* array : {&level.mass, &level.diagonal, &level.correction, &level.residual})
-        *array = executor.template padded<float>(shape.grid);
-    }
-    field_ = executor.template padded<float>(grid);
-    inner_ = executor.template padded<float>(grid);
-    direction_ = executor.template padded<float>(grid);
+    for (const WalkerLevelShape& shape : walker_levels(grid, spacing_mm))
+      levels_.emplace_back().grid = shape.grid, levels_.back().halved = shape.halved;
+    take_memory();
     held_ = executor.template padded<std::uint8_t>(grid);
     first_of_team_ = 0;
     while (first_of_team_ + 1 < levels_.size() && levels_[first_of_team_].grid.count() > kTeamVoxels) ++first_of_team_;
@@ -35,11 +28,11 @@ class ParallelWalker {
 
   const BoxGrid& grid() const { return levels_.front().grid; }
   /// As those of RandomWalker; what leads out of the box must be 0.
-  float* weights(int axis) { return levels_.front().weight[axis].data(); }
-  float* pull() { return levels_.front().mass.data(); }
-  /// Where to start, then the solution; held voxels keep their value.
-  float* field() { return field_.data(); }
-  const float* field() const { return field_.data(); }
+  float* weights(int axis) { return levels_.front().weight[axis]; }
+  float* pull() { return levels_.front().mass; }
+  /// Where to start, 0 at first, then the solution; held voxels keep their value.
+  float* field() { return field_; }
+  const float* field() const { return field_; }
 
   struct Report {
     int iterations = 0;
@@ -48,14 +41,13 @@ class ParallelWalker {
   /// RandomWalker::solve().
   Report solve(const std::uint8_t* target, const std::uint8_t* held, double tolerance, int most_iterations) {
     executor_.copy(held, held_.data(), grid().count());
-    executor_.copy(field_.data(), inner_.data(), grid().count());
+    executor_.copy(static_cast<const float*>(field_), inner_, grid().count());
     Level& top = levels_.front();
     const LevelView v = view(top);
-    executor_.each(grid().count(), StartOfSolution{StartResidual{v, field_.data(), top.mass.data(), target,
-                                                                 held_.data(), top.residual.data()},
-                                                   HeldIntoMass{v, held_.data(), top.mass.data()}});
+    executor_.each(grid().count(), StartOfSolution{StartResidual{v, field_, top.mass, target, held_.data(), top.residual},
+                                                   HeldIntoMass{v, held_.data(), top.mass}});
     executor_.each(grid().count(), CutAllHeldEdges{held_.data(),
-                                                   {top.weight[0].data(), top.weight[1].data(), top.weight[2].data()},
+                                                   {top.weight[0], top.weight[1], top.weight[2]},
                                                    {1, grid().row(), grid().plane()}});
     executor_.clear(scalars_.data(), 1);
     taken_ = 0, cycled_ = -1;
@@ -67,7 +59,7 @@ class ParallelWalker {
     Level& top = levels_.front();
     const int n = grid().count();
     WalkerScalars* const at = scalars_.data();
-    float *const r = top.residual.data(), *const z = top.correction.data(), *const p = direction_.data();
+    float *const r = top.residual, *const z = top.correction, *const p = direction_;
     Report report;
     for (;; ++report.iterations) {
       if (cycled_ != taken_) cycle();
@@ -79,42 +71,61 @@ class ParallelWalker {
       if (!(report.error > tolerance) || report.iterations == most_iterations || !(next > 0)) break;
       executor_.each(n, DirectionOnDevice{at, taken_, z, p});
       executor_.sum_into(n, Apply{view(top), p, z}, &at->curvature);
-      executor_.each(n, AdvanceOnDevice{at, taken_, p, z, inner_.data(), r});
+      executor_.each(n, AdvanceOnDevice{at, taken_, p, z, inner_, r});
       ++taken_;
     }
-    executor_.each(n, LastCorrection{inner_.data(), z, held_.data(), field_.data()});
+    executor_.each(n, LastCorrection{inner_, z, held_.data(), field_});
     return report;
   }
   std::size_t bytes() const {
-    std::size_t bytes = field_.bytes() + inner_.bytes() + direction_.bytes() + held_.bytes();
-    for (const Level& level : levels_) {
-      for (const Floats& weight : level.weight) bytes += weight.bytes();
-      bytes += level.mass.bytes() + level.diagonal.bytes() + level.correction.bytes() + level.residual.bytes();
-    }
-    return bytes;
+    return memory_.bytes() + held_.bytes();
   }
 
  private:
-  using Floats = typename Executor::template Array<float>;
+  static constexpr int kSolution = 3, kOfLevel = 7;  // arrays
   struct Level {
     BoxGrid grid;
     std::array<bool, 3> halved{};
-    std::array<Floats, 3> weight;
-    Floats mass, diagonal, correction, residual;
+    std::array<float*, 3> weight{};
+    float *mass = nullptr, *diagonal = nullptr, *correction = nullptr, *residual = nullptr;
   };
 
+  /// One array for all, as a walker lives no longer than an update; values, and zeros around them, as Executor::padded()
+  /// has them.
+  void take_memory() {
+    std::size_t all = kSolution * room(grid());
+    for (const Level& level : levels_) all += kOfLevel * room(level.grid);
+    memory_ = executor_.template array<float>(all);
+    executor_.clear(memory_.data(), all);
+    float* next = memory_.data();
+    const auto take = [&next](const BoxGrid& grid) {
+      float* const at = next + grid.plane();
+      next += room(grid);
+      return at;
+    };
+    for (float** array : std::array<float**, kSolution>{&field_, &inner_, &direction_}) *array = take(grid());
+    for (Level& level : levels_) {
+      for (float*& weight : level.weight) weight = take(level.grid);
+      for (float** array : {&level.mass, &level.diagonal, &level.correction, &level.residual})
+        *array = take(level.grid);
+    }
+  }
+  static std::size_t room(const BoxGrid& grid) {
+    constexpr std::size_t aligned = 32;  // as transactions of a device's memory are
+    return (std::size_t(grid.count()) + 2 * std::size_t(grid.plane()) + aligned - 1) / aligned * aligned;
+  }
+
   static LevelView view(const Level& level) {
-    return {level.grid.row(),       level.grid.plane(),     level.weight[0].data(),
-            level.weight[1].data(), level.weight[2].data(), level.diagonal.data()};
+    return {level.grid.row(), level.grid.plane(), level.weight[0], level.weight[1], level.weight[2], level.diagonal};
   }
   static LevelPointers pointers(const Level& level) {
     return {view(level),
             {level.grid.size[0], level.grid.size[1], level.grid.size[2]},
             {level.halved[0] ? 2 : 1, level.halved[1] ? 2 : 1, level.halved[2] ? 2 : 1},
-            level.mass.data(),
-            level.diagonal.data(),
-            level.correction.data(),
-            level.residual.data()};
+            level.mass,
+            level.diagonal,
+            level.correction,
+            level.residual};
   }
   /// The levels that one team goes through.
   TeamLevels team_levels() const {
@@ -151,7 +162,8 @@ class ParallelWalker {
   const Executor& executor_;
   std::vector<Level> levels_;
   std::size_t first_of_team_;
-  Floats field_, inner_, direction_;
+  typename Executor::template Array<float> memory_;
+  float *field_ = nullptr, *inner_ = nullptr, *direction_ = nullptr;
   typename Executor::template Array<std::uint8_t> held_;
   typename Executor::template Array<WalkerScalars> scalars_;
   int taken_ = 0, cycled_ = -1;  ///< steps of the conjugate gradients, and for how many of them the correction is known

@@ -29,13 +29,13 @@ struct LowerWays {
   int count;
   int* changed;  ///< 1 is written where anything became less; or null
 
-  // A tile with a voxel more on every side, in the team's own memory: its distances, then its image.
+  // A tile with a voxel more on every side, in the team's own memory: its distances, twice, so that a round reads what
+  // the one before wrote, then its image.
   static constexpr int kRow = kTileI + 2, kPlane = kRow * (kTileJ + 2), kHalo = kPlane * (kTileK + 2);
-  static constexpr int kScratch = 2 * kHalo;
+  static constexpr int kScratch = 3 * kHalo;
   static constexpr float kBeyond = 1e30f;  // of what lies beyond the grid
 
-  SIMPLEXSEG_HD float lowest(const Field& field, const float* distance, int at) const {
-    const float* const look = distance + kHalo;
+  SIMPLEXSEG_HD float lowest(const Field& field, const float* distance, const float* look, int at) const {
     float least = distance[at];
     const float here = look[at];
     SIMPLEXSEG_UNROLL_ALL
@@ -67,13 +67,13 @@ struct LowerWays {
     const int tile = t / count;
     const int first[3]{tile % tiles[0] * kTileI, tile / tiles[0] % tiles[1] * kTileJ,
                        tile / (tiles[0] * tiles[1]) * kTileK};
-    float* const distance = team.scratch;
+    float *distance = team.scratch, *next = distance + kHalo, *const look = next + kHalo;
     for (int u = team.thread; u < kHalo; u += team.threads) {
       const int i = first[0] - 1 + u % kRow, j = first[1] - 1 + u / kRow % (kTileJ + 2), k = first[2] - 1 + u / kPlane;
       const bool in = is_in_grid(i, j, k);
       const int v = (k * grid.size[1] + j) * grid.size[0] + i;
-      distance[u] = in ? field.distance[v] : kBeyond;
-      distance[kHalo + u] = in ? image[v] : 0.0f;
+      distance[u] = next[u] = in ? field.distance[v] : kBeyond;
+      look[u] = in ? image[v] : 0.0f;
     }
     team.sync();
     bool any = false;
@@ -83,13 +83,15 @@ struct LowerWays {
         const int i = u % kTileI, j = u / kTileI % kTileJ, k = u / (kTileI * kTileJ);
         const int at = (k + 1) * kPlane + (j + 1) * kRow + i + 1;
         if (distance[at] == kBeyond) continue;
-        const float least = lowest(field, distance, at);
-        if (!(least < distance[at])) continue;
-        distance[at] = least;
-        here = true;
+        const float least = lowest(field, distance, look, at);
+        next[at] = least;
+        here = here || least < distance[at];
       }
       if (!team.any(here)) break;
       any = true;
+      float* const was = distance;
+      distance = next;
+      next = was;
     }
     if (!any) return;
     for (int u = team.thread; u < voxels; u += team.threads) {
