@@ -119,7 +119,7 @@ struct NewDirection {
 /// spacing)^2, `fall`: -beta.
 struct Conductance {
   const float* value;
-  const std::uint8_t* finite;
+  const std::uint8_t* finite;  ///< or null: all are
   float scale, fall;
   int stride;
 
@@ -127,7 +127,7 @@ struct Conductance {
     constexpr float least = 1e-5f;  // keeps every finite voxel connected
     const float d = value[v + stride] - value[v];
     const float w = scale * (std::exp(fall * d * d) + least);
-    return finite[v] && finite[v + stride] ? w : 0.0f;
+    return !finite || (finite[v] && finite[v + stride]) ? w : 0.0f;
   }
 };
 

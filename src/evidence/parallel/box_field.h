@@ -122,7 +122,9 @@ class ParallelBoxField final : public BoxField {
     const VoxelBox old = box_;
     const std::size_t n = box.voxel_count();
     box_ = box;
-    finite_ = executor_.copy_of(std::span<const std::uint8_t>(image.finite));
+    finite_ = {};
+    if (std::ranges::count(image.finite, std::uint8_t{0}) != 0)
+      finite_ = executor_.copy_of(std::span<const std::uint8_t>(image.finite));
     image_ = executor_.copy_of(std::span<const float>(image.value));
     smooth_by_least_spacing(image.value, image.grid, spacing_mm_, settings_.image_smoothing, run_);
     smoothed_ = executor_.copy_of(std::span<const float>(image.value));
@@ -315,7 +317,8 @@ class ParallelBoxField final : public BoxField {
   std::array<double, 3> spacing_mm_;
   double reach_of_box_mm_ = 0;  // with which the prior's blocks were made
   double beta_ = 0;
-  Array<std::uint8_t> finite_, before_;
+  Array<std::uint8_t> finite_;  // none where all are
+  Array<std::uint8_t> before_;
   Array<float> image_, smoothed_, probability_;
   Array<Known> known_;
   Array<std::uint8_t> object_voxels_;

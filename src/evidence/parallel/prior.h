@@ -57,6 +57,8 @@ class ParallelPrior {
     features_ = executor_.template array<float>(n * coarse_.features.size());
     for (std::size_t f = 0; f < coarse_.features.size(); ++f)
       executor_.template upload<float>(coarse_.features[f], features_.data() + f * n);
+    for (std::size_t f = 0; f < coarse_.features.size(); ++f)
+      if (!hears_within_marks(f)) coarse_.features[f] = {};
     walk_ = executor_.template array<float>(n);
     executor_.clear(walk_.data(), n);
     put_work_away();
@@ -134,7 +136,8 @@ class ParallelPrior {
                         nearest_.bytes() + nearest_fresh_.bytes() + counts_.bytes() + known_on_host_.size();
     for (const Floats* list : const_cast<ParallelPrior*>(this)->floats()) bytes += list->bytes();
     for (const Bytes* list : const_cast<ParallelPrior*>(this)->bytes_lists()) bytes += list->bytes();
-    bytes += (coarse_.smoothed.size() + coarse_.features.size() * coarse_.smoothed.size()) * sizeof(float);
+    bytes += coarse_.smoothed.size() * sizeof(float);
+    for (const std::vector<float>& feature : coarse_.features) bytes += feature.size() * sizeof(float);
     if (looks_) bytes += looks_->bytes();
     if (walker_) bytes += walker_->bytes() + inner_ways_->bytes() + outer_ways_->bytes();
     return bytes + walk_.bytes();
@@ -178,6 +181,8 @@ class ParallelPrior {
     known_on_host_.resize(blocks());
     executor_.download(known_.data(), std::span<Known>(known_on_host_));
   }
+  /// Features that the host needs, too.
+  static constexpr bool hears_within_marks(std::size_t feature) { return feature == 1 || feature == 2; }
   Strangeness strangeness_in_marks() const {
     std::array<std::vector<float>, 3> values;
     for (int v = 0; v < blocks(); ++v) {
