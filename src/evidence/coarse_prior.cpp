@@ -117,9 +117,7 @@ std::vector<std::vector<float>> CoarsePrior::listed(const Features& features) co
 
 std::vector<std::vector<float>> CoarsePrior::mark_features(const Said& said) const {
   std::vector<std::vector<float>> all;
-  with_input(said, [&](const PriorInput& input) {
-    all = listed(MarkFeatures(input, looks_, walk_, settings_, run_));
-  });
+  with_input(said, [&](const PriorInput& input) { all = listed(MarkFeatures(input, looks_, walk_, settings_, run_)); });
   return all;
 }
 
@@ -140,8 +138,8 @@ std::vector<std::vector<float>> CoarsePrior::update_features(const Said& said) c
 }
 
 std::size_t CoarsePrior::bytes() const {
-  std::size_t bytes =
-      (coarse_.smoothed.size() + walk_.size() + looks_.score.size()) * 4 + known_.size() + looks_.open.size() + prior_.size();
+  std::size_t bytes = (coarse_.smoothed.size() + walk_.size() + looks_.score.size()) * 4 + known_.size() +
+                      looks_.open.size() + prior_.size();
   for (const std::vector<float>& feature : coarse_.features) bytes += feature.size() * 4;
   return bytes;
 }

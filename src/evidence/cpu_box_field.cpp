@@ -185,7 +185,7 @@ class CpuBoxField final : public BoxField {
   std::array<double, 2> scale_mm_{};
   double beta_ = 0;
   CoarsePrior coarse_;
-  std::vector<std::uint8_t> prior_;  // P(object), 0..255
+  std::vector<std::uint8_t> prior_;       // P(object), 0..255
   std::unique_ptr<RandomWalker> walker_;  // while an update runs
   std::vector<std::uint16_t> solution_;   // of the walker, as kept between updates
   std::vector<float> probability_;

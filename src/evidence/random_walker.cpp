@@ -137,12 +137,28 @@ void RandomWalker::sweep(Level& level, int colour, bool from_zero) const {
   const int n = level.grid.size[0];
   for_each_row(run_, level.grid, [=, &level](int j, int k) {
     const int row = (k * level.grid.size[1] + j) * n;
+    // Where there is no neighbour in the grid, and the weight is 0, a voxel reads itself: what lies there in the array
+    // is the end of another row, of this colour, which another thread may be writing.
+    const int below = j == 0 ? 0 : v.row, above = j == level.grid.size[1] - 1 ? 0 : v.row;
+    const auto solve = [=](int u, int left, int right) {
+      const float flow = v.wx[u] * z[u + right] + v.wx[u - 1] * z[u - left] + v.wy[u] * z[u + above] +
+                         v.wy[u - v.row] * z[u - below] + v.wz[u] * z[u + v.plane] + v.wz[u - v.plane] * z[u - v.plane];
+      z[u] = (r[u] + flow) * v.inverse_diagonal[u];
+    };
     if (from_zero) {  // the neighbours are taken as 0, and set to it
       for (int i = (j + k + colour) & 1; i < n; i += 2) z[row + i] = r[row + i] * v.inverse_diagonal[row + i];
     } else {
+      int first = (j + k + colour) & 1, last = n;
+      if (first == 0) {
+        solve(row, 0, n > 1 ? 1 : 0);
+        first = 2;
+      }
+      if (last - 1 >= first && ((last - 1 - first) & 1) == 0) {
+        --last;
+        solve(row + last, 1, 0);
+      }
 #pragma GCC ivdep
-      for (int i = (j + k + colour) & 1; i < n; i += 2)
-        z[row + i] = (r[row + i] + v.flow(z, row + i)) * v.inverse_diagonal[row + i];
+      for (int i = first; i < last; i += 2) solve(row + i, 1, 1);
     }
   });
 }

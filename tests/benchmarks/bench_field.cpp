@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Time of an update of the evidence field after a click, warm, and what it holds.
 //   bench_field [THREADS|cuda] [SIZE...]
-// A volume of SIZE voxels a side, the box's, with two touching balls in noise. A table: milliseconds of the seed's update
-// and of the clicks' (median, most); bytes a voxel that the field holds between updates, and that the host's memory grows
-// by at most while one runs; Dice after the last click.
+// A volume of SIZE voxels a side, the box's, with two touching balls in noise. A table: milliseconds of the seed's
+// update and of the clicks' (median, most); bytes a voxel that the field holds between updates, and that the host's
+// memory grows by at most while one runs; Dice after the last click.
 #include <malloc.h>
 
 #include <algorithm>
@@ -112,7 +112,9 @@ int main(int count, char** arguments) {
   }
   ThreadPool pool(std::max(1, threads));
   const RunJobs run = [&pool](int jobs, const std::function<void(int)>& job) { pool.run(jobs, job); };
-  std::printf("| box | seed ms | click ms, median | most | bytes a voxel | an update's | Dice |\n|---|---|---|---|---|---|---|\n");
+  std::printf(
+      "| box | seed ms | click ms, median | most | bytes a voxel | an update's | Dice "
+      "|\n|---|---|---|---|---|---|---|\n");
   for (const int size : sizes) {
     const auto [image, truth] = touching_balls(size);
     Timed subject(image, run, make);

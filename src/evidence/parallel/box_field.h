@@ -237,9 +237,9 @@ class ParallelBoxField final : public BoxField {
     return on_host;
   }
   std::size_t bytes() const override {
-    return finite_.bytes() + image_.bytes() + smoothed_.bytes() + before_.bytes() + known_.bytes() +
-           solution_.bytes() + target_.bytes() + held_.bytes() + probability_.bytes() + object_voxels_.bytes() +
-           prior_.bytes() + (walker_ ? walker_->bytes() + smoothing_->bytes() + object_finder_->bytes() : 0);
+    return finite_.bytes() + image_.bytes() + smoothed_.bytes() + before_.bytes() + known_.bytes() + solution_.bytes() +
+           target_.bytes() + held_.bytes() + probability_.bytes() + object_voxels_.bytes() + prior_.bytes() +
+           (walker_ ? walker_->bytes() + smoothing_->bytes() + object_finder_->bytes() : 0);
   }
 
  private:

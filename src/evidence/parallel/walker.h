@@ -44,11 +44,12 @@ class ParallelWalker {
     executor_.copy(static_cast<const float*>(field_), inner_, grid().count());
     Level& top = levels_.front();
     const LevelView v = view(top);
-    executor_.each(grid().count(), StartOfSolution{StartResidual{v, field_, top.mass, target, held_.data(), top.residual},
-                                                   HeldIntoMass{v, held_.data(), top.mass}});
-    executor_.each(grid().count(), CutAllHeldEdges{held_.data(),
-                                                   {top.weight[0], top.weight[1], top.weight[2]},
-                                                   {1, grid().row(), grid().plane()}});
+    executor_.each(grid().count(),
+                   StartOfSolution{StartResidual{v, field_, top.mass, target, held_.data(), top.residual},
+                                   HeldIntoMass{v, held_.data(), top.mass}});
+    executor_.each(grid().count(),
+                   CutAllHeldEdges{
+                       held_.data(), {top.weight[0], top.weight[1], top.weight[2]}, {1, grid().row(), grid().plane()}});
     executor_.clear(scalars_.data(), 1);
     taken_ = 0, cycled_ = -1;
     build_levels();
@@ -77,9 +78,7 @@ class ParallelWalker {
     executor_.each(n, LastCorrection{inner_, z, held_.data(), field_});
     return report;
   }
-  std::size_t bytes() const {
-    return memory_.bytes() + held_.bytes();
-  }
+  std::size_t bytes() const { return memory_.bytes() + held_.bytes(); }
 
  private:
   static constexpr int kSolution = 3, kOfLevel = 7;  // arrays
@@ -90,8 +89,8 @@ class ParallelWalker {
     float *mass = nullptr, *diagonal = nullptr, *correction = nullptr, *residual = nullptr;
   };
 
-  /// One array for all, as a walker lives no longer than an update; values, and zeros around them, as Executor::padded()
-  /// has them.
+  /// One array for all, as a walker lives no longer than an update; values, and zeros around them, as
+  /// Executor::padded() has them.
   void take_memory() {
     std::size_t all = kSolution * room(grid());
     for (const Level& level : levels_) all += kOfLevel * room(level.grid);
