@@ -141,9 +141,7 @@ void RandomWalker::sweep(Level& level, int colour, bool from_zero) const {
     // is the end of another row, of this colour, which another thread may be writing.
     const int below = j == 0 ? 0 : v.row, above = j == level.grid.size[1] - 1 ? 0 : v.row;
     const auto solve = [=](int u, int left, int right) {
-      const float flow = v.wx[u] * z[u + right] + v.wx[u - 1] * z[u - left] + v.wy[u] * z[u + above] +
-                         v.wy[u - v.row] * z[u - below] + v.wz[u] * z[u + v.plane] + v.wz[u - v.plane] * z[u - v.plane];
-      z[u] = (r[u] + flow) * v.inverse_diagonal[u];
+      z[u] = (r[u] + v.flow(z, u, left, right, below, above)) * v.inverse_diagonal[u];
     };
     if (from_zero) {  // the neighbours are taken as 0, and set to it
       for (int i = (j + k + colour) & 1; i < n; i += 2) z[row + i] = r[row + i] * v.inverse_diagonal[row + i];

@@ -27,8 +27,10 @@ struct LevelView {
   const float *wx, *wy, *wz, *inverse_diagonal;
 
   /// The sum of weight times value over the six neighbours.
-  SIMPLEXSEG_HD float flow(const float* x, int v) const {
-    return wx[v] * x[v + 1] + wx[v - 1] * x[v - 1] + wy[v] * x[v + row] + wy[v - row] * x[v - row] +
+  SIMPLEXSEG_HD float flow(const float* x, int v) const { return flow(x, v, 1, 1, row, row); }
+  /// With how far the values of the neighbours along i and j lie away, down and up: 0 where there is none.
+  SIMPLEXSEG_HD float flow(const float* x, int v, int left, int right, int below, int above) const {
+    return wx[v] * x[v + right] + wx[v - 1] * x[v - left] + wy[v] * x[v + above] + wy[v - row] * x[v - below] +
            wz[v] * x[v + plane] + wz[v - plane] * x[v - plane];
   }
 };
