@@ -324,7 +324,7 @@ TEST(EvidenceField, HoldsABoundedNumberOfBytesForAVoxel) {
   const Scene scene = ellipsoid(64, 1, {20, 20, 20});
   EvidenceField field(scene.image);
   field.update(std::vector{inside({0, 0, 0}, 14)});
-  EXPECT_LT(static_cast<double>(field.bytes()) / static_cast<double>(field.box().voxel_count()), 100);
+  EXPECT_LT(static_cast<double>(field.bytes()) / static_cast<double>(field.box().voxel_count()), 24);
 }
 
 TEST(EvidenceField, RefusesMarksThatSayNothing) {
