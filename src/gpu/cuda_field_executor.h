@@ -38,8 +38,10 @@ __global__ void __launch_bounds__(kThreads) each(const __grid_constant__ Kernel 
 
 static __global__ void probe() {}
 
+template <int kCount>
 struct BlockAsTeam {
-  int thread, threads;
+  static constexpr int threads = kCount;
+  int thread;
   float* scratch;
   SIMPLEXSEG_HD void sync() const {
 #ifdef __CUDA_ARCH__
@@ -58,7 +60,7 @@ struct BlockAsTeam {
 template <class Kernel>
 __global__ void __launch_bounds__(kTeam, 1) by_team(const __grid_constant__ Kernel kernel) {
   wait_for_earlier_kernels();
-  kernel(BlockAsTeam{static_cast<int>(threadIdx.x), static_cast<int>(blockDim.x), nullptr});
+  kernel(BlockAsTeam<kTeam>{static_cast<int>(threadIdx.x), nullptr});
 }
 
 /// A team for each block.
@@ -66,7 +68,7 @@ template <class Kernel>
 __global__ void __launch_bounds__(kOfTeams) by_teams(const __grid_constant__ Kernel kernel) {
   __shared__ float scratch[Kernel::kScratch];
   wait_for_earlier_kernels();
-  kernel(BlockAsTeam{static_cast<int>(threadIdx.x), kOfTeams, scratch}, static_cast<int>(blockIdx.x));
+  kernel(BlockAsTeam<kOfTeams>{static_cast<int>(threadIdx.x), scratch}, static_cast<int>(blockIdx.x));
 }
 
 struct Add {
