@@ -2,6 +2,7 @@
 // What the evidence field runs on where there is a CUDA device (evidence/parallel/executor.h says what each does).
 // Included by CUDA sources alone.
 #pragma once
+#include <cooperative_groups.h>
 #include <cuda_runtime.h>
 
 #include <algorithm>
@@ -19,7 +20,7 @@
 namespace simplexseg {
 namespace field_kernels {
 
-constexpr int kThreads = 256, kTeam = 1024, kOfTeams = 512, kWarp = 32;
+constexpr int kThreads = 256, kOfAll = 1024, kOfTeams = 512, kWarp = 32;
 constexpr int kMostBlocks = 512;  ///< of a sum: what the last one adds up
 
 /// As in cuda_engine.cu: the blocks of a kernel come while the last ones of the kernel before end, and wait here.
@@ -57,12 +58,6 @@ struct BlockAsTeam {
 #endif
   }
 };
-template <class Kernel>
-__global__ void __launch_bounds__(kTeam, 1) by_team(const __grid_constant__ Kernel kernel) {
-  wait_for_earlier_kernels();
-  kernel(BlockAsTeam<kTeam>{static_cast<int>(threadIdx.x), nullptr});
-}
-
 /// A team for each block.
 template <class Kernel>
 __global__ void __launch_bounds__(kOfTeams) by_teams(const __grid_constant__ Kernel kernel) {
@@ -71,58 +66,105 @@ __global__ void __launch_bounds__(kOfTeams) by_teams(const __grid_constant__ Ker
   kernel(BlockAsTeam<kOfTeams>{static_cast<int>(threadIdx.x), scratch}, static_cast<int>(blockIdx.x));
 }
 
-struct Add {
-  using Value = double;
-  static __device__ double none() { return 0; }
-  static __device__ double of(double a, double b) { return a + b; }
-};
-struct Larger {
-  using Value = float;
-  static __device__ float none() { return 0; }
-  static __device__ float of(float a, float b) { return a > b ? a : b; }
-};
-
-/// Of the values of all threads of a block, in a tree that is always the same; the first thread has it.
-template <class Combine>
-__device__ typename Combine::Value of_block(typename Combine::Value x) {
-  __shared__ typename Combine::Value of_warp[kThreads / kWarp];
-  for (int step = kWarp / 2; step > 0; step /= 2) x = Combine::of(x, __shfl_down_sync(~0u, x, step));
+/// Of all threads of a block, in a tree that is always the same; the first thread has it.
+template <int kCount>
+__device__ Totals of_block(Totals x) {
+  __shared__ Totals of_warp[kCount / kWarp];
+  for (int step = kWarp / 2; step > 0; step /= 2) {
+    x.sum += __shfl_down_sync(~0u, x.sum, step);
+    x.largest = larger(__shfl_down_sync(~0u, x.largest, step), x.largest);
+  }
   if (threadIdx.x % kWarp == 0) of_warp[threadIdx.x / kWarp] = x;
   __syncthreads();
   if (threadIdx.x == 0)
-    for (int w = 1; w < kThreads / kWarp; ++w) x = Combine::of(x, of_warp[w]);
+    for (int w = 1; w < kCount / kWarp; ++w) {
+      x.sum += of_warp[w].sum;
+      x.largest = larger(of_warp[w].largest, x.largest);
+    }
   __syncthreads();
   return x;
 }
 
 /// The last block to end puts together what all blocks have, in their order.
-template <class Combine, class Kernel>
+template <class Kernel>
 __global__ void __launch_bounds__(kThreads)
-    reduce(const __grid_constant__ Kernel kernel, int n, typename Combine::Value* of_blocks, unsigned* ended,
-           typename Combine::Value* to) {
+    sum(const __grid_constant__ Kernel kernel, int n, double* of_blocks, unsigned* ended, double* to) {
   wait_for_earlier_kernels();
-  using Value = typename Combine::Value;
-  Value x = Combine::none();
+  Totals x;
   const int stride = static_cast<int>(gridDim.x) * kThreads;
   for (int v = static_cast<int>(blockIdx.x) * kThreads + static_cast<int>(threadIdx.x); v < n; v += stride)
-    x = Combine::of(x, kernel(v));
-  x = of_block<Combine>(x);
+    x.sum += kernel(v);
+  x = of_block<kThreads>(x);
   __shared__ bool last;
   if (threadIdx.x == 0) {
-    of_blocks[blockIdx.x] = x;
+    of_blocks[blockIdx.x] = x.sum;
     __threadfence();
     last = atomicAdd(ended, 1u) == gridDim.x - 1;
   }
   __syncthreads();
   if (!last) return;
   __threadfence();
-  x = Combine::none();
+  x = {};
   for (unsigned b = threadIdx.x; b < gridDim.x; b += kThreads)
-    x = Combine::of(x, const_cast<const volatile Value*>(of_blocks)[b]);
-  x = of_block<Combine>(x);
+    x.sum += const_cast<const volatile double*>(of_blocks)[b];
+  x = of_block<kThreads>(x);
   if (threadIdx.x != 0) return;
-  *to = x;
+  *to = x.sum;
   *ended = 0;
+}
+
+/// All threads of a cooperative launch.
+class GridAsAll {
+ public:
+  /// `of_blocks`: room for two Totals for each block.
+  __device__ explicit GridAsAll(Totals* of_blocks) : of_blocks_(of_blocks) {}
+
+  template <class Kernel>
+  __device__ void each(int n, const Kernel& kernel) const {
+    for (int v = first(); v < n; v += stride()) kernel(v);
+    cooperative_groups::this_grid().sync();
+  }
+  template <class Kernel>
+  __device__ Totals totals(int n, const Kernel& kernel) const {
+    Totals x;
+    for (int v = first(); v < n; v += stride()) {
+      const OfTotals of = kernel(v);
+      x.sum += of.value;
+      x.largest = larger(of.size, x.largest);
+    }
+    x = of_block<kOfAll>(x);
+    // Twice, by turns: the next ones may be written before all threads have read these.
+    Totals* const of_blocks = of_blocks_ + (turn_ ^= 1) * gridDim.x;
+    if (threadIdx.x == 0) of_blocks[blockIdx.x] = x;
+    cooperative_groups::this_grid().sync();
+    x = {};
+    for (unsigned b = threadIdx.x; b < gridDim.x; b += kOfAll) {
+      x.sum += of_blocks[b].sum;
+      x.largest = larger(of_blocks[b].largest, x.largest);
+    }
+    __shared__ Totals all;
+    x = of_block<kOfAll>(x);
+    if (threadIdx.x == 0) all = x;
+    __syncthreads();
+    return all;
+  }
+  template <class Kernel>
+  __device__ void some(const Kernel& kernel) const {
+    if (blockIdx.x == 0) kernel(BlockAsTeam<kOfAll>{static_cast<int>(threadIdx.x), nullptr});
+    cooperative_groups::this_grid().sync();
+  }
+  __device__ bool is_first() const { return first() == 0; }
+
+ private:
+  __device__ int first() const { return static_cast<int>(blockIdx.x) * kOfAll + static_cast<int>(threadIdx.x); }
+  __device__ int stride() const { return static_cast<int>(gridDim.x) * kOfAll; }
+
+  Totals* of_blocks_;
+  mutable unsigned turn_ = 0;
+};
+template <class Kernel>
+__global__ void __launch_bounds__(kOfAll, 1) by_all(const __grid_constant__ Kernel kernel, Totals* of_blocks) {
+  kernel(GridAsAll(of_blocks));
 }
 
 template <class Kernel>
@@ -193,6 +235,7 @@ class CudaFieldExecutor {
     check(cudaGetDevice(&device), "choosing a device");
     check(cudaGetDeviceProperties(&properties, device), "asking the device");
     processors_ = properties.multiProcessorCount;
+    totals_ = Array<Totals>(*this, 2 * std::size_t(processors_), 0);
     cudaFuncAttributes attributes{};  // waiting inside the kernels must have been compiled in
     check(cudaFuncGetAttributes(&attributes, field_kernels::probe), "asking a kernel");
     overlaps_ = properties.major >= 9 && attributes.ptxVersion >= 90;
@@ -294,8 +337,18 @@ class CudaFieldExecutor {
     if (n > 0) start((n + kThreads - 1) / kThreads, kThreads, field_kernels::each<Kernel>, kernel, n);
   }
   template <class Kernel>
-  void team(const Kernel& kernel) const {
-    start(1, field_kernels::kTeam, field_kernels::by_team<Kernel>, kernel);
+  void all(const Kernel& kernel) const {
+    using namespace field_kernels;
+    cudaLaunchConfig_t config{};
+    config.gridDim = dim3(static_cast<unsigned>(processors_));
+    config.blockDim = dim3(kOfAll);
+    config.stream = stream_.handle();
+    cudaLaunchAttribute together{};
+    together.id = cudaLaunchAttributeCooperative;
+    together.val.cooperative = 1;
+    config.attrs = &together;
+    config.numAttrs = 1;
+    check(cudaLaunchKernelEx(&config, by_all<Kernel>, kernel, totals_.data()), "the evidence field");
   }
   template <class Kernel>
   void teams(int count, const Kernel& kernel) const {
@@ -304,13 +357,7 @@ class CudaFieldExecutor {
   template <class Kernel>
   void sum_into(int n, const Kernel& kernel, double* to) const {
     using namespace field_kernels;
-    start(blocks_of_sum(n), kThreads, reduce<Add, Kernel>, kernel, n, of_blocks_.data(), ended_.data(), to);
-  }
-  template <class Kernel>
-  void largest_into(int n, const Kernel& kernel, float* to) const {
-    using namespace field_kernels;
-    start(blocks_of_sum(n), kThreads, reduce<Larger, Kernel>, kernel, n, reinterpret_cast<float*>(of_blocks_.data()),
-          ended_.data(), to);
+    start(blocks_of_sum(n), kThreads, sum<Kernel>, kernel, n, of_blocks_.data(), ended_.data(), to);
   }
   template <class Kernel>
   void histogram(int n, const Kernel& kernel, int* count) const {
@@ -345,6 +392,7 @@ class CudaFieldExecutor {
   mutable std::size_t staged_ = 0;  ///< bytes of it that the device may still read
   Array<double> of_blocks_;
   Array<unsigned> ended_;
+  Array<Totals> totals_;
   int processors_ = 1;
   bool overlaps_ = false;
 };

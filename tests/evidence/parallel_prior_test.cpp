@@ -26,9 +26,9 @@ class Counting : public OneByOne {
     OneByOne::each(n, kernel);
   }
   template <class Kernel>
-  void team(const Kernel& kernel) const {
+  void all(const Kernel& kernel) const {
     ++launches;
-    OneByOne::team(kernel);
+    OneByOne::all(kernel);
   }
   template <class Kernel>
   void teams(int count, const Kernel& kernel) const {
@@ -39,11 +39,6 @@ class Counting : public OneByOne {
   void sum_into(int n, const Kernel& kernel, double* to) const {
     ++launches;
     OneByOne::sum_into(n, kernel, to);
-  }
-  template <class Kernel>
-  void largest_into(int n, const Kernel& kernel, float* to) const {
-    ++launches;
-    OneByOne::largest_into(n, kernel, to);
   }
   template <class Kernel>
   void histogram(int n, const Kernel& kernel, int* count) const {

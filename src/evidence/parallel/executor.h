@@ -36,6 +36,44 @@ struct TeamOfOne {
   SIMPLEXSEG_HD bool any(bool x) const { return x; }
 };
 
+/// Of all values of a pass: what is added in double, in an order that is always the same, and the largest.
+struct Totals {
+  double sum = 0;
+  float largest = 0;
+};
+/// A value's part of them; `size` >= 0.
+struct OfTotals {
+  float value, size;
+};
+
+/// A team of all threads that the executor has, for algorithms of many passes over what lies in its memory; here it is
+/// one. Each pass ends when all threads have ended it. What each thread knows beside that memory must be the same.
+struct AllOfOne {
+  /// kernel(v) for all 0 <= v < n.
+  template <class Kernel>
+  SIMPLEXSEG_HD void each(int n, const Kernel& kernel) const {
+    for (int v = 0; v < n; ++v) kernel(v);
+  }
+  /// Of kernel(v), OfTotals, for all 0 <= v < n.
+  template <class Kernel>
+  SIMPLEXSEG_HD Totals totals(int n, const Kernel& kernel) const {
+    Totals all;
+    for (int v = 0; v < n; ++v) {
+      const OfTotals x = kernel(v);
+      all.sum += x.value;
+      all.largest = larger(x.size, all.largest);
+    }
+    return all;
+  }
+  /// kernel(team), by a part of the threads, which is a team as above, while the others wait.
+  template <class Kernel>
+  SIMPLEXSEG_HD void some(const Kernel& kernel) const {
+    kernel(TeamOfOne{});
+  }
+  /// True for one of the threads.
+  SIMPLEXSEG_HD bool is_first() const { return true; }
+};
+
 /// Bins of histogram().
 inline constexpr int kBins = 2048;
 
@@ -101,10 +139,10 @@ class OneByOne {
   void each(int n, const Kernel& kernel) const {
     for (int v = 0; v < n; ++v) kernel(v);
   }
-  /// kernel(team), by one team.
+  /// kernel(team), by a team of all threads.
   template <class Kernel>
-  void team(const Kernel& kernel) const {
-    kernel(TeamOfOne{});
+  void all(const Kernel& kernel) const {
+    kernel(AllOfOne{});
   }
   /// kernel(team, t) for all 0 <= t < count, each by a team of its own; they run in any order and at the same time.
   template <class Kernel>
@@ -118,13 +156,6 @@ class OneByOne {
     double sum = 0;
     for (int v = 0; v < n; ++v) sum += kernel(v);
     *to = sum;
-  }
-  /// Writes the largest of the floats kernel(v), which must be >= 0; 0 without any.
-  template <class Kernel>
-  void largest_into(int n, const Kernel& kernel, float* to) const {
-    float most = 0;
-    for (int v = 0; v < n; ++v) most = larger(kernel(v), most);
-    *to = most;
   }
   /// Adds to count[b] how many of kernel(v), 0 <= v < n, are b; those that are not in 0 .. kBins - 1 are left out.
   template <class Kernel>

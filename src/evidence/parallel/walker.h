@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/expect.h"
 #include "evidence/parallel/executor.h"
 #include "evidence/parallel/walker_cycle.h"
 #include "evidence/walker_kernels.h"
@@ -17,13 +18,16 @@ template <class Executor>
 class ParallelWalker {
  public:
   ParallelWalker(const BoxGrid& grid, const std::array<double, 3>& spacing_mm, const Executor& executor)
-      : executor_(executor), scalars_(executor.template array<WalkerScalars>(1)) {
+      : executor_(executor), state_(executor.template array<WalkerState>(1)) {
     for (const WalkerLevelShape& shape : walker_levels(grid, spacing_mm))
       levels_.emplace_back().grid = shape.grid, levels_.back().halved = shape.halved;
     take_memory();
     held_ = executor.template padded<std::uint8_t>(grid);
-    first_of_team_ = 0;
-    while (first_of_team_ + 1 < levels_.size() && levels_[first_of_team_].grid.count() > kTeamVoxels) ++first_of_team_;
+    SIMPLEXSEG_EXPECT(levels_.size() <= kMostLevels);
+    for (std::size_t l = 0; l < levels_.size(); ++l) all_.level[l] = pointers(levels_[l]);
+    all_.count = static_cast<int>(levels_.size());
+    while (all_.first_of_some + 1 < all_.count && levels_[all_.first_of_some].grid.count() > kVoxelsOfSome)
+      ++all_.first_of_some;
   }
 
   const BoxGrid& grid() const { return levels_.front().grid; }
@@ -41,43 +45,10 @@ class ParallelWalker {
   /// RandomWalker::solve().
   Report solve(const std::uint8_t* target, const std::uint8_t* held, double tolerance, int most_iterations) {
     executor_.copy(held, held_.data(), grid().count());
-    executor_.copy(static_cast<const float*>(field_), inner_, grid().count());
-    Level& top = levels_.front();
-    const LevelView v = view(top);
-    executor_.each(grid().count(),
-                   StartOfSolution{StartResidual{v, field_, top.mass, target, held_.data(), top.residual},
-                                   HeldIntoMass{v, held_.data(), top.mass}});
-    executor_.each(grid().count(),
-                   CutAllHeldEdges{
-                       held_.data(), {top.weight[0], top.weight[1], top.weight[2]}, {1, grid().row(), grid().plane()}});
-    executor_.clear(scalars_.data(), 1);
-    taken_ = 0, cycled_ = -1;
-    build_levels();
-    return carry_on(tolerance, most_iterations);
+    return run(target, tolerance, most_iterations, false);
   }
   /// More of the solution that was begun, to a smaller tolerance: the same field as if that had been asked for at once.
-  Report carry_on(double tolerance, int most_iterations) {
-    Level& top = levels_.front();
-    const int n = grid().count();
-    WalkerScalars* const at = scalars_.data();
-    float *const r = top.residual, *const z = top.correction, *const p = direction_;
-    Report report;
-    for (;; ++report.iterations) {
-      if (cycled_ != taken_) cycle();
-      executor_.largest_into(n, Size{z}, &at->error);
-      executor_.sum_into(n, Product{r, z}, taken_ % 2 == 0 ? &at->even : &at->odd);
-      const WalkerScalars now = value_at(executor_, at);
-      report.error = now.error;
-      const double next = taken_ % 2 == 0 ? now.even : now.odd;
-      if (!(report.error > tolerance) || report.iterations == most_iterations || !(next > 0)) break;
-      executor_.each(n, DirectionOnDevice{at, taken_, z, p});
-      executor_.sum_into(n, Apply{view(top), p, z}, &at->curvature);
-      executor_.each(n, AdvanceOnDevice{at, taken_, p, z, inner_, r});
-      ++taken_;
-    }
-    executor_.each(n, LastCorrection{inner_, z, held_.data(), field_});
-    return report;
-  }
+  Report carry_on(double tolerance, int most_iterations) { return run(nullptr, tolerance, most_iterations, true); }
   std::size_t bytes() const { return memory_.bytes() + held_.bytes(); }
 
  private:
@@ -126,46 +97,23 @@ class ParallelWalker {
             level.correction,
             level.residual};
   }
-  /// The levels that one team goes through.
-  TeamLevels team_levels() const {
-    TeamLevels all{};
-    for (std::size_t l = first_of_team_; l < levels_.size(); ++l) all.level[all.count++] = pointers(levels_[l]);
-    return all;
-  }
-  void build_levels() {
-    for (std::size_t l = 0; l < levels_.size() && l <= first_of_team_; ++l) {
-      const LevelPointers level = pointers(levels_[l]);
-      if (l > 0) executor_.each(level.count(), Coarsen{pointers(levels_[l - 1]), level});
-      executor_.each(level.count(), InverseDiagonal{level.edges, level.mass, level.diagonal});
-    }
-    executor_.team(BuildOfTeam{team_levels()});
-  }
-  void cycle() {
-    for (std::size_t l = 0; l < first_of_team_; ++l) {
-      const LevelPointers fine = pointers(levels_[l]), coarse = pointers(levels_[l + 1]);
-      executor_.each(fine.half_count(), FirstSweep{fine});
-      executor_.each(coarse.count(), RestrictResidual{fine, coarse});
-    }
-    executor_.team(CycleOfTeam{team_levels()});
-    for (std::size_t l = first_of_team_; l-- > 0;) {
-      const LevelPointers fine = pointers(levels_[l]), coarse = pointers(levels_[l + 1]);
-      executor_.each(fine.half_count(), SweepWithParents{fine, coarse});
-      executor_.each(fine.half_count(), LastSweep{fine});
-    }
-    cycled_ = taken_;
+  Report run(const std::uint8_t* target, double tolerance, int most_iterations, bool carries_on) {
+    executor_.all(SolveWalker{all_, target, held_.data(), field_, inner_, direction_, tolerance, most_iterations,
+                              carries_on, state_.data()});
+    const WalkerState state = value_at(executor_, state_.data());
+    return {state.iterations, state.error};
   }
 
-  /// Voxels of the largest level that a team goes through with all coarser ones in one launch.
-  static constexpr int kTeamVoxels = 4096;
+  /// Voxels of the largest level that a part of the threads goes through, with all coarser ones.
+  static constexpr int kVoxelsOfSome = 4096;
 
   const Executor& executor_;
   std::vector<Level> levels_;
-  std::size_t first_of_team_;
+  WalkerLevels all_{};
   typename Executor::template Array<float> memory_;
   float *field_ = nullptr, *inner_ = nullptr, *direction_ = nullptr;
   typename Executor::template Array<std::uint8_t> held_;
-  typename Executor::template Array<WalkerScalars> scalars_;
-  int taken_ = 0, cycled_ = -1;  ///< steps of the conjugate gradients, and for how many of them the correction is known
+  typename Executor::template Array<WalkerState> state_;
 };
 
 /// The counterpart of set_edges() in evidence/conductances.h.

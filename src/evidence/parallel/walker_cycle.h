@@ -11,16 +11,9 @@
 
 namespace simplexseg {
 
-inline constexpr int kMostTeamLevels = 12;
+inline constexpr int kMostLevels = 12;
 inline constexpr int kTeamSweeps =
     3;  ///< of the coarsest level before and after; more cost a launch's time and save no iteration
-
-/// What the solver's kernels tell each other.
-struct WalkerScalars {
-  double even, odd;  ///< r z of the last two steps
-  double curvature;  ///< p A p
-  float error;
-};
 
 struct LevelPointers {
   LevelView edges;
@@ -54,9 +47,12 @@ struct LevelPointers {
 struct StartOfSolution {
   StartResidual residual;
   HeldIntoMass mass;
+  const float* field;
+  float* inner;
   SIMPLEXSEG_HD void operator()(int v) const {
     residual(v);
     mass(v);
+    inner[v] = field[v];
   }
 };
 
@@ -179,23 +175,45 @@ struct LastSweep {
   SIMPLEXSEG_HD void operator()(int t) const { Sweep{level, 0}(t); }
 };
 
-struct TeamLevels {
+/// The last sweep of the top level, the first colour's, and what both colours' corrections say of the whole.
+struct LastSweepAndTotals {
+  LevelPointers level;
+  SIMPLEXSEG_HD OfTotals operator()(int t) const {
+    OfTotals all{0, 0};
+    const LevelPointers::At second = level.coloured(t, 1);
+    if (second.i < level.size[0]) add(second.v, level.correction[second.v], all);
+    const LevelPointers::At first = level.coloured(t, 0);
+    if (first.i >= level.size[0]) return all;
+    Sweep{level, 0}(t);
+    add(first.v, level.correction[first.v], all);
+    return all;
+  }
+
+ private:
+  SIMPLEXSEG_HD void add(int v, float correction, OfTotals& all) const {
+    all.value += level.residual[v] * correction;
+    all.size = larger(std::fabs(correction), all.size);
+  }
+};
+
+struct WalkerLevels {
   int count;
-  LevelPointers level[kMostTeamLevels];
+  int first_of_some;  ///< the finest of those that a part of the threads goes through: where waiting for all costs more
+  LevelPointers level[kMostLevels];
 };
 
 /// kernel(v) for all 0 <= v < n by the threads of a team, which then wait for each other.
 template <class Team, class Kernel>
 SIMPLEXSEG_HD void each_of_team(const Team& team, int n, const Kernel& kernel) {
-  for (int v = team.thread; v < n; v += team.threads) kernel(v);
+  for (int v = team.thread; v < n; v += Team::threads) kernel(v);
   team.sync();
 }
 
-struct BuildOfTeam {
-  TeamLevels levels;
+struct BuildCoarse {
+  const WalkerLevels& levels;
   template <class Team>
-  SIMPLEXSEG_KERNEL void operator()(const Team& team) const {
-    for (int l = 1; l < levels.count; ++l) {
+  SIMPLEXSEG_HD void operator()(const Team& team) const {
+    for (int l = levels.first_of_some + 1; l < levels.count; ++l) {
       const LevelPointers& level = levels.level[l];
       each_of_team(team, level.count(), Coarsen{levels.level[l - 1], level});
       each_of_team(team, level.count(), InverseDiagonal{level.edges, level.mass, level.diagonal});
@@ -203,12 +221,12 @@ struct BuildOfTeam {
   }
 };
 
-struct CycleOfTeam {
-  TeamLevels levels;
+struct CycleOfCoarse {
+  const WalkerLevels& levels;
   template <class Team>
-  SIMPLEXSEG_KERNEL void operator()(const Team& team) const {
-    const int last = levels.count - 1;
-    for (int l = 0; l < last; ++l) {
+  SIMPLEXSEG_HD void operator()(const Team& team) const {
+    const int first = levels.first_of_some, last = levels.count - 1;
+    for (int l = first; l < last; ++l) {
       each_of_team(team, levels.level[l].half_count(), FirstSweep{levels.level[l]});
       each_of_team(team, levels.level[l + 1].count(), RestrictResidual{levels.level[l], levels.level[l + 1]});
     }
@@ -224,38 +242,10 @@ struct CycleOfTeam {
       each_of_team(team, half, Sweep{coarsest, 1});
       each_of_team(team, half, Sweep{coarsest, 0});
     }
-    for (int l = last - 1; l >= 0; --l) {
+    for (int l = last - 1; l >= first; --l) {
       each_of_team(team, levels.level[l].half_count(), SweepWithParents{levels.level[l], levels.level[l + 1]});
       each_of_team(team, levels.level[l].half_count(), LastSweep{levels.level[l]});
     }
-  }
-};
-
-struct Size {
-  const float* z;
-  SIMPLEXSEG_HD float operator()(int v) const { return std::fabs(z[v]); }
-};
-
-/// The next direction; `taken`: steps before this one.
-struct DirectionOnDevice {
-  const WalkerScalars* at;
-  int taken;
-  const float* z;
-  float* p;
-  SIMPLEXSEG_HD void operator()(int v) const {
-    const double now = taken % 2 == 0 ? at->even : at->odd, before = taken % 2 == 0 ? at->odd : at->even;
-    NewDirection{taken == 0 ? 0.0f : static_cast<float>(now / before), z, p}(v);
-  }
-};
-
-struct AdvanceOnDevice {
-  const WalkerScalars* at;
-  int taken;
-  const float *p, *ap;
-  float *x, *r;
-  SIMPLEXSEG_HD void operator()(int v) const {
-    const double now = taken % 2 == 0 ? at->even : at->odd;
-    Advance{at->curvature > 0 ? static_cast<float>(now / at->curvature) : 0.0f, p, ap, x, r}(v);
   }
 };
 
@@ -265,6 +255,92 @@ struct LastCorrection {
   const std::uint8_t* held;
   float* to;
   SIMPLEXSEG_HD void operator()(int v) const { to[v] = held[v] ? x[v] : smaller(larger(x[v] + z[v], 0.0f), 1.0f); }
+};
+
+struct ApplyForTotals {
+  Apply apply;
+  SIMPLEXSEG_HD OfTotals operator()(int v) const { return {apply(v), 0}; }
+};
+
+/// Where a solution stands, from one call to the next. The correction of its residual is known.
+struct WalkerState {
+  double product, product_before;  ///< of residual and correction, now and a step before
+  float error;                     ///< largest correction
+  int taken;                       ///< steps of the conjugate gradients
+  int iterations;                  ///< of the last call
+};
+
+/// RandomWalker::solve(), or with `carries_on` more of what was begun, by a team of all threads. Pointers are to values
+/// for each voxel of the top level.
+struct SolveWalker {
+  WalkerLevels levels;
+  const std::uint8_t* target;
+  std::uint8_t* held;  ///< padded
+  float *field, *inner, *direction;
+  double tolerance;
+  int most_iterations;
+  bool carries_on;
+  WalkerState* state;
+
+  template <class All>
+  SIMPLEXSEG_KERNEL void operator()(const All& all) const {
+    const LevelPointers& top = levels.level[0];
+    const int n = top.count();
+    float *const r = top.residual, *const z = top.correction, *const p = direction;
+    WalkerState now{};
+    if (carries_on)
+      now = *state;
+    else
+      begin(all);
+    for (now.iterations = 0;; ++now.iterations) {
+      if (!carries_on || now.iterations > 0) {
+        const Totals totals = cycle(all);
+        now.product_before = now.product;
+        now.product = totals.sum, now.error = totals.largest;
+      }
+      if (!(now.error > tolerance) || now.iterations == most_iterations || !(now.product > 0)) break;
+      all.each(n, NewDirection{now.taken == 0 ? 0.0f : static_cast<float>(now.product / now.product_before), z, p});
+      const double curvature = all.totals(n, ApplyForTotals{{top.edges, p, z}}).sum;
+      all.each(n, Advance{curvature > 0 ? static_cast<float>(now.product / curvature) : 0.0f, p, z, inner, r});
+      ++now.taken;
+    }
+    all.each(n, LastCorrection{inner, z, held, field});
+    if (all.is_first()) *state = now;
+  }
+
+ private:
+  template <class All>
+  SIMPLEXSEG_HD void begin(const All& all) const {
+    const LevelPointers& top = levels.level[0];
+    const LevelView& v = top.edges;
+    all.each(top.count(),
+             StartOfSolution{{v, field, top.mass, target, held, top.residual}, {v, held, top.mass}, field, inner});
+    float* const weight[3]{const_cast<float*>(v.wx), const_cast<float*>(v.wy), const_cast<float*>(v.wz)};
+    all.each(top.count(), CutAllHeldEdges{held, {weight[0], weight[1], weight[2]}, {1, v.row, v.plane}});
+    const int last = smaller(levels.first_of_some, levels.count - 1);
+    for (int l = 0; l <= last; ++l) {
+      const LevelPointers& level = levels.level[l];
+      if (l > 0) all.each(level.count(), Coarsen{levels.level[l - 1], level});
+      all.each(level.count(), InverseDiagonal{level.edges, level.mass, level.diagonal});
+    }
+    all.some(BuildCoarse{levels});
+  }
+  /// Returns what the corrections are.
+  template <class All>
+  SIMPLEXSEG_HD Totals cycle(const All& all) const {
+    const int some = levels.first_of_some;
+    for (int l = 0; l < some; ++l) {
+      all.each(levels.level[l].half_count(), FirstSweep{levels.level[l]});
+      all.each(levels.level[l + 1].count(), RestrictResidual{levels.level[l], levels.level[l + 1]});
+    }
+    all.some(CycleOfCoarse{levels});
+    for (int l = some - 1; l >= 0; --l) {
+      all.each(levels.level[l].half_count(), SweepWithParents{levels.level[l], levels.level[l + 1]});
+      if (l > 0) all.each(levels.level[l].half_count(), LastSweep{levels.level[l]});
+    }
+    // Where a part of the threads did all of it the last sweep changes nothing: it is repeated.
+    return all.totals(levels.level[0].half_count(), LastSweepAndTotals{levels.level[0]});
+  }
 };
 
 }  // namespace simplexseg
