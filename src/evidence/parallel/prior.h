@@ -69,35 +69,35 @@ class ParallelPrior {
     take_work_out();
     const bool remembers = !said.fresh.empty() && settings_.memory;
     find_known(said);
+    MarkView view = view_of(said);
+    find_nearest(said, remembers, view);
     LookSamples samples;
-    Strangeness strangeness;
     run_(3, [&](int job) {
       if (job == 0) samples = look_samples(known_on_host_, settings_);
       if (job == 1) inner_difference_ = inner_difference(grid(), coarse_.spacing_mm, coarse_.smoothed, known_on_host_);
-      if (job == 2) strangeness = strangeness_in_marks();
+      if (job == 2) view.strangeness = strangeness_in_marks();
     });
+    view.noise = noise_of(inner_difference_);
     const bool hears_looks = settings_.hear_looks && !samples.inside.empty() && !samples.outside.empty();
     if (hears_looks) looks_->begin(features_.data(), blocks(), samples);
-    MarkView view = view_of(said, strangeness);
-    find_nearest(said, remembers, view);
     const std::vector<int> shell = counts_of(BinOfShell{view});  // waits for the classifier's equations, too
     if (hears_looks) looks_->receive();
     const WayCost changes = cost_of_changes(settings_), edges = cost_of_edges(view.noise);
     if (remembers)
-      inner_ways_->begin({{inside_.data(), changes}, {edges_in_.data(), edges}, {edges_to_fresh_.data(), edges}});
+      inner_ways_->begin({{inside_, changes}, {edges_in_, edges}, {edges_to_fresh_, edges}});
     else
-      inner_ways_->begin({{inside_.data(), changes}, {edges_in_.data(), edges}});
+      inner_ways_->begin({{inside_, changes}, {edges_in_, edges}});
     if (remembers) measure_inward();
     score_looks(hears_looks);  // the host solves equations while the executor measures ways
-    executor_.each(blocks(), StartOutside{known_.data(), open_.data(), outside_.data(), edges_out_.data()});
-    outer_ways_->begin({{outside_.data(), changes}, {edges_out_.data(), edges}});
+    executor_.each(blocks(), StartOutside{known_.data(), open_, outside_, edges_out_});
+    outer_ways_->begin({{outside_, changes}, {edges_out_, edges}});
     if (settings_.hear_walk) walk(sharpness_of(inner_difference_, settings_));
     inner_ways_->finish();
     outer_ways_->finish();
     view.wall = median_of_shell(shell);
-    executor_.each(blocks(), AnswerOfMarks{view, marks_network_.view(), prior_.data()});
+    executor_.each(blocks(), AnswerOfMarks{view, marks_network_.view(), prior_});
     if (remembers)
-      executor_.each(blocks(), AnswerOfUpdate{update_view(said), update_network_.view(), prior_.data()});
+      executor_.each(blocks(), AnswerOfUpdate{update_view(said), update_network_.view(), prior_});
     else if (settings_.best_cut)
       move_to_best_cut();
   }
@@ -106,20 +106,20 @@ class ParallelPrior {
   void interpolate(const float* smoothed, float edge, std::uint8_t* voxels) const {
     const VoxelBlocks& b = coarse_.blocks;
     if (b.width == std::array{1, 1, 1})
-      executor_.copy(prior_.data(), voxels, prior_.size());
+      executor_.copy(static_cast<const std::uint8_t*>(prior_), voxels, blocks());
     else
-      executor_.each(b.fine.count(), InterpolateBlocks{b.fine, b.coarse, b.width, prior_.data(), image_.data(),
-                                                       smoothed, 1 / edge, voxels});
+      executor_.each(b.fine.count(),
+                     InterpolateBlocks{b.fine, b.coarse, b.width, prior_, image_.data(), smoothed, 1 / edge, voxels});
   }
   /// CoarsePrior::mark_open(), in the executor's memory.
   void mark_open(const Known* known, std::uint8_t* open) const {
     const VoxelBlocks& b = coarse_.blocks;
-    executor_.each(b.fine.count(), OpenVoxel{b.fine, b.coarse, b.width, known, open_.data(), open});
+    executor_.each(b.fine.count(), OpenVoxel{b.fine, b.coarse, b.width, known, open_, open});
   }
   /// What was learned goes, and the memory that learning takes, until the next time.
   void put_work_away() {
-    for (Floats* list : floats()) *list = Floats();
-    for (Bytes* list : bytes_lists()) *list = Bytes();
+    all_floats_ = {};
+    all_bytes_ = {};
     known_ = {};
     nearest_ = {};
     nearest_fresh_ = {};
@@ -134,8 +134,7 @@ class ParallelPrior {
     std::size_t bytes = marks_network_.bytes() + update_network_.bytes() + painted_.bytes() + balls_.bytes() +
                         places_.bytes() + fresh_.bytes() + image_.bytes() + features_.bytes() + known_.bytes() +
                         nearest_.bytes() + nearest_fresh_.bytes() + counts_.bytes() + known_on_host_.size();
-    for (const Floats* list : const_cast<ParallelPrior*>(this)->floats()) bytes += list->bytes();
-    for (const Bytes* list : const_cast<ParallelPrior*>(this)->bytes_lists()) bytes += list->bytes();
+    bytes += all_floats_.bytes() + all_bytes_.bytes();
     bytes += coarse_.smoothed.size() * sizeof(float);
     for (const std::vector<float>& feature : coarse_.features) bytes += feature.size() * sizeof(float);
     if (looks_) bytes += looks_->bytes();
@@ -152,17 +151,25 @@ class ParallelPrior {
   }
   const BoxGrid& grid() const { return coarse_.blocks.coarse; }
   int blocks() const { return grid().count(); }
-  std::array<Floats*, 12> floats() {
+  /// A value for each block, while an update runs.
+  std::array<float**, 12> float_lists() {
     return {&score_,    &from_inside_, &from_outside_, &fresh_square_,   &inside_,     &outside_,
             &edges_in_, &edges_out_,   &inward_,       &edges_to_fresh_, &squares_[0], &squares_[1]};
   }
-  std::array<Bytes*, 6> bytes_lists() { return {&before_, &was_object_, &open_, &held_, &finite_, &prior_}; }
+  std::array<std::uint8_t**, 6> byte_lists() { return {&before_, &was_object_, &open_, &held_, &finite_, &prior_}; }
+  /// One array for all lists.
+  template <class T, std::size_t kCount>
+  typename Executor::template Array<T> take(const std::array<T**, kCount>& lists) const {
+    auto all = executor_.template array<T>(kCount * blocks());
+    for (std::size_t l = 0; l < kCount; ++l) *lists[l] = all.data() + l * blocks();
+    return all;
+  }
 
   void take_work_out() {
     if (walker_) return;
     const std::size_t n = blocks();
-    for (Floats* list : floats()) *list = executor_.template array<float>(n);
-    for (Bytes* list : bytes_lists()) *list = executor_.template array<std::uint8_t>(n);
+    all_floats_ = take(float_lists());
+    all_bytes_ = take(byte_lists());
     known_ = executor_.template array<Known>(n);
     nearest_ = executor_.template array<std::uint16_t>(n);
     nearest_fresh_ = executor_.template array<std::uint16_t>(n);
@@ -176,8 +183,8 @@ class ParallelPrior {
   void find_known(const DeviceSaid& said) {
     const PaintedBalls marks = painted_.upload(coarse_.geometry, VoxelBox{{0, 0, 0}, grid().size}, said.marks);
     const VoxelBlocks& b = coarse_.blocks;
-    executor_.each(blocks(), SaidOfBlock{b.fine, b.coarse, b.width, marks, said.known, said.before, known_.data(),
-                                         before_.data()});
+    executor_.each(blocks(),
+                   SaidOfBlock{b.fine, b.coarse, b.width, marks, said.known, said.before, known_.data(), before_});
     known_on_host_.resize(blocks());
     executor_.download(known_.data(), std::span<Known>(known_on_host_));
   }
@@ -193,22 +200,20 @@ class ParallelPrior {
     return strangeness_among(values);
   }
 
-  MarkView view_of(const DeviceSaid& said, const Strangeness& strangeness) {
+  MarkView view_of(const DeviceSaid& said) {
     const std::vector<MarkedBall> balls = marked_balls(said.marks, coarse_.geometry);
     MarkView view{};
     view.grid = grid();
     view.known = known_.data();
     view.image = image_.data();
     for (int s = 1; s < 3; ++s) view.smoothed[s - 1] = features_.data() + std::size_t(s) * blocks();
-    view.score = score_.data();
+    view.score = score_;
     view.walk = walker_->field();
-    view.inside = inside_.data(), view.outside = outside_.data();
-    view.edges_in = edges_in_.data(), view.edges_out = edges_out_.data();
-    view.from_inside = from_inside_.data(), view.from_outside = from_outside_.data();
+    view.inside = inside_, view.outside = outside_;
+    view.edges_in = edges_in_, view.edges_out = edges_out_;
+    view.from_inside = from_inside_, view.from_outside = from_outside_;
     view.nearest = nearest_.data();
     view.balls = balls_.set(executor_, balls);
-    view.strangeness = strangeness;
-    view.noise = noise_of(inner_difference_);
     view.reach_mm = static_cast<float>(said.reach_mm), view.radius_mm = static_cast<float>(said.radius_mm);
     view.least_mm = least_mm();
     view.marks = static_cast<int>(balls.size());
@@ -236,14 +241,14 @@ class ParallelPrior {
                          0,
                          0,
                          known_.data(),
-                         from_inside_.data(),
-                         from_outside_.data(),
-                         fresh_square_.data(),
+                         from_inside_,
+                         from_outside_,
+                         fresh_square_,
                          nearest_.data(),
                          nearest_fresh_.data(),
-                         inside_.data(),
-                         edges_in_.data(),
-                         edges_to_fresh_.data()};
+                         inside_,
+                         edges_in_,
+                         edges_to_fresh_};
     for (int a = 0; a < 3; ++a) {
       nearest.spacing_mm[a] = static_cast<float>(coarse_.spacing_mm[a]);
       for (int b = 0; b < 3; ++b) nearest.square_mm.mm[a][b] = static_cast<float>(world.linear()(a, b));
@@ -306,38 +311,38 @@ class ParallelPrior {
 
   void measure_inward() {
     constexpr float everywhere_mm = 1e18f;
-    executor_.each(blocks(), WasObject{before_.data(), was_object_.data()});
-    squared_distance_to_other_side(executor_, was_object_.data(), grid(), coarse_.spacing_mm, everywhere_mm, true,
-                                   squares_[0].data(), squares_[1].data());
-    executor_.each(blocks(), Inward{was_object_.data(), squares_[0].data(), least_mm(), inward_.data()});
+    executor_.each(blocks(), WasObject{before_, was_object_});
+    squared_distance_to_other_side(executor_, was_object_, grid(), coarse_.spacing_mm, everywhere_mm, true, squares_[0],
+                                   squares_[1]);
+    executor_.each(blocks(), Inward{was_object_, squares_[0], least_mm(), inward_});
   }
 
   void score_looks(bool hears) {
     if (hears) {
-      looks_->score(known_.data(), static_cast<float>(settings_.open_side), score_.data(), open_.data());
+      looks_->score(known_.data(), static_cast<float>(settings_.open_side), score_, open_);
     } else {
-      executor_.clear(score_.data(), blocks());
-      executor_.clear(open_.data(), blocks());
+      executor_.clear(score_, blocks());
+      executor_.clear(open_, blocks());
     }
   }
 
   void walk(double sharpness) {
-    executor_.each(blocks(), StartWalk{known_.data(), open_.data(), held_.data(), finite_.data(), walker_->field()});
-    executor_.clear(prior_.data(), blocks());  // nothing draws the walk to it
-    set_edges(executor_, *walker_, coarse_.spacing_mm, image_.data(), finite_.data(), sharpness, 0);
-    walker_->solve(prior_.data(), held_.data(), kWalkTolerance, settings_.most_iterations);
+    executor_.each(blocks(), StartWalk{known_.data(), open_, held_, finite_, walker_->field()});
+    executor_.clear(prior_, blocks());  // nothing draws the walk to it
+    set_edges(executor_, *walker_, coarse_.spacing_mm, image_.data(), finite_, sharpness, 0);
+    walker_->solve(prior_, held_, kWalkTolerance, settings_.most_iterations);
     executor_.copy(static_cast<const float*>(walker_->field()), walk_.data(), walk_.size());
   }
 
   UpdateView update_view(const DeviceSaid& said) const {
     return {image_.data(),
-            before_.data(),
-            prior_.data(),
+            before_,
+            prior_,
             fresh_on_executor_,
             nearest_fresh_.data(),
-            fresh_square_.data(),
-            edges_to_fresh_.data(),
-            inward_.data(),
+            fresh_square_,
+            edges_to_fresh_,
+            inward_,
             static_cast<float>(1 / said.reach_mm),
             least_mm(),
             1 / cost_of_edges(noise_of(inner_difference_)).edge,
@@ -352,9 +357,8 @@ class ParallelPrior {
   }
 
   void move_to_best_cut() {
-    const std::vector<int> counts = counts_of(BinOfCut{known_.data(), prior_.data()});
-    executor_.each(blocks(),
-                   MoveToCut{raise_to_best_cut(std::span<const int, 256>(counts.data(), 256)), prior_.data()});
+    const std::vector<int> counts = counts_of(BinOfCut{known_.data(), prior_});
+    executor_.each(blocks(), MoveToCut{raise_to_best_cut(std::span<const int, 256>(counts.data(), 256)), prior_});
   }
 
   VolumeGeometry volume_;
@@ -376,12 +380,13 @@ class ParallelPrior {
   Floats walk_;              ///< the random walker of the marks alone
   // While an update runs, a value for each block, too.
   typename Executor::template Array<Known> known_;
-  Bytes before_, was_object_, open_, held_, finite_, prior_;
+  Floats all_floats_;
+  Bytes all_bytes_;
   typename Executor::template Array<std::uint16_t> nearest_, nearest_fresh_;
-  Floats score_, from_inside_, from_outside_, fresh_square_;
-  Floats inside_, outside_, edges_in_, edges_out_, edges_to_fresh_;
-  Floats inward_;
-  std::array<Floats, 2> squares_;
+  std::uint8_t *before_{}, *was_object_{}, *open_{}, *held_{}, *finite_{}, *prior_{};
+  float *score_{}, *from_inside_{}, *from_outside_{}, *fresh_square_{};
+  float *inside_{}, *outside_{}, *edges_in_{}, *edges_out_{}, *edges_to_fresh_{}, *inward_{};
+  std::array<float*, 2> squares_{};
 
   typename Executor::template Array<int> counts_;
   std::optional<ParallelLooks<Executor>> looks_;

@@ -150,7 +150,7 @@ class ParallelWays {
  public:
   ParallelWays(const Executor& executor, const BoxGrid& grid, const std::array<double, 3>& spacing_mm,
                const float* image)
-      : executor_(executor), changed_(executor.template array<int>(1)) {
+      : executor_(executor) {
     lower_.grid = grid;
     lower_.image = image;
     const double least = *std::min_element(spacing_mm.begin(), spacing_mm.end());
@@ -161,7 +161,7 @@ class ParallelWays {
       lower_.far[axes] = static_cast<float>(std::sqrt(square));
     }
     for (int a = 0; a < 3; ++a) lower_.tiles[a] = (grid.size[a] + LowerWays::kTile - 1) / LowerWays::kTile;
-    lowered_ = executor.template array<int>(std::size_t(LowerWays::kMost) * tiles());
+    lowered_ = executor.template array<int>(1 + std::size_t(LowerWays::kMost) * tiles());
   }
 
   struct Way {
@@ -173,21 +173,20 @@ class ParallelWays {
     lower_.count = lower_.launch = 0;
     for (const Way& way : ways) {
       lower_.fields[lower_.count] = {way.distance, way.cost.length, way.cost.edge * way.cost.edge,
-                                     lowered_.data() + lower_.count * tiles()};
+                                     lowered_.data() + 1 + lower_.count * tiles()};
       ++lower_.count;
     }
-    executor_.clear(lowered_.data(), std::size_t(lower_.count) * tiles());
-    executor_.clear(changed_.data(), 1);
+    executor_.clear(lowered_.data(), 1 + std::size_t(lower_.count) * tiles());
     const int longest = *std::max_element(lower_.tiles.begin(), lower_.tiles.end());
     launch(kMoreAtOnce * ((longest + kTurns) / kMoreAtOnce + 1));
   }
   void finish() {
-    while (value_at(executor_, changed_.data()) != 0) {
-      executor_.clear(changed_.data(), 1);
+    while (value_at(executor_, lowered_.data()) != 0) {
+      executor_.clear(lowered_.data(), 1);
       launch(kMoreAtOnce);
     }
   }
-  std::size_t bytes() const { return changed_.bytes() + lowered_.bytes(); }
+  std::size_t bytes() const { return lowered_.bytes(); }
 
  private:
   static constexpr int kMoreAtOnce = 4;  ///< launches that are begun before it is asked whether anything changed
@@ -198,14 +197,14 @@ class ParallelWays {
   void launch(int times) {
     for (int t = 0; t < times; ++t) {
       ++lower_.launch;
-      lower_.changed = t + 1 == times ? changed_.data() : nullptr;
+      lower_.changed = t + 1 == times ? lowered_.data() : nullptr;
       executor_.teams(lower_.count * tiles(), lower_);
     }
   }
 
   const Executor& executor_;
   LowerWays lower_{};
-  typename Executor::template Array<int> changed_, lowered_;
+  typename Executor::template Array<int> lowered_;  ///< whether anything changed, then LowerWays::Field::lowered
 };
 
 }  // namespace simplexseg
