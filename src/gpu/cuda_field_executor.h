@@ -49,6 +49,21 @@ struct BlockAsTeam {
     __syncthreads();
 #endif
   }
+  /// The first of its threads, which wait for each other alone.
+  struct Few {
+    static constexpr int threads = kWarp;
+    int thread;
+    SIMPLEXSEG_HD void sync() const {
+#ifdef __CUDA_ARCH__
+      __syncwarp();
+#endif
+    }
+  };
+  template <class Kernel>
+  SIMPLEXSEG_HD void few(const Kernel& kernel) const {
+    if (thread < kWarp) kernel(Few{thread});
+    sync();
+  }
   /// Whether any of its threads says so.
   SIMPLEXSEG_HD bool any([[maybe_unused]] bool x) const {
 #ifdef __CUDA_ARCH__
@@ -115,6 +130,8 @@ __global__ void __launch_bounds__(kThreads)
 
 /// All threads of a cooperative launch.
 class GridAsAll {
+  static constexpr unsigned kGroup = 128;
+
  public:
   /// `of_blocks`: room for two Totals for each block.
   __device__ explicit GridAsAll(Totals* of_blocks) : of_blocks_(of_blocks) {}
@@ -156,7 +173,11 @@ class GridAsAll {
   __device__ bool is_first() const { return first() == 0; }
 
  private:
-  __device__ int first() const { return static_cast<int>(blockIdx.x) * kOfAll + static_cast<int>(threadIdx.x); }
+  /// Neighbours by whole groups in different blocks: where there is little to do all processors share in it.
+  __device__ int first() const {
+    const unsigned group = threadIdx.x / kGroup * gridDim.x + blockIdx.x;
+    return static_cast<int>(group * kGroup + threadIdx.x % kGroup);
+  }
   __device__ int stride() const { return static_cast<int>(gridDim.x) * kOfAll; }
 
   Totals* of_blocks_;

@@ -84,15 +84,16 @@ TEST(ParallelSmooth, IsTheCpus) {
   const BoxGrid grid{{21, 18, 9}};
   for (const std::array<double, 3>& sigma :
        {std::array{1.3, 0.7, 0.1}, std::array{4.0, 4.0, 4.0}, std::array{0.5, 2.0, 1.0}}) {
+    SmoothedFields<OneByOne, 2> fields(executor, grid);
     std::vector<float> a = blobs(grid, 1, 0.5), b = blobs(grid, 2, 0.5);
-    std::vector<float> own_a = a, own_b = b, spare_a(a.size()), spare_b(b.size());
-    float *fields[2]{own_a.data(), own_b.data()}, *spare[2]{spare_a.data(), spare_b.data()};
-    smooth_fields(AllOfOne{}, grid.count(), gaussian(grid, sigma), fields, spare);
+    executor.upload<float>(a, fields.data(0));
+    executor.upload<float>(b, fields.data(1));
+    fields.smooth(sigma);
     smooth(a, grid, sigma, run_in_turn());
     smooth(b, grid, sigma, run_in_turn());
     for (int v = 0; v < grid.count(); ++v) {
-      ASSERT_NEAR(fields[0][v], a[v], 2e-6f);
-      ASSERT_NEAR(fields[1][v], b[v], 2e-6f);
+      ASSERT_NEAR(fields.data(0)[v], a[v], 2e-6f);
+      ASSERT_NEAR(fields.data(1)[v], b[v], 2e-6f);
     }
   }
 }

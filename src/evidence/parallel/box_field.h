@@ -70,24 +70,6 @@ struct KeepSaid {
     field[v] = in ? 1.0f : out ? 0.0f : smoothed[v];
   }
 };
-/// The field of a solution, and its object, by a team of all threads.
-struct FieldOfSolution {
-  TakeSolution take;  ///< its `field` is not used
-  Gaussian smoothing;
-  float* room[2];  ///< for a value for each voxel
-  float* probability;
-  FindObject find;
-
-  template <class All>
-  SIMPLEXSEG_HD void operator()(const All& all) const {
-    const int n = find.grid.count();
-    float *field[1]{room[0]}, *spare[1]{room[1]};
-    all.each(n, TakeSolution{take.solution, take.known, field[0]});
-    smooth_fields(all, n, smoothing, field, spare);
-    all.each(n, KeepSaid{take.known, field[0], probability});
-    find(all);
-  }
-};
 struct KeepSolution {
   const float* field;
   std::uint16_t* kept;
@@ -205,13 +187,12 @@ class ParallelBoxField final : public BoxField {
       executor_.each(count(), HoldKnown{known_.data(), held_.data(), walker_->field()});
       solved = walker_->solve(target_.data(), held_.data(), tolerance, settings_.most_iterations);
     }
-    executor_.all(
-        FieldOfSolution{{{{box_.size[0], box_.size[1], box_.size[2]}, walker_->field()}, known_.data(), nullptr},
-                        gaussian_by_least_spacing(BoxGrid{box_.size}, spacing_mm_, settings_.field_smoothing),
-                        {room_.data(), room_.data() + count()},
-                        probability_.data(),
-                        object_finder_->finder(probability_.data(), known_.data(), object_voxels_.data())});
-    Solved found = take_object(object_finder_->summary());
+    executor_.each(count(), TakeSolution{{{box_.size[0], box_.size[1], box_.size[2]}, walker_->field()},
+                                         known_.data(),
+                                         smoothing_->data(0)});
+    smoothing_->smooth_by_least_spacing(spacing_mm_, settings_.field_smoothing);
+    executor_.each(count(), KeepSaid{known_.data(), smoothing_->data(0), probability_.data()});
+    Solved found = find_object();
     found.iterations = solved.iterations, found.error = solved.error;
     return found;
   }
@@ -223,7 +204,7 @@ class ParallelBoxField final : public BoxField {
   Solved settle(double lean) override {
     settle_surface(executor_, probability_.data(), object_voxels_.data(), around_, known_.data(), image_.data(), box_,
                    spacing_mm_, lean, settings_);
-    const Solved found = take_object(object_finder_->find(probability_.data(), known_.data(), object_voxels_.data()));
+    const Solved found = find_object();
     put_work_away();
     return found;
   }
@@ -258,7 +239,7 @@ class ParallelBoxField final : public BoxField {
   std::size_t bytes() const override {
     return finite_.bytes() + image_.bytes() + smoothed_.bytes() + before_.bytes() + known_.bytes() + solution_.bytes() +
            target_.bytes() + held_.bytes() + probability_.bytes() + object_voxels_.bytes() + prior_.bytes() +
-           (walker_ ? walker_->bytes() + room_.bytes() + object_finder_->bytes() : 0);
+           (walker_ ? walker_->bytes() + smoothing_->bytes() + object_finder_->bytes() : 0);
   }
 
  private:
@@ -271,7 +252,7 @@ class ParallelBoxField final : public BoxField {
     const BoxGrid grid{box_.size};
     target_ = executor_.template array<std::uint8_t>(count());
     held_ = executor_.template array<std::uint8_t>(count());
-    room_ = executor_.template array<float>(2 * std::size_t(count()));
+    smoothing_ = std::make_unique<SmoothedFields<Executor, 1>>(executor_, grid);
     object_finder_ = std::make_unique<ParallelObject<Executor>>(executor_, box_);
     walker_ = std::make_unique<ParallelWalker<Executor>>(grid, spacing_mm_, executor_);
     if (solution_.size() != 0) executor_.each(count(), TakeKept{solution_.data(), walker_->field()});
@@ -283,7 +264,7 @@ class ParallelBoxField final : public BoxField {
     executor_.each(count(), KeepSolution{walker_->field(), solution_.data()});
     walker_.reset();
     object_finder_.reset();
-    room_ = {};
+    smoothing_.reset();
     target_ = {};
     held_ = {};
     prior_.put_work_away();
@@ -321,7 +302,8 @@ class ParallelBoxField final : public BoxField {
     }
     return quantile_of(executor_, 3 * count(), difference, kShareOfDifferences, kLeastDifferences).value_or(0.0f);
   }
-  Solved take_object(const typename ParallelObject<Executor>::Summary& found) {
+  Solved find_object() {
+    const auto found = object_finder_->find(probability_.data(), known_.data(), object_voxels_.data());
     around_ = found.around, border_share_ = found.border_share;
     host_probability_.clear();
     host_object_.voxels.clear();
@@ -347,7 +329,7 @@ class ParallelBoxField final : public BoxField {
   // While an update runs.
   Array<std::uint8_t> target_, held_;
   std::unique_ptr<ParallelWalker<Executor>> walker_;
-  Array<float> room_;
+  std::unique_ptr<SmoothedFields<Executor, 1>> smoothing_;
   std::unique_ptr<ParallelObject<Executor>> object_finder_;
   VoxelBox around_{};
   double border_share_ = 0;

@@ -47,14 +47,13 @@ struct KeptVoxels {
 };
 
 /// The counterpart of keep_connected() (evidence/connected.h): the voxels set(v) of a box that are connected, over
-/// faces of such voxels, to one with start(v), too, by a team of all threads. `parent`, `keep`: room for a value for
-/// each voxel.
-template <class All, class Set, class Start>
-SIMPLEXSEG_HD KeptVoxels keep_connected(const All& all, const BoxGrid& grid, const Set& set, const Start& start,
-                                        int* parent, std::uint8_t* keep) {
+/// faces of such voxels, to one with start(v), too. `parent`, `keep`: room for a value for each voxel. Three launches.
+template <class Executor, class Set, class Start>
+KeptVoxels keep_connected(const Executor& executor, const BoxGrid& grid, const Set& set, const Start& start,
+                          int* parent, std::uint8_t* keep) {
   const int n = grid.count(), row = grid.row(), plane = grid.plane();
   const VoxelForest forest{parent};
-  all.each(n, [=](int v) {  // a run of voxels in a row: its first is the root
+  executor.each(n, [=] SIMPLEXSEG_KERNEL(int v) {  // a run of voxels in a row: its first is the root
     keep[v] = 0;
     int first = -1;
     if (set(v)) {
@@ -63,14 +62,14 @@ SIMPLEXSEG_HD KeptVoxels keep_connected(const All& all, const BoxGrid& grid, con
     }
     parent[v] = first;
   });
-  all.each(n, [=](int v) {
+  executor.each(n, [=] SIMPLEXSEG_KERNEL(int v) {
     if (parent[v] < 0) return;
     const bool begins = v % row == 0 || parent[v - 1] < 0;
     // Where two runs lie side by side, once.
     if (v % plane >= row && parent[v - row] >= 0 && (begins || parent[v - row - 1] < 0)) forest.join(v, v - row);
     if (v >= plane && parent[v - plane] >= 0 && (begins || parent[v - plane - 1] < 0)) forest.join(v, v - plane);
   });
-  all.each(n, [=](int v) {
+  executor.each(n, [=] SIMPLEXSEG_KERNEL(int v) {
     if (parent[v] < 0) return;
     const int root = forest.root(v);
     parent[v] = root;

@@ -43,18 +43,18 @@ struct DistancePass {
 };
 
 /// The square of the distance, mm, from every voxel of a box to the nearest one on the other side: of `set` for those
-/// that are not, and with `both_sides` the other way round. Exact below reach_mm, kFarAway or any square beyond.
-/// `spare`: room for as many. By a team of all threads, or an executor in three launches. Source: Saito and Toriwaki
-/// 1994, New algorithms for Euclidean distance transformation of an n-dimensional digitized picture with applications.
-template <class All>
-SIMPLEXSEG_KERNEL void squared_distance_to_other_side(const All& all, const std::uint8_t* set, const BoxGrid& grid,
-                                                      const std::array<double, 3>& spacing_mm, float reach_mm,
-                                                      bool both_sides, float* to, float* spare) {
+/// that are not, and with `both_sides` the other way round. Exact below reach_mm, kFarAway or any square beyond. Three
+/// launches; `spare`: room for as many. Source: Saito and Toriwaki 1994, New algorithms for Euclidean distance
+/// transformation of an n-dimensional digitized picture with applications.
+template <class Executor>
+void squared_distance_to_other_side(const Executor& executor, const std::uint8_t* set, const BoxGrid& grid,
+                                    const std::array<double, 3>& spacing_mm, float reach_mm, bool both_sides, float* to,
+                                    float* spare) {
   const float* before = nullptr;
   for (int axis = 0; axis < 3; ++axis) {
     float* const into = axis == 1 ? spare : to;
-    all.each(grid.count(), DistancePass{set, before, into, grid.stride(axis), grid.size[axis],
-                                        static_cast<float>(spacing_mm[axis]), reach_mm, both_sides});
+    executor.each(grid.count(), DistancePass{set, before, into, grid.stride(axis), grid.size[axis],
+                                             static_cast<float>(spacing_mm[axis]), reach_mm, both_sides});
     before = into;
   }
 }

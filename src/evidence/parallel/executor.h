@@ -34,6 +34,11 @@ struct TeamOfOne {
   float* scratch = nullptr;
   SIMPLEXSEG_HD void sync() const {}
   SIMPLEXSEG_HD bool any(bool x) const { return x; }
+  /// kernel(team), by a team of a few of its threads, for what is too little for all; the others wait.
+  template <class Kernel>
+  SIMPLEXSEG_HD void few(const Kernel& kernel) const {
+    kernel(*this);
+  }
 };
 
 /// Of all values of a pass: what is added in double, in an order that is always the same, and the largest.

@@ -6,7 +6,6 @@
 
 #include "core/vec3.h"
 #include "evidence/marked_voxels.h"
-#include "evidence/parallel/executor.h"
 #include "evidence/surface_voxel.h"
 
 namespace simplexseg::surface {
@@ -25,12 +24,12 @@ struct CutPart {
   const std::uint8_t* object;
   const Known* known;
   const float *image, *probability;
-  std::uint8_t *was, *is;
+  std::uint8_t* was;
   Known* said;
   float *value, *field;
   SIMPLEXSEG_HD void operator()(int v) const {
     const int u = part.in_box(v);
-    was[v] = is[v] = object[u], said[v] = known[u], value[v] = image[u], field[v] = probability[u];
+    was[v] = object[u], said[v] = known[u], value[v] = image[u], field[v] = probability[u];
   }
 };
 
@@ -100,16 +99,16 @@ struct MarksInLayer {
   float layer_mm;
   Known mark;
   bool agreed;
-  SIMPLEXSEG_HD OfTotals operator()(int v) const {
-    if (said[v] != mark || distance[v] >= layer_mm) return {0, 0};
-    return {!agreed || (look[v] > 0) == (mark == Known::Inside) ? 1.0f : 0.0f, 0};
+  SIMPLEXSEG_HD float operator()(int v) const {
+    if (said[v] != mark || distance[v] >= layer_mm) return 0;
+    return !agreed || (look[v] > 0) == (mark == Known::Inside) ? 1.0f : 0.0f;
   }
 };
 
 /// What is believed of looks: around a voxel, and by the marks of the kind that they agree with less.
 struct TrustOfVoxels {
   const float* parts[4];
-  double marks[4];  ///< inside: in the layer, agreed; outside: the same
+  const double* marks;  ///< inside: in the layer, agreed; outside: the same
   float* to;
   SIMPLEXSEG_HD void operator()(int v) const {
     float least = 1;

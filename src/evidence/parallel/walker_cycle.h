@@ -221,6 +221,24 @@ struct BuildCoarse {
   }
 };
 
+struct SweepsOfCoarsest {
+  const LevelPointers& level;
+  template <class Team>
+  SIMPLEXSEG_HD void operator()(const Team& team) const {
+    const int half = level.half_count();
+    each_of_team(team, half, FirstSweep{level});
+    for (int s = 0; s < kTeamSweeps; ++s) {
+      each_of_team(team, half, Sweep{level, 0});
+      each_of_team(team, half, Sweep{level, 1});
+    }
+    each_of_team(team, half, Sweep{level, 0});
+    for (int s = 0; s < kTeamSweeps; ++s) {  // the same backwards: the cycle is symmetric
+      each_of_team(team, half, Sweep{level, 1});
+      each_of_team(team, half, Sweep{level, 0});
+    }
+  }
+};
+
 struct CycleOfCoarse {
   const WalkerLevels& levels;
   template <class Team>
@@ -230,18 +248,7 @@ struct CycleOfCoarse {
       each_of_team(team, levels.level[l].half_count(), FirstSweep{levels.level[l]});
       each_of_team(team, levels.level[l + 1].count(), RestrictResidual{levels.level[l], levels.level[l + 1]});
     }
-    const LevelPointers& coarsest = levels.level[last];
-    const int half = coarsest.half_count();
-    each_of_team(team, half, FirstSweep{coarsest});
-    for (int s = 0; s < kTeamSweeps; ++s) {
-      each_of_team(team, half, Sweep{coarsest, 0});
-      each_of_team(team, half, Sweep{coarsest, 1});
-    }
-    each_of_team(team, half, Sweep{coarsest, 0});
-    for (int s = 0; s < kTeamSweeps; ++s) {  // the same backwards: the cycle is symmetric
-      each_of_team(team, half, Sweep{coarsest, 1});
-      each_of_team(team, half, Sweep{coarsest, 0});
-    }
+    team.few(SweepsOfCoarsest{levels.level[last]});
     for (int l = last - 1; l >= first; --l) {
       each_of_team(team, levels.level[l].half_count(), SweepWithParents{levels.level[l], levels.level[l + 1]});
       each_of_team(team, levels.level[l].half_count(), LastSweep{levels.level[l]});
