@@ -73,14 +73,13 @@ std::vector<float> solve_in_parallel(const Problem& p, double tolerance, double 
     }
   executor.upload<float>(p.pull, walker.pull());
   executor.upload<float>(p.start, walker.field());
-  ParallelWalker<OneByOne>::Report done;
   int iterations = 0;
+  walker.solve(p.target.data(), p.held.data(), rough > 0 ? rough : tolerance, 200);
   if (rough > 0) {
-    iterations = walker.solve(p.target.data(), p.held.data(), rough, 200).iterations;
-    done = walker.carry_on(tolerance, 200);
-  } else {
-    done = walker.solve(p.target.data(), p.held.data(), tolerance, 200);
+    iterations = walker.report().iterations;
+    walker.carry_on(tolerance, 200);
   }
+  ParallelWalker<OneByOne>::Report done = walker.report();
   done.iterations += iterations;
   if (report) *report = done;
   return {walker.field(), walker.field() + p.grid.count()};

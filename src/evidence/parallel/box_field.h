@@ -177,15 +177,14 @@ class ParallelBoxField final : public BoxField {
   }
 
   Solved solve(double tolerance, bool further) override {
-    typename ParallelWalker<Executor>::Report solved;
     if (further) {
-      solved = walker_->carry_on(tolerance, settings_.most_iterations);
+      walker_->carry_on(tolerance, settings_.most_iterations);
     } else {
       set_edges(executor_, *walker_, spacing_mm_, smoothed_.data(), finite_.data(), beta_, settings_.prior_pull);
       executor_.clear(held_.data(), held_.size());
       prior_.mark_open(known_.data(), held_.data());
       executor_.each(count(), HoldKnown{known_.data(), held_.data(), walker_->field()});
-      solved = walker_->solve(target_.data(), held_.data(), tolerance, settings_.most_iterations);
+      walker_->solve(target_.data(), held_.data(), tolerance, settings_.most_iterations);
     }
     executor_.each(count(), TakeSolution{{{box_.size[0], box_.size[1], box_.size[2]}, walker_->field()},
                                          known_.data(),
@@ -193,6 +192,7 @@ class ParallelBoxField final : public BoxField {
     smoothing_->smooth_by_least_spacing(spacing_mm_, settings_.field_smoothing);
     executor_.each(count(), KeepSaid{known_.data(), smoothing_->data(0), probability_.data()});
     Solved found = find_object();
+    const typename ParallelWalker<Executor>::Report solved = walker_->report();  // found has waited for it
     found.iterations = solved.iterations, found.error = solved.error;
     return found;
   }

@@ -52,24 +52,20 @@ class ParallelObject {
       if (v != 0) return;
       for (int q = 0; q < kNumbers; ++q) found[q] = q < kHigh ? kNone : q < kNearObject ? -1 : 0;
     });
-    executor_.each(nj * nk, [=] SIMPLEXSEG_KERNEL(int row) {
-      const int j = row % nj, k = row / nj;
-      const bool near_row = smaller(steps_to_side(j, nj), steps_to_side(k, nk)) <= kNearSide;
-      int low = kNone, high = -1, near_object = 0;
-      for (int i = 0; i < ni; ++i) {
-        if (!voxels[row * ni + i]) continue;
-        if (high < 0) low = i;
-        high = i;
-        near_object += near_row || steps_to_side(i, ni) <= kNearSide;
+    // Where a row of the object begins and ends, and what lies near the box's sides.
+    executor_.each(n, [=] SIMPLEXSEG_KERNEL(int v) {
+      if (!voxels[v]) return;
+      const int i = v % ni, j = v / ni % nj, k = v / ni / nj;
+      if (i == 0 || !voxels[v - 1]) {
+        lower(found + kLow, i);
+        lower(found + kLow + 1, j);
+        lower(found + kLow + 2, k);
+        raise(found + kHigh + 1, j);
+        raise(found + kHigh + 2, k);
       }
-      if (high < 0) return;
-      lower(found + kLow, low);
-      lower(found + kLow + 1, j);
-      lower(found + kLow + 2, k);
-      raise(found + kHigh, high);
-      raise(found + kHigh + 1, j);
-      raise(found + kHigh + 2, k);
-      if (near_object != 0) atomic_add(found + kNearObject, near_object);
+      if (i + 1 == ni || !voxels[v + 1]) raise(found + kHigh, i);
+      if (smaller(smaller(steps_to_side(i, ni), steps_to_side(j, nj)), steps_to_side(k, nk)) <= kNearSide)
+        atomic_add(found + kNearObject, 1);
     });
     std::array<int, kNumbers> is;
     executor_.download(found, std::span<int>(is));

@@ -42,13 +42,18 @@ class ParallelWalker {
     int iterations = 0;
     double error = 0;  ///< largest correction that the last cycle asked for
   };
-  /// RandomWalker::solve().
-  Report solve(const std::uint8_t* target, const std::uint8_t* held, double tolerance, int most_iterations) {
+  /// RandomWalker::solve(). Does not wait.
+  void solve(const std::uint8_t* target, const std::uint8_t* held, double tolerance, int most_iterations) {
     executor_.copy(held, held_.data(), grid().count());
-    return run(target, tolerance, most_iterations, false);
+    run(target, tolerance, most_iterations, false);
   }
   /// More of the solution that was begun, to a smaller tolerance: the same field as if that had been asked for at once.
-  Report carry_on(double tolerance, int most_iterations) { return run(nullptr, tolerance, most_iterations, true); }
+  void carry_on(double tolerance, int most_iterations) { run(nullptr, tolerance, most_iterations, true); }
+  /// Of the last call; waits for it.
+  Report report() const {
+    const WalkerState state = value_at(executor_, state_.data());
+    return {state.iterations, state.error};
+  }
   std::size_t bytes() const { return memory_.bytes() + held_.bytes(); }
 
  private:
@@ -97,11 +102,9 @@ class ParallelWalker {
             level.correction,
             level.residual};
   }
-  Report run(const std::uint8_t* target, double tolerance, int most_iterations, bool carries_on) {
+  void run(const std::uint8_t* target, double tolerance, int most_iterations, bool carries_on) {
     executor_.all(SolveWalker{all_, target, held_.data(), field_, inner_, direction_, tolerance, most_iterations,
                               carries_on, state_.data()});
-    const WalkerState state = value_at(executor_, state_.data());
-    return {state.iterations, state.error};
   }
 
   /// Voxels of the largest level that a part of the threads goes through, with all coarser ones.
