@@ -58,6 +58,7 @@ constexpr std::array kParts{
     Part{"open-sides", [](EvidenceSettings& s) { s.open_side = 2; }},
     Part{"surface", [](EvidenceSettings& s) { s.surface_layer = 0; }},
     Part{"lean", [](EvidenceSettings& s) { s.surface_lean = 0; }},
+    Part{"surface-memory", [](EvidenceSettings& s) { s.surface_memory = s.surface_pull = 0; }},
     Part{"brush", [](EvidenceSettings& s) { s.brush = 0; }},
 };
 
@@ -325,7 +326,7 @@ void add_clicks(const Subcommand& app, Action& action) {
       .show_default();
   sub.add_option("--without", options->without,
                  "Leave out a part of the field: sharpness, prior, classifier, geodesic, walk, memory, far-memory, "
-                 "open-sides or brush; may be repeated; not with the robot none")
+                 "open-sides, surface, lean, surface-memory or brush; may be repeated; not with the robot none")
       .one_value_each();
   sub.add_option(
          "--set", options->settings_of_mesh,

@@ -14,6 +14,7 @@
 #include "evidence/marked_voxels.h"
 #include "evidence/marks.h"
 #include "evidence/run_jobs.h"
+#include "evidence/surface_voxel.h"
 #include "image/mask.h"
 #include "image/volume.h"
 
@@ -57,7 +58,7 @@ class BoxField {
   /// EvidenceField::Report.
   virtual double expected_dice() const = 0;
   /// settle_surface(), and the object that is then.
-  virtual Solved settle(double lean) = 0;
+  virtual Solved settle(const SurfaceSaid& said) = 0;
 
   // What there is now. It stays where it is until the next change.
   virtual std::span<const float> probability() const = 0;

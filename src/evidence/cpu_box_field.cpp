@@ -111,9 +111,9 @@ class CpuBoxField final : public BoxField {
     return taken > 0 ? 2 * right / (taken + all) : 0;
   }
 
-  Solved settle(double lean) override {
+  Solved settle(const SurfaceSaid& said) override {
     put_work_away();
-    settle_surface(probability_, object_, known_, image_, box_, spacing_mm_, lean, settings_, run_);
+    settle_surface(probability_, object_, known_, image_, before_, box_, spacing_mm_, said, settings_, run_);
     object_ = object_of_field(probability_, known_, box_, run_);
     return {0, 0, object_.around, object_.border_share};
   }

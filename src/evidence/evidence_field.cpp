@@ -18,6 +18,7 @@ constexpr int most_growths = 12;
 constexpr double growing_tolerance = 0.1;  // of the field while the box still grows
 constexpr double leak_share = 0.05;
 constexpr double unsaid_corrections = 4;  // that count as half of either kind, before marks say which way they go
+constexpr double unsaid_marks = 10;       // by which where the surface was is half believed: it is rough at first
 
 }  // namespace
 
@@ -62,7 +63,7 @@ void EvidenceField::remember(std::span<const Mark> marks) {
     voxels_->forget_before();
     fresh_ = same;
   }
-  std::vector<int> corrections;
+  std::vector<Correction> corrections;
   for (const Mark& mark : marks) {
     const auto old = std::find(marks_.begin(), marks_.end(), mark);
     corrections.push_back(old == marks_.end() ? correction_of(mark) : corrections_[old - marks_.begin()]);
@@ -71,19 +72,39 @@ void EvidenceField::remember(std::span<const Mark> marks) {
   marks_.assign(marks.begin(), marks.end());
 }
 
-int EvidenceField::correction_of(const Mark& mark) const {
-  if (!voxels_->has_before()) return 0;
-  const double voxel = volume_->geometry().spacing_mm.minCoeff();
+EvidenceField::Correction EvidenceField::correction_of(const Mark& mark) const {
+  if (!voxels_->has_before()) return {};
   const std::span<const Eigen::Vector3d> place(&mark.position_mm, 1);
-  if (voxels_->depths_before(place).front() > settings_.surface_layer * voxel) return 0;
-  if (voxels_->was_object(place).front()) return mark.kind == MarkKind::Inside ? 0 : -1;
-  return mark.kind == MarkKind::Outside ? 0 : 1;
+  const bool was = voxels_->was_object(place).front() != 0;
+  if (mark.kind == (was ? MarkKind::Inside : MarkKind::Outside)) return {};
+  const double voxel = volume_->geometry().spacing_mm.minCoeff(), depth = voxels_->depths_before(place).front();
+  const bool boundary = mark.kind == MarkKind::Boundary;
+  // A dot is in the middle of what was wrong, a boundary mark at its end.
+  if (depth > (boundary ? 2 : 1) * settings_.surface_layer * voxel) return {0, 0, depth};
+  const double off = std::max(0.0, depth - 0.5 * voxel) + (boundary ? 0 : mark.radius_mm);
+  return was ? Correction{-1, -off, 0} : Correction{1, off, 0};
 }
 
-double EvidenceField::lean() const {
+SurfaceSaid EvidenceField::surface_said() const {
+  SurfaceSaid said;
   double sum = 0, count = unsaid_corrections;
-  for (const int correction : corrections_) sum += correction, count += std::abs(correction);
-  return settings_.surface_lean * sum / count;
+  for (const Correction& correction : corrections_) sum += correction.way, count += std::abs(correction.way);
+  said.lean = settings_.surface_lean * sum / count;
+  if (!voxels_->has_before() || !settings_.memory) return said;
+  const auto marks = static_cast<double>(marks_.size());
+  said.hold = settings_.surface_memory * marks / (marks + unsaid_marks);
+  const VolumeGeometry& geometry = volume_->geometry();
+  for (std::size_t m = fresh_; m < marks_.size(); ++m) {
+    const Correction& correction = corrections_[m];
+    if (correction.way == 0 && correction.deep_mm == 0) continue;
+    SurfaceMove& move = said.moves.emplace_back();
+    const Eigen::Vector3d index = geometry.index_from_world() * marks_[m].position_mm;
+    for (int a = 0; a < 3; ++a)
+      move.at_mm[a] = static_cast<float>((index[a] - voxels_->box().first[a]) * geometry.spacing_mm[a]);
+    move.out_voxels = static_cast<float>(correction.out_mm / geometry.spacing_mm.minCoeff());
+    move.deep_mm = static_cast<float>(correction.deep_mm);
+  }
+  return said;
 }
 
 void EvidenceField::measure_reach(std::span<const Mark> marks) {
@@ -174,7 +195,7 @@ void EvidenceField::update(std::span<const Mark> marks, const Mask* others) {
     if (settings_.tolerance < growing_tolerance) take(voxels_->solve(settings_.tolerance, true));
   } while (grows());
   report_.expected_dice = voxels_->expected_dice();  // looks are surer than they are right
-  const BoxField::Solved settled = voxels_->settle(lean());
+  const BoxField::Solved settled = voxels_->settle(surface_said());
   around_ = settled.around;
   report_.leaks = settled.border_share >= leak_share;
 }

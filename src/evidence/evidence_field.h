@@ -72,11 +72,15 @@ class EvidenceField {
  private:
   void check(std::span<const Mark> marks, const Mask* others) const;
   void remember(std::span<const Mark> marks);
-  /// 1 where the field before lacked the place of a new mark of the object, -1 where it had one that is not the
-  /// object's; 0 for others, and for what is deeper in what was wrong than the layer about the surface: a leak, say.
-  int correction_of(const Mark& mark) const;
-  /// What these say of the whole surface, log odds.
-  double lean() const;
+  /// What a new mark found to be wrong with the field before.
+  struct Correction {
+    int way = 0;         ///< 1 where the field lacked the mark's place, -1 where it had one that is not the object's
+    double out_mm = 0;   ///< the surface is so much further out there; 0: more than the layer about it
+    double deep_mm = 0;  ///< so deep in what was wrong, where that is more: a leak, say; no step of the surface
+  };
+  Correction correction_of(const Mark& mark) const;
+  /// What the marks say of the whole surface, and the new ones of where it was.
+  SurfaceSaid surface_said() const;
   void measure_reach(std::span<const Mark> marks);
   std::vector<NewDot> new_dots() const;
   /// Of a boundary mark's dot: the middle of what the field before had on the wrong side of the mark, along the way
@@ -87,12 +91,12 @@ class EvidenceField {
   std::unique_ptr<Volume> volume_;  // where it is, voxels_ knows
   EvidenceSettings settings_;
   std::unique_ptr<BoxField> voxels_;
-  std::vector<Mark> marks_;       // of the last update
-  std::vector<int> corrections_;  // of each of them, when it was new
-  Mark largest_;                  // of the inside marks
-  double reach_mm_ = 0;           // what it says about the object's scale
-  std::size_t fresh_ = 0;         // the first mark that was new when the field before was the field
-  VoxelBox around_{};             // the object
+  std::vector<Mark> marks_;              // of the last update
+  std::vector<Correction> corrections_;  // of each of them, when it was new
+  Mark largest_;                         // of the inside marks
+  double reach_mm_ = 0;                  // what it says about the object's scale
+  std::size_t fresh_ = 0;                // the first mark that was new when the field before was the field
+  VoxelBox around_{};                    // the object
   Report report_;
 };
 

@@ -45,7 +45,11 @@ struct EvidenceSettings {
   double surface_layer = 2;       ///< half the layer's thickness, voxels; 0: the surface stays where the field says
   double surface_scale = 1.5;     ///< Gaussian in which looks are measured, voxels
   double surface_evenness = 1.3;  ///< Gaussian of the field where looks are not believed, voxels
-  double surface_lean = 1;  ///< log odds that the layer gains where every click said that the object was too small
+  double surface_lean = 1;    ///< log odds that the layer gains where every click said that the object was too small
+  double surface_memory = 1;  ///< log odds by which, after many marks, the layer gains a voxel inside of where the
+                              ///< surface was and new marks move it; 0: where it was says nothing
+  double surface_pull = 0.5;  ///< log odds that the layer gains for each voxel that new marks move the surface out
+  double surface_reach = 4;   ///< Gaussian with which they move what is beside them, voxels
 
   // ---- Solution
   double field_smoothing = 0.6;  ///< of the solved field, voxels

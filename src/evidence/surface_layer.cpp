@@ -8,7 +8,7 @@
 #include "evidence/box_image.h"
 #include "evidence/parallel/distance.h"
 #include "evidence/quantile.h"
-#include "evidence/surface_voxel.h"
+#include "evidence/update_view.h"
 #include "image/voxel_rows.h"
 
 namespace simplexseg {
@@ -150,8 +150,9 @@ std::vector<float> evened(const Layer& layer, const std::vector<float>& field, d
 }  // namespace
 
 void settle_surface(std::span<float> probability, const FieldObject& object, std::span<const Known> known,
-                    std::span<const float> image, const VoxelBox& box, const std::array<double, 3>& spacing_mm,
-                    double lean, const EvidenceSettings& settings, const RunJobs& run) {
+                    std::span<const float> image, std::span<const std::uint8_t> before, const VoxelBox& box,
+                    const std::array<double, 3>& spacing_mm, const SurfaceSaid& said, const EvidenceSettings& settings,
+                    const RunJobs& run) {
   if (settings.surface_layer <= 0 || object.around.voxel_count() == 0) return;
   const double scale = settings.surface_scale;
   const auto voxel_mm = static_cast<float>(*std::min_element(spacing_mm.begin(), spacing_mm.end()));
@@ -161,27 +162,36 @@ void settle_surface(std::span<float> probability, const FieldObject& object, std
   const std::vector<std::uint8_t> was = layer.cut(std::span<const std::uint8_t>(object.voxels));
   const std::vector<float> value = layer.cut(image);
   const std::vector<float> field = layer.cut(std::span<const float>(probability));
-  const std::vector<Known> said = layer.cut(known);
+  const std::vector<Known> marked = layer.cut(known);
   const std::vector<float> distance = distance_to_surface(was, layer, spacing_mm, voxel_mm, near_mm);
   const float noise = noise_in(was, value, layer.grid());
 
   const auto near = [&](int v) { return distance[v] < near_mm ? 1.0f : 0.0f; };
-  const auto can_change = [&](std::size_t v) { return said[v] == Known::Nothing && distance[v] < layer_mm; };
+  const auto can_change = [&](std::size_t v) { return marked[v] == Known::Nothing && distance[v] < layer_mm; };
   const Sums all = sums_around(layer, scale, value, near);
   std::vector<std::uint8_t> is = was;
   const std::vector<float> even = evened(layer, field, settings.surface_evenness);
+  HeldSurface held = held_surface(said, layer.part(), spacing_mm, settings);
+  std::vector<std::uint8_t> had;
+  std::vector<float> from_had;
+  if (!before.empty()) {
+    const std::vector<std::uint8_t> field_before = layer.cut(before);
+    had = layer.values([&](int v) { return std::uint8_t{field_before[v] > kMiddleBefore}; });
+    from_had = distance_to_surface(had, layer, spacing_mm, voxel_mm, near_mm);
+    held.moves = said.moves.data(), held.object = had.data(), held.distance = from_had.data();
+  }
   std::vector<float> trust, odds(is.size());
   for (int pass = 0; pass < kPasses; ++pass) {
     const Sums in = sums_around(layer, scale, value, [&](int v) { return is[v] ? near(v) : 0.0f; });
     const std::vector<float> look = look_of(layer, value, in, all, noise * noise);
     if (pass == 0) {
       trust = trust_around(layer, look, was, distance, layer_mm);
-      const float of_marks = trust_of_marks(look, said, distance, layer_mm);
+      const float of_marks = trust_of_marks(look, marked, distance, layer_mm);
       for (float& t : trust) t *= of_marks;
     }
     for_each_index(run, layer.grid().count(), [&, odds = odds.data(), is = is.data()](int v) {
       if (!can_change(v)) return;
-      odds[v] = surface::odds(field[v], even[v], look[v], trust[v], static_cast<float>(lean));
+      odds[v] = surface::odds(field[v], even[v], look[v], trust[v], static_cast<float>(said.lean) + held(v, trust[v]));
       is[v] = odds[v] > 0;
     });
   }

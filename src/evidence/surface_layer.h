@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <array>
+#include <cstdint>
 #include <span>
 
 #include "evidence/evidence_settings.h"
 #include "evidence/field_object.h"
 #include "evidence/marked_voxels.h"
 #include "evidence/run_jobs.h"
+#include "evidence/surface_voxel.h"
 #include "image/distance_map.h"
 
 namespace simplexseg {
@@ -18,12 +20,14 @@ namespace simplexseg {
 /// the layer around the voxel it and the field say the same of, and by how many of the object's marks in the layer it
 /// agrees with. Where they are not believed the surface is smooth. docs/adr/0024-the-surface-layer.md.
 ///
-/// `lean`: log odds that all of the layer gains: what the marks say of the whole surface
-/// (docs/adr/0026-which-way-clicks-go.md). `probability`: the field of the box, changed where nothing is known and
+/// `said`: what marks say of the surface (docs/adr/0026-which-way-clicks-go.md,
+/// docs/adr/0033-where-the-surface-was.md). `before`: the field before the new ones, 1..255 for 0..1, 0: not known; or
+/// empty, and only the lean of `said` is heard. `probability`: the field of the box, changed where nothing is known and
 /// within `surface_layer` of the surface; `image`: BoxImage::value, not smoothed; `object`: object_of_field() of this
 /// field.
 void settle_surface(std::span<float> probability, const FieldObject& object, std::span<const Known> known,
-                    std::span<const float> image, const VoxelBox& box, const std::array<double, 3>& spacing_mm,
-                    double lean, const EvidenceSettings& settings, const RunJobs& run);
+                    std::span<const float> image, std::span<const std::uint8_t> before, const VoxelBox& box,
+                    const std::array<double, 3>& spacing_mm, const SurfaceSaid& said, const EvidenceSettings& settings,
+                    const RunJobs& run);
 
 }  // namespace simplexseg

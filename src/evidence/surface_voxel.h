@@ -1,9 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 // What settle_surface() works out for one voxel, in both of its versions (surface_layer.h, parallel/surface.h).
 #pragma once
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 #include "core/vec3.h"
+#include "evidence/evidence_settings.h"
+#include "image/distance_map.h"
+
+namespace simplexseg {
+
+/// What a new mark says of where the surface was in the field before.
+struct SurfaceMove {
+  float at_mm[3];    ///< the mark, along the box's axes from its first voxel
+  float out_voxels;  ///< the surface is so much further out there
+  float deep_mm;     ///< above 0: the mark lies so deep in what was wrong, a leak, say: nothing holds around it
+};
+
+/// What marks say of a field's surface, beside what they say of voxels.
+struct SurfaceSaid {
+  double lean = 0;                 ///< log odds that all of the layer gains (docs/adr/0026-which-way-clicks-go.md)
+  double hold = 0;                 ///< log odds of a voxel inward of where the surface of the field before is to be
+  std::vector<SurfaceMove> moves;  ///< from there, by the marks made since
+};
+
+}  // namespace simplexseg
 
 namespace simplexseg::surface {
 
@@ -20,6 +44,9 @@ inline constexpr float kLeastAgreement = 0.75f, kFullAgreement = 0.9f;
 inline constexpr float kLeastMarkAgreement = 0.7f, kFullMarkAgreement = 0.85f, kUnmarkedVoxels = 30;
 inline constexpr float kLeastWeight = 1e-3f;       // of a neighbourhood's voxels together
 inline constexpr float kLeastProbability = 0.02f;  // of what the field says
+inline constexpr float kMostHeld = 2;              // voxels from where the surface was
+inline constexpr float kMostMoved = 4;             // voxels, by all new marks together
+inline constexpr float kDepthsForgotten = 3;       // Gaussian around a mark that lies deep in what was wrong
 inline constexpr int kMostNoiseSamples = 100000;
 inline constexpr float kLeastNoise = 1e-3f;
 
@@ -51,13 +78,67 @@ SIMPLEXSEG_HD float trust(float in_layer, float in_agreed, float out_layer, floa
   return weight_of(share, kLeastAgreement, kFullAgreement);
 }
 
-/// Log odds of a voxel of the layer, by the field, the even field, what it looks like, and the lean of all.
-SIMPLEXSEG_HD float odds(float field, float even, float look, float trust, float lean) {
+/// Log odds of a voxel of the layer, by the field, the even field, what it looks like, and what marks say of the
+/// surface: its lean, and HeldSurface.
+SIMPLEXSEG_HD float odds(float field, float even, float look, float trust, float said) {
   const float said_here = even + trust * (field - even);
   const float p = within(said_here, kLeastProbability, 1 - kLeastProbability);
-  return std::log(p / (1 - p)) + kWeightOfLook * trust * look + lean;
+  return std::log(p / (1 - p)) + kWeightOfLook * trust * look + said;
 }
 
 SIMPLEXSEG_HD float probability_of(float odds) { return 1 / (1 + std::exp(-odds)); }
+
+/// Log odds that a voxel has from where the surface of the field before was and from how new marks move it: each of
+/// them by what it found to be wrong, and what is beside it by a Gaussian of the distance, as kriging would.
+struct HeldSurface {
+  int first[3], size[3];  ///< of the part of the box
+  float mm[3];            ///< spacing
+  const SurfaceMove* moves;
+  int count;            ///< of them
+  float per_square_mm;  ///< 1 / 2 Gaussian^2
+  float voxel_mm, hold, pull;
+  const std::uint8_t* object;  ///< of the field before, in the part; null: there is none, and all is 0
+  const float* distance;       ///< mm, to its surface
+
+  /// `trust`: how far looks are believed there; they then say where the surface is, not where it was.
+  SIMPLEXSEG_HD float operator()(int v, float trust) const {
+    if (object == nullptr) return 0;
+    const int at[3]{v % size[0], v / size[0] % size[1], v / (size[0] * size[1])};
+    float out = 0, held = hold * (1 - trust);
+    for (int m = 0; m < count; ++m) {
+      const SurfaceMove& move = moves[m];
+      float square = 0;
+      for (int a = 0; a < 3; ++a) {
+        const float way = static_cast<float>(at[a] + first[a]) * mm[a] - move.at_mm[a];
+        square += way * way;
+      }
+      if (move.deep_mm > 0) {
+        const float scale = kDepthsForgotten * move.deep_mm;
+        held *= 1 - std::exp(-square / (2 * scale * scale));
+      } else {
+        out += move.out_voxels * std::exp(-square * per_square_mm);
+      }
+    }
+    out = within(out, -kMostMoved, kMostMoved);
+    const float inward = (object[v] ? distance[v] : -distance[v]) / voxel_mm;
+    return held * within(inward + out, -kMostHeld, kMostHeld) + pull * out;
+  }
+};
+
+/// Of a part of the box: all but what is in the memory of the processor.
+inline HeldSurface held_surface(const SurfaceSaid& said, const VoxelBox& part, const std::array<double, 3>& spacing_mm,
+                                const EvidenceSettings& settings) {
+  HeldSurface held{};
+  for (int a = 0; a < 3; ++a) {
+    held.first[a] = part.first[a], held.size[a] = part.size[a];
+    held.mm[a] = static_cast<float>(spacing_mm[a]);
+  }
+  held.voxel_mm = std::min({held.mm[0], held.mm[1], held.mm[2]});
+  const auto reach_mm = static_cast<float>(settings.surface_reach) * held.voxel_mm;
+  held.per_square_mm = 1 / (2 * reach_mm * reach_mm);
+  held.count = static_cast<int>(said.moves.size());
+  held.hold = static_cast<float>(said.hold), held.pull = static_cast<float>(settings.surface_pull);
+  return held;
+}
 
 }  // namespace simplexseg::surface

@@ -77,6 +77,10 @@ TEST(EvidenceField, TheSurfaceLeansTheWayThatClicksGo) {
   const auto larger = leaning({inside({12, 0, 0}, 1), inside({10, 7, 0}, 1)});
   EXPECT_GT(larger, 15);
   EXPECT_GT(larger, leaning({inside({12, 0, 0}, 1)}));
+  // A dot is in the middle of what was wrong, a boundary mark at its end.
+  const auto boundary = [](double x) { return Mark{MarkKind::Boundary, {x, 0, 0}, 1, {1, 0, 0}}; };
+  EXPECT_GT(leaning({boundary(14)}), 0);
+  EXPECT_EQ(leaning({boundary(18)}), 0);
   const auto smaller = leaning({outside({10, 0, 0}, 1), outside({8, 6, 0}, 1)});
   EXPECT_LT(smaller, -15);
 }

@@ -164,6 +164,8 @@ TEST_P(ParallelField, PartsThatAreLeftOutAreLeftOut) {
                               LeftOut{"best cut", [](EvidenceSettings& s) { s.best_cut = false; }},
                               LeftOut{"surface", [](EvidenceSettings& s) { s.surface_layer = 0; }},
                               LeftOut{"lean", [](EvidenceSettings& s) { s.surface_lean = 0; }},
+                              LeftOut{"surface memory", [](EvidenceSettings& s) { s.surface_memory = 0; }},
+                              LeftOut{"surface pull", [](EvidenceSettings& s) { s.surface_pull = 0; }},
                               LeftOut{"sharpness", [](EvidenceSettings& s) { s.sharpness = 0; }},
                               LeftOut{"prior", [](EvidenceSettings& s) { s.prior_pull = 0; }},
                               LeftOut{"smoothing", [](EvidenceSettings& s) { s.field_smoothing = 0; }},

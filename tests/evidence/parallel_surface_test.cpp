@@ -6,6 +6,7 @@
 #include <random>
 
 #include "evidence/box_image.h"
+#include "evidence/field_voxel.h"
 #include "evidence/parallel/before.h"
 #include "evidence/parallel/object.h"
 #include "evidence/parallel/surface.h"
@@ -146,10 +147,22 @@ TEST(ParallelSurface, SettlesAsTheCpus) {
       const EvidenceSettings settings;
       const FieldObject object = object_of_field(field, known, box, run_in_turn());
       ASSERT_GT(object.around.voxel_count(), 1000u);
+      // A field before whose surface was elsewhere, too, and two marks made since: one at it and one deep.
+      std::vector<std::uint8_t> before;
+      SurfaceSaid said{lean, 0, {}};
+      if (lean != 0) {
+        for (int v = 0; v < grid.count(); ++v) before.push_back(as_before(field[v > 1 ? v - 2 : v]));
+        said.hold = 0.7;
+        for (const float x : {10.0f, -11.0f})
+          said.moves.push_back({{static_cast<float>(21 * spacing[0]) + x, static_cast<float>(21 * spacing[1]),
+                                 static_cast<float>(0.5 * box.size[2] * spacing[2])},
+                                x > 0 ? 1.5f : 0.0f,
+                                x > 0 ? 0.0f : 3.0f});
+      }
       std::vector<float> cpu = field, parallel = field;
-      settle_surface(cpu, object, known, image, box, spacing, lean, settings, run_in_turn());
-      settle_surface(executor, parallel.data(), object.voxels.data(), object.around, known.data(), image.data(), box,
-                     spacing, lean, settings);
+      settle_surface(cpu, object, known, image, before, box, spacing, said, settings, run_in_turn());
+      settle_surface(executor, parallel.data(), object.voxels.data(), object.around, known.data(), image.data(),
+                     before.empty() ? nullptr : before.data(), box, spacing, said, settings);
       int other_side = 0;
       for (int v = 0; v < grid.count(); ++v) {
         EXPECT_NEAR(parallel[v], cpu[v], 0.02) << v;

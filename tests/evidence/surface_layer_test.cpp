@@ -40,7 +40,12 @@ struct Ball {
   }
   FieldObject object() const { return object_of_field(field, known, kBox, run_in_turn()); }
   FieldObject settled(const EvidenceSettings& settings = {}, double lean = 0) {
-    settle_surface(field, object(), known, image, kBox, kSpacing, lean, settings, run_in_turn());
+    return settled_by({lean, 0, {}}, settings);
+  }
+  /// `before`: the field before, or empty.
+  FieldObject settled_by(const SurfaceSaid& said, const EvidenceSettings& settings = {},
+                         const std::vector<std::uint8_t>& before = {}) {
+    settle_surface(field, object(), known, image, before, kBox, kSpacing, said, settings, run_in_turn());
     return object();
   }
 };
@@ -136,6 +141,49 @@ TEST(SurfaceLayer, TheWholeSurfaceLeansTheWayItIsTold) {
   }
 }
 
+/// The field before had a ball that is a voxel and a half larger.
+std::vector<std::uint8_t> larger_before() {
+  std::vector<std::uint8_t> before(kBox.voxel_count());
+  for (std::size_t v = 0; v < before.size(); ++v) before[v] = from_centre(v) < kFieldsRadius + 1.5 ? 255 : 1;
+  return before;
+}
+double radius_of(const FieldObject& object) {
+  return std::cbrt(static_cast<double>(voxels_of(object)) * 3 / (4 * M_PI));
+}
+
+/// Where the surface was holds it, by log odds of a field whose log odds change by 1 in 3 voxels; not around a mark
+/// that lies deep in what was wrong; and nothing holds without a field before.
+TEST(SurfaceLayer, WhereTheSurfaceWasHoldsIt) {
+  Ball held(0), free(0), forgotten(0);
+  const double radius = radius_of(free.settled_by({0, 0.6, {}}));
+  EXPECT_NEAR(radius, kFieldsRadius, 0.2);
+  EXPECT_GT(radius_of(held.settled_by({0, 0.6, {}}, {}, larger_before())), radius + 0.5);
+  const SurfaceMove deep{{19.5f, 19.5f, 19.5f}, 0, 20};
+  EXPECT_NEAR(radius_of(forgotten.settled_by({0, 0.6, {deep}}, {}, larger_before())), radius, 0.2);
+}
+
+/// A mark by which the surface is further out, or in, moves what is beside it, and not the other side of the ball.
+TEST(SurfaceLayer, ANewMarkMovesTheSurfaceBesideIt) {
+  const auto gained = [](float out_voxels) {
+    std::vector<std::uint8_t> same(kBox.voxel_count());
+    for (std::size_t v = 0; v < same.size(); ++v) same[v] = from_centre(v) < kFieldsRadius ? 255 : 1;
+    const SurfaceMove move{{19.5f + 11, 19.5f, 19.5f}, out_voxels, 0};
+    Ball plain(0), moved(0);
+    const FieldObject was = plain.settled_by({0, 0.6, {}}, {}, same), is = moved.settled_by({0, 0.6, {move}}, {}, same);
+    std::array<int, 2> count{};  // beside the mark, and on the other side
+    for (std::size_t v = 0; v < same.size(); ++v) {
+      const double x = static_cast<double>(v % 40) - 19.5;
+      if (std::fabs(x) > 2) count[x < 0 ? 1 : 0] += static_cast<int>(is.voxels[v]) - static_cast<int>(was.voxels[v]);
+    }
+    return count;
+  };
+  const std::array<int, 2> out = gained(2), in = gained(-2);
+  EXPECT_GT(out[0], 60);
+  EXPECT_LT(in[0], -60);
+  EXPECT_NEAR(out[1], 0, 5);
+  EXPECT_NEAR(in[1], 0, 5);
+}
+
 TEST(SurfaceLayer, WhatIsMarkedStays) {
   Ball ball(8);
   std::vector<std::size_t> marked;
@@ -206,7 +254,7 @@ TEST(SurfaceLayer, TheLayerIsAsThickInEveryDirection) {
     if (fine.known[middle_of(v)] == Known::Inside) seeded[v] = Known::Inside;
   }
   const std::vector<float> before = field;
-  settle_surface(field, object_of_field(field, seeded, box, run_in_turn()), seeded, image, box, spacing, 0, {},
+  settle_surface(field, object_of_field(field, seeded, box, run_in_turn()), seeded, image, {}, box, spacing, {}, {},
                  run_in_turn());
   for (const int k : {2, 7}) {  // the next slices above and below the object, more than two voxels' width from it
     EXPECT_EQ(field[box.offset(19, 19, k)], before[box.offset(19, 19, k)]) << k;

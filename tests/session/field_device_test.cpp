@@ -38,7 +38,7 @@ class Device final : public BoxField {
   }
   Solved solve(double tolerance, bool further) override { return field_->solve(tolerance, further); }
   double expected_dice() const override { return field_->expected_dice(); }
-  Solved settle(double lean) override { return field_->settle(lean); }
+  Solved settle(const SurfaceSaid& said) override { return field_->settle(said); }
   std::span<const float> probability() const override { return field_->probability(); }
   const FieldObject& object() const override { return field_->object(); }
   std::span<const Known> known() const override { return field_->known(); }

@@ -201,9 +201,9 @@ class ParallelBoxField final : public BoxField {
     return simplexseg::expected_dice(executor_, count(), probability_.data(), object_voxels_.data());
   }
 
-  Solved settle(double lean) override {
-    settle_surface(executor_, probability_.data(), object_voxels_.data(), around_, known_.data(), image_.data(), box_,
-                   spacing_mm_, lean, settings_);
+  Solved settle(const SurfaceSaid& said) override {
+    settle_surface(executor_, probability_.data(), object_voxels_.data(), around_, known_.data(), image_.data(),
+                   has_before_ ? before_.data() : nullptr, box_, spacing_mm_, said, settings_);
     const Solved found = find_object();
     put_work_away();
     return found;

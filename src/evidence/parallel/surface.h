@@ -17,11 +17,12 @@
 namespace simplexseg {
 
 /// settle_surface() of evidence/surface_layer.h on an executor: `object` and the smallest box around it as
-/// ParallelObject finds them, all pointers to its memory.
+/// ParallelObject finds them, `before` null where there is none, all pointers to its memory.
 template <class Executor>
 void settle_surface(const Executor& executor, float* probability, const std::uint8_t* object, const VoxelBox& around,
-                    const Known* known, const float* image, const VoxelBox& box,
-                    const std::array<double, 3>& spacing_mm, double lean, const EvidenceSettings& settings) {
+                    const Known* known, const float* image, const std::uint8_t* before, const VoxelBox& box,
+                    const std::array<double, 3>& spacing_mm, const SurfaceSaid& said,
+                    const EvidenceSettings& settings) {
   using namespace surface;
   if (settings.surface_layer <= 0 || around.voxel_count() == 0) return;
   const auto voxel_mm = static_cast<float>(*std::min_element(spacing_mm.begin(), spacing_mm.end()));
@@ -39,12 +40,12 @@ void settle_surface(const Executor& executor, float* probability, const std::uin
   }
   const int n = grid.count();
   const auto was = executor.template array<std::uint8_t>(n), is = executor.template array<std::uint8_t>(n);
-  const auto said = executor.template array<Known>(n);
+  const auto marked = executor.template array<Known>(n);
   const auto value = executor.template array<float>(n), field = executor.template array<float>(n),
              distance = executor.template array<float>(n), trust = executor.template array<float>(n),
              odds = executor.template array<float>(n);
-  executor.each(n,
-                CutPart{part, object, known, image, probability, was.data(), said.data(), value.data(), field.data()});
+  executor.each(
+      n, CutPart{part, object, known, image, probability, was.data(), marked.data(), value.data(), field.data()});
   executor.copy(was.data(), is.data(), n);
 
   const auto spare = executor.template array<float>(n);
@@ -67,6 +68,21 @@ void settle_surface(const Executor& executor, float* probability, const std::uin
   even.smooth_by_least_spacing(spacing_mm, settings.surface_evenness);
   executor.copy(static_cast<const float*>(even.data(0)), once.data(), n);
   even.smooth_by_least_spacing(spacing_mm, settings.surface_evenness);
+
+  HeldSurface held =
+      held_surface(said, {{part.first[0], part.first[1], part.first[2]}, grid.size}, spacing_mm, settings);
+  typename Executor::template Array<SurfaceMove> moves;
+  typename Executor::template Array<std::uint8_t> had;
+  typename Executor::template Array<float> from_had;
+  if (before != nullptr) {
+    if (!said.moves.empty()) moves = executor.copy_of(std::span<const SurfaceMove>(said.moves));
+    had = executor.template array<std::uint8_t>(n), from_had = executor.template array<float>(n);
+    executor.each(n, CutBefore{part, before, had.data()});
+    squared_distance_to_other_side(executor, had.data(), grid, spacing_mm, near_mm + voxel_mm, true, from_had.data(),
+                                   spare.data());
+    executor.each(n, DistanceToSurface{voxel_mm / 2, from_had.data()});
+    held.moves = moves.data(), held.object = had.data(), held.distance = from_had.data();
+  }
 
   SmoothedFields<Executor, 1> looks(executor, grid);
   const auto sums = executor.template array<double>(4);
@@ -91,23 +107,24 @@ void settle_surface(const Executor& executor, float* probability, const std::uin
       parts.smooth_by_least_spacing(spacing_mm, kAgreementScale);
       for (int which = 0; which < 4; ++which)
         executor.sum_into(n,
-                          MarksInLayer{seen, said.data(), distance.data(), layer_mm,
+                          MarksInLayer{seen, marked.data(), distance.data(), layer_mm,
                                        which < 2 ? Known::Inside : Known::Outside, which % 2 == 1},
                           sums.data() + which);
       executor.each(
           n, TrustOfVoxels{{parts.data(0), parts.data(1), parts.data(2), parts.data(3)}, sums.data(), trust.data()});
     }
-    executor.each(n, OddsOfVoxels{{said.data(), distance.data(), layer_mm},
+    executor.each(n, OddsOfVoxels{{marked.data(), distance.data(), layer_mm},
                                   field.data(),
                                   once.data(),
                                   even.data(0),
                                   seen,
                                   trust.data(),
-                                  static_cast<float>(lean),
+                                  static_cast<float>(said.lean),
+                                  held,
                                   odds.data(),
                                   is.data()});
   }
-  executor.each(n, WriteSettled{{said.data(), distance.data(), layer_mm}, part, odds.data(), probability});
+  executor.each(n, WriteSettled{{marked.data(), distance.data(), layer_mm}, part, odds.data(), probability});
 }
 
 /// EvidenceField::Report::expected_dice of a field and its object.

@@ -7,6 +7,7 @@
 #include "core/vec3.h"
 #include "evidence/marked_voxels.h"
 #include "evidence/surface_voxel.h"
+#include "evidence/update_view.h"
 
 namespace simplexseg::surface {
 
@@ -31,6 +32,14 @@ struct CutPart {
     const int u = part.in_box(v);
     was[v] = object[u], said[v] = known[u], value[v] = image[u], field[v] = probability[u];
   }
+};
+
+/// The object of the field before.
+struct CutBefore {
+  PartOfBox part;
+  const std::uint8_t* before;
+  std::uint8_t* had;
+  SIMPLEXSEG_HD void operator()(int v) const { had[v] = before[part.in_box(v)] > kMiddleBefore ? 1 : 0; }
 };
 
 struct DistanceToSurface {
@@ -136,11 +145,12 @@ struct OddsOfVoxels {
   CanChange can_change;
   const float *field, *once, *twice, *look, *trust;
   float lean;
+  HeldSurface held;
   float* to;
   std::uint8_t* is;
   SIMPLEXSEG_HD void operator()(int v) const {
     if (!can_change(v)) return;
-    to[v] = odds(field[v], 2 * once[v] - twice[v], look[v], trust[v], lean);
+    to[v] = odds(field[v], 2 * once[v] - twice[v], look[v], trust[v], lean + held(v, trust[v]));
     is[v] = to[v] > 0 ? 1 : 0;
   }
 };
