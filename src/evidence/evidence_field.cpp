@@ -91,6 +91,7 @@ SurfaceSaid EvidenceField::surface_said() const {
   for (const Correction& correction : corrections_) sum += correction.way, count += std::abs(correction.way);
   said.lean = settings_.surface_lean * sum / count;
   if (!voxels_->has_before() || !settings_.memory) return said;
+  if (settings_.surface_memory == 0 && settings_.surface_pull == 0) return said;
   const auto marks = static_cast<double>(marks_.size());
   said.hold = settings_.surface_memory * marks / (marks + unsaid_marks);
   const VolumeGeometry& geometry = volume_->geometry();

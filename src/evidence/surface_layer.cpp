@@ -174,7 +174,7 @@ void settle_surface(std::span<float> probability, const FieldObject& object, std
   HeldSurface held = held_surface(said, layer.part(), spacing_mm, settings);
   std::vector<std::uint8_t> had;
   std::vector<float> from_had;
-  if (!before.empty()) {
+  if (!before.empty() && said.hears_before()) {
     const std::vector<std::uint8_t> field_before = layer.cut(before);
     had = layer.values([&](int v) { return std::uint8_t{field_before[v] > kMiddleBefore}; });
     from_had = distance_to_surface(had, layer, spacing_mm, voxel_mm, near_mm);

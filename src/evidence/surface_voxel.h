@@ -25,6 +25,9 @@ struct SurfaceSaid {
   double lean = 0;                 ///< log odds that all of the layer gains (docs/adr/0026-which-way-clicks-go.md)
   double hold = 0;                 ///< log odds of a voxel inward of where the surface of the field before is to be
   std::vector<SurfaceMove> moves;  ///< from there, by the marks made since
+
+  /// Whether where the surface was says anything.
+  bool hears_before() const { return hold > 0 || !moves.empty(); }
 };
 
 }  // namespace simplexseg

@@ -74,7 +74,7 @@ void settle_surface(const Executor& executor, float* probability, const std::uin
   typename Executor::template Array<SurfaceMove> moves;
   typename Executor::template Array<std::uint8_t> had;
   typename Executor::template Array<float> from_had;
-  if (before != nullptr) {
+  if (before != nullptr && said.hears_before()) {
     if (!said.moves.empty()) moves = executor.copy_of(std::span<const SurfaceMove>(said.moves));
     had = executor.template array<std::uint8_t>(n), from_had = executor.template array<float>(n);
     executor.each(n, CutBefore{part, before, had.data()});

@@ -12,8 +12,7 @@
 namespace simplexseg {
 
 inline constexpr int kMostLevels = 12;
-inline constexpr int kTeamSweeps =
-    3;  ///< of the coarsest level before and after; more cost a launch's time and save no iteration
+inline constexpr int kTeamSweeps = 3;  ///< of the coarsest level before and after; more save no iteration
 
 struct LevelPointers {
   LevelView edges;
