@@ -37,8 +37,12 @@ class BoxField {
   virtual bool has_before() const = 0;
   /// Of the voxel of the box nearest to each place: whether the field before has it in the object.
   virtual std::vector<std::uint8_t> was_object(std::span<const Eigen::Vector3d> places_mm) const = 0;
-  /// From each place to the nearest voxel on the other side of the field before.
-  virtual std::vector<double> depths_before(std::span<const Eigen::Vector3d> places_mm) const = 0;
+  struct Before {
+    bool object;
+    double depth_mm;  ///< from the place to the nearest voxel on the other side
+  };
+  /// The same, and how deep each place lies there.
+  virtual std::vector<Before> before(std::span<const Eigen::Vector3d> places_mm) const = 0;
 
   /// What the marks, and the objects of others (or null), say of the voxels.
   virtual void hear(std::span<const Mark> marks, const Mask* others) = 0;
@@ -55,10 +59,12 @@ class BoxField {
   /// Solves the field and finds its object. `further`: to a smaller tolerance than the last time, nothing having
   /// changed since.
   virtual Solved solve(double tolerance, bool further) = 0;
-  /// EvidenceField::Report.
-  virtual double expected_dice() const = 0;
+  struct Settled {
+    Solved found;
+    double expected_dice = 0;  ///< EvidenceField::Report, of what there was before
+  };
   /// settle_surface(), and the object that is then.
-  virtual Solved settle(const SurfaceSaid& said) = 0;
+  virtual Settled settle(const SurfaceSaid& said) = 0;
 
   // What there is now. It stays where it is until the next change.
   virtual std::span<const float> probability() const = 0;

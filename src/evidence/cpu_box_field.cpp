@@ -54,18 +54,18 @@ class CpuBoxField final : public BoxField {
       was.push_back(before_[nearest_voxel(volume_.geometry(), box_, place)] > kMiddleBefore);
     return was;
   }
-  std::vector<double> depths_before(std::span<const Eigen::Vector3d> places_mm) const override {
+  std::vector<Before> before(std::span<const Eigen::Vector3d> places_mm) const override {
     const std::vector<std::uint8_t> was = was_object(places_mm);
-    std::vector<double> depths;
-    depths.reserve(places_mm.size());
+    std::vector<Before> all;
+    all.reserve(places_mm.size());
     for (std::size_t p = 0; p < places_mm.size(); ++p) {
       const std::vector<float> square = squared_distances(volume_.geometry(), box_, places_mm.subspan(p, 1), run_);
       float least = unreached_mm * unreached_mm;
       for (std::size_t v = 0; v < before_.size(); ++v)
         if ((before_[v] > kMiddleBefore) != (was[p] != 0)) least = std::min(least, square[v]);
-      depths.push_back(std::sqrt(least));
+      all.push_back({was[p] != 0, std::sqrt(least)});
     }
-    return depths;
+    return all;
   }
 
   void hear(std::span<const Mark> marks, const Mask* others) override {
@@ -101,21 +101,12 @@ class CpuBoxField final : public BoxField {
     return {solved.iterations, solved.error, object_.around, object_.border_share};
   }
 
-  double expected_dice() const override {
-    const int n = static_cast<int>(probability_.size());
-    const float* const p = probability_.data();
-    const std::uint8_t* const is = object_.voxels.data();
-    const double all = sum_over_indices(run_, n, [p](int v) { return p[v]; });
-    const double right = sum_over_indices(run_, n, [p, is](int v) { return is[v] ? p[v] : 0.0f; });
-    const double taken = sum_over_indices(run_, n, [is](int v) { return static_cast<float>(is[v]); });
-    return taken > 0 ? 2 * right / (taken + all) : 0;
-  }
-
-  Solved settle(const SurfaceSaid& said) override {
+  Settled settle(const SurfaceSaid& said) override {
+    const double expected = expected_dice();
     put_work_away();
     settle_surface(probability_, object_, known_, image_, before_, box_, spacing_mm_, said, settings_, run_);
     object_ = object_of_field(probability_, known_, box_, run_);
-    return {0, 0, object_.around, object_.border_share};
+    return {{0, 0, object_.around, object_.border_share}, expected};
   }
 
   std::span<const float> probability() const override { return probability_; }
@@ -135,6 +126,15 @@ class CpuBoxField final : public BoxField {
 
  private:
   BoxGrid grid() const { return {box_.size}; }
+  double expected_dice() const {
+    const int n = static_cast<int>(probability_.size());
+    const float* const p = probability_.data();
+    const std::uint8_t* const is = object_.voxels.data();
+    const double all = sum_over_indices(run_, n, [p](int v) { return p[v]; });
+    const double right = sum_over_indices(run_, n, [p, is](int v) { return is[v] ? p[v] : 0.0f; });
+    const double taken = sum_over_indices(run_, n, [is](int v) { return static_cast<float>(is[v]); });
+    return taken > 0 ? 2 * right / (taken + all) : 0;
+  }
   /// A value for each voxel of `old`, or none, becomes one of `box`, which holds it.
   template <class T>
   static void move_into(const VoxelBox& box, const VoxelBox& old, std::vector<T>& values) {

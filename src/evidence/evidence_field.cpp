@@ -66,18 +66,25 @@ void EvidenceField::remember(std::span<const Mark> marks) {
   std::vector<Correction> corrections;
   for (const Mark& mark : marks) {
     const auto old = std::find(marks_.begin(), marks_.end(), mark);
-    corrections.push_back(old == marks_.end() ? correction_of(mark) : corrections_[old - marks_.begin()]);
+    corrections.push_back(old == marks_.end() ? Correction{} : corrections_[old - marks_.begin()]);
   }
   corrections_ = std::move(corrections);
   marks_.assign(marks.begin(), marks.end());
 }
 
-EvidenceField::Correction EvidenceField::correction_of(const Mark& mark) const {
-  if (!voxels_->has_before()) return {};
-  const std::span<const Eigen::Vector3d> place(&mark.position_mm, 1);
-  const bool was = voxels_->was_object(place).front() != 0;
+void EvidenceField::look_back() {
+  before_.clear();
+  if (!voxels_->has_before()) return;
+  std::vector<Eigen::Vector3d> places;
+  for (std::size_t m = fresh_; m < marks_.size(); ++m) places.push_back(marks_[m].position_mm);
+  before_ = voxels_->before(places);
+  for (std::size_t m = fresh_; m < marks_.size(); ++m) corrections_[m] = correction_of(marks_[m], before_[m - fresh_]);
+}
+
+EvidenceField::Correction EvidenceField::correction_of(const Mark& mark, const BoxField::Before& before) const {
+  const bool was = before.object;
   if (mark.kind == (was ? MarkKind::Inside : MarkKind::Outside)) return {};
-  const double voxel = volume_->geometry().spacing_mm.minCoeff(), depth = voxels_->depths_before(place).front();
+  const double voxel = volume_->geometry().spacing_mm.minCoeff(), depth = before.depth_mm;
   const bool boundary = mark.kind == MarkKind::Boundary;
   // A dot is in the middle of what was wrong, a boundary mark at its end.
   if (depth > (boundary ? 2 : 1) * settings_.surface_layer * voxel) return {0, 0, depth};
@@ -139,25 +146,30 @@ std::optional<Eigen::Vector3d> EvidenceField::middle_of_wrong(const Mark& mark, 
 
 std::vector<NewDot> EvidenceField::new_dots() const {
   std::vector<NewDot> fresh;
-  if (!voxels_->has_before()) return fresh;
+  std::vector<std::size_t> elsewhere;  // those that are not where their mark is
   std::vector<Eigen::Vector3d> centres;
   const auto add = [&](const Eigen::Vector3d& centre_mm, double radius_mm, bool inside) {
-    fresh.push_back({centre_mm, radius_mm, inside, 0});
+    elsewhere.push_back(fresh.size());
     centres.push_back(centre_mm);
+    fresh.push_back({centre_mm, radius_mm, inside, 0});
   };
-  for (std::size_t m = fresh_; m < marks_.size(); ++m) {
+  for (std::size_t m = fresh_; m < fresh_ + before_.size(); ++m) {
     const Mark& mark = marks_[m];
+    if (mark.kind != MarkKind::Boundary) {
+      fresh.push_back({mark.position_mm, mark.radius_mm, mark.kind == MarkKind::Inside, before_[m - fresh_].depth_mm});
+      continue;
+    }
     const std::size_t had = fresh.size();
-    if (mark.kind == MarkKind::Boundary)
-      for (const bool inside : {true, false})
-        if (const auto middle = middle_of_wrong(mark, inside)) add(*middle, mark.radius_mm, inside);
+    for (const bool inside : {true, false})
+      if (const auto middle = middle_of_wrong(mark, inside)) add(*middle, mark.radius_mm, inside);
     if (fresh.size() > had) continue;
     const Eigen::Vector3d step = dot_step(mark);
-    if (mark.kind != MarkKind::Outside) add(mark.position_mm - step, mark.radius_mm, true);
-    if (mark.kind != MarkKind::Inside) add(mark.position_mm + step, mark.radius_mm, false);
+    add(mark.position_mm - step, mark.radius_mm, true);
+    add(mark.position_mm + step, mark.radius_mm, false);
   }
-  const std::vector<double> depths = voxels_->depths_before(centres);
-  for (std::size_t d = 0; d < fresh.size(); ++d) fresh[d].depth_mm = depths[d];
+  if (centres.empty()) return fresh;
+  const std::vector<BoxField::Before> before = voxels_->before(centres);
+  for (std::size_t e = 0; e < elsewhere.size(); ++e) fresh[elsewhere[e]].depth_mm = before[e].depth_mm;
   return fresh;
 }
 
@@ -175,30 +187,35 @@ void EvidenceField::update(std::span<const Mark> marks, const Mask* others) {
       box_around(voxels_->box(), box_around_marks(marks, geometry, settings_.margin_share, settings_.least_margin));
   report_ = {};
   remember(marks);
+  // Rough fields let the box grow; once it no longer does the field is solved to the end, which may show it more. One
+  // that held the object the last time mostly does.
+  const double rough = std::max(growing_tolerance, settings_.tolerance);
+  double tolerance = box == voxels_->box() ? settings_.tolerance : rough;
   const auto solve_in_box = [&] {
     voxels_->set_box(box, reach_mm_);
+    look_back();
     voxels_->hear(marks_, others);
     report_.beta = voxels_->learn(marks_, new_dots(), reach_mm_, largest_.radius_mm);
-    take(voxels_->solve(std::max(growing_tolerance, settings_.tolerance), false));
+    take(voxels_->solve(tolerance, false));
   };
-  // Rough fields let the box grow; once it no longer does the field is solved to the end, which may show it more.
   const auto grows = [&] {
     if (around_.voxel_count() == 0 || report_.growths == most_growths) return false;
     const VoxelBox grown = grow_around(box, around_, geometry);
     if (grown.first == box.first && grown.size == box.size) return false;
     box = grown;
+    tolerance = rough;
     ++report_.growths;
     return true;
   };
   do {
     do solve_in_box();
     while (grows());
-    if (settings_.tolerance < growing_tolerance) take(voxels_->solve(settings_.tolerance, true));
+    if (settings_.tolerance < tolerance) take(voxels_->solve(settings_.tolerance, true));
   } while (grows());
-  report_.expected_dice = voxels_->expected_dice();  // looks are surer than they are right
-  const BoxField::Solved settled = voxels_->settle(surface_said());
-  around_ = settled.around;
-  report_.leaks = settled.border_share >= leak_share;
+  const BoxField::Settled settled = voxels_->settle(surface_said());
+  report_.expected_dice = settled.expected_dice;  // of what there was before: looks are surer than they are right
+  around_ = settled.found.around;
+  report_.leaks = settled.found.border_share >= leak_share;
 }
 
 Mask EvidenceField::object() const { return mask_of(volume_->geometry(), box(), object_in_box().voxels); }

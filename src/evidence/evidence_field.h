@@ -78,7 +78,9 @@ class EvidenceField {
     double out_mm = 0;   ///< the surface is so much further out there; 0: more than the layer about it
     double deep_mm = 0;  ///< so deep in what was wrong, where that is more: a leak, say; no step of the surface
   };
-  Correction correction_of(const Mark& mark) const;
+  Correction correction_of(const Mark& mark, const BoxField::Before& before) const;
+  /// Where the marks that are new lie in the field before, and what they found to be wrong there.
+  void look_back();
   /// What the marks say of the whole surface, and the new ones of where it was.
   SurfaceSaid surface_said() const;
   void measure_reach(std::span<const Mark> marks);
@@ -91,12 +93,13 @@ class EvidenceField {
   std::unique_ptr<Volume> volume_;  // where it is, voxels_ knows
   EvidenceSettings settings_;
   std::unique_ptr<BoxField> voxels_;
-  std::vector<Mark> marks_;              // of the last update
-  std::vector<Correction> corrections_;  // of each of them, when it was new
-  Mark largest_;                         // of the inside marks
-  double reach_mm_ = 0;                  // what it says about the object's scale
-  std::size_t fresh_ = 0;                // the first mark that was new when the field before was the field
-  VoxelBox around_{};                    // the object
+  std::vector<Mark> marks_;               // of the last update
+  std::vector<Correction> corrections_;   // of each of them, when it was new
+  Mark largest_;                          // of the inside marks
+  double reach_mm_ = 0;                   // what it says about the object's scale
+  std::size_t fresh_ = 0;                 // the first mark that was new when the field before was the field
+  std::vector<BoxField::Before> before_;  // of the marks from there on; none where no field before is known
+  VoxelBox around_{};                     // the object
   Report report_;
 };
 

@@ -6,6 +6,7 @@
 
 #include "core/expect.h"
 #include "core/vec3.h"
+#include "evidence/find_value.h"
 #include "evidence/mark_features.h"
 #include "evidence/prior_network.h"
 #include "evidence/update_features.h"
@@ -18,13 +19,14 @@ constexpr std::size_t most_samples = 2000;  // of one kind: more teach the class
 
 using Samples = std::vector<MarkClassifier::Sample>;
 
-/// Keeps at most so many, evenly, with the weight of all.
-void thin(Samples& samples) {
-  if (samples.size() <= most_samples) return;
-  const float weight = static_cast<float>(samples.size()) / most_samples;
-  for (std::size_t s = 0; s < most_samples; ++s)
-    samples[s] = {samples[s * samples.size() / most_samples].voxel, weight};
-  samples.resize(most_samples);
+/// At most so many of these voxels, evenly, with the weight of all.
+Samples thinned(std::span<const int> voxels) {
+  const std::size_t count = std::min(voxels.size(), most_samples);
+  const bool all = count == voxels.size();
+  const float weight = all ? 1.0f : static_cast<float>(voxels.size()) / most_samples;
+  Samples samples(count);
+  for (std::size_t s = 0; s < count; ++s) samples[s] = {voxels[all ? s : s * voxels.size() / most_samples], weight};
+  return samples;
 }
 
 float total(const Samples& samples) {
@@ -86,13 +88,15 @@ std::vector<MarkedBall> marked_balls(std::span<const Mark> marks, const VolumeGe
 }
 
 LookSamples look_samples(std::span<const Known> known, const EvidenceSettings& settings) {
-  Samples inside, outside, border;
-  for (int v = 0; v < static_cast<int>(known.size()); ++v) {
-    if (known[v] == Known::Inside) inside.push_back({v, 1});
-    if (known[v] == Known::Outside) outside.push_back({v, 1});
-    if (known[v] == Known::FarBorder || known[v] == Known::VolumeEdge) border.push_back({v, 1});
+  const int n = static_cast<int>(known.size());
+  std::vector<int> in, out, side;
+  for (int v = find_other(known, Known::Nothing, 0, n); v < n; v = find_other(known, Known::Nothing, v + 1, n)) {
+    if (known[v] == Known::Inside) in.push_back(v);
+    if (known[v] == Known::Outside) out.push_back(v);
+    if (known[v] == Known::FarBorder || known[v] == Known::VolumeEdge) side.push_back(v);
   }
-  for (Samples* samples : {&inside, &outside, &border}) thin(*samples);
+  Samples inside = thinned(in), outside = thinned(out);
+  const Samples border = thinned(side);
   // A few dots beside thousands of voxels of the border would not be heard.
   const float dots = total(outside), far = total(border), share = static_cast<float>(settings.dots_share);
   if (dots > 0 && far > 0 && dots < share * (dots + far)) {

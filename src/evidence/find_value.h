@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <cstdint>
 #include <cstring>
 #include <ranges>
 
@@ -12,6 +13,18 @@ int find_value(const Bytes& values, std::ranges::range_value_t<Bytes> value, int
   const auto* const bytes = std::ranges::data(values);
   const void* const at = std::memchr(bytes + first, static_cast<int>(value), end - first);
   return at ? static_cast<int>(static_cast<decltype(bytes)>(at) - bytes) : end;
+}
+
+/// As find_value(), of the first that has another one.
+template <std::ranges::contiguous_range Bytes>
+int find_other(const Bytes& values, std::ranges::range_value_t<Bytes> value, int first, int end) {
+  static_assert(sizeof(value) == 1);
+  const auto* const bytes = std::ranges::data(values);
+  std::uint64_t alike, eight;
+  std::memset(&alike, static_cast<int>(value), sizeof alike);
+  while (first + 8 <= end && (std::memcpy(&eight, bytes + first, sizeof eight), eight == alike)) first += 8;
+  while (first < end && bytes[first] == value) ++first;
+  return first;
 }
 
 }  // namespace simplexseg

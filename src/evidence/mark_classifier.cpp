@@ -80,7 +80,7 @@ MarkClassifier::MarkClassifier(const FeatureLists& features, std::span<const Sam
 std::vector<float> term_weights(Eigen::MatrixXf gram, const Eigen::VectorXf& right,
                                 const MarkClassifier::Settings& settings) {
   gram.diagonal().array() += static_cast<float>(settings.ridge);
-  const Eigen::VectorXf w = gram.selfadjointView<Eigen::Lower>().ldlt().solve(right);
+  const Eigen::VectorXf w = gram.selfadjointView<Eigen::Lower>().llt().solve(right);
   std::vector<float> weights(settings.terms);
   for (int t = 0; t < settings.terms; ++t) weights[t] = w[t] * std::sqrt(2.0f / settings.terms);
   return weights;

@@ -104,8 +104,7 @@ float noise_in(const std::vector<std::uint8_t>& object, const std::vector<float>
   for (int v = 0; v + 1 < n; v += step)
     if (object[v] && object[v + 1] && (v + 1) % grid.row() != 0)
       differences.push_back(std::fabs(image[v + 1] - image[v]));
-  if (differences.empty()) return kLeastNoise;
-  return static_cast<float>(kDeviationsOfMedian / std::sqrt(2.0)) * quantile(differences, 0.5) + kLeastNoise;
+  return noise_of_median(differences.empty() ? 0 : quantile(differences, 0.5));
 }
 
 /// How far looks are believed, by the marks of the kind that they agree with less.

@@ -5,10 +5,12 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 #include "core/vec3.h"
 #include "evidence/evidence_settings.h"
+#include "evidence/quantile.h"
 #include "image/distance_map.h"
 
 namespace simplexseg {
@@ -52,6 +54,11 @@ inline constexpr float kMostMoved = 4;             // voxels, by all new marks t
 inline constexpr float kDepthsForgotten = 3;       // Gaussian around a mark that lies deep in what was wrong
 inline constexpr int kMostNoiseSamples = 100000;
 inline constexpr float kLeastNoise = 1e-3f;
+/// Standard deviation of the noise of which neighbours have this median difference.
+SIMPLEXSEG_HD float noise_of_median(float difference) {
+  constexpr auto deviations = static_cast<float>(kDeviationsOfMedian / std::numbers::sqrt2);
+  return deviations * difference + kLeastNoise;
+}
 
 /// x between two bounds.
 SIMPLEXSEG_HD float within(float x, float least, float most) { return smaller(larger(x, least), most); }

@@ -6,6 +6,7 @@
 #include <cuda_runtime.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstring>
 #include <map>
@@ -14,6 +15,7 @@
 #include <span>
 #include <utility>
 
+#include "core/expect.h"
 #include "evidence/parallel/executor.h"
 #include "gpu/cuda_memory.h"
 
@@ -100,32 +102,52 @@ __device__ Totals of_block(Totals x) {
   return x;
 }
 
+/// Bins of kernel(v) for v = first, first + stride, ... < n, each block's counted in its own memory first.
+template <int kCount, class Kernel>
+__device__ void count_bins(int n, const Kernel& kernel, int* count, int first, int stride) {
+  __shared__ int own[kBins];
+  for (int b = static_cast<int>(threadIdx.x); b < kBins; b += kCount) own[b] = 0;
+  __syncthreads();
+  for (int v = first; v < n; v += stride) {
+    const int bin = kernel(v);
+    if (bin >= 0 && bin < kBins) atomicAdd(&own[bin], 1);
+  }
+  __syncthreads();
+  for (int b = static_cast<int>(threadIdx.x); b < kBins; b += kCount)
+    if (own[b] != 0) atomicAdd(&count[b], own[b]);
+  __syncthreads();
+}
+
 /// The last block to end puts together what all blocks have, in their order.
 template <class Kernel>
 __global__ void __launch_bounds__(kThreads)
-    sum(const __grid_constant__ Kernel kernel, int n, double* of_blocks, unsigned* ended, double* to) {
+    sums(const __grid_constant__ Kernel kernel, int n, double* of_blocks, unsigned* ended, double* to) {
   wait_for_earlier_kernels();
-  Totals x;
+  constexpr int kCount = decltype(kernel(0))::kCount;
+  SumsOf<kCount> x{};
   const int stride = static_cast<int>(gridDim.x) * kThreads;
   for (int v = static_cast<int>(blockIdx.x) * kThreads + static_cast<int>(threadIdx.x); v < n; v += stride)
-    x.sum += kernel(v);
-  x = of_block<kThreads>(x);
+    add(kernel(v), x);
   __shared__ bool last;
+  for (int s = 0; s < kCount; ++s) {
+    const double sum = of_block<kThreads>({x.is[s], 0}).sum;
+    if (threadIdx.x == 0) of_blocks[blockIdx.x * kCount + s] = sum;
+  }
   if (threadIdx.x == 0) {
-    of_blocks[blockIdx.x] = x.sum;
     __threadfence();
     last = atomicAdd(ended, 1u) == gridDim.x - 1;
   }
   __syncthreads();
   if (!last) return;
   __threadfence();
-  x = {};
-  for (unsigned b = threadIdx.x; b < gridDim.x; b += kThreads)
-    x.sum += const_cast<const volatile double*>(of_blocks)[b];
-  x = of_block<kThreads>(x);
-  if (threadIdx.x != 0) return;
-  *to = x.sum;
-  *ended = 0;
+  for (int s = 0; s < kCount; ++s) {
+    double sum = 0;
+    for (unsigned b = threadIdx.x; b < gridDim.x; b += kThreads)
+      sum += const_cast<const volatile double*>(of_blocks)[b * kCount + s];
+    sum = of_block<kThreads>({sum, 0}).sum;
+    if (threadIdx.x == 0) to[s] = sum;
+  }
+  if (threadIdx.x == 0) *ended = 0;
 }
 
 /// All threads of a cooperative launch.
@@ -166,6 +188,11 @@ class GridAsAll {
     return all;
   }
   template <class Kernel>
+  __device__ void histogram(int n, const Kernel& kernel, int* count) const {
+    count_bins<kOfAll>(n, kernel, count, first(), stride());
+    cooperative_groups::this_grid().sync();
+  }
+  template <class Kernel>
   __device__ void some(const Kernel& kernel) const {
     if (blockIdx.x == 0) kernel(BlockAsTeam<kOfAll>{static_cast<int>(threadIdx.x), nullptr});
     cooperative_groups::this_grid().sync();
@@ -191,17 +218,8 @@ __global__ void __launch_bounds__(kOfAll, 1) by_all(const __grid_constant__ Kern
 template <class Kernel>
 __global__ void __launch_bounds__(kThreads) histogram(const __grid_constant__ Kernel kernel, int n, int* count) {
   wait_for_earlier_kernels();
-  __shared__ int own[kBins];
-  for (int b = static_cast<int>(threadIdx.x); b < kBins; b += kThreads) own[b] = 0;
-  __syncthreads();
-  const int stride = static_cast<int>(gridDim.x) * kThreads;
-  for (int v = static_cast<int>(blockIdx.x) * kThreads + static_cast<int>(threadIdx.x); v < n; v += stride) {
-    const int bin = kernel(v);
-    if (bin >= 0 && bin < kBins) atomicAdd(&own[bin], 1);
-  }
-  __syncthreads();
-  for (int b = static_cast<int>(threadIdx.x); b < kBins; b += kThreads)
-    if (own[b] != 0) atomicAdd(&count[b], own[b]);
+  const int first = static_cast<int>(blockIdx.x) * kThreads + static_cast<int>(threadIdx.x);
+  count_bins<kThreads>(n, kernel, count, first, static_cast<int>(gridDim.x) * kThreads);
 }
 
 }  // namespace field_kernels
@@ -243,12 +261,25 @@ class FieldMemory {
   cudaMemPool_t pool_ = nullptr;
 };
 
+class Event {
+ public:
+  Event() { check(cudaEventCreateWithFlags(&handle_, cudaEventDisableTiming), "creating an event"); }
+  ~Event() { cudaEventDestroy(handle_); }
+  Event(const Event&) = delete;
+  Event& operator=(const Event&) = delete;
+  cudaEvent_t handle() const { return handle_; }
+
+ private:
+  cudaEvent_t handle_ = nullptr;
+};
+
 /// Its arrays must not outlive it. Used by one thread at a time.
 class CudaFieldExecutor {
  public:
   CudaFieldExecutor() : stream_("simplexseg evidence field") {
     staging_.resize(kStaged);
-    of_blocks_ = Array<double>(*this, field_kernels::kMostBlocks, 0);
+    fetched_to_.resize(2 * kFetched);
+    of_blocks_ = Array<double>(*this, kMostSums * field_kernels::kMostBlocks, 0);
     ended_ = Array<unsigned>(*this, 1, 0);
     clear(ended_.data(), 1);
     int device = 0;
@@ -338,6 +369,28 @@ class CudaFieldExecutor {
     if (staged) std::memcpy(to.data(), target, bytes);
   }
   template <class T>
+  struct Fetched {
+    const unsigned char* at;  ///< pinned
+    cudaEvent_t there;
+  };
+  template <class T>
+  Fetched<T> fetch(const T* from, std::size_t count) const {
+    const std::size_t bytes = count * sizeof(T);
+    SIMPLEXSEG_EXPECT(bytes <= kFetched);
+    if (fetched_ + bytes > 2 * kFetched) fetched_ = 0;  // room for twice what may be on its way
+    unsigned char* const to = fetched_to_.data() + fetched_;
+    fetched_ += (bytes + 15) / 16 * 16;
+    cudaEvent_t there = events_[next_event_++ % events_.size()].handle();
+    check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToHost, stream_.handle()), "download");
+    check(cudaEventRecord(there, stream_.handle()), "download");
+    return {to, there};
+  }
+  template <class T>
+  void receive(const Fetched<T>& fetched, std::span<T> to) const {
+    check(cudaEventSynchronize(fetched.there), "waiting for the device");
+    std::memcpy(to.data(), fetched.at, to.size_bytes());
+  }
+  template <class T>
   void copy(const T* from, T* to, std::size_t count) const {
     if (count != 0)
       check(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyDeviceToDevice, stream_.handle()), "copying");
@@ -376,9 +429,10 @@ class CudaFieldExecutor {
     if (count > 0) start(count, field_kernels::kOfTeams, field_kernels::by_teams<Kernel>, kernel);
   }
   template <class Kernel>
-  void sum_into(int n, const Kernel& kernel, double* to) const {
+  void sums_into(int n, const Kernel& kernel, double* to) const {
     using namespace field_kernels;
-    start(blocks_of_sum(n), kThreads, sum<Kernel>, kernel, n, of_blocks_.data(), ended_.data(), to);
+    static_assert(decltype(kernel(0))::kCount <= kMostSums);
+    start(blocks_of_sum(n), kThreads, sums<Kernel>, kernel, n, of_blocks_.data(), ended_.data(), to);
   }
   template <class Kernel>
   void histogram(int n, const Kernel& kernel, int* count) const {
@@ -387,7 +441,7 @@ class CudaFieldExecutor {
   }
 
  private:
-  static constexpr std::size_t kStaged = 256 * 1024;
+  static constexpr std::size_t kStaged = 256 * 1024, kFetched = 128 * 1024;
 
   int blocks_of_sum(int n) const {
     using namespace field_kernels;
@@ -411,6 +465,10 @@ class CudaFieldExecutor {
   Stream stream_;
   mutable HostVisibleArray<unsigned char> staging_;
   mutable std::size_t staged_ = 0;  ///< bytes of it that the device may still read
+  mutable HostVisibleArray<unsigned char> fetched_to_;
+  mutable std::size_t fetched_ = 0;
+  std::array<Event, 8> events_;
+  mutable std::size_t next_event_ = 0;
   Array<double> of_blocks_;
   Array<unsigned> ended_;
   Array<Totals> totals_;

@@ -36,9 +36,9 @@ class Counting : public OneByOne {
     OneByOne::teams(count, kernel);
   }
   template <class Kernel>
-  void sum_into(int n, const Kernel& kernel, double* to) const {
+  void sums_into(int n, const Kernel& kernel, double* to) const {
     ++launches;
-    OneByOne::sum_into(n, kernel, to);
+    OneByOne::sums_into(n, kernel, to);
   }
   template <class Kernel>
   void histogram(int n, const Kernel& kernel, int* count) const {
@@ -54,6 +54,11 @@ class Counting : public OneByOne {
   void download(const T* from, std::span<T> to) const {
     ++waits;
     OneByOne::download(from, to);
+  }
+  template <class T>
+  void receive(const Fetched<T>& fetched, std::span<T> to) const {
+    ++waits;
+    OneByOne::receive(fetched, to);
   }
   template <class T>
   void copy(const T* from, T* to, std::size_t count) const {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <random>
 
 #include "evidence/box_image.h"
@@ -99,6 +100,13 @@ TEST(ParallelSmooth, IsTheCpus) {
   }
 }
 
+template <class Value>
+std::optional<float> quantile_on(int count, const Value& value, double share, int least_count = 1) {
+  const auto selected = select_quantile(executor, count, value, share, least_count);
+  const Selected found = value_at(executor, selected.data());
+  return found.found ? std::optional(found.value_or(0)) : std::nullopt;
+}
+
 TEST(ParallelSelect, IsTheValueOfThatRank) {
   std::mt19937 random(5);
   for (const int count : {1, 2, 3, 100, 5000}) {
@@ -108,22 +116,22 @@ TEST(ParallelSelect, IsTheValueOfThatRank) {
     for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0}) {
       std::vector<float> copy = values;
       const float expected = quantile(copy, share);
-      EXPECT_EQ(quantile_of(
-                    executor, count, [&](int v) { return values[v]; }, share)
+      EXPECT_EQ(quantile_on(
+                    count, [&](int v) { return values[v]; }, share)
                     .value(),
                 expected);
-      EXPECT_EQ(quantile_of(
-                    executor, 2 * count, [&](int v) { return v % 2 ? -1.0f : values[v / 2]; }, share)
+      EXPECT_EQ(quantile_on(
+                    2 * count, [&](int v) { return v % 2 ? -1.0f : values[v / 2]; }, share)
                     .value(),
                 expected);
     }
   }
-  EXPECT_FALSE(quantile_of(
-      executor, 10, [](int) { return -1.0f; }, 0.5));
-  EXPECT_FALSE(quantile_of(
-      executor, 10, [](int) { return 1.0f; }, 0.5, 11));
-  EXPECT_TRUE(quantile_of(
-      executor, 10, [](int) { return 1.0f; }, 0.5, 10));
+  EXPECT_FALSE(quantile_on(
+      10, [](int) { return -1.0f; }, 0.5));
+  EXPECT_FALSE(quantile_on(
+      10, [](int) { return 1.0f; }, 0.5, 11));
+  EXPECT_TRUE(quantile_on(
+      10, [](int) { return 1.0f; }, 0.5, 10));
 }
 
 /// A ball in noise and a field whose surface is off.
@@ -170,7 +178,8 @@ TEST(ParallelSurface, SettlesAsTheCpus) {
         moved += std::fabs(cpu[v] - field[v]) > 0.2;
       }
       EXPECT_LE(other_side, 2);
-      const double expected = expected_dice(executor, grid.count(), field.data(), object.voxels.data());
+      const double expected =
+          end_expected_dice(executor, begin_expected_dice(executor, grid.count(), field.data(), object.voxels.data()));
       double right = 0, all = 0, taken = 0;
       for (int v = 0; v < grid.count(); ++v)
         all += field[v], right += object.voxels[v] ? field[v] : 0, taken += object.voxels[v];
@@ -193,7 +202,7 @@ TEST(ParallelBefore, FindsTheNearestVoxelOfTheOtherSide) {
        {Eigen::Vector3d(15, 17, 9), Eigen::Vector3d(5, 6, 3), Eigen::Vector3d(9.6, 13, 6), Eigen::Vector3d(29, 30, 17)})
     places.push_back(geometry.world_from_index() * index);
   const std::vector<std::uint8_t> object = was_object(executor, geometry, box, before.data(), places);
-  const std::vector<double> depth_mm = depths_before(executor, geometry, box, before.data(), places);
+  const std::vector<BoxField::Before> at = before_at(executor, geometry, box, before.data(), places);
   int inside = 0;
   for (std::size_t p = 0; p < places.size(); ++p) {
     const bool in = before[nearest_voxel(geometry, box, places[p])] > kMiddleBefore;
@@ -202,7 +211,8 @@ TEST(ParallelBefore, FindsTheNearestVoxelOfTheOtherSide) {
     for (std::size_t v = 0; v < before.size(); ++v)
       if ((before[v] > kMiddleBefore) != in) least = std::min(least, square[v]);
     EXPECT_EQ(object[p] != 0, in) << p;
-    EXPECT_NEAR(depth_mm[p], std::sqrt(least), 1e-3) << p;
+    EXPECT_EQ(at[p].object, in) << p;
+    EXPECT_NEAR(at[p].depth_mm, std::sqrt(least), 1e-3) << p;
     inside += in;
   }
   EXPECT_EQ(inside, 2);

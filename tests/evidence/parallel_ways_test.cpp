@@ -24,7 +24,8 @@ TEST(ParallelWays, AreThoseOfTheCpuFollowedToTheEnd) {
   lower_geodesic_distance(by_edges, image.value, image.grid, spacing_mm, edges, 1000);
   const OneByOne executor;
   ParallelWays<OneByOne> ways(executor, image.grid, spacing_mm, image.value.data());
-  ways.begin({{to_by_changes.data(), changes}, {to_by_edges.data(), edges}});
+  const ParallelWays<OneByOne>::Way both[]{{to_by_changes.data(), changes}, {to_by_edges.data(), edges}};
+  ways.begin(both);
   ways.finish();
   for (std::size_t v = 0; v < start.size(); ++v) {
     ASSERT_NEAR(to_by_changes[v], by_changes[v], 1e-5f) << v;

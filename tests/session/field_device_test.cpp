@@ -26,8 +26,8 @@ class Device final : public BoxField {
   std::vector<std::uint8_t> was_object(std::span<const Eigen::Vector3d> places_mm) const override {
     return field_->was_object(places_mm);
   }
-  std::vector<double> depths_before(std::span<const Eigen::Vector3d> places_mm) const override {
-    return field_->depths_before(places_mm);
+  std::vector<Before> before(std::span<const Eigen::Vector3d> places_mm) const override {
+    return field_->before(places_mm);
   }
   void hear(std::span<const Mark> marks, const Mask* others) override {
     if (++state_.heard >= state_.fails_at) throw DeviceError("CUDA: a test", "it was unplugged", "plug it in");
@@ -37,8 +37,7 @@ class Device final : public BoxField {
     return field_->learn(marks, fresh, reach_mm, radius_mm);
   }
   Solved solve(double tolerance, bool further) override { return field_->solve(tolerance, further); }
-  double expected_dice() const override { return field_->expected_dice(); }
-  Solved settle(const SurfaceSaid& said) override { return field_->settle(said); }
+  Settled settle(const SurfaceSaid& said) override { return field_->settle(said); }
   std::span<const float> probability() const override { return field_->probability(); }
   const FieldObject& object() const override { return field_->object(); }
   std::span<const Known> known() const override { return field_->known(); }

@@ -32,8 +32,9 @@ struct NearestOther {
   const std::uint8_t* before;
   const Place* places;
   int count, size[3];
-  float mm[9];  ///< of an index, row by row
-  int* bits;    ///< of each place
+  float mm[9];   ///< of an index, row by row
+  int* bits;     ///< of each place
+  int* objects;  ///< of each place: whether it is the object's
 
   SIMPLEXSEG_HD void operator()(int v) const {
     const float i = static_cast<float>(v % size[0]), j = static_cast<float>(v / size[0] % size[1]),
@@ -43,6 +44,7 @@ struct NearestOther {
     const bool is = before[v] > kMiddleBefore;
     for (int p = 0; p < count; ++p) {
       const Place& place = places[p];
+      if (place.voxel == v) objects[p] = is ? 1 : 0;
       if ((before[place.voxel] > kMiddleBefore) == is) continue;
       const float dx = x - place.x, dy = y - place.y, dz = z - place.z, square = dx * dx + dy * dy + dz * dz;
       lower(&bits[p], static_cast<int>(bits_of(square)));  // ordered as the floats, which are not negative
@@ -64,10 +66,10 @@ std::vector<std::uint8_t> was_object(const Executor& executor, const VolumeGeome
   return was;
 }
 
-/// BoxField::depths_before() of the field before in an executor's memory. Waits once.
+/// BoxField::before() of the field before in an executor's memory. Waits once.
 template <class Executor>
-std::vector<double> depths_before(const Executor& executor, const VolumeGeometry& geometry, const VoxelBox& box,
-                                  const std::uint8_t* before, std::span<const Eigen::Vector3d> places_mm) {
+std::vector<BoxField::Before> before_at(const Executor& executor, const VolumeGeometry& geometry, const VoxelBox& box,
+                                        const std::uint8_t* before, std::span<const Eigen::Vector3d> places_mm) {
   if (places_mm.empty()) return {};
   const Eigen::Affine3d world = geometry.world_from_index();
   const Eigen::Vector3d first = world * Eigen::Vector3d(box.first[0], box.first[1], box.first[2]);
@@ -76,19 +78,20 @@ std::vector<double> depths_before(const Executor& executor, const VolumeGeometry
     const Eigen::Vector3f from = (mm - first).cast<float>();
     places.push_back({from.x(), from.y(), from.z(), static_cast<int>(nearest_voxel(geometry, box, mm))});
   }
-  std::vector<int> squares(places.size(), static_cast<int>(bits_of(kUnreachedSquare)));
+  const std::size_t count = places.size();
+  std::vector<int> found(2 * count, static_cast<int>(bits_of(kUnreachedSquare)));
   const auto on_executor = executor.copy_of(std::span<const NearestOther::Place>(places));
-  const auto bits = executor.copy_of(std::span<const int>(squares));
-  NearestOther nearest{
-      before, on_executor.data(), static_cast<int>(places.size()), {box.size[0], box.size[1], box.size[2]},
-      {},     bits.data()};
+  const auto bits = executor.copy_of(std::span<const int>(found));
+  NearestOther nearest{before, on_executor.data(), static_cast<int>(count), {box.size[0], box.size[1], box.size[2]},
+                       {},     bits.data(),        bits.data() + count};
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) nearest.mm[3 * r + c] = static_cast<float>(world.linear()(r, c));
   executor.each(static_cast<int>(box.voxel_count()), nearest);
-  executor.download(static_cast<const int*>(bits.data()), std::span<int>(squares));
-  std::vector<double> depths;
-  for (const int square : squares) depths.push_back(std::sqrt(float_of(static_cast<unsigned>(square))));
-  return depths;
+  executor.download(static_cast<const int*>(bits.data()), std::span<int>(found));
+  std::vector<BoxField::Before> all;
+  for (std::size_t p = 0; p < count; ++p)
+    all.push_back({found[count + p] != 0, std::sqrt(float_of(static_cast<unsigned>(found[p])))});
+  return all;
 }
 
 }  // namespace simplexseg

@@ -12,32 +12,16 @@
 #include "evidence/parallel/before.h"
 #include "evidence/parallel/executor.h"
 #include "evidence/parallel/field_values.h"
+#include "evidence/parallel/inner_difference.h"
 #include "evidence/parallel/known.h"
 #include "evidence/parallel/object.h"
 #include "evidence/parallel/prior.h"
-#include "evidence/parallel/select.h"
 #include "evidence/parallel/smooth.h"
 #include "evidence/parallel/surface.h"
 #include "evidence/parallel/walker.h"
 #include "image/voxel_rows.h"
 
 namespace simplexseg {
-
-/// Differences of neighbours within the inside marks (inner_difference()): three to a voxel, one along each axis; -1
-/// where there is none.
-struct InnerDifference {
-  const float* image;
-  const Known* known;
-  int count;
-  int stride[3];
-  bool heard[3];  ///< the axis
-
-  SIMPLEXSEG_HD float operator()(int item) const {
-    const int v = item / 3, a = item % 3, u = v + stride[a];
-    if (!heard[a] || u >= count || known[v] != Known::Inside || known[u] != Known::Inside) return -1;
-    return std::fabs(image[u] - image[v]);
-  }
-};
 
 /// What is held, and its value; `open`: not 0 where it is not held all the same.
 struct HoldKnown {
@@ -150,8 +134,8 @@ class ParallelBoxField final : public BoxField {
   std::vector<std::uint8_t> was_object(std::span<const Eigen::Vector3d> places_mm) const override {
     return simplexseg::was_object(executor_, volume_.geometry(), box_, before_.data(), places_mm);
   }
-  std::vector<double> depths_before(std::span<const Eigen::Vector3d> places_mm) const override {
-    return simplexseg::depths_before(executor_, volume_.geometry(), box_, before_.data(), places_mm);
+  std::vector<Before> before(std::span<const Eigen::Vector3d> places_mm) const override {
+    return before_at(executor_, volume_.geometry(), box_, before_.data(), places_mm);
   }
 
   void hear(std::span<const Mark> marks, const Mask* others) override {
@@ -169,9 +153,14 @@ class ParallelBoxField final : public BoxField {
 
   double learn(std::span<const Mark> marks, std::span<const NewDot> fresh, double reach_mm, double radius_mm) override {
     take_work_out();
-    beta_ = sharpness_of(inner_difference(), settings_);
+    const auto difference =
+        executor_.fetch(static_cast<const Selected*>(select_inner_difference(executor_, BoxGrid{box_.size}, spacing_mm_,
+                                                                             smoothed_.data(), known_.data())
+                                                         .data()),
+                        1);
     const std::uint8_t* const before = has_before_ ? before_.data() : nullptr;
     prior_.learn({marks, known_.data(), before, fresh, reach_mm, radius_mm});
+    beta_ = sharpness_of(received<Selected>(executor_, difference).value_or(0), settings_);
     prior_.interpolate(smoothed_.data(), edge_of(beta_), target_.data());
     return beta_;
   }
@@ -186,27 +175,25 @@ class ParallelBoxField final : public BoxField {
       executor_.each(count(), HoldKnown{known_.data(), held_.data(), walker_->field()});
       walker_->solve(target_.data(), held_.data(), tolerance, settings_.most_iterations);
     }
+    const auto report = walker_->fetch_report();
     executor_.each(count(), TakeSolution{{{box_.size[0], box_.size[1], box_.size[2]}, walker_->field()},
                                          known_.data(),
                                          smoothing_->data(0)});
     smoothing_->smooth_by_least_spacing(spacing_mm_, settings_.field_smoothing);
     executor_.each(count(), KeepSaid{known_.data(), smoothing_->data(0), probability_.data()});
     Solved found = find_object();
-    const typename ParallelWalker<Executor>::Report solved = walker_->report();  // found has waited for it
+    const typename ParallelWalker<Executor>::Report solved = walker_->report(report);
     found.iterations = solved.iterations, found.error = solved.error;
     return found;
   }
 
-  double expected_dice() const override {
-    return simplexseg::expected_dice(executor_, count(), probability_.data(), object_voxels_.data());
-  }
-
-  Solved settle(const SurfaceSaid& said) override {
+  Settled settle(const SurfaceSaid& said) override {
+    const auto expected = begin_expected_dice(executor_, count(), probability_.data(), object_voxels_.data());
     settle_surface(executor_, probability_.data(), object_voxels_.data(), around_, known_.data(), image_.data(),
                    has_before_ ? before_.data() : nullptr, box_, spacing_mm_, said, settings_);
     const Solved found = find_object();
     put_work_away();
-    return found;
+    return {found, end_expected_dice(executor_, expected)};
   }
 
   std::span<const float> probability() const override {
@@ -292,15 +279,6 @@ class ParallelBoxField final : public BoxField {
     host_probability_.clear();
     host_object_.voxels.clear();
     host_known_.clear();
-  }
-  float inner_difference() const {
-    const double least = *std::min_element(spacing_mm_.begin(), spacing_mm_.end());
-    InnerDifference difference{smoothed_.data(), known_.data(), count(), {}, {}};
-    for (int a = 0; a < 3; ++a) {
-      difference.stride[a] = BoxGrid{box_.size}.stride(a);
-      difference.heard[a] = spacing_mm_[a] < 2 * least && box_.size[a] > 1;
-    }
-    return quantile_of(executor_, 3 * count(), difference, kShareOfDifferences, kLeastDifferences).value_or(0.0f);
   }
   Solved find_object() {
     const auto found = object_finder_->find(probability_.data(), known_.data(), object_voxels_.data());

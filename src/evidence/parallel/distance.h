@@ -19,6 +19,7 @@ struct DistancePass {
   int stride, length;
   float step_mm, reach_mm;
   bool both_sides;  ///< else only of voxels that are not of the set, and 0 for those that are
+  float less_mm;    ///< not below 0: the distance less this is written, not its square
 
   SIMPLEXSEG_HD float through(int q, bool is) const {
     if ((set[q] != 0) != is) return 0;
@@ -38,23 +39,25 @@ struct DistancePass {
       if (d <= x) least = smaller(square + through(v - d * stride, is), least);
       if (d <= behind) least = smaller(square + through(v + d * stride, is), least);
     }
-    to[v] = least;
+    to[v] = less_mm >= 0 ? std::sqrt(least) - less_mm : least;
   }
 };
 
 /// The square of the distance, mm, from every voxel of a box to the nearest one on the other side: of `set` for those
 /// that are not, and with `both_sides` the other way round. Exact below reach_mm, kFarAway or any square beyond. Three
 /// launches; `spare`: room for as many. Source: Saito and Toriwaki 1994, New algorithms for Euclidean distance
-/// transformation of an n-dimensional digitized picture with applications.
+/// transformation of an n-dimensional digitized picture with applications. `less_mm`, not below 0: the distance less
+/// this, not its square.
 template <class Executor>
 void squared_distance_to_other_side(const Executor& executor, const std::uint8_t* set, const BoxGrid& grid,
                                     const std::array<double, 3>& spacing_mm, float reach_mm, bool both_sides, float* to,
-                                    float* spare) {
+                                    float* spare, float less_mm = -1) {
   const float* before = nullptr;
   for (int axis = 0; axis < 3; ++axis) {
     float* const into = axis == 1 ? spare : to;
     executor.each(grid.count(), DistancePass{set, before, into, grid.stride(axis), grid.size[axis],
-                                             static_cast<float>(spacing_mm[axis]), reach_mm, both_sides});
+                                             static_cast<float>(spacing_mm[axis]), reach_mm, both_sides,
+                                             axis == 2 ? less_mm : -1.0f});
     before = into;
   }
 }

@@ -5,6 +5,7 @@
 // ([=] SIMPLEXSEG_KERNEL), which read and write arrays by pointers. On a device that is CudaFieldExecutor
 // (gpu/cuda_field_executor.h); here is the one of the tests, which needs no device.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -41,6 +42,9 @@ struct TeamOfOne {
   }
 };
 
+/// Bins of histogram().
+inline constexpr int kBins = 2048;
+
 /// Of all values of a pass: what is added in double, in an order that is always the same, and the largest.
 struct Totals {
   double sum = 0;
@@ -50,6 +54,22 @@ struct Totals {
 struct OfTotals {
   float value, size;
 };
+
+/// Values that are added one by one, at most kMostSums.
+inline constexpr int kMostSums = 4;
+template <int kNumbers>
+struct Summands {
+  static constexpr int kCount = kNumbers;
+  float is[kCount];
+};
+template <int kCount>
+struct SumsOf {
+  double is[kCount];
+};
+template <int kCount>
+SIMPLEXSEG_HD void add(const Summands<kCount>& x, SumsOf<kCount>& sums) {
+  for (int s = 0; s < kCount; ++s) sums.is[s] += x.is[s];
+}
 
 /// A team of all threads that the executor has, for algorithms of many passes over what lies in its memory; here it is
 /// one. Each pass ends when all threads have ended it. What each thread knows beside that memory must be the same.
@@ -70,6 +90,14 @@ struct AllOfOne {
     }
     return all;
   }
+  /// As OneByOne::histogram().
+  template <class Kernel>
+  SIMPLEXSEG_HD void histogram(int n, const Kernel& kernel, int* count) const {
+    for (int v = 0; v < n; ++v) {
+      const int bin = kernel(v);
+      if (bin >= 0 && bin < kBins) ++count[bin];
+    }
+  }
   /// kernel(team), by a part of the threads, which is a team as above, while the others wait.
   template <class Kernel>
   SIMPLEXSEG_HD void some(const Kernel& kernel) const {
@@ -78,9 +106,6 @@ struct AllOfOne {
   /// True for one of the threads.
   SIMPLEXSEG_HD bool is_first() const { return true; }
 };
-
-/// Bins of histogram().
-inline constexpr int kBins = 2048;
 
 /// The executor that runs one index after another, on the thread of the caller.
 class OneByOne {
@@ -130,6 +155,20 @@ class OneByOne {
   void download(const T* from, std::span<T> to) const {
     if (!to.empty()) std::memcpy(to.data(), from, to.size_bytes());
   }
+  /// Values that are on their way to the host.
+  template <class T>
+  using Fetched = std::vector<T>;
+  /// Begins to download what is there once all that was begun before has ended; does not wait. Few may be on their way
+  /// at a time, together less than 128 KiB.
+  template <class T>
+  Fetched<T> fetch(const T* from, std::size_t count) const {
+    return {from, from + count};
+  }
+  /// Waits for them, and for nothing that was begun after them.
+  template <class T>
+  void receive(const Fetched<T>& fetched, std::span<T> to) const {
+    std::copy(fetched.begin(), fetched.end(), to.begin());
+  }
   template <class T>
   void copy(const T* from, T* to, std::size_t count) const {
     if (count != 0) std::memcpy(to, from, count * sizeof(T));
@@ -155,20 +194,18 @@ class OneByOne {
     std::vector<float> scratch(Kernel::kScratch);
     for (int t = 0; t < count; ++t) kernel(TeamOfOne{scratch.data()}, t);
   }
-  /// Writes the sum of the floats kernel(v) over all 0 <= v < n, added in double in an order that is always the same.
+  /// Writes the sums of the floats of kernel(v), Summands<kCount>, over all 0 <= v < n, added in double in an order
+  /// that is always the same.
   template <class Kernel>
-  void sum_into(int n, const Kernel& kernel, double* to) const {
-    double sum = 0;
-    for (int v = 0; v < n; ++v) sum += kernel(v);
-    *to = sum;
+  void sums_into(int n, const Kernel& kernel, double* to) const {
+    SumsOf<decltype(kernel(0))::kCount> sums{};
+    for (int v = 0; v < n; ++v) add(kernel(v), sums);
+    std::copy(std::begin(sums.is), std::end(sums.is), to);
   }
   /// Adds to count[b] how many of kernel(v), 0 <= v < n, are b; those that are not in 0 .. kBins - 1 are left out.
   template <class Kernel>
   void histogram(int n, const Kernel& kernel, int* count) const {
-    for (int v = 0; v < n; ++v) {
-      const int bin = kernel(v);
-      if (bin >= 0 && bin < kBins) ++count[bin];
-    }
+    AllOfOne{}.histogram(n, kernel, count);
   }
 };
 
@@ -186,6 +223,14 @@ class UploadedList {
  private:
   typename Executor::template Array<T> array_;
 };
+
+/// One that was fetched; waits for it.
+template <class T, class Executor>
+T received(const Executor& executor, const typename Executor::template Fetched<T>& fetched) {
+  T value;
+  executor.receive(fetched, std::span<T>(&value, 1));
+  return value;
+}
 
 /// The value at an address of the executor's memory; waits for it.
 template <class Executor, class T>

@@ -115,17 +115,25 @@ class ParallelLooks {
     executor.clear(sum_.data(), sum_.size());  // above the diagonal nothing is written
   }
 
-  /// Sums the equations of these samples, neither list empty, for solve(); `feature`: of the executor, list by list of
+  /// Sums the equations of these samples, neither list empty, for score(); `feature`: of the executor, list by list of
   /// so many voxels.
   void begin(const float* feature, int voxels, const LookSamples& samples) {
     std::vector<RowSample> all;
+    all.reserve(samples.inside.size() + samples.outside.size());
     for (const bool in : {true, false}) {
       const std::vector<MarkClassifier::Sample>& some = in ? samples.inside : samples.outside;
       double total = 0;
       for (const MarkClassifier::Sample& s : some) total += s.weight;
+      RowSample row{};
+      float weight = -1;  // of the sample before: long lists have few different ones
       for (const MarkClassifier::Sample& s : some) {
-        const float share = static_cast<float>(s.weight / total), root = std::sqrt(share);
-        all.push_back({s.voxel, std::sqrt(share * 2 / settings_.terms), in ? root : -root});
+        if (s.weight != weight) {
+          weight = s.weight;
+          const float share = static_cast<float>(weight / total), root = std::sqrt(share);
+          row.scale = std::sqrt(share * 2 / settings_.terms), row.right = in ? root : -root;
+        }
+        row.voxel = s.voxel;
+        all.push_back(row);
       }
     }
     const int count = static_cast<int>(all.size()), tiles = width_ / ProductsOfRows::kTile, size = width_ * width_,
@@ -142,14 +150,12 @@ class ParallelLooks {
     executor_.each(count * width_, RowsOfSamples{terms_, width_, uploaded, rows_.data()});
     executor_.each(parts * tiles * tiles, ProductsOfRows{width_, count, rows_.data(), parts_.data()});
     executor_.each(size, SumOfParts{width_, parts, parts_.data(), sum_.data()});
+    fetched_ = executor_.fetch(static_cast<const float*>(sum_.data()), size);
   }
-  /// Waits for the equations.
-  void receive() {
-    received_.resize(std::size_t(width_) * width_);
-    executor_.download(sum_.data(), std::span<float>(received_));
-  }
-  /// Solves them, and scores all voxels.
+  /// Waits for the equations, solves them, and scores all voxels.
   void score(const Known* known, float open_side, float* score, std::uint8_t* open) {
+    received_.resize(std::size_t(width_) * width_);
+    executor_.receive(fetched_, std::span<float>(received_));
     // What is below the diagonal row by row is what is above it column by column.
     const Eigen::Map<const Eigen::MatrixXf> sum(received_.data(), width_, width_);
     const int n = settings_.terms;
@@ -173,6 +179,7 @@ class ParallelLooks {
   TermsView terms_{};
   Floats frequency_, phase_, weight_, sum_, rows_, parts_;
   UploadedList<Executor, RowSample> samples_;
+  typename Executor::template Fetched<float> fetched_;
   std::vector<float> received_;
 };
 

@@ -38,7 +38,11 @@ class ParallelObject {
     const KeptVoxels object = keep_connected(
         executor_, grid, [=] SIMPLEXSEG_KERNEL(int v) { return field[v] > 0.5f; },
         [=] SIMPLEXSEG_KERNEL(int v) { return known[v] == Known::Inside; }, parent_.data(), keep_.data());
-    executor_.each(n, [=] SIMPLEXSEG_KERNEL(int v) { voxels[v] = object(v); });
+    executor_.each(n, [=] SIMPLEXSEG_KERNEL(int v) {
+      voxels[v] = object(v);
+      if (v != 0) return;
+      for (int q = 0; q < kNumbers; ++q) found[q] = q < kHigh ? kNone : q < kNearObject ? -1 : 0;
+    });
     const KeptVoxels open = keep_connected(
         executor_, grid, [=] SIMPLEXSEG_KERNEL(int v) { return voxels[v] == 0; },
         [=] SIMPLEXSEG_KERNEL(int v) {
@@ -47,23 +51,20 @@ class ParallelObject {
                  steps_to_side(k, nk) == 0;
         },
         parent_.data(), keep_.data());
-    executor_.each(n, [=] SIMPLEXSEG_KERNEL(int v) {
-      voxels[v] = !open(v);
-      if (v != 0) return;
-      for (int q = 0; q < kNumbers; ++q) found[q] = q < kHigh ? kNone : q < kNearObject ? -1 : 0;
-    });
     // Where a row of the object begins and ends, and what lies near the box's sides.
     executor_.each(n, [=] SIMPLEXSEG_KERNEL(int v) {
-      if (!voxels[v]) return;
+      const bool is = !open(v);
+      voxels[v] = is;
+      if (!is) return;
       const int i = v % ni, j = v / ni % nj, k = v / ni / nj;
-      if (i == 0 || !voxels[v - 1]) {
+      if (i == 0 || open(v - 1)) {
         lower(found + kLow, i);
         lower(found + kLow + 1, j);
         lower(found + kLow + 2, k);
         raise(found + kHigh + 1, j);
         raise(found + kHigh + 2, k);
       }
-      if (i + 1 == ni || !voxels[v + 1]) raise(found + kHigh, i);
+      if (i + 1 == ni || open(v + 1)) raise(found + kHigh, i);
       if (smaller(smaller(steps_to_side(i, ni), steps_to_side(j, nj)), steps_to_side(k, nk)) <= kNearSide)
         atomic_add(found + kNearObject, 1);
     });

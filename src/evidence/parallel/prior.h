@@ -12,8 +12,10 @@
 #include "evidence/coarse_image.h"
 #include "evidence/coarse_prior.h"
 #include "evidence/conductances.h"
+#include "evidence/find_value.h"
 #include "evidence/parallel/blocks.h"
 #include "evidence/parallel/distance.h"
+#include "evidence/parallel/inner_difference.h"
 #include "evidence/parallel/looks.h"
 #include "evidence/parallel/network.h"
 #include "evidence/parallel/prior_kernels.h"
@@ -71,30 +73,19 @@ class ParallelPrior {
     find_known(said);
     MarkView view = view_of(said);
     find_nearest(said, remembers, view);
-    LookSamples samples;
-    run_(3, [&](int job) {
-      if (job == 0) samples = look_samples(known_on_host_, settings_);
-      if (job == 1) inner_difference_ = inner_difference(grid(), coarse_.spacing_mm, coarse_.smoothed, known_on_host_);
-      if (job == 2) view.strangeness = strangeness_in_marks();
-    });
-    view.noise = noise_of(inner_difference_);
+    const LookSamples samples = look_samples(known_on_host_, settings_);
     const bool hears_looks = settings_.hear_looks && !samples.inside.empty() && !samples.outside.empty();
     if (hears_looks) looks_->begin(features_.data(), blocks(), samples);
-    const std::vector<int> shell = counts_of(BinOfShell{view});  // waits for the classifier's equations, too
-    if (hears_looks) looks_->receive();
-    const WayCost changes = cost_of_changes(settings_), edges = cost_of_edges(view.noise);
-    if (remembers)
-      inner_ways_->begin({{inside_, changes}, {edges_in_, edges}, {edges_to_fresh_, edges}});
-    else
-      inner_ways_->begin({{inside_, changes}, {edges_in_, edges}});
+    view.noise = noise_of(inner_difference_);
     if (remembers) measure_inward();
-    score_looks(hears_looks);  // the host solves equations while the executor measures ways
+    score_looks(hears_looks);
     executor_.each(blocks(), StartOutside{known_.data(), open_, outside_, edges_out_});
-    outer_ways_->begin({{outside_, changes}, {edges_out_, edges}});
+    begin_ways(remembers, view.noise);
     if (settings_.hear_walk) walk(sharpness_of(inner_difference_, settings_));
-    inner_ways_->finish();
-    outer_ways_->finish();
-    view.wall = median_of_shell(shell);
+    view.strangeness = strangeness_in_marks();  // while the executor works
+    const auto shell = fetch_counts(BinOfShell{view});
+    ways_->finish();
+    view.wall = median_of_shell(received_counts(shell));
     executor_.each(blocks(), AnswerOfMarks{view, marks_network_.view(), prior_});
     if (remembers)
       executor_.each(blocks(), AnswerOfUpdate{update_view(said), update_network_.view(), prior_});
@@ -124,8 +115,7 @@ class ParallelPrior {
     nearest_ = {};
     nearest_fresh_ = {};
     counts_ = {};
-    inner_ways_.reset();
-    outer_ways_.reset();
+    ways_.reset();
     walker_.reset();
     if (looks_) looks_->put_work_away();
   }
@@ -138,7 +128,7 @@ class ParallelPrior {
     bytes += coarse_.smoothed.size() * sizeof(float);
     for (const std::vector<float>& feature : coarse_.features) bytes += feature.size() * sizeof(float);
     if (looks_) bytes += looks_->bytes();
-    if (walker_) bytes += walker_->bytes() + inner_ways_->bytes() + outer_ways_->bytes();
+    if (walker_) bytes += walker_->bytes() + ways_->bytes();
     return bytes + walk_.bytes();
   }
 
@@ -174,8 +164,7 @@ class ParallelPrior {
     nearest_ = executor_.template array<std::uint16_t>(n);
     nearest_fresh_ = executor_.template array<std::uint16_t>(n);
     counts_ = executor_.template array<int>(kBins);
-    inner_ways_.emplace(executor_, grid(), coarse_.spacing_mm, image_.data());
-    outer_ways_.emplace(executor_, grid(), coarse_.spacing_mm, image_.data());
+    ways_.emplace(executor_, grid(), coarse_.spacing_mm, image_.data());
     walker_ = std::make_unique<ParallelWalker<Executor>>(grid(), coarse_.spacing_mm, executor_);
     executor_.copy(static_cast<const float*>(walk_.data()), walker_->field(), n);  // the last one is where it starts
   }
@@ -185,15 +174,21 @@ class ParallelPrior {
     const VoxelBlocks& b = coarse_.blocks;
     executor_.each(blocks(),
                    SaidOfBlock{b.fine, b.coarse, b.width, marks, said.known, said.before, known_.data(), before_});
+    const auto difference = executor_.fetch(
+        static_cast<const Selected*>(
+            select_inner_difference(executor_, grid(), coarse_.spacing_mm, image_.data(), known_.data()).data()),
+        1);
     known_on_host_.resize(blocks());
     executor_.download(known_.data(), std::span<Known>(known_on_host_));
+    inner_difference_ = received<Selected>(executor_, difference).value_or(0);
   }
   /// Features that the host needs, too.
   static constexpr bool hears_within_marks(std::size_t feature) { return feature == 1 || feature == 2; }
   Strangeness strangeness_in_marks() const {
     std::array<std::vector<float>, 3> values;
-    for (int v = 0; v < blocks(); ++v) {
-      if (known_on_host_[v] != Known::Inside) continue;
+    const int n = blocks();
+    const auto next_inside = [&](int from) { return find_value(known_on_host_, Known::Inside, from, n); };
+    for (int v = next_inside(0); v < n; v = next_inside(v + 1)) {
       values[0].push_back(coarse_.smoothed[v]);
       for (int s = 1; s < 3; ++s) values[s].push_back(coarse_.features[s][v]);
     }
@@ -290,12 +285,16 @@ class ParallelPrior {
     return found;
   }
 
+  using FetchedCounts = typename Executor::template Fetched<int>;
   template <class Bin>
-  std::vector<int> counts_of(const Bin& bin) {
-    std::vector<int> counts(kBins);
+  FetchedCounts fetch_counts(const Bin& bin) {
     executor_.clear(counts_.data(), kBins);
     executor_.histogram(blocks(), bin, counts_.data());
-    executor_.download(counts_.data(), std::span<int>(counts));
+    return executor_.fetch(static_cast<const int*>(counts_.data()), kBins);
+  }
+  std::vector<int> received_counts(const FetchedCounts& fetched) const {
+    std::vector<int> counts(kBins);
+    executor_.receive(fetched, std::span<int>(counts));
     return counts;
   }
   static float median_of_shell(const std::vector<int>& counts) {
@@ -309,6 +308,12 @@ class ParallelPrior {
     return at * (Strangeness::kMost / (kBins - 1));
   }
 
+  void begin_ways(bool remembers, float noise) {
+    const WayCost changes = cost_of_changes(settings_), edges = cost_of_edges(noise);
+    const std::array<typename ParallelWays<Executor>::Way, LowerWays::kMost> ways{
+        {{inside_, changes}, {edges_in_, edges}, {outside_, changes}, {edges_out_, edges}, {edges_to_fresh_, edges}}};
+    ways_->begin(std::span(ways).first(remembers ? 5 : 4));
+  }
   void measure_inward() {
     constexpr float everywhere_mm = 1e18f;
     executor_.each(blocks(), WasObject{before_, was_object_});
@@ -357,7 +362,7 @@ class ParallelPrior {
   }
 
   void move_to_best_cut() {
-    const std::vector<int> counts = counts_of(BinOfCut{known_.data(), prior_});
+    const std::vector<int> counts = received_counts(fetch_counts(BinOfCut{known_.data(), prior_}));
     executor_.each(blocks(), MoveToCut{raise_to_best_cut(std::span<const int, 256>(counts.data(), 256)), prior_});
   }
 
@@ -391,7 +396,7 @@ class ParallelPrior {
   typename Executor::template Array<int> counts_;
   std::optional<ParallelLooks<Executor>> looks_;
   std::unique_ptr<ParallelWalker<Executor>> walker_;
-  std::optional<ParallelWays<Executor>> inner_ways_, outer_ways_;
+  std::optional<ParallelWays<Executor>> ways_;
 };
 
 }  // namespace simplexseg

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <cstdint>
-#include <optional>
 
 #include "core/atomics.h"
 #include "evidence/parallel/executor.h"
@@ -13,13 +12,14 @@ struct Selected {
   long long rank;
   std::uint32_t bits;
   bool found;
+  SIMPLEXSEG_HD float value_or(float otherwise) const { return found ? float_of(bits) : otherwise; }
 };
 
 /// The bin that holds the value of the rank; of the first bins, the rank of `share`. By one team.
 struct SelectBin {
   static constexpr int kGroups = 64, kOfGroup = kBins / kGroups;
-  static constexpr int kScratch = kGroups;
   const int* count;  ///< of each bin
+  int* of_group;     ///< room for kGroups
   int shift;         ///< where the bin's bits lie
   bool first;
   double share;
@@ -27,8 +27,7 @@ struct SelectBin {
   Selected* selected;
 
   template <class Team>
-  SIMPLEXSEG_HD void operator()(const Team& team, int) const {
-    int* const of_group = reinterpret_cast<int*>(team.scratch);
+  SIMPLEXSEG_HD void operator()(const Team& team) const {
     for (int g = team.thread; g < kGroups; g += Team::threads) {
       int sum = 0;
       for (int b = 0; b < kOfGroup; ++b) sum += count[g * kOfGroup + b];
@@ -52,35 +51,57 @@ struct SelectBin {
   }
 };
 
-/// What quantile() (evidence/quantile.h) gives for all value(v) >= 0, 0 <= v < n; those below 0 are left out. Nothing
-/// with fewer than `least_count` of them. By histograms of the floats' bits, eleven at a time. Waits once.
-template <class Executor, class Value>
-std::optional<float> quantile_of(const Executor& executor, int n, const Value& value, double share,
-                                 int least_count = 1) {
-  constexpr int passes = 3, shifts[passes]{21, 10, 0};
-  const auto counts = executor.template array<int>(passes * kBins);
-  const auto selected = executor.template array<Selected>(1);
-  const Selected* const so_far = selected.data();
-  executor.clear(counts.data(), counts.size());
-  executor.clear(selected.data(), 1);
-  for (int pass = 0; pass < passes; ++pass) {
-    const int shift = shifts[pass], above = shift == 0 ? 10 : shift + 11;
-    int* const count = counts.data() + pass * kBins;
-    executor.histogram(
-        n,
-        [=] SIMPLEXSEG_KERNEL(int v) {
-          const float x = value(v);
-          if (!(x >= 0)) return -1;
-          const std::uint32_t bits = bits_of(x + 0.0f);  // no -0
-          if (above < 32 && bits >> above != so_far->bits >> above) return -1;
-          return static_cast<int>((above < 32 ? bits & ((1u << above) - 1) : bits) >> shift);
-        },
-        count);
-    executor.teams(1, SelectBin{count, shift, pass == 0, share, least_count, selected.data()});
+/// What quantile() (evidence/quantile.h) gives for all value(v) >= 0, 0 <= v < n; those below 0 are left out. Not found
+/// with fewer than `least_count` of them. By histograms of the floats' bits, eleven at a time; by all threads.
+template <class Value>
+struct SelectQuantile {
+  static constexpr int kPasses = 3, kRoom = kPasses * (kBins + SelectBin::kGroups);
+  int n;
+  Value value;
+  double share;
+  int least_count;
+  int* room;  ///< kRoom
+  Selected* selected;
+
+  template <class All>
+  SIMPLEXSEG_KERNEL void operator()(const All& all) const {
+    constexpr int shifts[kPasses]{21, 10, 0};
+    all.each(kPasses * kBins, Clear{room});
+    for (int pass = 0; pass < kPasses; ++pass) {
+      int *const count = room + pass * kBins, *const of_group = room + kPasses * kBins + pass * SelectBin::kGroups;
+      all.histogram(n, BinOfValue{value, shifts[pass], selected}, count);
+      all.some(SelectBin{count, of_group, shifts[pass], pass == 0, share, least_count, selected});
+    }
   }
-  const Selected found = value_at(executor, so_far);
-  if (!found.found) return std::nullopt;
-  return float_of(found.bits);
+
+ private:
+  struct Clear {
+    int* at;
+    SIMPLEXSEG_HD void operator()(int v) const { at[v] = 0; }
+  };
+  struct BinOfValue {
+    Value value;
+    int shift;
+    const Selected* so_far;  ///< asked from the second pass on
+    SIMPLEXSEG_KERNEL int operator()(int v) const {
+      const float x = value(v);
+      if (!(x >= 0)) return -1;
+      const std::uint32_t bits = bits_of(x + 0.0f);  // no -0
+      const int above = shift == 0 ? 10 : shift + 11;
+      if (above >= 32) return static_cast<int>(bits >> shift);
+      if (bits >> above != so_far->bits >> above) return -1;
+      return static_cast<int>((bits & ((1u << above) - 1)) >> shift);
+    }
+  };
+};
+/// Does not wait; what it returns, of one element, is in the executor's memory.
+template <class Executor, class Value>
+typename Executor::template Array<Selected> select_quantile(const Executor& executor, int n, const Value& value,
+                                                            double share, int least_count = 1) {
+  const auto room = executor.template array<int>(SelectQuantile<Value>::kRoom);
+  auto selected = executor.template array<Selected>(1);
+  executor.all(SelectQuantile<Value>{n, value, share, least_count, room.data(), selected.data()});
+  return selected;
 }
 
 }  // namespace simplexseg

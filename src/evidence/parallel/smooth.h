@@ -36,11 +36,14 @@ struct SmoothAlong {
 template <class Executor, int kFields>
 class SmoothedFields {
  public:
-  SmoothedFields(const Executor& executor, const BoxGrid& grid) : executor_(executor), grid_(grid) {
-    for (auto* arrays : {&fields_, &others_})
-      for (auto& array : *arrays) array = executor.template array<float>(grid.count());
+  SmoothedFields(const Executor& executor, const BoxGrid& grid)
+      : executor_(executor), grid_(grid), memory_(executor.template array<float>(2 * std::size_t(kFields) * room())) {
+    for (int f = 0; f < kFields; ++f) {
+      fields_[f] = memory_.data() + f * room();
+      others_[f] = memory_.data() + (kFields + f) * room();
+    }
   }
-  float* data(int field) { return fields_[field].data(); }
+  float* data(int field) { return fields_[field]; }
   /// smooth() of evidence/box_image.h, of all of them.
   void smooth(const std::array<double, 3>& sigma) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -54,7 +57,7 @@ class SmoothedFields {
       for (int t = 0; t <= along.reach; ++t)
         sum += (t == 0 ? 1 : 2) * (along.weight[t] = static_cast<float>(std::exp(-t * t / (2 * s * s))));
       for (int t = 0; t <= along.reach; ++t) along.weight[t] = static_cast<float>(along.weight[t] / sum);
-      for (int f = 0; f < kFields; ++f) along.from[f] = fields_[f].data(), along.to[f] = others_[f].data();
+      for (int f = 0; f < kFields; ++f) along.from[f] = fields_[f], along.to[f] = others_[f];
       executor_.each(grid_.count(), along);
       std::swap(fields_, others_);
     }
@@ -64,17 +67,16 @@ class SmoothedFields {
     const double mm = voxels * *std::min_element(spacing_mm.begin(), spacing_mm.end());
     smooth({mm / spacing_mm[0], mm / spacing_mm[1], mm / spacing_mm[2]});
   }
-  std::size_t bytes() const {
-    std::size_t bytes = 0;
-    for (const auto* arrays : {&fields_, &others_})
-      for (const auto& array : *arrays) bytes += array.bytes();
-    return bytes;
-  }
+  std::size_t bytes() const { return memory_.bytes(); }
 
  private:
+  /// Of a field: aligned as transactions of a device's memory are.
+  std::size_t room() const { return (std::size_t(grid_.count()) + 31) / 32 * 32; }
+
   const Executor& executor_;
   BoxGrid grid_;
-  std::array<typename Executor::template Array<float>, kFields> fields_, others_;
+  typename Executor::template Array<float> memory_;
+  std::array<float*, kFields> fields_, others_;
 };
 
 }  // namespace simplexseg

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <optional>
 #include <span>
 
 #include "evidence/evidence_settings.h"
@@ -39,103 +38,90 @@ void settle_surface(const Executor& executor, float* probability, const std::uin
     part.outer[a] = box.size[a];
   }
   const int n = grid.count();
-  const auto was = executor.template array<std::uint8_t>(n), is = executor.template array<std::uint8_t>(n);
+  constexpr int kFloats = 8, kBytes = 3;
+  const std::size_t room = (std::size_t(n) + 31) / 32 * 32;  // of a list: aligned as a device's transactions are
+  const auto floats = executor.template array<float>(kFloats * room);
+  const auto bytes = executor.template array<std::uint8_t>(kBytes * room);
   const auto marked = executor.template array<Known>(n);
-  const auto value = executor.template array<float>(n), field = executor.template array<float>(n),
-             distance = executor.template array<float>(n), trust = executor.template array<float>(n),
-             odds = executor.template array<float>(n);
-  executor.each(
-      n, CutPart{part, object, known, image, probability, was.data(), marked.data(), value.data(), field.data()});
-  executor.copy(was.data(), is.data(), n);
-
-  const auto spare = executor.template array<float>(n);
-  squared_distance_to_other_side(executor, was.data(), grid, spacing_mm, near_mm + voxel_mm, true, distance.data(),
-                                 spare.data());
-  executor.each(n, DistanceToSurface{voxel_mm / 2, distance.data()});
+  float *const value = floats.data(), *const field = value + room, *const distance = field + room,
+               *const trust = distance + room, *const odds = trust + room, *const spare = odds + room,
+               *const once = spare + room, *const from_had = once + room;
+  std::uint8_t *const was = bytes.data(), *const is = was + room, *const had = is + room;
+  SmoothedFields<Executor, 1> even(executor, grid);
+  executor.each(n,
+                CutPart{part, object, known, image, probability, was, is, marked.data(), value, field, even.data(0)});
+  const auto measure = [&](const std::uint8_t* side, float* to) {
+    squared_distance_to_other_side(executor, side, grid, spacing_mm, near_mm + voxel_mm, true, to, spare, voxel_mm / 2);
+  };
+  measure(was, distance);
   const int step = std::max(1, n / kMostNoiseSamples) | 1;
-  const std::optional<float> difference =
-      quantile_of(executor, (n + step - 1) / step, NoiseSample{was.data(), value.data(), n, step, grid.row()}, 0.5);
-  const float noise =
-      difference ? static_cast<float>(kDeviationsOfMedian / std::sqrt(2.0)) * *difference + kLeastNoise : kLeastNoise;
+  const auto difference =
+      select_quantile(executor, (n + step - 1) / step, NoiseSample{was, value, n, step, grid.row()}, 0.5);
 
   SmoothedFields<Executor, 3> all(executor, grid), in(executor, grid);
-  executor.each(
-      n, WeighedValues{value.data(), distance.data(), nullptr, near_mm, {all.data(0), all.data(1), all.data(2)}});
+  executor.each(n, WeighedValues{value, distance, nullptr, near_mm, {all.data(0), all.data(1), all.data(2)}});
   all.smooth_by_least_spacing(spacing_mm, settings.surface_scale);
-  SmoothedFields<Executor, 1> even(executor, grid);
-  const auto once = executor.template array<float>(n);
-  executor.copy(field.data(), even.data(0), n);
   even.smooth_by_least_spacing(spacing_mm, settings.surface_evenness);
-  executor.copy(static_cast<const float*>(even.data(0)), once.data(), n);
+  executor.copy(static_cast<const float*>(even.data(0)), once, n);
   even.smooth_by_least_spacing(spacing_mm, settings.surface_evenness);
 
   HeldSurface held =
       held_surface(said, {{part.first[0], part.first[1], part.first[2]}, grid.size}, spacing_mm, settings);
   typename Executor::template Array<SurfaceMove> moves;
-  typename Executor::template Array<std::uint8_t> had;
-  typename Executor::template Array<float> from_had;
   if (before != nullptr && said.hears_before()) {
     if (!said.moves.empty()) moves = executor.copy_of(std::span<const SurfaceMove>(said.moves));
-    had = executor.template array<std::uint8_t>(n), from_had = executor.template array<float>(n);
-    executor.each(n, CutBefore{part, before, had.data()});
-    squared_distance_to_other_side(executor, had.data(), grid, spacing_mm, near_mm + voxel_mm, true, from_had.data(),
-                                   spare.data());
-    executor.each(n, DistanceToSurface{voxel_mm / 2, from_had.data()});
-    held.moves = moves.data(), held.object = had.data(), held.distance = from_had.data();
+    executor.each(n, CutBefore{part, before, had});
+    measure(had, from_had);
+    held.moves = moves.data(), held.object = had, held.distance = from_had;
   }
 
   SmoothedFields<Executor, 1> looks(executor, grid);
   const auto sums = executor.template array<double>(4);
   for (int pass = 0; pass < kPasses; ++pass) {
-    executor.each(
-        n, WeighedValues{value.data(), distance.data(), is.data(), near_mm, {in.data(0), in.data(1), in.data(2)}});
+    executor.each(n, WeighedValues{value, distance, is, near_mm, {in.data(0), in.data(1), in.data(2)}});
     in.smooth_by_least_spacing(spacing_mm, settings.surface_scale);
-    executor.each(n, LooksOfVoxels{value.data(),
+    executor.each(n, LooksOfVoxels{value,
                                    {in.data(0), in.data(1), in.data(2)},
                                    {all.data(0), all.data(1), all.data(2)},
-                                   noise * noise,
+                                   difference.data(),
                                    looks.data(0)});
     looks.smooth_by_least_spacing(spacing_mm, kLookSmoothing);
     const float* const seen = looks.data(0);
     if (pass == 0) {
       SmoothedFields<Executor, 4> parts(executor, grid);
-      executor.each(n, PartsOfLayer{seen,
-                                    was.data(),
-                                    distance.data(),
-                                    layer_mm,
-                                    {parts.data(0), parts.data(1), parts.data(2), parts.data(3)}});
-      parts.smooth_by_least_spacing(spacing_mm, kAgreementScale);
-      for (int which = 0; which < 4; ++which)
-        executor.sum_into(n,
-                          MarksInLayer{seen, marked.data(), distance.data(), layer_mm,
-                                       which < 2 ? Known::Inside : Known::Outside, which % 2 == 1},
-                          sums.data() + which);
       executor.each(
-          n, TrustOfVoxels{{parts.data(0), parts.data(1), parts.data(2), parts.data(3)}, sums.data(), trust.data()});
+          n, PartsOfLayer{seen, was, distance, layer_mm, {parts.data(0), parts.data(1), parts.data(2), parts.data(3)}});
+      parts.smooth_by_least_spacing(spacing_mm, kAgreementScale);
+      executor.sums_into(n, MarksInLayer{seen, marked.data(), distance, layer_mm}, sums.data());
+      executor.each(n, TrustOfVoxels{{parts.data(0), parts.data(1), parts.data(2), parts.data(3)}, sums.data(), trust});
     }
-    executor.each(n, OddsOfVoxels{{marked.data(), distance.data(), layer_mm},
-                                  field.data(),
-                                  once.data(),
+    executor.each(n, OddsOfVoxels{{marked.data(), distance, layer_mm},
+                                  field,
+                                  once,
                                   even.data(0),
                                   seen,
-                                  trust.data(),
+                                  trust,
                                   static_cast<float>(said.lean),
                                   held,
-                                  odds.data(),
-                                  is.data()});
+                                  odds,
+                                  is});
   }
-  executor.each(n, WriteSettled{{marked.data(), distance.data(), layer_mm}, part, odds.data(), probability});
+  executor.each(n, WriteSettled{{marked.data(), distance, layer_mm}, part, odds, probability});
 }
 
-/// EvidenceField::Report::expected_dice of a field and its object.
+/// EvidenceField::Report::expected_dice of a field and its object: what it is made of is fetched, and put together when
+/// it is there.
 template <class Executor>
-double expected_dice(const Executor& executor, int n, const float* probability, const std::uint8_t* object) {
+typename Executor::template Fetched<double> begin_expected_dice(const Executor& executor, int n,
+                                                                const float* probability, const std::uint8_t* object) {
   const auto sums = executor.template array<double>(3);
-  executor.sum_into(n, surface::SumOfField{probability, nullptr}, sums.data());
-  executor.sum_into(n, surface::SumOfField{probability, object}, sums.data() + 1);
-  executor.sum_into(n, surface::CountOfObject{object}, sums.data() + 2);
+  executor.sums_into(n, surface::FieldAndObject{probability, object}, sums.data());
+  return executor.fetch(static_cast<const double*>(sums.data()), sums.size());
+}
+template <class Executor>
+double end_expected_dice(const Executor& executor, const typename Executor::template Fetched<double>& fetched) {
   std::array<double, 3> found;
-  executor.download(sums.data(), std::span<double>(found));
+  executor.receive(fetched, std::span<double>(found));
   return found[2] == 0 ? 0 : 2 * found[1] / (found[2] + found[0]);
 }
 

@@ -6,6 +6,8 @@
 
 #include "core/vec3.h"
 #include "evidence/marked_voxels.h"
+#include "evidence/parallel/executor.h"
+#include "evidence/parallel/select.h"
 #include "evidence/surface_voxel.h"
 #include "evidence/update_view.h"
 
@@ -25,12 +27,12 @@ struct CutPart {
   const std::uint8_t* object;
   const Known* known;
   const float *image, *probability;
-  std::uint8_t* was;
+  std::uint8_t *was, *is;
   Known* said;
-  float *value, *field;
+  float *value, *field, *even;
   SIMPLEXSEG_HD void operator()(int v) const {
     const int u = part.in_box(v);
-    was[v] = object[u], said[v] = known[u], value[v] = image[u], field[v] = probability[u];
+    was[v] = is[v] = object[u], said[v] = known[u], value[v] = image[u], field[v] = even[v] = probability[u];
   }
 };
 
@@ -40,12 +42,6 @@ struct CutBefore {
   const std::uint8_t* before;
   std::uint8_t* had;
   SIMPLEXSEG_HD void operator()(int v) const { had[v] = before[part.in_box(v)] > kMiddleBefore ? 1 : 0; }
-};
-
-struct DistanceToSurface {
-  float half_voxel_mm;
-  float* distance;  ///< squares of the distances to the other side before
-  SIMPLEXSEG_HD void operator()(int v) const { distance[v] = std::sqrt(distance[v]) - half_voxel_mm; }
 };
 
 /// Of every step-th voxel the difference to the next one along i, both in the object; else -1.
@@ -77,10 +73,11 @@ struct WeighedValues {
 struct LooksOfVoxels {
   const float* value;
   const float *in[3], *all[3];
-  float least_variance;
+  const Selected* difference;  ///< the median one of NoiseSample
   float* to;
   SIMPLEXSEG_HD void operator()(int v) const {
-    to[v] = look(value[v], in[0][v], in[1][v], in[2][v], all[0][v], all[1][v], all[2][v], least_variance);
+    const float noise = noise_of_median(difference->value_or(0));
+    to[v] = look(value[v], in[0][v], in[1][v], in[2][v], all[0][v], all[1][v], all[2][v], noise * noise);
   }
 };
 
@@ -100,17 +97,16 @@ struct PartsOfLayer {
   }
 };
 
-/// Marks of a kind in the layer; `agreed`: of these that look like their side.
+/// Inside marks in the layer, and of these that look like their side; then outside ones.
 struct MarksInLayer {
   const float* look;
   const Known* said;
   const float* distance;
   float layer_mm;
-  Known mark;
-  bool agreed;
-  SIMPLEXSEG_HD float operator()(int v) const {
-    if (said[v] != mark || distance[v] >= layer_mm) return 0;
-    return !agreed || (look[v] > 0) == (mark == Known::Inside) ? 1.0f : 0.0f;
+  SIMPLEXSEG_HD Summands<4> operator()(int v) const {
+    const bool layer = distance[v] < layer_mm, in = layer && said[v] == Known::Inside,
+               out = layer && said[v] == Known::Outside, looks_in = look[v] > 0;
+    return {{in ? 1.0f : 0.0f, in && looks_in ? 1.0f : 0.0f, out ? 1.0f : 0.0f, out && !looks_in ? 1.0f : 0.0f}};
   }
 };
 
@@ -165,14 +161,14 @@ struct WriteSettled {
   }
 };
 
-struct SumOfField {
+/// The field, the field in the object, and the object.
+struct FieldAndObject {
   const float* probability;
-  const std::uint8_t* only;  ///< of these voxels; null: of all
-  SIMPLEXSEG_HD float operator()(int v) const { return only == nullptr || only[v] ? probability[v] : 0.0f; }
-};
-struct CountOfObject {
   const std::uint8_t* object;
-  SIMPLEXSEG_HD float operator()(int v) const { return object[v] ? 1.0f : 0.0f; }
+  SIMPLEXSEG_HD Summands<3> operator()(int v) const {
+    const float p = probability[v];
+    return {{p, object[v] ? p : 0.0f, object[v] ? 1.0f : 0.0f}};
+  }
 };
 
 }  // namespace simplexseg::surface

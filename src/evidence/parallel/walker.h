@@ -49,11 +49,13 @@ class ParallelWalker {
   }
   /// More of the solution that was begun, to a smaller tolerance: the same field as if that had been asked for at once.
   void carry_on(double tolerance, int most_iterations) { run(nullptr, tolerance, most_iterations, true); }
-  /// Of the last call; waits for it.
-  Report report() const {
-    const WalkerState state = value_at(executor_, state_.data());
+  /// Of the last call: what is fetched, and waited for, at once or later.
+  typename Executor::template Fetched<WalkerState> fetch_report() const { return executor_.fetch(state_.data(), 1); }
+  Report report(const typename Executor::template Fetched<WalkerState>& fetched) const {
+    const auto state = received<WalkerState>(executor_, fetched);
     return {state.iterations, state.error};
   }
+  Report report() const { return report(fetch_report()); }
   std::size_t bytes() const { return memory_.bytes() + held_.bytes(); }
 
  private:

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <initializer_list>
+#include <span>
 
 #include "core/atomics.h"
 #include "evidence/geodesic_distance.h"
@@ -15,7 +15,7 @@ namespace simplexseg {
 /// Geodesic distances of one image that are lowered together; a team for each tile of each of them. What the ways
 /// between neighbours cost is worked out once by each thread and kept, for as many rounds as the tile needs.
 struct LowerWays {
-  static constexpr int kMost = 3;
+  static constexpr int kMost = 5;
   static constexpr int kRounds = 16;  // of a tile at most, before it looks at what its neighbours have become
   static constexpr int kTile = 8, kVoxels = kTile * kTile * kTile;
 
@@ -169,7 +169,7 @@ class ParallelWays {
     WayCost cost;
   };
   /// Starts with at most LowerWays::kMost of them; until finish() they are not what they will be.
-  void begin(std::initializer_list<Way> ways) {
+  void begin(std::span<const Way> ways) {
     lower_.count = lower_.launch = 0;
     for (const Way& way : ways) {
       lower_.fields[lower_.count] = {way.distance, way.cost.length, way.cost.edge * way.cost.edge,
@@ -181,7 +181,7 @@ class ParallelWays {
     launch(kMoreAtOnce * ((longest + kTurns) / kMoreAtOnce + 1));
   }
   void finish() {
-    while (value_at(executor_, lowered_.data()) != 0) {
+    while (received<int>(executor_, changed_) != 0) {
       executor_.clear(lowered_.data(), 1);
       launch(kMoreAtOnce);
     }
@@ -200,10 +200,12 @@ class ParallelWays {
       lower_.changed = t + 1 == times ? lowered_.data() : nullptr;
       executor_.teams(lower_.count * tiles(), lower_);
     }
+    changed_ = executor_.fetch(static_cast<const int*>(lowered_.data()), 1);
   }
 
   const Executor& executor_;
   LowerWays lower_{};
+  typename Executor::template Fetched<int> changed_;
   typename Executor::template Array<int> lowered_;  ///< whether anything changed, then LowerWays::Field::lowered
 };
 
