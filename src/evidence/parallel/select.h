@@ -35,11 +35,13 @@ struct SelectBin {
     }
     team.sync();
     if (team.thread != 0) return;
-    Selected now = *selected;
+    Selected now{};
     if (first) {
       long long all = 0;
       for (int g = 0; g < kGroups; ++g) all += of_group[g];
       now = {static_cast<long long>(share * static_cast<double>(all - 1)), 0, all > 0 && all >= least_count};
+    } else {
+      now = *selected;
     }
     if (now.found) {
       int bin = 0;
