@@ -88,7 +88,8 @@ EvidenceField::Correction EvidenceField::correction_of(const Mark& mark, const B
   const bool boundary = mark.kind == MarkKind::Boundary;
   // A dot is in the middle of what was wrong, a boundary mark at its end.
   if (depth > (boundary ? 2 : 1) * settings_.surface_layer * voxel) return {0, 0, depth};
-  const double off = std::max(0.0, depth - 0.5 * voxel) + (boundary ? 0 : mark.radius_mm);
+  // At a dot nobody said how far off the surface was (docs/adr/0034-dots-do-not-move-the-surface.md).
+  const double off = boundary ? std::max(0.0, depth - 0.5 * voxel) : 0;
   return was ? Correction{-1, -off, 0} : Correction{1, off, 0};
 }
 
@@ -104,7 +105,7 @@ SurfaceSaid EvidenceField::surface_said() const {
   const VolumeGeometry& geometry = volume_->geometry();
   for (std::size_t m = fresh_; m < marks_.size(); ++m) {
     const Correction& correction = corrections_[m];
-    if (correction.way == 0 && correction.deep_mm == 0) continue;
+    if (correction.out_mm == 0 && correction.deep_mm == 0) continue;
     SurfaceMove& move = said.moves.emplace_back();
     const Eigen::Vector3d index = geometry.index_from_world() * marks_[m].position_mm;
     for (int a = 0; a < 3; ++a)

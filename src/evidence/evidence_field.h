@@ -75,7 +75,7 @@ class EvidenceField {
   /// What a new mark found to be wrong with the field before.
   struct Correction {
     int way = 0;         ///< 1 where the field lacked the mark's place, -1 where it had one that is not the object's
-    double out_mm = 0;   ///< the surface is so much further out there; 0: more than the layer about it
+    double out_mm = 0;   ///< a boundary mark: the surface is so much further out there
     double deep_mm = 0;  ///< so deep in what was wrong, where that is more: a leak, say; no step of the surface
   };
   Correction correction_of(const Mark& mark, const BoxField::Before& before) const;

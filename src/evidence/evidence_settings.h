@@ -48,7 +48,7 @@ struct EvidenceSettings {
   double surface_lean = 1;    ///< log odds that the layer gains where every click said that the object was too small
   double surface_memory = 1;  ///< log odds by which, after many marks, the layer gains a voxel inside of where the
                               ///< surface was and new marks move it; 0: where it was says nothing
-  double surface_pull = 0.5;  ///< log odds that the layer gains for each voxel that new marks move the surface out
+  double surface_pull = 0.5;  ///< log odds that the layer gains for each voxel that boundary marks move it out
   double surface_reach = 4;   ///< Gaussian with which they move what is beside them, voxels
 
   // ---- Solution

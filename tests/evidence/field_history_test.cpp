@@ -2,6 +2,7 @@
 // What an evidence field makes of the order in which marks came.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "ellipsoid_scene.h"
@@ -83,6 +84,31 @@ TEST(EvidenceField, TheSurfaceLeansTheWayThatClicksGo) {
   EXPECT_EQ(leaning({boundary(18)}), 0);
   const auto smaller = leaning({outside({10, 0, 0}, 1), outside({8, 6, 0}, 1)});
   EXPECT_LT(smaller, -15);
+}
+
+/// A boundary mark says how far off the surface was, and moves what is beside it; nobody said that at a dot.
+TEST(EvidenceField, BoundaryMarksMoveTheSurfaceBesideThemDotsDoNot) {
+  const Scene scene = ellipsoid(48, 1, {11, 11, 11}, 60);
+  EvidenceSettings alone;
+  alone.surface_pull = 0;
+  // Voxels that the object gains by the pull of a click.
+  const auto pulled = [&](const Mark& click) {
+    EvidenceField pulls(scene.image), stays(scene.image, run_in_turn(), alone);
+    std::vector<Mark> marks{inside({0, 0, 0}, 9)};
+    pulls.update(marks);
+    stays.update(marks);
+    marks.push_back(click);
+    pulls.update(marks);
+    stays.update(marks);
+    const auto voxels = [](const EvidenceField& field) {
+      return std::ranges::count(field.object_in_box().voxels, std::uint8_t{1});
+    };
+    return voxels(pulls) - voxels(stays);
+  };
+  EXPECT_GT(pulled({MarkKind::Boundary, {14, 0, 0}, 1, {1, 0, 0}}), 0);
+  EXPECT_LT(pulled({MarkKind::Boundary, {9, 0, 0}, 1, {1, 0, 0}}), 0);
+  EXPECT_EQ(pulled(inside({12, 0, 0}, 1)), 0);
+  EXPECT_EQ(pulled(outside({10, 0, 0}, 1)), 0);
 }
 
 TEST(EvidenceField, TakingBackTheLastMarkBringsBackTheFieldBefore) {

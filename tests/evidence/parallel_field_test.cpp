@@ -146,7 +146,8 @@ struct LeftOut {
 
 TEST_P(ParallelField, PartsThatAreLeftOutAreLeftOut) {
   const Scene scene = ellipsoid(28, 1, {9, 7, 6}, 40);
-  const std::vector<Mark> marks{inside({0, 0, 0}, 4), outside({8, 0, 0}, 1)};
+  const std::vector<Mark> marks{
+      inside({0, 0, 0}, 4), outside({8, 0, 0}, 1), {MarkKind::Boundary, {0, 6, 0}, 1, {0, 1, 0}}};
   const auto field_with = [&](void (*change)(EvidenceSettings&)) {
     EvidenceSettings settings;
     change(settings);
