@@ -46,7 +46,7 @@ inline constexpr double kAgreementScale = 4;   // voxels
 inline constexpr float kLeastAgreement = 0.75f, kFullAgreement = 0.9f;
 // The same for what marks say, which is true: a mark in the layer that looks like the other side tells that this object
 // does not end where looks change. What is not marked yet counts as so many voxels of whole agreement.
-inline constexpr float kLeastMarkAgreement = 0.7f, kFullMarkAgreement = 0.85f, kUnmarkedVoxels = 30;
+inline constexpr float kLeastMarkAgreement = 0.8f, kFullMarkAgreement = 0.9f, kUnmarkedVoxels = 60;
 inline constexpr float kLeastWeight = 1e-3f;       // of a neighbourhood's voxels together
 inline constexpr float kLeastProbability = 0.02f;  // of what the field says
 inline constexpr float kMostHeld = 2;              // voxels from where the surface was
