@@ -21,11 +21,10 @@ using Samples = std::vector<MarkClassifier::Sample>;
 
 /// At most so many of these voxels, evenly, with the weight of all.
 Samples thinned(std::span<const int> voxels) {
-  const std::size_t count = std::min(voxels.size(), most_samples);
-  const bool all = count == voxels.size();
-  const float weight = all ? 1.0f : static_cast<float>(voxels.size()) / most_samples;
-  Samples samples(count);
-  for (std::size_t s = 0; s < count; ++s) samples[s] = {voxels[all ? s : s * voxels.size() / most_samples], weight};
+  Samples samples(std::min(voxels.size(), most_samples));
+  const std::size_t count = samples.size();
+  const float weight = static_cast<float>(voxels.size()) / static_cast<float>(count);
+  for (std::size_t s = 0; s < count; ++s) samples[s] = {voxels[s * voxels.size() / count], weight};
   return samples;
 }
 

@@ -39,7 +39,8 @@ T quantile(std::vector<T>& values, double share) {
   const T low = std::ranges::min(lows), high = std::ranges::max(highs);
   const T scale = bins / (high - low);
   if (!(scale > 0 && scale <= std::numeric_limits<T>::max())) return nth_of(values, rank);  // all alike, or not finite
-  const auto bin_of = [=](T x) {                                                            // rises with x
+  // Rises with x.
+  const auto bin_of = [=](T x) {
     const T at = (x - low) * scale;
     return at < bins - 1 ? static_cast<int>(at) : bins - 1;
   };

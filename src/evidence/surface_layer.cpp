@@ -87,14 +87,12 @@ std::vector<float> look_of(const Layer& layer, const std::vector<float>& value, 
   });
 }
 
-/// Distance from every voxel to the surface, mm, half of `voxel_mm` being between a voxel beside it and the surface;
-/// exact up to `reach_mm`, and above it beyond.
 std::vector<float> distance_to_surface(const std::vector<std::uint8_t>& object, const Layer& layer,
                                        const std::array<double, 3>& spacing_mm, float voxel_mm, float reach_mm) {
-  std::vector<float> squares(object.size()), spare(object.size());
-  squared_distance_to_other_side(layer, object.data(), layer.grid(), spacing_mm, reach_mm + voxel_mm, true,
-                                 squares.data(), spare.data());
-  return layer.values([&](int v) { return std::sqrt(squares[v]) - voxel_mm / 2; });
+  std::vector<float> distance(object.size()), spare(object.size());
+  distance_to_surface(layer, object.data(), layer.grid(), spacing_mm, voxel_mm, reach_mm, distance.data(),
+                      spare.data());
+  return distance;
 }
 
 /// Standard deviation of the noise: of the differences between neighbours along i in the object.

@@ -58,6 +58,7 @@ class FieldMemory {
   cudaMemPool_t pool_ = nullptr;
 };
 
+/// A place in a stream that the host can wait for.
 class Event {
  public:
   Event() { check(cudaEventCreateWithFlags(&handle_, cudaEventDisableTiming), "creating an event"); }
@@ -261,9 +262,10 @@ class CudaFieldExecutor {
   std::shared_ptr<const FieldMemory> memory_ = FieldMemory::of_device();
   Stream stream_;
   mutable HostVisibleArray<unsigned char> staging_;
-  mutable std::size_t staged_ = 0;  ///< bytes of it that the device may still read
-  mutable HostVisibleArray<unsigned char> fetched_to_;
-  mutable std::size_t fetched_ = 0;
+  mutable std::size_t staged_ = 0;                      ///< bytes of it that the device may still read
+  mutable HostVisibleArray<unsigned char> fetched_to_;  ///< written round and round
+  mutable std::size_t fetched_ = 0;                     ///< where the next ones go
+  /// By turns: with more on their way the first are waited for until a later one is there.
   std::array<Event, 8> events_;
   mutable std::size_t next_event_ = 0;
   Array<double> of_blocks_;

@@ -103,7 +103,7 @@ TEST(ParallelSmooth, IsTheCpus) {
 template <class Value>
 std::optional<float> quantile_on(int count, const Value& value, double share, int least_count = 1) {
   const auto selected = select_quantile(executor, count, value, share, least_count);
-  const Selected found = value_at(executor, selected.data());
+  const auto found = received<Selected>(executor, executor.fetch(selected.data(), 1));
   return found.found ? std::optional(found.value_or(0)) : std::nullopt;
 }
 

@@ -154,13 +154,10 @@ class ParallelBoxField final : public BoxField {
   double learn(std::span<const Mark> marks, std::span<const NewDot> fresh, double reach_mm, double radius_mm) override {
     take_work_out();
     const auto difference =
-        executor_.fetch(static_cast<const Selected*>(select_inner_difference(executor_, BoxGrid{box_.size}, spacing_mm_,
-                                                                             smoothed_.data(), known_.data())
-                                                         .data()),
-                        1);
+        fetch_inner_difference(executor_, BoxGrid{box_.size}, spacing_mm_, smoothed_.data(), known_.data());
     const std::uint8_t* const before = has_before_ ? before_.data() : nullptr;
     prior_.learn({marks, known_.data(), before, fresh, reach_mm, radius_mm});
-    beta_ = sharpness_of(received<Selected>(executor_, difference).value_or(0), settings_);
+    beta_ = sharpness_of(received_inner_difference(executor_, difference), settings_);
     prior_.interpolate(smoothed_.data(), edge_of(beta_), target_.data());
     return beta_;
   }

@@ -43,15 +43,11 @@ struct DistancePass {
   }
 };
 
-/// The square of the distance, mm, from every voxel of a box to the nearest one on the other side: of `set` for those
-/// that are not, and with `both_sides` the other way round. Exact below reach_mm, kFarAway or any square beyond. Three
-/// launches; `spare`: room for as many. Source: Saito and Toriwaki 1994, New algorithms for Euclidean distance
-/// transformation of an n-dimensional digitized picture with applications. `less_mm`, not below 0: the distance less
-/// this, not its square.
+/// One pass along each axis, the last of which writes what DistancePass::less_mm says.
 template <class Executor>
-void squared_distance_to_other_side(const Executor& executor, const std::uint8_t* set, const BoxGrid& grid,
-                                    const std::array<double, 3>& spacing_mm, float reach_mm, bool both_sides, float* to,
-                                    float* spare, float less_mm = -1) {
+void run_distance_passes(const Executor& executor, const std::uint8_t* set, const BoxGrid& grid,
+                         const std::array<double, 3>& spacing_mm, float reach_mm, bool both_sides, float less_mm,
+                         float* to, float* spare) {
   const float* before = nullptr;
   for (int axis = 0; axis < 3; ++axis) {
     float* const into = axis == 1 ? spare : to;
@@ -60,6 +56,26 @@ void squared_distance_to_other_side(const Executor& executor, const std::uint8_t
                                              axis == 2 ? less_mm : -1.0f});
     before = into;
   }
+}
+
+/// The square of the distance, mm, from every voxel of a box to the nearest one on the other side: of `set` for those
+/// that are not, and with `both_sides` the other way round. Exact below reach_mm, kFarAway or any square beyond. Three
+/// launches; `spare`: room for as many. Source: Saito and Toriwaki 1994, New algorithms for Euclidean distance
+/// transformation of an n-dimensional digitized picture with applications.
+template <class Executor>
+void squared_distance_to_other_side(const Executor& executor, const std::uint8_t* set, const BoxGrid& grid,
+                                    const std::array<double, 3>& spacing_mm, float reach_mm, bool both_sides, float* to,
+                                    float* spare) {
+  run_distance_passes(executor, set, grid, spacing_mm, reach_mm, both_sides, -1, to, spare);
+}
+
+/// Distance from every voxel to the surface of a set, mm, half of `voxel_mm` being between a voxel beside it and the
+/// surface; exact up to `reach_mm`, and above it beyond. Launches and `spare` as above.
+template <class Executor>
+void distance_to_surface(const Executor& executor, const std::uint8_t* set, const BoxGrid& grid,
+                         const std::array<double, 3>& spacing_mm, float voxel_mm, float reach_mm, float* to,
+                         float* spare) {
+  run_distance_passes(executor, set, grid, spacing_mm, reach_mm + voxel_mm, true, voxel_mm / 2, to, spare);
 }
 
 }  // namespace simplexseg

@@ -232,12 +232,4 @@ T received(const Executor& executor, const typename Executor::template Fetched<T
   return value;
 }
 
-/// The value at an address of the executor's memory; waits for it.
-template <class Executor, class T>
-T value_at(const Executor& executor, const T* at) {
-  T value;
-  executor.download(at, std::span<T>(&value, 1));
-  return value;
-}
-
 }  // namespace simplexseg

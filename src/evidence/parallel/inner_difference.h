@@ -25,18 +25,24 @@ struct InnerDifference {
   }
 };
 
-/// inner_difference() (evidence/conductances.h) of arrays of the executor, in its memory; 0 where it is not found.
+/// inner_difference() (evidence/conductances.h) of arrays of the executor: fetched, and received when it is needed.
 template <class Executor>
-typename Executor::template Array<Selected> select_inner_difference(const Executor& executor, const BoxGrid& grid,
-                                                                    const std::array<double, 3>& spacing_mm,
-                                                                    const float* image, const Known* known) {
+typename Executor::template Fetched<Selected> fetch_inner_difference(const Executor& executor, const BoxGrid& grid,
+                                                                     const std::array<double, 3>& spacing_mm,
+                                                                     const float* image, const Known* known) {
   const double least = *std::min_element(spacing_mm.begin(), spacing_mm.end());
   InnerDifference difference{image, known, grid.count(), {}, {}};
   for (int a = 0; a < 3; ++a) {
     difference.stride[a] = grid.stride(a);
     difference.heard[a] = spacing_mm[a] < 2 * least && grid.size[a] > 1;
   }
-  return select_quantile(executor, 3 * grid.count(), difference, kShareOfDifferences, kLeastDifferences);
+  return executor.fetch(
+      select_quantile(executor, 3 * grid.count(), difference, kShareOfDifferences, kLeastDifferences).data(), 1);
+}
+template <class Executor>
+float received_inner_difference(const Executor& executor,
+                                const typename Executor::template Fetched<Selected>& fetched) {
+  return received<Selected>(executor, fetched).value_or(0);
 }
 
 }  // namespace simplexseg

@@ -150,7 +150,7 @@ class ParallelLooks {
     executor_.each(count * width_, RowsOfSamples{terms_, width_, uploaded, rows_.data()});
     executor_.each(parts * tiles * tiles, ProductsOfRows{width_, count, rows_.data(), parts_.data()});
     executor_.each(size, SumOfParts{width_, parts, parts_.data(), sum_.data()});
-    fetched_ = executor_.fetch(static_cast<const float*>(sum_.data()), size);
+    fetched_ = executor_.fetch(sum_.data(), size);
   }
   /// Waits for the equations, solves them, and scores all voxels.
   void score(const Known* known, float open_side, float* score, std::uint8_t* open) {

@@ -174,13 +174,10 @@ class ParallelPrior {
     const VoxelBlocks& b = coarse_.blocks;
     executor_.each(blocks(),
                    SaidOfBlock{b.fine, b.coarse, b.width, marks, said.known, said.before, known_.data(), before_});
-    const auto difference = executor_.fetch(
-        static_cast<const Selected*>(
-            select_inner_difference(executor_, grid(), coarse_.spacing_mm, image_.data(), known_.data()).data()),
-        1);
+    const auto difference = fetch_inner_difference(executor_, grid(), coarse_.spacing_mm, image_.data(), known_.data());
     known_on_host_.resize(blocks());
     executor_.download(known_.data(), std::span<Known>(known_on_host_));
-    inner_difference_ = received<Selected>(executor_, difference).value_or(0);
+    inner_difference_ = received_inner_difference(executor_, difference);
   }
   /// Features that the host needs, too.
   static constexpr bool hears_within_marks(std::size_t feature) { return feature == 1 || feature == 2; }
@@ -290,7 +287,7 @@ class ParallelPrior {
   FetchedCounts fetch_counts(const Bin& bin) {
     executor_.clear(counts_.data(), kBins);
     executor_.histogram(blocks(), bin, counts_.data());
-    return executor_.fetch(static_cast<const int*>(counts_.data()), kBins);
+    return executor_.fetch(counts_.data(), kBins);
   }
   std::vector<int> received_counts(const FetchedCounts& fetched) const {
     std::vector<int> counts(kBins);

@@ -51,7 +51,7 @@ void settle_surface(const Executor& executor, float* probability, const std::uin
   executor.each(n,
                 CutPart{part, object, known, image, probability, was, is, marked.data(), value, field, even.data(0)});
   const auto measure = [&](const std::uint8_t* side, float* to) {
-    squared_distance_to_other_side(executor, side, grid, spacing_mm, near_mm + voxel_mm, true, to, spare, voxel_mm / 2);
+    distance_to_surface(executor, side, grid, spacing_mm, voxel_mm, near_mm, to, spare);
   };
   measure(was, distance);
   const int step = std::max(1, n / kMostNoiseSamples) | 1;
@@ -116,7 +116,7 @@ typename Executor::template Fetched<double> begin_expected_dice(const Executor& 
                                                                 const float* probability, const std::uint8_t* object) {
   const auto sums = executor.template array<double>(3);
   executor.sums_into(n, surface::FieldAndObject{probability, object}, sums.data());
-  return executor.fetch(static_cast<const double*>(sums.data()), sums.size());
+  return executor.fetch(sums.data(), sums.size());
 }
 template <class Executor>
 double end_expected_dice(const Executor& executor, const typename Executor::template Fetched<double>& fetched) {

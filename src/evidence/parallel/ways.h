@@ -200,7 +200,7 @@ class ParallelWays {
       lower_.changed = t + 1 == times ? lowered_.data() : nullptr;
       executor_.teams(lower_.count * tiles(), lower_);
     }
-    changed_ = executor_.fetch(static_cast<const int*>(lowered_.data()), 1);
+    changed_ = executor_.fetch(lowered_.data(), 1);
   }
 
   const Executor& executor_;
