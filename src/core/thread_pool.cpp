@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/thread_pool.h"
 
+#include <algorithm>
+
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
@@ -32,11 +34,11 @@ void step_back() {
 #endif
 }
 
-ThreadPool::ThreadPool(int threads, bool in_background) {
+ThreadPool::ThreadPool(int threads, bool in_background) : shares_(static_cast<std::size_t>(std::max(threads, 1))) {
   for (int k = 1; k < threads; ++k)
-    workers_.emplace_back([this, in_background] {
+    workers_.emplace_back([this, k, in_background] {
       if (in_background) step_back();
-      work();
+      work(k);
     });
 }
 
@@ -47,20 +49,28 @@ ThreadPool::~ThreadPool() {
   for (std::thread& worker : workers_) worker.join();
 }
 
-bool ThreadPool::take_one() {
-  std::uint64_t claim = claims_.load(std::memory_order_acquire);
+bool ThreadPool::take_one(Share& share) {
+  std::uint64_t claim = share.claims.load(std::memory_order_acquire);
   for (;;) {
     const std::uint32_t chunk = static_cast<std::uint32_t>(claim);
-    const Call call = call_.load(std::memory_order_acquire);
-    const void* job = job_.load(std::memory_order_acquire);
-    if (chunk >= chunks_.load(std::memory_order_acquire)) return false;
+    const Call call = share.call.load(std::memory_order_acquire);
+    const void* job = share.job.load(std::memory_order_acquire);
+    if (chunk >= share.end.load(std::memory_order_acquire)) return false;
     // Succeeds only when no other job was published since `claim` was read, so call and job belong to it.
-    if (claims_.compare_exchange_weak(claim, claim + 1, std::memory_order_acq_rel, std::memory_order_acquire)) {
+    if (share.claims.compare_exchange_weak(claim, claim + 1, std::memory_order_acq_rel, std::memory_order_acquire)) {
       call(job, static_cast<int>(chunk));
-      finished_.fetch_add(1, std::memory_order_acq_rel);
       return true;
     }
   }
+}
+
+/// The chunks of its own share first, then those that others have not come to. Returns how many.
+std::uint32_t ThreadPool::take_all(int own) {
+  const std::size_t count = shares_.size();
+  std::uint32_t taken = 0;
+  for (std::size_t k = 0; k < count; ++k)
+    while (take_one(shares_[(static_cast<std::size_t>(own) + k) % count])) ++taken;
+  return taken;
 }
 
 void ThreadPool::run_erased(int chunks, Call call, const void* job) {
@@ -69,35 +79,39 @@ void ThreadPool::run_erased(int chunks, Call call, const void* job) {
     for (int chunk = 0; chunk < chunks; ++chunk) call(job, chunk);
     return;
   }
-  // No chunk is left of the last job, so nobody claims while the job is exchanged; the new generation opens it.
-  finished_.store(0, std::memory_order_relaxed);
-  const std::uint64_t generation = (claims_.load(std::memory_order_relaxed) >> 32) + 1;
-  chunks_.store(0, std::memory_order_release);
-  call_.store(call, std::memory_order_release);
-  job_.store(job, std::memory_order_release);
-  claims_.store(generation << 32, std::memory_order_release);
-  chunks_.store(static_cast<std::uint32_t>(chunks), std::memory_order_release);
-  signal_.fetch_add(1);
-  if (sleeping_.load() > 0) signal_.notify_all();
-  while (take_one()) {
+  ++generation_;
+  const std::uint64_t count = shares_.size();
+  for (std::uint64_t k = count; k-- > 0;) {  // its own at last
+    Share& share = shares_[k];
+    const std::uint64_t first = k * static_cast<std::uint64_t>(chunks) / count,
+                        end = (k + 1) * static_cast<std::uint64_t>(chunks) / count;
+    // Nobody claims while the job is exchanged; the new generation opens it.
+    share.end.store(0, std::memory_order_release);
+    share.call.store(call, std::memory_order_release);
+    share.job.store(job, std::memory_order_release);
+    share.claims.store(generation_ << 32 | first, std::memory_order_release);
+    share.end.store(static_cast<std::uint32_t>(end), std::memory_order_release);
   }
-  for (int spin = 0; finished_.load(std::memory_order_acquire) != static_cast<std::uint32_t>(chunks); ++spin)
+  // Changed, not read: a worker that goes to sleep after this sees the job, one that did before is seen.
+  if (sleeping_.fetch_add(0) > 0) signal_.fetch_add(1), signal_.notify_all();
+  expected_ += static_cast<std::uint32_t>(chunks) - take_all(0);
+  for (int spin = 0; finished_.load(std::memory_order_acquire) != expected_; ++spin)
     spin < kSpins ? pause() : std::this_thread::yield();
 }
 
-void ThreadPool::work() {
-  std::uint32_t seen = signal_.load();
+void ThreadPool::work(int own) {
+  const Share& share = shares_[static_cast<std::size_t>(own)];
+  std::uint32_t seen = 0;
   while (!stop_) {
-    while (take_one()) {
-    }
-    int spin = 0;
-    while (signal_.load(std::memory_order_acquire) == seen && spin < kSpins) ++spin, pause();
-    if (signal_.load() == seen) {
+    for (int spin = 0; share.generation() == seen && spin < kSpins && !stop_; ++spin) pause();
+    if (share.generation() == seen) {
       sleeping_.fetch_add(1);
-      signal_.wait(seen);
+      const std::uint32_t signal = signal_.load();
+      if (share.generation() == seen && !stop_) signal_.wait(signal);
       sleeping_.fetch_sub(1);
     }
-    seen = signal_.load();
+    seen = share.generation();
+    if (const std::uint32_t taken = take_all(own); taken > 0) finished_.fetch_add(taken, std::memory_order_acq_rel);
   }
 }
 

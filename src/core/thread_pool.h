@@ -33,18 +33,28 @@ class ThreadPool {
 
  private:
   using Call = void (*)(const void*, int);
+  /// The job at hand as one thread sees it, and the chunks of it that the thread takes first: all in one cache line,
+  /// which comes to the thread at once.
+  struct alignas(64) Share {
+    std::atomic<std::uint64_t> claims{0};  ///< generation << 32 | next chunk: succeeds only while its job is the one
+    std::atomic<std::uint32_t> end{0};
+    std::atomic<Call> call{nullptr};
+    std::atomic<const void*> job{nullptr};
+    std::uint32_t generation() const {
+      return static_cast<std::uint32_t>(claims.load(std::memory_order_acquire) >> 32);
+    }
+  };
   void run_erased(int chunks, Call call, const void* job);
-  bool take_one();
-  void work();
+  std::uint32_t take_all(int own);
+  static bool take_one(Share& share);
+  void work(int own);
 
   std::vector<std::thread> workers_;
-  // The job at hand. `claims_` is generation << 32 | next chunk: a claim succeeds only while its job is still the one.
-  alignas(64) std::atomic<std::uint64_t> claims_{0};
-  std::atomic<std::uint32_t> chunks_{0};
-  std::atomic<Call> call_{nullptr};
-  std::atomic<const void*> job_{nullptr};
-  alignas(64) std::atomic<std::uint32_t> finished_{0};
-  alignas(64) std::atomic<std::uint32_t> signal_{0};  ///< changes with every job: what sleeping workers wait on
+  std::vector<Share> shares_;  ///< of the caller, then of each worker
+  std::uint64_t generation_ = 0;
+  std::uint32_t expected_ = 0;                          ///< of `finished_`, once no worker holds a chunk
+  alignas(64) std::atomic<std::uint32_t> finished_{0};  ///< chunks that workers have done, ever
+  alignas(64) std::atomic<std::uint32_t> signal_{0};    ///< what sleeping workers wait on
   std::atomic<int> sleeping_{0};
   std::atomic<bool> stop_{false};
 };

@@ -59,6 +59,7 @@ struct OneLane {
 /// must.
 struct OneGroup {
   static constexpr int groups = 1, group = 0;
+  static constexpr bool kOwnMemory = false;  ///< has memory that is nearer than that of the arrays
   OneLane lanes;
   SIMPLEXSEG_HD void sync() const {}
 };
@@ -102,14 +103,6 @@ struct GroupLanes {
     for (int step = kWidth / 2; step > 0; step /= 2) x += from_lane_across(x, step);
     return x;
   }
-};
-/// A block of kThreads threads, eight to a group.
-template <int kThreads>
-struct BlockTeam {
-  static constexpr int groups = kThreads / 8;
-  int group;
-  GroupLanes<8> lanes;
-  __device__ void sync() const { __syncthreads(); }
 };
 /// A warp. All its threads must call the same members in the same order.
 struct WarpLanes {

@@ -232,9 +232,17 @@ SIMPLEXSEG_HD void sample_line(const Voxels& read, const VolumeView& v, L lanes,
 #ifdef __CUDA_ARCH__
   if (contains(v, line, start, start + (count - 1) * step)) {
     const Vec3 first = read.placed(line.origin + start * line.direction), each = step * line.direction;
-#pragma unroll 4
-    for (int s = lanes.lane; s < count; s += L::width)
-      values[s] = read.scaled(read.texel(v, first + static_cast<float>(s) * each)) - base;
+    // Loads of a whole round at once, none of which waits for another; those past the end read the last sample.
+    constexpr int kRound = 8;
+    for (int from = lanes.lane; from < count; from += kRound * L::width) {
+      float texels[kRound];
+#pragma unroll
+      for (int k = 0; k < kRound; ++k)
+        texels[k] = read.texel(v, first + static_cast<float>(smaller(from + k * L::width, count - 1)) * each);
+#pragma unroll
+      for (int k = 0; k < kRound; ++k)
+        if (const int s = from + k * L::width; s < count) values[s] = read.scaled(texels[k]) - base;
+    }
   } else {
     for (int s = lanes.lane; s < count; s += L::width)
       values[s] = read.sample(v, line.origin + (start + s * step) * line.direction) - base;

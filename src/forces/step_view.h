@@ -57,7 +57,7 @@ struct Texels {
 #ifdef SIMPLEXSEG_TEXTURE_ARRAYS
     const float4 x = tex1Dfetch<float4>(texture, i);
 #else
-    const float4 x = __ldg(reinterpret_cast<const float4*>(data) + i);
+    const float4 x = reinterpret_cast<const float4*>(data)[i];  // of a block's own memory, too (src/gpu/tiles.h)
 #endif
     return {x.x, x.y, x.z, x.w};
 #endif
@@ -74,7 +74,7 @@ struct Texels {
 #elif defined(SIMPLEXSEG_TEXTURE_ARRAYS)
     return tex1Dfetch<float4>(texture, i).w;
 #else
-    return __ldg(&data[i].w);
+    return data[i].w;
 #endif
   }
 };
@@ -252,6 +252,7 @@ struct AttractionView {
 };
 struct StepView {
   int vertex_count = 0;
+  int first_vertex = 0;  ///< of all meshes' vertices, the one that vertex 0 is here
   int mesh_count = 0;
   const MeshConstants* meshes = nullptr;
   NeighbourTexels neighbours;  ///< x, y, z: neighbours; w: mesh

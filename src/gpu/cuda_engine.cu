@@ -5,6 +5,7 @@
 #define SIMPLEXSEG_HAS_GL_INTEROP  // what the header below stands on
 #include <cuda_gl_interop.h>
 #endif
+#include <cuda_pipeline_primitives.h>
 
 #include <map>
 #include <memory>
@@ -79,6 +80,12 @@ __device__ void wait_for_earlier_kernels() {
 #endif
 }
 
+/// Lets the blocks of the next kernel come now, and make ready. Where they are few: many would be in the way.
+__device__ void let_next_kernel_come() {
+#if __CUDA_ARCH__ >= 900
+  cudaTriggerProgrammaticLaunchCompletion();
+#endif
+}
 template <class Kernel>
 __global__ void __launch_bounds__(kThreads, 1) launch(const __grid_constant__ Kernel kernel, int n) {
   extern __shared__ float scratch[];
@@ -86,12 +93,50 @@ __global__ void __launch_bounds__(kThreads, 1) launch(const __grid_constant__ Ke
   work(kernel, n, static_cast<int>(blockIdx.x), scratch);
 }
 
+/// A block of kCount threads, eight to a group.
+template <int kCount>
+struct BlockTeam {
+  static constexpr int threads = kCount, groups = kCount / 8;
+  static constexpr bool kOwnMemory = true;
+  int thread, group;
+  GroupLanes<8> lanes;
+  void* memory;
+  __device__ void sync() const { __syncthreads(); }
+  __device__ void wait_for_earlier_kernels() const { simplexseg::wait_for_earlier_kernels(); }
+  /// All copies are under way together.
+  template <class T>
+  __device__ void copy(T* to, const T* from) const {
+    __pipeline_memcpy_async(to, from, sizeof(T));
+  }
+  __device__ void wait_for_copies() const {
+    __pipeline_commit();
+    __pipeline_wait_prior(0);
+    __syncthreads();
+  }
+};
 template <class Kernel>
 __global__ void __launch_bounds__(Kernel::kTeam, 1) launch_team(const __grid_constant__ Kernel kernel) {
-  wait_for_earlier_kernels();
+  extern __shared__ float4 memory_of_team[];
+  const int thread = static_cast<int>(threadIdx.x);
   const unsigned in_warp = threadIdx.x % 32u;
-  kernel(BlockTeam<Kernel::kTeam>{static_cast<int>(threadIdx.x / 8u),
-                                  {static_cast<int>(in_warp % 8u), 0xffu << in_warp / 8u * 8u, nullptr}});
+  kernel(BlockTeam<Kernel::kTeam>{
+      thread, thread / 8, {static_cast<int>(in_warp % 8u), 0xffu << in_warp / 8u * 8u, nullptr}, memory_of_team});
+}
+
+/// The threads that take the step of a tile.
+template <int kCount>
+struct TileTeam {
+  static constexpr int threads = kCount;
+  int thread;
+  __device__ void sync() const { __syncthreads(); }
+  __device__ void wait_for_earlier_steps() const { wait_for_earlier_kernels(); }
+};
+template <class Kernel>
+__global__ void __launch_bounds__(Kernel::kThreads) launch_tiles(const __grid_constant__ Kernel kernel) {
+  extern __shared__ float4 texels_of_tile[];
+  let_next_kernel_come();
+  kernel(static_cast<int>(blockIdx.x), TileTeam<Kernel::kThreads>{static_cast<int>(threadIdx.x)},
+         reinterpret_cast<Vec4*>(texels_of_tile));
 }
 
 /// Two kernels that do not depend on each other, the second one in the first blocks.
@@ -99,8 +144,8 @@ template <class A, class B>
 __global__ void __launch_bounds__(kThreads)
     launch_together(const __grid_constant__ A a, int na, const __grid_constant__ B b, int nb, int blocks_of_b) {
   extern __shared__ float scratch[];
-  wait_for_earlier_kernels();
   const int block = static_cast<int>(blockIdx.x);
+  wait_for_earlier_kernels();
   if (block < blocks_of_b)
     work(b, nb, block, scratch);
   else
@@ -153,6 +198,11 @@ class CudaExecutor {
   using HostVisible = HostVisibleArray<T>;
   using NeighbourArray = simplexseg::NeighbourArray;
   static constexpr bool kRecords = true, kSumsRings = false, kLeavesOut = false;
+#ifdef SIMPLEXSEG_TEXTURE_ARRAYS
+  static constexpr bool kTiles = false;  // a texture is not of a block's own memory
+#else
+  static constexpr bool kTiles = true;
+#endif
   static constexpr float kCycleCost = 4;  ///< of a step with a multigrid cycle, in steps without
   using Recording = ExecutableGraph;
 
@@ -199,7 +249,13 @@ class CudaExecutor {
   }
   template <class Kernel>
   void run(const Kernel& kernel) {
-    start(Kernel::name, 1, Kernel::kTeam, 0, launch_team<Kernel>, kernel);
+    start(Kernel::name, 1, Kernel::kTeam, static_cast<unsigned>(kernel.levels.shared_bytes()), launch_team<Kernel>,
+          kernel);
+  }
+  template <class Kernel>
+  void run_tiles(const Kernel& kernel) {
+    start(Kernel::name, kernel.tiles.count, Kernel::kThreads, static_cast<unsigned>(kernel.shared_bytes()),
+          launch_tiles<Kernel>, kernel);
   }
   template <class A, class B>
   void run_together(const A& a, int na, const B& b, int nb) {

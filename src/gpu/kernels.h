@@ -9,22 +9,35 @@
 
 namespace simplexseg {
 
+/// Which step of a run of steps one is. Runs are repeated without being told where in a batch they are: a counter on
+/// the device knows. It moves on in a launch in which no step reads it.
+struct OfRun {
+  int step;    ///< from 0
+  int length;  ///< of the run
+  /// Once in each step.
+  SIMPLEXSEG_HD void count(StepStatus* status) const {
+    if (step == 0) status->first = status->next_run;
+    if (step == 1) status->next_run += static_cast<unsigned long long>(length);  // one step ends its batch: begun anew
+  }
+};
+
 /// Unit normal of each vertex and its elevation over the doubled area of its neighbours' triangle, h / S, which is half
 /// the mean curvature over a constant of the lattice (docs/mathematics.md, section 1). S is bounded below: needles.
 /// Where the neighbours are collinear: the direction orthogonal to their line that is nearest to the last good normal.
 struct GeometryKernel {
   static constexpr const char* name = "geometry";
   StepView v;
-  int run_length = 0;   ///< > 0: the first step of a run of so many, which is counted in
+  OfRun of_run;
   bool unbind = false;  ///< attraction patches are about to be found anew
   template <class I>
   SIMPLEXSEG_HD void operator()(I i) const {
-    if (i == 0 && run_length > 0) v.status->first = v.status->next_run, v.status->next_run += run_length;
+    if (i == 0) of_run.count(v.status);
     if (unbind) each(i, [&](int one, int) { v.attraction.in_patch[one] = 0; });
-    find_frame(i);
+    find_frame(v, i, [&](int one) { return xyz(v.new_frame[one]); });
   }
-  template <class I>
-  SIMPLEXSEG_HD void find_frame(I i) const {
+  /// `last(i)`: the last good normal of vertex i.
+  template <class I, class Last>
+  SIMPLEXSEG_HD static void find_frame(const StepView& v, I i, Last last) {
     using R = Real<I>;
     const auto nb = v.neighbours[i];
     const Vec3Of<R> p1 = xyz(v.current[nb.x]), a = xyz(v.current[nb.y]) - p1, b = xyz(v.current[nb.z]) - p1;
@@ -35,9 +48,9 @@ struct GeometryKernel {
     if (all(good)) {
       n = (1.0f / sqrtf(square)) * c;
     } else if constexpr (std::is_same_v<R, float>) {
-      n = fallback(a, b, xyz(v.new_frame[i]));
+      n = fallback(a, b, last(i));
     } else {  // seldom
-      each(i, [&](int one, int) { find_frame(one); });
+      each(i, [&](int one, int) { find_frame(v, one, last); });
       return;
     }
     const R area = larger(sqrtf(square), 0.1f * (dot(a, a) + dot(b, b)) + 1e-30f);
@@ -76,11 +89,15 @@ enum class End : int { None, Batch, Interval };
 /// The step of one vertex, as its mesh's form says, and what becomes of it.
 struct StepTaker {
   const StepView& v;
-  int step;  ///< of the run
+  OfRun of_run;
   End end;
+  /// It is of the launch in which a run begins: how the runs before it were counted is not yet handed on.
+  bool begins = false;
 
   /// Steps are counted from the batch's start.
-  SIMPLEXSEG_HD unsigned long long now() const { return v.status->first + static_cast<unsigned long long>(step); }
+  SIMPLEXSEG_HD unsigned long long now() const {
+    return (begins ? v.status->next_run : v.status->first) + static_cast<unsigned long long>(of_run.step);
+  }
   /// A step failed: what comes after it is not done, so that the two poses before it stay.
   SIMPLEXSEG_HD bool halted() const { return (load_relaxed(&v.status->failure) >> 40) < now(); }
 
@@ -98,7 +115,7 @@ struct StepTaker {
   }
   SIMPLEXSEG_HD void report(int i, int culprit) const {
     atomic_min(&v.status->failure,
-               now() << 40 | static_cast<unsigned long long>(i) << 8 | static_cast<unsigned>(culprit));
+               now() << 40 | static_cast<unsigned long long>(v.first_vertex + i) << 8 | static_cast<unsigned>(culprit));
   }
 };
 
@@ -109,13 +126,17 @@ template <unsigned kMask, bool kCycles>
 struct IntegrateKernel {
   static constexpr const char* name = "integrate";
   StepView v;
-  int step;
+  OfRun of_run;
   End end;
   template <class I>
   SIMPLEXSEG_HD void operator()(I i) const {
+    integrate({v, of_run, end}, i);
+  }
+  template <class I>
+  SIMPLEXSEG_HD static void integrate(const StepTaker& taker, I i) {
     using R = Real<I>;
     // All loads first: none waits for another (docs/adr/0011-solvers.md).
-    const StepTaker taker{v, step, end};
+    const StepView& v = taker.v;
     const bool halted = taker.halted();
     const auto nb = v.neighbours[i];
     const MeshConstants& m = v.meshes[nb.w];
@@ -155,7 +176,7 @@ struct IntegrateKernel {
           if (norm(sums[lane]) < 1e18f)
             begin_cycle(v, m, one, sums[lane]);
           else
-            taker.report(one, culprit(one, pulls[lane]));
+            taker.report(one, culprit(v, one, pulls[lane]));
         });
         return;
       }
@@ -171,11 +192,11 @@ struct IntegrateKernel {
     if (all(fine)) return;
     const auto pulls = one_by_one(pull);
     each(i, [&](int one, int lane) {
-      if (!is_set(fine, lane)) taker.report(one, culprit(one, pulls[lane]));
+      if (!is_set(fine, lane)) taker.report(one, culprit(v, one, pulls[lane]));
     });
   }
   /// The force that is strongest.
-  SIMPLEXSEG_HD int culprit(int i, Vec3 pull) const {
+  SIMPLEXSEG_HD static int culprit(const StepView& v, int i, Vec3 pull) {
     const Int4 nb = v.neighbours[i];
     const MeshConstants& m = v.meshes[nb.w];
     const Vec3 p = xyz(v.current[i]);
@@ -200,10 +221,10 @@ struct IntegrateKernel {
 struct CorrectedStep {
   static constexpr const char* name = "corrected step";
   StepView v;
-  int step;
+  OfRun of_run;
   End end;
   SIMPLEXSEG_HD void operator()(int i) const {
-    const StepTaker taker{v, step, end};
+    const StepTaker taker{v, of_run, end};
     // A force that was not a number in this very step leaves nothing to go on with.
     if ((load_relaxed(&v.status->failure) >> 40) <= taker.now()) return;
     const Int4 nb = v.neighbours[i];

@@ -1,4 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
+// An executor owns memory and runs kernels:
+// - Array<T>: data(), size(), resize(n) (contents lost), upload(span), download(span), fill_zero(); texels() of Vec4
+// - NeighbourArray: the same for Int4, written once; texels()
+// - HostVisible<T>: memory that kernels write and, after wait(), the host reads
+// - run(kernel, n): kernel(0) ... kernel(n-1), ordered after all earlier runs
+// - run_together(a, na, b, nb): both, in any order; run(kernel): kernel(team), where it is written for one
+// - record(body) -> Recording, replay(recording): where kRecords, runs that are kept and repeated at small cost
+// - kLeavesOut: run_over_vertices(kernel, n) runs it for the ranges of leave_to(ranges) alone, until leave_out_none()
+// - run_tiles(kernel): a TileStep, where kTiles
+// - kSumsRings: SumRings is run, and its sums are held
+// - visit_width(n, f): f(how many lanes work on a search when there are n of them)
+// - bind(volume, view): makes the voxels readable; visit_voxels(type, f): f(type identity of their sampler)
 #pragma once
 #include <cstdint>
 #include <map>
@@ -36,6 +48,12 @@ struct Launcher {
   void run(const Kernel& kernel) {
     ++launches[Kernel::name];
     executor.run(kernel);
+  }
+  /// A step of all vertices by tiles: the launch does the work of two kernels.
+  template <class Kernel>
+  void run_tiles(const Kernel& kernel) {
+    ++launches[Kernel::name], ++launches[Kernel::with];
+    executor.run_tiles(kernel);
   }
   /// `a` is over vertices.
   template <class A, class B>

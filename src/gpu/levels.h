@@ -110,14 +110,14 @@ class CoarseLevels {
 
   /// After the mesh's own: E of the coarser levels.
   void sum_stiffness(Launcher<Executor>& launcher, const StepView& view) const {
-    for (int l = 0; l < large_; ++l) launcher.run(CoarseStiffness{view, arranged_.first[l]}, size(l));
-    if (small_.count > 0) launcher.run(SmallStiffness{view, small_});
+    for (int l = 0; l < summed(); ++l) launcher.run(CoarseStiffness{view, arranged_.first[l]}, size(l));
+    if (small_.count > 1) launcher.run(SmallStiffness{view, small_});
   }
   /// After IntegrateKernel has begun it: the cycle down and up the levels. CorrectedStep ends it.
   void cycle(Launcher<Executor>& launcher, const StepView& view) const {
     launcher.run(Restrict<true>{view, arranged_.first[0]}, size(0));
-    for (int l = 1; l < large_; ++l) launcher.run(Restrict<false>{view, arranged_.first[l]}, size(l));
-    if (small_.count > 0) launcher.run(SmallCycle{view, small_});
+    for (int l = 1; l < summed(); ++l) launcher.run(Restrict<false>{view, arranged_.first[l]}, size(l));
+    if (small_.count > 1) launcher.run(SmallCycle{view, small_});
     for (int l = std::min(large_ - 1, depth() - 2); l >= 0; --l)
       launcher.run(Prolong{view, arranged_.first[l]}, size(l));
   }
@@ -127,12 +127,28 @@ class CoarseLevels {
   int depth() const { return static_cast<int>(arranged_.first.size()) - 1; }
   int size(int l) const { return arranged_.first[l + 1] - arranged_.first[l]; }
 
+  /// Levels that are summed each in a kernel of its own: the large ones and the first small one.
+  int summed() const { return large_ + (small_.count > 0 ? 1 : 0); }
+
   /// From the coarsest level up; the one next to the mesh never is.
   void tell_small_levels() {
-    large_ = depth();
-    while (large_ > 1 && depth() - large_ < SmallLevels::kMost && size(large_ - 1) <= SmallLevels::kLargest) --large_;
-    small_.count = depth() - large_;
-    std::copy_n(arranged_.first.begin() + large_, small_.count + 1, small_.first);
+    large_ = depth(), small_ = {};
+    while (large_ > 1 && size(large_ - 1) <= SmallLevels::kLargest && depth() - large_ < SmallLevels::kMost) {
+      const SmallLevels more = small_levels(large_ - 1);
+      if (more.shared_bytes() > SmallLevels::kMostBytes) return;
+      --large_, small_ = more;
+    }
+  }
+  /// Those from level l on.
+  SmallLevels small_levels(int l) const {
+    SmallLevels small;
+    small.count = depth() - l;
+    std::copy_n(arranged_.first.begin() + l, small.count + 1, small.first);
+    const auto row = [&](int vertex) { return arranged_.rows[vertex - arranged_.first[0]]; };
+    const CoarseRow first = row(small.first[0]), second = row(small.first[1]), end = row(small.first[small.count]);
+    small.first_part = second.first_part, small.parts = end.first_part - second.first_part;
+    small.first_edge = first.first_edge, small.edges = end.first_edge - first.first_edge;
+    return small;
   }
 
   LevelArrays arranged_;  ///< empty until they may be needed

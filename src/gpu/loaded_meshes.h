@@ -12,6 +12,7 @@
 #include "gpu/mesh_arrays.h"
 #include "gpu/recorded_runs.h"
 #include "gpu/step_supervision.h"
+#include "gpu/tiles.h"
 #include "step/simulation_parameters.h"
 #include "step/step_needs.h"
 
@@ -61,6 +62,7 @@ class LoadedMeshes {
     for (std::size_t k = 0; k < meshes_.size(); ++k) meshes.push_back(forces_.needs_of_mesh(k, meshes_[k]));
     const StepNeeds needs = needs_of(meshes, has_volume, forces_.point_count());
     if (needs_levels()) levels_.hold(meshes_.all(), meshes_.neighbours());
+    if (needs_tiles(needs)) tiles_.hold(meshes_.neighbours()), meshes_.hold_two_frames(phase_.frame);
     supervision_.make(meshes_);
     forces_.make(needs, kBuiltForces & needs.forces, meshes_);
     needs_ = needs;
@@ -116,6 +118,7 @@ class LoadedMeshes {
   ForceArrays<Executor> forces_;
   StepSupervision<Executor> supervision_;
   CoarseLevels<Executor> levels_;
+  Tiles<Executor> tiles_;
   BatchResults<Executor> results_;
 
  private:
@@ -125,10 +128,17 @@ class LoadedMeshes {
                        [&](const ForceInfo& force) { return needs.acts(force.id); });
   }
   bool needs_levels() const { return supervision_.corrected() && meshes_.vertex_count() > 0; }
+  /// Some step is one of a few vertices for which nothing is found anew, and nothing summed.
+  bool needs_tiles(const StepNeeds& needs) const {
+    const int n = meshes_.vertex_count();
+    return Executor::kTiles && n > 0 && n <= kMostTiledVertices && !needs_levels() &&
+           !(needs.searches() && refresh_interval() == 1) && (needs.forces & kBuiltForces & kPullingForces) == 0;
+  }
   void drop_what_is_not_needed() {
     forces_.drop(needs_, kBuiltForces & needs_.forces);
     supervision_.drop();
     if (!needs_levels() || !levels_.held()) levels_.drop();
+    if (!needs_tiles(needs_) || !tiles_.held()) tiles_.drop(), meshes_.hold_one_frame(phase_.frame);
   }
 };
 

@@ -67,8 +67,8 @@ class MeshArrays {
     for (auto& x : positions_) x.resize(vertex_count_);
     positions_[0].upload(previous);
     positions_[1].upload(current);
-    frame_.resize(vertex_count_);
-    frame_.fill_zero();
+    frames_[0].resize(vertex_count_);
+    frames_[0].fill_zero();
   }
 
   int vertex_count() const { return vertex_count_; }
@@ -146,18 +146,34 @@ class MeshArrays {
     return boxes_[k].isEmpty() ? 0.0 : boxes_[k].center().cwiseAbs().maxCoeff();
   }
 
-  void show(StepView& view, int oldest) {
+  // Frames: in one array, which a step changes in place; or in two, of which it reads one and writes the other. `at`:
+  // of two, the one that holds them.
+  void hold_two_frames(int at) {
+    if (frames_[1].size() != 0) return;
+    frames_[1].resize(vertex_count_), frames_[1].fill_zero();
+    if (at == 1) std::swap(frames_[0], frames_[1]);
+  }
+  void hold_one_frame(int at) {
+    if (frames_[1].size() == 0) return;
+    if (at == 1) std::swap(frames_[0], frames_[1]);
+    frames_[1].resize(0);
+  }
+  /// The array of the two that does not hold them.
+  Vec4* other_frame(int at) { return frames_[1 - at].data(); }
+
+  void show(StepView& view, int oldest, int frame_at) {
     view.vertex_count = vertex_count_, view.mesh_count = static_cast<int>(constants_.size());
     view.meshes = device_constants_.data(), view.neighbours = neighbours_.texels();
     view.previous = positions_[oldest].texels(), view.current = positions_[(oldest + 1) % 3].texels();
     view.next = positions_[(oldest + 2) % 3].data(), view.oldest = positions_[oldest].data();
-    view.frame = frame_.texels(), view.new_frame = frame_.data();
+    Array<Vec4>& frame = frames_[frames_[1].size() != 0 ? frame_at : 0];
+    view.frame = frame.texels(), view.new_frame = frame.data();
   }
   /// add(name, arrays...) for each.
   template <class Add>
   void list(Add&& add) const {
     add("positions", positions_[0], positions_[1], positions_[2]);
-    add("neighbours", neighbours_), add("frame", frame_), add("mesh constants", device_constants_);
+    add("neighbours", neighbours_), add("frame", frames_[0], frames_[1]), add("mesh constants", device_constants_);
   }
 
  private:
@@ -168,7 +184,7 @@ class MeshArrays {
   std::vector<Eigen::AlignedBox3d> boxes_;  ///< of each mesh as it was loaded
   std::vector<Int4> neighbours_host_;
   typename Executor::NeighbourArray neighbours_;
-  Array<Vec4> positions_[3], frame_;
+  Array<Vec4> positions_[3], frames_[2];
 };
 
 }  // namespace simplexseg

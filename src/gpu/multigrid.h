@@ -53,10 +53,11 @@ struct LocalStiffness {
   }
 };
 
+// Of the levels below, `l` says where they are: in v.levels, or in the memory of a team.
+
 /// E of vertex `at` (counted over all levels) of a coarser level: the sum over what it stands for.
 template <class L>
-SIMPLEXSEG_HD void sum_stiffness(const StepView& v, int at, L lanes) {
-  const LevelsView& l = v.levels;
+SIMPLEXSEG_HD void sum_stiffness(const StepView& v, const LevelsView& l, int at, L lanes) {
   const CoarseRow* row = l.rows + (at - v.vertex_count);
   Vec4 a{0, 0, 0, 0}, b{0, 0, 0, 0};
   for (int p = row[0].first_part + lanes.lane; p < row[1].first_part; p += L::width) {
@@ -76,8 +77,7 @@ SIMPLEXSEG_HD void begin_cycle(const StepView& v, const MeshConstants& m, int i,
 
 /// Sums what is left of the residual onto vertex `at` of the next coarser level, and takes the Jacobi step there.
 template <bool kFromMesh, class L>
-SIMPLEXSEG_HD void restrict_to(const StepView& v, int at, L lanes) {
-  const LevelsView& l = v.levels;
+SIMPLEXSEG_HD void restrict_to(const StepView& v, const LevelsView& l, int at, L lanes) {
   const CoarseRow* row = l.rows + (at - v.vertex_count);
   const float k = v.meshes[row->mesh].model;
   Vec3 sum{0, 0, 0};
@@ -110,8 +110,7 @@ SIMPLEXSEG_HD void restrict_to(const StepView& v, int at, L lanes) {
 
 /// Second half at vertex `at` of a coarser level: adds the correction of the level below it and takes a Jacobi step.
 template <class L>
-SIMPLEXSEG_HD void prolong_to(const StepView& v, int at, L lanes) {
-  const LevelsView& l = v.levels;
+SIMPLEXSEG_HD void prolong_to(const StepView& v, const LevelsView& l, int at, L lanes) {
   const CoarseRow* row = l.rows + (at - v.vertex_count);
   if (row[0].first_edge == row[1].first_edge) return;
   const float k = v.meshes[row->mesh].model;
@@ -135,7 +134,7 @@ struct CoarseStiffness {
   int first;  ///< vertex of the level, counted over all levels
   template <class L>
   SIMPLEXSEG_HD void operator()(int index, L lanes) const {
-    sum_stiffness(v, first + index, lanes);
+    sum_stiffness(v, v.levels, first + index, lanes);
   }
 };
 template <bool kFromMesh>
@@ -146,7 +145,7 @@ struct Restrict {
   int first;
   template <class L>
   SIMPLEXSEG_HD void operator()(int index, L lanes) const {
-    restrict_to<kFromMesh>(v, first + index, lanes);
+    restrict_to<kFromMesh>(v, v.levels, first + index, lanes);
   }
 };
 struct Prolong {
@@ -156,19 +155,67 @@ struct Prolong {
   int first;
   template <class L>
   SIMPLEXSEG_HD void operator()(int index, L lanes) const {
-    prolong_to(v, first + index, lanes);
+    prolong_to(v, v.levels, first + index, lanes);
   }
 };
 
-/// The small levels, one after the other in one kernel: by themselves they would be little but launches.
+/// The small levels, one after the other in one kernel: by themselves they would be little but launches. What comes
+/// down to the first of them was summed before. A team that has memory of its own works there, where nothing is far.
 struct SmallLevels {
-  static constexpr int kMost = 12, kLargest = 256;
+  static constexpr int kMost = 12, kLargest = 256, kVectors = 5;
+  static constexpr std::size_t kMostBytes = 96 * 1024;
   int count = 0;
-  int first[kMost + 1] = {};  ///< as LevelArrays::first, from the first small level on
+  int first[kMost + 1] = {};      ///< as LevelArrays::first, from the first small level on
+  int first_part = 0, parts = 0;  ///< of all but the first small level
+  int first_edge = 0, edges = 0;  ///< of all of them
+
+  SIMPLEXSEG_HD int vertices() const { return first[count] - first[0]; }
+  std::size_t shared_bytes() const {
+    const std::size_t n = static_cast<std::size_t>(vertices());
+    return n * (kVectors * sizeof(Vec4) + sizeof(CoarseRow) + sizeof(int)) + sizeof(CoarseRow) +
+           static_cast<std::size_t>(edges) * sizeof(CoarseEdge) + static_cast<std::size_t>(parts) * sizeof(int);
+  }
   template <class Team, class Work>
   SIMPLEXSEG_HD void each(int level, const Team& team, Work work) const {
     for (int at = first[level] + team.group; at < first[level + 1]; at += Team::groups) work(at);
     team.sync();
+  }
+  /// Where the team works: the levels as they are, or copies, in which vertices, parts and edges are counted as there.
+  template <class Team>
+  SIMPLEXSEG_HD LevelsView bring(const StepView& v, const Team& team) const {
+    if constexpr (!Team::kOwnMemory) {
+      return v.levels;
+    } else {
+      const LevelsView& from = v.levels;
+      LevelsView own;
+      auto* memory = static_cast<unsigned char*>(team.memory);
+      auto take = [&]<class T>(T*& place, const std::remove_const_t<T>* all, int begin, int n) {
+        auto* to = reinterpret_cast<std::remove_const_t<T>*>(memory);
+        memory += static_cast<std::size_t>(n) * sizeof(T);
+        for (int k = team.thread; k < n; k += Team::threads) team.copy(to + k, all + begin + k);
+        place = to - begin;
+      };
+      // What no cycle changes, then what the kernels before this one have left.
+      const int n = vertices();
+      take(own.rows, from.rows, first[0] - v.vertex_count, n + 1);
+      auto* const vectors = memory;
+      memory += static_cast<std::size_t>(kVectors * n) * sizeof(Vec4);
+      take(own.edges, from.edges, first_edge, edges);
+      take(own.parts, from.parts, first_part, parts), take(own.coarse_of, from.coarse_of, first[0], n);
+      team.wait_for_earlier_kernels();
+      memory = vectors;
+      take(own.residual, from.residual, first[0], n), take(own.correction, from.correction, first[0], n);
+      take(own.relaxed, from.relaxed, first[0], n);
+      take(own.stiffness_a, from.stiffness_a, first[0], n), take(own.stiffness_b, from.stiffness_b, first[0], n);
+      team.wait_for_copies();
+      return own;
+    }
+  }
+  /// Copies of level l, or of all from there on, back to where others read.
+  template <class Team>
+  SIMPLEXSEG_HD void hand_on(const Team& team, const Vec4* own, Vec4* all, int begin, int end) const {
+    if constexpr (Team::kOwnMemory)
+      for (int at = begin + team.thread; at < end; at += Team::threads) all[at] = own[at];
   }
 };
 struct SmallStiffness {
@@ -178,7 +225,10 @@ struct SmallStiffness {
   SmallLevels levels;
   template <class Team>
   SIMPLEXSEG_HD void operator()(Team team) const {
-    for (int l = 0; l < levels.count; ++l) levels.each(l, team, [&](int at) { sum_stiffness(v, at, team.lanes); });
+    const LevelsView own = levels.bring(v, team);
+    for (int l = 1; l < levels.count; ++l) levels.each(l, team, [&](int at) { sum_stiffness(v, own, at, team.lanes); });
+    levels.hand_on(team, own.stiffness_a, v.levels.stiffness_a, levels.first[1], levels.first[levels.count]);
+    levels.hand_on(team, own.stiffness_b, v.levels.stiffness_b, levels.first[1], levels.first[levels.count]);
   }
 };
 struct SmallCycle {
@@ -188,8 +238,12 @@ struct SmallCycle {
   SmallLevels levels;
   template <class Team>
   SIMPLEXSEG_HD void operator()(Team team) const {
-    for (int l = 0; l < levels.count; ++l) levels.each(l, team, [&](int at) { restrict_to<false>(v, at, team.lanes); });
-    for (int l = levels.count - 2; l >= 0; --l) levels.each(l, team, [&](int at) { prolong_to(v, at, team.lanes); });
+    const LevelsView own = levels.bring(v, team);
+    for (int l = 1; l < levels.count; ++l)
+      levels.each(l, team, [&](int at) { restrict_to<false>(v, own, at, team.lanes); });
+    for (int l = levels.count - 2; l >= 0; --l)
+      levels.each(l, team, [&](int at) { prolong_to(v, own, at, team.lanes); });
+    levels.hand_on(team, own.relaxed, v.levels.relaxed, levels.first[0], levels.first[1]);
   }
 };
 

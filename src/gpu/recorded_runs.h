@@ -15,14 +15,16 @@ namespace simplexseg {
 /// Where in its cycles an engine is: what a run of steps begins with, besides the plan, and what it leaves behind.
 struct StepPhase {
   int oldest = 0;  ///< of the three position arrays: previous, current, next from here on
+  int frame = 0;   ///< of two arrays of frames, the one that holds them
   int since_refresh = 0;
   bool refresh_due = true, stiffness_due = false;
   bool measured_at_refresh = false;  ///< the motion that was measured last: in a step that found targets anew
 };
 
-/// Whether kernels see the same arrays; the three of positions take turns.
+/// Whether kernels see the same arrays; the three of positions, and those of frames, take turns.
 inline bool same_addresses(StepView a, StepView b) {
   a.previous = b.previous, a.current = b.current, a.next = b.next, a.oldest = b.oldest;
+  a.frame = b.frame, a.new_frame = b.new_frame;
   static_assert(std::is_trivially_copyable_v<StepView>);
   return std::memcmp(&a, &b, sizeof a) == 0;
 }
@@ -45,7 +47,7 @@ class RecordedRuns {
       // Runs in which nothing is found anew are alike, however long ago it was.
       const int until_refresh = phase.refresh_due ? 0 : std::clamp(refresh_interval - phase.since_refresh, 0, length);
       const int since_refresh = phase.since_refresh;
-      const Key key{phase.oldest, until_refresh, phase.stiffness_due, length, end};
+      const Key key{phase.oldest, phase.frame, until_refresh, phase.stiffness_due, length, end};
       auto found = runs_.find(key);
       if (found == runs_.end()) {
         // Recording costs as much as many launches: only what comes again is worth it.
@@ -77,7 +79,7 @@ class RecordedRuns {
 
  private:
   struct Key {
-    int oldest, until_refresh;
+    int oldest, frame, until_refresh;
     bool stiffness_due;
     int length;
     End end;

@@ -1,15 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The engine: what a step is, once, for every executor. An executor owns memory and runs kernels:
-// - Array<T>: data(), size(), resize(n) (contents lost), upload(span), download(span), fill_zero(); texels() of Vec4
-// - NeighbourArray: the same for Int4, written once; texels()
-// - HostVisible<T>: memory that kernels write and, after wait(), the host reads
-// - run(kernel, n): kernel(0) ... kernel(n-1), ordered after all earlier runs
-// - run_together(a, na, b, nb): both, in any order; run(kernel): kernel(team), where it is written for one
-// - record(body) -> Recording, replay(recording): where kRecords, runs that are kept and repeated at small cost
-// - kLeavesOut: run_over_vertices(kernel, n) runs it for the ranges of leave_to(ranges) alone, until leave_out_none()
-// - kSumsRings: SumRings is run, and its sums are held
-// - visit_width(n, f): f(how many lanes work on a search when there are n of them)
-// - bind(volume, view): makes the voxels readable; visit_voxels(type, f): f(type identity of their sampler)
+// The engine: what a step is, once, for every executor (gpu/launcher.h).
 #pragma once
 #include <algorithm>
 #include <functional>
@@ -189,7 +179,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     };
     if (!volume_.empty()) held.push_back({"volume", volume_.bytes()});
     meshes_.list(add), forces_.list(add), supervision_.list(add), levels_.list(add), drawing_.list(add);
-    results_.list(add);
+    results_.list(add), this->tiles_.list(add);
     return held;
   }
   std::size_t bytes_available() const override {
@@ -211,15 +201,14 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   using Loaded = LoadedMeshes<Executor>;
   using Undo = typename ForceArrays<Executor>::Undo;
   using Loaded::active, Loaded::refresh_interval, Loaded::residual_mm, Loaded::measure;
-  using Loaded::meshes_, Loaded::forces_, Loaded::supervision_, Loaded::levels_, Loaded::results_;
+  using Loaded::meshes_, Loaded::forces_, Loaded::supervision_, Loaded::levels_, Loaded::results_, Loaded::tiles_;
   using Loaded::wanted_, Loaded::simulation_, Loaded::needs_, Loaded::phase_, Loaded::forms_due_;
   void exchange(Loaded& other) { std::swap(static_cast<Loaded&>(*this), other); }
   Executor& executor() { return launcher_.executor; }
   const Executor& executor() const { return launcher_.executor; }
-  /// Over all vertices.
   template <class Kernel>
-  void run(const Kernel& kernel) {
-    launcher_.run_over_vertices(kernel, meshes_.vertex_count());
+  void run(const Kernel& over_all_vertices) {
+    launcher_.run_over_vertices(over_all_vertices, meshes_.vertex_count());
   }
 
   /// Up to `count` steps, of which `end` is the end. Returns how many were done before a failure that the host knows
@@ -245,19 +234,27 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   }
   int do_steps(int length, End end) {
     for (int k = 0; k < length; ++k)
-      if (!do_step(k, k == 0 ? length : 0, k + 1 == length ? end : End::None)) return k;
+      if (!do_step({k, length}, k + 1 == length ? end : End::None)) return k;
     if (end != End::None) end_batch();
     return length;
   }
 
   /// False when the step failed and the host knows.
-  bool do_step(int of_run, int run_length, End end) {
+  bool do_step(OfRun of_run, End end) {
     update_view();
     const bool refresh = phase_.refresh_due || phase_.since_refresh >= refresh_interval();
     if (refresh) phase_.since_refresh = 0, phase_.refresh_due = false;
     ++phase_.since_refresh;
+    if (end != End::None) phase_.measured_at_refresh = refresh;
+    tiles_.held() && !(refresh && needs_.searches()) ? step_by_tiles(of_run, end)
+                                                     : step_by_kernels(of_run, end, refresh);
+    if (executor().failed(results_.status())) return false;
+    phase_.oldest = (phase_.oldest + 1) % 3;
+    return true;
+  }
+  void step_by_kernels(OfRun of_run, End end, bool refresh) {
     const bool attract = active(AttractionForce::id);
-    const GeometryKernel geometry{view_, run_length, attract && refresh};
+    const GeometryKernel geometry{view_, of_run, attract && refresh};
     const int n = meshes_.vertex_count();
     if (!attract)
       run(geometry);
@@ -268,7 +265,6 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
       launcher_.run_together(geometry, n, SumAttraction{view_}, view_.attraction.count);
     if (Executor::kSumsRings && active(SmoothingForce::id)) run(SumRings{view_});
     if (refresh) find_targets(attract);
-    if (end != End::None) phase_.measured_at_refresh = refresh;
     if (levels_.held()) {
       if (refresh || phase_.stiffness_due) find_stiffness();
       phase_.stiffness_due = false;
@@ -278,9 +274,16 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     } else {
       integrate(of_run, end);
     }
-    if (executor().failed(results_.status())) return false;
-    phase_.oldest = (phase_.oldest + 1) % 3;
-    return true;
+  }
+  void step_by_tiles(OfRun of_run, End end) {
+    if constexpr (Executor::kTiles) {
+      StepView view = view_;
+      view.new_frame = meshes_.other_frame(phase_.frame);
+      run_for<kBuiltForces & ~kPullingForces>(needs_.forces, [&]<unsigned kMask>() {
+        launcher_.run_tiles(TileStep<kMask>{view, tiles_.view(), of_run, end});
+      });
+      phase_.frame = 1 - phase_.frame;
+    }
   }
 
   void end_batch() {
@@ -402,17 +405,19 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   void hold_what_is_needed() {
     const StepView view_before = view_;
     const StepNeeds needed_before = needs_;
+    const bool tiles_before = tiles_.held();
     if constexpr (Executor::kLeavesOut) this->wake(), executor().leave_out_none();
     this->hold_arrays(!volume_.empty());
     update_view();
     const int interval_before = std::exchange(recorded_interval_, refresh_interval());
     // Recorded runs hold the addresses and the plan.
-    if (!(needed_before == needs_) || interval_before != recorded_interval_ || !same_addresses(view_before, view_))
+    if (!(needed_before == needs_) || tiles_before != tiles_.held() || interval_before != recorded_interval_ ||
+        !same_addresses(view_before, view_))
       runs_.clear();
   }
 
   void update_view() {
-    meshes_.show(view_, phase_.oldest);
+    meshes_.show(view_, phase_.oldest, phase_.frame);
     forces_.show(view_, needs_);
     view_.coefficients = supervision_.coefficients();
     view_.levels = levels_.view();
@@ -425,12 +430,12 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   }
 
   /// Runs the kernel that was compiled for exactly the forces in use.
-  void integrate(int step, End end) {
+  void integrate(OfRun of_run, End end) {
     run_for<kBuiltForces>(needs_.forces, [&]<unsigned kMask>() {
       if (levels_.held())
-        run(IntegrateKernel<kMask, true>{view_, step, end});
+        run(IntegrateKernel<kMask, true>{view_, of_run, end});
       else
-        run(IntegrateKernel<kMask, false>{view_, step, end});
+        run(IntegrateKernel<kMask, false>{view_, of_run, end});
     });
   }
 

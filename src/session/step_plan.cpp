@@ -103,7 +103,14 @@ class PlanBuilder {
           volume_.empty() ? 0 : volume_.bytes());
     array("positions", any, always + (any ? ": one step ago, present, next" : ""), 3 * n * kTexel);
     array("neighbours", any, always, n * sizeof(Int4));
-    array("frame", any, always + (any ? ": normals and elevations" : ""), n * kTexel);
+    // Only known once something is held.
+    const std::size_t tiles = held_bytes("tiles");
+    array("frame", any, always + (any ? ": normals and elevations" : ""), (tiles > 0 ? 2 : 1) * n * kTexel);
+    array("tiles", tiles > 0,
+          tiles > 0 ? "a device takes the steps that find nothing anew in one launch"
+          : any     ? "for a device, few vertices, and steps that find nothing anew"
+                    : always,
+          tiles);
     array("ring sums", sums_rings(), why_ring_sums(), n * sizeof(float));
     array("shape reference", needs_.uses(ForceId::ShapeMemory), why(ForceId::ShapeMemory), n * kTexel);
     for (const ForceInfo& force : force_list())
