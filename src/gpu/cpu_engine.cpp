@@ -136,14 +136,12 @@ class CpuExecutor {
   }
   template <class Kernel>
   void run(const Kernel& kernel, int n) {
-    run_blocks((n + kBlock - 1) / kBlock,
-               [=, this](int b) { run_range(kernel, b * kBlock, std::min(n, (b + 1) * kBlock)); });
+    run_blocks((n + kBlock - 1) / kBlock, [&](int b) { run_range(kernel, b * kBlock, std::min(n, (b + 1) * kBlock)); });
   }
   template <class Kernel>
   void run_over_vertices(const Kernel& kernel, int n) {
     if (acting_.empty()) return run(kernel, n);
-    run_blocks(static_cast<int>(acting_.size()),
-               [=, this](int b) { run_range(kernel, acting_[b].first, acting_[b].last); });
+    run_blocks(static_cast<int>(acting_.size()), [&](int b) { run_range(kernel, acting_[b].first, acting_[b].last); });
   }
   /// Runs over vertices leave the others out from now on. The first vertex is among them always: a step's bookkeeping
   /// is with it.
@@ -160,7 +158,7 @@ class CpuExecutor {
   static constexpr int kBlock = 256;
   /// run_block(0) ... run_block(blocks - 1), shared out over the threads.
   template <class RunBlock>
-  void run_blocks(int blocks, const RunBlock& run_block) {
+  void run_blocks(int blocks, RunBlock&& run_block) {
     // Waking a thread costs some microseconds: a kernel is shared out only where it takes much longer. A chunk is large
     // enough that taking it costs nothing, and small enough that all threads end together.
     constexpr int kBlocksWorthSharing = 8, kChunksPerThread = 8;
@@ -168,17 +166,11 @@ class CpuExecutor {
       for (int b = 0; b < blocks; ++b) run_block(b);
       return;
     }
-    // In cache lines of its own: what others read of it must not lie beside what this thread writes meanwhile.
-    struct alignas(64) Job {
-      RunBlock run_block;
-      int blocks, chunks;
-      void operator()(int chunk) const {
-        const int last = static_cast<int>(static_cast<long>(blocks) * (chunk + 1) / chunks);
-        for (int b = static_cast<int>(static_cast<long>(blocks) * chunk / chunks); b < last; ++b) run_block(b);
-      }
-    };
-    const Job job{run_block, blocks, std::min(blocks, kChunksPerThread * pool_->threads())};
-    pool_->run(job.chunks, job);
+    const int chunks = std::min(blocks, kChunksPerThread * pool_->threads());
+    pool_->run(chunks, [&](int chunk) {
+      const int last = static_cast<int>(static_cast<long>(blocks) * (chunk + 1) / chunks);
+      for (int b = static_cast<int>(static_cast<long>(blocks) * chunk / chunks); b < last; ++b) run_block(b);
+    });
   }
   /// kernel(first) ... kernel(last - 1): eight at once where the machine can and they are of one mesh.
   template <class Kernel>

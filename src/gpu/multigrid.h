@@ -211,7 +211,7 @@ struct SmallLevels {
       return own;
     }
   }
-  /// Copies of level l, or of all from there on, back to where others read.
+  /// What the team has at vertices begin ... end - 1 to where others read it.
   template <class Team>
   SIMPLEXSEG_HD void hand_on(const Team& team, const Vec4* own, Vec4* all, int begin, int end) const {
     if constexpr (Team::kOwnMemory)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tiles in which a device takes a step. That such a step is the CPU's, backends_test.cpp shows there.
+// The tiles in which a device takes a step. That such a step is the CPU's, backends_test.cpp and the reference model's
+// tests show there.
 #include "gpu/tiles.h"
 
 #include <gtest/gtest.h>
