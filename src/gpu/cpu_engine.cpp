@@ -91,7 +91,7 @@ class CpuExecutor {
   template <class T>
   using HostVisible = HostArray<T>;
   using NeighbourArray = HostArray<Int4>;
-  static constexpr bool kRecords = false, kSumsRings = true, kLeavesOut = true, kTiles = false;
+  static constexpr bool kRecords = false, kSumsRings = true, kTiles = false;
   static constexpr float kCycleCost = 2.4f;  ///< of a step with a multigrid cycle, in steps without
   struct Recording {};
   explicit CpuExecutor(int threads, CpuCode code)
@@ -143,16 +143,13 @@ class CpuExecutor {
     if (acting_.empty()) return run(kernel, n);
     run_blocks(static_cast<int>(acting_.size()), [&](int b) { run_range(kernel, acting_[b].first, acting_[b].last); });
   }
-  /// Runs over vertices leave the others out from now on. The first vertex is among them always: a step's bookkeeping
-  /// is with it.
+  /// Nothing is left out where there are no ranges.
   void leave_to(const std::vector<VertexRange>& ranges) {
     acting_.clear();
-    if (ranges.empty() || ranges[0].first > 0) acting_.push_back({0, 1});
     for (const VertexRange& range : ranges)
       for (int first = range.first; first < range.last; first += kBlock)
         acting_.push_back({first, std::min(first + kBlock, range.last)});
   }
-  void leave_out_none() { acting_.clear(); }
 
  private:
   static constexpr int kBlock = 256;

@@ -10,6 +10,8 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <utility>
+#include <vector>
 
 #include "gpu/backend.h"
 #include "gpu/cuda_memory.h"
@@ -86,11 +88,45 @@ __device__ void let_next_kernel_come() {
   cudaTriggerProgrammaticLaunchCompletion();
 #endif
 }
+/// The blocks that a launch has, of those that all vertices would take: some are left out.
+struct ActingBlocks {
+  static constexpr int kMost = 6;
+  struct Run {
+    int first, end;
+  };
+  int count = 0;  ///< of runs of blocks that follow each other; 0: all are there
+  Run runs[kMost];
+  __device__ int operator[](unsigned block) const {
+    int left = static_cast<int>(block);
+    for (int k = 0; k < count; ++k) {
+      const Run run = runs[k];
+      if (left < run.end - run.first) return run.first + left;
+      left -= run.end - run.first;
+    }
+    return left;
+  }
+  int of(int all) const {
+    int sum = 0;
+    for (int k = 0; k < count; ++k) sum += runs[k].end - runs[k].first;
+    return count != 0 ? sum : all;
+  }
+  /// Those of some vertices, in order; more of them where there are too many runs.
+  ActingBlocks(const std::vector<VertexRange>& ranges, int vertices_of_block) : runs{} {
+    for (const VertexRange& range : ranges) {
+      const int from = range.first / vertices_of_block, to = (range.last - 1) / vertices_of_block + 1;
+      if (count == 0 || (from > runs[count - 1].end && count < kMost))
+        runs[count++] = {from, to};
+      else
+        runs[count - 1].end = to;
+    }
+  }
+};
 template <class Kernel>
-__global__ void __launch_bounds__(kThreads, 1) launch(const __grid_constant__ Kernel kernel, int n) {
+__global__ void __launch_bounds__(kThreads, 1)
+    launch(const __grid_constant__ Kernel kernel, int n, const __grid_constant__ ActingBlocks acting) {
   extern __shared__ float scratch[];
   wait_for_earlier_kernels();
-  work(kernel, n, static_cast<int>(blockIdx.x), scratch);
+  work(kernel, n, acting[blockIdx.x], scratch);
 }
 
 /// A block of kCount threads, eight to a group.
@@ -132,24 +168,26 @@ struct TileTeam {
   __device__ void wait_for_earlier_steps() const { wait_for_earlier_kernels(); }
 };
 template <class Kernel>
-__global__ void __launch_bounds__(Kernel::kThreads) launch_tiles(const __grid_constant__ Kernel kernel) {
+__global__ void __launch_bounds__(Kernel::kThreads)
+    launch_tiles(const __grid_constant__ Kernel kernel, const __grid_constant__ ActingBlocks acting) {
   extern __shared__ float4 texels_of_tile[];
   let_next_kernel_come();
-  kernel(static_cast<int>(blockIdx.x), TileTeam<Kernel::kThreads>{static_cast<int>(threadIdx.x)},
+  kernel(acting[blockIdx.x], TileTeam<Kernel::kThreads>{static_cast<int>(threadIdx.x)},
          reinterpret_cast<Vec4*>(texels_of_tile));
 }
 
 /// Two kernels that do not depend on each other, the second one in the first blocks.
 template <class A, class B>
 __global__ void __launch_bounds__(kThreads)
-    launch_together(const __grid_constant__ A a, int na, const __grid_constant__ B b, int nb, int blocks_of_b) {
+    launch_together(const __grid_constant__ A a, int na, const __grid_constant__ ActingBlocks acting_of_a,
+                    const __grid_constant__ B b, int nb, int blocks_of_b) {
   extern __shared__ float scratch[];
   const int block = static_cast<int>(blockIdx.x);
   wait_for_earlier_kernels();
   if (block < blocks_of_b)
     work(b, nb, block, scratch);
   else
-    work(a, na, block - blocks_of_b, scratch);
+    work(a, na, acting_of_a[blockIdx.x - static_cast<unsigned>(blocks_of_b)], scratch);
 }
 
 __global__ void probe() {}
@@ -197,7 +235,7 @@ class CudaExecutor {
   template <class T>
   using HostVisible = HostVisibleArray<T>;
   using NeighbourArray = simplexseg::NeighbourArray;
-  static constexpr bool kRecords = true, kSumsRings = false, kLeavesOut = false;
+  static constexpr bool kRecords = true, kSumsRings = false;
 #ifdef SIMPLEXSEG_TEXTURE_ARRAYS
   static constexpr bool kTiles = false;  // a texture is not of a block's own memory
 #else
@@ -229,7 +267,9 @@ class CudaExecutor {
   template <class F>
   void visit_width(int n, F&& f) const {
     constexpr int kManyVertices = 150'000;
-    if (n < kManyVertices)
+    int acting = acting_.empty() ? n : 0;
+    for (const VertexRange& range : acting_) acting += range.last - range.first;
+    if (acting < kManyVertices)
       f(std::integral_constant<int, 4>{});
     else
       f(std::integral_constant<int, 1>{});
@@ -245,8 +285,13 @@ class CudaExecutor {
 
   template <class Kernel>
   void run(const Kernel& kernel, int n) {
-    if (n > 0) start(Kernel::name, blocks_for<Kernel>(n), kThreads, shared_bytes(kernel), launch<Kernel>, kernel, n);
+    run(kernel, n, {});
   }
+  template <class Kernel>
+  void run_over_vertices(const Kernel& kernel, int n) {
+    run(kernel, n, acting_);
+  }
+  void leave_to(std::vector<VertexRange> ranges) { acting_ = std::move(ranges); }
   template <class Kernel>
   void run(const Kernel& kernel) {
     start(Kernel::name, 1, Kernel::kTeam, static_cast<unsigned>(kernel.levels.shared_bytes()), launch_team<Kernel>,
@@ -254,16 +299,18 @@ class CudaExecutor {
   }
   template <class Kernel>
   void run_tiles(const Kernel& kernel) {
-    start(Kernel::name, kernel.tiles.count, Kernel::kThreads, static_cast<unsigned>(kernel.shared_bytes()),
-          launch_tiles<Kernel>, kernel);
+    const ActingBlocks acting(acting_, kTileVertices);
+    start(Kernel::name, acting.of(kernel.tiles.count), Kernel::kThreads, static_cast<unsigned>(kernel.shared_bytes()),
+          launch_tiles<Kernel>, kernel, acting);
   }
   template <class A, class B>
   void run_together(const A& a, int na, const B& b, int nb) {
     if (na <= 0) return run(b, nb);
-    if (nb <= 0) return run(a, na);
+    if (nb <= 0) return run_over_vertices(a, na);
+    const ActingBlocks acting(acting_, kThreads / lanes_of<A>());
     const int blocks_of_b = blocks_for<B>(nb);
-    start(A::name, blocks_for<A>(na) + blocks_of_b, kThreads, std::max(shared_bytes(a), shared_bytes(b)),
-          launch_together<A, B>, a, na, b, nb, blocks_of_b);
+    start(A::name, acting.of(blocks_for<A>(na)) + blocks_of_b, kThreads, std::max(shared_bytes(a), shared_bytes(b)),
+          launch_together<A, B>, a, na, acting, b, nb, blocks_of_b);
   }
 
   template <class F>
@@ -311,6 +358,13 @@ class CudaExecutor {
   }
 
  private:
+  template <class Kernel>
+  void run(const Kernel& kernel, int n, const std::vector<VertexRange>& ranges) {
+    if (n <= 0) return;
+    const ActingBlocks acting(ranges, kThreads / lanes_of<Kernel>());
+    start(Kernel::name, acting.of(blocks_for<Kernel>(n)), kThreads, shared_bytes(kernel), launch<Kernel>, kernel, n,
+          acting);
+  }
   template <class... Parameters, class... Arguments>
   void start(const char* what, int blocks, int threads, unsigned shared, void (*kernel)(Parameters...),
              const Arguments&... arguments) {
@@ -344,6 +398,7 @@ class CudaExecutor {
   std::string description_;
   CudaVolume volume_;
   bool overlaps_ = false;
+  std::vector<VertexRange> acting_;  ///< empty: all vertices are
 };
 
 }  // namespace

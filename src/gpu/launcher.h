@@ -6,8 +6,9 @@
 // - run(kernel, n): kernel(0) ... kernel(n-1), ordered after all earlier runs
 // - run_together(a, na, b, nb): both, in any order; run(kernel): kernel(team), where it is written for one
 // - record(body) -> Recording, replay(recording): where kRecords, runs that are kept and repeated at small cost
-// - kLeavesOut: run_over_vertices(kernel, n) runs it for the ranges of leave_to(ranges) alone, until leave_out_none()
-// - run_tiles(kernel): a TileStep, where kTiles
+// - run_over_vertices(kernel, n): the same over all vertices; those outside of the ranges of leave_to(ranges), which
+//   begin with the first vertex, may be left out, here, in run_together(a, ...) and in run_tiles(kernel): a TileStep,
+//   where kTiles
 // - kSumsRings: SumRings is run, and its sums are held
 // - visit_width(n, f): f(how many lanes work on a search when there are n of them)
 // - bind(volume, view): makes the voxels readable; visit_voxels(type, f): f(type identity of their sampler)
@@ -34,14 +35,11 @@ struct Launcher {
     ++launches[Kernel::name];
     executor.run(kernel, n);
   }
-  /// Over vertices, those that rest left out where the executor can (MeshConstants::rests).
+  /// Over vertices, those that rest left out (MeshConstants::rests).
   template <class Kernel>
   void run_over_vertices(const Kernel& kernel, int n) {
     ++launches[Kernel::name];
-    if constexpr (Executor::kLeavesOut)
-      executor.run_over_vertices(kernel, n);
-    else
-      executor.run(kernel, n);
+    executor.run_over_vertices(kernel, n);
   }
   /// One that is written for a team.
   template <class Kernel>

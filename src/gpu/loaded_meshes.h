@@ -50,7 +50,7 @@ class LoadedMeshes {
     wanted_ = std::move(before.wanted), simulation_ = before.simulation, needs_ = before.needs;
     phase_ = before.phase, forms_due_ = before.forms_due;
     meshes_.put_back(std::move(before.constants));
-    wake();
+    forget_rest();
     supervision_.put_back(std::move(before.supervision));
     drop_what_is_not_needed();
     if (meshes_.size() != 0) meshes_.send_constants();
@@ -70,28 +70,25 @@ class LoadedMeshes {
   }
 
   /// Meshes on which no force acts, and that have come to rest, are left out of steps: their vertices stay where they
-  /// are, bit by bit, whatever is done. True when there are more of them now. For executors whose arrays the host
-  /// reads.
-  bool note_rest() {
+  /// are, bit by bit, whatever is done. True when there are more of them now: runs recorded before do not know.
+  bool leave_out_what_rests(Launcher<Executor>& launcher) {
     bool more = false;
     for (std::size_t k = 0; k < meshes_.size(); ++k) {
       MeshConstants& c = meshes_[k];
-      if (c.rests != 0 || acts(k) || !meshes_.is_still(k)) continue;
-      c.rests = 1, more = true;
+      const MeshMotion& motion = results_.motion()[k];
+      if (c.rests != 0 || motion.mean_move_mm != 0 || motion.square_move != 0 || acts(k)) continue;
+      if (meshes_.is_still(k)) c.rests = 1, more = true;
     }
-    if (more) meshes_.send_constants();
-    return more;
+    if (!more) return false;
+    meshes_.send_constants();
+    launcher.executor.leave_to(acting());
+    meshes_.keep_frames(launcher, phase_.frame);
+    return true;
   }
-  /// Before anything changes.
-  void wake() {
-    for (std::size_t k = 0; k < meshes_.size(); ++k) meshes_[k].rests = 0;
-  }
-  /// The vertices of all meshes that do not rest.
-  std::vector<VertexRange> acting() const {
-    std::vector<VertexRange> ranges;
-    for (const MeshConstants& c : meshes_.all())
-      if (c.rests == 0) ranges.push_back({c.first_vertex, c.first_vertex + c.vertex_count});
-    return ranges;
+  /// Before anything changes. True when something was left out.
+  bool wake(Launcher<Executor>& launcher) {
+    launcher.executor.leave_to({});
+    return forget_rest();
   }
 
   /// What the forces of a mesh still asked for in the last step of a batch.
@@ -122,6 +119,19 @@ class LoadedMeshes {
   BatchResults<Executor> results_;
 
  private:
+  bool forget_rest() {
+    bool some = false;
+    for (std::size_t k = 0; k < meshes_.size(); ++k) some = std::exchange(meshes_[k].rests, 0) != 0 || some;
+    return some;
+  }
+  /// The vertices of all meshes that do not rest, and the first of all, which is in each step's bookkeeping.
+  std::vector<VertexRange> acting() const {
+    std::vector<VertexRange> ranges;
+    for (const MeshConstants& c : meshes_.all())
+      if (c.rests == 0) ranges.push_back({c.first_vertex, c.first_vertex + c.vertex_count});
+    if (ranges.empty() || ranges[0].first > 0) ranges.insert(ranges.begin(), {0, 1});
+    return ranges;
+  }
   bool acts(std::size_t k) const {
     const MeshNeeds needs = forces_.needs_of_mesh(k, meshes_[k]);
     return std::any_of(force_list().begin(), force_list().end(),
@@ -130,8 +140,10 @@ class LoadedMeshes {
   bool needs_levels() const { return supervision_.corrected() && meshes_.vertex_count() > 0; }
   /// Some step is one of a few vertices for which nothing is found anew, and nothing summed.
   bool needs_tiles(const StepNeeds& needs) const {
-    const int n = meshes_.vertex_count();
-    return Executor::kTiles && n > 0 && n <= kMostTiledVertices && !needs_levels() &&
+    if (!Executor::kTiles || meshes_.vertex_count() > kMostInTiles) return false;
+    int acting = 0;
+    for (std::size_t k = 0; k < meshes_.size(); ++k) acting += acts(k) ? meshes_[k].vertex_count : 0;
+    return acting > 0 && acting <= kMostTiledVertices && !needs_levels() &&
            !(needs.searches() && refresh_interval() == 1) && (needs.forces & kBuiltForces & kPullingForces) == 0;
   }
   void drop_what_is_not_needed() {

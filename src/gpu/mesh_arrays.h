@@ -11,6 +11,7 @@
 #include "core/expect.h"
 #include "forces/step_view.h"
 #include "gpu/kernels.h"
+#include "gpu/launcher.h"
 #include "gpu/vertex_order.h"
 #include "image/volume.h"
 #include "mesh/mesh_geometry.h"
@@ -109,14 +110,17 @@ class MeshArrays {
     copy(positions_[(oldest + 1) % 3], positions);
     copy(positions_[oldest], previous);
   }
-  /// Whether the last two steps left each vertex of a mesh where it was; for arrays that the host reads.
+  /// Whether the last two steps left each vertex of a mesh where it was.
   bool is_still(std::size_t k) {
     const MeshConstants& c = constants_[k];
-    const Vec4 *a = positions_[0].data(), *b = positions_[1].data(), *d = positions_[2].data();
+    std::vector<Vec4> poses[3];
+    for (int pose = 0; pose < 3; ++pose) {
+      poses[pose].resize(c.vertex_count);
+      positions_[pose].download(poses[pose], c.first_vertex);
+    }
     auto same = [](Vec4 x, Vec4 y) { return std::memcmp(&x, &y, sizeof(Vec3)) == 0 && x.w == 0 && y.w == 0; };
-    for (int i = c.first_vertex; i < c.first_vertex + c.vertex_count; ++i)
-      if (!same(a[i], b[i]) || !same(a[i], d[i])) return false;
-    return true;
+    return std::equal(poses[0].begin(), poses[0].end(), poses[1].begin(), same) &&
+           std::equal(poses[0].begin(), poses[0].end(), poses[2].begin(), same);
   }
   Vec4* positions_at(int array) { return positions_[array % 3].data(); }
 
@@ -157,6 +161,10 @@ class MeshArrays {
     if (frames_[1].size() == 0) return;
     if (at == 1) std::swap(frames_[0], frames_[1]);
     frames_[1].resize(0);
+  }
+  /// Before vertices are left out, whose frames then are not found anew.
+  void keep_frames(Launcher<Executor>& launcher, int at) {
+    if (frames_[1].size() != 0) launcher.run(KeepPose{frames_[at].texels(), other_frame(at), 0}, vertex_count_);
   }
   /// The array of the two that does not hold them.
   Vec4* other_frame(int at) { return frames_[1 - at].data(); }

@@ -51,12 +51,13 @@ class RecordedRuns {
       auto found = runs_.find(key);
       if (found == runs_.end()) {
         // Recording costs as much as many launches: only what comes again is worth it.
-        constexpr std::size_t kMostRuns = 100;
-        if (runs_.size() >= kMostRuns) runs_.clear();
-        runs_.emplace(key, Run{});
+        constexpr std::size_t kMostRuns = 200;
+        if (runs_.size() >= kMostRuns) forget_one();
+        runs_[key].used = ++uses_;
         return steps();
       }
       Run& run = found->second;
+      run.used = ++uses_;
       if (!run.recorded) {
         const auto before = launcher.launches;
         run.recording = launcher.executor.record([&] { steps(); });
@@ -90,8 +91,15 @@ class RecordedRuns {
     typename Executor::Recording recording;
     StepPhase after;
     std::map<std::string, std::uint64_t> launches;
+    std::uint64_t used = 0;  ///< when: counts all uses
   };
+  /// That which has not come for longest. All of them at once would hold up a frame.
+  void forget_one() {
+    runs_.erase(std::min_element(runs_.begin(), runs_.end(),
+                                 [](const auto& a, const auto& b) { return a.second.used < b.second.used; }));
+  }
   std::map<Key, Run> runs_;
+  std::uint64_t uses_ = 0;
 };
 
 }  // namespace simplexseg

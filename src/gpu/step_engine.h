@@ -135,8 +135,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
         supervision_.note_batch(done, meshes_, results_.motion());
         if (support_due) note_support();
         if (interval_ends) learn(outcome);
-        if constexpr (Executor::kLeavesOut)
-          if (this->note_rest()) executor().leave_to(this->acting());
+        if (this->leave_out_what_rests(launcher_)) runs_.clear();
       }
     }
     for (std::size_t k = 0; k < meshes_.size(); ++k) measure(k, results_.motion()[k], residual_mm(k), outcome);
@@ -406,7 +405,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     const StepView view_before = view_;
     const StepNeeds needed_before = needs_;
     const bool tiles_before = tiles_.held();
-    if constexpr (Executor::kLeavesOut) this->wake(), executor().leave_out_none();
+    if (this->wake(launcher_)) runs_.clear();
     this->hold_arrays(!volume_.empty());
     update_view();
     const int interval_before = std::exchange(recorded_interval_, refresh_interval());

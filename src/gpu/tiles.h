@@ -35,8 +35,8 @@ struct TileArrays {
   int most_frames = 0, most_positions = 0;
 };
 
-/// Vertices of a tile, and of all meshes together, beyond which two launches are faster.
-inline constexpr int kTileVertices = 64, kMostTiledVertices = 50'000;
+/// Vertices of a tile; of all meshes on which a force acts, beyond which two launches are faster; and of all meshes.
+inline constexpr int kTileVertices = 64, kMostTiledVertices = 50'000, kMostInTiles = 500'000;
 
 /// Tiles of vertices that follow each other. Empty where meshes are more than what 16 bits count.
 inline TileArrays make_tiles(std::span<const Int4> neighbours) {

@@ -21,6 +21,9 @@ namespace {
 /// Rest and refinement are decided at every kCheckInterval-th step, so that they depend on the count of steps alone.
 constexpr int kCheckInterval = 10;
 
+/// Who may say that it is enough waits about that long at most.
+constexpr double kPatienceS = 1.5e-3;
+
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 DeviceError not_enough_memory(std::size_t needed, std::size_t available) {
@@ -391,7 +394,10 @@ Advance Session::advance(double seconds, const std::atomic<bool>* enough) {
     learn_beside();
     const double left = seconds - (now() - start);
     const int fit = seconds_per_step_ > 0 ? static_cast<int>(std::clamp(left / seconds_per_step_, 1.0, 1e6)) : 1;
-    const Advance part = take_steps(std::min(fit, kCheckInterval), true);
+    int most = kCheckInterval;
+    for (const int fewer : {5, 2, 1})
+      if (enough && most * seconds_per_step_ > kPatienceS) most = fewer;
+    const Advance part = take_steps(std::min(fit, most), true);
     append(total, part);
     if (part.steps == 0 || (enough && *enough)) break;
   } while (!total.at_rest && !total.failure && now() - start + seconds_per_step_ < seconds);

@@ -168,15 +168,16 @@ void step(benchmark::State& state, Load load, int refresh_interval) {
   measure(state, items, load, refresh_interval, threads, {});
 }
 
-/// arguments: vertices, those of an idle mesh beside it
-void beside_idle(benchmark::State& state, Load load, int refresh_interval) {
+/// arguments: vertices, those of an idle mesh beside it. `threads`: 0 on a device.
+void beside_idle(benchmark::State& state, Load load, int refresh_interval, int threads) {
+  if (skipped(state, threads)) return;
   std::vector<Item> items;
   items.push_back(make_item(make_sphere(centre(), 35, sphere_level_for(static_cast<int>(state.range(0)))), load));
   if (state.range(1) > 0) {
     items.push_back(make_item(make_sphere(centre(), 30, sphere_level_for(static_cast<int>(state.range(1)))), load));
     items.back().idle = true;
   }
-  measure(state, items, load, refresh_interval, 1, {});
+  measure(state, items, load, refresh_interval, threads, {});
 }
 
 /// argument: vertices = 20 f^2. Twenty attraction points where the load has the force.
@@ -232,8 +233,10 @@ BENCHMARK_CAPTURE(step, gradient_13_samples_every_step, Load::Gradient, 1)->Appl
 BENCHMARK_CAPTURE(step, any_gradient_13_samples_every_step, Load::AnyGradient, 1)->Apply(sizes);
 BENCHMARK_CAPTURE(step, region_every_third_step, Load::Region, 3)->Apply(sizes);
 BENCHMARK_CAPTURE(step, field_every_third_step, Load::Field, 3)->Apply(sizes);
-BENCHMARK_CAPTURE(beside_idle, internal, Load::Internal, 1)->Apply(with_and_without);
-BENCHMARK_CAPTURE(beside_idle, gradient_13_samples_every_step, Load::Gradient, 1)->Apply(with_and_without);
+BENCHMARK_CAPTURE(beside_idle, internal, Load::Internal, 1, 1)->Apply(with_and_without);
+BENCHMARK_CAPTURE(beside_idle, gradient_13_samples_every_step, Load::Gradient, 1, 1)->Apply(with_and_without);
+BENCHMARK_CAPTURE(beside_idle, device_internal, Load::Internal, 1, 0)->Apply(with_and_without);
+BENCHMARK_CAPTURE(beside_idle, device_gradient_13_samples_every_step, Load::Gradient, 1, 0)->Apply(with_and_without);
 BENCHMARK_CAPTURE(device, internal, Load::Internal, 1, kFiltered)->Apply(device_sizes);
 BENCHMARK_CAPTURE(device, full_gradient, Load::FullGradient, 1, kFiltered)->Apply(device_sizes);
 BENCHMARK_CAPTURE(device, full_profile, Load::FullProfile, 1, kFiltered)->Apply(device_sizes);

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The simulation goes on beside the picture that is brought to the screen; on the CPU only when it is told to.
+#include <QElapsedTimer>
+#include <QLabel>
 #include <QSignalSpy>
 #include <QTest>
 
@@ -33,6 +35,45 @@ TEST_F(BesideTest, OnTheCpuItDoesNotUnlessItIsTold) {
   const std::int64_t steps = bench().session().total_steps();
   EXPECT_TRUE(wait_until([&] { return bench().session().total_steps() > steps + 50; }));
   EXPECT_EQ(beside.count(), before);
+}
+
+TEST_F(BesideTest, NumbersFollowADragWhenItPauses) {
+  set_rest_tolerance(0);
+  const ItemId mesh = scene().meshes[0].id;
+  const Eigen::Vector3d place = scene().meshes[0].seed.centre_mm + Eigen::Vector3d(15, 0, 0);
+  ItemId point = 0;
+  bench().apply(AddPoint{mesh, place}, &point);
+  bench().run();
+  const auto numbers = [&] {
+    QStringList texts;
+    for (const QLabel* label : window_->findChildren<QLabel*>()) texts << label->text();
+    return texts;
+  };
+  QSignalSpy paused(&bench(), &Workbench::scene_changed);
+  int moves = 0;
+  const auto drag_for_ms = [&](int ms) {
+    QElapsedTimer since;
+    since.start();
+    while (since.elapsed() < ms) {
+      bench().apply(MovePoint{point, place + Eigen::Vector3d(0.01 * ++moves, 0, 0), moves > 1});
+      QTest::qWait(5);
+    }
+  };
+  bool held = false;
+  for (int attempt = 0; attempt < 5 && !held; ++attempt) {
+    drag_for_ms(400);  // what was due before is painted
+    const qsizetype pauses = paused.count();
+    const QStringList before = numbers();
+    const std::int64_t steps = bench().session().total_steps();
+    drag_for_ms(600);
+    if (paused.count() != pauses) continue;  // the machine was busy, and the drag paused
+    EXPECT_EQ(numbers(), before);
+    EXPECT_GT(bench().session().total_steps(), steps + 10);
+    held = true;
+  }
+  EXPECT_TRUE(held);
+  const QStringList before = numbers();
+  EXPECT_TRUE(wait_until([&] { return numbers() != before; }));
 }
 
 TEST_F(BesideTest, WhateverTheUserDoesMeanwhileTheLogGivesTheSameBits) {

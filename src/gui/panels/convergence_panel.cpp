@@ -109,7 +109,7 @@ void ConvergencePanel::note_advance(const Advance& done) {
   if (residuals_.due(session.total_steps()) || done.at_rest) residuals_.sample(session, seconds_);
   if (!in_sight_) return;
   if (measures_errors() && (done.at_rest || since_error_.hasExpired(kRedrawMs))) sample_errors();
-  if (!redraw_.isActive()) redraw_.start();
+  if (!redraw_.isActive() && !workbench_.is_dragging()) redraw_.start();
 }
 
 void ConvergencePanel::follow_scene() {

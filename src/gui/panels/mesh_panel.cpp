@@ -34,7 +34,7 @@ MeshPanel::MeshPanel(Workbench& workbench, FrameLoop& loop, ActionTable& actions
   states_.setInterval(300);
   connect(&states_, &QTimer::timeout, this, &MeshPanel::refresh_states);
   connect(&loop_, &FrameLoop::ticked, this, [this] {
-    if (!states_.isActive()) states_.start();
+    if (!states_.isActive() && !workbench_.is_dragging()) states_.start();
   });
   connect(&workbench_, &Workbench::pose_changed, this, [this] {
     if (!states_.isActive()) states_.start();

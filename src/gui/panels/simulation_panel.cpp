@@ -67,7 +67,7 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
   auto* timer = new QTimer(this);
   timer->setInterval(200);
   connect(timer, &QTimer::timeout, this, [this] {
-    if (workbench_.running()) refresh_status();
+    if (workbench_.running() && !workbench_.is_dragging()) refresh_status();
   });
   timer->start();
   refresh_status();

@@ -47,7 +47,7 @@ StateChip::StateChip(Workbench& workbench, FrameLoop& loop, QWidget* parent)
   connect(&calm_, &QTimer::timeout, this, &StateChip::refresh);
   const auto soon = [this] {
     if (run_state(workbench_, loop_) != state_) refresh();
-    if (!calm_.isActive()) calm_.start();
+    if (!calm_.isActive() && !workbench_.is_dragging()) calm_.start();
   };
   connect(&loop_, &FrameLoop::ticked, this, soon);
   connect(&workbench_, &Workbench::scene_changed, this, soon);

@@ -56,6 +56,8 @@ class Workbench : public QObject {
   /// advanced_beside() comes, whereupon end_advance() tells how it went. To be called again only after that.
   void begin_advance(double seconds);
   bool is_advancing() const { return beside_ != nullptr; }
+  /// A point is dragged. A panel that changes meanwhile costs that frame a third of its time: it follows in a pause.
+  bool is_dragging() const { return settle_.isActive(); }
   /// What is done so far of what begin_advance() began, which ends with it.
   const Advance& done_beside() const;
   Advance end_advance();
