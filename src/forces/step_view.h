@@ -189,8 +189,13 @@ inline constexpr float kFixedPoint = 268435456.0f;
 inline constexpr int kMaxNeighbourhoodOrder = 10;
 inline constexpr int kMaxPatch = 1 + 3 * kMaxNeighbourhoodOrder * (kMaxNeighbourhoodOrder + 1) / 2 + 60;
 
-/// Steps of one recording, at most: a multiple of 3, of 2 and of 5.
-inline constexpr int kLongestRun = 30;
+/// Steps of a recording, of so many that are left: 30 at most, a multiple of 3, of 2 and of 5. Few lengths, that few
+/// runs are recorded; one alone is always the last (OfRun).
+constexpr int length_of_run(int left) {
+  for (int length : {30, 10, 5, 2})
+    if (left >= length) return length;
+  return left;
+}
 
 /// Vertices and points that one call of FindNearest compares.
 inline constexpr int kNearestBlock = 128, kPointGroup = 8;

@@ -215,7 +215,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   int run_batch(int count, End end) {
     int done = 0;
     while (done < count) {
-      const int length = std::min(count - done, kLongestRun);
+      const int length = length_of_run(count - done);
       supervision_.send_coefficients();
       const int ran = run_steps(length, done + length < count ? End::None : end);
       done += ran;

@@ -32,6 +32,7 @@ void FrameLoop::count(const Advance& done) {
 }
 
 void FrameLoop::note_move() {
+  moved_ = true;
   if (workbench_.is_advancing()) count(workbench_.done_beside());  // which knew nothing of the movement
   statistics_.point_moved(std::exchange(move_since_s_, std::nullopt).value_or(FrameStatistics::now_s()));
   wake();
@@ -50,6 +51,14 @@ void FrameLoop::wake() {
 }
 
 void FrameLoop::view_composing() {
+  // What the user moves is on its way to the screen: the device has nothing else to do until it is there.
+  if (moved_)
+    begins_when_shown_ = true;
+  else
+    begin_beside();
+}
+
+void FrameLoop::begin_beside() {
   // In a loop within a loop (a menu, a dialog) somebody may hold on to what belongs to the session.
   const bool nested = QThread::currentThread()->loopLevel() > 1 || QApplication::activeModalWidget();
   if (!timer_.isActive() || !workbench_.running() || !ticked_ || workbench_.is_advancing() || nested) return;
@@ -67,6 +76,10 @@ void FrameLoop::note_advanced() {
 
 void FrameLoop::view_shown() {
   const bool new_picture = statistics_.shown(FrameStatistics::now_s());
+  if (new_picture) {
+    moved_ = false;
+    if (std::exchange(begins_when_shown_, false)) begin_beside();
+  }
   if (!timer_.isActive()) {
     statistics_.interrupt();
   } else if (new_picture && workbench_.is_advancing() && !ended_) {

@@ -48,6 +48,7 @@ class FrameLoop : public QObject {
   void wake();
   void note_move();
   void note_advanced();
+  void begin_beside();
   void count(const Advance& done);
 
   Workbench& workbench_;
@@ -56,9 +57,11 @@ class FrameLoop : public QObject {
   std::optional<double> move_since_s_;
   bool at_rest_ = false;
   std::optional<bool> beside_;
-  bool ticked_ = false;   ///< since the simulation went on beside a picture
-  bool shown_ = false;    ///< the picture beside which it goes on
-  bool ended_ = false;    ///< what went on beside it
+  bool ticked_ = false;  ///< since the simulation went on beside a picture
+  bool shown_ = false;   ///< the picture beside which it goes on
+  bool ended_ = false;   ///< what went on beside it
+  bool moved_ = false;   ///< a point, since a picture was shown
+  bool begins_when_shown_ = false;
   bool woken_ = false;    ///< by what came after the steps that are told of next
   bool counted_ = false;  ///< that, in the statistics
   double steps_per_second_ = 0, step_ms_ = 0;
