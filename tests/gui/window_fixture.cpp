@@ -126,8 +126,8 @@ void WindowTest::wheel(QWidget& widget, const QPointF& at, int notches, Qt::Keyb
 #ifdef __SANITIZE_THREAD__
 // Qt and the drivers of OpenGL are not instrumented: what they guard by locks of their own looks like a race. What is
 // posted from a thread to another's queue of events is such.
-extern "C" const char* __tsan_default_options();
+extern "C" __attribute__((visibility("default"))) const char* __tsan_default_options();
 extern "C" const char* __tsan_default_options() { return "ignore_noninstrumented_modules=1"; }
-extern "C" const char* __tsan_default_suppressions();
+extern "C" __attribute__((visibility("default"))) const char* __tsan_default_suppressions();
 extern "C" const char* __tsan_default_suppressions() { return "race:QFunctorSlotObject\n"; }
 #endif
