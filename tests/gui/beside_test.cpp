@@ -59,19 +59,19 @@ TEST_F(BesideTest, NumbersFollowADragWhenItPauses) {
       QTest::qWait(5);
     }
   };
-  bool held = false;
-  for (int attempt = 0; attempt < 5 && !held; ++attempt) {
+  bool held = false, always_paused = true;
+  for (int attempt = 0; attempt < 6 && !held; ++attempt) {
     drag_for_ms(400);  // what was due before is painted
     const qsizetype pauses = paused.count();
     const QStringList before = numbers();
     const std::int64_t steps = bench().session().total_steps();
     drag_for_ms(600);
     if (paused.count() != pauses) continue;  // the machine was busy, and the drag paused
-    EXPECT_EQ(numbers(), before);
-    EXPECT_GT(bench().session().total_steps(), steps + 10);
-    held = true;
+    always_paused = false;
+    held = numbers() == before && bench().session().total_steps() > steps + 10;
   }
-  if (!held) GTEST_SKIP() << "a picture takes longer here than what a drag pauses";
+  if (always_paused) GTEST_SKIP() << "a picture takes longer here than what a drag pauses";
+  EXPECT_TRUE(held);
   const QStringList before = numbers();
   EXPECT_TRUE(wait_until([&] { return numbers() != before; }));
 }

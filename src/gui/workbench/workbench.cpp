@@ -44,7 +44,10 @@ Session& Workbench::settled() const {
 void Workbench::begin_advance(double seconds) {
   SIMPLEXSEG_EXPECT(!beside_);
   beside_ = std::make_unique<Beside>();
+  // What was done before is seen by the other thread: Qt's queue sees to that, and this says it.
+  beside_->enough.store(false, std::memory_order_release);
   side_thread_.start([this, seconds, serial = ++begun_, one = beside_.get()] {
+    (void)one->enough.load(std::memory_order_acquire);
     try {
       one->done = session_.advance(seconds, &one->enough);
     } catch (const std::exception& error) {
