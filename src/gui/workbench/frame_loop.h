@@ -57,13 +57,13 @@ class FrameLoop : public QObject {
   std::optional<double> move_since_s_;
   bool at_rest_ = false;
   std::optional<bool> beside_;
-  bool ticked_ = false;  ///< since the simulation went on beside a picture
-  bool shown_ = false;   ///< the picture beside which it goes on
-  bool ended_ = false;   ///< what went on beside it
-  bool moved_ = false;   ///< a point, since a picture was shown
-  bool begins_when_shown_ = false;
-  bool woken_ = false;    ///< by what came after the steps that are told of next
-  bool counted_ = false;  ///< that, in the statistics
+  bool ticked_ = false;             ///< since the simulation went on beside a picture
+  bool shown_ = false;              ///< the picture beside which it goes on
+  bool ended_ = false;              ///< what went on beside it
+  bool moved_ = false;              ///< a point, since a picture was shown
+  bool begins_when_shown_ = false;  ///< what else would go on beside the picture
+  bool woken_ = false;              ///< by what came after the steps that are told of next
+  bool counted_ = false;            ///< that, in the statistics
   double steps_per_second_ = 0, step_ms_ = 0;
   double last_tick_s_ = 0;
 };
