@@ -67,6 +67,7 @@ class HostArray {
     std::copy(from.begin(), from.end(), data_.get() + first);
   }
   void assign(std::span<const T> from) { resize(from.size()), upload(from); }
+  void assign_kept(std::span<const T> from) { assign(from); }
   void download(std::span<T> to, std::size_t first = 0) { std::copy_n(data_.get() + first, to.size(), to.begin()); }
   void fill_zero() { fill(0); }
   void fill_ones() { fill(0xff); }

@@ -277,11 +277,7 @@ class CudaExecutor {
   bool failed(const StepStatus*) const { return false; }  // known to the kernels; the host learns it after the batch
   void wait() { engine_stream().wait(); }
   std::uint64_t bytes_read_back() const { return bytes_downloaded(); }
-  std::size_t bytes_free() const {
-    std::size_t free = 0, total = 0;
-    check(cudaMemGetInfo(&free, &total), "asking for free memory");
-    return free;
-  }
+  std::size_t bytes_free() const { return device_bytes_free(); }
 
   template <class Kernel>
   void run(const Kernel& kernel, int n) {
@@ -396,6 +392,7 @@ class CudaExecutor {
   }
 
   std::string description_;
+  std::shared_ptr<const DeviceMemory> memory_ = DeviceMemory::of_device();  // what arrays give back stays
   CudaVolume volume_;
   bool overlaps_ = false;
   std::vector<VertexRange> acting_;  ///< empty: all vertices are
@@ -414,7 +411,10 @@ std::string why_no_cuda() {
 struct DeviceStream::Own {
   Stream stream{"simplexseg engine of a thread"};
   Stream* before = std::exchange(stream_of_thread, &stream);
-  ~Own() { stream_of_thread = before; }
+  ~Own() {
+    stream_of_thread = before;
+    cudaStreamSynchronize(stream.handle());  // what it still uses may be given back on another stream now
+  }
 };
 DeviceStream::DeviceStream() {
   if (why_no_cuda().empty()) own_ = std::make_unique<Own>();
@@ -423,15 +423,15 @@ DeviceStream::~DeviceStream() = default;
 
 std::optional<CudaDevice> cuda_device() {
   if (!why_no_cuda().empty()) return std::nullopt;
-  int device = 0;
-  cudaDeviceProp properties{};
-  std::size_t free = 0, total = 0;
-  if (cudaGetDevice(&device) != cudaSuccess || cudaGetDeviceProperties(&properties, device) != cudaSuccess ||
-      cudaMemGetInfo(&free, &total) != cudaSuccess) {
-    cudaGetLastError();
+  try {
+    int device = 0;
+    cudaDeviceProp properties{};
+    check(cudaGetDevice(&device), "choosing a device");
+    check(cudaGetDeviceProperties(&properties, device), "asking the device");
+    return CudaDevice{properties.name, device_bytes_free()};
+  } catch (const DeviceError&) {
     return std::nullopt;
   }
-  return CudaDevice{properties.name, free};
 }
 
 std::unique_ptr<Engine> make_cuda_engine(VolumeSampling sampling) {

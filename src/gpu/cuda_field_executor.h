@@ -8,9 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstring>
-#include <map>
 #include <memory>
-#include <mutex>
 #include <span>
 #include <utility>
 
@@ -20,43 +18,6 @@
 #include "gpu/cuda_memory.h"
 
 namespace simplexseg {
-
-/// Memory of a device that arrays of all fields are cut from: what one gives back is there for the next, without the
-/// device waiting. What updates work with is so taken once, not for each field.
-class FieldMemory {
- public:
-  explicit FieldMemory(int device) {
-    cudaMemPoolProps properties{};
-    properties.allocType = cudaMemAllocationTypePinned;
-    properties.location.type = cudaMemLocationTypeDevice;
-    properties.location.id = device;
-    check(cudaMemPoolCreate(&pool_, &properties), "making room for the evidence field");
-    std::uint64_t keep = ~0ull;
-    check(cudaMemPoolSetAttribute(pool_, cudaMemPoolAttrReleaseThreshold, &keep), "making room for the evidence field");
-  }
-  ~FieldMemory() { cudaMemPoolDestroy(pool_); }
-  FieldMemory(const FieldMemory&) = delete;
-  FieldMemory& operator=(const FieldMemory&) = delete;
-  /// The one of the device that is chosen; it lives as long as somebody holds it.
-  static std::shared_ptr<const FieldMemory> of_device() {
-    static std::mutex mutex;
-    static std::map<int, std::weak_ptr<const FieldMemory>> all;
-    int device = 0;
-    check(cudaGetDevice(&device), "choosing a device");
-    const std::scoped_lock lock(mutex);
-    std::shared_ptr<const FieldMemory> memory = all[device].lock();
-    if (!memory) all[device] = memory = std::make_shared<const FieldMemory>(device);
-    return memory;
-  }
-  void* take(std::size_t bytes, cudaStream_t stream) const {
-    void* at = nullptr;
-    check(cudaMallocFromPoolAsync(&at, bytes, pool_, stream), "allocating the evidence field");
-    return at;
-  }
-
- private:
-  cudaMemPool_t pool_ = nullptr;
-};
 
 /// A place in a stream that the host can wait for.
 class Event {
@@ -101,7 +62,8 @@ class CudaFieldExecutor {
     Array(const CudaFieldExecutor& executor, std::size_t size, std::size_t pad)
         : stream_(executor.stream_.handle()), size_(size), pad_(pad) {
       if (size == 0) return;
-      base_ = static_cast<T*>(executor.memory_->take((size + 2 * pad) * sizeof(T), stream_));
+      base_ = static_cast<T*>(
+          executor.memory_->take((size + 2 * pad) * sizeof(T), stream_, "allocating the evidence field"));
       if (pad != 0)
         check(cudaMemsetAsync(base_, 0, (size + 2 * pad) * sizeof(T), stream_), "clearing the evidence field");
     }
@@ -259,7 +221,7 @@ class CudaFieldExecutor {
     check(cudaLaunchKernelEx(&config, kernel, arguments...), "the evidence field");
   }
 
-  std::shared_ptr<const FieldMemory> memory_ = FieldMemory::of_device();
+  std::shared_ptr<const DeviceMemory> memory_ = DeviceMemory::of_device();
   Stream stream_;
   mutable HostVisibleArray<unsigned char> staging_;
   mutable std::size_t staged_ = 0;                      ///< bytes of it that the device may still read

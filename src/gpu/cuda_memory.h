@@ -6,7 +6,12 @@
 #include <nvtx3/nvToolsExtCudaRt.h>
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <utility>
@@ -41,14 +46,34 @@ class Stream {
     check(cudaStreamCreateWithFlags(&handle_, cudaStreamNonBlocking), "creating a stream");
     nvtxNameCudaStreamA(handle_, name);
   }
-  ~Stream() { cudaStreamDestroy(handle_); }
+  ~Stream() {
+    cudaStreamDestroy(handle_);
+    if (staged_ != nullptr) cudaFreeHost(staged_);
+  }
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
   cudaStream_t handle() const { return handle_; }
   void wait() const { check(cudaStreamSynchronize(handle_), "waiting for the device"); }
+  /// Copies to the device. The host goes on when it has `from` in pinned memory, where that is little; else it waits.
+  void upload(void* to, const void* from, std::size_t bytes) {
+    constexpr std::size_t kLittle = 16 * 1024, kRoom = 16 * kLittle;
+    const bool little = bytes <= kLittle;
+    const std::scoped_lock lock(staging_);
+    if (little) {
+      if (staged_ == nullptr) check(cudaHostAlloc(&staged_, kRoom, cudaHostAllocPortable), "allocating pinned memory");
+      if (staged_bytes_ + bytes > kRoom) wait(), staged_bytes_ = 0;
+      from = std::memcpy(static_cast<std::byte*>(staged_) + staged_bytes_, from, bytes);
+      staged_bytes_ += bytes;
+    }
+    check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyHostToDevice, handle_), "upload");
+    if (!little) wait();
+  }
 
  private:
   cudaStream_t handle_ = nullptr;
+  std::mutex staging_;
+  void* staged_ = nullptr;
+  std::size_t staged_bytes_ = 0;  ///< that the device may not have read yet
 };
 /// Of a thread whose engines have one of their own (DeviceStream); null: they share one with all others.
 inline thread_local Stream* stream_of_thread = nullptr;
@@ -63,6 +88,67 @@ inline Stream& engine_stream() {
 inline std::atomic<std::uint64_t>& bytes_downloaded() {
   static std::atomic<std::uint64_t> bytes = 0;
   return bytes;
+}
+
+/// Memory of a device that arrays of engines and fields are cut from: what one gives back is there for the next,
+/// without the device waiting, and in the order of a stream. All of it goes back with the last who holds it.
+class DeviceMemory {
+ public:
+  explicit DeviceMemory(int device) {
+    cudaMemPoolProps properties{};
+    properties.allocType = cudaMemAllocationTypePinned;
+    properties.location.type = cudaMemLocationTypeDevice;
+    properties.location.id = device;
+    check(cudaMemPoolCreate(&pool_, &properties), "making room on the device");
+    std::uint64_t keep = ~0ull;
+    check(cudaMemPoolSetAttribute(pool_, cudaMemPoolAttrReleaseThreshold, &keep), "making room on the device");
+  }
+  ~DeviceMemory() { cudaMemPoolDestroy(pool_); }
+  DeviceMemory(const DeviceMemory&) = delete;
+  DeviceMemory& operator=(const DeviceMemory&) = delete;
+  /// The one of the device that is chosen; it lives as long as somebody holds it.
+  static std::shared_ptr<const DeviceMemory> of_device() {
+    static std::mutex mutex;
+    static std::map<int, std::weak_ptr<const DeviceMemory>> all;
+    int device = 0;
+    check(cudaGetDevice(&device), "choosing a device");
+    const std::scoped_lock lock(mutex);
+    std::shared_ptr<const DeviceMemory> memory = all[device].lock();
+    if (!memory) all[device] = memory = std::make_shared<const DeviceMemory>(device);
+    return memory;
+  }
+  /// There from where the stream stands now. `what`: for the error.
+  void* take(std::size_t bytes, cudaStream_t stream, const char* what) const {
+    void* at = nullptr;
+    cudaError_t error = cudaMallocFromPoolAsync(&at, bytes, pool_, stream);
+    if (error == cudaErrorMemoryAllocation) {  // not in one piece, perhaps
+      cudaGetLastError();
+      give_unused_back(stream);
+      error = cudaMallocFromPoolAsync(&at, bytes, pool_, stream);
+    }
+    check(error, what);
+    return at;
+  }
+  /// To the device, for what is not cut from here. Waits for the stream.
+  void give_unused_back(cudaStream_t stream) const {
+    check(cudaStreamSynchronize(stream), "waiting for the device");
+    check(cudaMemPoolTrimTo(pool_, 0), "giving memory back");
+  }
+  std::size_t bytes_unused() const {
+    std::uint64_t reserved = 0, used = 0;
+    check(cudaMemPoolGetAttribute(pool_, cudaMemPoolAttrReservedMemCurrent, &reserved), "asking for free memory");
+    check(cudaMemPoolGetAttribute(pool_, cudaMemPoolAttrUsedMemCurrent, &used), "asking for free memory");
+    return reserved - used;
+  }
+
+ private:
+  cudaMemPool_t pool_ = nullptr;
+};
+/// Of the device that is chosen.
+inline std::size_t device_bytes_free() {
+  std::size_t free = 0, total = 0;
+  check(cudaMemGetInfo(&free, &total), "asking for free memory");
+  return free + DeviceMemory::of_device()->bytes_unused();
 }
 
 /// A texture object; gives back what it was made of after it.
@@ -111,7 +197,8 @@ class DeviceArray {
     if (n == size_) return;
     release();
     if (n == 0) return;
-    check(cudaMalloc(&data_, n * sizeof(T)), "allocating mesh arrays");
+    if (!memory_) memory_ = DeviceMemory::of_device();
+    data_ = static_cast<T*>(memory_->take(n * sizeof(T), engine_stream().handle(), "allocating mesh arrays"));
     size_ = n;
 #ifdef SIMPLEXSEG_TEXTURE_ARRAYS
     if constexpr (sizeof(T) == sizeof(float4)) {
@@ -126,12 +213,16 @@ class DeviceArray {
   }
   void upload(std::span<const T> from, std::size_t first = 0) {
     if (from.empty()) return;
-    check(cudaMemcpyAsync(data_ + first, from.data(), from.size_bytes(), cudaMemcpyHostToDevice,
-                          engine_stream().handle()),
-          "upload");
-    engine_stream().wait();
+    engine_stream().upload(data_ + first, from.data(), from.size_bytes());
   }
   void assign(std::span<const T> from) { resize(from.size()), upload(from); }
+  /// The same, of what stays as it is until somebody waits for the stream: nobody waits here.
+  void assign_kept(std::span<const T> from) {
+    resize(from.size());
+    if (from.empty()) return;
+    check(cudaMemcpyAsync(data_, from.data(), from.size_bytes(), cudaMemcpyHostToDevice, engine_stream().handle()),
+          "upload");
+  }
   void download(std::span<T> to, std::size_t first = 0) {
     if (to.empty()) return;
     check(cudaMemcpyAsync(to.data(), data_ + first, to.size_bytes(), cudaMemcpyDeviceToHost, engine_stream().handle()),
@@ -148,19 +239,20 @@ class DeviceArray {
   }
   void release() {
     if (data_ == nullptr) return;
-    cudaStreamSynchronize(engine_stream().handle());
 #ifdef SIMPLEXSEG_TEXTURE_ARRAYS
+    cudaStreamSynchronize(engine_stream().handle());
     texture_ = Texture();
 #endif
-    cudaFree(data_);
+    cudaFreeAsync(data_, engine_stream().handle());
     data_ = nullptr, size_ = 0;
   }
   void swap(DeviceArray& other) noexcept {
-    std::swap(data_, other.data_), std::swap(size_, other.size_);
+    std::swap(memory_, other.memory_), std::swap(data_, other.data_), std::swap(size_, other.size_);
 #ifdef SIMPLEXSEG_TEXTURE_ARRAYS
     std::swap(texture_, other.texture_);
 #endif
   }
+  std::shared_ptr<const DeviceMemory> memory_;
   T* data_ = nullptr;
   std::size_t size_ = 0;
 #ifdef SIMPLEXSEG_TEXTURE_ARRAYS

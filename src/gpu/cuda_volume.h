@@ -47,9 +47,8 @@ class CudaVolume {
     }
   }
   void hold(const Volume& volume) {
-    std::size_t free = 0, total = 0;
-    check(cudaMemGetInfo(&free, &total), "asking for free memory");
-    const std::size_t available = free + held_;
+    DeviceMemory::of_device()->give_unused_back(engine_stream().handle());
+    const std::size_t available = device_bytes_free() + held_;
     if (volume.bytes() > available)
       throw DeviceError("volume",
                         std::to_string(volume.bytes() >> 20) + " MiB do not fit into the " +

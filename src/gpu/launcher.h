@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // An executor owns memory and runs kernels:
-// - Array<T>: data(), size(), resize(n) (contents lost), upload(span), download(span), fill_zero(); texels() of Vec4
+// - Array<T>: data(), size(), resize(n) (contents lost), upload(span), download(span), fill_zero(); texels() of Vec4;
+//   assign_kept(span): resized and filled, by memory that stays as it is until wait()
 // - NeighbourArray: the same for Int4, written once; texels()
 // - HostVisible<T>: memory that kernels write and, after wait(), the host reads
 // - run(kernel, n): kernel(0) ... kernel(n-1), ordered after all earlier runs
@@ -15,7 +16,7 @@
 #pragma once
 #include <cstdint>
 #include <map>
-#include <string>
+#include <string_view>
 
 namespace simplexseg {
 
@@ -28,7 +29,7 @@ struct VertexRange {
 template <class Executor>
 struct Launcher {
   Executor executor;
-  std::map<std::string, std::uint64_t> launches{};
+  std::map<std::string_view, std::uint64_t> launches{};  ///< of each kernel, by its name
 
   template <class Kernel>
   void run(const Kernel& kernel, int n) {

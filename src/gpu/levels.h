@@ -83,8 +83,8 @@ class CoarseLevels {
   void hold(std::span<const MeshConstants> meshes, std::span<const Int4> neighbours) {
     if (held_) return;
     arrange(meshes, neighbours);
-    rows_.assign(arranged_.rows), parts_.assign(arranged_.parts), edges_.assign(arranged_.edges),
-        coarse_of_.assign(arranged_.coarse_of);
+    rows_.assign_kept(arranged_.rows), parts_.assign_kept(arranged_.parts), edges_.assign_kept(arranged_.edges),
+        coarse_of_.assign_kept(arranged_.coarse_of);
     for (Array<Vec4>* vector : vectors()) vector->resize(arranged_.first.back()), vector->fill_zero();
     held_ = true;
   }

@@ -4,7 +4,7 @@
 #include <compare>
 #include <cstring>
 #include <map>
-#include <string>
+#include <string_view>
 #include <type_traits>
 
 #include "gpu/kernels.h"
@@ -90,7 +90,7 @@ class RecordedRuns {
     bool recorded = false;
     typename Executor::Recording recording;
     StepPhase after;
-    std::map<std::string, std::uint64_t> launches;
+    std::map<std::string_view, std::uint64_t> launches;
     std::uint64_t used = 0;  ///< when: counts all uses
   };
   /// That which has not come for longest. All of them at once would hold up a frame.

@@ -192,7 +192,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   }
   std::vector<KernelCount> kernel_counts() const override {
     std::vector<KernelCount> counts;
-    for (const auto& [name, n] : launcher_.launches) counts.push_back({name, n});
+    for (const auto& [name, n] : launcher_.launches) counts.push_back({std::string(name), n});
     return counts;
   }
 
