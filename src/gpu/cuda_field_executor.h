@@ -36,7 +36,6 @@ class Event {
 class CudaFieldExecutor {
  public:
   CudaFieldExecutor() : stream_("simplexseg evidence field") {
-    staging_.resize(kStaged);
     fetched_to_.resize(2 * kFetched);
     of_blocks_ = Array<double>(*this, kMostSums * field_kernels::kMostBlocks, 0);
     ended_ = Array<unsigned>(*this, 1, 0);
@@ -105,28 +104,11 @@ class CudaFieldExecutor {
   }
   template <class T>
   void upload(std::span<const T> from, T* to) const {
-    if (from.empty()) return;
-    const void* source = from.data();
-    const std::size_t bytes = from.size_bytes();
-    if (bytes <= kStaged) {  // small ones do not wait for the device
-      if (staged_ + bytes > kStaged) wait();
-      std::memcpy(staging_.data() + staged_, from.data(), bytes);
-      source = staging_.data() + staged_;
-      staged_ += (bytes + 15) / 16 * 16;
-    }
-    check(cudaMemcpyAsync(to, source, bytes, cudaMemcpyHostToDevice, stream_.handle()), "upload");
-    if (bytes > kStaged) wait();
+    if (!from.empty()) stream_.upload(to, from.data(), from.size_bytes());
   }
   template <class T>
   void download(const T* from, std::span<T> to) const {
-    if (to.empty()) return;
-    const std::size_t bytes = to.size_bytes();
-    const bool staged = bytes <= kStaged;
-    if (staged && staged_ + bytes > kStaged) wait();
-    void* const target = staged ? static_cast<void*>(staging_.data() + staged_) : to.data();
-    check(cudaMemcpyAsync(target, from, bytes, cudaMemcpyDeviceToHost, stream_.handle()), "download");
-    wait();
-    if (staged) std::memcpy(to.data(), target, bytes);
+    if (!to.empty()) stream_.download(to.data(), from, to.size_bytes());
   }
   template <class T>
   struct Fetched {
@@ -160,10 +142,7 @@ class CudaFieldExecutor {
     if (count != 0) check(cudaMemsetAsync(at, 0, count * sizeof(T), stream_.handle()), "clearing");
   }
   /// For all that was begun.
-  void wait() const {
-    stream_.wait();
-    staged_ = 0;
-  }
+  void wait() const { stream_.wait(); }
 
   template <class Kernel>
   void each(int n, const Kernel& kernel) const {
@@ -201,7 +180,7 @@ class CudaFieldExecutor {
   }
 
  private:
-  static constexpr std::size_t kStaged = 256 * 1024, kFetched = 128 * 1024;
+  static constexpr std::size_t kFetched = 128 * 1024;
 
   int blocks_of_sum(int n) const {
     using namespace field_kernels;
@@ -222,9 +201,7 @@ class CudaFieldExecutor {
   }
 
   std::shared_ptr<const DeviceMemory> memory_ = DeviceMemory::of_device();
-  Stream stream_;
-  mutable HostVisibleArray<unsigned char> staging_;
-  mutable std::size_t staged_ = 0;                      ///< bytes of it that the device may still read
+  mutable Stream stream_;
   mutable HostVisibleArray<unsigned char> fetched_to_;  ///< written round and round
   mutable std::size_t fetched_ = 0;                     ///< where the next ones go
   /// By turns: with more on their way the first are waited for until a later one is there.

@@ -53,27 +53,46 @@ class Stream {
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
   cudaStream_t handle() const { return handle_; }
-  void wait() const { check(cudaStreamSynchronize(handle_), "waiting for the device"); }
-  /// Copies to the device. The host goes on when it has `from` in pinned memory, where that is little; else it waits.
+  /// For all that was begun.
+  void wait() {
+    const std::scoped_lock lock(mutex_);
+    finish();
+  }
+  /// Little goes through pinned memory of the stream, and the host goes on when it is there; for more it waits.
   void upload(void* to, const void* from, std::size_t bytes) {
-    constexpr std::size_t kLittle = 16 * 1024, kRoom = 16 * kLittle;
-    const bool little = bytes <= kLittle;
-    const std::scoped_lock lock(staging_);
-    if (little) {
-      if (staged_ == nullptr) check(cudaHostAlloc(&staged_, kRoom, cudaHostAllocPortable), "allocating pinned memory");
-      if (staged_bytes_ + bytes > kRoom) wait(), staged_bytes_ = 0;
-      from = std::memcpy(static_cast<std::byte*>(staged_) + staged_bytes_, from, bytes);
-      staged_bytes_ += bytes;
-    }
+    const std::scoped_lock lock(mutex_);
+    const bool little = bytes <= kStaged;
+    if (little) from = std::memcpy(stage(bytes), from, bytes);
     check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyHostToDevice, handle_), "upload");
-    if (!little) wait();
+    if (!little) finish();
+  }
+  /// Waits.
+  void download(void* to, const void* from, std::size_t bytes) {
+    const std::scoped_lock lock(mutex_);
+    void* const target = bytes <= kStaged ? stage(bytes) : to;
+    check(cudaMemcpyAsync(target, from, bytes, cudaMemcpyDeviceToHost, handle_), "download");
+    finish();
+    if (target != to) std::memcpy(to, target, bytes);
   }
 
  private:
+  static constexpr std::size_t kStaged = 256 * 1024;
+  void finish() {
+    check(cudaStreamSynchronize(handle_), "waiting for the device");
+    staged_bytes_ = 0;
+  }
+  void* stage(std::size_t bytes) {
+    if (staged_ == nullptr) check(cudaHostAlloc(&staged_, kStaged, cudaHostAllocPortable), "allocating pinned memory");
+    if (staged_bytes_ + bytes > kStaged) finish();
+    void* const place = static_cast<std::byte*>(staged_) + staged_bytes_;
+    staged_bytes_ += (bytes + 15) / 16 * 16;
+    return place;
+  }
+
   cudaStream_t handle_ = nullptr;
-  std::mutex staging_;
-  void* staged_ = nullptr;
-  std::size_t staged_bytes_ = 0;  ///< that the device may not have read yet
+  std::mutex mutex_;
+  void* staged_ = nullptr;        ///< pinned
+  std::size_t staged_bytes_ = 0;  ///< of it that the device may still read or write
 };
 /// Of a thread whose engines have one of their own (DeviceStream); null: they share one with all others.
 inline thread_local Stream* stream_of_thread = nullptr;
@@ -225,9 +244,7 @@ class DeviceArray {
   }
   void download(std::span<T> to, std::size_t first = 0) {
     if (to.empty()) return;
-    check(cudaMemcpyAsync(to.data(), data_ + first, to.size_bytes(), cudaMemcpyDeviceToHost, engine_stream().handle()),
-          "download");
-    engine_stream().wait();
+    engine_stream().download(to.data(), data_ + first, to.size_bytes());
     bytes_downloaded() += to.size_bytes();
   }
   void fill_zero() { fill(0); }

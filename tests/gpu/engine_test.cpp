@@ -130,6 +130,31 @@ TEST_P(EngineCoreTest, ParametersChangedBetweenStepsAreThoseOfAnEngineLoadedWith
   EXPECT_EQ(text_of(*changed), text_of(*loaded));
 }
 
+TEST_P(EngineCoreTest, OfWhatIsSetManyTimesBetweenStepsTheLastCounts) {
+  const TestScene first = with_all_forces(2);
+  TestScene last = first;
+  weight_of(last.meshes[0].forces, ForceId::Attraction) = 1.5f;
+  last.points[0].position_mm += Eigen::Vector3d(4, 0, 2);
+  const auto often = make_engine(), once = make_engine();
+  for (Engine* engine : {often.get(), once.get()}) load(*engine, first);
+  // More in all than a device is sent without anybody waiting for it.
+  TestScene other = first;
+  other.points.resize(200, first.points[0]);
+  for (int k = 0; k < 100; ++k) {
+    weight_of(other.meshes[0].forces, ForceId::Attraction) = 0.01f * static_cast<float>(k);
+    for (EnginePoint& p : other.points) p.position_mm[1] += 0.1;
+    often->set_points(other.points);
+    often->set_parameters(std::vector{other.meshes[0].forces}, other.simulation);
+  }
+  for (Engine* engine : {often.get(), once.get()}) {
+    engine->set_points(last.points);
+    engine->set_parameters(std::vector{last.meshes[0].forces}, last.simulation);
+    engine->step(40);
+  }
+  EXPECT_TRUE(same_bits(positions_of(*often, last), positions_of(*once, last)));
+  EXPECT_GT(largest_distance(positions_of(*once, last), run(first, 40)), 0.1);
+}
+
 TEST_P(EngineCoreTest, ProfilesOfAMeshThatBeginsToUseThemLater) {
   // The stride stays the same while the mesh that needs it changes.
   TestScene scene = with_all_forces(2);
