@@ -1,4 +1,4 @@
-# What every target of the project is compiled with.
+# Compiler and linker options of all targets.
 add_library(simplexseg_options INTERFACE)
 target_include_directories(simplexseg_options INTERFACE ${CMAKE_SOURCE_DIR}/src ${SIMPLEXSEG_GENERATED})
 target_compile_options(simplexseg_options INTERFACE
@@ -6,7 +6,7 @@ target_compile_options(simplexseg_options INTERFACE
   $<$<AND:$<COMPILE_LANGUAGE:CUDA>,$<BOOL:${SIMPLEXSEG_WARNINGS_AS_ERRORS}>>:-Werror=all-warnings>)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND SIMPLEXSEG_ARCH)
   target_compile_options(simplexseg_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-march=${SIMPLEXSEG_ARCH}>)
-  # Eigen's alignment follows the instruction set: host code of .cu files must agree.
+  # The alignment of Eigen depends on the instruction set, so host code in .cu files must use the same one.
   target_compile_options(simplexseg_options INTERFACE $<$<COMPILE_LANGUAGE:CUDA>:-Xcompiler=-march=${SIMPLEXSEG_ARCH}>)
 endif()
 if(SIMPLEXSEG_ASSERTIONS)
@@ -18,40 +18,124 @@ if(SIMPLEXSEG_SANITIZE)
   target_link_options(simplexseg_options INTERFACE -fsanitize=${SIMPLEXSEG_SANITIZE})
 endif()
 
-if(SIMPLEXSEG_FUZZ)   # the coverage that libFuzzer goes by
+if(SIMPLEXSEG_FUZZ)   # coverage instrumentation for libFuzzer
   target_compile_options(simplexseg_options INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
-# simplexseg_kernel_sources(FOLDER): how the two units of src/gpu with the CPU's kernels are compiled by targets of this
-# directory. One after another and eight at once vertices have the same bits: nothing is contracted. On x86-64 the second
-# unit has AVX2 always; the program asks the machine before it goes there (docs/adr/0025-eight-vertices-at-once.md).
+# Precompiled headers: the standard library and Eigen for all modules (simplexseg_headers), plus Qt for the window and GoogleTest
+# for the tests. They contain no headers of the project, so a change to one recompiles only its users.
+set(SIMPLEXSEG_PRECOMPILED_STANDARD <algorithm> <array> <atomic> <bit> <charconv> <chrono> <cmath> <cstddef> <cstdint> <cstdio>
+  <cstdlib> <cstring> <filesystem> <fstream> <functional> <iterator> <limits> <map> <memory> <mutex> <numbers> <numeric> <optional>
+  <random> <set> <span> <sstream> <stdexcept> <string> <string_view> <thread> <tuple> <type_traits> <utility> <vector>
+  <Eigen/Geometry>)
+set(SIMPLEXSEG_PRECOMPILED_QT <QAction> <QApplication> <QBoxLayout> <QCheckBox> <QComboBox> <QDialog> <QDialogButtonBox> <QDir> <QElapsedTimer>
+  <QEvent> <QFileDialog> <QFileInfo> <QGridLayout> <QHeaderView> <QImage> <QKeyEvent> <QLabel> <QLineEdit> <QLocale> <QMainWindow>
+  <QMenu> <QMessageBox> <QMouseEvent> <QOpenGLWidget> <QPainter> <QPushButton> <QScrollArea> <QSettings> <QSlider> <QSpinBox>
+  <QSplitter> <QString> <QStyle> <QTimer> <QToolButton> <QTreeWidget> <QWheelEvent> <QWidget>)
+
+# simplexseg_precompile(TARGET HEADERS...): precompiles these headers for a target.
+function(simplexseg_precompile target)
+  if(NOT SIMPLEXSEG_PRECOMPILED_HEADERS)
+    return()
+  endif()
+  target_precompile_headers(${target} PRIVATE ${ARGN})
+  simplexseg_precompiled_options(${target})
+endfunction()
+
+# simplexseg_share_precompiled(TARGET OWNER): uses the precompiled headers of OWNER, which is compiled with the same options.
+function(simplexseg_share_precompiled target owner)
+  if(SIMPLEXSEG_PRECOMPILED_HEADERS)
+    target_precompile_headers(${target} REUSE_FROM ${owner})
+    simplexseg_precompiled_options(${target})
+  endif()
+endfunction()
+function(simplexseg_precompiled_options target)   # required by ccache with GCC
+  target_compile_options(${target} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-fpch-preprocess>)
+endfunction()
+
+# simplexseg_headers_owner(NAME LIBRARIES...): an empty program that owns the precompiled headers of other programs.
+function(simplexseg_headers_owner name)
+  file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/generated/precompiled.cpp CONTENT "int main() {}\n")
+  add_executable(${name} ${CMAKE_BINARY_DIR}/generated/precompiled.cpp)
+  target_link_libraries(${name} PRIVATE ${ARGN} simplexseg_options)
+endfunction()
+
+# simplexseg_kernel_sources(FOLDER): compile options of the two sources in src/gpu with the CPU kernels. Without contraction
+# of floating-point operations, scalar and eightfold vectorised kernels have identical results. On x86-64 the second source
+# always uses AVX2; the program checks the CPU before it calls it (docs/adr/0025-eight-vertices-at-once.md).
 function(simplexseg_kernel_sources folder)
   set(options -ffp-contract=off)
-  set_source_files_properties(${folder}/cpu_engine.cpp PROPERTIES COMPILE_OPTIONS "${options}")
+  set_source_files_properties(${folder}/cpu_engine.cpp PROPERTIES COMPILE_OPTIONS "${options}" SKIP_PRECOMPILE_HEADERS ON
+    SKIP_UNITY_BUILD_INCLUSION ON)
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
     list(APPEND options -march=x86-64-v3)
   endif()
-  set_source_files_properties(${folder}/eight_vertices.cpp PROPERTIES COMPILE_OPTIONS "${options}")
+  set_source_files_properties(${folder}/eight_vertices.cpp PROPERTIES COMPILE_OPTIONS "${options}" SKIP_PRECOMPILE_HEADERS ON
+    SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
-# simplexseg_room(NAME LIBRARIES...): the library of src/NAME, made of all its sources; the rooms it stands on.
-function(simplexseg_room name)
-  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+# simplexseg_module_options(TARGET [BIT_EXACT]): options of every module. BIT_EXACT: no unity builds, except with sanitizers or
+# SIMPLEXSEG_BATCHES_EVERYWHERE, because the optimiser contracts a*b + c across the functions of a batch and changes last bits.
+function(simplexseg_module_options target)
+  cmake_parse_arguments(ARG "BIT_EXACT" "" "" ${ARGN})
+  target_link_libraries(${target} PRIVATE simplexseg_options)
+  simplexseg_share_precompiled(${target} simplexseg_headers)
+  if(SIMPLEXSEG_BATCHES AND (SIMPLEXSEG_SANITIZE OR SIMPLEXSEG_BATCHES_EVERYWHERE OR NOT ARG_BIT_EXACT))
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+  endif()
+endfunction()
+
+# simplexseg_module(NAME LIBRARIES...): library of all sources in src/NAME; LIBRARIES: modules that it uses.
+function(simplexseg_module name)
+  cmake_parse_arguments(ARG "BIT_EXACT" "" "" ${ARGN})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   add_library(simplexseg_${name} STATIC ${sources})
-  target_link_libraries(simplexseg_${name} PUBLIC ${ARGN} PRIVATE simplexseg_options)
+  target_link_libraries(simplexseg_${name} PUBLIC ${ARG_UNPARSED_ARGUMENTS})
+  if(ARG_BIT_EXACT)
+    simplexseg_module_options(simplexseg_${name} BIT_EXACT)
+  else()
+    simplexseg_module_options(simplexseg_${name})
+  endif()
 endfunction()
 
-# simplexseg_tests(NAME SOURCES... LIBRARIES... [ALONE FILTER]): a GoogleTest program whose cases ctest knows one by one, with
-# the label NAME. No other test runs beside those of FILTER (as --gtest_filter has it).
+# simplexseg_tests(NAME SOURCES... LIBRARIES... [ALONE FILTER] [SHARDS N]): a GoogleTest program. ctest has two sets of tests: each case
+# separately (label case), for developers, and N shards of all cases (ctest -C Shards; label shard; default 2), which scripts/test
+# runs: most cases take less time than the start of a process. FAST_TO_COMPILE: compiles at -O1, for tests
+# that need little time themselves. OWN_HEADERS: does not use the shared precompiled headers. Cases of FILTER (syntax of
+# --gtest_filter) run serially.
 function(simplexseg_tests name)
-  cmake_parse_arguments(ARG "" "ALONE" "SOURCES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "FAST_TO_COMPILE;OWN_HEADERS" "ALONE;SHARDS" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} simplexseg_options GTest::gtest_main)
+  if(ARG_FAST_TO_COMPILE)
+    target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+    simplexseg_share_precompiled(${name} simplexseg_test_headers_o1)
+  elseif(NOT ARG_OWN_HEADERS)
+    simplexseg_share_precompiled(${name} simplexseg_test_headers)
+  endif()
   include(GoogleTest)
+  set(cases DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600 LABELS ${name}_case)
   if(ARG_ALONE)
     set(others TEST_FILTER -${ARG_ALONE})
-    gtest_discover_tests(${name} TEST_LIST ${name}_ALONE TEST_FILTER ${ARG_ALONE} DISCOVERY_MODE PRE_TEST
-      DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600 LABELS ${name} RUN_SERIAL ON)
+    gtest_discover_tests(${name} TEST_LIST ${name}_ALONE TEST_FILTER ${ARG_ALONE} ${cases} RUN_SERIAL ON)
+    simplexseg_shard(${name} ${name}_shard_alone 0 1 --gtest_filter=${ARG_ALONE})
+    set_tests_properties(${name}_shard_alone PROPERTIES RUN_SERIAL ON)
+    set(but --gtest_filter=-${ARG_ALONE})
   endif()
-  gtest_discover_tests(${name} ${others} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600 LABELS ${name})
+  gtest_discover_tests(${name} ${others} ${cases})
+  if(NOT ARG_SHARDS)
+    set(ARG_SHARDS 2)
+  endif()
+  math(EXPR last "${ARG_SHARDS} - 1")
+  foreach(k RANGE ${last})
+    simplexseg_shard(${name} ${name}_shard_${k} ${k} ${ARG_SHARDS} ${but})
+  endforeach()
+endfunction()
+
+# simplexseg_shard(PROGRAM NAME INDEX COUNT ARGUMENTS...): adds part INDEX of COUNT of the cases of a program as one test, which
+# writes its results to results/NAME.xml.
+function(simplexseg_shard program name index count)
+  add_test(NAME ${name} CONFIGURATIONS Shards COMMAND ${program} --gtest_brief=1 --gtest_output=xml:${CMAKE_BINARY_DIR}/results/${name}.xml ${ARGN})
+  set_tests_properties(${name} PROPERTIES TIMEOUT 1800 LABELS "${program};shard"
+    ENVIRONMENT "GTEST_SHARD_INDEX=${index};GTEST_TOTAL_SHARDS=${count}")
 endfunction()

@@ -1,4 +1,4 @@
 #version 450 core
 // SPDX-License-Identifier: Apache-2.0
-// A triangle over the whole view.
+// Draws one triangle that covers the whole view.
 void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); }

@@ -1,6 +1,6 @@
 #version 450 core
 // SPDX-License-Identifier: Apache-2.0
-// Within a dark edge of a pixel a disc with a rim: a broad one, or a narrow one about a white plus or minus.
+// Draws a disc with a rim and a dark edge of one pixel. A disc with a white plus or minus has a narrower rim.
 flat in vec4 fill_colour;
 flat in vec4 rim_colour;
 flat in float radius;

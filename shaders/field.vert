@@ -1,6 +1,6 @@
 #version 450 core
 // SPDX-License-Identifier: Apache-2.0
-// The parallelogram of a slice in the patient frame: corner + s * edge_u + t * edge_v.
+// Draws the parallelogram of a slice in the patient frame: corner + s * edge_u + t * edge_v.
 uniform mat4 clip_from_world;
 uniform vec3 corner;
 uniform vec3 edge_u;

@@ -24,6 +24,6 @@ void main() {
   here_px = (at_end ? end_px + reach * along : start_px - reach * along) +
             ((gl_VertexID & 2) == 0 ? -reach : reach) * across;
   vec4 at = at_end ? b : a;
-  // A little nearer than the surface that the line lies on.
+  // Slightly in front of the surface that the line lies on.
   gl_Position = vec4((here_px / viewport_px * 2.0 - 1.0) * at.w, at.z - 2e-4 * at.w, at.w);
 }

@@ -1,14 +1,14 @@
 #version 450 core
 // SPDX-License-Identifier: Apache-2.0
-// A lamp beside the eye, a weak one from below, a small highlight (Blinn-Phong).
+// Shading by a light beside the camera, a weak light from below and a small highlight (Blinn-Phong).
 uniform vec4 mesh_colour;
-uniform float most_mm;  // the upper end of the scale of colours; 0: the mesh's own colour
+uniform float most_mm;  // upper end of the colour scale; 0: draw in mesh_colour
 in vec3 eye_position;
 in vec3 eye_normal;
-in float value;  // below 0: not known
+in float value;  // mm; negative: no value
 out vec4 colour;
 
-// Viridis, as look/surface_values.h has it.
+// Viridis colour map, identical to the one in src/gui/look/surface_values.h.
 vec3 scale_colour(float t) {
   const vec3 c0 = vec3(0.2777273, 0.0054073, 0.3340998);
   const vec3 c1 = vec3(0.1050930, 1.4046135, 1.3845902);

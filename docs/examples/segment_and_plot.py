@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Segments one object of a volume from a sphere inside it, and writes labels, mesh and a picture.
+"""Segments one object of a volume from a sphere inside it and writes labels, a mesh and a picture.
 
-segment_and_plot.py VOLUME --centre X Y Z --radius R [--out FOLDER]; without a volume a phantom with known truth. The
-picture is matplotlib's where that is installed (Debian's python3-matplotlib), else the program's own.
+segment_and_plot.py VOLUME --centre X Y Z --radius R [--out FOLDER]. Without a volume, the script uses a phantom with known
+truth. matplotlib (Debian package python3-matplotlib) draws the picture; if it is missing, SimplexSeg draws it.
 """
 import argparse
 import importlib
@@ -15,7 +15,7 @@ import simplexseg
 
 
 def plot(path: pathlib.Path, image: simplexseg.Volume, labels: simplexseg.Volume) -> bool:
-    """The middle slice of the object along k, with its outline. False where matplotlib is absent."""
+    """Plots the middle slice of the object along k with its outline. Returns False if matplotlib is missing."""
     try:
         importlib.import_module("matplotlib").use("Agg")
     except ImportError:
@@ -23,7 +23,7 @@ def plot(path: pathlib.Path, image: simplexseg.Volume, labels: simplexseg.Volume
     pyplot = importlib.import_module("matplotlib.pyplot")
     k = int(np.argwhere(labels.array)[:, 2].mean())
     figure, axes = pyplot.subplots(figsize=(6, 6))
-    # Arrays are [i, j, k]; imshow wants rows first.
+    # Arrays are [i, j, k]; imshow expects rows first.
     axes.imshow(image.array[:, :, k].T, cmap="gray", aspect=image.spacing[1] / image.spacing[0])
     axes.contour(labels.array[:, :, k].T, levels=[0.5], colors="orange")
     axes.set_title(f"slice {k}")
@@ -34,9 +34,9 @@ def plot(path: pathlib.Path, image: simplexseg.Volume, labels: simplexseg.Volume
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("volume", nargs="?", help="NIfTI, NRRD, MetaImage, MINC, DICOM file or folder ...")
-    parser.add_argument("--centre", nargs=3, type=float, metavar=("X", "Y", "Z"), help="of the sphere, mm, LPS")
-    parser.add_argument("--radius", type=float, default=8, help="of the sphere, mm")
-    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out"), help="folder for what is written")
+    parser.add_argument("--centre", nargs=3, type=float, metavar=("X", "Y", "Z"), help="centre of the sphere, mm, LPS; default: centre of the volume")
+    parser.add_argument("--radius", type=float, default=8, help="radius of the sphere, mm")
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out"), help="output folder")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
 

@@ -17,7 +17,7 @@ std::unique_ptr<Archive> open_archive(const ArchiveServer& server) {
 #endif
   throw Error(
       "the archive " + server.name, std::string("this program was built without ") + (web ? "libcurl" : "DCMTK"),
-      "build it where that is installed, or use an archive that speaks " + std::string(web ? "DIMSE" : "DICOMweb"));
+      "install that library and build again, or use an archive with " + std::string(web ? "DIMSE" : "DICOMweb"));
 }
 
 }  // namespace simplexseg

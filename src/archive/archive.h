@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one interface to an archive (PACS), whatever it speaks.
+// Common interface to an archive (PACS) for all protocols.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -15,55 +15,56 @@
 
 namespace simplexseg {
 
-/// How far a transfer is.
+/// Progress of a transfer.
 struct ArchiveTransfer {
-  int instances = 0;        ///< whole ones
-  int of = -1;              ///< below 0 while unknown
-  std::uint64_t bytes = 0;  ///< that went over the network, begun instances included
+  int instances = 0;        ///< complete instances
+  int total = -1;           ///< total number of instances; below 0 while unknown
+  std::uint64_t bytes = 0;  ///< bytes transferred, incomplete instances included
 };
 
-/// Called in the thread that called, at least once a second while an answer is waited for. False calls the work off,
-/// which then throws CalledOff (io/load_progress.h).
+/// Callback in the caller's thread, at least once a second while a response is awaited. Returning false cancels the
+/// transfer, which then throws Cancelled (io/platform/load_progress.h).
 using ArchiveProgress = std::function<bool(const ArchiveTransfer&)>;
 
-/// What came of sending.
+/// Result of sending.
 struct ArchiveSent {
-  int stored = 0;                     ///< instances that the archive took
-  std::vector<std::string> warnings;  ///< one line each: taken, with changes
+  int stored = 0;                     ///< instances stored by the archive
+  std::vector<std::string> warnings;  ///< one line each: stored with changes
 };
 
-/// A fault of an archive or of what lies between: it may go well another time. Bad input is an Error as elsewhere.
+/// Failure of an archive or of the network, which may succeed later. Bad input is an Error as elsewhere.
 class ArchiveFault : public Error {
  public:
   using Error::Error;
 };
 
-/// An archive. Each call opens its connection and closes it. All throw ArchiveFault: one line with the server's
-/// name, the cause and a remedy, and neither a secret nor anything of a patient. The cause is one of: refused
-/// connection, unknown host, certificate, time-out, credentials (401, 403), nothing there (404, empty answer), another
-/// status, an answer that is damaged, cut short, too large or not what was asked for, a disk that is full. Nothing is
-/// kept between calls, so that one object may be used by one thread after another.
+/// Archive (PACS). Each call opens and closes its own connection and stores no state, so several threads may use one
+/// object, one at a time. All calls throw ArchiveFault, one line with the server's name, the cause and a remedy, but
+/// without secrets or patient data. Causes: refused connection, unknown host, certificate, time-out, credentials (401,
+/// 403), not found (404 or an empty response), another status, a response that is damaged, truncated, too large or
+/// unexpected, a full disk.
 class Archive {
  public:
   virtual ~Archive() = default;
 
-  /// Asks for nothing, to see whether the archive answers.
+  /// Checks that the archive responds.
   virtual void check(const ArchiveProgress& progress = {}) = 0;
-  /// No study is no fault here: the list is empty.
+  /// Studies that match a query; the list may be empty.
   virtual FoundStudies find_studies(const ArchiveQuery& query, const ArchiveProgress& progress = {}) = 0;
-  /// By number. It is a fault where the study has none.
+  /// Series of a study, sorted by number. Throws ArchiveFault where there is none.
   virtual std::vector<ArchiveSeries> find_series(const std::string& study, const ArchiveProgress& progress = {}) = 0;
-  /// Fetches a series with all its instances into the cache, unless it is there, and gives its folder. It is a
-  /// fault too when an instance is missing or damaged: then nothing of it stays.
+  /// Fetches all instances of a series into the cache, unless they are already there, and returns the folder. Throws
+  /// ArchiveFault and deletes the received files when an instance is missing or damaged.
   virtual std::filesystem::path fetch(const std::string& study, const std::string& series, const ArchiveCache& cache,
                                       const ArchiveProgress& progress = {}) = 0;
-  /// Sends files of DICOM. Throws Error, before anything is sent, where one is none. It is a fault where the archive
-  /// refuses one or the connection ends, and says how many it has taken. Sent again, they replace themselves.
+  /// Sends DICOM files. Throws Error, before anything is sent, for a file that is not DICOM. Throws ArchiveFault, with
+  /// the number of stored files, when the archive rejects one or the connection ends. A file that is sent again
+  /// replaces its earlier copy.
   virtual ArchiveSent send(const std::vector<std::filesystem::path>& files, const ArchiveProgress& progress = {}) = 0;
 };
 
-/// Throws Error where the server is refused (require_archive_server()), or this program was built without what it
-/// speaks.
+/// Opens an archive. Throws Error for an invalid server (require_archive_server()) or a protocol that this program was
+/// built without.
 std::unique_ptr<Archive> open_archive(const ArchiveServer& server);
 
 }  // namespace simplexseg

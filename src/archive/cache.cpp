@@ -9,12 +9,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <vector>
 
 #include "archive/match.h"
 #include "core/error.h"
-#include "io/files.h"
+#include "io/platform/files.h"
 
 namespace simplexseg {
 namespace fs = std::filesystem;
@@ -23,7 +22,7 @@ namespace {
 
 constexpr const char *kIncoming = "incoming-", *kOutgoing = "outgoing-", *kFile = ".dcm";
 
-struct Kept {
+struct CachedSeries {
   fs::path folder;
   std::uint64_t bytes = 0;
   fs::file_time_type used;
@@ -55,7 +54,7 @@ bool is_temporary(const fs::path& folder) {
   return name.starts_with(kIncoming) || name.starts_with(kOutgoing);
 }
 
-/// A name that is the same for the same address, and no other's.
+/// Folder name of a server: a hash of its address.
 std::string key_of(const ArchiveServer& server) {
   std::uint64_t hash = 14695981039346656037u;  // FNV-1a
   for (const unsigned char c : address_of(server)) hash = (hash ^ c) * 1099511628211u;
@@ -64,8 +63,8 @@ std::string key_of(const ArchiveServer& server) {
   return text;
 }
 
-std::vector<Kept> all_series(const fs::path& root) {
-  std::vector<Kept> all;
+std::vector<CachedSeries> all_series(const fs::path& root) {
+  std::vector<CachedSeries> all;
   for (const fs::path& server : folders_in(root)) {
     if (is_temporary(server)) continue;
     for (const fs::path& series : folders_in(server)) {
@@ -76,26 +75,25 @@ std::vector<Kept> all_series(const fs::path& root) {
   return all;
 }
 
-/// Out of the way at once, so that nobody finds a part of it.
+/// Renames the folder before deleting it, so that no process finds a part of it.
 void remove_series(const fs::path& root, const fs::path& folder) {
-  std::string gone = (root / (std::string(kOutgoing) + "XXXXXX")).string();
+  std::string outgoing = (root / (std::string(kOutgoing) + "XXXXXX")).string();
   std::error_code ignored;
-  if (!::mkdtemp(gone.data())) return;
-  fs::rename(folder, gone, ignored);  // an empty folder is replaced
-  fs::remove_all(gone, ignored);
+  if (!::mkdtemp(outgoing.data())) return;
+  fs::rename(folder, outgoing, ignored);  // an empty folder is replaced
+  fs::remove_all(outgoing, ignored);
 }
 
 void remove_leftovers(const fs::path& root) {
   std::error_code ignored;
   for (const fs::path& folder : folders_in(root)) {
     if (folder.filename().string().starts_with(kOutgoing)) fs::remove_all(folder, ignored);
-    if (folder.filename().string().starts_with(kIncoming)) HeldFolder(folder).remove();
+    if (folder.filename().string().starts_with(kIncoming)) LockedFolder(folder).remove();
   }
 }
 
-Error cannot_keep(const fs::path& folder, const std::string& why) {
-  return Error("cannot keep series in " + quoted(folder), one_line(why),
-               "check the permissions and the space left on the disk");
+Error cannot_store(const fs::path& folder, int reason) {
+  return write_error("cannot store series in " + quoted(folder), folder, reason);
 }
 
 }  // namespace
@@ -111,7 +109,7 @@ ArchiveCache::ArchiveCache(fs::path root, std::uint64_t limit) : root_(std::move
   std::error_code failure;
   fs::create_directories(root_, failure);
   if (!failure) fs::permissions(root_, fs::perms::owner_all, failure);
-  if (failure) throw cannot_keep(root_, failure.message());
+  if (failure) throw cannot_store(root_, failure.value());
 }
 
 fs::path ArchiveCache::folder_of(const ArchiveServer& server, const std::string& series) const {
@@ -122,60 +120,61 @@ fs::path ArchiveCache::folder_of(const ArchiveServer& server, const std::string&
 std::optional<fs::path> ArchiveCache::find(const ArchiveServer& server, const std::string& series,
                                            const std::set<std::string>& instances) const {
   const fs::path folder = folder_of(server, series);
-  std::set<std::string> there;
+  std::set<std::string> present;
   std::error_code failure;
   for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure))
-    there.insert(it->path().filename().string());
-  std::set<std::string> wanted;
-  for (const std::string& uid : instances) wanted.insert(uid + kFile);
-  if (failure || there.empty() || there != wanted) return {};
+    present.insert(it->path().filename().string());
+  std::set<std::string> expected;
+  for (const std::string& uid : instances) expected.insert(uid + kFile);
+  if (failure || present.empty() || present != expected) return {};
   fs::last_write_time(folder, fs::file_time_type::clock::now(), failure);
   return folder;
 }
 
 std::uint64_t ArchiveCache::size() const {
   std::uint64_t bytes = 0;
-  for (const Kept& kept : all_series(root_)) bytes += kept.bytes;
+  for (const CachedSeries& cached : all_series(root_)) bytes += cached.bytes;
   return bytes;
 }
 
-void ArchiveCache::make_room(std::uint64_t coming, const fs::path& keep) const {
-  std::vector<Kept> all = all_series(root_);
-  std::sort(all.begin(), all.end(), [](const Kept& a, const Kept& b) { return a.used < b.used; });
-  std::uint64_t bytes = coming;
-  for (const Kept& kept : all) bytes += kept.bytes;
-  for (const Kept& kept : all) {
+void ArchiveCache::make_room(std::uint64_t incoming_bytes, const fs::path& kept_series) const {
+  std::vector<CachedSeries> all = all_series(root_);
+  std::sort(all.begin(), all.end(), [](const CachedSeries& a, const CachedSeries& b) { return a.used < b.used; });
+  std::uint64_t bytes = incoming_bytes;
+  for (const CachedSeries& cached : all) bytes += cached.bytes;
+  for (const CachedSeries& cached : all) {
     if (bytes <= limit_) return;
-    if (kept.folder == keep) continue;
-    remove_series(root_, kept.folder);
-    bytes -= kept.bytes;
+    if (cached.folder == kept_series) continue;
+    remove_series(root_, cached.folder);
+    bytes -= cached.bytes;
   }
 }
 
 void ArchiveCache::clear() const {
-  for (const Kept& kept : all_series(root_)) remove_series(root_, kept.folder);
+  for (const CachedSeries& cached : all_series(root_)) remove_series(root_, cached.folder);
 }
 
 IncomingSeries::IncomingSeries(const ArchiveCache& cache, fs::path target) : cache_(cache), target_(std::move(target)) {
   remove_leftovers(cache_.root());
-  // A program that starts at this moment may take a folder without a lock for one that was left.
-  for (int attempt = 0; attempt < 10 && !folder_.holds(); ++attempt) {
+  // Another process that starts now may remove a folder that has no lock yet.
+  for (int attempt = 0; attempt < 10 && !folder_.is_locked(); ++attempt) {
     std::string name = (cache_.root() / (std::string(kIncoming) + "XXXXXX")).string();
-    if (!::mkdtemp(name.data())) throw cannot_keep(cache_.root(), std::strerror(errno));
-    folder_ = HeldFolder(name);
+    if (!::mkdtemp(name.data())) throw cannot_store(cache_.root(), errno);
+    folder_ = LockedFolder(name);
   }
-  if (!folder_.holds()) throw cannot_keep(cache_.root(), "its folder cannot be locked");
+  if (!folder_.is_locked())
+    throw Error("cannot store series in " + quoted(cache_.root()), "its folder cannot be locked", "try again");
 }
 
 IncomingSeries::~IncomingSeries() { folder_.remove(); }
 
 fs::path IncomingSeries::commit() {
-  // A name before its bytes would be a whole series of empty files after a power cut.
+  // Without this a power failure could leave a complete series of empty files.
   const int descriptor = ::open(folder_.path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   const bool safe = descriptor >= 0 && ::syncfs(descriptor) == 0;
-  const std::string why = std::strerror(errno);
+  const int reason = errno;
   if (descriptor >= 0) ::close(descriptor);
-  if (!safe) throw cannot_keep(cache_.root(), why);
+  if (!safe) throw cannot_store(cache_.root(), reason);
   std::error_code failure;
   fs::create_directories(target_.parent_path(), failure);
   if (fs::exists(target_)) remove_series(cache_.root(), target_);
@@ -184,7 +183,7 @@ fs::path IncomingSeries::commit() {
   if (failure) {
     std::error_code ignored;
     fs::remove_all(from, ignored);
-    throw cannot_keep(cache_.root(), failure.message());
+    throw cannot_store(cache_.root(), failure.value());
   }
   return target_;
 }

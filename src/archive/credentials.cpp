@@ -11,13 +11,13 @@
 #include <cstring>
 
 #include "core/error.h"
-#include "io/files.h"
-#include "io/header_text.h"
+#include "io/platform/files.h"
+#include "io/platform/header_text.h"
 
 namespace simplexseg {
 namespace {
 
-constexpr std::size_t kMost = 16384;
+constexpr std::size_t kMaxBytes = 16384;
 
 Error bad_credentials(const ArchiveServer& server, const std::string& why, const std::string& what_to_do) {
   return Error("the archive " + one_line(server.name), why, what_to_do);
@@ -27,16 +27,16 @@ std::string read_secret_file(const ArchiveServer& server) {
   const std::string what = "its credentials cannot be read from " + quoted(server.credentials_file);
   const int descriptor = ::open(server.credentials_file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) throw bad_credentials(server, what + ": " + std::strerror(errno), "check the path");
-  // What is asked about is the file that is open, whatever takes its name meanwhile.
+  // Checks the open descriptor, since another file may take the name at any time.
   struct stat status {};
   const bool known = ::fstat(descriptor, &status) == 0;
-  std::string text(kMost, '\0');
+  std::string text(kMaxBytes, '\0');
   const ssize_t count =
-      known && S_ISREG(status.st_mode) && (status.st_mode & 077) == 0 ? ::read(descriptor, text.data(), kMost) : -1;
+      known && S_ISREG(status.st_mode) && (status.st_mode & 077) == 0 ? ::read(descriptor, text.data(), kMaxBytes) : -1;
   ::close(descriptor);
-  if (known && !S_ISREG(status.st_mode)) throw bad_credentials(server, what + ": it is no file", "name a file");
+  if (known && !S_ISREG(status.st_mode)) throw bad_credentials(server, what + ": it is not a file", "name a file");
   if (known && ((status.st_mode & 077) != 0 || status.st_uid != ::geteuid()))
-    throw bad_credentials(server, what + ": others may read or change it", "make it yours alone: chmod 600");
+    throw bad_credentials(server, what + ": other users may read or change it", "restrict it to yourself: chmod 600");
   if (count < 0) throw bad_credentials(server, what, "check the file");
   text.resize(static_cast<std::size_t>(count));
   return text;
@@ -61,15 +61,15 @@ Credentials read_credentials(const ArchiveServer& server) {
   while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
   const bool is_line = std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
   Credentials credentials;
-  constexpr std::size_t kWord = 7;  // of "bearer "
+  constexpr std::size_t kWord = 7;  // length of "bearer "
   if (lower_case(text.substr(0, kWord)) == "bearer ")
     credentials.bearer = text.substr(kWord);
   else
     credentials.basic = text;
   if (!is_line || (credentials.bearer.empty() && (text.find(':') == std::string::npos || text.front() == ':')) ||
       credentials.bearer.find(' ') != std::string::npos)
-    throw bad_credentials(server, "its credentials are not of a form that is known",
-                          "write USER:PASSWORD or \"bearer TOKEN\", in one line");
+    throw bad_credentials(server, "the format of its credentials is unknown",
+                          "write USER:PASSWORD or \"bearer TOKEN\" on one line");
   return credentials;
 }
 

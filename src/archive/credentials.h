@@ -6,15 +6,15 @@
 
 namespace simplexseg {
 
-/// What a user proves itself by. It is held as short as can be, and goes into no message.
+/// Credentials of a user. They exist only during a connection and are never part of a message.
 struct Credentials {
   std::string basic;   ///< "USER:PASSWORD", or empty
   std::string bearer;  ///< token, or empty
 };
 
-/// Those of a server, from its variable or its file; none where it names neither. Throws Error, without any part of
-/// them, where the variable is not set, or the file is missing, others may read it, or it is not its user's; or they
-/// are neither "USER:PASSWORD" nor "bearer TOKEN".
+/// Reads the credentials of a server from its variable or file; empty if it has neither. Throws Error, without any part
+/// of them, for an unset variable, a file that is missing, readable by others or owned by another user, and for a text
+/// that is neither "USER:PASSWORD" nor "bearer TOKEN".
 Credentials read_credentials(const ArchiveServer& server);
 
 }  // namespace simplexseg

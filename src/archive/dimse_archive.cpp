@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An archive over DICOM's own connections: C-ECHO, C-FIND, C-GET, C-STORE (PS3.4).
+// Archive over DIMSE: C-ECHO, C-FIND, C-GET, C-STORE (PS3.4).
 #include <algorithm>
 #include <set>
 
@@ -7,7 +7,7 @@
 #include "archive/faults.h"
 #include "archive/implementations.h"
 #include "archive/match.h"
-#include "io/dicom_texts.h"
+#include "io/dicom/dicom_texts.h"
 
 namespace simplexseg {
 namespace fs = std::filesystem;
@@ -18,13 +18,12 @@ constexpr const char* kVerification = "1.2.840.10008.1.1";
 constexpr const char* kFind = "1.2.840.10008.5.1.4.1.2.2.1";  // study root
 constexpr const char* kGet = "1.2.840.10008.5.1.4.1.2.2.3";
 constexpr const char *kImplicit = "1.2.840.10008.1.2", *kExplicit = "1.2.840.10008.1.2.1";
-/// Compressed: JPEG baseline, extended and lossless, JPEG-LS, JPEG 2000, run lengths.
+/// Compressed transfer syntaxes: JPEG baseline, extended and lossless, JPEG-LS, JPEG 2000, RLE.
 constexpr const char* kCompressed[] = {"1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51", "1.2.840.10008.1.2.4.57",
                                        "1.2.840.10008.1.2.4.70", "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.81",
                                        "1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.4.91", "1.2.840.10008.1.2.5"};
-constexpr std::size_t kMostContexts = 120;  ///< an association has 128
-constexpr std::size_t kMostInstances = 100000;
-constexpr std::uint64_t kMostAnswer = 100'000'000;  ///< bytes, of answers to a search
+constexpr std::size_t kMaxContexts = 120;            ///< an association allows 128
+constexpr std::uint64_t kMaxResponse = 100'000'000;  ///< size of the responses to a query, bytes
 
 constexpr DicomTag kStudy{0x0020, 0x000d}, kSeries{0x0020, 0x000e}, kInstance{0x0008, 0x0018}, kClass{0x0008, 0x0016};
 
@@ -65,18 +64,18 @@ class DimseArchive : public Archive {
                                         {{0x0020, 0x1206}, ""},
                                         {{0x0020, 0x1208}, ""}};
     FoundStudies found;
-    for (const DimseEntry& entry : link.find("STUDY", keys, static_cast<std::size_t>(query.most) + 1)) {
+    for (const DimseEntry& entry : link.find("STUDY", keys, static_cast<std::size_t>(query.max_studies) + 1)) {
       if (!is_dicom_uid(entry[0])) continue;
       found.studies.push_back({.uid = entry[0],
-                               .patient_name = name_in_words(entry[1]),
+                               .patient_name = display_name(entry[1]),
                                .patient_id = entry[2],
-                               .date = date_in_words(entry[3]),
+                               .date = display_date(entry[3]),
                                .description = entry[4],
                                .modalities = values_of(entry[5]),
                                .series = count_of(entry[6], -1),
                                .instances = count_of(entry[7], -1)});
     }
-    sort_studies(found, query.most);
+    sort_studies(found, query.max_studies);
     return found;
   }
 
@@ -86,7 +85,7 @@ class DimseArchive : public Archive {
     const std::vector<DimseKey> keys = {{kStudy, study},        {kSeries, ""},          {{0x0020, 0x0011}, ""},
                                         {{0x0008, 0x0060}, ""}, {{0x0008, 0x103e}, ""}, {{0x0020, 0x1209}, ""}};
     std::vector<ArchiveSeries> all;
-    for (const DimseEntry& entry : link.find("SERIES", keys, kMostInstances)) {
+    for (const DimseEntry& entry : link.find("SERIES", keys, kMaxInstances)) {
       if (!is_dicom_uid(entry[1])) continue;
       all.push_back({.study = study,
                      .uid = entry[1],
@@ -95,7 +94,7 @@ class DimseArchive : public Archive {
                      .description = entry[4],
                      .instances = count_of(entry[5], -1)});
     }
-    if (all.empty()) throw nothing_there(server_, "such study");
+    if (all.empty()) throw not_found(server_, "such study");
     sort_series(all);
     return all;
   }
@@ -107,13 +106,13 @@ class DimseArchive : public Archive {
     {
       DimseLink link(server_, {{kFind, {kExplicit, kImplicit}}}, bounded(progress));
       const std::vector<DimseKey> keys = {{kStudy, study}, {kSeries, series}, {kInstance, ""}, {kClass, ""}};
-      for (const DimseEntry& entry : link.find("IMAGE", keys, kMostInstances)) {
+      for (const DimseEntry& entry : link.find("IMAGE", keys, kMaxInstances)) {
         if (is_dicom_uid(entry[2])) expected.insert(entry[2]);
         if (is_dicom_uid(entry[3])) classes.insert(entry[3]);
       }
     }
-    if (expected.empty()) throw nothing_there(server_, "such series");
-    if (const auto kept = cache.find(server_, series, expected)) return *kept;
+    if (expected.empty()) throw not_found(server_, "such series");
+    if (const auto cached = cache.find(server_, series, expected)) return *cached;
     SeriesReceiver receiver(server_, cache, series, expected, progress);
     DimseLink link(server_, contexts_to_get(classes), [&](std::uint64_t bytes) { receiver.count(bytes); });
     link.get(study, series, receiver);
@@ -130,8 +129,8 @@ class DimseArchive : public Archive {
       contexts.push_back({sop_class, {syntax}});
       if (syntax == kExplicit) contexts.push_back({sop_class, {kImplicit}});
     }
-    if (contexts.size() > kMostContexts)
-      throw archive_fault(server_, "too many kinds of objects for one connection", "send fewer files at once");
+    if (contexts.size() > kMaxContexts)
+      throw archive_fault(server_, "the files have too many types for one connection", "send fewer files at once");
     outgoing.guard([&] {
       DimseLink link(server_, contexts, [&](std::uint64_t bytes) { outgoing.count(bytes); });
       for (const Outgoing::Instance& one : outgoing.instances()) outgoing.stored(link.store(one));
@@ -140,23 +139,23 @@ class DimseArchive : public Archive {
   }
 
  private:
-  /// Tells that something is waited for, and holds what comes against what a search can need.
+  /// Callback that reports progress and limits the size of responses to a query.
   std::function<void(std::uint64_t)> bounded(const ArchiveProgress& progress) const {
     return [this, &progress, sum = std::uint64_t{0}](std::uint64_t bytes) mutable {
-      if ((sum += bytes) > kMostAnswer) throw too_large(server_, "its answer", kMostAnswer);
-      tell(progress, {});
+      if ((sum += bytes) > kMaxResponse) throw too_large(server_, "its response", kMaxResponse, kNarrowSearch);
+      report_progress(progress, {});
     };
   }
 
-  /// One for each coding, so that each instance can come as it is kept.
+  /// One context per transfer syntax, so that the archive can send each instance as it is stored.
   std::vector<DimseContext> contexts_to_get(const std::set<std::string>& classes) const {
     std::vector<DimseContext> contexts = {{kGet, {kExplicit, kImplicit}}};
     for (const std::string& one : classes) contexts.push_back({one, {kExplicit, kImplicit}, true});
     for (const std::string& one : classes)
       for (const char* syntax : kCompressed)
-        if (contexts.size() < kMostContexts) contexts.push_back({one, {syntax}, true});
-    if (classes.empty() || classes.size() > kMostContexts)
-      throw archive_fault(server_, "it does not say of what classes the instances are", "ask who runs the archive");
+        if (contexts.size() < kMaxContexts) contexts.push_back({one, {syntax}, true});
+    if (classes.empty() || classes.size() > kMaxContexts)
+      throw archive_fault(server_, "it does not report the SOP classes of the instances", kAskAdministrator);
     return contexts;
   }
 

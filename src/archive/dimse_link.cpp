@@ -18,35 +18,35 @@
 #include <mutex>
 #include <optional>
 
-#include "archive/below_c.h"
+#include "archive/callback_guard.h"
 #include "archive/faults.h"
-#include "io/dicom_texts.h"
-#include "io/files.h"
+#include "io/dicom/dicom_texts.h"
+#include "io/platform/files.h"
 
 namespace simplexseg {
 namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kSlice_ms = 200;
+constexpr int kPollMs = 200;
 
-/// What a connection tells of itself. DCMTK's code lies between those who throw and those who catch, and would leak.
-struct Watch : BelowC {
-  std::function<void(std::uint64_t)> came;
+/// State of a connection. Exceptions are stored in the guard, since DCMTK would leak if they passed through it.
+struct Watch : CallbackGuard {
+  std::function<void(std::uint64_t)> on_bytes;
   int timeout_s = 30;
   bool timed_out = false, ended = false;
 
-  bool tell(std::uint64_t bytes) {
-    return guarded([&] { came(bytes); });
+  bool report(std::uint64_t bytes) {
+    return guarded([&] { on_bytes(bytes); });
   }
-  /// Waits for a socket, a slice at a time, so that it can be called off.
+  /// Waits for a socket in short intervals, so that the wait can be cancelled.
   bool wait(int socket, short event, int limit_s) {
     pollfd one{socket, event, 0};
-    for (int left_ms = limit_s * 1000;; left_ms -= kSlice_ms) {
-      if (!tell(0)) return false;
-      const int ready = ::poll(&one, 1, std::min(std::max(left_ms, 0), kSlice_ms));
+    for (int left_ms = limit_s * 1000;; left_ms -= kPollMs) {
+      if (!report(0)) return false;
+      const int ready = ::poll(&one, 1, std::min(std::max(left_ms, 0), kPollMs));
       if (ready > 0) return true;
-      if (left_ms <= kSlice_ms) return false;
+      if (left_ms <= kPollMs) return false;
     }
   }
 };
@@ -55,14 +55,14 @@ class WatchedConnection : public DcmTCPConnection {
  public:
   WatchedConnection(DcmNativeSocketType socket, Watch& watch) : DcmTCPConnection(socket), watch_(watch) {}
 
-  ssize_t read(void* to, size_t most) override {
+  ssize_t read(void* to, size_t capacity) override {
     if (!watch_.wait(getSocket(), POLLIN, watch_.timeout_s)) {
       watch_.timed_out = !watch_.thrown;
       return -1;
     }
-    const ssize_t count = ::recv(getSocket(), to, most, 0);
+    const ssize_t count = ::recv(getSocket(), to, capacity, 0);
     if (count <= 0) watch_.ended = true;
-    return count > 0 && !watch_.tell(static_cast<std::uint64_t>(count)) ? -1 : count;
+    return count > 0 && !watch_.report(static_cast<std::uint64_t>(count)) ? -1 : count;
   }
   ssize_t write(void* from, size_t count) override {
     size_t done = 0;
@@ -75,15 +75,15 @@ class WatchedConnection : public DcmTCPConnection {
           ::send(getSocket(), static_cast<char*>(from) + done, count - done, MSG_DONTWAIT | MSG_NOSIGNAL);
       if (sent < 0 && (errno == EAGAIN || errno == EINTR)) continue;
       if (sent <= 0) watch_.ended = true;
-      if (sent <= 0 || !watch_.tell(static_cast<std::uint64_t>(sent))) return -1;
+      if (sent <= 0 || !watch_.report(static_cast<std::uint64_t>(sent))) return -1;
       done += static_cast<size_t>(sent);
     }
     return static_cast<ssize_t>(done);
   }
   OFBool networkDataAvailable(int timeout) override {
-    const bool there = watch_.wait(getSocket(), POLLIN, timeout);
-    if (!there && !watch_.thrown && timeout > 0) watch_.timed_out = true;
-    return there;
+    const bool available = watch_.wait(getSocket(), POLLIN, timeout);
+    if (!available && !watch_.thrown && timeout > 0) watch_.timed_out = true;
+    return available;
   }
 
  private:
@@ -101,7 +101,7 @@ class WatchedLayer : public DcmTransportLayer {
   Watch& watch_;
 };
 
-/// DCMTK logs whole data sets, names of patients among them.
+/// Turns off the log of DCMTK, which contains patient names.
 void silence() {
   static std::once_flag once;
   std::call_once(once, [] { OFLog::configure(OFLogger::OFF_LOG_LEVEL); });
@@ -113,7 +113,7 @@ std::string hexadecimal(unsigned status) {
   return text;
 }
 
-/// DCMTK's text is std::string or a type of its own, as it was built.
+/// Conversion to DCMTK's text type, which is std::string or its own class, depending on its build.
 OFString of_string(const std::string& text) { return {text.data(), text.size()}; }
 std::string std_string(const OFString& text) { return {text.data(), text.size()}; }
 
@@ -127,13 +127,14 @@ bool is_ascii(const std::string& text) {
 
 class DimseLink::Requester : public DcmSCU {
  public:
-  Requester(const ArchiveServer& server, std::function<void(std::uint64_t)> came) : server_(server), layer_(watch_) {
-    watch_.came = std::move(came);
+  Requester(const ArchiveServer& server, std::function<void(std::uint64_t)> on_bytes)
+      : server_(server), layer_(watch_) {
+    watch_.on_bytes = std::move(on_bytes);
     watch_.timeout_s = server.timeout_s;
   }
   ~Requester() override {
     if (isConnected()) abortAssociation();
-    freeNetwork();  // while the layer is there
+    freeNetwork();  // before the layer is destroyed
   }
 
   void connect(const std::vector<DimseContext>& contexts) {
@@ -155,41 +156,41 @@ class DimseLink::Requester : public DcmSCU {
                              context.we_receive ? ASC_SC_ROLE_SCP : ASC_SC_ROLE_DEFAULT);
     }
     require(initNetwork());
-    require(useSecureConnection(&layer_));  // of a layer's own; this one encrypts nothing
+    require(useSecureConnection(&layer_));  // sets the transport layer; this one does not encrypt
     const OFCondition result = negotiateAssociation();
     if (result == DUL_ASSOCIATIONREJECTED && !watch_.thrown)
-      throw archive_fault(server_,
-                          "it rejects the title " + server_.called_title + " or ours, " + server_.calling_title,
-                          "check both, and that it knows ours");
+      throw archive_fault(
+          server_, "it rejected the AE title " + server_.called_title + ", or our AE title " + server_.calling_title,
+          "check both titles, and that our title is registered in the archive");
     if (result == NET_EC_NoAcceptablePresentationContexts && !watch_.thrown)
-      throw archive_fault(server_, "it does not offer what is asked for", "ask who runs the archive");
+      throw archive_fault(server_, "it does not support the requested service", kAskAdministrator);
     require(result);
   }
 
-  /// Throws what the watch caught, or the fault that the condition tells.
+  /// Rethrows the exception of a callback, or throws the fault for a failed condition.
   void require(const OFCondition& result) const {
     if (watch_.thrown) std::rethrow_exception(watch_.thrown);
     if (result.good()) return;
     if (watch_.timed_out || result == DIMSE_NODATAAVAILABLE) throw timed_out(server_);
     if (watch_.ended || result == DUL_PEERREQUESTEDRELEASE || result == DUL_PEERABORTEDASSOCIATION ||
         result == DUL_NETWORKCLOSED)
-      throw ended_early(server_, "in the middle");
-    const std::string said = one_line(result.text(), 200);
-    if (said.find("nknown Host") != std::string::npos) throw unknown_host(server_);
-    if (!isConnected() && (said.find("TCP") != std::string::npos || said.find("refused") != std::string::npos))
-      throw said.find("imeout") != std::string::npos ? timed_out(server_) : refused_connection(server_);
-    throw archive_fault(server_, "its answer is not that of an archive: " + said, "check its host and port");
+      throw connection_lost(server_, "unexpectedly");
+    const std::string text = one_line(result.text(), 200);
+    if (text.find("nknown Host") != std::string::npos) throw unknown_host(server_);
+    if (!isConnected() && (text.find("TCP") != std::string::npos || text.find("refused") != std::string::npos))
+      throw text.find("imeout") != std::string::npos ? timed_out(server_) : connection_refused(server_);
+    throw archive_fault(server_, "it does not respond like an archive: " + text, "check its host and port");
   }
 
-  /// Whether the archive can still be told that we go.
-  bool is_sound() const { return isConnected() && !watch_.thrown && !watch_.timed_out && !watch_.ended; }
+  /// Whether the association can still be released in order.
+  bool can_release() const { return isConnected() && !watch_.thrown && !watch_.timed_out && !watch_.ended; }
 
   T_ASC_PresentationContextID context_for(const char* abstract_syntax) {
     const T_ASC_PresentationContextID id = findPresentationContextID(abstract_syntax, "");
     if (id == 0)
-      throw archive_fault(server_,
-                          "it does not offer " + std::string(dcmFindNameOfUID(abstract_syntax, "what is asked for")),
-                          "ask who runs the archive");
+      throw archive_fault(
+          server_, "it does not support " + std::string(dcmFindNameOfUID(abstract_syntax, "the requested service")),
+          kAskAdministrator);
     return id;
   }
 
@@ -198,16 +199,16 @@ class DimseLink::Requester : public DcmSCU {
     status = response->m_status;
     DcmDataset* const data = response->m_dataset;
     if (!data || !DICOM_PENDING_STATUS(status)) return result;
-    OFString set;
-    data->findAndGetOFStringArray(DCM_SpecificCharacterSet, set);
+    OFString character_set;
+    data->findAndGetOFStringArray(DCM_SpecificCharacterSet, character_set);
     DimseEntry& entry = entries.emplace_back();
-    for (const DicomTag tag : wanted) {
+    for (const DicomTag tag : requested_tags) {
       OFString value;
       data->findAndGetOFStringArray(key_of(tag), value);
-      std::string text = one_line(utf8_of(std_string(value), std_string(set)), 200);
+      std::string text = one_line(utf8_of(std_string(value), std_string(character_set)), 200);
       entry.push_back(std::move(text));
     }
-    if (entries.size() >= most) {
+    if (entries.size() >= max_entries) {
       sendCANCELRequest(id);
       wait = OFFalse;
     }
@@ -215,9 +216,9 @@ class DimseLink::Requester : public DcmSCU {
   }
 
   OFCondition handleCGETResponse(const T_ASC_PresentationContextID id, RetrieveResponse* response,
-                                 OFBool& go_on) override {
+                                 OFBool& continue_session) override {
     status = response->m_status;
-    return DcmSCU::handleCGETResponse(id, response, go_on);
+    return DcmSCU::handleCGETResponse(id, response, continue_session);
   }
 
   OFCondition handleSTORERequestFile(T_ASC_PresentationContextID* id, const OFString&,
@@ -228,18 +229,18 @@ class DimseLink::Requester : public DcmSCU {
     result = DcmSCU::handleSTORERequestFile(id, file.c_str(), request);
     if (result.bad() && !watch_.ended && !watch_.timed_out) {
       watch_.guarded([&] {
-        throw ArchiveFault("cannot keep what comes in " + quoted(file.parent_path()), "the file cannot be written",
-                           "check the space left on the disk and the permissions");
+        throw ArchiveFault("cannot store received files in " + quoted(file.parent_path()), "a file cannot be written",
+                           "free space on the disk");
       });
     }
-    if (result.good() && !watch_.guarded([&] { receiver->take(file); })) result = EC_IllegalCall;
+    if (result.good() && !watch_.guarded([&] { receiver->add(file); })) result = EC_IllegalCall;
     return result;
   }
 
   const ArchiveServer& server_;
   unsigned status = 0;
-  std::vector<DicomTag> wanted;
-  std::size_t most = 0;
+  std::vector<DicomTag> requested_tags;
+  std::size_t max_entries = 0;
   std::vector<DimseEntry> entries;
   SeriesReceiver* receiver = nullptr;
 
@@ -249,37 +250,37 @@ class DimseLink::Requester : public DcmSCU {
 };
 
 DimseLink::DimseLink(const ArchiveServer& server, const std::vector<DimseContext>& contexts,
-                     std::function<void(std::uint64_t)> came) {
+                     std::function<void(std::uint64_t)> on_bytes) {
   silence();
-  requester_ = std::make_unique<Requester>(server, std::move(came));
+  requester_ = std::make_unique<Requester>(server, std::move(on_bytes));
   requester_->connect(contexts);
 }
 
 DimseLink::~DimseLink() {
-  if (requester_->is_sound()) requester_->releaseAssociation();
+  if (requester_->can_release()) requester_->releaseAssociation();
 }
 
 void DimseLink::echo() {
   requester_->require(requester_->sendECHORequest(requester_->context_for(UID_VerificationSOPClass)));
 }
 
-std::vector<DimseEntry> DimseLink::find(const std::string& level, const std::vector<DimseKey>& keys, std::size_t most) {
+std::vector<DimseEntry> DimseLink::find(const std::string& level, const std::vector<DimseKey>& keys,
+                                        std::size_t max_entries) {
   DcmDataset query;
   query.putAndInsertString(DCM_QueryRetrieveLevel, level.c_str());
-  requester_->wanted.clear();
+  requester_->requested_tags.clear();
   for (const DimseKey& key : keys) {
     if (!is_ascii(key.value)) query.putAndInsertString(DCM_SpecificCharacterSet, "ISO_IR 192");
     query.putAndInsertString(key_of(key.tag), key.value.c_str());
-    requester_->wanted.push_back(key.tag);
+    requester_->requested_tags.push_back(key.tag);
   }
-  requester_->most = most;
+  requester_->max_entries = max_entries;
   requester_->entries.clear();
   const auto id = requester_->context_for(UID_FINDStudyRootQueryRetrieveInformationModel);
   requester_->require(requester_->sendFINDRequest(id, &query, nullptr));
   const unsigned status = requester_->status;
   if (status != STATUS_Success && !DICOM_PENDING_STATUS(status))
-    throw archive_fault(requester_->server_, "it failed to search (" + hexadecimal(status) + ")",
-                        "try again later, or ask who runs the archive");
+    throw archive_fault(requester_->server_, "the search failed (" + hexadecimal(status) + ")", "try again later");
   return std::move(requester_->entries);
 }
 
@@ -302,14 +303,14 @@ std::string DimseLink::store(const Outgoing::Instance& instance) {
   if (id == 0)
     throw archive_fault(
         requester_->server_,
-        "it takes no " + std::string(dcmFindNameOfUID(identity.sop_class.c_str(), "object")) + " as in " + name,
-        "ask who runs the archive");
+        "it does not accept " + std::string(dcmFindNameOfUID(identity.sop_class.c_str(), "the type")) + " of " + name,
+        kAskAdministrator);
   requester_->require(requester_->sendSTORERequest(id, instance.file.c_str(), nullptr, status));
   if (status == STATUS_Success) return {};
   if (!DICOM_WARNING_STATUS(status))
-    throw archive_fault(requester_->server_, "it refuses " + name + " (" + hexadecimal(status) + ")",
-                        "ask who runs the archive");
-  return "the archive took " + name + " with a warning (" + hexadecimal(status) + ")";
+    throw archive_fault(requester_->server_, "it rejected " + name + " (" + hexadecimal(status) + ")",
+                        kAskAdministrator);
+  return "the archive stored " + name + " with a warning (" + hexadecimal(status) + ")";
 }
 
 }  // namespace simplexseg

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A connection of DICOM's own (PS3.8) by DCMTK, which is known in the source alone.
+// DIMSE association (PS3.8) through DCMTK, which only the source file includes.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -11,42 +11,42 @@
 #include "archive/archive.h"
 #include "archive/outgoing.h"
 #include "archive/receiver.h"
-#include "io/dicom_values.h"
+#include "io/dicom/dicom_values.h"
 
 namespace simplexseg {
 
-/// An attribute of a query, and the value to match; empty: it is asked for.
+/// Attribute of a query with the value to match; an empty value requests the attribute.
 struct DimseKey {
   DicomTag tag;
   std::string value;
 };
-/// What an answer has of the attributes that were asked for, in their order; UTF-8, several values with a backslash
-/// between them.
+/// Values of the requested attributes in a response, in the order of the keys; UTF-8, multiple values separated by
+/// backslashes.
 using DimseEntry = std::vector<std::string>;
 
-/// What an association is for; it is negotiated at its beginning.
+/// Presentation context, negotiated at the start of an association.
 struct DimseContext {
   std::string abstract_syntax;
   std::vector<std::string> transfer_syntaxes;
-  bool we_receive = false;  ///< the archive stores at ours
+  bool we_receive = false;  ///< the archive sends objects to us (C-STORE sub-operations)
 };
 
-/// One association. All but the destructor throw Error for whatever ends it, as Archive says.
+/// One association. All members except the destructor throw ArchiveFault (see Archive) when it ends early.
 class DimseLink {
  public:
-  /// `came`: bytes that went over the network, at least once a second, 0 while none do; what it throws comes through.
+  /// `on_bytes`: called with the bytes transferred, at least once a second; its exceptions are passed on.
   DimseLink(const ArchiveServer& server, const std::vector<DimseContext>& contexts,
-            std::function<void(std::uint64_t)> came);
+            std::function<void(std::uint64_t)> on_bytes);
   ~DimseLink();
   DimseLink(const DimseLink&) = delete;
   DimseLink& operator=(const DimseLink&) = delete;
 
   void echo();
-  /// C-FIND below the study root; of `most` entries at most, then it is called off. `level`: STUDY, SERIES, IMAGE.
-  std::vector<DimseEntry> find(const std::string& level, const std::vector<DimseKey>& keys, std::size_t most);
+  /// C-FIND in the study root model, cancelled after `max_entries` entries. `level`: STUDY, SERIES or IMAGE.
+  std::vector<DimseEntry> find(const std::string& level, const std::vector<DimseKey>& keys, std::size_t max_entries);
   /// C-GET of a series.
   void get(const std::string& study, const std::string& series, SeriesReceiver& receiver);
-  /// C-STORE. Gives what the archive says of it, or nothing.
+  /// C-STORE. Returns a warning of the archive, or an empty text.
   std::string store(const Outgoing::Instance& instance);
 
  private:

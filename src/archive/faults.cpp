@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "archive/faults.h"
 
-#include "io/files.h"
-#include "io/load_progress.h"
+#include "io/platform/files.h"
+#include "io/platform/load_progress.h"
 
 namespace simplexseg {
 
@@ -10,31 +10,31 @@ ArchiveFault archive_fault(const ArchiveServer& server, const std::string& why, 
   return ArchiveFault("the archive " + one_line(server.name), why, what_to_do);
 }
 
-ArchiveFault refused_connection(const ArchiveServer& server) {
-  return archive_fault(server, "it refuses the connection at " + address_of(server),
-                       "check that it runs, and its host and port");
+ArchiveFault connection_refused(const ArchiveServer& server) {
+  return archive_fault(server, "it refused the connection at " + address_of(server),
+                       "check its host and port, and that it is running");
 }
 ArchiveFault unknown_host(const ArchiveServer& server) {
-  return archive_fault(server, "no host of that name is known: " + address_of(server),
-                       "check the name and the network");
+  return archive_fault(server, "the host is unknown: " + address_of(server), "check the name and the network");
 }
 ArchiveFault timed_out(const ArchiveServer& server) {
-  return archive_fault(server, "time-out: nothing came for " + std::to_string(server.timeout_s) + " s",
-                       "try again, or give it more time");
+  return archive_fault(server, "time-out: no data for " + std::to_string(server.timeout_s) + " s",
+                       "try again, or set a longer time-out");
 }
-ArchiveFault ended_early(const ArchiveServer& server, const std::string& during) {
+ArchiveFault connection_lost(const ArchiveServer& server, const std::string& during) {
   return archive_fault(server, "the connection ended " + during, "try again");
 }
-ArchiveFault too_large(const ArchiveServer& server, const std::string& what, std::uint64_t limit) {
-  return archive_fault(server, what + " is larger than " + in_words(static_cast<double>(limit)) + " and was cut off",
-                       "ask for less");
+ArchiveFault too_large(const ArchiveServer& server, const std::string& what, std::uint64_t limit,
+                       const std::string& what_to_do) {
+  return archive_fault(
+      server, what + " is larger than " + format_bytes(static_cast<double>(limit)) + " and was cancelled", what_to_do);
 }
-ArchiveFault nothing_there(const ArchiveServer& server, const std::string& what) {
-  return archive_fault(server, "it has no " + what, "search again: it may have been removed");
+ArchiveFault not_found(const ArchiveServer& server, const std::string& what) {
+  return archive_fault(server, "it has no " + what, "search again; it may have been removed");
 }
 
-void tell(const ArchiveProgress& progress, const ArchiveTransfer& transfer) {
-  if (progress && !progress(transfer)) throw CalledOff();
+void report_progress(const ArchiveProgress& progress, const ArchiveTransfer& transfer) {
+  if (progress && !progress(transfer)) throw Cancelled();
 }
 
 }  // namespace simplexseg

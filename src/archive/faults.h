@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How an archive's faults are told.
+// Messages about faults of archives.
 #pragma once
 #include <string>
 
@@ -8,18 +8,22 @@
 
 namespace simplexseg {
 
-/// "the archive NAME: why; what to do".
+inline constexpr const char* kAskAdministrator = "ask your PACS administrator";
+inline constexpr const char* kNarrowSearch = "narrow the search";
+
+/// Returns a fault with the text "the archive NAME: why; what to do".
 ArchiveFault archive_fault(const ArchiveServer& server, const std::string& why, const std::string& what_to_do);
 
-// Those that both protocols have, each in one wording.
-ArchiveFault refused_connection(const ArchiveServer& server);
+// Faults common to both protocols.
+ArchiveFault connection_refused(const ArchiveServer& server);
 ArchiveFault unknown_host(const ArchiveServer& server);
 ArchiveFault timed_out(const ArchiveServer& server);
-ArchiveFault ended_early(const ArchiveServer& server, const std::string& during);
-ArchiveFault too_large(const ArchiveServer& server, const std::string& what, std::uint64_t limit);
-ArchiveFault nothing_there(const ArchiveServer& server, const std::string& what);
+ArchiveFault connection_lost(const ArchiveServer& server, const std::string& during);
+ArchiveFault too_large(const ArchiveServer& server, const std::string& what, std::uint64_t limit,
+                       const std::string& what_to_do);
+ArchiveFault not_found(const ArchiveServer& server, const std::string& what);
 
-/// Tells the progress, where somebody listens. Throws CalledOff.
-void tell(const ArchiveProgress& progress, const ArchiveTransfer& transfer);
+/// Calls the progress callback, if there is one. Throws Cancelled when it returns false.
+void report_progress(const ArchiveProgress& progress, const ArchiveTransfer& transfer);
 
 }  // namespace simplexseg

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <cstddef>
 #include <memory>
 
 #include "archive/archive.h"
 
 namespace simplexseg {
 
-/// By libcurl.
+constexpr std::size_t kMaxInstances = 100000;  ///< largest number in a series
+
+/// Opens an archive over DICOMweb, with libcurl.
 std::unique_ptr<Archive> open_dicom_web(const ArchiveServer& server);
-/// By DCMTK.
+/// Opens an archive over DIMSE, with DCMTK.
 std::unique_ptr<Archive> open_dimse(const ArchiveServer& server);
 
 }  // namespace simplexseg

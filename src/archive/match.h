@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What both protocols do with a query and with its answers.
+// Queries and their results, for both protocols.
 #pragma once
 #include <string>
 #include <vector>
@@ -8,14 +8,15 @@
 
 namespace simplexseg {
 
-/// Throws Error where a text cannot be searched for, or a number is out of its bounds.
+/// Throws Error for a text that cannot be searched for, or a number out of range.
 void require_query(const ArchiveQuery& query);
-/// Throws Error. `what`: "study", "series".
+/// Throws Error for a text that is not a UID. `what`: "study" or "series", for the message.
 void require_uid(const std::string& uid, const char* what);
-/// A text that is to be a part of the value: "*text*", unless it has wildcards of its own.
+/// Pattern that matches values containing the text: "*text*", or the text itself if it contains wildcards.
 std::string part_pattern(const std::string& text);
-/// Puts the latest first and cuts them to as many as were asked for.
-void sort_studies(FoundStudies& found, int most);
+/// Sorts studies, latest first, and truncates the list to `max_studies`.
+void sort_studies(FoundStudies& found, int max_studies);
+/// Sorts series by number.
 void sort_series(std::vector<ArchiveSeries>& series);
 
 }  // namespace simplexseg

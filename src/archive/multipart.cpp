@@ -5,13 +5,13 @@
 #include <cctype>
 #include <charconv>
 
-#include "io/header_text.h"
+#include "io/platform/header_text.h"
 
 namespace simplexseg {
 namespace {
 
-constexpr std::size_t kMostHeader = std::size_t{1} << 16;
-constexpr std::size_t kMostBoundary = 200;  // RFC 2046 allows 70
+constexpr std::size_t kMaxHeader = std::size_t{1} << 16;
+constexpr std::size_t kMaxBoundary = 200;  // RFC 2046 allows 70
 
 }  // namespace
 
@@ -29,7 +29,7 @@ std::optional<std::string> boundary_of(const std::string& content_type) {
     boundary = boundary.substr(1, boundary.find('"', 1) - 1);
   else
     boundary = boundary.substr(0, boundary.find_first_of("; \t"));
-  if (boundary.empty() || boundary.size() > kMostBoundary) return {};
+  if (boundary.empty() || boundary.size() > kMaxBoundary) return {};
   return boundary;
 }
 
@@ -37,43 +37,43 @@ MultipartReader::MultipartReader(const std::string& boundary, Part part)
     : delimiter_("\r\n--" + boundary), part_(std::move(part)) {}
 
 bool MultipartReader::feed(const char* data, std::size_t bytes) {
-  if (state_ == State::Over) return true;  // what follows the last delimiter is for nobody
+  if (state_ == State::End) return true;  // data after the closing delimiter is ignored
   pending_.append(data, bytes);
   while (!damaged_ && step()) {
   }
   return !damaged_;
 }
 
-/// One state after the other; false where more has to come first.
+/// Advances by one state; false when more data is needed.
 bool MultipartReader::step() {
   switch (state_) {
     case State::Before:
     case State::Body:
-      return take_body();
+      return parse_body();
     case State::Delimiter:
-      return take_delimiter();
+      return parse_delimiter();
     case State::Headers: {
       const std::size_t end = pending_.find("\r\n\r\n");
       if (end == std::string::npos) {
-        damaged_ = pending_.size() > kMostHeader;
+        damaged_ = pending_.size() > kMaxHeader;
         return false;
       }
-      take_headers(pending_.substr(0, end + 2));
+      parse_headers(pending_.substr(0, end + 2));
       pending_.erase(0, end + 4);
       state_ = State::Body;
       return true;
     }
-    case State::Over:
+    case State::End:
       break;
   }
   return false;
 }
 
-/// All that cannot be the beginning of a delimiter belongs to the part.
-bool MultipartReader::take_body() {
+/// Passes on all data that cannot be the beginning of a delimiter.
+bool MultipartReader::parse_body() {
   const std::size_t found = pending_.find(delimiter_);
-  const std::size_t most = pending_.size() - std::min(pending_.size(), delimiter_.size() - 1);
-  const std::size_t count = std::min(found, most);
+  const std::size_t available = pending_.size() - std::min(pending_.size(), delimiter_.size() - 1);
+  const std::size_t count = std::min(found, available);
   if (state_ == State::Body && count > 0) {
     length_ += count;
     part_.data(pending_.data(), count);
@@ -84,14 +84,14 @@ bool MultipartReader::take_body() {
   return true;
 }
 
-/// `pending_` begins with the delimiter. What follows it tells whether it is one.
-bool MultipartReader::take_delimiter() {
+/// Handles a delimiter at the start of `pending_`; the characters after it decide whether it is one.
+bool MultipartReader::parse_delimiter() {
   std::size_t at = delimiter_.size();
   while (at < pending_.size() && (pending_[at] == ' ' || pending_[at] == '\t')) ++at;
-  if (at > delimiter_.size() + kMostHeader) damaged_ = true;
+  if (at > delimiter_.size() + kMaxHeader) damaged_ = true;
   if (pending_.size() < at + 2) return false;
   const bool last = pending_.compare(at, 2, "--") == 0;
-  if (!last && pending_.compare(at, 2, "\r\n") != 0) {  // it only looks so
+  if (!last && pending_.compare(at, 2, "\r\n") != 0) {  // not a delimiter
     if (in_part_) {
       length_ += delimiter_.size();
       part_.data(pending_.data(), delimiter_.size());
@@ -100,27 +100,27 @@ bool MultipartReader::take_delimiter() {
     state_ = in_part_ ? State::Body : State::Before;
     return true;
   }
-  if (in_part_) part_.end(!claimed_ || *claimed_ == length_);
+  if (in_part_) part_.end(!content_length_ || *content_length_ == length_);
   in_part_ = false;
   if (last) {
     pending_.clear();
-    state_ = State::Over;
+    state_ = State::End;
     return false;
   }
-  pending_.erase(0, at);  // the line's end may be that of the headers too
+  pending_.erase(0, at);  // the end of the line may also end the headers
   state_ = State::Headers;
   return true;
 }
 
-void MultipartReader::take_headers(const std::string& headers) {
-  claimed_.reset();
+void MultipartReader::parse_headers(const std::string& headers) {
+  content_length_.reset();
   length_ = 0;
   const std::string lower = lower_case(headers), key = "\r\ncontent-length:";
   if (std::size_t at = lower.find(key); at != std::string::npos) {
     at = lower.find_first_not_of(" \t", at + key.size());
     std::uint64_t value = 0;
     const char* const begin = lower.data() + std::min(at, lower.size());
-    if (std::from_chars(begin, lower.data() + lower.size(), value).ec == std::errc()) claimed_ = value;
+    if (std::from_chars(begin, lower.data() + lower.size(), value).ec == std::errc()) content_length_ = value;
   }
   in_part_ = true;
   part_.begin();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Answers of several parts (RFC 2046, 5.1) as they come, without ever holding a part.
+// Streaming parser for multipart responses (RFC 2046, 5.1).
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -8,40 +8,40 @@
 
 namespace simplexseg {
 
-/// The boundary that a Content-Type names, where that is multipart/related; else nothing.
+/// Boundary in a Content-Type of multipart/related; none for other types.
 std::optional<std::string> boundary_of(const std::string& content_type);
 
-/// Takes an answer apart. Holds no more than what is fed and 64 KiB.
+/// Splits a response into its parts. Stores at most one fed block and 64 KiB.
 class MultipartReader {
  public:
   struct Part {
     std::function<void()> begin;
     std::function<void(const char* data, std::size_t bytes)> data;
-    /// `whole`: the part is as long as its header says, where that says so.
-    std::function<void(bool whole)> end;
+    /// `complete`: the length of the part matches its Content-Length, if it has one.
+    std::function<void(bool complete)> end;
   };
   MultipartReader(const std::string& boundary, Part part);
 
-  /// False where the answer is no such one: headers without an end. What the functions throw comes through.
+  /// Parses the next block. Returns false for headers without an end. Exceptions of the callbacks are passed on.
   bool feed(const char* data, std::size_t bytes);
-  /// Whether the last part and what closes it have come.
-  bool complete() const { return state_ == State::Over; }
+  /// Whether the closing delimiter has been read.
+  bool complete() const { return state_ == State::End; }
 
  private:
-  enum class State { Before, Delimiter, Headers, Body, Over };
+  enum class State { Before, Delimiter, Headers, Body, End };
   bool step();
-  bool take_body();
-  bool take_delimiter();
-  void take_headers(const std::string& headers);
+  bool parse_body();
+  bool parse_delimiter();
+  void parse_headers(const std::string& headers);
 
   const std::string delimiter_;  ///< "\r\n--boundary"
   Part part_;
   State state_ = State::Before;
-  std::string pending_ = "\r\n";  ///< the first delimiter may stand at the very beginning
+  std::string pending_ = "\r\n";  ///< the first delimiter may be at the very beginning
   bool damaged_ = false;
   bool in_part_ = false;
   std::uint64_t length_ = 0;
-  std::optional<std::uint64_t> claimed_;
+  std::optional<std::uint64_t> content_length_;
 };
 
 }  // namespace simplexseg

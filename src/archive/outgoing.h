@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instances on their way to an archive.
+// Instances that are sent to an archive.
 #pragma once
 #include <filesystem>
 #include <functional>
@@ -7,27 +7,27 @@
 #include <vector>
 
 #include "archive/archive.h"
-#include "io/dicom_identity.h"
+#include "io/dicom/dicom_identity.h"
 
 namespace simplexseg {
 
-/// Files that are to be sent, and how far that is. What is passed must live as long as this.
+/// Files to send and the progress of sending. The arguments of the constructor must outlive it.
 class Outgoing {
  public:
   struct Instance {
     std::filesystem::path file;
     DicomIdentity identity;
   };
-  /// Reads all of them. Throws Error where one is no file of DICOM, or there is none.
+  /// Reads the UIDs of all files. Throws Error for a file that is not DICOM, or when there is no file.
   Outgoing(const ArchiveServer& server, const std::vector<std::filesystem::path>& files,
            const ArchiveProgress& progress);
 
   const std::vector<Instance>& instances() const { return instances_; }
-  /// Sends something: the Error of a failure says how many instances had been stored by then.
+  /// Calls `work`; adds the number of stored instances to the text of an ArchiveFault.
   void guard(const std::function<void()>& work) const;
-  /// Throws CalledOff.
+  /// Counts bytes sent. Throws Cancelled.
   void count(std::uint64_t bytes);
-  /// One instance more. `warning`: what the archive says of it, or empty.
+  /// Counts a stored instance. `warning`: warning of the archive, or empty.
   void stored(const std::string& warning);
   ArchiveSent sent() const { return sent_; }
 

@@ -6,12 +6,12 @@
 
 #include "archive/match.h"
 #include "core/error.h"
-#include "io/files.h"
+#include "io/platform/files.h"
 
 namespace simplexseg {
 namespace {
 
-/// "2024-05-31" as "20240531"; "" for none, or for no date.
+/// Converts "2024-05-31" to "20240531"; "" for other texts and impossible dates.
 std::string day_of(const std::string& text) {
   if (text.size() != 10 || text[4] != '-' || text[7] != '-') return {};
   const std::string day = text.substr(0, 4) + text.substr(5, 2) + text.substr(8, 2);
@@ -27,16 +27,17 @@ std::string day_of(const std::string& text) {
 
 std::string dicom_date_range(const std::string& date) {
   if (date.empty()) return {};
-  const std::size_t dots = date.find("..");
-  const std::string from = date.substr(0, dots), to = dots == std::string::npos ? "" : date.substr(dots + 2);
+  const std::size_t range = date.find("..");
+  const std::string from = date.substr(0, range), to = range == std::string::npos ? "" : date.substr(range + 2);
   const std::string first = day_of(from), last = day_of(to);
-  const bool is_day = dots == std::string::npos;
-  const auto refuse = [&](const char* why) {
-    throw Error("the date " + one_line(date, 40), why, "give 2024-05-31, or a range as 2024-01-01..2024-12-31");
+  const bool is_day = range == std::string::npos;
+  const auto fail = [&](const char* why) {
+    throw Error("the date " + one_line(date, 40), why,
+                "use a date such as 2024-05-31 or a range such as 2024-01-01..2024-12-31");
   };
   if ((!from.empty() && first.empty()) || (!to.empty() && last.empty()) || (first.empty() && last.empty()))
-    refuse("it is none");
-  if (!first.empty() && !last.empty() && last < first) refuse("it ends before it begins");
+    fail("it is not a date");
+  if (!first.empty() && !last.empty() && last < first) fail("it ends before it begins");
   return is_day ? first : first + "-" + last;
 }
 
@@ -52,28 +53,30 @@ void require_query(const ArchiveQuery& query) {
         std::pair("modality", &query.modality), std::pair("description", &query.description)})
     if (text->size() > 64 ||
         std::any_of(text->begin(), text->end(), [](unsigned char c) { return c < 0x20 || c == '\\'; }))
-      throw Error(std::string("the ") + what + " to search by", "it is too long, or has a character that none has",
-                  "give 64 characters at most");
+      throw Error(std::string("the ") + what + " to search for",
+                  text->size() > 64 ? "it is too long" : "it contains a backslash or a control character",
+                  text->size() > 64 ? "use at most 64 characters" : "remove that character");
   if (!query.study.empty()) require_uid(query.study, "study");
-  if (query.most < 1 || query.most > 10000)
-    throw Error("the number of studies to find", std::to_string(query.most) + " is out of bounds", "give 1 to 10000");
+  if (query.max_studies < 1 || query.max_studies > 10000)
+    throw Error("the number of studies to find", std::to_string(query.max_studies) + " is out of range",
+                "use 1 to 10000");
 }
 
 void require_uid(const std::string& uid, const char* what) {
   if (!is_dicom_uid(uid))
-    throw Error(std::string("the UID of the ") + what, "'" + one_line(uid, 70) + "' is none",
-                "give one as archive find prints it");
+    throw Error(std::string("the UID of the ") + what, "'" + one_line(uid, 70) + "' is not a UID",
+                "use a UID printed by archive find");
 }
 
 std::string part_pattern(const std::string& text) {
   return text.empty() || text.find_first_of("*?") != std::string::npos ? text : "*" + text + "*";
 }
 
-void sort_studies(FoundStudies& found, int most) {
+void sort_studies(FoundStudies& found, int max_studies) {
   std::stable_sort(found.studies.begin(), found.studies.end(),
                    [](const ArchiveStudy& a, const ArchiveStudy& b) { return a.date > b.date; });
-  if (found.studies.size() > static_cast<std::size_t>(most)) {
-    found.studies.resize(static_cast<std::size_t>(most));
+  if (found.studies.size() > static_cast<std::size_t>(max_studies)) {
+    found.studies.resize(static_cast<std::size_t>(max_studies));
     found.more = true;
   }
 }

@@ -5,12 +5,11 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 #include <utility>
 
 #include "archive/faults.h"
-#include "io/dicom_identity.h"
-#include "io/files.h"
+#include "io/dicom/dicom_identity.h"
+#include "io/platform/files.h"
 
 namespace simplexseg {
 namespace fs = std::filesystem;
@@ -18,8 +17,8 @@ namespace fs = std::filesystem;
 namespace {
 
 ArchiveFault cannot_write(const fs::path& path, int reason) {
-  return ArchiveFault("cannot keep what comes in " + quoted(path.parent_path()), std::strerror(reason),
-                      "check the space left on the disk and the permissions");
+  const fs::path folder = path.parent_path();
+  return ArchiveFault(write_error("cannot store received files in " + quoted(folder), folder, reason).what());
 }
 
 }  // namespace
@@ -56,44 +55,46 @@ SeriesReceiver::SeriesReceiver(const ArchiveServer& server, const ArchiveCache& 
       expected_(expected),
       progress_(progress),
       incoming_(cache, cache.folder_of(server, series)) {
-  transfer_.of = static_cast<int>(expected.size());
-  tell(progress_, transfer_);
+  transfer_.total = static_cast<int>(expected.size());
+  report_progress(progress_, transfer_);
 }
 
 fs::path SeriesReceiver::next_file() { return incoming_.folder() / ("part-" + std::to_string(files_++)); }
 
 void SeriesReceiver::count(std::uint64_t bytes) {
   transfer_.bytes += bytes;
-  if (transfer_.bytes > cache_.limit()) throw too_large(server_, "the series", cache_.limit());
-  tell(progress_, transfer_);
+  if (transfer_.bytes > cache_.limit())
+    throw too_large(server_, "the series", cache_.limit(), "raise the limit of the cache");
+  report_progress(progress_, transfer_);
 }
 
-void SeriesReceiver::take(const fs::path& file) {
+void SeriesReceiver::add(const fs::path& file) {
   DicomIdentity identity;
   try {
     identity = read_dicom_identity(file);
   } catch (const Error& error) {
-    std::string why = error.what();  // between the file's name, which nobody knows, and what to do with one's own file
+    std::string why = error.what();  // without the temporary file's name and without the remedy
     why = why.substr(0, why.rfind(';'));
     throw archive_fault(server_, "an instance is damaged: " + why.substr(std::min(why.rfind("': ") + 3, why.size())),
-                        "fetch it again, or ask who runs the archive");
+                        "fetch it again");
   }
-  const char* const remedy = "ask who runs the archive";
+  const char* const remedy = kAskAdministrator;
   if (identity.series != series_ || expected_.count(identity.sop_instance) == 0 || !is_dicom_uid(identity.sop_instance))
-    throw archive_fault(server_, "it sent an instance that is not of the series", remedy);
-  if (!taken_.insert(identity.sop_instance).second) throw archive_fault(server_, "it sent an instance twice", remedy);
+    throw archive_fault(server_, "it sent an instance that does not belong to the series", remedy);
+  if (!received_.insert(identity.sop_instance).second)
+    throw archive_fault(server_, "it sent an instance twice", remedy);
   std::error_code failure;
   fs::rename(file, incoming_.folder() / (identity.sop_instance + ".dcm"), failure);
   if (failure) throw cannot_write(file, failure.value());
   ++transfer_.instances;
-  tell(progress_, transfer_);
+  report_progress(progress_, transfer_);
 }
 
 fs::path SeriesReceiver::finish() {
-  if (taken_.size() < expected_.size())
+  if (received_.size() < expected_.size())
     throw archive_fault(server_,
-                        "half a series: " + std::to_string(taken_.size()) + " of " + std::to_string(expected_.size()) +
-                            " instances came",
+                        "incomplete series: " + std::to_string(received_.size()) + " of " +
+                            std::to_string(expected_.size()) + " instances arrived",
                         "fetch it again");
   fs::path folder = incoming_.commit();
   cache_.make_room(0, folder);

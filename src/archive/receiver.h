@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instances that come from a network, on their way into the cache.
+// Instances that are received from an archive into the cache.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -10,7 +10,7 @@
 
 namespace simplexseg {
 
-/// A file that is written as its bytes come; what there is of it goes with IncomingSeries where it is not wanted.
+/// File that is written while its bytes arrive; IncomingSeries removes it if the series is not completed.
 class ReceivedFile {
  public:
   ReceivedFile() = default;
@@ -18,11 +18,11 @@ class ReceivedFile {
   ReceivedFile(const ReceivedFile&) = delete;
   ReceivedFile& operator=(const ReceivedFile&) = delete;
 
-  /// Makes the file, which must not be there. Throws Error.
+  /// Creates the file, which must not exist. Throws ArchiveFault.
   void open(const std::filesystem::path& path);
-  /// Throws Error (full disk).
+  /// Appends bytes. Throws ArchiveFault, for example when the disk is full.
   void write(const char* data, std::size_t bytes);
-  /// Throws Error.
+  /// Closes the file. Throws ArchiveFault.
   void close();
   bool is_open() const { return descriptor_ >= 0; }
   const std::filesystem::path& path() const { return path_; }
@@ -32,23 +32,23 @@ class ReceivedFile {
   int descriptor_ = -1;
 };
 
-/// Takes the instances of one series, each checked when it has come: it is whole, of that series, expected, and came
-/// once.
+/// Receives the instances of one series. Checks that each is complete, belongs to the series, is expected and arrives
+/// only once.
 class SeriesReceiver {
  public:
-  /// `expected`: UIDs of all its instances, not none. What is passed must live as long as this.
+  /// `expected`: UIDs of all its instances, not empty. The arguments must outlive the receiver.
   SeriesReceiver(const ArchiveServer& server, const ArchiveCache& cache, const std::string& series,
                  const std::set<std::string>& expected, const ArchiveProgress& progress);
 
-  /// A name for the next instance's file.
+  /// Path for the file of the next instance.
   std::filesystem::path next_file();
-  /// Bytes that came over the network. Throws Error where they are more than the cache holds, and CalledOff.
+  /// Counts bytes received. Throws ArchiveFault when they exceed the limit of the cache, and Cancelled.
   void count(std::uint64_t bytes);
-  /// The same without bytes, while nothing comes.
+  /// Reports progress while no data arrives. Throws Cancelled.
   void wait() { count(0); }
-  /// A file of next_file() that is written. Throws Error.
-  void take(const std::filesystem::path& file);
-  /// Puts the series into the cache. Throws Error where an instance is missing.
+  /// Checks and adds a complete file of next_file(). Throws ArchiveFault.
+  void add(const std::filesystem::path& file);
+  /// Moves the series into the cache and returns its folder. Throws ArchiveFault when an instance is missing.
   std::filesystem::path finish();
   const ArchiveTransfer& transfer() const { return transfer_; }
 
@@ -60,7 +60,7 @@ class SeriesReceiver {
   const ArchiveProgress& progress_;
   IncomingSeries incoming_;
   ArchiveTransfer transfer_;
-  std::set<std::string> taken_;
+  std::set<std::string> received_;
   int files_ = 0;
 };
 

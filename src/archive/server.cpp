@@ -9,10 +9,10 @@
 #include <set>
 
 #include "core/error.h"
-#include "io/atomic_file.h"
-#include "io/files.h"
-#include "io/json_input.h"
-#include "io/json_output.h"
+#include "io/platform/atomic_file.h"
+#include "io/platform/files.h"
+#include "io/scene/json_input.h"
+#include "io/scene/json_output.h"
 
 namespace simplexseg {
 namespace fs = std::filesystem;
@@ -22,8 +22,8 @@ namespace {
 
 constexpr const char* kVersionKey = "simplexseg_archives";
 
-bool is_plain(const std::string& text, std::size_t most) {
-  return !text.empty() && text.size() <= most && text.front() != ' ' && text.back() != ' ' &&
+bool is_plain(const std::string& text, std::size_t max_size) {
+  return !text.empty() && text.size() <= max_size && text.front() != ' ' && text.back() != ' ' &&
          std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
 }
 
@@ -42,7 +42,7 @@ bool is_loopback(const std::string& host) {
   return host == "localhost" || host.starts_with("127.") || host == "[::1]" || host == "::1";
 }
 
-/// What stands between "//" and the path of a URL, without the port.
+/// Host of a URL, without the port.
 std::string host_of_url(const std::string& url) {
   const std::size_t start = url.find("//") + 2;
   std::string host = url.substr(start, url.find('/', start) - start);
@@ -52,18 +52,18 @@ std::string host_of_url(const std::string& url) {
 
 void require_url(const ArchiveServer& server, const std::string& what) {
   const std::string& url = server.url;
-  const char* const example = "give one like https://host/dicom-web";
+  const char* const example = "use an address such as https://host/dicom-web";
   if (!url.starts_with("https://") && !url.starts_with("http://"))
-    throw Error(what, url.empty() ? "it has no URL" : "its URL is not of https or http", example);
+    throw Error(what, url.empty() ? "it has no URL" : "its URL does not begin with https:// or http://", example);
   const std::size_t start = url.find("//") + 2;
   if (url.substr(start, url.find('/', start) - start).find('@') != std::string::npos)  // its name may be its URL
-    throw Error("the address of an archive", "it holds a user or a password",
-                "name the variable or the file with them instead");
+    throw Error("the address of an archive", "it contains a user or a password",
+                "use a variable or a file for them instead");
   if (!is_plain(url, 2000) || url.find_first_of(" \"\\<>^`{|}?#") != std::string::npos || !is_host(host_of_url(url)))
-    throw Error(what, "its URL is damaged, or has a query or a fragment", example);
+    throw Error(what, "its URL is invalid, or has a query or a fragment", example);
   const bool has_credentials = !server.credentials_variable.empty() || !server.credentials_file.empty();
   if (has_credentials && url.starts_with("http://") && !is_loopback(host_of_url(url)))
-    throw Error(what, "its credentials would go out unencrypted by http", "use https");
+    throw Error(what, "http would send its credentials unencrypted", "use https");
 }
 
 ArchiveServer read_server(const JsonInput& input) {
@@ -74,7 +74,7 @@ ArchiveServer read_server(const JsonInput& input) {
     return input.has(key) ? input[key].text() : otherwise;
   };
   server.name = input["name"].text();
-  if (input.has("url") == input.has("host")) input.refuse("it has not one of \"url\" and \"host\"", "give one of them");
+  if (input.has("url") == input.has("host")) input.fail("it needs either \"url\" or \"host\"", "use one of them");
   server.protocol = input.has("url") ? ArchiveProtocol::DicomWeb : ArchiveProtocol::Dimse;
   server.url = text("url", "");
   server.host = text("host", "");
@@ -109,7 +109,7 @@ void require_distinct(const std::vector<ArchiveServer>& servers, const fs::path&
   std::set<std::string> names;
   for (const ArchiveServer& server : servers)
     if (!names.insert(server.name).second)
-      throw Error("the archives in " + quoted(file), "two are called " + one_line(server.name), "rename one");
+      throw Error("the archives in " + quoted(file), "two have the name " + one_line(server.name), "rename one");
 }
 
 }  // namespace
@@ -117,20 +117,20 @@ void require_distinct(const std::vector<ArchiveServer>& servers, const fs::path&
 void require_archive_server(const ArchiveServer& server) {
   if (!is_plain(server.name, server.name == address_of(server) ? 2000 : 64))
     throw Error("the archive " + one_line(server.name), "its name is empty, too long or has blanks at its ends",
-                "give it one of 64 characters at most");
+                "use a name of at most 64 characters");
   const std::string what = "the archive " + one_line(server.name);
   if (server.timeout_s < 1 || server.timeout_s > 3600)
-    throw Error(what, "its time-out is " + std::to_string(server.timeout_s) + " s", "give one from 1 to 3600");
+    throw Error(what, "its time-out is " + std::to_string(server.timeout_s) + " s", "use 1 to 3600 s");
   if (!server.credentials_variable.empty() && !server.credentials_file.empty())
-    throw Error(what, "it has a variable and a file of credentials", "give one of them");
+    throw Error(what, "it has both a variable and a file with credentials", "use one of them");
   if (server.protocol == ArchiveProtocol::DicomWeb) return require_url(server, what);
   if (!is_host(server.host) || server.port < 1 || server.port > 65535)
-    throw Error(what, "it has no host, or a port that cannot be", "give both, as in ORTHANC@localhost:4242");
+    throw Error(what, "its host or its port is invalid", "use an address such as ORTHANC@localhost:4242");
   if (!is_title(server.called_title) || !is_title(server.calling_title))
-    throw Error(what, "a title of an application entity has 1 to 16 characters of ASCII, none of them a backslash",
-                "ask who runs the archive");
+    throw Error(what, "one of its AE titles is not 1 to 16 ASCII characters without a backslash",
+                "ask your PACS administrator for the titles");
   if (!server.credentials_variable.empty() || !server.credentials_file.empty() || !server.ca_file.empty())
-    throw Error(what, "credentials and certificates are of DICOMweb alone", "leave them out, or give a URL");
+    throw Error(what, "only DICOMweb uses credentials and certificates", "omit them");
 }
 
 ArchiveServer archive_server_at(const std::string& address) {
@@ -144,7 +144,7 @@ ArchiveServer archive_server_at(const std::string& address) {
     const std::string digits = colon == std::string::npos ? "" : address.substr(colon + 1);
     if (at == std::string::npos || colon == std::string::npos || colon < at || digits.empty() || digits.size() > 5 ||
         !std::all_of(digits.begin(), digits.end(), [](unsigned char c) { return std::isdigit(c) != 0; }))
-      throw Error("the archive " + one_line(address), "it is no address", "give https://... or TITLE@host:port");
+      throw Error("the archive " + one_line(address), "it is not an address", "use https://... or TITLE@host:port");
     server.protocol = ArchiveProtocol::Dimse;
     server.called_title = address.substr(0, at);
     server.host = address.substr(at + 1, colon - at - 1);
@@ -189,7 +189,7 @@ void write_archive_servers(const std::vector<ArchiveServer>& servers, const fs::
     json["servers"].push_back(json_of(server));
   }
   std::error_code ignored;
-  fs::create_directories(file.parent_path(), ignored);  // AtomicFile says where it is missing
+  fs::create_directories(file.parent_path(), ignored);  // AtomicFile reports a missing folder
   AtomicFile out(file);
   write_bytes(out, json_text(file, json));
   out.commit();
@@ -203,9 +203,9 @@ ArchiveServer find_archive_server(const std::vector<ArchiveServer>& servers, con
   std::string known;
   for (const ArchiveServer& server : servers) known += (known.empty() ? "" : ", ") + one_line(server.name);
   throw Error(
-      name.empty() ? "which archive" : "the archive " + one_line(name),
-      name.empty() ? "none is named" : "there is none of that name",
-      known.empty() ? "add one first, or give its address: https://... or TITLE@host:port" : "known are " + known);
+      name.empty() ? "the archive" : "the archive " + one_line(name),
+      name.empty() ? "none is selected" : "the list of archives has no such name",
+      known.empty() ? "add one first, or use its address: https://... or TITLE@host:port" : "choose one of: " + known);
 }
 
 }  // namespace simplexseg

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The archives (PACS) that a user has named, and the file in which they are kept.
+// Archives (PACS) of a user, and the file that lists them.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -7,62 +7,62 @@
 
 namespace simplexseg {
 
-/// How an archive is talked to.
+/// Protocol of an archive.
 enum class ArchiveProtocol {
   DicomWeb,  ///< QIDO-RS, WADO-RS and STOW-RS over HTTP (PS3.18)
-  Dimse      ///< C-FIND, C-GET and C-STORE over DICOM's own connections (PS3.4, PS3.8)
+  Dimse      ///< C-FIND, C-GET and C-STORE (PS3.4, PS3.8)
 };
 
-/// Where an archive is, and by what its user is known there. It holds no secret: only where one is read from.
+/// Address of an archive and identity of its user. Contains no secrets, only the place from which they are read.
 struct ArchiveServer {
-  std::string name;  ///< by which the user calls it; without control characters, 64 bytes at most
+  std::string name;  ///< chosen by the user; no control characters, at most 64 bytes
   ArchiveProtocol protocol = ArchiveProtocol::DicomWeb;
 
-  std::string url;  ///< DicomWeb: what comes before "/studies"; http:// or https://, without user, query and fragment
+  std::string url;  ///< DicomWeb: URL before "/studies"; http:// or https://, without user, query and fragment
 
   std::string host;  ///< Dimse: name or address
   int port = 104;
   std::string called_title;                  ///< Dimse: the archive's application entity title, 1 to 16 characters
-  std::string calling_title = "SIMPLEXSEG";  ///< ours, as the archive knows it
+  std::string calling_title = "SIMPLEXSEG";  ///< our application entity title
 
-  /// DicomWeb over https: certificates (PEM) that are trusted instead of the system's. The archive's certificate and
-  /// its name are always verified.
+  /// DicomWeb over https: trusted certificates (PEM), instead of those of the system. Certificate and host name of the
+  /// archive are always verified.
   std::filesystem::path ca_file;
-  /// DicomWeb: the environment variable, or else the file (of its user alone, mode 600), with "USER:PASSWORD" (basic)
-  /// or "bearer TOKEN". Both empty: none. At most one is given.
+  /// DicomWeb: environment variable or private file (mode 600) with "USER:PASSWORD" (basic) or "bearer TOKEN". At most
+  /// one of both is set; both empty: no credentials.
   std::string credentials_variable;
   std::filesystem::path credentials_file;
 
-  int timeout_s = 30;  ///< how long nothing may come before an answer counts as lost; 1 to 3600
+  int timeout_s = 30;  ///< longest time without data, 1 to 3600
 
   friend bool operator==(const ArchiveServer&, const ArchiveServer&) = default;
 };
 
-/// Throws Error, one line that names the server and what is wrong with it: a name, URL, title or number that cannot be,
-/// credentials that would go out unencrypted (http to another machine), or a URL that holds them.
+/// Throws Error, one line with the server's name and the fault: an invalid name, URL, title or number, credentials that
+/// would be sent unencrypted (http to another machine), or a URL that contains credentials.
 void require_archive_server(const ArchiveServer& server);
 
-/// A server that is given as an address rather than by name: "https://host/dicom-web", or "TITLE@host:port" for Dimse.
-/// Its name is the address. Throws Error for anything else.
+/// Server at an address, which also becomes its name: "https://host/dicom-web", or "TITLE@host:port" for Dimse. Throws
+/// Error for other texts.
 ArchiveServer archive_server_at(const std::string& address);
 
-/// Its address for people: the URL, or "TITLE@host:port".
+/// Address for messages: the URL, or "TITLE@host:port".
 std::string address_of(const ArchiveServer& server);
 
-/// The file of servers: simplexseg/archives.json in the user's folder of settings (XDG_CONFIG_HOME, else ~/.config).
+/// File that lists the servers: simplexseg/archives.json in XDG_CONFIG_HOME, else in ~/.config.
 std::filesystem::path archive_servers_file();
 
-/// The servers of a file; none where it does not exist. Throws Error where it is damaged, names a server twice, or
-/// one is refused by require_archive_server().
+/// Reads the servers of a file; empty if it does not exist. Throws Error for a damaged file, a name that occurs twice,
+/// or an invalid server (require_archive_server()).
 std::vector<ArchiveServer> read_archive_servers(const std::filesystem::path& file = archive_servers_file());
 
-/// Writes them, whole or not at all (AtomicFile), and makes the folder. Throws Error as reading does, or when the file
-/// cannot be written.
+/// Writes the file of servers atomically (AtomicFile) and creates its folder. Throws Error for an invalid server, a
+/// name that occurs twice, or when the file cannot be written.
 void write_archive_servers(const std::vector<ArchiveServer>& servers,
                            const std::filesystem::path& file = archive_servers_file());
 
-/// The server of that name, else the one at that address (archive_server_at()); an empty name is that of the only
-/// server. Throws Error naming those that there are.
+/// Server with that name, or at that address (archive_server_at()); for an empty name the only server. Throws Error,
+/// with the known names, if there is none.
 ArchiveServer find_archive_server(const std::vector<ArchiveServer>& servers, const std::string& name);
 
 }  // namespace simplexseg

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An archive over DICOMweb: QIDO-RS, WADO-RS, STOW-RS (PS3.18, 10).
+// Archive over DICOMweb: QIDO-RS, WADO-RS, STOW-RS (PS3.18, 10).
 #include <cstring>
 #include <fstream>
 #include <optional>
@@ -12,7 +12,7 @@
 #include "archive/outgoing.h"
 #include "archive/receiver.h"
 #include "archive/web_json.h"
-#include "io/files.h"
+#include "io/platform/files.h"
 
 namespace simplexseg {
 namespace fs = std::filesystem;
@@ -21,12 +21,11 @@ namespace {
 
 constexpr const char* kJson = "application/dicom+json";
 constexpr const char* kParts = "multipart/related; type=\"application/dicom\"; transfer-syntax=*";
-constexpr std::size_t kPage = 1000;             ///< instances that are asked for at once
-constexpr std::size_t kMostInstances = 100000;  ///< of a series
+constexpr std::size_t kPage = 1000;  ///< instances per request
 constexpr const char* kBoundary = "simplexseg-5c7e2f90d14b4a63";
 
 std::string query_of(const ArchiveQuery& query) {
-  std::string text = "/studies?limit=" + std::to_string(query.most + 1);
+  std::string text = "/studies?limit=" + std::to_string(query.max_studies + 1);
   for (const auto& [key, value] :
        {std::pair("PatientName", part_pattern(query.patient_name)), std::pair("PatientID", query.patient_id),
         std::pair("StudyDate", dicom_date_range(query.date)), std::pair("ModalitiesInStudy", query.modality),
@@ -36,7 +35,7 @@ std::string query_of(const ArchiveQuery& query) {
   return text;
 }
 
-/// A file between the lines that make it a part of a request.
+/// File with the delimiters and headers that make it a part of a request.
 class PartSource {
  public:
   explicit PartSource(const fs::path& file)
@@ -46,21 +45,21 @@ class PartSource {
         length_(fs::file_size(file)) {}
   std::uint64_t length() const { return before_.size() + length_ + after_.size(); }
 
-  /// Fewer bytes than were promised end the request.
-  std::size_t read(char* to, std::size_t most) {
-    if (std::size_t count = take(before_, to, most)) return count;
+  /// Next block of the request; 0 bytes, and thus an early end, if the file has become shorter.
+  std::size_t read(char* to, std::size_t capacity) {
+    if (std::size_t count = copy_from(before_, to, capacity)) return count;
     if (stream_) {
-      stream_.read(to, static_cast<std::streamsize>(std::min<std::uint64_t>(most, length_ - sent_)));
+      stream_.read(to, static_cast<std::streamsize>(std::min<std::uint64_t>(capacity, length_ - sent_)));
       const auto count = static_cast<std::size_t>(stream_.gcount());
       sent_ += count;
       if (count > 0) return count;
     }
-    return sent_ == length_ ? take(after_, to, most) : 0;
+    return sent_ == length_ ? copy_from(after_, to, capacity) : 0;
   }
 
  private:
-  static std::size_t take(std::string& from, char* to, std::size_t most) {
-    const std::size_t count = std::min(most, from.size());
+  static std::size_t copy_from(std::string& from, char* to, std::size_t capacity) {
+    const std::size_t count = std::min(capacity, from.size());
     std::memcpy(to, from.data(), count);
     from.erase(0, count);
     return count;
@@ -74,21 +73,23 @@ class WebArchive : public Archive {
  public:
   explicit WebArchive(ArchiveServer server) : server_(std::move(server)) {}
 
-  void check(const ArchiveProgress& progress) override { ask("/studies?limit=1", "DICOMweb at its URL", progress); }
+  void check(const ArchiveProgress& progress) override {
+    get_json("/studies?limit=1", "DICOMweb at its URL", progress);
+  }
 
   FoundStudies find_studies(const ArchiveQuery& query, const ArchiveProgress& progress) override {
     require_query(query);
     FoundStudies found;
-    found.studies = studies_of_json(server_, ask(query_of(query), "DICOMweb at its URL", progress));
-    sort_studies(found, query.most);
+    found.studies = studies_of_json(server_, get_json(query_of(query), "DICOMweb at its URL", progress));
+    sort_studies(found, query.max_studies);
     return found;
   }
 
   std::vector<ArchiveSeries> find_series(const std::string& study, const ArchiveProgress& progress) override {
     require_uid(study, "study");
     const std::string path = "/studies/" + study + "/series?includefield=0008103E&includefield=00201209";
-    std::vector<ArchiveSeries> series = series_of_json(server_, ask(path, "such study", progress), study);
-    if (series.empty()) throw nothing_there(server_, "such study");
+    std::vector<ArchiveSeries> series = series_of_json(server_, get_json(path, "such study", progress), study);
+    if (series.empty()) throw not_found(server_, "such study");
     sort_series(series);
     return series;
   }
@@ -98,8 +99,8 @@ class WebArchive : public Archive {
     require_uid(study, "study"), require_uid(series, "series");
     const std::string path = "/studies/" + study + "/series/" + series;
     const std::set<std::string> expected = instances_of(path, progress);
-    if (expected.empty()) throw nothing_there(server_, "such series");
-    if (const auto kept = cache.find(server_, series, expected)) return *kept;
+    if (expected.empty()) throw not_found(server_, "such series");
+    if (const auto cached = cache.find(server_, series, expected)) return *cached;
     SeriesReceiver receiver(server_, cache, series, expected, progress);
     receive(path, receiver);
     return receiver.finish();
@@ -114,24 +115,24 @@ class WebArchive : public Archive {
   }
 
  private:
-  /// The body of a small answer; empty where there is nothing (204).
-  std::string ask(const std::string& path, const std::string& what, const ArchiveProgress& progress) const {
+  /// Body of a small response; empty for status 204.
+  std::string get_json(const std::string& path, const std::string& what, const ArchiveProgress& progress) const {
     const HttpClient http(server_);
-    HttpAnswer answer = http.get(path, kJson, [&] { tell(progress, {}); });
-    http.require_ok(answer, what);
-    return std::move(answer.body);
+    HttpResponse response = http.get(path, kJson, [&] { report_progress(progress, {}); });
+    http.require_ok(response, what);
+    return std::move(response.body);
   }
 
-  /// Archives may give fewer than they are asked for: until no further ones come.
+  /// UIDs of all instances. Archives may return fewer per request than requested, so requests repeat until none is new.
   std::set<std::string> instances_of(const std::string& path, const ArchiveProgress& progress) const {
     std::set<std::string> all;
-    for (std::size_t before = 0; all.size() < kMostInstances; before = all.size()) {
+    for (std::size_t before = 0; all.size() < kMaxInstances; before = all.size()) {
       const std::string page = path + "/instances?limit=" + std::to_string(kPage) + "&offset=" + std::to_string(before);
-      all.merge(instances_of_json(server_, ask(page, "such series", progress)));
+      all.merge(instances_of_json(server_, get_json(page, "such series", progress)));
       if (all.size() == before) return all;
     }
-    throw archive_fault(server_, "the series has more than " + std::to_string(kMostInstances) + " instances",
-                        "fetch another");
+    throw archive_fault(server_, "the series has more than " + std::to_string(kMaxInstances) + " instances",
+                        "choose another series");
   }
 
   void receive(const std::string& path, SeriesReceiver& receiver) const {
@@ -139,10 +140,10 @@ class WebArchive : public Archive {
     ReceivedFile file;
     const MultipartReader::Part part{
         [&] { file.open(receiver.next_file()); }, [&](const char* data, std::size_t bytes) { file.write(data, bytes); },
-        [&](bool whole) {
+        [&](bool complete) {
           file.close();
-          if (!whole) throw archive_fault(server_, "a part of its answer is cut short", "fetch it again");
-          receiver.take(file.path());
+          if (!complete) throw archive_fault(server_, "a part of its response is incomplete", "fetch it again");
+          receiver.add(file.path());
         }};
     std::optional<MultipartReader> reader;
     const HttpSink sink = [&](const std::string& type, const char* data, std::size_t bytes) {
@@ -150,18 +151,17 @@ class WebArchive : public Archive {
         const auto boundary = boundary_of(type);
         if (!boundary)
           throw archive_fault(
-              server_,
-              "it sent " + (type.empty() ? "something" : one_line(type, 60)) + " rather than the parts of a series",
-              "check that its URL is that of DICOMweb");
+              server_, "it sent " + (type.empty() ? "an unknown type" : one_line(type, 60)) + " instead of a series",
+              "check that its URL is the one for DICOMweb");
         reader.emplace(*boundary, part);
       }
       receiver.count(bytes);
-      if (!reader->feed(data, bytes)) throw archive_fault(server_, "its answer is damaged", "fetch it again");
+      if (!reader->feed(data, bytes)) throw archive_fault(server_, "its response is damaged", "fetch it again");
     };
-    const HttpAnswer answer = http.get(path, kParts, sink, [&] { receiver.wait(); });
-    http.require_ok(answer, "such series");
-    if (!reader) throw archive_fault(server_, "its answer is empty", "ask who runs the archive");
-    if (!reader->complete()) throw archive_fault(server_, "its answer is cut short", "fetch it again");
+    const HttpResponse response = http.get(path, kParts, sink, [&] { receiver.wait(); });
+    http.require_ok(response, "such series");
+    if (!reader) throw archive_fault(server_, "its response is empty", kAskAdministrator);
+    if (!reader->complete()) throw archive_fault(server_, "its response is incomplete", "fetch it again");
   }
 
   void store(const HttpClient& http, const fs::path& file, Outgoing& outgoing) const {
@@ -169,18 +169,18 @@ class WebArchive : public Archive {
     HttpBody body;
     body.content_type = std::string("multipart/related; type=\"application/dicom\"; boundary=") + kBoundary;
     body.length = source.length();
-    body.read = [&](char* to, std::size_t most) {
-      const std::size_t count = source.read(to, most);
+    body.read = [&](char* to, std::size_t capacity) {
+      const std::size_t count = source.read(to, capacity);
       outgoing.count(count);
       return count;
     };
-    const HttpAnswer answer = http.post("/studies", kJson, body, [&] { outgoing.count(0); });
-    if (answer.status != 409) http.require_ok(answer, "DICOMweb at its URL");
-    const StoreAnswer stored = store_answer_of_json(answer.body);
-    if (answer.status == 409 || stored.refused > 0)
+    const HttpResponse response = http.post("/studies", kJson, body, [&] { outgoing.count(0); });
+    if (response.status != 409) http.require_ok(response, "DICOMweb at its URL");
+    const StoreResponse stored = store_response_of_json(response.body);
+    if (response.status == 409 || stored.rejected > 0)
       throw archive_fault(
-          server_, "it refuses " + quoted(file.filename()) + (stored.reason.empty() ? "" : " (" + stored.reason + ")"),
-          "ask who runs the archive");
+          server_, "it rejected " + quoted(file.filename()) + (stored.reason.empty() ? "" : " (" + stored.reason + ")"),
+          kAskAdministrator);
     outgoing.stored(stored.warning);
   }
 

@@ -6,18 +6,18 @@
 #include <nlohmann/json.hpp>
 
 #include "archive/faults.h"
-#include "io/dicom_texts.h"
-#include "io/files.h"
+#include "io/dicom/dicom_texts.h"
+#include "io/platform/files.h"
 
 namespace simplexseg {
 namespace {
 
-using Json = nlohmann::json;
+using PlainJson = nlohmann::json;
 
-constexpr int kMostNesting = 32;
-constexpr std::size_t kMostText = 200;
+constexpr int kMaxNesting = 32;
+constexpr std::size_t kMaxText = 200;
 
-/// Brackets outside of texts, one in the other: each takes memory until the text ends.
+/// Whether brackets outside of strings are nested deeper than kMaxNesting; each level takes memory in the parser.
 bool is_nested_deeply(const std::string& text) {
   int depth = 0;
   bool in_text = false;
@@ -27,7 +27,7 @@ bool is_nested_deeply(const std::string& text) {
     } else if (text[i] == '"') {
       in_text = !in_text;
     } else if (!in_text && (text[i] == '[' || text[i] == '{')) {
-      if (++depth > kMostNesting) return true;
+      if (++depth > kMaxNesting) return true;
     } else if (!in_text && (text[i] == ']' || text[i] == '}')) {
       --depth;
     }
@@ -35,12 +35,12 @@ bool is_nested_deeply(const std::string& text) {
   return false;
 }
 
-Json parse(const std::string& text) {
-  return is_nested_deeply(text) ? Json(Json::value_t::discarded) : Json::parse(text, nullptr, false);
+PlainJson parse(const std::string& text) {
+  return is_nested_deeply(text) ? PlainJson(PlainJson::value_t::discarded) : PlainJson::parse(text, nullptr, false);
 }
 
-/// The values of an attribute, "0020000D"; null where there are none.
-const Json* values_of(const Json& entry, const char* tag) {
+/// Values of an attribute, "0020000D"; null if there are none.
+const PlainJson* values_of(const PlainJson& entry, const char* tag) {
   if (!entry.is_object()) return nullptr;
   const auto attribute = entry.find(tag);
   if (attribute == entry.end() || !attribute->is_object()) return nullptr;
@@ -48,25 +48,25 @@ const Json* values_of(const Json& entry, const char* tag) {
   return values != attribute->end() && values->is_array() && !values->empty() ? &*values : nullptr;
 }
 
-std::string text_of(const Json& value) {
-  if (value.is_string()) return one_line(value.get<std::string>(), kMostText);
+std::string text_of(const PlainJson& value) {
+  if (value.is_string()) return one_line(value.get<std::string>(), kMaxText);
   if (value.is_number_integer()) return std::to_string(value.get<std::int64_t>());
   if (!value.is_object()) return {};
   const auto name = value.find("Alphabetic");
-  return name != value.end() && name->is_string() ? one_line(name->get<std::string>(), kMostText) : "";
+  return name != value.end() && name->is_string() ? one_line(name->get<std::string>(), kMaxText) : "";
 }
 
-std::string text_of(const Json& entry, const char* tag) {
-  const Json* const values = values_of(entry, tag);
+std::string text_of(const PlainJson& entry, const char* tag) {
+  const PlainJson* const values = values_of(entry, tag);
   return values ? text_of(values->front()) : "";
 }
 
-std::string uid_of(const Json& entry, const char* tag) {
+std::string uid_of(const PlainJson& entry, const char* tag) {
   const std::string text = text_of(entry, tag);
   return is_dicom_uid(text) ? text : "";
 }
 
-int count_of(const Json& entry, const char* tag, int otherwise) {
+int count_of(const PlainJson& entry, const char* tag, int otherwise) {
   const std::string text = text_of(entry, tag);
   int value = 0;
   char rest = 0;
@@ -75,12 +75,12 @@ int count_of(const Json& entry, const char* tag, int otherwise) {
              : otherwise;
 }
 
-/// An empty text is an empty list: some archives answer so.
-Json list_of(const ArchiveServer& server, const std::string& text) {
-  if (text.empty()) return Json::array();
-  Json json = parse(text);
+/// List in a response; some archives send an empty text for an empty list.
+PlainJson list_of(const ArchiveServer& server, const std::string& text) {
+  if (text.empty()) return PlainJson::array();
+  PlainJson json = parse(text);
   if (!json.is_array())
-    throw archive_fault(server, "its answer is not the JSON of DICOMweb", "check that its URL is that of DICOMweb");
+    throw archive_fault(server, "its response is not DICOM JSON", "check that its URL is the one for DICOMweb");
   return json;
 }
 
@@ -88,16 +88,16 @@ Json list_of(const ArchiveServer& server, const std::string& text) {
 
 std::vector<ArchiveStudy> studies_of_json(const ArchiveServer& server, const std::string& text) {
   std::vector<ArchiveStudy> studies;
-  for (const Json& entry : list_of(server, text)) {
+  for (const PlainJson& entry : list_of(server, text)) {
     ArchiveStudy study;
     study.uid = uid_of(entry, "0020000D");
     if (study.uid.empty()) continue;
-    study.patient_name = name_in_words(text_of(entry, "00100010"));
+    study.patient_name = display_name(text_of(entry, "00100010"));
     study.patient_id = text_of(entry, "00100020");
-    study.date = date_in_words(text_of(entry, "00080020"));
+    study.date = display_date(text_of(entry, "00080020"));
     study.description = text_of(entry, "00081030");
-    if (const Json* const modalities = values_of(entry, "00080061")) {
-      for (const Json& one : *modalities)
+    if (const PlainJson* const modalities = values_of(entry, "00080061")) {
+      for (const PlainJson& one : *modalities)
         if (std::string name = text_of(one); !name.empty() && study.modalities.size() < 20)
           study.modalities.push_back(std::move(name));
     }
@@ -111,7 +111,7 @@ std::vector<ArchiveStudy> studies_of_json(const ArchiveServer& server, const std
 std::vector<ArchiveSeries> series_of_json(const ArchiveServer& server, const std::string& text,
                                           const std::string& study) {
   std::vector<ArchiveSeries> all;
-  for (const Json& entry : list_of(server, text)) {
+  for (const PlainJson& entry : list_of(server, text)) {
     ArchiveSeries series;
     series.study = study;
     series.uid = uid_of(entry, "0020000E");
@@ -127,28 +127,28 @@ std::vector<ArchiveSeries> series_of_json(const ArchiveServer& server, const std
 
 std::set<std::string> instances_of_json(const ArchiveServer& server, const std::string& text) {
   std::set<std::string> uids;
-  for (const Json& entry : list_of(server, text))
+  for (const PlainJson& entry : list_of(server, text))
     if (std::string uid = uid_of(entry, "00080018"); !uid.empty()) uids.insert(std::move(uid));
   return uids;
 }
 
-StoreAnswer store_answer_of_json(const std::string& text) {
-  StoreAnswer answer;
-  const Json json = parse(text);
-  if (const Json* const failed = values_of(json, "00081198")) {
-    answer.refused = static_cast<int>(failed->size());
+StoreResponse store_response_of_json(const std::string& text) {
+  StoreResponse response;
+  const PlainJson json = parse(text);
+  if (const PlainJson* const failed = values_of(json, "00081198")) {
+    response.rejected = static_cast<int>(failed->size());
     const int reason = count_of(failed->front(), "00081197", 0);
     char hexadecimal[16];
     std::snprintf(hexadecimal, sizeof hexadecimal, "%04X", static_cast<unsigned>(reason));
-    if (reason > 0) answer.reason = hexadecimal;
+    if (reason > 0) response.reason = hexadecimal;
   }
-  if (const Json* const stored = values_of(json, "00081199")) {
+  if (const PlainJson* const stored = values_of(json, "00081199")) {
     const int reason = count_of(stored->front(), "00081196", 0);
-    if (reason == 0xb000) answer.warning = "the archive changed some values";
-    if (reason == 0xb006) answer.warning = "the archive left some elements out";
-    if (reason == 0xb007) answer.warning = "the archive finds that it does not match its class";
+    if (reason == 0xb000) response.warning = "the archive changed some values";
+    if (reason == 0xb006) response.warning = "the archive discarded some attributes";
+    if (reason == 0xb007) response.warning = "the archive reports that the data do not match their SOP class";
   }
-  return answer;
+  return response;
 }
 
 }  // namespace simplexseg

@@ -1,25 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/archive.h"
 
-#include "cli/progress.h"
-#include "io/load_progress.h"
+#include "app/progress.h"
+#include "io/platform/load_progress.h"
 
 namespace simplexseg {
 
 void add_connection_options(const Subcommand& sub, ArchiveOptions& options) {
-  sub.add_option("--ca-file", options.ca_file, "Certificates (PEM) that are trusted instead of the system's");
+  sub.add_option("--ca-file", options.ca_file, "File of trusted certificates (PEM), instead of those of the system");
   sub.add_option("--credentials-variable", options.credentials_variable,
-                 "Environment variable with USER:PASSWORD, or with \"bearer TOKEN\"");
-  sub.add_option("--credentials-file", options.credentials_file, "The same in a file of mode 600");
+                 "Environment variable that contains USER:PASSWORD or \"bearer TOKEN\"");
+  sub.add_option("--credentials-file", options.credentials_file,
+                 "File of mode 600 that contains USER:PASSWORD or \"bearer TOKEN\"");
   sub.add_option("--calling-title", options.calling_title,
-                 "Our application entity title, as the archive knows it; without it SIMPLEXSEG");
-  sub.add_option("--timeout", options.timeout_s, "Seconds for which nothing may come; without it 30").within(1, 3600);
+                 "Application entity title of this program (DIMSE); default: SIMPLEXSEG");
+  sub.add_option("--timeout", options.timeout_s,
+                 "Seconds to wait for data before the connection is closed; default: 30")
+      .within(1, 3600);
 }
 
 void add_archive_options(const Subcommand& sub, ArchiveOptions& options) {
-  sub.add_option("--server", options.server,
-                 "Name of an archive (archive servers list), or its address: https://... for DICOMweb, or "
-                 "TITLE@host:port; may be left out where there is one");
+  sub.add_option(
+      "--server", options.server,
+      "Name of an archive (list the archives with: archive servers list) or its address: https://... for DICOMweb, "
+      "TITLE@host:port for DIMSE; optional if only one archive is configured");
   add_connection_options(sub, options);
 }
 
@@ -39,14 +43,14 @@ ArchiveServer server_of(const ArchiveOptions& options) {
   return with_options(find_archive_server(read_archive_servers(), options.server), options);
 }
 
-void with_archive(const Console& console, const std::string& doing,
+void with_archive(const Console& console, const std::string& activity,
                   const std::function<void(const ArchiveProgress&)>& work) {
   const Interrupt interrupt;
   try {
-    Progress progress(console, doing);
+    Progress progress(console, activity);
     work([&](const ArchiveTransfer& transfer) {
       Interrupt::check();
-      if (transfer.of > 0) progress.set(double(transfer.instances) / transfer.of);
+      if (transfer.total > 0) progress.set(double(transfer.instances) / transfer.total);
       return true;
     });
   } catch (const ArchiveFault& fault) {
@@ -56,7 +60,7 @@ void with_archive(const Console& console, const std::string& doing,
 
 void add_archive(const Subcommand& app, Action& action) {
   const Subcommand sub =
-      app.add_subcommand("archive", "Finds and fetches series of a DICOM archive (PACS), and sends files to it");
+      app.add_subcommand("archive", "Searches a DICOM archive (PACS), downloads series from it and sends files to it");
   sub.require_subcommand();
   add_archive_find(sub, action);
   add_archive_get(sub, action);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the subcommands of `archive` have in common.
+// Shared options and functions of the subcommands of `archive`.
 #pragma once
 #include <functional>
 #include <string>
@@ -9,25 +9,27 @@
 
 namespace simplexseg {
 
-/// Which archive, as the command line says it.
+/// Options that select an archive and its connection.
 struct ArchiveOptions {
   std::string server;  ///< name or address
   std::string ca_file, credentials_variable, credentials_file, calling_title;
-  int timeout_s = 0;  ///< 0: as the server has it
+  int timeout_s = 0;  ///< 0: value of the server
 };
 
+/// Adds `--server` and the connection options.
 void add_archive_options(const Subcommand& sub, ArchiveOptions& options);
-/// The same but for the server itself.
+/// Adds the connection options only.
 void add_connection_options(const Subcommand& sub, ArchiveOptions& options);
-/// Throws Error where there is none of that name, or the options do not go with it.
+/// Returns the selected server with the connection options. Throws Error for an unknown server or options that its
+/// protocol does not support.
 ArchiveServer server_of(const ArchiveOptions& options);
-/// The server with what the options say.
+/// Returns the server with the connection options.
 ArchiveServer with_options(ArchiveServer server, const ArchiveOptions& options);
-/// Calls `work`, with progress on a terminal; Ctrl+C calls it off. A fault of the archive becomes a Failure.
-void with_archive(const Console& console, const std::string& doing,
+/// Calls `work` and shows its progress on a terminal; Ctrl+C cancels it. Converts an ArchiveFault to a Failure.
+void with_archive(const Console& console, const std::string& activity,
                   const std::function<void(const ArchiveProgress&)>& work);
 
-// Each adds one subcommand.
+// Each function adds one subcommand.
 void add_archive_find(const Subcommand& app, Action& action);
 void add_archive_get(const Subcommand& app, Action& action);
 void add_archive_send(const Subcommand& app, Action& action);

@@ -4,18 +4,18 @@
 #include <ostream>
 
 #include "cli/archive.h"
-#include "io/files.h"
+#include "io/platform/files.h"
 
 namespace simplexseg {
 namespace {
 
-struct Options {
+struct ArchiveSendOptions {
   ArchiveOptions archive;
   std::vector<std::string> files;
   bool json = false;
 };
 
-void send(const Options& options, const Console& console) {
+void send(const ArchiveSendOptions& options, const Console& console) {
   const std::unique_ptr<Archive> archive = open_archive(server_of(options.archive));
   const std::vector<std::filesystem::path> files(options.files.begin(), options.files.end());
   ArchiveSent sent;
@@ -32,9 +32,10 @@ void send(const Options& options, const Console& console) {
 }  // namespace
 
 void add_archive_send(const Subcommand& app, Action& action) {
-  const Subcommand sub = app.add_subcommand("send", "Sends files of DICOM to an archive");
-  const auto options = std::make_shared<Options>();
-  sub.add_option("FILES", options->files, "Images, segmentations, structure sets, captures").required();
+  const Subcommand sub = app.add_subcommand("send", "Sends DICOM files to an archive");
+  const auto options = std::make_shared<ArchiveSendOptions>();
+  sub.add_option("FILES", options->files, "DICOM files: images, segmentations, structure sets, secondary captures")
+      .required();
   add_archive_options(sub, options->archive);
   sub.add_flag("--json", options->json, "Print JSON");
   sub.callback([options, &action] { action = [options](const Console& console) { send(*options, console); }; });

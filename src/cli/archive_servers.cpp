@@ -4,16 +4,16 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "app/table.h"
 #include "cli/archive.h"
-#include "cli/table.h"
-#include "io/files.h"
+#include "io/platform/files.h"
 
 namespace simplexseg {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Options {
+struct ArchiveServersOptions {
   ArchiveOptions archive;
   std::string name, address;
   bool json = false;
@@ -24,7 +24,7 @@ std::string credentials_of(const ArchiveServer& server) {
   return server.credentials_file.empty() ? "none" : "file " + server.credentials_file.string();
 }
 
-void list(const Options& options, const Console& console) {
+void list(const ArchiveServersOptions& options, const Console& console) {
   const std::vector<ArchiveServer> servers = read_archive_servers();
   if (options.json) {
     Json json = {{"servers", Json::array()}};
@@ -35,7 +35,7 @@ void list(const Options& options, const Console& console) {
     return;
   }
   if (servers.empty()) {
-    console.out << "no archive: add one by archive servers add NAME ADDRESS\n";
+    console.out << "no archive is configured; add one with: simplexseg-cli archive servers add NAME ADDRESS\n";
     return;
   }
   std::vector<std::vector<std::string>> rows = {{"name", "address", "credentials"}};
@@ -43,7 +43,7 @@ void list(const Options& options, const Console& console) {
   print_table(console.out, rows, rows[0].size());
 }
 
-void add(const Options& options) {
+void add(const ArchiveServersOptions& options) {
   std::vector<ArchiveServer> servers = read_archive_servers();
   ArchiveServer server = with_options(archive_server_at(options.address), options.archive);
   server.name = options.name;
@@ -55,42 +55,44 @@ void add(const Options& options) {
   write_archive_servers(servers);
 }
 
-void remove(const Options& options) {
+void remove(const ArchiveServersOptions& options) {
   std::vector<ArchiveServer> servers = read_archive_servers();
   const auto gone =
       std::remove_if(servers.begin(), servers.end(), [&](const auto& s) { return s.name == options.name; });
   if (gone == servers.end())
-    throw Error("the archive " + one_line(options.name), "there is none of that name", "see archive servers list");
+    throw Error("the archive " + one_line(options.name), "no archive has this name",
+                "list the archives with: archive servers list");
   servers.erase(gone, servers.end());
   write_archive_servers(servers);
 }
 
-void check(const Options& options, const Console& console) {
+void check(const ArchiveServersOptions& options, const Console& console) {
   const ArchiveServer server = server_of(options.archive);
   const std::unique_ptr<Archive> archive = open_archive(server);
-  with_archive(console, "asking", [&](const ArchiveProgress& progress) { archive->check(progress); });
-  console.out << one_line(server.name) << " answers\n";
+  with_archive(console, "connecting", [&](const ArchiveProgress& progress) { archive->check(progress); });
+  console.out << one_line(server.name) << " is reachable\n";
 }
 
 }  // namespace
 
 void add_archive_servers(const Subcommand& app, Action& action) {
-  const Subcommand sub = app.add_subcommand("servers", "The archives that are known by name");
+  const Subcommand sub = app.add_subcommand("servers", "Manages the list of archives");
   sub.require_subcommand();
-  const auto options = std::make_shared<Options>();
-  const Subcommand lists = sub.add_subcommand("list", "Lists them");
+  const auto options = std::make_shared<ArchiveServersOptions>();
+  const Subcommand lists = sub.add_subcommand("list", "Lists the archives");
   lists.add_flag("--json", options->json, "Print JSON");
   lists.callback([options, &action] { action = [options](const Console& console) { list(*options, console); }; });
-  const Subcommand adds = sub.add_subcommand("add", "Adds one, or changes it");
-  adds.add_option("NAME", options->name, "What it is to be called").required();
-  adds.add_option("ADDRESS", options->address, "https://... for DICOMweb, or TITLE@host:port").required();
+  const Subcommand adds = sub.add_subcommand("add", "Adds an archive, or changes it");
+  adds.add_option("NAME", options->name, "Name of the archive").required();
+  adds.add_option("ADDRESS", options->address, "https://... for DICOMweb, TITLE@host:port for DIMSE").required();
   add_connection_options(adds, options->archive);
   adds.callback([options, &action] { action = [options](const Console&) { add(*options); }; });
-  const Subcommand removes = sub.add_subcommand("remove", "Removes one");
-  removes.add_option("NAME", options->name, "Its name").required();
+  const Subcommand removes = sub.add_subcommand("remove", "Removes an archive from the list");
+  removes.add_option("NAME", options->name, "Name of the archive").required();
   removes.callback([options, &action] { action = [options](const Console&) { remove(*options); }; });
-  const Subcommand checks = sub.add_subcommand("check", "Asks one whether it answers");
-  checks.add_option("NAME", options->archive.server, "Its name or address; may be left out where there is one");
+  const Subcommand checks = sub.add_subcommand("check", "Tests the connection to an archive");
+  checks.add_option("NAME", options->archive.server,
+                    "Name or address of the archive; optional if only one is configured");
   add_connection_options(checks, options->archive);
   checks.callback([options, &action] { action = [options](const Console& console) { check(*options, console); }; });
 }

@@ -11,37 +11,40 @@
 #include "cli/commands.h"
 #include "cli/slicer_description.h"
 #include "core/error.h"
-#include "io/files.h"
-#include "io/parameter_text.h"
+#include "io/platform/files.h"
+#include "io/scene/parameter_text.h"
 
 namespace simplexseg {
 namespace {
 
 constexpr int kFailed = 1, kBadInput = 2;
 
-int complain(std::ostream& err, const std::string& message, int status) {
+int report_failure(std::ostream& err, const std::string& message, int status) {
   err << "simplexseg-cli: " << one_line(message, 2000) << std::endl;
   return status;
 }
 
-int act(const Action& action, std::ostream& out, std::ostream& err) {
+int run_action(const Action& action, std::ostream& out, std::ostream& err) {
   try {
     action({out, err, &err == &std::cerr && isatty(STDERR_FILENO) == 1});
     out.flush();
-    return out ? 0
-               : complain(err, "the output cannot be written: disk full or pipe closed; check where it goes", kFailed);
+    if (out) return 0;
+    return report_failure(err, "cannot write the output: disk full or pipe closed; check the output file or pipe",
+                          kFailed);
   } catch (const Error& error) {
-    return complain(err, error.what(), kBadInput);
+    return report_failure(err, error.what(), kBadInput);
   } catch (const Failure& failure) {
-    return complain(err, failure.what(), kFailed);
+    return report_failure(err, failure.what(), kFailed);
   } catch (const std::bad_alloc&) {
-    return complain(err, "out of memory: the scene does not fit; use fewer vertices or a smaller volume", kFailed);
+    return report_failure(err, "out of memory: the scene is too large; use fewer vertices or a smaller volume",
+                          kFailed);
   } catch (const std::exception& error) {
-    return complain(err, std::string("internal error: ") + error.what() + "; please report it", kFailed);
+    return report_failure(err, std::string("internal error: ") + error.what() + "; please report it", kFailed);
   }
 }
 
-/// 3D Slicer calls a module by the program's name alone: options without a subcommand are those of `segment`.
+/// Returns the arguments with the subcommand `segment` inserted if the first argument is one of its options: 3D Slicer
+/// calls a module without a subcommand.
 std::vector<const char*> with_subcommand(const CLI::App& app, int argc, const char* const* argv) {
   std::vector<const char*> arguments(argv, argv + argc);
   const char* const segment = "segment";
@@ -71,8 +74,8 @@ int run_cli(int argc, const char* const* argv, std::ostream& out, std::ostream& 
   add_study(program, action);
   add_clicks(program, action);
   add_archive(program, action);
-  program.add_answer("--xml", slicer_description,
-                     "Print what 3D Slicer is to know of segment (Slicer Execution Model)");
+  program.add_print_flag("--xml", slicer_description,
+                         "Print the description of segment for 3D Slicer (Slicer Execution Model) and exit");
   const std::vector<const char*> arguments = with_subcommand(app, argc, argv);
   try {
     app.parse(static_cast<int>(arguments.size()), arguments.data());
@@ -81,16 +84,17 @@ int run_cli(int argc, const char* const* argv, std::ostream& out, std::ostream& 
     if (argc > 1 && argv[1][0] != '-' && app.get_subcommands().empty()) {
       std::vector<std::string> names;
       for (const CLI::App* sub : app.get_subcommands({})) names.push_back(sub->get_name());
-      return complain(err, "the subcommand " + unknown_name(argv[1], names) + "; see simplexseg-cli --help", kBadInput);
+      return report_failure(err, "the subcommand " + unknown_name(argv[1], names) + "; see simplexseg-cli --help",
+                            kBadInput);
     }
-    std::string called = "simplexseg-cli";
+    std::string command = "simplexseg-cli";
     for (const CLI::App* at = &app; !at->get_subcommands().empty();) {
       at = at->get_subcommands().front();
-      called += " " + at->get_name();
+      command += " " + at->get_name();
     }
-    return complain(err, std::string(error.what()) + "; see " + called + " --help", kBadInput);
+    return report_failure(err, std::string(error.what()) + "; see " + command + " --help", kBadInput);
   }
-  return act(action, out, err);
+  return run_action(action, out, err);
 }
 
 }  // namespace simplexseg

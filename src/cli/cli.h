@@ -4,8 +4,9 @@
 
 namespace simplexseg {
 
-/// The headless program: `simplexseg-cli SUBCOMMAND ...`. Results go to `out`, everything else to `err`. Returns the
-/// exit status: 0; 1 = failed; 2 = bad usage or input. A failure is one line on `err`: what, why, what to do.
+/// Runs the headless program `simplexseg-cli SUBCOMMAND ...`. Writes results to `out` and everything else to `err`.
+/// Returns the exit status: 0; 1 = failed; 2 = invalid usage or input. A failure is one line on `err`: what happened,
+/// why, what to do.
 int run_cli(int argc, const char* const* argv, std::ostream& out, std::ostream& err);
 
 }  // namespace simplexseg

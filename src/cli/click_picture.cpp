@@ -10,16 +10,16 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kMargin = 8;      // voxels around truth and result
-constexpr double kPanel = 420;  // pixels, the longest side
+constexpr int kMargin = 8;      ///< margin around truth and result, voxels
+constexpr double kPanel = 420;  ///< longest side of a slice, pixels
 constexpr Colour kTruth{60, 220, 90}, kResult{255, 150, 30}, kField{60, 200, 255};
 
-/// One slice: voxels of two axes, with pixels of equal mm.
+/// One slice along two voxel axes; all pixels have the same size in mm.
 struct Slice {
-  std::array<int, 3> axes;  ///< right, down, across
+  std::array<int, 3> axes;  ///< voxel axes: right, down, across
   int level;
   VoxelBox box;
-  double scale_right, scale_down;  ///< pixels a voxel
+  double scale_right, scale_down;  ///< pixels per voxel
   int left, width, height;
 
   std::array<int, 3> voxel(int x, int y) const {
@@ -46,13 +46,13 @@ Picture draw_clicks(const Volume& image, const Mask& truth, const Mask& result, 
   if (!focus) focus = deepest_voxel(truth);
   double longest = 0;
   for (int a = 0; a < 3; ++a) longest = std::max(longest, box.size[a] * g.spacing_mm[a]);
-  const double pixels_a_mm = kPanel / std::max(longest, 1e-6);
+  const double pixels_per_mm = kPanel / std::max(longest, 1e-6);
 
   Picture picture;
   std::vector<Slice> slices;
   for (const std::array<int, 3>& axes : {std::array{0, 1, 2}, std::array{1, 2, 0}, std::array{0, 2, 1}}) {
     Slice slice{axes, focus ? focus->voxel[axes[2]] : box.first[axes[2]], box, 0, 0, picture.width, 0, 0};
-    slice.scale_right = pixels_a_mm * g.spacing_mm[axes[0]], slice.scale_down = pixels_a_mm * g.spacing_mm[axes[1]];
+    slice.scale_right = pixels_per_mm * g.spacing_mm[axes[0]], slice.scale_down = pixels_per_mm * g.spacing_mm[axes[1]];
     slice.width = std::max(1, static_cast<int>(box.size[axes[0]] * slice.scale_right));
     slice.height = std::max(1, static_cast<int>(box.size[axes[1]] * slice.scale_down));
     picture.width += slice.width + 4;
@@ -99,7 +99,7 @@ Picture draw_clicks(const Volume& image, const Mask& truth, const Mask& result, 
       const double away = std::abs(index[axis] - slice.level) * g.spacing_mm[axis];
       if (away > std::max(mark.radius_mm, g.spacing_mm[axis])) continue;
       const double radius =
-          std::max(3.0, std::sqrt(std::max(0.0, mark.radius_mm * mark.radius_mm - away * away)) * pixels_a_mm);
+          std::max(3.0, std::sqrt(std::max(0.0, mark.radius_mm * mark.radius_mm - away * away)) * pixels_per_mm);
       const double cx = (index[slice.axes[0]] + 0.5 - box.first[slice.axes[0]]) * slice.scale_right,
                    cy = (index[slice.axes[1]] + 0.5 - box.first[slice.axes[1]]) * slice.scale_down;
       const Colour colour = mark.kind == MarkKind::Inside    ? Colour{90, 160, 255}

@@ -5,14 +5,13 @@
 #include "evidence/marks.h"
 #include "image/mask.h"
 #include "image/volume.h"
-#include "io/picture_io.h"
+#include "io/picture/picture_io.h"
 
 namespace simplexseg {
 
-/// Three slices along the voxel axes through the deepest voxel of what is wrong most (the truth's where nothing is),
-/// cut to what is around truth and result: the image, the truth's outline in green, the result's in orange, the field's
-/// (where there is one besides) in cyan, and the marks that the slices cut, inside in blue, outside in red, boundary in
-/// white.
+/// Draws three slices along the voxel axes, cropped to truth and result. They pass through the deepest voxel of the
+/// largest error, or of the truth if there is no error. Outlines: truth green, result orange, field cyan (if there is
+/// one). Circles: marks that a slice cuts; inside blue, outside red, boundary white.
 Picture draw_clicks(const Volume& image, const Mask& truth, const Mask& result, const Mask& field,
                     std::span<const Mark> marks);
 

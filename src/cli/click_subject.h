@@ -4,16 +4,16 @@
 
 namespace simplexseg {
 
-/// What the command `clicks` has corrected.
+/// Segmentation that the command `clicks` corrects.
 class ClickSubject : public RobotSubject {
  public:
-  /// What the field says is the object; empty without a field.
+  /// Returns the object mask of the field; empty without a field.
   virtual Mask field_object() const = 0;
-  /// Whether the field says that it leaks.
+  /// Returns true if the field leaks.
   virtual bool leaks() const = 0;
-  /// EvidenceField::Report; NaN without a field.
+  /// Returns the expected Dice of EvidenceField::Report; NaN without a field.
   virtual double expected_dice() const = 0;
-  /// Vertices of the mesh at a fold, folded_vertices(); none without a mesh.
+  /// Returns the number of folded vertices of the mesh, see folded_vertices(); 0 without a mesh.
   virtual int folded() const = 0;
 };
 

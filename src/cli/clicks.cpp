@@ -9,23 +9,23 @@
 #include <ostream>
 #include <thread>
 
+#include "app/load.h"
+#include "app/metric_list.h"
+#include "app/progress.h"
+#include "app/table.h"
 #include "cli/click_picture.h"
 #include "cli/commands.h"
-#include "cli/load.h"
 #include "cli/mesh_subject.h"
-#include "cli/metric_list.h"
-#include "cli/progress.h"
 #include "cli/study.h"
-#include "cli/table.h"
 #include "core/error.h"
 #include "core/thread_pool.h"
 #include "evidence/evidence_field.h"
 #include "evidence/prior_network.h"
 #include "evidence/robot_user.h"
-#include "io/files.h"
-#include "io/parameter_text.h"
-#include "io/point_text.h"
-#include "io/volume_io.h"
+#include "io/platform/files.h"
+#include "io/scene/parameter_text.h"
+#include "io/scene/point_text.h"
+#include "io/volume/volume_io.h"
 
 namespace simplexseg {
 namespace {
@@ -34,7 +34,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::array<double, 4> kLevels{0.80, 0.85, 0.90, 0.95};
 
-struct Options {
+struct ClicksOptions {
   std::string image, labels, robot = "mark", backend = "cpu", json, csv, pictures, network;
   std::vector<double> label;
   std::vector<std::string> without, settings_of_mesh;
@@ -42,22 +42,23 @@ struct Options {
   int threads = 0;
 };
 
-/// What an ablation takes away.
+/// Part of the field that an ablation (--without) removes.
 struct Part {
   const char* name;
   void (*remove)(EvidenceSettings&);
+  const char* old_name = nullptr;  ///< name in earlier versions, still accepted
 };
 constexpr std::array kParts{
     Part{"sharpness", [](EvidenceSettings& s) { s.sharpness = 0; }},
     Part{"prior", [](EvidenceSettings& s) { s.prior_pull = 0; }},
-    Part{"classifier", [](EvidenceSettings& s) { s.hear_looks = false; }},
-    Part{"geodesic", [](EvidenceSettings& s) { s.hear_ways = false; }},
-    Part{"walk", [](EvidenceSettings& s) { s.hear_walk = false; }},
+    Part{"classifier", [](EvidenceSettings& s) { s.use_appearance = false; }},
+    Part{"geodesic", [](EvidenceSettings& s) { s.use_geodesic = false; }},
+    Part{"random-walk", [](EvidenceSettings& s) { s.use_random_walk = false; }, "walk"},
     Part{"memory", [](EvidenceSettings& s) { s.memory = false; }},
     Part{"far-memory", [](EvidenceSettings& s) { s.far_memory = 0; }},
     Part{"open-sides", [](EvidenceSettings& s) { s.open_side = 2; }},
     Part{"surface", [](EvidenceSettings& s) { s.surface_layer = 0; }},
-    Part{"lean", [](EvidenceSettings& s) { s.surface_lean = 0; }},
+    Part{"surface-offset", [](EvidenceSettings& s) { s.surface_offset = 0; }, "lean"},
     Part{"surface-memory", [](EvidenceSettings& s) { s.surface_memory = s.surface_pull = 0; }},
     Part{"brush", [](EvidenceSettings& s) { s.brush = 0; }},
 };
@@ -65,33 +66,33 @@ constexpr std::array kParts{
 EvidenceSettings settings_without(const std::vector<std::string>& names) {
   EvidenceSettings settings;
   for (const std::string& name : names) {
-    const auto part = std::find_if(kParts.begin(), kParts.end(), [&](const Part& p) { return name == p.name; });
+    const auto part = std::find_if(kParts.begin(), kParts.end(),
+                                   [&](const Part& p) { return name == p.name || (p.old_name && name == p.old_name); });
     if (part == kParts.end()) {
       std::vector<std::string> known;
       known.reserve(kParts.size());
       for (const Part& p : kParts) known.emplace_back(p.name);
       throw Error("--without", std::string("the part ").append(unknown_name(name, known)),
-                  "give one of the parts of the field");
+                  "name one of the parts that --help lists");
     }
     part->remove(settings);
   }
   return settings;
 }
 
-/// Throws Error for an option that the robot's subject does not hear.
-void refuse_unheard(const Options& options) {
+/// Throws Error for an option that the chosen robot does not use.
+void check_robot_options(const ClicksOptions& options) {
   if (options.robot == "mark" && !options.settings_of_mesh.empty())
-    throw Error("--set", "the robot 'mark' corrects the evidence field alone, without a mesh",
-                "leave it out, or give --robot mesh");
+    throw Error("--set", "the robot 'mark' corrects the field and has no mesh", "omit --set, or choose --robot mesh");
   if (options.robot == "none" && !(options.without.empty() && options.network.empty()))
-    throw Error(options.without.empty() ? "--network" : "--without", "the robot 'none' corrects a mesh without a field",
-                "leave it out, or give --robot mesh");
+    throw Error(options.without.empty() ? "--network" : "--without",
+                "the robot 'none' corrects a mesh that has no field", "omit this option, or choose --robot mesh");
 }
 
-/// The evidence field alone.
+/// Evidence field without a mesh.
 class FieldSubject : public ClickSubject {
  public:
-  FieldSubject(const Volume& image, const RunJobs& run, const EvidenceSettings& settings, const MakeBoxField& make)
+  FieldSubject(const Volume& image, const RunJobs& run, const EvidenceSettings& settings, const MakeFieldSolver& make)
       : field_(image, run, settings, make) {}
   Mask segment(std::span<const Mark> marks) override {
     field_.update(marks);
@@ -107,20 +108,20 @@ class FieldSubject : public ClickSubject {
   EvidenceField field_;
 };
 
-/// The field and the mesh after a click.
+/// Field and mesh after a click.
 struct FieldState {
   bool leaks;
-  double expected_dice, dice, dice_with_result;  ///< of its object; NaN without a field
-  int folded;                                    ///< vertices of the mesh
+  double expected_dice, dice, dice_with_result;  ///< Dice of the object mask of the field; NaN without a field
+  int folded;                                    ///< number of folded vertices of the mesh
 };
 
 struct Case {
-  std::string name;  ///< of the label
+  std::string name;  ///< value of the label, or "all"
   std::vector<RobotClick> clicks;
-  std::vector<FieldState> field;  ///< after each click
+  std::vector<FieldState> field;  ///< state after each click
 };
 
-/// The first click after which Dice is at least `level`.
+/// Returns the first click after which the Dice is at least `level`.
 std::optional<int> clicks_to(const Case& at, double level) {
   for (std::size_t c = 0; c < at.clicks.size(); ++c)
     if (at.clicks[c].agreement.dice >= level) return static_cast<int>(c);
@@ -155,14 +156,14 @@ Json case_json(const Case& at) {
   return {{"label", at.name}, {"clicks_to", levels}, {"clicks", clicks}};
 }
 
-/// What the numbers of a click mean, by their names in JSON and CSV.
+/// Returns the definition of each metric of a click, by its key in JSON and CSV.
 std::vector<std::pair<std::string, std::string>> definitions() {
   std::vector<std::pair<std::string, std::string>> all;
   for (const char* key : {"dice", "hd95_mm", "assd_mm"}) all.emplace_back(key, metric_of(key).definition);
-  all.emplace_back("field_dice", "Dice of the object that the field says with the truth");
-  all.emplace_back("dice_with_field", "Dice of the object that the field says with the result");
-  all.emplace_back("expected_dice", "Dice that the field expects of its object, without the truth");
-  all.emplace_back("folded", "vertices of the mesh whose normal is at more than a right angle to a neighbour's");
+  all.emplace_back("field_dice", "Dice of the object mask of the field with the truth");
+  all.emplace_back("dice_with_field", "Dice of the object mask of the field with the result");
+  all.emplace_back("expected_dice", "expected Dice of the object mask of the field, computed without the truth");
+  all.emplace_back("folded", "vertices of the mesh whose normal is more than 90 degrees from that of a neighbour");
   return all;
 }
 
@@ -194,7 +195,7 @@ std::string csv_text(const std::vector<Case>& cases) {
 void print_cases(std::ostream& out, const std::vector<Case>& cases) {
   std::vector<std::vector<std::string>> rows{{"label", "seed", "3", "5", "10", "last"}};
   for (const double level : kLevels) rows[0].push_back(std::string("to ").append(fixed(level, 2)));
-  rows[0].insert(rows[0].end(), {"HD95 mm", "ASSD mm", "s a click"});
+  rows[0].insert(rows[0].end(), {"HD95 mm", "ASSD mm", "s per click"});
   for (const Case& at : cases) {
     const std::size_t last = at.clicks.size() - 1;
     std::vector<std::string>& row = rows.emplace_back();
@@ -216,8 +217,8 @@ void print_cases(std::ostream& out, const std::vector<Case>& cases) {
       << "\nASSD: " << metric_of("assd_mm").definition << "\n";
 }
 
-void clicks(const Options& options, const Console& console) {
-  refuse_unheard(options);
+void clicks(const ClicksOptions& options, const Console& console) {
+  check_robot_options(options);
   EvidenceSettings settings = settings_without(options.without);
   PriorNetworks networks;
   if (!options.network.empty()) {
@@ -226,15 +227,15 @@ void clicks(const Options& options, const Console& console) {
   }
   const Volume image = read_volume(options.image), labels = read_volume(options.labels);
   if (!image.geometry().same_grid(labels.geometry())) {
-    throw Error("cannot use " + quoted(options.labels) + " as the truth of " + quoted(options.image),
+    throw Error("cannot use " + quoted(options.labels) + " as the truth for " + quoted(options.image),
                 "their grids (size, spacing, origin or direction) differ", "resample one onto the grid of the other");
   }
   const int threads =
       options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   ThreadPool pool(threads);
   const RunJobs run = [&pool](int jobs, const std::function<void(int)>& job) { pool.run(jobs, job); };
-  std::vector<std::optional<double>> wanted(options.label.begin(), options.label.end());
-  if (wanted.empty()) wanted.push_back(std::nullopt);
+  std::vector<std::optional<double>> label_values(options.label.begin(), options.label.end());
+  if (label_values.empty()) label_values.push_back(std::nullopt);
   RobotSettings robot = options.settings;
   if (options.robot == "mixed") robot.hand = RobotHand::Mixed;
   if (options.robot == "grab") robot.hand = RobotHand::Grabs;
@@ -243,10 +244,10 @@ void clicks(const Options& options, const Console& console) {
   const Interrupt interrupt;
   {
     Progress progress(console, "clicking");
-    const double all = static_cast<double>(wanted.size()) * (options.settings.most_clicks + 1);
-    for (const std::optional<double>& label : wanted) {
+    const double all = static_cast<double>(label_values.size()) * (options.settings.most_clicks + 1);
+    for (const std::optional<double>& label : label_values) {
       Mask truth = mask_of(labels, label);
-      truth.geometry = image.geometry();  // the same grid but for rounding
+      truth.geometry = image.geometry();  // equal grid up to rounding
       const Mask part = largest_part(truth);
       Case& at = cases.emplace_back();
       at.name = label ? number_to_text(static_cast<float>(*label)) : "all";
@@ -301,52 +302,52 @@ void clicks(const Options& options, const Console& console) {
 void add_clicks(const Subcommand& app, Action& action) {
   const Subcommand sub = app.add_subcommand(
       "clicks",
-      "A robot user corrects an object click by click where a label volume says it is wrong (docs/clicks.md)");
-  const auto options = std::make_shared<Options>();
+      "Simulates a user who corrects a segmentation click by click, guided by a label volume (docs/clicks.md)");
+  const auto options = std::make_shared<ClicksOptions>();
   RobotSettings& settings = options->settings;
   sub.add_option("IMAGE", options->image, "Volume to segment").required();
-  sub.add_option("LABELS", options->labels, "Label volume that is the truth, on the same grid").required();
+  sub.add_option("LABELS", options->labels, "Label volume with the truth, on the grid of IMAGE").required();
   sub.add_option("--label", options->label,
-                 "A label, an object of its own; may be repeated; without any, every voxel that is not 0")
+                 "Label of an object; may be repeated, one object per label; default: all voxels that are not 0")
       .one_value_each();
-  sub.add_option("--max", settings.most_clicks, "Clicks besides the seed").within(0, 1000).show_default();
+  sub.add_option("--max", settings.most_clicks, "Largest number of clicks after the seed")
+      .within(0, 1000)
+      .show_default();
   sub.add_option(
          "--robot", options->robot,
-         "What is corrected with what, docs/clicks.md: mark: the evidence field alone, with inside and outside marks; "
-         "mesh: a mesh, with the same; point: a mesh, with boundary points; grab: a mesh whose surface is dragged; "
-         "mixed: a mesh, with both; none: a mesh "
-         "without evidence, with boundary points")
+         "Segmentation that is corrected, and the kind of clicks (docs/clicks.md): mark: field without a mesh, inside "
+         "and "
+         "outside marks; mesh: mesh, inside and outside marks; point: mesh, boundary points; grab: mesh, drags of the "
+         "surface; mixed: mesh, marks and drags; none: mesh without a field, boundary points")
       .one_of({"mark", "mesh", "point", "grab", "mixed", "none"})
       .show_default();
-  sub.add_option("--seed-scale", settings.seed_scale, "Radius of the seed, in right radii")
+  sub.add_option("--seed-scale", settings.seed_scale, "Radius of the seed, as a multiple of the correct radius")
       .within(0.05, 3.0)
       .show_default();
-  sub.add_option("--seed-offset", settings.seed_offset, "The seed's centre is off the right one by so many right radii")
+  sub.add_option("--seed-offset", settings.seed_offset,
+                 "Offset of the centre of the seed, as a multiple of the correct radius")
       .within(0.0, 1.0)
       .show_default();
-  sub.add_option("--without", options->without,
-                 "Leave out a part of the field: sharpness, prior, classifier, geodesic, walk, memory, far-memory, "
-                 "open-sides, surface, lean, surface-memory or brush; may be repeated; not with the robot none")
-      .one_value_each();
   sub.add_option(
-         "--set", options->settings_of_mesh,
-         "Change a parameter of the mesh first: simulation.PARAMETER=VALUE or forces.FORCE.PARAMETER=VALUE; not "
-         "with the robot mark")
+         "--without", options->without,
+         "Disable a part of the field: sharpness, prior, classifier, geodesic, random-walk, memory, far-memory, "
+         "open-sides, surface, surface-offset, surface-memory or brush; may be repeated; not with --robot none")
+      .one_value_each();
+  sub.add_option("--set", options->settings_of_mesh,
+                 "Set a parameter of the mesh: simulation.PARAMETER=VALUE or forces.FORCE.PARAMETER=VALUE; not with "
+                 "--robot mark")
       .one_value_each();
   sub.add_option(
       "--network", options->network,
-      "In place of the network that says what new marks change: a file of learn_prior (scripts/learn_prior); "
-      "not with the robot none");
-  sub.add_option("--json", options->json, "Write every click here, as JSON");
-  sub.add_option("--csv", options->csv, "Write every click here, as a table");
-  sub.add_option("--pictures", options->pictures,
-                 "Write a picture of each object after the last click into this folder");
-  sub.add_option("--backend", options->backend, "Where fields are learned and meshes move")
+      "File with the networks of the prior, written by scripts/learn_prior, instead of the built-in ones; not with "
+      "--robot none");
+  sub.add_option("--json", options->json, "Output file (JSON) with all clicks");
+  sub.add_option("--csv", options->csv, "Output file (CSV) with all clicks");
+  sub.add_option("--pictures", options->pictures, "Output folder for a picture of each object after the last click");
+  sub.add_option("--backend", options->backend, "Processor for fields and meshes")
       .one_of({"cpu", "cuda"})
       .show_default();
-  sub.add_option("--threads", options->threads, "CPU threads; 0: as many as the machine has")
-      .within(0, 1024)
-      .show_default();
+  sub.add_option("--threads", options->threads, "CPU threads; 0: all cores").within(0, 1024).show_default();
   sub.callback([options, &action] { action = [options](const Console& console) { clicks(*options, console); }; });
 }
 

@@ -8,13 +8,15 @@
 namespace simplexseg {
 
 Option Option::required() const { return Option(option_->required()); }
-Option Option::expected(int least, int most) const { return Option(option_->expected(least, most)); }
+Option Option::expected(int minimum, int maximum) const { return Option(option_->expected(minimum, maximum)); }
 Option Option::one_value_each() const { return Option(option_->allow_extra_args(false)); }
 Option Option::one_of(std::initializer_list<const char*> values) const {
   return Option(option_->check(CLI::IsMember(std::vector<std::string>(values.begin(), values.end()))));
 }
-Option Option::within(int least, int most) const { return Option(option_->check(CLI::Range(least, most))); }
-Option Option::within(double least, double most) const { return Option(option_->check(CLI::Range(least, most))); }
+Option Option::within(int minimum, int maximum) const { return Option(option_->check(CLI::Range(minimum, maximum))); }
+Option Option::within(double minimum, double maximum) const {
+  return Option(option_->check(CLI::Range(minimum, maximum)));
+}
 Option Option::excludes(Option other) const { return Option(option_->excludes(other.option_)); }
 Option Option::show_default() const { return Option(option_->capture_default_str()); }
 
@@ -39,7 +41,8 @@ template Option Subcommand::add_option(const std::string&, std::uint64_t&, const
 Option Subcommand::add_flag(const std::string& name, bool& value, const std::string& doc) const {
   return Option(app_->add_flag(name, value, doc));
 }
-void Subcommand::add_answer(const std::string& name, std::function<std::string()> text, const std::string& doc) const {
+void Subcommand::add_print_flag(const std::string& name, std::function<std::string()> text,
+                                const std::string& doc) const {
   app_->add_flag_callback(
       name, [text = std::move(text)] { throw CLI::CallForVersion(text(), 0); }, doc);
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What subcommands say about their options. It stands before CLI11, whose header takes seconds to compile, so that one
-// source alone includes it.
+// Interface of the subcommands to CLI11. Only one source includes the header of CLI11, which takes seconds to compile.
 #pragma once
 #include <functional>
 #include <initializer_list>
@@ -13,41 +12,41 @@ class Option;
 
 namespace simplexseg {
 
-/// One option, flag or positional argument; a handle to it. Each function adds a condition and gives the handle back.
+/// Handle to an option, flag or positional argument. Each function adds a property and returns the handle.
 class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
   Option required() const;
-  /// Positional arguments: how many.
-  Option expected(int least, int most) const;
-  /// An option that takes a list: one value each time that it is named, so that positional arguments may follow it.
+  /// Sets the number of positional arguments.
+  Option expected(int minimum, int maximum) const;
+  /// Makes a list option take one value per use, so that positional arguments may follow it.
   Option one_value_each() const;
   Option one_of(std::initializer_list<const char*> values) const;
-  Option within(int least, int most) const;
-  Option within(double least, double most) const;
+  Option within(int minimum, int maximum) const;
+  Option within(double minimum, double maximum) const;
   Option excludes(Option other) const;
-  /// The help shows the value that the variable has now.
+  /// Shows the current value of the variable as the default in the help.
   Option show_default() const;
 
  private:
   CLI::Option* option_;
 };
 
-/// A subcommand, or the program itself; a handle to it.
+/// Handle to a subcommand, or to the program itself.
 class Subcommand {
  public:
   explicit Subcommand(CLI::App& app) : app_(&app) {}
   Subcommand add_subcommand(const std::string& name, const std::string& doc) const;
-  /// It is nothing without one of the subcommands that are added to it.
+  /// Makes one of its subcommands mandatory.
   void require_subcommand() const;
-  /// `value` is set while the command line is parsed; it must live until then. For the types of T that
-  /// command_line.cpp names.
+  /// Adds an option. Parsing sets `value`, which must exist until then. Defined for the types of T that are listed in
+  /// command_line.cpp.
   template <class T>
   Option add_option(const std::string& name, T& value, const std::string& doc) const;
   Option add_flag(const std::string& name, bool& value, const std::string& doc) const;
-  /// A flag that prints a text, and nothing else is done or asked for.
-  void add_answer(const std::string& name, std::function<std::string()> text, const std::string& doc) const;
-  /// Called, once everything is parsed, where this subcommand was named.
+  /// Adds a flag that prints a text and ends the program with status 0.
+  void add_print_flag(const std::string& name, std::function<std::string()> text, const std::string& doc) const;
+  /// Sets the function that is called after parsing if this subcommand was named.
   void callback(std::function<void()> function) const;
 
  private:

@@ -1,30 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <functional>
-#include <iosfwd>
-#include <stdexcept>
 
+#include "app/console.h"
 #include "cli/command_line.h"
 
 namespace simplexseg {
 
-/// Where a subcommand writes.
-struct Console {
-  std::ostream& out;
-  std::ostream& err;
-  bool shows_progress;  ///< `err` is a terminal
-};
-
-/// Asked rightly, and failed all the same: exit status 1. Bad input throws Error: exit status 2.
-class Failure : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-/// What the command line asks for; set while it is parsed.
+/// Work of the parsed command line; the callbacks of the subcommands set it.
 using Action = std::function<void(const Console&)>;
 
-// Each adds one subcommand, in a file of its own.
+// Each function adds one subcommand and has its own source file.
 void add_archive(const Subcommand& app, Action& action);
 void add_info(const Subcommand& app, Action& action);
 void add_run(const Subcommand& app, Action& action);

@@ -7,28 +7,29 @@
 #include <ostream>
 #include <vector>
 
+#include "app/load.h"
+#include "app/metric_list.h"
+#include "app/progress.h"
+#include "app/table.h"
 #include "cli/commands.h"
-#include "cli/load.h"
-#include "cli/metric_list.h"
-#include "cli/progress.h"
-#include "cli/table.h"
 #include "core/error.h"
-#include "io/files.h"
-#include "io/labels_io.h"
-#include "io/volume_io.h"
+#include "io/labels/labels_io.h"
+#include "io/platform/files.h"
+#include "io/volume/volume_io.h"
 
 namespace simplexseg {
 namespace {
 
-struct Options {
+struct CompareOptions {
   std::string reference, test;
   std::optional<double> label;
-  double tolerance_mm = kUsualToleranceMm;
+  double tolerance_mm = kDefaultToleranceMm;
   bool json = false, csv = false;
 };
 
-void compare_files(const Options& options, const Console& console) {
-  if (options.label && !std::isfinite(*options.label)) throw Error("--label", "not a finite number", "give a label");
+void compare_files(const CompareOptions& options, const Console& console) {
+  if (options.label && !std::isfinite(*options.label))
+    throw Error("--label", "it is not a finite number", "use the value of a label");
   MaskComparison comparison;
   std::vector<std::string> warnings;
   {
@@ -68,16 +69,18 @@ void compare_files(const Options& options, const Console& console) {
 
 void add_compare(const Subcommand& app, Action& action) {
   const Subcommand sub =
-      app.add_subcommand("compare", "Agreement of two label volumes: Dice, surface distances, surface Dice, volumes");
-  const auto options = std::make_shared<Options>();
-  sub.add_option("REFERENCE", options->reference, "Label volume that is the truth").required();
+      app.add_subcommand("compare", "Compares two label volumes: Dice, surface distances, surface Dice, volumes");
+  const auto options = std::make_shared<CompareOptions>();
+  sub.add_option("REFERENCE", options->reference, "Label volume with the truth").required();
   sub.add_option("TEST", options->test,
-                 "Label volume, on another grid resampled onto the reference's, or DICOM RT structure set")
+                 "Label volume (resampled if its grid differs from that of REFERENCE) or DICOM RT structure set")
       .required();
-  sub.add_option("--label", options->label, "The label to compare; without it every voxel that is not 0");
-  sub.add_option("--tolerance", options->tolerance_mm, "Of the surface Dice, in mm").within(0.0, 1e6).show_default();
+  sub.add_option("--label", options->label, "Value of the label to compare; default: all voxels that are not 0");
+  sub.add_option("--tolerance", options->tolerance_mm, "Tolerance of the surface Dice, mm")
+      .within(0.0, 1e6)
+      .show_default();
   const Option json = sub.add_flag("--json", options->json, "Print JSON");
-  sub.add_flag("--csv", options->csv, "Print CSV, a line for each metric").excludes(json);
+  sub.add_flag("--csv", options->csv, "Print CSV, one line per metric").excludes(json);
   sub.callback(
       [options, &action] { action = [options](const Console& console) { compare_files(*options, console); }; });
 }

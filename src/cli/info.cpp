@@ -3,15 +3,15 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "app/progress.h"
 #include "cli/commands.h"
-#include "cli/progress.h"
-#include "io/files.h"
-#include "io/volume_io.h"
+#include "io/platform/files.h"
+#include "io/volume/volume_io.h"
 
 namespace simplexseg {
 namespace {
 
-struct Options {
+struct InfoOptions {
   std::string path;
   int volume = 1;
   bool json = false;
@@ -25,12 +25,12 @@ std::string text_of(const Eigen::Vector3d& v) {
   return text;
 }
 
-void info(const Options& options, const Console& console) {
+void info(const InfoOptions& options, const Console& console) {
   const VolumeInfo info = read_volume_info(options.path, options.volume);
   std::vector<std::string> warnings = info.warnings;
   Volume::Range range{0, 0};
   const bool readable = info.components == 1 && (info.frames == 1 || info.frame > 0);
-  if (readable) {  // the voxels too: a file that is cut short is found out here
+  if (readable) {  // also reads the voxels, which detects truncated files
     const Progress progress(console, "reading");
     const LoadedVolume loaded = load_volume(options.path, options.volume);
     range = loaded.volume.range();
@@ -64,27 +64,29 @@ void info(const Options& options, const Console& console) {
               << "size        " << geometry.size[0] << " x " << geometry.size[1] << " x " << geometry.size[2]
               << " voxels";
   if (info.frames > 1) console.out << ", " << info.frames << " volumes";
-  if (info.components > 1) console.out << ", " << info.components << " values a voxel";
+  if (info.components > 1) console.out << ", " << info.components << " values per voxel";
   console.out << "\nspacing     " << text_of(geometry.spacing_mm) << " mm\n"
               << "origin      " << text_of(geometry.origin_mm) << " mm (LPS, centre of the first voxel)\n"
               << "direction   i: " << text_of(geometry.direction.col(0)) << "\n"
               << "            j: " << text_of(geometry.direction.col(1)) << "\n"
               << "            k: " << text_of(geometry.direction.col(2)) << "\n"
               << "voxels      " << to_string(info.type) << ", "
-              << in_words(static_cast<double>(geometry.voxel_count() * bytes_per_voxel(info.type))) << "\n";
+              << format_bytes(static_cast<double>(geometry.voxel_count() * bytes_per_voxel(info.type))) << "\n";
   if (readable) console.out << "range       " << range.min << " to " << range.max << "\n";
   for (const SegmentName& s : info.segments) console.out << "segment     " << s.value << " " << s.name << "\n";
   for (const std::string& warning : warnings) console.out << "warning     " << one_line(warning, 1000) << "\n";
-  require_one_value(options.path, info);  // described, but not to be loaded
+  require_one_value(options.path, info);  // throws, after the description, if the volume cannot be loaded
 }
 
 }  // namespace
 
 void add_info(const Subcommand& app, Action& action) {
-  const Subcommand sub = app.add_subcommand("info", "Geometry, voxel type, range and warnings of a volume");
-  const auto options = std::make_shared<Options>();
+  const Subcommand sub =
+      app.add_subcommand("info", "Prints geometry, voxel type, range of values and warnings of a volume");
+  const auto options = std::make_shared<InfoOptions>();
   sub.add_option("PATH", options->path, "Volume file, or folder of a DICOM series").required();
-  sub.add_option("--volume", options->volume, "Which volume of a 4D file or series, from 1").within(1, kMostVolumes);
+  sub.add_option("--volume", options->volume, "Number of the volume in a 4D file or series, counted from 1")
+      .within(1, kMaxVolumes);
   sub.add_flag("--json", options->json, "Print JSON");
   sub.callback([options, &action] { action = [options](const Console& console) { info(*options, console); }; });
 }

@@ -7,6 +7,6 @@
 
 int main(int argc, char** argv) {
   simplexseg::keep_freed_memory();
-  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the limit of the size of files fails, and is said, instead
+  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the file size limit must fail with an error, not end the program
   return simplexseg::run_cli(argc, argv, std::cout, std::cerr);
 }

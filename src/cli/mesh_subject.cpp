@@ -4,19 +4,19 @@
 #include <optional>
 #include <utility>
 
-#include "cli/load.h"
+#include "app/load.h"
 #include "evidence/evidence_settings.h"
 #include "forces/force_list.h"
 #include "gpu/backend.h"
 #include "image/rasterise.h"
-#include "io/set_by_path.h"
+#include "io/scene/set_by_path.h"
 #include "mesh/mesh_geometry.h"
 #include "session/mesh_marks.h"
 #include "session/session.h"
 
 namespace simplexseg {
 namespace {
-constexpr int kMostStepsOfClick = 3000;  // of one click
+constexpr int kMaxStepsPerClick = 3000;
 }
 
 struct MeshSubject::State {
@@ -25,18 +25,18 @@ struct MeshSubject::State {
   EvidenceSettings fields;
   std::string backend;
   int threads;
-  Scene scene;  ///< without meshes: what a new one starts with
+  Scene scene;  ///< scene without meshes: parameters for the new mesh
   std::unique_ptr<Session> session;
   ItemId mesh = 0;
-  std::size_t marks = 0;  ///< that the session has
+  std::size_t marks = 0;  ///< marks that the session already has
 
   void start(const Mark& seed) {
     EngineChoice choice = engine_for(backend, threads);
     session = std::make_unique<Session>(std::move(choice.engine), nullptr, threads, fields);
-    session->learn_fields_with(std::move(choice.fields));
+    session->set_field_solver(std::move(choice.fields));
     session->open(scene, volume);
     mesh = session->apply(AddMesh{"object", {seed.position_mm, seed.radius_mm}, std::nullopt});
-    if (!evidence) {  // its internal forces are to keep its volume then
+    if (!evidence) {  // without a field, the internal forces must preserve the volume
       session->apply(SetForceParameter{mesh, ForceId::Evidence, EvidenceForce::weight, 0});
       session->apply(SetForceParameter{mesh, ForceId::Smoothing, SmoothingForce::curvature, 1});
     }
@@ -48,7 +48,7 @@ struct MeshSubject::State {
       const Mark& mark = all[marks];
       session->apply(AddPoint{mesh, mark.position_mm, mark.kind, mark.radius_mm, mark.outward});
     }
-    session->advance_steps(kMostStepsOfClick, true);
+    session->advance_steps(kMaxStepsPerClick, true);
     return rasterise(session->scene().find_mesh(mesh)->mesh, volume.geometry());
   }
   double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const {

@@ -11,17 +11,17 @@ namespace simplexseg {
 
 struct EvidenceSettings;
 
-/// What a robot corrects through the program as a user does: a mesh with the default parameters of a new one, that
-/// starts as the robot's seed and gets a point for each further mark, and moves until it rests.
+/// Mesh that the robot corrects through a session, like a user: it has the parameters of a new mesh, starts from the
+/// seed of the robot, gets one point per further mark, and runs until it settles.
 class MeshSubject : public ClickSubject {
  public:
-  /// `evidence`: false leaves the mesh to its internal forces and its points. `settings`: as of `run --set`, without
-  /// meshes; `fields`: how the mesh's field is made; `backend`: as of engine_for(). Throws Error for a setting that is
-  /// none.
+  /// `evidence`: false disables the field, so that only internal forces and points act. `settings`: assignments of
+  /// `run --set`, without those of a mesh; `fields`: settings of the field; `backend`: see engine_for(). Throws Error
+  /// for an invalid setting.
   MeshSubject(Volume volume, bool evidence, std::span<const std::string> settings, const EvidenceSettings& fields,
               std::string backend, int threads);
   ~MeshSubject() override;
-  /// Fewer marks than the last time begin anew.
+  /// Starts a new mesh if there are fewer marks than in the previous call.
   Mask segment(std::span<const Mark> marks) override;
   double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const override;
   Mask field_object() const override;

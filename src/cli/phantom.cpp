@@ -9,16 +9,16 @@
 #include "cli/commands.h"
 #include "core/error.h"
 #include "image/mask.h"
-#include "io/files.h"
-#include "io/parameter_text.h"
-#include "io/volume_io.h"
+#include "io/platform/files.h"
+#include "io/scene/parameter_text.h"
+#include "io/volume/volume_io.h"
 
 namespace simplexseg {
 namespace {
 
 constexpr const char* kLabelImage = "label-image";
 
-struct Options {
+struct PhantomOptions {
   std::string kind;
   std::vector<std::string> paths;
   std::string labels, type;
@@ -33,18 +33,18 @@ VoxelType type_of(const std::string& name) {
     if (names.back() == name) return static_cast<VoxelType>(t);
   }
   throw Error("--type", "the voxel type " + unknown_name(name, names),
-              "give int8 to int32, uint8 to uint32, float32 or float64");
+              "use int8 to int32, uint8 to uint32, float32 or float64");
 }
 
-void phantom(Options options, const Console& console) {
+void phantom(PhantomOptions options, const Console& console) {
   if (!options.type.empty()) options.settings.type = type_of(options.type);
   const bool from_labels = options.kind == kLabelImage;
   if (options.paths.size() != (from_labels ? 2u : 1u)) {
-    throw Error("phantom " + options.kind, std::to_string(options.paths.size()) + " paths are given",
-                from_labels ? "give LABELS and OUT" : "give OUT alone");
+    throw Error("phantom " + options.kind, std::to_string(options.paths.size()) + " paths are named",
+                from_labels ? "name LABELS and OUT" : "name OUT only");
   }
   if (!from_labels && options.label)
-    throw Error("--label", "this phantom is made from no label volume", "leave it out, or use label-image");
+    throw Error("--label", "it applies to label-image only", "omit --label, or choose label-image");
   if (from_labels) {
     const Volume labels = read_volume(options.paths[0]);
     const Volume image = image_of_label(labels, options.label, options.settings);
@@ -66,23 +66,26 @@ void phantom(Options options, const Console& console) {
 }  // namespace
 
 void add_phantom(const Subcommand& app, Action& action) {
-  const Subcommand sub = app.add_subcommand("phantom", "Writes a small synthetic volume with known truth");
-  const auto options = std::make_shared<Options>();
+  const Subcommand sub = app.add_subcommand("phantom", "Writes a synthetic volume and its reference labels");
+  const auto options = std::make_shared<PhantomOptions>();
   std::string kinds;
   for (const PhantomKind& kind : phantom_kinds()) kinds += std::string("\n  ") + kind.name + ": " + kind.doc;
-  kinds += std::string("\n  ") + kLabelImage + ": LABELS OUT, a label of a label volume as the image";
+  kinds += std::string("\n  ") + kLabelImage + ": image of a label of a label volume; arguments LABELS OUT";
   PhantomSettings& settings = options->settings;
-  sub.add_option("KIND", options->kind, "What to make:" + kinds).required();
-  sub.add_option("PATH", options->paths, "OUT; for label-image LABELS OUT").required().expected(1, 2);
-  sub.add_option("--labels", options->labels, "Write the truth as a label volume here");
-  sub.add_option("--label", options->label, "label-image: the label; without it every voxel that is not 0");
+  sub.add_option("KIND", options->kind, "Kind of phantom:" + kinds).required();
+  sub.add_option("PATH", options->paths, "OUT, or LABELS OUT for label-image").required().expected(1, 2);
+  sub.add_option("--labels", options->labels, "Output file for the truth, a label volume");
+  sub.add_option("--label", options->label,
+                 "Value of the label (label-image only); default: all voxels that are not 0");
   sub.add_option("--size", settings.size, "Voxels along each axis (not for label-image)").show_default();
-  sub.add_option("--spacing", settings.spacing_mm, "mm (not for label-image)").show_default();
-  sub.add_option("--contrast", settings.contrast, "Object minus background").show_default();
-  sub.add_option("--background", settings.background, "Intensity outside").show_default();
+  sub.add_option("--spacing", settings.spacing_mm, "Spacing of the voxels, mm (not for label-image)").show_default();
+  sub.add_option("--contrast", settings.contrast, "Intensity of the object minus that of the background")
+      .show_default();
+  sub.add_option("--background", settings.background, "Intensity of the background").show_default();
   sub.add_option("--noise", settings.noise_sigma, "Standard deviation of the Gaussian noise").show_default();
-  sub.add_option("--seed", settings.seed, "Of the noise").show_default();
-  sub.add_option("--type", options->type, "Voxel type, int8 ... float64; without it int16");
+  sub.add_option("--seed", settings.seed, "Seed of the random noise").show_default();
+  sub.add_option("--type", options->type,
+                 "Voxel type: int8 to int32, uint8 to uint32, float32 or float64; default: int16");
   sub.callback([options, &action] { action = [options](const Console& console) { phantom(*options, console); }; });
 }
 

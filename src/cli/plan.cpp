@@ -6,24 +6,23 @@
 #include <optional>
 #include <ostream>
 
-#include "cli/load.h"
-#include "cli/table.h"
-#include "io/files.h"
+#include "app/load.h"
+#include "app/table.h"
+#include "io/platform/files.h"
 #include "session/run_estimate.h"
 #include "session/session.h"
 
 namespace simplexseg {
 namespace {
 
-struct Options {
+struct PlanOptions {
   std::string scene;
   std::vector<std::string> settings;
   bool json = false;
 };
 
-void plan(const Options& options, const Console& console) {
-  LoadedInput loaded =
-      load_scene(options.scene, {.settings = options.settings, .voxels = LoadOptions::Voxels::LeaveOut});
+void plan(const PlanOptions& options, const Console& console) {
+  LoadedInput loaded = load_scene(options.scene, {.settings = options.settings, .voxels = LoadOptions::Voxels::Skip});
   const int steps = loaded.scene.steps;
   print_plan(std::move(loaded), steps, options.json, console);
 }
@@ -38,9 +37,9 @@ void print_plan(LoadedInput loaded, int steps, bool json, const Console& console
   const std::optional<CudaDevice> device = cuda_device();
   print_warnings(loaded.warnings, console);
   if (json) {
-    nlohmann::ordered_json text = {{"bytes_held", plan.bytes_held()},   {"process_bytes", run.process_bytes},
-                                   {"run_seconds", run.seconds},        {"run_steps", run.steps},
-                                   {"estimates", RunEstimate::kSource}, {"items", nlohmann::ordered_json::array()}};
+    nlohmann::ordered_json text = {{"bytes_held", plan.bytes_allocated()}, {"process_bytes", run.process_bytes},
+                                   {"run_seconds", run.seconds},           {"run_steps", run.steps},
+                                   {"estimates", RunEstimate::kSource},    {"items", nlohmann::ordered_json::array()}};
     if (device) text["device"] = {{"name", device->name}, {"bytes_free", device->bytes_free}};
     for (const StepPlan::Item& item : plan.items) {
       text["items"].push_back({{"name", item.name},
@@ -54,29 +53,29 @@ void print_plan(LoadedInput loaded, int steps, bool json, const Console& console
   }
   std::vector<std::vector<std::string>> rows{{"what", "name", "needed", "bytes", "why"}};
   for (const StepPlan::Item& item : plan.items) {
-    rows.push_back({item.what, item.name, item.needed ? "yes" : "left out",
-                    item.needed ? in_words(static_cast<double>(item.bytes)) : "-", item.why});
+    rows.push_back({item.what, item.name, item.needed ? "yes" : "no",
+                    item.needed ? format_bytes(static_cast<double>(item.bytes)) : "-", item.why});
   }
   print_table(console.out, rows, rows[0].size());
-  console.out << "held: " << in_words(static_cast<double>(plan.bytes_held())) << "\n"
-              << "a run: about " << in_words(static_cast<double>(run.process_bytes)) << " of memory in all, and "
+  console.out << "engine: " << format_bytes(static_cast<double>(plan.bytes_allocated())) << " of memory\n"
+              << "run: about " << format_bytes(static_cast<double>(run.process_bytes)) << " of memory and "
               << fixed(run.seconds, run.seconds < 10 ? 1 : 0) << " s for " << run.steps << " steps; "
               << RunEstimate::kSource << "\n";
   if (device)
-    console.out << device->name << ": " << in_words(static_cast<double>(device->bytes_free)) << " free, so the scene "
-                << (plan.bytes_held() <= device->bytes_free ? "fits" : "does not fit, and runs on the CPU") << "\n";
+    console.out << device->name << ": " << format_bytes(static_cast<double>(device->bytes_free)) << " free; the scene "
+                << (plan.bytes_allocated() <= device->bytes_free ? "fits" : "does not fit and runs on the CPU") << "\n";
   else
-    console.out << "runs on the CPU: " << why_no_cuda() << "\n";
+    console.out << "the scene runs on the CPU: " << cuda_unavailable_reason() << "\n";
 }
 
 void add_plan(const Subcommand& app, Action& action) {
   const Subcommand sub = app.add_subcommand(
       "plan",
-      "What a scene's step computes and holds, what it leaves out and why, and whether the device has room for it; "
-      "no voxel is read");
-  const auto options = std::make_shared<Options>();
+      "Lists what a step of a scene computes, its memory and the parts that are skipped, estimates the run, and checks "
+      "whether the device has enough memory; reads no voxels");
+  const auto options = std::make_shared<PlanOptions>();
   sub.add_option("SCENE", options->scene, "Scene file").required();
-  sub.add_option("--set", options->settings, "Change a parameter first: PATH=VALUE as for run").one_value_each();
+  sub.add_option("--set", options->settings, "Set a parameter: PATH=VALUE, see run").one_value_each();
   sub.add_flag("--json", options->json, "Print JSON");
   sub.callback([options, &action] { action = [options](const Console& console) { plan(*options, console); }; });
 }

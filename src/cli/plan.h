@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "cli/commands.h"
-#include "io/load_input.h"
+#include "io/scene/load_input.h"
 
 namespace simplexseg {
 
-/// Prints what the step of a scene, whose voxels need not have been read, computes and holds, and what a run of it is
-/// likely to need; `steps`: that are asked for, 0: until rest.
+/// Prints the computations and the memory of a step of the scene, and the estimated memory and time of a run. The
+/// voxels of the volume are not used. `steps`: steps of the run, 0: until the meshes settle.
 void print_plan(LoadedInput loaded, int steps, bool json, const Console& console);
 
 }  // namespace simplexseg

@@ -4,18 +4,18 @@
 #include <algorithm>
 #include <ostream>
 
-#include "cli/load.h"
-#include "cli/progress.h"
-#include "cli/report.h"
-#include "cli/simulate.h"
-#include "cli/slice_picture.h"
+#include "app/load.h"
+#include "app/progress.h"
+#include "app/report.h"
+#include "app/simulate.h"
+#include "app/slice_picture.h"
 #include "core/error.h"
-#include "io/atomic_file.h"
-#include "io/files.h"
-#include "io/references.h"
-#include "io/scene_export.h"
-#include "io/scene_io.h"
-#include "io/volume_io.h"
+#include "io/platform/atomic_file.h"
+#include "io/platform/files.h"
+#include "io/scene/references.h"
+#include "io/scene/scene_export.h"
+#include "io/scene/scene_io.h"
+#include "io/volume/volume_io.h"
 #include "session/session.h"
 
 namespace simplexseg {
@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Throws Error, before any time is spent, where an output could not be written.
+/// Throws Error if an output cannot be written; called before the run.
 void check_outputs(const RunOptions& options, const RunInput& input) {
   std::error_code failure;
   for (const std::string& output : {options.labels, options.report, options.picture, options.save}) {
@@ -31,22 +31,23 @@ void check_outputs(const RunOptions& options, const RunInput& input) {
     const AtomicFile writable(output);
     std::vector<fs::path> inputs = input.read_from;
     inputs.push_back(input.loaded.volume_path);
-    for (const fs::path& read : inputs) {
-      if (!read.empty() && fs::equivalent(output, read, failure)) {
-        throw Error("cannot write " + quoted(fs::path(output)), "the run reads this file", "name another");
+    for (const fs::path& input_file : inputs) {
+      if (!input_file.empty() && fs::equivalent(output, input_file, failure)) {
+        throw Error("cannot write " + quoted(fs::path(output)), "the run reads this file", "choose another name");
       }
     }
   }
   if (!options.picture.empty()) require_view_name(options.picture, input.loaded.scene);
   if (!options.labels.empty()) require_labels_name(options.labels, input.loaded.scene);
   if (!options.save.empty() && fs::path(options.save).extension() != ".json") {
-    throw Error("cannot write " + quoted(fs::path(options.save)), "the name of a scene ends in .json", "rename it");
+    throw Error("cannot write " + quoted(fs::path(options.save)), "the name of a scene ends in .json",
+                "rename it to NAME.json");
   }
   if (!options.meshes.empty()) {
     fs::create_directories(options.meshes, failure);
     if (!fs::is_directory(options.meshes)) {
-      throw Error("cannot make the folder " + quoted(fs::path(options.meshes)),
-                  failure ? failure.message() : "there is a file of that name", "name another");
+      throw Error("cannot create the folder " + quoted(fs::path(options.meshes)),
+                  failure ? failure.message() : "a file has this name", "choose another name");
     }
   }
 }
@@ -75,17 +76,18 @@ VolumeSampling sampling_named(const std::string& name) {
 
 void run_scene(RunInput input, const RunOptions& options, const Console& console) {
   if (options.backend == "cuda" && options.threads > 0) {
-    throw Error("--threads", "it is for the CPU, and --backend cuda is given", "leave one of the two out");
+    throw Error("--threads", "it applies to the CPU, not to --backend cuda", "omit one of the two");
   }
   LoadedInput& loaded = input.loaded;
   if (loaded.volume.empty() && !options.labels.empty()) {
-    throw Error("--labels", "the scene names no volume, so there is no grid for labels", "add 'volume' to the scene");
+    throw Error("--labels", "the scene has no volume, so the grid of the labels is unknown",
+                "add 'volume' to the scene");
   }
   check_outputs(options, input);
   const References references = std::move(loaded.references);
   Interrupt::check();
 
-  const int threads = options.threads > 0 ? options.threads : options.most_threads;
+  const int threads = options.threads > 0 ? options.threads : options.max_threads;
   EngineChoice choice =
       engine_for(options.backend, options.backend == "cuda" ? 0 : threads, sampling_named(options.sampling));
   RunReport report;
@@ -96,8 +98,8 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
   if (!loaded.volume.empty()) report.voxel_type = to_string(loaded.volume.type());
   describe_engine(report, *choice.engine, threads);
   report.note = choice.note;
-  Session session(std::move(choice.engine), std::move(choice.spare), options.most_threads);
-  session.learn_fields_with(std::move(choice.fields));
+  Session session(std::move(choice.engine), std::move(choice.make_fallback), options.max_threads);
+  session.set_field_solver(std::move(choice.fields));
   session.open(std::move(loaded.scene), std::move(loaded.volume), std::move(loaded.history));
   report.load_ms = 1000 * (seconds_now() - input.start);
 
@@ -106,22 +108,23 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
   TracedClock clock(session, options.report.empty() ? nullptr : &references);
   const Advance advanced =
       input.log ? replay(session, *input.log, clock, console)
-                : simulate(session, until_rest ? kMostStepsUntilRest : scene_steps, until_rest, clock, console);
-  session.scene();  // the poses are back from the engine: part of the simulation's time
+                : simulate(session, until_rest ? kMaxStepsUntilRest : scene_steps, until_rest, clock, console);
+  session.scene();  // copies the poses from the engine: part of the time of the simulation
   report.wall_ms = 1000 * clock.stop();
   report.steps = advanced.steps;
   report.at_rest = advanced.at_rest;
   report.failure = advanced.failure;
   report.cuts = advanced.cuts;
-  report.bytes_held = session.engine().bytes_held();
-  if (const std::optional<std::string> notice = session.take_notice()) {
+  report.bytes_allocated = session.engine().bytes_allocated();
+  if (const std::optional<std::string> notice = session.pop_notice()) {
     report.note = *notice;
     describe_engine(report, session.engine(), 0);
   }
   print_warnings(loaded.warnings, console);
   for (const std::string& line : report.cuts) console.err << "note: " << one_line(line, 1000) << "\n";
-  // Worth a line only where CUDA could have been had: a program built without it always takes the CPU.
-  if (!report.note.empty() && why_no_cuda() != "built without CUDA") console.err << one_line(report.note, 1000) << "\n";
+  // Printed only if CUDA could be available: a program built without CUDA always uses the CPU.
+  if (!report.note.empty() && cuda_unavailable_reason() != "built without CUDA")
+    console.err << one_line(report.note, 1000) << "\n";
 
   as_failure([&] {
     {
@@ -137,40 +140,43 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
   print_report(console.out, report);
   if (report.failure) throw Failure("after " + std::to_string(report.steps) + " steps: " + *report.failure);
   if (until_rest && !input.log && !report.at_rest) {
-    console.err << "note: not at rest after " << report.steps
-                << " steps; give --steps, or raise simulation.rest_tolerance\n";
+    console.err << "note: not settled after " << report.steps
+                << " steps; set --steps, or raise simulation.rest_tolerance\n";
   }
 }
 
-HowFar add_run_options(const Subcommand& sub, RunOptions& options) {
-  sub.add_option("--backend", options.backend, "auto takes CUDA where a device can be used, else the CPU")
+StepOptions add_run_options(const Subcommand& sub, RunOptions& options) {
+  sub.add_option("--backend", options.backend,
+                 "Processor: cpu, cuda, or auto: CUDA if a device is available, else the CPU")
       .one_of({"auto", "cpu", "cuda"})
       .show_default();
   sub.add_option(
          "--sampling", options.sampling,
-         "How a CUDA device reads the volume: filtered (by its texture unit, fractions of 8 bits), fetched (from a "
-         "texture, interpolated in float) or linear (from linear memory)")
+         "Interpolation of the volume on a CUDA device: filtered (texture unit, 8-bit fractions), fetched (texture, "
+         "float interpolation) or linear (linear memory)")
       .one_of({"filtered", "fetched", "linear"})
       .show_default();
-  sub.add_option("--threads", options.threads, "CPU threads; without it as many as the machine has").within(1, 1024);
+  sub.add_option("--threads", options.threads, "CPU threads; default: all cores").within(1, 1024);
   const Option steps =
-      sub.add_option("--steps", options.steps, "Steps to do; without it those of the scene").within(0, 1000000000);
-  const Option rest =
-      sub.add_flag("--until-rest", options.until_rest, "Go on until nothing moves, 100000 steps at most")
-          .excludes(steps);
+      sub.add_option("--steps", options.steps, "Number of steps; default: that of the scene").within(0, 1000000000);
+  const Option rest = sub.add_flag("--until-settled,--until-rest", options.until_rest,
+                                   "Run until the meshes settle, at most 100000 steps")
+                          .excludes(steps);
   sub.add_option("--set", options.settings,
-                 "Change a parameter first: simulation.PARAMETER=VALUE, forces.FORCE.PARAMETER=VALUE or "
+                 "Set a parameter: simulation.PARAMETER=VALUE, forces.FORCE.PARAMETER=VALUE or "
                  "meshes.NAME.FORCE.PARAMETER=VALUE; see simplexseg-cli parameters")
       .one_value_each();
-  sub.add_option("--meshes", options.meshes, "Write each mesh as NAME.ply, or of another format, into this folder");
-  sub.add_option("--mesh-format", options.mesh_format, "Of the files of --meshes; ply alone keeps every bit")
+  sub.add_option("--meshes", options.meshes, "Output folder for the meshes: NAME.ply, or another --mesh-format");
+  sub.add_option("--mesh-format", options.mesh_format, "Format of the files of --meshes; ply is lossless")
       .one_of({"ply", "obj", "stl", "vtk", "vtp"})
       .show_default();
-  sub.add_option("--save", options.save, "Write the scene as it is then here (.json), to be run on or opened");
-  sub.add_option("--report", options.report, "Write a report here (JSON)");
-  sub.add_option("--picture", options.picture,
-                 "Write three slices with the meshes' outlines here (.png, .ppm, or .dcm: a secondary capture)");
-  sub.add_option("--picture-size", options.picture_size, "Of each of its slices, in pixels at most")
+  sub.add_option("--save", options.save,
+                 "Output file (.json) for the scene after the run, to continue it or to open it");
+  sub.add_option("--report", options.report, "Output file for the report (JSON)");
+  sub.add_option(
+      "--picture", options.picture,
+      "Output file for three slices with the outlines of the meshes (.png, .ppm, or .dcm: secondary capture)");
+  sub.add_option("--picture-size", options.picture_size, "Largest width and height of a slice in the picture, pixels")
       .within(32, 4000)
       .show_default();
   return {steps, rest};

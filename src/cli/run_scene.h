@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `run` and `segment` have in common: a scene is run, and labels, meshes, report and picture are written.
+// Shared part of `run` and `segment`: runs a scene and writes labels, meshes, report and picture.
 #pragma once
 #include <filesystem>
 #include <optional>
@@ -7,16 +7,16 @@
 #include <vector>
 
 #include "cli/commands.h"
-#include "io/load_input.h"
-#include "io/log_io.h"
+#include "io/scene/load_input.h"
+#include "io/scene/log_io.h"
 
 namespace simplexseg {
 
-/// How far a scene is run, by what, and what is written of it.
+/// Options of a run: backend, number of steps and outputs.
 struct RunOptions {
   std::string backend = "auto", sampling = "filtered";
-  int threads = 0;       ///< of the CPU engine; 0: as many as it may have
-  int most_threads = 0;  ///< of the engine that is not told how many, and for fields; 0: as many as the machine has
+  int threads = 0;      ///< threads of the CPU engine; 0: `max_threads`
+  int max_threads = 0;  ///< threads for fields, and for an engine without an explicit number; 0: all cores
   std::optional<int> steps;
   bool until_rest = false;
   std::vector<std::string> settings;
@@ -25,25 +25,26 @@ struct RunOptions {
 };
 
 inline constexpr const char* kLabelsHelp =
-    "Write the voxels inside the meshes here (.nii, .nii.gz, .nrrd, .seg.nrrd, .mha, .dcm: DICOM SEG), or their "
-    "contours (.rtstruct.dcm)";
+    "Output file for the labels (.nii, .nii.gz, .nrrd, .seg.nrrd, .mha, .dcm: DICOM SEG) or contours (.rtstruct.dcm: "
+    "DICOM RT structure set)";
 
-/// The two that say how far: another option may exclude them.
-struct HowFar {
+/// Options for the number of steps, which another option may exclude.
+struct StepOptions {
   Option steps, until_rest;
 };
-/// All of them but `--labels`, whose place differs.
-HowFar add_run_options(const Subcommand& sub, RunOptions& options);
+/// Adds all options except `--labels`, which is positional in some subcommands.
+StepOptions add_run_options(const Subcommand& sub, RunOptions& options);
 
-/// What is run, and where it is from.
+/// Scene of a run and its source.
 struct RunInput {
   LoadedInput loaded;
-  std::string scene;                             ///< as the report names it; empty: it is no file
-  std::vector<std::filesystem::path> read_from;  ///< files besides the volume that no output may replace
-  std::optional<LogFile> log;                    ///< that is repeated instead of the scene's steps
-  double start = 0;                              ///< seconds_now() before anything was read
+  std::string scene;                             ///< path for the report; empty: the scene has no file
+  std::vector<std::filesystem::path> read_from;  ///< input files other than the volume; outputs must not replace them
+  std::optional<LogFile> log;                    ///< log that is replayed instead of the steps of the scene
+  double start = 0;                              ///< seconds_now() before reading
 };
-/// Throws Error for what cannot be had or written, before any time is spent, and Failure for what fails then.
+/// Runs a scene and writes the outputs. Throws Error for invalid options and outputs before the run starts, and Failure
+/// if the run fails.
 void run_scene(RunInput input, const RunOptions& options, const Console& console);
 
 }  // namespace simplexseg

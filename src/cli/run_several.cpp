@@ -10,13 +10,13 @@
 #include <sstream>
 #include <thread>
 
-#include "cli/load.h"
-#include "cli/progress.h"
-#include "cli/simulate.h"
+#include "app/load.h"
+#include "app/progress.h"
+#include "app/simulate.h"
 #include "core/error.h"
 #include "gpu/backend.h"
-#include "io/files.h"
-#include "io/quiet_libraries.h"
+#include "io/platform/files.h"
+#include "io/platform/quiet_libraries.h"
 
 namespace simplexseg {
 namespace {
@@ -31,13 +31,13 @@ std::string name_of(const std::string& scene) {
 }
 
 std::string with_name(std::string text, const std::string& name) {
-  const std::string mark = kNameOfScene;
+  const std::string mark = kScenePlaceholder;
   for (std::size_t at = 0; (at = text.find(mark, at)) != std::string::npos; at += name.size())
     text.replace(at, mark.size(), name);
   return text;
 }
 
-/// The options that name outputs, with how they are called.
+/// Returns the output options: name and value.
 std::vector<std::pair<const char*, std::string*>> outputs_of(RunOptions& options) {
   return {{"--labels", &options.labels},
           {"--meshes", &options.meshes},
@@ -46,45 +46,44 @@ std::vector<std::pair<const char*, std::string*>> outputs_of(RunOptions& options
           {"--save", &options.save}};
 }
 
-/// Throws Error where several scenes would write one file.
+/// Throws Error if several scenes would write the same file.
 void check_names(const std::vector<std::string>& scenes, RunOptions options) {
   bool writes = false;
   for (const auto& [option, output] : outputs_of(options)) {
     writes = writes || !output->empty();
-    if (!output->empty() && output->find(kNameOfScene) == std::string::npos)
+    if (!output->empty() && output->find(kScenePlaceholder) == std::string::npos)
       throw Error(option, "all " + std::to_string(scenes.size()) + " scenes would write " + quoted(fs::path(*output)),
-                  std::string("put ") + kNameOfScene + " in it, which stands for the scene's name");
+                  std::string("put ") + kScenePlaceholder + " in it as a placeholder for the name of the scene");
   }
-  std::map<std::string, std::string> of_name;
+  std::map<std::string, std::string> scene_of_name;
   for (const std::string& scene : scenes) {
-    const auto [known, fresh] = of_name.emplace(name_of(scene), scene);
-    if (!fresh && writes)
-      throw Error(quoted(fs::path(scene)),
-                  "its outputs would have the names of those of " + quoted(fs::path(known->second)),
+    const auto [other, inserted] = scene_of_name.emplace(name_of(scene), scene);
+    if (!inserted && writes)
+      throw Error(quoted(fs::path(scene)), "its outputs would replace those of " + quoted(fs::path(other->second)),
                   "rename one of the two scenes");
   }
 }
 
-/// How one scene ended.
-struct Ended {
+/// Result of one scene: its output and exit state.
+struct SceneOutcome {
   std::string out, err;
-  bool well = false;
+  bool succeeded = false;
 };
 
-Ended run_one(const std::string& scene, const RunOptions& options) {
-  Ended ended;
+SceneOutcome run_one(const std::string& scene, const RunOptions& options) {
+  SceneOutcome outcome;
   std::ostringstream out, err;
   try {
     const DeviceStream stream;
     run_file(scene, "", options_for(scene, options), {out, err, false});
-    ended.well = true;
+    outcome.succeeded = true;
   } catch (const std::bad_alloc&) {
-    err << "out of memory; run fewer at once\n";
+    err << "out of memory; lower --at-once\n";
   } catch (const std::exception& error) {
     err << one_line(error.what(), 2000) << "\n";
   }
-  ended.out = out.str(), ended.err = err.str();
-  return ended;
+  outcome.out = out.str(), outcome.err = err.str();
+  return outcome;
 }
 
 bool is_interrupted() {
@@ -107,10 +106,10 @@ RunOptions options_for(const std::string& scene, const RunOptions& options) {
 void run_file(const std::string& scene, const std::string& replay, const RunOptions& options, const Console& console) {
   RunInput input;
   input.start = seconds_now();
-  // A log may take back what was done before it began; what is saved goes on with the same history.
+  // A log may undo actions from before its start, and a saved scene keeps the undo history.
   const bool needs_history = !replay.empty() || !options.save.empty();
   input.loaded = load_with_progress(scene, options.settings, console,
-                                    needs_history ? LoadOptions::History::Read : LoadOptions::History::LeaveOut);
+                                    needs_history ? LoadOptions::History::Read : LoadOptions::History::Skip);
   input.scene = scene;
   input.read_from = {scene, replay};
   if (!replay.empty()) input.log = read_log(replay);
@@ -124,18 +123,18 @@ void run_several(const std::vector<std::string>& scenes, int at_once, const RunO
   const std::size_t workers = std::min<std::size_t>(std::max(at_once, 1), scenes.size());
   RunOptions shared = options;
   const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
-  shared.most_threads = static_cast<int>(std::max<std::size_t>(1, cores / workers));
+  shared.max_threads = static_cast<int>(std::max<std::size_t>(1, cores / workers));
 
   std::atomic<std::size_t> next = 0, done = 0, failed = 0;
   const auto work = [&] {
     for (std::size_t n = next++; n < scenes.size() && !is_interrupted(); n = next++) {
-      const Ended ended = run_one(scenes[n], shared);
+      const SceneOutcome outcome = run_one(scenes[n], shared);
       if (is_interrupted()) return;
-      ++(ended.well ? done : failed);
-      while_heard([&] {
+      ++(outcome.succeeded ? done : failed);
+      with_stderr_enabled([&] {
         console.out << "[" << done + failed << "/" << scenes.size() << "] " << scenes[n] << "\n"
-                    << ended.out << std::flush;
-        std::istringstream lines(ended.err);
+                    << outcome.out << std::flush;
+        std::istringstream lines(outcome.err);
         for (std::string line; std::getline(lines, line);) console.err << name_of(scenes[n]) << ": " << line << "\n";
         console.err << std::flush;
       });
@@ -148,7 +147,8 @@ void run_several(const std::vector<std::string>& scenes, int at_once, const RunO
   Interrupt::check();
   console.out << done << " done, " << failed << " failed\n";
   if (failed > 0)
-    throw Failure(std::to_string(failed) + " of " + std::to_string(scenes.size()) + " scenes failed; see above why");
+    throw Failure(std::to_string(failed) + " of " + std::to_string(scenes.size()) +
+                  " scenes failed; see the messages above");
 }
 
 }  // namespace simplexseg

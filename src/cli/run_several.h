@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Many scenes in one process: they share a device and its context, and what starting a program takes is paid for once.
+// Runs several scenes in one process, which share the device, its context and the start of the program.
 #pragma once
 #include <string>
 #include <vector>
@@ -8,19 +8,19 @@
 
 namespace simplexseg {
 
-/// What stands for a scene's name in the names of outputs.
-inline constexpr const char* kNameOfScene = "{name}";
+/// Placeholder for the name of the scene in output names.
+inline constexpr const char* kScenePlaceholder = "{name}";
 
-/// `options` with a scene's name, which is that of its file without the ending, in the names of outputs.
+/// Returns the options with the placeholder replaced by the name of the scene: its file name without the extension.
 RunOptions options_for(const std::string& scene, const RunOptions& options);
 
-/// Reads and runs one scene as run_scene() does; `replay`: a log that is repeated instead of its steps; empty: none.
+/// Reads a scene and runs it with run_scene(). `replay`: log that replaces the steps of the scene; empty: none.
 void run_file(const std::string& scene, const std::string& replay, const RunOptions& options, const Console& console);
 
-/// Runs each scene, `at_once` of them beside each other, with the bits that it has alone; 0: one. Threads of the CPU
-/// that are not asked for are shared out. What becomes of each is printed when it has ended; one that fails does not
-/// keep the others from being run. Throws Error for outputs that several would write and scenes that are no files,
-/// before anything is run, and Failure when one has failed.
+/// Runs the scenes, `at_once` (at least 1) in parallel; each result is identical to that of a single run. CPU cores are
+/// divided among the runs unless a number of threads is set. Prints the result of each scene when it ends; a failed
+/// scene does not stop the others. Throws Error before any run if several scenes would write one output or a scene file
+/// is missing, and Failure after all runs if a scene failed.
 void run_several(const std::vector<std::string>& scenes, int at_once, const RunOptions& options,
                  const Console& console);
 

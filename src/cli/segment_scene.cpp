@@ -6,11 +6,11 @@
 #include <filesystem>
 
 #include "core/error.h"
-#include "io/files.h"
-#include "io/header_text.h"
-#include "io/labels_io.h"
-#include "io/mesh_start.h"
-#include "session/free_for_mesh.h"
+#include "io/labels/labels_io.h"
+#include "io/platform/files.h"
+#include "io/platform/header_text.h"
+#include "io/scene/mesh_start.h"
+#include "session/free_attributes.h"
 
 namespace simplexseg {
 namespace {
@@ -30,25 +30,25 @@ Eigen::Vector3d position_of(const char* option, const std::string& text) {
     const std::optional<double> value =
         end == text.npos ? std::nullopt : number_of<double>(trimmed(text.substr(start, end - start)));
     if (!value || !std::isfinite(*value))
-      throw Error(std::string(option) + " '" + one_line(text, 100) + "'", "it is not three numbers with commas between",
-                  "write X,Y,Z in mm (LPS), as -12.5,30,8");
+      throw Error(std::string(option) + " '" + one_line(text, 100) + "'", "it is not three numbers separated by commas",
+                  "write X,Y,Z in mm (LPS), for example -12.5,30,8");
     position[axis] = *value;
     start = end + 1;
   }
   return position;
 }
 
-/// What of a template holds for another image.
+/// Reads a template scene without the data that belongs to its image.
 Scene template_scene(const std::string& path) {
-  Scene scene = read_scene(path, SceneVolume::LeaveOut).scene;
+  Scene scene = read_scene(path, SceneVolume::Skip).scene;
   scene.volume_checksum.clear(), scene.volume_series.clear(), scene.view.reset();
   for (MeshItem& item : scene.meshes) {
-    MeshItem fresh;
-    fresh.id = item.id, fresh.name = item.name, fresh.label = item.label;
-    fresh.colour = item.colour, fresh.visible = item.visible, fresh.locked = item.locked, fresh.opacity = item.opacity;
-    fresh.seed = item.seed, fresh.start = item.start;
-    fresh.parameters = item.parameters, fresh.final_vertices = item.final_vertices;
-    item = std::move(fresh);
+    MeshItem copy;
+    copy.id = item.id, copy.name = item.name, copy.label = item.label;
+    copy.colour = item.colour, copy.visible = item.visible, copy.locked = item.locked, copy.opacity = item.opacity;
+    copy.seed = item.seed, copy.start = item.start;
+    copy.parameters = item.parameters, copy.final_vertices = item.final_vertices;
+    item = std::move(copy);
   }
   return scene;
 }
@@ -64,12 +64,12 @@ void place_seeds(const SegmentRequest& request, Scene& scene) {
   const std::size_t count = request.seeds.size(), radii = request.radii.size();
   if (radii > 1 && radii != count)
     throw Error("--radius", counted(radii, "radius", "radii") + " for " + counted(count, "seed", "seeds"),
-                "give one for all, or one for each seed");
+                "use one for all seeds, or one per seed");
   if (!scene.meshes.empty() && scene.meshes.size() != count)
     throw Error(
         "--seed",
         counted(count, "seed", "seeds") + " for " + counted_meshes(scene) + " of " + quoted(fs::path(request.scene)),
-        "give as many, in the order of its meshes");
+        "use one seed per mesh, in the order of the scene");
   for (std::size_t s = 0; s < count; ++s) {
     MeshItem& item = s < scene.meshes.size() ? scene.meshes[s] : add_mesh_item(scene);
     item.seed.centre_mm = position_of("--seed", request.seeds[s]);
@@ -91,7 +91,8 @@ void start_from_labels(const SegmentRequest& request, SceneFile& file) {
       if (label.colour) item.colour = *label.colour;
     }
     if (scene.meshes.empty())
-      throw Error("labels " + quoted(fs::path(request.start_labels)), "every voxel is 0", "name a label volume");
+      throw Error("labels " + quoted(fs::path(request.start_labels)), "every voxel is 0",
+                  "choose another label volume");
   }
   for (MeshItem& item : scene.meshes) {
     LoadedStart loaded =
@@ -104,12 +105,12 @@ void rename_meshes(const std::vector<std::string>& names, Scene& scene) {
   if (names.empty()) return;
   if (names.size() != scene.meshes.size())
     throw Error("--name", counted(names.size(), "name", "names") + " for " + counted_meshes(scene),
-                "give each mesh one, or none");
+                "use one name per mesh");
   for (std::size_t m = 0; m < names.size(); ++m) {
-    if (names[m].empty()) throw Error("--name", "a name is empty", "give each mesh a name");
+    if (names[m].empty()) throw Error("--name", "a name is empty", "name every mesh");
     if (std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(m), names[m]) !=
         names.begin() + static_cast<std::ptrdiff_t>(m))
-      throw Error("--name '" + one_line(names[m]) + "'", "two meshes would have it", "give each another one");
+      throw Error("--name '" + one_line(names[m]) + "'", "two meshes would have this name", "choose different names");
     scene.meshes[m].name = names[m];
   }
 }
@@ -121,14 +122,14 @@ void add_points(const char* option, const std::vector<std::string>& texts, MarkK
     if (split != text.npos) {
       item = scene.find_mesh(text.substr(0, split));
       if (!item)
-        throw Error(std::string(option) + " '" + one_line(text, 100) + "'", "there is no mesh of that name",
+        throw Error(std::string(option) + " '" + one_line(text, 100) + "'", "no mesh has this name",
                     "name one of the meshes");
     } else if (scene.meshes.size() == 1) {
       item = &scene.meshes.front();
     } else {
       throw Error(std::string(option) + " '" + one_line(text, 100) + "'",
-                  "it does not say which of " + counted_meshes(scene) + " it belongs to",
-                  "write MESH=X,Y,Z, as '" + scene.meshes.front().name + "=-12.5,30,8'");
+                  "the scene has " + counted_meshes(scene) + ", but the point names no mesh",
+                  "write MESH=X,Y,Z, for example '" + scene.meshes.front().name + "=-12.5,30,8'");
     }
     UserPoint point{0, item->id, position_of(option, split == text.npos ? text : text.substr(split + 1))};
     point.kind = kind;
@@ -136,10 +137,9 @@ void add_points(const char* option, const std::vector<std::string>& texts, MarkK
   }
 }
 
-void refer(const SegmentRequest& request, Scene& scene) {
+void set_references(const SegmentRequest& request, Scene& scene) {
   if (request.reference.empty()) {
-    if (request.reference_label)
-      throw Error("--reference-label", "there is no reference that it is of", "give --reference, too");
+    if (request.reference_label) throw Error("--reference-label", "there is no reference", "add --reference");
     return;
   }
   const std::string path = fs::absolute(request.reference).lexically_normal().string();
@@ -162,20 +162,20 @@ SceneFile segment_scene(const SegmentRequest& request) {
   if (!request.seeds.empty())
     place_seeds(request, scene);
   else if (!request.radii.empty() && request.start_labels.empty() && scene.meshes.empty())
-    throw Error("segment", "there is a radius, and no seed", "give --seed X,Y,Z in mm (LPS), too");
+    throw Error("segment", "there is a radius, but no seed", "add --seed X,Y,Z in mm (LPS)");
   else if (!request.start_labels.empty())
     start_from_labels(request, file);
   else if (scene.meshes.empty())
-    throw Error("segment", "nothing says where the object is",
-                "give --seed X,Y,Z and --radius, --labels-start LABELS, or a --scene with meshes");
+    throw Error("segment", "the position of the object is missing",
+                "use --seed X,Y,Z and --radius, --labels-start LABELS, or a --scene with meshes");
   ItemId id = 0;
-  for (MeshItem& item : scene.meshes) item.id = ++id;  // those of a template are numbered so already
+  for (MeshItem& item : scene.meshes) item.id = ++id;  // does not change a template, whose ids are 1, 2, ... already
   rename_meshes(request.names, scene);
   add_points("--inside", request.inside, MarkKind::Inside, scene);
   add_points("--outside", request.outside, MarkKind::Outside, scene);
   add_points("--boundary", request.boundary, MarkKind::Boundary, scene);
   for (UserPoint& point : scene.points) point.id = ++id;
-  refer(request, scene);
+  set_references(request, scene);
   scene.volume_path = fs::absolute(request.image).lexically_normal().string();
   scene.volume_number = request.volume_number;
   scene.volume_series = request.series;

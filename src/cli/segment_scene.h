@@ -4,24 +4,24 @@
 #include <string>
 #include <vector>
 
-#include "io/scene_io.h"
+#include "io/scene/scene_io.h"
 
 namespace simplexseg {
 
-/// What is asked of `segment`, as the command line has it. Positions are texts "X,Y,Z" in mm, LPS.
+/// Options of `segment`. Positions are texts "X,Y,Z" in mm (LPS).
 struct SegmentRequest {
   std::string image, series;
   int volume_number = 1;
-  std::string scene;  ///< template; empty: none
+  std::string scene;  ///< template scene; empty: none
   std::vector<std::string> seeds, names;
-  std::vector<double> radii;                           ///< one for all seeds or one for each; none: 10 mm
-  std::string start_labels;                            ///< that meshes start from instead of seeds
-  std::vector<std::string> inside, outside, boundary;  ///< points of the only mesh, or "MESH=X,Y,Z"
+  std::vector<double> radii;                           ///< one for all seeds, or one per seed; empty: 10 mm
+  std::string start_labels;                            ///< labels of the initial meshes, instead of seeds
+  std::vector<std::string> inside, outside, boundary;  ///< points: "X,Y,Z" with one mesh, else "MESH=X,Y,Z"
   std::string reference;
   std::optional<double> reference_label;
 };
 
-/// The scene that it stands for, with the image as its volume. Throws Error where it makes none.
+/// Builds the scene of the options, with the image as its volume. Throws Error for invalid options.
 SceneFile segment_scene(const SegmentRequest& request);
 
 }  // namespace simplexseg

@@ -4,8 +4,8 @@
 
 namespace simplexseg {
 
-/// What 3D Slicer, and others that know the Slicer Execution Model, make a module of: the XML that describes the
-/// options of `segment`.
+/// Returns the XML description of the options of `segment`, from which 3D Slicer and other programs that support the
+/// Slicer Execution Model create a module.
 std::string slicer_description();
 
 }  // namespace simplexseg

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/study.h"
 
-#include "io/atomic_file.h"
-#include "io/files.h"
+#include "io/platform/atomic_file.h"
+#include "io/platform/files.h"
 
 namespace simplexseg {
 
 void add_study(const Subcommand& app, Action& action) {
-  const Subcommand sub = app.add_subcommand("study", "Measures the program itself, and writes tables and plots");
+  const Subcommand sub = app.add_subcommand("study", "Measures the program and writes tables and plots");
   sub.require_subcommand();
   add_study_error_time(sub, action);
   add_study_stability(sub, action);
@@ -23,8 +23,8 @@ void make_result_folder(const std::string& folder) {
   std::error_code failure;
   std::filesystem::create_directories(folder, failure);
   if (!std::filesystem::is_directory(folder))
-    throw Error("cannot make the folder " + quoted(folder),
-                failure ? failure.message() : "there is a file of that name", "name another");
+    throw Error("cannot create the folder " + quoted(folder), failure ? failure.message() : "a file has this name",
+                "choose another name");
   const AtomicFile writable(std::filesystem::path(folder) / "writable");
 }
 

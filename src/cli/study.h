@@ -7,13 +7,13 @@
 
 namespace simplexseg {
 
-// Each adds one study, in a file of its own.
+// Each function adds one study and has its own source file.
 void add_study_error_time(const Subcommand& studies, Action& action);
 void add_study_stability(const Subcommand& studies, Action& action);
 
-/// Writes a table or a list, whole or not at all. Throws Error as AtomicFile.
+/// Writes a text file atomically. Throws Error like AtomicFile.
 void write_text(const std::filesystem::path& path, const std::string& text);
-/// Makes the folder of a study's results. Throws Error where it cannot.
+/// Creates the output folder of a study. Throws Error if it cannot be created or written.
 void make_result_folder(const std::string& folder);
 
 }  // namespace simplexseg

@@ -3,15 +3,15 @@
 #include <ostream>
 #include <set>
 
-#include "cli/load.h"
-#include "cli/progress.h"
-#include "cli/simulate.h"
+#include "app/load.h"
+#include "app/progress.h"
+#include "app/simulate.h"
+#include "app/table.h"
 #include "cli/study.h"
-#include "cli/table.h"
 #include "image/mask.h"
-#include "io/files.h"
-#include "io/plot_io.h"
-#include "io/set_by_path.h"
+#include "io/picture/plot_io.h"
+#include "io/platform/files.h"
+#include "io/scene/set_by_path.h"
 #include "study/error_time_report.h"
 
 namespace simplexseg {
@@ -23,21 +23,21 @@ constexpr int kWidth = 1000, kHeight = 600;
 constexpr const char *kFull = "phantom:full", *kHalf = "phantom:half", *kMembrane = "analytic:membrane",
                      *kHalfMembrane = "analytic:membrane-half";
 
-struct Options {
+struct StudyErrorTimeOptions {
   std::vector<std::string> scenes, settings;
   std::string folder, backend = "auto";
   int threads = 0, vertices = 20480;
   double budget_s = 3;
 };
 
-/// A scene that was named: its files are read before any time is spent.
-struct Named {
+/// Scene of the command line; all files are read before the first measurement.
+struct NamedScene {
   std::string name;
-  std::optional<StudyScene> scene;  ///< none: a membrane, which is no scene
-  bool half = false;                ///< the membrane is held on half of it alone
+  std::optional<StudyScene> scene;  ///< none for a membrane, which is not a scene
+  bool half = false;                ///< the membrane is fixed on one half only
 };
 
-Named read_named(const std::string& word, const Options& options, const Console& console) {
+NamedScene read_named_scene(const std::string& word, const StudyErrorTimeOptions& options, const Console& console) {
   if (word == kFull || word == kHalf) {
     StudyScene study = make_phantom_scene(word == kHalf, options.vertices);
     for (const std::string& setting : options.settings) set_by_path(study.scene, setting);
@@ -52,8 +52,8 @@ Named read_named(const std::string& word, const Options& options, const Console&
   }
   if (word.rfind("phantom:", 0) == 0 || word.rfind("analytic:", 0) == 0)
     throw Error(
-        "scene " + quoted(word), "there is no built-in scene of that name",
-        std::string("give ") + kFull + ", " + kHalf + ", " + kMembrane + ", " + kHalfMembrane + " or a scene file");
+        "scene " + quoted(word), "no built-in scene has this name",
+        std::string("use ") + kFull + ", " + kHalf + ", " + kMembrane + ", " + kHalfMembrane + " or a scene file");
   LoadedInput loaded = load_with_progress(word, options.settings, console);
   StudyScene study;
   study.name = fs::path(word).stem().string();
@@ -61,7 +61,7 @@ Named read_named(const std::string& word, const Options& options, const Console&
     std::optional<Mask> truth = loaded.references.mask_for(item);
     study.truths.push_back(truth ? std::make_shared<Mask>(std::move(*truth)) : nullptr);
   }
-  if (loaded.scene.meshes.empty()) throw Error("scene " + quoted(word), "it has no mesh", "add one to 'meshes'");
+  if (loaded.scene.meshes.empty()) throw Error("scene " + quoted(word), "it has no mesh", "add a mesh to 'meshes'");
   study.scene = std::move(loaded.scene), study.volume = std::move(loaded.volume);
   print_warnings(loaded.warnings, console);
   std::string name = study.name;
@@ -83,8 +83,8 @@ void write_result(const fs::path& folder, const ErrorTimeResult& result) {
   write_both("refresh", refresh_plot(result));
 }
 
-ErrorTimeResult measure_scene(const Named& named, const Options& options, const EngineFactory& make_engine,
-                              const Console& console) {
+ErrorTimeResult measure_scene(const NamedScene& named, const StudyErrorTimeOptions& options,
+                              const EngineFactory& make_engine, const Console& console) {
   const Poll poll = [] { Interrupt::check(); };
   ErrorTimeResult result;
   result.name = named.name;
@@ -112,7 +112,7 @@ ErrorTimeResult measure_scene(const Named& named, const Options& options, const 
   if (!named.scene) return result;
   for (const MeshItem& item : named.scene->scene.meshes) result.mesh_names.push_back(item.name);
   const LiveStudy live(*named.scene);
-  if (!live.measures()) return result;
+  if (!live.has_truth()) return result;
   Progress progress(console, named.name + ": whole runs");
   const std::vector<LiveVariant> variants = live_variants();
   for (const LiveVariant& variant : variants) {
@@ -122,7 +122,7 @@ ErrorTimeResult measure_scene(const Named& named, const Options& options, const 
   return result;
 }
 
-/// The lines of the 1% mark, for the terminal.
+/// Prints the steps and times at which each method reaches 1% error.
 void print_result(std::ostream& out, const ErrorTimeResult& result) {
   out << result.name << ", " << result.vertices << " vertices, " << result.device << "; fixed point " << result.how
       << "\n";
@@ -139,17 +139,17 @@ void print_result(std::ostream& out, const ErrorTimeResult& result) {
   out << std::flush;
 }
 
-void study(const Options& options, const Console& console) {
+void run_error_time_study(const StudyErrorTimeOptions& options, const Console& console) {
   const Interrupt interrupt;
   if (options.backend == "cuda" && options.threads > 0)
-    throw Error("--threads", "it is for the CPU, and --backend cuda is given", "leave one of the two out");
-  std::vector<Named> scenes;
+    throw Error("--threads", "it applies to the CPU, not to --backend cuda", "omit one of the two");
+  std::vector<NamedScene> scenes;
   std::set<std::string> names;
   for (const std::string& word : options.scenes) {
-    scenes.push_back(read_named(word, options, console));
+    scenes.push_back(read_named_scene(word, options, console));
     if (!names.insert(scenes.back().name).second)
-      throw Error("scene " + quoted(word), "another of the same name is given, and their files would be the same",
-                  "give it in a run of its own");
+      throw Error("scene " + quoted(word), "another scene has the same name, so their output files would collide",
+                  "measure it in a separate call");
     Interrupt::check();
   }
   make_result_folder(options.folder);
@@ -157,12 +157,12 @@ void study(const Options& options, const Console& console) {
   const EngineFactory make_engine = [backend = std::string(choice.engine->backend()), threads = options.threads] {
     return backend == "cpu" ? make_cpu_engine(threads) : make_cuda_engine();
   };
-  if (!choice.note.empty() && why_no_cuda() != "built without CUDA") console.err << one_line(choice.note, 1000) << "\n";
+  if (!choice.note.empty() && cuda_unavailable_reason() != "built without CUDA")
+    console.err << one_line(choice.note, 1000) << "\n";
   as_failure([&] {
     std::string text =
-        "# Error against run time\n\nMade by `simplexseg-cli study error-time`; docs/manual.md says how to read "
-        "it.\n\n";
-    for (const Named& named : scenes) {
+        "# Error against run time\n\nGenerated by `simplexseg-cli study error-time`; explained in docs/manual.md.\n\n";
+    for (const NamedScene& named : scenes) {
       const ErrorTimeResult result = measure_scene(named, options, make_engine, console);
       write_result(options.folder, result);
       text += markdown(result);
@@ -176,28 +176,29 @@ void study(const Options& options, const Console& console) {
 }  // namespace
 
 void add_study_error_time(const Subcommand& studies, Action& action) {
-  const Subcommand sub =
-      studies.add_subcommand("error-time", "Error against run time and steps of every solver, as tables and plots");
-  const auto options = std::make_shared<Options>();
+  const Subcommand sub = studies.add_subcommand(
+      "error-time", "Measures the error of every solver against run time and steps; writes tables and plots");
+  const auto options = std::make_shared<StudyErrorTimeOptions>();
   sub.add_option("SCENE", options->scenes,
                  std::string("Scene files, or ") + kFull + ", " + kHalf +
-                     " (a sphere that becomes an ellipsoid, with image data everywhere or on half of it), " +
-                     kMembrane + ", " + kHalfMembrane + " (springs whose rest is known, held everywhere or on half)")
+                     " (sphere that is deformed to an ellipsoid, with image data everywhere or on one half), " +
+                     kMembrane + ", " + kHalfMembrane +
+                     " (membrane of springs with known equilibrium, fixed everywhere or on one half)")
       .required();
-  sub.add_option("--out", options->folder, "Folder for tables and plots").required();
-  sub.add_option("--backend", options->backend, "auto takes CUDA where a device can be used, else the CPU")
+  sub.add_option("--out", options->folder, "Output folder for tables and plots").required();
+  sub.add_option("--backend", options->backend,
+                 "Processor: cpu, cuda, or auto: CUDA if a device is available, else the CPU")
       .one_of({"auto", "cpu", "cuda"})
       .show_default();
-  sub.add_option("--threads", options->threads, "CPU threads; without it as many as the machine has").within(1, 1024);
-  sub.add_option("--budget", options->budget_s, "Most seconds of steps for each method")
-      .within(0.001, 3600.0)
-      .show_default();
-  sub.add_option("--vertices", options->vertices, "Vertices of the built-in scenes, rounded up to the next sphere")
+  sub.add_option("--threads", options->threads, "CPU threads; default: all cores").within(1, 1024);
+  sub.add_option("--budget", options->budget_s, "Largest time of a method, s").within(0.001, 3600.0).show_default();
+  sub.add_option("--vertices", options->vertices,
+                 "Vertices of the built-in scenes, rounded up to the next sphere resolution")
       .within(20, 1310720)
       .show_default();
-  sub.add_option("--set", options->settings, "Change a parameter of every scene first: PATH=VALUE as for run")
-      .one_value_each();
-  sub.callback([options, &action] { action = [options](const Console& console) { study(*options, console); }; });
+  sub.add_option("--set", options->settings, "Set a parameter of all scenes: PATH=VALUE, see run").one_value_each();
+  sub.callback(
+      [options, &action] { action = [options](const Console& console) { run_error_time_study(*options, console); }; });
 }
 
 }  // namespace simplexseg

@@ -2,30 +2,30 @@
 #include <memory>
 #include <ostream>
 
-#include "cli/progress.h"
+#include "app/progress.h"
 #include "cli/study.h"
 #include "gpu/backend.h"
-#include "io/files.h"
-#include "io/plot_io.h"
+#include "io/picture/plot_io.h"
+#include "io/platform/files.h"
 #include "study/stability_study.h"
 
 namespace simplexseg {
 namespace {
 
-struct Options {
+struct StudyStabilityOptions {
   std::string folder, backend = "auto";
   int threads = 0;
 };
 
-void study(const Options& options, const Console& console) {
+void run_stability_study(const StudyStabilityOptions& options, const Console& console) {
   namespace fs = std::filesystem;
   make_result_folder(options.folder);
-  const bool cuda = options.backend == "cuda" || (options.backend == "auto" && why_no_cuda().empty());
+  const bool cuda = options.backend == "cuda" || (options.backend == "auto" && cuda_unavailable_reason().empty());
   const EngineFactory make = [&] { return cuda ? make_cuda_engine() : make_cpu_engine(options.threads); };
   const Interrupt interrupt;
   StabilityStudy result;
   {
-    Progress progress(console, "studying stability");
+    Progress progress(console, "measuring stability");
     result = study_stability(make, [&](double share) {
       Interrupt::check();
       progress.set(share);
@@ -39,26 +39,26 @@ void study(const Options& options, const Console& console) {
     write_plot(folder / name, limits_plot(result), 900, 600);
   console.out << "wrote stability.md, stability.csv, stability_limits.csv, .svg and .png to " << options.folder << "\n";
   if (const int missed = result.missed(); missed > 0)
-    throw Failure(std::to_string(missed) + " cases or limits are not as stated; see " +
+    throw Failure(std::to_string(missed) + " cases or limits differ from the expected outcome; see " +
                   (folder / "stability.md").string());
 }
 
 }  // namespace
 
 void add_study_stability(const Subcommand& studies, Action& action) {
-  const Subcommand sub = studies.add_subcommand(
-      "stability",
-      "Stiff and extreme cases with every solver against the outcomes that are stated for them, and the largest stable "
-      "timestep of each force against its bound; exit status 1 when one is not as stated");
-  const auto options = std::make_shared<Options>();
-  sub.add_option("--out", options->folder, "Folder for tables and plots; made where it is not").required();
-  sub.add_option("--backend", options->backend, "auto: CUDA where there is a device, else the CPU")
+  const Subcommand sub = studies.add_subcommand("stability",
+                                                "Runs stiff and extreme cases with every solver, measures the largest "
+                                                "stable timestep of each force, and compares "
+                                                "both with the expected outcomes; exit status 1 if one differs");
+  const auto options = std::make_shared<StudyStabilityOptions>();
+  sub.add_option("--out", options->folder, "Output folder for tables and plots; created if missing").required();
+  sub.add_option("--backend", options->backend,
+                 "Processor: cpu, cuda, or auto: CUDA if a device is available, else the CPU")
       .one_of({"auto", "cpu", "cuda"})
       .show_default();
-  sub.add_option("--threads", options->threads, "CPU threads; 0: as many as the machine has")
-      .within(0, 1024)
-      .show_default();
-  sub.callback([options, &action] { action = [options](const Console& console) { study(*options, console); }; });
+  sub.add_option("--threads", options->threads, "CPU threads; 0: all cores").within(0, 1024).show_default();
+  sub.callback(
+      [options, &action] { action = [options](const Console& console) { run_stability_study(*options, console); }; });
 }
 
 }  // namespace simplexseg

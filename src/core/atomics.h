@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Integer atomics of both backends. Only integers: their result does not depend on the order.
+// Integer atomics for both backends. The results of integer sums do not depend on the order of the operations.
 #pragma once
 #include <cstring>
 
@@ -23,7 +23,7 @@ SIMPLEXSEG_HD void atomic_add(long long* at, long long value) {
   __atomic_fetch_add(at, value, __ATOMIC_RELAXED);
 #endif
 }
-/// Adds and returns what was there before.
+/// Adds `value` and returns the previous value.
 SIMPLEXSEG_HD unsigned atomic_add(unsigned* at, int value) {
 #ifdef __CUDA_ARCH__
   return atomicAdd(at, static_cast<unsigned>(value));
@@ -38,7 +38,7 @@ SIMPLEXSEG_HD int atomic_add(int* at, int value) {
   return __atomic_fetch_add(at, value, __ATOMIC_RELAXED);
 #endif
 }
-/// Lowers, or raises, what is there to `value`, and returns what was there before.
+/// Stores the minimum (below: maximum) of the stored value and `value`; returns the previous value.
 SIMPLEXSEG_HD int atomic_min(int* at, int value) {
 #ifdef __CUDA_ARCH__
   return atomicMin(at, value);
@@ -59,7 +59,7 @@ SIMPLEXSEG_HD int atomic_max(int* at, int value) {
   return now;
 #endif
 }
-/// Reads what other threads may be changing: some value that it had.
+/// Reads a value that other threads may be changing, without any ordering.
 SIMPLEXSEG_HD unsigned long long load_relaxed(const unsigned long long* at) {
 #ifdef __CUDA_ARCH__
   return *const_cast<const volatile unsigned long long*>(at);

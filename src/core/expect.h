@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Debug assertions at the borders of rooms: what a caller promises, and what a function promises. They are for mistakes
-// in the program, not for bad input, which is an Error (core/error.h) in every build.
+// Debug assertions for pre- and postconditions of functions that other modules call. They catch mistakes in the
+// program. Bad input throws an Error (core/error.h) in every build.
 #pragma once
 
 #ifdef SIMPLEXSEG_ASSERTIONS  // the presets dev, asan and tsan
@@ -8,22 +8,21 @@
 #include <cstdlib>
 
 namespace simplexseg::detail {
-/// Ends the program: a broken promise leaves nothing to go on with, and a debugger or sanitizer shows where it was
-/// broken.
-[[noreturn]] inline void broken_promise(const char* kind, const char* condition, const char* file, int line) {
+/// Aborts the program, so that a debugger or sanitizer stops at the violated condition.
+[[noreturn]] inline void contract_violated(const char* kind, const char* condition, const char* file, int line) {
   std::fprintf(stderr, "%s:%d: %s(%s) does not hold\n", file, line, kind, condition);
   std::abort();
 }
 }  // namespace simplexseg::detail
 
-#define SIMPLEXSEG_CHECK_PROMISE(kind, ...) \
-  ((__VA_ARGS__) ? void() : ::simplexseg::detail::broken_promise(kind, #__VA_ARGS__, __FILE__, __LINE__))
+#define SIMPLEXSEG_CHECK_CONTRACT(kind, ...) \
+  ((__VA_ARGS__) ? void() : ::simplexseg::detail::contract_violated(kind, #__VA_ARGS__, __FILE__, __LINE__))
 #else
-// Not evaluated, but compiled: a promise about what is no longer there does not compile.
-#define SIMPLEXSEG_CHECK_PROMISE(kind, ...) ((void)sizeof(bool(__VA_ARGS__)))
+// Compiled but not evaluated, so that a condition with outdated names is a compile error.
+#define SIMPLEXSEG_CHECK_CONTRACT(kind, ...) ((void)sizeof(bool(__VA_ARGS__)))
 #endif
 
-/// What a function expects of its caller.
-#define SIMPLEXSEG_EXPECT(...) SIMPLEXSEG_CHECK_PROMISE("EXPECT", __VA_ARGS__)
-/// What a function ensures for its caller.
-#define SIMPLEXSEG_ENSURE(...) SIMPLEXSEG_CHECK_PROMISE("ENSURE", __VA_ARGS__)
+/// Precondition, to be ensured by the caller.
+#define SIMPLEXSEG_EXPECT(...) SIMPLEXSEG_CHECK_CONTRACT("EXPECT", __VA_ARGS__)
+/// Postcondition, ensured by the function.
+#define SIMPLEXSEG_ENSURE(...) SIMPLEXSEG_CHECK_CONTRACT("ENSURE", __VA_ARGS__)

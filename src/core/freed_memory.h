@@ -3,9 +3,9 @@
 
 namespace simplexseg {
 
-/// For a program to call first: memory that is freed in blocks of up to 32 MiB is kept for the next that is asked for,
-/// 256 MiB at most, instead of being given back to the system, which hands it out again page by page, cleared: a third
-/// of the time of learning a field, which works in arrays of a few megabytes. Nothing elsewhere than with glibc.
+/// Makes the allocator keep freed blocks of up to 32 MiB for reuse, 256 MiB in total, instead of returning them to the
+/// system. The system would clear them again page by page, which cost a third of the time of a field update (arrays of
+/// a few megabytes). Call it first in main(). No effect without glibc.
 void keep_freed_memory();
 
 }  // namespace simplexseg

@@ -22,22 +22,22 @@ void pause() {
 constexpr int kSpins = 2000;
 
 #if defined(__linux__)
-/// A tenth of the share of a thread that has not stepped back, and all that others leave.
+/// Nice value with about a tenth of the weight of a thread of normal priority.
 constexpr int kNice = 10;
 #endif
 
 }  // namespace
 
-void step_back() {
+void lower_thread_priority() {
 #if defined(__linux__)
-  (void)setpriority(PRIO_PROCESS, 0, kNice);  // of this thread alone, setpriority(2) says; a refusal changes nothing
+  (void)setpriority(PRIO_PROCESS, 0, kNice);  // affects this thread only, see setpriority(2)
 #endif
 }
 
 ThreadPool::ThreadPool(int threads, bool in_background) : shares_(static_cast<std::size_t>(std::max(threads, 1))) {
   for (int k = 1; k < threads; ++k)
     workers_.emplace_back([this, k, in_background] {
-      if (in_background) step_back();
+      if (in_background) lower_thread_priority();
       work(k);
     });
 }
@@ -49,7 +49,7 @@ ThreadPool::~ThreadPool() {
   for (std::thread& worker : workers_) worker.join();
 }
 
-bool ThreadPool::take_one(Share& share) {
+bool ThreadPool::run_one_chunk(Share& share) {
   std::uint64_t claim = share.claims.load(std::memory_order_acquire);
   for (;;) {
     const std::uint32_t chunk = static_cast<std::uint32_t>(claim);
@@ -64,37 +64,37 @@ bool ThreadPool::take_one(Share& share) {
   }
 }
 
-/// The chunks of its own share first, then those that others have not come to. Returns how many.
-std::uint32_t ThreadPool::take_all(int own) {
+/// Runs the chunks of the thread's own share, then unclaimed chunks of the other shares. Returns their number.
+std::uint32_t ThreadPool::run_chunks(int own) {
   const std::size_t count = shares_.size();
   std::uint32_t taken = 0;
   for (std::size_t k = 0; k < count; ++k)
-    while (take_one(shares_[(static_cast<std::size_t>(own) + k) % count])) ++taken;
+    while (run_one_chunk(shares_[(static_cast<std::size_t>(own) + k) % count])) ++taken;
   return taken;
 }
 
 void ThreadPool::run_erased(int chunks, Call call, const void* job) {
   if (chunks <= 0) return;
-  if (chunks == 1 || workers_.empty()) {  // nobody need be woken
+  if (chunks == 1 || workers_.empty()) {  // no worker has to be woken
     for (int chunk = 0; chunk < chunks; ++chunk) call(job, chunk);
     return;
   }
   ++generation_;
   const std::uint64_t count = shares_.size();
-  for (std::uint64_t k = count; k-- > 0;) {  // its own at last
+  for (std::uint64_t k = count; k-- > 0;) {  // the caller's own share last
     Share& share = shares_[k];
     const std::uint64_t first = k * static_cast<std::uint64_t>(chunks) / count,
                         end = (k + 1) * static_cast<std::uint64_t>(chunks) / count;
-    // Nobody claims while the job is exchanged; the new generation opens it.
+    // No chunk can be claimed while the job is exchanged; the new generation makes it available.
     share.end.store(0, std::memory_order_release);
     share.call.store(call, std::memory_order_release);
     share.job.store(job, std::memory_order_release);
     share.claims.store(generation_ << 32 | first, std::memory_order_release);
     share.end.store(static_cast<std::uint32_t>(end), std::memory_order_release);
   }
-  // Changed, not read: a worker that goes to sleep after this sees the job, one that did before is seen.
+  // A read-modify-write instead of a load: a worker that falls asleep later sees the job, an earlier one is counted.
   if (sleeping_.fetch_add(0) > 0) signal_.fetch_add(1), signal_.notify_all();
-  expected_ += static_cast<std::uint32_t>(chunks) - take_all(0);
+  expected_ += static_cast<std::uint32_t>(chunks) - run_chunks(0);
   for (int spin = 0; finished_.load(std::memory_order_acquire) != expected_; ++spin)
     spin < kSpins ? pause() : std::this_thread::yield();
 }
@@ -111,7 +111,7 @@ void ThreadPool::work(int own) {
       sleeping_.fetch_sub(1);
     }
     seen = share.generation();
-    if (const std::uint32_t taken = take_all(own); taken > 0) finished_.fetch_add(taken, std::memory_order_acq_rel);
+    if (const std::uint32_t taken = run_chunks(own); taken > 0) finished_.fetch_add(taken, std::memory_order_acq_rel);
   }
 }
 

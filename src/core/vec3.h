@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two vector types of the kernels. They are plain aggregates, not Eigen's: one 16-byte load a texel, and what the
-// compilers of both backends vectorise (docs/adr/0002-kernel-types.md). Host code uses Eigen.
+// Vector types of the kernels. They are plain aggregates instead of Eigen types: a texel is one 16-byte load, and the
+// compilers of both backends vectorise them (docs/adr/0002-kernel-types.md). Host code uses Eigen.
 #pragma once
 #include <cmath>
 #include <type_traits>
 
 #ifdef __CUDACC__
 #define SIMPLEXSEG_HD __host__ __device__ __forceinline__
-#define SIMPLEXSEG_UNROLL _Pragma("unroll 4")  // loads of four rounds at once; the CPU's compiler knows better
+#define SIMPLEXSEG_UNROLL _Pragma("unroll 4")  // loads of four iterations at once; the CPU compiler chooses by itself
 #define SIMPLEXSEG_INLINED
 #else
 #define SIMPLEXSEG_UNROLL
 #define SIMPLEXSEG_HD inline __attribute__((always_inline))
-#define SIMPLEXSEG_INLINED __attribute__((always_inline))  // behind the parameters of a lambda
+#define SIMPLEXSEG_INLINED __attribute__((always_inline))  // to be written after the parameters of a lambda
 #endif
 
 namespace simplexseg {
 
-/// `R`: a float, or one each of several vertices (forces/eight.h).
+/// `R`: float, or a vector register with one value for each of eight vertices (forces/eight.h).
 template <class R>
 struct Vec3Of {
   R x, y, z;
 };
-/// One texel: a vector and a fourth value that travels with it.
+/// Texel: a vector and a fourth value.
 template <class R>
 struct alignas(alignof(R) > 4 ? alignof(R) : 16) Vec4Of {
   R x, y, z, w;
@@ -33,8 +33,7 @@ struct alignas(16) Int4 {
   int x, y, z, w;
 };
 
-// One instruction each, where fmaxf and fminf of the C library are calls. A first argument that is NaN gives the
-// second.
+// Single instructions, unlike fmaxf and fminf of the C library. If the first argument is NaN the result is the second.
 SIMPLEXSEG_HD float larger(float a, float b) { return a > b ? a : b; }
 SIMPLEXSEG_HD float smaller(float a, float b) { return a < b ? a : b; }
 
@@ -79,24 +78,24 @@ SIMPLEXSEG_HD Vec4Of<R> with_w(Vec3Of<R> a, std::type_identity_t<R> w) {
   return {a.x, a.y, a.z, w};
 }
 
-// What is a question of one value is one of each where there are several: both answers are worked out, and chosen from.
+// Branch-free selection: with several vertices at once both values are computed and one is selected in each lane.
 SIMPLEXSEG_HD float choose(bool first, float a, float b) { return first ? a : b; }
 template <class Condition, class R>
 SIMPLEXSEG_HD Vec3Of<R> choose(Condition first, Vec3Of<R> a, Vec3Of<R> b) {
   return {choose(first, a.x, b.x), choose(first, a.y, b.y), choose(first, a.z, b.z)};
 }
-/// A whole number of each, and an answer.
+/// Integer and Boolean types with as many lanes as R.
 template <class R>
-struct With {
-  using Whole = int;
-  using Answer = bool;
+struct LaneTypes {
+  using Integer = int;
+  using Boolean = bool;
 };
 template <class R>
-using Whole = typename With<R>::Whole;
+using IntegerOf = typename LaneTypes<R>::Integer;
 template <class R>
-using Answer = typename With<R>::Answer;
-SIMPLEXSEG_HD int whole_of(float x) { return static_cast<int>(x); }  ///< towards 0
-SIMPLEXSEG_HD float real_of(int x) { return static_cast<float>(x); }
+using BooleanOf = typename LaneTypes<R>::Boolean;
+SIMPLEXSEG_HD int to_integer(float x) { return static_cast<int>(x); }  ///< rounds towards 0
+SIMPLEXSEG_HD float to_real(int x) { return static_cast<float>(x); }
 SIMPLEXSEG_HD int smaller(int a, int b) { return a < b ? a : b; }
 SIMPLEXSEG_HD int larger(int a, int b) { return a > b ? a : b; }
 SIMPLEXSEG_HD bool any(bool x) { return x; }

@@ -10,7 +10,7 @@
 namespace simplexseg {
 
 double brush_radius_mm(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const std::uint8_t> object,
-                       std::span<const Known> known, MarkKind kind, const Eigen::Vector3d& position_mm,
+                       std::span<const Constraint> known, MarkKind kind, const Eigen::Vector3d& position_mm,
                        const EvidenceSettings& settings) {
   SIMPLEXSEG_EXPECT(object.size() == box.voxel_count() && known.size() == box.voxel_count());
   const double far_least = least_brush_radius_mm(geometry, settings);
@@ -23,7 +23,8 @@ double brush_radius_mm(const VolumeGeometry& geometry, const VoxelBox& box, std:
     for (int j = 0; j < box.size[1]; ++j) {
       for (int i = 0; i < box.size[0]; ++i, ++v) {
         const bool other_side = (object[v] != 0) == inside;
-        const bool other_mark = inside ? is_held(known[v]) && known[v] != Known::Inside : known[v] == Known::Inside;
+        const bool other_mark =
+            inside ? is_dirichlet(known[v]) && known[v] != Constraint::Inside : known[v] == Constraint::Inside;
         if (!other_side && !other_mark) continue;
         const Eigen::Vector3d at(i + box.first[0], j + box.first[1], k + box.first[2]);
         const double d = (world * at - position_mm).squaredNorm();

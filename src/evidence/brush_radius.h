@@ -13,7 +13,7 @@ namespace simplexseg {
 /// box count as outside. A click in a thin layer beside the surface gets a mark that does not reach through it.
 /// `object` (0 or 1) and `known` are of the voxels of `box`. The least radius for a boundary mark.
 double brush_radius_mm(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const std::uint8_t> object,
-                       std::span<const Known> known, MarkKind kind, const Eigen::Vector3d& position_mm,
+                       std::span<const Constraint> known, MarkKind kind, const Eigen::Vector3d& position_mm,
                        const EvidenceSettings& settings = {});
 /// The same where there is no field yet.
 double least_brush_radius_mm(const VolumeGeometry& geometry, const EvidenceSettings& settings = {});

@@ -23,12 +23,12 @@ struct CoarseImage {
   FeatureLists features;  ///< voxel_features.h
 };
 /// What is known of a block: what most of its voxels are, else `side`, which a voxel on a side of the box gives it.
-SIMPLEXSEG_HD Known known_of_block(int outside, int not_finite, int voxels, Known side) {
-  return 2 * not_finite >= voxels ? Known::NotFinite : 2 * outside >= voxels ? Known::Outside : side;
+SIMPLEXSEG_HD Constraint known_of_block(int outside, int not_finite, int voxels, Constraint side) {
+  return 2 * not_finite >= voxels ? Constraint::NotFinite : 2 * outside >= voxels ? Constraint::Outside : side;
 }
 /// `side` of a block, as far as its voxels have been asked, with one more.
-SIMPLEXSEG_HD Known side_with(Known side, Known voxel) {
-  return voxel == Known::FarBorder || (voxel == Known::VolumeEdge && side == Known::Nothing) ? voxel : side;
+SIMPLEXSEG_HD Constraint side_with(Constraint side, Constraint voxel) {
+  return voxel == Constraint::FarBorder || (voxel == Constraint::VolumeEdge && side == Constraint::None) ? voxel : side;
 }
 /// Mean of a block's voxels of a field before, of which `known` are not 0, which is: not known.
 SIMPLEXSEG_HD std::uint8_t mean_before(int sum, int known) {

@@ -20,14 +20,14 @@ void CoarsePrior::set_box(const BoxImage& image, const std::array<int, 3>& first
   walk_.assign(coarse_.blocks.coarse.count(), 0.0f);
 }
 
-std::vector<Known> CoarsePrior::known_blocks(const Said& said) const {
-  std::vector<Known> known(coarse_.blocks.coarse.count(), Known::Nothing);
+std::vector<Constraint> CoarsePrior::known_blocks(const Prompts& said) const {
+  std::vector<Constraint> known(coarse_.blocks.coarse.count(), Constraint::None);
   std::vector<std::uint16_t> outside(known.size()), not_finite(known.size()), all(known.size());
   coarse_.blocks.visit(run_, [&](int block, int voxel) {
-    const Known at = said.known[voxel];
+    const Constraint at = said.known[voxel];
     ++all[block];
-    outside[block] += at == Known::Outside;
-    not_finite[block] += at == Known::NotFinite;
+    outside[block] += at == Constraint::Outside;
+    not_finite[block] += at == Constraint::NotFinite;
     known[block] = side_with(known[block], at);
   });
   for_each_index(run_, coarse_.blocks.coarse.count(),
@@ -50,14 +50,14 @@ std::vector<std::uint8_t> CoarsePrior::mean_before(std::span<const std::uint8_t>
 }
 
 template <class Use>
-void CoarsePrior::with_input(const Said& said, Use&& use) const {
+void CoarsePrior::with_input(const Prompts& said, Use&& use) const {
   const VoxelBox box{{0, 0, 0}, coarse_.blocks.coarse.size};
   std::vector<Eigen::Vector3d> inside;
   for (const Mark& mark : said.marks)
     if (mark.kind != MarkKind::Outside) inside.push_back(mark.position_mm);
   const std::vector<MarkedBall> balls = marked_balls(said.marks, coarse_.geometry);
   std::vector<FreshMark> fresh;
-  for (const NewDot& dot : said.fresh) {
+  for (const NewMarkBall& dot : said.fresh) {
     FreshMark& mark = fresh.emplace_back();
     mark.square_mm = squared_distances(coarse_.geometry, box, {&dot.centre_mm, 1}, run_);
     const int nearest =
@@ -78,9 +78,9 @@ void CoarsePrior::walk(const PriorInput& input) {
   std::ranges::copy(walk_, walker.field().begin());  // the last one is where this one starts
   std::vector<std::uint8_t> held(n), finite(n);
   for (int b = 0; b < n; ++b) {
-    finite[b] = known_[b] != Known::NotFinite;
-    held[b] = is_held(known_[b]) && !looks_.open[b];
-    if (held[b]) walker.field()[b] = known_[b] == Known::Inside;
+    finite[b] = known_[b] != Constraint::NotFinite;
+    held[b] = is_dirichlet(known_[b]) && !looks_.open[b];
+    if (held[b]) walker.field()[b] = known_[b] == Constraint::Inside;
   }
   set_edges(walker, coarse_.spacing_mm, coarse_.smoothed, finite, sharpness_of(input.inner_difference, settings_), 0,
             run_);
@@ -88,19 +88,21 @@ void CoarsePrior::walk(const PriorInput& input) {
   std::ranges::copy(walker.field(), walk_.begin());
 }
 
-void CoarsePrior::learn(const Said& said) {
+void CoarsePrior::learn(const Prompts& said, UpdateProgress* progress) {
   known_ = known_blocks(said);
   with_input(said, [&](const PriorInput& input) {
     looks_ = looks_of(input, settings_, run_);
     prior_.assign(known_.size(), 0);  // nothing draws the walk to it
-    if (settings_.hear_walk) walk(input);
+    if (settings_.use_random_walk) walk(input);
+    if (progress) progress->advance(FieldPhase::CoarsePrior);
     prior_ = field_prior(input, looks_, walk_, settings_, run_);
   });
 }
 
-void CoarsePrior::mark_open(std::span<const Known> known, std::span<std::uint8_t> open) const {
-  coarse_.blocks.visit(
-      run_, [&](int block, int voxel) { open[voxel] = known[voxel] == Known::FarBorder && looks_.open[block] != 0; });
+void CoarsePrior::mark_open(std::span<const Constraint> known, std::span<std::uint8_t> open) const {
+  coarse_.blocks.visit(run_, [&](int block, int voxel) {
+    open[voxel] = known[voxel] == Constraint::FarBorder && looks_.open[block] != 0;
+  });
 }
 
 template <class Features>
@@ -115,18 +117,18 @@ std::vector<std::vector<float>> CoarsePrior::listed(const Features& features) co
   return all;
 }
 
-std::vector<std::vector<float>> CoarsePrior::mark_features(const Said& said) const {
+std::vector<std::vector<float>> CoarsePrior::mark_features(const Prompts& said) const {
   std::vector<std::vector<float>> all;
   with_input(said, [&](const PriorInput& input) { all = listed(MarkFeatures(input, looks_, walk_, settings_, run_)); });
   return all;
 }
 
-std::vector<std::vector<float>> CoarsePrior::update_features(const Said& said) const {
+std::vector<std::vector<float>> CoarsePrior::update_features(const Prompts& said) const {
   std::vector<std::vector<float>> all;
   with_input(said, [&](const PriorInput& input) {
     if (input.fresh.empty()) return;
     EvidenceSettings settings = settings_;
-    settings.memory = settings.best_cut = false;
+    settings.memory = settings.expected_dice_threshold = false;
     const std::vector<std::uint8_t> anew = field_prior(input, looks_, walk_, settings, run_);
     const UpdateFeatures features(input, anew, settings, run_);
     all = listed(features);

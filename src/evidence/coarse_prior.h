@@ -12,24 +12,25 @@
 #include "evidence/marks.h"
 #include "evidence/random_walker.h"
 #include "evidence/run_jobs.h"
+#include "evidence/update_progress.h"
 #include "image/volume.h"
 
 namespace simplexseg {
 
 /// Ball of a mark that was made since the field before; a boundary mark has two.
-struct NewDot {
+struct NewMarkBall {
   Eigen::Vector3d centre_mm;
   double radius_mm;
   bool inside;      ///< else outside
   double depth_mm;  ///< from its centre to the nearest voxel on the other side of the field before
 };
 
-/// All that is said of an object.
-struct Said {
+/// Marks, constraints and previous field of an object.
+struct Prompts {
   std::span<const Mark> marks;
-  std::span<const Known> known;          ///< voxels of the box
+  std::span<const Constraint> known;     ///< voxels of the box
   std::span<const std::uint8_t> before;  ///< field before the new dots, 1..255 for 0..1, 0: not known; or empty
-  std::span<const NewDot> fresh;         ///< empty where nothing is known of a field before
+  std::span<const NewMarkBall> fresh;    ///< empty where nothing is known of a field before
   double reach_mm, radius_mm;            ///< of the largest inside mark: the object's scale (seed_reach.h), the ball's
 };
 
@@ -43,8 +44,8 @@ class CoarsePrior {
 
   /// Of the image in a box whose first voxel is `first`, for an object of this scale.
   void set_box(const BoxImage& image, const std::array<int, 3>& first, double reach_mm);
-  /// Learns from the marks what each block is.
-  void learn(const Said& said);
+  /// Learns from the marks what each block is. `progress`: receives the end of FieldPhase::CoarsePrior; or null.
+  void learn(const Prompts& said, UpdateProgress* progress = nullptr);
 
   /// P(object), 0..255 for 0..1, of every voxel of the box, whose smoothed image this is; `edge`: a difference in it
   /// that is an edge.
@@ -52,21 +53,21 @@ class CoarsePrior {
     coarse_.blocks.interpolate(prior_, {image, coarse_.smoothed, edge}, voxels, run_);
   }
   /// Marks as not 0 the voxels of the box's sides that may be the object's.
-  void mark_open(std::span<const Known> known, std::span<std::uint8_t> open) const;
+  void mark_open(std::span<const Constraint> known, std::span<std::uint8_t> open) const;
 
   /// What the networks saw, feature by feature (EvidenceField::mark_features).
-  std::vector<std::vector<float>> mark_features(const Said& said) const;
-  std::vector<std::vector<float>> update_features(const Said& said) const;
+  std::vector<std::vector<float>> mark_features(const Prompts& said) const;
+  std::vector<std::vector<float>> update_features(const Prompts& said) const;
   const VoxelBlocks& blocks() const { return coarse_.blocks; }
   /// What was known of each block.
-  std::span<const Known> known() const { return known_; }
+  std::span<const Constraint> known() const { return known_; }
   std::size_t bytes() const;
 
  private:
-  std::vector<Known> known_blocks(const Said& said) const;
+  std::vector<Constraint> known_blocks(const Prompts& said) const;
   std::vector<std::uint8_t> mean_before(std::span<const std::uint8_t> before) const;
   template <class Use>
-  void with_input(const Said& said, Use&& use) const;
+  void with_input(const Prompts& said, Use&& use) const;
   template <class Features>
   std::vector<std::vector<float>> listed(const Features& features) const;
   void walk(const PriorInput& input);
@@ -75,7 +76,7 @@ class CoarsePrior {
   RunJobs run_;
   EvidenceSettings settings_;
   CoarseImage coarse_;
-  std::vector<Known> known_;
+  std::vector<Constraint> known_;
   Looks looks_;
   std::vector<float> walk_;  ///< the random walker of the marks alone
   std::vector<std::uint8_t> prior_;

@@ -11,17 +11,17 @@
 
 namespace simplexseg {
 float inner_difference(const BoxGrid& grid, const std::array<double, 3>& spacing_mm, std::span<const float> image,
-                       std::span<const Known> known) {
+                       std::span<const Constraint> known) {
   const double least = *std::min_element(spacing_mm.begin(), spacing_mm.end());
   std::vector<float> differences;
   const int n = static_cast<int>(known.size());
-  const auto next_inside = [&](int from) { return find_value(known, Known::Inside, from, n); };  // few are
+  const auto next_inside = [&](int from) { return find_value(known, Constraint::Inside, from, n); };  // few are
   for (int v = next_inside(0); v < n; v = next_inside(v + 1)) {
     for (int a = 0; a < 3; ++a) {
       if (spacing_mm[a] >= 2 * least || grid.size[a] == 1) continue;
       // The last voxel of a row and the first of the next are never both inside: they lie on two sides of the box.
       const int u = v + grid.stride(a);
-      if (u < n && known[u] == Known::Inside) differences.push_back(std::fabs(image[u] - image[v]));
+      if (u < n && known[u] == Constraint::Inside) differences.push_back(std::fabs(image[u] - image[v]));
     }
   }
   if (static_cast<int>(differences.size()) < kLeastDifferences) return 0;

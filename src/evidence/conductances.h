@@ -17,7 +17,7 @@ inline constexpr int kLeastDifferences = 20;         ///< that it is taken of
 /// 75th percentile of |difference| between neighbours that are both marked as inside, along the axes whose spacing is
 /// less than twice the least: what is not an edge of this object. 0 with fewer than 20 pairs.
 float inner_difference(const BoxGrid& grid, const std::array<double, 3>& spacing_mm, std::span<const float> image,
-                       std::span<const Known> known);
+                       std::span<const Constraint> known);
 
 /// Sharpness beta of the conductances for such differences within the object, by EvidenceSettings.
 double sharpness_of(float inner_difference, const EvidenceSettings& settings);

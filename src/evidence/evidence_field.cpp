@@ -23,9 +23,9 @@ constexpr double unsaid_marks = 10;       // by which where the surface was is h
 }  // namespace
 
 EvidenceField::EvidenceField(Volume volume, const RunJobs& run, const EvidenceSettings& settings,
-                             const MakeBoxField& make)
+                             const MakeFieldSolver& make)
     : volume_(std::make_unique<Volume>(std::move(volume))), settings_(settings) {
-  if (volume_->empty()) throw Error("the evidence field", "there is no volume", "open a volume first");
+  if (volume_->empty()) throw Error("the segmentation field", "no image is open", "open an image first");
   voxels_ = make(*volume_, run, settings_);
 }
 
@@ -40,17 +40,17 @@ void EvidenceField::check(std::span<const Mark> marks, const Mask* others) const
     const Mark& mark = marks[m];
     const std::string name = "mark " + std::to_string(m + 1);
     if (!(mark.radius_mm > 0) || !std::isfinite(mark.radius_mm))
-      throw Error(name, "its radius is not a length above 0", "give it one in mm");
+      throw Error(name, "its radius is not above 0", "give it a radius in mm");
     if (!mark.position_mm.allFinite() || !volume_->geometry().contains(mark.position_mm))
-      throw Error(name, "it lies outside of the volume", "move it into the image");
+      throw Error(name, "it lies outside the image", "move it into the image");
     if (mark.kind == MarkKind::Boundary && !(mark.outward.norm() > 0 && mark.outward.allFinite()))
-      throw Error(name, "a boundary mark has no direction", "say which way is out of the object");
+      throw Error(name, "a boundary mark has no direction", "give it a direction out of the object");
     inside |= mark.kind != MarkKind::Outside;
   }
-  if (!inside) throw Error("the marks", "none says what is inside", "put a seed or an inside point into the object");
+  if (!inside) throw Error("the marks", "none lies inside the object", "place a seed or an inside mark in the object");
   if (others &&
       (others->geometry.size != volume_->geometry().size || others->voxels.size() != volume_->geometry().voxel_count()))
-    throw Error("the other objects", "they are not on the grid of the volume", "resample them onto it");
+    throw Error("the other objects", "they are not on the grid of the image", "resample them onto it");
 }
 
 void EvidenceField::remember(std::span<const Mark> marks) {
@@ -81,27 +81,27 @@ void EvidenceField::look_back() {
   for (std::size_t m = fresh_; m < marks_.size(); ++m) corrections_[m] = correction_of(marks_[m], before_[m - fresh_]);
 }
 
-EvidenceField::Correction EvidenceField::correction_of(const Mark& mark, const BoxField::Before& before) const {
+EvidenceField::Correction EvidenceField::correction_of(const Mark& mark, const FieldSolver::Before& before) const {
   const bool was = before.object;
   if (mark.kind == (was ? MarkKind::Inside : MarkKind::Outside)) return {};
   const double voxel = volume_->geometry().spacing_mm.minCoeff(), depth = before.depth_mm;
   const bool boundary = mark.kind == MarkKind::Boundary;
   // A dot is in the middle of what was wrong, a boundary mark at its end.
   if (depth > (boundary ? 2 : 1) * settings_.surface_layer * voxel) return {0, 0, depth};
-  // At a dot nobody said how far off the surface was (docs/adr/0034-dots-do-not-move-the-surface.md).
+  // At a dot nobody said how far off the surface was (docs/adr/0034-shift-at-boundary-marks-only.md).
   const double off = boundary ? std::max(0.0, depth - 0.5 * voxel) : 0;
   return was ? Correction{-1, -off, 0} : Correction{1, off, 0};
 }
 
-SurfaceSaid EvidenceField::surface_said() const {
-  SurfaceSaid said;
+BandTerms EvidenceField::band_terms() const {
+  BandTerms said;
   double sum = 0, count = unsaid_corrections;
   for (const Correction& correction : corrections_) sum += correction.way, count += std::abs(correction.way);
-  said.lean = settings_.surface_lean * sum / count;
+  said.offset_log_odds = settings_.surface_offset * sum / count;
   if (!voxels_->has_before() || !settings_.memory) return said;
   if (settings_.surface_memory == 0 && settings_.surface_pull == 0) return said;
   const auto marks = static_cast<double>(marks_.size());
-  said.hold = settings_.surface_memory * marks / (marks + unsaid_marks);
+  said.temporal_weight = settings_.surface_memory * marks / (marks + unsaid_marks);
   const VolumeGeometry& geometry = volume_->geometry();
   for (std::size_t m = fresh_; m < marks_.size(); ++m) {
     const Correction& correction = corrections_[m];
@@ -145,8 +145,8 @@ std::optional<Eigen::Vector3d> EvidenceField::middle_of_wrong(const Mark& mark, 
   return mark.position_mm + sum / wrong * way;
 }
 
-std::vector<NewDot> EvidenceField::new_dots() const {
-  std::vector<NewDot> fresh;
+std::vector<NewMarkBall> EvidenceField::new_mark_balls() const {
+  std::vector<NewMarkBall> fresh;
   std::vector<std::size_t> elsewhere;  // those that are not where their mark is
   std::vector<Eigen::Vector3d> centres;
   const auto add = [&](const Eigen::Vector3d& centre_mm, double radius_mm, bool inside) {
@@ -164,24 +164,26 @@ std::vector<NewDot> EvidenceField::new_dots() const {
     for (const bool inside : {true, false})
       if (const auto middle = middle_of_wrong(mark, inside)) add(*middle, mark.radius_mm, inside);
     if (fresh.size() > had) continue;
-    const Eigen::Vector3d step = dot_step(mark);
+    const Eigen::Vector3d step = ball_offset(mark);
     add(mark.position_mm - step, mark.radius_mm, true);
     add(mark.position_mm + step, mark.radius_mm, false);
   }
   if (centres.empty()) return fresh;
-  const std::vector<BoxField::Before> before = voxels_->before(centres);
+  const std::vector<FieldSolver::Before> before = voxels_->before(centres);
   for (std::size_t e = 0; e < elsewhere.size(); ++e) fresh[elsewhere[e]].depth_mm = before[e].depth_mm;
   return fresh;
 }
 
-void EvidenceField::take(const BoxField::Solved& solved) {
+void EvidenceField::take(const FieldSolver::Solved& solved) {
   report_.iterations = solved.iterations;
   report_.error = solved.error;
   around_ = solved.around;
 }
 
-void EvidenceField::update(std::span<const Mark> marks, const Mask* others) {
+void EvidenceField::update(std::span<const Mark> marks, const Mask* others, const ReportProgress& report) {
   check(marks, others);
+  UpdateProgress& progress = voxels_->progress();
+  progress.start(report);
   const VolumeGeometry& geometry = volume_->geometry();
   measure_reach(marks);
   VoxelBox box =
@@ -193,11 +195,15 @@ void EvidenceField::update(std::span<const Mark> marks, const Mask* others) {
   const double rough = std::max(growing_tolerance, settings_.tolerance);
   double tolerance = box == voxels_->box() ? settings_.tolerance : rough;
   const auto solve_in_box = [&] {
+    progress.begin_pass(!(settings_.tolerance < tolerance));
     voxels_->set_box(box, reach_mm_);
     look_back();
-    voxels_->hear(marks_, others);
-    report_.beta = voxels_->learn(marks_, new_dots(), reach_mm_, largest_.radius_mm);
+    voxels_->set_constraints(marks_, others);
+    progress.advance(FieldPhase::Constraints);
+    report_.beta = voxels_->learn(marks_, new_mark_balls(), reach_mm_, largest_.radius_mm);
+    progress.advance(FieldPhase::Features);
     take(voxels_->solve(tolerance, false));
+    progress.advance(FieldPhase::Walker);
   };
   const auto grows = [&] {
     if (around_.voxel_count() == 0 || report_.growths == most_growths) return false;
@@ -211,9 +217,14 @@ void EvidenceField::update(std::span<const Mark> marks, const Mask* others) {
   do {
     do solve_in_box();
     while (grows());
-    if (settings_.tolerance < tolerance) take(voxels_->solve(settings_.tolerance, true));
+    if (settings_.tolerance < tolerance) {
+      progress.begin_pass(true);
+      take(voxels_->solve(settings_.tolerance, true));
+      progress.advance(FieldPhase::Walker);
+    }
   } while (grows());
-  const BoxField::Settled settled = voxels_->settle(surface_said());
+  const FieldSolver::RefinedSurface settled = voxels_->refine_surface(band_terms());
+  progress.advance(FieldPhase::Surface);
   report_.expected_dice = settled.expected_dice;  // of what there was before: looks are surer than they are right
   around_ = settled.found.around;
   report_.leaks = settled.found.border_share >= leak_share;

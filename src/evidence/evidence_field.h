@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "evidence/box_field.h"
 #include "evidence/evidence_settings.h"
 #include "evidence/field_object.h"
+#include "evidence/field_solver.h"
 #include "evidence/marked_voxels.h"
 #include "evidence/marks.h"
 #include "evidence/run_jobs.h"
@@ -26,14 +26,15 @@ class EvidenceField {
  public:
   /// `make`: where the voxels are worked on; the CPU by default.
   explicit EvidenceField(Volume volume, const RunJobs& run = run_in_turn(), const EvidenceSettings& settings = {},
-                         const MakeBoxField& make = make_cpu_box_field);
+                         const MakeFieldSolver& make = make_cpu_field_solver);
 
   /// Solves the field for these marks, in the order in which they were made. Marks added since the last update change
   /// what is near them more than what is far away; with marks taken back or moved that were heard before those, all is
   /// solved as if they were the first. `others`: voxels of other objects on the
   /// volume's grid, outside for this one, or null. Throws Error without an inside or boundary mark, for a radius or a
-  /// direction out of range, a mark outside of the volume, or `others` on another grid.
-  void update(std::span<const Mark> marks, const Mask* others = nullptr);
+  /// direction out of range, a mark outside of the volume, or `others` on another grid. `report`: receives the
+  /// completed fraction on this thread. It increases and stays below 1: the last phase is values().
+  void update(std::span<const Mark> marks, const Mask* others = nullptr, const ReportProgress& report = {});
 
   struct Report {
     int iterations = 0;  ///< of the solver, the last time
@@ -63,8 +64,8 @@ class EvidenceField {
   /// What the networks of the prior saw in the last update on the blocks of the prior, feature by feature, to learn
   /// from: MarkFeatures, and UpdateFeatures with, last, whether the nearest new mark is an inside one; the latter empty
   /// without new marks. On the CPU alone.
-  std::vector<std::vector<float>> mark_features() const { return prior().mark_features(voxels_->said()); }
-  std::vector<std::vector<float>> update_features() const { return prior().update_features(voxels_->said()); }
+  std::vector<std::vector<float>> mark_features() const { return prior().mark_features(voxels_->prompts()); }
+  std::vector<std::vector<float>> update_features() const { return prior().update_features(voxels_->prompts()); }
   const CoarsePrior& prior() const;
   /// Memory held for the box.
   std::size_t bytes() const;
@@ -78,28 +79,28 @@ class EvidenceField {
     double out_mm = 0;   ///< a boundary mark: the surface is so much further out there
     double deep_mm = 0;  ///< so deep in what was wrong, where that is more: a leak, say; no step of the surface
   };
-  Correction correction_of(const Mark& mark, const BoxField::Before& before) const;
+  Correction correction_of(const Mark& mark, const FieldSolver::Before& before) const;
   /// Where the marks that are new lie in the field before, and what they found to be wrong there.
   void look_back();
   /// What the marks say of the whole surface, and the new ones of where it was.
-  SurfaceSaid surface_said() const;
+  BandTerms band_terms() const;
   void measure_reach(std::span<const Mark> marks);
-  std::vector<NewDot> new_dots() const;
+  std::vector<NewMarkBall> new_mark_balls() const;
   /// Of a boundary mark's dot: the middle of what the field before had on the wrong side of the mark, along the way
   /// out; nothing where it was right there. That is what the mark corrects, as a mark of that kind would.
   std::optional<Eigen::Vector3d> middle_of_wrong(const Mark& mark, bool inside) const;
-  void take(const BoxField::Solved& solved);
+  void take(const FieldSolver::Solved& solved);
 
   std::unique_ptr<Volume> volume_;  // where it is, voxels_ knows
   EvidenceSettings settings_;
-  std::unique_ptr<BoxField> voxels_;
-  std::vector<Mark> marks_;               // of the last update
-  std::vector<Correction> corrections_;   // of each of them, when it was new
-  Mark largest_;                          // of the inside marks
-  double reach_mm_ = 0;                   // what it says about the object's scale
-  std::size_t fresh_ = 0;                 // the first mark that was new when the field before was the field
-  std::vector<BoxField::Before> before_;  // of the marks from there on; none where no field before is known
-  VoxelBox around_{};                     // the object
+  std::unique_ptr<FieldSolver> voxels_;
+  std::vector<Mark> marks_;                  // of the last update
+  std::vector<Correction> corrections_;      // of each of them, when it was new
+  Mark largest_;                             // of the inside marks
+  double reach_mm_ = 0;                      // what it says about the object's scale
+  std::size_t fresh_ = 0;                    // the first mark that was new when the field before was the field
+  std::vector<FieldSolver::Before> before_;  // of the marks from there on; none where no field before is known
+  VoxelBox around_{};                        // the object
   Report report_;
 };
 

@@ -18,18 +18,18 @@ struct EvidenceSettings {
   // ---- Prior: what learned networks say of MarkFeatures and UpdateFeatures
   double prior_pull = 0.1;  ///< how strongly a voxel is drawn to it, in mean conductances of its edges; 0: no prior
   const PriorNetworks* networks = nullptr;  ///< must outlive the field; null: the program's own
-  bool hear_looks = true;                   ///< what the marks' voxels look like
-  bool hear_ways = true;                    ///< geodesic distances to inside and outside marks
-  bool hear_walk = true;                    ///< the random walker of the marks alone, without a prior
+  bool use_appearance = true;               ///< appearance likelihood learned from the marks' voxels
+  bool use_geodesic = true;                 ///< geodesic distances to inside and outside marks
+  bool use_random_walk = true;              ///< the random walker of the marks alone, without a prior
   double least_reach = 7;     ///< blocks of voxels that the prior is made on: as many as fit into the object's scale
   double length_cost = 0.02;  ///< of one voxel of way, next to the intensities passed
-  double dots_share = 0.5;    ///< least share of outside marks among what the classifier learns as outside, the rest
-                              ///< being the box's sides
-  bool memory = true;         ///< new marks change the field before; else all are heard as if for the first time
-  double far_memory = 0.5;    ///< share of the field before in what is said far from new marks
-  double far_depths = 1;      ///< depths of the mark (FreshMark) at which that begins; it is whole at twice this
-  bool best_cut = true;       ///< what a voxel must be surer of than not is where the Dice to be expected is largest
-  double open_side = 0.2;     ///< a voxel of the box's sides that looks so much like inside marks may be the object's
+  double outside_marks_share = 0.5;  ///< least share of outside marks among the classifier's outside samples; the rest
+                                     ///< are the box's sides
+  bool memory = true;                ///< new marks change the field before; else all are heard as if for the first time
+  double far_memory = 0.5;           ///< share of the field before in what is said far from new marks
+  double far_depths = 1;             ///< depths of the mark (FreshMark) at which that begins; it is whole at twice this
+  bool expected_dice_threshold = true;  ///< whether the prior is cut at the threshold of the largest expected Dice
+  double open_side = 0.2;  ///< a voxel of the box's sides that looks so much like inside marks may be the object's
 
   // ---- Marks
   double brush = 0.3;           ///< radius of a click's mark: this share of the distance from the click to the field's
@@ -45,11 +45,11 @@ struct EvidenceSettings {
   double surface_layer = 2;       ///< half the layer's thickness, voxels; 0: the surface stays where the field says
   double surface_scale = 1.5;     ///< Gaussian in which looks are measured, voxels
   double surface_evenness = 1.3;  ///< Gaussian of the field where looks are not believed, voxels
-  double surface_lean = 1;    ///< log odds that the layer gains where every click said that the object was too small
-  double surface_memory = 1;  ///< log odds by which, after many marks, the layer gains a voxel inside of where the
-                              ///< surface was and new marks move it; 0: where it was says nothing
-  double surface_pull = 0.5;  ///< log odds that the layer gains for each voxel that boundary marks move it out
-  double surface_reach = 4;   ///< Gaussian with which they move what is beside them, voxels
+  double surface_offset = 1;      ///< log odds added to the layer where every click found the object too small
+  double surface_memory = 1;      ///< log odds by which, after many marks, the layer gains a voxel inside of where the
+                                  ///< surface was and new marks move it; 0: where it was says nothing
+  double surface_pull = 0.5;      ///< log odds that the layer gains for each voxel that boundary marks move it out
+  double surface_reach = 4;       ///< Gaussian with which they move what is beside them, voxels
 
   // ---- Solution
   double field_smoothing = 0.6;  ///< of the solved field, voxels

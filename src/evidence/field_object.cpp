@@ -44,20 +44,20 @@ PartOfObject close_plane(std::span<const std::uint8_t> open, std::span<std::uint
 
 }  // namespace
 
-FieldObject object_of_field(std::span<const float> field, std::span<const Known> known, const VoxelBox& box,
+FieldObject object_of_field(std::span<const float> field, std::span<const Constraint> known, const VoxelBox& box,
                             const RunJobs& run) {
   const int n = static_cast<int>(field.size()), planes = box.size[2], plane = planes == 0 ? 0 : n / planes;
   FieldObject object{std::vector<std::uint8_t>(n)};
   std::vector<std::uint8_t> start(n), open(n);
   for_each_index(run, n, [field, known, voxels = object.voxels.data(), start = start.data()](int v) {
     voxels[v] = field[v] > 0.5f;
-    start[v] = known[v] == Known::Inside;
+    start[v] = known[v] == Constraint::Inside;
   });
   keep_connected(object.voxels, start, box.size);
   run(planes, [&](int k) {
     for (int v = k * plane; v < (k + 1) * plane; ++v) {
       open[v] = !object.voxels[v];
-      start[v] = known[v] == Known::Outside;
+      start[v] = known[v] == Constraint::Outside;
     }
     for (int j = 0; j < box.size[1]; ++j) {
       const auto row = start.begin() + static_cast<std::ptrdiff_t>(box.offset(0, j, k));

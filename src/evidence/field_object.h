@@ -20,7 +20,7 @@ struct FieldObject {
   VoxelBox around{};                 ///< the smallest box about them, in the volume's indices; size 0 without any
   double border_share = 0;           ///< of the voxels within four of a side of the box, how many are of the object
 };
-FieldObject object_of_field(std::span<const float> field, std::span<const Known> known, const VoxelBox& box,
+FieldObject object_of_field(std::span<const float> field, std::span<const Constraint> known, const VoxelBox& box,
                             const RunJobs& run);
 
 }  // namespace simplexseg

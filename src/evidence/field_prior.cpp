@@ -36,14 +36,14 @@ float total(const Samples& samples) {
 
 std::vector<float> score_of(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run) {
   std::vector<float> score(input.known.size());
-  if (!settings.hear_looks) return score;
+  if (!settings.use_appearance) return score;
   const LookSamples samples = look_samples(input.known, settings);
   if (samples.inside.empty() || samples.outside.empty()) return score;
   MarkClassifier(input.features, samples.inside, samples.outside, {}, run).score(input.features, score, run);
   return score;
 }
 
-void move_to_best_cut(std::vector<std::uint8_t>& probability, std::span<const Known> known) {
+void move_to_best_cut(std::vector<std::uint8_t>& probability, std::span<const Constraint> known) {
   std::array<int, 256> count{};
   for (std::size_t v = 0; v < known.size(); ++v)
     if (const int p = counted_for_cut(known[v], probability[v]); p >= 0) ++count[p];
@@ -79,25 +79,25 @@ std::vector<MarkedBall> marked_balls(std::span<const Mark> marks, const VolumeGe
     ball.inside = in;
   };
   for (const Mark& mark : marks) {
-    const Eigen::Vector3d step = dot_step(mark);
+    const Eigen::Vector3d step = ball_offset(mark);
     if (mark.kind != MarkKind::Outside) add(mark.position_mm - step, mark.radius_mm, true);
     if (mark.kind != MarkKind::Inside) add(mark.position_mm + step, mark.radius_mm, false);
   }
   return balls;
 }
 
-LookSamples look_samples(std::span<const Known> known, const EvidenceSettings& settings) {
+LookSamples look_samples(std::span<const Constraint> known, const EvidenceSettings& settings) {
   const int n = static_cast<int>(known.size());
   std::vector<int> in, out, side;
-  for (int v = find_other(known, Known::Nothing, 0, n); v < n; v = find_other(known, Known::Nothing, v + 1, n)) {
-    if (known[v] == Known::Inside) in.push_back(v);
-    if (known[v] == Known::Outside) out.push_back(v);
-    if (known[v] == Known::FarBorder || known[v] == Known::VolumeEdge) side.push_back(v);
+  for (int v = find_other(known, Constraint::None, 0, n); v < n; v = find_other(known, Constraint::None, v + 1, n)) {
+    if (known[v] == Constraint::Inside) in.push_back(v);
+    if (known[v] == Constraint::Outside) out.push_back(v);
+    if (known[v] == Constraint::FarBorder || known[v] == Constraint::VolumeEdge) side.push_back(v);
   }
   Samples inside = thinned(in), outside = thinned(out);
   const Samples border = thinned(side);
   // A few dots beside thousands of voxels of the border would not be heard.
-  const float dots = total(outside), far = total(border), share = static_cast<float>(settings.dots_share);
+  const float dots = total(outside), far = total(border), share = static_cast<float>(settings.outside_marks_share);
   if (dots > 0 && far > 0 && dots < share * (dots + far)) {
     const float raise = share >= 1 ? 1e6f : share / (1 - share) * far / dots;
     for (MarkClassifier::Sample& s : outside) s.weight *= raise;
@@ -125,7 +125,7 @@ std::vector<std::uint8_t> field_prior(const PriorInput& input, const Looks& look
                             run);
   }
   if (input.fresh.empty() || !settings.memory) {
-    if (settings.best_cut) move_to_best_cut(target, input.known);
+    if (settings.expected_dice_threshold) move_to_best_cut(target, input.known);
     return target;
   }
   const UpdateFeatures features(input, target, settings, run);

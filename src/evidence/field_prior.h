@@ -18,7 +18,7 @@ namespace simplexseg {
 /// A new mark's ball.
 struct FreshMark {
   std::vector<float> square_mm;  ///< of the distance of each voxel to its centre
-  FreshBall ball;
+  NewMarkVoxel ball;
 };
 
 /// In the order of the marks, a boundary mark's inside ball first; `geometry`: of the box.
@@ -30,7 +30,7 @@ struct PriorInput {
   const std::array<double, 3>& spacing_mm;
   std::span<const float> image;  ///< smoothed
   const FeatureLists& features;
-  std::span<const Known> known;
+  std::span<const Constraint> known;
   std::span<const float> from_inside;    ///< mm to the nearest centre of an inside or boundary mark, squared
   std::span<const std::uint8_t> before;  ///< field before the fresh marks, 1..255 for 0..1, 0: not known; or empty
   double reach_mm;                       ///< of the largest inside mark (seed_reach.h): the object's scale
@@ -44,21 +44,21 @@ struct PriorInput {
 struct LookSamples {
   std::vector<MarkClassifier::Sample> inside, outside;
 };
-LookSamples look_samples(std::span<const Known> known, const EvidenceSettings& settings);
+LookSamples look_samples(std::span<const Constraint> known, const EvidenceSettings& settings);
 
 /// What the voxels of the marks look like.
 struct Looks {
   std::vector<float> score;  ///< about -1 .. 1: how much more a voxel looks like inside marks than like outside ones
   std::vector<std::uint8_t> open;  ///< 1: a voxel of the box's sides that may be the object's
 };
-SIMPLEXSEG_HD bool is_open(Known known, float score, float open_side) {
-  return known == Known::FarBorder && score > open_side;
+SIMPLEXSEG_HD bool is_open(Constraint known, float score, float open_side) {
+  return known == Constraint::FarBorder && score > open_side;
 }
 Looks looks_of(const PriorInput& input, const EvidenceSettings& settings, const RunJobs& run);
 
 /// What a voxel counts as where the best cut is looked for, or -1: those that are known outside are not asked.
-SIMPLEXSEG_HD int counted_for_cut(Known known, std::uint8_t probability) {
-  return known == Known::Nothing ? probability : known == Known::Inside ? 255 : -1;
+SIMPLEXSEG_HD int counted_for_cut(Constraint known, std::uint8_t probability) {
+  return known == Constraint::None ? probability : known == Constraint::Inside ? 255 : -1;
 }
 /// What odds are to be raised by so that the middle is where the Dice of what is above it is the largest to be
 /// expected, each voxel being the object's with its probability: at half that Dice. `count`: of each counted_for_cut().

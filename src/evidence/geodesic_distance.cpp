@@ -85,7 +85,7 @@ struct Geodesic {
 }  // namespace
 
 void lower_geodesic_distance(std::span<float> distance, std::span<const float> image, const BoxGrid& grid,
-                             const std::array<double, 3>& spacing_mm, const WayCost& cost, int rounds) {
+                             const std::array<double, 3>& spacing_mm, const EdgeCost& cost, int rounds) {
   const double least = *std::min_element(spacing_mm.begin(), spacing_mm.end());
   const std::array<double, 3> spacing{spacing_mm[0] / least, spacing_mm[1] / least, spacing_mm[2] / least};
   if (cost.edge > 0)

@@ -12,7 +12,7 @@ namespace simplexseg {
 /// What the way from a voxel to its neighbour costs, d being the difference of the image there: |d|, or with an `edge`
 /// above 0 d^2 / (d^2 + edge^2), so that every edge counts once however strong it is; and `length` times their distance
 /// in units of the least spacing.
-struct WayCost {
+struct EdgeCost {
   float length = 0;
   float edge = 0;
 };
@@ -30,6 +30,6 @@ SIMPLEXSEG_HD float cost_of_difference(float difference, float edge2) {
 /// until nothing changes (Toivanen 1996, New geodesic distance transforms for gray-scale images; Criminisi, Sharp and
 /// Blake 2008, GeoS). Where `image` is NaN no way leads through.
 void lower_geodesic_distance(std::span<float> distance, std::span<const float> image, const BoxGrid& grid,
-                             const std::array<double, 3>& spacing_mm, const WayCost& cost, int rounds);
+                             const std::array<double, 3>& spacing_mm, const EdgeCost& cost, int rounds);
 
 }  // namespace simplexseg

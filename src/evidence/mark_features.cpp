@@ -33,8 +33,8 @@ MarkFeatures::MarkFeatures(const PriorInput& input, const Looks& looks, std::spa
   view_.radius_mm = static_cast<float>(input.radius_mm);
   view_.least_mm = static_cast<float>(*std::min_element(input.spacing_mm.begin(), input.spacing_mm.end()));
   view_.marks = static_cast<int>(input.balls.size());
-  view_.hear_ways = settings.hear_ways;
-  view_.hear_walk = settings.hear_walk;
+  view_.use_geodesic = settings.use_geodesic;
+  view_.use_random_walk = settings.use_random_walk;
   measure_ways(settings, run);
   measure_inside();
   measure_wall();
@@ -52,7 +52,7 @@ void MarkFeatures::measure_ways(const EvidenceSettings& settings, const RunJobs&
   edges_in_ = inside_;
   edges_out_ = outside_;
   const std::array to{&inside_, &outside_, &edges_in_, &edges_out_};
-  const WayCost changes = cost_of_changes(settings), edges = cost_of_edges(view_.noise);
+  const EdgeCost changes = cost_of_changes(settings), edges = cost_of_edges(view_.noise);
   run(static_cast<int>(to.size()), [&](int which) {
     lower_geodesic_distance(*to[which], input_.image, input_.grid, input_.spacing_mm, which < 2 ? changes : edges,
                             kRounds);
@@ -68,7 +68,7 @@ void MarkFeatures::measure_inside() {
   for (std::size_t l = 0; l < values.size(); ++l) {
     const std::span<const float> list = l == 0 ? input_.image : std::span<const float>(input_.features[l]);
     for (std::size_t v = 0; v < list.size(); ++v)
-      if (input_.known[v] == Known::Inside) values[l].push_back(list[v]);
+      if (input_.known[v] == Constraint::Inside) values[l].push_back(list[v]);
   }
   view_.strangeness = strangeness_among(values);
 }

@@ -15,15 +15,15 @@ namespace simplexseg {
 inline float noise_of(float inner_difference) { return inner_difference + 0.01f; }
 
 /// Ways on which what the image changes counts, and ways on which edges count: what is far above the noise.
-inline WayCost cost_of_changes(const EvidenceSettings& settings) {
+inline EdgeCost cost_of_changes(const EvidenceSettings& settings) {
   return {static_cast<float>(settings.length_cost), 0};
 }
-inline WayCost cost_of_edges(float noise) { return {0.002f, 3 * noise}; }
+inline EdgeCost cost_of_edges(float noise) { return {0.002f, 3 * noise}; }
 
 /// Where ways to the marks start: 0 there, far elsewhere. `open`: Looks::open of the voxel.
-SIMPLEXSEG_HD bool is_inside_start(Known known) { return known == Known::Inside; }
-SIMPLEXSEG_HD bool is_outside_start(Known known, bool open) {
-  return known != Known::Inside && known != Known::Nothing && !open;
+SIMPLEXSEG_HD bool is_inside_start(Constraint known) { return known == Constraint::Inside; }
+SIMPLEXSEG_HD bool is_outside_start(Constraint known, bool open) {
+  return known != Constraint::Inside && known != Constraint::None && !open;
 }
 SIMPLEXSEG_HD float start_of_way(bool start) { return start ? 0.0f : 1e4f; }
 

@@ -45,7 +45,7 @@ struct MarkView {
   static constexpr float kShellFirst = 1.15f, kShellLast = 1.7f;
 
   BoxGrid grid;
-  const Known* known;
+  const Constraint* known;
   const float* image;                       ///< smoothed
   const float* smoothed[2];                 ///< by the second and the third feature of voxels
   const float *score, *walk;                ///< Looks::score; P(object) by the walk of the marks alone
@@ -59,13 +59,13 @@ struct MarkView {
   float wall;   ///< how strange the shell about the marks is
   float reach_mm, radius_mm, least_mm;
   int marks;
-  bool hear_ways, hear_walk;
+  bool use_geodesic, use_random_walk;
 
   SIMPLEXSEG_HD float strange(int voxel) const { return strangeness(0, image[voxel]); }
   /// Whether a voxel lies where the wall is looked for.
   SIMPLEXSEG_HD bool is_in_shell(int voxel) const {
     const float low = kShellFirst * reach_mm, high = kShellLast * reach_mm, square = from_inside[voxel];
-    return square > low * low && square < high * high && known[voxel] != Known::NotFinite;
+    return square > low * low && square < high * high && known[voxel] != Constraint::NotFinite;
   }
 
   /// What is strange between an inside mark's centre and a voxel.
@@ -104,8 +104,8 @@ struct MarkView {
     const float distance = std::sqrt(from_inside[v]), reaches = distance / reach_mm;
     const Line line = line_to(v);
     set(0, score[v]);
-    set(1, hear_ways ? (out - in) / (out + in + 1e-3f) : 0.0f);
-    set(2, hear_walk ? std::log(w / (1 - w)) : 0.0f);
+    set(1, use_geodesic ? (out - in) / (out + in + 1e-3f) : 0.0f);
+    set(2, use_random_walk ? std::log(w / (1 - w)) : 0.0f);
     set(3, std::log(reaches + 0.1f));
     set(4, std::log(distance / balls[nearest[v]].radius_mm + 0.1f));
     set(5, std::log(smaller(std::sqrt(from_outside[v]) / reach_mm, kFarthestMark) + 0.1f));

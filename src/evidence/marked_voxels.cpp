@@ -10,7 +10,7 @@ namespace simplexseg {
 namespace {
 
 PaintedBall painted(const VolumeGeometry& geometry, const VoxelBox& box, const Eigen::Vector3d& centre_mm,
-                    double radius_mm, Known value) {
+                    double radius_mm, Constraint value) {
   const Eigen::Matrix3d mm = geometry.world_from_index().linear();
   const Eigen::Affine3d index_from_world = geometry.index_from_world();
   const Eigen::Vector3d centre = index_from_world * centre_mm;
@@ -31,14 +31,15 @@ PaintedBall painted(const VolumeGeometry& geometry, const VoxelBox& box, const E
 
 }  // namespace
 
-Eigen::Vector3d dot_step(const Mark& mark) {
+Eigen::Vector3d ball_offset(const Mark& mark) {
   if (mark.kind != MarkKind::Boundary) return Eigen::Vector3d::Zero();
   return mark.radius_mm * mark.outward.normalized();
 }
 
-std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& box,
-                                std::span<const std::uint8_t> finite, std::span<const Mark> marks, const Mask* others) {
-  std::vector<Known> known(box.voxel_count(), Known::Nothing);
+std::vector<Constraint> constraint_mask(const VolumeGeometry& geometry, const VoxelBox& box,
+                                        std::span<const std::uint8_t> finite, std::span<const Mark> marks,
+                                        const Mask* others) {
+  std::vector<Constraint> known(box.voxel_count(), Constraint::None);
   const SideOfBox side(box, geometry.size);
   for (int k = 0; k < box.size[2]; ++k) {
     for (int j = 0; j < box.size[1]; ++j) {
@@ -50,12 +51,12 @@ std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& 
             others->voxels.data() +
             (std::size_t(k + box.first[2]) * geometry.size[1] + j + box.first[1]) * geometry.size[0] + box.first[0];
         for (int i = 0; i < box.size[0]; ++i)
-          if (other[i]) known[row + i] = Known::Outside;
+          if (other[i]) known[row + i] = Constraint::Outside;
       }
     }
   }
   for (std::size_t v = 0; v < finite.size(); ++v)
-    if (!finite[v]) known[v] = Known::NotFinite;
+    if (!finite[v]) known[v] = Constraint::NotFinite;
   paint_marks(geometry, box, marks, known);
   return known;
 }
@@ -64,11 +65,11 @@ std::vector<PaintedBall> painted_balls(const VolumeGeometry& geometry, const Vox
                                        std::span<const Mark> marks) {
   std::vector<PaintedBall> balls;
   for (const Mark& mark : marks) {
-    const Eigen::Vector3d step = dot_step(mark);
+    const Eigen::Vector3d step = ball_offset(mark);
     if (mark.kind != MarkKind::Outside)
-      balls.push_back(painted(geometry, box, mark.position_mm - step, mark.radius_mm, Known::Inside));
+      balls.push_back(painted(geometry, box, mark.position_mm - step, mark.radius_mm, Constraint::Inside));
     if (mark.kind != MarkKind::Inside)
-      balls.push_back(painted(geometry, box, mark.position_mm + step, mark.radius_mm, Known::Outside));
+      balls.push_back(painted(geometry, box, mark.position_mm + step, mark.radius_mm, Constraint::Outside));
   }
   return balls;
 }
@@ -81,13 +82,13 @@ SideOfBox::SideOfBox(const VoxelBox& box, const std::array<int, 3>& volume_size)
 }
 
 void paint_marks(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks,
-                 std::vector<Known>& known) {
+                 std::vector<Constraint>& known) {
   for (const PaintedBall& ball : painted_balls(geometry, box, marks)) {
     for (int k = ball.low[2]; k <= ball.high[2]; ++k) {
       for (int j = ball.low[1]; j <= ball.high[1]; ++j) {
         for (int i = ball.low[0]; i <= ball.high[0]; ++i) {
-          Known& at = known[box.offset(i, j, k)];
-          if (ball.holds(i, j, k) && at != Known::NotFinite) at = ball.value;
+          Constraint& at = known[box.offset(i, j, k)];
+          if (ball.holds(i, j, k) && at != Constraint::NotFinite) at = ball.value;
         }
       }
     }

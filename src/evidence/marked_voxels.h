@@ -15,9 +15,9 @@
 
 namespace simplexseg {
 
-/// What is known of a voxel before anything is solved.
-enum class Known : std::uint8_t {
-  Nothing,
+/// Constraint of a voxel before the field is solved.
+enum class Constraint : std::uint8_t {
+  None,
   Inside,
   Outside,
   FarBorder,   ///< side of the box within the volume: outside
@@ -25,19 +25,20 @@ enum class Known : std::uint8_t {
   NotFinite,   ///< conducts nothing; outside
 };
 
-/// True where the field is given rather than solved.
-constexpr bool is_held(Known known) { return known != Known::Nothing; }
+/// Whether the field of the voxel is fixed (Dirichlet condition) rather than solved.
+constexpr bool is_dirichlet(Constraint constraint) { return constraint != Constraint::None; }
 
-/// From a boundary mark to its outside dot, mm; its inside dot lies as far on the other side. The two touch at the
+/// From a boundary mark to its outside ball, mm; its inside ball lies as far on the other side. The two touch at the
 /// mark: with a gap between them what a mark says of the layer beside it, which is what was wrong, is little. 0 for
 /// other marks.
-Eigen::Vector3d dot_step(const Mark& mark);
+Eigen::Vector3d ball_offset(const Mark& mark);
 
 /// All voxels of a box, later marks over earlier ones, marks over `others` (objects of others on the volume's grid, or
 /// null) and over the box's sides. `finite`: 0 where the image is not; empty: it is everywhere. A mark holds the voxels
 /// whose centres lie in its ball, and the nearest one.
-std::vector<Known> known_voxels(const VolumeGeometry& geometry, const VoxelBox& box,
-                                std::span<const std::uint8_t> finite, std::span<const Mark> marks, const Mask* others);
+std::vector<Constraint> constraint_mask(const VolumeGeometry& geometry, const VoxelBox& box,
+                                        std::span<const std::uint8_t> finite, std::span<const Mark> marks,
+                                        const Mask* others);
 
 /// Ball of a mark on the grid of a box.
 struct PaintedBall {
@@ -45,7 +46,7 @@ struct PaintedBall {
   double centre[3];  ///< in the box's indices, plus `first`
   double radius_mm;
   int first[3], low[3], high[3];  ///< of the box; the voxels to be asked, in the box
-  Known value;
+  Constraint value;
 
   /// Whether the ball holds a voxel of the box between `low` and `high`: its centre lies in it, or it is the nearest.
   SIMPLEXSEG_HD bool holds(int i, int j, int k) const {
@@ -60,13 +61,13 @@ struct PaintedBall {
 std::vector<PaintedBall> painted_balls(const VolumeGeometry& geometry, const VoxelBox& box,
                                        std::span<const Mark> marks);
 
-/// FarBorder, VolumeEdge or Nothing: what is known of a voxel of a box by where it lies alone.
+/// FarBorder, VolumeEdge or None: what is known of a voxel of a box by where it lies alone.
 struct SideOfBox {
   std::array<int, 3> size;                        ///< of the box
   std::array<bool, 3> volume_first, volume_last;  ///< whether the box's sides are the volume's
   SideOfBox(const VoxelBox& box, const std::array<int, 3>& volume_size);
 
-  SIMPLEXSEG_HD Known operator()(int i, int j, int k) const {
+  SIMPLEXSEG_HD Constraint operator()(int i, int j, int k) const {
     const int at[3]{i, j, k};
     bool far = false, edge = false;
     for (int a = 0; a < 3; ++a) {
@@ -75,13 +76,13 @@ struct SideOfBox {
       far |= (first && !volume_first[a]) || (last && !volume_last[a]);
       edge |= (first && volume_first[a]) || (last && volume_last[a]);
     }
-    return far ? Known::FarBorder : edge ? Known::VolumeEdge : Known::Nothing;
+    return far ? Constraint::FarBorder : edge ? Constraint::VolumeEdge : Constraint::None;
   }
 };
 
 /// Their marks alone, over what is known.
 void paint_marks(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks,
-                 std::vector<Known>& known);
+                 std::vector<Constraint>& known);
 
 /// For every voxel of a box the square of the distance, in mm, to the nearest of these places; 1e12 without any.
 std::vector<float> squared_distances(const VolumeGeometry& geometry, const VoxelBox& box,

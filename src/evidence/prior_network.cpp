@@ -98,8 +98,8 @@ PriorNetwork PriorNetwork::read(std::istream& in) {
     network.layers.push_back(std::move(layer));
   }
   if (!in || network.layers.empty() || static_cast<int>(network.layers.size()) != layers || width != 1)
-    throw Error("the network of the field's prior", "its text is not layers of numbers",
-                "give a file that learn_prior has written");
+    throw Error("the network of the field's prior", "the file does not hold network layers",
+                "give a file written by learn_prior");
   return network;
 }
 
@@ -109,7 +109,7 @@ PriorNetworks PriorNetworks::parse(const std::string& text) {
   std::istringstream in(text);
   PriorNetworks networks{PriorNetwork::read(in), PriorNetwork::read(in)};
   if (networks.marks.features() != MarkFeatures::kCount || networks.update.features() != UpdateFeatures::kCount)
-    throw Error("the networks of the field's prior", "they are of other features", "learn them anew");
+    throw Error("the networks of the field's prior", "they were trained on other features", "train them again");
   return networks;
 }
 

@@ -216,27 +216,31 @@ void RandomWalker::cycle(std::size_t l) {
 }
 
 RandomWalker::Report RandomWalker::solve(std::span<const std::uint8_t> target, std::span<const std::uint8_t> held,
-                                         double tolerance, int most_iterations) {
+                                         double tolerance, int most_iterations, const ReportProgress& progress) {
   eliminate_held(target, held);
   build_levels();
   std::ranges::copy(field(), inner_.data());
   std::fill_n(direction_.data(), grid().count(), 0.0f);
   cycled_ = false;
   product_ = 0;
-  return carry_on(tolerance, most_iterations);
+  return resume(tolerance, most_iterations, progress);
 }
 
-RandomWalker::Report RandomWalker::carry_on(double tolerance, int most_iterations) {
+RandomWalker::Report RandomWalker::resume(double tolerance, int most_iterations, const ReportProgress& progress) {
   Level& top = levels_.front();
   const int n = top.grid.count();
   const LevelView v = view(top.grid, top.weight, top.diagonal);
   float *const r = top.residual.data(), *const z = top.correction.data(), *const p = direction_.data();
   Report report;
+  double first_error = 0;
   for (;; ++report.iterations) {
     if (!cycled_) cycle(0);
     cycled_ = true;
     report.error = largest_correction();
+    if (report.iterations == 0) first_error = report.error;
     if (!(report.error > tolerance) || report.iterations == most_iterations) break;
+    if (progress)
+      progress(static_cast<float>(std::log(first_error / report.error) / std::log(first_error / tolerance)));
     const double next = sum_over_indices(run_, n, Product{r, z});
     if (!(next > 0)) break;
     for_each_index(run_, n, NewDirection{product_ > 0 ? static_cast<float>(next / product_) : 0.0f, z, p});

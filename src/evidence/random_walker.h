@@ -8,6 +8,7 @@
 
 #include "evidence/padded_array.h"
 #include "evidence/run_jobs.h"
+#include "evidence/update_progress.h"
 
 namespace simplexseg {
 
@@ -38,11 +39,12 @@ class RandomWalker {
     double error = 0;  ///< largest correction that the last cycle asked for
   };
   /// `target`: t, 0..255 for 0..1; `held`: not 0 where the field is given. Overwrites weights and pull. Stops when no
-  /// voxel asks for a correction above `tolerance`, or after `most_iterations`.
+  /// voxel asks for a correction above `tolerance`, or after `most_iterations`. `progress`, unless empty, receives the
+  /// completed part before each iteration: log(first / present error) / log(first error / tolerance); it may decrease.
   Report solve(std::span<const std::uint8_t> target, std::span<const std::uint8_t> held, double tolerance,
-               int most_iterations);
+               int most_iterations, const ReportProgress& progress = {});
   /// More of the solution that was begun, to a smaller tolerance: the same field as if that had been asked for at once.
-  Report carry_on(double tolerance, int most_iterations);
+  Report resume(double tolerance, int most_iterations, const ReportProgress& progress = {});
   std::size_t bytes() const;
 
  private:

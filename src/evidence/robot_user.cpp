@@ -107,7 +107,7 @@ Eigen::Vector3d boundary_near(const Mask& mask, const Eigen::Vector3d& from) {
 
 std::optional<WorstError> worst_error(const Mask& truth, const Mask& now) {
   if (!truth.geometry.same_grid(now.geometry))
-    throw Error("the robot cannot compare", "the grids of truth and result differ", "bring both onto one grid");
+    throw Error("the robot cannot compare", "reference and result have different grids", "resample one onto the other");
   const std::uint8_t *const t = truth.voxels.data(), *const n = now.voxels.data();
   Part missing = largest(truth.geometry, [=](std::size_t v) { return t[v] && !n[v]; });
   Part extra = largest(truth.geometry, [=](std::size_t v) { return !t[v] && n[v]; });
@@ -134,8 +134,7 @@ std::vector<RobotClick> run_robot(const Mask& truth, RobotSubject& subject, cons
                                   const std::function<void(int, const Mask&)>& after_click) {
   const Mask part = largest_part(truth);
   const std::optional<WorstError> deepest = deepest_voxel(part);
-  if (!deepest)
-    throw Error("the robot has no truth", "the label is nowhere in the labels", "give a label that is there");
+  if (!deepest) throw Error("the robot has no reference", "no voxel has the label", "give a label that occurs");
   const Eigen::Affine3d world = truth.geometry.world_from_index();
   const auto place = [&](const std::array<int, 3>& voxel) -> Eigen::Vector3d {
     return world * Eigen::Vector3d(voxel[0], voxel[1], voxel[2]);

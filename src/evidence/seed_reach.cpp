@@ -20,10 +20,10 @@ constexpr double kLeastStepVoxels = 0.25, kLeastSteps = 24;  // of a ray; steps 
 constexpr double kSmoothingVoxels = 0.7;
 constexpr double kNearest = 0.2;  // share of the rays
 constexpr std::array kDeviations{4.0, 6.0};
-constexpr double kLeastDeviation = 0.01;  // of the range of all that the rays meet
-constexpr double kSameWall = 1.4;         // largest ratio of the distances for the two
-constexpr double kClear = 1.3;            // radii: a nearer wall may be the ball's own
-constexpr double kCare = 0.93;            // of the distance: too small a ball costs less than too large a one
+constexpr double kLeastWallDeviation = 0.01;  // of the range of all that the rays meet
+constexpr double kSameWall = 1.4;             // largest ratio of the distances for the two
+constexpr double kClear = 1.3;                // radii: a nearer wall may be the ball's own
+constexpr double kCare = 0.93;                // of the distance: too small a ball costs less than too large a one
 
 /// The image along rays out of a place, evenly over the sphere.
 struct Rays {
@@ -74,7 +74,7 @@ double seed_reach_mm(const Volume& volume, const Eigen::Vector3d& centre_mm, dou
   const double middle = quantile(inner, 0.5);
   for (double& x : inner) x = std::fabs(x - middle);
   const double range = quantile(finite, 0.99) - quantile(finite, 0.01);
-  const double deviation = std::max(kDeviationsOfMedian * quantile(inner, 0.5), kLeastDeviation * range);
+  const double deviation = std::max(kDeviationsOfMedian * quantile(inner, 0.5), kLeastWallDeviation * range);
   std::array<double, 2> radii;
   for (std::size_t k = 0; k < radii.size(); ++k)
     radii[k] = rays.wall(middle, kDeviations[k] * deviation) * step / radius_mm;

@@ -106,15 +106,15 @@ float noise_in(const std::vector<std::uint8_t>& object, const std::vector<float>
 }
 
 /// How far looks are believed, by the marks of the kind that they agree with less.
-float trust_of_marks(std::span<const float> look, std::span<const Known> known, std::span<const float> distance,
+float trust_of_marks(std::span<const float> look, std::span<const Constraint> known, std::span<const float> distance,
                      float layer_mm) {
   float least = 1;
-  for (const Known mark : {Known::Inside, Known::Outside}) {
+  for (const Constraint mark : {Constraint::Inside, Constraint::Outside}) {
     float count = kUnmarkedVoxels, agreed = kUnmarkedVoxels;
     for (std::size_t v = 0; v < known.size(); ++v) {
       if (known[v] != mark || distance[v] >= layer_mm) continue;
       count += 1;
-      agreed += (look[v] > 0) == (mark == Known::Inside) ? 1.0f : 0.0f;
+      agreed += (look[v] > 0) == (mark == Constraint::Inside) ? 1.0f : 0.0f;
     }
     least = std::min(least, agreed / count);
   }
@@ -146,10 +146,10 @@ std::vector<float> evened(const Layer& layer, const std::vector<float>& field, d
 
 }  // namespace
 
-void settle_surface(std::span<float> probability, const FieldObject& object, std::span<const Known> known,
-                    std::span<const float> image, std::span<const std::uint8_t> before, const VoxelBox& box,
-                    const std::array<double, 3>& spacing_mm, const SurfaceSaid& said, const EvidenceSettings& settings,
-                    const RunJobs& run) {
+void refine_in_narrow_band(std::span<float> probability, const FieldObject& object, std::span<const Constraint> known,
+                           std::span<const float> image, std::span<const std::uint8_t> before, const VoxelBox& box,
+                           const std::array<double, 3>& spacing_mm, const BandTerms& said,
+                           const EvidenceSettings& settings, const RunJobs& run) {
   if (settings.surface_layer <= 0 || object.around.voxel_count() == 0) return;
   const double scale = settings.surface_scale;
   const auto voxel_mm = static_cast<float>(*std::min_element(spacing_mm.begin(), spacing_mm.end()));
@@ -159,21 +159,21 @@ void settle_surface(std::span<float> probability, const FieldObject& object, std
   const std::vector<std::uint8_t> was = layer.cut(std::span<const std::uint8_t>(object.voxels));
   const std::vector<float> value = layer.cut(image);
   const std::vector<float> field = layer.cut(std::span<const float>(probability));
-  const std::vector<Known> marked = layer.cut(known);
+  const std::vector<Constraint> marked = layer.cut(known);
   const std::vector<float> distance = distance_to_surface(was, layer, spacing_mm, voxel_mm, near_mm);
   const float noise = noise_in(was, value, layer.grid());
 
   const auto near = [&](int v) { return distance[v] < near_mm ? 1.0f : 0.0f; };
-  const auto can_change = [&](std::size_t v) { return marked[v] == Known::Nothing && distance[v] < layer_mm; };
+  const auto can_change = [&](std::size_t v) { return marked[v] == Constraint::None && distance[v] < layer_mm; };
   const Sums all = sums_around(layer, scale, value, near);
   std::vector<std::uint8_t> is = was;
   const std::vector<float> even = evened(layer, field, settings.surface_evenness);
   HeldSurface held = held_surface(said, layer.part(), spacing_mm, settings);
   std::vector<std::uint8_t> had;
   std::vector<float> from_had;
-  if (!before.empty() && said.hears_before()) {
+  if (!before.empty() && said.has_temporal_term()) {
     const std::vector<std::uint8_t> field_before = layer.cut(before);
-    had = layer.values([&](int v) { return std::uint8_t{field_before[v] > kMiddleBefore}; });
+    had = layer.values([&](int v) { return std::uint8_t{field_before[v] > kPreviousThreshold}; });
     from_had = distance_to_surface(had, layer, spacing_mm, voxel_mm, near_mm);
     held.moves = said.moves.data(), held.object = had.data(), held.distance = from_had.data();
   }
@@ -188,7 +188,8 @@ void settle_surface(std::span<float> probability, const FieldObject& object, std
     }
     for_each_index(run, layer.grid().count(), [&, odds = odds.data(), is = is.data()](int v) {
       if (!can_change(v)) return;
-      odds[v] = surface::odds(field[v], even[v], look[v], trust[v], static_cast<float>(said.lean) + held(v, trust[v]));
+      odds[v] = surface::odds(field[v], even[v], look[v], trust[v],
+                              static_cast<float>(said.offset_log_odds) + held(v, trust[v]));
       is[v] = odds[v] > 0;
     });
   }

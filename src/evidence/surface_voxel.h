@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What settle_surface() works out for one voxel, in both of its versions (surface_layer.h, parallel/surface.h).
+// What refine_in_narrow_band() works out for one voxel, in both of its versions (surface_layer.h, parallel/surface.h).
 #pragma once
 #include <algorithm>
 #include <array>
@@ -22,14 +22,14 @@ struct SurfaceMove {
   float deep_mm;     ///< above 0: the mark lies so deep in what was wrong, a leak, say: nothing holds around it
 };
 
-/// What marks say of a field's surface, beside what they say of voxels.
-struct SurfaceSaid {
-  double lean = 0;                 ///< log odds that all of the layer gains (docs/adr/0026-which-way-clicks-go.md)
-  double hold = 0;                 ///< log odds of a voxel inward of where the surface of the field before is to be
+/// Terms of the narrow band that are computed from the marks.
+struct BandTerms {
+  double offset_log_odds = 0;      ///< added to the whole band (docs/adr/0026-band-offset-from-marks.md)
+  double temporal_weight = 0;      ///< log odds per voxel inward of the previous surface, as moved by `moves`
   std::vector<SurfaceMove> moves;  ///< from there, by the marks made since
 
-  /// Whether where the surface was says anything.
-  bool hears_before() const { return hold > 0 || !moves.empty(); }
+  /// Whether the previous surface contributes.
+  bool has_temporal_term() const { return temporal_weight > 0 || !moves.empty(); }
 };
 
 }  // namespace simplexseg
@@ -136,7 +136,7 @@ struct HeldSurface {
 };
 
 /// Of a part of the box: all but what is in the memory of the processor.
-inline HeldSurface held_surface(const SurfaceSaid& said, const VoxelBox& part, const std::array<double, 3>& spacing_mm,
+inline HeldSurface held_surface(const BandTerms& said, const VoxelBox& part, const std::array<double, 3>& spacing_mm,
                                 const EvidenceSettings& settings) {
   HeldSurface held{};
   for (int a = 0; a < 3; ++a) {
@@ -147,7 +147,7 @@ inline HeldSurface held_surface(const SurfaceSaid& said, const VoxelBox& part, c
   const auto reach_mm = static_cast<float>(settings.surface_reach) * held.voxel_mm;
   held.per_square_mm = 1 / (2 * reach_mm * reach_mm);
   held.count = static_cast<int>(said.moves.size());
-  held.hold = static_cast<float>(said.hold), held.pull = static_cast<float>(settings.surface_pull);
+  held.hold = static_cast<float>(said.temporal_weight), held.pull = static_cast<float>(settings.surface_pull);
   return held;
 }
 

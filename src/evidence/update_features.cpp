@@ -10,7 +10,7 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kRounds = 3;
+constexpr int kUpdateRounds = 3;
 
 std::vector<float> distance_to(const std::vector<std::uint8_t>& set, const PriorInput& input) {
   Eigen::Matrix3d mm = Eigen::Matrix3d::Zero();
@@ -38,7 +38,7 @@ UpdateFeatures::UpdateFeatures(const PriorInput& input, std::span<const std::uin
       if (square <= mark.ball.radius_mm * mark.ball.radius_mm) edges_[v] = 0;
     }
   }
-  const WayCost cost = cost_of_edges(noise_of(input.inner_difference));
+  const EdgeCost cost = cost_of_edges(noise_of(input.inner_difference));
   view_ = {input.image.data(),
            input.before.data(),
            anew.data(),
@@ -54,9 +54,9 @@ UpdateFeatures::UpdateFeatures(const PriorInput& input, std::span<const std::uin
            static_cast<float>(settings.far_memory),
            static_cast<float>(settings.far_depths)};
   std::vector<std::uint8_t> in(n), out(n);
-  for (int v = 0; v < n; ++v) in[v] = input.before[v] > kMiddleBefore, out[v] = !in[v];
+  for (int v = 0; v < n; ++v) in[v] = input.before[v] > kPreviousThreshold, out[v] = !in[v];
   run(3, [&](int job) {
-    if (job == 0) lower_geodesic_distance(edges_, input.image, input.grid, input.spacing_mm, cost, kRounds);
+    if (job == 0) lower_geodesic_distance(edges_, input.image, input.grid, input.spacing_mm, cost, kUpdateRounds);
     if (job == 0) return;
     const std::vector<float> to_other = distance_to(job == 1 ? out : in, input);
     const std::uint8_t* const mine = job == 1 ? in.data() : out.data();

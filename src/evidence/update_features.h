@@ -29,7 +29,7 @@ class UpdateFeatures {
   std::vector<std::uint16_t> nearest_;  ///< of the fresh marks
   std::vector<float> square_, edges_;   ///< mm^2 to it; edges between
   std::vector<float> inward_;           ///< mm from the surface of the field before, above 0 inside
-  std::vector<FreshBall> balls_;
+  std::vector<NewMarkVoxel> balls_;
   UpdateView view_{};
 };
 

@@ -9,7 +9,7 @@
 namespace simplexseg {
 
 /// Ball of a mark that was made since the field before; a boundary mark has two.
-struct FreshBall {
+struct NewMarkVoxel {
   float radius_mm;
   float look;      ///< of the image at its centre
   float depth_mm;  ///< from its centre to the nearest voxel on the other side of the field before
@@ -17,7 +17,7 @@ struct FreshBall {
   bool inside;     ///< else outside
 };
 
-inline constexpr int kMiddleBefore = 127;  ///< what is above is the object of the field before
+inline constexpr int kPreviousThreshold = 127;  ///< what is above is the object of the field before
 
 /// mm from the surface of the field before, above 0 inside, from the distance to the nearest voxel on the other side:
 /// the surface lies half way between voxels.
@@ -29,7 +29,7 @@ SIMPLEXSEG_HD float inward_mm(float to_other_mm, bool inside, float least_mm) {
 struct UpdateView {
   const float* image;                 ///< smoothed
   const std::uint8_t *before, *anew;  ///< field before the fresh marks; the prior as if there had been none
-  const FreshBall* fresh;
+  const NewMarkVoxel* fresh;
   const std::uint16_t* nearest;  ///< of the fresh marks
   const float *square, *edges;   ///< mm^2 to it; edges between
   const float* inward;           ///< inward_mm()
@@ -41,7 +41,7 @@ struct UpdateView {
   /// Calls set(f, value) for each feature f of a voxel.
   template <class Set>
   SIMPLEXSEG_HD void fill(int v, const Set& set) const {
-    const FreshBall& mark = fresh[nearest[v]];
+    const NewMarkVoxel& mark = fresh[nearest[v]];
     const float depth = depth_of(v), side = mark.inside ? 1.0f : -1.0f;
     const float p = (anew[v] + 0.5f) / 256, away = side * inward[v];
     const float was = before[v] == 0 ? -1.0f : (before[v] - 128) / 127.0f;

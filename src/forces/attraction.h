@@ -6,9 +6,9 @@
 
 namespace simplexseg {
 
-/// Attraction points: for each mesh and point C, the nearest vertex P0 and its p-order neighbourhood follow:
-///   d_i = w_i (C - P0),   w_i = (1 - t^2)^2 exp(-2 t^2) with t = ring / (p + 1), so w = 1 at P0 and 0 past ring p;
-/// several points on one vertex: their weighted mean (docs/mathematics.md, section 2.6).
+/// Attraction points: each point C pulls the nearest vertex P0 of its mesh and the p-order neighbourhood of P0:
+///   d_i = w_i (C - P0),   w_i = (1 - t^2)^2 exp(-2 t^2) with t = ring / (p + 1), so w = 1 at P0 and 0 beyond ring p.
+/// The displacement of a vertex pulled by several points is their weighted mean (docs/mathematics.md, section 2.6).
 struct AttractionForce {
   static constexpr ForceId id = ForceId::Attraction;
   static constexpr ForceKind kind = ForceKind::External;
@@ -18,18 +18,17 @@ struct AttractionForce {
       "Pulls the vertex nearest to each attraction point, and its neighbourhood, to the point.";
   enum Parameter : int { weight, order, image_fade, parameter_count };
   static constexpr ParameterInfo parameters[] = {
-      {"weight", 2, 0, 20, "", "Strength of the force; 0 leaves it out."},
+      {"weight", 2, 0, 20, "", "Strength of the force; 0 disables it."},
       {"order", 5, 0, kMaxNeighbourhoodOrder, "rings", "Size of the neighbourhood that follows the nearest vertex.",
        ParameterKind::Integer},
-      {"image_fade", 1, 0, 1, "",
-       "How far image forces fade where a point pulls; 1: the point alone decides at its vertex."},
+      {"image_fade", 1, 0, 1, "", "Fading of image forces where a point pulls; 1: only the point acts at its vertex."},
   };
   static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
 
-  /// Takes what the sums of the points say to vertex i, and leaves zeros: sets the force, its weight included, adds to
-  /// the stiffness of the vertex, and says what is left of the image forces there.
-  SIMPLEXSEG_HD static void take_pull(const StepView& v, const MeshConstants& m, int i, Vec3& force, float& stiffness,
-                                      float& image) {
+  /// Converts the summed pulls at vertex i into `force`, including the weight, and resets the sums. Adds to `stiffness`
+  /// and sets `image`, the factor on image forces that remains at the vertex.
+  SIMPLEXSEG_HD static void apply_pull(const StepView& v, const MeshConstants& m, int i, Vec3& force, float& stiffness,
+                                       float& image) {
     if (v.attraction.in_patch[i] == 0) return;
     const AttractionSum s = v.attraction.sums[i];
     v.attraction.sums[i] = {0, 0, 0, 0};
@@ -40,8 +39,8 @@ struct AttractionForce {
     image = 1.0f - m.value<AttractionForce>(image_fade) * smaller(s.weight * (1.0f / kFixedPoint), 1.0f);
     stiffness += k;
   }
-  /// The same for the linear model of the multigrid correction, which leaves the sums as they are: adds the share of
-  /// the bound that the force has at vertex i to `stiffness`, and says what is left of the image forces.
+  /// Adds the stiffness of the force at vertex i for the linear model of the multigrid correction and sets `image` as
+  /// in apply_pull(). Does not reset the sums.
   SIMPLEXSEG_HD static void add_stiffness(const StepView& v, const MeshConstants& m, int i, float& stiffness,
                                           float& image) {
     if (v.attraction.in_patch[i] != 0 && m.forces.weight(id) > 0.0f) {
@@ -51,7 +50,7 @@ struct AttractionForce {
     }
   }
 
-  /// 1 at ring 0, falling smoothly, 0 past ring p.
+  /// Weight of a ring: 1 at ring 0, smoothly decreasing, 0 beyond ring p.
   SIMPLEXSEG_HD static float ring_weight(int ring, int p) {
     const float t = static_cast<float>(ring) / (p + 1);
     const float taper = 1.0f - t * t;
@@ -59,9 +58,9 @@ struct AttractionForce {
   }
 };
 
-/// Nearest vertex to each attraction point, first half: over one block of vertices of a mesh, for one group of points
-/// of that mesh. BindPatch takes the smallest of the blocks' keys. Ties go to the lowest index: the key is the squared
-/// distance's bits, then the vertex.
+/// Nearest vertex to each attraction point within one block of vertices of a mesh, for one group of points of that
+/// mesh; BindPatch takes the minimum over the blocks. The key is the bits of the squared distance, then the vertex, so
+/// ties go to the lowest index.
 struct FindNearest {
   static constexpr const char* name = "nearest vertex";
   static constexpr int kLanes = 32, kBlock = kNearestBlock;
@@ -75,35 +74,35 @@ struct FindNearest {
         m.point_count - group * kPointGroup < kPointGroup ? m.point_count - group * kPointGroup : kPointGroup;
     if (begin >= end || points <= 0) return;
     const int first_point = m.first_point + group * kPointGroup, first_vertex = m.first_vertex;
-    // All loads first: none waits for another.
+    // All loads come first, so that they overlap.
     Vec3 c[kPointGroup];
     for (int k = 0; k < kPointGroup; ++k) c[k] = xyz(v.attraction.points[first_point + (k < points ? k : 0)].position);
     float best[kPointGroup];
     int nearest[kPointGroup];
     for (int k = 0; k < kPointGroup; ++k) best[k] = INFINITY, nearest[k] = 0;
-    // A lane holds every kStride-th position of the block, the last one in place of those past the end.
-    constexpr int kStride = L::width, kOwn = kBlock / kStride, kHeld = kOwn < 4 ? kOwn : 4;
-    for (int held = 0; held < kOwn; held += kHeld) {
-      Vec3 x[kHeld];
-      for (int h = 0; h < kHeld; ++h) {
-        const int at = begin + lanes.lane + (held + h) * kStride;
+    // A lane reads every kStride-th position of the block, in batches; positions past the end repeat the last one.
+    constexpr int kStride = L::width, kPerLane = kBlock / kStride, kBatch = kPerLane < 4 ? kPerLane : 4;
+    for (int first = 0; first < kPerLane; first += kBatch) {
+      Vec3 x[kBatch];
+      for (int h = 0; h < kBatch; ++h) {
+        const int at = begin + lanes.lane + (first + h) * kStride;
         x[h] = xyz(v.current[first_vertex + (at < end ? at : end - 1)]);
       }
       for (int k = 0; k < kPointGroup; ++k)
-        for (int h = 0; h < kHeld; ++h) {
+        for (int h = 0; h < kBatch; ++h) {
           const Vec3 d = x[h] - c[k];
           const float square = dot(d, d);
-          if (square < best[k]) best[k] = square, nearest[k] = held + h;
+          if (square < best[k]) best[k] = square, nearest[k] = first + h;
         }
-      if (begin + (held + kHeld) * kStride >= end) break;
+      if (begin + (first + kBatch) * kStride >= end) break;
     }
     unsigned long long keys[kPointGroup];
     for (int k = 0; k < kPointGroup; ++k) {
       const int at = begin + lanes.lane + nearest[k] * kStride;
       const unsigned vertex = static_cast<unsigned>(first_vertex + (at < end ? at : end - 1)),
                      square = bits_of(best[k]);
-      const unsigned least = lanes.smallest(square);
-      keys[k] = static_cast<unsigned long long>(least) << 32 | lanes.smallest(square == least ? vertex : ~0u);
+      const unsigned smallest = lanes.smallest(square);
+      keys[k] = static_cast<unsigned long long>(smallest) << 32 | lanes.smallest(square == smallest ? vertex : ~0u);
     }
     if (lanes.lane != 0) return;
     for (int k = 0; k < points; ++k)
@@ -111,27 +110,27 @@ struct FindNearest {
   }
 };
 
-/// Adds what one attraction point says to the sums of the vertices of its patch; integers, so that their order does not
-/// matter. The integration takes the sums and leaves zeros.
+/// Adds the pull of one attraction point to the sums of the vertices of its patch. The sums are integers, hence
+/// independent of the order; the integration reads and resets them.
 template <class L>
 SIMPLEXSEG_HD void add_pull(const StepView& v, int point, Vec3 position, int nearest, int patch_count, L lanes) {
   const PatchEntry* patch = v.attraction.patches + static_cast<long>(point) * kMaxPatch;
-  // Bounded to 10 m: the sums stay inside 64 bits for any number of points that fits into memory.
-  auto fixed = [](float x) { return static_cast<long long>(smaller(larger(x, -1e4f), 1e4f) * kFixedPoint); };
+  // Limited to 10 m, so that the sums fit into 64 bits for any number of points that fits into memory.
+  auto to_fixed_point = [](float x) { return static_cast<long long>(smaller(larger(x, -1e4f), 1e4f) * kFixedPoint); };
   const Vec3 pull = position - xyz(v.current[nearest]);
   for (int k = lanes.lane; k < patch_count; k += L::width) {
     const PatchEntry e = patch[k];
     AttractionSum* sum = &v.attraction.sums[e.vertex];
-    atomic_add(&sum->weight, fixed(e.weight));
-    atomic_add(&sum->x, fixed(e.weight * (e.weight * pull.x)));
-    atomic_add(&sum->y, fixed(e.weight * (e.weight * pull.y)));
-    atomic_add(&sum->z, fixed(e.weight * (e.weight * pull.z)));
+    atomic_add(&sum->weight, to_fixed_point(e.weight));
+    atomic_add(&sum->x, to_fixed_point(e.weight * (e.weight * pull.x)));
+    atomic_add(&sum->y, to_fixed_point(e.weight * (e.weight * pull.y)));
+    atomic_add(&sum->z, to_fixed_point(e.weight * (e.weight * pull.z)));
   }
 }
 
-/// Breadth-first p-order neighbourhood of each point's nearest vertex, and the first sums over it: as many whole rings
-/// as kMaxPatch has room for, which are all on any surface of a sphere's kind. One call a point. A neighbourhood that
-/// is still the right one is kept.
+/// Finds the p-order neighbourhood (patch) of a point's nearest vertex, breadth first, and adds the pulls of this step.
+/// One call per point. The patch contains as many complete rings as fit into kMaxPatch, which is all rings on surfaces
+/// with the topology of a sphere. A patch that is still valid is reused.
 struct BindPatch {
   static constexpr const char* name = "attraction patch";
   static constexpr int kLanes = 32;
@@ -141,7 +140,7 @@ struct BindPatch {
     PointView& c = v.attraction.points[point];
     PatchEntry* patch = v.attraction.patches + static_cast<long>(point) * kMaxPatch;
     const int order = v.meshes[c.mesh].template integer<AttractionForce>(AttractionForce::order);
-    // Where the mesh has fewer blocks than the largest one, the rest is ~0.
+    // The key of a block beyond the end of the mesh is ~0.
     const unsigned long long* keys = v.attraction.nearest + static_cast<long>(point) * v.attraction.nearest_blocks;
     unsigned long long key = ~0ull;
     SIMPLEXSEG_UNROLL
@@ -154,7 +153,7 @@ struct BindPatch {
       count = 1;
       if (lanes.lane == 0) patch[0] = {nearest, 1.0f};
       lanes.sync();
-      int before = 0, begin = 0;  // of the last ring but one, and of the last ring
+      int before = 0, begin = 0;  // starts of the last ring but one and of the last ring
       for (int ring = 1; ring <= order; ++ring) {
         const int end = count;
         const float w = AttractionForce::ring_weight(ring, order);
@@ -190,6 +189,7 @@ struct BindPatch {
   }
 };
 
+/// Adds the pull of each point in steps that do not update the patches. One call per point.
 struct SumAttraction {
   static constexpr const char* name = "sum attraction";
   static constexpr int kLanes = 32;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Voxels for eight lanes: of each lane's cell the four rows of two neighbours, read as pairs. Gathers would read them
-// one by one all the same, and not voxels of 8 and 16 bits.
+// Reads the voxels of eight cells, each as four pairs of neighbours. A gather instruction does not
+// support voxels of 8 and 16 bits, and also performs one load per voxel.
 #pragma once
 #include <cstring>
 
@@ -12,46 +12,46 @@ namespace simplexseg {
 struct Pairs8 {
   Float8 first, second;
 };
-/// The pair of voxels at each of eight places, `offset` voxels further.
+/// Pairs of voxels at eight addresses plus `offset` voxels.
 template <class T>
 SIMPLEXSEG_HD Pairs8 pairs_at(const T* const* at, long offset) {
   if constexpr (sizeof(T) <= 2) {
-    auto both = [&](int lane) SIMPLEXSEG_INLINED {
+    auto pair = [&](int lane) SIMPLEXSEG_INLINED {
       std::conditional_t<sizeof(T) == 2, std::uint32_t, std::uint16_t> bits;
       std::memcpy(&bits, at[lane] + offset, sizeof bits);
       return static_cast<int>(bits);
     };
-    constexpr int kBits = 8 * sizeof(T), kRest = 32 - kBits;
-    const __m256i x = _mm256_set_epi32(both(7), both(6), both(5), both(4), both(3), both(2), both(1), both(0));
-    const __m256i low = _mm256_slli_epi32(x, kRest), high = _mm256_slli_epi32(x, kRest - kBits);
-    auto real = [](__m256i bits) SIMPLEXSEG_INLINED {
+    constexpr int kBits = 8 * sizeof(T), kShift = 32 - kBits;
+    const __m256i x = _mm256_set_epi32(pair(7), pair(6), pair(5), pair(4), pair(3), pair(2), pair(1), pair(0));
+    const __m256i low = _mm256_slli_epi32(x, kShift), high = _mm256_slli_epi32(x, kShift - kBits);
+    auto to_float = [](__m256i bits) SIMPLEXSEG_INLINED {
       return Float8(
-          _mm256_cvtepi32_ps(std::is_signed_v<T> ? _mm256_srai_epi32(bits, kRest) : _mm256_srli_epi32(bits, kRest)));
+          _mm256_cvtepi32_ps(std::is_signed_v<T> ? _mm256_srai_epi32(bits, kShift) : _mm256_srli_epi32(bits, kShift)));
     };
-    return {real(low), real(high)};
+    return {to_float(low), to_float(high)};
   } else {
-    // [x0 x1] of a lane, as floats or the bits of integers.
-    auto both = [&](int lane) SIMPLEXSEG_INLINED {
+    // Pair [x0 x1] of a lane, as floats or as the bits of integers.
+    auto pair = [&](int lane) SIMPLEXSEG_INLINED {
       if constexpr (std::is_same_v<T, double>)
         return _mm_castps_pd(_mm_cvtpd_ps(_mm_loadu_pd(at[lane] + offset)));
       else
         return _mm_castsi128_pd(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(at[lane] + offset)));
     };
     auto four = [&](int a, int b) SIMPLEXSEG_INLINED {
-      const __m128d low = _mm_unpacklo_pd(both(a), both(a + 1)), high = _mm_unpacklo_pd(both(b), both(b + 1));
+      const __m128d low = _mm_unpacklo_pd(pair(a), pair(a + 1)), high = _mm_unpacklo_pd(pair(b), pair(b + 1));
       return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_castpd_ps(low)), _mm_castpd_ps(high), 1);
     };
     const __m256 a = four(0, 4), b = four(2, 6);
-    auto real = [](__m256 bits) SIMPLEXSEG_INLINED {
+    auto to_float = [](__m256 bits) SIMPLEXSEG_INLINED {
       return Float8(std::is_integral_v<T> ? _mm256_cvtepi32_ps(_mm256_castps_si256(bits)) : bits);
     };
-    return {real(_mm256_shuffle_ps(a, b, 0x88)), real(_mm256_shuffle_ps(a, b, 0xdd))};
+    return {to_float(_mm256_shuffle_ps(a, b, 0x88)), to_float(_mm256_shuffle_ps(a, b, 0xdd))};
   }
 }
 
 template <class T>
 SIMPLEXSEG_HD CornersOf<Float8> corners_of(const LinearVoxels<T>& read, const CellOf<Float8>& c) {
-  // Rows are counted in 32 bits, voxels in 64: of lanes 0, 2, 4, 6, then of 1, 3, 5, 7.
+  // Row indices have 32 bits, voxel offsets 64: first those of the lanes 0, 2, 4, 6, then 1, 3, 5, 7.
   const __m256i rows = _mm256_add_epi32(
       _mm256_mullo_epi32(c.k.lanes, _mm256_set1_epi32(static_cast<int>(read.plane / read.row))), c.j.lanes);
   const __m256i length = _mm256_set1_epi32(static_cast<int>(read.row));
@@ -64,7 +64,7 @@ SIMPLEXSEG_HD CornersOf<Float8> corners_of(const LinearVoxels<T>& read, const Ce
                      offsets(_mm256_srli_epi64(rows, 32), _mm256_srli_epi64(c.i.lanes, 32)));
   const T* at[kEight];
   for (int lane = 0; lane < kEight; ++lane) at[lane] = read.voxels + offset[lane % 2 * 4 + lane / 2];
-  // Where there is no pair, and integers that are no int: one by one.
+  // Reads single voxels if there is no second one, and for uint32, which cannot be converted as int.
   if (read.dx == 0 || std::is_same_v<T, std::uint32_t>) {
     auto all = [&](long offset) SIMPLEXSEG_INLINED {
       alignas(32) float x[kEight];

@@ -5,21 +5,21 @@
 
 namespace simplexseg {
 
-/// Draws a mesh to its object: along the normal, the boundary goes where most evidence for the object lies inside of it
-/// and most evidence for the background outside. With the evidence l in [-1, 1] of each sample,
+/// Pulls a mesh to the surface of its object. The target is the position along the normal with the most evidence for
+/// the object inside and for the background outside. With the evidence l in [-1, 1] of each sample,
 ///   score(j) = sum_{i<j} l_i s + g |dI/dn| - c |j| s,   d = s argmax score
-/// (docs/mathematics.md, section 2.5). The evidence is the mesh's field P(object), learned from the user's marks
-/// (src/evidence/); or the log-likelihood ratio of intensities in the mesh's region model (src/forces/region_model.h)
-/// and, near the end, of those found just inside and outside of the surface nearby. Targets are averaged over
-/// neighbours, so that the surface moves as a sheet.
+/// (docs/mathematics.md, section 2.5). The evidence is the mesh's foreground probability field, computed from the
+/// user's marks (src/evidence/), or the log-likelihood ratio of intensities in the mesh's region model
+/// (src/forces/region_model.h), on the finest level also that of local intensities on both sides of the surface.
+/// Targets are averaged over neighbours, which keeps the surface smooth.
 struct EvidenceForce {
   static constexpr ForceId id = ForceId::Evidence;
   static constexpr ForceKind kind = ForceKind::Image;
   static constexpr const char *targets_name = "evidence targets", *search_name = "evidence search";
   static constexpr const char* name = "evidence";
   static constexpr const char* title = "Evidence";
-  static constexpr float kEdgesAtOnce = 0.5f;
-  static constexpr const char* doc = "Draws the mesh to the surface of its object, which is learned from the marks.";
+  static constexpr float kMaxEdgesPerSearch = 0.5f;
+  static constexpr const char* doc = "Pulls the mesh to the surface of its object, which is computed from the marks.";
   enum Parameter : int {
     weight,
     reach,
@@ -35,54 +35,53 @@ struct EvidenceForce {
     parameter_count
   };
   static constexpr ParameterInfo parameters[] = {
-      {"weight", 0.5f, 0, 10, "", "Strength of the force; 0 leaves it out."},
+      {"weight", 0.5f, 0, 10, "", "Strength of the force; 0 disables it."},
       {"reach", 2.0f, 0.5f, 10, "edges",
-       "How far to each side is searched, in mean edge lengths (of the vertex in a field, else of the mesh when it was "
-       "made or refined); at least 2.5 voxels."},
-      {"samples", 8, 2, kMaxSearch, "", "Samples to each side.", ParameterKind::Integer},
-      {"edge", 2.0f, 0, 10, "", "Weight of the image gradient against the evidence."},
-      {"nearness", 0.2f, 0, 2, "",
-       "How much a near boundary is preferred to a far one; of the source 'intensities' alone."},
+       "Search distance to each side, in mean edge lengths (of the vertex with the source 'field', else of the mesh "
+       "when created or refined); at least 2.5 voxels."},
+      {"samples", 8, 2, kMaxSearch, "", "Samples to each side of the vertex.", ParameterKind::Integer},
+      {"edge", 2.0f, 0, 10, "", "Weight of the image gradient relative to the evidence."},
+      {"nearness", 0.2f, 0, 2, "", "Preference for near boundaries over far ones; only for the source 'intensities'."},
       {"local", 0.3f, 0, 1, "",
-       "Share of the evidence that intensities near by give, on the finest level; of the source 'intensities' alone."},
-      {"averaging", 2, 0, 8, "", "How often the targets are averaged over neighbours.", ParameterKind::Integer},
-      {"pull", 2, 0, 20, "voxel", "Bound of the displacement; 0: none."},
-      {"balloon", 0, -1, 1, "", "Added to the evidence of every sample: above 0 grows the mesh, below 0 shrinks it."},
+       "Share of the evidence from nearby intensities, on the finest level; only for the source 'intensities'."},
+      {"averaging", 2, 0, 8, "", "Passes of averaging the targets over neighbours.", ParameterKind::Integer},
+      {"pull", 2, 0, 20, "voxel", "Largest displacement; 0: no limit."},
+      {"balloon", 0, -1, 1, "",
+       "Added to the evidence of every sample: positive values grow the mesh, negative values shrink it."},
       {"source", 0, 0, 1, "",
-       "What says where the object is: the field that is learned from the marks, or what intensities the seed has "
-       "inside and around it.",
+       "Source of the evidence: the field computed from the marks, or the intensities inside and around the seed.",
        ParameterKind::Choice, "field|intensities"},
       {"hold", 8, 1, 20, "",
-       "How many times as strong the force is where the surface lies near that of the field and faces the same way."},
+       "Factor on the force where the mesh lies close to the surface of the field and faces in the same direction."},
   };
   static constexpr bool from_field(const ForceParameters& p) { return p.integer(id, source) == 0; }
-  /// Whether it looks at the intensities on either side of the surface, once the mesh is on its finest level.
-  static constexpr bool compares_locally(const ForceParameters& p) {
+  /// True if local intensities on both sides of the surface are evidence once the mesh is on its finest level.
+  static constexpr bool has_local_evidence(const ForceParameters& p) {
     return !from_field(p) && p.values[static_cast<int>(id)][local] > 0;
   }
-  /// Whether intensities near by count for a mesh now.
-  SIMPLEXSEG_HD static bool takes_statistics(const MeshConstants& m) {
+  /// True if local intensities are evidence for a mesh now.
+  SIMPLEXSEG_HD static bool uses_local_statistics(const MeshConstants& m) {
     return m.finest != 0 && m.forces.weight(id) > 0.0f && m.integer<EvidenceForce>(source) != 0 &&
            m.value<EvidenceForce>(local) > 0.0f;
   }
-  /// A mesh without a field has no evidence.
+  /// With the source field, a mesh needs a field.
   static constexpr bool has_reference(const ForceParameters& p, const RecordedReferences& recorded) {
     return !from_field(p) || recorded.field;
   }
   static constexpr float stability_bound(const ForceParameters& p) {
     return from_field(p) ? p.values[static_cast<int>(id)][hold] : 1.0f;
   }
-  /// Floats that a search keeps at hand: samples and ratios.
+  /// Scratch floats of a search: samples and ratios.
   static constexpr int scratch_floats(const ForceParameters& p) { return 2 * (2 * p.integer(id, samples) + 1); }
-  /// Samples of the volume that a search takes, for the plan.
+  /// Volume samples of a search, for the plan.
   static constexpr int samples_of_search(const ForceParameters& p) { return 2 * p.integer(id, samples) + 1; }
-  /// Runs what finds the targets.
+  /// Runs the kernels that find the targets.
   template <class Voxels, int kWidth, class Searches>
   static void find_targets(Searches& searches);
 
-  /// How strong the force is at this vertex, next to its weight.
+  /// Factor on the weight of the force at this vertex, in [0, hold].
   template <class I>
-  SIMPLEXSEG_HD static Real<I> trust(const StepView& v, I i) {
+  SIMPLEXSEG_HD static Real<I> confidence(const StepView& v, I i) {
     return load_w(v.targets_of<EvidenceForce>(), i);
   }
   template <class I, class Neighbours, class R>
@@ -106,12 +105,12 @@ SIMPLEXSEG_HD Real<I> mean_edge_at(const StepView& v, I i) {
   return (norm(xyz(v.current[nb.x]) - p) + norm(xyz(v.current[nb.y]) - p) + norm(xyz(v.current[nb.z]) - p)) / 3.0f;
 }
 
-/// P(object) from which on a sample is full evidence: (1 + 1/gain) / 2.
+/// Gain of the evidence from a field: P >= (1 + 1/gain) / 2 is full evidence.
 inline constexpr float kFieldGain = 2;
-/// Change of P(object) from voxel to voxel below which it says nothing of where the surface is.
+/// Change of P per voxel below which the field does not locate the surface.
 inline constexpr float kFlatField = 0.02f;
 
-/// The field of a mesh as a volume of its own, the first voxel of its box at index 0.
+/// Field of a mesh as a separate volume, with the first voxel of its box at index 0.
 SIMPLEXSEG_HD VolumeView field_view(const StepView& v, const MeshConstants& m) {
   VolumeView view = v.volume;
   view.voxels = v.fields + m.field.offset;
@@ -119,115 +118,115 @@ SIMPLEXSEG_HD VolumeView field_view(const StepView& v, const MeshConstants& m) {
   return view;
 }
 
-/// From a voxel index position where P is about 0, the way (mm, at most `most_mm`) towards the object of the mesh's
-/// field.
+/// Displacement (mm, at most `max_mm` long) towards the object of the mesh's field from a voxel index position where P
+/// is about 0.
 template <class R>
-SIMPLEXSEG_HD Vec3Of<R> way_to_object(const StepView& v, const MeshConstants& m, Vec3Of<R> at, R most_mm) {
+SIMPLEXSEG_HD Vec3Of<R> vector_to_object(const StepView& v, const MeshConstants& m, Vec3Of<R> at, R max_mm) {
   const VolumeView field = field_view(v, m);
   const Vec3 first = m.field.first_voxel();
   Vec3Of<R> p = at - Vec3Of<R>{first.x, first.y, first.z};
-  // Beyond the box: from its nearest place.
+  // Clamped to the box.
   p = {smaller(larger(p.x, R(0.0f)), R(m.field.size[0] - 1.0f)),
        smaller(larger(p.y, R(0.0f)), R(m.field.size[1] - 1.0f)),
        smaller(larger(p.z, R(0.0f)), R(m.field.size[2] - 1.0f))};
   const CellOf<R> c = cell_at(field, p);
   const CornersOf<R> q = LinearVoxels<std::uint16_t>(field).corners(c);
-  const Vec3Of<R> rise = gradient(field, q, c);
-  const R size = norm(rise), away_voxels = larger(kFieldFloor - interpolate(q, c), R(0.0f)) / kFieldFall;
-  return choose(size > 0.0f, (smaller((away_voxels + 1.0f) * m.voxel_mm, most_mm) / size) * rise, Vec3Of<R>{0, 0, 0});
+  const Vec3Of<R> ascent = gradient(field, q, c);
+  const R size = norm(ascent), distance_voxels = larger(kFieldFloor - interpolate(q, c), R(0.0f)) / kFieldFall;
+  return choose(size > 0.0f, (smaller((distance_voxels + 1.0f) * m.voxel_mm, max_mm) / size) * ascent,
+                Vec3Of<R>{0, 0, 0});
 }
 
-/// How much the way out of the object counts next to the normal, where a line is laid through the field's surface.
-inline constexpr float kLean = 4;
+/// Weight of the field's descent direction relative to the normal in a search line.
+inline constexpr float kDescentWeight = 4;
 
-/// A line through the surface of a field: the normal n, leant towards the way out of the object where the two agree; on
-/// thin parts and where vertices are few normals alone are too rough. `agree`: n with the way out, -1 to 1; 0 where the
-/// field is flat.
+/// Search direction through the surface of a field: the normal n, tilted towards the field's descent direction if the
+/// two agree. Normals alone are too rough on thin parts and on coarse meshes. `alignment`: cosine between n and the
+/// descent direction, reduced to 0 where the field is flat.
 template <class R>
 struct SearchLine {
   Vec3Of<R> direction;
-  R agree;
+  R alignment;
 };
 template <class R>
-SIMPLEXSEG_HD SearchLine<R> line_through(const StepView& v, const MeshConstants& m, Vec3Of<R> at, Vec3Of<R> n) {
+SIMPLEXSEG_HD SearchLine<R> field_search_line(const StepView& v, const MeshConstants& m, Vec3Of<R> at, Vec3Of<R> n) {
   const VolumeView field = field_view(v, m);
   const Vec3 first = m.field.first_voxel();
   const CellOf<R> c = cell_at(field, at - Vec3Of<R>{first.x, first.y, first.z});
-  const Vec3Of<R> fall = -1.0f * gradient(field, LinearVoxels<std::uint16_t>(field).corners(c), c);
-  const R size = norm(fall);
-  const auto falls = size > 0.0f;
-  if (!any(falls)) return {n, 0.0f};
-  // Where the field is nearly flat less is made of its direction, the flatter it is.
-  const R agree = smaller(size * m.voxel_mm / (kFlatField * kFieldScale), R(1.0f)) * dot(fall, n) / size;
-  const Vec3Of<R> leant = n + (kLean * larger(agree, R(0.0f)) / size) * fall;
-  return {choose(falls, (1.0f / norm(leant)) * leant, n), choose(falls, agree, R(0.0f))};
+  const Vec3Of<R> descent = -1.0f * gradient(field, LinearVoxels<std::uint16_t>(field).corners(c), c);
+  const R size = norm(descent);
+  const auto has_descent = size > 0.0f;
+  if (!any(has_descent)) return {n, 0.0f};
+  const R alignment = smaller(size * m.voxel_mm / (kFlatField * kFieldScale), R(1.0f)) * dot(descent, n) / size;
+  const Vec3Of<R> tilted = n + (kDescentWeight * larger(alignment, R(0.0f)) / size) * descent;
+  return {choose(has_descent, (1.0f / norm(tilted)) * tilted, n), choose(has_descent, alignment, R(0.0f))};
 }
 
-/// Where the evidence changes along a line, seen from its middle.
+/// Sign change of the evidence along a line, relative to its middle.
 template <class R>
 struct Crossing {
-  R shift;                ///< samples from the middle
-  Answer<R> found;        ///< false: nowhere in reach
-  Answer<R> from_inside;  ///< the middle lies in the object: looked for outwards, else inwards
+  R shift;                   ///< distance from the middle, samples
+  BooleanOf<R> found;        ///< false: no sign change within reach
+  BooleanOf<R> from_inside;  ///< true: the middle lies in the object, search outwards; false: inwards
 };
 template <class R, class Ratios>
 SIMPLEXSEG_HD Crossing<R> crossing_of(Ratios& ratio, int reach) {
   const R middle = ratio[reach];
-  const Answer<R> inside = middle > 0.0f, outside = !inside;
-  const Answer<R> not_yet = R(0.0f) > R(0.0f);
-  Crossing<R> crossing{choose(inside, R(static_cast<float>(reach)), R(static_cast<float>(-reach))), not_yet, inside};
-  // The first step out of the object or, from outside, into it: between samples k and k + 1.
-  auto take = [&](int k, Answer<R> here) SIMPLEXSEG_INLINED {
+  const BooleanOf<R> inside = middle > 0.0f, outside = !inside;
+  const BooleanOf<R> none = R(0.0f) > R(0.0f);
+  Crossing<R> crossing{choose(inside, R(static_cast<float>(reach)), R(static_cast<float>(-reach))), none, inside};
+  // First crossing out of the object or, from outside, into it: between samples k and k + 1.
+  auto record = [&](int k, BooleanOf<R> here) SIMPLEXSEG_INLINED {
     const R before = ratio[k], after = ratio[k + 1];
     const R between = static_cast<float>(k) + before / (before - after) - static_cast<float>(reach);
-    const Answer<R> open = !crossing.found, first = here & open;
+    const BooleanOf<R> open = !crossing.found, first = here & open;
     crossing.shift = choose(first, between, crossing.shift);
     crossing.found = crossing.found | first;
   };
   for (int k = reach; k < 2 * reach && !all(crossing.found | outside); ++k) {
     const R after = ratio[k + 1];
-    const Answer<R> leaves = !(after > 0.0f);
-    take(k, inside & leaves);
+    const BooleanOf<R> leaves = !(after > 0.0f);
+    record(k, inside & leaves);
   }
   for (int k = reach - 1; k >= 0 && !all(crossing.found | inside); --k) {
     const R before = ratio[k];
-    take(k, outside & (before > 0.0f));
+    record(k, outside & (before > 0.0f));
   }
   return crossing;
 }
 
-/// The crossing, drawn to the edges of the image that lie within a voxel of it where the field is in doubt; samples.
+/// Shift of a crossing (samples), pulled towards image edges within one voxel where the field is uncertain.
 template <class R, class Ratios, class Values>
-SIMPLEXSEG_HD R near_edges(const Crossing<R>& crossing, Ratios& ratio, Values& value, int reach, R step_voxels,
-                           float edge) {
+SIMPLEXSEG_HD R shift_towards_edges(const Crossing<R>& crossing, Ratios& ratio, Values& value, int reach, R step_voxels,
+                                    float edge) {
   if (!any(crossing.found)) return crossing.shift;
   R sum = crossing.shift, weights = 1;
   for (int k = 1; k < 2 * reach; ++k) {
     const float shift = static_cast<float>(k - reach);
-    const R away = fabsf(shift - crossing.shift) * step_voxels;
+    const R distance = fabsf(shift - crossing.shift) * step_voxels;
     const R weight =
-        choose(away < 1.0f, edge * (1.0f - ratio[k] * ratio[k]) * fabsf(value[k + 1] - value[k - 1]), R(0.0f));
+        choose(distance < 1.0f, edge * (1.0f - ratio[k] * ratio[k]) * fabsf(value[k + 1] - value[k - 1]), R(0.0f));
     sum += weight * shift, weights += weight;
   }
   return choose(crossing.found, sum / weights, crossing.shift);
 }
 
-/// How often local statistics are averaged over neighbours.
+/// Passes of averaging local statistics over neighbours.
 inline constexpr int kStatisticsPasses = 4;
 
-/// Mean intensities (in shares of the range) just inside and just outside of the surface: x, y; z: their mean variance.
+/// Local intensity statistics, as shares of the range: mean just inside (x) and outside (y) the surface, variance (z).
 template <class Voxels, int kWidth>
 struct EvidenceStatistics {
   static constexpr const char* name = "evidence statistics";
-  static constexpr int kSamples = 4;  ///< to each side, a voxel apart, starting a voxel away from the surface
+  static constexpr int kSamples = 4;  ///< to each side, one voxel apart, starting one voxel from the surface
   static constexpr int kLanes = kWidth, kCount = 2 * kSamples + 1;
   StepView v;
-  int scratch;  ///< floats: kCount
+  int scratch;  ///< scratch floats: kCount
   template <class I, class L>
   SIMPLEXSEG_HD void operator()(I i, L lanes) const {
     using R = Real<I>;
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
-    if (!EvidenceForce::takes_statistics(m)) return;
+    if (!EvidenceForce::uses_local_statistics(m)) return;
     const IndexLineOf<R> line = index_line(v.volume, xyz(v.current[i]), xyz(v.frame[i]));
     R mean[2], variance = 0, count = 0;
     auto values = lanes.template scratch<kCount>(0);
@@ -237,7 +236,7 @@ struct EvidenceStatistics {
       R sum = 0, square = 0, n = 0;
       for (int j = 1; j <= kSamples; ++j) {
         const R value = (values[side == 0 ? kSamples - j : kSamples + j] - m.intensity_low) * m.intensity_scale;
-        const Answer<R> valid = is_valid(value);
+        const BooleanOf<R> valid = is_valid(value);
         sum = choose(valid, sum + value, sum), square = choose(valid, square + value * value, square);
         n = choose(valid, n + 1.0f, n);
       }
@@ -256,7 +255,7 @@ struct EvidenceSearch {
   static constexpr int kSamples = 2 * kMaxSearch + 1;
   static constexpr int kLanes = kWidth;
   StepView v;
-  int scratch;  ///< floats: samples and ratios of the longest search
+  int scratch;  ///< scratch floats: samples and ratios of the longest search
   template <class I, class L>
   SIMPLEXSEG_HD void operator()(I i, L lanes) const {
     using F = EvidenceForce;
@@ -274,7 +273,7 @@ struct EvidenceSearch {
     IndexLineOf<R> line = index_line(v.volume, xyz(v.current[i]), n);
     SearchLine<R> search{n, 0};
     if (from_field) {
-      search = line_through(v, m, line.origin, search.direction);
+      search = field_search_line(v, m, line.origin, search.direction);
       line.direction = rotate_to_index(v.volume, search.direction);
     }
     const float* table = m.region_table >= 0 ? v.region_tables + m.region_table : nullptr;
@@ -286,7 +285,7 @@ struct EvidenceSearch {
       const Vec4Of<R> s = load(v.local_statistics, i);
       const R contrast = s.x - s.y;
       middle = 0.5f * (s.x + s.y);
-      // Ratio of two Gaussians of one variance, bounded below so that a flat neighbourhood says nothing.
+      // Log-ratio of two Gaussians of equal variance; the minimum variance suppresses flat neighbourhoods.
       slope = contrast / (s.z + 0.25f * contrast * contrast + 1e-4f);
     }
     auto share = [&](R intensity) SIMPLEXSEG_INLINED {
@@ -295,7 +294,7 @@ struct EvidenceSearch {
     auto evidence_of = [&](R intensity) SIMPLEXSEG_INLINED {
       const R x = share(intensity);
       R l = 0;
-      if (table) l = look_up(table, whole_of(x * (kRegionBins - 1) + 0.5f));
+      if (table) l = gather(table, to_integer(x * (kRegionBins - 1) + 0.5f));
       if (local > 0.0f) l = (1.0f - local) * l + local * smaller(larger((x - middle) * slope, R(-1.0f)), R(1.0f));
       return smaller(larger(l + balloon, R(-1.0f)), R(1.0f));
     };
@@ -316,8 +315,8 @@ struct EvidenceSearch {
     }
     for (int k = lanes.lane; k < count; k += L::width) {
       const R x = value[k];
-      const Answer<R> valid = is_valid(x);
-      // There is no object outside of the volume, nor of the field's box.
+      const BooleanOf<R> valid = is_valid(x);
+      // Samples outside the volume or the field's box count as background.
       if (from_field) {
         const R texel = ratio[k];
         ratio[k] = choose(valid & is_valid(texel), evidence_of_field(texel), R(-1.0f));
@@ -333,69 +332,69 @@ struct EvidenceSearch {
     const float edge = m.value<F>(F::edge), nearness = m.value<F>(F::nearness);
     if (from_field) {
       const Crossing<R> crossing = crossing_of<R>(ratio, reach);
-      R offset_mm = near_edges(crossing, ratio, value, reach, step_voxels, edge) * step * dot(search.direction, n);
-      // A surface that lies outside of the object may be turned inside out: what says where to go is the way back, not
-      // the normal, but where the two agree and the object is in sight.
+      R offset_mm =
+          shift_towards_edges(crossing, ratio, value, reach, step_voxels, edge) * step * dot(search.direction, n);
+      // A patch outside the object may have a reversed normal. It follows the field's direction to the object, unless
+      // the object lies inwards and within reach.
       if (!all(crossing.from_inside)) {
-        const R back_mm = dot(way_to_object(v, m, line.origin, static_cast<float>(reach) * step), n);
-        const Answer<R> outside = !crossing.from_inside, unseen = !crossing.found;
-        offset_mm = choose(outside & (unseen | (back_mm > 0.0f)), back_mm, offset_mm);
+        const R back_mm = dot(vector_to_object(v, m, line.origin, static_cast<float>(reach) * step), n);
+        const BooleanOf<R> outside = !crossing.from_inside, not_found = !crossing.found;
+        offset_mm = choose(outside & (not_found | (back_mm > 0.0f)), back_mm, offset_mm);
       }
-      // Within a voxel of the surface, less up to two: from afar the force stays as weak as it is for folds.
+      // Full strength within one voxel of the surface, 0 from two voxels on: a force at a distance would create folds.
       const R near = smaller(larger(2.0f - fabsf(offset_mm) / m.voxel_mm, R(0.0f)), R(1.0f));
       store(v.targets_of<EvidenceForce>(), i,
-            Vec4Of<R>{offset_mm, 0.0f, 0.0f, near * smaller(larger(2.0f * search.agree, R(0.0f)), R(1.0f))});
+            Vec4Of<R>{offset_mm, 0.0f, 0.0f, near * smaller(larger(2.0f * search.alignment, R(0.0f)), R(1.0f))});
       return;
     }
     R sum = 0, run = 0, evidence = 0;
-    using Alone = typename L::Alone;
-    auto kept = Alone{}.template scratch<kSamples>(0);
-    const PeakOf<R> peak = find_peak(Alone{}, kept, reach, [&](int k) SIMPLEXSEG_INLINED {
+    using Serial = typename L::Serial;
+    auto scores = Serial{}.template scratch<kSamples>(0);
+    const PeakOf<R> peak = find_peak(Serial{}, scores, reach, [&](int k) SIMPLEXSEG_INLINED {
       const R half = 0.5f * ratio[k] * step_voxels;
       sum += half;
       run = larger(run + 2.0f * half, R(0.0f));
       evidence = larger(evidence, run);
       const R rise = value[k < 2 * reach ? k + 1 : k] - value[k > 0 ? k - 1 : k];
-      // The object side of the edge is the likelier side: only edges that agree with the evidence count.
+      // Counts only edges whose inner side is more likely to be object.
       const R before = ratio[k > 0 ? k - 1 : k], after = ratio[k < 2 * reach ? k + 1 : k];
-      const R agree = choose(before > after, R(1.0f), R(0.0f));
+      const R counts = choose(before > after, R(1.0f), R(0.0f));
       const int distance = k < reach ? reach - k : k - reach;
-      const R score = sum + agree * edge * fabsf(rise) - nearness * distance * step_voxels;
+      const R score = sum + counts * edge * fabsf(rise) - nearness * distance * step_voxels;
       sum += half;
       return score;
     });
     const R offset = peak.offset();
-    // Where the line meets no object, the normal may point anywhere (a patch that was turned inside out would be driven
-    // away for ever): the image then says nothing, and smoothing draws the surface together. One voxel of object is
-    // full evidence.
-    const R trust = smaller(evidence, R(1.0f));
+    // If the line meets no object, the force vanishes and smoothing contracts the surface. The normal is unreliable
+    // there: it would drive a reversed patch away from the object. One voxel of object is full evidence.
+    const R confidence = smaller(evidence, R(1.0f));
     store(v.targets_of<EvidenceForce>(), i,
-          Vec4Of<R>{trust * offset * step, 0.0f, 0.0f,
-                    trust});  // as an offset, until averaged: EvidenceTarget makes it a position
+          Vec4Of<R>{confidence * offset * step, 0.0f, 0.0f,
+                    confidence});  // an offset that EvidenceTarget converts to a position after averaging
   }
 };
 
-/// One pass of averaging a per-vertex quantity with the three neighbours, from one array into another.
+/// One pass of averaging a vertex quantity with the three neighbours, from one array into another.
 struct AverageOverNeighbours {
   static constexpr const char* name = "average";
   StepView v;
   const Vec4* from;
   Vec4* to;
-  int pass;      ///< done only for meshes that want more passes than this
-  bool targets;  ///< evidence targets (as many passes as the mesh asks for), else statistics
+  int pass;      ///< index of the pass; skipped for meshes with fewer passes
+  bool targets;  ///< true: evidence targets, with the passes of each mesh; false: statistics
   template <class I>
   SIMPLEXSEG_HD void operator()(I i) const {
     using R = Real<I>;
     const auto nb = v.neighbours[i];
     const MeshConstants& m = v.meshes[nb.w];
-    if (targets ? !(m.forces.weight(ForceId::Evidence) > 0.0f) : !EvidenceForce::takes_statistics(m)) return;
+    if (targets ? !(m.forces.weight(ForceId::Evidence) > 0.0f) : !EvidenceForce::uses_local_statistics(m)) return;
     const Vec4Of<R> own = load(from, i);
     if (targets && pass >= m.integer<EvidenceForce>(EvidenceForce::averaging)) {
       store(to, i, own);
       return;
     }
     const Vec4Of<R> a = load(from, nb.x), b = load(from, nb.y), c = load(from, nb.z);
-    // What the field holds keeps its own target: on thin parts a neighbour's may belong to the other side.
+    // Vertices at the surface of the field are not averaged: on thin parts a neighbour may belong to the other side.
     const R share = targets && EvidenceForce::from_field(m.forces) ? 0.25f * (1.0f - own.w) : R(0.25f);
     store(to, i,
           Vec4Of<R>{own.x + share * (a.x + b.x + c.x - 3.0f * own.x), own.y + share * (a.y + b.y + c.y - 3.0f * own.y),
@@ -403,7 +402,7 @@ struct AverageOverNeighbours {
   }
 };
 
-/// Makes the averaged offsets into targets.
+/// Converts the averaged offsets to targets.
 struct EvidenceTarget {
   static constexpr const char* name = "evidence target";
   StepView v;
@@ -413,23 +412,23 @@ struct EvidenceTarget {
     using R = Real<I>;
     const auto nb = v.neighbours[i];
     const MeshConstants& m = v.meshes[nb.w];
-    if (!(m.forces.weight(ForceId::Evidence) > 0.0f)) return;  // its target says so
+    if (!(m.forces.weight(ForceId::Evidence) > 0.0f)) return;  // the target is already 0
     const Vec4Of<R> offset = load(offsets, i);
     const Vec3Of<R> p = xyz(v.current[i]);
-    // A vertex that runs ahead of its neighbours by more than an edge folds the surface: half an edge until the next
-    // search.
-    const R bound = EvidenceForce::kEdgesAtOnce * mean_edge_at(v, i);
-    // On a fold the normal says nothing of inside and outside: there smoothing acts alone.
+    // A vertex that moves more than an edge ahead of its neighbours folds the surface. Until the next search, the
+    // offset is therefore limited to half an edge.
+    const R bound = EvidenceForce::kMaxEdgesPerSearch * mean_edge_at(v, i);
+    // At a fold the normal does not separate inside from outside, so only smoothing acts there.
     const Vec3Of<R> n = xyz(v.frame[i]);
-    const R agree =
+    const R alignment =
         smaller(dot(n, xyz(v.frame[nb.x])), smaller(dot(n, xyz(v.frame[nb.y])), dot(n, xyz(v.frame[nb.z]))));
-    R trust = smaller(larger(2.0f * agree, R(0.0f)), R(1.0f));
-    // ... unless the field does, as at the rim of a thin part.
+    R confidence = smaller(larger(2.0f * alignment, R(0.0f)), R(1.0f));
+    // Exception: the field may determine the side, as at the rim of a thin part.
     if (EvidenceForce::from_field(m.forces))
-      trust += offset.w * (m.value<EvidenceForce>(EvidenceForce::hold) - trust);
+      confidence += offset.w * (m.value<EvidenceForce>(EvidenceForce::hold) - confidence);
     else
-      trust *= offset.w;
-    store(v.targets_of<EvidenceForce>(), i, with_w(p + smaller(larger(offset.x, -bound), bound) * n, trust));
+      confidence *= offset.w;
+    store(v.targets_of<EvidenceForce>(), i, with_w(p + smaller(larger(offset.x, -bound), bound) * n, confidence));
   }
 };
 
@@ -440,7 +439,7 @@ void EvidenceForce::find_targets(Searches& searches) {
     using Statistics = EvidenceStatistics<Voxels, kWidth>;
     searches.search(Statistics{v, Statistics::kCount});
     searches.average(v.local_statistics, kStatisticsPasses, false);
-    static_assert(kStatisticsPasses % 2 == 0, "so that the averages end where they are read");
+    static_assert(kStatisticsPasses % 2 == 0, "the last pass writes to the array that is read");
   }
   searches.search(EvidenceSearch<Voxels, kWidth>{v, searches.scratch_floats(id)});
   searches.run(EvidenceTarget{v, searches.average(v.targets_of<EvidenceForce>(), searches.averaging_passes(), true)});

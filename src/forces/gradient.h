@@ -4,9 +4,9 @@
 
 namespace simplexseg {
 
-/// Pulls each vertex to the strongest edge along its normal: search x + j s n, j = -m..m, for the largest |grad I|, or
-/// the largest -+dI/dn for a bright or a dark object; d = j* s n with parabolic refinement. Ties and flat profiles give
-/// j* = 0; no sample outside the volume counts; no force where the best response is below the threshold
+/// Pulls each vertex to the strongest edge along its normal: searches x + j s n, j = -m..m, for the largest |grad I|,
+/// or the largest -+dI/dn for a bright or a dark object; d = j* s n with parabolic refinement. Ties and flat profiles
+/// give j* = 0. Samples outside the volume are ignored; the force is 0 if the best response is below the threshold
 /// (docs/mathematics.md, section 2.3).
 struct GradientForce {
   static constexpr ForceId id = ForceId::Gradient;
@@ -17,26 +17,26 @@ struct GradientForce {
   static constexpr const char* doc = "Pulls each vertex to the strongest image edge along its normal.";
   enum Parameter : int { weight, samples, spacing, object, threshold, pull, parameter_count };
   static constexpr ParameterInfo parameters[] = {
-      {"weight", 0, 0, 10, "", "Strength of the force; 0 leaves it out."},
+      {"weight", 0, 0, 10, "", "Strength of the force; 0 disables it."},
       {"samples", 6, 1, kMaxSearch, "", "Samples to each side of the vertex.", ParameterKind::Integer},
-      {"spacing", 0.5f, 0.05f, 4, "voxel", "Distance of the samples."},
-      {"object", 0, 0, 2, "", "Which edges count: any, the rim of a bright object, or the rim of a dark one.",
+      {"spacing", 0.5f, 0.05f, 4, "voxel", "Distance between samples."},
+      {"object", 0, 0, 2, "", "Edges that count: any, those of a bright object, or those of a dark object.",
        ParameterKind::Choice, "any|bright|dark"},
-      {"threshold", 0.01f, 0, 1, "1/voxel", "Weakest edge that pulls, as a share of the volume's intensity range."},
-      {"pull", 1, 0, 20, "voxel", "Bound of the displacement; 0: none."},
+      {"threshold", 0.01f, 0, 1, "1/voxel", "Weakest edge that attracts, as a share of the volume's intensity range."},
+      {"pull", 1, 0, 20, "voxel", "Largest displacement; 0: no limit."},
   };
   static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
-  /// Floats that a search keeps at hand, some to spare: samples and responses.
+  /// Scratch floats of a search with a margin: samples and responses.
   static constexpr int scratch_floats(const ForceParameters& p) { return 4 * p.integer(id, samples) + 6; }
-  /// Samples of the volume that a search takes, for the plan.
+  /// Volume samples of a search, for the plan.
   static constexpr int samples_of_search(const ForceParameters& p) { return 2 * p.integer(id, samples) + 1; }
-  /// Runs what finds the targets.
+  /// Runs the kernels that find the targets.
   template <class Voxels, int kWidth, class Searches>
   static void find_targets(Searches& searches);
 
-  /// Share of the bound that this vertex has.
+  /// Confidence in the target of this vertex, 0 or 1.
   template <class I>
-  SIMPLEXSEG_HD static Real<I> trust(const StepView& v, I i) {
+  SIMPLEXSEG_HD static Real<I> confidence(const StepView& v, I i) {
     return load_w(v.targets_of<GradientForce>(), i);
   }
   template <class I, class Neighbours, class R>
@@ -47,13 +47,13 @@ struct GradientForce {
   }
 };
 
-/// Finds the targets of the gradient force. Voxels: how the volume is read (forces/sampling.h).
+/// Finds the targets of the gradient force. `Voxels`: sampler of the volume (forces/sampling.h).
 template <class Voxels, int kWidth>
 struct GradientSearch {
   static constexpr const char* name = GradientForce::search_name;
-  static constexpr int kLanes = kWidth, kMost = 2 * kMaxSearch + 3;
+  static constexpr int kLanes = kWidth, kMaxSamples = 2 * kMaxSearch + 3;
   StepView v;
-  int scratch;  ///< floats: samples and responses of the longest search
+  int scratch;  ///< scratch floats: samples and responses of the longest search
   template <class I, class L>
   SIMPLEXSEG_HD void operator()(I i, L lanes) const {
     using R = Real<I>;
@@ -68,21 +68,21 @@ struct GradientSearch {
     const int object = m.integer<GradientForce>(GradientForce::object);
     const IndexLineOf<R> line = index_line(v.volume, p, n);
     const Voxels voxels(v.volume);
-    // Per mm, in shares of the intensity range.
+    // Per mm, as a share of the intensity range.
     const float threshold = m.value<GradientForce>(GradientForce::threshold) / (m.voxel_mm * v.volume.intensity_scale);
     const float start = -(reach + 1) * step, scale = (object == 1 ? -0.5f : 0.5f) / step;
-    // No edge where a voxel is not a number.
+    // The term 0 * here turns the response to NaN at a NaN voxel.
     auto response = [scale](R before, R here, R after)
                         SIMPLEXSEG_INLINED { return scale * (after - before) + 0.0f * here; };
-    auto kept = lanes.template scratch<kMost>(0);
+    auto responses = lanes.template scratch<kMaxSamples>(0);
     PeakOf<R> peak;
     if (object == 0) {
-      peak = find_peak(lanes, kept, reach, [&](int k) SIMPLEXSEG_INLINED {
+      peak = find_peak(lanes, responses, reach, [&](int k) SIMPLEXSEG_INLINED {
         return gradient_magnitude_at(voxels, v.volume, line.origin + ((k - reach) * step) * line.direction);
       });
     } else if constexpr (L::kStreams) {
       auto search = [&](auto samples) SIMPLEXSEG_INLINED {
-        return find_peak(lanes, kept, reach, [&](int k) SIMPLEXSEG_INLINED { return samples.next(k, response); });
+        return find_peak(lanes, responses, reach, [&](int k) SIMPLEXSEG_INLINED { return samples.next(k, response); });
       };
 #ifdef __CUDA_ARCH__
       if (contains(v.volume, line, start, start + (count - 1) * step))
@@ -91,11 +91,12 @@ struct GradientSearch {
 #endif
         peak = search(SampleStream<Voxels, false, R>(voxels, v.volume, line, start, step));
     } else {
-      auto samples = lanes.template scratch<kMost>(count);
+      auto samples = lanes.template scratch<kMaxSamples>(count);
       sample_line(voxels, v.volume, lanes, line, start, step, count, samples);
-      peak = find_peak(lanes, kept, reach, [&](int k) { return response(samples[k], samples[k + 1], samples[k + 2]); });
+      peak = find_peak(lanes, responses, reach,
+                       [&](int k) { return response(samples[k], samples[k + 1], samples[k + 2]); });
     }
-    const Answer<R> found = (peak.best > threshold) & (peak.best > 0.0f);
+    const BooleanOf<R> found = (peak.best > threshold) & (peak.best > 0.0f);
     if (lanes.lane == 0)
       store(v.targets_of<GradientForce>(), i,
             with_w(p + choose(found, peak.offset() * step, R(0.0f)) * n, choose(found, R(1.0f), R(0.0f))));

@@ -4,54 +4,54 @@
 
 namespace simplexseg {
 
-/// Pulls each vertex to where the intensities along its normal look most like its recorded reference profile:
-/// normalised cross-correlation (accepted above a threshold; zero variance matches nothing) or mean absolute
-/// difference. The line is sampled once over the whole range, then compared at each shift (docs/mathematics.md,
-/// section 2.4).
+/// Pulls each vertex along its normal to the best match of its recorded reference profile: by normalised
+/// cross-correlation (accepted above a threshold; zero variance never matches) or by mean absolute difference. The line
+/// is sampled once over the whole range, then compared at each shift (docs/mathematics.md, section 2.4).
 struct IntensityProfileForce {
   static constexpr ForceId id = ForceId::IntensityProfile;
   static constexpr ForceKind kind = ForceKind::Image;
   static constexpr const char *targets_name = "profile targets", *search_name = "profile search";
   static constexpr const char* name = "intensity_profile";
   static constexpr const char* title = "Intensity profile";
-  static constexpr const char* doc = "Pulls each vertex to where the image looks like its recorded reference profile.";
+  static constexpr const char* doc =
+      "Pulls each vertex to the position that matches its recorded reference profile best.";
   enum Parameter : int { weight, half_length, samples, spacing, measure, acceptance, pull, parameter_count };
   static constexpr ParameterInfo parameters[] = {
-      {"weight", 0, 0, 10, "", "Strength of the force; 0 leaves it out."},
+      {"weight", 0, 0, 10, "", "Strength of the force; 0 disables it."},
       {"half_length", 4, 1, kMaxProfile, "",
        "Samples of the reference profile to each side; record the profiles again after changing it.",
        ParameterKind::Integer},
-      {"samples", 6, 1, kMaxSearch, "", "Shifts that are tried to each side.", ParameterKind::Integer},
-      {"spacing", 0.5f, 0.05f, 4, "voxel", "Distance of the samples."},
-      {"measure", 0, 0, 1, "", "How profiles are compared: correlation, or mean absolute difference.",
+      {"samples", 6, 1, kMaxSearch, "", "Shifts tested to each side.", ParameterKind::Integer},
+      {"spacing", 0.5f, 0.05f, 4, "voxel", "Distance between samples."},
+      {"measure", 0, 0, 1, "", "Comparison of profiles: correlation, or mean absolute difference.",
        ParameterKind::Choice, "correlation|difference"},
       {"acceptance", 0.2f, -1, 1, "",
-       "Least correlation that pulls (correlation), or largest difference as a share of the intensity range "
-       "(difference)."},
-      {"pull", 1, 0, 20, "voxel", "Bound of the displacement; 0: none."},
+       "Acceptance threshold: minimum correlation (correlation), or maximum difference as a share of the intensity "
+       "range (difference)."},
+      {"pull", 1, 0, 20, "voxel", "Largest displacement; 0: no limit."},
   };
   static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
-  /// Values of the reference profile of a vertex.
+  /// Number of values in the reference profile of a vertex.
   static constexpr int profile_length(const ForceParameters& p) { return 2 * p.integer(id, half_length) + 1; }
-  /// Profiles that were recorded with another length do not fit.
+  /// True if the recorded profiles have the current length.
   static constexpr bool has_reference(const ForceParameters& p, const RecordedReferences& recorded) {
     return recorded.profile_values == static_cast<std::size_t>(recorded.vertex_count) * profile_length(p);
   }
-  /// Floats that a search keeps at hand, some to spare: samples, reference and scores.
+  /// Scratch floats of a search with a margin: samples, reference and scores.
   static constexpr int scratch_floats(const ForceParameters& p) {
     return 4 * p.integer(id, samples) + 1 + 2 * profile_length(p) + 8;
   }
-  /// Samples of the volume that a search takes, for the plan.
+  /// Volume samples of a search, for the plan.
   static constexpr int samples_of_search(const ForceParameters& p) {
     return 2 * p.integer(id, samples) + profile_length(p);
   }
-  /// Runs what finds the targets.
+  /// Runs the kernels that find the targets.
   template <class Voxels, int kWidth, class Searches>
   static void find_targets(Searches& searches);
 
-  /// Share of the bound that this vertex has.
+  /// Confidence in the target of this vertex, 0 or 1.
   template <class I>
-  SIMPLEXSEG_HD static Real<I> trust(const StepView& v, I i) {
+  SIMPLEXSEG_HD static Real<I> confidence(const StepView& v, I i) {
     return load_w(v.targets_of<IntensityProfileForce>(), i);
   }
   template <class I, class Neighbours, class R>
@@ -62,11 +62,11 @@ struct IntensityProfileForce {
   }
 };
 
-/// Finds the targets of the intensity profile force. Voxels: how the volume is read (forces/sampling.h).
+/// Finds the targets of the intensity profile force. `Voxels`: sampler of the volume (forces/sampling.h).
 template <class Voxels, int kWidth>
 struct ProfileSearch {
   static constexpr const char* name = IntensityProfileForce::search_name;
-  /// Shifts that are compared together, each sample being read once for all of them.
+  /// Number of shifts compared together, so that each sample is read once for all of them.
 #ifdef __CUDA_ARCH__
   static constexpr int kTile = 4;
 #else
@@ -75,7 +75,7 @@ struct ProfileSearch {
   static constexpr int kSamples = 2 * (kMaxSearch + kMaxProfile) + 1 + kTile;
   static constexpr int kLanes = kWidth, kLength = 2 * kMaxProfile + 1;
   StepView v;
-  int scratch;  ///< floats: samples, reference and scores of the longest search
+  int scratch;  ///< scratch floats: samples, reference and scores of the longest search
   template <class L>
   SIMPLEXSEG_HD void operator()(int i, L lanes) const {
     using F = IntensityProfileForce;
@@ -93,16 +93,16 @@ struct ProfileSearch {
     const Voxels voxels(v.volume);
     auto values = lanes.template scratch<kSamples>(0);
     auto expected = lanes.template scratch<kLength>(count + kTile);
-    auto kept = lanes.template scratch<2 * kMaxSearch + 1 + kTile>(count + kTile + length);
+    auto scores = lanes.template scratch<2 * kMaxSearch + 1 + kTile>(count + kTile + length);
     const bool correlate = m.integer<F>(F::measure) == 0;
-    // Correlation does not change by what is taken off all values: less one of them, sums of squares lose no digits to
-    // what all samples have in common.
+    // Correlation is invariant under a common offset. Subtracting one of the values avoids
+    // cancellation in the sums of squares.
     const float base = correlate ? reference[half] : 0.0f, share = 1.0f / length;
     if constexpr (L::width == 1) {
       for (int k = 0; k < length; ++k) expected[k] = reference[k] - base;
       sample_line(voxels, v.volume, lanes, line, -(reach + half) * step, step, count, values, base);
     } else {
-      // The reference is on its way while the volume is sampled.
+      // The loads of the reference overlap with the sampling of the volume.
       constexpr int kOwn = (kLength + L::width - 1) / L::width;
       float own[kOwn];
       for (int r = 0; r < kOwn; ++r)
@@ -117,7 +117,7 @@ struct ProfileSearch {
     for (int k = 0; k < length; ++k) reference_mean += expected[k], reference_square += expected[k] * expected[k];
     reference_mean *= share;
     reference_square -= length * reference_mean * reference_mean;
-    // A sample outside the volume, or a voxel that is not a number, makes every sum NaN, and the shift does not count.
+    // A sample outside the volume or at a NaN voxel makes all sums of a shift NaN, which excludes the shift.
     for (int start = lanes.lane * kTile; start <= 2 * reach; start += L::width * kTile) {
       float score[kTile];
       if (correlate) {
@@ -131,7 +131,7 @@ struct ProfileSearch {
         }
         for (int t = 0; t < kTile; ++t) {
           const float square = squares[t] - share * sum[t] * sum[t];
-          // What is left of a window without contrast is rounding.
+          // In a window without contrast the sums contain only rounding errors.
           const bool contrast = square > 1e-6f * squares[t] && reference_square > 0.0f;
           const float s = (product[t] - reference_mean * sum[t]) * inverse_sqrt(square * reference_square);
           score[t] = contrast && is_valid(s) ? s : NAN;
@@ -144,10 +144,10 @@ struct ProfileSearch {
         }
         for (int t = 0; t < kTile; ++t) score[t] = is_valid(sum[t]) ? sum[t] * v.volume.intensity_scale * share : NAN;
       }
-      for (int t = 0; t < kTile; ++t) kept[start + t] = score[t];
+      for (int t = 0; t < kTile; ++t) scores[start + t] = score[t];
     }
     lanes.sync();
-    const PeakOf<float> peak = find_peak(lanes, kept, reach, [&](int k) { return kept[k]; });
+    const PeakOf<float> peak = find_peak(lanes, scores, reach, [&](int k) { return scores[k]; });
     if (lanes.lane != 0) return;
     const float acceptance = m.value<F>(F::acceptance);
     const bool found = peak.best > -1e29f && (correlate ? peak.best >= acceptance : -peak.best <= acceptance);

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the image forces share: targets along the normal, and how they pull.
+// Common parts of the image forces: search for targets along the normal, displacement to a target.
 #pragma once
 #include "forces/sampling.h"
 #include "forces/step_view.h"
 
 namespace simplexseg {
 
-inline constexpr int kMaxSearch = 24;  ///< samples to each side
-inline constexpr int kMaxProfile = 8;  ///< half length of a reference profile
+inline constexpr int kMaxSearch = 24;  ///< largest number of samples to each side
+inline constexpr int kMaxProfile = 8;  ///< largest half length of a reference profile
 
-/// Offset of the extremum of a parabola through (-1, a), (0, b), (1, c), b the largest; in [-1/2, 1/2].
+/// Position of the maximum of the parabola through (-1, a), (0, b), (1, c) for b >= a, c; in [-1/2, 1/2].
 template <class R>
 SIMPLEXSEG_HD R parabolic_peak(R a, R b, R c) {
   const R curvature = a - 2.0f * b + c;
@@ -17,31 +17,30 @@ SIMPLEXSEG_HD R parabolic_peak(R a, R b, R c) {
   return choose(curvature < 0.0f, smaller(larger(t, R(-0.5f)), R(0.5f)), R(0.0f));
 }
 
-/// The largest of the values at shifts k = 0..2 reach: of equal ones the nearest to the middle, of two as near the
-/// lower.
+/// Maximum of the values at shifts k = 0..2 reach. Ties go to the shift nearest to the middle, then to the lower one.
 template <class R>
 struct PeakOf {
   R best;
-  R shift;        ///< from the middle: k - reach
-  R left, right;  ///< values beside it; NaN where there is none
-  /// Its place from the middle, to a fraction of a shift.
+  R shift;        ///< distance from the middle, k - reach
+  R left, right;  ///< adjacent values; NaN at the ends
+  /// Distance from the middle with subsample accuracy, shifts.
   SIMPLEXSEG_HD R offset() const {
     return choose(is_valid(left) & is_valid(right), shift + parabolic_peak(left, best, right), shift);
   }
 };
-/// How near a shift is to the middle: less is nearer; of two as near the lower one is less.
+/// Rank of a shift by its distance to the middle, the lower shift first on a tie.
 SIMPLEXSEG_HD int rank_of(int k, int reach) { return k <= reach ? 2 * (reach - k) : 2 * (k - reach) + 1; }
 
-/// The peak of value(k), k = 0 ... 2 reach; NaN is no value. Lanes that stream call it once for each k, in order, and
-/// keep none; several lanes share the calls out and keep the values in `kept`; one lane of the CPU does so in passes
-/// that the compiler vectorises.
-template <class L, class Kept, class Value>
-SIMPLEXSEG_HD auto find_peak([[maybe_unused]] L lanes, [[maybe_unused]] Kept& kept, int reach, Value&& value) {
+/// Peak of value(k), k = 0 ... 2 reach, ignoring NaN. Streaming lanes call value() once for each k, in order, and store
+/// nothing. Several lanes distribute the calls and store the values in `stored`. A single lane of the CPU also stores
+/// them, in passes that the compiler vectorises.
+template <class L, class Stored, class Value>
+SIMPLEXSEG_HD auto find_peak([[maybe_unused]] L lanes, [[maybe_unused]] Stored& stored, int reach, Value&& value) {
   using R = decltype(value(0));
   PeakOf<R> peak{-1e30f, 0.0f, NAN, NAN};
   if constexpr (L::kStreams) {
     R before = NAN, rank = 1e9f;
-    Answer<R> last_was_best = R(0.0f) > R(0.0f);
+    BooleanOf<R> last_was_best = R(0.0f) > R(0.0f);
     SIMPLEXSEG_UNROLL
     for (int k = 0; k <= 2 * reach; ++k) {
       const R x = value(k);
@@ -60,36 +59,36 @@ SIMPLEXSEG_HD auto find_peak([[maybe_unused]] L lanes, [[maybe_unused]] Kept& ke
     int rank = 0x7fffffff;
     for (int k = lanes.lane; k <= 2 * reach; k += L::width) {
       const float x = value(k);
-      kept[k] = x;
+      stored[k] = x;
       const int own = rank_of(k, reach);
       if (x > peak.best || (x == peak.best && own < rank)) peak.best = x, rank = own;
     }
     for (int step = L::width / 2; step > 0; step /= 2) {
-      const float best = lanes.from_lane_across(peak.best, step);
-      const int other = lanes.from_lane_across(rank, step);
+      const float best = lanes.shuffle_xor(peak.best, step);
+      const int other = lanes.shuffle_xor(rank, step);
       if (best > peak.best || (best == peak.best && other < rank)) peak.best = best, rank = other;
     }
     lanes.sync();
     if (rank != 0x7fffffff) best_k = rank % 2 == 0 ? reach - rank / 2 : reach + rank / 2;
 #else
-    for (int k = 0; k <= 2 * reach; ++k) kept[k] = value(k);
-    for (int k = 0; k <= 2 * reach; ++k) peak.best = larger(kept[k], peak.best);
+    for (int k = 0; k <= 2 * reach; ++k) stored[k] = value(k);
+    for (int k = 0; k <= 2 * reach; ++k) peak.best = larger(stored[k], peak.best);
     for (int j = 0; j <= reach; ++j) {
-      if (kept[reach - j] == peak.best || kept[reach + j] == peak.best) {
-        best_k = kept[reach - j] == peak.best ? reach - j : reach + j;
+      if (stored[reach - j] == peak.best || stored[reach + j] == peak.best) {
+        best_k = stored[reach - j] == peak.best ? reach - j : reach + j;
         break;
       }
     }
 #endif
     peak.shift = static_cast<float>(best_k - reach);
-    if (best_k > 0) peak.left = kept[best_k - 1];
-    if (best_k < 2 * reach) peak.right = kept[best_k + 1];
+    if (best_k > 0) peak.left = stored[best_k - 1];
+    if (best_k < 2 * reach) peak.right = stored[best_k + 1];
     return peak;
   }
 }
 
-/// The force of a target kept since the last refresh: its distance along the present normal, so that a vertex is free
-/// to slide on the surface. `pull_mm` > 0 bounds it.
+/// Displacement to a target: its distance along the current normal times the confidence, so that vertices can slide on
+/// the surface. `pull_mm` > 0 limits it.
 template <class R>
 SIMPLEXSEG_HD Vec3Of<R> pull_to_target(Vec4Of<R> target, Vec3Of<R> p, Vec3Of<R> n, float pull_mm) {
   R d = dot(xyz(target) - p, n);

@@ -13,9 +13,9 @@ namespace {
 template <class F>
 constexpr ForceInfo info_of() {
   static_assert(F::parameter_count <= kMaxForceParameters);
-  static_assert(std::size(F::parameters) == F::parameter_count, "the table has an entry for each parameter");
-  static_assert(F::weight == 0, "the first parameter is the weight");
-  static_assert(Displaces<F> != Pulls<F>, "a force says where vertices are drawn to, or pulls them");
+  static_assert(std::size(F::parameters) == F::parameter_count, "the table must have an entry for each parameter");
+  static_assert(F::weight == 0, "the first parameter must be the weight");
+  static_assert(Displaces<F> != Pulls<F>, "a force either has displacements or pulls");
   const char* targets = nullptr;
   if constexpr (HasTargets<F>) targets = F::targets_name;
   return {F::id, F::kind, F::name, F::title, F::doc, targets, F::parameters};
@@ -33,7 +33,7 @@ static_assert(
         if (static_cast<int>(kForceList[k].id) != k) return false;
       return true;
     }(),
-    "the forces of the list have the identifiers of the list");
+    "the order of the list is the order of the identifiers");
 
 }  // namespace
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A parameter is declared once, in the table of its force (beside this file) or of the simulation
-// (step/simulation_parameters.cpp), and reaches scene files, sliders, help, documentation and tests from there.
+// Parameters are declared once, in the table of their force (in this folder) or of the simulation
+// (step/simulation_parameters.cpp). Scene files, sliders, help, documentation and tests are generated from the tables.
 #pragma once
 #include <cstddef>
 #include <span>
@@ -11,61 +11,61 @@ namespace simplexseg {
 
 enum class ParameterKind { Real, Integer, Choice };
 
-/// One user-visible parameter. All values are held as float; Integer and Choice are rounded where they are used.
+/// Description of a user-visible parameter. All values are stored as float; Integer and Choice are rounded on use.
 struct ParameterInfo {
-  const char* name;  ///< as in scene files: snake_case
+  const char* name;  ///< name in scene files: snake_case
   float default_value;
   float minimum, maximum;  ///< inclusive
   const char* unit;        ///< "" when dimensionless
-  const char* doc;         ///< one sentence, as the tooltip shows it
+  const char* doc;         ///< one sentence, shown as tooltip
   ParameterKind kind = ParameterKind::Real;
-  const char* choices = "";  ///< of a Choice: names separated by '|', value 0 first
+  const char* choices = "";  ///< names of a Choice separated by '|', value 0 first
 };
 
-/// Where a force comes from, hence how the step counts it.
+/// Origin of a force, which determines its stability bound in a step.
 enum class ForceKind {
-  Internal,  ///< the shape of the mesh itself: every vertex has the whole of its stability bound
-  Image,  ///< the volume: it fades where points pull, and a vertex has the share of the bound that it trusts its target
-  External,  ///< what the user placed
+  Internal,  ///< shape of the mesh; the full stability bound at every vertex
+  Image,     ///< volume; fades where points attract; bound scaled by the confidence in the target
+  External,  ///< points placed by the user
 };
 
-/// Every force's first parameter is its weight.
+/// Largest number of parameters of a force; the first one is always its weight.
 inline constexpr int kMaxForceParameters = 12;
 
-/// The activation register of one mesh: weight and parameters of every force, in the order of the tables. Changeable
+/// Activation register of one mesh: weight and parameters of every force, in the order of the tables. May change
 /// between any two steps; trivially copyable to the device.
 struct ForceParameters {
   float values[kForceCount][kMaxForceParameters];
   constexpr float weight(ForceId force) const { return values[static_cast<int>(force)][0]; }
-  /// The value of a parameter of kind Integer or Choice; `index`: in the force's table.
+  /// Value of a parameter of kind Integer or Choice; `index`: its index in the force's table.
   constexpr int integer(ForceId force, int index) const {
     return static_cast<int>(values[static_cast<int>(force)][index] + 0.5f);
   }
 };
 
-/// What was recorded of a mesh, for forces that compare with it.
+/// Recorded references of a mesh, with which some forces compare it.
 struct RecordedReferences {
-  int vertex_count = 0;            ///< of the mesh
-  bool shape = false;              ///< shape memory's reference was taken
-  std::size_t profile_values = 0;  ///< of all reference profiles of the mesh
-  bool field = false;              ///< the mesh has a field P(object)
+  int vertex_count = 0;            ///< vertices of the mesh
+  bool shape = false;              ///< the mesh has a reference pose for shape memory
+  std::size_t profile_values = 0;  ///< number of values in all reference profiles
+  bool field = false;              ///< the mesh has a foreground probability field
 };
 
-/// What the list of forces says of one force.
+/// Description of one force.
 struct ForceInfo {
   ForceId id;
   ForceKind kind;
-  const char* name;   ///< as in scene files: snake_case
-  const char* title;  ///< as panels show it
+  const char* name;   ///< name in scene files: snake_case
+  const char* title;  ///< name in panels
   const char* doc;
-  const char* targets;  ///< the array of the targets that it finds at each refresh; nullptr: it finds none
+  const char* targets;  ///< name of the array of its targets; nullptr: a force without targets
   std::span<const ParameterInfo> parameters;
 };
-/// All forces, in the order of ForceId.
+/// Descriptions of all forces, in the order of ForceId.
 std::span<const ForceInfo> force_list();
-/// nullptr when there is no such force.
+/// Force of this name; nullptr if there is none.
 const ForceInfo* find_force(const char* name);
-/// Index into the table of `force`, -1 when there is none of that name.
+/// Index of a parameter in a table; -1 if there is none of this name.
 int find_parameter(std::span<const ParameterInfo> table, const char* name);
 ForceParameters default_force_parameters();
 

@@ -8,8 +8,8 @@
 
 namespace simplexseg {
 
-/// Reference profiles of the intensity-profile force: the intensities along the normal of each vertex under the mesh's
-/// pose, 2 * half_length + 1 values a vertex, from inside to outside. The volume must not be empty.
+/// Reference profiles of the intensity profile force: intensities along the normal of each vertex of the current pose,
+/// 2 * half_length + 1 values per vertex, from inside to outside. The volume must not be empty.
 std::vector<float> profile_reference_of(const SimplexMesh& mesh, const Volume& volume, const ForceParameters& forces);
 
 }  // namespace simplexseg

@@ -12,16 +12,16 @@
 namespace simplexseg {
 namespace {
 
-/// The q-quantile of values; reorders them.
+/// q-quantile of values, which are reordered.
 double quantile_of(std::vector<double>& values, double q) {
   auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }
 
-/// The least width of a range of intensities that is told from rounding: relative, for intensities have any unit; a
-/// float holds its inverse.
-double least_width(double low, double high) {
+/// Smallest width of an intensity range that exceeds rounding errors. Relative, since intensities have any unit. Its
+/// inverse fits into a float.
+double min_width(double low, double high) {
   const double size = std::max(std::abs(low), std::abs(high));
   return size > 0 ? std::max(1e-6 * size, 1e-37) : 1e-6;
 }
@@ -43,7 +43,7 @@ IntensityWindow intensity_window(const Volume& volume) {
   if (volume.empty()) return window;
   visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
     const std::span<const T> voxels = volume.voxels<T>();
-    // A stride without common factors with usual row lengths visits every part of the volume.
+    // An odd stride samples all parts of the volume for usual row lengths.
     const std::size_t stride = std::max<std::size_t>(1, voxels.size() / 1'000'000 | 1);
     std::vector<double> values;
     values.reserve(voxels.size() / stride + 1);
@@ -51,11 +51,11 @@ IntensityWindow intensity_window(const Volume& volume) {
       if (std::isfinite(static_cast<double>(voxels[k]))) values.push_back(static_cast<double>(voxels[k]));
     if (values.empty()) return;
     window = {quantile_of(values, 0.005), quantile_of(values, 0.995)};
-    if (!(window.high - window.low > least_width(window.low, window.high))) {  // few bright voxels, or a constant image
+    if (!(window.high - window.low > min_width(window.low, window.high))) {  // few bright voxels, or a constant image
       const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
       window = {*lowest, *highest};
-      const double least = least_width(window.low, window.high);
-      if (!(window.high - window.low > least)) window.high = window.low + 1e6 * least;
+      const double width = min_width(window.low, window.high);
+      if (!(window.high - window.low > width)) window.high = window.low + 1e6 * width;
     }
   });
   return window;
@@ -66,7 +66,7 @@ RegionModel estimate_region(const Volume& volume, const SimplexMesh& mesh, doubl
   if (volume.empty()) return model;
   const Mask inside = rasterise(mesh, volume.geometry());
   const VolumeGeometry& g = volume.geometry();
-  // The box of the mesh in index space, grown by the margin: outside of it nothing counts.
+  // Bounding box of the mesh in index space, enlarged by the margin. Voxels outside are ignored.
   Eigen::Array3d box_low = Eigen::Array3d::Constant(1e30), box_high = -box_low;
   const Eigen::Affine3d index_from_world = g.index_from_world();
   for (const Eigen::Vector3f& p : mesh.positions) {
@@ -93,8 +93,8 @@ RegionModel estimate_region(const Volume& volume, const SimplexMesh& mesh, doubl
   if (object.empty() || background.empty()) return model;
   const double low = std::min(quantile_of(object, 0.02), quantile_of(background, 0.1));
   const double high = std::max(quantile_of(object, 0.98), quantile_of(background, 0.9));
-  const double wider = std::max(0.25 * (high - low), least_width(low, high));
-  model.low = low - wider, model.high = high + wider;
+  const double margin = std::max(0.25 * (high - low), min_width(low, high));
+  model.low = low - margin, model.high = high + margin;
   for (double value : object) ++model.object[bin_of(value, model)];
   for (double value : background) ++model.background[bin_of(value, model)];
   return model;
@@ -103,7 +103,7 @@ RegionModel estimate_region(const Volume& volume, const SimplexMesh& mesh, doubl
 std::array<float, kRegionBins> log_likelihood_ratios(const RegionModel& model) {
   std::array<float, kRegionBins> ratios{};
   if (model.empty()) return ratios;
-  // A Gaussian over bins; as wide as the object's histogram is sparse (Silverman's rule on its spread).
+  // Gaussian kernel over bins with the bandwidth of Silverman's rule.
   auto smooth = [](const std::array<std::int32_t, kRegionBins>& counts) {
     const double n = std::accumulate(counts.begin(), counts.end(), 0.0);
     double mean = 0, square = 0;
@@ -121,7 +121,7 @@ std::array<float, kRegionBins> log_likelihood_ratios(const RegionModel& model) {
     return density;
   };
   const auto object = smooth(model.object), background = smooth(model.background);
-  constexpr double kFloor = 1e-4;  // intensities seen in neither say nothing
+  constexpr double kFloor = 1e-4;  // intensities absent from both histograms give no evidence
   for (int b = 0; b < kRegionBins; ++b)
     ratios[b] = static_cast<float>(std::clamp(std::log((object[b] + kFloor) / (background[b] + kFloor)), -1.0, 1.0));
   return ratios;

@@ -8,9 +8,10 @@ namespace simplexseg {
 class Volume;
 struct SimplexMesh;
 
-/// What an object and its surroundings look like: counts over bins of intensity, the evidence of the region force.
-/// Integers, so that summing them in any order gives the same bits.
+/// Number of intensity bins of a region model.
 inline constexpr int kRegionBins = 256;
+/// Intensity histograms of an object and its surroundings, for the evidence from intensities. The counts are integers,
+/// so that sums do not depend on the order.
 struct RegionModel {
   double low = 0, high = 1;  ///< intensities of the first and the last bin
   std::array<std::int32_t, kRegionBins> object{};
@@ -18,20 +19,20 @@ struct RegionModel {
   bool empty() const;
 };
 
-/// The intensities that the bins of region models span: robust ends of the volume's histogram.
+/// Robust intensity range of a volume.
 struct IntensityWindow {
   double low = 0, high = 1;
 };
-/// The 0.5% and 99.5% quantiles of the finite voxels, widened when they coincide. Samples at most a million voxels, on
-/// a fixed lattice.
+/// Window between the 0.5% and 99.5% quantiles of the finite voxels, widened if they coincide. Uses a fixed lattice of
+/// at most two million voxels.
 IntensityWindow intensity_window(const Volume& volume);
 
-/// Object: the voxels inside of the mesh; background: those outside, up to `margin_mm` away from its bounding box. The
-/// bins span what is usual among both, so that metal or air far from an organ's intensities cost no resolution.
+/// Estimates the region model of a mesh. Object: voxels inside the mesh; background: voxels outside, up to `margin_mm`
+/// from its bounding box. The bins span the central quantiles of both, so that extreme values such as metal or air
+/// do not reduce the resolution.
 RegionModel estimate_region(const Volume& volume, const SimplexMesh& mesh, double margin_mm);
 
-/// log(p_object / p_background) of each bin, in [-1, 1], from histograms smoothed over bins; all 0 when the model is
-/// empty.
+/// log(p_object / p_background) of each bin, clamped to [-1, 1], from smoothed histograms; all 0 for an empty model.
 std::array<float, kRegionBins> log_likelihood_ratios(const RegionModel& model);
 
 }  // namespace simplexseg

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trilinear sampling of a volume along a line in world space. A sampler is one way to read it:
-//   LinearVoxels<T>    voxels of type T in linear memory, interpolated in float: the CPU's, and a device's where its
-//   texture
-//                      unit cannot filter T
-//   FetchedVoxels      texels of a 3D texture, interpolated in float
-//   FilteredVoxels     interpolated by the texture unit, whose fractions have 8 bits: up to 1/256 of the difference of
-//   two
-//                      neighbouring voxels off along each axis (docs/adr/0008-textures.md says what that costs)
+// Trilinear sampling of a volume along a line in world space. Samplers:
+//   LinearVoxels<T>  Voxels of type T in linear memory, interpolated in float. Used on the CPU, and on a device whose
+//                    texture unit cannot filter T.
+//   FetchedVoxels    Texels of a 3D texture, interpolated in float.
+//   FilteredVoxels   Interpolated by the texture unit with fractions of 8 bits: an error of up to 1/256 of the
+//                    difference of two neighbouring voxels along each axis (effect: docs/adr/0008-textures.md).
 #pragma once
 #include <type_traits>
 
@@ -15,7 +13,7 @@
 
 namespace simplexseg {
 
-/// A line origin + t * direction in voxel index space, t in mm.
+/// Line origin + t * direction in voxel index space, t in mm.
 template <class R>
 struct IndexLineOf {
   Vec3Of<R> origin, direction;
@@ -33,41 +31,40 @@ SIMPLEXSEG_HD IndexLineOf<R> index_line(const VolumeView& v, Vec3Of<R> origin_mm
   return {rotate_to_index(v, origin_mm) + Vec3Of<R>{m[3], m[7], m[11]}, rotate_to_index(v, unit_direction)};
 }
 
-/// What a sample outside of the volume is (by more than half a voxel outside the centres of the outer voxels): NaN, as
-/// a voxel that is not a number. Neither counts.
+/// False for NaN: samples of NaN voxels, and samples more than half a voxel outside the centres of the outer voxels.
 template <class R>
 SIMPLEXSEG_HD auto is_valid(R sample) {
   return fabsf(sample) <= 3e38f;
 }
 
-/// The cell of eight voxels around an index position and the fractions within it. A position outside of the volume gets
-/// a cell at its border, so that reading it is always allowed.
+/// Cell of eight voxels around an index position and the fractions within it. Positions outside the volume get a cell
+/// at its border, which can always be read.
 template <class R>
 struct CellOf {
-  Whole<R> i, j, k;
+  IntegerOf<R> i, j, k;
   R fx, fy, fz;
-  Answer<R> inside;
+  BooleanOf<R> inside;
 };
 using Cell = CellOf<float>;
 template <class R>
 SIMPLEXSEG_HD CellOf<R> cell_at(const VolumeView& v, Vec3Of<R> p) {
   const float hx = v.size[0] - 1.0f, hy = v.size[1] - 1.0f, hz = v.size[2] - 1.0f;
-  const Answer<R> inside =
+  const BooleanOf<R> inside =
       (p.x >= -0.5f) & (p.y >= -0.5f) & (p.z >= -0.5f) & (p.x <= hx + 0.5f) & (p.y <= hy + 0.5f) & (p.z <= hz + 0.5f);
-  // Comparisons rather than fmin and fmax: NaN becomes 0, and they vectorise.
+  // Comparisons, unlike fmin and fmax, map NaN to 0 and vectorise.
   const R x = smaller(larger(p.x, 0.0f), hx), y = smaller(larger(p.y, 0.0f), hy), z = smaller(larger(p.z, 0.0f), hz);
   const int li = v.size[0] > 1 ? v.size[0] - 2 : 0, lj = v.size[1] > 1 ? v.size[1] - 2 : 0,
             lk = v.size[2] > 1 ? v.size[2] - 2 : 0;
-  const Whole<R> i = smaller(whole_of(x), li), j = smaller(whole_of(y), lj), k = smaller(whole_of(z), lk);
-  return {i, j, k, x - real_of(i), y - real_of(j), z - real_of(k), inside};
+  const IntegerOf<R> i = smaller(to_integer(x), li), j = smaller(to_integer(y), lj), k = smaller(to_integer(z), lk);
+  return {i, j, k, x - to_real(i), y - to_real(j), z - to_real(k), inside};
 }
 template <class R>
 SIMPLEXSEG_HD R mix(R a, R b, R f) {
   return a + f * (b - a);
 }
 
-/// The trilinear interpolant, its gradient (per mm) and that one's magnitude from the eight voxels of a cell, i
-/// fastest.
+/// The eight voxels of a cell, i fastest. The functions below compute the trilinear interpolant, its gradient (per mm)
+/// and the gradient's magnitude from them.
 template <class R>
 struct CornersOf {
   R v000, v100, v010, v110, v001, v101, v011, v111;
@@ -95,7 +92,7 @@ SIMPLEXSEG_HD R gradient_magnitude(const VolumeView& view, const CornersOf<R>& v
 template <class T>
 struct LinearVoxels {
   const T* voxels;
-  long row, plane, dx, dy, dz;  ///< strides; to the next voxel 0 where the volume is one voxel wide
+  long row, plane, dx, dy, dz;  ///< strides; dx, dy, dz are 0 along axes of one voxel
   SIMPLEXSEG_HD explicit LinearVoxels(const VolumeView& v)
       : voxels(static_cast<const T*>(v.voxels)),
         row(v.size[0]),
@@ -109,21 +106,22 @@ struct LinearVoxels {
     auto read = [b](long offset) { return static_cast<float>(b[offset]); };
     return {read(0), read(dx), read(dy), read(dy + dx), read(dz), read(dz + dx), read(dz + dy), read(dz + dy + dx)};
   }
-  /// Those of several cells (forces/eight.h).
+  /// Corners of several cells at once (forces/eight.h).
   template <class R>
   SIMPLEXSEG_HD CornersOf<R> corners(const CellOf<R>& c) const {
     return corners_of(*this, c);
   }
-  /// At an index position; NaN outside.
+  /// Interpolated value at an index position; NaN outside.
   template <class R>
   SIMPLEXSEG_HD R sample(const VolumeView& v, Vec3Of<R> p) const {
     const CellOf<R> c = cell_at(v, p);
     return choose(c.inside, interpolate(corners(c), c), R(NAN));
   }
 #ifdef __CUDACC__
-  // For positions that are known to be inside and were `placed`; the result is to be `scaled`.
-  __device__ static Vec3 placed(Vec3 p) { return p; }
-  __device__ float scaled(float texel) const { return texel; }
+  // texel() requires a position inside the volume, converted by texture_position(). Convert its result by
+  // to_intensity().
+  __device__ static Vec3 texture_position(Vec3 p) { return p; }
+  __device__ float to_intensity(float texel) const { return texel; }
   __device__ float texel(const VolumeView& v, Vec3 p) const {
     const Cell c = cell_at(v, p);
     return interpolate(corners(c), c);
@@ -147,9 +145,10 @@ struct FetchedVoxels {
     const float value = interpolate(corners(c), c);
     return c.inside ? value : NAN;
   }
-  // For positions that are known to be inside and were `placed`; the result is to be `scaled`.
-  __device__ static Vec3 placed(Vec3 p) { return p; }
-  __device__ float scaled(float texel) const { return texel; }
+  // texel() requires a position inside the volume, converted by texture_position(). Convert its result by
+  // to_intensity().
+  __device__ static Vec3 texture_position(Vec3 p) { return p; }
+  __device__ float to_intensity(float texel) const { return texel; }
   __device__ float texel(const VolumeView& v, Vec3 p) const {
     const Cell c = cell_at(v, p);
     return interpolate(corners(c), c);
@@ -167,13 +166,13 @@ struct FilteredVoxels {
     const float value = scale * tex3D<float>(texture, p.x + 0.5f, p.y + 0.5f, p.z + 0.5f);
     return inside ? value : NAN;
   }
-  __device__ static Vec3 placed(Vec3 p) { return p + Vec3{0.5f, 0.5f, 0.5f}; }
-  __device__ float scaled(float texel) const { return scale * texel; }
+  __device__ static Vec3 texture_position(Vec3 p) { return p + Vec3{0.5f, 0.5f, 0.5f}; }
+  __device__ float to_intensity(float texel) const { return scale * texel; }
   __device__ float texel(const VolumeView&, Vec3 p) const { return tex3D<float>(texture, p.x, p.y, p.z); }
 };
 #endif
 
-/// True when the whole of a line between two of its points lies in the volume: it is convex.
+/// True if a line lies completely inside the volume between two of its points; the volume is convex.
 SIMPLEXSEG_HD bool contains(const VolumeView& v, IndexLine line, float start, float end) {
   const Vec3 a = line.origin + start * line.direction, b = line.origin + end * line.direction;
   const Vec3 low{smaller(a.x, b.x), smaller(a.y, b.y), smaller(a.z, b.z)},
@@ -183,14 +182,14 @@ SIMPLEXSEG_HD bool contains(const VolumeView& v, IndexLine line, float start, fl
 }
 
 #ifndef __CUDA_ARCH__
-/// On the CPU positions and mixing in vectors of samples, reading one by one: voxels of 8 and 16 bits cannot be
-/// gathered.
+/// Samples a line on the CPU. Positions and interpolation are vectorised over samples; voxels are read singly, since
+/// there are no gather instructions for 8 and 16 bits.
 template <class T>
 inline __attribute__((always_inline)) void sample_line_in_vectors(const LinearVoxels<T>& read, const VolumeView& v,
                                                                   IndexLine line, float start, float step, int count,
                                                                   float* values) {
   constexpr int kLanes = 8;
-  // Integers are turned into float in vectors too.
+  // The conversion from integer to float is vectorised, too.
   using Read = std::conditional_t<std::is_integral_v<T> && !std::is_same_v<T, std::uint32_t>, int, float>;
   for (int first = 0; first < count; first += kLanes) {
     alignas(64) int ci[kLanes], cj[kLanes], ck[kLanes];
@@ -201,7 +200,7 @@ inline __attribute__((always_inline)) void sample_line_in_vectors(const LinearVo
       ci[s] = c.i, cj[s] = c.j, ck[s] = c.k, fx[s] = c.fx, fy[s] = c.fy, fz[s] = c.fz;
       outside[s] = c.inside ? 0.0f : NAN;
     }
-    for (int s = 0; s < kLanes; ++s) {  // those past the end too: a fixed count costs less than the reads
+    for (int s = 0; s < kLanes; ++s) {  // fixed count: reading past the last sample costs less than a variable count
       const T* b = read.at(ci[s], cj[s], ck[s]);
       corner[0][s] = static_cast<Read>(b[0]), corner[1][s] = static_cast<Read>(b[read.dx]);
       corner[2][s] = static_cast<Read>(b[read.dy]), corner[3][s] = static_cast<Read>(b[read.dy + read.dx]);
@@ -224,24 +223,24 @@ inline __attribute__((always_inline)) void sample_line_in_vectors(const LinearVo
 }
 #endif
 
-/// Intensities, less `base`, at start, start + step, ... (mm) along a line: trilinear, `count` of them, shared out over
-/// the lanes; NaN outside.
+/// Samples `count` intensities minus `base` at start, start + step, ... (mm) along a line, distributed over the lanes.
+/// Trilinear; NaN outside.
 template <class Voxels, class L, class Values, class R, class Shift>
 SIMPLEXSEG_HD void sample_line(const Voxels& read, const VolumeView& v, L lanes, IndexLineOf<R> line, Shift start,
                                Shift step, int count, Values& values, float base = 0.0f) {
 #ifdef __CUDA_ARCH__
   if (contains(v, line, start, start + (count - 1) * step)) {
-    const Vec3 first = read.placed(line.origin + start * line.direction), each = step * line.direction;
-    // Loads of a whole round at once, none of which waits for another; those past the end read the last sample.
-    constexpr int kRound = 8;
-    for (int from = lanes.lane; from < count; from += kRound * L::width) {
-      float texels[kRound];
+    const Vec3 first = read.texture_position(line.origin + start * line.direction), each = step * line.direction;
+    // All loads of a batch are issued together; those past the end read the last sample.
+    constexpr int kBatch = 8;
+    for (int from = lanes.lane; from < count; from += kBatch * L::width) {
+      float texels[kBatch];
 #pragma unroll
-      for (int k = 0; k < kRound; ++k)
+      for (int k = 0; k < kBatch; ++k)
         texels[k] = read.texel(v, first + static_cast<float>(smaller(from + k * L::width, count - 1)) * each);
 #pragma unroll
-      for (int k = 0; k < kRound; ++k)
-        if (const int s = from + k * L::width; s < count) values[s] = read.scaled(texels[k]) - base;
+      for (int k = 0; k < kBatch; ++k)
+        if (const int s = from + k * L::width; s < count) values[s] = read.to_intensity(texels[k]) - base;
     }
   } else {
     for (int s = lanes.lane; s < count; s += L::width)
@@ -258,9 +257,9 @@ SIMPLEXSEG_HD void sample_line(const Voxels& read, const VolumeView& v, L lanes,
   lanes.sync();
 }
 
-/// The samples along a line, each read when its turn comes: k = 0, 1, 2 ... in this order. `kWhole`: the line is known
-/// to lie in the volume, on a device.
-template <class Voxels, bool kWhole, class R = float>
+/// Samples along a line, read on demand in the order k = 0, 1, 2 ... `kInside`: the whole line lies in the volume (used
+/// on a device).
+template <class Voxels, bool kInside, class R = float>
 struct SampleStream {
   const Voxels& read;
   const VolumeView& v;
@@ -277,17 +276,17 @@ struct SampleStream {
         first(l.origin + from * l.direction),
         each(by * l.direction) {
 #ifdef __CUDA_ARCH__
-    if constexpr (kWhole) first = voxels.placed(first);
+    if constexpr (kInside) first = voxels.texture_position(first);
 #endif
     here = at(0), after = at(1);
   }
   SIMPLEXSEG_HD R at(int k) const {
 #ifdef __CUDA_ARCH__
-    if constexpr (kWhole) return read.scaled(read.texel(v, first + static_cast<float>(k) * each));
+    if constexpr (kInside) return read.to_intensity(read.texel(v, first + static_cast<float>(k) * each));
 #endif
     return read.sample(v, line.origin + (start + static_cast<float>(k) * step) * line.direction);
   }
-  /// f(sample k, sample k + 1, sample k + 2).
+  /// Returns f(sample k, sample k + 1, sample k + 2).
   template <class F>
   SIMPLEXSEG_HD R next(int k, F f) {
     const R before = here;

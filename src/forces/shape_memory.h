@@ -7,11 +7,11 @@
 
 namespace simplexseg {
 
-/// Pulls every vertex back to its place relative to its neighbours in the reference pose:
+/// Pulls every vertex to its position relative to its neighbours in the reference pose:
 ///   d = sum_k e_k^ref P_k + h~ n - P,   h~ = h^ref (S / S^ref)^b   (Delingette 1999; docs/mathematics.md,
 ///   section 2.2).
-/// b = 1/2 leaves similarities free, b = 0 rigid motions only. The metric parameters are bounded where the reference
-/// is taken, so that the bound below holds (reference_of in src/mesh/shape_reference.h).
+/// It is invariant under similarities for b = 1/2, and under rigid motions only for b = 0. The stability bound below
+/// relies on bounded metric parameters of the reference (src/mesh/shape_reference.h).
 struct ShapeMemoryForce {
   static constexpr ForceId id = ForceId::ShapeMemory;
   static constexpr ForceKind kind = ForceKind::Internal;
@@ -20,21 +20,22 @@ struct ShapeMemoryForce {
   static constexpr const char* doc = "Pulls the mesh back to the local shape of its reference pose.";
   enum Parameter : int { weight, scaling, parameter_count };
   static constexpr ParameterInfo parameters[] = {
-      {"weight", 0, 0, 10, "", "Strength of the force; 0 leaves it out."},
+      {"weight", 0, 0, 10, "", "Strength of the force; 0 disables it."},
       {"scaling", 0.5f, 0, 1, "",
-       "Power of the area ratio that scales the elevation; 0.5: similarities are free, 0: rigid motions only."},
+       "Exponent of the area ratio that scales the elevation; 0.5: invariant under similarities, 0: under rigid "
+       "motions only."},
   };
   static constexpr bool has_reference(const ForceParameters&, const RecordedReferences& recorded) {
     return recorded.shape;
   }
-  /// 2 where all e_k >= 0, else 1 + sum |e_k|, by the largest such sum of the mesh's reference; 0 without a reference.
+  /// 1 + the largest sum |e_k| over the vertices of the reference (2 if all e_k >= 0); 0 without a reference.
   static float stability_bound(const ForceParameters&, std::span<const Vec4> shape) {
-    float worst = 1.0f;
+    float largest = 1.0f;
     for (const Vec4& s : shape) {
       const float sum = fabsf(s.x) + fabsf(s.y) + fabsf(1.0f - s.x - s.y);
-      worst = sum > worst ? sum : worst;
+      largest = sum > largest ? sum : largest;
     }
-    return shape.empty() ? 0.0f : 1.0f + worst;
+    return shape.empty() ? 0.0f : 1.0f + largest;
   }
 
   template <class I, class Neighbours, class R>
@@ -48,7 +49,7 @@ struct ShapeMemoryForce {
       const R ratio = norm(cross(p2 - p1, p3 - p1)) / ref.w;
       h = choose(ref.w > 0.0f, h * (b == 0.5f ? sqrtf(ratio) : powf(ratio, b)), h);
     }
-    // Differences to P1 first: positions far from the origin lose no digits.
+    // Differences to P1 first, to avoid cancellation for positions far from the origin.
     const Vec3Of<R> foot = ref.y * (p2 - p1) + (1.0f - ref.x - ref.y) * (p3 - p1);
     return (foot + h * xyz(frame)) - (p - p1);
   }

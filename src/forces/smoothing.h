@@ -7,26 +7,26 @@ namespace simplexseg {
 /// Evens out edge lengths along the surface and averages curvature across it:
 ///   d = sum_k w_k P_k + c h~ n - P,   w_k = |P_k - P|^a / sum_l |P_l - P|^a,   h~ = S mean(h_j / S_j)
 /// with the mean over rings 1 and 2 without the vertex itself and S = |N| (docs/mathematics.md, section 2.1). c = 1
-/// keeps volume, c = 0 is the plain Laplacian. Length weights descend sum |e|^(a+2), which is convex. The mean is of
-/// elevation over area, which is curvature, for elevations of large cells would lift small ones: with plain means
-/// elongated shapes diverge (docs/adr/0003-smoothing.md).
+/// preserves the volume, c = 0 is the plain Laplacian. The length weights perform a descent of the convex energy
+/// sum |e|^(a+2). The averaged quantity is elevation over area, a curvature: with elevations themselves, large cells
+/// would lift small ones, and elongated shapes would diverge (docs/adr/0003-smoothing.md).
 struct SmoothingForce {
   static constexpr ForceId id = ForceId::Smoothing;
   static constexpr ForceKind kind = ForceKind::Internal;
   static constexpr const char* name = "smoothing";
   static constexpr const char* title = "Smoothing";
-  static constexpr const char* doc = "Evens out the vertices and averages the curvature of neighbouring vertices.";
+  static constexpr const char* doc = "Evens out the spacing of the vertices and averages their curvature.";
   enum Parameter : int { weight, evenness, curvature, elevation_limit, parameter_count };
   static constexpr ParameterInfo parameters[] = {
-      {"weight", 2, 0, 10, "", "Strength of the force; 0 leaves it out."},
+      {"weight", 2, 0, 10, "", "Strength of the force; 0 disables it."},
       {"evenness", 2, 0, 6, "",
-       "Power of the edge length that weighs a neighbour; 0: equal weights, large: long edges pull harder."},
+       "Exponent of the edge length in the weight of a neighbour; 0: equal weights, large: long edges pull harder."},
       {"curvature", 0.3f, 0, 1, "",
-       "Share of the mean curvature that is kept; 1 keeps the volume, 0 is a plain Laplacian."},
-      {"elevation_limit", 0.4f, 0, 2, "edges", "Bound of the kept elevation, in mean edge lengths of the vertex."},
+       "Share of the mean curvature that is preserved; 1 preserves the volume, 0 is a plain Laplacian."},
+      {"elevation_limit", 0.4f, 0, 2, "edges", "Largest preserved elevation, in mean edge lengths of the vertex."},
   };
-  /// Bound of the largest eigenvalue of -d(displacement)/dx: 2 for a Laplacian whose weights are >= 0 and sum to 1;
-  /// along an edge that outweighs the others, |e|^a e grows (1 + a) times as fast as e.
+  /// Bound of the largest eigenvalue of -d(displacement)/dx: 2 for a Laplacian with weights >= 0 that sum to 1, times
+  /// (1 + a), the relative growth of |e|^a e along a dominant edge e.
   static constexpr float stability_bound(const ForceParameters& p) {
     return 2.0f * (1.0f + p.values[static_cast<int>(id)][evenness]);
   }
@@ -43,10 +43,10 @@ struct SmoothingForce {
       w1 = l1, w2 = l2, w3 = l3;
     } else if (a != 0.0f) {
       const R largest = larger(l1, larger(l2, l3));
-      const R s = R(1.0f) / largest;  // ratios first: no overflow for any unit
-      const auto some = largest > 0.0f;
-      w1 = choose(some, powf(l1 * s, a), w1), w2 = choose(some, powf(l2 * s, a), w2),
-      w3 = choose(some, powf(l3 * s, a), w3);
+      const R s = R(1.0f) / largest;  // ratios first, to avoid overflow for any unit
+      const auto nonzero = largest > 0.0f;
+      w1 = choose(nonzero, powf(l1 * s, a), w1), w2 = choose(nonzero, powf(l2 * s, a), w2),
+      w3 = choose(nonzero, powf(l3 * s, a), w3);
     }
     const R sum = w1 + w2 + w3;
     const auto degenerate = !(sum > 1e-30f);
@@ -68,7 +68,8 @@ struct SmoothingForce {
 #endif
       mean *= 1.0f / 9.0f;
       const Vec3Of<R> n = xyz(frame);
-      // Where normals flip, averaging curvature would keep the fold: a plain Laplacian step takes it out.
+      // At a fold, where normals flip, averaging the curvature would preserve the fold. A plain Laplacian step removes
+      // it.
       const auto folded = (dot(n, xyz(f1)) < 0.0f) | (dot(n, xyz(f2)) < 0.0f) | (dot(n, xyz(f3)) < 0.0f);
       const R bound = m.value<SmoothingForce>(elevation_limit) * (1.0f / 3.0f) * (sqrtf(l1) + sqrtf(l2) + sqrtf(l3));
       mean *= norm(cross(p2 - p1, p3 - p1));

@@ -5,41 +5,42 @@
 #include <optional>
 #include <string>
 
-#include "evidence/box_field.h"
+#include "evidence/field_solver.h"
 #include "step/engine.h"
 
 namespace simplexseg {
 
 enum class Backend { Auto, Cpu, Cuda };
 
-/// How a device reads a volume that its texture unit can filter: filtered by the texture unit (the default: fastest,
-/// with fractions of 8 bits), fetched and interpolated in float, or from linear memory. Figures:
-/// docs/adr/0008-textures.md.
+/// How the device reads a volume: interpolated by the texture unit (the default: fastest, 8-bit weights), fetched as
+/// texels and interpolated in float, or read from linear memory. Voxel types that the texture unit cannot interpolate
+/// are always read from linear memory (docs/adr/0008-textures.md).
 enum class VolumeSampling { Filtered, Fetched, Linear };
 
 struct EngineChoice {
   std::unique_ptr<Engine> engine;
   std::function<std::unique_ptr<Engine>()>
-      spare;         ///< takes over when the device fails; none where a backend was asked for
-  std::string note;  ///< why the CPU was taken where CUDA was wanted; empty when there is nothing to say
-  MakeBoxField fields = make_cpu_box_field;  ///< evidence fields are learned where the engine runs
+      make_fallback;  ///< makes the engine that takes over when the device fails; empty unless `backend` is Auto
+  std::string note;   ///< why the CPU is used instead of CUDA; empty otherwise
+  MakeFieldSolver fields = make_cpu_field_solver;  ///< makes field solvers on the device that runs the engine
 };
-/// Auto takes CUDA where a usable device is, else the CPU with the reason; Cuda throws Error where there is none.
+/// Engine of a backend. Auto uses CUDA if a device is usable, otherwise the CPU with the reason in `note`; Cuda throws
+/// Error if no device is usable.
 EngineChoice make_engine(Backend backend, VolumeSampling sampling = VolumeSampling::Filtered);
 
-/// Eight vertices at once where the machine can, or one after the other: the bits are the same
-/// (docs/adr/0025-eight-vertices-at-once.md).
+/// Fastest: eight vertices at once with AVX2 if the machine has it. Plain: one vertex after the other. Both give the
+/// same bits (docs/adr/0025-eight-vertices-at-once.md).
 enum class CpuCode { Fastest, Plain };
-/// `threads` = 0: as many as the machine has.
+/// CPU engine; `threads` = 0 uses all threads of the machine.
 std::unique_ptr<Engine> make_cpu_engine(int threads = 0, CpuCode code = CpuCode::Fastest);
-/// Throws Error when built without CUDA or no device answers.
+/// CUDA engine. Throws Error when built without CUDA or when no device is usable.
 std::unique_ptr<Engine> make_cuda_engine(VolumeSampling sampling = VolumeSampling::Filtered);
-/// Evidence fields on the device, each on a stream of its own. Throws Error when built without CUDA or no device
-/// answers; all that it does later throws DeviceError when the device fails or has not the memory.
-std::unique_ptr<BoxField> make_cuda_box_field(const Volume& volume, const RunJobs& run,
-                                              const EvidenceSettings& settings);
-/// While one lives, the engines that its thread makes, uses and destroys have a stream of their own on the device: they
-/// run beside those of other threads. Without a device it does nothing. Throws DeviceError.
+/// Solver of evidence fields on the device, with its own stream. Throws Error when built without CUDA or when no device
+/// is usable; its functions throw DeviceError when the device fails or runs out of memory.
+std::unique_ptr<FieldSolver> make_cuda_field_solver(const Volume& volume, const RunJobs& run,
+                                                    const EvidenceSettings& settings);
+/// Gives the current thread its own CUDA stream for the lifetime of this object: engines that the thread creates, uses
+/// and destroys run concurrently with those of other threads. Has no effect without a device. Throws DeviceError.
 class DeviceStream {
  public:
   DeviceStream();
@@ -48,16 +49,17 @@ class DeviceStream {
   DeviceStream& operator=(const DeviceStream&) = delete;
 
  private:
-  struct Own;
-  std::unique_ptr<Own> own_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
-/// The device that an engine would take; none when there is none.
+/// Device that a CUDA engine would use.
 struct CudaDevice {
   std::string name;
   std::size_t bytes_free;
 };
+/// Current device; empty when none is usable.
 std::optional<CudaDevice> cuda_device();
-/// Empty when a CUDA device can be used; otherwise the reason in a few words ("no CUDA device", "built without CUDA").
-std::string why_no_cuda();
+/// Reason why CUDA cannot be used ("no CUDA device", "built without CUDA"); empty when it can.
+std::string cuda_unavailable_reason();
 
 }  // namespace simplexseg

@@ -9,7 +9,7 @@
 
 namespace simplexseg {
 
-/// What a batch of steps hands back to the host: whether one failed, and how each mesh moved in the last one.
+/// Results of a batch of steps for the host: the first failure, and the motion of each mesh in the last step.
 template <class Executor>
 class BatchResults {
   template <class T>
@@ -17,23 +17,23 @@ class BatchResults {
 
  public:
   BatchResults() { status_.resize(1), result_.resize(1), reset(); }
-  /// Results of these meshes.
+  /// Allocates the results of these meshes.
   void load(const MeshArrays<Executor>& meshes) {
-    blocks_ = (meshes.largest_mesh() + MotionOfBlocks::kBlock - 1) / MotionOfBlocks::kBlock;
+    blocks_ = (meshes.largest_mesh() + BlockMotion::kBlock - 1) / BlockMotion::kBlock;
     sums_.resize(meshes.size() * blocks_);
     motion_.resize(meshes.size());
   }
   StepStatus* status() { return status_.data(); }
 
-  /// Measures, and hands over; to be waited for.
+  /// Launches the kernels that measure the motion and publish the results. The host reads them after Executor::wait().
   void end_batch(Launcher<Executor>& launcher, const StepView& view) {
-    launcher.run(MotionOfBlocks{view, sums_.data(), blocks_}, static_cast<int>(sums_.size()));
+    launcher.run(BlockMotion{view, sums_.data(), blocks_}, static_cast<int>(sums_.size()));
     launcher.run(EndOfBatch{view, sums_.data(), blocks_, motion_.data(), result_.data()}, view.mesh_count);
   }
 
   struct Failure {
-    int step;    ///< of the batch
-    int vertex;  ///< of all meshes
+    int step;    ///< counted from the start of the batch
+    int vertex;  ///< counted over all meshes
     ForceId force;
   };
   std::optional<Failure> failure() {
@@ -44,9 +44,9 @@ class BatchResults {
   }
   const MeshMotion* motion() { return motion_.data(); }
 
-  /// add(name, arrays...) for each.
+  /// Calls add(name, arrays...) for each group of arrays.
   template <class Add>
-  void list(Add&& add) const {
+  void list_arrays(Add&& add) const {
     add("motion", sums_);
   }
 
@@ -56,7 +56,7 @@ class BatchResults {
     status_.upload(std::span(&none, 1));
   }
 
-  int blocks_ = 0;  ///< of the largest mesh
+  int blocks_ = 0;  ///< blocks of the largest mesh
   Array<MeshMotion> sums_;
   Array<StepStatus> status_;
   typename Executor::template HostVisible<StepStatus> result_;

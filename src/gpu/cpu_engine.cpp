@@ -22,17 +22,18 @@ const void* eight_vertices();
 namespace simplexseg {
 namespace {
 
-/// What runs eight vertices at once; nullptr where the machine cannot.
+/// Table of the AVX2 kernels; nullptr if the machine has no AVX2.
 const EightVertices* eight_vertices() {
 #if defined(__x86_64__)
-  const bool can = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("fma");
-  return can ? static_cast<const EightVertices*>(simplexseg_avx2::eight_vertices()) : nullptr;
+  const bool supported =
+      __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("fma");
+  return supported ? static_cast<const EightVertices*>(simplexseg_avx2::eight_vertices()) : nullptr;
 #else
   return nullptr;
 #endif
 }
 
-/// 64-byte aligned, uninitialised until written.
+/// Array in host memory: 64-byte aligned, uninitialised.
 template <class T>
 class HostArray {
  public:
@@ -50,16 +51,16 @@ class HostArray {
     data_.reset();
     size_ = 0;
     if (n == 0) return;
-    // Large arrays in large pages: a step goes through all of them, and their addresses must be looked up.
-    constexpr std::size_t kLargePage = std::size_t{2} << 20;
-    const std::size_t alignment = n * sizeof(T) >= kLargePage ? kLargePage : 64;
+    // Huge pages reduce TLB misses: each step reads all arrays.
+    constexpr std::size_t kHugePage = std::size_t{2} << 20;
+    const std::size_t alignment = n * sizeof(T) >= kHugePage ? kHugePage : 64;
     const std::size_t bytes = (n * sizeof(T) + alignment - 1) / alignment * alignment;
     data_.reset(static_cast<T*>(std::aligned_alloc(alignment, bytes)));
 #if defined(__linux__)
-    if (data_ && alignment == kLargePage) (void)madvise(data_.get(), bytes, MADV_HUGEPAGE);  // a wish
+    if (data_ && alignment == kHugePage) (void)madvise(data_.get(), bytes, MADV_HUGEPAGE);  // only a hint
 #endif
     if (!data_)
-      throw Error("mesh arrays", std::to_string(bytes >> 20) + " MiB of memory could not be had",
+      throw Error("not enough memory", std::to_string(bytes >> 20) + " MiB could not be allocated",
                   "use fewer or coarser meshes");
     size_ = n;
   }
@@ -67,7 +68,7 @@ class HostArray {
     std::copy(from.begin(), from.end(), data_.get() + first);
   }
   void assign(std::span<const T> from) { resize(from.size()), upload(from); }
-  void assign_kept(std::span<const T> from) { assign(from); }
+  void assign_async(std::span<const T> from) { assign(from); }
   void download(std::span<T> to, std::size_t first = 0) { std::copy_n(data_.get() + first, to.size(), to.begin()); }
   void fill_zero() { fill(0); }
   void fill_ones() { fill(0xff); }
@@ -83,7 +84,7 @@ class HostArray {
   std::size_t size_ = 0;
 };
 
-/// Runs kernels over blocks of fixed size, so that a vertex meets the same instructions on any number of threads.
+/// Runs kernels on the CPU over blocks of fixed size: results do not depend on the number of threads.
 class CpuExecutor {
  public:
   static constexpr const char* name = "cpu";
@@ -93,7 +94,7 @@ class CpuExecutor {
   using HostVisible = HostArray<T>;
   using NeighbourArray = HostArray<Int4>;
   static constexpr bool kRecords = false, kSumsRings = true, kTiles = false;
-  static constexpr float kCycleCost = 2.4f;  ///< of a step with a multigrid cycle, in steps without
+  static constexpr float kCycleCost = 2.4f;  ///< cost of a step with a multigrid cycle, relative to one without
   struct Recording {};
   explicit CpuExecutor(int threads, CpuCode code)
       : pool_(std::make_unique<ThreadPool>(threads)), eights_(code == CpuCode::Plain ? nullptr : eight_vertices()) {}
@@ -118,16 +119,16 @@ class CpuExecutor {
   int range(const char*) const { return 0; }
   std::unique_ptr<SharedBuffer> share_buffer(unsigned, std::size_t) { return nullptr; }
   std::uint64_t bytes_read_back() const { return 0; }
-  std::size_t bytes_free() const { return std::numeric_limits<std::size_t>::max(); }  // the system swaps, and says so
+  std::size_t bytes_free() const { return std::numeric_limits<std::size_t>::max(); }  // no limit: the system can swap
   template <class T, class F>
   void draw(DrawTarget<T> target, std::size_t n, HostArray<T>&, F&& write) {
     if (target.host.size() < n)
-      throw Error("drawing", "the buffer is too small", "give one of the size of what is drawn");
+      throw Error("drawing", "the buffer is too small", "pass a buffer with one element per drawn element");
     write(target.host.data());
   }
 
   template <class A, class B>
-  void run_together(const A& a, int na, const B& b, int nb) {
+  void run_concurrently(const A& a, int na, const B& b, int nb) {
     run(b, nb);
     run_over_vertices(a, na);
   }
@@ -141,26 +142,26 @@ class CpuExecutor {
   }
   template <class Kernel>
   void run_over_vertices(const Kernel& kernel, int n) {
-    if (acting_.empty()) return run(kernel, n);
-    run_blocks(static_cast<int>(acting_.size()), [&](int b) { run_range(kernel, acting_[b].first, acting_[b].last); });
+    if (active_.empty()) return run(kernel, n);
+    run_blocks(static_cast<int>(active_.size()), [&](int b) { run_range(kernel, active_[b].first, active_[b].last); });
   }
-  /// Nothing is left out where there are no ranges.
-  void leave_to(const std::vector<VertexRange>& ranges) {
-    acting_.clear();
+  /// Restricts later runs over vertices to these ranges; an empty list removes the restriction.
+  void restrict_vertices(const std::vector<VertexRange>& ranges) {
+    active_.clear();
     for (const VertexRange& range : ranges)
       for (int first = range.first; first < range.last; first += kBlock)
-        acting_.push_back({first, std::min(first + kBlock, range.last)});
+        active_.push_back({first, std::min(first + kBlock, range.last)});
   }
 
  private:
   static constexpr int kBlock = 256;
-  /// run_block(0) ... run_block(blocks - 1), shared out over the threads.
+  /// Calls run_block(0) ... run_block(blocks - 1), distributed over the threads.
   template <class RunBlock>
   void run_blocks(int blocks, RunBlock&& run_block) {
-    // Waking a thread costs some microseconds: a kernel is shared out only where it takes much longer. A chunk is large
-    // enough that taking it costs nothing, and small enough that all threads end together.
-    constexpr int kBlocksWorthSharing = 8, kChunksPerThread = 8;
-    if (pool_->threads() == 1 || blocks < kBlocksWorthSharing) {
+    // Waking a thread costs some microseconds, so short kernels run on the calling thread. Chunks are large enough to
+    // make scheduling cheap, and small enough to balance the load.
+    constexpr int kMinParallelBlocks = 8, kChunksPerThread = 8;
+    if (pool_->threads() == 1 || blocks < kMinParallelBlocks) {
       for (int b = 0; b < blocks; ++b) run_block(b);
       return;
     }
@@ -170,31 +171,31 @@ class CpuExecutor {
       for (int b = static_cast<int>(static_cast<long>(blocks) * chunk / chunks); b < last; ++b) run_block(b);
     });
   }
-  /// kernel(first) ... kernel(last - 1): eight at once where the machine can and they are of one mesh.
+  /// Calls kernel(first) ... kernel(last - 1): eight vertices of one mesh at once if the machine has AVX2.
   template <class Kernel>
   void run_range(const Kernel& kernel, int first, int last) const {
     int i = first;
     if constexpr (RunsInEights<Kernel>) {
       const RunInEights in_eights = eights_ != nullptr ? slot(*eights_, std::type_identity<Kernel>{}) : nullptr;
-      if constexpr (std::is_same_v<Kernel, MotionOfBlocks>) {
+      if constexpr (std::is_same_v<Kernel, BlockMotion>) {
         if (in_eights != nullptr) return in_eights(&kernel, first, last - first);
       } else if (in_eights != nullptr) {
         while (i < last) {
           const MeshConstants& mesh = kernel.v.meshes[kernel.v.neighbours[i].w];
           const int end = std::min(last, mesh.first_vertex + mesh.vertex_count), eights = (end - i) / 8;
           if (eights > 0) in_eights(&kernel, i, eights);
-          run_one_by_one(kernel, i + 8 * eights, end);
+          run_scalar(kernel, i + 8 * eights, end);
           i = end;
         }
         return;
       }
     }
-    run_one_by_one(kernel, i, last);
+    run_scalar(kernel, i, last);
   }
   template <class Kernel>
-  static void run_one_by_one(const Kernel& kernel, int first, int last) {
+  static void run_scalar(const Kernel& kernel, int first, int last) {
     if (first >= last) return;
-    const Kernel local = kernel;  // its own copy: the compiler need not fear that stores change the view
+    const Kernel local = kernel;  // local copy, which stores cannot alias
     for (int i = first; i < last; ++i) {
       if constexpr (requires { Kernel::kLanes; })
         local(i, OneLane{});
@@ -205,7 +206,7 @@ class CpuExecutor {
 
   std::unique_ptr<ThreadPool> pool_;
   const EightVertices* eights_;
-  std::vector<VertexRange> acting_;  ///< blocks of vertices; empty: all vertices are
+  std::vector<VertexRange> active_;  ///< active vertices, in blocks; empty: all
 };
 
 }  // namespace

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CUDA executor: the same kernels as the CPU's on one stream, runs of steps replayed as graphs
+// CUDA executor: runs the same kernels as the CPU on one stream and replays runs of steps as graphs
 // (docs/adr/0010-cuda-execution.md).
 #if __has_include(<GL/gl.h>)
-#define SIMPLEXSEG_HAS_GL_INTEROP  // what the header below stands on
+#define SIMPLEXSEG_HAS_GL_INTEROP  // the next header includes GL/gl.h
 #include <cuda_gl_interop.h>
 #endif
 #include <cuda_pipeline_primitives.h>
@@ -23,7 +23,7 @@ namespace {
 
 constexpr int kThreads = 128;
 
-/// Threads that one item of the kernel takes.
+/// Threads per item of the kernel.
 template <class Kernel>
 constexpr int lanes_of() {
   if constexpr (requires { Kernel::kLanes; })
@@ -31,7 +31,7 @@ constexpr int lanes_of() {
   else
     return 1;
 }
-/// Bytes of shared memory that one block of the kernel takes.
+/// Bytes of shared memory per block of the kernel.
 template <class Kernel>
 unsigned shared_bytes(const Kernel& kernel) {
   if constexpr (requires { kernel.scratch; })
@@ -44,7 +44,7 @@ int blocks_for(int n) {
   return static_cast<int>((static_cast<long>(n) * lanes_of<Kernel>() + kThreads - 1) / kThreads);
 }
 
-/// The item that a thread works on. Threads may be more than an int counts, items are not.
+/// Item of a thread. The number of threads may exceed the range of int; the number of items does not.
 template <int kLanes>
 __host__ __device__ constexpr int item_of(int block, int thread) {
   static_assert(kThreads % kLanes == 0);
@@ -54,7 +54,7 @@ static_assert(item_of<32>(2, 40) == (2 * kThreads + 40) / 32);
 static_assert(item_of<32>(100'000'000, 127) == 400'000'003, "12.8 billion threads");
 
 template <class Kernel>
-__device__ void work(const Kernel& kernel, int n, int block, [[maybe_unused]] float* scratch) {
+__device__ void run_item(const Kernel& kernel, int n, int block, [[maybe_unused]] float* scratch) {
   constexpr int kLanes = lanes_of<Kernel>();
   const int item = item_of<kLanes>(block, static_cast<int>(threadIdx.x));
   if (item >= n) return;
@@ -73,48 +73,49 @@ __device__ void work(const Kernel& kernel, int n, int block, [[maybe_unused]] fl
   }
 }
 
-/// Launches overlap: a kernel's blocks come to the device while the last ones of the kernel before it end, and wait
-/// here for its results. Letting them come earlier takes room from that kernel and spreads them unevenly: it was
-/// slower.
+/// Waits for the results of the previous kernel. Launches overlap: blocks start while the last blocks of the previous
+/// kernel are still running. An earlier start was slower: it takes resources from that kernel and distributes the
+/// blocks unevenly.
 __device__ void wait_for_earlier_kernels() {
 #if __CUDA_ARCH__ >= 900
   cudaGridDependencySynchronize();
 #endif
 }
 
-/// Lets the blocks of the next kernel come now, and make ready. Where they are few: many would be in the way.
-__device__ void let_next_kernel_come() {
+/// Lets the next kernel start its blocks. Useful only for few blocks: many would slow down this kernel.
+__device__ void trigger_next_kernel() {
 #if __CUDA_ARCH__ >= 900
   cudaTriggerProgrammaticLaunchCompletion();
 #endif
 }
-/// The blocks that a launch has, of those that all vertices would take: some are left out.
-struct ActingBlocks {
-  static constexpr int kMost = 6;
+/// Blocks of a launch, restricted to those that contain active vertices.
+struct ActiveBlocks {
+  static constexpr int kMaxRuns = 6;
   struct Run {
     int first, end;
   };
-  int count = 0;  ///< of runs of blocks that follow each other; 0: all are there
-  Run runs[kMost];
+  int count = 0;  ///< number of runs of consecutive blocks; 0: all blocks
+  Run runs[kMaxRuns];
   __device__ int operator[](unsigned block) const {
-    int left = static_cast<int>(block);
+    int rank = static_cast<int>(block);
     for (int k = 0; k < count; ++k) {
       const Run run = runs[k];
-      if (left < run.end - run.first) return run.first + left;
-      left -= run.end - run.first;
+      if (rank < run.end - run.first) return run.first + rank;
+      rank -= run.end - run.first;
     }
-    return left;
+    return rank;
   }
-  int of(int all) const {
+  /// Number of blocks to launch, of `all`.
+  int launched(int all) const {
     int sum = 0;
     for (int k = 0; k < count; ++k) sum += runs[k].end - runs[k].first;
     return count != 0 ? sum : all;
   }
-  /// Those of some vertices, in order; more of them where there are too many runs.
-  ActingBlocks(const std::vector<VertexRange>& ranges, int vertices_of_block) : runs{} {
+  /// Selects the blocks of sorted ranges of vertices. A range beyond kMaxRuns runs is merged with the previous run.
+  ActiveBlocks(const std::vector<VertexRange>& ranges, int block_vertices) : runs{} {
     for (const VertexRange& range : ranges) {
-      const int from = range.first / vertices_of_block, to = (range.last - 1) / vertices_of_block + 1;
-      if (count == 0 || (from > runs[count - 1].end && count < kMost))
+      const int from = range.first / block_vertices, to = (range.last - 1) / block_vertices + 1;
+      if (count == 0 || (from > runs[count - 1].end && count < kMaxRuns))
         runs[count++] = {from, to};
       else
         runs[count - 1].end = to;
@@ -123,23 +124,23 @@ struct ActingBlocks {
 };
 template <class Kernel>
 __global__ void __launch_bounds__(kThreads, 1)
-    launch(const __grid_constant__ Kernel kernel, int n, const __grid_constant__ ActingBlocks acting) {
+    launch(const __grid_constant__ Kernel kernel, int n, const __grid_constant__ ActiveBlocks active) {
   extern __shared__ float scratch[];
   wait_for_earlier_kernels();
-  work(kernel, n, acting[blockIdx.x], scratch);
+  run_item(kernel, n, active[blockIdx.x], scratch);
 }
 
-/// A block of kCount threads, eight to a group.
+/// Block of kCount threads in groups of eight.
 template <int kCount>
-struct BlockTeam {
+struct CudaBlock {
   static constexpr int threads = kCount, groups = kCount / 8;
-  static constexpr bool kOwnMemory = true;
+  static constexpr bool kUsesSharedMemory = true;
   int thread, group;
   GroupLanes<8> lanes;
   void* memory;
   __device__ void sync() const { __syncthreads(); }
   __device__ void wait_for_earlier_kernels() const { simplexseg::wait_for_earlier_kernels(); }
-  /// All copies are under way together.
+  /// Starts an asynchronous copy to shared memory.
   template <class T>
   __device__ void copy(T* to, const T* from) const {
     __pipeline_memcpy_async(to, from, sizeof(T));
@@ -151,43 +152,43 @@ struct BlockTeam {
   }
 };
 template <class Kernel>
-__global__ void __launch_bounds__(Kernel::kTeam, 1) launch_team(const __grid_constant__ Kernel kernel) {
-  extern __shared__ float4 memory_of_team[];
+__global__ void __launch_bounds__(Kernel::kBlockThreads, 1) launch_block(const __grid_constant__ Kernel kernel) {
+  extern __shared__ float4 memory_of_block[];
   const int thread = static_cast<int>(threadIdx.x);
   const unsigned in_warp = threadIdx.x % 32u;
-  kernel(BlockTeam<Kernel::kTeam>{
-      thread, thread / 8, {static_cast<int>(in_warp % 8u), 0xffu << in_warp / 8u * 8u, nullptr}, memory_of_team});
+  kernel(CudaBlock<Kernel::kBlockThreads>{
+      thread, thread / 8, {static_cast<int>(in_warp % 8u), 0xffu << in_warp / 8u * 8u, nullptr}, memory_of_block});
 }
 
-/// The threads that take the step of a tile.
+/// Block of threads that computes the step of a tile.
 template <int kCount>
-struct TileTeam {
+struct TileBlock {
   static constexpr int threads = kCount;
   int thread;
   __device__ void sync() const { __syncthreads(); }
-  __device__ void wait_for_earlier_steps() const { wait_for_earlier_kernels(); }
+  __device__ void wait_for_earlier_kernels() const { simplexseg::wait_for_earlier_kernels(); }
 };
 template <class Kernel>
 __global__ void __launch_bounds__(Kernel::kThreads)
-    launch_tiles(const __grid_constant__ Kernel kernel, const __grid_constant__ ActingBlocks acting) {
+    launch_tiles(const __grid_constant__ Kernel kernel, const __grid_constant__ ActiveBlocks active) {
   extern __shared__ float4 texels_of_tile[];
-  let_next_kernel_come();
-  kernel(acting[blockIdx.x], TileTeam<Kernel::kThreads>{static_cast<int>(threadIdx.x)},
+  trigger_next_kernel();
+  kernel(active[blockIdx.x], TileBlock<Kernel::kThreads>{static_cast<int>(threadIdx.x)},
          reinterpret_cast<Vec4*>(texels_of_tile));
 }
 
-/// Two kernels that do not depend on each other, the second one in the first blocks.
+/// Runs two independent kernels in one launch: `b` in the first blocks, `a` in the others.
 template <class A, class B>
 __global__ void __launch_bounds__(kThreads)
-    launch_together(const __grid_constant__ A a, int na, const __grid_constant__ ActingBlocks acting_of_a,
-                    const __grid_constant__ B b, int nb, int blocks_of_b) {
+    launch_pair(const __grid_constant__ A a, int na, const __grid_constant__ ActiveBlocks active_of_a,
+                const __grid_constant__ B b, int nb, int blocks_of_b) {
   extern __shared__ float scratch[];
   const int block = static_cast<int>(blockIdx.x);
   wait_for_earlier_kernels();
   if (block < blocks_of_b)
-    work(b, nb, block, scratch);
+    run_item(b, nb, block, scratch);
   else
-    work(a, na, acting_of_a[blockIdx.x - static_cast<unsigned>(blocks_of_b)], scratch);
+    run_item(a, na, active_of_a[blockIdx.x - static_cast<unsigned>(blocks_of_b)], scratch);
 }
 
 __global__ void probe() {}
@@ -214,12 +215,12 @@ class GlBuffer final : public SharedBuffer {
     if (error != cudaSuccess || bytes < needed) {
       unmap();
       check(error, "mapping an OpenGL buffer");
-      throw Error("drawing", "the OpenGL buffer is too small", "give one of the size of what is drawn");
+      throw Error("drawing", "the OpenGL buffer is too small", "pass a buffer with one element per drawn element");
     }
     return memory;
   }
   void unmap() {
-    check(cudaGraphicsUnmapResources(1, &resource_, engine_stream().handle()), "giving an OpenGL buffer back");
+    check(cudaGraphicsUnmapResources(1, &resource_, engine_stream().handle()), "unmapping an OpenGL buffer");
   }
 
  private:
@@ -237,22 +238,22 @@ class CudaExecutor {
   using NeighbourArray = simplexseg::NeighbourArray;
   static constexpr bool kRecords = true, kSumsRings = false;
 #ifdef SIMPLEXSEG_TEXTURE_ARRAYS
-  static constexpr bool kTiles = false;  // a texture is not of a block's own memory
+  static constexpr bool kTiles = false;  // textures cannot read shared memory
 #else
   static constexpr bool kTiles = true;
 #endif
-  static constexpr float kCycleCost = 4;  ///< of a step with a multigrid cycle, in steps without
+  static constexpr float kCycleCost = 4;  ///< cost of a step with a multigrid cycle, relative to one without
   using Recording = ExecutableGraph;
 
   explicit CudaExecutor(VolumeSampling sampling) : volume_(sampling) {
     int device = 0;
     cudaDeviceProp properties{};
-    check(cudaGetDevice(&device), "choosing a device");
-    check(cudaGetDeviceProperties(&properties, device), "asking the device");
+    check(cudaGetDevice(&device), "selecting a device");
+    check(cudaGetDeviceProperties(&properties, device), "reading the device properties");
     description_ = properties.name;
-    // Waiting inside the kernels must have been compiled in.
+    // Launches may overlap only if wait_for_earlier_kernels() was compiled for compute capability 9.0 or higher.
     cudaFuncAttributes attributes{};
-    check(cudaFuncGetAttributes(&attributes, probe), "asking a kernel");
+    check(cudaFuncGetAttributes(&attributes, probe), "reading kernel attributes");
     overlaps_ = properties.major >= 9 && attributes.ptxVersion >= 90;
   }
   std::string description() const { return description_; }
@@ -263,18 +264,18 @@ class CudaExecutor {
   void visit_voxels(VoxelType type, F&& f) const {
     volume_.visit(type, f);
   }
-  /// Few vertices leave most of the device idle: then several threads share one search, which ends sooner.
+  /// Calls f with the number of threads per search: four if there are too few vertices to occupy the device, else one.
   template <class F>
   void visit_width(int n, F&& f) const {
     constexpr int kManyVertices = 150'000;
-    int acting = acting_.empty() ? n : 0;
-    for (const VertexRange& range : acting_) acting += range.last - range.first;
-    if (acting < kManyVertices)
+    int active = active_.empty() ? n : 0;
+    for (const VertexRange& range : active_) active += range.last - range.first;
+    if (active < kManyVertices)
       f(std::integral_constant<int, 4>{});
     else
       f(std::integral_constant<int, 1>{});
   }
-  bool failed(const StepStatus*) const { return false; }  // known to the kernels; the host learns it after the batch
+  bool failed(const StepStatus*) const { return false; }  // the host reads the status after the batch
   void wait() { engine_stream().wait(); }
   std::uint64_t bytes_read_back() const { return bytes_downloaded(); }
   std::size_t bytes_free() const { return device_bytes_free(); }
@@ -285,28 +286,28 @@ class CudaExecutor {
   }
   template <class Kernel>
   void run_over_vertices(const Kernel& kernel, int n) {
-    run(kernel, n, acting_);
+    run(kernel, n, active_);
   }
-  void leave_to(std::vector<VertexRange> ranges) { acting_ = std::move(ranges); }
+  void restrict_vertices(std::vector<VertexRange> ranges) { active_ = std::move(ranges); }
   template <class Kernel>
   void run(const Kernel& kernel) {
-    start(Kernel::name, 1, Kernel::kTeam, static_cast<unsigned>(kernel.levels.shared_bytes()), launch_team<Kernel>,
-          kernel);
+    start(Kernel::name, 1, Kernel::kBlockThreads, static_cast<unsigned>(kernel.levels.shared_bytes()),
+          launch_block<Kernel>, kernel);
   }
   template <class Kernel>
   void run_tiles(const Kernel& kernel) {
-    const ActingBlocks acting(acting_, kTileVertices);
-    start(Kernel::name, acting.of(kernel.tiles.count), Kernel::kThreads, static_cast<unsigned>(kernel.shared_bytes()),
-          launch_tiles<Kernel>, kernel, acting);
+    const ActiveBlocks active(active_, kTileVertices);
+    start(Kernel::name, active.launched(kernel.tiles.count), Kernel::kThreads,
+          static_cast<unsigned>(kernel.shared_bytes()), launch_tiles<Kernel>, kernel, active);
   }
   template <class A, class B>
-  void run_together(const A& a, int na, const B& b, int nb) {
+  void run_concurrently(const A& a, int na, const B& b, int nb) {
     if (na <= 0) return run(b, nb);
     if (nb <= 0) return run_over_vertices(a, na);
-    const ActingBlocks acting(acting_, kThreads / lanes_of<A>());
+    const ActiveBlocks active(active_, kThreads / lanes_of<A>());
     const int blocks_of_b = blocks_for<B>(nb);
-    start(A::name, acting.of(blocks_for<A>(na)) + blocks_of_b, kThreads, std::max(shared_bytes(a), shared_bytes(b)),
-          launch_together<A, B>, a, na, acting, b, nb, blocks_of_b);
+    start(A::name, active.launched(blocks_for<A>(na)) + blocks_of_b, kThreads,
+          std::max(shared_bytes(a), shared_bytes(b)), launch_pair<A, B>, a, na, active, b, nb, blocks_of_b);
   }
 
   template <class F>
@@ -347,8 +348,8 @@ class CudaExecutor {
     }
 #endif
     if (target.host.size() < n)
-      throw Error("drawing", "the buffer is too small", "give one of the size of what is drawn");
-    if (staging.size() < n) staging.resize(n), staging.fill_zero();  // all of it is read back, whatever is written
+      throw Error("drawing", "the buffer is too small", "pass a buffer with one element per drawn element");
+    if (staging.size() < n) staging.resize(n), staging.fill_zero();  // the whole array is read back
     write(staging.data());
     staging.download(target.host.first(n));
   }
@@ -357,9 +358,9 @@ class CudaExecutor {
   template <class Kernel>
   void run(const Kernel& kernel, int n, const std::vector<VertexRange>& ranges) {
     if (n <= 0) return;
-    const ActingBlocks acting(ranges, kThreads / lanes_of<Kernel>());
-    start(Kernel::name, acting.of(blocks_for<Kernel>(n)), kThreads, shared_bytes(kernel), launch<Kernel>, kernel, n,
-          acting);
+    const ActiveBlocks active(ranges, kThreads / lanes_of<Kernel>());
+    start(Kernel::name, active.launched(blocks_for<Kernel>(n)), kThreads, shared_bytes(kernel), launch<Kernel>, kernel,
+          n, active);
   }
   template <class... Parameters, class... Arguments>
   void start(const char* what, int blocks, int threads, unsigned shared, void (*kernel)(Parameters...),
@@ -378,12 +379,12 @@ class CudaExecutor {
     check(cudaLaunchKernelEx(&config, kernel, arguments...), what);
   }
 
-  /// A kernel gets more than 48 KB of shared memory for a block only where it was said before that it may.
+  /// Raises the limit of shared memory per block of a kernel, which is 48 KB by default.
   void allow_shared(const void* kernel, unsigned bytes, const char* what) {
-    constexpr unsigned kForAll = 48 * 1024;
-    if (bytes <= kForAll) return;
+    constexpr unsigned kDefaultBytes = 48 * 1024;
+    if (bytes <= kDefaultBytes) return;
     static std::mutex mutex;
-    static std::map<const void*, unsigned> allowed_bytes;  // what one engine may, another must not take back
+    static std::map<const void*, unsigned> allowed_bytes;  // shared by all engines: the limit is never lowered
     const std::lock_guard lock(mutex);
     unsigned& allowed = allowed_bytes[kernel];
     if (bytes <= allowed) return;
@@ -392,15 +393,15 @@ class CudaExecutor {
   }
 
   std::string description_;
-  std::shared_ptr<const DeviceMemory> memory_ = DeviceMemory::of_device();  // what arrays give back stays
+  std::shared_ptr<const DeviceMemory> memory_ = DeviceMemory::for_current_device();  // shared ownership of the pool
   CudaVolume volume_;
   bool overlaps_ = false;
-  std::vector<VertexRange> acting_;  ///< empty: all vertices are
+  std::vector<VertexRange> active_;  ///< active vertices; empty: all
 };
 
 }  // namespace
 
-std::string why_no_cuda() {
+std::string cuda_unavailable_reason() {
   int count = 0;
   const cudaError_t error = cudaGetDeviceCount(&count);
   if (error == cudaSuccess && count > 0) return "";
@@ -408,26 +409,26 @@ std::string why_no_cuda() {
   return "no CUDA device";
 }
 
-struct DeviceStream::Own {
+struct DeviceStream::Impl {
   Stream stream{"simplexseg engine of a thread"};
-  Stream* before = std::exchange(stream_of_thread, &stream);
-  ~Own() {
-    stream_of_thread = before;
-    cudaStreamSynchronize(stream.handle());  // what it still uses may be given back on another stream now
+  Stream* previous = std::exchange(stream_of_thread, &stream);
+  ~Impl() {
+    stream_of_thread = previous;
+    cudaStreamSynchronize(stream.handle());  // other streams may now release its memory
   }
 };
 DeviceStream::DeviceStream() {
-  if (why_no_cuda().empty()) own_ = std::make_unique<Own>();
+  if (cuda_unavailable_reason().empty()) impl_ = std::make_unique<Impl>();
 }
 DeviceStream::~DeviceStream() = default;
 
 std::optional<CudaDevice> cuda_device() {
-  if (!why_no_cuda().empty()) return std::nullopt;
+  if (!cuda_unavailable_reason().empty()) return std::nullopt;
   try {
     int device = 0;
     cudaDeviceProp properties{};
-    check(cudaGetDevice(&device), "choosing a device");
-    check(cudaGetDeviceProperties(&properties, device), "asking the device");
+    check(cudaGetDevice(&device), "selecting a device");
+    check(cudaGetDeviceProperties(&properties, device), "reading the device properties");
     return CudaDevice{properties.name, device_bytes_free()};
   } catch (const DeviceError&) {
     return std::nullopt;
@@ -435,7 +436,7 @@ std::optional<CudaDevice> cuda_device() {
 }
 
 std::unique_ptr<Engine> make_cuda_engine(VolumeSampling sampling) {
-  const std::string reason = why_no_cuda();
+  const std::string reason = cuda_unavailable_reason();
   if (!reason.empty()) throw Error("backend cuda", reason, "use --backend cpu");
   return std::make_unique<StepEngine<CudaExecutor>>(CudaExecutor(sampling));
 }

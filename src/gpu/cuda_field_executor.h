@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the evidence field runs on where there is a CUDA device (evidence/parallel/executor.h says what each does).
-// Included by CUDA sources alone.
+// CUDA executor of the field solver; its interface is documented in evidence/parallel/executor.h. Included only by CUDA
+// sources.
 #pragma once
 #include <cuda_runtime.h>
 
@@ -19,7 +19,7 @@
 
 namespace simplexseg {
 
-/// A place in a stream that the host can wait for.
+/// CUDA event: a position in a stream that the host can wait for.
 class Event {
  public:
   Event() { check(cudaEventCreateWithFlags(&handle_, cudaEventDisableTiming), "creating an event"); }
@@ -32,22 +32,23 @@ class Event {
   cudaEvent_t handle_ = nullptr;
 };
 
-/// Its arrays must not outlive it. Used by one thread at a time.
+/// Executor of the field solver on a CUDA device. It outlives its arrays and is used by one thread at a time.
 class CudaFieldExecutor {
  public:
   CudaFieldExecutor() : stream_("simplexseg evidence field") {
-    fetched_to_.resize(2 * kFetched);
-    of_blocks_ = Array<double>(*this, kMostSums * field_kernels::kMostBlocks, 0);
+    fetch_buffer_.resize(2 * kFetched);
+    block_sums_ = Array<double>(*this, kMostSums * field_kernels::kMaxBlocks, 0);
     ended_ = Array<unsigned>(*this, 1, 0);
     clear(ended_.data(), 1);
     int device = 0;
     cudaDeviceProp properties{};
-    check(cudaGetDevice(&device), "choosing a device");
-    check(cudaGetDeviceProperties(&properties, device), "asking the device");
+    check(cudaGetDevice(&device), "selecting a device");
+    check(cudaGetDeviceProperties(&properties, device), "reading the device properties");
     processors_ = properties.multiProcessorCount;
     totals_ = Array<Totals>(*this, 2 * std::size_t(processors_), 0);
-    cudaFuncAttributes attributes{};  // waiting inside the kernels must have been compiled in
-    check(cudaFuncGetAttributes(&attributes, field_kernels::probe), "asking a kernel");
+    // Launches may overlap only if wait_for_earlier_kernels() was compiled for compute capability 9.0 or higher.
+    cudaFuncAttributes attributes{};
+    check(cudaFuncGetAttributes(&attributes, field_kernels::probe), "reading kernel attributes");
     overlaps_ = properties.major >= 9 && attributes.ptxVersion >= 90;
   }
   ~CudaFieldExecutor() { cudaStreamSynchronize(stream_.handle()); }
@@ -62,7 +63,7 @@ class CudaFieldExecutor {
         : stream_(executor.stream_.handle()), size_(size), pad_(pad) {
       if (size == 0) return;
       base_ = static_cast<T*>(
-          executor.memory_->take((size + 2 * pad) * sizeof(T), stream_, "allocating the evidence field"));
+          executor.memory_->allocate((size + 2 * pad) * sizeof(T), stream_, "allocating the evidence field"));
       if (pad != 0)
         check(cudaMemsetAsync(base_, 0, (size + 2 * pad) * sizeof(T), stream_), "clearing the evidence field");
     }
@@ -112,15 +113,15 @@ class CudaFieldExecutor {
   }
   template <class T>
   struct Fetched {
-    const unsigned char* at;  ///< pinned
+    const unsigned char* at;  ///< pinned memory
     cudaEvent_t there;
   };
   template <class T>
   Fetched<T> fetch(const T* from, std::size_t count) const {
     const std::size_t bytes = count * sizeof(T);
     SIMPLEXSEG_EXPECT(bytes <= kFetched);
-    if (fetched_ + bytes > 2 * kFetched) fetched_ = 0;  // room for twice what may be on its way
-    unsigned char* const to = fetched_to_.data() + fetched_;
+    if (fetched_ + bytes > 2 * kFetched) fetched_ = 0;  // the buffer is twice as large as the transfers in flight
+    unsigned char* const to = fetch_buffer_.data() + fetched_;
     fetched_ += (bytes + 15) / 16 * 16;
     cudaEvent_t there = events_[next_event_++ % events_.size()].handle();
     check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToHost, stream_.handle()), "download");
@@ -141,7 +142,7 @@ class CudaFieldExecutor {
   void clear(T* at, std::size_t count) const {
     if (count != 0) check(cudaMemsetAsync(at, 0, count * sizeof(T), stream_.handle()), "clearing");
   }
-  /// For all that was begun.
+  /// Waits for all work on the stream.
   void wait() const { stream_.wait(); }
 
   template <class Kernel>
@@ -154,24 +155,24 @@ class CudaFieldExecutor {
     using namespace field_kernels;
     cudaLaunchConfig_t config{};
     config.gridDim = dim3(static_cast<unsigned>(processors_));
-    config.blockDim = dim3(kOfAll);
+    config.blockDim = dim3(kGridBlockThreads);
     config.stream = stream_.handle();
-    cudaLaunchAttribute together{};
-    together.id = cudaLaunchAttributeCooperative;
-    together.val.cooperative = 1;
-    config.attrs = &together;
+    cudaLaunchAttribute cooperative{};
+    cooperative.id = cudaLaunchAttributeCooperative;
+    cooperative.val.cooperative = 1;
+    config.attrs = &cooperative;
     config.numAttrs = 1;
-    check(cudaLaunchKernelEx(&config, by_all<Kernel>, kernel, totals_.data()), "the evidence field");
+    check(cudaLaunchKernelEx(&config, run_grid<Kernel>, kernel, totals_.data()), "the evidence field");
   }
   template <class Kernel>
   void teams(int count, const Kernel& kernel) const {
-    if (count > 0) start(count, field_kernels::kOfTeams, field_kernels::by_teams<Kernel>, kernel);
+    if (count > 0) start(count, field_kernels::kBlockThreads, field_kernels::run_blocks<Kernel>, kernel);
   }
   template <class Kernel>
   void sums_into(int n, const Kernel& kernel, double* to) const {
     using namespace field_kernels;
     static_assert(decltype(kernel(0))::kCount <= kMostSums);
-    start(blocks_of_sum(n), kThreads, sums<Kernel>, kernel, n, of_blocks_.data(), ended_.data(), to);
+    start(blocks_of_sum(n), kThreads, sums<Kernel>, kernel, n, block_sums_.data(), ended_.data(), to);
   }
   template <class Kernel>
   void histogram(int n, const Kernel& kernel, int* count) const {
@@ -184,7 +185,7 @@ class CudaFieldExecutor {
 
   int blocks_of_sum(int n) const {
     using namespace field_kernels;
-    return std::clamp((n + 4 * kThreads - 1) / (4 * kThreads), 1, std::min(kMostBlocks, 3 * processors_));
+    return std::clamp((n + 4 * kThreads - 1) / (4 * kThreads), 1, std::min(kMaxBlocks, 3 * processors_));
   }
   template <class... Parameters, class... Arguments>
   void start(int blocks, int threads, void (*kernel)(Parameters...), const Arguments&... arguments) const {
@@ -200,14 +201,14 @@ class CudaFieldExecutor {
     check(cudaLaunchKernelEx(&config, kernel, arguments...), "the evidence field");
   }
 
-  std::shared_ptr<const DeviceMemory> memory_ = DeviceMemory::of_device();
+  std::shared_ptr<const DeviceMemory> memory_ = DeviceMemory::for_current_device();
   mutable Stream stream_;
-  mutable HostVisibleArray<unsigned char> fetched_to_;  ///< written round and round
-  mutable std::size_t fetched_ = 0;                     ///< where the next ones go
-  /// By turns: with more on their way the first are waited for until a later one is there.
+  mutable HostVisibleArray<unsigned char> fetch_buffer_;  ///< ring buffer
+  mutable std::size_t fetched_ = 0;                       ///< offset of the next transfer
+  /// Used in rotation: with more transfers in flight, receive() of the oldest waits for a later one.
   std::array<Event, 8> events_;
   mutable std::size_t next_event_ = 0;
-  Array<double> of_blocks_;
+  Array<double> block_sums_;
   Array<unsigned> ended_;
   Array<Totals> totals_;
   int processors_ = 1;

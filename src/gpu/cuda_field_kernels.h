@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a device's blocks of threads run what the evidence field's executor is given (gpu/cuda_field_executor.h).
-// Included by CUDA sources alone.
+// CUDA kernels that run the functors of the field solver (gpu/cuda_field_executor.h). Included only by CUDA sources.
 #pragma once
 #include <cooperative_groups.h>
 #include <cuda_runtime.h>
@@ -10,10 +9,10 @@
 namespace simplexseg {
 namespace field_kernels {
 
-constexpr int kThreads = 256, kOfAll = 1024, kOfTeams = 512, kWarp = 32;
-constexpr int kMostBlocks = 512;  ///< of a sum: what the last one adds up
+constexpr int kThreads = 256, kGridBlockThreads = 1024, kBlockThreads = 512, kWarp = 32;
+constexpr int kMaxBlocks = 512;  ///< largest number of blocks of sums()
 
-/// As in cuda_engine.cu: the blocks of a kernel come while the last ones of the kernel before end, and wait here.
+/// Waits for the results of the previous kernel, whose execution overlaps with this one (see cuda_engine.cu).
 __device__ inline void wait_for_earlier_kernels() {
 #if __CUDA_ARCH__ >= 900
   cudaGridDependencySynchronize();
@@ -30,7 +29,7 @@ __global__ void __launch_bounds__(kThreads) each(const __grid_constant__ Kernel 
 static __global__ void probe() {}
 
 template <int kCount>
-struct BlockAsTeam {
+struct FieldBlock {
   static constexpr int threads = kCount;
   int thread;
   float* scratch;
@@ -39,8 +38,8 @@ struct BlockAsTeam {
     __syncthreads();
 #endif
   }
-  /// The first of its threads, which wait for each other alone.
-  struct Few {
+  /// First warp of the block; sync() waits only for its threads.
+  struct Warp {
     static constexpr int threads = kWarp;
     int thread;
     SIMPLEXSEG_HD void sync() const {
@@ -50,11 +49,11 @@ struct BlockAsTeam {
     }
   };
   template <class Kernel>
-  SIMPLEXSEG_HD void few(const Kernel& kernel) const {
-    if (thread < kWarp) kernel(Few{thread});
+  SIMPLEXSEG_HD void warp(const Kernel& kernel) const {
+    if (thread < kWarp) kernel(Warp{thread});
     sync();
   }
-  /// Whether any of its threads says so.
+  /// True if `x` is true in any thread of the block.
   SIMPLEXSEG_HD bool any([[maybe_unused]] bool x) const {
 #ifdef __CUDA_ARCH__
     return __syncthreads_or(x) != 0;
@@ -63,53 +62,54 @@ struct BlockAsTeam {
 #endif
   }
 };
-/// A team for each block.
+/// Runs a kernel with whole blocks of threads.
 template <class Kernel>
-__global__ void __launch_bounds__(kOfTeams) by_teams(const __grid_constant__ Kernel kernel) {
+__global__ void __launch_bounds__(kBlockThreads) run_blocks(const __grid_constant__ Kernel kernel) {
   __shared__ float scratch[Kernel::kScratch];
   wait_for_earlier_kernels();
-  kernel(BlockAsTeam<kOfTeams>{static_cast<int>(threadIdx.x), scratch}, static_cast<int>(blockIdx.x));
+  kernel(FieldBlock<kBlockThreads>{static_cast<int>(threadIdx.x), scratch}, static_cast<int>(blockIdx.x));
 }
 
-/// Of all threads of a block, in a tree that is always the same; the first thread has it.
+/// Totals over all threads of a block, added in a fixed tree order; valid in the first thread.
 template <int kCount>
-__device__ Totals of_block(Totals x) {
-  __shared__ Totals of_warp[kCount / kWarp];
+__device__ Totals block_total(Totals x) {
+  __shared__ Totals warp_totals[kCount / kWarp];
   for (int step = kWarp / 2; step > 0; step /= 2) {
     x.sum += __shfl_down_sync(~0u, x.sum, step);
     x.largest = larger(__shfl_down_sync(~0u, x.largest, step), x.largest);
   }
-  if (threadIdx.x % kWarp == 0) of_warp[threadIdx.x / kWarp] = x;
+  if (threadIdx.x % kWarp == 0) warp_totals[threadIdx.x / kWarp] = x;
   __syncthreads();
   if (threadIdx.x == 0)
     for (int w = 1; w < kCount / kWarp; ++w) {
-      x.sum += of_warp[w].sum;
-      x.largest = larger(of_warp[w].largest, x.largest);
+      x.sum += warp_totals[w].sum;
+      x.largest = larger(warp_totals[w].largest, x.largest);
     }
   __syncthreads();
   return x;
 }
 
-/// Bins of kernel(v) for v = first, first + stride, ... < n, each block's counted in its own memory first.
+/// Adds the histogram of kernel(v), v = first, first + stride, ... < n, to `count`. Each block counts in shared memory
+/// first.
 template <int kCount, class Kernel>
 __device__ void count_bins(int n, const Kernel& kernel, int* count, int first, int stride) {
-  __shared__ int own[kBins];
-  for (int b = static_cast<int>(threadIdx.x); b < kBins; b += kCount) own[b] = 0;
+  __shared__ int block_count[kBins];
+  for (int b = static_cast<int>(threadIdx.x); b < kBins; b += kCount) block_count[b] = 0;
   __syncthreads();
   for (int v = first; v < n; v += stride) {
     const int bin = kernel(v);
-    if (bin >= 0 && bin < kBins) atomicAdd(&own[bin], 1);
+    if (bin >= 0 && bin < kBins) atomicAdd(&block_count[bin], 1);
   }
   __syncthreads();
   for (int b = static_cast<int>(threadIdx.x); b < kBins; b += kCount)
-    if (own[b] != 0) atomicAdd(&count[b], own[b]);
+    if (block_count[b] != 0) atomicAdd(&count[b], block_count[b]);
   __syncthreads();
 }
 
-/// The last block to end puts together what all blocks have, in their order.
+/// Sums kernel(v) over all v < n. The last block to finish adds the sums of all blocks in a fixed order.
 template <class Kernel>
 __global__ void __launch_bounds__(kThreads)
-    sums(const __grid_constant__ Kernel kernel, int n, double* of_blocks, unsigned* ended, double* to) {
+    sums(const __grid_constant__ Kernel kernel, int n, double* block_sums, unsigned* ended, double* to) {
   wait_for_earlier_kernels();
   constexpr int kCount = decltype(kernel(0))::kCount;
   SumsOf<kCount> x{};
@@ -118,8 +118,8 @@ __global__ void __launch_bounds__(kThreads)
     add(kernel(v), x);
   __shared__ bool last;
   for (int s = 0; s < kCount; ++s) {
-    const double sum = of_block<kThreads>({x.is[s], 0}).sum;
-    if (threadIdx.x == 0) of_blocks[blockIdx.x * kCount + s] = sum;
+    const double sum = block_total<kThreads>({x.is[s], 0}).sum;
+    if (threadIdx.x == 0) block_sums[blockIdx.x * kCount + s] = sum;
   }
   if (threadIdx.x == 0) {
     __threadfence();
@@ -131,20 +131,20 @@ __global__ void __launch_bounds__(kThreads)
   for (int s = 0; s < kCount; ++s) {
     double sum = 0;
     for (unsigned b = threadIdx.x; b < gridDim.x; b += kThreads)
-      sum += const_cast<const volatile double*>(of_blocks)[b * kCount + s];
-    sum = of_block<kThreads>({sum, 0}).sum;
+      sum += const_cast<const volatile double*>(block_sums)[b * kCount + s];
+    sum = block_total<kThreads>({sum, 0}).sum;
     if (threadIdx.x == 0) to[s] = sum;
   }
   if (threadIdx.x == 0) *ended = 0;
 }
 
-/// All threads of a cooperative launch.
-class GridAsAll {
+/// Threads of a cooperative launch.
+class GridThreads {
   static constexpr unsigned kGroup = 128;
 
  public:
-  /// `of_blocks`: room for two Totals for each block.
-  __device__ explicit GridAsAll(Totals* of_blocks) : of_blocks_(of_blocks) {}
+  /// `block_totals`: two Totals for each block.
+  __device__ explicit GridThreads(Totals* block_totals) : block_totals_(block_totals) {}
 
   template <class Kernel>
   __device__ void each(int n, const Kernel& kernel) const {
@@ -159,48 +159,49 @@ class GridAsAll {
       x.sum += of.value;
       x.largest = larger(of.size, x.largest);
     }
-    x = of_block<kOfAll>(x);
-    // Twice, by turns: the next ones may be written before all threads have read these.
-    Totals* const of_blocks = of_blocks_ + (turn_ ^= 1) * gridDim.x;
-    if (threadIdx.x == 0) of_blocks[blockIdx.x] = x;
+    x = block_total<kGridBlockThreads>(x);
+    // Two buffers, used alternately: a block may write the next totals before all threads have read these.
+    Totals* const block_totals = block_totals_ + (buffer_ ^= 1) * gridDim.x;
+    if (threadIdx.x == 0) block_totals[blockIdx.x] = x;
     cooperative_groups::this_grid().sync();
     x = {};
-    for (unsigned b = threadIdx.x; b < gridDim.x; b += kOfAll) {
-      x.sum += of_blocks[b].sum;
-      x.largest = larger(of_blocks[b].largest, x.largest);
+    for (unsigned b = threadIdx.x; b < gridDim.x; b += kGridBlockThreads) {
+      x.sum += block_totals[b].sum;
+      x.largest = larger(block_totals[b].largest, x.largest);
     }
     __shared__ Totals all;
-    x = of_block<kOfAll>(x);
+    x = block_total<kGridBlockThreads>(x);
     if (threadIdx.x == 0) all = x;
     __syncthreads();
     return all;
   }
   template <class Kernel>
   __device__ void histogram(int n, const Kernel& kernel, int* count) const {
-    count_bins<kOfAll>(n, kernel, count, first(), stride());
+    count_bins<kGridBlockThreads>(n, kernel, count, first(), stride());
     cooperative_groups::this_grid().sync();
   }
   template <class Kernel>
   __device__ void some(const Kernel& kernel) const {
-    if (blockIdx.x == 0) kernel(BlockAsTeam<kOfAll>{static_cast<int>(threadIdx.x), nullptr});
+    if (blockIdx.x == 0) kernel(FieldBlock<kGridBlockThreads>{static_cast<int>(threadIdx.x), nullptr});
     cooperative_groups::this_grid().sync();
   }
   __device__ bool is_first() const { return first() == 0; }
 
  private:
-  /// Neighbours by whole groups in different blocks: where there is little to do all processors share in it.
+  /// Assigns consecutive groups of indices to different blocks, so that short loops use all multiprocessors.
   __device__ int first() const {
     const unsigned group = threadIdx.x / kGroup * gridDim.x + blockIdx.x;
     return static_cast<int>(group * kGroup + threadIdx.x % kGroup);
   }
-  __device__ int stride() const { return static_cast<int>(gridDim.x) * kOfAll; }
+  __device__ int stride() const { return static_cast<int>(gridDim.x) * kGridBlockThreads; }
 
-  Totals* of_blocks_;
-  mutable unsigned turn_ = 0;
+  Totals* block_totals_;
+  mutable unsigned buffer_ = 0;
 };
 template <class Kernel>
-__global__ void __launch_bounds__(kOfAll, 1) by_all(const __grid_constant__ Kernel kernel, Totals* of_blocks) {
-  kernel(GridAsAll(of_blocks));
+__global__ void __launch_bounds__(kGridBlockThreads, 1)
+    run_grid(const __grid_constant__ Kernel kernel, Totals* block_totals) {
+  kernel(GridThreads(block_totals));
 }
 
 template <class Kernel>

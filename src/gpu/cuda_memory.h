@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Owners of what CUDA hands out. Included by CUDA sources alone.
+// Owners of CUDA resources: streams, memory, textures, graphs. Included only by CUDA sources.
 #pragma once
 #include <cuda_runtime.h>
 #include <nvtx3/nvToolsExt.h>
@@ -22,16 +22,16 @@
 
 namespace simplexseg {
 
-/// Throws DeviceError, naming what was tried.
+/// Throws DeviceError if a CUDA call failed; `what` names the operation.
 inline void check(cudaError_t error, const char* what) {
   if (error == cudaSuccess) return;
-  cudaGetLastError();  // what is not sticky must not be reported again by the next call
+  cudaGetLastError();  // clears the error, unless it is sticky: the next call must not report it again
   throw DeviceError(
       std::string("CUDA: ") + what, cudaGetErrorString(error),
       error == cudaErrorMemoryAllocation ? "use fewer or coarser meshes, or --backend cpu" : "use --backend cpu");
 }
 
-/// A span of time in a profile.
+/// NVTX range: a named time span in a profile.
 class NamedRange {
  public:
   explicit NamedRange(const char* name) { nvtxRangePushA(name); }
@@ -53,20 +53,21 @@ class Stream {
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
   cudaStream_t handle() const { return handle_; }
-  /// For all that was begun.
+  /// Waits for all work on the stream.
   void wait() {
     const std::scoped_lock lock(mutex_);
     finish();
   }
-  /// Little goes through pinned memory of the stream, and the host goes on when it is there; for more it waits.
+  /// Copies to the device. Up to kStaged bytes are staged in pinned memory and copied asynchronously; larger uploads
+  /// wait for the stream.
   void upload(void* to, const void* from, std::size_t bytes) {
     const std::scoped_lock lock(mutex_);
-    const bool little = bytes <= kStaged;
-    if (little) from = std::memcpy(stage(bytes), from, bytes);
+    const bool staged = bytes <= kStaged;
+    if (staged) from = std::memcpy(stage(bytes), from, bytes);
     check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyHostToDevice, handle_), "upload");
-    if (!little) finish();
+    if (!staged) finish();
   }
-  /// Waits.
+  /// Copies to the host and waits for the stream.
   void download(void* to, const void* from, std::size_t bytes) {
     const std::scoped_lock lock(mutex_);
     void* const target = bytes <= kStaged ? stage(bytes) : to;
@@ -84,33 +85,33 @@ class Stream {
   void* stage(std::size_t bytes) {
     if (staged_ == nullptr) check(cudaHostAlloc(&staged_, kStaged, cudaHostAllocPortable), "allocating pinned memory");
     if (staged_bytes_ + bytes > kStaged) finish();
-    void* const place = static_cast<std::byte*>(staged_) + staged_bytes_;
+    void* const slot = static_cast<std::byte*>(staged_) + staged_bytes_;
     staged_bytes_ += (bytes + 15) / 16 * 16;
-    return place;
+    return slot;
   }
 
   cudaStream_t handle_ = nullptr;
   std::mutex mutex_;
-  void* staged_ = nullptr;        ///< pinned
-  std::size_t staged_bytes_ = 0;  ///< of it that the device may still read or write
+  void* staged_ = nullptr;        ///< pinned staging memory
+  std::size_t staged_bytes_ = 0;  ///< bytes in use by pending transfers
 };
-/// Of a thread whose engines have one of their own (DeviceStream); null: they share one with all others.
+/// Stream of the current thread (DeviceStream); null: the thread uses the stream shared by all threads.
 inline thread_local Stream* stream_of_thread = nullptr;
-/// All arrays of the engines copy and clear on this stream, in order with their kernels; it outlives them. Engines are
-/// used by one thread at a time.
+/// Stream on which the engines of this thread copy, clear and run kernels. It outlives them; an engine is used by one
+/// thread at a time.
 inline Stream& engine_stream() {
   if (stream_of_thread) return *stream_of_thread;
   static Stream stream("simplexseg engine");
   return stream;
 }
-/// Bytes that arrays have copied to the host.
+/// Number of bytes that arrays have copied to the host.
 inline std::atomic<std::uint64_t>& bytes_downloaded() {
   static std::atomic<std::uint64_t> bytes = 0;
   return bytes;
 }
 
-/// Memory of a device that arrays of engines and fields are cut from: what one gives back is there for the next,
-/// without the device waiting, and in the order of a stream. All of it goes back with the last who holds it.
+/// Memory pool of a device for the arrays of engines and fields: released memory is reused in stream order, without a
+/// synchronisation. The pool is destroyed with its last owner.
 class DeviceMemory {
  public:
   explicit DeviceMemory(int device) {
@@ -118,64 +119,64 @@ class DeviceMemory {
     properties.allocType = cudaMemAllocationTypePinned;
     properties.location.type = cudaMemLocationTypeDevice;
     properties.location.id = device;
-    check(cudaMemPoolCreate(&pool_, &properties), "making room on the device");
-    std::uint64_t keep = ~0ull;
-    check(cudaMemPoolSetAttribute(pool_, cudaMemPoolAttrReleaseThreshold, &keep), "making room on the device");
+    check(cudaMemPoolCreate(&pool_, &properties), "creating a memory pool");
+    std::uint64_t unlimited = ~0ull;
+    check(cudaMemPoolSetAttribute(pool_, cudaMemPoolAttrReleaseThreshold, &unlimited), "creating a memory pool");
   }
   ~DeviceMemory() { cudaMemPoolDestroy(pool_); }
   DeviceMemory(const DeviceMemory&) = delete;
   DeviceMemory& operator=(const DeviceMemory&) = delete;
-  /// The one of the device that is chosen; it lives as long as somebody holds it.
-  static std::shared_ptr<const DeviceMemory> of_device() {
+  /// Pool of the current device, shared by all owners.
+  static std::shared_ptr<const DeviceMemory> for_current_device() {
     static std::mutex mutex;
-    static std::map<int, std::weak_ptr<const DeviceMemory>> all;
+    static std::map<int, std::weak_ptr<const DeviceMemory>> pools;
     int device = 0;
-    check(cudaGetDevice(&device), "choosing a device");
+    check(cudaGetDevice(&device), "selecting a device");
     const std::scoped_lock lock(mutex);
-    std::shared_ptr<const DeviceMemory> memory = all[device].lock();
-    if (!memory) all[device] = memory = std::make_shared<const DeviceMemory>(device);
+    std::shared_ptr<const DeviceMemory> memory = pools[device].lock();
+    if (!memory) pools[device] = memory = std::make_shared<const DeviceMemory>(device);
     return memory;
   }
-  /// There from where the stream stands now. `what`: for the error.
-  void* take(std::size_t bytes, cudaStream_t stream, const char* what) const {
+  /// Allocates memory in stream order. `what`: operation named in the error.
+  void* allocate(std::size_t bytes, cudaStream_t stream, const char* what) const {
     void* at = nullptr;
     cudaError_t error = cudaMallocFromPoolAsync(&at, bytes, pool_, stream);
-    if (error == cudaErrorMemoryAllocation) {  // not in one piece, perhaps
+    if (error == cudaErrorMemoryAllocation) {  // the pool may be fragmented
       cudaGetLastError();
-      give_unused_back(stream);
+      trim(stream);
       error = cudaMallocFromPoolAsync(&at, bytes, pool_, stream);
     }
     check(error, what);
     return at;
   }
-  /// To the device, for what is not cut from here. Waits for the stream.
-  void give_unused_back(cudaStream_t stream) const {
+  /// Returns unused memory to the device, for allocations outside the pool. Waits for the stream.
+  void trim(cudaStream_t stream) const {
     check(cudaStreamSynchronize(stream), "waiting for the device");
-    check(cudaMemPoolTrimTo(pool_, 0), "giving memory back");
+    check(cudaMemPoolTrimTo(pool_, 0), "releasing memory");
   }
   std::size_t bytes_unused() const {
     std::uint64_t reserved = 0, used = 0;
-    check(cudaMemPoolGetAttribute(pool_, cudaMemPoolAttrReservedMemCurrent, &reserved), "asking for free memory");
-    check(cudaMemPoolGetAttribute(pool_, cudaMemPoolAttrUsedMemCurrent, &used), "asking for free memory");
+    check(cudaMemPoolGetAttribute(pool_, cudaMemPoolAttrReservedMemCurrent, &reserved), "reading the free memory");
+    check(cudaMemPoolGetAttribute(pool_, cudaMemPoolAttrUsedMemCurrent, &used), "reading the free memory");
     return reserved - used;
   }
 
  private:
   cudaMemPool_t pool_ = nullptr;
 };
-/// Of the device that is chosen.
+/// Free memory of the current device, including unused memory of the pool.
 inline std::size_t device_bytes_free() {
   std::size_t free = 0, total = 0;
-  check(cudaMemGetInfo(&free, &total), "asking for free memory");
-  return free + DeviceMemory::of_device()->bytes_unused();
+  check(cudaMemGetInfo(&free, &total), "reading the free memory");
+  return free + DeviceMemory::for_current_device()->bytes_unused();
 }
 
-/// A texture object; gives back what it was made of after it.
+/// Texture object. The memory that it reads must outlive it.
 class Texture {
  public:
   Texture() = default;
   Texture(const cudaResourceDesc& resource, const cudaTextureDesc& reading) {
-    check(cudaCreateTextureObject(&handle_, &resource, &reading, nullptr), "making a texture");
+    check(cudaCreateTextureObject(&handle_, &resource, &reading, nullptr), "creating a texture");
   }
   ~Texture() {
     if (handle_ != 0) cudaDestroyTextureObject(handle_);
@@ -216,8 +217,8 @@ class DeviceArray {
     if (n == size_) return;
     release();
     if (n == 0) return;
-    if (!memory_) memory_ = DeviceMemory::of_device();
-    data_ = static_cast<T*>(memory_->take(n * sizeof(T), engine_stream().handle(), "allocating mesh arrays"));
+    if (!memory_) memory_ = DeviceMemory::for_current_device();
+    data_ = static_cast<T*>(memory_->allocate(n * sizeof(T), engine_stream().handle(), "allocating mesh arrays"));
     size_ = n;
 #ifdef SIMPLEXSEG_TEXTURE_ARRAYS
     if constexpr (sizeof(T) == sizeof(float4)) {
@@ -235,8 +236,8 @@ class DeviceArray {
     engine_stream().upload(data_ + first, from.data(), from.size_bytes());
   }
   void assign(std::span<const T> from) { resize(from.size()), upload(from); }
-  /// The same, of what stays as it is until somebody waits for the stream: nobody waits here.
-  void assign_kept(std::span<const T> from) {
+  /// Resizes and uploads asynchronously. The source must stay unchanged until the stream has finished.
+  void assign_async(std::span<const T> from) {
     resize(from.size());
     if (from.empty()) return;
     check(cudaMemcpyAsync(data_, from.data(), from.size_bytes(), cudaMemcpyHostToDevice, engine_stream().handle()),
@@ -277,7 +278,7 @@ class DeviceArray {
 #endif
 };
 
-/// A CUDA array (the layout of textures) of up to three dimensions.
+/// CUDA array (the memory layout of textures) of up to three dimensions.
 class TexelArray {
  public:
   TexelArray() = default;
@@ -301,7 +302,7 @@ class TexelArray {
   cudaArray_t handle_ = nullptr;
 };
 
-/// See NeighbourTexels.
+/// Device memory of NeighbourTexels.
 class NeighbourArray {
  public:
   std::size_t size() const { return size_; }
@@ -314,13 +315,13 @@ class NeighbourArray {
     size_ = from.size();
     if (size_ == 0) return;
     constexpr std::size_t kWidth = NeighbourTexels::kWidth;
-    const std::size_t rows = size_ / kWidth, rest = size_ % kWidth;
-    array_ = TexelArray(cudaCreateChannelDesc<int4>(), cudaExtent{kWidth, rows + (rest != 0 ? 1 : 0), 0});
+    const std::size_t rows = size_ / kWidth, remainder = size_ % kWidth;
+    array_ = TexelArray(cudaCreateChannelDesc<int4>(), cudaExtent{kWidth, rows + (remainder != 0 ? 1 : 0), 0});
     const std::size_t row = kWidth * sizeof(Int4);
     if (rows != 0)
       check(cudaMemcpy2DToArray(array_.handle(), 0, 0, from.data(), row, row, rows, cudaMemcpyHostToDevice), "upload");
-    if (rest != 0)
-      check(cudaMemcpy2DToArray(array_.handle(), 0, rows, from.data() + rows * kWidth, row, rest * sizeof(Int4), 1,
+    if (remainder != 0)
+      check(cudaMemcpy2DToArray(array_.handle(), 0, rows, from.data() + rows * kWidth, row, remainder * sizeof(Int4), 1,
                                 cudaMemcpyHostToDevice),
             "upload");
     cudaResourceDesc resource{};
@@ -343,13 +344,13 @@ class NeighbourArray {
     std::vector<PackedNeighbours> packed(size_);
     bool fits = true;
     for (std::size_t i = 0; i < size_ && fits; ++i) {
-      auto near = [&](int j) {
+      auto pack = [&](int j) {
         const long difference = j - static_cast<long>(i);
         fits = fits && difference >= -32768 && difference <= 32767;
         return static_cast<std::int16_t>(difference);
       };
       const Int4& nb = from[i];
-      packed[i] = {near(nb.x), near(nb.y), near(nb.z), static_cast<std::uint16_t>(nb.w)};
+      packed[i] = {pack(nb.x), pack(nb.y), pack(nb.z), static_cast<std::uint16_t>(nb.w)};
       fits = fits && nb.w <= 65535;
     }
     wide_.resize(0), packed_.resize(0);
@@ -366,8 +367,7 @@ class NeighbourArray {
 #endif
 };
 
-/// Pinned memory of the host that kernels write into: a few bytes that the host wants after every batch, without a
-/// copy.
+/// Pinned host memory that kernels write: the host reads a few bytes after every batch without a copy.
 template <class T>
 class HostVisibleArray {
  public:
@@ -404,18 +404,18 @@ class HostVisibleArray {
   std::size_t size_ = 0;
 };
 
-/// A run of launches that the device repeats by itself.
+/// CUDA graph: a recorded sequence of launches.
 class ExecutableGraph {
  public:
   ExecutableGraph() = default;
-  /// Takes the capture that is under way on the engine's stream.
+  /// Ends the capture on the engine's stream and instantiates its graph.
   static ExecutableGraph end_capture() {
     cudaGraph_t graph = nullptr;
     check(cudaStreamEndCapture(engine_stream().handle(), &graph), "recording a graph");
     ExecutableGraph result;
     const cudaError_t error = cudaGraphInstantiate(&result.handle_, graph, 0);
     cudaGraphDestroy(graph);
-    check(error, "making a graph");
+    check(error, "instantiating a graph");
     return result;
   }
   ~ExecutableGraph() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A volume on the device. Included by CUDA sources alone.
+// Volume in device memory. Included only by CUDA sources.
 #pragma once
 #include <limits>
 
@@ -10,15 +10,15 @@
 
 namespace simplexseg {
 
-/// A volume in its own voxel type: as a 3D texture where the texture unit can filter the type (8 and 16 bit integers,
-/// float), else in linear memory.
+/// Volume on the device in its own voxel type: a 3D texture if the texture unit can interpolate the type (8 and 16 bit
+/// integers, float), otherwise linear memory.
 class CudaVolume {
  public:
   explicit CudaVolume(VolumeSampling sampling) : sampling_(sampling) {}
 
-  /// Throws DeviceError, with nothing changed, when the volume does not fit beside what is held.
+  /// Uploads the volume and fills in the view. Throws DeviceError, without any change, if device memory is too small.
   void bind(const Volume& volume, VolumeView& view) {
-    if (volume.data() != bound_ || volume.empty()) hold(volume);
+    if (volume.data() != bound_ || volume.empty()) upload(volume);
     view = {};
     view.voxels = linear_.data();
     view.filtered = filtered_.handle(), view.fetched = fetched_.handle();
@@ -29,7 +29,7 @@ class CudaVolume {
   void visit(VoxelType type, F&& f) const;
 
  private:
-  /// What a normalised texel is to be multiplied with; 0: the texture unit cannot filter the type.
+  /// Factor from normalised texels to intensities; 0: the texture unit cannot interpolate the type.
   static float texel_scale(VoxelType type) {
     switch (type) {
       case VoxelType::Int8:
@@ -46,15 +46,15 @@ class CudaVolume {
         return 0.0f;
     }
   }
-  void hold(const Volume& volume) {
-    DeviceMemory::of_device()->give_unused_back(engine_stream().handle());
-    const std::size_t available = device_bytes_free() + held_;
+  void upload(const Volume& volume) {
+    DeviceMemory::for_current_device()->trim(engine_stream().handle());
+    const std::size_t available = device_bytes_free() + uploaded_bytes_;
     if (volume.bytes() > available)
       throw DeviceError("volume",
                         std::to_string(volume.bytes() >> 20) + " MiB do not fit into the " +
-                            std::to_string(available >> 20) + " MiB that the device has free",
+                            std::to_string(available >> 20) + " MiB of free device memory",
                         "use --backend cpu or a smaller volume");
-    bound_ = nullptr, held_ = 0;
+    bound_ = nullptr, uploaded_bytes_ = 0;
     filtered_ = Texture(), fetched_ = Texture(), array_ = TexelArray();
     linear_.resize(0);
     if (volume.empty()) return;
@@ -62,26 +62,26 @@ class CudaVolume {
     const auto& size = volume.geometry().size;
     int device = 0;
     cudaDeviceProp properties{};
-    check(cudaGetDevice(&device), "choosing a device");
-    check(cudaGetDeviceProperties(&properties, device), "asking the device");
+    check(cudaGetDevice(&device), "selecting a device");
+    check(cudaGetDeviceProperties(&properties, device), "reading the device properties");
     const bool fits = size[0] <= properties.maxTexture3D[0] && size[1] <= properties.maxTexture3D[1] &&
                       size[2] <= properties.maxTexture3D[2];
     if (sampling_ != VolumeSampling::Linear && scale_ != 0.0f && fits)
-      hold_as_texture(volume);
+      upload_as_texture(volume);
     else
       linear_.assign({static_cast<const std::byte*>(volume.data()), volume.bytes()});
     bound_ = volume.data();
-    held_ = volume.bytes();
+    uploaded_bytes_ = volume.bytes();
   }
-  void hold_as_texture(const Volume& volume) {
+  void upload_as_texture(const Volume& volume) {
     const int bits = static_cast<int>(8 * bytes_per_voxel(volume.type()));
-    const bool real = volume.type() == VoxelType::Float32;
-    const bool has_sign = volume.type() == VoxelType::Int8 || volume.type() == VoxelType::Int16;
+    const bool is_float = volume.type() == VoxelType::Float32;
+    const bool is_signed = volume.type() == VoxelType::Int8 || volume.type() == VoxelType::Int16;
     const auto& size = volume.geometry().size;
     const cudaExtent extent{static_cast<std::size_t>(size[0]), static_cast<std::size_t>(size[1]),
                             static_cast<std::size_t>(size[2])};
-    cudaChannelFormatKind kind = has_sign ? cudaChannelFormatKindSigned : cudaChannelFormatKindUnsigned;
-    if (real) kind = cudaChannelFormatKindFloat;
+    cudaChannelFormatKind kind = is_signed ? cudaChannelFormatKindSigned : cudaChannelFormatKindUnsigned;
+    if (is_float) kind = cudaChannelFormatKindFloat;
     array_ = TexelArray(cudaCreateChannelDesc(bits, 0, 0, 0, kind), extent);
     cudaMemcpy3DParms copy{};
     const std::size_t row = extent.width * bytes_per_voxel(volume.type());
@@ -96,7 +96,7 @@ class CudaVolume {
     resource.res.array.array = array_.handle();
     cudaTextureDesc reading{};
     for (auto& mode : reading.addressMode) mode = cudaAddressModeClamp;
-    reading.readMode = real ? cudaReadModeElementType : cudaReadModeNormalizedFloat;
+    reading.readMode = is_float ? cudaReadModeElementType : cudaReadModeNormalizedFloat;
     reading.filterMode = cudaFilterModePoint;
     fetched_ = Texture(resource, reading);
     reading.filterMode = cudaFilterModeLinear;
@@ -104,12 +104,12 @@ class CudaVolume {
   }
 
   VolumeSampling sampling_;
-  TexelArray array_;  // before the textures that read it, so that it goes after them
+  TexelArray array_;  // declared before the textures that read it: destroyed after them
   Texture filtered_, fetched_;
   DeviceArray<std::byte> linear_;
   float scale_ = 0;
   const void* bound_ = nullptr;
-  std::size_t held_ = 0;
+  std::size_t uploaded_bytes_ = 0;
 };
 
 template <class F>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What only drawing needs, computed once a frame: normals of the present pose, cell centres, slices.
+// Kernels for drawing, run once per frame: normals of the current pose, cell centres, outlines, slices.
 #pragma once
 #include "core/atomics.h"
 #include "forces/sampling.h"
@@ -8,27 +8,27 @@
 
 namespace simplexseg {
 
-/// Position and normal of each vertex, in the order in which the meshes were loaded.
+/// Position and normal of each vertex, in the order of the loaded meshes.
 struct DrawVertices {
   static constexpr const char* name = "draw vertices";
   StepView v;
-  const int* place;  ///< of each of the engine's vertices among the points
+  const int* place;  ///< index in `points` of each engine vertex
   DisplayPoint* points;
   SIMPLEXSEG_HD void operator()(int i) const {
     const Int4 nb = v.neighbours[i];
     const Vec3 p = xyz(v.current[i]), p1 = xyz(v.current[nb.x]);
     const Vec3 c = cross(xyz(v.current[nb.y]) - p1, xyz(v.current[nb.z]) - p1);
     const float length = norm(c);
-    // Where the neighbours are collinear the simulation's last good normal serves.
+    // If the neighbours are collinear, the last valid normal of the simulation is used.
     points[place[i]] = {with_w(p, 1.0f), with_w(length > 1e-18f ? (1.0f / length) * c : xyz(v.frame[i]), 0.0f)};
   }
 };
 
-/// Centre and mean normal of each cell, after the vertices.
+/// Centre and mean normal of each cell, stored after the vertices.
 struct DrawCells {
   static constexpr const char* name = "draw cells";
-  const int* first;    ///< of each cell in `corners`, and their end
-  const int* corners;  ///< the engine's vertices, cell by cell
+  const int* first;    ///< first entry of each cell in `corners`, and the end
+  const int* corners;  ///< engine vertices, cell by cell
   const int* place;
   DisplayPoint* points;
   int vertex_count;
@@ -46,7 +46,7 @@ struct DrawCells {
   }
 };
 
-/// Where a plane cuts the triangles of one cell.
+/// Intersection segments of a plane with the triangles of each cell.
 struct DrawOutlines {
   static constexpr const char* name = "draw outlines";
   StepView v;
@@ -55,7 +55,7 @@ struct DrawOutlines {
   int axis;
   float position_mm;
   OutlineCommand* commands;
-  OutlinePiece* pieces;
+  OutlineSegment* segments;
   SIMPLEXSEG_HD float height(Vec3 p) const { return (axis == 0 ? p.x : axis == 1 ? p.y : p.z) - position_mm; }
   SIMPLEXSEG_HD static Vec3 crossing(Vec3 a, float ha, Vec3 b, float hb) { return a + (ha / (ha - hb)) * (b - a); }
   SIMPLEXSEG_HD void operator()(int cell) const {
@@ -84,21 +84,22 @@ struct DrawOutlines {
       // A corner on the plane counts as above it, so a triangle has either no crossing edge or two.
       const bool at = ha >= 0.0f, bt = hb >= 0.0f, ct = hc >= 0.0f;
       if (at == bt && bt == ct) continue;
-      OutlinePiece piece;
+      OutlineSegment segment;
       if (at == bt)
-        piece = {crossing(centre, hc, a, ha), crossing(centre, hc, b, hb)};
+        segment = {crossing(centre, hc, a, ha), crossing(centre, hc, b, hb)};
       else if (at == ct)
-        piece = {crossing(b, hb, centre, hc), crossing(b, hb, a, ha)};
+        segment = {crossing(b, hb, centre, hc), crossing(b, hb, a, ha)};
       else
-        piece = {crossing(a, ha, b, hb), crossing(a, ha, centre, hc)};
-      const unsigned slot = atomic_add(&commands[mesh].pieces, 1);
+        segment = {crossing(a, ha, b, hb), crossing(a, ha, centre, hc)};
+      const unsigned slot = atomic_add(&commands[mesh].segments, 1);
       if (slot < static_cast<unsigned>(v.meshes[mesh].vertex_count))
-        pieces[v.meshes[mesh].first_vertex + slot] = piece;
+        segments[v.meshes[mesh].first_vertex + slot] = segment;
       else
-        atomic_add(&commands[mesh].pieces, -1);
+        atomic_add(&commands[mesh].segments, -1);
     }
   }
 };
+/// Resets the draw command of each mesh.
 struct BeginOutlines {
   static constexpr const char* name = "begin outlines";
   const MeshConstants* meshes;
@@ -108,6 +109,7 @@ struct BeginOutlines {
   }
 };
 
+/// Grey values of a slice through the volume.
 template <class Voxels>
 struct DrawSlice {
   static constexpr const char* name = "draw slice";

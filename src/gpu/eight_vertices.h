@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels of a step that the CPU runs for eight vertices at once, where it has AVX2.
+// Kernels of a step that a CPU with AVX2 runs for eight vertices at once.
 #pragma once
 #include <cstdint>
 #include <tuple>
@@ -10,21 +10,21 @@
 
 namespace simplexseg {
 
-/// Runs a kernel, the object that is pointed to, for `count` times eight vertices from `first` on, each eight of one
-/// mesh; MotionOfBlocks for so many blocks, each of which it takes by eights.
+/// Runs the kernel object `kernel` for `count` groups of eight vertices from `first` on, each group in one mesh. For
+/// BlockMotion, `count` is the number of blocks.
 using RunInEights = void (*)(const void* kernel, int first, int count);
 
-/// What was compiled for AVX2, by kernel; nullptr: not in the program.
+/// Table of the kernels that are compiled for AVX2; nullptr: not compiled in.
 struct EightVertices {
   using Voxels =
       std::tuple<std::int8_t, std::uint8_t, std::int16_t, std::uint16_t, std::int32_t, std::uint32_t, float, double>;
   static constexpr int kVoxels = std::tuple_size_v<Voxels>;
   template <class T>
-  static constexpr int place_of() {
+  static constexpr int index_of() {
     return []<class... U>(std::tuple<U...>*) {
-      int place = 0;
-      (void)((std::is_same_v<T, U> || (++place, false)) || ...);
-      return place;
+      int index = 0;
+      (void)((std::is_same_v<T, U> || (++index, false)) || ...);
+      return index;
     }(static_cast<Voxels*>(nullptr));
   }
   RunInEights geometry = nullptr, rings = nullptr, motion = nullptr;
@@ -41,7 +41,7 @@ auto& slot(All& all, std::type_identity<SumRings>) {
   return all.rings;
 }
 template <class All>
-auto& slot(All& all, std::type_identity<MotionOfBlocks>) {
+auto& slot(All& all, std::type_identity<BlockMotion>) {
   return all.motion;
 }
 template <class All, unsigned kMask, bool kCycles>
@@ -58,17 +58,17 @@ auto& slot(All& all, std::type_identity<EvidenceTarget>) {
 }
 template <class All, class T>
 auto& slot(All& all, std::type_identity<GradientSearch<LinearVoxels<T>, 1>>) {
-  return all.gradient[EightVertices::place_of<T>()];
+  return all.gradient[EightVertices::index_of<T>()];
 }
 template <class All, class T>
 auto& slot(All& all, std::type_identity<EvidenceStatistics<LinearVoxels<T>, 1>>) {
-  return all.statistics[EightVertices::place_of<T>()];
+  return all.statistics[EightVertices::index_of<T>()];
 }
 template <class All, class T>
 auto& slot(All& all, std::type_identity<EvidenceSearch<LinearVoxels<T>, 1>>) {
-  return all.evidence[EightVertices::place_of<T>()];
+  return all.evidence[EightVertices::index_of<T>()];
 }
-/// The kernels that have a place in the table.
+/// Kernels that have an entry in the table.
 template <class Kernel>
 concept RunsInEights = requires(EightVertices& all) {
   slot(all, std::type_identity<Kernel>{});

@@ -16,19 +16,19 @@
 
 namespace simplexseg {
 
-/// What forces read besides the mesh: references, targets, attraction points. An array is on the executor exactly while
-/// the step needs it; what it is made of stays on the host.
+/// Data of the forces: references, targets, fields, attraction points. An array is allocated on the executor only while
+/// the step needs it; its source stays on the host.
 template <class Executor>
 class ForceArrays {
   template <class T>
   using Array = typename Executor::template Array<T>;
 
  public:
-  /// Takes back what the call that gave it has changed of what arrays are made of.
+  /// Reverts the changes to host data of the call that returned it.
   using Undo = std::function<void()>;
 
-  /// Takes the references of the meshes which `arrays` has been loaded with, and tells these what is their own. Only
-  /// for arrays that nothing was loaded into before.
+  /// Stores the references of the meshes with which `arrays` was loaded, and sets their offsets in the mesh constants.
+  /// Called once per object.
   void load(std::span<const EngineMesh> meshes, MeshArrays<Executor>& arrays) {
     const std::size_t n = arrays.vertex_count();
     shape_host_.assign(n, Vec4{});
@@ -53,7 +53,7 @@ class ForceArrays {
     }
   }
 
-  /// Shape memory's reference of a mesh, by places; empty where none was taken.
+  /// Reference of the shape memory force in patch order; empty if the mesh has none.
   std::span<const Vec4> shape_of(std::size_t k, const MeshConstants& c) const {
     if (has_shape_[k] == 0) return {};
     return {shape_host_.data() + c.first_vertex, static_cast<std::size_t>(c.vertex_count)};
@@ -62,14 +62,14 @@ class ForceArrays {
     MeshNeeds needs{c.forces,
                     {c.vertex_count, has_shape_[k] != 0, profiles_host_[k].size(), !fields_host_[k].empty()},
                     c.finest != 0};
-    if (!given_targets_.empty())
+    if (!fixed_targets_.empty())
       for (int force = 0; force < kForceCount; ++force)
-        if (!given_targets_[k][force].empty()) needs.given |= bit(static_cast<ForceId>(force));
+        if (!fixed_targets_[k][force].empty()) needs.fixed_targets |= bit(static_cast<ForceId>(force));
     return needs;
   }
 
   bool has_field(int mesh) const { return !fields_host_[mesh].empty(); }
-  /// The field of one mesh, whose box lies in the volume.
+  /// Sets the field of one mesh; its box lies in the volume.
   Undo set_field(int mesh, const EngineField& field, MeshArrays<Executor>& arrays) {
     std::vector<std::uint16_t> values(field.values.begin(), field.values.end());
     std::swap(values, fields_host_[mesh]);
@@ -86,17 +86,18 @@ class ForceArrays {
       fields_changed_ = changed;
     };
   }
-  /// Targets of one mesh that are not searched for but given, in the order of its vertices.
-  Undo give_targets(int mesh, ForceId force, std::span<const Vec4> targets, const MeshArrays<Executor>& arrays) {
+  /// Sets fixed targets of one mesh, which replace the search: one per vertex, in the order of the loaded mesh.
+  Undo set_fixed_targets(int mesh, ForceId force, std::span<const Vec4> targets, const MeshArrays<Executor>& arrays) {
     const int count = arrays[mesh].vertex_count;
     if ((kForcesWithTargets & bit(force)) == 0 || targets.size() != static_cast<std::size_t>(count))
       throw Error(std::string("targets of ") + force_list()[static_cast<int>(force)].name,
-                  "the force has none, or not as many", "give one for each vertex, of an image force");
-    given_targets_.resize(arrays.size());
-    std::vector<Vec4> given(targets.size());
-    for (int to = 0; to < count; ++to) given[to] = targets[arrays.orders()[mesh][to]];
-    std::swap(given, given_targets_[mesh][static_cast<int>(force)]);
-    return [this, mesh, force, before = std::move(given)] { given_targets_[mesh][static_cast<int>(force)] = before; };
+                  "the force is not an image force, or the number of targets differs from the number of vertices",
+                  "pass one target per vertex for an image force");
+    fixed_targets_.resize(arrays.size());
+    std::vector<Vec4> fixed(targets.size());
+    for (int to = 0; to < count; ++to) fixed[to] = targets[arrays.orders()[mesh][to]];
+    std::swap(fixed, fixed_targets_[mesh][static_cast<int>(force)]);
+    return [this, mesh, force, before = std::move(fixed)] { fixed_targets_[mesh][static_cast<int>(force)] = before; };
   }
   void read_targets(int mesh, ForceId force, std::span<Vec4> targets, const MeshArrays<Executor>& arrays) {
     const MeshConstants& c = arrays[mesh];
@@ -108,11 +109,11 @@ class ForceArrays {
     for (int i = 0; i < c.vertex_count; ++i) targets[arrays.orders()[mesh][i]] = texels[i];
   }
 
-  /// Sorts the points by mesh, and tells each mesh which are its own.
+  /// Sorts the points by mesh, and sets the range of points of each mesh.
   Undo set_points(std::span<const EnginePoint> points, MeshArrays<Executor>& arrays) {
     std::vector<PointView> list;
     list.reserve(points.size());
-    int most = 0;
+    int max_points = 0;
     for (std::size_t k = 0; k < arrays.size(); ++k) {
       MeshConstants& c = arrays[k];
       c.first_point = static_cast<int>(list.size());
@@ -122,29 +123,29 @@ class ForceArrays {
         list.push_back({{p[0], p[1], p[2], 0}, point.mesh, -1, -1, 0});
       }
       c.point_count = static_cast<int>(list.size()) - c.first_point;
-      most = std::max(most, c.point_count);
+      max_points = std::max(max_points, c.point_count);
     }
     std::swap(list, points_host_);
-    most = std::exchange(most_points_, most);
+    max_points = std::exchange(max_points_, max_points);
     const bool changed = std::exchange(points_changed_, true);
-    return [this, before = std::move(list), most, changed] {
+    return [this, before = std::move(list), max_points, changed] {
       points_host_ = before;
-      most_points_ = most, points_changed_ = changed;
+      max_points_ = max_points, points_changed_ = changed;
     };
   }
   std::span<const PointView> points() const { return points_host_; }
   int point_count() const { return static_cast<int>(points_host_.size()); }
 
-  /// Makes what the step needs beside what is held; `acting`: the forces of `needs` that are in the program. When it
-  /// throws, what was held still is, as it was.
-  void make(const StepNeeds& needs, unsigned acting, const MeshArrays<Executor>& arrays) {
+  /// Allocates the arrays that the step needs; `active`: the forces of `needs` that are compiled in. If it throws, the
+  /// earlier arrays are unchanged.
+  void allocate(const StepNeeds& needs, unsigned active, const MeshArrays<Executor>& arrays) {
     const std::size_t n = arrays.vertex_count();
-    auto acts = [&](ForceId force) { return (acting & bit(force)) != 0; };
-    auto make = [](auto& array, bool needed, std::size_t size) {
+    auto acts = [&](ForceId force) { return (active & bit(force)) != 0; };
+    auto allocate = [](auto& array, bool needed, std::size_t size) {
       if (needed && array.size() != size) array.resize(size), array.fill_zero();
     };
     const bool attract = acts(AttractionForce::id), new_points = attract && (points_changed_ || points_.size() == 0);
-    // What takes the place of what is held, first by itself.
+    // Replacements of existing arrays; moved into place only after all allocations have succeeded.
     Array<std::uint16_t> fields;
     Array<float> profiles;
     Array<PointView> points;
@@ -156,19 +157,19 @@ class ForceArrays {
     if (new_profiles) profiles.assign(all_profiles(needs.profile_stride, arrays));
     const std::size_t keys = points_host_.size() * needs.nearest_blocks, entries = points_host_.size() * kMaxPatch;
     if (new_points) points.assign(points_host_);
-    make(nearest, attract && nearest_.size() != keys, keys);
-    make(patches, attract && patches_.size() != entries, entries);
+    allocate(nearest, attract && nearest_.size() != keys, keys);
+    allocate(patches, attract && patches_.size() != entries, entries);
 
     if (acts(ShapeMemoryForce::id) && shape_.size() != n) shape_.assign(shape_host_);
-    make(ring_sums_, Executor::kSumsRings && acts(SmoothingForce::id), n);
+    allocate(ring_sums_, Executor::kSumsRings && acts(SmoothingForce::id), n);
     for (int force = 0; force < kForceCount; ++force)
-      make(targets_[force], (kForcesWithTargets & acting & bit(static_cast<ForceId>(force))) != 0, n);
-    make(local_statistics_, needs.local_statistics, n);
-    make(averaging_, needs.averages(), n);
+      allocate(targets_[force], (kForcesWithTargets & active & bit(static_cast<ForceId>(force))) != 0, n);
+    allocate(local_statistics_, needs.local_statistics, n);
+    allocate(averaging_, needs.averages(), n);
     if (needs.region_tables && region_tables_.size() != region_tables_host_.size())
       region_tables_.assign(region_tables_host_);
-    make(attraction_sums_, attract, n);
-    make(in_patch_, attract, n);
+    allocate(attraction_sums_, attract, n);
+    allocate(in_patch_, attract, n);
 
     if (new_fields) fields_ = std::move(fields), fields_changed_ = false;
     if (new_profiles) profiles_ = std::move(profiles), profile_stride_ = needs.profile_stride;
@@ -176,52 +177,52 @@ class ForceArrays {
     if (nearest.size() != 0) nearest_ = std::move(nearest);
     if (patches.size() != 0) patches_ = std::move(patches);
     if (attract) nearest_.fill_ones();
-    for (std::size_t k = 0; k < given_targets_.size(); ++k)
+    for (std::size_t k = 0; k < fixed_targets_.size(); ++k)
       for (int force = 0; force < kForceCount; ++force)
-        if (const std::vector<Vec4>& given = given_targets_[k][force];
-            !given.empty() && acts(static_cast<ForceId>(force)))
-          targets_[force].upload(given, arrays[k].first_vertex);
-    forget_pulls();
+        if (const std::vector<Vec4>& fixed = fixed_targets_[k][force];
+            !fixed.empty() && acts(static_cast<ForceId>(force)))
+          targets_[force].upload(fixed, arrays[k].first_vertex);
+    clear_attraction();
   }
-  /// Gives back what the step does not need.
-  void drop(const StepNeeds& needs, unsigned acting) {
-    auto acts = [&](ForceId force) { return (acting & bit(force)) != 0; };
-    auto drop = [](bool needed, auto&... arrays) {
+  /// Releases the arrays that the step does not need.
+  void release_unneeded(const StepNeeds& needs, unsigned active) {
+    auto acts = [&](ForceId force) { return (active & bit(force)) != 0; };
+    auto release = [](bool needed, auto&... arrays) {
       if (!needed) (arrays.resize(0), ...);
     };
-    drop(acts(ShapeMemoryForce::id), shape_);
-    drop(Executor::kSumsRings && acts(SmoothingForce::id), ring_sums_);
+    release(acts(ShapeMemoryForce::id), shape_);
+    release(Executor::kSumsRings && acts(SmoothingForce::id), ring_sums_);
     for (int force = 0; force < kForceCount; ++force)
-      drop((kForcesWithTargets & acting & bit(static_cast<ForceId>(force))) != 0, targets_[force]);
-    drop(needs.local_statistics, local_statistics_);
-    drop(needs.averages(), averaging_);
-    drop(needs.region_tables, region_tables_);
+      release((kForcesWithTargets & active & bit(static_cast<ForceId>(force))) != 0, targets_[force]);
+    release(needs.local_statistics, local_statistics_);
+    release(needs.averages(), averaging_);
+    release(needs.region_tables, region_tables_);
     if (!needs.fields && fields_.size() != 0) fields_changed_ = true;
-    drop(needs.fields, fields_);
-    drop(needs.searches(IntensityProfileForce::id), profiles_);
-    drop(acts(AttractionForce::id), points_, nearest_, patches_, attraction_sums_, in_patch_);
+    release(needs.fields, fields_);
+    release(needs.searches(IntensityProfileForce::id), profiles_);
+    release(acts(AttractionForce::id), points_, nearest_, patches_, attraction_sums_, in_patch_);
   }
-  /// What earlier bindings left in the sums would go on pulling.
-  void forget_pulls() {
+  /// Clears the attraction sums, so that those of earlier bindings no longer act.
+  void clear_attraction() {
     if (attraction_sums_.size() != 0) attraction_sums_.fill_zero();
   }
 
-  void show(StepView& view, const StepNeeds& needs) {
+  void fill_view(StepView& view, const StepNeeds& needs) {
     view.shape = shape_.texels(), view.ring_sums = ring_sums_.data();
     for (int force = 0; force < kForceCount; ++force) view.targets[force] = targets_[force].data();
     view.profiles = profiles_.data(), view.profile_stride = profile_stride_;
     view.region_tables = region_tables_.data(), view.local_statistics = local_statistics_.data();
     view.fields = fields_.data();
-    view.attraction = {points_.data(),          point_count(),   (most_points_ + kPointGroup - 1) / kPointGroup,
+    view.attraction = {points_.data(),          point_count(),   (max_points_ + kPointGroup - 1) / kPointGroup,
                        needs.nearest_blocks,    nearest_.data(), patches_.data(),
                        attraction_sums_.data(), in_patch_.data()};
   }
-  /// An array of one element a vertex, to average in.
+  /// Workspace of one element per vertex for averaging.
   Vec4* averaging() { return averaging_.data(); }
 
-  /// add(name, arrays...) for each.
+  /// Calls add(name, arrays...) for each group of arrays.
   template <class Add>
-  void list(Add&& add) const {
+  void list_arrays(Add&& add) const {
     add("shape reference", shape_), add("ring sums", ring_sums_);
     for (const ForceInfo& force : force_list())
       if (force.targets != nullptr) add(force.targets, targets_[static_cast<int>(force.id)]);
@@ -232,11 +233,11 @@ class ForceArrays {
   }
 
  private:
-  /// The profiles of all meshes, `stride` values a vertex; those of another length stay 0.
+  /// Profiles of all meshes, `stride` values per vertex; 0 for meshes with profiles of another length.
   std::vector<float> all_profiles(std::size_t stride, const MeshArrays<Executor>& arrays) const {
     std::vector<float> all(arrays.vertex_count() * stride, 0.0f);
     for (std::size_t k = 0; k < arrays.size(); ++k) {
-      // Also those that do not act now: they may later, within the same stride.
+      // Includes meshes on which the force is not active: it may become active later with the same stride.
       const MeshConstants& c = arrays[k];
       const std::size_t length = c.vertex_count > 0 ? profiles_host_[k].size() / c.vertex_count : 0;
       if (length == 0 || length > stride || profiles_host_[k].size() != length * c.vertex_count) continue;
@@ -246,24 +247,24 @@ class ForceArrays {
     }
     return all;
   }
-  /// Those of all meshes, one after another.
+  /// Fields of all meshes, one after another.
   std::vector<std::uint16_t> all_fields() const {
     std::vector<std::uint16_t> all;
     for (const std::vector<std::uint16_t>& field : fields_host_) all.insert(all.end(), field.begin(), field.end());
     return all;
   }
 
-  std::vector<Vec4> shape_host_;  ///< by places; 0 where no reference was taken
-  std::vector<char> has_shape_;   ///< of each mesh
+  std::vector<Vec4> shape_host_;  ///< in patch order; 0 for meshes without a reference
+  std::vector<char> has_shape_;   ///< for each mesh, nonzero if it has a reference
   std::vector<std::array<std::vector<Vec4>, kForceCount>>
-      given_targets_;  ///< of each mesh and force; empty: none at all
+      fixed_targets_;  ///< for each mesh and force; empty: targets are searched for
   std::vector<std::vector<float>> profiles_host_;
   std::vector<float> region_tables_host_;
-  std::vector<std::vector<std::uint16_t>> fields_host_;  ///< of each mesh; empty: it has none
-  bool fields_changed_ = true;                           ///< since they were put together
+  std::vector<std::vector<std::uint16_t>> fields_host_;  ///< for each mesh; empty: no field
+  bool fields_changed_ = true;                           ///< since the last upload
   std::vector<PointView> points_host_;
-  bool points_changed_ = true;  ///< since the executor was told of them
-  int most_points_ = 0;         ///< of one mesh
+  bool points_changed_ = true;  ///< since the last upload
+  int max_points_ = 0;          ///< largest number of points of one mesh
   int profile_stride_ = 0;
   Array<Vec4> shape_, local_statistics_, averaging_;
   std::array<Array<Vec4>, kForceCount> targets_;

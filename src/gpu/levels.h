@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The coarser levels of all meshes (mesh/hierarchy.h), as the multigrid kernels read them, and the cycle over them.
+// Coarser levels of all meshes (mesh/hierarchy.h) in the layout of the multigrid kernels, and the V-cycle over them.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -18,11 +18,11 @@ struct LevelArrays {
   std::vector<CoarseRow> rows;
   std::vector<int> parts, coarse_of;
   std::vector<CoarseEdge> edges;
-  std::vector<int> first;  ///< vertex of each coarser level, and the end of the last; counted over all levels
-  std::vector<int> roots;  ///< of each mesh: the vertex that stands for all of it
+  std::vector<int> first;  ///< first vertex of each coarser level, and the end of the last; counted over all levels
+  std::vector<int> roots;  ///< for each mesh, the vertex of the coarsest level that represents all of it
 };
 
-/// Level by level, on each of them mesh by mesh.
+/// Arranges the hierarchies of all meshes by levels, and within a level by meshes.
 inline LevelArrays arrange_levels(std::span<const MeshConstants> meshes, std::span<const Int4> neighbours) {
   LevelArrays all;
   std::vector<Hierarchy> hierarchies;
@@ -37,7 +37,7 @@ inline LevelArrays arrange_levels(std::span<const MeshConstants> meshes, std::sp
     depth = std::max(depth, hierarchies.back().levels.size());
     all.roots.push_back(m.first_vertex);
   }
-  std::vector<int>& finer = all.roots;  // of each mesh: its first vertex on the level above, at last its root
+  std::vector<int>& finer = all.roots;  // first vertex of each mesh on the next finer level; finally its root
   int next = static_cast<int>(neighbours.size());
   all.coarse_of.assign(next, 0);
   all.first.assign(1, next);
@@ -74,49 +74,49 @@ class CoarseLevels {
   using Array = typename Executor::template Array<T>;
 
  public:
-  /// Takes a while with many vertices: when meshes are loaded that may need it, not in the middle of a run.
+  /// Builds the hierarchies. Slow for many vertices; called when meshes are loaded, not during a run.
   void arrange(std::span<const MeshConstants> meshes, std::span<const Int4> neighbours) {
     if (!arranged_.first.empty()) return;
     arranged_ = arrange_levels(meshes, neighbours);
-    tell_small_levels();
+    choose_small_levels();
   }
-  void hold(std::span<const MeshConstants> meshes, std::span<const Int4> neighbours) {
-    if (held_) return;
+  void allocate(std::span<const MeshConstants> meshes, std::span<const Int4> neighbours) {
+    if (allocated_) return;
     arrange(meshes, neighbours);
-    rows_.assign_kept(arranged_.rows), parts_.assign_kept(arranged_.parts), edges_.assign_kept(arranged_.edges),
-        coarse_of_.assign_kept(arranged_.coarse_of);
+    rows_.assign_async(arranged_.rows), parts_.assign_async(arranged_.parts), edges_.assign_async(arranged_.edges),
+        coarse_of_.assign_async(arranged_.coarse_of);
     for (Array<Vec4>* vector : vectors()) vector->resize(arranged_.first.back()), vector->fill_zero();
-    held_ = true;
+    allocated_ = true;
   }
-  void drop() {
+  void release() {
     rows_.resize(0), parts_.resize(0), edges_.resize(0), coarse_of_.resize(0);
     for (Array<Vec4>* vector : vectors()) vector->resize(0);
-    held_ = false;
+    allocated_ = false;
   }
-  bool held() const { return held_; }
-  /// The vertex that stands for all of a mesh; -1 while levels are not held.
-  int root(std::size_t mesh) const { return held_ ? arranged_.roots[mesh] : -1; }
+  bool allocated() const { return allocated_; }
+  /// Vertex that represents the whole mesh; -1 while the levels are not allocated.
+  int root(std::size_t mesh) const { return allocated_ ? arranged_.roots[mesh] : -1; }
 
   LevelsView view() {
     return {rows_.data(),       parts_.data(),   edges_.data(),       coarse_of_.data(),  residual_.data(),
             correction_.data(), relaxed_.data(), stiffness_a_.data(), stiffness_b_.data()};
   }
-  /// add(name, arrays...) for each group.
+  /// Calls add(name, arrays...) for each group of arrays.
   template <class Add>
-  void list(Add&& add) const {
+  void list_arrays(Add&& add) const {
     add("levels", rows_, parts_, edges_, coarse_of_),
         add("level vectors", residual_, correction_, relaxed_, stiffness_a_, stiffness_b_);
   }
 
-  /// After the mesh's own: E of the coarser levels.
+  /// Computes E of the coarser levels from that of the meshes.
   void sum_stiffness(Launcher<Executor>& launcher, const StepView& view) const {
-    for (int l = 0; l < summed(); ++l) launcher.run(CoarseStiffness{view, arranged_.first[l]}, size(l));
+    for (int l = 0; l < separate_levels(); ++l) launcher.run(CoarseStiffness{view, arranged_.first[l]}, size(l));
     if (small_.count > 1) launcher.run(SmallStiffness{view, small_});
   }
-  /// After IntegrateKernel has begun it: the cycle down and up the levels. CorrectedStep ends it.
+  /// Runs the cycle on the coarser levels: IntegrateKernel begins it, CorrectedStep ends it.
   void cycle(Launcher<Executor>& launcher, const StepView& view) const {
     launcher.run(Restrict<true>{view, arranged_.first[0]}, size(0));
-    for (int l = 1; l < summed(); ++l) launcher.run(Restrict<false>{view, arranged_.first[l]}, size(l));
+    for (int l = 1; l < separate_levels(); ++l) launcher.run(Restrict<false>{view, arranged_.first[l]}, size(l));
     if (small_.count > 1) launcher.run(SmallCycle{view, small_});
     for (int l = std::min(large_ - 1, depth() - 2); l >= 0; --l)
       launcher.run(Prolong{view, arranged_.first[l]}, size(l));
@@ -127,19 +127,20 @@ class CoarseLevels {
   int depth() const { return static_cast<int>(arranged_.first.size()) - 1; }
   int size(int l) const { return arranged_.first[l + 1] - arranged_.first[l]; }
 
-  /// Levels that are summed each in a kernel of its own: the large ones and the first small one.
-  int summed() const { return large_ + (small_.count > 0 ? 1 : 0); }
+  /// Number of levels whose restriction runs in a separate kernel: the large ones and the first small one.
+  int separate_levels() const { return large_ + (small_.count > 0 ? 1 : 0); }
 
-  /// From the coarsest level up; the one next to the mesh never is.
-  void tell_small_levels() {
+  /// Chooses the small levels, starting with the coarsest. The first coarse level is never small.
+  void choose_small_levels() {
     large_ = depth(), small_ = {};
-    while (large_ > 1 && size(large_ - 1) <= SmallLevels::kLargest && depth() - large_ < SmallLevels::kMost) {
-      const SmallLevels more = small_levels(large_ - 1);
-      if (more.shared_bytes() > SmallLevels::kMostBytes) return;
-      --large_, small_ = more;
+    while (large_ > 1 && size(large_ - 1) <= SmallLevels::kMaxLevelVertices &&
+           depth() - large_ < SmallLevels::kMaxLevels) {
+      const SmallLevels candidate = small_levels(large_ - 1);
+      if (candidate.shared_bytes() > SmallLevels::kMaxBytes) return;
+      --large_, small_ = candidate;
     }
   }
-  /// Those from level l on.
+  /// Small levels from level l on.
   SmallLevels small_levels(int l) const {
     SmallLevels small;
     small.count = depth() - l;
@@ -151,10 +152,10 @@ class CoarseLevels {
     return small;
   }
 
-  LevelArrays arranged_;  ///< empty until they may be needed
-  int large_ = 0;         ///< levels that are not small
+  LevelArrays arranged_;  ///< empty until arrange()
+  int large_ = 0;         ///< number of levels that are not small
   SmallLevels small_;
-  bool held_ = false;
+  bool allocated_ = false;
   Array<CoarseRow> rows_;
   Array<CoarseEdge> edges_;
   Array<int> parts_, coarse_of_;

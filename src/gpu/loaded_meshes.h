@@ -18,7 +18,7 @@
 
 namespace simplexseg {
 
-/// What an engine has of the meshes that are loaded: a load makes all of it anew, and exchanges it for what was there.
+/// Data of the loaded meshes in an engine. A load builds a new object and swaps it with the previous one.
 template <class Executor>
 class LoadedMeshes {
  protected:
@@ -27,9 +27,9 @@ class LoadedMeshes {
   bool active(ForceId force) const { return built(force) && needs_.uses(force); }
   int refresh_interval() const { return static_cast<int>(simulation_.refresh_interval + 0.5f); }
 
-  /// All that a change of settings changes, arrays and what they are made of apart.
+  /// Copy of the state that a change of settings modifies, except for the arrays and their sources.
   struct Settings {
-    std::vector<ForceParameters> wanted;
+    std::vector<ForceParameters> requested;
     SimulationParameters simulation;
     StepNeeds needs;
     StepPhase phase;
@@ -38,7 +38,7 @@ class LoadedMeshes {
     typename StepSupervision<Executor>::Settings supervision;
   };
   Settings settings() const {
-    return {wanted_,
+    return {requested_,
             simulation_,
             needs_,
             phase_,
@@ -46,71 +46,73 @@ class LoadedMeshes {
             {meshes_.all().begin(), meshes_.all().end()},
             supervision_.settings()};
   }
-  void put_back(Settings before) {
-    wanted_ = std::move(before.wanted), simulation_ = before.simulation, needs_ = before.needs;
+  void restore(Settings before) {
+    requested_ = std::move(before.requested), simulation_ = before.simulation, needs_ = before.needs;
     phase_ = before.phase, forms_due_ = before.forms_due;
-    meshes_.put_back(std::move(before.constants));
-    forget_rest();
-    supervision_.put_back(std::move(before.supervision));
-    drop_what_is_not_needed();
-    if (meshes_.size() != 0) meshes_.send_constants();
+    meshes_.restore(std::move(before.constants));
+    clear_skipped();
+    supervision_.restore(std::move(before.supervision));
+    release_unneeded();
+    if (meshes_.size() != 0) meshes_.upload_constants();
   }
 
-  /// Each array is held exactly while the plan needs it. Nothing is given back before all that is needed is there.
-  void hold_arrays(bool has_volume) {
+  /// Allocates the arrays that the step needs, then releases the others. A failed allocation changes nothing.
+  void allocate_needed_arrays(bool has_volume) {
     std::vector<MeshNeeds> meshes;
     for (std::size_t k = 0; k < meshes_.size(); ++k) meshes.push_back(forces_.needs_of_mesh(k, meshes_[k]));
     const StepNeeds needs = needs_of(meshes, has_volume, forces_.point_count());
-    if (needs_levels()) levels_.hold(meshes_.all(), meshes_.neighbours());
-    if (needs_tiles(needs)) tiles_.hold(meshes_.neighbours()), meshes_.hold_two_frames(phase_.frame);
-    supervision_.make(meshes_);
-    forces_.make(needs, kBuiltForces & needs.forces, meshes_);
+    if (needs_levels()) levels_.allocate(meshes_.all(), meshes_.neighbours());
+    if (needs_tiles(needs)) tiles_.allocate(meshes_.neighbours()), meshes_.allocate_second_frame(phase_.frame);
+    supervision_.allocate(meshes_);
+    forces_.allocate(needs, kBuiltForces & needs.forces, meshes_);
     needs_ = needs;
-    drop_what_is_not_needed();
+    release_unneeded();
   }
 
-  /// Meshes on which no force acts, and that have come to rest, are left out of steps: their vertices stay where they
-  /// are, bit by bit, whatever is done. True when there are more of them now: runs recorded before do not know.
-  bool leave_out_what_rests(Launcher<Executor>& launcher) {
+  /// Excludes settled meshes without forces from later steps, in which their vertices would stay bit-identical. True if
+  /// more meshes are excluded than before; recorded runs are then obsolete.
+  bool skip_settled_meshes(Launcher<Executor>& launcher) {
     bool more = false;
     for (std::size_t k = 0; k < meshes_.size(); ++k) {
       MeshConstants& c = meshes_[k];
       const MeshMotion& motion = results_.motion()[k];
-      if (c.rests != 0 || motion.mean_move_mm != 0 || motion.square_move != 0 || acts(k)) continue;
-      if (meshes_.is_still(k)) c.rests = 1, more = true;
+      if (c.idle != 0 || motion.mean_move_mm != 0 || motion.square_move != 0 || acts(k)) continue;
+      if (meshes_.is_still(k)) c.idle = 1, more = true;
     }
     if (!more) return false;
-    meshes_.send_constants();
-    launcher.executor.leave_to(acting());
-    meshes_.keep_frames(launcher, phase_.frame);
+    meshes_.upload_constants();
+    launcher.executor.restrict_vertices(active_vertices());
+    meshes_.copy_frames(launcher, phase_.frame);
     return true;
   }
-  /// Before anything changes. True when something was left out.
-  bool wake(Launcher<Executor>& launcher) {
-    launcher.executor.leave_to({});
-    return forget_rest();
+  /// Includes all meshes in later steps; required before any change. True if a mesh was excluded before.
+  bool include_all_meshes(Launcher<Executor>& launcher) {
+    launcher.executor.restrict_vertices({});
+    return clear_skipped();
   }
 
-  /// What the forces of a mesh still asked for in the last step of a batch.
+  /// Root mean square force of a mesh in the last step of a batch, divided by the sum of the weights of its forces, mm.
   float residual_mm(std::size_t k) {
     float weights = 0;
     for (const ForceInfo& force : force_list()) weights += active(force.id) ? meshes_[k].forces.weight(force.id) : 0.0f;
     return weights > 0 ? std::sqrt(std::max(results_.motion()[k].mean_square_force, 0.0f)) / weights : 0.0f;
   }
-  void measure(std::size_t k, const MeshMotion& motion, float residual_mm, StepOutcome& outcome) const {
+  /// Appends the measurements of mesh k to the outcome.
+  void add_outcome(std::size_t k, const MeshMotion& motion, float residual_mm, StepOutcome& outcome) const {
     outcome.mean_move_mm.push_back(motion.mean_move_mm);
     outcome.mean_edge_mm.push_back(motion.mean_edge_mm);
     outcome.residual_mm.push_back(residual_mm);
     outcome.folded_vertices.push_back(static_cast<int>(motion.folded));
-    outcome.inside_out.push_back(motion.volume < 0);
+    outcome.inverted.push_back(motion.volume < 0);
     outcome.solver.push_back(supervision_.control(k).state());
   }
 
-  std::vector<ForceParameters> wanted_;  ///< of each mesh, as set; MeshConstants has the forces that act
+  /// Parameters of each mesh as set; MeshConstants contains those of the active forces.
+  std::vector<ForceParameters> requested_;
   SimulationParameters simulation_{};
   StepNeeds needs_;
   StepPhase phase_;
-  bool forms_due_ = false;  ///< what the forms of the meshes need could not be had
+  bool forms_due_ = false;  ///< new step forms are pending, because their arrays could not be allocated
   MeshArrays<Executor> meshes_;
   ForceArrays<Executor> forces_;
   StepSupervision<Executor> supervision_;
@@ -119,16 +121,16 @@ class LoadedMeshes {
   BatchResults<Executor> results_;
 
  private:
-  bool forget_rest() {
-    bool some = false;
-    for (std::size_t k = 0; k < meshes_.size(); ++k) some = std::exchange(meshes_[k].rests, 0) != 0 || some;
-    return some;
+  bool clear_skipped() {
+    bool any = false;
+    for (std::size_t k = 0; k < meshes_.size(); ++k) any = std::exchange(meshes_[k].idle, 0) != 0 || any;
+    return any;
   }
-  /// The vertices of all meshes that do not rest, and the first of all, which is in each step's bookkeeping.
-  std::vector<VertexRange> acting() const {
+  /// Vertices of all meshes that are not settled, and always vertex 0, which updates the step counter.
+  std::vector<VertexRange> active_vertices() const {
     std::vector<VertexRange> ranges;
     for (const MeshConstants& c : meshes_.all())
-      if (c.rests == 0) ranges.push_back({c.first_vertex, c.first_vertex + c.vertex_count});
+      if (c.idle == 0) ranges.push_back({c.first_vertex, c.first_vertex + c.vertex_count});
     if (ranges.empty() || ranges[0].first > 0) ranges.insert(ranges.begin(), {0, 1});
     return ranges;
   }
@@ -138,19 +140,20 @@ class LoadedMeshes {
                        [&](const ForceInfo& force) { return needs.acts(force.id); });
   }
   bool needs_levels() const { return supervision_.corrected() && meshes_.vertex_count() > 0; }
-  /// Some step is one of a few vertices for which nothing is found anew, and nothing summed.
+  /// True if some steps can use tiles: few active vertices, no multigrid cycle, no attraction, and not a refresh in
+  /// every step.
   bool needs_tiles(const StepNeeds& needs) const {
-    if (!Executor::kTiles || meshes_.vertex_count() > kMostInTiles) return false;
-    int acting = 0;
-    for (std::size_t k = 0; k < meshes_.size(); ++k) acting += acts(k) ? meshes_[k].vertex_count : 0;
-    return acting > 0 && acting <= kMostTiledVertices && !needs_levels() &&
+    if (!Executor::kTiles || meshes_.vertex_count() > kMaxVerticesWithTiles) return false;
+    int count = 0;
+    for (std::size_t k = 0; k < meshes_.size(); ++k) count += acts(k) ? meshes_[k].vertex_count : 0;
+    return count > 0 && count <= kMaxTiledVertices && !needs_levels() &&
            !(needs.searches() && refresh_interval() == 1) && (needs.forces & kBuiltForces & kPullingForces) == 0;
   }
-  void drop_what_is_not_needed() {
-    forces_.drop(needs_, kBuiltForces & needs_.forces);
-    supervision_.drop();
-    if (!needs_levels() || !levels_.held()) levels_.drop();
-    if (!needs_tiles(needs_) || !tiles_.held()) tiles_.drop(), meshes_.hold_one_frame(phase_.frame);
+  void release_unneeded() {
+    forces_.release_unneeded(needs_, kBuiltForces & needs_.forces);
+    supervision_.release_unneeded();
+    if (!needs_levels() || !levels_.allocated()) levels_.release();
+    if (!needs_tiles(needs_) || !tiles_.allocated()) tiles_.release(), meshes_.release_second_frame(phase_.frame);
   }
 };
 

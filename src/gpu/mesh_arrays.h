@@ -19,15 +19,15 @@
 
 namespace simplexseg {
 
-/// The vertices of all meshes in one set of arrays, and what is known of each mesh. The vertices of a mesh lie in
-/// patches (docs/adr/0009-vertex-order.md); meshes go in and poses come out in the order of their own.
+/// Arrays of the vertices of all meshes, and constants of each mesh. The vertices of a mesh are reordered by patches
+/// (docs/adr/0009-vertex-order.md); load() and read() use the original order.
 template <class Executor>
 class MeshArrays {
   template <class T>
   using Array = typename Executor::template Array<T>;
 
  public:
-  /// Throws Error when there are too many vertices; nothing has changed then.
+  /// Throws Error, without any change, when there are too many vertices.
   void load(std::span<const EngineMesh> meshes) {
     long total = 0;
     for (const EngineMesh& m : meshes) total += static_cast<long>(m.positions.size());
@@ -44,7 +44,7 @@ class MeshArrays {
       SIMPLEXSEG_EXPECT(m.previous.size() == m.positions.size() && m.neighbours.size() == m.positions.size());
       const int n = static_cast<int>(m.positions.size());
       MeshConstants& c = constants_[k];
-      // Neighbours near each other in memory are read together.
+      // Patch order places neighbours near each other in memory, which makes reads faster.
       orders_[k] = patch_order(m.neighbours);
       const std::vector<int>& order = orders_[k];
       std::vector<int> place(n);
@@ -77,9 +77,9 @@ class MeshArrays {
   MeshConstants& operator[](std::size_t k) { return constants_[k]; }
   const MeshConstants& operator[](std::size_t k) const { return constants_[k]; }
   std::span<const MeshConstants> all() const { return constants_; }
-  /// Constants of the same meshes, as they were.
-  void put_back(std::vector<MeshConstants> constants) { constants_ = std::move(constants); }
-  /// For each mesh, the vertex, as it was loaded, at each place.
+  /// Restores previous constants of the same meshes.
+  void restore(std::vector<MeshConstants> constants) { constants_ = std::move(constants); }
+  /// For each mesh, the loaded index of the vertex at each position of the patch order.
   std::span<const std::vector<int>> orders() const { return orders_; }
   std::span<const Int4> neighbours() const { return neighbours_host_; }
   int largest_mesh() const {
@@ -93,10 +93,10 @@ class MeshArrays {
     return mesh;
   }
 
-  /// The constants to where kernels read them.
-  void send_constants() { device_constants_.assign(constants_); }
+  /// Uploads the constants for the kernels.
+  void upload_constants() { device_constants_.assign(constants_); }
 
-  /// `oldest`: which of the three position arrays is that of the previous step.
+  /// Downloads the current and previous positions of a mesh. `oldest`: index of the array of previous positions.
   void read(int mesh, std::span<Eigen::Vector3f> positions, std::span<Eigen::Vector3f> previous, int oldest) {
     const MeshConstants& c = constants_.at(mesh);
     SIMPLEXSEG_EXPECT(positions.size() == static_cast<std::size_t>(c.vertex_count) &&
@@ -110,7 +110,7 @@ class MeshArrays {
     copy(positions_[(oldest + 1) % 3], positions);
     copy(positions_[oldest], previous);
   }
-  /// Whether the last two steps left each vertex of a mesh where it was.
+  /// True if the last two steps did not move any vertex of a mesh.
   bool is_still(std::size_t k) {
     const MeshConstants& c = constants_[k];
     std::vector<Vec4> poses[3];
@@ -124,10 +124,9 @@ class MeshArrays {
   }
   Vec4* positions_at(int array) { return positions_[array % 3].data(); }
 
-  /// Tells each mesh how far out a vertex can be and still be in the scene: ten times the size of what is in it,
-  /// farther than where the mesh began.
-  void note_limits(const Volume& volume, std::span<const PointView> points) {
-    constexpr double kScenes = 10;
+  /// Sets the largest valid coordinate of each mesh: its start distance plus ten times the diagonal of the scene.
+  void set_limits(const Volume& volume, std::span<const PointView> points) {
+    constexpr double kSceneDiagonals = 10;
     Eigen::AlignedBox3d scene;
     for (const Eigen::AlignedBox3d& box : boxes_) scene.extend(box);
     for (const PointView& point : points)
@@ -140,36 +139,36 @@ class MeshArrays {
         scene.extend(volume.geometry().world_from_index() * index);
       }
     for (std::size_t k = 0; k < constants_.size(); ++k) {
-      const double home = farthest_start(k);
+      const double start = start_distance_mm(k);
       constants_[k].limit_mm =
-          scene.isEmpty() ? 1.0f : static_cast<float>(home + kScenes * scene.diagonal().norm() + 1e-6);
+          scene.isEmpty() ? 1.0f : static_cast<float>(start + kSceneDiagonals * scene.diagonal().norm() + 1e-6);
     }
   }
-  /// The largest coordinate of the middle of a mesh as it was loaded.
-  double farthest_start(std::size_t k) const {
+  /// Largest absolute coordinate of the centre of a mesh as loaded, mm.
+  double start_distance_mm(std::size_t k) const {
     return boxes_[k].isEmpty() ? 0.0 : boxes_[k].center().cwiseAbs().maxCoeff();
   }
 
-  // Frames: in one array, which a step changes in place; or in two, of which it reads one and writes the other. `at`:
-  // of two, the one that holds them.
-  void hold_two_frames(int at) {
+  // Frames are stored in one array, which a step updates in place, or in two: a step reads the current one and writes
+  // the other. `at`: index of the current array.
+  void allocate_second_frame(int at) {
     if (frames_[1].size() != 0) return;
     frames_[1].resize(vertex_count_), frames_[1].fill_zero();
     if (at == 1) std::swap(frames_[0], frames_[1]);
   }
-  void hold_one_frame(int at) {
+  void release_second_frame(int at) {
     if (frames_[1].size() == 0) return;
     if (at == 1) std::swap(frames_[0], frames_[1]);
     frames_[1].resize(0);
   }
-  /// Before vertices are left out, whose frames then are not found anew.
-  void keep_frames(Launcher<Executor>& launcher, int at) {
-    if (frames_[1].size() != 0) launcher.run(KeepPose{frames_[at].texels(), other_frame(at), 0}, vertex_count_);
+  /// Copies the frames to the second array, if there is one, for vertices whose frames later steps do not recompute.
+  void copy_frames(Launcher<Executor>& launcher, int at) {
+    if (frames_[1].size() != 0) launcher.run(SavePose{frames_[at].texels(), other_frame(at), 0}, vertex_count_);
   }
-  /// The array of the two that does not hold them.
+  /// Array of frames that is not the current one.
   Vec4* other_frame(int at) { return frames_[1 - at].data(); }
 
-  void show(StepView& view, int oldest, int frame_at) {
+  void fill_view(StepView& view, int oldest, int frame_at) {
     view.vertex_count = vertex_count_, view.mesh_count = static_cast<int>(constants_.size());
     view.meshes = device_constants_.data(), view.neighbours = neighbours_.texels();
     view.previous = positions_[oldest].texels(), view.current = positions_[(oldest + 1) % 3].texels();
@@ -177,9 +176,9 @@ class MeshArrays {
     Array<Vec4>& frame = frames_[frames_[1].size() != 0 ? frame_at : 0];
     view.frame = frame.texels(), view.new_frame = frame.data();
   }
-  /// add(name, arrays...) for each.
+  /// Calls add(name, arrays...) for each group of arrays.
   template <class Add>
-  void list(Add&& add) const {
+  void list_arrays(Add&& add) const {
     add("positions", positions_[0], positions_[1], positions_[2]);
     add("neighbours", neighbours_), add("frame", frames_[0], frames_[1]), add("mesh constants", device_constants_);
   }
@@ -189,7 +188,7 @@ class MeshArrays {
   std::vector<MeshConstants> constants_;
   Array<MeshConstants> device_constants_;
   std::vector<std::vector<int>> orders_;
-  std::vector<Eigen::AlignedBox3d> boxes_;  ///< of each mesh as it was loaded
+  std::vector<Eigen::AlignedBox3d> boxes_;  ///< bounding box of each mesh as loaded, mm
   std::vector<Int4> neighbours_host_;
   typename Executor::NeighbourArray neighbours_;
   Array<Vec4> positions_[3], frames_[2];

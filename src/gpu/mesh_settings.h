@@ -10,23 +10,24 @@
 
 namespace simplexseg {
 
-/// The index of the force of the largest weight.
-inline int strongest_of(const ForceParameters& forces) {
+/// Index of the force with the largest weight.
+inline int index_of_strongest(const ForceParameters& forces) {
   int force = 0;
   for (int f = 1; f < kForceCount; ++f)
     if (forces.values[f][0] > forces.values[force][0]) force = f;
   return force;
 }
 
-/// Tells a mesh which forces act on it, those of `needs`, and how strong they are; `shape` as in stiffness_of().
-/// Returns the bounds of its stiffness.
-inline Stiffness tell_forces(MeshConstants& c, const MeshNeeds& needs, std::span<const Vec4> shape, float voxel_mm) {
+/// Disables inactive forces of a mesh, and sets the constants that follow from the stiffness of the others. `shape`: as
+/// in stiffness_of(). Returns the stiffness bounds.
+inline Stiffness set_active_forces(MeshConstants& c, const MeshNeeds& needs, std::span<const Vec4> shape,
+                                   float voxel_mm) {
   for (const ForceInfo& force : force_list())
     if (!needs.acts(force.id)) c.forces.values[static_cast<int>(force.id)][0] = 0;
   const Stiffness stiffness = stiffness_of(c.forces, shape);
   c.stiffness = stiffness.internal;
   c.model = std::max(0.5f * stiffness.internal, 0.1f * (stiffness.image + stiffness.external));
-  c.strongest = strongest_of(c.forces);
+  c.strongest = index_of_strongest(c.forces);
   c.voxel_mm = voxel_mm;
   return stiffness;
 }

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The multigrid correction: one V-cycle on a linear model of the forces turns the force f of each vertex into a step z
-// that moves slow modes as far as fast ones (docs/mathematics.md, section 3). The model is  A = k L + E: L the graph
-// Laplacian of the mesh, k half the bound of the internal forces, E what image and attraction support a vertex with. It
-// changes how fast the fixed point is reached, never where it lies.
+// Multigrid correction: one V-cycle on a linear model of the forces turns the force f of each vertex into a step z that
+// moves slow modes as far as fast ones (docs/mathematics.md, section 3). The model is A = k L + E: L is the graph
+// Laplacian of the mesh, k half the bound of the internal forces, E the stiffness of image forces and attraction at
+// each vertex. The correction accelerates the convergence and does not change the fixed point.
 #pragma once
 #include "forces/force_list.h"
 #include "forces/lanes.h"
 #include "forces/step_view.h"
+#include "gpu/forces_in_use.h"
 
 namespace simplexseg {
 
-/// The linear system of one vertex of one level, 3 x 3: (degree k) I + E.
+/// Linear system of one vertex of one level, 3 x 3: (degree k) I + E.
 struct VertexSystem {
   float xx, xy, xz, yy, yz, zz;
   SIMPLEXSEG_HD VertexSystem(Vec4 a, Vec4 b, float diagonal)
@@ -26,36 +27,37 @@ struct VertexSystem {
     return inverse * Vec3{a * r.x + b * r.y + c * r.z, b * r.x + d * r.y + e * r.z, c * r.x + e * r.y + f * r.z};
   }
 };
-/// Share of a Jacobi step that smooths.
+/// Relaxation factor of the Jacobi smoother.
 inline constexpr float kRelaxation = 0.7f;
 
-/// E of each vertex of the mesh: of an image force k c n n^T, of attraction k w I.
+/// Computes E of each vertex of the mesh: k c n n^T for an image force with confidence c, k w I for attraction.
 template <unsigned kMask>
 struct LocalStiffness {
   static constexpr const char* name = "stiffness";
   StepView v;
   SIMPLEXSEG_HD void operator()(int i) const {
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
-    float along = 0, all = m.support * m.model, image = 1;
+    float normal = 0, isotropic = m.regularisation * m.model, image = 1;
     each_force([&]<class F>(F) {
-      if constexpr ((kMask & bit(F::id)) != 0 && Pulls<F>) F::add_stiffness(v, m, i, all, image);
+      if constexpr ((kMask & bit(F::id)) != 0 && Pulls<F>) F::add_stiffness(v, m, i, isotropic, image);
     });
     each_force([&]<class F>(F) {
       if constexpr ((kMask & bit(F::id)) != 0 && Displaces<F>) {
-        if constexpr (F::kind == ForceKind::Image) along += m.forces.weight(F::id) * trust_of<F>(v, i);
-        if constexpr (F::kind == ForceKind::External) all += m.forces.weight(F::id) * trust_of<F>(v, i);
+        if (!kEverySet && !(m.forces.weight(F::id) > 0.0f)) return;  // its targets are not allocated
+        if constexpr (F::kind == ForceKind::Image) normal += m.forces.weight(F::id) * confidence_of<F>(v, i);
+        if constexpr (F::kind == ForceKind::External) isotropic += m.forces.weight(F::id) * confidence_of<F>(v, i);
       }
     });
-    along *= image;
-    const Vec3 n = xyz(v.frame[i]), an = along * n;
-    v.levels.stiffness_a[i] = {an.x * n.x + all, an.x * n.y, an.x * n.z, an.y * n.y + all};
-    v.levels.stiffness_b[i] = {an.y * n.z, an.z * n.z + all, 0, 0};
+    normal *= image;
+    const Vec3 n = xyz(v.frame[i]), an = normal * n;
+    v.levels.stiffness_a[i] = {an.x * n.x + isotropic, an.x * n.y, an.x * n.z, an.y * n.y + isotropic};
+    v.levels.stiffness_b[i] = {an.y * n.z, an.z * n.z + isotropic, 0, 0};
   }
 };
 
-// Of the levels below, `l` says where they are: in v.levels, or in the memory of a team.
+// In the following functions `l` is v.levels, or a copy of small levels in the shared memory of a block.
 
-/// E of vertex `at` (counted over all levels) of a coarser level: the sum over what it stands for.
+/// Sums E of vertex `at` of a coarser level over its parts on the finer level. `at` is counted over all levels.
 template <class L>
 SIMPLEXSEG_HD void sum_stiffness(const StepView& v, const LevelsView& l, int at, L lanes) {
   const CoarseRow* row = l.rows + (at - v.vertex_count);
@@ -68,14 +70,14 @@ SIMPLEXSEG_HD void sum_stiffness(const StepView& v, const LevelsView& l, int at,
   if (lanes.lane == 0) l.stiffness_a[at] = a, l.stiffness_b[at] = b;
 }
 
-/// First half of the cycle on the mesh: a Jacobi step from 0.
+/// First half of the cycle on the mesh: a Jacobi step from the initial guess 0.
 SIMPLEXSEG_HD void begin_cycle(const StepView& v, const MeshConstants& m, int i, Vec3 force) {
   const LevelsView& l = v.levels;
   l.residual[i] = with_w(force, 0.0f);
   l.correction[i] = with_w(kRelaxation * VertexSystem(l.stiffness_a[i], l.stiffness_b[i], m.model).solve(force), 0.0f);
 }
 
-/// Sums what is left of the residual onto vertex `at` of the next coarser level, and takes the Jacobi step there.
+/// Restriction: sums the remaining residual onto vertex `at` of the next coarser level, then performs a Jacobi step.
 template <bool kFromMesh, class L>
 SIMPLEXSEG_HD void restrict_to(const StepView& v, const LevelsView& l, int at, L lanes) {
   const CoarseRow* row = l.rows + (at - v.vertex_count);
@@ -84,23 +86,23 @@ SIMPLEXSEG_HD void restrict_to(const StepView& v, const LevelsView& l, int at, L
   for (int p = row[0].first_part + lanes.lane; p < row[1].first_part; p += L::width) {
     const int i = l.parts[p];
     float degree = 1;
-    Vec3 beside{0, 0, 0};
+    Vec3 neighbour_sum{0, 0, 0};
     if constexpr (kFromMesh) {
       const Int4 nb = v.neighbours[i];
-      beside = (1.0f / 3.0f) * (xyz(l.correction[nb.x]) + xyz(l.correction[nb.y]) + xyz(l.correction[nb.z]));
+      neighbour_sum = (1.0f / 3.0f) * (xyz(l.correction[nb.x]) + xyz(l.correction[nb.y]) + xyz(l.correction[nb.z]));
     } else {
       const CoarseRow* fine = l.rows + (i - v.vertex_count);
       degree = fine->degree;
       SIMPLEXSEG_UNROLL
       for (int e = fine[0].first_edge; e < fine[1].first_edge; ++e)
-        beside = beside + l.edges[e].conductance * xyz(l.correction[l.edges[e].to]);
+        neighbour_sum = neighbour_sum + l.edges[e].conductance * xyz(l.correction[l.edges[e].to]);
     }
     const VertexSystem system(l.stiffness_a[i], l.stiffness_b[i], k * degree);
-    sum = sum + (xyz(l.residual[i]) - (system.times(xyz(l.correction[i])) - k * beside));
+    sum = sum + (xyz(l.residual[i]) - (system.times(xyz(l.correction[i])) - k * neighbour_sum));
   }
   sum = {lanes.sum(sum.x), lanes.sum(sum.y), lanes.sum(sum.z)};
   if (lanes.lane != 0) return;
-  const bool last = row[0].first_edge == row[1].first_edge;  // a whole mesh, or part of one: solved exactly
+  const bool last = row[0].first_edge == row[1].first_edge;  // coarsest level of a component: solved exactly
   const VertexSystem system(l.stiffness_a[at], l.stiffness_b[at], k * row->degree);
   const Vec3 z = (last ? 1.0f : kRelaxation) * system.solve(sum);
   l.residual[at] = with_w(sum, 0.0f);
@@ -108,30 +110,30 @@ SIMPLEXSEG_HD void restrict_to(const StepView& v, const LevelsView& l, int at, L
   if (last) l.relaxed[at] = with_w(z, 0.0f);
 }
 
-/// Second half at vertex `at` of a coarser level: adds the correction of the level below it and takes a Jacobi step.
+/// Prolongation: adds the correction of the next coarser level at vertex `at`, then performs a Jacobi step.
 template <class L>
 SIMPLEXSEG_HD void prolong_to(const StepView& v, const LevelsView& l, int at, L lanes) {
   const CoarseRow* row = l.rows + (at - v.vertex_count);
   if (row[0].first_edge == row[1].first_edge) return;
   const float k = v.meshes[row->mesh].model;
   auto corrected = [&](int j) { return xyz(l.correction[j]) + xyz(l.relaxed[l.coarse_of[j]]); };
-  Vec3 beside{0, 0, 0};
+  Vec3 neighbour_sum{0, 0, 0};
   for (int e = row[0].first_edge + lanes.lane; e < row[1].first_edge; e += L::width)
-    beside = beside + l.edges[e].conductance * corrected(l.edges[e].to);
-  beside = {lanes.sum(beside.x), lanes.sum(beside.y), lanes.sum(beside.z)};
+    neighbour_sum = neighbour_sum + l.edges[e].conductance * corrected(l.edges[e].to);
+  neighbour_sum = {lanes.sum(neighbour_sum.x), lanes.sum(neighbour_sum.y), lanes.sum(neighbour_sum.z)};
   if (lanes.lane != 0) return;
   const Vec3 own = corrected(at);
   const VertexSystem system(l.stiffness_a[at], l.stiffness_b[at], k * row->degree);
   l.relaxed[at] =
-      with_w(own + kRelaxation * system.solve(xyz(l.residual[at]) - (system.times(own) - k * beside)), 0.0f);
+      with_w(own + kRelaxation * system.solve(xyz(l.residual[at]) - (system.times(own) - k * neighbour_sum)), 0.0f);
 }
 
-// One large level a kernel. All wait for memory: what a vertex needs is shared out among lanes.
+// Kernels for one large level each. They are bound by memory latency, so several lanes share the work of a vertex.
 struct CoarseStiffness {
   static constexpr const char* name = "coarse stiffness";
   static constexpr int kLanes = 8, scratch = 0;
   StepView v;
-  int first;  ///< vertex of the level, counted over all levels
+  int first;  ///< first vertex of the level, counted over all levels
   template <class L>
   SIMPLEXSEG_HD void operator()(int index, L lanes) const {
     sum_stiffness(v, v.levels, first + index, lanes);
@@ -159,15 +161,15 @@ struct Prolong {
   }
 };
 
-/// The small levels, one after the other in one kernel: by themselves they would be little but launches. What comes
-/// down to the first of them was summed before. A team that has memory of its own works there, where nothing is far.
+/// Small levels, processed in sequence by one kernel: with one kernel per level, launches would dominate the time. The
+/// restriction to the first small level precedes this kernel. A block with shared memory works on a copy there.
 struct SmallLevels {
-  static constexpr int kMost = 12, kLargest = 256, kVectors = 5;
-  static constexpr std::size_t kMostBytes = 96 * 1024;
+  static constexpr int kMaxLevels = 12, kMaxLevelVertices = 256, kVectors = 5;
+  static constexpr std::size_t kMaxBytes = 96 * 1024;
   int count = 0;
-  int first[kMost + 1] = {};      ///< as LevelArrays::first, from the first small level on
-  int first_part = 0, parts = 0;  ///< of all but the first small level
-  int first_edge = 0, edges = 0;  ///< of all of them
+  int first[kMaxLevels + 1] = {};  ///< part of LevelArrays::first that begins at the first small level
+  int first_part = 0, parts = 0;   ///< range of the parts of all small levels except the first
+  int first_edge = 0, edges = 0;   ///< range of the edges of all small levels
 
   SIMPLEXSEG_HD int vertices() const { return first[count] - first[0]; }
   std::size_t shared_bytes() const {
@@ -175,86 +177,88 @@ struct SmallLevels {
     return n * (kVectors * sizeof(Vec4) + sizeof(CoarseRow) + sizeof(int)) + sizeof(CoarseRow) +
            static_cast<std::size_t>(edges) * sizeof(CoarseEdge) + static_cast<std::size_t>(parts) * sizeof(int);
   }
-  template <class Team, class Work>
-  SIMPLEXSEG_HD void each(int level, const Team& team, Work work) const {
-    for (int at = first[level] + team.group; at < first[level + 1]; at += Team::groups) work(at);
-    team.sync();
+  /// Calls work(at) for each vertex of a level.
+  template <class Block, class Work>
+  SIMPLEXSEG_HD void each(int level, const Block& block, Work work) const {
+    for (int at = first[level] + block.group; at < first[level + 1]; at += Block::groups) work(at);
+    block.sync();
   }
-  /// Where the team works: the levels as they are, or copies, in which vertices, parts and edges are counted as there.
-  template <class Team>
-  SIMPLEXSEG_HD LevelsView bring(const StepView& v, const Team& team) const {
-    if constexpr (!Team::kOwnMemory) {
+  /// Levels that the block works on: the originals, or copies in shared memory with the same indices.
+  template <class Block>
+  SIMPLEXSEG_HD LevelsView load_levels(const StepView& v, const Block& block) const {
+    if constexpr (!Block::kUsesSharedMemory) {
       return v.levels;
     } else {
       const LevelsView& from = v.levels;
       LevelsView own;
-      auto* memory = static_cast<unsigned char*>(team.memory);
-      auto take = [&]<class T>(T*& place, const std::remove_const_t<T>* all, int begin, int n) {
+      auto* memory = static_cast<unsigned char*>(block.memory);
+      auto load = [&]<class T>(T*& array, const std::remove_const_t<T>* all, int begin, int n) {
         auto* to = reinterpret_cast<std::remove_const_t<T>*>(memory);
         memory += static_cast<std::size_t>(n) * sizeof(T);
-        for (int k = team.thread; k < n; k += Team::threads) team.copy(to + k, all + begin + k);
-        place = to - begin;
+        for (int k = block.thread; k < n; k += Block::threads) block.copy(to + k, all + begin + k);
+        array = to - begin;
       };
-      // What no cycle changes, then what the kernels before this one have left.
+      // Loads the constant arrays first and, after the earlier kernels, the arrays that those have written.
       const int n = vertices();
-      take(own.rows, from.rows, first[0] - v.vertex_count, n + 1);
+      load(own.rows, from.rows, first[0] - v.vertex_count, n + 1);
       auto* const vectors = memory;
       memory += static_cast<std::size_t>(kVectors * n) * sizeof(Vec4);
-      take(own.edges, from.edges, first_edge, edges);
-      take(own.parts, from.parts, first_part, parts), take(own.coarse_of, from.coarse_of, first[0], n);
-      team.wait_for_earlier_kernels();
+      load(own.edges, from.edges, first_edge, edges);
+      load(own.parts, from.parts, first_part, parts), load(own.coarse_of, from.coarse_of, first[0], n);
+      block.wait_for_earlier_kernels();
       memory = vectors;
-      take(own.residual, from.residual, first[0], n), take(own.correction, from.correction, first[0], n);
-      take(own.relaxed, from.relaxed, first[0], n);
-      take(own.stiffness_a, from.stiffness_a, first[0], n), take(own.stiffness_b, from.stiffness_b, first[0], n);
-      team.wait_for_copies();
+      load(own.residual, from.residual, first[0], n), load(own.correction, from.correction, first[0], n);
+      load(own.relaxed, from.relaxed, first[0], n);
+      load(own.stiffness_a, from.stiffness_a, first[0], n), load(own.stiffness_b, from.stiffness_b, first[0], n);
+      block.wait_for_copies();
       return own;
     }
   }
-  /// What the team has at vertices begin ... end - 1 to where others read it.
-  template <class Team>
-  SIMPLEXSEG_HD void hand_on(const Team& team, const Vec4* own, Vec4* all, int begin, int end) const {
-    if constexpr (Team::kOwnMemory)
-      for (int at = begin + team.thread; at < end; at += Team::threads) all[at] = own[at];
+  /// Copies the values at vertices begin ... end - 1 from shared memory back to the arrays.
+  template <class Block>
+  SIMPLEXSEG_HD void write_back(const Block& block, const Vec4* own, Vec4* all, int begin, int end) const {
+    if constexpr (Block::kUsesSharedMemory)
+      for (int at = begin + block.thread; at < end; at += Block::threads) all[at] = own[at];
   }
 };
 struct SmallStiffness {
   static constexpr const char* name = "small levels' stiffness";
-  static constexpr int kTeam = 1024;
+  static constexpr int kBlockThreads = 1024;
   StepView v;
   SmallLevels levels;
-  template <class Team>
-  SIMPLEXSEG_HD void operator()(Team team) const {
-    const LevelsView own = levels.bring(v, team);
-    for (int l = 1; l < levels.count; ++l) levels.each(l, team, [&](int at) { sum_stiffness(v, own, at, team.lanes); });
-    levels.hand_on(team, own.stiffness_a, v.levels.stiffness_a, levels.first[1], levels.first[levels.count]);
-    levels.hand_on(team, own.stiffness_b, v.levels.stiffness_b, levels.first[1], levels.first[levels.count]);
+  template <class Block>
+  SIMPLEXSEG_HD void operator()(Block block) const {
+    const LevelsView own = levels.load_levels(v, block);
+    for (int l = 1; l < levels.count; ++l)
+      levels.each(l, block, [&](int at) { sum_stiffness(v, own, at, block.lanes); });
+    levels.write_back(block, own.stiffness_a, v.levels.stiffness_a, levels.first[1], levels.first[levels.count]);
+    levels.write_back(block, own.stiffness_b, v.levels.stiffness_b, levels.first[1], levels.first[levels.count]);
   }
 };
 struct SmallCycle {
   static constexpr const char* name = "small levels";
-  static constexpr int kTeam = 1024;
+  static constexpr int kBlockThreads = 1024;
   StepView v;
   SmallLevels levels;
-  template <class Team>
-  SIMPLEXSEG_HD void operator()(Team team) const {
-    const LevelsView own = levels.bring(v, team);
+  template <class Block>
+  SIMPLEXSEG_HD void operator()(Block block) const {
+    const LevelsView own = levels.load_levels(v, block);
     for (int l = 1; l < levels.count; ++l)
-      levels.each(l, team, [&](int at) { restrict_to<false>(v, own, at, team.lanes); });
+      levels.each(l, block, [&](int at) { restrict_to<false>(v, own, at, block.lanes); });
     for (int l = levels.count - 2; l >= 0; --l)
-      levels.each(l, team, [&](int at) { prolong_to(v, own, at, team.lanes); });
-    levels.hand_on(team, own.relaxed, v.levels.relaxed, levels.first[0], levels.first[1]);
+      levels.each(l, block, [&](int at) { prolong_to(v, own, at, block.lanes); });
+    levels.write_back(block, own.relaxed, v.levels.relaxed, levels.first[0], levels.first[1]);
   }
 };
 
-/// The end of the cycle, on the mesh itself.
+/// Second half of the cycle on the mesh itself; returns the step z.
 SIMPLEXSEG_HD Vec3 end_cycle(const StepView& v, const MeshConstants& m, int i, Int4 nb) {
   const LevelsView& l = v.levels;
   auto corrected = [&](int j) { return xyz(l.correction[j]) + xyz(l.relaxed[l.coarse_of[j]]); };
   const Vec3 own = corrected(i);
-  const Vec3 beside = (1.0f / 3.0f) * (corrected(nb.x) + corrected(nb.y) + corrected(nb.z));
+  const Vec3 neighbour_sum = (1.0f / 3.0f) * (corrected(nb.x) + corrected(nb.y) + corrected(nb.z));
   const VertexSystem system(l.stiffness_a[i], l.stiffness_b[i], m.model);
-  return own + kRelaxation * system.solve(xyz(l.residual[i]) - (system.times(own) - m.model * beside));
+  return own + kRelaxation * system.solve(xyz(l.residual[i]) - (system.times(own) - m.model * neighbour_sum));
 }
 
 }  // namespace simplexseg

@@ -12,16 +12,16 @@
 
 namespace simplexseg {
 
-/// Where in its cycles an engine is: what a run of steps begins with, besides the plan, and what it leaves behind.
+/// State of an engine between runs of steps: positions in its cyclic buffers and work that is due.
 struct StepPhase {
-  int oldest = 0;  ///< of the three position arrays: previous, current, next from here on
-  int frame = 0;   ///< of two arrays of frames, the one that holds them
+  int oldest = 0;  ///< index of the previous positions in the cycle of three arrays: previous, current, next
+  int frame = 0;   ///< index of the array with the current frames, of two
   int since_refresh = 0;
   bool refresh_due = true, stiffness_due = false;
-  bool measured_at_refresh = false;  ///< the motion that was measured last: in a step that found targets anew
+  bool measured_at_refresh = false;  ///< the last measured step was a refresh of the targets
 };
 
-/// Whether kernels see the same arrays; the three of positions, and those of frames, take turns.
+/// True if two views refer to the same arrays. Positions and frames, whose arrays are used in rotation, are ignored.
 inline bool same_addresses(StepView a, StepView b) {
   a.previous = b.previous, a.current = b.current, a.next = b.next, a.oldest = b.oldest;
   a.frame = b.frame, a.new_frame = b.new_frame;
@@ -29,30 +29,30 @@ inline bool same_addresses(StepView a, StepView b) {
   return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
-/// Runs of steps, recorded when they come again, and then repeated at small cost. Where the executor cannot, they are
-/// done.
+/// Cache of recorded runs of steps. A run is recorded at its second execution and replayed from then on. An executor
+/// without recording executes every run.
 template <class Executor>
 class RecordedRuns {
  public:
-  /// After anything that a recorded run has in it has changed: addresses, plan.
+  /// Discards all recordings; required after a change of addresses or of the plan.
   void clear() { runs_.clear(); }
 
-  /// `steps()` does the run and changes `phase`. Returns how many steps were done before a
-  /// failure that the host knows of.
+  /// Runs `length` steps: `steps()` executes them and updates `phase`. Returns the number of steps before a failure
+  /// that the host can see.
   template <class Steps>
   int run(Launcher<Executor>& launcher, StepPhase& phase, int refresh_interval, int length, End end, Steps&& steps) {
     if constexpr (!Executor::kRecords) {
       return steps();
     } else {
-      // Runs in which nothing is found anew are alike, however long ago it was.
+      // Runs without a refresh share one recording, regardless of the time since the last refresh.
       const int until_refresh = phase.refresh_due ? 0 : std::clamp(refresh_interval - phase.since_refresh, 0, length);
       const int since_refresh = phase.since_refresh;
       const Key key{phase.oldest, phase.frame, until_refresh, phase.stiffness_due, length, end};
       auto found = runs_.find(key);
       if (found == runs_.end()) {
-        // Recording costs as much as many launches: only what comes again is worth it.
-        constexpr std::size_t kMostRuns = 200;
-        if (runs_.size() >= kMostRuns) forget_one();
+        // Recording costs as much as many launches: only repeated runs are recorded.
+        constexpr std::size_t kMaxRuns = 200;
+        if (runs_.size() >= kMaxRuns) evict_least_recent();
         runs_[key].used = ++uses_;
         return steps();
       }
@@ -64,8 +64,8 @@ class RecordedRuns {
         run.after = phase;
         for (const auto& [name, n] : launcher.launches) {
           const auto was = before.find(name);
-          const std::uint64_t more = n - (was == before.end() ? 0 : was->second);
-          if (more != 0) run.launches[name] = more;
+          const std::uint64_t added = n - (was == before.end() ? 0 : was->second);
+          if (added != 0) run.launches[name] = added;
         }
         run.recorded = true;
       } else {
@@ -91,10 +91,10 @@ class RecordedRuns {
     typename Executor::Recording recording;
     StepPhase after;
     std::map<std::string_view, std::uint64_t> launches;
-    std::uint64_t used = 0;  ///< when: counts all uses
+    std::uint64_t used = 0;  ///< time of the last use, counted in uses of all runs
   };
-  /// That which has not come for longest. All of them at once would hold up a frame.
-  void forget_one() {
+  /// Removes the least recently used run. Removing all runs at once would delay a frame.
+  void evict_least_recent() {
     runs_.erase(std::min_element(runs_.begin(), runs_.end(),
                                  [](const auto& a, const auto& b) { return a.second.used < b.second.used; }));
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The engine: what a step is, once, for every executor (gpu/launcher.h).
+// Engine for every executor (gpu/launcher.h): the sequence of kernels of a step.
 #pragma once
 #include <algorithm>
 #include <functional>
@@ -33,7 +33,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     try {
       bind(volume);
     } catch (...) {
-      bind(volume_);  // which may have been given up for the other
+      bind(volume_);  // may have been released
       throw;
     }
     volume_ = volume;
@@ -43,23 +43,23 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   void load(std::span<const EngineMesh> meshes, const SimulationParameters& simulation,
             std::span<const EnginePoint> points) override {
     for (const EngineMesh& m : meshes) check_field(m.field, volume_);
-    Loaded before;  // once exchanged
+    Loaded before;  // the previous meshes, after exchange()
     exchange(before);
     try {
       meshes_.load(meshes);
       forces_.load(meshes, meshes_);
       forces_.set_points(points, meshes_);
       results_.load(meshes_);
-      std::vector<SolverState> learnt;
-      for (const EngineMesh& m : meshes) wanted_.push_back(m.parameters), learnt.push_back(m.solver);
-      apply_parameters(simulation, learnt);
+      std::vector<SolverState> solver_states;
+      for (const EngineMesh& m : meshes) requested_.push_back(m.parameters), solver_states.push_back(m.solver);
+      apply_parameters(simulation, solver_states);
     } catch (...) {
       exchange(before);
       runs_.clear();
       update_view();
       throw;
     }
-    drawing_.forget_cells();
+    drawing_.clear_cells();
     runs_.clear();
   }
 
@@ -67,7 +67,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
                       std::span<const char> finest) override {
     SIMPLEXSEG_EXPECT(meshes.size() == meshes_.size() && (finest.empty() || finest.size() == meshes_.size()));
     all_or_nothing([&](Undo&) {
-      wanted_.assign(meshes.begin(), meshes.end());
+      requested_.assign(meshes.begin(), meshes.end());
       for (std::size_t k = 0; k < finest.size(); ++k) meshes_[k].finest = finest[k];
       apply_parameters(simulation, {});
     });
@@ -76,13 +76,13 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   void set_points(std::span<const EnginePoint> points) override {
     all_or_nothing([&](Undo& undo) {
       undo = forces_.set_points(points, meshes_);
-      meshes_.note_limits(volume_, forces_.points());
+      meshes_.set_limits(volume_, forces_.points());
       for (std::size_t k = 0; k < meshes_.size(); ++k) supervision_.control(k).set_points(meshes_[k].point_count);
-      if (meshes_.size() != 0) meshes_.send_constants();
+      if (meshes_.size() != 0) meshes_.upload_constants();
       if (supervision_.forms_changed(meshes_))
         apply_forms();
       else
-        hold_what_is_needed();
+        update_arrays();
       phase_.refresh_due = true;
     });
   }
@@ -93,18 +93,18 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
       const bool had = forces_.has_field(mesh);
       undo = forces_.set_field(mesh, field, meshes_);
       if (forces_.has_field(mesh) != had) return apply_parameters(simulation_, {});
-      meshes_.send_constants();
-      hold_what_is_needed();
+      meshes_.upload_constants();
+      update_arrays();
       phase_.refresh_due = true;
     });
   }
 
   void refresh() override { phase_.refresh_due = true; }
 
-  void give_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
+  void set_fixed_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
     all_or_nothing([&](Undo& undo) {
-      undo = forces_.give_targets(mesh, force, targets, meshes_);
-      apply_parameters(simulation_, {});  // now the force acts
+      undo = forces_.set_fixed_targets(mesh, force, targets, meshes_);
+      apply_parameters(simulation_, {});  // the force may act from now on
     });
   }
   void read_targets(int mesh, ForceId force, std::span<Vec4> targets) override {
@@ -115,7 +115,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     StepOutcome outcome;
     if (meshes_.vertex_count() == 0 || count <= 0) {
       outcome.steps = std::max(count, 0);
-      for (std::size_t k = 0; k < meshes_.size(); ++k) measure(k, MeshMotion{}, 0, outcome);
+      for (std::size_t k = 0; k < meshes_.size(); ++k) add_outcome(k, MeshMotion{}, 0, outcome);
       return outcome;
     }
     [[maybe_unused]] const auto range = executor().range("steps");
@@ -124,21 +124,21 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
       const int batch = supervision_.batch(count - outcome.steps, meshes_);
       const bool interval_ends = supervision_.ends_interval(batch);
       update_view();
-      supervision_.keep_poses(launcher_, view_, meshes_);
+      supervision_.save_poses(launcher_, view_, meshes_);
       const int done = run_batch(batch, interval_ends ? End::Interval : End::Batch);
       executor().wait();
       if (const auto failed = results_.failure()) {
         undo_failed_step(*failed, done, outcome);
       } else {
         outcome.steps += done;
-        const bool support_due = supervision_.support_is_due();
-        supervision_.note_batch(done, meshes_, results_.motion());
-        if (support_due) note_support();
-        if (interval_ends) learn(outcome);
-        if (this->leave_out_what_rests(launcher_)) runs_.clear();
+        const bool regularisation_due = supervision_.regularisation_is_due();
+        supervision_.advance_interval(done, meshes_, results_.motion());
+        if (regularisation_due) update_regularisation();
+        if (interval_ends) evaluate_interval(outcome);
+        if (this->skip_settled_meshes(launcher_)) runs_.clear();
       }
     }
-    for (std::size_t k = 0; k < meshes_.size(); ++k) measure(k, results_.motion()[k], residual_mm(k), outcome);
+    for (std::size_t k = 0; k < meshes_.size(); ++k) add_outcome(k, results_.motion()[k], residual_mm(k), outcome);
     return outcome;
   }
 
@@ -153,7 +153,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   void set_cells(std::span<const CellList* const> cells) override {
     drawing_.set_cells(cells, meshes_.all(), meshes_.orders(), meshes_.vertex_count());
   }
-  bool has_cells() const override { return drawing_.knows_cells(); }
+  bool has_cells() const override { return drawing_.has_cells(); }
 
   void draw_surfaces(DrawTarget<DisplayPoint> target) override {
     [[maybe_unused]] const auto range = executor().range("draw surfaces");
@@ -171,23 +171,23 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   }
   std::uint64_t bytes_read_back() const override { return executor().bytes_read_back(); }
 
-  std::vector<HeldArray> held_arrays() const override {
-    std::vector<HeldArray> held;
+  std::vector<AllocatedArray> allocated_arrays() const override {
+    std::vector<AllocatedArray> allocated;
     auto add = [&](const char* name, const auto&... arrays) {
-      if (const std::size_t bytes = (arrays.bytes() + ...); bytes != 0) held.push_back({name, bytes});
+      if (const std::size_t bytes = (arrays.bytes() + ...); bytes != 0) allocated.push_back({name, bytes});
     };
-    if (!volume_.empty()) held.push_back({"volume", volume_.bytes()});
-    meshes_.list(add), forces_.list(add), supervision_.list(add), levels_.list(add), drawing_.list(add);
-    results_.list(add), this->tiles_.list(add);
-    return held;
+    if (!volume_.empty()) allocated.push_back({"volume", volume_.bytes()});
+    meshes_.list_arrays(add), forces_.list_arrays(add), supervision_.list_arrays(add), levels_.list_arrays(add);
+    drawing_.list_arrays(add), results_.list_arrays(add), this->tiles_.list_arrays(add);
+    return allocated;
   }
   std::size_t bytes_available() const override {
     const std::size_t free = executor().bytes_free();
-    return free > std::numeric_limits<std::size_t>::max() - bytes_held() ? free : free + bytes_held();
+    return free > std::numeric_limits<std::size_t>::max() - bytes_allocated() ? free : free + bytes_allocated();
   }
-  std::size_t bytes_held() const override {
+  std::size_t bytes_allocated() const override {
     std::size_t sum = 0;
-    for (const HeldArray& a : held_arrays()) sum += a.bytes;
+    for (const AllocatedArray& a : allocated_arrays()) sum += a.bytes;
     return sum;
   }
   std::vector<KernelCount> kernel_counts() const override {
@@ -199,24 +199,24 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
  private:
   using Loaded = LoadedMeshes<Executor>;
   using Undo = typename ForceArrays<Executor>::Undo;
-  using Loaded::active, Loaded::refresh_interval, Loaded::residual_mm, Loaded::measure;
+  using Loaded::active, Loaded::refresh_interval, Loaded::residual_mm, Loaded::add_outcome;
   using Loaded::meshes_, Loaded::forces_, Loaded::supervision_, Loaded::levels_, Loaded::results_, Loaded::tiles_;
-  using Loaded::wanted_, Loaded::simulation_, Loaded::needs_, Loaded::phase_, Loaded::forms_due_;
+  using Loaded::requested_, Loaded::simulation_, Loaded::needs_, Loaded::phase_, Loaded::forms_due_;
   void exchange(Loaded& other) { std::swap(static_cast<Loaded&>(*this), other); }
   Executor& executor() { return launcher_.executor; }
   const Executor& executor() const { return launcher_.executor; }
   template <class Kernel>
-  void run(const Kernel& over_all_vertices) {
-    launcher_.run_over_vertices(over_all_vertices, meshes_.vertex_count());
+  void run(const Kernel& kernel) {
+    launcher_.run_over_vertices(kernel, meshes_.vertex_count());
   }
 
-  /// Up to `count` steps, of which `end` is the end. Returns how many were done before a failure that the host knows
-  /// of.
+  /// Runs up to `count` steps, the last of which ends `end`. Returns the number of steps before a failure, if the
+  /// executor reports failures at once, else `count`.
   int run_batch(int count, End end) {
     int done = 0;
     while (done < count) {
-      const int length = length_of_run(count - done);
-      supervision_.send_coefficients();
+      const int length = run_length(count - done);
+      supervision_.upload_coefficients();
       const int ran = run_steps(length, done + length < count ? End::None : end);
       done += ran;
       if (ran < length) {
@@ -226,8 +226,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     }
     return done;
   }
-  /// `length` steps, and the end of the batch when something ends. Returns how many were done before a failure that the
-  /// host knows of.
+  /// Runs `length` steps, and the end of the batch unless `end` is None. Returns as run_batch().
   int run_steps(int length, End end) {
     return runs_.run(launcher_, phase_, refresh_interval(), length, end, [&] { return do_steps(length, end); });
   }
@@ -238,48 +237,48 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     return length;
   }
 
-  /// False when the step failed and the host knows.
-  bool do_step(OfRun of_run, End end) {
+  /// Runs one step. False if the executor reports its failure at once.
+  bool do_step(StepInRun run_step, End end) {
     update_view();
     const bool refresh = phase_.refresh_due || phase_.since_refresh >= refresh_interval();
     if (refresh) phase_.since_refresh = 0, phase_.refresh_due = false;
     ++phase_.since_refresh;
     if (end != End::None) phase_.measured_at_refresh = refresh;
-    tiles_.held() && !(refresh && needs_.searches()) ? step_by_tiles(of_run, end)
-                                                     : step_by_kernels(of_run, end, refresh);
+    tiles_.allocated() && !(refresh && needs_.searches()) ? step_by_tiles(run_step, end)
+                                                          : step_by_kernels(run_step, end, refresh);
     if (executor().failed(results_.status())) return false;
     phase_.oldest = (phase_.oldest + 1) % 3;
     return true;
   }
-  void step_by_kernels(OfRun of_run, End end, bool refresh) {
+  void step_by_kernels(StepInRun run_step, End end, bool refresh) {
     const bool attract = active(AttractionForce::id);
-    const GeometryKernel geometry{view_, of_run, attract && refresh};
+    const GeometryKernel geometry{view_, run_step, attract && refresh};
     const int n = meshes_.vertex_count();
     if (!attract)
       run(geometry);
     else if (refresh)
-      launcher_.run_together(geometry, n, FindNearest{view_},
-                             view_.mesh_count * view_.attraction.nearest_blocks * view_.attraction.groups);
+      launcher_.run_concurrently(geometry, n, FindNearest{view_},
+                                 view_.mesh_count * view_.attraction.nearest_blocks * view_.attraction.groups);
     else
-      launcher_.run_together(geometry, n, SumAttraction{view_}, view_.attraction.count);
+      launcher_.run_concurrently(geometry, n, SumAttraction{view_}, view_.attraction.count);
     if (Executor::kSumsRings && active(SmoothingForce::id)) run(SumRings{view_});
     if (refresh) find_targets(attract);
-    if (levels_.held()) {
+    if (levels_.allocated()) {
       if (refresh || phase_.stiffness_due) find_stiffness();
       phase_.stiffness_due = false;
-      integrate(of_run, end);
+      integrate(run_step, end);
       levels_.cycle(launcher_, view_);
-      run(CorrectedStep{view_, of_run, end});
+      run(CorrectedStep{view_, run_step, end});
     } else {
-      integrate(of_run, end);
+      integrate(run_step, end);
     }
   }
-  void step_by_tiles(OfRun of_run, End end) {
+  void step_by_tiles(StepInRun run_step, End end) {
     if constexpr (Executor::kTiles) {
       StepView view = view_;
       view.new_frame = meshes_.other_frame(phase_.frame);
       run_for<kBuiltForces & ~kPullingForces>(needs_.forces, [&]<unsigned kMask>() {
-        launcher_.run_tiles(TileStep<kMask>{view, tiles_.view(), of_run, end});
+        launcher_.run_tiles(TileStep<kMask>{view, tiles_.view(), run_step, end});
       });
       phase_.frame = 1 - phase_.frame;
     }
@@ -295,8 +294,8 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     if (!volume.empty()) describe(volume, view_.volume);
   }
 
-  /// Changes settings of the meshes that are loaded; when that throws, all are put back, and by `undo` what the change
-  /// has said there.
+  /// Changes settings of the loaded meshes. If `change` throws, restores the previous settings and calls `undo`, if
+  /// set, to restore host data of the forces.
   void all_or_nothing(const std::function<void(Undo& undo)>& change) {
     auto before = this->settings();
     Undo undo;
@@ -304,48 +303,50 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
       change(undo);
     } catch (...) {
       if (undo) undo();
-      this->put_back(std::move(before));
+      this->restore(std::move(before));
       update_view();
       throw;
     }
   }
 
-  /// `learnt`: what the solver of each mesh has learnt earlier; empty where it is to begin anew.
-  void apply_parameters(const SimulationParameters& simulation, std::span<const SolverState> learnt) {
+  /// Applies the parameters of all meshes. `solver_states`: earlier state of each mesh's solver; empty: initial states.
+  void apply_parameters(const SimulationParameters& simulation, std::span<const SolverState> solver_states) {
     simulation_ = simulation;
     supervision_.set_simulation(simulation, meshes_.size());
     bool internal = false;
     for (std::size_t k = 0; k < meshes_.size(); ++k) {
       MeshConstants& c = meshes_[k];
-      c.forces = wanted_[k];
+      c.forces = requested_[k];
       const float voxel_mm = volume_.empty() ? 1.0f : static_cast<float>(volume_.geometry().spacing_mm.minCoeff());
-      const Stiffness stiffness = tell_forces(c, forces_.needs_of_mesh(k, c), forces_.shape_of(k, c), voxel_mm);
+      const Stiffness stiffness = set_active_forces(c, forces_.needs_of_mesh(k, c), forces_.shape_of(k, c), voxel_mm);
       internal = internal || stiffness.internal > 0;
       SolverControl& control = supervision_.control(k);
-      control.start(simulation, stiffness, learnt.empty() ? SolverState{} : learnt[k], Executor::kCycleCost);
+      control.start(simulation, stiffness, solver_states.empty() ? SolverState{} : solver_states[k],
+                    Executor::kCycleCost);
       control.set_points(c.point_count);
     }
     const bool cycles = simulation.solver() == Solver::Automatic || simulation.solver() == Solver::Multigrid;
     if (cycles && internal) levels_.arrange(meshes_.all(), meshes_.neighbours());
-    meshes_.note_limits(volume_, forces_.points());
+    meshes_.set_limits(volume_, forces_.points());
     apply_forms();
     phase_.refresh_due = true;
   }
 
-  /// After a solver has changed how it steps.
+  /// Applies the current step forms of the solvers.
   void apply_forms() {
-    supervision_.tell_forms(meshes_);
+    supervision_.set_step_forms(meshes_);
     phase_.stiffness_due = true;
     forms_due_ = true;
-    hold_what_is_needed();
+    update_arrays();
     forms_due_ = false;
     for (std::size_t k = 0; k < meshes_.size(); ++k) meshes_[k].root = levels_.root(k);
-    meshes_.send_constants();
+    meshes_.upload_constants();
     update_view();
   }
 
-  /// The same after a batch, whose steps stand: what does not fit is asked for again, and said, before the next one.
-  void apply_learnt_forms() {
+  /// Applies the step forms after a batch, whose steps remain valid. A failed allocation is retried before the next
+  /// batch, which then throws the error.
+  void apply_forms_after_batch() {
     try {
       apply_forms();
     } catch (const std::exception&) {
@@ -353,26 +354,26 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     }
   }
 
-  /// At the end of an interval.
-  void learn(StepOutcome& outcome) {
+  /// Updates the solvers at the end of an interval, and undoes the interval for meshes whose steps failed.
+  void evaluate_interval(StepOutcome& outcome) {
     supervision_.end_interval(meshes_, results_.motion(), phase_.measured_at_refresh, refresh_interval());
     for (std::size_t k = 0; k < meshes_.size() && !outcome.failure; ++k) {
-      const auto failure = supervision_.judge(k, meshes_, results_.motion()[k], residual_mm(k),
-                                              phase_.measured_at_refresh, refresh_interval());
+      const auto failure = supervision_.reason_to_undo(k, meshes_, results_.motion()[k], residual_mm(k),
+                                                       phase_.measured_at_refresh, refresh_interval());
       if (failure) undo(*failure, outcome);
     }
     if (supervision_.forms_changed(meshes_))
-      apply_learnt_forms();
+      apply_forms_after_batch();
     else if (supervision_.corrected())
-      note_support();
+      update_regularisation();
   }
-  void note_support() {
-    const bool anew = supervision_.note_support(meshes_, results_.motion());
-    if (supervision_.forms_changed(meshes_)) return apply_learnt_forms();
-    if (anew) meshes_.send_constants(), phase_.stiffness_due = true;
+  void update_regularisation() {
+    const bool changed = supervision_.update_regularisation(meshes_, results_.motion());
+    if (supervision_.forms_changed(meshes_)) return apply_forms_after_batch();
+    if (changed) meshes_.upload_constants(), phase_.stiffness_due = true;
   }
 
-  /// `done`: steps of the batch that were begun, of which one failed.
+  /// Undoes a failed step. `done`: number of steps of the batch that were launched.
   void undo_failed_step(const typename BatchResults<Executor>::Failure& failed, int done, StepOutcome& outcome) {
     // Steps after the failed one were skipped, so the two poses before it are untouched.
     phase_.oldest = ((phase_.oldest - (done - failed.step)) % 3 + 3) % 3;
@@ -380,14 +381,15 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     const int mesh = meshes_.mesh_of(failed.vertex);
     undo({mesh, meshes_.orders()[mesh][failed.vertex - meshes_[mesh].first_vertex], failed.force}, outcome);
   }
-  /// Puts the mesh back to the pose that was kept, or to the last good one, at rest, and halves its timestep.
+  /// Restores the saved pose of the mesh, or the last valid one, with zero velocity, and halves its timestep.
   void undo(const StepFailure& failure, StepOutcome& outcome) {
     const MeshConstants& c = meshes_[failure.mesh];
     Vec4* now = meshes_.positions_at(phase_.oldest + 1);
-    launcher_.run(RestorePose{supervision_.good_poses(now), now, meshes_.positions_at(phase_.oldest), c.first_vertex},
-                  c.vertex_count);
+    launcher_.run(
+        RestorePose{supervision_.poses_to_restore(now), now, meshes_.positions_at(phase_.oldest), c.first_vertex},
+        c.vertex_count);
     executor().wait();
-    forces_.forget_pulls();
+    forces_.clear_attraction();
     phase_.refresh_due = true;
     if (supervision_.cut(failure.mesh))
       outcome.cuts.push_back({failure, supervision_.control(failure.mesh).cut_factor()});
@@ -396,52 +398,51 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   }
 
   void find_stiffness() {
-    run_for<kBuiltForces & ~kInternalForces>(needs_.forces & ~kInternalForces,  // which are in the model as a whole
+    run_for<kBuiltForces & ~kInternalForces>(needs_.forces & ~kInternalForces,  // the model includes these by k L
                                              [&]<unsigned kMask>() { run(LocalStiffness<kMask>{view_}); });
     levels_.sum_stiffness(launcher_, view_);
   }
 
-  void hold_what_is_needed() {
+  void update_arrays() {
     const StepView view_before = view_;
     const StepNeeds needed_before = needs_;
-    const bool tiles_before = tiles_.held();
-    if (this->wake(launcher_)) runs_.clear();
-    this->hold_arrays(!volume_.empty());
+    const bool tiles_before = tiles_.allocated();
+    if (this->include_all_meshes(launcher_)) runs_.clear();
+    this->allocate_needed_arrays(!volume_.empty());
     update_view();
     const int interval_before = std::exchange(recorded_interval_, refresh_interval());
-    // Recorded runs hold the addresses and the plan.
-    if (!(needed_before == needs_) || tiles_before != tiles_.held() || interval_before != recorded_interval_ ||
+    // Recorded runs contain the addresses and the sequence of kernels.
+    if (!(needed_before == needs_) || tiles_before != tiles_.allocated() || interval_before != recorded_interval_ ||
         !same_addresses(view_before, view_))
       runs_.clear();
   }
 
   void update_view() {
-    meshes_.show(view_, phase_.oldest, phase_.frame);
-    forces_.show(view_, needs_);
+    meshes_.fill_view(view_, phase_.oldest, phase_.frame);
+    forces_.fill_view(view_, needs_);
     view_.coefficients = supervision_.coefficients();
     view_.levels = levels_.view();
     view_.status = results_.status();
   }
 
-  /// `bind`: attraction patches too, beside the first search.
+  /// Runs the searches of a refresh. `bind`: also computes the attraction patches, concurrently with the first search.
   void find_targets(bool bind) {
     TargetSearches<Executor>(launcher_, view_, needs_, forces_.averaging(), bind).search_all(volume_.type());
   }
 
-  /// Runs the kernel that was compiled for exactly the forces in use.
-  void integrate(OfRun of_run, End end) {
+  void integrate(StepInRun run_step, End end) {
     run_for<kBuiltForces>(needs_.forces, [&]<unsigned kMask>() {
-      if (levels_.held())
-        run(IntegrateKernel<kMask, true>{view_, of_run, end});
+      if (levels_.allocated())
+        run(IntegrateKernel<kMask, true>{view_, run_step, end});
       else
-        run(IntegrateKernel<kMask, false>{view_, of_run, end});
+        run(IntegrateKernel<kMask, false>{view_, run_step, end});
     });
   }
 
   Launcher<Executor> launcher_;
   Volume volume_;
   StepView view_;
-  int recorded_interval_ = 0;  ///< the refresh interval that recorded runs have in them
+  int recorded_interval_ = 0;  ///< refresh interval of the recorded runs
   SurfaceDrawing<Executor> drawing_;
   RecordedRuns<Executor> runs_;
 };

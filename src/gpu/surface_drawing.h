@@ -12,22 +12,23 @@
 
 namespace simplexseg {
 
-/// Draws what an engine holds into buffers, its own or shared ones: surfaces, outlines, slices.
+/// Draws surfaces, outlines and slices of an engine into host buffers or buffers shared with OpenGL.
 template <class Executor>
 class SurfaceDrawing {
   template <class T>
   using Array = typename Executor::template Array<T>;
 
  public:
-  void forget_cells() {
-    known_ = false, cell_count_ = 0;
+  void clear_cells() {
+    has_cells_ = false, cell_count_ = 0;
     place_.resize(0), cell_first_.resize(0), cell_corners_.resize(0), surfaces_.resize(0);
   }
-  /// `orders`: of each mesh, the vertex as it was loaded at each place.
+  /// `orders`: for each mesh, the loaded index of the vertex at each position of the engine's order.
   void set_cells(std::span<const CellList* const> cells, std::span<const MeshConstants> meshes,
                  std::span<const std::vector<int>> orders, int vertex_count) {
     if (cells.size() != meshes.size())
-      throw Error("cells", "not one list for each mesh", "give the cells of the meshes that were loaded");
+      throw Error("cells", "the number of lists differs from the number of meshes",
+                  "pass the cells of the loaded meshes");
     std::vector<int> first{0}, corners, place(vertex_count);
     for (std::size_t k = 0; k < meshes.size(); ++k) {
       const MeshConstants& c = meshes[k];
@@ -36,7 +37,7 @@ class SurfaceDrawing {
       for (int cell = 0; cell < cells[k]->count(); ++cell) {
         for (int corner : (*cells[k])[cell]) {
           if (corner < 0 || corner >= c.vertex_count)
-            throw Error("cells", "a corner is no vertex of the mesh", "give the cells of the meshes that were loaded");
+            throw Error("cells", "a corner is not a vertex of the mesh", "pass the cells of the loaded meshes");
           corners.push_back(c.first_vertex + inverse[corner]);
         }
         first.push_back(static_cast<int>(corners.size()));
@@ -45,12 +46,12 @@ class SurfaceDrawing {
     }
     cell_count_ = static_cast<int>(first.size()) - 1;
     cell_first_.assign(first), cell_corners_.assign(corners), place_.assign(place);
-    known_ = true;
+    has_cells_ = true;
   }
-  bool knows_cells() const { return known_; }
+  bool has_cells() const { return has_cells_; }
 
   void draw_surfaces(Launcher<Executor>& launcher, const StepView& view, DrawTarget<DisplayPoint> target) {
-    if (!known_) throw Error("surfaces", "their cells are not known", "call set_cells after a load");
+    if (!has_cells_) throw Error("surfaces", "their cells have not been set", "call set_cells() after load()");
     const std::size_t n = static_cast<std::size_t>(view.vertex_count) + cell_count_;
     if (n == 0) return;
     launcher.executor.draw(target, n, surfaces_, [&](DisplayPoint* points) {
@@ -61,14 +62,14 @@ class SurfaceDrawing {
   }
   void draw_outlines(Launcher<Executor>& launcher, const StepView& view, int axis, float position_mm,
                      DrawTarget<std::byte> target) {
-    if (!known_) throw Error("outlines", "the cells are not known", "call set_cells after a load");
+    if (!has_cells_) throw Error("outlines", "the cells have not been set", "call set_cells() after load()");
     const std::size_t bytes = outline_bytes(view.mesh_count, view.vertex_count);
     if (bytes == 0) return;
     launcher.executor.draw(target, bytes, outlines_, [&](std::byte* memory) {
       auto* commands = reinterpret_cast<OutlineCommand*>(memory);
-      auto* pieces = reinterpret_cast<OutlinePiece*>(memory + view.mesh_count * sizeof(OutlineCommand));
+      auto* segments = reinterpret_cast<OutlineSegment*>(memory + view.mesh_count * sizeof(OutlineCommand));
       launcher.run(BeginOutlines{view.meshes, commands}, view.mesh_count);
-      launcher.run(DrawOutlines{view, cell_first_.data(), cell_corners_.data(), axis, position_mm, commands, pieces},
+      launcher.run(DrawOutlines{view, cell_first_.data(), cell_corners_.data(), axis, position_mm, commands, segments},
                    cell_count_);
     });
   }
@@ -83,19 +84,19 @@ class SurfaceDrawing {
     });
   }
 
-  /// add(name, array) for each.
+  /// Calls add(name, array) for each array.
   template <class Add>
-  void list(Add&& add) const {
+  void list_arrays(Add&& add) const {
     add("drawing", place_), add("cells", cell_corners_), add("cell ends", cell_first_);
     add("drawn surfaces", surfaces_), add("drawn slice", slice_), add("drawn outlines", outlines_);
   }
 
  private:
   Array<int> place_, cell_first_, cell_corners_;
-  Array<DisplayPoint> surfaces_;  ///< where they are not drawn into a shared buffer
+  Array<DisplayPoint> surfaces_;  ///< staging memory for host buffers, like the next two
   Array<DisplayTexel> slice_;
   Array<std::byte> outlines_;
-  bool known_ = false;
+  bool has_cells_ = false;
   int cell_count_ = 0;
 };
 

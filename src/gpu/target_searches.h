@@ -11,16 +11,16 @@
 
 namespace simplexseg {
 
-/// The searches of a refresh: runs the kernels that each force names (find_targets in src/forces/), and attraction's
-/// binding beside the first of them.
+/// Searches of a refresh. Runs the kernels of each force (find_targets in src/forces/) and, concurrently with the first
+/// of them, the binding of attraction points.
 template <class Executor>
 class TargetSearches {
  public:
-  /// `averaging`: an array of one element a vertex, to average in. `bind`: attraction patches are to be found too.
+  /// `averaging`: workspace of one element per vertex. `bind`: find the attraction patches, too.
   TargetSearches(Launcher<Executor>& launcher, const StepView& view, const StepNeeds& needs, Vec4* averaging, bool bind)
       : launcher_(launcher), view_(view), needs_(needs), averaging_(averaging), bind_(bind) {}
 
-  /// Those of all forces that search, in a volume of this type.
+  /// Runs the searches of all forces in a volume of this voxel type.
   void search_all(VoxelType type) {
     Executor& executor = launcher_.executor;
     if (needs_.searches())
@@ -35,10 +35,10 @@ class TargetSearches {
     finish();
   }
 
-  // What a force finds its targets with.
+  // Interface for the find_targets() of the forces.
 
   const StepView& view() const { return view_; }
-  /// Floats that the search of a force keeps at hand.
+  /// Floats of scratch memory per item that the search of a force needs.
   int scratch_floats(ForceId force) const { return needs_.scratch[static_cast<int>(force)]; }
   int averaging_passes() const { return needs_.averaging_passes; }
 
@@ -46,18 +46,18 @@ class TargetSearches {
   template <class Kernel>
   void search(const Kernel& kernel) {
     if (bind_)
-      launcher_.run_together(kernel, view_.vertex_count, BindPatch{view_}, view_.attraction.count);
+      launcher_.run_concurrently(kernel, view_.vertex_count, BindPatch{view_}, view_.attraction.count);
     else
       run(kernel);
     bind_ = false;
   }
-  /// Runs another kernel over all vertices.
+  /// Runs a kernel other than a search over all vertices.
   template <class Kernel>
   void run(const Kernel& kernel) {
     launcher_.run_over_vertices(kernel, view_.vertex_count);
   }
-  /// Averages over neighbours, `passes` times, back and forth between an array and another; returns where the result
-  /// is.
+  /// Averages over neighbours, `passes` times, alternating between `values` and the workspace; returns the array with
+  /// the result.
   const Vec4* average(Vec4* values, int passes, bool targets) {
     Vec4 *from = values, *to = averaging_;
     for (int pass = 0; pass < passes; ++pass) {
@@ -68,7 +68,7 @@ class TargetSearches {
   }
 
  private:
-  /// The binding, where no search took it along.
+  /// Runs the binding if no search was run.
   void finish() {
     if (bind_) launcher_.run(BindPatch{view_}, view_.attraction.count);
     bind_ = false;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The vertices in tiles: some that lie together, and around them what a step of them reads. A device then does a step
-// in one launch: each block finds the frames of its tile and of two rings around it by itself, in its own memory
-// (docs/adr/0035-a-step-in-one-launch.md).
+// Tiles of adjacent vertices, each with a halo of the vertices that a step of the tile reads. They allow a device to
+// compute a step in one launch: each block computes the frames of its tile and of two rings around it in shared memory
+// (docs/adr/0035-single-launch-step.md).
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -13,59 +13,63 @@
 
 namespace simplexseg {
 
-/// What a step of one tile reads. Slots count its vertices and those around: first its own, then rings 1 and 2 around
-/// them, whose frames its forces read, then ring 3, whose positions these frames are made of.
+/// Vertices that a step of one tile reads, numbered by slots: first the vertices of the tile, then rings 1 and 2 around
+/// it, whose frames the forces read, then ring 3, whose positions are needed for these frames.
 struct Tile {
-  int first, own;         ///< vertices of the tile
-  int frames, positions;  ///< slots with a frame; all slots
-  int around;             ///< in TilesView::around, of the first slot that is not its own
-  int neighbours;         ///< in TilesView::neighbours, of slot 0
+  int first, own;         ///< first vertex of the tile, and number of its vertices
+  int frames, positions;  ///< number of slots with a frame; number of all slots
+  int halo;               ///< offset of the halo in TilesView::halo
+  int neighbours;         ///< offset of slot 0 in TilesView::neighbours
 };
 struct TilesView {
   const Tile* tiles = nullptr;
-  const int* around = nullptr;                   ///< vertices
-  const PackedNeighbours* neighbours = nullptr;  ///< of the slots with a frame, as differences of slots
-  int count = 0, most_frames = 0, most_positions = 0;
+  const int* halo = nullptr;                     ///< vertices of all halos
+  const PackedNeighbours* neighbours = nullptr;  ///< neighbours of the slots with a frame, as differences of slots
+  int count = 0, max_frames = 0, max_positions = 0;
 };
 
 struct TileArrays {
   std::vector<Tile> tiles;
-  std::vector<int> around;
+  std::vector<int> halo;
   std::vector<PackedNeighbours> neighbours;
-  int most_frames = 0, most_positions = 0;
+  int max_frames = 0, max_positions = 0;
 };
 
-/// Vertices of a tile; of all meshes on which a force acts, beyond which two launches are faster; and of all meshes.
-inline constexpr int kTileVertices = 64, kMostTiledVertices = 50'000, kMostInTiles = 500'000;
+/// Vertices of a tile.
+inline constexpr int kTileVertices = 64;
+/// Largest number of active vertices for which tiles are used; with more, two launches are faster.
+inline constexpr int kMaxTiledVertices = 50'000;
+/// Largest number of vertices, active or not, for which tiles are used.
+inline constexpr int kMaxVerticesWithTiles = 500'000;
 
-/// Tiles of vertices that follow each other. Empty where meshes are more than what 16 bits count.
+/// Divides consecutive vertices into tiles. Empty if the number of meshes exceeds 16 bits.
 inline TileArrays make_tiles(std::span<const Int4> neighbours) {
   constexpr int kFrameRings = 2;
   TileArrays all;
   const int n = static_cast<int>(neighbours.size());
-  std::vector<int> slot(n), tile_of(n, -1);  // the slot holds in the tile that came there last
+  std::vector<int> tile_of(n, -1), slot(n);  // last tile that contains each vertex, and its slot there
   std::vector<int> vertices;
   for (int first = 0; first < n; first += kTileVertices) {
     const int index = static_cast<int>(all.tiles.size());
     vertices.clear();
-    auto take = [&](int i) {
+    auto add = [&](int i) {
       if (tile_of[i] == index) return;
       tile_of[i] = index, slot[i] = static_cast<int>(vertices.size());
       vertices.push_back(i);
     };
     const int own = std::min(kTileVertices, n - first);
-    for (int i = first; i < first + own; ++i) take(i);
+    for (int i = first; i < first + own; ++i) add(i);
     int frames = 0;
     for (int ring = 0, begin = 0; ring <= kFrameRings; ++ring) {
       const int end = static_cast<int>(vertices.size());
       if (ring == kFrameRings) frames = end;
       for (int s = begin; s < end; ++s) {
         const Int4& nb = neighbours[vertices[s]];
-        take(nb.x), take(nb.y), take(nb.z);
+        add(nb.x), add(nb.y), add(nb.z);
       }
       begin = end;
     }
-    all.tiles.push_back({first, own, frames, static_cast<int>(vertices.size()), static_cast<int>(all.around.size()),
+    all.tiles.push_back({first, own, frames, static_cast<int>(vertices.size()), static_cast<int>(all.halo.size()),
                          static_cast<int>(all.neighbours.size())});
     for (int s = 0; s < frames; ++s) {
       const Int4& nb = neighbours[vertices[s]];
@@ -74,87 +78,87 @@ inline TileArrays make_tiles(std::span<const Int4> neighbours) {
       all.neighbours.push_back(
           {difference(nb.x), difference(nb.y), difference(nb.z), static_cast<std::uint16_t>(nb.w)});
     }
-    all.around.insert(all.around.end(), vertices.begin() + own, vertices.end());
-    all.most_frames = std::max(all.most_frames, frames);
-    all.most_positions = std::max(all.most_positions, static_cast<int>(vertices.size()));
+    all.halo.insert(all.halo.end(), vertices.begin() + own, vertices.end());
+    all.max_frames = std::max(all.max_frames, frames);
+    all.max_positions = std::max(all.max_positions, static_cast<int>(vertices.size()));
   }
   return all;
 }
 
-/// A whole step of the vertices of one tile: their frames and those around them, then the integration. Frames are read
-/// of one array and written to another, for tiles find those around them, too. `shared`: memory of the team that is
-/// called for the tile, shared_bytes() of it. Not for forces that pull, which are summed before.
+/// Step of the vertices of one tile: frames of the tile and its halo, then the integration. Frames are read from one
+/// array and written to another, because other tiles still read them. `shared`: shared memory of the block, of
+/// shared_bytes(). Does not support attraction, whose sums another kernel computes first.
 template <unsigned kMask>
 struct TileStep {
-  static constexpr const char *name = IntegrateKernel<kMask, false>::name, *with = GeometryKernel::name;
+  static constexpr const char *name = IntegrateKernel<kMask, false>::name, *fused_name = GeometryKernel::name;
   static constexpr int kThreads = 128;
   StepView v;
   TilesView tiles;
-  OfRun of_run;
+  StepInRun run_step;
   End end;
   std::size_t shared_bytes() const {
-    return (tiles.most_positions + tiles.most_frames) * sizeof(Vec4) + tiles.most_positions * sizeof(int);
+    return (tiles.max_positions + tiles.max_frames) * sizeof(Vec4) + tiles.max_positions * sizeof(int);
   }
-  template <class Team>
-  SIMPLEXSEG_HD void operator()(int index, Team team, Vec4* shared) const {
+  template <class Block>
+  SIMPLEXSEG_HD void operator()(int index, Block block, Vec4* shared) const {
     const Tile tile = tiles.tiles[index];
-    Vec4 *positions = shared, *frames = shared + tiles.most_positions;
-    int* vertices = reinterpret_cast<int*>(frames + tiles.most_frames);  // of slots
+    Vec4 *positions = shared, *frames = shared + tiles.max_positions;
+    int* vertices = reinterpret_cast<int*>(frames + tiles.max_frames);  // vertex of each slot
     const PackedNeighbours* neighbours = tiles.neighbours + tile.neighbours;
-    // What no step changes, while the steps before are under way.
-    for (int s = team.thread; s < tile.positions; s += Team::threads)
-      vertices[s] = s < tile.own ? tile.first + s : tiles.around[tile.around + s - tile.own];
-    team.wait_for_earlier_steps();
-    for (int s = team.thread; s < tile.positions; s += Team::threads) positions[s] = v.current[vertices[s]];
-    if (index == 0 && team.thread == 0) of_run.count(v.status);
-    team.sync();
-    StepView own = v;  // of slots
+    // These reads do not depend on earlier steps, which may still be running.
+    for (int s = block.thread; s < tile.positions; s += Block::threads)
+      vertices[s] = s < tile.own ? tile.first + s : tiles.halo[tile.halo + s - tile.own];
+    block.wait_for_earlier_kernels();
+    for (int s = block.thread; s < tile.positions; s += Block::threads) positions[s] = v.current[vertices[s]];
+    if (index == 0 && block.thread == 0) run_step.count(v.status);
+    block.sync();
+    StepView own = v;  // indexed by slots
     own.first_vertex = tile.first;
     own.current = {positions}, own.frame = {frames}, own.new_frame = frames;
     own.neighbours = {nullptr, neighbours};
-    for (int s = team.thread; s < tile.frames; s += Team::threads) {
-      GeometryKernel::find_frame(own, s, [&](int) { return xyz(v.frame[vertices[s]]); });
+    for (int s = block.thread; s < tile.frames; s += Block::threads) {
+      GeometryKernel::compute_frame(own, s, [&](int) { return xyz(v.frame[vertices[s]]); });
       if (s < tile.own) v.new_frame[tile.first + s] = frames[s];
     }
-    team.sync();
+    block.sync();
     own.previous.data += tile.first, own.next += tile.first, own.oldest += tile.first;
     own.shape.data += tile.first;
     for (Vec4*& targets : own.targets) targets += tile.first;
-    for (int s = team.thread; s < tile.own; s += Team::threads)
-      IntegrateKernel<kMask, false>::integrate({own, of_run, end, of_run.step == 0}, s);
+    for (int s = block.thread; s < tile.own; s += Block::threads)
+      IntegrateKernel<kMask, false>::integrate({own, run_step, end, run_step.step == 0}, s);
   }
 };
 
-/// The tiles of all meshes, as TileStep reads them.
+/// Arrays of the tiles of all meshes.
 template <class Executor>
 class Tiles {
   template <class T>
   using Array = typename Executor::template Array<T>;
 
  public:
-  void hold(std::span<const Int4> neighbours) {
-    if (held()) return;
+  void allocate(std::span<const Int4> neighbours) {
+    if (allocated()) return;
     const TileArrays made = make_tiles(neighbours);
-    around_.assign(made.around), neighbours_.assign(made.neighbours), tiles_.assign(made.tiles);
-    most_frames_ = made.most_frames, most_positions_ = made.most_positions;
+    halo_.assign(made.halo), neighbours_.assign(made.neighbours), tiles_.assign(made.tiles);
+    max_frames_ = made.max_frames, max_positions_ = made.max_positions;
   }
-  void drop() { tiles_.resize(0), around_.resize(0), neighbours_.resize(0); }
-  bool held() const { return tiles_.size() != 0; }
+  void release() { tiles_.resize(0), halo_.resize(0), neighbours_.resize(0); }
+  bool allocated() const { return tiles_.size() != 0; }
   TilesView view() {
-    return {tiles_.data(), around_.data(), neighbours_.data(), static_cast<int>(tiles_.size()),
-            most_frames_,  most_positions_};
+    return {tiles_.data(), halo_.data(),  neighbours_.data(), static_cast<int>(tiles_.size()),
+            max_frames_,   max_positions_};
   }
-  /// add(name, arrays...) for each.
+  /// Calls add(name, arrays...) for each group of arrays.
   template <class Add>
-  void list(Add&& add) const {
-    add("tiles", tiles_, around_, neighbours_);
+  void list_arrays(Add&& add) const {
+    add("tiles", tiles_, halo_, neighbours_);
   }
 
  private:
   Array<Tile> tiles_;
-  Array<int> around_;
+  Array<int> halo_;
   Array<PackedNeighbours> neighbours_;
-  int most_frames_ = 0, most_positions_ = 0;
+  int max_frames_ = 0, max_positions_ = 0;
 };
 
 }  // namespace simplexseg

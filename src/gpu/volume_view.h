@@ -8,8 +8,7 @@
 
 namespace simplexseg {
 
-/// What kernels know of a volume besides where its voxels are, which an executor says: size, place and usual
-/// intensities.
+/// Sets size, geometry and intensity window of the view. The executor sets the pointers to the voxels.
 inline void describe(const Volume& volume, VolumeView& view) {
   const VolumeGeometry& g = volume.geometry();
   const Eigen::Matrix<double, 3, 4> m = g.index_from_world().matrix().topRows<3>();
@@ -25,8 +24,9 @@ inline void describe(const Volume& volume, VolumeView& view) {
 inline void check_field(const EngineField& field, const Volume& volume) {
   if (field.values.empty()) return;
   if (!field.box.lies_in(volume.geometry().size) || field.box.voxel_count() != field.values.size())
-    throw Error("field of a mesh", "its box does not lie in the volume, or it has another number of values than voxels",
-                "give one value for each voxel of a box in the volume");
+    throw Error("field of a mesh",
+                "its box exceeds the volume, or the number of values differs from the number of voxels",
+                "pass one value for each voxel of a box inside the volume");
 }
 
 }  // namespace simplexseg

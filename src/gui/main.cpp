@@ -4,6 +4,6 @@
 #include "gui/window/startup.h"
 
 int main(int argc, char** argv) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the limit of the size of files fails, and is said, instead
+  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the file size limit then fails with an error message
   return simplexseg::run_desktop(argc, argv);
 }

@@ -12,35 +12,33 @@
 namespace simplexseg {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
-/// The lower envelope of the parabolas f(q) + (s (x - q))^2 over one line of voxels: one pass of the exact Euclidean
+/// Lower envelope of the parabolas f(q) + (s (x - q))^2 over one line of voxels, one pass of the exact Euclidean
 /// distance transform (Felzenszwalb and Huttenlocher 2012, Distance Transforms of Sampled Functions).
 class Envelope {
  public:
   explicit Envelope(int capacity) : site_(capacity), from_(capacity + 1), height_(capacity) {}
 
-  /// `squared(q)` is the squared distance at voxel q, infinite where there is none.
+  /// `squared(q)`: squared distance at voxel q; kInfinity if there is none.
   template <class F>
   void build(int n, double spacing, F&& squared) {
     scale_ = spacing * spacing;
     count_ = 0;
     for (int q = 0; q < n; ++q) {
       const double h = squared(q);
-      if (h == infinity) continue;
-      double x = -infinity;
+      if (h == kInfinity) continue;
+      double x = -kInfinity;
       while (count_ > 0) {
         const int p = site_[count_ - 1];
         x = 0.5 * (q + p + (h - height_[count_ - 1]) / (scale_ * (q - p)));
         if (x > from_[count_ - 1]) break;
-        x = -infinity;
+        x = -kInfinity;
         --count_;
       }
       site_[count_] = q;
       height_[count_] = h;
       from_[count_++] = x;
     }
-    from_[count_] = infinity;
+    from_[count_] = kInfinity;
   }
   bool empty() const { return count_ == 0; }
   void rewind() { at_ = 0; }
@@ -58,11 +56,11 @@ class Envelope {
   int count_ = 0, at_ = 0;
 };
 
-/// Calls found(offset, mm) with the distance of each voxel for which wanted(offset) to the nearest set voxel of `to`,
-/// orthogonal axes.
-template <class Wanted, class Found>
+/// Calls report(offset, mm) for each voxel with selected(offset), mm being its distance to the nearest set voxel of
+/// `to`. Requires orthogonal axes.
+template <class Selected, class Report>
 void separable_distances(const std::vector<std::uint8_t>& to, const VoxelBox& box, const Eigen::Vector3d& spacing_mm,
-                         Wanted&& wanted, Found&& found) {
+                         Selected&& selected, Report&& report) {
   const auto [ni, nj, nk] = box.size;
   std::vector<double> squared(box.voxel_count());
   Envelope envelope(std::max(nj, nk));
@@ -72,13 +70,13 @@ void separable_distances(const std::vector<std::uint8_t>& to, const VoxelBox& bo
     for (int j = 0; j < nj; ++j) {
       const std::uint8_t* sites = to.data() + box.offset(0, j, k);
       double* row = plane + static_cast<std::size_t>(j) * ni;
-      double away = far;
-      for (int i = 0; i < ni; ++i) row[i] = away = sites[i] ? 0 : away + 1;
-      away = far;
+      double distance = far;
+      for (int i = 0; i < ni; ++i) row[i] = distance = sites[i] ? 0 : distance + 1;
+      distance = far;
       for (int i = ni - 1; i >= 0; --i) {
-        away = sites[i] ? 0 : away + 1;
-        const double d = std::min(row[i], away);
-        row[i] = d >= far ? infinity : (spacing_mm[0] * d) * (spacing_mm[0] * d);
+        distance = sites[i] ? 0 : distance + 1;
+        const double d = std::min(row[i], distance);
+        row[i] = d >= far ? kInfinity : (spacing_mm[0] * d) * (spacing_mm[0] * d);
       }
     }
     for (int i = 0; i < ni; ++i) {
@@ -89,8 +87,8 @@ void separable_distances(const std::vector<std::uint8_t>& to, const VoxelBox& bo
       for (int j = 0; j < nj; ++j) column[static_cast<std::size_t>(j) * ni] = envelope(j);
     }
   }
-  // The last pass is evaluated only where it is asked for; slabs of constant j are copied so that lines along k are
-  // not read across the whole volume.
+  // Evaluates the last pass only at selected voxels. Copies slabs of constant j, because reading lines along k would
+  // stride across the whole volume.
   std::vector<double> slab(static_cast<std::size_t>(ni) * nk);
   for (int j = 0; j < nj; ++j) {
     for (int k = 0; k < nk; ++k) {
@@ -100,14 +98,14 @@ void separable_distances(const std::vector<std::uint8_t>& to, const VoxelBox& bo
     for (int i = 0; i < ni; ++i) {
       bool built = false;
       for (int k = 0; k < nk; ++k) {
-        if (!wanted(box.offset(i, j, k))) continue;
+        if (!selected(box.offset(i, j, k))) continue;
         if (!built) {
           const double* line = slab.data() + static_cast<std::size_t>(i) * nk;
           envelope.build(nk, spacing_mm[2], [&](int q) { return line[q]; });
           envelope.rewind();
           built = true;
         }
-        found(box.offset(i, j, k), envelope.empty() ? infinity : std::sqrt(envelope(k)));
+        report(box.offset(i, j, k), envelope.empty() ? kInfinity : std::sqrt(envelope(k)));
       }
     }
   }
@@ -124,15 +122,15 @@ std::vector<Eigen::Vector3d> points_of(const std::vector<std::uint8_t>& set, con
   return points;
 }
 
-/// Nearest point by an implicit balanced k-d tree: the middle of a range splits it. For sheared grids, whose distance
-/// is not separable.
+/// Nearest point search in an implicit balanced k-d tree, which splits each range at its middle. Used for sheared
+/// grids, on which the distance transform is not separable.
 class NearestPoint {
  public:
   explicit NearestPoint(std::vector<Eigen::Vector3d> points) : points_(std::move(points)), axis_(points_.size()) {
     build(0, points_.size());
   }
-  /// `start`: any squared distance known to be reached, or infinity.
-  double squared_distance(const Eigen::Vector3d& query, double start = infinity) const {
+  /// `start`: known upper bound of the squared distance, or kInfinity.
+  double squared_distance(const Eigen::Vector3d& query, double start = kInfinity) const {
     double best = start;
     search(query, 0, points_.size(), best);
     return best;
@@ -185,9 +183,8 @@ std::vector<double> point_distances(const std::vector<Eigen::Vector3d>& from, co
   std::vector<double> distances;
   distances.reserve(from.size());
   for (const Eigen::Vector3d& point : from) {
-    // Neighbouring queries have neighbouring answers: by the triangle inequality the last answer bounds this one. The
-    // margin keeps the bound above the true distance in spite of rounding.
-    double bound = infinity;
+    // By the triangle inequality, the distance of the previous query bounds this one. The margin accounts for rounding.
+    double bound = kInfinity;
     if (!distances.empty()) {
       const double reach = distances.back() + (point - from[distances.size() - 1]).norm();
       bound = reach * reach * (1 + 1e-9) + 1e-12;
@@ -199,7 +196,7 @@ std::vector<double> point_distances(const std::vector<Eigen::Vector3d>& from, co
 
 }  // namespace
 
-// An angle off by 1e-5 changes a distance by at most that share.
+// An angular error of 1e-5 changes a distance by at most that fraction.
 bool are_orthogonal(const Eigen::Matrix3d& mm_from_index) {
   const Eigen::Matrix3d unit = mm_from_index * mm_from_index.colwise().norm().cwiseInverse().asDiagonal();
   return (unit.transpose() * unit - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-5;

@@ -13,17 +13,17 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kReach = 3;            // of the Gaussian, in voxels
-constexpr float kLeastOver = 0.12f;  // from the middle: how far a voxel stays on its side (a flat face has 0.19)
-constexpr double kEdgeVoxels = 1.25;
-constexpr int kPasses = 10;  // of relaxation, each by
-constexpr double kShare = 0.5;
-constexpr double kMostMoved = 0.3;  // of a voxel, to keep the volume
+constexpr int kReach = 3;             // radius of the truncated Gaussian, voxels
+constexpr float kMinMargin = 0.12f;   // smallest distance of a voxel's value from the threshold (0.19 at a flat face)
+constexpr double kEdgeVoxels = 1.25;  // default edge of the triangles, voxels
+constexpr int kPasses = 10;           // relaxation passes
+constexpr double kRelaxation = 0.5;   // relaxation factor of a pass
+constexpr double kMaxOffset = 0.3;    // largest displacement for restoring the volume, voxels
 
-/// The voxels of a box around the mask, wide enough for the smoothing.
-struct BoxField {
+/// Smoothed mask on a box with a margin for the smoothing.
+struct SmoothedMask {
   VoxelBox box;
-  std::vector<float> values;  ///< above 0 inside
+  std::vector<float> values;  ///< positive inside
   Eigen::Affine3d mm_from_index;
 };
 
@@ -44,7 +44,7 @@ void each_voxel(const Mask& mask, const VoxelBox& box, F&& f) {
           mask.voxels[(static_cast<std::size_t>(k + box.first[2]) * nj + j + box.first[1]) * ni + i + box.first[0]]);
 }
 
-/// One pass of a separable Gaussian with a deviation of one voxel; beyond the box there is nothing.
+/// Applies one axis of a separable Gaussian with a standard deviation of one voxel; values beyond the box are 0.
 void smooth_along(std::vector<float>& values, const VoxelBox& box, int axis) {
   std::array<float, kReach + 1> weight;
   float sum = 0;
@@ -67,52 +67,52 @@ void smooth_along(std::vector<float>& values, const VoxelBox& box, int axis) {
   }
 }
 
-BoxField smoothed(const Mask& mask) {
-  BoxField field;
+SmoothedMask smoothed(const Mask& mask) {
+  SmoothedMask field;
   field.box = box_around(mask);
   std::vector<std::uint8_t> inside(field.box.voxel_count());
   each_voxel(mask, field.box, [&](std::size_t at, std::uint8_t set) { inside[at] = set; });
   field.values = smoothed_voxels(inside, field.box);
   for (std::size_t v = 0; v < inside.size(); ++v) {
-    const float over = field.values[v] - 0.5f;
-    field.values[v] = inside[v] ? std::max(over, kLeastOver) : std::min(over, -kLeastOver);
+    const float excess = field.values[v] - 0.5f;
+    field.values[v] = inside[v] ? std::max(excess, kMinMargin) : std::min(excess, -kMinMargin);
   }
   field.mm_from_index = mask.geometry.world_from_index();
   field.mm_from_index.translate(Eigen::Vector3i(field.box.first.data()).cast<double>());
   return field;
 }
 
-/// Draws each vertex to the middle of its neighbours within its tangent plane: where they lie in a line, or turn round,
-/// shape memory has nothing to hold on to.
-void relax(SimplexMesh& mesh, const OntoSurface& onto) {
+/// Relaxes each vertex tangentially towards the mean of its neighbours: the local frame of the shape memory force is
+/// ill-defined where neighbours are collinear or in reverse order.
+void relax(SimplexMesh& mesh, const SurfaceProjection& project) {
   for (int pass = 0; pass < kPasses; ++pass) {
     const SimplexMesh before = mesh;
     for (int v = 0; v < mesh.vertex_count(); ++v) {
       const Eigen::Vector3d at = before.positions[v].cast<double>(), normal = vertex_geometry(before, v).normal;
-      Eigen::Vector3d way = -at;
-      for (const int n : before.neighbours[v]) way += before.positions[n].cast<double>() / 3;
-      way -= way.dot(normal) * normal;
-      mesh.positions[v] = onto(at + kShare * way).cast<float>();
+      Eigen::Vector3d move = -at;
+      for (const int n : before.neighbours[v]) move += before.positions[n].cast<double>() / 3;
+      move -= move.dot(normal) * normal;
+      mesh.positions[v] = project(at + kRelaxation * move).cast<float>();
     }
   }
 }
 
-/// Moves all vertices as far along their normals, `most_mm` at most, until the mesh has the volume: smoothing and flat
-/// cells have cost some.
-void give_volume(SimplexMesh& mesh, double volume_mm3, double most_mm) {
+/// Moves all vertices along their normals by a common distance, at most `max_mm`, until the mesh has the given volume.
+/// Compensates the loss by smoothing and flat cells.
+void restore_volume(SimplexMesh& mesh, double volume_mm3, double max_mm) {
   double moved_mm = 0;
   for (int pass = 0; pass < 3; ++pass) {
     const SurfaceMeasures now = measure(mesh);
-    const double way_mm =
-        std::clamp((volume_mm3 - now.volume_mm3) / now.area_mm2, -most_mm - moved_mm, most_mm - moved_mm);
-    moved_mm += way_mm;
+    const double step_mm =
+        std::clamp((volume_mm3 - now.volume_mm3) / now.area_mm2, -max_mm - moved_mm, max_mm - moved_mm);
+    moved_mm += step_mm;
     const SimplexMesh before = mesh;
     for (int v = 0; v < mesh.vertex_count(); ++v)
-      mesh.positions[v] += (way_mm * vertex_geometry(before, v).normal).cast<float>();
+      mesh.positions[v] += (step_mm * vertex_geometry(before, v).normal).cast<float>();
   }
 }
 
-/// Neighbours by the edges of the tetrahedra of iso_surface(): one step along any set of axes, all forwards or all
+/// Neighbours along the edges of the tetrahedra of iso_surface(): one step along any set of axes, all forwards or all
 /// backwards.
 constexpr int kSteps[14][3] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1},  {1, 1, 0},   {0, 1, 1},   {1, 0, 1},   {1, 1, 1},
                                {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}, {-1, -1, 0}, {0, -1, -1}, {-1, 0, -1}, {-1, -1, -1}};
@@ -128,14 +128,14 @@ std::vector<float> smoothed_voxels(const std::vector<std::uint8_t>& set, const V
   return once;
 }
 
-std::vector<std::vector<std::size_t>> parts_of(const Mask& mask) {
+std::vector<std::vector<std::size_t>> connected_components(const Mask& mask) {
   const auto& size = mask.geometry.size;
-  std::vector<std::uint8_t> left = mask.voxels;
+  std::vector<std::uint8_t> remaining = mask.voxels;
   std::vector<std::vector<std::size_t>> parts;
-  for (std::size_t start = 0; start < left.size(); ++start) {
-    if (!left[start]) continue;
+  for (std::size_t start = 0; start < remaining.size(); ++start) {
+    if (!remaining[start]) continue;
     std::vector<std::size_t>& part = parts.emplace_back(1, start);
-    left[start] = 0;
+    remaining[start] = 0;
     for (std::size_t next = 0; next < part.size(); ++next) {
       const std::size_t row = part[next] / static_cast<std::size_t>(size[0]);
       const int at[3] = {static_cast<int>(part[next] % static_cast<std::size_t>(size[0])),
@@ -146,7 +146,7 @@ std::vector<std::vector<std::size_t>> parts_of(const Mask& mask) {
         bool within = true;
         for (int a = 0; a < 3; ++a) within = within && to[a] >= 0 && to[a] < size[a];
         const std::size_t v = (static_cast<std::size_t>(to[2]) * size[1] + to[1]) * size[0] + to[0];
-        if (within && left[v]) left[v] = 0, part.push_back(v);
+        if (within && remaining[v]) remaining[v] = 0, part.push_back(v);
       }
     }
   }
@@ -154,33 +154,33 @@ std::vector<std::vector<std::size_t>> parts_of(const Mask& mask) {
   return parts;
 }
 
-int fill_cavities(Mask& mask, std::size_t most) {
+int fill_cavities(Mask& mask, std::size_t max_voxels) {
   const VoxelBox box = bounding_box(mask, mask);
   if (box.voxel_count() == 0) return 0;
-  Mask around;  // what is not set, with a layer of outside around the box
-  around.geometry.size = {box.size[0] + 2, box.size[1] + 2, box.size[2] + 2};
-  around.voxels.assign(around.geometry.voxel_count(), 1);
-  const auto place = [&size = mask.geometry.size](int i, int j, int k) {
+  Mask background;  // complement of the mask in the box, with one layer of voxels around it
+  background.geometry.size = {box.size[0] + 2, box.size[1] + 2, box.size[2] + 2};
+  background.voxels.assign(background.geometry.voxel_count(), 1);
+  const auto offset = [&size = mask.geometry.size](int i, int j, int k) {
     return (static_cast<std::size_t>(k) * static_cast<std::size_t>(size[1]) + static_cast<std::size_t>(j)) *
                static_cast<std::size_t>(size[0]) +
            static_cast<std::size_t>(i);
   };
-  const VoxelBox padded{{0, 0, 0}, around.geometry.size};
+  const VoxelBox padded{{0, 0, 0}, background.geometry.size};
   for (int k = 0; k < box.size[2]; ++k)
     for (int j = 0; j < box.size[1]; ++j)
       for (int i = 0; i < box.size[0]; ++i) {
-        if (mask.voxels[place(box.first[0] + i, box.first[1] + j, box.first[2] + k)])
-          around.voxels[padded.offset(i + 1, j + 1, k + 1)] = 0;
+        if (mask.voxels[offset(box.first[0] + i, box.first[1] + j, box.first[2] + k)])
+          background.voxels[padded.offset(i + 1, j + 1, k + 1)] = 0;
       }
   int filled = 0;
-  for (const std::vector<std::size_t>& part : parts_of(around)) {
-    if (part.size() > most || part.front() == 0) continue;  // the outside begins at the first voxel
+  for (const std::vector<std::size_t>& part : connected_components(background)) {
+    if (part.size() > max_voxels || part.front() == 0) continue;  // the outside begins at the first voxel
     ++filled;
     const auto columns = static_cast<std::size_t>(padded.size[0]), rows = static_cast<std::size_t>(padded.size[1]);
     for (const std::size_t v : part) {
       const auto i = static_cast<int>(v % columns), j = static_cast<int>(v / columns % rows),
                  k = static_cast<int>(v / columns / rows);
-      mask.voxels[place(box.first[0] + i - 1, box.first[1] + j - 1, box.first[2] + k - 1)] = 1;
+      mask.voxels[offset(box.first[0] + i - 1, box.first[1] + j - 1, box.first[2] + k - 1)] = 1;
     }
   }
   return filled;
@@ -188,24 +188,24 @@ int fill_cavities(Mask& mask, std::size_t most) {
 
 SimplexMesh mesh_of_mask(const Mask& mask, int vertices) {
   if (std::find(mask.voxels.begin(), mask.voxels.end(), 1) == mask.voxels.end())
-    throw Error("mesh of a label", "no voxel has it", "give a label that there is");
-  const BoxField field = smoothed(mask);
+    throw Error("mesh of a label", "no voxel has this label", "choose a label that occurs in the image");
+  const SmoothedMask field = smoothed(mask);
   const TriangleMesh surface = iso_surface(field.values, field.box.size, 0, field.mm_from_index);
-  const double edge_mm = vertices > 0 ? even_edge_mm(surface, vertices)
+  const double edge_mm = vertices > 0 ? equilateral_edge_mm(surface, vertices)
                                       : kEdgeVoxels * std::cbrt(std::abs(field.mm_from_index.linear().determinant()));
-  const OntoSurface onto = [&](const Eigen::Vector3d& mm) {
-    return onto_iso_surface(field.values, field.box.size, 0, field.mm_from_index, mm);
+  const SurfaceProjection project = [&](const Eigen::Vector3d& mm) {
+    return project_onto_iso_surface(field.values, field.box.size, 0, field.mm_from_index, mm);
   };
-  SimplexMesh mesh = even_dual_of(surface, edge_mm, onto);
-  relax(mesh, onto);
+  SimplexMesh mesh = remeshed_dual_of(surface, edge_mm, project);
+  relax(mesh, project);
   const auto voxels = static_cast<double>(std::count(mask.voxels.begin(), mask.voxels.end(), 1));
-  give_volume(mesh, voxels * std::abs(field.mm_from_index.linear().determinant()),
-              kMostMoved * mask.geometry.spacing_mm.minCoeff());
+  restore_volume(mesh, voxels * std::abs(field.mm_from_index.linear().determinant()),
+                 kMaxOffset * mask.geometry.spacing_mm.minCoeff());
   validate(mesh);
   return mesh;
 }
 
-InnerBall inner_ball(const Mask& mask) {
+InscribedBall largest_inscribed_ball(const Mask& mask) {
   const VoxelBox box = box_around(mask);
   std::vector<std::uint8_t> outside(box.voxel_count(), 1);
   each_voxel(mask, box, [&](std::size_t at, std::uint8_t set) { outside[at] = !set; });
@@ -218,7 +218,7 @@ InnerBall inner_ball(const Mask& mask) {
   const Eigen::Vector3i in_box(static_cast<int>(deepest % ni), static_cast<int>(deepest / ni % nj),
                                static_cast<int>(deepest / (ni * nj)));
   const Eigen::Vector3d index = (in_box + Eigen::Vector3i(box.first.data())).cast<double>();
-  const double half_mm = 0.5 * mask.geometry.spacing_mm.minCoeff();  // the nearest voxel outside begins so far before
+  const double half_mm = 0.5 * mask.geometry.spacing_mm.minCoeff();  // from a voxel centre to a face
   return {world * index, std::max(distance[deepest] - half_mm, half_mm)};
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Closed 2-simplex meshes of what is labelled in a volume.
+// Closed 2-simplex meshes of labelled voxels.
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
@@ -10,35 +10,37 @@
 
 namespace simplexseg {
 
-/// The connected parts of a mask, each as the offsets of its voxels, the largest first; voxels belong together as
-/// iso_surface() joins them: over faces, and over those edges and corners that its tetrahedra have an edge through.
-std::vector<std::vector<std::size_t>> parts_of(const Mask& mask);
+/// Connected components of a mask as the offsets of their voxels, the largest first. Connectivity is that of
+/// iso_surface(): across faces, and across those edges and corners that are crossed by an edge of its tetrahedra.
+std::vector<std::vector<std::size_t>> connected_components(const Mask& mask);
 
-/// Sets the voxels of each cavity of at most `most` voxels: what is not set and no way leads to from outside, over
-/// voxels that belong together as in parts_of(). Gives how many cavities that were.
-int fill_cavities(Mask& mask, std::size_t most);
+/// Fills each cavity of at most `max_voxels` voxels; returns the number of filled cavities. A cavity is a component of
+/// the background, connected as in connected_components(), that does not reach the outside.
+int fill_cavities(Mask& mask, std::size_t max_voxels);
 
-/// How much of the surroundings of each voxel of a box is set, between 0 and 1 or a little beyond: a Gaussian of one
-/// voxel, sharpened so that curved faces stay where they are to the third order. Beyond the box nothing is set.
+/// Smoothed mask on a box, with values from about 0 to 1 and background beyond the box. Smooths with a Gaussian of one
+/// voxel standard deviation, sharpened so that curved faces keep their position to third order.
 std::vector<float> smoothed_voxels(const std::vector<std::uint8_t>& set, const VoxelBox& box);
 
-/// The surface of a mask as one simplex mesh in LPS mm, of as many closed surfaces as it has parts and cavities, each
-/// of the genus of the voxels. The mask is smoothed (smoothed_voxels()) as far as no
-/// voxel's centre changes sides, its surface found by marching tetrahedra, made even (remesh()), its vertices brought
-/// onto the smoothed surface and moved together until the volume is that of the voxels; none ends farther than half a
-/// voxel from the mask's boundary, thin parts excepted. `vertices`: about how many there are to be, but as many as the
-/// topology needs; 0: triangles of one and a quarter voxels' length. Throws Error for a mask without a voxel.
+/// Surface of a mask as one simplex mesh in LPS mm, with one closed surface for each component and cavity and the genus
+/// of the voxels. `vertices`: approximate vertex count, increased where the topology requires it; 0: triangle edges of
+/// 1.25 voxels. Throws Error for an empty mask.
+///
+/// The mask is smoothed (smoothed_voxels()) such that no voxel centre changes sides. Its surface is extracted by
+/// marching tetrahedra and remeshed (remesh()), and the vertices are projected onto the smoothed surface. They are then
+/// moved by a common distance until the mesh has the volume of the voxels. Except in thin parts, all vertices lie
+/// within half a voxel of the mask's boundary.
 SimplexMesh mesh_of_mask(const Mask& mask, int vertices = 0);
 
-/// The largest ball (nearly) of voxels of the mask.
-struct InnerBall {
+/// Ball inside a mask.
+struct InscribedBall {
   Eigen::Vector3d centre_mm;
-  double radius_mm;  ///< distance of its centre from the nearest voxel outside, at least half a voxel
+  double radius_mm;  ///< distance from the centre to the nearest outside voxel, at least half a voxel
 };
-/// The mask must have a voxel.
-InnerBall inner_ball(const Mask& mask);
+/// Approximate largest ball inside the mask, which must not be empty.
+InscribedBall largest_inscribed_ball(const Mask& mask);
 
-/// Of the closed surfaces of a mesh: how many there are, and the sum of their genera (the holes through them).
+/// Number of closed surfaces of a mesh and the sum of their genera (number of handles).
 struct Topology {
   int surfaces, genus;
 };

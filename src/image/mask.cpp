@@ -42,13 +42,13 @@ Mask mask_of(const Volume& labels, std::optional<double> label) {
   visit_voxel_type(labels.type(), [&]<class T>(std::type_identity<T>) {
     const std::span<const T> voxels = labels.voxels<T>();
     if (!label) {
-      // The second comparison leaves out NaN, which some tools write as background.
+      // The second comparison excludes NaN, which some programs write as background.
       for (std::size_t v = 0; v < voxels.size(); ++v) mask.voxels[v] = voxels[v] != T(0) && voxels[v] == voxels[v];
     } else if (*label >= static_cast<double>(std::numeric_limits<T>::lowest()) &&
                *label <= static_cast<double>(std::numeric_limits<T>::max()) &&
                static_cast<double>(static_cast<T>(*label)) == *label) {
-      const T wanted = static_cast<T>(*label);
-      for (std::size_t v = 0; v < voxels.size(); ++v) mask.voxels[v] = voxels[v] == wanted;
+      const T value = static_cast<T>(*label);
+      for (std::size_t v = 0; v < voxels.size(); ++v) mask.voxels[v] = voxels[v] == value;
     }
   });
   return mask;

@@ -10,19 +10,19 @@
 
 namespace simplexseg {
 
-/// A binary mask on a grid: one byte a voxel, 0 or 1, i fastest.
+/// Binary mask on a grid: one byte per voxel, 0 or 1, i fastest.
 struct Mask {
   VolumeGeometry geometry;
   std::vector<std::uint8_t> voxels;
 };
 
-/// The smallest box around the set voxels of both masks, which are on one grid; size 0 when there is none.
+/// Smallest box around the set voxels of two masks on the same grid; size 0 if both are empty.
 VoxelBox bounding_box(const Mask& a, const Mask& b);
 
-/// Voxels equal to `label`; with no label, all voxels that are neither 0 nor NaN.
+/// Mask of the voxels that equal `label`. Without a label: mask of all voxels that are neither 0 nor NaN.
 Mask mask_of(const Volume& labels, std::optional<double> label);
 
-/// The mask whose voxels are those of a box of the grid (0 or 1, i fastest), and 0 beyond it.
+/// Mask on a grid from the voxels of a box (0 or 1, i fastest); 0 outside the box.
 Mask mask_of(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const std::uint8_t> voxels);
 
 }  // namespace simplexseg

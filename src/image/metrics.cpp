@@ -11,8 +11,6 @@
 namespace simplexseg {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
 std::string size_text(const VolumeGeometry& g) {
   return std::to_string(g.size[0]) + " x " + std::to_string(g.size[1]) + " x " + std::to_string(g.size[2]);
 }
@@ -33,7 +31,7 @@ Counts count(const Mask& reference, const Mask& test) {
   return counts;
 }
 
-/// 1 where a voxel of the mask has a 6-neighbour outside the mask or outside the image.
+/// Mask of the boundary voxels: those with a 6-neighbour outside the mask or outside the image.
 std::vector<std::uint8_t> boundary_of(const Mask& mask, const VoxelBox& box) {
   const auto [ni, nj, nk] = mask.geometry.size;
   const std::vector<std::uint8_t> outside(ni, 0);
@@ -65,18 +63,17 @@ std::vector<std::uint8_t> boundary_of(const Mask& mask, const VoxelBox& box) {
 void require_same_grid(const Mask& reference, const Mask& test) {
   for (const Mask* mask : {&reference, &test}) {
     if (mask->voxels.size() != mask->geometry.voxel_count())
-      throw Error(
-          "mask",
-          "it holds " + std::to_string(mask->voxels.size()) + " voxels on a grid of " + size_text(mask->geometry),
-          "make it with mask_of or rasterise");
+      throw Error("mask",
+                  "it has " + std::to_string(mask->voxels.size()) + " voxels on a grid of " + size_text(mask->geometry),
+                  "create it with mask_of or rasterise");
   }
   if (!reference.geometry.same_grid(test.geometry)) {
     const bool same_size = reference.geometry.size == test.geometry.size;
     throw Error("masks cannot be compared",
-                same_size ? "their grids have the same size but lie at different places"
+                same_size ? "their grids have the same size but different positions"
                           : "their grids differ (" + size_text(reference.geometry) + " against " +
                                 size_text(test.geometry) + ")",
-                "resample one onto the grid of the other");
+                "resample one mask onto the grid of the other");
   }
 }
 
@@ -96,8 +93,8 @@ Agreement compare(const Mask& reference, const Mask& test) {
   result.test_mm3 = counts.test * voxel_mm3;
   if (counts.reference == 0 && counts.test == 0) return result;
   if (counts.reference == 0 || counts.test == 0) {
-    result.hd_mm = result.hd95_mm = result.assd_mm = infinity;
-    result.hd_directed_mm = result.hd95_directed_mm = result.asd_directed_mm = infinity;
+    result.hd_mm = result.hd95_mm = result.assd_mm = kInfinity;
+    result.hd_directed_mm = result.hd95_directed_mm = result.asd_directed_mm = kInfinity;
     return result;
   }
   const VoxelBox box = bounding_box(reference, test);
@@ -106,13 +103,13 @@ Agreement compare(const Mask& reference, const Mask& test) {
 
   std::vector<double> to_test = distances_between(reference_boundary, test_boundary, box, mm_from_index);
   std::vector<double> to_reference = distances_between(test_boundary, reference_boundary, box, mm_from_index);
-  const DistanceSummary forth = summarise(to_test), back = summarise(to_reference);
-  result.hd_directed_mm = forth.max;
-  result.hd95_directed_mm = forth.percentile95;
-  result.asd_directed_mm = forth.mean;
-  result.hd_mm = std::max(forth.max, back.max);
-  result.hd95_mm = std::max(forth.percentile95, back.percentile95);
-  result.assd_mm = 0.5 * (forth.mean + back.mean);
+  const DistanceSummary forward = summarise(to_test), backward = summarise(to_reference);
+  result.hd_directed_mm = forward.max;
+  result.hd95_directed_mm = forward.percentile95;
+  result.asd_directed_mm = forward.mean;
+  result.hd_mm = std::max(forward.max, backward.max);
+  result.hd95_mm = std::max(forward.percentile95, backward.percentile95);
+  result.assd_mm = 0.5 * (forward.mean + backward.mean);
   return result;
 }
 

@@ -4,21 +4,21 @@
 
 namespace simplexseg {
 
-/// Agreement of two masks on one grid. Boundary: voxels of the mask with a 6-neighbour outside it, the image border
-/// counting as outside; distances between voxel centres in mm (full direction matrix). HD95 symmetric is the larger of
-/// the two directed 95th percentiles (linear interpolation), ASSD the mean of the two directed means. With one mask
-/// empty, distances are infinite and Dice is 0; with both empty, distances are 0 and Dice is 1.
+/// Agreement of two masks on one grid. Boundary voxels have a 6-neighbour outside the mask, the image border counting
+/// as outside; distances are between voxel centres in mm (full direction matrix). The symmetric HD95 is the larger of
+/// the two directed 95th percentiles (linear interpolation), the ASSD the mean of the two directed means. If one mask
+/// is empty, distances are infinite and Dice is 0; if both are, distances are 0 and Dice is 1.
 struct Agreement {
   double dice;
   double hd_mm, hd95_mm, assd_mm;
   double hd_directed_mm, hd95_directed_mm, asd_directed_mm;  ///< reference boundary to test boundary
   double reference_mm3, test_mm3;
 };
-/// Throws Error when the two grids differ.
+/// Computes all measures. Throws Error if the two grids differ.
 Agreement compare(const Mask& reference, const Mask& test);
-/// Throws Error when the two grids differ, or a mask has not its grid's voxels.
+/// Throws Error if the two grids differ or a mask does not match the size of its grid.
 void require_same_grid(const Mask& reference, const Mask& test);
-/// The Dice coefficient alone: cheap.
+/// Dice coefficient without the expensive distances. Throws Error if the two grids differ.
 double dice(const Mask& reference, const Mask& test);
 
 }  // namespace simplexseg

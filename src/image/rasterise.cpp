@@ -12,18 +12,18 @@
 namespace simplexseg {
 namespace {
 
-/// Where the surface crosses one row of voxels: along i, and how the winding number changes there.
+/// Intersection of the surface with a row of voxels: position along i and change of the winding number.
 struct Crossing {
   double i;
   int winding;
 };
 
-/// Points in index space. Each is rounded to 2^-14 voxel, so that a point meant to lie on a plane of voxel centres does
-/// lie on it in spite of float positions and an oblique direction matrix: surfaces that touch there then agree. Points
-/// are moved, not triangles, so a closed surface stays closed.
+/// Converts points to index space, rounded to 2^-14 voxel. Rounding puts points that should lie on a plane of voxel
+/// centres exactly onto it, despite float positions and an oblique direction matrix, so surfaces that touch there
+/// agree. A closed surface stays closed, since its triangles share the rounded points.
 std::vector<Eigen::Vector3d> to_index_space(const std::vector<Eigen::Vector3f>& positions_mm,
                                             const VolumeGeometry& geometry) {
-  constexpr double places_per_voxel = 16384, farthest = 1e9;
+  constexpr double steps_per_voxel = 16384, max_index = 1e9;
   const Eigen::Affine3d index_from_world = geometry.index_from_world();
   std::vector<Eigen::Vector3d> points(positions_mm.size());
   for (std::size_t p = 0; p < points.size(); ++p) {
@@ -31,22 +31,22 @@ std::vector<Eigen::Vector3d> to_index_space(const std::vector<Eigen::Vector3f>& 
       throw Error("mesh", "its point " + std::to_string(p) + " is not finite",
                   "undo the last change or reload the mesh");
     const Eigen::Array3d index = (index_from_world * positions_mm[p].cast<double>()).array();
-    points[p] = ((index.max(-farthest).min(farthest) * places_per_voxel).round() / places_per_voxel).matrix();
+    points[p] = ((index.max(-max_index).min(max_index) * steps_per_voxel).round() / steps_per_voxel).matrix();
   }
   return points;
 }
 
-/// The first whole number >= x, clamped to [0, n].
+/// Smallest integer >= x, clamped to [0, n].
 int first_at_or_after(double x, int n) {
   return static_cast<int>(std::clamp(std::ceil(x), 0.0, static_cast<double>(n)));
 }
 
-/// Calls emit(row, crossing) for each place where a triangle crosses a row (j + k * size[1]) of voxel centres.
+/// Calls emit(row, crossing) for each crossing of a triangle with a row (j + k * size[1]) of voxel centres.
 ///
-/// Closed by construction: a triangle is cut by each plane k with z_min <= k < z_max, in a segment whose ends depend on
-/// the cut edge alone (always from its lower to its upper end, the same bits for both of its triangles), and a segment
-/// is crossed by each row with y_min <= j < y_max. So the segments of a plane form closed polygons with shared ends,
-/// and the windings of every row sum to 0, whatever the rounding and however the mesh is folded.
+/// The result is closed by construction. Each plane k with z_min <= k < z_max cuts a triangle in a segment. The ends of
+/// the segment depend only on the cut edges, evaluated from the lower to the upper end, with the same bits for both
+/// triangles of an edge. The segments of a plane therefore form closed polygons. Each row with y_min <= j < y_max
+/// crosses a segment, so the windings of every row sum to 0 for any rounding and any folds of the mesh.
 template <class Emit>
 void cut_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                   const std::array<int, 3>& size, Emit&& emit) {
@@ -56,14 +56,14 @@ void cut_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eige
   if (first_at_or_after(j_min, size[1]) == first_at_or_after(j_max, size[1])) return;
   const int k_end = first_at_or_after(k_max, size[2]);
   for (int k = first_at_or_after(k_min, size[2]); k < k_end; ++k) {
-    Eigen::Vector2d entry, exit;  // (i, j) where the edges that go up and down through the plane meet it
+    Eigen::Vector2d entry, exit;  // (i, j) where the upward and the downward edge cross the plane
     for (int e = 0; e < 3; ++e) {
       const Eigen::Vector3d &p = *corners[e], &q = *corners[e == 2 ? 0 : e + 1];
       const bool p_above = p[2] > k, q_above = q[2] > k;
       if (p_above == q_above) continue;
       const Eigen::Vector3d &low = p_above ? q : p, &high = p_above ? p : q;
       const double t = (k - low[2]) / (high[2] - low[2]);
-      // fma: the same bits wherever the compiler inlines this.
+      // fma makes the bits independent of inlining.
       const Eigen::Vector2d cut(std::fma(t, high[0] - low[0], low[0]), std::fma(t, high[1] - low[1], low[1]));
       (q_above ? entry : exit) = cut;
     }
@@ -86,7 +86,7 @@ Mask rasterise(const SimplexMesh& mesh, const VolumeGeometry& geometry) {
   const TriangleMesh surface = tessellate(mesh);
   const std::vector<Eigen::Vector3d> points = to_index_space(surface.positions, geometry);
 
-  // Crossings are gathered in the order of the triangles, then sorted by row with a counting sort.
+  // Collects crossings in the order of the triangles, then sorts them by row (counting sort).
   std::vector<Crossing> found;
   std::vector<std::size_t> row_of_found;
   const std::size_t rows = static_cast<std::size_t>(geometry.size[1]) * geometry.size[2];
@@ -103,7 +103,7 @@ Mask rasterise(const SimplexMesh& mesh, const VolumeGeometry& geometry) {
   std::vector<Crossing> crossings(found.size());
   for (std::size_t c = 0; c < found.size(); ++c) crossings[row_end[row_of_found[c]]++] = found[c];
 
-  // row_end[row] is now where the row's crossings end, and the row before ends where they start.
+  // row_end[row] is now the end of the row's crossings, row_end[row - 1] their start.
   for (std::size_t row = 0; row < rows; ++row) {
     const auto first = crossings.begin() + static_cast<std::ptrdiff_t>(row == 0 ? 0 : row_end[row - 1]);
     const auto last = crossings.begin() + static_cast<std::ptrdiff_t>(row_end[row]);

@@ -6,10 +6,10 @@ namespace simplexseg {
 
 struct SimplexMesh;
 
-/// The voxels whose centre lies inside the closed surface (non-zero winding along i, so that the overlaps of a folded
-/// mesh stay filled), under any direction matrix. A centre on a face, to within 2^-14 voxel, belongs to one side only,
-/// so touching surfaces never share a voxel nor leave a gap. The part of the mesh outside the grid is cut off. Throws
-/// Error when a position is not finite.
+/// Mask of the voxels whose centre lies inside the closed surface, for any direction matrix. Inside means a non-zero
+/// winding number along i, so overlaps of a folded mesh are filled. A centre within 2^-14 voxel of a face belongs to
+/// one side only: touching surfaces neither share a voxel nor leave a gap. Parts of the mesh outside the grid are cut
+/// off. Throws Error if a position is not finite.
 Mask rasterise(const SimplexMesh& mesh, const VolumeGeometry& geometry);
 
 }  // namespace simplexseg

@@ -14,7 +14,7 @@ void each_pair(const VolumeGeometry& from, const VolumeGeometry& to, F&& f) {
     for (int j = 0; j < from.size[1]; ++j) {
       const Eigen::Vector3d row = to_from * Eigen::Vector3d(0, j, k);
       for (int i = 0; i < from.size[0]; ++i, ++offset) {
-        const Eigen::Array3d index = (row + i * step).array() + 0.5;  // halves go up, on every grid alike
+        const Eigen::Array3d index = (row + i * step).array() + 0.5;  // ties round up on every grid
         if (!(index[0] >= 0 && index[1] >= 0 && index[2] >= 0 && index[0] < to.size[0] && index[1] < to.size[1] &&
               index[2] < to.size[2]))
           continue;

@@ -6,14 +6,14 @@
 
 namespace simplexseg {
 
-/// Labels brought onto another grid.
+/// Labels resampled onto another grid.
 struct ResampledLabels {
   Volume labels;
-  std::size_t labelled = 0;  ///< voxels of the given labels that are not 0
-  std::size_t outside = 0;   ///< of these, those whose centre lies outside of the grid
+  std::size_t labelled = 0;  ///< non-zero voxels of the input
+  std::size_t outside = 0;   ///< labelled voxels whose centre lies outside the new grid
 };
 
-/// Each voxel of `grid` takes the value of the voxel of `labels` that its centre lies in, 0 where it lies in none.
+/// Resamples labels by nearest neighbour: each voxel of `grid` gets the label at its centre, 0 outside the input.
 ResampledLabels resample_labels(const Volume& labels, const VolumeGeometry& grid);
 
 }  // namespace simplexseg

@@ -11,21 +11,21 @@
 namespace simplexseg {
 namespace {
 
-/// The reference's bounding box, a quarter of it and two voxels wider at each side, so that there is background around.
-VoxelBox box_around(const Mask& mask) {
+/// Bounding box of the mask, enlarged on each side by a quarter of its size and two voxels of background.
+VoxelBox padded_box(const Mask& mask) {
   VoxelBox box = bounding_box(mask, mask);
   if (box.voxel_count() == 0) return box;
   for (int a = 0; a < 3; ++a) {
-    const int around = box.size[a] / 4 + 2;
-    box.first[a] -= around;
-    box.size[a] += 2 * around;
+    const int margin = box.size[a] / 4 + 2;
+    box.first[a] -= margin;
+    box.size[a] += 2 * margin;
   }
   return box;
 }
 
 }  // namespace
 
-SurfaceError::SurfaceError(const Mask& reference) : box_(box_around(reference)) {
+SurfaceError::SurfaceError(const Mask& reference) : box_(padded_box(reference)) {
   const VolumeGeometry& g = reference.geometry;
   SIMPLEXSEG_EXPECT(reference.voxels.size() == g.voxel_count());
   world_from_index_ = g.world_from_index() * Eigen::Translation3d(box_.first[0], box_.first[1], box_.first[2]);
@@ -47,8 +47,8 @@ SurfaceError::SurfaceError(const Mask& reference) : box_(box_around(reference)) 
   signed_mm_ = distance_map(inside, box_, mm_from_index);
   const std::vector<float> depth = distance_map(outside, box_, mm_from_index);
   for (std::size_t v = 0; v < depth.size(); ++v) signed_mm_[v] -= depth[v];
-  // So far the distance to the nearest voxel on the other side of the surface, which is half a voxel too much: half of
-  // the voxel's extent along the gradient.
+  // So far, the distances are to the nearest voxel centre beyond the surface. Subtracts the distance from there to the
+  // surface, which is half the extent of a voxel along the gradient.
   const Eigen::Matrix3d to_mm = mm_from_index.inverse().transpose();
   std::vector<float> corrected(signed_mm_.size());
   for (int k = 0; k < nk; ++k)
@@ -79,7 +79,7 @@ double SurfaceError::at(const Eigen::Vector3d& position_mm) const {
   int low[3];
   for (int a = 0; a < 3; ++a) {
     nearest[a] = std::clamp(index[a], 0.0, box_.size[a] - 1.0);
-    low[a] = std::min(static_cast<int>(nearest[a]), box_.size[a] - 2);  // a box is 5 voxels wide at least
+    low[a] = std::min(static_cast<int>(nearest[a]), box_.size[a] - 2);  // a box is at least 5 voxels wide
   }
   double sum = 0;
   for (int corner = 0; corner < 8; ++corner) {

@@ -11,9 +11,10 @@ namespace simplexseg {
 
 struct Mask;
 
-/// How far a mesh's vertices lie from the surface of a reference: cheap, for every few steps of a run. The distance map
-/// is made once, over the reference's bounding box and a quarter of it around. compare() (image/metrics.h) says how
-/// well two solids agree; this says nothing of parts of the reference that no vertex is near.
+/// Distances of the vertices of a mesh from a reference surface, fast enough for every few steps of a run. Uses a
+/// distance map that is computed once, on the bounding box of the reference enlarged by a quarter of its size.
+/// One-sided: parts of the reference that are far from all vertices do not count. For the agreement of two solids use
+/// compare() (image/metrics.h).
 class SurfaceError {
  public:
   struct Values {
@@ -21,17 +22,16 @@ class SurfaceError {
   };
 
   explicit SurfaceError(const Mask& reference);
-  /// Distance of one position (mm, LPS), interpolated linearly between voxel centres; beyond the map the distance to
-  /// the map is added, so that it is never too small. Infinite for a reference without a voxel, and for a position that
-  /// is not finite.
+  /// Distance (mm) of a position (mm, LPS), interpolated linearly between voxel centres. Outside the map the distance
+  /// to the map is added as an upper bound. Infinite for an empty reference and for a position that is not finite.
   double at(const Eigen::Vector3d& position_mm) const;
-  /// All 0 when there is no position.
+  /// Statistics over the positions; all 0 without positions.
   Values of(std::span<const Eigen::Vector3f> positions_mm) const;
 
  private:
   VoxelBox box_{};
-  Eigen::Affine3d index_from_world_, world_from_index_;  ///< the box's
-  std::vector<float> signed_mm_;                         ///< < 0 inside; empty: no voxel
+  Eigen::Affine3d index_from_world_, world_from_index_;  ///< transforms of the box
+  std::vector<float> signed_mm_;                         ///< negative inside; empty for an empty reference
 };
 
 }  // namespace simplexseg

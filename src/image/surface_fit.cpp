@@ -14,8 +14,8 @@ namespace simplexseg {
 namespace {
 
 constexpr double kReachVoxels = 4, kStepVoxels = 0.5;
-constexpr double kFarWeight = 0.7;  // of a change at the end of the reach
-constexpr double kFaintEdge = 0.2;  // of the middle vertex's
+constexpr double kFarWeight = 0.7;  // weight of an edge at the end of the reach
+constexpr double kFaintEdge = 0.2;  // weakest accepted edge, relative to the median over the vertices
 
 struct Edge {
   double distance_mm, strength;
@@ -28,10 +28,10 @@ Edge strongest_edge(const Volume& volume, const Eigen::Vector3d& at, const Eigen
   for (int n = 0; n < kSamples; ++n) profile[n] = volume.sample(at + (n - kSide - 1) * step_mm * normal);
   Edge best{kReachVoxels * voxel_mm, 0};
   for (int n = 1; n + 1 < kSamples; ++n) {
-    const double off = std::abs(n - kSide - 1) * step_mm;
+    const double distance_mm = std::abs(n - kSide - 1) * step_mm;
     const double change = std::abs(profile[n + 1] - profile[n - 1]);
-    const double weighted = change * (1 - (1 - kFarWeight) * off / (kReachVoxels * voxel_mm));
-    if (weighted > best.strength) best = {off, weighted};  // false for NaN
+    const double weighted = change * (1 - (1 - kFarWeight) * distance_mm / (kReachVoxels * voxel_mm));
+    if (weighted > best.strength) best = {distance_mm, weighted};  // false for NaN
   }
   return best;
 }
@@ -47,9 +47,9 @@ std::optional<Intensities> intensities_in(const Volume& volume, const Mask& mask
     for (std::size_t v = 0; v < voxels.size(); ++v) {
       const double value = static_cast<double>(voxels[v]);
       if (mask.voxels[v] == 0 || !std::isfinite(value)) continue;
-      const double off = value - mean;
-      mean += off / static_cast<double>(++count);
-      squares += off * (value - mean);
+      const double deviation = value - mean;
+      mean += deviation / static_cast<double>(++count);
+      squares += deviation * (value - mean);
     }
   });
   if (count == 0) return std::nullopt;
@@ -78,12 +78,13 @@ std::vector<float> edge_distances(const SimplexMesh& mesh, const Volume& volume)
   return distances;
 }
 
-std::vector<SurfacePlace> worst_places(const SimplexMesh& mesh, std::span<const float> values, std::size_t count) {
+std::vector<SurfaceLocation> worst_locations(const SimplexMesh& mesh, std::span<const float> values,
+                                             std::size_t count) {
   SIMPLEXSEG_EXPECT(values.size() == mesh.positions.size());
   std::vector<double> smooth;
   smooth.reserve(values.size());
   for (const float value : values) smooth.push_back(std::isfinite(value) ? value : 0);
-  for (int round = 0; round < 2; ++round) {
+  for (int pass = 0; pass < 2; ++pass) {
     std::vector<double> mean(smooth.size());
     for (std::size_t v = 0; v < smooth.size(); ++v) {
       mean[v] = smooth[v];
@@ -98,11 +99,11 @@ std::vector<SurfacePlace> worst_places(const SimplexMesh& mesh, std::span<const 
   std::vector<std::size_t> order(smooth.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return smooth[a] > smooth[b]; });
-  std::vector<SurfacePlace> places;
+  std::vector<SurfaceLocation> places;
   for (const std::size_t v : order) {
     if (places.size() == count) break;
     const Eigen::Vector3d at = mesh.positions[v].cast<double>();
-    const bool near = std::any_of(places.begin(), places.end(), [&](const SurfacePlace& place) {
+    const bool near = std::any_of(places.begin(), places.end(), [&](const SurfaceLocation& place) {
       return (place.position_mm - at).norm() < apart_mm;
     });
     if (!near) places.push_back({at, static_cast<float>(smooth[v])});

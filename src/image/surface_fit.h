@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How well a surface sits in an image, and where it sits worst.
+// Fit of a surface to the edges of an image, and the positions of the poorest fit.
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
@@ -14,27 +14,28 @@ namespace simplexseg {
 
 class Volume;
 
-/// Mean and standard deviation (of the population) of the voxels in a mask that are numbers.
+/// Mean and population standard deviation of the finite voxels in a mask.
 struct Intensities {
   double mean, deviation;
   std::size_t voxels;
 };
-/// None where there is no such voxel. The mask is on the volume's grid.
+/// Statistics of the voxels in a mask on the volume's grid; empty without a finite voxel.
 std::optional<Intensities> intensities_in(const Volume& volume, const Mask& mask);
 
-/// How far along its normal each vertex lies from the edge that the image has there, mm: where the intensity changes
-/// most within four voxels to either side, nearer places preferred; four voxels where it changes by less than a fifth
-/// of what it does at the middle one of the vertices. There must be a volume.
+/// Distance (mm) of each vertex along its normal to the strongest image edge within four voxels, nearer edges being
+/// preferred. Four voxels if the edge is weaker than a fifth of the median over the vertices. The volume must not be
+/// empty.
 std::vector<float> edge_distances(const SimplexMesh& mesh, const Volume& volume);
 
-/// A place of a surface, and what was measured there.
-struct SurfacePlace {
+/// Position on a surface and a value measured there.
+struct SurfaceLocation {
   Eigen::Vector3d position_mm;
   float value;
 };
-/// The places with the largest values, the largest first, `count` at most, each a tenth of the mesh's extent from the
-/// others. A value is the mean over a vertex and two rings about it, so that one vertex alone is no place. `values`:
-/// one a vertex; those that are not finite count for nothing.
-std::vector<SurfacePlace> worst_places(const SimplexMesh& mesh, std::span<const float> values, std::size_t count = 8);
+/// Positions of the largest values, the largest first: at most `count`, at least a tenth of the mesh's extent apart.
+/// Values are averaged over two rings of neighbours, which suppresses single vertices. `values`: one per vertex; values
+/// that are not finite count as 0.
+std::vector<SurfaceLocation> worst_locations(const SimplexMesh& mesh, std::span<const float> values,
+                                             std::size_t count = 8);
 
 }  // namespace simplexseg

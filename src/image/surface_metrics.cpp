@@ -17,18 +17,16 @@
 namespace simplexseg {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
 using Polygon = std::vector<Eigen::Vector3d>;
 
 Eigen::Vector3d corner(unsigned c) { return Eigen::Vector3d(c & 1, c >> 1 & 1, c >> 2 & 1); }
 
-/// An edge of the cell, by its two corners.
+/// Index of the cell edge between two corners.
 unsigned edge_of(unsigned a, unsigned b) { return std::min(a, b) * 8 + std::max(a, b); }
 
-/// The surface between the corners that are set and the others, as closed polygons.
+/// Surface between the inside and the outside corners of a cell, as closed polygons.
 std::vector<Polygon> polygons_of(unsigned inside) {
-  std::array<std::vector<unsigned>, 64> joined;  // edges that a line on a face of the cell joins
+  std::array<std::vector<unsigned>, 64> joined;  // for each cell edge, those joined to it by a line on a face
   const auto join = [&joined](unsigned a, unsigned b) {
     joined[a].push_back(b);
     joined[b].push_back(a);
@@ -61,19 +59,20 @@ std::vector<Polygon> polygons_of(unsigned inside) {
   return polygons;
 }
 
-/// The area of a polygon in the unit cell and in mm, cut so that the first is as large as can be.
+/// Areas of a polygon in the unit cell and in mm^2. Uses the triangulation with the largest area in the unit cell.
 std::pair<double, double> area_of(const Polygon& p, std::size_t first, std::size_t last, const Eigen::Matrix3d& mm) {
-  std::pair<double, double> most{0, 0};
+  std::pair<double, double> largest{0, 0};
   for (std::size_t k = first + 1; k < last; ++k) {
     const Eigen::Vector3d a = p[k] - p[first], b = p[last] - p[first];
-    const auto before = area_of(p, first, k, mm), behind = area_of(p, k, last, mm);
-    const double unit = 0.5 * a.cross(b).norm() + before.first + behind.first;
-    if (unit > most.first + 1e-9) most = {unit, 0.5 * (mm * a).cross(mm * b).norm() + before.second + behind.second};
+    const auto before = area_of(p, first, k, mm), after = area_of(p, k, last, mm);
+    const double unit = 0.5 * a.cross(b).norm() + before.first + after.first;
+    if (unit > largest.first + 1e-9)
+      largest = {unit, 0.5 * (mm * a).cross(mm * b).norm() + before.second + after.second};
   }
-  return most;
+  return largest;
 }
 
-/// The corners of each cell that are inside; cell (0, 0, 0) of the box is before its first voxel.
+/// Bit mask of the inside corners of each cell. Cell (0, 0, 0) precedes the first voxel of the box.
 std::vector<std::uint8_t> corners_inside(const Mask& mask, const VoxelBox& box, const VoxelBox& cells) {
   const auto [ni, nj, nk] = mask.geometry.size;
   std::vector<std::uint8_t> corners(cells.voxel_count());
@@ -82,7 +81,7 @@ std::vector<std::uint8_t> corners_inside(const Mask& mask, const VoxelBox& box, 
       const std::size_t row = (static_cast<std::size_t>(box.first[2] + k) * nj + box.first[1] + j) * ni;
       for (int i = 0; i < box.size[0]; ++i) {
         if (!mask.voxels[row + static_cast<std::size_t>(box.first[0] + i)]) continue;
-        for (unsigned c = 0; c < 8; ++c) {  // the voxel is corner c of the cell that begins so far before it
+        for (unsigned c = 0; c < 8; ++c) {  // the voxel is corner c of the cell at this offset before it
           const int x = c & 1, y = c >> 1 & 1, z = c >> 2 & 1;
           corners[cells.offset(i + 1 - x, j + 1 - y, k + 1 - z)] |= static_cast<std::uint8_t>(1u << c);
         }
@@ -93,7 +92,7 @@ std::vector<std::uint8_t> corners_inside(const Mask& mask, const VoxelBox& box, 
 }
 
 struct Surface {
-  std::vector<std::uint8_t> corners, crossed;  ///< of each cell
+  std::vector<std::uint8_t> corners, crossed;  ///< one value per cell
 };
 
 Surface surface_of(const Mask& mask, const VoxelBox& box, const VoxelBox& cells) {
@@ -108,27 +107,27 @@ struct Weighted {
   double max = 0, percentile95 = 0, mean = 0, area = 0, near = 0;  ///< near: area within the tolerance
 };
 
-/// Distances from one surface to the other, by area.
+/// Area-weighted distances from one surface to the other.
 Weighted summarise(const Surface& from, const Surface& to, const VoxelBox& cells, const std::array<double, 256>& areas,
                    const Eigen::Matrix3d& mm_from_index, double tolerance_mm) {
   const std::vector<float> map = distance_map(to.crossed, cells, mm_from_index);
-  std::vector<std::pair<double, double>> pieces;  // distance, area
+  std::vector<std::pair<double, double>> parts;  // distance, area
   for (std::size_t c = 0; c < map.size(); ++c) {
-    if (from.crossed[c]) pieces.emplace_back(map[c], areas[from.corners[c]]);
+    if (from.crossed[c]) parts.emplace_back(map[c], areas[from.corners[c]]);
   }
-  std::sort(pieces.begin(), pieces.end());
+  std::sort(parts.begin(), parts.end());
   Weighted result;
-  // Distances are sums of squares of mm, kept as floats: what is at the tolerance is within it.
+  // Float distances contain rounding errors; a distance equal to the tolerance counts as within it.
   const double limit = tolerance_mm * (1 + 1e-6);
-  for (const auto& [distance, area] : pieces) {
+  for (const auto& [distance, area] : parts) {
     result.area += area;
     result.mean += distance * area;
     if (distance <= limit) result.near += area;
   }
   result.mean /= result.area;
-  result.max = pieces.back().first;
+  result.max = parts.back().first;
   double sum = 0;
-  for (const auto& [distance, area] : pieces) {
+  for (const auto& [distance, area] : parts) {
     sum += area;
     result.percentile95 = distance;
     if (sum >= 0.95 * result.area) break;
@@ -149,7 +148,7 @@ std::array<double, 256> surface_areas(const Eigen::Matrix3d& mm_from_index) {
 
 SurfaceAgreement compare_surfaces(const Mask& reference, const Mask& test, double tolerance_mm) {
   if (!std::isfinite(tolerance_mm) || tolerance_mm < 0)
-    throw Error("tolerance", "it is no length", "give millimetres, 0 or more");
+    throw Error("tolerance", "it is not a valid length", "enter millimetres, 0 or more");
   require_same_grid(reference, test);
   SurfaceAgreement result{};
   result.tolerance_mm = tolerance_mm;
@@ -171,18 +170,18 @@ SurfaceAgreement compare_surfaces(const Mask& reference, const Mask& test, doubl
                              [&areas](double sum, std::uint8_t c) { return sum + areas[c]; });
     };
     result.area_reference_mm2 = area_of_all(a), result.area_test_mm2 = area_of_all(b);
-    result.hd_mm = result.hd95_mm = result.assd_mm = result.asd_reference_mm = result.asd_test_mm = infinity;
+    result.hd_mm = result.hd95_mm = result.assd_mm = result.asd_reference_mm = result.asd_test_mm = kInfinity;
     return result;
   }
-  const Weighted forth = summarise(a, b, cells, areas, mm_from_index, tolerance_mm),
-                 back = summarise(b, a, cells, areas, mm_from_index, tolerance_mm);
-  result.hd_mm = std::max(forth.max, back.max);
-  result.hd95_mm = std::max(forth.percentile95, back.percentile95);
-  result.asd_reference_mm = forth.mean, result.asd_test_mm = back.mean;
-  result.assd_mm = 0.5 * (forth.mean + back.mean);
-  result.surface_dice = (forth.near + back.near) / (forth.area + back.area);
-  result.overlap_reference = forth.near / forth.area, result.overlap_test = back.near / back.area;
-  result.area_reference_mm2 = forth.area, result.area_test_mm2 = back.area;
+  const Weighted forward = summarise(a, b, cells, areas, mm_from_index, tolerance_mm),
+                 backward = summarise(b, a, cells, areas, mm_from_index, tolerance_mm);
+  result.hd_mm = std::max(forward.max, backward.max);
+  result.hd95_mm = std::max(forward.percentile95, backward.percentile95);
+  result.asd_reference_mm = forward.mean, result.asd_test_mm = backward.mean;
+  result.assd_mm = 0.5 * (forward.mean + backward.mean);
+  result.surface_dice = (forward.near + backward.near) / (forward.area + backward.area);
+  result.overlap_reference = forward.near / forward.area, result.overlap_test = backward.near / backward.area;
+  result.area_reference_mm2 = forward.area, result.area_test_mm2 = backward.area;
   return result;
 }
 

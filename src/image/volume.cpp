@@ -14,9 +14,9 @@
 namespace simplexseg {
 namespace {
 
-constexpr double kLeastSpacing = 1e-9, kMostSpacing = 1e6;  // mm: a grid of atoms, and one of cities
-constexpr double kMostOrigin = 1e12;                        // mm: their squares must stay in the range of float
-constexpr double kMostDirection = 1e6;
+constexpr double kMinSpacing = 1e-9, kMaxSpacing = 1e6;  // mm, from atomic to city scale
+constexpr double kMaxOrigin = 1e12;                      // mm; its square must stay in the range of float
+constexpr double kMaxDirection = 1e6;
 
 Eigen::Vector3d last_index(const VolumeGeometry& geometry) {
   return {geometry.size[0] - 1.0, geometry.size[1] - 1.0, geometry.size[2] - 1.0};
@@ -33,7 +33,7 @@ Volume::Range range_of(std::span<const T> voxels) {
   T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::lowest();
   for (T v : voxels) {
     if constexpr (std::is_floating_point_v<T>) {
-      // Written without branches so that it is vectorised: a voxel that is not finite changes neither bound.
+      // Branch-free for vectorisation. A voxel that is not finite changes neither bound.
       const bool finite = std::abs(v) <= std::numeric_limits<T>::max();
       low = finite && v < low ? v : low;
       high = finite && v > high ? v : high;
@@ -100,7 +100,7 @@ bool VolumeGeometry::same_grid(const VolumeGeometry& other, double tolerance) co
   const Eigen::Vector3d last = last_index(*this);
   for (int corner = 0; corner < 8; ++corner) {
     const Eigen::Vector3d index(corner & 1 ? last[0] : 0.0, corner & 2 ? last[1] : 0.0, corner & 4 ? last[2] : 0.0);
-    // Negated so that a NaN counts as different.
+    // The negated comparison makes NaN count as different.
     if (!((index_from_other * index - index).norm() <= tolerance)) return false;
   }
   return true;
@@ -111,20 +111,21 @@ void VolumeGeometry::validate(const std::string& name) const {
     throw Error(name, "it has " + row_of({double(size[0]), double(size[1]), double(size[2])}, " x ") + " voxels",
                 "give a volume of at least one voxel along each axis");
   if (double(size[0]) * size[1] * size[2] > 0x1p48)
-    throw Error(name, "it claims " + row_of({double(size[0]), double(size[1]), double(size[2])}, " x ") + " voxels",
-                "check its header, which is probably damaged");
+    throw Error(name,
+                "its header states " + row_of({double(size[0]), double(size[1]), double(size[2])}, " x ") + " voxels",
+                "check the header, which is probably damaged");
   if (!spacing_mm.allFinite() || spacing_mm.minCoeff() <= 0)
     throw Error(name, "its voxel spacing is " + row_of(spacing_mm, " x ") + " mm",
                 "correct the header: each spacing must be finite and above 0");
-  if (spacing_mm.minCoeff() < kLeastSpacing || spacing_mm.maxCoeff() > kMostSpacing)
+  if (spacing_mm.minCoeff() < kMinSpacing || spacing_mm.maxCoeff() > kMaxSpacing)
     throw Error(name, "its voxel spacing is " + row_of(spacing_mm, " x ") + " mm",
                 "correct the header: each spacing must be from 1e-09 to 1e+06 mm");
-  if (!origin_mm.allFinite() || origin_mm.cwiseAbs().maxCoeff() > kMostOrigin)
+  if (!origin_mm.allFinite() || origin_mm.cwiseAbs().maxCoeff() > kMaxOrigin)
     throw Error(name, "its origin (" + row_of(origin_mm, ", ") + ") is not finite or beyond 1e+12 mm",
                 "correct the header");
-  if (direction.allFinite() && direction.cwiseAbs().maxCoeff() > kMostDirection)
-    throw Error(name, "its direction matrix holds numbers beyond 1e+06", "correct the header");
-  // The determinant is scale-free here: it is compared with what three orthogonal columns of these lengths would give.
+  if (direction.allFinite() && direction.cwiseAbs().maxCoeff() > kMaxDirection)
+    throw Error(name, "its direction matrix has elements beyond 1e+06", "correct the header");
+  // Compares the determinant with that of orthogonal columns of the same lengths, which is independent of scale.
   const double full = direction.colwise().norm().prod();
   if (!direction.allFinite() || !(std::abs(direction.determinant()) > 1e-6 * full))
     throw Error(name,
@@ -135,7 +136,7 @@ void VolumeGeometry::validate(const std::string& name) const {
 
 Volume::Volume(VolumeGeometry geometry, VoxelType type) : geometry_(std::move(geometry)), type_(type) {
   geometry_.validate("volume");
-  // calloc: large blocks come as untouched zero pages, so that a reader that fills them pays for one pass only.
+  // calloc returns large blocks as untouched zero pages, so a reader that fills them makes only one pass.
   auto* block = static_cast<std::byte*>(std::calloc(geometry_.voxel_count(), bytes_per_voxel(type)));
   if (!block)
     throw Error("volume of " +
@@ -163,7 +164,7 @@ double Volume::sample(const Eigen::Vector3d& world_mm) const {
     const double clamped = index[a] > 0 ? std::min(index[a], last) : 0.0;  // a NaN becomes 0
     low[a] = static_cast<int>(clamped);
     fraction[a] = clamped - low[a];
-    // On a voxel's centre only that voxel counts: a neighbour that is not finite must not enter with weight 0.
+    // At a voxel centre only that voxel is read: a neighbour that is not finite would spread even with weight 0.
     high[a] = fraction[a] > 0 ? low[a] + 1 : low[a];
   }
   const auto mix = [](double a, double b, double t) { return t > 0 ? (1 - t) * a + t * b : a; };

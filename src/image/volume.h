@@ -13,41 +13,41 @@
 
 namespace simplexseg {
 
-/// The voxel types that are kept as they are: a volume is never blown up to a float copy.
+/// Voxel types that volumes are stored in; a volume is never converted to a float copy.
 enum class VoxelType : std::uint8_t { Int8, UInt8, Int16, UInt16, Int32, UInt32, Float32, Float64 };
 
 std::size_t bytes_per_voxel(VoxelType type);
-/// "int8" ... "float64".
+/// Name of a type: "int8" ... "float64".
 const char* to_string(VoxelType type);
 template <class T>
 constexpr VoxelType voxel_type_of();
 
-/// Where a grid of voxels lies in the patient frame (LPS, mm), as ITK: world = origin + direction * (spacing .* index);
+/// Grid of voxels in the patient frame (LPS, mm), as in ITK: world = origin + direction * (spacing .* index), where
 /// index (0,0,0) is the centre of the first voxel. `direction` may be any invertible matrix (left-handed, sheared).
 struct VolumeGeometry {
   std::array<int, 3> size{0, 0, 0};                         ///< voxels along i, j, k
   Eigen::Vector3d spacing_mm{1, 1, 1};                      ///< from 1e-9 to 1e6
   Eigen::Vector3d origin_mm{0, 0, 0};                       ///< centre of voxel (0,0,0); up to 1e12
-  Eigen::Matrix3d direction = Eigen::Matrix3d::Identity();  ///< columns: directions of i, j, k
+  Eigen::Matrix3d direction = Eigen::Matrix3d::Identity();  ///< columns: directions of the axes i, j, k
 
   Eigen::Affine3d world_from_index() const;
   Eigen::Affine3d index_from_world() const;
   std::size_t voxel_count() const;
   Eigen::Vector3d centre_mm() const;
-  /// True when the point lies in the box spanned by the outer faces of the outer voxels.
+  /// True if the point lies inside the outer faces of the outermost voxels.
   bool contains(const Eigen::Vector3d& world_mm) const;
-  /// Same size, and voxel centres within `tolerance` voxels of each other at all corners.
+  /// True if the sizes are equal and the voxel centres at all corners agree within `tolerance` voxels.
   bool same_grid(const VolumeGeometry& other, double tolerance = 1e-2) const;
-  /// Throws Error when a size is < 1, spacing or origin are not finite or out of range, or the direction is not usable.
+  /// Throws Error if a size is < 1, the spacing or origin is not finite or out of range, or the direction is singular.
   void validate(const std::string& name) const;
 };
 
-/// Voxels in their own type, i fastest, and their geometry. Cheap to copy: the voxels are shared, and immutable once
-/// shared (writing through `voxels<T>()` is for the one who makes the volume).
+/// Voxels in their stored type, i fastest, with their geometry. Copies share the voxels. Only the code that creates a
+/// volume may write through `voxels<T>()`, before the first copy.
 class Volume {
  public:
   Volume() = default;
-  /// A volume of zeros. Throws Error when the geometry is not valid.
+  /// Volume of zeros. Throws Error if the geometry is not valid or the voxels do not fit in memory.
   Volume(VolumeGeometry geometry, VoxelType type);
 
   const VolumeGeometry& geometry() const { return geometry_; }
@@ -56,7 +56,7 @@ class Volume {
   std::size_t bytes() const { return geometry_.voxel_count() * bytes_per_voxel(type_); }
   const void* data() const { return data_.get(); }
   void* data() { return data_.get(); }
-  /// T must match type().
+  /// Voxels as type T, which must match type().
   template <class T>
   std::span<T> voxels() {
     SIMPLEXSEG_EXPECT(empty() || voxel_type_of<T>() == type_);
@@ -71,14 +71,14 @@ class Volume {
   std::size_t offset(int i, int j, int k) const {
     return (static_cast<std::size_t>(k) * geometry_.size[1] + j) * geometry_.size[0] + i;
   }
-  /// The indices must lie in the grid.
+  /// Value of a voxel; the indices must lie in the grid.
   double value(int i, int j, int k) const;
-  /// Trilinear at a world position (mm); positions outside are clamped to the nearest voxel. There must be voxels.
+  /// Trilinear interpolation at a world position (mm), clamped to the grid. The volume must not be empty.
   double sample(const Eigen::Vector3d& world_mm) const;
   struct Range {
     double min, max;
   };
-  /// Over all finite voxels; {0, 0} when there is none.
+  /// Range of the finite voxels; {0, 0} without any.
   Range range() const;
 
  private:

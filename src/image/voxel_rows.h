@@ -7,8 +7,8 @@
 
 namespace simplexseg {
 
-/// Calls row(in_inner, in_outer), the offsets at which each row (along i) of a box begins in its own voxels and in
-/// those of a box of the same grid that it lies in.
+/// Calls row(in_inner, in_outer) for each row (along i) of the inner box. The arguments are the offsets of the row's
+/// start in the voxels of the inner box and of the enclosing outer box of the same grid.
 template <class Row>
 void for_each_row(const VoxelBox& inner, const VoxelBox& outer, const Row& row) {
   for (int k = 0; k < inner.size[2]; ++k)
@@ -17,7 +17,7 @@ void for_each_row(const VoxelBox& inner, const VoxelBox& outer, const Row& row) 
                                               k + inner.first[2] - outer.first[2]));
 }
 
-/// Copies the values of a box into those of one that it lies in.
+/// Copies the values of the inner box into the outer one.
 template <class T>
 void copy_into_outer(const T* from, const VoxelBox& inner, T* to, const VoxelBox& outer) {
   for_each_row(inner, outer, [&](std::size_t in_inner, std::size_t in_outer) {
@@ -25,7 +25,7 @@ void copy_into_outer(const T* from, const VoxelBox& inner, T* to, const VoxelBox
   });
 }
 
-/// Copies from the values of a box those of one that lies in it.
+/// Copies the values of the inner box out of the outer one.
 template <class T>
 void copy_from_outer(const T* from, const VoxelBox& outer, T* to, const VoxelBox& inner) {
   for_each_row(inner, outer, [&](std::size_t in_inner, std::size_t in_outer) {

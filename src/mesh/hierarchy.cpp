@@ -11,7 +11,7 @@ namespace {
 using Edge = Hierarchy::Edge;
 using Level = Hierarchy::Level;
 
-/// A graph in compressed rows.
+/// Graph with its adjacency in compressed rows.
 struct Graph {
   std::vector<int> first{0};
   std::vector<Edge> edges;
@@ -21,23 +21,24 @@ struct Graph {
   }
 };
 
-/// Which coarse vertex each vertex belongs to. A vertex whose neighbours are all free takes them; breadth first, so
-/// that the next one is taken beside those before. What is left joins the smallest beside it.
-int put_together(const Graph& graph, std::vector<int>& coarse_of) {
+/// Assigns each vertex to a coarse vertex (aggregate); returns their number. In breadth-first order, a vertex forms an
+/// aggregate with its neighbours if none of them is assigned. Remaining vertices join their smallest adjacent
+/// aggregate.
+int aggregate(const Graph& graph, std::vector<int>& coarse_of) {
   const int n = graph.size();
   coarse_of.assign(n, -1);
-  std::vector<char> met(n, 0);
+  std::vector<char> visited(n, 0);
   std::vector<int> queue, sizes;
   for (int start = 0; start < n; ++start) {
-    if (met[start]) continue;
+    if (visited[start]) continue;
     queue.assign(1, start);
-    met[start] = 1;
+    visited[start] = 1;
     for (std::size_t head = 0; head < queue.size(); ++head) {
       const int i = queue[head];
       bool free = coarse_of[i] < 0;
       for (const Edge& e : graph.of(i)) {
         free = free && coarse_of[e.to] < 0;
-        if (!met[e.to]) met[e.to] = 1, queue.push_back(e.to);
+        if (!visited[e.to]) visited[e.to] = 1, queue.push_back(e.to);
       }
       if (!free) continue;
       const int c = static_cast<int>(sizes.size());
@@ -46,22 +47,23 @@ int put_together(const Graph& graph, std::vector<int>& coarse_of) {
       sizes.push_back(1 + static_cast<int>(graph.of(i).size()));
     }
   }
-  const std::vector<int> whole = coarse_of;
+  const std::vector<int> assigned = coarse_of;
   for (int i = 0; i < n; ++i) {
-    if (whole[i] >= 0) continue;
+    if (assigned[i] >= 0) continue;
     int best = -1;
     for (const Edge& e : graph.of(i))
-      if (const int c = whole[e.to]; c >= 0 && (best < 0 || sizes[c] < sizes[best])) best = c;
-    coarse_of[i] = best;  // one of its neighbours is taken, or it would have taken them
+      if (const int c = assigned[e.to]; c >= 0 && (best < 0 || sizes[c] < sizes[best])) best = c;
+    coarse_of[i] = best;  // not -1: a vertex without an assigned neighbour would have formed an aggregate
     ++sizes[best];
   }
   return static_cast<int>(sizes.size());
 }
 
-/// Constant on each coarse vertex, a smooth displacement rises in jumps: the energy of the jumps is too large, by the
-/// size of a coarse vertex times the share of the edges that are cut (exact for a linear displacement). A little of
-/// that excess is kept, so that the correction does not overshoot (figures: docs/adr/0011-solvers.md).
-constexpr double kKept = 1.2;
+/// Energy of a coarse displacement after rescaling, relative to the exact energy. Piecewise constant prolongation turns
+/// a smooth displacement into jumps between aggregates, whose energy is too large by the size of an aggregate times the
+/// share of cut edges (exact for a linear displacement). 20% are left, so that the correction does not overshoot
+/// (docs/adr/0011-solvers.md).
+constexpr double kRescaledEnergy = 1.2;
 
 }  // namespace
 
@@ -75,8 +77,8 @@ Hierarchy make_hierarchy(std::span<const std::array<int, 3>> neighbours) {
   }
   std::vector<int> coarse_of, slot;
   while (graph.size() > 1) {
-    const int n = graph.size(), count = put_together(graph, coarse_of);
-    if (count == n) break;  // single vertices, unconnected
+    const int n = graph.size(), count = aggregate(graph, coarse_of);
+    if (count == n) break;  // no edges are left
     Level level;
     level.part_first.assign(count + 1, 0);
     for (int c : coarse_of) ++level.part_first[c + 1];
@@ -86,13 +88,13 @@ Hierarchy make_hierarchy(std::span<const std::array<int, 3>> neighbours) {
     for (int i = 0; i < n; ++i) level.parts[at[coarse_of[i]]++] = i;
 
     Graph coarse;
-    double all = 0, cut = 0;
+    double total = 0, cut = 0;
     slot.assign(count, -1);
     for (int c = 0; c < count; ++c) {
       const int begin = static_cast<int>(coarse.edges.size());
       for (int p = level.part_first[c]; p < level.part_first[c + 1]; ++p)
         for (const Edge& e : graph.of(level.parts[p])) {
-          all += e.conductance;
+          total += e.conductance;
           const int to = coarse_of[e.to];
           if (to == c) continue;
           cut += e.conductance;
@@ -102,7 +104,7 @@ Hierarchy make_hierarchy(std::span<const std::array<int, 3>> neighbours) {
       coarse.first.push_back(static_cast<int>(coarse.edges.size()));
     }
     if (cut > 0) {
-      const auto factor = static_cast<float>(std::min(1.0, kKept * all / (cut * n / count)));
+      const auto factor = static_cast<float>(std::min(1.0, kRescaledEnergy * total / (cut * n / count)));
       for (Edge& e : coarse.edges) e.conductance *= factor;
     }
     level.edge_first = coarse.first, level.edges = coarse.edges;

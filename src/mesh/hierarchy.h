@@ -6,25 +6,25 @@
 
 namespace simplexseg {
 
-/// Coarser and coarser graphs of a mesh for the multigrid correction (docs/mathematics.md, section 3): vertices are put
-/// together with their neighbours, about four at first and six later, until one is left of each connected part. Needs
-/// the connectivity alone, so that any mesh has one.
+/// Levels of the multigrid correction of a mesh (docs/mathematics.md, section 3). Each level aggregates the vertices of
+/// the finer one with their neighbours, about four on the first level and six later, down to one vertex for each
+/// connected component. Depends only on the connectivity and exists for every mesh.
 struct Hierarchy {
   struct Edge {
-    int to;             ///< on the same level
+    int to;             ///< vertex of the same level
     float conductance;  ///< symmetric; 1/3 between neighbours of the mesh itself
   };
   /// A level coarser than the mesh.
   struct Level {
-    std::vector<int> part_first, parts;  ///< the vertices of the finer level that each vertex stands for
-    std::vector<int> edge_first;         ///< where the edges of each vertex begin
+    std::vector<int> part_first, parts;  ///< aggregated vertices of the finer level, in compressed rows
+    std::vector<int> edge_first;         ///< first edge of each vertex
     std::vector<Edge> edges;
     int size() const { return static_cast<int>(part_first.size()) - 1; }
   };
-  std::vector<Level> levels;  ///< from fine to coarse
+  std::vector<Level> levels;  ///< ordered from fine to coarse
 };
 
-/// Deterministic; linear in the number of vertices.
+/// Builds the hierarchy. Deterministic; linear time in the number of vertices.
 Hierarchy make_hierarchy(std::span<const std::array<int, 3>> neighbours);
 
 }  // namespace simplexseg

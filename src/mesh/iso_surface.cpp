@@ -10,9 +10,10 @@
 namespace simplexseg {
 namespace {
 
-/// Corners of a cube as bits x, y, z; the tetrahedra that share its diagonal from 0 to 7, all of one orientation.
+/// Tetrahedra around the cube's diagonal from corner 0 to corner 7, all of the same orientation. Bits of a corner: x,
+/// y, z.
 constexpr int kTetrahedra[6][4] = {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7}, {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}};
-constexpr double kLeastShare = 1.0 / 6;
+constexpr double kMinShare = 1.0 / 6;  // distance of a vertex from the ends of its grid edge, as a share of the edge
 
 class Marcher {
  public:
@@ -20,7 +21,7 @@ class Marcher {
       : values_(values), size_(size), level_(level), mm_(mm) {}
 
   TriangleMesh march() && {
-    // One layer of cubes more on each side, whose outer corners lie outside.
+    // One additional layer of cubes on each side, whose outer corners lie outside.
     for (int k = -1; k < size_[2]; ++k)
       for (int j = -1; j < size_[1]; ++j)
         for (int i = -1; i < size_[0]; ++i) cube({i, j, k});
@@ -35,7 +36,7 @@ class Marcher {
       if (p[a] < 0 || p[a] >= size_[a]) return std::min(0.0f, level_ - 1);
     return values_[(static_cast<std::size_t>(p[2]) * size_[1] + p[1]) * size_[0] + p[0]];
   }
-  std::uint64_t number(const Point& p) const {
+  std::uint64_t point_index(const Point& p) const {
     return (static_cast<std::uint64_t>(p[2] + 1) * (size_[1] + 2) + (p[1] + 1)) * (size_[0] + 2) + (p[0] + 1);
   }
 
@@ -63,23 +64,22 @@ class Marcher {
     }
   }
 
-  /// Where the edge between a corner inside and one outside is cut.
+  /// Index of the vertex on the edge between a corner inside and one outside.
   int vertex(const Point& in, float v_in, const Point& out, float v_out) {
-    // Both orders of the ends are one edge: its lower end, and which of the seven directions it has.
+    // Key of an edge, independent of the order of its ends: its lower end and one of seven directions.
     const Point low{std::min(in[0], out[0]), std::min(in[1], out[1]), std::min(in[2], out[2])};
-    const int way = (in[0] != out[0]) + 2 * (in[1] != out[1]) + 4 * (in[2] != out[2]);
+    const int direction = (in[0] != out[0]) + 2 * (in[1] != out[1]) + 4 * (in[2] != out[2]);
     const auto [found, is_new] =
-        vertices_.try_emplace(8 * number(low) + way, static_cast<int>(surface_.positions.size()));
+        vertices_.try_emplace(8 * point_index(low) + direction, static_cast<int>(surface_.positions.size()));
     if (is_new) {
-      const double share =
-          std::clamp(static_cast<double>(v_in - level_) / (v_in - v_out), kLeastShare, 1 - kLeastShare);
+      const double share = std::clamp(static_cast<double>(v_in - level_) / (v_in - v_out), kMinShare, 1 - kMinShare);
       const Eigen::Vector3d a(in[0], in[1], in[2]), b(out[0], out[1], out[2]);
       surface_.positions.push_back((mm_ * (a + share * (b - a))).cast<float>());
     }
     return found->second;
   }
 
-  /// Counter-clockwise from outside: its normal points away from a corner inside.
+  /// Adds a triangle, counter-clockwise seen from outside: its normal points away from the corner `inside`.
   void triangle(int a, int b, int c, const Point& inside) {
     const auto at = [&](int v) { return surface_.positions[v].cast<double>(); };
     const Eigen::Vector3d normal = (at(b) - at(a)).cross(at(c) - at(a));
@@ -103,8 +103,8 @@ TriangleMesh iso_surface(std::span<const float> values, const std::array<int, 3>
   return Marcher(values, size, level, mm_from_index).march();
 }
 
-Eigen::Vector3d onto_iso_surface(std::span<const float> values, const std::array<int, 3>& size, float level,
-                                 const Eigen::Affine3d& mm_from_index, const Eigen::Vector3d& mm) {
+Eigen::Vector3d project_onto_iso_surface(std::span<const float> values, const std::array<int, 3>& size, float level,
+                                         const Eigen::Affine3d& mm_from_index, const Eigen::Vector3d& mm) {
   SIMPLEXSEG_EXPECT(values.size() == static_cast<std::size_t>(size[0]) * size[1] * size[2]);
   const Eigen::Affine3d index_from_mm = mm_from_index.inverse();
   Eigen::Vector3d at = mm;
@@ -118,7 +118,7 @@ Eigen::Vector3d onto_iso_surface(std::span<const float> values, const std::array
       share[a] = index[a] - first[a];
     }
     double value = 0;
-    Eigen::Vector3d slope = Eigen::Vector3d::Zero();  // along the axes of the grid
+    Eigen::Vector3d slope = Eigen::Vector3d::Zero();  // derivatives along the grid axes
     for (int c = 0; c < 8; ++c) {
       std::array<double, 3> weight, sign;
       std::array<int, 3> p;
@@ -135,11 +135,11 @@ Eigen::Vector3d onto_iso_surface(std::span<const float> values, const std::array
     }
     const Eigen::Vector3d gradient = index_from_mm.linear().transpose() * slope;  // per mm
     if (!(gradient.squaredNorm() > 0)) return at;
-    Eigen::Vector3d way = (level - value) / gradient.squaredNorm() * gradient;
-    const double cells = (index_from_mm.linear() * way).cwiseAbs().maxCoeff();
+    Eigen::Vector3d move = (level - value) / gradient.squaredNorm() * gradient;
+    const double cells = (index_from_mm.linear() * move).cwiseAbs().maxCoeff();
     if (!(cells < 1e6)) return at;
-    if (cells > 0.5) way *= 0.5 / cells;
-    at += way;
+    if (cells > 0.5) move *= 0.5 / cells;
+    at += move;
   }
   return at;
 }

@@ -8,17 +8,15 @@
 
 namespace simplexseg {
 
-/// The surface on which the values of a grid (i fastest) are `level`, above it inside; closed, whatever its topology:
-/// beyond the grid everything is outside. Empty where no value is above. Marching tetrahedra, six to a cube (Doi and
-/// Koide 1991), which never leave a hole; vertices keep a sixth of an edge away from grid points, so that no triangle
-/// is a needle.
+/// Closed surface at which the values of a grid (i fastest) equal `level`. Larger values are inside; the space beyond
+/// the grid is outside. Empty if no value exceeds the level. Marching tetrahedra, six for each cube (Doi and Koide
+/// 1991), leave no holes. Vertices lie at least a sixth of an edge from grid points, which avoids needle triangles.
 TriangleMesh iso_surface(std::span<const float> values, const std::array<int, 3>& size, float level,
                          const Eigen::Affine3d& mm_from_index);
 
-/// The place near `mm` where the values, interpolated between the grid's places, are `level`: two steps along their
-/// gradient (Newton's), none longer than half a cell. `mm` itself outside of the grid and where the values do not
-/// change.
-Eigen::Vector3d onto_iso_surface(std::span<const float> values, const std::array<int, 3>& size, float level,
-                                 const Eigen::Affine3d& mm_from_index, const Eigen::Vector3d& mm);
+/// Projects the position `mm` onto the level set of the trilinearly interpolated values: two Newton steps along the
+/// gradient, each of at most half a cell. Returns `mm` unchanged outside the grid and where the gradient is zero.
+Eigen::Vector3d project_onto_iso_surface(std::span<const float> values, const std::array<int, 3>& size, float level,
+                                         const Eigen::Affine3d& mm_from_index, const Eigen::Vector3d& mm);
 
 }  // namespace simplexseg

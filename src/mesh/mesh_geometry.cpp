@@ -12,36 +12,34 @@ namespace {
 
 using Eigen::Vector3d;
 
-// |N| below this part of the longest squared side is what rounding of float positions leaves of collinear neighbours.
+// Neighbours are collinear, up to rounding of float positions, if |N| is below this share of the longest squared side.
 constexpr double kCollinear = 1e-6;
 
-Vector3d position(const SimplexMesh& mesh, int vertex) { return mesh.positions[vertex].cast<double>(); }
-
-/// The three neighbours and N = (P2-P1) x (P3-P1).
-struct Fan {
+/// Positions of the three neighbours and N = (P2-P1) x (P3-P1).
+struct Neighbours {
   Vector3d p1, p2, p3, cross;
 };
 
-Fan fan_of(const SimplexMesh& mesh, int vertex) {
+Neighbours neighbours_of(const SimplexMesh& mesh, int vertex) {
   const auto& n = mesh.neighbours[vertex];
-  Fan f{position(mesh, n[0]), position(mesh, n[1]), position(mesh, n[2]), Vector3d::Zero()};
+  Neighbours f{position_of(mesh, n[0]), position_of(mesh, n[1]), position_of(mesh, n[2]), Vector3d::Zero()};
   f.cross = (f.p2 - f.p1).cross(f.p3 - f.p1);
   return f;
 }
 
-/// The first where they are equally long.
+/// The longer vector; the first one on a tie.
 const Vector3d& longer(const Vector3d& a, const Vector3d& b) { return a.squaredNorm() >= b.squaredNorm() ? a : b; }
 
-/// A unit vector orthogonal to the line of collinear neighbours, as near as can be to the normals of the neighbours.
+/// Unit vector orthogonal to the line of collinear neighbours, as close as possible to the neighbours' normals.
 Vector3d collinear_normal(const SimplexMesh& mesh, int vertex, const Vector3d& longest_side) {
   Vector3d reference = Vector3d::Zero();
-  for (int w : mesh.neighbours[vertex]) reference += fan_of(mesh, w).cross;
+  for (int w : mesh.neighbours[vertex]) reference += neighbours_of(mesh, w).cross;
   const double length = reference.norm();
   if (length > 0.0) reference /= length;
   if (longest_side.squaredNorm() == 0.0) return length > 0.0 ? reference : Vector3d::UnitZ();
   const Vector3d line = longest_side.normalized();
-  const Vector3d across = reference - reference.dot(line) * line;
-  return across.norm() > kCollinear ? across.normalized() : line.unitOrthogonal();
+  const Vector3d orthogonal = reference - reference.dot(line) * line;
+  return orthogonal.norm() > kCollinear ? orthogonal.normalized() : line.unitOrthogonal();
 }
 
 Vector3d mean_position(const SimplexMesh& mesh) {
@@ -57,7 +55,7 @@ void for_each_triangle(const SimplexMesh& mesh, const Visit& visit) {
   for (int c = 0; c < cells.count(); ++c) {
     const auto cell = cells[c];
     Vector3d centre = Vector3d::Zero();
-    for (int v : cell) centre += position(mesh, v);
+    for (int v : cell) centre += position_of(mesh, v);
     centre /= static_cast<double>(cell.size());
     for (std::size_t i = 0; i < cell.size(); ++i) visit(centre, cell[i], cell[i + 1 == cell.size() ? 0 : i + 1]);
   }
@@ -75,7 +73,7 @@ TriangleMesh tessellate(const SimplexMesh& mesh) {
     const auto cell = cells[c];
     const int centre_index = static_cast<int>(result.positions.size());
     Vector3d centre = Vector3d::Zero();
-    for (int v : cell) centre += position(mesh, v);
+    for (int v : cell) centre += position_of(mesh, v);
     result.positions.push_back((centre / static_cast<double>(cell.size())).cast<float>());
     for (std::size_t i = 0; i < cell.size(); ++i)
       result.triangles.push_back({centre_index, cell[i], cell[i + 1 == cell.size() ? 0 : i + 1]});
@@ -85,8 +83,8 @@ TriangleMesh tessellate(const SimplexMesh& mesh) {
 
 VertexGeometry vertex_geometry(const SimplexMesh& mesh, int vertex) {
   SIMPLEXSEG_EXPECT(vertex >= 0 && vertex < mesh.vertex_count());
-  const Vector3d p = position(mesh, vertex);
-  const Fan f = fan_of(mesh, vertex);
+  const Vector3d p = position_of(mesh, vertex);
+  const Neighbours f = neighbours_of(mesh, vertex);
   const Vector3d a = f.p2 - f.p1, b = f.p3 - f.p1, c = f.p3 - f.p2;
   const Vector3d longest = longer(longer(a, b), c);
   VertexGeometry g;
@@ -95,7 +93,8 @@ VertexGeometry vertex_geometry(const SimplexMesh& mesh, int vertex) {
     g.normal = collinear_normal(mesh, vertex, longest);
     g.elevation_mm = (p - f.p1).dot(g.normal);
     g.mean_curvature = 0.0;  // r is infinite
-    // Many coordinates give the foot's projection on the line: those nearest to (1, 1, 1)/3 are taken.
+    // The barycentric coordinates of the foot's projection on the line are not unique: use those nearest to (1, 1,
+    // 1)/3.
     const Vector3d mean = (f.p1 + f.p2 + f.p3) / 3.0;
     const Vector3d line = longest.normalized();
     const Vector3d along((f.p1 - mean).dot(line), (f.p2 - mean).dot(line), (f.p3 - mean).dot(line));
@@ -126,11 +125,11 @@ VertexGeometry vertex_geometry(const SimplexMesh& mesh, int vertex) {
 SurfaceMeasures measure(const SimplexMesh& mesh) {
   SurfaceMeasures m{};
   if (mesh.positions.empty()) return m;
-  // Taken about the mean of the vertices: far from the origin the tetrahedra would cancel.
+  // Positions are relative to the mean vertex, which avoids cancellation in the volumes far from the origin.
   const Vector3d origin = mean_position(mesh);
   Vector3d moment = Vector3d::Zero();
   for_each_triangle(mesh, [&](const Vector3d& centre, int ia, int ib) {
-    const Vector3d a = position(mesh, ia) - origin, b = position(mesh, ib) - origin, c = centre - origin;
+    const Vector3d a = position_of(mesh, ia) - origin, b = position_of(mesh, ib) - origin, c = centre - origin;
     const double volume = c.dot(a.cross(b)) / 6.0;
     m.area_mm2 += 0.5 * (a - c).cross(b - c).norm();
     m.volume_mm3 += volume;
@@ -156,7 +155,7 @@ float mean_edge_mm(std::span<const Eigen::Vector3f> positions, std::span<const s
 std::vector<double> vertex_areas(const SimplexMesh& mesh) {
   std::vector<double> areas(mesh.positions.size(), 0.0);
   for_each_triangle(mesh, [&](const Vector3d& centre, int a, int b) {
-    const double half = 0.25 * (position(mesh, a) - centre).cross(position(mesh, b) - centre).norm();
+    const double half = 0.25 * (position_of(mesh, a) - centre).cross(position_of(mesh, b) - centre).norm();
     areas[a] += half;
     areas[b] += half;
   });

@@ -12,19 +12,19 @@
 namespace simplexseg {
 namespace {
 
-constexpr double kLeastArea = 1e-6;  // of a polygon, in pixels: doubled_area()
+constexpr double kMinArea = 1e-6;  // smallest doubled_area() of a polygon, square pixels
 
-/// Where a triangle meets a plane: from the edge that goes down through it to the edge that comes up, so that the solid
-/// lies to the left. Edges are named by their ends, the smaller one first.
+/// Intersection of a triangle with a plane, from the edge that crosses it downwards to the one that crosses it upwards,
+/// so that the solid lies to the left. An edge is identified by its ends, the smaller one first.
 struct Cut {
   std::uint64_t from, to;
 };
 
-std::uint64_t edge_name(int a, int b) {
+std::uint64_t edge_key(int a, int b) {
   return static_cast<std::uint64_t>(std::min(a, b)) << 32 | static_cast<std::uint32_t>(std::max(a, b));
 }
 
-/// The cuts of one plane, each edge of which begins one, put together.
+/// Joins the cuts of one plane into closed polygons. Each crossed edge starts exactly one cut.
 std::vector<Polygon> chain(const std::vector<Cut>& cuts, const std::vector<Eigen::Vector3d>& at, double height) {
   std::unordered_map<std::uint64_t, std::uint64_t> next;
   for (const Cut& cut : cuts) next[cut.from] = cut.to;
@@ -35,7 +35,7 @@ std::vector<Polygon> chain(const std::vector<Cut>& cuts, const std::vector<Eigen
       const Eigen::Vector3d &a = at[cursor.key() >> 32], &b = at[cursor.key() & 0xffffffffu];
       polygon.push_back((a + (height - a[2]) / (b[2] - a[2]) * (b - a)).head<2>());
     }
-    if (polygon.size() > 2 && std::abs(doubled_area(polygon)) > kLeastArea) polygons.push_back(std::move(polygon));
+    if (polygon.size() > 2 && std::abs(doubled_area(polygon)) > kMinArea) polygons.push_back(std::move(polygon));
   }
   return polygons;
 }
@@ -49,16 +49,17 @@ bool contains(const Polygon& polygon, const Eigen::Vector2d& p) {
   return inside;
 }
 
+/// Joins a hole to the polygon around it, between their nearest corners.
 void join(Polygon& around, const Polygon& hole) {
   std::size_t from = 0, to = 0;
-  double least = std::numeric_limits<double>::infinity();
+  double smallest = std::numeric_limits<double>::infinity();
   for (std::size_t a = 0; a < around.size(); ++a)
     for (std::size_t h = 0; h < hole.size(); ++h)
-      if (const double d = (around[a] - hole[h]).squaredNorm(); d < least) least = d, from = a, to = h;
-  Polygon way(hole.begin() + static_cast<std::ptrdiff_t>(to), hole.end());
-  way.insert(way.end(), hole.begin(), hole.begin() + static_cast<std::ptrdiff_t>(to) + 1);
-  way.push_back(around[from]);
-  around.insert(around.begin() + static_cast<std::ptrdiff_t>(from) + 1, way.begin(), way.end());
+      if (const double d = (around[a] - hole[h]).squaredNorm(); d < smallest) smallest = d, from = a, to = h;
+  Polygon detour(hole.begin() + static_cast<std::ptrdiff_t>(to), hole.end());
+  detour.insert(detour.end(), hole.begin(), hole.begin() + static_cast<std::ptrdiff_t>(to) + 1);
+  detour.push_back(around[from]);
+  around.insert(around.begin() + static_cast<std::ptrdiff_t>(from) + 1, detour.begin(), detour.end());
 }
 
 }  // namespace
@@ -80,14 +81,14 @@ std::vector<std::vector<Polygon>> plane_sections(const SimplexMesh& mesh, const 
   std::vector<std::vector<Cut>> cuts(static_cast<std::size_t>(std::max(planes, 0)));
   for (const auto& t : surface.triangles) {
     const auto [low, high] = std::minmax({at[t[0]][2], at[t[1]][2], at[t[2]][2]});
-    // A corner on a plane counts as above it, so that every plane goes through edges alone.
+    // A corner on a plane counts as above it, so that planes cross edges only.
     const int first = std::max(0, static_cast<int>(std::floor(std::max(low, -1.0))) + 1);
     for (int k = first; k < planes && k <= high; ++k) {
       std::uint64_t down = 0, up = 0;
       for (int e = 0; e < 3; ++e) {
         const int a = t[e], b = t[(e + 1) % 3];
-        if (at[a][2] >= k && at[b][2] < k) down = edge_name(a, b);
-        if (at[a][2] < k && at[b][2] >= k) up = edge_name(a, b);
+        if (at[a][2] >= k && at[b][2] < k) down = edge_key(a, b);
+        if (at[a][2] < k && at[b][2] >= k) up = edge_key(a, b);
       }
       cuts[static_cast<std::size_t>(k)].push_back(mirrored ? Cut{up, down} : Cut{down, up});
     }
@@ -100,19 +101,19 @@ std::vector<std::vector<Polygon>> plane_sections(const SimplexMesh& mesh, const 
 std::vector<Polygon> with_keyholes(std::vector<Polygon> polygons) {
   const auto hole = std::stable_partition(polygons.begin(), polygons.end(),
                                           [](const Polygon& polygon) { return doubled_area(polygon) > 0; });
-  std::vector<Polygon> whole(polygons.begin(), hole), alone = whole;
+  std::vector<Polygon> joined(polygons.begin(), hole), outer = joined;
   for (auto one = hole; one != polygons.end(); ++one) {
-    std::size_t nearest = whole.size();
-    for (std::size_t w = 0; w < alone.size(); ++w)
-      if (contains(alone[w], one->front()) &&
-          (nearest == whole.size() || doubled_area(alone[w]) < doubled_area(alone[nearest])))
+    std::size_t nearest = joined.size();
+    for (std::size_t w = 0; w < outer.size(); ++w)
+      if (contains(outer[w], one->front()) &&
+          (nearest == joined.size() || doubled_area(outer[w]) < doubled_area(outer[nearest])))
         nearest = w;
-    if (nearest < whole.size())
-      join(whole[nearest], *one);
+    if (nearest < joined.size())
+      join(joined[nearest], *one);
     else
-      whole.push_back(*one);  // a part that is turned inside out
+      joined.push_back(*one);  // part with reversed orientation
   }
-  return whole;
+  return joined;
 }
 
 }  // namespace simplexseg

@@ -14,15 +14,15 @@ namespace simplexseg {
 namespace {
 
 constexpr int kPasses = 6;
-constexpr double kLongest = 4.0 / 3,
-                 kShortest = 4.0 / 5;  // of the wanted edge: splitting makes none that is contracted
-constexpr std::size_t kLeastValence = 4;
-constexpr double kMostTurned = 0.3;  // least cosine between a triangle's normals before and after a change
+// Relative to the target length. A split never creates an edge that is short enough to be contracted.
+constexpr double kMaxLength = 4.0 / 3, kMinLength = 4.0 / 5;
+constexpr std::size_t kMinValence = 4;
+constexpr double kMinCosine = 0.3;  // between the normals of a triangle before and after an operation
 
 class Remesher {
  public:
-  Remesher(const TriangleMesh& surface, double edge_mm, const OntoSurface& onto)
-      : triangles_(surface.triangles), edge_(edge_mm), onto_(onto) {
+  Remesher(const TriangleMesh& surface, double edge_mm, const SurfaceProjection& project)
+      : triangles_(surface.triangles), edge_(edge_mm), project_(project) {
     for (const Eigen::Vector3f& p : surface.positions) positions_.push_back(p.cast<double>());
     around_.resize(positions_.size());
     for (int t = 0; t < static_cast<int>(triangles_.size()); ++t)
@@ -33,8 +33,8 @@ class Remesher {
     for (int pass = 0; pass < kPasses; ++pass) {
       for_each_edge([&](int a, int b) { split_if_long(a, b); });
       for_each_edge([&](int a, int b) { contract_if_short(a, b); });
-      for_each_edge([&](int a, int b) { turn_if_more_even(a, b); });
-      draw_to_neighbours();
+      for_each_edge([&](int a, int b) { flip_if_more_regular(a, b); });
+      relax_tangentially();
     }
     return compact();
   }
@@ -42,35 +42,35 @@ class Remesher {
  private:
   using Triangle = std::array<int, 3>;
 
-  bool alive(int t) const { return triangles_[t][0] >= 0; }
+  bool exists(int t) const { return triangles_[t][0] >= 0; }
   double length(int a, int b) const { return (positions_[a] - positions_[b]).norm(); }
-  /// Twice the area in its length.
+  /// Normal with a length of twice the area.
   Eigen::Vector3d normal(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) const {
     return (b - a).cross(c - a);
   }
   Eigen::Vector3d normal(const Triangle& t) const {
     return normal(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
   }
-  static bool turned_over(const Eigen::Vector3d& before, const Eigen::Vector3d& after) {
-    return !(after.dot(before) > kMostTurned * after.norm() * before.norm());
+  static bool is_flipped(const Eigen::Vector3d& before, const Eigen::Vector3d& after) {
+    return !(after.dot(before) > kMinCosine * after.norm() * before.norm());
   }
 
-  /// Each edge that is there when its turn comes; what `work` makes anew waits for the next pass.
+  /// Calls work(a, b) for each edge that still exists when it is reached, except those of triangles that `work` adds.
   template <class Work>
   void for_each_edge(Work&& work) {
     const int count = static_cast<int>(triangles_.size());
     for (int t = 0; t < count; ++t)
-      for (int e = 0; e < 3 && alive(t); ++e) {
+      for (int e = 0; e < 3 && exists(t); ++e) {
         const int a = triangles_[t][e], b = triangles_[t][(e + 1) % 3];
-        if (a < b) work(a, b);  // the other triangle has it the other way round
+        if (a < b) work(a, b);  // the adjacent triangle has the edge reversed
       }
   }
 
-  /// The triangles left and right of an edge, and the corners opposite to it.
+  /// Triangle on one side of an edge and its corner opposite to the edge.
   struct Wing {
     int triangle = -1, corner = -1;
   };
-  Wing wing(int a, int b) const {  // of the triangle that goes from a to b
+  Wing wing(int a, int b) const {  // on the side whose triangle contains the edge from a to b
     for (const int t : around_[a])
       for (int e = 0; e < 3; ++e)
         if (triangles_[t][e] == a && triangles_[t][(e + 1) % 3] == b) return {t, triangles_[t][(e + 2) % 3]};
@@ -85,7 +85,7 @@ class Remesher {
   int common_neighbours(int a, int b) const {
     int common = 0;
     for (const int t : around_[a])
-      for (int e = 0; e < 3; ++e)  // each neighbour of a once: the one after it in a triangle
+      for (int e = 0; e < 3; ++e)  // counts each neighbour of a once: the corner after a
         if (triangles_[t][e] == a) {
           const int n = triangles_[t][(e + 1) % 3];
           common += n != b && are_neighbours(n, b);
@@ -107,7 +107,7 @@ class Remesher {
   }
 
   void split_if_long(int a, int b) {
-    if (length(a, b) <= kLongest * edge_) return;
+    if (length(a, b) <= kMaxLength * edge_) return;
     const Wing left = wing(a, b), right = wing(b, a);
     const int middle = static_cast<int>(positions_.size());
     positions_.push_back(0.5 * (positions_[a] + positions_[b]));
@@ -119,10 +119,10 @@ class Remesher {
   }
 
   void contract_if_short(int a, int b) {
-    if (length(a, b) >= kShortest * edge_) return;
+    if (length(a, b) >= kMinLength * edge_) return;
     const Wing left = wing(a, b), right = wing(b, a);
-    if (around_[left.corner].size() <= kLeastValence || around_[right.corner].size() <= kLeastValence) return;
-    if (around_[a].size() + around_[b].size() - 4 < kLeastValence) return;
+    if (around_[left.corner].size() <= kMinValence || around_[right.corner].size() <= kMinValence) return;
+    if (around_[a].size() + around_[b].size() - 4 < kMinValence) return;
     if (common_neighbours(a, b) != 2) return;
     const Eigen::Vector3d middle = 0.5 * (positions_[a] + positions_[b]);
     for (const int end : {a, b})
@@ -132,9 +132,9 @@ class Remesher {
         for (int e = 0; e < 3; ++e) {
           const int v = triangles_[t][e];
           corner[e] = v == end ? middle : positions_[v];
-          if (v != end && (positions_[v] - middle).norm() > kLongest * edge_) return;
+          if (v != end && (positions_[v] - middle).norm() > kMaxLength * edge_) return;
         }
-        if (turned_over(normal(triangles_[t]), normal(corner[0], corner[1], corner[2]))) return;
+        if (is_flipped(normal(triangles_[t]), normal(corner[0], corner[1], corner[2]))) return;
       }
     remove(left.triangle);
     remove(right.triangle);
@@ -143,25 +143,28 @@ class Remesher {
     for (const int t : moved) replace_corner(t, b, a);
   }
 
-  void turn_if_more_even(int a, int b) {
+  void flip_if_more_regular(int a, int b) {
     const Wing left = wing(a, b), right = wing(b, a);
     const int c = left.corner, d = right.corner;
-    const auto off = [&](int v, int change) { return std::abs(static_cast<int>(around_[v].size()) + change - 6); };
+    const auto irregularity = [&](int v, int change) {
+      return std::abs(static_cast<int>(around_[v].size()) + change - 6);
+    };
     const auto squares = [](auto... x) { return (... + (x * x)); };
-    if (around_[a].size() <= kLeastValence || around_[b].size() <= kLeastValence || are_neighbours(c, d)) return;
-    if (squares(off(a, -1), off(b, -1), off(c, 1), off(d, 1)) >= squares(off(a, 0), off(b, 0), off(c, 0), off(d, 0)))
+    if (around_[a].size() <= kMinValence || around_[b].size() <= kMinValence || are_neighbours(c, d)) return;
+    if (squares(irregularity(a, -1), irregularity(b, -1), irregularity(c, 1), irregularity(d, 1)) >=
+        squares(irregularity(a, 0), irregularity(b, 0), irregularity(c, 0), irregularity(d, 0)))
       return;
     const Triangle first{a, d, c}, second{b, c, d};
     for (const Triangle& now : {first, second})
       for (const int before : {left.triangle, right.triangle})
-        if (turned_over(normal(triangles_[before]), normal(now))) return;
+        if (is_flipped(normal(triangles_[before]), normal(now))) return;
     remove(left.triangle);
     remove(right.triangle);
     add(first);
     add(second);
   }
 
-  void draw_to_neighbours() {
+  void relax_tangentially() {
     for (std::size_t v = 0; v < positions_.size(); ++v) {
       if (around_[v].empty()) continue;
       Eigen::Vector3d middle = Eigen::Vector3d::Zero(), outward = Eigen::Vector3d::Zero();
@@ -171,14 +174,14 @@ class Remesher {
       }
       outward.normalize();
       if (!outward.allFinite()) continue;
-      Eigen::Vector3d way = middle / (2.0 * static_cast<double>(around_[v].size())) - positions_[v];
-      way -= way.dot(outward) * outward;
+      Eigen::Vector3d move = middle / (2.0 * static_cast<double>(around_[v].size())) - positions_[v];
+      move -= move.dot(outward) * outward;
       const Eigen::Vector3d before = positions_[v];
       std::vector<Eigen::Vector3d> normals;
       for (const int t : around_[v]) normals.push_back(normal(triangles_[t]));
-      positions_[v] = onto_(before + 0.5 * way);
+      positions_[v] = project_(before + 0.5 * move);
       for (std::size_t k = 0; k < normals.size(); ++k)
-        if (turned_over(normals[k], normal(triangles_[around_[v][k]]))) {
+        if (is_flipped(normals[k], normal(triangles_[around_[v][k]]))) {
           positions_[v] = before;
           break;
         }
@@ -189,7 +192,7 @@ class Remesher {
     TriangleMesh surface;
     std::vector<int> index(positions_.size(), -1);
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
-      if (!alive(static_cast<int>(t))) continue;
+      if (!exists(static_cast<int>(t))) continue;
       Triangle& corners = surface.triangles.emplace_back();
       for (int e = 0; e < 3; ++e) {
         int& v = index[triangles_[t][e]];
@@ -204,26 +207,26 @@ class Remesher {
   }
 
   std::vector<Eigen::Vector3d> positions_;
-  std::vector<Triangle> triangles_;       ///< of -1 where there is none any more
-  std::vector<std::vector<int>> around_;  ///< the triangles of each vertex
+  std::vector<Triangle> triangles_;       ///< corners; -1 for a removed triangle
+  std::vector<std::vector<int>> around_;  ///< triangles around each vertex
   const double edge_;
-  const OntoSurface& onto_;
+  const SurfaceProjection& project_;
 };
 
 }  // namespace
 
-TriangleMesh remesh(const TriangleMesh& surface, double edge_mm, const OntoSurface& onto) {
-  SIMPLEXSEG_EXPECT(edge_mm > 0 && onto);
-  return Remesher(surface, edge_mm, onto).run();
+TriangleMesh remesh(const TriangleMesh& surface, double edge_mm, const SurfaceProjection& project) {
+  SIMPLEXSEG_EXPECT(edge_mm > 0 && project);
+  return Remesher(surface, edge_mm, project).run();
 }
 
-SimplexMesh even_dual_of(const TriangleMesh& surface, double edge_mm, const OntoSurface& onto) {
-  SimplexMesh mesh = dual_of(remesh(surface, edge_mm, onto));
-  for (Eigen::Vector3f& p : mesh.positions) p = onto(p.cast<double>()).cast<float>();
+SimplexMesh remeshed_dual_of(const TriangleMesh& surface, double edge_mm, const SurfaceProjection& project) {
+  SimplexMesh mesh = dual_of(remesh(surface, edge_mm, project));
+  for (Eigen::Vector3f& p : mesh.positions) p = project(p.cast<double>()).cast<float>();
   return mesh;
 }
 
-double even_edge_mm(const TriangleMesh& surface, double triangles) {
+double equilateral_edge_mm(const TriangleMesh& surface, double triangles) {
   return std::sqrt(area_mm2(surface) / triangles * 4 / std::numbers::sqrt3);
 }
 

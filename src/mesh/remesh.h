@@ -6,23 +6,25 @@
 
 namespace simplexseg {
 
-/// The same surface with edges of about `edge_mm` and about six triangles around each vertex, so that its dual has even
-/// cells: long edges are split, short ones contracted, the others turned where that evens out the valences, and
-/// vertices drawn to the middle of their neighbours within their tangent plane (Botsch and Kobbelt 2004, A remeshing
-/// approach to multiresolution modeling). Topology is kept: an edge is contracted only where its ends have no
-/// neighbours in common but the two across it (the link condition of Dey et al. 1999), and nothing is done that would
-/// turn a triangle over or leave fewer than four triangles around a vertex. `surface` is closed and oriented; parts too
-/// small for the edge keep as many triangles as their topology needs. `onto`: where a place near the surface is to lie
-/// (mm), for vertices leave it when edges are contracted.
-using OntoSurface = std::function<Eigen::Vector3d(const Eigen::Vector3d& mm)>;
-TriangleMesh remesh(const TriangleMesh& surface, double edge_mm, const OntoSurface& onto);
+/// Projection of a position near a surface onto it, mm.
+using SurfaceProjection = std::function<Eigen::Vector3d(const Eigen::Vector3d& mm)>;
+/// Remeshes a closed, oriented surface to edges of about `edge_mm` and about six triangles around each vertex, so that
+/// the cells of its dual are regular. Long edges are split, short ones contracted and others flipped towards a valence
+/// of six; then vertices move tangentially to the mean of their neighbours (Botsch and Kobbelt 2004, A remeshing
+/// approach to multiresolution modeling). `project` moves vertices back onto the surface, off which contractions move
+/// them.
+///
+/// The topology is preserved: an edge is contracted only if its ends share exactly the two neighbours across it (link
+/// condition, Dey et al. 1999). No operation reverses a triangle or leaves fewer than four triangles around a vertex.
+/// Parts too small for the edge length keep as many triangles as their topology needs.
+TriangleMesh remesh(const TriangleMesh& surface, double edge_mm, const SurfaceProjection& project);
 
-/// The dual of remesh(), each of its vertices brought onto the surface.
-SimplexMesh even_dual_of(const TriangleMesh& surface, double edge_mm, const OntoSurface& onto);
-/// The edge that a surface of so many even triangles has, each of which has sqrt(3)/4 of its edge squared.
-double even_edge_mm(const TriangleMesh& surface, double triangles);
+/// Simplex mesh dual to remesh(), with its vertices projected onto the surface.
+SimplexMesh remeshed_dual_of(const TriangleMesh& surface, double edge_mm, const SurfaceProjection& project);
+/// Edge length of the surface if it consisted of `triangles` equilateral triangles, each of area sqrt(3)/4 edge^2.
+double equilateral_edge_mm(const TriangleMesh& surface, double triangles);
 
-/// The area of all triangles, in mm2.
+/// Sum of the areas of all triangles, mm^2.
 double area_mm2(const TriangleMesh& surface);
 
 }  // namespace simplexseg

@@ -17,28 +17,28 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kMaxSphereLevel = 11;           // 84 million vertices
-constexpr int kMaxRefinedVertices = 1 << 27;  // of the coarse mesh: 3 x 4V corners still fit an int
+constexpr int kMaxRefinedVertices = 1 << 27;  // largest coarse mesh: 3 x 4V corners fit into an int
 
 int next_slot(int slot) { return slot == 2 ? 0 : slot + 1; }
 int previous_slot(int slot) { return slot == 0 ? 2 : slot - 1; }
 
-/// The slot of `wanted` among the neighbours of `vertex`, -1 when it is none of them.
-int slot_of(const std::vector<std::array<int, 3>>& neighbours, int vertex, int wanted) {
+/// Slot of `neighbour` among the neighbours of `vertex`; -1 if it is none.
+int slot_of(const std::vector<std::array<int, 3>>& neighbours, int vertex, int neighbour) {
   const auto& n = neighbours[vertex];
-  return n[0] == wanted ? 0 : n[1] == wanted ? 1 : n[2] == wanted ? 2 : -1;
+  return n[0] == neighbour ? 0 : n[1] == neighbour ? 1 : n[2] == neighbour ? 2 : -1;
 }
 
 [[noreturn]] void throw_invalid(int vertex, const std::string& why) {
   throw Error("vertex " + std::to_string(vertex) + " of the simplex mesh", why,
-              "repair the mesh or make it again as the dual of a closed, outward triangulation");
+              "repair the mesh, or create it again as the dual of a closed triangulation that is oriented outwards");
 }
 
 std::string edge_name(int a, int b) { return std::to_string(a) + "-" + std::to_string(b); }
 
-/// Cells, and (where asked for) the cell of each corner 3v + s: the one between the slots s and s+1 of vertex v.
-/// Walking it counter-clockwise one leaves v through slot s and arrives through slot s+1, so that from slot r of the
-/// arrival the walk goes on through r-1.
-CellList walk_cells(const SimplexMesh& mesh, std::vector<int>& cell_of_corner) {
+/// Cells of a mesh and the cell of each corner 3v + s, between the slots s and s+1 of vertex v. Counter-clockwise, the
+/// boundary of a cell leaves v through slot s and arrives through slot s+1; after arriving through slot r it continues
+/// through slot r-1.
+CellList trace_cells(const SimplexMesh& mesh, std::vector<int>& cell_of_corner) {
   const auto& neighbours = mesh.neighbours;
   const int count = static_cast<int>(neighbours.size());
   CellList cells;
@@ -51,14 +51,15 @@ CellList walk_cells(const SimplexMesh& mesh, std::vector<int>& cell_of_corner) {
       const int cell = cells.count();
       int vertex = start, slot = start_slot;
       do {
-        // Only neighbours that are no permutation of the corners come back to a corner other than the first.
+        // A second visit to a corner other than the first means that the neighbours do not permute the corners.
         if (cell_of_corner[3 * vertex + slot] >= 0) throw_invalid(vertex, "its cells do not close");
         cell_of_corner[3 * vertex + slot] = cell;
         cells.vertices.push_back(vertex);
         const int next = neighbours[vertex][slot];
         if (next < 0 || next >= count) throw_invalid(vertex, "neighbour " + std::to_string(next) + " is out of range");
         const int arrival = slot_of(neighbours, next, vertex);
-        if (arrival < 0) throw_invalid(vertex, "neighbour " + std::to_string(next) + " does not name it in turn");
+        if (arrival < 0)
+          throw_invalid(vertex, "neighbour " + std::to_string(next) + " does not list it as a neighbour");
         vertex = next;
         slot = previous_slot(arrival);
       } while (vertex != start || slot != start_slot);
@@ -69,10 +70,10 @@ CellList walk_cells(const SimplexMesh& mesh, std::vector<int>& cell_of_corner) {
 }
 
 struct HalfEdge {
-  int high, low_first, corner;  // the larger end; whether the edge runs from the smaller one; 3 * triangle + side
+  int high, low_first, corner;  // larger end; 1 if the edge starts at its smaller end; 3 * triangle + side
 };
 
-/// The unit sphere's triangulation together with the triangles across each side (side s runs from corner s to s+1).
+/// Triangulation of the unit sphere and the triangles across each side (side s runs from corner s to s+1).
 struct UnitSphere {
   std::vector<Vector3d> points;
   std::vector<std::array<int, 3>> triangles;
@@ -95,8 +96,8 @@ UnitSphere make_icosahedron() {
   return s;
 }
 
-/// One subdivision. Triangle t becomes 4t + s (its corner s, with the midpoints of the sides s and s-1) and 4t + 3 (its
-/// middle), so that children stay together at every level; the adjacency follows from the parents' without any search.
+/// Subdivides each triangle t into 4t + s (corner s with the midpoints of the sides s and s-1) and 4t + 3 (the middle).
+/// The four triangles are contiguous at every level, and their adjacency follows from the coarse one without a search.
 UnitSphere subdivide(const UnitSphere& coarse) {
   const int count = static_cast<int>(coarse.triangles.size());
   UnitSphere fine;
@@ -131,25 +132,23 @@ UnitSphere subdivide(const UnitSphere& coarse) {
   return fine;
 }
 
-Vector3d position(const SimplexMesh& mesh, int vertex) { return mesh.positions[vertex].cast<double>(); }
-
-/// The normal at P of the sphere through P and its neighbours, the sphere whose curvature is the vertex's sin(phi)/r.
-/// On a sphere it is exact however uneven the neighbours are, where (P2-P1)x(P3-P1) tilts by O(edge). With q_k = P_k -
-/// P, n.q_k = -|q_k|^2/(2R) gives n ~ sum |q_1|^2 q_2 x q_3 (cyclic), which also holds in the flat limit R -> infinity.
+/// Normal at P of the sphere through P and its neighbours, whose curvature is the vertex's sin(phi)/r. It is exact on a
+/// sphere for any distribution of the neighbours, whereas (P2-P1)x(P3-P1) tilts by O(edge). With q_k = P_k - P,
+/// n.q_k = -|q_k|^2/(2R) gives n ~ sum |q_1|^2 q_2 x q_3 (cyclic), which also holds in the flat limit R -> infinity.
 Vector3d sphere_normal(const SimplexMesh& mesh, int vertex) {
-  const Vector3d p = position(mesh, vertex);
+  const Vector3d p = position_of(mesh, vertex);
   const auto& n = mesh.neighbours[vertex];
-  const Vector3d q1 = position(mesh, n[0]) - p, q2 = position(mesh, n[1]) - p, q3 = position(mesh, n[2]) - p;
+  const Vector3d q1 = position_of(mesh, n[0]) - p, q2 = position_of(mesh, n[1]) - p, q3 = position_of(mesh, n[2]) - p;
   const Vector3d c12 = q1.cross(q2), c23 = q2.cross(q3), c31 = q3.cross(q1);
   const Vector3d on_sphere = q1.squaredNorm() * c23 + q2.squaredNorm() * c31 + q3.squaredNorm() * c12;
   const Vector3d simplex = c12 + c23 + c31;
   const double bound = on_sphere.norm() * simplex.norm();
-  // Where P lies outside the circumcircle of its neighbours the sphere says nothing about the surface.
+  // If P lies outside the circumcircle of its neighbours, the sphere does not approximate the surface.
   if (bound > 0.0 && on_sphere.dot(simplex) > 0.5 * bound) return on_sphere.normalized();
   return vertex_geometry(mesh, vertex).normal;
 }
 
-/// x / (1 + sqrt(1 - y)) for y in [0, 1], kept so against rounding.
+/// x / (1 + sqrt(1 - y)) for y in [0, 1], safe against rounding of y above 1.
 double over_root(double x, double y) { return x / (1.0 + std::sqrt(std::max(0.0, 1.0 - y))); }
 
 }  // namespace
@@ -157,7 +156,7 @@ double over_root(double x, double y) { return x / (1.0 + std::sqrt(std::max(0.0,
 CellList cells_of(const SimplexMesh& mesh) {
   SIMPLEXSEG_EXPECT(mesh.neighbours.size() == mesh.positions.size());
   std::vector<int> cell_of_corner;
-  return walk_cells(mesh, cell_of_corner);
+  return trace_cells(mesh, cell_of_corner);
 }
 
 void validate(const SimplexMesh& mesh) {
@@ -167,7 +166,7 @@ void validate(const SimplexMesh& mesh) {
                 "give every vertex exactly three neighbours on a closed surface");
   if (mesh.neighbours.size() != size)
     throw Error("simplex mesh of " + std::to_string(size) + " vertices",
-                "it has the neighbours of " + std::to_string(mesh.neighbours.size()),
+                "it has neighbours for " + std::to_string(mesh.neighbours.size()) + " vertices",
                 "give one triple for each vertex");
   const int count = mesh.vertex_count();
   for (int v = 0; v < count; ++v) {
@@ -177,19 +176,19 @@ void validate(const SimplexMesh& mesh) {
       if (w < 0 || w >= count) throw_invalid(v, "neighbour " + std::to_string(w) + " is out of range");
       if (w == v) throw_invalid(v, "it is its own neighbour");
       if (slot_of(mesh.neighbours, w, v) < 0)
-        throw_invalid(v, "neighbour " + std::to_string(w) + " does not name it in turn");
+        throw_invalid(v, "neighbour " + std::to_string(w) + " does not list it as a neighbour");
     }
-    if (n[0] == n[1] || n[1] == n[2] || n[2] == n[0]) throw_invalid(v, "it names a neighbour twice");
+    if (n[0] == n[1] || n[1] == n[2] || n[2] == n[0]) throw_invalid(v, "it lists a neighbour twice");
   }
-  // Mutual, distinct neighbours in cyclic order are a rotation system: its cells glue to a closed oriented surface, so
-  // that V - E + F = 2 - 2g on each connected part needs no check. A vertex that is turned over joins its three cells
-  // into one that visits it more than once.
+  // Mutual, distinct neighbours in cyclic order form a rotation system, whose cells make up a closed oriented surface:
+  // V - E + F = 2 - 2g then holds for each connected part. A vertex with reversed neighbours merges its
+  // three cells into one that visits it more than once.
   const CellList cells = cells_of(mesh);
-  std::vector<int> seen_in(count, -1);
+  std::vector<int> last_cell(count, -1);
   for (int c = 0; c < cells.count(); ++c) {
     for (int v : cells[c]) {
-      if (seen_in[v] == c) throw_invalid(v, "a cell visits it twice, so its neighbours are not counter-clockwise");
-      seen_in[v] = c;
+      if (last_cell[v] == c) throw_invalid(v, "a cell visits it twice, so its neighbours are not counter-clockwise");
+      last_cell[v] = c;
     }
   }
   const double volume_mm3 = measure(mesh).volume_mm3;
@@ -205,7 +204,7 @@ SimplexMesh dual_of(const TriangleMesh& triangulation) {
   const int count = static_cast<int>(triangles.size());
   if (count == 0) throw Error("triangulation", "it has no triangles", remedy);
 
-  // Sides are bucketed by their smaller end (a counting sort) and then paired within the few sides of one bucket.
+  // Sorts the sides by their smaller end (counting sort), then pairs the few sides of each bucket.
   std::vector<int> offsets(point_count + 1, 0);
   for (int t = 0; t < count; ++t) {
     const auto& corner = triangles[t];
@@ -213,7 +212,7 @@ SimplexMesh dual_of(const TriangleMesh& triangulation) {
       if (point < 0 || point >= point_count)
         throw Error("triangle " + std::to_string(t), "point " + std::to_string(point) + " is out of range", remedy);
     if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0])
-      throw Error("triangle " + std::to_string(t), "it names a point twice", remedy);
+      throw Error("triangle " + std::to_string(t), "it contains a point twice", remedy);
     for (int s = 0; s < 3; ++s) ++offsets[std::min(corner[s], corner[next_slot(s)]) + 1];
   }
   for (int p = 0; p < point_count; ++p) offsets[p + 1] += offsets[p];
@@ -242,7 +241,7 @@ SimplexMesh dual_of(const TriangleMesh& triangulation) {
       const HalfEdge& a = first[0];
       const HalfEdge& b = first[1];
       if (a.low_first == b.low_first)
-        throw Error("edge " + edge_name(low, a.high), "its two triangles run through it in the same sense", remedy);
+        throw Error("edge " + edge_name(low, a.high), "its two triangles have opposite orientations", remedy);
       mesh.neighbours[a.corner / 3][a.corner % 3] = b.corner / 3;
       mesh.neighbours[b.corner / 3][b.corner % 3] = a.corner / 3;
       first = last;
@@ -269,7 +268,7 @@ SimplexMesh make_ellipsoid(const Vector3d& centre_mm, const Vector3d& radii_mm, 
                 "choose a level from 0 to " + std::to_string(kMaxSphereLevel));
   if (!centre_mm.allFinite()) throw Error("sphere centre", "it is not finite", "give three finite coordinates in mm");
   if (!radii_mm.allFinite() || radii_mm.minCoeff() <= 0.0)
-    throw Error("sphere radius " + std::to_string(radii_mm.minCoeff()), "radii are positive and finite",
+    throw Error("sphere radius " + std::to_string(radii_mm.minCoeff()), "it is not positive and finite",
                 "give the radius in mm");
   UnitSphere sphere = make_icosahedron();
   for (int k = 0; k < level; ++k) sphere = subdivide(sphere);
@@ -297,28 +296,29 @@ Refined refine(const SimplexMesh& mesh) {
     throw Error("refinement of " + std::to_string(count) + " vertices", "the result would be too large",
                 "refine a coarser mesh");
   std::vector<int> cell_of_corner;
-  const CellList cells = walk_cells(mesh, cell_of_corner);
+  const CellList cells = trace_cells(mesh, cell_of_corner);
   std::vector<Vector3d> normals(count);
   for (int v = 0; v < count; ++v) normals[v] = sphere_normal(mesh, v);
 
-  // The lifts are those of a sphere of radius R, with 1/R read off the normals, where both are exact to rounding:
-  // 1. the centre C of points w_k on the sphere has |C|^2 = R^2 - s, s = mean |w_k - C|^2, and m = mean (w_k - C).n_k =
-  //    s/R, so that it is R - |C| = m / (1 + sqrt(1 - m^2/s)) below;
-  // 2. the middle of a chord d has g = d.(n_b - n_a) = d^2/R and is R - sqrt(R^2 - d^2/4) below it,
+  // New points are lifted as on a sphere of radius R, where both formulas are exact up to rounding.
+  // The normals give 1/R:
+  // 1. The centre C of points w_k on the sphere has |C|^2 = R^2 - s, s = mean |w_k - C|^2, and
+  //    m = mean (w_k - C).n_k = s/R. It lies R - |C| = m / (1 + sqrt(1 - m^2/s)) below the sphere.
+  // 2. The middle of a chord d has g = d.(n_b - n_a) = d^2/R and lies R - sqrt(R^2 - d^2/4) below the sphere,
   //    = g/4 / (1 + sqrt(1 - g^2/(4 d^2))).
   std::vector<Vector3d> centres(cells.count()), centre_normals(cells.count());
   for (int c = 0; c < cells.count(); ++c) {
     Vector3d centre = Vector3d::Zero(), normal = Vector3d::Zero();
     for (int v : cells[c]) {
-      centre += position(mesh, v);
+      centre += position_of(mesh, v);
       normal += normals[v];
     }
     const double size = static_cast<double>(cells[c].size());
     centre /= size;
-    normal.normalize();  // Eigen leaves a zero vector as it is: then nothing is lifted
+    normal.normalize();  // a zero vector stays zero: the centre is not lifted
     double square = 0.0, slope = 0.0;
     for (int v : cells[c]) {
-      const Vector3d arm = position(mesh, v) - centre;
+      const Vector3d arm = position_of(mesh, v) - centre;
       square += arm.squaredNorm() / size;
       slope += arm.dot(normals[v]) / size;
     }
@@ -336,7 +336,7 @@ Refined refine(const SimplexMesh& mesh) {
     fine.mesh.positions[v] = mesh.positions[v];
     fine.mesh.neighbours[v] = {corner_index(v, 0), corner_index(v, 1), corner_index(v, 2)};
     fine.parent[v] = v;
-    const Vector3d p = position(mesh, v);
+    const Vector3d p = position_of(mesh, v);
     for (int s = 0; s < 3; ++s) {
       const int corner = corner_index(v, s);
       const int cell = cell_of_corner[3 * v + s];
@@ -347,7 +347,7 @@ Refined refine(const SimplexMesh& mesh) {
         point += over_root(0.25 * turn, 0.25 * turn * turn / square) * (normals[v] + centre_normals[cell]).normalized();
       fine.mesh.positions[corner] = point.cast<float>();
       fine.parent[corner] = v;
-      // Around a corner point: its old vertex, the next and then the previous corner of its cell.
+      // Neighbours of a corner point: the coarse vertex, then the next and the previous corner of its cell.
       const int next = mesh.neighbours[v][s], previous = mesh.neighbours[v][next_slot(s)];
       fine.mesh.neighbours[corner] = {v, corner_index(next, previous_slot(slot_of(mesh.neighbours, next, v))),
                                       corner_index(previous, slot_of(mesh.neighbours, previous, v))};

@@ -7,23 +7,27 @@
 
 namespace simplexseg {
 
-/// A closed triangulation: the dual of a simplex mesh, or what is drawn of one.
+/// Closed triangulation: the dual of a simplex mesh, or its tessellation for drawing.
 struct TriangleMesh {
   std::vector<Eigen::Vector3f> positions;     ///< mm, LPS
   std::vector<std::array<int, 3>> triangles;  ///< counter-clockwise seen from outside
 };
 
-/// A 2-simplex mesh (Delingette 1999): every vertex has exactly three neighbours, counter-clockwise seen from outside.
-/// Indices, never pointers; cells, normals and areas are derived, not stored (docs/mathematics.md, section 1).
+/// 2-simplex mesh (Delingette 1999): every vertex has exactly three neighbours, counter-clockwise seen from outside.
+/// Connectivity consists of indices. Cells, normals and areas are derived, not stored (docs/mathematics.md, section 1).
 struct SimplexMesh {
   std::vector<Eigen::Vector3f> positions;      ///< mm, LPS
-  std::vector<std::array<int, 3>> neighbours;  ///< three for each vertex
+  std::vector<std::array<int, 3>> neighbours;  ///< three neighbours of each vertex
 
   int vertex_count() const { return static_cast<int>(positions.size()); }
 };
+/// Position of a vertex in double, mm.
+inline Eigen::Vector3d position_of(const SimplexMesh& mesh, int vertex) {
+  return mesh.positions[static_cast<std::size_t>(vertex)].cast<double>();
+}
 
-/// The polygonal cells of a mesh: cell c has vertices[offsets[c] .. offsets[c+1]), counter-clockwise from outside.
-/// Cells come in the order of their smallest vertex (ties: the order of the neighbour slot), and start with it.
+/// Polygonal cells of a mesh: cell c has vertices[offsets[c] .. offsets[c+1]), counter-clockwise seen from outside.
+/// Cells are ordered by their smallest vertex (ties: by its neighbour slot) and start with it.
 struct CellList {
   std::vector<int> offsets{0};
   std::vector<int> vertices;
@@ -33,39 +37,40 @@ struct CellList {
   }
 };
 
-/// The cells, found by walking the rotation system of the neighbours; F = V/2 + 2 - 2g.
+/// Cells traced in the rotation system of the neighbours; F = V/2 + 2 - 2g.
 CellList cells_of(const SimplexMesh& mesh);
 
-/// Throws Error naming the first vertex that breaks an invariant: V even and >= 4, as many neighbours as positions,
-/// finite positions, three distinct mutual neighbours in range and none itself, every cell of 3 or more vertices
-/// visiting none twice, V - E + F even and at most 2 for each connected part (orientable, closed), and positive volume
-/// (outward).
+/// Checks the invariants; throws Error with the first vertex that violates one. V is even and >= 4; there are as many
+/// neighbour triples as positions; positions are finite; the three neighbours are distinct, mutual, in range and not
+/// the vertex itself; every cell has 3 or more vertices and contains none twice; V - E + F is even and at most 2 for
+/// each connected part (orientable, closed); the volume is positive (oriented outwards).
 void validate(const SimplexMesh& mesh);
 
 /// Dual of a closed, oriented 2-manifold triangulation: vertex = triangle centroid, neighbours = the three
-/// edge-adjacent triangles. Throws Error when an edge has not exactly two triangles of opposite sense.
+/// edge-adjacent triangles. Throws Error if an edge does not have exactly two consistently oriented triangles.
 SimplexMesh dual_of(const TriangleMesh& triangulation);
 
-/// Dual of an icosahedron subdivided `level` times (x4 each: V = 20 * 4^level) and put on the sphere:
-/// V = 20, 80, 320, 1280, 5120, 20480, 81920 ... for level = 0, 1, 2, ...; vertices lie at `radius_mm` exactly.
+/// Dual of an icosahedron subdivided `level` times, with V = 20 * 4^level vertices (20, 80, 320, 1280, 5120, 20480,
+/// 81920 ...) at a distance of exactly `radius_mm` from the centre.
 SimplexMesh make_sphere(const Eigen::Vector3d& centre_mm, double radius_mm, int level);
 SimplexMesh make_ellipsoid(const Eigen::Vector3d& centre_mm, const Eigen::Vector3d& radii_mm, int level);
-/// The smallest level whose sphere has at least `vertices` vertices.
+/// Smallest level whose sphere has at least `vertices` vertices.
 int sphere_level_for(int vertices);
 
-/// x4 refinement: old vertices keep index and position, (P + C_c)/2 is added for each cell corner and one hexagon for
-/// each old edge, so V' = 4V and F' = F + 3V/2. The new points are lifted along the normal so that curvature is kept.
-/// `parent[v]` is the old vertex whose corner the new vertex v is (parent[v] == v for old ones).
+/// Refined mesh. parent[v]: coarse vertex at whose corner vertex v lies; v itself for a coarse vertex.
 struct Refined {
   SimplexMesh mesh;
   std::vector<int> parent;
 };
+/// Refines a mesh fourfold: coarse vertices keep index and position, a vertex near (P + C_c)/2 is added for each cell
+/// corner and a hexagon for each coarse edge, so V' = 4V and F' = F + 3V/2. New vertices are lifted along the normal so
+/// that the curvature is preserved.
 Refined refine(const SimplexMesh& mesh);
 
-/// The vertices around `vertex` in breadth-first order, ring by ring up to `order` (ring 0 is the vertex itself).
+/// Vertices around `vertex` in breadth-first order, ring by ring up to `order` (ring 0 is the vertex itself).
 struct Neighbourhood {
   std::vector<int> vertices;
-  std::vector<int> ring;  ///< one for each entry of vertices
+  std::vector<int> ring;  ///< ring of each entry of `vertices`
 };
 Neighbourhood neighbourhood_of(const SimplexMesh& mesh, int vertex, int order);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the Python module is made of: one function a source.
+// Parts of the Python module; each function has its own source.
 #pragma once
 #include <pybind11/pybind11.h>
 
@@ -13,7 +13,7 @@ void bind_files(py::module_& module);
 void bind_mesh(py::module_& module);
 void bind_metrics(py::module_& module);
 void bind_parameters(py::module_& module);
-/// Meshes and points of a session; needs bind_mesh() and bind_volume().
+/// Binds the meshes and points of a session; call bind_mesh() and bind_volume() first.
 void bind_items(py::module_& module);
 void bind_session(py::module_& module);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Volumes and labels, read and written.
+// Reading and writing of volumes and labels.
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -7,9 +7,9 @@
 #include <optional>
 
 #include "core/error.h"
-#include "io/files.h"
-#include "io/labels_io.h"
-#include "io/volume_io.h"
+#include "io/labels/labels_io.h"
+#include "io/platform/files.h"
+#include "io/volume/volume_io.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/gil.h"
@@ -22,9 +22,9 @@ namespace {
 namespace fs = std::filesystem;
 
 void require_number(int number) {
-  if (number < 1 || number > kMostVolumes)
+  if (number < 1 || number > kMaxVolumes)
     throw Error("volume number " + std::to_string(number), "it is out of range",
-                "give 1 to " + std::to_string(kMostVolumes));
+                "use 1 to " + std::to_string(kMaxVolumes));
 }
 
 Image read_image(const fs::path& path, int number, const std::string& series) {
@@ -89,22 +89,25 @@ void write_label_image(const fs::path& path, const Image& labels, const std::map
 }  // namespace
 
 void bind_files(py::module_& module) {
-  module.def("read_volume", &read_image, py::arg("path"), py::kw_only(), py::arg("number") = 1, py::arg("series") = "",
-             "Reads NIfTI, Analyze, NRRD, MetaImage, GIPL, MINC, a DICOM file or a folder with a DICOM series, voxels\n"
-             "in their own type. number: which volume of a 4D file, from 1; series: UID of the series of a folder,\n"
-             "\"\" for the largest. What the reader had to assume is a DataWarning. Raises Error for what is damaged,\n"
-             "missing or cannot be read.");
+  module.def(
+      "read_volume", &read_image, py::arg("path"), py::kw_only(), py::arg("number") = 1, py::arg("series") = "",
+      "Reads a volume: NIfTI, Analyze, NRRD, MetaImage, GIPL, MINC, a DICOM file or a folder with a DICOM series.\n"
+      "Keeps the type of the voxels. number: volume of a 4D file, counted from 1; series: UID of a series in a\n"
+      "folder, \"\" for the largest. Issues a DataWarning for each assumption of the reader. Raises Error if the\n"
+      "file is missing, damaged or unsupported.");
   module.def(
       "read_info", &read_info, py::arg("path"), py::kw_only(), py::arg("number") = 1, py::arg("series") = "",
-      "What a volume file says of itself, without its voxels: format, shape, dtype, spacing, origin, direction,\n"
-      "components, volumes, files, names of labels, warnings. Raises Error as read_volume().");
-  module.def("read_labels", &read_named_labels, py::arg("path"), py::kw_only(), py::arg("like") = py::none(),
-             "Reads a label volume or the contours of a DICOM RT structure set: (labels, names by label). like: a\n"
-             "volume onto whose grid they are brought. Raises Error as read_volume(), and where no label lies in it.");
+      "Reads the description of a volume file without its voxels: format, shape, dtype, spacing, origin, direction,\n"
+      "components, volumes, files, names of labels, warnings. Raises Error like read_volume().");
+  module.def(
+      "read_labels", &read_named_labels, py::arg("path"), py::kw_only(), py::arg("like") = py::none(),
+      "Reads a label volume or the contours of a DICOM RT structure set. Returns (labels, names by label). like:\n"
+      "volume onto whose grid the labels are resampled. Raises Error like read_volume(), and if no label lies\n"
+      "within that grid.");
   module.def("write_volume", &write_image, py::arg("path"), py::arg("volume"), py::call_guard<WithoutGil>(),
-             "Writes .nii, .nii.gz, .nrrd or .mha, whole or not at all. Raises Error.");
+             "Writes a volume (.nii, .nii.gz, .nrrd, .mha) atomically. Raises Error if the file cannot be written.");
   module.def("write_labels", &write_label_image, py::arg("path"), py::arg("labels"), py::arg("names") = py::dict(),
-             "The same of labels, which must be integers; .seg.nrrd keeps the names. Raises Error.");
+             "Writes labels like write_volume(). labels: integers; names: stored in .seg.nrrd files. Raises Error.");
 }
 
 }  // namespace simplexseg::python

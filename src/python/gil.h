@@ -5,9 +5,9 @@
 
 namespace simplexseg::python {
 
-/// While one lives, this thread has let go of the GIL, which it must have held. As pybind11's own, but for the end of
-/// the interpreter: that ends a thread which asks for the GIL by unwinding it, which no destructor lets pass, so that
-/// the process would be aborted. Here the thread stops where it is.
+/// Releases the GIL during its lifetime; the thread must hold the GIL before. Differs from pybind11's class at the end
+/// of the interpreter: Python then unwinds a thread that requests the GIL, and an exception in a destructor aborts the
+/// process. This class suspends the thread instead.
 class WithoutGil {
  public:
   WithoutGil() : state_(PyEval_SaveThread()) {}

@@ -7,13 +7,13 @@
 
 namespace simplexseg::python {
 
-/// simplexseg.Volume: a volume, and where it was read from.
+/// simplexseg.Volume: a volume and its source.
 struct Image {
   Volume volume;
-  std::filesystem::path path{};  ///< empty where it was made of an array
-  int number = 1;                ///< which volume of a 4D file
-  std::string series{};          ///< UID of the series of a DICOM folder; empty: the largest
-  bool low_is_bright = false;    ///< low values are meant to be shown bright (MONOCHROME1)
+  std::filesystem::path path{};  ///< empty if the volume was created from an array
+  int number = 1;                ///< number of the volume in a 4D file, counted from 1
+  std::string series{};          ///< UID of the series in a DICOM folder; empty: the largest
+  bool low_is_bright = false;    ///< low values are displayed bright (MONOCHROME1)
 };
 
 }  // namespace simplexseg::python

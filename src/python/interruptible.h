@@ -5,14 +5,14 @@
 #include <chrono>
 #include <future>
 
-#include "io/load_progress.h"
+#include "io/platform/load_progress.h"
 #include "python/gil.h"
 #include "python/messages.h"
 
 namespace simplexseg::python {
 
-/// What `work`, a reader, gives. It runs in a thread of its own, which must touch no Python object, while this one lets
-/// other Python threads run and listens for signals: Ctrl+C calls the reader off.
+/// Runs a reader in a separate thread and returns its result. `work` must not use Python objects. The calling thread
+/// releases the GIL meanwhile and checks for signals: Ctrl+C cancels the reader.
 template <class Work>
 auto interruptible(Work work) {
   LoadProgress progress;
@@ -28,7 +28,7 @@ auto interruptible(Work work) {
     try {
       check_signals();
     } catch (...) {
-      progress.call_off();
+      progress.cancel();
       const WithoutGil released;
       result.wait();
       throw;

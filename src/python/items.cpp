@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "forces/step_view.h"
-#include "io/point_text.h"
+#include "io/scene/point_text.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/mesh.h"
@@ -19,16 +19,16 @@ namespace {
 
 MarkKind kind_of(const std::string& name) {
   if (const std::optional<MarkKind> kind = find_point_kind(name)) return *kind;
-  throw Error("kind '" + name + "'", "there is none of that name", "give boundary, inside or outside");
+  throw Error("kind '" + name + "'", "no kind has this name", "use boundary, inside or outside");
 }
 
-/// What `read(item)` copies of a mesh; its pose is as of the last step where `with_pose`.
+/// Returns the result of `read(item)`, a copy of data of a mesh. `with_pose`: the item has the pose of the last step.
 template <class Read>
 auto read_mesh_item(const SceneMesh& mesh, Read read, bool with_pose = false) {
   return mesh.session->use([&](const Session& session) {
     const Scene& scene = with_pose ? session.scene() : session.scene_without_poses();
     const MeshItem* const item = scene.find_mesh(mesh.id);
-    if (!item) throw Error("mesh " + std::to_string(mesh.id), "the scene has it no longer", "take another");
+    if (!item) throw Error("mesh " + std::to_string(mesh.id), "it is no longer in the scene", "use another mesh");
     return read(*item);
   });
 }
@@ -37,12 +37,12 @@ template <class Read>
 auto read_point(const ScenePoint& point, Read read) {
   return point.session->use([&](const Session& session) {
     const UserPoint* const item = session.scene_without_poses().find_point(point.id);
-    if (!item) throw Error("point " + std::to_string(point.id), "the scene has it no longer", "take another");
+    if (!item) throw Error("point " + std::to_string(point.id), "it is no longer in the scene", "use another point");
     return read(*item);
   });
 }
 
-/// Sets one member of an EditMesh.
+/// Returns a setter that applies an EditMesh with one member.
 template <class T>
 auto edit(std::optional<T> EditMesh::*member) {
   return [member](const SceneMesh& mesh, const T& value) {
@@ -66,7 +66,7 @@ Surface surface_of(const SceneMesh& mesh) {
 
 py::object get_parameter(const SceneMesh& mesh, const std::string& name) {
   const FoundParameter found = find_named(name);
-  if (!found.force) throw Error("parameter '" + name + "'", "it is none of a mesh", "ask the session for it");
+  if (!found.force) throw Error("parameter '" + name + "'", "it is not a parameter of a mesh", "use Session.get()");
   return python_value(*found.info, read_mesh_item(mesh, [&](const MeshItem& item) {
     return item.parameters.values[static_cast<int>(found.force->id)][found.index];
   }));
@@ -75,12 +75,13 @@ py::object get_parameter(const SceneMesh& mesh, const std::string& name) {
 ScenePoint add_point(const SceneMesh& mesh, const py::object& position, const std::string& kind, double radius,
                      const py::object& outward) {
   AddPoint command{mesh.id, vector_of(position, "position"), kind_of(kind), radius};
-  if (!(radius >= 0)) throw Error("radius", "it is below 0 or no number", "give millimetres, or 0 for what suits");
+  if (!(radius >= 0))
+    throw Error("radius", "it is negative or not a number", "use a radius in mm, or 0 for the default");
   if (!outward.is_none()) command.outward = vector_of(outward, "outward");
   return {{mesh.session, apply(*mesh.session, command)}};
 }
 
-/// P(object) on the box that it was learned in.
+/// Returns the foreground probability on the box of the field; none if there is no field.
 std::optional<Image> evidence(const SceneMesh& mesh) {
   const auto field = read_mesh_item(mesh, [](const MeshItem& item) { return item.field; });
   if (!field || field->values.empty()) return std::nullopt;
@@ -102,7 +103,7 @@ py::tuple colour_of(const SceneMesh& mesh) {
   return py::make_tuple(colour.red, colour.green, colour.blue);
 }
 
-void set_name(const SceneMesh& mesh, const py::str& name) {  // not bytes, which may be no text
+void set_name(const SceneMesh& mesh, const py::str& name) {  // py::str excludes bytes, which may not be valid text
   edit (&EditMesh::name)(mesh, name.cast<std::string>());
 }
 
@@ -118,7 +119,7 @@ std::string described(const SceneMesh& mesh) {
 }
 
 template <class Command>
-void carry_out(const SceneMesh& mesh) {
+void apply_command(const SceneMesh& mesh) {
   apply(*mesh.session, Command{mesh.id});
 }
 
@@ -130,48 +131,54 @@ void bind_identity(py::class_<Item>& item) {
            })
       .def("__hash__", [](const Item& one) { return std::hash<const void*>()(one.session.get()) ^ one.id; })
       .def_property_readonly(
-          "id", [](const Item& one) { return one.id; }, "Never used twice in a session; logs have it.");
+          "id", [](const Item& one) { return one.id; }, "Unique in a session, also in its logs.");
 }
 
 void bind_mesh_item(py::class_<SceneMesh>& item) {
   item.def_property("name", member_of(&MeshItem::name), &set_name, "Unique in the scene.")
-      .def_property("label", member_of(&MeshItem::label), edit(&EditMesh::label), "Of its voxels, 1 to 65535.")
-      .def_property("visible", member_of(&MeshItem::visible), edit(&EditMesh::visible), "In pictures and the window.")
-      .def_property("locked", member_of(&MeshItem::locked), edit(&EditMesh::locked), "Whether it keeps its pose.")
-      .def_property("opacity", member_of(&MeshItem::opacity), edit(&EditMesh::opacity), "In 3D, above 0 and up to 1.")
-      .def_property("colour", &colour_of, &set_colour, "(red, green, blue), 0 to 255.")
-      .def_property_readonly("mesh", &surface_of, "A copy of its present shape, a Mesh.")
+      .def_property("label", member_of(&MeshItem::label), edit(&EditMesh::label), "Label of its voxels, 1 to 65535.")
+      .def_property("visible", member_of(&MeshItem::visible), edit(&EditMesh::visible),
+                    "Whether pictures and the window show it.")
+      .def_property("locked", member_of(&MeshItem::locked), edit(&EditMesh::locked), "Whether its pose is fixed.")
+      .def_property("opacity", member_of(&MeshItem::opacity), edit(&EditMesh::opacity),
+                    "Opacity in 3D, above 0 and at most 1.")
+      .def_property("colour", &colour_of, &set_colour, "Colour (red, green, blue), 0 to 255.")
+      .def_property_readonly("mesh", &surface_of, "Copy of its current shape, a Mesh.")
       .def_property_readonly(
-          "points", [](const SceneMesh& mesh) { return points_of(mesh.session, mesh.id); }, "In the order they came.")
-      .def("get", &get_parameter, py::arg("name"), "The value of forces.FORCE.PARAMETER; a choice by its name.")
+          "points", [](const SceneMesh& mesh) { return points_of(mesh.session, mesh.id); },
+          "Points of the mesh, in order of creation.")
+      .def("get", &get_parameter, py::arg("name"),
+           "Returns the value of forces.FORCE.PARAMETER: a number, or the name of a choice.")
       .def(
           "set",
           [](const SceneMesh& mesh, const std::string& name, const py::object& value) {
             set_parameter(*mesh.session, mesh.id, name, value);
           },
           py::arg("name"), py::arg("value"),
-          "Sets forces.FORCE.PARAMETER to a number, or the name of a choice. Raises Error for an unknown name or a\n"
+          "Sets forces.FORCE.PARAMETER to a number or to the name of a choice. Raises Error for an unknown name or a\n"
           "value out of range.")
       .def("add_point", &add_point, py::arg("position"), py::arg("kind") = "boundary", py::kw_only(),
            py::arg("radius") = 0.0, py::arg("outward") = py::none(),
-           "position: mm, LPS. kind: boundary (pulls the nearest part of the mesh), inside or outside. radius: of the\n"
-           "ball that it marks, mm, 0 for what suits; outward: of a boundary point, the way out of the object, None\n"
-           "as the surface nearby says. Raises Error for marks outside of the volume.")
-      .def(
-          "evidence", &evidence,
-          "P(object), learned from seed and points, as a Volume (float32) on its box of voxels; None before the first\n"
-          "step after it is wanted.")
-      .def("delete", &carry_out<DeleteMesh>, "Takes it out of the scene, with its points.")
-      .def("reset", &carry_out<ResetPose>, "Back to the sphere of its seed, or the labels that it started from.")
-      .def("refine", &carry_out<RefineMesh>, "Four vertices for each.")
-      .def("record_profiles", &carry_out<RecordProfiles>,
-           "Takes the intensity profiles under it as the reference of the force intensity_profile.")
+           "Adds a point and returns it. position: mm, LPS. kind: boundary (attracts the nearest part of the mesh), "
+           "inside\n"
+           "or outside. radius: radius of the marked ball, mm, 0 for the default. outward: outward direction of a\n"
+           "boundary point, None for the normal of the surface nearby. Raises Error for a mark outside the volume.")
+      .def("evidence", &evidence,
+           "Foreground probability, computed from seed and points, as a Volume (float32) on its box of voxels; None "
+           "until\n"
+           "the first step that uses it.")
+      .def("delete", &apply_command<DeleteMesh>, "Deletes the mesh and its points.")
+      .def("reset", &apply_command<ResetPose>,
+           "Resets the shape to its start: the sphere of the seed, or the initial labels.")
+      .def("refine", &apply_command<RefineMesh>, "Refines the mesh: four times as many vertices.")
+      .def("record_profiles", &apply_command<RecordProfiles>,
+           "Records the current intensity profiles as the reference of the force intensity_profile.")
       .def(
           "duplicate",
           [](const SceneMesh& mesh) {
             return SceneMesh{{mesh.session, apply(*mesh.session, DuplicateMesh{mesh.id})}};
           },
-          "A copy with its shape and points, under the first name, label and colour that are free.")
+          "Adds a copy with its shape and points; uses the first free name, label and colour.")
       .def("__repr__", [](const SceneMesh& mesh) { return python_text(described(mesh)); });
 }
 
@@ -181,36 +188,37 @@ void bind_point_item(py::class_<ScenePoint>& item) {
           [](const ScenePoint& point) {
             return tuple_of(read_point(point, [](const UserPoint& p) { return p.position_mm; }));
           },
-          "mm, LPS.")
+          "Position in mm, LPS.")
       .def_property_readonly(
           "kind",
           [](const ScenePoint& point) { return name_of(read_point(point, [](const UserPoint& p) { return p.kind; })); },
-          "boundary, inside or outside.")
+          "Kind of the point: boundary, inside or outside.")
       .def_property_readonly(
           "radius",
           [](const ScenePoint& point) { return read_point(point, [](const UserPoint& p) { return p.radius_mm; }); },
-          "Of the ball that it marks, mm.")
+          "Radius of the marked ball, mm.")
       .def_property_readonly(
           "mesh",
           [](const ScenePoint& point) {
             return SceneMesh{{point.session, read_point(point, [](const UserPoint& p) { return p.mesh; })}};
           },
-          "That it belongs to.")
+          "Mesh of the point.")
       .def(
           "move",
           [](const ScenePoint& point, const py::object& position) {
             apply(*point.session, MovePoint{point.id, vector_of(position, "position")});
           },
-          py::arg("position"), "To a position in mm, LPS. Raises Error for a mark outside of the volume.")
+          py::arg("position"), "Moves the point to a position in mm, LPS. Raises Error for a mark outside the volume.")
       .def(
           "resize",
           [](const ScenePoint& point, double radius) {
             apply(*point.session, ResizePoint{point.id, radius});
           },
-          py::arg("radius"), "Another ball, mm, of an inside or outside point. Raises Error.")
+          py::arg("radius"),
+          "Sets the radius, mm, of an inside or outside point. Raises Error for a value out of range.")
       .def(
           "delete", [](const ScenePoint& point) { apply(*point.session, DeletePoint{point.id}); },
-          "Takes it out of the scene.");
+          "Deletes the point.");
 }
 
 }  // namespace
@@ -244,13 +252,13 @@ void set_parameter(SessionOwner& session, ItemId mesh, const std::string& name, 
   else if (mesh == 0)
     apply(session, SetSimulationParameter{found.index, number});
   else
-    throw Error("parameter '" + name + "'", "it is none of a mesh", "set it on the session");
+    throw Error("parameter '" + name + "'", "it is not a parameter of a mesh", "use Session.set()");
 }
 
 void bind_items(py::module_& module) {
-  py::class_<SceneMesh> mesh(module, "SceneMesh",
-                             "One mesh of a session's scene. Raises Error once the mesh or the session is gone.");
-  py::class_<ScenePoint> point(module, "ScenePoint", "One point of a session's scene; as SceneMesh.");
+  py::class_<SceneMesh> mesh(
+      module, "SceneMesh", "A mesh in the scene of a session. Raises Error after the mesh or the session is deleted.");
+  py::class_<ScenePoint> point(module, "ScenePoint", "A point in the scene of a session. Raises Error like SceneMesh.");
   bind_identity(mesh);
   bind_identity(point);
   bind_mesh_item(mesh);

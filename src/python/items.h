@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a session hands out of its scene: names of meshes and points, which stay valid while the session lives, and are
-// refused once the item is gone.
+// Handles to meshes and points of a session. They keep the session alive and raise Error after the item is deleted.
 #pragma once
 #include <memory>
 
@@ -8,7 +7,7 @@
 
 namespace simplexseg::python {
 
-/// simplexseg.SceneMesh and simplexseg.ScenePoint.
+/// Base of simplexseg.SceneMesh and simplexseg.ScenePoint.
 struct SceneItem {
   std::shared_ptr<SessionOwner> session;
   ItemId id;
@@ -17,13 +16,15 @@ struct SceneItem {
 struct SceneMesh : SceneItem {};
 struct ScenePoint : SceneItem {};
 
-/// Those of the scene, of one mesh alone where `mesh` is not 0.
+/// Returns the meshes of the scene.
 std::vector<SceneMesh> meshes_of(const std::shared_ptr<SessionOwner>& session);
+/// Returns the points of one mesh, or of the scene if `mesh` is 0.
 std::vector<ScenePoint> points_of(const std::shared_ptr<SessionOwner>& session, ItemId mesh = 0);
 
-/// Carries out a command. Returns the id of what it added, else 0.
+/// Applies a command. Returns the id of the added item, or 0.
 ItemId apply(SessionOwner& session, const Command& command);
-/// Sets a parameter of a mesh, or of all where `mesh` is 0. Throws Error for an unknown name or a value out of range.
+/// Sets a parameter of a mesh, or of all meshes if `mesh` is 0. Throws Error for an unknown name or a value out of
+/// range.
 void set_parameter(SessionOwner& session, ItemId mesh, const std::string& name, const pybind11::object& value);
 
 }  // namespace simplexseg::python

@@ -6,7 +6,7 @@
 
 namespace simplexseg::python {
 
-/// simplexseg.Mesh: immutable, and shared with the arrays that look into it.
+/// simplexseg.Mesh: immutable; the arrays that view it share the ownership.
 struct Surface {
   std::shared_ptr<const SimplexMesh> mesh;
 

@@ -3,17 +3,17 @@
 
 #include <filesystem>
 
-#include "cli/commands.h"
-#include "io/files.h"
+#include "app/console.h"
+#include "io/platform/files.h"
 #include "python/bindings.h"
 
 namespace simplexseg::python {
 namespace {
 
-// Of the one module that a process has; alive as long as it.
+// Exception types of the module, which is loaded at most once and never unloaded.
 PyObject *error_type = nullptr, *simulation_error_type = nullptr, *warning_type = nullptr;
 
-constexpr std::size_t kLongestLine = 2000;
+constexpr std::size_t kMaxLineLength = 2000;
 
 PyObject* new_type(py::module_& module, const char* name, const char* doc, PyObject* base) {
   const std::string whole = std::string("simplexseg.") + name;
@@ -24,7 +24,7 @@ PyObject* new_type(py::module_& module, const char* name, const char* doc, PyObj
 }
 
 void raise(PyObject* type, const std::exception& exception) {
-  PyErr_SetObject(type, python_text(one_line(exception.what(), kLongestLine)).ptr());
+  PyErr_SetObject(type, python_text(one_line(exception.what(), kMaxLineLength)).ptr());
 }
 
 }  // namespace
@@ -43,7 +43,7 @@ py::list python_texts(const std::vector<std::string>& texts) {
 
 void warn(const std::vector<std::string>& lines) {
   for (const std::string& line : lines) {
-    const std::string text = python_text(one_line(line, kLongestLine));
+    const std::string text = python_text(one_line(line, kMaxLineLength));
     if (PyErr_WarnEx(warning_type, text.c_str(), 1) != 0) throw py::error_already_set();
   }
 }
@@ -53,16 +53,17 @@ void check_signals() {
 }
 
 void bind_messages(py::module_& module) {
-  error_type =
-      new_type(module, "Error", "Bad input or a failed resource, in one line: what, why, and what to do about it.",
-               PyExc_RuntimeError);
-  simulation_error_type = new_type(module, "SimulationError",
-                                   "Steps that no smaller timestep helps; the line names mesh and force. The session "
-                                   "goes on from the pose before them.",
-                                   error_type);
+  error_type = new_type(module, "Error",
+                        "Invalid input or a failed resource. The message is one line: what happened, why, what to do.",
+                        PyExc_RuntimeError);
+  simulation_error_type =
+      new_type(module, "SimulationError",
+               "Failure of a step at every timestep. The message names the mesh and the force. The session "
+               "keeps the pose before the step and can continue.",
+               error_type);
   warning_type =
       new_type(module, "DataWarning",
-               "What a reader had to assume or left out, or what was noticed of a mesh: one line.", PyExc_UserWarning);
+               "Assumption or omission of a reader, or a problem of a segmentation, in one line.", PyExc_UserWarning);
   py::register_exception_translator([](std::exception_ptr pointer) {
     try {
       if (pointer) std::rethrow_exception(std::move(pointer));

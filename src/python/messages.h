@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How failures and warnings of the library become Python's.
+// Conversion of errors and warnings of the library to those of Python.
 #pragma once
 #include <pybind11/pybind11.h>
 
@@ -10,20 +10,21 @@
 
 namespace simplexseg::python {
 
-/// Steps that could not be done, where no smaller timestep helped: simplexseg.SimulationError.
+/// simplexseg.SimulationError: failure of a step at every timestep.
 class SimulationError : public Error {
  public:
   using Error::Error;
 };
 
-/// The text as Python has it; bytes that are no UTF-8, as file names may hold, are replaced.
+/// Converts a text to a Python string. Replaces bytes that are not UTF-8, which file names may contain.
 pybind11::str python_text(const std::string& text);
 pybind11::list python_texts(const std::vector<std::string>& texts);
 
-/// Issues each line as a simplexseg.DataWarning. Throws what the user's filters make of it.
+/// Issues each line as a simplexseg.DataWarning. Throws if the warning filters of the user turn it into an exception.
 void warn(const std::vector<std::string>& lines);
 
-/// Throws KeyboardInterrupt, or what else a signal's handler raised, where one came. The GIL must be held.
+/// Runs pending signal handlers. Throws KeyboardInterrupt, or any other exception that a handler raises. The calling
+/// thread must hold the GIL.
 void check_signals();
 
 }  // namespace simplexseg::python

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How labels agree, and phantoms with known truth.
-#include "cli/metric_list.h"
+// Comparison of labels; phantoms with reference labels.
+#include "app/metric_list.h"
 
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
@@ -9,8 +9,8 @@
 #include <optional>
 #include <variant>
 
-#include "io/labels_io.h"
-#include "io/volume_io.h"
+#include "io/labels/labels_io.h"
+#include "io/volume/volume_io.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/image.h"
@@ -35,11 +35,11 @@ Volume test_of(const Labels& labels, const VolumeGeometry& grid, std::vector<std
   constexpr const char* owner = "the reference";
   if (const fs::path* const path = std::get_if<fs::path>(&labels))
     return load_labels_onto(*path, grid, owner, warnings);
-  return onto_grid(std::get<Image>(labels).volume, grid, "test", owner, warnings);
+  return resample_onto_grid(std::get<Image>(labels).volume, grid, "test", owner, warnings);
 }
 
 py::dict compare_labels(const Labels& reference, const Labels& test, std::optional<double> label, double tolerance_mm) {
-  if (label && !std::isfinite(*label)) throw Error("label", "it is not a finite number", "give a label");
+  if (label && !std::isfinite(*label)) throw Error("label", "it is not a finite number", "use the value of a label");
   std::vector<std::string> warnings;
   const MaskComparison comparison = interruptible([&] {
     const Volume truth = reference_of(reference, warnings);
@@ -68,21 +68,24 @@ py::tuple phantom(const std::string& kind, int size, double spacing, double cont
 }  // namespace
 
 void bind_metrics(py::module_& module) {
-  const PhantomSettings usual;
-  module.def("compare", &compare_labels, py::arg("reference"), py::arg("test"), py::arg("label") = py::none(),
-             py::kw_only(), py::arg("tolerance_mm") = kUsualToleranceMm,
-             "Agreement of two label volumes, Volumes or files, by the keys of `simplexseg-cli compare --json`: dice,\n"
-             "hd_mm, hd95_mm, assd_mm, surface_dice, reference_mm3, test_mm3 and more. label: None for every voxel\n"
-             "that is not 0. Labels on another grid are brought onto the reference's. Raises Error where the grids do\n"
-             "not overlap.");
-  module.def("metric_definitions", &metric_definitions, "What each key of compare() means, in one line.");
-  module.def("make_phantom", &phantom, py::arg("kind"), py::kw_only(), py::arg("size") = usual.size,
-             py::arg("spacing") = usual.spacing_mm, py::arg("contrast") = usual.contrast,
-             py::arg("background") = usual.background, py::arg("noise") = usual.noise_sigma,
-             py::arg("seed") = usual.seed,
-             "A small synthetic volume with known truth, as `simplexseg-cli phantom` makes it: (image, labels). kind:\n"
-             "sphere, ellipsoid, cube, torus, two-spheres, tube, flat or ramp; size in voxels along each axis,\n"
-             "spacing in mm. Raises Error for another kind or a value out of range.");
+  const PhantomSettings defaults;
+  module.def(
+      "compare", &compare_labels, py::arg("reference"), py::arg("test"), py::arg("label") = py::none(), py::kw_only(),
+      py::arg("tolerance_mm") = kDefaultToleranceMm,
+      "Compares two label volumes, each a Volume or a file. Returns a dict with the keys of `simplexseg-cli compare\n"
+      "--json`: dice, hd_mm, hd95_mm, assd_mm, surface_dice, reference_mm3, test_mm3 and more. label: None for\n"
+      "all voxels that are not 0. Resamples the test labels if their grid differs from that of the reference.\n"
+      "Raises Error if the grids do not overlap.");
+  module.def("metric_definitions", &metric_definitions,
+             "Returns the definition of each key of compare(), in one line.");
+  module.def("make_phantom", &phantom, py::arg("kind"), py::kw_only(), py::arg("size") = defaults.size,
+             py::arg("spacing") = defaults.spacing_mm, py::arg("contrast") = defaults.contrast,
+             py::arg("background") = defaults.background, py::arg("noise") = defaults.noise_sigma,
+             py::arg("seed") = defaults.seed,
+             "Creates a synthetic volume and its reference labels, like `simplexseg-cli phantom`. Returns (image, "
+             "labels). kind:\n"
+             "sphere, ellipsoid, cube, torus, two-spheres, tube, flat or ramp; size: voxels along each axis; spacing:\n"
+             "mm. Raises Error for an unknown kind or a value out of range.");
 }
 
 }  // namespace simplexseg::python

@@ -16,6 +16,6 @@ PYBIND11_MODULE(_core, module) {
   bind_parameters(module);
   bind_items(module);
   bind_session(module);
-  module.def("why_no_cuda", &simplexseg::why_no_cuda,
-             "Why no CUDA device can be used, in a few words; \"\" where one can.");
+  module.def("why_no_cuda", &simplexseg::cuda_unavailable_reason,
+             "Returns the reason why CUDA is not available; \"\" if a device can be used.");
 }

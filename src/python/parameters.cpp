@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "python/parameters.h"
 
-#include "io/files.h"
-#include "io/parameter_text.h"
+#include "io/platform/files.h"
+#include "io/scene/parameter_text.h"
 #include "python/bindings.h"
 #include "python/messages.h"
 #include "step/simulation_parameters.h"
@@ -14,14 +14,14 @@ std::string prefix_of(const ForceInfo* force) {
   return force ? std::string("forces.") + force->name + "." : std::string("simulation.");
 }
 
-/// Calls `see(FoundParameter)` for all of them, in the order of the tables.
-template <class See>
-void for_each_parameter(See see) {
-  const auto see_table = [&](const ForceInfo* force, std::span<const ParameterInfo> table) {
-    for (std::size_t p = 0; p < table.size(); ++p) see(FoundParameter{force, static_cast<int>(p), &table[p]});
+/// Calls `visit(FoundParameter)` for all parameters, in the order of the tables.
+template <class Visit>
+void for_each_parameter(Visit visit) {
+  const auto visit_table = [&](const ForceInfo* force, std::span<const ParameterInfo> table) {
+    for (std::size_t p = 0; p < table.size(); ++p) visit(FoundParameter{force, static_cast<int>(p), &table[p]});
   };
-  see_table(nullptr, simulation_table());
-  for (const ForceInfo& force : force_list()) see_table(&force, force.parameters);
+  visit_table(nullptr, simulation_table());
+  for (const ForceInfo& force : force_list()) visit_table(&force, force.parameters);
 }
 
 py::dict all_parameters() {
@@ -70,22 +70,24 @@ void bind_parameters(py::module_& module) {
   const auto value_at = [](float ParameterInfo::*member) {
     return [member](const ParameterInfo& info) { return python_value(info, info.*member); };
   };
-  py::class_<ParameterInfo>(module, "Parameter", "One parameter of the simulation or of a force, as it is declared.")
-      .def_property_readonly("default", value_at(&ParameterInfo::default_value), "A number, or the name of a choice.")
-      .def_property_readonly("minimum", value_at(&ParameterInfo::minimum), "Inclusive.")
-      .def_property_readonly("maximum", value_at(&ParameterInfo::maximum), "Inclusive.")
-      .def_readonly("unit", &ParameterInfo::unit, "\"\" where it has none.")
-      .def_readonly("doc", &ParameterInfo::doc, "What it means, in one sentence.")
+  py::class_<ParameterInfo>(module, "Parameter", "Declaration of a parameter of the simulation or of a force.")
+      .def_property_readonly("default", value_at(&ParameterInfo::default_value),
+                             "Default value: a number, or the name of a choice.")
+      .def_property_readonly("minimum", value_at(&ParameterInfo::minimum), "Smallest value, inclusive.")
+      .def_property_readonly("maximum", value_at(&ParameterInfo::maximum), "Largest value, inclusive.")
+      .def_readonly("unit", &ParameterInfo::unit, "Unit; \"\" if it has none.")
+      .def_readonly("doc", &ParameterInfo::doc, "Meaning, in one sentence.")
       .def_property_readonly(
           "choices", [](const ParameterInfo& info) { return python_texts(choices_of(info)); },
-          "Names that it can have; empty for a number.")
+          "Names of the choices; empty for a number.")
       .def("__repr__", [](const ParameterInfo& info) {
         return std::string("<simplexseg.Parameter ") + info.name + " = " + parameter_to_text(info, info.default_value) +
                ">";
       });
-  module.def("parameters", &all_parameters,
-             "All parameters by the names that set(), settings and `simplexseg-cli --set` take: simulation.PARAMETER\n"
-             "and forces.FORCE.PARAMETER.");
+  module.def(
+      "parameters", &all_parameters,
+      "Returns all parameters by name: simulation.PARAMETER and forces.FORCE.PARAMETER. These are the names for\n"
+      "set(), settings and `simplexseg-cli run --set`.");
 }
 
 }  // namespace simplexseg::python

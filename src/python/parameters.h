@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parameters by the names that --set has: simulation.PARAMETER and forces.FORCE.PARAMETER.
+// Parameters by the names of the option --set: simulation.PARAMETER and forces.FORCE.PARAMETER.
 #pragma once
 #include <pybind11/pybind11.h>
 
@@ -10,21 +10,21 @@
 
 namespace simplexseg::python {
 
-/// One parameter of the tables.
+/// Parameter in the tables.
 struct FoundParameter {
-  const ForceInfo* force;  ///< null: of the simulation
-  int index;               ///< in its table
+  const ForceInfo* force;  ///< null for a parameter of the simulation
+  int index;               ///< index in its table
   const ParameterInfo* info;
 };
-/// Throws Error naming the nearest where there is none of that name.
+/// Finds a parameter by name. Throws Error, with the most similar name, if there is none.
 FoundParameter find_named(const std::string& name);
 
-/// A number, or the name of a choice. Throws Error for what the parameter cannot be.
+/// Converts a number or the name of a choice to the value of a parameter. Throws Error for an invalid value.
 float parameter_value(const std::string& name, const ParameterInfo& info, const pybind11::object& value);
-/// The name of the choice, or the number as short as scene files have it.
+/// Converts a value to Python: the name of the choice, or the number in the notation of scene files.
 pybind11::object python_value(const ParameterInfo& info, float value);
 
-/// "NAME=VALUE" of each, for set_by_path().
+/// Converts a mapping to texts "NAME=VALUE" for set_by_path().
 std::vector<std::string> settings_of(const pybind11::object& mapping);
 
 }  // namespace simplexseg::python

@@ -7,15 +7,15 @@
 #include <cmath>
 #include <variant>
 
-#include "cli/simulate.h"
-#include "io/files.h"
-#include "io/log_io.h"
-#include "io/mesh_io.h"
-#include "io/mesh_start.h"
-#include "io/scene_export.h"
-#include "io/scene_io.h"
-#include "io/set_by_path.h"
-#include "io/volume_checksum.h"
+#include "app/simulate.h"
+#include "io/mesh/mesh_io.h"
+#include "io/platform/files.h"
+#include "io/scene/log_io.h"
+#include "io/scene/mesh_start.h"
+#include "io/scene/scene_export.h"
+#include "io/scene/scene_io.h"
+#include "io/scene/set_by_path.h"
+#include "io/volume/volume_checksum.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/interruptible.h"
@@ -44,8 +44,8 @@ LoadedInput input_of(const Image& image) {
 }
 
 Owner open_session(const std::variant<Image, fs::path>& source, const std::string& backend, int threads,
-                   const py::object& named) {
-  const std::vector<std::string> settings = settings_of(named);
+                   const py::object& parameters) {
+  const std::vector<std::string> settings = settings_of(parameters);
   const fs::path* const path = std::get_if<fs::path>(&source);
   const bool is_scene = path && path->extension() == ".json";
   LoadedInput input = interruptible([&] {
@@ -71,7 +71,7 @@ SceneMesh add(const Owner& owner, const AddMesh& command) { return {{owner, appl
 
 ItemId id_of(const std::optional<SceneMesh>& mesh, const Owner& owner) {
   if (!mesh) return 0;
-  if (mesh->session != owner) throw Error("like", "it is a mesh of another session", "give one of this");
+  if (mesh->session != owner) throw Error("like", "it is a mesh of another session", "use a mesh of this session");
   return mesh->id;
 }
 
@@ -83,7 +83,8 @@ SceneMesh add_sphere(const Owner& owner, const py::str& name, const py::object& 
 
 SceneMesh add_start(const Owner& owner, const std::variant<Image, fs::path>& source, const py::str& name,
                     std::optional<double> label, int part, int vertices, const std::optional<SceneMesh>& like) {
-  if (part < 0 || vertices < 0) throw Error("part or vertices", "it is below 0", "give 0 for all, or as many as suit");
+  if (part < 0 || vertices < 0)
+    throw Error("part or vertices", "it is negative", "use 0 for all parts or the default number");
   const ItemId like_id = id_of(like, owner);
   LoadedStart loaded = interruptible([&] {
     const Image* const labels = std::get_if<Image>(&source);
@@ -97,68 +98,68 @@ SceneMesh add_start(const Owner& owner, const std::variant<Image, fs::path>& sou
 SceneMesh mesh_named(const Owner& owner, const std::string& name) {
   return owner->use([&](const Session& session) -> SceneMesh {
     if (const MeshItem* const item = session.scene_without_poses().find_mesh(name)) return {{owner, item->id}};
-    throw Error("mesh '" + one_line(name) + "'", "the scene has none of that name", "see Session.meshes");
+    throw Error("mesh '" + one_line(name) + "'", "no mesh has this name", "see Session.meshes");
   });
 }
 
 py::object get_parameter(SessionOwner& owner, const std::string& name) {
   const FoundParameter found = find_named(name);
-  if (found.force) throw Error("parameter '" + name + "'", "each mesh has its own", "ask a mesh for it");
+  if (found.force) throw Error("parameter '" + name + "'", "each mesh has its own value", "use SceneMesh.get()");
   return python_value(*found.info, owner.use([&](const Session& session) {
     return value_of(session.scene_without_poses().simulation, found.index);
   }));
 }
 
 void require_steps(int steps) {
-  if (steps < 0 || steps > kMostSteps)
-    throw Error("steps " + std::to_string(steps), "it is out of range", "give 0 to " + std::to_string(kMostSteps));
+  if (steps < 0 || steps > kMaxSteps)
+    throw Error("steps " + std::to_string(steps), "it is out of range", "use 0 to " + std::to_string(kMaxSteps));
 }
 
-Advance warned(Advance advance) {
+Advance with_warnings(Advance advance) {
   warn(advance.warnings);
   return advance;
 }
 
 Advance run(SessionOwner& owner, std::optional<int> steps) {
   if (steps) require_steps(*steps);
-  const int wanted =
+  const int count =
       steps.value_or(owner.use([](const Session& session) { return session.scene_without_poses().steps; }));
-  const bool until_rest = !steps && wanted == 0;
-  return warned(owner.run(until_rest ? kMostStepsUntilRest : wanted, until_rest));
+  const bool until_rest = !steps && count == 0;
+  return with_warnings(owner.run(until_rest ? kMaxStepsUntilRest : count, until_rest));
 }
 
 Advance run_until_rest(SessionOwner& owner, int most_steps) {
   require_steps(most_steps);
-  return warned(owner.run(most_steps, true));
+  return with_warnings(owner.run(most_steps, true));
 }
 
 Advance run_for(SessionOwner& owner, double seconds) {
-  if (!(seconds >= 0 && std::isfinite(seconds))) throw Error("seconds", "it is below 0 or not finite", "give seconds");
-  return warned(owner.run_for(seconds));
+  if (!(seconds >= 0 && std::isfinite(seconds)))
+    throw Error("seconds", "it is negative or not finite", "use a time in seconds");
+  return with_warnings(owner.run_for(seconds));
 }
 
 Image labels_of(SessionOwner& owner) {
   return {owner.use([](const Session& session) {
     if (session.volume().empty())
-      throw Error("labels", "the scene names no volume, so there is no grid for them",
-                  "rasterise a mesh onto a volume");
+      throw Error("labels", "the scene has no volume, so the grid of the labels is unknown", "use Mesh.rasterise()");
     return make_label_map(session.scene(), session.volume().geometry()).labels;
   })};
 }
 
 void save_scene(SessionOwner& owner, const fs::path& path) {
   if (path.extension() != ".json")
-    throw Error("cannot write " + quoted(path), "the name of a scene ends in .json", "rename it");
+    throw Error("cannot write " + quoted(path), "the name of a scene ends in .json", "rename it to NAME.json");
   owner.use([&](const Session& session) {
     const Scene& scene = session.scene();
     if (scene.volume_path.empty() && !session.volume().empty())
-      throw Error("cannot write " + quoted(path), "its volume was made of an array and has no file to be named",
-                  "write it with write_volume() and open the session from that file");
+      throw Error("cannot write " + quoted(path), "its volume was created from an array and has no file",
+                  "write the volume with write_volume() and open the session from that file");
     for (const MeshItem& item : scene.meshes)
       if (item.start && item.start->path.empty())
         throw Error("cannot write " + quoted(path),
-                    "the labels that mesh '" + one_line(item.name) + "' starts from have no file to be named",
-                    "write them with write_labels() and give that file");
+                    "the initial labels of the mesh '" + one_line(item.name) + "' have no file",
+                    "write the labels with write_labels() and use that file");
     write_scene(path, scene, session.history());
   });
 }
@@ -166,7 +167,7 @@ void save_scene(SessionOwner& owner, const fs::path& path) {
 void save_label_file(SessionOwner& owner, const fs::path& path) {
   const std::string note = owner.use([&](const Session& session) {
     if (session.volume().empty())
-      throw Error("labels", "the scene names no volume, so there is no grid for them", "save meshes instead");
+      throw Error("labels", "the scene has no volume, so the grid of the labels is unknown", "save meshes instead");
     require_labels_name(path, session.scene_without_poses());
     return save_labels(path, session.scene(), session.volume().geometry());
   });
@@ -179,8 +180,8 @@ std::vector<fs::path> save_mesh_files(SessionOwner& owner, const fs::path& folde
   std::error_code failure;
   fs::create_directories(folder, failure);
   if (!fs::is_directory(folder))
-    throw Error("cannot make the folder " + quoted(folder),
-                failure ? failure.message() : "there is a file of that name", "name another");
+    throw Error("cannot create the folder " + quoted(folder), failure ? failure.message() : "a file has this name",
+                "choose another name");
   return owner.use([&](const Session& session) { return save_meshes(folder, session.scene(), extension); });
 }
 
@@ -204,7 +205,7 @@ std::optional<Image> volume_of_session(const SessionOwner& owner) {
   return owner.image();
 }
 
-/// A property that is read off the session.
+/// Returns a getter for a property of the session.
 template <class Read>
 auto reading(Read read) {
   return [read](SessionOwner& owner) { return owner.use([&](const Session& session) { return read(session); }); };
@@ -213,119 +214,124 @@ auto reading(Read read) {
 using SessionClass = py::class_<SessionOwner, Owner>;
 
 void bind_scene(SessionClass& session) {
-  session.def_property_readonly("volume", &volume_of_session, "As it was opened; None where the scene names none.")
+  session.def_property_readonly("volume", &volume_of_session, "Volume of the session; None if the scene has no volume.")
       .def_property_readonly(
-          "meshes", [](const Owner& owner) { return meshes_of(owner); }, "In the order of the scene.")
+          "meshes", [](const Owner& owner) { return meshes_of(owner); }, "Meshes, in the order of the scene.")
       .def_property_readonly(
-          "points", [](const Owner& owner) { return points_of(owner); }, "Of all meshes.")
-      .def("mesh", &mesh_named, py::arg("name"), "The mesh of that name. Raises Error where there is none.")
-      .def(
-          "add_mesh", &add_sphere, py::arg("name") = "", py::kw_only(), py::arg("centre"), py::arg("radius"),
-          py::arg("like") = py::none(),
-          "A sphere, centre and radius in mm (LPS), that grows once it runs. name: \"\" for the first \"mesh N\" that\n"
-          "is free; like: a mesh whose parameters it takes. Raises Error for a centre outside of the volume.")
-      .def(
-          "add_mesh_from", &add_start, py::arg("source"), py::arg("name") = "", py::kw_only(),
-          py::arg("label") = py::none(), py::arg("part") = 0, py::arg("vertices") = 0, py::arg("like") = py::none(),
-          "A mesh that starts from labels, or from the mesh of a file. source: a label Volume, a label file or a mesh\n"
-          "file; label: None for every voxel that is not 0; part: a connected part of it, 1 the largest, 0 all;\n"
-          "vertices: about so many, 0 for as many as suit. Raises Error.")
-      .def("get", &get_parameter, py::arg("name"), "The value of simulation.PARAMETER; a choice by its name.")
+          "points", [](const Owner& owner) { return points_of(owner); }, "Points of all meshes.")
+      .def("mesh", &mesh_named, py::arg("name"), "Returns the mesh with this name. Raises Error if there is none.")
+      .def("add_mesh", &add_sphere, py::arg("name") = "", py::kw_only(), py::arg("centre"), py::arg("radius"),
+           py::arg("like") = py::none(),
+           "Adds a mesh that starts as a sphere and grows during a run. centre, radius: mm, LPS; name: \"\" for the "
+           "first\n"
+           "free \"mesh N\"; like: mesh whose parameters are copied. Raises Error if the centre is outside the volume.")
+      .def("add_mesh_from", &add_start, py::arg("source"), py::arg("name") = "", py::kw_only(),
+           py::arg("label") = py::none(), py::arg("part") = 0, py::arg("vertices") = 0, py::arg("like") = py::none(),
+           "Adds a mesh that starts from labels or from a mesh file. source: a label Volume, a label file or a mesh "
+           "file;\n"
+           "label: None for all voxels that are not 0; part: number of the connected part, 1 for the largest, 0 for "
+           "all;\n"
+           "vertices: approximate number, 0 for the default; name, like: see add_mesh(). Raises Error.")
+      .def("get", &get_parameter, py::arg("name"),
+           "Returns the value of simulation.PARAMETER: a number, or the name of a choice.")
       .def(
           "set",
           [](SessionOwner& owner, const std::string& name, const py::object& value) {
             set_parameter(owner, 0, name, value);
           },
           py::arg("name"), py::arg("value"),
-          "Sets simulation.PARAMETER, or forces.FORCE.PARAMETER of every mesh that there is, to a number or the name\n"
-          "of a choice. Raises Error for an unknown name or a value out of range.")
+          "Sets simulation.PARAMETER, or forces.FORCE.PARAMETER of all existing meshes, to a number or to the name of "
+          "a\n"
+          "choice. Raises Error for an unknown name or a value out of range.")
       .def(
           "undo", [](SessionOwner& owner) { return undo_or_redo<Undo>(owner, &Session::can_undo); },
-          "Takes the last change of the scene back, poses included; False where there is none.")
+          "Undoes the last change of the scene, including poses. Returns False if there is nothing to undo.")
       .def(
           "redo", [](SessionOwner& owner) { return undo_or_redo<Redo>(owner, &Session::can_redo); },
-          "Does it again; False where there is none.")
+          "Redoes the last undone change. Returns False if there is nothing to redo.")
       .def_property_readonly("can_undo", reading([](const Session& s) { return s.can_undo(); }),
-                             "Whether undo() would.")
+                             "Whether there is a change to undo.")
       .def_property_readonly("can_redo", reading([](const Session& s) { return s.can_redo(); }),
-                             "Whether redo() would.")
+                             "Whether there is a change to redo.")
       .def_property_readonly("undo_title", reading([](const Session& s) { return std::string(s.undo_title()); }),
-                             "What undo() takes back, in words; \"\" where there is nothing.");
+                             "Name of the change that undo() reverts; \"\" if there is none.");
 }
 
 void bind_running(SessionClass& session) {
   session
       .def("run", &run, py::arg("steps") = py::none(),
-           "Takes so many steps; None: those of the scene, or until rest where they are 0, as `simplexseg-cli run`.\n"
-           "Other Python threads go on; Ctrl+C ends it between two steps, and the session can go on. What is noticed\n"
-           "of a mesh is a DataWarning. Raises SimulationError where steps fail that no smaller timestep helps.")
-      .def("run_until_rest", &run_until_rest, py::arg("most_steps") = kMostStepsUntilRest,
-           "Steps until nothing moves, or so many are done: at_rest says which. As run().")
+           "Runs steps. steps: None for the steps of the scene, or until the meshes settle if the scene has 0, like\n"
+           "`simplexseg-cli run`. Other Python threads run meanwhile; Ctrl+C stops between two steps, and the session\n"
+           "remains usable. Issues a DataWarning for each problem of a segmentation. Raises SimulationError if a step\n"
+           "fails at every timestep.")
+      .def("run_until_rest", &run_until_rest, py::arg("most_steps") = kMaxStepsUntilRest,
+           "Runs until the meshes settle (at_rest is True), at most most_steps. Otherwise like run().")
       .def("run_for", &run_for, py::arg("seconds"),
-           "As many steps as fit into the time, or until rest. As run(), but fields are learned beside the steps, so\n"
-           "that two runs need not be the same to the bit; the log says what was done.")
+           "Runs for a time, or until the meshes settle. Like run(), but fields are solved in parallel with the steps, "
+           "so\n"
+           "two runs may differ in the last digits; the log reproduces a run exactly.")
       .def_property_readonly("steps", reading([](const Session& s) { return s.total_steps(); }),
-                             "Steps since the session was opened.");
+                             "Number of steps since the session was opened.");
 }
 
 void bind_results(SessionClass& session) {
   session
       .def("labels", &labels_of,
-           "The voxels inside each mesh, with its label, on the volume's grid (uint8, or uint16 where a label needs "
-           "it).\n"
-           "Raises Error without a volume.")
+           "Returns the label map of the meshes on the grid of the volume (uint8, or uint16 for labels above 255).\n"
+           "Raises Error if there is no volume.")
       .def("save_scene", &save_scene, py::arg("path"),
-           "Writes the scene with its meshes and what can be undone (.json), to be run on or opened in the window.")
+           "Writes the scene (.json) with its meshes and undo history, to continue it here or in the window.")
       .def("save_labels", &save_label_file, py::arg("path"),
-           "Writes labels (.nii, .nii.gz, .nrrd, .seg.nrrd, .mha, .dcm) or contours (.rtstruct.dcm). Voxels that two\n"
-           "meshes share are a DataWarning. Raises Error.")
+           "Writes labels (.nii, .nii.gz, .nrrd, .seg.nrrd, .mha, .dcm) or contours (.rtstruct.dcm). Issues a "
+           "DataWarning\n"
+           "if meshes overlap. Raises Error if the file cannot be written.")
       .def("save_meshes", &save_mesh_files, py::arg("folder"), py::arg("format") = "ply",
-           "Writes each mesh as NAME.ply, or obj, stl, vtk or vtp, into the folder, which is made; returns the files.")
+           "Writes each mesh to NAME.ply (or obj, stl, vtk, vtp) in a folder, which is created. Returns the files.")
       .def("save_report", &SessionOwner::save_report, py::arg("path"),
-           "Writes what was run and found, with the agreement with the scene's references, as JSON.")
+           "Writes a report (JSON) of the runs and meshes, with their agreement with the references of the scene.")
       .def("save_picture", &SessionOwner::save_picture, py::arg("path"),
-           "Writes three slices with the meshes' outlines (.png, .ppm).")
+           "Writes a picture (.png, .ppm) of three slices with the outlines of the meshes.")
       .def("save_log", &save_log, py::arg("path"),
-           "Writes what was done and after how many steps, for `simplexseg-cli run SCENE --replay`.");
+           "Writes the log of commands and steps, for `simplexseg-cli run SCENE --replay`.");
 }
 
 }  // namespace
 
 void bind_session(py::module_& module) {
-  py::class_<Advance>(module, "RunResult", "What a run did.")
-      .def_readonly("steps", &Advance::steps, "Steps taken.")
-      .def_readonly("seconds", &Advance::seconds, "Time of the simulation alone.")
-      .def_readonly("at_rest", &Advance::at_rest, "Whether nothing moves any more.")
+  py::class_<Advance>(module, "RunResult", "Result of a run.")
+      .def_readonly("steps", &Advance::steps, "Number of steps.")
+      .def_readonly("seconds", &Advance::seconds, "Time of the simulation, s.")
+      .def_readonly("at_rest", &Advance::at_rest, "Whether all meshes have settled.")
       .def_property_readonly(
           "warnings", [](const Advance& a) { return python_texts(a.warnings); },
-          "Of meshes that leak or are unsure of their object, and of a device that failed.")
+          "Problems of segmentations (leaking, probably wrong) and failures of the device, one line each.")
       .def_property_readonly(
           "timestep_cuts", [](const Advance& a) { return python_texts(a.cuts); },
-          "A line for each step that was undone and taken again with a smaller timestep.")
+          "Steps that were repeated with a smaller timestep, one line each.")
       .def("__repr__", [](const Advance& a) {
-        return "<simplexseg.RunResult of " + std::to_string(a.steps) + " steps" + (a.at_rest ? ", at rest>" : ">");
+        return "<simplexseg.RunResult of " + std::to_string(a.steps) + " steps" + (a.at_rest ? ", settled>" : ">");
       });
 
   SessionClass session(module, "Session",
-                       "A scene on a volume, and its simulation. One thread at a time uses it; several sessions run\n"
-                       "beside each other. with Session(...) closes it.");
+                       "A scene on a volume, and its simulation. Only one thread at a time may use a session; several\n"
+                       "sessions can run in parallel. As a context manager, it closes at the end of the block.");
   session
       .def(
           py::init(&open_session), py::arg("source"), py::kw_only(), py::arg("backend") = "auto",
           py::arg("threads") = 0, py::arg("settings") = py::dict(),
-          "source: a Volume, a scene (.json), a volume file or a DICOM folder. backend: auto (CUDA where a device can\n"
-          "be used), cpu or cuda; threads: of the CPU, 0 for as many as the machine has. settings: parameters by\n"
-          "name, as --set of `simplexseg-cli run`, for the meshes that there are and those to come. Raises Error.")
-      .def("close", &SessionOwner::close, "Lets go of its memory; whatever is asked of it then raises Error.")
+          "source: a Volume, a scene (.json), a volume file or a DICOM folder. backend: cpu, cuda, or auto (CUDA if a\n"
+          "device is available); threads: CPU threads, 0 for all cores. settings: parameters by name, like --set of\n"
+          "`simplexseg-cli run`, for existing and future meshes. Raises Error.")
+      .def("close", &SessionOwner::close, "Releases all memory; any further use raises Error.")
       .def(
-          "__enter__", [](const Owner& owner) { return owner; }, "The session itself.")
+          "__enter__", [](const Owner& owner) { return owner; }, "Returns the session.")
       .def(
-          "__exit__", [](SessionOwner& owner, const py::args&) { owner.close(); }, "Closes it.")
+          "__exit__", [](SessionOwner& owner, const py::args&) { owner.close(); }, "Closes the session.")
       .def_property_readonly("closed", &SessionOwner::closed, "Whether close() was called.")
       .def_property_readonly("backend", reading([](const Session& s) { return std::string(s.engine().backend()); }),
-                             "cpu or cuda.")
+                             "Backend in use: cpu or cuda.")
       .def_property_readonly("device", reading([](const Session& s) { return s.engine().description(); }),
-                             "Device and threads, in words.")
+                             "Description of the device and its threads.")
       .def("__repr__", [](const SessionOwner& owner) {
         return owner.closed() ? "<simplexseg.Session, closed>" : "<simplexseg.Session>";
       });

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
-#include "cli/load.h"
-#include "cli/simulate.h"
-#include "cli/slice_picture.h"
+#include "app/load.h"
+#include "app/simulate.h"
+#include "app/slice_picture.h"
 #include "python/messages.h"
 
 namespace simplexseg::python {
@@ -14,32 +14,32 @@ namespace py = pybind11;
 
 namespace {
 
-constexpr double kChunkSeconds = 0.1;  ///< between two looks at signals
-constexpr int kMostThreads = 1024;
+constexpr double kChunkSeconds = 0.1;  ///< target time between two checks for signals, s
+constexpr int kMaxThreads = 1024;
 
 int checked_threads(int threads, const std::string& backend) {
-  if (threads < 0 || threads > kMostThreads)
+  if (threads < 0 || threads > kMaxThreads)
     throw Error("threads " + std::to_string(threads), "it is out of range",
-                "give 1 to " + std::to_string(kMostThreads) + ", or 0 for as many as the machine has");
+                "use 1 to " + std::to_string(kMaxThreads) + ", or 0 for all cores");
   if (threads > 0 && backend == "cuda")
-    throw Error("threads", "it is for the CPU, and the backend is cuda", "leave one of the two out");
+    throw Error("threads", "it applies to the CPU, not to the backend cuda", "omit one of the two");
   return threads;
 }
 
 const std::string& checked_backend(const std::string& backend) {
   if (backend != "auto" && backend != "cpu" && backend != "cuda")
-    throw Error("backend '" + backend + "'", "there is none of that name", "give auto, cpu or cuda");
+    throw Error("backend '" + backend + "'", "no backend has this name", "use auto, cpu or cuda");
   return backend;
 }
 
 }  // namespace
 
-SessionOwner::Turn::Turn(SessionOwner& owner) : owner_(owner) {
+SessionOwner::ExclusiveUse::ExclusiveUse(SessionOwner& owner) : owner_(owner) {
   if (owner.busy_.exchange(true))
-    throw Error("session", "another call is using it", "wait for that to end, or open a session for each thread");
+    throw Error("session", "another call is using it", "wait for the end of that call, or open one session per thread");
   if (owner.closed_) {
     owner.busy_ = false;
-    throw Error("session", "it is closed", "open another");
+    throw Error("session", "it is closed", "open a new session");
   }
 }
 
@@ -54,8 +54,8 @@ SessionOwner::SessionOwner(std::string scene_path, LoadedInput input, Image imag
   report_.volume_path = image_.path.string();
   report_.geometry = image_.volume.geometry();
   if (!image_.volume.empty()) report_.voxel_type = to_string(image_.volume.type());
-  session_ = std::make_unique<Session>(std::move(choice.engine), std::move(choice.spare), threads);
-  session_->learn_fields_with(std::move(choice.fields));
+  session_ = std::make_unique<Session>(std::move(choice.engine), std::move(choice.make_fallback), threads);
+  session_->set_field_solver(std::move(choice.fields));
   session_->open(std::move(input.scene), image_.volume, std::move(input.history));
   report_.load_ms = 1000 * (seconds_now() - start);
 }
@@ -68,7 +68,7 @@ SessionOwner::~SessionOwner() {
 
 void SessionOwner::close() {
   if (closed_) return;
-  const Turn turn(*this);
+  const ExclusiveUse exclusive(*this);
   closed_ = true;
   const WithoutGil released;
   session_.reset();
@@ -77,9 +77,9 @@ void SessionOwner::close() {
 
 template <class Chunk>
 Advance SessionOwner::in_chunks(Chunk chunk) {
-  const Turn turn(*this);
+  const ExclusiveUse exclusive(*this);
   Advance total;
-  for (bool goes_on = true; goes_on;) {
+  for (bool continues = true; continues;) {
     const double start = seconds_now();
     std::optional<Advance> part;
     {
@@ -93,7 +93,7 @@ Advance SessionOwner::in_chunks(Chunk chunk) {
     report_.at_rest = part->at_rest;
     report_.failure = part->failure;
     report_.cuts.insert(report_.cuts.end(), part->cuts.begin(), part->cuts.end());
-    goes_on = part->steps > 0 && !part->failure;
+    continues = part->steps > 0 && !part->failure;
     check_signals();
   }
   finish(total);
@@ -101,7 +101,7 @@ Advance SessionOwner::in_chunks(Chunk chunk) {
 }
 
 void SessionOwner::finish(Advance& total) {
-  if (const std::optional<std::string> notice = session_->take_notice()) {
+  if (const std::optional<std::string> notice = session_->pop_notice()) {
     total.warnings.push_back(*notice);
     report_.note = *notice;
     describe_engine(report_, session_->engine(), 0);
@@ -110,14 +110,14 @@ void SessionOwner::finish(Advance& total) {
 }
 
 Advance SessionOwner::run(int steps, bool until_rest) {
-  int most = 1;  // of a chunk
+  int chunk = 1;
   return in_chunks([&, last = seconds_now()](const Advance& total) mutable {
     if (until_rest && total.at_rest) return std::optional<Advance>();
     const double now = seconds_now();
-    if (total.steps > 0 && now - last < kChunkSeconds / 2) most = std::min(2 * most, 1 << 20);
-    if (total.steps > 0 && now - last > kChunkSeconds * 2) most = std::max(most / 2, 1);
+    if (total.steps > 0 && now - last < kChunkSeconds / 2) chunk = std::min(2 * chunk, 1 << 20);
+    if (total.steps > 0 && now - last > kChunkSeconds * 2) chunk = std::max(chunk / 2, 1);
     last = now;
-    return std::optional(session_->advance_steps(std::min(most, steps - total.steps), until_rest));
+    return std::optional(session_->advance_steps(std::min(chunk, steps - total.steps), until_rest));
   });
 }
 
@@ -133,7 +133,7 @@ Advance SessionOwner::run_for(double seconds) {
 void SessionOwner::save_report(const std::filesystem::path& path) {
   use([&](const Session& session) {
     RunReport report = report_;
-    report.bytes_held = session.engine().bytes_held();
+    report.bytes_allocated = session.engine().bytes_allocated();
     for (const MeshItem& item : session.scene().meshes)
       report.meshes.push_back(report_of(item, references_.mask_for(item), nullptr));
     write_report(path, report, session.scene());

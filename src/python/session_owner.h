@@ -7,59 +7,60 @@
 #include <string>
 #include <utility>
 
-#include "cli/report.h"
-#include "io/load_input.h"
+#include "app/report.h"
+#include "io/scene/load_input.h"
 #include "python/gil.h"
 #include "python/image.h"
 #include "session/session.h"
 
 namespace simplexseg::python {
 
-/// simplexseg.Session: a session that one thread at a time uses, which is refused otherwise, and that can be closed.
-/// Works without the GIL; between two chunks of a run it takes it and listens for signals. Every function throws Error
-/// once it is closed, and while another call uses it.
+/// simplexseg.Session: a session that can be closed. Only one thread at a time may use it. Works without the GIL, and
+/// acquires it between two chunks of a run to check for signals. Every function throws Error after close(), and while
+/// another call uses the session.
 class SessionOwner {
  public:
-  /// `scene_path`: empty where it began with a volume. `threads` of the CPU, 0: as many as the machine has.
+  /// `scene_path`: empty if the session starts from a volume. `threads`: CPU threads, 0 for all cores.
   SessionOwner(std::string scene_path, LoadedInput input, Image image, const std::string& backend, int threads);
 
-  /// What it was learning is finished first, without the GIL.
+  /// Waits for a running field update, without the GIL.
   ~SessionOwner();
   SessionOwner(const SessionOwner&) = delete;
   SessionOwner& operator=(const SessionOwner&) = delete;
 
-  /// Lets go of meshes, engine and undo history; once more does nothing.
+  /// Releases meshes, engine and undo history. Has no effect on a closed session.
   void close();
   bool closed() const { return closed_; }
-  /// The volume as it was read; its voxels may be none.
+  /// Returns the volume of the session; it may be empty.
   const Image& image() const { return image_; }
   const std::string& scene_path() const { return report_.scene_path; }
 
-  /// What `work(Session&)` gives, which must touch no Python object.
+  /// Returns the result of `work(Session&)`, which must not use Python objects.
   template <class Work>
   auto use(Work work) {
-    const Turn turn(*this);
+    const ExclusiveUse exclusive(*this);
     const WithoutGil released;
     return work(*session_);
   }
 
-  /// Steps in chunks that change no bit. Throws SimulationError where steps failed, and what a signal's handler raised;
-  /// the session can go on in both cases.
+  /// Runs steps in chunks, which do not change the result. Throws SimulationError if a step fails, and any exception of
+  /// a signal handler; the session remains usable in both cases.
   Advance run(int steps, bool until_rest);
+  /// Runs for `seconds`, or until the meshes settle. Throws like run().
   Advance run_for(double seconds);
 
-  /// As `simplexseg-cli run --report`, without traces.
+  /// Writes the report of `simplexseg-cli run --report`, without traces.
   void save_report(const std::filesystem::path& path);
   void save_picture(const std::filesystem::path& path);
 
  private:
-  /// One call's use of the session.
-  class Turn {
+  /// Exclusive use of the session during one call.
+  class ExclusiveUse {
    public:
-    explicit Turn(SessionOwner& owner);
-    ~Turn() { owner_.busy_ = false; }
-    Turn(const Turn&) = delete;
-    Turn& operator=(const Turn&) = delete;
+    explicit ExclusiveUse(SessionOwner& owner);
+    ~ExclusiveUse() { owner_.busy_ = false; }
+    ExclusiveUse(const ExclusiveUse&) = delete;
+    ExclusiveUse& operator=(const ExclusiveUse&) = delete;
 
    private:
     SessionOwner& owner_;

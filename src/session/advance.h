@@ -6,19 +6,19 @@
 
 namespace simplexseg {
 
-/// What an advance of the simulation did.
+/// Result of advancing the simulation.
 struct Advance {
   int steps = 0;
   double seconds = 0;
-  bool at_rest = false;               ///< nothing moves any more: no need to be called again until something changes
-  std::vector<std::string> cuts;      ///< one line for each step that was undone and its mesh's timestep cut
-  std::vector<std::string> warnings;  ///< one line for each field that leaks, or could not be learned
-  std::optional<std::string>
-      failure;  ///< one line naming mesh and force; the step was undone (and counts as one), the run should pause
-  bool refined = false;  ///< the vertex counts have changed
+  bool at_rest = false;               ///< every mesh has settled: further steps change nothing until the scene changes
+  std::vector<std::string> cuts;      ///< one line per undone step after which a timestep was cut
+  std::vector<std::string> warnings;  ///< one line per field that spreads, is uncertain or failed
+  /// One line naming segmentation and force. The step was undone but counts as one; the run should pause.
+  std::optional<std::string> failure;
+  bool refined = false;  ///< the vertex counts changed
 };
 
-/// Makes of `total` what it and `next`, which came after it, did together; seconds are added up.
+/// Appends `next`, which followed `total`, to it; steps and seconds are summed.
 void append(Advance& total, const Advance& next);
 
 }  // namespace simplexseg

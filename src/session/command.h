@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One user action: unit of undo, line of the log, what a replay repeats.
+// User actions. Each is one unit of undo and one line of the log.
 #pragma once
 #include <string>
 #include <variant>
@@ -8,19 +8,18 @@
 
 namespace simplexseg {
 
-/// Puts a sphere into the volume, or the mesh of `start`. The new mesh takes the default parameters of `like` (a mesh
-/// id), or of the scene.
+/// Adds a sphere, or the mesh of `start`. Copies the parameters of the mesh `like`; 0: the defaults of the scene.
 struct AddMesh {
-  std::string name;  ///< empty: the first "mesh N" that is free
+  std::string name;  ///< empty: the first unused "mesh N"
   Seed seed;
-  std::optional<Colour> colour;  ///< none: the first of the palette that no mesh has
+  std::optional<Colour> colour;  ///< none: the first unused colour of the palette
   ItemId like = 0;
-  std::optional<MeshStart> start{};  ///< with its mesh; `seed` then lies within that
+  std::optional<MeshStart> start{};  ///< includes its mesh; `seed` then lies inside that mesh
 };
 struct DeleteMesh {
   ItemId mesh;
 };
-/// Only the members that are set change.
+/// Changes the members that are set.
 struct EditMesh {
   ItemId mesh;
   std::optional<std::string> name;
@@ -30,11 +29,11 @@ struct EditMesh {
   std::optional<bool> locked{};
   std::optional<float> opacity{};
 };
-/// What the mesh is compared with. Says nothing of its pose.
+/// Sets the reference that reports compare the mesh with. Does not affect its pose.
 struct SetReference {
   ItemId mesh;
-  std::optional<Reference> reference;  ///< none: nothing
-  bool continues = false;              ///< one of several meshes that get theirs at once: undone together
+  std::optional<Reference> reference;  ///< none: removes it
+  bool continues = false;              ///< undone together with the SetReference before it
 };
 /// mesh = 0: every mesh.
 struct SetForceParameter {
@@ -42,15 +41,14 @@ struct SetForceParameter {
   ForceId force;
   int parameter;  ///< index in the force's table
   float value;
-  bool continues = false;  ///< part of the slider movement that the command before began: undone together with it
+  bool continues = false;  ///< same slider movement as the command before: undone together with it
 };
 struct SetSimulationParameter {
   int parameter;  ///< index in simulation_table()
   float value;
-  bool continues = false;  ///< as in SetForceParameter
+  bool continues = false;  ///< see SetForceParameter
 };
-/// All parameters of the forces of a mesh at once, and those of the simulation where they are given. mesh = 0: every
-/// mesh.
+/// Sets all force parameters of a mesh (0: of every mesh) and, where given, those of the simulation.
 struct SetParameters {
   ItemId mesh;
   ForceParameters forces;
@@ -60,65 +58,65 @@ struct AddPoint {
   ItemId mesh;
   Eigen::Vector3d position_mm;
   MarkKind kind = MarkKind::Boundary;
-  double radius_mm = 0;              ///< of the ball that it marks; 0: what suits the mesh's field
-  Eigen::Vector3d outward{0, 0, 0};  ///< of a boundary point: the way out of the object; 0: as the surface nearby says
+  double radius_mm = 0;              ///< radius of the marked ball; 0: chosen by mark_radius_mm()
+  Eigen::Vector3d outward{0, 0, 0};  ///< boundary point: direction out of the object; 0: chosen by outward_at()
 };
 struct MovePoint {
   ItemId point;
   Eigen::Vector3d position_mm;
-  bool continues = false;  ///< part of the drag that the command before began: undone together with it
+  bool continues = false;  ///< same drag as the command before: undone together with it
 };
-/// Another ball that an inside or outside point marks.
+/// Changes the radius of the ball that an inside or outside point marks.
 struct ResizePoint {
   ItemId point;
   double radius_mm;
-  bool continues = false;  ///< part of the turn of a wheel that the command before began: undone together with it
+  bool continues = false;  ///< same scroll gesture as the command before: undone together with it
 };
 struct DeletePoint {
   ItemId point;
 };
-/// Back to the seed sphere, at the first level. mesh = 0: every mesh that is not locked.
+/// Resets a mesh to its seed sphere or labels, at the first level. mesh = 0: every mesh that is not locked.
 struct ResetPose {
   ItemId mesh;
 };
-/// Takes the intensity profiles under the present pose as the reference of the intensity-profile force. mesh = 0: every
+/// Records the intensity profiles at the current pose as the reference of the intensity-profile force. mesh = 0: every
 /// mesh.
 struct RecordProfiles {
   ItemId mesh;
 };
-/// x4 refinement now. mesh = 0: every mesh that is not locked.
+/// Refines a mesh to four times as many vertices. mesh = 0: every mesh that is not locked.
 struct RefineMesh {
   ItemId mesh;
 };
-/// A copy of a mesh with its pose and points, under the first name, label and colour that are free.
+/// Copies a mesh with its pose and points, under the first unused name, label and colour.
 struct DuplicateMesh {
   ItemId mesh;
 };
-/// Gives a mesh another place in the list, from 0 on; those behind make room.
-struct PlaceMesh {
+/// Moves a mesh to another position in the list.
+struct ReorderMesh {
   ItemId mesh;
-  int place;
+  int place;  ///< from 0
 };
-/// Begins to learn the field of a mesh from its marks as they are now. Not for undo.
-struct LearnField {
+/// Starts to solve the field of a mesh with its current marks. Cannot be undone.
+struct StartFieldUpdate {
   ItemId mesh;
 };
-/// The field that was begun last draws its mesh from now on. Not for undo.
-struct TakeField {};
+/// Waits for the field that was started last and attaches it to its mesh. Cannot be undone.
+struct CommitFieldUpdate {};
 struct Undo {};
 struct Redo {};
 
 using Command = std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, SetSimulationParameter, AddPoint,
-                             MovePoint, DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, PlaceMesh,
-                             SetParameters, LearnField, TakeField, Undo, Redo, SetReference, ResizePoint>;
+                             MovePoint, DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh,
+                             SetParameters, StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint>;
 
-/// For menus ("Undo move point"), in lower case.
+/// Title for menus ("Undo move point"), in lower case.
 const char* title_of(const Command& command);
-/// For a list of what was done: "add inside point: kidney", "Smoothing, weight: all meshes". `before`: the scene that
-/// the command was given on.
+/// Entry for the list of actions: "add inside point: kidney", "Smoothing, weight: all segmentations". `before`: the
+/// scene before the command.
 std::string describe(const Command& command, const Scene& before);
 
-/// A line of the log: the command came after `steps` further steps of the simulation.
+/// Line of the log: a command, `steps` steps of the simulation after the previous line.
 struct LogEntry {
   int steps;
   Command command;

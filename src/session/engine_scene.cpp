@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "session/engine_scene.h"
 
-#include "session/mesh_life.h"
+#include "session/mesh_lifecycle.h"
 
 namespace simplexseg {
 
 EngineScene engine_scene(const Scene& scene, const Volume& volume) {
-  EngineScene made;
+  EngineScene loaded;
   for (const MeshItem& item : scene.meshes) {
     EngineMesh m;
     m.positions = item.mesh.positions, m.previous = item.previous, m.neighbours = item.mesh.neighbours;
     m.shape = item.shape, m.profiles = item.profiles, m.region = &item.region;
-    m.parameters = parameters_in_use(item, volume);
+    m.parameters = active_parameters(item, volume);
     m.finest = is_finest(item, scene.simulation, voxel_mm(volume));
     m.solver = item.solver;
     m.edge_mm = item.edge_mm;
     if (item.has_field()) m.field = {item.field->box, item.field->values};
-    made.meshes.push_back(m);
+    loaded.meshes.push_back(m);
   }
-  made.points = engine_points(scene);
-  return made;
+  loaded.points = engine_points(scene);
+  return loaded;
 }
 
 std::vector<EnginePoint> engine_points(const Scene& scene) {

@@ -9,13 +9,13 @@ namespace simplexseg {
 
 class Volume;
 
-/// A scene as an engine is loaded with it; refers to the scene.
+/// Meshes and points to load into an engine; refers to the arrays of the scene.
 struct EngineScene {
   std::vector<EngineMesh> meshes;
   std::vector<EnginePoint> points;
 };
 EngineScene engine_scene(const Scene& scene, const Volume& volume);
-/// The points that attract meshes.
+/// Attraction points of the engine: the boundary points of the scene.
 std::vector<EnginePoint> engine_points(const Scene& scene);
 
 }  // namespace simplexseg

@@ -14,12 +14,12 @@
 namespace simplexseg {
 namespace {
 
-/// By how much a voxel is at least of the object, or not: the surface leaves room between itself and their centres.
-constexpr float kLeastOver = 0.05f * kFieldScale;
-constexpr float kNearVoxels = 2;        // beyond so many voxels from the object the distance counts
-constexpr int kRoom = 10;               // voxels around an object that its field holds
-constexpr double kLeastVoxels = 2;      // radius of what a boundary mark adds or takes away
-constexpr double kFarthestVoxels = 60;  // from its surface that it is heard
+/// Smallest difference between a value and the threshold, so that the surface keeps a distance from voxel centres.
+constexpr float kMinMargin = 0.05f * kFieldScale;
+constexpr float kNearVoxels = 2;   // distance from the object, in voxels, up to which the probability is stored
+constexpr int kMargin = 10;        // margin of a field around its object, voxels
+constexpr double kMinVoxels = 2;   // smallest radius of the ball of a boundary mark
+constexpr double kMaxVoxels = 60;  // largest distance of a boundary mark from the surface
 
 bool is_set(const Mask& mask, const Eigen::Vector3d& index) {
   std::array<int, 3> at;
@@ -34,13 +34,14 @@ void paint_boundary(Mask& mask, const Mark& mark) {
   const Eigen::Affine3d index = mask.geometry.index_from_world();
   const double voxel_mm = mask.geometry.spacing_mm.minCoeff();
   const bool inside = is_set(mask, index * mark.position_mm);
-  const Eigen::Vector3d out = mark.outward.normalized(), way = inside ? out : Eigen::Vector3d(-out);
-  double far_mm = 0;
-  while (far_mm < kFarthestVoxels * voxel_mm && is_set(mask, index * (mark.position_mm + far_mm * way)) == inside)
-    far_mm += 0.5 * voxel_mm;
-  if (far_mm >= kFarthestVoxels * voxel_mm) far_mm = 0;  // the surface is not there
-  const double radius_mm = std::max(far_mm, kLeastVoxels * voxel_mm);
-  paint_ball(mask, mark.position_mm + radius_mm * way, radius_mm, inside ? 0 : 1);
+  const Eigen::Vector3d outward = mark.outward.normalized(), direction = inside ? outward : Eigen::Vector3d(-outward);
+  double distance_mm = 0;
+  while (distance_mm < kMaxVoxels * voxel_mm &&
+         is_set(mask, index * (mark.position_mm + distance_mm * direction)) == inside)
+    distance_mm += 0.5 * voxel_mm;
+  if (distance_mm >= kMaxVoxels * voxel_mm) distance_mm = 0;  // no surface in that direction
+  const double radius_mm = std::max(distance_mm, kMinVoxels * voxel_mm);
+  paint_ball(mask, mark.position_mm + radius_mm * direction, radius_mm, inside ? 0 : 1);
 }
 
 }  // namespace
@@ -65,15 +66,15 @@ void paint_ball(Mask& mask, const Eigen::Vector3d& centre_mm, double radius_mm, 
 }
 
 FieldValue field_value_of(const VolumeGeometry& geometry) {
-  const float least_mm = static_cast<float>(geometry.spacing_mm.minCoeff());
-  return {kFieldScale, kFieldFloor, kFieldFall / least_mm, kLeastOver, kNearVoxels * least_mm};
+  const float voxel_mm = static_cast<float>(geometry.spacing_mm.minCoeff());
+  return {kFieldScale, kFieldFloor, kFieldFall / voxel_mm, kMinMargin, kNearVoxels * voxel_mm};
 }
 
 MeshField field_of_start(const SimplexMesh& start, std::vector<Mark> marks, const std::vector<Mark>& others,
                          const VolumeGeometry& geometry, const RunJobs& run) {
   Mask mask = rasterise(start, geometry);
   for (const Mark& other : others) paint_ball(mask, other.position_mm, other.radius_mm, 0);
-  for (std::size_t m = 1; m < marks.size(); ++m) {  // the first is the seed, which the labels stand for
+  for (std::size_t m = 1; m < marks.size(); ++m) {  // the labels replace the first, the seed
     const Mark& mark = marks[m];
     if (mark.kind == MarkKind::Boundary)
       paint_boundary(mask, mark);
@@ -83,11 +84,10 @@ MeshField field_of_start(const SimplexMesh& start, std::vector<Mark> marks, cons
   MeshField field;
   field.box = bounding_box(mask, mask);
   if (field.box.voxel_count() == 0)
-    throw Error("field of a mesh that starts from labels", "no voxel of the volume lies inside",
-                "give the labels of this image");
+    throw Error("the segmentation from labels", "it contains no voxel of the image", "use labels of this image");
   for (int a = 0; a < 3; ++a) {
-    const int first = std::max(0, field.box.first[a] - kRoom);
-    const int end = std::min(geometry.size[a], field.box.first[a] + field.box.size[a] + kRoom);
+    const int first = std::max(0, field.box.first[a] - kMargin);
+    const int end = std::min(geometry.size[a], field.box.first[a] + field.box.size[a] + kMargin);
     field.box.first[a] = first, field.box.size[a] = end - first;
   }
   std::vector<std::uint8_t> object(field.box.voxel_count());

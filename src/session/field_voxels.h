@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What fields of meshes are made of: balls of marks as voxels, and the values of a field.
+// Voxels of marks, and values of the fields of meshes.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -14,18 +14,17 @@
 
 namespace simplexseg {
 
-/// Sets the voxels of a ball, at least its nearest one, to 1 or 0.
+/// Sets the voxels of a ball, at least the one nearest to its centre, to `value` (1 or 0).
 void paint_ball(Mask& mask, const Eigen::Vector3d& centre_mm, double radius_mm, std::uint8_t value);
 
-/// How the values of a field (FieldBox in src/forces/step_view.h) are made, in a volume with these voxels: P(object) of
-/// each, brought onto the side of the middle that it is on, and beyond two voxels from the object by the distance from
-/// it.
+/// Encoding of the values of a field (FieldBox in src/forces/step_view.h) for the voxels of a volume: within two voxels
+/// of the object the probability, on the same side of the threshold as the voxel; beyond, the distance to the object.
 FieldValue field_value_of(const VolumeGeometry& geometry);
 
-/// The field of a mesh that starts from labels: its voxels at the start, corrected by the marks in their order. Inside
-/// and outside marks are balls; a boundary mark adds, or takes away, a ball that touches it and is as wide as it lies
-/// far from the surface along its way out. `others`: inside marks of other meshes, outside of this one. Nothing is
-/// learned of the image. Throws Error where no voxel is left.
+/// Field of a mesh that starts from labels: its voxels at the start, corrected by the marks in their order. Inside and
+/// outside marks are balls. A boundary mark adds or removes a ball that touches it, whose radius is the mark's distance
+/// from the surface along its outward direction. `others`: inside marks of other meshes, background for this one. The
+/// image is not used. Throws Error if no voxel is left.
 MeshField field_of_start(const SimplexMesh& start, std::vector<Mark> marks, const std::vector<Mark>& others,
                          const VolumeGeometry& geometry, const RunJobs& run);
 

@@ -13,15 +13,15 @@ namespace simplexseg {
 
 namespace {
 
-/// P(object) of a voxel by the field of a mesh; none without a field.
+/// Foreground probability of a voxel in the field of a mesh; none without a field.
 std::optional<float> field_at(const MeshItem& item, std::size_t voxel, const VolumeGeometry& geometry) {
   if (!item.has_field()) return std::nullopt;
   const MeshField& field = *item.field;
-  std::size_t offset = 0, left = voxel, plane = static_cast<std::size_t>(geometry.size[0]) * geometry.size[1];
+  std::size_t offset = 0, remaining = voxel, plane = static_cast<std::size_t>(geometry.size[0]) * geometry.size[1];
   const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(geometry.size[0]), plane};
   for (int a = 2; a >= 0; --a) {
-    const int at = static_cast<int>(left / stride[a]) - field.box.first[a];
-    left %= stride[a];
+    const int at = static_cast<int>(remaining / stride[a]) - field.box.first[a];
+    remaining %= stride[a];
     if (at < 0 || at >= field.box.size[a]) return 0.0f;
     offset = offset * field.box.size[a] + at;
   }
@@ -34,7 +34,7 @@ LabelMap make_label_map(const Scene& scene, const VolumeGeometry& geometry) {
   int largest = 1;
   for (const MeshItem& item : scene.meshes) {
     if (item.label < 1 || item.label > 65535) {
-      throw Error("mesh '" + item.name + "'", "its label is " + std::to_string(item.label),
+      throw Error("segmentation '" + item.name + "'", "its label is " + std::to_string(item.label),
                   "give it a label from 1 to 65535");
     }
     largest = std::max(largest, item.label);

@@ -9,24 +9,25 @@
 
 namespace simplexseg {
 
-/// The field P(object) of a mesh, and the marks that it was learned from. Immutable once made, so that undo can keep
-/// what belonged to a scene.
+/// Foreground probability of a mesh's object in a box of voxels, and the marks that it was solved for. Immutable, so
+/// that snapshots of a scene can share it.
 struct MeshField {
-  VoxelBox box{};                     ///< of the volume's voxels
-  std::vector<std::uint16_t> values;  ///< as FieldBox says (src/forces/step_view.h); empty: it could not be learned
+  VoxelBox box{};                     ///< in voxels of the volume
+  std::vector<std::uint16_t> values;  ///< encoded as in FieldBox (src/forces/step_view.h); empty: failed
   std::vector<Mark> marks;
-  std::vector<Mark> others;  ///< inside marks of other meshes that reach the box: outside for this one
-  bool leaks = false;        ///< the object reaches the far sides of the largest box
-  float expected_dice = 1;   ///< EvidenceField::Report; 1 where the object was given, not learned
-  std::string problem;       ///< why there are no values
+  std::vector<Mark> others;  ///< inside marks of other meshes that reach the box: background for this one
+  bool leaks = false;        ///< the object reaches the sides of the largest box
+  float expected_dice = 1;   ///< EvidenceField::Report; 1 where the object comes from labels
+  std::string problem;       ///< reason for the failure; empty: none
 
-  /// Whether next to nothing is known of the object: what was marked may not be one at all. Of 51 seeds in objects none
-  /// is, of four in bowel all are (docs/results/evidence-2026-11-23.md).
-  bool unsure() const { return expected_dice < 0.35f; }
-  /// Whether the user is warned of it.
-  bool doubted() const { return leaks || unsure() || !problem.empty(); }
+  /// Whether the segmentation is probably wrong: the expected Dice is low, for example if the seed lies in no object.
+  /// Measured: true for none of 51 seeds in objects and for all of four in bowel
+  /// (docs/results/archive/evidence-2026-11-23.md).
+  bool probably_wrong() const { return expected_dice < 0.35f; }
+  /// Whether the user must be warned about the field.
+  bool needs_warning() const { return leaks || probably_wrong() || !problem.empty(); }
 
-  /// Of the box, 1 where the voxel is the object's, else 0.
+  /// Object mask of the box: 1 inside the object, else 0.
   std::vector<std::uint8_t> object_voxels() const;
 };
 

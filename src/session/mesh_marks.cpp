@@ -8,20 +8,20 @@
 #include "evidence/brush_radius.h"
 #include "image/volume.h"
 #include "mesh/mesh_geometry.h"
-#include "session/mesh_life.h"
+#include "session/mesh_lifecycle.h"
 
 namespace simplexseg {
 
 std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volume& volume) {
   std::vector<Mark> marks{{MarkKind::Inside, item.seed.centre_mm, item.seed.radius_mm}};
-  // Of a boundary mark; a dot is as large as it was made.
-  const double least = least_brush_radius_mm(volume.geometry());
+  // Smallest radius of a boundary mark; balls of other marks have their own radius.
+  const double min_radius_mm = least_brush_radius_mm(volume.geometry());
   for (const UserPoint& point : scene.points) {
     if (point.mesh != item.id || !volume.geometry().contains(point.position_mm)) continue;
     if (point.kind == MarkKind::Boundary && !(point.outward.norm() > 0)) continue;
-    const bool dot = point.kind != MarkKind::Boundary && point.radius_mm > 0;
-    marks.push_back(
-        {point.kind, point.position_mm, dot ? point.radius_mm : std::max(point.radius_mm, least), point.outward});
+    const bool ball = point.kind != MarkKind::Boundary && point.radius_mm > 0;
+    marks.push_back({point.kind, point.position_mm, ball ? point.radius_mm : std::max(point.radius_mm, min_radius_mm),
+                     point.outward});
   }
   return marks;
 }
@@ -29,7 +29,7 @@ std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volum
 std::vector<Mark> marks_of_others(const Scene& scene, const MeshItem& item, const Volume& volume) {
   std::vector<Mark> others;
   for (const MeshItem& other : scene.meshes) {
-    if (other.id == item.id || !takes_field(other, volume)) continue;
+    if (other.id == item.id || !uses_field(other, volume)) continue;
     for (const Mark& mark : marks_of(scene, other, volume))
       if (mark.kind == MarkKind::Inside) others.push_back(mark);
   }
@@ -51,7 +51,7 @@ std::vector<Mark> within_reach(std::vector<Mark> others, const MeshField& field,
 }
 
 bool has_stale_field(const Scene& scene, const MeshItem& item, const Volume& volume) {
-  if (!takes_field(item, volume)) return false;
+  if (!uses_field(item, volume)) return false;
   if (!item.field) return true;
   const std::vector<Mark> others = within_reach(marks_of_others(scene, item, volume), *item.field, volume.geometry());
   return marks_of(scene, item, volume) != item.field->marks || others != item.field->others;
@@ -62,8 +62,8 @@ double mark_radius_mm(const MeshItem& item, MarkKind kind, const Eigen::Vector3d
   const VolumeGeometry& geometry = volume.geometry();
   if (!item.has_field()) return least_brush_radius_mm(geometry);
   const MeshField& field = *item.field;
-  const std::vector<Known> known = known_voxels(geometry, field.box, {}, field.marks, nullptr);
-  return brush_radius_mm(geometry, field.box, field.object_voxels(), known, kind, position_mm, fields);
+  const std::vector<Constraint> constraints = constraint_mask(geometry, field.box, {}, field.marks, nullptr);
+  return brush_radius_mm(geometry, field.box, field.object_voxels(), constraints, kind, position_mm, fields);
 }
 
 Eigen::Vector3d outward_at(const MeshItem& item, const Eigen::Vector3d& position_mm, const Volume& volume) {
@@ -76,9 +76,9 @@ Eigen::Vector3d outward_at(const MeshItem& item, const Eigen::Vector3d& position
     if (d < square) square = d, nearest = v;
   }
   Eigen::Vector3d normal = vertex_geometry(mesh, nearest).normal;
-  const Eigen::Vector3d way = position_mm - mesh.positions[nearest].cast<double>();
-  if (way.norm() < voxel_mm(volume)) return normal;
-  return way.dot(normal) > 0 ? Eigen::Vector3d(way.normalized()) : Eigen::Vector3d(-way.normalized());
+  const Eigen::Vector3d to_point = position_mm - mesh.positions[nearest].cast<double>();
+  if (to_point.norm() < voxel_mm(volume)) return normal;
+  return to_point.dot(normal) > 0 ? Eigen::Vector3d(to_point.normalized()) : Eigen::Vector3d(-to_point.normalized());
 }
 
 }  // namespace simplexseg

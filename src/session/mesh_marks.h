@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene says about the object of a mesh: its marks.
+// Marks of a mesh: its prompts in a scene.
 #pragma once
 #include <vector>
 
@@ -12,22 +12,22 @@ namespace simplexseg {
 class Volume;
 struct VolumeGeometry;
 
-/// The seed, then the mesh's points in the order in which they were placed. Boundary points that lie outside of the
-/// volume mark nothing.
+/// Seed of a mesh, then its points in the order in which they were placed. Points outside the volume and boundary
+/// points without a direction are left out.
 std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volume& volume);
-/// What is inside of the other meshes that take fields is outside of this one: their seeds and inside points.
+/// Seeds and inside points of the other meshes that use fields; they are background marks for this mesh.
 std::vector<Mark> marks_of_others(const Scene& scene, const MeshItem& item, const Volume& volume);
-/// Of the marks of others those that reach the box of a field; all for a field without a box.
+/// Marks of other meshes that reach the box of a field; all of them for a field without a box.
 std::vector<Mark> within_reach(std::vector<Mark> others, const MeshField& field, const VolumeGeometry& geometry);
-/// Whether the mesh's evidence comes from its marks, and these, or those of others that reach its field, have changed
-/// since its field was learned.
+/// Whether the mesh uses a field and its marks, or those of others that reach the field, have changed since the field
+/// was solved.
 bool has_stale_field(const Scene& scene, const MeshItem& item, const Volume& volume);
-/// Radius in mm for the mark of a new point: brush_radius_mm() in the mesh's field, the least one without a field.
+/// Radius in mm of the ball of a new point: brush_radius_mm() in the mesh's field, least_brush_radius_mm() without one.
 double mark_radius_mm(const MeshItem& item, MarkKind kind, const Eigen::Vector3d& position_mm, const Volume& volume,
                       const EvidenceSettings& fields = {});
-/// The way out of the object at a new boundary point, which draws the present surface to itself: from it to the surface
-/// where it lies inside, else from the surface to it; along the surface's normal where it lies on it. 0 for a mesh
-/// without vertices.
+/// Unit direction out of the object at a new boundary point: from a point inside the current surface to the surface,
+/// from the surface to a point outside, or along the normal if the point lies on the surface. 0 for a mesh without
+/// vertices.
 Eigen::Vector3d outward_at(const MeshItem& item, const Eigen::Vector3d& position_mm, const Volume& volume);
 
 }  // namespace simplexseg

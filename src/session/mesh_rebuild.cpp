@@ -18,13 +18,13 @@
 namespace simplexseg {
 namespace {
 
-constexpr float kMiddle = 0.5f * kFieldScale;
-constexpr double kMostOverWanted = 2;        // vertices, against those that a mesh is to end with
-constexpr double kMostForMarks = 32;         // the same, where a mark would end up on the wrong side else
-constexpr double kMostToRemesh = 8;          // triangles, against those that are to be left
-constexpr float kSure = 0.2f * kFieldScale;  // beyond the middle: P above .7, or below .3
+constexpr float kThreshold = 0.5f * kFieldScale;
+constexpr double kMaxVertexRatio = 2;             // vertices of the surface per final vertex of the mesh
+constexpr double kMaxVertexRatioForMarks = 32;    // used if fewer vertices leave a mark on the wrong side
+constexpr double kMaxTriangleRatio = 8;           // triangles before remeshing per triangle after it
+constexpr float kConfident = 0.2f * kFieldScale;  // from the threshold: probability above 0.7 or below 0.3
 
-/// The grid of a field, as that of a volume of its own.
+/// Grid of the box of a field.
 VolumeGeometry grid_of(const MeshField& field, const VolumeGeometry& volume) {
   VolumeGeometry grid = volume;
   grid.size = field.box.size;
@@ -32,7 +32,7 @@ VolumeGeometry grid_of(const MeshField& field, const VolumeGeometry& volume) {
   return grid;
 }
 
-/// The field on a grid that is coarser by whole numbers of voxels along each axis: means of what lies within.
+/// Field on a coarser grid whose cells are whole numbers of voxels along each axis; values are means.
 struct CoarseField {
   std::array<int, 3> size;
   std::vector<float> values;
@@ -53,8 +53,8 @@ CoarseField coarsen(const MeshField& field, const VolumeGeometry& grid, double e
     for (int j = 0; j < field.box.size[1]; ++j)
       for (int i = 0; i < field.box.size[0]; ++i, ++v) {
         const std::size_t c = (static_cast<std::size_t>(k / step[2]) * nj + j / step[1]) * ni + i / step[0];
-        // Sure places count no more than near the surface, or thin parts vanish among what is sure to be outside.
-        coarse.values[c] += std::clamp(static_cast<float>(field.values[v]) - kMiddle, -kMiddle, kMiddle);
+        // Clamped, so that distant background does not outweigh thin parts of the object.
+        coarse.values[c] += std::clamp(static_cast<float>(field.values[v]) - kThreshold, -kThreshold, kThreshold);
         ++count[c];
       }
   for (std::size_t c = 0; c < count.size(); ++c) coarse.values[c] /= static_cast<float>(count[c]);
@@ -64,8 +64,8 @@ CoarseField coarsen(const MeshField& field, const VolumeGeometry& grid, double e
   return coarse;
 }
 
-/// The surface of a field with about `most` vertices, or fewer; without any where the field has no object.
-SimplexMesh surface_of(const MeshField& field, const VolumeGeometry& grid, double most) {
+/// Surface of a field with at most about `max_vertices` vertices; empty if the field has no object.
+SimplexMesh surface_of(const MeshField& field, const VolumeGeometry& grid, double max_vertices) {
   double edge_mm = grid.spacing_mm.minCoeff();
   TriangleMesh surface;
   CoarseField coarse;
@@ -73,29 +73,29 @@ SimplexMesh surface_of(const MeshField& field, const VolumeGeometry& grid, doubl
     coarse = coarsen(field, grid, edge_mm);
     surface = iso_surface(coarse.values, coarse.size, 0, coarse.mm_from_index);
     const double count = static_cast<double>(surface.triangles.size());
-    if (count <= kMostToRemesh * most) break;
-    edge_mm *= std::max(1.2, std::sqrt(count / (kMostToRemesh * most)));
+    if (count <= kMaxTriangleRatio * max_vertices) break;
+    edge_mm *= std::max(1.2, std::sqrt(count / (kMaxTriangleRatio * max_vertices)));
   }
   if (surface.triangles.empty()) return {};
-  // Marching leaves slivers and corners of four to fourteen triangles, whose duals fold.
-  const double wanted_mm = std::max(even_edge_mm(surface, most), grid.spacing_mm.minCoeff());
-  return even_dual_of(surface, wanted_mm, [&](const Eigen::Vector3d& mm) {
-    return onto_iso_surface(coarse.values, coarse.size, 0, coarse.mm_from_index, mm);
+  // Marching tetrahedra leave slivers and vertices of 4 to 14 triangles, whose duals fold; remeshing removes them.
+  const double target_mm = std::max(equilateral_edge_mm(surface, max_vertices), grid.spacing_mm.minCoeff());
+  return remeshed_dual_of(surface, target_mm, [&](const Eigen::Vector3d& mm) {
+    return project_onto_iso_surface(coarse.values, coarse.size, 0, coarse.mm_from_index, mm);
   });
 }
 
 }  // namespace
 
-FieldDistance distance_to_field(const MeshItem& item, const Volume& volume) {
+FieldMismatch compare_with_field(const MeshItem& item, const Volume& volume) {
   SIMPLEXSEG_EXPECT(item.has_field());
   const MeshField& field = *item.field;
   const VolumeGeometry grid = grid_of(field, volume.geometry());
   const Mask mask = rasterise(item.mesh, grid);
-  FieldDistance distance;
+  FieldMismatch mismatch;
   for (std::size_t v = 0; v < mask.voxels.size(); ++v) {
-    const float over = static_cast<float>(field.values[v]) - kMiddle;
-    distance.object += over > 0;
-    distance.wrong += (mask.voxels[v] != 0) != (over > 0) && std::abs(over) > kSure;
+    const float excess = static_cast<float>(field.values[v]) - kThreshold;
+    mismatch.object += excess > 0;
+    mismatch.wrong += (mask.voxels[v] != 0) != (excess > 0) && std::abs(excess) > kConfident;
   }
   for (const Mark& mark : field.marks) {
     if (mark.kind == MarkKind::Boundary) continue;
@@ -103,29 +103,30 @@ FieldDistance distance_to_field(const MeshItem& item, const Volume& volume) {
     std::array<int, 3> voxel;
     for (int a = 0; a < 3; ++a) voxel[a] = std::clamp(static_cast<int>(std::lround(at[a])), 0, grid.size[a] - 1);
     const std::size_t v = (static_cast<std::size_t>(voxel[2]) * grid.size[1] + voxel[1]) * grid.size[0] + voxel[0];
-    distance.wrong_marks += (mask.voxels[v] != 0) != (mark.kind == MarkKind::Inside);
+    mismatch.wrong_marks += (mask.voxels[v] != 0) != (mark.kind == MarkKind::Inside);
   }
-  distance.vertices = item.mesh.vertex_count();
-  distance.folded = folded_vertices(item.mesh);
-  return distance;
+  mismatch.vertices = item.mesh.vertex_count();
+  mismatch.folded = folded_vertices(item.mesh);
+  return mismatch;
 }
 
 bool rebuild_from_field(MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {
   SIMPLEXSEG_EXPECT(item.has_field());
-  const int own = item.final_vertices > 0 ? item.final_vertices : static_cast<int>(simulation.final_vertices + 0.5f);
-  MeshItem made = item;
-  for (const double over : {kMostOverWanted, kMostForMarks}) {
-    SimplexMesh mesh = surface_of(*item.field, grid_of(*item.field, volume.geometry()), over * own);
+  const int final_vertices =
+      item.final_vertices > 0 ? item.final_vertices : static_cast<int>(simulation.final_vertices + 0.5f);
+  MeshItem rebuilt = item;
+  for (const double ratio : {kMaxVertexRatio, kMaxVertexRatioForMarks}) {
+    SimplexMesh mesh = surface_of(*item.field, grid_of(*item.field, volume.geometry()), ratio * final_vertices);
     try {
       if (mesh.positions.empty()) return false;
       validate(mesh);
     } catch (const Error&) {
       return false;
     }
-    made.mesh = std::move(mesh);
-    if (distance_to_field(made, volume).wrong_marks == 0) break;  // else more vertices
+    rebuilt.mesh = std::move(mesh);
+    if (compare_with_field(rebuilt, volume).wrong_marks == 0) break;  // else tries more vertices
   }
-  item = std::move(made);
+  item = std::move(rebuilt);
   item.previous = item.mesh.positions;
   item.edge_mm = mean_edge_mm(item.mesh.positions, item.mesh.neighbours);
   item.shape = shape_reference_of(item.mesh);

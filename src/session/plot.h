@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a plot shows; io/plot_io.h draws it.
+// Contents of a plot; io/picture/plot_io.h draws it.
 #pragma once
 #include <string>
 #include <vector>
@@ -9,11 +9,11 @@
 namespace simplexseg {
 
 struct PlotSeries {
-  std::string name;  ///< in the legend; empty: not there
+  std::string name;  ///< in the legend; empty: not listed
   Colour colour{0, 114, 178};
-  bool markers = false;  ///< at each value, in a shape that differs from series to series
+  bool markers = false;  ///< a marker at each value; its shape differs between series
   bool dashed = false;
-  std::vector<double> x, y;  ///< as many of each; a line ends where a value is not finite, or not > 0 on a log axis
+  std::vector<double> x, y;  ///< same size; a line breaks at values that are not finite, or not above 0 on a log axis
 };
 
 struct Plot {
@@ -24,8 +24,8 @@ struct Plot {
 
 enum class PlotTheme { Light, Dark };
 
-/// Colours that people who do not see red and green alike still tell apart, on a light and on a dark ground (after
-/// Okabe and Ito 2008, Color Universal Design); they repeat after the eighth.
+/// Colour of a series, one of eight that people with red-green colour blindness can distinguish on light and on dark
+/// backgrounds (after Okabe and Ito 2008, Color Universal Design).
 inline Colour plot_colour(std::size_t series) {
   constexpr Colour colours[] = {{0, 114, 178}, {213, 94, 0},   {0, 158, 115},   {204, 121, 167},
                                 {230, 159, 0}, {86, 180, 233}, {136, 106, 226}, {128, 128, 128}};

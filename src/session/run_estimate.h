@@ -7,17 +7,17 @@
 
 namespace simplexseg {
 
-/// What a whole run of a scene on one CPU thread is likely to need, for a scheduler that wants to know before. An
-/// estimate: it is fitted to runs that were measured (docs/cohort.md, "What is asked for").
+/// Estimated memory and time of a run of a scene on one CPU thread, for schedulers; fitted to measured runs
+/// (docs/cohort.md).
 struct RunEstimate {
   static constexpr const char* kSource =
-      "an estimate, fitted to runs on one CPU thread (docs/cohort.md): about a third off in memory, a factor of two in "
-      "time; far too low where a seed leaks";
-  std::size_t process_bytes = 0;  ///< of the process: program, volume as it is read, engine at its finest, fields
-  double seconds = 0;             ///< reading, learning fields, steps, writing
-  std::int64_t steps = 0;         ///< that the seconds are for
+      "an estimate, fitted to runs on one CPU thread (docs/cohort.md): within about a third in memory and a factor of "
+      "two in time; far too low where a segmentation spreads without a border";
+  std::size_t process_bytes = 0;  ///< program, volume while it is read, engine at the finest level, fields
+  double seconds = 0;             ///< reading, solving fields, steps, writing
+  std::int64_t steps = 0;         ///< number of steps that `seconds` assumes
 };
-/// `steps`: that are to be done; 0: until rest, of which the number is guessed.
+/// Estimates a run of `steps` steps; 0: until all meshes settle, with a guessed number of steps.
 RunEstimate estimate_run(const Scene& scene, const Volume& volume, const StepPlan& plan, int steps);
 
 }  // namespace simplexseg

@@ -10,7 +10,7 @@
 
 namespace simplexseg {
 
-RunTrace::RunTrace(int most_samples) : most_(most_samples) { SIMPLEXSEG_EXPECT(most_samples >= 2); }
+RunTrace::RunTrace(int max_samples) : max_samples_(max_samples) { SIMPLEXSEG_EXPECT(max_samples >= 2); }
 
 void RunTrace::set_reference(ItemId mesh, std::shared_ptr<const SurfaceError> reference) {
   if (reference)
@@ -25,7 +25,7 @@ void RunTrace::sample(const Session& session, double seconds) {
                                     [&](const MeshItem& item) { return references_.count(item.id) > 0; });
   if (measures) scene = &session.scene();
   const StepOutcome& outcome = session.last_outcome();
-  std::size_t most = 0;
+  std::size_t longest = 0;
   for (std::size_t k = 0; k < scene->meshes.size(); ++k) {
     const MeshItem& item = scene->meshes[k];
     auto trace = std::find_if(meshes_.begin(), meshes_.end(), [&](const MeshTrace& m) { return m.mesh == item.id; });
@@ -37,9 +37,9 @@ void RunTrace::sample(const Session& session, double seconds) {
     if (const auto reference = references_.find(item.id); reference != references_.end())
       sample.error = reference->second->of(item.mesh.positions);
     trace->samples.push_back(sample);
-    most = std::max(most, trace->samples.size());
+    longest = std::max(longest, trace->samples.size());
   }
-  if (most > static_cast<std::size_t>(most_)) thin();
+  if (longest > static_cast<std::size_t>(max_samples_)) thin();
   next_ = session.total_steps() + interval_;
 }
 
@@ -57,7 +57,7 @@ void RunTrace::clear() {
   next_ = 0, interval_ = kFirstInterval;
 }
 
-void RunTrace::keep(const Scene& scene) {
+void RunTrace::remove_deleted(const Scene& scene) {
   std::erase_if(meshes_, [&](const MeshTrace& trace) { return !scene.find_mesh(trace.mesh); });
 }
 
@@ -78,11 +78,11 @@ namespace {
 std::string title_of(TraceAxis axis) {
   return axis == TraceAxis::Seconds ? "time of simulation (s)" : "steps since the scene was opened";
 }
-double place_of(const TraceSample& s, TraceAxis axis) {
+double coordinate_of(const TraceSample& s, TraceAxis axis) {
   return axis == TraceAxis::Seconds ? s.seconds : static_cast<double>(s.steps);
 }
 
-/// Marks, without a name and a line, where the values of `series` belong to another number of vertices than before.
+/// Unnamed markers without a line, at the values of `series` where the number of vertices changed.
 std::optional<PlotSeries> refinements(const MeshTrace& mesh, const PlotSeries& series) {
   constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
   PlotSeries marks{"", mesh.colour, true, false, {}, {}};
@@ -101,8 +101,9 @@ Plot RunTrace::residual_plot(TraceAxis axis) const {
   Plot plot{"Residual", title_of(axis), "residual (mm)", false, true, {}};
   for (const MeshTrace& mesh : meshes_) {
     PlotSeries series{mesh.name, mesh.colour, false, false, {}, {}};
-    for (const TraceSample& s : mesh.samples) series.x.push_back(place_of(s, axis)), series.y.push_back(s.residual_mm);
-    series.markers = series.x.size() == 1;  // which makes no line
+    for (const TraceSample& s : mesh.samples)
+      series.x.push_back(coordinate_of(s, axis)), series.y.push_back(s.residual_mm);
+    series.markers = series.x.size() == 1;  // a single value draws no line
     std::optional<PlotSeries> marks = refinements(mesh, series);
     plot.series.push_back(std::move(series));
     if (marks) plot.series.push_back(std::move(*marks));
@@ -117,8 +118,8 @@ Plot RunTrace::error_plot(TraceAxis axis) const {
     PlotSeries p95{mesh.name + ", 95%", mesh.colour, false, true, {}, {}};
     for (const TraceSample& s : mesh.samples) {
       if (!s.error) continue;
-      mean.x.push_back(place_of(s, axis)), mean.y.push_back(s.error->mean_mm);
-      p95.x.push_back(place_of(s, axis)), p95.y.push_back(s.error->p95_mm);
+      mean.x.push_back(coordinate_of(s, axis)), mean.y.push_back(s.error->mean_mm);
+      p95.x.push_back(coordinate_of(s, axis)), p95.y.push_back(s.error->p95_mm);
     }
     if (mean.x.empty()) continue;
     mean.markers = p95.markers = mean.x.size() == 1;

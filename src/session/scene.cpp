@@ -19,8 +19,9 @@ auto find_in(Items& items, Test test) {
 
 static bool has_enough_vertices(const MeshItem& item, const SimulationParameters& simulation) {
   if (item.rebuilt) return true;
-  const int wanted = item.final_vertices > 0 ? item.final_vertices : static_cast<int>(simulation.final_vertices + 0.5f);
-  return item.mesh.vertex_count() >= wanted;
+  const int final_vertices =
+      item.final_vertices > 0 ? item.final_vertices : static_cast<int>(simulation.final_vertices + 0.5f);
+  return item.mesh.vertex_count() >= final_vertices;
 }
 
 bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm) {

@@ -18,44 +18,44 @@
 
 namespace simplexseg {
 
-using ItemId = std::uint32_t;  ///< a mesh's or a point's; never used twice in a session; 0 is none
+using ItemId = std::uint32_t;  ///< id of a mesh or point, unique in a session; 0: none
 
-/// Truth that a report compares a mesh with.
+/// Reference segmentation that reports compare a mesh with.
 struct Reference {
-  std::string labels;           ///< path, as the scene file has it
+  std::string labels;           ///< path as in the scene file
   std::optional<double> value;  ///< label; none: every voxel that is not 0
 };
 
-/// The sphere that a mesh starts as.
+/// Sphere from which a mesh starts.
 struct Seed {
   Eigen::Vector3d centre_mm{0, 0, 0};
   double radius_mm = 10;
 };
 
-/// What a mesh starts from, and goes back to, instead of the sphere of its seed: labels, or a mesh of another program.
+/// Start of a mesh other than the sphere of its seed: labels, or a mesh of another program. A reset returns to it.
 struct MeshStart {
-  std::string path;             ///< of a label volume or a mesh, as the scene file has it
+  std::string path;             ///< path of a label volume or a mesh, as in the scene file
   std::optional<double> value;  ///< label; none: every voxel that is not 0
-  int part = 0;                 ///< connected part of it, from 1, the largest; 0: all
+  int part = 0;                 ///< connected component, numbered by size from 1, the largest; 0: all
   std::shared_ptr<const SimplexMesh> mesh;
 };
 
-/// How well a mesh followed its field when that was looked at last.
+/// Result of the last comparison of a mesh with its field.
 struct FieldFit {
-  std::shared_ptr<const MeshField> field;  ///< that it was compared with
-  int disagreement = 0;                    ///< FieldDistance::disagreement()
-  bool settled = false;                    ///< it follows, or was made of the field: no need to look again
+  std::shared_ptr<const MeshField> field;  ///< field that was compared
+  int disagreement = 0;                    ///< FieldMismatch::disagreement()
+  bool settled = false;                    ///< agrees with the field or was rebuilt from it: no further comparison
 };
 
-/// One mesh of a scene, with all that its simulation has as state.
+/// Mesh of a scene with the state of its simulation.
 struct MeshItem {
   ItemId id = 0;
   std::string name;
   Colour colour{230, 160, 60};
   bool visible = true;
-  bool locked = false;  ///< it keeps its pose: no force, refinement or field moves it
-  float opacity = 1;    ///< in the 3D view, above 0 and up to 1
-  int label = 1;        ///< that its voxels have in a saved segmentation
+  bool locked = false;  ///< keeps its pose: no force, refinement or field changes it
+  float opacity = 1;    ///< in the 3D view, in (0, 1]
+  int label = 1;        ///< value of the mesh's voxels in a saved label volume
   Seed seed;
   std::optional<MeshStart> start;
   std::optional<Reference> reference;
@@ -63,55 +63,55 @@ struct MeshItem {
 
   SimplexMesh mesh;                       ///< pose as of the last advance
   std::vector<Eigen::Vector3f> previous;  ///< positions one step earlier
-  std::vector<Vec4> shape;                ///< shape memory's reference; taken when the mesh was made or refined
+  std::vector<Vec4> shape;                ///< reference of shape memory; set when the mesh is made or refined
   std::vector<float> profiles;            ///< reference intensity profiles; empty until recorded
   RegionModel region;
-  std::shared_ptr<const MeshField> field;  ///< learned from its marks; null: not yet
-  SolverState solver;                      ///< what its solver had learnt at this level, as of the pose
-  float edge_mm = 0;                       ///< mean edge when it was made or refined; 0: not measured yet
+  std::shared_ptr<const MeshField> field;  ///< solved from its marks; null: not yet
+  SolverState solver;                      ///< state of the solver at this level, as of the pose
+  float edge_mm = 0;                       ///< mean edge length when it was made or refined; 0: not measured yet
   int steps_at_level = 0;
-  int final_vertices = 0;  ///< 0: the simulation's
-  bool rebuilt = false;    ///< made of its field or of labels: as fine as it is to be
+  int final_vertices = 0;  ///< 0: SimulationParameters::final_vertices
+  bool rebuilt = false;    ///< rebuilt from its field or made from labels, at its finest level
   FieldFit fit;
 
   bool has_field() const { return field && !field->values.empty(); }
 };
 
-/// What a user placed: what it says of the object of its mesh. A boundary point attracts the mesh besides.
+/// Point that a user placed: a mark for the field of its mesh. A boundary point also attracts the mesh.
 struct UserPoint {
   ItemId id = 0;
   ItemId mesh = 0;
   Eigen::Vector3d position_mm{0, 0, 0};
   MarkKind kind = MarkKind::Boundary;
-  double radius_mm = 0;              ///< of the ball that it marks
-  Eigen::Vector3d outward{0, 0, 0};  ///< of a boundary point: the way out of the object, unit; 0: not known
+  double radius_mm = 0;              ///< radius of the marked ball
+  Eigen::Vector3d outward{0, 0, 0};  ///< boundary point: unit direction out of the object; 0: unknown
 };
 
-/// Whether a mesh is as fine as it is to end: it has the vertices that are wanted, or (unless the user refined it)
-/// edges of voxel size.
+/// Whether a mesh is on its finest level: it has its final number of vertices, or (unless the user refined it) edges of
+/// voxel size. Uses the edge length from when the mesh was made or refined.
 bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm);
-/// The same by the mean edge of a pose, where that above goes by the one that the mesh was made or refined with.
+/// Like is_finest() above, with the mean edge length of the current pose.
 bool is_finest(const MeshItem& item, const SimulationParameters& simulation, double voxel_mm, double mean_edge_mm);
 
-/// Where a user was in a volume when the scene was saved.
+/// View of the user when the scene was saved.
 struct SavedView {
   Eigen::Vector3d crosshair_mm{0, 0, 0};
-  double window = 1, level = 0;  ///< intensities level -+ window/2 are black and white
-  std::string active_mesh;       ///< by its name; "": none
+  double window = 1, level = 0;  ///< intensities level - window/2 and level + window/2 are black and white
+  std::string active_mesh;       ///< name; "": none
 };
 
-/// All that is saved: meshes, points, parameters. The volume is named alone.
+/// Contents of a scene file: meshes, points, parameters, and the path of the volume.
 struct Scene {
   std::string volume_path;
-  int volume_number = 1;        ///< which volume of a 4D file, from 1
-  std::string volume_checksum;  ///< of the volume that the meshes were made on (io/volume_checksum.h); "": not known
-  std::string volume_series;    ///< UID of the series to be taken of a DICOM folder; empty: the largest
+  int volume_number = 1;        ///< volume of a 4D file, from 1
+  std::string volume_checksum;  ///< checksum of the image (io/volume/volume_checksum.h); "": unknown
+  std::string volume_series;    ///< UID of the series in a DICOM folder; empty: the largest
   std::vector<MeshItem> meshes;
   std::vector<UserPoint> points;
   SimulationParameters simulation;
   std::optional<SavedView> view;
-  int steps = 0;  ///< that the headless program runs unless told otherwise; 0: until rest
-  ForceParameters forces = default_force_parameters();  ///< that a mesh starts with which is like none other
+  int steps = 0;  ///< default number of steps of simplexseg-cli run; 0: until all meshes settle
+  ForceParameters forces = default_force_parameters();  ///< parameters of a new mesh
 
   const MeshItem* find_mesh(ItemId id) const;
   MeshItem* find_mesh(ItemId id);

@@ -28,7 +28,7 @@ void check_mesh(const MeshItem& item, const Volume& volume) {
   for (const ForceInfo& force : force_list())
     for (std::size_t k = 0; k < force.parameters.size(); ++k)
       check_value(force.parameters[k], item.parameters.values[static_cast<int>(force.id)][k],
-                  "mesh '" + item.name + "', " + force.name);
+                  "segmentation '" + item.name + "', " + force.name);
   check_seed(item.seed, item.name, volume);
   if (!item.mesh.positions.empty()) validate(item.mesh);
 }
@@ -46,12 +46,13 @@ void check_value(const ParameterInfo& info, float value, const std::string& owne
 
 void check_seed(const Seed& seed, const std::string& name, const Volume& volume) {
   if (!seed.centre_mm.allFinite() || !std::isfinite(seed.radius_mm) || !(seed.radius_mm > 0))
-    throw Error("mesh '" + name + "'",
-                "its sphere's centre or radius is not a finite number, or the radius is not above 0",
+    throw Error("segmentation '" + name + "'",
+                "the centre or radius of its sphere is not a finite number, or the radius is not above 0",
                 "correct the sphere");
   if (!volume.empty() && !volume.geometry().contains(seed.centre_mm))
-    throw Error("mesh '" + name + "'", "its sphere's centre " + text_of(seed.centre_mm) + " mm lies outside the volume",
-                "move it inside; the volume's centre is " + text_of(volume.geometry().centre_mm()));
+    throw Error("segmentation '" + name + "'",
+                "the centre of its sphere, " + text_of(seed.centre_mm) + " mm, lies outside the image",
+                "move it inside; the centre of the image is " + text_of(volume.geometry().centre_mm()));
 }
 
 void check_position(const Eigen::Vector3d& position_mm) {
@@ -68,7 +69,7 @@ void check_mark(MarkKind kind, const Eigen::Vector3d& position_mm, const Volume&
   if (kind == MarkKind::Boundary) return;
   if (volume.empty() || !volume.geometry().contains(position_mm))
     throw Error(kind == MarkKind::Inside ? "inside point" : "outside point",
-                volume.empty() ? "there is no volume" : text_of(position_mm) + " mm lies outside of the volume",
+                volume.empty() ? "there is no volume" : text_of(position_mm) + " mm lies outside the image",
                 "place it in the image");
 }
 
@@ -81,7 +82,7 @@ ItemId check_scene(Scene& scene, const Volume& volume) {
   for (MeshItem& item : scene.meshes) {
     if (item.id == 0) item.id = next++;
     if (!ids.insert(item.id).second)
-      throw Error("mesh '" + item.name + "'", "its id is used twice", "give every mesh its own id");
+      throw Error("segmentation '" + item.name + "'", "its id is used twice", "give each segmentation a different id");
     check_mesh(item, volume);
   }
   for (UserPoint& point : scene.points) {
@@ -92,7 +93,7 @@ ItemId check_scene(Scene& scene, const Volume& volume) {
       throw Error("point " + std::to_string(point.id), "its radius or its direction is not a finite number",
                   "correct them, or leave them out");
     if (!scene.find_mesh(point.mesh))
-      throw Error("point", "it names a mesh that is not in the scene", "name one of its meshes");
+      throw Error("point", "it refers to a segmentation that is not in the scene", "choose one of the scene");
   }
   return next;
 }

@@ -6,8 +6,8 @@
 #include "core/error.h"
 #include "core/expect.h"
 #include "forces/force_list.h"
-#include "session/free_for_mesh.h"
-#include "session/mesh_life.h"
+#include "session/free_attributes.h"
+#include "session/mesh_lifecycle.h"
 #include "session/mesh_marks.h"
 #include "session/scene_checks.h"
 
@@ -15,21 +15,21 @@ namespace simplexseg {
 namespace {
 
 void refuse_locked(const MeshItem& item) {
-  if (item.locked) throw Error("mesh '" + item.name + "'", "it is locked", "unlock it first");
+  if (item.locked) throw Error("segmentation '" + item.name + "'", "it is locked", "unlock it first");
 }
 
 }  // namespace
 
-SceneChange SceneEditor::carry_out(const AddMesh& command) {
+SceneChange SceneEditor::execute(const AddMesh& command) {
   MeshItem item;
   item.id = next_id_++;
   item.name = command.name;
   if (item.name.empty()) item.name = free_name(scene_);
   if (scene_.find_mesh(item.name))
-    throw Error("mesh '" + item.name + "'", "the scene has a mesh of that name", "give it another name");
+    throw Error("segmentation '" + item.name + "'", "another one has that name", "choose another name");
   item.seed = command.seed;
   if (command.start && !command.start->mesh)
-    throw Error("mesh '" + item.name + "'", "what it starts from was not read", "read it first");
+    throw Error("segmentation '" + item.name + "'", "its labels or mesh were not read", "read them first");
   item.start = command.start;
   check_seed(item.seed, item.name, volume_);
   item.colour = command.colour.value_or(free_colour(scene_));
@@ -41,24 +41,25 @@ SceneChange SceneEditor::carry_out(const AddMesh& command) {
   return {EngineUpdate::Meshes, scene_.meshes.back().id};
 }
 
-SceneChange SceneEditor::carry_out(const DeleteMesh& command) {
+SceneChange SceneEditor::execute(const DeleteMesh& command) {
   item_of(command.mesh);
   std::erase_if(scene_.points, [&](const UserPoint& point) { return point.mesh == command.mesh; });
   std::erase_if(scene_.meshes, [&](const MeshItem& item) { return item.id == command.mesh; });
   return {EngineUpdate::Meshes};
 }
 
-SceneChange SceneEditor::carry_out(const EditMesh& command) {
+SceneChange SceneEditor::execute(const EditMesh& command) {
   MeshItem& item = item_of(command.mesh);
   const bool renames = command.name && *command.name != item.name;
   if (renames && (command.name->empty() || scene_.find_mesh(*command.name)))
-    throw Error("mesh '" + *command.name + "'", "the name is empty or taken", "choose another");
+    throw Error("the name '" + *command.name + "'",
+                command.name->empty() ? "it is empty" : "another segmentation has it", "choose another name");
   if (command.label && (*command.label < 1 || *command.label > 65535))
     throw Error("label " + std::to_string(*command.label), "labels have 16 bits and 0 is background",
                 "choose 1 to 65535");
   if (command.opacity && !(*command.opacity > 0 && *command.opacity <= 1))
-    throw Error("opacity of mesh '" + item.name + "'", std::to_string(*command.opacity) + " is out of range",
-                "give more than 0, and 1 at most");
+    throw Error("the opacity of segmentation '" + item.name + "'",
+                std::to_string(*command.opacity) + " is out of range", "give a value above 0 and up to 1");
   item.name = command.name.value_or(item.name);
   item.colour = command.colour.value_or(item.colour);
   item.visible = command.visible.value_or(item.visible);
@@ -66,12 +67,12 @@ SceneChange SceneEditor::carry_out(const EditMesh& command) {
   item.opacity = command.opacity.value_or(item.opacity);
   if (command.locked.value_or(item.locked) == item.locked) return {EngineUpdate::Nothing};
   item.locked = *command.locked;
-  item.previous = item.mesh.positions;  // what it had of motion ends
+  item.previous = item.mesh.positions;  // zero velocity
   item.solver = {};
   return {EngineUpdate::Meshes};
 }
 
-SceneChange SceneEditor::carry_out(const SetForceParameter& command) {
+SceneChange SceneEditor::execute(const SetForceParameter& command) {
   const auto force_index = static_cast<std::size_t>(command.force);
   SIMPLEXSEG_EXPECT(force_index < force_list().size());
   const ForceInfo& force = force_list()[force_index];
@@ -82,7 +83,7 @@ SceneChange SceneEditor::carry_out(const SetForceParameter& command) {
   return {EngineUpdate::Parameters};
 }
 
-SceneChange SceneEditor::carry_out(const SetSimulationParameter& command) {
+SceneChange SceneEditor::execute(const SetSimulationParameter& command) {
   if (command.parameter < 0 || command.parameter >= static_cast<int>(simulation_table().size()))
     throw Error("simulation", "it has no parameter of that index", "see its table");
   check_value(simulation_table()[command.parameter], command.value, "simulation");
@@ -90,7 +91,7 @@ SceneChange SceneEditor::carry_out(const SetSimulationParameter& command) {
   return {EngineUpdate::Parameters};
 }
 
-SceneChange SceneEditor::carry_out(const AddPoint& command) {
+SceneChange SceneEditor::execute(const AddPoint& command) {
   const MeshItem& item = item_of(command.mesh);
   refuse_locked(item);
   check_position(command.position_mm);
@@ -105,7 +106,7 @@ SceneChange SceneEditor::carry_out(const AddPoint& command) {
   return {EngineUpdate::Points, scene_.points.back().id};
 }
 
-SceneChange SceneEditor::carry_out(const MovePoint& command) {
+SceneChange SceneEditor::execute(const MovePoint& command) {
   UserPoint& point = point_of(command.point);
   check_position(command.position_mm);
   check_mark(point.kind, command.position_mm, volume_);
@@ -113,27 +114,28 @@ SceneChange SceneEditor::carry_out(const MovePoint& command) {
   return {EngineUpdate::Points};
 }
 
-SceneChange SceneEditor::carry_out(const ResizePoint& command) {
+SceneChange SceneEditor::execute(const ResizePoint& command) {
   UserPoint& point = point_of(command.point);
   if (point.kind == MarkKind::Boundary)
-    throw Error("boundary point", "it marks a place of the surface, no ball", "change the force Attraction instead");
+    throw Error("boundary point", "it marks a place on the surface and has no radius",
+                "change the range of the attraction force instead");
   check_radius(command.radius_mm);
   point.radius_mm = command.radius_mm;
   return {EngineUpdate::Points};
 }
 
-SceneChange SceneEditor::carry_out(const SetReference& command) {
+SceneChange SceneEditor::execute(const SetReference& command) {
   item_of(command.mesh).reference = command.reference;
   return {EngineUpdate::Nothing};
 }
 
-SceneChange SceneEditor::carry_out(const DeletePoint& command) {
+SceneChange SceneEditor::execute(const DeletePoint& command) {
   point_of(command.point);
   std::erase_if(scene_.points, [&](const UserPoint& point) { return point.id == command.point; });
   return {EngineUpdate::Points};
 }
 
-SceneChange SceneEditor::carry_out(const ResetPose& command) {
+SceneChange SceneEditor::execute(const ResetPose& command) {
   for (MeshItem* item : movable_items_of(command.mesh)) {
     item->final_vertices = 0;
     restart(*item, scene_.simulation, volume_);
@@ -141,21 +143,21 @@ SceneChange SceneEditor::carry_out(const ResetPose& command) {
   return {EngineUpdate::Meshes};
 }
 
-SceneChange SceneEditor::carry_out(const RecordProfiles& command) {
+SceneChange SceneEditor::execute(const RecordProfiles& command) {
   for (MeshItem* item : items_of(command.mesh)) record_profiles(*item, volume_);
   return {EngineUpdate::Meshes};
 }
 
-SceneChange SceneEditor::carry_out(const RefineMesh& command) {
+SceneChange SceneEditor::execute(const RefineMesh& command) {
   for (MeshItem* item : movable_items_of(command.mesh)) {
     refine_item(*item);
-    const int wanted = static_cast<int>(scene_.simulation.final_vertices + 0.5f);
-    item->final_vertices = std::max({item->final_vertices, wanted, item->mesh.vertex_count()});
+    const int default_vertices = static_cast<int>(scene_.simulation.final_vertices + 0.5f);
+    item->final_vertices = std::max({item->final_vertices, default_vertices, item->mesh.vertex_count()});
   }
   return {EngineUpdate::Meshes};
 }
 
-SceneChange SceneEditor::carry_out(const DuplicateMesh& command) {
+SceneChange SceneEditor::execute(const DuplicateMesh& command) {
   MeshItem copy = item_of(command.mesh);
   const std::string base = copy.name + " copy";
   const auto name_of_copy = [&](int number) { return number == 1 ? base : base + " " + std::to_string(number); };
@@ -176,11 +178,11 @@ SceneChange SceneEditor::carry_out(const DuplicateMesh& command) {
   return {EngineUpdate::Meshes, id};
 }
 
-SceneChange SceneEditor::carry_out(const PlaceMesh& command) {
+SceneChange SceneEditor::execute(const ReorderMesh& command) {
   const std::ptrdiff_t from = &item_of(command.mesh) - scene_.meshes.data();
   const auto last = static_cast<std::ptrdiff_t>(scene_.meshes.size()) - 1;
   if (command.place < 0 || command.place > last)
-    throw Error("place " + std::to_string(command.place) + " of mesh '" + scene_.meshes[from].name + "'",
+    throw Error("place " + std::to_string(command.place) + " of segmentation '" + scene_.meshes[from].name + "'",
                 "the list has no such place", "give 0 to " + std::to_string(last));
   const auto begin = scene_.meshes.begin();
   if (command.place < from)
@@ -190,7 +192,7 @@ SceneChange SceneEditor::carry_out(const PlaceMesh& command) {
   return {EngineUpdate::Meshes};
 }
 
-SceneChange SceneEditor::carry_out(const SetParameters& command) {
+SceneChange SceneEditor::execute(const SetParameters& command) {
   for (const ForceInfo& force : force_list())
     for (std::size_t p = 0; p < force.parameters.size(); ++p)
       check_value(force.parameters[p], command.forces.values[static_cast<int>(force.id)][p], force.name);
@@ -203,7 +205,7 @@ SceneChange SceneEditor::carry_out(const SetParameters& command) {
 }
 
 MeshItem& SceneEditor::item_of(ItemId mesh) {
-  if (mesh == 0) throw Error("mesh 0", "the command is for one mesh", "choose one of the scene's meshes");
+  if (mesh == 0) throw Error("segmentation 0", "the command is for a single segmentation", "choose one of the scene");
   return *items_of(mesh).front();
 }
 
@@ -212,7 +214,7 @@ std::vector<MeshItem*> SceneEditor::items_of(ItemId mesh) {
   for (MeshItem& item : scene_.meshes)
     if (mesh == 0 || item.id == mesh) items.push_back(&item);
   if (items.empty() && mesh != 0)
-    throw Error("mesh " + std::to_string(mesh), "there is no such mesh", "choose one of the scene's meshes");
+    throw Error("segmentation " + std::to_string(mesh), "the scene has none with that id", "choose one of the scene");
   return items;
 }
 
@@ -226,7 +228,7 @@ std::vector<MeshItem*> SceneEditor::movable_items_of(ItemId mesh) {
 UserPoint& SceneEditor::point_of(ItemId point) {
   for (UserPoint& one : scene_.points)
     if (one.id == point) return one;
-  throw Error("point " + std::to_string(point), "there is no such point", "choose one of the scene's points");
+  throw Error("point " + std::to_string(point), "there is no such point", "choose a point of the scene");
 }
 
 }  // namespace simplexseg

@@ -9,48 +9,48 @@ namespace simplexseg {
 
 class Volume;
 
-/// What of the engine has to follow a change of the scene; its meshes bring parameters and points with them.
+/// Part of the engine that must be updated after a change of the scene; Meshes includes parameters and points.
 enum class EngineUpdate { Nothing, Points, Parameters, Meshes };
 
-/// What a command did to a scene.
+/// Effect of a command on a scene.
 struct SceneChange {
   EngineUpdate update = EngineUpdate::Nothing;
-  ItemId added = 0;  ///< the mesh or point that is new
+  ItemId added = 0;  ///< id of the new mesh or point; 0: none
 };
 
-/// What each command does to a scene: one overload for each but those of the session itself (undo, redo, fields), so
-/// that one that is forgotten does not compile. It knows no engine: whoever has one brings it up to date. Each throws
-/// Error when the command cannot be carried out; the scene may have changed in part then, where the command is for
-/// several meshes.
+/// Executes commands on a scene. One overload per command, except for the commands of the session itself (undo, redo,
+/// field updates); a missing overload does not compile. The caller updates the engine. Each overload throws Error when
+/// the command cannot be executed; a command for several meshes may then have changed some of them.
 class SceneEditor {
  public:
-  /// `next_id`: the id of the next item, counted on.
+  /// `next_id`: id of the next new item; incremented for each.
   SceneEditor(Scene& scene, const Volume& volume, ItemId& next_id)
       : scene_(scene), volume_(volume), next_id_(next_id) {}
 
-  SceneChange carry_out(const AddMesh& command);
-  SceneChange carry_out(const DeleteMesh& command);
-  SceneChange carry_out(const EditMesh& command);
-  SceneChange carry_out(const SetForceParameter& command);
-  SceneChange carry_out(const SetSimulationParameter& command);
-  SceneChange carry_out(const AddPoint& command);
-  SceneChange carry_out(const MovePoint& command);
-  SceneChange carry_out(const DeletePoint& command);
-  SceneChange carry_out(const ResetPose& command);
-  SceneChange carry_out(const RecordProfiles& command);
-  SceneChange carry_out(const RefineMesh& command);
-  SceneChange carry_out(const DuplicateMesh& command);
-  SceneChange carry_out(const PlaceMesh& command);
-  SceneChange carry_out(const SetParameters& command);
-  SceneChange carry_out(const SetReference& command);
-  SceneChange carry_out(const ResizePoint& command);
+  SceneChange execute(const AddMesh& command);
+  SceneChange execute(const DeleteMesh& command);
+  SceneChange execute(const EditMesh& command);
+  SceneChange execute(const SetForceParameter& command);
+  SceneChange execute(const SetSimulationParameter& command);
+  SceneChange execute(const AddPoint& command);
+  SceneChange execute(const MovePoint& command);
+  SceneChange execute(const DeletePoint& command);
+  SceneChange execute(const ResetPose& command);
+  SceneChange execute(const RecordProfiles& command);
+  SceneChange execute(const RefineMesh& command);
+  SceneChange execute(const DuplicateMesh& command);
+  SceneChange execute(const ReorderMesh& command);
+  SceneChange execute(const SetParameters& command);
+  SceneChange execute(const SetReference& command);
+  SceneChange execute(const ResizePoint& command);
 
  private:
-  MeshItem& item_of(ItemId mesh);  ///< throws Error when there is none
-  /// The same for what changes its pose: throws Error for a locked one; 0: all that are not locked.
+  MeshItem& item_of(ItemId mesh);  ///< throws Error for an unknown mesh
+  /// Meshes whose pose may change: the given one; 0: all that are not locked. Throws Error for a locked or unknown
+  /// mesh.
   std::vector<MeshItem*> movable_items_of(ItemId mesh);
-  std::vector<MeshItem*> items_of(ItemId mesh);  ///< 0: all; throws Error when there is no such mesh
-  UserPoint& point_of(ItemId point);             ///< throws Error when there is none
+  std::vector<MeshItem*> items_of(ItemId mesh);  ///< 0: all; throws Error for an unknown mesh
+  UserPoint& point_of(ItemId point);             ///< throws Error for an unknown point
 
   Scene& scene_;
   const Volume& volume_;

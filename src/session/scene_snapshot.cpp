@@ -22,19 +22,20 @@ bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
                                    a.size() * sizeof(T)) == 0);
 }
 
-/// `values` as a block: the neighbour's where that is the same.
+/// Shared block of `values`: `existing` if it has the same bytes, else a new one.
 template <class T>
 std::shared_ptr<const std::vector<T>> share(std::vector<T> values,
-                                            const std::shared_ptr<const std::vector<T>>* neighbour) {
-  if (neighbour && same_bytes(values, **neighbour)) return *neighbour;
+                                            const std::shared_ptr<const std::vector<T>>* existing) {
+  if (existing && same_bytes(values, **existing)) return *existing;
   values.shrink_to_fit();
   return std::make_shared<const std::vector<T>>(std::move(values));
 }
 
 std::uint32_t bits(float value) { return std::bit_cast<std::uint32_t>(value); }
 
-/// The exclusive or of each coordinate with that of `base`, whose upper bytes are 0 where the two are near: for two
-/// coordinates one byte with how many bytes each has, then these. Of another number of points: their own bits.
+/// Packs the exclusive or of each coordinate with that of `base`; its upper bytes are 0 where the two are close. For
+/// each pair of coordinates one byte with their lengths is followed by their bytes. If the number of points differs,
+/// `base` counts as 0.
 std::vector<std::uint8_t> pack(const std::vector<Eigen::Vector3f>& points, const std::vector<Eigen::Vector3f>& base) {
   std::vector<std::uint8_t> packed;
   if (points.empty()) return packed;
@@ -54,7 +55,7 @@ std::vector<std::uint8_t> pack(const std::vector<Eigen::Vector3f>& points, const
   return packed;
 }
 
-/// What pack() made of `count` points. Throws std::out_of_range where it did not.
+/// Unpacks `count` points written by pack(). Throws std::out_of_range for other bytes.
 std::vector<Eigen::Vector3f> unpack(std::span<const std::uint8_t> packed, std::size_t count,
                                     const std::vector<Eigen::Vector3f>& base) {
   std::vector<Eigen::Vector3f> points(count);
@@ -62,30 +63,30 @@ std::vector<Eigen::Vector3f> unpack(std::span<const std::uint8_t> packed, std::s
   float* const value = count > 0 ? points[0].data() : nullptr;
   std::size_t at = 0;
   const auto next = [&] {
-    if (at == packed.size()) throw std::out_of_range("positions of the step before are cut short");
+    if (at == packed.size()) throw std::out_of_range("the positions of the previous step are truncated");
     return packed[at++];
   };
   std::uint8_t lengths = 0;
   for (std::size_t k = 0; k < 3 * count; ++k) {
     if (k % 2 == 0) lengths = next();
     const int length = k % 2 == 0 ? lengths & 15 : lengths >> 4;
-    if (length > 4) throw std::out_of_range("positions of the step before are damaged");
+    if (length > 4) throw std::out_of_range("the positions of the previous step are damaged");
     std::uint32_t difference = 0;
     for (int byte = 0; byte < length; ++byte) difference |= static_cast<std::uint32_t>(next()) << (8 * byte);
     value[k] = std::bit_cast<float>(difference ^ (other ? bits(other[k]) : 0));
   }
-  if (at != packed.size()) throw std::out_of_range("positions of the step before have too many bytes");
+  if (at != packed.size()) throw std::out_of_range("the positions of the previous step have too many bytes");
   return points;
 }
 
-/// In front of the packed points: how many they are.
-constexpr std::size_t kHead = sizeof(std::uint64_t);
+/// Bytes of the number of points, which precedes the packed points.
+constexpr std::size_t kCountBytes = sizeof(std::uint64_t);
 
 std::vector<Eigen::Vector3f> unpack(const std::vector<std::uint8_t>& previous,
                                     const std::vector<Eigen::Vector3f>& base) {
   std::uint64_t count = 0;
-  std::memcpy(&count, previous.data(), kHead);
-  return unpack(std::span(previous).subspan(kHead), count, base);
+  std::memcpy(&count, previous.data(), kCountBytes);
+  return unpack(std::span(previous).subspan(kCountBytes), count, base);
 }
 
 void expect(bool condition, const char* what) {
@@ -96,62 +97,62 @@ bool all_finite(const float* values, std::size_t count) {
   return std::all_of(values, values + count, [](float value) { return std::isfinite(value); });
 }
 
-/// `known`: arrays of the same mesh that were found to be sound.
-void check(const SceneSnapshot::Arrays& own, const SceneSnapshot::Arrays* known) {
+/// Throws for invalid arrays. `checked`: arrays of the same mesh that passed the check, or null.
+void check(const SceneSnapshot::Arrays& own, const SceneSnapshot::Arrays* checked) {
   const std::vector<Eigen::Vector3f>& positions = *own.positions;
   const std::size_t vertices = positions.size();
   expect(vertices > 0, "it has no vertices");
-  expect(own.neighbours->size() == vertices, "it has the neighbours of another number of vertices");
-  if (!known || known->neighbours != own.neighbours)
+  expect(own.neighbours->size() == vertices, "it has neighbours for another number of vertices");
+  if (!checked || checked->neighbours != own.neighbours)
     validate(SimplexMesh{positions, *own.neighbours});
-  else if (known->positions != own.positions)
+  else if (checked->positions != own.positions)
     expect(all_finite(positions[0].data(), 3 * vertices), "a position is not finite");
-  expect(own.shape->size() == vertices, "its shape has another number of vertices");
-  expect(all_finite(&(*own.shape)[0].x, 4 * vertices), "its shape is not finite");
-  expect(own.profiles->size() % vertices == 0, "its profiles are those of another number of vertices");
+  expect(own.shape->size() == vertices, "its shape reference has another number of vertices");
+  expect(all_finite(&(*own.shape)[0].x, 4 * vertices), "its shape reference is not finite");
+  expect(own.profiles->size() % vertices == 0, "its profiles belong to another number of vertices");
   std::uint64_t points = 0;
-  expect(own.previous->size() >= kHead, "positions of the step before are cut short");
-  std::memcpy(&points, own.previous->data(), kHead);
-  expect(points == vertices, "positions of the step before are those of another number of vertices");
+  expect(own.previous->size() >= kCountBytes, "the positions of the previous step are truncated");
+  std::memcpy(&points, own.previous->data(), kCountBytes);
+  expect(points == vertices, "the positions of the previous step belong to another number of vertices");
   expect(all_finite(unpack(*own.previous, positions)[0].data(), 3 * vertices),
-         "a position of the step before is not finite");
+         "a position of the previous step is not finite");
 }
 
 }  // namespace
 
-SceneSnapshot::SceneSnapshot(Scene scene, const SceneSnapshot* neighbour) : scene_(std::move(scene)) {
+SceneSnapshot::SceneSnapshot(Scene scene, const SceneSnapshot* adjacent) : scene_(std::move(scene)) {
   arrays_.reserve(scene_.meshes.size());
   for (MeshItem& item : scene_.meshes) {
-    const Arrays* const near = neighbour ? neighbour->arrays_of(item.id) : nullptr;
-    // The sizes are put in front of what the arrays held: `previous` may have none, or another number.
+    const Arrays* const shared = adjacent ? adjacent->arrays_of(item.id) : nullptr;
+    // The number of points precedes them because `previous` may be empty or have another size.
     std::vector<std::uint8_t> previous = pack(item.previous, item.mesh.positions);
     const std::uint64_t points = item.previous.size();
-    std::uint8_t head[kHead];
-    std::memcpy(head, &points, kHead);
-    previous.insert(previous.begin(), head, head + kHead);
+    std::uint8_t count_bytes[kCountBytes];
+    std::memcpy(count_bytes, &points, kCountBytes);
+    previous.insert(previous.begin(), count_bytes, count_bytes + kCountBytes);
     Arrays& own = arrays_.emplace_back();
-    own.positions = share(std::move(item.mesh.positions), near ? &near->positions : nullptr);
-    own.neighbours = share(std::move(item.mesh.neighbours), near ? &near->neighbours : nullptr);
-    own.previous = share(std::move(previous), near ? &near->previous : nullptr);
-    own.shape = share(std::move(item.shape), near ? &near->shape : nullptr);
-    own.profiles = share(std::move(item.profiles), near ? &near->profiles : nullptr);
+    own.positions = share(std::move(item.mesh.positions), shared ? &shared->positions : nullptr);
+    own.neighbours = share(std::move(item.mesh.neighbours), shared ? &shared->neighbours : nullptr);
+    own.previous = share(std::move(previous), shared ? &shared->previous : nullptr);
+    own.shape = share(std::move(item.shape), shared ? &shared->shape : nullptr);
+    own.profiles = share(std::move(item.profiles), shared ? &shared->profiles : nullptr);
     item.mesh = {}, item.previous = {}, item.shape = {}, item.profiles = {};
   }
-  count_bytes(neighbour);
+  count_bytes(adjacent);
 }
 
-SceneSnapshot::SceneSnapshot(Scene without_arrays, std::vector<Arrays> arrays, const SceneSnapshot* neighbour)
+SceneSnapshot::SceneSnapshot(Scene without_arrays, std::vector<Arrays> arrays, const SceneSnapshot* adjacent)
     : scene_(std::move(without_arrays)), arrays_(std::move(arrays)) {
   SIMPLEXSEG_EXPECT(arrays_.size() == scene_.meshes.size());
   for (std::size_t m = 0; m < arrays_.size(); ++m) {
     const MeshItem& item = scene_.meshes[m];
     try {
-      check(arrays_[m], neighbour ? neighbour->arrays_of(item.id) : nullptr);
+      check(arrays_[m], adjacent ? adjacent->arrays_of(item.id) : nullptr);
     } catch (const std::out_of_range& error) {
-      throw Error("mesh '" + item.name + "'", error.what(), "leave the snapshot out");
+      throw Error("segmentation '" + item.name + "'", error.what(), "leave the snapshot out");
     }
   }
-  count_bytes(neighbour);
+  count_bytes(adjacent);
 }
 
 const SceneSnapshot::Arrays* SceneSnapshot::arrays_of(ItemId mesh) const {
@@ -160,20 +161,20 @@ const SceneSnapshot::Arrays* SceneSnapshot::arrays_of(ItemId mesh) const {
   return nullptr;
 }
 
-void SceneSnapshot::count_bytes(const SceneSnapshot* neighbour) {
+void SceneSnapshot::count_bytes(const SceneSnapshot* adjacent) {
   for (std::size_t m = 0; m < arrays_.size(); ++m) {
     const MeshItem& item = scene_.meshes[m];
     const Arrays& own = arrays_[m];
-    const Arrays* const near = neighbour ? neighbour->arrays_of(item.id) : nullptr;
-    const MeshItem* const same = near ? neighbour->scene_.find_mesh(item.id) : nullptr;
+    const Arrays* const shared = adjacent ? adjacent->arrays_of(item.id) : nullptr;
+    const MeshItem* const same = shared ? adjacent->scene_.find_mesh(item.id) : nullptr;
     const auto count = [&](const auto& block, const auto* other) {
       if (!other || *other != block) own_bytes_ += block->size() * sizeof((*block)[0]);
     };
-    count(own.positions, near ? &near->positions : nullptr);
-    count(own.neighbours, near ? &near->neighbours : nullptr);
-    count(own.previous, near ? &near->previous : nullptr);
-    count(own.shape, near ? &near->shape : nullptr);
-    count(own.profiles, near ? &near->profiles : nullptr);
+    count(own.positions, shared ? &shared->positions : nullptr);
+    count(own.neighbours, shared ? &shared->neighbours : nullptr);
+    count(own.previous, shared ? &shared->previous : nullptr);
+    count(own.shape, shared ? &shared->shape : nullptr);
+    count(own.profiles, shared ? &shared->profiles : nullptr);
     own_bytes_ += sizeof item;
     if (item.field && !(same && same->field == item.field))
       own_bytes_ += item.field->values.size() * sizeof(item.field->values[0]);

@@ -8,7 +8,7 @@
 #include "core/error.h"
 #include "core/expect.h"
 #include "session/engine_scene.h"
-#include "session/mesh_life.h"
+#include "session/mesh_lifecycle.h"
 #include "session/mesh_marks.h"
 #include "session/scene_checks.h"
 #include "session/scene_editor.h"
@@ -18,27 +18,27 @@
 namespace simplexseg {
 namespace {
 
-/// Rest and refinement are decided at every kCheckInterval-th step, so that they depend on the count of steps alone.
+/// Steps between checks for settling and refinement, which therefore depend only on the number of steps.
 constexpr int kCheckInterval = 10;
 
-/// Who may say that it is enough waits about that long at most.
-constexpr double kPatienceS = 1.5e-3;
+/// Longest latency of a cancellation, in seconds.
+constexpr double kMaxCancelLatencyS = 1.5e-3;
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 DeviceError not_enough_memory(std::size_t needed, std::size_t available) {
-  return {"memory of the device",
-          std::to_string(needed >> 20) + " MiB are needed and " + std::to_string(available >> 20) + " MiB can be had",
-          "use --backend cpu, a smaller volume or coarser meshes"};
+  return {"the device has too little memory",
+          std::to_string(needed >> 20) + " MiB are needed and " + std::to_string(available >> 20) + " MiB are free",
+          "use --backend cpu, a smaller image or coarser meshes"};
 }
 
-/// What an edit that needs no snapshot may change.
-class Settings {
+/// Copy of the parts of a scene that an edit without a snapshot may change.
+class EditableParts {
  public:
-  explicit Settings(const Scene& scene) : points_(scene.points), simulation_(scene.simulation) {
+  explicit EditableParts(const Scene& scene) : points_(scene.points), simulation_(scene.simulation) {
     for (const MeshItem& item : scene.meshes) parameters_.push_back(item.parameters);
   }
-  void put_back(Scene& scene) {
+  void restore(Scene& scene) {
     scene.points = std::move(points_), scene.simulation = simulation_;
     for (std::size_t k = 0; k < scene.meshes.size(); ++k) scene.meshes[k].parameters = parameters_[k];
   }
@@ -51,30 +51,30 @@ class Settings {
 
 }  // namespace
 
-Session::Session(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare, int field_threads,
-                 const EvidenceSettings& fields)
-    : engine_(std::move(engine), std::move(spare)), learner_(field_threads, fields) {
+Session::Session(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> make_fallback,
+                 int field_threads, const EvidenceSettings& fields)
+    : engine_(std::move(engine), std::move(make_fallback)), field_updater_(field_threads, fields) {
   scene_.simulation = default_simulation_parameters();
 }
 Session::~Session() = default;
 
-std::optional<std::string> Session::take_notice() {
-  std::optional<std::string> notice = engine_.take_notice();
-  return notice ? notice : learner_.take_notice();
+std::optional<std::string> Session::pop_notice() {
+  std::optional<std::string> notice = engine_.pop_notice();
+  return notice ? notice : field_updater_.pop_notice();
 }
 
 const Scene& Session::scene() const {
-  pull_poses();
+  read_poses();
   return scene_;
 }
 
-StepPlan Session::plan() const { return make_plan(scene_, volume_, finest_, engine_->held_arrays()); }
+StepPlan Session::plan() const { return make_plan(scene_, volume_, finest_, engine_->allocated_arrays()); }
 
 void Session::open(Scene scene, Volume volume, UndoHistory history) {
   const ItemId next_id = check_scene(scene, volume);
   for (MeshItem& item : scene.meshes) complete(item, scene.simulation, volume);
-  const std::size_t needed = make_plan(scene, volume).bytes_held(), available = engine_->bytes_available();
-  if (needed > available) engine_.put_spare_in_place(not_enough_memory(needed, available));
+  const std::size_t needed = make_plan(scene, volume).bytes_allocated(), available = engine_->bytes_available();
+  if (needed > available) engine_.fail_over(not_enough_memory(needed, available));
   std::swap(scene_, scene), std::swap(volume_, volume);
   const bool stale = std::exchange(poses_stale_, false);
   try {
@@ -82,7 +82,7 @@ void Session::open(Scene scene, Volume volume, UndoHistory history) {
       engine_->set_volume(volume_);
       load_engine();
     } catch (const DeviceError& failure) {
-      take_over(failure);
+      fail_over(failure);
     }
   } catch (...) {
     std::swap(scene_, scene), std::swap(volume_, volume);
@@ -93,14 +93,14 @@ void Session::open(Scene scene, Volume volume, UndoHistory history) {
   steps_since_read_ = 0;
   next_id_ = std::max(next_id, history.next_id());
   history_ = std::move(history), log_.clear();
-  learner_.open(volume_), field_warnings_.clear();
+  field_updater_.open(volume_), field_warnings_.clear();
   steps_since_command_ = 0, total_steps_ = 0, seconds_per_step_ = 0;
 }
 
 // ---- the engine ----
 
 void Session::set_engine(std::unique_ptr<Engine> engine) {
-  pull_poses();
+  read_poses();
   std::unique_ptr<Engine> before = engine_.replace(std::move(engine));
   try {
     load_new_engine();
@@ -110,18 +110,18 @@ void Session::set_engine(std::unique_ptr<Engine> engine) {
   }
 }
 
-void Session::take_over(const DeviceError& failure) {
-  engine_.put_spare_in_place(failure);
+void Session::fail_over(const DeviceError& failure) {
+  engine_.fail_over(failure);
   if (poses_stale_ && steps_since_read_ > 0)
-    engine_.add_to_notice("; the poses are those of " + std::to_string(steps_since_read_) + " steps ago");
+    engine_.append_to_notice("; the surfaces are those of " + std::to_string(steps_since_read_) + " steps ago");
   load_new_engine();
 }
 
-void Session::take_over_where_lost() {
-  if (engine_.loss()) take_over(DeviceError(*engine_.loss()));
+void Session::fail_over_if_failed() {
+  if (engine_.failure()) fail_over(DeviceError(*engine_.failure()));
 }
 
-/// A new engine starts from the poses that were read last.
+/// Loads a new engine with the poses that were read last.
 void Session::load_new_engine() {
   poses_stale_ = false, steps_since_read_ = 0;
   seconds_per_step_ = 0;
@@ -130,7 +130,7 @@ void Session::load_new_engine() {
 }
 
 void Session::load_engine() {
-  pull_poses();
+  read_poses();
   const EngineScene loaded = engine_scene(scene_, volume_);
   engine_->load(loaded.meshes, scene_.simulation, loaded.points);
   finest_.clear();
@@ -142,16 +142,16 @@ void Session::load_engine() {
   last_.mean_move_mm.assign(meshes, 0.0f);
   last_.residual_mm.assign(meshes, 0.0f);
   last_.folded_vertices.assign(meshes, 0);
-  last_.inside_out.assign(meshes, 0);
+  last_.inverted.assign(meshes, 0);
   at_rest_ = false;
   ++revision_;
 }
 
-void Session::send_parameters() {
+void Session::set_engine_parameters() {
   std::vector<ForceParameters> all;
   std::vector<char> finest;
   for (const MeshItem& item : scene_.meshes) {
-    all.push_back(parameters_in_use(item, volume_));
+    all.push_back(active_parameters(item, volume_));
     finest.push_back(is_finest(item, scene_.simulation, voxel_mm(volume_)));
   }
   engine_->set_parameters(all, scene_.simulation, finest);
@@ -159,12 +159,12 @@ void Session::send_parameters() {
   at_rest_ = false;
 }
 
-void Session::send_field(std::size_t mesh) {
+void Session::set_engine_field(std::size_t mesh) {
   const MeshItem& item = scene_.meshes[mesh];
   if (item.has_field()) engine_->set_field(static_cast<int>(mesh), {item.field->box, item.field->values});
 }
 
-void Session::send_points() {
+void Session::set_engine_points() {
   engine_->set_points(engine_points(scene_));
   at_rest_ = false;
   ++revision_;
@@ -175,25 +175,25 @@ void Session::update_engine(EngineUpdate update) {
     case EngineUpdate::Nothing:
       return;
     case EngineUpdate::Points:
-      return send_points();
+      return set_engine_points();
     case EngineUpdate::Parameters:
-      return send_parameters();
+      return set_engine_parameters();
     case EngineUpdate::Meshes:
       return load_engine();
   }
 }
 
-void Session::update_engine_or_take_over(EngineUpdate update) {
+void Session::update_engine_or_fail_over(EngineUpdate update) {
   try {
     update_engine(update);
   } catch (const DeviceError& failure) {
-    take_over(failure);
+    fail_over(failure);
     update_engine(update);
   }
 }
 
-void Session::pull_poses() const {
-  if (!poses_stale_ || engine_.loss()) return;
+void Session::read_poses() const {
+  if (!poses_stale_ || engine_.failure()) return;
   SIMPLEXSEG_EXPECT(last_.solver.size() == scene_.meshes.size());
   try {
     for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
@@ -202,35 +202,35 @@ void Session::pull_poses() const {
       item.solver = last_.solver[k];
     }
   } catch (const DeviceError& failure) {
-    // The poses that were read last stay; whoever moves the session on puts the spare engine in place.
-    engine_.note_loss(failure);
+    // The poses that were read last stay valid; the next command or step fails over.
+    engine_.record_failure(failure);
     return;
   }
   poses_stale_ = false, steps_since_read_ = 0;
 }
 
-/// What a command changes, and a snapshot keeps, are poses that an engine has.
-void Session::pull_poses_or_take_over() {
-  pull_poses();
-  take_over_where_lost();
+/// Reads the current poses for a command or snapshot, which also needs a working engine.
+void Session::read_poses_or_fail_over() {
+  read_poses();
+  fail_over_if_failed();
 }
 
 // ---- commands ----
 
 ItemId Session::apply(const Command& command) {
-  take_over_where_lost();
-  const ItemId added = std::visit([this](const auto& one) { return carry_out(one); }, command);
+  fail_over_if_failed();
+  const ItemId added = std::visit([this](const auto& one) { return execute(one); }, command);
   log_.push_back({steps_since_command_, command});
   steps_since_command_ = 0;
   ++revision_;
   return added;
 }
 
-ItemId Session::carry_out(const Undo&) {
-  pull_poses_or_take_over();
+ItemId Session::execute(const Undo&) {
+  read_poses_or_fail_over();
   if (!history_.undo(scene_)) return 0;
   try {
-    update_engine_or_take_over(EngineUpdate::Meshes);
+    update_engine_or_fail_over(EngineUpdate::Meshes);
   } catch (...) {
     history_.redo(scene_);
     throw;
@@ -238,11 +238,11 @@ ItemId Session::carry_out(const Undo&) {
   return 0;
 }
 
-ItemId Session::carry_out(const Redo&) {
-  pull_poses_or_take_over();
+ItemId Session::execute(const Redo&) {
+  read_poses_or_fail_over();
   if (!history_.redo(scene_)) return 0;
   try {
-    update_engine_or_take_over(EngineUpdate::Meshes);
+    update_engine_or_fail_over(EngineUpdate::Meshes);
   } catch (...) {
     history_.undo(scene_);
     throw;
@@ -250,38 +250,37 @@ ItemId Session::carry_out(const Redo&) {
   return 0;
 }
 
-ItemId Session::carry_out(const LearnField& command) {
+ItemId Session::execute(const StartFieldUpdate& command) {
   const MeshItem* const item = scene_.find_mesh(command.mesh);
-  if (!item || volume_.empty() || learner_.learning() != 0)
-    throw Error("field of mesh " + std::to_string(command.mesh),
-                "there is no such mesh, no volume, or another field is being learned", "take that one first");
-  learner_.begin(*item, marks_of(scene_, *item, volume_), marks_of_others(scene_, *item, volume_));
+  if (!item || volume_.empty() || field_updater_.solving_mesh() != 0)
+    throw Error("the field of segmentation " + std::to_string(command.mesh),
+                "there is no such segmentation, no image, or another field is being solved",
+                "commit the other field first");
+  field_updater_.start(*item, marks_of(scene_, *item, volume_), marks_of_others(scene_, *item, volume_));
   return 0;
 }
 
-ItemId Session::carry_out(const TakeField&) {
-  if (learner_.learning() == 0) throw Error("field of a mesh", "none is being learned", "begin to learn one first");
-  MeshItem* const item = scene_.find_mesh(learner_.learning());
-  const std::shared_ptr<const MeshField> field = learner_.take();
-  learner_.forget_others(scene_);
+ItemId Session::execute(const CommitFieldUpdate&) {
+  if (field_updater_.solving_mesh() == 0)
+    throw Error("the field update", "no field is being solved", "start one first");
+  MeshItem* const item = scene_.find_mesh(field_updater_.solving_mesh());
+  const std::shared_ptr<const MeshField> field = field_updater_.finish();
+  field_updater_.discard_deleted(scene_);
   if (!item) return 0;
-  const bool waited = waits_for_field(*item, volume_);
+  const bool waited_for_field = waits_for_field(*item, volume_);
   const std::shared_ptr<const MeshField> before = std::exchange(item->field, field);
-  const std::string name = "mesh '" + item->name + "'";
-  if (!field->problem.empty()) field_warnings_.push_back(name + ": its object cannot be learned: " + field->problem);
+  const std::string name = "Segmentation '" + item->name + "'";
+  if (!field->problem.empty()) field_warnings_.push_back(name + " could not be computed: " + field->problem);
   if (field->leaks)
-    field_warnings_.push_back(name +
-                              " leaks: what looks like its object has no end nearby; mark what is outside of it");
-  else if (field->unsure() && !(before && before->unsure()))
-    field_warnings_.push_back(name +
-                              " is unsure of its object: little of it is likely to be right; mark what is inside " +
-                              "and outside of it");
+    field_warnings_.push_back(name + " spreads without finding a border. Mark what is outside (O).");
+  else if (field->probably_wrong() && !(before && before->probably_wrong()))
+    field_warnings_.push_back(name + " is probably wrong. Mark what belongs to it (I) and what does not (O).");
   const std::size_t k = item - scene_.meshes.data();
   try {
-    send_field(k);
-    if (waited) send_parameters();
+    set_engine_field(k);
+    if (waited_for_field) set_engine_parameters();
   } catch (const DeviceError& failure) {
-    take_over(failure);  // which sends all
+    fail_over(failure);  // loads the whole scene
   } catch (...) {
     item->field = before;
     throw;
@@ -291,18 +290,18 @@ ItemId Session::carry_out(const TakeField&) {
 }
 
 template <class Edit>
-ItemId Session::carry_out(const Edit& edit) {
+ItemId Session::execute(const Edit& edit) {
   ItemId added = 0;
   if (history_.continues(edit)) {
-    Settings before(scene_);
+    EditableParts before(scene_);
     try {
       added = edit_scene(edit);
     } catch (...) {
-      before.put_back(scene_);
+      before.restore(scene_);
       throw;
     }
   } else {
-    pull_poses_or_take_over();
+    read_poses_or_fail_over();
     const ItemId next_id = next_id_;
     UndoHistory::Snapshot before{scene_, edit};
     try {
@@ -312,16 +311,16 @@ ItemId Session::carry_out(const Edit& edit) {
       next_id_ = next_id;
       throw;
     }
-    history_.keep(std::move(before));
+    history_.push(std::move(before));
   }
-  history_.forget_undone();
+  history_.clear_redo();
   return added;
 }
 
 template <class Edit>
 ItemId Session::edit_scene(const Edit& edit) {
-  const SceneChange change = SceneEditor(scene_, volume_, next_id_).carry_out(edit);
-  update_engine_or_take_over(change.update);
+  const SceneChange change = SceneEditor(scene_, volume_, next_id_).execute(edit);
+  update_engine_or_fail_over(change.update);
   return change.added;
 }
 
@@ -333,30 +332,30 @@ ItemId Session::mesh_with_stale_field() const {
   return 0;
 }
 
-void Session::learn_all_fields() {
-  if (learner_.learning() != 0) apply(TakeField{});
-  while (const ItemId mesh = mesh_with_stale_field()) apply(LearnField{mesh}), apply(TakeField{});
+void Session::update_all_fields() {
+  if (field_updater_.solving_mesh() != 0) apply(CommitFieldUpdate{});
+  while (const ItemId mesh = mesh_with_stale_field()) apply(StartFieldUpdate{mesh}), apply(CommitFieldUpdate{});
 }
 
-void Session::learn_beside() {
-  if (learner_.ready()) apply(TakeField{});
-  if (learner_.learning() != 0) return;
-  if (const ItemId mesh = mesh_with_stale_field()) apply(LearnField{mesh});
+void Session::update_fields_in_background() {
+  if (field_updater_.ready()) apply(CommitFieldUpdate{});
+  if (field_updater_.solving_mesh() != 0) return;
+  if (const ItemId mesh = mesh_with_stale_field()) apply(StartFieldUpdate{mesh});
 }
 
 Advance Session::advance_steps(int steps, bool stop_at_rest) {
-  if (steps > 0) learn_all_fields();
-  return take_steps(steps, stop_at_rest);
+  if (steps > 0) update_all_fields();
+  return run_steps(steps, stop_at_rest);
 }
 
-Advance Session::take_steps(int steps, bool stop_at_rest) {
+Advance Session::run_steps(int steps, bool stop_at_rest) {
   SIMPLEXSEG_EXPECT(steps >= 0);
   Advance result;
-  take_over_where_lost();
+  fail_over_if_failed();
   try {
     advance_on_engine(steps, stop_at_rest, result);
   } catch (const DeviceError& failure) {
-    take_over(failure);
+    fail_over(failure);
     advance_on_engine(steps, stop_at_rest, result);
   }
   result.warnings = std::exchange(field_warnings_, {});
@@ -377,9 +376,9 @@ void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
     for (MeshItem& item : scene_.meshes) item.steps_at_level += last_.steps;
     for (const TimestepCut& cut : last_.cuts) result.cuts.push_back(text_of(cut, scene_));
     if (last_.failure) {
-      result.failure = text_of(*last_.failure, scene_) + ", and no smaller timestep helps: lower its weight";
+      result.failure = text_of(*last_.failure, scene_) + ", and no smaller timestep helps; lower its weight";
     } else if (total_steps_ % kCheckInterval == 0) {
-      result.refined = rebuild_where_stuck() || refine_where_due() || result.refined;
+      result.refined = rebuild_stuck_meshes() || refine_due_meshes() || result.refined;
     }
   }
   result.at_rest = at_rest_;
@@ -387,33 +386,35 @@ void Session::advance_on_engine(int steps, bool stop_at_rest, Advance& result) {
   if (result.steps > 0) seconds_per_step_ = result.seconds / result.steps;
 }
 
-Advance Session::advance(double seconds, const std::atomic<bool>* enough) {
+Advance Session::advance(double seconds, const std::atomic<bool>* cancel) {
   Advance total;
   const double start = now();
   do {
-    learn_beside();
-    const double left = seconds - (now() - start);
-    const int fit = seconds_per_step_ > 0 ? static_cast<int>(std::clamp(left / seconds_per_step_, 1.0, 1e6)) : 1;
-    int most = kCheckInterval;
+    update_fields_in_background();
+    const double remaining = seconds - (now() - start);
+    const int affordable =
+        seconds_per_step_ > 0 ? static_cast<int>(std::clamp(remaining / seconds_per_step_, 1.0, 1e6)) : 1;
+    int max_steps = kCheckInterval;
     for (const int fewer : {5, 2, 1})
-      if (enough && most * seconds_per_step_ > kPatienceS) most = fewer;
-    const Advance part = take_steps(std::min(fit, most), true);
+      if (cancel && max_steps * seconds_per_step_ > kMaxCancelLatencyS) max_steps = fewer;
+    const Advance part = run_steps(std::min(affordable, max_steps), true);
     append(total, part);
-    if (part.steps == 0 || (enough && *enough)) break;
+    if (part.steps == 0 || (cancel && *cancel)) break;
   } while (!total.at_rest && !total.failure && now() - start + seconds_per_step_ < seconds);
-  if (learner_.learning() != 0) total.at_rest = false;
+  if (field_updater_.solving_mesh() != 0) total.at_rest = false;
   total.seconds = now() - start;
   return total;
 }
 
 void Session::replay(const std::vector<LogEntry>& log, int trailing_steps) {
-  // A log that was recorded says when fields were learned; in one that was written by hand they are when they can be.
-  const bool tells = std::any_of(
-      log.begin(), log.end(), [](const LogEntry& entry) { return std::holds_alternative<LearnField>(entry.command); });
-  // A failure ended what was asked for, not the session.
+  // A recorded log contains the field updates. In a log written by hand, fields are updated as soon as possible.
+  const bool has_field_updates = std::any_of(log.begin(), log.end(), [](const LogEntry& entry) {
+    return std::holds_alternative<StartFieldUpdate>(entry.command);
+  });
+  // A failure ends an advance, not the session.
   const auto advance_by = [&](int steps) {
     for (int done = 0; done < steps;)
-      done += (tells ? take_steps(steps - done, false) : advance_steps(steps - done)).steps;
+      done += (has_field_updates ? run_steps(steps - done, false) : advance_steps(steps - done)).steps;
   };
   for (const LogEntry& entry : log) {
     advance_by(entry.steps);

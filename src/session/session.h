@@ -12,8 +12,8 @@
 #include "image/volume.h"
 #include "session/advance.h"
 #include "session/command.h"
-#include "session/engine_with_spare.h"
-#include "session/field_learner.h"
+#include "session/failover_engine.h"
+#include "session/field_updater.h"
 #include "session/scene.h"
 #include "session/step_plan.h"
 #include "session/undo_history.h"
@@ -23,55 +23,54 @@ namespace simplexseg {
 class DeviceError;
 enum class EngineUpdate;
 
-/// Owns the scene, the engine and the undo history; knows no Qt and no files. Every user action is a Command. The log
-/// counts the steps between actions, so a replay of it depends on neither speed nor number of threads and ends in the
-/// very same bits. Not thread-safe: one thread at a time, any.
+/// Owner of scene, engine and undo history; independent of Qt and of files. Every user action is a Command. The log
+/// counts the steps between actions, so a replay gives the same bits at any speed and with any number of threads. Not
+/// thread-safe: any thread may call it, but only one at a time.
 class Session {
  public:
-  /// `spare` makes the engine that takes over when the device of the first one fails; without it the failure is thrown.
-  /// `field_threads`: on which fields are learned; 0: as many as the machine has. `fields`: how they are made; others
-  /// than the program's own are for studies.
-  explicit Session(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare = {},
+  /// `make_fallback`: makes the engine that replaces the first one when its device fails; empty: failures are thrown.
+  /// `field_threads`: threads for fields; 0: as many as the machine has. `fields`: settings of the fields;
+  /// studies change them.
+  explicit Session(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> make_fallback = {},
                    int field_threads = 0, const EvidenceSettings& fields = {});
   ~Session();
 
-  /// Where fields are learned from now on; the CPU until this is called. What fails there is learned on the CPU, which
-  /// take_notice() says.
-  void learn_fields_with(MakeBoxField make) { learner_.learn_with(std::move(make)); }
+  /// Sets the solver of all further fields; default: the CPU solver. If it fails, the CPU takes over and pop_notice()
+  /// reports it.
+  void set_field_solver(MakeFieldSolver make) { field_updater_.set_solver(std::move(make)); }
 
-  /// Takes a new scene on a volume; the undo history is `history`, and the log empty. Meshes without a pose (no
-  /// vertices) get the sphere of their seed; ids that are 0 are given. Throws Error, with nothing changed, when a
-  /// mesh's seed lies outside the volume, a value is not finite or out of its table's range, a mesh is not valid, or
-  /// the engine has not the memory and there is no spare. Of `history` it is expected that check_scene() takes each
-  /// scene of it.
+  /// Opens a scene on a volume, with this undo history and an empty log. Meshes without vertices get the sphere of
+  /// their seed; ids that are 0 are assigned. Throws Error, with nothing changed, for a seed outside the volume, a
+  /// value that is not finite or out of range, an invalid mesh, or too little memory without a fallback engine. Every
+  /// scene of `history` must pass check_scene().
   void open(Scene scene, Volume volume, UndoHistory history = UndoHistory());
-  /// Goes on with another engine, from the present poses or, where the one before was lost, those read last. Throws
-  /// what the engine throws where the scene does not fit; the one before goes on then.
+  /// Replaces the engine. Loads the current poses or, if the previous engine failed, those read last. Rethrows errors
+  /// of the new engine, for example a scene that does not fit; the session then keeps the previous engine.
   void set_engine(std::unique_ptr<Engine> engine);
 
-  /// Poses are as of the last step: they are read back from the engine when they are behind.
+  /// Scene with the poses of the last step; downloads them from the engine where needed.
   const Scene& scene() const;
-  /// For all who read anything but what belongs to a pose (positions of `mesh`, `previous`, `solver`): nothing is read
-  /// back.
+  /// Scene whose poses (positions of `mesh`, `previous`, `solver`) may be out of date; downloads nothing.
   const Scene& scene_without_poses() const { return scene_; }
   const Volume& volume() const { return volume_; }
   const Engine& engine() const { return *engine_; }
-  /// For drawing alone: share_buffer, set_cells, draw_*.
+  /// Engine, only for drawing: share_buffer, set_cells, draw_*.
   Engine& drawing() { return *engine_; }
-  /// Counts the engines that the session has had: buffers shared with an earlier one are to be shared anew.
+  /// Number of engines before the current one; buffers must be shared again when it changes.
   int engine_generation() const { return engine_.generation(); }
-  /// To be called with what drawing() threw: the spare engine takes over from the last poses that were read back.
-  /// Throws it again when there is none.
-  void lose_engine(const DeviceError& failure) { take_over(failure); }
-  /// One line for the user, once: that the device failed and the session, or what it learns, goes on without it.
-  std::optional<std::string> take_notice();
-  /// Counts every change of connectivity: what is made from it (cells, triangles) is to be made anew.
+  /// Replaces the engine by the fallback after a failure, for example of drawing(); continues from the poses downloaded
+  /// last. Rethrows the failure without a fallback.
+  void fail_over(const DeviceError& failure);
+  /// Removes and returns the message to the user that the device of the engine or of the fields failed and the CPU
+  /// replaces it.
+  std::optional<std::string> pop_notice();
+  /// Counter of changes of connectivity; cells and triangles must be rebuilt when it changes.
   std::uint64_t topology_revision() const { return topology_revision_; }
-  /// The plan of what the engine was loaded with; no pose is read back.
+  /// Plan of the loaded meshes; downloads no pose.
   StepPlan plan() const;
 
-  /// Throws Error, with nothing changed, when the command cannot be carried out (no such mesh, value out of range ...).
-  /// Returns the id of the item it added, else 0.
+  /// Executes a command and logs it. Returns the id of the mesh or point it added, else 0. Throws Error, with nothing
+  /// changed, when it cannot be executed (unknown mesh, value out of range ...).
   ItemId apply(const Command& command);
   bool can_undo() const { return history_.can_undo(); }
   bool can_redo() const { return history_.can_redo(); }
@@ -79,67 +78,68 @@ class Session {
   const char* redo_title() const { return history_.redo_title(); }
   const UndoHistory& history() const { return history_; }
 
-  /// Exactly `steps` steps (fewer at a failure or, when `stop_at_rest`, at rest). Fields whose marks have changed are
-  /// learned before the first of them.
+  /// Runs exactly `steps` steps; fewer after a failure or, with `stop_at_rest`, once all meshes have settled. Solves
+  /// fields whose marks have changed before the first step.
   Advance advance_steps(int steps, bool stop_at_rest = false);
-  /// As many steps as fit into `seconds`; stops at rest, and, some steps later, when `enough` comes true. Fields are
-  /// learned beside them, and taken between two steps.
-  Advance advance(double seconds, const std::atomic<bool>* enough = nullptr);
+  /// Runs as many steps as fit into `seconds`. Stops once all meshes have settled, and a few steps after `cancel`
+  /// becomes true. Fields are solved in the background and committed between two steps.
+  Advance advance(double seconds, const std::atomic<bool>* cancel = nullptr);
 
-  /// The mesh whose field is being learned beside the simulation; 0: none.
-  ItemId learning() const { return learner_.learning(); }
+  /// Mesh whose field is being solved in the background; 0: none.
+  ItemId solving_mesh() const { return field_updater_.solving_mesh(); }
+  /// Completed fraction of this field, 0 to 1; 0 when no field is being solved.
+  float solving_progress() const { return field_updater_.progress(); }
 
   const std::vector<LogEntry>& log() const { return log_; }
   int steps_since_last_command() const { return steps_since_command_; }
   std::int64_t total_steps() const { return total_steps_; }
-  /// Repeats a log on the present scene; `trailing_steps` further steps at its end.
+  /// Replays a log on the current scene, then runs `trailing_steps` further steps.
   void replay(const std::vector<LogEntry>& log, int trailing_steps);
-  /// Counts every change of scene or pose: what a view compares to know whether it is dirty.
+  /// Counter of changes of scene or pose; a view must be redrawn when it changes.
   std::uint64_t revision() const { return revision_; }
-  /// Motion of each mesh in the last step, mm.
+  /// Mean motion of each mesh in the last step, mm.
   const std::vector<float>& mean_move_mm() const { return last_.mean_move_mm; }
-  /// What was measured of each mesh after the last steps.
+  /// Measurements of each mesh after the last steps.
   const StepOutcome& last_outcome() const { return last_; }
 
  private:
-  ItemId carry_out(const Undo& command);
-  ItemId carry_out(const Redo& command);
-  ItemId carry_out(const LearnField& command);
-  ItemId carry_out(const TakeField& command);
+  ItemId execute(const Undo& command);
+  ItemId execute(const Redo& command);
+  ItemId execute(const StartFieldUpdate& command);
+  ItemId execute(const CommitFieldUpdate& command);
   template <class Edit>
-  ItemId carry_out(const Edit& edit);
+  ItemId execute(const Edit& edit);
   template <class Edit>
   ItemId edit_scene(const Edit& edit);
 
   void update_engine(EngineUpdate update);
-  void update_engine_or_take_over(EngineUpdate update);
+  void update_engine_or_fail_over(EngineUpdate update);
   void load_engine();
   void load_new_engine();
-  void send_parameters();
-  void send_points();
-  void pull_poses() const;
-  void pull_poses_or_take_over();
-  void take_over(const DeviceError& failure);
-  void take_over_where_lost();
+  void set_engine_parameters();
+  void set_engine_points();
+  void read_poses() const;
+  void read_poses_or_fail_over();
+  void fail_over_if_failed();
 
   ItemId mesh_with_stale_field() const;
-  void learn_all_fields();
-  void learn_beside();
-  void send_field(std::size_t mesh);
-  Advance take_steps(int steps, bool stop_at_rest);
-  using MadeMeshes = std::vector<std::pair<std::size_t, MeshItem>>;  ///< each with its place in the scene
-  bool load_made(MadeMeshes made);
+  void update_all_fields();
+  void update_fields_in_background();
+  void set_engine_field(std::size_t mesh);
+  Advance run_steps(int steps, bool stop_at_rest);
+  using NewMeshes = std::vector<std::pair<std::size_t, MeshItem>>;  ///< with their indices in the scene
+  bool load_new_meshes(NewMeshes meshes);
   void advance_on_engine(int steps, bool stop_at_rest, Advance& result);
-  bool refine_where_due();
-  bool rebuild_where_stuck();
+  bool refine_due_meshes();
+  bool rebuild_stuck_meshes();
 
-  mutable EngineWithSpare engine_;
+  mutable FailoverEngine engine_;
   mutable Scene scene_;
-  mutable bool poses_stale_ = false;  ///< the engine has moved on from the poses of scene_
+  mutable bool poses_stale_ = false;  ///< the engine has run steps since the poses of scene_ were read
   mutable int steps_since_read_ = 0;
   Volume volume_;
-  FieldLearner learner_;
-  std::vector<std::string> field_warnings_;  ///< not told yet
+  FieldUpdater field_updater_;
+  std::vector<std::string> field_warnings_;  ///< for the next Advance
   UndoHistory history_;
   std::vector<LogEntry> log_;
   ItemId next_id_ = 1;
@@ -147,7 +147,7 @@ class Session {
   std::int64_t total_steps_ = 0;
   std::uint64_t revision_ = 0, topology_revision_ = 0;
   StepOutcome last_;
-  std::vector<char> finest_;  ///< whether each mesh is on its finest level, as the engine was told
+  std::vector<char> finest_;  ///< whether each mesh is on its finest level, as set in the engine
   bool at_rest_ = false;
   double seconds_per_step_ = 0;
 };

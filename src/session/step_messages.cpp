@@ -8,22 +8,22 @@
 namespace simplexseg {
 
 std::string text_of(const StepFailure& failure, const Scene& scene) {
-  const std::string start =
-      "mesh '" + scene.meshes[failure.mesh].name + "': force " + force_list()[static_cast<int>(failure.force)].name;
-  switch (failure.what) {
-    case StepFailure::What::Folded:
-      return start + " folds its surface";
-    case StepFailure::What::Grew:
-      return start + " makes it oscillate more and more";
+  const std::string start = "segmentation '" + scene.meshes[failure.mesh].name + "': force " +
+                            force_list()[static_cast<int>(failure.force)].name;
+  switch (failure.kind) {
+    case StepFailure::Kind::Folded:
+      return start + " folds the surface";
+    case StepFailure::Kind::Diverged:
+      return start + " makes the surface oscillate with growing amplitude";
     default:
-      return start + " drove vertex " + std::to_string(failure.vertex) + " out of the scene";
+      return start + " moved vertex " + std::to_string(failure.vertex) + " out of the scene";
   }
 }
 
 std::string text_of(const TimestepCut& cut, const Scene& scene) {
   std::ostringstream line;
-  line << text_of(cut.failure, scene) << "; the steps were undone, and its timestep is " << cut.factor
-       << " of what it was";
+  line << text_of(cut.failure, scene) << "; the steps were undone, and its timestep is now " << cut.factor
+       << " of the set value";
   return line.str();
 }
 

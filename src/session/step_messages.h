@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the user is told of steps that failed: one line each.
+// Messages about failed steps, one line each.
 #pragma once
 #include <string>
 
@@ -8,8 +8,9 @@
 
 namespace simplexseg {
 
-/// Names the mesh and the force of a failure, and says what it did.
+/// Message with segmentation, force and kind of a failure.
 std::string text_of(const StepFailure& failure, const Scene& scene);
+/// Message about steps that were undone and the reduced timestep.
 std::string text_of(const TimestepCut& cut, const Scene& scene);
 
 }  // namespace simplexseg

@@ -6,7 +6,7 @@
 #include "forces/region_model.h"
 #include "forces/step_view.h"
 #include "image/volume.h"
-#include "session/mesh_life.h"
+#include "session/mesh_lifecycle.h"
 #include "step/simulation_parameters.h"
 #include "step/solver.h"
 #include "step/step_needs.h"
@@ -16,14 +16,14 @@ namespace {
 
 class PlanBuilder {
  public:
-  /// `ahead`: each mesh is taken to have learned its field.
+  /// `assume_fields`: plans as if all fields were solved.
   PlanBuilder(const Scene& scene, const Volume& volume, std::span<const char> finest,
-              std::span<const Engine::HeldArray> held, bool ahead)
-      : scene_(scene), volume_(volume), held_(held) {
+              std::span<const Engine::AllocatedArray> allocated, bool assume_fields)
+      : scene_(scene), volume_(volume), allocated_(allocated) {
     for (const MeshItem& item : scene.meshes) {
       const std::size_t k = meshes_.size();
-      const bool field = item.has_field() || (ahead && takes_field(item, volume));
-      meshes_.push_back({ahead ? item.parameters : parameters_in_use(item, volume),
+      const bool field = item.has_field() || (assume_fields && uses_field(item, volume));
+      meshes_.push_back({assume_fields ? item.parameters : active_parameters(item, volume),
                          {item.mesh.vertex_count(), !item.shape.empty(), item.profiles.size(), field},
                          k < finest.size() && finest[k] != 0});
       vertices_ += item.mesh.positions.size();
@@ -38,7 +38,7 @@ class PlanBuilder {
                     item.solver);
       corrected_ = corrected_ || control.form() == StepForm::Corrected;
     }
-    if (!held.empty()) corrected_ = held_bytes("levels") > 0;
+    if (!allocated.empty()) corrected_ = allocated_bytes("levels") > 0;
     refresh_interval_ = static_cast<int>(scene.simulation.refresh_interval + 0.5f);
     refresh_ = std::to_string(refresh_interval_);
   }
@@ -52,7 +52,7 @@ class PlanBuilder {
  private:
   static constexpr std::size_t kTexel = sizeof(Vec4);
 
-  /// Why a force acts: the meshes that use it. Or why it does not.
+  /// Reason why a force is active (the meshes that use it) or inactive.
   std::string why(ForceId force) const {
     const std::string name = force_list()[static_cast<int>(force)].name;
     if (needs_.uses(force)) {
@@ -61,15 +61,14 @@ class PlanBuilder {
         if (meshes_[k].acts(force)) users += (users.empty() ? "" : ", ") + scene_.meshes[k].name;
       return name + " acts on " + users;
     }
-    bool wanted = false, acts = false, waits = false;
-    for (const MeshNeeds& m : meshes_) wanted = wanted || m.forces.weight(force) > 0, acts = acts || m.acts(force);
+    bool enabled = false, acts = false, waits = false;
+    for (const MeshNeeds& m : meshes_) enabled = enabled || m.forces.weight(force) > 0, acts = acts || m.acts(force);
     for (const MeshItem& item : scene_.meshes)
       waits = waits || (item.parameters.weight(force) > 0 && waits_for_field(item, volume_));
-    if (!wanted && waits) return name + " waits for the mesh's field to be learned";
-    if (!wanted) return "the weight of " + name + " is 0 for every mesh";
-    if (!acts && force == ForceId::Evidence)
-      return name + " has no field: nothing was marked, or it is not learned yet";
-    if (!acts) return name + " has no reference: none was recorded, or it no longer fits";
+    if (!enabled && waits) return name + " waits until the field of the mesh is solved";
+    if (!enabled) return "the weight of " + name + " is 0 for every mesh";
+    if (!acts && force == ForceId::Evidence) return name + " has no field: nothing is marked, or it is not solved yet";
+    if (!acts) return name + " has no reference: none was recorded, or it does not fit the mesh";
     return (kPullingForces & bit(force)) != 0 ? "there is no attraction point" : "there is no volume";
   }
 
@@ -83,16 +82,16 @@ class PlanBuilder {
     add("kernel", name, needed, std::move(why), bytes);
   }
 
-  std::size_t held_bytes(const char* name) const {
-    for (const Engine::HeldArray& array : held_)
+  std::size_t allocated_bytes(const char* name) const {
+    for (const Engine::AllocatedArray& array : allocated_)
       if (array.name == name) return array.bytes;
     return 0;
   }
   std::string why_corrected() const {
-    if (corrected_) return "slow modes are worth a multigrid cycle in every step";
+    if (corrected_) return "slow modes justify a multigrid cycle in every step";
     return scene_.simulation.solver() == Solver::Automatic
-               ? "no slow mode has been seen that is worth a multigrid cycle"
-               : "the solver takes no multigrid cycle";
+               ? "no slow mode that justifies a multigrid cycle has been measured"
+               : "the chosen solver uses no multigrid cycle";
   }
 
   void add_arrays() {
@@ -101,14 +100,14 @@ class PlanBuilder {
     const std::string always = any ? "every step" : "there is no mesh";
     array("volume", !volume_.empty(), volume_.empty() ? "there is no volume" : "image forces sample it",
           volume_.empty() ? 0 : volume_.bytes());
-    array("positions", any, always + (any ? ": one step ago, present, next" : ""), 3 * n * kTexel);
+    array("positions", any, always + (any ? ": previous, present and next" : ""), 3 * n * kTexel);
     array("neighbours", any, always, n * sizeof(Int4));
-    // Only known once something is held.
-    const std::size_t tiles = held_bytes("tiles");
+    // The size is known only after the engine has allocated the tiles.
+    const std::size_t tiles = allocated_bytes("tiles");
     array("frame", any, always + (any ? ": normals and elevations" : ""), (tiles > 0 ? 2 : 1) * n * kTexel);
     array("tiles", tiles > 0,
-          tiles > 0 ? "a device takes the steps that find nothing anew in one launch"
-          : any     ? "for a device, few vertices, and steps that find nothing anew"
+          tiles > 0 ? "a device performs each step between two target refreshes in one launch"
+          : any     ? "used on a device, for few vertices, when targets are not refreshed in every step"
                     : always,
           tiles);
     array("ring sums", sums_rings(), why_ring_sums(), n * sizeof(float));
@@ -123,12 +122,12 @@ class PlanBuilder {
           needs_.local_statistics || !evidence ? why(ForceId::Evidence) : why_not_local(), n * kTexel);
     array("region tables", evidence && needs_.region_tables && region_values_ > 0,
           !evidence               ? why(ForceId::Evidence)
-          : !needs_.region_tables ? "no mesh takes its evidence from intensities"
+          : !needs_.region_tables ? "no mesh uses evidence from intensities"
           : region_values_ == 0   ? "no mesh has a region model"
                                   : why(ForceId::Evidence),
           region_values_ * sizeof(float));
     array("fields", needs_.fields,
-          needs_.fields || !evidence ? why(ForceId::Evidence) : "no mesh takes its evidence from a field",
+          needs_.fields || !evidence ? why(ForceId::Evidence) : "no mesh uses evidence from a field",
           field_values_ * sizeof(std::uint16_t));
     array("attraction points", attraction, why(ForceId::Attraction), points * sizeof(PointView));
     array("attraction bindings", attraction, why(ForceId::Attraction),
@@ -139,38 +138,42 @@ class PlanBuilder {
     array("mesh constants", !meshes_.empty(),
           meshes_.empty() ? "there is no mesh" : "weights and parameters of each mesh",
           meshes_.size() * sizeof(MeshConstants));
-    const bool corrected = any && corrected_, undoable = any && scene_.simulation.may_grow();
-    const auto about = [&](double bytes_a_vertex) {
-      return static_cast<std::size_t>(bytes_a_vertex * static_cast<double>(n));
+    const bool corrected = any && corrected_, undoable = any && scene_.simulation.can_diverge();
+    const auto estimated = [&](double bytes_per_vertex) {
+      return static_cast<std::size_t>(bytes_per_vertex * static_cast<double>(n));
     };
-    // A level has a quarter of the vertices of the one above it, later a sixth.
-    const std::size_t levels = held_bytes("levels"), vectors = held_bytes("level vectors");
-    array("levels", corrected, any ? why_corrected() : always, levels > 0 ? levels : about(35));
-    array("level vectors", corrected, any ? why_corrected() : always, vectors > 0 ? vectors : about(5 * kTexel * 1.31));
+    // The first coarser level has a quarter of the vertices, later levels a sixth of the one before.
+    const std::size_t levels = allocated_bytes("levels"), vectors = allocated_bytes("level vectors");
+    array("levels", corrected, any ? why_corrected() : always, levels > 0 ? levels : estimated(35));
+    array("level vectors", corrected, any ? why_corrected() : always,
+          vectors > 0 ? vectors : estimated(5 * kTexel * 1.31));
     array("kept pose", undoable,
           !any       ? always
-          : undoable ? "steps that grow are undone"
-                     : "bounds promise that no step grows",
+          : undoable ? "unstable steps are undone"
+                     : "the bounds of the solver guarantee stable steps",
           n * kTexel);
     array("step coefficients", !meshes_.empty(),
-          meshes_.empty() ? "there is no mesh" : "gain and damping of each mesh's steps",
+          meshes_.empty() ? "there is no mesh" : "gain and damping of the steps of each mesh",
           meshes_.size() * sizeof(StepCoefficients));
-    array("motion", needs_.motion_sums > 0, any ? "rest is told by it" : always,
+    array("motion", needs_.motion_sums > 0, any ? "detects when meshes have settled" : always,
           needs_.motion_sums * sizeof(MeshMotion));
   }
 
-  /// A device reads the second ring instead, which is only known once it holds something.
-  bool sums_rings() const { return needs_.uses(ForceId::Smoothing) && (held_.empty() || held_bytes("ring sums") > 0); }
+  /// A device may read both rings instead; this is known only after it has allocated its arrays.
+  bool sums_rings() const {
+    return needs_.uses(ForceId::Smoothing) && (allocated_.empty() || allocated_bytes("ring sums") > 0);
+  }
   std::string why_ring_sums() const {
     return sums_rings() || !needs_.uses(ForceId::Smoothing) ? why(ForceId::Smoothing)
-                                                            : "a device reads both rings where it smooths";
+                                                            : "a device reads both rings while it smooths";
   }
-  std::string why_not_averaged() const { return "the averaging of evidence is 0, and so is its local share"; }
+  std::string why_not_averaged() const { return "averaging and local share of evidence are 0"; }
   std::string why_not_local() const {
     return "no mesh on its finest level has a local share of evidence from intensities";
   }
 
-  /// Bytes: each array once, the volume as the samples that are taken. Kernels of a refresh: in the step that does one.
+  /// Adds the kernels. Bytes: each array once, plus the samples of the volume; for kernels of a refresh, those of a
+  /// step with a refresh.
   void add_kernels() {
     const std::size_t n = vertices_, points = points_;
     const bool any = n > 0;
@@ -206,42 +209,40 @@ class PlanBuilder {
            points * kMaxPatch * (sizeof(PatchEntry) + sizeof(Int4)));
     const bool sums = attraction && refresh_interval_ > 1;
     kernel("sum attraction", sums,
-           attraction && !sums ? "every step binds the points anew, and sums then"
+           attraction && !sums ? "targets are refreshed in every step, which computes the sums"
                                : when(ForceId::Attraction, "; every step without a refresh"),
            points * kMaxPatch * (sizeof(PatchEntry) + sizeof(AttractionSum)));
     std::size_t read = 4 * kTexel + (attraction ? 1 : 0) + kTexel * needs_.uses(ForceId::ShapeMemory);
     for (const ForceInfo& force : force_list()) read += kTexel * (force.targets != nullptr && needs_.uses(force.id));
-    kernel("integrate", any, always + (any ? ": sums the forces that act and takes the step" : ""),
-           n * (read + kTexel));
+    kernel("integrate", any, always + (any ? ": sums the forces and performs the step" : ""), n * (read + kTexel));
     const bool corrected = any && corrected_;
     const std::string cycle = any ? why_corrected() : always;
-    // Five vectors and three neighbours' corrections on the mesh; about a third of it on all coarser levels.
+    // Five vectors and the corrections of three neighbours on the mesh; all coarser levels add about a third.
     kernel("stiffness", corrected, cycle + (corrected ? at_refresh : ""), n * 4 * kTexel);
     kernel("coarse stiffness", corrected, cycle + (corrected ? at_refresh : ""), n * 3 * kTexel);
     kernel("restrict", corrected, cycle, n * 8 * kTexel);
     kernel("prolong", corrected, cycle, n * 3 * kTexel);
-    // All levels of 256 vertices at most, in one kernel.
+    // All levels of at most 256 vertices, in one kernel.
     const std::size_t small = std::min<std::size_t>(n / 4, 320);
     kernel("small levels' stiffness", corrected, cycle + (corrected ? at_refresh : ""), small * 3 * kTexel);
     kernel("small levels", corrected, cycle, small * 11 * kTexel);
     kernel("corrected step", corrected, cycle, n * 12 * kTexel);
-    const bool undoable = any && scene_.simulation.may_grow();
+    const bool undoable = any && scene_.simulation.can_diverge();
     kernel("keep pose", undoable,
            !any       ? always
-           : undoable ? "steps that grow are undone; once in ten steps"
-                      : "bounds promise that no step grows",
+           : undoable ? "unstable steps are undone; once in ten steps"
+                      : "the bounds of the solver guarantee stable steps",
            n * 2 * kTexel);
-    kernel("motion", any, any ? "rest is told by it; once in a batch of steps" : always, n * 3 * kTexel);
-    kernel("end of batch", any, any ? "means of the motion, and the status; once in a batch of steps" : always,
+    kernel("motion", any, any ? "detects when meshes have settled; once per batch of steps" : always, n * 3 * kTexel);
+    kernel("end of batch", any, any ? "mean motion and status; once per batch of steps" : always,
            needs_.motion_sums * sizeof(MeshMotion));
   }
 
-  /// A trilinear sample reads eight voxels.
+  /// Bytes of trilinear samples, each of which reads eight voxels.
   std::size_t bytes_of_samples(std::size_t each) const {
     return vertices_ * each * 8 * (volume_.empty() ? 0 : bytes_per_voxel(volume_.type()));
   }
-  /// What a search reads and writes: the vertex, its frame, its neighbours and its target, what it compares with,
-  /// samples.
+  /// Bytes that a search reads and writes: vertex, frame, neighbours, target, reference profile and samples.
   template <class F>
   std::size_t search_bytes() const {
     int samples = 0;
@@ -255,7 +256,7 @@ class PlanBuilder {
 
   const Scene& scene_;
   const Volume& volume_;
-  std::span<const Engine::HeldArray> held_;
+  std::span<const Engine::AllocatedArray> allocated_;
   bool corrected_ = false;
   std::vector<MeshNeeds> meshes_;
   StepNeeds needs_;
@@ -276,7 +277,7 @@ std::size_t expected_field_voxels(const MeshItem& item, const Volume& volume) {
   return static_cast<std::size_t>(values);
 }
 
-std::size_t StepPlan::bytes_held() const {
+std::size_t StepPlan::bytes_allocated() const {
   std::size_t sum = 0;
   for (const Item& item : items)
     if (item.needed && item.what == "array") sum += item.bytes;
@@ -284,8 +285,8 @@ std::size_t StepPlan::bytes_held() const {
 }
 
 StepPlan make_plan(const Scene& scene, const Volume& volume, std::span<const char> finest,
-                   std::span<const Engine::HeldArray> held) {
-  return PlanBuilder(scene, volume, finest, held, false).build();
+                   std::span<const Engine::AllocatedArray> allocated) {
+  return PlanBuilder(scene, volume, finest, allocated, false).build();
 }
 
 StepPlan make_plan(const Scene& scene, const Volume& volume) {

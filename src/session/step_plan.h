@@ -11,27 +11,28 @@ namespace simplexseg {
 
 class Volume;
 
-/// What the step of a scene computes and holds, and what it leaves out and why.
+/// Arrays and kernels of a step of a scene, needed or left out, with the reasons.
 struct StepPlan {
   struct Item {
-    std::string name;  ///< of an array, a kernel or a per-refresh product
+    std::string name;  ///< name of an array, or of a kernel of a step or a target refresh
     std::string what;  ///< "array" or "kernel"
     bool needed;
-    std::string why;        ///< it is needed, or left out
-    std::size_t bytes = 0;  ///< that it holds (array) or reads and writes in one step (kernel)
+    std::string why;        ///< reason why it is needed or left out
+    std::size_t bytes = 0;  ///< array: size; kernel: bytes read and written in one step
     bool operator==(const Item&) const = default;
   };
   std::vector<Item> items;
   /// Bytes of all needed arrays.
-  std::size_t bytes_held() const;
+  std::size_t bytes_allocated() const;
   bool operator==(const StepPlan&) const = default;
 };
+/// Plan of a scene that is not loaded yet, as if all fields were solved.
 StepPlan make_plan(const Scene& scene, const Volume& volume);
-/// Voxels of a mesh's field; of one that is not learned yet those of a box of about four radii of its seed.
+/// Number of voxels of a mesh's field; before it is solved, those of a box of about four radii of the seed.
 std::size_t expected_field_voxels(const MeshItem& item, const Volume& volume);
-/// The same for what an engine was loaded with: which meshes are on their finest level, one entry each, and what is
-/// held (the size of a hierarchy is known once it is made; before that it is estimated). Reads no pose.
+/// Plan of a scene that an engine has loaded. `finest`: per mesh, whether it is on its finest level; `allocated`:
+/// arrays of the engine. The size of a multigrid hierarchy is estimated until it exists. Downloads no pose.
 StepPlan make_plan(const Scene& scene, const Volume& volume, std::span<const char> finest,
-                   std::span<const Engine::HeldArray> held);
+                   std::span<const Engine::AllocatedArray> allocated);
 
 }  // namespace simplexseg

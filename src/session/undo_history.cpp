@@ -6,26 +6,26 @@
 namespace simplexseg {
 namespace {
 
-/// Whether a command goes on with what `last` began. Most commands stand for themselves.
+/// Whether a command belongs to the same movement as `last`; false for most commands.
 template <class Any>
-bool goes_on(const Any&, const Command&) {
+bool continues_command(const Any&, const Command&) {
   return false;
 }
-bool goes_on(const MovePoint& move, const Command& last) {
+bool continues_command(const MovePoint& move, const Command& last) {
   return move.continues && (std::holds_alternative<MovePoint>(last) || std::holds_alternative<AddPoint>(last));
 }
-bool goes_on(const ResizePoint& resize, const Command& last) {
+bool continues_command(const ResizePoint& resize, const Command& last) {
   const auto* was = std::get_if<ResizePoint>(&last);
   return resize.continues && was && was->point == resize.point;
 }
-bool goes_on(const SetReference& set, const Command& last) {
+bool continues_command(const SetReference& set, const Command& last) {
   return set.continues && std::holds_alternative<SetReference>(last);
 }
-bool goes_on(const SetForceParameter& set, const Command& last) {
+bool continues_command(const SetForceParameter& set, const Command& last) {
   const auto* was = std::get_if<SetForceParameter>(&last);
   return set.continues && was && was->mesh == set.mesh && was->force == set.force && was->parameter == set.parameter;
 }
-bool goes_on(const SetSimulationParameter& set, const Command& last) {
+bool continues_command(const SetSimulationParameter& set, const Command& last) {
   const auto* was = std::get_if<SetSimulationParameter>(&last);
   return set.continues && was && was->parameter == set.parameter;
 }
@@ -37,7 +37,7 @@ const char* UndoHistory::redo_title() const { return redo_.empty() ? "" : title_
 
 bool UndoHistory::continues(const Command& command) const {
   if (undo_.empty()) return false;
-  return std::visit([this](const auto& one) { return goes_on(one, undo_.back()->command); }, command);
+  return std::visit([this](const auto& one) { return continues_command(one, undo_.back()->command); }, command);
 }
 
 std::vector<std::string> UndoHistory::undo_names() const {
@@ -70,13 +70,13 @@ std::size_t UndoHistory::bytes() const {
   return bytes;
 }
 
-void UndoHistory::keep(Snapshot before) {
+void UndoHistory::push(Snapshot before) {
   std::string name = describe(before.command, before.scene);
   SceneSnapshot scene(std::move(before.scene), undo_.empty() ? nullptr : &undo_.back()->scene);
   undo_.push_back(std::make_shared<const Entry>(Entry{std::move(scene), std::move(before.command), std::move(name)}));
-  std::size_t bytes = 0, kept = 0;
-  while (kept < undo_.size() && bytes <= most_bytes_) bytes += undo_[undo_.size() - ++kept]->scene.own_bytes();
-  undo_.erase(undo_.begin(), undo_.end() - static_cast<std::ptrdiff_t>(std::min(kept, kMostSteps)));
+  std::size_t bytes = 0, count = 0;
+  while (count < undo_.size() && bytes <= max_bytes_) bytes += undo_[undo_.size() - ++count]->scene.own_bytes();
+  undo_.erase(undo_.begin(), undo_.end() - static_cast<std::ptrdiff_t>(std::min(count, kMaxSteps)));
 }
 
 bool UndoHistory::exchange(Scene& scene, Entries& from, Entries& to) {
@@ -84,8 +84,8 @@ bool UndoHistory::exchange(Scene& scene, Entries& from, Entries& to) {
   const std::shared_ptr<const Entry> target = std::move(from.back());
   from.pop_back();
   Scene restored = target->scene.restore();
-  SceneSnapshot present(std::move(scene), &target->scene);
-  to.push_back(std::make_shared<const Entry>(Entry{std::move(present), target->command, target->name}));
+  SceneSnapshot current(std::move(scene), &target->scene);
+  to.push_back(std::make_shared<const Entry>(Entry{std::move(current), target->command, target->name}));
   scene = std::move(restored);
   return true;
 }

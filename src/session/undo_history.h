@@ -11,28 +11,28 @@
 
 namespace simplexseg {
 
-/// What can be taken back and done again: whole scenes, poses included, for undo is an exchange of scenes
-/// (docs/adr/0007-undo-by-snapshot.md). At most 200 are kept for undo, and no more than about 1 GiB of them; what does
-/// not change from one to the next is kept once. Copies share all that is kept.
+/// Undo and redo by snapshots of whole scenes, poses included (docs/adr/0007-undo-by-snapshot.md). Stores at most 200
+/// snapshots and about 1 GiB for undo; arrays that do not change between snapshots are stored once. Copies share the
+/// snapshots.
 class UndoHistory {
  public:
-  /// The scene as it was before the command.
+  /// Scene before a command.
   struct Snapshot {
     Scene scene;
     Command command;
   };
 
-  /// What is kept of an action: the scene before it, or, where it was taken back, the one after it.
+  /// Action with the scene before it or, if it was undone, the scene after it.
   struct Entry {
     SceneSnapshot scene;
     Command command;
-    std::string name;  ///< as describe() said it
+    std::string name;  ///< text of describe()
   };
   using Entries = std::vector<std::shared_ptr<const Entry>>;
-  static constexpr std::size_t kMostSteps = 200;
+  static constexpr std::size_t kMaxSteps = 200;
 
-  explicit UndoHistory(std::size_t most_bytes = std::size_t{1} << 30) : most_bytes_(most_bytes) {}
-  /// Of what to_undo() and to_redo() of another one gave.
+  explicit UndoHistory(std::size_t max_bytes = std::size_t{1} << 30) : max_bytes_(max_bytes) {}
+  /// Restores a history from to_undo() and to_redo() of another one.
   UndoHistory(Entries to_undo, Entries to_redo) : UndoHistory() {
     undo_ = std::move(to_undo), redo_ = std::move(to_redo);
   }
@@ -41,33 +41,35 @@ class UndoHistory {
   bool can_redo() const { return !redo_.empty(); }
   const char* undo_title() const;  ///< "" when there is none
   const char* redo_title() const;
-  /// What undo takes back, the oldest first, and what redo does again, the next first; as describe() says it.
+  /// Texts (describe()) of the actions that can be undone, oldest first.
   std::vector<std::string> undo_names() const;
+  /// Texts of the actions that can be redone, next first.
   std::vector<std::string> redo_names() const;
-  const Entries& to_undo() const { return undo_; }  ///< the next last
-  const Entries& to_redo() const { return redo_; }  ///< the next last
-  /// The next id that no mesh and no point in it has.
+  const Entries& to_undo() const { return undo_; }  ///< the last entry is undone next
+  const Entries& to_redo() const { return redo_; }  ///< the last entry is redone next
+  /// Smallest id above those of all meshes and points in the history.
   ItemId next_id() const;
-  /// Of what is kept, for undo and redo together.
+  /// Bytes of all snapshots, for undo and redo.
   std::size_t bytes() const;
 
-  /// Whether the command goes on with the drag or the slider movement that the last snapshot precedes: the two are
-  /// taken back together, so no snapshot is due.
+  /// Whether the command belongs to the same drag or slider movement as the last one; both are undone together, without
+  /// a further snapshot.
   bool continues(const Command& command) const;
-  /// Keeps a snapshot of before a command that was carried out.
-  void keep(Snapshot before);
-  /// A new command was carried out: what was taken back before it cannot be done again.
-  void forget_undone() { redo_.clear(); }
+  /// Adds the snapshot taken before a command.
+  void push(Snapshot before);
+  /// Clears redo, as every new command does.
+  void clear_redo() { redo_.clear(); }
 
-  /// Exchange the scene for that before the last command, or after the one taken back last. False, with nothing
-  /// changed, when there is none.
+  /// Replaces the scene by the one before the last command. False, with nothing changed, if there is none.
   bool undo(Scene& scene) { return exchange(scene, undo_, redo_); }
+  /// Replaces the scene by the one after the command that was undone last. False, with nothing changed, if there is
+  /// none.
   bool redo(Scene& scene) { return exchange(scene, redo_, undo_); }
 
  private:
   static bool exchange(Scene& scene, Entries& from, Entries& to);
 
-  std::size_t most_bytes_;
+  std::size_t max_bytes_;
   Entries undo_, redo_;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a window draws of an engine's state. The engine writes it once a frame, from the arrays that it simulates on,
-// straight into OpenGL buffers where it can, else into host memory that the window uploads.
+// Display data of an engine. The engine writes them once per frame from its simulation arrays, directly into OpenGL
+// buffers where possible, otherwise into host memory that the window uploads.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -10,46 +10,45 @@
 
 namespace simplexseg {
 
-/// A point of the tessellated surfaces: 32 bytes, as the vertex shaders read it.
+/// Point of the tessellated surfaces, in the layout of the vertex shaders (32 bytes).
 struct DisplayPoint {
   Vec4 position;  ///< mm; w = 1
   Vec4 normal;    ///< unit, outward; w = 0
 };
-/// A texel of a slice after window and level: 2 bytes, red and green of the texture.
+/// Texel of a slice after window and level: the red and green channels of the texture.
 struct DisplayTexel {
   std::uint8_t grey;
-  std::uint8_t inside;  ///< 255 inside the volume, 0 outside and where the voxel is not a number
+  std::uint8_t inside;  ///< 255 inside the volume; 0 outside and for NaN voxels
 };
 
-/// The texels of a slice in voxel index space: texel (u, v) is centred at origin + u * step_u + v * step_v.
+/// Sampling grid of a slice in voxel index space: texel (u, v) is centred at origin + u * step_u + v * step_v.
 struct SlicePlane {
   Vec3 origin, step_u, step_v;
   int width = 0, height = 0;
-  float low = 0, high = 1;  ///< intensities that become black and white; `low` can be the greater one
+  float low = 0, high = 1;  ///< intensities shown as black and white; `low` may exceed `high`
 };
 
-/// A piece of an outline, where a plane cuts one triangle of a surface: 24 bytes.
-struct OutlinePiece {
+/// Segment of an outline: intersection of a plane with one triangle of a surface (24 bytes).
+struct OutlineSegment {
   Vec3 start, end;  ///< mm
 };
-/// How OpenGL draws the outline of one mesh, every piece an instance of a strip of four corners (glDrawArraysIndirect).
+/// Arguments of glDrawArraysIndirect for the outline of one mesh; each segment is an instance of a four-corner strip.
 struct OutlineCommand {
-  std::uint32_t corners, pieces, first_corner, first_piece;
+  std::uint32_t corners, segments, first_corner, first_segment;
 };
-/// What draw_outlines writes: a command for each mesh, then room for as many pieces as there are vertices, each mesh's
-/// from its first vertex on. A plane that cuts more triangles of a mesh than it has vertices shows the first ones.
+/// Size of the output of draw_outlines: one command for each mesh, then one segment for each vertex. The segments of a
+/// mesh start at its first vertex; those beyond its number of vertices are not drawn.
 inline constexpr std::size_t outline_bytes(std::size_t meshes, std::size_t vertices) {
-  return meshes * sizeof(OutlineCommand) + vertices * sizeof(OutlinePiece);
+  return meshes * sizeof(OutlineCommand) + vertices * sizeof(OutlineSegment);
 }
 
-/// A buffer object of OpenGL that an engine writes on the device. Destroy it with the context current, before the
-/// buffer.
+/// OpenGL buffer object that an engine writes on the device. Destroy it before the buffer, with the context current.
 class SharedBuffer {
  public:
   virtual ~SharedBuffer() = default;
 };
 
-/// Where an engine draws: the shared buffer when there is one, else `host`, which must be large enough.
+/// Destination of display data: the shared buffer if set, otherwise `host`, which must be large enough.
 template <class T>
 struct DrawTarget {
   SharedBuffer* shared = nullptr;

@@ -21,120 +21,121 @@ class Volume;
 struct CellList;
 struct RegionModel;
 
-/// P(object) of one mesh on a box of the volume's voxels. The values need to live only during the call.
+/// Foreground probability field of one mesh on a box of voxels. The values are used only during the call.
 struct EngineField {
-  VoxelBox box{};                         ///< voxels of the volume
-  std::span<const std::uint16_t> values;  ///< as FieldBox says (src/forces/step_view.h); empty: the mesh has none
+  VoxelBox box{};                         ///< box in the volume's grid
+  std::span<const std::uint16_t> values;  ///< encoded as in FieldBox (src/forces/step_view.h); empty: no field
 };
 
-/// One mesh as an engine is loaded with it. The spans need to live only during the call.
+/// Initial state of one mesh in an engine. The spans are used only during the call.
 struct EngineMesh {
   std::span<const Eigen::Vector3f> positions;      ///< mm, LPS
-  std::span<const Eigen::Vector3f> previous;       ///< of the step before; equal to positions: at rest
+  std::span<const Eigen::Vector3f> previous;       ///< positions one step earlier; equal to `positions`: no velocity
   std::span<const std::array<int, 3>> neighbours;  ///< indices within the mesh
   std::span<const Vec4> shape;                     ///< shape memory's reference (e1, e2, h_mm, S_mm2); may be empty
   std::span<const float> profiles;                 ///< reference intensity profiles, vertex-major; may be empty
-  const RegionModel* region = nullptr;             ///< of the evidence from intensities; may be null
+  const RegionModel* region = nullptr;             ///< model for the evidence from intensities; may be null
   ForceParameters parameters;
-  SolverState solver;  ///< what a solver has learnt of it earlier
-  float edge_mm = 0;   ///< mean edge, the unit "edges" of searches that take one for the mesh; 0: as in `positions`
-  bool finest = true;  ///< false while coarser than the level it is to end on
+  SolverState solver;  ///< solver estimates from an earlier run
+  float edge_mm = 0;   ///< mean edge, mm: the unit "edges" of searches; 0: computed from `positions`
+  bool finest = true;  ///< false while the mesh will be refined further
   EngineField field;
 };
 
-/// An attraction point as the engine sees it.
+/// Attraction point of an engine.
 struct EnginePoint {
-  int mesh;  ///< index of the mesh it pulls
+  int mesh;  ///< index of the attracted mesh
   Eigen::Vector3d position_mm;
 };
 
-/// What was wrong with steps, and where; they were undone.
+/// Failure of steps that were undone.
 struct StepFailure {
-  enum class What { LeftScene, Grew, Folded };
+  enum class Kind { LeftScene, Diverged, Folded };
   int mesh;
-  int vertex;  ///< within the mesh, that would have left the scene or the finite; else -1
+  int vertex;  ///< index in the mesh of the vertex that left the scene or became non-finite; else -1
   ForceId force;
-  What what = What::LeftScene;
+  Kind kind = Kind::LeftScene;
 };
-/// What was undone, and went on with a smaller timestep.
+/// Failure after which the simulation continued with a smaller timestep.
 struct TimestepCut {
   StepFailure failure;
-  float factor;  ///< of the mesh's timestep now
+  float factor;  ///< current factor on the mesh's timestep
 };
 struct StepOutcome {
-  int steps = 0;  ///< done, those that were undone again included; fewer than asked for after a failure
-  std::vector<float> mean_move_mm;  ///< of each mesh, in the last step
-  std::vector<float> mean_edge_mm;  ///< of each mesh, after it
-  /// What the forces of each mesh still asked for before the last step: root mean square of sum_f k_f d_f / sum_f k_f.
+  int steps = 0;                    ///< executed steps, including undone ones; fewer than requested after a failure
+  std::vector<float> mean_move_mm;  ///< per mesh, in the last step
+  std::vector<float> mean_edge_mm;  ///< per mesh, after the last step
+  /// Residual of each mesh before the last step: root mean square of sum_f k_f d_f / sum_f k_f.
   std::vector<float> residual_mm;
-  /// The vertices of each mesh whose normal makes more than a right angle with that of a neighbour.
+  /// Folded vertices of each mesh: the normal makes more than a right angle with a neighbour's normal.
   std::vector<int> folded_vertices;
-  /// Whether each mesh encloses a negative volume.
-  std::vector<char> inside_out;
-  std::vector<SolverState> solver;     ///< of each mesh
-  std::vector<TimestepCut> cuts;       ///< in these steps
-  std::optional<StepFailure> failure;  ///< that no smaller timestep helps against
+  /// Per mesh, 1 if it encloses a negative volume.
+  std::vector<char> inverted;
+  std::vector<SolverState> solver;     ///< per mesh
+  std::vector<TimestepCut> cuts;       ///< timestep reductions during these steps
+  std::optional<StepFailure> failure;  ///< failure that no smaller timestep prevents
 };
 
-/// One backend of the simulation: all meshes in one set of arrays, moved in parallel. Reruns give the same bits, on any
-/// number of threads. Every call may throw Error or std::bad_alloc (what is asked for does not fit; nothing has changed
-/// then, but for the steps that step() has told of) or DeviceError (the device itself failed: the engine is lost).
+/// Backend of the simulation: stores all meshes in one set of arrays and moves them in parallel. Results are bitwise
+/// reproducible for any number of threads. Every call may throw Error or std::bad_alloc if the request does not fit in
+/// memory; the state is then unchanged, except for steps already reported by step(). After DeviceError the engine is
+/// no longer usable.
 class Engine {
  public:
   virtual ~Engine() = default;
-  /// "cpu" or "cuda".
+  /// Name of the backend, "cpu" or "cuda".
   virtual const char* backend() const = 0;
-  /// For the status bar: device, threads.
+  /// Device and threads, for the status bar.
   virtual std::string description() const = 0;
-  /// The volume to sample; may be empty (no image force then acts). Kept by reference count, not copied, on the CPU.
+  /// Sets the volume to sample. An empty volume disables the image forces. The CPU engine shares the voxels.
   virtual void set_volume(const Volume& volume) = 0;
-  /// Replaces all meshes and points. While it runs, what was loaded before is held too.
+  /// Replaces all meshes and points. The old state stays allocated during the call.
   virtual void load(std::span<const EngineMesh> meshes, const SimulationParameters& simulation,
                     std::span<const EnginePoint> points = {}) = 0;
-  /// New weights and parameters for the same meshes; only what the plan newly needs is allocated. `finest`: of each
-  /// mesh, as in EngineMesh; empty: as before.
+  /// Sets weights and parameters of the loaded meshes; allocates only arrays that are newly needed. `finest`: per mesh,
+  /// as in EngineMesh; empty: unchanged.
   virtual void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& simulation,
                               std::span<const char> finest = {}) = 0;
   virtual void set_points(std::span<const EnginePoint> points) = 0;
-  /// The field of one mesh, from now on until the next load. Throws Error for a box that does not lie in
-  /// the volume or has another number of voxels than values.
+  /// Sets the field of one mesh until the next load. Throws Error if the box exceeds the volume or its size differs
+  /// from the number of values.
   virtual void set_field(int mesh, const EngineField& field) = 0;
-  /// Targets of an image force of one mesh (point in mm, confidence in [0, 1]), one a vertex: kept from now on, so that
-  /// no refresh finds others, until the next load. Needs no volume. Throws Error for a force without targets.
-  virtual void give_targets(int mesh, ForceId force, std::span<const Vec4> targets) = 0;
-  /// The targets found last; of a force that does not act: all 0.
+  /// Fixes the targets of an image force of one mesh until the next load: (x, y, z in mm, confidence in [0, 1]) per
+  /// vertex. A refresh does not search for them, and no volume is needed. Throws Error for a force without targets.
+  virtual void set_fixed_targets(int mesh, ForceId force, std::span<const Vec4> targets) = 0;
+  /// Reads the current targets; all 0 for an inactive force.
   virtual void read_targets(int mesh, ForceId force, std::span<Vec4> targets) = 0;
-  /// The next step refreshes all image targets and attraction bindings, whatever the refresh interval.
+  /// Makes the next step update all image targets and attraction bindings, regardless of the refresh interval.
   virtual void refresh() = 0;
   virtual StepOutcome step(int count) = 0;
-  /// Positions (mm) of one mesh and of the step before it.
+  /// Reads the current positions (mm) of one mesh and those one step earlier.
   virtual void read(int mesh, std::span<Eigen::Vector3f> positions, std::span<Eigen::Vector3f> previous) = 0;
 
-  /// Connects a buffer object of the current OpenGL context, of `bytes`, so that the engine can draw into it on the
-  /// device. Null where that cannot be done (CPU, software OpenGL): draw into host memory then.
+  /// Registers a buffer object of the current OpenGL context, `bytes` long, for drawing on the device. Null if this is
+  /// not possible (CPU, software OpenGL); then draw into host memory.
   virtual std::unique_ptr<SharedBuffer> share_buffer(unsigned gl_buffer, std::size_t bytes) = 0;
-  /// The cells of the loaded meshes, one list each, for draw_surfaces; a load forgets them.
+  /// Sets the cells of the loaded meshes for draw_surfaces, one list per mesh. A load discards them.
   virtual void set_cells(std::span<const CellList* const> cells) = 0;
   virtual bool has_cells() const = 0;
-  /// Points of all surfaces in the present pose: the vertices mesh by mesh, then the cells' centres mesh by mesh.
+  /// Writes the points of all surfaces: the vertices of all meshes, then the cell centres of all meshes.
   virtual void draw_surfaces(DrawTarget<DisplayPoint> target) = 0;
-  /// Where the plane (world axis `axis` at `position_mm`) cuts the surfaces: outline_bytes() of them.
+  /// Writes the outlines of the surfaces in the plane `axis` = `position_mm` (world); outline_bytes() bytes.
   virtual void draw_outlines(int axis, float position_mm, DrawTarget<std::byte> target) = 0;
-  /// A slice of the volume, row by row; nothing when there is no volume.
+  /// Writes a slice of the volume, row by row; nothing without a volume.
   virtual void draw_slice(const SlicePlane& plane, DrawTarget<DisplayTexel> target) = 0;
-  /// Bytes copied from the device to the host since the engine was made, results of batches of steps apart.
+  /// Bytes copied from the device to the host since construction, except for step results.
   virtual std::uint64_t bytes_read_back() const = 0;
-  /// Bytes that could be held, those held now included.
+  /// Bytes available to the engine, including those allocated already.
   virtual std::size_t bytes_available() const = 0;
-  /// Bytes held in arrays, the volume included.
-  virtual std::size_t bytes_held() const = 0;
-  /// Names and bytes of the arrays held, for the plan and its tests.
-  struct HeldArray {
+  /// Bytes allocated in arrays, including the volume.
+  virtual std::size_t bytes_allocated() const = 0;
+  /// Name and size of an allocated array, for the plan and its tests.
+  struct AllocatedArray {
     std::string name;
     std::size_t bytes;
   };
-  virtual std::vector<HeldArray> held_arrays() const = 0;
-  /// How often each kernel was launched since the engine was made.
+  virtual std::vector<AllocatedArray> allocated_arrays() const = 0;
+  /// Number of launches of a kernel since construction.
   struct KernelCount {
     std::string name;
     std::uint64_t launches;

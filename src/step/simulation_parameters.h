@@ -6,10 +6,10 @@
 
 namespace simplexseg {
 
-/// How a step is taken, in the order of the choices of the parameter `solver` (docs/mathematics.md, section 3).
+/// Time integration, in the order of the choices of the parameter `solver` (docs/mathematics.md, section 3).
 enum class Solver : int { Automatic, Verlet, Damped, Multigrid };
 
-/// Parameters of the whole simulation; simulation_table() has one entry for each.
+/// Parameters of the whole simulation, one for each entry of simulation_table().
 struct SimulationParameters {
   float solver_choice;
   float timestep;
@@ -23,8 +23,8 @@ struct SimulationParameters {
   float rest_tolerance_voxels;
   float frame_budget_ms;
 
-  /// No bound promises that steps do not grow: those of a multigrid cycle, and with a timestep of the user's own.
-  bool may_grow() const {
+  /// True if no stability bound holds: with multigrid cycles, and with an unlimited timestep of the user.
+  bool can_diverge() const {
     return solver() == Solver::Automatic || solver() == Solver::Multigrid ||
            (solver() == Solver::Verlet && limit_timestep < 0.5f);
   }
@@ -32,10 +32,10 @@ struct SimulationParameters {
 };
 std::span<const ParameterInfo> simulation_table();
 SimulationParameters default_simulation_parameters();
-/// `index`: of the parameter in simulation_table().
+/// Value of a parameter; `index`: its index in simulation_table().
 float& value_of(SimulationParameters& parameters, int index);
 float value_of(const SimulationParameters& parameters, int index);
-/// False for what only the solver verlet has, while another is chosen.
+/// False for parameters of the verlet solver while another solver is selected.
 bool has_effect(const SimulationParameters& parameters, int index);
 
 }  // namespace simplexseg

@@ -9,14 +9,16 @@
 namespace simplexseg {
 namespace {
 
-// Bounds of the largest eigenvalue of -dz/dx with some room: 1 where forces are scaled by their own bound; for a
-// multigrid cycle on spheres of 20 to 330,000 vertices at most 2.4 was measured.
-constexpr float kFastestScaled = 1.1f, kFastestCorrected = 2.6f;
-/// What damping is chosen for, at least; what is seen may be slower.
-constexpr float kSlowestSeen = 1e-6f, kSlowestScaled = 3e-4f, kSlowestFree = 0.02f, kSlowestCorrected = 0.05f;
-/// Steps to a given error go with the root of the ratio of the eigenvalues; with a cycle it is about this.
+// Upper bounds of the eigenvalues of -dz/dx, with a margin. Forces scaled by their own bound have a maximum of 1; for a
+// multigrid cycle the measured maximum is 2.4, on spheres of 20 to 330,000 vertices.
+constexpr float kMaxEigenvalueScaled = 1.1f, kMaxEigenvalueCorrected = 2.6f;
+constexpr float kMinEigenvalueEstimate = 1e-6f;  // of the estimates
+// Lower bounds of the eigenvalue for which the damping is chosen; the estimate may be smaller.
+constexpr float kMinEigenvalueScaled = 3e-4f, kMinEigenvalueUnconstrained = 0.02f, kMinEigenvalueCorrected = 0.05f;
+/// Square root of the condition number with a multigrid cycle. The number of steps to a given error is proportional to
+/// it.
 constexpr float kCorrectedRoot = 2.2f;
-constexpr float kSmallestCut = 1.0f / 4096;
+constexpr float kMinCut = 1.0f / 4096;
 
 }  // namespace
 
@@ -26,11 +28,11 @@ void SolverControl::start(const SimulationParameters& simulation, const Stiffnes
   stiffness_ = stiffness;
   state_ = state;
   cut_ = 1, cycle_cost_ = cycle_cost;
-  points_ = 0, looked_ = false;
+  points_ = 0, constraint_known_ = false;
   const float dt = effective_timestep(simulation, stiffness.total());
   fixed_ = {dt * dt, 1.0f - simulation.damping};
-  if (!(state_.slowest > 0)) state_.slowest = first_guess();
-  correct_where_worth();
+  if (!(state_.min_eigenvalue > 0)) state_.min_eigenvalue = initial_estimate();
+  enable_cycles_if_faster();
 }
 
 StepForm SolverControl::form() const {
@@ -47,77 +49,84 @@ StepForm SolverControl::form() const {
 }
 
 void SolverControl::set_points(int count) {
-  // Other points are to be looked at again.
-  if (count != points_ && looked_ && solver_ == Solver::Automatic && state_.support >= kSupportFree) state_.support = 0;
+  // A change of the points requires a new measurement.
+  if (count != points_ && constraint_known_ && solver_ == Solver::Automatic &&
+      state_.regularisation >= kStrongRegularisation)
+    state_.regularisation = 0;
   points_ = count;
-  if (count == 0 && looked_) take_no_cycles();
-  correct_where_worth();
+  if (count == 0 && constraint_known_) disable_cycles();
+  enable_cycles_if_faster();
 }
 
-void SolverControl::set_supported(bool supported) {
-  looked_ = true;
-  state_.support = supported ? kSupportFirm : kSupportFree;
-  if (!supported) take_no_cycles();
+void SolverControl::set_constrained(bool constrained) {
+  constraint_known_ = true;
+  state_.regularisation = constrained ? kWeakRegularisation : kStrongRegularisation;
+  if (!constrained) disable_cycles();
 }
 
-void SolverControl::take_no_cycles() {
-  if (!state_.multigrid || stiffness_.image > 0) return;  // an image may support it later
+void SolverControl::disable_cycles() {
+  if (!state_.multigrid || stiffness_.image > 0) return;  // an image force may constrain the mesh later
   state_.multigrid = false;
-  state_.slowest = first_guess();
+  state_.min_eigenvalue = initial_estimate();
 }
 
-void SolverControl::correct_where_worth() {
+void SolverControl::enable_cycles_if_faster() {
   if (solver_ != Solver::Automatic || state_.multigrid || !(stiffness_.internal > 0)) return;
-  if (!(stiffness_.image > 0) && (points_ == 0 || state_.support >= kSupportFree)) return;
-  if (stiffness_.image > 0 && std::sqrt(fastest() / state_.slowest) <= kCorrectedRoot * cycle_cost_) return;
+  if (!(stiffness_.image > 0) && (points_ == 0 || state_.regularisation >= kStrongRegularisation)) return;
+  if (stiffness_.image > 0 && std::sqrt(max_eigenvalue() / state_.min_eigenvalue) <= kCorrectedRoot * cycle_cost_)
+    return;
   state_.multigrid = true;
-  state_.slowest = first_guess();
+  state_.min_eigenvalue = initial_estimate();
 }
 
-float SolverControl::fastest() const { return form() == StepForm::Corrected ? kFastestCorrected : kFastestScaled; }
+float SolverControl::max_eigenvalue() const {
+  return form() == StepForm::Corrected ? kMaxEigenvalueCorrected : kMaxEigenvalueScaled;
+}
 
-float SolverControl::first_guess() const {
+float SolverControl::initial_estimate() const {
   if (form() == StepForm::Corrected) return 0.3f;
-  // As if image and points supported every vertex.
-  const float support = stiffness_.image > 0 ? stiffness_.image : stiffness_.external;
-  return support > 0 ? std::max(support / (stiffness_.internal + support), kSlowestFree) : kSlowestFree;
+  // Assumes that image forces and points act on every vertex.
+  const float external = stiffness_.image > 0 ? stiffness_.image : stiffness_.external;
+  return external > 0 ? std::max(external / (stiffness_.internal + external), kMinEigenvalueUnconstrained)
+                      : kMinEigenvalueUnconstrained;
 }
 
 StepCoefficients SolverControl::coefficients() const {
-  if (form() == StepForm::Plain) return {fixed_.gain * cut_ * cut_, fixed_.keep};
-  // Where no image supports the mesh, what still moves may be supported by nothing: it would coast.
-  float least = stiffness_.image > 0 ? kSlowestScaled : kSlowestFree;
-  if (form() == StepForm::Corrected) least = kSlowestCorrected;
-  const float a = fastest(), b = std::clamp(state_.slowest, least, a);
+  if (form() == StepForm::Plain) return {fixed_.gain * cut_ * cut_, fixed_.momentum};
+  // Without an image force, some modes may be unconstrained; with little damping they would drift.
+  float min_eigenvalue = stiffness_.image > 0 ? kMinEigenvalueScaled : kMinEigenvalueUnconstrained;
+  if (form() == StepForm::Corrected) min_eigenvalue = kMinEigenvalueCorrected;
+  const float a = max_eigenvalue(), b = std::clamp(state_.min_eigenvalue, min_eigenvalue, a);
   if (form() == StepForm::Scaled && !(stiffness_.image > 0)) {
-    // What points alone pull must not leap past them: the best damping for a gain of 1.
-    const float rest = 1 - std::sqrt(std::min(b, 1.0f));
-    return {cut_ * cut_, rest * rest};
+    // A mesh attracted only by points must not overshoot them, so the gain is 1, with the optimal damping for it.
+    const float root = 1 - std::sqrt(std::min(b, 1.0f));
+    return {cut_ * cut_, root * root};
   }
   const float s = std::sqrt(a), t = std::sqrt(b);
   return {4 / ((s + t) * (s + t)) * cut_ * cut_, (s - t) * (s - t) / ((s + t) * (s + t))};
 }
 
-bool SolverControl::learn(float change, float square_move, float noise_mm) {
+bool SolverControl::update(float change, float square_move, float noise_mm) {
   if (!std::isfinite(change) || !std::isfinite(square_move) || !(square_move > noise_mm * noise_mm)) return false;
   const float quotient = change / square_move;
-  // No bound promises that steps do not grow but that of scaled ones. What grows takes the quotient over, and shows the
-  // eigenvalue that the timestep is too large for.
+  // Only scaled steps have a stability bound. A growing mode dominates the quotient, which then approximates the
+  // eigenvalue for which the timestep is too large.
   const StepCoefficients c = coefficients();
-  if (form() != StepForm::Scaled && quotient * c.gain > 2 * (1 + c.keep)) return true;
+  if (form() != StepForm::Scaled && quotient * c.gain > 2 * (1 + c.momentum)) return true;
   if (form() == StepForm::Plain || !(quotient > 0)) return false;
-  // Downwards at once (the damping hides slow modes until it is right), upwards by half: fast modes are still on their
-  // way out.
-  float& slowest = state_.slowest;
-  slowest = quotient < slowest ? std::max(quotient, slowest / 8) : std::sqrt(slowest * quotient);
-  slowest = std::clamp(slowest, kSlowestSeen, 0.5f * fastest());
-  correct_where_worth();
+  // The estimate decreases at once, because wrong damping hides slow modes. It increases only by the geometric mean,
+  // because fast modes may not have decayed yet.
+  float& min_eigenvalue = state_.min_eigenvalue;
+  min_eigenvalue =
+      quotient < min_eigenvalue ? std::max(quotient, min_eigenvalue / 8) : std::sqrt(min_eigenvalue * quotient);
+  min_eigenvalue = std::clamp(min_eigenvalue, kMinEigenvalueEstimate, 0.5f * max_eigenvalue());
+  enable_cycles_if_faster();
   return false;
 }
 
 bool SolverControl::cut() {
   cut_ *= 0.5f;
-  return cut_ >= kSmallestCut;
+  return cut_ >= kMinCut;
 }
 
 }  // namespace simplexseg

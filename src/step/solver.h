@@ -8,59 +8,60 @@
 
 namespace simplexseg {
 
-/// What a solver has learnt of a mesh; 0: nothing yet.
+/// Estimates of a solver for one mesh; 0: no estimate yet.
 struct SolverState {
-  float slowest = 0;       ///< estimated smallest eigenvalue of -dz/dx
-  bool multigrid = false;  ///< automatic: the correction has been found worth it
-  float support = 0;  ///< of the multigrid model (MeshConstants::support): SolverControl::kSupportFree or kSupportFirm
+  float min_eigenvalue = 0;  ///< estimated smallest eigenvalue of -dz/dx
+  bool multigrid = false;    ///< solver automatic: multigrid cycles are faster
+  float regularisation = 0;  ///< MeshConstants::regularisation: kStrongRegularisation or kWeakRegularisation
 };
 
-/// Chooses the steps of one mesh. The largest eigenvalue is known before the first step from the bounds that forces
-/// report. The smallest one is estimated as the run goes on, as the Rayleigh quotient of the last move (P. Underwood,
-/// Dynamic Relaxation, in: Computational Methods for Transient Analysis, 1983): what still moves is what is slow.
+/// Chooses gain and damping of the steps of one mesh. The largest eigenvalue is bounded before the first step by the
+/// forces' own bounds. The smallest one is estimated during the run as the Rayleigh quotient of the last move, which
+/// the slow modes dominate (P. Underwood, Dynamic Relaxation, in: Computational Methods for Transient Analysis, 1983).
 class SolverControl {
  public:
-  /// Steps between two estimates, counted from start(); once one more where targets are found anew in the last of them.
+  /// Steps between two estimates, counted from start(). An interval is one step longer if the interval before it ended
+  /// with an update of the targets, as all later ones would.
   static constexpr int kInterval = 10;
-  /// What supports every vertex in the multigrid model besides its forces, as shares of the model's k. What nothing
-  /// supports drifts by what its forces do not balance, and a cycle would make that a leap: such a mesh is supported
-  /// all over (free), as all are in the first step, until its forces are seen to do it (firm).
-  static constexpr float kSupportFree = 10, kSupportFirm = 1e-5f;
+  /// Diagonal regularisation of the multigrid model, in addition to the stiffness of the forces, as a share of the
+  /// model's k. Weak if image and attraction forces constrain the mesh in all directions. Strong otherwise and in the
+  /// first step, because a cycle would turn the drift of an unconstrained mesh into a jump.
+  static constexpr float kStrongRegularisation = 10, kWeakRegularisation = 1e-5f;
 
-  /// New forces or settings: the timestep is no longer cut, and what was learnt is forgotten unless `state` has it.
-  /// `cycle_cost`: of a step with a multigrid cycle, in steps without.
+  /// Starts with new forces or settings: resets the cuts of the timestep and sets the estimates to `state`.
+  /// `cycle_cost`: cost of a step with a multigrid cycle relative to one without.
   void start(const SimulationParameters& simulation, const Stiffness& stiffness, const SolverState& state = {},
              float cycle_cost = 1);
 
   StepForm form() const;
-  /// How many attraction points the mesh has. Where points alone support it, what lies between them is slow.
+  /// Sets the number of attraction points of the mesh. If only points constrain it, the modes between them are slow.
   void set_points(int count);
-  /// What a step with a cycle showed: whether image and points support the mesh in all directions. What few points
-  /// hardly support drifts by what its forces do not balance: there `automatic` takes no cycles.
-  void set_supported(bool supported);
+  /// Sets whether image and attraction forces constrain the mesh in all directions, as measured in a step with a cycle.
+  /// For an unconstrained mesh, which drifts, `automatic` uses no cycles.
+  void set_constrained(bool constrained);
   StepCoefficients coefficients() const;
 
-  /// What the steps of an interval showed: `change` and `square_move` as of MeshMotion; a root mean square move below
-  /// `noise_mm` says nothing. True when they were unstable: the interval is to be undone.
-  bool learn(float change, float square_move, float noise_mm);
-  /// Halves the timestep. False when it has been cut too often: something else is wrong.
+  /// Updates the estimates after an interval; returns true if its steps were unstable and must be undone. `change` and
+  /// `square_move` as in MeshMotion; root mean square moves below `noise_mm` are ignored.
+  bool update(float change, float square_move, float noise_mm);
+  /// Halves the timestep. Returns false if it has been halved too often; the failure then has another cause.
   bool cut();
-  float cut_factor() const { return cut_; }  ///< of the timestep
+  float cut_factor() const { return cut_; }  ///< factor on the timestep
   const SolverState& state() const { return state_; }
   const Stiffness& stiffness() const { return stiffness_; }
 
  private:
-  float fastest() const;
-  float first_guess() const;
-  void correct_where_worth();
-  void take_no_cycles();
+  float max_eigenvalue() const;
+  float initial_estimate() const;
+  void enable_cycles_if_faster();
+  void disable_cycles();
 
   Solver solver_ = Solver::Verlet;
   Stiffness stiffness_;
   StepCoefficients fixed_{0, 0};
   SolverState state_;
   int points_ = 0;
-  bool looked_ = false;  ///< set_supported() was called since start()
+  bool constraint_known_ = false;  ///< set_constrained() was called after start()
   float cut_ = 1, cycle_cost_ = 1;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a step needs: the rules, once, for the engine that holds by them (src/gpu/step_engine.h) and for the plan that
+// Arrays and kernels that a step needs. The rules are shared by the engine (src/gpu/step_engine.h) and the plan that
 // reports them (src/session/step_plan.cpp).
 #pragma once
 #include <algorithm>
@@ -10,76 +10,78 @@
 
 namespace simplexseg {
 
-/// Vertices whose motion is summed by one call of the motion kernel.
+/// Number of vertices whose motion is summed by one call of the motion kernel.
 inline constexpr int kMotionBlock = 256;
 
-/// What decides on the needs of one mesh.
+/// Properties of one mesh that determine the arrays and kernels it needs.
 struct MeshNeeds {
   ForceParameters forces;
   RecordedReferences recorded;
   bool finest = true;
-  unsigned given = 0;  ///< forces whose targets are given, not searched for
+  unsigned fixed_targets = 0;  ///< bits of the forces with fixed targets, which are not searched for
 
-  /// A force of weight 0, or whose reference was not taken (or no longer fits), does not act.
+  /// True if a force is active: its weight is not 0, and its reference exists and matches the mesh.
   bool acts(ForceId force) const {
     if (!(forces.weight(force) > 0.0f)) return false;
     bool has_reference = true;
     each_force([&]<class F>(F) {
       if constexpr (requires { F::has_reference(forces, recorded); })
-        if (F::id == force && (given & bit(force)) == 0) has_reference = F::has_reference(forces, recorded);
+        if (F::id == force && (fixed_targets & bit(force)) == 0) has_reference = F::has_reference(forces, recorded);
     });
     return has_reference;
   }
 };
 
 struct StepNeeds {
-  unsigned forces = 0;            ///< that some mesh uses; those that pull only where there is a point
-  unsigned given = 0;             ///< of these, whose targets are given: for no mesh they are searched for
-  int scratch[kForceCount] = {};  ///< floats that the search of a force keeps at hand
+  unsigned forces = 0;            ///< bits of the forces that are active on any mesh; pulling forces only with points
+  unsigned fixed_targets = 0;     ///< subset of `forces` with fixed targets, which are not searched for on any mesh
+  int scratch[kForceCount] = {};  ///< scratch floats of the search of each force
   bool local_statistics = false;
-  bool fields = false, region_tables = false;  ///< where some mesh takes its evidence from
-  int averaging_passes = 0;                    ///< of evidence targets
-  int profile_stride = 0;                      ///< values of a reference profile
+  bool fields = false, region_tables = false;  ///< sources of evidence in use
+  int averaging_passes = 0;                    ///< averaging passes over evidence targets
+  int profile_stride = 0;                      ///< values per reference profile
   int motion_sums = 0;
-  int nearest_blocks = 0;  ///< of the largest mesh, for each attraction point
+  int nearest_blocks = 0;  ///< blocks of the largest mesh, per attraction point
   bool operator==(const StepNeeds&) const = default;
 
   bool uses(ForceId force) const { return (forces & bit(force)) != 0; }
-  /// Some force searches the volume for targets.
-  bool searches() const { return (forces & ~given & kForcesWithTargets) != 0; }
-  bool searches(ForceId force) const { return (forces & ~given & kForcesWithTargets & bit(force)) != 0; }
+  /// True if some force searches the volume for targets.
+  bool searches() const { return (forces & ~fixed_targets & kForcesWithTargets) != 0; }
+  bool searches(ForceId force) const { return (forces & ~fixed_targets & kForcesWithTargets & bit(force)) != 0; }
   bool averages() const { return averaging_passes > 0 || local_statistics; }
 };
 
 inline StepNeeds needs_of(std::span<const MeshNeeds> meshes, bool has_volume, int point_count) {
   StepNeeds needs;
   int largest = 0;
-  for (const MeshNeeds& m : meshes) needs.given |= m.given;
+  for (const MeshNeeds& m : meshes) needs.fixed_targets |= m.fixed_targets;
   for (const MeshNeeds& m : meshes) {
     largest = std::max(largest, m.recorded.vertex_count);
     each_force([&]<class F>(F) {
       if (!m.acts(F::id)) return;
       needs.forces |= bit(F::id);
       if constexpr (HasTargets<F>) {
-        if (!has_volume || (needs.given & bit(F::id)) != 0) return;
+        if (!has_volume || (needs.fixed_targets & bit(F::id)) != 0) return;
         int& scratch = needs.scratch[static_cast<int>(F::id)];
         scratch = std::max(scratch, F::scratch_floats(m.forces));
       }
     });
-    // What single forces hold besides their targets.
-    auto searches = [&](ForceId force) { return has_volume && m.acts(force) && (needs.given & bit(force)) == 0; };
+    // Arrays that single forces need in addition to their targets.
+    auto searches = [&](ForceId force) {
+      return has_volume && m.acts(force) && (needs.fixed_targets & bit(force)) == 0;
+    };
     if (searches(IntensityProfileForce::id))
       needs.profile_stride = std::max(needs.profile_stride, IntensityProfileForce::profile_length(m.forces));
     if (searches(EvidenceForce::id)) {
       (EvidenceForce::from_field(m.forces) ? needs.fields : needs.region_tables) = true;
       needs.averaging_passes =
           std::max(needs.averaging_passes, m.forces.integer(EvidenceForce::id, EvidenceForce::averaging));
-      needs.local_statistics = needs.local_statistics || (m.finest && EvidenceForce::compares_locally(m.forces));
+      needs.local_statistics = needs.local_statistics || (m.finest && EvidenceForce::has_local_evidence(m.forces));
     }
   }
   if (point_count == 0) needs.forces &= ~kPullingForces;
-  if (!has_volume) needs.forces &= ~kImageForces | needs.given;
-  needs.given &= needs.forces;
+  if (!has_volume) needs.forces &= ~kImageForces | needs.fixed_targets;
+  needs.fixed_targets &= needs.forces;
   needs.nearest_blocks = (largest + kNearestBlock - 1) / kNearestBlock;
   needs.motion_sums = static_cast<int>(meshes.size()) * ((largest + kMotionBlock - 1) / kMotionBlock);
   return needs;

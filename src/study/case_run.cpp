@@ -13,8 +13,8 @@
 namespace simplexseg {
 namespace {
 
-/// What the program said while the trial ran, and the poses it ended with.
-struct Said {
+/// Messages of the program during a trial, and the final poses.
+struct TrialRun {
   std::optional<std::string> refusal, failure;
   std::vector<std::string> cuts;
   int steps = 0;
@@ -22,37 +22,37 @@ struct Said {
   StepOutcome outcome;
 };
 
-Said run_in_session(const Trial& trial, const EngineFactory& make_engine) {
-  Said said;
+TrialRun run_in_session(const Trial& trial, const EngineFactory& make_engine) {
+  TrialRun run;
   Session session(make_engine());
   try {
     session.open(trial.scene, trial.volume);
     const int chunk = trial.chunk > 0 ? trial.chunk : trial.steps;
-    for (int chunks = 1; said.steps < trial.steps && !said.failure; ++chunks) {
-      const Advance part = session.advance_steps(std::min(chunk, trial.steps - said.steps));
-      said.steps += part.steps;
-      said.cuts.insert(said.cuts.end(), part.cuts.begin(), part.cuts.end());
-      said.failure = part.failure;
+    for (int chunks = 1; run.steps < trial.steps && !run.failure; ++chunks) {
+      const Advance part = session.advance_steps(std::min(chunk, trial.steps - run.steps));
+      run.steps += part.steps;
+      run.cuts.insert(run.cuts.end(), part.cuts.begin(), part.cuts.end());
+      run.failure = part.failure;
       if (part.steps == 0) break;
-      // What was measured is of the steps: a command may load the meshes anew.
-      if (said.steps < trial.steps && trial.between) trial.between(session, chunks);
+      // No call after the last step: a command may reload the meshes, which would discard the measurements.
+      if (run.steps < trial.steps && trial.between) trial.between(session, chunks);
     }
   } catch (const Error& error) {
-    said.refusal = error.what();
+    run.refusal = error.what();
   }
-  said.end = session.scene();
-  said.outcome = session.last_outcome();
-  return said;
+  run.end = session.scene();
+  run.outcome = session.last_outcome();
+  return run;
 }
 
-Said run_in_engine(const Trial& trial, const EngineFactory& make_engine) {
-  Said said;
-  said.end = trial.scene;
+TrialRun run_in_engine(const Trial& trial, const EngineFactory& make_engine) {
+  TrialRun run;
+  run.end = trial.scene;
   const std::unique_ptr<Engine> engine = make_engine();
   try {
     engine->set_volume(trial.volume);
     std::vector<EngineMesh> meshes;
-    for (MeshItem& item : said.end.meshes) {
+    for (MeshItem& item : run.end.meshes) {
       item.previous = item.mesh.positions;
       if (item.shape.empty()) item.shape = shape_reference_of(item.mesh);
       item.region = estimate_region(trial.volume, item.mesh, 2 * item.seed.radius_mm);
@@ -61,26 +61,26 @@ Said run_in_engine(const Trial& trial, const EngineFactory& make_engine) {
       m.shape = item.shape, m.profiles = item.profiles, m.region = &item.region, m.parameters = item.parameters;
       meshes.push_back(m);
     }
-    engine->load(meshes, said.end.simulation);
+    engine->load(meshes, run.end.simulation);
     std::vector<EnginePoint> points;
-    for (const UserPoint& point : said.end.points)
-      for (std::size_t k = 0; k < said.end.meshes.size(); ++k)
-        if (said.end.meshes[k].id == point.mesh) points.push_back({static_cast<int>(k), point.position_mm});
+    for (const UserPoint& point : run.end.points)
+      for (std::size_t k = 0; k < run.end.meshes.size(); ++k)
+        if (run.end.meshes[k].id == point.mesh) points.push_back({static_cast<int>(k), point.position_mm});
     engine->set_points(points);
-    said.outcome = engine->step(trial.steps);
-    said.steps = said.outcome.steps;
-    for (const TimestepCut& cut : said.outcome.cuts)
-      said.cuts.push_back("mesh '" + said.end.meshes[cut.failure.mesh].name + "': force " +
-                          force_list()[static_cast<int>(cut.failure.force)].name);
-    if (const auto& failure = said.outcome.failure)
-      said.failure = "mesh '" + said.end.meshes[failure->mesh].name + "': force " +
-                     force_list()[static_cast<int>(failure->force)].name;
-    for (std::size_t k = 0; k < said.end.meshes.size(); ++k)
-      engine->read(static_cast<int>(k), said.end.meshes[k].mesh.positions, said.end.meshes[k].previous);
+    run.outcome = engine->step(trial.steps);
+    run.steps = run.outcome.steps;
+    for (const TimestepCut& cut : run.outcome.cuts)
+      run.cuts.push_back("mesh '" + run.end.meshes[cut.failure.mesh].name + "': force " +
+                         force_list()[static_cast<int>(cut.failure.force)].name);
+    if (const auto& failure = run.outcome.failure)
+      run.failure = "mesh '" + run.end.meshes[failure->mesh].name + "': force " +
+                    force_list()[static_cast<int>(failure->force)].name;
+    for (std::size_t k = 0; k < run.end.meshes.size(); ++k)
+      engine->read(static_cast<int>(k), run.end.meshes[k].mesh.positions, run.end.meshes[k].previous);
   } catch (const Error& error) {
-    said.refusal = error.what();
+    run.refusal = error.what();
   }
-  return said;
+  return run;
 }
 
 bool names_mesh_and_force(const std::string& line, const Scene& scene) {
@@ -91,28 +91,28 @@ bool names_mesh_and_force(const std::string& line, const Scene& scene) {
                              [&](const ForceInfo& force) { return line.find(force.name) != std::string::npos; });
 }
 
-/// What is wrong whatever was stated; empty: nothing.
-std::string fault_of(const Said& said, const Trial& trial, CaseResult& result) {
+/// Fault that makes the case fail, regardless of the expected outcome; empty: none.
+std::string find_fault(const TrialRun& run, const Trial& trial, CaseResult& result) {
   std::ostringstream fault;
-  for (std::size_t k = 0; k < said.end.meshes.size(); ++k) {
-    const MeshItem& item = said.end.meshes[k];
+  for (std::size_t k = 0; k < run.end.meshes.size(); ++k) {
+    const MeshItem& item = run.end.meshes[k];
     if (!all_finite(item.mesh)) return "a position is not finite";
     const SimplexMesh before{item.previous, item.mesh.neighbours};
-    const int folds = count_folds(item.mesh), said_folds = said.outcome.folded_vertices[k];
-    const bool inside_out = is_inside_out(item.mesh, 0.01), said_inside_out = said.outcome.inside_out[k];
-    result.folded += folds, result.folded_said += said_folds;
-    result.inside_out = result.inside_out || inside_out, result.inside_out_said |= said_inside_out;
+    const int folds = count_folds(item.mesh), reported_folds = run.outcome.folded_vertices[k];
+    const bool inverted = is_inverted(item.mesh, 0.01), reported_inverted = run.outcome.inverted[k];
+    result.folded += folds, result.folded_reported += reported_folds;
+    result.inverted = result.inverted || inverted, result.inverted_reported |= reported_inverted;
     result.farthest_mm =
         std::max(result.farthest_mm, farthest_from(item.mesh, mean_position(trial.scene.meshes[k].mesh)));
-    // The engine looks at the normals before its last step: a fold that is there before and after it must be said.
-    if (said_folds == 0 && folds > 0 && count_folds(before, 0.05) > 0)
+    // The engine checks the normals before its last step: it must report a fold that exists before and after the step.
+    if (reported_folds == 0 && folds > 0 && count_folds(before, 0.05) > 0)
       fault << folds << " folded vertices that are not reported";
-    else if (inside_out && !said_inside_out)
-      fault << "inside out, not reported";
+    else if (inverted && !reported_inverted)
+      fault << "an inverted mesh that is not reported";
     else if (folds > 0 && !trial.folds)
       fault << folds << " folded vertices are left";
-    else if (inside_out && !trial.inside_out)
-      fault << "inside out";
+    else if (inverted && !trial.inverted)
+      fault << "an inverted mesh";
     if (fault.tellp() > 0) return fault.str();
   }
   if (result.farthest_mm > trial.reach_mm)
@@ -150,28 +150,28 @@ std::vector<std::string> solver_names() {
 CaseResult run_case(const StabilityCase& stability_case, Solver solver, const EngineFactory& make_engine, bool full) {
   Trial trial = stability_case.make(full);
   trial.scene.simulation.solver_choice = static_cast<float>(solver);
-  const Said said = trial.at_engine ? run_in_engine(trial, make_engine) : run_in_session(trial, make_engine);
+  const TrialRun run = trial.at_engine ? run_in_engine(trial, make_engine) : run_in_session(trial, make_engine);
   const CaseOutcome stated = solver == Solver::Verlet ? stability_case.stated_verlet : stability_case.stated;
   CaseResult result;
-  result.steps = said.steps, result.cuts = static_cast<int>(said.cuts.size());
-  if (said.refusal) {
-    result.note = *said.refusal;
-    if (stability_case.says.empty() || result.note.find(stability_case.says) != std::string::npos)
+  result.steps = run.steps, result.cuts = static_cast<int>(run.cuts.size());
+  if (run.refusal) {
+    result.note = *run.refusal;
+    if (stability_case.refusal_text.empty() || result.note.find(stability_case.refusal_text) != std::string::npos)
       result.outcome = CaseOutcome::Refused;
-  } else if (const std::string fault = fault_of(said, trial, result); !fault.empty()) {
+  } else if (const std::string fault = find_fault(run, trial, result); !fault.empty()) {
     result.note = fault;
-    if (said.failure) result.note += "; paused: " + *said.failure;
-    if (!said.cuts.empty()) result.note += "; cut: " + said.cuts.front();
-  } else if (said.failure) {
-    result.note = *said.failure;
-    if (names_mesh_and_force(result.note, said.end)) result.outcome = CaseOutcome::Pauses;
-  } else if (said.steps != trial.steps) {
-    result.note = "it stopped after " + std::to_string(said.steps) + " steps without a word";
-  } else if (!said.cuts.empty() && !trial.cuts) {
-    result.note = said.cuts.front();
-    if (names_mesh_and_force(result.note, said.end)) result.outcome = CaseOutcome::Cut;
+    if (run.failure) result.note += "; paused: " + *run.failure;
+    if (!run.cuts.empty()) result.note += "; cut: " + run.cuts.front();
+  } else if (run.failure) {
+    result.note = *run.failure;
+    if (names_mesh_and_force(result.note, run.end)) result.outcome = CaseOutcome::Pauses;
+  } else if (run.steps != trial.steps) {
+    result.note = "it stopped after " + std::to_string(run.steps) + " steps without a message";
+  } else if (!run.cuts.empty() && !trial.cuts) {
+    result.note = run.cuts.front();
+    if (names_mesh_and_force(result.note, run.end)) result.outcome = CaseOutcome::Cut;
   } else {
-    if (trial.error) result.error = trial.error(said.end);
+    if (trial.error) result.error = trial.error(run.end);
     result.outcome = result.error <= trial.tolerance ? CaseOutcome::Converges : CaseOutcome::Bounded;
   }
   result.as_stated =

@@ -11,17 +11,17 @@
 namespace simplexseg {
 namespace {
 
-constexpr double kEnough = 1e-4;     ///< share of the start's error at which a curve may end
-constexpr double kTimedAgain = 0.5;  ///< s of each run that are timed again, without reading poses
+constexpr double kEndShare = 1e-4;    ///< share of the initial error at which a curve ends
+constexpr double kRemeasuredS = 0.5;  ///< initial seconds of each run, timed again without reading poses
 constexpr int kRepeats = 3, kBatch = 10;
-constexpr int kStallAfter = 400;      ///< steps before "it falls no more" is believed,
-constexpr double kStallBelow = 0.03;  ///< and of errors above this it is not: they fall slowly
+constexpr int kStallAfter = 400;      ///< steps before a curve can count as stalled
+constexpr double kStallBelow = 0.03;  ///< larger errors never count as stalled, because they may decrease slowly
 
-/// Settings of a solver that are compared; a solver that is not named here runs with the scene's.
+/// Settings of a solver to compare; other solvers use the settings of the scene.
 struct Setting {
   const char* solver;
   float damping;
-  float share;  ///< of Verlet's largest stable timestep with this damping
+  float share;  ///< timestep as a share of Verlet's largest stable one with this damping
 };
 constexpr Setting kSettings[] = {
     {"verlet", 0.1f, 0.95f}, {"verlet", 0.1f, 0.5f},  {"verlet", 0.3f, 0.95f},
@@ -31,23 +31,23 @@ constexpr int kBaseline = 0;
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
-std::string number(float value) {
+std::string float_text(float value) {
   char text[32];
   std::snprintf(text, sizeof text, "%g", static_cast<double>(value));
   return text;
 }
 
-struct Clocked {
+struct TimedSteps {
   double seconds;
   StepOutcome outcome;
 };
-Clocked timed_step(Engine& engine, int steps) {
+TimedSteps timed_step(Engine& engine, int steps) {
   const double start = now();
   StepOutcome outcome = engine.step(steps);
   return {now() - start, std::move(outcome)};
 }
 
-bool falls_no_more(const std::vector<FrozenSample>& samples) {
+bool has_stalled(const std::vector<FrozenSample>& samples) {
   const std::int64_t steps = samples.back().steps;
   if (steps < kStallAfter || samples.back().whole > kStallBelow) return false;
   double before_whole = 1e300, before_normal = 1e300, whole = 1e300, normal = 1e300;
@@ -58,7 +58,7 @@ bool falls_no_more(const std::vector<FrozenSample>& samples) {
   return whole > 0.97 * before_whole && normal > 0.97 * before_normal;
 }
 
-/// Seconds after each of the batches that end at 1, 10, 20 ... steps. `end_mm`: the error then.
+/// Cumulative seconds of the batches that end at 1, 10, 20 ... steps. `end_mm`: final error.
 std::vector<double> batch_times(const FrozenProblem& problem, const Method& method, std::int64_t steps,
                                 const EngineFactory& make_engine, double& end_mm) {
   const std::unique_ptr<Engine> engine = make_engine();
@@ -75,12 +75,12 @@ std::vector<double> batch_times(const FrozenProblem& problem, const Method& meth
   return times;
 }
 
-/// Replaces the samples' times, those of the first half second, by the medians of runs that read no poses: reading them
-/// between steps empties caches. What comes later keeps its distance from there.
-void time_again(const FrozenProblem& problem, FrozenCurve& curve, double binding_s, const EngineFactory& make_engine,
-                const Poll& poll) {
+/// Replaces the times of the samples in the first half second by medians of runs that read no poses, because reading
+/// between steps evicts caches. Later samples are shifted by the same amount.
+void remeasure_times(const FrozenProblem& problem, FrozenCurve& curve, double binding_s,
+                     const EngineFactory& make_engine, const Poll& poll) {
   const auto end = std::find_if(curve.samples.begin() + 1, curve.samples.end(),
-                                [](const FrozenSample& s) { return s.seconds > kTimedAgain; });
+                                [](const FrozenSample& s) { return s.seconds > kRemeasuredS; });
   const FrozenSample last = *(end - 1);
   const std::int64_t steps = last.steps;
   if (steps == 0) return;
@@ -122,20 +122,21 @@ std::vector<Method> methods_for(const FrozenProblem& problem) {
   std::vector<Method> methods;
   const std::vector<std::string> names = solver_names();
   for (std::size_t c = 0; c < names.size(); ++c) {
-    bool named = false;
+    bool has_settings = false;
     for (std::size_t k = 0; k < std::size(kSettings); ++k) {
       const Setting& setting = kSettings[k];
       if (names[c] != setting.solver) continue;
-      Method method{names[c] + ", damping " + number(setting.damping) + ", " + number(100 * setting.share) + "%",
-                    static_cast<int>(c), problem.simulation, k == kBaseline};
+      Method method{
+          names[c] + ", damping " + float_text(setting.damping) + ", " + float_text(100 * setting.share) + "%",
+          static_cast<int>(c), problem.simulation, k == kBaseline};
       method.simulation.solver_choice = static_cast<float>(c);
       method.simulation.damping = setting.damping;
       method.simulation.timestep = setting.share * problem.stable_timestep(setting.damping);
       method.simulation.limit_timestep = 0;
       methods.push_back(method);
-      named = true;
+      has_settings = true;
     }
-    if (named) continue;
+    if (has_settings) continue;
     Method method{names[c], static_cast<int>(c), problem.simulation, false};
     method.simulation.solver_choice = static_cast<float>(c);
     methods.push_back(method);
@@ -162,11 +163,11 @@ FrozenCurve run_frozen(const FrozenProblem& problem, const Method& method, doubl
   double spent = 0;
   while (spent < budget_s) {
     poll();
-    // Every step at first, later every tenth part more.
+    // The batch grows from single steps to a tenth of the steps so far.
     const int batch = steps < 20 ? 1 : static_cast<int>(std::min<std::int64_t>(steps / 10, 1 << 20));
     const double per_step = steps > 0 ? spent / static_cast<double>(steps) : 0;
-    const int fit = per_step > 0 ? static_cast<int>(std::clamp((budget_s - spent) / per_step + 1, 1.0, 1e6)) : 1;
-    const Clocked part = timed_step(*engine, std::min(batch, fit));
+    const int affordable = per_step > 0 ? static_cast<int>(std::clamp((budget_s - spent) / per_step + 1, 1.0, 1e6)) : 1;
+    const TimedSteps part = timed_step(*engine, std::min(batch, affordable));
     steps += part.outcome.steps;
     spent += part.seconds;
     curve.cuts += static_cast<int>(part.outcome.cuts.size());
@@ -182,9 +183,9 @@ FrozenCurve run_frozen(const FrozenProblem& problem, const Method& method, doubl
       curve.note = "diverged after " + std::to_string(steps) + " steps";
       break;
     }
-    if (std::max(last.whole, last.normal) < kEnough || falls_no_more(curve.samples)) break;
+    if (std::max(last.whole, last.normal) < kEndShare || has_stalled(curve.samples)) break;
   }
-  if (curve.note.empty()) time_again(problem, curve, binding_s, make_engine, poll);
+  if (curve.note.empty()) remeasure_times(problem, curve, binding_s, make_engine, poll);
   return curve;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Error against run time: what simplexseg-cli study error-time measures.
+// Error against run time, for `simplexseg-cli study error-time`.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -14,79 +14,79 @@
 
 namespace simplexseg {
 
-/// One way to take steps.
+/// Solver with its settings.
 struct Method {
   std::string name;
-  int solver;  ///< its choice in the table of simulation parameters
+  int solver;  ///< index in the choices of the parameter `solver`
   SimulationParameters simulation;
-  bool baseline = false;  ///< what the others are compared with: Verlet, damping 0.1, 95% of its limit
+  bool baseline = false;  ///< baseline of the ratios: Verlet, damping 0.1, 95% of its limit
 };
-/// Every solver of the table, with the settings worth comparing; the first is the scene's own setting.
+/// Methods to compare: every solver with the settings of the scene, and Verlet with several settings.
 std::vector<Method> methods_for(const FrozenProblem& problem);
 
-/// Shares of the error with which the start began.
+/// Error after a number of steps, relative to the initial error.
 struct FrozenSample {
   std::int64_t steps;
-  double seconds;        ///< of the steps alone
-  double whole, normal;  ///< distance to the fixed point, and its part along the normals there
+  double seconds;        ///< time of the steps alone
+  double whole, normal;  ///< distance to the fixed point, and its component along the normals there
 };
 struct FrozenCurve {
   Method method;
   std::vector<FrozenSample> samples;
-  int cuts = 0;      ///< steps that were undone and gone on with a smaller timestep
-  std::string note;  ///< what went wrong; empty: nothing
+  int cuts = 0;      ///< number of steps that were undone and repeated with a smaller timestep
+  std::string note;  ///< description of a problem; empty: none
 };
-/// What the first step spends on binding attraction points to vertices: the same for every method, and no part of it. 0
-/// without points.
+/// Seconds that the first step spends on binding attraction points to vertices; 0 without points. They are the same for
+/// every method and are subtracted from its time.
 double binding_seconds(const FrozenProblem& problem, const EngineFactory& make_engine);
-/// Steps from the start until the error is below 1e-4 of what it was, falls no more, or `budget_s` of steps are spent.
-/// The poses are read between steps, off the clock; the times of the first half second are the medians of three further
-/// runs without reading, ten steps at a time as in a session. `binding_s` is taken off.
+/// Runs a method from the start until the error is below 1e-4 of the initial error, stalls, or `budget_s` is spent on
+/// steps. Poses are read between steps, untimed; the times of the first half second are medians of three further runs
+/// without reading, ten steps at a time as in a session. `binding_s` is subtracted.
 FrozenCurve run_frozen(const FrozenProblem& problem, const Method& method, double budget_s, double binding_s,
                        const EngineFactory& make_engine, const Poll& poll);
 
-/// When an error of so much is reached for good: the first sample from which on it is not exceeded.
+/// First sample from which on the error stays at or below a share of the initial error.
 struct Reached {
   std::int64_t steps;
   double seconds;
 };
 std::optional<Reached> reached(const std::vector<FrozenSample>& samples, double share, bool normal_part);
 
-/// A whole run of a scene, from its seeds.
+/// Settings of a complete run of a scene from its seeds.
 struct LiveVariant {
   int solver;
   int refresh_interval;
-  bool coarse_to_fine;  ///< false: meshes start with the vertices that they end with
+  bool coarse_to_fine;  ///< false: meshes start with their final number of vertices
 };
-/// Every solver, refreshing targets every 1, 3 or 10 steps, and both ways to start.
+/// All combinations of solver, refresh interval (1, 3 or 10 steps) and start.
 std::vector<LiveVariant> live_variants();
 struct LiveSample {
   std::int64_t steps;
-  double seconds;  ///< of the simulation alone
-  int vertices;    ///< of this mesh
+  double seconds;  ///< time of the simulation alone
+  int vertices;    ///< vertices of this mesh
   SurfaceError::Values error;
-  double dice;  ///< within the reference's bounding box and half of it around
+  double dice;  ///< Dice in the bounding box of the reference, enlarged by half on each side
 };
 struct LiveCurve {
   LiveVariant variant;
-  std::vector<std::vector<LiveSample>> meshes;  ///< samples of each mesh; none where it has no truth
+  std::vector<std::vector<LiveSample>> meshes;  ///< samples of each mesh; none for a mesh without a reference
   bool at_rest = false;
   std::string note;
 };
 
-/// Runs of one scene; what they share is made once. The truths must outlive it.
+/// Runs of one scene, which share its references. `study` must outlive this object.
 class LiveStudy {
  public:
   explicit LiveStudy(const StudyScene& study);
-  /// Whether there is a truth to be compared with.
-  bool measures() const;
-  /// Until rest, the scene's steps (2000 where it has none), or `budget_s` of simulation.
+  /// True if some mesh has a reference mask.
+  bool has_truth() const;
+  /// Runs until the scene settles, for its number of steps (2000 if it has none), or until `budget_s` is spent.
   LiveCurve run(const LiveVariant& variant, double budget_s, const EngineFactory& make_engine, const Poll& poll) const;
 
  private:
   struct Truth {
     SurfaceError surface;
-    Mask near;  ///< cut to what is around it
+    Mask cropped;  ///< the mask in the surroundings of the object
   };
   const StudyScene& study_;
   std::vector<std::optional<Truth>> truths_;

@@ -13,9 +13,9 @@ namespace {
 
 constexpr double kShares[] = {0.1, 0.01, 0.001};
 constexpr int kMiddleInterval = 3;
-constexpr double kMostShown = 10;  ///< what diverges further would press all else to one line
+constexpr double kMaxShown = 10;  ///< larger errors would compress all other curves into one line
 
-/// Three digits, as people write them.
+/// Number with three significant digits, without exponent.
 std::string short_number(double value) {
   char text[64];
   const int decimals = value >= 100 || value == 0 ? 0 : value >= 10 ? 1 : value >= 1 ? 2 : 3;
@@ -25,9 +25,9 @@ std::string short_number(double value) {
 
 const char* start_name(const LiveVariant& variant) { return variant.coarse_to_fine ? "coarse to fine" : "final level"; }
 
-/// Mean over the meshes that have a truth, sample by sample: they are taken together.
+/// Mean over the meshes with a reference, sample by sample; all meshes are sampled at the same time.
 template <class Value>
-std::vector<double> over_meshes(const LiveCurve& curve, Value&& value) {
+std::vector<double> mean_over_meshes(const LiveCurve& curve, Value&& value) {
   std::vector<double> means;
   double count = 0;
   for (const std::vector<LiveSample>& mesh : curve.meshes) {
@@ -45,8 +45,8 @@ PlotSeries live_series(const LiveCurve& curve, const std::string& name) {
   series.name = name;
   series.dashed = !curve.variant.coarse_to_fine;
   series.markers = true;
-  series.x = over_meshes(curve, [](const LiveSample& s) { return s.seconds; });
-  series.y = over_meshes(curve, [](const LiveSample& s) { return s.error.mean_mm; });
+  series.x = mean_over_meshes(curve, [](const LiveSample& s) { return s.seconds; });
+  series.y = mean_over_meshes(curve, [](const LiveSample& s) { return s.error.mean_mm; });
   return series;
 }
 
@@ -130,7 +130,7 @@ Plot frozen_plot(const ErrorTimeResult& result, bool against_steps, bool normal_
     for (const FrozenSample& s : curve.samples) {
       series.x.push_back(against_steps ? static_cast<double>(s.steps) : s.seconds);
       const double error = normal_part ? s.normal : s.whole;
-      series.y.push_back(error < kMostShown ? error : std::nan(""));
+      series.y.push_back(error < kMaxShown ? error : std::nan(""));
     }
     plot.series.push_back(std::move(series));
   }
@@ -198,13 +198,13 @@ std::string markdown(const ErrorTimeResult& result) {
     const std::vector<std::string> solvers = solver_names();
     for (const LiveCurve& curve : result.live) {
       const auto last = [&](auto&& value) {
-        const std::vector<double> all = over_meshes(curve, value);
+        const std::vector<double> all = mean_over_meshes(curve, value);
         return all.empty() ? 0.0 : all.back();
       };
       char line[200];
       std::snprintf(
           line, sizeof line, " | %d | %.0f%s | %s | %.3f | %.3f | %.2f | %.4f |\n", curve.variant.refresh_interval,
-          last([](const LiveSample& s) { return static_cast<double>(s.steps); }), curve.at_rest ? ", at rest" : "",
+          last([](const LiveSample& s) { return static_cast<double>(s.steps); }), curve.at_rest ? ", settled" : "",
           short_number(1000 * last([](const LiveSample& s) { return s.seconds; })).c_str(),
           last([](const LiveSample& s) { return s.error.mean_mm; }),
           last([](const LiveSample& s) { return s.error.p95_mm; }),

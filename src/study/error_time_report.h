@@ -8,32 +8,32 @@
 
 namespace simplexseg {
 
-/// All that was measured on one scene.
+/// All measurements on one scene.
 struct ErrorTimeResult {
-  std::string name;  ///< of the scene
+  std::string name;  ///< name of the scene
   std::string backend, device;
-  int vertices = 0;  ///< of the frozen problem
+  int vertices = 0;  ///< vertices of the frozen problem
   std::string how;   ///< FrozenProblem::how
   PoseError start_mm{};
   std::vector<FrozenCurve> frozen;
   std::vector<std::string> mesh_names;
-  std::vector<LiveCurve> live;  ///< empty where the scene names no truth
+  std::vector<LiveCurve> live;  ///< empty if the scene has no reference
 };
 
-/// scene, backend, method, solver, damping, timestep, steps, seconds, error, normal_error: a line for each sample.
+/// CSV with a line per sample: scene, backend, method, solver, damping, timestep, steps, seconds, error, normal_error.
 std::string frozen_csv(const ErrorTimeResult& result);
-/// scene, backend, solver, refresh_interval, start, mesh, steps, seconds, vertices, error_mean_mm, error_p95_mm,
-/// error_max_mm, dice: a line for each sample.
+/// CSV with a line per sample: scene, backend, solver, refresh_interval, start, mesh, steps, seconds, vertices,
+/// error_mean_mm, error_p95_mm, error_max_mm, dice.
 std::string live_csv(const ErrorTimeResult& result);
 
-/// Error of all methods against time, or against steps: the whole distance, or its part along the normals.
+/// Plot of the error of all methods against time or steps: the whole distance, or its component along the normals.
 Plot frozen_plot(const ErrorTimeResult& result, bool against_steps, bool normal_part);
-/// Mean surface error (of all meshes that have a truth) against time: every solver, with the middle refresh interval.
+/// Plot of the mean surface error of all meshes with a reference against time: all solvers, middle refresh interval.
 Plot live_plot(const ErrorTimeResult& result);
-/// The same for one solver, the first, with every refresh interval.
+/// Plot of the mean surface error against time for the first solver with every refresh interval.
 Plot refresh_plot(const ErrorTimeResult& result);
 
-/// A section of Markdown: time to 10%, 1% and 0.1%, with ratios to the baseline, and where the whole runs ended.
+/// Markdown section: time to 10%, 1% and 0.1% of the error, ratios to the baseline, and results of the complete runs.
 std::string markdown(const ErrorTimeResult& result);
 
 }  // namespace simplexseg

@@ -13,19 +13,19 @@ namespace {
 double largest(const Pose& x) { return x.colwise().norm().maxCoeff(); }
 
 using Factors = Eigen::SparseLU<Eigen::SparseMatrix<double>>;
-/// What Eigen's solvers want a preconditioner to be.
-struct Factored {
+/// Preconditioner with the interface that Eigen's solvers require.
+struct LuPreconditioner {
   const Factors* factors = nullptr;
   template <class M>
-  Factored& analyzePattern(const M&) {
+  LuPreconditioner& analyzePattern(const M&) {
     return *this;
   }
   template <class M>
-  Factored& factorize(const M&) {
+  LuPreconditioner& factorize(const M&) {
     return *this;
   }
   template <class M>
-  Factored& compute(const M&) {
+  LuPreconditioner& compute(const M&) {
     return *this;
   }
   template <class Right>
@@ -35,11 +35,11 @@ struct Factored {
   Eigen::ComputationInfo info() const { return Eigen::Success; }
 };
 
-/// (mu - J / weight) dx = right, for one pose and one mu at a time: BiCGSTAB over the factors of an earlier
-/// near_jacobian, which are made anew when it takes long.
-class Systems {
+/// Solver of (mu - J / weight) dx = right for one pose and one mu: BiCGSTAB, preconditioned with the factors of an
+/// earlier near_jacobian. The factors are recomputed when it converges slowly.
+class LinearSystems {
  public:
-  explicit Systems(const ReferenceModel& model) : model_(model) {}
+  explicit LinearSystems(const ReferenceModel& model) : model_(model) {}
   void set_pose(const Pose& pose) {
     pose_ = pose;
     matrix_ = model_.jacobian(pose) / -model_.weight_sum();
@@ -48,23 +48,23 @@ class Systems {
     mu_ = mu;
     regular_ = matrix_;
     add_to_diagonal(regular_);
-    fresh_ = false;
+    factors_current_ = false;
     solver_.preconditioner().factors = &factors_;
     solver_.compute(regular_);
   }
-  /// Empty when the matrix is singular to rounding.
+  /// Solution; empty if the matrix is numerically singular.
   std::optional<Pose> solve(const Pose& right, double tolerance) {
-    constexpr int kQuick = 12, kMost = 500;
+    constexpr int kQuickIterations = 12, kMaxIterations = 500;
     const Eigen::Map<const Eigen::VectorXd> flat(right.data(), right.size());
     solver_.setTolerance(tolerance);
     Eigen::VectorXd solution;
-    if (!fresh_ && analysed_) {
-      solver_.setMaxIterations(kQuick);
+    if (!factors_current_ && analysed_) {
+      solver_.setMaxIterations(kQuickIterations);
       solution = solver_.solve(flat);
     }
     if (solution.size() == 0 || solver_.info() != Eigen::Success || !solution.allFinite()) {
-      if (!fresh_ && !factorise()) return std::nullopt;
-      solver_.setMaxIterations(kMost);
+      if (!factors_current_ && !factorise()) return std::nullopt;
+      solver_.setMaxIterations(kMaxIterations);
       solution = solver_.solve(flat);
     }
     return Pose(Eigen::Map<const Pose>(solution.data(), 3, right.cols()));
@@ -79,26 +79,26 @@ class Systems {
     Eigen::SparseMatrix<double> regular = model_.near_jacobian(pose_) / -model_.weight_sum();
     add_to_diagonal(regular);
     regular.makeCompressed();
-    if (!analysed_) factors_.analyzePattern(regular);  // the pattern stays
+    if (!analysed_) factors_.analyzePattern(regular);  // the pattern does not change
     analysed_ = true;
     factors_.factorize(regular);
-    fresh_ = factors_.info() == Eigen::Success;
-    return fresh_;
+    factors_current_ = factors_.info() == Eigen::Success;
+    return factors_current_;
   }
 
   const ReferenceModel& model_;
   Pose pose_;
   ReferenceModel::Matrix matrix_, regular_;
   Factors factors_;
-  Eigen::BiCGSTAB<ReferenceModel::Matrix, Factored> solver_;
+  Eigen::BiCGSTAB<ReferenceModel::Matrix, LuPreconditioner> solver_;
   double mu_ = 0;
-  bool analysed_ = false, fresh_ = false;  // fresh: the factors are those of the present system
+  bool analysed_ = false, factors_current_ = false;  // factors_current_: the factors belong to the current system
 };
 
 }  // namespace
 
-FixedPoint find_fixed_point(const ReferenceModel& model, const Pose& start, double tolerance_mm, int most_iterations) {
-  constexpr double kLeast = 1e-9, kMost = 1e6;
+FixedPoint find_fixed_point(const ReferenceModel& model, const Pose& start, double tolerance_mm, int max_iterations) {
+  constexpr double kMinMu = 1e-9, kMaxMu = 1e6;
   const double weight = model.weight_sum();
   FixedPoint result;
   result.pose = start;
@@ -108,31 +108,31 @@ FixedPoint find_fixed_point(const ReferenceModel& model, const Pose& start, doub
   }
   Pose a = model.acceleration(start) / weight;
   const double edge = (start.col(0) - start.col(model.neighbours()[0][0])).norm();
-  double mu = std::clamp(largest(a) / edge, kLeast, 1e-2);  // in shares of the weight sum; the nearer, the less
+  double mu = std::clamp(largest(a) / edge, kMinMu, 1e-2);  // relative to the weight sum
   double before = INFINITY;
-  Systems systems(model);
+  LinearSystems systems(model);
   systems.set_pose(start);
-  while (result.iterations < most_iterations && mu < kMost) {
+  while (result.iterations < max_iterations && mu < kMaxMu) {
     ++result.iterations;
-    double miss = INFINITY;
-    Pose dx, there, correction;
+    double mismatch = INFINITY;
+    Pose dx, candidate, correction;
     systems.set_mu(mu);
     if (const std::optional<Pose> step = systems.solve(a, 1e-6)) {
       dx = *step;
-      there = result.pose + dx;
-      const Pose next = there.allFinite() ? Pose(model.acceleration(there) / weight) : there;
+      candidate = result.pose + dx;
+      const Pose next = candidate.allFinite() ? Pose(model.acceleration(candidate) / weight) : candidate;
       if (next.allFinite()) {
-        // The derivative promises mu dx as what is left; what is more than that is a failure of linearity.
-        const std::optional<Pose> more = systems.solve(next - mu * dx, 1e-2);
-        if (more) correction = *more, miss = correction.norm() / dx.norm();
+        // The linear model predicts the residual mu dx; the excess measures the nonlinearity.
+        const std::optional<Pose> second = systems.solve(next - mu * dx, 1e-2);
+        if (second) correction = *second, mismatch = correction.norm() / dx.norm();
       }
     }
-    const double update = miss < INFINITY ? largest(dx) : INFINITY;
-    if (!(miss < 0.5) && !(update < tolerance_mm)) {
+    const double update = mismatch < INFINITY ? largest(dx) : INFINITY;
+    if (!(mismatch < 0.5) && !(update < tolerance_mm)) {
       mu *= 4;
       continue;
     }
-    result.pose = update < tolerance_mm ? there : Pose(there + correction);
+    result.pose = update < tolerance_mm ? candidate : Pose(candidate + correction);
     result.last_update_mm = update;
     a = model.acceleration(result.pose) / weight;
     const double residual = largest(a);
@@ -140,7 +140,7 @@ FixedPoint find_fixed_point(const ReferenceModel& model, const Pose& start, doub
     result.converged = (update < tolerance_mm && mu <= 1e-6) || result.drifts;
     if (result.converged) break;
     before = residual;
-    mu = std::max(mu * (miss < 0.05 ? 0.1 : miss < 0.2 ? 0.3 : 1.0), kLeast);
+    mu = std::max(mu * (mismatch < 0.05 ? 0.1 : mismatch < 0.2 ? 0.3 : 1.0), kMinMu);
     systems.set_pose(result.pose);
   }
   result.residual_mm = largest(a);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Weights far beyond the sliders, one force at a time and against each other.
+// Stability cases: weights far beyond the sliders, of single forces and of pairs.
 #include <cmath>
 
 #include "forces/profile_reference.h"
@@ -12,12 +12,12 @@ namespace {
 
 const Eigen::Vector3d kPoint{23, 2, 1};  ///< outside of the ball
 
-/// A pose near the end that the force alone leads to, with all references.
+/// Trial that starts near the fixed point of a single force, with all references.
 Trial trial_for(const std::string& force, float weight) {
   ForceParameters forces = forces_with({{force.c_str(), "weight", weight}});
   const SimplexMesh sphere = make_sphere({0, 0, 0}, kBallRadius, 2);
   SimplexMesh start = make_ellipsoid({0.7, 0.4, -0.5}, {17.8, 19.1, 20.4}, 2);
-  if (force == "smoothing" || force == "shape_memory") start = with_noise_of(start, 0.1);
+  if (force == "smoothing" || force == "shape_memory") start = add_noise(start, 0.1);
   if (force == "shape_memory") set_value(forces, {"shape_memory", "scaling", 0});
   Trial trial = trial_of(start, ball_volume(), forces);
   MeshItem& item = trial.scene.meshes[0];
@@ -48,7 +48,7 @@ Trial trial_for(const std::string& force, float weight) {
   return trial;
 }
 
-std::string end_of(const std::string& force) {
+std::string expected_end(const std::string& force) {
   if (force == "smoothing") return "the start's volume within 10%";
   if (force == "shape_memory") return "the reference's elevations within 5% of an edge";
   if (force == "attraction") return "a vertex on the point within 0.1 mm";
@@ -57,8 +57,9 @@ std::string end_of(const std::string& force) {
   return "the ball's surface within 1.5 mm";
 }
 
-/// Two forces of these weights on the usual start.
-StabilityCase contest(const char* name, const char* strong, float strong_weight, const char* weak, float weak_weight) {
+/// Case with two forces of these weights.
+StabilityCase two_force_case(const char* name, const char* strong, float strong_weight, const char* weak,
+                             float weak_weight) {
   return {name,
           std::string(strong) + " at " + (strong_weight > 1 ? "1e6" : "1") + ", " + weak + " at " +
               (weak_weight < 1 ? "1e-6" : "1"),
@@ -84,7 +85,7 @@ std::vector<StabilityCase> force_cases() {
                      "a force so weak moves nothing by much, or its scaled step leads to its end",
                      [name](bool) { return trial_for(name, 1e-6f); }});
     cases.push_back({name + "_1e6", "weight 1e6, no other force", CaseOutcome::Converges, CaseOutcome::Converges,
-                     "the timestep follows the weight; to " + end_of(name),
+                     "the timestep follows the weight; to " + expected_end(name),
                      [name](bool) { return trial_for(name, 1e6f); }});
   }
   for (const float weight : {1e-6f, 1e6f})
@@ -99,20 +100,20 @@ std::vector<StabilityCase> force_cases() {
                        set_value(forces, {"smoothing", "weight", 1});
                        set_value(forces, {"attraction", "weight", 2});
                        add_point(trial, kPoint);
-                       // A point so far out folds what it pulls, which is said; and where nothing else holds the mesh,
-                       // smoothing draws it to a thread, whose volume has the sign of rounding.
-                       trial.folds = trial.inside_out = true;
+                       // A point at this distance folds its patch, which is reported. Without other constraints,
+                       // smoothing shrinks the mesh to a thread, whose volume may have either sign by rounding.
+                       trial.folds = trial.inverted = true;
                        trial.chunk = 10;
                        trial.between = [](Session& session, int n) {
                          if (n == 5) session.apply(MovePoint{session.scene().points[0].id, 1.1 * kPoint, false});
                        };
                        return trial;
                      }});
-  cases.push_back(contest("smoothing_1e6_region_1e-6", "smoothing", 1e6f, "evidence", 1e-6f));
-  cases.push_back(contest("region_1e6_smoothing_1e-6", "evidence", 1e6f, "smoothing", 1e-6f));
-  cases.push_back(contest("shape_memory_1e6_gradient_1e-6", "shape_memory", 1e6f, "gradient", 1e-6f));
-  cases.push_back(contest("attraction_1e6_smoothing_1", "attraction", 1e6f, "smoothing", 1));
-  cases.push_back(contest("profile_1e6_attraction_1", "intensity_profile", 1e6f, "attraction", 1));
+  cases.push_back(two_force_case("smoothing_1e6_region_1e-6", "smoothing", 1e6f, "evidence", 1e-6f));
+  cases.push_back(two_force_case("region_1e6_smoothing_1e-6", "evidence", 1e6f, "smoothing", 1e-6f));
+  cases.push_back(two_force_case("shape_memory_1e6_gradient_1e-6", "shape_memory", 1e6f, "gradient", 1e-6f));
+  cases.push_back(two_force_case("attraction_1e6_smoothing_1", "attraction", 1e6f, "smoothing", 1));
+  cases.push_back(two_force_case("profile_1e6_attraction_1", "intensity_profile", 1e6f, "attraction", 1));
   for (const float weight : {1e-6f, 1e6f})
     cases.push_back({weight > 1 ? "all_forces_1e6" : "all_forces_1e-6",
                      std::string("all six weights at ") + (weight > 1 ? "1e6" : "1e-6"), CaseOutcome::Bounded,

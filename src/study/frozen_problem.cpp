@@ -21,7 +21,7 @@ namespace simplexseg {
 namespace {
 
 constexpr double kToleranceMm = 1e-9;
-constexpr int kMostStepsToTargets = 2000, kStepsBetweenPolls = 10;
+constexpr int kMaxStepsToTargets = 2000, kStepsBetweenPolls = 10;
 
 Pose normals_of(const SimplexMesh& mesh) {
   Pose normals(3, mesh.vertex_count());
@@ -32,24 +32,24 @@ Pose normals_of(const SimplexMesh& mesh) {
 PoseError rms(const std::vector<FrozenMesh>& meshes, const std::function<Pose(std::size_t)>& pose_of_mesh) {
   double whole = 0, normal = 0, count = 0;
   for (std::size_t k = 0; k < meshes.size(); ++k) {
-    const Pose off = pose_of_mesh(k) - meshes[k].end;
-    whole += off.squaredNorm();
-    normal += off.cwiseProduct(meshes[k].end_normals).colwise().sum().squaredNorm();
-    count += static_cast<double>(off.cols());
+    const Pose deviation = pose_of_mesh(k) - meshes[k].end;
+    whole += deviation.squaredNorm();
+    normal += deviation.cwiseProduct(meshes[k].end_normals).colwise().sum().squaredNorm();
+    count += static_cast<double>(deviation.cols());
   }
   return {std::sqrt(whole / count), std::sqrt(normal / count)};
 }
 
-/// What both ways of making a problem end with: `end` of each mesh is known.
-void finish(FrozenProblem& problem) {
+/// Computes normals at the fixed point and the initial error; `end` of each mesh is set.
+void set_normals_and_start_error(FrozenProblem& problem) {
   for (FrozenMesh& mesh : problem.meshes) {
-    SimplexMesh there{positions_of(mesh.end), mesh.start.neighbours};
-    mesh.end_normals = normals_of(there);
+    SimplexMesh settled{positions_of(mesh.end), mesh.start.neighbours};
+    mesh.end_normals = normals_of(settled);
   }
   problem.start_mm = rms(problem.meshes, [&](std::size_t k) { return pose_of(problem.meshes[k].start.positions); });
 }
 
-EngineMesh as_loaded(const MeshItem& item, bool finest) {
+EngineMesh engine_mesh_of(const MeshItem& item, bool finest) {
   EngineMesh m;
   m.positions = item.mesh.positions, m.previous = item.previous, m.neighbours = item.mesh.neighbours;
   m.shape = item.shape, m.profiles = item.profiles, m.region = &item.region, m.parameters = item.parameters;
@@ -57,7 +57,7 @@ EngineMesh as_loaded(const MeshItem& item, bool finest) {
   return m;
 }
 
-/// The targets that a fresh engine finds in the present pose.
+/// Stores the targets that a new engine finds for the current pose of the session.
 void find_targets(const Session& session, const EngineFactory& make_engine, FrozenProblem& problem) {
   const Scene& scene = session.scene();
   const Volume& volume = session.volume();
@@ -66,7 +66,7 @@ void find_targets(const Session& session, const EngineFactory& make_engine, Froz
   engine->set_volume(volume);
   std::vector<EngineMesh> meshes;
   for (const MeshItem& item : scene.meshes)
-    meshes.push_back(as_loaded(item, is_finest(item, scene.simulation, volume.geometry().spacing_mm.minCoeff())));
+    meshes.push_back(engine_mesh_of(item, is_finest(item, scene.simulation, volume.geometry().spacing_mm.minCoeff())));
   engine->load(meshes, scene.simulation);
   engine->step(1);
   for (std::size_t k = 0; k < scene.meshes.size(); ++k) {
@@ -92,12 +92,12 @@ ReferenceModel model_of(const FrozenMesh& mesh, const Volume& volume) {
 
 }  // namespace
 
-ForceParameters FrozenMesh::acting_forces() const {
-  ForceParameters acting = forces;
+ForceParameters FrozenMesh::active_forces() const {
+  ForceParameters active = forces;
   for (const ForceInfo& force : force_list())
     if (force.targets != nullptr && targets[static_cast<std::size_t>(force.id)].empty())
-      acting.values[static_cast<int>(force.id)][0] = 0;
-  return acting;
+      active.values[static_cast<int>(force.id)][0] = 0;
+  return active;
 }
 
 int FrozenProblem::vertex_count() const {
@@ -112,17 +112,17 @@ void FrozenProblem::load(Engine& engine, const SimulationParameters& settings) c
     EngineMesh m;
     m.positions = mesh.start.positions, m.previous = mesh.start.positions, m.neighbours = mesh.start.neighbours;
     m.shape = mesh.shape;
-    m.parameters = mesh.acting_forces();
+    m.parameters = mesh.active_forces();
     list.push_back(m);
   }
   engine.set_volume(volume);
   SimulationParameters frozen = settings;
-  frozen.refresh_interval = 1e6f;  // points stay with the vertices that they were bound to
+  frozen.refresh_interval = 1e6f;  // points stay bound to the same vertices
   engine.load(list, frozen);
   for (std::size_t k = 0; k < meshes.size(); ++k)
     for (int force = 0; force < kForceCount; ++force)
       if (const std::vector<Vec4>& targets = meshes[k].targets[static_cast<std::size_t>(force)]; !targets.empty())
-        engine.give_targets(static_cast<int>(k), static_cast<ForceId>(force), targets);
+        engine.set_fixed_targets(static_cast<int>(k), static_cast<ForceId>(force), targets);
   std::vector<EnginePoint> points;
   for (std::size_t k = 0; k < meshes.size(); ++k)
     for (const Eigen::Vector3d& p : meshes[k].points_mm) points.push_back({static_cast<int>(k), p});
@@ -138,14 +138,14 @@ PoseError FrozenProblem::error_mm(Engine& engine) const {
 }
 
 float FrozenProblem::stable_timestep(float damping) const {
-  float least = std::numeric_limits<float>::infinity();
+  float smallest = std::numeric_limits<float>::infinity();
   for (const FrozenMesh& mesh : meshes) {
-    ForceParameters acting = mesh.acting_forces();
+    ForceParameters active = mesh.active_forces();
     for (int force = 0; force < kForceCount; ++force)
-      if (mesh.points_mm.empty() && (kPullingForces >> force & 1u) != 0) acting.values[force][0] = 0;
-    least = std::min(least, simplexseg::stable_timestep(stiffness_bound(acting, mesh.shape), damping));
+      if (mesh.points_mm.empty() && (kPullingForces >> force & 1u) != 0) active.values[force][0] = 0;
+    smallest = std::min(smallest, simplexseg::stable_timestep(stiffness_bound(active, mesh.shape), damping));
   }
-  return least;
+  return smallest;
 }
 
 FrozenProblem frozen_problem_of(const Scene& scene, const Volume& volume, bool from_start,
@@ -154,11 +154,11 @@ FrozenProblem frozen_problem_of(const Scene& scene, const Volume& volume, bool f
   Session session(make_engine());
   session.open(scene, volume);
   std::vector<MeshItem> starts = session.scene().meshes;
-  int most = scene.steps > 0 ? scene.steps : kMostStepsToTargets;
-  if (from_start) most = 0;
-  for (int done = 0; done < most;) {
+  int max_steps = scene.steps > 0 ? scene.steps : kMaxStepsToTargets;
+  if (from_start) max_steps = 0;
+  for (int done = 0; done < max_steps;) {
     poll();
-    const Advance part = session.advance_steps(std::min(kStepsBetweenPolls, most - done), true);
+    const Advance part = session.advance_steps(std::min(kStepsBetweenPolls, max_steps - done), true);
     if (part.failure) throw Error(*part.failure);
     done += part.steps;
     if (part.refined)
@@ -187,7 +187,7 @@ FrozenProblem frozen_problem_of(const Scene& scene, const Volume& volume, bool f
     const ReferenceModel model = model_of(mesh, volume);
     FixedPoint found = find_fixed_point(model, pose_of(mesh.start.positions), kToleranceMm);
     systems += found.iterations;
-    // From where the run ended it is not far.
+    // The final pose of the run is near the fixed point.
     if (!found.converged && !from_start)
       found = find_fixed_point(model, pose_of(session.scene().meshes[k].mesh.positions), kToleranceMm);
     mesh.end = found.pose;
@@ -199,7 +199,7 @@ FrozenProblem frozen_problem_of(const Scene& scene, const Volume& volume, bool f
   std::snprintf(text, sizeof text, "%s in double after %d linear systems; largest residual of a vertex %.1e mm",
                 problem.converged ? "found" : "NOT FOUND to 1e-9 mm", systems, residual);
   problem.how = text;
-  finish(problem);
+  set_normals_and_start_error(problem);
   return problem;
 }
 
@@ -216,13 +216,13 @@ FrozenProblem make_membrane(bool half, int vertices) {
   const int n = mesh.start.vertex_count();
   std::vector<Eigen::Triplet<double>> entries;
   Eigen::MatrixX3d right = Eigen::MatrixX3d::Zero(n, 3);
-  // The order of a subdivision puts neighbouring vertices near each other, so every eighth lies everywhere.
+  // Subdivision numbers adjacent vertices consecutively, so the selected vertices are spread over the whole sphere.
   for (int i = 0; i < n; ++i) {
     double diagonal = kSprings;
     for (const int j : mesh.start.neighbours[static_cast<std::size_t>(i)]) entries.emplace_back(i, j, -kSprings / 3);
     const Eigen::Vector3d x = mesh.start.positions[static_cast<std::size_t>(i)].cast<double>(), u = x / kRadiusMm;
     if (i % kEvery == 0 && (!half || x.z() >= 0)) {
-      // Along the radius, so that this vertex is and stays the nearest.
+      // The point is on the vertex's radius, so this vertex is and remains the nearest.
       const Eigen::Vector3d point = x * (1 + 0.08 * (3 * u.z() * u.z() - 1) / 2 + 0.05 * u.x() * u.y());
       mesh.points_mm.push_back(point);
       diagonal += kPull;
@@ -240,7 +240,7 @@ FrozenProblem make_membrane(bool half, int vertices) {
   problem.converged = cholesky.info() == Eigen::Success && mesh.end.allFinite();
   problem.how = "solved by a sparse Cholesky factorisation in double";
   problem.meshes.push_back(std::move(mesh));
-  finish(problem);
+  set_normals_and_start_error(problem);
   return problem;
 }
 

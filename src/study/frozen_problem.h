@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene whose image targets do not change: every method then has the same fixed point, which is known.
+// Scene with fixed image targets: every method has the same, known fixed point.
 #pragma once
 #include <array>
 #include <functional>
@@ -16,54 +16,54 @@
 
 namespace simplexseg {
 
-/// Called now and then during long work; may throw to end it.
+/// Callback for long operations, called regularly; may throw to cancel the operation.
 using Poll = std::function<void()>;
 
 struct FrozenMesh {
-  SimplexMesh start;  ///< the pose that every method starts from
+  SimplexMesh start;  ///< initial pose for every method
   std::vector<Vec4> shape;
   ForceParameters forces{};
-  std::array<std::vector<Vec4>, kForceCount> targets;  ///< of each image force; empty: it does not act
+  std::array<std::vector<Vec4>, kForceCount> targets;  ///< targets of each image force; empty: it does not act
   std::vector<Eigen::Vector3d> points_mm;
-  Pose end;          ///< the fixed point
-  Pose end_normals;  ///< unit normals there
+  Pose end;          ///< fixed point
+  Pose end_normals;  ///< unit normals at the fixed point
 
-  /// Without those that have no targets: they do not act in the fixed point either.
-  ForceParameters acting_forces() const;
+  /// Forces without the image forces that have no targets.
+  ForceParameters active_forces() const;
 };
 
-/// Root mean squares over all vertices, mm.
+/// Root mean square errors over all vertices, mm.
 struct PoseError {
-  double whole, normal;  ///< the distance, and its part along the end's normals
+  double whole, normal;  ///< distance to the fixed point, and its component along the normals there
 };
 
 struct FrozenProblem {
   std::vector<FrozenMesh> meshes;
   Volume volume;                      ///< for the unit "voxel" of parameters; may be empty
-  SimulationParameters simulation{};  ///< the scene's
-  std::string how;                    ///< how the fixed point was found, and how well, in a sentence
-  bool converged = false;             ///< to what was asked for
+  SimulationParameters simulation{};  ///< settings of the scene
+  std::string how;                    ///< method and accuracy of the fixed point, in a sentence
+  bool converged = false;             ///< the fixed point has the required accuracy
   PoseError start_mm{};
 
   int vertex_count() const;
-  /// Loads the start's poses, targets and points. `settings`: those of the method.
+  /// Loads initial poses, targets and points into the engine, with the settings of a method.
   void load(Engine& engine, const SimulationParameters& settings) const;
-  /// Distance of the engine's poses from the fixed point.
+  /// Error of the engine's current poses.
   PoseError error_mm(Engine& engine) const;
-  /// Largest stable timestep of Verlet with this damping, of all meshes.
+  /// Largest timestep that is stable for all meshes, with Verlet and this damping.
   float stable_timestep(float damping) const;
 };
 
-/// Runs the scene (meshes without a pose start as their spheres) with its own settings until rest, or its steps, or
-/// 2000; freezes the targets of the image forces found last; the start is the pose with which each mesh began its last
-/// level. With `from_start` there is no run, and the targets are those that the start finds. The fixed point is found
-/// in double, to 1e-9 mm. Throws Error for a scene without meshes or that fails while it runs.
+/// Runs the scene with its own settings until it settles, for its number of steps (2000 if it has none); meshes without
+/// a pose start as spheres. The last targets of the image forces become fixed; the start is the pose with which each
+/// mesh began its last refinement level. With `from_start` no step is run, and the targets are those of the start. The
+/// fixed point is computed in double, to 1e-9 mm. Throws Error for a scene without meshes or if the run fails.
 FrozenProblem frozen_problem_of(const Scene& scene, const Volume& volume, bool from_start,
                                 const EngineFactory& make_engine, const Poll& poll);
 
-/// A linear problem whose solution is known: springs between neighbours (smoothing without evenness or kept curvature,
-/// weight 5) on a sphere's dual with `vertices` or more, and every eighth vertex pulled to a point (weight 2); `half`:
-/// of those with z >= 0 alone. The fixed point comes of a sparse Cholesky factorisation.
+/// Linear problem with a known solution: springs between neighbours (smoothing without evenness or preserved curvature,
+/// weight 5) on a sphere of at least `vertices` vertices, and attraction of every eighth vertex to a point (weight 2);
+/// with `half`, only of vertices with z >= 0. The fixed point is computed by a sparse Cholesky factorisation.
 FrozenProblem make_membrane(bool half, int vertices);
 
 }  // namespace simplexseg

@@ -14,17 +14,19 @@ namespace simplexseg {
 namespace {
 
 constexpr int kRefreshIntervals[] = {1, 3, 10};
-constexpr int kMostSteps = 2000, kBatch = 10;
+constexpr int kMaxSteps = 2000, kBatch = 10;
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double seconds_since_epoch() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
-/// The mask within its bounding box and half of it around: all that Dice needs of a large image.
-Mask cut(const Mask& mask) {
+/// Part of the mask in its bounding box, enlarged by half on each side; sufficient for the Dice coefficient.
+Mask crop(const Mask& mask) {
   VoxelBox box = bounding_box(mask, mask);
   for (int a = 0; a < 3; ++a) {
-    const int around = box.size[a] / 2 + 1;
-    const int low = std::max(0, box.first[a] - around),
-              high = std::min(mask.geometry.size[a], box.first[a] + box.size[a] + around);
+    const int margin = box.size[a] / 2 + 1;
+    const int low = std::max(0, box.first[a] - margin),
+              high = std::min(mask.geometry.size[a], box.first[a] + box.size[a] + margin);
     box.first[a] = low, box.size[a] = high - low;
   }
   Mask part;
@@ -59,11 +61,11 @@ LiveStudy::LiveStudy(const StudyScene& study) : study_(study) {
   for (const std::shared_ptr<const Mask>& truth : study.truths) {
     truths_.emplace_back();
     if (truth && bounding_box(*truth, *truth).voxel_count() > 0)
-      truths_.back().emplace(Truth{SurfaceError(*truth), cut(*truth)});
+      truths_.back().emplace(Truth{SurfaceError(*truth), crop(*truth)});
   }
 }
 
-bool LiveStudy::measures() const {
+bool LiveStudy::has_truth() const {
   return std::any_of(truths_.begin(), truths_.end(), [](const auto& truth) { return truth.has_value(); });
 }
 
@@ -75,7 +77,8 @@ LiveCurve LiveStudy::run(const LiveVariant& variant, double budget_s, const Engi
   simulation.solver_choice = static_cast<float>(variant.solver);
   simulation.refresh_interval = static_cast<float>(variant.refresh_interval);
   if (!variant.coarse_to_fine)
-    simulation.start_vertices = simulation.final_vertices, simulation.finest_edge = 0;  // which would start it coarser
+    // With finest_edge, the mesh could start coarser.
+    simulation.start_vertices = simulation.final_vertices, simulation.finest_edge = 0;
   else if (simulation.start_vertices >= simulation.final_vertices)
     simulation.start_vertices = std::min(simulation.final_vertices, default_simulation_parameters().start_vertices);
   Session session(make_engine());
@@ -88,24 +91,24 @@ LiveCurve LiveStudy::run(const LiveVariant& variant, double budget_s, const Engi
       const SimplexMesh& mesh = session.scene().meshes[k].mesh;
       curve.meshes[k].push_back({session.total_steps(), spent, mesh.vertex_count(),
                                  truths_[k]->surface.of(mesh.positions),
-                                 dice(truths_[k]->near, rasterise(mesh, truths_[k]->near.geometry))});
+                                 dice(truths_[k]->cropped, rasterise(mesh, truths_[k]->cropped.geometry))});
     }
   };
   sample();
-  const std::int64_t most = study_.scene.steps > 0 ? study_.scene.steps : kMostSteps;
-  for (std::int64_t next = kBatch; !curve.at_rest && session.total_steps() < most && spent < budget_s;) {
+  const std::int64_t max_steps = study_.scene.steps > 0 ? study_.scene.steps : kMaxSteps;
+  for (std::int64_t next = kBatch; !curve.at_rest && session.total_steps() < max_steps && spent < budget_s;) {
     poll();
     const std::int64_t steps =
-        std::min<std::int64_t>({kBatch, most - session.total_steps(), next - session.total_steps()});
-    const double start = now();
+        std::min<std::int64_t>({kBatch, max_steps - session.total_steps(), next - session.total_steps()});
+    const double start = seconds_since_epoch();
     const Advance part = session.advance_steps(static_cast<int>(steps), true);
-    spent += now() - start;
+    spent += seconds_since_epoch() - start;
     curve.at_rest = part.at_rest;
     if (part.failure) {
       curve.note = *part.failure;
       break;
     }
-    const bool last = part.at_rest || session.total_steps() >= most || spent >= budget_s;
+    const bool last = part.at_rest || session.total_steps() >= max_steps || spent >= budget_s;
     if (session.total_steps() < next && !last) continue;
     sample();
     next = session.total_steps() + std::max<std::int64_t>(kBatch, session.total_steps() / 5 / kBatch * kBatch);

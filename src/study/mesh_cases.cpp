@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes of extreme size, place, shape and quality.
+// Stability cases: meshes of extreme size, position, shape and quality.
 #include <algorithm>
 #include <cmath>
 
@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Shapes that smoothing alone is let loose on for 2000 steps.
+/// Case that runs smoothing alone on a shape for 2000 steps.
 StabilityCase smoothed(const char* name, const char* what, const std::function<SimplexMesh(int)>& make,
                        float curvature) {
   return {name,
@@ -47,7 +47,7 @@ SimplexMesh three_lobes(int level) {
   });
 }
 
-/// From a small seed to the whole shape, refined on the way; 2000 steps.
+/// Trial that grows a small seed into a shape with refinement; 2000 steps.
 Trial grown_in(const Volume& image, const Volume& labels, const Vector3d& seed_mm, double radius_mm, bool full) {
   Trial trial = trial_of(make_sphere(seed_mm, radius_mm, 1), image, usual_forces());
   trial.scene.meshes[0].seed = {seed_mm, radius_mm};
@@ -58,8 +58,8 @@ Trial grown_in(const Volume& image, const Volume& labels, const Vector3d& seed_m
   trial.reach_mm = 110;
   return trial;
 }
-/// The voxel of the labels that is nearest to their mean, mm.
-Vector3d middle_of(const Volume& labels) {
+/// Position of the labelled voxel that is nearest to the mean of all labelled voxels, mm.
+Vector3d central_voxel(const Volume& labels) {
   const Mask mask = mask_of(labels, std::nullopt);
   const VolumeGeometry& g = labels.geometry();
   const Eigen::Affine3d world_from_index = g.world_from_index();
@@ -75,7 +75,7 @@ Vector3d middle_of(const Volume& labels) {
                            [&](const Vector3d& a, const Vector3d& b) { return (a - mean).norm() < (b - mean).norm(); });
 }
 const Phantom& branched_phantom() {
-  static const Phantom made = [] {
+  static const Phantom phantom = [] {
     const auto inside = [](const Vector3d& p) {
       for (int k = 0; k < 3; ++k) {
         const Vector3d d(std::cos(2.094 * k), std::sin(2.094 * k), 0.3);
@@ -84,20 +84,20 @@ const Phantom& branched_phantom() {
       }
       return false;
     };
-    const auto of = [&](VoxelType type, double object, double background) {
+    const auto filled = [&](VoxelType type, double object, double background) {
       return volume_of(type, {64, 64, 64}, {1, 1, 1},
                        [&](const Vector3d& p) { return inside(p) ? object : background; });
     };
-    return Phantom{of(VoxelType::Int16, 150, 50), of(VoxelType::UInt8, 1, 0)};
+    return Phantom{filled(VoxelType::Int16, 150, 50), filled(VoxelType::UInt8, 1, 0)};
   }();
-  return made;
+  return phantom;
 }
 
-/// The ball's scene with its unit changed: everything of radius `radius_mm`, around `shift_mm`.
-Trial scaled(double radius_mm, const Vector3d& shift_mm) {
+/// Trial of the ball with all lengths scaled to the radius `radius_mm`, centred at `shift_mm`.
+Trial scaled_ball(double radius_mm, const Vector3d& shift_mm) {
   const double scale = radius_mm / kBallRadius;
   Trial trial = trial_of(make_sphere(shift_mm + scale * Vector3d(1, -0.5, 0.5), 15 * scale, 2),
-                         placed(ball_volume(), scale, shift_mm), usual_forces());
+                         scaled_and_shifted(ball_volume(), scale, shift_mm), usual_forces());
   trial.scene.meshes[0].seed.radius_mm = 10 * scale;
   trial.error = radial_error(radius_mm, shift_mm);
   trial.tolerance = 1.5 * scale;
@@ -105,8 +105,8 @@ Trial scaled(double radius_mm, const Vector3d& shift_mm) {
   return trial;
 }
 
-/// The ball's scene with its mesh spoilt, to recover.
-StabilityCase spoilt(const char* name, const char* what, const std::function<void(SimplexMesh&)>& spoil) {
+/// Case with a damaged mesh in the ball's scene, from which it should recover.
+StabilityCase damaged(const char* name, const char* what, const std::function<void(SimplexMesh&)>& damage) {
   return {name,
           what,
           CaseOutcome::Converges,
@@ -115,15 +115,15 @@ StabilityCase spoilt(const char* name, const char* what, const std::function<voi
           [=](bool) {
             Trial trial = ball_trial();
             MeshItem& item = trial.scene.meshes[0];
-            item.region = estimate_region(trial.volume, item.mesh, 30);  // of the mesh before it is spoilt
-            spoil(item.mesh);
+            item.region = estimate_region(trial.volume, item.mesh, 30);  // estimated before the damage
+            damage(item.mesh);
             trial.steps = 800;
             return trial;
           }};
 }
 
-StabilityCase refused(const char* name, const char* what, const char* says,
-                      const std::function<void(MeshItem&)>& spoil) {
+StabilityCase refused_mesh(const char* name, const char* what, const char* refusal_text,
+                           const std::function<void(MeshItem&)>& damage) {
   return {name,
           what,
           CaseOutcome::Refused,
@@ -131,13 +131,13 @@ StabilityCase refused(const char* name, const char* what, const char* says,
           "there is no surface to move",
           [=](bool) {
             Trial trial = ball_trial();
-            spoil(trial.scene.meshes[0]);
+            damage(trial.scene.meshes[0]);
             return trial;
           },
-          says};
+          refusal_text};
 }
 
-void turn_inside_out(SimplexMesh& mesh) {
+void invert(SimplexMesh& mesh) {
   for (auto& n : mesh.neighbours) std::swap(n[1], n[2]);
 }
 
@@ -166,7 +166,7 @@ std::vector<StabilityCase> mesh_cases() {
   add("tube_2000_steps", "a seed in a thin bent tube", CaseOutcome::Bounded,
       "it grows along the tube and stays in it; folds are reported", [](bool full) {
         const Phantom& tube = phantom_of("tube");
-        Trial trial = grown_in(tube.image, tube.labels, middle_of(tube.labels), 2.5, full);
+        Trial trial = grown_in(tube.image, tube.labels, central_voxel(tube.labels), 2.5, full);
         trial.folds = true;
         return trial;
       });
@@ -213,84 +213,84 @@ std::vector<StabilityCase> mesh_cases() {
       },
       1));
   cases.push_back(
-      spoilt("needle_cells", "every fourth vertex at 0.1% of an edge from a neighbour", [](SimplexMesh& mesh) {
+      damaged("needle_cells", "every fourth vertex at 0.1% of an edge from a neighbour", [](SimplexMesh& mesh) {
         for (int i = 0; i < mesh.vertex_count(); i += 4) {
           const Eigen::Vector3f q = mesh.positions[mesh.neighbours[i][0]];
           mesh.positions[i] = q + 0.001f * (mesh.positions[i] - q);
         }
       }));
-  cases.push_back(spoilt("coincident_vertices", "every seventh vertex on a neighbour", [](SimplexMesh& mesh) {
+  cases.push_back(damaged("coincident_vertices", "every seventh vertex on a neighbour", [](SimplexMesh& mesh) {
     for (int i = 0; i < mesh.vertex_count(); i += 7) mesh.positions[i] = mesh.positions[mesh.neighbours[i][0]];
   }));
   cases.push_back(
-      spoilt("coincident_neighbours", "the three neighbours of every 40th vertex in one place", [](SimplexMesh& mesh) {
+      damaged("coincident_neighbours", "the three neighbours of every 40th vertex in one place", [](SimplexMesh& mesh) {
         for (int i = 0; i < mesh.vertex_count(); i += 40) {
           const auto n = mesh.neighbours[i];
           mesh.positions[n[1]] = mesh.positions[n[2]] = mesh.positions[n[0]];
         }
       }));
   cases.push_back(
-      spoilt("collinear_neighbours", "the three neighbours of every 40th vertex on a line", [](SimplexMesh& mesh) {
+      damaged("collinear_neighbours", "the three neighbours of every 40th vertex on a line", [](SimplexMesh& mesh) {
         for (int i = 0; i < mesh.vertex_count(); i += 40) {
           const auto n = mesh.neighbours[i];
           mesh.positions[n[1]] = 0.5f * (mesh.positions[n[0]] + mesh.positions[n[2]]);
         }
       }));
-  cases.push_back(spoilt("squashed", "the sphere pressed to 1% of its height", [](SimplexMesh& mesh) {
+  cases.push_back(damaged("squashed", "the sphere pressed to 1% of its height", [](SimplexMesh& mesh) {
     mesh = transformed(mesh, [](const Vector3d& p) { return Vector3d(p[0], p[1], 0.01 * p[2]); });
   }));
-  cases.push_back(spoilt("noisy_start", "noise of 0.6 edges: folded at many vertices",
-                         [](SimplexMesh& mesh) { mesh = with_noise_of(mesh, 0.6); }));
+  cases.push_back(damaged("noisy_start", "noise of 0.6 edges: folded at many vertices",
+                          [](SimplexMesh& mesh) { mesh = add_noise(mesh, 0.6); }));
   cases.push_back(
-      spoilt("folded_start", "one third of the vertices pushed through to the other side", [](SimplexMesh& mesh) {
+      damaged("folded_start", "one third of the vertices pushed through to the other side", [](SimplexMesh& mesh) {
         mesh = transformed(mesh, [](const Vector3d& p) { return Vector3d(p[0] > 6 ? 12 - p[0] : p[0], p[1], p[2]); });
       }));
   add("inside_out_at_engine", "a sphere turned inside out, smoothing alone", CaseOutcome::Bounded,
       "it stays so, and that is reported", [](bool) {
         Trial trial = ball_trial();
-        turn_inside_out(trial.scene.meshes[0].mesh);
+        invert(trial.scene.meshes[0].mesh);
         trial.scene.meshes[0].parameters = forces_with({{"smoothing", "weight", 0.5f}, {"smoothing", "curvature", 1}});
         trial.at_engine = true;
         trial.error = {};
-        trial.inside_out = true;
+        trial.inverted = true;
         return trial;
       });
-  cases.push_back(refused("inside_out_start", "a sphere turned inside out", "counter-clockwise",
-                          [](MeshItem& item) { turn_inside_out(item.mesh); }));
-  cases.push_back(refused("all_vertices_in_one_place", "a mesh without extent", "volume of 0", [](MeshItem& item) {
+  cases.push_back(refused_mesh("inside_out_start", "a sphere turned inside out", "counter-clockwise",
+                               [](MeshItem& item) { invert(item.mesh); }));
+  cases.push_back(refused_mesh("all_vertices_in_one_place", "a mesh without extent", "volume of 0", [](MeshItem& item) {
     for (Eigen::Vector3f& p : item.mesh.positions) p.setZero();
   }));
-  cases.push_back(refused("vertex_nan", "a vertex that is not a number", "not finite",
-                          [](MeshItem& item) { item.mesh.positions[5][1] = NAN; }));
-  cases.push_back(refused("vertex_1e30", "a vertex 1e30 mm away", "", [](MeshItem& item) {
+  cases.push_back(refused_mesh("vertex_nan", "a vertex that is not a number", "not finite",
+                               [](MeshItem& item) { item.mesh.positions[5][1] = NAN; }));
+  cases.push_back(refused_mesh("vertex_1e30", "a vertex 1e30 mm away", "", [](MeshItem& item) {
     item.mesh.positions[5] = {1e30f, 0, 0};
   }));
   cases.push_back(
-      refused("seed_outside_volume", "a seed outside of the volume", "outside the volume", [](MeshItem& item) {
+      refused_mesh("seed_outside_volume", "a seed outside of the volume", "outside the image", [](MeshItem& item) {
         item.mesh = {};
         item.seed.centre_mm = {1000, 0, 0};
       }));
-  cases.push_back(refused("seed_radius_0", "a seed of radius 0", "radius", [](MeshItem& item) {
+  cases.push_back(refused_mesh("seed_radius_0", "a seed of radius 0", "radius", [](MeshItem& item) {
     item.mesh = {};
     item.seed.radius_mm = 0;
   }));
   add("mesh_1e-3_mm", "a ball of radius 1e-3 mm", CaseOutcome::Converges,
       "to the ball's surface within 0.75 voxel: no unit is built in", [](bool) {
-        return scaled(1e-3, {0, 0, 0});
+        return scaled_ball(1e-3, {0, 0, 0});
       });
   add("mesh_1e4_mm", "a ball of radius 1e4 mm", CaseOutcome::Converges,
       "to the ball's surface within 0.75 voxel: no unit is built in", [](bool) {
-        return scaled(1e4, {0, 0, 0});
+        return scaled_ball(1e4, {0, 0, 0});
       });
   add("mesh_1e6_mm_from_origin", "mesh and volume a kilometre from the origin", CaseOutcome::Converges,
       "to the ball's surface within 2.5 mm, as a float resolves 0.06 mm there", [](bool) {
-        Trial trial = scaled(kBallRadius, {1e6, -1e6, 1e6});
+        Trial trial = scaled_ball(kBallRadius, {1e6, -1e6, 1e6});
         trial.tolerance = 2.5;
         return trial;
       });
   add("mesh_1e-3_mm_with_point", "the same as mesh_1e-3_mm, with an attraction point 10% off", CaseOutcome::Converges,
       "a vertex within 2% of the radius of the point", [](bool) {
-        Trial trial = scaled(1e-3, {0, 0, 0});
+        Trial trial = scaled_ball(1e-3, {0, 0, 0});
         add_point(trial, {1.1e-3, 1e-4, 0});
         trial.error = distance_to({1.1e-3, 1e-4, 0});
         trial.tolerance = 2e-5;
@@ -298,7 +298,7 @@ std::vector<StabilityCase> mesh_cases() {
       });
   add("mesh_1e4_mm_with_point", "the same as mesh_1e4_mm, with an attraction point 10% off", CaseOutcome::Converges,
       "a vertex within 2% of the radius of the point", [](bool) {
-        Trial trial = scaled(1e4, {0, 0, 0});
+        Trial trial = scaled_ball(1e4, {0, 0, 0});
         add_point(trial, {1.1e4, 1e3, 0});
         trial.error = distance_to({1.1e4, 1e3, 0});
         trial.tolerance = 200;

@@ -30,7 +30,7 @@ int count_folds(const SimplexMesh& mesh, double margin) {
   return folds;
 }
 
-bool is_inside_out(const SimplexMesh& mesh, double share) {
+bool is_inverted(const SimplexMesh& mesh, double share) {
   const SurfaceMeasures m = measure(mesh);
   return m.volume_mm3 < -share * std::pow(m.area_mm2, 1.5) / (6 * std::sqrt(std::numbers::pi));
 }

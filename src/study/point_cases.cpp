@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Attraction points where no user should put them.
+// Stability cases: attraction points at unreasonable positions.
 #include <cmath>
 
 #include "study/trials.h"
@@ -15,7 +15,7 @@ Trial ball_with_points(std::initializer_list<Eigen::Vector3d> points) {
   return trial;
 }
 
-StabilityCase refused(const char* name, const char* what, const Eigen::Vector3d& position) {
+StabilityCase refused_point(const char* name, const char* what, const Eigen::Vector3d& position) {
   return {name,
           what,
           CaseOutcome::Refused,
@@ -34,11 +34,11 @@ std::vector<StabilityCase> point_cases() {
        "the patch goes where it is pulled, not farther; folds, and steps undone for them, are reported", [](bool) {
          Trial trial = ball_with_points({{1e6, 0, 0}});
          trial.reach_mm = 1.1e6;
-         trial.inside_out = true, trial.cuts = true;
+         trial.inverted = true, trial.cuts = true;
          return trial;
        }});
-  cases.push_back(refused("point_at_2e9_mm", "an attraction point 2e9 mm away", {2e9, 0, 0}));
-  cases.push_back(refused("point_nan", "an attraction point that is not a number", {NAN, 0, 0}));
+  cases.push_back(refused_point("point_at_2e9_mm", "an attraction point 2e9 mm away", {2e9, 0, 0}));
+  cases.push_back(refused_point("point_nan", "an attraction point that is not a number", {NAN, 0, 0}));
   cases.push_back({"points_200_on_one_vertex", "200 attraction points, one nearest vertex", CaseOutcome::Converges,
                    CaseOutcome::Converges, "their mean pulls as one: a vertex within 0.5 mm of it", [](bool) {
                      Trial trial = ball_with_points({});
@@ -81,7 +81,7 @@ std::vector<StabilityCase> point_cases() {
          Trial trial = ball_with_points({{3, 0, 0}, {-3, 0, 0}, {0, 3, 0}, {0, -3, 0}, {0, 0, 3}, {0, 0, -3}});
          set_value(trial.scene.meshes[0].parameters, {"attraction", "weight", 20});
          set_value(trial.scene.meshes[0].parameters, {"attraction", "order", 10});
-         trial.inside_out = true;
+         trial.inverted = true;
          return trial;
        }});
   return cases;

@@ -14,7 +14,7 @@ namespace simplexseg {
 namespace {
 
 using Directional = Eigen::AutoDiffScalar<Eigen::Matrix<double, 1, 1>>;
-/// By the coordinates of P, P1, P2, P3 and by the mean curvature.
+/// Scalar with derivatives with respect to the coordinates of P, P1, P2, P3 and to the mean curvature.
 using Local = Eigen::AutoDiffScalar<Eigen::Matrix<double, 13, 1>>;
 
 double value(double x) { return x; }
@@ -23,13 +23,13 @@ double value(const Eigen::AutoDiffScalar<D>& x) {
   return x.value();
 }
 
-/// f(x) and its derivative f' there.
+/// Scalar with the value f(x) and the derivative f'(x).
 double chain(double, double f, double) { return f; }
 template <class D>
 Eigen::AutoDiffScalar<D> chain(const Eigen::AutoDiffScalar<D>& x, double f, double slope) {
   return Eigen::AutoDiffScalar<D>(f, D(slope * x.derivatives()));
 }
-/// x^a for x >= 0; at 0, where the derivative may be infinite, it counts as 0.
+/// x^a for x >= 0. The derivative at 0, which may be infinite, is set to 0.
 template <class T>
 T power(const T& x, double a) {
   const double v = value(x);
@@ -43,7 +43,7 @@ template <class T>
 T clamped(const T& x, double low, double high) {
   return value(x) < low ? T(low) : value(x) > high ? T(high) : x;
 }
-/// The products of Eigen's vectors, for every scalar.
+/// Vector products for every scalar type.
 template <class V>
 auto dot(const V& a, const V& b) -> typename V::Scalar {
   typename V::Scalar sum = a[0] * b[0];
@@ -62,8 +62,8 @@ V scaled(const V& a, const typename V::Scalar& s) {
   return V(T(a[0] * s), T(a[1] * s), T(a[2] * s));
 }
 
-/// Where the neighbours a, b (seen from the third) are collinear: across their line and nearest to the last normal.
-Eigen::Vector3d across(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Eigen::Vector3d last) {
+/// Normal for collinear neighbours a, b (relative to the third): orthogonal to their line, nearest to the last normal.
+Eigen::Vector3d collinear_normal(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Eigen::Vector3d last) {
   Eigen::Vector3d line = a.squaredNorm() >= b.squaredNorm() ? a : b;
   if (line.norm() > 0) line.normalize();
   if (!(last.squaredNorm() > 0.5)) last = {0, 0, 1};
@@ -73,14 +73,14 @@ Eigen::Vector3d across(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Eigen
   return n.normalized();
 }
 
-/// The forces without targets that are written down here.
+/// Forces without targets that this model implements.
 constexpr unsigned kFormulas = bit(ForceId::Smoothing) | bit(ForceId::ShapeMemory) | bit(ForceId::Attraction);
 
 void check_size(std::size_t size, std::size_t vertices, const char* what) {
   if (size != 0 && size != vertices)
-    throw Error(std::string("The ") + what + " of a mesh do not fit it.",
-                std::to_string(size) + " values for " + std::to_string(vertices) + " vertices.",
-                "Give one value a vertex, or none.");
+    throw Error(std::string("the ") + what + " of a mesh do not match its vertices",
+                std::to_string(size) + " values for " + std::to_string(vertices) + " vertices",
+                "pass one value per vertex, or none");
 }
 
 }  // namespace
@@ -106,7 +106,7 @@ ReferenceModel::ReferenceModel(const ReferenceScene& scene, const Pose& pose)
   check_size(static_cast<std::size_t>(pose.cols()), vertices, "positions");
   check_size(shape_.size(), vertices, "references of shape memory");
   smoothing_ = std::max(0.0f, forces_.weight(ForceId::Smoothing));
-  keeps_curvature_ = smoothing_ > 0 && parameter(ForceId::Smoothing, SmoothingForce::curvature) > 0;
+  preserves_curvature_ = smoothing_ > 0 && parameter(ForceId::Smoothing, SmoothingForce::curvature) > 0;
   if (!shape_.empty()) shape_memory_ = std::max(0.0f, forces_.weight(ForceId::ShapeMemory));
   weight_sum_ = smoothing_ + shape_memory_;
   each_force([&]<class F>(F) {
@@ -120,9 +120,9 @@ ReferenceModel::ReferenceModel(const ReferenceScene& scene, const Pose& pose)
       image_.push_back({weight, pull_mm, {targets.begin(), targets.end()}});
       weight_sum_ += weight;
     } else if (weight > 0 && ((1u << static_cast<int>(F::id)) & kFormulas) == 0) {
-      throw Error(std::string("The reference model has no formula for the force ") + F::name + ".",
-                  "It repeats each force in double, and nobody has written this one.",
-                  "Add it to src/study/reference_model.cpp, or set its weight to 0.");
+      throw Error(std::string("the reference model has no formula for the force ") + F::name,
+                  "each force must be implemented there in double",
+                  "add it to src/study/reference_model.cpp, or set its weight to 0");
     }
   });
   last_normals_.assign(vertices, Eigen::Vector3d::Zero());
@@ -146,7 +146,7 @@ void ReferenceModel::bind(std::span<const Eigen::Vector3d> points_mm, const Pose
     const SimplexMesh mesh{positions_of(pose), neighbours_};
     for (const Eigen::Vector3d& point : points_mm) {
       Eigen::Index nearest = 0;
-      (pose.colwise() - point).colwise().squaredNorm().minCoeff(&nearest);  // of equal ones the first
+      (pose.colwise() - point).colwise().squaredNorm().minCoeff(&nearest);  // the first of equal ones
       const Neighbourhood patch = neighbourhood_of(mesh, static_cast<int>(nearest), order);
       for (std::size_t k = 0; k < patch.vertices.size(); ++k) {
         const double t = patch.ring[k] / (order + 1.0);
@@ -170,7 +170,7 @@ void ReferenceModel::bind(std::span<const Eigen::Vector3d> points_mm, const Pose
   }
 }
 
-std::array<int, 9> ReferenceModel::around(int i) const {
+std::array<int, 9> ReferenceModel::two_rings(int i) const {
   std::array<int, 9> found{};
   int count = 0;
   for (int nb : neighbours_[static_cast<std::size_t>(i)]) {
@@ -192,18 +192,19 @@ ReferenceModel::Frame<T> ReferenceModel::frame_of(int i, const Vector<T>& p, con
     frame.normal = scaled(c, T(1.0 / root(square)));
   } else {
     auto plain = [](const Vector<T>& x) { return Eigen::Vector3d(value(x[0]), value(x[1]), value(x[2])); };
-    const Eigen::Vector3d n = across(plain(a), plain(b), last_normals_[static_cast<std::size_t>(i)]);
+    const Eigen::Vector3d n = collinear_normal(plain(a), plain(b), last_normals_[static_cast<std::size_t>(i)]);
     frame.normal = Vector<T>(T(n.x()), T(n.y()), T(n.z()));
   }
-  const T area = root(square), least = 0.1 * (a2 + b2) + 1e-30;
-  frame.curvature = dot(up, frame.normal) / (value(area) > value(least) ? area : least);
+  const T area = root(square), min_area = 0.1 * (a2 + b2) + 1e-30;
+  frame.curvature = dot(up, frame.normal) / (value(area) > value(min_area) ? area : min_area);
   return frame;
 }
 
-/// All but attraction: forces that read the vertex, its neighbours and a mean.
+/// Sum of all forces except attraction; it depends on the vertex, its neighbours and the mean curvature.
 template <class T>
-ReferenceModel::Vector<T> ReferenceModel::own_force(int i, const Vector<T>& p, const Vector<T>& p1, const Vector<T>& p2,
-                                                    const Vector<T>& p3, const T& mean_curvature, bool folded) const {
+ReferenceModel::Vector<T> ReferenceModel::local_force(int i, const Vector<T>& p, const Vector<T>& p1,
+                                                      const Vector<T>& p2, const Vector<T>& p3, const T& mean_curvature,
+                                                      bool folded) const {
   const std::size_t at = static_cast<std::size_t>(i);
   const Vector<T> n = frame_of<T>(i, p, p1, p2, p3).normal;
   const Vector<T> a = p2 - p1, b = p3 - p1;
@@ -224,7 +225,7 @@ ReferenceModel::Vector<T> ReferenceModel::own_force(int i, const Vector<T>& p, c
       sum += scaled(edges[k], T(smoothing_ * weights[k] / total));
       length += root(squares[k]);
     }
-    if (keeps_curvature_ && !folded) {
+    if (preserves_curvature_ && !folded) {
       const T bound = parameter(ForceId::Smoothing, SmoothingForce::elevation_limit) / 3.0 * length;
       T h = mean_curvature * area;
       if (value(h) > value(bound)) h = bound;
@@ -238,13 +239,13 @@ ReferenceModel::Vector<T> ReferenceModel::own_force(int i, const Vector<T>& p, c
                  power_of_area = parameter(ForceId::ShapeMemory, ShapeMemoryForce::scaling);
     T h = T(ref.z);
     if (power_of_area > 0 && ref.w > 0) h = ref.z * power(T(area / double(ref.w)), power_of_area);
-    const Vector<T> place = scaled(p1, T(e1)) + scaled(p2, T(e2)) + scaled(p3, T(e3)) + scaled(n, h);
-    sum += scaled(Vector<T>(place - p), T(shape_memory_));
+    const Vector<T> target = scaled(p1, T(e1)) + scaled(p2, T(e2)) + scaled(p3, T(e3)) + scaled(n, h);
+    sum += scaled(Vector<T>(target - p), T(shape_memory_));
   }
   for (const ImageForce& force : image_) {
     const Vec4& target = force.targets[at];
-    const Vector<T> away(T(double(target.x) - p[0]), T(double(target.y) - p[1]), T(double(target.z) - p[2]));
-    T d = dot(away, n);
+    const Vector<T> to_target(T(double(target.x) - p[0]), T(double(target.y) - p[1]), T(double(target.z) - p[2]));
+    T d = dot(to_target, n);
     if (force.pull_mm > 0) d = clamped(d, -force.pull_mm, force.pull_mm);
     sum += scaled(n, T(image_share_[at] * force.weight * double(target.w) * d));
   }
@@ -255,7 +256,7 @@ template <class T>
 std::vector<ReferenceModel::Vector<T>> ReferenceModel::evaluate(const std::vector<Vector<T>>& x) const {
   const double attraction = forces_.weight(ForceId::Attraction);
   std::vector<Frame<T>> frames;
-  if (keeps_curvature_) {
+  if (preserves_curvature_) {
     frames.resize(neighbours_.size());
     for (int i = 0; i < vertex_count(); ++i) {
       const auto& nb = neighbours_[static_cast<std::size_t>(i)];
@@ -270,13 +271,13 @@ std::vector<ReferenceModel::Vector<T>> ReferenceModel::evaluate(const std::vecto
     const auto& nb = neighbours_[at];
     T mean = T(0.0);
     bool folded = false;
-    if (keeps_curvature_) {
-      for (int j : around(i)) mean += frames[static_cast<std::size_t>(j)].curvature;
+    if (preserves_curvature_) {
+      for (int j : two_rings(i)) mean += frames[static_cast<std::size_t>(j)].curvature;
       mean = mean / 9.0;
       for (int j : nb) folded = folded || value(dot(frames[at].normal, frames[static_cast<std::size_t>(j)].normal)) < 0;
     }
-    result[at] = own_force<T>(i, x[at], x[static_cast<std::size_t>(nb[0])], x[static_cast<std::size_t>(nb[1])],
-                              x[static_cast<std::size_t>(nb[2])], mean, folded);
+    result[at] = local_force<T>(i, x[at], x[static_cast<std::size_t>(nb[0])], x[static_cast<std::size_t>(nb[1])],
+                                x[static_cast<std::size_t>(nb[2])], mean, folded);
     for (int k = first_pull_[at]; k < first_pull_[at + 1]; ++k) {
       const Pull& pull = pulls_[static_cast<std::size_t>(k)];
       for (int axis = 0; axis < 3; ++axis) {
@@ -325,7 +326,7 @@ ReferenceModel::Matrix ReferenceModel::matrix(const Pose& pose, bool moving_curv
     return x;
   };
   std::vector<Frame<Local>> frames;
-  if (keeps_curvature_)
+  if (preserves_curvature_)
     for (int i = 0; i < vertices; ++i) {
       const auto x = local_positions(i);
       frames.push_back(frame_of<Local>(i, x[0], x[1], x[2], x[3]));
@@ -351,15 +352,15 @@ ReferenceModel::Matrix ReferenceModel::matrix(const Pose& pose, bool moving_curv
     row.clear();
     Local mean(0.0);
     bool folded = false;
-    if (keeps_curvature_) {
+    if (preserves_curvature_) {
       double sum = 0;
-      for (int j : around(i)) sum += frames[static_cast<std::size_t>(j)].curvature.value();
+      for (int j : two_rings(i)) sum += frames[static_cast<std::size_t>(j)].curvature.value();
       mean = Local(sum / 9, 13, 12);
       for (int j : neighbours_[at])
         folded = folded || value(dot(frames[at].normal, frames[static_cast<std::size_t>(j)].normal)) < 0;
     }
     const auto x = local_positions(i);
-    const Vector<Local> force = own_force<Local>(i, x[0], x[1], x[2], x[3], mean, folded);
+    const Vector<Local> force = local_force<Local>(i, x[0], x[1], x[2], x[3], mean, folded);
     const std::array<int, 4> stencil = local_stencil(i);
     Eigen::Vector3d by_mean;
     for (int k = 0; k < 4; ++k) {
@@ -370,7 +371,7 @@ ReferenceModel::Matrix ReferenceModel::matrix(const Pose& pose, bool moving_curv
       add(stencil[static_cast<std::size_t>(k)], values);
     }
     if (moving_curvature && !by_mean.isZero(0))
-      for (int j : around(i)) {
+      for (int j : two_rings(i)) {
         const std::array<int, 4> other = local_stencil(j);
         for (int k = 0; k < 4; ++k)
           add(other[static_cast<std::size_t>(k)],

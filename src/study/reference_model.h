@@ -11,47 +11,47 @@
 
 namespace simplexseg {
 
-/// Positions of one mesh in double, mm: a column for each vertex.
+/// Positions of one mesh in double, mm: a column per vertex.
 using Pose = Eigen::Matrix3Xd;
 Pose pose_of(std::span<const Eigen::Vector3f> positions);
 std::vector<Eigen::Vector3f> positions_of(const Pose& pose);
 
-/// What acts on one mesh while its image targets and attraction bindings do not change. Empty spans: that force does
-/// not act, whatever its weight. The spans need to live only during the construction of the model.
+/// Forces on one mesh with fixed image targets and attraction bindings. A force whose span is empty does not act,
+/// regardless of its weight. The spans must remain valid only during the construction of the model.
 struct ReferenceScene {
   std::span<const std::array<int, 3>> neighbours;
   ForceParameters forces;
-  std::span<const Vec4> shape;  ///< shape memory's reference (e1, e2, h_mm, S_mm2), as MeshItem has it
-  /// Targets of each force that has them, which do not change: point (mm), confidence in [0, 1]. Empty: none.
+  std::span<const Vec4> shape;  ///< reference of shape memory (e1, e2, h_mm, S_mm2), as in MeshItem
+  /// Fixed targets of each force that has targets: point (mm), confidence in [0, 1]. Empty: none.
   std::array<std::span<const Vec4>, kForceCount> targets;
   std::span<const Eigen::Vector3d> points_mm;  ///< attraction points of this mesh
-  double voxel_mm = 1;                         ///< the unit "voxel" of parameters: smallest spacing, 1 without a volume
+  double voxel_mm = 1;                         ///< unit "voxel" of parameters: smallest spacing, 1 without a volume
 };
 
-/// The model of docs/mathematics.md, section 2, in double: the acceleration sum_f k_f d_f of one mesh as a function of
-/// its pose alone, and its derivative. An oracle for the engines, which compute in float: it shares no code with them,
-/// only the table of parameters. Not smooth where a bound sets in, where a neighbour's normal turns past a right angle,
-/// and where the neighbours are nearly collinear; the derivative is then that of the side on which the pose lies.
+/// Reference implementation of the model of docs/mathematics.md, section 2, in double: the acceleration sum_f k_f d_f
+/// of one mesh as a function of its pose, and its derivative. The engines, which compute in float, are tested against
+/// it; it shares only the table of parameters with them. The model is not smooth, and its derivative one-sided, where a
+/// bound becomes active, where a neighbour's normal passes a right angle, and where neighbours are nearly collinear.
 class ReferenceModel {
  public:
-  /// Attraction points are bound to the vertices of `pose` nearest to them and to the rings around these; where
-  /// neighbours are collinear the normals of `pose` count as the last good ones. Throws Error where sizes do not fit.
+  /// Binds attraction points to the nearest vertices of `pose` and the rings around them. The normals of `pose` are the
+  /// last valid ones for vertices with collinear neighbours. Throws Error if sizes do not match.
   ReferenceModel(const ReferenceScene& scene, const Pose& pose);
 
   int vertex_count() const { return static_cast<int>(neighbours_.size()); }
   const std::vector<std::array<int, 3>>& neighbours() const { return neighbours_; }
   const ForceParameters& forces() const { return forces_; }
-  /// Sum of the weights of the forces that act, 1/s^2: residuals over it are in mm.
+  /// Sum of the weights of the active forces, 1/s^2; a residual divided by it is in mm.
   double weight_sum() const { return weight_sum_; }
 
-  /// sum_f k_f d_f of each vertex, mm (unit mass and time).
+  /// Acceleration sum_f k_f d_f of each vertex, mm (unit mass and time).
   Pose acceleration(const Pose& pose) const;
   /// Derivative of the acceleration at `pose` in the direction `v`: exact, by automatic differentiation.
   Pose derivative(const Pose& pose, const Pose& v) const;
   using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-  /// The same as a matrix, 3V x 3V, coordinate c of vertex i in row 3i + c.
-  Matrix jacobian(const Pose& pose) const { return matrix(pose, keeps_curvature_); }
-  /// The same with the mean curvatures of smoothing kept as they are: a vertex then depends on its neighbours alone.
+  /// Derivative as a 3V x 3V matrix; coordinate c of vertex i is row 3i + c.
+  Matrix jacobian(const Pose& pose) const { return matrix(pose, preserves_curvature_); }
+  /// Derivative with constant mean curvatures in smoothing: the force on a vertex then depends only on its neighbours.
   Matrix near_jacobian(const Pose& pose) const { return matrix(pose, false); }
 
  private:
@@ -62,7 +62,7 @@ class ReferenceModel {
     Vector<T> normal;
     T curvature;  ///< h over the bounded S, 1/mm
   };
-  /// What an attraction point says to a vertex: w^2 (C - P0) / sum of the vertex's w.
+  /// Force of an attraction point on a vertex: w^2 (C - P0) / sum of the vertex's w.
   struct Pull {
     double square, inverse_sum;
     int nearest;  ///< P0
@@ -74,12 +74,12 @@ class ReferenceModel {
   template <class T>
   Frame<T> frame_of(int i, const Vector<T>& p, const Vector<T>& p1, const Vector<T>& p2, const Vector<T>& p3) const;
   template <class T>
-  Vector<T> own_force(int i, const Vector<T>& p, const Vector<T>& p1, const Vector<T>& p2, const Vector<T>& p3,
-                      const T& mean_curvature, bool folded) const;
+  Vector<T> local_force(int i, const Vector<T>& p, const Vector<T>& p1, const Vector<T>& p2, const Vector<T>& p3,
+                        const T& mean_curvature, bool folded) const;
   template <class T>
   std::vector<Vector<T>> evaluate(const std::vector<Vector<T>>& x) const;
-  /// Rings 1 and 2 of a vertex without itself: the vertices whose curvatures are averaged.
-  std::array<int, 9> around(int i) const;
+  /// Rings 1 and 2 of a vertex, whose curvatures are averaged; without the vertex itself.
+  std::array<int, 9> two_rings(int i) const;
   Matrix matrix(const Pose& pose, bool moving_curvature) const;
 
   std::vector<std::array<int, 3>> neighbours_;
@@ -93,8 +93,8 @@ class ReferenceModel {
   std::vector<Eigen::Vector3d> last_normals_;
   std::vector<int> first_pull_;  ///< V + 1 offsets into pulls_
   std::vector<Pull> pulls_;
-  std::vector<double> image_share_;  ///< what attraction leaves of the image forces
-  bool keeps_curvature_ = false;
+  std::vector<double> image_share_;  ///< factor of the image forces near attraction points
+  bool preserves_curvature_ = false;
   double smoothing_ = 0, shape_memory_ = 0, weight_sum_ = 0;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sliders at their ends, timesteps past the bound, and settings that change while the mesh moves.
+// Stability cases: sliders at their ends, timesteps past the bound, and settings that change during the run.
 #include <cmath>
 
 #include "forces/profile_reference.h"
@@ -9,11 +9,11 @@
 namespace simplexseg {
 namespace {
 
-/// The usual ball with one force alone, at the slider's end.
-Trial alone(const ForceInfo& force, float timestep, bool limited) {
+/// Trial of the ball with only one force, its weight at the slider's end.
+Trial single_force_trial(const ForceInfo& force, float timestep, bool limited) {
   Trial trial = ball_trial();
   MeshItem& item = trial.scene.meshes[0];
-  item.mesh = with_noise_of(make_ellipsoid({0.7, 0.4, -0.5}, {17.8, 19.1, 20.4}, 2), 0.05);
+  item.mesh = add_noise(make_ellipsoid({0.7, 0.4, -0.5}, {17.8, 19.1, 20.4}, 2), 0.05);
   item.parameters = forces_with({{force.name, "weight", force.parameters[0].maximum}});
   item.profiles = profile_reference_of(make_sphere({0, 0, 0}, kBallRadius, 2), ball_volume(), item.parameters);
   if (force.id == ForceId::Attraction) add_point(trial, {23, 2, 1});
@@ -21,8 +21,8 @@ Trial alone(const ForceInfo& force, float timestep, bool limited) {
   trial.scene.simulation.limit_timestep = limited;
   if (force.id == ForceId::Smoothing) set_value(item.parameters, {"smoothing", "curvature", 1});
   trial.tolerance = 0;
-  trial.folds = true, trial.inside_out = true;
-  trial.reach_mm = 400;  // what left the volume, or a patch whose point has found another vertex, coasts
+  trial.folds = true, trial.inverted = true;
+  trial.reach_mm = 400;  // meshes outside the volume, and patches far from their point, continue to move by inertia
   return trial;
 }
 
@@ -32,7 +32,6 @@ Trial with_sliders(float ParameterInfo::*end, bool limited) {
   for (const ForceInfo& force : force_list())
     for (const ParameterInfo& parameter : force.parameters)
       set_value(forces, {force.name, parameter.name, parameter.*end});
-  // One of two measures, one of three objects: the last is not the most extreme.
   trial.scene.meshes[0].profiles = profile_reference_of(make_sphere({0, 0, 0}, kBallRadius, 2), ball_volume(), forces);
   add_point(trial, {23, 2, 1});
   trial.scene.simulation.timestep = 10, trial.scene.simulation.limit_timestep = limited;
@@ -41,7 +40,7 @@ Trial with_sliders(float ParameterInfo::*end, bool limited) {
   return trial;
 }
 
-/// The usual ball with one setting of the simulation changed.
+/// Case of the ball with one changed setting of the simulation.
 StabilityCase setting(const char* name, const char* what, float SimulationParameters::*member, float value,
                       CaseOutcome stated, const char* reason) {
   return {name, what, stated, stated, reason, [=](bool) {
@@ -56,18 +55,19 @@ void change(Session& session, const char* parameter, float value) {
   session.apply(SetSimulationParameter{find_parameter(simulation_table(), parameter), value});
 }
 
-StabilityCase refused(const char* name, const char* what, const char* says, const std::function<void(Scene&)>& spoil) {
+StabilityCase refused_setting(const char* name, const char* what, const char* refusal_text,
+                              const std::function<void(Scene&)>& damage) {
   return {name,
           what,
           CaseOutcome::Refused,
           CaseOutcome::Refused,
           "no meaning can be given to it",
-          [spoil](bool) {
+          [damage](bool) {
             Trial trial = ball_trial();
-            spoil(trial.scene);
+            damage(trial.scene);
             return trial;
           },
-          says};
+          refusal_text};
 }
 
 }  // namespace
@@ -80,10 +80,10 @@ std::vector<StabilityCase> setting_cases() {
     cases.push_back({"past_bound_" + name, "weight at the slider's end, timestep 10, damping 0.1, no limit",
                      CaseOutcome::Bounded, CaseOutcome::Cut,
                      "only Verlet takes a timestep past its bound; the others choose their own or divide by it",
-                     [&force](bool) { return alone(force, 10, false); }});
+                     [&force](bool) { return single_force_trial(force, 10, false); }});
     cases.push_back({"limited_" + name, "weight at the slider's end, timestep 10, damping 0.1, limited",
                      CaseOutcome::Bounded, CaseOutcome::Bounded, "the timestep is at most 90% of the bound",
-                     [&force](bool) { return alone(force, 10, true); }});
+                     [&force](bool) { return single_force_trial(force, 10, true); }});
   }
   cases.push_back({"past_bound_all_sliders_at_maximum", "every slider at its end, timestep 10, no limit",
                    CaseOutcome::Bounded, CaseOutcome::Cut, "as for one force",
@@ -166,21 +166,22 @@ std::vector<StabilityCase> setting_cases() {
                      };
                      return trial;
                    }});
-  cases.push_back(refused("weight_beyond_slider", "region weight 1e6 in a scene", "out of range", [](Scene& scene) {
-    set_value(scene.meshes[0].parameters, {"evidence", "weight", 1e6f});
-  }));
-  cases.push_back(refused("weight_negative", "smoothing weight -1", "out of range", [](Scene& scene) {
+  cases.push_back(
+      refused_setting("weight_beyond_slider", "region weight 1e6 in a scene", "out of range", [](Scene& scene) {
+        set_value(scene.meshes[0].parameters, {"evidence", "weight", 1e6f});
+      }));
+  cases.push_back(refused_setting("weight_negative", "smoothing weight -1", "out of range", [](Scene& scene) {
     set_value(scene.meshes[0].parameters, {"smoothing", "weight", -1});
   }));
-  cases.push_back(refused("weight_nan", "smoothing weight not a number", "out of range", [](Scene& scene) {
+  cases.push_back(refused_setting("weight_nan", "smoothing weight not a number", "out of range", [](Scene& scene) {
     set_value(scene.meshes[0].parameters, {"smoothing", "weight", NAN});
   }));
   cases.push_back(
-      refused("timestep_0", "timestep 0", "out of range", [](Scene& scene) { scene.simulation.timestep = 0; }));
-  cases.push_back(refused("timestep_infinite", "timestep infinite", "out of range",
-                          [](Scene& scene) { scene.simulation.timestep = INFINITY; }));
+      refused_setting("timestep_0", "timestep 0", "out of range", [](Scene& scene) { scene.simulation.timestep = 0; }));
+  cases.push_back(refused_setting("timestep_infinite", "timestep infinite", "out of range",
+                                  [](Scene& scene) { scene.simulation.timestep = INFINITY; }));
   cases.push_back(
-      refused("damping_2", "damping 2", "out of range", [](Scene& scene) { scene.simulation.damping = 2; }));
+      refused_setting("damping_2", "damping 2", "out of range", [](Scene& scene) { scene.simulation.damping = 2; }));
   return cases;
 }
 

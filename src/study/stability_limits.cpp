@@ -17,10 +17,11 @@ namespace {
 constexpr float kWeight = 0.8f;
 constexpr double kRadius = 20;
 
-/// A honeycomb around a torus, so thin that all edges of a vertex lie along its length: one to one side, two to the
-/// other. The one is longer by 2^(1/(1+a)), so that smoothing with evenness a is at rest along the tube.
+/// Honeycomb around a torus, thin enough for all edges of a vertex to be parallel to the tube: one in one direction,
+/// two in the other. The single edge is longer by the factor 2^(1/(1+a)), for which smoothing with evenness a is in
+/// equilibrium along the tube.
 SimplexMesh stretched_tube(int along, int around, double evenness) {
-  // Vertex A(u, v) and, one long edge further on, B(u, v), whose two short edges lead to A(u+1, v) and A(u+1, v+1).
+  // A long edge connects vertex A(u, v) to B(u, v); two short edges connect B(u, v) to A(u+1, v) and A(u+1, v+1).
   SimplexMesh mesh;
   const double ratio = std::pow(2.0, 1 / (1 + evenness)), cell = 2 * std::numbers::pi / along;
   const double tube_radius = 0.02 * cell * kRadius * around / (2 * std::numbers::pi);
@@ -29,8 +30,7 @@ SimplexMesh stretched_tube(int along, int around, double evenness) {
     for (int v = 0; v < around; ++v)
       for (int b = 0; b < 2; ++b) {
         const double length = cell * (u + b * ratio / (1 + ratio));
-        // A row further on is half a cell round, so that the two short edges are alike. After `along` rows: whole
-        // turns.
+        // Each row is rotated by half a cell, which makes the two short edges equal; `along` rows make whole turns.
         const double turn = 2 * std::numbers::pi / around * (v - 0.5 * u);
         const double radius = kRadius + tube_radius * std::cos(turn);
         mesh.positions.push_back(
@@ -46,7 +46,7 @@ SimplexMesh stretched_tube(int along, int around, double evenness) {
   return mesh;
 }
 
-/// Root mean square of what smoothing asks for along each vertex's first edge.
+/// Root mean square component of the smoothing force along each vertex's first edge.
 double smoothing_along_edges(const SimplexMesh& mesh, double evenness) {
   double sum = 0;
   for (int i = 0; i < mesh.vertex_count(); ++i) {
@@ -69,10 +69,10 @@ LimitProblem even_smoothing(float evenness) {
   problem.forces = forces_with(
       {{"smoothing", "weight", kWeight}, {"smoothing", "evenness", evenness}, {"smoothing", "curvature", 0}});
   problem.mesh = stretched_tube(60, 6, evenness);
-  // The fastest mode: all A against all B.
-  const std::vector<Eigen::Vector3f> at_rest = problem.mesh.positions;
+  // The fastest mode moves all A against all B.
+  const std::vector<Eigen::Vector3f> equilibrium = problem.mesh.positions;
   for (int i = 0; i < problem.mesh.vertex_count(); ++i)
-    problem.mesh.positions[i] += 0.0003f * (at_rest[problem.mesh.neighbours[i][0]] - at_rest[i]);
+    problem.mesh.positions[i] += 0.0003f * (equilibrium[problem.mesh.neighbours[i][0]] - equilibrium[i]);
   problem.deviation = [evenness](const SimplexMesh& mesh) { return smoothing_along_edges(mesh, evenness); };
   return problem;
 }
@@ -80,8 +80,8 @@ LimitProblem even_smoothing(float evenness) {
 LimitProblem laplacian() {
   LimitProblem problem;
   problem.name = "smoothing, evenness 0";
-  // Linear: its fixed point is a point, and noise around it is all there is to grow or shrink.
-  problem.mesh = with_noise_of(make_sphere({0, 0, 0}, 1, 3), 1);
+  // The force is linear and its fixed point a single point; the mesh is noise around it.
+  problem.mesh = add_noise(make_sphere({0, 0, 0}, 1, 3), 1);
   const SimplexMesh sphere = make_sphere({0, 0, 0}, 1, 3);
   for (int i = 0; i < sphere.vertex_count(); ++i) problem.mesh.positions[i] -= sphere.positions[i];
   problem.forces =
@@ -99,9 +99,9 @@ LimitProblem shape_memory() {
   problem.name = "shape_memory";
   const SimplexMesh reference = make_sphere({0, 0, 0}, kRadius, 2);
   problem.shape = shape_reference_of(reference);
-  problem.mesh = with_noise_of(reference, 0.01);
+  problem.mesh = add_noise(reference, 0.01);
   problem.forces = forces_with({{"shape_memory", "weight", kWeight}, {"shape_memory", "scaling", 0}});
-  // Rigid motions cost nothing and may stay: the elevations tell.
+  // Rigid motions have no stiffness, so the deviation is measured in elevations.
   problem.deviation = [shape = problem.shape](const SimplexMesh& mesh) {
     double sum = 0;
     for (int i = 0; i < mesh.vertex_count(); ++i)
@@ -111,14 +111,14 @@ LimitProblem shape_memory() {
   return problem;
 }
 
-/// A given target 0.01 mm above every vertex.
+/// Image force with a fixed target 0.01 mm above every vertex.
 LimitProblem image_force(const ForceInfo& force) {
   LimitProblem problem;
   problem.name = force.name;
   problem.mesh = make_sphere({0, 0, 0}, kRadius, 1);
   problem.forces = forces_with({{force.name, "weight", kWeight}});
   if (find_parameter(force.parameters, "pull") >= 0) set_value(problem.forces, {force.name, "pull", 0});  // no bound
-  problem.given = force.id;
+  problem.target_force = force.id;
   for (const Eigen::Vector3f& p : problem.mesh.positions) {
     const Eigen::Vector3f target = 1.0005f * p;
     problem.targets.push_back({target[0], target[1], target[2], 1});
@@ -131,7 +131,7 @@ LimitProblem image_force(const ForceInfo& force) {
   return problem;
 }
 
-/// One vertex on a spring to a point 0.01 mm away.
+/// Attraction of one vertex to a point at a distance of 0.01 mm.
 LimitProblem attraction() {
   LimitProblem problem;
   problem.name = "attraction";
@@ -169,7 +169,7 @@ bool deviation_grows(const LimitProblem& problem, double damping, double timeste
   loaded.positions = loaded.previous = problem.mesh.positions, loaded.neighbours = problem.mesh.neighbours;
   loaded.shape = problem.shape, loaded.parameters = problem.forces;
   engine->load(std::span(&loaded, 1), simulation);
-  if (problem.given) engine->give_targets(0, *problem.given, problem.targets);
+  if (problem.target_force) engine->set_fixed_targets(0, *problem.target_force, problem.targets);
   engine->set_points(problem.points);
   SimplexMesh mesh = problem.mesh;
   std::vector<Eigen::Vector3f> previous(mesh.positions.size());

@@ -15,7 +15,7 @@ std::string quoted_field(const std::string& text) {
   for (char c : text) field += c == '"' ? std::string("\"\"") : std::string(1, c);
   return field + "\"";
 }
-CaseOutcome stated_of(const StabilityCase& one, std::size_t solver) {
+CaseOutcome stated_outcome(const StabilityCase& one, std::size_t solver) {
   return static_cast<Solver>(solver) == Solver::Verlet ? one.stated_verlet : one.stated;
 }
 std::string number(double value, int digits = 4) {
@@ -70,10 +70,10 @@ std::string cases_csv(const StabilityStudy& study) {
     for (std::size_t s = 0; s < study.cases[c].size(); ++s) {
       const StabilityCase& one = stability_cases()[c];
       const CaseResult& r = study.cases[c][s];
-      csv << one.name << ',' << solvers[s] << ',' << to_string(stated_of(one, s)) << ',' << to_string(r.outcome) << ','
-          << (r.as_stated ? "yes" : "no") << ',' << r.steps << ',' << number(r.error) << ',' << number(r.farthest_mm)
-          << ',' << r.folded << ',' << r.folded_said << ',' << r.inside_out << ',' << r.inside_out_said << ',' << r.cuts
-          << ',' << quoted_field(r.note) << '\n';
+      csv << one.name << ',' << solvers[s] << ',' << to_string(stated_outcome(one, s)) << ',' << to_string(r.outcome)
+          << ',' << (r.as_stated ? "yes" : "no") << ',' << r.steps << ',' << number(r.error) << ','
+          << number(r.farthest_mm) << ',' << r.folded << ',' << r.folded_reported << ',' << r.inverted << ','
+          << r.inverted_reported << ',' << r.cuts << ',' << quoted_field(r.note) << '\n';
     }
   return csv.str();
 }
@@ -154,7 +154,7 @@ Plot limits_plot(const StabilityStudy& study) {
       if (l.damping != damping || !std::isfinite(l.predicted) || !std::isfinite(l.measured)) continue;
       const double stiffness = (4 - 2 * damping) / (l.predicted * l.predicted);
       bounds.emplace_back(stiffness, l.predicted);
-      // A line ends where a value is not a number: markers alone.
+      // NaN interrupts the line: markers only.
       for (const double x : {stiffness, std::nan("")}) found.x.push_back(x);
       for (const double y : {l.measured, std::nan("")}) found.y.push_back(y);
     }

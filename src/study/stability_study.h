@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole study: every case with every solver, the limits, and how they are written down.
+// Stability study: every case with every solver, the limits of the timestep, and the reports of both.
 #pragma once
 #include "session/plot.h"
 #include "study/stability_limits.h"
@@ -7,20 +7,20 @@
 namespace simplexseg {
 
 struct StabilityStudy {
-  std::string engine;                          ///< its description
-  std::vector<std::vector<CaseResult>> cases;  ///< of each case, of each solver
+  std::string engine;                          ///< description of the engine
+  std::vector<std::vector<CaseResult>> cases;  ///< results by case and solver
   std::vector<StabilityLimit> limits;
-  int missed() const;  ///< cases and limits that are not as stated
+  int missed() const;  ///< number of results and limits that differ from the expectation
 };
-/// `progress` is called with a share in [0, 1], between cases.
+/// Runs the study; `progress` is called between cases with a share in [0, 1].
 StabilityStudy study_stability(const EngineFactory& make_engine, const std::function<void(double)>& progress);
 
-/// A line for each case and solver.
+/// CSV with one line per case and solver.
 std::string cases_csv(const StabilityStudy& study);
 std::string limits_csv(const StabilityStudy& study);
-/// Markdown: cases x solvers with what was stated and why, what missed, limits.
+/// Markdown: expected and observed outcomes by case and solver, differences, limits.
 std::string stability_report(const StabilityStudy& study);
-/// Limits over stiffness, measured and predicted.
+/// Plot of measured and predicted limits against stiffness.
 Plot limits_plot(const StabilityStudy& study);
 
 }  // namespace simplexseg

@@ -15,7 +15,7 @@ StudyScene make_phantom_scene(bool half, int vertices) {
   constexpr double kRadiusMm = 24;
   constexpr int kSize = 64;
   const Eigen::Vector3d radii(26, 24, 22);
-  // Near the surface the level function's value over its slope is the distance.
+  // First-order distance near the surface: value of the level function over its slope.
   const auto distance = [&](const Eigen::Vector3d& p) {
     const double level = p.cwiseQuotient(radii).norm();
     const double slope = p.cwiseQuotient(radii.cwiseProduct(radii)).norm();
@@ -42,8 +42,8 @@ StudyScene make_phantom_scene(bool half, int vertices) {
   MeshItem item;
   item.name = "ball";
   item.seed = {{0, 0, 0}, kRadiusMm};
-  // Not shape memory where half of the surface is free: what it leaves at the same place, sliding along the surface and
-  // the cap of a hemisphere, has hardly any stiffness, so that there is no one fixed point.
+  // Shape memory is unsuitable if half of the surface is free: sliding along the surface and motions of the free
+  // hemisphere have hardly any stiffness, so the fixed point would not be unique.
   item.parameters =
       half ? forces_with({{"smoothing", "weight", 5}, {"smoothing", "evenness", 0}, {"smoothing", "curvature", 0}})
            : forces_with({{"shape_memory", "weight", 5}});

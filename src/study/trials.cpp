@@ -19,14 +19,15 @@ void set_value(ForceParameters& forces, const Value& value) {
   const ForceInfo* force = find_force(value.force);
   const int index = force ? find_parameter(force->parameters, value.parameter) : -1;
   if (index < 0)
-    throw Error(std::string(value.force) + "." + value.parameter, "there is no such parameter", "see the tables");
+    throw Error(std::string(value.force) + "." + value.parameter, "there is no such parameter",
+                "use a name from docs/parameters.md");
   forces.values[static_cast<int>(force->id)][index] = value.value;
 }
 
 ForceParameters forces_with(std::initializer_list<Value> values) {
   ForceParameters forces = default_force_parameters();
   for (const ForceInfo& force : force_list()) forces.values[static_cast<int>(force.id)][0] = 0;
-  // A trial is of the engine, not of what is learned from marks.
+  // Trials test the engine, so evidence comes from the region model and not from a field.
   set_value(forces, {"evidence", "source", 1});
   set_value(forces, {"smoothing", "curvature", 0.5f});
   for (const Value& value : values) set_value(forces, value);
@@ -45,16 +46,16 @@ SimulationParameters usual_settings() {
 }
 
 const Phantom& phantom_of(const std::string& kind) {
-  static std::map<std::string, Phantom> made;
-  if (const auto found = made.find(kind); found != made.end()) return found->second;
+  static std::map<std::string, Phantom> phantoms;
+  if (const auto found = phantoms.find(kind); found != phantoms.end()) return found->second;
   PhantomSettings settings;
   settings.size = kind == "sphere" ? 32 : 64, settings.spacing_mm = kind == "sphere" ? 2 : 1;
   settings.type = VoxelType::Float32;
-  return made.emplace(kind, make_phantom(kind, settings)).first->second;
+  return phantoms.emplace(kind, make_phantom(kind, settings)).first->second;
 }
 const Volume& ball_volume() { return phantom_of("sphere").image; }
 
-Volume placed(const Volume& volume, double scale, const Eigen::Vector3d& shift_mm) {
+Volume scaled_and_shifted(const Volume& volume, double scale, const Eigen::Vector3d& shift_mm) {
   VolumeGeometry g = volume.geometry();
   g.spacing_mm *= scale;
   g.origin_mm = scale * g.origin_mm + shift_mm;
@@ -85,7 +86,7 @@ SimplexMesh transformed(SimplexMesh mesh, const std::function<Eigen::Vector3d(co
   return mesh;
 }
 
-SimplexMesh with_noise_of(SimplexMesh mesh, double share) {
+SimplexMesh add_noise(SimplexMesh mesh, double share) {
   const double size = share * measure(mesh).mean_edge_mm;
   std::uint64_t counter = 0;
   const auto uniform = [&] {  // splitmix64, in [-1, 1)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Volumes at the ends of what a voxel, a grid or an image can be.
+// Stability cases: volumes with extreme voxels, grids and images.
 #include <cmath>
 
 #include "study/trials.h"
@@ -7,9 +7,9 @@
 namespace simplexseg {
 namespace {
 
-constexpr auto kInfinity = std::numeric_limits<double>::infinity();
+constexpr auto kInfiniteVoxel = std::numeric_limits<double>::infinity();
 
-/// Every image force at once.
+/// All image forces together.
 ForceParameters image_forces() {
   return forces_with({{"smoothing", "weight", 0.5f}, {"gradient", "weight", 0.2f}, {"evidence", "weight", 0.5f}});
 }
@@ -22,9 +22,9 @@ Trial trial_in(const Volume& volume, const ForceParameters& forces) {
   return trial;
 }
 
-/// No image force acts: the sphere stays, but for smoothing.
-StabilityCase says_nothing(const char* name, const char* what, const char* reason,
-                           const std::function<Volume()>& volume) {
+/// Case with an image without information: no image force acts, and only smoothing moves the sphere.
+StabilityCase uninformative(const char* name, const char* what, const char* reason,
+                            const std::function<Volume()>& volume) {
   return {name,
           what,
           CaseOutcome::Converges,
@@ -42,7 +42,7 @@ StabilityCase ball_in(const char* name, const char* what, CaseOutcome stated, co
                       const std::function<double(const Eigen::Vector3d&)>& value) {
   return {name, what, stated, stated, reason, [=](bool) {
             Trial trial = trial_in(volume_of(type, {32, 32, 32}, {2, 2, 2}, value), usual_forces());
-            // Where no image holds it, smoothing alone is to keep its volume.
+            // Without an image force, smoothing has to preserve the volume.
             if (stated == CaseOutcome::Bounded)
               set_value(trial.scene.meshes[0].parameters, {"smoothing", "curvature", 1});
             trial.steps = 400;
@@ -52,7 +52,7 @@ StabilityCase ball_in(const char* name, const char* what, CaseOutcome stated, co
           }};
 }
 
-/// Radial error of the vertices with x > 5 mm alone.
+/// Radial error of the vertices with x > 5 mm.
 double error_of_one_half(const Scene& end) {
   double largest = 0;
   for (const Eigen::Vector3f& p : end.meshes[0].mesh.positions)
@@ -67,14 +67,14 @@ std::vector<StabilityCase> volume_cases() {
   const auto fill = [](double value, VoxelType type = VoxelType::Float32) {
     return [=] { return volume_of(type, {32, 32, 32}, {2, 2, 2}, [value](const Eigen::Vector3d&) { return value; }); };
   };
-  cases.push_back(says_nothing("volume_constant", "one intensity", "no edge and no contrast", fill(100)));
+  cases.push_back(uninformative("volume_constant", "one intensity", "no edge and no contrast", fill(100)));
   cases.push_back(
-      says_nothing("volume_zero", "all voxels 0, uint8", "no edge and no contrast", fill(0, VoxelType::UInt8)));
-  cases.push_back(says_nothing("volume_nan", "no voxel is a number", "none counts", fill(NAN)));
-  cases.push_back(says_nothing("volume_infinite", "all voxels infinite", "none counts", fill(kInfinity)));
-  cases.push_back(says_nothing("volume_1e300", "float64 voxels of 1e300", "none is a number in float, so none counts",
-                               fill(1e300, VoxelType::Float64)));
-  cases.push_back(says_nothing("volume_one_voxel", "a single voxel of 64 mm", "no edge and no contrast", [] {
+      uninformative("volume_zero", "all voxels 0, uint8", "no edge and no contrast", fill(0, VoxelType::UInt8)));
+  cases.push_back(uninformative("volume_nan", "no voxel is a number", "none counts", fill(NAN)));
+  cases.push_back(uninformative("volume_infinite", "all voxels infinite", "none counts", fill(kInfiniteVoxel)));
+  cases.push_back(uninformative("volume_1e300", "float64 voxels of 1e300", "none is a number in float, so none counts",
+                                fill(1e300, VoxelType::Float64)));
+  cases.push_back(uninformative("volume_one_voxel", "a single voxel of 64 mm", "no edge and no contrast", [] {
     return volume_of(VoxelType::Int16, {1, 1, 1}, {64, 64, 64}, [](const Eigen::Vector3d&) { return 100.0; });
   }));
   cases.push_back({"volume_none", "no volume at all", CaseOutcome::Converges, CaseOutcome::Converges,
@@ -123,7 +123,7 @@ std::vector<StabilityCase> volume_cases() {
                           [](const Eigen::Vector3d& p) { return in_ball(p) ? 1e6 + 100 : 1e6; }));
   cases.push_back(ball_in("volume_infinite_object", "object infinite, background 50", CaseOutcome::Bounded,
                           "infinite voxels do not count", VoxelType::Float32,
-                          [](const Eigen::Vector3d& p) { return in_ball(p) ? kInfinity : 50.0; }));
+                          [](const Eigen::Vector3d& p) { return in_ball(p) ? kInfiniteVoxel : 50.0; }));
   cases.push_back(ball_in("volume_nan_background", "object 150, background not a number", CaseOutcome::Bounded,
                           "what is not a number is taken for the outside of the volume", VoxelType::Float32,
                           [](const Eigen::Vector3d& p) { return in_ball(p) ? 150.0 : NAN; }));

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Servers on the loopback that behave badly, for tests of archives. Each ends with its test, and sends no more than a bounded
-number of bytes."""
+"""Misbehaving servers on the loopback, for tests of archives. Each ends with its test and sends a bounded number of bytes."""
 from __future__ import annotations
 
 import http.server
@@ -13,19 +12,19 @@ from typing import Any, Callable
 
 LOCAL = "127.0.0.1"
 STUDY, SERIES = "1.2.826.0.1.3680043.9.7.2", "1.2.826.0.1.3680043.9.7.3"
-Answer = Callable[["Handler"], None]
+Response = Callable[["Handler"], None]
 
 
 class Handler(http.server.BaseHTTPRequestHandler):
-    """Answers by the first rule whose text is in the path."""
-    rules: dict[str, Answer] = {}
+    """Applies the first rule whose text is in the path."""
+    rules: dict[str, Response] = {}
     sent = 0
 
     def log_message(self, *arguments: Any) -> None:
-        """Nothing is printed."""
+        """Prints nothing."""
 
-    def answer(self) -> None:
-        """For any method; a client that has gone is none of our business."""
+    def response(self) -> None:
+        """Handles any method; ignores clients that disconnect."""
         try:
             for text, rule in self.rules.items():
                 if text in self.path:
@@ -35,10 +34,10 @@ class Handler(http.server.BaseHTTPRequestHandler):
         except OSError:
             pass
 
-    do_GET = do_POST = answer
+    do_GET = do_POST = response
 
-    def give(self, body: bytes, kind: str = "application/dicom+json", status: int = 200, claim: int | None = None) -> None:
-        """A whole answer; `claim`: the length that it says to have."""
+    def reply(self, body: bytes, kind: str = "application/dicom+json", status: int = 200, claim: int | None = None) -> None:
+        """Sends a complete response; `claim`: its Content-Length."""
         self.send_response(status)
         self.send_header("Content-Type", kind)
         self.send_header("Content-Length", str(len(body) if claim is None else claim))
@@ -47,9 +46,9 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
 
 class Server:
-    """Such a server, with these rules."""
+    """Server with these rules."""
 
-    def __init__(self, rules: dict[str, Answer]) -> None:
+    def __init__(self, rules: dict[str, Response]) -> None:
         self.handler = type("Rules", (Handler,), {"rules": rules})
         self.server = http.server.ThreadingHTTPServer((LOCAL, 0), self.handler)
         self.server.daemon_threads = True
@@ -58,39 +57,39 @@ class Server:
 
     @property
     def address(self) -> str:
-        """Of its DICOMweb."""
+        """URL for DICOMweb."""
         return f"http://{LOCAL}:{self.server.server_address[1]}/web"
 
     def stop(self) -> None:
-        """Ends it."""
+        """Stops the server."""
         self.server.shutdown()
         self.server.server_close()
         self.thread.join()
 
 
-def listing(uids: list[str]) -> Answer:
-    """The instances of a series; pages behind the first are empty."""
+def listing(uids: list[str]) -> Response:
+    """List of the instances of a series; pages after the first are empty."""
     def rule(handler: Handler) -> None:
         page = uids if "offset=0" in handler.path else []
-        handler.give(json.dumps([{"00080018": {"vr": "UI", "Value": [uid]}} for uid in page]).encode())
+        handler.reply(json.dumps([{"00080018": {"vr": "UI", "Value": [uid]}} for uid in page]).encode())
     return rule
 
 
-def parts(bodies: list[bytes], ending: bytes = b"--\r\n", cut: int | None = None, length: int | None = None) -> Answer:
-    """A series in its parts. `ending`: of the last delimiter; `cut`: only so many bytes are sent, and the connection is
-    closed as if they were all; `length`: that the parts claim."""
+def parts(bodies: list[bytes], ending: bytes = b"--\r\n", cut: int | None = None, length: int | None = None) -> Response:
+    """Series as a multipart response. `ending`: end of the last delimiter; `cut`: number of bytes after which the
+    connection is closed; `length`: Content-Length of the parts."""
     def rule(handler: Handler) -> None:
         body = b""
         for one in bodies:
             claim = b"" if length is None else b"Content-Length: %d\r\n" % length
             body += b"\r\n--frontier\r\nContent-Type: application/dicom\r\n" + claim + b"\r\n" + one
         body += b"\r\n--frontier" + ending
-        handler.give(body[:cut], 'multipart/related; type="application/dicom"; boundary=frontier')
+        handler.reply(body[:cut], 'multipart/related; type="application/dicom"; boundary=frontier')
     return rule
 
 
-def endless(kind: str, total: int) -> Answer:
-    """`total` bytes of nothing, in chunks, without a length that would warn."""
+def endless(kind: str, total: int) -> Response:
+    """`total` zero bytes in chunks, without a Content-Length."""
     def rule(handler: Handler) -> None:
         handler.protocol_version = "HTTP/1.1"
         handler.send_response(200)
@@ -104,8 +103,8 @@ def endless(kind: str, total: int) -> Answer:
     return rule
 
 
-def silent(seconds: float) -> Answer:
-    """Nothing comes."""
+def silent(seconds: float) -> Response:
+    """Sends nothing."""
     def rule(handler: Handler) -> None:
         del handler
         time.sleep(seconds)
@@ -113,8 +112,8 @@ def silent(seconds: float) -> Answer:
 
 
 class Proxy:
-    """Passes bytes on to a port of this machine. Once `after` of them went in the direction that is looked at, `then` is
-    called, and both sides are closed. `certificate`: a file with one and its key; then clients speak TLS."""
+    """Forwards bytes to a local port. After `after` bytes in the observed direction it calls `then` and closes both sides.
+    `certificate`: file with a certificate and its key for TLS with the clients."""
 
     def __init__(self, port: int, after: int = 1 << 62, upwards: bool = True, then: Callable[[], None] = lambda: None,
                  certificate: str = "") -> None:
@@ -130,7 +129,7 @@ class Proxy:
         self.thread.start()
 
     def accept(self) -> None:
-        """Until the listener is closed."""
+        """Accepts connections until the listener is closed."""
         while True:
             try:
                 client, _ = self.listener.accept()
@@ -141,7 +140,7 @@ class Proxy:
                 if self.tls:
                     client = self.tls.wrap_socket(client, server_side=True)
                 server = socket.create_connection((LOCAL, self.target), timeout=20)
-            except OSError:  # a client that trusts no such certificate goes
+            except OSError:  # the client does not trust the certificate
                 client.close()
                 continue
             for source, target, up in ((client, server, True), (server, client, False)):
@@ -150,7 +149,7 @@ class Proxy:
                 self.threads.append(thread)
 
     def pass_on(self, source: socket.socket, target: socket.socket, up: bool) -> None:
-        """One direction of one connection."""
+        """Forwards one direction of a connection."""
         try:
             while data := source.recv(4096):
                 if up == self.upwards:
@@ -169,7 +168,7 @@ class Proxy:
         source.close()
 
     def stop(self) -> None:
-        """Ends it."""
+        """Stops the server."""
         self.listener.shutdown(socket.SHUT_RDWR)
         self.listener.close()
         self.thread.join()
@@ -178,7 +177,7 @@ class Proxy:
 
 
 class Port:
-    """A port that takes connections and then does as `talk` says, or is silent."""
+    """Port that accepts connections and calls `talk`, or sends nothing."""
 
     def __init__(self, talk: Callable[[socket.socket], None] = lambda connection: None) -> None:
         self.talk = talk
@@ -189,7 +188,7 @@ class Port:
         self.thread.start()
 
     def accept(self) -> None:
-        """One connection after the other."""
+        """Handles one connection after the other."""
         while True:
             try:
                 connection, _ = self.listener.accept()
@@ -204,7 +203,7 @@ class Port:
                     pass
 
     def stop(self) -> None:
-        """Ends it."""
+        """Stops the server."""
         self.over.set()
         self.listener.shutdown(socket.SHUT_RDWR)
         self.listener.close()

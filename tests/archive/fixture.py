@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of archives share: an Orthanc of their own on the loopback, a series, and calls of the program.
+"""Fixture for tests of archives: an Orthanc on the loopback, a series, and calls of the program.
 
-Nothing goes to any address but 127.0.0.1, and every server ends with its test."""
+The tests use no address other than 127.0.0.1, and every server ends with its test."""
 from __future__ import annotations
 
 import json
@@ -27,14 +27,14 @@ LOCAL = "127.0.0.1"
 
 
 def free_port() -> int:
-    """A port of the loopback that nobody has."""
+    """Unused port of the loopback."""
     with socket.socket() as probe:
         probe.bind((LOCAL, 0))
         return int(probe.getsockname()[1])
 
 
 class Orthanc:
-    """Debian's Orthanc with a store and settings of its own."""
+    """Debian's Orthanc with separate storage and settings."""
 
     def __init__(self, folder: Path, settings: dict[str, Any] | None = None) -> None:
         self.web_port, self.dicom_port = free_port(), free_port()
@@ -59,41 +59,41 @@ class Orthanc:
 
     @staticmethod
     def listens(port: int) -> bool:
-        """Whether a port takes connections."""
+        """Whether a port accepts connections."""
         with socket.socket() as probe:
             return probe.connect_ex((LOCAL, port)) == 0
 
     @property
     def web(self) -> str:
-        """The address of DICOMweb."""
+        """URL for DICOMweb."""
         return f"http://{LOCAL}:{self.web_port}/dicom-web"
 
     @property
     def dicom(self) -> str:
-        """The address for DICOM's own connections."""
+        """Address for DIMSE."""
         return f"ORTHANC@{LOCAL}:{self.dicom_port}"
 
     def rest(self, path: str) -> Any:
-        """What Orthanc's own interface says."""
-        with urllib.request.urlopen(f"http://{LOCAL}:{self.web_port}{path}", timeout=20) as answer:
-            return json.loads(answer.read())
+        """Response of Orthanc's REST interface."""
+        with urllib.request.urlopen(f"http://{LOCAL}:{self.web_port}{path}", timeout=20) as response:
+            return json.loads(response.read())
 
     def instances(self) -> int:
-        """How many it keeps."""
+        """Number of stored instances."""
         return int(self.rest("/statistics")["CountInstances"])
 
     def kill(self) -> None:
-        """Ends it at once."""
+        """Kills Orthanc."""
         self.process.send_signal(signal.SIGKILL)
 
     def stop(self) -> None:
-        """Ends it."""
+        """Stops Orthanc."""
         self.process.kill()
         self.process.wait(30)
 
 
 def data_folder(name: str) -> Path | None:
-    """A folder of the test data, where there is any."""
+    """Folder of test data, if there is any."""
     for root in os.environ.get("SIMPLEXSEG_DATA", "").split(":"):
         if root and (Path(root) / name).is_dir():
             return Path(root) / name
@@ -101,7 +101,7 @@ def data_folder(name: str) -> Path | None:
 
 
 def make_series(folder: Path, slices: int = 12, size: int = 48) -> None:
-    """A bright ball in 2 mm voxels, as a CT series."""
+    """Writes a bright ball in 2 mm voxels as a CT series."""
     import numpy
     import pydicom
     from pydicom.dataset import FileDataset, FileMetaDataset
@@ -136,7 +136,7 @@ def make_series(folder: Path, slices: int = 12, size: int = 48) -> None:
 
 
 def name_series(source: Path, folder: Path) -> None:
-    """A copy of a series from which everything that says whose it is was taken, with that made up: an archive wants it."""
+    """Copy of an anonymous series with invented patient data, which an archive requires."""
     import pydicom
 
     folder.mkdir()
@@ -149,7 +149,7 @@ def name_series(source: Path, folder: Path) -> None:
 
 
 class ArchiveFixture(unittest.TestCase):
-    """A folder, in which the program keeps its settings and its cache too."""
+    """Test with a temporary folder, which also contains settings and cache of the program."""
 
     def setUp(self) -> None:
         self.temporary = tempfile.TemporaryDirectory(prefix="simplexseg-archive-")
@@ -160,13 +160,13 @@ class ArchiveFixture(unittest.TestCase):
         self.addCleanup(self.temporary.cleanup)
 
     def orthanc(self, **settings: Any) -> Orthanc:
-        """One that ends with the test."""
+        """Orthanc that ends with the test."""
         server = Orthanc(self.folder, settings)
         self.addCleanup(server.stop)
         return server
 
     def series(self) -> Path:
-        """The abdomen, or a ball where that is absent."""
+        """Series of the abdomen, or of a ball if that is missing."""
         given, folder = data_folder("ct_abdomen_dicom"), self.folder / "series"
         if folder.exists():
             return folder
@@ -177,12 +177,12 @@ class ArchiveFixture(unittest.TestCase):
         return folder
 
     def files(self) -> list[str]:
-        """Those of the series."""
+        """Files of the series."""
         return sorted(str(file) for file in self.series().iterdir())
 
     def call(self, *arguments: str, status: int = 0, before: str = "", environment: dict[str, str] | None = None,
              timeout: float = 120) -> subprocess.CompletedProcess[str]:
-        """The program; it must end with that status, and a failure is one line. `before`: of the shell's."""
+        """Runs the program, which must end with `status`; a failure is one line. `before`: shell command before it."""
         command = [program(), *arguments]
         if before:
             command = ["bash", "-c", before + '\nexec "$0" "$@"', *command]
@@ -196,14 +196,14 @@ class ArchiveFixture(unittest.TestCase):
         return done
 
     def json(self, *arguments: str) -> Any:
-        """What a subcommand of archive prints with --json."""
+        """Output of a subcommand of archive with --json."""
         return json.loads(self.call("archive", *arguments, "--json").stdout)
 
     def cached(self) -> list[Path]:
-        """Whatever lies in the cache: files and folders of series, and what should not be there."""
+        """All files and folders in the cache."""
         return sorted(path for path in self.cache.rglob("*") if path.parent != self.cache or not path.is_dir() or
                       path.name.startswith(("incoming", "outgoing")))
 
     def assert_clean(self) -> None:
-        """Nothing half-fetched was left."""
+        """Checks that no incomplete series remains."""
         self.assertEqual(self.cached(), [])

@@ -9,26 +9,26 @@
 namespace simplexseg {
 namespace {
 
-struct Taken {
+struct ParsedParts {
   std::vector<std::string> parts;
   std::vector<bool> whole;
   bool fine = true, complete = false;
 };
 
-Taken take(const std::string& text, std::size_t block) {
-  Taken taken;
+ParsedParts parse(const std::string& text, std::size_t block) {
+  ParsedParts parsed;
   MultipartReader reader("frontier",
-                         {[&] { taken.parts.emplace_back(); },
-                          [&](const char* data, std::size_t bytes) { taken.parts.back().append(data, bytes); },
-                          [&](bool whole) { taken.whole.push_back(whole); }});
-  for (std::size_t at = 0; at < text.size() && taken.fine; at += block)
-    taken.fine = reader.feed(text.data() + at, std::min(block, text.size() - at));
-  taken.complete = reader.complete();
-  return taken;
+                         {[&] { parsed.parts.emplace_back(); },
+                          [&](const char* data, std::size_t bytes) { parsed.parts.back().append(data, bytes); },
+                          [&](bool whole) { parsed.whole.push_back(whole); }});
+  for (std::size_t at = 0; at < text.size() && parsed.fine; at += block)
+    parsed.fine = reader.feed(text.data() + at, std::min(block, text.size() - at));
+  parsed.complete = reader.complete();
+  return parsed;
 }
 
-TEST(Multipart, PartsAreTheSameInWhateverBlocksTheyCome) {
-  // A part may hold what looks like a delimiter, or the beginning of one.
+TEST(Multipart, PartsDoNotDependOnTheBlockSize) {
+  // A part may contain text that resembles a delimiter or its beginning.
   const std::vector<std::string> parts = {"first\r\n--front\r\n--frontierland\r\n", "", std::string("\0\r\n\r", 4),
                                           "--frontier\r\n--frontie"};
   std::string text = "a preamble\r\n--frontier \r\nContent-Type: application/dicom\r\ncontent-LENGTH:  " +
@@ -37,22 +37,22 @@ TEST(Multipart, PartsAreTheSameInWhateverBlocksTheyCome) {
   text += "\r\n--frontier\r\nContent-Length: 5\r\n\r\n" + parts[2];  // one byte short
   text += "\r\n--frontier\r\nX: y\r\n\r\n" + parts[3] + "\r\n--frontier--\r\nan epilogue --frontier\r\n\r\n";
   for (std::size_t block = 1; block < text.size() + 1; ++block) {
-    const Taken taken = take(text, block);
-    ASSERT_EQ(taken.parts, parts) << "blocks of " << block;
-    ASSERT_EQ(taken.whole, (std::vector{true, true, false, true}));
-    ASSERT_TRUE(taken.fine && taken.complete);
+    const ParsedParts parsed = parse(text, block);
+    ASSERT_EQ(parsed.parts, parts) << "blocks of " << block;
+    ASSERT_EQ(parsed.whole, (std::vector{true, true, false, true}));
+    ASSERT_TRUE(parsed.fine && parsed.complete);
   }
 }
 
-TEST(Multipart, WhatIsCutIsNotComplete) {
+TEST(Multipart, TruncatedResponsesAreIncomplete) {
   const std::string text = "--frontier\r\n\r\nabc\r\n--frontier--";
-  EXPECT_TRUE(take(text, 100).complete);
-  for (std::size_t length = 0; length < text.size(); ++length) EXPECT_FALSE(take(text.substr(0, length), 7).complete);
+  EXPECT_TRUE(parse(text, 100).complete);
+  for (std::size_t length = 0; length < text.size(); ++length) EXPECT_FALSE(parse(text.substr(0, length), 7).complete);
 }
 
-TEST(Multipart, HeadersWithoutAnEndAreDamage) {
-  EXPECT_FALSE(take("--frontier\r\n" + std::string(200000, 'x'), 1000).fine);
-  EXPECT_FALSE(take("--frontier" + std::string(200000, ' '), 1000).fine);
+TEST(Multipart, UnterminatedHeadersAreRejected) {
+  EXPECT_FALSE(parse("--frontier\r\n" + std::string(200000, 'x'), 1000).fine);
+  EXPECT_FALSE(parse("--frontier" + std::string(200000, ' '), 1000).fine);
 }
 
 TEST(Multipart, BoundariesAreFoundAmongTheParameters) {

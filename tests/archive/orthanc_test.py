@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""orthanc_test.py PROGRAM: to a real archive and back, over DICOMweb and over DICOM's own connections."""
+"""orthanc_test.py PROGRAM: round trip to a real archive, over DICOMweb and over DIMSE."""
 from __future__ import annotations
 
 import os
@@ -18,12 +18,12 @@ SEGMENTATION, STRUCTURES, CAPTURE = "1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.100
 
 
 def seed_of(image: Any) -> str:
-    """A place in the spleen of the abdomen, or in the middle of the ball."""
+    """Position in the spleen of the abdomen, or in the middle of the ball."""
     return "0,0,24" if str(image.PatientID) == "ball-7" else "95,-121,-785"
 
 
 class OrthancTest(ArchiveFixture):
-    """Both protocols do the same."""
+    """Checks that both protocols have the same results."""
 
     def setUp(self) -> None:
         super().setUp()
@@ -32,12 +32,12 @@ class OrthancTest(ArchiveFixture):
     def addresses(self) -> dict[str, str]:
         return {"DICOMweb": self.server.web, "DIMSE": self.server.dicom}
 
-    def test_there_and_back(self) -> None:
+    def test_round_trip(self) -> None:
         for protocol, address in self.addresses().items():
             with self.subTest(protocol):
-                self.there_and_back(address)
+                self.round_trip(address)
 
-    def there_and_back(self, address: str) -> None:
+    def round_trip(self, address: str) -> None:
         import pydicom
 
         server = ["--server", address]
@@ -75,18 +75,18 @@ class OrthancTest(ArchiveFixture):
                 self.json("get", studies[0]["study"], one["series"], "--out", str(back / one["series"]), *server)
                 kinds.add(one["modality"])
         self.assertEqual(kinds, {"SEG", "RTSTRUCT", "OT"})
-        self.judge(made, sorted(back.rglob("*.dcm")), first, folder)
+        self.compare_objects(made, sorted(back.rglob("*.dcm")), first, folder)
 
     def segment(self, folder: Path, seed: str) -> list[Path]:
-        """Segmentation, structure set and capture of one and the same mesh."""
+        """Segmentation, structure set and capture of the same mesh."""
         self.call("segment", str(folder), "labels.nii.gz", "--seed", seed, "--radius", "12", "--name", "spleen", "--save", "scene.json",
                   "--steps", "200", "--backend", "cpu", "--picture", "view.dcm", timeout=300)
         for name in ("seg.dcm", "contours.rtstruct.dcm"):
             self.call("run", "scene.json", "--steps", "0", "--labels", name, "--backend", "cpu")
         return [self.folder / name for name in ("seg.dcm", "contours.rtstruct.dcm", "view.dcm")]
 
-    def judge(self, made: list[Path], back: list[Path], image: Any, folder: Path) -> None:
-        """What came back is what was sent, keeps the rules of the standard, and has the same voxels."""
+    def compare_objects(self, made: list[Path], back: list[Path], image: Any, folder: Path) -> None:
+        """Compares received with sent objects, validates them, and compares the voxels."""
         import nibabel
         import numpy
         import pydicom
@@ -105,8 +105,8 @@ class OrthancTest(ArchiveFixture):
                 self.assertEqual(data.PixelData, original.PixelData)
             self.assertEqual(str(data.get("ROIContourSequence", "")), str(original.get("ROIContourSequence", "")))
             if shutil.which("dciodvfy"):
-                said = subprocess.run(["dciodvfy", str(file)], capture_output=True, text=True, check=False).stderr
-                self.assertNotIn("Error", said, f"{file}: {said}")
+                output = subprocess.run(["dciodvfy", str(file)], capture_output=True, text=True, check=False).stderr
+                self.assertNotIn("Error", output, f"{file}: {output}")
             if data.SOPClassUID == SEGMENTATION:
                 labels = numpy.asarray(nibabel.load(self.folder / "labels.nii.gz").dataobj) > 0
                 places = {float(pydicom.dcmread(one, stop_before_pixels=True).ImagePositionPatient[2]) for one in folder.iterdir()}
@@ -128,18 +128,18 @@ class OrthancTest(ArchiveFixture):
         name, day = str(first.PatientName).split("^")[0][1:5], str(first.StudyDate)
         date = f"{day[:4]}-{day[4:6]}-{day[6:]}"
         description = str(first.get("StudyDescription", ""))
-        asked = {("--patient-name", name): 1, ("--patient-name", "nobody"): 0, ("--patient-id", str(first.PatientID)): 1,
+        queries = {("--patient-name", name): 1, ("--patient-name", "nobody"): 0, ("--patient-id", str(first.PatientID)): 1,
                  ("--patient-id", "no"): 0, ("--date", date): 1, ("--date", "1900-01-01.." + date): 1,
                  ("--date", date + ".."): 1, ("--date", "1900-01-01..1900-12-31"): 0, ("--modality", "CT"): 1,
                  ("--modality", "US"): 0, ("--description", "no such description"): 0}
         if len(description) > 3:
-            asked[("--description", description[1:-1])] = 1
+            queries[("--description", description[1:-1])] = 1
         for protocol, address in self.addresses().items():
-            for question, expected in asked.items():
+            for question, expected in queries.items():
                 with self.subTest(f"{protocol} {question}"):
                     found = self.json("find", *question, "--server", address)
                     self.assertEqual(len(found["studies"]), expected)
-            self.assertIn("no study", self.call("archive", "find", "--patient-id", "no", "--server", address).stdout)
+            self.assertIn("no matching study", self.call("archive", "find", "--patient-id", "no", "--server", address).stdout)
             self.assertIn(str(first.StudyInstanceUID), self.call("archive", "find", "--server", address).stdout)
             unknown = self.call("archive", "find", "1.2.3", "--server", address, status=1).stderr
             self.assertIn("has no such study", unknown)
@@ -147,7 +147,7 @@ class OrthancTest(ArchiveFixture):
             self.assertIn("has no such series", unknown)
         self.assert_clean()
 
-    def test_the_cache_answers_the_second_time_and_keeps_its_limit(self) -> None:
+    def test_the_cache_is_used_and_limited(self) -> None:
         import pydicom
 
         self.call("archive", "send", *self.files(), "--server", self.server.web)
@@ -156,10 +156,10 @@ class OrthancTest(ArchiveFixture):
         for address in self.addresses().values():
             folder = Path(self.call("archive", "get", *what, "--server", address).stdout.strip())
             marked = next(folder.iterdir())
-            os.utime(marked, (1, 1))  # a file that is fetched again is new
+            os.utime(marked, (1, 1))  # a file that is fetched again gets a new time
             self.call("archive", "get", *what, "--server", address)
             self.assertEqual(marked.stat().st_mtime, 1)
-            marked.unlink()  # a series that is not whole is fetched anew
+            marked.unlink()  # an incomplete series is fetched again
             self.call("archive", "get", *what, "--server", address)
             self.assertEqual(len(list(folder.iterdir())), len(self.files()))
         folders = [path for path in self.cached() if path.is_dir()]
@@ -172,33 +172,33 @@ class OrthancTest(ArchiveFixture):
 
     def test_servers_have_names(self) -> None:
         self.assertIn("no archive", self.call("archive", "servers", "list").stdout)
-        self.assertIn("none is named", self.call("archive", "find", status=2).stderr)
+        self.assertIn("none is selected", self.call("archive", "find", status=2).stderr)
         self.call("archive", "servers", "add", "web", self.server.web)
         self.call("archive", "servers", "add", "classic", self.server.dicom, "--calling-title", "TESTER")
         listed = self.call("archive", "servers", "list").stdout
         self.assertIn(self.server.web, listed)
         self.assertIn(self.server.dicom, listed)
         for name in ("web", "classic"):
-            self.assertIn("answers", self.call("archive", "servers", "check", name).stdout)
+            self.assertIn("is reachable", self.call("archive", "servers", "check", name).stdout)
         unknown = self.call("archive", "servers", "check", "another", status=2).stderr
-        self.assertIn("known are web, classic", unknown)
+        self.assertIn("choose one of: web, classic", unknown)
         self.call("archive", "servers", "remove", "classic")
-        self.assertEqual(self.json("find")["studies"], [])  # the only one that is left is meant
+        self.assertEqual(self.json("find")["studies"], [])  # without --server the only one is used
         self.server.stop()
         for address in self.addresses().values():
-            self.assertIn("refuses the connection", self.call("archive", "servers", "check", address, status=1).stderr)
+            self.assertIn("refused the connection", self.call("archive", "servers", "check", address, status=1).stderr)
 
 
     def test_titles(self) -> None:
         strict = self.orthanc(DicomCheckCalledAet=True)
-        told = self.call("archive", "find", "--server", strict.dicom.replace("ORTHANC", "WRONG"), status=1).stderr
-        self.assertIn("rejects the title WRONG", told)
+        message = self.call("archive", "find", "--server", strict.dicom.replace("ORTHANC", "WRONG"), status=1).stderr
+        self.assertIn("rejected the AE title WRONG", message)
         self.assertEqual(self.json("find", "--server", strict.dicom)["studies"], [])
 
 
 class SecureTest(ArchiveFixture):
-    """TLS with a certificate that its own maker signed, and users with passwords. Debian's Orthanc crashes when it speaks
-    TLS itself: as in front of many archives, a proxy does."""
+    """TLS with a self-signed certificate, and users with passwords. Debian's Orthanc crashes with TLS enabled, so a proxy
+    handles TLS, as it does for many archives."""
 
     def setUp(self) -> None:
         super().setUp()
@@ -206,7 +206,7 @@ class SecureTest(ArchiveFixture):
         self.other = self.make_certificate("other", "DNS:elsewhere.example")
 
     def make_certificate(self, name: str, holder: str) -> Path:
-        """For 127.0.0.1, or for another; with its key in one file, as servers want it."""
+        """Makes a certificate for 127.0.0.1 or another host, in one file with its key."""
         key, certificate, both = (self.folder / f"{name}{ending}" for ending in (".key", ".crt", ".pem"))
         subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-keyout", str(key), "-out", str(certificate),
                         "-days", "2", "-subj", f"/CN={name}", "-addext", f"subjectAltName={holder}"], check=True, capture_output=True)
@@ -214,60 +214,60 @@ class SecureTest(ArchiveFixture):
         return certificate
 
     def secure(self, certificate: Path, **settings: Any) -> str:
-        """The address of an Orthanc behind TLS."""
+        """URL of an Orthanc behind TLS."""
         proxy = Proxy(self.orthanc(**settings).web_port, certificate=str(certificate.with_suffix(".pem")))
         self.addCleanup(proxy.stop)
         return f"https://{fixture.LOCAL}:{proxy.port}/dicom-web"
 
-    def test_a_certificate_is_refused_until_its_maker_is_named(self) -> None:
+    def test_a_certificate_is_rejected_until_its_issuer_is_trusted(self) -> None:
         server = self.secure(self.certificate)
-        told = self.call("archive", "find", "--server", server, status=1).stderr
-        self.assertIn("certificate is not trusted", told)
+        message = self.call("archive", "find", "--server", server, status=1).stderr
+        self.assertIn("certificate is not trusted", message)
         self.call("archive", "send", *self.files(), "--server", server, "--ca-file", str(self.certificate))
         found = self.json("find", "--server", server, "--ca-file", str(self.certificate))
         self.assertEqual(len(found["studies"]), 1)
         self.call("archive", "servers", "add", "secure", server, "--ca-file", str(self.certificate))
         self.assertEqual(len(self.json("find", "--server", "secure")["studies"]), 1)
-        told = self.call("archive", "find", "--server", server, "--ca-file", str(self.other), status=1).stderr
-        self.assertIn("certificate is not trusted", told)
-        told = self.call("archive", "find", "--server", server, "--ca-file", "nothing.pem", status=1).stderr
-        self.assertIn("cannot be read", told)
+        message = self.call("archive", "find", "--server", server, "--ca-file", str(self.other), status=1).stderr
+        self.assertIn("certificate is not trusted", message)
+        message = self.call("archive", "find", "--server", server, "--ca-file", "nothing.pem", status=1).stderr
+        self.assertIn("cannot be read", message)
 
-    def test_a_certificate_of_another_host_is_refused(self) -> None:
+    def test_a_certificate_of_another_host_is_rejected(self) -> None:
         server = self.secure(self.other)
-        told = self.call("archive", "find", "--server", server, "--ca-file", str(self.other), status=1).stderr
-        self.assertIn("certificate is not trusted", told)
+        message = self.call("archive", "find", "--server", server, "--ca-file", str(self.other), status=1).stderr
+        self.assertIn("certificate is not trusted", message)
 
     def test_credentials(self) -> None:
         secret = "correct-horse-7"
         server = self.secure(self.certificate, AuthenticationEnabled=True, RegisteredUsers={"ann": secret})
         where = ["--server", server, "--ca-file", str(self.certificate)]
-        self.assertIn("wants credentials (401)", self.call("archive", "find", *where, status=1).stderr)
+        self.assertIn("requires credentials (401)", self.call("archive", "find", *where, status=1).stderr)
         variable = ["--credentials-variable", "ARCHIVE_LOGIN"]
         self.assertIn("not set", self.call("archive", "find", *where, *variable, status=2).stderr)
         right, wrong = {"ARCHIVE_LOGIN": f"ann:{secret}"}, {"ARCHIVE_LOGIN": f"ann:{secret}-no"}
         self.call("archive", "find", *where, *variable, environment=right)
-        told = self.call("archive", "find", *where, *variable, environment=wrong, status=1).stderr
-        self.assertIn("refuses the credentials (401)", told)
-        self.assertNotIn(secret, told)
-        told = self.call("archive", "find", *where, *variable, environment={"ARCHIVE_LOGIN": secret}, status=2).stderr
-        self.assertNotIn(secret, told)
+        message = self.call("archive", "find", *where, *variable, environment=wrong, status=1).stderr
+        self.assertIn("rejected the credentials (401)", message)
+        self.assertNotIn(secret, message)
+        message = self.call("archive", "find", *where, *variable, environment={"ARCHIVE_LOGIN": secret}, status=2).stderr
+        self.assertNotIn(secret, message)
 
         file = self.folder / "login"
         file.write_text(f"ann:{secret}\n")
         file.chmod(0o644)
-        told = self.call("archive", "find", *where, "--credentials-file", str(file), status=2).stderr
-        self.assertIn("chmod 600", told)
-        self.assertNotIn(secret, told)
+        message = self.call("archive", "find", *where, "--credentials-file", str(file), status=2).stderr
+        self.assertIn("chmod 600", message)
+        self.assertNotIn(secret, message)
         file.chmod(0o600)
         self.call("archive", "servers", "add", "ours", server, "--ca-file", str(self.certificate), "--credentials-file", "login")
         self.call("archive", "send", *self.files(), "--server", "ours")
         self.assertEqual(len(self.json("find", "--server", "ours")["studies"]), 1)
         for kept in (self.folder / "config").rglob("*"):
             self.assertFalse(kept.is_file() and secret in kept.read_text())
-        told = self.call("archive", "servers", "add", "bad", f"https://ann:{secret}@{fixture.LOCAL}/x", status=2).stderr
-        self.assertIn("holds a user or a password", told)
-        self.assertNotIn(secret, told)
+        message = self.call("archive", "servers", "add", "bad", f"https://ann:{secret}@{fixture.LOCAL}/x", status=2).stderr
+        self.assertIn("contains a user or a password", message)
+        self.assertNotIn(secret, message)
         self.assertIn("unencrypted", self.call("archive", "servers", "add", "bad", "http://archive.example/x", "--credentials-file",
                                                "login", status=2).stderr)
 

@@ -23,7 +23,7 @@ ArchiveServer web(const std::string& url = "https://archive.example/dicom-web") 
   return server;
 }
 
-TEST_F(Servers, AreReadAsTheyWereWritten) {
+TEST_F(Servers, RoundTrip) {
   ArchiveServer first = web(), second = archive_server_at("ORTHANC@localhost:4242");
   first.ca_file = "/etc/ca.pem", first.credentials_variable = "LOGIN", first.timeout_s = 5;
   second.name = "classic \xc3\xa9", second.calling_title = "US";
@@ -35,16 +35,16 @@ TEST_F(Servers, AreReadAsTheyWereWritten) {
   EXPECT_EQ(find_archive_server({first}, ""), first);
   EXPECT_NE(error_of([&] {
               find_archive_server({first, second}, "");
-            }).find("known are web, classic"),
+            }).find("choose one of: web, classic"),
             std::string::npos);
   EXPECT_NE(error_of([&] {
               write_archive_servers({first, first}, file);
-            }).find("two are called web"),
+            }).find("two have the name web"),
             std::string::npos);
   EXPECT_EQ(read_archive_servers(file).size(), 2u);
 }
 
-TEST_F(Servers, FilesThatAreDamagedAreRefused) {
+TEST_F(Servers, DamagedFilesAreRejected) {
   const std::string head = R"({"simplexseg_archives": 1, "servers": [)";
   for (const char* text :
        {R"({"name": "a"})", R"({"name": "a", "url": "https://x", "host": "y"})", R"({"name": "a", "url": "ftp://x"})",
@@ -53,16 +53,16 @@ TEST_F(Servers, FilesThatAreDamagedAreRefused) {
     EXPECT_FALSE(error_of([&] { read_archive_servers(write("a.json", head + text + "]}")); }).empty()) << text;
 }
 
-TEST_F(Servers, AddressesThatCannotBeAreRefused) {
+TEST_F(Servers, InvalidAddressesAreRejected) {
   EXPECT_EQ(archive_server_at("https://h:8042/x/").url, "https://h:8042/x");
   const ArchiveServer classic = archive_server_at("TITLE@host:104");
   EXPECT_EQ(classic.called_title + " " + classic.host + " " + std::to_string(classic.port), "TITLE host 104");
   for (const char* address : {"host", "T@host", "T@host:", "T@host:70000", "T@host:1x", "@host:104",
                               "a title that is long@h:1", "T@a b:1", "gopher://x", "https://", "https://a b",
                               "https://h/x?y=1", "https://h/#x", "https://h\n/x", "https://u:secret@h/x"}) {
-    const std::string told = error_of([&] { archive_server_at(address); });
-    EXPECT_FALSE(told.empty()) << address;
-    EXPECT_EQ(told.find("secret"), std::string::npos) << told;
+    const std::string message = error_of([&] { archive_server_at(address); });
+    EXPECT_FALSE(message.empty()) << address;
+    EXPECT_EQ(message.find("secret"), std::string::npos) << message;
   }
   ArchiveServer open = web("http://archive.example/x");
   require_archive_server(open);
@@ -72,7 +72,7 @@ TEST_F(Servers, AddressesThatCannotBeAreRefused) {
   require_archive_server(open);
 }
 
-TEST_F(Servers, CredentialsAreReadFromTheirPlaceAlone) {
+TEST_F(Servers, CredentialsAreReadFromTheVariableOrFile) {
   ArchiveServer server = web();
   EXPECT_TRUE(read_credentials(server).basic.empty());
   server.credentials_variable = "SIMPLEXSEG_TEST_LOGIN";
@@ -84,9 +84,9 @@ TEST_F(Servers, CredentialsAreReadFromTheirPlaceAlone) {
   EXPECT_EQ(read_credentials(server).bearer, "abc.def");
   for (const char* bad : {"hidden", ":hidden", "bearer ", "bearer hidden hidden", "ann:hidden\r\nX: y"}) {
     ::setenv("SIMPLEXSEG_TEST_LOGIN", bad, 1);
-    const std::string told = error_of([&] { read_credentials(server); });
-    EXPECT_NE(told.find("not of a form"), std::string::npos) << bad;
-    EXPECT_EQ(told.find("hidden"), std::string::npos) << told;
+    const std::string message = error_of([&] { read_credentials(server); });
+    EXPECT_NE(message.find("format of its credentials"), std::string::npos) << bad;
+    EXPECT_EQ(message.find("hidden"), std::string::npos) << message;
   }
   ::unsetenv("SIMPLEXSEG_TEST_LOGIN");
 
@@ -94,17 +94,17 @@ TEST_F(Servers, CredentialsAreReadFromTheirPlaceAlone) {
   server.credentials_file = write("login", "ann:hidden\n");
   for (const mode_t mode : {0644, 0640, 0602}) {
     ::chmod(server.credentials_file.c_str(), mode);
-    const std::string told = error_of([&] { read_credentials(server); });
-    EXPECT_NE(told.find("chmod 600"), std::string::npos);
-    EXPECT_EQ(told.find("hidden"), std::string::npos);
+    const std::string message = error_of([&] { read_credentials(server); });
+    EXPECT_NE(message.find("chmod 600"), std::string::npos);
+    EXPECT_EQ(message.find("hidden"), std::string::npos);
   }
   ::chmod(server.credentials_file.c_str(), 0600);
   EXPECT_EQ(read_credentials(server).basic, "ann:hidden");
   server.credentials_file = folder;
-  EXPECT_NE(error_of([&] { read_credentials(server); }).find("no file"), std::string::npos);
+  EXPECT_NE(error_of([&] { read_credentials(server); }).find("not a file"), std::string::npos);
 }
 
-TEST(Queries, DatesAreDays) {
+TEST(Queries, DatesAreConverted) {
   EXPECT_EQ(dicom_date_range(""), "");
   EXPECT_EQ(dicom_date_range("2024-02-29"), "20240229");
   EXPECT_EQ(dicom_date_range("2024-01-01..2024-12-31"), "20240101-20241231");
@@ -115,7 +115,7 @@ TEST(Queries, DatesAreDays) {
     EXPECT_FALSE(error_of([&] { dicom_date_range(text); }).empty()) << text;
 }
 
-TEST(Queries, UidsAreNamesOfFiles) {
+TEST(Queries, OnlyUidsAreValidFileNames) {
   EXPECT_TRUE(is_dicom_uid("1.2.840.10008"));
   for (const std::string& text :
        {std::string(), std::string("."), std::string(".."), std::string("1..2"), std::string("1.2."),
@@ -123,7 +123,7 @@ TEST(Queries, UidsAreNamesOfFiles) {
     EXPECT_FALSE(is_dicom_uid(text)) << text;
 }
 
-TEST(Queries, PatternsAreParts) {
+TEST(Queries, PatternsMatchSubstrings) {
   EXPECT_EQ(part_pattern(""), "");
   EXPECT_EQ(part_pattern("doe"), "*doe*");
   EXPECT_EQ(part_pattern("doe^?"), "doe^?");

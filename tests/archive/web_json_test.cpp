@@ -22,7 +22,7 @@ ArchiveServer server() {
   return server;
 }
 
-TEST(WebJson, AStudyIsReadAsItIsDescribed) {
+TEST(WebJson, StudiesAreRead) {
   const std::vector<ArchiveStudy> studies = studies_of_json(server(), kStudies);
   ASSERT_EQ(studies.size(), 1u);
   const ArchiveStudy expected{.uid = "1.2.3",
@@ -38,18 +38,19 @@ TEST(WebJson, AStudyIsReadAsItIsDescribed) {
   EXPECT_TRUE(studies_of_json(server(), "[]").empty());
 }
 
-TEST(WebJson, RefusalsHaveTheirReason) {
-  const StoreAnswer refused =
-      store_answer_of_json(R"({"00081198": {"Value": [{"00081197": {"Value": [43264]}}, {}]}})");
-  EXPECT_EQ(refused.refused, 2);
+TEST(WebJson, RejectionsHaveAReason) {
+  const StoreResponse refused =
+      store_response_of_json(R"({"00081198": {"Value": [{"00081197": {"Value": [43264]}}, {}]}})");
+  EXPECT_EQ(refused.rejected, 2);
   EXPECT_EQ(refused.reason, "A900");
-  const StoreAnswer changed = store_answer_of_json(R"({"00081199": {"Value": [{"00081196": {"Value": [45056]}}]}})");
-  EXPECT_EQ(changed.refused, 0);
+  const StoreResponse changed =
+      store_response_of_json(R"({"00081199": {"Value": [{"00081196": {"Value": [45056]}}]}})");
+  EXPECT_EQ(changed.rejected, 0);
   EXPECT_FALSE(changed.warning.empty());
-  EXPECT_EQ(store_answer_of_json("<xml/>").refused, 0);
+  EXPECT_EQ(store_response_of_json("<xml/>").rejected, 0);
 }
 
-/// With single bytes, numbers and pieces exchanged.
+/// Changes single bytes, numbers and pieces of a text.
 std::string damaged(std::string bytes, std::mt19937& random) {
   for (unsigned change = 0; change < 1 + random() % 4 && !bytes.empty(); ++change) {
     const std::size_t at = random() % bytes.size();
@@ -61,7 +62,7 @@ std::string damaged(std::string bytes, std::mt19937& random) {
   return bytes;
 }
 
-TEST(WebJson, DamagedAnswersAreReadOrRefused) {
+TEST(WebJson, DamagedResponsesAreReadOrRejected) {
   std::mt19937 random(7);
   int refused = 0;
   for (int round = 0; round < 5000; ++round) {
@@ -72,13 +73,13 @@ TEST(WebJson, DamagedAnswersAreReadOrRefused) {
       ++refused;
       EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
     }
-    store_answer_of_json(text);
+    store_response_of_json(text);
   }
   EXPECT_GT(refused, 1000);
   EXPECT_LT(refused, 5000);
 }
 
-TEST(WebJson, DamagedPartsAreNoMoreThanCame) {
+TEST(WebJson, DamagedPartsAreNotLongerThanTheirData) {
   const std::string whole =
       "--frontier\r\nContent-Length: 3\r\n\r\nabc\r\n--frontier\r\n\r\nlonger than that\r\n--frontier--\r\n";
   std::mt19937 random(7);

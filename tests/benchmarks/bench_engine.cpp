@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time of a step by size, forces, backend and threads. The counter ns_per_vertex is the figure of docs/results/.
-//   bench_engine --benchmark_filter=internal     see --help for the rest
+// Time of a step by size, forces, backend and threads. docs/results/ shows the counter ns_per_vertex.
+//   bench_engine --benchmark_filter=internal     --help lists the other options
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -59,13 +59,13 @@ const Volume& phantom() {
   return volume;
 }
 
-/// One mesh and what an engine takes beside it.
+/// Mesh with its references.
 struct Item {
   SimplexMesh mesh;
   std::vector<Vec4> shape;
   std::vector<float> profiles;
   RegionModel region;
-  bool idle = false;  ///< all its weights are 0, and its vertices are not counted
+  bool idle = false;  ///< all weights are 0; the vertices are not counted
 };
 Item make_item(SimplexMesh mesh, Load load) {
   Item item;
@@ -93,12 +93,12 @@ std::vector<EnginePoint> points_around(const Eigen::Vector3d& centre_mm, double 
   return points;
 }
 
-/// As many steps or more, at least 1, so that each batch has its share of refreshes.
+/// Number of steps rounded up to a multiple of the refresh interval, so that all batches have equally many refreshes.
 int whole_cycles(int steps, int refresh_interval) {
   return std::max(1, (steps + refresh_interval - 1) / refresh_interval) * refresh_interval;
 }
 
-/// `threads` = 0: CUDA.
+/// Measures the time of steps; `threads` = 0: CUDA.
 void measure(benchmark::State& state, const std::vector<Item>& items, Load load, int refresh_interval, int threads,
              const std::vector<EnginePoint>& points, VolumeSampling sampling = VolumeSampling::Filtered) {
   std::vector<EngineMesh> meshes;
@@ -115,8 +115,7 @@ void measure(benchmark::State& state, const std::vector<Item>& items, Load load,
     if (!item.idle) vertices += item.mesh.positions.size();
   }
   SimulationParameters simulation = default_simulation_parameters();
-  simulation.solver_choice =
-      static_cast<float>(Solver::Verlet);  // the plain step: no sums for a solver to learn from, no cycle
+  simulation.solver_choice = static_cast<float>(Solver::Verlet);  // plain steps: no measurements for a solver, no cycle
   simulation.refresh_interval = static_cast<float>(refresh_interval);
   const auto engine = threads == 0 ? make_cuda_engine(sampling) : make_cpu_engine(threads);
   engine->set_volume(phantom());
@@ -134,7 +133,7 @@ void measure(benchmark::State& state, const std::vector<Item>& items, Load load,
       engine->set_field(static_cast<int>(k), {{{0, 0, 0}, g.size}, field});
   }
   engine->set_points(points);
-  // Long enough that launching and waiting for a batch do not count on a device, which takes 1000 times the vertices.
+  // Long batches make the time of launching and waiting negligible; a device needs longer ones.
   const int steps = threads == 0 ? static_cast<int>(std::clamp<std::size_t>(30'000'000 / vertices / 30 * 30, 30, 3000))
                                  : whole_cycles(static_cast<int>(200'000 / vertices), refresh_interval);
   for (int warm = 0; warm < 3; ++warm) engine->step(steps);
@@ -149,7 +148,7 @@ void measure(benchmark::State& state, const std::vector<Item>& items, Load load,
 }
 
 bool skipped(benchmark::State& state, int threads) {
-  if (threads != 0 || why_no_cuda().empty()) return false;
+  if (threads != 0 || cuda_unavailable_reason().empty()) return false;
   state.SkipWithError("no CUDA device");
   return true;
 }
@@ -159,7 +158,7 @@ const Eigen::Vector3d& centre() {
   return centre;
 }
 
-/// arguments: vertices (rounded up to a sphere), threads
+/// Arguments: vertices (rounded up to a sphere), threads.
 void step(benchmark::State& state, Load load, int refresh_interval) {
   const int threads = static_cast<int>(state.range(1));
   if (skipped(state, threads)) return;
@@ -168,7 +167,7 @@ void step(benchmark::State& state, Load load, int refresh_interval) {
   measure(state, items, load, refresh_interval, threads, {});
 }
 
-/// arguments: vertices, those of an idle mesh beside it. `threads`: 0 on a device.
+/// Arguments: vertices, vertices of an additional idle mesh. `threads`: 0 on a device.
 void beside_idle(benchmark::State& state, Load load, int refresh_interval, int threads) {
   if (skipped(state, threads)) return;
   std::vector<Item> items;
@@ -180,7 +179,7 @@ void beside_idle(benchmark::State& state, Load load, int refresh_interval, int t
   measure(state, items, load, refresh_interval, threads, {});
 }
 
-/// argument: vertices = 20 f^2. Twenty attraction points where the load has the force.
+/// Argument: vertices = 20 f^2. Twenty attraction points if the load includes attraction.
 void device(benchmark::State& state, Load load, int refresh_interval, VolumeSampling sampling) {
   if (skipped(state, 0)) return;
   const int f = static_cast<int>(std::lround(std::sqrt(static_cast<double>(state.range(0)) / 20)));
@@ -193,7 +192,7 @@ void device(benchmark::State& state, Load load, int refresh_interval, VolumeSamp
           attract ? points_around(centre(), 36, 20, 0) : std::vector<EnginePoint>{}, sampling);
 }
 
-/// argument: meshes of 200k vertices in all, each of the same edge length; two attraction points for each 20k.
+/// Argument: number of meshes, with 200k vertices in total and equal edge lengths; two attraction points per 20k.
 void meshes(benchmark::State& state, Load load) {
   if (skipped(state, 0)) return;
   const int count = static_cast<int>(state.range(0));

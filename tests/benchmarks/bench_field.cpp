@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time of an update of the evidence field after a click, warm, and what it holds.
+// Time and memory of an update of the evidence field after a click.
 //   bench_field [THREADS|cuda] [SIZE...]
-// A volume of SIZE voxels a side, the box's, with two touching balls in noise. A table: milliseconds of the seed's
-// update and of the clicks' (median, most); bytes a voxel that the field holds between updates, and that the host's
-// memory grows by at most while one runs; Dice after the last click.
+// The volume has SIZE voxels along each side, and two touching balls in noise. Prints a table: milliseconds of the
+// update after the seed and after clicks (median, largest); bytes per voxel of the box that the field holds between
+// updates, and by which the host's memory grows at most during an update; Dice after the last click.
 #include <malloc.h>
 
 #include <algorithm>
@@ -23,33 +23,34 @@
 
 using namespace simplexseg;
 
-// What the program has asked for and not given back, bytes, and the most since it was last set.
+// Bytes allocated by the program, and their largest number since the last reset.
 static std::atomic<std::size_t> in_use{0}, most_in_use{0};
 
-static void* counted(void* at) {
+static void* counted_pointer(void* at) {
   if (!at) throw std::bad_alloc();
   const std::size_t now = in_use += malloc_usable_size(at);
   for (std::size_t most = most_in_use; most < now && !most_in_use.compare_exchange_weak(most, now);) {
   }
   return at;
 }
-static void give_back(void* at) {
+static void count_and_free(void* at) {
   in_use -= malloc_usable_size(at);
   std::free(at);
 }
-void* operator new(std::size_t bytes) { return counted(std::malloc(bytes)); }
+void* operator new(std::size_t bytes) { return counted_pointer(std::malloc(bytes)); }
 void* operator new(std::size_t bytes, std::align_val_t alignment) {
   const auto multiple = static_cast<std::size_t>(alignment);
-  return counted(std::aligned_alloc(multiple, (bytes + multiple - 1) / multiple * multiple));
+  return counted_pointer(std::aligned_alloc(multiple, (bytes + multiple - 1) / multiple * multiple));
 }
-void operator delete(void* at) noexcept { give_back(at); }
-void operator delete(void* at, std::size_t) noexcept { give_back(at); }
-void operator delete(void* at, std::align_val_t) noexcept { give_back(at); }
-void operator delete(void* at, std::size_t, std::align_val_t) noexcept { give_back(at); }
+void operator delete(void* at) noexcept { count_and_free(at); }
+void operator delete(void* at, std::size_t) noexcept { count_and_free(at); }
+void operator delete(void* at, std::align_val_t) noexcept { count_and_free(at); }
+void operator delete(void* at, std::size_t, std::align_val_t) noexcept { count_and_free(at); }
 
 namespace {
 
-/// A ball in contact with another of the same intensity, in noise of a quarter of the contrast: clicks are needed.
+/// Image and mask of a ball that touches another one of the same intensity, with noise of a quarter of the contrast, so
+/// that clicks are needed.
 std::pair<Volume, Mask> touching_balls(int size) {
   VolumeGeometry geometry;
   geometry.size = {size, size, size};
@@ -64,21 +65,21 @@ std::pair<Volume, Mask> touching_balls(int size) {
       for (int i = 0; i < size; ++i, ++v) {
         const Eigen::Vector3d p(i, j, k);
         const bool in = (p - Eigen::Vector3d(0.36 * s, 0.5 * s, 0.5 * s)).norm() < radius;
-        const bool beside = (p - Eigen::Vector3d(0.78 * s, 0.5 * s, 0.5 * s)).norm() < 0.8 * radius;
+        const bool in_other = (p - Eigen::Vector3d(0.78 * s, 0.5 * s, 0.5 * s)).norm() < 0.8 * radius;
         truth.voxels[v] = in;
         double noise = -6;
         for (int n = 0; n < 12; ++n) {
           state = state * 6364136223846793005u + 1442695040888963407u;
           noise += static_cast<double>(state >> 40) * 0x1.0p-24;
         }
-        voxels[v] = static_cast<float>(100 * (in || beside) + 25 * noise);
+        voxels[v] = static_cast<float>(100 * (in || in_other) + 25 * noise);
       }
   return {std::move(image), std::move(truth)};
 }
 
 class Timed : public RobotSubject {
  public:
-  Timed(const Volume& image, RunJobs run, const MakeBoxField& make) : field_(image, std::move(run), {}, make) {}
+  Timed(const Volume& image, RunJobs run, const MakeFieldSolver& make) : field_(image, std::move(run), {}, make) {}
   Mask segment(std::span<const Mark> marks) override {
     const std::size_t before = most_in_use = in_use.load();
     const auto start = std::chrono::steady_clock::now();
@@ -101,10 +102,10 @@ class Timed : public RobotSubject {
 }  // namespace
 
 int main(int count, char** arguments) {
-  keep_freed_memory();  // as the programs do
+  keep_freed_memory();  // as in the programs
   const bool on_device = count > 1 && std::string(arguments[1]) == "cuda";
   const int threads = count > 1 && !on_device ? std::atoi(arguments[1]) : 2;
-  const MakeBoxField make = on_device ? make_cuda_box_field : make_cpu_box_field;
+  const MakeFieldSolver make = on_device ? make_cuda_field_solver : make_cpu_field_solver;
   std::vector<int> sizes{64, 128};
   if (count > 2) {
     sizes.clear();
@@ -113,7 +114,7 @@ int main(int count, char** arguments) {
   ThreadPool pool(std::max(1, threads));
   const RunJobs run = [&pool](int jobs, const std::function<void(int)>& job) { pool.run(jobs, job); };
   std::printf(
-      "| box | seed ms | click ms, median | most | bytes a voxel | an update's | Dice "
+      "| box | seed ms | click ms, median | largest | bytes per voxel | peak of an update | Dice "
       "|\n|---|---|---|---|---|---|---|\n");
   for (const int size : sizes) {
     const auto [image, truth] = touching_balls(size);

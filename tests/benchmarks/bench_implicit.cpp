@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Is implicit Euler worth having? Implicit Euler, matrix-free, against Verlet, Chebyshev and nonlinear conjugate
-// gradients, all on the model in double, one thread: force evaluations and seconds until the mesh is 10%, 1% and 0.1%
-// of its way from the fixed point (root mean square of the distance along the fixed point's normals). Each method with
-// the best of a range of settings, by evaluations to 1%.
-//   bench_implicit [LEVEL]      V = 20 * 4^LEVEL, by default 5
+// Comparison of matrix-free implicit Euler with Verlet, Chebyshev and nonlinear conjugate gradients, on the model in
+// double with one thread: force evaluations and seconds until the distance to the fixed point is 10%, 1% and 0.1% of
+// the initial one (root mean square of the distance along the normals at the fixed point). Each method has the best of
+// a range of settings, by evaluations to 1%.
+//   bench_implicit [LEVEL]      V = 20 * 4^LEVEL, default 5
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -29,8 +29,8 @@ using Clock = std::chrono::steady_clock;
 constexpr long kMost = 6000;  // evaluations
 constexpr double kShares[] = {0.1, 0.01, 0.001};
 
-/// Shape memory 5 of an ellipsoid, gradient 0.5 towards targets on another one; on half of the surface, where asked,
-/// none.
+/// Shape memory 5 of an ellipsoid, gradient 0.5 towards targets on another one; with `half`, only half of the surface
+/// has targets.
 struct Scene {
   Pose start, end, normals;
   std::unique_ptr<ReferenceModel> model;
@@ -72,7 +72,8 @@ struct Scene {
     normals.resizeLike(end);
     for (int i = 0; i < last.vertex_count(); ++i) normals.col(i) = vertex_geometry(last, i).normal;
     std::printf(
-        "\n%d vertices, data on %s: fixed point in %d systems, %.1f s, %s, last update %.1e mm; the way is %.2f mm "
+        "\n%d vertices, data on %s: fixed point in %d systems, %.1f s, %s, last update %.1e mm; initial distance %.2f "
+        "mm "
         "(rms)\n",
         last.vertex_count(), half ? "half" : "all", found.iterations,
         std::chrono::duration<double>(Clock::now() - begin).count(),
@@ -87,26 +88,28 @@ struct Scene {
   }
 };
 
-/// Counts evaluations and the seconds of a method, and notes when it was last further away than each share of the way.
+/// Counts evaluations and seconds of a method, and records when it last exceeded each share of the initial distance.
 class Course {
  public:
-  /// `most` evaluations may go by until 1% is reached, ten times as many after it.
-  Course(const Scene& scene, long most) : scene_(&scene), way_(scene.distance(scene.start)), most_(most) { resume(); }
+  /// `most`: largest number of evaluations until 1% is reached; ten times as many are allowed in total.
+  Course(const Scene& scene, long most) : scene_(&scene), start_distance_(scene.distance(scene.start)), most_(most) {
+    resume();
+  }
   Pose force(const Pose& x) {
     ++evaluations_;
     return scene_->model->acceleration(x);
   }
-  /// J v by a difference: one evaluation.
+  /// J v by a finite difference; one evaluation.
   Pose product(const Pose& x, const Pose& a, const Pose& v) {
     const double size = v.norm();
     if (!(size > 0)) return Pose::Zero(3, v.cols());
     const double h = 1e-6 * std::sqrt(static_cast<double>(v.cols())) / size;
     return (force(x + h * v) - a) / h;
   }
-  /// To be called with every pose reached; false when there is nothing left to see.
-  bool goes_on(const Pose& x) {
+  /// Records a pose of the method; false when the run can end. Must be called with every pose.
+  bool record(const Pose& x) {
     seconds_ += std::chrono::duration<double>(Clock::now() - resumed_).count();
-    const double share = scene_->distance(x) / way_;
+    const double share = scene_->distance(x) / start_distance_;
     const bool sane = share < 3;
     for (int k = 0; k < 3; ++k)
       if (!(share < kShares[k]))
@@ -122,7 +125,7 @@ class Course {
  private:
   void resume() { resumed_ = Clock::now(); }
   const Scene* scene_;
-  double way_;
+  double start_distance_;
   long most_, evaluations_ = 0;
   double seconds_ = 0;
   Clock::time_point resumed_;
@@ -133,7 +136,7 @@ class Course {
 
 void verlet(const Scene& s, Course& course, double g, double dt2) {
   Pose x = s.start, before = x;
-  while (course.goes_on(x)) {
+  while (course.record(x)) {
     const Pose next = x + (1 - g) * (x - before) + dt2 * course.force(x);
     before = x, x = next;
   }
@@ -146,17 +149,17 @@ void chebyshev(const Scene& s, Course& course, double least) {
   Pose d = course.force(x) / theta;
   while (true) {
     x += d;
-    if (!course.goes_on(x)) return;
+    if (!course.record(x)) return;
     const double next = 1 / (2 * sigma - rho);
     d = next * rho * d + (2 * next / delta) * course.force(x);
     rho = next;
   }
 }
 
-/// Polak and Ribiere's direction (never negative), the step by one derivative along it.
+/// Nonlinear conjugate gradients: direction of Polak and Ribiere (coefficient >= 0), step length by one derivative.
 void conjugate_gradients(const Scene& s, Course& course) {
   Pose x = s.start, a = course.force(x), d = a;
-  while (course.goes_on(x)) {
+  while (course.record(x)) {
     const double curvature = -d.cwiseProduct(course.product(x, a, d)).sum();
     double step = a.cwiseProduct(d).sum() / curvature;
     if (!(step > 0)) d = a, step = 1 / s.stiffness;
@@ -168,11 +171,11 @@ void conjugate_gradients(const Scene& s, Course& course) {
   }
 }
 
-/// (I - dt^2 J) dx = (1-g)(x - x-) + dt^2 a(x) by BiCGSTAB, to `tolerance` of the right side.
+/// Implicit Euler: solves (I - dt^2 J) dx = (1-g)(x - x-) + dt^2 a(x) by BiCGSTAB, to `tolerance` of the right side.
 void implicit_euler(const Scene& s, Course& course, double g, double dt2, double tolerance) {
   Pose x = s.start, before = x;
   auto dot = [](const Pose& a, const Pose& b) { return a.cwiseProduct(b).sum(); };
-  while (course.goes_on(x)) {
+  while (course.record(x)) {
     const Pose a = course.force(x), right = (1 - g) * (x - before) + dt2 * a;
     auto apply = [&](const Pose& v) { return Pose(v - dt2 * course.product(x, a, v)); };
     Pose dx = Pose::Zero(3, x.cols()), r = right, shadow = r, p = r;

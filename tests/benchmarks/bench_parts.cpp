@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What each part of a step costs, and that a part which is left out costs nothing.
-//   bench_parts [cpu|cuda] [VERTICES]          a table: bytes and time that each force adds to smoothing, its launches
-//   bench_parts toggle [cpu|cuda] [VERTICES]   a table: how long a force's slider holds up the steps when it leaves 0,
-//   and
-//                                              when it reaches it
-//   bench_parts alone FORCE                    nanoseconds a vertex-step of a scene with this force alone, on one
-//   thread;
-//                                              for comparing builds with and without the other forces
+// Cost of each part of a step; shows that unused parts cost nothing.
+//   bench_parts [cpu|cuda] [VERTICES]          table: memory, time and launches that each force adds to smoothing
+//   bench_parts toggle [cpu|cuda] [VERTICES]   table: delay of the steps when a force's slider leaves or reaches 0
+//   bench_parts alone FORCE                    nanoseconds per vertex and step with this force alone, on one thread;
+//                                              compares builds with and without the other forces
 //                                              (scripts/measure_leaving_out)
-//   bench_parts forces                         the names of all forces
+//   bench_parts forces                         names of all forces
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -47,7 +44,7 @@ SimulationParameters steps_by(Solver solver) {
   return s;
 }
 
-/// Smoothing and others of one weight; two points pull.
+/// Loads a mesh with these forces, all of the same weight, and two attraction points.
 void load(Engine& engine, unsigned forces, int level, Solver solver) {
   SimplexMesh mesh = make_sphere({0, 0, 0}, kBallRadius, level);
   const ForceParameters p = weights_of(forces);
@@ -67,7 +64,7 @@ Cost cost_of(unsigned forces, Engine& engine, int level, Solver solver) {
   load(engine, forces, level, solver);
   engine.step(60);
   Cost cost;
-  for (const Engine::HeldArray& array : engine.held_arrays()) cost.bytes[array.name] = array.bytes;
+  for (const Engine::AllocatedArray& array : engine.allocated_arrays()) cost.bytes[array.name] = array.bytes;
   for (const Engine::KernelCount& kernel : engine.kernel_counts()) cost.launches[kernel.name] -= kernel.launches;
   std::vector<double> us;
   constexpr int kSteps = 60, kRepeats = 9;
@@ -98,7 +95,7 @@ void row(const char* part, const Cost& with, const Cost& without) {
               with.us - without.us, kernels.c_str());
 }
 
-/// Milliseconds that new weights and the ten steps after them take beyond ten other steps: median and largest of some.
+/// Prints by how many milliseconds new weights and ten steps take longer than ten steps: median and largest of several.
 void toggle(Engine& engine, unsigned from, unsigned to, const char* what) {
   auto ms_of = [&](auto&& work) {
     const auto start = std::chrono::steady_clock::now();
@@ -107,17 +104,17 @@ void toggle(Engine& engine, unsigned from, unsigned to, const char* what) {
   };
   const ForceParameters before[] = {weights_of(from)}, after[] = {weights_of(to)};
   const SimulationParameters simulation = steps_by(Solver::Automatic);
-  std::vector<double> held_up;
+  std::vector<double> delays;
   constexpr int kRepeats = 11;
   for (int repeat = 0; repeat < kRepeats; ++repeat) {
     engine.set_parameters(before, simulation);
     engine.step(60);
     const double changed = ms_of([&] { engine.set_parameters(after, simulation), engine.step(10); });
     engine.step(60);
-    held_up.push_back(changed - ms_of([&] { engine.step(10); }));
+    delays.push_back(changed - ms_of([&] { engine.step(10); }));
   }
-  std::sort(held_up.begin(), held_up.end());
-  std::printf("| %s | %.2f | %.2f |\n", what, held_up[kRepeats / 2], held_up.back());
+  std::sort(delays.begin(), delays.end());
+  std::printf("| %s | %.2f | %.2f |\n", what, delays[kRepeats / 2], delays.back());
 }
 
 }  // namespace
@@ -143,7 +140,7 @@ int main(int argc, char** argv) {
     const unsigned all = (1u << kForceCount) - 1;
     load(*engine, all, level, Solver::Automatic);
     engine->step(100);
-    std::printf("%d vertices, %s\n\n| slider | held up, ms | at most |\n|---|---|---|\n", 20 << (2 * level),
+    std::printf("%d vertices, %s\n\n| slider | delay, ms | at most |\n|---|---|---|\n", 20 << (2 * level),
                 engine->backend());
     for (const ForceInfo& force : force_list()) {
       toggle(*engine, all, all & ~bit(force.id), (std::string(force.name) + " reaches 0").c_str());

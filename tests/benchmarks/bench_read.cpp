@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time and peak memory of reading a volume of 512 x 512 x 700 16-bit voxels, ours against ITK's own reader, each in a
-// process of its own and by turns. bench_read FOLDER [REPETITIONS]: files of up to 0.4 GB are made in the folder where
-// they are missing.
+// Time and peak memory of reading a volume of 512 x 512 x 700 16-bit voxels with our readers and ITK's, alternately,
+// each in a separate process. bench_read FOLDER [REPETITIONS]: creates missing files of up to 0.4 GB in the folder.
 #include <itkGDCMImageIO.h>
 #include <itkGDCMSeriesFileNames.h>
 #include <itkImageFileReader.h>
@@ -24,14 +23,14 @@
 
 #include "dicom_files.h"
 #include "image/volume.h"
-#include "io/volume_io.h"
+#include "io/volume/volume_io.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 using simplexseg::Volume;
 
-/// Smooth shapes and noise of a few values, as a CT has, so that it packs as one does.
+/// Volume with smooth shapes and noise of a few values, which is about as compressible as a CT.
 Volume made() {
   simplexseg::VolumeGeometry g;
   g.size = {512, 512, 700};
@@ -49,7 +48,7 @@ Volume made() {
   return volume;
 }
 
-/// A series of CT slices, one file each, of so many unsigned bits.
+/// Writes a series of CT slices, one file each, with this number of unsigned bits.
 void write_series(const fs::path& folder, const Volume& volume, int bits) {
   constexpr const char* kCt = "1.2.840.10008.5.1.4.1.1.2";
   const simplexseg::VolumeGeometry& g = volume.geometry();
@@ -101,7 +100,7 @@ struct Cost {
   double seconds = 0, cpu_seconds = 0, peak_mb = 0, value = 0;
 };
 
-/// Of f, in a child process.
+/// Cost of f in a separate process.
 Cost cost_of(const std::function<double()>& f) {
   int ends[2];
   if (::pipe(ends) != 0) std::abort();
@@ -119,15 +118,15 @@ Cost cost_of(const std::function<double()>& f) {
   }
   ::close(ends[1]);
   Cost cost;
-  const bool told = ::read(ends[0], &cost, sizeof cost) == sizeof cost;
+  const bool complete = ::read(ends[0], &cost, sizeof cost) == sizeof cost;
   ::close(ends[0]);
   ::wait(nullptr);
-  if (told) return cost;
+  if (complete) return cost;
   std::fprintf(stderr, "bench_read: a reader failed\n");
   std::exit(1);
 }
 
-/// Least times and most memory of the repetitions: what else runs on the machine only adds.
+/// Least time and largest memory of the repetitions; other load on the machine only increases the time.
 Cost bounds_of(const std::vector<Cost>& costs) {
   Cost bounds = costs.front();
   for (const Cost& cost : costs) {

@@ -10,8 +10,8 @@
 
 namespace simplexseg {
 
-/// Dual of an icosahedron whose faces are divided into f x f triangles: 20 f^2 vertices, for sizes between those of
-/// make_sphere.
+/// Dual of an icosahedron whose faces are divided into f x f triangles: 20 f^2 vertices, which allows sizes between
+/// those of make_sphere.
 inline SimplexMesh geodesic_sphere(const Eigen::Vector3d& centre_mm, double radius_mm, int f) {
   const double g = (1 + std::sqrt(5.0)) / 2;
   const Eigen::Vector3d corner[12] = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bad input of every kind: one line on stderr, exit status 2, nothing on stdout, no crash, nothing written.
+// Invalid input of every kind: one line on stderr, exit status 2, no output, no crash, no file written.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 
 #include "cli_fixture.h"
 #include "core/error.h"
-#include "io/data_path.h"
-#include "io/volume_io.h"
+#include "io/platform/data_path.h"
+#include "io/volume/volume_io.h"
 
 namespace simplexseg {
 namespace {
@@ -22,8 +22,8 @@ class BadInput : public Cli {
     Cli::SetUp();
     make_scene();
   }
-  /// In this process and as a program of its own.
-  void expect_refused(const Arguments& arguments, const std::string& says) const {
+  /// Runs the arguments in this process and in a separate process.
+  void expect_rejected(const Arguments& arguments, const std::string& message) const {
     std::string line = "simplexseg-cli";
     for (const std::string& argument : arguments) line += " " + argument;
     SCOPED_TRACE(line);
@@ -31,41 +31,41 @@ class BadInput : public Cli {
       EXPECT_EQ(outcome.status, 2) << outcome.err;
       EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
       EXPECT_EQ(outcome.err.rfind("simplexseg-cli: ", 0), 0u) << outcome.err;
-      EXPECT_NE(outcome.err.find(says), std::string::npos) << outcome.err;
+      EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err;
       EXPECT_EQ(outcome.out, "");
     }
   }
-  /// As a volume of every subcommand that reads one; plan reads the header alone.
-  void expect_no_volume(const std::string& name, const std::string& says, bool header_tells = true) const {
-    expect_refused({"info", path(name)}, says);
-    expect_refused({"compare", path(name), path("truth.nii.gz")}, says);
-    expect_refused({"compare", path("truth.nii.gz"), path(name)}, says);
-    expect_refused({"phantom", "label-image", path(name), path("out.nii")}, says);
+  /// Uses the file as a volume of every subcommand that reads one; plan reads the header only.
+  void expect_no_volume(const std::string& name, const std::string& message, bool header_suffices = true) const {
+    expect_rejected({"info", path(name)}, message);
+    expect_rejected({"compare", path(name), path("truth.nii.gz")}, message);
+    expect_rejected({"compare", path("truth.nii.gz"), path(name)}, message);
+    expect_rejected({"phantom", "label-image", path(name), path("out.nii")}, message);
     nlohmann::json scene = scene_json();
     scene["volume"] = name;
-    expect_refused({"run", write_scene("bad.json", scene), "--labels", path("out.nii")}, says);
-    if (header_tells) expect_refused({"plan", path("bad.json")}, says);
+    expect_rejected({"run", write_scene("bad.json", scene), "--labels", path("out.nii")}, message);
+    if (header_suffices) expect_rejected({"plan", path("bad.json")}, message);
     scene = scene_json();
     scene["meshes"][0]["reference"]["labels"] = name;
-    expect_refused({"run", write_scene("bad.json", scene), "--labels", path("out.nii")}, says);
+    expect_rejected({"run", write_scene("bad.json", scene), "--labels", path("out.nii")}, message);
     EXPECT_FALSE(exists("out.nii"));
   }
-  void expect_no_scene(const std::string& scene, const std::string& says) const {
-    expect_refused({"run", scene, "--report", path("out.json")}, says);
-    expect_refused({"plan", scene}, says);
+  void expect_no_scene(const std::string& scene, const std::string& message) const {
+    expect_rejected({"run", scene, "--report", path("out.json")}, message);
+    expect_rejected({"plan", scene}, message);
     EXPECT_FALSE(exists("out.json"));
   }
-  void expect_no_scene_after(const std::function<void(nlohmann::json&)>& change, const std::string& says) const {
+  void expect_no_scene_after(const std::function<void(nlohmann::json&)>& change, const std::string& message) const {
     nlohmann::json scene = scene_json();
     change(scene);
-    expect_no_scene(write_scene("bad.json", scene), says);
+    expect_no_scene(write_scene("bad.json", scene), message);
   }
 };
 
 TEST_F(BadInput, MissingFile) {
   expect_no_volume("missing.nii.gz", "missing.nii.gz");
   expect_no_scene(path("missing.json"), "missing.json");
-  expect_refused({"run", path("scene.json"), "--replay", path("missing.json")}, "missing.json");
+  expect_rejected({"run", path("scene.json"), "--replay", path("missing.json")}, "missing.json");
 }
 
 TEST_F(BadInput, Directory) {
@@ -88,12 +88,12 @@ TEST_F(BadInput, TruncatedCompressedVolume) {
   }
 }
 
-TEST_F(BadInput, TextNamedAsAVolume) {
+TEST_F(BadInput, TextWithTheExtensionOfAVolume) {
   write("text.nii", "This is no volume but a text that someone gave the wrong name.\n");
   expect_no_volume("text.nii", "text.nii");
 }
 
-/// Described, and said not to be loadable; of 4D the volume that is asked for.
+/// `info` describes the file and reports that it cannot be loaded; --volume selects a volume of a 4D file.
 TEST_F(BadInput, FourDimensionsAndColours) {
   const std::string header = "NRRD0004\ntype: uchar\ndimension: 4\nspace: LPS\nencoding: raw\n";
   const std::string x = "(1,0,0) ", y = "(0,1,0) ", z = "(0,0,1) ";
@@ -103,12 +103,12 @@ TEST_F(BadInput, FourDimensionsAndColours) {
         header + "sizes: 1 3 2 2\nspace directions: " + x + "none " + y + z + "\n\n" + std::string(12, 'x'));
   write("colour.nrrd", header + "sizes: 3 1 2 2\nspace directions: none " + x + y + z +
                            "\nkinds: RGB-color domain domain domain\n\n" + std::string(12, 'x'));
-  for (const auto& [name, says, shown] : {std::tuple{"between.nrrd", "4D", "3 volumes"},
-                                          std::tuple{"colour.nrrd", "3 values per voxel", "3 values a voxel"}}) {
+  for (const auto& [name, message, shown] : {std::tuple{"between.nrrd", "4D", "3 volumes"},
+                                             std::tuple{"colour.nrrd", "3 values per voxel", "3 values per voxel"}}) {
     for (const Arguments& arguments : {Arguments{"info", path(name)}, Arguments{"info", path(name), "--json"}}) {
       const Outcome outcome = call(arguments);
       EXPECT_EQ(outcome.status, 2) << name;
-      EXPECT_NE(outcome.err.find(says), std::string::npos) << outcome.err;
+      EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err;
       EXPECT_NE(outcome.err.find("extract one of them"), std::string::npos) << outcome.err;
       EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
       if (arguments.size() == 2) {
@@ -117,7 +117,7 @@ TEST_F(BadInput, FourDimensionsAndColours) {
         EXPECT_EQ(nlohmann::json::parse(outcome.out)["size"], nlohmann::json({1, 2, 2}));
       }
     }
-    expect_refused({"compare", path(name), path("truth.nii.gz")}, says);
+    expect_rejected({"compare", path(name), path("truth.nii.gz")}, message);
   }
   const Outcome second = call({"info", path("time.nrrd"), "--volume", "2", "--json"});
   EXPECT_EQ(second.status, 0) << second.err;
@@ -125,12 +125,12 @@ TEST_F(BadInput, FourDimensionsAndColours) {
   EXPECT_EQ(json["frames"], 3);
   EXPECT_EQ(json["frame"], 2);
   EXPECT_EQ(json["range"], nlohmann::json({100, 102}));
-  expect_refused({"info", path("time.nrrd"), "--volume", "4"}, "it holds 3 volumes");
-  EXPECT_NE(call({"compare", path("time.nrrd"), path("time.nrrd")}).err.find("number 1 is taken"), std::string::npos);
+  expect_rejected({"info", path("time.nrrd"), "--volume", "4"}, "it contains 3 volumes");
+  EXPECT_NE(call({"compare", path("time.nrrd"), path("time.nrrd")}).err.find("volume 1 of"), std::string::npos);
 }
 
-/// What a full disk is to the program: exit status 2, the old file as it was.
-TEST_F(BadInput, NoRoomForWhatIsWritten) {
+/// A full disk: exit status 2, the old file is unchanged.
+TEST_F(BadInput, DiskFullWhileWriting) {
   for (const char* name : {"out.mha", "out.nrrd", "out.nii", "out.nii.gz"}) {
     const std::string old(5000, 'o');
     write(name, old);
@@ -189,21 +189,21 @@ TEST_F(BadInput, SceneWithWrongTypesAndRanges) {
   expect_no_scene(write("broken.json", "{\"simplexseg_scene\": 1,"), "broken.json");
 }
 
-TEST_F(BadInput, ReferenceOrTestBesideTheImage) {
+TEST_F(BadInput, ReferenceOrTestOutsideTheImage) {
   const Volume labels = read_volume(path("truth.nii.gz"));
   VolumeGeometry beside = labels.geometry();
   beside.origin_mm.x() += 1000;
   Volume other(beside, VoxelType::UInt8);
   other.voxels<std::uint8_t>()[0] = 1;
   write_volume(path("other.nii"), other);
-  expect_refused({"compare", path("truth.nii.gz"), path("other.nii")}, "grid");
+  expect_rejected({"compare", path("truth.nii.gz"), path("other.nii")}, "grid");
   nlohmann::json scene = scene_json();
   scene["meshes"][0]["reference"]["labels"] = "other.nii";
-  expect_refused({"run", write_scene("bad.json", scene)}, "grid");
+  expect_rejected({"run", write_scene("bad.json", scene)}, "grid");
 }
 
-/// HDF5 complained of what a damaged file had left open, when the program ended.
-TEST_F(BadInput, LibrariesAddNothingWhenTheProgramEnds) {
+/// Regression: HDF5 printed errors about the open objects of a damaged file at the end of the program.
+TEST_F(BadInput, LibrariesPrintNothingAtExit) {
   std::filesystem::path damaged;
   try {
     damaged =
@@ -219,43 +219,43 @@ TEST_F(BadInput, LibrariesAddNothingWhenTheProgramEnds) {
 
 TEST_F(BadInput, Usage) {
   const std::string scene = path("scene.json");
-  expect_refused({}, "subcommand");
-  expect_refused({"runn", scene}, "'run'");
-  expect_refused({"run"}, "SCENE");
-  expect_refused({"run", scene, "extra"}, "extra");
-  expect_refused({"run", scene, "--stepps", "1"}, "--stepps");
-  expect_refused({"run", scene, "--steps"}, "--steps");
-  expect_refused({"run", scene, "--steps", "-1"}, "--steps");
-  expect_refused({"run", scene, "--steps", "x"}, "--steps");
-  expect_refused({"run", scene, "--steps", "1", "--until-rest"}, "--until-rest");
-  expect_refused({"run", scene, "--backend", "gpu"}, "gpu");
-  expect_refused({"run", scene, "--threads", "0"}, "--threads");
-  expect_refused({"run", scene, "--backend", "cuda", "--threads", "2"}, "--threads");
-  expect_refused({"run", scene, "--set", "simulation.dampin=1"}, "'damping'");
-  expect_refused({"run", scene, "--set", "meshes.bal.gradient.weight=1"}, "'ball'");
-  expect_refused({"plan", scene, "--set", "forces.gradient.weight=-1"}, "range");
-  expect_refused({"run", scene, "--labels", path("none/out.nii")}, "none");
-  expect_refused({"run", scene, "--labels", path("out.tif")}, "out.tif");
-  expect_refused({"run", scene, "--labels", path("image.nii.gz")}, "image.nii.gz");
-  expect_refused({"run", scene, "--report", folder_.string()}, "folder");
-  expect_refused({"run", scene, "--report", scene}, "scene.json");
-  expect_refused({"run", scene, "--meshes", scene}, "scene.json");
-  expect_refused({"run", scene, "--picture", path("out.jpg")}, "out.jpg");
-  expect_refused({"study"}, "subcommand");
-  expect_refused({"study", "stability"}, "--out");
-  expect_refused({"study", "stability", "--out", path("x"), "--backend", "abacus"}, "abacus");
-  expect_refused({"study", "stability", "--out", path("x"), "--threads", "-1"}, "-1");
-  expect_refused({"phantom", "spere", path("out.nii")}, "spere");
-  expect_refused({"phantom", "sphere", path("out.nii"), path("two.nii")}, "OUT");
-  expect_refused({"phantom", "label-image", path("truth.nii.gz")}, "LABELS");
-  expect_refused({"phantom", "sphere", path("out.nii"), "--type", "int17"}, "int16");
-  expect_refused({"phantom", "sphere", path("out.nii"), "--size", "0"}, "size");
-  expect_refused({"phantom", "sphere", path("out.nii"), "--spacing", "nan"}, "spacing");
-  expect_refused({"phantom", "sphere", path("out.nii"), "--noise", "-1"}, "noise");
-  expect_refused({"phantom", "sphere", path("out.xyz")}, "out.xyz");
-  expect_refused({"phantom", "sphere", path("out.nii"), "--label", "1"}, "--label");
-  expect_refused({"compare", path("truth.nii.gz")}, "TEST");
-  expect_refused({"parameters", "--json", "--markdown"}, "--markdown");
+  expect_rejected({}, "subcommand");
+  expect_rejected({"runn", scene}, "'run'");
+  expect_rejected({"run"}, "SCENE");
+  expect_rejected({"run", scene, "extra"}, "extra");
+  expect_rejected({"run", scene, "--stepps", "1"}, "--stepps");
+  expect_rejected({"run", scene, "--steps"}, "--steps");
+  expect_rejected({"run", scene, "--steps", "-1"}, "--steps");
+  expect_rejected({"run", scene, "--steps", "x"}, "--steps");
+  expect_rejected({"run", scene, "--steps", "1", "--until-rest"}, "--until-settled");
+  expect_rejected({"run", scene, "--backend", "gpu"}, "gpu");
+  expect_rejected({"run", scene, "--threads", "0"}, "--threads");
+  expect_rejected({"run", scene, "--backend", "cuda", "--threads", "2"}, "--threads");
+  expect_rejected({"run", scene, "--set", "simulation.dampin=1"}, "'damping'");
+  expect_rejected({"run", scene, "--set", "meshes.bal.gradient.weight=1"}, "'ball'");
+  expect_rejected({"plan", scene, "--set", "forces.gradient.weight=-1"}, "range");
+  expect_rejected({"run", scene, "--labels", path("none/out.nii")}, "none");
+  expect_rejected({"run", scene, "--labels", path("out.tif")}, "out.tif");
+  expect_rejected({"run", scene, "--labels", path("image.nii.gz")}, "image.nii.gz");
+  expect_rejected({"run", scene, "--report", folder_.string()}, "folder");
+  expect_rejected({"run", scene, "--report", scene}, "scene.json");
+  expect_rejected({"run", scene, "--meshes", scene}, "scene.json");
+  expect_rejected({"run", scene, "--picture", path("out.jpg")}, "out.jpg");
+  expect_rejected({"study"}, "subcommand");
+  expect_rejected({"study", "stability"}, "--out");
+  expect_rejected({"study", "stability", "--out", path("x"), "--backend", "abacus"}, "abacus");
+  expect_rejected({"study", "stability", "--out", path("x"), "--threads", "-1"}, "-1");
+  expect_rejected({"phantom", "spere", path("out.nii")}, "spere");
+  expect_rejected({"phantom", "sphere", path("out.nii"), path("two.nii")}, "OUT");
+  expect_rejected({"phantom", "label-image", path("truth.nii.gz")}, "LABELS");
+  expect_rejected({"phantom", "sphere", path("out.nii"), "--type", "int17"}, "int16");
+  expect_rejected({"phantom", "sphere", path("out.nii"), "--size", "0"}, "size");
+  expect_rejected({"phantom", "sphere", path("out.nii"), "--spacing", "nan"}, "spacing");
+  expect_rejected({"phantom", "sphere", path("out.nii"), "--noise", "-1"}, "noise");
+  expect_rejected({"phantom", "sphere", path("out.xyz")}, "out.xyz");
+  expect_rejected({"phantom", "sphere", path("out.nii"), "--label", "1"}, "--label");
+  expect_rejected({"compare", path("truth.nii.gz")}, "TEST");
+  expect_rejected({"parameters", "--json", "--markdown"}, "--markdown");
   EXPECT_FALSE(exists("out.nii"));
 }
 
@@ -263,7 +263,7 @@ TEST_F(BadInput, ALogThatDoesNotFitTheScene) {
   write(
       "log.json",
       R"({"simplexseg_log": 1, "entries": [{"after_steps": 1, "command": "delete_mesh", "mesh": 77}], "trailing_steps": 0})");
-  expect_refused({"run", path("scene.json"), "--replay", path("log.json")}, "77");
+  expect_rejected({"run", path("scene.json"), "--replay", path("log.json")}, "77");
 }
 
 }  // namespace

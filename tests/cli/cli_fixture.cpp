@@ -43,8 +43,8 @@ Outcome Cli::succeed(const Arguments& arguments) const {
 }
 
 Outcome Cli::call_program(const Arguments& arguments) const {
-  const pid_t child = ::fork();
-  if (child == 0) {
+  const pid_t process = ::fork();
+  if (process == 0) {
     if (!std::freopen(path("program.out").c_str(), "w", stdout) ||
         !std::freopen(path("program.err").c_str(), "w", stderr))
       ::_exit(99);
@@ -55,7 +55,7 @@ Outcome Cli::call_program(const Arguments& arguments) const {
     ::_exit(98);
   }
   int status = 0;
-  EXPECT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(::waitpid(process, &status, 0), process);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), text_of("program.out"),
           text_of("program.err")};
 }

@@ -9,14 +9,14 @@
 
 namespace simplexseg {
 
-/// What a call of the program came to.
+/// Result of a call of the program.
 struct Outcome {
   int status = -1;
   std::string out, err;
 };
 
-/// Calls of the headless program, in this process and as a program of its own, in a folder that lives as long as the
-/// test.
+/// Fixture for calls of the headless program, in this process or as a separate process. Each test has a temporary
+/// folder.
 class Cli : public ::testing::Test {
  protected:
   using Arguments = std::vector<std::string>;
@@ -24,11 +24,11 @@ class Cli : public ::testing::Test {
   void SetUp() override;
   void TearDown() override;
 
-  /// In this process.
+  /// Calls the program in this process.
   Outcome call(const Arguments& arguments) const;
-  /// call() that must end well.
+  /// Calls the program and expects exit status 0.
   Outcome succeed(const Arguments& arguments) const;
-  /// The executable. A status above 128 is a signal.
+  /// Calls the executable. A status above 128 is a signal.
   Outcome call_program(const Arguments& arguments) const;
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
@@ -37,8 +37,8 @@ class Cli : public ::testing::Test {
   nlohmann::json json_of(const std::string& name) const { return nlohmann::json::parse(text_of(name)); }
   bool exists(const std::string& name) const { return std::filesystem::exists(folder_ / name); }
 
-  /// A bright sphere of radius 0.3 of the width on 24^3 voxels of 2 mm, as "image.nii.gz" with truth "truth.nii.gz",
-  /// and the scene "scene.json" with one mesh "ball" in it.
+  /// Writes a bright sphere, radius 0.3 of the width of 24^3 voxels of 2 mm, to "image.nii.gz", its truth to
+  /// "truth.nii.gz", and a scene with one mesh "ball" to "scene.json".
   void make_scene() const;
   nlohmann::json scene_json() const;
   std::string write_scene(const std::string& name, const nlohmann::json& scene) const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The robot user on a phantom: what it writes, and that each option has its effect.
+// Robot user on a phantom: outputs, and the effect of each option.
 #include "cli_fixture.h"
 
 namespace simplexseg {
@@ -18,7 +18,7 @@ class Clicks : public Cli {
     succeed(arguments);
     return json_of("clicks.json");
   }
-  /// Without what is different at every run.
+  /// Removes the values that differ between runs.
   static nlohmann::json comparable(nlohmann::json json) {
     json.erase("threads");
     for (nlohmann::json& at : json["cases"])
@@ -53,7 +53,7 @@ TEST_F(Clicks, WriteEveryClickOfEveryLabel) {
   EXPECT_NE(outcome.out.find("ASSD mm"), std::string::npos);
 }
 
-TEST_F(Clicks, SayHowNearTheMeshCameToItsField) {
+TEST_F(Clicks, ReportTheAgreementOfMeshAndField) {
   for (const nlohmann::json& click : clicks({})["cases"][0]["clicks"]) {
     EXPECT_EQ(click["field_dice"], click["dice"]) << "the robot 'mark' has no mesh";
     EXPECT_EQ(click["dice_with_field"], 1.0);
@@ -61,34 +61,34 @@ TEST_F(Clicks, SayHowNearTheMeshCameToItsField) {
   for (const nlohmann::json& click : clicks({"--robot", "mesh"})["cases"][0]["clicks"]) {
     EXPECT_GT(click["field_dice"], 0.85);
     EXPECT_GT(click["dice_with_field"], 0.95);
-    EXPECT_LT(click["dice_with_field"], 1.0) << "of the mesh, not of the field";
+    EXPECT_LT(click["dice_with_field"], 1.0) << "compares the mesh, not the field";
   }
   for (const nlohmann::json& click : clicks({"--robot", "none"})["cases"][0]["clicks"])
     EXPECT_TRUE(click["dice_with_field"].is_null()) << "there is no field";
 }
 
-TEST_F(Clicks, AreTheSameAtEveryRunOnAnyNumberOfThreads) {
+TEST_F(Clicks, AreReproducibleOnAnyNumberOfThreads) {
   EXPECT_EQ(comparable(clicks({"--threads", "1"})), comparable(clicks({"--threads", "2"})));
 }
 
-TEST_F(Clicks, EveryOptionHasItsEffect) {
+TEST_F(Clicks, EveryOptionHasAnEffect) {
   const nlohmann::json plain = comparable(clicks({}));
   for (const Arguments& more : std::vector<Arguments>{{"--seed-scale", "0.5"},
                                                       {"--seed-offset", "0.3"},
                                                       {"--without", "classifier"},
                                                       {"--without", "geodesic"},
                                                       {"--without", "prior"},
-                                                      {"--without", "walk"},
+                                                      {"--without", "random-walk"},
                                                       {"--without", "sharpness"}}) {
     const nlohmann::json changed = comparable(clicks(more));
     EXPECT_NE(changed["cases"], plain["cases"]) << more[0] << " " << more[1];
   }
   const nlohmann::json mesh = comparable(clicks({"--robot", "mesh"}));
   EXPECT_NE(comparable(clicks({"--robot", "mesh", "--without", "classifier"}))["cases"], mesh["cases"])
-      << "the field of a mesh has the same parts";
+      << "--without applies to the field of a mesh, too";
 }
 
-TEST_F(Clicks, RefuseWhatTheyCannotUse) {
+TEST_F(Clicks, RejectUnusableOptions) {
   const Outcome part = call({"clicks", path("image.nii.gz"), path("truth.nii.gz"), "--without", "clasifier"});
   EXPECT_EQ(part.status, 2);
   EXPECT_NE(part.err.find("classifier"), std::string::npos) << part.err;
@@ -96,7 +96,7 @@ TEST_F(Clicks, RefuseWhatTheyCannotUse) {
   succeed({"phantom", "sphere", path("other.nii.gz"), "--labels", path("other_truth.nii.gz"), "--size", "16"});
   EXPECT_EQ(call({"clicks", path("image.nii.gz"), path("other_truth.nii.gz")}).status, 2);
   EXPECT_EQ(call({"clicks", path("image.nii.gz"), path("truth.nii.gz"), "--robot", "dog"}).status, 2);
-  // What the robot's subject would not hear.
+  // Options that the robot does not use.
   const Outcome set = call({"clicks", path("image.nii.gz"), path("truth.nii.gz"), "--label", "1", "--max", "0", "--set",
                             "forces.evidence.weight=1"});
   EXPECT_EQ(set.status, 2);

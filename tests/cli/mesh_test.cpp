@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Labels become meshes: the subcommand, and scenes whose meshes start from labels.
+// Meshes from labels: the subcommand, and scenes whose meshes start from labels.
 #include "cli_fixture.h"
-#include "io/mesh_io.h"
-#include "io/volume_io.h"
+#include "io/mesh/mesh_io.h"
+#include "io/volume/volume_io.h"
 #include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
@@ -16,19 +16,19 @@ class MeshCommand : public Cli {
   }
 };
 
-TEST_F(MeshCommand, WritesTheMeshInEachFormatThatIsNamed) {
+TEST_F(MeshCommand, WritesTheMeshInEachRequestedFormat) {
   const Outcome done = succeed({"mesh", path("truth.nii.gz"), path("a.ply"), path("a.stl"), path("a.vtp")});
-  EXPECT_NE(done.out.find("parts     1, of"), std::string::npos) << done.out;
+  EXPECT_NE(done.out.find("parts     1 ("), std::string::npos) << done.out;
   EXPECT_NE(done.out.find("surfaces  1, genus 0"), std::string::npos) << done.out;
   const SimplexMesh mesh = read_mesh(path("a.ply"));
-  const double radius_mm = 0.3 * 24 * 2;  // of the truth's sphere
+  const double radius_mm = 0.3 * 24 * 2;  // sphere of the truth
   EXPECT_NEAR(measure(mesh).volume_mm3, 4.0 / 3 * M_PI * std::pow(radius_mm, 3), 300);
   EXPECT_TRUE(exists("a.stl") && exists("a.vtp"));
   succeed({"mesh", path("truth.nii.gz"), path("b.ply"), "--label", "1", "--part", "1", "--vertices", "300"});
   EXPECT_NEAR(read_mesh(path("b.ply")).vertex_count(), 300, 60);
 }
 
-TEST_F(MeshCommand, ALabelIsNamedAsItsFileNamesIt) {
+TEST_F(MeshCommand, ALabelIsSelectedByTheNameInItsFile) {
   const Volume truth = read_volume(path("truth.nii.gz"));
   write_labels(path("named.seg.nrrd"), truth, {{1, "Left kidney", Colour{1, 2, 3}}});
   succeed({"mesh", path("named.seg.nrrd"), path("a.ply"), "--label", "left kidney"});
@@ -36,10 +36,10 @@ TEST_F(MeshCommand, ALabelIsNamedAsItsFileNamesIt) {
   EXPECT_EQ(read_mesh(path("a.ply")).positions, read_mesh(path("b.ply")).positions);
   const Outcome other = call({"mesh", path("named.seg.nrrd"), path("c.ply"), "--label", "spleen"});
   EXPECT_EQ(other.status, 2);
-  EXPECT_NE(other.err.find("its names are Left kidney"), std::string::npos) << other.err;
+  EXPECT_NE(other.err.find("its labels are Left kidney"), std::string::npos) << other.err;
 }
 
-TEST_F(MeshCommand, ARunWritesItsMeshesInTheFormatThatIsAskedFor) {
+TEST_F(MeshCommand, ARunWritesMeshesInTheRequestedFormat) {
   succeed({"run", path("scene.json"), "--steps", "1", "--meshes", path("m"), "--mesh-format", "vtp"});
   EXPECT_TRUE(exists("m/ball.vtp"));
   EXPECT_FALSE(exists("m/ball.ply"));
@@ -52,26 +52,26 @@ TEST_F(MeshCommand, SurfacesOfOtherProgramsBecomeSimplexMeshes) {
   EXPECT_NE(done.out.find("surfaces  1, genus 0"), std::string::npos) << done.out;
   EXPECT_GT(read_mesh(path("b.ply")).vertex_count(), 1000);
   EXPECT_EQ(call({"mesh", path("a.stl"), path("c.ply"), "--label", "1"}).status, 2);
-  EXPECT_EQ(call({"mesh", path("a.stl"), path("a.stl")}).status, 2) << "the file that is read";
+  EXPECT_EQ(call({"mesh", path("a.stl"), path("a.stl")}).status, 2) << "the output is the input file";
 }
 
 TEST_F(MeshCommand, BadInputIsOneLine) {
-  const auto refused = [&](const Arguments& arguments, const std::string& why) {
+  const auto rejection = [&](const Arguments& arguments, const std::string& why) {
     const Outcome outcome = call(arguments);
     EXPECT_EQ(outcome.status, 2);
     EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
     EXPECT_FALSE(exists("a.ply"));
   };
-  refused({"mesh", path("truth.nii.gz"), path("a.ply"), "--label", "9"}, "its labels are 1");
-  refused({"mesh", path("truth.nii.gz"), path("a.ply"), "--part", "2"}, "has 1 part(s)");
-  refused({"mesh", path("none.nii.gz"), path("a.ply")}, "no such file");
-  refused({"mesh", path("truth.nii.gz"), path("a.ply"), path("a.txt")}, ".txt");
-  refused({"mesh", path("truth.nii.gz"), path("no/a.ply")}, "no");
-  refused({"mesh", path("truth.nii.gz")}, "OUT");
+  rejection({"mesh", path("truth.nii.gz"), path("a.ply"), "--label", "9"}, "choose one of its labels: 1");
+  rejection({"mesh", path("truth.nii.gz"), path("a.ply"), "--part", "2"}, "has 1 connected part(s)");
+  rejection({"mesh", path("none.nii.gz"), path("a.ply")}, "no such file");
+  rejection({"mesh", path("truth.nii.gz"), path("a.ply"), path("a.txt")}, ".txt");
+  rejection({"mesh", path("truth.nii.gz"), path("no/a.ply")}, "no");
+  rejection({"mesh", path("truth.nii.gz")}, "OUT");
 }
 
-TEST_F(MeshCommand, AMeshOfLabelsStaysAndIsCorrectedByPoints) {
+TEST_F(MeshCommand, AMeshFromLabelsIsStableAndCorrectedByPoints) {
   nlohmann::json scene = scene_json();
   nlohmann::json& mesh = scene["meshes"][0];
   for (const char* key : {"sphere", "forces", "final_vertices"}) mesh.erase(key);
@@ -89,12 +89,12 @@ TEST_F(MeshCommand, AMeshOfLabelsStaysAndIsCorrectedByPoints) {
   write_scene("start.json", scene);
   succeed({"run", path("start.json"), "--steps", "600", "--meshes", path("b")});
   const SimplexMesh after = read_mesh(path("b/ball.ply"));
-  float nearest = 1e9f, least = 0, least_before = 0;
+  float nearest = 1e9f, min_x = 0, min_x_before = 0;
   for (const Eigen::Vector3f& p : after.positions)
-    nearest = std::min(nearest, (p - point).norm()), least = std::min(least, p[0]);
-  for (const Eigen::Vector3f& p : before.positions) least_before = std::min(least_before, p[0]);
-  EXPECT_LT(nearest, 1.5f) << "of 5 mm";
-  EXPECT_NEAR(least, least_before, 0.5f) << "the other end stays";
+    nearest = std::min(nearest, (p - point).norm()), min_x = std::min(min_x, p[0]);
+  for (const Eigen::Vector3f& p : before.positions) min_x_before = std::min(min_x_before, p[0]);
+  EXPECT_LT(nearest, 1.5f) << "initial distance: 5 mm";
+  EXPECT_NEAR(min_x, min_x_before, 0.5f) << "the opposite end does not move";
 }
 
 }  // namespace

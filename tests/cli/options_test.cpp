@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each option of the subcommands besides run has its effect.
+// Effect of each option of the subcommands other than run.
 #include <algorithm>
 
 #include "cli_fixture.h"
 #include "forces/parameters.h"
-#include "io/volume_io.h"
+#include "io/volume/volume_io.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {
@@ -99,7 +99,7 @@ TEST_F(Options, Compare) {
   EXPECT_EQ(none["dice"], 0.0);
   EXPECT_EQ(none["test_mm3"], 0.0);
   EXPECT_TRUE(none["hd_mm"].is_null());
-  // Every number has its definition, in every output.
+  // Every output contains the definition of every number.
   for (const auto& [key, value] : differ.items())
     EXPECT_TRUE(key == "definitions" || differ["definitions"][key].is_string()) << key;
   EXPECT_EQ(same["surface_dice"], 1.0);
@@ -144,7 +144,7 @@ TEST_F(Options, ParametersShowEveryParameter) {
 
 // ---- plan ----
 
-TEST_F(Options, PlanLeavesOutWhatHasNoWeight) {
+TEST_F(Options, PlanSkipsForcesWithoutWeight) {
   const auto plan = [this](Arguments arguments) {
     arguments.insert(arguments.begin(), {"plan", path("scene.json")});
     return succeed(arguments).out;
@@ -155,7 +155,7 @@ TEST_F(Options, PlanLeavesOutWhatHasNoWeight) {
   ASSERT_FALSE(with["items"].empty());
   EXPECT_NE(with["items"], without["items"]);
   EXPECT_GT(with["bytes_held"], without["bytes_held"]);
-  EXPECT_NE(plan({}).find("held:"), std::string::npos);
+  EXPECT_NE(plan({}).find("engine:"), std::string::npos);
 }
 
 TEST_F(Options, HelpAndVersion) {

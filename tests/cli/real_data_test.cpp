@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the program promises on real images: from one sphere an object, without a click, with one set of parameters.
+// Accuracy on real images: objects from one sphere each, without clicks, with one set of parameters.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -10,9 +10,9 @@
 #include "gpu/backend.h"
 #include "image/metrics.h"
 #include "image/rasterise.h"
-#include "io/data_path.h"
-#include "io/scene_io.h"
-#include "io/volume_io.h"
+#include "io/platform/data_path.h"
+#include "io/scene/scene_io.h"
+#include "io/volume/volume_io.h"
 #include "mesh/mesh_geometry.h"
 #include "session/session.h"
 #include "step/simulation_parameters.h"
@@ -23,7 +23,7 @@ namespace {
 
 const std::filesystem::path kScenes = std::filesystem::path(SIMPLEXSEG_SOURCE_DIR) / "data/scenes";
 
-/// The volume of that name, or nothing where it is not on this machine. Throws Error for one that cannot be read.
+/// Returns the volume with this name, or nothing if it is not on this machine. Throws Error if it cannot be read.
 std::optional<Volume> volume_of(const std::string& name) {
   std::filesystem::path path;
   try {
@@ -34,7 +34,7 @@ std::optional<Volume> volume_of(const std::string& name) {
   return read_volume(path);
 }
 
-TEST(RealData, LabelsThatCannotBeReadAreNotTakenForMissing) {
+TEST(RealData, UnreadableLabelsAreNotReportedAsMissing) {
   const std::filesystem::path path = std::filesystem::temp_directory_path() / "simplexseg_garbage.nii";
   std::ofstream(path) << "no labels";
   EXPECT_THROW(volume_of(path.string()), Error);
@@ -49,7 +49,7 @@ std::vector<double> dice_of(const Session& session, const std::vector<Mask>& ref
   return result;
 }
 
-/// Opens a scene file of data/scenes and runs it as the headless program does.
+/// Runs a scene file of data/scenes like the headless program.
 std::optional<std::vector<double>> dice_of_scene(const char* name) {
   SceneFile file;
   try {
@@ -79,8 +79,8 @@ TEST(RealData, BrainOfTheHeadFromOneSphere) {
   EXPECT_GE((*dice)[0], 0.93);
 }
 
-/// A mesh that its neighbour's field folds is made anew once, rather than folding on for thousands of steps.
-TEST(RealData, OrgansThatMeetComeToRest) {
+/// A mesh that is folded by the field of its neighbour is rebuilt once; it does not stay folded for thousands of steps.
+TEST(RealData, AdjacentOrgansSettle) {
   std::optional<Volume> image = volume_of("ct_abdomen/ct.nii.gz");
   if (!image) GTEST_SKIP() << "the CT of the abdomen is not on this machine";
   Scene scene;
@@ -93,11 +93,11 @@ TEST(RealData, OrgansThatMeetComeToRest) {
   const Advance done = session.advance_steps(2000, true);
   EXPECT_TRUE(done.at_rest);
   EXPECT_TRUE(done.warnings.empty()) << done.warnings[0];
-  EXPECT_LE(folded_vertices(session.scene().find_mesh(kidney)->mesh), 4);  // 12 to 41 while it folded on
+  EXPECT_LE(folded_vertices(session.scene().find_mesh(kidney)->mesh), 4);  // 12 to 41 before it was rebuilt
 }
 
-/// Bowel beside the kidney: what looks like it goes on and on, and is not one object.
-TEST(RealData, ASeedInBowelIsSaidToBeUnsure) {
+/// Bowel next to the kidney: voxels of similar appearance extend far and are not one object.
+TEST(RealData, ASeedInBowelIsReportedAsUnsure) {
   std::optional<Volume> image = volume_of("ct_abdomen/ct.nii.gz");
   if (!image) GTEST_SKIP() << "the CT of the abdomen is not on this machine";
   for (const Eigen::Vector3d& at : {Eigen::Vector3d(78.956, -164.319, 316.302), {-92.044, -179.319, 322.302}}) {
@@ -108,7 +108,7 @@ TEST(RealData, ASeedInBowelIsSaidToBeUnsure) {
     session.apply(AddMesh{"bowel", {at, 6}, std::nullopt});
     const Advance done = session.advance_steps(1);
     ASSERT_EQ(done.warnings.size(), 1u);
-    EXPECT_NE(done.warnings[0].find("'bowel' is unsure of its object"), std::string::npos) << done.warnings[0];
+    EXPECT_NE(done.warnings[0].find("'bowel' is probably wrong"), std::string::npos) << done.warnings[0];
   }
 }
 
@@ -118,18 +118,18 @@ TEST(RealData, BothKidneysTogetherFromOneSphereEach) {
   EXPECT_GE(((*dice)[0] + (*dice)[1]) / 2, 0.86) << (*dice)[0] << " and " << (*dice)[1];
 }
 
-/// The label itself as the image: perfect contrast, noise of a quarter of it. The same parameters for every object.
+/// Image made from a label: perfect contrast, noise of a quarter of it. All objects use the same parameters.
 struct LabelCase {
   const char* labels;
   std::vector<std::optional<double>> values;
   std::vector<Seed> seeds;
-  double least_by_default = 0.90;  ///< Dice
+  double min_dice_by_default = 0.90;  ///< smallest Dice with default parameters
 };
 void PrintTo(const LabelCase& c, std::ostream* out) { *out << c.labels; }
 
 class LabelAsImage : public ::testing::TestWithParam<LabelCase> {};
 
-void is_found_and_kept(const LabelCase& c, const ForceParameters& parameters, double least) {
+void expect_found_and_stable(const LabelCase& c, const ForceParameters& parameters, double min_dice) {
   const auto labels = volume_of(c.labels);
   if (!labels) GTEST_SKIP() << c.labels << " is not on this machine";
   std::vector<Mask> references;
@@ -157,25 +157,25 @@ void is_found_and_kept(const LabelCase& c, const ForceParameters& parameters, do
     const Advance done = session.advance_steps(steps);
     EXPECT_FALSE(done.failure) << *done.failure;
     for (double d : dice_of(session, references))
-      EXPECT_GE(d, least) << c.labels << " after " << session.total_steps() << " steps";
+      EXPECT_GE(d, min_dice) << c.labels << " after " << session.total_steps() << " steps";
   }
 }
 
-/// As every new mesh is: what the object is, is learned from the seed alone.
-TEST_P(LabelAsImage, IsFoundAndKeptByDefault) {
-  is_found_and_kept(GetParam(), default_force_parameters(), GetParam().least_by_default);
+/// Default parameters of a new mesh: the field is computed from the seed only.
+TEST_P(LabelAsImage, IsFoundAndStableByDefault) {
+  expect_found_and_stable(GetParam(), default_force_parameters(), GetParam().min_dice_by_default);
 }
 
-/// The mechanics are tried, with the simplest of evidence: nothing is learned from marks.
-TEST_P(LabelAsImage, IsFoundAndKeptByIntensities) {
+/// Mechanics with the simplest evidence: intensities, no field.
+TEST_P(LabelAsImage, IsFoundAndStableByIntensities) {
   ForceParameters parameters = default_force_parameters();
   parameters.values[static_cast<int>(ForceId::Evidence)][EvidenceForce::source] = 1;
   parameters.values[static_cast<int>(ForceId::Smoothing)][SmoothingForce::weight] = 0.5f;
   parameters.values[static_cast<int>(ForceId::Smoothing)][SmoothingForce::curvature] = 0.5f;
-  is_found_and_kept(GetParam(), parameters, 0.90);
+  expect_found_and_stable(GetParam(), parameters, 0.90);
 }
 
-// The seeds of the kidneys are 1.5 and 2 times as wide as the kidneys hold, and stick out.
+// The seeds of the kidneys have 1.5 and 2 times the radius that fits, and extend beyond the kidneys.
 INSTANTIATE_TEST_SUITE_P(
     Objects, LabelAsImage,
     ::testing::Values(
@@ -199,7 +199,7 @@ TEST(RealData, RecordedDragReplaysBitForBitAndIsUndone) {
     return session;
   };
   if (!volume_of("ch2.nii.gz")) GTEST_SKIP() << "ch2 of mricron-data is not on this machine";
-  // Live: as many steps in each frame as happen to fit.
+  // Live run: the number of steps per frame depends on the time.
   const auto live = open(2);
   live->advance_steps(200);
   const MeshItem& brain = live->scene().meshes[0];
@@ -216,7 +216,7 @@ TEST(RealData, RecordedDragReplaysBitForBitAndIsUndone) {
   double nearest = 1e30;
   for (const Eigen::Vector3f& p : pulled)
     nearest = std::min(nearest, (p.cast<double>() - press - 12.0 * outward).norm());
-  EXPECT_LT(nearest, 1.0);  // a voxel: smoothing and image pull against the point
+  EXPECT_LT(nearest, 1.0);  // one voxel: smoothing and image act against the point
 
   const std::vector<LogEntry> log = live->log();
   for (int threads : {1, 2}) {

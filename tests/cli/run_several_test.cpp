@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Several scenes in one call: each ends as it does alone, and one that fails keeps no other from being run.
+// Several scenes in one call: each has the result of a single run, and a failed scene does not stop the others.
 #include <set>
 
 #include "cli_fixture.h"
@@ -30,7 +30,7 @@ class RunSeveral : public Cli {
   Arguments scenes_;
 };
 
-TEST_F(RunSeveral, EachHasTheBitsThatItHasAloneHoweverManyAreRunAtOnce) {
+TEST_F(RunSeveral, EachResultIsIdenticalToASingleRun) {
   for (const char* at_once : {"1", "3", "16"}) {
     const std::string folder = path(at_once);
     std::filesystem::create_directory(folder);
@@ -50,10 +50,10 @@ TEST_F(RunSeveral, EachHasTheBitsThatItHasAloneHoweverManyAreRunAtOnce) {
       EXPECT_EQ(json_of(at_once + name + "-report.json")["scene"], scene);
     }
   }
-  EXPECT_EQ(meshes.size(), 4u) << "scenes that differ";
+  EXPECT_EQ(meshes.size(), 4u) << "the scenes differ";
 }
 
-TEST_F(RunSeveral, OneThatFailsIsToldAndTheOthersAreRun) {
+TEST_F(RunSeveral, AFailedSceneIsReportedAndTheOthersRun) {
   write("image-cut.nii", "no image");
   nlohmann::json broken = scene_json();
   broken["volume"] = "image-cut.nii";
@@ -68,7 +68,7 @@ TEST_F(RunSeveral, OneThatFailsIsToldAndTheOthersAreRun) {
   EXPECT_FALSE(exists("two.nii.gz"));
 }
 
-TEST_F(RunSeveral, OutputsThatSeveralWouldWriteAreRefusedBeforeAnythingIsRun) {
+TEST_F(RunSeveral, OutputsOfSeveralScenesWithOneNameAreRejected) {
   Outcome outcome = call(run_all({"--labels", path("all.nii.gz")}));
   EXPECT_EQ(outcome.status, 2);
   EXPECT_NE(outcome.err.find("--labels: all 4 scenes would write"), std::string::npos) << outcome.err;

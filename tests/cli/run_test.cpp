@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each option of run has its effect, and a run is the same bits every time.
+// Effect of each option of run, and reproducibility of a run.
 #include <zlib.h>
 
 #include <memory>
@@ -7,10 +7,10 @@
 
 #include "cli_fixture.h"
 #include "gpu/backend.h"
-#include "io/load_input.h"
-#include "io/mesh_io.h"
-#include "io/scene_io.h"
-#include "io/volume_io.h"
+#include "io/mesh/mesh_io.h"
+#include "io/scene/load_input.h"
+#include "io/scene/scene_io.h"
+#include "io/volume/volume_io.h"
 #include "session/session.h"
 
 namespace simplexseg {
@@ -33,7 +33,7 @@ class Run : public Cli {
     arguments.insert(arguments.begin(), {"run", path("scene.json")});
     return arguments;
   }
-  /// Session with the test's scene, on the CPU.
+  /// Opens the scene of the test in a session on the CPU.
   std::unique_ptr<Session> open(const std::string& scene = "scene.json") const {
     SceneFile file = read_scene(path(scene));
     auto session = std::make_unique<Session>(make_cpu_engine(1));
@@ -58,16 +58,16 @@ TEST_F(Run, RunSegmentsAndReports) {
   EXPECT_EQ(mesh["vertices"], 320);
   EXPECT_GT(mesh["volume_mm3"], 0.0);
   EXPECT_GT(mesh["area_mm2"], 0.0);
-  EXPECT_GT(mesh["dice"], 0.65);  // the sphere it starts as has 0.41; so few vertices shrink
+  EXPECT_GT(mesh["dice"], 0.65);  // the initial sphere has 0.41; meshes with few vertices shrink
   EXPECT_GE(mesh["hd_mm"], mesh["hd95_mm"]);
   EXPECT_GE(mesh["hd95_mm"], mesh["assd_mm"]);
   EXPECT_GE(mesh["assd_mm"], 0.0);
   const std::string table = succeed(run({})).out;
-  for (const char* word : {"ball", "Dice", "HD95", "volume ml", "us a step"})
+  for (const char* word : {"ball", "Dice", "HD95", "volume ml", "us per step"})
     EXPECT_NE(table.find(word), std::string::npos) << table;
 }
 
-TEST_F(Run, AReportNamesNoAgreementWhereTheSceneNamesNoReference) {
+TEST_F(Run, AReportWithoutReferenceHasNoAgreement) {
   nlohmann::json scene = scene_json();
   scene["meshes"][0].erase("reference");
   write_scene("scene.json", scene);
@@ -91,11 +91,11 @@ TEST_F(Run, TheReportTracesTheRun) {
   EXPECT_DOUBLE_EQ(1000 * trace["seconds"].back().get<double>(), report["wall_ms"]);
   EXPECT_LT(trace["error_mean_mm"].back().get<double>(), 0.5 * trace["error_mean_mm"].front().get<double>());
   EXPECT_LE(trace["error_p95_mm"].back(), trace["error_max_mm"].back());
-  // A report changes no bit of the run.
+  // A report does not change the result of the run.
   succeed(run({"--steps", "65", "--meshes", path("plain")}));
   report_of({"--steps", "65", "--meshes", path("traced")});
   EXPECT_EQ(text_of("plain/ball.ply"), text_of("traced/ball.ply"));
-  // However long the run, the trace stays small.
+  // The size of the trace is bounded.
   EXPECT_LE(
       report_of({"--steps", "5000", "--set", "simulation.final_vertices=80"})["meshes"][0]["trace"]["steps"].size(),
       201u);
@@ -107,7 +107,7 @@ TEST_F(Run, Steps) {
   EXPECT_EQ(report_of({"--steps", "0"})["meshes"][0]["vertices"], 80);
 }
 
-TEST_F(Run, SaveWritesTheSceneAsItIsThen) {
+TEST_F(Run, SaveWritesTheSceneAfterTheRun) {
   succeed(run({"--steps", "20", "--save", path("later.json"), "--meshes", path("now")}));
   for (const char* folder : {"opened", "again"})
     succeed(
@@ -115,7 +115,7 @@ TEST_F(Run, SaveWritesTheSceneAsItIsThen) {
   EXPECT_EQ(text_of("opened/ball.ply"), text_of("now/ball.ply"));
   EXPECT_NE(text_of("again/ball.ply"), text_of("now/ball.ply"));
   succeed({"run", path("later.json"), "--steps", "25", "--threads", "2", "--meshes", path("once more")});
-  EXPECT_EQ(text_of("again/ball.ply"), text_of("once more/ball.ply")) << "every run from there is the same";
+  EXPECT_EQ(text_of("again/ball.ply"), text_of("once more/ball.ply")) << "continued runs are reproducible";
   EXPECT_NE(call(run({"--save", path("scene.json")})).err.find("the run reads this file"), std::string::npos);
   EXPECT_NE(call(run({"--save", path("later.txt")})).err.find("ends in .json"), std::string::npos);
 }
@@ -125,7 +125,7 @@ TEST_F(Run, UntilRest) {
   EXPECT_EQ(report["at_rest"], true);
   EXPECT_GT(report["steps"], 0);
   nlohmann::json scene = scene_json();
-  scene.erase("steps");  // the same as asking for it
+  scene.erase("steps");  // equivalent to --until-rest
   write_scene("scene.json", scene);
   EXPECT_EQ(report_of({"--set", "simulation.rest_tolerance=0.05"})["steps"], report["steps"]);
 }
@@ -137,14 +137,14 @@ TEST_F(Run, BackendAndThreads) {
   const nlohmann::json three = report_of({"--backend", "cpu", "--threads", "3", "--meshes", path("three")});
   EXPECT_EQ(three["threads"], 3);
   EXPECT_NE(one["device"], three["device"]);
-  EXPECT_EQ(text_of("one/ball.ply"), text_of("three/ball.ply"));  // threads change no bit
-  if (why_no_cuda().empty()) {
+  EXPECT_EQ(text_of("one/ball.ply"), text_of("three/ball.ply"));  // the number of threads does not change the result
+  if (cuda_unavailable_reason().empty()) {
     EXPECT_EQ(report_of({"--backend", "cuda"})["backend"], "cuda");
     EXPECT_EQ(report_of({"--backend", "auto"})["backend"], "cuda");
   } else {
-    const Outcome refused = call(run({"--backend", "cuda"}));
-    EXPECT_EQ(refused.status, 1);
-    EXPECT_NE(refused.err.find(why_no_cuda()), std::string::npos) << refused.err;
+    const Outcome failed = call(run({"--backend", "cuda"}));
+    EXPECT_EQ(failed.status, 1);
+    EXPECT_NE(failed.err.find(cuda_unavailable_reason()), std::string::npos) << failed.err;
     EXPECT_EQ(report_of({"--backend", "auto"})["backend"], "cpu");
   }
 }
@@ -179,7 +179,7 @@ TEST_F(Run, Labels) {
   int count = 0;
   for (const std::uint8_t value : labels.voxels<std::uint8_t>()) count += value == 5;
   EXPECT_NEAR(count * 8.0, report["meshes"][0]["volume_mm3"], 0.05 * count * 8);
-  // Compared as files, labels agree with the truth as the report says.
+  // `compare` computes the same agreement from the files as the report.
   succeed({"phantom", "label-image", path("labels.nii.gz"), path("x.nii"), "--labels", path("as_one.nii")});
   const nlohmann::json compared =
       nlohmann::json::parse(succeed({"compare", path("truth.nii.gz"), path("as_one.nii"), "--json"}).out);
@@ -196,13 +196,13 @@ TEST_F(Run, LabelsOfMeshesThatOverlap) {
   scene["meshes"].push_back(second);
   write_scene("scene.json", scene);
   const Outcome outcome = succeed(run({"--steps", "0", "--labels", path("labels.nii")}));
-  EXPECT_NE(outcome.err.find("two or more meshes"), std::string::npos);
+  EXPECT_NE(outcome.err.find("two or more segmentations"), std::string::npos);
   const Volume labels = read_volume(path("labels.nii"));
   EXPECT_EQ(labels.type(), VoxelType::UInt16);
   std::set<int> seen;
   for (const std::uint16_t value : labels.voxels<std::uint16_t>()) seen.insert(value);
   EXPECT_EQ(seen, (std::set<int>{0, 1, 300}));
-  EXPECT_EQ(labels.sample({1, 0, 0}), 1);  // in both: the first has it
+  EXPECT_EQ(labels.sample({1, 0, 0}), 1);  // in both meshes: assigned to the first
 }
 
 TEST_F(Run, Meshes) {
@@ -227,7 +227,7 @@ TEST_F(Run, Picture) {
   int width = 0, height = 0, offset = 0;
   ASSERT_EQ(std::sscanf(ppm.c_str(), "P6\n%d %d\n255\n%n", &width, &height, &offset), 2);
   ASSERT_EQ(ppm.size(), static_cast<std::size_t>(offset + 3 * width * height));
-  // Three panels: the centre of each is the bright object, its corner the background; the outline is coloured.
+  // Three panels: bright object in the centre, background in the corner, coloured outline.
   int coloured[3] = {0, 0, 0};
   const auto pixel = [&](int x, int y, int c) {
     return static_cast<unsigned char>(ppm[offset + 3 * (y * width + x) + c]);
@@ -238,7 +238,7 @@ TEST_F(Run, Picture) {
     EXPECT_GT(coloured[panel], 200) << panel;
     EXPECT_GT(pixel((2 * panel + 1) * width / 6, height / 2, 0), pixel(panel * (width / 3) + 20, 5, 0) + 100) << panel;
   }
-  // The PNG holds the same pixels.
+  // The PNG has the same pixels.
   succeed(run({"--picture", path("slices.png")}));
   const std::string png = text_of("slices.png");
   ASSERT_EQ(png.substr(1, 3), "PNG");
@@ -278,7 +278,7 @@ TEST_F(Run, Replay) {
   }
 }
 
-TEST_F(Run, WhatCanBeTakenBackGoesWithASavedScene) {
+TEST_F(Run, TheUndoHistoryIsSavedWithAScene) {
   const std::unique_ptr<Session> session = open();
   const ItemId point = session->apply(AddPoint{session->scene().meshes[0].id, {17, 0, 0}});
   session->advance_steps(4);
@@ -292,7 +292,7 @@ TEST_F(Run, WhatCanBeTakenBackGoesWithASavedScene) {
   };
   succeed(run({"--replay", path("log.json"), "--save", path("replayed.json")}));
   ASSERT_EQ(history_of("replayed.json"), session->history().undo_names());
-  // A run that goes on keeps it, and a log may take back what was done before it began.
+  // A continued run keeps the history, and a log may undo actions from before its start.
   succeed({"run", path("replayed.json"), "--steps", "6", "--save", path("later.json")});
   EXPECT_EQ(history_of("later.json"), session->history().undo_names());
   write("undo.json",
@@ -301,26 +301,27 @@ TEST_F(Run, WhatCanBeTakenBackGoesWithASavedScene) {
   session->apply(Undo{});
   write_mesh(path("undone.ply"), session->scene().meshes[0].mesh);
   EXPECT_EQ(text_of("undone/ball.ply"), text_of("undone.ply"));
-  // Of a scene without one nothing stale is left where another had one.
+  // Saving a scene without history deletes an old history file.
   EXPECT_TRUE(exists("later.history"));
   succeed(run({"--steps", "5", "--save", path("later.json")}));
   EXPECT_FALSE(exists("later.history"));
-  // One that is damaged is a warning, no more.
+  // A damaged history is only a warning.
   write("replayed.history", "damaged");
   const Outcome outcome = succeed({"run", path("replayed.json"), "--steps", "2", "--save", path("third.json")});
-  EXPECT_NE(outcome.err.find("warning: the undo history"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("warning: cannot restore the undo history"), std::string::npos) << outcome.err;
   EXPECT_FALSE(exists("third.history"));
 }
 
-TEST_F(Run, ASavedSceneGoesOnFromTheSameBits) {
-  // Of evidence from intensities: with a field the solver's timestep, which is not saved, shows in the last digits.
+TEST_F(Run, ASavedSceneContinuesIdentically) {
+  // Uses evidence from intensities: with a field, the timestep of the solver affects the last digits, and it is not
+  // saved.
   nlohmann::json scene = scene_json();
   scene["forces"] = {{"evidence", {{"source", "intensities"}}}, {"smoothing", {{"weight", 0.5}, {"curvature", 0.5}}}};
   write_scene("scene.json", scene);
   const std::unique_ptr<Session> live = open();
   live->advance_steps(30);
   live->apply(RecordProfiles{0});
-  live->advance_steps(30);  // a multiple of the refresh and rest intervals: both sides count on from the same place
+  live->advance_steps(30);  // a multiple of the refresh and rest intervals: both sessions continue at the same phase
   simplexseg::write_scene(path("saved.json"), live->scene());
   const std::unique_ptr<Session> reopened = open("saved.json");
   ASSERT_EQ(reopened->scene().meshes[0].mesh.positions, live->scene().meshes[0].mesh.positions);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is written out of the program's tables is up to date, and the check of the layers finds what it is there for.
+// Generated documents are up to date, and the checks of layers, words, links and commits find violations.
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -19,7 +19,7 @@ TEST_F(Scripts, TheCommittedParameterTablesAreUpToDate) {
       << "run: simplexseg-cli parameters --markdown > docs/parameters.md";
 }
 
-TEST_F(Scripts, TheForceOfTheManualIsTheOneThatIsBuilt) {
+TEST_F(Scripts, TheForceInTheManualMatchesTheSource) {
   const auto text_of = [](const char* path) {
     std::ifstream file(fs::path(SIMPLEXSEG_SOURCE_DIR) / path);
     return std::string{std::istreambuf_iterator<char>(file), {}};
@@ -30,16 +30,16 @@ TEST_F(Scripts, TheForceOfTheManualIsTheOneThatIsBuilt) {
       << "the code in docs/add-a-force.md is not tests/toy_force/centring.h";
 }
 
-/// Exit status of scripts/check_layers over a tree.
+/// Returns the exit status of scripts/check_layers for a tree.
 int check_layers(const fs::path& root) {
   const std::string script = (fs::path(SIMPLEXSEG_SOURCE_DIR) / "scripts/check_layers").string();
   const int status = std::system(("'" + script + "' '" + root.string() + "' 2>/dev/null").c_str());
   return WEXITSTATUS(status);
 }
 
-TEST_F(Scripts, NoIncludeOfTheProjectGoesUpward) { EXPECT_EQ(check_layers(SIMPLEXSEG_SOURCE_DIR), 0); }
+TEST_F(Scripts, TheProjectHasNoUpwardIncludes) { EXPECT_EQ(check_layers(SIMPLEXSEG_SOURCE_DIR), 0); }
 
-TEST_F(Scripts, TheCheckOfTheLayersFindsEveryArrowUpward) {
+TEST_F(Scripts, TheLayerCheckFindsUpwardIncludes) {
   const auto status_of = [this](const std::string& file, const std::string& include) {
     fs::remove_all(folder_ / "src");
     fs::create_directories((folder_ / "src" / file).parent_path());
@@ -49,18 +49,18 @@ TEST_F(Scripts, TheCheckOfTheLayersFindsEveryArrowUpward) {
   const std::vector<std::pair<std::string, std::string>> wrong = {
       {"core/a.h", "#include <QObject>"},
       {"core/a.cpp", "#include \"gpu/backend.h\""},
-      {"core/a.cpp", "#include \"io/volume_io.h\""},
+      {"core/a.cpp", "#include \"io/volume/volume_io.h\""},
       {"forces/a.h", "# include <cuda.h>"},
       {"core/a.h", "#include <cuda_runtime.h>"},
       {"core/a.h", "#include <itkImage.h>"},
       {"core/a.h", "#include <GL/glew.h>"},
       {"core/a.h", "  #include \"gui/views/view.h\""},
       {"core/a.h", "#include <nlohmann/json.hpp>"},
-      {"gpu/a.cpp", "#include \"io/volume_io.h\""},
+      {"gpu/a.cpp", "#include \"io/volume/volume_io.h\""},
       {"gpu/a.cu", "#include <QtCore/QObject>"},
-      {"io/a.cpp", "#include \"gpu/backend.h\""},
-      {"io/a.cpp", "#include \"gui/views/view.h\""},
-      {"io/a.h", "#include <nlohmann/json.hpp>"},
+      {"io/volume/a.cpp", "#include \"gpu/backend.h\""},
+      {"io/volume/a.cpp", "#include \"gui/views/view.h\""},
+      {"io/scene/a.h", "#include <nlohmann/json.hpp>"},
       {"cli/a.cpp", "#include \"gui/views/view.h\""},
       {"cli/a.cpp", "#include <itkImage.h>"},
       {"gui/window/a.cpp", "#include \"cli/cli.h\""},
@@ -73,19 +73,72 @@ TEST_F(Scripts, TheCheckOfTheLayersFindsEveryArrowUpward) {
       {"gui/look/a.h", "#include \"gui/views/view.h\""},
       {"gui/panels/a.cpp", "#include \"gui/drawing/painters.h\""},
       {"gui/panels/a.cpp", "#include <GL/glew.h>"},
+      {"io/platform/a.cpp", "#include \"io/volume/volume_io.h\""},
+      {"io/mesh/a.cpp", "#include \"io/scene/scene_io.h\""},
+      {"io/mesh/a.cpp", "#include <gdcmReader.h>"},
+      {"app/a.cpp", "#include \"cli/cli.h\""},
+      {"python/a.cpp", "#include \"cli/cli.h\""},
+      {"gui/window/archive/a.cpp", "#include \"gui/window/main_window.h\""},
       {"elsewhere/a.h", "#include \"core/error.h\""}};
   for (const auto& [file, include] : wrong) EXPECT_NE(status_of(file, include), 0) << file << ": " << include;
   const std::vector<std::pair<std::string, std::string>> right = {
       {"core/a.h", "#include <Eigen/Core>"},
       {"gpu/a.cu", "#include <cuda_runtime.h>"},
       {"gpu/a.h", "#include \"image/volume.h\""},
-      {"io/a.cpp", "#include <itkImage.h>"},
-      {"io/a.cpp", "#include <nlohmann/json.hpp>"},
-      {"cli/a.cpp", "#include \"io/scene_io.h\""},
+      {"io/volume/a.cpp", "#include <itkImage.h>"},
+      {"io/scene/a.cpp", "#include <nlohmann/json.hpp>"},
+      {"archive/a.cpp", "#include \"io/scene/scene_io.h\""},
+      {"cli/a.cpp", "#include \"io/scene/scene_io.h\""},
       {"gui/window/a.h", "#include <QObject>"},
       {"gui/workbench/a.cpp", "#include \"gpu/backend.h\""},
       {"core/a.h", "// #include <QObject> is not for core"}};
   for (const auto& [file, include] : right) EXPECT_EQ(status_of(file, include), 0) << file << ": " << include;
+}
+
+/// Exit status of a script of the source tree for these arguments.
+int status_of(const std::string& name, const std::string& arguments = "") {
+  const std::string script = (fs::path(SIMPLEXSEG_SOURCE_DIR) / "scripts" / name).string();
+  return WEXITSTATUS(std::system(("'" + script + "' " + arguments + " >&2").c_str()));
+}
+
+TEST_F(Scripts, NoFileHasABannedWord) { EXPECT_EQ(status_of("check_words"), 0); }
+
+TEST_F(Scripts, AllLinksInDocumentsAreValid) { EXPECT_EQ(status_of("check_links"), 0); }
+
+TEST_F(Scripts, TheWordCheckFindsBannedWords) {
+  const fs::path file = fs::path(SIMPLEXSEG_SOURCE_DIR) / "scripts/check_words";
+  fs::create_directories(folder_ / "scripts");
+  fs::copy_file(file, folder_ / "scripts/check_words");
+  fs::copy_file(file.parent_path() / "banned_words.txt", folder_ / "scripts/banned_words.txt");
+  // Parts of words, so that this file passes the check.
+  const std::string verb = std::string("he") + "ar", solver = std::string("wal") + "k", of = std::string("O") + "f";
+  const auto status = [&](const std::string& line) {
+    write("a.cpp", line + "\n");
+    return WEXITSTATUS(std::system(
+        ("'" + (folder_ / "scripts/check_words").string() + "' '" + (folder_ / "a.cpp").string() + "' >/dev/null 2>&1")
+            .c_str()));
+  };
+  EXPECT_EQ(status("int radius_mm;  ///< radius of the mark"), 0);
+  EXPECT_EQ(status("// Solves the random " + solver + "er."), 0);
+  EXPECT_NE(status("// Lets the field " + verb + " the mark."), 0);
+  EXPECT_NE(status("void " + verb + "_mark();"), 0);
+  EXPECT_NE(status("struct Field" + std::string(1, 'H') + verb.substr(1) + "s {};"), 0);
+  EXPECT_NE(status("int radius_mm;  ///< " + of + " the mark"), 0);
+  EXPECT_NE(status("/// " + of + " all marks."), 0);
+}
+
+TEST_F(Scripts, TheHookRejectsNonImperativeSubjects) {
+  const auto status = [&](const std::string& message) {
+    write("message", message + "\n");
+    return status_of("hooks/commit-msg", "'" + (folder_ / "message").string() + "' 2>/dev/null");
+  };
+  EXPECT_EQ(status("Move the readers into folders of their own"), 0);
+  EXPECT_EQ(status("Fix the scale of the axes\n\nIt was wrong."), 0);
+  EXPECT_NE(status("The axes have the right scale"), 0);
+  EXPECT_NE(status("Fixed the scale"), 0);
+  EXPECT_NE(status("Fix the scale."), 0);
+  EXPECT_NE(status("Fix the scale\nof the axes"), 0);
+  EXPECT_NE(status("Fix " + std::string(72, 'x')), 0);
 }
 
 }  // namespace

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What segment makes a scene of, and that it is run as a scene is.
+// Scenes that segment builds from its options, and their runs.
 #include <algorithm>
 
 #include "cli_fixture.h"
-#include "io/load_input.h"
-#include "io/volume_io.h"
+#include "io/scene/load_input.h"
+#include "io/volume/volume_io.h"
 
 namespace simplexseg {
 namespace {
@@ -27,7 +27,7 @@ class Segment : public Cli {
     succeed(segment(arguments));
     return json_of("report.json");
   }
-  void expect_refused(Arguments arguments, const std::string& why) const {
+  void expect_rejected(Arguments arguments, const std::string& why) const {
     const Outcome outcome = call(segment(arguments));
     EXPECT_EQ(outcome.status, 2) << why;
     EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
@@ -35,7 +35,7 @@ class Segment : public Cli {
   }
 };
 
-TEST_F(Segment, ASeedWithATemplateIsTheRunOfItsScene) {
+TEST_F(Segment, ASeedWithATemplateEqualsTheRunOfTheScene) {
   succeed({"run", path("scene.json"), "--labels", path("run.nii"), "--meshes", path("run")});
   succeed(segment({path("segment.nii"), "--scene", path("template.json"), "--seed", "1,0,0", "--radius", "9", "--name",
                    "ball", "--meshes", path("segment"), "--save", path("saved.json")}));
@@ -46,7 +46,7 @@ TEST_F(Segment, ASeedWithATemplateIsTheRunOfItsScene) {
   EXPECT_EQ(saved.scene.meshes.at(0).seed.radius_mm, 9);
 }
 
-TEST_F(Segment, MeshesOfATemplateAreTakenWithoutItsVolumePoseAndReference) {
+TEST_F(Segment, TemplateMeshesAreUsedWithoutVolumePoseAndReference) {
   succeed({"run", path("scene.json"), "--labels", path("run.nii"), "--save", path("posed.json")});
   nlohmann::json posed = json_of("posed.json");
   EXPECT_TRUE(posed["meshes"][0].contains("pose"));
@@ -55,7 +55,7 @@ TEST_F(Segment, MeshesOfATemplateAreTakenWithoutItsVolumePoseAndReference) {
   write_scene("posed.json", posed);
   const nlohmann::json report =
       report_of({"--scene", path("posed.json"), "--labels", path("segment.nii"), "--steps", "30"});
-  EXPECT_EQ(text_of("segment.nii"), text_of("run.nii")) << "from the seed, as if it had never been run";
+  EXPECT_EQ(text_of("segment.nii"), text_of("run.nii")) << "starts from the seed and ignores the pose";
   EXPECT_FALSE(report["meshes"][0].contains("dice"));
   EXPECT_TRUE(
       report_of({"--scene", path("posed.json"), "--reference", path("truth.nii.gz")})["meshes"][0].contains("dice"));
@@ -63,7 +63,7 @@ TEST_F(Segment, MeshesOfATemplateAreTakenWithoutItsVolumePoseAndReference) {
   EXPECT_NE(text_of("moved.nii"), text_of("run.nii"));
 }
 
-TEST_F(Segment, SeveralSeedsAreMeshesOfTheirOwn) {
+TEST_F(Segment, EachSeedCreatesAMesh) {
   const nlohmann::json report = report_of({"--seed",
                                            "-8,0,0",
                                            "--seed",
@@ -91,7 +91,7 @@ TEST_F(Segment, SeveralSeedsAreMeshesOfTheirOwn) {
   EXPECT_EQ(read_volume(path("two.nii")).range().max, 2);
 }
 
-TEST_F(Segment, PointsBelongToTheMeshThatIsMeant) {
+TEST_F(Segment, PointsBelongToTheNamedMesh) {
   succeed(segment({"--seed", "0,0,0", "--inside", "1,2,3", "--outside", "-9,-9,-9", "--boundary=0,0,8", "--steps", "0",
                    "--save", path("points.json")}));
   const Scene scene = load_scene(path("points.json")).scene;
@@ -104,8 +104,8 @@ TEST_F(Segment, PointsBelongToTheMeshThatIsMeant) {
   succeed(segment({"--seed", "-8,0,0", "--seed", "8,0,0", "--inside", "mesh 2=8,1,0", "--steps", "0", "--save",
                    path("points.json")}));
   EXPECT_EQ(load_scene(path("points.json")).scene.points.at(0).mesh, 2u);
-  expect_refused({"--seed", "-8,0,0", "--seed", "8,0,0", "--inside", "8,1,0"}, "which of 2 meshes");
-  expect_refused({"--seed", "0,0,0", "--inside", "heart=8,1,0"}, "no mesh of that name");
+  expect_rejected({"--seed", "-8,0,0", "--seed", "8,0,0", "--inside", "8,1,0"}, "has 2 meshes");
+  expect_rejected({"--seed", "0,0,0", "--inside", "heart=8,1,0"}, "no mesh has this name");
 }
 
 TEST_F(Segment, MeshesStartFromLabels) {
@@ -117,28 +117,28 @@ TEST_F(Segment, MeshesStartFromLabels) {
   const nlohmann::json same =
       nlohmann::json::parse(succeed({"compare", path("two.nii"), path("again.nii"), "--label", "2", "--json"}).out);
   EXPECT_GT(same["dice"], 0.95);
-  expect_refused({"--labels-start", path("two.nii"), "--seed", "0,0,0"}, "--seed");
+  expect_rejected({"--labels-start", path("two.nii"), "--seed", "0,0,0"}, "--seed");
 }
 
-TEST_F(Segment, WhatMakesNoSceneIsRefusedInOneLine) {
-  expect_refused({}, "nothing says where the object is");
-  expect_refused({"--radius", "4"}, "no seed");
-  expect_refused({"--seed", "1,2"}, "three numbers");
-  expect_refused({"--seed", "1,2,x"}, "three numbers");
-  expect_refused({"--seed", "1,2,3,4"}, "three numbers");
-  expect_refused({"--seed", "1,2,nan"}, "three numbers");
-  expect_refused({"--seed", "0,0,900"}, "outside");
-  expect_refused({"--seed", "0,0,0", "--radius", "-1"}, "radius");
-  expect_refused({"--seed", "0,0,0", "--radius", "1", "--radius", "2"}, "2 radii for 1 seed");
-  expect_refused({"--seed", "0,0,0", "--seed", "1,0,0", "--scene", path("scene.json")}, "2 seeds for 1 mesh");
-  expect_refused({"--seed", "0,0,0", "--name", "a", "--name", "b"}, "2 names for 1 mesh");
-  expect_refused({"--seed", "0,0,0", "--seed", "1,0,0", "--name", "a", "--name", "a"}, "two meshes");
-  expect_refused({"--seed", "0,0,0", "--reference-label", "1"}, "--reference");
-  expect_refused({"--seed", "0,0,0", "--labels", path("image.nii.gz")}, "the run reads this file");
-  expect_refused({"--seed", "0,0,0", "--scene", path("none.json")}, "none.json");
+TEST_F(Segment, InvalidOptionsAreRejectedInOneLine) {
+  expect_rejected({}, "the position of the object is missing");
+  expect_rejected({"--radius", "4"}, "no seed");
+  expect_rejected({"--seed", "1,2"}, "three numbers");
+  expect_rejected({"--seed", "1,2,x"}, "three numbers");
+  expect_rejected({"--seed", "1,2,3,4"}, "three numbers");
+  expect_rejected({"--seed", "1,2,nan"}, "three numbers");
+  expect_rejected({"--seed", "0,0,900"}, "outside");
+  expect_rejected({"--seed", "0,0,0", "--radius", "-1"}, "radius");
+  expect_rejected({"--seed", "0,0,0", "--radius", "1", "--radius", "2"}, "2 radii for 1 seed");
+  expect_rejected({"--seed", "0,0,0", "--seed", "1,0,0", "--scene", path("scene.json")}, "2 seeds for 1 mesh");
+  expect_rejected({"--seed", "0,0,0", "--name", "a", "--name", "b"}, "2 names for 1 mesh");
+  expect_rejected({"--seed", "0,0,0", "--seed", "1,0,0", "--name", "a", "--name", "a"}, "two meshes");
+  expect_rejected({"--seed", "0,0,0", "--reference-label", "1"}, "--reference");
+  expect_rejected({"--seed", "0,0,0", "--labels", path("image.nii.gz")}, "the run reads this file");
+  expect_rejected({"--seed", "0,0,0", "--scene", path("none.json")}, "none.json");
 }
 
-TEST_F(Segment, PlanSaysWhatARunIsLikelyToNeed) {
+TEST_F(Segment, PlanEstimatesMemoryAndTime) {
   const auto plan = [this](Arguments more) {
     more.insert(more.end(), {"--seed", "0,0,0", "--plan"});
     return nlohmann::json::parse(succeed(segment(more)).out);
@@ -162,7 +162,7 @@ TEST_F(Segment, OptionsWithoutASubcommandAreThoseOfSegment) {
   EXPECT_EQ(unknown.status, 2);
   EXPECT_NE(unknown.err.find("subcommand"), std::string::npos) << unknown.err;
   for (const Arguments& how : {Arguments{"--xml"}, Arguments{"segment", "--xml"}})
-    EXPECT_TRUE(succeed(how).out.starts_with("<?xml")) << "3D Slicer asks so";
+    EXPECT_TRUE(succeed(how).out.starts_with("<?xml")) << "called by 3D Slicer";
 }
 
 }  // namespace

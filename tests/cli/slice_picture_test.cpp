@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/slice_picture.h"
+#include "app/slice_picture.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 namespace simplexseg {
 namespace {
 
-/// MONOCHROME1: what was dark is bright, and the frame around the volume stays black.
+/// MONOCHROME1 inverts the greys; the frame around the volume stays black.
 TEST(SlicePicture, LowValuesCanBeBright) {
   PhantomSettings settings;
   settings.size = 16;

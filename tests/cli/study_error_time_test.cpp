@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// study error-time: from one command to tables and plots; refusals.
+// study error-time: tables and plots of a call, and rejected input.
 #include <map>
 #include <set>
 #include <sstream>
 
 #include "cli_fixture.h"
 #include "forces/parameters.h"
-#include "io/volume_io.h"
+#include "io/volume/volume_io.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {
@@ -20,7 +20,7 @@ class StudyErrorTime : public Cli {
     arguments.insert(arguments.begin() + 2, scenes.begin(), scenes.end());
     return arguments;
   }
-  /// The lines of a table without commas in its fields but in quotes.
+  /// Reads a CSV table. Fields with commas are quoted.
   std::vector<std::map<std::string, std::string>> table(const std::string& name) const {
     std::istringstream text(text_of(name));
     std::vector<std::string> heads;
@@ -76,12 +76,12 @@ TEST_F(StudyErrorTime, BuiltInScenesGiveTablesAndPlots) {
     EXPECT_NE(text_of("out/error-time.md").find(std::string("## ") + scene), std::string::npos);
     EXPECT_NE(outcome.out.find(scene), std::string::npos);
   }
-  // There is a truth of the full phantom alone.
+  // Only the full phantom has a truth.
   EXPECT_TRUE(exists("out/phantom-full-80-live.csv"));
   EXPECT_FALSE(exists("out/phantom-half-80-live.csv"));
 }
 
-TEST_F(StudyErrorTime, ASceneFileIsRunWholeAgainstItsReference) {
+TEST_F(StudyErrorTime, ASceneFileIsComparedWithItsReference) {
   make_scene();
   succeed(study({path("scene.json")}));
   std::set<std::string> intervals, starts;
@@ -100,30 +100,31 @@ TEST_F(StudyErrorTime, ASceneFileIsRunWholeAgainstItsReference) {
     EXPECT_TRUE(exists(plot)) << plot;
 }
 
-TEST_F(StudyErrorTime, BadInputIsRefusedInOneLineBeforeAnyTimeIsSpent) {
+TEST_F(StudyErrorTime, BadInputIsRejectedInOneLineBeforeTheRun) {
   make_scene();
   write("file", "");
-  const auto refused = [&](const Arguments& arguments, const std::string& says) {
+  const auto rejection = [&](const Arguments& arguments, const std::string& message) {
     const Outcome outcome = call(arguments);
     EXPECT_EQ(outcome.status, 2) << outcome.err;
-    EXPECT_NE(outcome.err.find(says), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err;
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
     EXPECT_FALSE(exists("out/error-time.md"));
   };
-  refused(study({}), "SCENE");
-  refused(study({"phantom:quarter"}), "phantom:half");
-  refused(study({path("none.json")}), "none.json");
-  refused(study({"phantom:full", "phantom:full"}), "same name");
-  refused({"study", "error-time", "phantom:full"}, "--out");
-  refused({"study", "error-time", "phantom:full", "--out", path("file")}, "file");
-  refused({"study", "error-time", "phantom:full", "--out", path("out"), "--budget", "0"}, "--budget");
-  refused({"study", "error-time", "phantom:full", "--out", path("out"), "--backend", "cuda", "--threads", "2"},
-          "--threads");
-  refused({"study", "error-time", path("scene.json"), "--out", path("out"), "--set", "simulation.dampin=1"}, "damping");
+  rejection(study({}), "SCENE");
+  rejection(study({"phantom:quarter"}), "phantom:half");
+  rejection(study({path("none.json")}), "none.json");
+  rejection(study({"phantom:full", "phantom:full"}), "same name");
+  rejection({"study", "error-time", "phantom:full"}, "--out");
+  rejection({"study", "error-time", "phantom:full", "--out", path("file")}, "file");
+  rejection({"study", "error-time", "phantom:full", "--out", path("out"), "--budget", "0"}, "--budget");
+  rejection({"study", "error-time", "phantom:full", "--out", path("out"), "--backend", "cuda", "--threads", "2"},
+            "--threads");
+  rejection({"study", "error-time", path("scene.json"), "--out", path("out"), "--set", "simulation.dampin=1"},
+            "damping");
   nlohmann::json scene = scene_json();
   scene["meshes"] = nlohmann::json::array();
   write_scene("scene.json", scene);
-  refused(study({path("scene.json")}), "no mesh");
+  rejection(study({path("scene.json")}), "no mesh");
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""cohort_test.py PROGRAM: scripts/cohort on one machine."""
+"""cohort_test.py PROGRAM: tests of scripts/cohort on one machine."""
 from __future__ import annotations
 
 import csv
@@ -18,7 +18,7 @@ from fixture import SHAPES, CohortFixture
 
 
 class Page(HTMLParser):
-    """What a test asks of a page: the order of its cases, and the addresses in it."""
+    """Contents of a page: the order of its cases, and its addresses."""
 
     def __init__(self, path: Path) -> None:
         super().__init__()
@@ -43,7 +43,7 @@ class CohortTest(CohortFixture):
         with open(self.out / "summary.csv", newline="", encoding="utf-8") as file:
             return list(csv.DictReader(file))
 
-    def test_cases_are_the_bare_runs_and_a_broken_one_is_told(self) -> None:
+    def test_cases_equal_single_runs_and_a_broken_one_is_reported(self) -> None:
         self.break_a_volume()
         self.write_table(self.rows)
         done = self.cohort()
@@ -58,7 +58,7 @@ class CohortTest(CohortFixture):
         self.assertIn("broken.nii.gz", rows[0]["why"])
         self.assertEqual(sorted(row["name"] for row in rows[1:]), sorted(SHAPES))
         self.assertTrue(all(float(row["dice"]) > 0.3 and float(row["volume_ml"]) > 0 for row in rows[1:]))
-        # The page: all cases, what failed first, and nothing from elsewhere.
+        # Page: all cases, failed ones first, no external resources.
         page = Page(self.out / "index.html")
         self.assertEqual(page.cases[0], "broken")
         self.assertEqual(sorted(page.cases), sorted([*SHAPES, "broken"]))
@@ -67,14 +67,14 @@ class CohortTest(CohortFixture):
         for address in page.addresses:
             self.assertRegex(address, r"^(#case-[\w.-]+$|data:image/png;base64,)")
         self.assertNotRegex(page.text, r"https?://|@import|url\(")
-        # Mended, it alone is run.
+        # Only the repaired case runs again.
         stamps = {shape: (self.out / "cases" / shape / "labels.nii.gz").stat().st_mtime_ns for shape in SHAPES}
         (self.folder / "broken.nii.gz").write_bytes((self.folder / "sphere.nii.gz").read_bytes())
         again = self.cohort()
         self.assertEqual(again.returncode, 0, again.stderr)
         self.assertIn("1 done, 0 failed, 3 skipped", again.stdout)
         self.assertEqual(stamps, {shape: (self.out / "cases" / shape / "labels.nii.gz").stat().st_mtime_ns for shape in SHAPES})
-        # Of a row that was changed the case is run anew; what somebody deleted, too.
+        # A case runs again if its row was changed or a result was deleted.
         self.rows[0]["radius"] = "7"
         self.write_table(self.rows)
         (self.out / "cases" / "cube" / "labels.nii.gz").unlink()
@@ -100,9 +100,9 @@ class CohortTest(CohortFixture):
         self.assertFalse((self.out / "cases" / "placed" / "scene.json").exists())
         self.assertGreater(next(float(row["dice"]) for row in self.summary() if row["name"] == "labels"), 0.9)
 
-    def test_processes_that_share_a_gpu_are_as_many_as_asked_for(self) -> None:
+    def test_gpu_processes_sets_the_number_of_processes(self) -> None:
         self.write_table([row | {"name": f"{row['name']}{k}"} for row in self.rows for k in range(2)])
-        # Stands in for a device: notes how many are at work, and computes on the CPU.
+        # Replaces the device: counts the running processes, and computes on the CPU.
         at_work = self.folder / "at_work"
         at_work.mkdir()
         counted = self.wrapper(f"touch {at_work}/$$; ls {at_work} | wc -l >>{self.folder}/counts; sleep 0.3; rm {at_work}/$$\n"
@@ -113,7 +113,7 @@ class CohortTest(CohortFixture):
         self.assertEqual((len(counts), max(counts)), (6, 3))
         self.assertIn("--backend cuda", (self.out / "logs" / "snakemake.log").read_text())
 
-    def test_an_interrupted_call_goes_on(self) -> None:
+    def test_an_interrupted_call_continues(self) -> None:
         self.write_table(self.rows)
         calls = self.folder / "calls"
         slow = self.wrapper(f'echo "$2" >>{calls}\nif [[ $2 == *cube* && ! -e {calls}.killed ]]; then exec sleep 60; fi')
@@ -131,12 +131,12 @@ class CohortTest(CohortFixture):
         calls.unlink()
         done = self.cohort(environment=environment)
         self.assertEqual(done.returncode, 0, done.stderr)
-        finished = len(before) - 1  # before the one that was killed
+        finished = len(before) - 1  # cases before the killed one
         self.assertIn(f"{3 - finished} done, 0 failed, {finished} skipped", done.stdout)
-        self.assertEqual(len(calls.read_text().split()), 3 - finished, "what is done is not run again")
+        self.assertEqual(len(calls.read_text().split()), 3 - finished, "finished cases do not run again")
         self.assert_labels_of_the_bare_program()
 
-    def test_what_is_killed_is_tried_again(self) -> None:
+    def test_a_killed_case_is_repeated(self) -> None:
         self.write_table(self.rows[:1])
         once = self.wrapper(f"if mkdir {self.folder}/killed 2>/dev/null; then kill -KILL $$; fi")
         done = self.cohort(environment=dict(os.environ, SIMPLEXSEG_CLI=once))
@@ -147,7 +147,7 @@ class CohortTest(CohortFixture):
         self.assertEqual(done.returncode, 1)
         self.assertIn("sphere: killed: exit status 137", done.stderr)
 
-    def test_bad_tables_are_told_in_one_line_before_anything_runs(self) -> None:
+    def test_bad_tables_are_refused_in_one_line_before_any_run(self) -> None:
         good = self.rows[0]
 
         def expect(rows: list[dict[str, str]], *words: str) -> None:
@@ -165,7 +165,7 @@ class CohortTest(CohortFixture):
         expect([good | {"y": ""}], "row 2", "'y'")
         expect([good | {"radius": "0"}], "row 2", "'radius'")
         expect([good | {"labels": "cube.nii.gz"}], "row 2", "'labels'", "seed")
-        expect([{"name": "a", "image": "cube.nii.gz"}], "row 2", "nothing says where")
+        expect([{"name": "a", "image": "cube.nii.gz"}], "row 2", "position of the object is missing")
         expect([good | {"reference": "none.nii"}], "row 2", "'reference'")
         expect([good | {"reference": "", "reference_label": "1"}], "row 2", "'reference_label'")
         expect([good | {"volume": "1.5"}], "row 2", "'volume'")
@@ -182,7 +182,7 @@ class CohortTest(CohortFixture):
         table.unlink()
         self.expect_refused("No such file")
         self.write_table([good])
-        for text, word in (("stepz: 3", "stepz"), ("steps: many", "'steps'"), ("[1]", "no keys"), ("scene: x.json", "x.json"),
+        for text, word in (("stepz: 3", "stepz"), ("steps: many", "'steps'"), ("[1]", "not a list of keys"), ("scene: x.json", "x.json"),
                            ("a: [", "YAML")):
             self.config.write_text(text)
             self.expect_refused(word)

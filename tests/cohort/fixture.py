@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of cohorts share: phantoms, a table of them, and calls of scripts/cohort."""
+"""Fixture of the cohort tests: phantoms, their table, and calls of scripts/cohort."""
 from __future__ import annotations
 
 import csv
@@ -20,7 +20,7 @@ STEPS = 40
 
 
 class CohortFixture(unittest.TestCase):
-    """Three phantoms and a folder for results, which live as long as a test."""
+    """Three phantoms and a folder for results, deleted after each test."""
 
     def setUp(self) -> None:
         self.temporary = tempfile.TemporaryDirectory(prefix="simplexseg-cohort-")
@@ -38,11 +38,11 @@ class CohortFixture(unittest.TestCase):
         self.temporary.cleanup()
 
     def call(self, *arguments: str) -> str:
-        """The bare program, in the folder."""
+        """Runs the program in the folder and returns its output."""
         return subprocess.run([program(), *arguments], cwd=self.folder, capture_output=True, text=True, check=True).stdout
 
     def write_table(self, rows: list[dict[str, str]]) -> Path:
-        """The table of these rows."""
+        """Writes the rows to a table."""
         path = self.folder / "table.csv"
         with open(path, "w", newline="", encoding="utf-8") as file:
             columns = dict.fromkeys(key for row in rows for key in row)
@@ -52,30 +52,30 @@ class CohortFixture(unittest.TestCase):
         return path
 
     def command(self, *arguments: str) -> list[str]:
-        """A call of scripts/cohort for the table."""
+        """Returns the command line of scripts/cohort for the table."""
         return [str(COHORT), str(self.folder / "table.csv"), str(self.out), "--config", str(self.config), *arguments]
 
     def cohort(self, *arguments: str, environment: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
-        """Runs scripts/cohort to its end."""
+        """Runs scripts/cohort and waits for its end."""
         given = dict(environment or os.environ)
         given.setdefault("SIMPLEXSEG_CLI", program())
         return subprocess.run(self.command(*arguments), env=given, capture_output=True, text=True, check=False)
 
     def wrapper(self, body: str) -> str:
-        """A script in place of the program, which can do something first; "$@" is what the program is asked for."""
+        """Writes a script that runs `body`, then the program; "$@" are the arguments of the program."""
         path = self.folder / "wrapper"
         path.write_text(f'#!/bin/bash\n{body}\nexec {program()} "$@"\n')
         path.chmod(0o755)
         return str(path)
 
     def break_a_volume(self) -> None:
-        """A fourth case, whose file is cut short, in the middle of the table."""
+        """Inserts a case with a truncated file into the table."""
         whole = (self.folder / "sphere.nii.gz").read_bytes()
         (self.folder / "broken.nii.gz").write_bytes(whole[: len(whole) // 2])
         self.rows.insert(1, {"name": "broken", "image": "broken.nii.gz", "x": "0", "y": "0", "z": "0", "radius": "8"})
 
     def assert_labels_of_the_bare_program(self) -> None:
-        """Every phantom's labels are those of a plain call, to the last bit."""
+        """Expects that the labels of all phantoms are identical to those of single calls."""
         for shape in SHAPES:
             self.call("segment", f"{shape}.nii.gz", "bare.nii.gz", "--seed", "1,0,0", "--radius", "8", "--steps", str(STEPS),
                       "--set", "simulation.final_vertices=320", "--backend", "cpu")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A Slurm of this machine alone, in a temporary folder, with a key and ports of its own: for tests, as root."""
+"""Private Slurm on this machine for tests: own folder, key and ports. Requires root."""
 from __future__ import annotations
 
 import os
@@ -11,21 +11,21 @@ import time
 from pathlib import Path
 
 PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "scontrol")
-PATIENCE = 30  # seconds until a daemon has to answer
+PATIENCE = 30  # time limit for the start of a daemon, s
 
 
 class CannotStart(Exception):
-    """Why there is no Slurm, in one line."""
+    """Slurm cannot be started; the message is one line."""
 
 
 def missing_package() -> str:
-    """The Debian packages to be installed, or ""."""
+    """Returns the missing Debian packages, or ""."""
     path = os.environ["PATH"] + ":/usr/sbin"
     return "" if all(shutil.which(name, path=path) for name in PROGRAMS) else "slurm-wlm"
 
 
 def free_ports(count: int) -> list[int]:
-    """Ports that nothing listens to now."""
+    """Returns unused TCP ports."""
     sockets = [socket.socket() for _ in range(count)]
     for each in sockets:
         each.bind(("127.0.0.1", 0))
@@ -36,7 +36,7 @@ def free_ports(count: int) -> list[int]:
 
 
 class LocalSlurm:
-    """Runs munged, slurmctld and slurmd while the context lives; `environment` is for those who use it."""
+    """Context that runs munged, slurmctld and slurmd; `environment` contains the variables for its clients."""
 
     def __init__(self, folder: Path, cpus: int) -> None:
         self.folder = folder
@@ -46,7 +46,7 @@ class LocalSlurm:
 
     def __enter__(self) -> LocalSlurm:
         if os.geteuid() != 0:
-            raise CannotStart("a Slurm of one's own needs root")
+            raise CannotStart("a private Slurm requires root")
         try:
             self.start()
         except BaseException:
@@ -58,7 +58,7 @@ class LocalSlurm:
         self.stop()
 
     def start(self) -> None:
-        """Starts the three, one after another."""
+        """Starts the daemons in order."""
         self.folder.mkdir(parents=True)
         self.folder.chmod(0o755)
         munge = self.folder / "munge"
@@ -108,27 +108,27 @@ PartitionName=all Nodes={host} Default=YES MaxTime=INFINITE State=UP OverSubscri
         self.wait_for(self.node_is_idle, "slurmctld or slurmd")
 
     def daemon(self, *command: str) -> None:
-        """Starts one in the foreground of a session of its own."""
+        """Starts a daemon in the foreground, in a new process session."""
         with open(self.folder / f"{command[0]}.out", "wb") as out:
             self.daemons.append(subprocess.Popen(command, stdout=out, stderr=subprocess.STDOUT, start_new_session=True,
                                                  env=self.environment))
 
     def wait_for(self, ready, who: str) -> None:  # type: ignore[no-untyped-def]
-        """Waits until `ready()`; raises CannotStart with the last words of a daemon that did not come up."""
+        """Waits until `ready()`. Raises CannotStart with the end of the logs if a daemon does not start."""
         until = time.monotonic() + PATIENCE
         while not ready():
             if time.monotonic() > until or any(daemon.poll() is not None for daemon in self.daemons):
                 outs = " | ".join(path.read_text(errors="replace").strip()[-300:] for path in self.folder.glob("*.out"))
-                raise CannotStart(f"{who} does not come up: {' '.join(outs.split())}")
+                raise CannotStart(f"{who} does not start: {' '.join(outs.split())}")
             time.sleep(0.1)
 
     def node_is_idle(self) -> bool:
-        """Whether jobs would be run."""
+        """Returns whether the node accepts jobs."""
         done = subprocess.run(["sinfo", "-h", "-o", "%T"], env=self.environment, capture_output=True, text=True, check=False)
         return done.stdout.strip() == "idle"
 
     def stop(self) -> None:
-        """Ends them, the last one first."""
+        """Stops the daemons in reverse order."""
         for daemon in reversed(self.daemons):
             daemon.terminate()
             try:

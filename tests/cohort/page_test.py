@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""page_test.py WORKFLOWS: which cases are outliers, and how they are shown."""
+"""page_test.py WORKFLOWS: tests of the outliers and of the page."""
 from __future__ import annotations
 
 import importlib.util
@@ -15,7 +15,7 @@ if not importlib.util.find_spec("jinja2"):
     sys.exit(77)
 
 from cohort.page import write_page  # noqa: E402
-from cohort.plots import Dot, nice_ticks, strip_plot  # noqa: E402
+from cohort.plots import DataPoint, nice_ticks, strip_plot  # noqa: E402
 from cohort.results import Mesh, Result, find_outliers, robust_scale  # noqa: E402
 
 
@@ -35,7 +35,7 @@ class OutlierTest(unittest.TestCase):
     def test_order_and_reasons(self) -> None:
         far = case("far", 3.5)
         further = case("further", 1.0)
-        noted = case("noted", 3.05, reasons=["not at rest after 9 steps"])
+        noted = case("noted", 3.05, reasons=["not settled after 9 steps"])
         failed = Result("failed", Path("/nowhere"), failure="the file is too short")
         results = [*self.usual, noted, far, failed, further]
         find_outliers(results)
@@ -78,9 +78,9 @@ class OutlierTest(unittest.TestCase):
     def test_plots(self) -> None:
         self.assertEqual(nice_ticks(0, 10), [0, 2, 4, 6, 8, 10])
         self.assertEqual([round(tick, 3) for tick in nice_ticks(0.83, 0.97)], [0.84, 0.86, 0.88, 0.9, 0.92, 0.94, 0.96])
-        same = strip_plot([Dot(3, f"c{k}", "3", 3) for k in range(5)], 3, 0, 3.5)
+        same = strip_plot([DataPoint(3, f"c{k}", "3", 3) for k in range(5)], 3, 0, 3.5)
         heights = {part.split('"')[1] for part in str(same).split("cy=")[1:]}
-        self.assertEqual(len(heights), 5, "dots of one value stand above each other")
+        self.assertEqual(len(heights), 5, "equal values are stacked")
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""slicer_test.py PROGRAM: simplexseg-cli as a module of 3D Slicer. Its description keeps the rules of the published schemas
-(ctkCmdLineModule.xsd of CTK; ModuleDescription.xsd of the Slicer Execution Model, which asks for more elements), every flag
-in it is an option, and a call as Slicer makes it gives the labels of the plain command."""
+"""slicer_test.py PROGRAM: tests of simplexseg-cli as a module of 3D Slicer. The description follows the published schemas
+(ctkCmdLineModule.xsd of CTK; ModuleDescription.xsd of the Slicer Execution Model, which requires more elements), every flag
+is an option, and a call by Slicer produces the labels of the plain command."""
 from __future__ import annotations
 
 import re
@@ -16,7 +16,7 @@ from pathlib import Path
 PROGRAM = ""
 HEAD = ["category", "title", "description", "version", "documentation-url", "license", "contributor"]
 NAME = re.compile(r"[_a-zA-Z][_a-zA-Z0-9]*")
-# What may follow name, flag or index, description, label, default and channel, and which attributes there are.
+# Optional elements (beyond name, flag or index, description, label, default, channel) and attributes of each kind.
 KINDS: dict[str, tuple[set[str], set[str]]] = {
     "boolean": (set(), set()),
     "integer": ({"constraints"}, {"multiple"}),
@@ -33,14 +33,14 @@ VALUES = {"multiple": {"true", "false"}, "coordinateSystem": {"ras", "lps", "ijk
 
 
 def call(*arguments: str) -> str:
-    """What the program prints; it must end well."""
+    """Runs the program, expects success and returns its output."""
     done = subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
 
 def faults(text: str) -> list[str]:
-    """Where a description breaks a rule."""
+    """Returns the violations of the rules in a description."""
     found: list[str] = []
 
     def expect(condition: bool, what: str) -> None:
@@ -49,14 +49,14 @@ def faults(text: str) -> list[str]:
 
     root = xml.fromstring(text)
     expect(root.tag == "executable", "the root is 'executable'")
-    tags = [child.tag for child in root]
+    tags = [element.tag for element in root]
     expect(tags[:len(HEAD)] == HEAD, f"first {HEAD}")
     groups = root.findall("parameters")
     expect(tags[len(HEAD):] == ["parameters"] * len(groups) and bool(groups), "then groups of parameters")
     names: list[str] = []
     indices: list[int] = []
     for group in groups:
-        expect([child.tag for child in group][:2] == ["label", "description"] and len(group) > 2, "a group says what it is")
+        expect([element.tag for element in group][:2] == ["label", "description"] and len(group) > 2, "a group has label and description")
         expect(set(group.attrib) <= {"advanced"}, "attributes of a group")
         for parameter in list(group)[2:]:
             check_parameter(parameter, names, indices, expect)
@@ -66,11 +66,11 @@ def faults(text: str) -> list[str]:
 
 
 def check_parameter(parameter: xml.Element, names: list[str], indices: list[int], expect) -> None:  # type: ignore[no-untyped-def]
-    """One parameter of a group."""
+    """Checks one parameter of a group."""
     where = f"{parameter.tag} '{parameter.findtext('name')}': "
     expect(parameter.tag in KINDS, where + "kind")
     more, attributes = KINDS.get(parameter.tag, (set(), set()))
-    tags = [child.tag for child in parameter]
+    tags = [element.tag for element in parameter]
     order = ["name", "flag", "longflag", "index", "description", "label", "default", "channel", "element", "constraints"]
     expect(tags == sorted(tags, key=order.index), where + "order of elements")
     expect({"name", "description", "label"} <= set(tags), where + "name, description and label")
@@ -88,8 +88,8 @@ def check_parameter(parameter: xml.Element, names: list[str], indices: list[int]
     if "channel" in tags:
         expect(parameter.findtext("channel") in ("input", "output"), where + "channel")
     if parameter.tag in ("image", "file", "directory"):
-        expect("channel" in tags, where + "what is a file has a channel")
-    if parameter.tag in ("integer", "double", "string-enumeration"):  # Slicer always passes these
+        expect("channel" in tags, where + "a file has a channel")
+    if parameter.tag in ("integer", "double", "string-enumeration"):  # Slicer always passes these kinds
         expect(bool(parameter.findtext("default")), where + "default")
     constraints = parameter.find("constraints")
     if constraints is not None:
@@ -102,8 +102,8 @@ def check_parameter(parameter: xml.Element, names: list[str], indices: list[int]
 
 
 def slicer_call(text: str, values: dict[str, list[str]]) -> list[str]:
-    """The arguments that Slicer makes of a description: flags in order, numbers and choices always, points once for each, files
-    where there are any; then what has an index."""
+    """Returns the arguments that Slicer builds from a description: flags in order (numbers and choices always, one flag per
+    point, files if given), then parameters with an index."""
     flags: list[str] = []
     indexed: dict[int, str] = {}
     for parameter in (p for group in xml.fromstring(text).findall("parameters") for p in list(group)[2:]):

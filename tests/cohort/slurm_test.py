@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""slurm_test.py PROGRAM: scripts/cohort on a Slurm of this machine."""
+"""slurm_test.py PROGRAM: tests of scripts/cohort on a private Slurm of this machine."""
 from __future__ import annotations
 
 import subprocess
@@ -11,7 +11,7 @@ from local_slurm import CannotStart, LocalSlurm, missing_package
 
 
 class SlurmTest(CohortFixture):
-    def test_labels_are_the_same_and_what_is_killed_is_put_back(self) -> None:
+    def test_labels_are_equal_and_killed_jobs_are_repeated(self) -> None:
         self.break_a_volume()
         self.write_table(self.rows)
         once = self.wrapper(f"if [[ $* != *--plan* && $2 == *cube* ]] && mkdir {self.folder}/killed 2>/dev/null; then "

@@ -9,7 +9,7 @@
 namespace simplexseg {
 namespace {
 
-/// Voxel by voxel.
+/// Reference flood fill, voxel by voxel.
 std::vector<std::uint8_t> flooded(const std::vector<std::uint8_t>& set, const std::vector<std::uint8_t>& start,
                                   const std::array<int, 3>& size) {
   std::vector<std::uint8_t> reached(set.size());
@@ -30,7 +30,7 @@ std::vector<std::uint8_t> flooded(const std::vector<std::uint8_t>& set, const st
   return reached;
 }
 
-TEST(Connected, AgreesWithAFlood) {
+TEST(Connected, AgreesWithAFloodFill) {
   std::mt19937 random(3);
   for (const std::array<int, 3> size : {std::array{17, 13, 11}, std::array{9, 1, 8}, std::array{1, 7, 1}}) {
     for (const double share : {0.2, 0.33, 0.5, 1.0}) {

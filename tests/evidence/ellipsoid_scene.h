@@ -12,7 +12,7 @@ namespace simplexseg {
 inline Mark inside(const Eigen::Vector3d& at, double radius) { return {MarkKind::Inside, at, radius, {0, 0, 0}}; }
 inline Mark outside(const Eigen::Vector3d& at, double radius) { return {MarkKind::Outside, at, radius, {0, 0, 0}}; }
 
-/// A bright ellipsoid in the middle of a volume whose slices are `thick` times as thick as its voxels are wide.
+/// Bright ellipsoid in the middle of a volume whose slices are `thick` times as thick as its voxels are wide.
 struct Scene {
   Volume image;
   Mask truth;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -54,7 +55,7 @@ TEST(EvidenceField, ThickSlicesGiveTheSameSurface) {
 
 TEST(EvidenceField, StaysWithinZeroAndOneAndObeysEveryMark) {
   const Scene scene = ellipsoid(48, 1, {14, 10, 10}, 10);
-  // Both dots contradict the image.
+  // Both balls contradict the image.
   const std::vector marks{inside({0, 0, 0}, 6), inside({0, 14, 0}, 2), outside({10, 0, 0}, 2)};
   EvidenceField field(scene.image);
   field.update(marks);
@@ -75,16 +76,16 @@ TEST(EvidenceField, EveryKindOfMarkChangesTheField) {
   };
   EXPECT_GT(with(inside({0.5, 15.5, 0.5}, 2), {0.5, 15.5, 0.5}), 0.5);
   EXPECT_LT(with(outside({11.5, 0.5, 0.5}, 2), {11.5, 0.5, 0.5}), -0.5);
-  // A surface 4 mm within the bright part: what lies beyond it is outside, what lies before it stays inside.
+  // A surface 4 mm inside the bright part: voxels beyond it become background, voxels before it stay foreground.
   const Mark boundary{MarkKind::Boundary, {9.5, 0.5, 0.5}, 1, {2, 0, 0}};
   EXPECT_LT(with(boundary, {11.5, 0.5, 0.5}), -0.5);
   EXPECT_GT(with(boundary, {7.5, 0.5, 0.5}), -0.1);
-  // And with the direction turned round the other side is outside.
+  // With the opposite direction the other side is background.
   const Mark turned{MarkKind::Boundary, {9.5, 0.5, 0.5}, 1, {-2, 0, 0}};
   EXPECT_LT(with(turned, {8.5, 0.5, 0.5}), -0.5);
 }
 
-TEST(EvidenceField, ABoundaryMarkCorrectsTheSideThatWasWrongAsAMarkThereDoes) {
+TEST(EvidenceField, ABoundaryMarkCorrectsTheWrongSideLikeAMarkThere) {
   const Scene scene = ellipsoid(48, 1, {14, 10, 10}, 20);
   const Mark seed = inside({0, 0, 0}, 6);
   const auto after = [&](const Mark& mark) {
@@ -95,8 +96,7 @@ TEST(EvidenceField, ABoundaryMarkCorrectsTheSideThatWasWrongAsAMarkThereDoes) {
   };
   EvidenceField before(scene.image);
   before.update(std::vector{seed});
-  // The surface is to come in by 4 mm: what lies before it was right. The mark outside is in the middle of what was
-  // not.
+  // The surface is to move inwards by 4 mm. The outside mark lies in the middle of the wrong part.
   const auto boundary = after({MarkKind::Boundary, {9.5, 0.5, 0.5}, 1.8, {1, 0, 0}});
   const auto plain = after(outside({11.7, 0.5, 0.5}, 1.8));
   EXPECT_LT(at(*boundary, scene.image, {11.5, 0.5, 0.5}), 0.1);
@@ -108,10 +108,10 @@ TEST(EvidenceField, ABoundaryMarkCorrectsTheSideThatWasWrongAsAMarkThereDoes) {
       if ((place - Eigen::Vector3d(9.5, 0.5, 0.5)).norm() < 6) continue;
       most = std::max(most, std::abs(at(*boundary, scene.image, place) - at(*plain, scene.image, place)));
     }
-  EXPECT_LT(most, 0.1) << "elsewhere it says no more than that";
+  EXPECT_LT(most, 0.1) << "elsewhere it changes nothing";
 }
 
-TEST(EvidenceField, OtherObjectsAreOutside) {
+TEST(EvidenceField, OtherObjectsAreBackground) {
   const Scene scene = ellipsoid(48, 1, {14, 10, 10});
   Mask others{scene.truth.geometry, std::vector<std::uint8_t>(scene.truth.voxels.size())};
   for (int k = 0; k < 48; ++k)
@@ -134,11 +134,11 @@ TEST(EvidenceField, EverySettingChangesTheField) {
   };
   const std::vector<float> plain = field_with({});
   const EvidenceSettings usual;
-  double EvidenceSettings::*const all[]{&EvidenceSettings::image_smoothing, &EvidenceSettings::sharpness,
-                                        &EvidenceSettings::prior_pull,      &EvidenceSettings::length_cost,
-                                        &EvidenceSettings::dots_share,      &EvidenceSettings::field_smoothing,
-                                        &EvidenceSettings::margin_share,    &EvidenceSettings::surface_layer,
-                                        &EvidenceSettings::surface_scale,   &EvidenceSettings::surface_evenness};
+  double EvidenceSettings::*const all[]{&EvidenceSettings::image_smoothing,     &EvidenceSettings::sharpness,
+                                        &EvidenceSettings::prior_pull,          &EvidenceSettings::length_cost,
+                                        &EvidenceSettings::outside_marks_share, &EvidenceSettings::field_smoothing,
+                                        &EvidenceSettings::margin_share,        &EvidenceSettings::surface_layer,
+                                        &EvidenceSettings::surface_scale,       &EvidenceSettings::surface_evenness};
   for (double EvidenceSettings::*const setting : all) {
     EvidenceSettings settings;
     settings.*setting = usual.*setting * 0.6;
@@ -157,13 +157,13 @@ TEST(EvidenceField, EverySettingChangesTheField) {
   bounded.least_beta = 7000;
   EXPECT_NE(field_with(bounded), plain);
   for (bool EvidenceSettings::*const voice :
-       {&EvidenceSettings::hear_looks, &EvidenceSettings::hear_ways, &EvidenceSettings::hear_walk}) {
+       {&EvidenceSettings::use_appearance, &EvidenceSettings::use_geodesic, &EvidenceSettings::use_random_walk}) {
     EvidenceSettings deaf;
     deaf.*voice = false;
     EXPECT_NE(field_with(deaf), plain);
   }
   EvidenceSettings plain_cut;
-  plain_cut.best_cut = false;
+  plain_cut.expected_dice_threshold = false;
   EXPECT_NE(field_with(plain_cut), plain);
   EvidenceSettings closed;
   closed.open_side = -2;
@@ -179,7 +179,7 @@ TEST(EvidenceField, EverySettingChangesTheField) {
   EXPECT_NE(field_with(wide), plain);
 }
 
-TEST(EvidenceField, ALargeObjectsPriorIsMadeOnBlocks) {
+TEST(EvidenceField, ThePriorOfALargeObjectUsesBlocks) {
   const Scene scene = ellipsoid(64, 1, {20, 18, 18}, 40);
   const std::vector marks{inside({0, 0, 0}, 15)};
   EvidenceSettings fine;
@@ -201,7 +201,7 @@ TEST(EvidenceField, BlocksAreNarrowAlongThickSlices) {
   EXPECT_EQ(field.prior().blocks().width, (std::array{3, 3, 1}));
 }
 
-TEST(EvidenceField, ThePriorHoldsALeakThroughANeck) {
+TEST(EvidenceField, ThePriorStopsALeakThroughANeck) {
   // Two balls of the same brightness, 28 mm apart, and a neck of 1.3 mm radius between them.
   Scene scene = ellipsoid(56, 1, {1, 1, 1}, 25);
   const Eigen::Affine3d world = scene.image.geometry().world_from_index();
@@ -241,7 +241,7 @@ TEST(EvidenceField, TwoThreadsGiveTheBitsOfOne) {
   }
 }
 
-TEST(EvidenceField, TheBoxGrowsWithTheObjectAndNoFurther) {
+TEST(EvidenceField, TheBoxGrowsOnlyWithTheObject) {
   const Scene scene = ellipsoid(64, 1, {16, 16, 16});
   EvidenceField field(scene.image);
   field.update(std::vector{inside({0, 0, 0}, 8)});
@@ -256,9 +256,9 @@ TEST(EvidenceField, TheBoxGrowsWithTheObjectAndNoFurther) {
   EXPECT_FALSE(field.report().leaks);
 }
 
-TEST(EvidenceField, SaysThatItLeaks) {
+TEST(EvidenceField, ReportsALeak) {
   Scene scene = ellipsoid(40, 1, {12, 12, 12});
-  for (float& voxel : scene.image.voxels<float>()) voxel = 50;  // nothing holds it
+  for (float& voxel : scene.image.voxels<float>()) voxel = 50;  // without a border
   EvidenceField field(scene.image);
   field.update(std::vector{inside({0, 0, 0}, 16)});
   EXPECT_TRUE(field.report().leaks);
@@ -267,7 +267,7 @@ TEST(EvidenceField, SaysThatItLeaks) {
   EXPECT_FALSE(held.report().leaks);
 }
 
-TEST(EvidenceField, SaysHowRightItIsLikelyToBe) {
+TEST(EvidenceField, ReportsTheExpectedDice) {
   const Scene sharp = ellipsoid(40, 1, {12, 12, 12});
   EvidenceField field(sharp.image);
   field.update(std::vector{inside({0, 0, 0}, 8)});
@@ -289,7 +289,7 @@ TEST(EvidenceField, SaysHowRightItIsLikelyToBe) {
 TEST(EvidenceField, VoxelsThatAreNotFiniteConductNothingAndStayOutside) {
   Scene scene = ellipsoid(48, 1, {16, 10, 10});
   const std::vector marks{inside({-5, 0, 0}, 6)};
-  // A wall of NaN across the object: what lies behind it is not reached.
+  // A wall of NaN across the object; the part behind it is not reached.
   for (int k = 0; k < 48; ++k)
     for (int j = 0; j < 48; ++j)
       scene.image.voxels<float>()[scene.image.offset(30, j, k)] =
@@ -316,18 +316,40 @@ TEST(EvidenceField, AClickFarFromTheSurfaceGetsALargerMark) {
   EXPECT_NEAR(field.brush_mm(MarkKind::Inside, {0.5, 0.5, 20.5}), settings.smallest_brush, 1e-9);
   EXPECT_NEAR(field.brush_mm(MarkKind::Boundary, {0, 0, 20.5}), settings.least_brush, 1e-9);
   EXPECT_NEAR(field.brush_mm(MarkKind::Inside, {0, 0, 31}), settings.brush * 11, 0.4);
-  // Hard by what is known to be outside a mark stays small.
+  // A mark close to an outside mark stays small.
   EXPECT_NEAR(field.brush_mm(MarkKind::Inside, {0, 0, 38}), settings.least_brush, 1e-9);
 }
 
-TEST(EvidenceField, HoldsABoundedNumberOfBytesForAVoxel) {
+TEST(EvidenceField, ReportsAnIncreasingFraction) {
+  const Scene scene = ellipsoid(64, 1, {16, 16, 16}, 10);
+  EvidenceField field(scene.image), silent(scene.image);
+  std::vector marks{inside({0, 0, 0}, 8)};
+  for (int update = 0; update < 2; ++update) {
+    std::vector<float> fractions{0};
+    field.update(marks, nullptr, [&](float fraction) {
+      EXPECT_GT(fraction, fractions.back());
+      fractions.push_back(fraction);
+    });
+    if (update == 0) {
+      EXPECT_GT(field.report().growths, 0);
+    }
+    EXPECT_GT(fractions.size(), 5u);  // constraints, prior, features, walker, surface
+    EXPECT_GT(fractions.back(), 0.9f);
+    EXPECT_LT(fractions.back(), 1.0f);
+    silent.update(marks);
+    EXPECT_TRUE(std::ranges::equal(field.probability(), silent.probability())) << "a report changes no bit";
+    marks.push_back(outside({19, 0, 0}, 2));
+  }
+}
+
+TEST(EvidenceField, UsesABoundedNumberOfBytesPerVoxel) {
   const Scene scene = ellipsoid(64, 1, {20, 20, 20});
   EvidenceField field(scene.image);
   field.update(std::vector{inside({0, 0, 0}, 14)});
   EXPECT_LT(static_cast<double>(field.bytes()) / static_cast<double>(field.box().voxel_count()), 24);
 }
 
-TEST(EvidenceField, RefusesMarksThatSayNothing) {
+TEST(EvidenceField, RefusesInvalidMarks) {
   const Scene scene = ellipsoid(24, 1, {6, 6, 6});
   EvidenceField field(scene.image);
   EXPECT_THROW(field.update({}), Error);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an evidence field makes of the order in which marks came.
+// Dependence of the evidence field on the order of marks.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace simplexseg {
 namespace {
 
-TEST(EvidenceField, ANewMarkChangesWhatIsNearItMoreThanWhatIsFar) {
+TEST(EvidenceField, FreshMarksChangeNearVoxelsMoreThanFarOnes) {
   const Scene scene = ellipsoid(64, 1, {22, 9, 9}, 60);
   const std::vector<Mark> first{inside({-8, 0, 0}, 7)};
   std::vector<Mark> second = first;
@@ -32,7 +32,7 @@ TEST(EvidenceField, ANewMarkChangesWhatIsNearItMoreThanWhatIsFar) {
     return changed;
   };
   EvidenceSettings usual;
-  usual.surface_layer = 0;  // a mark says something of all of it
+  usual.surface_layer = 0;  // which each mark changes as a whole
   EvidenceSettings forgets = usual, far_forgets = usual, far_holds = usual;
   forgets.memory = false;
   far_forgets.far_memory = 0;
@@ -44,54 +44,54 @@ TEST(EvidenceField, ANewMarkChangesWhatIsNearItMoreThanWhatIsFar) {
   EXPECT_LT(change(far_holds, 5), change(far_forgets, 5));
 }
 
-/// Clicks that all say that the object is larger make all of it larger, those that say the opposite smaller; clicks
-/// that say what the field knew, or that lie deep in what was wrong, say nothing of the whole.
-TEST(EvidenceField, TheSurfaceLeansTheWayThatClicksGo) {
+/// Clicks that all enlarge the object move its whole surface outwards, clicks that all shrink it inwards. Clicks that
+/// agree with the field, or lie deep in a wrong part, do not move the whole surface.
+TEST(EvidenceField, ConsistentClicksMoveTheWholeSurface) {
   const Scene scene = ellipsoid(48, 1, {11, 11, 11}, 60);
-  EvidenceSettings upright;
-  upright.surface_lean = 0;
-  // Voxels on the side of the ball where no click is, more than without leaning.
-  const auto leaning = [&](const std::vector<Mark>& clicks) {
+  EvidenceSettings without_offset;
+  without_offset.surface_offset = 0;
+  // Voxels gained by the offset, on the side of the ball without clicks.
+  const auto gain = [&](const std::vector<Mark>& clicks) {
     long long gained = 0;
-    EvidenceField leans(scene.image), stands(scene.image, run_in_turn(), upright);
+    EvidenceField shifted(scene.image), fixed(scene.image, run_in_turn(), without_offset);
     std::vector<Mark> marks{inside({0, 0, 0}, 9)};
-    leans.update(marks);
-    stands.update(marks);
+    shifted.update(marks);
+    fixed.update(marks);
     for (const Mark& click : clicks) {
       marks.push_back(click);
-      leans.update(marks);
-      stands.update(marks);
+      shifted.update(marks);
+      fixed.update(marks);
     }
-    const Mask leaning = leans.object(), standing = stands.object();
+    const Mask shifted_object = shifted.object(), fixed_object = fixed.object();
     for (int k = 0; k < 48; ++k)
       for (int j = 0; j < 48; ++j)
         for (int i = 0; i < 22; ++i) {
           const std::size_t v = scene.image.offset(i, j, k);
-          gained += static_cast<int>(leaning.voxels[v]) - static_cast<int>(standing.voxels[v]);
+          gained += static_cast<int>(shifted_object.voxels[v]) - static_cast<int>(fixed_object.voxels[v]);
         }
     return gained;
   };
-  EXPECT_EQ(leaning({}), 0);
-  EXPECT_EQ(leaning({inside({8, 0, 0}, 1)}), 0);
-  EXPECT_EQ(leaning({outside({20, 0, 0}, 1)}), 0);
-  EXPECT_EQ(leaning({outside({5, 0, 0}, 1)}), 0);
-  const auto larger = leaning({inside({12, 0, 0}, 1), inside({10, 7, 0}, 1)});
+  EXPECT_EQ(gain({}), 0);
+  EXPECT_EQ(gain({inside({8, 0, 0}, 1)}), 0);
+  EXPECT_EQ(gain({outside({20, 0, 0}, 1)}), 0);
+  EXPECT_EQ(gain({outside({5, 0, 0}, 1)}), 0);
+  const auto larger = gain({inside({12, 0, 0}, 1), inside({10, 7, 0}, 1)});
   EXPECT_GT(larger, 15);
-  EXPECT_GT(larger, leaning({inside({12, 0, 0}, 1)}));
-  // A dot is in the middle of what was wrong, a boundary mark at its end.
+  EXPECT_GT(larger, gain({inside({12, 0, 0}, 1)}));
+  // An inside mark lies in the middle of the wrong part, a boundary mark at its end.
   const auto boundary = [](double x) { return Mark{MarkKind::Boundary, {x, 0, 0}, 1, {1, 0, 0}}; };
-  EXPECT_GT(leaning({boundary(14)}), 0);
-  EXPECT_EQ(leaning({boundary(18)}), 0);
-  const auto smaller = leaning({outside({10, 0, 0}, 1), outside({8, 6, 0}, 1)});
+  EXPECT_GT(gain({boundary(14)}), 0);
+  EXPECT_EQ(gain({boundary(18)}), 0);
+  const auto smaller = gain({outside({10, 0, 0}, 1), outside({8, 6, 0}, 1)});
   EXPECT_LT(smaller, -15);
 }
 
-/// A boundary mark says how far off the surface was, and moves what is beside it; nobody said that at a dot.
-TEST(EvidenceField, BoundaryMarksMoveTheSurfaceBesideThemDotsDoNot) {
+/// A boundary mark measures the distance from the surface and moves the surface beside it; balls do not.
+TEST(EvidenceField, OnlyBoundaryMarksMoveTheSurfaceBesideThem) {
   const Scene scene = ellipsoid(48, 1, {11, 11, 11}, 60);
   EvidenceSettings alone;
   alone.surface_pull = 0;
-  // Voxels that the object gains by the pull of a click.
+  // Voxels that the object gains by the pull of a boundary mark.
   const auto pulled = [&](const Mark& click) {
     EvidenceField pulls(scene.image), stays(scene.image, run_in_turn(), alone);
     std::vector<Mark> marks{inside({0, 0, 0}, 9)};
@@ -111,7 +111,7 @@ TEST(EvidenceField, BoundaryMarksMoveTheSurfaceBesideThemDotsDoNot) {
   EXPECT_EQ(pulled(outside({10, 0, 0}, 1)), 0);
 }
 
-TEST(EvidenceField, TakingBackTheLastMarkBringsBackTheFieldBefore) {
+TEST(EvidenceField, RemovingTheLastMarkRestoresThePreviousField) {
   const Scene scene = ellipsoid(48, 1, {14, 10, 10}, 30);
   const std::vector<Mark> first{inside({0, 0, 0}, 8)};
   std::vector<Mark> second = first;
@@ -125,7 +125,7 @@ TEST(EvidenceField, TakingBackTheLastMarkBringsBackTheFieldBefore) {
   EXPECT_GT(dice(before, field.object()), 0.99);
 }
 
-TEST(EvidenceField, TheSameMarksAgainLeaveTheFieldAsItIs) {
+TEST(EvidenceField, RepeatedMarksDoNotChangeTheField) {
   const Scene scene = ellipsoid(48, 1, {14, 10, 10}, 30);
   std::vector<Mark> marks{inside({0, 0, 0}, 8)};
   EvidenceField field(scene.image);

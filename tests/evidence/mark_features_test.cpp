@@ -14,7 +14,7 @@ namespace {
 constexpr int kDistance = 3, kToOutside = 5, kEdgesIn = 6, kStrange = 8, kMost = 11, kMean = 12, kFirst = 13,
               kReach = 15, kWall = 19, kMarks = 20;
 
-/// 60 x 40 x 40 voxels of 1 mm, bright where `bright` says so, with little noise.
+/// Image of 60 x 40 x 40 voxels of 1 mm, bright where `bright` is true, with little noise.
 template <class Bright>
 Volume image_of(const Bright& bright) {
   VolumeGeometry geometry;
@@ -33,7 +33,7 @@ double from(double x, int i, int j, int k) { return std::hypot(i - x, j - 20.0, 
 Mark inside(double x, double radius) { return {MarkKind::Inside, {x, 20, 20}, radius, {0, 0, 0}}; }
 Mark outside(double x, double radius) { return {MarkKind::Outside, {x, 20, 20}, radius, {0, 0, 0}}; }
 
-/// What the marks say of places on the middle line of the image.
+/// Features on the middle line of the image.
 class OnMiddleLine {
  public:
   OnMiddleLine(const Volume& image, const std::vector<Mark>& marks) : field_(image) {
@@ -58,24 +58,24 @@ TEST(MarkFeatures, DistancesAreInReachesOfTheObject) {
   EXPECT_NEAR(right(kDistance, 35), std::log(1 + 0.1), 1e-4);
   EXPECT_NEAR(right(kDistance, 25), std::log(0.1), 1e-4);
   EXPECT_NEAR(small(kDistance, 35), right(kDistance, 35), 0.25);
-  EXPECT_GT(right(kWall, 25), 5);  // what lies about it is not like it
+  EXPECT_GT(right(kWall, 25), 5);  // its surroundings differ from it
 }
 
-TEST(MarkFeatures, ALineToAVoxelMeetsWhatIsStrange) {
+TEST(MarkFeatures, ALineToAVoxelMeetsOtherIntensities) {
   const Volume slab = image_of([](int i, int, int) { return i < 30 || i > 33; });
   const OnMiddleLine at(slab, {inside(20, 7)});
   EXPECT_LT(at(kMost, 27), 3);
   EXPECT_EQ(at(kFirst, 27), 1);
   EXPECT_GT(at(kMost, 31), 5);
   EXPECT_GT(at(kStrange, 31), 5);
-  EXPECT_LT(at(kStrange, 36), 3);  // it looks like the object, but behind a wall
+  EXPECT_LT(at(kStrange, 36), 3);  // same intensity as the object, but behind a wall
   EXPECT_GT(at(kMost, 36), 5);
   EXPECT_LT(at(kFirst, 36), 0.7);
   EXPECT_GT(at(kMean, 36), at(kMean, 27));
   EXPECT_GT(at(kEdgesIn, 36), at(kEdgesIn, 27) + 1);
 }
 
-TEST(MarkFeatures, MarksOutsideAreHeard) {
+TEST(MarkFeatures, OutsideMarksCount) {
   const Volume ball = image_of([](int i, int j, int k) { return from(25, i, j, k) < 10; });
   const OnMiddleLine one(ball, {inside(25, 8)}), two(ball, {inside(25, 8), outside(40, 2)});
   EXPECT_FLOAT_EQ(one(kMarks, 25), 0);

@@ -9,7 +9,7 @@
 namespace simplexseg {
 namespace {
 
-TEST(MarkedVoxels, SquaredDistancesAreThoseToTheNearestPlaceInMillimetres) {
+TEST(MarkedVoxels, SquaredDistancesAreToTheNearestPositionInMillimetres) {
   VolumeGeometry geometry;
   geometry.size = {9, 8, 7};
   geometry.spacing_mm = {1, 2, 3};
@@ -29,22 +29,22 @@ TEST(MarkedVoxels, SquaredDistancesAreThoseToTheNearestPlaceInMillimetres) {
   EXPECT_GT(squared_distances(geometry, box, {}, run_in_turn()).front(), 1e11f);
 }
 
-/// What is beside a boundary mark is known on either side of it, and as far as its dots reach.
-TEST(MarkedVoxels, TheDotsOfABoundaryMarkTouchAtIt) {
+/// A boundary mark constrains both sides, as far as its balls reach.
+TEST(MarkedVoxels, TheBallsOfABoundaryMarkTouchAtIt) {
   VolumeGeometry geometry;
   geometry.size = {20, 20, 20};
   const VoxelBox box{{0, 0, 0}, geometry.size};
   const std::vector<Mark> marks{{MarkKind::Boundary, {10, 10, 10.5}, 1.8, {0, 0, 5}}};
-  const std::vector<Known> known = known_voxels(geometry, box, {}, marks, nullptr);
+  const std::vector<Constraint> known = constraint_mask(geometry, box, {}, marks, nullptr);
   for (const int i : {9, 10, 11}) {
-    EXPECT_EQ(known[box.offset(i, 10, 10)], Known::Inside) << i;
-    EXPECT_EQ(known[box.offset(i, 10, 11)], Known::Outside) << i;
+    EXPECT_EQ(known[box.offset(i, 10, 10)], Constraint::Inside) << i;
+    EXPECT_EQ(known[box.offset(i, 10, 11)], Constraint::Outside) << i;
   }
-  EXPECT_EQ(known[box.offset(10, 10, 7)], Known::Inside);
-  EXPECT_EQ(known[box.offset(10, 10, 14)], Known::Outside);
-  for (const int k : {6, 15}) EXPECT_EQ(known[box.offset(10, 10, k)], Known::Nothing) << k;
-  for (const int i : {8, 12}) EXPECT_EQ(known[box.offset(i, 10, 10)], Known::Nothing) << i;
-  EXPECT_TRUE(dot_step({MarkKind::Inside, {10, 10, 10}, 1.8}).isZero());
+  EXPECT_EQ(known[box.offset(10, 10, 7)], Constraint::Inside);
+  EXPECT_EQ(known[box.offset(10, 10, 14)], Constraint::Outside);
+  for (const int k : {6, 15}) EXPECT_EQ(known[box.offset(10, 10, k)], Constraint::None) << k;
+  for (const int i : {8, 12}) EXPECT_EQ(known[box.offset(i, 10, 10)], Constraint::None) << i;
+  EXPECT_TRUE(ball_offset({MarkKind::Inside, {10, 10, 10}, 1.8}).isZero());
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The evidence field of many threads, in order on the CPU and on a CUDA device, against the CPU's.
-#include "evidence/parallel/box_field.h"
+// Parallel evidence field on the serial executor and on a CUDA device, compared with the CPU version.
+#include "evidence/parallel/field_solver.h"
 
 #include <gtest/gtest.h>
 
@@ -15,8 +15,9 @@
 namespace simplexseg {
 namespace {
 
-std::unique_ptr<BoxField> make_one_by_one(const Volume& volume, const RunJobs& run, const EvidenceSettings& settings) {
-  return std::make_unique<ParallelBoxField<OneByOne>>(volume, run, settings);
+std::unique_ptr<FieldSolver> make_serial_field_solver(const Volume& volume, const RunJobs& run,
+                                                      const EvidenceSettings& settings) {
+  return std::make_unique<ParallelFieldSolver<SerialExecutor>>(volume, run, settings);
 }
 
 Mark boundary(const Eigen::Vector3d& at, const Eigen::Vector3d& outward) {
@@ -26,21 +27,21 @@ Mark boundary(const Eigen::Vector3d& at, const Eigen::Vector3d& outward) {
 class ParallelField : public ::testing::TestWithParam<std::string> {
  protected:
   void SetUp() override {
-    if (GetParam() == "cuda" && !why_no_cuda().empty())
-      GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
+    if (GetParam() == "cuda" && !cuda_unavailable_reason().empty())
+      GTEST_SKIP() << "skipped: no CUDA device (" << cuda_unavailable_reason() << ")";
   }
-  static MakeBoxField make() {
-    return GetParam() == "cuda" ? MakeBoxField(make_cuda_box_field) : MakeBoxField(make_one_by_one);
+  static MakeFieldSolver make() {
+    return GetParam() == "cuda" ? MakeFieldSolver(make_cuda_field_solver) : MakeFieldSolver(make_serial_field_solver);
   }
   static EvidenceField field_of(const Scene& scene, const EvidenceSettings& settings = {}) {
     return EvidenceField(scene.image, run_in_turn(), settings, make());
   }
 
-  /// In order each update takes a thousand times as long as on a device: its scenes are smaller.
+  /// Scale of the scenes: the serial executor takes a thousand times as long as a device.
   static double scale() { return GetParam() == "cuda" ? 1 : 0.55; }
   static int wide(int voxels) { return static_cast<int>(scale() * voxels); }
 
-  /// Both hear the marks one by one, from the seed on; after each the fields are compared.
+  /// Updates both fields mark by mark, from the seed on, and compares them after each mark.
   static void compare(const Scene& scene, const std::vector<Mark>& marks, const Mask* others = nullptr,
                       double least_dice = 0.985, double most_difference = 0.01) {
     EvidenceField cpu(scene.image), parallel = field_of(scene);
@@ -61,24 +62,24 @@ class ParallelField : public ::testing::TestWithParam<std::string> {
   }
 };
 
-TEST_P(ParallelField, IsTheCpusAfterEachOfManyMarks) {
+TEST_P(ParallelField, EqualsTheCpuAfterEachOfManyMarks) {
   const double s = scale();
   const Scene scene = ellipsoid(wide(56), 1, s * Eigen::Vector3d(18, 13, 10), 30);
   compare(scene, {inside({0, 0, 0}, 6 * s), inside({15 * s, 0, 0}, 1.8), outside({0, 15 * s, 0}, 2.5 * s),
                   boundary({0, 0, 10 * s}, {0, 0, 1}), outside({21 * s, 0, 0}, 3 * s), inside({0, -11 * s, 1}, 1.2)});
 }
-TEST_P(ParallelField, IsTheCpusInThickSlices) {
+TEST_P(ParallelField, EqualsTheCpuInThickSlices) {
   compare(ellipsoid(60, 4, {20, 16, 22}, 25), {inside({2, 1, 0}, 8), outside({0, 20, 4}, 2), inside({-17, 0, 0}, 2)});
 }
-TEST_P(ParallelField, IsTheCpusWhereTheBoxGrowsAndTheVolumeCutsTheObject) {
+TEST_P(ParallelField, EqualsTheCpuWhereTheBoxGrowsAndTheVolumeCutsTheObject) {
   const double s = scale();
   compare(ellipsoid(wide(64), 1, s * Eigen::Vector3d(26, 40, 20), 15),
           {inside({-10 * s, -20 * s, 0}, 5 * s), outside({28 * s, 0, 0}, 2)});
 }
-TEST_P(ParallelField, IsTheCpusInASliceAlone) {
+TEST_P(ParallelField, EqualsTheCpuInASingleSlice) {
   compare(ellipsoid(48, 40, {15, 12, 30}, 20), {inside({0, 0, 0}, 5), outside({18, 0, 0}, 2)});
 }
-TEST_P(ParallelField, HearsOthersAndVoxelsThatAreNoNumbers) {
+TEST_P(ParallelField, HandlesOtherObjectsAndVoxelsThatAreNotFinite) {
   const double s = scale();
   const int width = wide(48);
   Scene scene = ellipsoid(width, 1, s * Eigen::Vector3d(16, 12, 12), 20);
@@ -103,7 +104,7 @@ TEST_P(ParallelField, HearsOthersAndVoxelsThatAreNoNumbers) {
   EXPECT_GT(beside, 0);
 }
 
-TEST_P(ParallelField, GivesTheSameBitsAgain) {
+TEST_P(ParallelField, IsReproducible) {
   const double s = scale();
   const Scene scene = ellipsoid(wide(56), 1, s * Eigen::Vector3d(18, 13, 10), 40);
   const std::vector<Mark> marks{inside({0, 0, 0}, 6 * s), inside({15 * s, 0, 0}, 1.8), outside({0, 15 * s, 0}, 2.5)};
@@ -116,7 +117,7 @@ TEST_P(ParallelField, GivesTheSameBitsAgain) {
   }
 }
 
-TEST_P(ParallelField, AMarkThatIsTakenBackIsForgotten) {
+TEST_P(ParallelField, ARemovedMarkHasNoEffect) {
   const Scene scene = ellipsoid(30, 1, {10, 8, 7}, 25);
   const std::vector<Mark> seed{inside({0, 0, 0}, 4)}, more{seed[0], outside({7, 0, 0}, 2)};
   EvidenceField field = field_of(scene);
@@ -128,7 +129,24 @@ TEST_P(ParallelField, AMarkThatIsTakenBackIsForgotten) {
   EXPECT_GT(dice(field.object(), before), 0.99);
 }
 
-TEST_P(ParallelField, AMarksRadiusIsTheCpus) {
+TEST_P(ParallelField, ReportsAnIncreasingFraction) {
+  const Scene scene = ellipsoid(30, 1, {10, 8, 7}, 25);
+  EvidenceField field = field_of(scene);
+  std::vector<Mark> marks{inside({0, 0, 0}, 4)};
+  for (int update = 0; update < 2; ++update) {
+    std::vector<float> fractions{0};
+    field.update(marks, nullptr, [&](float fraction) {
+      EXPECT_GT(fraction, fractions.back());
+      fractions.push_back(fraction);
+    });
+    EXPECT_GT(fractions.size(), 5u);  // constraints, prior, features, walker, surface
+    EXPECT_GT(fractions.back(), 0.9f);
+    EXPECT_LT(fractions.back(), 1.0f);
+    marks.push_back(outside({7, 0, 0}, 2));
+  }
+}
+
+TEST_P(ParallelField, TheRadiusOfAMarkEqualsTheCpus) {
   const Scene scene = ellipsoid(32, 1, {11, 8, 7});
   EvidenceField cpu(scene.image), parallel = field_of(scene);
   const std::vector<Mark> seed{inside({0, 0, 0}, 5)};
@@ -144,7 +162,7 @@ struct LeftOut {
   void (*change)(EvidenceSettings&);
 };
 
-TEST_P(ParallelField, PartsThatAreLeftOutAreLeftOut) {
+TEST_P(ParallelField, EveryPartCanBeSwitchedOff) {
   const Scene scene = ellipsoid(28, 1, {9, 7, 6}, 40);
   const std::vector<Mark> marks{
       inside({0, 0, 0}, 4), outside({8, 0, 0}, 1), {MarkKind::Boundary, {0, 6, 0}, 1, {0, 1, 0}}};
@@ -157,25 +175,26 @@ TEST_P(ParallelField, PartsThatAreLeftOutAreLeftOut) {
     return std::vector<float>(field.probability().begin(), field.probability().end());
   };
   const std::vector<float> whole = field_with([](EvidenceSettings&) {});
-  for (const LeftOut& part : {LeftOut{"looks", [](EvidenceSettings& s) { s.hear_looks = false; }},
-                              LeftOut{"ways", [](EvidenceSettings& s) { s.hear_ways = false; }},
-                              LeftOut{"walk", [](EvidenceSettings& s) { s.hear_walk = false; }},
-                              LeftOut{"memory", [](EvidenceSettings& s) { s.memory = false; }},
-                              LeftOut{"far memory", [](EvidenceSettings& s) { s.far_memory = 0; }},
-                              LeftOut{"best cut", [](EvidenceSettings& s) { s.best_cut = false; }},
-                              LeftOut{"surface", [](EvidenceSettings& s) { s.surface_layer = 0; }},
-                              LeftOut{"lean", [](EvidenceSettings& s) { s.surface_lean = 0; }},
-                              LeftOut{"surface memory", [](EvidenceSettings& s) { s.surface_memory = 0; }},
-                              LeftOut{"surface pull", [](EvidenceSettings& s) { s.surface_pull = 0; }},
-                              LeftOut{"sharpness", [](EvidenceSettings& s) { s.sharpness = 0; }},
-                              LeftOut{"prior", [](EvidenceSettings& s) { s.prior_pull = 0; }},
-                              LeftOut{"smoothing", [](EvidenceSettings& s) { s.field_smoothing = 0; }},
-                              LeftOut{"blocks", [](EvidenceSettings& s) { s.least_reach = 2; }},
-                              LeftOut{"smoother image", [](EvidenceSettings& s) { s.image_smoothing = 2; }}})
+  for (const LeftOut& part :
+       {LeftOut{"appearance", [](EvidenceSettings& s) { s.use_appearance = false; }},
+        LeftOut{"geodesic", [](EvidenceSettings& s) { s.use_geodesic = false; }},
+        LeftOut{"random walk", [](EvidenceSettings& s) { s.use_random_walk = false; }},
+        LeftOut{"memory", [](EvidenceSettings& s) { s.memory = false; }},
+        LeftOut{"far memory", [](EvidenceSettings& s) { s.far_memory = 0; }},
+        LeftOut{"expected-Dice threshold", [](EvidenceSettings& s) { s.expected_dice_threshold = false; }},
+        LeftOut{"surface", [](EvidenceSettings& s) { s.surface_layer = 0; }},
+        LeftOut{"surface offset", [](EvidenceSettings& s) { s.surface_offset = 0; }},
+        LeftOut{"surface memory", [](EvidenceSettings& s) { s.surface_memory = 0; }},
+        LeftOut{"surface pull", [](EvidenceSettings& s) { s.surface_pull = 0; }},
+        LeftOut{"sharpness", [](EvidenceSettings& s) { s.sharpness = 0; }},
+        LeftOut{"prior", [](EvidenceSettings& s) { s.prior_pull = 0; }},
+        LeftOut{"smoothing", [](EvidenceSettings& s) { s.field_smoothing = 0; }},
+        LeftOut{"blocks", [](EvidenceSettings& s) { s.least_reach = 2; }},
+        LeftOut{"smoother image", [](EvidenceSettings& s) { s.image_smoothing = 2; }}})
     EXPECT_TRUE(field_with(part.change) != whole) << part.name;
 }
 
-INSTANTIATE_TEST_SUITE_P(Executors, ParallelField, ::testing::Values("one_by_one", "cuda"),
+INSTANTIATE_TEST_SUITE_P(Executors, ParallelField, ::testing::Values("serial", "cuda"),
                          [](const auto& info) { return info.param; });
 
 }  // namespace

@@ -15,60 +15,60 @@
 namespace simplexseg {
 namespace {
 
-/// OneByOne that counts what costs time on a device.
-class Counting : public OneByOne {
+/// SerialExecutor that counts operations that are slow on a device.
+class Counting : public SerialExecutor {
  public:
   mutable int launches = 0, waits = 0, uploads = 0;
 
   template <class Kernel>
   void each(int n, const Kernel& kernel) const {
     ++launches;
-    OneByOne::each(n, kernel);
+    SerialExecutor::each(n, kernel);
   }
   template <class Kernel>
   void all(const Kernel& kernel) const {
     ++launches;
-    OneByOne::all(kernel);
+    SerialExecutor::all(kernel);
   }
   template <class Kernel>
   void teams(int count, const Kernel& kernel) const {
     ++launches;
-    OneByOne::teams(count, kernel);
+    SerialExecutor::teams(count, kernel);
   }
   template <class Kernel>
   void sums_into(int n, const Kernel& kernel, double* to) const {
     ++launches;
-    OneByOne::sums_into(n, kernel, to);
+    SerialExecutor::sums_into(n, kernel, to);
   }
   template <class Kernel>
   void histogram(int n, const Kernel& kernel, int* count) const {
     ++launches;
-    OneByOne::histogram(n, kernel, count);
+    SerialExecutor::histogram(n, kernel, count);
   }
   template <class T>
   void upload(std::span<const T> from, T* to) const {
     ++uploads;
-    OneByOne::upload(from, to);
+    SerialExecutor::upload(from, to);
   }
   template <class T>
   void download(const T* from, std::span<T> to) const {
     ++waits;
-    OneByOne::download(from, to);
+    SerialExecutor::download(from, to);
   }
   template <class T>
   void receive(const Fetched<T>& fetched, std::span<T> to) const {
     ++waits;
-    OneByOne::receive(fetched, to);
+    SerialExecutor::receive(fetched, to);
   }
   template <class T>
   void copy(const T* from, T* to, std::size_t count) const {
     ++launches;
-    OneByOne::copy(from, to, count);
+    SerialExecutor::copy(from, to, count);
   }
   template <class T>
   void clear(T* at, std::size_t count) const {
     ++launches;
-    OneByOne::clear(at, count);
+    SerialExecutor::clear(at, count);
   }
 };
 
@@ -76,7 +76,7 @@ Mark boundary(const Eigen::Vector3d& at, double radius, const Eigen::Vector3d& o
   return {MarkKind::Boundary, at, radius, outward};
 }
 
-/// What is said of an object in a box: by the first marks, which a field was solved for, and by new ones.
+/// Prompts of an object in a box: first marks, for which a field was solved, and new ones.
 class Story {
  public:
   Story(const Volume& volume, std::vector<Mark> first, const std::vector<Mark>& then, const Mask* others = nullptr)
@@ -86,15 +86,15 @@ class Story {
     box_ = field.box();
     if (!then.empty())
       for (const float p : field.probability()) before_.push_back(static_cast<std::uint8_t>(1.5f + 254 * p));
-    for (const Mark& mark : then) hear(mark);
+    for (const Mark& mark : then) add(mark);
     look(others);
   }
-  /// Of one seed, in a box of its own.
+  /// Single seed in a separate box.
   Story(const VoxelBox& box, const Volume& volume, const Mark& seed) : volume_(volume), marks_{seed}, box_(box) {
     look(nullptr);
   }
 
-  std::vector<std::uint8_t> heard_by_cpu(const EvidenceSettings& settings = {}) const {
+  std::vector<std::uint8_t> computed_by_cpu(const EvidenceSettings& settings = {}) const {
     CoarsePrior prior(volume_.geometry(), run_in_turn(), settings);
     prior.set_box(image_, box_.first, reach_mm_);
     prior.learn({marks_, known_, before_, fresh_, reach_mm_, radius_mm_});
@@ -127,14 +127,14 @@ class Story {
     prior.interpolate(smoothed_.data(), kEdge, voxels.data());
     return voxels;
   }
-  std::span<const Known> known() const { return known_; }
+  std::span<const Constraint> known() const { return known_; }
 
  private:
   static constexpr float kEdge = 0.02f;
 
   void look(const Mask* others) {
     image_ = cut_out(volume_, box_, run_in_turn());
-    known_ = known_voxels(volume_.geometry(), box_, image_.finite, marks_, others);
+    known_ = constraint_mask(volume_.geometry(), box_, image_.finite, marks_, others);
     const auto largest = std::max_element(marks_.begin(), marks_.end(),
                                           [](const Mark& a, const Mark& b) { return size_of(a) < size_of(b); });
     radius_mm_ = largest->radius_mm;
@@ -145,9 +145,9 @@ class Story {
     smooth_by_least_spacing(smoothed_, image_.grid, spacing_mm, 0.7, run_in_turn());
   }
   static double size_of(const Mark& mark) { return mark.kind == MarkKind::Outside ? 0 : mark.radius_mm; }
-  void hear(const Mark& mark) {
+  void add(const Mark& mark) {
     marks_.push_back(mark);
-    const Eigen::Vector3d step = dot_step(mark);
+    const Eigen::Vector3d step = ball_offset(mark);
     if (mark.kind != MarkKind::Outside) add_fresh(mark.position_mm - step, mark.radius_mm, true);
     if (mark.kind != MarkKind::Inside) add_fresh(mark.position_mm + step, mark.radius_mm, false);
   }
@@ -156,7 +156,8 @@ class Story {
     const auto nearest = std::min_element(square.begin(), square.end()) - square.begin();
     float least = 1e12f;
     for (std::size_t v = 0; v < square.size(); ++v)
-      if ((before_[v] > kMiddleBefore) != (before_[nearest] > kMiddleBefore)) least = std::min(least, square[v]);
+      if ((before_[v] > kPreviousThreshold) != (before_[nearest] > kPreviousThreshold))
+        least = std::min(least, square[v]);
     fresh_.push_back({at, radius_mm, inside, std::sqrt(least)});
   }
 
@@ -164,16 +165,16 @@ class Story {
   std::vector<Mark> marks_;
   VoxelBox box_;
   std::vector<std::uint8_t> before_;
-  std::vector<NewDot> fresh_;
+  std::vector<NewMarkBall> fresh_;
   BoxImage image_;
   std::vector<float> smoothed_;
-  std::vector<Known> known_;
+  std::vector<Constraint> known_;
   double radius_mm_, reach_mm_;
 };
 
 struct Difference {
   double mean = 0;
-  int most = 0, far = 0;  ///< `far`: how many differ by more than 5
+  int most = 0, far = 0;  ///< `far`: number of voxels that differ by more than 5
 };
 Difference difference(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b) {
   Difference d;
@@ -222,45 +223,45 @@ std::vector<Named> stories() {
                                                         &others)});
   }
   {
-    Scene cut = ellipsoid(40, 1, {26, 10, 10}, 10);  // the volume cuts it
+    Scene cut = ellipsoid(40, 1, {26, 10, 10}, 10);  // cut by the volume
     all.push_back({"at the volume's edge", Story(cut.image, {inside({10, 0, 0}, 9)}, {inside({18, 1, 0}, 2)})});
   }
   return all;
 }
 
-TEST(ParallelPrior, SaysWhatTheCpusPriorSays) {
-  const OneByOne executor;
+TEST(ParallelPrior, EqualsTheCpusPrior) {
+  const SerialExecutor executor;
   for (const Named& named : stories()) {
-    const std::vector<std::uint8_t> cpu = named.story.heard_by_cpu(),
+    const std::vector<std::uint8_t> cpu = named.story.computed_by_cpu(),
                                     own = named.story.voxels_of(named.story.parallel(executor));
     ASSERT_GT(*std::max_element(cpu.begin(), cpu.end()), 128) << named.name;
     const Difference d = difference(cpu, own);
     EXPECT_LT(d.mean, 0.1) << named.name;
-    // What differs by more: where ways wind about in noise, and between two new marks that are equally near.
+    // Larger differences: at long geodesic paths in noise, and between two new marks at equal distance.
     EXPECT_LT(d.far, 0.003 * static_cast<double>(cpu.size())) << named.name << ", up to " << d.most;
   }
 }
 
-TEST(ParallelPrior, EverySettingIsHeard) {
-  const OneByOne executor;
+TEST(ParallelPrior, EverySettingHasAnEffect) {
+  const SerialExecutor executor;
   const Story story(ellipsoid(32, 1, {10, 7, 8}, 25).image, {inside({0, 0, 0}, 6)}, {outside({12, 0, 0}, 2)});
   const std::vector<std::uint8_t> usual = story.voxels_of(story.parallel(executor));
-  for (bool EvidenceSettings::*const heard : {&EvidenceSettings::hear_looks, &EvidenceSettings::hear_ways,
-                                              &EvidenceSettings::hear_walk, &EvidenceSettings::memory}) {
+  for (bool EvidenceSettings::*const use : {&EvidenceSettings::use_appearance, &EvidenceSettings::use_geodesic,
+                                            &EvidenceSettings::use_random_walk, &EvidenceSettings::memory}) {
     EvidenceSettings settings;
-    settings.*heard = false;
+    settings.*use = false;
     const std::vector<std::uint8_t> own = story.voxels_of(story.parallel(executor, settings));
     EXPECT_GT(difference(usual, own).most, 0);
-    EXPECT_LT(difference(story.heard_by_cpu(settings), own).mean, 0.1);
+    EXPECT_LT(difference(story.computed_by_cpu(settings), own).mean, 0.1);
   }
   EvidenceSettings settings;
-  settings.memory = settings.best_cut = false;
-  EXPECT_LT(difference(story.heard_by_cpu(settings), story.voxels_of(story.parallel(executor, settings))).mean, 0.1);
+  settings.memory = settings.expected_dice_threshold = false;
+  EXPECT_LT(difference(story.computed_by_cpu(settings), story.voxels_of(story.parallel(executor, settings))).mean, 0.1);
 }
 
 TEST(ParallelPrior, OpensTheSameSidesOfTheBox) {
-  const Scene bar = ellipsoid(40, 1, {400, 8, 8}, 5);  // it goes on beyond the box
-  const OneByOne executor;
+  const Scene bar = ellipsoid(40, 1, {400, 8, 8}, 5);  // it extends beyond the box
+  const SerialExecutor executor;
   const Story story(VoxelBox{{8, 4, 4}, {24, 32, 32}}, bar.image, inside({0, 0, 0}, 6));
   const std::vector<std::uint8_t> cpu = story.open_by_cpu();
   std::vector<std::uint8_t> own(cpu.size(), 7);
@@ -269,19 +270,19 @@ TEST(ParallelPrior, OpensTheSameSidesOfTheBox) {
   EXPECT_GT(std::count(cpu.begin(), cpu.end(), 1), 20);
 }
 
-TEST(ParallelPrior, LearnsTheSameAgainAndAsManyTimesAsItIsAsked) {
+TEST(ParallelPrior, IsReproducibleForAnyNumberOfUpdates) {
   const Counting executor;
   const Scene scene = ellipsoid(36, 1, {12, 10, 9}, 25);
   const Story one(scene.image, {inside({0, 0, 0}, 8)}, {outside({15, 0, 0}, 3)}),
       other(scene.image, {inside({0, 0, 0}, 8)}, {inside({9, 3, 1}, 2), boundary({0, 10, 0}, 2.5, {0, 1, 0})});
   ParallelPrior<Counting> prior = one.parallel(executor);
-  one.learn(prior);  // the walk starts from where it ended
+  one.learn(prior);  // the random walker starts from its last solution
   const std::vector<std::uint8_t> first = one.voxels_of(prior);
   EXPECT_LT(difference(first, one.voxels_of(one.parallel(executor))).mean, 0.1);
   const std::size_t bytes = prior.bytes();
   executor.launches = executor.waits = executor.uploads = 0;
   one.learn(prior);
-  EXPECT_EQ(prior.bytes(), bytes);  // nothing is taken anew
+  EXPECT_EQ(prior.bytes(), bytes);  // no further allocation
   RecordProperty("launches", executor.launches);
   RecordProperty("waits", executor.waits);
   EXPECT_LT(executor.launches, 100);
@@ -289,7 +290,7 @@ TEST(ParallelPrior, LearnsTheSameAgainAndAsManyTimesAsItIsAsked) {
   EXPECT_LT(difference(first, one.voxels_of(prior)).most, 6);
   other.learn(prior);
   EXPECT_GT(difference(first, one.voxels_of(prior)).most, 20);
-  EXPECT_LT(difference(other.heard_by_cpu(), other.voxels_of(prior)).mean, 0.1);
+  EXPECT_LT(difference(other.computed_by_cpu(), other.voxels_of(prior)).mean, 0.1);
 }
 
 }  // namespace

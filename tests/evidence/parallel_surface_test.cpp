@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Object and surface of a field by the version of many threads, in order on the CPU, against the CPU's own.
+// Object and surface of a field by the parallel version on the serial executor, compared with the CPU version.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,9 +17,9 @@
 namespace simplexseg {
 namespace {
 
-const OneByOne executor;
+const SerialExecutor executor;
 
-/// Noise, smoothed: blobs with holes, parts, and sides that they touch.
+/// Smoothed noise: blobs with holes, several components, some at the sides of the box.
 std::vector<float> blobs(const BoxGrid& grid, unsigned seed, double voxels) {
   std::mt19937 random(seed);
   std::vector<float> field(grid.count());
@@ -31,21 +31,21 @@ std::vector<float> blobs(const BoxGrid& grid, unsigned seed, double voxels) {
   return field;
 }
 
-std::vector<Known> some_known(int count, unsigned seed) {
+std::vector<Constraint> some_known(int count, unsigned seed) {
   std::mt19937 random(seed);
-  std::vector<Known> known(count);
-  for (Known& k : known) {
+  std::vector<Constraint> known(count);
+  for (Constraint& k : known) {
     const unsigned r = random() % 400;
-    k = r < 2   ? Known::Inside
-        : r < 4 ? Known::Outside
-        : r < 5 ? Known::FarBorder
-        : r < 6 ? Known::NotFinite
-                : Known::Nothing;
+    k = r < 2   ? Constraint::Inside
+        : r < 4 ? Constraint::Outside
+        : r < 5 ? Constraint::FarBorder
+        : r < 6 ? Constraint::NotFinite
+                : Constraint::None;
   }
   return known;
 }
 
-TEST(ParallelObject, IsTheCpusToTheVoxel) {
+TEST(ParallelObject, EqualsTheCpusObject) {
   int parts = 0, filled = 0;
   for (const std::array<int, 3>& size :
        {std::array{40, 33, 21}, std::array{64, 40, 1}, std::array{1, 30, 30}, std::array{7, 9, 50}})
@@ -53,10 +53,10 @@ TEST(ParallelObject, IsTheCpusToTheVoxel) {
       const VoxelBox box{{3, -2, 5}, size};
       const BoxGrid grid{size};
       const std::vector<float> field = blobs(grid, seed, seed % 2 ? 0.7 : 1.6);
-      const std::vector<Known> known = some_known(grid.count(), seed + 100);
+      const std::vector<Constraint> known = some_known(grid.count(), seed + 100);
       const FieldObject cpu = object_of_field(field, known, box, run_in_turn());
       std::vector<std::uint8_t> voxels(grid.count());
-      ParallelObject<OneByOne> finder(executor, box);
+      ParallelObject<SerialExecutor> finder(executor, box);
       for (int again = 0; again < 2; ++again) {
         const auto found = finder.find(field.data(), known.data(), voxels.data());
         ASSERT_EQ(voxels, cpu.voxels) << seed;
@@ -72,21 +72,21 @@ TEST(ParallelObject, IsTheCpusToTheVoxel) {
   EXPECT_GT(filled, 100) << "something was filled";
 }
 
-TEST(ParallelObject, OfNothingIsNothing) {
+TEST(ParallelObject, IsEmptyForAnEmptyField) {
   const VoxelBox box{{0, 0, 0}, {8, 8, 8}};
   const std::vector<float> field(512, 0.9f);
-  const std::vector<Known> known(512, Known::Nothing);
+  const std::vector<Constraint> known(512, Constraint::None);
   std::vector<std::uint8_t> voxels(512, 7);
-  const auto found = ParallelObject<OneByOne>(executor, box).find(field.data(), known.data(), voxels.data());
+  const auto found = ParallelObject<SerialExecutor>(executor, box).find(field.data(), known.data(), voxels.data());
   EXPECT_EQ(voxels, std::vector<std::uint8_t>(512, 0));
   EXPECT_EQ(found.around.voxel_count(), 0u);
 }
 
-TEST(ParallelSmooth, IsTheCpus) {
+TEST(ParallelSmooth, EqualsTheCpu) {
   const BoxGrid grid{{21, 18, 9}};
   for (const std::array<double, 3>& sigma :
        {std::array{1.3, 0.7, 0.1}, std::array{4.0, 4.0, 4.0}, std::array{0.5, 2.0, 1.0}}) {
-    SmoothedFields<OneByOne, 2> fields(executor, grid);
+    SmoothedFields<SerialExecutor, 2> fields(executor, grid);
     std::vector<float> a = blobs(grid, 1, 0.5), b = blobs(grid, 2, 0.5);
     executor.upload<float>(a, fields.data(0));
     executor.upload<float>(b, fields.data(1));
@@ -134,43 +134,43 @@ TEST(ParallelSelect, IsTheValueOfThatRank) {
       10, [](int) { return 1.0f; }, 0.5, 10));
 }
 
-/// A ball in noise and a field whose surface is off.
-TEST(ParallelSurface, SettlesAsTheCpus) {
+/// Ball in noise and a field whose surface is displaced.
+TEST(ParallelSurface, EqualsTheCpusSurface) {
   double moved = 0;
   for (const std::array<double, 3>& spacing : {std::array{1.0, 1.0, 1.0}, std::array{0.8, 0.8, 3.0}})
-    for (const double lean : {0.0, 0.6}) {
+    for (const double offset : {0.0, 0.6}) {
       const VoxelBox box{{2, 3, 4}, {44, 44, spacing[2] > 2 ? 16 : 44}};
       const BoxGrid grid{box.size};
       std::vector<float> image(grid.count()), field(grid.count());
       const std::vector<float> noise = blobs(grid, 3, 0.4);
-      std::vector<Known> known = some_known(grid.count(), 9);
+      std::vector<Constraint> known = some_known(grid.count(), 9);
       for (int v = 0; v < grid.count(); ++v) {
         const double x = (v % 44 - 21) * spacing[0], y = (v / 44 % 44 - 21) * spacing[1],
                      z = (v / grid.plane() - 0.5 * box.size[2]) * spacing[2], r = std::sqrt(x * x + y * y + z * z);
         image[v] = (r < 12 ? 0.6f : 0.3f) + 0.15f * noise[v];
         field[v] = static_cast<float>(1 / (1 + std::exp(1.2 * (r - 10.6 + 0.8 * std::sin(x)))));
-        if (r < 9 ? known[v] == Known::Outside : known[v] == Known::Inside) known[v] = Known::Nothing;
+        if (r < 9 ? known[v] == Constraint::Outside : known[v] == Constraint::Inside) known[v] = Constraint::None;
       }
-      known[(grid.count() + grid.plane() + 44) / 2] = Known::Inside;
+      known[(grid.count() + grid.plane() + 44) / 2] = Constraint::Inside;
       const EvidenceSettings settings;
       const FieldObject object = object_of_field(field, known, box, run_in_turn());
       ASSERT_GT(object.around.voxel_count(), 1000u);
-      // A field before whose surface was elsewhere, too, and two marks made since: one at it and one deep.
+      // Previous field with another surface, and two new marks: one at the surface, one deep.
       std::vector<std::uint8_t> before;
-      SurfaceSaid said{lean, 0, {}};
-      if (lean != 0) {
+      BandTerms terms{offset, 0, {}};
+      if (offset != 0) {
         for (int v = 0; v < grid.count(); ++v) before.push_back(as_before(field[v > 1 ? v - 2 : v]));
-        said.hold = 0.7;
+        terms.temporal_weight = 0.7;
         for (const float x : {10.0f, -11.0f})
-          said.moves.push_back({{static_cast<float>(21 * spacing[0]) + x, static_cast<float>(21 * spacing[1]),
-                                 static_cast<float>(0.5 * box.size[2] * spacing[2])},
-                                x > 0 ? 1.5f : 0.0f,
-                                x > 0 ? 0.0f : 3.0f});
+          terms.moves.push_back({{static_cast<float>(21 * spacing[0]) + x, static_cast<float>(21 * spacing[1]),
+                                  static_cast<float>(0.5 * box.size[2] * spacing[2])},
+                                 x > 0 ? 1.5f : 0.0f,
+                                 x > 0 ? 0.0f : 3.0f});
       }
       std::vector<float> cpu = field, parallel = field;
-      settle_surface(cpu, object, known, image, before, box, spacing, said, settings, run_in_turn());
-      settle_surface(executor, parallel.data(), object.voxels.data(), object.around, known.data(), image.data(),
-                     before.empty() ? nullptr : before.data(), box, spacing, said, settings);
+      refine_in_narrow_band(cpu, object, known, image, before, box, spacing, terms, settings, run_in_turn());
+      refine_in_narrow_band(executor, parallel.data(), object.voxels.data(), object.around, known.data(), image.data(),
+                            before.empty() ? nullptr : before.data(), box, spacing, terms, settings);
       int other_side = 0;
       for (int v = 0; v < grid.count(); ++v) {
         EXPECT_NEAR(parallel[v], cpu[v], 0.02) << v;
@@ -202,14 +202,14 @@ TEST(ParallelBefore, FindsTheNearestVoxelOfTheOtherSide) {
        {Eigen::Vector3d(15, 17, 9), Eigen::Vector3d(5, 6, 3), Eigen::Vector3d(9.6, 13, 6), Eigen::Vector3d(29, 30, 17)})
     places.push_back(geometry.world_from_index() * index);
   const std::vector<std::uint8_t> object = was_object(executor, geometry, box, before.data(), places);
-  const std::vector<BoxField::Before> at = before_at(executor, geometry, box, before.data(), places);
+  const std::vector<FieldSolver::Before> at = before_at(executor, geometry, box, before.data(), places);
   int inside = 0;
   for (std::size_t p = 0; p < places.size(); ++p) {
-    const bool in = before[nearest_voxel(geometry, box, places[p])] > kMiddleBefore;
+    const bool in = before[nearest_voxel(geometry, box, places[p])] > kPreviousThreshold;
     const std::vector<float> square = squared_distances(geometry, box, {&places[p], 1}, run_in_turn());
     float least = 1e12f;
     for (std::size_t v = 0; v < before.size(); ++v)
-      if ((before[v] > kMiddleBefore) != in) least = std::min(least, square[v]);
+      if ((before[v] > kPreviousThreshold) != in) least = std::min(least, square[v]);
     EXPECT_EQ(object[p] != 0, in) << p;
     EXPECT_EQ(at[p].object, in) << p;
     EXPECT_NEAR(at[p].depth_mm, std::sqrt(least), 1e-3) << p;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Distances and the values of a mesh's field by the version of many threads, in order on the CPU, against the CPU's
-// own.
+// Distances and field values by the parallel version on the serial executor, compared with the CPU version.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +14,7 @@
 namespace simplexseg {
 namespace {
 
-const OneByOne executor;
+const SerialExecutor executor;
 const std::array<std::array<double, 3>, 3> kSpacings{{{1, 1, 1}, {0.7, 0.7, 3}, {2.5, 0.9, 1.1}}};
 
 std::vector<float> noise_of(std::size_t count, unsigned seed) {
@@ -26,7 +25,7 @@ std::vector<float> noise_of(std::size_t count, unsigned seed) {
   return values;
 }
 
-/// Blobs.
+/// Random blobs.
 std::vector<std::uint8_t> blobs(const BoxGrid& grid, float threshold, unsigned seed) {
   std::vector<float> values = noise_of(grid.count(), seed);
   smooth(values, grid, {2, 2, 2}, run_in_turn());
@@ -35,7 +34,7 @@ std::vector<std::uint8_t> blobs(const BoxGrid& grid, float threshold, unsigned s
   return set;
 }
 
-TEST(ParallelDistance, IsThatOfTheCpuUpToItsReach) {
+TEST(ParallelDistance, EqualsTheCpuUpToItsReach) {
   const BoxGrid grid{{25, 22, 14}};
   const std::vector<std::uint8_t> set = blobs(grid, 0.03f, 4);
   std::vector<std::uint8_t> others(set.size());
@@ -46,8 +45,8 @@ TEST(ParallelDistance, IsThatOfTheCpuUpToItsReach) {
     const std::vector<float> to_others = distance_map(others, {{}, grid.size}, mm);
     for (const bool both : {false, true}) {
       for (const float reach : {3.2f, 1000.0f}) {
-        std::vector<float> square(set.size()), spare(set.size());
-        squared_distance_to_other_side(executor, set.data(), grid, spacing, reach, both, square.data(), spare.data());
+        std::vector<float> square(set.size()), buffer(set.size());
+        squared_distance_to_other_side(executor, set.data(), grid, spacing, reach, both, square.data(), buffer.data());
         int within = 0;
         for (std::size_t v = 0; v < set.size(); ++v) {
           const float expected = !set[v] ? to_set[v] : both ? to_others[v] : 0, mine = std::sqrt(square[v]);
@@ -64,8 +63,8 @@ TEST(ParallelDistance, IsThatOfTheCpuUpToItsReach) {
   }
 }
 
-/// Farther than the distance counts, too; the value is cut to a whole number, which may fall on either side.
-TEST(ParallelFieldValues, AreThoseOfTheCpu) {
+/// Includes voxels beyond the reach. Values may differ by one because of rounding.
+TEST(ParallelFieldValues, EqualThoseOfTheCpu) {
   for (const std::array<double, 3>& spacing : kSpacings) {
     VolumeGeometry geometry;
     geometry.size = {160, 12, 10};
@@ -73,11 +72,11 @@ TEST(ParallelFieldValues, AreThoseOfTheCpu) {
     const VoxelBox box{{0, 0, 0}, geometry.size};
     std::vector<std::uint8_t> object = blobs({box.size}, 0.05f, 6);
     for (std::size_t v = 0; v < object.size(); ++v) object[v] &= v % 160 < 24;
-    std::vector<float> probability = noise_of(object.size(), 8), squares(object.size()), spare(object.size());
+    std::vector<float> probability = noise_of(object.size(), 8), squares(object.size()), buffer(object.size());
     for (float& p : probability) p = std::clamp(0.5f + 0.3f * p, 0.0f, 1.0f);
     std::vector<std::uint16_t> values(object.size(), 7);
     field_values(executor, object.data(), probability.data(), {box.size}, spacing, field_value_of(geometry),
-                 squares.data(), spare.data(), values.data());
+                 squares.data(), buffer.data(), values.data());
     const std::vector<std::uint16_t> expected =
         field_values(object, probability, box, geometry, field_value_of(geometry), run_in_turn());
     for (std::size_t v = 0; v < values.size(); ++v) ASSERT_NEAR(values[v], expected[v], 1) << v;

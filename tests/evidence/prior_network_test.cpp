@@ -14,7 +14,7 @@
 namespace simplexseg {
 namespace {
 
-/// sigmoid(2 max(0, a - b) - max(0, b) + .5), a and b the two features, each less 1 and twice.
+/// Network sigmoid(2 max(0, a - b) - max(0, b) + 0.5) with a, b = 2 (feature - 1).
 PriorNetwork small_network() {
   PriorNetwork network;
   network.centre = {1, 1};
@@ -23,7 +23,7 @@ PriorNetwork small_network() {
   return network;
 }
 
-std::vector<std::uint8_t> answers(const PriorNetwork& network, const std::vector<std::array<float, 2>>& voxels) {
+std::vector<std::uint8_t> outputs(const PriorNetwork& network, const std::vector<std::array<float, 2>>& voxels) {
   std::vector<std::uint8_t> out(voxels.size());
   network.evaluate(
       [&](int first, int count, FeatureRows& to) {
@@ -34,10 +34,10 @@ std::vector<std::uint8_t> answers(const PriorNetwork& network, const std::vector
   return out;
 }
 
-TEST(PriorNetwork, AnswersWhatItsLayersSay) {
+TEST(PriorNetwork, EvaluatesItsLayers) {
   std::vector<std::array<float, 2>> voxels;
   for (int v = 0; v < 100; ++v) voxels.push_back({0.02f * static_cast<float>(v), 1.5f - 0.01f * static_cast<float>(v)});
-  const std::vector<std::uint8_t> out = answers(small_network(), voxels);
+  const std::vector<std::uint8_t> out = outputs(small_network(), voxels);
   for (std::size_t v = 0; v < voxels.size(); ++v) {
     const double a = 2 * (voxels[v][0] - 1.0), b = 2 * (voxels[v][1] - 1.0);
     const double z = 2 * std::max(0.0, a - b) - std::max(0.0, b) + 0.5;
@@ -45,9 +45,9 @@ TEST(PriorNetwork, AnswersWhatItsLayersSay) {
   }
 }
 
-TEST(PriorNetwork, WhatIsFarFromAllThatWasLearnedSaysNoMore) {
-  EXPECT_EQ(answers(small_network(), {{3, 1}}), answers(small_network(), {{300, 1}}));
-  EXPECT_NE(answers(small_network(), {{2, 1}}), answers(small_network(), {{0.5f, 1}}));
+TEST(PriorNetwork, FeaturesAreClampedToTheTrainingRange) {
+  EXPECT_EQ(outputs(small_network(), {{3, 1}}), outputs(small_network(), {{300, 1}}));
+  EXPECT_NE(outputs(small_network(), {{2, 1}}), outputs(small_network(), {{0.5f, 1}}));
 }
 
 PriorNetwork read(const std::string& text) {
@@ -55,7 +55,7 @@ PriorNetwork read(const std::string& text) {
   return PriorNetwork::read(in);
 }
 
-TEST(PriorNetwork, ItsTextGivesItBack) {
+TEST(PriorNetwork, IsRestoredFromItsText) {
   const PriorNetwork again = read(small_network().text());
   EXPECT_EQ(again.centre, small_network().centre);
   ASSERT_EQ(again.layers.size(), 2u);
@@ -71,7 +71,7 @@ TEST(PriorNetwork, OtherTextIsRefused) {
     EXPECT_THROW(read(text), Error) << text;
 }
 
-TEST(PriorNetworks, TheProgramsOwnKnowTheirFeaturesAndTheirTextGivesThemBack) {
+TEST(PriorNetworks, TheDefaultNetworksMatchTheirFeaturesAndAreRestoredFromText) {
   const PriorNetworks& own = learned_networks();
   EXPECT_EQ(own.marks.features(), MarkFeatures::kCount);
   EXPECT_EQ(own.update.features(), UpdateFeatures::kCount);
@@ -80,7 +80,7 @@ TEST(PriorNetworks, TheProgramsOwnKnowTheirFeaturesAndTheirTextGivesThemBack) {
   EXPECT_EQ(again.update.layers[1].weight, own.update.layers[1].weight);
 }
 
-TEST(PriorNetworks, OneAloneOrTheOneInThePlaceOfTheOtherIsRefused) {
+TEST(PriorNetworks, ASingleOrSwappedNetworkIsRefused) {
   const PriorNetworks& own = learned_networks();
   EXPECT_THROW(PriorNetworks::parse(own.marks.text()), Error);
   EXPECT_THROW(PriorNetworks::parse(own.update.text() + own.marks.text()), Error);

@@ -15,7 +15,7 @@
 namespace simplexseg {
 namespace {
 
-TEST(Quantile, IsTheValueOfThatRank) {
+TEST(Quantile, IsTheValueOfItsRank) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   const float infinite = std::numeric_limits<float>::infinity();

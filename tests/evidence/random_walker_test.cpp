@@ -24,7 +24,7 @@ struct Problem {
   std::vector<std::uint8_t> target, held;
 };
 
-/// Conductances over four decades, one voxel in fifteen held.
+/// Conductances over four decades, one voxel in fifteen with a Dirichlet condition.
 Problem random_problem(std::array<int, 3> size, std::array<double, 3> spacing_mm, float pull) {
   Problem p{{size}, spacing_mm, {}, {}, {}, {}, {}};
   std::mt19937 random(7);
@@ -44,7 +44,7 @@ Problem random_problem(std::array<int, 3> size, std::array<double, 3> spacing_mm
   return p;
 }
 
-/// `rough`: a tolerance that is asked for first, then carried on from.
+/// Solution with a tolerance. `rough`: larger tolerance of a first solution, from which the solver resumes.
 std::vector<float> solve(const Problem& p, double tolerance, const RunJobs& run, RandomWalker::Report* report = nullptr,
                          double rough = 0) {
   RandomWalker walker(p.grid, p.spacing_mm, run);
@@ -54,18 +54,18 @@ std::vector<float> solve(const Problem& p, double tolerance, const RunJobs& run,
   RandomWalker::Report done = walker.solve(p.target, p.held, rough > 0 ? rough : tolerance, 200);
   if (rough > 0) {
     const int iterations = done.iterations;
-    done = walker.carry_on(tolerance, 200);
+    done = walker.resume(tolerance, 200);
     done.iterations += iterations;
   }
   if (report) *report = done;
   return {walker.field().begin(), walker.field().end()};
 }
 
-/// The same by the version for devices.
+/// Solution by the parallel version on the serial executor.
 std::vector<float> solve_in_parallel(const Problem& p, double tolerance, double rough = 0,
-                                     ParallelWalker<OneByOne>::Report* report = nullptr) {
-  const OneByOne executor;
-  ParallelWalker<OneByOne> walker(p.grid, p.spacing_mm, executor);
+                                     ParallelWalker<SerialExecutor>::Report* report = nullptr) {
+  const SerialExecutor executor;
+  ParallelWalker<SerialExecutor> walker(p.grid, p.spacing_mm, executor);
   for (int a = 0; a < 3; ++a)
     for (int v = 0; v < p.grid.count(); ++v) {
       const int at[3]{v % p.grid.size[0], v / p.grid.size[0] % p.grid.size[1], v / p.grid.plane()};
@@ -77,9 +77,9 @@ std::vector<float> solve_in_parallel(const Problem& p, double tolerance, double 
   walker.solve(p.target.data(), p.held.data(), rough > 0 ? rough : tolerance, 200);
   if (rough > 0) {
     iterations = walker.report().iterations;
-    walker.carry_on(tolerance, 200);
+    walker.resume(tolerance, 200);
   }
-  ParallelWalker<OneByOne>::Report done = walker.report();
+  ParallelWalker<SerialExecutor>::Report done = walker.report();
   done.iterations += iterations;
   if (report) *report = done;
   return {walker.field(), walker.field() + p.grid.count()};
@@ -126,10 +126,10 @@ TEST_P(Solver, AgreesWithADenseFactorisation) {
   }
 }
 
-TEST_P(Solver, OfManyThreadsAgreesWithADenseFactorisation) {
+TEST_P(Solver, ParallelVersionAgreesWithADenseFactorisation) {
   for (const float pull : {0.0f, 0.05f}) {
     const Problem p = random_problem(GetParam().first, GetParam().second, pull);
-    ParallelWalker<OneByOne>::Report report;
+    ParallelWalker<SerialExecutor>::Report report;
     const std::vector<float> x = solve_in_parallel(p, 1e-6, 0, &report);
     const Eigen::VectorXd reference = dense_solution(p);
     for (int v = 0; v < p.grid.count(); ++v) ASSERT_NEAR(x[v], reference[v], 2e-4) << v << " pull " << pull;
@@ -144,11 +144,11 @@ INSTANTIATE_TEST_SUITE_P(Boxes, Solver,
                                            std::pair{std::array{1, 13, 16}, std::array{2.0, 1.0, 1.0}},
                                            std::pair{std::array{5, 1, 1}, std::array{1.0, 1.0, 1.0}}));
 
-TEST(RandomWalker, OfManyThreadsTakesTheSameIterations) {
+TEST(RandomWalker, ParallelVersionTakesTheSameIterations) {
   for (const std::array<double, 3>& spacing : {std::array{1.0, 1.0, 1.0}, std::array{1.0, 1.0, 3.0}}) {
-    const Problem p = random_problem({70, 61, 33}, spacing, 0.005f);  // several levels beside those of a team
+    const Problem p = random_problem({70, 61, 33}, spacing, 0.005f);  // several levels larger than a block
     RandomWalker::Report report;
-    ParallelWalker<OneByOne>::Report parallel;
+    ParallelWalker<SerialExecutor>::Report parallel;
     const std::vector<float> x = solve(p, 1e-3, run_in_turn(), &report), y = solve_in_parallel(p, 1e-3, 0, &parallel);
     EXPECT_EQ(parallel.iterations, report.iterations);
     EXPECT_NEAR(parallel.error, report.error, 1e-5);
@@ -156,7 +156,7 @@ TEST(RandomWalker, OfManyThreadsTakesTheSameIterations) {
   }
 }
 
-TEST(RandomWalker, CarriedOnIsTheSolutionAtOnce) {
+TEST(RandomWalker, ResumingGivesTheSameSolution) {
   const Problem p = random_problem({40, 30, 20}, {1, 1, 1}, 0.005f);
   RandomWalker::Report at_once, carried;
   const std::vector<float> x = solve(p, 1e-4, run_in_turn(), &at_once),
@@ -166,16 +166,16 @@ TEST(RandomWalker, CarriedOnIsTheSolutionAtOnce) {
   EXPECT_NE(x, solve(p, 0.1, run_in_turn()));
 }
 
-TEST(RandomWalker, OfManyThreadsCarriedOnIsTheSolutionAtOnce) {
+TEST(RandomWalker, ParallelVersionResumesToTheSameSolution) {
   const Problem p = random_problem({40, 30, 20}, {1, 1, 1}, 0.005f);
-  ParallelWalker<OneByOne>::Report at_once, carried;
+  ParallelWalker<SerialExecutor>::Report at_once, carried;
   const std::vector<float> x = solve_in_parallel(p, 1e-4, 0, &at_once), y = solve_in_parallel(p, 1e-4, 0.1, &carried);
   EXPECT_EQ(x, y);
   EXPECT_EQ(at_once.iterations, carried.iterations);
   EXPECT_NE(x, solve_in_parallel(p, 0.1));
 }
 
-TEST(RandomWalker, TheErrorThatItStatesIsOfTheSizeOfTheOneThatIsLeft) {
+TEST(RandomWalker, TheStatedErrorMatchesTheRemainingOne) {
   const Problem p = random_problem({10, 9, 8}, {1, 1, 1}, 0.01f);
   const Eigen::VectorXd reference = dense_solution(p);
   const std::vector<float> rough = solve(p, 0.02, run_in_turn());
@@ -200,7 +200,7 @@ TEST(RandomWalker, AWarmStartTakesFewerIterations) {
   EXPECT_LT(warm.iterations, cold.iterations / 2);
 }
 
-void geodesic_distance_agrees_with_dijkstra(const WayCost& cost) {
+void geodesic_distance_agrees_with_dijkstra(const EdgeCost& cost) {
   const BoxGrid grid{{9, 8, 6}};
   const std::array<double, 3> spacing{1, 1, 2.5};
   std::mt19937 random(3);

@@ -47,21 +47,21 @@ TEST(RobotUser, DepthIsInMillimetres) {
   EXPECT_DOUBLE_EQ(deepest.depth_mm, 6);
 }
 
-TEST(RobotUser, KeepsThePartsThatAreJoinedByFacesApart) {
+TEST(RobotUser, SeparatesPartsThatShareNoFace) {
   Mask mask = empty({10, 10, 10});
   fill(mask, {0, 0, 0}, {2, 2, 2});
-  fill(mask, {3, 3, 3}, {6, 6, 6});  // touches the first at a corner alone
+  fill(mask, {3, 3, 3}, {6, 6, 6});  // touches the first only at a corner
   const Mask part = largest_part(mask);
   EXPECT_EQ(std::count(part.voxels.begin(), part.voxels.end(), 1), 64);
 }
 
-/// Believes every mark, and nothing else.
-class Believer : public RobotSubject {
+/// Segments exactly the marked balls.
+class MarkedBalls : public RobotSubject {
  public:
-  std::vector<std::vector<Mark>> heard;
+  std::vector<std::vector<Mark>> received;
 
   Mask segment(std::span<const Mark> marks) override {
-    heard.emplace_back(marks.begin(), marks.end());
+    received.emplace_back(marks.begin(), marks.end());
     Mask mask = empty({30, 30, 30});
     std::size_t v = 0;
     for (int k = 0; k < 30; ++k)
@@ -75,10 +75,10 @@ class Believer : public RobotSubject {
   double brush_mm(MarkKind, const Eigen::Vector3d&) const override { return 2.5; }
 };
 
-TEST(RobotUser, SaysNoMoreThanTheProtocolAllows) {
+TEST(RobotUser, FollowsTheProtocol) {
   Mask truth = empty({30, 30, 30});
   fill(truth, {8, 8, 8}, {20, 20, 20});
-  Believer subject;
+  MarkedBalls subject;
   int calls = 0;
   const std::vector<RobotClick> clicks =
       run_robot(truth, subject, {5, 1, 0}, [&](int n, const Mask&) { EXPECT_EQ(n, calls++); });
@@ -87,7 +87,7 @@ TEST(RobotUser, SaysNoMoreThanTheProtocolAllows) {
   EXPECT_EQ(clicks[0].mark.position_mm, Eigen::Vector3d(14, 14, 14));
   EXPECT_NEAR(clicks[0].mark.radius_mm, 7, 0.01);
   for (std::size_t c = 1; c < clicks.size(); ++c) {
-    EXPECT_EQ(subject.heard[c].size(), c + 1);
+    EXPECT_EQ(subject.received[c].size(), c + 1);
     EXPECT_EQ(clicks[c].mark.radius_mm, 2.5);
     EXPECT_GT(clicks[c].agreement.dice, clicks[c - 1].agreement.dice);
   }

@@ -12,7 +12,7 @@
 namespace simplexseg {
 namespace {
 
-/// A ball of 150 in 50, noise of so many, in voxels of 1 x 1 x 2 mm; `middle` is that ball's centre.
+/// Ball of intensity 150 in 50 with noise, in voxels of 1 x 1 x 2 mm; `middle`: centre of the ball.
 Volume ball(double radius_mm, double noise, const Eigen::Vector3d& middle = {40, 40, 40}) {
   VolumeGeometry geometry;
   geometry.size = {80, 80, 40};
@@ -30,7 +30,7 @@ Volume ball(double radius_mm, double noise, const Eigen::Vector3d& middle = {40,
   return image;
 }
 
-TEST(SeedReach, OfASmallBallGoesOnToTheWall) {
+TEST(SeedReach, OfASmallBallExtendsToTheWall) {
   for (const double noise : {0.0, 5.0})
     for (const double radius : {8.0, 10.0}) {
       const double reach = seed_reach_mm(ball(16, noise), {40, 40, 40}, radius);
@@ -48,7 +48,7 @@ TEST(SeedReach, IsAtMostTwice) { EXPECT_DOUBLE_EQ(seed_reach_mm(ball(16, 5), {40
 
 TEST(SeedReach, WithoutAWallIsTheRadius) { EXPECT_DOUBLE_EQ(seed_reach_mm(ball(200, 5), {40, 40, 40}, 8), 8); }
 
-TEST(SeedReach, VoxelsThatAreNotNumbersAreAWall) {
+TEST(SeedReach, VoxelsThatAreNotFiniteAreAWall) {
   Volume image = ball(200, 5);
   const Volume like = ball(16, 0);
   for (std::size_t v = 0; v < image.voxels<float>().size(); ++v)

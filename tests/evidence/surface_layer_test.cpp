@@ -21,36 +21,36 @@ double from_centre(std::size_t v) {
   return std::sqrt(x * x + y * y + z * z);
 }
 
-/// A ball in an image; a field that says that it is most of a voxel smaller than it is, and is not sure of it.
+/// Ball in an image, with an uncertain field in which it is most of a voxel too small.
 struct Ball {
   std::vector<float> image, field;
-  std::vector<Known> known;
+  std::vector<Constraint> known;
 
-  /// `contrast`: of the ball, in deviations of the noise.
+  /// `contrast`: contrast of the ball, in standard deviations of the noise.
   explicit Ball(double contrast)
-      : image(kBox.voxel_count()), field(kBox.voxel_count()), known(kBox.voxel_count(), Known::Nothing) {
+      : image(kBox.voxel_count()), field(kBox.voxel_count()), known(kBox.voxel_count(), Constraint::None) {
     std::mt19937 random(7);
     std::normal_distribution<float> noise(0.5f, 0.05f);
     for (std::size_t v = 0; v < image.size(); ++v) {
       const double r = from_centre(v);
       image[v] = noise(random) + (r < kTrueRadius ? static_cast<float>(0.05 * contrast) : 0.0f);
       field[v] = static_cast<float>(1 / (1 + std::exp((r - kFieldsRadius) / 3)));
-      if (r < 4) known[v] = Known::Inside;
+      if (r < 4) known[v] = Constraint::Inside;
     }
   }
   FieldObject object() const { return object_of_field(field, known, kBox, run_in_turn()); }
-  FieldObject settled(const EvidenceSettings& settings = {}, double lean = 0) {
-    return settled_by({lean, 0, {}}, settings);
+  FieldObject settled(const EvidenceSettings& settings = {}, double offset = 0) {
+    return settled_by({offset, 0, {}}, settings);
   }
-  /// `before`: the field before, or empty.
-  FieldObject settled_by(const SurfaceSaid& said, const EvidenceSettings& settings = {},
+  /// `before`: previous field, or empty.
+  FieldObject settled_by(const BandTerms& terms, const EvidenceSettings& settings = {},
                          const std::vector<std::uint8_t>& before = {}) {
-    settle_surface(field, object(), known, image, before, kBox, kSpacing, said, settings, run_in_turn());
+    refine_in_narrow_band(field, object(), known, image, before, kBox, kSpacing, terms, settings, run_in_turn());
     return object();
   }
 };
 
-/// Share of the voxels between the field's surface and the true one that are the object.
+/// Share of the voxels between the field's surface and the true one that belong to the object.
 double of_rim(const FieldObject& object) {
   double in = 0, all = 0;
   for (std::size_t v = 0; v < object.voxels.size(); ++v) {
@@ -66,7 +66,7 @@ std::size_t voxels_of(const FieldObject& object) {
   return static_cast<std::size_t>(std::count(object.voxels.begin(), object.voxels.end(), 1));
 }
 
-TEST(SurfaceLayer, TheSurfaceMovesToWhereLooksChange) {
+TEST(SurfaceLayer, TheSurfaceMovesToWhereAppearanceChanges) {
   Ball ball(8);
   EXPECT_DOUBLE_EQ(of_rim(ball.object()), 0);
   const FieldObject settled = ball.settled();
@@ -74,7 +74,7 @@ TEST(SurfaceLayer, TheSurfaceMovesToWhereLooksChange) {
   EXPECT_NEAR(static_cast<double>(voxels_of(settled)), 4.0 / 3 * M_PI * std::pow(kTrueRadius, 3), 100);
 }
 
-TEST(SurfaceLayer, WithoutALayerTheFieldIsLeft) {
+TEST(SurfaceLayer, WithoutALayerTheFieldIsUnchanged) {
   EvidenceSettings none;
   none.surface_layer = 0;
   Ball left(8);
@@ -83,21 +83,21 @@ TEST(SurfaceLayer, WithoutALayerTheFieldIsLeft) {
   EXPECT_EQ(left.field, before);
 }
 
-TEST(SurfaceLayer, WhereLooksSayNothingTheSurfaceStays) {
+TEST(SurfaceLayer, TheSurfaceStaysWithoutContrast) {
   Ball ball(0);
   const std::size_t before = voxels_of(ball.object());
   EXPECT_NEAR(static_cast<double>(voxels_of(ball.settled())), static_cast<double>(before),
               0.01 * static_cast<double>(before));
 }
 
-/// An object that ends before looks change: marks of its outside look like it, in one direction; looks are no longer
-/// believed in any.
-TEST(SurfaceLayer, MarksThatContradictLooksAreBelieved) {
+/// Object that ends before the appearance changes. Outside marks in one direction resemble the object, so appearance is
+/// no longer used in any direction.
+TEST(SurfaceLayer, MarksOverrideAppearance) {
   Ball ball(8);
   for (std::size_t v = 0; v < ball.known.size(); ++v) {
     const double r = from_centre(v), x = static_cast<double>(v % 40) - 19.5;
     if (r >= kFieldsRadius && r < kTrueRadius && x > 5) {
-      ball.known[v] = Known::Outside;
+      ball.known[v] = Constraint::Outside;
       ball.field[v] = 0;
     }
   }
@@ -111,8 +111,8 @@ TEST(SurfaceLayer, MarksThatContradictLooksAreBelieved) {
   EXPECT_LT(changed, 0.02 * other_side);
 }
 
-/// Where looks say nothing bumps of a voxel go and the rest of the surface stays, a ball's bend as well.
-TEST(SurfaceLayer, WhereLooksSayNothingTheSurfaceIsEven) {
+/// Without contrast bumps of a voxel are smoothed; the rest of the surface and its curvature stay.
+TEST(SurfaceLayer, TheSurfaceIsSmoothWithoutContrast) {
   Ball ball(0);
   const FieldObject even = ball.object();
   std::mt19937 random(3);
@@ -131,17 +131,16 @@ TEST(SurfaceLayer, WhereLooksSayNothingTheSurfaceIsEven) {
   EXPECT_LT(evened, 0.4 * left);
 }
 
-/// What clicks say of all of the surface moves all of it: by log odds of a field whose log odds change by 1 in 3
-/// voxels.
-TEST(SurfaceLayer, TheWholeSurfaceLeansTheWayItIsTold) {
-  for (const double lean : {-0.4, 0.4}) {
+/// The offset moves the whole surface, here by 3 voxels per unit of log odds.
+TEST(SurfaceLayer, TheOffsetMovesTheWholeSurface) {
+  for (const double offset : {-0.4, 0.4}) {
     Ball ball(0);
-    const double radius = std::cbrt(static_cast<double>(voxels_of(ball.settled({}, lean))) * 3 / (4 * M_PI));
-    EXPECT_NEAR(radius, kFieldsRadius + 3 * lean, 0.35) << lean;
+    const double radius = std::cbrt(static_cast<double>(voxels_of(ball.settled({}, offset))) * 3 / (4 * M_PI));
+    EXPECT_NEAR(radius, kFieldsRadius + 3 * offset, 0.35) << offset;
   }
 }
 
-/// The field before had a ball that is a voxel and a half larger.
+/// Previous field, in which the ball is 1.5 voxels larger.
 std::vector<std::uint8_t> larger_before() {
   std::vector<std::uint8_t> before(kBox.voxel_count());
   for (std::size_t v = 0; v < before.size(); ++v) before[v] = from_centre(v) < kFieldsRadius + 1.5 ? 255 : 1;
@@ -151,9 +150,9 @@ double radius_of(const FieldObject& object) {
   return std::cbrt(static_cast<double>(voxels_of(object)) * 3 / (4 * M_PI));
 }
 
-/// Where the surface was holds it, by log odds of a field whose log odds change by 1 in 3 voxels; not around a mark
-/// that lies deep in what was wrong; and nothing holds without a field before.
-TEST(SurfaceLayer, WhereTheSurfaceWasHoldsIt) {
+/// The temporal term pulls the surface to the previous one, except around a mark that lies deep in a wrong part; it has
+/// no effect without a previous field.
+TEST(SurfaceLayer, TheTemporalTermHoldsTheSurface) {
   Ball held(0), free(0), forgotten(0);
   const double radius = radius_of(free.settled_by({0, 0.6, {}}));
   EXPECT_NEAR(radius, kFieldsRadius, 0.2);
@@ -162,8 +161,8 @@ TEST(SurfaceLayer, WhereTheSurfaceWasHoldsIt) {
   EXPECT_NEAR(radius_of(forgotten.settled_by({0, 0.6, {deep}}, {}, larger_before())), radius, 0.2);
 }
 
-/// A mark by which the surface is further out, or in, moves what is beside it, and not the other side of the ball.
-TEST(SurfaceLayer, ANewMarkMovesTheSurfaceBesideIt) {
+/// A mark that moves the surface outwards or inwards acts beside it, not on the other side of the ball.
+TEST(SurfaceLayer, FreshMarksMoveTheSurfaceBesideThem) {
   const auto gained = [](float out_voxels) {
     std::vector<std::uint8_t> same(kBox.voxel_count());
     for (std::size_t v = 0; v < same.size(); ++v) same[v] = from_centre(v) < kFieldsRadius ? 255 : 1;
@@ -184,13 +183,13 @@ TEST(SurfaceLayer, ANewMarkMovesTheSurfaceBesideIt) {
   EXPECT_NEAR(in[1], 0, 5);
 }
 
-TEST(SurfaceLayer, WhatIsMarkedStays) {
+TEST(SurfaceLayer, MarkedVoxelsStay) {
   Ball ball(8);
   std::vector<std::size_t> marked;
   for (std::size_t v = 0; v < ball.known.size(); ++v) {
     const double x = static_cast<double>(v % 40) - 19.5;
     if (std::fabs(from_centre(v) - 9.6) > 0.5 || x < 8) continue;
-    ball.known[v] = Known::Outside;
+    ball.known[v] = Constraint::Outside;
     ball.field[v] = 0;
     marked.push_back(v);
   }
@@ -199,8 +198,8 @@ TEST(SurfaceLayer, WhatIsMarkedStays) {
   for (const std::size_t v : marked) EXPECT_FLOAT_EQ(ball.field[v], 0);
 }
 
-/// On one side looks go on beyond the object: they are not believed there, and still on the other.
-TEST(SurfaceLayer, LooksThatContradictTheFieldAroundAVoxelAreNotBelieved) {
+/// On one side the same appearance continues beyond the object; there, and only there, appearance is not used.
+TEST(SurfaceLayer, AppearanceThatContradictsTheFieldIsNotUsed) {
   Ball ball(8);
   const auto x_of = [](std::size_t v) { return static_cast<double>(v % 40) - 19.5; };
   for (std::size_t v = 0; v < ball.image.size(); ++v) {
@@ -239,23 +238,23 @@ TEST(SurfaceLayer, BeyondTheLayerTheFieldStays) {
   EXPECT_GT(near, 10);
 }
 
-/// Voxels that are four times as thick as wide: the same place in mm.
+/// Voxels four times as thick as wide: the layer has the same thickness in mm.
 TEST(SurfaceLayer, TheLayerIsAsThickInEveryDirection) {
   const VoxelBox box{{0, 0, 0}, {40, 40, 10}};
   const std::array<double, 3> spacing{1, 1, 4};
   const Ball fine(8);
   std::vector<float> image(box.voxel_count()), field(box.voxel_count());
-  const std::vector<Known> known(box.voxel_count(), Known::Nothing);
-  std::vector<Known> seeded = known;
+  const std::vector<Constraint> known(box.voxel_count(), Constraint::None);
+  std::vector<Constraint> seeded = known;
   const auto middle_of = [&](std::size_t v) { return v % 1600 + v / 1600 * 4 * 1600 + 2 * 1600; };
   for (std::size_t v = 0; v < image.size(); ++v) {
     image[v] = fine.image[middle_of(v)];
     field[v] = fine.field[middle_of(v)];
-    if (fine.known[middle_of(v)] == Known::Inside) seeded[v] = Known::Inside;
+    if (fine.known[middle_of(v)] == Constraint::Inside) seeded[v] = Constraint::Inside;
   }
   const std::vector<float> before = field;
-  settle_surface(field, object_of_field(field, seeded, box, run_in_turn()), seeded, image, {}, box, spacing, {}, {},
-                 run_in_turn());
+  refine_in_narrow_band(field, object_of_field(field, seeded, box, run_in_turn()), seeded, image, {}, box, spacing, {},
+                        {}, run_in_turn());
   for (const int k : {2, 7}) {  // the next slices above and below the object, more than two voxels' width from it
     EXPECT_EQ(field[box.offset(19, 19, k)], before[box.offset(19, 19, k)]) << k;
   }

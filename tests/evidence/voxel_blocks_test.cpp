@@ -37,7 +37,7 @@ TEST(VoxelBlocks, MeanIsThatOfTheirVoxels) {
   const std::vector<float> mean = kBlocks.mean(of_index(kFine, 1, 10, 100), run_in_turn());
   EXPECT_FLOAT_EQ(mean[0], 1 + 5);
   EXPECT_FLOAT_EQ(mean[(2 * 3 + 1) * 3 + 1], 4 + 25 + 200);
-  EXPECT_FLOAT_EQ(mean[2], 6 + 5);  // of one column alone
+  EXPECT_FLOAT_EQ(mean[2], 6 + 5);  // of a single column
 }
 
 TEST(VoxelBlocks, InterpolationIsLinearBetweenTheirMiddlesAndConstantBeyond) {
@@ -50,10 +50,10 @@ TEST(VoxelBlocks, InterpolationIsLinearBetweenTheirMiddlesAndConstantBeyond) {
   EXPECT_EQ(at(1, 0, 2), 20);
   EXPECT_EQ(at(2, 0, 0), 10);
   EXPECT_EQ(at(4, 1, 0), 30 + 5);
-  EXPECT_EQ(at(6, 4, 5), 50 + 35 + 50);  // a narrow block counts as one that is not
+  EXPECT_EQ(at(6, 4, 5), 50 + 35 + 50);  // a narrow block counts like a full one
 }
 
-TEST(VoxelBlocks, AVoxelGetsWhatIsSaidOfBlocksThatLookLikeIt) {
+TEST(VoxelBlocks, AVoxelGetsValuesOfBlocksOfSimilarIntensity) {
   std::vector<float> image(kFine.count());
   for (int v = 0; v < kFine.count(); ++v) image[v] = v % 7 < 4 ? 0 : 1;  // an edge within a block
   const std::vector<float> mean = kBlocks.mean(image, run_in_turn());

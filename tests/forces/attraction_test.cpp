@@ -14,10 +14,10 @@ using Eigen::Vector3d;
 class AttractionTest : public EngineTest {};
 SIMPLEXSEG_ON_EVERY_BACKEND(AttractionTest);
 
-/// mm: the sums hold 2^-28, over a weight of 0.005 at the rim of the largest patch; positions are floats.
+/// Error in mm from sums in units of 2^-28 over a weight of 0.005 at the rim of the largest patch, and float positions.
 constexpr double kFixedPointError = 2e-5;
 
-/// A sphere of 10 mm alone under attraction, k dt^2 = 1, damping 1.
+/// Sphere of 10 mm with attraction only, k dt^2 = 1, damping 1.
 TestScene pulled_sphere(float order, std::initializer_list<Vector3d> points, int level = 3) {
   TestScene scene;
   scene.meshes.resize(1);
@@ -49,7 +49,7 @@ TEST_P(AttractionTest, TheNearestVertexLandsOnThePointInOneStep) {
     const int nearest = nearest_to(start, point);
     const Positions end = run(scene, 1);
     EXPECT_LT((end[nearest].cast<double>() - point).norm(), 1e-5) << "order " << order;
-    // Its neighbourhood follows by ring weights, and nothing else moves.
+    // The neighbourhood follows by ring weights; no other vertex moves.
     const Neighbourhood patch = neighbourhood_of(scene.meshes[0].mesh, nearest, static_cast<int>(order));
     Positions expected = start;
     for (std::size_t k = 0; k < patch.vertices.size(); ++k) {
@@ -73,7 +73,7 @@ TEST_P(AttractionTest, RingWeightsFallFromOneToZero) {
 }
 
 TEST_P(AttractionTest, TiesGoToTheLowestIndex) {
-  // Four vertices at exactly the same distance of the origin, twice: as mesh 0 and as mesh 1.
+  // Four vertices at exactly equal distances from the origin, in mesh 0 and in mesh 1.
   TestScene scene = pulled_sphere(0, {});
   scene.meshes[0].mesh =
       dual_of({{{3, 3, 3}, {3, -3, -3}, {-3, 3, -3}, {-3, -3, 3}}, {{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}}});
@@ -93,7 +93,7 @@ TEST_P(AttractionTest, TiesGoToTheLowestIndex) {
 }
 
 TEST_P(AttractionTest, SeveralPointsOnOneVertexAreAveraged) {
-  // Both points are nearest to vertex 0: it goes half way between them.
+  // Vertex 0 is nearest to both points and moves to their midpoint.
   TestScene scene = pulled_sphere(0, {});
   const Vector3d p = scene.meshes[0].mesh.positions[0].cast<double>(), n = p.normalized(), side = n.unitOrthogonal();
   const Vector3d a = p + 2 * n + 0.2 * side, b = p + n - 0.1 * side;
@@ -133,7 +133,7 @@ TEST_P(AttractionTest, ThePointsOfOneMeshDoNotMoveAnother) {
   EXPECT_FALSE(same_bits(Positions(end.begin() + start.size(), end.end()), start));
 }
 
-TEST_P(AttractionTest, ThePointsLetGoWhenTheyGo) {
+TEST_P(AttractionTest, RemovedPointsDoNotPull) {
   const TestScene scene = pulled_sphere(3, {Vector3d(0, 0, 12)});
   const auto engine = make_engine();
   const Positions pulled = simplexseg::run(*engine, scene, 5);
@@ -142,8 +142,8 @@ TEST_P(AttractionTest, ThePointsLetGoWhenTheyGo) {
   EXPECT_TRUE(same_bits(positions_of(*engine, scene), pulled));
 }
 
-TEST_P(AttractionTest, TheNearestVertexIsFoundAnewAtEachRefresh) {
-  // The sphere glides past a point that pulls ever so little: only vertices that were bound leave the common motion.
+TEST_P(AttractionTest, TheNearestVertexIsUpdatedAtEachRefresh) {
+  // The sphere moves past a point that pulls weakly: only vertices bound to it deviate from the common motion.
   auto touched = [&](int interval, bool refresh_in_between) {
     TestScene scene = pulled_sphere(0, {Vector3d(0, 0, 10.5)});
     scene.meshes[0].forces = with({{"attraction", "weight", 0.01f}, {"attraction", "order", 0}});
@@ -174,7 +174,7 @@ TEST_P(AttractionTest, TheNearestVertexIsFoundAnewAtEachRefresh) {
 }
 
 TEST_P(AttractionTest, TheMeshEndsAtThePointAmongAllOtherForces) {
-  // Half a voxel (0.5 mm): outside of the edge, and inside.
+  // Within half a voxel (0.5 mm), for points outside and inside the edge.
   for (double radius : {23.0, 16.0}) {
     TestScene scene = busy_scene(3, 5);
     scene.meshes[0].forces = with({{"smoothing", "weight", 0.5f},
@@ -208,8 +208,8 @@ TEST_P(AttractionTest, ImageForcesFadeAtThePoint) {
   EXPECT_LT(2 * distance(1), distance(0));
 }
 
-TEST_P(AttractionTest, WholeRingsFollowWhereTheyGrowFast) {
-  // A ring of vertices with chords: its neighbourhoods double from ring to ring, beyond what a patch has room for.
+TEST_P(AttractionTest, OnlyCompleteRingsFollow) {
+  // A circle of vertices with chords, whose neighbourhoods double from ring to ring and exceed the size of a patch.
   constexpr int kCount = 1024;
   TestScene scene = pulled_sphere(10, {{11, 0, 0}});
   SimplexMesh& mesh = scene.meshes[0].mesh;
@@ -241,7 +241,7 @@ TEST_P(AttractionTest, WholeRingsFollowWhereTheyGrowFast) {
     whole += moved_of_ring[ring];
   }
   EXPECT_EQ(whole, moved.size());
-  EXPECT_GT(whole, std::size_t(kMaxPatch) / 3) << "as many rings as there is room for";
+  EXPECT_GT(whole, std::size_t(kMaxPatch) / 3) << "as many rings as fit into a patch";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Eight numbers at once: each operation is that of one number, NaN, infinities and zeros included.
+// Vectors of eight numbers: each operation equals that of one number, including NaN, infinities and zeros.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -15,13 +15,13 @@ namespace {
 
 constexpr float kNumbers[] = {0.0f, -0.0f, 1.5f, -2.25f, 3e38f, -INFINITY, INFINITY, NAN};
 
-/// f for every pair of the numbers above, eight at once and one by one.
+/// Compares f for every pair of the numbers above, eight at once against single numbers.
 template <class F>
 void expect_as_one(const char* what, F&& f) {
   for (int shift = 0; shift < kEight; ++shift) {
     Floats8 a{Float8(0.0f)}, b{Float8(0.0f)};
     for (int k = 0; k < kEight; ++k) a[k] = kNumbers[k], b[k] = kNumbers[(k + shift) % kEight];
-    const Floats8 eight(f(a.together(), b.together()));
+    const Floats8 eight(f(a.pack(), b.pack()));
     for (int k = 0; k < kEight; ++k) {
       const float one = f(a[k], b[k]);
       if (std::isnan(one))
@@ -33,7 +33,7 @@ void expect_as_one(const char* what, F&& f) {
   }
 }
 
-TEST(Float8, EachOperationIsThatOfOneNumber) {
+TEST(Float8, EachOperationEqualsThatOfOneNumber) {
   expect_as_one("+", [](auto a, auto b) { return a + b; });
   expect_as_one("-", [](auto a, auto b) { return a - b; });
   expect_as_one("*", [](auto a, auto b) { return a * b; });
@@ -54,7 +54,7 @@ TEST(Float8, EachOperationIsThatOfOneNumber) {
   expect_as_one("or", [](auto a, auto b) { return choose((a < b) | (b > 0.0f), a, b); });
 }
 
-TEST(Float8, TexelsGoInAndComeOutInTheirPlaces) {
+TEST(Float8, TexelsKeepTheirOrder) {
   std::vector<Vec4> texels(40), copy(40, Vec4{-1, -1, -1, -1});
   std::vector<Int4> neighbours(40);
   for (int i = 0; i < 40; ++i) {
@@ -83,5 +83,5 @@ TEST(Float8, TexelsGoInAndComeOutInTheirPlaces) {
 }  // namespace
 }  // namespace simplexseg
 #else
-TEST(Float8, EachOperationIsThatOfOneNumber) { GTEST_SKIP() << "skipped: the tests are not compiled for AVX2"; }
+TEST(Float8, EachOperationEqualsThatOfOneNumber) { GTEST_SKIP() << "skipped: the tests are not compiled for AVX2"; }
 #endif

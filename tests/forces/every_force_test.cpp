@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What holds for every force, whatever it does: a new force is tested by being in the list of forces.
+// Common properties of all forces. A new force is tested automatically once it is in the list of forces.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <iterator>
@@ -18,7 +18,7 @@ SIMPLEXSEG_ON_EVERY_BACKEND(EveryForceTest);
 using Names = std::set<std::string>;
 Names arrays_of(const Engine& engine) {
   Names names;
-  for (const Engine::HeldArray& array : engine.held_arrays()) names.insert(array.name);
+  for (const Engine::AllocatedArray& array : engine.allocated_arrays()) names.insert(array.name);
   return names;
 }
 Names kernels_of(const Engine& engine) {
@@ -33,7 +33,7 @@ Names difference(const Names& a, const Names& b) {
   return rest;
 }
 
-/// The busy scene with the force alone; attraction's fading of image forces needs an image force to fade.
+/// Busy scene with a single force; attraction also needs an image force to fade.
 TestScene scene_of(ForceId force) {
   TestScene scene = busy_scene();
   scene.simulation = simulation(1, 0.9f, 2);
@@ -42,7 +42,7 @@ TestScene scene_of(ForceId force) {
   return scene;
 }
 
-/// Values of a parameter that differ from `base`: the ends and the middle of its range, all of a choice.
+/// Values of a parameter other than `base`: the ends and the middle of its range, or all choices.
 std::vector<float> alternatives(const ParameterInfo& info, float base) {
   std::vector<float> values;
   if (info.kind == ParameterKind::Choice) {
@@ -66,7 +66,7 @@ TEST_P(EveryForceTest, EveryParameterChangesTheResult) {
     for (std::size_t k = 0; k < force.parameters.size(); ++k) {
       const ParameterInfo& info = force.parameters[k];
       TestScene base = scene_of(force.id);
-      if (force.id == ForceId::Evidence && k == EvidenceForce::hold)  // a field's alone
+      if (force.id == ForceId::Evidence && k == EvidenceForce::hold)  // needs a field
         set(base.meshes[0].forces, {"evidence", "source", 0});
       const Positions expected = run(base, 7);
       const float value = base.meshes[0].forces.values[static_cast<int>(force.id)][k];
@@ -74,7 +74,7 @@ TEST_P(EveryForceTest, EveryParameterChangesTheResult) {
       for (float other : alternatives(info, value)) {
         TestScene scene = base;
         scene.meshes[0].forces.values[static_cast<int>(force.id)][k] = other;
-        if (force.id == ForceId::IntensityProfile)  // recorded anew when their length changes
+        if (force.id == ForceId::IntensityProfile)  // recorded again when their length changes
           scene.meshes[0].profiles = profile_reference_of(make_sphere({0.3, -0.2, 0.1}, kPhantomRadius, 3),
                                                           scene.volume, scene.meshes[0].forces);
         const double change = largest_distance(run(scene, 7), expected);
@@ -88,20 +88,20 @@ TEST_P(EveryForceTest, EveryParameterChangesTheResult) {
   }
 }
 
-TEST_P(EveryForceTest, WeightZeroChangesNothingAndHoldsNothing) {
+TEST_P(EveryForceTest, WeightZeroChangesNothingAndAllocatesNothing) {
   TestScene none = busy_scene();
   const auto bare = make_engine();
   simplexseg::run(*bare, none, 5);
   EXPECT_TRUE(same_bits(positions_of(*bare, none), none.meshes[0].mesh.positions)) << "without forces nothing moves";
   for (const ForceInfo& force : force_list()) {
-    // What the force brings along when it acts alone ...
+    // Arrays and kernels that the force adds when it acts alone ...
     TestScene alone = busy_scene();
     weight_of(alone.meshes[0].forces, force.id) = 0.4f;
     const auto acting = make_engine();
     simplexseg::run(*acting, alone, 5);
     const Names arrays = difference(arrays_of(*acting), arrays_of(*bare)),
                 kernels = difference(kernels_of(*acting), kernels_of(*bare));
-    // ... is not there when all others act, and none of its parameters matters.
+    // ... are absent when only the other forces act; none of its parameters matters.
     TestScene rest = busy_scene();
     rest.simulation = simulation(1, 0.9f, 2);
     for (const ForceInfo& other : force_list())
@@ -109,7 +109,7 @@ TEST_P(EveryForceTest, WeightZeroChangesNothingAndHoldsNothing) {
     const auto without = make_engine();
     const Positions expected = simplexseg::run(*without, rest, 5);
     for (const std::string& name : arrays)
-      EXPECT_FALSE(arrays_of(*without).contains(name)) << force.name << " holds " << name;
+      EXPECT_FALSE(arrays_of(*without).contains(name)) << force.name << " allocates " << name;
     for (const std::string& name : kernels)
       EXPECT_FALSE(kernels_of(*without).contains(name)) << force.name << " runs " << name;
     for (bool high : {false, true}) {
@@ -119,14 +119,14 @@ TEST_P(EveryForceTest, WeightZeroChangesNothingAndHoldsNothing) {
             high ? force.parameters[k].maximum : force.parameters[k].minimum;
       EXPECT_TRUE(same_bits(run(other, 5), expected)) << force.name;
     }
-    // Switched off between steps: its arrays go.
+    // Disabling the force between steps releases its arrays.
     std::vector<ForceParameters> off{weightless()};
     acting->set_parameters(off, alone.simulation);
     EXPECT_EQ(arrays_of(*acting), arrays_of(*bare)) << force.name;
   }
 }
 
-TEST_P(EveryForceTest, WeightZeroOfOneMeshBesideAnotherThatUsesTheForce) {
+TEST_P(EveryForceTest, WeightZeroOfOneMeshWhileAnotherUsesTheForce) {
   for (const ForceInfo& force : force_list()) {
     TestScene alone = busy_scene();
     alone.simulation = simulation(1, 0.9f, 2);
@@ -148,7 +148,7 @@ TEST_P(EveryForceTest, MovesWithSceneAndVolume) {
   for (const ForceInfo& force : force_list()) {
     const TestScene scene = scene_of(force.id);
     TestScene moved = scene;
-    // The same voxels under a geometry that is moved.
+    // Identical voxels with a moved geometry.
     VolumeGeometry geometry = scene.volume.geometry();
     geometry.origin_mm = motion * geometry.origin_mm;
     geometry.direction = motion.linear() * geometry.direction;
@@ -178,8 +178,8 @@ TEST_P(EveryForceTest, AFlatImageMovesNothing) {
     }
 }
 
-TEST_P(EveryForceTest, NothingOutsideTheVolumeCounts) {
-  // A mesh that crosses the border of a flat volume: the border is no edge.
+TEST_P(EveryForceTest, SamplesOutsideTheVolumeAreIgnored) {
+  // A mesh crosses the border of a flat volume, which must not act as an edge.
   for (ForceId force : {ForceId::Gradient, ForceId::IntensityProfile})
     for (float choice : {0.0f, 1.0f}) {
       TestScene scene = busy_scene();
@@ -192,7 +192,7 @@ TEST_P(EveryForceTest, NothingOutsideTheVolumeCounts) {
       m.profiles = profile_reference_of(m.mesh, scene.volume, m.forces);
       EXPECT_TRUE(same_bits(run(scene, 5), m.mesh.positions)) << force_list()[static_cast<int>(force)].name;
     }
-  // Every force, half of the mesh outside, and all of it: finite.
+  // Results of every force are finite with half of the mesh outside, and with all of it.
   for (double x : {30.0, 500.0}) {
     TestScene scene = busy_scene(3, 10);
     TestMesh& m = scene.meshes[0];

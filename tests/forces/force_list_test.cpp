@@ -23,7 +23,7 @@ TEST(ForceList, NamesEachForceOnceAndFindsIt) {
   EXPECT_EQ(find_force("no such force"), nullptr);
 }
 
-TEST(ForceList, SetsOfForcesFollowWhatTheirHeadersSay) {
+TEST(ForceList, SetsOfForcesMatchTheirHeaders) {
   for (const ForceInfo& force : force_list()) {
     EXPECT_EQ((kInternalForces & bit(force.id)) != 0, force.kind == ForceKind::Internal) << force.name;
     EXPECT_EQ((kImageForces & bit(force.id)) != 0, force.kind == ForceKind::Image) << force.name;
@@ -34,9 +34,9 @@ TEST(ForceList, SetsOfForcesFollowWhatTheirHeadersSay) {
   EXPECT_NE(kPullingForces, 0u);
 }
 
-TEST(ForceList, HasTheForceThatThisBuildWasMadeFor) {
+TEST(ForceList, HasTheAdditionalForceOfThisBuild) {
   const char* expected = std::getenv("SIMPLEXSEG_EXPECTED_FORCE");
-  if (expected == nullptr) GTEST_SKIP() << "skipped: built without a further force (tests/toy_force/check sets it)";
+  if (expected == nullptr) GTEST_SKIP() << "skipped: built without an additional force (tests/toy_force/check sets it)";
   EXPECT_NE(find_force(expected), nullptr) << expected;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradient, intensity profile and region on the sphere phantom: where a mesh ends.
+// Final positions of a mesh on the sphere phantom under gradient, intensity profile and evidence.
 #include <cmath>
 
 #include "core/error.h"
@@ -32,7 +32,7 @@ double mean_radial_error(const Positions& positions, double radius_mm) {
   return sum / static_cast<double>(positions.size());
 }
 
-/// A bright sphere whose edge is soft: 100 / (1 + exp((r - radius) / width)).
+/// Bright sphere with a soft edge: 100 / (1 + exp((r - radius) / width)).
 Volume soft_sphere(const VolumeGeometry& geometry, double radius_mm, double width_mm) {
   Volume volume(geometry, VoxelType::Float32);
   const Vector3d centre = geometry.centre_mm();
@@ -54,13 +54,13 @@ TEST_P(ImageForcesTest, GradientEndsOnTheEdge) {
       scene.meshes[0].forces = with({{"gradient", "weight", 0.5f}, {"gradient", "object", object}});
       const Positions end = run(scene, 60);
       EXPECT_LT(mean_radial_error(end, kPhantomRadius), 0.2) << "from " << radius << ", object " << object;
-      // |grad I| of the trilinear interpolant jumps from voxel to voxel: single vertices end up to half a voxel off.
+      // |grad I| of the trilinear interpolant jumps between voxels: single vertices are off by up to half a voxel.
       EXPECT_LT(largest_radial_error(end, kPhantomRadius), object == 0.0f ? 0.5 : 0.2)
           << "from " << radius << ", object " << object;
     }
 }
 
-TEST_P(ImageForcesTest, GradientTellsBrightFromDark) {
+TEST_P(ImageForcesTest, GradientDistinguishesBrightFromDark) {
   for (double contrast : {100.0, -100.0})
     for (float object : {1.0f, 2.0f}) {
       TestScene scene = sphere_in(phantom("sphere", contrast).image, 18);
@@ -77,7 +77,7 @@ TEST_P(ImageForcesTest, GradientTellsBrightFromDark) {
 TEST_P(ImageForcesTest, GradientIgnoresEdgesBelowTheThreshold) {
   TestScene scene = sphere_in(phantom("sphere").image, 18);
   for (float threshold : {0.4f, 0.99f}) {
-    // The edge is one voxel wide: up to the whole range in a voxel along an axis, less across.
+    // The edge is one voxel wide: up to the full range per voxel along an axis, less in oblique directions.
     scene.meshes[0].forces = with({{"gradient", "weight", 0.5f}, {"gradient", "threshold", threshold}});
     const double error = mean_radial_error(run(scene, 60), kPhantomRadius);
     if (threshold < 0.5f) {
@@ -89,7 +89,7 @@ TEST_P(ImageForcesTest, GradientIgnoresEdgesBelowTheThreshold) {
 }
 
 TEST_P(ImageForcesTest, GradientFindsTheEdgeInAnyGeometry) {
-  // Slabs of 2 mm, an oblique left-handed grid: the edge is where the world says.
+  // Slices of 2 mm on an oblique left-handed grid; the edge is defined in world coordinates.
   VolumeGeometry g;
   g.size = {60, 64, 32};
   g.spacing_mm = {1, 0.9, 2};
@@ -106,7 +106,7 @@ TEST_P(ImageForcesTest, GradientFindsTheEdgeInAnyGeometry) {
   EXPECT_LT(mean_radial_error(end, 14), 0.2);
 }
 
-TEST_P(ImageForcesTest, ProfilesFindTheWayBack) {
+TEST_P(ImageForcesTest, ProfilesReturnToTheRecordedPosition) {
   const Volume& volume = phantom("sphere", 100, 3).image;
   const SimplexMesh truth = make_sphere({0, 0, 0}, kPhantomRadius, 3);
   for (float measure : {0.0f, 1.0f})
@@ -152,7 +152,7 @@ TEST_P(ImageForcesTest, AnUnacceptableProfileDoesNotPull) {
     m.forces = with({{"intensity_profile", "weight", 1},
                      {"intensity_profile", "measure", measure},
                      {"intensity_profile", "acceptance", measure == 0 ? 0.9f : 0.01f}});
-    m.profiles.clear();  // an image that is upside down: dark inside, bright outside
+    m.profiles.clear();  // inverted image: dark inside, bright outside
     for (float value : profile_reference_of(make_sphere({0, 0, 0}, kPhantomRadius, 3), scene.volume, m.forces))
       m.profiles.push_back(200 - value);
     EXPECT_TRUE(same_bits(run(scene, 5), m.mesh.positions)) << "measure " << measure;
@@ -162,7 +162,7 @@ TEST_P(ImageForcesTest, AnUnacceptableProfileDoesNotPull) {
 TEST_P(ImageForcesTest, RegionGrowsASeedAndShrinksAShell) {
   const Phantom& truth = phantom("sphere", 100, 10);
   const Mask object = mask_of(truth.labels, 1);
-  // The large one: the object is within reach of the search, two edges.
+  // For the large sphere the object is within reach of the search, two edges.
   for (double radius : {7.0, 22.5}) {
     TestScene scene = sphere_in(truth.image, radius, {0.5, -0.8, 1.1});
     TestMesh& m = scene.meshes[0];
@@ -196,7 +196,7 @@ TEST_P(ImageForcesTest, BalloonGrowsAndShrinks) {
   EXPECT_LT(volume_with(-0.5f), 0.995 * neutral);
 }
 
-TEST_P(ImageForcesTest, TargetsAreHeldBetweenRefreshes) {
+TEST_P(ImageForcesTest, TargetsAreKeptBetweenRefreshes) {
   auto end_with = [&](int interval) {
     TestScene scene = sphere_in(phantom("sphere").image, 18);
     scene.meshes[0].forces = with({{"gradient", "weight", 0.2f}});
@@ -214,7 +214,7 @@ TEST_P(ImageForcesTest, TargetsAreHeldBetweenRefreshes) {
 
 // ---- evidence from a field ----
 
-/// A sphere of 1280 vertices on an image without any contrast, with a field that says where the object is.
+/// Sphere of 1280 vertices on an image without contrast, with a field of the object.
 TestScene field_scene(const SimplexMesh& mesh, std::vector<std::uint16_t> field) {
   TestScene scene;
   scene.volume = phantom("flat").image;
@@ -237,7 +237,7 @@ TEST_P(ImageForcesTest, AFieldDrawsTheMeshToItsSurface) {
   }
 }
 
-TEST_P(ImageForcesTest, WhatTheFieldHoldsSmoothingMovesLess) {
+TEST_P(ImageForcesTest, HoldReducesTheEffectOfSmoothing) {
   const VolumeGeometry& geometry = phantom("flat").image.geometry();
   const auto mean_radius = [&](float smoothing, float hold) {
     TestScene scene = field_scene(make_sphere({0, 0, 0}, 5, 2), ball_field(geometry, {0, 0, 0}, 5));
@@ -251,12 +251,12 @@ TEST_P(ImageForcesTest, WhatTheFieldHoldsSmoothingMovesLess) {
   };
   const double field = mean_radius(0.01f, 8), held = mean_radius(2, 8), loose = mean_radius(2, 1);
   EXPECT_NEAR(field, 5, 0.3);
-  EXPECT_GT(field - loose, 0.1) << "smoothing draws it together";
+  EXPECT_GT(field - loose, 0.1) << "smoothing contracts it";
   EXPECT_LT(field - held, 0.4 * (field - loose));
 }
 
 TEST_P(ImageForcesTest, AnImageEdgeBesideTheFieldsSurfaceIsFollowed) {
-  // The field's ball is a voxel too small; the image has its edge at the phantom's radius.
+  // The field's ball is one voxel too small; the image edge is at the phantom's radius.
   TestScene scene = field_scene(make_sphere({0, 0, 0}, kPhantomRadius - 2, 3),
                                 ball_field(phantom("sphere").image.geometry(), {0, 0, 0}, kPhantomRadius - 1));
   scene.volume = phantom("sphere").image;
@@ -269,11 +269,11 @@ TEST_P(ImageForcesTest, AnImageEdgeBesideTheFieldsSurfaceIsFollowed) {
   EXPECT_LT(with_edge, 0.85 * without);
 }
 
-TEST_P(ImageForcesTest, AFieldIsReadInItsBoxAlone) {
-  // The same field as a box of its own: the same bits; half of it: no object beyond its side.
+TEST_P(ImageForcesTest, AFieldIsReadOnlyInItsBox) {
+  // A smaller box with the same values gives identical bits; a box with half of them has no object beyond its side.
   const VolumeGeometry& geometry = phantom("flat").image.geometry();
   TestScene whole = field_scene(make_sphere({-8, 0, 0}, 5, 3), ball_field(geometry, {0, 0, 0}, 16));
-  set(whole.meshes[0].forces, {"smoothing", "weight", 2});  // it grows far on one side, and is to stay without folds
+  set(whole.meshes[0].forces, {"smoothing", "weight", 2});  // prevents folds, since the mesh grows far on one side
   const auto run_in_box = [&](std::array<int, 3> first, std::array<int, 3> size) {
     std::vector<std::uint16_t> values;
     for (int k = 0; k < size[2]; ++k)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Smoothing and shape memory: one step against the formulas in double, and what they keep.
+// Smoothing and shape memory: one step compared with the formulas in double, and their invariants.
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
@@ -18,7 +18,7 @@ SIMPLEXSEG_ON_EVERY_BACKEND(InternalForcesTest);
 
 Vector3d at(const SimplexMesh& mesh, int vertex) { return mesh.positions[vertex].cast<double>(); }
 
-/// docs/mathematics.md, section 2.1.
+/// Displacement of smoothing (docs/mathematics.md, section 2.1).
 Vector3d smoothing_displacement(const SimplexMesh& mesh, int i, double evenness, double curvature, double limit) {
   const Vector3d p = at(mesh, i);
   Vector3d mean = Vector3d::Zero();
@@ -39,7 +39,7 @@ Vector3d smoothing_displacement(const SimplexMesh& mesh, int i, double evenness,
   return mean / weights + curvature * std::clamp(elevation / count, -bound, bound) * own.normal;
 }
 
-/// docs/mathematics.md, section 2.2.
+/// Displacement of shape memory (docs/mathematics.md, section 2.2).
 Vector3d shape_displacement(const SimplexMesh& mesh, const SimplexMesh& reference, int i, double scaling) {
   const VertexGeometry now = vertex_geometry(mesh, i), ref = vertex_geometry(reference, i);
   const double h = ref.elevation_mm * std::pow(now.doubled_area_mm2 / ref.doubled_area_mm2, scaling);
@@ -48,14 +48,14 @@ Vector3d shape_displacement(const SimplexMesh& mesh, const SimplexMesh& referenc
   return target - at(mesh, i);
 }
 
-/// An uneven mesh that bends both ways.
+/// Irregular mesh with convex and concave vertices.
 SimplexMesh uneven_mesh() {
   SimplexMesh mesh = make_ellipsoid({5, -3, 8}, {12, 9, 20}, 2);
   for (Eigen::Vector3f& p : mesh.positions) p *= 1.0f + 0.1f * std::sin(0.4f * p[0]) * std::cos(0.3f * p[1]);
   return with_noise(mesh, 0.05 * measure(mesh).mean_edge_mm);
 }
 
-TEST_P(InternalForcesTest, SmoothingIsItsFormula) {
+TEST_P(InternalForcesTest, SmoothingMatchesItsFormula) {
   TestScene scene;
   scene.meshes.resize(1);
   const SimplexMesh mesh = scene.meshes[0].mesh = uneven_mesh();
@@ -79,7 +79,7 @@ TEST_P(InternalForcesTest, SmoothingIsItsFormula) {
       }
 }
 
-TEST_P(InternalForcesTest, ShapeMemoryIsItsFormula) {
+TEST_P(InternalForcesTest, ShapeMemoryMatchesItsFormula) {
   TestScene scene;
   scene.meshes.resize(1);
   const SimplexMesh mesh = uneven_mesh(), reference = with_noise(make_ellipsoid({0, 0, 0}, {15, 10, 14}, 2), 0.1);
@@ -138,8 +138,8 @@ TEST_P(InternalForcesTest, SmoothingLeavesASphereAlone) {
         tangential[keep] += (d - d.dot(n) * n).norm() / m.mesh.vertex_count();
       }
     }
-    // What is left is the irregularity of the mesh (twelve pentagons, uneven edges). Measured: 1% of the plain
-    // Laplacian along the normal, 7% of an edge within the surface.
+    // The remaining motion is due to the irregularity of the mesh (twelve pentagons, uneven edges). Measured: 1% of the
+    // plain Laplacian along the normal, 7% of an edge within the surface.
     EXPECT_LT(normal[1], 0.02 * normal[0]) << "evenness " << evenness;
     EXPECT_LT(tangential[1], 0.1 * measure(m.mesh).mean_edge_mm) << "evenness " << evenness;
   }
@@ -183,7 +183,7 @@ TEST_P(InternalForcesTest, SmoothingHoldsOnElongatedShapes) {
     scene.simulation = limited(1, 0.9f);
     const Positions end = run(scene, 2000);
     const double ratio = measure({end, m.mesh.neighbours}).volume_mm3 / before;
-    // It goes towards a sphere and loses some volume on the way: measured 0.71 and 0.89.
+    // The mesh approaches a sphere and loses some volume: measured 0.71 and 0.89.
     EXPECT_GT(ratio, evenness == 0.0f ? 0.6 : 0.8) << "evenness " << evenness;
     EXPECT_LT(ratio, 1.02) << "evenness " << evenness;
     const SurfaceMeasures sphere = measure({end, m.mesh.neighbours});
@@ -191,12 +191,12 @@ TEST_P(InternalForcesTest, SmoothingHoldsOnElongatedShapes) {
   }
 }
 
-TEST_P(InternalForcesTest, SmoothingTakesFoldsOut) {
+TEST_P(InternalForcesTest, SmoothingRemovesFolds) {
   TestScene scene;
   scene.meshes.resize(1);
   TestMesh& m = scene.meshes[0];
   m.mesh = make_sphere({0, 0, 0}, 20, 3);
-  // A patch turned inside out: pushed through the surface and crossed over.
+  // A reversed patch: pushed through the surface and crossed over.
   const Neighbourhood patch = neighbourhood_of(m.mesh, 100, 3);
   const Vector3d centre = at(m.mesh, 100);
   for (int v : patch.vertices) {
@@ -252,7 +252,7 @@ TEST_P(InternalForcesTest, ShapeMemoryRestoresADeformedShape) {
   m.mesh = with_noise(reference, 0.3);
   m.forces = with({{"shape_memory", "weight", 0.9f}, {"shape_memory", "scaling", 0}});
   const Positions end = run(scene, 2000);
-  // Up to a rigid motion: the elevations are back.
+  // The shape is restored up to a rigid motion: the elevations agree.
   double worst = 0;
   const SimplexMesh mesh{end, reference.neighbours};
   for (int i = 0; i < mesh.vertex_count(); ++i)

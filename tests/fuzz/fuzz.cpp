@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fuzzer of all targets; SIMPLEXSEG_FUZZ_TARGET names one (see scripts/fuzz).
+// Fuzzer for all targets; the environment variable SIMPLEXSEG_FUZZ_TARGET selects one (see scripts/fuzz).
 #include <pthread.h>
 #include <unistd.h>
 
@@ -26,7 +26,7 @@ const FuzzTarget& target_named(const char* name) {
   std::exit(2);
 }
 
-/// A folder of this process's own, in memory where there is such a file system.
+/// Temporary folder of this process, in a memory file system if there is one.
 struct Folder {
   fs::path path = (fs::is_directory("/dev/shm") ? fs::path("/dev/shm") : fs::temp_directory_path()) /
                   ("simplexseg-fuzz-" + std::to_string(::getpid()));
@@ -44,9 +44,9 @@ struct Folder {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const FuzzTarget& target = target_named(std::getenv("SIMPLEXSEG_FUZZ_TARGET"));
   static const Folder folder;
-  // What ends a child process (io/child_process.h) is no finding: its reports go nowhere.
-  static const int quiet_children = ::pthread_atfork(nullptr, nullptr, [] { std::ignore = ::chdir("/"); });
-  std::ignore = quiet_children;
+  // Crashes of worker processes (io/platform/worker_process.h) are no findings: their reports are not saved.
+  static const int quiet_workers = ::pthread_atfork(nullptr, nullptr, [] { std::ignore = ::chdir("/"); });
+  std::ignore = quiet_workers;
   const fs::path path = folder.path / target.file;
   std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
   if (const std::string fault = simplexseg::test::fault_of(target, path); !fault.empty()) {

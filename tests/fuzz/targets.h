@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is fuzzed: every reader of files that come from elsewhere. The fuzzer (fuzz.cpp) and the test that repeats its
-// seeds and findings (tests/io/fuzz_seeds_test.cpp) go by this list.
+// Fuzz targets: all readers of external files. Used by the fuzzer (fuzz.cpp) and by the test that repeats its seeds and
+// findings (tests/io/fuzz_seeds_test.cpp).
 #pragma once
 #include <zlib.h>
 
@@ -11,13 +11,13 @@
 
 #include "core/error.h"
 #include "image/volume.h"
-#include "io/files.h"
-#include "io/history_io.h"
-#include "io/log_io.h"
-#include "io/mesh_io.h"
-#include "io/pose_state.h"
-#include "io/scene_io.h"
-#include "io/volume_io.h"
+#include "io/mesh/mesh_io.h"
+#include "io/platform/files.h"
+#include "io/scene/history_io.h"
+#include "io/scene/log_io.h"
+#include "io/scene/pose_state.h"
+#include "io/scene/scene_io.h"
+#include "io/volume/volume_io.h"
 #include "mesh/simplex_mesh.h"
 #include "session/scene.h"
 #include "session/undo_history.h"
@@ -26,24 +26,24 @@
 namespace simplexseg::test {
 
 struct FuzzTarget {
-  const char* name;                                 ///< the folder of its seeds
-  const char* file;                                 ///< what the bytes are written to; the extension chooses the reader
-  void (*read)(const std::filesystem::path& path);  ///< may throw Error, nothing else
+  const char* name;                                 ///< name of the target and of the folder with its seeds
+  const char* file;                                 ///< file that receives the bytes; its extension selects the reader
+  void (*read)(const std::filesystem::path& path);  ///< reads the file; may throw only Error
 };
 
 inline void fuzz_volume(const std::filesystem::path& path) {
   const LoadedVolume loaded = load_volume(path);
   loaded.volume.range();
 }
-/// Whatever is accepted is a valid mesh.
+/// Reads a mesh; an accepted mesh must be valid.
 inline void fuzz_mesh(const std::filesystem::path& path) { validate(read_mesh(path)); }
 inline void fuzz_state(const std::filesystem::path& path) {
   MeshItem item;
   item.mesh = make_sphere({0, 0, 0}, 10, 0);
-  take_pose_state("state", read_bytes(path), item);
+  restore_pose_state("state", read_bytes(path), item);
 }
 
-/// The present of a history's seed.
+/// Current scene of the seed of a history.
 inline Scene fuzz_present() {
   Scene scene;
   scene.simulation = default_simulation_parameters();
@@ -54,7 +54,8 @@ inline Scene fuzz_present() {
   item.shape.assign(item.mesh.positions.size(), Vec4{1, 2, 3, 4});
   return scene;
 }
-/// With its checksum made right, which nothing would get past by chance; what is taken can be gone through.
+/// Reads a history and performs all its undo and redo steps. The checksum is corrected first, because random data would
+/// never pass it.
 inline void fuzz_history(const std::filesystem::path& path) {
   std::string bytes = read_bytes(path);
   if (bytes.size() > 4) {
@@ -89,7 +90,7 @@ inline const FuzzTarget fuzz_targets[] = {
     {"dicom", "fuzzed.dcm", fuzz_volume},
 };
 
-/// What is wrong with how the target reads the file: another exception than Error, or a message that is not one line.
+/// Fault of the target for this file: an exception other than Error, or a message that is not one line; empty: none.
 inline std::string fault_of(const FuzzTarget& target, const std::filesystem::path& path) {
   try {
     target.read(path);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// CPU against CUDA: the same kernels, each force on its own, to a stated tolerance. Compilers contract and order sums
-// of floats differently, so the bits differ; a search that ties may go the other way, so the scene is smooth.
+// Compares CPU and CUDA, which run the same kernels, for each force alone and to a given tolerance. Compilers contract
+// and order float sums differently, so the bits differ. A search with equal samples may have different results, so the
+// scene is smooth.
 #include "support/engine_fixture.h"
 
 #include <cstdio>
@@ -10,8 +11,7 @@ namespace {
 
 constexpr double kOneStepTolerance = 1e-4;    // mm
 constexpr double kManyStepsTolerance = 0.05;  // mm, after 200 steps
-// Filtered by the texture unit, whose fractions have 8 bits: an edge is found up to some hundredths of a voxel
-// elsewhere.
+// The texture unit interpolates with weights of 8 bits, which shifts edges by up to some hundredths of a voxel.
 constexpr double kFilteredOneStep = 0.02, kFilteredManySteps = 0.1;
 
 TestScene scene_of(ForceId force) {
@@ -19,15 +19,15 @@ TestScene scene_of(ForceId force) {
   weight_of(scene.meshes[0].forces, force) = 0.5f;
   // |grad I| of the trilinear interpolant jumps from voxel to voxel; the derivative along the normal does not.
   set(scene.meshes[0].forces, {"gradient", "object", 1});
-  // Alone, the region's discrete evidence roughens the surface until a last bit shows: beside smoothing, as it is
-  // meant.
+  // Without smoothing, the discrete evidence of the region roughens the surface until even a last bit has an effect.
   if (force == ForceId::Evidence) weight_of(scene.meshes[0].forces, ForceId::Smoothing) = 0.5f;
   scene.simulation = limited(1, 0.9f, 3);
   return scene;
 }
 
 void compare(VolumeSampling sampling, double one_step, double many_steps) {
-  if (!why_no_cuda().empty()) GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
+  if (!cuda_unavailable_reason().empty())
+    GTEST_SKIP() << "skipped: no CUDA device (" << cuda_unavailable_reason() << ")";
   for (const ForceInfo& force : force_list()) {
     const TestScene scene = scene_of(force.id);
     for (int steps : {1, 200}) {
@@ -51,7 +51,8 @@ TEST(CpuAgainstCuda, EachForceOnItsOwnFiltered) {
 }
 
 TEST(CpuAgainstCuda, EvidenceFromAField) {
-  if (!why_no_cuda().empty()) GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
+  if (!cuda_unavailable_reason().empty())
+    GTEST_SKIP() << "skipped: no CUDA device (" << cuda_unavailable_reason() << ")";
   for (const int level : {3, 7}) {
     TestScene scene = level == 3 ? scene_of(ForceId::Evidence) : busy_scene(level);
     scene.meshes[0].forces =
@@ -77,7 +78,7 @@ TestScene many_vertices(ForceId force) {
   return scene;
 }
 
-/// Among so many vertices some have two samples that tie; rounding then decides.
+/// Compares poses of many vertices. Some vertices have two equal samples, between which rounding decides.
 void expect_near(const std::vector<Eigen::Vector3f>& a, const std::vector<Eigen::Vector3f>& b, ForceId force) {
   const char* const name = force_list()[static_cast<int>(force)].name;
   std::size_t far = 0;
@@ -86,16 +87,17 @@ void expect_near(const std::vector<Eigen::Vector3f>& a, const std::vector<Eigen:
   EXPECT_LE(largest_distance(a, b), 0.01) << name;
 }
 
-/// Several lanes share a search while few vertices are there, one thread does it where there are many.
+/// Tests searches by single threads; with fewer vertices several lanes share a search.
 TEST(CpuAgainstCuda, ManyVertices) {
-  if (!why_no_cuda().empty()) GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
+  if (!cuda_unavailable_reason().empty())
+    GTEST_SKIP() << "skipped: no CUDA device (" << cuda_unavailable_reason() << ")";
   for (const ForceId force : kSearches) {
     const TestScene scene = many_vertices(force);
     expect_near(run(*make_cuda_engine(VolumeSampling::Fetched), scene, 2), run(*make_cpu_engine(), scene, 2), force);
   }
 }
 
-TEST(CpuAgainstCuda, ManyVerticesForgiveRounding) {
+TEST(CpuAgainstCuda, ManyVerticesAreInsensitiveToRounding) {
   for (const ForceId force : kSearches) {
     const TestScene scene = many_vertices(force);
     TestScene other = scene;
@@ -104,8 +106,8 @@ TEST(CpuAgainstCuda, ManyVerticesForgiveRounding) {
   }
 }
 
-/// That the tolerances of CpuAgainstCuda are fair: a change of the last bits of the input changes the result by less.
-TEST(CpuAgainstCuda, TheSceneForgivesRounding) {
+/// Justifies the tolerances of CpuAgainstCuda: a change of the last bits of the input changes the result by less.
+TEST(CpuAgainstCuda, TheSceneIsInsensitiveToRounding) {
   for (const ForceInfo& force : force_list()) {
     const TestScene scene = scene_of(force.id);
     TestScene other = scene;
@@ -118,15 +120,15 @@ TEST(CpuAgainstCuda, TheSceneForgivesRounding) {
   }
 }
 
-TEST(Backends, WhatCannotBeHadSaysWhy) {
+TEST(Backends, AnUnavailableBackendHasAReason) {
   EXPECT_STREQ(make_engine(Backend::Cpu).engine->backend(), "cpu");
   EXPECT_TRUE(make_engine(Backend::Cpu).note.empty());
   const EngineChoice choice = make_engine(Backend::Auto);
-  if (why_no_cuda().empty()) {
+  if (cuda_unavailable_reason().empty()) {
     EXPECT_STREQ(choice.engine->backend(), "cuda");
   } else {
     EXPECT_STREQ(choice.engine->backend(), "cpu");
-    EXPECT_NE(choice.note.find(why_no_cuda()), std::string::npos);
+    EXPECT_NE(choice.note.find(cuda_unavailable_reason()), std::string::npos);
     EXPECT_ANY_THROW(make_engine(Backend::Cuda));
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a large scene takes of a device, against the bytes of its data.
+// Device memory used by a large scene, compared with the size of its data.
 #include <cstdio>
 
 #include "core/error.h"
@@ -8,8 +8,9 @@
 namespace simplexseg {
 namespace {
 
-TEST(DeviceMemory, ALargeSceneTakesLittleMoreThanItsData) {
-  if (!why_no_cuda().empty()) GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
+TEST(DeviceMemory, ALargeSceneUsesLittleMoreMemoryThanItsData) {
+  if (!cuda_unavailable_reason().empty())
+    GTEST_SKIP() << "skipped: no CUDA device (" << cuda_unavailable_reason() << ")";
   TestScene scene;
   VolumeGeometry geometry;
   geometry.size = {512, 512, 512};
@@ -23,7 +24,7 @@ TEST(DeviceMemory, ALargeSceneTakesLittleMoreThanItsData) {
     scene.meshes.push_back(m);
     scene.points.push_back({k, {50.0 * k + 25, 200, 200}});
   }
-  make_cuda_engine()->step(1);  // what the first engine of a program brings along
+  make_cuda_engine()->step(1);  // one-time allocations of the first engine
   const auto warm = make_cuda_engine();
   load(*warm, busy_scene());
   warm->step(40);
@@ -31,27 +32,28 @@ TEST(DeviceMemory, ALargeSceneTakesLittleMoreThanItsData) {
   const auto engine = make_cuda_engine();
   load(*engine, scene);
   engine->step(40);
-  const std::size_t taken = before - cuda_device()->bytes_free, data = engine->bytes_held();
-  std::printf("[ memory ] %.1f MB of data, %.1f MB taken\n", data * 1e-6, taken * 1e-6);
+  const std::size_t used = before - cuda_device()->bytes_free, data = engine->bytes_allocated();
+  std::printf("[ memory ] %.1f MB of data, %.1f MB used\n", data * 1e-6, used * 1e-6);
   EXPECT_GT(data, std::size_t{512} * 512 * 512 * 2);
-  EXPECT_LE(static_cast<double>(taken), 1.15 * static_cast<double>(data));
+  EXPECT_LE(static_cast<double>(used), 1.15 * static_cast<double>(data));
 }
 
 TEST(DeviceMemory, AVolumeThatDoesNotFitIsRefusedWithBothFigures) {
-  if (!why_no_cuda().empty()) GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
+  if (!cuda_unavailable_reason().empty())
+    GTEST_SKIP() << "skipped: no CUDA device (" << cuda_unavailable_reason() << ")";
   VolumeGeometry geometry;
   const std::size_t free = cuda_device()->bytes_free;
   geometry.size = {2048, 2048, static_cast<int>(free / (2048 * 2048 * 2)) + 10};
   Volume large;
   try {
-    large = Volume(geometry, VoxelType::Int16);  // pages that nobody touches
+    large = Volume(geometry, VoxelType::Int16);  // untouched pages
   } catch (const Error&) {
-    GTEST_SKIP() << "skipped: the host has not the address space";
+    GTEST_SKIP() << "skipped: the host lacks address space";
   }
   const auto engine = make_cuda_engine();
   try {
     engine->set_volume(large);
-    FAIL() << "it was taken";
+    FAIL() << "it was accepted";
   } catch (const DeviceError& error) {
     EXPECT_NE(std::string(error.what()).find("MiB do not fit into the"), std::string::npos) << error.what();
   }
@@ -59,28 +61,29 @@ TEST(DeviceMemory, AVolumeThatDoesNotFitIsRefusedWithBothFigures) {
       << "nothing was allocated";
 }
 
-TEST(DeviceMemory, AVolumeThatCannotBeHeldLeavesTheOneThatWasThere) {
-  if (!why_no_cuda().empty()) GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
+TEST(DeviceMemory, AVolumeThatDoesNotFitKeepsTheOldOne) {
+  if (!cuda_unavailable_reason().empty())
+    GTEST_SKIP() << "skipped: no CUDA device (" << cuda_unavailable_reason() << ")";
   TestScene scene = busy_scene();
   weight_of(scene.meshes[0].forces, ForceId::Smoothing) = weight_of(scene.meshes[0].forces, ForceId::Gradient) = 0.5f;
-  const auto asked = make_cuda_engine(), never = make_cuda_engine();
-  for (Engine* engine : {asked.get(), never.get()}) load(*engine, scene), engine->step(5);
-  // All that is free, to the last slice: the device says that it has so much, and has not.
+  const auto refused = make_cuda_engine(), other = make_cuda_engine();
+  for (Engine* engine : {refused.get(), other.get()}) load(*engine, scene), engine->step(5);
+  // Uses all free memory to the last slice, which the device reports but cannot allocate.
   VolumeGeometry geometry;
   geometry.size = {2048, 2048, static_cast<int>(cuda_device()->bytes_free / (2048 * 2048 * 2))};
   Volume large;
   try {
-    large = Volume(geometry, VoxelType::Int16);  // pages that nobody touches
+    large = Volume(geometry, VoxelType::Int16);  // untouched pages
   } catch (const Error&) {
-    GTEST_SKIP() << "skipped: the host has not the address space";
+    GTEST_SKIP() << "skipped: the host lacks address space";
   }
   try {
-    asked->set_volume(large);
-    GTEST_SKIP() << "skipped: the device has had all of its memory";
+    refused->set_volume(large);
+    GTEST_SKIP() << "skipped: the device could allocate all of its memory";
   } catch (const DeviceError&) {
   }
-  for (Engine* engine : {asked.get(), never.get()}) engine->refresh(), engine->step(5);
-  EXPECT_TRUE(same_bits(positions_of(*asked, scene), positions_of(*never, scene)));
+  for (Engine* engine : {refused.get(), other.get()}) engine->refresh(), engine->step(5);
+  EXPECT_TRUE(same_bits(positions_of(*refused, scene), positions_of(*other, scene)));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an engine draws into host memory: the same kernels fill the window's buffers.
+// Drawing into host memory; the same kernels fill the buffers of the window.
 #include <algorithm>
 #include <cmath>
 
@@ -13,7 +13,7 @@ namespace {
 
 class DrawingTest : public EngineTest {
  protected:
-  /// A refined scene of two meshes, and their cells.
+  /// Scene of two meshes.
   static TestScene two_meshes() {
     TestScene scene = busy_scene(3);
     TestMesh other = scene.meshes[0];
@@ -75,23 +75,23 @@ TEST_P(DrawingTest, OutlinesLieOnThePlaneAndOnTheSurface) {
     const float at = 1.3f;
     engine->draw_outlines(axis, at, {nullptr, memory});
     const auto* commands = reinterpret_cast<const OutlineCommand*>(memory.data());
-    const auto* pieces = reinterpret_cast<const OutlinePiece*>(memory.data() + 2 * sizeof(OutlineCommand));
+    const auto* segments = reinterpret_cast<const OutlineSegment*>(memory.data() + 2 * sizeof(OutlineCommand));
     EXPECT_EQ(commands[0].corners, 4u);
-    ASSERT_GT(commands[0].pieces, 100u);
-    ASSERT_GT(commands[1].pieces, 10u);
+    ASSERT_GT(commands[0].segments, 100u);
+    ASSERT_GT(commands[1].segments, 10u);
     double length = 0;
-    for (std::uint32_t k = 0; k < commands[0].pieces; ++k) {
-      const OutlinePiece& piece = pieces[commands[0].first_piece + k];
-      for (const Vec3& end : {piece.start, piece.end}) {
+    for (std::uint32_t k = 0; k < commands[0].segments; ++k) {
+      const OutlineSegment& segment = segments[commands[0].first_segment + k];
+      for (const Vec3& end : {segment.start, segment.end}) {
         ASSERT_NEAR(axis == 0 ? end.x : axis == 1 ? end.y : end.z, at, 1e-4);
         ASSERT_NEAR(norm(end), 20, 0.15);
       }
-      length += norm(piece.end - piece.start);
+      length += norm(segment.end - segment.start);
     }
     EXPECT_NEAR(length, 2 * M_PI * std::sqrt(400 - at * at), 1) << "the circle is closed";
   }
   engine->draw_outlines(0, 500, {nullptr, memory});
-  EXPECT_EQ(reinterpret_cast<const OutlineCommand*>(memory.data())->pieces, 0u) << "far away nothing is cut";
+  EXPECT_EQ(reinterpret_cast<const OutlineCommand*>(memory.data())->segments, 0u) << "a distant plane cuts nothing";
 }
 
 TEST_P(DrawingTest, SlicesAreTheVoxelsAfterWindowAndLevel) {
@@ -116,12 +116,12 @@ TEST_P(DrawingTest, SlicesAreTheVoxelsAfterWindowAndLevel) {
         const double grey = std::clamp((scene.volume.value(u - 2, v, 7) - 20) / 160, 0.0, 1.0);
         ASSERT_NEAR(texel.grey, 255 * grey, 0.51) << to_string(type) << " " << u << " " << v;
       }
-    std::swap(plane.low, plane.high);  // as MONOCHROME1 is shown
+    std::swap(plane.low, plane.high);  // like a MONOCHROME1 image
     std::vector<DisplayTexel> inverted(texels.size());
     engine->draw_slice(plane, {nullptr, inverted});
     for (std::size_t t = 0; t < texels.size(); ++t) {
-      const int wanted = texels[t].inside ? 255 - texels[t].grey : 0;
-      ASSERT_NEAR(inverted[t].grey, wanted, 1) << to_string(type) << " " << t;
+      const int expected = texels[t].inside ? 255 - texels[t].grey : 0;
+      ASSERT_NEAR(inverted[t].grey, expected, 1) << to_string(type) << " " << t;
     }
     std::swap(plane.low, plane.high);
     plane.high = 60;

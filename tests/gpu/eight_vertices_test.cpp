@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Eight vertices at once against one after another: the same bits, whatever the eight are. Where the machine has no
-// AVX2 both are the same code.
+// Compares the code for eight vertices at once with the code for single vertices: the bits must be equal. Without AVX2
+// both engines run the same code.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,8 +17,8 @@ bool same_numbers(const std::vector<float>& a, const std::vector<float>& b) {
                     [](float x, float y) { return x == y || (std::isnan(x) && std::isnan(y)); });
 }
 
-/// Takes the steps both ways, in two batches, and compares all that an engine tells.
-void expect_the_same(const TestScene& scene, int steps, const std::string& what) {
+/// Runs the steps with both kinds of code, in two batches, and compares all results of the engines.
+void expect_equal_bits(const TestScene& scene, int steps, const std::string& what) {
   SCOPED_TRACE(what);
   const auto eights = make_cpu_engine(1, CpuCode::Fastest), plain = make_cpu_engine(1, CpuCode::Plain);
   load(*eights, scene), load(*plain, scene);
@@ -29,7 +29,7 @@ void expect_the_same(const TestScene& scene, int steps, const std::string& what)
     EXPECT_TRUE(same_numbers(a.mean_edge_mm, b.mean_edge_mm));
     EXPECT_TRUE(same_numbers(a.residual_mm, b.residual_mm));
     EXPECT_EQ(a.folded_vertices, b.folded_vertices);
-    EXPECT_EQ(a.inside_out, b.inside_out);
+    EXPECT_EQ(a.inverted, b.inverted);
     ASSERT_EQ(a.failure.has_value(), b.failure.has_value());
     if (a.failure) {
       EXPECT_EQ(a.failure->mesh, b.failure->mesh);
@@ -51,7 +51,7 @@ void expect_the_same(const TestScene& scene, int steps, const std::string& what)
   }
 }
 
-/// One of 80 vertices, and beside it one of 20 and one of 320: eights that end in the middle and begin anywhere.
+/// Scene with meshes of 80, 20 and 320 vertices, whose groups of eight begin and end at any position.
 TestScene three_meshes(const ForceParameters& forces) {
   TestScene scene = busy_scene(1);
   scene.meshes.push_back(busy_scene(0).meshes[0]);
@@ -70,20 +70,20 @@ TEST(EightVertices, EveryForceAloneAndAllTogether) {
   for (const ForceInfo& force : force_list()) {
     ForceParameters forces = weightless();
     weight_of(forces, force.id) = 0.3f;
-    expect_the_same(three_meshes(forces), 20, force.name);
+    expect_equal_bits(three_meshes(forces), 20, force.name);
   }
-  expect_the_same(three_meshes(with(kAll)), 40, "all");
+  expect_equal_bits(three_meshes(with(kAll)), 40, "all");
   TestScene noisy = busy_scene(3, 10);
   noisy.meshes[0].forces = with(kAll);
-  expect_the_same(noisy, 60, "all, with noise");
+  expect_equal_bits(noisy, 60, "all, with noise");
 }
 
 TEST(EightVertices, EveryBranchOfAForce) {
   const auto check = [](std::initializer_list<Setting> settings, const std::string& what) {
     TestScene scene = three_meshes(with(settings));
-    expect_the_same(scene, 12, what);
+    expect_equal_bits(scene, 12, what);
     scene.meshes[0].finest = false;
-    expect_the_same(scene, 12, what + ", one mesh not on its finest level");
+    expect_equal_bits(scene, 12, what + ", one mesh not on its finest level");
   };
   for (float evenness : {0.0f, 0.7f, 2.0f, 4.0f})
     for (float curvature : {0.0f, 0.6f})
@@ -111,22 +111,22 @@ TEST(EightVertices, EveryBranchOfAForce) {
               "evidence " + std::to_string(source) + " " + std::to_string(local) + " " + std::to_string(samples));
 }
 
-TEST(EightVertices, EveryWayOfStepping) {
+TEST(EightVertices, EverySolver) {
   for (const Solver solver : {Solver::Verlet, Solver::Automatic, Solver::Damped, Solver::Multigrid}) {
     TestScene scene = three_meshes(with(kAll));
     scene.simulation.solver_choice = static_cast<float>(solver);
-    expect_the_same(scene, 60, "solver " + std::to_string(static_cast<int>(solver)));
+    expect_equal_bits(scene, 60, "solver " + std::to_string(static_cast<int>(solver)));
   }
 }
 
-TEST(EightVertices, MeshesThatDifferAndSomeOfThemIdle) {
+TEST(EightVertices, DifferentMeshesSomeOfThemIdle) {
   TestScene scene = three_meshes(with(kAll));
   scene.meshes[1].forces = weightless();
   set(scene.meshes[2].forces, {"evidence", "source", 0}), weight_of(scene.meshes[2].forces, ForceId::Gradient) = 0;
   scene.points.pop_back();
-  expect_the_same(scene, 30, "one idle, one without a gradient and from its field");
+  expect_equal_bits(scene, 30, "one idle, one without a gradient and from its field");
   scene.meshes[0].forces = weightless();
-  expect_the_same(scene, 30, "the first idle too");
+  expect_equal_bits(scene, 30, "the first idle too");
 }
 
 TEST(EightVertices, EveryVoxelType) {
@@ -139,20 +139,20 @@ TEST(EightVertices, EveryVoxelType) {
     TestScene scene = three_meshes(with(kAll));
     scene.volume = Volume(integers.geometry(), type);
     visit_voxel_type(type, [&]<class T>(std::type_identity<T>) {
-      // Values that need every bit, negative ones where there are.
+      // Values that use every bit, and negative ones for signed types.
       const double scale = std::is_floating_point_v<T> ? 1.0 / 7 : sizeof(T) == 1 ? 1 : sizeof(T) == 2 ? 300 : 3e6;
       for (std::size_t k = 0; k < integers.geometry().voxel_count(); ++k)
         scene.volume.voxels<T>()[k] =
             static_cast<T>(scale * (integers.voxels<std::int16_t>()[k] - (std::is_signed_v<T> ? 50 : 0)));
     });
     for (TestMesh& mesh : scene.meshes) mesh.region = estimate_region(scene.volume, mesh.mesh, 20);
-    expect_the_same(scene, 6, to_string(type));
+    expect_equal_bits(scene, 6, to_string(type));
     set(scene.meshes[0].forces, {"gradient", "object", 2});
-    expect_the_same(scene, 6, std::string(to_string(type)) + ", dark");
+    expect_equal_bits(scene, 6, std::string(to_string(type)) + ", dark");
   }
 }
 
-TEST(EightVertices, ThinVolumesLinesThatLeaveThemAndVoxelsThatAreNoNumbers) {
+TEST(EightVertices, ThinVolumesWithNaNVoxelsAndLinesThatLeaveThem) {
   const Volume& full = phantom("sphere").image;
   for (const std::array<int, 3>& size : {std::array{1, 64, 64}, {64, 1, 64}, {64, 64, 1}, {1, 1, 1}, {2, 40, 30}}) {
     TestScene scene = three_meshes(with(kAll));
@@ -161,15 +161,15 @@ TEST(EightVertices, ThinVolumesLinesThatLeaveThemAndVoxelsThatAreNoNumbers) {
     scene.volume = Volume(geometry, VoxelType::Float32);
     for (std::size_t k = 0; k < geometry.voxel_count(); ++k)
       scene.volume.voxels<float>()[k] = k % 97 == 5 ? NAN : static_cast<float>(k * k % 211);
-    // In the middle of it, so that some lines are inside and some are not.
+    // The meshes are centred in the volume, so that some search lines are inside and some are not.
     const Eigen::Vector3f move = geometry.centre_mm().cast<float>();
     for (TestMesh& mesh : scene.meshes) {
       for (Eigen::Vector3f& p : mesh.mesh.positions) p += move;
       mesh.field.clear();
     }
     scene.points.clear();
-    expect_the_same(scene, 6,
-                    std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " + std::to_string(size[2]));
+    expect_equal_bits(scene, 6,
+                      std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " + std::to_string(size[2]));
   }
 }
 
@@ -181,18 +181,18 @@ TEST(EightVertices, FoldedAndDegenerateCells) {
       const int n = static_cast<int>(x.size());
       for (int i = 3; i < n; i += 13) {
         const std::array<int, 3>& nb = mesh.mesh.neighbours[i];
-        if (kind == 0) x[nb[1]] = x[nb[0]];                      // no triangle
-        if (kind == 1) x[nb[2]] = 0.5f * (x[nb[0]] + x[nb[1]]);  // neighbours in a row
-        if (kind == 2) x[nb[0]] = x[nb[1]] = x[nb[2]] = x[i];    // a point
-        if (kind == 3) x[i] = -0.5f * x[i];                      // through the surface
+        if (kind == 0) x[nb[1]] = x[nb[0]];                      // two neighbours coincide
+        if (kind == 1) x[nb[2]] = 0.5f * (x[nb[0]] + x[nb[1]]);  // collinear neighbours
+        if (kind == 2) x[nb[0]] = x[nb[1]] = x[nb[2]] = x[i];    // all four coincide
+        if (kind == 3) x[i] = -0.5f * x[i];                      // moved through the surface
       }
     }
-    expect_the_same(scene, 12, "kind " + std::to_string(kind));
+    expect_equal_bits(scene, 12, "kind " + std::to_string(kind));
   }
   TestScene points = three_meshes(with(kAll));
   for (TestMesh& mesh : points.meshes)
     for (Eigen::Vector3f& p : mesh.mesh.positions) p = {1, 2, 3};
-  expect_the_same(points, 5, "each mesh a point");
+  expect_equal_bits(points, 5, "each mesh a point");
 }
 
 TEST(EightVertices, AFailedStepIsUndoneAndNamesTheSameVertex) {
@@ -200,19 +200,19 @@ TEST(EightVertices, AFailedStepIsUndoneAndNamesTheSameVertex) {
     TestScene scene = three_meshes(with({{"smoothing", "weight", 1}, {"shape_memory", "weight", 0.5f}}));
     scene.meshes[0].mesh.positions[vertex].x() = 3e20f;
     scene.simulation = simulation(1, 0.5f);
-    expect_the_same(scene, 5, "far away: vertex " + std::to_string(vertex));
+    expect_equal_bits(scene, 5, "far away: vertex " + std::to_string(vertex));
     const auto engine = make_cpu_engine(1);
     load(*engine, scene);
     const StepOutcome outcome = engine->step(5);
     EXPECT_TRUE(outcome.failure.has_value() || !outcome.cuts.empty());
     EXPECT_TRUE(all_finite(positions_of(*engine, scene)));
   }
-  // What no force reads but the vertex itself.
+  // A velocity that only the vertex itself reads.
   TestScene scene = three_meshes(with({{"attraction", "weight", 1}}));
   scene.meshes[2].previous = scene.meshes[2].mesh.positions;
   scene.meshes[2].previous[100].z() = std::numeric_limits<float>::quiet_NaN();
   scene.simulation = simulation(1, 0.5f);
-  expect_the_same(scene, 5, "a velocity that is no number");
+  expect_equal_bits(scene, 5, "a NaN velocity");
 }
 
 }  // namespace

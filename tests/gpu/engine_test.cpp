@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the engine promises whatever the forces: reproducibility, independence of meshes, failures that are undone.
+// Guarantees of the engine for all forces: reproducibility, independence of meshes, failures that are undone.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -31,7 +31,7 @@ TEST_P(EngineCoreTest, ARerunGivesTheSameBits) {
   const Positions first = run(scene, 100);
   EXPECT_GT(largest_distance(first, scene.meshes[0].mesh.positions), 0.5);
   EXPECT_TRUE(same_bits(run(scene, 100), first));
-  // On an engine that has done something else before, and in batches of any size.
+  // Repeats the run on an engine that has run another scene, in batches of any size.
   const auto engine = make_engine();
   simplexseg::run(*engine, busy_scene(2), 7);
   load(*engine, scene);
@@ -50,7 +50,7 @@ TEST(CpuEngine, TheNumberOfThreadsDoesNotMatter) {
     EXPECT_TRUE(same_bits(run(*make_cpu_engine(threads), scene, 300), one)) << threads << " threads";
 }
 
-TEST_P(EngineCoreTest, MeshesInOneEngineAreEachAsAlone) {
+TEST_P(EngineCoreTest, EachOfSeveralMeshesMovesAsIfAlone) {
   TestScene one = with_all_forces(3), two = with_all_forces(2), three = with_all_forces(4);
   weight_of(two.meshes[0].forces, ForceId::Evidence) = 0.7f;
   weight_of(two.meshes[0].forces, ForceId::Attraction) = 0;
@@ -67,8 +67,8 @@ TEST_P(EngineCoreTest, MeshesInOneEngineAreEachAsAlone) {
   two.meshes[0] = all.meshes[1];
   Positions expected = run(one, 40);
   for (const TestScene& scene : {two, three}) {
-    const Positions more = run(scene, 40);
-    expected.insert(expected.end(), more.begin(), more.end());
+    const Positions next = run(scene, 40);
+    expected.insert(expected.end(), next.begin(), next.end());
   }
   EXPECT_TRUE(same_bits(run(all, 40), expected));
 }
@@ -80,7 +80,7 @@ TEST_P(EngineCoreTest, EveryVoxelTypeGivesTheSame) {
   for (VoxelType type : {VoxelType::Int16, VoxelType::Int8, VoxelType::UInt8, VoxelType::UInt16, VoxelType::Int32,
                          VoxelType::UInt32, VoxelType::Float32, VoxelType::Float64}) {
     TestScene scene = with_all_forces(2);
-    // The integers of the first type in every other.
+    // The integers of the first type, stored in every other type.
     settings.type = VoxelType::Int16;
     const Volume integers = make_phantom("sphere", settings).image;
     scene.volume = Volume(integers.geometry(), type);
@@ -95,16 +95,16 @@ TEST_P(EngineCoreTest, EveryVoxelTypeGivesTheSame) {
     if (expected.empty()) expected = end;
     if (GetParam() == "cpu")
       EXPECT_TRUE(same_bits(end, expected)) << to_string(type);
-    else  // a texture unit filters some types, with fractions of 8 bits, and cannot read others
+    else  // a texture unit interpolates some types, with weights of 8 bits, and cannot read others
       EXPECT_LE(largest_distance(end, expected), 0.1) << to_string(type);
   }
 }
 
-TEST_P(EngineCoreTest, ParametersChangedBetweenStepsAreThoseOfAnEngineLoadedWithThem) {
+TEST_P(EngineCoreTest, ChangedParametersActAsIfLoaded) {
   TestScene before = with_all_forces(3);
   weight_of(before.meshes[0].forces, ForceId::Evidence) = 0;
   weight_of(before.meshes[0].forces, ForceId::IntensityProfile) = 0;
-  // The region's reach is in edge lengths as loaded, at least 2.5 voxels: here those.
+  // The region's reach is given in edge lengths at loading, but is at least 2.5 voxels, as here.
   set(before.meshes[0].forces, {"evidence", "reach", 0.5f});
   const auto changed = make_engine();
   simplexseg::run(*changed, before, 20);
@@ -124,20 +124,21 @@ TEST_P(EngineCoreTest, ParametersChangedBetweenStepsAreThoseOfAnEngineLoadedWith
   EXPECT_TRUE(same_bits(simplexseg::run(*loaded, after, 20), positions_of(*changed, after)));
   auto text_of = [](const Engine& engine) {
     std::string text;
-    for (const Engine::HeldArray& a : engine.held_arrays()) text += a.name + " " + std::to_string(a.bytes) + "\n";
+    for (const Engine::AllocatedArray& a : engine.allocated_arrays())
+      text += a.name + " " + std::to_string(a.bytes) + "\n";
     return text;
   };
   EXPECT_EQ(text_of(*changed), text_of(*loaded));
 }
 
-TEST_P(EngineCoreTest, OfWhatIsSetManyTimesBetweenStepsTheLastCounts) {
+TEST_P(EngineCoreTest, OnlyTheLastSettingsBeforeAStepCount) {
   const TestScene first = with_all_forces(2);
   TestScene last = first;
   weight_of(last.meshes[0].forces, ForceId::Attraction) = 1.5f;
   last.points[0].position_mm += Eigen::Vector3d(4, 0, 2);
   const auto often = make_engine(), once = make_engine();
   for (Engine* engine : {often.get(), once.get()}) load(*engine, first);
-  // More in all than a device is sent without anybody waiting for it.
+  // The uploads exceed the staging memory in total.
   TestScene other = first;
   other.points.resize(200, first.points[0]);
   for (int k = 0; k < 100; ++k) {
@@ -155,7 +156,7 @@ TEST_P(EngineCoreTest, OfWhatIsSetManyTimesBetweenStepsTheLastCounts) {
   EXPECT_GT(largest_distance(positions_of(*once, last), run(first, 40)), 0.1);
 }
 
-TEST_P(EngineCoreTest, ProfilesOfAMeshThatBeginsToUseThemLater) {
+TEST_P(EngineCoreTest, ProfilesOfAMeshThatUsesThemLater) {
   // The stride stays the same while the mesh that needs it changes.
   TestScene scene = with_all_forces(2);
   scene.meshes.push_back(scene.meshes[0]);
@@ -171,8 +172,8 @@ TEST_P(EngineCoreTest, ProfilesOfAMeshThatBeginsToUseThemLater) {
       same_bits(positions_of(*engine, scene, 1), Positions(expected.begin() + expected.size() / 2, expected.end())));
 }
 
-TEST_P(EngineCoreTest, NothingIsSearchedForAMeshThatAForceDoesNotActOn) {
-  // Its searches would be longer than those of the mesh that they are made for.
+TEST_P(EngineCoreTest, NoSearchOnAMeshWithoutTheForce) {
+  // The searches of the mesh without the force would be longer than those of the other mesh.
   TestScene scene = with_all_forces(2), alone = scene;
   set(scene.meshes[0].forces, {"evidence", "source", 1}), set(scene.meshes[0].forces, {"evidence", "local", 0.5f});
   alone.meshes[0].forces = scene.meshes[0].forces;
@@ -197,7 +198,7 @@ TEST_P(EngineCoreTest, NothingIsSearchedForAMeshThatAForceDoesNotActOn) {
 }
 
 TEST_P(EngineCoreTest, TheLongestSearchesOfALargeMesh) {
-  // One thread a vertex on a device, which then has no more than 48 KB of fast memory for a block unless it asks.
+  // A device uses one thread per vertex and needs more than the default 48 KB of shared memory per block.
   TestScene scene = busy_scene(7);
   set(scene.meshes[0].forces, {"intensity_profile", "half_length", 8});
   scene.meshes[0].profiles = profile_reference_of(scene.meshes[0].mesh, scene.volume, scene.meshes[0].forces);
@@ -206,8 +207,8 @@ TEST_P(EngineCoreTest, TheLongestSearchesOfALargeMesh) {
     ForceParameters& forces = one.meshes[0].forces;
     set(forces, {force, "weight", 0.5f}), set(forces, {force, "samples", 24}), set(forces, {"evidence", "source", 1});
     EXPECT_TRUE(all_finite(run(one, 1))) << force;
-    if (std::string(force) == "gradient") continue;  // it keeps nothing at hand
-    one.points = {{0, {23.1, 2.2, 1.3}}};            // binding goes with the search
+    if (std::string(force) == "gradient") continue;  // it needs no scratch memory
+    one.points = {{0, {23.1, 2.2, 1.3}}};            // the binding runs concurrently with the search
     weight_of(forces, ForceId::Attraction) = 0.5f;
     EXPECT_TRUE(all_finite(run(one, 1))) << force;
   }
@@ -228,14 +229,14 @@ TEST_P(EngineCoreTest, AForceWithoutItsReferenceDoesNotAct) {
   scene = with_all_forces(2);
   scene.volume = {}, scene.meshes[0].field.clear();
   weight_of(scene.meshes[0].forces, ForceId::Attraction) = 0;
-  scene.simulation = simulation(0.5f, 0.9f, 3);  // a limit goes by all forces
+  scene.simulation = simulation(0.5f, 0.9f, 3);  // the timestep limit depends on all forces
   const Positions without_volume = run(scene, 5);
   scene.meshes[0].forces = with({{"smoothing", "weight", 0.4f}, {"shape_memory", "weight", 0.1f}});
   EXPECT_TRUE(same_bits(run(scene, 5), without_volume)) << "internal forces alone";
   EXPECT_GT(largest_distance(without_volume, scene.meshes[0].mesh.positions), 1e-3);
 }
 
-TEST_P(EngineCoreTest, VoxelsThatAreNoNumbersNeverReachThePositions) {
+TEST_P(EngineCoreTest, NonFiniteVoxelsNeverReachThePositions) {
   TestScene scene = with_all_forces(3);
   const Volume clean = scene.volume;
   scene.volume = Volume(clean.geometry(), VoxelType::Float32);
@@ -255,7 +256,7 @@ TEST_P(EngineCoreTest, VoxelsThatAreNoNumbersNeverReachThePositions) {
   EXPECT_LT(largest_radial_error(end, kPhantomRadius), 15);
 }
 
-TEST_P(EngineCoreTest, AStepThatLeavesTheFiniteIsUndoneAndNamed) {
+TEST_P(EngineCoreTest, AStepToNonFinitePositionsIsUndoneAndNamed) {
   for (ForceId force :
        {ForceId::Smoothing, ForceId::ShapeMemory, ForceId::Gradient, ForceId::Evidence, ForceId::Attraction}) {
     TestScene scene = with_all_forces(2);
@@ -271,14 +272,14 @@ TEST_P(EngineCoreTest, AStepThatLeavesTheFiniteIsUndoneAndNamed) {
     engine->set_parameters(huge, scene.simulation);
     const StepOutcome outcome = engine->step(50);
     ASSERT_TRUE(outcome.failure.has_value()) << static_cast<int>(force);
-    EXPECT_EQ(outcome.steps, static_cast<int>(outcome.cuts.size()) + 1) << "what was undone was a step each time";
+    EXPECT_EQ(outcome.steps, static_cast<int>(outcome.cuts.size()) + 1) << "each undone step counts as a step";
     EXPECT_EQ(outcome.failure->mesh, 1);
     EXPECT_EQ(outcome.failure->force, force) << force_list()[static_cast<int>(outcome.failure->force)].name;
     EXPECT_GE(outcome.failure->vertex, 0);
     EXPECT_LT(outcome.failure->vertex, 320);
     EXPECT_TRUE(same_bits(positions_of(*engine, scene, 1), before));
     EXPECT_TRUE(same_bits(positions_of(*engine, scene, 0), other));
-    // It goes on once the weight is sane again.
+    // The run continues with a normal weight.
     weight_of(scene.meshes[1].forces, force) = 0.1f;
     const std::vector<ForceParameters> sane{scene.meshes[0].forces, scene.meshes[1].forces};
     engine->set_parameters(sane, scene.simulation);
@@ -287,7 +288,7 @@ TEST_P(EngineCoreTest, AStepThatLeavesTheFiniteIsUndoneAndNamed) {
   }
 }
 
-TEST_P(EngineCoreTest, StepsThatGrowAreUndoneHoweverManyAreAskedForAtOnce) {
+TEST_P(EngineCoreTest, GrowingStepsAreUndoneForAnyBatchSize) {
   TestScene scene;
   scene.meshes.resize(2);
   for (TestMesh& m : scene.meshes) {
@@ -329,11 +330,11 @@ TEST_P(EngineCoreTest, AnEmptyEngineSteps) {
   scene.volume = phantom("flat").image;
   load(*engine, scene);
   EXPECT_EQ(engine->step(3).steps, 3);
-  EXPECT_EQ(engine->bytes_held(), scene.volume.bytes());
-  // From full to empty: nothing of the meshes stays.
+  EXPECT_EQ(engine->bytes_allocated(), scene.volume.bytes());
+  // An empty load removes all meshes.
   simplexseg::run(*engine, with_all_forces(2), 3);
   load(*engine, scene);
-  EXPECT_EQ(engine->bytes_held(), scene.volume.bytes());
+  EXPECT_EQ(engine->bytes_allocated(), scene.volume.bytes());
 }
 
 TEST_P(EngineCoreTest, MeanMoveIsTheMeanOfTheLastStep) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes on which no force acts, and that rest, are left out of steps: nobody may see it but by the time it takes
-// (beside_idle of the benchmark).
+// Settled meshes without forces are excluded from steps. This must change only the time of a step, not its results (the
+// benchmark beside_idle measures the time).
 #include <functional>
 #include <string>
 
@@ -26,7 +26,7 @@ const ForceParameters& all_forces() {
   return forces;
 }
 
-/// Meshes of these levels, all with the same forces.
+/// Scene with meshes of these levels and the same forces for all.
 TestScene scene_of(std::initializer_list<int> levels, const ForceParameters& forces) {
   TestScene scene = busy_scene(0);
   scene.meshes.clear();
@@ -39,32 +39,33 @@ TestScene scene_of(std::initializer_list<int> levels, const ForceParameters& for
   return scene;
 }
 
-/// Runs the scene with one mesh idle in it and without that mesh, in as many batches that the idle one is left out of
-/// most of them; then wakes it.
-void expect_as_it_was(const TestScene& scene, int idle, const std::function<std::unique_ptr<Engine>()>& make_engine) {
-  TestScene beside = scene, without = scene;
-  beside.meshes[idle].forces = weightless();
+/// Runs the scene with one idle mesh and without that mesh, in many batches, from most of which the idle mesh is
+/// excluded. Then restores the forces of the mesh.
+void expect_no_effect_of_exclusion(const TestScene& scene, int idle,
+                                   const std::function<std::unique_ptr<Engine>()>& make_engine) {
+  TestScene with_idle = scene, without = scene;
+  with_idle.meshes[idle].forces = weightless();
   without.meshes.erase(without.meshes.begin() + idle);
   without.points.clear();
   for (EnginePoint point : scene.points)
     if (point.mesh != idle) without.points.push_back({point.mesh - (point.mesh > idle ? 1 : 0), point.position_mm});
   const auto engine = make_engine(), other = make_engine();
-  load(*engine, beside), load(*other, without);
+  load(*engine, with_idle), load(*other, without);
   StepOutcome outcome, outcome_without;
   for (int batch = 0; batch < 20; ++batch) outcome = engine->step(3), outcome_without = other->step(3);
-  EXPECT_TRUE(same_bits(positions_of(*engine, beside, idle), scene.meshes[idle].mesh.positions));
+  EXPECT_TRUE(same_bits(positions_of(*engine, with_idle, idle), scene.meshes[idle].mesh.positions));
   for (int k = 0; k < static_cast<int>(without.meshes.size()); ++k) {
     const int own = k < idle ? k : k + 1;
-    EXPECT_TRUE(same_bits(positions_of(*engine, beside, own), positions_of(*other, without, k))) << "mesh " << own;
-    EXPECT_GT(largest_distance(positions_of(*engine, beside, own), scene.meshes[own].mesh.positions), 0.01);
+    EXPECT_TRUE(same_bits(positions_of(*engine, with_idle, own), positions_of(*other, without, k))) << "mesh " << own;
+    EXPECT_GT(largest_distance(positions_of(*engine, with_idle, own), scene.meshes[own].mesh.positions), 0.01);
     EXPECT_EQ(outcome.mean_edge_mm[own], outcome_without.mean_edge_mm[k]);
     EXPECT_EQ(outcome.mean_move_mm[own], outcome_without.mean_move_mm[k]);
   }
   EXPECT_EQ(outcome.mean_move_mm[idle], 0);
-  EXPECT_GT(outcome.mean_edge_mm[idle], 0) << "measured before it was left out";
-  EXPECT_FALSE(outcome.inside_out[idle]);
+  EXPECT_GT(outcome.mean_edge_mm[idle], 0) << "measured before it was excluded";
+  EXPECT_FALSE(outcome.inverted[idle]);
 
-  // Woken, it does as in an engine that is loaded with all of them now.
+  // With its forces, the mesh moves as in an engine that is loaded with the current poses.
   TestScene now = scene;
   std::vector<ForceParameters> forces;
   for (std::size_t k = 0; k < now.meshes.size(); ++k) {
@@ -83,20 +84,20 @@ void expect_as_it_was(const TestScene& scene, int idle, const std::function<std:
   EXPECT_TRUE(same_bits(positions_of(*engine, now, idle), positions_of(*loaded, now, idle)));
 }
 
-TEST_P(IdleMeshesTest, LeftOutTheyAreAsTheyWereAndSoAreTheOthers) {
+TEST_P(IdleMeshesTest, ExclusionDoesNotChangeAnyMesh) {
   for (const int idle : {0, 1, 2}) {
     SCOPED_TRACE("idle " + std::to_string(idle));
-    // Whose ends lie within a block, and a large one.
-    expect_as_it_was(scene_of({1, 0, 2}, internal()), idle, make_engine);
-    expect_as_it_was(scene_of({2, 4, 3}, internal()), idle, make_engine);
+    // Small meshes that end within a block, and a large one.
+    expect_no_effect_of_exclusion(scene_of({1, 0, 2}, internal()), idle, make_engine);
+    expect_no_effect_of_exclusion(scene_of({2, 4, 3}, internal()), idle, make_engine);
     TestScene scene = scene_of({1, 0, 2}, all_forces());
     scene.points = {{0, {23.1, 2.2, 1.3}}, {1, {-4.2, -14.1, 9.7}}, {2, {1, 22, 3}}};
-    expect_as_it_was(scene, idle, make_engine);
+    expect_no_effect_of_exclusion(scene, idle, make_engine);
     TestScene searching = scene_of({2, 4, 3}, all_forces());
     searching.points = {{0, {23.1, 2.2, 1.3}}, {2, {1, 22, 3}}};
-    expect_as_it_was(searching, idle, make_engine);
+    expect_no_effect_of_exclusion(searching, idle, make_engine);
     searching.simulation.solver_choice = static_cast<float>(Solver::Damped);
-    expect_as_it_was(searching, idle, make_engine);
+    expect_no_effect_of_exclusion(searching, idle, make_engine);
   }
 }
 
@@ -112,7 +113,7 @@ TEST_P(IdleMeshesTest, EverySecondOfMany) {
         << "mesh " << k;
 }
 
-TEST_P(IdleMeshesTest, OneThatStillMovesIsNotLeftOut) {
+TEST_P(IdleMeshesTest, AMovingMeshIsNotExcluded) {
   TestScene scene = scene_of({1, 0, 2}, all_forces());
   scene.meshes[0].forces = weightless();
   scene.meshes[0].previous = scene.meshes[0].mesh.positions;
@@ -126,12 +127,12 @@ TEST_P(IdleMeshesTest, OneThatStillMovesIsNotLeftOut) {
   for (std::size_t i = 0; i < x.size(); ++i)
     EXPECT_NEAR(x[i].x() - scene.meshes[0].mesh.positions[i].x(), 0.25 * 15 / 16, 1e-4);
   for (int batch = 0; batch < 60; ++batch) engine->step(1);
-  const Positions rest = positions_of(*engine, scene, 0);
+  const Positions settled = positions_of(*engine, scene, 0);
   for (std::size_t i = 0; i < x.size(); ++i)
-    EXPECT_NEAR(rest[i].x() - scene.meshes[0].mesh.positions[i].x(), 0.25, 1e-4);
+    EXPECT_NEAR(settled[i].x() - scene.meshes[0].mesh.positions[i].x(), 0.25, 1e-4);
 }
 
-TEST_P(IdleMeshesTest, NothingButThem) {
+TEST_P(IdleMeshesTest, OnlyIdleMeshes) {
   TestScene scene = scene_of({1, 0, 2}, weightless());
   const auto engine = make_engine();
   load(*engine, scene);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an engine is asked for and has not the memory for changes nothing.
+// An engine call that fails for lack of memory changes nothing.
 #include <sys/resource.h>
 
 #include <cstdio>
@@ -11,25 +11,25 @@
 #include "support/engine_fixture.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define SIMPLEXSEG_OWN_ALLOCATOR  // it ends the program where memory is missing
+#define SIMPLEXSEG_OWN_ALLOCATOR  // the sanitizer's allocator ends the program when memory is exhausted
 #endif
 
 namespace simplexseg {
 namespace {
 
-/// While it lives the program can have `bytes` more, and nothing that was freed before.
+/// Limits new allocations to `bytes` during its lifetime. Memory freed before is not available for reuse.
 class MemoryLimit {
  public:
   explicit MemoryLimit(std::size_t bytes) {
     getrlimit(RLIMIT_AS, &before_);
     limit(0);
     for (std::size_t size = std::size_t{1} << 22; size >= std::size_t{1} << 13; size /= 2)
-      while (auto* block = static_cast<Block*>(std::malloc(size))) taken_ = new (block) Block{taken_};
+      while (auto* block = static_cast<Block*>(std::malloc(size))) blocks_ = new (block) Block{blocks_};
     limit(bytes);
   }
   ~MemoryLimit() {
     setrlimit(RLIMIT_AS, &before_);
-    while (taken_ != nullptr) std::free(std::exchange(taken_, taken_->next));
+    while (blocks_ != nullptr) std::free(std::exchange(blocks_, blocks_->next));
   }
   MemoryLimit(const MemoryLimit&) = delete;
   MemoryLimit& operator=(const MemoryLimit&) = delete;
@@ -44,20 +44,20 @@ class MemoryLimit {
       if (std::fscanf(file, "%zu", &pages) != 1) pages = 0;
       std::fclose(file);
     }
-    rlimit wanted = before_;
-    wanted.rlim_cur = pages * 4096 + bytes;
-    setrlimit(RLIMIT_AS, &wanted);
+    rlimit new_limit = before_;
+    new_limit.rlim_cur = pages * 4096 + bytes;
+    setrlimit(RLIMIT_AS, &new_limit);
   }
   rlimit before_{};
-  Block* taken_ = nullptr;
+  Block* blocks_ = nullptr;
 };
 
-/// Whether there was not the memory for it.
-template <class Ask>
-bool refused(std::size_t bytes, const Ask& ask) {
+/// True if `call` fails for lack of memory with `bytes` available.
+template <class Call>
+bool is_refused(std::size_t bytes, const Call& call) {
   const MemoryLimit limit(bytes);
   try {
-    ask();
+    call();
   } catch (const Error&) {
     return true;
   } catch (const std::bad_alloc&) {
@@ -84,24 +84,24 @@ ForceParameters all_forces() {
                {"attraction", "weight", 0.5f}});
 }
 
-/// Asks with more and more memory until there is enough; after each refusal the engine goes on as one that was never
-/// asked. Returns how often it was refused.
-template <class Ask>
-int refusals(const TestScene& scene, const Ask& ask) {
-  const auto asked = make_cpu_engine(1), never = make_cpu_engine(1);
-  for (Engine* engine : {asked.get(), never.get()}) load(*engine, scene), engine->step(7);
+/// Repeats a call with more and more memory until it succeeds; after each refusal the engine must continue like one
+/// without the call. Returns the number of refusals.
+template <class Call>
+int refusals(const TestScene& scene, const Call& call) {
+  const auto refused = make_cpu_engine(1), other = make_cpu_engine(1);
+  for (Engine* engine : {refused.get(), other.get()}) load(*engine, scene), engine->step(7);
   int count = 0;
   for (std::size_t bytes = 0; bytes < (std::size_t{1} << 28); bytes += std::size_t{1} << 19) {
-    if (!refused(bytes, [&] { ask(*asked); })) break;
+    if (!is_refused(bytes, [&] { call(*refused); })) break;
     ++count;
-    EXPECT_EQ(asked->bytes_held(), never->bytes_held()) << bytes;
-    asked->step(2), never->step(2);
-    if (!same_bits(positions_of(*asked, scene), positions_of(*never, scene))) {
-      ADD_FAILURE() << "it went on another way after it was refused with " << bytes << " bytes";
+    EXPECT_EQ(refused->bytes_allocated(), other->bytes_allocated()) << bytes;
+    refused->step(2), other->step(2);
+    if (!same_bits(positions_of(*refused, scene), positions_of(*other, scene))) {
+      ADD_FAILURE() << "it continued differently after a refusal with " << bytes << " bytes";
       break;
     }
   }
-  EXPECT_FALSE(asked->step(3).failure.has_value());
+  EXPECT_FALSE(refused->step(3).failure.has_value());
   return count;
 }
 
@@ -114,7 +114,7 @@ class OutOfMemory : public ::testing::Test {
   }
 };
 
-TEST_F(OutOfMemory, ALoadThatIsRefusedLeavesTheMeshesThatWereThere) {
+TEST_F(OutOfMemory, AFailedLoadKeepsThePreviousMeshes) {
   TestScene small = with_internal_forces(4), large = with_internal_forces(6);
   small.meshes[0].forces = large.meshes[0].forces = all_forces();
   small.points = {{0, {23.1, 2.2, 1.3}}};
@@ -122,7 +122,7 @@ TEST_F(OutOfMemory, ALoadThatIsRefusedLeavesTheMeshesThatWereThere) {
   EXPECT_GT(refusals(small, [&](Engine& engine) { engine.load(meshes, large.simulation); }), 5);
 }
 
-TEST_F(OutOfMemory, ParametersThatAreRefusedLeaveThoseThatWereThere) {
+TEST_F(OutOfMemory, FailedParametersKeepThePreviousOnes) {
   const TestScene scene = with_internal_forces(6);
   SimulationParameters multigrid = scene.simulation;
   multigrid.solver_choice = static_cast<float>(Solver::Multigrid);
@@ -130,7 +130,7 @@ TEST_F(OutOfMemory, ParametersThatAreRefusedLeaveThoseThatWereThere) {
   EXPECT_GT(refusals(scene, [&](Engine& engine) { engine.set_parameters(all, multigrid); }), 3);
 }
 
-TEST_F(OutOfMemory, PointsThatAreRefusedLeaveThoseThatWereThere) {
+TEST_F(OutOfMemory, FailedPointsKeepThePreviousOnes) {
   TestScene scene = with_internal_forces(6);
   weight_of(scene.meshes[0].forces, ForceId::Attraction) = 0.5f;
   for (int before : {0, 2}) {
@@ -140,7 +140,7 @@ TEST_F(OutOfMemory, PointsThatAreRefusedLeaveThoseThatWereThere) {
   }
 }
 
-TEST_F(OutOfMemory, AFieldThatIsRefusedLeavesTheOneThatWasThere) {
+TEST_F(OutOfMemory, AFailedFieldKeepsThePreviousOne) {
   TestScene scene = with_internal_forces(4);
   scene.meshes[0].forces =
       with({{"smoothing", "weight", 0.4f}, {"evidence", "weight", 0.5f}, {"evidence", "source", 0}});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solvers: one fixed point, reached by each in its own time (docs/mathematics.md, section 3).
+// All solvers reach the same fixed point, in different numbers of steps (docs/mathematics.md, section 3).
 #include "step/solver.h"
 
 #include <Eigen/Dense>
@@ -21,8 +21,9 @@ class SolverTest : public EngineTest {
     s.solver_choice = static_cast<float>(solver), s.refresh_interval = 1e6f;
     return s;
   }
-  /// A linear problem: equal springs between neighbours, and to points beside every `each`-th vertex, or of one half.
-  static TestScene membrane(int level, int each, bool half = true) {
+  /// Linear problem: equal springs between neighbours, and to points near every `every`-th vertex of the whole or half
+  /// mesh.
+  static TestScene membrane(int level, int every, bool half = true) {
     TestScene scene;
     scene.meshes.resize(1);
     TestMesh& m = scene.meshes[0];
@@ -32,14 +33,14 @@ class SolverTest : public EngineTest {
                      {"smoothing", "curvature", 0},
                      {"attraction", "weight", 0.5f},
                      {"attraction", "order", 0}});
-    for (int i = 0; i < m.mesh.vertex_count(); i += each)
+    for (int i = 0; i < m.mesh.vertex_count(); i += every)
       if (!half || m.mesh.positions[i][2] > 1)
         scene.points.push_back(
             {0, m.mesh.positions[i].cast<double>() + 0.1 * Eigen::Vector3d(std::sin(i), std::cos(i), std::sin(2 * i))});
     return scene;
   }
-  /// Steps until the distance to `end`, root mean square, is `share` of what it was; `most` when it never is.
-  static int steps_to(TestScene scene, Solver solver, const Positions& end, double share, int most) {
+  /// Steps until the root mean square distance to `end` is `share` of the initial one, at most `max_steps`.
+  static int steps_to(TestScene scene, Solver solver, const Positions& end, double share, int max_steps) {
     scene.simulation = by(solver);
     if (solver == Solver::Verlet) scene.simulation.damping = 0.1f, scene.simulation.timestep = 10;
     const auto engine = make_engine();
@@ -50,11 +51,11 @@ class SolverTest : public EngineTest {
       return std::sqrt(sum);
     };
     const double first = distance(scene.meshes[0].mesh.positions);
-    for (int steps = 0; steps < most; steps += 5) {
+    for (int steps = 0; steps < max_steps; steps += 5) {
       if (distance(positions_of(*engine, scene)) < share * first) return steps;
       EXPECT_FALSE(engine->step(5).failure.has_value());
     }
-    return most;
+    return max_steps;
   }
 };
 SIMPLEXSEG_ON_EVERY_BACKEND(SolverTest);
@@ -73,7 +74,7 @@ TEST_P(SolverTest, AllReachTheSameFixedPoint) {
   EXPECT_GT(largest_distance(first, scene.meshes[0].mesh.positions), 1);
 }
 
-TEST_P(SolverTest, EachTakesFewerStepsThanTheOneBefore) {
+TEST_P(SolverTest, EachNeedsFewerStepsThanThePreviousOne) {
   const TestScene scene = membrane(4, 1, false);
   TestScene exact = scene;
   exact.simulation = by(Solver::Multigrid);
@@ -85,7 +86,7 @@ TEST_P(SolverTest, EachTakesFewerStepsThanTheOneBefore) {
   EXPECT_LT(damped, 0.8 * verlet);
   EXPECT_LT(multigrid, 0.6 * damped);
   EXPECT_LE(steps_to(scene, Solver::Automatic, end, 0.01, 4000), damped);
-  // Slow modes, of the half that nothing holds, are what the cycle is for.
+  // The cycle accelerates slow modes: here those of the unconstrained half.
   TestScene half = membrane(4, 1);
   half.simulation = by(Solver::Multigrid);
   const Positions half_end = run(half, 1000);
@@ -93,11 +94,11 @@ TEST_P(SolverTest, EachTakesFewerStepsThanTheOneBefore) {
             steps_to(half, Solver::Verlet, half_end, 0.01, 4000));
 }
 
-TEST_P(SolverTest, TheCycleTakesAsManyStepsOnFineMeshesAsOnCoarseOnes) {
+TEST_P(SolverTest, TheCycleNeedsAsManyStepsOnFineMeshesAsOnCoarseOnes) {
   int steps[2];
   for (int level : {3, 5}) {
     TestScene scene = membrane(level, 1);
-    // As many springs to points on each level, of one strength in all.
+    // The number of springs to points and their total strength are equal on all levels.
     weight_of(scene.meshes[0].forces, ForceId::Attraction) = level == 3 ? 0.5f : 0.5f / 16;
     scene.simulation = by(Solver::Multigrid);
     const Positions end = run(scene, 400);
@@ -106,11 +107,11 @@ TEST_P(SolverTest, TheCycleTakesAsManyStepsOnFineMeshesAsOnCoarseOnes) {
   EXPECT_LE(steps[1], 2 * steps[0] + 10) << steps[0] << " with 1280 vertices, " << steps[1] << " with 20480";
 }
 
-/// The V-cycle of docs/mathematics.md, section 3, in double, for a model A = k L + E with E a number for each vertex.
-/// Vertices are put together in the order in which the engine keeps them.
+/// V-cycle of docs/mathematics.md, section 3, in double, for a model A = k L + E with a scalar E for each vertex.
+/// Vertices are aggregated in the order of the engine.
 class DenseCycle {
  public:
-  DenseCycle(const SimplexMesh& mesh, double k, const std::vector<double>& held)
+  DenseCycle(const SimplexMesh& mesh, double k, const std::vector<double>& stiffness)
       : order_(patch_order(mesh.neighbours)) {
     const int n = mesh.vertex_count();
     std::vector<int> place(n);
@@ -119,7 +120,7 @@ class DenseCycle {
     std::vector<double> e(n);
     Eigen::MatrixXd graph = Eigen::MatrixXd::Zero(n, n);
     for (int i = 0; i < n; ++i) {
-      e[i] = held[order_[i]];
+      e[i] = stiffness[order_[i]];
       for (int s = 0; s < 3; ++s) {
         const int j = neighbours[i][s] = place[mesh.neighbours[order_[i]][s]];
         graph(i, i) += 1.0 / 3, graph(i, j) -= 1.0 / 3;
@@ -159,10 +160,10 @@ class DenseCycle {
     const Eigen::VectorXd relax = 0.7 * a.diagonal().cwiseInverse();
     Eigen::VectorXd z = relax.cwiseProduct(f);
     const Hierarchy::Level& level = hierarchy_.levels[l];
-    const Eigen::VectorXd left = f - a * z;
+    const Eigen::VectorXd residual = f - a * z;
     Eigen::VectorXd coarse = Eigen::VectorXd::Zero(level.size());
     for (int i = 0; i < level.size(); ++i)
-      for (int p = level.part_first[i]; p < level.part_first[i + 1]; ++p) coarse[i] += left[level.parts[p]];
+      for (int p = level.part_first[i]; p < level.part_first[i + 1]; ++p) coarse[i] += residual[level.parts[p]];
     coarse = solve(l + 1, coarse);
     for (int i = 0; i < level.size(); ++i)
       for (int p = level.part_first[i]; p < level.part_first[i + 1]; ++p) z[level.parts[p]] += coarse[i];
@@ -177,14 +178,14 @@ TEST_P(SolverTest, TheErrorFallsAsTheoryPredicts) {
   for (const bool half : {false, true})
     for (Solver solver : {Solver::Verlet, Solver::Damped, Solver::Multigrid}) {
       TestScene scene = membrane(2, 1, half);
-      // Moved as a whole: the slowest mode of all that are held alike.
+      // Translation of the whole mesh: the slowest mode if all vertices have the same springs.
       for (EnginePoint& point : scene.points) point.position_mm += Eigen::Vector3d(0.4, -0.2, 0.6);
       const SimplexMesh& mesh = scene.meshes[0].mesh;
       const int n = mesh.vertex_count();
       constexpr double kSpring = 5, kPoint = 0.5;
       std::vector<double> e(n);
       for (int i = 0; i < n; ++i) e[i] = !half || mesh.positions[i][2] > 1 ? kPoint : 0;
-      // K, the forces themselves; z = B f.
+      // K is the stiffness matrix of the forces; z = B f.
       Eigen::MatrixXd k = Eigen::MatrixXd::Zero(n, n);
       for (int i = 0; i < n; ++i) {
         k(i, i) += kSpring + e[i];
@@ -194,14 +195,14 @@ TEST_P(SolverTest, TheErrorFallsAsTheoryPredicts) {
       if (solver == Solver::Damped)
         for (int i = 0; i < n; ++i) bk.row(i) /= 2 * kSpring + e[i];
       if (solver == Solver::Multigrid) {
-        // In the first step it is not known yet whether something holds the mesh.
-        std::vector<double> held = e;
-        for (double& x : held) x += 10 * kSpring;
-        const DenseCycle cycle(mesh, kSpring, e), careful(mesh, kSpring, held);
-        for (int i = 0; i < n; ++i) bk.col(i) = cycle(k.col(i)), first_bk.col(i) = careful(k.col(i));
+        // In the first step, the solver has not yet measured whether the mesh is constrained.
+        std::vector<double> regularised = e;
+        for (double& x : regularised) x += 10 * kSpring;
+        const DenseCycle cycle(mesh, kSpring, e), first_cycle(mesh, kSpring, regularised);
+        for (int i = 0; i < n; ++i) bk.col(i) = cycle(k.col(i)), first_bk.col(i) = first_cycle(k.col(i));
       }
       const Eigen::VectorXcd spectrum = Eigen::EigenSolver<Eigen::MatrixXd>(bk, false).eigenvalues();
-      const double least = spectrum.real().minCoeff();
+      const double smallest = spectrum.real().minCoeff();
       EXPECT_LT(spectrum.imag().cwiseAbs().maxCoeff(), 1e-6);  // both factors are symmetric
 
       scene.simulation = by(solver);
@@ -219,7 +220,7 @@ TEST_P(SolverTest, TheErrorFallsAsTheoryPredicts) {
       for (; steps < 4000 && now > 1e-5 * first; ++steps) {
         control.start(scene.simulation, stiffness_of(scene.meshes[0].forces, {}), state);
         const StepCoefficients c = control.coefficients();
-        const Eigen::MatrixXd next = error + c.keep * (error - before) -
+        const Eigen::MatrixXd next = error + c.momentum * (error - before) -
                                      c.gain * ((steps == 0 && solver == Solver::Multigrid ? first_bk : bk) * error);
         before = error, error = next;
         state = engine->step(1).solver.at(0);
@@ -229,16 +230,16 @@ TEST_P(SolverTest, TheErrorFallsAsTheoryPredicts) {
         now = std::sqrt(sum);
       }
       const double rate = std::log(now / first) / std::log(error.norm() / first);
-      EXPECT_NEAR(rate, 1, 0.03) << static_cast<int>(solver) << (half ? " half" : " all") << " held, " << steps
+      EXPECT_NEAR(rate, 1, 0.03) << static_cast<int>(solver) << (half ? " half" : " all") << " constrained, " << steps
                                  << " steps";
-      // What is seen of the slowest mode while running is what the spectrum has.
+      // The estimated smallest eigenvalue agrees with the spectrum.
       if (solver != Solver::Verlet) {
-        EXPECT_NEAR(state.slowest, least, 0.2 * least) << static_cast<int>(solver) << half;
+        EXPECT_NEAR(state.min_eigenvalue, smallest, 0.2 * smallest) << static_cast<int>(solver) << half;
       }
     }
 }
 
-TEST_P(SolverTest, WhatItLearnsDoesNotDependOnHowManyStepsAreAskedForAtOnce) {
+TEST_P(SolverTest, EstimatesDoNotDependOnTheBatchSize) {
   for (Solver solver : {Solver::Automatic, Solver::Damped, Solver::Multigrid}) {
     TestScene scene = busy_scene(3);
     for (const ForceInfo& force : force_list()) weight_of(scene.meshes[0].forces, force.id) = 0.3f;
@@ -252,7 +253,7 @@ TEST_P(SolverTest, WhatItLearnsDoesNotDependOnHowManyStepsAreAskedForAtOnce) {
   }
 }
 
-TEST_P(SolverTest, AMeshWithoutTheCycleBesideOneWithItIsMeasuredAndLearntAsAlone) {
+TEST_P(SolverTest, AMeshWithoutTheCycleIsIndependentOfOneWithIt) {
   TestScene alone = busy_scene(3), with_cycle = membrane(3, 2);
   alone.points.clear();
   for (const ForceInfo& force : force_list())
@@ -273,27 +274,27 @@ TEST_P(SolverTest, AMeshWithoutTheCycleBesideOneWithItIsMeasuredAndLearntAsAlone
   const StepOutcome a = outcome_of(alone, {14}), b = outcome_of(both, {14}), c = outcome_of(both, {3, 9, 2}),
                     d = outcome_of(with_cycle, {14});
   EXPECT_GT(a.residual_mm.at(0), 1e-4);
-  EXPECT_GT(a.solver.at(0).slowest, 0);
+  EXPECT_GT(a.solver.at(0).min_eigenvalue, 0);
   EXPECT_NEAR(b.residual_mm.at(1), a.residual_mm.at(0), 1e-3 * a.residual_mm.at(0));
-  EXPECT_NEAR(b.solver.at(1).slowest, a.solver.at(0).slowest, 1e-3 * a.solver.at(0).slowest);
+  EXPECT_NEAR(b.solver.at(1).min_eigenvalue, a.solver.at(0).min_eigenvalue, 1e-3 * a.solver.at(0).min_eigenvalue);
   EXPECT_EQ(c.residual_mm.at(1), b.residual_mm.at(1));
-  EXPECT_EQ(c.solver.at(1).slowest, b.solver.at(1).slowest);
+  EXPECT_EQ(c.solver.at(1).min_eigenvalue, b.solver.at(1).min_eigenvalue);
   EXPECT_NEAR(b.residual_mm.at(0), d.residual_mm.at(0), 1e-3 * d.residual_mm.at(0));
 }
 
-TEST_P(SolverTest, AutomaticTakesCyclesWherePointsHoldAMeshAndNoneWhereTheyHardlyDo) {
+TEST_P(SolverTest, AutomaticUsesCyclesOnlyForConstrainedMeshes) {
   TestScene scene = membrane(4, 2);
   scene.simulation = by(Solver::Automatic);
-  TestScene hardly = scene;
-  hardly.points.resize(1);
+  TestScene weakly_constrained = scene;
+  weakly_constrained.points.resize(1);
   const auto engine = make_engine();
   load(*engine, scene);
   EXPECT_TRUE(engine->step(1).solver.at(0).multigrid);
-  load(*engine, hardly);
+  load(*engine, weakly_constrained);
   EXPECT_FALSE(engine->step(1).solver.at(0).multigrid);
-  // Not tried again with every move of the point, but with more points.
-  hardly.points[0].position_mm += Eigen::Vector3d(0, 0, 1);
-  engine->set_points(hardly.points);
+  // More points cause a new measurement; a move of the point does not.
+  weakly_constrained.points[0].position_mm += Eigen::Vector3d(0, 0, 1);
+  engine->set_points(weakly_constrained.points);
   EXPECT_FALSE(engine->step(1).solver.at(0).multigrid);
   engine->set_points(scene.points);
   EXPECT_TRUE(engine->step(1).solver.at(0).multigrid);
@@ -301,8 +302,9 @@ TEST_P(SolverTest, AutomaticTakesCyclesWherePointsHoldAMeshAndNoneWhereTheyHardl
   EXPECT_FALSE(engine->step(1).solver.at(0).multigrid);
 }
 
-TEST_P(SolverTest, EveryMeshTakesCyclesWhenItsOwnTimeComes) {
-  // The second mesh finds its slow modes after the first one: what it learnt must reach its steps as it does alone.
+TEST_P(SolverTest, EachMeshUsesCyclesIndependently) {
+  // The second mesh detects its slow modes later than the first one. Its steps must be those of a scene without the
+  // first.
   TestScene first = membrane(3, 1), second = busy_scene(3);
   second.points.clear();
   for (const ForceInfo& force : force_list())
@@ -324,7 +326,7 @@ TEST_P(SolverTest, EveryMeshTakesCyclesWhenItsOwnTimeComes) {
   EXPECT_LT(largest_distance(positions_of(*b, both, 1), positions_of(*a, second)), 0.02);
 }
 
-TEST_P(SolverTest, OnlyVerletsStepsDependOnWhatOnlyItHas) {
+TEST_P(SolverTest, OnlyVerletDependsOnItsOwnParameters) {
   for (const char* name : {"timestep", "damping", "limit_timestep"})
     for (Solver solver : kSolvers) {
       const int index = find_parameter(simulation_table(), name);
@@ -341,27 +343,27 @@ TEST_P(SolverTest, OnlyVerletsStepsDependOnWhatOnlyItHas) {
     }
 }
 
-TEST_P(SolverTest, WhatWasLearntGoesOnAfterALoad) {
+TEST_P(SolverTest, SolverStatesArePreservedByALoad) {
   TestScene scene = membrane(4, 2);
   scene.simulation = by(Solver::Damped);
   const auto engine = make_engine();
   load(*engine, scene);
-  const SolverState learnt = engine->step(100).solver.at(0);
-  EXPECT_GT(learnt.slowest, 0);
+  const SolverState estimate = engine->step(100).solver.at(0);
+  EXPECT_GT(estimate.min_eigenvalue, 0);
   EngineMesh m;
   const TestMesh& t = scene.meshes[0];
   m.positions = m.previous = t.mesh.positions, m.neighbours = t.mesh.neighbours, m.parameters = t.forces,
-  m.solver = learnt;
+  m.solver = estimate;
   engine->load(std::span(&m, 1), scene.simulation);
-  EXPECT_EQ(engine->step(1).solver.at(0).slowest, learnt.slowest);
-  // New weights: it is to be learnt again.
+  EXPECT_EQ(engine->step(1).solver.at(0).min_eigenvalue, estimate.min_eigenvalue);
+  // New weights reset the estimate.
   const std::vector<ForceParameters> same{t.forces};
   engine->set_parameters(same, scene.simulation);
-  EXPECT_NE(engine->step(1).solver.at(0).slowest, learnt.slowest);
+  EXPECT_NE(engine->step(1).solver.at(0).min_eigenvalue, estimate.min_eigenvalue);
 }
 
-TEST_P(SolverTest, ItLearnsWheneverAPointMoves) {
-  // From that step on targets are found anew, every 2, 3, 5 or 10 steps: never wherever the solver looks.
+TEST_P(SolverTest, EstimatesAreUpdatedWheneverAPointMoves) {
+  // The move shifts the refreshes. Even then, not every measurement of the solver may coincide with a refresh.
   for (int refresh : {2, 3, 5, 10})
     for (int at = 1; at < 10; ++at) {
       TestScene scene = membrane(2, 2);
@@ -369,10 +371,11 @@ TEST_P(SolverTest, ItLearnsWheneverAPointMoves) {
       scene.simulation.refresh_interval = static_cast<float>(refresh);
       const auto engine = make_engine();
       load(*engine, scene);
-      const float guess = engine->step(at).solver.at(0).slowest;
+      const float guess = engine->step(at).solver.at(0).min_eigenvalue;
       scene.points[0].position_mm[0] += 0.1;
       engine->set_points(scene.points);
-      EXPECT_NE(engine->step(60).solver.at(0).slowest, guess) << "every " << refresh << " steps from step " << at;
+      EXPECT_NE(engine->step(60).solver.at(0).min_eigenvalue, guess)
+          << "every " << refresh << " steps from step " << at;
     }
 }
 
@@ -390,19 +393,19 @@ TEST_P(SolverTest, EveryForceAndAllTogetherStayBoundedWithEverySolver) {
   }
 }
 
-TEST_P(SolverTest, FoldsAndMeshesInsideOutAreSeen) {
-  // Sound spheres are told from folded ones, and from those turned inside out.
+TEST_P(SolverTest, FoldedAndInvertedMeshesAreDetected) {
+  // Sound, folded and inverted spheres are distinguished.
   TestScene scene = busy_scene(3);
   scene.simulation = simulation(1, 1);
   const auto engine = make_engine();
   load(*engine, scene);
   StepOutcome outcome = engine->step(1);
   EXPECT_EQ(outcome.folded_vertices.at(0), 0);
-  EXPECT_FALSE(outcome.inside_out.at(0));
+  EXPECT_FALSE(outcome.inverted.at(0));
   for (Eigen::Vector3f& p : scene.meshes[0].mesh.positions) p[0] = -p[0];
   load(*engine, scene);
   outcome = engine->step(1);
-  EXPECT_TRUE(outcome.inside_out.at(0));
+  EXPECT_TRUE(outcome.inverted.at(0));
   scene = busy_scene(3);
   scene.meshes[0].mesh.positions[5] *= 0.5f;
   load(*engine, scene);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stability bound (docs/mathematics.md, section 3) against what the engine does.
+// Comparison of the stability bound (docs/mathematics.md, section 3) with the engine.
 #include "step/stability.h"
 
 #include <cmath>
@@ -25,8 +25,8 @@ TEST_P(StabilityTest, EveryForceIsStableUpToItsBound) {
 }
 
 TEST_P(StabilityTest, EvenSmoothingIsStableWithinItsBound) {
-  // With weights that follow the edge lengths the bound holds for the worst mesh; on a sphere the limit is at (2 + a)
-  // k.
+  // With weights that follow the edge lengths, the bound is that of the worst mesh; on a sphere the stiffness is
+  // (2 + a) k.
   TestScene scene;
   scene.meshes.resize(1);
   TestMesh& m = scene.meshes[0];
@@ -49,7 +49,7 @@ TEST_P(StabilityTest, EvenSmoothingIsStableWithinItsBound) {
   }
 }
 
-/// One vertex on a spring to a point 0.01 mm away.
+/// Attraction of one vertex to a point at a distance of 0.01 mm.
 TestScene one_oscillator(float weight) {
   TestScene scene;
   scene.meshes.resize(1);
@@ -67,7 +67,8 @@ TEST_P(StabilityTest, AnUndampedModeHasThePeriodOfTheDiscreteOscillator) {
     scene.simulation = simulation(1, 0);
     const auto engine = make_engine();
     load(*engine, scene);
-    // x+ - 2x + x- = -k dt^2 x from rest: x_n = x_0 cos(omega (n + 1/2)) / cos(omega / 2), cos(omega) = 1 - k dt^2 / 2.
+    // x+ - 2x + x- = -k dt^2 x with zero initial velocity: x_n = x_0 cos(omega (n + 1/2)) / cos(omega / 2), where
+    // cos(omega) = 1 - k dt^2 / 2.
     const double omega = std::acos(1 - 0.5 * stiffness);
     double worst = 0;
     for (int n = 1; n <= 150; ++n) {

@@ -10,7 +10,7 @@
 namespace simplexseg {
 namespace {
 
-TEST(ThreadPoolTest, EachChunkIsDoneOnceOnAnyNumberOfThreads) {
+TEST(ThreadPoolTest, EachChunkRunsOnceOnAnyNumberOfThreads) {
   for (int threads : {1, 2, 3, 5}) {
     ThreadPool pool(threads);
     for (int round = 0; round < 400; ++round) {
@@ -18,13 +18,13 @@ TEST(ThreadPoolTest, EachChunkIsDoneOnceOnAnyNumberOfThreads) {
       std::vector<int> done(static_cast<std::size_t>(chunks), 0);
       pool.run(chunks, [&](int chunk) { ++done[static_cast<std::size_t>(chunk)]; });
       for (int times : done) ASSERT_EQ(times, 1) << threads << " threads, round " << round;
-      if (round % 100 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(3));  // workers fall asleep
+      if (round % 100 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(3));  // workers go to sleep
     }
   }
 }
 
-/// A worker that does not come is not waited for: here the second one is held by its first chunk.
-TEST(ThreadPoolTest, OthersTakeTheChunksOfWhoIsHeld) {
+/// The pool does not wait for a slow worker: here the second one is delayed by its first chunk.
+TEST(ThreadPoolTest, OtherThreadsRunTheChunksOfADelayedWorker) {
   ThreadPool pool(2);
   constexpr int kChunks = 16;
   std::vector<std::thread::id> by(kChunks);

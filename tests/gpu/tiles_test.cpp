@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tiles in which a device takes a step. That such a step is the CPU's, backends_test.cpp and the reference model's
-// tests show there.
+// Tiles for a step in one launch. backends_test.cpp and the tests of the reference model compare the results of such
+// steps with those of the CPU.
 #include "gpu/tiles.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 namespace simplexseg {
 namespace {
 
-/// Two meshes, one after the other, as an engine arranges them.
+/// Neighbours of two meshes in the order of an engine.
 std::vector<Int4> neighbours_of_two_meshes() {
   std::vector<Int4> neighbours;
   for (int k = 0; k < 2; ++k) {
@@ -31,15 +31,15 @@ std::vector<Int4> neighbours_of_two_meshes() {
   return neighbours;
 }
 
-TEST(TilesTest, EachVertexIsInOneTileAndItsSlotsAreItsNeighbours) {
+TEST(TilesTest, EachVertexIsInOneTileWithItsNeighbours) {
   const std::vector<Int4> neighbours = neighbours_of_two_meshes();
   const TileArrays all = make_tiles(neighbours);
-  std::set<int> met;
+  std::set<int> seen;
   for (const Tile& tile : all.tiles) {
     auto vertex_of = [&](int slot) {
-      return slot < tile.own ? tile.first + slot : all.around[tile.around + slot - tile.own];
+      return slot < tile.own ? tile.first + slot : all.halo[tile.halo + slot - tile.own];
     };
-    for (int s = 0; s < tile.own; ++s) EXPECT_TRUE(met.insert(vertex_of(s)).second);
+    for (int s = 0; s < tile.own; ++s) EXPECT_TRUE(seen.insert(vertex_of(s)).second);
     std::set<int> framed, read;
     for (int s = 0; s < tile.positions; ++s) read.insert(vertex_of(s));
     EXPECT_EQ(static_cast<int>(read.size()), tile.positions) << "a vertex has two slots";
@@ -58,11 +58,11 @@ TEST(TilesTest, EachVertexIsInOneTileAndItsSlotsAreItsNeighbours) {
         for (int ring : {a, b.x, b.y, b.z}) EXPECT_TRUE(framed.contains(ring));
       }
   }
-  EXPECT_EQ(met.size(), neighbours.size());
+  EXPECT_EQ(seen.size(), neighbours.size());
   EXPECT_GT(all.tiles.size(), 10u);
 }
 
-TEST(TilesTest, MoreMeshesThanAreCountedHaveNone) {
+TEST(TilesTest, NoTilesForMoreMeshesThan16Bits) {
   std::vector<Int4> neighbours = neighbours_of_two_meshes();
   neighbours[5].w = 65536;
   EXPECT_TRUE(make_tiles(neighbours).tiles.empty());

@@ -10,7 +10,7 @@
 
 #include "../io/dicom_slices.h"
 #include "gui/window/file_actions.h"
-#include "io/load_progress.h"
+#include "io/platform/load_progress.h"
 
 namespace simplexseg {
 namespace {
@@ -28,9 +28,9 @@ class Connection : public Archive {
   }
   void check(const ArchiveProgress& progress) override { work(progress); }
   FoundStudies find_studies(const ArchiveQuery& query, const ArchiveProgress& progress) override {
-    fake_.asked = query;
+    fake_.last_query = query;
     work(progress);
-    return {fake_.studies, static_cast<int>(fake_.studies.size()) >= query.most};
+    return {fake_.studies, static_cast<int>(fake_.studies.size()) >= query.max_studies};
   }
   std::vector<ArchiveSeries> find_series(const std::string& study, const ArchiveProgress& progress) override {
     work(progress);
@@ -61,10 +61,10 @@ class Connection : public Archive {
  private:
   void work(const ArchiveProgress& progress) {
     ++fake_.waiting;
-    while (fake_.holds) {
+    while (fake_.blocked) {
       if (!progress({3, 12, 6'200'000})) {
         --fake_.waiting;
-        throw CalledOff();
+        throw Cancelled();
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
@@ -89,7 +89,7 @@ std::unique_ptr<Archive> FakeArchive::open(const ArchiveServer& to) { return std
 void ArchiveFixture::SetUp() {
   WindowTest::SetUp();
   if (IsSkipped()) return;
-  // Not before there is a window: OpenGL drivers have a cache of their own.
+  // Set after the window exists, because OpenGL drivers also use a cache folder.
   for (const auto& [name, value] : {std::pair("XDG_CONFIG_HOME", "config"), std::pair("XDG_CACHE_HOME", "cache")}) {
     environment_[name] = qgetenv(name);
     qputenv(name, folder_.filePath(value).toUtf8());
@@ -98,13 +98,13 @@ void ArchiveFixture::SetUp() {
 }
 
 void ArchiveFixture::TearDown() {
-  fake_.holds = false;
+  fake_.blocked = false;
   WindowTest::TearDown();
   for (const auto& [name, value] : environment_)
     value.isEmpty() ? qunsetenv(name.c_str()) : qputenv(name.c_str(), value);
 }
 
-void ArchiveFixture::know_two_servers() {
+void ArchiveFixture::write_two_servers() {
   ArchiveServer one = archive_server_at("http://127.0.0.1:9/dicom-web"), two = archive_server_at("TWO@127.0.0.1:9");
   one.name = "one", two.name = "two";
   write_archive_servers({one, two});
@@ -113,7 +113,7 @@ void ArchiveFixture::know_two_servers() {
 std::vector<std::string> ArchiveFixture::cached() const {
   std::vector<std::string> names;
   const fs::path root = ArchiveCache::archive_cache_folder();
-  std::error_code failure;  // what is listed may go meanwhile
+  std::error_code failure;  // entries may be removed meanwhile
   for (fs::recursive_directory_iterator it(root, failure), end; !failure && it != end; it.increment(failure)) {
     std::error_code ignored;
     if (it->is_directory(ignored)) names.push_back(it->path().lexically_relative(root).string());
@@ -137,7 +137,7 @@ void ArchiveFixture::click(QWidget& dialog, const char* button) {
   auto* found = dialog.findChild<QAbstractButton*>(button);
   ASSERT_NE(found, nullptr) << button;
   ASSERT_TRUE(found->isEnabled() && found->isVisible()) << button << ": " << found->toolTip().toStdString();
-  // Of a box with a text only the text and what is before it.
+  // Only the indicator and the text of a check box react to clicks.
   const int x = found->isCheckable() ? 8 : found->width() / 2;
   QTest::mouseClick(found, Qt::LeftButton, {}, QPoint(x, found->height() / 2));
 }
@@ -152,7 +152,7 @@ QTreeWidget& ArchiveFixture::results(const ArchiveDialog& dialog) {
   return *dialog.findChild<QTreeWidget*>("archive_results");
 }
 
-ArchiveDialog* ArchiveFixture::mark_first_series() {
+ArchiveDialog* ArchiveFixture::select_first_series() {
   ArchiveDialog* dialog = find_dialog();
   if (!dialog) return nullptr;
   click(*dialog, "archive_search");

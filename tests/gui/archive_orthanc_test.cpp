@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The window and a real archive, Debian's Orthanc on the loopback: there and back by mouse and keys.
+// Window with a real archive (Debian's Orthanc on the loopback interface): fetch and send by mouse and keyboard.
 #include <arpa/inet.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -15,10 +15,10 @@
 
 #include "../io/dicom_slices.h"
 #include "archive_fixture.h"
-#include "gui/window/archive_server_dialog.h"
+#include "gui/window/archive/archive_server_dialog.h"
 #include "gui/window/message_bar.h"
 #include "gui/workbench/background_job.h"
-#include "io/labels_io.h"
+#include "io/labels/labels_io.h"
 #include "session/label_map.h"
 
 namespace simplexseg {
@@ -36,7 +36,7 @@ sockaddr_in loopback(int port) {
   return address;
 }
 
-/// A port that nobody has.
+/// Returns an unused port.
 int free_port() {
   const int probe = socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in address = loopback(0);
@@ -55,7 +55,7 @@ bool listens(int port) {
   return taken;
 }
 
-/// An Orthanc with a store of its own, which ends with this.
+/// Orthanc process with a separate store; killed by the destructor.
 class Orthanc {
  public:
   const int web_port = free_port(), dicom_port = free_port();
@@ -76,7 +76,7 @@ class Orthanc {
     process_.kill();
     process_.waitForFinished();
   }
-  bool answers() const {
+  bool wait_until_ready() const {
     for (int n = 0; n < 600; ++n) {
       if (listens(web_port) && listens(dicom_port)) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -89,7 +89,7 @@ class Orthanc {
   QProcess process_;
 };
 
-/// Over DICOMweb, or else over DICOM's own connections.
+/// Parameter: true for DICOMweb, false for DIMSE.
 class ArchiveOrthancTest : public ArchiveFixture, public ::testing::WithParamInterface<bool> {
  protected:
   void SetUp() override {
@@ -99,7 +99,7 @@ class ArchiveOrthancTest : public ArchiveFixture, public ::testing::WithParamInt
     if (IsSkipped()) return;
     window_->archive().set_opener(open_archive);
     orthanc_ = std::make_unique<Orthanc>(folder_.path());
-    ASSERT_TRUE(orthanc_->answers());
+    ASSERT_TRUE(orthanc_->wait_until_ready());
     test::write_series(place("sent"), {.columns = 48, .rows = 40, .study = kStudy}, 14);
     std::vector<std::filesystem::path> files;
     for (const auto& file : std::filesystem::directory_iterator(place("sent"))) files.push_back(file.path());
@@ -110,7 +110,7 @@ class ArchiveOrthancTest : public ArchiveFixture, public ::testing::WithParamInt
     ArchiveFixture::TearDown();
   }
 
-  /// By the dialog's own fields.
+  /// Adds Orthanc with the fields of the dialog.
   void add_server(ArchiveDialog& dialog) {
     click(dialog, "archive_add");
     auto* entry = dialog.findChild<ArchiveServerDialog*>();
@@ -129,7 +129,7 @@ class ArchiveOrthancTest : public ArchiveFixture, public ::testing::WithParamInt
       QTest::keyClick(entry->findChild<QComboBox*>(), Qt::Key_Down);
       fill("Host", "127.0.0.1");
       fill("Port", QString::number(orthanc_->dicom_port));
-      fill("Its title", "ORTHANC");
+      fill("AE title of the archive", "ORTHANC");
     }
     QTest::keyClick(entry->findChild<QLineEdit*>(), Qt::Key_Return);
     ASSERT_TRUE(wait_until([&] { return read_archive_servers().size() == 1; }));
@@ -143,11 +143,11 @@ TEST_P(ArchiveOrthancTest, ASeriesIsFetchedSegmentedAndSentBack) {
   ASSERT_NE(find, nullptr);
   add_server(*find);
   click(*find, "archive_test");
-  ASSERT_TRUE(wait_until([&] { return find->task().text() == "orthanc answers"; }))
+  ASSERT_TRUE(wait_until([&] { return find->task().text() == "orthanc responds"; }))
       << find->task().text().toStdString();
   click(*find, "archive_search");
   QTreeWidget& tree = results(*find);
-  // Of one study the series are listed at once.
+  // The series of a single study are listed at once.
   ASSERT_TRUE(wait_until([&] { return tree.topLevelItemCount() == 1 && tree.topLevelItem(0)->childCount() == 1; }))
       << find->task().text().toStdString();
   EXPECT_EQ(tree.topLevelItem(0)->text(0), "Doe, Jane");
@@ -163,7 +163,7 @@ TEST_P(ArchiveOrthancTest, ASeriesIsFetchedSegmentedAndSentBack) {
   EXPECT_EQ(bench().session().volume().geometry().size, (std::array<int, 3>{48, 40, 14}));
   EXPECT_EQ(bench().session().volume().value(7, 3, 5), 105 + 30 + 7);
 
-  // A seed by the mouse, and some steps.
+  // Seeds by mouse, and runs some steps.
   QTest::keyClick(window_->windowHandle(), Qt::Key_4);
   window_->actions()[Act::ToolSeed]->trigger();
   const QPointF middle = QRectF(axial().rect()).center();
@@ -180,9 +180,9 @@ TEST_P(ArchiveOrthancTest, ASeriesIsFetchedSegmentedAndSentBack) {
   EXPECT_TRUE(window_->messages().text().startsWith("Sent 3 series to orthanc"))
       << window_->messages().text().toStdString();
 
-  // What the archive has now.
+  // The archive now contains the three new series.
   const std::unique_ptr<Archive> archive = open_archive(archive_server_at(orthanc_->web()));
-  const ArchiveCache cache(place("judged"));
+  const ArchiveCache cache(place("check"));
   std::vector<std::string> kinds;
   std::filesystem::path labels;
   for (const ArchiveSeries& one : archive->find_series(kStudy)) {
@@ -194,28 +194,28 @@ TEST_P(ArchiveOrthancTest, ASeriesIsFetchedSegmentedAndSentBack) {
   ASSERT_FALSE(labels.empty());
   std::vector<std::string> warnings;
   const VolumeGeometry geometry = bench().session().volume().geometry();
-  const Volume came =
+  const Volume received =
       load_labels_onto(std::filesystem::directory_iterator(labels)->path(), geometry, "the image", warnings);
-  const LabelMap went = make_label_map(scene(), geometry);
+  const LabelMap sent = make_label_map(scene(), geometry);
   int inside = 0, different = 0;
   for (int k = 0; k < geometry.size[2]; ++k)
     for (int j = 0; j < geometry.size[1]; ++j)
       for (int i = 0; i < geometry.size[0]; ++i) {
-        inside += went.labels.value(i, j, k) > 0;
-        different += (went.labels.value(i, j, k) > 0) != (came.value(i, j, k) > 0);
+        inside += sent.labels.value(i, j, k) > 0;
+        different += (sent.labels.value(i, j, k) > 0) != (received.value(i, j, k) > 0);
       }
   EXPECT_GT(inside, 100);
   EXPECT_EQ(different, 0);
 }
 
-TEST_P(ArchiveOrthancTest, AnArchiveThatIsGoneIsOneLine) {
+TEST_P(ArchiveOrthancTest, AnUnreachableArchiveIsOneLine) {
   ArchiveDialog* find = find_dialog();
   ASSERT_NE(find, nullptr);
   add_server(*find);
   orthanc_.reset();
   click(*find, "archive_search");
   ASSERT_TRUE(wait_until([&] { return !find->task().busy(); }));
-  EXPECT_TRUE(find->task().text().contains("refuses the connection")) << find->task().text().toStdString();
+  EXPECT_TRUE(find->task().text().contains("refused the connection")) << find->task().text().toStdString();
   EXPECT_FALSE(find->task().text().contains('\n'));
 }
 

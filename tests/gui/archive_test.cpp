@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The dialogs of archives, on one without a network: servers, search, fetch, faults.
+// Dialogs for archives, with a fake archive: servers, search, fetch, errors.
 #include <QAccessible>
 #include <QComboBox>
 #include <QFile>
@@ -12,7 +12,7 @@
 
 #include "archive_fixture.h"
 #include "gui/look/theme.h"
-#include "gui/window/archive_server_dialog.h"
+#include "gui/window/archive/archive_server_dialog.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/message_bar.h"
 
@@ -35,8 +35,8 @@ class ArchiveTest : public ArchiveFixture {
     for (QPushButton* button : dialog.findChildren<QPushButton*>())
       if (button->text().contains("Save")) QTest::mouseClick(button, Qt::LeftButton);
   }
-  /// Answers the question that the next event brings with the button of that text.
-  static void answer_with(const QString& text) {
+  /// Clicks the button with this text in the question that opens next.
+  static void click_in_question(const QString& text) {
     QTimer::singleShot(50, qApp, [text] {
       auto* question = qobject_cast<QMessageBox*>(QApplication::activeModalWidget());
       ASSERT_NE(question, nullptr);
@@ -47,7 +47,7 @@ class ArchiveTest : public ArchiveFixture {
   }
 };
 
-TEST_F(ArchiveTest, ArchivesAreAddedEditedAndForgotten) {
+TEST_F(ArchiveTest, ArchivesAreAddedEditedAndRemoved) {
   ArchiveDialog* dialog = find_dialog();
   ASSERT_NE(dialog, nullptr);
   EXPECT_FALSE(dialog->findChild<QPushButton*>("archive_search")->isEnabled());
@@ -67,24 +67,24 @@ TEST_F(ArchiveTest, ArchivesAreAddedEditedAndForgotten) {
   entry = dialog->findChild<ArchiveServerDialog*>();
   EXPECT_EQ(field(*entry, "Name").text(), "hospital");
   for (QComboBox* choice : entry->findChildren<QComboBox*>())
-    if (choice->accessibleName() == "Speaks") QTest::keyClick(choice, Qt::Key_Down);
+    if (choice->accessibleName() == "Protocol") QTest::keyClick(choice, Qt::Key_Down);
   type(field(*entry, "Host"), "pacs.example");
-  type(field(*entry, "Its title"), "PACS");
+  type(field(*entry, "AE title of the archive"), "PACS");
   save(*entry);
   ASSERT_TRUE(wait_until([&] { return dialog->findChild<ArchiveServerDialog*>() == nullptr; }));
   EXPECT_EQ(address_of(read_archive_servers().at(0)), "PACS@pacs.example:104");
 
-  answer_with("&Cancel");
+  click_in_question("&Cancel");
   click(*dialog, "archive_remove");
   EXPECT_EQ(read_archive_servers().size(), 1u);
-  answer_with("&Remove");
+  click_in_question("&Remove");
   click(*dialog, "archive_remove");
   EXPECT_TRUE(read_archive_servers().empty());
   EXPECT_FALSE(dialog->findChild<QPushButton*>("archive_remove")->isEnabled());
 }
 
-TEST_F(ArchiveTest, WhatCannotBeAnArchiveIsRefusedAndNoSecretIsKept) {
-  know_two_servers();
+TEST_F(ArchiveTest, InvalidArchivesAreRefusedAndNoSecretIsStored) {
+  write_two_servers();
   const QByteArray before = servers_file();
   ArchiveDialog* dialog = find_dialog();
   click(*dialog, "archive_add");
@@ -92,15 +92,15 @@ TEST_F(ArchiveTest, WhatCannotBeAnArchiveIsRefusedAndNoSecretIsKept) {
   type(field(*entry, "Name"), "one");
   type(field(*entry, "Address"), "https://pacs.example/dicom-web");
   save(*entry);
-  EXPECT_TRUE(refusal(*entry).contains("two are called one")) << refusal(*entry).toStdString();
+  EXPECT_TRUE(refusal(*entry).contains("two have the name one")) << refusal(*entry).toStdString();
   type(field(*entry, "Name"), "three");
   for (QComboBox* choice : entry->findChildren<QComboBox*>())
     if (choice->accessibleName() == "Credentials") QTest::keyClick(choice, Qt::Key_Down);
   save(*entry);
-  EXPECT_TRUE(refusal(*entry).contains("name it, or choose none")) << refusal(*entry).toStdString();
+  EXPECT_TRUE(refusal(*entry).contains("enter one, or select \"none\"")) << refusal(*entry).toStdString();
   type(field(*entry, "Variable with credentials"), "jane:hunter2");
   save(*entry);
-  EXPECT_TRUE(refusal(*entry).contains("no name of a variable")) << refusal(*entry).toStdString();
+  EXPECT_TRUE(refusal(*entry).contains("not the name of an environment variable")) << refusal(*entry).toStdString();
   EXPECT_FALSE(refusal(*entry).contains("hunter2"));
   type(field(*entry, "Variable with credentials"), "PACS_LOGIN");
   type(field(*entry, "Address"), "http://pacs.example/dicom-web");
@@ -113,8 +113,8 @@ TEST_F(ArchiveTest, WhatCannotBeAnArchiveIsRefusedAndNoSecretIsKept) {
   EXPECT_EQ(read_archive_servers().back().credentials_variable, "PACS_LOGIN");
 }
 
-TEST_F(ArchiveTest, ADamagedListOfArchivesIsSaidAndLeftAsItIs) {
-  know_two_servers();
+TEST_F(ArchiveTest, ADamagedListOfArchivesIsReportedAndLeftUnchanged) {
+  write_two_servers();
   QFile file(QString::fromStdString(archive_servers_file().string()));
   ASSERT_TRUE(file.open(QIODevice::WriteOnly));
   file.write("{\"servers\": [");
@@ -123,18 +123,18 @@ TEST_F(ArchiveTest, ADamagedListOfArchivesIsSaidAndLeftAsItIs) {
   EXPECT_TRUE(dialog->task().text().contains("archives.json")) << dialog->task().text().toStdString();
   EXPECT_FALSE(dialog->findChild<QPushButton*>("archive_add")->isEnabled());
   EXPECT_EQ(servers_file(), "{\"servers\": [");
-  know_two_servers();
-  EXPECT_EQ(find_dialog(), dialog);  // asked for again: read again
+  write_two_servers();
+  EXPECT_EQ(find_dialog(), dialog);  // opened again: the file is read again
   EXPECT_TRUE(dialog->findChild<QPushButton*>("archive_add")->isEnabled());
   EXPECT_TRUE(dialog->task().text().isEmpty()) << dialog->task().text().toStdString();
 }
 
-TEST_F(ArchiveTest, StudiesAndTheirSeriesAreFoundWithTheirCounts) {
-  know_two_servers();
+TEST_F(ArchiveTest, StudiesAndSeriesAreListedWithTheirCounts) {
+  write_two_servers();
   ArchiveDialog* dialog = find_dialog();
   ASSERT_NE(dialog, nullptr);
   type(field(*dialog, "Patient name"), "do*");
-  type(field(*dialog, "Patient id"), "P-17");
+  type(field(*dialog, "Patient ID"), "P-17");
   type(field(*dialog, "Description"), "follow");
   type(field(*dialog, "From"), "2024-01-01");
   auto* modality = dialog->findChildren<QComboBox*>().last();
@@ -145,11 +145,11 @@ TEST_F(ArchiveTest, StudiesAndTheirSeriesAreFoundWithTheirCounts) {
   QTreeWidget& tree = results(*dialog);
   ASSERT_TRUE(wait_until([&] { return tree.topLevelItemCount() == 2; }));
   EXPECT_EQ(fake_.server, "one");
-  EXPECT_EQ(fake_.asked.patient_name, "do*");
-  EXPECT_EQ(fake_.asked.patient_id, "P-17");
-  EXPECT_EQ(fake_.asked.description, "follow");
-  EXPECT_EQ(fake_.asked.date, "2024-01-01..");
-  EXPECT_EQ(fake_.asked.modality, "CT");
+  EXPECT_EQ(fake_.last_query.patient_name, "do*");
+  EXPECT_EQ(fake_.last_query.patient_id, "P-17");
+  EXPECT_EQ(fake_.last_query.description, "follow");
+  EXPECT_EQ(fake_.last_query.date, "2024-01-01..");
+  EXPECT_EQ(fake_.last_query.modality, "CT");
   EXPECT_EQ(dialog->task().text(), "2 studies");
   const auto row = [](const QTreeWidgetItem& item) {
     QStringList texts;
@@ -165,7 +165,7 @@ TEST_F(ArchiveTest, StudiesAndTheirSeriesAreFoundWithTheirCounts) {
   EXPECT_EQ(row(*tree.topLevelItem(0)->child(1)), "Series 4|||SEG|lungs||1");
   EXPECT_EQ(tree.currentItem(), tree.topLevelItem(0)->child(0)) << "the one with the most images";
 
-  // A date that is none is refused here.
+  // An invalid date is refused by the dialog.
   type(field(*dialog, "From"), "31.1.2024");
   QTest::keyClick(&field(*dialog, "From"), Qt::Key_Return);
   EXPECT_FALSE(dialog->task().busy());
@@ -175,50 +175,50 @@ TEST_F(ArchiveTest, StudiesAndTheirSeriesAreFoundWithTheirCounts) {
   EXPECT_EQ(tree.topLevelItemCount(), 0);
 }
 
-TEST_F(ArchiveTest, ASeriesThatIsFetchedIsOpenedLikeAFolder) {
-  know_two_servers();
-  ArchiveDialog* dialog = mark_first_series();
+TEST_F(ArchiveTest, AFetchedSeriesOpensLikeAFolder) {
+  write_two_servers();
+  ArchiveDialog* dialog = select_first_series();
   ASSERT_NE(dialog, nullptr);
   QTest::keyClick(&results(*dialog), Qt::Key_Return);
   ASSERT_TRUE(wait_until([this] { return bench().has_volume(); }));
   EXPECT_EQ(bench().session().volume().geometry().size, (std::array<int, 3>{24, 20, 10}));
   EXPECT_EQ(bench().patient_name(), "Doe, Jane");
   EXPECT_FALSE(dialog->isVisible());
-  EXPECT_EQ(cached().size(), 2u);  // of the server, and of the series
-  // Its name and its place mean nothing to people, and what is saved does not belong there.
+  EXPECT_EQ(cached().size(), 2u);  // folders of the server and of the series
+  // The path in the cache is not shown to users, and no files are saved there.
   EXPECT_EQ(window_->files().scene_name(), "chest");
-  EXPECT_TRUE(window_->files().offered_path("-labels", ".nii.gz").endsWith("/chest-labels.nii.gz"));
-  EXPECT_FALSE(window_->files().offered_path("", ".png").contains("simplexseg/archive"));
-  // What was found is still there.
+  EXPECT_TRUE(window_->files().suggested_path("-labels", ".nii.gz").endsWith("/chest-labels.nii.gz"));
+  EXPECT_FALSE(window_->files().suggested_path("", ".png").contains("simplexseg/archive"));
+  // The results are still listed.
   EXPECT_EQ(find_dialog(), dialog);
   EXPECT_EQ(results(*dialog).topLevelItemCount(), 2);
 }
 
-TEST_F(ArchiveTest, AFetchShowsHowFarItIsAndIsCalledOffBesideTheWindow) {
-  know_two_servers();
+TEST_F(ArchiveTest, AFetchShowsItsProgressAndCanBeCancelled) {
+  write_two_servers();
   open_phantom();
   bench().pause();
-  ArchiveDialog* dialog = mark_first_series();
+  ArchiveDialog* dialog = select_first_series();
   ASSERT_NE(dialog, nullptr);
   const ItemId before = scene().meshes[0].id;
-  fake_.holds = true;
+  fake_.blocked = true;
   click(*dialog, "archive_fetch");
   auto* bar = dialog->findChild<QProgressBar*>();
   ASSERT_TRUE(wait_until([&] { return bar->isVisible() && bar->maximum() == 12 && bar->value() == 3; }));
   EXPECT_EQ(dialog->task().text(), "Fetching: 3 of 12, 6.2 MB");
   EXPECT_FALSE(dialog->findChild<QPushButton*>("archive_search")->isEnabled());
-  EXPECT_EQ(cached().size(), 1u) << "on its way";
-  // The window is in use meanwhile.
+  EXPECT_EQ(cached().size(), 1u) << "incoming";
+  // The window stays usable meanwhile.
   const double slice = bench().view.crosshair_mm.z();
   QTest::keyClick(&axial(), Qt::Key_PageUp);
   EXPECT_NE(bench().view.crosshair_mm.z(), slice);
 
   click(*dialog, "archive_cancel");
-  EXPECT_EQ(dialog->task().text(), "Called off: nothing of it is kept");
+  EXPECT_EQ(dialog->task().text(), "Cancelled: no image was stored");
   EXPECT_FALSE(bar->isVisible());
   ASSERT_TRUE(wait_until([&] { return fake_.waiting == 0 && cached().empty(); }));
   EXPECT_EQ(scene().meshes[0].id, before);
-  // Esc does the same, and then closes.
+  // Esc also cancels; a second Esc closes the dialog.
   click(*dialog, "archive_fetch");
   ASSERT_TRUE(wait_until([&] { return fake_.waiting == 1; }));
   QTest::keyClick(dialog, Qt::Key_Escape);
@@ -231,11 +231,11 @@ TEST_F(ArchiveTest, AFetchShowsHowFarItIsAndIsCalledOffBesideTheWindow) {
   EXPECT_EQ(scene().meshes[0].id, before);
 }
 
-TEST_F(ArchiveTest, LeavingTheProgramCallsOffWhatIsUnderWay) {
-  know_two_servers();
-  ArchiveDialog* dialog = mark_first_series();
+TEST_F(ArchiveTest, ClosingTheProgramCancelsAFetch) {
+  write_two_servers();
+  ArchiveDialog* dialog = select_first_series();
   ASSERT_NE(dialog, nullptr);
-  fake_.holds = true;
+  fake_.blocked = true;
   click(*dialog, "archive_fetch");
   ASSERT_TRUE(wait_until([&] { return fake_.waiting == 1; }));
   window_.reset();
@@ -243,17 +243,16 @@ TEST_F(ArchiveTest, LeavingTheProgramCallsOffWhatIsUnderWay) {
   EXPECT_TRUE(cached().empty());
 }
 
-TEST_F(ArchiveTest, EachFaultIsOneLineAndTheDialogGoesOn) {
-  know_two_servers();
+TEST_F(ArchiveTest, EachFaultIsOneLineAndTheDialogStaysUsable) {
+  write_two_servers();
   const char* faults[] = {
-      "the archive one: it refuses the connection at http://127.0.0.1:9/dicom-web; check that it runs, and its host "
-      "and port",
+      "the archive one: it refused the connection at http://127.0.0.1:9/dicom-web; check its host and port, and that "
+      "it is running",
       "the archive one: its certificate is not trusted; name the file of its certificates",
-      "the archive one: time-out: nothing came for 30 s; try again, or give it more time",
-      "the archive one: it wants other credentials (401); check the variable or the file",
-      "cannot keep series in \"/cache\": No space left on device; check the permissions and the space left on the "
-      "disk"};
-  ArchiveDialog* dialog = mark_first_series();
+      "the archive one: time-out: no data for 30 s; try again, or set a longer time-out",
+      "the archive one: the credentials were refused (401); check the variable or the file",
+      "cannot store series in \"/cache\": No space left on device; free some space"};
+  ArchiveDialog* dialog = select_first_series();
   ASSERT_NE(dialog, nullptr);
   for (const char* fault : faults) {
     for (const char* button : {"archive_fetch", "archive_test", "archive_search"}) {
@@ -267,8 +266,8 @@ TEST_F(ArchiveTest, EachFaultIsOneLineAndTheDialogGoesOn) {
       EXPECT_FALSE(bench().has_volume());
     }
   }
-  EXPECT_EQ(results(*dialog).topLevelItemCount(), 2) << "what was found before stays";
-  // A study whose series cannot be listed is folded again, and can be unfolded later.
+  EXPECT_EQ(results(*dialog).topLevelItemCount(), 2) << "earlier results stay";
+  // A study whose series cannot be listed is collapsed again, and can be expanded later.
   QTreeWidgetItem* second = results(*dialog).topLevelItem(1);
   second->setExpanded(true);
   ASSERT_TRUE(wait_until([&] { return !second->isExpanded(); }));
@@ -279,17 +278,17 @@ TEST_F(ArchiveTest, EachFaultIsOneLineAndTheDialogGoesOn) {
   EXPECT_TRUE(wait_until([&] { return second->childCount() == 1; }));
   EXPECT_TRUE(second->isExpanded());
   click(*dialog, "archive_test");
-  EXPECT_TRUE(wait_until([&] { return dialog->task().text() == "one answers"; }));
+  EXPECT_TRUE(wait_until([&] { return dialog->task().text() == "one responds"; }));
 }
 
 TEST_F(ArchiveTest, BothDialogsFitASmallWindowInBothThemesAndEveryControlHasAName) {
-  know_two_servers();
+  write_two_servers();
   open_dicom_with_mesh();
   window_->resize(800, 600);
   QApplication::processEvents();
   for (const bool dark : {true, false}) {
     theme::apply(*qApp, dark);
-    ArchiveDialog* find = mark_first_series();
+    ArchiveDialog* find = select_first_series();
     ASSERT_NE(find, nullptr);
     click(*find, "archive_edit");
     auto* entry = find->findChild<ArchiveServerDialog*>();
@@ -316,7 +315,7 @@ TEST_F(ArchiveTest, BothDialogsFitASmallWindowInBothThemesAndEveryControlHasANam
         EXPECT_TRUE(dialog->rect().contains(QRect(widget->mapTo(dialog, QPoint()), widget->size())))
             << widget->accessibleName().toStdString();
         EXPECT_TRUE(widget->isEnabled() || widget->toolTip().size() > 10)
-            << widget->objectName().toStdString() << " does not say why it is grey";
+            << widget->objectName().toStdString() << " does not explain why it is disabled";
       }
       EXPECT_GE(controls, 5);
     }
@@ -328,8 +327,8 @@ TEST_F(ArchiveTest, BothDialogsFitASmallWindowInBothThemesAndEveryControlHasANam
   theme::apply(*qApp, true);
 }
 
-TEST_F(ArchiveTest, ASeriesIsFoundFetchedAndSentByKeysAlone) {
-  know_two_servers();
+TEST_F(ArchiveTest, ASeriesIsFoundFetchedAndSentByKeyboardAlone) {
+  write_two_servers();
   ASSERT_TRUE(has_keys());
   const auto key = [](int code, Qt::KeyboardModifiers modifiers = {}) {
     QTest::keyClick(QApplication::activeWindow()->windowHandle(), static_cast<Qt::Key>(code), modifiers);
@@ -338,7 +337,7 @@ TEST_F(ArchiveTest, ASeriesIsFoundFetchedAndSentByKeysAlone) {
   key(Qt::Key_A, Qt::ControlModifier | Qt::ShiftModifier);
   auto* find = window_->findChild<ArchiveDialog*>();
   ASSERT_TRUE(has(find));
-  for (const auto& [letter, name] : {std::pair{Qt::Key_I, "Patient id"},
+  for (const auto& [letter, name] : {std::pair{Qt::Key_I, "Patient ID"},
                                      {Qt::Key_D, "Description"},
                                      {Qt::Key_O, "From"},
                                      {Qt::Key_U, "Until"},
@@ -351,7 +350,7 @@ TEST_F(ArchiveTest, ASeriesIsFoundFetchedAndSentByKeysAlone) {
   key(Qt::Key_Return);
   QTreeWidget& tree = results(*find);
   ASSERT_TRUE(wait_until([&] { return tree.topLevelItemCount() == 2; }));
-  EXPECT_EQ(fake_.asked.patient_name, "doe");
+  EXPECT_EQ(fake_.last_query.patient_name, "doe");
   EXPECT_EQ(find->focusWidget(), &tree);
   key(Qt::Key_Return);
   ASSERT_TRUE(wait_until([&] { return tree.topLevelItem(0)->childCount() == 2; }));

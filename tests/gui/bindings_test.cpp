@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Table of key and mouse bindings, and the help that is made from it.
 #include <gtest/gtest.h>
 
 #include <QKeyEvent>
@@ -12,7 +13,7 @@ namespace {
 
 bool overlap(Where a, Where b) { return a == b || a == Where::Everywhere || b == Where::Everywhere; }
 
-TEST(Bindings, NoTriggerMeansTwoThings) {
+TEST(Bindings, NoTriggerIsBoundTwice) {
   const auto table = bindings();
   for (std::size_t a = 0; a < table.size(); ++a) {
     for (std::size_t b = a + 1; b < table.size(); ++b) {
@@ -20,25 +21,25 @@ TEST(Bindings, NoTriggerMeansTwoThings) {
       const bool same_keys = *table[a].keys && QKeySequence(table[a].keys) == QKeySequence(table[b].keys);
       const bool same_mouse =
           table[a].mouse != Mouse::None && table[a].mouse == table[b].mouse && table[a].modifiers == table[b].modifiers;
-      EXPECT_FALSE(same_keys || same_mouse) << table[a].does << " / " << table[b].does;
+      EXPECT_FALSE(same_keys || same_mouse) << table[a].help << " / " << table[b].help;
     }
   }
 }
 
 TEST(Bindings, EveryRowHasATriggerAndADescription) {
   for (const Binding& binding : bindings()) {
-    EXPECT_NE(*binding.keys != 0, binding.mouse != Mouse::None) << binding.does;
-    EXPECT_NE(*binding.does, 0);
+    EXPECT_NE(*binding.keys != 0, binding.mouse != Mouse::None) << binding.help;
+    EXPECT_NE(*binding.help, 0);
     EXPECT_TRUE(!*binding.keys || !QKeySequence(binding.keys).isEmpty()) << binding.keys;
-    // What can be used everywhere is in a menu, so it has a title.
-    EXPECT_EQ(binding.where == Where::Everywhere, *binding.title != 0) << binding.does;
+    // Bindings of scope Everywhere are menu entries and have a title.
+    EXPECT_EQ(binding.where == Where::Everywhere, *binding.title != 0) << binding.help;
   }
 }
 
 TEST(Bindings, HelpListsEveryRow) {
   const QString html = bindings_html();
   for (const Binding& binding : bindings()) {
-    EXPECT_TRUE(html.contains(QString::fromUtf8(binding.does).toHtmlEscaped())) << binding.does;
+    EXPECT_TRUE(html.contains(QString::fromUtf8(binding.help).toHtmlEscaped())) << binding.help;
   }
 }
 

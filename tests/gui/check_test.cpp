@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Figures against a reference, colours of surfaces, the way to the worst place; meshes from labels and files.
+// Panel Check: comparison with a reference, colours of surfaces, worst places; meshes from labels and files.
 #include <QAction>
 #include <QComboBox>
 #include <QDialogButtonBox>
@@ -27,8 +27,8 @@
 #include "gui/workbench/mesh_checker.h"
 #include "gui/workbench/run_state.h"
 #include "image/surface_fit.h"
-#include "io/mesh_io.h"
-#include "io/volume_io.h"
+#include "io/mesh/mesh_io.h"
+#include "io/volume/volume_io.h"
 #include "mesh/simplex_mesh.h"
 #include "step/simulation_parameters.h"
 #include "window_fixture.h"
@@ -46,7 +46,7 @@ class CheckTest : public PausedPhantomTest {
     return "no such row";
   }
   LabelActions& labels() { return *window_->findChild<LabelActions*>(); }
-  /// A ball of 14 mm about the middle with the label 5, and a small one with the label 2.
+  /// Writes a ball of radius 14 mm at the centre with label 5, and a small one with label 2.
   QString write_ball(double shift_mm = 0) {
     const VolumeGeometry grid = bench().session().volume().geometry();
     Volume volume(grid, VoxelType::UInt8);
@@ -71,14 +71,14 @@ class CheckTest : public PausedPhantomTest {
     axes.linear() = grid.direction;
     return axes;
   }
-  /// A body about the middle, an organ within it, and what lacks the slice in the middle of the organ.
+  /// Writes a body at the centre, an organ in it, and a region that lacks the middle slice of the organ.
   QString write_regions() {
-    std::vector<double> gap = test::places_every_2_mm(8);
+    std::vector<double> gap = test::positions_every_2_mm(8);
     std::erase(gap, 0);
     const QString path = folder_.filePath("rt.dcm");
     std::ofstream(path.toStdString(), std::ios::binary) << test::structure_set_of_squares(
         axes_of_volume(),
-        {{"body", 18, test::places_every_2_mm(18)}, {"organ", 8, test::places_every_2_mm(8)}, {"gap", 8, gap}});
+        {{"body", 18, test::positions_every_2_mm(18)}, {"organ", 8, test::positions_every_2_mm(8)}, {"gap", 8, gap}});
     return path;
   }
   void load_reference(const QString& path) {
@@ -86,17 +86,17 @@ class CheckTest : public PausedPhantomTest {
     ASSERT_TRUE(wait_until([this] { return scene().meshes[0].reference.has_value(); }))
         << window_->messages().text().toStdString();
   }
-  void watch() {
+  void show_check_panel() {
     window_->panels().show_panel("Check");
     QApplication::processEvents();
   }
   void show_checked() {
-    watch();
+    show_check_panel();
     ASSERT_TRUE(wait_until([this] { return panel().checker().of(scene().meshes[0].id) != nullptr; }));
   }
 };
 
-TEST_F(CheckTest, TheTableHasTheFiguresOfAMeshAndFollowsIt) {
+TEST_F(CheckTest, TheTableShowsMeasurementsAndFollowsTheMesh) {
   show_checked();
   // A sphere of 12 mm: 7.24 ml and 18.1 cm2, its mesh a little less; the phantom is bright there.
   EXPECT_NEAR(cell("Volume", 0).toDouble(), 7.1, 0.3);
@@ -107,7 +107,7 @@ TEST_F(CheckTest, TheTableHasTheFiguresOfAMeshAndFollowsIt) {
   EXPECT_EQ(cell("Dice", 0), "");
   load_reference(write_ball());
   ASSERT_TRUE(wait_until([this] { return !cell("Dice", 0).isEmpty(); }));
-  EXPECT_TRUE(cell("Reference", 0).startsWith("5 "));  // what lies under it
+  EXPECT_TRUE(cell("Reference", 0).startsWith("5 "));  // the label below the mesh
   // Balls of 12 and 14 mm: 2 * 12^3 / (12^3 + 14^3), and 2 mm between their surfaces.
   EXPECT_NEAR(cell("Dice", 0).toDouble(), 0.773, 0.03);
   EXPECT_NEAR(cell("ASSD", 0).toDouble(), 2, 0.4);
@@ -126,10 +126,10 @@ TEST_F(CheckTest, TheTableHasTheFiguresOfAMeshAndFollowsIt) {
   EXPECT_TRUE(lines[1].startsWith("object,7"));
   bench().apply(Undo{});
   bench().apply(Undo{});
-  EXPECT_FALSE(scene().meshes[0].reference.has_value());  // the reference is a step of its own
+  EXPECT_FALSE(scene().meshes[0].reference.has_value());  // the reference is a separate undo step
 }
 
-TEST_F(CheckTest, ALabelVolumeOnAnotherGridIsResampledWhichIsSaid) {
+TEST_F(CheckTest, ALabelVolumeOnAnotherGridIsResampledAndReported) {
   const VolumeGeometry grid = bench().session().volume().geometry();
   VolumeGeometry coarse = grid;
   coarse.spacing_mm *= 2;
@@ -143,7 +143,7 @@ TEST_F(CheckTest, ALabelVolumeOnAnotherGridIsResampledWhichIsSaid) {
   EXPECT_TRUE(window_->messages().text().contains("another grid")) << window_->messages().text().toStdString();
 }
 
-TEST_F(CheckTest, OutOfSightNothingIsMeasured) {
+TEST_F(CheckTest, NothingIsMeasuredWhileThePanelIsHidden) {
   bench().advance_steps(5);
   QApplication::processEvents();
   EXPECT_TRUE(panel().checker().checks().empty());
@@ -164,9 +164,9 @@ TEST_F(CheckTest, SurfacesAreColouredByTheirDistanceOnAScale) {
       }
     return std::pair(blue, orange);
   };
-  EXPECT_GT(colours_in().second, 200);  // its own colour
+  EXPECT_GT(colours_in().second, 200);  // colour of the mesh
   const int before = colours_in().first;
-  watch();
+  show_check_panel();
   panel().findChild<QComboBox*>()->setCurrentIndex(1);
   ASSERT_TRUE(wait_until([this] { return bench().view.surface_values != nullptr; }));
   const SurfaceValues& values = *bench().view.surface_values;
@@ -175,7 +175,7 @@ TEST_F(CheckTest, SurfacesAreColouredByTheirDistanceOnAScale) {
   ASSERT_EQ(of_mesh.size(), scene().meshes[0].mesh.positions.size());
   EXPECT_NEAR(*std::max_element(of_mesh.begin(), of_mesh.end()), 6, 1);
   EXPECT_GT(colours_in().first, before + 200);
-  // The scale at the right: dark blue below, yellow above.
+  // The colour scale at the right: dark blue at the bottom, yellow at the top.
   const QImage picture = space->grabFramebuffer();
   const double ratio = space->devicePixelRatio();
   const auto at = [&](double x, double y) { return picture.pixelColor(QPoint(int(x * ratio), int(y * ratio))); };
@@ -199,21 +199,21 @@ TEST_F(CheckTest, TheWorstPlaceIsWhereTheMeshIsFarthestFromItsReference) {
   EXPECT_TRUE(window_->messages().text().contains("place 2"));
 }
 
-TEST_F(CheckTest, WithoutAReferenceItIsWhereTheImageHasItsEdgeElsewhere) {
-  // The phantom's ball has 16 mm: a mesh that fits but for a dent.
+TEST_F(CheckTest, WithoutAReferenceTheWorstPlaceIsFarthestFromTheImageEdge) {
+  // The ball of the phantom has a radius of 16 mm; the mesh fits it except for a dent.
   SimplexMesh mesh = make_sphere(bench().session().volume().geometry().centre_mm(), 16, 3);
   const Eigen::Vector3f middle = bench().session().volume().geometry().centre_mm().cast<float>();
   for (Eigen::Vector3f& p : mesh.positions)
     if ((p - middle).normalized().z() > 0.9f) p = middle + (p - middle) * 0.82f;
   const std::vector<float> distances = edge_distances(mesh, bench().session().volume());
-  const std::vector<SurfacePlace> worst = worst_places(mesh, distances);
+  const std::vector<SurfaceLocation> worst = worst_locations(mesh, distances);
   ASSERT_FALSE(worst.empty());
   EXPECT_GT((worst.front().position_mm.cast<float>() - middle).normalized().z(), 0.85f);
   EXPECT_GT(worst.front().value, 1.5);
   EXPECT_GE(worst.front().value, worst.back().value);
 }
 
-TEST_F(CheckTest, LabelsThatAreTickedBecomeMeshes) {
+TEST_F(CheckTest, TickedLabelsBecomeMeshes) {
   labels().meshes_from_labels(write_ball());
   ASSERT_TRUE(wait_until([this] { return window_->findChild<LabelDialog*>() != nullptr; }));
   auto* dialog = window_->findChild<LabelDialog*>();
@@ -237,13 +237,13 @@ TEST_F(CheckTest, LabelsThatAreTickedBecomeMeshes) {
   EXPECT_EQ(scene().meshes.size(), 1u);
   bench().apply(Redo{});
   ASSERT_EQ(scene().meshes.size(), 2u);
-  // Live as any other, and back to its labels.
+  // It moves like any mesh, and a reset restores the surface of its label.
   bench().advance_steps(3);
   bench().apply(ResetPose{scene().meshes[1].id});
   EXPECT_EQ(scene().meshes[1].mesh.positions, scene().meshes[1].start->mesh->positions);
 }
 
-/// Contours have no grid and may lie within each other: each region is one of its own. A slice that has none is said.
+/// Contours have no grid and may be nested: each region becomes a mesh. A slice without contours is reported.
 TEST_F(CheckTest, RegionsOfAStructureSetBecomeMeshes) {
   labels().meshes_from_labels(write_regions());
   ASSERT_TRUE(wait_until([this] { return window_->findChild<LabelDialog*>() != nullptr; }));
@@ -270,14 +270,14 @@ TEST_F(CheckTest, RegionsOfAStructureSetBecomeMeshes) {
 TEST_F(CheckTest, RegionsOfAStructureSetAreReferences) {
   load_reference(write_regions());
   EXPECT_EQ(scene().meshes[0].reference->value, 1);  // a ball of 12 mm lies in the body
-  watch();
+  show_check_panel();
   ASSERT_TRUE(wait_until([this] { return !cell("Dice", 0).isEmpty(); }));
-  // Of a cube with 36 mm long edges (the slices are 2 mm thick), less the organ, that has its own number.
+  // Compared with a cube of 36 mm edge length (slices of 2 mm), without the organ, which is a separate label.
   EXPECT_GT(cell("Dice", 0).toDouble(), 0.1);
   EXPECT_LT(cell("Dice", 0).toDouble(), 0.4);
 }
 
-TEST_F(CheckTest, AMeshOfAnotherProgramBecomesOne) {
+TEST_F(CheckTest, ASurfaceFileBecomesAMesh) {
   const Eigen::Vector3d at = bench().view.crosshair_mm + Eigen::Vector3d(10, 0, 0);
   write_mesh(folder_.filePath("liver.stl").toStdString(), make_sphere(at, 7, 2));
   labels().mesh_from_file(folder_.filePath("liver.stl"));
@@ -295,19 +295,19 @@ TEST_F(CheckTest, AMeshOfAnotherProgramBecomesOne) {
   EXPECT_EQ(scene().meshes.size(), 2u);
 }
 
-TEST_F(CheckTest, AViewHasItsSliceInNumbersAndOnASlider) {
+TEST_F(CheckTest, AViewHasASliceNumberAndASlider) {
   SliceSlider* slider = nullptr;
   for (SliceSlider* one : window_->findChildren<SliceSlider*>())
     if (one->accessibleName().startsWith("Axial")) slider = one;
   ASSERT_NE(slider, nullptr);
   EXPECT_EQ(slider->maximum(), 64);
   const double before = bench().view.crosshair_mm.z();
-  const int was = slider->value();
-  slider->setValue(was + 7);
+  const int number = slider->value();
+  slider->setValue(number + 7);
   EXPECT_NEAR(bench().view.crosshair_mm.z(), before + 7, 1e-6);
   axial().move_by_slices(-3);
-  EXPECT_EQ(slider->value(), was + 4);
-  // The bar of the scale, at the lower right, goes with the annotations.
+  EXPECT_EQ(slider->value(), number + 4);
+  // The scale bar, at the lower right, is one of the annotations.
   const auto bright = [this] {
     const QImage picture = axial().grabFramebuffer();
     int count = 0;
@@ -337,13 +337,13 @@ TEST_F(CheckTest, NamesCanBeHidden) {
   EXPECT_EQ(upper_left(), without);
 }
 
-TEST_F(CheckTest, PointsAreHoveredDraggedAndTurnedIn3d) {
+TEST_F(CheckTest, PointsAreHoveredDraggedAndResizedIn3d) {
   auto* space = &window_->views().space();
-  bench().view.opacity = 0.5f;  // one sees through the mesh
+  bench().view.opacity = 0.5f;  // the mesh is transparent
   const Eigen::Vector3d middle = bench().session().volume().geometry().centre_mm();
   bench().apply(AddPoint{bench().view.active_mesh, middle, MarkKind::Inside, 4});
   space->grabFramebuffer();
-  const QPointF at = space->rect().center();  // the view is fitted about the middle
+  const QPointF at = space->rect().center();  // the view is centred
   mouse(*space, QEvent::MouseMove, at, Qt::NoButton, Qt::NoButton);
   EXPECT_EQ(bench().view.hovered_point, scene().points[0].id);
   wheel(*space, at, 2);
@@ -352,10 +352,10 @@ TEST_F(CheckTest, PointsAreHoveredDraggedAndTurnedIn3d) {
   EXPECT_EQ(bench().view.selected_point, scene().points[0].id);
   EXPECT_GT((scene().points[0].position_mm - middle).norm(), 3);
   bench().apply(Undo{});
-  EXPECT_LT((scene().points[0].position_mm - middle).norm(), 1e-9);  // one step
+  EXPECT_LT((scene().points[0].position_mm - middle).norm(), 1e-9);  // one undo step
   bench().apply(Undo{});
   EXPECT_NEAR(scene().points[0].radius_mm, 4, 1e-9);
-  // Behind an opaque mesh it is not seen, and a drag turns the picture.
+  // A point behind an opaque mesh is hidden, and a drag rotates the view.
   bench().view.opacity = 1;
   mouse(*space, QEvent::MouseMove, at + QPointF(1, 0), Qt::NoButton, Qt::NoButton);
   EXPECT_EQ(bench().view.hovered_point, 0u);
@@ -374,7 +374,7 @@ TEST_F(CheckTest, TheWheelOverAPointChangesItsReachAndStrength) {
   wheel(axial(), pixel, 1, Qt::ShiftModifier);
   EXPECT_NEAR(scene().meshes[0].parameters.values[static_cast<int>(ForceId::Attraction)][0], weight * 1.15f, 1e-4);
   EXPECT_EQ(bench().view.crosshair_mm.z(), z);
-  // Beside it the slices go by, also when they bring a point under the mouse.
+  // Elsewhere the wheel changes the slice, even if a point passes under the mouse.
   wheel(axial(), pixel + QPointF(40, 0), 1);
   EXPECT_NE(bench().view.crosshair_mm.z(), z);
   wheel(axial(), pixel, -1);
@@ -399,7 +399,7 @@ TEST_F(CheckTest, ASpringGoesFromAPointToTheVertexThatItPulls) {
   EXPECT_GT(orange_at(18), 60);
 }
 
-TEST_F(CheckTest, AFoldedMeshSaysWhatItMeansAndWhatToDo) {
+TEST_F(CheckTest, ASelfIntersectionIsExplainedWithARemedy) {
   // One vertex pushed through the mesh folds it.
   Scene folded = scene();
   folded.meshes[0].mesh.positions[0] -=
@@ -412,12 +412,12 @@ TEST_F(CheckTest, AFoldedMeshSaysWhatItMeansAndWhatToDo) {
   bool shown = false;
   EXPECT_TRUE(wait_until([&] {
     for (const QLabel* label : window_->findChild<MeshPanel*>()->cards()[0]->findChildren<QLabel*>())
-      shown |= label->text() == "folded" && label->toolTip().contains("Smoothing");
+      shown |= label->text() == "overlaps itself" && label->toolTip().contains("Smoothing");
     return shown;
   }));
 }
 
-TEST_F(CheckTest, ANarrowWindowHasTheRestOfItsToolbarInAMenu) {
+TEST_F(CheckTest, ToolsThatDoNotFitAreInTheExtensionMenu) {
   window_->resize(800, 600);
   QApplication::processEvents();
   auto* bar = window_->findChild<QToolBar*>("tools");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two settings on the same start, beside each other.
+// Comparison of two settings from the same start.
 #include <QAction>
 #include <QComboBox>
 #include <QDoubleSpinBox>
@@ -15,7 +15,7 @@
 #include "gui/panels/parameter_row.h"
 #include "gui/panels/simulation_rows.h"
 #include "gui/views/space_view.h"
-#include "gui/window/compare_window.h"
+#include "gui/window/compare/compare_window.h"
 #include "gui/window/message_bar.h"
 #include "step/simulation_parameters.h"
 #include "window_fixture.h"
@@ -49,7 +49,7 @@ class CompareTest : public PausedPhantomTest {
   std::vector<Eigen::Vector3f> positions(int side) {
     return this->side(side).session().scene().find_mesh(compare_->comparison().mesh())->mesh.positions;
   }
-  /// A reference for the mesh: the phantom's own voxels.
+  /// Adds the voxels of the phantom as the reference of the mesh.
   void add_reference() {
     const Volume& image = bench().session().volume();
     Volume labels(image.geometry(), VoxelType::UInt8);
@@ -89,25 +89,25 @@ TEST_F(CompareTest, BothSidesBeginAtTheStartWithTheSettingsOfTheWindow) {
   for (const int s : {kA, kB}) side(s).advance_steps(30);
   EXPECT_EQ(positions(kA), positions(kB));  // the same settings: the same bits
   EXPECT_NE(positions(kA), start);
-  EXPECT_EQ(scene().find_mesh(mesh)->mesh.positions, moved);  // the window's own is left alone
+  EXPECT_EQ(scene().find_mesh(mesh)->mesh.positions, moved);  // the mesh of the main window is unchanged
 }
 
-TEST_F(CompareTest, ASettingOfOneSideActsThereAloneAndIsListed) {
+TEST_F(CompareTest, ASettingOfOneSideActsOnThatSideOnlyAndIsListed) {
   compare();
   set_smoothing(kB, 0.1);
   EXPECT_EQ(item(kA).parameters.weight(ForceId::Smoothing), 0.5f);
   EXPECT_EQ(item(kB).parameters.weight(ForceId::Smoothing), 0.1f);
   EXPECT_EQ(scene().meshes[0].parameters.weight(ForceId::Smoothing), 0.5f);
-  EXPECT_EQ(compare_->figure("Smoothing, weight", kA), "0.5");
-  EXPECT_EQ(compare_->figure("Smoothing, weight", kB), "0.1");
+  EXPECT_EQ(compare_->table_text("Smoothing, weight", kA), "0.5");
+  EXPECT_EQ(compare_->table_text("Smoothing, weight", kB), "0.1");
   const int budget = find_parameter(simulation_table(), "frame_budget");
   compare_->simulation(kA).row(budget)->number()->setValue(3);
-  EXPECT_EQ(compare_->figure("Frame budget", kA), "3 ms");
+  EXPECT_EQ(compare_->table_text("Frame budget", kA), "3 ms");
   EXPECT_EQ(compare_->comparison().differences().size(), 2u);
   for (const int s : {kA, kB}) side(s).advance_steps(30);
   EXPECT_NE(positions(kA), positions(kB));
   set_smoothing(kB, 0.5);
-  EXPECT_EQ(compare_->figure("Smoothing, weight", kB), "");
+  EXPECT_EQ(compare_->table_text("Smoothing, weight", kB), "");
 }
 
 TEST_F(CompareTest, PointsViewsAndRunsAreTheSameOnBothSides) {
@@ -143,26 +143,27 @@ TEST_F(CompareTest, PointsViewsAndRunsAreTheSameOnBothSides) {
   EXPECT_EQ(run->text(), "Run");
 }
 
-TEST_F(CompareTest, BothRunToRestAndWhatCameOfThemIsMeasured) {
+TEST_F(CompareTest, BothSidesSettleAndAreMeasured) {
   add_reference();
   bench().apply(SetParameters{scene().meshes[0].id, default_force_parameters(), std::nullopt});
   compare();
   set_smoothing(kB, 0.05);
   compare_->comparison().run();
-  EXPECT_TRUE(wait_until([&] { return compare_->comparison().at_rest(kA) && compare_->comparison().at_rest(kB); }));
+  EXPECT_TRUE(wait_until([&] { return compare_->comparison().settled(kA) && compare_->comparison().settled(kB); }));
   EXPECT_GT(compare_->comparison().steps(kA), 0);
   EXPECT_GT(compare_->comparison().seconds(kB), 0);
   EXPECT_TRUE(wait_until([&] {
-    return compare_->figure("A with B", kA).toDouble() > 0 && !compare_->comparison().error_plot().series.empty();
+    return compare_->table_text("Dice, A against B", kA).toDouble() > 0 &&
+           !compare_->comparison().error_plot().series.empty();
   }));
-  // What is measured comes after a while.
+  // Measurements follow with a delay.
   EXPECT_TRUE(wait_until([&] {
-    return compare_->figure("Dice", kA).toDouble() > 0.9 && compare_->figure("Dice", kB).toDouble() > 0.9 &&
-           compare_->figure("Volume (ml)", kA) != compare_->figure("Volume (ml)", kB);
+    return compare_->table_text("Dice", kA).toDouble() > 0.9 && compare_->table_text("Dice", kB).toDouble() > 0.9 &&
+           compare_->table_text("Volume (ml)", kA) != compare_->table_text("Volume (ml)", kB);
   }));
   for (const int s : {kA, kB}) {
-    EXPECT_LT(compare_->figure("HD95 (mm)", s).toDouble(), 2);
-    EXPECT_GT(compare_->figure("Vertices", s).toInt(), 100);
+    EXPECT_LT(compare_->table_text("HD95 (mm)", s).toDouble(), 2);
+    EXPECT_GT(compare_->table_text("Vertices", s).toInt(), 100);
   }
   const std::string csv = compare_->comparison().csv();
   EXPECT_EQ(csv.rfind("setting,mesh,seconds", 0), 0u);
@@ -177,15 +178,15 @@ TEST_F(CompareTest, BothRunToRestAndWhatCameOfThemIsMeasured) {
   EXPECT_GT(QFileInfo(picture).size(), 1000);
   EXPECT_THROW(compare_->save_to(folder_.filePath("none/both.png")), Error);
 
-  const std::vector<Eigen::Vector3f> rested = positions(kA);
+  const std::vector<Eigen::Vector3f> settled = positions(kA);
   compare_->comparison().pause();
-  compare_->comparison().start_again();
+  compare_->comparison().restart();
   EXPECT_EQ(compare_->comparison().steps(kA), 0);
   EXPECT_TRUE(compare_->comparison().running());
-  EXPECT_NE(positions(kA), rested);
+  EXPECT_NE(positions(kA), settled);
 }
 
-TEST_F(CompareTest, TheSettingsOfASideAreTakenOverAsOneActionThatIsTakenBack) {
+TEST_F(CompareTest, TheSettingsOfASideAreAppliedAsOneUndoableAction) {
   compare();
   set_smoothing(kB, 0.25);
   compare_->simulation(kB).row(find_parameter(simulation_table(), "frame_budget"))->number()->setValue(3);
@@ -206,7 +207,7 @@ TEST_F(CompareTest, OneViewOrAllFourAreShownOnBothSides) {
   EXPECT_FALSE(compare_->views(kA).space().isVisible());
   auto* shown = compare_->findChild<QComboBox*>();
   for (auto* box : compare_->findChildren<QComboBox*>())
-    if (box->accessibleName() == "What both sides show") shown = box;
+    if (box->accessibleName() == "View shown on both sides") shown = box;
   shown->setCurrentIndex(4);
   for (const int s : {kA, kB}) EXPECT_TRUE(compare_->views(s).space().isVisible());
   mouse(compare_->views(kB).slice(1), QEvent::MouseButtonDblClick, {20, 20}, Qt::LeftButton, Qt::LeftButton);
@@ -217,7 +218,7 @@ TEST_F(CompareTest, OneViewOrAllFourAreShownOnBothSides) {
   }
 }
 
-TEST_F(CompareTest, WithoutAnEngineItIsSaidAndTheWindowGoesOn) {
+TEST_F(CompareTest, WithoutAnEngineAMessageIsShownAndTheWindowStaysUsable) {
   window_->set_engine_maker([]() -> std::unique_ptr<Engine> { throw Error("engine", "none is left", "try again"); });
   EXPECT_EQ(window_->compare_settings(), nullptr);
   EXPECT_TRUE(window_->messages().text().contains("none is left"));

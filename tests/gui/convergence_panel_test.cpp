@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The panel Convergence: what it shows of a run, what it measures when, and what it saves.
+// Panel Convergence: plots, measurements and saved files.
 #include "gui/panels/convergence_panel.h"
 
 #include <QFile>
@@ -10,8 +10,8 @@
 #include "gui/look/theme.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/message_bar.h"
-#include "io/scene_io.h"
-#include "io/volume_io.h"
+#include "io/scene/scene_io.h"
+#include "io/volume/volume_io.h"
 #include "step/simulation_parameters.h"
 #include "window_fixture.h"
 
@@ -22,11 +22,11 @@ class ConvergencePanelTest : public WindowTest {
  protected:
   QString path(const char* name) const { return folder_.filePath(name); }
   ConvergencePanel& panel() { return window_->panels().convergence(); }
-  void look_at_it() {
+  void show_panel() {
     window_->panels().show_panel("Convergence");
-    ASSERT_TRUE(wait_until([&] { return panel().in_sight() && panel().width() > 100; }));
+    ASSERT_TRUE(wait_until([&] { return panel().on_screen() && panel().width() > 100; }));
   }
-  /// A scene file of the phantom sphere, its labels, and a mesh that names `reference`.
+  /// Writes a scene file of the phantom sphere with its labels, and a mesh with this reference.
   void write_scene_with_reference(const char* reference = "labels.nii.gz") {
     const Phantom phantom = make_phantom("sphere", {});
     write_volume(path("ball.nii.gz").toStdString(), phantom.image);
@@ -56,8 +56,8 @@ class ConvergencePanelTest : public WindowTest {
 
 TEST_F(ConvergencePanelTest, ThePlotFollowsTheSteps) {
   open_phantom();
-  look_at_it();
-  EXPECT_TRUE(panel().picture().isNull());  // a text: nothing has run
+  show_panel();
+  EXPECT_TRUE(panel().picture().isNull());  // a text, since nothing has run
   bench().advance_steps(30);
   ASSERT_TRUE(wait_until([&] { return !panel().picture().isNull(); }));
   const QImage first = panel().picture();
@@ -69,21 +69,21 @@ TEST_F(ConvergencePanelTest, ThePlotFollowsTheSteps) {
   EXPECT_NE(panel().picture(), by_time);
 }
 
-TEST_F(ConvergencePanelTest, ThePlotIsOfTheThemeAndFollowsIt) {
+TEST_F(ConvergencePanelTest, ThePlotFollowsTheTheme) {
   open_phantom();
-  look_at_it();
+  show_panel();
   bench().advance_steps(30);
   ASSERT_TRUE(wait_until([&] { return !panel().picture().isNull(); }));
-  const auto ground = [&] { return panel().picture().pixelColor(2, 2).lightness(); };
+  const auto background = [&] { return panel().picture().pixelColor(2, 2).lightness(); };
   for (const bool dark : {false, true}) {
     theme::apply(*qApp, dark);
-    EXPECT_TRUE(wait_until([&] { return (ground() < 128) == dark; })) << ground();
+    EXPECT_TRUE(wait_until([&] { return (background() < 128) == dark; })) << background();
   }
 }
 
-TEST_F(ConvergencePanelTest, TheResidualIsKeptOutOfSightAndReadsNothingBack) {
+TEST_F(ConvergencePanelTest, TheResidualIsRecordedWhileHiddenWithoutReadingBack) {
   open_phantom();
-  ASSERT_FALSE(panel().in_sight());
+  ASSERT_FALSE(panel().on_screen());
   for (int n = 0; n < 4; ++n) bench().advance_steps(10);
   ASSERT_EQ(panel().residuals().meshes().size(), 1u);
   const std::vector<TraceSample>& samples = panel().residuals().meshes()[0].samples;
@@ -91,13 +91,13 @@ TEST_F(ConvergencePanelTest, TheResidualIsKeptOutOfSightAndReadsNothingBack) {
   EXPECT_GT(samples.back().residual_mm, 0);
   EXPECT_GT(samples.back().seconds, samples.front().seconds);
   EXPECT_TRUE(panel().picture().isNull());
-  // Poses are as they were: nobody has asked for them.
-  const MeshItem& behind = bench().session().scene_without_poses().meshes[0];
-  const Eigen::Vector3f before = behind.mesh.positions[0];
+  // The poses of the scene are outdated: they were not read back.
+  const MeshItem& outdated = bench().session().scene_without_poses().meshes[0];
+  const Eigen::Vector3f before = outdated.mesh.positions[0];
   EXPECT_NE(bench().session().scene().meshes[0].mesh.positions[0], before);
 }
 
-TEST_F(ConvergencePanelTest, ResetAndOpeningBeginANewTrace) {
+TEST_F(ConvergencePanelTest, ResetAndOpeningClearTheTrace) {
   open_phantom();
   for (int n = 0; n < 4; ++n) bench().advance_steps(10);
   ASSERT_FALSE(panel().residuals().meshes().empty());
@@ -117,8 +117,8 @@ TEST_F(ConvergencePanelTest, TheSurfaceErrorAppearsWithAReferenceAndFalls) {
   open_scene();
   EXPECT_TRUE(bench().references().has(scene().meshes[0]));
   EXPECT_TRUE(window_->messages().text().isEmpty()) << window_->messages().text().toStdString();
-  look_at_it();
-  EXPECT_TRUE(panel().errors().meshes().empty());  // not asked for, not measured
+  show_panel();
+  EXPECT_TRUE(panel().errors().meshes().empty());  // not requested, not measured
   panel().choose(ConvergencePanel::Quantity::SurfaceError);
   ASSERT_TRUE(wait_until([&] { return panel().errors().has_errors(); }));
   const auto mean = [&] { return panel().errors().meshes()[0].samples.back().error->mean_mm; };
@@ -129,15 +129,15 @@ TEST_F(ConvergencePanelTest, TheSurfaceErrorAppearsWithAReferenceAndFalls) {
   bench().pause();
   EXPECT_FALSE(panel().picture().isNull());
   window_->panels().show_panel("Forces");
-  ASSERT_TRUE(wait_until([&] { return !panel().in_sight(); }));
+  ASSERT_TRUE(wait_until([&] { return !panel().on_screen(); }));
   const std::size_t count = panel().errors().meshes()[0].samples.size();
   for (int n = 0; n < 10; ++n) bench().advance_steps(10);
   EXPECT_EQ(panel().errors().meshes()[0].samples.size(), count);
 }
 
-TEST_F(ConvergencePanelTest, WithoutAReferenceItSaysSo) {
+TEST_F(ConvergencePanelTest, WithoutAReferenceSavingIsDisabled) {
   open_phantom();
-  look_at_it();
+  show_panel();
   panel().choose(ConvergencePanel::Quantity::SurfaceError);
   for (int n = 0; n < 4; ++n) bench().advance_steps(10);
   EXPECT_TRUE(panel().errors().meshes().empty());
@@ -145,16 +145,16 @@ TEST_F(ConvergencePanelTest, WithoutAReferenceItSaysSo) {
   for (const QPushButton* button : panel().findChildren<QPushButton*>()) EXPECT_FALSE(button->isEnabled());
 }
 
-TEST_F(ConvergencePanelTest, AReferenceThatIsMissingIsAWarningAndTheSceneOpens) {
+TEST_F(ConvergencePanelTest, AMissingReferenceIsAWarningAndTheSceneOpens) {
   write_scene_with_reference("no-such-labels.nii.gz");
   open_scene();
   EXPECT_TRUE(window_->messages().text().contains("no-such-labels")) << window_->messages().text().toStdString();
   EXPECT_FALSE(bench().references().has(scene().meshes[0]));
 }
 
-TEST_F(ConvergencePanelTest, PicturesAndNumbersAreWritten) {
+TEST_F(ConvergencePanelTest, PlotsAndTablesAreSaved) {
   open_phantom();
-  look_at_it();
+  show_panel();
   for (int n = 0; n < 6; ++n) bench().advance_steps(10);
   panel().save_to(path("plot.png"));
   EXPECT_GE(QImage(path("plot.png")).width(), 600);

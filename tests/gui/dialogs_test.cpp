@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every dialog that an action opens, and the others: it is seen with a title and something that takes keys, Esc closes
-// it, nothing has changed, and the window has the keys again.
+// Each dialog of an action or panel has a title and a control with the keyboard focus. Esc closes it, nothing changes,
+// and the window has the focus again.
 #include <QAction>
 #include <QDialog>
 #include <QElapsedTimer>
@@ -20,19 +20,19 @@
 #include "gui/window/label_dialog.h"
 #include "gui/window/series_dialog.h"
 #include "gui/workbench/background_job.h"
-#include "io/volume_io.h"
+#include "io/volume/volume_io.h"
 #include "window_fixture.h"
 
 namespace simplexseg {
 namespace {
 
-QDialog* dialog_that_is_open() {
+QDialog* open_dialog() {
   for (QWidget* widget : QApplication::topLevelWidgets())
     if (auto* dialog = qobject_cast<QDialog*>(widget); dialog && dialog->isVisible()) return dialog;
   return nullptr;
 }
 
-/// Whether Return or Space would do something in it.
+/// Whether Return or Space has an effect in the dialog.
 bool takes_keys(const QDialog& dialog) {
   if (const QWidget* focus = dialog.focusWidget(); focus && focus->isEnabled() && focus->focusPolicy() != Qt::NoFocus)
     return true;
@@ -56,19 +56,19 @@ class DialogsTest : public PausedPhantomTest {
     axial().setFocus();
   }
 
-  /// Does what opens a dialog, which may wait for its end, and answers each that comes with Esc.
+  /// Calls `open`, which opens a dialog and may block until it is closed, and sends Esc to each dialog.
   static Seen open_and_escape(const std::function<void()>& open) {
     Seen seen;
-    QTimer answer;
+    QTimer escape;
     QElapsedTimer since;
     since.start();
-    const QDialog* answered = nullptr;
-    QObject::connect(&answer, &QTimer::timeout, [&] {
-      QDialog* dialog = dialog_that_is_open();
-      // One that ignores the key would hold the test up for ever.
+    const QDialog* escaped = nullptr;
+    QObject::connect(&escape, &QTimer::timeout, [&] {
+      QDialog* dialog = open_dialog();
+      // A dialog that ignores the key would block the test forever.
       if (dialog && since.elapsed() > 8000) dialog->done(QDialog::Rejected);
-      if (!dialog || dialog == answered) return;
-      answered = dialog;
+      if (!dialog || dialog == escaped) return;
+      escaped = dialog;
       ++seen.count;
       seen.title = dialog->windowTitle();
       seen.keys = takes_keys(*dialog);
@@ -76,9 +76,9 @@ class DialogsTest : public PausedPhantomTest {
       QWidget* focus = dialog->focusWidget();
       QTest::keyClick(focus ? focus : dialog, Qt::Key_Escape);
     });
-    answer.start(20);
+    escape.start(20);
     open();
-    EXPECT_TRUE(wait_until([&] { return seen.count > 0 && !dialog_that_is_open(); })) << "no dialog, or it stays";
+    EXPECT_TRUE(wait_until([&] { return seen.count > 0 && !open_dialog(); })) << "no dialog, or it stays open";
     EXPECT_LT(since.elapsed(), 8000) << seen.title.toStdString() << " is not closed by Esc";
     return seen;
   }
@@ -92,10 +92,10 @@ class DialogsTest : public PausedPhantomTest {
     EXPECT_FALSE(seen.title.isEmpty());
     EXPECT_TRUE(seen.keys) << seen.title.toStdString();
     EXPECT_TRUE(window_->isVisible());
-    EXPECT_EQ(count(), before) << seen.title.toStdString() << " did something though it was called off";
+    EXPECT_EQ(count(), before) << seen.title.toStdString() << " had an effect although it was cancelled";
     ASSERT_TRUE(has_keys()) << seen.title.toStdString();
     EXPECT_EQ(window_->focusWidget(), focus) << seen.title.toStdString();
-    // And a key does in the window what it does.
+    // Keys act in the window again.
     const double slice = bench().view.crosshair_mm.z();
     QTest::keyClick(window_->focusWidget(), Qt::Key_PageUp);
     EXPECT_NE(bench().view.crosshair_mm.z(), slice) << seen.title.toStdString();
@@ -106,7 +106,7 @@ class DialogsTest : public PausedPhantomTest {
   SessionCount count() { return {bench().session().log().size(), scene().meshes.size()}; }
 };
 
-TEST_F(DialogsTest, EachThatAnActionOpensIsClosedByEsc) {
+TEST_F(DialogsTest, EachDialogOfAnActionIsClosedByEsc) {
   const Act acts[] = {Act::Open,       Act::OpenFolder, Act::OpenReference,  Act::SaveScene,    Act::SaveSceneAs,
                       Act::SaveLabels, Act::SaveMeshes, Act::MeshFromLabels, Act::MeshFromFile, Act::Screenshot,
                       Act::Help,       Act::Messages,   Act::About,          Act::Compare,      Act::Archive};
@@ -117,16 +117,16 @@ TEST_F(DialogsTest, EachThatAnActionOpensIsClosedByEsc) {
   }
 }
 
-TEST_F(DialogsTest, TheQuestionAtTheEndIsAnsweredByEscWithStay) {
+TEST_F(DialogsTest, EscInTheQuestionOnExitCancelsTheExit) {
   bench().apply(AddPoint{scene().meshes[0].id, bench().view.crosshair_mm + Eigen::Vector3d(0, 0, 14)});
   bench().pause();
-  bool stayed = false;
-  expect_escaped("leaving", [&] { stayed = !window_->files().may_discard(); });
-  EXPECT_TRUE(stayed);
+  bool cancelled = false;
+  expect_escaped("exit", [&] { cancelled = !window_->files().may_discard(); });
+  EXPECT_TRUE(cancelled);
   EXPECT_TRUE(bench().has_unsaved_changes());
 }
 
-TEST_F(DialogsTest, WhatIsChosenFromIsLeftByEsc) {
+TEST_F(DialogsTest, SelectionDialogsAreClosedByEsc) {
   const auto shown = [](QDialog* dialog) {
     dialog->setAttribute(Qt::WA_DeleteOnClose);
     dialog->open();
@@ -142,7 +142,7 @@ TEST_F(DialogsTest, WhatIsChosenFromIsLeftByEsc) {
   label.value = 3;
   label.voxels = 500;
   expect_escaped("labels", [&] { shown(new LabelDialog({label}, window_.get())); });
-  // A 4D file asks for a number.
+  // A 4D file needs the number of a volume.
   Volume volume = make_phantom("sphere", {.size = 8}).image;
   const std::string file = folder_.filePath("four.nii").toStdString();
   write_volume(file, volume);
@@ -157,17 +157,17 @@ TEST_F(DialogsTest, WhatIsChosenFromIsLeftByEsc) {
   expect_escaped("4D", [&] { window_->files().open(folder_.filePath("four.nii")); });
 }
 
-TEST_F(DialogsTest, FilesThatPanelsAskForAreLeftByEsc) {
-  bench().advance_steps(5);  // something to save of a run
+TEST_F(DialogsTest, FileDialogsOfPanelsAreClosedByEsc) {
+  bench().advance_steps(5);  // a run that can be saved
   SidePanels& panels = window_->panels();
   const auto save_button = [](const QWidget& panel) {
     for (QPushButton* button : panel.findChildren<QPushButton*>())
       if (button->text().startsWith("Save")) return button;
     return static_cast<QPushButton*>(nullptr);
   };
-  const std::pair<const char*, QWidget*> asking[] = {{"Check", &panels.check()},
+  const std::pair<const char*, QWidget*> saving[] = {{"Check", &panels.check()},
                                                      {"Convergence", &panels.convergence()}};
-  for (const auto& [title, panel] : asking) {
+  for (const auto& [title, panel] : saving) {
     panels.show_panel(title);
     QPushButton* const save = save_button(*panel);
     ASSERT_TRUE(save) << title;
@@ -179,28 +179,28 @@ TEST_F(DialogsTest, FilesThatPanelsAskForAreLeftByEsc) {
   axial().setFocus();
   auto* const presets = panels.forces().findChild<QMenu*>("presets");
   ASSERT_TRUE(presets);
-  emit presets->aboutToShow();  // which fills it
-  int asked = 0;
+  emit presets->aboutToShow();  // fills the menu
+  int dialogs = 0;
   for (QAction* action : presets->actions()) {
     if (!action->text().endsWith("...")) continue;
-    ++asked;
+    ++dialogs;
     expect_escaped(action->text().toUtf8(), [&] { action->trigger(); });
   }
-  EXPECT_EQ(asked, 2);
+  EXPECT_EQ(dialogs, 2);
 }
 
-TEST_F(DialogsTest, LostWorkIsLeftForLaterByEsc) {
+TEST_F(DialogsTest, TheRecoveryDialogIsPostponedByEsc) {
   const std::filesystem::path root = folder_.filePath("work").toStdString();
-  Scene kept = scene();
+  const Scene work = scene();
   {
-    WorkKeeper keeper(root);
-    keeper.keep(kept, {"/images/ct.nii.gz", "", 1700000000});
-    std::filesystem::copy(keeper.folder(), root / "window-killed", std::filesystem::copy_options::recursive);
+    AutosaveStore store(root);
+    store.save(work, {"/images/ct.nii.gz", "", 1700000000});
+    std::filesystem::copy(store.folder(), root / "window-killed", std::filesystem::copy_options::recursive);
   }
   auto autosave = std::make_unique<Autosave>(bench(), window_->files(), window_->job(), *window_, root);
-  expect_escaped("lost work", [&] { autosave->offer(); });
+  expect_escaped("recovery", [&] { autosave->offer_recovery(); });
   autosave.reset();
-  EXPECT_EQ(find_lost_work(root).size(), 1u) << "it is offered again";
+  EXPECT_EQ(find_recoverable_work(root).size(), 1u) << "it is offered again";
 }
 
 }  // namespace

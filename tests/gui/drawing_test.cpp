@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the views draw, as far as it is computed without OpenGL.
+// Computations of the views without OpenGL: surfaces, frame statistics, handles, camera.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -46,16 +46,16 @@ TEST(Surfaces, APlaneCutsASphereInOneClosedCircle) {
     const float plane = static_cast<float>(kCentre[axis]) + 6;
     const std::vector<Eigen::Vector3f> ends = cut_surface(surfaces[0].shape, axis, plane);
     ASSERT_GT(ends.size(), 20u);
-    std::map<std::array<int, 3>, int> meetings;
+    std::map<std::array<int, 3>, int> end_counts;
     for (const Eigen::Vector3f& end : ends) {
       EXPECT_NEAR(end[axis], plane, 1e-4);
       Eigen::Vector3d radial = end.cast<double>() - kCentre;
       radial[axis] = 0;
       EXPECT_NEAR(radial.norm(), 8, 0.35);  // sqrt(10^2 - 6^2), less the polyhedron's sagitta
-      ++meetings[{static_cast<int>(std::lround(end[0] * 1e3)), static_cast<int>(std::lround(end[1] * 1e3)),
-                  static_cast<int>(std::lround(end[2] * 1e3))}];
+      ++end_counts[{static_cast<int>(std::lround(end[0] * 1e3)), static_cast<int>(std::lround(end[1] * 1e3)),
+                    static_cast<int>(std::lround(end[2] * 1e3))}];
     }
-    for (const auto& [place, count] : meetings) EXPECT_EQ(count % 2, 0);
+    for (const auto& [place, count] : end_counts) EXPECT_EQ(count % 2, 0);
     EXPECT_TRUE(cut_surface(surfaces[0].shape, axis, static_cast<float>(kCentre[axis]) + 11).empty());
   }
 }
@@ -69,16 +69,16 @@ TEST(Surfaces, ARayHitsTheNearSide) {
   EXPECT_FALSE(hit_surface(shape, kCentre + Eigen::Vector3d(0, 20, -50), {0, 0, 1}));
 }
 
-TEST(FrameStatistics, LatencyEndsWithThePictureThatShowsTheMove) {
+TEST(FrameStatistics, LatencyEndsWithTheImageThatShowsTheMove) {
   FrameStatistics statistics;
   statistics.start_recording();
   statistics.painted();
   EXPECT_TRUE(statistics.shown(1.00));
-  EXPECT_FALSE(statistics.shown(1.01));  // another view of the same picture
+  EXPECT_FALSE(statistics.shown(1.01));  // another view of the same image
   statistics.painted();
-  statistics.point_moved(1.02);  // after the painting: not in that picture
+  statistics.point_moved(1.02);  // after painting: not in that image
   statistics.shown(1.03);
-  statistics.painted();  // shows the point, but no step has known of it
+  statistics.painted();  // shows the point, before any step includes it
   statistics.shown(1.05);
   statistics.steps_done(7, 0.001);
   statistics.painted();
@@ -93,7 +93,7 @@ TEST(FrameStatistics, LatencyEndsWithThePictureThatShowsTheMove) {
   EXPECT_EQ(record.steps, 7);
 }
 
-TEST(FrameStatistics, APauseIsNoFrame) {
+TEST(FrameStatistics, APauseIsNotCountedAsAFrame) {
   FrameStatistics statistics;
   for (const double at : {1.0, 1.02, 1.04}) {
     statistics.painted();
@@ -120,19 +120,19 @@ TEST(Handles, FadeWithTheDistanceToTheSlice) {
   EXPECT_EQ(handle_opacity(40), 0);
 }
 
-TEST(OrbitCamera, LooksFromTheFrontWithTheHeadUp) {
+TEST(OrbitCamera, ViewsFromTheFrontWithTheHeadUp) {
   OrbitCamera camera;
   camera.fit(kCentre, 100);
   const Eigen::Matrix4d eye = camera.eye_from_world();
   const auto at = [&](const Eigen::Vector3d& offset) { return (eye * (kCentre + offset).homogeneous()).eval(); };
-  EXPECT_GT(at({0, 0, 50}).y(), at({0, 0, -50}).y());  // superior up
+  EXPECT_GT(at({0, 0, 50}).y(), at({0, 0, -50}).y());  // superior is up
   EXPECT_GT(at({50, 0, 0}).x(), at({-50, 0, 0}).x());  // the patient's left on the right
   EXPECT_GT(at({0, -50, 0}).z(), at({0, 50, 0}).z());  // anterior nearer
-  // A ray through the middle meets the target.
+  // A ray through the centre hits the target.
   const OrbitCamera::Ray ray = camera.ray(0, 0, 1.5);
   const Eigen::Vector3d to = kCentre - ray.origin_mm;
   EXPECT_LT((to - to.dot(ray.direction) * ray.direction).norm(), 1e-9);
-  // And one through any place of the picture projects back to it.
+  // A ray through any point of the image projects back to it.
   const OrbitCamera::Ray side = camera.ray(0.4, -0.7, 1.5);
   const Eigen::Vector4d clip = camera.clip_from_eye(1.5) * eye * (side.origin_mm + 300 * side.direction).homogeneous();
   EXPECT_NEAR(clip.x() / clip.w(), 0.4, 1e-9);

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the window shows of the fields that meshes learn: that they do, what is wrong with them, and where they are.
+// Fields of segmentations in the window: the solving state, warnings, and the overlay.
 #include <QAction>
 #include <QLabel>
+#include <QRegularExpression>
+#include <algorithm>
 
 #include "forces/evidence.h"
 #include "gui/views/drawn_scene.h"
 #include "gui/window/message_bar.h"
+#include "gui/window/state_chip.h"
 #include "gui/window/status_line.h"
+#include "gui/workbench/run_state.h"
 #include "window_fixture.h"
 
 namespace simplexseg {
@@ -14,8 +18,8 @@ namespace {
 
 class FieldTest : public WindowTest {
  protected:
-  /// The phantom with a mesh that is drawn to its field; `direction`: of the volume's axes.
-  void open_learning(const Eigen::Matrix3d& direction = Eigen::Matrix3d::Identity()) {
+  /// Opens the phantom with a mesh attracted to its field; `direction`: axes of the volume.
+  void open_with_field(const Eigen::Matrix3d& direction = Eigen::Matrix3d::Identity()) {
     open_phantom(8);
     Scene scene = this->scene();
     const Volume& plain = bench().session().volume();
@@ -31,9 +35,9 @@ class FieldTest : public WindowTest {
     bench().view.show_annotations = false;
     QApplication::processEvents();
   }
-  bool learned() { return scene().meshes[0].has_field(); }
-  const QLabel* learning() { return static_cast<StatusLine*>(window_->statusBar())->learning(); }
-  /// How much more red than blue a place in a slice is.
+  bool has_field() { return scene().meshes[0].has_field(); }
+  const QLabel* solving() { return static_cast<StatusLine*>(window_->statusBar())->solving(); }
+  /// Red minus blue of a pixel in a slice.
   int orange(int slice, const Eigen::Vector3d& world_mm) {
     SliceView& view = window_->views().slice(slice);
     const QImage picture = view.grabFramebuffer();
@@ -42,21 +46,43 @@ class FieldTest : public WindowTest {
   }
 };
 
-TEST_F(FieldTest, TheStatusLineSaysWhoLearns) {
-  open_learning();
-  EXPECT_TRUE(learning()->text().isEmpty());
-  QStringList told;
-  QObject::connect(&bench(), &Workbench::learning_changed, [&] { told << learning()->text(); });
+TEST_F(FieldTest, TheStatusLineNamesTheSegmentationBeingSolved) {
+  open_with_field();
+  EXPECT_TRUE(solving()->text().isEmpty());
+  QStringList texts;
+  QObject::connect(&bench(), &Workbench::solving_changed, [&] { texts << solving()->text(); });
   bench().run();
-  ASSERT_TRUE(wait_until([&] { return learned(); }));
-  ASSERT_FALSE(told.isEmpty());
-  EXPECT_EQ(told[0], "learning mesh 'object'");
-  EXPECT_TRUE(wait_until([&] { return learning()->text().isEmpty(); }));
+  ASSERT_TRUE(wait_until([&] { return has_field(); }));
+  ASSERT_FALSE(texts.isEmpty());
+  EXPECT_TRUE(QRegularExpression("^solving 'object' \\d+%$").match(texts[0]).hasMatch()) << texts[0].toStdString();
+  EXPECT_TRUE(wait_until([&] { return solving()->text().isEmpty(); }));
 }
 
-TEST_F(FieldTest, AFieldThatLeaksIsSaidOnceForEachAction) {
+TEST_F(FieldTest, TheStateHasAPercentageWhileAFieldIsSolved) {
+  open_with_field();
+  QStringList texts;
+  std::vector<int> percentages;
+  QObject context;
+  const auto note = [&] {
+    if (bench().session().solving_mesh() == 0) return;
+    texts << window_->findChild<StateChip*>("state_chip")->text() << mesh_state(bench(), window_->loop(), 0).text;
+    percentages.push_back(bench().solving_percent());
+  };
+  QObject::connect(&bench(), &Workbench::solving_changed, &context, note);
+  QObject::connect(&bench(), &Workbench::solving_progressed, &context, note);
+  bench().run();
+  ASSERT_TRUE(wait_until([&] { return has_field() && bench().session().solving_mesh() == 0; }));
+  ASSERT_FALSE(texts.isEmpty());
+  for (const QString& text : texts)
+    EXPECT_TRUE(QRegularExpression("^solving \\d+%$").match(text).hasMatch()) << text.toStdString();
+  EXPECT_TRUE(std::ranges::is_sorted(percentages));
+  EXPECT_LE(percentages.back(), 100);
+  EXPECT_EQ(bench().solving_percent(), 0);
+}
+
+TEST_F(FieldTest, ASpreadingFieldIsReportedOncePerAction) {
   open_phantom(16);
-  // Nothing holds what looks like the object.
+  // A constant image: the object has no border.
   VolumeGeometry geometry;
   geometry.size = {32, 32, 32};
   geometry.origin_mm = bench().view.crosshair_mm - Eigen::Vector3d::Constant(15.5);
@@ -71,12 +97,13 @@ TEST_F(FieldTest, AFieldThatLeaksIsSaidOnceForEachAction) {
     if (severity == Severity::Warning) warnings << text;
   });
   bench().advance_steps(10);
-  ASSERT_TRUE(learned());
+  ASSERT_TRUE(has_field());
   ASSERT_EQ(warnings.size(), 1);
-  EXPECT_TRUE(warnings[0].contains("'object' leaks")) << warnings[0].toStdString();
-  EXPECT_TRUE(warnings[0].contains("mark what is outside")) << warnings[0].toStdString();
+  EXPECT_TRUE(warnings[0].contains("'object' spreads")) << warnings[0].toStdString();
+  EXPECT_TRUE(warnings[0].contains("Mark what is outside")) << warnings[0].toStdString();
   EXPECT_EQ(window_->messages().text(), warnings[0]);
-  // Learned anew with each movement of a drag, and said once; after another action, which did not help, again.
+  // The field is solved with each movement of a drag, but the warning is shown once; after another action it is shown
+  // again.
   ItemId point = 0;
   const Eigen::Vector3d middle = bench().view.crosshair_mm;
   bench().apply(AddPoint{bench().view.active_mesh, middle, MarkKind::Inside, 3}, &point);
@@ -86,7 +113,7 @@ TEST_F(FieldTest, AFieldThatLeaksIsSaidOnceForEachAction) {
   }
   ASSERT_TRUE(wait_until([&] { return warnings.size() > 1; }));
   EXPECT_EQ(warnings[1], warnings[0]);
-  // What is so no more is not shown any longer.
+  // A warning that no longer applies disappears.
   ASSERT_EQ(window_->messages().text(), warnings[0]);
   bench().apply(DeleteMesh{bench().view.active_mesh});
   EXPECT_FALSE(window_->messages().isVisible());
@@ -95,25 +122,25 @@ TEST_F(FieldTest, AFieldThatLeaksIsSaidOnceForEachAction) {
 TEST_F(FieldTest, TheOverlayTintsTheObjectInAllSlices) {
   const Eigen::Matrix3d tilted = Eigen::AngleAxisd(0.5, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
   for (const Eigen::Matrix3d& direction : {Eigen::Matrix3d(Eigen::Matrix3d::Identity()), tilted}) {
-    open_learning(direction);
+    open_with_field(direction);
     bench().advance_steps(1);
-    ASSERT_TRUE(learned());
+    ASSERT_TRUE(has_field());
     const Eigen::Vector3d centre = bench().session().volume().geometry().centre_mm();
-    // Off the mesh's outline (8 mm) and inside the object (16 mm); and outside of it.
+    // Positions off the contour (8 mm) and inside the object (16 mm), and positions outside it.
     const Eigen::Vector3d inside[] = {{12, 0, 0}, {0, 12, 0}, {0, 0, 12}};
     const Eigen::Vector3d outside[] = {{23, 0, 0}, {0, 23, 0}, {0, 0, 23}};
     for (int slice = 0; slice < 3; ++slice) {
       const int along = slice == 1 ? 1 : 0;  // lies in the slice
       EXPECT_LT(orange(slice, centre + inside[along]), 10);
     }
-    EXPECT_EQ(window_->drawn().buffers().update_field(bench().session(), bench().view), nullptr);  // holds nothing
+    EXPECT_EQ(window_->drawn().buffers().update_field(bench().session(), bench().view), nullptr);  // no texture
     window_->actions()[Act::ShowField]->trigger();
     for (int slice = 0; slice < 3; ++slice) {
       const int along = slice == 1 ? 1 : 0;
       EXPECT_GT(orange(slice, centre + inside[along]), 40) << slice;
       EXPECT_LT(orange(slice, centre + outside[along]), 10) << slice;
     }
-    // It follows what is learned: the place is said not to belong to the object.
+    // The tint follows the field: an outside point removes it.
     ASSERT_TRUE(bench().apply(AddPoint{bench().view.active_mesh, centre + inside[0], MarkKind::Outside, 3}));
     bench().advance_steps(1);
     EXPECT_LT(orange(0, centre + inside[0] + Eigen::Vector3d(1.5, 1.5, 0)), 20);
@@ -122,8 +149,8 @@ TEST_F(FieldTest, TheOverlayTintsTheObjectInAllSlices) {
   }
 }
 
-TEST_F(FieldTest, TheOverlaySaysWhenNothingIsLearned) {
-  open_learning();
+TEST_F(FieldTest, TheOverlayReportsAMissingField) {
+  open_with_field();
   bench().view.show_annotations = true;
   const QImage before = axial().grabFramebuffer();
   window_->actions()[Act::ShowField]->trigger();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The first minute: from an empty window to a mesh that grows, and the cards of the meshes.
+// The first minute of use: from an empty window to a growing segmentation; the cards of the segmentations.
 #include <QAbstractButton>
 #include <QLabel>
 #include <QLineEdit>
@@ -13,7 +13,7 @@
 #include "gui/window/step_strip.h"
 #include "gui/workbench/frame_loop.h"
 #include "gui/workbench/run_state.h"
-#include "io/volume_io.h"
+#include "io/volume/volume_io.h"
 #include "step/simulation_parameters.h"
 #include "window_fixture.h"
 
@@ -72,18 +72,18 @@ TEST_F(FirstMinuteTest, ASeedStartsTheRunAndTheNextDragCorrects) {
   bench().pause();
   EXPECT_EQ(chip(), RunState::Paused);
   EXPECT_EQ(chip_text(), "paused");
-  // Who has paused is not overruled.
+  // A pause by the user is respected.
   ASSERT_TRUE(bench().apply(AddMesh{"", Seed{bench().view.crosshair_mm + Eigen::Vector3d(12, 0, 0), 4}, {}, 0}));
   EXPECT_FALSE(bench().running());
 }
 
-TEST_F(FirstMinuteTest, TheChipSaysThatItRests) {
+TEST_F(FirstMinuteTest, TheChipShowsTheSettledState) {
   open_phantom();
   bench().apply(SetForceParameter{0, ForceId::Smoothing, 0, 0});
   bench().apply(SetSimulationParameter{find_parameter(simulation_table(), "final_vertices"), 20});
   bench().run();
-  EXPECT_TRUE(wait_until([&] { return chip() == RunState::AtRest; }));
-  EXPECT_EQ(chip_text(), "at rest");
+  EXPECT_TRUE(wait_until([&] { return chip() == RunState::Settled; }));
+  EXPECT_EQ(chip_text(), "settled");
 }
 
 TEST_F(FirstMinuteTest, ACardShowsAndChangesItsMesh) {

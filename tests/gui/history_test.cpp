@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Undo in the window: it pauses the run, and the list of what was done leads anywhere in it.
+// Undo pauses the simulation; the history panel restores any state.
 #include <QDockWidget>
 #include <QListWidget>
 
 #include "gui/panels/history_panel.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/message_bar.h"
-#include "io/volume_io.h"
+#include "io/volume/volume_io.h"
 #include "window_fixture.h"
 
 namespace simplexseg {
@@ -30,7 +30,7 @@ TEST_F(HistoryTest, UndoPausesTheRun) {
   window_->actions()[Act::Undo]->trigger();
   EXPECT_FALSE(bench().running());
   EXPECT_TRUE(scene().points.empty());
-  // It was not the user who paused: the next point starts it again.
+  // The user did not pause: the next point starts the run again.
   bench().apply(AddPoint{scene().meshes[0].id, {0, 0, 14}});
   EXPECT_TRUE(bench().running());
   bench().run();
@@ -40,7 +40,7 @@ TEST_F(HistoryTest, UndoPausesTheRun) {
   EXPECT_FALSE(bench().running());
 }
 
-TEST_F(HistoryTest, AClickGoesThereAndBack) {
+TEST_F(HistoryTest, AClickGoesToAnActionInBothDirections) {
   EXPECT_FALSE(window_->history().isVisible());
   window_->actions()[Act::History]->trigger();
   QApplication::processEvents();
@@ -52,13 +52,13 @@ TEST_F(HistoryTest, AClickGoesThereAndBack) {
   bench().apply(SetForceParameter{mesh, ForceId::Smoothing, 0, 0.25f});
   ASSERT_EQ(list().count(), 4);
   EXPECT_TRUE(list().item(1)->text().startsWith("add inside point: object"));
-  EXPECT_TRUE(list().item(2)->text().startsWith("rename mesh: object"));
+  EXPECT_TRUE(list().item(2)->text().startsWith("rename segmentation: object"));
   EXPECT_TRUE(list().item(3)->text().startsWith("Smoothing, weight: kidney"));
   EXPECT_EQ(list().currentRow(), 3);
   click(1);
   EXPECT_EQ(scene().meshes[0].name, "object");
   EXPECT_EQ(scene().points.size(), 1u);
-  EXPECT_EQ(list().count(), 4) << "what was taken back stays";
+  EXPECT_EQ(list().count(), 4) << "undone actions stay listed";
   EXPECT_EQ(list().currentRow(), 1);
   click(0);
   EXPECT_TRUE(scene().points.empty());
@@ -73,10 +73,10 @@ TEST_F(HistoryTest, AClickGoesThereAndBack) {
   EXPECT_FALSE(window_->history().isVisible());
 }
 
-TEST_F(HistoryTest, ASavedSceneIsOpenedWithWhatCanBeTakenBack) {
+TEST_F(HistoryTest, ASavedSceneOpensWithItsUndoHistory) {
   const std::string image = folder_.filePath("ball.nii").toStdString();
   write_volume(image, make_phantom("sphere", {}).image);
-  window_->files().take(load_input(image), image);
+  window_->files().open_loaded(load_input(image), image);
   bench().pause();
   ItemId mesh = 0;
   bench().apply(AddMesh{"object", Seed{bench().view.crosshair_mm, 9}, {}, 0}, &mesh);
@@ -121,16 +121,16 @@ TEST_F(HistoryTest, ASavedSceneIsOpenedWithWhatCanBeTakenBack) {
     EXPECT_EQ(scene().meshes[0].mesh.positions, poses[static_cast<std::size_t>(n)]) << n;
   }
   EXPECT_TRUE(scene().points.empty());
-  click(0);  // to before the mesh was there
+  click(0);  // to the state before the mesh was added
   EXPECT_TRUE(scene().meshes.empty());
   click(4);
   EXPECT_EQ(scene().meshes[0].mesh.positions, poses[3]);
-  // What is done now takes its place behind what was done before.
+  // A new action follows the earlier ones.
   bench().apply(AddPoint{scene().meshes[0].id, bench().view.crosshair_mm, MarkKind::Inside});
   EXPECT_TRUE(list().item(list().count() - 1)->text().startsWith("add inside point: kidney"));
   EXPECT_EQ(list().count(), 6);
 
-  // One that was damaged is one line, and the scene is there.
+  // A damaged history is reported in one line, and the scene opens.
   QFile history(folder_.filePath("mine.history"));
   ASSERT_TRUE(history.open(QIODevice::ReadWrite));
   ASSERT_TRUE(history.resize(history.size() / 2));

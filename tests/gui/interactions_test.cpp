@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interactions as they were recorded: events of mouse and keys, one a line, and what came of them in the last line.
-// Places are mm to the right and up from the crosshair in a slice, so that they mean the same in a window of any size;
-// steps are counted, so that they do on any machine. SIMPLEXSEG_RECORD=1 writes what comes of them now.
+// Replay of recorded interactions: one event per line, and the outcome in the last line. Positions are in mm to the
+// right and up from the crosshair in a slice, independent of the window size; times are counted in steps, independent
+// of the machine. SIMPLEXSEG_RECORD=1 records the current outcome.
 #include <QDir>
 #include <QFile>
 #include <QJsonArray>
@@ -70,7 +70,7 @@ class InteractionsTest : public WindowTest {
       drag(view, pixel_of(view, event["drag"][0]), pixel_of(view, event["drag"][1]), Qt::LeftButton,
            event["with"] == "shift" ? Qt::ShiftModifier : Qt::NoModifier);
     } else {
-      FAIL() << "an event of no kind";
+      FAIL() << "unknown event";
     }
   }
   QJsonObject outcome() {
@@ -103,10 +103,10 @@ class InteractionsTest : public WindowTest {
   }
 };
 
-/// Compilers and processors round otherwise, which grows with the steps; what a user sees is the same.
-void expect_like(const QJsonObject& got, const QJsonObject& wanted) {
-  for (const char* exact : {"points", "undo", "redo"}) EXPECT_EQ(got[exact], wanted[exact]) << exact;
-  const QJsonArray meshes = got["meshes"].toArray(), recorded = wanted["meshes"].toArray();
+/// Compares outcomes with tolerances for rounding, which differs between compilers and processors.
+void expect_similar(const QJsonObject& got, const QJsonObject& expected) {
+  for (const char* exact : {"points", "undo", "redo"}) EXPECT_EQ(got[exact], expected[exact]) << exact;
+  const QJsonArray meshes = got["meshes"].toArray(), recorded = expected["meshes"].toArray();
   ASSERT_EQ(meshes.size(), recorded.size());
   for (int m = 0; m < meshes.size(); ++m) {
     const QJsonValue a = meshes[m], b = recorded[m];
@@ -117,13 +117,13 @@ void expect_like(const QJsonObject& got, const QJsonObject& wanted) {
     for (int axis = 0; axis < 3; ++axis)
       EXPECT_NEAR(a["centre_mm"][axis].toDouble(), b["centre_mm"][axis].toDouble(), 0.1);
   }
-  const QJsonObject labels = got["labels"].toObject(), of_recording = wanted["labels"].toObject();
-  EXPECT_EQ(labels.keys(), of_recording.keys());
-  for (const QString& label : of_recording.keys())
-    EXPECT_NEAR(labels[label].toInt(), of_recording[label].toInt(), 0.015 * of_recording[label].toInt());
+  const QJsonObject labels = got["labels"].toObject(), recorded_labels = expected["labels"].toObject();
+  EXPECT_EQ(labels.keys(), recorded_labels.keys());
+  for (const QString& label : recorded_labels.keys())
+    EXPECT_NEAR(labels[label].toInt(), recorded_labels[label].toInt(), 0.015 * recorded_labels[label].toInt());
 }
 
-TEST_F(InteractionsTest, RecordedOnesComeToTheSame) {
+TEST_F(InteractionsTest, RecordedInteractionsHaveTheSameOutcome) {
   ASSERT_GE(all_interactions().size(), 3);
   for (const QString& name : all_interactions()) {
     SCOPED_TRACE(name.toStdString());
@@ -132,15 +132,15 @@ TEST_F(InteractionsTest, RecordedOnesComeToTheSame) {
     QFile file(interactions_folder() + name);
     ASSERT_TRUE(file.open(QIODevice::ReadOnly));
     QByteArray events;
-    QJsonObject wanted;
+    QJsonObject expected;
     int played = 0;
     for (const QByteArray& line : file.readAll().split('\n')) {
       if (line.trimmed().isEmpty()) continue;
       QJsonParseError error;
       const QJsonObject event = QJsonDocument::fromJson(line, &error).object();
       ASSERT_EQ(error.error, QJsonParseError::NoError) << line.toStdString();
-      if (event.contains("came_to")) {
-        wanted = event["came_to"].toObject();
+      if (event.contains("outcome")) {
+        expected = event["outcome"].toObject();
         continue;
       }
       events += line + '\n';
@@ -151,11 +151,11 @@ TEST_F(InteractionsTest, RecordedOnesComeToTheSame) {
     EXPECT_GT(played, 5);
     if (qEnvironmentVariableIsSet("SIMPLEXSEG_RECORD")) {
       ASSERT_TRUE(file.open(QIODevice::WriteOnly));
-      file.write(events + QJsonDocument(QJsonObject{{"came_to", outcome()}}).toJson(QJsonDocument::Compact) + '\n');
+      file.write(events + QJsonDocument(QJsonObject{{"outcome", outcome()}}).toJson(QJsonDocument::Compact) + '\n');
       continue;
     }
-    ASSERT_FALSE(wanted.isEmpty()) << "nothing was recorded";
-    expect_like(outcome(), wanted);
+    ASSERT_FALSE(expected.isEmpty()) << "nothing was recorded";
+    expect_similar(outcome(), expected);
   }
 }
 

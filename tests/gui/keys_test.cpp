@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where keys go: to the views, but while something is being typed.
+// Keyboard focus: keys act on the views, except while the user is typing.
 #include <QAction>
 #include <QDoubleSpinBox>
 #include <QEnterEvent>
@@ -23,7 +23,7 @@ class KeysTest : public PausedPhantomTest {
   }
   void press(Qt::Key key) { QTest::keyClick(window_->windowHandle(), key); }
   void press(char key) { QTest::keyClick(window_->windowHandle(), key); }
-  /// As a user does: a click into the number, all of it chosen, a new one typed.
+  /// Types a number: clicks the field, selects all, and presses the keys.
   void type(const char* text) {
     QTest::mouseClick(number_, Qt::LeftButton, {}, QPoint(12, number_->height() / 2));
     number_->selectAll();
@@ -38,7 +38,7 @@ class KeysTest : public PausedPhantomTest {
   QDoubleSpinBox* number_ = nullptr;
 };
 
-TEST_F(KeysTest, AfterReturnKeysAreForTheViewsAgain) {
+TEST_F(KeysTest, AfterReturnKeysActOnTheViewsAgain) {
   type("0.7");
   press(Qt::Key_Return);
   EXPECT_FLOAT_EQ(weight(), 0.7f);
@@ -49,7 +49,7 @@ TEST_F(KeysTest, AfterReturnKeysAreForTheViewsAgain) {
   EXPECT_TRUE(bench().running());
 }
 
-TEST_F(KeysTest, EscapeTakesBackWhatWasTyped) {
+TEST_F(KeysTest, EscapeRestoresThePreviousNumber) {
   type("3");
   press(Qt::Key_Escape);
   EXPECT_EQ(number_->text(), "0.50");
@@ -61,14 +61,14 @@ TEST_F(KeysTest, EscapeTakesBackWhatWasTyped) {
 TEST_F(KeysTest, ATypedValueIsAppliedWhenTheFocusLeaves) {
   type("0.8");
   EXPECT_FLOAT_EQ(weight(), 0.5f);
-  enter_view();  // passing over a view does not take the keys from who types
+  enter_view();  // the mouse over a view does not end typing
   EXPECT_TRUE(number_->hasFocus());
   QTest::mouseClick(&axial(), Qt::LeftButton, {}, QPoint(60, 60));
   EXPECT_FLOAT_EQ(weight(), 0.8f);
   EXPECT_TRUE(axial().hasFocus());
 }
 
-TEST_F(KeysTest, ANumberThatIsNotBeingTypedLosesTheKeysToTheViewUnderTheMouse) {
+TEST_F(KeysTest, AnUnmodifiedNumberFieldLosesTheFocusToTheViewUnderTheMouse) {
   type("0.9");
   press(Qt::Key_Return);
   number_->setFocus(Qt::MouseFocusReason);

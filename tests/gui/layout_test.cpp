@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Panels at the sizes that windows have: nothing is covered, nothing needs more room than there is.
+// Layout of the panels at usual window sizes: nothing is covered or cut off.
 #include <QDoubleSpinBox>
 #include <QScrollArea>
 #include <QScrollBar>
@@ -25,7 +25,7 @@ class LayoutTest : public PausedPhantomTest {
   }
 };
 
-TEST_F(LayoutTest, AWindowOf800x600HoldsEverything) {
+TEST_F(LayoutTest, EverythingFitsAWindowOf800x600) {
   EXPECT_LE(window_->minimumSizeHint().height(), 600);
   EXPECT_LE(window_->minimumSizeHint().width(), 800);
   resize(800, 600);
@@ -55,7 +55,7 @@ TEST_F(LayoutTest, PlanAndConvergenceLieBelowTheirTabs) {
   }
 }
 
-TEST_F(LayoutTest, PlanAndConvergenceAreForTheResearcherAlone) {
+TEST_F(LayoutTest, PlanAndConvergenceAreInTheResearchersLayoutOnly) {
   const QWidget* plan = window_->panels().findChild<QWidget*>("Plan");
   EXPECT_FALSE(plan->isVisible());
   window_->actions()[Act::Researcher]->trigger();
@@ -63,7 +63,7 @@ TEST_F(LayoutTest, PlanAndConvergenceAreForTheResearcherAlone) {
   EXPECT_TRUE(plan->isVisible());
   window_->actions()[Act::Researcher]->trigger();
   EXPECT_FALSE(plan->isVisible());
-  window_->panels().show_panel("Plan");  // asked for: the layout that has it
+  window_->panels().show_panel("Plan");  // switches to the layout with this panel
   EXPECT_TRUE(window_->actions()[Act::Researcher]->isChecked());
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Themes, names for screen readers, reasons of what is grey, and the keyboard alone.
+// Themes, names for screen readers, reasons of disabled controls, and use by keyboard only.
 #include <QAbstractButton>
 #include <QAbstractItemView>
 #include <QAbstractSpinBox>
@@ -22,14 +22,14 @@
 #include "gpu/backend.h"
 #include "gui/look/theme.h"
 #include "gui/panels/mesh_panel.h"
-#include "gui/window/look_settings.h"
 #include "gui/window/start_page.h"
+#include "gui/window/theme_settings.h"
 #include "window_fixture.h"
 
 namespace simplexseg {
 namespace {
 
-/// WCAG 2: from 1 to 21.
+/// Contrast ratio of WCAG 2, from 1 to 21.
 double contrast(const QColor& a, const QColor& b) {
   const auto luminance = [](const QColor& colour) {
     const auto linear = [](double c) { return c <= 0.03928 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); };
@@ -67,31 +67,31 @@ TEST_F(LookTest, BothThemesCanBeRead) {
       EXPECT_GE(contrast(s.dim, ground), 4.5) << dark << ground.name().toStdString();
       EXPECT_GE(contrast(s.warning, ground), 4.5) << dark << ground.name().toStdString();
     }
-    EXPECT_GE(contrast(s.accent, s.window), 3.0) << "the frame of what has the keys";
+    EXPECT_GE(contrast(s.accent, s.window), 3.0) << "the frame of the view with keyboard focus";
     QApplication::processEvents();
-    // What is around the views is of that theme; the views are dark in both.
+    // The area around the views follows the theme; the views are dark in both themes.
     const QImage picture = window_->grab().toImage();
     const QColor around = picture.pixelColor(window_->statusBar()->geometry().center());
     EXPECT_EQ(around.lightness() < 128, dark) << around.name().toStdString();
   }
 }
 
-TEST_F(LookTest, TheChoiceIsRememberedAndTheDesktopFollowed) {
+TEST_F(LookTest, TheThemeIsRememberedAndFollowsTheDesktop) {
   const QTemporaryDir settings;
   QSettings::setPath(QSettings::IniFormat, QSettings::UserScope, settings.path());
   {
-    LookSettings look(*qApp);
+    ThemeSettings look(*qApp);
     EXPECT_EQ(look.choice(), theme::Choice::Desktop);
     EXPECT_EQ(theme::is_dark(), theme::desktop_is_dark());
     look.choose(theme::Choice::Light);
     EXPECT_FALSE(theme::is_dark());
-    QSignalSpy said(&look, &LookSettings::said);
+    QSignalSpy notes(&look, &ThemeSettings::message);
     look.choose_text(130);
-    EXPECT_EQ(said.count(), 1);
+    EXPECT_EQ(notes.count(), 1);
   }
   const double before = QApplication::font().pointSizeF();
   theme::apply(*qApp, true);
-  LookSettings again(*qApp);
+  ThemeSettings again(*qApp);
   EXPECT_EQ(again.choice(), theme::Choice::Light);
   EXPECT_FALSE(theme::is_dark());
   EXPECT_NEAR(QApplication::font().pointSizeF(), 1.3 * before, 0.01);
@@ -99,22 +99,22 @@ TEST_F(LookTest, TheChoiceIsRememberedAndTheDesktopFollowed) {
   QMenu menu;
   again.fill(menu);
   EXPECT_EQ(menu.findChildren<QMenu*>().size(), 2);
-  // A start with another theme keeps the size of text and what was chosen.
-  EXPECT_EQ(LookSettings(*qApp, theme::Choice::Dark).text_percent(), 130);
+  // A start with another theme keeps the text size and the saved theme.
+  EXPECT_EQ(ThemeSettings(*qApp, theme::Choice::Dark).text_percent(), 130);
   EXPECT_TRUE(theme::is_dark());
   EXPECT_GT(theme::scaled(100), 100);
-  EXPECT_EQ(LookSettings(*qApp).choice(), theme::Choice::Light);
+  EXPECT_EQ(ThemeSettings(*qApp).choice(), theme::Choice::Light);
   again.choose_text(100);
 }
 
-/// What a user works with, or goes to with the keys.
+/// Whether a widget takes input or keyboard focus.
 bool is_control(const QWidget& widget) {
   const QString type = widget.metaObject()->className();
   if (type.startsWith("QScrollBar") || type == "QMenu" || type == "QMenuBar" || type == "QToolBarExtension" ||
       type == "QComboBoxListView" || widget.objectName().startsWith("qt_"))
     return false;
   if (qobject_cast<const QLabel*>(&widget)) return false;                 // text that can be selected
-  if (qobject_cast<const QTabBar*>(widget.parentWidget())) return false;  // its own arrows
+  if (qobject_cast<const QTabBar*>(widget.parentWidget())) return false;  // arrows of the tab bar
   if (qobject_cast<const QLineEdit*>(&widget) && qobject_cast<const QAbstractSpinBox*>(widget.parentWidget()))
     return false;  // the spin box has the name
   if (qobject_cast<const QAbstractScrollArea*>(&widget) && !qobject_cast<const QAbstractItemView*>(&widget))
@@ -129,30 +129,31 @@ TEST_F(LookTest, EveryControlHasAName) {
   for (QWidget* widget : window_->findChildren<QWidget*>()) {
     if (!is_control(*widget)) continue;
     ++controls;
-    QAccessibleInterface* said = QAccessible::queryAccessibleInterface(widget);
-    ASSERT_NE(said, nullptr);
-    EXPECT_FALSE(said->text(QAccessible::Name).trimmed().isEmpty())
+    QAccessibleInterface* accessible = QAccessible::queryAccessibleInterface(widget);
+    ASSERT_NE(accessible, nullptr);
+    EXPECT_FALSE(accessible->text(QAccessible::Name).trimmed().isEmpty())
         << widget->metaObject()->className() << " '" << widget->objectName().toStdString() << "' in "
         << widget->parentWidget()->metaObject()->className() << ", tooltip '" << widget->toolTip().toStdString() << "'";
   }
   EXPECT_GT(controls, 60);
 }
 
-TEST_F(LookTest, WhatIsGreySaysWhy) {
+TEST_F(LookTest, DisabledControlsGiveAReason) {
   const auto check = [&](const char* when) {
     for (const QAction* action : window_->findChildren<QAction*>()) {
       if (action->isEnabled() || action->isSeparator() || action->text().isEmpty()) continue;
-      if (action->menu() && action->menu()->actions().isEmpty()) continue;  // nothing in it
-      const bool says = action->property("tooltip_when_enabled").isValid() && action->toolTip().size() > 10;
-      EXPECT_TRUE(says) << when << ": " << action->text().toStdString() << ": " << action->toolTip().toStdString();
+      if (action->menu() && action->menu()->actions().isEmpty()) continue;  // an empty menu
+      const bool has_reason = action->property("tooltip_when_enabled").isValid() && action->toolTip().size() > 10;
+      EXPECT_TRUE(has_reason) << when << ": " << action->text().toStdString() << ": "
+                              << action->toolTip().toStdString();
     }
     for (const QWidget* widget : window_->findChildren<QWidget*>()) {
       if (!is_control(*widget) || widget->isEnabledTo(widget->parentWidget())) continue;
       const auto* button = qobject_cast<const QToolButton*>(widget);
-      if (button && button->defaultAction()) continue;  // looked at above
-      const bool says = widget->property("tooltip_when_enabled").isValid() && widget->toolTip().size() > 10;
-      EXPECT_TRUE(says) << when << ": " << widget->metaObject()->className() << " "
-                        << widget->accessibleName().toStdString() << ": " << widget->toolTip().toStdString();
+      if (button && button->defaultAction()) continue;  // checked above
+      const bool has_reason = widget->property("tooltip_when_enabled").isValid() && widget->toolTip().size() > 10;
+      EXPECT_TRUE(has_reason) << when << ": " << widget->metaObject()->className() << " "
+                              << widget->accessibleName().toStdString() << ": " << widget->toolTip().toStdString();
     }
   };
   show_everything();
@@ -177,11 +178,11 @@ TEST_F(LookTest, TheTabKeyReachesEveryControl) {
   for (const QWidget* widget : window_->findChildren<QWidget*>()) {
     if (!is_control(*widget) || !widget->isVisible() || !widget->isEnabled() || widget->focusProxy()) continue;
     if (!(widget->focusPolicy() & Qt::TabFocus)) {
-      // Then there is a key or a menu entry for it.
+      // A key or a menu entry must exist for it.
       const auto* button = qobject_cast<const QToolButton*>(widget);
-      const bool other_way = (button && button->defaultAction() && !button->defaultAction()->shortcut().isEmpty()) ||
+      const bool reachable = (button && button->defaultAction() && !button->defaultAction()->shortcut().isEmpty()) ||
                              widget->inherits("QTabBar");
-      EXPECT_TRUE(other_way) << widget->metaObject()->className() << " " << widget->accessibleName().toStdString()
+      EXPECT_TRUE(reachable) << widget->metaObject()->className() << " " << widget->accessibleName().toStdString()
                              << " " << widget->objectName().toStdString();
       continue;
     }
@@ -195,7 +196,7 @@ TEST_F(LookTest, AMeshIsSeededAndCorrectedByKeysAlone) {
   auto* panel = window_->findChild<MeshPanel*>();
   QAbstractButton* add = nullptr;
   for (QAbstractButton* button : panel->findChildren<QAbstractButton*>())
-    if (button->text().startsWith("Add sphere")) add = button;
+    if (button->text().startsWith("Add seed")) add = button;
   add->setFocus();
   QTest::keyClick(add, Qt::Key_Space);
   ASSERT_EQ(scene().meshes.size(), meshes + 1);
@@ -223,7 +224,7 @@ TEST_F(LookTest, AMeshIsSeededAndCorrectedByKeysAlone) {
   EXPECT_EQ(scene().points.size(), 3u);
 }
 
-TEST_F(LookTest, TheViewWithTheKeysHasAFrame) {
+TEST_F(LookTest, TheViewWithFocusHasAFrame) {
   theme::apply(*qApp, true);
   ASSERT_TRUE(has_keys());
   axial().setFocus();

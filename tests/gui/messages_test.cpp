@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages lie over the views: they move nothing, and leave when they are no longer true.
+// Messages cover the views without moving them, and disappear when they are no longer true.
 #include "gui/window/message_bar.h"
 
 #include "gui/window/file_actions.h"
@@ -16,7 +16,7 @@ class MessagesTest : public PausedPhantomTest {
 TEST_F(MessagesTest, AMessageMovesNoView) {
   const QRect before(axial().mapTo(window_.get(), QPoint()), axial().size());
   const Eigen::Vector3d under = axial().world_of(QPointF(100, 100));
-  bench().say(Severity::Warning, "something is to be known");
+  bench().notify(Severity::Warning, "a warning");
   QApplication::processEvents();
   ASSERT_TRUE(window_->messages().isVisible());
   EXPECT_EQ(QRect(axial().mapTo(window_.get(), QPoint()), axial().size()), before);
@@ -26,11 +26,11 @@ TEST_F(MessagesTest, AMessageMovesNoView) {
   EXPECT_EQ(QRect(axial().mapTo(window_.get(), QPoint()), axial().size()), before);
 }
 
-TEST_F(MessagesTest, AMessageThatComesDuringADragLeavesThePointUnderTheMouse) {
+TEST_F(MessagesTest, AMessageDuringADragLeavesThePointUnderTheMouse) {
   const Eigen::Vector3d start = bench().view.crosshair_mm + Eigen::Vector3d(15, 0, 0);
   const QPointF from = axial().pixel_of(start), to = from + QPointF(30, 0);
   mouse(axial(), QEvent::MouseButtonPress, from, Qt::LeftButton, Qt::LeftButton, Qt::ShiftModifier);
-  bench().say(Severity::Warning, "something is to be known");
+  bench().notify(Severity::Warning, "a warning");
   QApplication::processEvents();
   mouse(axial(), QEvent::MouseMove, to, Qt::NoButton, Qt::LeftButton, Qt::ShiftModifier);
   mouse(axial(), QEvent::MouseButtonRelease, to, Qt::LeftButton, Qt::NoButton, Qt::ShiftModifier);
@@ -40,13 +40,13 @@ TEST_F(MessagesTest, AMessageThatComesDuringADragLeavesThePointUnderTheMouse) {
   EXPECT_NEAR(moved.y(), 0, 1e-6);
 }
 
-TEST_F(MessagesTest, AnOldFailureLeavesWithALaterSuccess) {
+TEST_F(MessagesTest, AFailureDisappearsAfterALaterSuccess) {
   fail();
   ASSERT_TRUE(window_->messages().isVisible());
   ASSERT_TRUE(bench().apply(AddMesh{"near", Seed{bench().view.crosshair_mm, 5}, {}, 0}));
   EXPECT_FALSE(window_->messages().isVisible());
-  // A warning is about what is, and stays.
-  bench().say(Severity::Warning, "something is to be known");
+  // A warning describes a state, and stays.
+  bench().notify(Severity::Warning, "a warning");
   ASSERT_TRUE(bench().apply(Undo{}));
   EXPECT_TRUE(window_->messages().isVisible());
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The list of series, drops, 4D, and loading that is called off.
+// Choice of a series, drops, 4D files, and cancelled loading.
 #include <QAbstractButton>
 #include <QDialogButtonBox>
 #include <QDir>
@@ -56,7 +56,7 @@ class OpenTest : public WindowTest {
   }
 };
 
-TEST_F(OpenTest, AFolderWithOneSoundSeriesOpensAtOnce) {
+TEST_F(OpenTest, AFolderWithOneCompleteSeriesOpensAtOnce) {
   write_series(place("one"), {}, 4);
   window_->files().open(folder_.filePath("one"));
   EXPECT_FALSE(bench().has_volume());  // in the background
@@ -67,7 +67,7 @@ TEST_F(OpenTest, AFolderWithOneSoundSeriesOpensAtOnce) {
   EXPECT_TRUE(bench().scene().volume_series.empty());
 }
 
-TEST_F(OpenTest, OfSeveralSeriesTheUserChooses) {
+TEST_F(OpenTest, TheUserChoosesAmongSeveralSeries) {
   write_series(place("disc/a"), {}, 6);
   write_series(place("disc/b"), {.series = "1.2.3.2", .name = "thin", .columns = 9}, 3);
   write_series(place("disc/b"), {.series = "1.2.3.3", .name = "lost"}, 2);
@@ -85,7 +85,7 @@ TEST_F(OpenTest, OfSeveralSeriesTheUserChooses) {
   EXPECT_EQ(thin->text(3), "CT");
   EXPECT_TRUE(thin->text(4).contains("3 slices") && thin->text(4).contains("9 x 5")) << thin->text(4).toStdString();
   EXPECT_TRUE(thin->text(5).startsWith("2\n0.75 x 0.5")) << thin->text(5).toStdString();
-  // The picture is no dark square.
+  // The picture is not a dark square.
   const QImage picture = thin->icon(0).pixmap(64).toImage();
   EXPECT_GT(qGray(picture.pixel(50, 40)), qGray(picture.pixel(1, 1)) + 40);
   series->findChild<QTreeWidget*>()->setCurrentItem(row(*series, "lost"));
@@ -98,23 +98,23 @@ TEST_F(OpenTest, OfSeveralSeriesTheUserChooses) {
   EXPECT_EQ(bench().scene().volume_series, "1.2.3.2");
 }
 
-TEST_F(OpenTest, WhatIsDamagedIsSaidBeforeAndAfter) {
+TEST_F(OpenTest, DamageIsReportedBeforeAndAfterLoading) {
   write_series(place("gap"), {}, 8);
   std::filesystem::remove(place("gap/chest5"));
   window_->files().open(folder_.filePath("gap"));
   SeriesDialog* series = dialog();
   ASSERT_NE(series, nullptr);
   EXPECT_TRUE(row(*series, "chest")->text(0).contains("damaged"));
-  bool said = false;
-  for (const QLabel* label : series->findChildren<QLabel*>()) said |= label->text().contains("only 5 of 7");
-  EXPECT_TRUE(said);
+  bool reported = false;
+  for (const QLabel* label : series->findChildren<QLabel*>()) reported |= label->text().contains("only 5 of 7");
+  EXPECT_TRUE(reported);
   open_button(*series)->click();
   ASSERT_TRUE(wait_until([this] { return bench().has_volume(); }));
   EXPECT_EQ(bench().session().volume().geometry().size[2], 5);
   EXPECT_TRUE(window_->messages().text().contains("only 5 of 7")) << window_->messages().text().toStdString();
 }
 
-TEST_F(OpenTest, FilesThatAreDroppedTogetherAreASeries) {
+TEST_F(OpenTest, FilesDroppedTogetherAreASeries) {
   write_series(place("files"), {}, 3);
   QList<QUrl> urls;
   for (const char* name : {"files/chest0", "files/chest1", "files/chest2"})
@@ -124,7 +124,7 @@ TEST_F(OpenTest, FilesThatAreDroppedTogetherAreASeries) {
   EXPECT_EQ(bench().session().volume().geometry().size[2], 3);
 }
 
-TEST_F(OpenTest, OfA4dFileTheVolumeIsChosen) {
+TEST_F(OpenTest, TheVolumeOfA4dFileIsChosen) {
   test::EnhancedFile file;
   for (int time = 1; time <= 3; ++time)
     for (int k = 0; k < 4; ++k) file.frames.push_back({.position = {0, 0, 2.0 * k}, .value = 100 * time, .time = time});
@@ -140,7 +140,7 @@ TEST_F(OpenTest, OfA4dFileTheVolumeIsChosen) {
   EXPECT_EQ(bench().scene().volume_number, 2);
 }
 
-TEST_F(OpenTest, LoadingCanBeCalledOffAndWhatIsOpenStays) {
+TEST_F(OpenTest, LoadingCanBeCancelledAndTheOpenSceneStays) {
   open_phantom();
   auto* job = window_->findChild<BackgroundJob*>();
   std::atomic<bool> ended = false;
@@ -156,7 +156,7 @@ TEST_F(OpenTest, LoadingCanBeCalledOffAndWhatIsOpenStays) {
           std::this_thread::yield();
         }
       },
-      [] { FAIL(); }, BackgroundJob::CallingOff::Yes));
+      [] { FAIL(); }, BackgroundJob::Cancellable::Yes));
   auto* bar = window_->messages().findChild<QProgressBar*>();
   EXPECT_TRUE(wait_until([bar] { return bar->maximum() > 0 && 4 * bar->value() == 3 * bar->maximum(); }));
   auto* cancel = window_->messages().findChild<QToolButton*>("cancel_loading");
@@ -166,7 +166,7 @@ TEST_F(OpenTest, LoadingCanBeCalledOffAndWhatIsOpenStays) {
   EXPECT_FALSE(window_->messages().isVisible());
   EXPECT_TRUE(wait_until([&ended] { return ended.load(); }));
   EXPECT_EQ(scene().meshes.size(), 1u);
-  // Another can be opened at once.
+  // Another file can be opened at once.
   write_series(place("one"), {}, 4);
   window_->files().open(folder_.filePath("one"));
   EXPECT_TRUE(wait_until([this] { return bench().session().volume().geometry().size[2] == 4; }));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands in the picture of each view, in either theme: markers of a volume, sections of a mesh, points, letters
-// and colours, at places that are computed here from the conventions, and not asked of the views.
+// Images of the views in both themes: markers of a volume, sections of a mesh, points, letters and colours. Expected
+// positions are computed here from the conventions, independently of the views.
 #include <QPainter>
 #include <cmath>
 
@@ -15,22 +15,22 @@ namespace {
 
 const Eigen::Vector3d kX(1, 0, 0), kY(0, 1, 0), kZ(0, 0, 1);
 
-/// How a slice is looked at: radiological, from the feet, the patient's left, and the front.
+/// Screen axes of a slice in the radiological convention: seen from the feet, the patient's left, and the front.
 struct Slice {
   const char* name;
   Eigen::Vector3d right, up;  ///< LPS: x to the left, y to the back, z to the head
-  const char* letters;        ///< at the left, the right, the top and the bottom edge
+  const char* letters;        ///< at the left, right, top and bottom edge
 };
 const Slice kSlices[] = {{"axial", kX, -kY, "RLAP"}, {"sagittal", kY, kZ, "APSI"}, {"coronal", kX, kZ, "RLSI"}};
 
-// The scene: dark, with a marker along each axis from the crosshair, on the side of the patient's left, back and head.
+// Scene: a dark volume with a marker on each axis from the crosshair, towards the patient's left, back and head.
 constexpr int kSize[] = {60, 54, 48};
 constexpr double kBackground = 200, kMarker = 1000;
-const Eigen::Vector3d kCrosshair(26, 30, 21);  // voxels are of 1 mm, the first lies at the origin
+const Eigen::Vector3d kCrosshair(26, 30, 21);  // voxels of 1 mm, the first at the origin
 constexpr double kAlong[] = {22, 15, 18};      // mm from the crosshair to the marker of each axis
 const Eigen::Vector3d kBall = kCrosshair + Eigen::Vector3d(-4, 3, -3);
 constexpr double kRadius = 10;
-const QColor kOrange(230, 160, 60);  // of the mesh
+const QColor kOrange(230, 160, 60);  // colour of the mesh
 
 Volume marked_volume() {
   VolumeGeometry geometry;
@@ -83,7 +83,7 @@ class PictureTest : public WindowTest, public ::testing::WithParamInterface<bool
   static QImage picture_of(View& view) { return view.grabFramebuffer().convertToFormat(QImage::Format_RGB32); }
 };
 
-/// The picture of a slice, and where a place of the patient is in it.
+/// Image of a slice, with the pixel of each position in the patient.
 class SlicePicture {
  public:
   SlicePicture(SliceView& view, const Slice& slice)
@@ -91,7 +91,7 @@ class SlicePicture {
         slice_(slice),
         ratio_(view.devicePixelRatio()),
         size_(view.width(), view.height()) {
-    // The whole volume, with 2 % to spare at each side.
+    // The whole volume with a margin of 2 % on each side.
     const Eigen::Vector3d extent(kSize[0], kSize[1], kSize[2]);
     centre_ = (extent - Eigen::Vector3d::Ones()) / 2;
     mm_per_pixel_ =
@@ -128,7 +128,7 @@ int normal_of(const Slice& slice) {
   return axis;
 }
 
-TEST_P(PictureTest, MarkersStandWhereThePatientHasThem) {
+TEST_P(PictureTest, MarkersAreAtTheirPatientPositions) {
   window_->actions()[Act::ShowMeshes]->trigger();
   for (int n = 0; n < 3; ++n) {
     SCOPED_TRACE(kSlices[n].name);
@@ -136,13 +136,13 @@ TEST_P(PictureTest, MarkersStandWhereThePatientHasThem) {
     for (int axis = 0; axis < 3; ++axis) {
       if (axis == normal_of(kSlices[n])) continue;
       const Eigen::Vector3d along = Eigen::Vector3d::Unit(axis) * kAlong[axis];
-      // A voxel off the middle: the traces of the other slices pass through that.
+      // Beside the centre, because the traces of the other slices cross there.
       const Eigen::Vector3d beside = 0.8 * (kSlices[n].right + kSlices[n].up);
       EXPECT_GT(picture.at(kCrosshair + along + beside).green(), 190) << axis;
       EXPECT_LT(picture.at(kCrosshair - along + beside).green(), 80) << axis;
       EXPECT_LT(picture.at(kCrosshair + along + 3 * beside).green(), 80) << axis;
     }
-    // Beside the volume there is nothing.
+    // Background outside the volume.
     EXPECT_EQ(picture.picture().pixelColor(1, 1), QColor(11, 12, 14));
   }
   // Axial and sagittal above, coronal and 3D below.
@@ -154,7 +154,7 @@ TEST_P(PictureTest, MarkersStandWhereThePatientHasThem) {
   EXPECT_EQ(corner_of(3), QPoint(corner_of(1).x(), corner_of(2).y()));
 }
 
-TEST_P(PictureTest, OutlineAndFillAreTheSectionOfTheMesh) {
+TEST_P(PictureTest, ContourAndFillAreTheSectionOfTheMesh) {
   window_->actions()[Act::Annotations]->trigger();  // no traces
   for (int n = 0; n < 3; ++n) {
     SCOPED_TRACE(kSlices[n].name);
@@ -171,17 +171,17 @@ TEST_P(PictureTest, OutlineAndFillAreTheSectionOfTheMesh) {
       bool found = false;
       for (double r = radius - 1; r <= radius + 1 && !found; r += 0.05)
         found = near_to(bare.at(centre + r * direction(k)), kOrange);
-      EXPECT_TRUE(found) << "no outline at " << 5 * k << " degrees";
+      EXPECT_TRUE(found) << "no contour at " << 5 * k << " degrees";
     }
-    int outline = 0;
+    int contour_pixels = 0;
     for (int y = 0; y < bare.picture().height(); ++y) {
       for (int x = 0; x < bare.picture().width(); ++x) {
         if (!near_to(bare.picture().pixelColor(x, y), kOrange)) continue;
-        ++outline;
-        ASSERT_NEAR((bare.place_of(x, y) - centre).norm(), radius, 1) << "a voxel off, at " << x << ", " << y;
+        ++contour_pixels;
+        ASSERT_NEAR((bare.place_of(x, y) - centre).norm(), radius, 1) << "off by a voxel at " << x << ", " << y;
       }
     }
-    EXPECT_GT(outline, 2 * M_PI * radius / bare.mm_per_pixel()) << "of two pixels and more";
+    EXPECT_GT(contour_pixels, 2 * M_PI * radius / bare.mm_per_pixel()) << "the contour is at least two pixels wide";
     window_->actions()[Act::ShowFill]->trigger();
     const SlicePicture filled(window_->views().slice(n), slice);
     window_->actions()[Act::ShowFill]->trigger();
@@ -197,7 +197,7 @@ TEST_P(PictureTest, OutlineAndFillAreTheSectionOfTheMesh) {
   }
 }
 
-TEST_P(PictureTest, PointsHaveTheirColoursAndSignsAtTheirPlaces) {
+TEST_P(PictureTest, PointsHaveTheirColoursGlyphsAndPositions) {
   window_->actions()[Act::Annotations]->trigger();
   const std::pair<MarkKind, QColor> kinds[] = {
       {MarkKind::Inside, QColor(0, 158, 115)}, {MarkKind::Outside, QColor(213, 94, 0)}, {MarkKind::Boundary, kOrange}};
@@ -223,7 +223,7 @@ TEST_P(PictureTest, PointsHaveTheirColoursAndSignsAtTheirPlaces) {
       for (int dy = -5; dy <= 5; ++dy)
         for (int dx = -5; dx <= 5; ++dx) coloured += near_to(colour(k, dx, dy), kinds[k].second, 40);
       EXPECT_GT(coloured, 30);
-      // A plus for inside, a minus for outside, nothing for a boundary point: how far white goes across and along.
+      // Extent of the white sign: a plus for inside, a minus for outside, none for a boundary point.
       QRect sign;
       for (int dy = -3; dy <= 3; ++dy)
         for (int dx = -3; dx <= 3; ++dx)
@@ -247,7 +247,7 @@ TEST_P(PictureTest, LettersNameThePatientsSides) {
                               Qt::AlignHCenter | Qt::AlignTop, Qt::AlignHCenter | Qt::AlignBottom};
     for (int side = 0; side < 4; ++side) {
       SCOPED_TRACE(std::string(kSlices[n].name) + ", side " + std::to_string(side));
-      // Of all letters, the one whose strokes are bright in the picture and whose surroundings are not.
+      // Finds the letter that matches the bright strokes of the image best.
       double best = -1;
       QChar found;
       for (const QChar letter : letters) {
@@ -284,17 +284,17 @@ TEST_P(PictureTest, LettersNameThePatientsSides) {
   }
 }
 
-TEST_P(PictureTest, SpaceIsSeenFromTheFront) {
+TEST_P(PictureTest, The3dViewShowsThePatientFromTheFront) {
   window_->actions()[Act::Annotations]->trigger();
   bench().view.show_slices_3d = false;
   const ItemId ball = scene().meshes[0].id;
-  // On the near side of the ball: towards the patient's left, the head, and the front.
+  // Directions on the near side of the ball: towards the patient's left, the head, and the front.
   const Eigen::Vector3d outward[] = {Eigen::Vector3d(0.8, -0.6, 0), Eigen::Vector3d(0, -0.6, 0.8), -kY};
   const std::pair<MarkKind, QColor> kinds[] = {
       {MarkKind::Inside, QColor(0, 158, 115)}, {MarkKind::Outside, QColor(213, 94, 0)}, {MarkKind::Boundary, kOrange}};
   View& view = window_->views().space();
   const auto pixel_of = [&](const Eigen::Vector3d& mm) {
-    OrbitCamera camera;  // as it stands in the beginning; that it stands in front has a test of its own
+    OrbitCamera camera;  // initial camera; another test checks that it is in front
     const Eigen::Vector3d extent(kSize[0], kSize[1], kSize[2]);
     camera.fit((extent - Eigen::Vector3d::Ones()) / 2, extent.norm() / 2);
     const Eigen::Vector4d clip = camera.clip_from_eye(static_cast<double>(view.width()) / view.height()) *
@@ -305,7 +305,7 @@ TEST_P(PictureTest, SpaceIsSeenFromTheFront) {
   };
   const QImage bare = picture_of(view);
   EXPECT_EQ(bare.pixelColor(2, 2), QColor(27, 30, 35));
-  // The ball, and where its middle is.
+  // The ball and its centre.
   QPointF sum;
   int count = 0;
   for (int y = 0; y < bare.height(); ++y) {
@@ -318,9 +318,9 @@ TEST_P(PictureTest, SpaceIsSeenFromTheFront) {
   EXPECT_LT(QLineF(sum / count, pixel_of(kBall)).length(), 3);
   const double across = QLineF(pixel_of(kBall - kRadius * kX), pixel_of(kBall + kRadius * kX)).length();
   const double shown = 2 * std::sqrt(count / M_PI);
-  EXPECT_GT(shown, across);  // which is foreshortened, by at most a fifth
+  EXPECT_GT(shown, across);  // the camera is turned: `across` is foreshortened by at most a fifth
   EXPECT_LT(shown, 1.3 * across);
-  // It is lit: nearer to the eye it is brighter than at its rim.
+  // Shading: brighter near the camera than at the rim.
   EXPECT_GT(bare.pixelColor((sum / count).toPoint()).red(), 150);
   for (int k = 0; k < 3; ++k)
     bench().apply(AddPoint{ball, kBall + (kRadius + 3) * outward[k], kinds[k].first, 1, outward[k]});
@@ -344,8 +344,8 @@ TEST_P(PictureTest, SpaceIsSeenFromTheFront) {
   EXPECT_LT(pixel_of(kBall + kZ).y(), pixel_of(kBall - kZ).y());
 }
 
-TEST_P(PictureTest, AroundTheViewsItIsOfTheTheme) {
-  // Most of what a panel shows is its ground.
+TEST_P(PictureTest, TheAreaAroundTheViewsFollowsTheTheme) {
+  // Most of a panel is background.
   const QImage panels =
       window_->panels().grab().toImage().scaled(60, 120, Qt::IgnoreAspectRatio, Qt::FastTransformation);
   int light = 0, dark = 0;
@@ -355,7 +355,7 @@ TEST_P(PictureTest, AroundTheViewsItIsOfTheTheme) {
   const int all = panels.width() * panels.height();
   EXPECT_GT(GetParam() ? dark : light, all * 3 / 5) << light << " light and " << dark << " dark of " << all;
   EXPECT_LT(GetParam() ? light : dark, all / 5);
-  // The pictures themselves are the same in both.
+  // The images of the views are equal in both themes.
   std::vector<QImage> before, after;
   for (View* view : window_->views().all()) before.push_back(picture_of(*view));
   theme::apply(*qApp, !GetParam());

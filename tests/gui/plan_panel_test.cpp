@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The panel Plan: what it lists follows what the user does.
+// Plan panel: its list follows the actions of the user.
 #include "gui/panels/plan_panel.h"
 #include "forces/force_list.h"
 
@@ -21,7 +21,7 @@ class PlanPanelTest : public PausedPhantomTest {
     PausedPhantomTest::SetUp();
     if (IsSkipped()) return;
     window_->panels().show_panel("Plan");
-    wait_until([&] { return window_->panels().plan().in_sight(); });
+    wait_until([&] { return window_->panels().plan().on_screen(); });
   }
   QTreeWidget& list() { return *window_->panels().plan().findChild<QTreeWidget*>(); }
   static void collect(const QTreeWidgetItem* row, QStringList& names) {
@@ -30,18 +30,18 @@ class PlanPanelTest : public PausedPhantomTest {
       collect(row->child(n), names);
     }
   }
-  /// Names of the rows of a group: 0 held, 1 computed, 2 left out.
+  /// Names of the rows in a group: 0 in memory, 1 computed, 2 not needed.
   QStringList rows(int group) {
     QStringList names;
     collect(list().topLevelItem(group), names);
     return names;
   }
-  /// What is held; how much of the memory that is follows, and changes by itself on a device.
-  QString totals() { return window_->panels().plan().findChild<QLabel*>()->text().section(" held", 0, 0); }
+  /// Memory in use, without its share of the available memory, which varies on a device.
+  QString totals() { return window_->panels().plan().findChild<QLabel*>()->text().section(" in use", 0, 0); }
 };
 
-TEST_F(PlanPanelTest, ASliderAtZeroMovesAForceAmongWhatIsLeftOut) {
-  bench().apply(SetForceParameter{0, ForceId::Evidence, EvidenceForce::source, 1});  // a field would be learned first
+TEST_F(PlanPanelTest, AForceWithWeightZeroIsListedAsNotNeeded) {
+  bench().apply(SetForceParameter{0, ForceId::Evidence, EvidenceForce::source, 1});  // else a field is solved first
   ASSERT_EQ(list().topLevelItemCount(), 3);
   EXPECT_FALSE(rows(0).contains("evidence targets"));
   EXPECT_TRUE(rows(2).contains("evidence targets"));
@@ -59,12 +59,12 @@ TEST_F(PlanPanelTest, ASliderAtZeroMovesAForceAmongWhatIsLeftOut) {
   EXPECT_EQ(totals(), before);
 }
 
-TEST_F(PlanPanelTest, WhatIsLeftOutStandsUnderItsReason) {
-  const QTreeWidgetItem* left_out = list().topLevelItem(2);
+TEST_F(PlanPanelTest, SkippedItemsAreGroupedByReason) {
+  const QTreeWidgetItem* skipped = list().topLevelItem(2);
   QStringList reasons;
-  for (int n = 0; n < left_out->childCount(); ++n) {
-    reasons << left_out->child(n)->text(0);
-    EXPECT_GT(left_out->child(n)->childCount(), 0);
+  for (int n = 0; n < skipped->childCount(); ++n) {
+    reasons << skipped->child(n)->text(0);
+    EXPECT_GT(skipped->child(n)->childCount(), 0);
   }
   EXPECT_TRUE(reasons.contains("there is no attraction point")) << reasons.join("\n").toStdString();
   EXPECT_TRUE(reasons.contains("the weight of gradient is 0 for every mesh")) << reasons.join("\n").toStdString();
@@ -76,21 +76,21 @@ TEST_F(PlanPanelTest, EveryItemOfThePlanIsARow) {
   EXPECT_TRUE(window_->panels().plan().shown() == plan);
 }
 
-TEST_F(PlanPanelTest, ItFollowsPointsMeshesAndRefinement) {
+TEST_F(PlanPanelTest, TheListFollowsPointsMeshesAndRefinement) {
   EXPECT_FALSE(rows(0).contains("attraction points"));
   bench().apply(AddPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(15, 0, 0)});
   EXPECT_TRUE(rows(0).contains("attraction points"));
-  std::size_t held = window_->panels().plan().shown().bytes_held();
+  std::size_t in_memory = window_->panels().plan().shown().bytes_allocated();
   bench().apply(AddMesh{"other", Seed{bench().view.crosshair_mm, 6}, {}, 0});
-  EXPECT_GT(window_->panels().plan().shown().bytes_held(), held);
-  held = window_->panels().plan().shown().bytes_held();
+  EXPECT_GT(window_->panels().plan().shown().bytes_allocated(), in_memory);
+  in_memory = window_->panels().plan().shown().bytes_allocated();
   const std::uint64_t topology = bench().session().topology_revision();
   for (int n = 0; n < 200 && bench().session().topology_revision() == topology; ++n) bench().advance_steps(10);
   ASSERT_NE(bench().session().topology_revision(), topology);
-  EXPECT_GT(window_->panels().plan().shown().bytes_held(), held);
+  EXPECT_GT(window_->panels().plan().shown().bytes_allocated(), in_memory);
 }
 
-TEST_F(PlanPanelTest, TheListIsMadeAnewOnlyWhenThePlanChanges) {
+TEST_F(PlanPanelTest, TheListIsRebuiltOnlyWhenThePlanChanges) {
   const QTreeWidgetItem* row = list().topLevelItem(0);
   QSlider* slider = window_->panels().forces().row(ForceId::Smoothing, 0)->slider();
   for (const int position : {300, 400, 500}) slider->setValue(position);
@@ -98,31 +98,31 @@ TEST_F(PlanPanelTest, TheListIsMadeAnewOnlyWhenThePlanChanges) {
   EXPECT_EQ(list().topLevelItem(0), row);
 }
 
-TEST_F(PlanPanelTest, HiddenItAsksForNoPlan) {
+TEST_F(PlanPanelTest, AHiddenPanelComputesNoPlan) {
   bench().apply(SetForceParameter{0, ForceId::Evidence, EvidenceForce::source, 1});
   window_->panels().show_panel("Forces");
-  ASSERT_TRUE(wait_until([&] { return !window_->panels().plan().in_sight(); }));
+  ASSERT_TRUE(wait_until([&] { return !window_->panels().plan().on_screen(); }));
   const StepPlan before = window_->panels().plan().shown();
   window_->panels().forces().row(ForceId::Evidence, 0)->slider()->setValue(700);
   EXPECT_TRUE(window_->panels().plan().shown() == before);
   window_->panels().show_panel("Plan");
-  ASSERT_TRUE(wait_until([&] { return window_->panels().plan().in_sight(); }));
+  ASSERT_TRUE(wait_until([&] { return window_->panels().plan().on_screen(); }));
   EXPECT_TRUE(rows(0).contains("evidence targets"));
 }
 
-TEST_F(PlanPanelTest, InATallWindowItStandsBelowTheForces) {
+TEST_F(PlanPanelTest, InATallWindowThePlanIsBelowTheForces) {
   window_->panels().show_panel("Forces");
-  ASSERT_TRUE(wait_until([&] { return !window_->panels().plan().in_sight(); }));
+  ASSERT_TRUE(wait_until([&] { return !window_->panels().plan().on_screen(); }));
   window_->resize(1300, 1060);
-  ASSERT_TRUE(wait_until([&] { return window_->panels().plan().in_sight(); }));
+  ASSERT_TRUE(wait_until([&] { return window_->panels().plan().on_screen(); }));
   EXPECT_FALSE(window_->panels().forces().visibleRegion().isEmpty());
   EXPECT_GT(window_->panels().plan().mapTo(window_.get(), QPoint()).y(),
             window_->panels().forces().mapTo(window_.get(), QPoint()).y());
   window_->resize(1200, 800);
-  ASSERT_TRUE(wait_until([&] { return !window_->panels().plan().in_sight(); }));
+  ASSERT_TRUE(wait_until([&] { return !window_->panels().plan().on_screen(); }));
   EXPECT_FALSE(window_->panels().forces().visibleRegion().isEmpty());
   window_->panels().show_panel("Plan");
-  EXPECT_TRUE(wait_until([&] { return window_->panels().plan().in_sight(); }));
+  EXPECT_TRUE(wait_until([&] { return window_->panels().plan().on_screen(); }));
 }
 
 }  // namespace

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points of the three kinds, and the outline that is grabbed: real events, and what the session holds afterwards.
+// Points of the three kinds and drags of the contour: tests send events and check the session.
 #include <QAction>
 #include <QContextMenuEvent>
 #include <QMenu>
 #include <QTimer>
 #include <QTreeWidget>
 
-#include "gui/look/point_look.h"
+#include "gui/look/point_style.h"
 #include "gui/look/theme.h"
 #include "gui/panels/point_panel.h"
 #include "gui/views/space_view.h"
@@ -28,20 +28,20 @@ class PointsTest : public PausedPhantomTest {
   QPointF pixel(double x_mm, double y_mm) {
     return axial().pixel_of(bench().view.crosshair_mm + Eigen::Vector3d(x_mm, y_mm, 0));
   }
-  /// Where the outline of the sphere crosses the horizontal through its centre.
-  QPointF outline_at_right() {
-    axial().grabFramebuffer();  // outlines are those of the last picture
+  /// Rightmost pixel of the contour of the sphere.
+  QPointF contour_at_right() {
+    axial().grabFramebuffer();  // contours are read from the last image
     double right = 0;
-    for (const OutlinePiece& piece : axial().active_outline()) {
+    for (const OutlineSegment& piece : axial().active_outline()) {
       right = std::max(right, axial().pixel_of({piece.start.x, piece.start.y, piece.start.z}).x());
     }
-    for (const OutlinePiece& piece : axial().active_outline()) {
+    for (const OutlineSegment& piece : axial().active_outline()) {
       const QPointF at = axial().pixel_of({piece.start.x, piece.start.y, piece.start.z});
       if (at.x() == right) return at;
     }
     return {};
   }
-  /// Pixels of the axial view that have this colour.
+  /// Number of pixels of this colour in the axial view.
   int count_pixels(const QColor& colour) {
     const QImage picture = axial().grabFramebuffer();
     int count = 0;
@@ -56,7 +56,7 @@ TEST_F(PointsTest, KeysPlaceInsideAndOutsidePointsUnderTheMouse) {
   EXPECT_TRUE(scene().points.empty());
   move_mouse(pixel(5, 3));
   press_key(Qt::Key_I);
-  press_key(Qt::Key_I, true);  // held: no trail of points
+  press_key(Qt::Key_I, true);  // key repeat adds no points
   move_mouse(pixel(-20, -18));
   press_key(Qt::Key_O);
   ASSERT_EQ(scene().points.size(), 2u);
@@ -84,7 +84,7 @@ TEST_F(PointsTest, EachToolPlacesItsKindAndDragsItAtOnce) {
     ASSERT_EQ(scene().points.size(), 1u);
     EXPECT_EQ(scene().points[0].kind, kind);
     EXPECT_NEAR(scene().points[0].position_mm.x() - bench().view.crosshair_mm.x(), 4, 1e-6);
-    // Grasped with any tool of points, and deleted, like every other.
+    // It can be dragged with any point tool, and deleted like every other point.
     window_->actions()[Act::ToolPoint]->trigger();
     drag(axial(), pixel(4, y), pixel(0, y));
     ASSERT_EQ(scene().points.size(), 1u);
@@ -102,7 +102,7 @@ TEST_F(PointsTest, EachToolPlacesItsKindAndDragsItAtOnce) {
 }
 
 TEST_F(PointsTest, TheContextMenuOffersAllKinds) {
-  const MarkKind kinds[] = {MarkKind::Boundary, MarkKind::Inside, MarkKind::Outside};  // as the menu has them
+  const MarkKind kinds[] = {MarkKind::Boundary, MarkKind::Inside, MarkKind::Outside};  // in the order of the menu
   for (int entry = 0; entry < 3; ++entry) {
     QTimer::singleShot(0, [entry] {
       auto* menu = qobject_cast<QMenu*>(QApplication::activePopupWidget());
@@ -143,8 +143,8 @@ TEST_F(PointsTest, ThePanelNamesTheKinds) {
   EXPECT_EQ(scene().points[1].kind, MarkKind::Outside);
 }
 
-TEST_F(PointsTest, KindsAndTheirBallsAreSeen) {
-  window_->actions()[Act::Annotations]->trigger();  // the crosshair would be in the way
+TEST_F(PointsTest, KindsAndTheirBallsAreDrawn) {
+  window_->actions()[Act::Annotations]->trigger();  // hides the crosshair
   EXPECT_EQ(count_pixels(theme::kInside), 0);
   EXPECT_EQ(count_pixels(theme::kOutside), 0);
   const Eigen::Vector3d at = bench().view.crosshair_mm;
@@ -170,7 +170,7 @@ TEST_F(PointsTest, KindsAndTheirBallsAreSeen) {
   EXPECT_GT(count_pixels(theme::kOutside), 20);
 }
 
-TEST_F(PointsTest, AnInsidePointOutsideOfTheVolumeIsRefusedWithAMessage) {
+TEST_F(PointsTest, AnOutsidePointBeyondTheVolumeIsRefusedWithAMessage) {
   for (int n = 0; n < 30; ++n) axial().zoom_about(axial().rect().center(), 1.1);
   move_mouse(QPointF(2, 2));
   press_key(Qt::Key_O);
@@ -179,34 +179,34 @@ TEST_F(PointsTest, AnInsidePointOutsideOfTheVolumeIsRefusedWithAMessage) {
   EXPECT_TRUE(window_->messages().text().contains("outside point")) << window_->messages().text().toStdString();
 }
 
-TEST_F(PointsTest, AnOutlineIsGrabbedAndLeavesABoundaryPoint) {
+TEST_F(PointsTest, DraggingTheContourAddsABoundaryPoint) {
   const Eigen::Vector3d crosshair = bench().view.crosshair_mm;
-  const QPointF outline = outline_at_right();
-  ASSERT_GT(outline.x(), pixel(10, 0).x());
-  move_mouse(outline + QPointF(2, 0));
+  const QPointF contour = contour_at_right();
+  ASSERT_GT(contour.x(), pixel(10, 0).x());
+  move_mouse(contour + QPointF(2, 0));
   EXPECT_EQ(axial().cursor().shape(), Qt::OpenHandCursor);
-  drag(axial(), outline + QPointF(2, 0), outline + QPointF(42, 0));
+  drag(axial(), contour + QPointF(2, 0), contour + QPointF(42, 0));
   ASSERT_EQ(scene().points.size(), 1u);
   EXPECT_EQ(scene().points[0].kind, MarkKind::Boundary);
-  EXPECT_LT((scene().points[0].position_mm - axial().world_of(outline + QPointF(42, 0))).norm(), 1e-6);
+  EXPECT_LT((scene().points[0].position_mm - axial().world_of(contour + QPointF(42, 0))).norm(), 1e-6);
   EXPECT_EQ(bench().view.crosshair_mm, crosshair);
   bench().apply(Undo{});
   EXPECT_TRUE(scene().points.empty());  // one step
   EXPECT_FALSE(bench().session().can_undo());
 }
 
-TEST_F(PointsTest, TheCrosshairStillMovesBesideTheOutlineAndByAClickOnIt) {
-  const QPointF outline = outline_at_right();
-  move_mouse(outline - QPointF(7, 0));
+TEST_F(PointsTest, ADragBesideTheContourOrAClickOnItMovesTheCrosshair) {
+  const QPointF contour = contour_at_right();
+  move_mouse(contour - QPointF(7, 0));
   EXPECT_EQ(axial().cursor().shape(), Qt::ArrowCursor);
-  drag(axial(), outline - QPointF(7, 0), outline - QPointF(40, 0));
+  drag(axial(), contour - QPointF(7, 0), contour - QPointF(40, 0));
   EXPECT_TRUE(scene().points.empty());
-  EXPECT_LT((bench().view.crosshair_mm - axial().world_of(outline - QPointF(40, 0))).norm(), 0.9);
-  const QPointF again = outline_at_right();
+  EXPECT_LT((bench().view.crosshair_mm - axial().world_of(contour - QPointF(40, 0))).norm(), 0.9);
+  const QPointF again = contour_at_right();
   drag(axial(), again, again);
   EXPECT_TRUE(scene().points.empty());
   EXPECT_LT((bench().view.crosshair_mm - axial().world_of(again)).norm(), 0.9);
-  // Nor is an outline grabbed that is not shown.
+  // A hidden contour cannot be dragged.
   window_->actions()[Act::ShowMeshes]->trigger();
   axial().grabFramebuffer();
   drag(axial(), again, again - QPointF(30, 0));
@@ -214,7 +214,7 @@ TEST_F(PointsTest, TheCrosshairStillMovesBesideTheOutlineAndByAClickOnIt) {
   EXPECT_LT((bench().view.crosshair_mm - axial().world_of(again - QPointF(30, 0))).norm(), 0.9);
 }
 
-TEST_F(PointsTest, ADoubleClickLeavesTheCrosshairWhereItWas) {
+TEST_F(PointsTest, ADoubleClickDoesNotMoveTheCrosshair) {
   const Eigen::Vector3d before = bench().view.crosshair_mm;
   const QPointF at = pixel(-20, -20);
   drag(axial(), at, at);
@@ -222,13 +222,13 @@ TEST_F(PointsTest, ADoubleClickLeavesTheCrosshairWhereItWas) {
   mouse(axial(), QEvent::MouseButtonRelease, at, Qt::LeftButton, Qt::NoButton);
   EXPECT_TRUE(window_->views().space().isHidden());
   EXPECT_EQ(bench().view.crosshair_mm, before);
-  // After a drag that ended there it is another gesture.
+  // After a drag that ended there, a click is another gesture.
   mouse(axial(), QEvent::MouseButtonDblClick, at, Qt::LeftButton, Qt::LeftButton);
   drag(axial(), pixel(0, 0), pixel(8, 0));
   EXPECT_NEAR(bench().view.crosshair_mm.x() - before.x(), 8, 0.51);
 }
 
-TEST_F(PointsTest, APointThatUndoBroughtBackUnderTheMouseIsDeleted) {
+TEST_F(PointsTest, APointRestoredByUndoUnderTheMouseIsDeleted) {
   const Eigen::Vector3d at = bench().view.crosshair_mm + Eigen::Vector3d(5, 5, 0);
   bench().apply(AddPoint{bench().view.active_mesh, at, MarkKind::Inside, 3});
   bench().apply(AddPoint{bench().view.active_mesh, at - Eigen::Vector3d(15, 0, 0), MarkKind::Inside, 3});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program from the command line: exit status, one line on stderr, files.
+// Desktop program from the command line: exit status, one line on stderr, files.
 #include <QFileInfo>
 #include <QImage>
 #include <QJsonDocument>
@@ -7,8 +7,8 @@
 #include <QProcess>
 #include <QTemporaryDir>
 
-#include "io/scene_io.h"
-#include "io/volume_io.h"
+#include "io/scene/scene_io.h"
+#include "io/volume/volume_io.h"
 #include "step/simulation_parameters.h"
 #include "window_fixture.h"
 
@@ -49,21 +49,21 @@ TEST(Program, HelpAndVersionGoToStdout) {
   EXPECT_EQ(run({"--help"}).status, 0);
 }
 
-TEST(Program, WithoutADisplayItSaysWhatToDo) {
+TEST(Program, WithoutADisplayARemedyIsShown) {
   const Outcome outcome = run({}, {{"DISPLAY", ""}, {"WAYLAND_DISPLAY", ""}, {"QT_QPA_PLATFORM", "xcb"}});
   EXPECT_EQ(outcome.status, 1);
   EXPECT_EQ(outcome.err.count('\n'), 1) << outcome.err.toStdString();
   EXPECT_TRUE(outcome.err.contains("simplexseg-cli"));
 }
 
-TEST(Program, WithoutOpenGlItSaysWhatToDo) {
+TEST(Program, WithoutOpenGlARemedyIsShown) {
   const Outcome outcome = run({}, {{"QT_QPA_PLATFORM", "offscreen"}});
   EXPECT_EQ(outcome.status, 1);
   EXPECT_TRUE(outcome.err.contains("OpenGL 4.5"));
   EXPECT_TRUE(outcome.err.contains("simplexseg-cli"));
 }
 
-/// A bright ball and a mesh on it; returns the path of the scene.
+/// Writes a scene with a bright ball and a mesh on it. Returns the path of the scene.
 QString write_ball_scene(const QTemporaryDir& folder) {
   const auto path = [&](const char* name) { return folder.filePath(name); };
   write_volume(path("ball.nii").toStdString(), make_phantom("sphere", {}).image);
@@ -82,7 +82,7 @@ QString write_ball_scene(const QTemporaryDir& folder) {
   return path("scene.json");
 }
 
-TEST(Program, AScreenshotRunsTheSceneAndEnds) {
+TEST(Program, AScreenshotRunsTheSceneAndExits) {
   if (const std::string why = why_no_window(); !why.empty()) GTEST_SKIP() << "no window: " << why;
   QTemporaryDir folder;
   const auto path = [&](const char* name) { return folder.filePath(name); };
@@ -92,7 +92,7 @@ TEST(Program, AScreenshotRunsTheSceneAndEnds) {
   EXPECT_EQ(outcome.status, 0) << outcome.err.toStdString();
   EXPECT_EQ(QImage(path("a.png")).size(), QSize(900, 700));
   EXPECT_EQ(read_log(path("log.json").toStdString()).trailing_steps, 12);
-  const Outcome broken = run({"--screenshot", path("b.png"), path("a.png")});  // a picture is no volume
+  const Outcome broken = run({"--screenshot", path("b.png"), path("a.png")});  // a picture is not a volume
   EXPECT_EQ(broken.status, 2);
   EXPECT_EQ(broken.err.count('\n'), 1) << broken.err.toStdString();
   const Outcome unwritable = run({"--screenshot", path("no/such/folder/b.png"), "--steps", "0", path("ball.nii")});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whatever is done in whatever order: the window lives, and everything can be taken back. SIMPLEXSEG_EVENTS says how
-// many events, SIMPLEXSEG_SEED which; 200 of the first unless told otherwise.
+// Random events: the window survives, and every action can be undone. SIMPLEXSEG_EVENTS sets the number of events
+// (default 200), SIMPLEXSEG_SEED the random seed (default 0).
 #include <QContextMenuEvent>
 #include <QKeySequence>
 #include <QTest>
@@ -25,12 +25,12 @@ class RandomEventsTest : public PausedPhantomTest {
       if (below(5) == 0) modifiers |= one;
     return modifiers;
   }
-  /// Menus and dialogs that open are closed as if by Esc, so that the next event comes.
-  static void close_what_opened() {
+  /// Closes menus and dialogs that have opened, so that they do not block the next event.
+  static void close_dialogs() {
     if (QWidget* popup = QApplication::activePopupWidget()) popup->close();
     if (QWidget* dialog = QApplication::activeModalWidget()) dialog->close();
   }
-  void mouse_somewhere() {
+  void random_mouse_event() {
     QWidget& view = *window_->views().all()[static_cast<std::size_t>(below(4))];
     const auto place = [&] { return QPointF(below(view.width() + 40) - 20, below(view.height() + 40) - 20); };
     const QPointF from = place(), to = below(2) ? place() : from + QPointF(below(40) - 20, below(40) - 20);
@@ -45,15 +45,15 @@ class RandomEventsTest : public PausedPhantomTest {
         return mouse(view, QEvent::MouseMove, from, Qt::NoButton, Qt::NoButton, modifiers);
       case 2:
         return mouse(view, QEvent::MouseButtonDblClick, from, button, button, modifiers);
-      case 3:  // a press without an end, or an end without a press
+      case 3:  // a press without a release, or a release without a press
         return mouse(view, below(2) ? QEvent::MouseButtonPress : QEvent::MouseButtonRelease, from, button,
                      below(2) ? button : Qt::NoButton, modifiers);
       default:
         return drag(view, from, to, button, modifiers);
     }
   }
-  /// A key of the table; what asks for files or ends the program is left out.
-  void key_of_the_table() {
+  /// Presses a random key of the table of bindings, except those that open file dialogs or end the program.
+  void random_key_of_the_table() {
     const Binding& binding = bindings()[static_cast<std::size_t>(below(static_cast<int>(bindings().size())))];
     if (!*binding.keys) return;
     for (const Act act :
@@ -73,23 +73,23 @@ class RandomEventsTest : public PausedPhantomTest {
   std::mt19937 random_;
 };
 
-TEST_F(RandomEventsTest, TheWindowLivesAndEverythingIsTakenBack) {
+TEST_F(RandomEventsTest, TheWindowSurvivesAndAllActionsAreUndone) {
   const int events =
       qEnvironmentVariableIsSet("SIMPLEXSEG_EVENTS") ? qEnvironmentVariableIntValue("SIMPLEXSEG_EVENTS") : 200;
   random_.seed(static_cast<unsigned>(qEnvironmentVariableIntValue("SIMPLEXSEG_SEED")));
   ASSERT_TRUE(has_keys());
   QTimer closer;
-  QObject::connect(&closer, &QTimer::timeout, &RandomEventsTest::close_what_opened);
+  QObject::connect(&closer, &QTimer::timeout, &RandomEventsTest::close_dialogs);
   closer.start(5);
   for (int n = 0; n < events; ++n) {
-    below(3) ? mouse_somewhere() : key_of_the_table();
+    below(3) ? random_mouse_event() : random_key_of_the_table();
     if (n % 4 == 0) QApplication::processEvents();
-    // So many meshes at work would make the test long, and find no more.
+    // More meshes would only slow down the test.
     while (bench().scene().meshes.size() > 6) bench().apply(DeleteMesh{bench().scene().meshes.back().id});
     if (events > 2000 && n % 1000 == 999) std::cout << n + 1 << " events, " << scene().meshes.size() << " meshes\n";
   }
   bench().pause();
-  close_what_opened();
+  close_dialogs();
   for (const MeshItem& item : scene().meshes) EXPECT_NO_THROW(validate(item.mesh)) << item.name;
   int undone = 0;
   while (bench().session().can_undo() && undone < 300) {
@@ -101,8 +101,8 @@ TEST_F(RandomEventsTest, TheWindowLivesAndEverythingIsTakenBack) {
   for (const MeshItem& item : scene().meshes) EXPECT_NO_THROW(validate(item.mesh)) << item.name;
 }
 
-// Found by the test above: a press in a slice that was hidden when the active mesh was made.
-TEST_F(RandomEventsTest, ASliceThatWasNotDrawnSinceHasNoOutlineOfANewMesh) {
+// Found by the test above: a press in a slice that was hidden when the active mesh was added.
+TEST_F(RandomEventsTest, AnOutdatedSliceHasNoContourOfAnAddedMesh) {
   SliceView& coronal = window_->views().slice(2);
   const auto pieces = [&](int mesh) {
     coronal.makeCurrent();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the views draw from: OpenGL buffers that follow the session.
+// OpenGL buffers of the views, updated from the session.
 #include <GL/glew.h>
 
 #include <QAction>
@@ -20,7 +20,7 @@
 namespace simplexseg {
 namespace {
 
-/// A CPU engine whose device is lost after some steps, or when it is to draw.
+/// CPU engine that reports a lost device after some steps, or when drawing.
 class FailingEngine : public Engine {
  public:
   int steps_left = 1 << 30;
@@ -39,8 +39,8 @@ class FailingEngine : public Engine {
   }
   void set_points(std::span<const EnginePoint> points) override { inner_->set_points(points); }
   void set_field(int mesh, const EngineField& field) override { inner_->set_field(mesh, field); }
-  void give_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
-    inner_->give_targets(mesh, force, targets);
+  void set_fixed_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
+    inner_->set_fixed_targets(mesh, force, targets);
   }
   void read_targets(int mesh, ForceId force, std::span<Vec4> targets) override {
     inner_->read_targets(mesh, force, targets);
@@ -70,8 +70,8 @@ class FailingEngine : public Engine {
   }
   std::uint64_t bytes_read_back() const override { return bytes_; }
   std::size_t bytes_available() const override { return inner_->bytes_available(); }
-  std::size_t bytes_held() const override { return inner_->bytes_held(); }
-  std::vector<HeldArray> held_arrays() const override { return inner_->held_arrays(); }
+  std::size_t bytes_allocated() const override { return inner_->bytes_allocated(); }
+  std::vector<AllocatedArray> allocated_arrays() const override { return inner_->allocated_arrays(); }
   std::vector<KernelCount> kernel_counts() const override { return inner_->kernel_counts(); }
 
  private:
@@ -101,7 +101,7 @@ class SceneBuffersTest : public WindowTest {
                             static_cast<GLsizeiptr>(range.count * sizeof(unsigned)), triangles.data());
     return triangles;
   }
-  /// The texels of the axial slice.
+  /// Texels of the axial slice.
   std::vector<DisplayTexel> texels(SliceGrid& grid) {
     axial().makeCurrent();
     const SceneBuffers::Slice slice = *window_->drawn().slice(Orientation::Axial);
@@ -118,14 +118,14 @@ class SceneBuffersTest : public WindowTest {
     }
     return 0;
   }
-  void expect_buffers_are_the_scene() {
+  void expect_buffers_match_the_scene() {
     paint();
     const std::vector<DisplayPoint> drawn = points();
     std::size_t vertex = 0, vertex_count = 0;
     for (const MeshItem& item : scene().meshes) vertex_count += item.mesh.positions.size();
     for (std::size_t m = 0; m < scene().meshes.size(); ++m) {
       const MeshItem& item = scene().meshes[m];
-      // The tessellation of the mesh, found again in the shared buffers.
+      // The shared buffers must contain the tessellation of the mesh.
       const TriangleMesh expected = tessellate(item.mesh);
       const auto shown = triangles(static_cast<int>(m));
       ASSERT_EQ(shown.size(), expected.triangles.size());
@@ -146,7 +146,7 @@ class SceneBuffersTest : public WindowTest {
   }
 };
 
-TEST_F(SceneBuffersTest, TheViewsShareThem) {
+TEST_F(SceneBuffersTest, TheViewsShareTheBuffers) {
   open_phantom();
   paint();
   for (int n = 1; n < 3; ++n) {
@@ -161,11 +161,11 @@ TEST_F(SceneBuffersTest, TheViewsShareThem) {
 TEST_F(SceneBuffersTest, PointsFollowThePose) {
   open_phantom();
   bench().pause();
-  expect_buffers_are_the_scene();
+  expect_buffers_match_the_scene();
   const std::vector<DisplayPoint> before = points();
   bench().apply(AddPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(19, 0, 0)});
   bench().advance_steps(25);
-  expect_buffers_are_the_scene();
+  expect_buffers_match_the_scene();
   const std::vector<DisplayPoint> after = points();
   ASSERT_EQ(after.size(), before.size());
   float moved = 0;
@@ -183,7 +183,7 @@ TEST_F(SceneBuffersTest, NormalsPointOutwards) {
   }
 }
 
-TEST_F(SceneBuffersTest, TheyAreDrawnOnceAFrame) {
+TEST_F(SceneBuffersTest, SurfacesAreWrittenOncePerFrame) {
   open_phantom();
   bench().pause();
   bench().advance_steps(1);
@@ -197,28 +197,28 @@ TEST_F(SceneBuffersTest, TheyAreDrawnOnceAFrame) {
   EXPECT_EQ(launches("draw vertices"), drawn + 1);
 }
 
-TEST_F(SceneBuffersTest, NewRefinedAndDeletedMeshesMakeNewTriangles) {
+TEST_F(SceneBuffersTest, NewRefinedAndDeletedMeshesChangeTheTriangles) {
   open_phantom();
   bench().pause();
-  expect_buffers_are_the_scene();
+  expect_buffers_match_the_scene();
   bench().apply(AddMesh{"other", Seed{bench().view.crosshair_mm + Eigen::Vector3d(20, 0, 0), 5}, {}, 0});
-  expect_buffers_are_the_scene();
+  expect_buffers_match_the_scene();
   bench().apply(RefineMesh{scene().meshes[1].id});
-  expect_buffers_are_the_scene();
+  expect_buffers_match_the_scene();
   const std::size_t refined = triangles(1).size();
   bench().apply(DeleteMesh{scene().meshes[0].id});
-  expect_buffers_are_the_scene();
+  expect_buffers_match_the_scene();
   EXPECT_EQ(triangles(0).size(), refined);
   bench().apply(Undo{});
-  expect_buffers_are_the_scene();
+  expect_buffers_match_the_scene();
   for (int n = 0; n < 2; ++n) bench().apply(DeleteMesh{scene().meshes[0].id});
   paint();
   EXPECT_TRUE(scene().meshes.empty());
   bench().apply(Undo{});
-  expect_buffers_are_the_scene();
+  expect_buffers_match_the_scene();
 }
 
-TEST_F(SceneBuffersTest, TheSliceIsTheVoxelsAfterWindowAndLevel) {
+TEST_F(SceneBuffersTest, TheSliceShowsTheVoxelsAfterWindowAndLevel) {
   open_phantom();
   paint();
   SliceGrid grid;
@@ -270,7 +270,7 @@ TEST_F(SceneBuffersTest, ASliceIsDrawnAgainOnlyWhenItHasChanged) {
   EXPECT_EQ(launches("draw slice"), drawn + 4);
 }
 
-TEST_F(SceneBuffersTest, TheOutlineLiesWhereThePlaneCutsTheMesh) {
+TEST_F(SceneBuffersTest, TheContourLiesWhereThePlaneCutsTheMesh) {
   open_phantom(12);
   bench().pause();
   window_->actions()[Act::Annotations]->trigger();
@@ -284,7 +284,7 @@ TEST_F(SceneBuffersTest, TheOutlineLiesWhereThePlaneCutsTheMesh) {
       const Eigen::Vector3d direction(std::cos(n / 18.0 * 3.14159), std::sin(n / 18.0 * 3.14159), 0);
       Eigen::Vector3d centre = scene().meshes[0].seed.centre_mm;
       centre.z() = bench().view.crosshair_mm.z();
-      // Somewhere within half a voxel of the circle, and nowhere else.
+      // The contour lies within half a voxel of the circle.
       const auto coloured = [&](double r) {
         const QPointF at = axial().pixel_of(centre + r * direction) * axial().devicePixelRatio();
         const QColor colour = picture.pixelColor(at.toPoint());
@@ -300,7 +300,7 @@ TEST_F(SceneBuffersTest, TheOutlineLiesWhereThePlaneCutsTheMesh) {
   }
 }
 
-TEST_F(SceneBuffersTest, TheFillLiesWithinTheOutlineAndFollowsOpacity) {
+TEST_F(SceneBuffersTest, TheFillLiesWithinTheContourAndFollowsOpacity) {
   open_phantom(12);
   bench().apply(AddMesh{"beside", Seed{scene().meshes[0].seed.centre_mm + Eigen::Vector3d(0, 20, 0), 6}, {}, 0});
   bench().pause();
@@ -332,7 +332,7 @@ TEST_F(SceneBuffersTest, TheFillLiesWithinTheOutlineAndFollowsOpacity) {
   EXPECT_LT(reddish(0, 0), 8);
 }
 
-TEST_F(SceneBuffersTest, NothingIsReadBackWhileItRuns) {
+TEST_F(SceneBuffersTest, NothingIsReadBackWhileTheSimulationRuns) {
   show_window(std::make_unique<FailingEngine>(), {});
   open_phantom();
   bench().run();
@@ -351,11 +351,11 @@ TEST_F(SceneBuffersTest, NothingIsReadBackWhileItRuns) {
     return bench().session().total_steps() > steps + 200 && moves > 40;
   }));
   EXPECT_EQ(bench().session().engine().bytes_read_back(), bytes);
-  EXPECT_LT(refreshes, moves / 2);                         // panels follow a drag now and then
-  EXPECT_TRUE(wait_until([&] { return refreshes > 0; }));  // but they do
+  EXPECT_LT(refreshes, moves / 2);                         // panels follow a drag only when it pauses
+  EXPECT_TRUE(wait_until([&] { return refreshes > 0; }));  // but they follow
 }
 
-TEST_F(SceneBuffersTest, ALostDeviceIsAMessageAndTheSessionGoesOn) {
+TEST_F(SceneBuffersTest, ALostDeviceIsReportedAndTheSessionContinues) {
   auto engine = std::make_unique<FailingEngine>();
   engine->steps_left = 30;
   show_window(std::move(engine), [] { return make_cpu_engine(1); });
@@ -368,10 +368,10 @@ TEST_F(SceneBuffersTest, ALostDeviceIsAMessageAndTheSessionGoesOn) {
   EXPECT_TRUE(window_->messages().text().contains("it was lost")) << window_->messages().text().toStdString();
   EXPECT_TRUE(bench().running());
   bench().pause();
-  expect_buffers_are_the_scene();
+  expect_buffers_match_the_scene();
 }
 
-TEST_F(SceneBuffersTest, ADeviceLostWhileDrawingIsReplacedToo) {
+TEST_F(SceneBuffersTest, ADeviceLostWhileDrawingIsReplaced) {
   auto engine = std::make_unique<FailingEngine>();
   engine->draws = false;
   show_window(std::move(engine), [] { return make_cpu_engine(1); });
@@ -380,10 +380,10 @@ TEST_F(SceneBuffersTest, ADeviceLostWhileDrawingIsReplacedToo) {
   EXPECT_STREQ(bench().session().engine().backend(), "cpu");
   ASSERT_TRUE(wait_until([&] { return window_->messages().isVisible(); }));
   EXPECT_TRUE(window_->messages().text().contains("it was lost"));
-  expect_buffers_are_the_scene();
+  expect_buffers_match_the_scene();
 }
 
-TEST_F(SceneBuffersTest, WithoutASpareTheWindowSaysSoAndStops) {
+TEST_F(SceneBuffersTest, WithoutAFallbackTheFailureIsReportedAndTheRunPauses) {
   auto engine = std::make_unique<FailingEngine>();
   engine->draws = false;
   show_window(std::move(engine), {});
@@ -394,7 +394,7 @@ TEST_F(SceneBuffersTest, WithoutASpareTheWindowSaysSoAndStops) {
   EXPECT_TRUE(window_->messages().text().contains("it was lost"));
 }
 
-TEST_F(SceneBuffersTest, WhatCouldNotBeDrawnIsTriedAgainWithTheNextScene) {
+TEST_F(SceneBuffersTest, AFailedSceneIsRetriedWithTheNextScene) {
   auto engine = std::make_unique<FailingEngine>();
   FailingEngine& device = *engine;
   device.draws = false;
@@ -404,10 +404,10 @@ TEST_F(SceneBuffersTest, WhatCouldNotBeDrawnIsTriedAgainWithTheNextScene) {
   device.draws = true;
   EXPECT_EQ(window_->drawn().surfaces(), nullptr);
   open_phantom();
-  expect_buffers_are_the_scene();
+  expect_buffers_match_the_scene();
 }
 
-TEST_F(SceneBuffersTest, ANewVolumeIsDrawnThoughThePlaneIsTheSame) {
+TEST_F(SceneBuffersTest, AnotherVolumeIsDrawnInAnUnchangedPlane) {
   open_phantom();
   paint();
   SliceGrid grid;
@@ -425,11 +425,11 @@ TEST_F(SceneBuffersTest, ANewVolumeIsDrawnThoughThePlaneIsTheSame) {
   EXPECT_LT(inner(), grey);
 }
 
-TEST_F(SceneBuffersTest, TheWindowSaysHowItIsDrawn) {
+TEST_F(SceneBuffersTest, TheWindowShowsTheTransferMode) {
   open_phantom();
   paint();
   QApplication::processEvents();
-  EXPECT_TRUE(window_->drawn().buffers().how().starts_with("uploaded each frame: "));
+  EXPECT_TRUE(window_->drawn().buffers().transfer_mode().starts_with("uploaded each frame: "));
   bool panel = false, status = false;
   for (const QLabel* label : window_->findChildren<QLabel*>()) {
     const QString renderer = QString::fromStdString(window_->drawn().buffers().renderer());

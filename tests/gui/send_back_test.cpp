@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What goes back to an archive.
+// Sending results to an archive.
 #include <QAction>
 #include <QCheckBox>
 #include <QComboBox>
@@ -8,6 +8,7 @@
 #include "archive_fixture.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/message_bar.h"
+#include "io/volume/volume_io.h"
 
 namespace simplexseg {
 namespace {
@@ -18,7 +19,7 @@ constexpr const char* kCapture = "1.2.840.10008.5.1.4.1.1.7";
 
 class SendBackTest : public ArchiveFixture {};
 
-TEST_F(SendBackTest, WithoutADicomImageItIsGreyAndSaysWhy) {
+TEST_F(SendBackTest, WithoutADicomImageSendingIsDisabledWithAReason) {
   QAction* const action = window_->actions()[Act::SendBack];
   EXPECT_FALSE(action->isEnabled());
   EXPECT_EQ(action->toolTip(), "Open a DICOM image first");
@@ -34,7 +35,7 @@ TEST_F(SendBackTest, WithoutADicomImageItIsGreyAndSaysWhy) {
 }
 
 TEST_F(SendBackTest, LabelsContoursAndThePictureBecomeSeriesOfTheStudy) {
-  know_two_servers();
+  write_two_servers();
   open_dicom_with_mesh();
   SendDialog* dialog = send_dialog();
   ASSERT_NE(dialog, nullptr);
@@ -49,21 +50,21 @@ TEST_F(SendBackTest, LabelsContoursAndThePictureBecomeSeriesOfTheStudy) {
     EXPECT_NE(one.series, FakeArchive::kSeries);
   }
   EXPECT_EQ(classes, (std::vector<std::string>{kSegmentation, kStructureSet, kCapture}));
-  EXPECT_TRUE(fake_.sent_bytes[0].find("ball") != std::string::npos) << "the mesh has its name there";
+  EXPECT_TRUE(fake_.sent_bytes[0].find("ball") != std::string::npos) << "the segment has the name of the mesh";
   EXPECT_GT(fake_.sent_bytes[2].size(), 100'000u) << "the pixels of the views";
-  EXPECT_TRUE(cached().empty()) << "nothing of it stays on the disk";
+  EXPECT_TRUE(cached().empty()) << "no file stays on the disk";
   EXPECT_EQ(window_->messages().text(), "Sent 3 series to one");
 }
 
-TEST_F(SendBackTest, OnlyWhatIsTickedGoesAndWhatTheArchiveSaysIsTold) {
-  know_two_servers();
+TEST_F(SendBackTest, OnlyTickedItemsAreSentAndWarningsOfTheArchiveAreShown) {
+  write_two_servers();
   open_dicom_with_mesh();
   SendDialog* dialog = send_dialog();
   ASSERT_NE(dialog, nullptr);
   for (const char* box : {"send_labels", "send_contours", "send_view"}) click(*dialog, box);
   auto* send = dialog->findChild<QPushButton*>("send_button");
   EXPECT_FALSE(send->isEnabled());
-  EXPECT_EQ(send->toolTip(), "Tick something to send");
+  EXPECT_EQ(send->toolTip(), "Select an item to send");
   click(*dialog, "send_contours");
   QTest::keyClick(dialog->findChild<QComboBox*>("send_server"), Qt::Key_Down);
   fake_.warnings = {"it changed the patient's id"};
@@ -75,15 +76,15 @@ TEST_F(SendBackTest, OnlyWhatIsTickedGoesAndWhatTheArchiveSaysIsTold) {
   EXPECT_TRUE(window_->messages().text().contains("it changed the patient's id"));
 }
 
-TEST_F(SendBackTest, WithoutAMeshThePictureAloneCanGo) {
-  know_two_servers();
+TEST_F(SendBackTest, WithoutASegmentationOnlyThePictureCanBeSent) {
+  write_two_servers();
   open_dicom_with_mesh();
   bench().apply(DeleteMesh{scene().meshes[0].id});
   SendDialog* dialog = send_dialog();
   ASSERT_NE(dialog, nullptr);
   for (const char* box : {"send_labels", "send_contours"}) {
     EXPECT_FALSE(dialog->findChild<QCheckBox*>(box)->isEnabled());
-    EXPECT_EQ(dialog->findChild<QCheckBox*>(box)->toolTip(), "There is no mesh yet");
+    EXPECT_EQ(dialog->findChild<QCheckBox*>(box)->toolTip(), "There is no segmentation yet");
   }
   EXPECT_FALSE(dialog->findChild<QPushButton*>("send_button")->isEnabled());
   click(*dialog, "send_view");
@@ -92,11 +93,11 @@ TEST_F(SendBackTest, WithoutAMeshThePictureAloneCanGo) {
   EXPECT_EQ(fake_.sent[0].sop_class, kCapture);
 }
 
-TEST_F(SendBackTest, ItGoesToTheArchiveThatTheImageCameFrom) {
-  know_two_servers();
+TEST_F(SendBackTest, TheArchiveOfTheImageIsPreselected) {
+  write_two_servers();
   ArchiveDialog* find = find_dialog();
   QTest::keyClick(find->findChild<QComboBox*>("archive_server"), Qt::Key_Down);
-  ASSERT_EQ(mark_first_series(), find);
+  ASSERT_EQ(select_first_series(), find);
   click(*find, "archive_fetch");
   ASSERT_TRUE(
       wait_until([this] { return bench().has_volume() && !window_->actions()[Act::Open]->toolTip().isEmpty(); }));
@@ -105,7 +106,7 @@ TEST_F(SendBackTest, ItGoesToTheArchiveThatTheImageCameFrom) {
   EXPECT_EQ(dialog->findChild<QComboBox*>("send_server")->currentIndex(), 1);
 }
 
-TEST_F(SendBackTest, WithoutAnArchiveItSaysWhatToDo) {
+TEST_F(SendBackTest, WithoutAnArchiveARemedyIsShown) {
   open_dicom_with_mesh();
   SendDialog* dialog = send_dialog();
   ASSERT_NE(dialog, nullptr);
@@ -114,13 +115,13 @@ TEST_F(SendBackTest, WithoutAnArchiveItSaysWhatToDo) {
   EXPECT_EQ(send->toolTip(), "Add an archive first: File > Archive");
 }
 
-TEST_F(SendBackTest, AFaultIsOneLineAndWhatIsSentAgainReplacesItself) {
-  know_two_servers();
+TEST_F(SendBackTest, AFaultIsOneLineAndARepeatedTransferReplacesItsFiles) {
+  write_two_servers();
   open_dicom_with_mesh();
   SendDialog* dialog = send_dialog();
   ASSERT_NE(dialog, nullptr);
   const char* fault =
-      "the archive one: the connection ended while it was sent to; try again (of 3 instances it had taken 1)";
+      "the archive one: the connection ended while it was sent to; try again (1 of 3 instances were stored)";
   fake_.fault = fault;
   click(*dialog, "send_button");
   ASSERT_TRUE(wait_until([&] { return !dialog->task().busy(); }));
@@ -129,30 +130,30 @@ TEST_F(SendBackTest, AFaultIsOneLineAndWhatIsSentAgainReplacesItself) {
   const std::vector<DicomIdentity> first = fake_.sent;
   ASSERT_EQ(first.size(), 3u);
   fake_.fault.clear();
-  fake_.holds = true;
+  fake_.blocked = true;
   click(*dialog, "send_button");
   auto* bar = dialog->findChild<QProgressBar*>();
   ASSERT_TRUE(wait_until([&] { return bar->maximum() == 12 && bar->value() == 3; }));
-  fake_.holds = false;
+  fake_.blocked = false;
   ASSERT_TRUE(wait_until([this] { return window_->findChild<SendDialog*>() == nullptr; }));
   ASSERT_EQ(fake_.sent.size(), 3u);
   for (int n = 0; n < 3; ++n)
-    EXPECT_EQ(fake_.sent[n].sop_instance, first[n].sop_instance) << "it replaces what the archive has of it";
+    EXPECT_EQ(fake_.sent[n].sop_instance, first[n].sop_instance) << "it replaces the file in the archive";
   EXPECT_TRUE(cached().empty());
 }
 
-TEST_F(SendBackTest, SendingIsCalledOffByTheButtonOrByEsc) {
-  know_two_servers();
+TEST_F(SendBackTest, SendingIsCancelledByTheButtonOrByEsc) {
+  write_two_servers();
   open_dicom_with_mesh();
   SendDialog* dialog = send_dialog();
   ASSERT_NE(dialog, nullptr);
-  fake_.holds = true;
+  fake_.blocked = true;
   click(*dialog, "send_button");
   ASSERT_TRUE(wait_until([&] { return fake_.waiting == 1; }));
-  EXPECT_EQ(cached().size(), 1u) << "what is being sent";
+  EXPECT_EQ(cached().size(), 1u) << "files being sent";
   click(*dialog, "archive_cancel");
   ASSERT_TRUE(wait_until([&] { return fake_.waiting == 0 && cached().empty(); }));
-  EXPECT_TRUE(dialog->task().text().startsWith("Called off")) << dialog->task().text().toStdString();
+  EXPECT_TRUE(dialog->task().text().startsWith("Cancelled")) << dialog->task().text().toStdString();
   click(*dialog, "send_button");
   ASSERT_TRUE(wait_until([&] { return fake_.waiting == 1; }));
   QTest::keyClick(dialog, Qt::Key_Escape);
@@ -162,8 +163,8 @@ TEST_F(SendBackTest, SendingIsCalledOffByTheButtonOrByEsc) {
   EXPECT_TRUE(wait_until([this] { return window_->findChild<SendDialog*>() == nullptr; }));
 }
 
-TEST_F(SendBackTest, AnImageThatHasGoneFromTheDiskIsSaid) {
-  know_two_servers();
+TEST_F(SendBackTest, AMissingImageFileIsReported) {
+  write_two_servers();
   open_dicom_with_mesh();
   std::filesystem::remove_all(place("image"));
   SendDialog* dialog = send_dialog();

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Slices drawn by the engine, slice geometry and automatic contrast.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +14,7 @@
 namespace simplexseg {
 namespace {
 
-// A volume in which no two neighbouring voxels are alike.
+// Volume whose neighbouring voxels all differ.
 template <class T>
 Volume make_volume(const Eigen::Matrix3d& direction) {
   VolumeGeometry geometry;
@@ -35,10 +36,9 @@ Eigen::Matrix3d permuted(int i, int j, int k, double si, double sj, double sk) {
   return direction;
 }
 
-constexpr double kLow = 10, kHigh = 90;  // the window: values beyond it are among the voxels
+constexpr double kLow = 10, kHigh = 90;  // window of intensities; some voxels lie beyond it
 
-// The slice as an engine draws it, and how many texels are inside. Every texel is compared with the volume at its
-// place.
+// Largest difference between the texels of an engine's slices and the volume, and the number of texels inside.
 double largest_error(const Volume& volume, const Eigen::Vector3d& through_mm, int* inside_count = nullptr,
                      int texels_per_voxel = 1) {
   const auto engine = make_cpu_engine(1);
@@ -74,7 +74,7 @@ double largest_error(const Volume& volume, const Eigen::Vector3d& through_mm, in
   return worst;
 }
 
-constexpr double kRounding = 0.5001;  // to a whole grey
+constexpr double kRounding = 0.5001;  // largest error of rounding to an integer grey value
 
 TEST(DrawnSlice, ShowsTheVoxelsUnderEveryAxisAssignment) {
   const Eigen::Matrix3d directions[] = {permuted(0, 1, 2, 1, 1, 1), permuted(0, 1, 2, -1, -1, 1),

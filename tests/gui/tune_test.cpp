@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parameters with unit, default and help; presets; the cards' order and copies.
+// Parameters with unit, default and help; presets; order of the cards and duplicates.
 #include <QCheckBox>
 #include <QDoubleSpinBox>
 #include <QFile>
@@ -48,31 +48,31 @@ TEST_F(TuneTest, EveryParameterHasUnitDefaultHelpAndReset) {
       }
       row->set_value(info.default_value);
       EXPECT_FALSE(row->reset()->isEnabled()) << info.name;
-      EXPECT_EQ(row->reset()->toolTip(), "It has its default");
+      EXPECT_EQ(row->reset()->toolTip(), "The value is the default");
     }
   }
   EXPECT_TRUE(help_of(force_list()[0].parameters[0]).contains("from "));
 }
 
-TEST_F(TuneTest, ResetIsOneActionThatIsTakenBack) {
+TEST_F(TuneTest, ResetIsOneActionThatCanBeUndone) {
   const ItemId mesh = scene().meshes[0].id;
   ParameterRow* row = window_->panels().forces().row(ForceId::Smoothing, 0);
   const float standard = row->info().default_value;
   bench().apply(SetForceParameter{mesh, ForceId::Smoothing, 0, standard / 2});
   ASSERT_TRUE(row->reset()->isEnabled());
-  EXPECT_TRUE(row->reset()->toolTip().startsWith("Back to the default"));
+  EXPECT_TRUE(row->reset()->toolTip().startsWith("Reset to the default"));
   row->reset()->click();
   EXPECT_EQ(scene().meshes[0].parameters.weight(ForceId::Smoothing), standard);
   bench().apply(Undo{});
   EXPECT_EQ(scene().meshes[0].parameters.weight(ForceId::Smoothing), standard / 2);
-  const int damping = find_parameter(simulation_table(), "final_vertices");
-  ParameterRow* other = window_->panels().simulation().row(damping);
-  bench().apply(SetSimulationParameter{damping, 20});
+  const int final_vertices = find_parameter(simulation_table(), "final_vertices");
+  ParameterRow* other = window_->panels().simulation().row(final_vertices);
+  bench().apply(SetSimulationParameter{final_vertices, 20});
   other->reset()->click();
-  EXPECT_EQ(value_of(scene().simulation, damping), other->info().default_value);
+  EXPECT_EQ(value_of(scene().simulation, final_vertices), other->info().default_value);
 }
 
-TEST_F(TuneTest, APresetIsSavedTakenByAnotherMeshAndTakenBackAtOnce) {
+TEST_F(TuneTest, APresetIsSavedAppliedToAnotherMeshAndUndoneAtOnce) {
   const ItemId first = scene().meshes[0].id;
   bench().apply(SetForceParameter{first, ForceId::Gradient, 0, 0.75f});
   bench().apply(SetSimulationParameter{find_parameter(simulation_table(), "final_vertices"), 320});
@@ -126,7 +126,7 @@ TEST_F(TuneTest, CardsAreOrderedByDragAndByKeys) {
   EXPECT_EQ(names(), (std::vector<std::string>{"b", "c", "object"}));
 }
 
-TEST_F(TuneTest, ACopyHasPoseAndPointsAndANameOfItsOwn) {
+TEST_F(TuneTest, ACopyHasPoseAndPointsAndItsOwnName) {
   const ItemId mesh = scene().meshes[0].id;
   bench().apply(AddPoint{mesh, {0, 0, 14}});
   bench().pause();
@@ -139,7 +139,7 @@ TEST_F(TuneTest, ACopyHasPoseAndPointsAndANameOfItsOwn) {
   EXPECT_FALSE(a.colour == b.colour);
   ASSERT_EQ(scene().points.size(), 2u);
   EXPECT_EQ(scene().points[1].mesh, b.id);
-  EXPECT_EQ(bench().view.active_mesh, b.id) << "the settings that are changed next are those of the copy";
+  EXPECT_EQ(bench().view.active_mesh, b.id) << "the next changes apply to the copy";
   window_->actions()[Act::DuplicateMesh]->trigger();
   EXPECT_EQ(names().back(), "object copy copy");
 }

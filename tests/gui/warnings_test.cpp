@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the window says of steps that were undone and of surfaces that are not sound.
+// Messages about undone steps and self-intersecting surfaces.
 #include <QLabel>
 
 #include "gui/panels/simulation_panel.h"
@@ -13,19 +13,19 @@ class WarningsTest : public WindowTest {};
 
 TEST_F(WarningsTest, ManyLinesBecomeOneMessageAtATime) {
   RepeatedWarning warning(50);
-  QStringList told;
-  QObject::connect(&warning, &RepeatedWarning::tell, [&](const QString& text) { told << text; });
+  QStringList messages;
+  QObject::connect(&warning, &RepeatedWarning::message, [&](const QString& text) { messages << text; });
   warning.add({});
-  EXPECT_TRUE(told.isEmpty());
+  EXPECT_TRUE(messages.isEmpty());
   warning.add({"mesh 'a': the first"});
-  EXPECT_EQ(told, QStringList{"mesh 'a': the first"});  // at once
+  EXPECT_EQ(messages, QStringList{"mesh 'a': the first"});  // at once
   for (int n = 0; n < 9; ++n) warning.add({"mesh 'a': another", "mesh 'b': the last"});
-  EXPECT_EQ(told.size(), 1);
-  ASSERT_TRUE(wait_until([&] { return told.size() > 1; }));
-  EXPECT_EQ(told[1], "mesh 'b': the last (and 17 more)");
+  EXPECT_EQ(messages.size(), 1);
+  ASSERT_TRUE(wait_until([&] { return messages.size() > 1; }));
+  EXPECT_EQ(messages[1], "mesh 'b': the last (and 17 more)");
 }
 
-TEST_F(WarningsTest, AFoldedSurfaceIsSaid) {
+TEST_F(WarningsTest, ASelfIntersectingSurfaceIsReported) {
   open_phantom();
   const QLabel* surface = window_->panels().simulation().surface();
   const QLabel* motion = window_->panels().simulation().motion();
@@ -33,23 +33,23 @@ TEST_F(WarningsTest, AFoldedSurfaceIsSaid) {
   Scene folded = scene();
   const Volume volume = bench().session().volume();
   MeshItem& item = folded.meshes[0];
-  item.parameters.values[static_cast<int>(ForceId::Smoothing)][0] = 0;  // nothing moves it
+  item.parameters.values[static_cast<int>(ForceId::Smoothing)][0] = 0;  // no force moves it
   folded.simulation.final_vertices = static_cast<float>(item.mesh.vertex_count());
   bench().open(folded, volume);
   bench().advance_steps(10, true);
   bench().run();
-  ASSERT_TRUE(wait_until([&] { return motion->text().contains("at rest"); })) << motion->text().toStdString();
-  EXPECT_EQ(surface->text(), "sound");
-  EXPECT_FALSE(motion->text().contains("not sound"));
+  ASSERT_TRUE(wait_until([&] { return motion->text().contains("settled"); })) << motion->text().toStdString();
+  EXPECT_EQ(surface->text(), "no self-overlap");
+  EXPECT_FALSE(motion->text().contains("surface errors"));
 
   // One vertex through to the other side.
   item.mesh.positions[0] = 2 * item.seed.centre_mm.cast<float>() - item.mesh.positions[0];
   item.previous = item.mesh.positions;
   bench().open(folded, volume);
   bench().run();
-  ASSERT_TRUE(wait_until([&] { return motion->text().contains("at rest, but not sound"); }))
+  ASSERT_TRUE(wait_until([&] { return motion->text().contains("settled, surface errors"); }))
       << motion->text().toStdString();
-  EXPECT_TRUE(surface->text().startsWith("folded at ")) << surface->text().toStdString();
+  EXPECT_TRUE(surface->text().startsWith("the surface overlaps itself in ")) << surface->text().toStdString();
   EXPECT_EQ(surface->property("role"), "warning");
   EXPECT_NE(motion->property("role"), "warning");
 }

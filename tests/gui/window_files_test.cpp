@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opening, dropping and saving through the window.
+// Opening, dropping and saving files in the window.
 #include <QDir>
 #include <QDropEvent>
 #include <QFile>
@@ -12,8 +12,8 @@
 #include "gui/window/file_actions.h"
 #include "gui/window/message_bar.h"
 #include "gui/window/window_memory.h"
-#include "io/mesh_io.h"
-#include "io/volume_io.h"
+#include "io/mesh/mesh_io.h"
+#include "io/volume/volume_io.h"
 #include "window_fixture.h"
 
 namespace simplexseg {
@@ -31,7 +31,7 @@ class WindowFilesTest : public WindowTest {
     QMimeData data;
     data.setUrls(urls);
     QDragEnterEvent enter(QPoint(300, 300), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
-    QApplication::sendEvent(window_.get(), &enter);  // Qt gives a drop to whom the drag has entered
+    QApplication::sendEvent(window_.get(), &enter);  // Qt delivers a drop only after the drag has entered
     QDropEvent event(QPointF(300, 300), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
     QApplication::sendEvent(window_.get(), &event);
   }
@@ -41,14 +41,14 @@ class WindowFilesTest : public WindowTest {
 TEST_F(WindowFilesTest, AVolumeOpensInTheBackground) {
   write_phantom("cube.nii.gz");
   window_->files().open(path("cube.nii.gz"));
-  EXPECT_FALSE(bench().has_volume());  // the call came back before the file was read
+  EXPECT_FALSE(bench().has_volume());  // the call returns before the file is read
   ASSERT_TRUE(wait_until([&] { return bench().has_volume(); }));
   EXPECT_EQ(bench().session().volume().geometry().size[0], 64);
   EXPECT_TRUE(window_->windowTitle().contains("cube.nii.gz"));
   EXPECT_FALSE(bench().has_unsaved_changes());
 }
 
-TEST_F(WindowFilesTest, NothingThatIsDroppedDoesHarm) {
+TEST_F(WindowFilesTest, NoDroppedItemDoesHarm) {
   open_phantom();
   write("text.nii", "this is not a volume");
   write("empty.nii.gz", "");
@@ -62,7 +62,7 @@ TEST_F(WindowFilesTest, NothingThatIsDroppedDoesHarm) {
       return window_->messages().isVisible() && !window_->messages().text().contains("Loading");
     })) << name;
     EXPECT_FALSE(window_->messages().text().contains('\n')) << name;
-    EXPECT_EQ(scene().meshes.size(), 1u) << name;  // what was open is still open
+    EXPECT_EQ(scene().meshes.size(), 1u) << name;  // the open scene stays
   }
   drop({QUrl("https://example.org/volume.nii")});
   drop({});
@@ -75,9 +75,9 @@ TEST_F(WindowFilesTest, ADroppedVolumeOpens) {
   EXPECT_TRUE(wait_until([&] { return bench().has_volume(); }));
 }
 
-TEST_F(WindowFilesTest, ASceneComesBackAsItWasSaved) {
+TEST_F(WindowFilesTest, ASavedSceneIsRestoredExactly) {
   write_phantom("cube.nii.gz");
-  window_->files().take(load_input(path("cube.nii.gz").toStdString()), path("cube.nii.gz").toStdString());
+  window_->files().open_loaded(load_input(path("cube.nii.gz").toStdString()), path("cube.nii.gz").toStdString());
   bench().apply(AddMesh{"ball", Seed{bench().view.crosshair_mm, 9}, Colour{10, 200, 30}, 0});
   bench().apply(AddPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(12, 0, 0)});
   bench().pause();
@@ -94,7 +94,7 @@ TEST_F(WindowFilesTest, ASceneComesBackAsItWasSaved) {
   EXPECT_FALSE(again.volume.empty());
 }
 
-TEST_F(WindowFilesTest, SavingWhereNothingCanBeWrittenIsAMessage) {
+TEST_F(WindowFilesTest, SavingToAnInvalidPathShowsAMessage) {
   open_phantom();
   EXPECT_FALSE(window_->files().save_scene_to(path("no/such/folder/scene.json")));
   EXPECT_TRUE(window_->messages().isVisible());
@@ -104,18 +104,18 @@ TEST_F(WindowFilesTest, SavingWhereNothingCanBeWrittenIsAMessage) {
       wait_until([&] { return window_->messages().isVisible() && !window_->messages().text().contains("..."); }));
 }
 
-TEST_F(WindowFilesTest, NamesThatAreOfferedAreThoseOfVolumeAndSceneAndNeverTaken) {
+TEST_F(WindowFilesTest, SuggestedNamesCombineVolumeAndSceneAndAreUnused) {
   write_phantom("cube.nii.gz");
   write("labels.nii.gz", "a reference");
-  window_->files().take(load_input(path("cube.nii.gz").toStdString()), path("cube.nii.gz").toStdString());
-  EXPECT_EQ(window_->files().offered_path("-labels", ".nii.gz"), path("cube-labels.nii.gz"));
-  EXPECT_EQ(window_->files().offered_path("", ".simplexseg.json"), path("cube.simplexseg.json"));
+  window_->files().open_loaded(load_input(path("cube.nii.gz").toStdString()), path("cube.nii.gz").toStdString());
+  EXPECT_EQ(window_->files().suggested_path("-labels", ".nii.gz"), path("cube-labels.nii.gz"));
+  EXPECT_EQ(window_->files().suggested_path("", ".simplexseg.json"), path("cube.simplexseg.json"));
   write("cube-labels.nii.gz", "another");
-  EXPECT_EQ(window_->files().offered_path("-labels", ".nii.gz"), path("cube-labels-2.nii.gz"));
+  EXPECT_EQ(window_->files().suggested_path("-labels", ".nii.gz"), path("cube-labels-2.nii.gz"));
   write("cube-labels-2.nii.gz", "a third");
-  EXPECT_EQ(window_->files().offered_path("-labels", ".nii.gz"), path("cube-labels-3.nii.gz"));
+  EXPECT_EQ(window_->files().suggested_path("-labels", ".nii.gz"), path("cube-labels-3.nii.gz"));
   ASSERT_TRUE(window_->files().save_scene_to(path("kidneys.simplexseg.json")));
-  EXPECT_EQ(window_->files().offered_path("-labels", ".nii.gz"), path("cube-kidneys-labels.nii.gz"));
+  EXPECT_EQ(window_->files().suggested_path("-labels", ".nii.gz"), path("cube-kidneys-labels.nii.gz"));
 }
 
 TEST_F(WindowFilesTest, TheWindowRemembersFilesContrastAndSize) {
@@ -123,7 +123,7 @@ TEST_F(WindowFilesTest, TheWindowRemembersFilesContrastAndSize) {
   write_phantom("cube.nii.gz");
   write_phantom("other.nii.gz");
   const auto open = [&](const char* name) {
-    window_->files().take(load_input(path(name).toStdString()), path(name).toStdString());
+    window_->files().open_loaded(load_input(path(name).toStdString()), path(name).toStdString());
   };
   {
     WindowMemory memory(*window_);

@@ -14,7 +14,7 @@
 namespace simplexseg {
 namespace {
 
-// Ends before main() does: Qt cannot give back its OpenGL contexts among the destructors of statics.
+// Destroyed before main() returns: Qt cannot release its OpenGL contexts during static destruction.
 std::unique_ptr<QApplication> application;
 struct EndOfApplication : ::testing::Environment {
   void TearDown() override { application.reset(); }
@@ -28,9 +28,9 @@ std::string why_no_window() {
   static const std::string why = []() -> std::string {
     const QString display = qEnvironmentVariable("DISPLAY");
     if (display.isEmpty()) return "no DISPLAY";
-    // Qt ends the program when nobody answers at a local display; its socket tells beforehand.
+    // Qt aborts if a local display does not respond; check its socket first.
     if (display.startsWith(':') && !QFileInfo::exists("/tmp/.X11-unix/X" + display.mid(1).section('.', 0, 0))) {
-      return "nobody answers at DISPLAY " + display.toStdString();
+      return "no response from DISPLAY " + display.toStdString();
     }
     static int count = 1;
     static char name[] = "gui_test";
@@ -57,8 +57,8 @@ void WindowTest::SetUp() {
   show_window(make_cpu_engine(1), {});
 }
 
-void WindowTest::show_window(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare) {
-  window_ = std::make_unique<MainWindow>(std::move(engine), std::move(spare));
+void WindowTest::show_window(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> make_fallback) {
+  window_ = std::make_unique<MainWindow>(std::move(engine), std::move(make_fallback));
   window_->set_unattended();
   window_->resize(1200, 800);
   window_->show();
@@ -124,8 +124,8 @@ void WindowTest::wheel(QWidget& widget, const QPointF& at, int notches, Qt::Keyb
 }  // namespace simplexseg
 
 #ifdef __SANITIZE_THREAD__
-// Qt and the drivers of OpenGL are not instrumented: what they guard by locks of their own looks like a race. What is
-// posted from a thread to another's queue, of events or of what it is to do, is such.
+// Qt and OpenGL drivers are not instrumented, so that data protected by their locks is reported as a race: for example
+// events and functions posted from one thread to another.
 extern "C" __attribute__((visibility("default"))) const char* __tsan_default_options();
 extern "C" const char* __tsan_default_options() { return "ignore_noninstrumented_modules=1"; }
 extern "C" __attribute__((visibility("default"))) const char* __tsan_default_suppressions();

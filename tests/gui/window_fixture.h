@@ -19,21 +19,21 @@
 
 namespace simplexseg {
 
-/// Makes the QApplication of the test program. Why no window can be had, empty when one can.
+/// Creates the QApplication of the test program. Returns the reason why no window can be opened; empty if one can.
 std::string why_no_window();
 
-/// Handles events until `done`, for ten seconds at most; returns whether it was.
+/// Processes events until `done` returns true, for ten seconds at most. Returns whether it did.
 bool wait_until(const std::function<bool()>& done);
 
-/// A window on a small phantom: a bright sphere of radius about 16 mm in 64^3 voxels of 1 mm.
+/// Window with a small phantom: a bright sphere of radius about 16 mm in 64^3 voxels of 1 mm.
 class WindowTest : public ::testing::Test {
  protected:
   void SetUp() override;
   void TearDown() override;
-  /// In place of the one that is.
-  void show_window(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare);
+  /// Replaces the window.
+  void show_window(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> make_fallback);
 
-  /// With one mesh "object" of this radius about the volume's centre, that only attraction and smoothing move.
+  /// Opens the phantom with one mesh "object" of this radius at the centre; only attraction and smoothing move it.
   void open_phantom(double radius_mm = 12);
   Workbench& bench() { return window_->workbench(); }
   const Scene& scene() { return bench().session().scene(); }
@@ -41,21 +41,21 @@ class WindowTest : public ::testing::Test {
 
   static void mouse(QWidget& widget, QEvent::Type type, const QPointF& at, Qt::MouseButton button,
                     Qt::MouseButtons held, Qt::KeyboardModifiers modifiers = {});
-  /// Press, some moves, release.
+  /// Sends a press, some moves and a release.
   static void drag(QWidget& widget, const QPointF& from, const QPointF& to, Qt::MouseButton button = Qt::LeftButton,
                    Qt::KeyboardModifiers modifiers = {});
   static bool share_contexts(const View& a, const View& b);
   static void wheel(QWidget& widget, const QPointF& at, int notches, Qt::KeyboardModifiers modifiers = {});
 
-  /// Whether the window has the keyboard from here on. A display has one for all windows: a test that calls this is
-  /// named in tests/CMakeLists.txt among those beside which none runs.
+  /// Activates the window and returns whether it has the keyboard focus. A display has one focus for all windows: tests
+  /// that call this are listed under ALONE in tests/CMakeLists.txt.
   bool has_keys();
 
   QTemporaryDir folder_;
   std::unique_ptr<MainWindow> window_;
 };
 
-/// The same with the phantom open, paused.
+/// Window with the phantom open and paused.
 class PausedPhantomTest : public WindowTest {
  protected:
   void SetUp() override;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The window as its user drives it: every test gives events and looks at what the session holds afterwards.
+// The window as a user operates it: each test sends events and checks the resulting session.
 #include <QAbstractButton>
 #include <QAction>
 #include <QCheckBox>
@@ -39,7 +39,7 @@ TEST_F(WindowTest, SlidersChangeTheSession) {
   EXPECT_FLOAT_EQ(scene().simulation.damping, 0.25f);
 }
 
-TEST_F(WindowTest, WhatOnlyVerletHasIsGreyUntilItIsChosen) {
+TEST_F(WindowTest, ParametersOfVerletAreDisabledUntilItIsChosen) {
   open_phantom();
   const int solver = find_parameter(simulation_table(), "solver"),
             damping = find_parameter(simulation_table(), "damping");
@@ -79,7 +79,7 @@ TEST_F(WindowTest, TheSwitchOfAForceKeepsItsWeight) {
   EXPECT_FLOAT_EQ(scene().meshes[0].parameters.weight(ForceId::Smoothing), 0.75f);
 }
 
-TEST_F(WindowTest, AShiftDragPullsTheMeshAndIsOneStepBack) {
+TEST_F(WindowTest, AShiftDragPullsTheMeshAndIsOneUndoStep) {
   open_phantom();
   const std::vector<Eigen::Vector3f> before = scene().meshes[0].mesh.positions;
   const Eigen::Vector3d goal = bench().view.crosshair_mm + Eigen::Vector3d(19, 0, 0);
@@ -102,7 +102,7 @@ TEST_F(WindowTest, AShiftDragPullsTheMeshAndIsOneStepBack) {
   EXPECT_EQ(scene().points.size(), 1u);
 }
 
-TEST_F(WindowTest, APointDoesNotStartWhatTheUserHasPaused) {
+TEST_F(WindowTest, APointDoesNotStartARunThatTheUserPaused) {
   open_phantom();
   window_->actions()[Act::RunPause]->trigger();
   ASSERT_TRUE(bench().running());
@@ -116,13 +116,13 @@ TEST_F(WindowTest, APointDoesNotStartWhatTheUserHasPaused) {
   EXPECT_FALSE(window_->loop().active());
 }
 
-TEST_F(WindowTest, TheLoopStandsStillAtRestAndWakesForAnAction) {
+TEST_F(WindowTest, TheLoopStopsWhenSettledAndRestartsOnAnAction) {
   open_phantom();
   bench().apply(SetForceParameter{0, ForceId::Smoothing, 0, 0});
   const int final_vertices = find_parameter(simulation_table(), "final_vertices");
   bench().apply(SetSimulationParameter{final_vertices, 20});
   bench().run();
-  EXPECT_TRUE(wait_until([&] { return window_->loop().at_rest(); }));
+  EXPECT_TRUE(wait_until([&] { return window_->loop().settled(); }));
   EXPECT_FALSE(window_->loop().active());
   bench().apply(AddPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(15, 0, 0)});
   EXPECT_TRUE(window_->loop().active());
@@ -136,13 +136,13 @@ TEST_F(WindowTest, PointsAreDraggedAndDeletedUnderTheMouse) {
   ASSERT_TRUE(bench().apply(AddPoint{bench().view.active_mesh, place}, &id));
   const QPointF handle = axial().pixel_of(place);
   const Eigen::Vector3d crosshair = bench().view.crosshair_mm;
-  drag(axial(), handle + QPointF(5, 0), handle + QPointF(45, 0));  // grabbed 5 px off its middle
+  drag(axial(), handle + QPointF(5, 0), handle + QPointF(45, 0));  // grabbed 5 px beside its centre
   const Eigen::Vector3d moved = scene().points[0].position_mm - place;
   EXPECT_NEAR(moved.x(), 40 * axial().mm_per_pixel(), 1e-6);
   EXPECT_NEAR(moved.z(), 0, 1e-9);  // it keeps its distance from the slice
   EXPECT_EQ(bench().view.crosshair_mm, crosshair);
   bench().apply(Undo{});
-  EXPECT_EQ(scene().points[0].position_mm, place);  // the whole drag is one step back
+  EXPECT_EQ(scene().points[0].position_mm, place);  // the whole drag is one undo step
   mouse(axial(), QEvent::MouseMove, handle, Qt::NoButton, Qt::NoButton);
   EXPECT_EQ(bench().view.hovered_point, id);
   window_->actions()[Act::DeletePoint]->trigger();
@@ -189,7 +189,7 @@ TEST_F(WindowTest, TheWheelChangesTheSliceByOne) {
   EXPECT_NEAR(bench().view.crosshair_mm.z() - before.z(), 1, 1e-9);
 }
 
-TEST_F(WindowTest, WindowAndLevelOnlyAfterW) {
+TEST_F(WindowTest, WindowAndLevelChangeOnlyAfterW) {
   open_phantom();
   const double window = bench().view.window, level = bench().view.level;
   drag(axial(), QPointF(50, 50), QPointF(90, 90));
@@ -199,7 +199,7 @@ TEST_F(WindowTest, WindowAndLevelOnlyAfterW) {
   EXPECT_GT(bench().view.window, window);
   EXPECT_NE(bench().view.level, level);
   const double changed = bench().view.window;
-  drag(axial(), QPointF(50, 50), QPointF(90, 90));  // one drag for each W
+  drag(axial(), QPointF(50, 50), QPointF(90, 90));  // each W allows one drag
   EXPECT_EQ(bench().view.window, changed);
   window_->actions()[Act::AutoContrast]->trigger();
   EXPECT_EQ(bench().view.window, window);
@@ -212,7 +212,7 @@ TEST_F(WindowTest, RightDragZoomsAndMiddleDragPans) {
   const Eigen::Vector3d under = axial().world_of(press);
   drag(axial(), press, press + QPointF(0, -60), Qt::RightButton);
   EXPECT_LT(axial().mm_per_pixel(), scale);
-  EXPECT_LT((axial().world_of(press) - under).norm(), 1e-6);  // about the place that was pressed
+  EXPECT_LT((axial().world_of(press) - under).norm(), 1e-6);  // about the pressed position
   drag(axial(), press, press + QPointF(30, 10), Qt::MiddleButton);
   EXPECT_LT((axial().world_of(press + QPointF(30, 10)) - under).norm(), 1e-6);
 }
@@ -231,7 +231,7 @@ TEST_F(WindowTest, ArrowsMoveByVoxels) {
   EXPECT_LT((bench().view.crosshair_mm - before - Eigen::Vector3d(1, -5, 1)).norm(), 1e-9);
 }
 
-TEST_F(WindowTest, DoubleClickMaximisesAndComesBack) {
+TEST_F(WindowTest, DoubleClickMaximisesAndRestores) {
   open_phantom();
   const int width = axial().width();
   mouse(axial(), QEvent::MouseButtonDblClick, QPointF(60, 60), Qt::LeftButton, Qt::LeftButton);
@@ -253,22 +253,22 @@ TEST_F(WindowTest, TheSeedToolAddsASphere) {
   EXPECT_EQ(bench().view.active_mesh, scene().meshes[1].id);
 }
 
-TEST_F(WindowTest, ASeedBesideTheImageIsRefusedWithWhatToDo) {
+TEST_F(WindowTest, ASeedOutsideTheImageIsRefusedWithARemedy) {
   open_phantom();
   window_->actions()[Act::ToolSeed]->trigger();
-  QString told;
-  QObject::connect(&bench(), &Workbench::message, [&](Severity, const QString& text) { told = text; });
+  QString message;
+  QObject::connect(&bench(), &Workbench::message, [&](Severity, const QString& text) { message = text; });
   const QPointF beside = axial().pixel_of(bench().view.crosshair_mm + Eigen::Vector3d(0, 40, 0));
   drag(axial(), beside, beside + QPointF(30, 0));
   EXPECT_EQ(scene().meshes.size(), 1u);
-  EXPECT_TRUE(told.contains("outside of the image")) << told.toStdString();
-  drag(axial(), QPointF(120, 120), QPointF(150, 120));  // and the tool is still there
+  EXPECT_TRUE(message.contains("outside the image")) << message.toStdString();
+  drag(axial(), QPointF(120, 120), QPointF(150, 120));  // the tool is still active
   EXPECT_EQ(scene().meshes.size(), 2u);
 }
 
 TEST_F(WindowTest, ControlClickMakesAMeshActive) {
   open_phantom();
-  bench().pause();  // the new mesh would start the run, and the outline would move
+  bench().pause();  // the new mesh would start the run, and the contour would move
   const ItemId first = scene().meshes[0].id;
   bench().apply(AddMesh{"other", Seed{bench().view.crosshair_mm + Eigen::Vector3d(22, 0, 0), 5}, {}, 0});
   ASSERT_NE(bench().view.active_mesh, first);
@@ -276,7 +276,7 @@ TEST_F(WindowTest, ControlClickMakesAMeshActive) {
     QApplication::processEvents();
     return true;
   }));
-  axial().grabFramebuffer();  // outlines are those of the last picture
+  axial().grabFramebuffer();  // contours are updated by painting
   const QPointF contour = axial().pixel_of(bench().view.crosshair_mm + Eigen::Vector3d(0, 12, 0));
   drag(axial(), contour, contour, Qt::LeftButton, Qt::ControlModifier);
   EXPECT_EQ(bench().view.active_mesh, first);
@@ -290,10 +290,10 @@ TEST_F(WindowTest, TheNeurologicalConventionMirrorsTheSlice) {
   EXPECT_LT(axial().pixel_of(left).x(), axial().width() / 2.0);
 }
 
-TEST_F(WindowTest, ThePictureShowsVolumeOutlineAndPoint) {
+TEST_F(WindowTest, ThePictureShowsVolumeContourAndPoint) {
   open_phantom();
   bench().pause();
-  window_->actions()[Act::Annotations]->trigger();  // the crosshair would be in the way
+  window_->actions()[Act::Annotations]->trigger();  // hides the crosshair
   const auto colour_at = [&](const Eigen::Vector3d& world) {
     const QImage picture = axial().grabFramebuffer();
     const QPointF pixel = axial().pixel_of(world) * axial().devicePixelRatio();
@@ -301,8 +301,8 @@ TEST_F(WindowTest, ThePictureShowsVolumeOutlineAndPoint) {
   };
   const Eigen::Vector3d middle = bench().view.crosshair_mm;
   EXPECT_GT(colour_at(middle).red(), colour_at(middle + Eigen::Vector3d(25, 20, 0)).red() + 60);
-  // The outline of the mesh, in its colour, somewhere along a ray from the middle.
-  const auto outline_pixels = [&] {
+  // The contour of the mesh has its colour.
+  const auto contour_pixels = [&] {
     const QImage picture = axial().grabFramebuffer();
     int count = 0;
     for (int y = 0; y < picture.height(); ++y) {
@@ -313,30 +313,30 @@ TEST_F(WindowTest, ThePictureShowsVolumeOutlineAndPoint) {
     }
     return count;
   };
-  EXPECT_GT(outline_pixels(), 100);
+  EXPECT_GT(contour_pixels(), 100);
   window_->actions()[Act::ShowMeshes]->trigger();
-  EXPECT_EQ(outline_pixels(), 0);
+  EXPECT_EQ(contour_pixels(), 0);
   const Eigen::Vector3d place = middle + Eigen::Vector3d(0, 20, 0);
   bench().apply(AddPoint{bench().view.active_mesh, place});
-  EXPECT_GT(outline_pixels(), 20);
+  EXPECT_GT(contour_pixels(), 20);
   bench().view.level += 10 * bench().view.window;  // everything is below the window: black
   bench().view_edited();
   EXPECT_LT(colour_at(middle).red(), 5);
 }
 
-TEST_F(WindowTest, GreyedControlsSayWhy) {
-  int greyed = 0;
+TEST_F(WindowTest, DisabledControlsExplainWhy) {
+  int disabled = 0;
   for (const QAbstractButton* button : window_->findChildren<QAbstractButton*>()) {
     if (button->isEnabled() || !button->isVisibleTo(window_.get()) || button->text().isEmpty()) continue;
-    ++greyed;
+    ++disabled;
     EXPECT_FALSE(button->toolTip().isEmpty()) << button->text().toStdString();
   }
-  EXPECT_GT(greyed, 5);
+  EXPECT_GT(disabled, 5);
   EXPECT_FALSE(window_->actions()[Act::SaveLabels]->isEnabled());
-  EXPECT_NE(window_->actions()[Act::SaveLabels]->toolTip(), binding_of(Act::SaveLabels).does);
+  EXPECT_NE(window_->actions()[Act::SaveLabels]->toolTip(), binding_of(Act::SaveLabels).help);
 }
 
-TEST_F(WindowTest, RecordingProfilesSaysThatItWasDone) {
+TEST_F(WindowTest, RecordingProfilesIsConfirmed) {
   open_phantom();
   EXPECT_EQ(window_->messages().text(), "");
   window_->actions()[Act::RecordProfiles]->trigger();
@@ -353,7 +353,7 @@ TEST_F(WindowTest, TheIntensityProfileCannotBeSwitchedOnBeforeProfilesAreRecorde
   EXPECT_TRUE(weight->isEnabled());
 }
 
-TEST_F(WindowTest, WithoutAMeshTheForcesAreThoseOfANewOne) {
+TEST_F(WindowTest, WithoutAMeshTheForcesShowTheirDefaults) {
   open_phantom();
   ParameterRow* weight = window_->panels().forces().row(ForceId::Smoothing, 0);
   bench().apply(SetForceParameter{0, ForceId::Smoothing, 0, 7.5f});

@@ -15,7 +15,7 @@
 namespace simplexseg {
 namespace {
 
-/// Turned, left-handed, voxels of other lengths along each axis.
+/// Rotated, left-handed grid with anisotropic voxels.
 VolumeGeometry odd_grid(const std::array<int, 3>& size) {
   VolumeGeometry grid;
   grid.size = size;
@@ -27,7 +27,7 @@ VolumeGeometry odd_grid(const std::array<int, 3>& size) {
   return grid;
 }
 
-/// The voxels where f, of the index, is above 0.
+/// Mask of the voxels with f(index) > 0.
 Mask mask_where(const VolumeGeometry& grid, const std::function<double(const Eigen::Vector3d&)>& f) {
   Mask mask{grid, {}};
   for (int k = 0; k < grid.size[2]; ++k)
@@ -49,7 +49,7 @@ double volume_of(const Mask& mask) {
          std::abs(mask.geometry.world_from_index().linear().determinant());
 }
 
-TEST(LabelSurface, ThereAndBackAndThereAgainAreTheSameVoxels) {
+TEST(LabelSurface, RasterisingTheMeshReproducesTheVoxels) {
   for (const VolumeGeometry& grid : {cubic(50), odd_grid({50, 50, 50})}) {
     const Mask mask = ball(20, grid);
     const SimplexMesh mesh = mesh_of_mask(mask);
@@ -66,7 +66,7 @@ TEST(LabelSurface, ThereAndBackAndThereAgainAreTheSameVoxels) {
   }
 }
 
-TEST(LabelSurface, IsAsDenseAsAskedFor) {
+TEST(LabelSurface, HasTheRequestedVertexCount) {
   const Mask mask = ball(20, cubic(50));
   for (const int wanted : {300, 1500, 6000}) {
     const SimplexMesh mesh = mesh_of_mask(mask, wanted);
@@ -89,14 +89,14 @@ TEST(LabelSurface, ATorusKeepsItsHole) {
   }
 }
 
-TEST(LabelSurface, PartsAndCavitiesAreSurfacesOfTheirOwn) {
+TEST(LabelSurface, PartsAndCavitiesAreSeparateSurfaces) {
   const Mask two = mask_where(cubic(40), [](const Eigen::Vector3d& p) {
     const double small = 5 - (p - Eigen::Vector3d(8, 8, 8)).norm();
     const double shell =
         std::min(9 - (p - Eigen::Vector3d(26, 26, 26)).norm(), (p - Eigen::Vector3d(26, 26, 26)).norm() - 4);
     return std::max(small, shell);
   });
-  const auto parts = parts_of(two);
+  const auto parts = connected_components(two);
   ASSERT_EQ(parts.size(), 2u);
   EXPECT_GT(parts[0].size(), parts[1].size());
   EXPECT_EQ(parts[0].size() + parts[1].size(),
@@ -127,7 +127,7 @@ TEST(LabelSurface, SmallCavitiesCanBeFilled) {
   EXPECT_EQ(topology_of(mesh_of_mask(holed)).surfaces, 2);
   EXPECT_EQ(fill_cavities(holed, 100000), 1);
   EXPECT_TRUE(holed.voxels == solid.voxels) << "and nothing outside is filled";
-  // A dent at the border of the image is no cavity.
+  // A dent at the image border is not a cavity.
   Mask border =
       mask_where(cubic(6), [](const Eigen::Vector3d& p) { return p[0] == 0 && p[1] == 2 && p[2] == 2 ? 0.0 : 1.0; });
   EXPECT_EQ(fill_cavities(border, 33), 0);
@@ -135,7 +135,7 @@ TEST(LabelSurface, SmallCavitiesCanBeFilled) {
   EXPECT_EQ(fill_cavities(none, 33), 0);
 }
 
-TEST(LabelSurface, TheSmallestAndThinnestAreMeshesToo) {
+TEST(LabelSurface, VerySmallAndThinMasksGiveMeshes) {
   for (const auto& f : std::vector<std::function<double(const Eigen::Vector3d&)>>{
            [](const Eigen::Vector3d& p) { return 0.1 - (p - Eigen::Vector3d(0, 5, 11)).norm(); },
            [](const Eigen::Vector3d& p) { return p[2] == 6 ? 1.0 : 0.0; },
@@ -144,23 +144,24 @@ TEST(LabelSurface, TheSmallestAndThinnestAreMeshesToo) {
     const SimplexMesh mesh = mesh_of_mask(mask);
     EXPECT_NO_THROW(validate(mesh));
     EXPECT_EQ(topology_of(mesh).surfaces, 1);
-    EXPECT_EQ(parts_of(mask).size(), 1u);
+    EXPECT_EQ(connected_components(mask).size(), 1u);
   }
   EXPECT_THROW(mesh_of_mask(mask_where(cubic(3), [](const Eigen::Vector3d&) { return 0.0; })), Error);
 }
 
-TEST(LabelSurface, TheInnerBallLiesInTheThickestPart) {
+TEST(LabelSurface, TheInscribedBallLiesInTheThickestPart) {
   const VolumeGeometry grid = odd_grid({40, 40, 30});
   const Mask pear = mask_where(grid, [](const Eigen::Vector3d& p) {
     return std::max(9 - (p - Eigen::Vector3d(12, 14, 15)).norm(), 4 - (p - Eigen::Vector3d(24, 14, 15)).norm());
   });
-  const InnerBall found = inner_ball(pear);
+  const InscribedBall found = largest_inscribed_ball(pear);
   EXPECT_LT((found.centre_mm - grid.world_from_index() * Eigen::Vector3d(12, 14, 15)).norm(), 2);
   EXPECT_NEAR(found.radius_mm, 9 * 0.8, 1);
   const Mask point =
       mask_where(grid, [](const Eigen::Vector3d& p) { return p == Eigen::Vector3d(0, 3, 4) ? 1.0 : 0.0; });
-  EXPECT_NEAR(inner_ball(point).radius_mm, 0.4, 1e-6);
-  EXPECT_LT((inner_ball(point).centre_mm - grid.world_from_index() * Eigen::Vector3d(0, 3, 4)).norm(), 1e-9);
+  EXPECT_NEAR(largest_inscribed_ball(point).radius_mm, 0.4, 1e-6);
+  EXPECT_LT((largest_inscribed_ball(point).centre_mm - grid.world_from_index() * Eigen::Vector3d(0, 3, 4)).norm(),
+            1e-9);
 }
 
 }  // namespace

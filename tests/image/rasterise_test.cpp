@@ -35,7 +35,7 @@ std::uint8_t at(const Mask& mask, int i, int j, int k) {
   return mask.voxels[(std::size_t(k) * mask.geometry.size[1] + j) * mask.geometry.size[0] + i];
 }
 
-/// A box is a simplex mesh: eight vertices of three neighbours each. Corners are given in the index space of a grid.
+/// Box as a simplex mesh with eight vertices of three neighbours each. Corners are in the index space of a grid.
 SimplexMesh box_mesh(const Eigen::Vector3d& low, const Eigen::Vector3d& high, const VolumeGeometry& geometry) {
   SimplexMesh mesh;
   const bool mirrored = geometry.direction.determinant() < 0;
@@ -62,7 +62,7 @@ SimplexMesh joined(const SimplexMesh& a, const SimplexMesh& b) {
   return mesh;
 }
 
-/// The mask of the box [low, high) of voxels.
+/// Mask of the box [low, high) of voxels.
 Mask box_mask(const std::array<int, 3>& low, const std::array<int, 3>& high, const VolumeGeometry& geometry) {
   Mask mask{geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
   for (int k = low[2]; k < high[2]; ++k)
@@ -72,7 +72,7 @@ Mask box_mask(const std::array<int, 3>& low, const std::array<int, 3>& high, con
   return mask;
 }
 
-/// Rotated, sheared, anisotropic, far from the origin; left-handed if wanted.
+/// Rotated, sheared, anisotropic grid far from the origin; optionally left-handed.
 VolumeGeometry oblique_grid(int n, bool left_handed) {
   VolumeGeometry g = cubic_grid(n);
   g.spacing_mm = {0.8, 1.3, 1.1};
@@ -125,7 +125,7 @@ TEST(Rasterise, SpheresHaveTheVolumeOfTheirMesh) {
   EXPECT_NEAR(volume_mm3(rasterise(mesh, cubic_grid(64))) / measure(mesh).volume_mm3, 1, 0.01);
 }
 
-// In world coordinates a sphere is a sphere whatever the grid: each voxel is held against its own distance.
+// Compares each voxel with its distance to the centre in world coordinates, independent of the grid.
 TEST(Rasterise, AnyDirectionMatrixGivesTheSameSolid) {
   VolumeGeometry straight = cubic_grid(50), flipped = straight, turned = straight;
   flipped.direction.col(0) *= -1;
@@ -167,13 +167,13 @@ TEST(Rasterise, OverlapsOfAFoldedMeshStayFilled) {
   const Mask second = box_mask({5, 5, 5}, {13, 13, 13}, g);
   for (std::size_t v = 0; v < second.voxels.size(); ++v) expected.voxels[v] |= second.voxels[v];
   EXPECT_EQ(mask.voxels, expected.voxels);
-  // A lid pushed through the bottom turns the box inside out; it keeps a body.
+  // Pushing the lid through the bottom reverses the orientation of the box, which stays filled.
   SimplexMesh inverted = box_mesh({2, 2, 8}, {9, 9, 12}, g);
   for (auto& p : inverted.positions) p[2] = p[2] > 10 ? 4 : p[2];
   EXPECT_EQ(rasterise(inverted, g).voxels, box_mask({2, 2, 4}, {9, 9, 8}, g).voxels);
 }
 
-// Vertices on voxel centres, collapsed triangles and folds everywhere: nothing may leak out along a row.
+// Vertices on voxel centres, collapsed triangles and folds: nothing may leak along a row.
 TEST(Rasterise, TangledMeshesNeverLeak) {
   std::mt19937 random(3);
   for (int trial = 0; trial < 60; ++trial) {
@@ -199,7 +199,7 @@ TEST(Rasterise, TangledMeshesNeverLeak) {
   }
 }
 
-TEST(Rasterise, WhatLiesOutsideTheGridIsCutOff) {
+TEST(Rasterise, PartsOutsideTheGridAreCutOff) {
   const VolumeGeometry g = cubic_grid(10);
   EXPECT_EQ(count(rasterise(make_sphere({4, 4, 4}, 500, 3), g)), 1000u);
   EXPECT_EQ(count(rasterise(make_sphere({400, 4, 4}, 50, 3), g)), 0u);

@@ -6,7 +6,7 @@
 namespace simplexseg {
 namespace {
 
-/// 8 x 6 x 4 voxels of 1 x 2 x 3 mm; the value of each is its number.
+/// Volume of 8 x 6 x 4 voxels of 1 x 2 x 3 mm, whose values are their offsets.
 Volume numbered() {
   VolumeGeometry geometry;
   geometry.size = {8, 6, 4};
@@ -18,9 +18,9 @@ Volume numbered() {
   return volume;
 }
 
-TEST(Resample, OtherOrdersAndDirectionsOfTheSameVoxelsLoseNothing) {
+TEST(Resample, AxisPermutationsAndReversalsAreLossless) {
   const Volume labels = numbered();
-  // i runs backwards, j and k change places.
+  // i is reversed, j and k are exchanged.
   VolumeGeometry grid = labels.geometry();
   grid.size = {8, 4, 6};
   grid.spacing_mm = {1, 3, 2};
@@ -42,7 +42,7 @@ TEST(Resample, EachVoxelTakesTheLabelAtItsCentre) {
   VolumeGeometry fine = labels.geometry();
   fine.size = {16, 12, 8};
   fine.spacing_mm /= 2;
-  fine.origin_mm -= 0.5 * fine.spacing_mm;  // the same outer faces
+  fine.origin_mm -= 0.5 * fine.spacing_mm;  // keeps the outer faces
   const ResampledLabels doubled = resample_labels(labels, fine);
   for (int k = 0; k < 8; ++k) {
     for (int j = 0; j < 12; ++j) {
@@ -53,7 +53,7 @@ TEST(Resample, EachVoxelTakesTheLabelAtItsCentre) {
   for (int i = 0; i < 8; ++i) EXPECT_EQ(back.labels.value(i, 3, 2), labels.value(i, 3, 2));
 }
 
-TEST(Resample, WhatLiesOutsideIsCounted) {
+TEST(Resample, LabelledVoxelsOutsideTheGridAreCounted) {
   const Volume labels = numbered();
   VolumeGeometry part = labels.geometry();
   part.origin_mm.x() += 5;  // five of eight columns are lost

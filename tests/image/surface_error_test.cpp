@@ -13,7 +13,7 @@
 namespace simplexseg {
 namespace {
 
-/// A sphere of radius r on a grid that need not be isotropic, orthogonal or large enough for it.
+/// Sphere of radius r on a grid that may be anisotropic, sheared or too small for it.
 Mask sphere_mask(double r, const Eigen::Vector3d& spacing,
                  const Eigen::Matrix3d& direction = Eigen::Matrix3d::Identity(), double margin = 6) {
   Mask mask;
@@ -50,7 +50,7 @@ TEST(SurfaceError, OfASphereOnItsOwnMaskIsWithinHalfAVoxelAndGrowsWithAShift) {
     EXPECT_NEAR(off.max_mm, shift, 0.5);
     before = off.mean_mm;
   }
-  // Larger and smaller by 3 mm: the same error everywhere, but for the steps of the voxels.
+  // A radius larger or smaller by 3 mm gives the same error everywhere, up to the voxel steps.
   for (const double other : {radius + 3, radius - 3}) {
     const SurfaceError::Values off = error.of(make_sphere({0, 0, 0}, other, 4).positions);
     EXPECT_NEAR(off.mean_mm, 3, 0.4);
@@ -58,7 +58,7 @@ TEST(SurfaceError, OfASphereOnItsOwnMaskIsWithinHalfAVoxelAndGrowsWithAShift) {
   }
 }
 
-TEST(SurfaceError, HoldsOnFlatVoxelsAndOnTurnedAndShearedGrids) {
+TEST(SurfaceError, HoldsOnAnisotropicRotatedAndShearedGrids) {
   Eigen::Matrix3d sheared = Eigen::Matrix3d::Identity();
   sheared(0, 2) = 0.3;
   const Eigen::Matrix3d turned = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
@@ -72,7 +72,7 @@ TEST(SurfaceError, HoldsOnFlatVoxelsAndOnTurnedAndShearedGrids) {
   }
 }
 
-TEST(SurfaceError, FarOutsideItIsTheDistance) {
+TEST(SurfaceError, FarOutsideIsTheEuclideanDistance) {
   const SurfaceError error(sphere_mask(10, {1, 1, 1}));
   for (const Eigen::Vector3d& direction :
        {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, -1, 0), Eigen::Vector3d(1, 1, 1)})
@@ -83,7 +83,7 @@ TEST(SurfaceError, FarOutsideItIsTheDistance) {
 }
 
 TEST(SurfaceError, AReferenceAtTheImagesBorderEndsThere) {
-  // The whole grid is object: its surface is the grid's outer faces.
+  // If the whole grid is object, the surface consists of the grid's outer faces.
   Mask mask;
   mask.geometry.size = {10, 10, 10};
   mask.voxels.assign(1000, 1);
@@ -93,7 +93,7 @@ TEST(SurfaceError, AReferenceAtTheImagesBorderEndsThere) {
   EXPECT_NEAR(error.at({1.5, 4.5, 4.5}), 2, 0.01);
 }
 
-TEST(SurfaceError, WithoutAVoxelItIsInfiniteAndWithoutAVertexZero) {
+TEST(SurfaceError, IsInfiniteForAnEmptyReferenceAndZeroWithoutVertices) {
   Mask empty = sphere_mask(5, {1, 1, 1});
   std::fill(empty.voxels.begin(), empty.voxels.end(), std::uint8_t{0});
   EXPECT_TRUE(std::isinf(SurfaceError(empty).of(make_sphere({0, 0, 0}, 5, 1).positions).mean_mm));

@@ -29,7 +29,7 @@ void fill(Mask& mask, F&& inside) {
       for (int i = 0; i < mask.geometry.size[0]; ++i) mask.voxels[v++] = inside(i, j, k);
 }
 
-/// The values that google-deepmind/surface-distance states in its tests (surface_distance_test.py, 3D).
+/// Values from the tests of google-deepmind/surface-distance (surface_distance_test.py, 3D).
 TEST(SurfaceMetrics, PublishedValues) {
   Mask a = empty_mask({128, 128, 128}, {3, 2, 1}), b = a;
   fill(a, [](int i, int j, int k) { return i == 50 && j == 60 && k == 70; });
@@ -56,7 +56,7 @@ TEST(SurfaceMetrics, PublishedValues) {
   EXPECT_NEAR(halves.surface_dice, 0.836, 5e-4);
 }
 
-/// Marching cubes with corners at the middles of edges: the areas of its cases in the unit cube.
+/// Areas of the marching cubes cases in the unit cube, with vertices at the midpoints of edges.
 TEST(SurfaceMetrics, AreasOfCells) {
   const auto areas = surface_areas(Eigen::Matrix3d::Identity());
   const double triangle = std::sqrt(3) / 8, quad = std::sqrt(2) / 2;
@@ -65,11 +65,11 @@ TEST(SurfaceMetrics, AreasOfCells) {
   EXPECT_NEAR(areas[0b1], triangle, 1e-12);
   EXPECT_NEAR(areas[0b11], quad, 1e-12);                 // an edge
   EXPECT_NEAR(areas[0b1001], 2 * triangle, 1e-12);       // the diagonal of a face
-  EXPECT_NEAR(areas[0b10000001], 2 * triangle, 1e-12);   // of the cube
+  EXPECT_NEAR(areas[0b10000001], 2 * triangle, 1e-12);   // the diagonal of the cube
   EXPECT_NEAR(areas[0b111], 0.5 + 3 * triangle, 1e-12);  // a pentagon
   EXPECT_NEAR(areas[0b1111], 1, 1e-12);                  // a face
   EXPECT_NEAR(areas[0b10111], 6 * triangle, 1e-12);      // a corner and its neighbours: a plane hexagon
-  EXPECT_NEAR(areas[0b1101001], 4 * triangle, 1e-12);    // no two of the four are neighbours
+  EXPECT_NEAR(areas[0b1101001], 4 * triangle, 1e-12);    // four corners, no two adjacent
   for (unsigned code = 0; code < 256; ++code) EXPECT_NEAR(areas[code], areas[255 - code], 1e-12) << code;
   Eigen::Matrix3d sheared = Eigen::Vector3d(2, 3, 5).asDiagonal();
   sheared(0, 1) = 1.5;
@@ -77,7 +77,7 @@ TEST(SurfaceMetrics, AreasOfCells) {
   EXPECT_NEAR(surface_areas(sheared)[0b01010101], sheared.col(1).cross(sheared.col(2)).norm(), 1e-12);
 }
 
-/// Concentric balls lie 6 mm apart everywhere, whatever the voxels' size.
+/// Concentric balls are 6 mm apart everywhere for any voxel size.
 TEST(SurfaceMetrics, VoxelSizeDoesNotWeight) {
   const auto ball = [](double spacing_k, double radius) {
     Mask mask = empty_mask({48, 48, static_cast<int>(48 / spacing_k)}, {1, 1, spacing_k});
@@ -88,7 +88,7 @@ TEST(SurfaceMetrics, VoxelSizeDoesNotWeight) {
   for (const double spacing : {1.0, 2.0}) {
     const Mask large = ball(spacing, 16), small = ball(spacing, 10);
     const SurfaceAgreement apart = compare_surfaces(large, small, 4), within = compare_surfaces(large, small, 9);
-    // Corners of voxels stand for both surfaces: up to half a voxel's diagonal too near.
+    // Both surfaces are represented by cell centres: distances are off by up to half a voxel diagonal.
     EXPECT_NEAR(apart.asd_reference_mm, 6, 0.5 * std::sqrt(2 + spacing * spacing)) << spacing;
     EXPECT_NEAR(apart.asd_test_mm, 6, 0.5 * std::sqrt(2 + spacing * spacing)) << spacing;
     EXPECT_EQ(apart.surface_dice, 0) << spacing;
@@ -116,11 +116,11 @@ TEST(SurfaceMetrics, EmptyAndEqualMasks) {
   EXPECT_THROW(compare_surfaces(one, one, inf), Error);
 }
 
-/// A mask that fills the image is closed at its border.
+/// The surface of a mask that fills the image is closed at the border.
 TEST(SurfaceMetrics, TheBorderOfTheImageIsASurface) {
   Mask all = empty_mask({3, 4, 5});
   fill(all, [](int, int, int) { return true; });
-  // Six faces of the middles of voxels that are half a voxel further out, with edges and corners cut.
+  // Six faces through the voxel midpoints, half a voxel outside, with cut edges and corners.
   const double faces = 2 * (2 * 3 + 3 * 4 + 2 * 4), edges = 4 * (2 + 3 + 4) * std::sqrt(2) / 2,
                corners = 8 * std::sqrt(3) / 8;
   EXPECT_NEAR(compare_surfaces(all, all, 1).area_reference_mm2, faces + edges + corners, 1e-9);

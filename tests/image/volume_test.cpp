@@ -17,7 +17,7 @@ VolumeGeometry oblique_geometry() {
   g.size = {4, 5, 6};
   g.spacing_mm = {0.5, 1.5, 2.5};
   g.origin_mm = {-10, 20, 30};
-  // Rotated, sheared and left-handed at once.
+  // Rotated, sheared and left-handed.
   Eigen::Matrix3d shear = Eigen::Matrix3d::Identity();
   shear(1, 2) = 0.25;
   g.direction = Eigen::AngleAxisd(0.6, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix() * shear *
@@ -34,7 +34,7 @@ std::string message_of(const VolumeGeometry& geometry) {
   return "";
 }
 
-TEST(VolumeGeometry, WorldFromIndexIsItksFormula) {
+TEST(VolumeGeometry, WorldFromIndexFollowsItk) {
   const VolumeGeometry g = oblique_geometry();
   const Eigen::Vector3d index(1, 2, 3), step(0.5, 3, 7.5);
   EXPECT_LT((g.world_from_index() * index - (g.origin_mm + g.direction * step)).norm(), 1e-12);
@@ -61,7 +61,7 @@ TEST(VolumeGeometry, ContainsReachesToTheOuterFaces) {
   EXPECT_FALSE(g.contains(Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN())));
 }
 
-TEST(VolumeGeometry, SameGridToleratesRoundingAlone) {
+TEST(VolumeGeometry, SameGridToleratesOnlyRounding) {
   const VolumeGeometry g = oblique_geometry();
   VolumeGeometry other = g;
   EXPECT_TRUE(g.same_grid(other));
@@ -138,7 +138,7 @@ TEST(Volume, EveryTypeKeepsItsExtremes) {
   EXPECT_STREQ(to_string(VoxelType::Float64), "float64");
 }
 
-TEST(Volume, RangeLeavesOutWhatIsNotFinite) {
+TEST(Volume, RangeIgnoresValuesThatAreNotFinite) {
   VolumeGeometry g;
   g.size = {7, 1, 1};
   Volume volume(g, VoxelType::Float32);
@@ -182,7 +182,7 @@ TEST(Volume, SamplingReproducesALinearFieldInWorldCoordinates) {
     const Eigen::Vector3d world = g.world_from_index() * index;
     EXPECT_NEAR(volume.sample(world), slope.dot(world), 1e-10);
   }
-  // Outside: the nearest voxel.
+  // Positions outside get the nearest voxel.
   EXPECT_NEAR(volume.sample(g.world_from_index() * Eigen::Vector3d(-5, 2, 99)), volume.value(0, 2, 5), 1e-10);
   EXPECT_TRUE(std::isfinite(volume.sample(Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()))));
 }

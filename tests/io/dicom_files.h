@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// DICOM files made for the tests, byte by byte.
+// DICOM files for the tests, built byte by byte.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -22,7 +22,7 @@ std::string bytes_of_numbers(T... numbers) {
   return bytes;
 }
 
-/// The elements of a data set, to be added in the order of their tags.
+/// Elements of a data set, to be added in the order of their tags.
 struct DicomData {
   bool explicit_vr = true;
   std::string bytes{};
@@ -52,7 +52,7 @@ struct DicomData {
     }
     return raw(group, element, "DS", value);
   }
-  /// Every item is a data set of this one's coding.
+  /// Adds a sequence; its items are data sets with the same encoding.
   DicomData& sequence(std::uint16_t group, std::uint16_t element, const std::vector<std::string>& items,
                       bool defined_length = false) {
     std::string value;
@@ -79,7 +79,7 @@ struct DicomData {
   }
 };
 
-/// A whole file: preamble, meta information, the data set.
+/// Returns a complete file: preamble, meta information, data set.
 inline std::string dicom_file(const std::string& data, const std::string& sop_class,
                               const std::string& syntax = kExplicitLittle) {
   DicomData rest;
@@ -88,10 +88,11 @@ inline std::string dicom_file(const std::string& data, const std::string& sop_cl
   rest.text(0x0002, 0x0010, "UI", syntax).text(0x0002, 0x0012, "UI", "1.2.3");
   DicomData meta;
   meta.raw(0x0002, 0x0000, "UL", bytes_of_numbers(static_cast<std::uint32_t>(rest.bytes.size())));
-  return std::string(128, '\0') + "DICM" + meta.bytes + rest.bytes + data;
+  std::string file(128, '\0');
+  return file.append("DICM").append(meta.bytes).append(rest.bytes).append(data);
 }
 
-/// What describes pixels of 16 bits, of which `bits` are stored.
+/// Adds the attributes of 16-bit pixels with `bits` stored bits.
 inline DicomData& describe_pixels(DicomData& data, int columns, int rows, int frames, std::uint16_t bits = 16,
                                   const char* photometric = "MONOCHROME2") {
   data.us(0x0028, 0x0002, 1).text(0x0028, 0x0004, "CS", photometric);
@@ -102,7 +103,7 @@ inline DicomData& describe_pixels(DicomData& data, int columns, int rows, int fr
   return data;
 }
 
-/// One frame of an enhanced multiframe file. All its pixels at (i, j) are value + 10 j + i.
+/// Frame of an enhanced multi-frame file; pixel (i, j) has the value value + 10 j + i.
 struct EnhancedFrame {
   std::array<double, 3> position{};
   int value = 0;

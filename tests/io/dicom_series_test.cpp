@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Series that are found in folders, on discs and among files, and what of a damaged one is loaded.
-#include "io/dicom_series.h"
+// Search for series in folders, on discs and among files; loading of damaged series.
+#include "io/dicom/dicom_series.h"
 
 #include <algorithm>
 
 #include "dicom_slices.h"
-#include "io/load_input.h"
-#include "io/load_progress.h"
-#include "io/scene_io.h"
-#include "io/volume_io.h"
+#include "io/platform/load_progress.h"
+#include "io/scene/load_input.h"
+#include "io/scene/scene_io.h"
+#include "io/volume/volume_io.h"
 #include "step/simulation_parameters.h"
 #include "volume_files.h"
 
@@ -30,7 +30,7 @@ class SeriesTest : public test::FolderTest {
   }
 };
 
-TEST_F(SeriesTest, AllSeriesBelowAFolderAreFoundWithWhatTheySay) {
+TEST_F(SeriesTest, AllSeriesBelowAFolderAreFoundWithTheirTexts) {
   write_series(folder / "a" / "one", {}, 4);
   write_series(folder / "b", {.series = "1.2.3.2", .name = "scout"}, 2);
   write_series(folder / "b", {.series = "1.2.3.3", .name = "bone", .columns = 200, .rows = 100}, 3);
@@ -48,16 +48,16 @@ TEST_F(SeriesTest, AllSeriesBelowAFolderAreFoundWithWhatTheySay) {
   EXPECT_EQ(chest.geometry.size, (std::array<int, 3>{6, 5, 4}));
   EXPECT_TRUE(chest.geometry.spacing_mm.isApprox(Eigen::Vector3d(0.75, 0.5, 2)));
   EXPECT_EQ(chest.folder, folder / "a" / "one");
-  EXPECT_TRUE(chest.alone);
-  EXPECT_TRUE(!chest.damaged && chest.refusal.empty());
-  EXPECT_FALSE(named(found, "bone").alone);
-  // The middle slice, with fewer pixels.
+  EXPECT_TRUE(chest.is_only_series);
+  EXPECT_TRUE(!chest.damaged && chest.load_error.empty());
+  EXPECT_FALSE(named(found, "bone").is_only_series);
+  // Middle slice at reduced size.
   const Volume& preview = named(found, "bone").preview;
   EXPECT_EQ(preview.geometry().size, (std::array<int, 3>{100, 50, 1}));
   EXPECT_EQ(preview.value(3, 2, 0), 101 + 10 * 4 + 6);
 }
 
-TEST_F(SeriesTest, OneOfSeveralIsOpenedByItsNameAndSoIsTheSceneThatWasSaved) {
+TEST_F(SeriesTest, ASeriesIsOpenedByUidAlsoFromASavedScene) {
   write_series(folder / "both", {}, 5);
   write_series(folder / "both", {.series = "1.2.3.2", .name = "small"}, 3);
   LoadedInput input = load_input(folder / "both", 1, "1.2.3.2");
@@ -68,15 +68,15 @@ TEST_F(SeriesTest, OneOfSeveralIsOpenedByItsNameAndSoIsTheSceneThatWasSaved) {
   write_scene(folder / "scene.json", input.scene);
   EXPECT_EQ(load_input(folder / "scene.json").volume.geometry().size[2], 3);
   EXPECT_EQ(load_input(folder / "both").volume.geometry().size[2], 5);
-  // Below the folder too.
+  // In subfolders too.
   EXPECT_EQ(load_volume(folder, 1, "1.2.3.2").volume.geometry().size[2], 3);
   EXPECT_NE(error_of([&] { load_volume(folder, 1, "1.2.3.9"); }).find("1.2.3.9"), std::string::npos);
 }
 
-TEST_F(SeriesTest, OfADamagedSeriesThePartIsTakenThatIsWhole) {
+TEST_F(SeriesTest, TheUsablePartOfADamagedSeriesIsLoaded) {
   write_series(folder, {}, 10);
-  fs::remove(folder / "chest7");                                  // a gap: 0 to 6, 8 and 9
-  CtSlice{.z_mm = 4, .value = 900}.write(folder / "chest2copy");  // a place that is taken
+  fs::remove(folder / "chest7");                                  // leaves a gap: slices 0 to 6, 8 and 9
+  CtSlice{.z_mm = 4, .value = 900}.write(folder / "chest2copy");  // position of another slice
   CtSlice{.z_mm = 40, .columns = 7}.write(folder / "wide");
   CtSlice{.z_mm = 60, .sagittal = true}.write(folder / "sagittal");
   fs::resize_file(folder / "chest0", fs::file_size(folder / "chest0") - 20);
@@ -84,7 +84,7 @@ TEST_F(SeriesTest, OfADamagedSeriesThePartIsTakenThatIsWhole) {
   ASSERT_EQ(found.series.size(), 1u);
   const DicomSeries& series = found.series.front();
   EXPECT_TRUE(series.damaged);
-  EXPECT_EQ(series.refusal, "");
+  EXPECT_EQ(series.load_error, "");
   ASSERT_FALSE(series.warnings.empty());
   for (const char* part : {"only 6 of 12", "chest0", "chest2copy", "wide", "sagittal", "chest8", "gap"})
     EXPECT_NE(series.warnings.front().find(part), std::string::npos) << part << " in " << series.warnings.front();
@@ -93,17 +93,17 @@ TEST_F(SeriesTest, OfADamagedSeriesThePartIsTakenThatIsWhole) {
   EXPECT_EQ(loaded.volume.geometry().origin_mm.z(), 2);
   EXPECT_EQ(loaded.volume.value(0, 0, 1), 102);  // not the copy
   EXPECT_EQ(loaded.warnings.front(), series.warnings.front());
-  // Without its name it is refused as before.
+  // Without the UID the damaged series is rejected.
   EXPECT_FALSE(error_of([&] { load_volume(folder); }).empty());
 }
 
-TEST_F(SeriesTest, WhatMakesNoVolumeSaysWhy) {
+TEST_F(SeriesTest, UnusableSeriesHaveAReason) {
   write_series(folder, {}, 2);
   for (const char* name : {"chest0", "chest1"}) fs::resize_file(folder / name, fs::file_size(folder / name) - 20);
   write("broken.dcm", CtSlice{.series = "1.2.3.8"}.bytes().substr(0, 300));
   const FoundSeries found = find_dicom_series({folder});
   ASSERT_EQ(found.series.size(), 1u);
-  EXPECT_NE(found.series.front().refusal.find("truncated"), std::string::npos) << found.series.front().refusal;
+  EXPECT_NE(found.series.front().load_error.find("truncated"), std::string::npos) << found.series.front().load_error;
   EXPECT_TRUE(found.series.front().preview.empty());
   ASSERT_EQ(found.unreadable.size(), 1u);
   EXPECT_NE(found.unreadable.front().find("broken.dcm"), std::string::npos);
@@ -111,7 +111,7 @@ TEST_F(SeriesTest, WhatMakesNoVolumeSaysWhy) {
   EXPECT_NE(error_of([&] { find_dicom_series({folder / "empty"}); }).find("no DICOM image"), std::string::npos);
 }
 
-TEST_F(SeriesTest, ADicomdirNamesItsFilesWhateverTheirCase) {
+TEST_F(SeriesTest, DicomdirFileNamesIgnoreCase) {
   write_series(folder / "IMAGES" / "ser1", {}, 3);
   write_series(folder / "elsewhere", {.series = "1.2.3.2", .name = "not named"}, 3);
   std::vector<std::string> records;
@@ -132,26 +132,26 @@ TEST_F(SeriesTest, ADicomdirNamesItsFilesWhateverTheirCase) {
   EXPECT_EQ(load_volume(folder / "DICOMDIR").volume.geometry().size, (std::array<int, 3>{6, 5, 3}));
 }
 
-TEST_F(SeriesTest, TheOnlySeriesBelowAFolderIsReadAndSeveralAreNamed) {
+TEST_F(SeriesTest, TheOnlySeriesBelowAFolderIsLoadedAndSeveralAreListed) {
   write_series(folder / "a" / "one", {}, 4);
   const LoadedVolume loaded = load_volume(folder);
   EXPECT_EQ(loaded.volume.geometry().size, (std::array<int, 3>{6, 5, 4}));
-  EXPECT_HAS(loaded.warnings.back(), "below the folder");
+  EXPECT_HAS(loaded.warnings.back(), "found in the subfolder");
   write_series(folder / "b", {.series = "1.2.3.2", .name = "scout"}, 2);
   const std::string why = error_of([&] { load_volume(folder); });
-  EXPECT_HAS(why, "2 series lie below it ('chest' in ");
+  EXPECT_HAS(why, "it contains 2 series ('chest' in ");
   EXPECT_HAS(why, "'scout' in '" + (folder / "b").string() + "'");
   EXPECT_EQ(load_volume(folder / "b").volume.geometry().size[2], 2);
 }
 
-TEST_F(SeriesTest, AFilePackedByGzipIsReadAsItsContents) {
+TEST_F(SeriesTest, GzipCompressedFilesAreRead) {
   const std::string plain = CtSlice{.value = 40}.bytes();
   write("plain.dcm", plain);
-  test::write_packed(folder / "packed.dcm.gz", plain);
+  test::write_gzip(folder / "packed.dcm.gz", plain);
   const LoadedVolume loaded = load_volume(folder / "packed.dcm.gz");
   EXPECT_TRUE(test::same_voxels(loaded.volume, read_volume(folder / "plain.dcm")));
   EXPECT_EQ(loaded.patient, "Doe, Jane");
-  test::write_packed(folder / "cut.dcm.gz", plain.substr(0, plain.size() - 8));
+  test::write_gzip(folder / "cut.dcm.gz", plain.substr(0, plain.size() - 8));
   const std::string why = error_of([&] { load_volume(folder / "cut.dcm.gz"); });
   EXPECT_HAS(why, "cut.dcm.gz");
   EXPECT_EQ(why.find("unpacked.dcm"), std::string::npos) << why;
@@ -161,7 +161,7 @@ TEST_F(SeriesTest, AFilePackedByGzipIsReadAsItsContents) {
   EXPECT_HAS(error_of([&] { load_volume(folder / "damaged.dcm.gz"); }), "damaged.dcm.gz");
 }
 
-TEST_F(SeriesTest, TextsAreTurnedFromTheCodingThatTheFileNames) {
+TEST_F(SeriesTest, TextsAreConvertedFromTheDeclaredCharacterSet) {
   EXPECT_EQ(utf8_of("M\xfcller", "ISO_IR 100"), "M\u00fcller");
   EXPECT_EQ(utf8_of("\xbb\xee\xda", "ISO_IR 144"), "\u041b\u044e\u043a");
   EXPECT_EQ(utf8_of("M\u00fcller", "ISO_IR 192"), "M\u00fcller");
@@ -172,18 +172,18 @@ TEST_F(SeriesTest, TextsAreTurnedFromTheCodingThatTheFileNames) {
   EXPECT_EQ(find_dicom_series({folder}).series.front().texts.patient, "M\u00fcller, J\u00f6rg");
 }
 
-TEST_F(SeriesTest, AReaderReportsAndEndsWhenItIsCalledOff) {
+TEST_F(SeriesTest, ReadersReportProgressAndCanBeCancelled) {
   write_series(folder, {}, 6);
   LoadProgress progress;
   {
     const LoadProgress::Scope scope(progress);
     load_volume(folder);
     EXPECT_EQ(progress.fraction(), 1);
-    progress.call_off();
-    EXPECT_THROW(load_volume(folder), CalledOff);
-    EXPECT_THROW(find_dicom_series({folder}), CalledOff);
+    progress.cancel();
+    EXPECT_THROW(load_volume(folder), Cancelled);
+    EXPECT_THROW(find_dicom_series({folder}), Cancelled);
     write_volume(folder / "zeros.nii.gz", Volume({.size = {8, 8, 8}}, VoxelType::UInt8));
-    EXPECT_THROW(load_volume(folder / "zeros.nii.gz"), CalledOff);
+    EXPECT_THROW(load_volume(folder / "zeros.nii.gz"), Cancelled);
   }
   EXPECT_EQ(load_volume(folder).volume.geometry().size[2], 6);
 }

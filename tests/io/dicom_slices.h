@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Classic DICOM slices made for the tests.
+// Single-frame DICOM slices for the tests.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -10,7 +10,7 @@
 
 namespace simplexseg::test {
 
-/// One slice of a CT series; all its pixels are value + 10 j + i.
+/// Slice of a CT series; pixel (i, j) has the value value + 10 j + i.
 struct CtSlice {
   std::string series = "1.2.3.1", name = "chest";
   double z_mm = 0;
@@ -18,7 +18,7 @@ struct CtSlice {
   std::uint16_t columns = 6, rows = 5;
   std::string patient = "Doe^Jane", character_set = "ISO_IR 100";
   bool sagittal = false;
-  std::string study{};  ///< UID; empty: it does not say
+  std::string study{};  ///< study UID; empty: attribute missing
 
   std::string bytes() const {
     DicomData data;
@@ -48,7 +48,7 @@ struct CtSlice {
   }
 };
 
-/// Slices 0, 2, 4 ... mm as FOLDER/NAME0, NAME1 ...
+/// Writes slices at 0, 2, 4 ... mm as FOLDER/NAME0, NAME1 ...
 inline void write_series(const std::filesystem::path& folder, CtSlice slice, int count) {
   for (int n = 0; n < count; ++n) {
     slice.z_mm = 2.0 * n;

@@ -16,7 +16,7 @@ class Dicom : public test::FolderTest {
  protected:
   static fs::path series(const std::string& name) { return data_folder() / "dicom_series" / name; }
   void copy(const fs::path& from, const std::string& to) { fs::copy_file(from, folder / to); }
-  /// The four slices of the GE series under the names a, b, c, d (in the order of their numbers).
+  /// Copies the four slices of the GE series to the files a, b, c, d, in the order of their numbers.
   void copy_four() {
     const char* const names[] = {"a", "b", "c", "d"};
     for (int i = 0; i < 4; ++i)
@@ -24,7 +24,7 @@ class Dicom : public test::FolderTest {
   }
 };
 
-/// Both volumes hold the same values at the same places, whatever the order of their axes.
+/// Expects equal values at equal positions, independent of the order of the axes.
 void expect_same_world(const Volume& a, const Volume& b) {
   ASSERT_EQ(a.geometry().voxel_count(), b.geometry().voxel_count());
   const Eigen::Affine3d b_from_a = b.geometry().index_from_world() * a.geometry().world_from_index();
@@ -45,7 +45,7 @@ void expect_same_world(const Volume& a, const Volume& b) {
   EXPECT_LT(off, 0.02);
 }
 
-TEST_F(Dicom, SeriesEqualTheirNiftiTruth) {
+TEST_F(Dicom, SeriesEqualTheirNiftiReference) {
   REQUIRE_DATA(series(""));
   for (const char* name : {"ge_anatomical/001", "ge_anatomical/001_implicit", "siemens_anatomical/001",
                            "siemens_anatomical/001_implicit", "generic_compressed_j2k/001"}) {
@@ -83,7 +83,7 @@ TEST_F(Dicom, Jpeg2000CtWithoutExtensions) {
   EXPECT_EQ(g.size, (std::array<int, 3>{512, 512, 20}));
   EXPECT_TRUE(g.spacing_mm.isApprox(Eigen::Vector3d(0.9765625, 0.9765625, 2)));
   EXPECT_TRUE(g.origin_mm.isApprox(Eigen::Vector3d(-249.51171875, -437.51171875, -804.5)));
-  // The labels' header is left-handed: j runs the other way. In the world both agree: bone is bright, air is none.
+  // The grid of the labels is left-handed, with j reversed. In world coordinates both agree: labelled bone is bright.
   const Volume labels = read_volume(data_folder() / "ct_abdomen_dicom_labels.nii.gz");
   EXPECT_LT(labels.geometry().direction.determinant(), 0);
   const Eigen::Affine3d ct_from_labels = g.index_from_world() * labels.geometry().world_from_index();
@@ -105,7 +105,7 @@ TEST_F(Dicom, Jpeg2000CtWithoutExtensions) {
   EXPECT_LT(mirrored / count, sum / count - 50);
 }
 
-TEST_F(Dicom, GantryTiltIsKeptAsAShearedGrid) {
+TEST_F(Dicom, GantryTiltBecomesAShearedGrid) {
   REQUIRE_DATA(series(""));
   const LoadedVolume loaded = load_volume(series("failing_gantrytilting/001"));
   ASSERT_EQ(loaded.warnings.size(), 1u);
@@ -121,7 +121,7 @@ TEST_F(Dicom, GantryTiltIsKeptAsAShearedGrid) {
   EXPECT_TRUE(read_volume(folder / "tilt.nii.gz").geometry().same_grid(loaded.volume.geometry(), 1e-4));
 }
 
-TEST_F(Dicom, OrientationsMayNotBeMixed) {
+TEST_F(Dicom, MixedOrientationsAreRejected) {
   REQUIRE_DATA(series(""));
   const std::string text = error_of([&] { load_volume(series("failing_sliceorientation/001")); });
   EXPECT_HAS(text, "orientation");
@@ -129,7 +129,7 @@ TEST_F(Dicom, OrientationsMayNotBeMixed) {
   error_of([&] { read_volume_info(series("failing_sliceorientation/001")); });
 }
 
-TEST_F(Dicom, TwoSlicesAreWarnedAbout) {
+TEST_F(Dicom, TwoSlicesGiveAWarning) {
   REQUIRE_DATA(series(""));
   const LoadedVolume loaded = load_volume(series("failing_slicecount/001"));
   ASSERT_EQ(loaded.warnings.size(), 1u);
@@ -137,7 +137,7 @@ TEST_F(Dicom, TwoSlicesAreWarnedAbout) {
   expect_same_world(loaded.volume, read_volume(series("failing_slicecount/001_ground_truth.nii.gz")));
 }
 
-TEST_F(Dicom, MissingAndDoubledSlicesAreNamedInOneMessage) {
+TEST_F(Dicom, MissingAndDuplicateSlicesAreListedInOneMessage) {
   REQUIRE_DATA(series(""));
   copy_four();
   expect_same_world(read_volume(folder), read_volume(series("ge_anatomical/001_ground_truth.nii.gz")));
@@ -150,7 +150,7 @@ TEST_F(Dicom, MissingAndDoubledSlicesAreNamedInOneMessage) {
   copy(folder / "a", "again");
   text = error_of([&] { load_volume(folder); });
   EXPECT_HAS(text, "1 missing");
-  EXPECT_HAS(text, "1 doubled");
+  EXPECT_HAS(text, "1 duplicate");
   EXPECT_HAS(text, "'a' and 'again'");
   error_of([&] { read_volume_info(folder); });
 }
@@ -168,7 +168,7 @@ TEST_F(Dicom, OrderOfNamesDoesNotMatter) {
   expect_same_world(loaded.volume, read_volume(series("siemens_anatomical/001_ground_truth.nii.gz")));
 }
 
-TEST_F(Dicom, TheLargestOfSeveralSeriesIsTaken) {
+TEST_F(Dicom, TheLargestOfSeveralSeriesIsLoaded) {
   REQUIRE_DATA(series(""));
   copy_four();
   for (int i = 0; i < 3; ++i) {
@@ -188,7 +188,7 @@ TEST_F(Dicom, TruncatedSlicesAreNamed) {
   const std::string slice = bytes_of(folder / "b");
   write("b", slice.substr(0, slice.size() - 2));
   EXPECT_HAS(error_of([&] { load_volume(folder); }), "'b'");
-  // Cut within the header it cannot be told from a missing one.
+  // A slice that is cut within its header counts as missing.
   write("b", slice.substr(0, 700));
   EXPECT_HAS(error_of([&] { load_volume(folder); }), "missing");
 
@@ -200,16 +200,16 @@ TEST_F(Dicom, TruncatedSlicesAreNamed) {
   }
 }
 
-/// Files cut and spoilt at many places: an Error or a volume, never the end of the program.
-void expect_nothing_ended(const std::string& good, const fs::path& folder) {
+/// Loads truncated and damaged versions of a file: each gives an Error or a volume, never a crash.
+void expect_no_crash(const std::string& good, const fs::path& folder) {
   std::mt19937 random(5);
   for (int round = 0; round < 60; ++round) {
     std::string bytes = good;
     if (round % 3 == 0) bytes.resize(random() % good.size());
     const std::size_t header = std::min<std::size_t>(bytes.size(), 2000);
     for (int change = 0; change < round % 4 && header > 0; ++change) bytes[random() % header] = char(random());
-    std::ofstream(folder / "spoilt.dcm", std::ios::binary) << bytes;
-    for (const fs::path& path : {folder / "spoilt.dcm", folder}) {
+    std::ofstream(folder / "damaged.dcm", std::ios::binary) << bytes;
+    for (const fs::path& path : {folder / "damaged.dcm", folder}) {
       try {
         load_volume(path);
       } catch (const Error& error) {
@@ -219,7 +219,7 @@ void expect_nothing_ended(const std::string& good, const fs::path& folder) {
   }
 }
 
-TEST_F(Dicom, SpoiltFilesEndNothing) {
+TEST_F(Dicom, DamagedFilesDoNotCrash) {
   REQUIRE_DATA(series(""));
   std::vector<fs::path> files{series("generic_compressed_j2k/001/IM-0001-0001-0001.dcm"),
                               series("siemens_anatomical/001_implicit/IM-0001-0112-0001.dcm")};
@@ -227,10 +227,10 @@ TEST_F(Dicom, SpoiltFilesEndNothing) {
                            "pydicom__SC_rgb_jls_lossy_line.dcm", "pydicom__image_dfl.dcm"}) {
     if (fs::exists(data_folder() / "bad_input" / name)) files.push_back(data_folder() / "bad_input" / name);
   }
-  for (const fs::path& file : files) expect_nothing_ended(bytes_of(file), folder);
+  for (const fs::path& file : files) expect_no_crash(bytes_of(file), folder);
 }
 
-TEST_F(Dicom, SpoiltFilesOfManyFramesEndNothing) {
+TEST_F(Dicom, DamagedMultiFrameFilesDoNotCrash) {
   test::EnhancedFile file;
   for (int k = 0; k < 4; ++k) {
     for (int time = 1; time <= 2; ++time)
@@ -238,7 +238,7 @@ TEST_F(Dicom, SpoiltFilesOfManyFramesEndNothing) {
   }
   for (const bool explicit_vr : {true, false}) {
     file.explicit_vr = explicit_vr;
-    expect_nothing_ended(file.bytes(), folder);
+    expect_no_crash(file.bytes(), folder);
   }
 }
 

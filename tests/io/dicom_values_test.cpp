@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the stored pixels of a DICOM file mean: doses, segments, inverted pictures, tiles.
+// Interpretation of stored DICOM pixels: doses, segments, MONOCHROME1, mosaics.
 #include <algorithm>
 
 #include "dicom_files.h"
@@ -23,7 +23,7 @@ DicomData slice(const std::string& modality, const std::string& image_type = "OR
   return data.numbers(0x0020, 0x0037, {1, 0, 0, 0, 1, 0});
 }
 
-TEST_F(DicomValues, InvertedPicturesKeepTheirValues) {
+TEST_F(DicomValues, InvertedImagesKeepTheirValues) {
   DicomData data = slice("CR");
   test::describe_pixels(data, 2, 1, 0, 12, "MONOCHROME1");
   data.numbers(0x0028, 0x1052, {200}).numbers(0x0028, 0x1053, {0.5});
@@ -37,7 +37,7 @@ TEST_F(DicomValues, InvertedPicturesKeepTheirValues) {
             1);
 }
 
-/// All 16 bits stored, shifted by -1024: nearly always 16 bits hold the values; where one needs more, all are kept.
+/// 16 stored bits with intercept -1024: the volume has 16 bits unless a value does not fit.
 TEST_F(DicomValues, Shifted16BitValuesAreKeptIn16BitsWhereTheyFit) {
   const auto write_slices = [&](std::uint16_t odd) {
     for (std::uint16_t k = 0; k < 3; ++k) {
@@ -75,7 +75,7 @@ std::string dose(const std::vector<double>& offsets, const std::vector<double>& 
   return test::dicom_file(data.bytes, "1.2.840.10008.5.1.4.1.1.481.2");
 }
 
-TEST_F(DicomValues, DosesAreScaledAndLieOnTheirOffsets) {
+TEST_F(DicomValues, DosesAreScaledAndPlacedByTheirOffsets) {
   for (const std::vector<double>& offsets : {std::vector<double>{0, 5, 10}, {30, 35, 40}}) {
     const LoadedVolume loaded = load_volume(write("a.dcm", dose(offsets)));
     EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings[0];
@@ -85,7 +85,7 @@ TEST_F(DicomValues, DosesAreScaledAndLieOnTheirOffsets) {
     EXPECT_TRUE(g.origin_mm.isApprox(Vector3d(-1, -2, 30)));
     EXPECT_EQ(loaded.volume.value(1, 0, 2), 31 * 0.25);
   }
-  // Downward: the volume is turned, every dose stays at its place.
+  // Decreasing offsets: the slices are reversed, each dose keeps its position.
   const Volume down = read_volume(write("b.dcm", dose({0, -5, -10})));
   const Vector3d at = down.geometry().index_from_world() * Vector3d(2, -2, 20);
   EXPECT_EQ(down.value(int(std::lround(at[0])), int(std::lround(at[1])), int(std::lround(at[2]))), 31 * 0.25);
@@ -100,23 +100,23 @@ TEST_F(DicomValues, BigEndianPixelsOf32BitsAreRead) {
   EXPECT_TRUE(little.geometry().same_grid(big.geometry()));
 }
 
-TEST_F(DicomValues, MosaicsAreRefusedByName) {
+TEST_F(DicomValues, MosaicsAreRejected) {
   DicomData data = slice("MR", "ORIGINAL\\PRIMARY\\M\\ND\\MOSAIC");
   test::describe_pixels(data, 2, 1, 0);
   data.raw(0x7fe0, 0x0010, "OW", "abcd");
   const fs::path path = write("a.dcm", test::dicom_file(data.bytes, test::kEnhancedMr));
   for (const fs::path& named : {path, folder}) {
-    const std::string said = error_of([&] { load_volume(named); });
-    EXPECT_HAS(said, "Siemens mosaic");
-    EXPECT_HAS(said, "convert it to NIfTI");
-    EXPECT_EQ(error_of([&] { read_volume_info(named); }), said);
+    const std::string message = error_of([&] { load_volume(named); });
+    EXPECT_HAS(message, "Siemens mosaic");
+    EXPECT_HAS(message, "convert it to NIfTI");
+    EXPECT_EQ(error_of([&] { read_volume_info(named); }), message);
   }
 }
 
 struct SegmentFrame {
   double z;
   std::uint16_t segment;
-  std::array<int, 12> values;  ///< of 4 x 3 pixels
+  std::array<int, 12> values;  ///< 4 x 3 pixels
 };
 
 std::string segmentation(const std::string& type, const std::vector<SegmentFrame>& frames, double between = 0) {
@@ -155,15 +155,15 @@ std::string segmentation(const std::string& type, const std::vector<SegmentFrame
   return test::dicom_file(data.bytes, "1.2.840.10008.5.1.4.1.1.66.4");
 }
 
-TEST_F(DicomValues, SegmentsAreLabelsOnThePlacesThatTheyHaveFramesFor) {
+TEST_F(DicomValues, SegmentsBecomeLabelsAtThePositionsOfTheirFrames) {
   const std::array<int, 12> a{1, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1}, b{0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 1, 1};
-  // Segment 2 before 1, frames out of order, none at 14, both at 10: the higher number wins there.
+  // Segment 2 before 1, frames unsorted, none at z = 14, both segments at z = 10, where the higher number wins.
   const std::string bytes = segmentation("BINARY", {{12, 2, b}, {10, 1, a}, {16, 1, b}, {10, 2, b}, {12, 1, a}}, 2);
   const LoadedVolume loaded = load_volume(write("a.dcm", bytes));
   EXPECT_EQ(loaded.format, "DICOM SEG");
   EXPECT_EQ(loaded.volume.type(), VoxelType::UInt8);
   ASSERT_EQ(loaded.warnings.size(), 1u);
-  EXPECT_HAS(loaded.warnings[0], "the highest number");
+  EXPECT_HAS(loaded.warnings[0], "the highest segment number");
   ASSERT_EQ(loaded.segments.size(), 1u);
   EXPECT_EQ(loaded.segments[0].value, 2);
   EXPECT_EQ(loaded.segments[0].name, "liver");

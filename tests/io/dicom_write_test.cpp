@@ -8,16 +8,16 @@
 #include "image/label_surface.h"
 #include "image/metrics.h"
 #include "image/rasterise.h"
-#include "io/dicom_codes.h"
-#include "io/dicom_colour.h"
-#include "io/dicom_identity.h"
-#include "io/dicom_item.h"
-#include "io/labels_io.h"
-#include "io/rtstruct_grid.h"
-#include "io/rtstruct_read.h"
-#include "io/scene_export.h"
-#include "io/scene_io.h"
-#include "io/volume_io.h"
+#include "io/dicom/dicom_codes.h"
+#include "io/dicom/dicom_colour.h"
+#include "io/dicom/dicom_identity.h"
+#include "io/dicom/dicom_item.h"
+#include "io/dicom/rtstruct_grid.h"
+#include "io/dicom/rtstruct_read.h"
+#include "io/labels/labels_io.h"
+#include "io/scene/scene_export.h"
+#include "io/scene/scene_io.h"
+#include "io/volume/volume_io.h"
 #include "mesh/iso_surface.h"
 #include "session/label_map.h"
 #include "test_files.h"
@@ -32,7 +32,7 @@ using test::error_of;
 
 constexpr int kColumns = 30, kRows = 26, kSlices = 9;
 
-/// Standard output of a program, or nothing where it fails; its standard error is among it.
+/// Returns standard output and standard error of a command, with the prefix "failed: " when it fails.
 std::string output_of(const std::string& command) {
   std::FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
   if (!pipe) return {};
@@ -45,7 +45,7 @@ std::string in_shell(const fs::path& path) { return std::string(" '").append(pat
 
 class DicomWrite : public test::FolderTest {
  protected:
-  /// An oblique CT series whose files have names in another order than their places.
+  /// Writes an oblique CT series; the file names are not in the order of the positions.
   void write_series(const std::string& charset = "ISO_IR 100", const std::string& study = "1.2.3.9") {
     fs::create_directories(folder / "ct");
     for (int k = 0; k < kSlices; ++k) {
@@ -81,9 +81,9 @@ class DicomWrite : public test::FolderTest {
     const auto mm = [&](double i, double j, double k) { return grid.world_from_index() * Eigen::Vector3d(i, j, k); };
     Scene scene;
     scene.volume_path = (folder / "ct").string();
-    const std::pair<const char*, Colour> looks[] = {{"Left kidney", {230, 160, 60}},
-                                                    {"a \\ \xc3\xa9 b", {1, 128, 255}}};
-    for (const auto& [name, colour] : looks) {
+    const std::pair<const char*, Colour> meshes[] = {{"Left kidney", {230, 160, 60}},
+                                                     {"a \\ \xc3\xa9 b", {1, 128, 255}}};
+    for (const auto& [name, colour] : meshes) {
       MeshItem& item = scene.meshes.emplace_back();
       item.id = static_cast<ItemId>(scene.meshes.size());
       item.label = static_cast<int>(scene.meshes.size());
@@ -93,7 +93,7 @@ class DicomWrite : public test::FolderTest {
     scene.meshes[1].mesh = ring(grid);
     return scene;
   }
-  /// A ring around the direction of the slices' normal, so that its sections have holes.
+  /// Returns a torus around the slice normal, whose sections have holes.
   static SimplexMesh ring(const VolumeGeometry& grid) {
     std::vector<float> values;
     for (int k = 0; k < kSlices; ++k)
@@ -129,10 +129,10 @@ TEST_F(DicomWrite, ASegmentationIsReadBackOnTheSameVoxels) {
   expect_same_voxels(make_label_map(scene, grid).labels, loaded.volume);
   ASSERT_EQ(loaded.segments.size(), 2u);
   EXPECT_EQ(loaded.segments[0], (SegmentName{1, "Left kidney", {230, 160, 60}}));
-  EXPECT_EQ(loaded.segments[1], (SegmentName{2, "a / ? b", {1, 128, 255}})) << "the images' texts are Latin-1";
+  EXPECT_EQ(loaded.segments[1], (SegmentName{2, "a / ? b", {1, 128, 255}})) << "the texts of the images are Latin-1";
 }
 
-TEST_F(DicomWrite, ItSaysWhomItIsOfAndWhatItWasMadeOn) {
+TEST_F(DicomWrite, PatientStudyAndSourceImagesAreStored) {
   write_series();
   save_labels(folder / "a.dcm", scene(), image().geometry());
   save_labels(folder / "a.rtstruct.dcm", scene(), image().geometry());
@@ -146,13 +146,13 @@ TEST_F(DicomWrite, ItSaysWhomItIsOfAndWhatItWasMadeOn) {
   }
 }
 
-TEST_F(DicomWrite, NamesAreUnicodeWhereTheImagesDoNotForbidIt) {
+TEST_F(DicomWrite, NamesAreUnicodeIfTheImagesAllowIt) {
   write_series("ISO_IR 192");
   save_labels(folder / "a.dcm", scene(), image().geometry());
   EXPECT_EQ(load_volume(folder / "a.dcm").segments[1].name, "a / \xc3\xa9 b");
 }
 
-TEST_F(DicomWrite, LabelsThatAreNotInARowGetOtherNumbersWhichIsSaid) {
+TEST_F(DicomWrite, NonConsecutiveLabelsAreRenumberedWithAMessage) {
   write_series();
   Scene scene = this->scene();
   scene.meshes[0].label = 300, scene.meshes[1].label = 7;
@@ -164,7 +164,7 @@ TEST_F(DicomWrite, LabelsThatAreNotInARowGetOtherNumbersWhichIsSaid) {
   expect_same_voxels(make_label_map(scene, image().geometry()).labels, loaded.volume);
 }
 
-TEST_F(DicomWrite, AMeshBesideTheImageIsASegmentWithoutVoxels) {
+TEST_F(DicomWrite, AMeshOutsideTheImageIsAnEmptySegment) {
   write_series();
   Scene scene = this->scene();
   for (Eigen::Vector3f& p : scene.meshes[0].mesh.positions) p[2] += 500;
@@ -175,7 +175,7 @@ TEST_F(DicomWrite, AMeshBesideTheImageIsASegmentWithoutVoxels) {
   expect_same_voxels(make_label_map(scene, image().geometry()).labels, loaded.volume);
 }
 
-TEST_F(DicomWrite, WhatHasNoDicomImageIsRefused) {
+TEST_F(DicomWrite, VolumesWithoutDicomImageAreRejected) {
   write_series();
   Scene scene = this->scene();
   const Volume image = this->image();
@@ -183,33 +183,34 @@ TEST_F(DicomWrite, WhatHasNoDicomImageIsRefused) {
   const auto refusal = [&](const std::string& volume) {
     scene.volume_path = volume;
     const std::string why = error_of([&] { save_labels(folder / "a.dcm", scene, image.geometry()); });
-    EXPECT_EQ(why, error_of([&] { require_labels_name(folder / "a.dcm", scene); })) << "said before the run";
+    EXPECT_EQ(why, error_of([&] { require_labels_name(folder / "a.dcm", scene); })) << "reported before the run";
     EXPECT_HAS(error_of([&] { save_labels(folder / "a.rtstruct.dcm", scene, image.geometry()); }), ".seg.nrrd");
     return why;
   };
   EXPECT_HAS(refusal((folder / "image.nii.gz").string()), "NIfTI-1");
-  EXPECT_HAS(refusal((folder / "image.nii.gz").string()), "make it on the DICOM series itself");
+  EXPECT_HAS(refusal((folder / "image.nii.gz").string()), "segment the DICOM series itself");
   EXPECT_HAS(refusal(""), "there is no volume");
   fs::remove_all(folder / "ct");
   write_series("", "");
-  EXPECT_HAS(refusal((folder / "ct").string()), "which study");
+  EXPECT_HAS(refusal((folder / "ct").string()), "no study or series UID");
   EXPECT_FALSE(fs::exists(folder / "a.dcm"));
   EXPECT_HAS(error_of([&] { write_labels(folder / "a.dcm", make_label_map(scene, image.geometry()).labels); }), ".dcm");
 }
 
-TEST_F(DicomWrite, TheValidatorHasNoComplaint) {
+TEST_F(DicomWrite, TheValidatorReportsNoErrors) {
   if (!succeeds("command -v dciodvfy")) GTEST_SKIP() << "dciodvfy of dicom3tools is absent";
   write_series();
   for (const char* name : {"a.dcm", "a.rtstruct.dcm"}) {
     save_labels(folder / name, scene(), image().geometry());
-    const std::string said = output_of("dciodvfy" + in_shell(folder / name));
-    EXPECT_EQ(said.find("Error"), std::string::npos) << said;
-    EXPECT_EQ(said.find("Warning"), std::string::npos) << said;
-    EXPECT_NE(said.find(name == std::string("a.dcm") ? "Segmentation" : "RTStructureSet"), std::string::npos) << said;
+    const std::string message = output_of("dciodvfy" + in_shell(folder / name));
+    EXPECT_EQ(message.find("Error"), std::string::npos) << message;
+    EXPECT_EQ(message.find("Warning"), std::string::npos) << message;
+    EXPECT_NE(message.find(name == std::string("a.dcm") ? "Segmentation" : "RTStructureSet"), std::string::npos)
+        << message;
   }
 }
 
-TEST_F(DicomWrite, AViewIsACaptureInTheSameStudy) {
+TEST_F(DicomWrite, AViewIsASecondaryCaptureInTheSameStudy) {
   write_series();
   Picture view;
   view.width = 5, view.height = 3;
@@ -223,18 +224,18 @@ TEST_F(DicomWrite, AViewIsACaptureInTheSameStudy) {
   EXPECT_EQ(capture.study, image.study);
   EXPECT_NE(capture.series, image.series);
   EXPECT_NE(bytes.find("patient 7"), std::string::npos);
-  EXPECT_NE(error_of([&] { save_view(folder / "b.dcm", Picture(), scene()); }).find("no pixels"), std::string::npos);
+  EXPECT_NE(error_of([&] { save_view(folder / "b.dcm", Picture(), scene()); }).find("0 x 0 pixels"), std::string::npos);
   Scene elsewhere = scene();
   elsewhere.volume_path.clear();
   EXPECT_FALSE(error_of([&] { require_view_name(file, elsewhere); }).empty());
   require_view_name("a.png", elsewhere);
   if (!succeeds("command -v dciodvfy")) GTEST_SKIP() << "dciodvfy of dicom3tools is absent";
-  const std::string said = output_of("dciodvfy" + in_shell(file));
-  EXPECT_EQ(said.find("Error"), std::string::npos) << said;
-  EXPECT_NE(said.find("SCImage"), std::string::npos) << said;
+  const std::string message = output_of("dciodvfy" + in_shell(file));
+  EXPECT_EQ(message.find("Error"), std::string::npos) << message;
+  EXPECT_NE(message.find("SCImage"), std::string::npos) << message;
 }
 
-TEST_F(DicomWrite, IdentitiesAreOfWholeFiles) {
+TEST_F(DicomWrite, IdentitiesRequireCompleteFiles) {
   write_series();
   const std::string bytes = bytes_of(file_of(0));
   const DicomIdentity identity = read_dicom_identity(file_of(0));
@@ -243,7 +244,8 @@ TEST_F(DicomWrite, IdentitiesAreOfWholeFiles) {
   EXPECT_EQ(identity.transfer_syntax, test::kExplicitLittle);
   EXPECT_NE(error_of([&] { read_dicom_identity(write("cut", bytes.substr(0, bytes.size() - 100))); }).find("truncated"),
             std::string::npos);
-  EXPECT_NE(error_of([&] { read_dicom_identity(write("text", "no DICOM")); }).find("no DICOM"), std::string::npos);
+  EXPECT_NE(error_of([&] { read_dicom_identity(write("text", "no DICOM")); }).find("not a DICOM file"),
+            std::string::npos);
   EXPECT_FALSE(error_of([&] { read_dicom_identity(folder / "absent"); }).empty());
 }
 
@@ -276,13 +278,13 @@ TEST_F(DicomWrite, ContoursAreReadBackOnTheSameVoxels) {
     EXPECT_EQ(read.segments[m].colour, scene.meshes[m].colour);
   }
   EXPECT_EQ(read.segments[0].name, scene.meshes[0].name);
-  // As labels for what is compared, on the image's grid; a tilted grid's slices cut the contours.
+  // Loading as labels gives the same voxels. The contours cross the slices of a tilted grid.
   std::vector<std::string> warnings;
   EXPECT_TRUE(
       test::same_voxels(load_labels_onto(folder / "a.rtstruct.dcm", grid, "the volume", warnings), read.labels));
   VolumeGeometry tilted = grid;
   tilted.direction = Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitX()).toRotationMatrix() * grid.direction;
-  EXPECT_HAS(error_of([&] { read_structure_set(folder / "a.rtstruct.dcm", tilted); }), "across the slices");
+  EXPECT_HAS(error_of([&] { read_structure_set(folder / "a.rtstruct.dcm", tilted); }), "cross slices");
   VolumeGeometry beside = grid;
   beside.origin_mm += 1000 * grid.direction.col(2);
   EXPECT_HAS(error_of([&] { read_structure_set(folder / "a.rtstruct.dcm", beside); }), "no closed contour");
@@ -302,7 +304,7 @@ TEST_F(DicomWrite, RegionsBecomeMeshesWithoutTheirImage) {
     const LoadedLabels loaded = load_labels(path, chosen);
     EXPECT_TRUE(loaded.warnings.empty());
     EXPECT_EQ(label_of(chosen, loaded.segments, path), item.label);
-    // The slices are the image's, the voxels within them finer; the shape is that which the contours were cut from.
+    // The slice distance equals that of the image, the pixels are smaller; the shape is the original mesh.
     EXPECT_NEAR(loaded.volume.geometry().spacing_mm[2], grid.spacing_mm[2], 1e-3);
     EXPECT_LE(loaded.volume.geometry().spacing_mm[0], 1.25);
     const SimplexMesh mesh = mesh_of_mask(mask_of(loaded.volume, item.label));
@@ -312,9 +314,9 @@ TEST_F(DicomWrite, RegionsBecomeMeshesWithoutTheirImage) {
   }
   EXPECT_EQ(list_regions(path).size(), 2u);
   EXPECT_EQ(list_regions(path)[0].name, "Left kidney");
-  EXPECT_HAS(error_of([&] { load_labels(path, {.name = "spleen"}); }), "its names are Left kidney");
+  EXPECT_HAS(error_of([&] { load_labels(path, {.name = "spleen"}); }), "its labels are Left kidney");
   EXPECT_HAS(error_of([&] { load_labels(path, {.label = 9}); }), "no closed contour");
-  // A scene's mesh starts as one, and is saved with the region's number.
+  // A mesh of a scene can start from a region and keeps its number.
   write("scene.json", R"({"simplexseg_scene": 1, "volume": "ct", "meshes": [
       {"name": "k", "start": {"labels": "a.rtstruct.dcm", "label": "Left kidney"}}]})");
   const MeshItem item = read_scene(folder / "scene.json").scene.meshes.at(0);
@@ -323,7 +325,7 @@ TEST_F(DicomWrite, RegionsBecomeMeshesWithoutTheirImage) {
   EXPECT_GT(dice(rasterise(scene.meshes[0].mesh, grid), rasterise(*item.start->mesh, grid)), 0.95);
 }
 
-TEST(RegionsGrid, PlanesThatMakeNoSlicesAreRefused) {
+TEST(RegionsGrid, InvalidPlanesAreRejected) {
   const auto square = [](double z, double lift = 0) {
     return std::vector<double>{0, 0, z, 10, 0, z + lift, 10, 10, z + lift, 0, 10, z};
   };
@@ -341,15 +343,15 @@ TEST(RegionsGrid, PlanesThatMakeNoSlicesAreRefused) {
   const VolumeGeometry grid = grid_of_regions({even.data(), 1}, even, "rt.dcm");
   EXPECT_NEAR(grid.spacing_mm[2], 3, 1e-9);
   EXPECT_EQ(grid.size[2], 4 + 2);
-  EXPECT_NEAR(grid_of_regions({even.data() + 1, 1}, even, "rt.dcm").spacing_mm[2], 2, 1e-9) << "as the file's planes";
+  EXPECT_NEAR(grid_of_regions({even.data() + 1, 1}, even, "rt.dcm").spacing_mm[2], 2, 1e-9) << "from all planes";
   EXPECT_HAS(refusal({square(3)}), "single plane");
-  EXPECT_HAS(refusal({square(3), square(5), square(8.1)}), "uneven distances");
-  EXPECT_HAS(refusal({square(3), square(6, 4)}), "different directions");
+  EXPECT_HAS(refusal({square(3), square(5), square(8.1)}), "unevenly spaced");
+  EXPECT_HAS(refusal({square(3), square(6, 4)}), "not parallel");
   EXPECT_HAS(refusal({square(3), square(1e6), square(1e6 + 1)}), "too close");
   EXPECT_HAS(refusal({}), "no closed contour");
 }
 
-TEST_F(DicomWrite, SlicesThatARegionLeavesOutAreSaid) {
+TEST_F(DicomWrite, SlicesWithoutContourAreReported) {
   write_series();
   Scene scene = this->scene();
   scene.meshes.pop_back();
@@ -362,8 +364,8 @@ TEST_F(DicomWrite, SlicesThatARegionLeavesOutAreSaid) {
   EXPECT_HAS(loaded.warnings[0], "1 slice between the first and the last has no contour");
 }
 
-TEST_F(DicomWrite, AnotherReaderFindsTheSameVoxels) {
-  // Debian's own, which has Debian's pydicom.
+TEST_F(DicomWrite, PydicomReadsTheSameVoxels) {
+  // The system's Python has Debian's pydicom.
   if (!succeeds("/usr/bin/python3 -c 'import pydicom'")) GTEST_SKIP() << "python3-pydicom is absent";
   write_series();
   const Scene scene = this->scene();
@@ -386,22 +388,22 @@ TEST_F(DicomWrite, AnotherReaderFindsTheSameVoxels) {
     }
     segments << '\n', regions << '\n';
   }
-  std::string judge = "/usr/bin/python3";
-  judge.append(in_shell(fs::path(SIMPLEXSEG_SOURCE_DIR) / "tests/io/judge_dicom.py"));
+  std::string reader = "/usr/bin/python3";
+  reader.append(in_shell(fs::path(SIMPLEXSEG_SOURCE_DIR) / "tests/io/pydicom_reader.py"));
   save_labels(folder / "a.dcm", scene, grid);
-  EXPECT_EQ(output_of(judge + in_shell(folder / "a.dcm") + images()), segments.str());
+  EXPECT_EQ(output_of(reader + in_shell(folder / "a.dcm") + images()), segments.str());
   save_labels(folder / "a.rtstruct.dcm", scene, grid);
-  EXPECT_EQ(output_of(judge + in_shell(folder / "a.rtstruct.dcm") + images()), regions.str());
+  EXPECT_EQ(output_of(reader + in_shell(folder / "a.rtstruct.dcm") + images()), regions.str());
 }
 
-TEST(DicomColour, EveryColourComesBack) {
+TEST(DicomColour, ColoursRoundTrip) {
   for (int red = 0; red < 256; red += 15)
     for (int green = 0; green < 256; green += 15)
       for (int blue = 0; blue < 256; blue += 15) {
         const Colour colour{std::uint8_t(red), std::uint8_t(green), std::uint8_t(blue)};
         ASSERT_EQ(colour_of_lab(lab_of_colour(colour)), colour) << red << ' ' << green << ' ' << blue;
       }
-  // White is L* = 100 and a* = b* = 0, by the definition.
+  // White is L* = 100, a* = b* = 0 by definition.
   const DicomLab white = lab_of_colour({255, 255, 255});
   EXPECT_EQ(white[0], 65535);
   EXPECT_NEAR(white[1], 128.0 / 255 * 65535, 20);
@@ -417,7 +419,7 @@ TEST(DicomItem, DecimalStringsFitAndKeepTheirDigits) {
   }
 }
 
-TEST(DicomCodes, AreOfTheOrganThatIsNamedAndNothingElse) {
+TEST(DicomCodes, OnlyExactOrganNamesHaveOrganCodes) {
   EXPECT_STREQ(code_of("kidney_LEFT 2").type, "18639004");
   EXPECT_STREQ(code_of("Liver").type, "10200004");
   EXPECT_STREQ(code_of("Liver").category, "123037004");

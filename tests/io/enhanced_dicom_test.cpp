@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of many frames: where each lies, how it is rescaled and which volume it is of is said by its functional groups.
+// Multi-frame files: position, rescaling and volume of each frame from its functional groups.
 #include <algorithm>
 
 #include "dicom_files.h"
@@ -18,26 +18,27 @@ class EnhancedDicom : public test::FolderTest {
  protected:
   fs::path write_file(const EnhancedFile& file, const std::string& name = "a.dcm") { return write(name, file.bytes()); }
   LoadedVolume load(const EnhancedFile& file, int volume = 1) { return load_volume(write_file(file), volume); }
-  std::string refused(const EnhancedFile& file) {
+  std::string rejection(const EnhancedFile& file) {
     const fs::path path = write_file(file);
-    const std::string said = error_of([&] { load_volume(path); });
-    EXPECT_EQ(error_of([&] { read_volume_info(path); }), said);
-    return said;
+    const std::string message = error_of([&] { load_volume(path); });
+    EXPECT_EQ(error_of([&] { read_volume_info(path); }), message);
+    return message;
   }
 };
 
-/// Axes that are turned about all of x, y and z; the columns' direction is the first.
+/// Axes rotated about x, y and z; the first is the direction of i.
 const Eigen::Matrix3d kTurn = (Eigen::AngleAxisd(0.4, Vector3d::UnitX()) * Eigen::AngleAxisd(-1.1, Vector3d::UnitZ()) *
                                Eigen::AngleAxisd(0.7, Vector3d::UnitY()))
                                   .toRotationMatrix();
 const Vector3d kFirst(-12.5, 33.25, 101.75);
 
-/// Slices 2.5 mm apart along the normal, leaning by `lean` along the rows: values 100, 200 ...
-EnhancedFile turned(int count, double lean = 0) {
+/// Returns slices 2.5 mm apart along the normal, shifted by `shift` mm per slice along the second axis, with values
+/// 100, 200 ...
+EnhancedFile turned(int count, double shift = 0) {
   EnhancedFile file;
   for (int k = 0; k < count; ++k) {
     EnhancedFrame frame;
-    const Vector3d at = kFirst + k * (2.5 * kTurn.col(2) + lean * kTurn.col(1));
+    const Vector3d at = kFirst + k * (2.5 * kTurn.col(2) + shift * kTurn.col(1));
     frame.position = {at.x(), at.y(), at.z()};
     frame.axes = {kTurn(0, 0), kTurn(1, 0), kTurn(2, 0), kTurn(0, 1), kTurn(1, 1), kTurn(2, 1)};
     frame.value = 100 * (k + 1);
@@ -46,12 +47,12 @@ EnhancedFile turned(int count, double lean = 0) {
   return file;
 }
 
-/// That the voxels of `volume` are those of turned(), each at its own place in space.
-void expect_turned(const Volume& volume, int count, double lean = 0, double slope = 1) {
+/// Expects the voxels of turned() at their positions in space.
+void expect_turned(const Volume& volume, int count, double shift = 0, double slope = 1) {
   ASSERT_EQ(volume.geometry().size, (std::array<int, 3>{4, 3, count}));
   const Eigen::Affine3d index = volume.geometry().index_from_world();
   for (int k = 0; k < count; ++k) {
-    const Vector3d at = kFirst + k * (2.5 * kTurn.col(2) + lean * kTurn.col(1));
+    const Vector3d at = kFirst + k * (2.5 * kTurn.col(2) + shift * kTurn.col(1));
     for (int j = 0; j < 3; ++j) {
       for (int i = 0; i < 4; ++i) {
         const Vector3d voxel = index * (at + 0.75 * i * kTurn.col(0) + 0.5 * j * kTurn.col(1));
@@ -64,7 +65,7 @@ void expect_turned(const Volume& volume, int count, double lean = 0, double slop
   }
 }
 
-TEST_F(EnhancedDicom, EveryFrameLiesWhereItsGroupsSay) {
+TEST_F(EnhancedDicom, FramesAreAtThePositionsOfTheirFunctionalGroups) {
   for (const bool explicit_vr : {true, false}) {
     for (const bool defined_length : {true, false}) {
       for (const bool shared_axes : {true, false}) {
@@ -80,40 +81,40 @@ TEST_F(EnhancedDicom, EveryFrameLiesWhereItsGroupsSay) {
   }
 }
 
-TEST_F(EnhancedDicom, ShuffledAndReversedFramesAreOrderedByTheirPlace) {
+TEST_F(EnhancedDicom, ShuffledAndReversedFramesAreSortedByPosition) {
   EnhancedFile file = turned(6);
   std::reverse(file.frames.begin(), file.frames.end());
   expect_turned(load(file).volume, 6);
   std::shuffle(file.frames.begin(), file.frames.end(), std::mt19937(3));
   expect_turned(load(file).volume, 6);
-  expect_turned(read_volume(folder), 6);  // the same as a series
+  expect_turned(read_volume(folder), 6);  // the same file as a series
 }
 
-TEST_F(EnhancedDicom, ATiltIsKeptAsAShearedGrid) {
+TEST_F(EnhancedDicom, ATiltBecomesAShearedGrid) {
   const LoadedVolume loaded = load(turned(5, 0.8));
   ASSERT_EQ(loaded.warnings.size(), 1u);
   EXPECT_HAS(loaded.warnings[0], "tilted gantry");
   expect_turned(loaded.volume, 5, 0.8);
 }
 
-TEST_F(EnhancedDicom, MissingDoubledAndMixedFramesAreRefusedByTheirNumber) {
+TEST_F(EnhancedDicom, MissingDuplicateAndMixedFramesAreReportedByNumber) {
   EnhancedFile file = turned(6);
   file.frames.erase(file.frames.begin() + 3);
-  std::string said = refused(file);
-  EXPECT_HAS(said, "1 missing");
-  EXPECT_HAS(said, "frame 3 of 'a.dcm' and frame 4 of 'a.dcm'");
+  std::string message = rejection(file);
+  EXPECT_HAS(message, "1 missing");
+  EXPECT_HAS(message, "frame 3 of 'a.dcm' and frame 4 of 'a.dcm'");
   file = turned(6);
   file.frames.push_back(file.frames[2]);
-  said = refused(file);
-  EXPECT_HAS(said, "1 doubled");
-  EXPECT_HAS(said, "frame 3 of 'a.dcm' and frame 7 of 'a.dcm'");
+  message = rejection(file);
+  EXPECT_HAS(message, "1 duplicate");
+  EXPECT_HAS(message, "frame 3 of 'a.dcm' and frame 7 of 'a.dcm'");
   file = turned(6);
   file.shared_axes = false;
   file.frames[4].axes = {1, 0, 0, 0, 0, -1};
-  EXPECT_HAS(refused(file), "orientations: frame 5 of 'a.dcm'");
+  EXPECT_HAS(rejection(file), "orientations: frame 5 of 'a.dcm'");
   file = turned(6);
   for (std::size_t axis = 0; axis < 3; ++axis) file.frames[4].position[axis] += kTurn(long(axis), 2);
-  EXPECT_HAS(refused(file), "uneven");
+  EXPECT_HAS(rejection(file), "uneven");
 }
 
 TEST_F(EnhancedDicom, EveryFrameIsRescaledByItsOwnSlope) {
@@ -122,7 +123,7 @@ TEST_F(EnhancedDicom, EveryFrameIsRescaledByItsOwnSlope) {
   LoadedVolume loaded = load(file);
   expect_turned(loaded.volume, 4, 0, 2);
   EXPECT_EQ(loaded.volume.type(), VoxelType::UInt32);
-  // Stored differently, the values are the same.
+  // Other stored values and slopes, same rescaled values.
   for (int k = 0; k < 4; ++k) {
     EnhancedFrame& frame = file.frames[std::size_t(k)];
     frame.value = 100 * (k + 1) + 7 * k;
@@ -149,9 +150,9 @@ TEST_F(EnhancedDicom, FilesOfOneFrameEachMakeASeries) {
   expect_turned(read_volume(folder), 4);
 }
 
-TEST_F(EnhancedDicom, SeveralVolumesAreTakenApartByTheirDimension) {
+TEST_F(EnhancedDicom, VolumesAreSeparatedByTheirDimension) {
   EnhancedFile file;
-  for (int k = 0; k < 4; ++k) {  // place by place, the times in an order of their own
+  for (int k = 0; k < 4; ++k) {  // sorted by position, with unsorted times
     for (const int time : {3, 1, 2}) {
       EnhancedFrame frame = turned(4).frames[std::size_t(k)];
       frame.value += 1000 * time;
@@ -167,23 +168,23 @@ TEST_F(EnhancedDicom, SeveralVolumesAreTakenApartByTheirDimension) {
     ASSERT_EQ(loaded.volume.geometry().size[2], 4);
     for (int k = 0; k < 4; ++k) EXPECT_EQ(loaded.volume.value(1, 2, k), 1000 * time + 100 * (k + 1) + 21);
     ASSERT_EQ(loaded.warnings.size(), 1u);
-    EXPECT_HAS(loaded.warnings[0], "3 volumes; number " + std::to_string(time) + " is taken (temporal position " +
-                                       std::to_string(time) + ")");
+    EXPECT_HAS(loaded.warnings[0],
+               "volume " + std::to_string(time) + " of 3 is loaded (temporal position " + std::to_string(time) + ")");
   }
-  EXPECT_HAS(error_of([&] { load(file, 4); }), "3 volumes, number 4 is asked for");
+  EXPECT_HAS(error_of([&] { load(file, 4); }), "3 volumes, volume 4 does not exist");
   write_volume(folder / "a.nrrd", load(file).volume);
   EXPECT_HAS(error_of([&] { load_volume(folder / "a.nrrd", 2); }), "one volume");
-  // One frame less: no longer the same places at each time.
+  // With a frame missing, the volumes no longer have identical positions.
   file.frames.pop_back();
-  EXPECT_HAS(refused(file), "doubled");
+  EXPECT_HAS(rejection(file), "duplicate");
 }
 
-TEST_F(EnhancedDicom, WhatNothingTellsApartIsRefused) {
+TEST_F(EnhancedDicom, IndistinguishableVolumesAreRejected) {
   EnhancedFile file = turned(3);
   file.dimensions = false;
   const std::vector<EnhancedFrame> once = file.frames;
   file.frames.insert(file.frames.end(), once.begin(), once.end());
-  EXPECT_HAS(refused(file), "each of its 3 places holds 2 slices");
+  EXPECT_HAS(rejection(file), "each of its 3 positions has 2 slices");
 }
 
 TEST_F(EnhancedDicom, StacksOfDifferentOrientationAreVolumes) {
@@ -201,7 +202,7 @@ TEST_F(EnhancedDicom, StacksOfDifferentOrientationAreVolumes) {
   EXPECT_HAS(second.warnings[0], "stack 2");
 }
 
-/// Classic images of many frames, without functional groups.
+/// Returns a multi-frame image without functional groups.
 std::string classic(const std::string& modality, int frames, const std::function<void(test::DicomData&)>& place,
                     const std::function<void(test::DicomData&)>& pointer = {}) {
   test::DicomData data;
@@ -218,21 +219,21 @@ std::string classic(const std::string& modality, int frames, const std::function
   return test::dicom_file(data.bytes, "1.2.840.10008.5.1.4.1.1.3.1");
 }
 
-TEST_F(EnhancedDicom, UltrasoundWithoutPlacesIsInTime) {
+TEST_F(EnhancedDicom, UltrasoundWithoutPositionsIsATimeSeries) {
   const fs::path path = write("us.dcm", classic("US", 5, {}));
   const LoadedVolume loaded = load_volume(path, 3);
   EXPECT_EQ(loaded.volume.geometry().size, (std::array<int, 3>{2, 2, 1}));
   EXPECT_EQ(loaded.volume.value(1, 1, 0), 30);
   ASSERT_EQ(loaded.warnings.size(), 2u);
-  EXPECT_HAS(loaded.warnings[0], "5 volumes; number 3 is taken (time 3)");
+  EXPECT_HAS(loaded.warnings[0], "volume 3 of 5 is loaded (time 3)");
   EXPECT_HAS(loaded.warnings[1], "no position or orientation");
 }
 
-TEST_F(EnhancedDicom, FramesWithoutPlacesAreSaidToBeAssumedSlices) {
+TEST_F(EnhancedDicom, FramesWithoutPositionsAreAssumedToBeSlices) {
   const LoadedVolume loaded = load_volume(write("ot.dcm", classic("OT", 5, {})));
   EXPECT_EQ(loaded.volume.geometry().size, (std::array<int, 3>{2, 2, 5}));
   ASSERT_EQ(loaded.warnings.size(), 2u);
-  EXPECT_HAS(loaded.warnings[0], "5 frames have no places");
+  EXPECT_HAS(loaded.warnings[0], "5 frames have no positions");
   EXPECT_HAS(loaded.warnings[1], "no position or orientation");
 }
 
@@ -252,7 +253,7 @@ TEST_F(EnhancedDicom, SlicesOfNuclearMedicineFollowTheirVector) {
   EXPECT_TRUE(loaded.volume.geometry().origin_mm.isApprox(Vector3d(1, 2, 3)));
   for (int k = 0; k < 3; ++k) EXPECT_EQ(loaded.volume.value(0, 0, k), 10 * ((k + 1) % 3 + 1));
   ASSERT_EQ(loaded.warnings.size(), 1u);
-  EXPECT_HAS(loaded.warnings[0], "taken to follow each other along their normal");
+  EXPECT_HAS(loaded.warnings[0], "evenly spaced along their normal");
 }
 
 }  // namespace

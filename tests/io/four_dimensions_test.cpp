@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// One volume of a file that holds several, in every format and layout that has them.
+// Reading one volume of a 4D file, in every format and layout.
 #include <gtest/gtest.h>
 
-#include "io/load_input.h"
-#include "io/scene_io.h"
+#include "io/scene/load_input.h"
+#include "io/scene/scene_io.h"
 #include "volume_files.h"
 
 namespace simplexseg {
@@ -16,12 +16,12 @@ using test::error_of;
 
 constexpr int kColumns = 3, kRows = 2, kSlices = 2, kVolumes = 4;
 
-/// What every voxel is: told apart by volume and place.
+/// Value of a voxel, unique for each volume and position.
 std::int16_t voxel(int volume, int place) { return static_cast<std::int16_t>(1000 * volume + place); }
 
 class FourDimensions : public test::FolderTest {
  protected:
-  /// All volumes, one after the other, or voxel by voxel.
+  /// Voxels of all volumes, one volume after the other or interleaved.
   static std::string voxels(bool interleaved = false) {
     constexpr int count = kColumns * kRows * kSlices;
     std::string bytes(2 * count * kVolumes, '\0');
@@ -45,11 +45,11 @@ class FourDimensions : public test::FolderTest {
         ASSERT_EQ(read.volume.value(i % kColumns, i / kColumns % kRows, i / kColumns / kRows), voxel(v, i))
             << "volume " << v << ", voxel " << i;
       }
-      const std::string said = "4D: it holds 4 volumes; number " + std::to_string(v) + " is taken";
-      EXPECT_TRUE(std::find(read.warnings.begin(), read.warnings.end(), said) != read.warnings.end());
+      const std::string warning = "4D: volume " + std::to_string(v) + " of 4 is loaded";
+      EXPECT_TRUE(std::find(read.warnings.begin(), read.warnings.end(), warning) != read.warnings.end());
     }
-    EXPECT_HAS(error_of([&] { load_volume(path, 5); }), "it holds 4 volumes, number 5 is asked for");
-    EXPECT_HAS(error_of([&] { load_volume(path, 0); }), "name one from 1 to 4");
+    EXPECT_HAS(error_of([&] { load_volume(path, 5); }), "it contains 4 volumes, volume 5 does not exist");
+    EXPECT_HAS(error_of([&] { load_volume(path, 0); }), "choose a volume from 1 to 4");
   }
 
   std::string nifti() {
@@ -62,9 +62,9 @@ class FourDimensions : public test::FolderTest {
   }
 };
 
-TEST_F(FourDimensions, OfEveryFormat) {
+TEST_F(FourDimensions, EveryFormat) {
   expect_all(write("plain.nii", nifti()));
-  expect_all(test::write_packed(folder / "packed.nii.gz", nifti()));
+  expect_all(test::write_gzip(folder / "packed.nii.gz", nifti()));
   std::string scaled = nifti();  // as floats
   test::patch(scaled, 112, 1.0f);
   test::patch(scaled, 116, 0.0f);
@@ -77,7 +77,7 @@ TEST_F(FourDimensions, OfEveryFormat) {
     for (int i = 0; i < kColumns * kRows * kSlices; ++i) text += std::to_string(voxel(v, i)) + " ";
   }
   expect_all(write("text.mha", meta + "BinaryData = False\nElementDataFile = LOCAL\n" + text));
-  // A file for every two slices: volumes begin within files and skip others.
+  // One file for every two slices: volumes begin inside files and skip others.
   std::string list = meta + "ElementDataFile = LIST 3\n";
   for (int f = 0; f < kVolumes; ++f) {
     const std::string name = "part" + std::to_string(f);
@@ -100,7 +100,7 @@ TEST_F(FourDimensions, OfEveryFormat) {
   expect_all(write("plain.gipl", gipl + swapped));
 }
 
-TEST_F(FourDimensions, OfMinc) {
+TEST_F(FourDimensions, Minc) {
   if (std::system("command -v rawtominc >/dev/null") != 0) GTEST_SKIP() << "minc-tools is absent";
   const fs::path raw = write("voxels.raw", voxels());
   for (const char* version : {"-2", ""}) {
@@ -112,14 +112,14 @@ TEST_F(FourDimensions, OfMinc) {
   }
 }
 
-/// NRRD names its axes: those of time can come first, as in sequences of 3D Slicer.
+/// NRRD names its axes; the time axis can be the first, as in sequences of 3D Slicer.
 TEST_F(FourDimensions, AxesOfNrrd) {
   const std::string start = "NRRD0004\ntype: short\ndimension: 4\nspace: LPS\nendian: little\n";
   const std::string last = "sizes: 3 2 2 4\nspace directions: (1,0,0) (0,1,0) (0,0,1) none\n",
                     first = "sizes: 4 3 2 2\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\n";
   expect_all(write("last.nrrd", start + last + "kinds: domain domain domain time\nencoding: raw\n\n" + voxels()));
   expect_all(write("first.nrrd", start + first + "kinds: list domain domain domain\nencoding: raw\n\n" + voxels(true)));
-  test::write_packed(folder / "voxels.gz", voxels(true));
+  test::write_gzip(folder / "voxels.gz", voxels(true));
   expect_all(write("packed.nhdr", start + first + "encoding: gzip\ndata file: voxels.gz\n"));
   const fs::path mixed = write("between.nrrd", start +
                                                    "sizes: 3 4 2 2\nspace directions: (1,0,0) none (0,1,0) (0,0,1)\n"
@@ -127,15 +127,15 @@ TEST_F(FourDimensions, AxesOfNrrd) {
                                                    voxels());
   EXPECT_EQ(count_volumes(mixed), 1);
   for (const int volume : {1, 2})
-    EXPECT_HAS(error_of([&] { load_volume(mixed, volume); }), "its 4 volumes take turns within their slices");
+    EXPECT_HAS(error_of([&] { load_volume(mixed, volume); }), "its 4 volumes are interleaved within slices");
 }
 
-TEST_F(FourDimensions, AFileThatEndsEarlyOrIsDamagedIsRefusedWhicheverIsTaken) {
+TEST_F(FourDimensions, TruncatedAndDamagedFilesAreRejectedForAnyVolume) {
   const std::string whole = nifti();
   EXPECT_HAS(error_of([&] { load_volume(write("short.nii", whole.substr(0, whole.size() - 1)), 1); }), "truncated");
-  test::write_packed(folder / "whole.nii.gz", whole);
+  test::write_gzip(folder / "whole.nii.gz", whole);
   std::string packed = bytes_of(folder / "whole.nii.gz");
-  packed[packed.size() - 6] ^= 1;  // of the checksum
+  packed[packed.size() - 6] ^= 1;  // a byte of the checksum
   write("damaged.nii.gz", packed);
   EXPECT_HAS(error_of([&] { load_volume(folder / "damaged.nii.gz", kVolumes); }), "damaged");
 }
@@ -148,7 +148,7 @@ TEST_F(FourDimensions, ScenesNameTheirVolume) {
   write_scene(folder / "again.json", input.scene);
   EXPECT_EQ(load_input(folder / "again.json").volume.value(1, 0, 0), voxel(3, 1));
   write("beyond.json", R"({"simplexseg_scene": 1, "volume": "four.nii", "volume_number": 5})");
-  EXPECT_HAS(error_of([&] { load_scene(folder / "beyond.json"); }), "number 5");
+  EXPECT_HAS(error_of([&] { load_scene(folder / "beyond.json"); }), "volume 5");
   write("none.json", R"({"simplexseg_scene": 1, "volume": "four.nii", "volume_number": 0})");
   EXPECT_HAS(error_of([&] { load_scene(folder / "none.json"); }), "volume_number");
   const LoadedInput opened = load_input(folder / "four.nii", 2);

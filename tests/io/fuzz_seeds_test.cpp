@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fuzzer's seeds and what it has found, read again; and some thousand seeds that are damaged at random, so that
-// compilers without a fuzzer look too.
+// Reads the fuzzer's seeds and findings, and several thousand randomly damaged seeds for compilers without a fuzzer.
 #include <algorithm>
 #include <random>
 
@@ -27,24 +26,24 @@ class FuzzSeeds : public test::FolderTest, public ::testing::WithParamInterface<
   const fs::path seeds = fs::path(SIMPLEXSEG_SOURCE_DIR) / "tests/fuzz/seeds" / GetParam().name;
 };
 
-/// Seeds are sound files; what begins with "found-" once did harm.
-TEST_P(FuzzSeeds, SeedsAreReadAndFindingsRefusedOrRead) {
-  int sound = 0;
+/// Seeds are valid files; names starting with "found-" are files that once caused a failure.
+TEST_P(FuzzSeeds, SeedsAreReadAndFindingsReadOrRejected) {
+  int valid = 0;
   for (const fs::path& file : files_of(seeds)) {
     SCOPED_TRACE(file);
     const fs::path copy = write(GetParam().file, bytes_of(file));
     EXPECT_EQ(fault_of(GetParam(), copy), "");
     if (file.filename().string().starts_with("found-")) continue;
-    ++sound;
+    ++valid;
     EXPECT_NO_THROW(GetParam().read(copy));
   }
-  EXPECT_GE(sound, 1);
+  EXPECT_GE(valid, 1);
 }
 
-TEST_P(FuzzSeeds, DamagedSeedsAreAnsweredInOneLine) {
-  // For a longer look with another compiler's sanitizers: SIMPLEXSEG_FUZZ_ROUNDS, which begins elsewhere, too.
-  const char* const asked = std::getenv("SIMPLEXSEG_FUZZ_ROUNDS");
-  const int rounds = asked ? std::atoi(asked) : 40;
+TEST_P(FuzzSeeds, DamagedSeedsGiveOneLineErrors) {
+  // SIMPLEXSEG_FUZZ_ROUNDS sets the number of rounds, e.g. for sanitizers; it also changes the random seed.
+  const char* const text = std::getenv("SIMPLEXSEG_FUZZ_ROUNDS");
+  const int rounds = text ? std::atoi(text) : 40;
   std::mt19937 random(static_cast<unsigned>(rounds));
   for (const fs::path& file : files_of(seeds)) {
     const std::string whole = bytes_of(file);

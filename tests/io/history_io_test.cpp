@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What can be taken back, kept beside a saved scene: bit for bit, or left out with a line that says why.
-#include "io/history_io.h"
+// Undo history saved beside a scene: restored bit for bit, or ignored with a warning that states the reason.
+#include "io/scene/history_io.h"
 
 #include <zlib.h>
 
@@ -10,11 +10,11 @@
 
 #include "../session/session_fixture.h"
 #include "forces/force_list.h"
-#include "io/labels_io.h"
-#include "io/load_input.h"
-#include "io/mesh_start.h"
-#include "io/scene_io.h"
-#include "io/volume_io.h"
+#include "io/labels/labels_io.h"
+#include "io/scene/load_input.h"
+#include "io/scene/mesh_start.h"
+#include "io/scene/scene_io.h"
+#include "io/volume/volume_io.h"
 #include "test_files.h"
 
 namespace simplexseg {
@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 using test::bytes_of;
 using test::error_of;
 
-/// Every scene that a session can be taken to: the present, back to the first, and on to the last.
+/// States of a session at the present, after each undo back to the first, and after each redo to the last.
 std::vector<SessionState> all_states(Session& session) {
   std::vector<SessionState> states{state_of(session)};
   while (session.can_undo()) session.apply(Undo{}), states.push_back(state_of(session));
@@ -32,7 +32,7 @@ std::vector<SessionState> all_states(Session& session) {
   return states;
 }
 
-/// With ids by the order in which they come: those of a scene are given anew when it is read.
+/// Numbers the ids in order of appearance, since ids are renumbered when a scene is read.
 std::vector<SessionState> with_plain_ids(std::vector<SessionState> states) {
   std::map<ItemId, ItemId> ids;
   const auto plain = [&ids](ItemId& id) {
@@ -65,7 +65,7 @@ class HistoryIo : public test::FolderTest {
     return open(std::move(input));
   }
   void save(const Session& session) const { write_scene(scene_file(), session.scene(), session.history()); }
-  /// A few actions, saved: for histories that are to be damaged.
+  /// Saves a session with a few actions, as input for damaged histories.
   std::unique_ptr<Session> save_a_few() const {
     auto session = open_ball();
     const ItemId ball = session->scene().meshes[0].id;
@@ -77,7 +77,7 @@ class HistoryIo : public test::FolderTest {
     save(*session);
     return session;
   }
-  /// The one warning that the scene opens with; empty: none.
+  /// The only warning when the scene is opened; empty if there is none.
   std::string warning() const {
     const LoadedInput input = load_input(scene_file());
     EXPECT_LE(input.warnings.size(), 1u);
@@ -85,14 +85,14 @@ class HistoryIo : public test::FolderTest {
     const std::string& line = input.warnings[0];
     EXPECT_EQ(line.find_first_of("\n\r\t"), std::string::npos) << line;
     EXPECT_HAS(line, "scene.history");
-    EXPECT_HAS(line, "the scene opens without it");
+    EXPECT_HAS(line, "cannot restore the undo history");
     EXPECT_FALSE(input.history.can_undo() || input.history.can_redo());
     EXPECT_EQ(input.scene.meshes.size(), 1u);
     return line;
   }
 };
 
-/// The checksum at the end, made right again.
+/// Replaces the checksum at the end by the correct one.
 std::string with_checksum(std::string bytes) {
   if (bytes.size() < 5) return bytes;
   const std::size_t end = bytes.size() - 5;
@@ -103,7 +103,7 @@ std::string with_checksum(std::string bytes) {
   return bytes;
 }
 
-TEST_F(HistoryIo, ThirtyMixedActionsComeBackBitForBit) {
+TEST_F(HistoryIo, ThirtyMixedActionsAreRestoredBitForBit) {
   const auto session = open_ball();
   const ItemId ball = session->scene().meshes[0].id;
   const auto run = [&](int steps) { session->advance_steps(steps); };
@@ -132,7 +132,7 @@ TEST_F(HistoryIo, ThirtyMixedActionsComeBackBitForBit) {
   session->apply(SetReference{other, Reference{"truth.nii.gz", 3}});
   const ItemId copy = session->apply(DuplicateMesh{other});
   run(2);
-  session->apply(PlaceMesh{copy, 0});
+  session->apply(ReorderMesh{copy, 0});
   write_labels(folder / "labels.nii.gz", phantom("sphere", 100, 10).labels);
   const LoadedStart start = load_start({(folder / "labels.nii.gz").string(), 1.0, 1, nullptr}, folder);
   const ItemId of_labels = session->apply(AddMesh{"of labels", start.seed, {}, 0, start.start});
@@ -153,7 +153,7 @@ TEST_F(HistoryIo, ThirtyMixedActionsComeBackBitForBit) {
   save(*session);
 
   const LoadedInput loaded = load_input(scene_file());
-  for (const std::string& line : loaded.warnings) EXPECT_HAS(line, "truth.nii.gz");  // there is none
+  for (const std::string& line : loaded.warnings) EXPECT_HAS(line, "truth.nii.gz");  // that file is missing
   const auto again = open(loaded);
   EXPECT_EQ(again->history().undo_names(), session->history().undo_names());
   EXPECT_EQ(again->history().redo_names(), session->history().redo_names());
@@ -165,7 +165,7 @@ TEST_F(HistoryIo, ThirtyMixedActionsComeBackBitForBit) {
   const auto got = with_plain_ids(all_states(*again));
   ASSERT_EQ(wanted.size(), got.size());
   for (std::size_t n = 0; n < wanted.size(); ++n) {
-    // The mean edge of a scene that was read is that of its pose; those of the history are as they were.
+    // The mean edge length of a scene that was read is computed from its pose; those of the history are restored.
     for (std::size_t m = 0; m < wanted[n].scene.meshes.size() && n % (2 * undone) == 0; ++m)
       wanted[n].scene.meshes[m].edge_mm = got[n].scene.meshes[m].edge_mm;
     EXPECT_TRUE(same_state(got[n], wanted[n])) << n;
@@ -183,7 +183,7 @@ TEST_F(HistoryIo, ThirtyMixedActionsComeBackBitForBit) {
       }
     }
   }
-  // It goes on as it would have: an action begins a new end, a further one is taken back to the bit.
+  // The history continues normally: an action clears the redo steps, and undo restores the previous state bit for bit.
   again->apply(Undo{});
   EXPECT_TRUE(again->can_redo());
   const SessionState before = state_of(*again);
@@ -194,7 +194,7 @@ TEST_F(HistoryIo, ThirtyMixedActionsComeBackBitForBit) {
   EXPECT_TRUE(same_state(state_of(*again), before));
 }
 
-TEST_F(HistoryIo, SavedAgainItIsTheSame) {
+TEST_F(HistoryIo, SavingAgainGivesTheSameFile) {
   const auto session = save_a_few();
   auto again = open(load_input(scene_file()));
   const std::string once = bytes_of(history_file());
@@ -202,7 +202,7 @@ TEST_F(HistoryIo, SavedAgainItIsTheSame) {
   EXPECT_TRUE(bytes_of(history_file()) == once);
 }
 
-TEST_F(HistoryIo, ALogThatTakesBackWhatWasBeforeItIsReplayed) {
+TEST_F(HistoryIo, ALogThatUndoesEarlierActionsCanBeReplayed) {
   save_a_few();
   const auto live = open(load_input(scene_file()));
   const ItemId added = live->apply(AddPoint{live->scene().meshes[0].id, {0, 12, 5}});
@@ -214,7 +214,7 @@ TEST_F(HistoryIo, ALogThatTakesBackWhatWasBeforeItIsReplayed) {
   EXPECT_TRUE(same_state(state_of(*replayed), state_of(*live)));
 }
 
-/// A mesh that moves on by `step`.
+/// Scene with a mesh whose position depends on `step`.
 Scene moved(int step, int level) {
   Scene scene;
   scene.simulation = default_simulation_parameters();
@@ -228,7 +228,7 @@ Scene moved(int step, int level) {
 
 UndoHistory history_of(int steps, int level) {
   UndoHistory history;
-  for (int n = 0; n < steps; ++n) history.keep({moved(n, level), MovePoint{1, {0, 0, static_cast<double>(n)}}});
+  for (int n = 0; n < steps; ++n) history.push({moved(n, level), MovePoint{1, {0, 0, static_cast<double>(n)}}});
   return history;
 }
 
@@ -251,12 +251,12 @@ TEST_F(HistoryIo, TwoHundredStepsOf20kVerticesTakeAtMost100Megabytes) {
   }
 }
 
-TEST_F(HistoryIo, OfALongOneTheNearestStepsAreKept) {
+TEST_F(HistoryIo, TheNearestStepsOfALongHistoryAreSaved) {
   UndoHistory history = history_of(40, 2);  // about 5 kB a step
   Scene present = moved(40, 2);
   for (int n = 0; n < 10; ++n) history.undo(present);
   write_scene(scene_file(), present, history, 60'000);
-  EXPECT_LT(fs::file_size(history_file()), 250'000u);  // with what is kept besides arrays
+  EXPECT_LT(fs::file_size(history_file()), 250'000u);  // includes data other than arrays
   UndoHistory read = read_history(scene_file(), present, Volume());
   const std::size_t undo = read.to_undo().size(), redo = read.to_redo().size();
   EXPECT_GE(undo, 3u);
@@ -269,20 +269,20 @@ TEST_F(HistoryIo, OfALongOneTheNearestStepsAreKept) {
   EXPECT_EQ(there.meshes[0].mesh.positions, moved(31, 2).meshes[0].mesh.positions);
 }
 
-TEST_F(HistoryIo, ASceneWithoutOneTakesAwayThatOfTheSceneBefore) {
+TEST_F(HistoryIo, SavingASceneWithoutAHistoryDeletesTheOldOne) {
   const auto session = save_a_few();
   ASSERT_TRUE(fs::exists(history_file()));
   write_scene(scene_file(), session->scene());
   EXPECT_FALSE(fs::exists(history_file()));
   EXPECT_EQ(warning(), "");
-  // A file of that name that is another program's stays.
+  // A file of another program with that name is not deleted.
   write("scene.history", "1 ls\n2 cd\n");
   write_scene(scene_file(), session->scene());
   EXPECT_EQ(bytes_of(history_file()), "1 ls\n2 cd\n");
-  EXPECT_HAS(warning(), "no undo history");
+  EXPECT_HAS(warning(), "not an undo history");
 }
 
-TEST_F(HistoryIo, ThatOfAnotherSceneOrVolumeIsLeftOut) {
+TEST_F(HistoryIo, AHistoryOfAnotherSceneOrVolumeIsIgnored) {
   const auto session = save_a_few();
   const std::string first = bytes_of(history_file());
   session->advance_steps(5);
@@ -295,11 +295,11 @@ TEST_F(HistoryIo, ThatOfAnotherSceneOrVolumeIsLeftOut) {
   write_volume(folder / "image.nii", phantom("sphere", 100, 20).image);
   const std::vector<std::string> warnings = load_input(scene_file()).warnings;
   ASSERT_EQ(warnings.size(), 2u);
-  EXPECT_HAS(warnings[0], "the volume is not the one");
+  EXPECT_HAS(warnings[0], "is not the image");
   EXPECT_HAS(warnings[1], "another volume");
 }
 
-TEST_F(HistoryIo, OneThatIsCutShortOrDamagedIsAWarning) {
+TEST_F(HistoryIo, TruncatedAndDamagedHistoriesAreWarnings) {
   save_a_few();
   const std::string whole = bytes_of(history_file());
   EXPECT_EQ(warning(), "");
@@ -319,16 +319,16 @@ TEST_F(HistoryIo, OneThatIsCutShortOrDamagedIsAWarning) {
   }
 }
 
-/// Whoever writes it can make its checksum right: what is taken must still be sound.
-TEST_F(HistoryIo, OneThatIsMadeToHarmDoesNone) {
+/// A malicious file can have a correct checksum; its contents must be checked too.
+TEST_F(HistoryIo, MaliciousHistoriesDoNoHarm) {
   save_a_few();
   const std::string whole = bytes_of(history_file());
   std::mt19937 random(4);
-  int taken = 0, refused = 0;
+  int accepted = 0, rejected = 0;
   for (int round = 0; round < 800; ++round) {
     std::string bytes = whole;
     for (unsigned change = 0; change < 1 + random() % 3; ++change) {
-      // Half of the changes where the head is: the blocks are most of the file.
+      // Half of the changes are in the head, since the blocks are most of the file.
       const std::size_t at =
           random() % 2 ? random() % bytes.size() : random() % std::min<std::size_t>(bytes.size(), 9000);
       if (random() % 8 == 0)
@@ -338,35 +338,35 @@ TEST_F(HistoryIo, OneThatIsMadeToHarmDoesNone) {
     }
     write("scene.history", with_checksum(bytes));
     if (!warning().empty()) {
-      ++refused;
+      ++rejected;
       continue;
     }
-    ++taken;
+    ++accepted;
     const auto session = open(load_input(scene_file()));
     while (session->can_undo()) session->apply(Undo{});
     session->advance_steps(1);
     while (session->can_redo()) session->apply(Redo{});
     session->advance_steps(1);
   }
-  EXPECT_GT(taken, 20) << "a position that is a little off is no damage that can be told";
-  EXPECT_GT(refused, 250);
+  EXPECT_GT(accepted, 20) << "a small change of a position cannot be detected";
+  EXPECT_GT(rejected, 250);
 }
 
-constexpr std::size_t kHeadAt = 24, kHeadBytesAt = kHeadAt + 9;  // behind the list, the text and the length
+constexpr std::size_t kHeadAt = 24, kHeadBytesAt = kHeadAt + 9;  // after the list, the text and the length
 
 std::string head_of(const std::string& file) {
   std::size_t size = 0;
   for (std::size_t byte = 0; byte < 8; ++byte) size = size << 8 | static_cast<unsigned char>(file[kHeadAt + 1 + byte]);
   return file.substr(kHeadBytesAt, size);
 }
-/// The same file with another head, and a checksum that is right.
+/// Replaces the head of a file and corrects its checksum.
 std::string with_head(const std::string& file, const std::string& head) {
   std::string bytes = file.substr(0, kHeadAt + 1);
   for (int byte = 7; byte >= 0; --byte) bytes += static_cast<char>(head.size() >> (8 * byte));
   return with_checksum(bytes + head + file.substr(kHeadBytesAt + head_of(file).size()));
 }
 
-TEST_F(HistoryIo, WhatTheHeadClaimsIsChecked) {
+TEST_F(HistoryIo, TheContentsOfTheHeadAreChecked) {
   Scene present = moved(9, 1);
   UndoHistory history;
   for (int n = 0; n < 3; ++n) {
@@ -374,12 +374,12 @@ TEST_F(HistoryIo, WhatTheHeadClaimsIsChecked) {
     before.meshes.push_back(moved(n + 5, 1).meshes[0]);
     before.meshes[1].id = 2, before.meshes[1].name = "other";
     before.points.push_back({3, 2, {0, 0, 0}});
-    history.keep({std::move(before), DeleteMesh{2}});
+    history.push({std::move(before), DeleteMesh{2}});
   }
   write_scene(scene_file(), present, history);
   const std::string whole = bytes_of(history_file());
   const auto head = nlohmann::json::from_cbor(head_of(whole));
-  const auto answer = [&](const std::function<void(nlohmann::json&)>& change) {
+  const auto error = [&](const std::function<void(nlohmann::json&)>& change) {
     nlohmann::json changed = head;
     change(changed);
     std::string bytes;
@@ -390,30 +390,30 @@ TEST_F(HistoryIo, WhatTheHeadClaimsIsChecked) {
   write("scene.history", with_head(whole, head_of(whole)));
   EXPECT_EQ(read_history(scene_file(), present, Volume()).to_undo().size(), 3u);
   const auto mesh = [](nlohmann::json& head, int n) -> nlohmann::json& { return head["undo"][0]["meshes"][n]; };
-  EXPECT_HAS(answer([](auto& h) { h["simplexseg_history"] = 2; }), "another version");
-  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1)["positions"] = mesh(h, 0)["positions"]; }), "several meshes");
-  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1)["positions"] = 900; }), "an array is missing");
-  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1)["positions"] = 0; }), "no vertices");
-  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1)["neighbours"] = 0; }), "neighbours of another number");
-  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1)["shape"] = 0; }), "shape");
-  EXPECT_HAS(answer([&](auto& h) { std::swap(mesh(h, 1)["previous"], mesh(h, 1)["shape"]); }), "");
-  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1)["id"] = mesh(h, 0)["id"]; }), "used twice");
-  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1)["id"] = -1; }), "out of range");
-  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1)["start"] = 1; }), "no start");
-  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1).erase("state"); }), "damaged");
-  EXPECT_HAS(answer([&](auto& h) { mesh(h, 1)["field"] = 1; }), "left out");
-  EXPECT_HAS(answer([](auto& h) { h["undo"][0]["points"].push_back(7); }), "other meshes or points");
-  EXPECT_HAS(answer([](auto& h) { h["undo"][0]["meshes"].push_back(h["undo"][0]["meshes"][0]); }), "other meshes");
-  EXPECT_HAS(answer([](auto& h) { h["undo"][0]["scene"] = R"({"simplexseg_scene": 1, "meshes": 3})"; }), "meshes");
-  EXPECT_HAS(answer([](auto& h) { h["undo"][0]["command"] = R"({"command": "dance"})"; }), "dance");
-  EXPECT_HAS(answer([](auto& h) {
+  EXPECT_HAS(error([](auto& h) { h["simplexseg_history"] = 2; }), "version is not supported");
+  EXPECT_HAS(error([&](auto& h) { mesh(h, 1)["positions"] = mesh(h, 0)["positions"]; }), "several meshes");
+  EXPECT_HAS(error([&](auto& h) { mesh(h, 1)["positions"] = 900; }), "an array is missing");
+  EXPECT_HAS(error([&](auto& h) { mesh(h, 1)["positions"] = 0; }), "no vertices");
+  EXPECT_HAS(error([&](auto& h) { mesh(h, 1)["neighbours"] = 0; }), "neighbours for another number");
+  EXPECT_HAS(error([&](auto& h) { mesh(h, 1)["shape"] = 0; }), "shape");
+  EXPECT_HAS(error([&](auto& h) { std::swap(mesh(h, 1)["previous"], mesh(h, 1)["shape"]); }), "");
+  EXPECT_HAS(error([&](auto& h) { mesh(h, 1)["id"] = mesh(h, 0)["id"]; }), "used twice");
+  EXPECT_HAS(error([&](auto& h) { mesh(h, 1)["id"] = -1; }), "out of range");
+  EXPECT_HAS(error([&](auto& h) { mesh(h, 1)["start"] = 1; }), "the start of a mesh in it is missing");
+  EXPECT_HAS(error([&](auto& h) { mesh(h, 1).erase("state"); }), "damaged");
+  EXPECT_HAS(error([&](auto& h) { mesh(h, 1)["field"] = 1; }), "cannot restore");
+  EXPECT_HAS(error([](auto& h) { h["undo"][0]["points"].push_back(7); }), "number of meshes or points");
+  EXPECT_HAS(error([](auto& h) { h["undo"][0]["meshes"].push_back(h["undo"][0]["meshes"][0]); }), "number of meshes");
+  EXPECT_HAS(error([](auto& h) { h["undo"][0]["scene"] = R"({"simplexseg_scene": 1, "meshes": 3})"; }), "meshes");
+  EXPECT_HAS(error([](auto& h) { h["undo"][0]["command"] = R"({"command": "dance"})"; }), "dance");
+  EXPECT_HAS(error([](auto& h) {
                for (int n = 0; n < 200; ++n) h["redo"].push_back(h["undo"][0]);
                h["redo"].push_back(h["undo"][0]);
              }),
              "too many steps");
 }
 
-TEST_F(HistoryIo, HugeAndDeepOnesAreRefused) {
+TEST_F(HistoryIo, HugeAndDeeplyNestedHistoriesAreRejected) {
   save_a_few();
   const std::string whole = bytes_of(history_file());
   std::error_code error;
@@ -421,13 +421,13 @@ TEST_F(HistoryIo, HugeAndDeepOnesAreRefused) {
   if (!error) {
     EXPECT_HAS(warning(), "too large");
   }
-  // Lists that are nested a million times, texts without an end, and the like.
+  // Lists nested a million times, texts without an end, and similar input.
   write("scene.history", with_head(whole, std::string(1'000'000, '\x81')));
   EXPECT_HAS(warning(), "nested");
   write("scene.history", with_head(whole, std::string(1'000'000, '\x5f')));
-  EXPECT_HAS(warning(), "never written");
+  EXPECT_HAS(warning(), "unsupported kind");
   write("scene.history", with_head(whole, "\xba\x7f\xff\xff\xff"));
-  EXPECT_HAS(warning(), "cut short");
+  EXPECT_HAS(warning(), "truncated");
   write("scene.history", with_head(whole, std::string("\x9a\x00\x4c\x4b\x40", 5) + std::string(5'000'000, '\0')));
   EXPECT_HAS(warning(), "too many items");
   write("scene.history", "");

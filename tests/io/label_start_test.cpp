@@ -3,14 +3,14 @@
 #include "image/metrics.h"
 #include "image/rasterise.h"
 #include "image/surface_error.h"
-#include "io/label_mesh.h"
-#include "io/load_input.h"
-#include "io/log_io.h"
-#include "io/mesh_io.h"
-#include "io/mesh_start.h"
-#include "io/scene_io.h"
-#include "io/volume_io.h"
-#include "session/mesh_life.h"
+#include "io/labels/label_mesh.h"
+#include "io/mesh/mesh_io.h"
+#include "io/scene/load_input.h"
+#include "io/scene/log_io.h"
+#include "io/scene/mesh_start.h"
+#include "io/scene/scene_io.h"
+#include "io/volume/volume_io.h"
+#include "session/mesh_lifecycle.h"
 #include "structure_set.h"
 #include "test_files.h"
 
@@ -20,7 +20,7 @@ namespace {
 using test::data_folder;
 using test::error_of;
 
-/// Two balls with the label 3, the larger first along i, and a box with the label 7.
+/// Label volume with two balls of label 3, the larger first along i, and a box of label 7.
 class LabelStarts : public test::FolderTest {
  protected:
   LabelStarts() {
@@ -56,7 +56,7 @@ class LabelStarts : public test::FolderTest {
 
 constexpr const char* kStart = R"("start": {"labels": "labels.nii.gz", "label": 3})";
 
-TEST_F(LabelStarts, AMeshBeginsAsItsLabelAndComesBackToIt) {
+TEST_F(LabelStarts, AMeshStartsFromItsLabelAndIsResetToIt) {
   MeshItem item = item_of(kStart);
   ASSERT_TRUE(item.start && item.start->mesh);
   EXPECT_TRUE(mask(3).voxels[labels_.offset(10, 12, 12)]);
@@ -71,7 +71,7 @@ TEST_F(LabelStarts, AMeshBeginsAsItsLabelAndComesBackToIt) {
   EXPECT_EQ(item.mesh.positions, item.start->mesh->positions);
 }
 
-TEST_F(LabelStarts, PartVerticesAndSeedAreAsTheFileSays) {
+TEST_F(LabelStarts, PartVerticesAndSeedAreReadFromTheFile) {
   const MeshItem whole = item_of(kStart);
   const MeshItem part =
       item_of(R"("start": {"labels": "labels.nii.gz", "label": 3, "part": 2}, "final_vertices": 320)");
@@ -86,7 +86,7 @@ TEST_F(LabelStarts, PartVerticesAndSeedAreAsTheFileSays) {
   EXPECT_EQ(own.parameters.weight(ForceId::Smoothing), 3);
 }
 
-TEST_F(LabelStarts, ASavedSceneStartsSoToo) {
+TEST_F(LabelStarts, ASavedSceneHasTheSameStart) {
   Scene scene = read_scene(write_scene_file(kStart)).scene;
   complete(scene.meshes[0], scene.simulation, labels_);
   const SimplexMesh begun = scene.meshes[0].mesh;
@@ -95,11 +95,11 @@ TEST_F(LabelStarts, ASavedSceneStartsSoToo) {
   const MeshItem item = read_scene(folder / "saved.json").scene.meshes.at(0);
   EXPECT_EQ(item.mesh.positions, scene.meshes[0].mesh.positions) << "the pose";
   ASSERT_TRUE(item.start);
-  EXPECT_EQ(item.start->mesh->positions, begun.positions) << "where it goes back to";
+  EXPECT_EQ(item.start->mesh->positions, begun.positions) << "the start";
   EXPECT_TRUE(item.rebuilt);
 }
 
-TEST_F(LabelStarts, AMeshFileIsAStartToo) {
+TEST_F(LabelStarts, AMeshCanStartFromAMeshFile) {
   write_mesh(folder / "ball.ply", make_sphere({-3, 14, 20}, 6, 2));
   MeshItem item = item_of(R"("start": {"mesh": "ball.ply"})");
   ASSERT_TRUE(item.start && item.start->mesh);
@@ -109,10 +109,10 @@ TEST_F(LabelStarts, AMeshFileIsAStartToo) {
   Scene scene = read_scene(folder / "scene.json").scene;
   write_scene(folder / "again.json", scene);
   EXPECT_EQ(read_scene(folder / "again.json").scene.meshes.at(0).start->mesh->positions, item.start->mesh->positions);
-  EXPECT_NE(refusal_of(R"("start": {"mesh": "ball.ply", "label": 3})").find("leave one"), std::string::npos);
+  EXPECT_NE(refusal_of(R"("start": {"mesh": "ball.ply", "label": 3})").find("delete one"), std::string::npos);
 }
 
-TEST_F(LabelStarts, ALogHasWhatAMeshStartsFrom) {
+TEST_F(LabelStarts, ALogContainsTheStartOfAMesh) {
   const MeshItem item = item_of(kStart);
   MeshStart start = *item.start;
   start.path = (folder / "labels.nii.gz").string();
@@ -142,29 +142,29 @@ TEST_F(LabelStarts, LabelsAreCountedWithTheirNames) {
   EXPECT_EQ(labels[1].name, "box");
   EXPECT_EQ(labels[1].voxels, 4u * 4 * 24);
   EXPECT_NEAR(labels[1].millilitres, 4 * 4 * 24 / 1000.0, 1e-9);
-  EXPECT_EQ(count_labels(labels_, {}, 1).at(0).value, 3) << "the largest";
+  EXPECT_EQ(count_labels(labels_, {}, 1).at(0).value, 3) << "the largest label";
 }
 
-TEST_F(LabelStarts, WhatIsToBeKnownOfTheLabelsIsSaid) {
+TEST_F(LabelStarts, MissingContoursAreAWarning) {
   const Eigen::Isometry3d place(Eigen::Translation3d(0, 17, 19));
   write("rt.dcm", test::structure_set_of_squares(place, {{"gap", 8, {-4, -2, 2, 4}}, {"whole", 8, {-2, 0, 2}}}));
   const std::string gap = R"("start": {"labels": "rt.dcm", "label": "gap"})";
-  const std::vector<std::string> said = load_scene(write_scene_file(gap)).warnings;
-  ASSERT_EQ(said.size(), 1u);
-  EXPECT_HAS(said[0], "rt.dcm': 1 slice between the first and the last has no contour");
+  const std::vector<std::string> warnings = load_scene(write_scene_file(gap)).warnings;
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_HAS(warnings[0], "rt.dcm': 1 slice between the first and the last has no contour");
   EXPECT_TRUE(load_scene(write_scene_file(R"("start": {"labels": "rt.dcm", "label": "whole"})")).warnings.empty());
-  EXPECT_EQ(load_start({"rt.dcm", 1, 0, nullptr}, folder).warnings, said);
+  EXPECT_EQ(load_start({"rt.dcm", 1, 0, nullptr}, folder).warnings, warnings);
 }
 
-TEST_F(LabelStarts, WhatIsNotThereIsRefused) {
-  EXPECT_HAS(refusal_of(R"("start": {"labels": "labels.nii.gz", "label": 4})"), "its labels are 3, 7");
-  EXPECT_HAS(refusal_of(R"("start": {"labels": "labels.nii.gz", "label": 3, "part": 3})"), "has 2 part(s)");
+TEST_F(LabelStarts, MissingLabelsPartsAndFilesAreRejected) {
+  EXPECT_HAS(refusal_of(R"("start": {"labels": "labels.nii.gz", "label": 4})"), "its labels: 3, 7");
+  EXPECT_HAS(refusal_of(R"("start": {"labels": "labels.nii.gz", "label": 3, "part": 3})"), "has 2 connected part(s)");
   EXPECT_HAS(refusal_of(R"("start": {"labels": "labels.nii.gz", "label": 3, "part": 0})"), "start.part");
   EXPECT_HAS(refusal_of(R"("start": {"labels": "none.nii.gz"})"), "none.nii.gz");
   EXPECT_HAS(refusal_of(R"("start": {"label": 3})"), "labels");
   EXPECT_HAS(refusal_of(R"("colour": "#ffffff")"), "sphere");
   const Volume zeros(labels_.geometry(), VoxelType::UInt8);
-  EXPECT_HAS(error_of([&] { choose_label(zeros, {}, "'z'"); }), "all of its voxels are 0");
+  EXPECT_HAS(error_of([&] { choose_label(zeros, {}, "'z'"); }), "all its voxels are 0");
 }
 
 TEST_F(LabelStarts, AVertebraKeepsTheRingAroundItsCanal) {

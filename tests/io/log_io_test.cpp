@@ -7,7 +7,7 @@
 namespace simplexseg {
 namespace {
 
-TEST_F(SceneIo, ALogKeepsEveryCommandAndEveryBit) {
+TEST_F(SceneIo, ALogRestoresEveryCommandBitForBit) {
   const Eigen::Vector3d p(0.1, 1.0 / 3, -2.5e-310);
   std::mt19937 random(9);
   std::vector<LogEntry> log = {
@@ -25,7 +25,7 @@ TEST_F(SceneIo, ALogKeepsEveryCommandAndEveryBit) {
       {1, ResetPose{0}},
       {1, RecordProfiles{1}},
       {0, DuplicateMesh{1}},
-      {0, PlaceMesh{1, 2}},
+      {0, ReorderMesh{1, 2}},
       {0, SetParameters{3, any_forces(random), default_simulation_parameters()}},
       {1, RefineMesh{2}},
       {1, Undo{}},
@@ -76,8 +76,8 @@ TEST_F(SceneIo, ALogKeepsEveryCommandAndEveryBit) {
   EXPECT_EQ(std::get<ResetPose>(file.log[11].command).mesh, 0u);
   EXPECT_EQ(std::get<RecordProfiles>(file.log[12].command).mesh, 1u);
   EXPECT_EQ(std::get<DuplicateMesh>(file.log[13].command).mesh, 1u);
-  EXPECT_EQ(std::get<PlaceMesh>(file.log[14].command).mesh, 1u);
-  EXPECT_EQ(std::get<PlaceMesh>(file.log[14].command).place, 2);
+  EXPECT_EQ(std::get<ReorderMesh>(file.log[14].command).mesh, 1u);
+  EXPECT_EQ(std::get<ReorderMesh>(file.log[14].command).place, 2);
   const auto [all, all_again] = get(std::type_identity<SetParameters>{}, 15);
   EXPECT_TRUE(all.mesh == all_again.mesh && std::memcmp(&all.forces, &all_again.forces, sizeof all.forces) == 0);
   ASSERT_TRUE(all_again.simulation);
@@ -91,7 +91,7 @@ TEST_F(SceneIo, ALogKeepsEveryCommandAndEveryBit) {
   }
 }
 
-TEST_F(SceneIo, ABrokenLogIsRefused) {
+TEST_F(SceneIo, AnInvalidLogIsRejected) {
   const auto log_with = [](const std::string& entry) {
     return "{\"simplexseg_log\": 1, \"entries\": [" + entry + "], \"trailing_steps\": 0}";
   };
@@ -123,15 +123,25 @@ TEST_F(SceneIo, ABrokenLogIsRefused) {
            R"({"after_steps": 1, "command": "set_force_parameter", "mesh": 0, "force": "gradient", "parameter": "weight", "value": null})"),
        "value"},
   };
-  for (const auto& [text, says] : cases) {
+  for (const auto& [text, expected] : cases) {
     try {
       read_log(write("log.json", text));
-      ADD_FAILURE() << text << " was taken";
+      ADD_FAILURE() << text << " was accepted";
     } catch (const Error& error) {
-      EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find(expected), std::string::npos) << error.what();
       EXPECT_NE(std::string(error.what()).find("log.json"), std::string::npos) << error.what();
     }
   }
+}
+
+TEST_F(SceneIo, ALogWithEarlierNamesOfCommandsIsRead) {
+  write("log.json", R"({"simplexseg_log": 1, "trailing_steps": 0, "entries": [
+      {"after_steps": 2, "command": "learn_field", "mesh": 3}, {"after_steps": 1, "command": "take_field"}]})");
+  const LogFile file = read_log(folder_ / "log.json");
+  ASSERT_EQ(file.log.size(), 2u);
+  ASSERT_TRUE(std::holds_alternative<StartFieldUpdate>(file.log[0].command));
+  EXPECT_EQ(std::get<StartFieldUpdate>(file.log[0].command).mesh, 3u);
+  EXPECT_TRUE(std::holds_alternative<CommitFieldUpdate>(file.log[1].command));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/mesh_io.h"
+#include "io/mesh/mesh_io.h"
 
 #include <Eigen/Geometry>
 
@@ -20,7 +20,7 @@ using test::error_of;
 
 class MeshIo : public test::FolderTest {};
 
-/// A sphere whose positions use all the bits of a float.
+/// Sphere whose positions use all bits of a float.
 SimplexMesh rough_sphere() {
   SimplexMesh mesh = make_sphere({12.3, -45.6, 78.9}, 17.7, 2);
   for (int v = 0; v < mesh.vertex_count(); ++v) mesh.positions[v] *= 1 + 1e-3f * std::sin(float(v));
@@ -32,7 +32,7 @@ bool same_bits(const SimplexMesh& a, const SimplexMesh& b) {
          std::memcmp(a.positions.data(), b.positions.data(), a.positions.size() * sizeof a.positions[0]) == 0;
 }
 
-TEST_F(MeshIo, PlyGivesTheSameBits) {
+TEST_F(MeshIo, PlyIsLossless) {
   const SimplexMesh mesh = rough_sphere();
   write_mesh(folder / "a.ply", mesh);
   EXPECT_TRUE(same_bits(mesh, read_mesh(folder / "a.ply")));
@@ -41,14 +41,14 @@ TEST_F(MeshIo, PlyGivesTheSameBits) {
   EXPECT_HAS(header, "comment frame LPS, unit mm");
 }
 
-TEST_F(MeshIo, PlyOfARefinedMeshGivesTheSameBits) {
+TEST_F(MeshIo, PlyOfARefinedMeshIsLossless) {
   const SimplexMesh mesh = refine(make_ellipsoid({0, 0, 0}, {10, 20, 30}, 1)).mesh;
   write_mesh(folder / "a.ply", mesh);
   EXPECT_TRUE(same_bits(mesh, read_mesh(folder / "a.ply")));
 }
 
-/// Without n1 n2 n3 the polygons alone must give the same rotation system.
-TEST_F(MeshIo, NeighboursAreFoundFromPolygons) {
+/// Without n1 n2 n3 the same neighbours must follow from the polygons.
+TEST_F(MeshIo, NeighboursAreComputedFromPolygons) {
   const SimplexMesh mesh = rough_sphere();
   const CellList cells = cells_of(mesh);
   std::ostringstream text;
@@ -72,7 +72,7 @@ TEST_F(MeshIo, NeighboursAreFoundFromPolygons) {
   }
 }
 
-TEST_F(MeshIo, BrokenPlyIsRefused) {
+TEST_F(MeshIo, InvalidPlyIsRejected) {
   const SimplexMesh mesh = make_sphere({0, 0, 0}, 10, 1);
   write_mesh(folder / "good.ply", mesh);
   const std::string good = bytes_of(folder / "good.ply");
@@ -86,11 +86,11 @@ TEST_F(MeshIo, BrokenPlyIsRefused) {
   std::string wrong = good;
   wrong.replace(wrong.find("frame LPS"), 9, "frame RAS");
   EXPECT_HAS(read(wrong), "RAS");
-  // Two neighbours exchanged: they disagree with the polygons.
+  // Two exchanged neighbours disagree with the polygons.
   wrong = good;
   std::swap_ranges(wrong.begin() + body + 12, wrong.begin() + body + 16, wrong.begin() + body + 16);
   EXPECT_HAS(read(wrong), "polygons");
-  // A position that is not a number.
+  // A non-finite position.
   wrong = good;
   const float nan = std::numeric_limits<float>::quiet_NaN();
   std::memcpy(&wrong[body], &nan, 4);
@@ -103,7 +103,7 @@ TEST_F(MeshIo, BrokenPlyIsRefused) {
   EXPECT_HAS(error_of([&] { read_mesh(write("a.xyz", good)); }), ".ply");
 }
 
-TEST_F(MeshIo, AFileOfAnyBytesIsRefusedOrRead) {
+TEST_F(MeshIo, CorruptedFilesAreReadOrRejected) {
   write_mesh(folder / "good.ply", make_sphere({0, 0, 0}, 10, 0));
   const std::string good = bytes_of(folder / "good.ply");
   for (std::size_t at = 0; at < good.size(); ++at) {
@@ -117,7 +117,7 @@ TEST_F(MeshIo, AFileOfAnyBytesIsRefusedOrRead) {
   }
 }
 
-TEST_F(MeshIo, ObjHoldsTheCells) {
+TEST_F(MeshIo, ObjContainsTheCells) {
   const SimplexMesh mesh = rough_sphere();
   write_mesh(folder / "a.obj", mesh);
   std::ifstream stream(folder / "a.obj");
@@ -157,7 +157,7 @@ TEST_F(MeshIo, StlIsClosedAndOutward) {
   ASSERT_EQ(bytes.size(), 84 + 50 * std::size_t(count));
   EXPECT_FALSE(bytes.starts_with("solid"));
   double volume = 0;
-  std::map<std::string, int> edges;  // sum over the two directions: 0 when the surface is closed
+  std::map<std::string, int> edges;  // sum over the two directions: 0 for a closed surface
   for (std::uint32_t t = 0; t < count; ++t) {
     Eigen::Vector3f p[4];
     std::memcpy(static_cast<void*>(p), &bytes[84 + 50 * t], 48);
@@ -175,7 +175,7 @@ TEST_F(MeshIo, StlIsClosedAndOutward) {
   EXPECT_NEAR(volume, measure(mesh).volume_mm3, 1e-3 * volume);
 }
 
-TEST_F(MeshIo, VtkAndVtpHoldPointsAndCells) {
+TEST_F(MeshIo, VtkAndVtpContainPointsAndCells) {
   const SimplexMesh mesh = rough_sphere();
   const CellList cells = cells_of(mesh);
   write_mesh(folder / "a.vtk", mesh);
@@ -209,7 +209,7 @@ TEST_F(MeshIo, VtkAndVtpHoldPointsAndCells) {
   bytes = bytes_of(folder / "a.vtp");
   EXPECT_HAS(bytes.substr(0, 200), "frame LPS, unit mm");
   const std::size_t data = bytes.find("encoding=\"raw\">\n_") + 17;
-  const auto block = [&](const std::string& before) {  // the block whose offset follows `before`
+  const auto block = [&](const std::string& before) {  // block whose offset follows `before`
     const std::size_t offset = std::stoul(bytes.substr(bytes.find("offset=\"", bytes.find(before)) + 8));
     std::uint64_t size = 0;
     std::memcpy(&size, &bytes[data + offset], 8);
@@ -224,7 +224,7 @@ TEST_F(MeshIo, VtkAndVtpHoldPointsAndCells) {
   EXPECT_EQ(std::memcmp(ends.data(), cells.offsets.data() + 1, ends.size()), 0);
 }
 
-TEST_F(MeshIo, WriteRefusesWhatItCannotDo) {
+TEST_F(MeshIo, InvalidTargetsAndMeshesAreRejected) {
   const SimplexMesh mesh = make_sphere({0, 0, 0}, 10, 0);
   const std::string unknown = error_of([&] { write_mesh(folder / "a.xyz", mesh); });
   for (const char* extension : {".ply", ".obj", ".stl", ".vtk", ".vtp"}) EXPECT_HAS(unknown, extension);
@@ -237,7 +237,7 @@ TEST_F(MeshIo, WriteRefusesWhatItCannotDo) {
   EXPECT_TRUE(std::filesystem::is_empty(folder));
 }
 
-TEST_F(MeshIo, WriteReplacesTheFileWhole) {
+TEST_F(MeshIo, WritingReplacesTheWholeFile) {
   write("a.ply", std::string(1 << 20, 'x'));
   const SimplexMesh mesh = make_sphere({0, 0, 0}, 10, 0);
   write_mesh(folder / "a.ply", mesh);

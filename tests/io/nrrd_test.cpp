@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// NRRD in all its spaces, units and encodings.
+// NRRD with all spaces, units and encodings.
 #include <bzlib.h>
 
 #include "volume_files.h"
@@ -13,7 +13,7 @@ using test::same_voxels;
 
 class Nrrd : public test::FolderTest {
  protected:
-  /// A volume of 2 x 3 x 4 voxels of int16 whose values are their offsets, at oblique vectors in a space.
+  /// Loads a volume of 2 x 3 x 4 int16 voxels, whose values are their offsets, with the given header fields.
   LoadedVolume load_with(const std::string& fields) {
     std::string voxels;
     for (int v = 0; v < 24; ++v) voxels += {static_cast<char>(v), '\0'};
@@ -29,7 +29,7 @@ const char* const kOblique = "space directions: (2,0.5,0) (-0.25,3,0) (0,0.125,4
 const Eigen::Vector3d kColumns[] = {{2, 0.5, 0}, {-0.25, 3, 0}, {0, 0.125, 4}};
 const Eigen::Vector3d kOrigin(10, 20, 30);
 
-/// What a component of a vector is in LPS, worked out from the words alone.
+/// Unit vector in LPS of an axis letter.
 Eigen::Vector3d lps_of(char letter) {
   switch (letter) {
     case 'L':
@@ -57,7 +57,7 @@ std::string long_form(const std::string& code) {
   return words;
 }
 
-TEST_F(Nrrd, EverySpaceIsTurnedToLps) {
+TEST_F(Nrrd, EverySpaceIsConvertedToLps) {
   int codes = 0;
   const std::string pairs[3] = {"LR", "AP", "SI"};
   std::string order = "012";
@@ -77,7 +77,7 @@ TEST_F(Nrrd, EverySpaceIsTurnedToLps) {
         for (std::size_t at; time && (at = fields.find(')')) != std::string::npos;) fields.replace(at, 1, ",0]");
         for (char& c : fields) c = c == ']' ? ')' : c;
         const LoadedVolume loaded = load_with("space: " + name + "\n" + fields);
-        EXPECT_EQ(loaded.warnings.size(), 1u) << name;  // that the axes are not at right angles
+        EXPECT_EQ(loaded.warnings.size(), 1u) << name;  // axes not orthogonal
         const Eigen::Affine3d world = loaded.volume.geometry().world_from_index();
         EXPECT_LT((world.translation() - expected(kOrigin)).norm(), 1e-12) << name;
         for (int a = 0; a < 3; ++a)
@@ -89,8 +89,8 @@ TEST_F(Nrrd, EverySpaceIsTurnedToLps) {
   EXPECT_EQ(codes, 48);
 }
 
-TEST_F(Nrrd, SpacesThatDoNotKnowThePatientAreSaid) {
-  const std::string unknown = "which side is the patient's left is not known";
+TEST_F(Nrrd, SpacesWithoutAnatomicalAxesAreAWarning) {
+  const std::string unknown = "the patient's left and right are unknown";
   for (const char* space : {"scanner-xyz", "3D-right-handed", "3D-left-handed", "ScannerXYZ"}) {
     const LoadedVolume loaded = load_with(std::string("space: ") + space + "\n" + kOblique);
     ASSERT_EQ(loaded.warnings.size(), 2u) << space;
@@ -120,10 +120,10 @@ TEST_F(Nrrd, UnitsOfLengthBecomeMillimetres) {
     EXPECT_LT(std::abs(loaded.volume.geometry().spacing_mm[2] / (mm * kColumns[2].norm()) - 1), 1e-12) << unit;
     EXPECT_EQ(loaded.warnings.size(), mm == 1 ? 1u : 2u) << unit;
   }
-  // One unit for each axis of the space, whatever its order.
+  // One unit per axis of the space, in the order of the space.
   const LoadedVolume mixed = load_with("space: ASL\nspace units: \"cm\" \"mm\" \"m\"\n" + std::string(kOblique));
   EXPECT_LT((mixed.volume.geometry().origin_mm - Eigen::Vector3d(30000, -100, 20)).norm(), 1e-9);
-  EXPECT_HAS(refusal(space + "space units: \"s\" \"s\" \"s\"\n"), "'s', which is no unit of length");
+  EXPECT_HAS(refusal(space + "space units: \"s\" \"s\" \"s\"\n"), "'s' is not a known unit of length");
   EXPECT_HAS(refusal(space + "space units: \"mm\" \"mm\"\n"), "2 values instead of 3");
   EXPECT_TRUE(load_with("spacings: 1 1 2\nunits: cm cm cm\n")
                   .volume.geometry()
@@ -148,7 +148,7 @@ TEST_F(Nrrd, EveryEncodingGivesTheSameVoxels) {
   ASSERT_EQ(BZ2_bzBuffToBuffCompress(packed.data(), &size, const_cast<char*>(raw.data()),
                                      static_cast<unsigned>(raw.size()), 9, 0, 0),
             BZ_OK);
-  const std::string bzip2 = packed.substr(0, size), gzip = bytes_of(test::write_packed(folder / "p.gz", raw));
+  const std::string bzip2 = packed.substr(0, size), gzip = bytes_of(test::write_gzip(folder / "p.gz", raw));
   const std::string fields =
       "NRRD0004\n# a comment\nkey:=value\ntype: int16\ndimension: 3\nsizes: 5 4 3\nspace: LPS\n"
       "space directions: (1,0,0) (0,1,0) (0,0,1)\n";
@@ -175,7 +175,7 @@ TEST_F(Nrrd, EveryEncodingGivesTheSameVoxels) {
     EXPECT_EQ(read_volume_info(folder / "a.nhdr").file_count, 2);
     for (std::size_t cut = 1; cut < c.bytes.size(); cut += 7) {
       write("a.nrrd", header + "\n" + c.bytes.substr(0, c.bytes.size() - cut));
-      // A text may end within its last number, and a packed file within its checksum.
+      // Text can be cut within its last number, and compressed data within their checksum, without an error.
       if (c.bytes == text && cut < 8) continue;
       error_of([&] { load_volume(folder / "a.nrrd"); });
     }
@@ -203,18 +203,18 @@ TEST_F(Nrrd, VoxelsInSeveralFiles) {
       EXPECT_EQ(v.value(0, 0, 2), 'c');
     }
   }
-  const auto refused = [&](const std::string& names) {
+  const auto rejection = [&](const std::string& names) {
     write("s.nhdr", fields + "byte skip: 7\ndata file: " + names + "\n");
     return error_of([&] { load_volume(folder / "s.nhdr"); });
   };
-  EXPECT_HAS(refused("s%d.raw 8 11 1"), "another number of files");
-  EXPECT_HAS(refused("s%d.raw 1 2000000000 1"), "another number of files");
-  EXPECT_HAS(refused("s%n%s.raw 8 10 1"), "%03d");
-  EXPECT_HAS(refused("LIST\ns8.raw"), "1 files for 3 slices");
-  EXPECT_HAS(refused("s%d.raw 9 11 1"), "s11.raw' with the voxels is missing");
+  EXPECT_HAS(rejection("s%d.raw 8 11 1"), "does not name one file for each");
+  EXPECT_HAS(rejection("s%d.raw 1 2000000000 1"), "does not name one file for each");
+  EXPECT_HAS(rejection("s%n%s.raw 8 10 1"), "%03d");
+  EXPECT_HAS(rejection("LIST\ns8.raw"), "1 files for 3 slices");
+  EXPECT_HAS(rejection("s%d.raw 9 11 1"), "s11.raw' is missing");
 }
 
-TEST_F(Nrrd, AxesThatAreNotOfSpace) {
+TEST_F(Nrrd, NonSpatialAxes) {
   const std::string rest = "space: LPS\nencoding: raw\n";
   const auto info = [&](const std::string& fields) {
     return read_volume_info(write("k.nrrd", "NRRD0004\ntype: uchar\n" + fields + rest + "\n" + std::string(24, 'x')));
@@ -236,26 +236,26 @@ TEST_F(Nrrd, AxesThatAreNotOfSpace) {
   EXPECT_TRUE(read.geometry.direction.col(2).isApprox(Eigen::Vector3d(1, 0, 0)));
 }
 
-TEST_F(Nrrd, HeadersThatCannotBeUsed) {
-  const auto refused = [&](const std::string& header) {
+TEST_F(Nrrd, InvalidHeaders) {
+  const auto rejection = [&](const std::string& header) {
     write("h.nrrd", header + "\n\nabcdefgh");
     return error_of([&] { load_volume(folder / "h.nrrd"); });
   };
   const std::string start = "NRRD0004\ntype: uchar\nencoding: raw\n";
-  EXPECT_HAS(refused("NRRX0004\n"), "not a NRRD");
-  EXPECT_HAS(refused(start + "sizes: 2 2 2"), "dimension");
-  EXPECT_HAS(refused(start + "dimension: 99999999999999999999\nsizes: 2 2 2"), "dimension");
-  EXPECT_HAS(refused(start + "dimension: 3\nsizes: 2 2"), "sizes");
-  EXPECT_HAS(refused(start + "dimension: 3\nsizes: 2 2 -2"), "-2");
-  EXPECT_HAS(refused(start + "dimension: 3\nsizes: 2 2 2\nsizes: 2 2 2"), "twice");
-  EXPECT_HAS(refused(start + "dimension: 3\nsizes: 2 2 2\nspacings: 1 x 1"), "'x'");
-  EXPECT_HAS(refused(start + "dimension: 3\nsizes: 2 2 2\nbyte skip: -2"), "byte skip");
-  EXPECT_HAS(refused(start + "dimension: 3\nsizes: 2 2 2\nspace: LPS\nspace directions: (1,0) (0,1,0) (0,0,1)"),
+  EXPECT_HAS(rejection("NRRX0004\n"), "not a readable NRRD");
+  EXPECT_HAS(rejection(start + "sizes: 2 2 2"), "dimension");
+  EXPECT_HAS(rejection(start + "dimension: 99999999999999999999\nsizes: 2 2 2"), "dimension");
+  EXPECT_HAS(rejection(start + "dimension: 3\nsizes: 2 2"), "sizes");
+  EXPECT_HAS(rejection(start + "dimension: 3\nsizes: 2 2 -2"), "-2");
+  EXPECT_HAS(rejection(start + "dimension: 3\nsizes: 2 2 2\nsizes: 2 2 2"), "twice");
+  EXPECT_HAS(rejection(start + "dimension: 3\nsizes: 2 2 2\nspacings: 1 x 1"), "'x'");
+  EXPECT_HAS(rejection(start + "dimension: 3\nsizes: 2 2 2\nbyte skip: -2"), "byte skip");
+  EXPECT_HAS(rejection(start + "dimension: 3\nsizes: 2 2 2\nspace: LPS\nspace directions: (1,0) (0,1,0) (0,0,1)"),
              "space directions");
-  EXPECT_HAS(refused("NRRD0004\ntype: block\nencoding: raw\ndimension: 3\nsizes: 2 2 2"), "block");
+  EXPECT_HAS(rejection("NRRD0004\ntype: block\nencoding: raw\ndimension: 3\nsizes: 2 2 2"), "block");
 }
 
-/// A header as 3D Slicer 5 writes it.
+/// Header written by 3D Slicer 5.
 const char* const kSlicer =
     "NRRD0004\n# Complete NRRD file format specification at:\n# http://teem.sourceforge.net/nrrd/format.html\n"
     "type: unsigned char\ndimension: 3\nspace: left-posterior-superior\nsizes: 2 2 2\n"
@@ -265,7 +265,7 @@ const char* const kSlicer =
     "Segment0_Tags:=TerminologyEntry:Segmentation category~SCT^85756007^Tissue|\nSegment1_ID:=spleen\n"
     "Segment1_LabelValue:=2\nSegmentation_MasterRepresentation:=Binary labelmap\n\n";
 
-TEST_F(Nrrd, SegmentsOfSlicerHaveNamesAndColours) {
+TEST_F(Nrrd, SegmentsOf3dSlicerHaveNamesAndColours) {
   const LoadedVolume loaded = load_volume(write("a.seg.nrrd", kSlicer + std::string("\7\0\0\2\0\0\0\0", 8)));
   EXPECT_EQ(loaded.volume.value(0, 0, 0), 7);
   ASSERT_EQ(loaded.segments.size(), 2u);
@@ -274,7 +274,7 @@ TEST_F(Nrrd, SegmentsOfSlicerHaveNamesAndColours) {
   EXPECT_EQ(loaded.segments[1].name, "spleen");
 }
 
-TEST_F(Nrrd, SegmentsAreWrittenAsSlicerWritesThem) {
+TEST_F(Nrrd, SegmentsAreWrittenLikeThoseOf3dSlicer) {
   VolumeGeometry geometry;
   geometry.size = {4, 3, 2};
   Volume labels(geometry, VoxelType::UInt16);
@@ -296,7 +296,7 @@ TEST_F(Nrrd, SegmentsAreWrittenAsSlicerWritesThem) {
   EXPECT_EQ(test::bytes_of(folder / "a.nrrd").find("Segment"), std::string::npos);
 }
 
-TEST_F(Nrrd, LayersOfSegmentsAreRefused) {
+TEST_F(Nrrd, OverlappingSegmentsAreRejected) {
   std::string bytes = kSlicer;
   const auto replace = [&](const std::string& from, const std::string& to) {
     bytes.replace(bytes.find(from), from.size(), to);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// A plot shows its data: files parse, names are in them, and other data give other pixels where the data are.
-#include "io/plot_io.h"
+// Plot files can be parsed and contain the names; different data give different pixels.
+#include "io/picture/plot_io.h"
 
 #include <cmath>
 #include <limits>
 
-#include "io/plot_axis.h"
+#include "io/picture/plot_axis.h"
 #include "test_files.h"
 
 namespace simplexseg {
@@ -32,7 +32,7 @@ std::uint32_t u32(const std::string& bytes, std::size_t at) {
          std::uint32_t(std::uint8_t(bytes[at + 2])) << 8 | std::uint8_t(bytes[at + 3]);
 }
 
-/// Whether each tag is closed in turn and no bare '<' or '&' stands in the text.
+/// Whether all tags are closed in order and the text has no unescaped '<' or '&'.
 bool well_formed(const std::string& xml) {
   std::vector<std::string> open;
   for (std::size_t at = 0; at < xml.size(); ++at) {
@@ -83,7 +83,7 @@ TEST_F(PlotFile, PngHasTheSizeAndChangesWithTheData) {
   EXPECT_NE(bytes_of(folder / "b.png"), png);
 }
 
-/// Pixels that lean towards the colour, over all and right of `from`.
+/// Number of pixels similar to a colour, in columns from `from`.
 int pixels_like(const std::vector<std::uint8_t>& rgba, int width, const Colour& colour, int from = 0) {
   int count = 0;
   for (std::size_t p = 0; p < rgba.size() / 4; ++p)
@@ -94,7 +94,7 @@ int pixels_like(const std::vector<std::uint8_t>& rgba, int width, const Colour& 
   return count;
 }
 
-TEST(Plot, CurvesAreDrawnInTheirColoursAndTheLegendStandsBeside) {
+TEST(Plot, CurvesAreDrawnInTheirColoursBesideTheLegend) {
   const Plot plot = two_curves();
   for (const PlotTheme theme : {PlotTheme::Light, PlotTheme::Dark}) {
     const auto rgba = draw_plot(plot, 640, 360, 1, theme);
@@ -102,7 +102,7 @@ TEST(Plot, CurvesAreDrawnInTheirColoursAndTheLegendStandsBeside) {
     for (std::size_t p = 3; p < rgba.size(); p += 4) ASSERT_EQ(rgba[p], 255);
     for (const PlotSeries& s : plot.series) {
       EXPECT_GT(pixels_like(rgba, 640, s.colour), 150);
-      // A sample of the line in the legend, at the right; the data end left of it.
+      // The line in the legend, to the right of the data.
       EXPECT_GT(pixels_like(rgba, 640, s.colour, 480), 10);
     }
     Plot without = plot;
@@ -112,7 +112,7 @@ TEST(Plot, CurvesAreDrawnInTheirColoursAndTheLegendStandsBeside) {
   }
   EXPECT_GT(draw_plot(plot, 640, 360, 1, PlotTheme::Light)[0], 200);
   EXPECT_LT(draw_plot(plot, 640, 360, 1, PlotTheme::Dark)[0], 60);
-  // Twice the scale on twice the pixels: lines twice as long and as wide.
+  // Twice the scale on twice the pixels: lines are twice as long and twice as wide.
   const int once = pixels_like(draw_plot(plot, 640, 360, 1, PlotTheme::Light), 640, plot.series[0].colour);
   const int twice = pixels_like(draw_plot(plot, 1280, 720, 2, PlotTheme::Light), 1280, plot.series[0].colour);
   EXPECT_NEAR(twice, 4.0 * once, 1.5 * once);
@@ -123,12 +123,12 @@ TEST(Plot, ASeriesWithoutANameIsNotInTheLegend) {
   Plot unnamed = plot;
   for (PlotSeries& s : unnamed.series) s.name.clear();
   const auto rgba = draw_plot(unnamed, 640, 360, 1, PlotTheme::Light);
-  // Without a legend the curves have its room.
+  // Without a legend the curves extend into its space.
   EXPECT_GT(pixels_like(rgba, 640, plot.series[1].colour, 560), 0);
   EXPECT_EQ(pixels_like(draw_plot(plot, 640, 360, 1, PlotTheme::Light), 640, plot.series[1].colour, 560), 0);
 }
 
-TEST(Plot, OddDataAndSizesAreDrawnAllTheSame) {
+TEST(Plot, UnusualDataAndSizesAreDrawn) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   Plot plot{"", "", "", true, true, {}};
   EXPECT_EQ(draw_plot(plot, 300, 200, 1, PlotTheme::Light).size(), 4u * 300 * 200);
@@ -142,7 +142,7 @@ TEST(Plot, OddDataAndSizesAreDrawnAllTheSame) {
   EXPECT_NO_THROW(draw_plot(plot, 300, 200, 1, PlotTheme::Light));
 }
 
-TEST_F(PlotFile, BadInputIsRefused) {
+TEST_F(PlotFile, InvalidInputIsRejected) {
   Plot plot = two_curves();
   EXPECT_HAS(error_of([&] { write_plot(folder / "a.jpg", plot, 100, 100); }), ".svg or .png");
   EXPECT_HAS(error_of([&] { write_plot(folder / "none" / "a.png", plot, 100, 100); }), "none");
@@ -165,8 +165,8 @@ TEST(PlotAxis, LogAxesHaveDecadesAndTheirParts) {
   const PlotAxis axis = make_axis({0.01, 5, -3, 0}, true, 8);
   EXPECT_EQ(labels_of(axis), (std::vector<std::string>{"0.01", "0.1", "1"}));
   EXPECT_GT(axis.ticks.size(), 20u);
-  EXPECT_NEAR(axis.share(10) - axis.share(1), axis.share(1) - axis.share(0.1), 1e-12);
-  EXPECT_FALSE(axis.shows(0));
+  EXPECT_NEAR(axis.position_of(10) - axis.position_of(1), axis.position_of(1) - axis.position_of(0.1), 1e-12);
+  EXPECT_FALSE(axis.can_show(0));
   EXPECT_EQ(labels_of(make_axis({1e-8, 1e-4}, true, 8)).back(), "10⁻⁴");
   EXPECT_LE(labels_of(make_axis({1e-300, 1e300}, true, 6)).size(), 7u);
   EXPECT_GE(labels_of(make_axis({2.1, 3.9}, true, 6)).size(), 2u);

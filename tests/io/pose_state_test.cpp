@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The state of a mesh and its field as bytes: what harms is refused before it is read.
-#include "io/pose_state.h"
+// State files of meshes and fields: harmful input is rejected before it is parsed.
+#include "io/scene/pose_state.h"
 
 #include <gtest/gtest.h>
 
 #include <stdexcept>
 
-#include "io/cbor.h"
+#include "io/platform/cbor.h"
 #include "mesh/simplex_mesh.h"
 #include "test_files.h"
 
@@ -15,25 +15,25 @@ namespace {
 
 using test::error_of;
 
-TEST(PoseState, AStateThatIsNestedDeeplyIsRefused) {
+TEST(PoseState, ADeeplyNestedStateIsRejected) {
   MeshItem item;
   item.mesh = make_sphere({0, 0, 0}, 10, 0);
   for (const char* byte : {"\x81", "\x5f", "\xd9"})
-    EXPECT_NE(error_of([&] { take_pose_state("state", std::string(3'000'000, byte[0]), item); }), "");
+    EXPECT_NE(error_of([&] { restore_pose_state("state", std::string(3'000'000, byte[0]), item); }), "");
 }
 
-TEST(PoseState, AFieldThatCouldNotBeLearnedComesBackAsSuch) {
+TEST(PoseState, AFieldThatCouldNotBeSolvedIsRestored) {
   MeshField field;
   field.problem = "nothing is inside";
   field.marks = {{MarkKind::Inside, {1, 2, 3}, 4, {0, 0, 0}}};
-  const auto back = field_of_bytes(field_bytes(field));
+  const auto back = field_from_bytes(field_bytes(field));
   EXPECT_EQ(back->problem, field.problem);
   EXPECT_TRUE(back->values.empty());
   ASSERT_EQ(back->marks.size(), 1u);
   EXPECT_EQ(back->marks[0].radius_mm, 4);
 }
 
-TEST(PlainCbor, IsOneItemOfStatedLength) {
+TEST(PlainCbor, IsOneItemOfDefiniteLength) {
   EXPECT_NO_THROW(expect_plain_cbor("\x01"));
   EXPECT_NO_THROW(expect_plain_cbor("\x80"));
   EXPECT_NO_THROW(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/quiet_libraries.h"
+#include "io/platform/quiet_libraries.h"
 
 #include <gtest/gtest.h>
 
@@ -12,12 +12,12 @@ namespace {
 
 void abort_as_a_library_does() { std::abort(); }
 
-TEST(WithoutAborting, AnAbortIsAnException) {
+TEST(WithoutAborting, AbortBecomesAnException) {
   const QuietLibraries quiet;
   for (int again = 0; again < 3; ++again) EXPECT_THROW(without_aborting(abort_as_a_library_does), std::runtime_error);
 }
 
-TEST(WithoutAborting, AnInnerOneLeavesTheOuterOneArmed) {
+TEST(WithoutAborting, NestedCallsKeepTheOuterHandler) {
   const QuietLibraries quiet;
   bool came_back = false;
   EXPECT_THROW(without_aborting([&] {
@@ -30,7 +30,7 @@ TEST(WithoutAborting, AnInnerOneLeavesTheOuterOneArmed) {
   EXPECT_TRUE(came_back);
 }
 
-TEST(WithoutAborting, TheHandlerOfBeforeIsPutBack) {
+TEST(WithoutAborting, ThePreviousHandlerIsRestored) {
   struct sigaction before {
   }, after{};
   ::sigaction(SIGABRT, nullptr, &before);
@@ -39,7 +39,7 @@ TEST(WithoutAborting, TheHandlerOfBeforeIsPutBack) {
   EXPECT_EQ(before.sa_handler, after.sa_handler);
 }
 
-TEST(WithoutAbortingDeathTest, OutsideOfItAnAbortEndsTheProgram) {
+TEST(WithoutAbortingDeathTest, OutsideAbortEndsTheProgram) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(
       {

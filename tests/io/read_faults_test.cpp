@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that change or fail while they are read: one line that says so, and nothing of another file.
+// Files that change or fail during reading give a one-line error.
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "io/mesh_io.h"
-#include "io/scene_io.h"
-#include "io/volume_source.h"
+#include "io/mesh/mesh_io.h"
+#include "io/scene/scene_io.h"
+#include "io/source/volume_source.h"
+#include "io/volume/volume_io.h"
 #include "mesh/simplex_mesh.h"
 #include "volume_files.h"
 
@@ -34,18 +35,19 @@ TEST_F(ReadFaults, AFileThatIsRemovedBetweenHeaderAndVoxels) {
   }
 }
 
-TEST_F(ReadFaults, AFileThatIsCutBetweenHeaderAndVoxels) {
+TEST_F(ReadFaults, AFileThatIsTruncatedBetweenHeaderAndVoxels) {
   for (const char* name : kVolumes) {
     const fs::path path = make(name);
     const VolumeSource source = open_volume(path);
     fs::resize_file(path, fs::file_size(path) - 20);
-    const std::string said = error_of([&] { source.read(); });
-    EXPECT_HAS(said, name);
-    EXPECT_TRUE(said.find("truncated") != std::string::npos || said.find("damaged") != std::string::npos) << said;
+    const std::string message = error_of([&] { source.read(); });
+    EXPECT_HAS(message, name);
+    EXPECT_TRUE(message.find("truncated") != std::string::npos || message.find("damaged") != std::string::npos)
+        << message;
   }
 }
 
-TEST_F(ReadFaults, AFileThatMayNotBeRead) {
+TEST_F(ReadFaults, FilesWithoutReadPermission) {
   for (const char* name : kVolumes) make(name);
   write_mesh(folder / "a.ply", make_sphere({0, 0, 0}, 1, 0));
   write("a.json", R"({"simplexseg_scene": 1})");
@@ -55,7 +57,7 @@ TEST_F(ReadFaults, AFileThatMayNotBeRead) {
     fs::permissions(path, fs::perms::none);
     const bool root = ::geteuid() == 0;
     ASSERT_TRUE(!root || ::seteuid(65534) == 0);
-    std::string said;
+    std::string message;
     try {
       const std::string ending = path.extension();
       if (ending == ".ply")
@@ -65,23 +67,23 @@ TEST_F(ReadFaults, AFileThatMayNotBeRead) {
       else
         load_volume(path);
     } catch (const Error& error) {
-      said = error.what();
+      message = error.what();
     }
     ASSERT_TRUE(!root || ::seteuid(0) == 0);
-    EXPECT_HAS(said, name);
-    EXPECT_HAS(said, "ermission");
+    EXPECT_HAS(message, name);
+    EXPECT_HAS(message, "ermission");
   }
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-/// The system says that there is memory, and then there is none.
-TEST_F(ReadFaults, MemoryThatCannotBeHad) {
+/// The check of the available memory passes, but the allocation fails.
+TEST_F(ReadFaults, AllocationFailure) {
   std::string bytes = test::nifti_bytes(folder, test::odd_volume(VoxelType::Int16)).substr(0, 352);
   for (int a = 0; a < 3; ++a) test::patch(bytes, 42 + 2 * a, std::int16_t(600));
   const fs::path path = write("large.nii", bytes);
   std::error_code error;
   fs::resize_file(path, 352 + 2ull * 600 * 600 * 600, error);
-  if (error) GTEST_SKIP() << "no files with holes here";
+  if (error) GTEST_SKIP() << "no sparse files on this file system";
   if (available_memory() < (std::size_t(1) << 30)) GTEST_SKIP() << "less than 1 GiB of memory";
   std::ifstream stream("/proc/self/statm");
   std::size_t pages = 0;
@@ -91,9 +93,9 @@ TEST_F(ReadFaults, MemoryThatCannotBeHad) {
   const rlimit limit{pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)) + (std::size_t(128) << 20),
                      kept.rlim_max};
   ::setrlimit(RLIMIT_AS, &limit);
-  const std::string said = error_of([&] { load_volume(path); });
+  const std::string message = error_of([&] { load_volume(path); });
   ::setrlimit(RLIMIT_AS, &kept);
-  EXPECT_HAS(said, "memory");
+  EXPECT_HAS(message, "memory");
 }
 #endif
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Work that is kept for the case of a crash; presets; and whether a volume is the one that a scene was made on.
-#include "io/recovery.h"
+// Autosave and recovery; presets; checksums of volumes.
+#include "io/scene/recovery.h"
 
 #include <cstring>
 #include <fstream>
 
-#include "io/load_input.h"
-#include "io/preset_io.h"
-#include "io/scene_io.h"
-#include "io/volume_checksum.h"
-#include "io/volume_io.h"
+#include "io/scene/load_input.h"
+#include "io/scene/preset_io.h"
+#include "io/scene/scene_io.h"
+#include "io/volume/volume_checksum.h"
+#include "io/volume/volume_io.h"
 #include "scene_files.h"
 
 namespace simplexseg {
@@ -24,60 +24,60 @@ class Recovery : public SceneIo {
     scene.volume_path.clear();
     return scene;
   }
-  std::vector<std::string> left() const {
+  std::vector<std::string> remaining_files() const {
     std::vector<std::string> names;
     for (const auto& entry : fs::recursive_directory_iterator(root())) names.push_back(entry.path().filename());
     return names;
   }
 };
 
-TEST_F(Recovery, WhatWasKeptIsFoundOnlyWhenItsKeeperIsGone) {
-  const Scene kept = scene();
+TEST_F(Recovery, AnAutosaveIsFoundOnlyAfterItsProgramHasEnded) {
+  const Scene saved = scene();
   const fs::path folder = [&] {
-    WorkKeeper keeper(root()), idle(root());
-    keeper.keep(kept, {"/data/ct.nii.gz", "/data/ct.json", 1700000000});
-    keeper.keep(kept, {"/data/ct.nii.gz", "", 1700000100});
-    EXPECT_TRUE(find_lost_work(root()).empty()) << "both are at work";
-    fs::copy(keeper.folder(), root() / "window-killed", fs::copy_options::recursive);
+    AutosaveStore store(root()), idle(root());
+    store.save(saved, {"/data/ct.nii.gz", "/data/ct.json", 1700000000});
+    store.save(saved, {"/data/ct.nii.gz", "", 1700000100});
+    EXPECT_TRUE(find_recoverable_work(root()).empty()) << "both are still running";
+    fs::copy(store.folder(), root() / "window-killed", fs::copy_options::recursive);
     return root() / "window-killed";
   }();
-  EXPECT_FALSE(left().empty());
+  EXPECT_FALSE(remaining_files().empty());
   {
-    std::vector<LostWork> lost = find_lost_work(root());
-    ASSERT_EQ(lost.size(), 1u) << "those that ended as they should leave nothing";
-    EXPECT_EQ(lost[0].note.opened, "/data/ct.nii.gz");
-    EXPECT_EQ(lost[0].note.scene_file, "");
-    EXPECT_EQ(lost[0].note.saved_at_s, 1700000100);
-    EXPECT_EQ(lost[0].note.meshes, 2);
-    EXPECT_EQ(lost[0].note.points, 2);
-    EXPECT_TRUE(find_lost_work(root()).empty()) << "one window has it";
+    std::vector<RecoverableWork> lost = find_recoverable_work(root());
+    ASSERT_EQ(lost.size(), 1u) << "programs that end normally leave nothing";
+    EXPECT_EQ(lost[0].info.opened, "/data/ct.nii.gz");
+    EXPECT_EQ(lost[0].info.scene_file, "");
+    EXPECT_EQ(lost[0].info.saved_at_s, 1700000100);
+    EXPECT_EQ(lost[0].info.meshes, 2);
+    EXPECT_EQ(lost[0].info.points, 2);
+    EXPECT_TRUE(find_recoverable_work(root()).empty()) << "it is locked by one window";
     const Scene back = read_scene(lost[0].scene).scene;
-    ASSERT_EQ(back.meshes.size(), kept.meshes.size());
-    EXPECT_EQ(back.meshes[0].mesh.positions, kept.meshes[0].mesh.positions);
+    ASSERT_EQ(back.meshes.size(), saved.meshes.size());
+    EXPECT_EQ(back.meshes[0].mesh.positions, saved.meshes[0].mesh.positions);
   }
-  std::vector<LostWork> lost = find_lost_work(root());
-  ASSERT_EQ(lost.size(), 1u) << "not taken: offered again";
+  std::vector<RecoverableWork> lost = find_recoverable_work(root());
+  ASSERT_EQ(lost.size(), 1u) << "not restored: offered again";
   lost[0].folder.remove();
   EXPECT_FALSE(fs::exists(folder));
-  EXPECT_TRUE(left().empty());
+  EXPECT_TRUE(remaining_files().empty());
 }
 
-TEST_F(Recovery, AFailedAttemptLeavesWhatWasKeptBefore) {
-  WorkKeeper keeper(root());
-  keeper.keep(scene(), {"a.nii", "", 1});
+TEST_F(Recovery, AFailedAutosaveKeepsThePreviousOne) {
+  AutosaveStore store(root());
+  store.save(scene(), {"a.nii", "", 1});
   Scene bad = scene();
   bad.meshes[1].name = bad.meshes[0].name;
-  EXPECT_THROW(keeper.keep(bad, {"b.nii", "", 2}), Error);
-  fs::copy(keeper.folder(), root() / "window-killed", fs::copy_options::recursive);
-  const std::vector<LostWork> lost = find_lost_work(root());
+  EXPECT_THROW(store.save(bad, {"b.nii", "", 2}), Error);
+  fs::copy(store.folder(), root() / "window-killed", fs::copy_options::recursive);
+  const std::vector<RecoverableWork> lost = find_recoverable_work(root());
   ASSERT_EQ(lost.size(), 1u);
-  EXPECT_EQ(lost[0].note.opened, "a.nii");
+  EXPECT_EQ(lost[0].info.opened, "a.nii");
   EXPECT_NO_THROW(read_scene(lost[0].scene));
-  keeper.forget();
-  EXPECT_FALSE(fs::exists(keeper.folder() / "work.json"));
+  store.discard();
+  EXPECT_FALSE(fs::exists(store.folder() / "work.json"));
 }
 
-TEST_F(Recovery, WhatIsDamagedIsLeftAlone) {
+TEST_F(Recovery, DamagedFoldersAreIgnored) {
   fs::create_directories(root() / "window-bad");
   fs::create_directories(root() / "window-gone");
   fs::create_directories(root() / "something else");
@@ -85,13 +85,13 @@ TEST_F(Recovery, WhatIsDamagedIsLeftAlone) {
   std::ofstream(root() / "window-gone" / "work.json")
       << R"({"simplexseg_work": 1, "kept": 4, "opened": "a", "scene_file": "", "saved_at_s": 1, "meshes": 1,
             "points": 0, "vertices": 20})";
-  EXPECT_TRUE(find_lost_work(root()).empty());
+  EXPECT_TRUE(find_recoverable_work(root()).empty());
   EXPECT_TRUE(fs::exists(root() / "window-bad" / "work.json"));
   EXPECT_TRUE(fs::exists(root() / "something else"));
-  EXPECT_TRUE(find_lost_work(folder_ / "nowhere").empty());
+  EXPECT_TRUE(find_recoverable_work(folder_ / "nowhere").empty());
 }
 
-TEST_F(Recovery, AVolumeThatHasChangedIsSaid) {
+TEST_F(Recovery, AChangedVolumeIsAWarning) {
   VolumeGeometry grid;
   grid.size = {9, 8, 7};
   Volume volume(grid, VoxelType::Int16);
@@ -115,12 +115,12 @@ TEST_F(Recovery, AVolumeThatHasChangedIsSaid) {
   write_volume(folder_ / "image.nii", volume);
   const LoadedInput changed = load_input(folder_ / "scene.json");
   ASSERT_EQ(changed.warnings.size(), 1u);
-  EXPECT_NE(changed.warnings[0].find("not the one that the scene was saved with"), std::string::npos);
+  EXPECT_NE(changed.warnings[0].find("is not the image with which the scene was saved"), std::string::npos);
   grid.spacing_mm.x() = 1.5;
   EXPECT_NE(checksum_of(Volume(grid, VoxelType::Int16)), checksum_of(Volume({grid.size}, VoxelType::Int16)));
 }
 
-TEST_F(Recovery, APresetComesBackToTheBit) {
+TEST_F(Recovery, APresetIsRestoredBitForBit) {
   std::mt19937 random(5);
   Preset preset{any_forces(random), default_simulation_parameters()};
   preset.simulation->damping = 1.0f / 3;

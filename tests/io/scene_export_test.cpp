@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Labels and meshes of a scene as files of their own, and what these files are called.
-#include "io/scene_export.h"
+// Export of labels and meshes of a scene, and the names of the files.
+#include "io/scene/scene_export.h"
 
 #include <set>
 
 #include "image/volume.h"
-#include "io/file_names.h"
-#include "io/mesh_io.h"
-#include "io/volume_io.h"
+#include "io/mesh/mesh_io.h"
+#include "io/platform/file_names.h"
+#include "io/volume/volume_io.h"
 #include "test_files.h"
 
 namespace simplexseg {
@@ -18,12 +18,12 @@ using Names = std::vector<std::string>;
 
 Names distinct(const Names& names) { return distinct_file_names(names, "mesh"); }
 
-TEST(FileNames, OrdinaryNamesStayAsTheyAre) {
+TEST(FileNames, OrdinaryNamesAreUnchanged) {
   const Names names{"brain", "left kidney", "Ångström", "肝臓", "a.b", "x-2", "(old) v1_final"};
   EXPECT_EQ(distinct(names), names);
 }
 
-TEST(FileNames, WhatAFileNameMustNotHaveIsReplaced) {
+TEST(FileNames, InvalidCharactersAreReplaced) {
   EXPECT_EQ(distinct({"a/b"}), Names{"a_b"});
   EXPECT_EQ(distinct({"../../etc/passwd"}), Names{"_._.._etc_passwd"});
   EXPECT_EQ(distinct({"a\\b:c*d?e\"f<g>h|i"}), Names{"a_b_c_d_e_f_g_h_i"});
@@ -34,18 +34,18 @@ TEST(FileNames, WhatAFileNameMustNotHaveIsReplaced) {
   EXPECT_EQ(distinct({"bad \xff\xc3 utf-8 \xed\xa0\x80"}), Names{"bad __ utf-8 ___"});
 }
 
-TEST(FileNames, ANameOfNothingGetsOne) {
+TEST(FileNames, AnEmptyNameIsReplaced) {
   EXPECT_EQ(distinct({""}), Names{"mesh"});
   EXPECT_EQ(distinct({"", "  ", "mesh"}), (Names{"mesh", "mesh-2", "mesh-3"}));
 }
 
-TEST(FileNames, NamesThatDifferInWhatIsReplacedOrInCapitalsAloneAreToldApart) {
+TEST(FileNames, EqualNamesAfterReplacementOrIgnoringCaseGetNumbers) {
   EXPECT_EQ(distinct({"a/b", "a_b", "A_b"}), (Names{"a_b", "a_b-2", "A_b-3"}));
   EXPECT_EQ(distinct({"Ärger", "ärger", "ÄRGER"}), (Names{"Ärger", "ärger-2", "ÄRGER-3"}));
   EXPECT_EQ(distinct({"a", "a-2", "A", "a-2"}), (Names{"a", "a-2", "A-3", "a-2-2"}));
 }
 
-TEST(FileNames, LongNamesAreCutBetweenCharactersAndToldApart) {
+TEST(FileNames, LongNamesAreCutBetweenCharactersAndNumbered) {
   std::string umlauts = "x";
   for (int n = 0; n < 400; ++n) umlauts += "ä";
   const std::string letters(5000, 'm');
@@ -59,7 +59,7 @@ TEST(FileNames, LongNamesAreCutBetweenCharactersAndToldApart) {
   EXPECT_EQ(distinct({names[2]}), Names{names[2]});
 }
 
-TEST(FileNames, WhatIsAddedAtTheEndChangesNone) {
+TEST(FileNames, AddingNamesDoesNotChangeEarlierOnes) {
   const Names all{"a/b", "b", "a_b", "A_B", "", "b-2", "B", "a:b", "mesh", "b"};
   const Names whole = distinct(all);
   EXPECT_EQ(std::set<std::string>(whole.begin(), whole.end()).size(), all.size());
@@ -78,7 +78,7 @@ class SceneExport : public test::FolderTest {
   }
 };
 
-TEST_F(SceneExport, EachMeshBecomesAFileOfItsOwn) {
+TEST_F(SceneExport, EachMeshIsWrittenToASeparateFile) {
   Scene scene;
   Names names{"a/b", "a_b", "A_b", "", std::string(5000, 'm'), "肝臓"};
   for (const std::string& name : names) scene.meshes.push_back(ball(name, {double(scene.meshes.size()), 0, 0}));
@@ -88,13 +88,13 @@ TEST_F(SceneExport, EachMeshBecomesAFileOfItsOwn) {
   EXPECT_EQ(files[5], folder / "肝臓.ply");
   std::set<fs::path> there;
   for (const auto& entry : fs::directory_iterator(folder)) there.insert(entry.path());
-  EXPECT_EQ(there, std::set<fs::path>(files.begin(), files.end())) << "nothing else, and nothing outside of the folder";
+  EXPECT_EQ(there, std::set<fs::path>(files.begin(), files.end())) << "no other files, and none outside the folder";
   for (std::size_t k = 0; k < files.size(); ++k)
     EXPECT_EQ(read_mesh(files[k]).positions, scene.meshes[k].mesh.positions) << files[k];
   EXPECT_EQ(save_meshes(folder, scene), files) << "saved again: the same files";
 }
 
-TEST_F(SceneExport, MeshesHaveTheFormatThatIsAskedFor) {
+TEST_F(SceneExport, MeshesAreWrittenInTheRequestedFormat) {
   Scene scene;
   scene.meshes.push_back(ball("a", {0, 0, 0}));
   for (const char* extension : {".obj", ".stl", ".vtk", ".vtp"}) {
@@ -110,17 +110,17 @@ TEST_F(SceneExport, AFolderThatDoesNotExistIsAnError) {
   EXPECT_HAS(test::error_of([&] { save_meshes(folder / "none", scene); }), "none");
 }
 
-TEST_F(SceneExport, LabelsSayWhereMeshesOverlap) {
+TEST_F(SceneExport, OverlappingMeshesAreReported) {
   VolumeGeometry grid;
   grid.size = {24, 16, 16};
   grid.origin_mm = {-8, -8, -8};
   Scene scene;
   scene.meshes = {ball("one", {0, 0, 0}, 2), ball("two", {8, 0, 0}, 3)};
-  EXPECT_HAS(save_labels(folder / "labels.nii.gz", scene, grid), "voxels lie inside two or more meshes");
+  EXPECT_HAS(save_labels(folder / "labels.nii.gz", scene, grid), "voxels lie inside two or more segmentations");
   const Volume labels = read_volume(folder / "labels.nii.gz");
   EXPECT_TRUE(labels.geometry().same_grid(grid));
   EXPECT_EQ(labels.sample({0, 0, 0}), 2);
-  EXPECT_EQ(labels.sample({4, 0, 0}), 2) << "in both: the first has it";
+  EXPECT_EQ(labels.sample({4, 0, 0}), 2) << "in both meshes: assigned to the first";
   EXPECT_EQ(labels.sample({8, 0, 0}), 3);
   scene.meshes.pop_back();
   EXPECT_EQ(save_labels(folder / "labels.nii.gz", scene, grid), "");

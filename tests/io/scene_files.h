@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A folder for scene files, and a scene that uses every member and every bit.
+// Fixture with a folder for scene files, and a scene that uses every member and all bits.
 #pragma once
-#include "io/scene_io.h"
+#include "io/scene/scene_io.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -12,12 +12,12 @@
 #include <random>
 
 #include "core/error.h"
-#include "io/parameter_text.h"
+#include "io/scene/parameter_text.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {
 
-/// A folder that lives as long as the test.
+/// Fixture with a temporary folder for each test.
 class SceneIo : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -38,7 +38,7 @@ class SceneIo : public ::testing::Test {
     return {std::istreambuf_iterator<char>(file), {}};
   }
   Scene read_text(const std::string& text) const { return read_scene(write("scene.json", text)).scene; }
-  /// The message that the text is refused with; empty when it is taken.
+  /// Message of the Error for a scene text; empty if the text is valid.
   std::string refusal(const std::string& text) const {
     try {
       read_text(text);
@@ -57,12 +57,12 @@ inline std::string mesh_with(const std::string& rest) {
                     (rest.empty() ? "" : ", " + rest) + "}]");
 }
 
-/// A float that needs all its digits.
+/// Random float that needs all its digits.
 inline float awkward(std::mt19937& random, float low, float high) {
   return std::uniform_real_distribution<float>(low, high)(random);
 }
 
-/// A value of the table's kind and range.
+/// Random value of the kind and range of a parameter.
 inline float any_value(std::mt19937& random, const ParameterInfo& info) {
   if (info.kind == ParameterKind::Real) return awkward(random, info.minimum, info.maximum);
   return static_cast<float>(

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 
-#include "io/data_path.h"
-#include "io/set_by_path.h"
+#include "io/platform/data_path.h"
+#include "io/scene/set_by_path.h"
 #include "scene_files.h"
 #include "step/simulation_parameters.h"
 
@@ -47,7 +47,7 @@ TEST_F(SceneIo, ReadsEveryKey) {
   EXPECT_EQ(scene.steps, 400);
 }
 
-TEST_F(SceneIo, EveryParameterOfEveryTableIsReadAndMayNotLeaveItsRange) {
+TEST_F(SceneIo, EveryParameterIsReadAndMustBeInItsRange) {
   const auto check = [&](const std::string& before, const ParameterInfo& info, const std::string& after,
                          auto value_in) {
     const float value = info.kind == ParameterKind::Real ? (info.minimum + info.maximum) / 2 : info.maximum;
@@ -80,7 +80,7 @@ TEST_F(SceneIo, EveryParameterOfEveryTableIsReadAndMayNotLeaveItsRange) {
   }
 }
 
-TEST_F(SceneIo, RefusesInOneLineThatNamesFileAndPlace) {
+TEST_F(SceneIo, ErrorsAreOneLineWithFileAndPosition) {
   const std::string sphere = R"("sphere": {"centre_mm": [1, 2, 3], "radius_mm": 4})";
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "empty"},
@@ -142,16 +142,16 @@ TEST_F(SceneIo, RefusesInOneLineThatNamesFileAndPlace) {
       {scene_with(R"("points": [{"mesh": "a", "position_mm": [1, 2, 3]}])"), "points[0].mesh"},
       {scene_with(R"("points": [{"position_mm": [1, 2, 3]}])"), "points[0]"},
   };
-  for (const auto& [text, says] : cases) {
+  for (const auto& [text, expected] : cases) {
     const std::string message = refusal(text);
-    EXPECT_NE(message.find(says), std::string::npos) << text << "\n" << message;
+    EXPECT_NE(message.find(expected), std::string::npos) << text << "\n" << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-    if (says == "no_such_file.nii" || says == "missing.ply") continue;
+    if (expected == "no_such_file.nii" || expected == "missing.ply") continue;
     EXPECT_NE(message.find("scene.json"), std::string::npos) << message;
   }
 }
 
-TEST_F(SceneIo, RefusesMissingFilesFoldersAndForeignBytes) {
+TEST_F(SceneIo, RejectsMissingFilesFoldersAndOtherFormats) {
   EXPECT_THROW(read_scene(folder_ / "none.json"), Error);
   EXPECT_THROW(read_scene(folder_), Error);
   EXPECT_THROW(read_scene(write("bytes.json", std::string("\0\xff\x1f\x8b", 4))), Error);
@@ -160,7 +160,7 @@ TEST_F(SceneIo, RefusesMissingFilesFoldersAndForeignBytes) {
   EXPECT_THROW(read_log(write("scene.json", scene_with("\"steps\": 1"))), Error);
 }
 
-TEST_F(SceneIo, RefusesAPoseWithoutVertices) {
+TEST_F(SceneIo, RejectsAPoseWithoutVertices) {
   write("empty.ply",
         "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n"
         "element face 0\nproperty list uchar int vertex_indices\nend_header\n");
@@ -168,7 +168,7 @@ TEST_F(SceneIo, RefusesAPoseWithoutVertices) {
   EXPECT_NE(message.find("empty.ply"), std::string::npos) << message;
 }
 
-TEST_F(SceneIo, FindsDataBesideTheSceneThenInTheFoldersOfData) {
+TEST_F(SceneIo, FindsDataBesideTheSceneThenInTheDataFolders) {
   const char* const was = std::getenv("SIMPLEXSEG_DATA");
   const std::string before = was ? was : "";
   fs::create_directories(folder_ / "one");
@@ -199,14 +199,14 @@ TEST_F(SceneIo, ASceneSavedElsewhereStillFindsItsVolume) {
   fs::create_directories(folder_ / "elsewhere");
   write_scene(folder_ / "elsewhere/scene.json", first.scene);
   EXPECT_TRUE(fs::equivalent(read_scene(folder_ / "elsewhere/scene.json").volume, folder_ / "image.nii"));
-  // In its own folder it names it relative to the folder, so that both may be moved.
+  // A volume in the folder of the scene has a relative path, so both can be moved together.
   write_scene(folder_ / "saved.json", first.scene);
   fs::rename(folder_ / "saved.json", folder_ / "elsewhere/saved.json");
   fs::rename(folder_ / "image.nii", folder_ / "elsewhere/image.nii");
   EXPECT_TRUE(fs::equivalent(read_scene(folder_ / "elsewhere/saved.json").volume, folder_ / "elsewhere/image.nii"));
 }
 
-TEST_F(SceneIo, SetByPathChangesWhatItNamesAndNothingElse) {
+TEST_F(SceneIo, SetByPathChangesOnlyTheNamedParameter) {
   Scene scene = any_scene();
   scene.meshes[1].name = "b.c";
   const Scene before = scene;
@@ -225,7 +225,7 @@ TEST_F(SceneIo, SetByPathChangesWhatItNamesAndNothingElse) {
   EXPECT_EQ(scene.simulation.damping, 0.1f);
 }
 
-TEST_F(SceneIo, SetByPathRefusesAndNamesTheNearest) {
+TEST_F(SceneIo, SetByPathSuggestsTheNearestName) {
   const std::vector<std::pair<std::string, std::string>> cases = {{"", "="},
                                                                   {"simulation.damping", "="},
                                                                   {"=1", "meshes.NAME"},
@@ -242,13 +242,13 @@ TEST_F(SceneIo, SetByPathRefusesAndNamesTheNearest) {
                                                                   {"meshes.lift.gradient.weight=1", "'left'"},
                                                                   {"damping=1", "meshes.NAME"},
                                                                   {"simulation.refresh_interval=2.5", "whole"}};
-  for (const auto& [assignment, says] : cases) {
+  for (const auto& [assignment, expected] : cases) {
     Scene scene = any_scene();
     try {
       set_by_path(scene, assignment);
-      ADD_FAILURE() << assignment << " was taken";
+      ADD_FAILURE() << assignment << " was accepted";
     } catch (const Error& error) {
-      EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find(expected), std::string::npos) << error.what();
     }
   }
 }

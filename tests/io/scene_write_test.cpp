@@ -9,7 +9,7 @@ namespace fs = std::filesystem;
 TEST_F(SceneIo, RoundTripKeepsEveryBit) {
   const Scene before = any_scene();
   Scene named = before;
-  named.volume_path.clear();  // the volume must exist to be read again
+  named.volume_path.clear();  // the volume would have to exist to be read again
   write_scene(folder_ / "Übung.json", named);
   const Scene after = read_scene(folder_ / "Übung.json").scene;
 
@@ -43,7 +43,7 @@ TEST_F(SceneIo, RoundTripKeepsEveryBit) {
     EXPECT_TRUE(same_bits(before.points[p].position_mm, after.points[p].position_mm));
     EXPECT_EQ(before.find_mesh(before.points[p].mesh)->name, after.find_mesh(after.points[p].mesh)->name);
   }
-  // Written again, the file is the same text.
+  // Saving the scene again gives the same text.
   write_scene(folder_ / "again.json", after);
   std::string first = text_of(folder_ / "Übung.json"), second = text_of(folder_ / "again.json");
   for (const auto& [from, to] : {std::pair{"Übung", "X"}, {"again", "X"}, {"mesh-3", "mesh-1"}, {"mesh-4", "mesh-2"}})
@@ -52,7 +52,7 @@ TEST_F(SceneIo, RoundTripKeepsEveryBit) {
   EXPECT_EQ(first, second);
 }
 
-TEST_F(SceneIo, ASceneIsWrittenByANameWithoutAFolder) {
+TEST_F(SceneIo, ASceneIsWrittenToAPathWithoutAFolder) {
   Scene scene = any_scene();
   scene.volume_path = (folder_ / "volume.nii").string();
   write("volume.nii", "");
@@ -60,10 +60,10 @@ TEST_F(SceneIo, ASceneIsWrittenByANameWithoutAFolder) {
   fs::current_path(folder_);
   EXPECT_NO_THROW(write_scene("scene.json", scene));
   fs::current_path(before);
-  EXPECT_NE(text_of(folder_ / "scene.json").find("\"volume.nii\""), std::string::npos);  // it lies beside
+  EXPECT_NE(text_of(folder_ / "scene.json").find("\"volume.nii\""), std::string::npos);  // relative path
 }
 
-TEST_F(SceneIo, AStateOfAnotherPoseOrCutShortIsRefused) {
+TEST_F(SceneIo, AStateOfAnotherPoseOrATruncatedStateIsRejected) {
   Scene scene = any_scene();
   scene.volume_path.clear();
   write_scene(folder_ / "scene.json", scene);
@@ -78,7 +78,7 @@ TEST_F(SceneIo, AStateOfAnotherPoseOrCutShortIsRefused) {
   EXPECT_NO_THROW(read_scene(folder_ / "scene.json"));
 }
 
-TEST_F(SceneIo, AWriteThatFailsLeavesTheOldFilesAlone) {
+TEST_F(SceneIo, AFailedWriteKeepsTheOldFiles) {
   Scene scene = any_scene();
   scene.volume_path.clear();
   write_scene(folder_ / "scene.json", scene);
@@ -92,7 +92,7 @@ TEST_F(SceneIo, AWriteThatFailsLeavesTheOldFilesAlone) {
   EXPECT_THROW(write_scene(folder_ / "scene.json", broken), Error);
   EXPECT_EQ(text_of(folder_ / "scene.json"), before);
   EXPECT_TRUE(text_of(folder_ / "scene.mesh-3.ply") == pose);
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 5);  // nothing half-written stays behind
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 5);  // no temporary files remain
   EXPECT_THROW(write_scene(folder_ / "none" / "scene.json", scene), Error);
   EXPECT_THROW(write_scene(folder_, scene), Error);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// RT structure sets of squares, made of bytes.
+// RT structure sets of squares, built byte by byte.
 #pragma once
 #include <Eigen/Geometry>
 #include <cstddef>
@@ -11,21 +11,21 @@
 
 namespace simplexseg::test {
 
-/// Squares of `half_mm` to either side about a middle, one for each place of `z_mm` from it.
+/// Squares with half side `half_mm` around a centre, one at each distance `z_mm` from it.
 struct Squares {
   std::string name;
   double half_mm;
   std::vector<double> z_mm;
 };
 
-/// One every 2 mm from -half_mm to half_mm.
-inline std::vector<double> places_every_2_mm(double half_mm) {
-  std::vector<double> places;
-  for (double z = -half_mm; z <= half_mm; z += 2) places.push_back(z);
-  return places;
+/// Positions every 2 mm from -half_mm to half_mm.
+inline std::vector<double> positions_every_2_mm(double half_mm) {
+  std::vector<double> positions;
+  for (double z = -half_mm; z <= half_mm; z += 2) positions.push_back(z);
+  return positions;
 }
 
-/// The file's bytes; its regions are numbered from 1. `place`: from the squares' middle and axes to the patient's.
+/// Returns the bytes of the file; regions are numbered from 1. `place` maps coordinates of the squares to LPS.
 inline std::string structure_set_of_squares(const Eigen::Isometry3d& place, const std::vector<Squares>& regions) {
   std::vector<std::string> names, contours;
   for (std::size_t n = 0; n < regions.size(); ++n) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surfaces of other programs become simplex meshes.
+// Import of surfaces of other programs as simplex meshes.
 #include <algorithm>
 #include <bit>
 #include <sstream>
 
 #include "image/label_surface.h"
-#include "io/mesh_io.h"
+#include "io/mesh/mesh_io.h"
 #include "mesh/iso_surface.h"
 #include "mesh/mesh_geometry.h"
 #include "test_files.h"
@@ -109,7 +109,7 @@ TEST_F(SurfaceFormats, TriangulationsBecomeTheirDual) {
   }
 }
 
-TEST_F(SurfaceFormats, WhatIsWrittenIsReadAgain) {
+TEST_F(SurfaceFormats, WrittenFilesAreReadAgain) {
   const SimplexMesh mesh = dual_of(torus());
   for (const char* name : {"a.obj", "a.vtk", "a.vtp", "a.ply"}) {
     write_mesh(folder / name, mesh);
@@ -117,14 +117,14 @@ TEST_F(SurfaceFormats, WhatIsWrittenIsReadAgain) {
     EXPECT_EQ(read.positions, mesh.positions) << name << ": the cells are those of the mesh itself";
     EXPECT_EQ(cells_of(read).count(), cells_of(mesh).count());
   }
-  write_mesh(folder / "a.stl", mesh);  // a triangulation, whose dual has a vertex for each of its triangles
+  write_mesh(folder / "a.stl", mesh);  // a triangulation; its dual has one vertex per triangle
   const SimplexMesh read = read_mesh(folder / "a.stl");
   EXPECT_EQ(read.vertex_count(), 3 * mesh.vertex_count());
   EXPECT_EQ(topology_of(read).genus, 1);
   EXPECT_NEAR(measure(read).volume_mm3 / measure(mesh).volume_mm3, 1, 0.01);
 }
 
-TEST_F(SurfaceFormats, InwardSurfacesAndRasAreTurned) {
+TEST_F(SurfaceFormats, InwardOrientationAndRasAreConverted) {
   TriangleMesh surface = torus();
   const SimplexMesh mesh = read_mesh(write("a.obj", obj(surface)));
   const SimplexMesh ras = read_mesh(write("r.obj", obj(surface, "SPACE=RAS")));
@@ -134,23 +134,23 @@ TEST_F(SurfaceFormats, InwardSurfacesAndRasAreTurned) {
   EXPECT_NEAR(measure(read_mesh(write("i.obj", obj(surface)))).volume_mm3, measure(mesh).volume_mm3, 1e-3);
 }
 
-TEST_F(SurfaceFormats, OpenAndNonManifoldSurfacesAreRefused) {
+TEST_F(SurfaceFormats, OpenAndNonManifoldSurfacesAreRejected) {
   TriangleMesh surface = torus();
   surface.triangles.pop_back();
   EXPECT_HAS(refusal("open.stl", ascii_stl(surface)), "has 1 triangle(s) where a closed surface has two");
   surface = torus();
   std::swap(surface.triangles[7][0], surface.triangles[7][1]);
-  EXPECT_HAS(refusal("sense.obj", obj(surface)), "same sense");
+  EXPECT_HAS(refusal("sense.obj", obj(surface)), "opposite orientations");
   surface = torus();
   surface.triangles.push_back({surface.triangles[0][0], surface.triangles[0][1], 100});
   EXPECT_HAS(refusal("fin.vtk", vtk(surface, false)), "where a closed surface has two");
 }
 
-TEST_F(SurfaceFormats, DamagedFilesAreRefused) {
+TEST_F(SurfaceFormats, DamagedFilesAreRejected) {
   const TriangleMesh surface = torus();
-  EXPECT_HAS(refusal("a.stl", "no solid"), "triangles that it names");
-  EXPECT_HAS(refusal("a.obj", "v 1 2 x\n"), "'x' is no number");
-  EXPECT_HAS(refusal("a.obj", "v 1 2 3\nf 1 2 3\n"), "names point");
+  EXPECT_HAS(refusal("a.stl", "no solid"), "triangles in its header");
+  EXPECT_HAS(refusal("a.obj", "v 1 2 x\n"), "'x' is not a number");
+  EXPECT_HAS(refusal("a.obj", "v 1 2 3\nf 1 2 3\n"), "refers to point");
   EXPECT_HAS(refusal("a.obj", "# nothing\n"), "no polygons");
   EXPECT_HAS(refusal("a.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 99999999999 float\n"),
              "truncated");
@@ -166,7 +166,7 @@ TEST_F(SurfaceFormats, DamagedFilesAreRefused) {
   }
 }
 
-TEST_F(SurfaceFormats, AFileOfAnyBytesIsRefusedOrRead) {
+TEST_F(SurfaceFormats, CorruptedFilesAreReadOrRejected) {
   const SimplexMesh mesh = make_sphere({0, 0, 0}, 10, 0);
   for (const char* name : {"a.obj", "a.stl", "a.vtk", "a.vtp"}) {
     write_mesh(folder / name, mesh);

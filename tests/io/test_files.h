@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the io tests find their data and put their files.
+// Data and temporary folders of the io tests.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -14,7 +14,8 @@
 
 namespace simplexseg::test {
 
-/// The folder of test data (SIMPLEXSEG_DATA, or beside the project); its tests are skipped where it is absent.
+/// Returns the folder of test data (SIMPLEXSEG_DATA, or next to the project). Tests that need it are skipped without
+/// it.
 inline std::filesystem::path data_folder() {
   const char* named = std::getenv("SIMPLEXSEG_DATA");
   return named ? std::filesystem::path(named) : std::filesystem::path(SIMPLEXSEG_SOURCE_DIR) / "../shared/data";
@@ -25,7 +26,7 @@ inline const std::filesystem::path templates_folder = "/usr/share/mricron/templa
 #define REQUIRE_DATA(path) \
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no " << (path)
 
-/// A folder of its own for each test, taken away again.
+/// Fixture with a temporary folder for each test.
 class FolderTest : public ::testing::Test {
  protected:
   FolderTest() {
@@ -51,7 +52,8 @@ inline std::string bytes_of(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// The message of the Error that f throws; a failure when it throws none, another exception, or more than one line.
+/// Returns the message of the Error that f throws. The test fails for other exceptions, none, or a message of several
+/// lines.
 inline std::string error_of(const std::function<void()>& f) {
   try {
     f();
@@ -62,7 +64,7 @@ inline std::string error_of(const std::function<void()>& f) {
     EXPECT_GT(text.size(), 20u) << text;
     return text;
   } catch (const std::exception& exception) {
-    ADD_FAILURE() << "another exception than Error: " << exception.what();
+    ADD_FAILURE() << "not an Error: " << exception.what();
     return {};
   }
   ADD_FAILURE() << "no Error";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What must not load, and must say so in one line.
+// Files that cannot be loaded: each gives an Error of one line.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -21,7 +21,7 @@ class VolumeErrors : public test::FolderTest {
   }
 };
 
-TEST_F(VolumeErrors, PathsThatAreNoVolume) {
+TEST_F(VolumeErrors, PathsThatAreNotVolumes) {
   EXPECT_HAS(load("none.nii.gz"), "no such file");
   EXPECT_HAS(load("."), "no DICOM images");
   fs::create_directory(folder / "deeper");
@@ -34,23 +34,23 @@ TEST_F(VolumeErrors, PathsThatAreNoVolume) {
     write(name, std::string(5000, 'x'));
     EXPECT_HAS(load(name), name);
   }
-  EXPECT_HAS(load("a"), "none of the formats");
+  EXPECT_HAS(load("a"), "format is not supported");
   error_of([&] { load_volume(""); });
   error_of([&] { load_volume("/dev/null"); });
   write("two\nlines.nii", "x");
   load("two\nlines.nii");
 }
 
-TEST_F(VolumeErrors, NiftiCutAnywhere) {
+TEST_F(VolumeErrors, NiftiTruncatedAnywhere) {
   const std::string bytes = test::nifti_bytes(folder, odd_volume(VoxelType::Int16));
-  test::write_packed(folder / "whole.nii.gz", bytes);
+  test::write_gzip(folder / "whole.nii.gz", bytes);
   const std::string packed = bytes_of(folder / "whole.nii.gz");
   load_volume(folder / "whole.nii.gz");
   for (std::size_t size = 1; size < bytes.size(); size += size < 360 ? 7 : 1) {
     write("cut.nii", bytes.substr(0, size));
     EXPECT_HAS(load("cut.nii"), size < 348 ? "NIfTI header" : "truncated");
-    // Unpacked it is cut, packed it is whole: what ITK's reader fills up with zeros.
-    test::write_packed(folder / "short.nii.gz", bytes.substr(0, size));
+    // The compressed file is complete, but its content is truncated; ITK's reader would pad it with zeros.
+    test::write_gzip(folder / "short.nii.gz", bytes.substr(0, size));
     EXPECT_HAS(load("short.nii.gz"), size < 348 ? "NIfTI header" : "truncated");
   }
   for (std::size_t size = 1; size < packed.size(); ++size) {
@@ -63,7 +63,7 @@ TEST_F(VolumeErrors, NiftiCutAnywhere) {
   EXPECT_HAS(load("wrong.nii.gz"), "damaged");
 }
 
-TEST_F(VolumeErrors, RealCtCutInHalf) {
+TEST_F(VolumeErrors, RealCtTruncatedInHalf) {
   const fs::path path = data_folder() / "ct_abdomen/ct.nii.gz";
   REQUIRE_DATA(path);
   const std::string bytes = bytes_of(path);
@@ -72,10 +72,10 @@ TEST_F(VolumeErrors, RealCtCutInHalf) {
   std::string wrong = bytes;
   wrong[wrong.size() - 7] ^= 1;
   write("wrong.nii.gz", wrong);
-  EXPECT_HAS(load("wrong.nii.gz"), "checksum");
+  EXPECT_HAS(load("wrong.nii.gz"), "its compressed data is damaged");
 }
 
-TEST_F(VolumeErrors, OtherFormatsCut) {
+TEST_F(VolumeErrors, OtherFormatsTruncated) {
   Volume volume = odd_volume(VoxelType::Int16);
   for (const char* name : {"a.nrrd", "a.mha"}) {
     write_volume(folder / name, volume);
@@ -86,7 +86,7 @@ TEST_F(VolumeErrors, OtherFormatsCut) {
       load(cut);
     }
   }
-  // Not packed, 60 voxels promised, 59 there.
+  // Uncompressed; the header announces 60 voxels, the file has 59.
   const std::string voxels(118, 'v');
   write("raw.nrrd", "NRRD0004\ntype: int16\ndimension: 3\nsizes: 5 4 3\nendian: little\nencoding: raw\n\n" + voxels);
   load("raw.nrrd");
@@ -102,7 +102,7 @@ TEST_F(VolumeErrors, OtherFormatsCut) {
   EXPECT_EQ(read_volume(folder / "raw.mhd").value(4, 3, 2), 'v' * 257);
 }
 
-TEST_F(VolumeErrors, MincCut) {
+TEST_F(VolumeErrors, MincTruncated) {
   const fs::path path = data_folder() / "bad_input/nibabel__minc2_1_scale.mnc";
   REQUIRE_DATA(path);
   const std::string bytes = bytes_of(path);
@@ -112,7 +112,7 @@ TEST_F(VolumeErrors, MincCut) {
   }
 }
 
-TEST_F(VolumeErrors, GeometryThatCannotBeUsed) {
+TEST_F(VolumeErrors, InvalidGeometry) {
   const std::string good = test::nifti_bytes(folder, odd_volume(VoxelType::UInt8));
   std::string bytes = good;
   test::patch(bytes, 252, std::int32_t(0));
@@ -141,7 +141,7 @@ TEST_F(VolumeErrors, GeometryThatCannotBeUsed) {
       (sheared.volume.geometry().world_from_index() * Eigen::Vector3d(0, 1, 0)).isApprox(Eigen::Vector3d(0.5, 1, 0)));
 }
 
-TEST_F(VolumeErrors, VoxelsThatAreNoNumbers) {
+TEST_F(VolumeErrors, VoxelsThatAreNotNumbers) {
   const std::string good = test::nifti_bytes(folder, odd_volume(VoxelType::UInt8));
   const std::pair<int, const char*> types[] = {
       {128, "colours"}, {32, "complex"}, {1, "bits"}, {1536, "128"}, {77, "known"}};
@@ -157,8 +157,8 @@ TEST_F(VolumeErrors, VoxelsThatAreNoNumbers) {
   EXPECT_HAS(load("rgb.mha"), "3 values");
 }
 
-/// A file with holes claims far more than any memory; nothing may be allocated for it.
-TEST_F(VolumeErrors, MoreThanTheMemoryIsRefused) {
+/// A sparse file larger than any memory; no memory may be allocated for it.
+TEST_F(VolumeErrors, AVolumeLargerThanTheMemoryIsRejected) {
   ASSERT_GT(available_memory(), std::size_t(1) << 20);
   std::string bytes = test::nifti_bytes(folder, odd_volume(VoxelType::Float64));
   for (int a = 0; a < 3; ++a) test::patch(bytes, 42 + 2 * a, std::int16_t(a < 2 ? 30000 : 1000));
@@ -166,22 +166,22 @@ TEST_F(VolumeErrors, MoreThanTheMemoryIsRefused) {
   EXPECT_HAS(load("huge.nii"), "truncated");
   std::error_code error;
   fs::resize_file(folder / "huge.nii", 352 + 8ull * 30000 * 30000 * 1000, error);
-  if (error) GTEST_SKIP() << "no files with holes here";
+  if (error) GTEST_SKIP() << "no sparse files";
   const std::string text = load("huge.nii");
   EXPECT_HAS(text, "7.2 TB");
   EXPECT_HAS(text, "available");
   EXPECT_EQ(read_volume_info(folder / "huge.nii").geometry.size[0], 30000);
 }
 
-TEST_F(VolumeErrors, PackedHeaderThatPromisesTooMuch) {
+TEST_F(VolumeErrors, ACompressedHeaderThatAnnouncesTooManyVoxels) {
   std::string bytes = test::nifti_bytes(folder, odd_volume(VoxelType::Float64));
   for (int a = 0; a < 3; ++a) test::patch(bytes, 42 + 2 * a, std::int16_t(32767));
-  test::write_packed(folder / "huge.nii.gz", bytes);
+  test::write_gzip(folder / "huge.nii.gz", bytes);
   EXPECT_HAS(load("huge.nii.gz"), "truncated");
 }
 
-/// Every odd file loads or throws Error; whatever happens, nothing is printed.
-TEST_F(VolumeErrors, OddFilesLoadOrThrowQuietly) {
+/// Every unusual file loads or throws Error; nothing is printed.
+TEST_F(VolumeErrors, UnusualFilesLoadOrThrowWithoutOutput) {
   const fs::path bad = data_folder() / "bad_input";
   REQUIRE_DATA(bad);
   const int kept[2] = {::dup(1), ::dup(2)};
@@ -190,7 +190,7 @@ TEST_F(VolumeErrors, OddFilesLoadOrThrowQuietly) {
   std::fflush(stdout);
   ::dup2(file, 1);
   ::dup2(file, 2);
-  int loaded = 0, refused = 0;
+  int loaded = 0, rejected = 0;
   std::string problems;
   for (const auto& entry : fs::directory_iterator(bad)) {
     for (const bool voxels : {false, true}) {
@@ -203,7 +203,7 @@ TEST_F(VolumeErrors, OddFilesLoadOrThrowQuietly) {
           read_volume_info(entry.path()).geometry.validate("info");
         }
       } catch (const Error& error) {
-        refused += voxels;
+        rejected += voxels;
         const std::string text = error.what();
         if (text.find('\n') != std::string::npos || text.find(entry.path().filename()) == std::string::npos)
           problems += text + "\n";
@@ -222,11 +222,11 @@ TEST_F(VolumeErrors, OddFilesLoadOrThrowQuietly) {
   EXPECT_EQ(problems, "");
   EXPECT_EQ(bytes_of(printed), "");
   EXPECT_GT(loaded, 30);
-  EXPECT_GT(refused, 60);
-  EXPECT_EQ(loaded + refused, std::distance(fs::directory_iterator(bad), {}));
+  EXPECT_GT(rejected, 60);
+  EXPECT_EQ(loaded + rejected, std::distance(fs::directory_iterator(bad), {}));
 }
 
-TEST_F(VolumeErrors, NamedOddFiles) {
+TEST_F(VolumeErrors, KnownUnusualFiles) {
   const fs::path bad = data_folder() / "bad_input";
   REQUIRE_DATA(bad);
   const auto load = [&](const char* name) { return error_of([&] { load_volume(bad / name); }); };
@@ -238,13 +238,13 @@ TEST_F(VolumeErrors, NamedOddFiles) {
   EXPECT_EQ(load_volume(bad / "nibabel__example_nifti2.nii.gz", 2).frame, 2);
   EXPECT_EQ(read_volume(bad / "nibabel__nicom__philips_mprage.dcm.gz").geometry().size,
             (std::array<int, 3>{256, 256, 176}));
-  load("pydicom__dicomdirtests__DICOMDIR-nooffset");  // breaks an assertion of GDCM
+  load("pydicom__dicomdirtests__DICOMDIR-nooffset");  // violates an assertion of GDCM
   const Volume little = read_volume(bad / "pydicom__MR_small.dcm"),
                big = read_volume(bad / "pydicom__MR_small_bigendian.dcm");
   EXPECT_TRUE(test::same_voxels(little, big));
   EXPECT_TRUE(test::same_voxels(little, read_volume(bad / "pydicom__MR_small_implicit.dcm")));
   EXPECT_EQ(little.geometry().size, (std::array<int, 3>{64, 64, 1}));
-  EXPECT_EQ(little.value(0, 0, 0), 905);  // pydicom's truth
+  EXPECT_EQ(little.value(0, 0, 0), 905);  // reference value of pydicom
   const VolumeInfo nifti2 = read_volume_info(bad / "nibabel__example_nifti2.nii.gz");
   EXPECT_EQ(nifti2.format, "NIfTI-2");
   EXPECT_EQ(nifti2.frames, 2);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Volumes and NIfTI files made for the tests.
+// Volumes and NIfTI files for tests.
 #pragma once
 #include <zlib.h>
 
 #include <cstring>
 #include <random>
 
-#include "io/volume_io.h"
+#include "io/volume/volume_io.h"
 #include "test_files.h"
 
 namespace simplexseg::test {
@@ -28,7 +28,7 @@ inline VolumeGeometry odd_geometry(Grid grid) {
   return g;
 }
 
-/// Voxels of all bit patterns that are finite numbers, the extremes of the type among them.
+/// Volume with random finite voxel values, including the smallest and the largest value of the type.
 inline Volume odd_volume(VoxelType type, Grid grid = Grid::Rotated) {
   Volume volume(odd_geometry(grid), type);
   visit_voxel_type(type, [&]<class T>(std::type_identity<T>) {
@@ -49,7 +49,7 @@ inline bool same_voxels(const Volume& a, const Volume& b) {
   return a.type() == b.type() && a.bytes() == b.bytes() && std::memcmp(a.data(), b.data(), a.bytes()) == 0;
 }
 
-/// The bytes of a .nii file (352 of header, then the voxels) to be spoilt.
+/// Bytes of a valid .nii file: 352 bytes of header, then the voxels.
 inline std::string nifti_bytes(const std::filesystem::path& folder, const Volume& volume) {
   write_volume(folder / "made.nii", volume);
   return bytes_of(folder / "made.nii");
@@ -60,7 +60,7 @@ void patch(std::string& bytes, std::size_t at, T value) {
   std::memcpy(&bytes[at], &value, sizeof value);
 }
 
-inline std::filesystem::path write_packed(const std::filesystem::path& path, const std::string& bytes) {
+inline std::filesystem::path write_gzip(const std::filesystem::path& path, const std::string& bytes) {
   gzFile file = gzopen(path.c_str(), "wb");
   gzwrite(file, bytes.data(), static_cast<unsigned>(bytes.size()));
   gzclose(file);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/volume_io.h"
+#include "io/volume/volume_io.h"
 
 #include <cmath>
 #include <map>
@@ -23,7 +23,7 @@ struct Region {
   Eigen::Vector3d centre_mm{0, 0, 0};
 };
 
-/// Voxel count and centroid of each label.
+/// Number of voxels and centroid of each label.
 std::map<int, Region> regions_of(const Volume& labels) {
   std::map<int, Region> regions;
   const Eigen::Affine3d world_from_index = labels.geometry().world_from_index();
@@ -65,7 +65,7 @@ TEST(RealVolumes, CtKeepsItsTypeGeometryAndValues) {
   const double spine = regions.at(29).centre_mm[0];
   EXPECT_LT(regions.at(2).centre_mm[0], spine - 20);  // right kidney: +x is the patient's left
   EXPECT_GT(regions.at(3).centre_mm[0], spine + 20);
-  EXPECT_GT(regions.at(27).centre_mm[1], regions.at(21).centre_mm[1]);  // the spine lies behind the bladder: +y
+  EXPECT_GT(regions.at(27).centre_mm[1], regions.at(21).centre_mm[1]);  // the spine is posterior to the bladder: +y
   EXPECT_GT(regions.at(31).centre_mm[2], regions.at(27).centre_mm[2]);  // L1 above L5
 
   double bladder = 0;
@@ -127,8 +127,8 @@ TEST(RealVolumes, AtlasSidesAreThePatients) {
   }
 }
 
-/// These atlases carry a left-handed header, and a qform that lacks its offsets or is mirrored. In the world they must
-/// lie in the brain of another file.
+/// These atlases have a left-handed header and a qform that is mirrored or lacks its offsets. In world coordinates they
+/// must overlap the brain of another file.
 TEST(RealVolumes, LeftHandedAtlasesLieInTheBrain) {
   REQUIRE_DATA(templates_folder / "ch2bet.nii.gz");
   const Volume brain = read_volume(templates_folder / "ch2bet.nii.gz");
@@ -159,7 +159,7 @@ TEST(RealVolumes, LeftHandedAtlasesLieInTheBrain) {
 
 class VolumeFile : public test::FolderTest {};
 
-TEST_F(VolumeFile, EveryTypeComesBackBitForBit) {
+TEST_F(VolumeFile, EveryTypeIsRestoredBitForBit) {
   for (const char* name : {"a.nii", "a.nii.gz", "a.nrrd", "a.mha"}) {
     for (int t = 0; t < 8; ++t) {
       const Volume volume = odd_volume(static_cast<VoxelType>(t));
@@ -169,16 +169,16 @@ TEST_F(VolumeFile, EveryTypeComesBackBitForBit) {
       EXPECT_TRUE(read.warnings.empty()) << name << ' ' << read.warnings[0];
     }
   }
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 4);  // nothing temporary is left
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 4);  // no temporary files remain
 }
 
-TEST_F(VolumeFile, EveryGeometryComesBack) {
+TEST_F(VolumeFile, EveryGeometryIsRestored) {
   for (const char* name : {"a.nii", "a.nii.gz", "a.nrrd", "a.mha"}) {
     for (const Grid grid : {Grid::Plain, Grid::Rotated, Grid::LeftHanded, Grid::Sheared}) {
       const Volume volume = odd_volume(VoxelType::UInt8, grid);
       write_labels(folder / name, volume);
       const LoadedVolume read = load_volume(folder / name);
-      const double tolerance = std::string(name).starts_with("a.nii") ? 1e-5 : 1e-9;  // NIfTI keeps floats
+      const double tolerance = std::string(name).starts_with("a.nii") ? 1e-5 : 1e-9;  // NIfTI stores floats
       const auto a = read.volume.geometry().world_from_index(), b = volume.geometry().world_from_index();
       EXPECT_TRUE(a.isApprox(b, tolerance)) << name << int(grid) << '\n' << a.matrix() << '\n' << b.matrix();
       EXPECT_EQ(read.warnings.size(), grid == Grid::Sheared ? 1u : 0u) << name << int(grid);
@@ -186,14 +186,14 @@ TEST_F(VolumeFile, EveryGeometryComesBack) {
   }
 }
 
-TEST_F(VolumeFile, WrittenByExtensionWhateverItsCase) {
+TEST_F(VolumeFile, ExtensionsAreNotCaseSensitive) {
   const Volume volume = odd_volume(VoxelType::Int16);
   write_volume(folder / "a.NII.GZ", volume);
   EXPECT_EQ(bytes_of(folder / "a.NII.GZ").substr(0, 2), "\x1f\x8b");
   EXPECT_TRUE(same_voxels(read_volume(folder / "a.NII.GZ"), volume));
 }
 
-TEST_F(VolumeFile, WriteRefusesWhatItCannotDo) {
+TEST_F(VolumeFile, InvalidTargetsAndVolumesAreRejected) {
   const Volume volume = odd_volume(VoxelType::Int16);
   EXPECT_HAS(error_of([&] { write_volume(folder / "none" / "a.nii.gz", volume); }), "does not exist");
   EXPECT_HAS(error_of([&] { write_volume(folder / "a.png", volume); }), ".nii.gz");
@@ -210,8 +210,8 @@ TEST_F(VolumeFile, WriteRefusesWhatItCannotDo) {
   EXPECT_EQ(read_volume(folder / "a.nrrd").geometry().size[0], 40000);
 }
 
-/// A disk without room: the old file must stay as it was.
-TEST_F(VolumeFile, AFailedWriteLeavesTheOldFile) {
+/// After a failed write the old file must be unchanged.
+TEST_F(VolumeFile, AFailedWriteKeepsTheOldFile) {
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full";
   const Volume volume = odd_volume(VoxelType::Int16);
   write_volume(folder / "a.nii", volume);
@@ -246,7 +246,7 @@ TEST_F(VolumeFile, ScaledNiftiBecomesFloat) {
   for (std::size_t i = 0; i < volume.voxels<std::int16_t>().size(); ++i) {
     EXPECT_EQ(scaled.voxels<float>()[i], 0.5f * volume.voxels<std::int16_t>()[i] - 3);
   }
-  test::patch(bytes, 112, 0.0f);  // slope 0: none
+  test::patch(bytes, 112, 0.0f);  // slope 0: no scaling
   EXPECT_TRUE(same_voxels(read_volume(write("scaled.nii", bytes)), volume));
 }
 
@@ -274,7 +274,7 @@ TEST_F(VolumeFile, QformGivesTheSameGridAsSform) {
   }
 }
 
-TEST_F(VolumeFile, GeometryThatIsLackingIsWarnedAbout) {
+TEST_F(VolumeFile, MissingGeometryGivesAWarning) {
   std::string bytes = test::nifti_bytes(folder, odd_volume(VoxelType::UInt8));
   std::string none = bytes;
   test::patch(none, 252, std::int32_t(0));
@@ -290,7 +290,7 @@ TEST_F(VolumeFile, GeometryThatIsLackingIsWarnedAbout) {
   EXPECT_HAS(read.warnings[0], "20 mm apart");
   EXPECT_NEAR(read.volume.geometry().origin_mm[0], -32.25, 1e-4);
 
-  std::string singular = bytes;  // an sform that is of no use beside a good qform
+  std::string singular = bytes;  // a singular sform and a valid qform
   for (int i = 0; i < 12; ++i) test::patch(singular, 280 + 4 * i, 0.0f);
   read = load_volume(write("singular.nii", singular));
   ASSERT_EQ(read.warnings.size(), 1u);
@@ -346,7 +346,7 @@ TEST_F(VolumeFile, OneSliceAndATrailingAxisOfOneAreVolumes) {
   EXPECT_TRUE(flat.geometry().spacing_mm.isApprox(Eigen::Vector3d(0.5, 0.25, 1)));
 }
 
-TEST_F(VolumeFile, NrrdInRasComesInLps) {
+TEST_F(VolumeFile, NrrdInRasIsConvertedToLps) {
   const Volume v =
       read_volume(write("ras.nrrd",
                         "NRRD0004\ntype: uint8\ndimension: 3\nspace: right-anterior-superior\nsizes: 2 1 1\n"
@@ -377,21 +377,21 @@ TEST_F(VolumeFile, PairsAndAnalyzeAreRead) {
   EXPECT_TRUE(same_voxels(analyze.volume, volume));
   EXPECT_EQ(analyze.warnings.size(), 1u);
   write("short.hdr", header);
-  EXPECT_HAS(error_of([&] { load_volume(folder / "short.hdr"); }), "only the header");
+  EXPECT_HAS(error_of([&] { load_volume(folder / "short.hdr"); }), "its voxel file");
   write("short.img", bytes.substr(352, 50));
   EXPECT_HAS(error_of([&] { load_volume(folder / "short.hdr"); }), "truncated");
   write("lone.img", bytes.substr(352));
   EXPECT_HAS(error_of([&] { load_volume(folder / "lone.img"); }), "header");
 }
 
-TEST_F(VolumeFile, MincWorldIsTurnedToLps) {
+TEST_F(VolumeFile, MincIsConvertedToLps) {
   // minc2_1_scale's affine is diag(2, 2, 2) with origin (-20, -20, -10) in RAS (nibabel's tests).
   const fs::path path = data_folder() / "bad_input/nibabel__minc2_1_scale.mnc";
   REQUIRE_DATA(path);
   const Volume v = read_volume(path);
   EXPECT_EQ(v.geometry().size, (std::array<int, 3>{20, 20, 10}));
   EXPECT_TRUE((v.geometry().world_from_index() * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(18, 20, -10)));
-  EXPECT_NEAR(v.range().min, 0.20828, 1e-5);  // nibabel's truth: min 0.2082842439
+  EXPECT_NEAR(v.range().min, 0.20828, 1e-5);  // reference value of nibabel: min 0.2082842439
   EXPECT_NEAR(v.range().max, 0.20943, 1e-5);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes that fail: the old file stays byte for byte, nothing is left beside it, and one line says why.
+// Failed writes: the old file is unchanged, no temporary file remains, and the error is one line.
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -7,11 +7,11 @@
 #include <csignal>
 #include <map>
 
-#include "io/atomic_file.h"
-#include "io/log_io.h"
-#include "io/mesh_io.h"
-#include "io/picture_io.h"
-#include "io/plot_io.h"
+#include "io/mesh/mesh_io.h"
+#include "io/picture/picture_io.h"
+#include "io/picture/plot_io.h"
+#include "io/platform/atomic_file.h"
+#include "io/scene/log_io.h"
 #include "scene_files.h"
 #include "volume_files.h"
 
@@ -22,40 +22,40 @@ namespace fs = std::filesystem;
 using test::bytes_of;
 using test::error_of;
 
-/// While one lives, no file may grow beyond some bytes: what a full disk is to a writer.
-class LimitOfFiles {
+/// Scope with a limit on file sizes, which acts like a full disk.
+class FileSizeLimit {
  public:
-  explicit LimitOfFiles(rlim_t bytes) : before_(std::signal(SIGXFSZ, SIG_IGN)) {
+  explicit FileSizeLimit(rlim_t bytes) : before_(std::signal(SIGXFSZ, SIG_IGN)) {
     ::getrlimit(RLIMIT_FSIZE, &kept_);
     const rlimit limit{bytes, kept_.rlim_max};
     ::setrlimit(RLIMIT_FSIZE, &limit);
   }
-  ~LimitOfFiles() {
+  ~FileSizeLimit() {
     ::setrlimit(RLIMIT_FSIZE, &kept_);
     std::signal(SIGXFSZ, before_);
   }
-  LimitOfFiles(const LimitOfFiles&) = delete;
-  LimitOfFiles& operator=(const LimitOfFiles&) = delete;
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
 
  private:
   void (*before_)(int);
   rlimit kept_{};
 };
 
-/// While one lives, files are opened as a user who owns nothing, where the tests run as root.
-class NoPower {
+/// Scope in which tests that run as root use an unprivileged user.
+class DroppedPrivileges {
  public:
-  NoPower() {
-    if (::geteuid() == 0) given_up_ = ::seteuid(65534) == 0;
+  DroppedPrivileges() {
+    if (::geteuid() == 0) dropped_ = ::seteuid(65534) == 0;
   }
-  ~NoPower() {
-    if (given_up_ && ::seteuid(0) != 0) std::abort();
+  ~DroppedPrivileges() {
+    if (dropped_ && ::seteuid(0) != 0) std::abort();
   }
-  NoPower(const NoPower&) = delete;
-  NoPower& operator=(const NoPower&) = delete;
+  DroppedPrivileges(const DroppedPrivileges&) = delete;
+  DroppedPrivileges& operator=(const DroppedPrivileges&) = delete;
 
  private:
-  bool given_up_ = false;
+  bool dropped_ = false;
 };
 
 struct Writer {
@@ -71,7 +71,7 @@ Plot curve() {
   return plot;
 }
 
-/// One for each format that is written.
+/// Returns a writer for each supported format.
 std::vector<Writer> writers() {
   const auto volume = [](const fs::path& path) { write_volume(path, test::odd_volume(VoxelType::Float64)); };
   const auto mesh = [](const fs::path& path) { write_mesh(path, make_sphere({1, 2, 3}, 4, 2)); };
@@ -112,54 +112,54 @@ class WriteFaults : public test::FolderTest {
   fs::path make_leftover(const std::string& name) { return write(name, "half a file"); }
 };
 
-TEST_F(WriteFaults, AFullDiskIsSaidAndLeavesTheOldFile) {
+TEST_F(WriteFaults, AFullDiskIsReportedAndKeepsTheOldFile) {
   for (const Writer& writer : writers()) {
     SCOPED_TRACE(writer.name);
     const fs::path path = folder / writer.name;
     writer.write(path);
     const auto before = contents();
-    // At once, in the middle, and at the very last byte.
+    // Failure at the start, in the middle and at the last byte.
     const rlim_t size = fs::file_size(path);
     for (const rlim_t limit : {rlim_t(0), size / 2, size - 1}) {
-      std::string said;
+      std::string message;
       {
-        const LimitOfFiles limited(limit);
-        said = error_of([&] { writer.write(path); });
+        const FileSizeLimit limited(limit);
+        message = error_of([&] { writer.write(path); });
       }
-      EXPECT_HAS(said, "cannot write");
-      EXPECT_HAS(said, "File too large");
+      EXPECT_HAS(message, "cannot write");
+      EXPECT_HAS(message, "File too large");
       EXPECT_TRUE(contents() == before) << limit;
     }
-    writer.write(path);  // and then it goes on
+    writer.write(path);  // writing works again
     EXPECT_EQ(contents().size(), before.size());
   }
 }
 
-TEST_F(WriteFaults, AFolderThatMayNotBeWritten) {
+TEST_F(WriteFaults, FoldersWithoutWritePermission) {
   for (const Writer& writer : writers()) writer.write(folder / writer.name);
   const auto before = contents();
   fs::permissions(folder, fs::perms::owner_read | fs::perms::owner_exec | fs::perms::group_read |
                               fs::perms::group_exec | fs::perms::others_read | fs::perms::others_exec);
   for (const Writer& writer : writers()) {
     SCOPED_TRACE(writer.name);
-    std::string said;
+    std::string message;
     {
-      const NoPower no_power;
-      said = error_of([&] { writer.write(folder / writer.name); });
+      const DroppedPrivileges dropped;
+      message = error_of([&] { writer.write(folder / writer.name); });
     }
-    EXPECT_HAS(said, "Permission denied");
-    EXPECT_HAS(said, writer.name);
+    EXPECT_HAS(message, "Permission denied");
+    EXPECT_HAS(message, writer.name);
   }
   fs::permissions(folder, fs::perms::owner_all);
   EXPECT_TRUE(contents() == before);
 }
 
-TEST_F(WriteFaults, AFolderThatIsTakenAwayWhileAFileIsWritten) {
+TEST_F(WriteFaults, AFolderDeletedDuringAWrite) {
   fs::create_directory(folder / "deeper");
   AtomicFile file(folder / "deeper" / "a.csv");
   write_bytes(file, "bytes");
   fs::remove_all(folder / "deeper");
-  EXPECT_HAS(error_of([&] { file.commit(); }), "No such file");
+  EXPECT_HAS(error_of([&] { file.commit(); }), "does not exist");
 }
 
 TEST_F(WriteFaults, ATargetThatBecomesAFolder) {
@@ -176,7 +176,7 @@ TEST_F(WriteFaults, ADeviceIsNotReplaced) {
   EXPECT_TRUE(fs::is_character_file("/dev/null"));
 }
 
-TEST_F(WriteFaults, WhoMayReadAFileStaysTheSame) {
+TEST_F(WriteFaults, FilePermissionsAreKept) {
   const fs::path path = write("a.csv", "old");
   fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write);
   AtomicFile file(path);
@@ -188,19 +188,19 @@ TEST_F(WriteFaults, WhoMayReadAFileStaysTheSame) {
 
 TEST_F(WriteFaults, LeftoversOfKilledRunsAreRemovedAtTheNextSave) {
   // A process that is killed in the middle of a write.
-  const pid_t child = ::fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {
+  const pid_t writer_process = ::fork();
+  ASSERT_GE(writer_process, 0);
+  if (writer_process == 0) {
     AtomicFile file(folder / "a.csv");
     file.write("half", 4);
     ::kill(::getpid(), SIGKILL);
   }
   int status = 0;
-  ::waitpid(child, &status, 0);
+  ::waitpid(writer_process, &status, 0);
   ASSERT_TRUE(WIFSIGNALED(status));
   ASSERT_EQ(contents().size(), 1u);
   make_leftover(".simplexseg-12345-0.nii.gz");
-  make_leftover(".simplexseg-1-77");  // of a process number that is in use: its lock is free all the same
+  make_leftover(".simplexseg-1-77");  // the process number is in use, but the file is not locked
   const std::vector<std::string> others = {".simplexseg-notes", ".simplexseg-1-", ".simplexseg--1", ".simplexseg-1-2x",
                                            "simplexseg-1-2"};
   for (const std::string& name : others) make_leftover(name);
@@ -217,16 +217,16 @@ TEST_F(WriteFaults, LeftoversOfKilledRunsAreRemovedAtTheNextSave) {
   for (const std::string& name : others) EXPECT_TRUE(files.contains(name)) << name;
   EXPECT_TRUE(fs::is_directory(folder / ".simplexseg-5-5"));
   for (const auto& [name, bytes] : files)
-    EXPECT_FALSE(name.starts_with(".simplexseg-" + std::to_string(child))) << name;
+    EXPECT_FALSE(name.starts_with(".simplexseg-" + std::to_string(writer_process))) << name;
 }
 
-TEST_F(WriteFaults, FilesThatAreBeingWrittenStay) {
+TEST_F(WriteFaults, FilesBeingWrittenAreKept) {
   int ready[2], go[2];
   ASSERT_EQ(::pipe(ready), 0);
   ASSERT_EQ(::pipe(go), 0);
-  const pid_t child = ::fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {  // another process in the middle of a write
+  const pid_t writer_process = ::fork();
+  ASSERT_GE(writer_process, 0);
+  if (writer_process == 0) {  // another process in the middle of a write
     int status = 1;
     try {
       AtomicFile file(folder / "theirs.csv");
@@ -250,7 +250,7 @@ TEST_F(WriteFaults, FilesThatAreBeingWrittenStay) {
   other.commit();
   ASSERT_EQ(::write(go[1], "g", 1), 1);
   int status = 0;
-  ::waitpid(child, &status, 0);
+  ::waitpid(writer_process, &status, 0);
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
   EXPECT_EQ(contents(), (std::map<std::string, std::string>{
                             {"mine.csv", "mine"}, {"other.csv", "other"}, {"theirs.csv", "theirs"}}));

@@ -10,7 +10,7 @@
 namespace simplexseg {
 namespace {
 
-TEST(Hierarchy, EveryVertexIsPartOfOneCoarserVertexDownToASingleOne) {
+TEST(Hierarchy, EveryVertexHasOneCoarseVertexDownToASingleOne) {
   const SimplexMesh mesh = make_sphere({0, 0, 0}, 10, 4);
   const Hierarchy h = make_hierarchy(mesh.neighbours);
   ASSERT_FALSE(h.levels.empty());
@@ -28,7 +28,7 @@ TEST(Hierarchy, EveryVertexIsPartOfOneCoarserVertexDownToASingleOne) {
   EXPECT_LE(h.levels.size(), 7u);
 }
 
-TEST(Hierarchy, ItsEdgesGoBothWaysWithOneConductance) {
+TEST(Hierarchy, EdgesAreSymmetric) {
   const Hierarchy h = make_hierarchy(make_sphere({0, 0, 0}, 10, 3).neighbours);
   for (const Hierarchy::Level& level : h.levels) {
     std::map<std::pair<int, int>, float> edges;

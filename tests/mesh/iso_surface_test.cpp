@@ -20,17 +20,17 @@ std::vector<float> grid_of(const std::array<int, 3>& size, const std::function<d
       for (int i = 0; i < size[0]; ++i) values.push_back(static_cast<float>(f(Eigen::Vector3d(i, j, k))));
   return values;
 }
-/// 1 - genus of one closed surface; the sum over several.
+/// Sum of 1 - genus over all closed surfaces.
 int one_less_genus(const SimplexMesh& mesh) {
   return (mesh.vertex_count() - 3 * mesh.vertex_count() / 2 + cells_of(mesh).count()) / 2;
 }
 
-TEST(IsoSurface, OfABallIsASphereInMillimetresUnderAnyGeometry) {
+TEST(IsoSurface, OfABallIsASphereForAnyGeometry) {
   const std::array<int, 3> size{24, 22, 26};
   const auto values =
       grid_of(size, [](const Eigen::Vector3d& p) { return 8 - (p - Eigen::Vector3d(12, 11, 13)).norm(); });
   Eigen::Affine3d geometry = Eigen::Affine3d::Identity();
-  geometry.linear() << 0.5, 0, 0, 0, 0, -0.5, 0, 0.5, 0;  // turned: j is -z, k is y
+  geometry.linear() << 0.5, 0, 0, 0, 0, -0.5, 0, 0.5, 0;  // rotated: j is -z, k is y
   geometry.translation() = Eigen::Vector3d(100, -30, 7);
   for (const bool mirrored : {false, true}) {
     Eigen::Affine3d mm = geometry;
@@ -65,7 +65,7 @@ TEST(IsoSurface, IsClosedWhereTheObjectIsCutByTheGridAndEmptyWithoutOne) {
   const SimplexMesh mesh = dual_of(iso_surface(full, size, 0.5f, Eigen::Affine3d::Identity()));
   EXPECT_NO_THROW(validate(mesh));
   EXPECT_TRUE(iso_surface(std::vector<float>(60, 0.0f), size, 0.5f, Eigen::Affine3d::Identity()).triangles.empty());
-  // Noise is the hardest of shapes: corners that touch, holes of one voxel.
+  // Noise is the hardest input: touching corners and holes of one voxel.
   std::vector<float> noise(4000);
   unsigned state = 1;
   for (float& x : noise) x = static_cast<float>((state = state * 1664525u + 1013904223u) >> 8) / (1 << 24);

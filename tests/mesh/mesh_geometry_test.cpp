@@ -26,7 +26,7 @@ SimplexMesh make_noisy_sphere(unsigned seed, float sigma_mm, int level) {
   return mesh;
 }
 
-/// Vertex 0 has the neighbours 1, 2, 3 at the given places; the rest closes a dodecahedron.
+/// Dodecahedron whose vertex 0 has the neighbours 1, 2, 3 at the given positions.
 SimplexMesh make_fan(const Vector3f& p, const Vector3f& p1, const Vector3f& p2, const Vector3f& p3) {
   SimplexMesh mesh = make_sphere({0, 0, 0}, 1.0, 0);
   const auto n = mesh.neighbours[0];
@@ -55,7 +55,7 @@ TEST(MeshGeometry, VertexIsItsMetricFootPlusElevation) {
       const auto& n = mesh.neighbours[v];
       const Vector3d p1 = position(mesh, n[0]), p2 = position(mesh, n[1]), p3 = position(mesh, n[2]);
       const Vector3d again = g.metric[0] * p1 + g.metric[1] * p2 + g.metric[2] * p3 + g.elevation_mm * g.normal;
-      const double size = 1.0 + g.metric.cwiseAbs().maxCoeff();  // what a thin triangle of neighbours amplifies
+      const double size = 1.0 + g.metric.cwiseAbs().maxCoeff();  // error amplification of a thin triangle of neighbours
       EXPECT_LT((again - position(mesh, v)).norm(), 1e-12 * size * size * 50.0) << "seed " << seed << " vertex " << v;
       EXPECT_NEAR(g.metric.sum(), 1.0, 1e-13 * size * size);
       EXPECT_NEAR(g.normal.norm(), 1.0, 1e-14);
@@ -65,7 +65,7 @@ TEST(MeshGeometry, VertexIsItsMetricFootPlusElevation) {
 }
 
 TEST(MeshGeometry, SimplexAngleGivesElevationBack) {
-  // h = L(r, d, phi) with sin(phi)/r = H: the second identity of the model.
+  // Second identity of the model: h = L(r, d, phi) with sin(phi)/r = H.
   for (unsigned seed = 0; seed < 3; ++seed) {
     const SimplexMesh mesh = make_noisy_sphere(seed, 0.2f, 2);
     int checked = 0;
@@ -73,7 +73,7 @@ TEST(MeshGeometry, SimplexAngleGivesElevationBack) {
       const VertexGeometry g = vertex_geometry(mesh, v);
       const auto& n = mesh.neighbours[v];
       const Vector3d p1 = position(mesh, n[0]), p2 = position(mesh, n[1]), p3 = position(mesh, n[2]);
-      // Circumcentre by its barycentric weights a^2 (b^2 + c^2 - a^2).
+      // Circumcentre from its barycentric weights a^2 (b^2 + c^2 - a^2).
       const double a = (p2 - p3).squaredNorm(), b = (p3 - p1).squaredNorm(), c = (p1 - p2).squaredNorm();
       const Vector3d w(a * (b + c - a), b * (c + a - b), c * (a + b - c));
       const Vector3d centre = (w[0] * p1 + w[1] * p2 + w[2] * p3) / w.sum();
@@ -82,8 +82,8 @@ TEST(MeshGeometry, SimplexAngleGivesElevationBack) {
       const double sine = g.mean_curvature * r;
       ASSERT_LE(std::abs(sine), 1.0 + 1e-9);
       if (d > 0.95 * r || std::abs(sine) > 0.999) continue;
-      // phi and pi - phi share their sine: the elevation tells which, as that of a vertex above or below the centre of
-      // the sphere that it spans.
+      // phi and pi - phi have the same sine; the elevation distinguishes a vertex above the sphere's centre from one
+      // below.
       const double offset = (g.elevation_mm * g.elevation_mm + d * d - r * r) / (2.0 * g.elevation_mm);
       const bool acute = g.elevation_mm > 0.0 ? offset < 0.0 : offset > 0.0;
       const double tangent = (acute ? 1.0 : -1.0) * sine / std::sqrt(1.0 - sine * sine);
@@ -129,14 +129,14 @@ TEST(MeshGeometry, AFlatVertexHasNoElevationNorCurvature) {
   EXPECT_EQ(g.elevation_mm, 0.0);
   EXPECT_EQ(g.mean_curvature, 0.0);
   EXPECT_EQ(g.normal, Vector3d(0, 0, 1));
-  // On the circumcircle of its neighbours too, where the sphere is not defined.
+  // Also on the circumcircle of its neighbours, where the sphere is undefined.
   const auto on_circle = vertex_geometry(make_fan({0, 1, 2}, {1, 0, 2}, {-1, 0, 2}, {0, -1, 2}), 0);
   expect_finite(on_circle);
   EXPECT_EQ(on_circle.mean_curvature, 0.0);
 }
 
 TEST(MeshGeometry, CollinearNeighboursGiveAFiniteOutwardNormal) {
-  // Vertex 0 of the dodecahedron looks along its own direction; the line is orthogonal to it.
+  // The normal at vertex 0 of the dodecahedron is its own direction; the line of neighbours is orthogonal to it.
   const Vector3f up = make_sphere({0, 0, 0}, 1.0, 0).positions[0];
   const Vector3f side = up.unitOrthogonal();
   for (const Vector3f& p : {Vector3f(1.2f * up), Vector3f(0.9f * up), Vector3f(0.9f * up + 0.3f * side)}) {
@@ -178,7 +178,7 @@ TEST(MeshGeometry, TessellationIsClosedAndHoldsTheVolume) {
   const SurfaceMeasures m = measure(mesh);
   EXPECT_NEAR(volume, m.volume_mm3, 1e-5 * m.volume_mm3);
   EXPECT_NEAR(area, m.area_mm2, 1e-5 * m.area_mm2);
-  EXPECT_NO_THROW(dual_of(t));  // closed and of one sense
+  EXPECT_NO_THROW(dual_of(t));  // closed and consistently oriented
 }
 
 TEST(MeshGeometry, MeasuresFollowMotionScaleAndOrientation) {
@@ -196,8 +196,8 @@ TEST(MeshGeometry, MeasuresFollowMotionScaleAndOrientation) {
   EXPECT_LT((turned.centroid_mm - after.centroid_mm).norm(), 1e-6);
 }
 
-TEST(MeshGeometry, CentroidIsThatOfTheSolidNotOfTheVertices) {
-  // A cone-like warp: vertices crowd at one end, the solid's centroid is known from the moments of the warp.
+TEST(MeshGeometry, CentroidIsThatOfTheSolid) {
+  // A warp that concentrates the vertices at one end. Its moments give the centroid of the solid.
   SimplexMesh mesh = make_sphere({0, 0, 0}, 1.0, 6);
   for (auto& p : mesh.positions) p.x() += 0.5f * (p.y() * p.y() + p.z() * p.z());
   // Shear x += (y^2 + z^2)/2 keeps volumes and moves the centroid by the mean of (y^2 + z^2)/2 over the ball = 1/5.
@@ -220,7 +220,7 @@ TEST(MeshGeometry, VertexAreasSumToTheSurface) {
   const std::vector<double> areas = vertex_areas(mesh);
   const double area = measure(mesh).area_mm2;
   EXPECT_NEAR(std::accumulate(areas.begin(), areas.end(), 0.0), area, 1e-9 * area);
-  // Equal on a dodecahedron, and a dilated patch has more.
+  // Equal on a dodecahedron, larger on a dilated patch.
   const std::vector<double> even = vertex_areas(make_sphere({0, 0, 0}, 1.0, 0));
   for (double a : even) EXPECT_NEAR(a, even[0], 1e-6);
   SimplexMesh stretched = make_sphere({0, 0, 0}, 1.0, 0);

@@ -27,7 +27,7 @@ SimplexMesh torus() {
   return dual_of(iso_surface(values, size, 0, Eigen::Affine3d::Identity()));
 }
 
-TEST(PlaneSections, OfASphereAreDiscsUnderAnyGeometry) {
+TEST(PlaneSections, OfASphereAreDiscsForAnyGeometry) {
   const SimplexMesh sphere = make_sphere({3, -4, 5}, 10, 4);
   for (const double side : {1.0, -1.0}) {
     Eigen::Affine3d world = Eigen::Affine3d::Identity();
@@ -52,7 +52,7 @@ TEST(PlaneSections, OfASphereAreDiscsUnderAnyGeometry) {
   }
 }
 
-TEST(PlaneSections, HolesRunTheOtherWayAndAreCutOpen) {
+TEST(PlaneSections, HolesRunClockwiseAndAreJoinedByKeyholes) {
   const auto sections = plane_sections(torus(), Eigen::Affine3d::Identity(), 16);
   const std::vector<Polygon>& ring = sections[8];
   ASSERT_EQ(ring.size(), 2u);
@@ -66,7 +66,7 @@ TEST(PlaneSections, HolesRunTheOtherWayAndAreCutOpen) {
   EXPECT_EQ(cut[0].size(), ring[0].size() + ring[1].size() + 2);
 }
 
-TEST(PlaneSections, APlaneThroughVerticesIsNoException) {
+TEST(PlaneSections, APlaneMayPassThroughVertices) {
   // A box whose lower face lies in the plane 2 and whose upper one lies in the plane 5.
   SimplexMesh box;
   for (int c = 0; c < 8; ++c) box.positions.emplace_back(c & 1 ? 4.0f : 1.0f, c & 2 ? 4.0f : 1.0f, c & 4 ? 5.0f : 2.0f);

@@ -18,10 +18,10 @@ namespace {
 
 struct Shape {
   std::array<int, 3> size;
-  std::vector<float> values;  // above 0 inside
+  std::vector<float> values;  // positive inside
   TriangleMesh surface() const { return iso_surface(values, size, 0, Eigen::Affine3d::Identity()); }
   Eigen::Vector3d onto(const Eigen::Vector3d& p) const {
-    return onto_iso_surface(values, size, 0, Eigen::Affine3d::Identity(), p);
+    return project_onto_iso_surface(values, size, 0, Eigen::Affine3d::Identity(), p);
   }
   TriangleMesh remeshed(double edge) const {
     return remesh(surface(), edge, [this](const Eigen::Vector3d& p) { return onto(p); });
@@ -62,9 +62,9 @@ Quality quality_of(const TriangleMesh& surface) {
   return q;
 }
 
-TEST(Remesh, MakesEdgesOfOneLengthAndCornersOfSixTriangles) {
+TEST(Remesh, MakesEdgesUniformAndValencesSix) {
   const TriangleMesh before = ball().surface();
-  EXPECT_LT(quality_of(before).least_angle, 15) << "as marching tetrahedra leaves it";
+  EXPECT_LT(quality_of(before).least_angle, 15) << "input from marching tetrahedra";
   EXPECT_GE(quality_of(before).most_valence, 8);
   for (const double edge : {0.8, 1.5, 3.0}) {
     const TriangleMesh after = ball().remeshed(edge);
@@ -78,7 +78,7 @@ TEST(Remesh, MakesEdgesOfOneLengthAndCornersOfSixTriangles) {
     const double even = std::numbers::sqrt3 / 4 * edge * edge;
     EXPECT_NEAR(area_mm2(after) / even, static_cast<double>(after.triangles.size()),
                 0.25 * static_cast<double>(after.triangles.size()));
-    // It stays on the surface, which interpolation has a little inside of the ball.
+    // Vertices stay on the surface, which interpolation places slightly inside the ball.
     for (const Eigen::Vector3f& p : after.positions)
       EXPECT_NEAR((p.cast<double>() - Eigen::Vector3d(15, 14, 15)).norm(), 10, 0.1);
     const SimplexMesh mesh = dual_of(after);
@@ -114,7 +114,7 @@ TEST(Remesh, KeepsAThinRod) {
   EXPECT_NEAR(measure(mesh).volume_mm3, before.volume_mm3, 0.25 * before.volume_mm3);
 }
 
-TEST(Remesh, PlacesGoOntoTheSurfaceAndStayOutsideOfTheGrid) {
+TEST(Remesh, ProjectionReachesTheSurfaceAndIgnoresPositionsOutsideTheGrid) {
   const Shape shape = ball();
   for (const double r : {8.8, 9.6, 10.0, 10.7}) {
     const Eigen::Vector3d way = Eigen::Vector3d(1, 2, -0.5).normalized(), centre(15, 14, 15);
@@ -126,7 +126,7 @@ TEST(Remesh, PlacesGoOntoTheSurfaceAndStayOutsideOfTheGrid) {
   turned.linear() << 0, -0.5, 0, 2, 0, 0, 0, 0, 1;
   turned.translation() << 4, 5, 6;
   const Eigen::Vector3d at = turned * Eigen::Vector3d(15, 14, 25.4);
-  const Eigen::Vector3d onto = turned.inverse() * onto_iso_surface(shape.values, shape.size, 0, turned, at);
+  const Eigen::Vector3d onto = turned.inverse() * project_onto_iso_surface(shape.values, shape.size, 0, turned, at);
   EXPECT_NEAR((onto - Eigen::Vector3d(15, 14, 15)).norm(), 10, 0.03);
 }
 

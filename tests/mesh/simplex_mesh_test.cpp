@@ -23,7 +23,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-/// A torus about z, triangulated as a grid of quadrangles cut in two.
+/// Torus around z, triangulated as a grid of halved quadrangles.
 TriangleMesh make_torus(double ring_mm, double tube_mm, int around, int across) {
   TriangleMesh t;
   for (int i = 0; i < around; ++i) {
@@ -48,7 +48,7 @@ TriangleMesh make_tetrahedron() {
   return {{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}, {{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}}};
 }
 
-/// The message that `call` throws as Error, empty when it throws nothing.
+/// Message of the Error that `call` throws; empty without one.
 std::string error_of(const std::function<void()>& call) {
   try {
     call();
@@ -65,7 +65,7 @@ std::string error_of(const std::function<void()>& call) {
 
 double ball_volume(double radius) { return 4.0 / 3.0 * std::numbers::pi * std::pow(radius, 3); }
 
-/// Every normal leaves the ball around the origin on which the mesh lies.
+/// Checks that all normals of a mesh on a ball around the origin point outwards.
 void expect_outward_normals(const SimplexMesh& mesh, const Vector3d& centre, double least_cosine) {
   for (int v = 0; v < mesh.vertex_count(); ++v) {
     const Vector3d radial = (mesh.positions[v].cast<double>() - centre).normalized();
@@ -136,7 +136,7 @@ TEST(SimplexMesh, SphereRejectsBadParameters) {
   EXPECT_THROW(make_ellipsoid({0, 0, 0}, {1, 1, 0}, 1), Error);
 }
 
-TEST(SimplexMesh, SphereLevelForIsTheSmallestThatSuffices) {
+TEST(SimplexMesh, SphereLevelForReturnsTheSmallestLevel) {
   EXPECT_EQ(sphere_level_for(-5), 0);
   EXPECT_EQ(sphere_level_for(20), 0);
   EXPECT_EQ(sphere_level_for(21), 1);
@@ -165,7 +165,7 @@ TEST(SimplexMesh, CellsAreOrderedAndCounterClockwise) {
     }
     EXPECT_GT(normal.normalized().dot(centre.normalized()), 0.99f);
   }
-  // Ties: the first cell leaves vertex 0 through slot 0, the second through slot 1.
+  // Ties: the first cell starts at slot 0 of vertex 0, the second at slot 1.
   EXPECT_EQ(cells[0][1], mesh.neighbours[0][0]);
   EXPECT_EQ(cells[1][1], mesh.neighbours[0][1]);
   EXPECT_EQ(cells[2][1], mesh.neighbours[0][2]);
@@ -214,7 +214,7 @@ TEST(SimplexMesh, DualOfTessellationIsAMeshAgain) {
   EXPECT_NO_THROW(validate(dual));
 }
 
-TEST(SimplexMesh, DualRejectsWhatIsNotAClosedOrientedManifold) {
+TEST(SimplexMesh, DualRejectsTriangulationsThatAreNoClosedOrientedManifold) {
   TriangleMesh open = make_tetrahedron();
   open.triangles.pop_back();
   EXPECT_TRUE(mentions(error_of([&] { dual_of(open); }), "1 triangle"));
@@ -224,7 +224,7 @@ TEST(SimplexMesh, DualRejectsWhatIsNotAClosedOrientedManifold) {
   EXPECT_TRUE(mentions(error_of([&] { dual_of(thrice); }), "edge 0-1"));
   TriangleMesh turned = make_tetrahedron();
   std::swap(turned.triangles[1][0], turned.triangles[1][1]);
-  EXPECT_TRUE(mentions(error_of([&] { dual_of(turned); }), "same sense"));
+  EXPECT_TRUE(mentions(error_of([&] { dual_of(turned); }), "opposite orientations"));
   TriangleMesh range = make_tetrahedron();
   range.triangles[2][1] = 4;
   EXPECT_TRUE(mentions(error_of([&] { dual_of(range); }), "triangle 2"));
@@ -252,7 +252,7 @@ TEST(SimplexMesh, ValidateNamesTheFirstBrokenVertex) {
                          m.neighbours.pop_back();
                        }),
                        "319 vertices"));
-  EXPECT_TRUE(mentions(message_after([](SimplexMesh& m) { m.neighbours.pop_back(); }), "neighbours of 319"));
+  EXPECT_TRUE(mentions(message_after([](SimplexMesh& m) { m.neighbours.pop_back(); }), "neighbours for 319 vertices"));
   EXPECT_TRUE(mentions(message_after([](SimplexMesh& m) { m.neighbours[0][2] = 320; }), "vertex 0 "));
   EXPECT_TRUE(mentions(message_after([](SimplexMesh& m) { m.neighbours[0][2] = -1; }), "vertex 0 "));
   EXPECT_TRUE(mentions(message_after([](SimplexMesh& m) { m.neighbours[0][2] = 0; }), "own neighbour"));
@@ -286,7 +286,7 @@ TEST(SimplexMesh, ValidateAcceptsSeveralParts) {
   EXPECT_EQ(cells_of(mesh).count(), mesh.vertex_count() / 2 + 2);
 }
 
-/// What every refinement keeps, whatever the shape.
+/// Checks the invariants of a refinement.
 void expect_refinement_of(const SimplexMesh& coarse, const Refined& fine) {
   ASSERT_EQ(fine.mesh.vertex_count(), 4 * coarse.vertex_count());
   ASSERT_EQ(fine.parent.size(), fine.mesh.positions.size());
@@ -342,7 +342,7 @@ TEST(SimplexMesh, RefinementOfAnUnevenSphereStaysOnTheSphere) {
 TEST(SimplexMesh, RefinedEllipsoidAndTorusComeNearerToTheirVolumes) {
   const double torus_volume = 2.0 * std::numbers::pi * std::numbers::pi * 10.0 * 9.0;
   const double ellipsoid_volume = 4.0 / 3.0 * std::numbers::pi * 5.0 * 8.0 * 20.0;
-  // The dual's vertices lie inside the torus: they are put on it before refining.
+  // The dual's vertices lie inside the torus and are projected onto it before refining.
   SimplexMesh torus = dual_of(make_torus(10, 3, 24, 12));
   for (auto& p : torus.positions) {
     const Vector3d x = p.cast<double>();
@@ -396,7 +396,7 @@ TEST(SimplexMesh, LargeRefinementIsValid) {
 
 TEST(SimplexMesh, NeighbourhoodRingsHaveThreeKVerticesOnHexagons) {
   const SimplexMesh mesh = make_sphere({0, 0, 0}, 10.0, 6);
-  // The middle child of the middle child ...: the middle of a face of the icosahedron, far from its pentagons.
+  // Always the middle triangle of a subdivision: the middle of a face of the icosahedron, far from its pentagons.
   const int middle = (1 << 12) - 1;
   const Neighbourhood n = neighbourhood_of(mesh, middle, 8);
   ASSERT_EQ(n.vertices.size(), 1u + 3 * 8 * 9 / 2);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of the Python module share. ctest sets PYTHONPATH, SIMPLEXSEG_CLI and SIMPLEXSEG_BUILD."""
+"""Fixtures of the tests of the Python module. ctest sets PYTHONPATH, SIMPLEXSEG_CLI and SIMPLEXSEG_BUILD."""
 
 import os
 import pathlib
@@ -15,7 +15,7 @@ SOURCE = pathlib.Path(__file__).resolve().parents[2]
 
 @pytest.fixture(scope="session")
 def cli():
-    """Runs simplexseg-cli, which must succeed, and gives what it printed."""
+    """Function that runs simplexseg-cli, expects success and returns its output."""
     program = os.environ.get("SIMPLEXSEG_CLI")
     if not program:
         pytest.skip("SIMPLEXSEG_CLI does not name simplexseg-cli")
@@ -30,7 +30,7 @@ def cli():
 
 @pytest.fixture(scope="session")
 def data():
-    """The folder of real images."""
+    """Folder of real images."""
     folder = os.environ.get("SIMPLEXSEG_DATA")
     if not folder:
         pytest.skip("SIMPLEXSEG_DATA names no folder of real images")
@@ -39,13 +39,13 @@ def data():
 
 @pytest.fixture(scope="session")
 def phantom():
-    """A sphere of 24 voxels a side, 2 mm, and its truth."""
+    """Volume of 24^3 voxels of 2 mm with a sphere, and its truth."""
     return simplexseg.make_phantom("sphere", size=24, spacing=2, noise=5)
 
 
 @pytest.fixture
 def session(phantom):
-    """One mesh off the middle of the sphere, small enough to rest in a moment."""
+    """Session with one small mesh near the centre of the sphere; it settles quickly."""
     settings = {"simulation.start_vertices": 80, "simulation.final_vertices": 320, "simulation.steps_per_level": 20}
     with simplexseg.Session(phantom[0], backend="cpu", settings=settings) as opened:
         opened.add_mesh("ball", centre=(1, 0, 0), radius=9)
@@ -54,7 +54,7 @@ def session(phantom):
 
 @pytest.fixture
 def ramp():
-    """Voxels that are all different, on a grid that is oblique, left-handed and of unequal spacing."""
+    """Volume with distinct voxels on an oblique, left-handed grid with unequal spacing."""
     angle = 0.3
     direction = np.array([[np.cos(angle), np.sin(angle), 0], [np.sin(angle), -np.cos(angle), 0], [0, 0, 1]])
     voxels = np.arange(4 * 5 * 6, dtype=np.int16).reshape(4, 5, 6)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line is the reference: the same scenes give the same files, byte for byte."""
+"""Agreement with the command line: equal scenes produce identical files."""
 
 import json
 
@@ -55,7 +55,7 @@ def assert_same_files(session, folder, by_command):
 
 @pytest.mark.filterwarnings("ignore::simplexseg.DataWarning")
 @pytest.mark.parametrize("steps, threads", [(90, 1), (90, 2), (0, 0)])
-def test_a_scene_ends_in_the_same_files(cli, folder, steps, threads):
+def test_a_scene_produces_the_same_files(cli, folder, steps, threads):
     scene = write_scene(folder, steps)
     by_command = run_by_command(cli, folder)
     with Session(scene, backend="cpu", threads=threads) as session:
@@ -65,7 +65,7 @@ def test_a_scene_ends_in_the_same_files(cli, folder, steps, threads):
 
 
 @pytest.mark.filterwarnings("ignore::simplexseg.DataWarning")
-def test_pieces_of_a_run_and_looking_on_change_no_bit(cli, folder):
+def test_chunks_of_a_run_and_queries_do_not_change_the_result(cli, folder):
     scene = write_scene(folder, 90)
     by_command = run_by_command(cli, folder)
     with Session(scene, backend="cpu") as session:
@@ -76,7 +76,7 @@ def test_pieces_of_a_run_and_looking_on_change_no_bit(cli, folder):
 
 
 @pytest.mark.filterwarnings("ignore::simplexseg.DataWarning")
-def test_settings_are_those_of_set(cli, folder):
+def test_settings_equal_the_option_set(cli, folder):
     scene = write_scene(folder, 60)
     settings = {"forces.smoothing.weight": 2.5, "meshes.ball.gradient.object": "dark", "simulation.damping": 0.5}
     options = [text for name, value in settings.items() for text in ("--set", f"{name}={value}")]
@@ -87,7 +87,7 @@ def test_settings_are_those_of_set(cli, folder):
 
 
 @pytest.mark.filterwarnings("ignore::simplexseg.DataWarning")
-def test_what_was_done_in_python_is_replayed_by_the_command(cli, folder):
+def test_the_command_replays_the_log_of_python(cli, folder):
     scene = write_scene(folder, 0)
     with Session(scene, backend="cpu") as session:
         session.run(25)
@@ -106,7 +106,7 @@ def test_what_was_done_in_python_is_replayed_by_the_command(cli, folder):
 
 
 @pytest.mark.filterwarnings("ignore::simplexseg.DataWarning")
-def test_a_scene_that_python_saved_is_run_on_by_both(cli, folder):
+def test_both_continue_a_scene_saved_by_python(cli, folder):
     settings = {f"simulation.{name}": value for name, value in SIMULATION.items()}
     with Session(folder / "image.nii.gz", backend="cpu", settings=settings) as session:
         session.add_mesh("ball", centre=(1, 0, 0), radius=9)
@@ -119,7 +119,7 @@ def test_a_scene_that_python_saved_is_run_on_by_both(cli, folder):
 
 
 @pytest.mark.filterwarnings("ignore::simplexseg.DataWarning")
-def test_reports_say_the_same(cli, folder):
+def test_reports_are_equal(cli, folder):
     scene = write_scene(folder, 40, reference={"labels": "truth.nii.gz", "value": 1})
     theirs = json.loads(run_by_command(cli, folder).with_suffix(".json").read_text())
     with Session(scene, backend="cpu") as session:
@@ -168,7 +168,7 @@ def test_a_mesh_of_labels_is_the_same_file(cli, folder):
 
 
 @pytest.mark.filterwarnings("ignore::simplexseg.DataWarning")
-def test_a_hippocampus_ends_in_the_same_files(cli, data, tmp_path):
+def test_a_hippocampus_produces_the_same_files(cli, data, tmp_path):
     image = sorted((data / "hippocampus" / "images").glob("*.nii*"))[0]
     truth, _ = simplexseg.read_labels(data / "hippocampus" / "labels" / image.name)
     inside = np.argwhere(truth.array > 0)

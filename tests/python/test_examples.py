@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What README and docs show is run as it stands there."""
+"""Runs the examples of README and docs unchanged."""
 
 import pathlib
 import re
@@ -20,7 +20,7 @@ def run(folder, *arguments):
 
 
 @pytest.mark.parametrize("document", ["README.md", "docs/python.md"])
-def test_the_examples_run_as_they_stand(tmp_path, document):
+def test_the_examples_run_unchanged(tmp_path, document):
     simplexseg.write_volume(tmp_path / "image.nii.gz", simplexseg.make_phantom("sphere", size=24, spacing=2)[0])
     blocks = re.findall(r"```python\n(.*?)```", (SOURCE / document).read_text(), re.S)
     assert blocks

@@ -9,7 +9,7 @@ from simplexseg import DataWarning, Error
 
 
 @pytest.mark.parametrize("name", ["v.nii", "v.nii.gz", "v.nrrd", "v.mha"])
-def test_what_is_written_is_read_again(tmp_path, ramp, name):
+def test_a_written_volume_is_read_again(tmp_path, ramp, name):
     simplexseg.write_volume(tmp_path / name, ramp)
     volume = simplexseg.read_volume(tmp_path / name)
     np.testing.assert_array_equal(volume.array, ramp.array)
@@ -23,7 +23,7 @@ def test_what_is_written_is_read_again(tmp_path, ramp, name):
 
 
 def test_nibabel_has_the_same_voxels_and_affine(tmp_path, ramp):
-    nibabel = pytest.importorskip("nibabel", reason="Debian's python3-nibabel is absent")
+    nibabel = pytest.importorskip("nibabel", reason="the Debian package python3-nibabel is missing")
     simplexseg.write_volume(tmp_path / "ours.nii.gz", ramp)
     theirs = nibabel.load(tmp_path / "ours.nii.gz")
     np.testing.assert_array_equal(np.asarray(theirs.dataobj), ramp.array)
@@ -49,7 +49,7 @@ def test_labels_keep_their_names(tmp_path, phantom):
         simplexseg.write_labels(tmp_path / "l.nii", simplexseg.Volume(np.zeros((2, 2, 2))))
 
 
-def test_labels_are_brought_onto_another_grid(tmp_path, phantom):
+def test_labels_are_resampled_onto_another_grid(tmp_path, phantom):
     simplexseg.write_labels(tmp_path / "l.nii", phantom[1])
     finer = simplexseg.make_phantom("sphere", size=48, spacing=1)[0]
     with pytest.warns(DataWarning):
@@ -58,7 +58,7 @@ def test_labels_are_brought_onto_another_grid(tmp_path, phantom):
     assert labels.array.sum() == 8 * int(phantom[1].array.sum())
 
 
-def test_what_the_reader_assumes_is_a_warning(tmp_path, ramp):
+def test_assumptions_of_the_reader_are_warnings(tmp_path, ramp):
     voxels = np.zeros((2, 2, 2), np.float32)
     voxels[0, 0, 0] = np.nan
     simplexseg.write_volume(tmp_path / "v.nii", simplexseg.Volume(voxels))
@@ -86,12 +86,12 @@ def test_files_that_cannot_be_read_are_one_line(tmp_path):
         simplexseg.read_volume(3)
 
 
-def test_names_that_are_no_text_are_named(tmp_path):
+def test_file_names_that_are_not_utf_8(tmp_path):
     with pytest.raises(Error, match="cannot|no such|absent"):
         simplexseg.read_volume(os.fsencode(tmp_path) + b"/\xff\xfe.nii")
 
 
-def test_a_folder_that_is_not_there_is_refused(tmp_path, ramp):
+def test_a_missing_folder_is_rejected(tmp_path, ramp):
     with pytest.raises(Error):
         simplexseg.write_volume(tmp_path / "absent" / "v.nii", ramp)
     with pytest.raises(Error, match="extension"):
@@ -100,7 +100,7 @@ def test_a_folder_that_is_not_there_is_refused(tmp_path, ramp):
 
 @pytest.mark.filterwarnings("ignore::simplexseg.DataWarning")
 def test_no_file_ends_the_interpreter(data):
-    """Damaged files among which one breaks an assertion of GDCM."""
+    """Reads damaged files; one of them violates an assertion of GDCM."""
     names = sorted(p for p in (data / "bad_input").iterdir() if p.is_file() and "DICOMDIR" in p.name or p.suffix == ".mnc")
     assert names
     for path in names:

@@ -10,10 +10,10 @@ import pytest
 import simplexseg
 
 
-def test_it_is_imported_from_where_it_is_installed(tmp_path):
+def test_the_installed_module_is_imported(tmp_path):
     build = os.environ.get("SIMPLEXSEG_BUILD")
     if not build or not shutil.which("cmake"):
-        pytest.skip("SIMPLEXSEG_BUILD names no build folder, or Debian's cmake is absent")
+        pytest.skip("SIMPLEXSEG_BUILD names no build folder, or cmake is missing")
     prefix = tmp_path / "usr"
     subprocess.run(
         ["cmake", "--install", build, "--component", "python", "--prefix", prefix], check=True, stdout=subprocess.DEVNULL
@@ -32,9 +32,9 @@ def test_it_is_imported_from_where_it_is_installed(tmp_path):
     assert done.stdout.split() == [str(packages[0] / "__init__.py"), "150"]
 
 
-def test_the_module_shows_nothing_but_its_entry():
+def test_the_module_exports_only_its_entry_point():
     if not shutil.which("nm"):
-        pytest.skip("Debian's binutils is absent")
+        pytest.skip("the Debian package binutils is missing")
     library = next(pathlib.Path(simplexseg.__file__).parent.glob("_core*.so"))
     symbols = subprocess.run(["nm", "-D", "--defined-only", library], capture_output=True, text=True, check=True).stdout
     assert {line.split()[-1] for line in symbols.splitlines()} == {"PyInit__core"}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The stubs say what the module is."""
+"""Agreement of the type stubs with the module."""
 
 import ast
 import importlib.util
@@ -26,7 +26,7 @@ def public(names):
 
 
 def members(node):
-    """Functions, properties and attributes of a class in the stub."""
+    """Returns the functions, properties and attributes of a class in the stub."""
     found = {}
     for entry in node.body:
         if isinstance(entry, ast.FunctionDef):
@@ -37,7 +37,7 @@ def members(node):
 
 
 def stub_signature(node):
-    """(name, default as text or None, keyword only) of each parameter."""
+    """Returns (name, default as text or None, keyword only) of each parameter."""
     arguments = node.args
     positional = [*arguments.posonlyargs, *arguments.args]
     defaults = [None] * (len(positional) - len(arguments.defaults)) + list(arguments.defaults)
@@ -47,7 +47,7 @@ def stub_signature(node):
 
 
 def bound_signature(function, name):
-    """The same of the first line of a bound function's docstring, as pybind11 writes it."""
+    """Parses the signature that pybind11 writes to the first line of a docstring, like stub_signature()."""
     line = function.__doc__.splitlines()[0]
     text = re.sub(r"\[[^\[\]]*\]", "", re.sub(r"\[[^\[\]]*\]", "", re.sub(r"\[[^\[\]]*\]", "", line)))
     text = re.sub(r": [A-Za-z_.:0-9]+(?=[ ,)])", "", text.split(" -> ")[0] + " ")
@@ -56,14 +56,14 @@ def bound_signature(function, name):
     return stub_signature(call)
 
 
-def test_the_package_shows_all_of_the_module():
+def test_the_package_exports_the_whole_module():
     assert public(simplexseg.__all__) == public(dir(_core))
     assert sorted(simplexseg.__all__) == simplexseg.__all__
     assert all(getattr(simplexseg, name) is getattr(_core, name) for name in simplexseg.__all__)
     assert (PACKAGE / "py.typed").exists()
 
 
-def test_the_stub_has_every_name_and_no_other():
+def test_the_stub_has_exactly_the_names_of_the_module():
     names = set(CLASSES) | {node.name for node in STUB.body if isinstance(node, ast.FunctionDef)}
     names |= {node.target.id for node in STUB.body if isinstance(node, ast.AnnAssign)}
     assert public(names) == public(dir(_core))
@@ -92,15 +92,15 @@ def signatures():
 
 
 @pytest.mark.parametrize("name, node, bound", [pytest.param(*entry, id=entry[0]) for entry in signatures()])
-def test_functions_take_what_the_stub_says(name, node, bound):
-    wanted = stub_signature(node)
+def test_functions_have_the_signatures_of_the_stub(name, node, bound):
+    expected = stub_signature(node)
     taken = [entry for entry in bound_signature(bound, node.name) if entry[0] not in ("self", "arg0")]
-    assert taken == wanted, name
+    assert taken == expected, name
 
 
 def test_types_are_checked(tmp_path):
     if importlib.util.find_spec("mypy") is None:
-        pytest.skip("Debian's mypy is absent")
+        pytest.skip("the Debian package mypy is missing")
     source = pathlib.Path(__file__).resolve().parents[2]
     example = re.search(r"```python\n(.*?)```", (source / "README.md").read_text(), re.S).group(1)
     (tmp_path / "readme.py").write_text(example)

@@ -11,7 +11,7 @@ def sphere():
     return Mesh.sphere((10, -20, 30), 8, level=3)
 
 
-def test_a_sphere_measures_what_it_should(sphere):
+def test_measures_of_a_sphere(sphere):
     assert len(sphere) == 20 * 4**3
     np.testing.assert_allclose(np.linalg.norm(sphere.vertices - np.float32([10, -20, 30]), axis=1), 8, rtol=1e-5)
     assert sphere.volume_mm3 == pytest.approx(4 / 3 * np.pi * 8**3, rel=0.01)
@@ -28,14 +28,14 @@ def test_neighbours_are_mutual(sphere):
     assert sphere.neighbours.dtype == np.int32
 
 
-def test_arrays_make_the_same_mesh_again(sphere):
+def test_arrays_recreate_the_mesh(sphere):
     again = Mesh(sphere.vertices, sphere.neighbours)
     np.testing.assert_array_equal(again.vertices, sphere.vertices)
     np.testing.assert_array_equal(again.neighbours, sphere.neighbours)
     assert Mesh(sphere.vertices.astype(">f8"), sphere.neighbours.astype(np.int64)).volume_mm3 == sphere.volume_mm3
 
 
-def test_triangles_are_closed_and_turned_outward(sphere):
+def test_triangles_are_closed_and_oriented_outward(sphere):
     points, triangles = sphere.tessellate()
     assert len(triangles) == 3 * len(sphere)
     assert len(points) == len(sphere) + len(sphere) // 2 + 2
@@ -61,13 +61,13 @@ def test_triangles_are_closed_and_turned_outward(sphere):
         (None, None),
     ],
 )
-def test_what_is_no_closed_mesh_is_refused(vertices, neighbours):
+def test_invalid_meshes_are_rejected(vertices, neighbours):
     with pytest.raises(Error) as refused:
         Mesh(vertices, neighbours)
     assert "\n" not in str(refused.value)
 
 
-def test_open_triangulations_are_refused():
+def test_open_triangulations_are_rejected():
     points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     closed = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
     assert len(Mesh.from_triangles(points, closed)) == 4
@@ -77,13 +77,13 @@ def test_open_triangulations_are_refused():
 
 
 @pytest.mark.parametrize("radius, level", [(0, 1), (np.nan, 1), (-1, 1), (1, -1), (1, 20)])
-def test_spheres_out_of_range_are_refused(radius, level):
+def test_spheres_out_of_range_are_rejected(radius, level):
     with pytest.raises(Error):
         Mesh.sphere((0, 0, 0), radius, level)
 
 
 @pytest.mark.parametrize("extension", ["ply", "obj", "stl", "vtk", "vtp"])
-def test_meshes_are_read_as_they_were_written(tmp_path, sphere, extension):
+def test_meshes_round_trip(tmp_path, sphere, extension):
     simplexseg.write_mesh(tmp_path / f"m.{extension}", sphere)
     again = simplexseg.read_mesh(tmp_path / f"m.{extension}")
     assert again.volume_mm3 == pytest.approx(sphere.volume_mm3, rel=0.03)
@@ -92,7 +92,7 @@ def test_meshes_are_read_as_they_were_written(tmp_path, sphere, extension):
         np.testing.assert_array_equal(again.neighbours, sphere.neighbours)
 
 
-def test_a_mesh_of_labels_gives_the_labels_back(phantom):
+def test_a_mesh_of_labels_reproduces_the_labels(phantom):
     labels = phantom[1]
     mesh = simplexseg.mesh_from_labels(labels, 1)
     voxel = np.prod(labels.spacing)

@@ -40,7 +40,7 @@ def test_one_label_of_several_and_an_empty_one():
         simplexseg.compare(cube(2, 6), cube(2, 6), tolerance_mm=-1)
 
 
-def test_another_grid_is_brought_onto_the_references(tmp_path):
+def test_test_labels_are_resampled_onto_the_reference(tmp_path):
     finer = np.repeat(np.repeat(np.repeat(cube(2, 6).array, 2, 0), 2, 1), 2, 2)
     test = Volume(finer, spacing=(0.5, 0.5, 0.5), origin=(-0.25, -0.25, -0.25))
     with pytest.warns(DataWarning):
@@ -57,7 +57,7 @@ def test_every_number_is_defined():
     assert all(simplexseg.metric_definitions().values())
 
 
-def test_phantoms_have_known_truth():
+def test_phantoms_have_reference_labels():
     image, labels = simplexseg.make_phantom("two-spheres", size=32)
     assert set(np.unique(labels.array)) == {0, 1, 2}
     assert image.array[labels.array == 1].mean() > image.array[labels.array == 0].mean() + 80

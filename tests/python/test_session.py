@@ -8,7 +8,7 @@ import simplexseg
 from simplexseg import DataWarning, Error, Session, Volume
 
 
-def test_a_sphere_grows_to_the_object_and_rests(session, phantom):
+def test_a_sphere_grows_to_the_object_and_settles(session, phantom):
     result = session.run_until_rest()
     assert result.at_rest and result.steps == session.steps > 0 and result.seconds > 0
     labels = session.labels()
@@ -35,7 +35,7 @@ def test_exact_numbers_of_steps(session):
             session.run_for(seconds)
 
 
-def test_shapes_are_copies_that_stay(session):
+def test_shapes_are_independent_copies(session):
     ball = session.mesh("ball")
     before = ball.mesh
     vertices = before.vertices.copy()
@@ -68,11 +68,11 @@ def test_meshes_are_named_listed_and_edited(session):
     other.delete()
     with pytest.raises(Error, match="no longer"):
         other.name
-    with pytest.raises(Error, match="none of that name"):
+    with pytest.raises(Error, match="has this name"):
         session.mesh("knob")
 
 
-def test_points_pull_mark_and_move(session):
+def test_points_attract_mark_and_move(session):
     ball = session.mesh("ball")
     session.run_until_rest()
     before = ball.mesh.volume_mm3
@@ -94,7 +94,7 @@ def test_points_pull_mark_and_move(session):
     for position, kind in [((0, 0), "boundary"), ((0, 0, np.nan), "boundary"), ((1e4, 0, 0), "inside"), ("abc", "inside")]:
         with pytest.raises(Error):
             ball.add_point(position, kind)
-    with pytest.raises(Error, match="none of that name"):
+    with pytest.raises(Error, match="has this name"):
         ball.add_point((0, 0, 0), "beside")
     with pytest.raises(Error, match="no such point"):
         pull.move((0, 0, 0))
@@ -102,7 +102,7 @@ def test_points_pull_mark_and_move(session):
         pull.position
 
 
-def test_undo_gives_the_very_same_shape_back(session):
+def test_undo_restores_the_exact_shape(session):
     ball = session.mesh("ball")
     session.run(50)
     before = ball.mesh.vertices
@@ -137,13 +137,13 @@ def test_parameters_are_those_of_the_tables(session):
         ball.set("forces.smoothing.wieght", 1)
     with pytest.raises(TypeError):
         ball.set("forces.smoothing.weight", None)
-    with pytest.raises(Error, match="none of a mesh"):
+    with pytest.raises(Error, match="not a parameter of a mesh"):
         ball.set("simulation.timestep", 1)
     session.set("forces.smoothing.weight", 2.5)
     assert ball.get("forces.smoothing.weight") == 2.5
 
 
-def test_settings_are_of_meshes_to_come(phantom):
+def test_settings_apply_to_future_meshes(phantom):
     with Session(phantom[0], settings={"forces.gradient.weight": 0.25, "simulation.solver": "damped"}) as session:
         assert session.add_mesh(centre=(0, 0, 0), radius=5).get("forces.gradient.weight") == 0.25
         assert session.get("simulation.solver") == "damped"
@@ -197,7 +197,7 @@ def test_refine_reset_duplicate(session):
     np.testing.assert_array_equal(ball.mesh.vertices, start)
 
 
-def test_seeds_outside_and_of_no_size_are_refused(session, phantom):
+def test_seeds_outside_or_without_size_are_rejected(session, phantom):
     for centre, radius in [((1e3, 0, 0), 5), ((0, 0, 0), 0), ((0, 0, 0), np.nan), ((0, 0), 5), (None, 5)]:
         with pytest.raises(Error):
             session.add_mesh(centre=centre, radius=radius)
@@ -206,13 +206,13 @@ def test_seeds_outside_and_of_no_size_are_refused(session, phantom):
         other.add_mesh(centre=(0, 0, 0), radius=5, like=session.mesh("ball"))
 
 
-def test_steps_that_fail_are_an_error_and_the_session_goes_on(session):
+def test_failed_steps_raise_error_and_the_session_continues(session):
     stiff = {"simulation.solver": "verlet", "simulation.damping": 0, "forces.evidence.source": "intensities"}
     stiff |= {"forces.shape_memory.weight": 10, "forces.shape_memory.scaling": 1, "forces.evidence.weight": 5}
     for name, value in stiff.items():
         session.set(name, value)
     session.mesh("ball").add_point((20, 0, 0))
-    with pytest.raises(simplexseg.SimulationError, match="after [0-9]+ steps: mesh 'ball': force shape_memory"):
+    with pytest.raises(simplexseg.SimulationError, match="after [0-9]+ steps: segmentation 'ball': force shape_memory"):
         session.run(1000)
     assert np.isfinite(session.mesh("ball").mesh.vertices).all()
     session.set("simulation.solver", "automatic")
@@ -220,7 +220,7 @@ def test_steps_that_fail_are_an_error_and_the_session_goes_on(session):
     assert session.run(20).steps == 20
 
 
-def test_what_was_done_is_saved_and_goes_on(session, phantom, tmp_path):
+def test_a_saved_session_continues(session, phantom, tmp_path):
     with pytest.raises(Error, match="no file"):
         session.save_scene(tmp_path / "s.json")
     simplexseg.write_volume(tmp_path / "v.nii.gz", phantom[0])
@@ -258,11 +258,11 @@ def test_results_are_written(session, tmp_path):
 
 def test_shared_voxels_are_a_warning(session, tmp_path):
     session.add_mesh(centre=(2, 0, 0), radius=9)
-    with pytest.warns(DataWarning, match="lie inside two or more meshes"):
+    with pytest.warns(DataWarning, match="lie inside two or more segmentations"):
         session.save_labels(tmp_path / "l.nii")
 
 
-def test_a_closed_session_says_so(phantom):
+def test_a_closed_session_raises_error(phantom):
     session = Session(phantom[0])
     mesh = session.add_mesh(centre=(0, 0, 0), radius=5)
     point = mesh.add_point((1, 1, 1))
@@ -275,14 +275,14 @@ def test_a_closed_session_says_so(phantom):
 
 
 @pytest.mark.parametrize("options", [{"threads": -1}, {"threads": 5000}, {"backend": "tpu"}, {"backend": "cuda", "threads": 2}])
-def test_backends_and_threads_that_cannot_be_had(phantom, options):
+def test_invalid_backends_and_threads(phantom, options):
     with pytest.raises(Error):
         Session(phantom[0], **options)
     with pytest.raises(TypeError):
         Session(phantom[0], threads="two")
 
 
-def test_cuda_where_there_is_none(phantom):
+def test_cuda_without_a_device(phantom):
     if not simplexseg.why_no_cuda():
         with Session(phantom[0], backend="cuda") as session:
             assert session.backend == "cuda"
@@ -292,7 +292,7 @@ def test_cuda_where_there_is_none(phantom):
 
 
 @pytest.mark.filterwarnings("ignore::simplexseg.DataWarning")
-def test_a_session_on_one_voxel_and_on_no_numbers():
+def test_sessions_on_one_voxel_and_on_nan():
     for voxels in [np.zeros((1, 1, 1)), np.full((5, 5, 5), np.nan)]:
         with Session(Volume(voxels), backend="cpu") as session:
             session.add_mesh(centre=(0, 0, 0), radius=2)
@@ -300,7 +300,7 @@ def test_a_session_on_one_voxel_and_on_no_numbers():
             assert np.isfinite(session.meshes[0].mesh.vertices).all()
 
 
-def test_sources_that_are_none(tmp_path, ramp):
+def test_invalid_sources(tmp_path, ramp):
     (tmp_path / "broken.json").write_text("{")
     for source in [tmp_path / "absent.nii", tmp_path / "broken.json", tmp_path, ""]:
         with pytest.raises(Error):

@@ -14,7 +14,7 @@ from simplexseg import Error, Session
 
 
 class Ticks:
-    """Counts every two milliseconds in a thread of its own, which needs the GIL for it."""
+    """Counter in a separate thread that needs the GIL every two milliseconds."""
 
     def __enter__(self):
         self.count, self.over, self.start = 0, False, time.perf_counter()
@@ -32,29 +32,29 @@ class Ticks:
         self.over = True
         self.thread.join()
 
-    def a_second(self):
+    def per_second(self):
         return self.count / self.seconds
 
 
 @pytest.fixture(scope="module")
 def large(tmp_path_factory):
-    """A phantom that takes tenths of a second to read, and one of its labels."""
+    """File of a phantom that takes tenths of a second to read, and its labels."""
     image, labels = simplexseg.make_phantom("tube", size=160, noise=20)
     path = tmp_path_factory.mktemp("large") / "v.nii.gz"
     simplexseg.write_volume(path, image)
     return path, labels
 
 
-def test_other_threads_go_on_during_a_run(session):
+def test_other_threads_run_during_a_run(session):
     session.set("simulation.final_vertices", 20480)
     with Ticks() as ticks:
         while time.perf_counter() - ticks.start < 0.5:
             session.run(200)
-    assert ticks.a_second() > 60  # with the GIL held, as many as there are calls
+    assert ticks.per_second() > 60  # if run() held the GIL, there would be one tick per call
 
 
 @pytest.mark.parametrize("work", ["read", "compare", "mesh", "phantom", "picture"])
-def test_other_threads_go_on_beside(large, tmp_path, work):
+def test_other_threads_run_during(large, tmp_path, work):
     path, labels = large
     works = {
         "read": lambda: simplexseg.read_volume(path),
@@ -66,10 +66,10 @@ def test_other_threads_go_on_beside(large, tmp_path, work):
     with Ticks() as ticks:
         while time.perf_counter() - ticks.start < 0.3:
             works[work]()
-    assert ticks.a_second() > 60
+    assert ticks.per_second() > 60
 
 
-def test_two_sessions_in_two_threads_have_the_bits_of_one_after_another(phantom):
+def test_parallel_sessions_have_the_results_of_serial_ones(phantom):
     def run(radius, results):
         with Session(phantom[0], backend="cpu", threads=1) as session:
             mesh = session.add_mesh(centre=(1, 2, 0), radius=radius)
@@ -89,7 +89,7 @@ def test_two_sessions_in_two_threads_have_the_bits_of_one_after_another(phantom)
         np.testing.assert_array_equal(alone[radius], beside[radius])
 
 
-def test_a_session_in_use_by_another_thread_is_refused(session):
+def test_a_session_in_use_by_another_thread_raises_error(session):
     session.set("simulation.final_vertices", 20480)
     stop = threading.Event()
 
@@ -102,13 +102,13 @@ def test_a_session_in_use_by_another_thread_is_refused(session):
 
     thread = threading.Thread(target=work)
     thread.start()
-    mesh, refused, answered = None, 0, 0
+    mesh, refused, succeeded = None, 0, 0
     end = time.perf_counter() + 0.5
     while time.perf_counter() < end:
-        for ask in [lambda: session.meshes, session.labels, session.undo, lambda: session.run(1), session.redo]:
+        for call in [lambda: session.meshes, session.labels, session.undo, lambda: session.run(1), session.redo]:
             try:
-                ask()
-                answered += 1
+                call()
+                succeeded += 1
             except Error as error:
                 assert "another call is using it" in str(error)
                 refused += 1
@@ -124,7 +124,7 @@ def interrupt_after(seconds):
     return timer
 
 
-def test_ctrl_c_ends_a_run_and_the_session_goes_on(session):
+def test_ctrl_c_ends_a_run_and_the_session_continues(session):
     session.set("simulation.final_vertices", 5120)
     timer = interrupt_after(0.2)
     start = time.perf_counter()
@@ -147,17 +147,17 @@ def test_ctrl_c_ends_a_reading(large):
     assert simplexseg.read_volume(path).shape == (160, 160, 160)
 
 
-def test_a_signal_handler_that_asks_the_session_is_refused_not_hung(session):
-    answers = []
+def test_a_signal_handler_that_uses_the_session_raises_error_without_deadlock(session):
+    results = []
 
-    def ask(*_):
+    def handler(*_):
         try:
-            answers.append(session.steps)
+            results.append(session.steps)
         except Error as error:
-            answers.append(str(error))
+            results.append(str(error))
             raise
 
-    before = signal.signal(signal.SIGINT, ask)
+    before = signal.signal(signal.SIGINT, handler)
     try:
         timer = interrupt_after(0.2)
         with pytest.raises(Error, match="another call is using it"):
@@ -166,13 +166,13 @@ def test_a_signal_handler_that_asks_the_session_is_refused_not_hung(session):
         timer.join()
     finally:
         signal.signal(signal.SIGINT, before)
-    assert len(answers) == 1
+    assert len(results) == 1
     assert session.run(1).steps == 1
 
 
 ENDS = {
     "a daemon thread runs": "threading.Thread(target=lambda: [session.run(300) for _ in range(10**6)], daemon=True).start()",
-    "a field is learned": "session.mesh('ball').add_point((5, 0, 0), 'inside'); session.run_for(0.01)",
+    "a field is solved": "session.mesh('ball').add_point((5, 0, 0), 'inside'); session.run_for(0.01)",
     "arrays are left": "vertices, voxels = session.mesh('ball').mesh.vertices, session.volume.array",
 }
 
@@ -193,7 +193,7 @@ while time.perf_counter() < end:
         assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_sessions_that_nobody_closed_are_let_go(phantom):
+def test_unclosed_sessions_are_released(phantom):
     for _ in range(5):
         mesh = Session(phantom[0], backend="cpu").add_mesh(centre=(0, 0, 0), radius=5)
         assert len(mesh.mesh) > 0

@@ -11,7 +11,7 @@ KEPT = ["int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float
 
 
 @pytest.mark.parametrize("dtype", KEPT)
-def test_voxels_come_back_as_they_were(dtype):
+def test_voxels_round_trip(dtype):
     voxels = np.arange(2 * 3 * 4).reshape(2, 3, 4).astype(dtype)
     volume = Volume(voxels)
     assert volume.dtype == np.dtype(dtype)
@@ -28,7 +28,7 @@ def test_memory_layout_and_byte_order_do_not_matter():
         np.testing.assert_array_equal(Volume(layout).array, voxels)
 
 
-def test_types_that_are_not_kept_are_converted_without_loss():
+def test_other_types_are_converted_without_loss():
     flags = np.random.default_rng(1).random((3, 3, 3)) > 0.5
     assert Volume(flags).dtype == np.uint8
     np.testing.assert_array_equal(Volume(flags).array, flags)
@@ -57,7 +57,7 @@ def test_types_that_are_not_kept_are_converted_without_loss():
         (None, "axes"),
     ],
 )
-def test_arrays_that_are_no_volume_are_refused(array, words):
+def test_invalid_arrays_are_rejected(array, words):
     with pytest.raises(Error, match=words) as refused:
         Volume(array)
     assert "\n" not in str(refused.value)
@@ -79,18 +79,18 @@ def test_arrays_that_are_no_volume_are_refused(array, words):
         ({"affine_ras": np.eye(4), "spacing": (1, 1, 1)}, "given twice"),
     ],
 )
-def test_geometries_that_are_none_are_refused(geometry, words):
+def test_invalid_geometries_are_rejected(geometry, words):
     with pytest.raises(Error, match=words):
         Volume(np.zeros((2, 2, 2)), **geometry)
 
 
-def test_what_is_not_a_number_is_kept():
+def test_values_that_are_not_finite_are_kept():
     voxels = np.full((3, 3, 3), np.nan)
     voxels[1, 1, 1] = np.inf
     np.testing.assert_array_equal(Volume(voxels).array, voxels)
 
 
-def test_positions_and_indices_are_each_other_inverse(ramp):
+def test_positions_and_indices_are_inverse(ramp):
     affine = ramp.affine_lps
     np.testing.assert_allclose(affine[:3, :3], ramp.direction * np.array(ramp.spacing))
     np.testing.assert_allclose(affine[:3, 3], ramp.origin)
@@ -113,7 +113,7 @@ def test_both_affines_are_of_the_same_grid(ramp):
     assert not Volume(ramp.array).same_grid(ramp)
 
 
-def test_arrays_look_into_the_volume_and_outlive_it(ramp):
+def test_arrays_share_the_memory_of_the_volume_and_outlive_it(ramp):
     voxels = np.array(ramp.array)
     array = ramp.array
     assert not array.flags.writeable
@@ -128,14 +128,14 @@ def test_arrays_look_into_the_volume_and_outlive_it(ramp):
     assert np.asarray(ramp, dtype=float).dtype == float
 
 
-def test_the_array_that_it_was_made_of_may_change(ramp):
+def test_changes_of_the_source_array_have_no_effect(ramp):
     voxels = np.zeros((2, 2, 2), np.uint8, order="F")
     volume = Volume(voxels)
     voxels[:] = 7
     assert volume.array.max() == 0
 
 
-def test_errors_are_of_one_kind():
+def test_errors_have_one_type():
     assert issubclass(Error, RuntimeError)
     assert issubclass(simplexseg.SimulationError, Error)
     assert issubclass(simplexseg.DataWarning, UserWarning)

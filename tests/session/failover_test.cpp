@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A device that fails, or has not the memory: the session goes on with the spare engine, or refuses with nothing lost.
+// Devices that fail or lack memory: the session continues on the fallback engine, or throws and loses nothing.
 #include "core/error.h"
 #include "session/session.h"
 #include "step/simulation_parameters.h"
@@ -8,11 +8,11 @@
 namespace simplexseg {
 namespace {
 
-/// The CPU's engine as a device that fails when told to.
+/// CPU engine that simulates a failing device.
 class Device : public Engine {
  public:
   struct State {
-    bool fails = false, full = false;  ///< full: nothing more can be loaded
+    bool fails = false, full = false;  ///< full: every load fails
     std::size_t bytes = std::size_t{1} << 40;
   };
   explicit Device(std::shared_ptr<State> state) : state_(std::move(state)) {}
@@ -21,7 +21,7 @@ class Device : public Engine {
   void set_volume(const Volume& volume) override { inner().set_volume(volume); }
   void load(std::span<const EngineMesh> meshes, const SimulationParameters& s,
             std::span<const EnginePoint> points) override {
-    if (state_->full) throw Error("mesh arrays", "memory could not be had", "use fewer or coarser meshes");
+    if (state_->full) throw Error("mesh arrays", "there is not enough memory", "use fewer or coarser meshes");
     inner().load(meshes, s, points);
   }
   void set_parameters(std::span<const ForceParameters> meshes, const SimulationParameters& s,
@@ -30,8 +30,8 @@ class Device : public Engine {
   }
   void set_points(std::span<const EnginePoint> points) override { inner().set_points(points); }
   void set_field(int mesh, const EngineField& field) override { inner().set_field(mesh, field); }
-  void give_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
-    inner().give_targets(mesh, force, targets);
+  void set_fixed_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
+    inner().set_fixed_targets(mesh, force, targets);
   }
   void read_targets(int mesh, ForceId force, std::span<Vec4> targets) override {
     inner().read_targets(mesh, force, targets);
@@ -53,8 +53,8 @@ class Device : public Engine {
   }
   std::uint64_t bytes_read_back() const override { return 0; }
   std::size_t bytes_available() const override { return state_->bytes; }
-  std::size_t bytes_held() const override { return engine_->bytes_held(); }
-  std::vector<HeldArray> held_arrays() const override { return engine_->held_arrays(); }
+  std::size_t bytes_allocated() const override { return engine_->bytes_allocated(); }
+  std::vector<AllocatedArray> allocated_arrays() const override { return engine_->allocated_arrays(); }
   std::vector<KernelCount> kernel_counts() const override { return engine_->kernel_counts(); }
 
  private:
@@ -71,7 +71,7 @@ Scene scene_of_one() {
   MeshItem item;
   item.name = "ball", item.seed = {{0, 0, 0}, 12};
   item.parameters = default_force_parameters();
-  set(item.parameters, {"evidence", "source", 1});  // who learns a field reads poses to compare with it
+  set(item.parameters, {"evidence", "source", 1});  // no field, whose comparison with meshes would read poses
   scene.meshes.push_back(item);
   scene.simulation = default_simulation_parameters();
   return scene;
@@ -80,99 +80,101 @@ Scene scene_of_one() {
 struct Failover : ::testing::Test {
   std::shared_ptr<Device::State> device = std::make_shared<Device::State>();
   Volume volume = phantom("sphere").image;
-  Session with_spare{std::make_unique<Device>(device), [] { return make_cpu_engine(1); }};
+  Session with_fallback{std::make_unique<Device>(device), [] { return make_cpu_engine(1); }};
   Session without{std::make_unique<Device>(device)};
 };
 
-TEST_F(Failover, StepsGoOnWithTheSpareEngine) {
-  with_spare.open(scene_of_one(), volume);
-  with_spare.advance_steps(20);
-  const Positions before = with_spare.scene().meshes[0].mesh.positions;
+TEST_F(Failover, StepsContinueOnTheFallbackEngine) {
+  with_fallback.open(scene_of_one(), volume);
+  with_fallback.advance_steps(20);
+  const Positions before = with_fallback.scene().meshes[0].mesh.positions;
   device->fails = true;
-  const Advance advance = with_spare.advance_steps(10);
+  const Advance advance = with_fallback.advance_steps(10);
   EXPECT_EQ(advance.steps, 10);
-  EXPECT_STREQ(with_spare.engine().backend(), "cpu");
-  EXPECT_EQ(with_spare.engine_generation(), 1);
-  const std::optional<std::string> notice = with_spare.take_notice();
+  EXPECT_STREQ(with_fallback.engine().backend(), "cpu");
+  EXPECT_EQ(with_fallback.engine_generation(), 1);
+  const std::optional<std::string> notice = with_fallback.pop_notice();
   ASSERT_TRUE(notice.has_value());
   EXPECT_NE(notice->find("the device was lost"), std::string::npos) << *notice;
-  EXPECT_FALSE(with_spare.take_notice().has_value()) << "said once";
-  EXPECT_GT(largest_distance(with_spare.scene().meshes[0].mesh.positions, before), 1e-3)
-      << "and it moves on from where it was";
+  EXPECT_FALSE(with_fallback.pop_notice().has_value()) << "returned once";
+  EXPECT_GT(largest_distance(with_fallback.scene().meshes[0].mesh.positions, before), 1e-3)
+      << "it continues from the previous pose";
 }
 
 TEST_F(Failover, CommandsAreNotLost) {
-  with_spare.open(scene_of_one(), volume);
+  with_fallback.open(scene_of_one(), volume);
   device->fails = true;
-  const ItemId point = with_spare.apply(AddPoint{with_spare.scene().meshes[0].id, {15, 0, 0}});
+  const ItemId point = with_fallback.apply(AddPoint{with_fallback.scene().meshes[0].id, {15, 0, 0}});
   EXPECT_NE(point, 0u);
-  EXPECT_EQ(with_spare.scene().points.size(), 1u);
-  EXPECT_STREQ(with_spare.engine().backend(), "cpu");
-  with_spare.apply(MovePoint{point, {16, 0, 0}, true});
-  EXPECT_EQ(with_spare.scene().points[0].position_mm[0], 16);
+  EXPECT_EQ(with_fallback.scene().points.size(), 1u);
+  EXPECT_STREQ(with_fallback.engine().backend(), "cpu");
+  with_fallback.apply(MovePoint{point, {16, 0, 0}, true});
+  EXPECT_EQ(with_fallback.scene().points[0].position_mm[0], 16);
 }
 
-TEST_F(Failover, PosesThatWereNotReadYetAreThoseReadLast) {
-  with_spare.open(scene_of_one(), volume);
-  with_spare.advance_steps(20);
+TEST_F(Failover, ContinuesFromPosesReadLast) {
+  with_fallback.open(scene_of_one(), volume);
+  with_fallback.advance_steps(20);
   device->fails = true;
-  EXPECT_EQ(with_spare.scene().meshes[0].mesh.positions.size(), with_spare.scene().meshes[0].previous.size());
-  with_spare.advance_steps(1);
-  const std::optional<std::string> notice = with_spare.take_notice();
+  EXPECT_EQ(with_fallback.scene().meshes[0].mesh.positions.size(), with_fallback.scene().meshes[0].previous.size());
+  with_fallback.advance_steps(1);
+  const std::optional<std::string> notice = with_fallback.pop_notice();
   ASSERT_TRUE(notice.has_value());
   EXPECT_NE(notice->find("20 steps ago"), std::string::npos) << *notice;
 }
 
-TEST_F(Failover, WhatASolverHasLearntIsAsOfThePose) {
+TEST_F(Failover, SolverStateBelongsToThePose) {
   Scene scene = scene_of_one();
-  scene.simulation.final_vertices = scene.simulation.start_vertices;  // a refinement would read the pose, and forget
-  with_spare.open(scene, volume);
-  with_spare.advance_steps(40);
-  const SolverState early = with_spare.last_outcome().solver.at(0);
-  ASSERT_GT(early.slowest, 0);
-  EXPECT_EQ(with_spare.scene_without_poses().meshes[0].solver.slowest, 0) << "not read back yet";
-  EXPECT_EQ(with_spare.scene().meshes[0].solver.slowest, early.slowest);
-  with_spare.advance_steps(40);
-  ASSERT_NE(with_spare.last_outcome().solver.at(0).slowest, early.slowest);
+  // No refinement, which would read the pose and reset the solver.
+  scene.simulation.final_vertices = scene.simulation.start_vertices;
+  with_fallback.open(scene, volume);
+  with_fallback.advance_steps(40);
+  const SolverState early = with_fallback.last_outcome().solver.at(0);
+  ASSERT_GT(early.min_eigenvalue, 0);
+  EXPECT_EQ(with_fallback.scene_without_poses().meshes[0].solver.min_eigenvalue, 0) << "not read back yet";
+  EXPECT_EQ(with_fallback.scene().meshes[0].solver.min_eigenvalue, early.min_eigenvalue);
+  with_fallback.advance_steps(40);
+  ASSERT_NE(with_fallback.last_outcome().solver.at(0).min_eigenvalue, early.min_eigenvalue);
   device->fails = true;
-  EXPECT_EQ(with_spare.scene().meshes[0].solver.slowest, early.slowest) << "as the pose, which cannot be read any more";
+  EXPECT_EQ(with_fallback.scene().meshes[0].solver.min_eigenvalue, early.min_eigenvalue)
+      << "of the pose that was read last";
 }
 
-TEST_F(Failover, AnEditOfPosesThatCannotBeReadIsOfThoseReadLast) {
-  with_spare.open(scene_of_one(), volume);
-  with_spare.advance_steps(20);
-  (void)with_spare.scene();
-  const int vertices = with_spare.scene().meshes[0].mesh.vertex_count();
-  with_spare.advance_steps(7);
+TEST_F(Failover, EditsUsePosesReadLast) {
+  with_fallback.open(scene_of_one(), volume);
+  with_fallback.advance_steps(20);
+  (void)with_fallback.scene();
+  const int vertices = with_fallback.scene().meshes[0].mesh.vertex_count();
+  with_fallback.advance_steps(7);
   device->fails = true;
-  with_spare.apply(RefineMesh{0});
-  EXPECT_STREQ(with_spare.engine().backend(), "cpu");
-  EXPECT_EQ(with_spare.scene().meshes[0].mesh.vertex_count(), 4 * vertices);
-  EXPECT_NE(with_spare.take_notice()->find("7 steps ago"), std::string::npos);
-  with_spare.apply(Undo{});
-  EXPECT_EQ(with_spare.scene().meshes[0].mesh.vertex_count(), vertices);
-  EXPECT_EQ(with_spare.advance_steps(5).steps, 5);
+  with_fallback.apply(RefineMesh{0});
+  EXPECT_STREQ(with_fallback.engine().backend(), "cpu");
+  EXPECT_EQ(with_fallback.scene().meshes[0].mesh.vertex_count(), 4 * vertices);
+  EXPECT_NE(with_fallback.pop_notice()->find("7 steps ago"), std::string::npos);
+  with_fallback.apply(Undo{});
+  EXPECT_EQ(with_fallback.scene().meshes[0].mesh.vertex_count(), vertices);
+  EXPECT_EQ(with_fallback.advance_steps(5).steps, 5);
 }
 
-TEST_F(Failover, AnEngineThatIsPutInPlaceOfALostOneIsUsed) {
-  with_spare.open(scene_of_one(), volume);
-  with_spare.advance_steps(20);
+TEST_F(Failover, AReplacementOfAFailedEngineIsUsed) {
+  with_fallback.open(scene_of_one(), volume);
+  with_fallback.advance_steps(20);
   device->fails = true;
-  (void)with_spare.scene();  // notices the loss
+  (void)with_fallback.scene();  // detects the failure
   const auto other = std::make_shared<Device::State>();
-  with_spare.set_engine(std::make_unique<Device>(other));
-  EXPECT_EQ(with_spare.advance_steps(10).steps, 10);
-  EXPECT_STREQ(with_spare.engine().backend(), "cuda") << "the spare is not needed";
+  with_fallback.set_engine(std::make_unique<Device>(other));
+  EXPECT_EQ(with_fallback.advance_steps(10).steps, 10);
+  EXPECT_STREQ(with_fallback.engine().backend(), "cuda") << "the fallback is not needed";
 }
 
-TEST_F(Failover, WithoutASpareTheFailureIsThrown) {
+TEST_F(Failover, WithoutAFallbackTheFailureIsThrown) {
   without.open(scene_of_one(), volume);
   device->fails = true;
   EXPECT_THROW(without.advance_steps(1), DeviceError);
   EXPECT_EQ(without.scene_without_poses().meshes.size(), 1u);
 }
 
-TEST_F(Failover, ARefinementWithoutTheMemoryIsNotBegun) {
+TEST_F(Failover, ARefinementWithoutMemoryIsNotStarted) {
   Scene scene = scene_of_one();
   scene.simulation.steps_per_level = 20;
   without.open(scene, volume);
@@ -182,7 +184,7 @@ TEST_F(Failover, ARefinementWithoutTheMemoryIsNotBegun) {
   device->full = true;
   EXPECT_THROW(session.apply(RefineMesh{0}), Error);
   EXPECT_EQ(session.scene().meshes[0].mesh.vertex_count(), vertices);
-  // Nor is one that is due by itself; the steps before it are done.
+  // Automatic refinement fails, too; the steps before it are executed.
   EXPECT_THROW(session.advance_steps(30), Error);
   EXPECT_EQ(session.total_steps(), 20);
   EXPECT_EQ(session.scene_without_poses().meshes[0].mesh.vertex_count(), vertices);
@@ -195,7 +197,7 @@ TEST_F(Failover, ARefinementWithoutTheMemoryIsNotBegun) {
   EXPECT_EQ(session.scene().meshes[0].mesh.vertex_count(), 4 * vertices);
 }
 
-TEST_F(Failover, ASceneWithoutTheMemoryIsNotOpened) {
+TEST_F(Failover, ASceneWithoutMemoryIsNotOpened) {
   without.open(scene_of_one(), volume);
   without.advance_steps(11);
   Scene larger = scene_of_one();
@@ -209,7 +211,7 @@ TEST_F(Failover, ASceneWithoutTheMemoryIsNotOpened) {
   EXPECT_NE(without.scene().meshes[0].mesh.vertex_count(), larger.meshes[0].mesh.vertex_count());
 }
 
-TEST_F(Failover, TooLittleMemoryIsSaidWithBothFiguresBeforeAnythingIsLoaded) {
+TEST_F(Failover, TooLittleMemoryIsReportedWithBothFiguresBeforeLoading) {
   without.open(scene_of_one(), volume);
   device->bytes = 1 << 20;
   Scene larger = scene_of_one();
@@ -220,13 +222,13 @@ TEST_F(Failover, TooLittleMemoryIsSaidWithBothFiguresBeforeAnythingIsLoaded) {
   } catch (const Error& error) {
     why = error.what();
   }
-  EXPECT_NE(why.find("1 MiB can be had"), std::string::npos) << why;
+  EXPECT_NE(why.find("1 MiB are free"), std::string::npos) << why;
   EXPECT_NE(why.find("MiB are needed"), std::string::npos) << why;
-  EXPECT_EQ(without.scene().meshes[0].name, "ball") << "what was open stays";
+  EXPECT_EQ(without.scene().meshes[0].name, "ball") << "the previous scene stays open";
   without.advance_steps(5);
-  with_spare.open(larger, volume);
-  EXPECT_STREQ(with_spare.engine().backend(), "cpu");
-  EXPECT_NE(with_spare.take_notice()->find("MiB are needed"), std::string::npos);
+  with_fallback.open(larger, volume);
+  EXPECT_STREQ(with_fallback.engine().backend(), "cpu");
+  EXPECT_NE(with_fallback.pop_notice()->find("MiB are needed"), std::string::npos);
 }
 
 }  // namespace

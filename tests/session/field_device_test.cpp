@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where fields are learned: elsewhere than on the CPU where that is said, and on the CPU once that fails.
+// Fields are solved on the chosen device, and on the CPU once it has failed.
 #include "core/error.h"
-#include "evidence/box_field.h"
+#include "evidence/field_solver.h"
 #include "session_fixture.h"
 
 namespace simplexseg {
@@ -9,13 +9,13 @@ namespace {
 
 const Volume& volume() { return phantom("sphere", 100, 10).image; }
 
-/// The CPU's, which fails as a device does: when so many steps were asked of it.
-class Device final : public BoxField {
+/// CPU solver that fails like a device at update number `fails_at`.
+class Device final : public FieldSolver {
  public:
   struct State {
-    int made = 0, heard = 0, fails_at = 1 << 30;
+    int made = 0, updates = 0, fails_at = 1 << 30;
   };
-  Device(std::unique_ptr<BoxField> field, State& state) : field_(std::move(field)), state_(state) {}
+  Device(std::unique_ptr<FieldSolver> field, State& state) : field_(std::move(field)), state_(state) {}
   void set_box(const VoxelBox& box, double reach_mm) override {
     field_->set_box(box, reach_mm);
     box_ = field_->box();
@@ -29,30 +29,31 @@ class Device final : public BoxField {
   std::vector<Before> before(std::span<const Eigen::Vector3d> places_mm) const override {
     return field_->before(places_mm);
   }
-  void hear(std::span<const Mark> marks, const Mask* others) override {
-    if (++state_.heard >= state_.fails_at) throw DeviceError("CUDA: a test", "it was unplugged", "plug it in");
-    field_->hear(marks, others);
+  void set_constraints(std::span<const Mark> marks, const Mask* others) override {
+    if (++state_.updates >= state_.fails_at) throw DeviceError("CUDA: a test", "it was unplugged", "plug it in");
+    field_->set_constraints(marks, others);
   }
-  double learn(std::span<const Mark> marks, std::span<const NewDot> fresh, double reach_mm, double radius_mm) override {
+  double learn(std::span<const Mark> marks, std::span<const NewMarkBall> fresh, double reach_mm,
+               double radius_mm) override {
     return field_->learn(marks, fresh, reach_mm, radius_mm);
   }
   Solved solve(double tolerance, bool further) override { return field_->solve(tolerance, further); }
-  Settled settle(const SurfaceSaid& said) override { return field_->settle(said); }
+  RefinedSurface refine_surface(const BandTerms& terms) override { return field_->refine_surface(terms); }
   std::span<const float> probability() const override { return field_->probability(); }
   const FieldObject& object() const override { return field_->object(); }
-  std::span<const Known> known() const override { return field_->known(); }
+  std::span<const Constraint> known() const override { return field_->known(); }
   std::vector<std::uint16_t> values(const FieldValue& value) const override { return field_->values(value); }
   std::size_t bytes() const override { return field_->bytes(); }
 
  private:
-  std::unique_ptr<BoxField> field_;
+  std::unique_ptr<FieldSolver> field_;
   State& state_;
 };
 
-MakeBoxField device(Device::State& state) {
+MakeFieldSolver device(Device::State& state) {
   return [&state](const Volume& of, const RunJobs& run, const EvidenceSettings& settings) {
     ++state.made;
-    return std::make_unique<Device>(make_cpu_box_field(of, run, settings), state);
+    return std::make_unique<Device>(make_cpu_field_solver(of, run, settings), state);
   };
 }
 
@@ -61,30 +62,30 @@ std::unique_ptr<Session> open_with_field(Device::State* state) {
   set(scene.forces, {"evidence", "source", 0});
   scene.meshes[0].parameters = scene.forces;
   auto session = std::make_unique<Session>(make_cpu_engine(1), nullptr, 1);
-  if (state) session->learn_fields_with(device(*state));
+  if (state) session->set_field_solver(device(*state));
   session->open(std::move(scene), volume());
   return session;
 }
 const MeshItem& ball(const Session& session) { return session.scene().meshes.at(0); }
 
-TEST(FieldsOnADevice, AreLearnedThere) {
+TEST(FieldsOnADevice, AreSolvedThere) {
   Device::State state;
   const auto there = open_with_field(&state), here = open_with_field(nullptr);
   there->advance_steps(20);
   here->advance_steps(20);
   EXPECT_EQ(state.made, 1);
-  EXPECT_GE(state.heard, 1);
+  EXPECT_GE(state.updates, 1);
   ASSERT_TRUE(ball(*there).has_field());
   EXPECT_EQ(ball(*there).field->values, ball(*here).field->values);
-  EXPECT_FALSE(there->take_notice());
+  EXPECT_FALSE(there->pop_notice());
 }
 
-TEST(FieldsOnADevice, OnceItFailsTheCpuLearnsFromAllMarksAnewAndALineSaysSo) {
+TEST(FieldsOnADevice, AfterAFailureTheCpuSolvesFromAllMarksWithANotice) {
   Device::State state;
   const auto there = open_with_field(&state), here = open_with_field(nullptr);
   there->advance_steps(20);
   here->advance_steps(20);
-  state.fails_at = state.heard + 1;
+  state.fails_at = state.updates + 1;
   const Eigen::Vector3d too_much(17.5, 0, 0);
   for (Session* session : {there.get(), here.get()}) {
     session->apply(AddPoint{ball(*session).id, too_much, MarkKind::Outside});
@@ -93,30 +94,30 @@ TEST(FieldsOnADevice, OnceItFailsTheCpuLearnsFromAllMarksAnewAndALineSaysSo) {
   ASSERT_TRUE(ball(*there).has_field());
   EXPECT_TRUE(ball(*there).field->problem.empty());
   EXPECT_EQ(ball(*there).field->values, ball(*here).field->values);
-  const std::optional<std::string> notice = there->take_notice();
+  const std::optional<std::string> notice = there->pop_notice();
   ASSERT_TRUE(notice);
   EXPECT_NE(notice->find("on the CPU from now on"), std::string::npos) << *notice;
   EXPECT_NE(notice->find("unplugged"), std::string::npos) << *notice;
   EXPECT_EQ(notice->find('\n'), std::string::npos);
-  EXPECT_FALSE(there->take_notice());
+  EXPECT_FALSE(there->pop_notice());
   there->apply(AddPoint{ball(*there).id, {0, -19, 0}, MarkKind::Inside});
   there->apply(AddMesh{"other", {{-8, 0, 0}, 5}, std::nullopt});
   there->advance_steps(20);
-  EXPECT_EQ(state.made, 1) << "it is not asked again";
+  EXPECT_EQ(state.made, 1) << "it is not tried again";
 }
 
-TEST(FieldsOnADevice, OneThatCannotBeginIsLeft) {
+TEST(FieldsOnADevice, ADeviceThatFailsAtTheStartIsNotUsed) {
   const auto session = open_with_field(nullptr);
-  int asked = 0;
-  session->learn_fields_with(
-      [&asked](const Volume&, const RunJobs&, const EvidenceSettings&) -> std::unique_ptr<BoxField> {
-        ++asked;
+  int requests = 0;
+  session->set_field_solver(
+      [&requests](const Volume&, const RunJobs&, const EvidenceSettings&) -> std::unique_ptr<FieldSolver> {
+        ++requests;
         throw DeviceError("CUDA: a test", "out of memory", "use --backend cpu");
       });
   session->advance_steps(20);
-  EXPECT_EQ(asked, 1);
+  EXPECT_EQ(requests, 1);
   EXPECT_TRUE(ball(*session).has_field());
-  EXPECT_TRUE(session->take_notice());
+  EXPECT_TRUE(session->pop_notice());
 }
 
 }  // namespace

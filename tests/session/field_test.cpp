@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fields that are learned from a scene's marks: when, from what, and that log and undo hold.
+// Fields solved from the marks of a scene: when, from which marks, and with undo and replay.
 #include <chrono>
 #include <thread>
 
@@ -8,7 +8,7 @@
 #include "forces/force_list.h"
 #include "image/rasterise.h"
 #include "mesh/mesh_geometry.h"
-#include "session/mesh_life.h"
+#include "session/mesh_lifecycle.h"
 #include "session/mesh_marks.h"
 #include "session_fixture.h"
 
@@ -26,7 +26,7 @@ std::unique_ptr<Session> open_with_field(int threads = 2) {
   return session;
 }
 const MeshItem& ball(const Session& session) { return session.scene().meshes.at(0); }
-/// P(object) at a place, by its nearest voxel; 0 outside of the box.
+/// Foreground probability at a position, from its nearest voxel; 0 outside the box.
 double field_at(const MeshItem& item, const Eigen::Vector3d& mm) {
   const Eigen::Vector3d at = volume().geometry().index_from_world() * mm;
   std::array<int, 3> v{};
@@ -38,7 +38,7 @@ double field_at(const MeshItem& item, const Eigen::Vector3d& mm) {
   return item.field->values[(std::size_t(v[2]) * size[1] + v[1]) * size[0] + v[0]] / 65535.0;
 }
 
-TEST(Fields, AreLearnedBeforeTheFirstStepAndDrawTheMesh) {
+TEST(Fields, AreSolvedBeforeTheFirstStepAndAttractTheMesh) {
   const auto session = open_with_field();
   EXPECT_EQ(ball(*session).field, nullptr);
   const Advance done = session->advance_steps(600, true);
@@ -51,7 +51,7 @@ TEST(Fields, AreLearnedBeforeTheFirstStepAndDrawTheMesh) {
   EXPECT_NEAR(radius, kPhantomRadius, 0.5);
 }
 
-TEST(Fields, NothingIsLearnedThatNobodyNeeds) {
+TEST(Fields, OnlyNeededFieldsAreSolved) {
   const auto session = open_with_field();
   session->apply(SetForceParameter{0, ForceId::Evidence, EvidenceForce::weight, 0});
   session->advance_steps(20);
@@ -87,15 +87,15 @@ TEST(Fields, PointsAreMarksAndAMeshEndsOnTheirSide) {
   EXPECT_TRUE(inside({-10, 0, 0}));
 }
 
-TEST(Fields, APointMarksAsMuchAsTheFieldSays) {
+TEST(Fields, TheFieldDeterminesTheRadiusOfAPoint) {
   EvidenceField field(volume());
   const std::vector<Mark> seed{{MarkKind::Inside, {0, 0, 0}, 4}};
   field.update(seed);
-  auto learned = std::make_shared<MeshField>();
-  learned->box = field.box(), learned->marks = seed;
-  for (const std::uint8_t voxel : field.object_in_box().voxels) learned->values.push_back(voxel ? 65535 : 0);
+  auto solved_field = std::make_shared<MeshField>();
+  solved_field->box = field.box(), solved_field->marks = seed;
+  for (const std::uint8_t voxel : field.object_in_box().voxels) solved_field->values.push_back(voxel ? 65535 : 0);
   MeshItem item;
-  item.field = learned;
+  item.field = solved_field;
   double largest = 0;
   for (const MarkKind kind : {MarkKind::Inside, MarkKind::Outside})
     for (const Eigen::Vector3d& at : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(8, 0, 0), Eigen::Vector3d(0, -22, 2)}) {
@@ -106,31 +106,30 @@ TEST(Fields, APointMarksAsMuchAsTheFieldSays) {
   EXPECT_GT(largest, 1.05 * mark_radius_mm(item, MarkKind::Boundary, {0, 0, 0}, volume()));
 }
 
-/// A scene that is opened again, or made by hand, has its field from all of its points at once: the same as that of
-/// someone who clicked them.
-TEST(Fields, PointsOfASceneAreHeardAsIfTheyWereClicked) {
+/// A scene opened with all its points gets the same field as one in which the points were clicked.
+TEST(Fields, PointsOfASceneActAsIfTheyWereClicked) {
   const auto clicked = open_with_field(), opened = open_with_field();
   const ItemId mesh = ball(*clicked).id;
   clicked->advance_steps(20);
   clicked->apply(AddPoint{mesh, {17.5, 0, 0}, MarkKind::Outside});
   clicked->advance_steps(20);
-  const std::vector<std::uint16_t> of_one = ball(*clicked).field->values;
+  const std::vector<std::uint16_t> with_one_point = ball(*clicked).field->values;
   clicked->apply(AddPoint{mesh, {0, -21, 0}, MarkKind::Inside});
   clicked->advance_steps(20);
   for (const UserPoint& p : clicked->scene().points)
     opened->apply(AddPoint{ball(*opened).id, p.position_mm, p.kind, p.radius_mm, p.outward});
   opened->advance_steps(20);
-  EXPECT_NE(ball(*clicked).field->values, of_one);
+  EXPECT_NE(ball(*clicked).field->values, with_one_point);
   EXPECT_EQ(ball(*opened).field->marks, ball(*clicked).field->marks);
   EXPECT_EQ(ball(*opened).field->values, ball(*clicked).field->values);
 }
 
-TEST(Fields, ABoundaryPointKnowsTheWayOut) {
+TEST(Fields, ABoundaryPointHasAnOutwardDirection) {
   const auto session = open_with_field();
   session->advance_steps(400, true);
   const ItemId mesh = ball(*session).id;
-  session->apply(AddPoint{mesh, {12, 0, 0}});  // the surface is to come in
-  session->apply(AddPoint{mesh, {0, 0, 26}});  // ... and to go out
+  session->apply(AddPoint{mesh, {12, 0, 0}});  // moves the surface inwards
+  session->apply(AddPoint{mesh, {0, 0, 26}});  // ... and outwards
   const auto& points = session->scene().points;
   EXPECT_GT(points[0].outward.dot(Eigen::Vector3d::UnitX()), 0.9);
   EXPECT_GT(points[1].outward.dot(Eigen::Vector3d::UnitZ()), 0.9);
@@ -139,7 +138,7 @@ TEST(Fields, ABoundaryPointKnowsTheWayOut) {
   EXPECT_GT(field_at(ball(*session), {10, 0, 0}), 0.5);
 }
 
-TEST(Fields, UndoBringsBackTheFieldThatWas) {
+TEST(Fields, UndoRestoresTheField) {
   const auto session = open_with_field();
   session->advance_steps(100);
   const auto before = ball(*session).field;
@@ -150,15 +149,15 @@ TEST(Fields, UndoBringsBackTheFieldThatWas) {
   session->apply(Undo{});
   EXPECT_EQ(ball(*session).field, before);
   session->advance_steps(10);
-  EXPECT_EQ(ball(*session).field, before) << "it still belongs to the marks: nothing is learned anew";
+  EXPECT_EQ(ball(*session).field, before) << "it fits the marks and is not solved again";
   session->apply(Redo{});
   EXPECT_EQ(ball(*session).field, after);
 }
 
-TEST(Fields, AreLearnedBesideLiveFramesAndAReplayEndsInTheSameBits) {
+TEST(Fields, AreSolvedDuringLiveFramesAndReplayGivesTheSameBits) {
   const auto live = open_with_field(2);
   const auto frames_until = [&](auto&& done) {
-    // Under a sanitizer and beside other tests a field takes its time: this is to end a hang, no more.
+    // Long limit that only detects a hang: with a sanitizer and other tests running, a field takes long.
     const auto hung = std::chrono::steady_clock::now() + std::chrono::minutes(5);
     while (!done() && std::chrono::steady_clock::now() < hung) {
       live->advance(0.002);
@@ -167,7 +166,7 @@ TEST(Fields, AreLearnedBesideLiveFramesAndAReplayEndsInTheSameBits) {
     return done();
   };
   live->advance(0.002);
-  EXPECT_NE(live->learning(), 0u);
+  EXPECT_NE(live->solving_mesh(), 0u);
   EXPECT_EQ(live->scene().meshes[0].mesh.positions, make_sphere({1, -2, 0.5}, 12, 2).positions)
       << "a mesh waits for its first field";
   ASSERT_TRUE(frames_until([&] { return ball(*live).has_field() && live->total_steps() > 50; }));
@@ -178,7 +177,7 @@ TEST(Fields, AreLearnedBesideLiveFramesAndAReplayEndsInTheSameBits) {
     live->advance(0.002);
   }
   ASSERT_TRUE(frames_until([&] {
-    return ball(*live).field != first && live->learning() == 0 &&
+    return ball(*live).field != first && live->solving_mesh() == 0 &&
            !has_stale_field(live->scene(), ball(*live), volume());
   }));
   frames_until([&] { return live->steps_since_last_command() > 30; });
@@ -190,25 +189,51 @@ TEST(Fields, AreLearnedBesideLiveFramesAndAReplayEndsInTheSameBits) {
   }
 }
 
-TEST(Fields, MarksOutsideOfTheImageAreRefused) {
+TEST(Fields, TheProgressIncreasesToOneAndIsResetByTheCommit) {
+  const auto session = open_with_field();
+  for (int n = 0; n < 9; ++n)  // the first update applies the last eight marks one after the other
+    session->apply(AddPoint{ball(*session).id, {17.0 - n, 0, 0}, MarkKind::Inside, 2});
+  EXPECT_EQ(session->solving_progress(), 0.0f);
+  const auto hung = std::chrono::steady_clock::now() + std::chrono::minutes(5);
+  for (int solved = 0; solved < 2; ++solved) {
+    session->advance(0.001);
+    ASSERT_NE(session->solving_mesh(), 0u);
+    float last = 0;
+    while (last < 1 && std::chrono::steady_clock::now() < hung) {
+      const float now = session->solving_progress();
+      ASSERT_GE(now, last);
+      ASSERT_LE(now, 1.0f);
+      last = now;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    EXPECT_EQ(last, 1.0f);
+    session->advance_steps(1);
+    EXPECT_TRUE(ball(*session).has_field());
+    EXPECT_EQ(session->solving_mesh(), 0u);
+    EXPECT_EQ(session->solving_progress(), 0.0f);
+    session->apply(AddPoint{ball(*session).id, {0, 21, 0}, MarkKind::Inside});  // for the next update
+  }
+}
+
+TEST(Fields, MarksOutsideTheImageAreRefused) {
   const auto session = open_with_field();
   const ItemId mesh = ball(*session).id;
   EXPECT_THROW(session->apply(AddPoint{mesh, {500, 0, 0}, MarkKind::Inside}), Error);
   const ItemId point = session->apply(AddPoint{mesh, {5, 0, 0}, MarkKind::Inside});
   EXPECT_THROW(session->apply(MovePoint{point, {500, 0, 0}}), Error);
   EXPECT_EQ(session->scene().points.back().position_mm[0], 5);
-  EXPECT_THROW(session->apply(TakeField{}), Error) << "none is being learned";
-  session->apply(AddPoint{mesh, {500, 0, 0}});  // an attraction point may lie anywhere
-  EXPECT_EQ(marks_of(session->scene(), ball(*session), volume()).size(), 2u) << "but marks nothing there";
+  EXPECT_THROW(session->apply(CommitFieldUpdate{}), Error) << "none is being solved";
+  session->apply(AddPoint{mesh, {500, 0, 0}});  // a boundary point may lie anywhere
+  EXPECT_EQ(marks_of(session->scene(), ball(*session), volume()).size(), 2u) << "but has no mark there";
 }
 
-TEST(Fields, AnAbandonedFieldIsDroppedWithItsMesh) {
+TEST(Fields, TheFieldOfADeletedMeshIsDiscarded) {
   const auto session = open_with_field();
   session->advance(0.001);
-  ASSERT_NE(session->learning(), 0u);
+  ASSERT_NE(session->solving_mesh(), 0u);
   session->apply(DeleteMesh{session->scene().meshes[0].id});
   EXPECT_NO_THROW(session->advance_steps(10));
-  EXPECT_EQ(session->learning(), 0u);
+  EXPECT_EQ(session->solving_mesh(), 0u);
 }
 
 }  // namespace

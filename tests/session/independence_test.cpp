@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// A mesh is simulated as if it were alone, and its engine knows what the scene says.
+// Meshes do not affect each other, and the engine uses the parameters of the scene.
 #include "session/session.h"
 #include "session_fixture.h"
 
 namespace simplexseg {
 namespace {
 
-/// On its finest level from the start: nothing of it changes but its pose.
+/// Scene with a mesh that starts on its finest level; only its pose changes.
 Scene settled_scene() {
   Scene scene = ball_scene();
   scene.simulation.final_vertices = 320;
@@ -14,7 +14,7 @@ Scene settled_scene() {
 }
 const Positions& ball_of(const Session& session) { return session.scene().meshes[0].mesh.positions; }
 
-TEST(Independence, AMeshEndsWhereItEndsWhateverBecomesOfOthers) {
+TEST(Independence, OtherMeshesDoNotChangeTheResult) {
   const auto alone = open_session(1, settled_scene());
   alone->advance_steps(900);
   const Positions expected = ball_of(*alone);
@@ -35,9 +35,9 @@ TEST(Independence, AMeshEndsWhereItEndsWhateverBecomesOfOthers) {
   EXPECT_LT(largest_distance(ball_of(*renamed), expected), 2e-3) << "it was renamed, and that was undone";
 }
 
-bool holds(const Session& session, const std::string& array) {
-  for (const Engine::HeldArray& held : session.engine().held_arrays())
-    if (held.name == array) return true;
+bool has_array(const Session& session, const std::string& name) {
+  for (const Engine::AllocatedArray& array : session.engine().allocated_arrays())
+    if (array.name == name) return true;
   return false;
 }
 bool plans(const Session& session, const std::string& array) {
@@ -47,15 +47,15 @@ bool plans(const Session& session, const std::string& array) {
 }
 
 TEST(Independence, OtherFinalVerticesReachTheEngine) {
-  // Intensities near by count on the finest level alone.
+  // Local intensities are used only on the finest level.
   Scene scene = ball_scene();
   set(scene.meshes[0].parameters, {"evidence", "local", 0.5f});
   const auto session = open_session(1, scene);
   session->advance_steps(5);
-  EXPECT_FALSE(holds(*session, "local statistics"));
+  EXPECT_FALSE(has_array(*session, "local statistics"));
   const int final_vertices = simulation_index("final_vertices");
   session->apply(SetSimulationParameter{final_vertices, 320});
-  EXPECT_TRUE(holds(*session, "local statistics"));
+  EXPECT_TRUE(has_array(*session, "local statistics"));
   EXPECT_TRUE(plans(*session, "local statistics"));
   session->advance_steps(5);
   Scene opened = session->scene();
@@ -65,10 +65,10 @@ TEST(Independence, OtherFinalVerticesReachTheEngine) {
   session->advance_steps(5), fresh->advance_steps(5);
   EXPECT_LT(largest_distance(ball_of(*session), ball_of(*fresh)), 1e-4);
   session->apply(SetSimulationParameter{final_vertices, 1280});
-  EXPECT_FALSE(holds(*session, "local statistics"));
+  EXPECT_FALSE(has_array(*session, "local statistics"));
   EXPECT_FALSE(plans(*session, "local statistics"));
   session->apply(Undo{});
-  EXPECT_TRUE(holds(*session, "local statistics"));
+  EXPECT_TRUE(has_array(*session, "local statistics"));
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ const Eigen::Vector3d kCentre(20, 21, 19);
 class LabelField : public ::testing::Test {
  protected:
   LabelField() { grid_.size = {44, 44, 44}; }
-  /// Whether the field has the voxel at a place.
+  /// Whether the voxel at a position belongs to the field's object.
   bool has(const Eigen::Vector3d& at) const {
     std::array<int, 3> in_box;
     for (int a = 0; a < 3; ++a) {
@@ -53,18 +53,18 @@ TEST_F(LabelField, IsTheLabelsWhereNothingIsMarked) {
   EXPECT_EQ(wrong, 0);
 }
 
-TEST_F(LabelField, MarksAddAndTakeAwayWhatTheySay) {
+TEST_F(LabelField, MarksAddAndRemoveVoxels) {
   make({{MarkKind::Inside, along_x(11), 3}, {MarkKind::Outside, along_x(-7), 3}});
   EXPECT_TRUE(has(along_x(11)) && has(along_x(13)));
   EXPECT_FALSE(has(along_x(-7)) || has(along_x(-5)));
   EXPECT_TRUE(has(kCentre + Eigen::Vector3d(0, 7, 0))) << "elsewhere nothing changes";
   EXPECT_FALSE(has(kCentre + Eigen::Vector3d(0, 9, 0)));
   make({{MarkKind::Inside, along_x(-7), 3}, {MarkKind::Outside, along_x(-7), 3}, {MarkKind::Inside, along_x(-7), 2}});
-  EXPECT_TRUE(has(along_x(-7))) << "the last one counts";
+  EXPECT_TRUE(has(along_x(-7))) << "the last mark counts";
   EXPECT_FALSE(has(along_x(-4)));
 }
 
-TEST_F(LabelField, TheSurfaceGoesThroughBoundaryMarks) {
+TEST_F(LabelField, TheSurfacePassesThroughBoundaryMarks) {
   make({{MarkKind::Boundary, along_x(13), 1, {1, 0, 0}}, {MarkKind::Boundary, along_x(-4), 1, {-1, 0, 0}}});
   EXPECT_TRUE(has(along_x(12)) && has(along_x(10)) && has(along_x(8)));
   EXPECT_FALSE(has(along_x(14)));
@@ -73,13 +73,13 @@ TEST_F(LabelField, TheSurfaceGoesThroughBoundaryMarks) {
   EXPECT_TRUE(has(kCentre + Eigen::Vector3d(0, 7, 0)));
 }
 
-TEST_F(LabelField, InsideMarksOfOtherMeshesAreOutside) {
+TEST_F(LabelField, InsideMarksOfOtherMeshesAreBackground) {
   make({}, {{MarkKind::Inside, along_x(7), 3}});
   EXPECT_FALSE(has(along_x(7)));
   EXPECT_TRUE(has(along_x(3)));
 }
 
-TEST_F(LabelField, LabelsBesideTheVolumeAreRefused) {
+TEST_F(LabelField, LabelsOutsideTheVolumeAreRefused) {
   grid_.origin_mm = {500, 0, 0};
   EXPECT_THROW(make({}), Error);
 }

@@ -5,17 +5,17 @@
 #include "image/metrics.h"
 #include "image/rasterise.h"
 #include "mesh/mesh_geometry.h"
-#include "session/mesh_life.h"
+#include "session/mesh_lifecycle.h"
 #include "session/mesh_marks.h"
 #include "session_fixture.h"
 
 namespace simplexseg {
 namespace {
 
-/// A ring: bright, radius 14 mm, its tube 5 mm.
+/// Bright ring of radius 14 mm with a tube of radius 5 mm.
 double depth_in_ring(const Eigen::Vector3d& mm) { return 5 - std::hypot(std::hypot(mm[0], mm[1]) - 14, mm[2]); }
 
-/// A rod along the first axis, 36 mm long, radius 2 mm.
+/// Rod along the first axis, 36 mm long, radius 2 mm.
 double depth_in_rod(const Eigen::Vector3d& mm) {
   return std::min(2 - std::hypot(mm[1] - 0.2, mm[2] - 0.3), 18 - std::abs(mm[0]));
 }
@@ -53,15 +53,15 @@ MeshItem item_with_field(const Volume& image, Depth depth, const Seed& seed) {
 MeshItem item_with_ring_field(const Volume& image) { return item_with_field(image, depth_in_ring, {{14, 0, 0}, 4}); }
 int genus_of(const SimplexMesh& mesh) { return 1 - (cells_of(mesh).count() - mesh.vertex_count() / 2) / 2; }
 
-TEST(MeshRebuild, AMeshMadeOfItsFieldHasItsShapeAndItsTopology) {
+TEST(MeshRebuild, ARebuiltMeshHasShapeAndTopologyOfItsField) {
   const Volume image = ring_image();
   MeshItem item = item_with_ring_field(image);
-  EXPECT_GT(distance_to_field(item, image).wrong, 1000);
+  EXPECT_GT(compare_with_field(item, image).wrong, 1000);
   SimulationParameters simulation = default_simulation_parameters();
   ASSERT_TRUE(rebuild_from_field(item, simulation, image));
   EXPECT_NO_THROW(validate(item.mesh));
   EXPECT_EQ(genus_of(item.mesh), 1);
-  EXPECT_EQ(distance_to_field(item, image).wrong, 0);
+  EXPECT_EQ(compare_with_field(item, image).wrong, 0);
   EXPECT_NEAR(measure(item.mesh).volume_mm3, 2 * M_PI * 14 * M_PI * 25, 0.08 * 6900);
   EXPECT_EQ(item.previous.size(), item.mesh.positions.size());
   EXPECT_EQ(item.shape.size(), item.mesh.positions.size());
@@ -84,18 +84,18 @@ TEST(MeshRebuild, AFieldWithoutAnObjectMakesNoMesh) {
   EXPECT_EQ(item.mesh.vertex_count(), before);
 }
 
-TEST(MeshRebuild, AThinRodKeepsItsEndsAndItsGirthUnderTheForces) {
+TEST(MeshRebuild, AThinRodKeepsItsLengthAndThickness) {
   const Volume image = image_of(depth_in_rod);
   Mask rod{image.geometry(), std::vector<std::uint8_t>(image.geometry().voxel_count())};
   for (std::size_t v = 0; v < rod.voxels.size(); ++v) rod.voxels[v] = image.voxels<float>()[v] > 100;
-  const auto volume_at_rest = [&](float hold) {
+  const auto settled_volume = [&](float hold) {
     Scene scene;
     scene.simulation = default_simulation_parameters();
     MeshItem item = item_with_field(image, depth_in_rod, {{0, 0, 0}, 1.4});
     item.id = 1, item.parameters = default_force_parameters();
     set(item.parameters, {"evidence", "hold", hold});
     auto field = std::make_shared<MeshField>(*item.field);
-    field->marks = marks_of(scene, item, image);  // so that it is not learned anew
+    field->marks = marks_of(scene, item, image);  // so that the field is not solved again
     item.field = field;
     EXPECT_TRUE(rebuild_from_field(item, scene.simulation, image));
     scene.meshes.push_back(item);
@@ -104,16 +104,16 @@ TEST(MeshRebuild, AThinRodKeepsItsEndsAndItsGirthUnderTheForces) {
     EXPECT_TRUE(session.advance_steps(3000, true).at_rest);
     EXPECT_EQ(session.scene().meshes[0].field, field);
     EXPECT_EQ(session.last_outcome().folded_vertices[0], 0);
-    // Without being held, thin parts are drawn together by what smooths them.
+    // With the parameter hold at 1, smoothing contracts thin parts.
     EXPECT_GT(dice(rod, rasterise(session.scene().meshes[0].mesh, image.geometry())), hold > 1 ? 0.97 : 0.85);
     return measure(session.scene().meshes[0].mesh).volume_mm3;
   };
-  const double held = volume_at_rest(8), loose = volume_at_rest(1);
-  EXPECT_NEAR(held, 4 * M_PI * 36, 45);
-  EXPECT_GT(held, 1.03 * loose) << "smoothing draws it together";
+  const double with_hold = settled_volume(8), without = settled_volume(1);
+  EXPECT_NEAR(with_hold, 4 * M_PI * 36, 45);
+  EXPECT_GT(with_hold, 1.03 * without) << "smoothing contracts it";
 }
 
-TEST(MeshRebuild, AMeshEndsOnTheSideOfItsMarksByHalfAVoxelOrMore) {
+TEST(MeshRebuild, MarksLieOnTheirSideOfTheMeshByHalfAVoxelOrMore) {
   Scene scene = ball_scene();
   set(scene.forces, {"evidence", "source", 0});
   scene.meshes[0].parameters = scene.forces;
@@ -122,13 +122,13 @@ TEST(MeshRebuild, AMeshEndsOnTheSideOfItsMarksByHalfAVoxelOrMore) {
   session.open(std::move(scene), image);
   const ItemId mesh = session.scene().meshes[0].id;
   session.advance_steps(1000, true);
-  // A hole too small to be seen by its depth, a bump, and a dent.
+  // A shallow hole, a bump and a dent.
   const std::vector<std::pair<Eigen::Vector3d, MarkKind>> marks{
       {{8, -9, 0.5}, MarkKind::Outside}, {{1, 20, 0.5}, MarkKind::Inside}, {{-17, -2, 0.5}, MarkKind::Outside}};
   for (const auto& [mm, kind] : marks) session.apply(AddPoint{mesh, mm, kind, 1.5});
   EXPECT_TRUE(session.advance_steps(3000, true).at_rest);
   const MeshItem& ball = session.scene().meshes[0];
-  EXPECT_EQ(distance_to_field(ball, image).wrong_marks, 0);
+  EXPECT_EQ(compare_with_field(ball, image).wrong_marks, 0);
   const Mask mask = rasterise(ball.mesh, image.geometry());
   for (const auto& [mm, kind] : marks) {
     const Eigen::Vector3d at = image.geometry().index_from_world() * mm;
@@ -141,23 +141,23 @@ TEST(MeshRebuild, AMeshEndsOnTheSideOfItsMarksByHalfAVoxelOrMore) {
   }
 }
 
-TEST(MeshRebuild, AMeshThatFoldsIsFartherFromItsField) {
+TEST(MeshRebuild, AFoldedMeshHasALargerMismatch) {
   const Volume image = ring_image();
   MeshItem item = item_with_ring_field(image);
   ASSERT_TRUE(rebuild_from_field(item, default_simulation_parameters(), image));
-  const FieldDistance sound = distance_to_field(item, image);
-  EXPECT_TRUE(sound.follows());
+  const FieldMismatch sound = compare_with_field(item, image);
+  EXPECT_TRUE(sound.matches());
   EXPECT_GT(sound.object, 6000);
   MeshItem folded = item;
   for (int v = 0; v < folded.mesh.vertex_count(); v += 40) {
     const std::array<int, 3>& n = folded.mesh.neighbours[v];
     std::swap(folded.mesh.positions[n[0]], folded.mesh.positions[n[1]]);
   }
-  EXPECT_FALSE(distance_to_field(folded, image).follows());
-  EXPECT_TRUE(sound.nearer_than(distance_to_field(folded, image)));
+  EXPECT_FALSE(compare_with_field(folded, image).matches());
+  EXPECT_TRUE(sound.better_than(compare_with_field(folded, image)));
 }
 
-TEST(MeshRebuild, ASessionMakesARingOfASphereThatCannotGrowIntoOne) {
+TEST(MeshRebuild, ASessionRebuildsASphereAsARing) {
   Scene scene;
   scene.simulation = default_simulation_parameters();
   MeshItem item;
@@ -167,7 +167,7 @@ TEST(MeshRebuild, ASessionMakesARingOfASphereThatCannotGrowIntoOne) {
   Session session(make_cpu_engine(2), nullptr, 2);
   const Volume image = ring_image();
   session.open(scene, image);
-  // A user's marks, so that it is the mesh alone that is tried.
+  // Enough marks for a correct field, so that only the mesh is tested.
   for (const Eigen::Vector3d& mm : {Eigen::Vector3d(-14, 0, 0), Eigen::Vector3d(0, 14, 0), Eigen::Vector3d(0, -14, 0)})
     session.apply(AddPoint{session.scene().meshes[0].id, mm, MarkKind::Inside, 4});
   const Advance done = session.advance_steps(2000, true);
@@ -175,15 +175,15 @@ TEST(MeshRebuild, ASessionMakesARingOfASphereThatCannotGrowIntoOne) {
   const MeshItem& ring = session.scene().meshes[0];
   EXPECT_EQ(genus_of(ring.mesh), 1);
   EXPECT_TRUE(ring.rebuilt);
-  EXPECT_LE(distance_to_field(ring, image).wrong, 8);
+  EXPECT_LE(compare_with_field(ring, image).wrong, 8);
   EXPECT_EQ(session.last_outcome().folded_vertices[0], 0);
   session.apply(ResetPose{0});
   EXPECT_FALSE(session.scene().meshes[0].rebuilt);
   EXPECT_EQ(genus_of(session.scene().meshes[0].mesh), 0);
 }
 
-// A seed of two voxels starts with few vertices, whose smoothing is stronger than any image.
-TEST(MeshRebuild, ASessionMakesAMeshThatFellTogetherAnew) {
+// A seed of two voxels starts with few vertices, for which smoothing is stronger than image forces.
+TEST(MeshRebuild, ASessionRebuildsACollapsedMesh) {
   const Volume image = phantom("sphere", 100, 4).image;
   Scene scene;
   scene.simulation = default_simulation_parameters();
@@ -196,7 +196,7 @@ TEST(MeshRebuild, ASessionMakesAMeshThatFellTogetherAnew) {
   EXPECT_TRUE(session.advance_steps(3000, true).at_rest);
   const MeshItem& small = session.scene().meshes[0];
   EXPECT_TRUE(small.rebuilt);
-  EXPECT_TRUE(distance_to_field(small, image).follows());
+  EXPECT_TRUE(compare_with_field(small, image).matches());
   EXPECT_GT(measure(small.mesh).volume_mm3, 4.0 / 3 * M_PI * std::pow(item.seed.radius_mm, 3));
 }
 

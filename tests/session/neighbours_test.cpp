@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes with fields beside each other: what is inside of one is outside of the other.
+// Neighbouring meshes with fields: inside marks of one are background for the other.
 #include "image/metrics.h"
 #include "image/rasterise.h"
 #include "session/label_map.h"
@@ -10,7 +10,7 @@ namespace simplexseg {
 namespace {
 
 const Eigen::Vector3d kLeft(-9, 0, 0), kRight(9, 0, 0);
-constexpr double kRadius = 10;  // the balls run into each other, of one intensity
+constexpr double kRadius = 10;  // the balls touch and have the same intensity
 
 double depth(const Eigen::Vector3d& mm) { return kRadius - std::min((mm - kLeft).norm(), (mm - kRight).norm()); }
 
@@ -26,7 +26,7 @@ Volume two_balls() {
             static_cast<float>((i * 7 + j * 13 + k * 5) % 11);
   return image;
 }
-/// The half of the two balls on one side of the plane between them.
+/// Half of the two balls on one side of the plane between them.
 Mask half(const Volume& image, bool right) {
   Mask mask{image.geometry(), std::vector<std::uint8_t>(image.geometry().voxel_count())};
   const auto [ni, nj, nk] = image.geometry().size;
@@ -51,7 +51,7 @@ Mask mask_of(const Session& session, int mesh) {
   return rasterise(session.scene().meshes[mesh].mesh, session.volume().geometry());
 }
 
-TEST(Neighbours, TouchingBallsOfOneIntensityAreSharedOutBetweenTheirMeshes) {
+TEST(Neighbours, TouchingBallsOfOneIntensityAreSeparated) {
   const Volume image = two_balls();
   const auto session = open_on(image);
   session->advance_steps(2000, true);
@@ -61,7 +61,7 @@ TEST(Neighbours, TouchingBallsOfOneIntensityAreSharedOutBetweenTheirMeshes) {
   session->advance_steps(3000, true);
   const double left = dice(half(image, false), mask_of(*session, 0));
   EXPECT_GT(left, 0.88);
-  EXPECT_GT(left, alone + 0.2) << "alone it has more of the other ball";
+  EXPECT_GT(left, alone + 0.2) << "alone it contains more of the other ball";
   EXPECT_GT(dice(half(image, true), mask_of(*session, 1)), 0.88);
   const LabelMap map = make_label_map(session->scene(), image.geometry());
   const Mask left_mask = half(image, false);
@@ -72,11 +72,11 @@ TEST(Neighbours, TouchingBallsOfOneIntensityAreSharedOutBetweenTheirMeshes) {
     wrong += (label == 1) != (left_mask.voxels[v] != 0);
   }
   shared = map.shared_voxels;
-  EXPECT_LT(shared, all / 50) << "the meshes themselves hardly overlap";
+  EXPECT_LT(shared, all / 50) << "the meshes hardly overlap";
   EXPECT_LT(wrong, all / 8);
 }
 
-TEST(Neighbours, AFieldIsStaleWhenANeighbourIsMarkedWithinItsReachAndNotElsewhere) {
+TEST(Neighbours, AFieldIsStaleWhenANeighbourIsMarkedWithinItsBox) {
   const Volume image = two_balls();
   const auto session = open_on(image);
   session->advance_steps(10);
@@ -91,7 +91,7 @@ TEST(Neighbours, AFieldIsStaleWhenANeighbourIsMarkedWithinItsReachAndNotElsewher
   ASSERT_EQ(session->scene().meshes[0].field->others.size(), 1u);
   EXPECT_EQ(session->scene().meshes[0].field->others[0].position_mm, kRight);
   session->apply(AddPoint{right, {9, 3, 0}, MarkKind::Outside, 2});
-  EXPECT_FALSE(stale()) << "what is outside of the other may be anything here";
+  EXPECT_FALSE(stale()) << "outside marks of others do not matter";
   session->apply(Undo{});
   session->apply(DeleteMesh{right});
   EXPECT_TRUE(stale());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whatever a user does, failures included: a replay of the log ends in the same bits.
+// Random user actions, failures included: a replay of the log ends in the same bits.
 #include <algorithm>
 #include <cstdlib>
 #include <random>
@@ -12,7 +12,7 @@
 namespace simplexseg {
 namespace {
 
-/// A session with legal settings of any kind, most of them unwise, and what a user does in it.
+/// Session with random valid settings and random user actions.
 class RandomSession {
  public:
   explicit RandomSession(unsigned seed) : random_(seed) {}
@@ -28,19 +28,19 @@ class RandomSession {
       for (std::size_t p = 0; p < force.parameters.size(); ++p)
         if (below(2) == 0)
           scene.meshes[0].parameters.values[static_cast<int>(force.id)][p] = value_in(force.parameters[p]);
-    set(scene.meshes[0].parameters, {"evidence", "source", 1});  // to learn fields takes long
+    set(scene.meshes[0].parameters, {"evidence", "source", 1});  // solving fields takes long
     return scene;
   }
-  /// Returns how many failures there were.
+  /// Runs the session; returns the number of failures.
   int play(Session& session) {
     int failures = 0;
     for (int action = 0; action < 12; ++action) {
       act(session);
-      for (int left = 1 + below(40); left > 0;) {
-        const Advance advance = session.advance_steps(left);
+      for (int remaining = 1 + below(40); remaining > 0;) {
+        const Advance advance = session.advance_steps(remaining);
         failures += advance.failure.has_value();
         if (advance.steps == 0) break;
-        left -= advance.steps;
+        remaining -= advance.steps;
       }
     }
     return failures;
@@ -85,12 +85,12 @@ class RandomSession {
   std::mt19937 random_;
 };
 
-TEST(RandomSessions, AReplayEndsInTheSameBitsAfterFailuresToo) {
+TEST(RandomSessions, AReplayEndsInTheSameBitsDespiteFailures) {
   int failures = 0;
-  std::vector<unsigned> seeds{95, 126, 242, 297};  // where a failed attempt that is no step in the log shows
-  // SIMPLEXSEG_SESSIONS=300: as many sessions.
-  const char* asked = std::getenv("SIMPLEXSEG_SESSIONS");
-  const unsigned count = asked != nullptr ? static_cast<unsigned>(std::max(0, std::atoi(asked))) : 30;
+  std::vector<unsigned> seeds{95, 126, 242, 297};  // with failed attempts that are not steps in the log
+  // SIMPLEXSEG_SESSIONS: number of sessions.
+  const char* setting = std::getenv("SIMPLEXSEG_SESSIONS");
+  const unsigned count = setting != nullptr ? static_cast<unsigned>(std::max(0, std::atoi(setting))) : 30;
   for (unsigned seed = 0; seed < count; ++seed) seeds.push_back(seed);
   for (unsigned seed : seeds) {
     RandomSession user(seed);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A trace follows a run and stays small; looking changes nothing.
+// A trace records a run, stays small, and does not change the run.
 #include "session/run_trace.h"
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 namespace simplexseg {
 namespace {
 
-RunTrace trace_of(Session& session, int steps, int most, bool with_reference) {
-  RunTrace trace(most);
+RunTrace trace_of(Session& session, int steps, int max_samples, bool with_reference) {
+  RunTrace trace(max_samples);
   if (with_reference) {
     const Mask truth = mask_of(phantom("sphere", 100, 10).labels, 1);
     trace.set_reference(session.scene().meshes[0].id, std::make_shared<SurfaceError>(truth));
@@ -25,7 +25,7 @@ RunTrace trace_of(Session& session, int steps, int most, bool with_reference) {
   return trace;
 }
 
-TEST(RunTrace, FollowsAMeshToItsReferenceAndToRest) {
+TEST(RunTrace, FollowsAMeshUntilItSettles) {
   const auto session = open_session();
   const RunTrace trace = trace_of(*session, 300, 200, true);
   ASSERT_EQ(trace.meshes().size(), 1u);
@@ -56,7 +56,7 @@ TEST(RunTrace, StaysSmallAndKeepsItsFirstSample) {
   for (std::size_t s = 1; s < samples.size(); ++s) EXPECT_GT(samples[s].steps, samples[s - 1].steps);
 }
 
-TEST(RunTrace, LookingChangesNoBitAndReadsNoPoseWithoutAReference) {
+TEST(RunTrace, SamplingChangesNothingAndReadsNoPoseWithoutAReference) {
   const auto watched = open_session(), alone = open_session();
   trace_of(*watched, 200, 50, true);
   for (int done = 0; done < 200; done += 10) alone->advance_steps(10);
@@ -69,7 +69,7 @@ TEST(RunTrace, LookingChangesNoBitAndReadsNoPoseWithoutAReference) {
   EXPECT_EQ(session->scene_without_poses().meshes[0].mesh.positions, pose);
 }
 
-TEST(RunTrace, PlotsGoAgainstStepsTooAndMarkARefinement) {
+TEST(RunTrace, PlotsOverStepsMarkARefinement) {
   const auto session = open_session();
   const RunTrace trace = trace_of(*session, 300, 200, true);
   const std::vector<TraceSample>& samples = trace.meshes()[0].samples;
@@ -87,7 +87,7 @@ TEST(RunTrace, PlotsGoAgainstStepsTooAndMarkARefinement) {
   EXPECT_EQ(marks.x[0], static_cast<double>(refined->steps));
 }
 
-TEST(RunTrace, PlotsAndCsvHoldEachSample) {
+TEST(RunTrace, PlotsAndCsvContainEachSample) {
   const auto session = open_session();
   RunTrace trace = trace_of(*session, 50, 200, true);
   EXPECT_TRUE(trace.has_errors());

@@ -16,7 +16,7 @@ bool same_values(const RegionModel& a, const RegionModel& b) {
   return a.low == b.low && a.high == b.high && a.object == b.object && a.background == b.background;
 }
 bool same_values(const SolverState& a, const SolverState& b) {
-  return a.slowest == b.slowest && a.multigrid == b.multigrid && a.support == b.support;
+  return a.min_eigenvalue == b.min_eigenvalue && a.multigrid == b.multigrid && a.regularisation == b.regularisation;
 }
 bool same_values(const Seed& a, const Seed& b) { return a.centre_mm == b.centre_mm && a.radius_mm == b.radius_mm; }
 bool same_values(const MeshItem& a, const MeshItem& b, const char*& what) {
@@ -28,19 +28,18 @@ bool same_values(const MeshItem& a, const MeshItem& b, const char*& what) {
     return item.field ? item.field->values : std::vector<std::uint16_t>();
   };
   return same(a.id == b.id, "the meshes") && same(a.name == b.name, "the names") &&
-         same(a.colour == b.colour, "the colours") && same(a.visible == b.visible, "what is visible") &&
+         same(a.colour == b.colour, "the colours") && same(a.visible == b.visible, "the visibilities") &&
          same(a.label == b.label, "the labels") &&
          same(a.locked == b.locked && a.opacity == b.opacity, "locks and opacities") &&
          same(same_values(a.seed, b.seed), "the seeds") &&
          same(std::memcmp(&a.parameters, &b.parameters, sizeof a.parameters) == 0, "the force parameters") &&
          same(same_bytes(a.mesh.positions, b.mesh.positions), "the positions") &&
          same(a.mesh.neighbours == b.mesh.neighbours, "the neighbours") &&
-         same(same_bytes(a.previous, b.previous), "the positions of the step before") &&
+         same(same_bytes(a.previous, b.previous), "the previous positions") &&
          same(same_bytes(a.shape, b.shape), "the shape references") &&
          same(same_bytes(a.profiles, b.profiles), "the profiles") &&
          same(same_values(a.region, b.region), "the region models") && same(values(a) == values(b), "the fields") &&
-         same(same_values(a.solver, b.solver), "what solvers have learnt") &&
-         same(a.edge_mm == b.edge_mm, "the mean edges") &&
+         same(same_values(a.solver, b.solver), "the solver states") && same(a.edge_mm == b.edge_mm, "the mean edges") &&
          same(a.steps_at_level == b.steps_at_level && a.final_vertices == b.final_vertices && a.rebuilt == b.rebuilt,
               "the levels");
 }
@@ -105,7 +104,7 @@ std::string refusal(Session& session, const Command& command) {
   std::string message;
   try {
     session.apply(command);
-    ADD_FAILURE() << title_of(command) << " was carried out";
+    ADD_FAILURE() << title_of(command) << " was executed";
   } catch (const Error& error) {
     message = error.what();
   }

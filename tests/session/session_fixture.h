@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the session's tests share: a scene in the sphere phantom, and the session's state in full.
+// Fixture for tests of sessions: a scene in the sphere phantom, and the complete state of a session.
 #pragma once
 #include <memory>
 #include <vector>
@@ -11,19 +11,20 @@
 
 namespace simplexseg {
 
-/// All of a scene that a command or a step may change, for comparisons bit for bit.
+/// State that commands and steps may change, for bitwise comparison.
 struct SessionState {
   Scene scene;
 };
 SessionState state_of(const Session& session);
 ::testing::AssertionResult same_state(const SessionState& a, const SessionState& b);
 
-/// One mesh "ball" of 320 vertices, region, smoothing and attraction, in the sphere phantom; to be refined to 1280.
+/// Session with one mesh "ball" of 320 vertices (refined to 1280), region, smoothing and attraction, in the sphere
+/// phantom.
 Scene ball_scene();
 std::unique_ptr<Session> open_session(int threads = 1, Scene scene = ball_scene());
 int simulation_index(const char* name);
 int parameter_index(const char* force, const char* parameter);
-/// The message of the Error that the command throws; fails the test when it throws none, or changes anything.
+/// Message of the Error that a command throws; fails the test if it throws none or changes the state.
 std::string refusal(Session& session, const Command& command);
 
 }  // namespace simplexseg

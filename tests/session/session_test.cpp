@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Commands and what they refuse; levels, rest, and the tables.
+// Commands and their errors, levels, settling, and parameter tables.
 #include "session/session.h"
 
 #include <cmath>
@@ -20,7 +20,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-TEST(Tables, SimulationValuesLieUnderTheirNames) {
+TEST(Tables, EachNameRefersToItsMember) {
   SimulationParameters p{};
   for (const ParameterInfo& info : simulation_table())
     value_of(p, simulation_index(info.name)) = static_cast<float>(simulation_index(info.name) + 1);
@@ -60,7 +60,7 @@ TEST(Tables, AreWellFormed) {
   }
 }
 
-TEST(SessionCommands, NamesLabelsAndColoursAreTheFirstThatAreFree) {
+TEST(SessionCommands, NamesLabelsAndColoursAreTheFirstUnused) {
   const auto session = open_session();  // one mesh, "ball"
   const ItemId ball = session->scene().meshes[0].id;
   const auto add = [&] { return session->scene().find_mesh(session->apply(AddMesh{"", {{3, 3, 3}, 8}, {}, 0})); };
@@ -85,7 +85,7 @@ TEST(SessionCommands, NamesLabelsAndColoursAreTheFirstThatAreFree) {
   EXPECT_EQ(add()->label, 1);
 }
 
-TEST(RunTrace, AMeshThatIsDeletedLeavesIt) {
+TEST(RunTrace, ADeletedMeshIsRemoved) {
   const auto session = open_session();
   const ItemId other = session->apply(AddMesh{"other", {{3, 3, 3}, 8}, {}, 0});
   RunTrace trace;
@@ -93,12 +93,12 @@ TEST(RunTrace, AMeshThatIsDeletedLeavesIt) {
   trace.sample(*session, 0.1);
   ASSERT_NE(trace.of(other), nullptr);
   session->apply(DeleteMesh{other});
-  trace.keep(session->scene());
+  trace.remove_deleted(session->scene());
   EXPECT_EQ(trace.of(other), nullptr);
   EXPECT_EQ(trace.meshes().size(), 1u);
 }
 
-TEST(SessionCommands, EachDoesWhatItSays) {
+TEST(SessionCommands, EachHasItsEffect) {
   const auto session = open_session();
   const ItemId ball = session->scene().meshes[0].id;
   const ItemId other = session->apply(AddMesh{"other", {{3, 3, 3}, 8}, Colour{1, 2, 3}, ball});
@@ -133,7 +133,7 @@ TEST(SessionCommands, EachDoesWhatItSays) {
   EXPECT_EQ(recorded, 320u * IntensityProfileForce::profile_length(session->scene().find_mesh(ball)->parameters));
   session->apply(RefineMesh{ball});
   EXPECT_EQ(session->scene().find_mesh(ball)->mesh.vertex_count(), 1280);
-  EXPECT_EQ(session->scene().find_mesh(ball)->profiles.size(), 4 * recorded) << "handed down";
+  EXPECT_EQ(session->scene().find_mesh(ball)->profiles.size(), 4 * recorded) << "inherited";
   EXPECT_EQ(session->scene().find_mesh(ball)->steps_at_level, 0);
   EXPECT_EQ(session->scene().find_mesh(other)->mesh.vertex_count(), 320);
   session->advance_steps(7);
@@ -148,7 +148,7 @@ TEST(SessionCommands, EachDoesWhatItSays) {
   EXPECT_EQ(session->total_steps(), 14);
 }
 
-TEST(SessionCommands, ANewMeshTakesTheScenesForcesOrThoseOfAnother) {
+TEST(SessionCommands, AddedMeshUsesForcesOfTheSceneOrOfAnotherMesh) {
   Scene scene = ball_scene();
   set(scene.forces, {"smoothing", "weight", 0.125f});
   set(scene.meshes[0].parameters, {"smoothing", "weight", 0.25f});
@@ -159,7 +159,7 @@ TEST(SessionCommands, ANewMeshTakesTheScenesForcesOrThoseOfAnother) {
   EXPECT_EQ(session->scene().find_mesh(like_ball)->parameters.weight(ForceId::Smoothing), 0.25f);
 }
 
-TEST(SessionCommands, WhatCannotBeDoneIsRefusedAndChangesNothing) {
+TEST(SessionCommands, InvalidCommandsAreRefusedAndChangeNothing) {
   const auto session = open_session();
   const ItemId ball = session->scene().meshes[0].id;
   const ItemId point = session->apply(AddPoint{ball, {0, 0, 20}});
@@ -196,7 +196,7 @@ TEST(SessionCommands, WhatCannotBeDoneIsRefusedAndChangesNothing) {
   refusal(*session, ResetPose{kNone});
   refusal(*session, RecordProfiles{kNone});
   refusal(*session, RefineMesh{kNone});
-  // What was refused did not get stuck in the engine either.
+  // Refused commands leave no trace in the engine.
   const auto calm = open_session();
   calm->replay(session->log(), 30);
   session->advance_steps(30);
@@ -238,7 +238,7 @@ TEST(SessionCommands, IdsAreNeverUsedTwice) {
   session->apply(DeletePoint{point});
   expect_new(session->apply(AddPoint{b, {0, 0, 0}}));
   session->apply(DeleteMesh{b});
-  EXPECT_TRUE(session->scene().points.empty()) << "its points go with it";
+  EXPECT_TRUE(session->scene().points.empty()) << "its points are deleted, too";
   expect_new(session->apply(AddMesh{"b", {{0, 0, 0}, 5}, {}, 0}));
 }
 
@@ -267,12 +267,11 @@ TEST(SessionOpen, RefusesWithNothingChanged) {
   EXPECT_EQ(session->advance_steps(3).steps, 3);
 }
 
-TEST(SessionLevels, RefinesToTheFinalVerticesAndComesToRest) {
+TEST(SessionLevels, RefinesToTheFinalVerticesAndSettles) {
   for (bool per_level : {false, true}) {
     Scene scene = ball_scene();
     scene.simulation.start_vertices = 80, scene.simulation.final_vertices = 1280;
-    scene.simulation.steps_per_level =
-        per_level ? 50 : 100000;  // by count of steps, or by coming to rest at each level
+    scene.simulation.steps_per_level = per_level ? 50 : 100000;  // by number of steps, or by settling at each level
     scene.simulation.rest_tolerance_voxels = 0.01f;
     const auto session = open_session(1, scene);
     EXPECT_EQ(session->scene().meshes[0].mesh.vertex_count(), 80);
@@ -287,13 +286,13 @@ TEST(SessionLevels, RefinesToTheFinalVerticesAndComesToRest) {
     const Phantom& truth = phantom("sphere", 100, 10);
     EXPECT_GT(dice(mask_of(truth.labels, 1), rasterise(item.mesh, truth.image.geometry())), 0.95);
     EXPECT_LT(session->mean_move_mm().at(0), 0.01f);
-    EXPECT_EQ(session->advance_steps(10, true).steps, 0) << "at rest until something changes";
+    EXPECT_EQ(session->advance_steps(10, true).steps, 0) << "settled until something changes";
     session->apply(AddPoint{item.id, {0, 0, 23}});
     EXPECT_GT(session->advance_steps(10, true).steps, 0);
   }
 }
 
-TEST(SessionLevels, ProfilesAreHandedDownAndStepsCountedAnewWhereARefinementIsDue) {
+TEST(SessionLevels, RefinementKeepsProfilesAndRestartsTheCountOfSteps) {
   Scene scene = ball_scene();
   scene.simulation.steps_per_level = 20, scene.simulation.final_vertices = 5120;
   const auto session = open_session(1, scene);
@@ -309,24 +308,24 @@ TEST(SessionLevels, ProfilesAreHandedDownAndStepsCountedAnewWhereARefinementIsDu
   EXPECT_EQ(session->scene().meshes[0].profiles.size(), 16 * recorded);
 }
 
-TEST(SessionLevels, WhatASolverHasLearntIsHandedOnWhenMeshesAreLoaded) {
+TEST(SessionLevels, SolverStatesArePreservedByALoad) {
   for (float source : {0.0f, 1.0f}) {
     Scene scene = ball_scene();
     scene.simulation.solver_choice = static_cast<float>(Solver::Automatic);
     scene.simulation.final_vertices = 320;
     set(scene.meshes[0].parameters, {"evidence", "source", source});
     const auto session = open_session(1, scene);
-    const float guess = session->advance_steps(1).steps == 1 ? session->last_outcome().solver.at(0).slowest : 0;
+    const float guess = session->advance_steps(1).steps == 1 ? session->last_outcome().solver.at(0).min_eigenvalue : 0;
     session->advance_steps(40);
-    const float learnt = session->last_outcome().solver.at(0).slowest;
-    ASSERT_NE(learnt, guess) << source;
+    const float estimate = session->last_outcome().solver.at(0).min_eigenvalue;
+    ASSERT_NE(estimate, guess) << source;
     session->apply(AddMesh{"other", {{3, 3, 3}, 6}, {}, 0});
     session->advance_steps(1);
-    EXPECT_EQ(session->last_outcome().solver.at(0).slowest, learnt) << source;
+    EXPECT_EQ(session->last_outcome().solver.at(0).min_eigenvalue, estimate) << source;
   }
 }
 
-TEST(SessionLevels, AMeshFinerThanTheVoxelsIsNotMade) {
+TEST(SessionLevels, AMeshFinerThanTheVoxelsIsNotCreated) {
   Scene scene = ball_scene();
   scene.simulation.start_vertices = 1280, scene.simulation.final_vertices = 20480, scene.simulation.finest_edge = 1;
   scene.simulation.steps_per_level = 10;
@@ -336,7 +335,7 @@ TEST(SessionLevels, AMeshFinerThanTheVoxelsIsNotMade) {
       << "edges of 1280 vertices would be shorter than a voxel";
 }
 
-/// A ball whose timestep is far beyond its limit.
+/// Ball with a timestep far above its limit.
 Scene unstable_scene() {
   Scene scene = ball_scene();
   scene.simulation.solver_choice = static_cast<float>(Solver::Verlet);
@@ -347,7 +346,7 @@ Scene unstable_scene() {
   return scene;
 }
 
-TEST(SessionCuts, NameMeshAndForceAndTheRunGoesOn) {
+TEST(SessionCuts, NameMeshAndForceAndTheRunContinues) {
   const Scene scene = unstable_scene();
   const Eigen::Vector3d scene_centre = scene.meshes[0].seed.centre_mm;
   const double radius = scene.meshes[0].seed.radius_mm;
@@ -364,7 +363,7 @@ TEST(SessionCuts, NameMeshAndForceAndTheRunGoesOn) {
   const SimplexMesh& mesh = session->scene().meshes[0].mesh;
   EXPECT_TRUE(all_finite(mesh.positions));
   for (const Eigen::Vector3f& p : mesh.positions)
-    EXPECT_LT((p.cast<double>() - scene_centre).norm(), 1.5 * radius) << "what the unstable steps did was undone";
+    EXPECT_LT((p.cast<double>() - scene_centre).norm(), 1.5 * radius) << "unstable steps were undone";
   EXPECT_EQ(session->last_outcome().folded_vertices.at(0), 0);
   // A timestep within the limit needs no cut.
   session->apply(SetSimulationParameter{simulation_index("limit_timestep"), 1});
@@ -372,7 +371,7 @@ TEST(SessionCuts, NameMeshAndForceAndTheRunGoesOn) {
   EXPECT_TRUE(session->advance_steps(500).cuts.empty());
 }
 
-TEST(SessionCuts, AreTheSameHoweverManyStepsAreAskedForAtOnce) {
+TEST(SessionCuts, DoNotDependOnTheStepsPerCall) {
   const auto whole = open_session(1, unstable_scene()), parts = open_session(1, unstable_scene());
   const Advance expected = whole->advance_steps(120);
   std::vector<std::string> cuts;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Undo, redo and replay: bit for bit.
+// Undo, redo and replay, bit for bit.
 #include <random>
 
 #include "session/session.h"
@@ -8,7 +8,7 @@
 namespace simplexseg {
 namespace {
 
-TEST(SessionUndo, EveryCommandIsTakenBackAndDoneAgain) {
+TEST(SessionUndo, EveryCommandIsUndoneAndRedone) {
   const auto session = open_session();
   const ItemId ball = session->scene().meshes[0].id;
   const ItemId point = session->apply(AddPoint{ball, {0, 0, 18}});
@@ -27,7 +27,7 @@ TEST(SessionUndo, EveryCommandIsTakenBackAndDoneAgain) {
       RecordProfiles{0},
       RefineMesh{ball},
       DuplicateMesh{ball},
-      PlaceMesh{ball, 1},
+      ReorderMesh{ball, 1},
       SetParameters{0, default_force_parameters(), default_simulation_parameters()},
       ResetPose{ball},
       DeletePoint{point},
@@ -35,26 +35,26 @@ TEST(SessionUndo, EveryCommandIsTakenBackAndDoneAgain) {
   };
   std::vector<SessionState> before, after;
   for (const Command& command : commands) {
-    session->advance_steps(4);  // a running simulation: the pose has moved since the command before
+    session->advance_steps(4);  // the pose changes between commands
     before.push_back(state_of(*session));
     session->apply(command);
     after.push_back(state_of(*session));
     EXPECT_STREQ(session->undo_title(), title_of(command));
-    // There and back at once ...
+    // Undo and redo of the last command ...
     session->apply(Undo{});
     EXPECT_TRUE(same_state(state_of(*session), before.back())) << title_of(command);
     EXPECT_STREQ(session->redo_title(), title_of(command));
     session->apply(Redo{});
     EXPECT_TRUE(same_state(state_of(*session), after.back())) << title_of(command);
   }
-  // ... and all the way, with steps in between.
+  // ... and of all commands, with steps in between.
   for (std::size_t k = commands.size(); k-- > 0;) {
     session->advance_steps(3);
     session->apply(Undo{});
     EXPECT_TRUE(same_state(state_of(*session), before[k])) << title_of(commands[k]);
   }
   EXPECT_TRUE(session->can_undo()) << "the first point";
-  // Each redo restores the pose that was there when its command was taken back.
+  // Each redo restores the pose at which its command was undone.
   for (const Command& command : commands) {
     EXPECT_STREQ(session->redo_title(), title_of(command));
     session->apply(Redo{});
@@ -79,7 +79,7 @@ TEST(SessionUndo, TwoHundredMixedActionsAndBack) {
         return SetForceParameter{mesh, ForceId::Smoothing, 0, 0.1f + 0.1f * static_cast<float>(below(8))};
       case 1:
         if (meshes.size() < 3) return AddMesh{"", {place() / 4, 5}, {}, 0};
-        return PlaceMesh{mesh, below(3)};
+        return ReorderMesh{mesh, below(3)};
       case 2:
         if (meshes.size() > 1 && mesh != ball) return DeleteMesh{mesh};
         return EditMesh{mesh, {}, {}, below(2) == 0, 1 + below(9)};
@@ -116,8 +116,8 @@ TEST(SessionUndo, TwoHundredMixedActionsAndBack) {
   }
 }
 
-TEST(SessionUndo, TheEngineIsTakenBackToo) {
-  // After undo the simulation goes on as a session that was opened on that state.
+TEST(SessionUndo, TheEngineIsRestored) {
+  // After undo the simulation continues like a session opened on that state.
   const auto session = open_session();
   session->advance_steps(20);
   session->apply(SetForceParameter{0, ForceId::Evidence, 0, 0.0f});
@@ -147,14 +147,14 @@ TEST(SessionUndo, WithNothingToUndo) {
   EXPECT_THROW(empty.apply(EditMesh{0, "x", {}, {}, {}}), Error);
   EXPECT_THROW(empty.apply(RecordProfiles{1}), Error);
   empty.apply(SetForceParameter{0, ForceId::Smoothing, 0, 0.5f});
-  empty.apply(AddMesh{"", {{0, 0, 0}, 10}, {}, 0});  // without a volume too
+  empty.apply(AddMesh{"", {{0, 0, 0}, 10}, {}, 0});  // also without a volume
   EXPECT_EQ(empty.scene().meshes.size(), 1u);
   empty.apply(Undo{});
   EXPECT_TRUE(empty.scene().meshes.empty());
   EXPECT_EQ(empty.advance_steps(5).steps, 5);
 }
 
-TEST(SessionUndo, ADeletedMeshComesBackWithItsPoints) {
+TEST(SessionUndo, ADeletedMeshIsRestoredWithItsPoints) {
   const auto session = open_session();
   const ItemId ball = session->scene().meshes[0].id;
   session->apply(AddMesh{"other", {{0, 0, 0}, 6}, {}, 0});
@@ -167,14 +167,14 @@ TEST(SessionUndo, ADeletedMeshComesBackWithItsPoints) {
   session->advance_steps(15);
   session->apply(Undo{});
   EXPECT_TRUE(same_state(state_of(*session), before));
-  // The points pull again.
+  // The points attract again.
   const auto calm = open_session(1, session->scene());
   session->advance_steps(30);
   calm->advance_steps(30);
   EXPECT_TRUE(same_state(state_of(*session), state_of(*calm)));
 }
 
-TEST(SessionUndo, ANewCommandForgetsWhatWasUndone) {
+TEST(SessionUndo, FurtherCommandsClearRedo) {
   const auto session = open_session();
   session->apply(SetForceParameter{0, ForceId::Smoothing, 0, 0.1f});
   session->apply(Undo{});
@@ -210,7 +210,7 @@ TEST(SessionUndo, TwoSliderMovementsAreTwoUnits) {
   EXPECT_TRUE(same_state(state_of(*session), between));
 }
 
-/// A drag from the surface outwards: the press, 30 moves and the steps that `advance` takes after each.
+/// Drag from the surface outwards: the press and 30 moves, each followed by `advance`.
 template <class Steps>
 ItemId drag(Session& session, const Steps& steps) {
   const ItemId ball = session.scene().meshes[0].id;
@@ -236,7 +236,7 @@ TEST(SessionReplay, ADragIsOneUnitOfUndo) {
   EXPECT_FALSE(session->can_undo());
   session->apply(Redo{});
   EXPECT_TRUE(same_state(state_of(*session), after));
-  // A second drag of the same point is a unit of its own.
+  // A second drag of the same point is a separate unit.
   const ItemId point = session->scene().points[0].id;
   session->apply(MovePoint{point, {0, 0, 22}, false});
   for (int k = 1; k <= 5; ++k) session->apply(MovePoint{point, {0, 0, 22.0 + k}, true});
@@ -244,8 +244,8 @@ TEST(SessionReplay, ADragIsOneUnitOfUndo) {
   EXPECT_TRUE(same_state(state_of(*session), after));
 }
 
-TEST(SessionReplay, ALiveDragEndsInTheSameBitsOnAnyNumberOfThreads) {
-  // Live by the clock; a refinement falls into it, for 100 steps a level.
+TEST(SessionReplay, ALiveDragGivesTheSameBitsOnAnyNumberOfThreads) {
+  // Timed by the clock, with a refinement after 100 steps.
   Scene scene = ball_scene();
   scene.simulation.final_vertices = 5120;
   const auto live = open_session(2, scene);
@@ -272,8 +272,8 @@ TEST(SessionReplay, ALiveDragEndsInTheSameBitsOnAnyNumberOfThreads) {
   }
 }
 
-TEST(SessionReplay, LookingDoesNotChangeAnything) {
-  // Reading poses and plans between steps, and batches of any size, as a window does.
+TEST(SessionReplay, ReadingChangesNothing) {
+  // Reads poses and plans between batches of any size, as the window does.
   const auto quiet = open_session(), watched = open_session();
   quiet->advance_steps(230);
   for (int k = 0; k < 230;) {
@@ -285,7 +285,7 @@ TEST(SessionReplay, LookingDoesNotChangeAnything) {
   EXPECT_TRUE(same_state(state_of(*quiet), state_of(*watched)));
 }
 
-TEST(SessionReplay, AnotherEngineGoesOn) {
+TEST(SessionReplay, AnotherEngineContinues) {
   const auto session = open_session();
   session->advance_steps(40);
   const SessionState before = state_of(*session);
@@ -294,7 +294,7 @@ TEST(SessionReplay, AnotherEngineGoesOn) {
   EXPECT_EQ(session->advance_steps(40).steps, 40);
 }
 
-TEST(SessionReplay, TheRevisionTellsOfChanges) {
+TEST(SessionReplay, TheRevisionCountsChanges) {
   const auto session = open_session();
   auto changed = [&, last = session->revision()]() mutable {
     return std::exchange(last, session->revision()) != session->revision();

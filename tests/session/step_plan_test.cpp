@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plan says what the engine holds and runs, no more and no less.
+// The plan lists exactly the arrays and kernels of the engine.
 #include "session/step_plan.h"
 
 #include <map>
@@ -23,11 +23,11 @@ class StepPlanTest : public EngineTest {
     scene.meshes.push_back(item);
     return scene;
   }
-  /// Holds the plan of the session against its engine, which then takes some steps.
+  /// Compares the plan of a session with the arrays and kernels of its engine.
   static void check(Session& session, const std::string& what) {
     SCOPED_TRACE(what);
     const StepPlan plan = session.plan();
-    std::map<std::string, std::size_t> planned, held;
+    std::map<std::string, std::size_t> planned, allocated;
     std::set<std::string> listed, planned_kernels, run_kernels;
     for (const StepPlan::Item& item : plan.items) {
       EXPECT_TRUE(item.what == "array" || item.what == "kernel") << item.what;
@@ -37,19 +37,19 @@ class StepPlanTest : public EngineTest {
       if (item.needed && item.what == "array") planned[item.name] = item.bytes;
       if (item.needed && item.what == "kernel") planned_kernels.insert(item.name);
     }
-    for (const Engine::HeldArray& array : session.engine().held_arrays())
-      if (array.bytes > 0) held[array.name] = array.bytes;
-    // A device packs neighbours that lie near each other.
+    for (const Engine::AllocatedArray& array : session.engine().allocated_arrays())
+      if (array.bytes > 0) allocated[array.name] = array.bytes;
+    // A device packs neighbours whose indices are close.
     if (GetParam() == "cuda" && planned.contains("neighbours")) {
-      EXPECT_LE(held["neighbours"], planned["neighbours"]);
-      held["neighbours"] = planned["neighbours"];
+      EXPECT_LE(allocated["neighbours"], planned["neighbours"]);
+      allocated["neighbours"] = planned["neighbours"];
     }
-    EXPECT_EQ(planned, held);
-    EXPECT_GE(plan.bytes_held(), session.engine().bytes_held());
+    EXPECT_EQ(planned, allocated);
+    EXPECT_GE(plan.bytes_allocated(), session.engine().bytes_allocated());
     for (const Engine::KernelCount& kernel : session.engine().kernel_counts()) run_kernels.insert(kernel.name);
     EXPECT_EQ(planned_kernels, run_kernels);
   }
-  /// A session on a fresh engine that has taken some steps.
+  /// Session on a new engine, after some steps.
   static std::unique_ptr<Session> opened(Scene scene, const Volume& volume) {
     auto session = std::make_unique<Session>(make_engine());
     session->open(std::move(scene), volume);
@@ -91,7 +91,7 @@ TEST_P(StepPlanTest, AllForcesOnSeveralMeshes) {
   another->advance_steps(4);
   check(*another, "profiles of two lengths");
   another->apply(DeleteMesh{1});
-  check(*opened(another->scene(), phantom("sphere").image), "a mesh less");
+  check(*opened(another->scene(), phantom("sphere").image), "one mesh fewer");
 }
 
 TEST_P(StepPlanTest, VariantsOfTheEvidenceForce) {
@@ -119,24 +119,24 @@ TEST_P(StepPlanTest, WithoutVolumeOrMesh) {
 
 TEST_P(StepPlanTest, WeightsThatChangeBetweenSteps) {
   const auto session = opened(scene_with(weightless()), phantom("sphere").image);
-  check(*session, "nothing acts");
+  check(*session, "no active force");
   for (ForceId force : {ForceId::Evidence, ForceId::Gradient, ForceId::ShapeMemory}) {
     session->apply(SetForceParameter{0, force, 0, 0.5f});
     session->advance_steps(4);
     check(*session, "on");
   }
-  // Kernels were counted since the engine was made: only the arrays tell of switching off.
+  // Kernel counts start with the engine, so only arrays show that a force was switched off.
   for (ForceId force : {ForceId::Gradient, ForceId::Evidence, ForceId::ShapeMemory})
     session->apply(SetForceParameter{0, force, 0, 0});
-  std::set<std::string> planned, held;
+  std::set<std::string> planned, allocated;
   for (const StepPlan::Item& item : session->plan().items)
     if (item.needed && item.what == "array") planned.insert(item.name);
-  for (const Engine::HeldArray& array : session->engine().held_arrays()) held.insert(array.name);
-  EXPECT_EQ(planned, held);
-  EXPECT_FALSE(held.contains("evidence targets"));
+  for (const Engine::AllocatedArray& array : session->engine().allocated_arrays()) allocated.insert(array.name);
+  EXPECT_EQ(planned, allocated);
+  EXPECT_FALSE(allocated.contains("evidence targets"));
 }
 
-TEST_P(StepPlanTest, ItReadsNoPoseBack) {
+TEST_P(StepPlanTest, ReadsNoPose) {
   const auto session = opened(scene_with(with({{"smoothing", "weight", 1}})), phantom("sphere").image);
   session->scene();
   session->advance_steps(2);
@@ -148,7 +148,7 @@ TEST_P(StepPlanTest, ItReadsNoPoseBack) {
   EXPECT_NE(session->scene().meshes[0].mesh.positions[0], before);
 }
 
-TEST_P(StepPlanTest, TheReasonsNameWhatIsMissing) {
+TEST_P(StepPlanTest, ReasonsNameTheMissingInput) {
   ForceParameters forces =
       with({{"attraction", "weight", 1}, {"intensity_profile", "weight", 1}, {"evidence", "weight", 1}});
   Scene scene = scene_with(forces);

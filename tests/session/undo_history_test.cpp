@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The history by itself: what it keeps, what it forgets, and what one movement of the hand is.
+// Undo history without a session: limits, names, and movements that form one unit.
 #include "session/undo_history.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace {
 
 Scene scene_of(int steps, std::size_t vertices = 0) {
   Scene scene;
-  scene.steps = steps;  // tells the scenes apart
+  scene.steps = steps;  // distinguishes the scenes
   scene.meshes.emplace_back();
   scene.meshes[0].mesh.positions.resize(vertices);
   return scene;
@@ -24,23 +24,23 @@ TEST(UndoHistory, ExchangesScenes) {
   Scene scene = scene_of(0);
   EXPECT_FALSE(history.undo(scene));
   EXPECT_FALSE(history.redo(scene));
-  history.keep({scene, ResetPose{0}});
+  history.push({scene, ResetPose{0}});
   scene.steps = 1;
-  EXPECT_STREQ(history.undo_title(), "reset pose");
+  EXPECT_STREQ(history.undo_title(), "reset segmentation");
   EXPECT_TRUE(history.undo(scene));
   EXPECT_EQ(scene.steps, 0);
   EXPECT_STREQ(history.undo_title(), "");
-  EXPECT_STREQ(history.redo_title(), "reset pose");
+  EXPECT_STREQ(history.redo_title(), "reset segmentation");
   EXPECT_TRUE(history.redo(scene));
   EXPECT_EQ(scene.steps, 1);
   history.undo(scene);
-  history.forget_undone();
+  history.clear_redo();
   EXPECT_FALSE(history.can_redo());
 }
 
 TEST(UndoHistory, KeepsTheLatestTwoHundred) {
   UndoHistory history;
-  for (int n = 0; n < 250; ++n) history.keep({scene_of(n), ResetPose{0}});
+  for (int n = 0; n < 250; ++n) history.push({scene_of(n), ResetPose{0}});
   Scene scene = scene_of(250);
   int undone = 0;
   while (history.undo(scene)) ++undone;
@@ -48,22 +48,22 @@ TEST(UndoHistory, KeepsTheLatestTwoHundred) {
   EXPECT_EQ(scene.steps, 50);
 }
 
-TEST(UndoHistory, ForgetsTheOldestOfLargeScenes) {
+TEST(UndoHistory, DiscardsTheOldestOfLargeScenes) {
   UndoHistory history(1'000'000);
-  // Other positions each time, 12 bytes a vertex: 408 kB a scene.
+  // Different positions each time, 12 bytes per vertex: 408 kB per scene.
   for (int n = 0; n < 6; ++n) {
     Scene large = scene_of(n, 34'000);
     large.meshes[0].mesh.positions[0].x() = static_cast<float>(n);
-    history.keep({std::move(large), ResetPose{0}});
+    history.push({std::move(large), ResetPose{0}});
   }
   Scene scene = scene_of(6);
   int undone = 0;
   while (history.undo(scene)) ++undone;
-  EXPECT_EQ(undone, 3) << "the one that exceeds the limit is the last that is kept";
+  EXPECT_EQ(undone, 3) << "the one that exceeds the limit is still kept";
   EXPECT_EQ(scene.steps, 3);
 }
 
-/// A mesh that moves on by `step`: about as far between two actions as one that is corrected.
+/// Mesh moved by `step`, about as far as a mesh moves between two corrections.
 Scene moved(int step, int level) {
   Scene scene = scene_of(step);
   MeshItem& item = scene.meshes[0];
@@ -85,12 +85,12 @@ bool same_bits(const Scene& a, const Scene& b) {
          same(one.profiles, other.profiles);
 }
 
-TEST(UndoHistory, TwoHundredStepsOf20kVerticesHoldAtMost100Megabytes) {
+TEST(UndoHistory, TwoHundredStepsOf20kVerticesNeedAtMost100Megabytes) {
   UndoHistory history;
   std::vector<Scene> kept;
   constexpr int kSteps = 200, kLevel = 5;  // 20480 vertices
   for (int n = 0; n < kSteps; ++n) {
-    history.keep({moved(n, kLevel), MovePoint{1, {0, 0, 0}}});
+    history.push({moved(n, kLevel), MovePoint{1, {0, 0, 0}}});
     if (n % 50 == 7) kept.push_back(moved(n, kLevel));
   }
   EXPECT_LE(history.bytes(), 100'000'000u);
@@ -102,13 +102,13 @@ TEST(UndoHistory, TwoHundredStepsOf20kVerticesHoldAtMost100Megabytes) {
       EXPECT_TRUE(same_bits(scene, kept[static_cast<std::size_t>(n / 50)])) << n;
     }
   }
-  EXPECT_LE(history.bytes(), 110'000'000u) << "what was taken back is kept too";
+  EXPECT_LE(history.bytes(), 110'000'000u) << "including undone actions";
   while (history.redo(scene)) {
   }
   EXPECT_TRUE(same_bits(scene, moved(kSteps, kLevel)));
 }
 
-TEST(UndoHistory, GivesBackWhateverBitsThereWere) {
+TEST(UndoHistory, RestoresAllBits) {
   const float nan = std::numeric_limits<float>::quiet_NaN(), tiny = std::numeric_limits<float>::denorm_min();
   Scene scene = moved(1, 0);
   MeshItem& item = scene.meshes[0];
@@ -121,35 +121,35 @@ TEST(UndoHistory, GivesBackWhateverBitsThereWere) {
   none.meshes[0].previous.clear();
   for (const Scene& one : {scene, fewer, none}) {
     UndoHistory history;
-    history.keep({one, ResetPose{1}});
-    history.keep({one, ResetPose{1}});  // all shared
-    Scene present = moved(9, 1);
-    ASSERT_TRUE(history.undo(present));
-    EXPECT_TRUE(same_bits(present, one));
-    ASSERT_TRUE(history.undo(present));
-    EXPECT_TRUE(same_bits(present, one));
+    history.push({one, ResetPose{1}});
+    history.push({one, ResetPose{1}});  // all arrays shared
+    Scene current = moved(9, 1);
+    ASSERT_TRUE(history.undo(current));
+    EXPECT_TRUE(same_bits(current, one));
+    ASSERT_TRUE(history.undo(current));
+    EXPECT_TRUE(same_bits(current, one));
   }
 }
 
-TEST(UndoHistory, NamesWhatWasDone) {
+TEST(UndoHistory, NamesTheActions) {
   UndoHistory history;
   Scene scene = moved(0, 0);
   scene.points.push_back({7, 1, {0, 0, 0}, MarkKind::Inside});
-  history.keep({scene, AddPoint{1, {0, 0, 0}, MarkKind::Outside}});
-  history.keep({scene, MovePoint{7, {0, 0, 0}}});
-  history.keep({scene, SetForceParameter{0, ForceId::Smoothing, 0, 1}});
-  history.keep({scene, EditMesh{1, {}, {}, {}, {}, true}});
+  history.push({scene, AddPoint{1, {0, 0, 0}, MarkKind::Outside}});
+  history.push({scene, MovePoint{7, {0, 0, 0}}});
+  history.push({scene, SetForceParameter{0, ForceId::Smoothing, 0, 1}});
+  history.push({scene, EditMesh{1, {}, {}, {}, {}, true}});
   using Names = std::vector<std::string>;
   EXPECT_EQ(history.undo_names(), (Names{"add outside point: kidney", "move inside point: kidney",
-                                         "Smoothing, weight: kidney", "lock mesh: kidney"}));
+                                         "Smoothing, weight: kidney", "lock segmentation: kidney"}));
   history.undo(scene), history.undo(scene);
-  EXPECT_EQ(history.redo_names(), (Names{"Smoothing, weight: kidney", "lock mesh: kidney"}));
+  EXPECT_EQ(history.redo_names(), (Names{"Smoothing, weight: kidney", "lock segmentation: kidney"}));
 }
 
-TEST(UndoHistory, AMovementOfTheHandIsOneUnit) {
+TEST(UndoHistory, OneMovementIsOneUnit) {
   const auto after = [](Command last) {
     UndoHistory history;
-    history.keep({{}, std::move(last)});
+    history.push({{}, std::move(last)});
     return history;
   };
   const Command moves = MovePoint{1, {0, 0, 0}, true}, moved = MovePoint{1, {0, 0, 0}, false};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Engines against courses that are known exactly: the order of the integrators, and a fixed point.
+// Comparison of engines with exact solutions: the order of the integrators, and a fixed point.
 #include "study/analytic_scenes.h"
 
 #include <cmath>
@@ -30,11 +30,10 @@ class AnalyticScenes : public EngineTest {
     engine.read(0, now, before);
     return pose_of(now);
   }
-  /// Largest error against the exact course at the time `end`, after `steps` steps.
+  /// Largest error compared with the exact solution at the time `end`, after `steps` steps.
   static double error(const AnalyticScene& scene, Solver solver, double end, int steps, double damping_rate) {
     const double dt = end / steps;
-    // Attraction keeps its first binding: the vertex does not come nearer to another one, but an interval costs
-    // nothing.
+    // Attraction keeps its first binding. The nearest vertex would not change anyway; this makes it certain.
     SimulationParameters s = simulation(static_cast<float>(dt), static_cast<float>(damping_rate * dt), 1000);
     s.solver_choice = static_cast<float>(solver);
     const auto engine = load(scene, dt, damping_rate, s);
@@ -47,7 +46,7 @@ class AnalyticScenes : public EngineTest {
     for (int steps : {coarsest, 2 * coarsest, 4 * coarsest}) {
       timesteps.push_back(end / steps);
       errors.push_back(error(scene, solver, end, steps, damping_rate));
-      EXPECT_GT(errors.back(), 1e-4) << "floats would show (1e-6 mm a step), not the method";
+      EXPECT_GT(errors.back(), 1e-4) << "the error would be that of floats (1e-6 mm per step), not of the method";
     }
     return measured_order(timesteps, errors);
   }
@@ -83,7 +82,7 @@ TEST(AnalyticSolutions, TheFixedPointOfTheSpringMeshIsTheModels) {
   EXPECT_LT((found.pose - scene.fixed_point).colwise().norm().maxCoeff(), 1e-8);
 }
 
-TEST(AnalyticSolutions, TheCourseSolvesItsEquation) {
+TEST(AnalyticSolutions, TheSolutionSatisfiesItsEquation) {
   const double h = 1e-4;
   for (double c : {0.0, 0.3, 2 * std::sqrt(1.5), 4.0})
     for (double t : {-0.2, 0.0, 1.7}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The study of error against time: known fixed points are reached, by every solver, and the numbers say what happened.
+// Study of error against time: every solver reaches the known fixed points, and the reported numbers are correct.
 #include "study/error_time.h"
 
 #include <algorithm>
@@ -25,7 +25,7 @@ TEST(FrozenProblem, TheMembranesFixedPointIsThatOfTheModelInDouble) {
     ReferenceScene scene;
     scene.neighbours = mesh.start.neighbours, scene.forces = mesh.forces, scene.points_mm = mesh.points_mm;
     const ReferenceModel model(scene, pose_of(mesh.start.positions));
-    EXPECT_LT(model.acceleration(mesh.end).cwiseAbs().maxCoeff(), 1e-5);  // points are held in single precision
+    EXPECT_LT(model.acceleration(mesh.end).cwiseAbs().maxCoeff(), 1e-5);  // points are stored in single precision
     EXPECT_GT(model.acceleration(pose_of(mesh.start.positions)).cwiseAbs().maxCoeff(), 0.1);
     EXPECT_GT(problem.start_mm.whole, 0.5);
     EXPECT_GE(problem.start_mm.whole, problem.start_mm.normal);
@@ -44,7 +44,7 @@ TEST(FrozenProblem, APhantomsFixedPointIsFoundAndItsTargetsAreThoseOfTheImage) {
     for (const Vec4& t : targets) {
       if (t.w == 0) continue;
       ++trusted;
-      // On the ellipsoid's surface.
+      // The targets are on the surface of the ellipsoid.
       EXPECT_NEAR((Eigen::Vector3d(t.x / 26, t.y / 24, t.z / 22)).norm(), 1, 0.02);
     }
     EXPECT_GT(trusted, half ? 120 : 310);
@@ -59,7 +59,7 @@ TEST(FrozenProblem, OfASceneItStartsWhereTheLastLevelBegan) {
   const FrozenProblem problem = frozen_problem_of(study.scene, study.volume, false, one_thread, no_poll);
   EXPECT_EQ(problem.meshes[0].start.vertex_count(), 320);
   EXPECT_TRUE(problem.converged) << problem.how;
-  // The level before has brought it near already.
+  // The previous level has moved it near the fixed point.
   EXPECT_LT(problem.start_mm.normal, 1);
   EXPECT_THROW(frozen_problem_of(Scene{}, study.volume, false, one_thread, no_poll), Error);
 }
@@ -111,8 +111,8 @@ TEST(Reached, IsForGood) {
 TEST(LiveStudy, RunsOfAPhantomEndOnItsTruth) {
   const StudyScene study = make_phantom_scene(false, 1280);
   const LiveStudy live(study);
-  ASSERT_TRUE(live.measures());
-  EXPECT_FALSE(LiveStudy(make_phantom_scene(true, 80)).measures());
+  ASSERT_TRUE(live.has_truth());
+  EXPECT_FALSE(LiveStudy(make_phantom_scene(true, 80)).has_truth());
   for (const LiveVariant& variant : {LiveVariant{0, 3, true}, LiveVariant{0, 1, false}}) {
     const LiveCurve curve = live.run(variant, 60, one_thread, no_poll);
     ASSERT_EQ(curve.meshes.size(), 1u);
@@ -151,7 +151,7 @@ TEST(ErrorTimeReport, TheTableComparesWithTheMeasure) {
   EXPECT_EQ(against_time.series[0].x[1], 0.01);
   EXPECT_EQ(against_steps.series[0].x[1], 10);
   EXPECT_EQ(against_steps.series[1].y[2], 0.4);
-  EXPECT_TRUE(std::isnan(against_time.series[2].y[1]));  // off the picture
+  EXPECT_TRUE(std::isnan(against_time.series[2].y[1]));  // outside of the plot
 }
 
 }  // namespace

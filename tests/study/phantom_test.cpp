@@ -13,7 +13,7 @@
 namespace simplexseg {
 namespace {
 
-/// Volume of what is brighter than the background, in shares of the whole: partial voxels count by their share.
+/// Share of the volume that is brighter than the background; partial voxels count by their share.
 double bright_share(const Phantom& phantom, const PhantomSettings& settings) {
   double sum = 0;
   const VolumeGeometry& g = phantom.image.geometry();
@@ -72,13 +72,13 @@ TEST(Phantom, EveryKindHasATruthThatItsImageShows) {
         for (int i = 0; i < 40; ++i) {
           const double value = phantom.image.value(i, j, k);
           between += value > 50 && value < 150;
-          // A voxel whose centre is inside is at least half full but at corners, where 0.3 is enough.
+          // A voxel whose centre is inside is at least half full; at corners at least 0.3.
           wrong += phantom.labels.value(i, j, k) != 0 ? value < 80 : value > 120;
-          // Nothing touches the border, where a mesh would be cut.
+          // Objects do not touch the border, which would cut off a mesh.
           if (i == 0 || j == 0 || k == 0 || i == 39 || j == 39 || k == 39) wrong += value != 50;
         }
     EXPECT_EQ(wrong, 0) << name;
-    // The cube's faces lie between voxels at this size: it alone has no partial voxels.
+    // The faces of the cube are between voxels at this size: only the cube has no partial voxels.
     if (name == "cube")
       EXPECT_EQ(between, 0);
     else
@@ -117,7 +117,7 @@ TEST(Phantom, TheTubeIsOneThinPieceBentInAllDirections) {
   }
   EXPECT_EQ(reached, count);
   for (int a = 0; a < 3; ++a) EXPECT_GT(high[a] - low[a], 20) << a;
-  // Thin: a small share of the box that holds it.
+  // A thin object fills a small share of its bounding box.
   EXPECT_LT(double(count), 0.12 * (high[0] - low[0]) * (high[1] - low[1]) * (high[2] - low[2]));
 }
 
@@ -156,7 +156,7 @@ TEST(Phantom, NoiseIsTheSameOnEveryMachine) {
   settings.size = 8;
   settings.noise_sigma = 100;
   const Phantom phantom = make_phantom("flat", settings);
-  std::uint64_t hash = 14695981039346656037u;  // FNV-1a; the value was found by a second program as well
+  std::uint64_t hash = 14695981039346656037u;  // FNV-1a; an independent program computes the same value
   for (std::int16_t v : std::as_const(phantom).image.voxels<std::int16_t>()) {
     hash = (hash ^ std::uint16_t(v)) * 1099511628211u;
   }

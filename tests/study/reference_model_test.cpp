@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The model in double against the engines' kernels in float, and the fixed points that it finds against where they end.
+// Comparison of the model in double with the engines' kernels in float, and of its fixed points with their final poses.
 #include "study/reference_model.h"
 
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kVoxelMm = 1;
 
-/// A mesh whose image targets are frozen, for the model and for the engine.
+/// Mesh with fixed image targets, for the model and for the engine.
 struct FrozenScene {
   SimplexMesh mesh;
   ForceParameters forces = weightless();
@@ -33,7 +33,7 @@ struct FrozenScene {
   }
   std::unique_ptr<Engine> load(std::unique_ptr<Engine> engine, SimulationParameters simulation) const {
     TestScene scene;
-    // Nothing is read from it, but it says how large a voxel is.
+    // Its voxels are not read; it defines the voxel size.
     scene.volume = volume();
     scene.meshes.resize(1);
     scene.meshes[0].mesh = mesh, scene.meshes[0].forces = forces, scene.meshes[0].shape = shape;
@@ -41,8 +41,8 @@ struct FrozenScene {
     scene.simulation = simulation;
     simplexseg::load(*engine, scene);
     for (const ForceInfo& force : force_list())
-      if (force.targets != nullptr) engine->give_targets(0, force.id, targets);
-    engine->set_parameters(std::vector{forces}, simulation);  // frozen targets stand in for recorded profiles
+      if (force.targets != nullptr) engine->set_fixed_targets(0, force.id, targets);
+    engine->set_parameters(std::vector{forces}, simulation);  // fixed targets replace recorded profiles
     return engine;
   }
   static const Volume& volume() {
@@ -55,7 +55,7 @@ struct FrozenScene {
   }
 };
 
-/// A noisy ellipsoid whose targets lie on another one, the confidence from 0 to 1.
+/// Noisy ellipsoid with targets on another ellipsoid, with confidences from 0 to 1.
 FrozenScene noisy_scene(int level = 3) {
   FrozenScene s;
   const SimplexMesh sphere = make_sphere({0.3, -0.2, 0.1}, 20, level);
@@ -73,7 +73,8 @@ FrozenScene noisy_scene(int level = 3) {
 
 class ReferenceModelTest : public EngineTest {
  protected:
-  /// Largest difference of one step at dt = 1 from rest, which moves a vertex by its acceleration, from the model's.
+  /// Largest difference between the acceleration of the model and that of the engine: the move of one step at dt = 1
+  /// with zero initial velocity.
   static double difference(const FrozenScene& s) {
     const auto engine = s.load(make_engine(), simulation(1, 1));
     EXPECT_FALSE(engine->step(1).failure.has_value());
@@ -86,7 +87,7 @@ class ReferenceModelTest : public EngineTest {
 };
 SIMPLEXSEG_ON_EVERY_BACKEND(ReferenceModelTest);
 
-// Positions of some 20 mm in float: 2e-6 mm each. Forces are of some mm.
+// Positions of about 20 mm have a precision of 2e-6 mm in float. Forces are a few mm.
 constexpr double kFloat = 2e-5;
 
 TEST_P(ReferenceModelTest, EachForceIsTheEnginesAlone) {
@@ -111,7 +112,7 @@ TEST_P(ReferenceModelTest, EachForceIsTheEnginesAlone) {
     for (const Setting& setting : settings) set(s.forces, setting);
     const Pose start = pose_of(s.mesh.positions);
     const Pose a = s.model(start).acceleration(start);
-    EXPECT_GT(a.norm(), 1) << "a force that does nothing shows nothing";
+    EXPECT_GT(a.norm(), 1) << "a zero force would make the comparison meaningless";
     EXPECT_LT(difference(s), kFloat) << settings[0].force << ", last setting " << settings.back().parameter;
   }
 }
@@ -127,14 +128,14 @@ TEST_P(ReferenceModelTest, FoldsAndCollinearNeighboursAreTheEngines) {
   set(s.forces, {"smoothing", "weight", 0.7f});
   set(s.forces, {"shape_memory", "weight", 0.3f});
   set(s.forces, {"gradient", "weight", 0.3f});
-  // A vertex pushed through the surface folds it; one neighbour on another makes the normal a matter of choice.
+  // A vertex moved through the surface folds it; two coincident neighbours make the normal ambiguous.
   s.mesh.positions[40] *= 0.6f;
   const auto& nb = s.mesh.neighbours[200];
   s.mesh.positions[static_cast<std::size_t>(nb[1])] = s.mesh.positions[static_cast<std::size_t>(nb[0])];
   EXPECT_LT(difference(s), kFloat);
 }
 
-/// Scenes with one fixed point near by: what is free to slide without a cost is held by points.
+/// Scenes with a unique nearby fixed point: attraction points constrain motions without stiffness.
 std::vector<FrozenScene> anchored_scenes() {
   std::vector<FrozenScene> scenes;
   auto add = [&scenes](std::initializer_list<Setting> settings) {
@@ -161,10 +162,10 @@ TEST_P(ReferenceModelTest, TheEngineEndsAtTheFixedPoint) {
     const FixedPoint found = find_fixed_point(model, start);
     EXPECT_TRUE(found.converged) << found.residual_mm << ", " << found.last_update_mm;
     EXPECT_LT(found.residual_mm, 1e-9);
-    EXPECT_GT((found.pose - start).norm(), 10) << "a mesh that has nowhere to go shows nothing";
+    EXPECT_GT((found.pose - start).norm(), 10) << "a start at the fixed point would make the comparison meaningless";
 
-    // The bindings are those of the first step. More damping would end sooner, where floats no longer tell the next
-    // step.
+    // The bindings are those of the first step. With more damping the run would end earlier, because moves fall below
+    // the precision of floats.
     const SimulationParameters steps = limited(1, 0.3f, 1000000);
     const auto engine = s.load(make_engine(), steps);
     EXPECT_FALSE(engine->step(6000).failure.has_value());
@@ -208,7 +209,7 @@ TEST(ReferenceModel, ShapeMemoryAloneReturnsToItsReferenceUpToASimilarity) {
   const Pose start = pose_of(with_noise(sphere, 0.05).positions);
   const FixedPoint found = find_fixed_point(s.model(start), start);
   EXPECT_TRUE(found.converged);
-  EXPECT_TRUE(found.drifts) << "similarities cost nothing";
+  EXPECT_TRUE(found.drifts) << "similarities have no stiffness";
   EXPECT_LT(found.residual_mm, 1e-8);
   EXPECT_LT((found.pose - start).colwise().norm().maxCoeff(), 1) << "it stays near its start";
   const Eigen::Vector3d centre = found.pose.rowwise().mean();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cases of the stability study (src/study/), at the size of tests: each with every solver, on every backend.
+// Cases of the stability study (src/study/) at the size of tests: each with every solver, on every backend.
 #include "study/stability_case.h"
 
 #include "step/simulation_parameters.h"
@@ -12,7 +12,8 @@ class StabilityCases : public ::testing::TestWithParam<std::tuple<std::string, i
 
 TEST_P(StabilityCases, EndsAsStated) {
   const auto& [backend, index] = GetParam();
-  if (backend == "cuda" && !why_no_cuda().empty()) GTEST_SKIP() << "skipped: no CUDA device (" << why_no_cuda() << ")";
+  if (backend == "cuda" && !cuda_unavailable_reason().empty())
+    GTEST_SKIP() << "skipped: no CUDA device (" << cuda_unavailable_reason() << ")";
   const StabilityCase& one = stability_cases()[index];
   const auto make = [&backend = backend] { return backend == "cuda" ? make_cuda_engine() : make_cpu_engine(1); };
   const std::vector<std::string> solvers = solver_names();

@@ -45,7 +45,7 @@ constexpr Setting kBaseline[] = {
     {"attraction", "image_fade", 1},
 };
 
-/// A counter-based generator: the standard library's distributions differ between machines.
+/// Counter-based random numbers; the distributions of the standard library differ between machines.
 double uniform(std::uint64_t counter) {
   std::uint64_t z = counter * 0x9E3779B97F4A7C15u + 0x632BE59BD9B4E019u;
   z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
@@ -142,7 +142,7 @@ SimplexMesh with_noise(SimplexMesh mesh, double sigma_mm, unsigned seed) {
   std::uint64_t counter = static_cast<std::uint64_t>(seed) << 40;
   for (Eigen::Vector3f& p : mesh.positions)
     for (int axis = 0; axis < 3; ++axis) {
-      double sum = -6;  // of twelve: variance 1
+      double sum = -6;  // sum of twelve uniform numbers minus 6: variance 1
       for (int draw = 0; draw < 12; ++draw) sum += uniform(counter++);
       p[axis] += static_cast<float>(sigma_mm * sum);
     }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What Python tests of a program share: FILE PROGRAM runs the tests of a file with it, and says to ctest what was skipped."""
+"""Common parts of Python tests of a program: FILE PROGRAM runs a test file and reports skipped tests to ctest."""
 from __future__ import annotations
 
 import shutil
@@ -8,25 +8,25 @@ import unittest
 from importlib.util import find_spec
 from pathlib import Path
 
-SKIPPED = 77  # exit status that ctest takes for a skipped test
-_given: list[str] = []
+SKIPPED = 77  # exit status of a skipped test for ctest
+_arguments: list[str] = []
 
 
 def program() -> str:
-    """The program that is tested."""
-    return _given[0]
+    """Path of the tested program."""
+    return _arguments[0]
 
 
 def skip(why: str) -> None:
-    """Ends all tests of a file."""
+    """Skips all tests of a file."""
     print("skipped:", why)
     sys.exit(SKIPPED)
 
 
 def main(*needed: tuple[str, str]) -> None:
-    """Runs the tests of a file with the program that is its argument. `needed`: programs, files or modules of Python, and
-    the Debian packages that have them."""
-    _given[:] = [sys.argv.pop(1)]
+    """Runs the tests of a file with the program given as argument. `needed`: programs, files or Python modules, each
+    with the Debian package that contains it."""
+    _arguments[:] = [sys.argv.pop(1)]
     for what, package in needed:
         if not (shutil.which(what) or Path(what).exists() or (what.isidentifier() and find_spec(what))):
             skip(f"install {package}")

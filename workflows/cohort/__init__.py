@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs simplexseg-cli over the volumes of a table, and makes one page of what came out (docs/cohort.md)."""
+"""Runs simplexseg-cli on the volumes of a table and writes one page with the results (docs/cohort.md)."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page of a cohort: one HTML file that needs nothing else."""
+"""Page of a cohort: one self-contained HTML file."""
 from __future__ import annotations
 
 import base64
@@ -9,16 +9,16 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
-from cohort.plots import Dot, strip_plot
-from cohort.results import FAR, LEAST_FOR_SCORES, MEASURES, Measure, Result, robust_scale
+from cohort.plots import DataPoint, strip_plot
+from cohort.results import OUTLIER_LIMIT, MIN_FOR_SCORES, MEASURES, Measure, Result, robust_scale
 
 SECONDS = Measure("seconds", "Run time", "s", 2, 1)
-MARKS = ("failed", "far from the others", "to be noted", "nothing to note")
+RANKS = ("failed", "outlier", "with notes", "without notes")
 
 
 @dataclass(frozen=True)
 class Plot:
-    """One plot with its heading."""
+    """Plot with its heading."""
 
     title: str
     note: str
@@ -26,17 +26,17 @@ class Plot:
 
 
 def plot_of(measure: Measure, mesh: str, values: list[tuple[Result, float]]) -> Plot:
-    """A figure of all cases that have it."""
+    """Plots the values of a measure over all cases that have it."""
     unit = f" {measure.unit}" if measure.unit else ""
     median, deviation = robust_scale([value for _, value in values])
-    dots = [Dot(value, result.name, f"{value:.{measure.decimals}f}{unit}", result.rank) for result, value in values]
-    shown = deviation if len(values) >= LEAST_FOR_SCORES and measure is not SECONDS else 0
+    points = [DataPoint(value, result.name, f"{value:.{measure.decimals}f}{unit}", result.rank) for result, value in values]
+    shown = deviation if len(values) >= MIN_FOR_SCORES and measure is not SECONDS else 0
     title = measure.title + (f", {measure.unit}" if measure.unit else "") + (f" ({mesh})" if mesh else "")
-    return Plot(title, f"median {median:.{measure.decimals}f}{unit}", strip_plot(dots, median, shown, FAR))
+    return Plot(title, f"median {median:.{measure.decimals}f}{unit}", strip_plot(points, median, shown, OUTLIER_LIMIT))
 
 
 def plots_of(results: list[Result]) -> list[Plot]:
-    """A plot for each figure, and each mesh where there are several; last the run time."""
+    """Returns one plot per measure (and per mesh, if there are several), then the plot of the run time."""
     names = list(dict.fromkeys(mesh.name for result in results for mesh in result.meshes))
     plots = []
     for measure in MEASURES:
@@ -50,7 +50,7 @@ def plots_of(results: list[Result]) -> list[Plot]:
 
 
 def picture_of(result: Result) -> str:
-    """The slices of a case as a data URI; empty where there is none."""
+    """Returns the picture of a case as a data URI; empty if there is none."""
     path = result.folder / "picture.png"
     if result.failure or not path.is_file():
         return ""
@@ -58,12 +58,12 @@ def picture_of(result: Result) -> str:
 
 
 def write_page(path: Path, title: str, results: list[Result]) -> None:
-    """Writes it whole or not at all."""
+    """Writes the page atomically."""
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent), autoescape=True,
                                      trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
     used = [m for m in MEASURES if any(m.key in mesh.values for result in results for mesh in result.meshes)]
     text = environment.get_template("page.html").render(
-        title=title, results=results, measures=used, plots=plots_of(results), picture_of=picture_of, marks=MARKS, far=FAR,
+        title=title, results=results, measures=used, plots=plots_of(results), picture_of=picture_of, ranks=RANKS, far=OUTLIER_LIMIT,
         several=any(len(result.meshes) > 1 for result in results),
         counts=[sum(1 for result in results if result.rank == rank) for rank in range(4)])
     part = path.with_suffix(".part")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plots of one figure over all cases: a dot for each, as SVG that stands in the page and takes its colours from it."""
+"""Strip plots of one measure over all cases, as SVG for the page, which defines the colours."""
 from __future__ import annotations
 
 import math
@@ -10,13 +10,13 @@ from markupsafe import Markup, escape
 
 WIDTH, MARGIN = 440, 14
 RADIUS = 4
-AXIS = 24  # below the dots
-LEAST_HEIGHT = 36
+AXIS = 24  # height of the axis below the points
+MIN_HEIGHT = 36
 
 
 @dataclass(frozen=True)
-class Dot:
-    """A value, and the case that it is of."""
+class DataPoint:
+    """Value of a case."""
 
     value: float
     name: str
@@ -25,16 +25,16 @@ class Dot:
 
 
 def nice_ticks(low: float, high: float, about: int = 5) -> list[float]:
-    """Round values that span low to high, or lie a little within."""
+    """Returns round values from low to high, with approximately `about` intervals."""
     step = 10.0 ** math.floor(math.log10((high - low) / about))
     step = min((step * factor for factor in (1, 2, 5, 10)), key=lambda s: abs((high - low) / s - about))
     first = math.ceil(low / step - 1e-9)
     return [first * step + k * step for k in range(int((high - first * step) / step + 1e-9) + 1)]
 
 
-def strip_plot(dots: list[Dot], median: float, deviation: float, far: float) -> Markup:
-    """Dots side by side where they would touch; the median as a line, and a band of `far` deviations about it."""
-    values = [dot.value for dot in dots]
+def strip_plot(points: list[DataPoint], median: float, deviation: float, far: float) -> Markup:
+    """Draws the points, stacked where they overlap, the median as a line, and a band of `far` deviations around it."""
+    values = [point.value for point in points]
     low, high = min(values), max(values)
     pad = (high - low) * 0.05 or abs(high) * 0.05 or 1
     low, high = low - pad, high + pad
@@ -42,13 +42,13 @@ def strip_plot(dots: list[Dot], median: float, deviation: float, far: float) -> 
     def x_of(value: float) -> float:
         return MARGIN + (WIDTH - 2 * MARGIN) * (min(max(value, low), high) - low) / (high - low)
 
-    placed: list[tuple[float, int]] = []  # x and level of dots, 0 in the middle, then 1, -1, 2, ...
-    for dot in sorted(dots, key=lambda d: d.value):
-        x = x_of(dot.value)
-        taken = {level for at, level in placed[-200:] if x - at < 2 * RADIUS + 1}
-        placed.append((x, next(n for n in _levels() if n not in taken)))
-    most = max(abs(level) for _, level in placed)
-    height = max(LEAST_HEIGHT, (2 * most + 1) * (2 * RADIUS + 1) + 8)
+    placed: list[tuple[float, int]] = []  # x and level of each point; levels: 0 in the middle, then 1, -1, 2, ...
+    for point in sorted(points, key=lambda p: p.value):
+        x = x_of(point.value)
+        used = {level for at, level in placed[-200:] if x - at < 2 * RADIUS + 1}
+        placed.append((x, next(n for n in _levels() if n not in used)))
+    max_level = max(abs(level) for _, level in placed)
+    height = max(MIN_HEIGHT, (2 * max_level + 1) * (2 * RADIUS + 1) + 8)
     middle = height / 2
     parts = [f'<svg viewBox="0 0 {WIDTH} {height + AXIS:.0f}" role="img">']
     if deviation > 0:
@@ -59,11 +59,11 @@ def strip_plot(dots: list[Dot], median: float, deviation: float, far: float) -> 
     for tick in nice_ticks(low, high):
         parts.append(f'<line class="axis" x1="{x_of(tick):.1f}" x2="{x_of(tick):.1f}" y1="{height:.0f}" '
                      f'y2="{height + 4:.0f}"/><text x="{x_of(tick):.1f}" y="{height + 18:.0f}">{tick:.6g}</text>')
-    for dot, (x, level) in zip(sorted(dots, key=lambda d: d.value), placed):
-        kind = "far" if dot.rank <= 1 else "noted" if dot.rank == 2 else "plain"
-        parts.append(f'<a href="#case-{escape(dot.name)}"><circle class="{kind}" cx="{x:.1f}" '
+    for point, (x, level) in zip(sorted(points, key=lambda p: p.value), placed):
+        kind = "far" if point.rank <= 1 else "noted" if point.rank == 2 else "plain"
+        parts.append(f'<a href="#case-{escape(point.name)}"><circle class="{kind}" cx="{x:.1f}" '
                      f'cy="{middle + level * (2 * RADIUS + 1):.1f}" r="{RADIUS}">'
-                     f"<title>{escape(dot.name)}: {escape(dot.text)}</title></circle></a>")
+                     f"<title>{escape(point.name)}: {escape(point.text)}</title></circle></a>")
     parts.append("</svg>")
     return Markup("".join(parts))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What became of each case, read from the folder of the results, and which ones want a look."""
+"""Results of the cases, read from the folder of the results, and the selection of cases for review."""
 from __future__ import annotations
 
 import csv
@@ -10,19 +10,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-LEAST_FOR_SCORES = 5  # values of which a median and a deviation mean something
-FAR = 3.5  # robust deviations (Iglewicz and Hoaglin 1993)
+MIN_FOR_SCORES = 5  # smallest number of values for a median and a deviation
+OUTLIER_LIMIT = 3.5  # limit of an outlier, robust deviations (Iglewicz and Hoaglin 1993)
 
 
 @dataclass(frozen=True)
 class Measure:
-    """A figure of a mesh that is compared between cases."""
+    """Measure of a mesh that is compared between cases."""
 
     key: str
     title: str
     unit: str
     decimals: int
-    worse: int  # 1: large values are bad, -1: small ones are, 0: both
+    worse: int  # direction of bad values: 1: large, -1: small, 0: both
 
 
 MEASURES = (
@@ -35,7 +35,7 @@ MEASURES = (
 
 @dataclass
 class Mesh:
-    """Figures of one mesh of a case; those of an error are missing without a reference, or where it is infinite."""
+    """Measures of one mesh of a case. Error measures are missing without a reference, and if they are infinite."""
 
     name: str
     vertices: int
@@ -45,27 +45,27 @@ class Mesh:
 
 @dataclass
 class Result:
-    """One case."""
+    """Result of one case."""
 
     name: str
     folder: Path
-    failure: str = ""  # one line; empty: done
+    failure: str = ""  # message, one line; empty: done
     seconds: float = math.nan
     steps: int = 0
     at_rest: bool = False
     warnings: list[str] = field(default_factory=list)
     meshes: list[Mesh] = field(default_factory=list)
-    reasons: list[str] = field(default_factory=list)  # why it wants a look, in words
-    score: float = 0  # largest robust deviation of its figures
+    reasons: list[str] = field(default_factory=list)  # reasons for a review
+    score: float = 0  # largest robust deviation of its measures
 
     @property
     def rank(self) -> int:
-        """0: failed, 1: far from the others, 2: something to note, 3: nothing."""
-        return 0 if self.failure else 1 if self.score > FAR else 2 if self.reasons else 3
+        """Rank of the case: 0: failed, 1: outlier, 2: with notes, 3: without notes."""
+        return 0 if self.failure else 1 if self.score > OUTLIER_LIMIT else 2 if self.reasons else 3
 
 
 def is_done(folder: Path, labels: str) -> bool:
-    """Whether a case came to a good end, and its results are still there."""
+    """Returns whether a case succeeded and its results still exist."""
     try:
         status = (folder / "status").read_text().strip()
     except OSError:
@@ -73,28 +73,28 @@ def is_done(folder: Path, labels: str) -> bool:
     return status == "0" and (folder / labels).is_file() and (folder / "report.json").is_file()
 
 
-def last_words(folder: Path) -> str:
-    """The one line that a case that failed left."""
+def failure_message(folder: Path) -> str:
+    """Returns the message of a failed case, one line."""
     try:
         lines = (folder / "errors.log").read_text(errors="replace").splitlines()
     except OSError:
         lines = []
-    said = [line for line in lines if line.strip() and not line.startswith(("warning: ", "note: "))]
-    if not said:
-        return "it ended without a word: killed, or out of time or memory; see logs/"
-    return said[-1].removeprefix("simplexseg-cli: ")
+    messages = [line for line in lines if line.strip() and not line.startswith(("warning: ", "note: "))]
+    if not messages:
+        return "it was killed, or exceeded its time or memory; see logs/"
+    return messages[-1].removeprefix("simplexseg-cli: ")
 
 
-def read_result(name: str, folder: Path, labels: str, wants_rest: bool) -> Result:
-    """Reads the report of a case, or why there is none."""
+def read_result(name: str, folder: Path, labels: str, until_settled: bool) -> Result:
+    """Reads the report of a case, or the reason why it is missing."""
     result = Result(name, folder)
     if not is_done(folder, labels):
-        result.failure = last_words(folder)
+        result.failure = failure_message(folder)
         return result
     try:
         report = json.loads((folder / "report.json").read_text())
     except ValueError:
-        result.failure = "its report is no JSON; delete its folder and call this again"
+        result.failure = "its report is not valid JSON; delete the folder of the case and run the command again"
         return result
     result.seconds = (report["load_ms"] + report["wall_ms"]) / 1000
     result.steps = report["steps"]
@@ -104,49 +104,49 @@ def read_result(name: str, folder: Path, labels: str, wants_rest: bool) -> Resul
     for mesh in result.meshes:
         prefix = f"{mesh.name}: " if len(result.meshes) > 1 else ""
         result.reasons += [prefix + note for note in mesh.notes]
-    if wants_rest and not result.at_rest:
-        result.reasons.append(f"not at rest after {result.steps} steps")
+    if until_settled and not result.at_rest:
+        result.reasons.append(f"not settled after {result.steps} steps")
     if result.warnings:
         result.reasons.append(f"{len(result.warnings)} warning" + "s" * (len(result.warnings) > 1))
     return result
 
 
 def read_mesh(report: dict[str, Any]) -> Mesh:
-    """Figures and notes of one mesh of a report."""
+    """Reads the measures and notes of a mesh from a report."""
     values = {"volume_ml": report["volume_mm3"] / 1000}
     values |= {m.key: report[m.key] for m in MEASURES if report.get(m.key) is not None}
     notes = []
     if report.get("problem"):
         notes.append(report["problem"])
     if report.get("leaks"):
-        notes.append("it leaks: what looks like the object has no end nearby")
+        notes.append("the segmentation spreads without finding a border")
     if report.get("unsure"):
-        notes.append(f"it is unsure of its object (expects a Dice of {report['expected_dice']:.2f})")
+        notes.append(f"the segmentation is probably wrong (expected Dice {report['expected_dice']:.2f})")
     if report["volume_mm3"] <= 0:
-        notes.append("it holds nothing")
+        notes.append("the segmentation is empty")
     return Mesh(report["name"], report["vertices"], values, notes)
 
 
 def robust_scale(values: list[float]) -> tuple[float, float]:
-    """Median, and a deviation that outliers hardly change: that of a normal distribution with the same median absolute
-    deviation, or mean one where more than half of the values are the same; 0 where all are."""
+    """Returns the median and a robust standard deviation: 1.4826 times the median absolute deviation, or 1.2533 times the
+    mean absolute deviation if the former is 0. The deviation is 0 if all values are equal."""
     median = statistics.median(values)
     away = [abs(value - median) for value in values]
     return median, 1.4826 * statistics.median(away) or 1.2533 * statistics.fmean(away)
 
 
 def find_outliers(results: list[Result]) -> None:
-    """Adds scores and reasons; sorts: failed cases first, then those that are furthest from the others."""
+    """Sets scores and reasons, and sorts the cases: failed ones first, then by decreasing deviation from the others."""
     groups: dict[tuple[str, str], list[tuple[Result, float]]] = {}
     several = any(len(result.meshes) > 1 for result in results)
-    far: dict[str, list[tuple[float, str]]] = {}  # by case: how far, and in words
+    far: dict[str, list[tuple[float, str]]] = {}  # by case: (negative score, reason)
     for result in results:
         for mesh in result.meshes:
             for key, value in mesh.values.items():
                 groups.setdefault((mesh.name, key), []).append((result, value))
     for measure in MEASURES:
         for (mesh_name, key), group in groups.items():
-            if key != measure.key or len(group) < LEAST_FOR_SCORES:
+            if key != measure.key or len(group) < MIN_FOR_SCORES:
                 continue
             median, deviation = robust_scale([value for _, value in group])
             if deviation == 0:
@@ -155,7 +155,7 @@ def find_outliers(results: list[Result]) -> None:
                 score = (value - median) / deviation
                 bad = abs(score) if measure.worse == 0 else score * measure.worse
                 result.score = max(result.score, bad)
-                if bad > FAR:
+                if bad > OUTLIER_LIMIT:
                     what = f"{mesh_name}: " if several else ""
                     unit = f" {measure.unit}" if measure.unit else ""
                     side = "above" if score > 0 else "below"
@@ -168,7 +168,7 @@ def find_outliers(results: list[Result]) -> None:
 
 
 def write_summary(path: Path, results: list[Result]) -> None:
-    """Everything as CSV, a row for each mesh, in the order of the page."""
+    """Writes the results as CSV, one row per mesh, in the order of the page."""
     keys = [measure.key for measure in MEASURES]
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)

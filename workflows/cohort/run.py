@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""scripts/cohort: checks a table, runs its cases by Snakemake, and writes the page."""
+"""Program of scripts/cohort: checks a table, runs its cases with Snakemake and writes the page."""
 from __future__ import annotations
 
 import argparse
@@ -23,41 +23,41 @@ from cohort.table import BadInput, Case, Table
 
 WORKFLOWS = Path(__file__).resolve().parent.parent
 MEGABYTE = 1e6
-# Of a job on a cluster besides the program: Snakemake, which starts it.
+# Memory of Snakemake in a job on a cluster, in addition to the program.
 SNAKEMAKE_MB = 250
-# What a volume cannot need more of than this many times its file: plans are asked for only where that could matter.
-MOST_TIMES_THE_FILE = 400
-# Share of the free memory of one machine that cases are planned for.
-MOST_OF_THE_MACHINE = 0.9
+# Upper bound of the memory of a case, as a multiple of its file size; decides whether a plan is computed for each case.
+MAX_MEMORY_PER_FILE_SIZE = 400
+# Fraction of the free memory of one machine that is available to cases.
+MEMORY_FRACTION = 0.9
 
 
 def read_settings(path: Path | None) -> dict[str, Any]:
-    """The defaults of workflows/config.yaml, and what a config file of the user has in their place."""
+    """Returns the settings of workflows/config.yaml, overridden by those of a config file."""
     defaults: dict[str, Any] = yaml.safe_load((WORKFLOWS / "config.yaml").read_text())
     if path is None:
         return defaults
     try:
-        given = yaml.safe_load(path.read_text()) or {}
+        overrides = yaml.safe_load(path.read_text()) or {}
     except (OSError, yaml.YAMLError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is no YAML: " + " ".join(str(error).split())
+        reason = error.strerror if isinstance(error, OSError) else "it is not valid YAML: " + " ".join(str(error).split())
         raise BadInput(f"config '{path}': {reason}; see workflows/config.yaml") from None
-    if not isinstance(given, dict):
-        raise BadInput(f"config '{path}': it has no keys; see workflows/config.yaml")
-    for key, value in given.items():
+    if not isinstance(overrides, dict):
+        raise BadInput(f"config '{path}': it is not a list of keys and values; see workflows/config.yaml")
+    for key, value in overrides.items():
         if key not in defaults:
             raise BadInput(f"config '{path}': there is no key '{key}'; the keys are {', '.join(defaults)}")
         kind: Any = (int, float) if isinstance(defaults[key], float) else type(defaults[key])
         if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
-            raise BadInput(f"config '{path}': '{key}' is no {type(defaults[key]).__name__}; see workflows/config.yaml")
-    if given.get("scene"):
-        given["scene"] = os.path.normpath(path.parent.absolute() / given["scene"])
-        if not os.path.exists(given["scene"]):
-            raise BadInput(f"config '{path}': there is no scene '{given['scene']}'; correct 'scene'")
-    return defaults | given
+            raise BadInput(f"config '{path}': '{key}' is not of type {type(defaults[key]).__name__}; see workflows/config.yaml")
+    if overrides.get("scene"):
+        overrides["scene"] = os.path.normpath(path.parent.absolute() / overrides["scene"])
+        if not os.path.exists(overrides["scene"]):
+            raise BadInput(f"config '{path}': there is no scene '{overrides['scene']}'; correct 'scene'")
+    return defaults | overrides
 
 
 def outputs_of(case: Case, settings: dict[str, Any]) -> list[str]:
-    """What is written for a case, and the settings that are the same for all."""
+    """Returns the arguments for the outputs of a case and the settings of the cohort."""
     folder = f"cases/{case.name}"
     arguments = ["--labels", f"{folder}/{settings['labels']}", "--meshes", f"{folder}/meshes"]
     arguments += ["--mesh-format", settings["mesh_format"], "--report", f"{folder}/report.json"]
@@ -71,8 +71,8 @@ def outputs_of(case: Case, settings: dict[str, Any]) -> list[str]:
     return arguments
 
 
-def ask_plan(program: str, case: Case) -> tuple[float, float]:
-    """Megabytes and seconds that a case is likely to need; of a volume that cannot be read 0: its run will say why."""
+def read_plan(program: str, case: Case) -> tuple[float, float]:
+    """Returns the estimated memory (MB) and time (s) of a case; 0 if its volume cannot be read, which the run reports."""
     done = subprocess.run([program, *case.arguments, "--plan"], capture_output=True, text=True, check=False)
     if done.returncode != 0:
         return 0, 0
@@ -81,59 +81,59 @@ def ask_plan(program: str, case: Case) -> tuple[float, float]:
 
 
 def machine_mb() -> float:
-    """Memory of this machine that is free."""
+    """Returns the free memory of this machine, MB."""
     with open("/proc/meminfo", encoding="ascii") as file:
         found = re.search(r"MemAvailable:\s+(\d+) kB", file.read())
     return int(found[1]) * 1024 / MEGABYTE if found else math.inf
 
 
 def needs_plans(cases: list[Case], at_once: int) -> bool:
-    """Whether the largest volumes, as many as run at once, could fill this machine."""
+    """Returns whether parallel runs of the largest volumes could exceed the memory of this machine."""
     sizes = sorted((size_of(Path(case.inputs[0])) for case in cases), reverse=True)
-    return sum(sizes[:at_once]) * MOST_TIMES_THE_FILE / MEGABYTE > machine_mb()
+    return sum(sizes[:at_once]) * MAX_MEMORY_PER_FILE_SIZE / MEGABYTE > machine_mb()
 
 
 def size_of(path: Path) -> int:
-    """Bytes of a file, or of the files of a folder."""
+    """Returns the size of a file, or of all files in a folder, bytes."""
     return sum(file.stat().st_size for file in path.rglob("*")) if path.is_dir() else path.stat().st_size
 
 
 def make_cohort(options: argparse.Namespace, cases: list[Case], settings: dict[str, Any]) -> dict[str, Any]:
-    """What the Snakefile reads."""
+    """Returns the content of cohort.json for the Snakefile."""
     slurm = options.profile == "slurm"
     plans: list[tuple[float, float]] = [(0, 0)] * len(cases)
     if slurm or needs_plans(cases, options.jobs):
         with ThreadPoolExecutor(options.cores) as pool:
-            plans = list(pool.map(lambda case: ask_plan(options.program, case), cases))
-    listed = []
+            plans = list(pool.map(lambda case: read_plan(options.program, case), cases))
+    entries = []
     for case, (megabytes, seconds) in zip(cases, plans):
-        # The scheduler of one machine is told what is likely, a cluster, which kills what needs more, what is enough.
+        # Local: the estimate. Cluster: an upper bound, because Slurm kills jobs that exceed their limit.
         memory = megabytes * settings["memory_margin"] + SNAKEMAKE_MB if slurm else megabytes
-        listed.append({"name": case.name, "arguments": case.arguments + outputs_of(case, settings), "inputs": case.inputs,
+        entries.append({"name": case.name, "arguments": case.arguments + outputs_of(case, settings), "inputs": case.inputs,
                        "mem_mb": math.ceil(memory),
                        "minutes": math.ceil(seconds * settings["time_margin"] / 60) + 1})
-    most = settings["most_memory_gb"] * 1000 if slurm else int(machine_mb() * MOST_OF_THE_MACHINE)
-    return {"cases": listed, "threads": settings["threads"], "gpu": int(options.profile == "gpu"), "most_mb": most}
+    max_mb = settings["most_memory_gb"] * 1000 if slurm else int(machine_mb() * MEMORY_FRACTION)
+    return {"cases": entries, "threads": settings["threads"], "gpu": int(options.profile == "gpu"), "most_mb": max_mb}
 
 
 def snakemake_command(options: argparse.Namespace, settings: dict[str, Any]) -> list[str]:
-    """How Snakemake is called."""
+    """Returns the command line of Snakemake."""
     engine = {"local": f"--backend cpu --threads {settings['threads']}", "gpu": "--backend cuda",
               "slurm": f"--backend {options.backend}" + (f" --threads {settings['threads']}" * (options.backend == "cpu"))}
     command = ["snakemake", "--snakefile", str(WORKFLOWS / "Snakefile"), "--directory", str(options.out),
                "--profile", str(WORKFLOWS / "profiles" / options.profile), "--retries", str(settings["retries"]),
                "--config", f"cli={options.program}", f"engine={engine[options.profile]}"]
-    further: list[str] = options.snakemake
+    extra: list[str] = options.snakemake
     if options.profile == "slurm":
-        return command + further
+        return command + extra
     cores = options.cores * (settings["threads"] if options.profile == "gpu" else 1)
-    return command + ["--cores", str(cores), "--resources", f"mem_mb={int(machine_mb() * MOST_OF_THE_MACHINE)}",
-                      f"gpu={options.jobs}"] + further
+    return command + ["--cores", str(cores), "--resources", f"mem_mb={int(machine_mb() * MEMORY_FRACTION)}",
+                      f"gpu={options.jobs}"] + extra
 
 
 def run_snakemake(command: list[str], log: Path, total: int) -> str:
-    """Runs it; its words go to the log, the count of finished cases to the terminal. Ctrl+C goes on to what it runs. Returns
-    its last word."""
+    """Runs Snakemake, writes its output to the log and the number of finished cases to the terminal. Ctrl+C also reaches
+    Snakemake. Returns the last line of the output."""
     line = ""
     with open(log, "a", encoding="utf-8") as file:
         print("$", *command, file=file, flush=True)
@@ -155,25 +155,25 @@ def run_snakemake(command: list[str], log: Path, total: int) -> str:
 
 
 def parse(arguments: list[str]) -> argparse.Namespace:
-    """The command line."""
-    parser = argparse.ArgumentParser(prog="scripts/cohort", description="Segments the volumes of a table, and makes one page of what came out.",
+    """Parses the command line."""
+    parser = argparse.ArgumentParser(prog="scripts/cohort", description="Segments the volumes of a table and writes one page with the results.",
                                      epilog="After --: further options of Snakemake.")
-    parser.add_argument("table", type=Path, metavar="TABLE", help="CSV file, a row for each case (docs/cohort.md)")
-    parser.add_argument("out", type=Path, metavar="OUT", help="folder of the results; those of a call before are kept")
+    parser.add_argument("table", type=Path, metavar="TABLE", help="CSV file with one row per case (docs/cohort.md)")
+    parser.add_argument("out", type=Path, metavar="OUT", help="folder of the results; existing results are kept")
     parser.add_argument("--profile", choices=("local", "gpu", "slurm"), default="local",
-                        help="one machine's cores, one GPU, or a Slurm cluster (default: local)")
-    parser.add_argument("--config", type=Path, help="settings of all cases, as in workflows/config.yaml")
+                        help="cores of this machine, its GPU, or a Slurm cluster (default: local)")
+    parser.add_argument("--config", type=Path, help="YAML file with settings of all cases, see workflows/config.yaml")
     parser.add_argument("--cores", type=int, default=len(os.sched_getaffinity(0)),
-                        help="of this machine (default: all)")
-    parser.add_argument("--gpu-processes", type=int, default=4, help="that share the GPU (default: 4)")
-    parser.add_argument("--backend", choices=("cpu", "cuda"), default="cpu", help="of jobs on a cluster (default: cpu)")
+                        help="cores to use on this machine (default: all)")
+    parser.add_argument("--gpu-processes", type=int, default=4, help="processes that share the GPU (default: 4)")
+    parser.add_argument("--backend", choices=("cpu", "cuda"), default="cpu", help="backend of jobs on a cluster (default: cpu)")
     split = arguments.index("--") if "--" in arguments else len(arguments)
     options = parser.parse_args(arguments[:split])
     options.snakemake = arguments[split + 1:]
     if options.cores < 1 or options.gpu_processes < 1:
-        parser.error("--cores and --gpu-processes are at least 1")
+        parser.error("--cores and --gpu-processes must be at least 1")
     if options.profile == "slurm" and not shutil.which("sbatch"):
-        raise BadInput("--profile slurm: there is no sbatch here; call this where jobs are submitted, or install slurm-client")
+        raise BadInput("--profile slurm: sbatch is missing; run this on a submit host, or install slurm-client")
     options.program = os.environ["SIMPLEXSEG_CLI"]
     options.jobs = options.gpu_processes if options.profile == "gpu" else options.cores
     if options.profile == "gpu":
@@ -182,26 +182,26 @@ def parse(arguments: list[str]) -> argparse.Namespace:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Returns the exit status: 0, or 1 where a case failed."""
+    """Runs the cohort. Returns the exit status: 0, or 1 if a case failed."""
     settings = read_settings(options.config)
     cases = Table(options.table).cases(settings["scene"], settings["mesh"])
     logs = options.out / "logs"
     try:
         logs.mkdir(parents=True, exist_ok=True)
-        lock = open(logs / "lock", "w", encoding="ascii")  # held until this ends, however it ends
+        lock = open(logs / "lock", "w", encoding="ascii")  # locked until the process ends
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         (options.out / "cohort.json").write_text(json.dumps(make_cohort(options, cases, settings), indent=1) + "\n")
     except BlockingIOError:
-        raise BadInput(f"folder '{options.out}': another call is at work in it; wait for it, or name another") from None
+        raise BadInput(f"folder '{options.out}': another call uses it; wait for its end, or choose another folder") from None
     except OSError as error:
-        raise BadInput(f"folder '{options.out}': {error.strerror}; name another") from None
+        raise BadInput(f"folder '{options.out}': {error.strerror}; choose another folder") from None
     folders = {case.name: options.out / "cases" / case.name for case in cases}
     before: dict[str, int] = {}
     for name, folder in folders.items():
         if is_done(folder, settings["labels"]):
             before[name] = (folder / "status").stat().st_mtime_ns
         else:
-            (folder / "status").unlink(missing_ok=True)  # what failed is tried again
+            (folder / "status").unlink(missing_ok=True)  # failed cases run again
             (folder / "errors.log").unlink(missing_ok=True)
     last = run_snakemake(snakemake_command(options, settings), logs / "snakemake.log", len(cases))
     if len(before) < len(cases) and not any((folders[name] / "errors.log").exists()
@@ -222,14 +222,14 @@ def run(options: argparse.Namespace) -> int:
 
 
 def main() -> int:
-    """Exit status 2: bad usage or input, before any case is run."""
+    """Returns the exit status; 2 for invalid usage or input, before any case runs."""
     try:
         return run(parse(sys.argv[1:]))
     except BadInput as error:
         print(f"cohort: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print("cohort: interrupted; the same call goes on from here", file=sys.stderr)
+        print("cohort: interrupted; repeat the call to continue", file=sys.stderr)
         return 130
 
 

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "evidence/box_field.h"
 #include "evidence/field_prior.h"
+#include "evidence/field_solver.h"
 #include "evidence/parallel/executor.h"
 #include "evidence/parallel/reduce.h"
 
@@ -20,7 +20,7 @@ struct ObjectBefore {
   const std::uint8_t* before;
   const int* voxels;
   std::uint8_t* to;
-  SIMPLEXSEG_HD void operator()(int p) const { to[p] = before[voxels[p]] > kMiddleBefore ? 1 : 0; }
+  SIMPLEXSEG_HD void operator()(int p) const { to[p] = before[voxels[p]] > kPreviousThreshold ? 1 : 0; }
 };
 
 /// The least square of the distance from each of several places to a voxel on the other side, as the bits of a float.
@@ -41,18 +41,18 @@ struct NearestOther {
                 k = static_cast<float>(v / (size[0] * size[1]));
     const float x = mm[0] * i + mm[1] * j + mm[2] * k, y = mm[3] * i + mm[4] * j + mm[5] * k,
                 z = mm[6] * i + mm[7] * j + mm[8] * k;
-    const bool is = before[v] > kMiddleBefore;
+    const bool is = before[v] > kPreviousThreshold;
     for (int p = 0; p < count; ++p) {
       const Place& place = places[p];
       if (place.voxel == v) objects[p] = is ? 1 : 0;
-      if ((before[place.voxel] > kMiddleBefore) == is) continue;
+      if ((before[place.voxel] > kPreviousThreshold) == is) continue;
       const float dx = x - place.x, dy = y - place.y, dz = z - place.z, square = dx * dx + dy * dy + dz * dz;
       lower(&bits[p], static_cast<int>(bits_of(square)));  // ordered as the floats, which are not negative
     }
   }
 };
 
-/// BoxField::was_object() of the field before in an executor's memory. Waits once.
+/// FieldSolver::was_object() of the field before in an executor's memory. Waits once.
 template <class Executor>
 std::vector<std::uint8_t> was_object(const Executor& executor, const VolumeGeometry& geometry, const VoxelBox& box,
                                      const std::uint8_t* before, std::span<const Eigen::Vector3d> places_mm) {
@@ -66,10 +66,11 @@ std::vector<std::uint8_t> was_object(const Executor& executor, const VolumeGeome
   return was;
 }
 
-/// BoxField::before() of the field before in an executor's memory. Waits once.
+/// FieldSolver::before() of the field before in an executor's memory. Waits once.
 template <class Executor>
-std::vector<BoxField::Before> before_at(const Executor& executor, const VolumeGeometry& geometry, const VoxelBox& box,
-                                        const std::uint8_t* before, std::span<const Eigen::Vector3d> places_mm) {
+std::vector<FieldSolver::Before> before_at(const Executor& executor, const VolumeGeometry& geometry,
+                                           const VoxelBox& box, const std::uint8_t* before,
+                                           std::span<const Eigen::Vector3d> places_mm) {
   if (places_mm.empty()) return {};
   const Eigen::Affine3d world = geometry.world_from_index();
   const Eigen::Vector3d first = world * Eigen::Vector3d(box.first[0], box.first[1], box.first[2]);
@@ -88,7 +89,7 @@ std::vector<BoxField::Before> before_at(const Executor& executor, const VolumeGe
     for (int c = 0; c < 3; ++c) nearest.mm[3 * r + c] = static_cast<float>(world.linear()(r, c));
   executor.each(static_cast<int>(box.voxel_count()), nearest);
   executor.download(static_cast<const int*>(bits.data()), std::span<int>(found));
-  std::vector<BoxField::Before> all;
+  std::vector<FieldSolver::Before> all;
   for (std::size_t p = 0; p < count; ++p)
     all.push_back({found[count + p] != 0, std::sqrt(float_of(static_cast<unsigned>(found[p])))});
   return all;

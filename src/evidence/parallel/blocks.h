@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "evidence/coarse_image.h"
-#include "evidence/parallel/known.h"
+#include "evidence/parallel/constraints.h"
 #include "evidence/voxel_blocks.h"
 
 namespace simplexseg {
@@ -15,9 +15,9 @@ struct SaidOfBlock {
   BoxGrid fine, coarse;
   std::array<int, 3> width;
   PaintedBalls marks;  ///< on the grid of the blocks
-  const Known* voxels;
+  const Constraint* voxels;
   const std::uint8_t* before;  ///< or null: nothing is known
-  Known* known;
+  Constraint* known;
   std::uint8_t* mean;
 
   SIMPLEXSEG_HD void operator()(int b) const {
@@ -25,14 +25,14 @@ struct SaidOfBlock {
     const int first[3]{p.i * width[0], p.j * width[1], p.k * width[2]};
     int end[3], all = 0, outside = 0, not_finite = 0, sum = 0, known_before = 0;
     for (int a = 0; a < 3; ++a) end[a] = smaller(first[a] + width[a], fine.size[a]);
-    Known side = Known::Nothing;
+    Constraint side = Constraint::None;
     for (int k = first[2]; k < end[2]; ++k) {
       for (int j = first[1]; j < end[1]; ++j) {
         for (int i = first[0]; i < end[0]; ++i) {
           const int v = (k * fine.size[1] + j) * fine.size[0] + i;
           ++all;
-          outside += voxels[v] == Known::Outside;
-          not_finite += voxels[v] == Known::NotFinite;
+          outside += voxels[v] == Constraint::Outside;
+          not_finite += voxels[v] == Constraint::NotFinite;
           side = side_with(side, voxels[v]);
           if (!before) continue;
           sum += before[v];
@@ -83,14 +83,14 @@ struct InterpolateBlocks {
 struct OpenVoxel {
   BoxGrid fine, coarse;
   std::array<int, 3> width;
-  const Known* known;
+  const Constraint* known;
   const std::uint8_t* open_blocks;
   std::uint8_t* open;
 
   SIMPLEXSEG_HD void operator()(int v) const {
     const GridPlace p(fine, v);
     const int b = (p.k / width[2] * coarse.size[1] + p.j / width[1]) * coarse.size[0] + p.i / width[0];
-    open[v] = known[v] == Known::FarBorder && open_blocks[b] != 0;
+    open[v] = known[v] == Constraint::FarBorder && open_blocks[b] != 0;
   }
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the evidence field of many threads runs on (docs/adr/0032-the-field-on-a-device.md). Its parts are templates
+// What the evidence field of many threads runs on (docs/adr/0032-field-on-a-device.md). Its parts are templates
 // over an executor, which owns arrays in its memory and runs kernels over them: functors, or lambdas that copy what
 // they take
 // ([=] SIMPLEXSEG_KERNEL), which read and write arrays by pointers. On a device that is CudaFieldExecutor
@@ -30,14 +30,14 @@ namespace simplexseg {
 /// (v = team.thread; v < n; v += team.threads), and waits for what the others wrote by team.sync(), or by team.any(x),
 /// which says whether x is true for one of them. What a kernel of several teams asks for in kScratch, floats, is there
 /// for each team by itself.
-struct TeamOfOne {
+struct SerialBlock {
   static constexpr int thread = 0, threads = 1;
   float* scratch = nullptr;
   SIMPLEXSEG_HD void sync() const {}
   SIMPLEXSEG_HD bool any(bool x) const { return x; }
   /// kernel(team), by a team of a few of its threads, for what is too little for all; the others wait.
   template <class Kernel>
-  SIMPLEXSEG_HD void few(const Kernel& kernel) const {
+  SIMPLEXSEG_HD void warp(const Kernel& kernel) const {
     kernel(*this);
   }
 };
@@ -73,7 +73,7 @@ SIMPLEXSEG_HD void add(const Summands<kCount>& x, SumsOf<kCount>& sums) {
 
 /// A team of all threads that the executor has, for algorithms of many passes over what lies in its memory; here it is
 /// one. Each pass ends when all threads have ended it. What each thread knows beside that memory must be the same.
-struct AllOfOne {
+struct SerialGrid {
   /// kernel(v) for all 0 <= v < n.
   template <class Kernel>
   SIMPLEXSEG_HD void each(int n, const Kernel& kernel) const {
@@ -90,7 +90,7 @@ struct AllOfOne {
     }
     return all;
   }
-  /// As OneByOne::histogram().
+  /// As SerialExecutor::histogram().
   template <class Kernel>
   SIMPLEXSEG_HD void histogram(int n, const Kernel& kernel, int* count) const {
     for (int v = 0; v < n; ++v) {
@@ -101,14 +101,14 @@ struct AllOfOne {
   /// kernel(team), by a part of the threads, which is a team as above, while the others wait.
   template <class Kernel>
   SIMPLEXSEG_HD void some(const Kernel& kernel) const {
-    kernel(TeamOfOne{});
+    kernel(SerialBlock{});
   }
   /// True for one of the threads.
   SIMPLEXSEG_HD bool is_first() const { return true; }
 };
 
 /// The executor that runs one index after another, on the thread of the caller.
-class OneByOne {
+class SerialExecutor {
  public:
   /// Values in the executor's memory; moved, not copied. The first `pad` values before data() and the last ones behind
   /// data() + size() are there, too, and 0, for kernels that read neighbours without asking where they are.
@@ -186,13 +186,13 @@ class OneByOne {
   /// kernel(team), by a team of all threads.
   template <class Kernel>
   void all(const Kernel& kernel) const {
-    kernel(AllOfOne{});
+    kernel(SerialGrid{});
   }
   /// kernel(team, t) for all 0 <= t < count, each by a team of its own; they run in any order and at the same time.
   template <class Kernel>
   void teams(int count, const Kernel& kernel) const {
     std::vector<float> scratch(Kernel::kScratch);
-    for (int t = 0; t < count; ++t) kernel(TeamOfOne{scratch.data()}, t);
+    for (int t = 0; t < count; ++t) kernel(SerialBlock{scratch.data()}, t);
   }
   /// Writes the sums of the floats of kernel(v), Summands<kCount>, over all 0 <= v < n, added in double in an order
   /// that is always the same.
@@ -205,7 +205,7 @@ class OneByOne {
   /// Adds to count[b] how many of kernel(v), 0 <= v < n, are b; those that are not in 0 .. kBins - 1 are left out.
   template <class Kernel>
   void histogram(int n, const Kernel& kernel, int* count) const {
-    AllOfOne{}.histogram(n, kernel, count);
+    SerialGrid{}.histogram(n, kernel, count);
   }
 };
 

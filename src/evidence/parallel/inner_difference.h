@@ -13,14 +13,14 @@ namespace simplexseg {
 /// Differences of neighbours within the inside marks: three to a voxel, one along each axis; -1 where there is none.
 struct InnerDifference {
   const float* image;
-  const Known* known;
+  const Constraint* known;
   int count;
   int stride[3];
   bool heard[3];  ///< the axis
 
   SIMPLEXSEG_HD float operator()(int item) const {
     const int v = item / 3, a = item % 3, u = v + stride[a];
-    if (!heard[a] || u >= count || known[v] != Known::Inside || known[u] != Known::Inside) return -1;
+    if (!heard[a] || u >= count || known[v] != Constraint::Inside || known[u] != Constraint::Inside) return -1;
     return std::fabs(image[u] - image[v]);
   }
 };
@@ -29,7 +29,7 @@ struct InnerDifference {
 template <class Executor>
 typename Executor::template Fetched<Selected> fetch_inner_difference(const Executor& executor, const BoxGrid& grid,
                                                                      const std::array<double, 3>& spacing_mm,
-                                                                     const float* image, const Known* known) {
+                                                                     const float* image, const Constraint* known) {
   const double least = *std::min_element(spacing_mm.begin(), spacing_mm.end());
   InnerDifference difference{image, known, grid.count(), {}, {}};
   for (int a = 0; a < 3; ++a) {

@@ -86,7 +86,7 @@ struct SumOfParts {
 struct ScoreOfLooks {
   TermsView terms;
   const float* weight;
-  const Known* known;
+  const Constraint* known;
   float open_side;
   float* score;
   std::uint8_t* open;
@@ -153,7 +153,7 @@ class ParallelLooks {
     fetched_ = executor_.fetch(sum_.data(), size);
   }
   /// Waits for the equations, solves them, and scores all voxels.
-  void score(const Known* known, float open_side, float* score, std::uint8_t* open) {
+  void score(const Constraint* known, float open_side, float* score, std::uint8_t* open) {
     received_.resize(std::size_t(width_) * width_);
     executor_.receive(fetched_, std::span<float>(received_));
     // What is below the diagonal row by row is what is above it column by column.

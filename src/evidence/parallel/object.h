@@ -31,13 +31,13 @@ class ParallelObject {
     double border_share;  ///< as in FieldObject
   };
   /// `voxels`: 0 or 1 for each voxel of the box. Waits once.
-  Summary find(const float* field, const Known* known, std::uint8_t* voxels) {
+  Summary find(const float* field, const Constraint* known, std::uint8_t* voxels) {
     const BoxGrid grid{box_.size};
     const int n = grid.count(), ni = box_.size[0], nj = box_.size[1], nk = box_.size[2];
     int* const found = found_.data();
     const KeptVoxels object = keep_connected(
         executor_, grid, [=] SIMPLEXSEG_KERNEL(int v) { return field[v] > 0.5f; },
-        [=] SIMPLEXSEG_KERNEL(int v) { return known[v] == Known::Inside; }, parent_.data(), keep_.data());
+        [=] SIMPLEXSEG_KERNEL(int v) { return known[v] == Constraint::Inside; }, parent_.data(), keep_.data());
     executor_.each(n, [=] SIMPLEXSEG_KERNEL(int v) {
       voxels[v] = object(v);
       if (v != 0) return;
@@ -47,7 +47,7 @@ class ParallelObject {
         executor_, grid, [=] SIMPLEXSEG_KERNEL(int v) { return voxels[v] == 0; },
         [=] SIMPLEXSEG_KERNEL(int v) {
           const int i = v % ni, j = v / ni % nj, k = v / ni / nj;
-          return known[v] == Known::Outside || steps_to_side(i, ni) == 0 || steps_to_side(j, nj) == 0 ||
+          return known[v] == Constraint::Outside || steps_to_side(i, ni) == 0 || steps_to_side(j, nj) == 0 ||
                  steps_to_side(k, nk) == 0;
         },
         parent_.data(), keep_.data());

@@ -15,21 +15,22 @@
 #include "evidence/find_value.h"
 #include "evidence/parallel/blocks.h"
 #include "evidence/parallel/distance.h"
+#include "evidence/parallel/geodesic.h"
 #include "evidence/parallel/inner_difference.h"
 #include "evidence/parallel/looks.h"
 #include "evidence/parallel/network.h"
 #include "evidence/parallel/prior_kernels.h"
 #include "evidence/parallel/walker.h"
-#include "evidence/parallel/ways.h"
+#include "evidence/update_progress.h"
 
 namespace simplexseg {
 
-/// Said, with what is known of voxels in the memory of an executor.
-struct DeviceSaid {
+/// Prompts and constraints in the memory of an executor.
+struct DevicePrompts {
   std::span<const Mark> marks;
-  const Known* known;          ///< voxels of the box
+  const Constraint* known;     ///< voxels of the box
   const std::uint8_t* before;  ///< field before the new dots, 1..255 for 0..1, 0: not known; null without new dots
-  std::span<const NewDot> fresh;
+  std::span<const NewMarkBall> fresh;
   double reach_mm, radius_mm;
 };
 
@@ -66,30 +67,31 @@ class ParallelPrior {
     put_work_away();
   }
 
-  /// Learns from the marks what each block is.
-  void learn(const DeviceSaid& said) {
+  /// Learns from the marks what each block is. `progress`: CoarsePrior::learn().
+  void learn(const DevicePrompts& said, UpdateProgress* progress = nullptr) {
     take_work_out();
     const bool remembers = !said.fresh.empty() && settings_.memory;
     find_known(said);
     MarkView view = view_of(said);
     find_nearest(said, remembers, view);
     const LookSamples samples = look_samples(known_on_host_, settings_);
-    const bool hears_looks = settings_.hear_looks && !samples.inside.empty() && !samples.outside.empty();
+    const bool hears_looks = settings_.use_appearance && !samples.inside.empty() && !samples.outside.empty();
     if (hears_looks) looks_->begin(features_.data(), blocks(), samples);
     view.noise = noise_of(inner_difference_);
     if (remembers) measure_inward();
     score_looks(hears_looks);
     executor_.each(blocks(), StartOutside{known_.data(), open_, outside_, edges_out_});
     begin_ways(remembers, view.noise);
-    if (settings_.hear_walk) walk(sharpness_of(inner_difference_, settings_));
+    if (settings_.use_random_walk) walk(sharpness_of(inner_difference_, settings_));
     view.strangeness = strangeness_in_marks();  // while the executor works
     const auto shell = fetch_counts(BinOfShell{view});
     ways_->finish();
     view.wall = median_of_shell(received_counts(shell));
+    if (progress) progress->advance(FieldPhase::CoarsePrior);
     executor_.each(blocks(), AnswerOfMarks{view, marks_network_.view(), prior_});
     if (remembers)
       executor_.each(blocks(), AnswerOfUpdate{update_view(said), update_network_.view(), prior_});
-    else if (settings_.best_cut)
+    else if (settings_.expected_dice_threshold)
       move_to_best_cut();
   }
 
@@ -103,7 +105,7 @@ class ParallelPrior {
                      InterpolateBlocks{b.fine, b.coarse, b.width, prior_, image_.data(), smoothed, 1 / edge, voxels});
   }
   /// CoarsePrior::mark_open(), in the executor's memory.
-  void mark_open(const Known* known, std::uint8_t* open) const {
+  void mark_open(const Constraint* known, std::uint8_t* open) const {
     const VoxelBlocks& b = coarse_.blocks;
     executor_.each(b.fine.count(), OpenVoxel{b.fine, b.coarse, b.width, known, open_, open});
   }
@@ -160,7 +162,7 @@ class ParallelPrior {
     const std::size_t n = blocks();
     all_floats_ = take(float_lists());
     all_bytes_ = take(byte_lists());
-    known_ = executor_.template array<Known>(n);
+    known_ = executor_.template array<Constraint>(n);
     nearest_ = executor_.template array<std::uint16_t>(n);
     nearest_fresh_ = executor_.template array<std::uint16_t>(n);
     counts_ = executor_.template array<int>(kBins);
@@ -169,14 +171,14 @@ class ParallelPrior {
     executor_.copy(static_cast<const float*>(walk_.data()), walker_->field(), n);  // the last one is where it starts
   }
 
-  void find_known(const DeviceSaid& said) {
+  void find_known(const DevicePrompts& said) {
     const PaintedBalls marks = painted_.upload(coarse_.geometry, VoxelBox{{0, 0, 0}, grid().size}, said.marks);
     const VoxelBlocks& b = coarse_.blocks;
     executor_.each(blocks(),
                    SaidOfBlock{b.fine, b.coarse, b.width, marks, said.known, said.before, known_.data(), before_});
     const auto difference = fetch_inner_difference(executor_, grid(), coarse_.spacing_mm, image_.data(), known_.data());
     known_on_host_.resize(blocks());
-    executor_.download(known_.data(), std::span<Known>(known_on_host_));
+    executor_.download(known_.data(), std::span<Constraint>(known_on_host_));
     inner_difference_ = received_inner_difference(executor_, difference);
   }
   /// Features that the host needs, too.
@@ -184,7 +186,7 @@ class ParallelPrior {
   Strangeness strangeness_in_marks() const {
     std::array<std::vector<float>, 3> values;
     const int n = blocks();
-    const auto next_inside = [&](int from) { return find_value(known_on_host_, Known::Inside, from, n); };
+    const auto next_inside = [&](int from) { return find_value(known_on_host_, Constraint::Inside, from, n); };
     for (int v = next_inside(0); v < n; v = next_inside(v + 1)) {
       values[0].push_back(coarse_.smoothed[v]);
       for (int s = 1; s < 3; ++s) values[s].push_back(coarse_.features[s][v]);
@@ -192,7 +194,7 @@ class ParallelPrior {
     return strangeness_among(values);
   }
 
-  MarkView view_of(const DeviceSaid& said) {
+  MarkView view_of(const DevicePrompts& said) {
     const std::vector<MarkedBall> balls = marked_balls(said.marks, coarse_.geometry);
     MarkView view{};
     view.grid = grid();
@@ -209,14 +211,14 @@ class ParallelPrior {
     view.reach_mm = static_cast<float>(said.reach_mm), view.radius_mm = static_cast<float>(said.radius_mm);
     view.least_mm = least_mm();
     view.marks = static_cast<int>(balls.size());
-    view.hear_ways = settings_.hear_ways, view.hear_walk = settings_.hear_walk;
+    view.use_geodesic = settings_.use_geodesic, view.use_random_walk = settings_.use_random_walk;
     return view;
   }
   float least_mm() const {
     return static_cast<float>(*std::min_element(coarse_.spacing_mm.begin(), coarse_.spacing_mm.end()));
   }
 
-  void find_nearest(const DeviceSaid& said, bool remembers, const MarkView& view) {
+  void find_nearest(const DevicePrompts& said, bool remembers, const MarkView& view) {
     const Eigen::Affine3d index = coarse_.geometry.index_from_world(), world = coarse_.geometry.world_from_index();
     const auto place = [&](const Eigen::Vector3d& mm) {
       const Eigen::Vector3f at = (index * mm).cast<float>();
@@ -249,9 +251,9 @@ class ParallelPrior {
     for (const Mark& mark : said.marks)
       if (mark.kind != MarkKind::Outside) places.push_back(place(mark.position_mm));
     nearest.inside_count = static_cast<int>(places.size());
-    std::vector<FreshBall> fresh;
+    std::vector<NewMarkVoxel> fresh;
     if (remembers)
-      for (const NewDot& dot : said.fresh) {
+      for (const NewMarkBall& dot : said.fresh) {
         places.push_back(place(dot.centre_mm));
         const int voxel = nearest_block(places.back(), nearest.square_mm);
         fresh.push_back({static_cast<float>(dot.radius_mm), coarse_.smoothed[voxel], static_cast<float>(dot.depth_mm),
@@ -306,8 +308,8 @@ class ParallelPrior {
   }
 
   void begin_ways(bool remembers, float noise) {
-    const WayCost changes = cost_of_changes(settings_), edges = cost_of_edges(noise);
-    const std::array<typename ParallelWays<Executor>::Way, LowerWays::kMost> ways{
+    const EdgeCost changes = cost_of_changes(settings_), edges = cost_of_edges(noise);
+    const std::array<typename ParallelGeodesic<Executor>::Distance, LowerWays::kMost> ways{
         {{inside_, changes}, {edges_in_, edges}, {outside_, changes}, {edges_out_, edges}, {edges_to_fresh_, edges}}};
     ways_->begin(std::span(ways).first(remembers ? 5 : 4));
   }
@@ -336,7 +338,7 @@ class ParallelPrior {
     executor_.copy(static_cast<const float*>(walker_->field()), walk_.data(), walk_.size());
   }
 
-  UpdateView update_view(const DeviceSaid& said) const {
+  UpdateView update_view(const DevicePrompts& said) const {
     return {image_.data(),
             before_,
             prior_,
@@ -368,20 +370,20 @@ class ParallelPrior {
   EvidenceSettings settings_;
   RunJobs run_;
   ParallelNetwork<Executor> marks_network_, update_network_;
-  KnownVoxels<Executor> painted_;
+  ConstraintVoxels<Executor> painted_;
   UploadedList<Executor, MarkedBall> balls_;
   UploadedList<Executor, IndexPlace> places_;
-  UploadedList<Executor, FreshBall> fresh_;
-  const FreshBall* fresh_on_executor_ = nullptr;
+  UploadedList<Executor, NewMarkVoxel> fresh_;
+  const NewMarkVoxel* fresh_on_executor_ = nullptr;
 
   CoarseImage coarse_;
   float inner_difference_ = 0;
-  std::vector<Known> known_on_host_;
+  std::vector<Constraint> known_on_host_;
   // A value for each block, for as long as the box is the same.
   Floats image_, features_;  ///< the latter list by list
   Floats walk_;              ///< the random walker of the marks alone
   // While an update runs, a value for each block, too.
-  typename Executor::template Array<Known> known_;
+  typename Executor::template Array<Constraint> known_;
   Floats all_floats_;
   Bytes all_bytes_;
   typename Executor::template Array<std::uint16_t> nearest_, nearest_fresh_;
@@ -393,7 +395,7 @@ class ParallelPrior {
   typename Executor::template Array<int> counts_;
   std::optional<ParallelLooks<Executor>> looks_;
   std::unique_ptr<ParallelWalker<Executor>> walker_;
-  std::optional<ParallelWays<Executor>> ways_;
+  std::optional<ParallelGeodesic<Executor>> ways_;
 };
 
 }  // namespace simplexseg

@@ -7,7 +7,7 @@
 #include "evidence/field_prior.h"
 #include "evidence/mark_measures.h"
 #include "evidence/mark_view.h"
-#include "evidence/parallel/known.h"
+#include "evidence/parallel/constraints.h"
 #include "evidence/parallel/network.h"
 #include "evidence/update_view.h"
 
@@ -41,9 +41,9 @@ struct NearestMarks {
   std::array<float, 3> spacing_mm;
   const MarkedBall* balls;
   const IndexPlace *inside, *fresh;  ///< places of inside and boundary marks; centres of the new balls
-  const FreshBall* fresh_balls;
+  const NewMarkVoxel* fresh_balls;
   int ball_count, inside_count, fresh_count;
-  const Known* known;
+  const Constraint* known;
   float *from_inside, *from_outside, *fresh_square;
   std::uint16_t *nearest, *nearest_fresh;
   float *to_inside, *edges_in, *edges_to_fresh;
@@ -78,7 +78,7 @@ struct NearestMarks {
 };
 
 struct StartOutside {
-  const Known* known;
+  const Constraint* known;
   const std::uint8_t* open;
   float *outside, *edges_out;
   SIMPLEXSEG_HD void operator()(int v) const {
@@ -88,14 +88,14 @@ struct StartOutside {
 
 /// What the walk of the marks alone is given.
 struct StartWalk {
-  const Known* known;
+  const Constraint* known;
   const std::uint8_t* open;
   std::uint8_t *held, *finite;
   float* field;
   SIMPLEXSEG_HD void operator()(int v) const {
-    finite[v] = known[v] != Known::NotFinite;
-    held[v] = is_held(known[v]) && !open[v];
-    if (held[v]) field[v] = known[v] == Known::Inside ? 1.0f : 0.0f;
+    finite[v] = known[v] != Constraint::NotFinite;
+    held[v] = is_dirichlet(known[v]) && !open[v];
+    if (held[v]) field[v] = known[v] == Constraint::Inside ? 1.0f : 0.0f;
   }
 };
 
@@ -111,7 +111,7 @@ struct BinOfShell {
 struct WasObject {
   const std::uint8_t* before;
   std::uint8_t* to;
-  SIMPLEXSEG_HD void operator()(int v) const { to[v] = before[v] > kMiddleBefore ? 1 : 0; }
+  SIMPLEXSEG_HD void operator()(int v) const { to[v] = before[v] > kPreviousThreshold ? 1 : 0; }
 };
 struct Inward {
   const std::uint8_t* was_object;
@@ -138,7 +138,7 @@ struct AnswerOfUpdate {
 };
 
 struct BinOfCut {
-  const Known* known;
+  const Constraint* known;
   const std::uint8_t* prior;
   SIMPLEXSEG_HD int operator()(int v) const { return counted_for_cut(known[v], prior[v]); }
 };

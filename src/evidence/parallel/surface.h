@@ -15,13 +15,13 @@
 
 namespace simplexseg {
 
-/// settle_surface() of evidence/surface_layer.h on an executor: `object` and the smallest box around it as
+/// refine_in_narrow_band() of evidence/surface_layer.h on an executor: `object` and the smallest box around it as
 /// ParallelObject finds them, `before` null where there is none, all pointers to its memory.
 template <class Executor>
-void settle_surface(const Executor& executor, float* probability, const std::uint8_t* object, const VoxelBox& around,
-                    const Known* known, const float* image, const std::uint8_t* before, const VoxelBox& box,
-                    const std::array<double, 3>& spacing_mm, const SurfaceSaid& said,
-                    const EvidenceSettings& settings) {
+void refine_in_narrow_band(const Executor& executor, float* probability, const std::uint8_t* object,
+                           const VoxelBox& around, const Constraint* known, const float* image,
+                           const std::uint8_t* before, const VoxelBox& box, const std::array<double, 3>& spacing_mm,
+                           const BandTerms& said, const EvidenceSettings& settings) {
   using namespace surface;
   if (settings.surface_layer <= 0 || around.voxel_count() == 0) return;
   const auto voxel_mm = static_cast<float>(*std::min_element(spacing_mm.begin(), spacing_mm.end()));
@@ -42,7 +42,7 @@ void settle_surface(const Executor& executor, float* probability, const std::uin
   const std::size_t room = (std::size_t(n) + 31) / 32 * 32;  // of a list: aligned as a device's transactions are
   const auto floats = executor.template array<float>(kFloats * room);
   const auto bytes = executor.template array<std::uint8_t>(kBytes * room);
-  const auto marked = executor.template array<Known>(n);
+  const auto marked = executor.template array<Constraint>(n);
   float *const value = floats.data(), *const field = value + room, *const distance = field + room,
                *const trust = distance + room, *const odds = trust + room, *const spare = odds + room,
                *const once = spare + room, *const from_had = once + room;
@@ -68,7 +68,7 @@ void settle_surface(const Executor& executor, float* probability, const std::uin
   HeldSurface held =
       held_surface(said, {{part.first[0], part.first[1], part.first[2]}, grid.size}, spacing_mm, settings);
   typename Executor::template Array<SurfaceMove> moves;
-  if (before != nullptr && said.hears_before()) {
+  if (before != nullptr && said.has_temporal_term()) {
     if (!said.moves.empty()) moves = executor.copy_of(std::span<const SurfaceMove>(said.moves));
     executor.each(n, CutBefore{part, before, had});
     measure(had, from_had);
@@ -101,7 +101,7 @@ void settle_surface(const Executor& executor, float* probability, const std::uin
                                   even.data(0),
                                   seen,
                                   trust,
-                                  static_cast<float>(said.lean),
+                                  static_cast<float>(said.offset_log_odds),
                                   held,
                                   odds,
                                   is});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of settle_surface() on an executor (parallel/surface.h).
+// Kernels of refine_in_narrow_band() on an executor (parallel/surface.h).
 #pragma once
 #include <cmath>
 #include <cstdint>
@@ -25,10 +25,10 @@ struct PartOfBox {
 struct CutPart {
   PartOfBox part;
   const std::uint8_t* object;
-  const Known* known;
+  const Constraint* known;
   const float *image, *probability;
   std::uint8_t *was, *is;
-  Known* said;
+  Constraint* said;
   float *value, *field, *even;
   SIMPLEXSEG_HD void operator()(int v) const {
     const int u = part.in_box(v);
@@ -41,7 +41,7 @@ struct CutBefore {
   PartOfBox part;
   const std::uint8_t* before;
   std::uint8_t* had;
-  SIMPLEXSEG_HD void operator()(int v) const { had[v] = before[part.in_box(v)] > kMiddleBefore ? 1 : 0; }
+  SIMPLEXSEG_HD void operator()(int v) const { had[v] = before[part.in_box(v)] > kPreviousThreshold ? 1 : 0; }
 };
 
 /// Of every step-th voxel the difference to the next one along i, both in the object; else -1.
@@ -100,12 +100,12 @@ struct PartsOfLayer {
 /// Inside marks in the layer, and of these that look like their side; then outside ones.
 struct MarksInLayer {
   const float* look;
-  const Known* said;
+  const Constraint* said;
   const float* distance;
   float layer_mm;
   SIMPLEXSEG_HD Summands<4> operator()(int v) const {
-    const bool layer = distance[v] < layer_mm, in = layer && said[v] == Known::Inside,
-               out = layer && said[v] == Known::Outside, looks_in = look[v] > 0;
+    const bool layer = distance[v] < layer_mm, in = layer && said[v] == Constraint::Inside,
+               out = layer && said[v] == Constraint::Outside, looks_in = look[v] > 0;
     return {{in ? 1.0f : 0.0f, in && looks_in ? 1.0f : 0.0f, out ? 1.0f : 0.0f, out && !looks_in ? 1.0f : 0.0f}};
   }
 };
@@ -129,10 +129,10 @@ struct TrustOfVoxels {
 
 /// Which voxels of the layer may change.
 struct CanChange {
-  const Known* said;
+  const Constraint* said;
   const float* distance;
   float layer_mm;
-  SIMPLEXSEG_HD bool operator()(int v) const { return said[v] == Known::Nothing && distance[v] < layer_mm; }
+  SIMPLEXSEG_HD bool operator()(int v) const { return said[v] == Constraint::None && distance[v] < layer_mm; }
 };
 
 /// `once`, `twice`: the field after one Gaussian and after two. A second one gives back what the first takes from a

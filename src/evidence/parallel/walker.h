@@ -48,7 +48,7 @@ class ParallelWalker {
     run(target, tolerance, most_iterations, false);
   }
   /// More of the solution that was begun, to a smaller tolerance: the same field as if that had been asked for at once.
-  void carry_on(double tolerance, int most_iterations) { run(nullptr, tolerance, most_iterations, true); }
+  void resume(double tolerance, int most_iterations) { run(nullptr, tolerance, most_iterations, true); }
   /// Of the last call: what is fetched, and waited for, at once or later.
   typename Executor::template Fetched<WalkerState> fetch_report() const { return executor_.fetch(state_.data(), 1); }
   Report report(const typename Executor::template Fetched<WalkerState>& fetched) const {

@@ -247,7 +247,7 @@ struct CycleOfCoarse {
       each_of_team(team, levels.level[l].half_count(), FirstSweep{levels.level[l]});
       each_of_team(team, levels.level[l + 1].count(), RestrictResidual{levels.level[l], levels.level[l + 1]});
     }
-    team.few(SweepsOfCoarsest{levels.level[last]});
+    team.warp(SweepsOfCoarsest{levels.level[last]});
     for (int l = last - 1; l >= first; --l) {
       each_of_team(team, levels.level[l].half_count(), SweepWithParents{levels.level[l], levels.level[l + 1]});
       each_of_team(team, levels.level[l].half_count(), LastSweep{levels.level[l]});

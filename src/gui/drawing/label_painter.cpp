@@ -11,7 +11,7 @@
 namespace simplexseg {
 namespace {
 
-void write_label(QPainter& painter, const Label& label) {
+void draw_label(QPainter& painter, const Label& label) {
   painter.setPen(QColor(0, 0, 0, 190));
   for (const QPointF offset : {QPointF(1, 1), QPointF(-1, 1), QPointF(1, -1), QPointF(-1, -1)}) {
     painter.drawText(label.box.translated(offset), label.alignment, label.text);
@@ -20,7 +20,7 @@ void write_label(QPainter& painter, const Label& label) {
   painter.drawText(label.box, label.alignment, label.text);
 }
 
-/// Joins those that overlap: what is drawn twice would be too dark.
+/// Merges overlapping rectangles: text drawn twice would be too dark.
 std::vector<QRect> disjoint(std::vector<QRect> rectangles) {
   for (std::size_t n = 0; n < rectangles.size();) {
     const auto other = std::find_if(rectangles.begin() + static_cast<std::ptrdiff_t>(n) + 1, rectangles.end(),
@@ -30,7 +30,7 @@ std::vector<QRect> disjoint(std::vector<QRect> rectangles) {
     } else {
       rectangles[n] |= *other;
       rectangles.erase(other);
-      n = 0;  // it has grown
+      n = 0;  // it has grown and may overlap others
     }
   }
   return rectangles;
@@ -65,7 +65,7 @@ void LabelPainter::draw(const QSize& size_px, double pixel_ratio, const QFont& f
     size_px_ = size_px;
     pixel_ratio_ = pixel_ratio;
     labels_ = labels;
-    write(font);
+    render(font);
   }
   if (rectangle_count_ == 0) return;
   program_.set("viewport_px",
@@ -77,7 +77,7 @@ void LabelPainter::draw(const QSize& size_px, double pixel_ratio, const QFont& f
   glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, rectangle_count_);
 }
 
-void LabelPainter::write(const QFont& font) {
+void LabelPainter::render(const QFont& font) {
   rectangle_count_ = 0;
   if (labels_.empty() || size_px_.isEmpty()) return;
   QImage picture(size_px_, QImage::Format_ARGB32_Premultiplied);
@@ -88,10 +88,10 @@ void LabelPainter::write(const QFont& font) {
     QPainter painter(&picture);
     painter.setRenderHint(QPainter::TextAntialiasing);
     for (const Label& label : labels_) {
-      QFont own = font;
-      own.setBold(label.bold);
-      painter.setFont(own);
-      write_label(painter, label);
+      QFont label_font = font;
+      label_font.setBold(label.bold);
+      painter.setFont(label_font);
+      draw_label(painter, label);
       const QRectF bounds = painter.boundingRect(label.box, label.alignment, label.text).adjusted(-3, -3, 3, 3);
       const QRectF px(bounds.topLeft() * pixel_ratio_, bounds.size() * pixel_ratio_);
       const QRect inside = px.toAlignedRect() & picture.rect();

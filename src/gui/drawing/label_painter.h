@@ -10,7 +10,7 @@
 
 namespace simplexseg {
 
-/// Text with a dark halo, readable on any picture.
+/// Text with a dark halo, readable on any image.
 struct Label {
   QRectF box;     ///< logical pixels of the view
   int alignment;  ///< within the box
@@ -20,7 +20,7 @@ struct Label {
   bool operator==(const Label&) const = default;
 };
 
-/// Draws labels. They are written into a picture once, and again only when one has changed: text is slow.
+/// Draws labels from a texture, which is rendered again only when a label has changed, because text is slow.
 class LabelPainter {
  public:
   void create();
@@ -28,7 +28,7 @@ class LabelPainter {
   void draw(const QSize& size_px, double pixel_ratio, const QFont& font, const std::vector<Label>& labels);
 
  private:
-  void write(const QFont& font);
+  void render(const QFont& font);
 
   Program program_;
   unsigned vertex_array_ = 0, rectangles_ = 0, texture_ = 0;

@@ -11,7 +11,7 @@
 #include "core/expect.h"
 #include "forces/step_view.h"
 
-static void make_shaders_known() { Q_INIT_RESOURCE(shaders); }
+static void register_shaders() { Q_INIT_RESOURCE(shaders); }
 
 namespace simplexseg {
 
@@ -27,12 +27,12 @@ Rgba rgba_of(const QColor& colour, float alpha) {
 void load_gl() {
   glewExperimental = GL_TRUE;
   const GLenum result = glewInit();
-  // Without a GLX display (EGL, Wayland) GLEW loads OpenGL itself and then complains of GLX alone.
+  // Without a GLX display (EGL, Wayland) GLEW loads OpenGL itself; only its GLX part fails.
   if (result != GLEW_OK && result != GLEW_ERROR_NO_GLX_DISPLAY) {
     throw Error("OpenGL", reinterpret_cast<const char*>(glewGetErrorString(result)),
-                "update the graphics driver, or use simplexseg-cli, which works without OpenGL");
+                "update the graphics driver, or use simplexseg-cli, which needs no OpenGL");
   }
-  make_shaders_known();
+  register_shaders();
 }
 
 std::string gl_renderer() {
@@ -53,7 +53,7 @@ bool is_software_renderer() {
 
 void begin_frame(const Projection& projection, const Rgba& background) {
   glViewport(0, 0, static_cast<int>(projection.viewport_px.x()), static_cast<int>(projection.viewport_px.y()));
-  // Several samples a pixel cost a renderer in software a third of its time, for edges alone.
+  // Multisampling smooths only edges, and costs a software renderer a third of its time.
   if (is_software_renderer()) glDisable(GL_MULTISAMPLE);
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_STENCIL_TEST);
@@ -62,7 +62,7 @@ void begin_frame(const Projection& projection, const Rgba& background) {
   glDepthFunc(GL_LEQUAL);
   glDisable(GL_DEPTH_TEST);
   glEnable(GL_BLEND);
-  // The window must stay opaque: alpha is never lowered.
+  // Alpha is never lowered: the window must stay opaque.
   glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   glClearColor(background.x(), background.y(), background.z(), 1);
   glStencilMask(1);
@@ -91,7 +91,8 @@ void end_frame() {
 namespace {
 unsigned compile(unsigned kind, const std::string& name) {
   QFile file(QString::fromStdString(":/shaders/" + name));
-  if (!file.open(QIODevice::ReadOnly)) throw Error("shader " + name, "not in the program", "build the program anew");
+  if (!file.open(QIODevice::ReadOnly))
+    throw Error("shader " + name, "it is missing in the program", "install the program again");
   const QByteArray source = file.readAll();
   const char* text = source.constData();
   const unsigned shader = glCreateShader(kind);
@@ -122,7 +123,7 @@ void Program::create(const char* vertex, const char* fragment) {
   glLinkProgram(program_);
   int ok = 0;
   glGetProgramiv(program_, GL_LINK_STATUS, &ok);
-  if (!ok) throw Error(std::string("shader ") + vertex, "it does not link", "update the graphics driver");
+  if (!ok) throw Error(std::string("shader ") + vertex, "it cannot be linked", "update the graphics driver");
 }
 
 void Program::destroy() {
@@ -184,8 +185,8 @@ void SlicePainter::destroy() {
 
 void SlicePainter::draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black) const {
   quad_.program().set("darkest_shown", show_black ? -1.0f : 0.03f);
-  quad_.program().set("around", static_cast<float>(slice.mean_level));
-  constexpr unsigned kMeans = 1;  // the unit that slice.frag names
+  quad_.program().set("mean_level", static_cast<float>(slice.mean_level));
+  constexpr unsigned kMeans = 1;  // the texture unit used by slice.frag
   glBindTextureUnit(kMeans, slice.texture);
   glBindSampler(kMeans, levels_);
   quad_.draw(projection, slice.grid, slice.texture);
@@ -237,13 +238,13 @@ void LinePainter::draw(const Projection& projection, std::span<const Eigen::Vect
   glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<int>(ends_mm.size() / 2));
 }
 
-static constexpr int kFloatsOfDisc = 13;
+static constexpr int kFloatsPerDisc = 13;
 
 void DiscPainter::create() {
   program_.create("disc.vert", "disc.frag");
   glCreateVertexArrays(1, &vertex_array_);
   glCreateBuffers(1, &buffer_);
-  glVertexArrayVertexBuffer(vertex_array_, 0, buffer_, 0, kFloatsOfDisc * sizeof(float));
+  glVertexArrayVertexBuffer(vertex_array_, 0, buffer_, 0, kFloatsPerDisc * sizeof(float));
   glVertexArrayBindingDivisor(vertex_array_, 0, 1);
   const int components[] = {3, 4, 4, 2};
   unsigned offset = 0;
@@ -265,7 +266,7 @@ void DiscPainter::destroy() {
 void DiscPainter::draw(const Projection& projection, std::span<const Disc> discs) {
   if (discs.empty()) return;
   std::vector<float> packed;
-  packed.reserve(discs.size() * kFloatsOfDisc);
+  packed.reserve(discs.size() * kFloatsPerDisc);
   for (const Disc& disc : discs) {
     packed.insert(packed.end(), disc.centre_mm.data(), disc.centre_mm.data() + 3);
     packed.insert(packed.end(), disc.fill.data(), disc.fill.data() + 4);
@@ -298,7 +299,7 @@ void SurfaceArray::destroy() {
   vertex_array_ = 0;
 }
 
-// The buffers are made anew with the meshes; naming them each time costs nothing.
+// The buffers are recreated when meshes change; binding them for each frame is cheap.
 void SurfaceArray::bind(const SceneBuffers& buffers, bool with_values) const {
   constexpr unsigned kValue = 2;
   if (with_values) {
@@ -349,7 +350,7 @@ void MeshPainter::draw(const Projection& projection, const SceneBuffers& buffers
     draw_faces(GL_BACK);
     glDepthMask(GL_TRUE);
   } else {
-    draw_faces(GL_BACK);  // those of a closed surface are hidden, and half of the cost
+    draw_faces(GL_BACK);  // back faces of a closed surface are hidden and half of the cost
   }
 }
 
@@ -380,7 +381,7 @@ void OutlinePainter::draw(const Projection& projection, const SceneBuffers::Outl
   program_.set("half_width_px", width_px / 2);
   program_.set("line_colour", colour);
   program_.use();
-  draw_pieces(outlines, mesh);
+  draw_segments(outlines, mesh);
 }
 
 void OutlinePainter::fill(const Projection& projection, const SceneBuffers::Outlines& outlines, int mesh,
@@ -393,7 +394,7 @@ void OutlinePainter::fill(const Projection& projection, const SceneBuffers::Outl
   glStencilMask(1);
   glStencilFunc(GL_ALWAYS, 0, 1);
   glStencilOp(GL_INVERT, GL_INVERT, GL_INVERT);
-  draw_pieces(outlines, mesh);
+  draw_segments(outlines, mesh);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glStencilFunc(GL_EQUAL, 1, 1);
   glStencilOp(GL_KEEP, GL_ZERO, GL_ZERO);
@@ -403,11 +404,11 @@ void OutlinePainter::fill(const Projection& projection, const SceneBuffers::Outl
   glDisable(GL_STENCIL_TEST);
 }
 
-void OutlinePainter::draw_pieces(const SceneBuffers::Outlines& outlines, int mesh) const {
-  glVertexArrayVertexBuffer(vertex_array_, 0, outlines.buffer, static_cast<GLintptr>(outlines.pieces_at),
-                            sizeof(OutlinePiece));
+void OutlinePainter::draw_segments(const SceneBuffers::Outlines& outlines, int mesh) const {
+  glVertexArrayVertexBuffer(vertex_array_, 0, outlines.buffer, static_cast<GLintptr>(outlines.segments_at),
+                            sizeof(OutlineSegment));
   glBindVertexArray(vertex_array_);
-  // How many pieces there are only the buffer knows.
+  // The number of segments is stored only in the buffer.
   glBindBuffer(GL_DRAW_INDIRECT_BUFFER, outlines.buffer);
   glDrawArraysIndirect(GL_TRIANGLE_STRIP, reinterpret_cast<const void*>(mesh * sizeof(OutlineCommand)));
   glBindBuffer(GL_DRAW_INDIRECT_BUFFER, 0);

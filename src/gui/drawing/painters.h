@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the views draw with: small owners of OpenGL 4.5 objects. All calls need the view's context to be current;
-// objects are made by create() and given back by destroy(). Only painters.cpp, label_painter.cpp and scene_buffers.cpp
-// know OpenGL.
+// Painters of the views. Each owns OpenGL 4.5 objects, which create() allocates and destroy() releases. All calls need
+// the view's context to be current. Only painters.cpp, label_painter.cpp and scene_buffers.cpp use OpenGL.
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
@@ -10,23 +9,23 @@
 #include <vector>
 
 #include "gui/drawing/scene_buffers.h"
-#include "gui/look/point_look.h"
+#include "gui/look/point_style.h"
 #include "session/scene.h"
 
 class QColor;
 
 namespace simplexseg {
 
-using Rgba = Eigen::Vector4f;  ///< each 0..1
+using Rgba = Eigen::Vector4f;  ///< red, green, blue, alpha, each 0..1
 Rgba rgba_of(const Colour& colour, float alpha = 1);
 Rgba rgba_of(const QColor& colour, float alpha = 1);
 
-/// Loads the OpenGL functions of the current context. Throws Error when they cannot be had.
+/// Loads the OpenGL functions of the current context. Throws Error when they are unavailable.
 void load_gl();
-/// What draws in the current context: "Mesa llvmpipe ...".
+/// Name of the renderer of the current context, such as "llvmpipe ...".
 std::string gl_renderer();
 
-/// Where things go on the screen.
+/// Projection of the world to the screen.
 struct Projection {
   Eigen::Matrix4f clip_from_world = Eigen::Matrix4f::Identity();
   Eigen::Matrix4f eye_from_world = Eigen::Matrix4f::Identity();
@@ -37,12 +36,13 @@ enum class Depth { Ignore, Test };
 /// Clears the frame and sets the state that the painters expect.
 void begin_frame(const Projection& projection, const Rgba& background);
 void set_depth(Depth depth);
-/// Leaves a state in which Qt can go on.
+/// Restores the state that Qt expects.
 void end_frame();
 
+/// Shader program.
 class Program {
  public:
-  /// Files of the shaders. Throws Error with the compiler's first line.
+  /// Compiles and links two shader files. Throws Error with the first line of the compiler's output.
   void create(const char* vertex, const char* fragment);
   void destroy();
   void use() const;
@@ -57,12 +57,12 @@ class Program {
   unsigned program_ = 0;
 };
 
-/// A texture on the quad of a slice in the patient frame.
+/// Textured quad of a slice in the patient frame.
 class SliceQuad {
  public:
   void create(const char* vertex, const char* fragment);
   void destroy();
-  /// Uniforms besides those of the quad are set through it before.
+  /// Program, for further uniforms, which are set before draw().
   const Program& program() const { return program_; }
   void draw(const Projection& projection, const SliceGrid& slice, unsigned texture) const;
 
@@ -71,20 +71,20 @@ class SliceQuad {
   unsigned vertex_array_ = 0;
 };
 
-/// The image of a slice.
+/// Painter of the image of a slice.
 class SlicePainter {
  public:
   void create();
   void destroy();
-  /// `show_black`: whether what the window makes black is drawn, or left open where its surroundings are too.
+  /// `show_black`: draws black pixels; if false, they are transparent where their surroundings are black too.
   void draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black) const;
 
  private:
   SliceQuad quad_;
-  unsigned levels_ = 0;  ///< the sampler of coarser levels
+  unsigned levels_ = 0;  ///< sampler of the coarser mipmap levels
 };
 
-/// A field P(object) as a tint over a slice.
+/// Painter of a field (foreground probability) as a tint over a slice.
 class FieldPainter {
  public:
   void create() { quad_.create("field.vert", "field.frag"); }
@@ -96,7 +96,7 @@ class FieldPainter {
   SliceQuad quad_;
 };
 
-/// Thick, smooth line segments.
+/// Painter of thick, smooth line segments.
 class LinePainter {
  public:
   void create();
@@ -109,7 +109,7 @@ class LinePainter {
   unsigned vertex_array_ = 0, buffer_ = 0;
 };
 
-/// Round handles with a dark edge, which shows on bright pictures. Without a glyph the rim is broad; a glyph is white.
+/// Painter of round handles, whose dark edge is visible on bright images. A handle has a white glyph or a broad rim.
 class DiscPainter {
  public:
   struct Disc {
@@ -127,25 +127,25 @@ class DiscPainter {
   unsigned vertex_array_ = 0, buffer_ = 0;
 };
 
-/// Triangles of the shared buffers, as one context sees them.
+/// Vertex array of the shared buffers in one context.
 class SurfaceArray {
  public:
   void create();
   void destroy();
-  /// `with_values`: SceneBuffers::values() as well.
+  /// `with_values`: binds SceneBuffers::values() too.
   void bind(const SceneBuffers& buffers, bool with_values) const;
 
  private:
   unsigned vertex_array_ = 0;
 };
 
-/// Shaded surfaces.
+/// Painter of shaded surfaces.
 class MeshPainter {
  public:
   void create();
   void destroy();
-  /// `mesh`: its place in the scene's list. Opacity below 1 draws the back faces first. `most_mm` above 0: coloured by
-  /// the buffers' values, on a scale up to that, in place of `colour`.
+  /// `mesh`: index in the scene. With an opacity below 1, back faces are drawn first. `most_mm` above 0: colours by the
+  /// values of the buffers, on a scale that ends there, instead of by `colour`.
   void draw(const Projection& projection, const SceneBuffers& buffers, int mesh, const Rgba& colour,
             float most_mm = 0) const;
 
@@ -154,20 +154,20 @@ class MeshPainter {
   SurfaceArray surfaces_;
 };
 
-/// Where a slice cuts the surfaces, as thick, smooth lines, and what these enclose.
+/// Painter of the contours of the surfaces in a slice, as thick, smooth lines, and of their fill.
 class OutlinePainter {
  public:
   void create();
   void destroy();
-  /// The inside of one mesh, by the even-odd rule; not antialiased, for its outline lies over its edge. Leaves the
-  /// stencil buffer as it was.
+  /// Fills one mesh by the even-odd rule. It is not antialiased, since the contour covers its edge. Leaves the stencil
+  /// buffer unchanged.
   void fill(const Projection& projection, const SceneBuffers::Outlines& outlines, int mesh, const Rgba& colour) const;
-  /// `mesh`: its place in the scene's list.
+  /// `mesh`: index in the scene.
   void draw(const Projection& projection, const SceneBuffers::Outlines& outlines, int mesh, const Rgba& colour,
             float width_px) const;
 
  private:
-  void draw_pieces(const SceneBuffers::Outlines& outlines, int mesh) const;
+  void draw_segments(const SceneBuffers::Outlines& outlines, int mesh) const;
 
   Program program_, count_, cover_;
   unsigned vertex_array_ = 0;

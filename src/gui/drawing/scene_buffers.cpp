@@ -51,7 +51,7 @@ void SceneBuffers::release_all() {
   revision_ = topology_ = ~std::uint64_t{0};
 }
 
-// What one context writes another sees once its commands are done: fences order the two on the GPU.
+// A context sees the writes of another once these are complete: fences order them on the GPU.
 void SceneBuffers::begin_reading() const {
   if (written_) glWaitSync(written_, 0, GL_TIMEOUT_IGNORED);
 }
@@ -61,7 +61,7 @@ void SceneBuffers::end_reading(const void* view) {
   if (found == views_.end()) return;
   glDeleteSync(found->second);
   found->second = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
-  glFlush();  // a fence that was not sent would never be reached
+  glFlush();  // a fence that is not submitted is never reached
 }
 
 void SceneBuffers::wait_for_readers() {
@@ -98,11 +98,11 @@ void SceneBuffers::connect(Buffer& buffer, Session& session) {
   buffer.generation = session.engine_generation();
   on_device_ = buffer.shared != nullptr;
   if (on_device_) {
-    how_ = "drawn on the device (CUDA writes into OpenGL)";
+    transfer_mode_ = "drawn on the device (CUDA writes into OpenGL)";
   } else if (std::strcmp(session.engine().backend(), "cpu") == 0) {
-    how_ = "uploaded each frame: the CPU computes";
+    transfer_mode_ = "uploaded each frame: computed on the CPU";
   } else {
-    how_ = "uploaded each frame: CUDA cannot write into this OpenGL";
+    transfer_mode_ = "uploaded each frame: CUDA cannot write into this OpenGL";
   }
 }
 
@@ -185,7 +185,7 @@ void SceneBuffers::follow_topology(Session& session) {
   if (topology_ != session.topology_revision() || !session.engine().has_cells()) rebuild_topology(session);
 }
 
-/// Returns whether there was anything to write.
+// Returns whether anything was written.
 bool SceneBuffers::write_surfaces(Session& session) {
   if (revision_ == session.revision()) return false;
   follow_topology(session);
@@ -224,13 +224,13 @@ bool SceneBuffers::write_outlines(Session& session, const ViewState& view, Orien
         glNamedBufferSubData(state.buffer.name, static_cast<GLintptr>(first), static_cast<GLsizeiptr>(bytes),
                              host_outlines_.data() + first);
       };
-      upload(0, state.outlines.pieces_at);
-      for (std::size_t m = 0; m < meshes; ++m) {  // what was written: a small part of the room
+      upload(0, state.outlines.segments_at);
+      for (std::size_t m = 0; m < meshes; ++m) {  // only what was written, a small part of the buffer
         OutlineCommand command;
         std::memcpy(&command, host_outlines_.data() + m * sizeof command, sizeof command);
-        if (command.pieces > 0) {
-          upload(state.outlines.pieces_at + command.first_piece * sizeof(OutlinePiece),
-                 command.pieces * sizeof(OutlinePiece));
+        if (command.segments > 0) {
+          upload(state.outlines.segments_at + command.first_segment * sizeof(OutlineSegment),
+                 command.segments * sizeof(OutlineSegment));
         }
       }
     }
@@ -240,37 +240,37 @@ bool SceneBuffers::write_outlines(Session& session, const ViewState& view, Orien
   return true;
 }
 
-void SceneBuffers::update_wanted(Session& session, const ViewState& view) {
-  bool stale = surfaces_wanted_ && revision_ != session.revision();
+void SceneBuffers::update_requested(Session& session, const ViewState& view) {
+  bool stale = surfaces_requested_ && revision_ != session.revision();
   for (const Orientation orientation : kOrientations) {
     const OutlineState& state = outlines_[static_cast<int>(orientation)];
     const int axis = slice_axes(orientation, Convention::Radiological).normal;
     stale = stale ||
-            (state.wanted && (state.revision != session.revision() || state.position_mm != view.crosshair_mm[axis]));
+            (state.requested && (state.revision != session.revision() || state.position_mm != view.crosshair_mm[axis]));
   }
   if (!stale) return;
   wait_for_readers();
-  // What is not asked for again until the next time is no longer seen.
-  if (std::exchange(surfaces_wanted_, false)) write_surfaces(session);
+  // Data that is not requested again before the next update is no longer visible.
+  if (std::exchange(surfaces_requested_, false)) write_surfaces(session);
   for (const Orientation orientation : kOrientations) {
-    if (std::exchange(outlines_[static_cast<int>(orientation)].wanted, false))
+    if (std::exchange(outlines_[static_cast<int>(orientation)].requested, false))
       write_outlines(session, view, orientation);
   }
   mark_written();
 }
 
 void SceneBuffers::update_surfaces(Session& session, const ViewState& view) {
-  surfaces_wanted_ = true;
-  update_wanted(session, view);
-  surfaces_wanted_ = true;
+  surfaces_requested_ = true;
+  update_requested(session, view);
+  surfaces_requested_ = true;
 }
 
 const SceneBuffers::Outlines& SceneBuffers::update_outlines(Session& session, const ViewState& view,
                                                             Orientation orientation) {
   OutlineState& state = outlines_[static_cast<int>(orientation)];
-  state.wanted = true;
-  update_wanted(session, view);
-  state.wanted = true;
+  state.requested = true;
+  update_requested(session, view);
+  state.requested = true;
   return state.outlines;
 }
 
@@ -293,7 +293,7 @@ const SceneBuffers::Slice& SceneBuffers::update_slice(Session& session, const Vi
   if (slice.texture == 0 || state.width != width || state.height != height) {
     glDeleteTextures(1, &slice.texture);
     glCreateTextures(GL_TEXTURE_2D, 1, &slice.texture);
-    // A coarser level is the mean of some voxels, for the 3D view.
+    // The 3D view uses a coarser mipmap level, the mean of several voxels.
     slice.mean_level = texels_per_voxel(geometry) > 1 ? 3 : 2;
     while (slice.mean_level > 0 && std::max(width, height) >> slice.mean_level == 0) --slice.mean_level;
     glTextureStorage2D(slice.texture, slice.mean_level + 1, GL_RG8, width, height);
@@ -366,24 +366,25 @@ const SceneBuffers::Field* SceneBuffers::update_field(const Session& session, co
   return &field_;
 }
 
-std::vector<OutlinePiece> SceneBuffers::read_outline(Orientation orientation, int mesh) const {
+std::vector<OutlineSegment> SceneBuffers::read_outline(Orientation orientation, int mesh) const {
   const OutlineState& state = outlines_[static_cast<int>(orientation)];
   OutlineCommand command;
-  // Of the meshes that there were when this slice was drawn last: another view may have drawn more since.
-  const auto drawn = static_cast<int>(state.outlines.pieces_at / sizeof command);
+  // Number of meshes when this slice was last drawn: other views may have drawn more meshes since.
+  const auto drawn = static_cast<int>(state.outlines.segments_at / sizeof command);
   if (state.buffer.name == 0 || mesh < 0 || mesh >= drawn) return {};
   begin_reading();
   glGetNamedBufferSubData(state.buffer.name, static_cast<GLintptr>(mesh * sizeof command), sizeof command, &command);
-  std::vector<OutlinePiece> pieces(command.pieces);
-  if (!pieces.empty()) {
+  std::vector<OutlineSegment> segments(command.segments);
+  if (!segments.empty()) {
     glGetNamedBufferSubData(
-        state.buffer.name, static_cast<GLintptr>(state.outlines.pieces_at + command.first_piece * sizeof(OutlinePiece)),
-        static_cast<GLsizeiptr>(pieces.size() * sizeof(OutlinePiece)), pieces.data());
+        state.buffer.name,
+        static_cast<GLintptr>(state.outlines.segments_at + command.first_segment * sizeof(OutlineSegment)),
+        static_cast<GLsizeiptr>(segments.size() * sizeof(OutlineSegment)), segments.data());
   }
-  return pieces;
+  return segments;
 }
 
-void SceneBuffers::forget_slices() {
+void SceneBuffers::invalidate_slices() {
   for (SliceState& state : slices_) state.valid = false;
 }
 

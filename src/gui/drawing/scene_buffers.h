@@ -19,75 +19,75 @@ struct MeshField;
 struct SurfaceValues;
 struct ViewState;
 
-/// What all views draw from: the surfaces and the three slices in OpenGL buffers that the engine fills, in place on the
-/// device where it can, else through host memory. The views' contexts share them; all calls need one of these current.
-/// Whoever draws first in a frame brings them up to date, once for all.
+/// OpenGL buffers of the surfaces and the three slices. The engine fills them on the device if possible, otherwise
+/// through host memory. The contexts of all views share them; each call needs one of these contexts to be current. The
+/// first view of a frame updates them for all views.
 class SceneBuffers {
  public:
-  /// Where the indices of one mesh lie in indices().
+  /// Range of one mesh in indices().
   struct Range {
     std::size_t first = 0;
     int count = 0;
   };
   struct Slice {
     SliceGrid grid;
-    unsigned texture = 0;  ///< red: grey, green: 1 inside the volume
-    int mean_level = 0;    ///< at which a texel is the mean of some voxels
+    unsigned texture = 0;  ///< red: grey value; green: 1 inside the volume
+    int mean_level = 0;    ///< mipmap level at which a texel is the mean of several voxels
   };
 
-  /// A view begins to draw from the buffers; the last one that leaves deletes them.
+  /// Registers and unregisters a view; the last one to detach deletes the buffers.
   void attach(const void* view);
   void detach(const void* view);
-  // These two stand around each frame of a view: the contexts wait for each other on the GPU, never here.
+  // These two enclose each frame of a view. The contexts synchronise on the GPU; the host never waits.
 
   void begin_reading() const;
   void end_reading(const void* view);
 
-  // Each brings up to date with it what the other views wanted for their last frame: all that the engine writes in a
-  // frame it writes at once, for a device changes slowly between computing and drawing. They throw what the engine
-  // throws.
+  // Each call also updates everything that the other views used in their last frame: the engine writes all data of a
+  // frame at once, because a device switches slowly between computing and drawing. Errors of the engine are passed on.
 
-  /// Surfaces in the session's present pose.
+  /// Updates the surfaces to the current pose of the session.
   void update_surfaces(Session& session, const ViewState& view);
-  /// The slice through the crosshair, with window and level; drawn anew only when one of these has changed. There must
-  /// be a volume.
+  /// Slice through the crosshair; drawn again only when crosshair, window or level has changed. Needs a volume.
   const Slice& update_slice(Session& session, const ViewState& view, Orientation orientation);
-  /// Where the slice through the crosshair cuts the surfaces, for OutlinePainter.
+  /// Contours of the surfaces in a slice, for OutlinePainter.
   struct Outlines {
-    unsigned buffer = 0;        ///< commands, then pieces (step/display.h); 0 when there is no mesh
-    std::size_t pieces_at = 0;  ///< bytes
+    unsigned buffer = 0;          ///< draw commands, then segments (step/display.h); 0 without meshes
+    std::size_t segments_at = 0;  ///< offset of the segments, bytes
   };
+  /// Contours in the slice through the crosshair.
   const Outlines& update_outlines(Session& session, const ViewState& view, Orientation orientation);
-  /// The field of the active mesh, for FieldPainter.
+  /// Field of the active mesh, for FieldPainter.
   struct Field {
-    unsigned texture = 0;  ///< 3D, 16 bits a voxel, as FieldBox says (forces/step_view.h)
+    unsigned texture = 0;  ///< 3D, 16 bits per voxel, scaled as in FieldBox (forces/step_view.h)
     Eigen::Matrix4d index_from_world = Eigen::Matrix4d::Identity();
     Eigen::Vector3f first_voxel{0, 0, 0};
   };
-  /// Uploads the field when it has changed. Null, with nothing held, while it is not shown or there is none.
+  /// Uploads the field when it has changed. Null, with the texture released, while no field is shown.
   const Field* update_field(const Session& session, const ViewState& view);
-  /// Uploads what the surfaces are coloured by, when it has changed; after update_surfaces(). False where there is
-  /// nothing to colour by.
+  /// Uploads the values that colour the surfaces, when they have changed; call after update_surfaces(). False without
+  /// values.
   bool update_values(const Session& session, const std::shared_ptr<const SurfaceValues>& values);
-  /// A value for each of points(), below 0 where none is known.
+  /// Value of each of points(), negative where unknown.
   unsigned values() const { return values_; }
-  /// The pieces of the outline that was drawn last of the mesh at this place in the scene's list.
-  std::vector<OutlinePiece> read_outline(Orientation orientation, int mesh) const;
-  /// The volume is another one.
-  void forget_slices();
+  /// Segments of the last drawn contour of the mesh with index `mesh`.
+  std::vector<OutlineSegment> read_outline(Orientation orientation, int mesh) const;
+  /// Marks all slices as outdated, for a new volume.
+  void invalidate_slices();
 
-  /// The vertices mesh by mesh, then the cells' centres mesh by mesh (DisplayPoint); 0 when there is no mesh.
+  /// Vertices of all meshes, then the cell centres of all meshes (DisplayPoint); 0 without meshes.
   unsigned points() const { return points_.name; }
-  /// 3V triangles (centre of the cell, a, b) of each mesh, 32 bits an index.
+  /// Indices (32 bits) of the 3V triangles (cell centre, a, b) of each mesh with V vertices.
   unsigned indices() const { return indices_; }
-  /// Those of the mesh that has this place in the scene's list.
+  /// Triangles of the mesh with this index in the scene.
   const Range& triangles(int mesh) const;
 
-  /// Whether the engine writes the buffers itself.
+  /// Whether the engine writes the buffers directly on the device.
   bool on_device() const { return on_device_; }
-  /// "drawn on the device (CUDA writes into OpenGL)", or "uploaded each frame" with the reason. Empty before the first.
-  const std::string& how() const { return how_; }
-  /// What draws, as OpenGL names it: "llvmpipe ...". Empty before the first view.
+  /// Text "drawn on the device (CUDA writes into OpenGL)", or "uploaded each frame" with the reason; empty before the
+  /// first frame.
+  const std::string& transfer_mode() const { return transfer_mode_; }
+  /// Name of the OpenGL renderer, such as "llvmpipe ..."; empty before the first view.
   const std::string& renderer() const { return renderer_; }
 
  private:
@@ -95,12 +95,12 @@ class SceneBuffers {
     unsigned name = 0;
     std::size_t bytes = 0;
     std::unique_ptr<SharedBuffer> shared;  ///< null: upload
-    int generation = -1;                   ///< which engine was asked (Session::engine_generation)
+    int generation = -1;                   ///< engine that shares it (Session::engine_generation)
   };
   struct SliceState {
     Slice slice;
     Buffer pixels;
-    int width = 0, height = 0;  ///< the size of the texture
+    int width = 0, height = 0;  ///< size of the texture
     bool valid = false;
     double position_mm = 0, window = 0, level = 0;
   };
@@ -109,12 +109,12 @@ class SceneBuffers {
     Buffer buffer;
     std::uint64_t revision = ~std::uint64_t{0};
     double position_mm = 0;
-    bool wanted = false;
+    bool requested = false;
   };
   static void release(Buffer& buffer);
   static void allocate(Buffer& buffer, std::size_t bytes);
   void connect(Buffer& buffer, Session& session);
-  void update_wanted(Session& session, const ViewState& view);
+  void update_requested(Session& session, const ViewState& view);
   bool write_surfaces(Session& session);
   bool write_outlines(Session& session, const ViewState& view, Orientation orientation);
   void follow_topology(Session& session);
@@ -129,24 +129,24 @@ class SceneBuffers {
   std::vector<Range> triangles_;
   std::vector<CellList> cells_;
   unsigned values_ = 0;
-  std::shared_ptr<const SurfaceValues> shown_values_;  ///< what is in it
+  std::shared_ptr<const SurfaceValues> shown_values_;  ///< contents of values_
   std::uint64_t values_topology_ = ~std::uint64_t{0};
   std::size_t point_count_ = 0;
   std::uint64_t revision_ = ~std::uint64_t{0}, topology_ = ~std::uint64_t{0};
   std::size_t vertex_count_ = 0;
-  bool surfaces_wanted_ = false;
+  bool surfaces_requested_ = false;
   SliceState slices_[3];
   OutlineState outlines_[3];
   Field field_;
-  std::shared_ptr<const MeshField> shown_field_;  ///< what its texture has; null: there is no texture
-  std::vector<DisplayPoint> host_points_;         ///< for the upload
+  std::shared_ptr<const MeshField> shown_field_;  ///< contents of its texture; null: no texture
+  std::vector<DisplayPoint> host_points_;         ///< staging memory of the upload
   std::vector<DisplayTexel> host_texels_;
   std::vector<std::byte> host_outlines_;
 
-  std::map<const void*, __GLsync*> views_;  ///< with the end of what each has read
+  std::map<const void*, __GLsync*> views_;  ///< each with the fence after its last read
   __GLsync* written_ = nullptr;
   bool on_device_ = false;
-  std::string how_, renderer_;
+  std::string transfer_mode_, renderer_;
 };
 
 }  // namespace simplexseg

@@ -14,8 +14,8 @@ ActionTable::ActionTable(QWidget& window) : QObject(&window) {
     auto* action = new QAction(QString::fromUtf8(binding.title), this);
     action->setShortcut(keys);
     action->setToolTip(
-        QString("%1 (%2)").arg(QString::fromUtf8(binding.does), keys.toString(QKeySequence::NativeText)));
-    action->setStatusTip(QString::fromUtf8(binding.does));
+        QString("%1 (%2)").arg(QString::fromUtf8(binding.help), keys.toString(QKeySequence::NativeText)));
+    action->setStatusTip(QString::fromUtf8(binding.help));
     window.addAction(action);
     actions_.emplace(binding.act, action);
   }

@@ -11,15 +11,15 @@ class QWidget;
 
 namespace simplexseg {
 
-/// The menu entries: one QAction for every act that the table of bindings has for everywhere.
+/// Menu entries: one QAction for every act of scope Everywhere.
 class ActionTable : public QObject {
  public:
-  /// The actions' shortcuts are valid in `window`.
+  /// Shortcuts are valid in `window`.
   explicit ActionTable(QWidget& window);
-  /// The act must be one for everywhere, also for the following.
+  /// Action of an act. Here and below, the act must have the scope Everywhere.
   QAction* operator[](Act act) const { return actions_.at(act); }
   void on(Act act, std::function<void()> handler);
-  /// Calls the handler with whether the entry is ticked now.
+  /// Makes the entry checkable; the handler gets its new state.
   void on_toggle(Act act, std::function<void(bool)> handler);
 
  private:

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The map of bindings: one table that makes the menus' shortcuts, tells the views what a gesture means, and is the
-// help.
+// Table of key and mouse bindings, used by the menus, the views and the help.
 #pragma once
 #include <Qt>
 #include <optional>
@@ -25,27 +24,27 @@ enum class Act {
 };
 // clang-format on
 
-/// Where a binding is valid. Those that are valid everywhere are menu entries.
+/// Scope of a binding. Bindings of scope Everywhere are menu entries.
 enum class Where { Everywhere, Slices, Space };
-/// WheelOnPoint: the wheel while a point is under the mouse.
+/// Mouse gesture. WheelOnPoint: the wheel while a point is under the mouse.
 enum class Mouse { None, Left, Right, Middle, RightClick, DoubleClick, Wheel, WheelOnPoint, Move };
 
 struct Binding {
   Act act;
   Where where;
-  const char* keys;  ///< as QKeySequence reads them; "" for the mouse
+  const char* keys;  ///< in the syntax of QKeySequence; "" for mouse gestures
   Mouse mouse;
-  Qt::KeyboardModifiers modifiers;  ///< the keys that are held with the mouse
-  const char* title;                ///< text of the menu entry; "" when there is none
-  const char* does;                 ///< one line for the help and the tooltip
+  Qt::KeyboardModifiers modifiers;  ///< keys held during the mouse gesture
+  const char* title;                ///< text of the menu entry; "" without one
+  const char* help;                 ///< one line for the help and the tooltip
 };
 std::span<const Binding> bindings();
 
-/// The first binding of `act`; every act has one.
+/// First binding of `act`; every act has one.
 const Binding& binding_of(Act act);
-/// The heading under which the help lists its bindings.
+/// Heading of the scope in the help.
 const char* where_name(Where where);
-/// What a gesture of the mouse, or a key, means in a view; nothing when it is not bound there.
+/// Act bound to a mouse gesture or a key in a view; none when it is not bound there.
 std::optional<Act> gesture(Where where, Mouse mouse, Qt::KeyboardModifiers modifiers);
 std::optional<Act> key_in(Where where, const QKeyEvent& event);
 

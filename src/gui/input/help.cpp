@@ -57,7 +57,7 @@ QString bindings_html() {
       if (binding.where != where) continue;
       html +=
           QString("<tr><td width='170'><b>%1</b></td><td>%2</td></tr>")
-              .arg(capitalised(trigger_text(binding)).toHtmlEscaped(), QString::fromUtf8(binding.does).toHtmlEscaped());
+              .arg(capitalised(trigger_text(binding)).toHtmlEscaped(), QString::fromUtf8(binding.help).toHtmlEscaped());
     }
     html += "</table>";
   }
@@ -80,11 +80,11 @@ void show_bindings(QWidget* parent) {
 }
 
 void show_about(QWidget* parent, const QString& engine) {
-  QMessageBox::about(
-      parent, QObject::tr("About SimplexSeg"),
-      QObject::tr("<h3>SimplexSeg %1</h3><p>Segments medical volumes with live deformable 2-simplex meshes.</p>"
-                  "<p>Backend: %2</p><p>Apache License 2.0. Not a medical device.</p>")
-          .arg(SIMPLEXSEG_VERSION, engine.toHtmlEscaped()));
+  QMessageBox::about(parent, QObject::tr("About SimplexSeg"),
+                     QObject::tr("<h3>SimplexSeg %1</h3>"
+                                 "<p>Interactive segmentation of medical volumes with deformable 2-simplex meshes.</p>"
+                                 "<p>Computing device: %2</p><p>Apache License 2.0. Not a medical device.</p>")
+                         .arg(SIMPLEXSEG_VERSION, engine.toHtmlEscaped()));
 }
 
 }  // namespace simplexseg

@@ -6,10 +6,11 @@ class QWidget;
 
 namespace simplexseg {
 
-/// The table of bindings as HTML.
+/// Table of bindings as HTML.
 QString bindings_html();
+/// Opens the help with the table of bindings.
 void show_bindings(QWidget* parent);
-/// `engine`: what computes, as Engine::description says.
+/// Opens the dialog with the version; `engine`: Engine::description().
 void show_about(QWidget* parent, const QString& engine);
 
 }  // namespace simplexseg

@@ -21,7 +21,7 @@ Volume::Range contrast_range(const Volume& volume) {
   std::vector<float> values;
   visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
     const std::span<const T> voxels = volume.voxels<T>();
-    // An odd stride, so that the samples do not all lie in one column.
+    // An odd stride: otherwise all samples might lie in one column.
     const std::size_t stride = voxels.size() / kSamples | 1;
     for (std::size_t n = 0; n < voxels.size(); n += stride) {
       const float value = static_cast<float>(voxels[n]);
@@ -32,7 +32,7 @@ Volume::Range contrast_range(const Volume& volume) {
   std::sort(values.begin(), values.end());
   // Air at -1000 and bone above 300 are Hounsfield units: the usual window for soft tissue (level 40, window 400).
   if (values[values.size() / 20] <= -900 && values.back() >= 300 && values.back() <= 40000) return {-160, 240};
-  // Air or padding, the lowest value, often fills most of a volume and says nothing of the rest.
+  // Air or padding has the lowest value and often fills most of a volume: it is excluded.
   const auto first = std::upper_bound(values.begin(), values.end(), values.front());
   const auto count = values.end() - first;
   const double low = values[values.size() / 100];

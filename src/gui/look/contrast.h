@@ -6,15 +6,15 @@
 
 namespace simplexseg {
 
-/// Window and level, in Hounsfield units, that radiologists look at a part of the body with in a CT.
+/// Usual CT window width and level of a body region, in Hounsfield units.
 struct ContrastPreset {
   const char* title;
   double window, level;
 };
 std::span<const ContrastPreset> contrast_presets();
 
-/// Low and high intensity between which nearly all voxels that differ from the background lie; for a CT, soft tissue.
-/// `max` is above `min`, also for a volume without any contrast.
+/// Intensity range of nearly all voxels that differ from the background; for a CT, the soft-tissue window.
+/// `max` is above `min` even for a constant volume.
 Volume::Range contrast_range(const Volume& volume);
 
 }  // namespace simplexseg

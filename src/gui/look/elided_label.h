@@ -4,7 +4,7 @@
 
 namespace simplexseg {
 
-/// One line of text that ends in dots where there is no room for all of it.
+/// Label of one line, shortened with an ellipsis when it does not fit.
 class ElidedLabel : public QLabel {
  public:
   using QLabel::QLabel;

@@ -54,7 +54,7 @@ WorldBox world_box(const VolumeGeometry& geometry) {
 }
 
 namespace {
-// The voxel axis that runs nearest to a world axis.
+// Voxel axis nearest to a world axis.
 int nearest_voxel_axis(const VolumeGeometry& geometry, int world_axis) {
   int best;
   geometry.direction.row(world_axis).cwiseAbs().maxCoeff(&best);
@@ -132,7 +132,7 @@ SliceGrid slice_grid(const VolumeGeometry& geometry, Orientation orientation, co
 SlicePlane slice_plane(const VolumeGeometry& geometry, const SliceGrid& grid, double window, double level) {
   SIMPLEXSEG_EXPECT(window > 0);
   const Eigen::Affine3d index_from_world = geometry.index_from_world();
-  // Rounding must neither mix a little of the next voxel in nor put the outermost texels outside.
+  // Rounding errors must neither blend in the next voxel nor move the outermost texels outside.
   constexpr double kOnCentre = 1e-3;  // voxels, at the last texel
   const auto snapped = [](const Eigen::Vector3d& v, int count) {
     float component[3];

@@ -9,17 +9,17 @@
 
 namespace simplexseg {
 
-/// What meshes are coloured by in the 3D view: a value in mm for each of their vertices.
+/// Values (mm) of the vertices by which the 3D view colours the meshes.
 struct SurfaceValues {
-  QString title;                                 ///< "distance to the reference"
-  float most_mm = 1;                             ///< the upper end of the scale; the lower one is 0
-  std::map<ItemId, std::vector<float>> of_mesh;  ///< as many as the mesh had vertices then
+  QString title;                                 ///< such as "distance to the reference"
+  float most_mm = 1;                             ///< upper end of the colour scale; the lower end is 0
+  std::map<ItemId, std::vector<float>> of_mesh;  ///< one value for each vertex of the mesh when it was checked
 };
 
-/// Viridis (Smith and van der Walt 2015), 0..1: dark blue to yellow, told apart with any colour vision. As mesh.frag
-/// has it.
+/// Colour of t (0..1) on the scale viridis (Smith and van der Walt 2015): dark blue to yellow, suited to every colour
+/// vision. mesh.frag contains the same function.
 inline std::array<float, 3> scale_colour(float t) {
-  // The polynomial of degree 6 that M. Zucker fitted, which shaders use too.
+  // Polynomial fit of degree 6 by M. Zucker, also used in shaders.
   constexpr float kTerms[7][3] = {{0.2777273f, 0.0054073f, 0.3340998f},   {0.1050930f, 1.4046135f, 1.3845902f},
                                   {-0.3308618f, 0.2148476f, 0.0950952f},  {-4.6342305f, -5.7991010f, -19.3324410f},
                                   {6.2282699f, 14.1799334f, 56.6905526f}, {4.7763850f, -13.7451454f, -65.3530326f},

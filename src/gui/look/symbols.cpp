@@ -12,7 +12,7 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kSide = 20;  // logical pixels; all places below are in these
+constexpr int kSide = 20;  // logical pixels, the unit of all coordinates below
 
 void arrow_back(QPainter& painter) {
   QPainterPath path(QPointF(5, 8));
@@ -67,8 +67,8 @@ void draw(QPainter& painter, Symbol symbol) {
       painter.drawPolygon(QPolygonF({{3, 5}, {8, 5}, {10, 7.5}, {17, 7.5}, {17, 16}, {3, 16}}));
       return;
     case Symbol::Crosshair:
-      for (const QPointF& way : {QPointF(1, 0), QPointF(-1, 0), QPointF(0, 1), QPointF(0, -1)})
-        painter.drawLine(QPointF(10, 10) + 2.5 * way, QPointF(10, 10) + 8 * way);
+      for (const QPointF& direction : {QPointF(1, 0), QPointF(-1, 0), QPointF(0, 1), QPointF(0, -1)})
+        painter.drawLine(QPointF(10, 10) + 2.5 * direction, QPointF(10, 10) + 8 * direction);
       return;
     case Symbol::ZoomPan:
       painter.drawEllipse(QRectF(3, 3, 10, 10));

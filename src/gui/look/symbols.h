@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program's own icons, drawn when they are shown, as lines in the colour of the text: they suit every scale and
-// every theme.
+// Icons of the program. They are drawn as lines in the text colour when shown, so that they suit every scale and theme.
 #pragma once
 #include <QIcon>
 
@@ -13,7 +12,7 @@ enum class Symbol {
 };
 // clang-format on
 
-/// `colour`: for one that stands on a ground of its own; none: that of the text.
+/// Icon of a symbol. `colour`: for an icon on a coloured background; invalid: the text colour.
 QIcon icon_of(Symbol symbol, const QColor& colour = {});
 
 }  // namespace simplexseg

@@ -50,9 +50,9 @@ const Shades kLight{
 };
 
 bool dark = true;
-double usual_points = 0;  ///< size of the desktop's text
+double usual_points = 0;  ///< text size of the desktop
 
-/// Rules with the names of colours in angle brackets.
+/// Style rules with colour names in angle brackets.
 constexpr const char* kRules = R"(
   QToolTip { color: <text>; background: <raised>; border: 1px solid <line>; padding: 3px; }
   QMainWindow::separator { background: <line>; width: 3px; height: 3px; }
@@ -107,10 +107,10 @@ constexpr const char* kRules = R"(
   #start_page QPushButton { text-align: left; padding: 5px 8px; border: 1px solid transparent; border-radius: 3px; }
   #start_page QPushButton:hover, #start_page QPushButton:focus { background: <hover>; }
   #start_page QPushButton:focus { border-color: <accent>; }
-  #start_page QToolButton#way { background: <raised>; padding: 10px 14px; }
-  #start_page QToolButton#way:hover, #start_page QToolButton#way:focus { background: <hover>; }
-  #start_page QToolButton#first_way { background: #30689f; color: white; padding: 10px 14px; }
-  #start_page QToolButton#first_way:hover, #start_page QToolButton#first_way:focus { background: #3a78b4; }
+  #start_page QToolButton#entry { background: <raised>; padding: 10px 14px; }
+  #start_page QToolButton#entry:hover, #start_page QToolButton#entry:focus { background: <hover>; }
+  #start_page QToolButton#first_entry { background: #30689f; color: white; padding: 10px 14px; }
+  #start_page QToolButton#first_entry:hover, #start_page QToolButton#first_entry:focus { background: #3a78b4; }
 )";
 
 QString rules_with(const Shades& s, double points) {
@@ -146,18 +146,18 @@ const Shades& shades() { return dark ? kDark : kLight; }
 bool is_dark() { return dark; }
 
 int scaled(int pixels) {
-  // The font of Fusion has 9 points at 96 dots an inch where nobody says otherwise, which makes a line of 15 pixels.
+  // Fusion's default font has 9 points at 96 dpi: a line of 15 pixels.
   const double line = QFontMetrics(QApplication::font()).height();
   return static_cast<int>(std::lround(pixels * std::max(1.0, line / 16)));
 }
 
-void apply(QApplication& application, bool wants_dark, int text_percent) {
+void apply(QApplication& application, bool dark_theme, int text_percent) {
   if (usual_points <= 0) {
     usual_points = QApplication::font().pointSizeF();
     if (usual_points <= 0) usual_points = 9;
     application.setStyle(QStyleFactory::create("Fusion"));
   }
-  dark = wants_dark;
+  dark = dark_theme;
   const Shades& s = shades();
   QFont font = QApplication::font();
   font.setPointSizeF(usual_points * text_percent / 100);
@@ -191,17 +191,17 @@ void apply(QApplication& application, bool wants_dark, int text_percent) {
 }
 
 bool desktop_is_dark() {
-  // Qt asks for a bus by starting one where there is none, which can take long.
+  // Without a session bus Qt would start one, which can take long.
   const bool has_bus = !qEnvironmentVariableIsEmpty("DBUS_SESSION_BUS_ADDRESS") ||
                        QFileInfo::exists(qEnvironmentVariable("XDG_RUNTIME_DIR", "/nowhere") + "/bus");
   if (!has_bus) return true;
-  QDBusMessage question = QDBusMessage::createMethodCall(
+  QDBusMessage request = QDBusMessage::createMethodCall(
       "org.freedesktop.portal.Desktop", "/org/freedesktop/portal/desktop", "org.freedesktop.portal.Settings", "Read");
-  question << QString("org.freedesktop.appearance") << QString("color-scheme");
-  constexpr int kPatienceMs = 300;
-  const QDBusMessage answer = QDBusConnection::sessionBus().call(question, QDBus::Block, kPatienceMs);
-  if (answer.type() != QDBusMessage::ReplyMessage || answer.arguments().isEmpty()) return true;
-  QVariant value = answer.arguments().front();
+  request << QString("org.freedesktop.appearance") << QString("color-scheme");
+  constexpr int kTimeoutMs = 300;
+  const QDBusMessage reply = QDBusConnection::sessionBus().call(request, QDBus::Block, kTimeoutMs);
+  if (reply.type() != QDBusMessage::ReplyMessage || reply.arguments().isEmpty()) return true;
+  QVariant value = reply.arguments().front();
   while (value.canConvert<QDBusVariant>()) value = value.value<QDBusVariant>().variant();
   constexpr uint kPrefersLight = 2;  // 1: dark; 0: no preference
   return value.toUInt() != kPrefersLight;

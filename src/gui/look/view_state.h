@@ -11,22 +11,22 @@ namespace simplexseg {
 
 enum class Tool { Crosshair, ZoomPan, Point, Seed, Inside, Outside };
 
-/// What is looked at, and how: shared by all views, saved nowhere, no part of undo.
+/// State of the display, shared by all views. It is neither saved nor part of undo.
 struct ViewState {
   Eigen::Vector3d crosshair_mm{0, 0, 0};
   double window = 1, level = 0.5;  ///< intensities level -+ window/2 are black and white
-  bool low_is_bright = false;      ///< the other way round, as MONOCHROME1 of DICOM means it
+  bool low_is_bright = false;      ///< inverted grey scale, as in MONOCHROME1 of DICOM
   Convention convention = Convention::Radiological;
   Tool tool = Tool::Crosshair;
   bool window_level_armed = false;  ///< the next left drag sets window and level
   bool show_meshes = true;
-  bool show_fill = false;   ///< of all meshes, in the slices
-  bool show_field = false;  ///< of the active mesh, in the slices
+  bool show_fill = false;   ///< fill of all meshes in the slices
+  bool show_field = false;  ///< field of the active mesh in the slices
   bool show_annotations = true;
   bool show_slices_3d = true;
-  bool show_names = true;                               ///< of patient and series
-  std::shared_ptr<const SurfaceValues> surface_values;  ///< what meshes are coloured by in 3D; null: their own colours
-  float opacity = 1;                                    ///< what the meshes have in the 3D view, 0..1
+  bool show_names = true;                               ///< names of patient and series
+  std::shared_ptr<const SurfaceValues> surface_values;  ///< colouring of the meshes in 3D; null: colour of each mesh
+  float opacity = 1;                                    ///< factor on the opacity of the meshes, 0..1
   ItemId active_mesh = 0;                               ///< 0: none
   ItemId selected_point = 0;
   ItemId hovered_point = 0;  ///< under the mouse

@@ -14,10 +14,10 @@ namespace simplexseg {
 namespace {
 template <class Control>
 void set_enabled_of(Control* control, bool enabled, const QString& why_not) {
-  constexpr const char* kKept = "tooltip_when_enabled";
-  if (!control->property(kKept).isValid()) control->setProperty(kKept, control->toolTip());
+  constexpr const char* kSavedTip = "tooltip_when_enabled";
+  if (!control->property(kSavedTip).isValid()) control->setProperty(kSavedTip, control->toolTip());
   control->setEnabled(enabled);
-  const QString tip = enabled ? control->property(kKept).toString() : why_not;
+  const QString tip = enabled ? control->property(kSavedTip).toString() : why_not;
   if (control->toolTip() != tip) control->setToolTip(tip);
 }
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small helpers that panels and menus share.
+// Small helpers of panels and menus.
 #pragma once
 #include <QIcon>
 #include <QString>
@@ -11,16 +11,16 @@ class QWidget;
 
 namespace simplexseg {
 
-/// Enables a control, or greys it and says why in its tooltip. The tooltip it had comes back when it is enabled.
+/// Enables a control, or disables it and shows the reason in its tooltip. Enabling restores the previous tooltip.
 void set_enabled(QWidget* control, bool enabled, const QString& why_not);
 void set_enabled(QAction* action, bool enabled, const QString& why_not);
 
-/// A small square of one colour; `active`: with a bright rim.
+/// Small square of one colour; `active`: with a bright rim.
 QIcon swatch(const Colour& colour, bool active = false);
-/// One of the looks that the theme knows for widgets of its kind: "dim", "small" or "warning" for labels, "flat" or
-/// "raised" for buttons, "title" for fields; "": the usual one.
+/// Sets a style of the theme: "dim", "small" or "warning" for labels, "flat" or "raised" for buttons, "title" for
+/// fields, "" for the default.
 void set_role(QWidget* widget, const char* role);
-/// "steps_per_level" -> "Steps per level".
+/// Readable title of a parameter name: "steps_per_level" -> "Steps per level".
 QString words_of(const char* name);
 
 }  // namespace simplexseg

@@ -23,8 +23,8 @@
 #include "gui/workbench/ask_and_save.h"
 #include "gui/workbench/mesh_checker.h"
 #include "gui/workbench/workbench.h"
-#include "io/atomic_file.h"
-#include "io/label_mesh.h"
+#include "io/labels/label_mesh.h"
+#include "io/platform/atomic_file.h"
 #include "session/run_trace.h"
 
 namespace simplexseg {
@@ -55,21 +55,22 @@ CheckPanel::CheckPanel(Workbench& workbench, ActionTable& actions, QWidget* pare
   column->setContentsMargins(8, 6, 8, 6);
   column->setSpacing(6);
   const std::pair<QString, QString> rows[kRows] = {
-      {tr("Volume (ml)"), tr("What the surface encloses")},
-      {tr("Area (cm\u00b2)"), tr("Of the surface")},
-      {tr("Mean inside"), tr("Intensity of the voxels inside")},
-      {tr("Deviation"), tr("Standard deviation of the intensities inside")},
-      {tr("Reference"), tr("The label that the mesh is compared with: click to choose another")},
-      {tr("Dice"), tr("Overlap with the reference: 1 is the same, 0 none")},
-      {tr("HD95 (mm)"), tr("95th percentile of the distances between the two boundaries, the larger of both ways")},
-      {tr("ASSD (mm)"), tr("Mean distance between the two boundaries, of both ways")}};
+      {tr("Volume (ml)"), tr("Volume inside the surface")},
+      {tr("Area (cm\u00b2)"), tr("Area of the surface")},
+      {tr("Mean inside"), tr("Mean intensity of the voxels inside")},
+      {tr("SD inside"), tr("Standard deviation of the intensities of the voxels inside")},
+      {tr("Reference"), tr("Label with which the segmentation is compared; click a cell to choose one")},
+      {tr("Dice"), tr("Overlap with the reference: 1 = identical, 0 = no overlap")},
+      {tr("HD95 (mm)"),
+       tr("95th percentile of the distances between the two surfaces; the larger value of both directions")},
+      {tr("ASSD (mm)"), tr("Mean distance between the two surfaces, over both directions")}};
   for (int row = 0; row < kRows; ++row) {
     auto* head = new QTableWidgetItem(rows[row].first);
     head->setToolTip(rows[row].second);
     table_->setVerticalHeaderItem(row, head);
   }
-  table_->setAccessibleName(tr("Figures of the meshes"));
-  for (auto* corner : table_->findChildren<QAbstractButton*>()) corner->setAccessibleName(tr("Corner of the figures"));
+  table_->setAccessibleName(tr("Measurements"));
+  for (auto* corner : table_->findChildren<QAbstractButton*>()) corner->setAccessibleName(tr("Corner of the table"));
   table_->setEditTriggers(QAbstractItemView::NoEditTriggers);
   table_->setSelectionMode(QAbstractItemView::NoSelection);
   table_->setWordWrap(false);
@@ -98,12 +99,12 @@ CheckPanel::CheckPanel(Workbench& workbench, ActionTable& actions, QWidget* pare
   worst->setDefaultAction(actions[Act::WorstFit]);
   actions[Act::WorstFit]->setIconText(tr("Worst fit"));
   worst->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
-  colours_->addItems({tr("Meshes in their own colours"), tr("Coloured by the distance to the reference"),
-                      tr("Coloured by the fit to the image")});
-  colours_->setAccessibleName(tr("Colours of the meshes in 3D"));
+  colours_->addItems(
+      {tr("Colour of each segmentation"), tr("Colour by distance to the reference"), tr("Colour by fit to the image")});
+  colours_->setAccessibleName(tr("Colours in the 3D view"));
   colours_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   colours_->setToolTip(
-      tr("In the 3D view; the fit is the distance to the strongest edge of the image along the normal"));
+      tr("Colours in the 3D view. Fit: distance to the strongest image edge along the surface normal"));
   for (QToolButton* button : {load, worst}) set_role(button, "raised");
   buttons->addWidget(colours_, 0, 0, 1, 3);
   buttons->addWidget(load, 1, 0);
@@ -129,7 +130,7 @@ CheckPanel::CheckPanel(Workbench& workbench, ActionTable& actions, QWidget* pare
   refresh();
 }
 
-void CheckPanel::set_in_sight(bool in_sight) { checker_->set_watched(in_sight); }
+void CheckPanel::set_on_screen(bool on_screen) { checker_->set_watched(on_screen); }
 
 void CheckPanel::fill_column(int column, const MeshItem& item) {
   const MeshCheck* check = checker_->of(item.id);
@@ -156,7 +157,7 @@ void CheckPanel::fill_column(int column, const MeshItem& item) {
     auto* cell = new QTableWidgetItem(texts[row]);
     cell->setTextAlignment(Qt::AlignRight | Qt::AlignVCenter);
     if (row == kReference) {
-      cell->setToolTip(tr("%1: click to choose another").arg(texts[row]));
+      cell->setToolTip(tr("%1. Click to choose a reference.").arg(texts[row]));
       cell->setForeground(theme::shades().accent);
     }
     table_->setItem(row, column, cell);
@@ -166,17 +167,17 @@ void CheckPanel::fill_column(int column, const MeshItem& item) {
 void CheckPanel::refresh() {
   const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
   table_->setColumnCount(static_cast<int>(meshes.size()));
-  constexpr std::size_t kFitting = 3;  // as many columns as have room
+  constexpr std::size_t kFitting = 3;  // columns that fit without scrolling
   table_->horizontalHeader()->setSectionResizeMode(meshes.size() <= kFitting ? QHeaderView::Stretch
                                                                              : QHeaderView::Interactive);
   for (std::size_t m = 0; m < meshes.size(); ++m) fill_column(static_cast<int>(m), meshes[m]);
   empty_->setVisible(meshes.empty());
-  empty_->setText(workbench_.has_volume() ? tr("There is no mesh yet.") : tr("Open a volume first."));
+  empty_->setText(workbench_.has_volume() ? tr("There is no segmentation yet.") : tr("Open a volume first."));
   const bool any_reference = std::any_of(meshes.begin(), meshes.end(),
                                          [this](const MeshItem& item) { return workbench_.references().has(item); });
   set_enabled(save_, !checker_->checks().empty(), tr("There is nothing to save yet"));
   if (colours_->currentIndex() == 1 && !any_reference) colours_->setCurrentIndex(0);
-  set_enabled(colours_, !meshes.empty(), tr("There is no mesh yet"));
+  set_enabled(colours_, !meshes.empty(), tr("There is no segmentation yet"));
 }
 
 void CheckPanel::choose_reference(ItemId mesh) {
@@ -193,7 +194,7 @@ void CheckPanel::choose_reference(ItemId mesh) {
   add(tr("No reference"), std::nullopt);
   for (const auto& [path, labels] : workbench_.references().all()) {
     menu.addSection(QFileInfo(QString::fromStdString(path)).fileName());
-    add(tr("Every voxel that is not 0"), Reference{path, std::nullopt});
+    add(tr("All voxels that are not 0"), Reference{path, std::nullopt});
     for (const LabelCount& label : count_labels(labels, {}, 40))
       add(tr("Label %1, %2 ml").arg(label.value, 0, 'g', 10).arg(label.millilitres, 0, 'f', 1),
           Reference{path, label.value});
@@ -229,7 +230,7 @@ void CheckPanel::save_to(const QString& path) const {
 }
 
 void CheckPanel::choose_and_save() {
-  ask_and_save(this, workbench_, {tr("Save the figures of the meshes"), "meshes.csv", tr("Table (*.csv)")},
+  ask_and_save(this, workbench_, {tr("Save the measurements"), "measurements.csv", tr("Table (*.csv)")},
                [this](const QString& path) { save_to(path); });
 }
 

@@ -15,19 +15,19 @@ class ActionTable;
 class MeshChecker;
 class Workbench;
 
-/// The figures of the meshes, one column each, beside those of a reference; what the meshes are coloured by; and the
-/// way to the worst place.
+/// Table of measurements, one column for each mesh: volume, area, intensities, agreement with a reference label. Also
+/// sets the colours of the meshes in 3D and moves the crosshair to the worst fit.
 class CheckPanel : public QWidget {
   Q_OBJECT
  public:
   CheckPanel(Workbench& workbench, ActionTable& actions, QWidget* parent);
-  /// Whether the user can see the panel; out of sight nothing is measured for it.
-  void set_in_sight(bool in_sight);
+  /// Sets whether the panel is visible to the user; nothing is measured while it is hidden.
+  void set_on_screen(bool on_screen);
   MeshChecker& checker() const { return *checker_; }
-  /// A line for each mesh: mesh, volume_ml, area_cm2, mean, deviation, reference, label, dice, hd95_mm, assd_mm; empty
-  /// where there is none.
+  /// CSV table with one line for each mesh: mesh, volume_ml, area_cm2, mean, deviation, reference, label, dice,
+  /// hd95_mm, assd_mm. A field without a value is empty.
   std::string csv() const;
-  /// Throws Error when it cannot be written.
+  /// Writes csv() to a file. Throws Error when the file cannot be written.
   void save_to(const QString& path) const;
 
  private:

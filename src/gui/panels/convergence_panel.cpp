@@ -20,7 +20,7 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kRedrawMs = 200;  ///< nor is the distance to the reference measured more often
+constexpr int kRedrawMs = 200;  ///< shortest interval between redraws, and between distance measurements
 
 using SurfaceErrors = std::map<ItemId, std::shared_ptr<const SurfaceError>>;
 
@@ -33,12 +33,12 @@ ConvergencePanel::ConvergencePanel(Workbench& workbench, QWidget* parent) : QWid
   layout->setSpacing(5);
   auto* choices = new QHBoxLayout;
   quantity_ = new QComboBox(this);
-  quantity_->setAccessibleName(tr("What is plotted"));
+  quantity_->setAccessibleName(tr("Quantity plotted"));
   add_quantities(*quantity_);
   axis_ = new QComboBox(this);
-  axis_->setAccessibleName(tr("Against what"));
+  axis_->setAccessibleName(tr("Horizontal axis"));
   axis_->addItems({tr("against run time"), tr("against steps")});
-  axis_->setItemData(0, tr("Time of the simulation alone"), Qt::ToolTipRole);
+  axis_->setItemData(0, tr("Time spent in simulation steps only"), Qt::ToolTipRole);
   choices->addWidget(quantity_, 1);
   choices->addWidget(axis_, 1);
   layout->addLayout(choices);
@@ -52,9 +52,9 @@ ConvergencePanel::ConvergencePanel(Workbench& workbench, QWidget* parent) : QWid
   layout->addWidget(legend_);
   auto* buttons = new QHBoxLayout;
   clear_ = new QPushButton(tr("Clear"), this);
-  clear_->setToolTip(tr("Begin anew from here"));
+  clear_->setToolTip(tr("Delete the curves and start new ones"));
   save_ = new QPushButton(tr("Save..."), this);
-  save_->setToolTip(tr("The plot as a picture (PNG, SVG) or its numbers as a table (CSV)"));
+  save_->setToolTip(tr("Save the plot as a picture (PNG, SVG) or its data as a table (CSV)"));
   buttons->addWidget(clear_);
   buttons->addWidget(save_);
   layout->addLayout(buttons);
@@ -65,11 +65,11 @@ ConvergencePanel::ConvergencePanel(Workbench& workbench, QWidget* parent) : QWid
   connect(save_, &QPushButton::clicked, this, &ConvergencePanel::choose_and_save);
   connect(&redraw_, &QTimer::timeout, this, &ConvergencePanel::draw);
   connect(preparing_, &BackgroundJob::failed, this,
-          [this](const QString& why) { workbench_.say(Severity::Failure, why); });
-  connect(&workbench_, &Workbench::advanced, this, &ConvergencePanel::note_advance);
+          [this](const QString& why) { workbench_.notify(Severity::Failure, why); });
+  connect(&workbench_, &Workbench::advanced, this, &ConvergencePanel::record_advance);
   connect(&workbench_, &Workbench::scene_changed, this, &ConvergencePanel::follow_scene);
   connect(&workbench_, &Workbench::restarted, this, &ConvergencePanel::clear);
-  connect(&workbench_, &Workbench::volume_changed, this, &ConvergencePanel::take_scene);
+  connect(&workbench_, &Workbench::volume_changed, this, &ConvergencePanel::reset_for_scene);
   draw();
 }
 
@@ -80,14 +80,14 @@ ConvergencePanel::Quantity ConvergencePanel::quantity() const {
 void ConvergencePanel::choose(Quantity quantity) { quantity_->setCurrentIndex(quantity == Quantity::Residual ? 0 : 1); }
 void ConvergencePanel::choose(TraceAxis axis) { axis_->setCurrentIndex(axis == TraceAxis::Seconds ? 0 : 1); }
 
-void ConvergencePanel::set_in_sight(bool in_sight) {
-  in_sight_ = in_sight;
+void ConvergencePanel::set_on_screen(bool on_screen) {
+  on_screen_ = on_screen;
   show_choice();
 }
 
-bool ConvergencePanel::measures_errors() const { return in_sight_ && quantity() == Quantity::SurfaceError; }
+bool ConvergencePanel::measures_errors() const { return on_screen_ && quantity() == Quantity::SurfaceError; }
 
-void ConvergencePanel::take_scene() {
+void ConvergencePanel::reset_for_scene() {
   ++scene_;
   prepared_ = false;
   errors_ = RunTrace();
@@ -101,24 +101,24 @@ void ConvergencePanel::clear() {
   show_choice();
 }
 
-void ConvergencePanel::note_advance(const Advance& done) {
+void ConvergencePanel::record_advance(const Advance& done) {
   seconds_ += done.seconds;
   const Session& session = workbench_.session();
-  // Just refined: nothing has been measured of the new vertices.
+  // Directly after a refinement the new vertices have no residual yet.
   if (session.last_outcome().steps == 0) return;
   if (residuals_.due(session.total_steps()) || done.at_rest) residuals_.sample(session, seconds_);
-  if (!in_sight_) return;
+  if (!on_screen_) return;
   if (measures_errors() && (done.at_rest || since_error_.hasExpired(kRedrawMs))) sample_errors();
   if (!redraw_.isActive() && !workbench_.is_dragging()) redraw_.start();
 }
 
 void ConvergencePanel::follow_scene() {
-  for (RunTrace* trace : {&residuals_, &errors_}) trace->keep(workbench_.scene());
-  if (in_sight_ && !redraw_.isActive()) redraw_.start();
+  for (RunTrace* trace : {&residuals_, &errors_}) trace->remove_deleted(workbench_.scene());
+  if (on_screen_ && !redraw_.isActive()) redraw_.start();
 }
 
 void ConvergencePanel::show_choice() {
-  if (!in_sight_) return;
+  if (!on_screen_) return;
   if (measures_errors()) {
     prepare_references();
     sample_errors();
@@ -126,7 +126,7 @@ void ConvergencePanel::show_choice() {
   draw();
 }
 
-// A distance map takes a second or so of a large volume: made when somebody wants to see it, beside the window.
+// The distance map of a large volume takes about a second: computed on first use, in a background thread.
 void ConvergencePanel::prepare_references() {
   if (prepared_ || preparing_->busy()) return;
   std::vector<MeshItem> items;
@@ -138,7 +138,7 @@ void ConvergencePanel::prepare_references() {
   if (items.empty()) return;
   auto made = std::make_shared<SurfaceErrors>();
   preparing_->start(
-      tr("Measuring the references..."),
+      tr("Computing distances to the references..."),
       [=, references = workbench_.references()] {
         for (const MeshItem& item : items) {
           if (const std::optional<Mask> mask = references.mask_for(item))
@@ -163,7 +163,7 @@ void ConvergencePanel::sample_errors() {
   try {
     errors_.sample(workbench_.session(), seconds_);
   } catch (const std::exception&) {
-    // A device that was lost while poses were read: the next step says so.
+    // The device was lost while poses were read; the next step reports it.
   }
   since_error_.start();
 }
@@ -173,17 +173,17 @@ Plot ConvergencePanel::plot() const {
   return quantity() == Quantity::Residual ? residuals_.residual_plot(axis) : errors_.error_plot(axis);
 }
 
-QString ConvergencePanel::why_nothing() const {
+QString ConvergencePanel::reason_for_no_plot() const {
   const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
-  if (meshes.empty()) return tr("There is no mesh yet.");
-  if (quantity() == Quantity::Residual) return tr("Run the simulation: the plot follows it.");
+  if (meshes.empty()) return tr("There is no segmentation yet.");
+  if (quantity() == Quantity::Residual) return tr("Run the simulation to see the plot.");
   for (const MeshItem& item : meshes) {
-    if (workbench_.references().has(item)) return tr("The reference is being measured.");
+    if (workbench_.references().has(item)) return tr("Computing distances to the reference...");
   }
-  return tr("No mesh of the scene names a reference that could be read. A scene file names one as \"reference\".");
+  return tr("No segmentation has a reference. Load one with File > Load reference labels.");
 }
 
-// Names beside the plot would take the room of the plot.
+// The names are listed below the plot, which keeps the full width.
 QString ConvergencePanel::legend() const {
   const bool residual = quantity() == Quantity::Residual;
   QStringList entries;
@@ -202,14 +202,14 @@ QString ConvergencePanel::legend() const {
 }
 
 void ConvergencePanel::draw() {
-  if (!in_sight_) return;
+  if (!on_screen_) return;
   Plot shown = plot();
   const bool nothing = shown.series.empty();
   set_enabled(save_, !nothing, tr("There is nothing to save yet"));
   set_enabled(clear_, !nothing, tr("There is nothing to clear"));
   legend_->setText(legend());
   if (nothing) {
-    picture_->show_text(why_nothing());
+    picture_->show_text(reason_for_no_plot());
     return;
   }
   picture_->show_plot(std::move(shown));

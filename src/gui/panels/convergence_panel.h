@@ -17,40 +17,40 @@ class PlotPicture;
 class Workbench;
 struct Advance;
 
-/// Residual, or distance to the reference, of each mesh against the time or the steps of the simulation. The residual
-/// is what the steps measure anyway and is kept whether it is looked at or not; the distance is measured only while it
-/// is in sight, for it reads the poses back.
+/// Plot of the residual, or of the distance to the reference, of each mesh against run time or steps. The residual is
+/// always recorded, because the steps compute it anyway. The distance is measured only while the panel is visible,
+/// because measuring it reads the poses back.
 class ConvergencePanel : public QWidget {
   Q_OBJECT
  public:
   enum class Quantity { Residual, SurfaceError };
 
   ConvergencePanel(Workbench& workbench, QWidget* parent);
-  void set_in_sight(bool in_sight);
-  bool in_sight() const { return in_sight_; }
+  void set_on_screen(bool on_screen);
+  bool on_screen() const { return on_screen_; }
   void choose(Quantity quantity);
   void choose(TraceAxis axis);
   void clear();
-  /// The chosen plot as .png or .svg, or its numbers as .csv. Throws Error.
+  /// Writes the chosen plot as .png or .svg, or its data as .csv. Throws Error when the file cannot be written.
   void save_to(const QString& path) const;
 
   const RunTrace& residuals() const { return residuals_; }
   const RunTrace& errors() const { return errors_; }
-  /// The plot as it is on the screen; null while a text stands in its place.
+  /// Plot as shown on the screen; null while a text is shown instead.
   QImage picture() const;
 
  private:
   Quantity quantity() const;
   Plot plot() const;
   bool measures_errors() const;
-  void take_scene();
-  void note_advance(const Advance& done);
+  void reset_for_scene();
+  void record_advance(const Advance& done);
   void prepare_references();
   void sample_errors();
   void follow_scene();
   void show_choice();
   void draw();
-  QString why_nothing() const;
+  QString reason_for_no_plot() const;
   QString legend() const;
   void choose_and_save();
 
@@ -65,10 +65,10 @@ class ConvergencePanel : public QWidget {
   QTimer redraw_;
   QElapsedTimer since_error_;
   RunTrace residuals_, errors_;
-  double seconds_ = 0;  ///< that the simulation has run since the trace began
-  bool in_sight_ = false;
-  bool prepared_ = false;  ///< the scene's references have their distance maps
-  int scene_ = 0;          ///< counts what was opened: maps of another scene come too late
+  double seconds_ = 0;  ///< run time of the simulation since the trace began, s
+  bool on_screen_ = false;
+  bool prepared_ = false;  ///< the distance maps of the scene's references have been computed
+  int scene_ = 0;          ///< number of the open scene: distance maps of an earlier one are discarded
 };
 
 }  // namespace simplexseg

@@ -29,11 +29,11 @@ ForcePanel::ForcePanel(Workbench& workbench, QWidget* parent) : QWidget(parent),
   layout->setSpacing(4);
   auto* head = new QHBoxLayout;
   title_ = new QLabel(this);
-  all_meshes_ = new QCheckBox(tr("All meshes"), this);
-  all_meshes_->setToolTip(tr("What is changed here changes for every mesh"));
+  all_meshes_ = new QCheckBox(tr("Apply to all"), this);
+  all_meshes_->setToolTip(tr("Apply changes to all segmentations"));
   presets_ = new QToolButton(this);
   presets_->setText(tr("Presets"));
-  presets_->setToolTip(tr("Settings of all forces and of the simulation: defaults, saved ones, files"));
+  presets_->setToolTip(tr("Settings of all forces and of the simulation: defaults, saved presets, files"));
   presets_->setPopupMode(QToolButton::InstantPopup);
   presets_->setFocusPolicy(Qt::StrongFocus);
   set_role(presets_, "raised");
@@ -52,11 +52,11 @@ ForcePanel::ForcePanel(Workbench& workbench, QWidget* parent) : QWidget(parent),
   auto* sections_layout = new QVBoxLayout(sections_widget_);
   sections_layout->setContentsMargins(0, 0, 6, 0);
   sections_layout->setSpacing(2);
-  sections_.reserve(force_list().size());  // the rows' signals hold on to their section
+  sections_.reserve(force_list().size());  // no reallocation while sections are added
   for (const ForceInfo& force : force_list()) sections_.push_back(build_section(force));
   sections_layout->addStretch(1);
   scroll->setWidget(sections_widget_);
-  // Wide enough for the bar beside what it scrolls.
+  // Wide enough for the contents and the scroll bar.
   int widest = sections_widget_->minimumSizeHint().width();
   for (const Section& section : sections_) widest = std::max(widest, section.details->minimumSizeHint().width() + 6);
   scroll->setMinimumWidth(widest + scroll->verticalScrollBar()->sizeHint().width());
@@ -101,7 +101,7 @@ ForcePanel::Section ForcePanel::build_section(const ForceInfo& force) {
     row->set_accessible_title(tr("%1, %2").arg(QString::fromUtf8(force.title), title));
     help_->watch(*row, tr("%1, %2").arg(QString::fromUtf8(force.title), title));
     if (p == 0) {
-      // The weight stays in sight beside the switch.
+      // The weight stays visible beside the switch.
       row->setFixedWidth(theme::scaled(200));
       row->number()->setFixedWidth(theme::scaled(84));
       head->addWidget(row);
@@ -120,7 +120,7 @@ ForcePanel::Section ForcePanel::build_section(const ForceInfo& force) {
     details->setVisible(show);
     unfold->setArrowType(show ? Qt::DownArrow : Qt::RightArrow);
   });
-  // clicked, not toggled: refresh() sets the switch too.
+  // Connected to clicked(), because refresh() also toggles the switch.
   connect(section.on, &QCheckBox::clicked, this, [this, index](bool on) { switch_force(sections_[index], on); });
   return section;
 }
@@ -135,15 +135,16 @@ void ForcePanel::refresh() {
   const MeshItem* mesh = workbench_.active_mesh();
   title_->setText(mesh ? tr("Forces on <b>%1</b>").arg(QString::fromStdString(mesh->name).toHtmlEscaped())
                        : tr("Forces"));
-  const QString why = tr("There is no mesh yet: add one in the panel Meshes, or with tool 4");
+  const QString why = tr("There is no segmentation yet: add one in the panel Segmentations, or with tool 4");
   set_enabled(all_meshes_, mesh, why);
   for (Section& section : sections_) {
     const ForceParameters& parameters = mesh ? mesh->parameters : workbench_.scene().forces;
     const float* values = parameters.values[static_cast<int>(section.force->id)];
     const bool on = mesh && values[0] > 0;
-    // What has a weight already is shown as it is, so that it can be taken away.
+    // A force that already has a weight stays enabled, so that it can be switched off.
     const bool lacks_profiles = mesh && !on && section.force->id == ForceId::IntensityProfile && mesh->profiles.empty();
-    const QString why_not = mesh ? tr("It has nothing to look for yet: Record profiles in the menu of the mesh") : why;
+    const QString why_not =
+        mesh ? tr("No profiles recorded yet: choose Record profiles in the menu of the segmentation") : why;
     {
       const QSignalBlocker blocker(section.on);
       section.on->setChecked(on);

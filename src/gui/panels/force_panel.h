@@ -18,12 +18,13 @@ class ParameterHelp;
 class ParameterRow;
 class Workbench;
 
-/// Switch, weight and parameters of every force for the active mesh (or for all), made from the forces' tables.
+/// Switch, weight and parameters of each force for the active mesh or for all meshes; built from the parameter tables
+/// of the forces.
 class ForcePanel : public QWidget {
   Q_OBJECT
  public:
   ForcePanel(Workbench& workbench, QWidget* parent);
-  /// The row of a parameter, for tests; `parameter` 0 is the weight.
+  /// Row of a parameter, for tests; `parameter` 0 is the weight.
   ParameterRow* row(ForceId force, int parameter) const;
 
  private:
@@ -46,7 +47,7 @@ class ForcePanel : public QWidget {
   ParameterHelp* help_;
   QWidget* sections_widget_;
   std::vector<Section> sections_;
-  /// The last weight of a force that was switched off, for when it comes back.
+  /// Last weight of each force, restored when the force is switched on again.
   std::map<std::pair<ItemId, ForceId>, float> last_weight_;
 };
 

@@ -17,14 +17,14 @@ HistoryPanel::HistoryPanel(Workbench& workbench, QWidget* parent) : QWidget(pare
   layout->setContentsMargins(8, 6, 8, 6);
   list_ = new QListWidget(this);
   list_->setObjectName("history");
-  list_->setAccessibleName(tr("What was done"));
-  list_->setToolTip(tr("Click: go to just after this action"));
+  list_->setAccessibleName(tr("History"));
+  list_->setToolTip(tr("Click to return to the state after this action"));
   list_->setUniformItemSizes(true);
   list_->setTextElideMode(Qt::ElideRight);
   list_->setMinimumWidth(theme::scaled(180));
   layout->addWidget(list_, 1);
-  auto* hint = new QLabel(tr("A click goes to just after an action. What is below the mark was taken back, and stays "
-                             "until you do something else."),
+  auto* hint = new QLabel(tr("Click an action to return to the state directly after it. Actions below the arrow are "
+                             "undone; your next change deletes them."),
                           this);
   hint->setWordWrap(true);
   set_role(hint, "small");
@@ -53,24 +53,24 @@ void HistoryPanel::refresh() {
   const std::vector<std::string> done = workbench_.session().history().undo_names();
   const std::vector<std::string> undone = workbench_.session().history().redo_names();
   list_->clear();
-  const auto add = [this](const QString& text, bool in_force) {
+  const auto add = [this](const QString& text, bool applied) {
     auto* item = new QListWidgetItem(text, list_);
-    if (!in_force) item->setForeground(theme::shades().dim);
+    if (!applied) item->setForeground(theme::shades().dim);
     QFont font = item->font();
-    font.setItalic(!in_force);
+    font.setItalic(!applied);
     item->setFont(font);
     item->setToolTip(text);
   };
-  add(tr("(before)"), true);
+  add(tr("(start)"), true);
   for (const std::string& name : done) add(QString::fromStdString(name), true);
   for (const std::string& name : undone) add(QString::fromStdString(name), false);
-  QListWidgetItem* present = list_->item(static_cast<int>(done.size()));
-  present->setText(present->text() + "   " + tr("\u25c0 now"));
-  QFont font = present->font();
+  QListWidgetItem* current = list_->item(static_cast<int>(done.size()));
+  current->setText(current->text() + "   " + tr("\u25c0 now"));
+  QFont font = current->font();
   font.setBold(true);
-  present->setFont(font);
-  list_->setCurrentItem(present);
-  list_->scrollToItem(present);
+  current->setFont(font);
+  list_->setCurrentItem(current);
+  list_->scrollToItem(current);
 }
 
 }  // namespace simplexseg

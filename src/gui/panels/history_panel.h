@@ -8,8 +8,8 @@ namespace simplexseg {
 
 class Workbench;
 
-/// What was done, the oldest first, with a mark at the present; what was taken back stands below it. A click on an
-/// entry goes to just after it, by as many steps of undo or redo as that takes.
+/// Undo history, oldest action first, with an arrow at the current state; undone actions are listed below it. A click
+/// on an action undoes or redoes until the state directly after that action.
 class HistoryPanel : public QWidget {
   Q_OBJECT
  public:
@@ -23,7 +23,7 @@ class HistoryPanel : public QWidget {
 
   Workbench& workbench_;
   QListWidget* list_;
-  bool going_ = false;  ///< the list must not be rebuilt under the click
+  bool going_ = false;  ///< a click is being handled: the list must not be rebuilt
 };
 
 }  // namespace simplexseg

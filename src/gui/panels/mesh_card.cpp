@@ -58,9 +58,9 @@ void MeshCard::build_upper_row(ActionTable& actions) {
   name_->setToolTip(tr("Name: click to change it"));
   shown_ = flat_button(tr("Shown in the views"), this);
   shown_->setCheckable(true);
-  locked_ = flat_button(tr("Locked: it does not move"), this);
+  locked_ = flat_button(tr("Locked: the segmentation does not change"), this);
   locked_->setCheckable(true);
-  auto* menu_button = flat_button(tr("What can be done to this mesh"), this);
+  auto* menu_button = flat_button(tr("Menu of this segmentation"), this);
   menu_button->setIcon(icon_of(Symbol::Menu));
   menu_button->setPopupMode(QToolButton::InstantPopup);
   auto* menu = new QMenu(menu_button);
@@ -97,15 +97,15 @@ void MeshCard::build_lower_row() {
   label_->setFixedWidth(label_->fontMetrics().horizontalAdvance(tr("label ") + "65535") + 10);
   set_role(label_, "title");
   label_->setAccessibleName(tr("Label"));
-  label_->setToolTip(tr("The number that its voxels have in saved labels"));
+  label_->setToolTip(tr("Value of the voxels of this segmentation in saved labels"));
   opacity_ = new QSlider(Qt::Horizontal, this);
   opacity_->setRange(10, 100);
-  opacity_->setTracking(false);  // one change, one step back
+  opacity_->setTracking(false);  // each drag is one undo step
   opacity_->setFixedWidth(theme::scaled(58));
   opacity_->setAccessibleName(tr("Opacity"));
   opacity_->setToolTip(tr("Opacity in the 3D view"));
   volume_ = new QLabel(this);
-  volume_->setToolTip(tr("Volume, while the mesh stands still"));
+  volume_->setToolTip(tr("Volume; not shown while the surface moves"));
   state_ = new QLabel(this);
   state_->setAlignment(Qt::AlignRight | Qt::AlignVCenter);
   auto* row = new QHBoxLayout;
@@ -159,10 +159,10 @@ void MeshCard::show_volume(double millilitres) {
   volume_->setText(millilitres < 0 ? QString() : tr("%1 ml").arg(millilitres, 0, 'f', millilitres < 10 ? 2 : 1));
 }
 
-// The parts take their own presses: whatever is done to a card is done to the active mesh.
+// A press on a control does not reach the card; this filter makes the mesh active for these presses too.
 bool MeshCard::eventFilter(QObject* watched, QEvent* event) {
   if (event->type() == QEvent::MouseButtonPress || event->type() == QEvent::FocusIn) workbench_.set_active_mesh(mesh_);
-  // A wheel over the list scrolls the list, and never changes a value that it passes.
+  // The wheel scrolls the list; it never changes a value under the mouse.
   if (event->type() == QEvent::Wheel && (watched == label_ || watched == opacity_) &&
       !static_cast<QWidget*>(watched)->hasFocus()) {
     event->ignore();

@@ -15,21 +15,21 @@ namespace simplexseg {
 class ActionTable;
 class Workbench;
 
-/// One mesh in the list: colour, name, label, what is shown of it, whether it is locked, how large it is and how it
-/// fares. A press anywhere on it makes the mesh active.
+/// Entry of a mesh in the list: colour, name, label, visibility, lock, opacity, volume and state. A press anywhere on
+/// the card makes the mesh active.
 class MeshCard : public QFrame {
   Q_OBJECT
  public:
   MeshCard(Workbench& workbench, ActionTable& actions, QWidget* parent);
   void show_mesh(const MeshItem& item, bool active);
-  /// `advice`: what it means and what can be done; may be empty.
+  /// Shows the state of the mesh. `advice` explains it and suggests a remedy, in the tooltip; may be empty.
   void show_state(const QString& state, bool is_warning, const QString& advice = {});
-  /// `millilitres` below 0: not known while it moves.
+  /// Shows the volume, or nothing if `millilitres` is negative (unknown, because the mesh moves).
   void show_volume(double millilitres);
   ItemId mesh() const { return mesh_; }
 
  signals:
-  /// The user drags the card, and lets it go: to be given another place in the list. Of the screen.
+  /// The user drags or drops the card, to move it within the list. `at`: screen coordinates.
   void dragged(const QPoint& at);
   void dropped(const QPoint& at);
 
@@ -42,7 +42,7 @@ class MeshCard : public QFrame {
  private:
   void build_upper_row(ActionTable& actions);
   void build_lower_row();
-  /// Carries out a change of this mesh; shows what is where it was refused.
+  /// Applies a change to this mesh; shows the unchanged values if it is refused.
   void edit(const EditMesh& change);
   void choose_colour();
 

@@ -23,13 +23,13 @@ MeshPanel::MeshPanel(Workbench& workbench, FrameLoop& loop, ActionTable& actions
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(8, 6, 8, 6);
   layout->setSpacing(6);
-  auto* title = new QLabel(tr("<b>Meshes</b>"), this);
+  auto* title = new QLabel(tr("<b>Segmentations</b>"), this);
   layout->addWidget(title);
   build_list();
   build_adding();
   connect(&workbench_, &Workbench::scene_changed, this, &MeshPanel::refresh);
   connect(&workbench_, &Workbench::running_changed, this, &MeshPanel::refresh_states);
-  // Numbers that change with every frame cannot be read: three times a second will do.
+  // Values that change with every frame are unreadable: refresh three times a second.
   states_.setSingleShot(true);
   states_.setInterval(300);
   connect(&states_, &QTimer::timeout, this, &MeshPanel::refresh_states);
@@ -56,7 +56,7 @@ void MeshPanel::build_list() {
   column_ = new QVBoxLayout(list_);
   column_->setContentsMargins(0, 0, 4, 0);
   column_->setSpacing(4);
-  empty_ = new QLabel(tr("None yet. With tool 4, drag in a slice from the middle of an object to its edge."), list_);
+  empty_ = new QLabel(tr("None yet. Press 4 and drag in a slice from the centre of a structure to its edge."), list_);
   empty_->setWordWrap(true);
   set_role(empty_, "dim");
   column_->addWidget(empty_);
@@ -71,16 +71,16 @@ void MeshPanel::build_list() {
 
 void MeshPanel::build_adding() {
   auto* adding = new QHBoxLayout;
-  add_ = new QPushButton(tr("Add sphere at crosshair"), this);
-  add_->setToolTip(tr("A new mesh: a sphere about the crosshair"));
+  add_ = new QPushButton(tr("Add seed at crosshair"), this);
+  add_->setToolTip(tr("Add a segmentation that starts as a sphere at the crosshair"));
   radius_ = new QDoubleSpinBox(this);
   radius_->setRange(0.1, 500);
   radius_->setDecimals(1);
   radius_->setValue(20);
   radius_->setSuffix(tr(" mm"));
   radius_->setPrefix(tr("r "));
-  radius_->setToolTip(tr("Radius of the sphere that a new mesh starts as"));
-  radius_->setAccessibleName(tr("Radius of a new mesh"));
+  radius_->setToolTip(tr("Radius of the sphere of a new seed"));
+  radius_->setAccessibleName(tr("Radius of a new seed"));
   adding->addWidget(add_, 1);
   adding->addWidget(radius_);
   static_cast<QVBoxLayout*>(layout())->addLayout(adding);
@@ -91,7 +91,7 @@ void MeshPanel::refresh() {
   const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
   while (cards_.size() > meshes.size()) {
     cards_.back()->hide();
-    cards_.back()->deleteLater();  // its own menu may have deleted the mesh
+    cards_.back()->deleteLater();  // not at once: the mesh may have been deleted from this card's menu
     cards_.pop_back();
   }
   while (cards_.size() < meshes.size()) {
@@ -111,8 +111,8 @@ void MeshPanel::refresh() {
 }
 
 void MeshPanel::refresh_states() {
-  // Poses are read back only where nothing moves: a run must not wait for a number.
-  const bool moves = workbench_.running() && !loop_.at_rest();
+  // Poses are read back only while nothing moves, so that the simulation never waits for this display.
+  const bool moves = workbench_.running() && !loop_.settled();
   const std::vector<MeshItem>& meshes = moves ? workbench_.scene().meshes : workbench_.session().scene().meshes;
   for (std::size_t m = 0; m < meshes.size() && m < cards_.size(); ++m) {
     const MeshState state = mesh_state(workbench_, loop_, m);
@@ -141,7 +141,7 @@ void MeshPanel::drop(MeshCard& card, int gap) {
   gap_->hide();
   const auto from = static_cast<int>(std::find(cards_.begin(), cards_.end(), &card) - cards_.begin());
   const int place = gap > from ? gap - 1 : gap;
-  if (place != from) workbench_.apply(PlaceMesh{card.mesh(), place});
+  if (place != from) workbench_.apply(ReorderMesh{card.mesh(), place});
 }
 
 void MeshPanel::add_at_crosshair() {

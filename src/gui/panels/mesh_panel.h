@@ -19,7 +19,7 @@ class FrameLoop;
 class MeshCard;
 class Workbench;
 
-/// The meshes, a card for each, and what makes a new one.
+/// List of the meshes, one card each, and the controls that add a mesh.
 class MeshPanel : public QWidget {
   Q_OBJECT
  public:
@@ -32,7 +32,7 @@ class MeshPanel : public QWidget {
   void refresh();
   void refresh_states();
   void add_at_crosshair();
-  /// The gap between cards that is nearest: 0 before the first.
+  /// Index of the nearest gap between cards; 0 is above the first card.
   int gap_at(const QPoint& on_screen) const;
   void show_gap(int gap);
   void drop(MeshCard& card, int gap);
@@ -43,11 +43,11 @@ class MeshPanel : public QWidget {
   QWidget* list_;
   QVBoxLayout* column_;
   QLabel* empty_;
-  QFrame* gap_;  ///< where a card that is dragged would go
+  QFrame* gap_;  ///< marks where the dragged card would be dropped
   std::vector<MeshCard*> cards_;
   QDoubleSpinBox* radius_;
   QPushButton* add_;
-  QTimer states_;  ///< while they change with every frame
+  QTimer states_;  ///< limits how often states and volumes are refreshed
 };
 
 }  // namespace simplexseg

@@ -6,7 +6,7 @@
 
 #include "gui/look/widgets.h"
 #include "gui/panels/parameter_row.h"
-#include "io/parameter_text.h"
+#include "io/scene/parameter_text.h"
 
 namespace simplexseg {
 
@@ -26,8 +26,8 @@ ParameterHelp::ParameterHelp(QWidget* parent) : QLabel(parent) {
   set_role(this, "small");
   setWordWrap(true);
   setAlignment(Qt::AlignLeft | Qt::AlignTop);
-  setFixedHeight(4 * fontMetrics().lineSpacing() + 4);  // it must not jump
-  setText(tr("Point at a parameter, or go to it with Tab, to read what it does."));
+  setFixedHeight(4 * fontMetrics().lineSpacing() + 4);  // constant: the panel must not jump
+  setText(tr("Point at a parameter, or move to it with Tab, to read its description."));
 }
 
 void ParameterHelp::watch(ParameterRow& row, const QString& title) {

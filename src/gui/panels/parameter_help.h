@@ -8,14 +8,14 @@ namespace simplexseg {
 
 class ParameterRow;
 
-/// What a parameter is, in a sentence, with its default and range: "The weight... Default 0.5 mm, from 0 to 10 mm."
+/// Description of a parameter with its default and range, such as "... Default 0.5 mm, from 0 to 10 mm."
 QString help_of(const ParameterInfo& info);
 
-/// The lines below a panel's parameters that say what the one under the mouse, or with the keys, is.
+/// Help text below the parameters of a panel: describes the parameter under the mouse or with the keyboard focus.
 class ParameterHelp : public QLabel {
  public:
   explicit ParameterHelp(QWidget* parent);
-  /// `title`: of the parameter, as the panel names it.
+  /// Shows the help of `row` while it is under the mouse or has the focus. `title`: name of the parameter in the panel.
   void watch(ParameterRow& row, const QString& title);
 
  protected:

@@ -15,14 +15,14 @@
 #include "gui/look/symbols.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
-#include "io/parameter_text.h"
+#include "io/scene/parameter_text.h"
 
 namespace simplexseg {
 namespace {
 
 constexpr int kSliderSteps = 1000;
 
-// A wheel over a panel scrolls the panel, and never changes a value that it passes.
+// The wheel scrolls the panel; it never changes a value under the mouse.
 template <class Control>
 class NoWheel : public Control {
  public:
@@ -72,7 +72,7 @@ ParameterRow::ParameterRow(const ParameterInfo& info, QWidget* parent)
   set_role(reset_, "flat");
   const QString unit = *info.unit ? ' ' + QString::fromUtf8(info.unit) : QString();
   reset_->setToolTip(
-      tr("Back to the default, %1%2").arg(QString::fromStdString(parameter_to_text(info, info.default_value)), unit));
+      tr("Reset to the default, %1%2").arg(QString::fromStdString(parameter_to_text(info, info.default_value)), unit));
   connect(reset_, &QToolButton::clicked, this, [this] { edit(info_.default_value); });
   layout->addWidget(reset_);
   set_accessible_title(words_of(info.name));
@@ -86,7 +86,7 @@ void ParameterRow::set_accessible_title(const QString& title) {
 }
 
 void ParameterRow::show_whether_default() {
-  simplexseg::set_enabled(reset_, value_ != info_.default_value, tr("It has its default"));
+  simplexseg::set_enabled(reset_, value_ != info_.default_value, tr("The value is the default"));
 }
 
 void ParameterRow::build_choice() {
@@ -151,7 +151,7 @@ void ParameterRow::set_value(float value) {
     return;
   }
   const QSignalBlocker slider_blocker(slider_), number_blocker(number_);
-  // Rounding must not pull the handle from under the mouse.
+  // The rounded value must not move the handle away from the mouse.
   if (!slider_->isSliderDown()) slider_->setValue(slider_position(value));
   number_->setValue(value);
 }

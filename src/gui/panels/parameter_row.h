@@ -11,7 +11,7 @@ class QToolButton;
 
 namespace simplexseg {
 
-/// Slider and number for one parameter, or a list for a choice, made from the entry of its table.
+/// Slider and number field for one parameter, or a list for a choice; built from its entry in the parameter table.
 class ParameterRow : public QWidget {
   Q_OBJECT
  public:
@@ -21,14 +21,14 @@ class ParameterRow : public QWidget {
   float value() const { return value_; }
   const ParameterInfo& info() const { return info_; }
   QToolButton* reset() const { return reset_; }
-  /// For screen readers: what its parts are called.
+  /// Sets the accessible names of the controls, for screen readers.
   void set_accessible_title(const QString& title);
   QSlider* slider() const { return slider_; }
   QDoubleSpinBox* number() const { return number_; }
 
  signals:
-  /// The user has given another value. A drag of the slider emits this many times, `continues` from the second time on:
-  /// the session makes one undo step of them.
+  /// The user has changed the value. A drag of the slider emits this repeatedly, with `continues` from the second time
+  /// on, so that the session records one undo step.
   void edited(float value, bool continues);
 
  private:
@@ -42,7 +42,7 @@ class ParameterRow : public QWidget {
   const ParameterInfo& info_;
   float value_;
   bool logarithmic_ = false;
-  bool dragged_ = false;  ///< the drag of the slider has changed the value already
+  bool dragged_ = false;  ///< the current drag of the slider has already changed the value
   QSlider* slider_ = nullptr;
   QDoubleSpinBox* number_ = nullptr;
   QComboBox* choice_ = nullptr;

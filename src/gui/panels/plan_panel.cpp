@@ -9,18 +9,18 @@
 #include <limits>
 #include <map>
 
+#include "gui/look/qt_text.h"
 #include "gui/look/theme.h"
 #include "gui/workbench/workbench.h"
-#include "io/files.h"
-#include "io/volume_io.h"
+#include "io/platform/files.h"
+#include "io/volume/volume_io.h"
 
 namespace simplexseg {
 namespace {
 
 constexpr int kName = 0, kWhy = 1, kBytes = 2;
 
-QString text_of(const std::string& text) { return QString::fromStdString(text); }
-QString size_of(std::size_t bytes) { return text_of(in_words(static_cast<double>(bytes))); }
+QString size_of(std::size_t bytes) { return text(format_bytes(static_cast<double>(bytes))); }
 
 std::size_t bytes_of(const StepPlan& plan, const char* what) {
   std::size_t bytes = 0;
@@ -36,7 +36,7 @@ PlanPanel::PlanPanel(Workbench& workbench, QWidget* parent) : QWidget(parent), w
   layout->setContentsMargins(8, 6, 8, 6);
   totals_ = new QLabel(this);
   totals_->setWordWrap(true);
-  totals_->setToolTip(tr("Of the memory that can be had where the scene is computed, what it holds already included"));
+  totals_->setToolTip(tr("Memory used by this scene, as a share of the memory available on the computing device"));
   totals_->setTextInteractionFlags(Qt::TextSelectableByMouse);
   layout->addWidget(totals_);
   list_ = new QTreeWidget(this);
@@ -60,8 +60,8 @@ PlanPanel::PlanPanel(Workbench& workbench, QWidget* parent) : QWidget(parent), w
   });
 }
 
-void PlanPanel::set_in_sight(bool in_sight) {
-  in_sight_ = in_sight;
+void PlanPanel::set_on_screen(bool on_screen) {
+  on_screen_ = on_screen;
   refresh();
 }
 
@@ -70,9 +70,9 @@ void PlanPanel::resizeEvent(QResizeEvent* event) {
   fit_reasons();
 }
 
-// A slider in motion comes here with every event: the list is made anew only when the plan has become another.
+// Called for each event of a slider drag: the list is rebuilt only when the plan has changed.
 void PlanPanel::refresh() {
-  if (!in_sight_) return;
+  if (!on_screen_) return;
   shown_topology_ = workbench_.session().topology_revision();
   StepPlan plan = workbench_.session().plan();
   if (plan == shown_) return;
@@ -83,17 +83,17 @@ void PlanPanel::refresh() {
 
 void PlanPanel::refresh_totals() {
   const Session& session = workbench_.session();
-  const std::size_t held = shown_.bytes_held();
-  QString text = tr("<b>%1</b> held").arg(size_of(held));
+  const std::size_t held = shown_.bytes_allocated();
+  QString text = tr("<b>%1</b> in use").arg(size_of(held));
   try {
     std::size_t available = session.engine().bytes_available();
-    // The CPU engine has no bound of its own: what the system could give without swapping.
+    // The CPU engine has no limit: use the memory that the system can provide without swapping.
     if (available == std::numeric_limits<std::size_t>::max()) available = available_memory() + held;
     const double percent = available > 0 ? 100.0 * static_cast<double>(held) / static_cast<double>(available) : 100;
     const QString share = percent < 0.1 ? tr("less than 0.1%") : tr("%1%").arg(percent, 0, 'f', 1);
     text += tr(", %1 of %2").arg(share, size_of(available));
   } catch (const std::exception&) {
-    // A device that was lost says so elsewhere; the plan holds all the same.
+    // A lost device is reported elsewhere; the plan stays valid.
   }
   totals_->setText(text);
 }
@@ -112,27 +112,27 @@ void PlanPanel::add_needed(const QString& title, const QString& tip, const char*
   QTreeWidgetItem* group = add_group(title, size_of(bytes_of(shown_, what)), tip);
   for (const StepPlan::Item& item : shown_.items) {
     if (!item.needed || item.what != what) continue;
-    auto* row = new QTreeWidgetItem(group, {text_of(item.name), text_of(item.why), size_of(item.bytes)});
+    auto* row = new QTreeWidgetItem(group, {text(item.name), text(item.why), size_of(item.bytes)});
     row->setForeground(kWhy, theme::shades().dim);
     row->setTextAlignment(kBytes, Qt::AlignRight | Qt::AlignVCenter);
-    for (const int column : {kName, kWhy}) row->setToolTip(column, text_of(item.name + ": " + item.why));
+    for (const int column : {kName, kWhy}) row->setToolTip(column, text(item.name + ": " + item.why));
   }
   group->setExpanded(true);
 }
 
-// Many things are left out for one reason: it stands above them, once.
-void PlanPanel::add_left_out() {
-  QTreeWidgetItem* group = add_group(tr("Left out"), {}, tr("Neither held nor computed, nor asked about in the step"));
+// Items skipped for the same reason are grouped below it.
+void PlanPanel::add_skipped() {
+  QTreeWidgetItem* group = add_group(tr("Not needed"), {}, tr("Neither stored nor computed with the current settings"));
   std::map<std::string, QTreeWidgetItem*> reasons;
   for (const StepPlan::Item& item : shown_.items) {
     if (item.needed) continue;
     QTreeWidgetItem*& reason = reasons[item.why];
     if (!reason) {
-      reason = new QTreeWidgetItem(group, {text_of(item.why)});
+      reason = new QTreeWidgetItem(group, {text(item.why)});
       reason->setFirstColumnSpanned(true);
       reason->setForeground(kName, theme::shades().dim);
     }
-    auto* row = new QTreeWidgetItem(reason, {text_of(item.name)});
+    auto* row = new QTreeWidgetItem(reason, {text(item.name)});
     row->setFirstColumnSpanned(true);
     row->setDisabled(true);
   }
@@ -140,14 +140,14 @@ void PlanPanel::add_left_out() {
   for (const auto& [why, row] : reasons) row->setExpanded(true);
 }
 
-// A row that spans the columns does not wrap by itself.
+// Qt does not wrap rows that span all columns: their heights are set here.
 void PlanPanel::fit_reasons() {
   const int groups = list_->topLevelItemCount();
   if (groups == 0) return;
-  const QTreeWidgetItem* left_out = list_->topLevelItem(groups - 1);
+  const QTreeWidgetItem* skipped = list_->topLevelItem(groups - 1);
   const int width = list_->viewport()->width() - 2 * list_->indentation() - 8;
-  for (int n = 0; n < left_out->childCount(); ++n) {
-    QTreeWidgetItem* reason = left_out->child(n);
+  for (int n = 0; n < skipped->childCount(); ++n) {
+    QTreeWidgetItem* reason = skipped->child(n);
     const QRect box =
         list_->fontMetrics().boundingRect(QRect(0, 0, width, 1000), Qt::TextWordWrap, reason->text(kName));
     reason->setSizeHint(kName, QSize(1, box.height() + 5));
@@ -158,9 +158,9 @@ void PlanPanel::fill() {
   const int scrolled = list_->verticalScrollBar()->value();
   list_->setUpdatesEnabled(false);
   list_->clear();
-  add_needed(tr("Held"), tr("Arrays that the scene keeps in the memory of what computes"), "array");
-  add_needed(tr("Computed"), tr("Kernels, and the bytes that each reads and writes when it runs"), "kernel");
-  add_left_out();
+  add_needed(tr("In memory"), tr("Arrays that the scene keeps in the memory of the computing device"), "array");
+  add_needed(tr("Computed"), tr("Kernels of a step, with the bytes that each reads and writes"), "kernel");
+  add_skipped();
   fit_reasons();
   list_->verticalScrollBar()->setValue(scrolled);
   list_->setUpdatesEnabled(true);

@@ -13,17 +13,18 @@ namespace simplexseg {
 
 class Workbench;
 
-/// What a step holds and computes, and what it leaves out and why (StepPlan), as it is now.
+/// Lists the arrays and kernels of a simulation step (StepPlan) with their sizes, and the reason why each is used or
+/// skipped.
 class PlanPanel : public QWidget {
   Q_OBJECT
  public:
   PlanPanel(Workbench& workbench, QWidget* parent);
-  /// What is shown. Empty until the panel has been looked at.
+  /// Plan shown; empty until the panel has been visible once.
   const StepPlan& shown() const { return shown_; }
-  /// Whether the user can see the panel; out of sight it asks for no plan. (A widget behind another's tab is
-  /// "visible".)
-  void set_in_sight(bool in_sight);
-  bool in_sight() const { return in_sight_; }
+  /// Sets whether the panel is visible to the user; no plan is made while it is hidden. (For Qt, a widget behind
+  /// another tab is visible too.)
+  void set_on_screen(bool on_screen);
+  bool on_screen() const { return on_screen_; }
 
  protected:
   void resizeEvent(QResizeEvent* event) override;
@@ -33,14 +34,14 @@ class PlanPanel : public QWidget {
   void refresh_totals();
   void fill();
   void add_needed(const QString& title, const QString& tip, const char* what);
-  void add_left_out();
+  void add_skipped();
   QTreeWidgetItem* add_group(const QString& title, const QString& value, const QString& tip);
   void fit_reasons();
 
   Workbench& workbench_;
   QLabel* totals_;
   QTreeWidget* list_;
-  bool in_sight_ = false;
+  bool on_screen_ = false;
   StepPlan shown_;
   std::uint64_t shown_topology_ = ~std::uint64_t{0};
 };

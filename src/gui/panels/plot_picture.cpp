@@ -8,9 +8,9 @@
 
 #include "gui/look/theme.h"
 #include "gui/workbench/ask_and_save.h"
-#include "io/atomic_file.h"
-#include "io/files.h"
-#include "io/plot_io.h"
+#include "io/picture/plot_io.h"
+#include "io/platform/atomic_file.h"
+#include "io/platform/files.h"
 
 namespace simplexseg {
 namespace {
@@ -65,9 +65,9 @@ void add_quantities(QComboBox& choices) {
     choices.setItemData(choices.count() - 1, tip, Qt::ToolTipRole);
   };
   add(QObject::tr("Residual"),
-      QObject::tr("What the forces still ask for: root mean square over the vertices of a mesh"));
+      QObject::tr("Displacement that the forces still require: root mean square over the vertices of a mesh"));
   add(QObject::tr("Surface error"),
-      QObject::tr("Distance of the vertices from the reference's surface: mean, and 95% dashed"));
+      QObject::tr("Distance of the vertices from the reference surface: mean (solid), 95th percentile (dashed)"));
 }
 
 void save_plot(const QString& path, const Plot& plot, const std::string& csv) {
@@ -81,11 +81,11 @@ void save_plot(const QString& path, const Plot& plot, const std::string& csv) {
   file.commit();
 }
 
-void choose_and_save_plot(QWidget* parent, const QString& offered, Workbench& workbench,
+void choose_and_save_plot(QWidget* parent, const QString& suggestion, Workbench& workbench,
                           const std::function<void(const QString&)>& save) {
   ask_and_save(parent, workbench,
-               {QObject::tr("Save the plot or its numbers"), offered,
-                QObject::tr("Picture (*.png);;Drawing (*.svg);;Table (*.csv)")},
+               {QObject::tr("Save the plot or its data"), suggestion,
+                QObject::tr("Picture (*.png);;Vector graphics (*.svg);;Table (*.csv)")},
                save);
 }
 

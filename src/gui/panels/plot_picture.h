@@ -13,12 +13,12 @@ namespace simplexseg {
 
 class Workbench;
 
-/// A drawn plot, or a text where there is none.
+/// Widget that shows a plot, or a text while there is no plot.
 class PlotPicture : public QWidget {
  public:
-  /// `redraw`: called when the size or the theme has changed.
+  /// `redraw` is called when the size or the theme has changed.
   PlotPicture(QWidget* parent, std::function<void()> redraw);
-  /// Without title and names of series: what stands beside the picture says them.
+  /// Shows the plot without its title and the names of the series, which the panel shows beside it.
   void show_plot(Plot plot);
   void show_text(const QString& text);
   /// Null while a text is shown.
@@ -35,12 +35,12 @@ class PlotPicture : public QWidget {
   QString text_;
 };
 
-/// What is plotted of a run, with a sentence on each: residuals, then the surface's error.
+/// Adds the quantities of a run that can be plotted, each with a tooltip: residual, surface error.
 void add_quantities(QComboBox& choices);
-/// Writes the plot as a picture (.png, .svg), or `csv` where the name ends in .csv. Throws Error as write_plot().
+/// Writes the plot as a picture (.png, .svg), or `csv` if the name ends in .csv. Throws the errors of write_plot().
 void save_plot(const QString& path, const Plot& plot, const std::string& csv);
-/// Asks for a file, `offered` at first, hands it to `save`, and tells the user what came of it.
-void choose_and_save_plot(QWidget* parent, const QString& offered, Workbench& workbench,
+/// Opens a file dialog with the name `suggestion`, passes the chosen file to `save`, and reports success or failure.
+void choose_and_save_plot(QWidget* parent, const QString& suggestion, Workbench& workbench,
                           const std::function<void(const QString&)>& save);
 
 }  // namespace simplexseg

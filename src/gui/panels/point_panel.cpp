@@ -8,7 +8,7 @@
 #include <QTreeWidget>
 #include <QVBoxLayout>
 
-#include "gui/look/point_look.h"
+#include "gui/look/point_style.h"
 #include "gui/look/widgets.h"
 #include "gui/workbench/workbench.h"
 
@@ -23,28 +23,29 @@ PointPanel::PointPanel(Workbench& workbench, QWidget* parent) : QWidget(parent),
   list_ = new QTreeWidget(this);
   list_->setAccessibleName(tr("Points"));
   list_->setColumnCount(5);
-  list_->setHeaderLabels({tr("Mesh"), tr("Kind"), tr("x"), tr("y"), tr("z")});
-  for (int axis = 0; axis < 3; ++axis) list_->headerItem()->setToolTip(2 + axis, tr("mm, in the patient frame LPS"));
+  list_->setHeaderLabels({tr("Segmentation"), tr("Kind"), tr("x"), tr("y"), tr("z")});
+  for (int axis = 0; axis < 3; ++axis) list_->headerItem()->setToolTip(2 + axis, tr("Patient coordinate (LPS), mm"));
   list_->header()->setSectionResizeMode(QHeaderView::ResizeToContents);
   list_->header()->setSectionResizeMode(0, QHeaderView::Stretch);
   list_->header()->setStretchLastSection(false);
   list_->setRootIsDecorated(false);
-  list_->setToolTip(tr("Select a point: the crosshair goes there"));
+  list_->setToolTip(tr("Select a point to move the crosshair to it"));
   layout->addWidget(list_, 1);
-  auto* hint = new QLabel(tr("For the active mesh, in a slice: Shift + left click, or drag its outline: the surface is "
-                             "here. I, O: the place under the mouse is inside, outside."),
-                          this);
+  auto* hint =
+      new QLabel(tr("In a slice, Shift + left click or a drag of the contour adds a boundary point to the active "
+                    "segmentation. I or O marks the place under the mouse as inside or outside."),
+                 this);
   hint->setWordWrap(true);
   set_role(hint, "dim");
   layout->addWidget(hint);
   delete_ = new QPushButton(tr("Delete point"), this);
-  delete_->setToolTip(tr("Delete the selected point: what it says of the object no longer counts"));
+  delete_->setToolTip(tr("Delete the selected point; it no longer affects the segmentation"));
   layout->addWidget(delete_);
 
   connect(delete_, &QPushButton::clicked, this, [this] {
     if (workbench_.view.selected_point) workbench_.apply(DeletePoint{workbench_.view.selected_point});
   });
-  // Also a click on the row that is selected already goes there.
+  // A click on the row already selected also moves the crosshair.
   connect(list_, &QTreeWidget::itemClicked, this, [this](QTreeWidgetItem*) { follow_selection(); });
   connect(list_, &QTreeWidget::currentItemChanged, this, [this] { follow_selection(); });
   connect(&workbench_, &Workbench::scene_changed, this, &PointPanel::refresh);

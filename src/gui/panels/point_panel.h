@@ -11,7 +11,7 @@ namespace simplexseg {
 
 class Workbench;
 
-/// The list of points; the selected one is where the crosshair goes.
+/// List of the points; selecting one moves the crosshair to it.
 class PointPanel : public QWidget {
   Q_OBJECT
  public:

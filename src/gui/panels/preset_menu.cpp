@@ -7,13 +7,13 @@
 #include <filesystem>
 
 #include "core/error.h"
+#include "gui/look/qt_text.h"
 #include "gui/look/widgets.h"
 #include "gui/workbench/workbench.h"
-#include "io/preset_io.h"
+#include "io/scene/preset_io.h"
 
 namespace simplexseg {
 namespace {
-std::filesystem::path to_path(const QString& text) { return std::filesystem::path(text.toStdU16String()); }
 constexpr const char* kEnding = ".preset.json";
 }  // namespace
 
@@ -31,13 +31,13 @@ QString PresetMenu::folder() {
 
 void PresetMenu::fill() {
   clear();
-  const QString no_mesh = tr("There is no mesh yet: add one in the panel Meshes, or with tool 4");
+  const QString no_mesh = tr("There is no segmentation yet: add one in the panel Segmentations, or with tool 4");
   const auto add = [&](const QString& text, const QString& tip, auto&& act) {
     QAction* entry = addAction(text, this, act);
     entry->setToolTip(tip);
     set_enabled(entry, workbench_.active_mesh(), no_mesh);
   };
-  add(tr("&Default settings"), tr("All forces and the simulation as they are at first"), [this] {
+  add(tr("&Default settings"), tr("Reset all forces and the simulation to their defaults"), [this] {
     workbench_.apply(SetParameters{target_(), default_force_parameters(), default_simulation_parameters()});
   });
   const QStringList files = QDir(folder()).entryList({QString("*") + kEnding}, QDir::Files, QDir::Name);
@@ -48,9 +48,9 @@ void PresetMenu::fill() {
     add(name.replace('&', "&&"), QDir::toNativeSeparators(path), [this, path] { load_from(path); });
   }
   addSeparator();
-  add(tr("&Save as preset..."), tr("Keep the settings of the active mesh and of the simulation in a file"),
+  add(tr("&Save as preset..."), tr("Save the settings of the active segmentation and of the simulation to a file"),
       [this] { choose_and_save(); });
-  add(tr("&Load from a file..."), tr("Take the settings that someone else has saved"), [this] { choose_and_load(); });
+  add(tr("&Load from a file..."), tr("Load settings from any preset file"), [this] { choose_and_load(); });
 }
 
 bool PresetMenu::save_to(const QString& path) {
@@ -59,10 +59,10 @@ bool PresetMenu::save_to(const QString& path) {
   try {
     write_preset(to_path(path), {mesh->parameters, workbench_.scene().simulation});
   } catch (const std::exception& error) {
-    workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
+    workbench_.notify(Severity::Failure, QString::fromUtf8(error.what()));
     return false;
   }
-  workbench_.say(Severity::Note, tr("Saved the settings to %1").arg(path));
+  workbench_.notify(Severity::Note, tr("Saved the settings to %1").arg(path));
   return true;
 }
 
@@ -71,7 +71,7 @@ bool PresetMenu::load_from(const QString& path) {
     const Preset preset = read_preset(to_path(path));
     return workbench_.apply(SetParameters{target_(), preset.forces, preset.simulation});
   } catch (const std::exception& error) {
-    workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
+    workbench_.notify(Severity::Failure, QString::fromUtf8(error.what()));
     return false;
   }
 }

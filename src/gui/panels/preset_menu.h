@@ -9,18 +9,19 @@ namespace simplexseg {
 
 class Workbench;
 
-/// Settings by name: what a force panel and the simulation have, saved to files, and taken from them as one action.
+/// Menu of presets: saves the settings of the forces and of the simulation to files, and applies them as one action.
 class PresetMenu : public QMenu {
   Q_OBJECT
  public:
-  /// `target`: the mesh that takes the settings, 0 for all.
+  /// `target` returns the mesh to which settings are applied; 0 for all meshes.
   PresetMenu(Workbench& workbench, std::function<ItemId()> target, QWidget* parent);
-  /// simplexseg/presets in the user's folder for settings.
+  /// Folder of the presets: simplexseg/presets in the user's configuration folder.
   static QString folder();
 
-  /// Settings of the active mesh and of the simulation. False, with a message, when the file cannot be written.
+  /// Saves the settings of the active mesh and of the simulation. False, with a message, when the file cannot be
+  /// written.
   bool save_to(const QString& path);
-  /// False, with a message, when it is no preset.
+  /// Applies a preset. False, with a message, when the file is not a preset.
   bool load_from(const QString& path);
 
  private:

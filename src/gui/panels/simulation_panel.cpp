@@ -53,9 +53,10 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
   add_status(tr("Surface"), surface_);
   add_status(tr("Backend"), backend_);
   surface_->setWordWrap(true);
-  surface_->setToolTip(tr("Folded: the normal of a vertex makes more than a right angle with that of a neighbour"));
+  surface_->setToolTip(
+      tr("The surface overlaps itself where the normals of neighbouring vertices differ by more than 90 degrees"));
   backend_->setWordWrap(true);
-  frames_->setToolTip(tr("New pictures, and the steps between two of them"));
+  frames_->setToolTip(tr("Frames per second, and simulation steps per frame"));
   layout->addLayout(status);
 
   rows_ = new SimulationRows(workbench_, this);
@@ -63,7 +64,7 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
 
   connect(&workbench_, &Workbench::scene_changed, this, &SimulationPanel::refresh_status);
   connect(&workbench_, &Workbench::running_changed, this, &SimulationPanel::refresh_status);
-  // Numbers that change with every frame cannot be read: five times a second will do.
+  // Values that change with every frame are unreadable: refresh five times a second.
   auto* timer = new QTimer(this);
   timer->setInterval(200);
   connect(timer, &QTimer::timeout, this, [this] {
@@ -80,60 +81,61 @@ void SimulationPanel::show_drawing(const QString& how) {
   refresh_status();
 }
 
-QStringList SimulationPanel::unsound_meshes() const {
-  QStringList unsound;
+QStringList SimulationPanel::faulty_surfaces() const {
+  QStringList faulty;
   const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     const QString faults = faults_of(workbench_, m);
     if (faults.isEmpty()) continue;
     const QString name = meshes.size() > 1 ? QString::fromStdString(meshes[m].name) + ": " : QString();
-    unsound << name + faults;
+    faulty << name + faults;
   }
-  return unsound;
+  return faulty;
 }
 
-void SimulationPanel::refresh_surface(const QStringList& unsound) {
+void SimulationPanel::refresh_surface(const QStringList& faulty) {
   const bool known = workbench_.session().total_steps() > 0 && !workbench_.scene().meshes.empty();
   if (!known) {
     surface_->setText(tr("not run yet"));
-  } else if (unsound.isEmpty()) {
-    surface_->setText(tr("sound"));
+  } else if (faulty.isEmpty()) {
+    surface_->setText(tr("no self-overlap"));
   } else {
-    surface_->setText(unsound.join("; "));
+    surface_->setText(faulty.join("; "));
   }
-  set_role(surface_, known && !unsound.isEmpty() ? "warning" : "");
+  set_role(surface_, known && !faulty.isEmpty() ? "warning" : "");
 }
 
 void SimulationPanel::refresh_status() {
   const QLocale locale = QLocale::c();
   if (loop_.step_ms() > 0) {
     speed_->setText(
-        tr("%1 steps/s, %2 ms a step").arg(loop_.steps_per_second(), 0, 'f', 0).arg(loop_.step_ms(), 0, 'g', 3));
+        tr("%1 steps/s, %2 ms per step").arg(loop_.steps_per_second(), 0, 'f', 0).arg(loop_.step_ms(), 0, 'g', 3));
   } else {
     speed_->setText(tr("not run yet"));
   }
   const FrameStatistics& statistics = loop_.statistics();
-  frames_->setText(statistics.frames_per_second() > 0 ? tr("%1 a second, %2 steps a frame")
+  frames_->setText(statistics.frames_per_second() > 0 ? tr("%1 per second, %2 steps per frame")
                                                             .arg(statistics.frames_per_second(), 0, 'f', 0)
                                                             .arg(statistics.steps_per_frame(), 0, 'f', 1)
                                                       : tr("none yet"));
   qint64 vertices = 0;
   for (const MeshItem& item : workbench_.scene().meshes) vertices += item.mesh.vertex_count();
-  vertices_->setText(tr("%1 in %2")
-                         .arg(locale.toString(vertices), workbench_.scene().meshes.size() == 1
-                                                             ? tr("1 mesh")
-                                                             : tr("%1 meshes").arg(workbench_.scene().meshes.size())));
+  vertices_->setText(
+      tr("%1 in %2")
+          .arg(locale.toString(vertices), workbench_.scene().meshes.size() == 1
+                                              ? tr("1 segmentation")
+                                              : tr("%1 segmentations").arg(workbench_.scene().meshes.size())));
   const std::vector<float>& moves = workbench_.session().mean_move_mm();
-  const QStringList unsound = unsound_meshes();
+  const QStringList faulty = faulty_surfaces();
   QString state = tr("paused");
   if (workbench_.running()) state = tr("running");
-  if (workbench_.running() && loop_.at_rest()) state = unsound.isEmpty() ? tr("at rest") : tr("at rest, but not sound");
+  if (workbench_.running() && loop_.settled()) state = faulty.isEmpty() ? tr("settled") : tr("settled, surface errors");
   if (moves.empty() || workbench_.session().total_steps() == 0) {
     motion_->setText(state);
   } else {
-    motion_->setText(tr("%1 mm a step, %2").arg(*std::max_element(moves.begin(), moves.end()), 0, 'g', 2).arg(state));
+    motion_->setText(tr("%1 mm per step, %2").arg(*std::max_element(moves.begin(), moves.end()), 0, 'g', 2).arg(state));
   }
-  refresh_surface(unsound);
+  refresh_surface(faulty);
   QString backend = QString::fromStdString(workbench_.session().engine().description());
   if (!drawing_.isEmpty()) backend += "; " + drawing_;
   backend_->setText(backend);

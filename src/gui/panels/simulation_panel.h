@@ -13,23 +13,23 @@ class ParameterRow;
 class SimulationRows;
 class Workbench;
 
-/// Run, pause, step, reset; the parameters of the simulation; how fast it goes.
+/// Controls of the simulation (run, pause, step, reset), its speed and state, and its parameters.
 class SimulationPanel : public QWidget {
   Q_OBJECT
  public:
   SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTable& actions, QWidget* parent);
-  /// How the views are drawn, and by what: shown beside the backend.
+  /// Shows transfer mode and renderer of the views beside the backend.
   void show_drawing(const QString& how);
-  /// The row of a parameter, in the order of its table.
+  /// Row of a parameter; `parameter` is its index in the table.
   ParameterRow* row(int parameter) const;
   const QLabel* motion() const { return motion_; }
   const QLabel* surface() const { return surface_; }
 
  private:
   void refresh_status();
-  /// "brain: folded at 12 vertices" for each mesh that is folded or inside out; the name only among several.
-  QStringList unsound_meshes() const;
-  void refresh_surface(const QStringList& unsound);
+  /// Faults of the surface (faults_of()) of each mesh that has some, with its name if there are several meshes.
+  QStringList faulty_surfaces() const;
+  void refresh_surface(const QStringList& faulty);
 
   Workbench& workbench_;
   FrameLoop& loop_;

@@ -58,9 +58,10 @@ void SimulationRows::refresh() {
   const SimulationParameters& simulation = workbench_.scene().simulation;
   for (std::size_t p = 0; p < rows_.size(); ++p) {
     rows_[p]->set_value(value_of(simulation, static_cast<int>(p)));
-    const bool acts = has_effect(simulation, static_cast<int>(p));
-    set_enabled(rows_[p], acts, tr("Only the solver verlet has it; the others choose it themselves"));
-    labels_[p]->setEnabled(acts);
+    const bool is_used = has_effect(simulation, static_cast<int>(p));
+    set_enabled(rows_[p], is_used,
+                tr("Used only by the solver verlet; the other solvers choose this value themselves"));
+    labels_[p]->setEnabled(is_used);
   }
 }
 

@@ -10,11 +10,11 @@ namespace simplexseg {
 class ParameterRow;
 class Workbench;
 
-/// The parameters of the simulation, made from their table, and below them what the one under the mouse is.
+/// Parameters of the simulation, built from their table, with a help text below.
 class SimulationRows : public QWidget {
  public:
   SimulationRows(Workbench& workbench, QWidget* parent);
-  /// The row of a parameter, in the order of the table.
+  /// Row of a parameter; `parameter` is its index in the table.
   ParameterRow* row(int parameter) const;
 
  private:
@@ -22,7 +22,7 @@ class SimulationRows : public QWidget {
 
   Workbench& workbench_;
   std::vector<ParameterRow*> rows_;
-  std::vector<QLabel*> labels_;  ///< the names of the rows
+  std::vector<QLabel*> labels_;  ///< names of the parameters
 };
 
 }  // namespace simplexseg

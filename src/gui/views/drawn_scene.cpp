@@ -11,7 +11,7 @@ DrawnScene::DrawnScene(Workbench& workbench) : workbench_(workbench) {
 }
 
 void DrawnScene::begin_volume() {
-  buffers_.forget_slices();
+  buffers_.invalidate_slices();
   failed_ = false;
 }
 
@@ -56,10 +56,11 @@ const SceneBuffers::Field* DrawnScene::field() {
 
 bool DrawnScene::update_buffers(const std::function<void(Session&)>& update) {
   if (failed_) return false;
-  const std::string before = buffers_.how();
+  const std::string before = buffers_.transfer_mode();
   failed_ = !workbench_.draw(update);
-  // While a view paints no signal may be given that changes the window: it waits until the view has painted.
-  if (buffers_.how() != before) QMetaObject::invokeMethod(this, &DrawnScene::manner_changed, Qt::QueuedConnection);
+  // Queued: no signal that changes the window may be emitted while a view paints.
+  if (buffers_.transfer_mode() != before)
+    QMetaObject::invokeMethod(this, &DrawnScene::transfer_mode_changed, Qt::QueuedConnection);
   return !failed_;
 }
 

@@ -11,9 +11,8 @@ namespace simplexseg {
 class Session;
 class Workbench;
 
-/// The scene as the views draw it: the OpenGL buffers that the four of them share, brought up to date from the session
-/// while one of them paints. The window makes it and gives it to the views: were it in a view it would have to be
-/// handed on when that view goes, and in the workbench the panels and the frame loop would know of OpenGL.
+/// Scene as drawn by the views: the OpenGL buffers that all four share, updated from the session while a view paints.
+/// The window owns it: a view may be destroyed before the others, and the workbench must not depend on OpenGL.
 class DrawnScene : public QObject {
   Q_OBJECT
  public:
@@ -22,25 +21,25 @@ class DrawnScene : public QObject {
   SceneBuffers& buffers() { return buffers_; }
   const SceneBuffers& buffers() const { return buffers_; }
 
-  // For a view while it paints, with its context current. Null when nothing can be drawn any more, which becomes a
-  // message; the next scene that is opened is tried again.
+  // Called by a view while it paints, with its context current. A failure becomes a message; afterwards these return
+  // null until the next scene is opened.
 
-  /// The surfaces in the session's present pose.
+  /// Surfaces in the current pose of the session.
   const SceneBuffers* surfaces();
-  /// Whether the surfaces, brought up to date before, can be coloured by ViewState::surface_values.
+  /// Updates the values of ViewState::surface_values; call after surfaces(). False if there are no values to colour by.
   bool surface_values();
-  /// Where the slice through the crosshair cuts the surfaces. There must be a volume.
+  /// Contours of the surfaces in the slice through the crosshair. Needs a volume.
   const SceneBuffers::Outlines* outlines(Orientation orientation);
-  /// What boundary points pull, as far as it is known.
+  /// Boundary points and the vertices that they pull, as far as the positions are available.
   const PointSprings& springs();
-  /// The slice through the crosshair. There must be a volume.
+  /// Slice through the crosshair. Needs a volume.
   const SceneBuffers::Slice* slice(Orientation orientation);
-  /// The field of the active mesh; null also while it is not shown, or there is none.
+  /// Field of the active mesh; null while no field is shown.
   const SceneBuffers::Field* field();
 
  signals:
-  /// SceneBuffers::how() says something else than before.
-  void manner_changed();
+  /// SceneBuffers::transfer_mode() has changed.
+  void transfer_mode_changed();
 
  private:
   void begin_volume();

@@ -9,14 +9,14 @@
 
 namespace simplexseg {
 namespace {
-constexpr double kHalfAngle = 15 * std::numbers::pi / 180;  // between the middle and the edge of the picture
+constexpr double kHalfAngle = 15 * std::numbers::pi / 180;  // between the centre and the edge of the image
 }
 
 void OrbitCamera::fit(const Eigen::Vector3d& centre_mm, double radius_mm) {
   target_mm_ = centre_mm;
   radius_mm_ = std::max(radius_mm, 1e-3);
   distance_mm_ = radius_mm_ / std::sin(kHalfAngle) * 0.74;
-  // From the front the eye's axes are: x = left of the patient, y = superior, z = anterior (LPS: +x, +z, -y).
+  // Eye axes from the front: x = left of the patient, y = superior, z = anterior (LPS: +x, +z, -y).
   Eigen::Matrix3d from_front;
   from_front << 1, 0, 0, 0, 0, 1, 0, -1, 0;
   eye_from_world_ = Eigen::Quaterniond(from_front);
@@ -47,7 +47,7 @@ Eigen::Matrix4d OrbitCamera::eye_from_world() const {
 
 Eigen::Matrix4d OrbitCamera::clip_from_eye(double aspect) const {
   SIMPLEXSEG_EXPECT(aspect > 0);
-  // A narrow picture keeps the sphere in its width.
+  // A narrow image shows the full width of the sphere.
   const double scale = 1 / std::tan(kHalfAngle) * std::min(aspect, 1.0);
   const double near = std::max(distance_mm_ - 4 * radius_mm_, 0.01 * distance_mm_), far = distance_mm_ + 4 * radius_mm_;
   Eigen::Matrix4d clip = Eigen::Matrix4d::Zero();

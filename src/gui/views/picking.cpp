@@ -23,7 +23,7 @@ std::vector<Eigen::Vector3f> cut_surface(const TriangleMesh& shape, int axis, fl
   for (const auto& triangle : shape.triangles) {
     float height[3];
     for (int k = 0; k < 3; ++k) height[k] = shape.positions[triangle[k]][axis] - position_mm;
-    // A point on the plane counts as above it, so a triangle has either no crossing edge or two (as in DrawOutlines).
+    // A point on the plane counts as above it: a triangle then has no or two crossing edges (as in DrawOutlines).
     const int above = (height[0] >= 0) + (height[1] >= 0) + (height[2] >= 0);
     if (above == 0 || above == 3) continue;
     for (int k = 0; k < 3; ++k) {

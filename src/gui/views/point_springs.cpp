@@ -37,7 +37,7 @@ void PointSprings::update(const Session& session, bool running) {
   revision_ = session.revision();
 }
 
-const PointSpring* PointSprings::of(ItemId point) const {
+const PointSpring* PointSprings::find(ItemId point) const {
   const auto found =
       std::find_if(springs_.begin(), springs_.end(), [&](const PointSpring& s) { return s.point == point; });
   return found == springs_.end() ? nullptr : &*found;

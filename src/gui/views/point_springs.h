@@ -10,22 +10,22 @@ namespace simplexseg {
 
 class Session;
 
-/// What a boundary point pulls: the vertex nearest to it, as AttractionForce binds it.
+/// Boundary point and the vertex that it pulls, the nearest one, as in AttractionForce.
 struct PointSpring {
   ItemId point = 0;
   Eigen::Vector3d vertex_mm;
-  double reach_mm = 0;  ///< about as far as the surface around the vertex follows
+  double reach_mm = 0;  ///< approximate radius of the part of the surface that follows the vertex
 };
 
-/// The springs of all boundary points whose mesh is shown and has the force Attraction.
+/// Springs of all boundary points whose mesh is visible and has the force Attraction.
 class PointSprings {
  public:
-  /// Finds them anew where the pose has changed. A device that is running is not asked for its poses: none are known
-  /// then.
+  /// Updates the springs when the pose has changed. There are none while a device is running, since its poses are not
+  /// read back.
   void update(const Session& session, bool running);
   const std::vector<PointSpring>& all() const { return springs_; }
-  /// Null where it has none.
-  const PointSpring* of(ItemId point) const;
+  /// Spring of a point; null if it has none.
+  const PointSpring* find(ItemId point) const;
 
  private:
   std::vector<PointSpring> springs_;

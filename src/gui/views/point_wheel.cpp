@@ -8,15 +8,15 @@
 
 #include "forces/attraction.h"
 #include "gui/input/bindings.h"
-#include "gui/look/point_look.h"
+#include "gui/look/point_style.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {
 namespace {
 
-constexpr int kOneTurnMs = 1000;  // notches that come sooner are one action
-constexpr int kPassingByMs = 600;
-constexpr double kBallStep = 1.1;  // a notch
+constexpr int kOneTurnMs = 1000;     // notches within this time are one action
+constexpr int kOtherUseMs = 600;     // pause after another use of the wheel
+constexpr double kRadiusStep = 1.1;  // per notch
 constexpr float kStrengthStep = 1.15f;
 
 const ParameterInfo& info_of(int parameter) { return AttractionForce::parameters[parameter]; }
@@ -25,26 +25,26 @@ float value_of(const MeshItem& item, int parameter) {
   return item.parameters.values[static_cast<std::size_t>(ForceId::Attraction)][static_cast<std::size_t>(parameter)];
 }
 
-QString tr(const char* text) { return QCoreApplication::translate("PointWheel", text); }
+QString wheel_text(const char* text) { return QCoreApplication::translate("PointWheel", text); }
 
 }  // namespace
 
-bool PointWheel::takes(ItemId point) const {
-  return point != 0 && !(elsewhere_.isValid() && elsewhere_.elapsed() < kPassingByMs);
+bool PointWheel::handles(ItemId point) const {
+  return point != 0 && !(other_use_.isValid() && other_use_.elapsed() < kOtherUseMs);
 }
 
 void PointWheel::turn(ItemId point, const QWheelEvent& event, bool slices) {
   const UserPoint* item = workbench_.scene().find_point(point);
   if (!item) return;
-  // Some desktops turn the wheel sideways while Shift is held.
+  // Some desktops report a horizontal wheel while Shift is held.
   const QPoint angle = event.angleDelta();
   degrees_ += (angle.y() != 0 ? angle.y() : angle.x()) / 8.0;
   const int notches = static_cast<int>(degrees_ / 15);
   degrees_ -= 15.0 * notches;
   if (notches == 0) return;
-  const bool continues = last_ == point && since_.isValid() && since_.elapsed() < kOneTurnMs;
+  const bool continues = last_ == point && last_turn_.isValid() && last_turn_.elapsed() < kOneTurnMs;
   last_ = point;
-  since_.start();
+  last_turn_.start();
   const std::optional<Act> act = gesture(slices ? Where::Slices : Where::Space, Mouse::WheelOnPoint, event.modifiers());
   if (act == Act::PointReach) change_reach(*item, notches, continues);
   if (act == Act::PointStrength) change_strength(*item, notches, continues);
@@ -53,8 +53,8 @@ void PointWheel::turn(ItemId point, const QWheelEvent& event, bool slices) {
 void PointWheel::change_reach(const UserPoint& point, int notches, bool continues) {
   if (point.kind != MarkKind::Boundary) {
     const double least_mm = 0.5 * workbench_.session().volume().geometry().spacing_mm.minCoeff();
-    workbench_.apply(
-        ResizePoint{point.id, std::clamp(point.radius_mm * std::pow(kBallStep, notches), least_mm, 200.0), continues});
+    const double radius_mm = std::clamp(point.radius_mm * std::pow(kRadiusStep, notches), least_mm, 200.0);
+    workbench_.apply(ResizePoint{point.id, radius_mm, continues});
     return;
   }
   const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
@@ -74,13 +74,13 @@ void PointWheel::change_strength(const UserPoint& point, int notches, bool conti
                                      std::clamp(weight, 0.1f, info.maximum), continues});
 }
 
-QString words_of_point(const Workbench& workbench, ItemId point) {
+QString point_text(const Workbench& workbench, ItemId point) {
   const UserPoint* item = workbench.scene().find_point(point);
   const MeshItem* mesh = item ? workbench.scene().find_mesh(item->mesh) : nullptr;
   if (!mesh) return {};
   if (item->kind != MarkKind::Boundary)
-    return tr("%1: ball of %2 mm").arg(title_of(item->kind)).arg(item->radius_mm, 0, 'f', 1);
-  return tr("Boundary: strength %1, reach %2 rings, for all of \"%3\"")
+    return wheel_text("%1 mark, radius %2 mm").arg(title_of(item->kind)).arg(item->radius_mm, 0, 'f', 1);
+  return wheel_text("Boundary point, strength %1, reach %2 rings of vertices; for all boundary points of '%3'")
       .arg(value_of(*mesh, AttractionForce::weight), 0, 'g', 3)
       .arg(value_of(*mesh, AttractionForce::order), 0, 'f', 0)
       .arg(QString::fromStdString(mesh->name));

@@ -11,16 +11,17 @@ namespace simplexseg {
 
 class Workbench;
 
-/// What the wheel does over a point, in slices and in 3D.
+/// Wheel gestures over a point, in slices and in 3D.
 class PointWheel {
  public:
   explicit PointWheel(Workbench& workbench) : workbench_(workbench) {}
-  /// Whether a turn over `point` is for that: not while slices go by under the mouse, which may bring a point under it.
-  bool takes(ItemId point) const;
-  /// Changes reach or strength, as the table of bindings says (`slices`: of where it is turned).
+  /// Whether the wheel changes `point`. False while the user scrolls through slices, because a point may then pass
+  /// under the mouse.
+  bool handles(ItemId point) const;
+  /// Changes reach or strength according to the table of bindings; `slices`: in a slice, otherwise in 3D.
   void turn(ItemId point, const QWheelEvent& event, bool slices);
-  /// The wheel did something else.
-  void passed_by() { elsewhere_.start(); }
+  /// Records that the wheel was used for something else.
+  void record_other_use() { other_use_.start(); }
 
  private:
   void change_reach(const UserPoint& point, int notches, bool continues);
@@ -29,10 +30,10 @@ class PointWheel {
   Workbench& workbench_;
   ItemId last_ = 0;
   double degrees_ = 0;  ///< turned since the last whole notch
-  QElapsedTimer since_, elsewhere_;
+  QElapsedTimer last_turn_, other_use_;
 };
 
-/// "Inside: ball of 5.2 mm", "Boundary: strength 2, reach 5 rings": for the view under the mouse. Empty for no point.
-QString words_of_point(const Workbench& workbench, ItemId point);
+/// Text of the point under the mouse, such as "Inside mark, radius 5.2 mm"; empty without a point.
+QString point_text(const Workbench& workbench, ItemId point);
 
 }  // namespace simplexseg

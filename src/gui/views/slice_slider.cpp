@@ -12,7 +12,7 @@ SliceSlider::SliceSlider(Workbench& workbench, Orientation orientation, QWidget*
     : QSlider(Qt::Vertical, parent), workbench_(workbench), orientation_(orientation) {
   setAccessibleName(tr("%1 slice").arg(title_of(orientation)));
   setFixedWidth(14);
-  // Keys belong to the views; who wants it has Tab.
+  // A click leaves the keyboard focus in the view; Tab reaches the slider.
   setFocusPolicy(Qt::TabFocus);
   connect(this, &QSlider::valueChanged, this, [this](int value) {
     if (!workbench_.has_volume()) return;

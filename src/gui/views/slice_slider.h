@@ -8,7 +8,7 @@ namespace simplexseg {
 
 class Workbench;
 
-/// Beside a slice: which of all slices it is. Moves the crosshair along the slices' normal.
+/// Slider beside a slice, with its number among all slices. It moves the crosshair along the normal of the slice.
 class SliceSlider : public QSlider {
  public:
   SliceSlider(Workbench& workbench, Orientation orientation, QWidget* parent);

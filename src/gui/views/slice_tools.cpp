@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kHitRadius = 8;   // logical pixels
 constexpr double kGrabRadius = 4;  // logical pixels
-constexpr double kDragStarts = 3;  // logical pixels: less is a click
+constexpr double kDragStarts = 3;  // logical pixels: a shorter drag is a click
 
 std::optional<MarkKind> kind_of(Tool tool) {
   switch (tool) {
@@ -65,9 +65,9 @@ ItemId SliceTools::point_at(const QPointF& pixel) const {
 }
 
 ItemId SliceTools::mesh_at(const QPointF& pixel) const {
-  ItemId nearest = 0, around = 0;
+  ItemId nearest = 0, containing = 0;
   double best = kHitRadius;
-  // Reads the poses back: for a click, never for each move of the mouse.
+  // Reads poses back from the engine: too slow for each mouse move.
   for (const Surface& surface : visible_surfaces(workbench_.session().scene())) {
     const std::vector<Eigen::Vector3f> ends_mm =
         cut_surface(surface.shape, view_.axes().normal, static_cast<float>(view_.slice_mm()));
@@ -79,15 +79,15 @@ ItemId SliceTools::mesh_at(const QPointF& pixel) const {
         best = distance;
         nearest = surface.mesh;
       }
-      // Crossings of a ray to the right: odd inside a closed outline.
+      // Crossings of a ray to the right: an odd number inside a closed contour.
       if ((a.y() > pixel.y()) != (b.y() > pixel.y()) &&
           pixel.x() < a.x() + (pixel.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x())) {
         inside = !inside;
       }
     }
-    if (inside) around = surface.mesh;
+    if (inside) containing = surface.mesh;
   }
-  return nearest ? nearest : around;
+  return nearest ? nearest : containing;
 }
 
 bool SliceTools::grabs_at(const QPointF& pixel, Qt::KeyboardModifiers modifiers) const {
@@ -95,8 +95,8 @@ bool SliceTools::grabs_at(const QPointF& pixel, Qt::KeyboardModifiers modifiers)
   if (view.tool != Tool::Crosshair || view.window_level_armed || point_at(pixel)) return false;
   if (gesture(Where::Slices, Mouse::Left, modifiers) != Act::MoveCrosshair) return false;
   const auto pixel_of = [this](const Vec3& at) { return view_.pixel_of({at.x, at.y, at.z}); };
-  const std::span<const OutlinePiece> outline = view_.active_outline();
-  return std::any_of(outline.begin(), outline.end(), [&](const OutlinePiece& piece) {
+  const std::span<const OutlineSegment> outline = view_.active_outline();
+  return std::any_of(outline.begin(), outline.end(), [&](const OutlineSegment& piece) {
     return distance_to_segment(pixel, pixel_of(piece.start), pixel_of(piece.end)) <= kGrabRadius;
   });
 }
@@ -135,7 +135,7 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
     drag_ = Drag::Point;
     dragged_point_ = under;
     drag_continues_ = false;
-    // The handle keeps its distance from the slice and from the mouse.
+    // The handle keeps its offset from the slice and from the mouse.
     grab_offset_mm_ = workbench_.scene().find_point(under)->position_mm - view_.world_of(pixel);
     view.selected_point = under;
     workbench_.view_edited();
@@ -150,7 +150,7 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
 ItemId SliceTools::add_point(const Eigen::Vector3d& world_mm, MarkKind kind) {
   ItemId point = 0;
   if (!workbench_.active_mesh()) {
-    workbench_.say(Severity::Warning, SliceView::tr("No mesh for a point: add one with tool 4 or in the panel Meshes"));
+    workbench_.notify(Severity::Warning, SliceView::tr("A point needs a segmentation: place a seed first (tool 4)"));
   } else {
     workbench_.apply(AddPoint{workbench_.view.active_mesh, world_mm, kind}, &point);
   }
@@ -178,7 +178,7 @@ void SliceTools::drag_point(const QPointF& pixel) {
 
 void SliceTools::drag_window_level(const QPointF& moved) {
   ViewState& view = workbench_.view;
-  // The whole height of a view is about twice the window.
+  // A drag over the height of a view changes the level by about twice the window.
   const double intensity_per_pixel = std::max(view.window, 1e-9) / 250;
   view.window = std::max(view.window + moved.x() * intensity_per_pixel, 1e-9);
   view.level += moved.y() * intensity_per_pixel;
@@ -187,9 +187,9 @@ void SliceTools::drag_window_level(const QPointF& moved) {
 
 void SliceTools::begin_seed(const Eigen::Vector3d& centre_mm) {
   if (!workbench_.session().volume().geometry().contains(centre_mm)) {
-    workbench_.say(
-        Severity::Warning,
-        SliceView::tr("That is outside of the image: press inside of the organ, drag to the radius, release"));
+    workbench_.notify(Severity::Warning,
+                      SliceView::tr("The seed would lie outside the image. Drag from the centre of the structure to "
+                                    "its edge."));
     return;
   }
   drag_ = Drag::Seed;
@@ -200,11 +200,12 @@ void SliceTools::finish_seed() {
   const std::optional<Seed> seed = std::exchange(seed_, std::nullopt);
   if (!seed) return;
   if (seed->radius_mm < 2 * view_.mm_per_pixel()) {
-    workbench_.say(Severity::Note, SliceView::tr("New mesh: press at the centre, drag to the radius, release"));
+    workbench_.notify(Severity::Note,
+                      SliceView::tr("New segmentation: drag from the centre of the structure to its edge"));
     return;
   }
   if (!workbench_.apply(AddMesh{{}, *seed, std::nullopt, workbench_.view.active_mesh})) return;
-  // What comes next is to look and to correct: a drag must not place another.
+  // The next drag must correct the segmentation instead of placing another seed.
   workbench_.view.tool = Tool::Crosshair;
   workbench_.view_edited();
 }
@@ -217,10 +218,10 @@ void SliceTools::show_grab(bool grabs) {
 
 void SliceTools::hover(const QPointF& pixel, Qt::KeyboardModifiers modifiers) {
   show_grab(grabs_at(pixel, modifiers));
-  follow_points();
+  update_hovered_point();
 }
 
-void SliceTools::follow_points() {
+void SliceTools::update_hovered_point() {
   if (!mouse_ || drag_ != Drag::None) return;
   const ItemId under = point_at(*mouse_);
   if (under == workbench_.view.hovered_point) return;
@@ -261,7 +262,7 @@ void SliceTools::move(const QMouseEvent& event) {
       workbench_.set_crosshair(view_.world_of(here));
       break;
     case Drag::Grab:
-      // Only now: a click on the outline moves the crosshair as elsewhere.
+      // Starts only when the mouse moves: a click on the contour moves the crosshair.
       if (moved_) {
         drag_ = Drag::None;
         begin_point(press_, MarkKind::Boundary);
@@ -269,7 +270,7 @@ void SliceTools::move(const QMouseEvent& event) {
       }
       break;
     case Drag::Point:
-      // A click on a handle selects it and does not shift it by the tremble of a hand.
+      // A click on a handle selects it, and must not move it by accident.
       if (moved_ || drag_continues_) drag_point(here);
       break;
     case Drag::Zoom:
@@ -305,12 +306,12 @@ void SliceTools::release(const QMouseEvent& event) {
 }
 
 bool SliceTools::double_click(const QMouseEvent& event) {
-  // With the tools that place things two quick clicks are two places.
+  // With tools that place points or seeds, two quick clicks place two.
   const ViewState& view = workbench_.view;
   const bool plain =
       event.button() == Qt::LeftButton && !view.window_level_armed && !kind_of(view.tool) && view.tool != Tool::Seed;
   if (plain && gesture(Where::Slices, Mouse::DoubleClick, event.modifiers()) == Act::Maximise) {
-    // The first of the two clicks was no wish to be elsewhere.
+    // Undo the crosshair movement of the first click.
     if (const auto before = std::exchange(before_click_mm_, std::nullopt)) workbench_.set_crosshair(*before);
     return false;
   }
@@ -321,18 +322,18 @@ bool SliceTools::double_click(const QMouseEvent& event) {
 void SliceTools::wheel(const QWheelEvent& event) {
   if (!workbench_.has_volume()) return;
   const ItemId point = point_at(event.position());
-  if (drag_ == Drag::None && point_wheel_.takes(point) &&
+  if (drag_ == Drag::None && point_wheel_.handles(point) &&
       gesture(Where::Slices, Mouse::WheelOnPoint, event.modifiers())) {
     point_wheel_.turn(point, event, true);
     return;
   }
-  point_wheel_.passed_by();
+  point_wheel_.record_other_use();
   const double degrees = event.angleDelta().y() / 8.0;
   const std::optional<Act> act = gesture(Where::Slices, Mouse::Wheel, event.modifiers());
   if (act == Act::WheelZoom) {
     view_.zoom_about(event.position(), std::exp(-degrees / 15 * 0.15));
   } else if (act == Act::WheelSlice) {
-    // A touchpad sends small angles: they add up to notches of 15 degrees.
+    // A touchpad sends small angles: add them up to notches of 15 degrees.
     wheel_degrees_ += degrees;
     const int notches = static_cast<int>(wheel_degrees_ / 15);
     wheel_degrees_ -= 15.0 * notches;
@@ -377,7 +378,7 @@ bool SliceTools::key(const QKeyEvent& event) {
       return true;
     case Act::AddInside:
     case Act::AddOutside:
-      // A key that is held must not leave a trail of points, nor may one come between press and release of a drag.
+      // Ignores key repeat, and keys during a drag.
       if (mouse_ && !event.isAutoRepeat() && drag_ == Drag::None)
         add_point(view_.world_of(*mouse_), *act == Act::AddInside ? MarkKind::Inside : MarkKind::Outside);
       return true;
@@ -410,18 +411,18 @@ void SliceTools::show_menu(const QPointF& pixel, const QPoint& global) {
   }
   const std::tuple<MarkKind, QString, Act> kinds[] = {
       {MarkKind::Boundary, SliceView::tr("Boundary point here: the surface passes here"), Act::AddPoint},
-      {MarkKind::Inside, SliceView::tr("Inside point here: belongs to the object"), Act::AddInside},
-      {MarkKind::Outside, SliceView::tr("Outside point here: does not belong to it"), Act::AddOutside}};
+      {MarkKind::Inside, SliceView::tr("Inside point here: belongs to the structure"), Act::AddInside},
+      {MarkKind::Outside, SliceView::tr("Outside point here: does not belong to the structure"), Act::AddOutside}};
   for (const auto& [kind, text, act] : kinds) {
     QAction* add = menu.addAction(text, [=, this, kind = kind] { add_point(world, kind); });
     add->setShortcut(QKeySequence(QString::fromLatin1(binding_of(act).keys)));
     if (!workbench_.active_mesh()) {
       add->setEnabled(false);
-      add->setToolTip(SliceView::tr("There is no mesh that it could say something of"));
+      add->setToolTip(SliceView::tr("A point needs a segmentation: place a seed first (tool 4)"));
     }
   }
   if (const MeshItem* item = workbench_.scene().find_mesh(mesh); item && mesh != workbench_.view.active_mesh) {
-    menu.addAction(SliceView::tr("Make \"%1\" active").arg(QString::fromStdString(item->name)),
+    menu.addAction(SliceView::tr("Make '%1' active").arg(QString::fromStdString(item->name)),
                    [=, this] { workbench_.set_active_mesh(mesh); });
   }
   menu.addAction(SliceView::tr("Crosshair here"), [=, this] { workbench_.set_crosshair(world); });

@@ -16,48 +16,47 @@ namespace simplexseg {
 class SliceView;
 class Workbench;
 
-/// What mouse and keys do in a slice. What a gesture means is looked up in the table of bindings; a drag is remembered
-/// from its press to its release.
+/// Mouse and keyboard input of a slice, according to the table of bindings.
 class SliceTools {
  public:
   SliceTools(Workbench& workbench, SliceView& view);
 
-  // Each is given the event of its name that came to the view.
+  // Handlers of the view's events.
   void press(const QMouseEvent& event);
   void move(const QMouseEvent& event);
   void release(const QMouseEvent& event);
-  /// False when the double click is no press for a tool: the view is to be maximised.
+  /// False when the view should be maximised, since no tool uses the double click.
   bool double_click(const QMouseEvent& event);
   void wheel(const QWheelEvent& event);
-  /// False when the key means nothing here.
+  /// False when the key is not bound here.
   bool key(const QKeyEvent& event);
   void leave();
-  /// Points have come or gone: what lies under the mouse may be another.
-  void follow_points();
+  /// Updates the point under the mouse, after points were added or deleted.
+  void update_hovered_point();
 
-  /// Whether a drag from where the mouse is would pull the active mesh's outline.
+  /// Whether a drag from the mouse position would pull the active contour.
   bool grabs() const { return grabs_; }
-  /// The sphere that is being placed, from its press to its release.
+  /// Seed sphere while it is being dragged.
   const std::optional<Seed>& seed() const { return seed_; }
 
  private:
   enum class Drag { None, Crosshair, Grab, Point, Zoom, Pan, WindowLevel, Seed };
 
-  /// The point whose handle is within 8 px of the place, 0 if none; of several the nearest.
+  /// Nearest point whose handle is within 8 px, 0 if none.
   ItemId point_at(const QPointF& pixel) const;
-  /// The mesh whose outline is within 8 px, else the one that the place lies in, 0 if none.
+  /// Mesh whose contour is within 8 px, else the mesh that contains the position, 0 if none.
   ItemId mesh_at(const QPointF& pixel) const;
-  /// Whether the active mesh's outline is within 4 px and a drag there pulls it: with the crosshair, on no point.
+  /// Whether a drag would pull the active contour: crosshair tool, contour within 4 px, no point there.
   bool grabs_at(const QPointF& pixel, Qt::KeyboardModifiers modifiers) const;
   void begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers modifiers);
   void begin_point(const QPointF& pixel, MarkKind kind);
-  /// Adds a point to the active mesh; 0 when that fails, which is said.
+  /// Adds a point to the active mesh, and returns its id; 0 after a failure, which becomes a message.
   ItemId add_point(const Eigen::Vector3d& world_mm, MarkKind kind);
   void drag_point(const QPointF& pixel);
   void drag_window_level(const QPointF& moved);
   void begin_seed(const Eigen::Vector3d& centre_mm);
   void finish_seed();
-  /// Moves the crosshair along a direction of the screen.
+  /// Moves the crosshair along a screen direction.
   void move_crosshair(const Eigen::Vector3d& direction, int voxels);
   void hover(const QPointF& pixel, Qt::KeyboardModifiers modifiers);
   void show_grab(bool grabs);
@@ -67,12 +66,12 @@ class SliceTools {
   SliceView& view_;
   Drag drag_ = Drag::None;
   ItemId dragged_point_ = 0;
-  bool drag_continues_ = false;              ///< the session knows of the drag already
+  bool drag_continues_ = false;              ///< the session has the first command of the drag
   Eigen::Vector3d grab_offset_mm_{0, 0, 0};  ///< from the mouse to the handle
   QPointF press_, last_;
-  std::optional<QPointF> mouse_;  ///< while it is over the view
-  bool moved_ = false;            ///< far enough from the press to be no click
-  /// Where the crosshair was before the last click moved it; none after anything else.
+  std::optional<QPointF> mouse_;  ///< position while over the view
+  bool moved_ = false;            ///< too far from the press for a click
+  /// Crosshair before the last click; none after any other action.
   std::optional<Eigen::Vector3d> before_click_mm_;
   bool grabs_ = false;
   PointWheel point_wheel_;

@@ -27,7 +27,7 @@ SliceView::SliceView(Workbench& workbench, DrawnScene& drawn, Orientation orient
     : View(workbench, drawn, parent), orientation_(orientation), tools_(workbench, *this) {
   setObjectName(title_of(orientation));
   connect(&workbench_, &Workbench::view_changed, this, &SliceView::update_cursor);
-  connect(&workbench_, &Workbench::scene_changed, this, [this] { tools_.follow_points(); });
+  connect(&workbench_, &Workbench::scene_changed, this, [this] { tools_.update_hovered_point(); });
 }
 
 SliceView::~SliceView() { destroy_gl_objects(); }
@@ -52,7 +52,7 @@ QPointF SliceView::pixel_of(const Eigen::Vector3d& world_mm) const {
   return {width() / 2.0 + offset.dot(axes.right), height() / 2.0 - offset.dot(axes.up)};
 }
 
-std::span<const OutlinePiece> SliceView::active_outline() {
+std::span<const OutlineSegment> SliceView::active_outline() {
   if (!outline_) {
     outline_.emplace();
     const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
@@ -77,21 +77,21 @@ void SliceView::fit() {
   const double wide = std::abs(box.extent_mm().dot(axes.right)), high = std::abs(box.extent_mm().dot(axes.up));
   mm_per_pixel_ = 1.04 * std::max({wide / std::max(width(), 1), high / std::max(height(), 1), 1e-6});
   update();
-  emit framed();
+  emit frame_changed();
 }
 
 void SliceView::centre_on_crosshair() {
   fitted_ = false;
   centre_mm_ = workbench_.view.crosshair_mm;
   update();
-  emit framed();
+  emit frame_changed();
 }
 
 void SliceView::pan(const QPointF& by) {
   centre_mm_ += (by.y() * axes().up - by.x() * axes().right) * mm_per_pixel_;
   fitted_ = false;
   update();
-  emit framed();
+  emit frame_changed();
 }
 
 void SliceView::zoom_about(const QPointF& pixel, double factor) {
@@ -103,10 +103,10 @@ void SliceView::zoom_about(const QPointF& pixel, double factor) {
   centre_mm_ += before - world_of(pixel);
   fitted_ = false;
   update();
-  emit framed();
+  emit frame_changed();
 }
 
-void SliceView::frame_as(const SliceView& other) {
+void SliceView::copy_frame(const SliceView& other) {
   SIMPLEXSEG_EXPECT(other.orientation_ == orientation_);
   fitted_ = other.fitted_;
   centre_mm_ = other.centre_mm_;
@@ -196,7 +196,7 @@ void SliceView::draw_outlines(const Projection& projection) {
     if (meshes[m].visible)
       outline_painter_.fill(projection, *outlines_, static_cast<int>(m),
                             rgba_of(meshes[m].colour, kFill * meshes[m].opacity * view.opacity));
-  for (const bool active : {false, true}) {  // the active one on top
+  for (const bool active : {false, true}) {  // the active contour on top
     for (std::size_t m = 0; m < meshes.size(); ++m) {
       if (!meshes[m].visible || (meshes[m].id == view.active_mesh) != active) continue;
       outline_painter_.draw(projection, *outlines_, static_cast<int>(m), rgba_of(meshes[m].colour),
@@ -208,7 +208,7 @@ void SliceView::draw_outlines(const Projection& projection) {
   }
 }
 
-// The other two slices' traces, with a gap around the crossing so that it hides nothing.
+// Traces of the other two slices, with a gap at the crossing to keep it visible.
 void SliceView::draw_crosshair(const Projection& projection) {
   const SliceAxes axes = this->axes();
   const Eigen::Vector3d at = workbench_.view.crosshair_mm;
@@ -224,8 +224,8 @@ void SliceView::draw_crosshair(const Projection& projection) {
   }
 }
 
-// Where the slice cuts the balls that points mark; a boundary point marks none.
-void SliceView::draw_balls(const Projection& projection) {
+// Sections of the balls of inside and outside points.
+void SliceView::draw_marks(const Projection& projection) {
   for (const UserPoint& point : workbench_.scene().points) {
     const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
     const double off = distance_to_slice_mm(point.position_mm);
@@ -236,7 +236,7 @@ void SliceView::draw_balls(const Projection& projection) {
 }
 
 void SliceView::draw_points(const Projection& projection) {
-  draw_balls(projection);
+  draw_marks(projection);
   std::vector<DiscPainter::Disc> discs;
   const float ratio = static_cast<float>(devicePixelRatio());
   for (const UserPoint& point : workbench_.scene().points) {
@@ -252,7 +252,7 @@ void SliceView::draw_points(const Projection& projection) {
   disc_painter_.draw(projection, discs);
 }
 
-// From each boundary point to the vertex that it pulls; about that, of the one under the mouse, what follows.
+// Lines from boundary points to the vertices that they pull; for the point under the mouse, also a circle of its reach.
 void SliceView::draw_springs(const Projection& projection) {
   for (const PointSpring& spring : springs_->all()) {
     const UserPoint* point = workbench_.scene().find_point(spring.point);
@@ -286,7 +286,7 @@ void SliceView::draw_scale_bar(const Projection& projection) {
   line_painter_.draw(projection, ends, rgba_of(theme::kText), 1.4f * ratio);
 }
 
-// The sphere that is being placed.
+// Section of the seed sphere during its drag.
 void SliceView::draw_seed(const Projection& projection) {
   const std::optional<Seed>& seed = tools_.seed();
   if (seed) draw_circle(projection, seed->centre_mm, seed->radius_mm, rgba_of(theme::kSelected), 1.6f);
@@ -316,7 +316,7 @@ QString SliceView::corner_text() const {
       slice_number(workbench_.session().volume().geometry(), orientation_, workbench_.view.crosshair_mm);
   const QString number = QString("%1  %2 / %3").arg(title_of(orientation_)).arg(slice.number).arg(slice.count);
   QString all = QString("%1   %2 = %3 mm").arg(number, names[axes().normal]).arg(slice_mm(), 0, 'f', 1);
-  // The letter of the patient's side stands in the middle.
+  // The text must not reach the letter of the patient's side, in the middle.
   const auto fits = [this](const QString& text) {
     constexpr double kBold = 1.15;
     return kBold * fontMetrics().horizontalAdvance(text) < width() / 2.0 - 16;
@@ -343,13 +343,13 @@ void SliceView::annotate(std::vector<Label>& labels) const {
   add_names(labels, box.adjusted(0, fontMetrics().lineSpacing() + 2, 0, 0));
   QString note;
   if (underMouse() && workbench_.view.hovered_point) {
-    note = words_of_point(workbench_, workbench_.view.hovered_point);
+    note = point_text(workbench_, workbench_.view.hovered_point);
   } else if (tools_.seed()) {
     note = tr("radius %1 mm").arg(tools_.seed()->radius_mm, 0, 'f', 1);
   } else if (workbench_.view.window_level_armed) {
     note = tr("window %1  level %2").arg(workbench_.view.window, 0, 'g', 4).arg(workbench_.view.level, 0, 'g', 4);
   } else if (const MeshItem* item = workbench_.active_mesh(); workbench_.view.show_field && !field_ && item) {
-    note = tr("nothing learned yet: \"%1\"").arg(QString::fromStdString(item->name));
+    note = tr("no probability field yet: '%1'").arg(QString::fromStdString(item->name));
   }
   if (!note.isEmpty()) labels.push_back({box, Qt::AlignLeft | Qt::AlignBottom, note, theme::kSelected, false});
 }
@@ -359,7 +359,7 @@ void SliceView::mouseMoveEvent(QMouseEvent* event) { tools_.move(*event); }
 void SliceView::mouseReleaseEvent(QMouseEvent* event) { tools_.release(*event); }
 
 void SliceView::mouseDoubleClickEvent(QMouseEvent* event) {
-  if (!tools_.double_click(*event)) emit maximise_wanted();
+  if (!tools_.double_click(*event)) emit maximise_requested();
 }
 
 void SliceView::wheelEvent(QWheelEvent* event) {

@@ -12,10 +12,10 @@ namespace simplexseg {
 
 class PointSprings;
 
-/// How visible a handle is at some distance from the slice: 1 on it, 0 where it is neither drawn nor hit.
+/// Opacity of a handle by its distance from the slice: 1 on the slice, 0 where it is neither drawn nor selectable.
 double handle_opacity(double distance_mm);
 
-/// One slice through the crosshair with all that lies on it. SliceTools knows what mouse and keys do there.
+/// View of one slice through the crosshair. SliceTools handles its input.
 class SliceView : public View {
   Q_OBJECT
  public:
@@ -24,33 +24,33 @@ class SliceView : public View {
 
   void fit() override;
   void centre_on_crosshair() override;
-  /// Moves what is shown by a drag of so many logical pixels.
+  /// Moves the image by a drag, in logical pixels.
   void pan(const QPointF& by);
-  /// Makes a pixel `factor` times as large in the patient frame, within bounds; what lies under `pixel` stays there.
-  /// There must be a volume.
+  /// Multiplies the size of a pixel in mm by `factor`, within bounds, and keeps the position under `pixel`. Needs a
+  /// volume.
   void zoom_about(const QPointF& pixel, double factor);
-  /// Shows the same place at the same size as another view of that orientation.
-  void frame_as(const SliceView& other);
+  /// Copies centre and zoom of another view of the same orientation.
+  void copy_frame(const SliceView& other);
   /// Moves the crosshair by whole slices.
   void move_by_slices(int slices);
 
   SliceAxes axes() const;
-  /// Where the slice lies along its normal.
+  /// Position of the slice along its normal.
   double slice_mm() const;
   double distance_to_slice_mm(const Eigen::Vector3d& world_mm) const;
-  /// Between widget coordinates (logical pixels) and the plane of the slice.
+  // Conversion between widget coordinates (logical pixels) and the plane of the slice.
+
   Eigen::Vector3d world_of(const QPointF& pixel) const;
   QPointF pixel_of(const Eigen::Vector3d& world_mm) const;
   double mm_per_pixel() const { return mm_per_pixel_; }
-  /// The pieces of the active mesh's outline in the last picture; none while meshes are hidden. Read back once for each
-  /// picture, when asked for.
-  std::span<const OutlinePiece> active_outline();
-  /// Shows the pointer of what a press would begin.
+  /// Segments of the active contour in the last image; none while meshes are hidden. Read back at most once per image.
+  std::span<const OutlineSegment> active_outline();
+  /// Sets the mouse pointer for the action that a press would start.
   void update_cursor();
 
  signals:
-  /// Zoomed, panned, fitted or centred by the user; not by frame_as().
-  void framed();
+  /// The user has zoomed, panned, fitted or centred the view; not emitted by copy_frame().
+  void frame_changed();
 
  protected:
   void create_painters() override;
@@ -76,27 +76,27 @@ class SliceView : public View {
   void draw_points(const Projection& projection);
   void draw_springs(const Projection& projection);
   void draw_scale_bar(const Projection& projection);
-  void draw_balls(const Projection& projection);
-  /// `width`: of the line, logical pixels.
+  void draw_marks(const Projection& projection);
+  /// `width`: line width, logical pixels.
   void draw_circle(const Projection& projection, const Eigen::Vector3d& centre_mm, double radius_mm, const Rgba& colour,
                    float width);
   void draw_seed(const Projection& projection);
-  /// A round length that takes about a fifth of the view.
+  /// Length of the scale bar, at most a fifth of the view, rounded.
   double scale_bar_mm() const;
   QString corner_text() const;
   QRectF text_box() const;
 
   const Orientation orientation_;
-  Eigen::Vector3d centre_mm_{0, 0, 0};  ///< what lies in the middle of the widget
-  double mm_per_pixel_ = 1;             ///< a logical pixel
-  bool fitted_ = true;                  ///< follows the size of the widget until zoomed or panned
+  Eigen::Vector3d centre_mm_{0, 0, 0};  ///< world position of the centre of the widget
+  double mm_per_pixel_ = 1;             ///< size of a logical pixel
+  bool fitted_ = true;                  ///< refitted on resize, until zoomed or panned
   SliceTools tools_;
 
-  const SceneBuffers::Slice* slice_ = nullptr;  ///< what prepare() found, like the next
+  const SceneBuffers::Slice* slice_ = nullptr;  ///< set by prepare(), like the next three
   const SceneBuffers::Outlines* outlines_ = nullptr;
   const SceneBuffers::Field* field_ = nullptr;
   const PointSprings* springs_ = nullptr;
-  std::optional<std::vector<OutlinePiece>> outline_;  ///< of the active mesh; none: not read since the last picture
+  std::optional<std::vector<OutlineSegment>> outline_;  ///< active contour; none: not read since the last image
   SlicePainter slice_painter_;
   FieldPainter field_painter_;
   OutlinePainter outline_painter_;

@@ -16,7 +16,7 @@ namespace simplexseg {
 SpaceView::SpaceView(Workbench& workbench, DrawnScene& drawn, QWidget* parent)
     : View(workbench, drawn, parent), point_wheel_(workbench) {
   setObjectName("3D");
-  // Slices need no multisampling: their lines are smooth by themselves.
+  // Slice views need no multisampling: their lines are antialiased by the shader.
   QSurfaceFormat smooth = format();
   smooth.setSamples(2);
   setFormat(smooth);
@@ -29,16 +29,16 @@ void SpaceView::fit() {
   const WorldBox box = world_box(workbench_.session().volume().geometry());
   camera_.fit(box.centre_mm(), box.extent_mm().norm() / 2);
   update();
-  emit turned();
+  emit camera_changed();
 }
 
 void SpaceView::centre_on_crosshair() {
-  camera_.look_at(workbench_.view.crosshair_mm);
+  camera_.set_target(workbench_.view.crosshair_mm);
   update();
-  emit turned();
+  emit camera_changed();
 }
 
-void SpaceView::look_as(const SpaceView& other) {
+void SpaceView::copy_camera(const SpaceView& other) {
   camera_ = other.camera_;
   update();
 }
@@ -81,7 +81,7 @@ void SpaceView::paint() {
   set_depth(Depth::Test);
   draw_slices(projection);
   if (surfaces_) draw_meshes(projection);
-  // Last, as their smooth edges are half transparent and yet would hide what comes later.
+  // Lines and points are drawn last: their smooth edges are half transparent, but would hide anything drawn later.
   if (workbench_.view.show_slices_3d) draw_frames(projection);
   draw_springs(projection);
   draw_points(projection);
@@ -175,7 +175,7 @@ void SpaceView::draw_circle(const Projection& projection, const Eigen::Vector3d&
 
 QRectF SpaceView::scale_box() const { return {width() - 24.0, 0.2 * height(), 12.0, 0.55 * height()}; }
 
-// The scale of colours, in pixels of the view.
+// Colour scale, in pixels of the view.
 void SpaceView::draw_scale(const Projection& projection) {
   Projection pixels;
   pixels.viewport_px = projection.viewport_px;
@@ -209,9 +209,8 @@ void SpaceView::annotate(std::vector<Label>& labels) const {
     labels.push_back({beside, Qt::AlignRight | Qt::AlignBottom, tr("0 mm"), theme::kText, false});
   }
   if (const ItemId point = workbench_.view.hovered_point; point != 0 && underMouse())
-    labels.push_back(
-        {box, Qt::AlignLeft | Qt::AlignBottom, words_of_point(workbench_, point), theme::kSelected, false});
-  // The patient's sides, at the ends of the crosshair's axes.
+    labels.push_back({box, Qt::AlignLeft | Qt::AlignBottom, point_text(workbench_, point), theme::kSelected, false});
+  // Letters of the patient's sides, at the ends of the axes.
   const WorldBox world = world_box(workbench_.session().volume().geometry());
   const Eigen::Matrix4f clip_from_world = projection().clip_from_world;
   for (int axis = 0; axis < 3; ++axis) {
@@ -246,7 +245,7 @@ void SpaceView::mouseMoveEvent(QMouseEvent* event) {
   const QPointF moved = event->position() - last_;
   last_ = event->position();
   if (dragged_point_ != 0) {
-    constexpr double kDragStarts = 3;  // logical pixels: less is a click, which selects
+    constexpr double kDragStarts = 3;  // logical pixels: a shorter drag is a click, which selects
     if (drag_continues_ || (last_ - press_).manhattanLength() >= kDragStarts) drag_point(last_);
     return;
   }
@@ -269,7 +268,7 @@ void SpaceView::mouseMoveEvent(QMouseEvent* event) {
       return;
   }
   update();
-  emit turned();
+  emit camera_changed();
 }
 
 void SpaceView::mouseReleaseEvent(QMouseEvent*) {
@@ -288,22 +287,22 @@ void SpaceView::leaveEvent(QEvent* event) {
 void SpaceView::mouseDoubleClickEvent(QMouseEvent* event) {
   if (event->button() == Qt::LeftButton &&
       gesture(Where::Space, Mouse::DoubleClick, event->modifiers()) == Act::Maximise) {
-    emit maximise_wanted();
+    emit maximise_requested();
   }
 }
 
 void SpaceView::wheelEvent(QWheelEvent* event) {
   const ItemId point = point_at(event->position());
-  if (point_wheel_.takes(point) && gesture(Where::Space, Mouse::WheelOnPoint, event->modifiers())) {
+  if (point_wheel_.handles(point) && gesture(Where::Space, Mouse::WheelOnPoint, event->modifiers())) {
     point_wheel_.turn(point, *event, false);
     event->accept();
     return;
   }
-  point_wheel_.passed_by();
+  point_wheel_.record_other_use();
   if (gesture(Where::Space, Mouse::Wheel, event->modifiers()) == Act::WheelZoom) {
     camera_.zoom(std::exp(-event->angleDelta().y() / 120.0 * 0.12));
     update();
-    emit turned();
+    emit camera_changed();
   }
   event->accept();
 }
@@ -328,7 +327,7 @@ ItemId SpaceView::point_at(const QPointF& pixel) const {
     if (distance <= best) best = distance, nearest = &point;
   }
   if (!nearest || !workbench_.view.show_meshes) return nearest ? nearest->id : 0;
-  // What lies behind a mesh is not seen, unless one sees through the mesh.
+  // Points behind an opaque mesh are hidden.
   const ItemId id = nearest->id;
   const Eigen::Vector3d at = nearest->position_mm;
   const OrbitCamera::Ray ray = ray_through(*pixel_of(at));
@@ -350,7 +349,7 @@ void SpaceView::hover(const QPointF& pixel) {
   workbench_.view_edited();
 }
 
-// Along the plane through the point that faces the eye.
+// Moves the point in the plane through it that is parallel to the screen.
 void SpaceView::drag_point(const QPointF& pixel) {
   const UserPoint* point = workbench_.scene().find_point(dragged_point_);
   if (!point) return;

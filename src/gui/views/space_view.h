@@ -9,7 +9,7 @@
 
 namespace simplexseg {
 
-/// The meshes, the three slices and the points in space.
+/// 3D view of the meshes, the three slices and the points.
 class SpaceView : public View {
   Q_OBJECT
  public:
@@ -18,12 +18,12 @@ class SpaceView : public View {
 
   void fit() override;
   void centre_on_crosshair() override;
-  /// Shows the same place from the same side as another.
-  void look_as(const SpaceView& other);
+  /// Copies the camera of another view.
+  void copy_camera(const SpaceView& other);
 
  signals:
-  /// Turned, moved or zoomed by the user; not by look_as().
-  void turned();
+  /// The user rotated, moved or zoomed the camera; not emitted by copy_camera().
+  void camera_changed();
 
  protected:
   void create_painters() override;
@@ -48,13 +48,13 @@ class SpaceView : public View {
   void draw_points(const Projection& projection);
   void draw_springs(const Projection& projection);
   void draw_scale(const Projection& projection);
-  /// A circle that faces the eye.
+  /// Draws a circle parallel to the screen.
   void draw_circle(const Projection& projection, const Eigen::Vector3d& centre_mm, double radius_mm,
                    const Rgba& colour);
   QRectF scale_box() const;
   OrbitCamera::Ray ray_through(const QPointF& pixel) const;
   std::optional<QPointF> pixel_of(const Eigen::Vector3d& world_mm) const;
-  /// The point whose handle is within 9 px and not behind a mesh, 0 if none.
+  /// Point whose handle is within 9 px and not hidden by a mesh, 0 if none.
   ItemId point_at(const QPointF& pixel) const;
   void hover(const QPointF& pixel);
   void drag_point(const QPointF& pixel);
@@ -63,12 +63,12 @@ class SpaceView : public View {
   OrbitCamera camera_;
   PointWheel point_wheel_;
   ItemId dragged_point_ = 0;
-  bool drag_continues_ = false;  ///< the session knows of the drag already
+  bool drag_continues_ = false;  ///< the session has the first command of the drag
   Eigen::Vector3d grab_offset_mm_{0, 0, 0};
   QPointF press_;
   std::optional<Act> drag_;
   QPointF last_;
-  const SceneBuffers::Slice* slices_[3] = {};  ///< what prepare() found, like the next
+  const SceneBuffers::Slice* slices_[3] = {};  ///< set by prepare(), like the next three
   const SceneBuffers* surfaces_ = nullptr;
   bool coloured_ = false;
   const PointSprings* springs_ = nullptr;

@@ -2,7 +2,7 @@
 #include "gui/views/view.h"
 
 #include "core/expect.h"
-#include "gui/input/key_return.h"
+#include "gui/input/focus_return.h"
 #include "gui/look/theme.h"
 #include "gui/views/drawn_scene.h"
 #include "gui/workbench/workbench.h"
@@ -17,12 +17,12 @@ View::View(Workbench& workbench, DrawnScene& drawn, QWidget* parent)
   const auto repaint = [this] { update(); };
   connect(&workbench_, &Workbench::scene_changed, this, repaint);
   connect(&workbench_, &Workbench::pose_changed, this, repaint);
-  // While the simulation runs its next frame shows the point: a picture before that would hold it up.
+  // A running simulation shows the point in its next frame; an extra repaint would delay that frame.
   connect(&workbench_, &Workbench::point_moved, this, [this] {
     if (!workbench_.running()) update();
   });
   connect(&workbench_, &Workbench::view_changed, this, repaint);
-  connect(&workbench_, &Workbench::learning_changed, this, repaint);
+  connect(&workbench_, &Workbench::solving_changed, this, repaint);
   connect(&workbench_, &Workbench::volume_changed, this, [this] { fit(); });
 }
 
@@ -62,7 +62,7 @@ void View::initializeGL() {
     drawn_.buffers().attach(this);
     ready_ = true;
   } catch (const std::exception& error) {
-    workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
+    workbench_.notify(Severity::Failure, QString::fromUtf8(error.what()));
   }
 }
 
@@ -80,7 +80,7 @@ void View::paintGL() {
   drawn_.buffers().end_reading(this);
 }
 
-// Keys act in the view under the mouse, unless something is being typed.
+// Keys act in the view under the mouse, unless the user is typing.
 void View::enterEvent(QEnterEvent* event) {
   if (!is_typing()) setFocus(Qt::MouseFocusReason);
   QOpenGLWidget::enterEvent(event);

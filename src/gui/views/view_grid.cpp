@@ -40,7 +40,7 @@ ViewGrid::ViewGrid(Workbench& workbench, DrawnScene& drawn, QWidget* parent) : Q
     grid_->setColumnStretch(n % 2, 1);
     views[n]->setAccessibleName(tr("%1 view").arg(views[n]->objectName()));
     views[n]->installEventFilter(this);
-    connect(views[n], &View::maximise_wanted, this, [this, n] { show_alone(shown_alone() == n ? -1 : n); });
+    connect(views[n], &View::maximise_requested, this, [this, n] { show_alone(shown_alone() == n ? -1 : n); });
   }
 }
 
@@ -56,14 +56,14 @@ bool ViewGrid::eventFilter(QObject* watched, QEvent* event) {
   return QWidget::eventFilter(watched, event);
 }
 
-// Which view has the keys: a frame in the gap around it, so that nothing lies over the picture.
+// Draws a frame around the view with keyboard focus, in the gap between the views, where it covers no image.
 void ViewGrid::paintEvent(QPaintEvent*) {
   const std::array<View*, 4> views = all();
   for (std::size_t n = 0; n < views.size(); ++n) {
     if (!views[n]->hasFocus()) continue;
     QPainter painter(this);
     const QRect cell = cells_[n]->geometry(), frame = cell.adjusted(-2, -2, 2, 2);
-    painter.setClipRegion(QRegion(frame) - cell);  // a cell is see-through beside its view
+    painter.setClipRegion(QRegion(frame) - cell);  // a cell is transparent beside its view
     painter.fillRect(frame, theme::shades().accent);
   }
 }
@@ -89,7 +89,7 @@ void ViewGrid::show_alone(int view) {
   for (int n = 0; n < 4; ++n) {
     cells_[n]->setVisible(!maximised_ || views[n] == maximised_);
     views[n]->setVisible(!maximised_ || views[n] == maximised_);
-    // An empty row or column must take no room.
+    // Empty rows and columns take no space.
     const bool row_used = !maximised_ || maximised_ == views[2 * (n / 2)] || maximised_ == views[2 * (n / 2) + 1];
     const bool column_used = !maximised_ || maximised_ == views[n % 2] || maximised_ == views[n % 2 + 2];
     grid_->setRowStretch(n / 2, row_used);

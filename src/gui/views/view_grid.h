@@ -13,7 +13,7 @@ class SpaceView;
 class View;
 class Workbench;
 
-/// The four views in two rows of two: axial, sagittal, coronal, 3D. One of them can take all the room.
+/// The four views in two rows: axial, sagittal; coronal, 3D. One of them can be maximised.
 class ViewGrid : public QWidget {
   Q_OBJECT
  public:
@@ -23,12 +23,12 @@ class ViewGrid : public QWidget {
   SliceView& slice(int orientation) const;
   SpaceView& space() const { return *space_; }
   std::array<View*, 4> all() const;
-  /// Brings the whole volume into all views.
+  /// Fits the whole volume into all views.
   void fit();
   void centre_on_crosshair();
-  /// Gives all the room to a view: 0 axial, 1 sagittal, 2 coronal, 3 3D; -1: each has its own.
+  /// Maximises a view: 0 axial, 1 sagittal, 2 coronal, 3 3D; -1: shows all four.
   void show_alone(int view);
-  /// The view that has all the room; -1: none.
+  /// Maximised view; -1: none.
   int shown_alone() const;
 
  signals:
@@ -40,7 +40,7 @@ class ViewGrid : public QWidget {
 
  private:
   QGridLayout* grid_;
-  std::array<QWidget*, 4> cells_{};  ///< what lies in the grid: a view with what is beside it
+  std::array<QWidget*, 4> cells_{};  ///< cells of the grid: a view with its slider
   std::array<SliceView*, 3> slices_;
   SpaceView* space_;
   View* maximised_ = nullptr;

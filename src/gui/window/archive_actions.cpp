@@ -6,9 +6,9 @@
 
 #include "gui/input/action_table.h"
 #include "gui/look/widgets.h"
-#include "gui/window/archive_dialog.h"
+#include "gui/window/archive/archive_dialog.h"
+#include "gui/window/archive/send_dialog.h"
 #include "gui/window/file_actions.h"
-#include "gui/window/send_dialog.h"
 #include "gui/workbench/background_job.h"
 
 namespace simplexseg {
@@ -31,7 +31,7 @@ ArchiveActions::ArchiveActions(Workbench& workbench, BackgroundJob& loading, Fil
   connect(&loading_, &BackgroundJob::started, this, &ArchiveActions::enable_actions);
   connect(&loading_, &BackgroundJob::succeeded, this, &ArchiveActions::enable_actions);
   connect(&loading_, &BackgroundJob::failed, this, &ArchiveActions::enable_actions);
-  connect(&loading_, &BackgroundJob::called_off, this, &ArchiveActions::enable_actions);
+  connect(&loading_, &BackgroundJob::cancelled, this, &ArchiveActions::enable_actions);
   enable_actions();
 }
 
@@ -43,8 +43,8 @@ ArchiveActions::~ArchiveActions() {
 void ArchiveActions::enable_actions() {
   const bool volume = workbench_.has_volume(), dicom = volume && files_.is_dicom();
   set_enabled(actions_[Act::SendBack], dicom && !loading_.busy(),
-              dicom    ? tr("Wait for what is being loaded or saved")
-              : volume ? tr("The image is not DICOM: it is of no study into which anything could be sent")
+              dicom    ? tr("Wait until loading or saving has finished")
+              : volume ? tr("The image is not DICOM, so there is no study to send to")
                        : tr("Open a DICOM image first"));
 }
 
@@ -62,7 +62,9 @@ void ArchiveActions::find() {
 void ArchiveActions::open_fetched(const QString& folder) {
   find_->accept();
   if (loading_.busy())
-    workbench_.say(Severity::Warning, tr("The series was fetched, but something else is being loaded: open it again"));
+    workbench_.notify(
+        Severity::Warning,
+        tr("The series was fetched, but another file is being loaded or saved. Open the series again later."));
   else
     files_.open(folder);
 }
@@ -72,7 +74,7 @@ void ArchiveActions::send_back() {
   try {
     servers = read_archive_servers();
   } catch (const std::exception& error) {
-    workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
+    workbench_.notify(Severity::Failure, QString::fromUtf8(error.what()));
     return;
   }
   send_ = new SendDialog(workbench_, picture_(), std::move(servers), *sending_, open_, &window_);

@@ -4,7 +4,7 @@
 #include <QObject>
 #include <QPointer>
 
-#include "gui/window/archive_task.h"
+#include "gui/window/archive/archive_task.h"
 
 class QWidget;
 
@@ -17,18 +17,18 @@ class FileActions;
 class SendDialog;
 class Workbench;
 
-/// What goes to and comes from an archive (PACS), each with its dialog.
+/// Actions that fetch from and send to an archive (PACS), each with its dialog.
 class ArchiveActions : public QObject {
   Q_OBJECT
  public:
-  /// `loading`: what FileActions reads with. `picture`: of the views, to be sent.
+  /// `loading`: background job of FileActions. `picture`: returns a picture of the views, to be sent.
   ArchiveActions(Workbench& workbench, BackgroundJob& loading, FileActions& files, ActionTable& actions,
                  std::function<QImage()> picture, QWidget& window);
   ~ArchiveActions() override;
 
-  /// Other archives than those of the network, from now on.
+  /// Replaces the function that opens archives; for tests.
   void set_opener(ArchiveOpener open) { open_ = std::move(open); }
-  /// Shows the dialog, with what was found before; a series that it fetches is opened like any folder.
+  /// Shows the search dialog with its last results. A series that it fetches is opened like a folder.
   void find();
   void send_back();
 
@@ -44,8 +44,8 @@ class ArchiveActions : public QObject {
   QWidget& window_;
   ArchiveOpener open_ = open_archive;
   BackgroundJob *finding_, *sending_;  ///< outlive the dialogs
-  QPointer<ArchiveDialog> find_;       ///< made when it is wanted first
-  QPointer<SendDialog> send_;          ///< while it is open
+  QPointer<ArchiveDialog> find_;       ///< created on first use
+  QPointer<SendDialog> send_;          ///< null unless open
 };
 
 }  // namespace simplexseg

@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "io/recovery.h"
+#include "io/scene/recovery.h"
 
 namespace simplexseg {
 
@@ -17,9 +17,9 @@ class BackgroundJob;
 class FileActions;
 class Workbench;
 
-/// Keeps the work of a window while it is not saved: after each action that ended, and every minute while the
-/// simulation goes on. The window's thread copies the scene, another writes it. It must go before the window; then the
-/// work goes, too. After a crash offer() offers what was kept.
+/// Autosaves the unsaved work of a window: after each completed action, and every minute while the simulation runs. The
+/// window's thread copies the scene; another thread writes it. The destructor deletes the autosaved work; it must run
+/// before the window is destroyed. After a crash, offer_recovery() offers to restore the work.
 class Autosave : public QObject {
   Q_OBJECT
  public:
@@ -28,38 +28,38 @@ class Autosave : public QObject {
   Autosave(Workbench& workbench, FileActions& files, BackgroundJob& job, QWidget& window,
            const std::filesystem::path& root);
   ~Autosave() override;
-  /// Where work is kept unless told otherwise: simplexseg/work in the user's folder for states (XDG_STATE_HOME).
+  /// Default folder: simplexseg/work in the user's state folder (XDG_STATE_HOME).
   static std::filesystem::path default_root();
 
-  /// Asks what is to be done with work that was lost, where there is some.
-  void offer();
-  /// The question, while it is there.
-  QDialog* question() const { return question_; }
-  /// Keeps the work now unless nothing has changed since it was kept last.
-  void keep_now();
+  /// Opens the recovery dialog if there is work to recover.
+  void offer_recovery();
+  /// Recovery dialog; null unless it is open.
+  QDialog* dialog() const { return dialog_; }
+  /// Saves the work now, unless nothing has changed since the last autosave.
+  void save_now();
 
  signals:
-  /// Work is on the disk: as it was at this Session::revision().
-  void kept(quint64 revision);
+  /// The work is on disk, in its state at this Session::revision().
+  void saved(quint64 revision);
 
  private:
-  void forget_where_saved();
-  void note_kept(std::uint64_t revision, const QString& failure);
-  void take_up(std::size_t which);
-  void ask();
+  void discard_if_saved();
+  void finish_save(std::uint64_t revision, const QString& failure);
+  void restore(std::size_t which);
+  void open_dialog();
 
   Workbench& workbench_;
   FileActions& files_;
   BackgroundJob& job_;
   QWidget& window_;
   std::filesystem::path root_;
-  std::shared_ptr<WorkKeeper> keeper_;  ///< null when it could not be made
-  QThreadPool writer_;                  ///< of one thread: in the order in which it is asked
-  QTimer minute_, settle_;
-  std::vector<LostWork> lost_;
-  QPointer<QDialog> question_;
-  std::uint64_t kept_revision_ = 0;
-  bool busy_ = false, again_ = false, complained_ = false;
+  std::shared_ptr<AutosaveStore> store_;  ///< null if its folder could not be created
+  QThreadPool writer_;                    ///< one thread: writes in the order of the requests
+  QTimer interval_, after_action_;
+  std::vector<RecoverableWork> lost_;
+  QPointer<QDialog> dialog_;
+  std::uint64_t saved_revision_ = 0;
+  bool busy_ = false, pending_ = false, failure_reported_ = false;
 };
 
 }  // namespace simplexseg

@@ -16,28 +16,27 @@
 #include "archive/cache.h"
 #include "core/error.h"
 #include "gui/input/action_table.h"
+#include "gui/look/qt_text.h"
 #include "gui/look/widgets.h"
 #include "gui/window/series_dialog.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
-#include "io/file_names.h"
-#include "io/scene_export.h"
-#include "io/scene_io.h"
-#include "io/volume_io.h"
+#include "io/platform/file_names.h"
+#include "io/scene/scene_export.h"
+#include "io/scene/scene_io.h"
+#include "io/volume/volume_io.h"
 
 namespace simplexseg {
 namespace {
 
-// Paths may hold anything that the file system takes: never through the local 8-bit encoding.
-std::filesystem::path to_path(const QString& text) { return std::filesystem::path(text.toStdU16String()); }
-QString to_text(const std::filesystem::path& path) { return QString::fromStdU16String(path.u16string()); }
+// Paths may contain any character of the file system: never convert them through the local 8-bit encoding.
 
 const char* kVolumeFilter =
     "Volumes and scenes (*.nii *.nii.gz *.hdr *.img *.nrrd *.nhdr *.mha *.mhd *.gipl *.gipl.gz *.mnc *.dcm "
     "*.json);;All files (*)";
 
-/// A series that came from an archive: its place in the cache and its name there mean nothing to people, and what is
-/// saved does not belong there.
+/// Whether `path` is a series fetched from an archive. Its path in the cache is not shown to users, and no files are
+/// saved beside it.
 bool is_fetched(const QString& path) {
   return !path.isEmpty() && to_path(path).parent_path().parent_path() == ArchiveCache::archive_cache_folder();
 }
@@ -60,18 +59,18 @@ FileActions::FileActions(Workbench& workbench, BackgroundJob& job, ActionTable& 
   connect(&job_, &BackgroundJob::started, this, &FileActions::enable_actions);
   connect(&job_, &BackgroundJob::succeeded, this, &FileActions::enable_actions);
   connect(&job_, &BackgroundJob::failed, this, &FileActions::enable_actions);
-  connect(&job_, &BackgroundJob::called_off, this, &FileActions::enable_actions);
+  connect(&job_, &BackgroundJob::cancelled, this, &FileActions::enable_actions);
   enable_actions();
 }
 
 void FileActions::enable_actions() {
-  const QString why_busy = tr("Wait for what is being loaded or saved");
+  const QString why_busy = tr("Wait until loading or saving has finished");
   const bool volume = workbench_.has_volume(), meshes = !workbench_.scene().meshes.empty();
   for (const Act act : {Act::Open, Act::OpenFolder}) set_enabled(actions_[act], !job_.busy(), why_busy);
   for (const Act act : {Act::SaveScene, Act::SaveSceneAs})
     set_enabled(actions_[act], volume, tr("There is nothing to save yet"));
   for (const Act act : {Act::SaveLabels, Act::SaveMeshes}) {
-    set_enabled(actions_[act], meshes && !job_.busy(), meshes ? why_busy : tr("There is no mesh to save yet"));
+    set_enabled(actions_[act], meshes && !job_.busy(), meshes ? why_busy : tr("There is no segmentation to save yet"));
   }
 }
 
@@ -91,16 +90,16 @@ void FileActions::find_series(const QStringList& paths) {
   auto found = std::make_shared<FoundSeries>();
   const QString what = paths.size() == 1 ? QFileInfo(paths.front()).fileName() : tr("%1 files").arg(paths.size());
   job_.start(
-      tr("Looking for DICOM series in %1...").arg(what), [=] { *found = find_dicom_series(places); },
-      [=, this] { choose_series(std::move(*found)); }, BackgroundJob::CallingOff::Yes);
+      tr("Searching %1 for DICOM series...").arg(what), [=] { *found = find_dicom_series(places); },
+      [=, this] { choose_series(std::move(*found)); }, BackgroundJob::Cancellable::Yes);
 }
 
 void FileActions::choose_series(FoundSeries found) {
   const auto load_one = [this](const DicomSeries& series, int volume) {
-    load(to_text(series.folder), volume, series.alone && !series.damaged ? std::string() : series.uid);
+    load(text(series.folder), volume, series.is_only_series && !series.damaged ? std::string() : series.uid);
   };
   const DicomSeries& first = found.series.front();
-  if (found.series.size() == 1 && found.unreadable.empty() && !first.damaged && first.refusal.empty() &&
+  if (found.series.size() == 1 && found.unreadable.empty() && !first.damaged && first.load_error.empty() &&
       first.volumes == 1) {
     load_one(first, 1);
     return;
@@ -117,7 +116,7 @@ void FileActions::choose_volume(const QString& path, int count) {
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   dialog->setWindowTitle(tr("Open one of several volumes"));
   dialog->setLabelText(
-      tr("%1 is 4D: it holds %2 volumes. Number of the one to be opened:").arg(QFileInfo(path).fileName()).arg(count));
+      tr("%1 is 4D and contains %2 volumes. Number of the volume to open:").arg(QFileInfo(path).fileName()).arg(count));
   dialog->setInputMode(QInputDialog::IntInput);
   dialog->setIntRange(1, count);
   connect(dialog, &QInputDialog::intValueSelected, this, [=, this](int volume) { load(path, volume, {}); });
@@ -144,47 +143,47 @@ void FileActions::load(const QString& path, int volume, const std::string& serie
           return;
         }
         try {
-          take(std::move(*input), file);
+          open_loaded(std::move(*input), file);
         } catch (const std::exception& error) {
-          workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
+          workbench_.notify(Severity::Failure, QString::fromUtf8(error.what()));
         }
       },
-      BackgroundJob::CallingOff::Yes);
+      BackgroundJob::Cancellable::Yes);
 }
 
-void FileActions::take(LoadedInput input, const std::filesystem::path& path) {
-  emit about_to_take();
+void FileActions::open_loaded(LoadedInput input, const std::filesystem::path& path) {
+  emit about_to_open();
   workbench_.open(std::move(input.scene), std::move(input.volume), std::move(input.references),
                   std::move(input.history));
   is_dicom_ = input.is_dicom;
   workbench_.view.low_is_bright = input.low_is_bright;
   const QString series = QString::fromStdString(input.series);
   workbench_.set_title(QString::fromStdString(input.patient),
-                       series.isEmpty() ? QFileInfo(to_text(input.volume_path)).fileName() : series);
-  last_path_ = to_text(path);
-  scene_path_ = path.extension() == ".json" ? to_text(path) : QString();
-  say_warnings(input.warnings);
+                       series.isEmpty() ? QFileInfo(text(input.volume_path)).fileName() : series);
+  last_path_ = text(path);
+  scene_path_ = path.extension() == ".json" ? text(path) : QString();
+  show_warnings(input.warnings);
   emit name_changed();
 }
 
-void FileActions::take_up(LoadedInput input, const WorkNote& note) {
-  emit about_to_take();
+void FileActions::restore(LoadedInput input, const AutosaveInfo& info) {
+  emit about_to_open();
   workbench_.open(std::move(input.scene), std::move(input.volume), std::move(input.references),
                   std::move(input.history));
   is_dicom_ = input.is_dicom;
   workbench_.mark_unsaved();
-  last_path_ = QString::fromStdString(note.opened);
-  scene_path_ = QString::fromStdString(note.scene_file);
-  workbench_.say(Severity::Note, tr("The work is back as it was kept; it is not saved yet"));
-  say_warnings(input.warnings);
+  last_path_ = QString::fromStdString(info.opened);
+  scene_path_ = QString::fromStdString(info.scene_file);
+  workbench_.notify(Severity::Note, tr("Work restored. Not saved yet."));
+  show_warnings(input.warnings);
   emit name_changed();
 }
 
-void FileActions::say_warnings(const std::vector<std::string>& warnings) {
+void FileActions::show_warnings(const std::vector<std::string>& warnings) {
   if (warnings.empty()) return;
   QString text = QString::fromUtf8(warnings.front().c_str());
   if (warnings.size() > 1) text += tr(" (and %1 more)").arg(warnings.size() - 1);
-  workbench_.say(Severity::Warning, text);
+  workbench_.notify(Severity::Warning, text);
 }
 
 bool FileActions::may_discard() {
@@ -192,15 +191,15 @@ bool FileActions::may_discard() {
   const QString name = scene_name();
   QMessageBox question(
       QMessageBox::Question, tr("Unsaved changes"),
-      name.isEmpty() ? tr("Save the changes to the scene first?") : tr("Save the changes to \"%1\" first?").arg(name),
+      name.isEmpty() ? tr("Save the changes to the scene first?") : tr("Save the changes to '%1' first?").arg(name),
       QMessageBox::NoButton, &window_);
-  question.setInformativeText(tr("Meshes and points that are not saved are lost."));
-  // Each with a key of its own, whatever the desktop calls them.
+  question.setInformativeText(tr("If you discard the changes, unsaved segmentations and points are lost."));
+  // Custom buttons: the standard texts of some desktops have no mnemonics.
   QPushButton* save = question.addButton(tr("&Save"), QMessageBox::AcceptRole);
   QPushButton* discard = question.addButton(tr("&Discard"), QMessageBox::DestructiveRole);
-  QPushButton* stay = question.addButton(tr("&Cancel"), QMessageBox::RejectRole);
+  QPushButton* cancel = question.addButton(tr("&Cancel"), QMessageBox::RejectRole);
   question.setDefaultButton(save);
-  question.setEscapeButton(stay);
+  question.setEscapeButton(cancel);
   question.exec();
   if (question.clickedButton() == save) return save_scene();
   return question.clickedButton() == discard;
@@ -211,7 +210,7 @@ QString FileActions::scene_name() const {
   return QFileInfo(scene_path_.isEmpty() ? last_path_ : scene_path_).fileName();
 }
 
-QString FileActions::offered_path(const QString& what, const QString& ending) const {
+QString FileActions::suggested_path(const QString& what, const QString& ending) const {
   const auto stem_of = [](const QString& path) { return QFileInfo(path).fileName().section('.', 0, 0); };
   const QString volume_path = QString::fromStdString(workbench_.scene().volume_path), scene = stem_of(scene_path_);
   const QString volume = is_fetched(volume_path) ? file_name_of(workbench_.series_name()) : stem_of(volume_path);
@@ -240,10 +239,10 @@ void FileActions::choose_and_open_folder() {
 bool FileActions::save_scene() { return scene_path_.isEmpty() ? save_scene_as() : save_scene_to(scene_path_); }
 
 bool FileActions::save_scene_as() {
-  // By this ending a desktop tells scenes from other JSON (packaging/simplexseg.xml).
+  // Desktops distinguish scenes from other JSON files by this extension (packaging/simplexseg.xml).
   const QString ending = ".simplexseg.json";
   QString path =
-      QFileDialog::getSaveFileName(&window_, tr("Save the scene"), offered_path("", ending), tr("Scenes (*.json)"));
+      QFileDialog::getSaveFileName(&window_, tr("Save the scene"), suggested_path("", ending), tr("Scenes (*.json)"));
   if (path.isEmpty()) return false;
   if (!path.endsWith(".json")) path += ending;
   return save_scene_to(path);
@@ -253,18 +252,18 @@ bool FileActions::save_scene_to(const QString& path) {
   try {
     write_scene(to_path(path), workbench_.scene_to_save(), workbench_.session().history());
   } catch (const std::exception& error) {
-    workbench_.say(Severity::Failure, QString::fromUtf8(error.what()));
+    workbench_.notify(Severity::Failure, QString::fromUtf8(error.what()));
     return false;
   }
   scene_path_ = last_path_ = path;
   workbench_.mark_saved();
-  workbench_.say(Severity::Note, tr("Saved %1").arg(path));
+  workbench_.notify(Severity::Note, tr("Saved %1").arg(path));
   emit name_changed();
   return true;
 }
 
 void FileActions::choose_and_save_labels() {
-  QString path = QFileDialog::getSaveFileName(&window_, tr("Save the labels"), offered_path("-labels", ".nii.gz"),
+  QString path = QFileDialog::getSaveFileName(&window_, tr("Save the labels"), suggested_path("-labels", ".nii.gz"),
                                               tr("Label volumes (*.nii.gz *.nii *.seg.nrrd *.nrrd *.mha);;"
                                                  "DICOM segmentation or contours (*.dcm *.rtstruct.dcm)"));
   if (!path.isEmpty() && QFileInfo(path).suffix().isEmpty()) path += ".nii.gz";
@@ -279,29 +278,31 @@ void FileActions::save_labels_to(const QString& path) {
       [=, scene = workbench_.session().scene(), file = to_path(path)] { *note = save_labels(file, scene, geometry); },
       [=, this] {
         const QString more = note->empty() ? QString() : "; " + QString::fromStdString(*note);
-        workbench_.say(Severity::Note, tr("Saved %1%2").arg(path, more));
+        workbench_.notify(Severity::Note, tr("Saved %1%2").arg(path, more));
       });
 }
 
 void FileActions::choose_and_save_meshes() {
   bool chosen = false;
   const QString extension =
-      QInputDialog::getItem(&window_, tr("Save the meshes"), tr("Format (.ply alone keeps every bit):"),
+      QInputDialog::getItem(&window_, tr("Save the surfaces"), tr("File format (PLY is lossless):"),
                             {".ply", ".obj", ".stl", ".vtk", ".vtp"}, 0, false, &chosen);
   if (!chosen) return;
   const QString folder =
-      QFileDialog::getExistingDirectory(&window_, tr("Save each mesh into a folder"), usual_folder());
+      QFileDialog::getExistingDirectory(&window_, tr("Folder for the surfaces, one file each"), usual_folder());
   if (!folder.isEmpty()) save_meshes_to(folder, extension);
 }
 
 void FileActions::save_meshes_to(const QString& folder, const QString& extension) {
   job_.start(
-      tr("Saving meshes..."),
+      tr("Saving surfaces..."),
       [scene = workbench_.session().scene(), directory = to_path(folder), as = extension.toStdString()] {
         save_meshes(directory, scene, as);
       },
       [=, this] {
-        workbench_.say(Severity::Note, tr("Saved %1 meshes to %2").arg(workbench_.scene().meshes.size()).arg(folder));
+        const std::size_t count = workbench_.scene().meshes.size();
+        workbench_.notify(Severity::Note, count == 1 ? tr("Saved 1 surface to %1").arg(folder)
+                                                     : tr("Saved %1 surfaces to %2").arg(count).arg(folder));
       });
 }
 

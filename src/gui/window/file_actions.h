@@ -5,9 +5,9 @@
 #include <QStringList>
 #include <filesystem>
 
-#include "io/dicom_series.h"
-#include "io/load_input.h"
-#include "io/recovery.h"
+#include "io/dicom/dicom_series.h"
+#include "io/scene/load_input.h"
+#include "io/scene/recovery.h"
 
 class QMimeData;
 class QWidget;
@@ -18,59 +18,59 @@ class ActionTable;
 class BackgroundJob;
 class Workbench;
 
-/// Open and save, each with its dialog; long work goes to the background.
+/// Opens and saves files, each with its dialog; long operations run in the background.
 class FileActions : public QObject {
   Q_OBJECT
  public:
   FileActions(Workbench& workbench, BackgroundJob& job, ActionTable& actions, QWidget& window);
 
-  /// Loads in the background and opens; asks about unsaved changes first. Of a folder or a DICOMDIR with several
-  /// series, or with one that is 4D or damaged, the user chooses.
+  /// Loads `path` in the background and opens it; asks about unsaved changes first. If a folder or DICOMDIR has several
+  /// series, or one that is 4D or damaged, the user chooses in a dialog.
   void open(const QString& path) { open_all({path}); }
-  /// The same for what was dropped: of several files a series.
+  /// Opens dropped files or folders like open(); several files are searched for DICOM series.
   void open_all(const QStringList& paths);
-  /// Opens what was loaded; `path`: where from. Throws Error.
-  void take(LoadedInput input, const std::filesystem::path& path);
-  /// Opens work that was kept as if it had never been closed: unsaved, under the name that it had. Throws Error.
-  void take_up(LoadedInput input, const WorkNote& note);
-  /// False when the user wants to stay.
+  /// Opens loaded input; `path` is its source. Throws Error when it cannot be opened.
+  void open_loaded(LoadedInput input, const std::filesystem::path& path);
+  /// Opens recovered work under its original name, marked as unsaved. Throws Error when it cannot be opened.
+  void restore(LoadedInput input, const AutosaveInfo& info);
+  /// Asks whether to save unsaved changes. False when the user cancels.
   bool may_discard();
   QString scene_name() const;
-  /// What was opened or saved as a scene last; empty before.
+  /// Path that was last opened, or saved as a scene; empty at first.
   const QString& path() const { return last_path_; }
-  /// Where the scene was saved, or opened from; empty: nowhere.
+  /// Path of the scene file; empty if there is none.
   const QString& scene_path() const { return scene_path_; }
-  /// Where files are offered to be saved or opened.
+  /// Initial folder of file dialogs.
   QString usual_folder() const;
-  /// What is open is a DICOM image: files of DICOM can refer to it.
+  /// Whether the open image is DICOM, so that DICOM files can refer to it.
   bool is_dicom() const { return is_dicom_; }
 
-  // Each says what it did or what went wrong; false when it failed or was called off.
+  // Each of these shows a message about success or failure; false when it failed or was cancelled.
   bool save_scene();
   bool save_scene_as();
   bool save_scene_to(const QString& path);
   void save_labels_to(const QString& path);
   void save_meshes_to(const QString& folder, const QString& extension = ".ply");
 
-  /// Where the next file is offered to be saved: beside the last one, named after volume and scene, `what` and the
-  /// ending; a name that no file has.
-  QString offered_path(const QString& what, const QString& ending) const;
+  /// Suggested path for a new file: in the last folder, named after volume and scene, followed by `what` and `ending`.
+  /// No file has this name.
+  QString suggested_path(const QString& what, const QString& ending) const;
 
-  /// The files and folders of a drop; empty when there is none.
+  /// Local files and folders of a drop; may be empty.
   static QStringList dropped_paths(const QMimeData* data);
 
  signals:
   void name_changed();
-  void about_to_take();  ///< what is open goes, unless the next cannot be opened
+  void about_to_open();  ///< the open scene is about to be replaced
 
  private:
   void enable_actions();
-  void say_warnings(const std::vector<std::string>& warnings);
-  /// Looks for series in the background, and loads the one that the user chooses.
+  void show_warnings(const std::vector<std::string>& warnings);
+  /// Searches for DICOM series in the background, and loads the one that the user chooses.
   void find_series(const QStringList& paths);
   void choose_series(FoundSeries found);
-  /// `volume`: of a 4D file; 0: the user chooses where there are several. `series`: of a DICOM folder; empty: the
-  /// largest.
+  /// `volume`: number in a 4D file; 0: the user chooses if there are several. `series`: UID in a DICOM folder; empty:
+  /// the largest series.
   void load(const QString& path, int volume, const std::string& series);
   void choose_volume(const QString& path, int count);
   void choose_and_open();

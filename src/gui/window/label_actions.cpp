@@ -10,23 +10,22 @@
 #include <tuple>
 
 #include "gui/input/action_table.h"
+#include "gui/look/qt_text.h"
 #include "gui/look/widgets.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/label_dialog.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
 #include "image/rasterise.h"
-#include "io/files.h"
-#include "io/labels_io.h"
-#include "io/mesh_start.h"
-#include "io/rtstruct_read.h"
+#include "io/dicom/rtstruct_read.h"
+#include "io/labels/labels_io.h"
+#include "io/platform/files.h"
+#include "io/scene/mesh_start.h"
 
 namespace simplexseg {
 namespace {
 
-std::filesystem::path to_path(const QString& text) { return std::filesystem::path(text.toStdU16String()); }
-
-/// Labels that a scene names so are found again wherever the program is started.
+/// Absolute path, so that a scene finds its labels from any working directory.
 std::string absolute(const QString& path) {
   return std::filesystem::absolute(to_path(path)).lexically_normal().string();
 }
@@ -36,7 +35,8 @@ const char* kLabelFilter =
     "All files (*)";
 const char* kMeshFilter = "Meshes (*.stl *.obj *.vtk *.vtp *.ply);;All files (*)";
 
-/// The label that each mesh has most voxels of, largest overlap first, no label twice; in the order of the meshes.
+/// Label with the largest overlap for each mesh, in the order of the meshes. Labels are assigned by decreasing overlap,
+/// each to one mesh at most.
 std::vector<std::optional<double>> labels_under(const std::vector<SimplexMesh>& meshes, const Volume& labels) {
   std::vector<std::tuple<std::size_t, std::size_t, double>> overlaps;  // voxels, mesh, label
   for (std::size_t m = 0; m < meshes.size(); ++m) {
@@ -73,32 +73,31 @@ LabelActions::LabelActions(Workbench& workbench, BackgroundJob& job, FileActions
     return QFileDialog::getOpenFileName(&window_, title, files_.usual_folder(), filter);
   };
   actions.on(Act::MeshFromLabels, [=, this] {
-    if (const QString path = choose(tr("Labels to make meshes from"), kLabelFilter); !path.isEmpty())
+    if (const QString path = choose(tr("Labels to import as segmentations"), kLabelFilter); !path.isEmpty())
       meshes_from_labels(path);
   });
   actions.on(Act::MeshFromFile, [=, this] {
-    if (const QString path = choose(tr("Mesh of another program"), kMeshFilter); !path.isEmpty()) mesh_from_file(path);
+    if (const QString path = choose(tr("Surface mesh to import"), kMeshFilter); !path.isEmpty()) mesh_from_file(path);
   });
   actions.on(Act::OpenReference, [=, this] {
-    if (const QString path = choose(tr("Labels to compare the meshes with"), kLabelFilter); !path.isEmpty())
-      load_reference(path);
+    if (const QString path = choose(tr("Reference labels"), kLabelFilter); !path.isEmpty()) load_reference(path);
   });
   connect(&workbench_, &Workbench::scene_changed, this, &LabelActions::enable_actions);
   connect(&job_, &BackgroundJob::started, this, &LabelActions::enable_actions);
   connect(&job_, &BackgroundJob::succeeded, this, &LabelActions::enable_actions);
   connect(&job_, &BackgroundJob::failed, this, &LabelActions::enable_actions);
-  connect(&job_, &BackgroundJob::called_off, this, &LabelActions::enable_actions);
+  connect(&job_, &BackgroundJob::cancelled, this, &LabelActions::enable_actions);
   enable_actions();
 }
 
 void LabelActions::enable_actions() {
   const bool volume = workbench_.has_volume(), meshes = !workbench_.scene().meshes.empty();
-  const QString why_busy = tr("Wait for what is being loaded or saved"), no_volume = tr("Open a volume first");
+  const QString why_busy = tr("Wait until loading or saving has finished"), no_volume = tr("Open a volume first");
   for (const Act act : {Act::MeshFromLabels, Act::MeshFromFile})
     set_enabled(actions_[act], volume && !job_.busy(), volume ? why_busy : no_volume);
-  const QString no_mesh = volume ? tr("There is no mesh to compare yet") : no_volume;
+  const QString no_mesh = volume ? tr("There is no segmentation to compare yet") : no_volume;
   set_enabled(actions_[Act::OpenReference], meshes && !job_.busy(), meshes ? why_busy : no_mesh);
-  set_enabled(actions_[Act::WorstFit], meshes, tr("There is no mesh yet"));
+  set_enabled(actions_[Act::WorstFit], meshes, tr("There is no segmentation yet"));
 }
 
 void LabelActions::meshes_from_labels(const QString& path) {
@@ -114,9 +113,10 @@ void LabelActions::meshes_from_labels(const QString& path) {
         labels->counts = count_labels(loaded.volume, loaded.segments);
         labels->volume = std::move(loaded.volume);
         labels->warnings = std::move(loaded.warnings);
-        if (labels->counts.empty()) choose_label(labels->volume, {}, quoted(file));  // says so
+        if (labels->counts.empty())
+          choose_label(labels->volume, {}, quoted(file));  // throws, because there is no label
       },
-      [=, this] { choose_labels(path, labels); }, BackgroundJob::CallingOff::Yes);
+      [=, this] { choose_labels(path, labels); }, BackgroundJob::Cancellable::Yes);
 }
 
 void LabelActions::choose_labels(const QString& path, const std::shared_ptr<Labels>& labels) {
@@ -130,7 +130,7 @@ void LabelActions::make_meshes(const QString& path, const std::shared_ptr<Labels
                                const std::vector<LabelCount>& chosen) {
   auto starts = std::make_shared<std::vector<LoadedStart>>();
   job_.start(
-      tr("Making meshes..."),
+      tr("Creating segmentations..."),
       [=, name = absolute(path)] {
         starts->reserve(chosen.size());
         for (const LabelCount& label : chosen) {
@@ -149,14 +149,16 @@ void LabelActions::make_meshes(const QString& path, const std::shared_ptr<Labels
           made +=
               workbench_.apply(AddMesh{name, start.seed, chosen[n].colour, workbench_.view.active_mesh, start.start});
         }
-        if (made > 0) say_with_warnings(made == 1 ? tr("1 mesh made") : tr("%1 meshes made").arg(made), warnings);
+        if (made > 0)
+          show_with_warnings(made == 1 ? tr("Created 1 segmentation") : tr("Created %1 segmentations").arg(made),
+                             warnings);
       },
-      BackgroundJob::CallingOff::Yes);
+      BackgroundJob::Cancellable::Yes);
 }
 
-void LabelActions::say_with_warnings(QString text, const std::vector<std::string>& warnings) {
+void LabelActions::show_with_warnings(QString text, const std::vector<std::string>& warnings) {
   for (const std::string& warning : warnings) text += "; " + QString::fromStdString(warning);
-  workbench_.say(warnings.empty() ? Severity::Note : Severity::Warning, text);
+  workbench_.notify(warnings.empty() ? Severity::Note : Severity::Warning, text);
 }
 
 void LabelActions::mesh_from_file(const QString& path) {
@@ -169,7 +171,7 @@ void LabelActions::mesh_from_file(const QString& path) {
         if (workbench_.scene().find_mesh(name)) name.clear();
         workbench_.apply(AddMesh{name, start->seed, std::nullopt, workbench_.view.active_mesh, start->start});
       },
-      BackgroundJob::CallingOff::Yes);
+      BackgroundJob::Cancellable::Yes);
 }
 
 void LabelActions::load_reference(const QString& path) {
@@ -185,7 +187,7 @@ void LabelActions::load_reference(const QString& path) {
       tr("Loading %1...").arg(QFileInfo(path).fileName()),
       [=, file = to_path(path), geometry = workbench_.session().volume().geometry(), meshes = std::move(meshes)] {
         labels->volume = load_labels_onto(file, geometry, "the volume", labels->warnings);
-        count_labels(labels->volume, {});  // refuses images
+        count_labels(labels->volume, {});  // throws if the file is an image
         *under = labels_under(meshes, labels->volume);
       },
       [=, this, name = absolute(path)] {
@@ -199,13 +201,15 @@ void LabelActions::load_reference(const QString& path) {
           matched += workbench_.apply(SetReference{ids[m], Reference{name, (*under)[m]}, continues});
           continues = true;
         }
-        QString text = matched == 0 ? tr("No mesh overlaps a label of %1: choose one in the table")
-                                    : tr("Loaded %1: %2 of %3 meshes have a label under them");
+        QString text =
+            matched == 0
+                ? tr("No segmentation overlaps a label of %1. Choose a label in the row Reference of the panel Check.")
+                : tr("Loaded %1: assigned a label to %2 of %3 segmentations");
         text = text.arg(QFileInfo(path).fileName());
         if (matched > 0) text = text.arg(matched).arg(ids.size());
-        say_with_warnings(text, labels->warnings);
+        show_with_warnings(text, labels->warnings);
       },
-      BackgroundJob::CallingOff::Yes);
+      BackgroundJob::Cancellable::Yes);
 }
 
 }  // namespace simplexseg

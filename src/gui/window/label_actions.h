@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "io/label_mesh.h"
+#include "io/labels/label_mesh.h"
 
 class QWidget;
 
@@ -16,25 +16,25 @@ class BackgroundJob;
 class FileActions;
 class Workbench;
 
-/// What is done with labels and meshes of other programs: meshes are made from them, and compared with them. Files are
-/// read in the background.
+/// Imports labels and meshes of other programs, as new meshes or as references. Files are read in the background.
 class LabelActions : public QObject {
   Q_OBJECT
  public:
   LabelActions(Workbench& workbench, BackgroundJob& job, FileActions& files, ActionTable& actions, QWidget& window);
 
-  /// Reads labels, and lets the user choose among them; each that is chosen becomes a mesh.
+  /// Reads labels and lets the user choose; each chosen label becomes a mesh.
   void meshes_from_labels(const QString& path);
-  /// A mesh that starts as the surface in a file.
+  /// Adds a mesh whose initial surface is read from a file.
   void mesh_from_file(const QString& path);
-  /// Reads labels; each mesh is compared with the one that it overlaps most, of those that no other mesh has more of.
+  /// Reads reference labels and assigns to each mesh the label with the largest overlap, each label to one mesh at
+  /// most.
   void load_reference(const QString& path);
 
  private:
   struct Labels;
   void choose_labels(const QString& path, const std::shared_ptr<Labels>& labels);
   void make_meshes(const QString& path, const std::shared_ptr<Labels>& labels, const std::vector<LabelCount>& chosen);
-  void say_with_warnings(QString text, const std::vector<std::string>& warnings);
+  void show_with_warnings(QString text, const std::vector<std::string>& warnings);
   void enable_actions();
 
   Workbench& workbench_;

@@ -17,10 +17,11 @@ namespace simplexseg {
 LabelDialog::LabelDialog(std::vector<LabelCount> labels, QWidget* parent)
     : QDialog(parent), labels_(std::move(labels)), list_(new QTreeWidget(this)) {
   setObjectName("label_dialog");
-  setWindowTitle(tr("Make meshes from labels"));
+  setWindowTitle(tr("Segmentations from labels"));
   resize(460, 420);
   auto* column = new QVBoxLayout(this);
-  column->addWidget(new QLabel(tr("Tick the labels: each becomes a mesh that can be corrected as any other."), this));
+  column->addWidget(
+      new QLabel(tr("Tick the labels to import. Each becomes a segmentation that you can correct."), this));
   auto* search = new QLineEdit(this);
   search->setPlaceholderText(tr("Find by number or name"));
   search->setAccessibleName(tr("Find a label"));
@@ -43,15 +44,15 @@ LabelDialog::LabelDialog(std::vector<LabelCount> labels, QWidget* parent)
   for (int c = 0; c < 4; ++c) list_->resizeColumnToContents(c);
   column->addWidget(list_, 1);
   auto* buttons = new QDialogButtonBox(QDialogButtonBox::Ok | QDialogButtonBox::Cancel, this);
-  make_ = buttons->button(QDialogButtonBox::Ok);
+  create_ = buttons->button(QDialogButtonBox::Ok);
   column->addWidget(buttons);
   connect(buttons, &QDialogButtonBox::accepted, this, &QDialog::accept);
   connect(buttons, &QDialogButtonBox::rejected, this, &QDialog::reject);
   connect(list_, &QTreeWidget::itemChanged, this, &LabelDialog::refresh);
-  connect(search, &QLineEdit::textChanged, this, [this](const QString& wanted) {
+  connect(search, &QLineEdit::textChanged, this, [this](const QString& sought) {
     for (int n = 0; n < list_->topLevelItemCount(); ++n) {
       QTreeWidgetItem* item = list_->topLevelItem(n);
-      item->setHidden(!item->text(0).startsWith(wanted) && !item->text(1).contains(wanted, Qt::CaseInsensitive));
+      item->setHidden(!item->text(0).startsWith(sought) && !item->text(1).contains(sought, Qt::CaseInsensitive));
     }
   });
   refresh();
@@ -66,8 +67,8 @@ std::vector<LabelCount> LabelDialog::chosen() const {
 
 void LabelDialog::refresh() {
   const auto count = static_cast<int>(chosen().size());
-  make_->setText(count == 1 ? tr("Make 1 mesh") : tr("Make %1 meshes").arg(count));
-  set_enabled(make_, count > 0, tr("Tick a label first"));
+  create_->setText(count == 1 ? tr("Create 1 segmentation") : tr("Create %1 segmentations").arg(count));
+  set_enabled(create_, count > 0, tr("Tick a label first"));
 }
 
 }  // namespace simplexseg

@@ -3,7 +3,7 @@
 #include <QDialog>
 #include <vector>
 
-#include "io/label_mesh.h"
+#include "io/labels/label_mesh.h"
 
 class QLineEdit;
 class QPushButton;
@@ -11,7 +11,7 @@ class QTreeWidget;
 
 namespace simplexseg {
 
-/// The labels of a volume by number, name and size; one or more are chosen.
+/// Lists the labels of a volume by number, name and size; the user chooses one or more.
 class LabelDialog : public QDialog {
   Q_OBJECT
  public:
@@ -23,7 +23,7 @@ class LabelDialog : public QDialog {
 
   std::vector<LabelCount> labels_;
   QTreeWidget* list_;
-  QPushButton* make_;
+  QPushButton* create_;
 };
 
 }  // namespace simplexseg

@@ -18,8 +18,8 @@
 #include "core/error.h"
 #include "gpu/backend.h"
 #include "gui/input/action_table.h"
+#include "gui/input/focus_return.h"
 #include "gui/input/help.h"
-#include "gui/input/key_return.h"
 #include "gui/look/contrast.h"
 #include "gui/look/symbols.h"
 #include "gui/look/widgets.h"
@@ -29,7 +29,7 @@
 #include "gui/views/view.h"
 #include "gui/views/view_grid.h"
 #include "gui/window/archive_actions.h"
-#include "gui/window/compare_window.h"
+#include "gui/window/compare/compare_window.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/label_actions.h"
 #include "gui/window/message_bar.h"
@@ -47,10 +47,10 @@
 namespace simplexseg {
 namespace {
 
-/// Gives the button for what does not fit into the toolbar the room that a finger needs.
-class RoomyBarStyle : public QProxyStyle {
+/// Style that widens the extension button of a toolbar, so that it is easy to hit.
+class WideExtensionStyle : public QProxyStyle {
  public:
-  RoomyBarStyle() : QProxyStyle("Fusion") {}
+  WideExtensionStyle() : QProxyStyle("Fusion") {}
   int pixelMetric(PixelMetric metric, const QStyleOption* option, const QWidget* widget) const override {
     constexpr int kWidth = 26;
     return metric == PM_ToolBarExtensionExtent ? kWidth : QProxyStyle::pixelMetric(metric, option, widget);
@@ -59,8 +59,8 @@ class RoomyBarStyle : public QProxyStyle {
 
 }  // namespace
 
-MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare)
-    : workbench_(std::make_unique<Workbench>(std::move(engine), std::move(spare))),
+MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> make_fallback)
+    : workbench_(std::make_unique<Workbench>(std::move(engine), std::move(make_fallback))),
       drawn_(std::make_unique<DrawnScene>(*workbench_)),
       loop_(std::make_unique<FrameLoop>(*workbench_)),
       make_engine_([] { return make_cpu_engine(); }) {
@@ -83,7 +83,7 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
   resize(1280, 800);
 }
 
-// The views give back their OpenGL objects and the panels let go of the workbench before it goes.
+// The views release their OpenGL objects, and the panels the workbench, before it is destroyed.
 MainWindow::~MainWindow() {
   delete job_;
   delete history_;
@@ -110,11 +110,11 @@ void MainWindow::build_views() {
   centre->setStretchFactor(0, 1);
   centre->setStretchFactor(1, 0);
   start_ = new StartPage(*actions_, views_);
-  connect(start_, &StartPage::open_wanted, files_, &FileActions::open);
+  connect(start_, &StartPage::open_requested, files_, &FileActions::open);
   connect(workbench_.get(), &Workbench::volume_changed, this,
           [this] { start_->setVisible(!workbench_->has_volume()); });
   messages_ = new MessageBar(views_);
-  new KeyReturn(*this, *views_->all().front());
+  new FocusReturn(*this, *views_->all().front());
   setCentralWidget(centre);
 }
 
@@ -146,7 +146,7 @@ void MainWindow::build_menus() {
                                    {Act::SaveScene, Act::SaveSceneAs},
                                    {Act::SaveLabels, Act::SaveMeshes, Act::Screenshot},
                                    {Act::Quit}});
-  auto* recent = new QMenu(tr("Open &recent"), file);
+  auto* recent = new QMenu(tr("Open rece&nt"), file);
   recent->setObjectName("recent_menu");
   recent->setEnabled(false);
   file->insertMenu(file->actions().at(2), recent);
@@ -155,11 +155,11 @@ void MainWindow::build_menus() {
   fill(tr("&Tools"), {{Act::ToolCrosshair, Act::ToolZoomPan, Act::ToolSeed},
                       {Act::ToolPoint, Act::ToolInside, Act::ToolOutside},
                       {Act::WindowLevel}});
-  fill(tr("&Mesh"), {{Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh},
-                     {Act::MeshFromLabels, Act::MeshFromFile},
-                     {Act::MeshUp, Act::MeshDown},
-                     {Act::WorstFit},
-                     {Act::DeleteMesh}});
+  fill(tr("Se&gmentation"), {{Act::ResetMesh, Act::RefineMesh, Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh},
+                             {Act::MeshFromLabels, Act::MeshFromFile},
+                             {Act::MeshUp, Act::MeshDown},
+                             {Act::WorstFit},
+                             {Act::DeleteMesh}});
   fill(tr("&Simulation"), {{Act::RunPause, Act::Step, Act::ResetPose}, {Act::Compare}});
   QMenu* const view = view_menu_ =
       fill(tr("&View"), {{Act::CentreOnCrosshair, Act::Fit, Act::AutoContrast, Act::Neurological},
@@ -207,7 +207,7 @@ void MainWindow::build_toolbar() {
   };
   add({{Act::ToolCrosshair, Symbol::Crosshair, tr("Crosshair")},
        {Act::ToolZoomPan, Symbol::ZoomPan, tr("Zoom")},
-       {Act::ToolSeed, Symbol::Seed, tr("New mesh")},
+       {Act::ToolSeed, Symbol::Seed, tr("Seed")},
        {Act::ToolPoint, Symbol::Boundary, tr("Boundary")},
        {Act::ToolInside, Symbol::Inside, tr("Inside")},
        {Act::ToolOutside, Symbol::Outside, tr("Outside")}});
@@ -229,14 +229,14 @@ void MainWindow::build_toolbar() {
   add({{Act::WindowLevel, Symbol::WindowLevel, tr("Contrast")},
        {Act::AutoContrast, Symbol::AutoContrast, tr("Automatic")},
        {Act::Fit, Symbol::Fit, tr("Fit")}});
-  // Qt's own arrow for what does not fit is dark on dark, and a few pixels wide.
+  // Qt's own extension arrow is dark on dark, and only a few pixels wide.
   if (auto* more = bar->findChild<QToolButton*>("qt_toolbar_ext_button")) {
-    auto* style = new RoomyBarStyle;
+    auto* style = new WideExtensionStyle;
     style->setParent(bar);
     bar->setStyle(style);
     more->setStyle(style);
     more->setIcon(icon_of(Symbol::Menu));
-    more->setToolTip(tr("More tools: the window is too narrow for all"));
+    more->setToolTip(tr("Tools that do not fit into the toolbar"));
     more->setAccessibleName(tr("More tools"));
   }
 }
@@ -258,20 +258,21 @@ void MainWindow::connect_own_actions() {
 
 void MainWindow::connect_messages() {
   connect(workbench_.get(), &Workbench::message, messages_, &MessageBar::show_message);
-  connect(workbench_.get(), &Workbench::outdated, messages_, &MessageBar::forget);
-  connect(workbench_.get(), &Workbench::acted, messages_, &MessageBar::forget_failure);
+  connect(workbench_.get(), &Workbench::message_resolved, messages_, &MessageBar::dismiss);
+  connect(workbench_.get(), &Workbench::acted, messages_, &MessageBar::dismiss_failure);
   connect(job_, &BackgroundJob::started, this,
-          [this](const QString& title) { messages_->show_progress(title, job_->may_be_called_off()); });
+          [this](const QString& title) { messages_->show_progress(title, job_->is_cancellable()); });
   connect(job_, &BackgroundJob::progressed, messages_, &MessageBar::set_fraction);
   connect(job_, &BackgroundJob::succeeded, messages_, &MessageBar::clear);
-  connect(job_, &BackgroundJob::called_off, messages_, &MessageBar::clear);
-  connect(messages_, &MessageBar::cancel_wanted, job_, &BackgroundJob::call_off);
+  connect(job_, &BackgroundJob::cancelled, messages_, &MessageBar::clear);
+  connect(messages_, &MessageBar::cancel_requested, job_, &BackgroundJob::cancel);
   connect(job_, &BackgroundJob::failed, this,
           [this](const QString& why) { messages_->show_message(Severity::Failure, why); });
-  connect(drawn_.get(), &DrawnScene::manner_changed, this, [this] {
+  connect(drawn_.get(), &DrawnScene::transfer_mode_changed, this, [this] {
     const SceneBuffers& buffers = drawn_->buffers();
     panels_->simulation().show_drawing(
-        tr("%1; OpenGL by %2").arg(QString::fromStdString(buffers.how()), QString::fromStdString(buffers.renderer())));
+        tr("%1; OpenGL renderer: %2")
+            .arg(QString::fromStdString(buffers.transfer_mode()), QString::fromStdString(buffers.renderer())));
   });
   connect(files_, &FileActions::name_changed, this, [this] {
     const QString name = files_->scene_name();
@@ -288,16 +289,16 @@ CompareWindow* MainWindow::compare_settings() {
     window->open();
     return window;
   } catch (const std::exception& error) {
-    workbench_->say(Severity::Failure, QString::fromUtf8(error.what()));
+    workbench_->notify(Severity::Failure, QString::fromUtf8(error.what()));
     return nullptr;
   }
 }
 
 QImage MainWindow::picture_of_views() {
-  const bool said = !messages_->isHidden();
-  messages_->hide();  // it lies over them
+  const bool was_shown = !messages_->isHidden();
+  messages_->hide();  // it covers the views
   QImage picture = views_->grab().toImage();
-  messages_->setVisible(said);
+  messages_->setVisible(was_shown);
   return picture;
 }
 
@@ -309,7 +310,7 @@ void MainWindow::save_picture(const QString& path) {
 
 void MainWindow::choose_and_save_picture() {
   ask_and_save(this, *workbench_,
-               {tr("Save a picture of the window"), files_->offered_path("", ".png"), tr("PNG (*.png)")},
+               {tr("Save a picture of the window"), files_->suggested_path("", ".png"), tr("PNG (*.png)")},
                [this](const QString& path) { save_picture(path); });
 }
 
@@ -330,11 +331,12 @@ void MainWindow::dropEvent(QDropEvent* event) {
   event->acceptProposedAction();
   const QStringList paths = FileActions::dropped_paths(event->mimeData());
   if (paths.isEmpty()) {
-    workbench_->say(Severity::Warning, tr("What was dropped is not a file on this machine"));
+    workbench_->notify(Severity::Warning,
+                       tr("The dropped item is not a file on this computer. Drop a local file or folder."));
   } else if (job_->busy()) {
-    workbench_->say(Severity::Warning, tr("Wait for what is being loaded or saved"));
+    workbench_->notify(Severity::Warning, tr("Wait until loading or saving has finished"));
   } else {
-    // Not within the drop: the question about unsaved changes would hold up the program dragged from.
+    // Deferred: the question about unsaved changes would block the program from which the item was dragged.
     QMetaObject::invokeMethod(
         this, [this, paths] { files_->open_all(paths); }, Qt::QueuedConnection);
   }

@@ -24,12 +24,12 @@ class StepStrip;
 class ViewGrid;
 class Workbench;
 
-/// Puts the parts together: workbench, views, panels, menus, messages. What they do is theirs.
+/// Main window: creates workbench, views, panels, menus and messages, and connects them.
 class MainWindow : public QMainWindow {
   Q_OBJECT
  public:
-  /// `spare`: as Session takes it.
-  explicit MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare = {});
+  /// `make_fallback`: see Session.
+  explicit MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> make_fallback = {});
   ~MainWindow() override;
 
   Workbench& workbench() { return *workbench_; }
@@ -44,20 +44,20 @@ class MainWindow : public QMainWindow {
   SidePanels& panels() { return *panels_; }
   StepStrip& steps() { return *steps_; }
   QDockWidget& history() { return *history_; }
-  /// The menu View, for what is added to it.
+  /// View menu, for further entries.
   QMenu* view_menu() const { return view_menu_; }
   StartPage& start_page() { return *start_; }
 
-  /// In the menu File, for the files that were opened last.
+  /// Submenu of File with the recently opened files.
   QMenu* recent_menu() const { return findChild<QMenu*>("recent_menu"); }
 
-  /// The window as it is on the screen, as a PNG file. Throws Error when it cannot be written.
+  /// Saves a picture of the window as a PNG file. Throws Error when the file cannot be written.
   void save_picture(const QString& path);
-  /// What computes where two settings are compared; without it the CPU.
+  /// Sets the factory for the engines that compare two settings; by default the CPU engine.
   void set_engine_maker(std::function<std::unique_ptr<Engine>()> make) { make_engine_ = std::move(make); }
-  /// Compares two settings of the active mesh; null, with a message, where that cannot be.
+  /// Opens a comparison of two settings of the active mesh; null, with a message, when that fails.
   CompareWindow* compare_settings();
-  /// Leaving asks no questions: for runs without a user.
+  /// Closes the window without asking about unsaved changes; for runs without a user.
   void set_unattended() { unattended_ = true; }
 
  protected:
@@ -73,7 +73,7 @@ class MainWindow : public QMainWindow {
   void connect_own_actions();
   void connect_messages();
   void choose_and_save_picture();
-  /// As they are on the screen, without messages.
+  /// Picture of the views as shown, without messages.
   QImage picture_of_views();
 
   std::unique_ptr<Workbench> workbench_;

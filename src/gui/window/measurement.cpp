@@ -35,7 +35,7 @@ void post_mouse(QWidget& widget, QEvent::Type type, const QPointF& at, Qt::Mouse
   QApplication::postEvent(&widget, new QMouseEvent(type, at, widget.mapToGlobal(at), button, held, modifiers));
 }
 
-/// A point in the axial slice, within the view: the scene's first, else a new one on the first mesh's sphere.
+/// Point to be dragged, in the axial slice: the first of the scene, else a new one on the sphere of the first mesh.
 ItemId point_to_drag(Workbench& bench, SliceView& view) {
   if (bench.scene().points.empty()) {
     const MeshItem& mesh = bench.scene().meshes.front();
@@ -51,7 +51,7 @@ ItemId point_to_drag(Workbench& bench, SliceView& view) {
   return bench.scene().points.empty() ? 0 : bench.scene().points.front().id;
 }
 
-/// Drags until `end_s`; returns how many bytes the start of it read back (the undo history takes the poses).
+/// Drags the point until `end_s`. Returns the bytes read back at its start, when the undo history stores the poses.
 std::uint64_t drag_point(MainWindow& window, ItemId point, double end_s) {
   Workbench& bench = window.workbench();
   SliceView& view = window.views().slice(0);
@@ -64,7 +64,7 @@ std::uint64_t drag_point(MainWindow& window, ItemId point, double end_s) {
   QPointF at = handle;
   double due_s = FrameStatistics::now_s();
   for (int n = 1;; ++n) {
-    // No multiple of any frame rate. What came while the program was busy comes at once, as from a real mouse.
+    // Intervals that match no frame rate. Events due while the program was busy are sent at once, as by a real mouse.
     due_s += 0.026 + 0.008 * std::fmod(n * 0.618, 1.0);
     if (due_s > end_s) break;
     if (due_s > FrameStatistics::now_s()) wait_until_s(due_s);
@@ -80,7 +80,7 @@ std::uint64_t drag_point(MainWindow& window, ItemId point, double end_s) {
   return at_start;
 }
 
-QJsonObject spread_ms(const std::vector<double>& seconds) {
+QJsonObject distribution_ms(const std::vector<double>& seconds) {
   return {{"median", 1e3 * percentile(seconds, 0.5)},
           {"p99", 1e3 * percentile(seconds, 0.99)},
           {"most", 1e3 * percentile(seconds, 1)},
@@ -92,11 +92,11 @@ QJsonObject describe(const FrameStatistics::Record& record) {
   const double seconds = std::accumulate(record.frame_s.begin(), record.frame_s.end(), 0.0);
   QJsonObject json{{"frames", static_cast<qint64>(frames)},
                    {"frames_per_second", seconds > 0 ? frames / seconds : 0},
-                   {"frame_ms", spread_ms(record.frame_s)},
+                   {"frame_ms", distribution_ms(record.frame_s)},
                    {"steps_per_frame", frames > 0 ? static_cast<double>(record.steps) / frames : 0},
                    {"step_us", record.steps > 0 ? 1e6 * record.step_seconds / static_cast<double>(record.steps) : 0}};
-  if (!record.latency_s.empty()) json["latency_ms"] = spread_ms(record.latency_s);
-  if (!record.response_s.empty()) json["response_ms"] = spread_ms(record.response_s);
+  if (!record.latency_s.empty()) json["latency_ms"] = distribution_ms(record.latency_s);
+  if (!record.response_s.empty()) json["response_ms"] = distribution_ms(record.response_s);
   return json;
 }
 
@@ -116,12 +116,12 @@ FrameStatistics::Record joined(FrameStatistics::Record a, const FrameStatistics:
 
 QByteArray measure(MainWindow& window, double seconds) {
   Workbench& bench = window.workbench();
-  if (bench.scene().meshes.empty()) throw Error("measurement", "there is no mesh to run", "give a scene with one");
+  if (bench.scene().meshes.empty()) throw Error("measurement", "the scene has no mesh", "give a scene with a mesh");
   FrameStatistics& statistics = window.loop().statistics();
   const auto bytes = [&] { return bench.session().engine().bytes_read_back(); };
   bench.apply(SetSimulationParameter{find_parameter(simulation_table(), "rest_tolerance"), 0});
   wait_until_s(FrameStatistics::now_s() + 0.2);
-  // A force without its reference would not act.
+  // Without recorded profiles the force Intensity profile has no effect.
   std::vector<ItemId> unrecorded;
   for (const MeshItem& item : bench.scene().meshes) {
     if (item.parameters.weight(ForceId::IntensityProfile) > 0 && item.profiles.empty()) unrecorded.push_back(item.id);

@@ -18,7 +18,7 @@ namespace {
 
 constexpr const char* kNoteBackground = "#2d4a63";
 constexpr int kWidest = 760;  // logical pixels: longer lines are hard to read
-constexpr int kMargin = 28;   // leaves the titles of the views to be seen
+constexpr int kMargin = 28;   // keeps the titles of the views visible
 
 const char* background_of(Severity severity) {
   switch (severity) {
@@ -61,12 +61,12 @@ MessageBar::MessageBar(QWidget* over) : QFrame(over) {
   cancel_ = new QToolButton(this);
   cancel_->setObjectName("cancel_loading");
   cancel_->setText(tr("Cancel"));
-  cancel_->setToolTip(tr("Give it up; what is open stays"));
+  cancel_->setToolTip(tr("Cancel loading; the current scene stays open"));
   cancel_->hide();
-  connect(cancel_, &QToolButton::clicked, this, &MessageBar::cancel_wanted);
+  connect(cancel_, &QToolButton::clicked, this, &MessageBar::cancel_requested);
   close_ = new QToolButton(this);
   close_->setText(QString(QChar(0x00d7)));
-  close_->setToolTip(tr("Close this message; the menu Help has the log of all"));
+  close_->setToolTip(tr("Close this message; Help > Messages lists all messages"));
   close_->setAccessibleName(tr("Close this message"));
   close_->setAutoRaise(true);
   layout->addWidget(label_, 1);
@@ -139,11 +139,11 @@ void MessageBar::clear() {
   hide();
 }
 
-void MessageBar::forget(const QString& text) {
+void MessageBar::dismiss(const QString& text) {
   if (text_ == text.simplified()) clear();
 }
 
-void MessageBar::forget_failure() {
+void MessageBar::dismiss_failure() {
   if (failure_) clear();
 }
 
@@ -153,7 +153,7 @@ void MessageBar::show_log() {
   dialog->setWindowTitle(tr("Messages"));
   dialog->resize(720, 360);
   auto* layout = new QVBoxLayout(dialog);
-  auto* text = new QPlainTextEdit(log_.isEmpty() ? tr("There was no message yet.") : log_.join('\n'), dialog);
+  auto* text = new QPlainTextEdit(log_.isEmpty() ? tr("No messages yet.") : log_.join('\n'), dialog);
   text->setReadOnly(true);
   text->setAccessibleName(tr("Messages"));
   layout->addWidget(text);

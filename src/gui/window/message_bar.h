@@ -12,30 +12,30 @@ class QToolButton;
 
 namespace simplexseg {
 
-/// What went wrong, what is to be known and what takes long: lies over the upper edge of `over` and moves nothing
-/// there; out of the way when empty. A log keeps all messages.
+/// Bar with the current message or progress, at the upper edge of `over`. It covers the views without moving them, and
+/// is hidden when empty. A log keeps all messages.
 class MessageBar : public QFrame {
   Q_OBJECT
  public:
   explicit MessageBar(QWidget* over);
-  /// Notes go by themselves after some seconds; warnings and failures stay until closed or replaced.
+  /// Shows a message. Notes disappear after some seconds; warnings and failures stay until closed or replaced.
   void show_message(Severity severity, const QString& text);
-  /// "Loading ch2.nii.gz", with a moving bar until its length is known; until clear(). `may_cancel`: with a button.
+  /// Shows a text such as "Loading ch2.nii.gz" with a progress bar, until clear(). `may_cancel` adds a Cancel button.
   void show_progress(const QString& text, bool may_cancel = false);
-  /// How far that is, 0..1.
+  /// Sets the progress, 0..1.
   void set_fraction(double fraction);
   void clear();
-  /// An action was carried out: a failure of an earlier one is no longer news.
-  void forget_failure();
-  /// Where this is what is shown: it is no longer so.
-  void forget(const QString& text);
+  /// Removes the failure of an earlier action; called when a later action succeeds.
+  void dismiss_failure();
+  /// Removes the message `text` if it is shown; called when it is no longer true.
+  void dismiss(const QString& text);
   QString text() const { return text_; }
   /// All messages of this run of the program, with the time of each.
   const QStringList& log() const { return log_; }
   void show_log();
 
  signals:
-  void cancel_wanted();
+  void cancel_requested();
 
  protected:
   bool eventFilter(QObject* watched, QEvent* event) override;
@@ -51,7 +51,7 @@ class MessageBar : public QFrame {
   QTimer hide_timer_;
   QString text_;
   QStringList log_;
-  bool failure_ = false;  ///< what is shown is one
+  bool failure_ = false;  ///< a failure is shown
 };
 
 }  // namespace simplexseg

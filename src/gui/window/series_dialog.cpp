@@ -13,20 +13,19 @@
 #include <algorithm>
 
 #include "gui/look/contrast.h"
+#include "gui/look/qt_text.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
 
 namespace simplexseg {
 namespace {
 
-constexpr int kPicture = 64;  // logical pixels
-enum Column { kSeries, kPatient, kStudy, kModality, kSize, kSpacing, kColumns };
+constexpr int kIconPixels = 64;  // logical pixels
+enum SeriesColumn { kSeries, kPatient, kStudy, kModality, kSize, kSpacing, kColumns };
 
-QString text(const std::string& utf8) { return QString::fromStdString(utf8); }
-
-/// The middle slice in grey, its pixels square in mm; dark where there is none.
+/// Icon of the middle slice in grey, scaled to its size in mm; dark if there is no preview.
 QIcon picture_of(const Volume& preview) {
-  QPixmap pixmap(kPicture, kPicture);
+  QPixmap pixmap(kIconPixels, kIconPixels);
   pixmap.fill(theme::kSliceBackground);
   if (preview.empty()) return QIcon(pixmap);
   const Volume::Range range = contrast_range(preview);
@@ -38,11 +37,11 @@ QIcon picture_of(const Volume& preview) {
       image.scanLine(j)[i] = static_cast<uchar>(grey >= 0 ? std::min(grey, 255.0) : 0);  // NaN: black
     }
   const Eigen::Vector3d mm = preview.geometry().spacing_mm;
-  const double scale = kPicture / std::max(ni * mm[0], nj * mm[1]);
+  const double scale = kIconPixels / std::max(ni * mm[0], nj * mm[1]);
   const QSizeF size(ni * mm[0] * scale, nj * mm[1] * scale);
   QPainter painter(&pixmap);
   painter.setRenderHint(QPainter::SmoothPixmapTransform);
-  painter.drawImage(QRectF(QPointF((kPicture - size.width()) / 2, (kPicture - size.height()) / 2), size), image);
+  painter.drawImage(QRectF(QPointF((kIconPixels - size.width()) / 2, (kIconPixels - size.height()) / 2), size), image);
   return QIcon(pixmap);
 }
 
@@ -60,9 +59,9 @@ SeriesDialog::SeriesDialog(FoundSeries found, QWidget* parent)
   setWindowTitle(tr("Open a DICOM series"));
   resize(std::min(940, parent ? parent->width() - 24 : 940), std::min(520, parent ? parent->height() - 40 : 520));
   list_->setAccessibleName(tr("Series"));
-  list_->setHeaderLabels({tr("Series"), tr("Patient"), tr("Study"), tr("Kind"), tr("Size"), tr("Spacing (mm)")});
+  list_->setHeaderLabels({tr("Series"), tr("Patient"), tr("Study"), tr("Modality"), tr("Size"), tr("Spacing (mm)")});
   list_->setRootIsDecorated(false);
-  list_->setIconSize({kPicture, kPicture});
+  list_->setIconSize({kIconPixels, kIconPixels});
   list_->setAllColumnsShowFocus(true);
   for (const DicomSeries& series : found_.series) add(series);
   list_->header()->setStretchLastSection(true);
@@ -89,15 +88,17 @@ SeriesDialog::SeriesDialog(FoundSeries found, QWidget* parent)
   column->addWidget(volume_row_);
   column->addWidget(details_);
   if (!found_.unreadable.empty()) {
-    auto* lost = new QLabel(tr("%n file(s) cannot be read: %1", nullptr, static_cast<int>(found_.unreadable.size()))
-                                .arg(text(found_.unreadable.front())),
-                            this);
+    const auto count = static_cast<int>(found_.unreadable.size());
+    const QString first = text(found_.unreadable.front());
+    auto* unreadable = new QLabel(count == 1 ? tr("1 file cannot be read: %1").arg(first)
+                                             : tr("%1 files cannot be read; the first is %2").arg(count).arg(first),
+                                  this);
     QStringList all;
     for (std::size_t n = 0; n < found_.unreadable.size() && n < 30; ++n) all << text(found_.unreadable[n]);
-    lost->setToolTip(all.join('\n'));
-    lost->setWordWrap(true);
-    set_role(lost, "warning");
-    column->addWidget(lost);
+    unreadable->setToolTip(all.join('\n'));
+    unreadable->setWordWrap(true);
+    set_role(unreadable, "warning");
+    column->addWidget(unreadable);
   }
   column->addWidget(buttons);
   connect(buttons, &QDialogButtonBox::accepted, this, &QDialog::accept);
@@ -106,12 +107,12 @@ SeriesDialog::SeriesDialog(FoundSeries found, QWidget* parent)
   connect(list_, &QTreeWidget::itemActivated, this, [this] {
     if (open_->isEnabled()) accept();
   });
-  // The largest that can be read is what is wanted most often.
+  // Preselect the largest readable series.
   int best = 0;
   for (std::size_t n = 1; n < found_.series.size(); ++n) {
     const DicomSeries &one = found_.series[n], &other = found_.series[static_cast<std::size_t>(best)];
-    if (std::pair(one.refusal.empty(), one.geometry.voxel_count()) >
-        std::pair(other.refusal.empty(), other.geometry.voxel_count()))
+    if (std::pair(one.load_error.empty(), one.geometry.voxel_count()) >
+        std::pair(other.load_error.empty(), other.geometry.voxel_count()))
       best = static_cast<int>(n);
   }
   list_->setCurrentItem(list_->topLevelItem(best));
@@ -120,12 +121,12 @@ SeriesDialog::SeriesDialog(FoundSeries found, QWidget* parent)
 
 void SeriesDialog::add(const DicomSeries& series) {
   auto* item = new QTreeWidgetItem(list_);
-  const QString name = series.texts.series.empty() ? tr("without a name") : text(series.texts.series);
+  const QString name = series.texts.series.empty() ? tr("(no description)") : text(series.texts.series);
   QString state;
-  if (!series.refusal.empty())
+  if (!series.load_error.empty())
     state = tr("cannot be opened");
   else if (series.damaged)
-    state = tr("damaged: a part can be opened");
+    state = tr("damaged: can be opened in part");
   else if (series.volumes > 1)
     state = tr("4D: %1 volumes").arg(series.volumes);
   item->setText(kSeries, state.isEmpty() ? name : name + '\n' + state);
@@ -136,7 +137,7 @@ void SeriesDialog::add(const DicomSeries& series) {
                               (series.texts.patient_id.empty() ? QString() : '\n' + text(series.texts.patient_id)));
   item->setText(kStudy, text(series.texts.study) + '\n' + text(series.texts.date));
   item->setText(kModality, text(series.texts.modality));
-  if (series.refusal.empty()) {
+  if (series.load_error.empty()) {
     const auto [ni, nj, nk] = series.geometry.size;
     item->setText(kSize, tr("%1 slices\n%2 x %3").arg(nk).arg(ni).arg(nj));
     const Eigen::Vector3d mm = series.geometry.spacing_mm;
@@ -144,7 +145,7 @@ void SeriesDialog::add(const DicomSeries& series) {
   } else {
     item->setText(kSize, tr("%1 files").arg(series.files));
   }
-  if (!series.refusal.empty() || series.damaged) item->setForeground(kSeries, theme::shades().warning);
+  if (!series.load_error.empty() || series.damaged) item->setForeground(kSeries, theme::shades().warning);
 }
 
 const DicomSeries* SeriesDialog::chosen() const {
@@ -159,10 +160,10 @@ void SeriesDialog::refresh() {
   volume_->setRange(1, series ? series->volumes : 1);
   volume_->setSuffix(tr(" of %1").arg(volume_->maximum()));
   volume_row_->setVisible(volume_->maximum() > 1);
-  const bool opens = series && series->refusal.empty();
-  set_enabled(open_, opens, series ? text(series->refusal) : tr("Mark a series first"));
+  const bool opens = series && series->load_error.empty();
+  set_enabled(open_, opens, series ? text(series->load_error) : tr("Select a series first"));
   QStringList lines;
-  if (series && !opens) lines << tr("This series cannot be opened: %1").arg(text(series->refusal));
+  if (series && !opens) lines << tr("This series cannot be opened: %1").arg(text(series->load_error));
   if (series)
     for (const std::string& warning : series->warnings) lines << text(warning);
   details_->setText(lines.join('\n'));

@@ -2,7 +2,7 @@
 #pragma once
 #include <QDialog>
 
-#include "io/dicom_series.h"
+#include "io/dicom/dicom_series.h"
 
 class QLabel;
 class QPushButton;
@@ -11,14 +11,14 @@ class QTreeWidget;
 
 namespace simplexseg {
 
-/// The series that were found, each with a picture, what it is of, its size, and what is wrong with it; one is chosen.
+/// Lists the DICOM series found, each with a picture, patient, study, size and faults; the user chooses one.
 class SeriesDialog : public QDialog {
   Q_OBJECT
  public:
   SeriesDialog(FoundSeries found, QWidget* parent);
-  /// Null where no series is marked.
+  /// Selected series; null if there is none.
   const DicomSeries* chosen() const;
-  /// Which of its volumes, from 1.
+  /// Number of the chosen volume in a 4D series, from 1.
   int volume() const;
 
  private:

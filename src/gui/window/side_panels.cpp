@@ -18,14 +18,14 @@
 
 namespace simplexseg {
 namespace {
-constexpr int kTallColumn = 930;  ///< pixels of height from which on there is room for a third row
+constexpr int kTallColumn = 930;  ///< smallest height for a third row of panels, pixels
 constexpr int kMeshesHeight = 250;
 constexpr int kWidth = 344;
 
 QTabWidget* make_tabs() {
   auto* tabs = new QTabWidget;
   tabs->setDocumentMode(true);
-  tabs->setUsesScrollButtons(false);  // large text is cut short: a tab that cannot be seen is not found
+  tabs->setUsesScrollButtons(false);  // long titles are elided instead: hidden tabs are hard to find
   tabs->setElideMode(Qt::ElideRight);
   return tabs;
 }
@@ -47,7 +47,7 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
   setMinimumWidth(theme::scaled(kWidth));
   tabs_->setAccessibleName(tr("Panels"));
   row_->setAccessibleName(tr("Plan and convergence"));
-  // What a splitter is the parent of becomes a row of it: panels are made as children of the tabs.
+  // QSplitter shows each widget that it owns as a row, so the tabs are the parents of the panels.
   auto* meshes = new MeshPanel(workbench, loop, actions, nullptr);
   forces_->setObjectName(tr("Forces"));
   simulation_->setObjectName(tr("Simulation"));
@@ -75,10 +75,10 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
 
 bool SidePanels::eventFilter(QObject* watched, QEvent* event) {
   if (event->type() == QEvent::Show || event->type() == QEvent::Hide) {
-    const bool in_sight = event->type() == QEvent::Show;
-    if (watched == check_) check_->set_in_sight(in_sight);
-    if (watched == plan_) plan_->set_in_sight(in_sight);
-    if (watched == convergence_) convergence_->set_in_sight(in_sight);
+    const bool on_screen = event->type() == QEvent::Show;
+    if (watched == check_) check_->set_on_screen(on_screen);
+    if (watched == plan_) plan_->set_on_screen(on_screen);
+    if (watched == convergence_) convergence_->set_on_screen(on_screen);
   }
   return QSplitter::eventFilter(watched, event);
 }
@@ -89,22 +89,22 @@ void SidePanels::resizeEvent(QResizeEvent* event) {
 }
 
 void SidePanels::arrange() {
-  const bool own_row = researcher_ && height() >= kTallColumn;
-  QTabWidget* home = own_row ? row_ : tabs_;
+  const bool separate_row = researcher_ && height() >= kTallColumn;
+  QTabWidget* target = separate_row ? row_ : tabs_;
   for (QWidget* panel : {static_cast<QWidget*>(plan_), static_cast<QWidget*>(convergence_)}) {
     for (QTabWidget* tabs : {tabs_, row_}) {
       const int at = tabs->indexOf(panel);
-      if (at >= 0 && (!researcher_ || tabs != home)) tabs->removeTab(at), panel->hide();
+      if (at >= 0 && (!researcher_ || tabs != target)) tabs->removeTab(at), panel->hide();
     }
-    if (researcher_ && home->indexOf(panel) < 0)
-      home->setTabToolTip(home->addTab(panel, panel->objectName()), panel->objectName());
+    if (researcher_ && target->indexOf(panel) < 0)
+      target->setTabToolTip(target->addTab(panel, panel->objectName()), panel->objectName());
   }
-  const int rows = own_row ? 3 : 2;
-  row_->setVisible(own_row);
+  const int rows = separate_row ? 3 : 2;
+  row_->setVisible(separate_row);
   if (rows == rows_ || height() < 2 * kMeshesHeight) return;
   rows_ = rows;
   const int rest = height() - kMeshesHeight;
-  setSizes(own_row ? QList<int>{kMeshesHeight, rest / 2, rest / 2} : QList<int>{kMeshesHeight, rest, 0});
+  setSizes(separate_row ? QList<int>{kMeshesHeight, rest / 2, rest / 2} : QList<int>{kMeshesHeight, rest, 0});
 }
 
 void SidePanels::set_researcher(bool researcher) {

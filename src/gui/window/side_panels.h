@@ -16,8 +16,8 @@ class PointPanel;
 class SimulationPanel;
 class Workbench;
 
-/// The panels, in a column beside the views: Meshes, and below it the others behind tabs. Plan and Convergence are for
-/// who tunes: they are there in the researcher's layout alone.
+/// Column of panels beside the views: Segmentations, and the others in tabs below. Plan and Convergence are shown in
+/// the researcher's layout only.
 class SidePanels : public QSplitter {
  public:
   SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actions, QWidget* parent);
@@ -27,8 +27,8 @@ class SidePanels : public QSplitter {
   CheckPanel& check() const { return *check_; }
   PlanPanel& plan() const { return *plan_; }
   ConvergencePanel& convergence() const { return *convergence_; }
-  /// Brings a panel to the front, by its title, which must be one of theirs; into the researcher's layout where it is
-  /// needed for that.
+  /// Brings the panel with this title to the front, in the researcher's layout if the panel needs it. The title must
+  /// exist.
   void show_panel(const QString& title);
   void set_researcher(bool researcher);
   bool researcher() const { return researcher_; }
@@ -38,12 +38,12 @@ class SidePanels : public QSplitter {
   bool eventFilter(QObject* watched, QEvent* event) override;
 
  private:
-  /// Suits layout and height: in a tall window Plan and Convergence have a row of their own, so that what a slider does
-  /// to the plan or the plot can be seen while it is moved.
+  /// Adapts the rows to layout and height. In a tall window Plan and Convergence have a separate row, so that they stay
+  /// visible while a slider is moved.
   void arrange();
 
   QTabWidget* tabs_;
-  QTabWidget* row_;  ///< the row of Plan and Convergence
+  QTabWidget* row_;  ///< row of Plan and Convergence
   ForcePanel* forces_;
   SimulationPanel* simulation_;
   PointPanel* points_;
@@ -52,7 +52,7 @@ class SidePanels : public QSplitter {
   ConvergencePanel* convergence_;
   ActionTable& actions_;
   bool researcher_ = false;
-  int rows_ = 0;  ///< among which the height was shared out last
+  int rows_ = 0;  ///< number of rows for which the height was last distributed
 };
 
 }  // namespace simplexseg

@@ -16,15 +16,15 @@
 #include "gui/look/symbols.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
-#include "io/data_path.h"
+#include "io/platform/data_path.h"
 
 namespace simplexseg {
 namespace {
 
-constexpr int kWidth = 440;
+constexpr int kPageWidth = 440;
 constexpr int kMostRecent = 5;
 
-/// The head of Debian's mricron-data; empty where it is not installed.
+/// Path of the sample image of a head in Debian's package mricron-data; empty if it is not installed.
 QString sample_head() {
   try {
     return QString::fromStdU16String(find_data("ch2.nii.gz", {}).u16string());
@@ -46,7 +46,7 @@ StartPage::StartPage(ActionTable& actions, QWidget* over) : QWidget(over) {
   setAttribute(Qt::WA_StyledBackground);
   auto* page = new QHBoxLayout(this);
   auto* middle = new QWidget(this);
-  middle->setMaximumWidth(theme::scaled(kWidth));
+  middle->setMaximumWidth(theme::scaled(kPageWidth));
   middle->setMinimumWidth(theme::scaled(280));
   auto* column = new QVBoxLayout(middle);
   column->setSpacing(8);
@@ -54,13 +54,13 @@ StartPage::StartPage(ActionTable& actions, QWidget* over) : QWidget(over) {
   auto* title = new QLabel(tr("Segment a volume"), middle);
   title->setObjectName("title");
   column->addWidget(title);
-  column->addWidget(dim_label(tr("Open one, or drop a file or a DICOM folder anywhere here."), middle));
+  column->addWidget(dim_label(tr("Open a file, or drop a file or a DICOM folder here."), middle));
   column->addSpacing(6);
-  const auto add_way = [&](Act act, Symbol symbol, const char* name) {
+  const auto add_entry = [&](Act act, Symbol symbol, const char* name) {
     auto* button = new QToolButton(middle);
     button->setObjectName(name);
     button->setDefaultAction(actions[act]);
-    button->setIcon(icon_of(symbol, qstrcmp(name, "first_way") == 0 ? QColor(Qt::white) : QColor()));
+    button->setIcon(icon_of(symbol, qstrcmp(name, "first_entry") == 0 ? QColor(Qt::white) : QColor()));
     button->setIconSize({20, 20});
     button->setText("  " + actions[act]->statusTip() + "    " +
                     actions[act]->shortcut().toString(QKeySequence::NativeText));
@@ -68,8 +68,8 @@ StartPage::StartPage(ActionTable& actions, QWidget* over) : QWidget(over) {
     button->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
     column->addWidget(button);
   };
-  add_way(Act::Open, Symbol::Open, "first_way");
-  add_way(Act::OpenFolder, Symbol::Folder, "way");
+  add_entry(Act::Open, Symbol::Open, "first_entry");
+  add_entry(Act::OpenFolder, Symbol::Folder, "entry");
   recent_ = new QWidget(middle);
   recent_column_ = new QVBoxLayout(recent_);
   recent_column_->setContentsMargins(0, 12, 0, 0);
@@ -93,9 +93,9 @@ void StartPage::add_path(const QString& title, const QString& path) {
   auto* button = new QPushButton(recent_);
   button->setObjectName("recent");
   button->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Fixed);
-  button->setText(button->fontMetrics().elidedText(title, Qt::ElideMiddle, theme::scaled(kWidth) - 40));
+  button->setText(button->fontMetrics().elidedText(title, Qt::ElideMiddle, theme::scaled(kPageWidth) - 40));
   button->setToolTip(QDir::toNativeSeparators(path));
-  connect(button, &QPushButton::clicked, this, [this, path] { emit open_wanted(path); });
+  connect(button, &QPushButton::clicked, this, [this, path] { emit open_requested(path); });
   recent_column_->addWidget(button);
 }
 
@@ -114,7 +114,7 @@ void StartPage::show_recent(const QStringList& paths) {
   const QString sample = sample_head();
   if (sample.isEmpty()) return;
   if (shown > 0) recent_column_->addSpacing(8);
-  recent_column_->addWidget(dim_label(tr("To try it"), recent_));
+  recent_column_->addWidget(dim_label(tr("Example"), recent_));
   add_path(tr("Sample head (T1)"), sample);
 }
 

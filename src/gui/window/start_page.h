@@ -8,16 +8,16 @@ namespace simplexseg {
 
 class ActionTable;
 
-/// What lies over the views while there is no volume: the ways to one.
+/// Page over the views while no volume is open; offers to open one.
 class StartPage : public QWidget {
   Q_OBJECT
  public:
   StartPage(ActionTable& actions, QWidget* over);
-  /// Files that were opened before, the latest first; those that are gone are left out.
+  /// Lists recently opened files, latest first; missing files are left out.
   void show_recent(const QStringList& paths);
 
  signals:
-  void open_wanted(const QString& path);
+  void open_requested(const QString& path);
 
  protected:
   bool eventFilter(QObject* watched, QEvent* event) override;

@@ -4,13 +4,14 @@
 
 namespace simplexseg {
 
-/// The desktop program: reads the command line, checks that a window can be had, runs. Exit status: 0 well, 1 failed,
-/// 2 bad usage or input; one line on stderr says what, why and what to do.
+/// Runs the desktop program: parses the command line, checks that a window can be opened, and runs the window. Exit
+/// status: 0 success, 1 failure, 2 bad usage or input; an error is one line on stderr with cause and remedy.
 int run_desktop(int argc, char** argv);
 
-/// Why OpenGL 4.5 cannot be had, empty when it can. Needs a QGuiApplication.
+/// Reason why OpenGL 4.5 is not available; empty if it is. Needs a QGuiApplication.
 std::string why_no_opengl();
-/// The format of every view, and that they share what they draw from; to be set before the QApplication is made.
+/// Sets the surface format of all views, and sharing of their OpenGL contexts. Call it before creating the
+/// QApplication.
 void set_surface_format();
 
 }  // namespace simplexseg

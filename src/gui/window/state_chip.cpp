@@ -8,16 +8,16 @@
 namespace simplexseg {
 namespace {
 
-/// Text in white has a contrast of 4.5 or more on each.
+/// Background colour of a state; white text has a contrast of at least 4.5 on it.
 const char* background_of(RunState state) {
   switch (state) {
     case RunState::Running:
-    case RunState::Learning:
+    case RunState::Solving:
       return "#2b6ca3";
-    case RunState::AtRest:
+    case RunState::Settled:
       return "#2e6e4a";
-    case RunState::Unsure:
-    case RunState::Leaking:
+    case RunState::Doubtful:
+    case RunState::Spreading:
       return "#8a5a00";
     case RunState::Failed:
       return "#9b3030";
@@ -37,28 +37,27 @@ StateChip::StateChip(Workbench& workbench, FrameLoop& loop, QWidget* parent)
   setFixedHeight(fontMetrics().height() + 8);
   setAccessibleName(tr("State of the simulation"));
   setToolTip(
-      tr("What the simulation does: running, learning (a mesh waits for what is learned from its marks), at rest, "
-         "paused, unsure (little of a mesh is likely to be right), leaking (a mesh finds no end of its object), "
-         "error"));
-  setMinimumWidth(fontMetrics().horizontalAdvance(tr("running, 00000 steps/s")) + 20);  // it must not jump
-  // Numbers that change with every frame cannot be read.
-  calm_.setSingleShot(true);
-  calm_.setInterval(250);
-  connect(&calm_, &QTimer::timeout, this, &StateChip::refresh);
+      tr("State: running; solving (a segmentation is computed from your points); settled; paused; probably wrong (mark "
+         "more of what is inside and outside); spreading (a segmentation finds no border); error"));
+  setMinimumWidth(fontMetrics().horizontalAdvance(tr("no segmentation yet")) + 20);  // the toolbar must not jump
+  // Values that change with every frame are unreadable.
+  refresh_timer_.setSingleShot(true);
+  refresh_timer_.setInterval(250);
+  connect(&refresh_timer_, &QTimer::timeout, this, &StateChip::refresh);
   const auto soon = [this] {
     if (run_state(workbench_, loop_) != state_) refresh();
-    if (!calm_.isActive() && !workbench_.is_dragging()) calm_.start();
+    if (!refresh_timer_.isActive() && !workbench_.is_dragging()) refresh_timer_.start();
   };
   connect(&loop_, &FrameLoop::ticked, this, soon);
   connect(&workbench_, &Workbench::scene_changed, this, soon);
   connect(&workbench_, &Workbench::running_changed, this, soon);
-  connect(&workbench_, &Workbench::learning_changed, this, soon);
+  connect(&workbench_, &Workbench::solving_changed, this, soon);
   refresh();
 }
 
 void StateChip::refresh() {
   state_ = run_state(workbench_, loop_);
-  setText(text_of(state_, loop_));
+  setText(text_of(state_, workbench_.solving_percent()));
   setStyleSheet(
       QString("#state_chip { background: %1; color: white; border-radius: 9px; padding: 2px 8px; margin: 0 6px; }")
           .arg(background_of(state_)));

@@ -9,7 +9,7 @@ class FrameLoop;
 class Workbench;
 enum class RunState;
 
-/// The state of the simulation in two words, in the toolbar.
+/// Label in the toolbar with the state of the simulation.
 class StateChip : public QLabel {
  public:
   StateChip(Workbench& workbench, FrameLoop& loop, QWidget* parent);
@@ -20,7 +20,7 @@ class StateChip : public QLabel {
 
   Workbench& workbench_;
   FrameLoop& loop_;
-  QTimer calm_;
+  QTimer refresh_timer_;
   RunState state_;
 };
 

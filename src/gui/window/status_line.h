@@ -10,24 +10,24 @@ namespace simplexseg {
 class DrawnScene;
 class Workbench;
 
-/// The last line of the window: where the crosshair is and what lies there, which mesh's object is being learned, how
-/// the views are drawn, window and level.
+/// Status line of the window: position and intensity at the crosshair, mesh whose field is being solved with the
+/// completed percentage, renderer, window and level.
 class StatusLine : public QStatusBar {
  public:
   StatusLine(Workbench& workbench, DrawnScene& drawn, QWidget* parent);
-  const QLabel* learning() const { return learning_; }
+  const QLabel* solving() const { return solving_; }
 
  private:
   void refresh_view();
-  void refresh_manner();
-  void refresh_learning();
+  void refresh_renderer();
+  void refresh_solving();
 
   Workbench& workbench_;
   DrawnScene& drawn_;
-  QLabel* place_;
-  QLabel* learning_;
-  QTimer learned_;  ///< until the text goes: a mesh that learns with every movement of a point must not make it flicker
-  QLabel* manner_;
+  QLabel* position_;
+  QLabel* solving_;
+  QTimer clear_timer_;  ///< delay until solving_ is cleared, so that it does not flicker during a drag
+  QLabel* renderer_;
   QLabel* contrast_;
 };
 

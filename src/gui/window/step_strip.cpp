@@ -28,7 +28,7 @@ StepStrip::StepStrip(Workbench& workbench, ActionTable& actions, QWidget* parent
     steps_[n]->setCheckable(true);
     connect(steps_[n], &QToolButton::clicked, this, [this, action] {
       action->trigger();
-      refresh();  // a press is no step
+      refresh();  // a click does not change the step
     });
     row->addWidget(steps_[n]);
   }
@@ -50,15 +50,15 @@ int StepStrip::step() const {
 QString StepStrip::hint() const {
   switch (step()) {
     case 0:
-      return tr("Ctrl+O opens a volume or a scene; or drop a file or a DICOM folder on the window");
+      return tr("Press Ctrl+O to open a volume or a scene, or drop a file or a DICOM folder on the window");
     case 1:
       if (workbench_.view.tool == Tool::Seed)
-        return tr("Drag in a slice from the middle of the object to its edge; it grows by itself when you let go");
-      return tr("Click to the object in the slices, then press 4 and drag from its middle to its edge");
+        return tr("Drag in a slice from the centre of the structure to its edge; it grows when you release the button");
+      return tr("Click on the structure in the slices, then press 4 and drag from its centre to its edge");
     default:
       break;
   }
-  return tr("Drag the outline where it is wrong; I inside, O outside; 4 another object; Ctrl+L saves");
+  return tr("Drag the contour where it is wrong. I: inside, O: outside, 4: another structure, Ctrl+L: save labels");
 }
 
 void StepStrip::refresh() {

@@ -10,13 +10,13 @@ class ActionTable;
 class ElidedLabel;
 class Workbench;
 
-/// Open, Seed, Correct: which of the three steps is next, and the gesture that does it. It is always as high as now, so
-/// that no view moves.
+/// Strip with the three steps Open, Seed and Correct: marks the next step and shows how to do it. Its height is
+/// constant, so that no view moves.
 class StepStrip : public QFrame {
  public:
   StepStrip(Workbench& workbench, ActionTable& actions, QWidget* parent);
   QString hint() const;
-  /// 0 Open, 1 Seed, 2 Correct.
+  /// Next step: 0 Open, 1 Seed, 2 Correct.
   int step() const;
 
  private:

@@ -21,15 +21,15 @@ WindowMemory::WindowMemory(MainWindow& window)
   read();
   show_recent();
   connect(&window_.files(), &FileActions::name_changed, this, &WindowMemory::file_opened);
-  connect(&window_.files(), &FileActions::about_to_take, this, [this] {
-    note_contrast();
+  connect(&window_.files(), &FileActions::about_to_open, this, [this] {
+    store_contrast();
     is_opened_ = false;
   });
 }
 
 WindowMemory::~WindowMemory() {
   settings_.setValue(kGeometry, window_.saveGeometry());
-  note_contrast();
+  store_contrast();
   write();
 }
 
@@ -76,8 +76,8 @@ void WindowMemory::file_opened() {
   }
   files_.insert(files_.begin(), file);
   if (files_.size() > kMostFiles) files_.resize(kMostFiles);
-  const bool says_itself = window_.workbench().scene().view.has_value();  // a saved scene
-  if (file.window > 0 && window_.workbench().has_volume() && !says_itself) {
+  const bool has_saved_view = window_.workbench().scene().view.has_value();  // a saved scene
+  if (file.window > 0 && window_.workbench().has_volume() && !has_saved_view) {
     window_.workbench().view.window = file.window;
     window_.workbench().view.level = file.level;
     window_.workbench().view_edited();
@@ -86,7 +86,7 @@ void WindowMemory::file_opened() {
   show_recent();
 }
 
-void WindowMemory::note_contrast() {
+void WindowMemory::store_contrast() {
   if (open_.isEmpty() || files_.empty() || !window_.workbench().has_volume()) return;
   files_.front().window = window_.workbench().view.window;
   files_.front().level = window_.workbench().view.level;

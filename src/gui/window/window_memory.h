@@ -11,38 +11,38 @@ namespace simplexseg {
 
 class MainWindow;
 
-/// What the window knows from one run of the program to the next: its size and place, the files that were opened last,
-/// and window and level of each. Runs without a user have none. It must go before the window.
+/// Settings that persist between runs of the program: size and position of the window, recent files, and window and
+/// level of each. Not used in runs without a user. Must be destroyed before the window.
 class WindowMemory : public QObject {
  public:
   explicit WindowMemory(MainWindow& window);
-  /// Writes what is to be known.
+  /// Writes the settings.
   ~WindowMemory() override;
   WindowMemory(const WindowMemory&) = delete;
   WindowMemory& operator=(const WindowMemory&) = delete;
 
-  /// Whether the window has been given its size and place of last time.
+  /// Restores size and position of the previous run; false if there are none.
   bool restore_geometry();
-  /// The latest first.
+  /// Paths of the recent files, latest first.
   QStringList recent() const;
 
  private:
   struct File {
     QString path;
-    double window = 0, level = 0;  ///< 0: as the volume says
+    double window = 0, level = 0;  ///< 0: the default of the volume
   };
   void read();
   void write();
   void file_opened();
-  /// Notes window and level of the file that is open.
-  void note_contrast();
+  /// Stores window and level of the open file.
+  void store_contrast();
   void show_recent();
 
   MainWindow& window_;
   QSettings settings_;
   std::vector<File> files_;
-  QString open_;           ///< the file that is open, as it was told last
-  bool is_opened_ = true;  ///< and not about to give way to another, or to itself anew
+  QString open_;           ///< path of the open file
+  bool is_opened_ = true;  ///< false while a file is being opened, even the same file again
 };
 
 }  // namespace simplexseg

@@ -18,7 +18,7 @@ constexpr std::pair<Act, Tool> kTools[] = {{Act::ToolCrosshair, Tool::Crosshair}
                                            {Act::ToolPoint, Tool::Point},         {Act::ToolSeed, Tool::Seed},
                                            {Act::ToolInside, Tool::Inside},       {Act::ToolOutside, Tool::Outside}};
 
-/// "Undo add point", and "Undo" alone where there is nothing to name.
+/// Sets a text such as "Undo add point", or "Undo" if there is no action.
 void name_history_entry(QAction* action, const QString& verb, const char* title) {
   action->setText(*title ? QString("%1 %2").arg(verb, QString::fromUtf8(title)) : verb);
   // The toolbar must not jump with every action.
@@ -33,16 +33,16 @@ WorkbenchActions::WorkbenchActions(Workbench& workbench, ViewGrid& views, Action
   connect_editing();
   connect_meshes();
   connect_simulation();
-  connect_looking();
-  // While a key is held its repeats must not switch a mode off and on.
+  connect_view();
+  // Key repeat must not toggle a mode.
   for (const Act act : {Act::WindowLevel, Act::RunPause, Act::LockMesh, Act::DuplicateMesh, Act::ShowMeshes,
                         Act::ShowFill, Act::ShowField, Act::Annotations, Act::Names, Act::Slices3d})
     actions_[act]->setAutoRepeat(false);
   connect(&workbench_, &Workbench::scene_changed, this, &WorkbenchActions::refresh);
   connect(&workbench_, &Workbench::running_changed, this, &WorkbenchActions::refresh);
-  connect(&workbench_, &Workbench::view_changed, this, &WorkbenchActions::refresh_ticks);
+  connect(&workbench_, &Workbench::view_changed, this, &WorkbenchActions::refresh_toggles);
   refresh();
-  refresh_ticks();
+  refresh_toggles();
 }
 
 void WorkbenchActions::connect_tools() {
@@ -81,8 +81,8 @@ void WorkbenchActions::connect_meshes() {
   actions_.on(Act::RefineMesh, [=, this] { workbench_.apply(RefineMesh{active()}); });
   actions_.on(Act::RecordProfiles, [=, this] {
     if (!workbench_.apply(RecordProfiles{active()})) return;
-    workbench_.say(Severity::Note, tr("Recorded the profiles of \"%1\": the force Intensity profile can act on it")
-                                       .arg(QString::fromStdString(workbench_.active_mesh()->name)));
+    workbench_.notify(Severity::Note, tr("Recorded the profiles of '%1'. The force Intensity profile can now be used.")
+                                          .arg(QString::fromStdString(workbench_.active_mesh()->name)));
   });
   actions_.on_toggle(Act::LockMesh, [=, this](bool locked) {
     if (active()) workbench_.apply(EditMesh{active(), {}, {}, {}, {}, locked});
@@ -102,14 +102,14 @@ void WorkbenchActions::connect_simulation() {
   actions_.on(Act::ResetPose, [this] { workbench_.apply(ResetPose{0}); });
 }
 
-void WorkbenchActions::connect_looking() {
-  connect_tick(Act::ShowMeshes, &ViewState::show_meshes);
-  connect_tick(Act::ShowFill, &ViewState::show_fill);
-  connect_tick(Act::ShowField, &ViewState::show_field);
-  connect_tick(Act::Annotations, &ViewState::show_annotations);
-  connect_tick(Act::Names, &ViewState::show_names);
-  connect_tick(Act::Slices3d, &ViewState::show_slices_3d);
-  connect_tick(Act::WindowLevel, &ViewState::window_level_armed);
+void WorkbenchActions::connect_view() {
+  connect_toggle(Act::ShowMeshes, &ViewState::show_meshes);
+  connect_toggle(Act::ShowFill, &ViewState::show_fill);
+  connect_toggle(Act::ShowField, &ViewState::show_field);
+  connect_toggle(Act::Annotations, &ViewState::show_annotations);
+  connect_toggle(Act::Names, &ViewState::show_names);
+  connect_toggle(Act::Slices3d, &ViewState::show_slices_3d);
+  connect_toggle(Act::WindowLevel, &ViewState::window_level_armed);
   actions_.on_toggle(Act::Neurological, [this](bool checked) {
     workbench_.view.convention = checked ? Convention::Neurological : Convention::Radiological;
     workbench_.view_edited();
@@ -121,7 +121,7 @@ void WorkbenchActions::connect_looking() {
   actions_.on(Act::CentreOnCrosshair, [this] { views_.centre_on_crosshair(); });
 }
 
-void WorkbenchActions::connect_tick(Act act, bool ViewState::*member) {
+void WorkbenchActions::connect_toggle(Act act, bool ViewState::*member) {
   actions_.on_toggle(act, [this, member](bool checked) {
     workbench_.view.*member = checked;
     workbench_.view_edited();
@@ -138,7 +138,7 @@ int WorkbenchActions::place_of_active() const {
 
 void WorkbenchActions::move_mesh(int by) {
   const int place = place_of_active();
-  if (place >= 0) workbench_.apply(PlaceMesh{workbench_.view.active_mesh, place + by});
+  if (place >= 0) workbench_.apply(ReorderMesh{workbench_.view.active_mesh, place + by});
 }
 
 void WorkbenchActions::change_opacity(float by) {
@@ -151,9 +151,9 @@ void WorkbenchActions::refresh() {
   name_history_entry(actions_[Act::Undo], tr("&Undo"), session.undo_title());
   name_history_entry(actions_[Act::Redo], tr("&Redo"), session.redo_title());
   set_enabled(actions_[Act::Undo], session.can_undo(), tr("There is nothing to undo"));
-  set_enabled(actions_[Act::Redo], session.can_redo(), tr("Nothing was undone"));
+  set_enabled(actions_[Act::Redo], session.can_redo(), tr("There is nothing to redo"));
   const bool meshes = !workbench_.scene().meshes.empty();
-  const QString no_mesh = tr("There is no mesh yet: add one in the panel Meshes, or with tool 4");
+  const QString no_mesh = tr("There is no segmentation yet: add one in the panel Segmentations, or with tool 4");
   for (const Act act : {Act::RunPause, Act::Step, Act::ResetPose, Act::Compare})
     set_enabled(actions_[act], meshes, no_mesh);
   for (const Act act : {Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh, Act::DeleteMesh})
@@ -161,13 +161,15 @@ void WorkbenchActions::refresh() {
   const MeshItem* active = workbench_.active_mesh();
   const bool locked = active && active->locked;
   for (const Act act : {Act::ResetMesh, Act::RefineMesh})
-    set_enabled(actions_[act], active && !locked, locked ? tr("The mesh is locked: unlock it first") : no_mesh);
+    set_enabled(actions_[act], active && !locked,
+                locked ? tr("The segmentation is locked: unlock it first (L)") : no_mesh);
   for (const Act act : {Act::BoundaryHere, Act::InsideHere, Act::OutsideHere})
-    set_enabled(actions_[act], active && !locked, locked ? tr("The mesh is locked: unlock it first") : no_mesh);
+    set_enabled(actions_[act], active && !locked,
+                locked ? tr("The segmentation is locked: unlock it first (L)") : no_mesh);
   const int place = place_of_active(), last = static_cast<int>(workbench_.scene().meshes.size()) - 1;
-  set_enabled(actions_[Act::MeshUp], place > 0, meshes ? tr("The mesh is the first of the list") : no_mesh);
+  set_enabled(actions_[Act::MeshUp], place > 0, meshes ? tr("It is already the first in the list") : no_mesh);
   set_enabled(actions_[Act::MeshDown], place >= 0 && place < last,
-              meshes ? tr("The mesh is the last of the list") : no_mesh);
+              meshes ? tr("It is already the last in the list") : no_mesh);
   actions_[Act::LockMesh]->setChecked(locked);
   actions_[Act::RunPause]->setText(workbench_.running() ? tr("&Pause") : tr("&Run"));
   actions_[Act::RunPause]->setIcon(icon_of(workbench_.running() ? Symbol::Pause : Symbol::Run, Qt::white));
@@ -181,7 +183,7 @@ void WorkbenchActions::refresh() {
     set_enabled(actions_[act], meshes, no_mesh);
 }
 
-void WorkbenchActions::refresh_ticks() {
+void WorkbenchActions::refresh_toggles() {
   set_enabled(actions_[Act::PointHere], workbench_.view.selected_point != 0, tr("No point is selected"));
   for (const auto& [act, tool] : kTools) actions_[act]->setChecked(workbench_.view.tool == tool);
   actions_[Act::WindowLevel]->setChecked(workbench_.view.window_level_armed);

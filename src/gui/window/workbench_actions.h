@@ -11,8 +11,7 @@ class ActionTable;
 class ViewGrid;
 class Workbench;
 
-/// The menu entries that act on the workbench: tools, undo, simulation, and what is looked at. What they do, when they
-/// can be chosen, and which of them are ticked.
+/// Handlers of the menu entries for tools, editing, simulation and view. Also enables and checks these entries.
 class WorkbenchActions : public QObject {
  public:
   WorkbenchActions(Workbench& workbench, ViewGrid& views, ActionTable& actions, QObject* parent);
@@ -22,13 +21,13 @@ class WorkbenchActions : public QObject {
   void connect_editing();
   void connect_meshes();
   void connect_simulation();
-  void connect_looking();
-  /// The entry is ticked while the member is true.
-  void connect_tick(Act act, bool ViewState::*member);
+  void connect_view();
+  /// Connects a checkable entry to a member of the view state.
+  void connect_toggle(Act act, bool ViewState::*member);
   void refresh();
-  void refresh_ticks();
+  void refresh_toggles();
   void change_opacity(float by);
-  int place_of_active() const;  ///< in the list of meshes; -1: there is none
+  int place_of_active() const;  ///< index in the list of meshes; -1: there is none
   void move_mesh(int by);
 
   Workbench& workbench_;

@@ -8,17 +8,17 @@
 
 namespace simplexseg {
 
-void ask_and_save(QWidget* parent, Workbench& workbench, const SaveQuestion& question,
+void ask_and_save(QWidget* parent, Workbench& workbench, const SaveDialog& dialog,
                   const std::function<void(const QString&)>& save) {
   QString chosen;
-  QString path = QFileDialog::getSaveFileName(parent, question.title, question.offered, question.kinds, &chosen);
+  QString path = QFileDialog::getSaveFileName(parent, dialog.title, dialog.suggestion, dialog.filters, &chosen);
   if (path.isEmpty()) return;
   if (QFileInfo(path).suffix().isEmpty()) path += chosen.section('*', 1).section(')', 0, 0);
   try {
     save(path);
-    workbench.say(Severity::Note, QObject::tr("Saved %1").arg(path));
+    workbench.notify(Severity::Note, QObject::tr("Saved %1").arg(path));
   } catch (const std::exception& error) {
-    workbench.say(Severity::Failure, QString::fromUtf8(error.what()));
+    workbench.notify(Severity::Failure, QString::fromUtf8(error.what()));
   }
 }
 

@@ -9,15 +9,16 @@ namespace simplexseg {
 
 class Workbench;
 
-struct SaveQuestion {
+/// Contents of a dialog for saving a file.
+struct SaveDialog {
   QString title;
-  QString offered;  ///< name or path
-  QString kinds;    ///< as QFileDialog takes filters: "Picture (*.png);;Table (*.csv)"
+  QString suggestion;  ///< name or path
+  QString filters;     ///< in the syntax of QFileDialog: "Picture (*.png);;Table (*.csv)"
 };
 
-/// Asks for a file, hands it to `save`, and tells the user what came of it. A name without an ending gets that of the
-/// kind that was chosen.
-void ask_and_save(QWidget* parent, Workbench& workbench, const SaveQuestion& question,
+/// Asks the user for a file, passes it to `save`, and reports the result. A name without extension gets the one of the
+/// chosen filter.
+void ask_and_save(QWidget* parent, Workbench& workbench, const SaveDialog& dialog,
                   const std::function<void(const QString& path)>& save);
 
 }  // namespace simplexseg

@@ -14,24 +14,24 @@ BackgroundJob::BackgroundJob(QObject* parent) : QObject(parent) {
 }
 
 BackgroundJob::~BackgroundJob() {
-  if (progress_ && calling_off_) progress_->call_off();
+  if (progress_ && cancellable_) progress_->cancel();
   if (thread_) thread_->wait();
-  for (QThread* thread : leaving_) thread->wait();
+  for (QThread* thread : cancelled_threads_) thread->wait();
 }
 
 bool BackgroundJob::start(const QString& title, std::function<void()> work, std::function<void()> done,
-                          CallingOff calling_off) {
+                          Cancellable cancellable) {
   if (busy()) return false;
   auto failure = std::make_shared<QString>();
   progress_ = std::make_shared<LoadProgress>();
-  calling_off_ = calling_off == CallingOff::Yes;
+  cancellable_ = cancellable == Cancellable::Yes;
   thread_ = QThread::create([work = std::move(work), failure, progress = progress_]() mutable {
     const LoadProgress::Scope scope(*progress);
     try {
       work();
-    } catch (const CalledOff&) {  // nobody waits for it
+    } catch (const Cancelled&) {  // no result is expected
     } catch (const std::bad_alloc&) {
-      *failure = tr("Out of memory: the volume does not fit; close other programs or take a smaller one");
+      *failure = tr("Out of memory: the volume does not fit. Close other programs or open a smaller volume.");
     } catch (const std::exception& error) {
       *failure = QString::fromUtf8(error.what());
     }
@@ -39,7 +39,7 @@ bool BackgroundJob::start(const QString& title, std::function<void()> work, std:
   connect(thread_, &QThread::finished, this, [this, thread = thread_, failure, done = std::move(done)] {
     thread->deleteLater();
     if (thread != thread_) {
-      std::erase(leaving_, thread);
+      std::erase(cancelled_threads_, thread);
       return;
     }
     thread_ = nullptr;
@@ -57,13 +57,13 @@ bool BackgroundJob::start(const QString& title, std::function<void()> work, std:
   return true;
 }
 
-void BackgroundJob::call_off() {
-  if (!may_be_called_off()) return;
-  progress_->call_off();
-  leaving_.push_back(thread_);
+void BackgroundJob::cancel() {
+  if (!is_cancellable()) return;
+  progress_->cancel();
+  cancelled_threads_.push_back(thread_);
   thread_ = nullptr;
   watch_.stop();
-  emit called_off();
+  emit cancelled();
 }
 
 }  // namespace simplexseg

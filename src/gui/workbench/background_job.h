@@ -7,45 +7,46 @@
 #include <memory>
 #include <vector>
 
-#include "io/load_progress.h"
+#include "io/platform/load_progress.h"
 
 class QThread;
 
 namespace simplexseg {
 
-/// Long work in a thread of its own, one at a time, so that the window never stands still.
+/// Runs long work in a separate thread, one job at a time, so that the window stays responsive.
 class BackgroundJob : public QObject {
   Q_OBJECT
  public:
   explicit BackgroundJob(QObject* parent);
-  /// Waits for the work under way, which is called off where it can be.
+  /// Cancels the running job where possible, and waits for its thread.
   ~BackgroundJob() override;
   bool busy() const { return thread_ != nullptr; }
-  /// Whether the user may call off what is under way.
-  bool may_be_called_off() const { return busy() && calling_off_; }
+  /// Whether the user may cancel the running job.
+  bool is_cancellable() const { return busy() && cancellable_; }
 
-  enum class CallingOff { No, Yes };
-  /// `work` runs in the thread and touches nothing that the window uses; what it reads reports its progress
-  /// (io/load_progress.h). Then, in the main thread, `done` is called, or failed() is emitted with what `work` threw.
-  /// Does nothing and returns false while busy.
+  enum class Cancellable { No, Yes };
+  /// Runs `work` in the thread; it must not touch anything that the window uses. Readers report their progress
+  /// (io/platform/load_progress.h). Afterwards, in the main thread, `done` is called, or failed() is emitted with the
+  /// error of `work`.
+  /// While busy, does nothing and returns false.
   bool start(const QString& title, std::function<void()> work, std::function<void()> done,
-             CallingOff calling_off = CallingOff::No);
-  /// Gives up what is under way, where it may be: neither `done` nor failed() follows, and other work can be started at
-  /// once. The thread ends as soon as its reader reports; what it made is dropped.
-  void call_off();
+             Cancellable cancellable = Cancellable::No);
+  /// Cancels the running job if it is cancellable: neither `done` nor failed() follows, and another job can start at
+  /// once. The thread ends with its next report of progress, and its result is discarded.
+  void cancel();
 
  signals:
   void started(const QString& title);
   void progressed(double fraction);  ///< 0..1, ten times a second while it is known
   void succeeded();
   void failed(const QString& why);
-  void called_off();
+  void cancelled();
 
  private:
   QThread* thread_ = nullptr;
-  std::vector<QThread*> leaving_;  ///< called off, not ended yet
+  std::vector<QThread*> cancelled_threads_;  ///< cancelled, still running
   std::shared_ptr<LoadProgress> progress_;
-  bool calling_off_ = false;
+  bool cancellable_ = false;
   QTimer watch_;
 };
 

@@ -15,10 +15,10 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kRoundMs = 4;  ///< between two rounds: pictures and what the user does come in between
+constexpr int kRoundMs = 4;  ///< pause between two rounds, for drawing and input
 constexpr int kShortestPauseMs = 400, kPausePerWork = 3;
 
-/// The scene as both sides begin with it.
+/// Initial scene of a side.
 Scene scene_for(const Workbench& from, int side) {
   Scene scene = from.session().scene();
   for (MeshItem& item : scene.meshes) {
@@ -56,7 +56,7 @@ Comparison::Comparison(const Workbench& from, const std::function<std::unique_pt
   pause_.setSingleShot(true);
   connect(&pause_, &QTimer::timeout, this, &Comparison::measure);
   connect(job_, &BackgroundJob::failed, this, [this](const QString& why) {
-    side(0).say(Severity::Warning, tr("The meshes cannot be measured: %1").arg(why));
+    side(0).notify(Severity::Warning, tr("The segmentations cannot be measured: %1").arg(why));
   });
   prepare_reference();
 }
@@ -69,8 +69,8 @@ void Comparison::connect_side(int s) {
   connect(bench, &Workbench::view_changed, this, [this, s] { follow_view(s); });
   connect(bench, &Workbench::running_changed, this, [this, s] { follow_run(s); });
   for (const auto signal : {&Workbench::scene_changed, &Workbench::point_moved})
-    connect(bench, signal, this, [this, s] { wake(s); });
-  connect(bench, &Workbench::advanced, this, [this, s](const Advance& done) { note(s, done); });
+    connect(bench, signal, this, [this, s] { resume(s); });
+  connect(bench, &Workbench::advanced, this, [this, s](const Advance& done) { record(s, done); });
   connect(bench, &Workbench::restarted, this, [this, s] {
     sides_[s].seconds = 0, sides_[s].steps = 0;
     sides_[s].trace.clear();
@@ -80,9 +80,9 @@ void Comparison::connect_side(int s) {
 const MeshItem& Comparison::item(int s) const { return *side(s).scene().find_mesh(mesh_); }
 bool Comparison::has_reference() const { return side(0).references().has(item(0)); }
 
-// ---- both sides alike ----
+// ---- synchronisation of the sides ----
 
-// Both began with the same scene and are given the same points, so that these have the same ids.
+// Both sides start with the same scene and receive the same points, which therefore have the same ids.
 void Comparison::follow_points(int s) {
   if (following_) return;
   const Command& command = side(s).session().log().back().command;
@@ -108,7 +108,7 @@ void Comparison::follow_view(int s) {
 }
 
 void Comparison::follow_run(int s) {
-  wake(s);
+  resume(s);
   if (!following_ && !side(s).failed()) {
     following_ = true;
     side(s).running() ? side(1 - s).run() : side(1 - s).pause();
@@ -133,13 +133,13 @@ void Comparison::pause() {
   following_ = false;
 }
 
-void Comparison::start_again() {
+void Comparison::restart() {
   for (int s = 0; s < kSides; ++s) side(s).apply(ResetPose{mesh_});
   run();
 }
 
-void Comparison::wake(int s) {
-  sides_[s].at_rest = false, sides_[s].credit = 0;
+void Comparison::resume(int s) {
+  sides_[s].settled = false, sides_[s].credit = 0;
   if (running() && !round_.isActive()) round_.start(0);
   measure();
 }
@@ -147,42 +147,42 @@ void Comparison::wake(int s) {
 void Comparison::tick() {
   const double budget_s =
       std::min(side(0).scene().simulation.frame_budget_ms, side(1).scene().simulation.frame_budget_ms) * 1e-3;
-  bool goes_on = false;
+  bool continues = false;
   for (int s = 0; s < kSides; ++s) {
     Side& one = sides_[s];
-    if (!side(s).running() || one.at_rest) continue;
-    goes_on = true;
-    // A step or a batch of them may take longer than what is left: the other side gets the same later.
+    if (!side(s).running() || one.settled) continue;
+    continues = true;
+    // A step or a batch may take longer than the budget: the other side receives the same time later.
     one.credit += budget_s;
     if (one.credit <= 0) continue;
     const Advance done = side(s).advance(one.credit);
     one.credit -= done.seconds;
-    one.at_rest = done.at_rest;
-    if (one.at_rest) one.credit = 0;
+    one.settled = done.at_rest;
+    if (one.settled) one.credit = 0;
   }
-  if (goes_on) round_.start(kRoundMs);
+  if (continues) round_.start(kRoundMs);
   emit advanced();
   measure();
 }
 
-void Comparison::note(int s, const Advance& done) {
+void Comparison::record(int s, const Advance& done) {
   Side& one = sides_[s];
   one.seconds += done.seconds;
   one.steps += done.steps;
   const Session& session = side(s).session();
-  // Just refined: nothing has been measured of the new vertices.
+  // Directly after a refinement the new vertices have no residual yet.
   if (session.last_outcome().steps == 0) return;
   if (!one.trace.due(session.total_steps()) && !done.at_rest) return;
   try {
     one.trace.sample(session, one.seconds);
   } catch (const std::exception&) {
-    // A device that was lost while poses were read: the next step says so.
+    // The device was lost while poses were read: the next step reports it.
   }
 }
 
-// ---- what is measured ----
+// ---- measurements ----
 
-// A distance map takes a second or so of a large volume.
+// The distance map of a large volume takes about a second.
 void Comparison::prepare_reference() {
   if (!has_reference()) return;
   MeshItem named;
@@ -215,21 +215,21 @@ void Comparison::measure() {
       copies[s].mesh = item->mesh, copies[s].reference = item->reference;
     }
   } catch (const std::exception&) {
-    return;  // a device that was lost while poses were read: the next step says so
+    return;  // the device was lost while poses were read: the next step reports it
   }
   auto found = std::make_shared<Found>();
   QElapsedTimer took;
   took.start();
   job_->start(
-      tr("Measuring the meshes..."),
+      tr("Measuring the segmentations..."),
       [found, copies = std::move(copies), geometry = side(0).session().volume().geometry(),
        references = side(0).references()] {
-        const std::optional<Mask> truth = references.mask_for(copies[0]);
+        const std::optional<Mask> reference = references.mask_for(copies[0]);
         std::array<Mask, kSides> masks;
         for (int s = 0; s < kSides; ++s) {
           masks[s] = rasterise(copies[s].mesh, geometry);
           found->of[s].volume_ml = simplexseg::measure(copies[s].mesh).volume_mm3 / 1000;
-          if (truth) found->of[s].agreement = compare(*truth, masks[s]);
+          if (reference) found->of[s].agreement = compare(*reference, masks[s]);
         }
         found->overlap = dice(masks[0], masks[1]);
       },
@@ -237,29 +237,29 @@ void Comparison::measure() {
         for (int s = 0; s < kSides; ++s) sides_[s].measured = found->of[s];
         overlap_ = found->overlap;
         measured_revisions_ = revisions;
-        emit measured_anew();
+        emit measured_changed();
         pause_.start(std::max(kShortestPauseMs, kPausePerWork * static_cast<int>(took.elapsed())));
       });
 }
 
 namespace {
 
-/// Adds what is drawn of the mesh whose trace it is, as from `side`.
-void add_series(Plot& plot, const Plot& its, int side) {
-  plot.x_title = its.x_title, plot.y_title = its.y_title, plot.title = its.title, plot.log_y = its.log_y;
-  for (PlotSeries series : its.series) {
+/// Adds the series of `source` to `plot`, with the name of the side.
+void add_series(Plot& plot, const Plot& source, int side) {
+  plot.x_title = source.x_title, plot.y_title = source.y_title, plot.title = source.title, plot.log_y = source.log_y;
+  for (PlotSeries series : source.series) {
     if (!series.name.empty()) series.name = std::string(Comparison::name_of(side)).append(": ").append(series.name);
     plot.series.push_back(std::move(series));
   }
 }
 
-/// Of the trace the compared mesh alone.
+/// Part of the trace for one mesh.
 RunTrace only(const RunTrace& trace, ItemId mesh) {
-  RunTrace its = trace;
+  RunTrace part = trace;
   Scene scene;
   scene.meshes.emplace_back().id = mesh;
-  its.keep(scene);
-  return its;
+  part.remove_deleted(scene);
+  return part;
 }
 
 }  // namespace

@@ -20,55 +20,56 @@ class Engine;
 class Workbench;
 struct Advance;
 
-/// Two settings of one mesh, tried on the same start beside each other: two copies of a scene in which the mesh goes
-/// back to where it began and all others are locked. Both run at once, each for the same time in each round; what is
-/// looked at and the points that are placed are the same on both sides.
+/// Comparison of two settings for one mesh from the same start. It has two copies of the scene (sides), in which the
+/// mesh is reset and all others are locked. Both sides run at once, each for the same time per round, and share view
+/// and points.
 class Comparison : public QObject {
   Q_OBJECT
  public:
   static constexpr int kSides = 2;
   static const char* name_of(int side) { return side == 0 ? "A" : "B"; }
-  /// Of what belongs to a side: told apart by the colour-blind, and seen on a dark ground (Okabe and Ito 2008).
+  /// Colour of a side: distinguishable by the colour-blind and visible on a dark background (Okabe and Ito 2008).
   static Colour colour_of(int side) { return side == 0 ? Colour{86, 180, 233} : Colour{230, 159, 0}; }
 
-  /// Of the active mesh of `from`, which must have one. Both sides begin with its settings, and its points. Throws
-  /// Error where an engine cannot be made or has not the memory.
+  /// Compares settings for the active mesh of `from`, which must have one. Both sides start with its settings and
+  /// points. Throws Error when an engine is unavailable or lacks memory.
   Comparison(const Workbench& from, const std::function<std::unique_ptr<Engine>()>& make_engine);
   ~Comparison() override;
 
   Workbench& side(int side) { return *sides_[side].workbench; }
   const Workbench& side(int side) const { return *sides_[side].workbench; }
   ItemId mesh() const { return mesh_; }
-  /// Of the mesh that is compared, on one side.
+  /// Compared mesh on one side.
   const MeshItem& item(int side) const;
   bool has_reference() const;
 
   void run();
   void pause();
   bool running() const;
-  /// The mesh goes back to its start on both sides, and both run.
-  void start_again();
+  /// Resets the mesh on both sides, and runs both.
+  void restart();
 
-  bool at_rest(int side) const { return sides_[side].at_rest; }
-  /// Time of the simulation alone since the mesh was at its start.
+  bool settled(int side) const { return sides_[side].settled; }
+  /// Computing time of the simulation since the mesh was reset, s.
   double seconds(int side) const { return sides_[side].seconds; }
   std::int64_t steps(int side) const { return sides_[side].steps; }
-  /// Residual against time, or distance to the reference, where there is one: the mesh of each side in its colour.
+  /// Residual against computing time, each side in its colour.
   Plot residual_plot() const;
+  /// Distance to the reference against computing time, each side in its colour; no series without a reference.
   Plot error_plot() const;
-  /// A line for each sample of each side: setting, and then as RunTrace::csv() has it.
+  /// Table with one line per sample and side: the setting, then the columns of RunTrace::csv().
   std::string csv() const;
 
-  /// What was measured of the meshes last, both at one time.
+  /// Latest measurements of a mesh; both sides are measured at the same time.
   struct Measured {
     double volume_ml = 0;
     std::optional<Agreement> agreement;  ///< with the reference
   };
   const std::optional<Measured>& measured(int side) const { return sides_[side].measured; }
-  /// Dice of the voxels in the one mesh and in the other.
+  /// Dice between the voxels of the two meshes.
   std::optional<double> overlap() const { return overlap_; }
 
-  /// A parameter that the two do not share.
+  /// Parameter whose values differ.
   struct Difference {
     QString title;
     std::array<QString, kSides> values;
@@ -78,16 +79,16 @@ class Comparison : public QObject {
  signals:
   void running_changed();
   void advanced();  ///< at least one side has moved
-  void measured_anew();
+  void measured_changed();
 
  private:
   struct Side {
     std::unique_ptr<Workbench> workbench;
     RunTrace trace;
     double seconds = 0;
-    double credit = 0;  ///< seconds that it has yet to be given
+    double credit = 0;  ///< computing time it may still use, s
     std::int64_t steps = 0;
-    bool at_rest = false;
+    bool settled = false;
     std::optional<Measured> measured;
   };
 
@@ -95,9 +96,9 @@ class Comparison : public QObject {
   void follow_points(int side);
   void follow_view(int side);
   void follow_run(int side);
-  void wake(int side);
+  void resume(int side);
   void tick();
-  void note(int side, const Advance& done);
+  void record(int side, const Advance& done);
   void prepare_reference();
   void measure();
 
@@ -105,10 +106,10 @@ class Comparison : public QObject {
   std::array<Side, kSides> sides_;
   BackgroundJob* job_;
   QTimer round_, pause_;
-  std::shared_ptr<const SurfaceError> error_;  ///< null: not made yet, or no reference
+  std::shared_ptr<const SurfaceError> error_;  ///< null: not computed yet, or no reference
   std::optional<double> overlap_;
   std::array<std::uint64_t, kSides> measured_revisions_{};
-  bool following_ = false;  ///< a side does what the other did
+  bool following_ = false;  ///< a side repeats an action of the other
 };
 
 }  // namespace simplexseg

@@ -11,9 +11,9 @@
 
 namespace simplexseg {
 namespace {
-// A window that is hidden or covered shows nothing: the simulation goes on without it.
+// Upper bound of a frame: a hidden or covered window never shows an image.
 constexpr int kLongestFrameMs = 50;
-// Nobody sees more pictures than this: what is left of a frame is the simulation's.
+// Lower bound of a frame: a higher frame rate is not visible, and the simulation uses the rest of the time.
 constexpr double kShortestFrameS = 1.0 / 64;
 }  // namespace
 
@@ -21,25 +21,25 @@ FrameLoop::FrameLoop(Workbench& workbench) : workbench_(workbench) {
   timer_.setSingleShot(true);
   timer_.setTimerType(Qt::PreciseTimer);
   connect(&timer_, &QTimer::timeout, this, &FrameLoop::tick);
-  connect(&workbench_, &Workbench::running_changed, this, &FrameLoop::wake);
-  connect(&workbench_, &Workbench::scene_changed, this, &FrameLoop::wake);
-  connect(&workbench_, &Workbench::point_moved, this, &FrameLoop::note_move);
-  connect(&workbench_, &Workbench::advanced_beside, this, &FrameLoop::note_advanced);
+  connect(&workbench_, &Workbench::running_changed, this, &FrameLoop::resume);
+  connect(&workbench_, &Workbench::scene_changed, this, &FrameLoop::resume);
+  connect(&workbench_, &Workbench::point_moved, this, &FrameLoop::on_point_moved);
+  connect(&workbench_, &Workbench::advance_finished, this, &FrameLoop::on_advance_finished);
 }
 
 void FrameLoop::count(const Advance& done) {
   if (!std::exchange(counted_, true)) statistics_.steps_done(done.steps, done.seconds);
 }
 
-void FrameLoop::note_move() {
+void FrameLoop::on_point_moved() {
   moved_ = true;
-  if (workbench_.is_advancing()) count(workbench_.done_beside());  // which knew nothing of the movement
+  if (workbench_.is_advancing()) count(workbench_.advance_result());  // these steps do not include the movement
   statistics_.point_moved(std::exchange(move_since_s_, std::nullopt).value_or(FrameStatistics::now_s()));
-  wake();
+  resume();
 }
 
-void FrameLoop::wake() {
-  at_rest_ = false, woken_ = true;
+void FrameLoop::resume() {
+  settled_ = false, resumed_ = true;
   if (!workbench_.running() || workbench_.scene().meshes.empty()) {
     timer_.stop();
   } else if (!timer_.isActive()) {
@@ -51,41 +51,41 @@ void FrameLoop::wake() {
 }
 
 void FrameLoop::view_composing() {
-  // What the user moves is on its way to the screen: the device has nothing else to do until it is there.
+  // A moved point is shown first: the device computes nothing else until its image is on the screen.
   if (moved_)
     begins_when_shown_ = true;
   else
-    begin_beside();
+    begin_concurrent();
 }
 
-void FrameLoop::begin_beside() {
-  // In a loop within a loop (a menu, a dialog) somebody may hold on to what belongs to the session.
+void FrameLoop::begin_concurrent() {
+  // In a nested event loop (a menu, a dialog) other code may hold references into the session.
   const bool nested = QThread::currentThread()->loopLevel() > 1 || QApplication::activeModalWidget();
   if (!timer_.isActive() || !workbench_.running() || !ticked_ || workbench_.is_advancing() || nested) return;
-  // On the CPU it would take the processor from what draws.
-  if (!beside_.value_or(std::strcmp(workbench_.session().engine().backend(), "cpu") != 0)) return;
-  ticked_ = shown_ = ended_ = woken_ = counted_ = false;
+  // On the CPU the steps would compete with drawing.
+  if (!concurrent_.value_or(std::strcmp(workbench_.session().engine().backend(), "cpu") != 0)) return;
+  ticked_ = shown_ = finished_ = resumed_ = counted_ = false;
   const double budget_s = workbench_.scene().simulation.frame_budget_ms * 1e-3;
   workbench_.begin_advance(std::max(budget_s, kShortestFrameS - (FrameStatistics::now_s() - last_tick_s_)));
 }
 
-void FrameLoop::note_advanced() {
-  ended_ = true;
+void FrameLoop::on_advance_finished() {
+  finished_ = true;
   if (shown_ || !timer_.isActive()) tick();
 }
 
 void FrameLoop::view_shown() {
-  const bool new_picture = statistics_.shown(FrameStatistics::now_s());
-  if (new_picture) {
+  const bool new_image = statistics_.shown(FrameStatistics::now_s());
+  if (new_image) {
     moved_ = false;
-    if (std::exchange(begins_when_shown_, false)) begin_beside();
+    if (std::exchange(begins_when_shown_, false)) begin_concurrent();
   }
   if (!timer_.isActive()) {
     statistics_.interrupt();
-  } else if (new_picture && workbench_.is_advancing() && !ended_) {
-    shown_ = true;  // the next frame begins when the steps are done
-  } else if (new_picture && timer_.remainingTime() > 0) {
-    timer_.start(0);  // after the events that wait: what the user did meanwhile is in this frame
+  } else if (new_image && workbench_.is_advancing() && !finished_) {
+    shown_ = true;  // the next frame starts when the steps are done
+  } else if (new_image && timer_.remainingTime() > 0) {
+    timer_.start(0);  // after the pending events: this frame includes the user's latest actions
   }
 }
 
@@ -93,10 +93,10 @@ void FrameLoop::tick() {
   timer_.stop();
   Advance advance;
   if (workbench_.is_advancing()) {
-    count(workbench_.done_beside());
+    count(workbench_.advance_result());
     advance = workbench_.end_advance();
   } else if (workbench_.running()) {
-    woken_ = false;
+    resumed_ = false;
     advance = workbench_.advance(workbench_.scene().simulation.frame_budget_ms * 1e-3);
     statistics_.steps_done(advance.steps, advance.seconds);
   }
@@ -109,8 +109,8 @@ void FrameLoop::tick() {
     smooth(steps_per_second_, advance.steps / elapsed);
     smooth(step_ms_, advance.seconds * 1e3 / advance.steps);
   }
-  at_rest_ = advance.at_rest && !woken_;
-  if (!at_rest_ && !advance.failure) timer_.start(kLongestFrameMs);
+  settled_ = advance.at_rest && !resumed_;
+  if (!settled_ && !advance.failure) timer_.start(kLongestFrameMs);
   emit ticked();
 }
 

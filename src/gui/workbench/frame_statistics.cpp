@@ -29,7 +29,7 @@ void FrameStatistics::point_moved(double since_s) {
 }
 
 void FrameStatistics::painted() {
-  picture_waits_ = true;
+  image_pending_ = true;
   for (Move& move : moves_) {
     move.painted = true;
     move.painted_after_step = move.stepped;
@@ -37,7 +37,7 @@ void FrameStatistics::painted() {
 }
 
 bool FrameStatistics::shown(double now_s) {
-  if (!std::exchange(picture_waits_, false)) return false;
+  if (!std::exchange(image_pending_, false)) return false;
   if (last_shown_s_) {
     const double interval_s = now_s - *last_shown_s_;
     const auto smooth = [](double& value, double sample) { value = value == 0 ? sample : 0.9 * value + 0.1 * sample; };

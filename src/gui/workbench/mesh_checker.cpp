@@ -13,10 +13,10 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kShortestPauseMs = 500;
-constexpr int kPausePerWork = 3;  // at most a quarter of one core
+constexpr int kShortestCheckPauseMs = 500;
+constexpr int kCheckPausePerWork = 3;  // at most a quarter of one core
 
-/// "every voxel that is not 0" has no number.
+/// Key of a reference; one without a label value stands for every voxel that is not 0.
 std::pair<std::string, double> key_of(const Reference& reference) {
   return {reference.labels, reference.value.value_or(-std::numeric_limits<double>::infinity())};
 }
@@ -31,11 +31,11 @@ std::vector<float> distances_to(const SurfaceError& surface, const SimplexMesh& 
   return distances;
 }
 
-/// The upper end of a scale: nearly all of the values, rounded up to a number that can be read.
+/// Upper end of a colour scale: covers nearly all values, rounded up to 1, 2 or 5 times a power of ten.
 float end_of_scale(const std::map<ItemId, std::vector<float>>& values) {
   std::vector<float> all;
-  for (const auto& [mesh, its] : values)
-    for (const float value : its)
+  for (const auto& [mesh, distances] : values)
+    for (const float value : distances)
       if (value >= 0) all.push_back(value);
   if (all.empty()) return 1;
   const auto most = all.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(all.size() - 1));
@@ -57,7 +57,7 @@ struct MeshChecker::Result {
 MeshChecker::MeshChecker(Workbench& workbench, QObject* parent)
     : QObject(parent), workbench_(workbench), job_(new BackgroundJob(this)) {
   pause_.setSingleShot(true);
-  connect(&pause_, &QTimer::timeout, this, &MeshChecker::consider);
+  connect(&pause_, &QTimer::timeout, this, &MeshChecker::check_if_due);
   connect(&workbench_, &Workbench::pose_changed, this, &MeshChecker::changed);
   connect(&workbench_, &Workbench::scene_changed, this, &MeshChecker::changed);
   connect(&workbench_, &Workbench::references_changed, this, [this] {
@@ -73,8 +73,8 @@ MeshChecker::MeshChecker(Workbench& workbench, QObject* parent)
     emit checked();
   });
   connect(job_, &BackgroundJob::failed, this, [this](const QString& why) {
-    going_ = false;
-    workbench_.say(Severity::Warning, tr("The meshes cannot be checked: %1").arg(why));
+    worst_requested_ = false;
+    workbench_.notify(Severity::Warning, tr("The segmentations cannot be checked: %1").arg(why));
   });
 }
 
@@ -83,18 +83,18 @@ bool MeshChecker::up_to_date() const {
 }
 
 void MeshChecker::changed() {
-  if ((watched_ || going_ || colours_ != Colours::Own) && !pause_.isActive() && !job_->busy()) consider();
+  if ((watched_ || worst_requested_ || colours_ != Colours::Own) && !pause_.isActive() && !job_->busy()) check_if_due();
 }
 
-void MeshChecker::consider() {
-  const bool wanted = watched_ || going_ || colours_ != Colours::Own;
-  if (!wanted || job_->busy() || pause_.isActive() || !workbench_.has_volume() || up_to_date()) return;
+void MeshChecker::check_if_due() {
+  const bool needed = watched_ || worst_requested_ || colours_ != Colours::Own;
+  if (!needed || job_->busy() || pause_.isActive() || !workbench_.has_volume() || up_to_date()) return;
   begin();
 }
 
 void MeshChecker::set_watched(bool watched) {
   watched_ = watched;
-  consider();
+  check_if_due();
 }
 
 void MeshChecker::set_colours(Colours colours) {
@@ -105,7 +105,7 @@ void MeshChecker::set_colours(Colours colours) {
     workbench_.view_edited();
   }
   pause_.stop();
-  consider();
+  check_if_due();
 }
 
 const MeshCheck* MeshChecker::of(ItemId mesh) const {
@@ -121,7 +121,7 @@ void MeshChecker::begin() {
       copy.id = item.id, copy.name = item.name, copy.reference = item.reference, copy.mesh = item.mesh;
     }
   } catch (const std::exception&) {
-    return;  // a device that was lost while poses were read: the next step says so
+    return;  // the device was lost while poses were read: the next step reports it
   }
   running_revision_ = workbench_.session().revision();
   auto result = std::make_shared<Result>();
@@ -129,7 +129,7 @@ void MeshChecker::begin() {
   const Colours colours = colours_;
   took_.start();
   job_->start(
-      tr("Checking the meshes..."),
+      tr("Checking the segmentations..."),
       [=, items = std::move(items), volume = workbench_.session().volume(), references = workbench_.references()] {
         for (const MeshItem& item : items) {
           if (item.mesh.positions.empty()) continue;
@@ -142,16 +142,16 @@ void MeshChecker::begin() {
           const Mask mask = rasterise(item.mesh, volume.geometry());
           check.inside = intensities_in(volume, mask);
           std::vector<float> distances;
-          if (const std::optional<Mask> truth = references.mask_for(item)) {
-            check.agreement = compare(*truth, mask);
+          if (const std::optional<Mask> reference = references.mask_for(item)) {
+            check.agreement = compare(*reference, mask);
             auto& map = result->maps[key_of(*item.reference)];
-            if (!map) map = std::make_shared<const SurfaceError>(*truth);
+            if (!map) map = std::make_shared<const SurfaceError>(*reference);
             distances = distances_to(*map, item.mesh);
           }
           const bool to_reference = !distances.empty();
           std::vector<float> edges;
           if (!to_reference || colours == Colours::Image) edges = edge_distances(item.mesh, volume);
-          check.worst = worst_places(item.mesh, to_reference && colours != Colours::Image ? distances : edges);
+          check.worst = worst_locations(item.mesh, to_reference && colours != Colours::Image ? distances : edges);
           if (colours == Colours::Reference && to_reference) result->values.of_mesh[item.id] = std::move(distances);
           if (colours == Colours::Image) result->values.of_mesh[item.id] = std::move(edges);
         }
@@ -162,39 +162,39 @@ void MeshChecker::begin() {
       [=, this, revision = running_revision_] {
         if (revision != running_revision_ || !workbench_.has_volume()) return;
         checked_colours_ = colours;
-        take(*result);
+        store(*result);
       });
 }
 
-void MeshChecker::take(const Result& result) {
+void MeshChecker::store(const Result& result) {
   checks_ = result.checks;
   maps_ = result.maps;
   checked_revision_ = running_revision_;
   show_colours(result);
   emit checked();
-  if (going_) show_worst();
-  pause_.start(std::max(kShortestPauseMs, kPausePerWork * static_cast<int>(took_.elapsed())));
+  if (worst_requested_) show_worst();
+  pause_.start(std::max(kShortestCheckPauseMs, kCheckPausePerWork * static_cast<int>(took_.elapsed())));
 }
 
 void MeshChecker::show_colours(const Result& result) {
-  // The user may have chosen others meanwhile: the next check has these.
+  // The user may have chosen another colouring meanwhile: the next check computes it.
   if (colours_ == Colours::Own || colours_ != checked_colours_) return;
   workbench_.view.surface_values = std::make_shared<const SurfaceValues>(result.values);
   workbench_.view_edited();
 }
 
 void MeshChecker::go_to_worst() {
-  going_ = true;
+  worst_requested_ = true;
   if (up_to_date() && of(workbench_.view.active_mesh)) {
     show_worst();
   } else {
     pause_.stop();
-    consider();
+    check_if_due();
   }
 }
 
 void MeshChecker::show_worst() {
-  going_ = false;
+  worst_requested_ = false;
   const ItemId mesh = workbench_.view.active_mesh;
   const MeshCheck* check = of(mesh);
   if (!check || check->worst.empty()) return;
@@ -202,15 +202,15 @@ void MeshChecker::show_worst() {
   shown_place_ = again ? (shown_place_ + 1) % check->worst.size() : 0;
   shown_mesh_ = mesh;
   shown_revision_ = checked_revision_;
-  const SurfacePlace& place = check->worst[shown_place_];
+  const SurfaceLocation& place = check->worst[shown_place_];
   workbench_.set_crosshair(place.position_mm);
   const bool to_reference = check->agreement && checked_colours_ != Colours::Image;
-  workbench_.say(Severity::Note, (to_reference ? tr("\"%1\", place %2 of %3: %4 mm from the reference")
-                                               : tr("\"%1\", place %2 of %3: %4 mm from the nearest edge"))
-                                     .arg(QString::fromStdString(check->name))
-                                     .arg(shown_place_ + 1)
-                                     .arg(check->worst.size())
-                                     .arg(place.value, 0, 'f', 1));
+  workbench_.notify(Severity::Note, (to_reference ? tr("'%1', place %2 of %3: %4 mm from the reference")
+                                                  : tr("'%1', place %2 of %3: %4 mm from the nearest edge"))
+                                        .arg(QString::fromStdString(check->name))
+                                        .arg(shown_place_ + 1)
+                                        .arg(check->worst.size())
+                                        .arg(place.value, 0, 'f', 1));
 }
 
 }  // namespace simplexseg

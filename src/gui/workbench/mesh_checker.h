@@ -20,18 +20,18 @@ namespace simplexseg {
 class BackgroundJob;
 class Workbench;
 
-/// What was found of one mesh.
+/// Measurements of one mesh.
 struct MeshCheck {
   ItemId mesh = 0;
   std::string name;
   double volume_ml = 0, area_cm2 = 0;
-  std::optional<Intensities> inside;   ///< none where it holds no voxel
+  std::optional<Intensities> inside;   ///< none if it contains no voxel
   std::optional<Agreement> agreement;  ///< none without a reference
-  std::vector<SurfacePlace> worst;     ///< farthest from the reference, or from the image's edges where it has none
+  std::vector<SurfaceLocation> worst;  ///< farthest from the reference; without one, from the edges of the image
 };
 
-/// Measures the meshes as they are, in the background and not without a pause: the run goes on meanwhile. A check is
-/// made while somebody wants it, whenever meshes, poses or references have changed since the last one.
+/// Measures the meshes in the background, with pauses, while the simulation continues. While its results are shown, it
+/// checks again whenever meshes, poses or references have changed.
 class MeshChecker : public QObject {
   Q_OBJECT
  public:
@@ -39,16 +39,16 @@ class MeshChecker : public QObject {
 
   explicit MeshChecker(Workbench& workbench, QObject* parent);
 
-  /// Whether the figures are looked at.
+  /// Whether the results are visible.
   void set_watched(bool watched);
   Colours colours() const { return colours_; }
-  /// What the meshes are coloured by in the 3D view; kept up to date while that is not their own colours.
+  /// Sets the colouring of the meshes in the 3D view, and keeps it up to date.
   void set_colours(Colours colours);
   const std::vector<MeshCheck>& checks() const { return checks_; }
-  /// Null for a mesh that was not checked yet.
+  /// Result of a mesh; null before its first check.
   const MeshCheck* of(ItemId mesh) const;
-  /// Moves the crosshair to the worst place of the active mesh, and to the next worse one when it is called again
-  /// before the mesh has changed. Where it has not been checked as it is, it is first.
+  /// Moves the crosshair to the worst place of the active mesh, after a check if necessary. Further calls for the
+  /// unchanged mesh go to the next worst places.
   void go_to_worst();
 
  signals:
@@ -59,9 +59,9 @@ class MeshChecker : public QObject {
   using ErrorMaps = std::map<std::pair<std::string, double>, std::shared_ptr<const SurfaceError>>;
 
   void changed();
-  void consider();
+  void check_if_due();
   void begin();
-  void take(const Result& result);
+  void store(const Result& result);
   void show_colours(const Result& result);
   void show_worst();
   bool up_to_date() const;
@@ -70,12 +70,12 @@ class MeshChecker : public QObject {
   BackgroundJob* job_;
   QTimer pause_;
   QElapsedTimer took_;
-  bool watched_ = false, going_ = false;
+  bool watched_ = false, worst_requested_ = false;
   Colours colours_ = Colours::Own;
   std::vector<MeshCheck> checks_;
   std::uint64_t checked_revision_ = ~std::uint64_t{0}, running_revision_ = 0;
   Colours checked_colours_ = Colours::Own;
-  ErrorMaps maps_;  ///< of references that were measured
+  ErrorMaps maps_;  ///< distance maps of the references measured so far
   ItemId shown_mesh_ = 0;
   std::size_t shown_place_ = 0;
   std::uint64_t shown_revision_ = ~std::uint64_t{0};

@@ -8,24 +8,25 @@
 
 namespace simplexseg {
 
-/// Lines that may come with every frame, told as one message every few seconds: the latest, and how many came with it.
+/// Merges lines that may come with every frame into one message every few seconds: the latest line, and the number of
+/// others.
 class RepeatedWarning : public QObject {
   Q_OBJECT
  public:
   explicit RepeatedWarning(int interval_ms = 3000, QObject* parent = nullptr);
   void add(const std::vector<std::string>& lines);
-  /// What has not been told is dropped; the next line is told at once.
-  void forget();
+  /// Discards pending lines; the next line becomes a message at once.
+  void clear();
 
  signals:
-  void tell(const QString& text);
+  void message(const QString& text);
 
  private:
-  void tell_now();
+  void send();
 
   QTimer pause_;
   QString latest_;
-  int untold_ = 0;
+  int pending_ = 0;
 };
 
 }  // namespace simplexseg

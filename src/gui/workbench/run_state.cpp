@@ -8,15 +8,16 @@
 
 #include "gui/workbench/frame_loop.h"
 #include "gui/workbench/workbench.h"
-#include "session/mesh_life.h"
+#include "session/mesh_lifecycle.h"
 
 namespace simplexseg {
 namespace {
 
-QString tr(const char* text) { return QCoreApplication::translate("RunState", text); }
+QString state_text(const char* text) { return QCoreApplication::translate("RunState", text); }
+QString solving_text(int percent) { return state_text("solving %1%").arg(percent); }
 
-bool leaks(const MeshItem& item) { return item.field && item.field->leaks && !item.locked; }
-bool unsure(const MeshItem& item) { return item.field && item.field->unsure() && !item.locked; }
+bool spreads(const MeshItem& item) { return item.field && item.field->leaks && !item.locked; }
+bool doubtful(const MeshItem& item) { return item.field && item.field->probably_wrong() && !item.locked; }
 
 }  // namespace
 
@@ -24,36 +25,35 @@ RunState run_state(const Workbench& workbench, const FrameLoop& loop) {
   const std::vector<MeshItem>& meshes = workbench.scene().meshes;
   if (meshes.empty()) return RunState::Nothing;
   if (workbench.failed()) return RunState::Failed;
-  if (std::any_of(meshes.begin(), meshes.end(), leaks)) return RunState::Leaking;
-  if (std::any_of(meshes.begin(), meshes.end(), unsure)) return RunState::Unsure;
+  if (std::any_of(meshes.begin(), meshes.end(), spreads)) return RunState::Spreading;
+  if (std::any_of(meshes.begin(), meshes.end(), doubtful)) return RunState::Doubtful;
   if (!workbench.running()) return RunState::Paused;
   const Session& session = workbench.session();
   const bool waits = std::all_of(meshes.begin(), meshes.end(), [&](const MeshItem& item) {
     return item.locked || waits_for_field(item, session.volume());
   });
-  if (session.learning() != 0 && (waits || loop.at_rest())) return RunState::Learning;
-  return loop.at_rest() ? RunState::AtRest : RunState::Running;
+  if (session.solving_mesh() != 0 && (waits || loop.settled())) return RunState::Solving;
+  return loop.settled() ? RunState::Settled : RunState::Running;
 }
 
-QString text_of(RunState state, const FrameLoop& loop) {
+QString text_of(RunState state, int solving_percent) {
   switch (state) {
     case RunState::Nothing:
-      return tr("no mesh yet");
+      return state_text("no segmentation yet");
     case RunState::Running:
-      return loop.steps_per_second() > 0 ? tr("running, %1 steps/s").arg(loop.steps_per_second(), 0, 'f', 0)
-                                         : tr("running");
-    case RunState::Learning:
-      return tr("learning");
-    case RunState::AtRest:
-      return tr("at rest");
+      return state_text("running");
+    case RunState::Solving:
+      return solving_text(solving_percent);
+    case RunState::Settled:
+      return state_text("settled");
     case RunState::Paused:
-      return tr("paused");
-    case RunState::Unsure:
-      return tr("unsure");
-    case RunState::Leaking:
-      return tr("leaking");
+      return state_text("paused");
+    case RunState::Doubtful:
+      return state_text("probably wrong");
+    case RunState::Spreading:
+      return state_text("spreading");
     case RunState::Failed:
-      return tr("error");
+      return state_text("error");
   }
   return {};
 }
@@ -62,47 +62,48 @@ QString faults_of(const Workbench& workbench, std::size_t mesh) {
   const StepOutcome& outcome = workbench.session().last_outcome();
   QStringList faults;
   if (mesh >= outcome.folded_vertices.size()) return {};
-  if (outcome.inside_out[mesh]) faults << tr("inside out");
-  if (outcome.folded_vertices[mesh] == 1) faults << tr("folded at 1 vertex");
+  if (outcome.inverted[mesh]) faults << state_text("the surface is inverted");
+  if (outcome.folded_vertices[mesh] == 1) faults << state_text("the surface overlaps itself in 1 place");
   if (outcome.folded_vertices[mesh] > 1)
-    faults << tr("folded at %1 vertices").arg(QLocale::c().toString(outcome.folded_vertices[mesh]));
-  return faults.join(tr(" and "));
+    faults << state_text("the surface overlaps itself in %1 places")
+                  .arg(QLocale::c().toString(outcome.folded_vertices[mesh]));
+  return faults.join(state_text(" and "));
 }
 
 QString advice_of(const Workbench& workbench, std::size_t mesh) {
   const MeshItem& item = workbench.scene().meshes[mesh];
-  if (leaks(item))
-    return tr(
-        "What looks like the object has no end nearby: mark with O what does not belong to it, or seed it wholly "
-        "inside of the object");
-  if (unsure(item))
-    return tr("By what it has learned, little of it is right (a Dice of about %1 with the true object): mark with I "
-              "and O what belongs to the object and what does not, or seed it elsewhere")
+  if (spreads(item))
+    return state_text(
+        "The segmentation spreads without finding a border. Mark what is outside (O), or place a new seed that "
+        "lies completely inside the structure.");
+  if (doubtful(item))
+    return state_text(
+               "This segmentation is probably wrong (expected Dice: %1). Mark what belongs to it (I) and what does not "
+               "(O), or place a new seed.")
         .arg(item.field->expected_dice, 0, 'f', 2);
   const QString faults = faults_of(workbench, mesh);
   if (faults.isEmpty() && (!item.field || item.field->expected_dice >= 1)) return {};
   if (faults.isEmpty())
-    return tr("By what it has learned, a Dice of about %1 with the true object is to be expected; more rather than "
-              "less")
+    return state_text("Expected Dice with the true structure: about %1. The actual Dice is usually higher.")
         .arg(item.field->expected_dice, 0, 'f', 2);
-  return tr("%1: the surface doubles back on itself there, so that labels and figures are less sure. Let it run on: "
-            "most "
-            "folds go by themselves. Else raise the weight of Smoothing, delete a point that pulls across the surface, "
-            "or reset the mesh (Ctrl+R).")
+  return state_text(
+             "%1. Labels and measurements are less reliable there. Let it run: most overlaps disappear by themselves. "
+             "Otherwise raise the weight of Smoothing, delete a point that pulls across the surface, or reset the "
+             "segmentation (Ctrl+R).")
       .arg(faults.left(1).toUpper() + faults.mid(1));
 }
 
 MeshState mesh_state(const Workbench& workbench, const FrameLoop& loop, std::size_t mesh) {
   const Session& session = workbench.session();
   const MeshItem& item = workbench.scene().meshes[mesh];
-  if (item.locked) return {tr("locked"), false};
-  if (leaks(item)) return {tr("leaking"), true};
-  if (unsure(item)) return {tr("unsure"), true};
-  if (!faults_of(workbench, mesh).isEmpty()) return {tr("folded"), true};
-  if (!workbench.running()) return {tr("paused"), false};
-  if (session.learning() == item.id) return {tr("learning"), false};
-  if (loop.at_rest()) return {tr("at rest"), false};
-  return {tr("moving"), false};
+  if (item.locked) return {state_text("locked"), false};
+  if (spreads(item)) return {state_text("spreading"), true};
+  if (doubtful(item)) return {state_text("probably wrong"), true};
+  if (!faults_of(workbench, mesh).isEmpty()) return {state_text("overlaps itself"), true};
+  if (!workbench.running()) return {state_text("paused"), false};
+  if (session.solving_mesh() == item.id) return {solving_text(workbench.solving_percent()), false};
+  if (loop.settled()) return {state_text("settled"), false};
+  return {state_text("running"), false};
 }
 
 }  // namespace simplexseg

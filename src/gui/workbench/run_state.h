@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the simulation and each mesh fare, in the words that all parts of the window use.
+// State of the simulation and of each mesh, with the texts that the whole window uses.
 #pragma once
 #include <QString>
 #include <cstddef>
@@ -9,23 +9,23 @@ namespace simplexseg {
 class FrameLoop;
 class Workbench;
 
-enum class RunState { Nothing, Running, Learning, AtRest, Paused, Unsure, Leaking, Failed };
+enum class RunState { Nothing, Running, Solving, Settled, Paused, Doubtful, Spreading, Failed };
 
-/// Learning: a field is being learned, and no mesh moves meanwhile. Failed goes before Leaking, that before Unsure,
-/// that before the others; Nothing: there is no mesh.
+/// State of the simulation. Nothing: there is no mesh. Solving: a field is being computed, and no mesh moves meanwhile.
+/// Order of precedence: Failed, Spreading, Doubtful, the others.
 RunState run_state(const Workbench& workbench, const FrameLoop& loop);
-/// "running, 84 steps/s", "at rest" ...
-QString text_of(RunState state, const FrameLoop& loop);
+/// Text of a state, such as "running" or "solving 40%". `solving_percent`: Workbench::solving_percent().
+QString text_of(RunState state, int solving_percent);
 
 struct MeshState {
   QString text;
   bool is_warning = false;
 };
-/// Of the mesh at this place in the scene.
+/// State of the mesh with index `mesh` in the scene.
 MeshState mesh_state(const Workbench& workbench, const FrameLoop& loop, std::size_t mesh);
-/// What it means that the mesh is in this state and what can be done; empty where there is nothing to say.
+/// Explanation of the state of the mesh and advice; empty if none is needed.
 QString advice_of(const Workbench& workbench, std::size_t mesh);
-/// "folded at 12 vertices", "inside out"; empty where the surface is sound.
+/// Faults of the surface, such as "the surface overlaps itself in 12 places"; empty if there are none.
 QString faults_of(const Workbench& workbench, std::size_t mesh);
 
 }  // namespace simplexseg

@@ -12,102 +12,102 @@
 
 namespace simplexseg {
 
-Workbench::Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare)
-    : session_(std::move(engine), std::move(spare)) {
+Workbench::Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> fallback)
+    : session_(std::move(engine), std::move(fallback)) {
   side_thread_.setMaxThreadCount(1);
-  side_thread_.setExpiryTimeout(-1);  // a thread for all frames
-  settle_.setSingleShot(true);
-  settle_.setInterval(250);
-  connect(&settle_, &QTimer::timeout, this, &Workbench::scene_changed);
+  side_thread_.setExpiryTimeout(-1);  // one thread for all frames
+  drag_pause_.setSingleShot(true);
+  drag_pause_.setInterval(250);
+  connect(&drag_pause_, &QTimer::timeout, this, &Workbench::scene_changed);
   for (RepeatedWarning* warning : {&cuts_, &warnings_})
-    connect(warning, &RepeatedWarning::tell, this, [this](const QString& text) { say(Severity::Warning, text); });
-  connect(&warnings_, &RepeatedWarning::tell, this, [this](const QString& text) { told_ = text; });
+    connect(warning, &RepeatedWarning::message, this, [this](const QString& text) { notify(Severity::Warning, text); });
+  connect(&warnings_, &RepeatedWarning::message, this, [this](const QString& text) { shown_warning_ = text; });
 }
 
-struct Workbench::Beside {
-  std::atomic<bool> enough = false;
+struct Workbench::ConcurrentAdvance {
+  std::atomic<bool> cancel = false;
   std::promise<void> promise;
   std::future<void> ended = promise.get_future();
   Advance done;
 };
 
-Workbench::~Workbench() { settled(); }
+Workbench::~Workbench() { idle_session(); }
 
-Session& Workbench::settled() const {
-  if (beside_) {
-    beside_->enough = true;
-    beside_->ended.wait();
+Session& Workbench::idle_session() const {
+  if (concurrent_) {
+    concurrent_->cancel = true;
+    concurrent_->ended.wait();
   }
   return session_;
 }
 
 void Workbench::begin_advance(double seconds) {
-  SIMPLEXSEG_EXPECT(!beside_);
-  beside_ = std::make_unique<Beside>();
-  // What was done before is seen by the other thread: Qt's queue sees to that, and this says it.
-  beside_->enough.store(false, std::memory_order_release);
-  side_thread_.start([this, seconds, serial = ++begun_, one = beside_.get()] {
-    (void)one->enough.load(std::memory_order_acquire);
+  SIMPLEXSEG_EXPECT(!concurrent_);
+  concurrent_ = std::make_unique<ConcurrentAdvance>();
+  // Qt's queue already makes earlier writes visible to the other thread; this pair states it for analysers.
+  concurrent_->cancel.store(false, std::memory_order_release);
+  side_thread_.start([this, seconds, serial = ++advance_serial_, one = concurrent_.get()] {
+    (void)one->cancel.load(std::memory_order_acquire);
     try {
-      one->done = session_.advance(seconds, &one->enough);
+      one->done = session_.advance(seconds, &one->cancel);
     } catch (const std::exception& error) {
       one->done.failure = error.what();
     }
     QMetaObject::invokeMethod(
         this,
         [this, serial] {
-          if (beside_ && serial == begun_) emit advanced_beside();
+          if (concurrent_ && serial == advance_serial_) emit advance_finished();
         },
         Qt::QueuedConnection);
     one->promise.set_value();
   });
 }
 
-const Advance& Workbench::done_beside() const {
-  SIMPLEXSEG_EXPECT(beside_ != nullptr);
-  settled();
-  return beside_->done;
+const Advance& Workbench::advance_result() const {
+  SIMPLEXSEG_EXPECT(concurrent_ != nullptr);
+  idle_session();
+  return concurrent_->done;
 }
 
 Advance Workbench::end_advance() {
-  Advance done = done_beside();
-  beside_.reset();
+  Advance done = advance_result();
+  concurrent_.reset();
   return report([&] { return done; });
 }
 
 void Workbench::open(Scene scene, Volume volume, References references, UndoHistory history) {
-  settled().open(std::move(scene), std::move(volume), std::move(history));
-  beside_.reset();  // what was found of the scene before
+  idle_session().open(std::move(scene), std::move(volume), std::move(history));
+  concurrent_.reset();  // the result belongs to the previous scene
   references_ = std::move(references);
   patient_.clear();
   series_.clear();
-  cuts_.forget();
-  warnings_.forget();
+  cuts_.clear();
+  warnings_.clear();
   warned_.clear();
   withdraw_warning();
-  follow_learning();
+  update_solving();
   set_running(false);
   failed_ = false;
   paused_by_user_ = false;
-  settle_.stop();
+  drag_pause_.stop();
   mark_saved();
   const std::vector<MeshItem>& meshes = this->scene().meshes;
   view.active_mesh = meshes.empty() ? 0 : meshes.front().id;
   view.selected_point = view.hovered_point = 0;
   if (has_volume()) {
-    const VolumeGeometry& geometry = settled().volume().geometry();
+    const VolumeGeometry& geometry = idle_session().volume().geometry();
     view.crosshair_mm = snap_to_voxel(geometry, meshes.empty() ? geometry.centre_mm() : meshes.front().seed.centre_mm);
     set_automatic_contrast();
-    if (this->scene().view) take_view(*this->scene().view);
+    if (this->scene().view) apply_view(*this->scene().view);
   }
   emit restarted();
   emit volume_changed();
   emit scene_changed();
   emit view_changed();
-  announce();
+  show_notice();
 }
 
-void Workbench::take_view(const SavedView& saved) {
+void Workbench::apply_view(const SavedView& saved) {
   set_crosshair(saved.crosshair_mm);
   view.window = saved.window;
   view.level = saved.level;
@@ -115,18 +115,18 @@ void Workbench::take_view(const SavedView& saved) {
 }
 
 Scene Workbench::scene_to_save() const {
-  Scene scene = settled().scene();
+  Scene scene = idle_session().scene();
   if (!has_volume()) return scene;
   const MeshItem* const active = active_mesh();
   scene.view = SavedView{view.crosshair_mm, view.window, view.level, active ? active->name : std::string()};
   return scene;
 }
 
-void Workbench::go_to_action(std::size_t in_force) {
-  const UndoHistory& history = settled().history();
-  for (std::size_t now = history.undo_names().size(); now > in_force; --now)
+void Workbench::go_to_action(std::size_t count) {
+  const UndoHistory& history = idle_session().history();
+  for (std::size_t applied = history.undo_names().size(); applied > count; --applied)
     if (!apply(Undo{})) return;
-  for (std::size_t now = history.undo_names().size(); now < in_force && history.can_redo(); ++now)
+  for (std::size_t applied = history.undo_names().size(); applied < count && history.can_redo(); ++applied)
     if (!apply(Redo{})) return;
 }
 
@@ -144,9 +144,9 @@ void Workbench::add_reference(const std::string& path, Volume labels) {
 bool Workbench::apply(const Command& command, ItemId* added) {
   ItemId id = 0;
   try {
-    id = settled().apply(command);
+    id = idle_session().apply(command);
   } catch (const std::exception& error) {
-    say(Severity::Failure, QString::fromUtf8(error.what()));
+    notify(Severity::Failure, QString::fromUtf8(error.what()));
     return false;
   }
   if (added) *added = id;
@@ -156,31 +156,31 @@ bool Workbench::apply(const Command& command, ItemId* added) {
   forget_missing_items();
   failed_ = false;
   const bool places = std::holds_alternative<AddPoint>(command) || std::holds_alternative<AddMesh>(command);
-  // What was taken back is to be looked at; the next point or mesh starts the run again.
+  // Pause after undo and redo, to show their effect; the next point or mesh starts the simulation again.
   if (std::holds_alternative<Undo>(command) || std::holds_alternative<Redo>(command)) set_running(false);
   if (places && !running_ && !paused_by_user_) set_running(true);
   if (std::holds_alternative<ResetPose>(command)) emit restarted();
   const auto* move = std::get_if<MovePoint>(&command);
   if (move) emit point_moved();
   if (move && move->continues) {
-    // A drag comes with every frame: panels that were rebuilt meanwhile would hold it up. They follow when it pauses.
-    settle_.start();
+    // A drag sends commands in every frame; panels would slow it down, and follow when it pauses.
+    drag_pause_.start();
   } else {
     warned_.clear();
-    settle_.stop();
+    drag_pause_.stop();
     emit scene_changed();
     emit view_changed();
   }
   withdraw_warning();
   emit acted();
-  announce();
+  show_notice();
   return true;
 }
 
-void Workbench::announce() {
-  const std::optional<std::string> notice = settled().take_notice();
+void Workbench::show_notice() {
+  const std::optional<std::string> notice = idle_session().pop_notice();
   if (!notice) return;
-  say(Severity::Warning, QString::fromStdString(*notice));
+  notify(Severity::Warning, QString::fromStdString(*notice));
   emit scene_changed();
 }
 
@@ -190,26 +190,32 @@ void Workbench::forget_missing_items() {
   if (!scene().find_point(view.hovered_point)) view.hovered_point = 0;
 }
 
-void Workbench::follow_learning() {
-  if (learning_ == settled().learning()) return;
-  learning_ = settled().learning();
-  emit learning_changed();
+void Workbench::update_solving() {
+  const ItemId mesh = idle_session().solving_mesh();
+  const int percent = solving_percent();
+  const bool has_progressed = std::exchange(solving_percent_, percent) != percent;
+  if (std::exchange(solving_mesh_, mesh) != mesh)
+    emit solving_changed();
+  else if (has_progressed)
+    emit solving_progressed();
 }
 
-// A field is learned anew with every movement of a point: what is wrong with it is said once.
+// A field is solved again with every movement of a point, but each of its warnings is shown once.
 void Workbench::warn(const std::vector<std::string>& lines) {
-  std::vector<std::string> fresh;
+  std::vector<std::string> unseen;
   for (const std::string& line : lines)
-    if (warned_.insert(line).second) fresh.push_back(line);
-  warnings_.add(fresh);
+    if (warned_.insert(line).second) unseen.push_back(line);
+  warnings_.add(unseen);
 }
 
 void Workbench::withdraw_warning() {
-  const auto doubted = [](const MeshItem& item) { return item.field && item.field->doubted() && !item.locked; };
+  const auto is_doubted = [](const MeshItem& item) {
+    return item.field && item.field->needs_warning() && !item.locked;
+  };
   const std::vector<MeshItem>& meshes = scene().meshes;
-  if (told_.isEmpty() || std::any_of(meshes.begin(), meshes.end(), doubted)) return;
-  warnings_.forget();
-  emit outdated(std::exchange(told_, QString()));
+  if (shown_warning_.isEmpty() || std::any_of(meshes.begin(), meshes.end(), is_doubted)) return;
+  warnings_.clear();
+  emit message_resolved(std::exchange(shown_warning_, QString()));
 }
 
 Advance Workbench::report(const std::function<Advance()>& advance) {
@@ -222,24 +228,24 @@ Advance Workbench::report(const std::function<Advance()>& advance) {
   cuts_.add(done.cuts);
   warn(done.warnings);
   withdraw_warning();
-  follow_learning();
+  update_solving();
   if (done.steps > 0) emit advanced(done);
   if (done.steps > 0 || done.refined) emit pose_changed();
   if (done.failure) {
     failed_ = true;
     set_running(false);
-    say(Severity::Failure, QString::fromStdString(*done.failure));
+    notify(Severity::Failure, QString::fromStdString(*done.failure));
   }
-  announce();
+  show_notice();
   return done;
 }
 
 Advance Workbench::advance(double seconds) {
-  return report([&] { return settled().advance(seconds); });
+  return report([&] { return idle_session().advance(seconds); });
 }
 
 Advance Workbench::advance_steps(int steps, bool stop_at_rest) {
-  return report([&] { return settled().advance_steps(steps, stop_at_rest); });
+  return report([&] { return idle_session().advance_steps(steps, stop_at_rest); });
 }
 
 void Workbench::set_running(bool running) {
@@ -261,7 +267,7 @@ void Workbench::pause() {
 
 void Workbench::set_crosshair(const Eigen::Vector3d& world_mm) {
   if (!has_volume() || !world_mm.allFinite()) return;
-  view.crosshair_mm = snap_to_voxel(settled().volume().geometry(), world_mm);
+  view.crosshair_mm = snap_to_voxel(idle_session().volume().geometry(), world_mm);
   view_edited();
 }
 
@@ -274,32 +280,32 @@ void Workbench::set_active_mesh(ItemId mesh) {
 
 void Workbench::set_automatic_contrast() {
   if (!has_volume()) return;
-  const Volume::Range range = contrast_range(settled().volume());
+  const Volume::Range range = contrast_range(idle_session().volume());
   view.window = range.max - range.min;
   view.level = (range.max + range.min) / 2;
   view_edited();
 }
 
 void Workbench::mark_saved() {
-  saved_log_ = settled().log().size();
-  saved_steps_ = settled().total_steps();
+  saved_log_ = idle_session().log().size();
+  saved_steps_ = idle_session().total_steps();
 }
 
-// While a view paints no signal may be given that changes the window: those are queued.
+// Signals that change the window are queued: none may be emitted while a view paints.
 bool Workbench::draw(const std::function<void(Session&)>& draw) {
   const auto later = [this](auto&& act) { QMetaObject::invokeMethod(this, act, Qt::QueuedConnection); };
   try {
     try {
-      draw(settled());
+      draw(idle_session());
     } catch (const DeviceError& failure) {
-      settled().lose_engine(failure);
-      draw(settled());
-      later([this] { announce(); });
+      idle_session().fail_over(failure);
+      draw(idle_session());
+      later([this] { show_notice(); });
     }
   } catch (const std::exception& error) {
     later([this, why = QString::fromUtf8(error.what())] {
       set_running(false);
-      say(Severity::Failure, why);
+      notify(Severity::Failure, why);
     });
     return false;
   }

@@ -10,136 +10,141 @@
 
 #include "gui/look/view_state.h"
 #include "gui/workbench/repeated_warning.h"
-#include "io/references.h"
+#include "io/scene/references.h"
 #include "session/session.h"
 
 namespace simplexseg {
 
 enum class Severity { Note, Warning, Failure };
 
-/// What all parts of the window work on: the session, what is looked at, and whether the simulation runs. The signals
-/// tell which of the three has changed; whoever shows it reads it anew. Lives in the main thread.
+/// Model of the window: the session, the state of the display, and whether the simulation runs. Signals report changes;
+/// receivers read the new values. Belongs to the main thread.
 class Workbench : public QObject {
   Q_OBJECT
  public:
-  /// `spare`: as Session takes it.
-  explicit Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> spare = {});
+  /// `fallback`: see Session.
+  explicit Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> fallback = {});
   ~Workbench() override;
 
-  /// Ends what begin_advance() began: what it returns is to be used within the same event.
-  const Session& session() const { return settled(); }
-  /// Session::learn_fields_with().
-  void learn_fields_with(MakeBoxField make) { settled().learn_fields_with(std::move(make)); }
-  /// All but the poses, which stay where the engine has them: whoever needs these asks session().scene().
+  /// Session, after the concurrent steps are stopped. Use the reference only within the current event.
+  const Session& session() const { return idle_session(); }
+  /// Forwards to Session::set_field_solver().
+  void set_field_solver(MakeFieldSolver make) { idle_session().set_field_solver(std::move(make)); }
+  /// Scene whose poses may be outdated, because they are not read back from the engine; see session().scene().
   const Scene& scene() const { return session().scene_without_poses(); }
   bool has_volume() const { return !session().volume().empty(); }
   const MeshItem* active_mesh() const { return scene().find_mesh(view.active_mesh); }
 
-  /// The references that the scene's meshes name, as far as they could be read.
+  /// References of the scene's meshes, as far as they could be read.
   const References& references() const { return references_; }
-  /// Labels on the volume's grid that meshes may name from now on (SetReference).
+  /// Adds labels on the volume's grid, to which meshes can then refer (SetReference).
   void add_reference(const std::string& path, Volume labels);
 
-  /// Throws Error as Session::open does. Crosshair, window and level are set to suit the volume.
+  /// Opens a scene, and sets crosshair, window and level for the volume. Throws Error as Session::open does.
   void open(Scene scene, Volume volume, References references = {}, UndoHistory history = UndoHistory());
-  /// Names of the patient and the series that is open, for the views; each may be empty.
+  /// Sets the names of patient and series for the views; each may be empty.
   void set_title(const QString& patient, const QString& series);
   QString patient_name() const { return patient_; }
   QString series_name() const { return series_; }
-  /// Carries out a user action; an Error becomes a message. Returns false then. A point or a mesh that is placed
-  /// starts the simulation unless the user has paused it. `added`: id of the item that the command added.
+  /// Performs a user action; an Error becomes a message, and the result is false. A new point or mesh starts the
+  /// simulation unless the user has paused it. `added`: id of the item that the command added.
   bool apply(const Command& command, ItemId* added = nullptr);
-  /// Steps (Session::advance); a failure pauses and becomes a message.
+  /// Advances the simulation (Session::advance); a failure pauses it and becomes a message.
   Advance advance(double seconds);
   Advance advance_steps(int steps, bool stop_at_rest = false);
-  /// The same beside what the window's thread does, until `seconds` are over or somebody asks for the session. Then
-  /// advanced_beside() comes, whereupon end_advance() tells how it went. To be called again only after that.
+  /// Advances the simulation in another thread, until `seconds` have passed or the session is accessed. Then the signal
+  /// advance_finished() is emitted; end_advance() must follow before the next call.
   void begin_advance(double seconds);
-  bool is_advancing() const { return beside_ != nullptr; }
-  /// A point is dragged. A panel that changes meanwhile costs that frame a third of its time: it follows in a pause.
-  bool is_dragging() const { return settle_.isActive(); }
-  /// What is done so far of what begin_advance() began, which ends with it.
-  const Advance& done_beside() const;
+  bool is_advancing() const { return concurrent_ != nullptr; }
+  /// Whether a point is being dragged. Panels wait for a pause: an update would cost a third of a frame.
+  bool is_dragging() const { return drag_pause_.isActive(); }
+  /// Completed percentage of the field that is being solved; 0 when none is.
+  int solving_percent() const { return static_cast<int>(100 * session().solving_progress()); }
+  /// Stops the advance begun by begin_advance(), and returns its result.
+  const Advance& advance_result() const;
+  /// Stops the advance begun by begin_advance(), reports its result by signals and messages, and returns it.
   Advance end_advance();
 
   bool running() const { return running_; }
-  /// The last steps failed, and nothing was done about it since.
+  /// Whether the last steps failed and no action has followed.
   bool failed() const { return failed_; }
   void run();
-  /// By the user: a point that is placed does not start it again.
+  /// Pauses on behalf of the user: a new point does not restart the simulation.
   void pause();
 
-  /// Edit it, then call view_edited().
+  /// State of the display; call view_edited() after a change.
   ViewState view;
   void view_edited() { emit view_changed(); }
-  /// Snapped to a voxel centre where voxels run along the patient's axes; clamped to the volume.
+  /// Moves the crosshair to the nearest voxel centre (see snap_to_voxel).
   void set_crosshair(const Eigen::Vector3d& world_mm);
   void set_active_mesh(ItemId mesh);
   void set_automatic_contrast();
 
-  /// Something would be lost by leaving.
+  /// Whether closing would lose work.
   bool has_unsaved_changes() const {
     return saved_log_ != session().log().size() || saved_steps_ != session().total_steps();
   }
   void mark_saved();
-  /// What was opened is saved nowhere where the user would look for it.
+  /// Marks the opened scene as unsaved, for recovered work.
   void mark_unsaved() { saved_steps_ = -1; }
-  /// The scene with what is looked at: to be saved.
+  /// Scene with the state of the display, for saving.
   Scene scene_to_save() const;
-  /// Takes back or does again until the first `in_force` of the actions of the history are in force.
-  void go_to_action(std::size_t in_force);
-  void say(Severity severity, const QString& text) { emit message(severity, text); }
+  /// Undoes or redoes until exactly the first `count` actions of the history are applied.
+  void go_to_action(std::size_t count);
+  /// Shows a message to the user.
+  void notify(Severity severity, const QString& text) { emit message(severity, text); }
 
-  /// Calls `draw` with the session for Session::drawing, and once more when a device was lost and the spare engine has
-  /// taken over. For views while they paint. False when it cannot be drawn: the simulation pauses, and there is a
-  /// message.
+  /// Calls `draw` with the session, for views while they paint; repeats it with the fallback engine if the device was
+  /// lost. False when drawing failed: the simulation pauses, and a message is shown.
   bool draw(const std::function<void(Session&)>& draw);
 
  signals:
   void scene_changed();                            ///< meshes, points, parameters, undo history; poses too
   void pose_changed();                             ///< poses only
   void advanced(const simplexseg::Advance& done);  ///< before pose_changed
-  void advanced_beside();                          ///< what begin_advance() began has ended
-  void restarted();                                ///< a scene was opened, or meshes went back to their spheres
+  void advance_finished();                         ///< the advance of begin_advance() has finished
+  void restarted();                                ///< a scene was opened, or meshes were reset
   void references_changed();
-  void point_moved();  ///< of any kind; scene_changed follows when it is no longer dragged, or that pauses
+  void point_moved();  ///< scene_changed follows when the drag ends or pauses
   void view_changed();
   void volume_changed();
   void running_changed();
-  void learning_changed();  ///< Session::learning(): a field is begun, or was taken
-  void acted();             ///< a user action was carried out
+  void solving_changed();     ///< the computation of a field has started or ended
+  void solving_progressed();  ///< solving_percent() has changed
+  void acted();               ///< a user action was performed
   void message(simplexseg::Severity severity, const QString& text);
-  /// What that message warned of is so no more.
-  void outdated(const QString& text);
+  /// The warning `text` no longer applies.
+  void message_resolved(const QString& text);
 
  private:
-  void take_view(const SavedView& saved);
+  void apply_view(const SavedView& saved);
   void forget_missing_items();
-  /// Says what has not been said since the user's last action.
+  /// Shows warnings that are new since the user's last action.
   void warn(const std::vector<std::string>& lines);
-  /// Once no field is doubted any more.
+  /// Withdraws the last warning when no field is needs_warning any longer.
   void withdraw_warning();
-  void follow_learning();
-  /// Advances, and tells everyone how it went.
+  void update_solving();
+  /// Calls `advance` and reports its result by signals and messages.
   Advance report(const std::function<Advance()>& advance);
-  void announce();
+  void show_notice();
   void set_running(bool running);
 
-  struct Beside;
-  /// The session, with nothing under way.
-  Session& settled() const;
+  struct ConcurrentAdvance;
+  /// Session, after the concurrent steps are stopped.
+  Session& idle_session() const;
 
-  mutable Session session_;         ///< only by settled()
-  std::unique_ptr<Beside> beside_;  ///< begun, and not told of yet
-  std::uint64_t begun_ = 0;         ///< counts what was begun so
+  mutable Session session_;                        ///< access only through idle_session()
+  std::unique_ptr<ConcurrentAdvance> concurrent_;  ///< null when no advance is in progress
+  std::uint64_t advance_serial_ = 0;               ///< number of concurrent advances so far
   QThreadPool side_thread_;
   References references_;
   QString patient_, series_;
   RepeatedWarning cuts_, warnings_;
-  std::set<std::string> warned_;  ///< since the user's last action
-  QString told_;                  ///< the last of warnings_, until no field is doubted any more
-  ItemId learning_ = 0;           ///< as was told
-  QTimer settle_;                 ///< until the panels follow a drag
+  std::set<std::string> warned_;  ///< warnings since the user's last action
+  QString shown_warning_;         ///< last message of warnings_, until no field is needs_warning any longer
+  ItemId solving_mesh_ = 0;       ///< as last reported by solving_changed()
+  int solving_percent_ = 0;       ///< as last reported by solving_changed() or solving_progressed()
+  QTimer drag_pause_;             ///< delay until the panels follow a drag
   bool running_ = false;
   bool failed_ = false;
   bool paused_by_user_ = false;

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Segmentation of medical volumes with live deformable surfaces.
 
-All positions are millimetres in the patient frame LPS; arrays are indexed [i, j, k]. docs/python.md has the rest.
+All positions are in mm in the patient frame LPS; arrays are indexed [i, j, k]. Documentation: docs/python.md.
 """
 
 from simplexseg._core import (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Types of the compiled module; what each thing does is said in its docstring and in docs/python.md.
+# Types of the compiled module. The docstrings and docs/python.md describe the functions.
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path

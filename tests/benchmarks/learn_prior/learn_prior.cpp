@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Learns the networks of the evidence field's prior (src/evidence/mark_features.h, update_features.h) from objects that
+// Trains the networks of the evidence field's prior (src/evidence/mark_features.h, update_features.h) with objects that
 // a robot user marks and corrects (docs/clicks.md, scripts/learn_prior):
 //   learn_prior sample marks|update GROUP IMAGE LABELS LABEL|all OUT [NETWORKS]
-// writes what a network sees of some voxels, and what they are, to OUT.samples and, of labels as images,
-// OUT.labels.samples. NETWORKS: what the field is made with meanwhile, else the program's own.
+// writes the features and classes of some voxels to OUT.samples and, with labels as images, to OUT.labels.samples.
+// NETWORKS: networks of the field during sampling; default: those of the program.
 //   learn_prior recolour marks|update GROUP IMAGE LABELS LABEL|all OUT [NETWORKS]
-// does the same with the object and what is around it in other grey values, to OUT.recoloured.samples.
+// samples images in which the object and its surroundings have other grey values, to OUT.recoloured.samples.
 //   learn_prior train marks|update OUT GROUP|none FILE... [--with NETWORKS]
-// learns that network from all files but those of one group, says how it does on that, and writes it with the other of
-// NETWORKS.
+// trains that network with all files but those of one group, prints its error on that group, and writes it with the
+// other network of NETWORKS.
 //   learn_prior embed NETWORKS
 // prints src/evidence/learned_networks.cpp with them.
 #include <cstdio>
@@ -22,16 +22,16 @@
 
 #include "core/error.h"
 #include "evidence/robot_user.h"
-#include "io/files.h"
-#include "io/volume_io.h"
+#include "io/platform/files.h"
+#include "io/volume/volume_io.h"
 #include "learn_prior/learner.h"
 #include "learn_prior/samples.h"
 
 namespace simplexseg {
 namespace {
 
-constexpr int kNetworks = 4;  // whose mean is taken
-constexpr int kWidth = 8;     // of the first hidden layer of each; the second has two thirds of that
+constexpr int kNetworks = 4;  // number of networks that are averaged
+constexpr int kWidth = 8;     // width of the first hidden layer; the second has two thirds of it
 
 Part part_of(const std::string& word) {
   if (word == "marks") return Part::Marks;
@@ -61,9 +61,9 @@ void sample(const std::vector<std::string>& words) {
   }
   const Sampled sampled = sample_object(image, truth, part, networks);
   write_samples(out + ".samples", group, sampled.real);
-  const bool besides = group.find(kBesides) != std::string::npos;
+  const bool supplementary = group.find(kSupplement) != std::string::npos;
   if (!sampled.phantom.empty())
-    write_samples(out + ".labels.samples", besides ? group : group + kPhantoms, sampled.phantom);
+    write_samples(out + ".labels.samples", supplementary ? group : group + kPhantoms, sampled.phantom);
 }
 
 void train(std::vector<std::string> words) {
@@ -77,8 +77,7 @@ void train(std::vector<std::string> words) {
   PriorNetwork& network = part == Part::Marks ? networks.marks : networks.update;
   const Data data = read_samples({words.begin() + 4, words.end()}, words[3], part);
   std::vector<PriorNetwork> several(kNetworks);
-  // Which object is in front of it is what a network must not learn by heart: few epochs where there are few objects'
-  // seeds, and the mean of several.
+  // A network must not memorise single objects: few epochs if there are few seeds, and the mean of several networks.
   const int epochs = part == Part::Marks ? 2 : 6, features = network.features();
   std::vector<std::thread> threads;
   for (int n = 0; n < kNetworks; ++n)
@@ -104,10 +103,11 @@ void train(std::vector<std::string> words) {
   std::printf("\n");
   std::ofstream out(words[2]);
   out << networks.text();
-  if (!out.flush()) throw Error("cannot write " + words[2], "the disk may be full", "choose another folder");
+  if (!out.flush())
+    throw Error("cannot write " + words[2], "the disk may be full", "free space, or choose another folder");
 }
 
-/// In lines of the width of our sources.
+/// Prints a network in lines of the width of the sources.
 void print_numbers(const char* name, const PriorNetwork& network) {
   constexpr std::size_t most = 116;
   std::printf("constexpr const char* %s = R\"(\n", name);

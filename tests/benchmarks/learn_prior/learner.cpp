@@ -11,8 +11,8 @@ namespace simplexseg {
 namespace {
 
 constexpr float kRate = 2e-3f, kDecay = 1e-2f;
-constexpr float kJitter = 0.1f;    // of the features, in deviations
-constexpr float kMostWeight = 20;  // of a sample
+constexpr float kJitter = 0.1f;   // noise added to features, in standard deviations
+constexpr float kMaxWeight = 20;  // largest weight of a sample
 
 }  // namespace
 
@@ -54,7 +54,7 @@ void Learner::learn(const std::vector<Sample>& samples, int epochs) {
       for (int c = 0; c < batch; ++c) {
         const Sample& one = samples[order[s + c]];
         const float p = 1 / (1 + std::exp(-layers.back()(0, c)));
-        slope(0, c) = std::min(one.weight, kMostWeight) * (p - one.positive) / batch;
+        slope(0, c) = std::min(one.weight, kMaxWeight) * (p - one.positive) / batch;
       }
       ++step_;
       backward(layers, slope, static_cast<float>(0.5 + 0.5 * std::cos(std::numbers::pi * step_ / steps)));
@@ -116,7 +116,7 @@ void Learner::backward(const std::vector<Eigen::MatrixXf>& layers, Eigen::Matrix
 
 PriorNetwork joined(const PriorNetwork& a, const PriorNetwork& b) {
   if (a.layers.size() != b.layers.size() || a.features() != b.features())
-    throw Error("cannot join the networks", "their layers are not alike", "give two that were learned alike");
+    throw Error("cannot join the networks", "their layers differ", "give two networks of the same layout");
   PriorNetwork both = a;
   for (std::size_t l = 0; l < a.layers.size(); ++l) {
     const PriorNetwork::Layer &one = a.layers[l], &two = b.layers[l];
@@ -147,20 +147,20 @@ PriorNetwork joined(const PriorNetwork& a, const PriorNetwork& b) {
 }
 
 Judgement judge(const PriorNetwork& network, const std::vector<Sample>& samples) {
-  std::vector<std::uint8_t> says(samples.size());
+  std::vector<std::uint8_t> output(samples.size());
   network.evaluate(
       [&](int first, int count, FeatureRows& to) {
         for (int l = 0; l < count; ++l)
           for (int f = 0; f < network.features(); ++f) to[f][l] = samples[first + l].feature[f];
       },
-      says, run_in_turn());
+      output, run_in_turn());
   Judgement sum{0, 0};
   double weight = 0;
   for (std::size_t s = 0; s < samples.size(); ++s) {
-    const double p = (says[s] + 0.5) / 256, w = samples[s].weight;
+    const double p = (output[s] + 0.5) / 256, w = samples[s].weight;
     const bool positive = samples[s].positive > 0.5f;
     sum.loss -= w * std::log(positive ? p : 1 - p);
-    sum.wrong += (says[s] > 127) != positive ? w : 0;
+    sum.wrong += (output[s] > 127) != positive ? w : 0;
     weight += w;
   }
   return {sum.loss / weight, sum.wrong / weight};

@@ -10,10 +10,10 @@
 
 namespace simplexseg {
 
-/// Learns one network: Adam (Kingma and Ba 2015) on the weighted logistic loss.
+/// Trains one network with Adam (Kingma and Ba 2015) on the weighted logistic loss.
 class Learner {
  public:
-  /// `widths`: of the features, the hidden layers, and 1. The same `start`, the same network.
+  /// `widths`: number of features, widths of the hidden layers, 1. The network is a function of the seed `start`.
   Learner(const std::vector<Sample>& samples, std::vector<int> widths, unsigned start);
   void learn(const std::vector<Sample>& samples, int epochs);
   PriorNetwork network() const;
@@ -30,11 +30,11 @@ class Learner {
   std::normal_distribution<float> normal_{0, 1};
 };
 
-/// Side by side, the features as the first has them centred and scaled: the mean of what the two say before the last
-/// sigmoid, which is steadier than either. Throws Error where their layers are not as many.
+/// Network whose output before the last sigmoid is the mean of those of two networks, which is more robust than either.
+/// Centre and scale of the features are those of the first. Throws Error if their numbers of layers differ.
 PriorNetwork joined(const PriorNetwork& a, const PriorNetwork& b);
 
-/// Weighted mean of the logistic loss, and share of the samples on the wrong side.
+/// Weighted mean of the logistic loss, and weighted share of misclassified samples.
 struct Judgement {
   double loss, wrong;
 };

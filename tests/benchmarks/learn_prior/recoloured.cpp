@@ -13,17 +13,17 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kObject = -1, kUnlabelled = 0;  // besides the labels
-constexpr int kKinds = 5;                     // of voxels without a label
+constexpr int kObject = -1, kUnlabelled = 0;  // in addition to the labels
+constexpr int kKinds = 5;                     // kinds of voxels without a label
 
-/// Shares of the image's range from 0 to 1 in these.
-struct Look {
+/// Parameters of the image's appearance, in shares of its range from 0 to 1.
+struct Appearance {
   double noise, texture;
   double blur;                  // voxels
-  std::array<double, 3> slope;  // of the slow change, from one side to the other
+  std::array<double, 3> slope;  // gradual change from one side to the other
 };
 
-/// Grey values of one label's kinds of voxels, from the darkest in the image on, and the intensities that part them.
+/// Grey values of a label's kinds of voxels, by increasing intensity in the image, and the thresholds between them.
 struct Greys {
   std::vector<float> parts;
   std::vector<double> values;
@@ -33,7 +33,7 @@ struct Greys {
   }
 };
 
-/// The box of the volume around an object: 0.6 of its extent and 15 of the narrowest voxels more on either side.
+/// Box around an object with a margin of 0.6 of its extent plus 15 of the smallest voxel widths on each side.
 struct Cut {
   VolumeGeometry geometry;
   std::array<int, 3> first;
@@ -65,10 +65,10 @@ Cut cut_around(const Mask& object) {
 class Painter {
  public:
   explicit Painter(unsigned seed) : random_(seed), object_(any_(random_)) {
-    look_.noise = 0.02 + 0.16 * any_(random_) * any_(random_);
+    appearance_.noise = 0.02 + 0.16 * any_(random_) * any_(random_);
   }
 
-  /// `intensities` of each label's voxels.
+  /// Draws the grey values; `intensities` are those of each label's voxels.
   void draw_greys(std::map<int, std::vector<float>>& intensities) {
     for (auto& [label, seen] : intensities) {
       Greys& greys = greys_[label];
@@ -82,19 +82,19 @@ class Painter {
       std::sort(greys.parts.begin(), greys.parts.end());
       for (int kind = 0; kind < kinds; ++kind) greys.values.push_back(draw_grey(label, kind));
     }
-    for (double& slope : look_.slope) slope = 0.15 * normal_(random_);
-    look_.texture = 0.5 * any_(random_);
-    look_.blur = 0.3 + 0.6 * any_(random_);
+    for (double& slope : appearance_.slope) slope = 0.15 * normal_(random_);
+    appearance_.texture = 0.5 * any_(random_);
+    appearance_.blur = 0.3 + 0.6 * any_(random_);
   }
-  const Look& look() const { return look_; }
+  const Appearance& appearance() const { return appearance_; }
   float grey(int label, float intensity) const { return greys_.at(label).of(intensity); }
-  double noise() { return look_.noise * normal_(random_); }
+  double noise() { return appearance_.noise * normal_(random_); }
 
  private:
   double draw_grey(int label, int kind) {
     if (label == kObject) return kind == 0 ? object_ : object_ + 0.1 * normal_(random_);
-    // Some may look like the object, most may not: it would be nowhere to be seen.
-    const double least = any_(random_) < 0.4 ? 0 : 0.08 + 1.5 * look_.noise;
+    // Some may be similar to the object; most must differ from it, or it would not be visible.
+    const double least = any_(random_) < 0.4 ? 0 : 0.08 + 1.5 * appearance_.noise;
     double grey = 0;
     for (int tries = 0; tries < 50; ++tries) {
       grey = any_(random_);
@@ -107,7 +107,7 @@ class Painter {
   std::uniform_real_distribution<double> any_{0, 1};
   std::normal_distribution<double> normal_{0, 1};
   double object_;
-  Look look_{};
+  Appearance appearance_{};
   std::map<int, Greys> greys_;
 };
 
@@ -122,7 +122,7 @@ float ninth_decile(std::vector<float> values) {
 
 std::pair<Volume, Mask> recoloured(const Volume& image, const Volume& labels, const Mask& truth, unsigned seed) {
   constexpr float most_texture = 0.2f;
-  constexpr double range = 1000;  // of the image
+  constexpr double range = 1000;  // range of the result
   const Cut cut = cut_around(truth);
   const VolumeGeometry& g = cut.geometry;
   std::pair<Volume, Mask> result{Volume(g, VoxelType::Float32), {g, std::vector<std::uint8_t>(g.voxel_count())}};
@@ -149,19 +149,19 @@ std::pair<Volume, Mask> recoloured(const Volume& image, const Volume& labels, co
   for (v = 0; v < label.size(); ++v) intensities[label[v]].push_back(smooth[v]);
   Painter painter(seed * 7919u + voxels);
   painter.draw_greys(intensities);
-  const Look& look = painter.look();
+  const Appearance& appearance = painter.appearance();
   for (v = 0; v < value.size(); ++v) value[v] -= smooth[v];
-  const float per_texture = static_cast<float>(look.texture * most_texture) / (ninth_decile(value) + 1e-6f);
+  const float per_texture = static_cast<float>(appearance.texture * most_texture) / (ninth_decile(value) + 1e-6f);
   for (v = 0; v < value.size(); ++v)
     value[v] = painter.grey(label[v], smooth[v]) + std::clamp(per_texture * value[v], -most_texture, most_texture);
-  smooth_by_least_spacing(value, grid, spacing_mm, look.blur, run_in_turn());
+  smooth_by_least_spacing(value, grid, spacing_mm, appearance.blur, run_in_turn());
   v = 0;
   for (int k = 0; k < g.size[2]; ++k)
     for (int j = 0; j < g.size[1]; ++j)
       for (int i = 0; i < g.size[0]; ++i, ++v) {
         const std::array<int, 3> at{i, j, k};
         double change = 1;
-        for (int a = 0; a < 3; ++a) change += look.slope[a] * (static_cast<double>(at[a]) / g.size[a] - 0.5);
+        for (int a = 0; a < 3; ++a) change += appearance.slope[a] * (static_cast<double>(at[a]) / g.size[a] - 0.5);
         result.first.voxels<float>()[v] = static_cast<float>(range * (value[v] * change + painter.noise()));
       }
   return result;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real anatomy in the grey values of images that nobody has taken.
+// Synthetic grey values on real anatomy.
 #pragma once
 #include <utility>
 
@@ -8,11 +8,10 @@
 
 namespace simplexseg {
 
-/// The object and what lies around it, in other grey values, drawn at random: every label has one or two of its own,
-/// what has no label one for each of five kinds of voxels by their intensity, some the same as the object's; on them
-/// the image's own texture, more or less of it, a slow change, blur and noise. After Billot et al. 2023 (SynthSeg), who
-/// draw the grey values of label maps alone. `labels` and `truth`, the object, are on the grid of `image`; the same
-/// `seed`, the same image.
+/// The object and its surroundings in random grey values: one or two for each label, five for unlabelled voxels by
+/// their intensity, some equal to those of the object. A random share of the image's texture, a gradual change, blur
+/// and noise are added. After Billot et al. 2023 (SynthSeg), who draw grey values for label maps only. `labels` and
+/// `truth`, the object, are on the grid of `image`; the result is a function of `seed`.
 std::pair<Volume, Mask> recoloured(const Volume& image, const Volume& labels, const Mask& truth, unsigned seed);
 
 }  // namespace simplexseg

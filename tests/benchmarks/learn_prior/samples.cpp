@@ -11,7 +11,7 @@
 #include "core/error.h"
 #include "evidence/evidence_field.h"
 #include "image/distance_map.h"
-#include "io/files.h"
+#include "io/platform/files.h"
 #include "learn_prior/recoloured.h"
 #include "study/phantom.h"
 
@@ -19,10 +19,10 @@ namespace simplexseg {
 namespace {
 
 constexpr int kNameLength = 32;
-/// Blocks of one voxel: what is learned on wider ones is worth less (docs/adr/0017-the-prior-on-blocks.md).
+/// Setting for blocks of one voxel; training on wider ones gives worse networks (docs/adr/0017-prior-on-blocks.md).
 constexpr double kOnVoxels = 1e9;
 
-/// What the marks say is learned from many seeds and few clicks, what new ones change from many clicks.
+/// Users for the training of a network: many seeds and few clicks for marks, many clicks for updates.
 std::vector<User> users_of(Part part) {
   const std::vector<User> of_marks{
       {1, 0, 3},
@@ -47,7 +47,7 @@ std::vector<User> users_of(Part part) {
   return part == Part::Marks ? of_marks : of_update;
 }
 
-/// Of recoloured images.
+/// Users for recoloured images.
 std::vector<User> users_of_recoloured(Part part) {
   const std::vector<User> of_marks{
       {1, 0, 2},     {1, 0.2, 2},   {0.5, 0.2, 1},
@@ -58,19 +58,19 @@ std::vector<User> users_of_recoloured(Part part) {
   return part == Part::Marks ? of_marks : of_update;
 }
 
-/// Robot's field after each click; samples of it.
+/// Field of the robot user that collects samples after each click.
 class Subject : public RobotSubject {
  public:
-  /// One of so many samples is kept.
+  /// `thinned`: divisor of the number of samples.
   Subject(const Volume& image, const Mask& truth, Part part, int thinned, const EvidenceSettings& settings)
       : truth_(truth), part_(part), thinned_(thinned), field_(image, run_in_turn(), settings) {
     for (const std::uint8_t v : truth.voxels) voxels_ += v;
   }
   Mask segment(std::span<const Mark> marks) override {
-    std::vector<Mark> heard(marks.begin(), marks.end());
-    for (Mark& mark : heard)  // the radius is the program's to choose
+    std::vector<Mark> adjusted(marks.begin(), marks.end());
+    for (Mark& mark : adjusted)  // the program chooses the radius
       if (mark.kind == MarkKind::Boundary) mark.radius_mm = field_.brush_mm(mark.kind, mark.position_mm);
-    field_.update(heard);
+    field_.update(adjusted);
     Mask object = field_.object();
     collect(object, part_ == Part::Marks ? field_.mark_features() : field_.update_features());
     return object;
@@ -79,8 +79,8 @@ class Subject : public RobotSubject {
   const std::vector<Sample>& samples() const { return samples_; }
 
  private:
-  /// So many voxels of the object, near it or what is taken for it, and far away; each weighs by how many it stands
-  /// for.
+  /// Samples a number of voxels in the object, near the object or its segmentation, and far away, with weights for the
+  /// number of voxels that each represents.
   void collect(const Mask& object, const std::vector<std::vector<float>>& features) {
     if (features.empty()) return;
     const VoxelBox box = field_.box();
@@ -100,7 +100,7 @@ class Subject : public RobotSubject {
     const double near_mm = 4 * truth_.geometry.spacing_mm.minCoeff();
     std::array<std::vector<int>, 3> kinds;
     for (int v = 0; v < static_cast<int>(is.size()); ++v)
-      if (field_.prior().known()[v] == Known::Nothing) kinds[is[v] ? 0 : away[v] <= near_mm ? 1 : 2].push_back(v);
+      if (field_.prior().known()[v] == Constraint::None) kinds[is[v] ? 0 : away[v] <= near_mm ? 1 : 2].push_back(v);
     constexpr std::array<int, 3> most{500, 500, 250};
     for (std::size_t kind = 0; kind < kinds.size(); ++kind) {
       const std::vector<int>& from = kinds[kind];
@@ -127,7 +127,7 @@ class Subject : public RobotSubject {
   std::mt19937 random_{7};
 };
 
-/// Voxels at least `factor` times as wide as the narrowest are; the object in them.
+/// Image and object resampled to voxels at least `factor` times as wide as the narrowest ones.
 std::pair<Volume, Mask> coarser(const Volume& image, const Mask& truth, double factor) {
   const VolumeGeometry& fine = image.geometry();
   VolumeGeometry geometry = fine;
@@ -166,8 +166,7 @@ Volume label_as_image(const Mask& truth, double noise, unsigned seed) {
   return image_of_label(label, 1.0, settings);
 }
 
-/// What one user sees, added to `samples`. Nothing of an object that has too few voxels, or of a seed beside the
-/// volume.
+/// Adds the samples of one user. Adds nothing for an object with too few voxels or a seed outside of the volume.
 void add_user(const Volume& image, const Mask& truth, const User& user, unsigned number, Part part, int thinned,
               const PriorNetworks& networks, std::vector<Sample>& samples) {
   constexpr std::size_t least_voxels = 60;
@@ -175,7 +174,7 @@ void add_user(const Volume& image, const Mask& truth, const User& user, unsigned
   EvidenceSettings settings;
   settings.networks = &networks;
   settings.least_reach = kOnVoxels;
-  settings.best_cut = false;
+  settings.expected_dice_threshold = false;
   RobotSettings robot;
   robot.most_clicks = user.clicks;
   robot.hand = user.hand;
@@ -231,7 +230,7 @@ void write_samples(const std::string& file, const std::string& group, const std:
 }
 
 Data read_samples(const std::vector<std::string>& files, const std::string& left_out, Part part) {
-  constexpr double share_of_besides = 0.5, share_of_phantoms = 0.35;
+  constexpr double share_of_supplements = 0.5, share_of_phantoms = 0.35;
   const double share_of_recoloured = part == Part::Marks ? 4 : 1;
   Data data;
   std::map<std::string, std::vector<std::pair<std::size_t, std::size_t>>> groups;
@@ -239,7 +238,7 @@ Data read_samples(const std::vector<std::string>& files, const std::string& left
     const std::string bytes = read_bytes(file);
     if (bytes.size() < kNameLength) continue;
     const std::string group(bytes.c_str());
-    const bool out = group.substr(0, group.find(kBesides)) == left_out;
+    const bool out = group.substr(0, group.find(kSupplement)) == left_out;
     std::vector<Sample>& to = out ? data.left_out : data.learned;
     const std::size_t first = to.size(), count = (bytes.size() - kNameLength) / sizeof(Sample);
     to.resize(first + count);
@@ -254,8 +253,8 @@ Data read_samples(const std::vector<std::string>& files, const std::string& left
     double share = recoloured ? share_of_recoloured : 1;
     if (group.ends_with(kPhantoms))
       share = share_of_phantoms;
-    else if (group.find(kBesides) < name)
-      share *= share_of_besides;
+    else if (group.find(kSupplement) < name)
+      share *= share_of_supplements;
     for (const auto& [first, last] : objects) {
       double sum = 0;
       for (std::size_t s = first; s < last; ++s) sum += data.learned[s].weight;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Voxels to learn the prior's networks from: their features, and what they are.
+// Training samples of the prior's networks: features and classes of voxels.
 #pragma once
 #include <array>
 #include <string>
@@ -12,46 +12,46 @@
 
 namespace simplexseg {
 
-/// Which of PriorNetworks.
+/// Member of PriorNetworks.
 enum class Part { Marks, Update };
 
 struct Sample {
   std::array<float, kMostWidth> feature;
-  float positive;  ///< 1: of the object, or of the newest mark's side; else 0
-  float weight;    ///< by how many voxels it stands for, in voxels of the object
+  float positive;  ///< 1: in the object, or on the newest mark's side; otherwise 0
+  float weight;    ///< number of voxels that it represents, relative to the voxels of the object
 };
 
-/// How someone puts the seed, and clicks, and what they look at.
+/// Settings of a simulated user and the image.
 struct User {
-  double seed_scale, seed_offset;  ///< as RobotSettings
+  double seed_scale, seed_offset;  ///< as in RobotSettings
   int clicks;
   RobotHand hand = RobotHand::Marks;
-  double coarser = 1;  ///< voxels that many times as wide at least
-  double noise = -1;   ///< from 0 on: the label itself is the image, with noise of that share of the contrast
+  double coarser = 1;  ///< least factor by which voxels are wider than the narrowest ones
+  double noise = -1;   ///< >= 0: the image is the label, with noise of this share of the contrast
 };
 
-/// What users see of one object: samples of some voxels after the seed and after each click, those with real images and
-/// those with labels as images. Prints Dice.
+/// Samples of one object: some voxels after the seed and after each click, with real images and with labels as images.
+/// Prints Dice.
 struct Sampled {
   std::vector<Sample> real, phantom;
 };
 Sampled sample_object(const Volume& image, const Mask& truth, Part part, const PriorNetworks& networks);
-/// The same of images that are recoloured(), for each user another. `labels`: all that the image shows, on its grid.
+/// Samples of recoloured() images, a different one for each user. `labels`: all structures of the image, on its grid.
 std::vector<Sample> sample_recoloured(const Volume& image, const Volume& labels, const Mask& truth, Part part,
                                       const PriorNetworks& networks);
 
-/// A file of samples and the group that they belong to.
+/// Writes a file with samples and their group. Throws Error.
 void write_samples(const std::string& file, const std::string& group, const std::vector<Sample>& samples);
 
-/// Groups whose names go on with it hold objects besides the groups of the table; these weigh less.
-inline constexpr char kBesides = '+';
+/// Marks the names of groups with objects in addition to the groups of the table; these have less weight.
+inline constexpr char kSupplement = '+';
 inline const std::string kPhantoms = "+labels as images", kRecoloured = "+recoloured";
 
 struct Data {
   std::vector<Sample> learned, left_out;
 };
-/// Every group weighs the same, and in it every object, recoloured ones by what the part learns best from; `left_out`:
-/// a group, with all that is besides it.
+/// Reads samples and sets their weights: equal for all groups, and for all objects in a group. Recoloured objects have
+/// the weight that trains the part best. `left_out`: a group that is not used for training, with its supplements.
 Data read_samples(const std::vector<std::string>& files, const std::string& left_out, Part part);
 
 }  // namespace simplexseg

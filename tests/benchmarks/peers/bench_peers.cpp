@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How right classical methods are after so many clicks, with the marks of the robot user (docs/clicks.md), and how long
-// an update takes.
+// Accuracy of classical methods against the number of clicks, with the marks of the robot user (docs/clicks.md), and
+// the time of an update.
 //   bench_peers IMAGE LABELS [--label N...] [--peer NAME...] [--max 10] [--threads N] [--csv FILE]
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -10,14 +10,14 @@
 #include <thread>
 #include <vector>
 
+#include "app/table.h"
 #include "cli/study.h"
-#include "cli/table.h"
 #include "core/error.h"
 #include "core/thread_pool.h"
-#include "io/files.h"
-#include "io/parameter_text.h"
-#include "io/point_text.h"
-#include "io/volume_io.h"
+#include "io/platform/files.h"
+#include "io/scene/parameter_text.h"
+#include "io/scene/point_text.h"
+#include "io/volume/volume_io.h"
 #include "peers/peers.h"
 
 namespace simplexseg {
@@ -38,7 +38,7 @@ std::vector<PeerKind> chosen(const std::vector<std::string>& names) {
   return kinds;
 }
 
-/// As the command `clicks` writes it, the peer behind all else.
+/// Appends clicks in the format of the command `clicks`, with the peer as last column.
 void add_csv(std::string& text, const std::string& label, const char* peer, std::span<const RobotClick> clicks) {
   for (std::size_t c = 0; c < clicks.size(); ++c) {
     const RobotClick& click = clicks[c];
@@ -54,7 +54,7 @@ void add_csv(std::string& text, const std::string& label, const char* peer, std:
 void bench(const Options& options) {
   const Volume image = read_volume(options.image), labels = read_volume(options.labels);
   if (!image.geometry().same_grid(labels.geometry()))
-    throw Error("cannot use " + quoted(options.labels) + " as the truth of " + quoted(options.image),
+    throw Error("cannot use " + quoted(options.labels) + " as the reference of " + quoted(options.image),
                 "their grids (size, spacing, origin or direction) differ", "resample one onto the grid of the other");
   ThreadPool pool(options.threads > 0 ? options.threads
                                       : static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
@@ -65,7 +65,7 @@ void bench(const Options& options) {
   std::string csv = "label,click,kind,x_mm,y_mm,z_mm,radius_mm,dice,hd95_mm,assd_mm,seconds,peer\n";
   for (const std::optional<double>& label : wanted) {
     Mask truth = mask_of(labels, label);
-    truth.geometry = image.geometry();  // the same grid but for rounding
+    truth.geometry = image.geometry();  // equal up to rounding
     const std::string name = label ? number_to_text(static_cast<float>(*label)) : "all";
     for (const PeerKind& kind : chosen(options.peer)) {
       const std::unique_ptr<RobotSubject> peer = kind.make(image, run);
@@ -93,20 +93,19 @@ int main(int argc, char** argv) {
   std::vector<std::string> names;
   for (const PeerKind& kind : peers()) names.emplace_back(kind.name);
   app.add_option("IMAGE", options.image, "Volume to segment")->required();
-  app.add_option("LABELS", options.labels, "Label volume that is the truth, on the same grid")->required();
-  app.add_option("--label", options.label,
-                 "A label, an object of its own; may be repeated; without any, all voxels not 0")
+  app.add_option("LABELS", options.labels, "Label volume with the reference, on the same grid")->required();
+  app.add_option("--label", options.label, "Label of an object; may be repeated; default: all nonzero voxels")
       ->allow_extra_args(false);
-  app.add_option("--peer", options.peer, "A method; may be repeated; without any, all")
+  app.add_option("--peer", options.peer, "Method; may be repeated; default: all")
       ->allow_extra_args(false)
       ->check(CLI::IsMember(names));
-  app.add_option("--max", options.robot.most_clicks, "Clicks besides the seed")
+  app.add_option("--max", options.robot.most_clicks, "Largest number of clicks after the seed")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
-  app.add_option("--threads", options.threads, "CPU threads of what is not ITK's; 0: as many as the machine has")
+  app.add_option("--threads", options.threads, "CPU threads of methods that do not use ITK; 0: all of the machine")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
-  app.add_option("--csv", options.csv, "Write every click here, as a table");
+  app.add_option("--csv", options.csv, "CSV file for a row per click");
   CLI11_PARSE(app, argc, argv);
   try {
     bench(options);

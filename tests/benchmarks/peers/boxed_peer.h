@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all peers share, so that it is the methods that are compared: box, marks, and what is taken as the object are
-// those of the evidence field.
+// Common part of all peers, so that only the methods differ: region of interest, constraints and extraction of the
+// object are those of the evidence field.
 #pragma once
 #include <vector>
 
@@ -11,25 +11,25 @@
 
 namespace simplexseg {
 
-/// What a method sees of an image: a box of it.
+/// Input of a method: a box of the image with constraints.
 struct PeerInput {
-  const BoxImage& image;                 ///< 1st percentile of the box 0, 99th 1
-  Eigen::Vector3d spacing;               ///< in units of the least
-  std::span<const Known> known;          ///< marks, and the sides of the box as outside
-  std::span<const std::uint8_t> before;  ///< the object in the smaller box of the same marks, 0 or 1; all 0 at first
+  const BoxImage& image;                 ///< intensities scaled from the 1st and 99th percentile of the box to 0 and 1
+  Eigen::Vector3d spacing;               ///< voxel spacing relative to the smallest
+  std::span<const Constraint> known;     ///< constraints of the marks and, as outside, of the sides of the box
+  std::span<const std::uint8_t> before;  ///< object of the previous, smaller box, 0 or 1; initially all 0
 };
 
-/// A method on a box that grows where the object comes near its sides, as that of the evidence field does. Its object
-/// is what is connected to an inside mark, without holes but those of outside marks. Every update begins anew.
+/// Method on a box that grows where the object is near its sides, as in the evidence field. The object is the part
+/// connected to an inside mark, with all holes filled except those of outside marks. Each update starts from scratch.
 class BoxedPeer : public RobotSubject {
  public:
   BoxedPeer(const Volume& image, RunJobs run);
-  /// Throws Error for marks that do not say what is inside.
+  /// Returns the object. Throws Error without an inside mark.
   Mask segment(std::span<const Mark> marks) final;
   double brush_mm(MarkKind kind, const Eigen::Vector3d& mm) const final;
 
  protected:
-  /// P(object) of each voxel of the box.
+  /// Returns P(object) of each voxel of the box.
   virtual std::vector<float> solve(const PeerInput& input) = 0;
   const RunJobs& run() const { return run_; }
 
@@ -37,7 +37,7 @@ class BoxedPeer : public RobotSubject {
   Volume volume_;
   RunJobs run_;
   VoxelBox box_{};
-  std::vector<Known> known_;
+  std::vector<Constraint> known_;
   FieldObject object_;
 };
 

@@ -7,16 +7,16 @@
 namespace simplexseg {
 namespace {
 
-/// A cell that has just been taken over: what it attacks its neighbours with.
+/// Cell that has changed its label in the last pass, with the strength of its attack.
 struct Cell {
   int voxel;
   float strength;
   bool inside;
 };
 
-/// Vezhnevets and Konouchine 2005: a neighbour q takes a cell p over where g(|C_p - C_q|) theta_q > theta_p, with
-/// g(x) = 1 - x / max |C|; seeds have strength 1, all else 0. All cells at once, von Neumann's neighbours, until none
-/// is taken over. Only cells that have just changed can take others over, so that only these are looked at.
+/// GrowCut (Vezhnevets and Konouchine 2005): a cell p takes the label of a neighbour q if g(|C_p - C_q|) theta_q >
+/// theta_p, with g(x) = 1 - x / max |C|; seeds have strength 1, other cells 0. All cells are updated at once, with von
+/// Neumann's neighbourhood, until none changes. Only cells that changed in the last pass can change others.
 class GrowCut : public BoxedPeer {
  public:
   using BoxedPeer::BoxedPeer;
@@ -29,11 +29,11 @@ class GrowCut : public BoxedPeer {
     std::vector<Cell> front;
     std::vector<int> taken;
     for (int v = 0; v < grid.count(); ++v) {
-      if (!is_held(input.known[v])) continue;
+      if (!is_dirichlet(input.known[v])) continue;
       strength[v] = next[v] = 1;
-      label[v] = input.known[v] == Known::Inside;
-      // Voxels that are not finite have no intensity to attack with.
-      if (input.known[v] != Known::NotFinite) front.push_back({v, 1, label[v] > 0});
+      label[v] = input.known[v] == Constraint::Inside;
+      // Non-finite voxels have no intensity and do not attack.
+      if (input.known[v] != Constraint::NotFinite) front.push_back({v, 1, label[v] > 0});
     }
     while (!front.empty()) {
       for (const Cell& cell : front) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ITK comes first: it brings an Eigen of its own.
+// ITK is included first: it has its own copy of Eigen.
 #include <itkGeodesicActiveContourLevelSetImageFilter.h>
 #include <itkGradientMagnitudeRecursiveGaussianImageFilter.h>
 #include <itkThresholdSegmentationLevelSetImageFilter.h>
@@ -20,18 +20,18 @@ namespace {
 
 using Image = itk::Image<float, 3>;
 
-// ITK-SNAP's defaults (Logic/LevelSet/SnakeParameters.cxx, Logic/Preprocessing/EdgePreprocessingSettings.cxx).
+// Defaults of ITK-SNAP (Logic/LevelSet/SnakeParameters.cxx, Logic/Preprocessing/EdgePreprocessingSettings.cxx).
 constexpr double kPropagation = 1, kCurvature = 0.2, kAdvection = 2;
-constexpr double kBlur = 1;             // of the image, Gaussian, voxels
-constexpr double kEdgeContrast = 0.04;  // of the largest gradient: where the speed is half
+constexpr double kBlur = 1;             // Gaussian blur of the image, voxels
+constexpr double kEdgeContrast = 0.04;  // share of the largest gradient at which the speed is one half
 constexpr double kEdgeExponent = 3;
-// A user of ITK-SNAP stops the evolution by eye: where so many iterations change no more than this share of the object.
-// The change of the level set itself does not tell: on noise the contour trembles for ever.
-constexpr int kIterationsBetweenLooks = 20;
+// Stop criterion, which replaces the judgement of a user of ITK-SNAP: largest share of the object that changes between
+// two checks. The change of the level set is not suitable, because noise keeps the contour moving.
+constexpr int kIterationsBetweenChecks = 20;
 constexpr double kRestingShare = 0.002;
 constexpr int kMostIterations = 800;
 
-constexpr int kBins = 64;           // of intensities
+constexpr int kBins = 64;           // intensity bins
 constexpr double kParzenWidth = 2;  // bins
 
 Image::Pointer image_of(const PeerInput& input, std::span<const float> values) {
@@ -54,24 +54,24 @@ std::vector<float> values_of(const Image& image) {
   return {first, first + image.GetBufferedRegion().GetNumberOfPixels()};
 }
 
-/// 1 inside of the contour, else 0.
+/// Mask of the contour: 1 inside, 0 outside.
 std::vector<float> object_of(const Image& level) {
   std::vector<float> object = values_of(level);
   for (float& v : object) v = v < 0;
   return object;
 }
 
-/// Inside marks and what has been found are the first contour, outside marks are kept out of it.
+/// Initial contour: inside marks and the previous object, without outside marks.
 std::vector<float> first_contour(const PeerInput& input) {
   std::vector<float> level(input.known.size());
   for (std::size_t v = 0; v < level.size(); ++v) {
-    const bool inside = input.known[v] == Known::Inside || (input.before[v] && !is_held(input.known[v]));
+    const bool inside = input.known[v] == Constraint::Inside || (input.before[v] && !is_dirichlet(input.known[v]));
     level[v] = inside ? -0.5f : 0.5f;
   }
   return level;
 }
 
-/// Lets the contour move from where it starts. Returns 1 inside of it, else 0.
+/// Evolves the initial contour; returns the mask of the final one.
 template <class Filter>
 std::vector<float> evolve(Filter& filter, const PeerInput& input, std::span<const float> speed) {
   filter.SetInput(image_of(input, first_contour(input)));
@@ -83,7 +83,7 @@ std::vector<float> evolve(Filter& filter, const PeerInput& input, std::span<cons
   filter.SetNumberOfWorkUnits(1);  // the layers of a contour are too few for more
   std::vector<float> seen;
   filter.AddObserver(itk::IterationEvent(), [&](const itk::EventObject&) {
-    if (filter.GetElapsedIterations() % kIterationsBetweenLooks != 0) return;
+    if (filter.GetElapsedIterations() % kIterationsBetweenChecks != 0) return;
     std::vector<float> now = object_of(*filter.GetOutput());
     const auto changed = seen.empty() ? std::ptrdiff_t(now.size())
                                       : std::inner_product(now.begin(), now.end(), seen.begin(), std::ptrdiff_t(0),
@@ -101,7 +101,7 @@ std::vector<float> evolve(Filter& filter, const PeerInput& input, std::span<cons
   return object_of(*filter.GetOutput());
 }
 
-/// Caselles, Kimmel and Sapiro 1997: a balloon that stops at edges of the image and is drawn to them.
+/// Geodesic active contour (Caselles, Kimmel and Sapiro 1997): a balloon that is attracted to edges and stops there.
 class GeodesicContour : public BoxedPeer {
  public:
   using BoxedPeer::BoxedPeer;
@@ -119,7 +119,7 @@ class GeodesicContour : public BoxedPeer {
     std::vector<float> speed = values_of(*gradient->GetOutput());
     const double largest = std::max(1e-9f, *std::max_element(speed.begin(), speed.end()));
     for (std::size_t v = 0; v < speed.size(); ++v) {
-      const bool kept_out = is_held(input.known[v]) && input.known[v] != Known::Inside;
+      const bool kept_out = is_dirichlet(input.known[v]) && input.known[v] != Constraint::Inside;
       speed[v] =
           kept_out ? 0.0f : static_cast<float>(1 / (1 + std::pow(speed[v] / largest / kEdgeContrast, kEdgeExponent)));
     }
@@ -129,12 +129,12 @@ class GeodesicContour : public BoxedPeer {
   }
 };
 
-/// Counts over bins, smoothed by a Gaussian and divided by their sum; with none, the same everywhere.
+/// Histogram smoothed by a Gaussian and normalised; uniform if it is empty.
 std::array<double, kBins> density(const std::array<double, kBins>& counts) {
   std::array<double, kBins> smoothed;
   double sum = 0;
   for (int b = 0; b < kBins; ++b) {
-    smoothed[b] = 1e-6;  // an intensity that was never seen says nothing
+    smoothed[b] = 1e-6;  // the ratio of two empty bins is 1
     for (int from = 0; from < kBins; ++from)
       smoothed[b] += counts[from] * std::exp(-0.5 * (b - from) * (b - from) / (kParzenWidth * kParzenWidth));
     sum += smoothed[b];
@@ -143,9 +143,9 @@ std::array<double, kBins> density(const std::array<double, kBins>& counts) {
   return smoothed;
 }
 
-/// Zhu and Yuille 1996: the contour moves by P(inside | intensity) - P(outside | intensity). Both are learned from the
-/// marks: Parzen's estimate, either class of the same weight. What is outside is what the outside marks and, of the
-/// same weight (as in the evidence field), the sides of the box look like.
+/// Region competition (Zhu and Yuille 1996): the contour moves by P(inside | intensity) - P(outside | intensity). Both
+/// are Parzen estimates from the marks, with equal weights. The outside class is estimated from outside marks and, with
+/// the same weight (as in the evidence field), from the sides of the box.
 class RegionCompetition : public BoxedPeer {
  public:
   using BoxedPeer::BoxedPeer;
@@ -158,10 +158,10 @@ class RegionCompetition : public BoxedPeer {
     const auto bin = [&](std::size_t v) { return std::clamp(static_cast<int>(smoothed[v] * kBins), 0, kBins - 1); };
     std::array<double, kBins> inside{}, marked{}, sides{};
     for (std::size_t v = 0; v < smoothed.size(); ++v) {
-      const Known known = input.known[v];
-      if (known == Known::Inside) ++inside[bin(v)];
-      if (known == Known::Outside) ++marked[bin(v)];
-      if (known == Known::FarBorder || known == Known::VolumeEdge) ++sides[bin(v)];
+      const Constraint known = input.known[v];
+      if (known == Constraint::Inside) ++inside[bin(v)];
+      if (known == Constraint::Outside) ++marked[bin(v)];
+      if (known == Constraint::FarBorder || known == Constraint::VolumeEdge) ++sides[bin(v)];
     }
     const std::array<double, kBins> in = density(inside), side = density(sides);
     std::array<double, kBins> out = density(marked);
@@ -171,9 +171,9 @@ class RegionCompetition : public BoxedPeer {
     for (std::size_t v = 0; v < speed.size(); ++v) {
       const int b = bin(v);
       speed[v] = static_cast<float>((in[b] - out[b]) / (in[b] + out[b]));
-      if (is_held(input.known[v])) speed[v] = input.known[v] == Known::Inside ? 1.0f : -1.0f;
+      if (is_dirichlet(input.known[v])) speed[v] = input.known[v] == Constraint::Inside ? 1.0f : -1.0f;
     }
-    // Between these bounds ITK's speed is the feature image itself: feature - lower below their middle.
+    // With these bounds ITK's speed is the feature image itself: feature - lower below their middle.
     const auto filter = itk::ThresholdSegmentationLevelSetImageFilter<Image, Image>::New();
     filter->SetLowerThreshold(0);
     filter->SetUpperThreshold(2);

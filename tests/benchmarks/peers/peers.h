@@ -15,10 +15,10 @@ struct PeerKind {
   std::unique_ptr<RobotSubject> (*make)(const Volume& image, const RunJobs& run);
 };
 
-/// evidence: our own field. random-walker: Grady 2006, Random Walks for Image Segmentation. growcut: Vezhnevets and
-/// Konouchine 2005, "GrowCut" - Interactive Multi-Label N-D Image Segmentation by Cellular Automata. geodesic-contour
-/// and region-competition: the two level sets of ITK-SNAP (Yushkevich et al. 2006, User-guided 3D active contour
-/// segmentation of anatomical structures).
+/// Peers by name. evidence: our evidence field. random-walker: Grady 2006, Random Walks for Image Segmentation.
+/// growcut: Vezhnevets and Konouchine 2005, "GrowCut" - Interactive Multi-Label N-D Image Segmentation by Cellular
+/// Automata. geodesic-contour and region-competition: the two level sets of ITK-SNAP (Yushkevich et al. 2006,
+/// User-guided 3D active contour segmentation of anatomical structures).
 std::span<const PeerKind> peers();
 
 std::unique_ptr<RobotSubject> make_random_walker(const Volume& image, const RunJobs& run);

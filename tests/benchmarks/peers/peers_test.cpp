@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Peers that are compared with must work: a noisy ball is found, and marks are heard.
+// Tests of the peers: they segment a noisy ball and use marks.
 #include "peers/peers.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ struct PeersTest : ::testing::TestWithParam<PeerKind> {
   const Phantom phantom = [] {
     PhantomSettings settings;
     settings.size = 32;
-    settings.noise_sigma = 20;  // of a contrast of 100
+    settings.noise_sigma = 20;  // the contrast is 100
     return make_phantom("sphere", settings);
   }();
   const Mask truth = mask_of(phantom.labels, 1);
@@ -34,7 +34,7 @@ TEST_P(PeersTest, FindsANoisyBallFromASmallSeed) {
   EXPECT_GT(clicks.back().agreement.dice, 0.8);
 }
 
-TEST_P(PeersTest, HearsMarks) {
+TEST_P(PeersTest, UsesMarks) {
   const Mark seed{MarkKind::Inside, {0, 0, 0}, 4};
   const auto around = [&](const Mask& mask, const Eigen::Vector3d& mm) {
     const Eigen::Vector3d at = mask.geometry.index_from_world() * mm;
@@ -49,7 +49,7 @@ TEST_P(PeersTest, HearsMarks) {
   EXPECT_FALSE(around(after, within));
   EXPECT_TRUE(around(after, beyond));
   EXPECT_GT(peer->brush_mm(MarkKind::Inside, beyond), 0);
-  // What was said is taken back.
+  // Removing the marks restores the earlier result.
   const Mask again = peer->segment({marks.data(), 1});
   EXPECT_TRUE(around(again, within));
   EXPECT_FALSE(around(again, beyond));

@@ -10,13 +10,13 @@
 namespace simplexseg {
 namespace {
 
-// Grady 2006: beta = 90 for all images, the squares of the differences divided by their largest.
+// Grady 2006: beta = 90 for all images; squared differences are divided by the largest one.
 constexpr float kBeta = 90;
 constexpr float kLeastWeight = 1e-5f;  // keeps all voxels connected
-constexpr double kTolerance = 0.005;   // of P
+constexpr double kTolerance = 0.005;   // tolerance of P
 constexpr int kMostIterations = 200;
 
-/// The marks alone, without a prior.
+/// Random walker with marks only, without a prior.
 class RandomWalkerPeer : public BoxedPeer {
  public:
   using BoxedPeer::BoxedPeer;
@@ -44,9 +44,9 @@ class RandomWalkerPeer : public BoxedPeer {
     std::vector<std::uint8_t> held(grid.count());
     const std::vector<std::uint8_t> target(grid.count());
     for (int v = 0; v < grid.count(); ++v) {
-      held[v] = is_held(input.known[v]);
-      walker.field()[v] = input.known[v] == Known::Inside || input.before[v] != 0;
-      if (held[v]) walker.field()[v] = input.known[v] == Known::Inside;
+      held[v] = is_dirichlet(input.known[v]);
+      walker.field()[v] = input.known[v] == Constraint::Inside || input.before[v] != 0;
+      if (held[v]) walker.field()[v] = input.known[v] == Constraint::Inside;
       walker.pull()[v] = 0;
     }
     walker.solve(target, held, kTolerance, kMostIterations);

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+#include <vector>
+
+#include "app/console.h"
+#include "gpu/backend.h"
+#include "io/scene/load_input.h"
+
+namespace simplexseg {
+
+/// Reads a scene with load_scene(), applies the --set options and shows progress on a terminal.
+LoadedInput load_with_progress(const std::string& path, const std::vector<std::string>& settings,
+                               const Console& console, LoadOptions::History history = LoadOptions::History::Skip);
+/// Creates the engine of a backend: "auto", "cpu" or "cuda". `threads`: CPU threads, 0 for all cores. Throws Failure if
+/// the backend is not available.
+EngineChoice engine_for(const std::string& backend, int threads, VolumeSampling sampling = VolumeSampling::Filtered);
+/// Prints the warnings of a reader. Call it after all checks of the input: invalid input must print one line only.
+void print_warnings(const std::vector<std::string>& warnings, const Console& console);
+
+}  // namespace simplexseg

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "evidence/coarse_prior.h"
+#include "evidence/evidence_settings.h"
+#include "evidence/field_object.h"
+#include "evidence/field_value.h"
+#include "evidence/make_field_solver.h"
+#include "evidence/marked_voxels.h"
+#include "evidence/marks.h"
+#include "evidence/run_jobs.h"
+#include "evidence/surface_voxel.h"
+#include "evidence/update_progress.h"
+#include "image/mask.h"
+#include "image/volume.h"
+
+namespace simplexseg {
+
+/// The voxels of an evidence field's box, and what is done with them, one step after the other. EvidenceField says what
+/// and when; it knows the marks. Lengths in mm. The volume outlives it.
+class FieldSolver {
+ public:
+  virtual ~FieldSolver() = default;
+
+  /// Goes on in this box, which holds the one before, for an object of this scale. The field, and the one before the
+  /// new marks, are taken along.
+  virtual void set_box(const VoxelBox& box, double reach_mm) = 0;
+  const VoxelBox& box() const { return box_; }
+
+  /// The field as it is becomes the one before the marks that are new now; or none is known.
+  virtual void keep_before() = 0;
+  virtual void forget_before() = 0;
+  virtual bool has_before() const = 0;
+  /// Of the voxel of the box nearest to each place: whether the field before has it in the object.
+  virtual std::vector<std::uint8_t> was_object(std::span<const Eigen::Vector3d> places_mm) const = 0;
+  struct Before {
+    bool object;
+    double depth_mm;  ///< from the place to the nearest voxel on the other side
+  };
+  /// The same, and how deep each place lies there.
+  virtual std::vector<Before> before(std::span<const Eigen::Vector3d> places_mm) const = 0;
+
+  /// Sets the constraint mask from the marks and from the voxels of other objects (or null).
+  virtual void set_constraints(std::span<const Mark> marks, const Mask* others) = 0;
+  /// Learns the prior from them; returns the sharpness beta of the conductances. `fresh`: what the new marks say beside
+  /// the field before; `reach_mm`, `radius_mm`: of the largest inside mark (Prompts).
+  virtual double learn(std::span<const Mark> marks, std::span<const NewMarkBall> fresh, double reach_mm,
+                       double radius_mm) = 0;
+  struct Solved {
+    int iterations = 0;
+    double error = 0;
+    VoxelBox around{};        ///< FieldObject
+    double border_share = 0;  ///< FieldObject
+  };
+  /// Solves the field and finds its object. `further`: to a smaller tolerance than the last time, nothing having
+  /// changed since.
+  virtual Solved solve(double tolerance, bool further) = 0;
+  struct RefinedSurface {
+    Solved found;
+    double expected_dice = 0;  ///< EvidenceField::Report, of what there was before
+  };
+  /// Runs refine_in_narrow_band() and finds the object again.
+  virtual RefinedSurface refine_surface(const BandTerms& terms) = 0;
+
+  // What there is now. It stays where it is until the next change.
+  virtual std::span<const float> probability() const = 0;
+  virtual const FieldObject& object() const = 0;
+  virtual std::span<const Constraint> known() const = 0;
+  /// field_values() of the field and its object.
+  virtual std::vector<std::uint16_t> values(const FieldValue& value) const = 0;
+  /// What the prior's networks saw (EvidenceField), where that is the CPU's; else null.
+  virtual const CoarsePrior* prior() const { return nullptr; }
+  virtual Prompts prompts() const { return {}; }
+  virtual std::size_t bytes() const = 0;
+  /// Completed fraction of the present update. EvidenceField reports the ends of calls; a solver reports phases within
+  /// a call, on the thread of the caller.
+  UpdateProgress& progress() { return progress_; }
+
+ protected:
+  VoxelBox box_{};
+
+ private:
+  UpdateProgress progress_;
+};
+
+/// The voxel of the box that is nearest to a place.
+std::size_t nearest_voxel(const VolumeGeometry& geometry, const VoxelBox& box, const Eigen::Vector3d& place_mm);
+
+}  // namespace simplexseg

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "evidence/marked_voxels.h"
+#include "evidence/padded_array.h"
+#include "evidence/parallel/executor.h"
+
+namespace simplexseg {
+
+/// Where a voxel of a grid is.
+struct GridPlace {
+  int i, j, k;
+  SIMPLEXSEG_HD GridPlace(const BoxGrid& grid, int v)
+      : i(v % grid.size[0]), j(v / grid.size[0] % grid.size[1]), k(v / grid.plane()) {}
+};
+
+/// The balls of all marks, in their order, in the executor's memory.
+struct PaintedBalls {
+  const PaintedBall* balls;
+  int count;
+
+  /// What is known of a voxel of the box, `at` being what was known of it without marks: the last ball that holds it.
+  SIMPLEXSEG_HD Constraint over(Constraint at, const GridPlace& p) const {
+    if (at == Constraint::NotFinite) return at;
+    for (int b = count - 1; b >= 0; --b) {
+      const PaintedBall& ball = balls[b];
+      if (p.i < ball.low[0] || p.i > ball.high[0] || p.j < ball.low[1] || p.j > ball.high[1] || p.k < ball.low[2] ||
+          p.k > ball.high[2])
+        continue;
+      if (ball.holds(p.i, p.j, p.k)) return ball.value;
+    }
+    return at;
+  }
+};
+
+struct KnownOfVoxel {
+  BoxGrid grid;
+  SideOfBox side;
+  PaintedBalls marks;
+  const std::uint8_t *finite, *others;
+  Constraint* known;
+
+  SIMPLEXSEG_HD void operator()(int v) const {
+    const GridPlace p(grid, v);
+    const Constraint at = finite && !finite[v]  ? Constraint::NotFinite
+                          : others && others[v] ? Constraint::Outside
+                                                : side(p.i, p.j, p.k);
+    known[v] = marks.over(at, p);
+  }
+};
+
+/// constraint_mask() (evidence/marked_voxels.h) on an executor, the same for every voxel. In the executor's memory, a
+/// value for each voxel of the box: `finite` and `others`, or null, and `known`, which is written.
+template <class Executor>
+class ConstraintVoxels {
+ public:
+  explicit ConstraintVoxels(const Executor& executor) : executor_(executor) {}
+
+  void find(const VolumeGeometry& geometry, const VoxelBox& box, const std::uint8_t* finite,
+            std::span<const Mark> marks, const std::uint8_t* others, Constraint* known) {
+    const BoxGrid grid{box.size};
+    executor_.each(grid.count(), KnownOfVoxel{grid, SideOfBox(box, geometry.size), upload(geometry, box, marks), finite,
+                                              others, known});
+  }
+  /// The marks alone, for kernels that paint them over something else.
+  PaintedBalls upload(const VolumeGeometry& geometry, const VoxelBox& box, std::span<const Mark> marks) {
+    const std::vector<PaintedBall> balls = painted_balls(geometry, box, marks);
+    return {balls_.set(executor_, balls), static_cast<int>(balls.size())};
+  }
+  std::size_t bytes() const { return balls_.bytes(); }
+
+ private:
+  const Executor& executor_;
+  UploadedList<Executor, PaintedBall> balls_;
+};
+
+}  // namespace simplexseg

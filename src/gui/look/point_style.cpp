@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/look/point_style.h"
+
+#include <QCoreApplication>
+#include <QPainter>
+#include <QPixmap>
+#include <optional>
+
+#include "gui/look/theme.h"
+
+namespace simplexseg {
+
+namespace {
+
+struct PointStyle {
+  const char* title;
+  Glyph glyph;
+  std::optional<QColor> colour;  ///< none: the mesh's colour
+};
+
+const PointStyle& style_of(MarkKind kind) {
+  static const PointStyle styles[] = {{QT_TRANSLATE_NOOP("Points", "Inside"), Glyph::Plus, theme::kInside},
+                                      {QT_TRANSLATE_NOOP("Points", "Outside"), Glyph::Minus, theme::kOutside},
+                                      {QT_TRANSLATE_NOOP("Points", "Boundary"), Glyph::Plain, std::nullopt}};
+  return styles[static_cast<int>(kind)];
+}
+
+}  // namespace
+
+QString title_of(MarkKind kind) { return QCoreApplication::translate("Points", style_of(kind).title); }
+Glyph glyph_of(MarkKind kind) { return style_of(kind).glyph; }
+QColor colour_of(MarkKind kind, const Colour& mesh) {
+  return style_of(kind).colour.value_or(QColor(mesh.red, mesh.green, mesh.blue));
+}
+
+QIcon handle_icon(MarkKind kind, const Colour& mesh) {
+  QPixmap pixmap(28, 28);
+  pixmap.fill(Qt::transparent);
+  pixmap.setDevicePixelRatio(2);
+  QPainter painter(&pixmap);
+  painter.setRenderHint(QPainter::Antialiasing);
+  const Glyph glyph = glyph_of(kind);
+  painter.setBrush(colour_of(kind, mesh));
+  painter.setPen(QPen(Qt::white, glyph == Glyph::Plain ? 2 : 1));
+  painter.drawEllipse(QRectF(1.5, 1.5, 11, 11));
+  painter.setPen(QPen(Qt::white, 2));
+  if (glyph != Glyph::Plain) painter.drawLine(QPointF(4.5, 7), QPointF(9.5, 7));
+  if (glyph == Glyph::Plus) painter.drawLine(QPointF(7, 4.5), QPointF(7, 9.5));
+  return QIcon(pixmap);
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Title, glyph and colour of the three kinds of points.
+#pragma once
+#include <QColor>
+#include <QIcon>
+#include <QString>
+
+#include "core/colour.h"
+#include "session/scene.h"
+
+namespace simplexseg {
+
+/// Title of a kind: "Boundary", "Inside" or "Outside".
+QString title_of(MarkKind kind);
+/// Sign on a point's handle, which distinguishes the kinds without colour.
+enum class Glyph { Plain, Plus, Minus };
+Glyph glyph_of(MarkKind kind);
+/// Colour of a point's handle; a boundary point has the colour of its mesh.
+QColor colour_of(MarkKind kind, const Colour& mesh);
+/// Icon of the handle, for lists.
+QIcon handle_icon(MarkKind kind, const Colour& mesh);
+
+}  // namespace simplexseg

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gui/window/archive/send_dialog.h"
+
+#include <QCheckBox>
+#include <QComboBox>
+#include <QDialogButtonBox>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QPushButton>
+#include <QVBoxLayout>
+#include <algorithm>
+#include <map>
+
+#include "gui/look/qt_text.h"
+#include "gui/look/theme.h"
+#include "gui/look/widgets.h"
+#include "io/scene/scene_export.h"
+
+namespace simplexseg {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kPictureHeight = 220;  // logical pixels
+constexpr const char *kLabels = "labels.dcm", *kContours = "contours.rtstruct.dcm", *kView = "view.dcm";
+
+/// Index of the server from which the image was fetched; 0 if there is none.
+int server_of(const fs::path& image, const std::vector<ArchiveServer>& servers) {
+  const std::string series = image.filename().string();
+  if (!is_dicom_uid(series)) return 0;
+  try {
+    const ArchiveCache cache;
+    for (std::size_t n = 0; n < servers.size(); ++n)
+      if (cache.folder_of(servers[n], series) == image) return static_cast<int>(n);
+  } catch (const std::exception&) {  // no cache: nothing was fetched
+  }
+  return 0;
+}
+
+Picture picture_of(const QImage& image) {
+  const QImage rgb = image.convertToFormat(QImage::Format_RGB888);
+  Picture picture{rgb.width(), rgb.height(), {}};
+  const std::size_t row = 3 * static_cast<std::size_t>(rgb.width());
+  for (int y = 0; y < rgb.height(); ++y)
+    picture.rgb.insert(picture.rgb.end(), rgb.constScanLine(y), rgb.constScanLine(y) + row);
+  return picture;
+}
+
+}  // namespace
+
+/// Files made from a scene, used by one thread at a time. Each file is made once, so that a file sent again after a
+/// failure replaces the earlier copy in the archive.
+struct SendDialog::OutgoingFiles {
+  Scene scene;
+  VolumeGeometry geometry;
+  Picture view;
+  // Readable by this user only, and removed later even if the program is killed.
+  ArchiveCache cache;
+  IncomingSeries place{cache, {}};
+  std::map<std::string, std::string> notes;  ///< warnings of the files made so far, by file name
+
+  ArchiveSent send(const std::vector<std::string>& names, Archive& archive, const ArchiveProgress& progress) {
+    std::vector<fs::path> files;
+    for (const std::string& name : names) {
+      files.push_back(place.folder() / name);
+      if (notes.contains(name)) continue;
+      std::string note;
+      if (name == kView)
+        save_view(files.back(), view, scene);
+      else
+        note = save_labels(files.back(), scene, geometry);
+      notes[name] = note;
+    }
+    ArchiveSent sent = archive.send(files, progress);
+    for (const std::string& name : names)
+      if (!notes[name].empty()) sent.warnings.push_back(notes[name]);
+    return sent;
+  }
+};
+
+SendDialog::SendDialog(Workbench& workbench, const QImage& picture, std::vector<ArchiveServer> servers,
+                       BackgroundJob& job, const ArchiveOpener& open, QWidget* parent)
+    : QDialog(parent),
+      workbench_(workbench),
+      picture_(picture),
+      servers_(std::move(servers)),
+      server_(new QComboBox(this)),
+      task_(new ArchiveTask(job, open, tr("series already sent remain in the archive"), this)) {
+  setObjectName("send_dialog");
+  setWindowTitle(tr("Send to an archive"));
+  auto* column = new QVBoxLayout(this);
+  auto* note = new QLabel(tr("Each selected item becomes a new series in the study of the image."), this);
+  note->setWordWrap(true);
+  column->addWidget(note);
+  auto* row = new QHBoxLayout;
+  auto* label = new QLabel(tr("Archi&ve"), this);
+  label->setBuddy(server_);
+  server_->setObjectName("send_server");
+  server_->setAccessibleName(tr("Archive"));
+  for (const ArchiveServer& server : servers_)
+    server_->addItem(tr("%1 (%2)").arg(text(server.name), text(address_of(server))));
+  server_->setCurrentIndex(server_of(workbench_.scene().volume_path, servers_));
+  row->addWidget(label);
+  row->addWidget(server_, 1);
+  column->addLayout(row);
+  const bool meshes = !workbench_.scene().meshes.empty();
+  const auto add = [&](const QString& title, const char* name, const QString& tip) {
+    auto* box = new QCheckBox(title, this);
+    box->setObjectName(name);
+    box->setToolTip(tip);
+    box->setChecked(meshes);
+    column->addWidget(box);
+    return box;
+  };
+  labels_ = add(tr("&Labels, as a segmentation (SEG)"), "send_labels", tr("Voxels inside each segmentation"));
+  contours_ = add(tr("C&ontours, as a structure set (RTSTRUCT)"), "send_contours",
+                  tr("Contours of each segmentation in the slices; more precise than labels"));
+  view_ = add(tr("&Picture of the views (secondary capture)"), "send_view",
+              tr("Picture shown below; Shift+N in the main window hides the patient's name"));
+  for (QCheckBox* box : {labels_, contours_}) set_enabled(box, meshes, tr("There is no segmentation yet"));
+  auto* shown = new QLabel(this);
+  shown->setAccessibleName(tr("Picture of the views"));
+  shown->setPixmap(QPixmap::fromImage(picture_.scaled(theme::scaled(kPictureHeight * 2), theme::scaled(kPictureHeight),
+                                                      Qt::KeepAspectRatio, Qt::SmoothTransformation)));
+  column->addWidget(shown);
+  column->addStretch(1);
+  column->addWidget(task_);
+  auto* buttons = new QDialogButtonBox(QDialogButtonBox::Close, this);
+  send_ = buttons->addButton(tr("&Send"), QDialogButtonBox::ActionRole);
+  send_->setObjectName("send_button");
+  send_->setDefault(true);
+  column->addWidget(buttons);
+  connect(buttons, &QDialogButtonBox::rejected, this, &SendDialog::reject);
+  connect(send_, &QPushButton::clicked, this, &SendDialog::send);
+  for (QCheckBox* box : {labels_, contours_, view_}) connect(box, &QCheckBox::toggled, this, &SendDialog::refresh);
+  connect(task_, &ArchiveTask::changed, this, &SendDialog::refresh);
+  connect(task_, &ArchiveTask::cancelled, this, [this] { outgoing_.reset(); });  // the thread still uses it
+  resize(std::min(theme::scaled(560), parent->width() - 24), sizeHint().height());
+  refresh();
+}
+
+SendDialog::~SendDialog() = default;
+
+void SendDialog::reject() {
+  if (task_->busy())
+    task_->cancel();
+  else
+    QDialog::reject();
+}
+
+void SendDialog::refresh() {
+  const bool anything = labels_->isChecked() || contours_->isChecked() || view_->isChecked();
+  const QString why = task_->busy()      ? tr("Wait for the running operation, or cancel it")
+                      : servers_.empty() ? tr("Add an archive first: File > Archive")
+                                         : tr("Select an item to send");
+  set_enabled(send_, anything && !servers_.empty() && !task_->busy(), why);
+}
+
+void SendDialog::send() {
+  const ArchiveServer server = servers_[static_cast<std::size_t>(server_->currentIndex())];
+  if (!outgoing_) {
+    try {
+      outgoing_ = std::make_shared<OutgoingFiles>();
+    } catch (const std::exception& error) {
+      task_->show_message(Severity::Failure, QString::fromUtf8(error.what()));
+      return;
+    }
+    outgoing_->scene = workbench_.session().scene();
+    outgoing_->geometry = workbench_.session().volume().geometry();
+    outgoing_->view = picture_of(picture_);
+  }
+  std::vector<std::string> names;
+  for (const auto& [box, name] :
+       {std::pair(labels_, kLabels), std::pair(contours_, kContours), std::pair(view_, kView)})
+    if (box->isChecked()) names.emplace_back(name);
+  auto sent = std::make_shared<ArchiveSent>();
+  task_->start(
+      tr("Sending"), server,
+      [=, outgoing = outgoing_](Archive& archive, const ArchiveProgress& progress) {
+        *sent = outgoing->send(names, archive, progress);
+      },
+      [=, this] {
+        QString result = sent->stored == 1 ? tr("Sent 1 series to %1").arg(text(server.name))
+                                           : tr("Sent %1 series to %2").arg(sent->stored).arg(text(server.name));
+        for (const std::string& warning : sent->warnings) result += "; " + text(warning);
+        workbench_.notify(sent->warnings.empty() ? Severity::Note : Severity::Warning, result);
+        accept();
+      });
+}
+
+}  // namespace simplexseg

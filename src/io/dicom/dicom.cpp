@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/dicom/dicom.h"
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <numeric>
+#include <set>
+#include <vector>
+
+#include "io/dicom/dicom_pixels.h"
+#include "io/dicom/dicom_scan.h"
+#include "io/dicom/dicom_segments.h"
+#include "io/dicom/dicom_series.h"
+#include "io/dicom/dicom_stack.h"
+#include "io/dicom/dicom_volumes.h"
+#include "io/platform/files.h"
+#include "io/platform/load_progress.h"
+#include "io/platform/quiet_libraries.h"
+
+namespace simplexseg {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+void require_readable(const std::vector<DicomSlice>& slices) {
+  std::vector<std::string> names;
+  std::string why, remedy;
+  for (const DicomSlice& s : slices) {
+    if (s.unreadable.empty()) continue;
+    if (why.empty()) why = s.unreadable, remedy = s.remedy;
+    names.push_back(name_of(s));
+  }
+  if (names.empty()) return;
+  if (slices.size() > 1) why += ": " + list_of(names);
+  throw Error("cannot read " + quoted(slices.size() == 1 ? slices[0].file : slices[0].file.parent_path()), why, remedy);
+}
+
+Volume as_32_bits(const Volume& volume) {
+  Volume wide(volume.geometry(), VoxelType::Int32);
+  std::ranges::copy(volume.voxels<std::int16_t>(), wide.voxels<std::int32_t>().begin());
+  return wide;
+}
+
+Volume read_slices(const std::vector<DicomSlice>& slices, const VolumeInfo& info) {
+  const QuietLibraries quiet;
+  Volume volume(info.geometry, info.type);
+  // Sorted by file, so that each multi-frame file is opened only once.
+  std::vector<std::size_t> order(slices.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return slices[a].file < slices[b].file; });
+  std::vector<DicomSlice> in_order;
+  in_order.reserve(order.size());
+  for (const std::size_t i : order) in_order.push_back(slices[i]);
+  DicomFrames frames(in_order);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const auto read = [&] {
+      const std::size_t slice_bytes = volume.bytes() / slices.size();
+      return frames.read(in_order[i], volume.type(), static_cast<std::byte*>(volume.data()) + order[i] * slice_bytes);
+    };
+    if (!read() && volume.type() == VoxelType::Int16) {
+      volume = as_32_bits(volume);
+      read();
+    }
+    report_progress(static_cast<double>(i + 1), static_cast<double>(order.size()));
+  }
+  return volume;
+}
+
+/// Returns the voxel type of the volume: that of the slices, or a floating type when their rescaling differs.
+VoxelType common_type(const std::vector<DicomSlice>& slices) {
+  VoxelType type = voxel_type_of(slices.front());
+  for (const DicomSlice& s : slices) {
+    if (voxel_type_of(s) == type && s.slope == slices[0].slope && s.intercept == slices[0].intercept) continue;
+    if (bytes_per_voxel(type) > 4 || s.pixels.stored_bits > 24) return VoxelType::Float64;
+    type = VoxelType::Float32;
+  }
+  return type;
+}
+
+void place_slices(std::vector<DicomSlice>& slices, VolumeInfo& info, const std::string& series_name) {
+  const DicomSlice first = slices.front();
+  const bool in_order = slices.size() > 1 && !first.position && !first.assumed.empty();
+  if (slices.size() > 1 && !in_order) require_one_stack(slices, series_name);
+  info.geometry.size = {first.pixels.columns, first.pixels.rows, static_cast<int>(slices.size())};
+  if (first.spacing_mm)
+    info.geometry.spacing_mm.head<2>() = *first.spacing_mm;
+  else
+    info.warnings.push_back("no pixel spacing: 1 mm is assumed");
+  if (slices.size() == 1 || in_order) {
+    const double stated = first.slice_distance_mm.value_or(0);
+    const double thick = stated > 0 ? stated : first.thickness_mm.value_or(0);
+    if (thick > 0) info.geometry.spacing_mm[2] = thick;
+  }
+  if (!first.assumed.empty()) info.warnings.push_back(first.assumed);
+  if (first.position && first.axes) {
+    stack(slices, info.geometry, info.warnings, series_name);
+  } else {
+    info.warnings.push_back("no position or orientation: the patient's left and right are unknown");
+  }
+}
+
+int count_files(const std::vector<DicomSlice>& slices) {
+  std::set<fs::path> files;
+  for (const DicomSlice& s : slices) files.insert(s.file);
+  return static_cast<int>(files.size());
+}
+
+}  // namespace
+
+VolumeSource open_dicom_slices(std::vector<DicomSlice> slices, const std::string& format,
+                               const std::string& series_name, int volume) {
+  VolumeSource source;
+  VolumeInfo& info = source.info;
+  info.format = format;
+  info.components = slices.front().photometric.starts_with("PALETTE") ? 3 : slices.front().pixels.samples;
+  if (info.components == 1) require_readable(slices);
+  if (is_segmentation(slices.front())) {
+    const int files = count_files(slices);
+    source = open_segments(std::move(slices), series_name);
+    source.info.format = "DICOM SEG", source.info.file_count = files;
+    return source;
+  }
+  DicomVolumes split = split_volumes(std::move(slices), series_name);
+  info.frames = static_cast<int>(split.volumes.size());
+  const auto place = static_cast<std::size_t>(volume) - 1;
+  select_volume(info, volume, "cannot read " + series_name, place < split.names.size() ? split.names[place] : "");
+  slices = std::move(split.volumes[place]);
+  info.file_count = count_files(slices);
+  place_slices(slices, info, series_name);
+  info.low_is_bright = slices.front().photometric == "MONOCHROME1";
+  if (info.low_is_bright)
+    info.warnings.push_back("MONOCHROME1: low values are displayed bright; the voxel values are unchanged");
+  info.type = common_type(slices);
+  info.geometry.validate("cannot read " + series_name);
+  for (const DicomSlice& s : slices) source.extra_bytes = std::max(source.extra_bytes, buffer_bytes(s.pixels));
+  source.dicom = std::move(slices);
+  source.read = [slices = source.dicom, info] { return read_slices(slices, info); };
+  return source;
+}
+
+bool has_dicom_preamble(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  char magic[4] = {};
+  stream.seekg(128);
+  return stream.read(magic, 4) && std::memcmp(magic, "DICM", 4) == 0;
+}
+
+VolumeSource open_dicom_file(const fs::path& path, int volume) {
+  require_file(path);
+  const QuietLibraries quiet;
+  std::vector<DicomSlice> slices;
+  try {
+    slices = scan_dicom(path);
+  } catch (const std::exception& exception) {
+    throw Error("cannot read " + quoted(path), message_of(exception), "copy or export the file again");
+  }
+  if (slices.empty()) {
+    const std::string kind = sop_class_name(path);
+    if (has_dicom_preamble(path) || !kind.empty()) {
+      throw Error("cannot read " + quoted(path),
+                  "this DICOM file contains no image" + (kind.empty() ? "" : " (" + kind + ")"),
+                  "open the folder of an image series");
+    }
+    throw Error("cannot read " + quoted(path), "its format is not supported",
+                "choose NIfTI, Analyze, MetaImage, NRRD, GIPL, MINC, a DICOM file or the folder of a DICOM series");
+  }
+  const bool alone = slices.size() == 1;
+  VolumeSource source = open_dicom_slices(std::move(slices), "DICOM", quoted(path), volume);
+  if (alone) source.info.warnings.push_back("only one DICOM slice: open its folder to load the whole series");
+  return source;
+}
+
+VolumeSource open_dicom_series(const fs::path& folder, int volume) {
+  const QuietLibraries quiet;
+  std::error_code error;
+  std::vector<fs::path> files;
+  bool has_folders = false;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    std::error_code ignored;
+    if (it->is_directory(ignored)) has_folders = true;
+    if (it->is_regular_file(ignored) && it->file_size(ignored) > 0) files.push_back(it->path());
+  }
+  if (error) throw Error("cannot read the folder " + quoted(folder), error.message(), "check its permissions");
+  std::sort(files.begin(), files.end());
+  std::map<std::string, std::vector<DicomSlice>> series;
+  std::vector<std::string> broken;
+  std::string why_broken;  // cause for the first file
+  std::size_t scanned = 0;
+  for (const fs::path& file : files) {
+    report_progress(static_cast<double>(scanned++), static_cast<double>(files.size()));
+    try {
+      for (DicomSlice& slice : scan_dicom(file)) series[slice.series].push_back(std::move(slice));
+    } catch (const std::exception& exception) {
+      if (broken.empty()) why_broken = message_of(exception);
+      broken.push_back(quoted(file.filename()));
+    }
+  }
+  if (series.empty() && broken.empty() && has_folders) return open_only_series(folder, volume);
+  if (series.empty()) {
+    throw Error("cannot read the folder " + quoted(folder),
+                broken.empty() ? "it contains no DICOM images"
+                               : "no DICOM file in it can be read (" + why_broken + "): " + list_of(broken),
+                "choose a file or the folder of a series");
+  }
+  const auto largest = std::max_element(
+      series.begin(), series.end(), [&](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
+  const auto named = [&](const std::vector<DicomSlice>& slices) {
+    const std::string& text = slices.front().description.empty() ? slices.front().series : slices.front().description;
+    return "'" + text + "' (" + std::to_string(slices.size()) + " slices, from " +
+           quoted(slices.front().file.filename()) + ")";
+  };
+  std::vector<std::string> others;
+  for (auto it = series.begin(); it != series.end(); ++it) {
+    if (it != largest) others.push_back(named(it->second));
+  }
+  const std::string chosen = named(largest->second);
+  VolumeSource source =
+      open_dicom_slices(std::move(largest->second), "DICOM series", "the DICOM series in " + quoted(folder), volume);
+  if (!others.empty()) {
+    source.info.warnings.push_back("the folder contains " + std::to_string(others.size() + 1) +
+                                   " series: the largest, " + chosen + ", is loaded; not loaded: " + list_of(others));
+  }
+  if (!broken.empty())
+    source.info.warnings.push_back("unreadable files are skipped (" + why_broken + "): " + list_of(broken));
+  return source;
+}
+
+}  // namespace simplexseg

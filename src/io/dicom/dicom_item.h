@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// Creation of DICOM data sets and files; dicom_values.h reads them.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/dicom/dicom_values.h"
+
+namespace simplexseg {
+
+class AtomicFile;
+
+/// Value representation in the file. Explicit: stored in each element, but texts have at most 65534 bytes. Implicit:
+/// from the standard's dictionary, longer texts allowed.
+enum class DicomCoding { Explicit, Implicit };
+
+/// Data set, or item of a sequence. Elements can be added in any order; adding one again replaces it. The value
+/// representation (VR) of each element comes from GDCM's dictionary.
+class DicomItem {
+ public:
+  DicomItem();
+  DicomItem(const DicomItem&) = delete;
+  DicomItem& operator=(const DicomItem&) = delete;
+  DicomItem(DicomItem&&) noexcept;
+  DicomItem& operator=(DicomItem&&) noexcept;
+  ~DicomItem();
+
+  /// Adds a text; several values are separated by backslashes. An empty text adds the element without a value.
+  DicomItem& text(DicomTag tag, const std::string& value);
+  DicomItem& shorts(DicomTag tag, std::span<const std::uint16_t> values);
+  DicomItem& longs(DicomTag tag, std::span<const std::uint32_t> values);
+  /// Adds the tag of another element as value (VR AT).
+  DicomItem& pointer(DicomTag tag, DicomTag to);
+  /// Adds numbers as decimal strings (DS) of at most 16 characters each, precise to at least ten digits.
+  DicomItem& numbers(DicomTag tag, std::span<const double> values);
+  DicomItem& bytes(DicomTag tag, const std::vector<std::uint8_t>& values);
+  DicomItem& items(DicomTag tag, std::span<const DicomItem> items);
+  /// Adds a sequence with one item.
+  DicomItem& item(DicomTag tag, const DicomItem& one);
+  /// Adds a sequence with one code (PS3.3 8.8).
+  DicomItem& code(DicomTag tag, const std::string& value, const std::string& scheme, const std::string& meaning);
+  DicomItem& remove(DicomTag tag);
+  /// Copies a text from another data set unchanged; returns false when it is missing or empty.
+  bool copy_text(const gdcm::DataSet& from, DicomTag tag);
+
+ private:
+  void set_value(DicomTag tag, const void* bytes, std::size_t count);
+
+  std::unique_ptr<gdcm::DataSet> data_;
+
+  friend void write_dicom(AtomicFile& file, const DicomItem& data, DicomCoding coding);
+};
+
+/// Returns the number as decimal string (DS): the shortest exact text, or 16 characters at most.
+std::string decimal_string(double value);
+
+/// Returns a new globally unique UID.
+std::string new_dicom_uid();
+
+/// Writes a little-endian DICOM file with preamble and meta information. `data` must contain the SOP class and instance
+/// UID. Throws Error when the file cannot be written.
+void write_dicom(AtomicFile& file, const DicomItem& data, DicomCoding coding);
+
+}  // namespace simplexseg

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/dicom/dicom_scan.h"
+
+#include <gdcmReader.h>
+#include <gdcmUIDs.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+
+#include "io/dicom/dicom_colour.h"
+#include "io/dicom/dicom_frames.h"
+#include "io/dicom/dicom_validation.h"
+#include "io/dicom/dicom_values.h"
+#include "io/platform/files.h"
+#include "io/platform/quiet_libraries.h"
+#include "io/platform/worker_process.h"
+
+namespace simplexseg {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Returns a description of missing or damaged pixel data; GDCM would silently leave the missing part undefined. Colour
+/// images can be subsampled to two thirds of their size.
+std::string damage_of_pixels(const fs::path& path, const gdcm::TransferSyntax& syntax, const DicomPixels& pixels) {
+  // In a deflated file the offsets are unknown.
+  if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) return {};
+  if (syntax.IsEncapsulated()) return damage_of_fragments(path, pixels);
+  const double required_bytes = double(pixels.rows) * pixels.columns * pixels.samples * pixels.frames * pixels.bits / 8;
+  if (double(pixels.start) + (pixels.samples > 1 ? 0.66 : 1) * required_bytes <= double(fs::file_size(path))) return {};
+  return "truncated: the file ends before its pixel data";
+}
+
+std::string uid_of(const gdcm::DataSet& data, DicomTag tag) {
+  const std::string text = text_of(data, tag);
+  return text.substr(0, text.find_first_not_of(".0123456789"));
+}
+
+void read_segmentation(const gdcm::DataSet& data, DicomSlice& slice) {
+  const std::string sop_class = text_of(data, {0x0008, 0x0016});
+  if (!sop_class.starts_with("1.2.840.10008.5.1.4.1.1.66.4") && !sop_class.starts_with("1.2.840.10008.5.1.4.1.1.66.7"))
+    return;
+  slice.segmentation = text_of(data, {0x0062, 0x0001});
+  if (slice.segmentation.empty()) slice.segmentation = "BINARY";
+  slice.may_overlap = text_of(data, {0x0062, 0x0013}) != "NO";
+  slice.fraction_max = short_of(data, {0x0062, 0x000e}, 255);
+  std::vector<SegmentName> segments;
+  each_item(data, {0x0062, 0x0002}, [&](const gdcm::DataSet& item) {
+    SegmentName segment{.value = short_of(item, {0x0062, 0x0004}, 0), .name = text_of(item, {0x0062, 0x0005})};
+    while (segment.name.ends_with(' ')) segment.name.pop_back();
+    const std::vector<double> lab = numbers_of(item, {0x0062, 0x000d}, DicomKind::Short);
+    if (lab.size() == 3)
+      segment.colour = colour_of_lab(
+          {static_cast<std::uint16_t>(lab[0]), static_cast<std::uint16_t>(lab[1]), static_cast<std::uint16_t>(lab[2])});
+    segments.push_back(segment);
+  });
+  slice.segments = std::make_shared<const std::vector<SegmentName>>(std::move(segments));
+}
+
+void reject_mosaic(const gdcm::DataSet& data, DicomSlice& slice) {
+  if (slice.pixels.frames > 1 || text_of(data, {0x0008, 0x0008}).find("MOSAIC") == std::string::npos) return;
+  slice.unreadable = "Siemens mosaics (all slices of a volume as tiles of one image) are not supported";
+  slice.remedy = "convert it to NIfTI or export it as enhanced DICOM";
+}
+
+/// Throws std::runtime_error for transfer syntaxes that GDCM 3.0 cannot decode.
+void require_supported_syntax(const gdcm::FileMetaInformation& header) {
+  const std::string uid = uid_of(header, {0x0002, 0x0010});
+  if (uid.starts_with("1.2.840.10008.1.2.4.10")) throw std::runtime_error("it is a video, which is not supported");
+  if (!uid.empty() && gdcm::TransferSyntax::GetTSType(uid.c_str()) == gdcm::TransferSyntax::TS_END)
+    throw std::runtime_error("its transfer syntax " + uid + " is not supported");
+}
+
+}  // namespace
+
+std::vector<DicomSlice> scan_dicom(const fs::path& path) {
+  std::vector<DicomSlice> result;
+  if (!has_dicom_header(path)) return result;
+  if (const std::string damage = damage_of_header(path); !damage.empty()) throw std::runtime_error(damage);
+  without_aborting([&] {
+    const gdcm::Tag pixel_data(0x7fe0, 0x0010);
+    gdcm::Reader reader;
+    reader.SetFileName(path.c_str());
+    const bool is_dicom = reader.ReadUpToTag(pixel_data, {pixel_data});  // stops before the pixels
+    require_supported_syntax(reader.GetFile().GetHeader());
+    if (!is_dicom) return;
+    const gdcm::DataSet& data = reader.GetFile().GetDataSet();
+    const gdcm::TransferSyntax& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
+    DicomSlice whole;
+    whole.file = path;
+    whole.sop_class = uid_of(data, {0x0008, 0x0016});
+    whole.sop_instance = uid_of(data, {0x0008, 0x0018});
+    whole.series = text_of(data, {0x0020, 0x000e});
+    whole.description = text_of(data, {0x0008, 0x103e});
+    whole.modality = text_of(data, {0x0008, 0x0060});
+    DicomPixels& pixels = whole.pixels;
+    pixels.rows = short_of(data, {0x0028, 0x0010}, 0);
+    pixels.columns = short_of(data, {0x0028, 0x0011}, 0);
+    pixels.samples = short_of(data, {0x0028, 0x0002}, 1);
+    pixels.bits = short_of(data, {0x0028, 0x0100}, 0);
+    pixels.stored_bits = short_of(data, {0x0028, 0x0101}, pixels.bits);
+    pixels.high_bit = short_of(data, {0x0028, 0x0102}, pixels.stored_bits - 1);
+    pixels.is_signed = short_of(data, {0x0028, 0x0103}, 0) == 1;
+    pixels.plain = !syntax.IsEncapsulated() && syntax != gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian;
+    pixels.big_endian = syntax == gdcm::TransferSyntax::ExplicitVRBigEndian;
+    whole.photometric = text_of(data, {0x0028, 0x0004});
+    if (const auto n = number_of(data, {0x0028, 0x0008})) pixels.frames = int(std::clamp(*n, 1.0, 1e8));
+    pixels.start = reader.GetStreamCurrentPosition();
+    if (pixels.rows < 1 || pixels.columns < 1 || pixels.bits < 1 || pixels.start == std::size_t(-1)) return;
+    read_image_plane(data, whole);
+    if (const auto n = number_of(data, {0x0028, 0x1053}); n && *n != 0) whole.slope = *n;
+    if (const auto n = number_of(data, {0x0028, 0x1052})) whole.intercept = *n;
+
+    if (text_of(data, {0x0008, 0x0060}) == "RTDOSE") {
+      if (const auto n = number_of(data, {0x3004, 0x000e}); n && *n != 0) whole.slope = *n;
+    }
+    read_segmentation(data, whole);
+    reject_mosaic(data, whole);
+
+    if (whole.unreadable.empty()) whole.unreadable = damage_of_pixels(path, syntax, pixels);
+    result = whole.unreadable.empty() ? frames_of(data, whole) : std::vector{whole};
+  });
+  return result;
+}
+
+std::string sop_class_name(const fs::path& path) {
+  if (!has_dicom_header(path) || !damage_of_header(path).empty()) return {};
+  constexpr std::size_t kMaxNameLength = 200;
+  // In a worker process: with elements out of order GDCM can read the pixels, whatever size they claim.
+  WorkerProcess worker({}, [&path](int pipe) {
+    without_aborting([&] {
+      gdcm::Reader reader;
+      reader.SetFileName(path.c_str());
+      if (!reader.ReadUpToTag(gdcm::Tag(0x0008, 0x0060))) return;
+      std::string uid = uid_of(reader.GetFile().GetDataSet(), {0x0008, 0x0016});
+      if (uid.empty()) uid = uid_of(reader.GetFile().GetHeader(), {0x0002, 0x0002});
+      gdcm::UIDs known;
+      if (known.SetFromUID(uid.c_str()) && known.GetName())
+        write_to_parent(pipe, known.GetName(), std::strlen(known.GetName()) + 1);
+    });
+  });
+  std::string kind;
+  for (char c = 0; kind.size() < kMaxNameLength && worker.read(&c, 1) && c != 0;) kind += c;
+  return kind;
+}
+
+std::string name_of(const DicomSlice& slice) {
+  const std::string name = quoted(slice.file.filename());
+  return slice.pixels.frames > 1 ? "frame " + std::to_string(slice.frame + 1) + " of " + name : name;
+}
+
+std::string list_of(const std::vector<std::string>& names, std::size_t max_names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size() && i < max_names; ++i) text += (i ? ", " : "") + names[i];
+  if (names.size() > max_names) text += " and " + std::to_string(names.size() - max_names) + " more";
+  return text;
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/dicom/dicom_texts.h"
+
+#include <gdcmReader.h>
+#include <iconv.h>
+
+#include <cctype>
+#include <map>
+
+#include "io/dicom/dicom_validation.h"
+#include "io/dicom/dicom_values.h"
+#include "io/platform/files.h"
+#include "io/platform/quiet_libraries.h"
+
+namespace simplexseg {
+namespace {
+
+/// Returns the iconv name of a DICOM character set (PS3.3 C.12.1.1.2); the last of several is used.
+std::string iconv_name(const std::string& character_set) {
+  static const std::map<std::string, std::string> names = {{"ISO_IR 100", "ISO-8859-1"},
+                                                           {"ISO_IR 101", "ISO-8859-2"},
+                                                           {"ISO_IR 109", "ISO-8859-3"},
+                                                           {"ISO_IR 110", "ISO-8859-4"},
+                                                           {"ISO_IR 144", "ISO-8859-5"},
+                                                           {"ISO_IR 127", "ISO-8859-6"},
+                                                           {"ISO_IR 126", "ISO-8859-7"},
+                                                           {"ISO_IR 138", "ISO-8859-8"},
+                                                           {"ISO_IR 148", "ISO-8859-9"},
+                                                           {"ISO_IR 203", "ISO-8859-15"},
+                                                           {"ISO_IR 13", "SHIFT_JIS"},
+                                                           {"ISO_IR 166", "TIS-620"},
+                                                           {"ISO_IR 192", "UTF-8"},
+                                                           {"GB18030", "GB18030"},
+                                                           {"GBK", "GBK"},
+                                                           {"ISO 2022 IR 87", "ISO-2022-JP-2"},
+                                                           {"ISO 2022 IR 159", "ISO-2022-JP-2"},
+                                                           {"ISO 2022 IR 13", "SHIFT_JIS"},
+                                                           {"ISO 2022 IR 149", "EUC-KR"},
+                                                           {"ISO 2022 IR 58", "GB2312"},
+                                                           {"ISO 2022 IR 100", "ISO-8859-1"},
+                                                           {"ISO 2022 IR 101", "ISO-8859-2"},
+                                                           {"ISO 2022 IR 144", "ISO-8859-5"},
+                                                           {"ISO 2022 IR 127", "ISO-8859-6"},
+                                                           {"ISO 2022 IR 126", "ISO-8859-7"},
+                                                           {"ISO 2022 IR 138", "ISO-8859-8"},
+                                                           {"ISO 2022 IR 148", "ISO-8859-9"},
+                                                           {"ISO 2022 IR 166", "TIS-620"}};
+  std::string last = character_set.substr(character_set.rfind('\\') + 1);
+  const auto found = names.find(last);
+  return found == names.end() ? "UTF-8" : found->second;
+}
+
+}  // namespace
+
+std::string display_name(const std::string& text) {
+  std::string words, part;
+  for (const char c : text.substr(0, text.find('=')) + '^') {
+    if (c != '^') {
+      part += c;
+      continue;
+    }
+    while (!part.empty() && part.back() == ' ') part.pop_back();
+    if (!part.empty()) words += (words.empty() ? "" : ", ") + part;
+    part.clear();
+  }
+  return words;
+}
+
+std::string display_date(const std::string& text) {
+  if (text.size() < 8) return text;
+  for (int n = 0; n < 8; ++n)
+    if (std::isdigit(static_cast<unsigned char>(text[n])) == 0) return text;
+  return text.substr(0, 4) + "-" + text.substr(4, 2) + "-" + text.substr(6, 2);
+}
+
+std::string utf8_of(const std::string& text, const std::string& character_set) {
+  std::string name = iconv_name(character_set);
+  // Text without an escape sequence is ASCII, or UTF-8 from scanners that do not declare it.
+  if (name.starts_with("ISO-2022") && text.find('\x1b') == std::string::npos) name = "UTF-8";
+  // iconv's EUC-KR does not accept the escape sequence that announces it in DICOM.
+  std::string plain;
+  for (std::size_t n = 0; n < text.size(); ++n) {
+    if (name == "EUC-KR" && text.compare(n, 4, "\x1b$)C") == 0)
+      n += 3;
+    else
+      plain += text[n];
+  }
+  const iconv_t converter = iconv_open("UTF-8", name.c_str());
+  std::string result;
+  if (converter == iconv_t(-1)) return result;
+  char* from = plain.data();
+  std::size_t left = plain.size();
+  while (left > 0) {
+    char block[256];
+    char* to = block;
+    std::size_t room = sizeof block;
+    const std::size_t done = iconv(converter, &from, &left, &to, &room);
+    result.append(block, sizeof block - room);
+    if (done == std::size_t(-1) && room > 8 && left > 0) result += '?', ++from, --left;
+  }
+  iconv_close(converter);
+  return one_line(result);
+}
+
+DicomTexts read_dicom_texts(const std::filesystem::path& file) {
+  DicomTexts texts;
+  try {
+    if (!damage_of_header(file).empty()) return texts;
+    const QuietLibraries quiet;
+    without_aborting([&] {
+      const gdcm::Tag pixel_data(0x7fe0, 0x0010);
+      gdcm::Reader reader;
+      reader.SetFileName(file.c_str());
+      if (!reader.ReadUpToTag(pixel_data, {pixel_data})) return;
+      const gdcm::DataSet& data = reader.GetFile().GetDataSet();
+      const std::string coding = text_of(data, {0x0008, 0x0005});
+      const auto text = [&](DicomTag tag) { return utf8_of(raw_text_of(data, tag), coding); };
+      texts.patient = display_name(text({0x0010, 0x0010}));
+      texts.patient_id = text({0x0010, 0x0020});
+      texts.study = text({0x0008, 0x1030});
+      texts.date = display_date(text({0x0008, 0x0020}));
+      texts.series = text({0x0008, 0x103e});
+      texts.modality = text({0x0008, 0x0060});
+    });
+  } catch (const std::exception&) {  // unreadable files have no texts
+  }
+  return texts;
+}
+
+}  // namespace simplexseg

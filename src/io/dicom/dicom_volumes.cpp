@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/dicom/dicom_volumes.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstdlib>
+#include <map>
+#include <numeric>
+#include <set>
+
+#include "core/error.h"
+
+namespace simplexseg {
+namespace {
+
+/// Order of texts: numbers by value, then all other texts.
+struct ByNumber {
+  bool operator()(const std::string& a, const std::string& b) const {
+    const auto key = [](const std::string& text) {
+      char* end = nullptr;
+      const double number = std::strtod(text.c_str(), &end);
+      const bool is_number = end != text.c_str() && *end == '\0';
+      return std::pair(!is_number, is_number ? number : 0.0);
+    };
+    const auto key_a = key(a), key_b = key(b);
+    return key_a != key_b ? key_a < key_b : a < b;
+  }
+};
+
+using Key = std::vector<std::string>;
+struct ByKey {
+  bool operator()(const Key& a, const Key& b) const {
+    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(), ByNumber());
+  }
+};
+using Groups = std::map<Key, std::vector<std::size_t>, ByKey>;
+
+std::string value_of(const DicomSlice& slice, const std::string& trait) {
+  for (const auto& [name, value] : slice.traits) {
+    if (name == trait) return value;
+  }
+  return {};
+}
+
+Groups groups_by(const std::vector<DicomSlice>& slices, const std::vector<std::string>& traits) {
+  Groups groups;
+  for (std::size_t i = 0; i < slices.size(); ++i) {
+    Key key;
+    for (const std::string& trait : traits) key.push_back(value_of(slices[i], trait));
+    groups[key].push_back(i);
+  }
+  return groups;
+}
+
+bool same_axes(const DicomSlice& a, const DicomSlice& b) {
+  return a.axes.has_value() == b.axes.has_value() && (!a.axes || (*a.axes - *b.axes).cwiseAbs().maxCoeff() < 1e-3);
+}
+
+bool same_axes(const std::vector<DicomSlice>& slices) {
+  return std::all_of(slices.begin(), slices.end(), [&](const DicomSlice& s) { return same_axes(s, slices.front()); });
+}
+
+/// Returns the rank of each slice's position along the normal, from 0; all 0 when positions are unknown.
+std::vector<std::size_t> places_of(const std::vector<DicomSlice>& slices) {
+  std::vector<std::size_t> places(slices.size(), 0);
+  const bool placed =
+      std::all_of(slices.begin(), slices.end(), [](const DicomSlice& s) { return s.position && s.axes; });
+  if (!placed) return places;
+  const Eigen::Vector3d normal = slices.front().axes->col(0).cross(slices.front().axes->col(1)).normalized();
+  const auto along = [&](std::size_t i) { return normal.dot(*slices[i].position); };
+  std::vector<std::size_t> order(slices.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return along(a) < along(b); });
+  constexpr double same_mm = 0.01;
+  for (std::size_t i = 1; i < order.size(); ++i)
+    places[order[i]] = places[order[i - 1]] + (along(order[i]) - along(order[i - 1]) > same_mm ? 1 : 0);
+  return places;
+}
+
+DicomVolumes volumes_of(const std::vector<DicomSlice>& slices, const Groups& groups,
+                        const std::vector<std::string>& traits) {
+  DicomVolumes result;
+  for (const auto& [key, members] : groups) {
+    auto& volume = result.volumes.emplace_back();
+    for (const std::size_t i : members) volume.push_back(slices[i]);
+    std::string name;
+    for (std::size_t t = 0; t < traits.size(); ++t)
+      name += (t > 0 ? ", " : "") + traits[t] + " " + (key[t].empty() ? "unknown" : key[t]);
+    result.names.push_back(name);
+  }
+  return result;
+}
+
+/// Returns all traits in which the slices differ.
+std::vector<std::string> distinguishing_traits(const std::vector<DicomSlice>& slices) {
+  std::vector<std::string> names;
+  std::set<std::string> seen;
+  for (const DicomSlice& s : slices) {
+    for (const auto& [name, value] : s.traits) {
+      if (seen.insert(name).second) names.push_back(name);
+    }
+  }
+  std::erase_if(names, [&](const std::string& name) {
+    const std::string first = value_of(slices.front(), name);
+    return std::all_of(slices.begin(), slices.end(), [&](const DicomSlice& s) { return value_of(s, name) == first; });
+  });
+  return names;
+}
+
+/// Returns the sets of traits to try: single traits, pairs, all traits.
+std::vector<std::vector<std::string>> candidates(const std::vector<std::string>& traits) {
+  std::vector<std::vector<std::string>> sets;
+  sets.reserve(traits.size());
+  for (const std::string& trait : traits) sets.push_back({trait});
+  for (std::size_t a = 0; a < traits.size(); ++a) {
+    for (std::size_t b = a + 1; b < traits.size(); ++b) sets.push_back({traits[a], traits[b]});
+  }
+  if (traits.size() > 2) sets.push_back(traits);
+  return sets;
+}
+
+}  // namespace
+
+DicomVolumes split_volumes(std::vector<DicomSlice> slices, const std::string& series_name) {
+  if (!same_axes(slices)) {
+    const Groups stacks = groups_by(slices, {"stack"});
+    DicomVolumes split = volumes_of(slices, stacks, {"stack"});
+    if (stacks.size() > 1 &&
+        std::all_of(split.volumes.begin(), split.volumes.end(), [](const auto& v) { return same_axes(v); }))
+      return split;
+    return {{std::move(slices)}, {}};
+  }
+  const std::vector<std::size_t> places = places_of(slices);
+  const std::size_t count = *std::max_element(places.begin(), places.end()) + 1;
+  const bool one_file = slices.front().file == slices.back().file;
+  const bool unplaced = !slices.front().position && (!one_file || !slices.front().assumed.empty());
+  if (count == slices.size() || unplaced) return {{std::move(slices)}, {}};
+  for (const std::vector<std::string>& traits : candidates(distinguishing_traits(slices))) {
+    const Groups groups = groups_by(slices, traits);
+    const bool whole = groups.size() > 1 && std::all_of(groups.begin(), groups.end(), [&](const auto& group) {
+                         std::set<std::size_t> seen;
+                         for (const std::size_t i : group.second) seen.insert(places[i]);
+                         return seen.size() == count && group.second.size() == count;
+                       });
+    if (whole) return volumes_of(slices, groups, traits);
+  }
+  std::vector<std::size_t> at(count, 0);
+  for (const std::size_t place : places) ++at[place];
+  if (at[0] > 1 && std::equal(at.begin() + 1, at.end(), at.begin())) {
+    throw Error("cannot read " + series_name,
+                "each of its " + std::to_string(count) + " positions has " + std::to_string(at[0]) +
+                    " slices, and no attribute distinguishes their volumes (4D data or duplicates)",
+                "move the slices of one volume to a separate folder");
+  }
+  return {{std::move(slices)}, {}};
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <gdcmTag.h>
+
+#include "io/dicom/dicom_values.h"
+
+namespace simplexseg {
+
+/// Tag of an attribute as GDCM's type.
+inline gdcm::Tag tag_of(DicomTag tag) { return {tag.group, tag.element}; }
+
+}  // namespace simplexseg

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/dicom/rtstruct_grid.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "core/error.h"
+#include "io/platform/files.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr double kSamePlaneMm = 0.01;      ///< largest distance between contours of one plane, mm
+constexpr double kMaxParallelSine = 1e-3;  ///< largest sine of the angle between normals of parallel planes
+constexpr double kMaxUnevenness = 0.1;     ///< largest deviation from even spacing, as fraction of the distance
+constexpr double kVoxelsAcross = 100;      ///< voxels along the largest extent
+constexpr double kMaxSlices = 2000;
+constexpr double kMaxVoxels = 5e7;
+
+Eigen::Vector3d corner(const std::vector<double>& contour, std::size_t c) {
+  return {contour[3 * c], contour[3 * c + 1], contour[3 * c + 2]};
+}
+
+/// Twice the vector area of a contour.
+Eigen::Vector3d area_of(const std::vector<double>& contour) {
+  const std::size_t count = contour.size() / 3;
+  const Eigen::Vector3d first = corner(contour, 0);
+  Eigen::Vector3d area(0, 0, 0);
+  for (std::size_t c = 1; c + 1 < count; ++c)
+    area += (corner(contour, c) - first).cross(corner(contour, c + 1) - first);
+  return area;
+}
+
+template <class F>
+void each_contour(std::span<const StructureRegion> regions, F&& f) {
+  for (const StructureRegion& region : regions)
+    for (const std::vector<double>& contour : region.contours) f(contour);
+}
+
+class GridOfRegions {
+ public:
+  explicit GridOfRegions(const std::filesystem::path& path) : path_(path) {}
+
+  VolumeGeometry grid(std::span<const StructureRegion> regions, std::span<const StructureRegion> all) const {
+    const Eigen::Matrix3d axes = axes_of(regions);
+    const std::vector<double> planes = planes_of(regions, axes);
+    VolumeGeometry grid;
+    grid.direction = axes;
+    const double slice_distance = distance_of(planes, planes.size() > 1 ? planes : planes_of(all, axes));
+    Eigen::AlignedBox3d box;  // in the coordinates of the axes
+    each_contour(regions, [&](const std::vector<double>& contour) {
+      for (std::size_t c = 0; c < contour.size() / 3; ++c) box.extend(axes.transpose() * corner(contour, c));
+    });
+    const double extent = std::max(box.sizes()[0], box.sizes()[1]);
+    const double slices = std::round((planes.back() - planes.front()) / slice_distance) + 3;
+    const double across = std::max(std::clamp(extent / kVoxelsAcross, slice_distance / 4, slice_distance),
+                                   std::sqrt(box.sizes()[0] * box.sizes()[1] * slices / kMaxVoxels));
+    grid.spacing_mm = {across, across, slice_distance};
+    const Eigen::Vector3d first(box.min()[0] - across, box.min()[1] - across, planes.front() - slice_distance);
+    grid.origin_mm = axes * first;
+    for (int a = 0; a < 2; ++a)
+      grid.size[static_cast<std::size_t>(a)] = static_cast<int>(std::ceil(box.sizes()[a] / across)) + 3;
+    grid.size[2] = static_cast<int>(slices);
+    grid.validate("cannot convert the contours of " + quoted(path_) + " to labels");
+    return grid;
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& why, const std::string& what_to_do) const {
+    throw Error("cannot convert the contours of " + quoted(path_) + " to labels", why, what_to_do);
+  }
+
+  /// Returns the axes of the grid; the third is the normal of all contours.
+  Eigen::Matrix3d axes_of(std::span<const StructureRegion> regions) const {
+    Eigen::Vector3d largest(0, 0, 0);
+    each_contour(regions, [&](const std::vector<double>& contour) {
+      const Eigen::Vector3d area = area_of(contour);
+      if (area.norm() > largest.norm()) largest = area;
+    });
+    if (!(largest.norm() > 0) || !largest.allFinite()) fail("no closed contour is selected", "choose another region");
+    Eigen::Vector3d normal = largest.normalized();
+    Eigen::Index main = 0;
+    normal.cwiseAbs().maxCoeff(&main);
+    if (normal[main] < 0) normal = -normal;
+    each_contour(regions, [&](const std::vector<double>& contour) {
+      const Eigen::Vector3d area = area_of(contour);
+      if (area.normalized().cross(normal).norm() >
+          std::max(kMaxParallelSine, kSamePlaneMm / std::sqrt(area.norm() + 1e-12)))
+        fail("their planes are not parallel", "draw the contours on parallel slices");
+    });
+    Eigen::Matrix3d axes;
+    const Eigen::Vector3d across = main == 0 ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitX();
+    axes.col(0) = (across - normal * normal.dot(across)).normalized();
+    axes.col(1) = normal.cross(axes.col(0));
+    axes.col(2) = normal;
+    return axes;
+  }
+
+  /// Returns the positions of the contours' planes along the normal, sorted.
+  static std::vector<double> planes_of(std::span<const StructureRegion> regions, const Eigen::Matrix3d& axes) {
+    std::vector<double> planes;
+    each_contour(regions, [&](const std::vector<double>& contour) {
+      double sum = 0;
+      for (std::size_t c = 0; c < contour.size() / 3; ++c) sum += axes.col(2).dot(corner(contour, c));
+      planes.push_back(sum / (static_cast<double>(contour.size()) / 3));
+    });
+    std::sort(planes.begin(), planes.end());
+    planes.erase(std::unique(planes.begin(), planes.end(), [](double a, double b) { return b - a < kSamePlaneMm; }),
+                 planes.end());
+    return planes;
+  }
+
+  /// Returns the distance between slices; some slices can be without contours.
+  double distance_of(const std::vector<double>& planes, const std::vector<double>& known) const {
+    double min_gap = 0;
+    for (std::size_t p = 1; p < known.size(); ++p) {
+      const double gap = known[p] - known[p - 1];
+      if (min_gap == 0 || gap < min_gap) min_gap = gap;
+    }
+    if (min_gap == 0) fail("they lie in a single plane of unknown thickness", "use them together with their image");
+    const double extent = planes.back() - planes.front();
+    const double slices = std::round(extent / min_gap);
+    if (!(slices <= kMaxSlices)) fail("their planes are too close to each other", "export the contours again");
+    const double slice_distance = slices > 0 ? extent / slices : min_gap;
+    for (const double plane : planes) {
+      const double place = (plane - planes.front()) / slice_distance;
+      if (std::abs(place - std::round(place)) > kMaxUnevenness)
+        fail("their planes are unevenly spaced", "draw the contours on evenly spaced slices");
+    }
+    return slice_distance;
+  }
+
+  const std::filesystem::path& path_;
+};
+
+}  // namespace
+
+VolumeGeometry grid_of_regions(std::span<const StructureRegion> regions, std::span<const StructureRegion> all,
+                               const std::filesystem::path& path) {
+  return GridOfRegions(path).grid(regions, all);
+}
+
+}  // namespace simplexseg

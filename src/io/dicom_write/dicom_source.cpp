@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/dicom_write/dicom_source.h"
+
+#include <gdcmReader.h>
+
+#include <ctime>
+#include <set>
+
+#include "io/dicom/dicom_scan.h"
+#include "io/platform/files.h"
+#include "io/platform/quiet_libraries.h"
+#include "io/source/volume_source.h"
+#include "io/volume/volume_io.h"
+
+namespace simplexseg {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr DicomTag kCharacterSet{0x0008, 0x0005};
+constexpr DicomTag kFrameOfReference{0x0020, 0x0052};
+
+/// Attributes of PS3.3 C.7.1 to C.7.4: required ones, which can be empty, and optional ones, which are copied if
+/// present.
+constexpr DicomTag kRequired[] = {{0x0010, 0x0010}, {0x0010, 0x0020}, {0x0010, 0x0030}, {0x0010, 0x0040},
+                                  {0x0008, 0x0020}, {0x0008, 0x0030}, {0x0008, 0x0050}, {0x0008, 0x0090},
+                                  {0x0020, 0x0010}, {0x0020, 0x1040}};
+constexpr DicomTag kOptional[] = {{0x0020, 0x000d}, {0x0008, 0x1030}, {0x0010, 0x1010},
+                                  {0x0010, 0x1020}, {0x0010, 0x1030}, {0x0010, 0x0021}};
+
+void copy_context(const gdcm::DataSet& image, DicomSource& source) {
+  DicomItem& context = source.context;
+  for (const DicomTag tag : kRequired)
+    if (!context.copy_text(image, tag)) context.text(tag, "");
+  for (const DicomTag tag : kOptional) context.copy_text(image, tag);
+  // PatientIdentityRemoved is only valid together with DeidentificationMethod.
+  if (context.copy_text(image, {0x0012, 0x0063})) context.copy_text(image, {0x0012, 0x0062});
+  const std::string coding = text_of(image, kCharacterSet);
+  source.unicode = coding.empty() || coding == "ISO_IR 6" || coding == "ISO_IR 192";
+  if (source.unicode)
+    context.text(kCharacterSet, "ISO_IR 192");
+  else
+    context.copy_text(image, kCharacterSet);
+  source.study = text_of(image, {0x0020, 0x000d});
+  source.series = text_of(image, {0x0020, 0x000e});
+  source.frame_of_reference = text_of(image, kFrameOfReference);
+  if (source.frame_of_reference.empty()) source.frame_of_reference = new_dicom_uid();
+  context.text(kFrameOfReference, source.frame_of_reference);
+  if (text_of(image, {0x0028, 0x2110}) == "01") {
+    source.lossy_ratio = text_of(image, {0x0028, 0x2112});
+    source.lossy_method = text_of(image, {0x0028, 0x2114});
+  }
+}
+
+}  // namespace
+
+DicomItem DicomSource::reference(std::size_t slice) const {
+  const DicomInstance& instance = slices[slice];
+  DicomItem item;
+  item.text({0x0008, 0x1150}, instance.sop_class).text({0x0008, 0x1155}, instance.sop_instance);
+  if (instance.frame > 0) item.text({0x0008, 0x1160}, std::to_string(instance.frame));
+  return item;
+}
+
+std::vector<DicomItem> DicomSource::references() const {
+  std::vector<DicomItem> items;
+  std::set<std::string> named;
+  for (const DicomInstance& instance : slices) {
+    if (!named.insert(instance.sop_instance).second) continue;
+    items.emplace_back().text({0x0008, 0x1150}, instance.sop_class).text({0x0008, 0x1155}, instance.sop_instance);
+  }
+  return items;
+}
+
+DicomSource read_dicom_source(const fs::path& path, const fs::path& target, int volume, const std::string& series) {
+  const std::string what = "cannot write " + quoted(target);
+  if (path.empty())
+    throw Error(what, "it must refer to DICOM images, but there is no volume",
+                "use .nii.gz, .nii, .seg.nrrd, .nrrd or .mha");
+  const VolumeSource opened = open_volume(path, volume, series);
+  if (opened.dicom.empty()) {
+    throw Error(what, "it must refer to DICOM images, but the volume " + quoted(path) + " is " + opened.info.format,
+                "use .nii.gz, .nii, .seg.nrrd, .nrrd or .mha, or segment the DICOM series itself");
+  }
+  DicomSource source;
+  source.geometry = opened.info.geometry;
+  for (const DicomSlice& slice : opened.dicom) {
+    if (!slice.position || !slice.axes || slice.sop_instance.empty() || slice.sop_class.empty()) {
+      throw Error(what, name_of(slice) + " of " + quoted(path) + " has no position, orientation or SOP instance UID",
+                  "use .nii.gz, .nii, .seg.nrrd, .nrrd or .mha");
+    }
+    source.slices.push_back(
+        {slice.sop_class, slice.sop_instance, slice.pixels.frames > 1 ? slice.frame + 1 : 0, *slice.position});
+  }
+  const QuietLibraries quiet;
+  try {
+    without_aborting([&] {
+      gdcm::Reader reader;
+      reader.SetFileName(opened.dicom.front().file.c_str());
+      if (reader.ReadUpToTag(gdcm::Tag(0x7fe0, 0x0010), {gdcm::Tag(0x7fe0, 0x0010)}))
+        copy_context(reader.GetFile().GetDataSet(), source);
+    });
+  } catch (const std::exception& exception) {
+    throw Error(what, quoted(opened.dicom.front().file) + " cannot be read: " + message_of(exception),
+                "check the file");
+  }
+  if (source.study.empty() || source.series.empty()) {
+    throw Error(what, "the images in " + quoted(path) + " have no study or series UID",
+                "use .nii.gz, .nii, .seg.nrrd, .nrrd or .mha");
+  }
+  return source;
+}
+
+std::string dicom_name(const std::string& name, const DicomSource& source, std::size_t max_characters) {
+  std::string text;
+  std::size_t characters = 0;
+  for (const char c : one_line(name, 4 * max_characters)) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool continues = (byte & 0xc0) == 0x80;
+    if (!continues && ++characters > max_characters) break;
+    if (byte >= 0x80 && !source.unicode) {
+      if (!continues) text += '?';
+      continue;
+    }
+    text += c == '\\' ? '/' : c;
+  }
+  return text.empty() ? "unnamed" : text;
+}
+
+DicomDateTime dicom_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  localtime_r(&now, &parts);
+  char date[16], time[16];
+  std::strftime(date, sizeof date, "%Y%m%d", &parts);
+  std::strftime(time, sizeof time, "%H%M%S", &parts);
+  return {date, time};
+}
+
+void add_common_attributes(DicomItem& data, const std::string& sop_class, const std::string& modality,
+                           const DicomDateTime& now) {
+  data.text({0x0008, 0x0016}, sop_class).text({0x0008, 0x0018}, new_dicom_uid());
+  data.text({0x0008, 0x0060}, modality).text({0x0020, 0x000e}, new_dicom_uid());
+  data.text({0x0020, 0x0011}, "1").text({0x0020, 0x0013}, "1");
+  data.text({0x0008, 0x0012}, now.date).text({0x0008, 0x0013}, now.time);
+  data.text({0x0008, 0x0021}, now.date).text({0x0008, 0x0031}, now.time);
+  data.text({0x0008, 0x0070}, "SimplexSeg").text({0x0008, 0x1090}, "SimplexSeg");
+  data.text({0x0018, 0x1000}, "none").text({0x0018, 0x1020}, SIMPLEXSEG_VERSION);
+}
+
+}  // namespace simplexseg

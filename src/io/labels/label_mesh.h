@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "image/mask.h"
+#include "io/source/segment_names.h"
+#include "mesh/simplex_mesh.h"
+
+namespace simplexseg {
+
+/// Part of a label volume from which a mesh is made.
+struct LabelChoice {
+  std::optional<double> label{};  ///< nullopt: all voxels that are not 0
+  int part = 0;                   ///< number of the connected part, 1 is the largest; 0: all parts
+  std::string name{};             ///< name of the label in the file, used instead of its number
+};
+
+/// A label in a volume, with its size.
+struct LabelCount {
+  double value = 0;
+  std::string name;  ///< name in the file; empty if it has none
+  std::optional<Colour> colour;
+  std::size_t voxels = 0;
+  double millilitres = 0;
+};
+/// Labels in a volume, sorted by value; the `max_labels` largest ones if there are more.
+std::vector<LabelCount> count_labels(const Volume& labels, const std::vector<SegmentName>& names,
+                                     std::size_t max_labels = 1000);
+
+/// Voxels of a chosen label.
+struct ChosenLabel {
+  Mask mask;
+  std::vector<std::size_t> parts;  ///< number of voxels in each connected part of the label, the largest first
+};
+
+/// Mask of the chosen label and part; `name`: name of the volume in messages. Throws Error, listing the labels, if the
+/// label or the part does not exist.
+ChosenLabel choose_label(const Volume& labels, const LabelChoice& choice, const std::string& name);
+
+}  // namespace simplexseg

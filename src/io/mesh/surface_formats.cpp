@@ -1,0 +1,345 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/mesh/surface_formats.h"
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <string_view>
+#include <type_traits>
+
+#include "io/platform/files.h"
+#include "io/platform/header_text.h"
+
+namespace simplexseg {
+namespace {
+
+constexpr const char* kTruncated = "truncated: it ends within its data";
+
+std::string in_quotes(std::string_view word) { return quoted(std::string(word.substr(0, 20))); }
+
+/// Converts positions from RAS to LPS if the comments contain SPACE=RAS.
+void convert_if_ras(PolygonSurface& surface, std::string_view header) {
+  if (header.find("SPACE=RAS") == header.npos) return;
+  for (Eigen::Vector3f& p : surface.positions) p.head<2>() *= -1;
+}
+
+/// Reads words and numbers of a text, and binary values between them.
+class Cursor {
+ public:
+  Cursor(std::string_view bytes, const Fail& fail) : bytes_(bytes), fail_(fail) {}
+
+  bool at_end() {
+    skip_blanks();
+    return at_ >= bytes_.size();
+  }
+  std::string_view word() {
+    skip_blanks();
+    const std::size_t begin = at_;
+    while (at_ < bytes_.size() && !is_blank(bytes_[at_])) ++at_;
+    return bytes_.substr(begin, at_ - begin);
+  }
+  std::string_view line() {
+    const std::size_t end = std::min(bytes_.find('\n', at_), bytes_.size());
+    const std::string_view text = bytes_.substr(at_, end - at_);
+    at_ = std::min(end + 1, bytes_.size());
+    return text;
+  }
+  template <class T>
+  T number() {
+    const std::string_view text = word();
+    T value{};
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size())
+      fail_(text.empty() ? kTruncated : in_quotes(text) + " is not a number");
+    return value;
+  }
+  template <class T>
+  T big_endian() {
+    if (bytes_.size() - at_ < sizeof(T)) fail_(kTruncated);
+    std::array<char, sizeof(T)> raw;
+    std::memcpy(raw.data(), bytes_.data() + at_, sizeof(T));
+    at_ += sizeof(T);
+    std::reverse(raw.begin(), raw.end());
+    return std::bit_cast<T>(raw);
+  }
+  std::size_t left() const { return bytes_.size() - at_; }
+
+ private:
+  static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
+  void skip_blanks() {
+    while (at_ < bytes_.size() && is_blank(bytes_[at_])) ++at_;
+  }
+
+  std::string_view bytes_;
+  const Fail& fail_;
+  std::size_t at_ = 0;
+};
+
+void add_polygon(PolygonSurface& surface, const std::vector<long long>& corners, const Fail& fail) {
+  if (corners.size() < 3) fail("a polygon has fewer than three corners");
+  for (const long long v : corners) {
+    if (v < 0 || v >= static_cast<long long>(surface.positions.size()))
+      fail("a polygon refers to point " + std::to_string(v) + " of " + std::to_string(surface.positions.size()));
+    surface.polygons.vertices.push_back(static_cast<int>(v));
+  }
+  surface.polygons.offsets.push_back(static_cast<int>(surface.polygons.vertices.size()));
+}
+
+/// Adds polygons given as corners and end offsets (with or without the first 0).
+void add_polygons(PolygonSurface& surface, const std::vector<long long>& ends, const std::vector<long long>& corners,
+                  const Fail& fail) {
+  long long begin = 0;
+  for (const long long end : ends) {
+    if (end < begin || end > static_cast<long long>(corners.size())) fail("its polygon offsets are not ascending");
+    if (end > begin) add_polygon(surface, {corners.begin() + begin, corners.begin() + end}, fail);
+    begin = end;
+  }
+}
+
+/// Converts a number of a file to another type; -1, an invalid index, if the number is too large for an index.
+template <class To, class From>
+To converted_to(From value) {
+  if constexpr (std::is_integral_v<To> && std::is_floating_point_v<From>) {
+    constexpr double kMaxExact = 9007199254740992;  // 2^53: doubles represent all integers up to here
+    if (!(std::fabs(static_cast<double>(value)) <= kMaxExact)) return -1;
+  }
+  return static_cast<To>(value);
+}
+
+/// Reads one value of a VTK array; `type`: VTK name of its type.
+template <class To>
+To vtk_value(Cursor& cursor, std::string_view type, bool binary, const Fail& fail) {
+  if (!binary) return converted_to<To>(cursor.number<double>());
+  if (type == "float") return converted_to<To>(cursor.big_endian<float>());
+  if (type == "double") return converted_to<To>(cursor.big_endian<double>());
+  if (type == "int") return static_cast<To>(cursor.big_endian<std::int32_t>());
+  if (type == "vtktypeint64" || type == "long") return static_cast<To>(cursor.big_endian<std::int64_t>());
+  fail(std::string("its data type ").append(in_quotes(type)).append(" is not supported"));
+  return {};
+}
+
+/// Value of an attribute in an XML tag; empty if it is missing.
+std::string_view attribute(std::string_view tag, std::string_view name) {
+  for (std::size_t at = tag.find(name); at != tag.npos; at = tag.find(name, at + 1)) {
+    const std::size_t quote = at + name.size() + 1;
+    if (at == 0 || tag[at - 1] != ' ' || quote >= tag.size() || tag[quote - 1] != '=' || tag[quote] != '"') continue;
+    const std::size_t end = tag.find('"', quote + 1);
+    if (end != tag.npos) return tag.substr(quote + 1, end - quote - 1);
+  }
+  return {};
+}
+
+template <class From, class To>
+std::vector<To> raw_values(std::string_view block) {
+  std::vector<To> values(block.size() / sizeof(From));
+  for (std::size_t n = 0; n < values.size(); ++n) {
+    From value;
+    std::memcpy(&value, block.data() + n * sizeof value, sizeof value);
+    values[n] = converted_to<To>(value);
+  }
+  return values;
+}
+
+/// Reads the arrays of a VTP file.
+class VtpReader {
+ public:
+  VtpReader(std::string_view bytes, const Fail& fail) : bytes_(bytes), fail_(fail) {
+    const std::size_t file = bytes.find("<VTKFile");
+    if (file == bytes.npos) fail("it is not a VTK XML file");
+    root_ = tag_at(file);
+    if (attribute(root_, "type") != "PolyData") fail("it contains no polygons");
+    if (!attribute(root_, "compressor").empty()) fail("its data is compressed");
+    if (attribute(root_, "byte_order") == "BigEndian") fail("its data is big endian");
+    const std::size_t appended = bytes.find("<AppendedData");
+    if (appended == bytes.npos) return;
+    raw_ = attribute(tag_at(appended), "encoding") == "raw";
+    data_ = bytes.find('_', appended + tag_at(appended).size());
+    if (data_ == bytes.npos) fail(kTruncated);
+  }
+
+  /// Values of the DataArray with a name in a section; of its first DataArray if the name is empty.
+  template <class To>
+  std::vector<To> values(std::string_view section, std::string_view name) {
+    const std::size_t begin = bytes_.find(std::string("<").append(section));
+    const std::size_t end = bytes_.find(std::string("</").append(section), begin);
+    if (begin == bytes_.npos || end == bytes_.npos) fail_(std::string("it has no section ").append(section));
+    for (std::size_t at = bytes_.find("<DataArray", begin); at < end; at = bytes_.find("<DataArray", at + 1)) {
+      const std::string_view tag = tag_at(at);
+      if (!name.empty() && attribute(tag, "Name") != name) continue;
+      const std::string_view type = attribute(tag, "type"), format = attribute(tag, "format");
+      if (format == "ascii") {
+        std::vector<To> values;
+        const std::size_t text = at + tag.size();
+        Cursor cursor(bytes_.substr(text, bytes_.find('<', text) - text), fail_);
+        while (!cursor.at_end()) values.push_back(converted_to<To>(cursor.number<double>()));
+        return values;
+      }
+      if (format != "appended" || !raw_) fail_("its data is encoded as base64");
+      const std::string_view block = block_at(attribute(tag, "offset"));
+      if (type == "Float32") return raw_values<float, To>(block);
+      if (type == "Float64") return raw_values<double, To>(block);
+      if (type == "Int32") return raw_values<std::int32_t, To>(block);
+      if (type == "Int64") return raw_values<std::int64_t, To>(block);
+      fail_(std::string("its data type ").append(in_quotes(type)).append(" is not supported"));
+    }
+    fail_(std::string("its section ").append(section).append(" has no data"));
+    return {};
+  }
+
+ private:
+  std::string_view tag_at(std::size_t at) const { return bytes_.substr(at, bytes_.find('>', at) + 1 - at); }
+
+  std::string_view block_at(std::string_view offset) const {
+    const auto start = number_of<std::uint64_t>(offset);
+    const bool wide = attribute(root_, "header_type") == "UInt64";
+    const std::size_t head = wide ? 8 : 4;
+    if (!start || data_ == 0 || *start > bytes_.size() || data_ + 1 + *start + head > bytes_.size()) fail_(kTruncated);
+    const std::size_t at = data_ + 1 + *start;
+    std::uint64_t size = 0;
+    std::memcpy(&size, bytes_.data() + at, head);
+    if (size > bytes_.size() - at - head) fail_(kTruncated);
+    return bytes_.substr(at + head, size);
+  }
+
+  std::string_view bytes_, root_;
+  const Fail& fail_;
+  std::size_t data_ = 0;
+  bool raw_ = false;
+};
+
+}  // namespace
+
+PolygonSurface surface_of_stl(const std::string& bytes, const Fail& fail) {
+  PolygonSurface surface;
+  std::uint32_t count = 0;
+  if (bytes.size() >= 84) std::memcpy(&count, bytes.data() + 80, sizeof count);
+  const bool binary = bytes.size() >= 84 && bytes.size() == 84 + 50 * std::size_t(count);
+  const auto add = [&](const Eigen::Vector3f& p) {
+    surface.polygons.vertices.push_back(static_cast<int>(surface.positions.size()));
+    surface.positions.push_back(p);
+    if (surface.positions.size() % 3 == 0)
+      surface.polygons.offsets.push_back(static_cast<int>(surface.positions.size()));
+  };
+  if (binary) {
+    for (std::uint32_t t = 0; t < count; ++t)
+      for (int corner = 1; corner < 4; ++corner) {
+        std::array<float, 3> p;
+        std::memcpy(p.data(), bytes.data() + 84 + 50 * std::size_t(t) + 12 * std::size_t(corner), sizeof p);
+        add({p[0], p[1], p[2]});
+      }
+  } else if (bytes.starts_with("solid")) {
+    Cursor cursor(bytes, fail);
+    cursor.line();
+    while (!cursor.at_end()) {
+      if (cursor.word() != "vertex") continue;
+      const float x = cursor.number<float>(), y = cursor.number<float>();
+      add({x, y, cursor.number<float>()});
+    }
+    if (surface.positions.size() % 3 != 0) fail(kTruncated);
+  } else {
+    fail("its size does not match the " + std::to_string(count) + " triangles in its header");
+  }
+  convert_if_ras(surface, std::string_view(bytes).substr(0, 80));
+  return surface;
+}
+
+PolygonSurface surface_of_obj(const std::string& bytes, const Fail& fail) {
+  PolygonSurface surface;
+  Cursor file(bytes, fail);
+  std::string comments;
+  std::vector<std::vector<long long>> faces;
+  while (!file.at_end()) {
+    const std::string_view text = file.line();
+    Cursor line(text, fail);
+    const std::string_view kind = line.word();
+    if (kind.starts_with('#') && comments.size() < 10000) comments.append(text).append("\n");
+    if (kind == "v") {
+      const float x = line.number<float>(), y = line.number<float>();
+      surface.positions.emplace_back(x, y, line.number<float>());
+    }
+    if (kind != "f") continue;
+    std::vector<long long>& corners = faces.emplace_back();
+    while (!line.at_end()) {
+      const std::string_view corner = line.word();
+      const auto number = number_of<long long>(corner.substr(0, corner.find('/')));
+      if (!number || *number == 0) fail(in_quotes(corner) + " is not a point number");
+      corners.push_back(*number > 0 ? *number - 1 : static_cast<long long>(surface.positions.size()) + *number);
+    }
+  }
+  for (const auto& corners : faces) add_polygon(surface, corners, fail);
+  convert_if_ras(surface, comments);
+  return surface;
+}
+
+PolygonSurface surface_of_vtk(const std::string& bytes, const Fail& fail) {
+  PolygonSurface surface;
+  Cursor cursor(bytes, fail);
+  if (!cursor.line().starts_with("# vtk DataFile")) fail("it is not a VTK file");
+  const std::string_view title = cursor.line(), coding = cursor.word();
+  const bool binary = coding == "BINARY";
+  if (!binary && coding != "ASCII") fail("it is neither ASCII nor BINARY");
+  if (cursor.word() != "DATASET" || cursor.word() != "POLYDATA") fail("it contains no polydata");
+  bool has_polygons = false;
+  while (!has_polygons && !cursor.at_end()) {
+    const std::string_view section = cursor.word();
+    if (section == "POINTS") {
+      const auto count = cursor.number<std::uint64_t>();
+      const std::string_view type = cursor.word();
+      cursor.line();
+      if (count > cursor.left()) fail(kTruncated);
+      for (std::uint64_t n = 0; n < count; ++n) {
+        Eigen::Vector3f& p = surface.positions.emplace_back();
+        for (int a = 0; a < 3; ++a) p[a] = vtk_value<float>(cursor, type, binary, fail);
+      }
+    } else if (section == "POLYGONS") {
+      has_polygons = true;
+      const auto count = cursor.number<std::uint64_t>(), size = cursor.number<std::uint64_t>();
+      cursor.line();
+      if (count > cursor.left() || size > cursor.left()) fail(kTruncated);
+      const std::size_t begin = bytes.size() - cursor.left();
+      if (bytes.compare(begin, 7, "OFFSETS") == 0) {  // version 5
+        std::vector<long long> parts[2];
+        for (int part = 0; part < 2; ++part) {
+          cursor.word();
+          const std::string_view type = cursor.word();
+          cursor.line();
+          for (std::uint64_t n = 0; n < (part ? size : count); ++n)
+            parts[part].push_back(vtk_value<long long>(cursor, type, binary, fail));
+        }
+        add_polygons(surface, parts[0], parts[1], fail);
+      } else {
+        for (std::uint64_t n = 0; n < count; ++n) {
+          std::vector<long long> corners;
+          const auto length = vtk_value<long long>(cursor, "int", binary, fail);
+          if (length < 3 || length > static_cast<long long>(size))
+            fail("a polygon has " + std::to_string(length) + " corners");
+          for (long long c = 0; c < length; ++c) corners.push_back(vtk_value<long long>(cursor, "int", binary, fail));
+          add_polygon(surface, corners, fail);
+        }
+      }
+    } else if (section != "METADATA") {
+      cursor.line();
+    }
+  }
+  convert_if_ras(surface, title);
+  return surface;
+}
+
+PolygonSurface surface_of_vtp(const std::string& bytes, const Fail& fail) {
+  VtpReader reader(bytes, fail);
+  PolygonSurface surface;
+  const auto points = reader.values<float>("Points", "");
+  for (std::size_t n = 0; n + 2 < points.size(); n += 3)
+    surface.positions.emplace_back(points[n], points[n + 1], points[n + 2]);
+  add_polygons(surface, reader.values<long long>("Polys", "offsets"), reader.values<long long>("Polys", "connectivity"),
+               fail);
+  convert_if_ras(surface, std::string_view(bytes).substr(0, 1000));
+  return surface;
+}
+
+}  // namespace simplexseg

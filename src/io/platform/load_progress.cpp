@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/platform/load_progress.h"
+
+namespace simplexseg {
+namespace {
+thread_local LoadProgress* bound = nullptr;
+}
+
+LoadProgress::Scope::Scope(LoadProgress& progress) { bound = &progress; }
+LoadProgress::Scope::~Scope() { bound = nullptr; }
+
+void report_progress(double done, double total) {
+  if (!bound) return;
+  if (bound->cancelled_) throw Cancelled{};
+  bound->fraction_ = done / total;
+}
+
+}  // namespace simplexseg

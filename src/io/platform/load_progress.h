@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <atomic>
+
+namespace simplexseg {
+
+/// Thrown by report_progress() after a cancellation. It is not a std::exception, so handlers that show error messages
+/// do not catch it.
+struct Cancelled {};
+
+/// Progress of a reader that runs in another thread, and its cancellation. A reader reports to the object that is bound
+/// to its thread, so the functions it calls need no progress argument.
+class LoadProgress {
+ public:
+  /// Fraction done, 0 to 1; negative before the first report.
+  double fraction() const { return fraction_; }
+  void cancel() { cancelled_ = true; }
+  bool is_cancelled() const { return cancelled_; }
+
+  /// Binds a progress object to the current thread until the end of the scope.
+  class Scope {
+   public:
+    explicit Scope(LoadProgress& progress);
+    ~Scope();
+    Scope(const Scope&) = delete;
+    Scope& operator=(const Scope&) = delete;
+  };
+
+ private:
+  friend void report_progress(double done, double total);
+  std::atomic<double> fraction_{-1};
+  std::atomic<bool> cancelled_{false};
+};
+
+/// Reports progress `done` of `total` > 0; readers call it every few milliseconds. Does nothing when no progress object
+/// is bound to the thread. Throws Cancelled.
+void report_progress(double done, double total);
+
+}  // namespace simplexseg

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Writing of JSON files. Templates over the JSON type keep the JSON library out of this header.
+#pragma once
+#include <Eigen/Core>
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include "core/error.h"
+#include "forces/parameters.h"
+#include "io/platform/files.h"
+#include "io/scene/parameter_text.h"
+
+namespace simplexseg {
+
+/// Adds a parameter to a JSON object: a Choice as its name, an Integer as a whole number, a Real as a short decimal.
+template <class Json>
+void add_parameter(Json& object, const ParameterInfo& info, float value) {
+  switch (info.kind) {
+    case ParameterKind::Choice:
+      object[info.name] = parameter_to_text(info, value);
+      break;
+    case ParameterKind::Integer:
+      object[info.name] = std::lround(value);
+      break;
+    case ParameterKind::Real:
+      object[info.name] = short_double(value);
+      break;
+  }
+}
+
+/// Array of the three coordinates.
+template <class Json>
+Json vector_json(const Eigen::Vector3d& v) {
+  return Json::array({v.x(), v.y(), v.z()});
+}
+
+/// Text of a JSON file; an indent of -1 gives one line. Throws Error for a name that is not UTF-8.
+template <class Json>
+std::string json_text(const std::filesystem::path& path, const Json& json, int indent = 2) {
+  try {
+    return json.dump(indent) + "\n";
+  } catch (const typename Json::type_error&) {
+    throw Error("cannot write " + quoted(path), "a name or path is not UTF-8", "rename it");
+  }
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/scene/load_input.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "io/platform/files.h"
+#include "io/scene/history_io.h"
+#include "io/scene/set_by_path.h"
+#include "io/volume/volume_checksum.h"
+#include "io/volume/volume_io.h"
+#include "step/simulation_parameters.h"
+
+namespace simplexseg {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+void load_voxels(LoadedInput& input) {
+  LoadedVolume loaded = load_volume(input.volume_path, input.scene.volume_number, input.scene.volume_series);
+  input.volume = std::move(loaded.volume);
+  input.patient = std::move(loaded.patient);
+  input.series = std::move(loaded.series);
+  input.warnings = std::move(loaded.warnings);
+  input.is_dicom = loaded.is_dicom;
+  input.low_is_bright = loaded.low_is_bright;
+  const std::string checksum = checksum_of(input.volume);
+  std::string& expected = input.scene.volume_checksum;
+  if (!expected.empty() && expected != checksum)
+    input.warnings.insert(input.warnings.begin(),
+                          quoted(input.volume_path) +
+                              " is not the image with which the scene was saved: check that the segmentations are in "
+                              "the right place");
+  expected = checksum;
+}
+
+void load_header(LoadedInput& input) {
+  VolumeInfo info = read_volume_info(input.volume_path, input.scene.volume_number, input.scene.volume_series);
+  input.volume = Volume(info.geometry, info.type);
+  input.warnings = std::move(info.warnings);
+}
+
+void load_references(LoadedInput& input, const fs::path& folder, LoadOptions::BadReference bad_reference) {
+  try {
+    input.references = References(input.scene, folder, input.volume.geometry());
+    const std::vector<std::string>& warnings = input.references.warnings();
+    input.warnings.insert(input.warnings.end(), warnings.begin(), warnings.end());
+  } catch (const Error& error) {
+    if (bad_reference == LoadOptions::BadReference::Throw) throw;
+    input.warnings.emplace_back(error.what());
+  }
+}
+
+/// Loads the references of meshes that undo or redo would restore.
+void load_references_of_history(LoadedInput& input, const fs::path& folder) {
+  Scene others;
+  const auto is_known = [&input](const MeshItem& item) {  // loaded, or reported as missing
+    return std::any_of(input.scene.meshes.begin(), input.scene.meshes.end(), [&item](const MeshItem& other) {
+      return other.reference && other.reference->labels == item.reference->labels;
+    });
+  };
+  for (const UndoHistory::Entries* entries : {&input.history.to_undo(), &input.history.to_redo()})
+    for (const auto& entry : *entries)
+      for (const MeshItem& item : entry->scene.without_arrays().meshes)
+        if (item.reference && !is_known(item)) others.meshes.push_back(item);
+  const References found(others, folder, input.volume.geometry());
+  for (const auto& [path, labels] : found.all()) input.references.add(path, labels);
+  input.warnings.insert(input.warnings.end(), found.warnings().begin(), found.warnings().end());
+}
+
+/// Loads the undo history; an error is only a warning, since the scene is complete without it.
+void load_history(LoadedInput& input, const fs::path& path) {
+  try {
+    input.history = read_history(path, input.scene, input.volume);
+    load_references_of_history(input, path.parent_path());
+  } catch (const Error& error) {
+    input.warnings.emplace_back(error.what());
+  }
+}
+
+}  // namespace
+
+LoadedInput load_scene(const fs::path& path, const LoadOptions& options) {
+  LoadedInput input = load_scene(read_scene(path), path.parent_path(), options);
+  if (options.history == LoadOptions::History::Read) load_history(input, path);
+  return input;
+}
+
+LoadedInput load_scene(SceneFile file, const fs::path& folder, const LoadOptions& options) {
+  for (const std::string& setting : options.settings) set_by_path(file.scene, setting);
+  LoadedInput input;
+  input.scene = std::move(file.scene);
+  input.volume_path = std::move(file.volume);
+  const bool reads = options.voxels == LoadOptions::Voxels::Read;
+  if (!input.volume_path.empty()) reads ? load_voxels(input) : load_header(input);
+  input.warnings.insert(input.warnings.end(), file.warnings.begin(), file.warnings.end());
+  if (reads) load_references(input, folder, options.bad_reference);
+  return input;
+}
+
+LoadedInput load_input(const fs::path& path, int volume, const std::string& series) {
+  if (path.extension() == ".json")
+    return load_scene(path, {.bad_reference = LoadOptions::BadReference::Warn, .history = LoadOptions::History::Read});
+  LoadedInput input;
+  input.scene.volume_path = fs::absolute(path).string();
+  input.scene.volume_number = volume;
+  input.scene.volume_series = series;
+  input.scene.simulation = default_simulation_parameters();
+  input.volume_path = path;
+  load_voxels(input);
+  return input;
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Loads a scene or an image with its volume, references and undo history, for the window and the command line.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "image/volume.h"
+#include "io/scene/references.h"
+#include "io/scene/scene_io.h"
+#include "session/scene.h"
+#include "session/undo_history.h"
+
+namespace simplexseg {
+
+/// A scene with its volume and the reference segmentations of its meshes.
+struct LoadedInput {
+  Scene scene;
+  Volume volume;                      ///< empty if the scene has none
+  std::filesystem::path volume_path;  ///< file of the volume; empty if the scene has none
+  std::string patient, series;        ///< DICOM names; empty if missing
+  References references;
+  UndoHistory history;                ///< empty unless LoadOptions requests it
+  std::vector<std::string> warnings;  ///< one line each, for the user
+  bool is_dicom = false;              ///< the volume is a DICOM image, so DICOM output can refer to it
+  bool low_is_bright = false;         ///< display low values bright (MONOCHROME1)
+};
+
+/// Options of load_scene().
+struct LoadOptions {
+  enum class Voxels { Read, Skip };
+  enum class BadReference { Throw, Warn };
+  enum class History { Skip, Read };
+
+  std::vector<std::string> settings{};  ///< assignments for set_by_path(), applied before other files are read
+  /// Skip: the volume gets its geometry and type, but voxels of 0; references are not read.
+  Voxels voxels = Voxels::Read;
+  BadReference bad_reference = BadReference::Throw;
+  /// Read: restores the undo history; a history that cannot be read is a warning.
+  History history = History::Skip;
+};
+
+/// Reads a scene file, its volume and its references. Throws the errors of the readers; a reference that cannot be read
+/// is an Error or a warning, depending on the options.
+LoadedInput load_scene(const std::filesystem::path& path, const LoadOptions& options = {});
+/// Loads the volume and the references of a scene in memory; references are also searched in `folder`. Reads no
+/// history.
+LoadedInput load_scene(SceneFile file, const std::filesystem::path& folder, const LoadOptions& options = {});
+
+/// Reads the file that a user opens: a scene (.json) with its undo history, or a volume or DICOM folder, which becomes
+/// a scene without meshes. `volume`: number of the volume in a 4D file, from 1; `series`: UID of the series in a DICOM
+/// folder, empty for the largest; both are ignored for a scene. Throws Error; a reference that cannot be read is a
+/// warning.
+LoadedInput load_input(const std::filesystem::path& path, int volume = 1, const std::string& series = {});
+
+}  // namespace simplexseg

@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/scene/log_io.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <type_traits>
+
+#include "core/error.h"
+#include "io/platform/atomic_file.h"
+#include "io/scene/json_input.h"
+#include "io/scene/json_output.h"
+#include "io/scene/mesh_start.h"
+#include "io/scene/parameter_json.h"
+#include "io/scene/parameter_text.h"
+#include "io/scene/point_text.h"
+#include "step/simulation_parameters.h"
+
+namespace simplexseg {
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+constexpr int kMaxInt = std::numeric_limits<int>::max();
+
+// keys_json() and read_keys() of each command convert it to and from a JSON object. The object to read also has the
+// keys "after_steps" and "command".
+
+Json colour_json(const Colour& c) { return Json::array({c.red, c.green, c.blue}); }
+
+Colour colour_from_json(const JsonInput& input) {
+  if (input.size() != 3) input.fail("a colour must have three numbers", "write [red, green, blue]");
+  const auto channel = [&input](int c) { return static_cast<std::uint8_t>(input[c].integer_between(0, 255)); };
+  return {channel(0), channel(1), channel(2)};
+}
+
+void expect_keys(const JsonInput& input, std::vector<std::string> known) {
+  known.insert(known.end(), {"after_steps", "command"});
+  input.expect_keys(known);
+}
+
+ItemId read_id(const JsonInput& input) { return static_cast<ItemId>(input.integer_between(0, kMaxInt)); }
+
+const ForceInfo& info_of(ForceId force) { return force_list()[static_cast<std::size_t>(force)]; }
+
+Json keys_json(const AddMesh& c) {
+  Json json = {{"name", c.name}, {"centre_mm", vector_json<Json>(c.seed.centre_mm)}, {"radius_mm", c.seed.radius_mm}};
+  if (c.colour) json["colour"] = colour_json(*c.colour);
+  if (c.like) json["like"] = c.like;
+  if (c.start) json["start"] = start_json<Json>(*c.start, c.start->path);
+  return json;
+}
+void read_keys(const JsonInput& in, AddMesh& c) {
+  expect_keys(in, {"name", "centre_mm", "radius_mm", "colour", "like", "start"});
+  if (in.has("name")) c.name = in["name"].text_or_empty();
+  c.seed = {in["centre_mm"].vector3(), read_radius(in["radius_mm"])};
+  if (in.has("colour")) c.colour = colour_from_json(in["colour"]);
+  if (in.has("like")) c.like = read_id(in["like"]);
+  if (in.has("start")) c.start = mesh_start_from_json(in["start"]);
+}
+
+Json keys_json(const EditMesh& c) {
+  Json json = {{"mesh", c.mesh}};
+  if (c.name) json["name"] = *c.name;
+  if (c.colour) json["colour"] = colour_json(*c.colour);
+  if (c.visible) json["visible"] = *c.visible;
+  if (c.label) json["label"] = *c.label;
+  if (c.locked) json["locked"] = *c.locked;
+  if (c.opacity) json["opacity"] = *c.opacity;
+  return json;
+}
+void read_keys(const JsonInput& in, EditMesh& c) {
+  expect_keys(in, {"mesh", "name", "colour", "visible", "label", "locked", "opacity"});
+  c.mesh = read_id(in["mesh"]);
+  if (in.has("name")) c.name = in["name"].text_or_empty();
+  if (in.has("colour")) c.colour = colour_from_json(in["colour"]);
+  if (in.has("visible")) c.visible = in["visible"].boolean();
+  if (in.has("label")) c.label = in["label"].integer_between(std::numeric_limits<int>::min(), kMaxInt);
+  if (in.has("locked")) c.locked = in["locked"].boolean();
+  if (in.has("opacity")) c.opacity = static_cast<float>(in["opacity"].number());
+}
+
+/// Reads "parameter" and "value" of a parameter in `table`.
+void read_value(const JsonInput& in, std::span<const ParameterInfo> table, int& parameter, float& value) {
+  const std::string name = in["parameter"].text();
+  parameter = find_parameter(table, name.c_str());
+  if (parameter < 0) in["parameter"].fail("the parameter " + unknown_name(name, names_of(table)), "correct it");
+  value = in["value"].parameter(table[static_cast<std::size_t>(parameter)]);
+}
+Json value_json(const ParameterInfo& info, float value) {
+  Json object;
+  add_parameter(object, info, value);
+  return object[info.name];
+}
+
+Json keys_json(const SetForceParameter& c) {
+  const ForceInfo& force = info_of(c.force);
+  const ParameterInfo& info = force.parameters[static_cast<std::size_t>(c.parameter)];
+  Json json = {{"mesh", c.mesh}, {"force", force.name}, {"parameter", info.name}, {"value", value_json(info, c.value)}};
+  if (c.continues) json["continues"] = true;
+  return json;
+}
+void read_keys(const JsonInput& in, SetForceParameter& c) {
+  expect_keys(in, {"mesh", "force", "parameter", "value", "continues"});
+  c.mesh = read_id(in["mesh"]);
+  const std::string name = in["force"].text();
+  const ForceInfo* const force = find_force(name.c_str());
+  if (!force) in["force"].fail("the force " + unknown_name(name, names_of(force_list())), "correct it");
+  c.force = force->id;
+  read_value(in, force->parameters, c.parameter, c.value);
+  c.continues = in.has("continues") && in["continues"].boolean();
+}
+
+Json keys_json(const SetSimulationParameter& c) {
+  const ParameterInfo& info = simulation_table()[static_cast<std::size_t>(c.parameter)];
+  Json json = {{"parameter", info.name}, {"value", value_json(info, c.value)}};
+  if (c.continues) json["continues"] = true;
+  return json;
+}
+void read_keys(const JsonInput& in, SetSimulationParameter& c) {
+  expect_keys(in, {"parameter", "value", "continues"});
+  read_value(in, simulation_table(), c.parameter, c.value);
+  c.continues = in.has("continues") && in["continues"].boolean();
+}
+
+Json keys_json(const AddPoint& c) {
+  Json json = {{"mesh", c.mesh}, {"position_mm", vector_json<Json>(c.position_mm)}};
+  if (c.kind != MarkKind::Boundary) json["kind"] = name_of(c.kind);
+  if (c.radius_mm > 0) json["radius_mm"] = c.radius_mm;
+  if (c.outward.norm() > 0) json["outward"] = vector_json<Json>(c.outward);
+  return json;
+}
+void read_keys(const JsonInput& in, AddPoint& c) {
+  expect_keys(in, {"mesh", "position_mm", "kind", "radius_mm", "outward"});
+  c = {read_id(in["mesh"]), in["position_mm"].vector3()};
+  if (in.has("kind")) c.kind = read_point_kind(in["kind"]);
+  if (in.has("radius_mm")) c.radius_mm = read_radius(in["radius_mm"]);
+  if (in.has("outward")) c.outward = in["outward"].vector3();
+}
+
+Json keys_json(const MovePoint& c) {
+  Json json = {{"point", c.point}, {"position_mm", vector_json<Json>(c.position_mm)}};
+  if (c.continues) json["continues"] = true;
+  return json;
+}
+void read_keys(const JsonInput& in, MovePoint& c) {
+  expect_keys(in, {"point", "position_mm", "continues"});
+  c = {read_id(in["point"]), in["position_mm"].vector3(), in.has("continues") && in["continues"].boolean()};
+}
+
+Json keys_json(const ResizePoint& c) {
+  Json json = {{"point", c.point}, {"radius_mm", c.radius_mm}};
+  if (c.continues) json["continues"] = true;
+  return json;
+}
+void read_keys(const JsonInput& in, ResizePoint& c) {
+  expect_keys(in, {"point", "radius_mm", "continues"});
+  c = {read_id(in["point"]), read_radius(in["radius_mm"]), in.has("continues") && in["continues"].boolean()};
+}
+
+Json keys_json(const SetReference& c) {
+  Json json = {{"mesh", c.mesh}};
+  if (c.reference) json["labels"] = c.reference->labels;
+  if (c.reference && c.reference->value) json["value"] = *c.reference->value;
+  if (c.continues) json["continues"] = true;
+  return json;
+}
+void read_keys(const JsonInput& in, SetReference& c) {
+  expect_keys(in, {"mesh", "labels", "value", "continues"});
+  c.mesh = read_id(in["mesh"]);
+  if (in.has("labels")) c.reference = Reference{in["labels"].text(), std::nullopt};
+  if (c.reference && in.has("value")) c.reference->value = in["value"].number();
+  c.continues = in.has("continues") && in["continues"].boolean();
+}
+
+Json keys_json(const DeletePoint& c) { return {{"point", c.point}}; }
+void read_keys(const JsonInput& in, DeletePoint& c) {
+  expect_keys(in, {"point"});
+  c.point = read_id(in["point"]);
+}
+
+Json keys_json(const SetParameters& c) {
+  Json json = {{"mesh", c.mesh}, {"forces", forces_json<Json>(c.forces, nullptr)}};
+  if (c.simulation) json["simulation"] = simulation_json<Json>(*c.simulation);
+  return json;
+}
+void read_keys(const JsonInput& in, SetParameters& c) {
+  expect_keys(in, {"mesh", "forces", "simulation"});
+  c = {read_id(in["mesh"]), default_force_parameters(), std::nullopt};
+  read_forces(in["forces"], c.forces);
+  if (!in.has("simulation")) return;
+  c.simulation = default_simulation_parameters();
+  read_simulation(in["simulation"], *c.simulation);
+}
+
+Json keys_json(const ReorderMesh& c) { return {{"mesh", c.mesh}, {"place", c.place}}; }
+void read_keys(const JsonInput& in, ReorderMesh& c) {
+  expect_keys(in, {"mesh", "place"});
+  c = {read_id(in["mesh"]), in["place"].integer_between(0, kMaxInt)};
+}
+
+template <class C>
+concept MeshCommand =
+    std::is_same_v<C, DeleteMesh> || std::is_same_v<C, StartFieldUpdate> || std::is_same_v<C, ResetPose> ||
+    std::is_same_v<C, RecordProfiles> || std::is_same_v<C, RefineMesh> || std::is_same_v<C, DuplicateMesh>;
+Json keys_json(const MeshCommand auto& c) { return {{"mesh", c.mesh}}; }
+void read_keys(const JsonInput& in, MeshCommand auto& c) {
+  expect_keys(in, {"mesh"});
+  c.mesh = read_id(in["mesh"]);
+}
+
+template <class C>
+concept EmptyCommand = std::is_empty_v<C>;
+Json keys_json(const EmptyCommand auto&) { return Json::object(); }
+void read_keys(const JsonInput& in, EmptyCommand auto&) { expect_keys(in, {}); }
+
+/// Names of the commands in the file, in the order of the variant.
+const std::vector<std::string> kNames = {"add_mesh",
+                                         "delete_mesh",
+                                         "edit_mesh",
+                                         "set_force_parameter",
+                                         "set_simulation_parameter",
+                                         "add_point",
+                                         "move_point",
+                                         "delete_point",
+                                         "reset_pose",
+                                         "record_profiles",
+                                         "refine_mesh",
+                                         "duplicate_mesh",
+                                         "place_mesh",
+                                         "set_parameters",
+                                         "start_field_update",
+                                         "commit_field_update",
+                                         "undo",
+                                         "redo",
+                                         "set_reference",
+                                         "resize_point"};
+/// Earlier names of commands, in logs and histories of previous versions.
+const std::map<std::string, std::string> kEarlierNames = {{"learn_field", "start_field_update"},
+                                                          {"take_field", "commit_field_update"}};
+
+template <std::size_t I = 0>
+Command read_body(const JsonInput& input, std::size_t index) {
+  if constexpr (I + 1 < std::variant_size_v<Command>) {
+    if (index != I) return read_body<I + 1>(input, index);
+  }
+  std::variant_alternative_t<I, Command> command{};
+  read_keys(input, command);
+  return command;
+}
+
+/// Adds the name and the keys of a command to a JSON object.
+void add_command(Json& json, const Command& command) {
+  json["command"] = kNames.at(command.index());
+  json.update(std::visit([](const auto& one) { return keys_json(one); }, command));
+}
+
+}  // namespace
+
+std::string command_text(const Command& command) {
+  Json json = Json::object();
+  add_command(json, command);
+  return json.dump();
+}
+
+Command read_command(const JsonInput& input) {
+  std::string name = input["command"].text();
+  if (const auto earlier = kEarlierNames.find(name); earlier != kEarlierNames.end()) name = earlier->second;
+  const auto found = std::find(kNames.begin(), kNames.end(), name);
+  if (found == kNames.end()) input["command"].fail("the command " + unknown_name(name, kNames), "correct it");
+  return read_body(input, static_cast<std::size_t>(found - kNames.begin()));
+}
+
+void write_log(const fs::path& path, const std::vector<LogEntry>& log, int trailing_steps, const std::string& scene) {
+  AtomicFile file(path);
+  Json json = {{"simplexseg_log", 1}};
+  if (!scene.empty()) json["scene"] = scene;
+  json["entries"] = Json::array();
+  for (const LogEntry& entry : log) {
+    Json line = {{"after_steps", entry.steps}};
+    add_command(line, entry.command);
+    json["entries"].push_back(std::move(line));
+  }
+  json["trailing_steps"] = trailing_steps;
+  write_bytes(file, json_text(path, json));
+  file.commit();
+}
+
+LogFile read_log(const fs::path& path) {
+  const JsonInput input = JsonInput::open(path, "log");
+  if (!input.has("simplexseg_log"))
+    input.fail("it is not a log: the key 'simplexseg_log' is missing", "choose a log file");
+  input["simplexseg_log"].integer_between(1, 1);
+  input.expect_keys({"simplexseg_log", "scene", "entries", "trailing_steps"});
+  LogFile file{};
+  if (input.has("scene")) file.scene = input["scene"].text();
+  int steps_left = kMaxSteps;  // for all entries together
+  const auto read_steps = [&steps_left](const char* key, const JsonInput& in) {
+    const int steps = in[key].integer_between(0, steps_left);
+    steps_left -= steps;
+    return steps;
+  };
+  const JsonInput entries = input["entries"];
+  for (int e = 0; e < entries.size(); ++e) {
+    const JsonInput entry = entries[e];
+    const int steps = read_steps("after_steps", entry);
+    Command command = read_command(entry);
+    if (auto* add = std::get_if<AddMesh>(&command); add && add->start) add->start = load_start(*add->start, {}).start;
+    file.log.push_back({steps, std::move(command)});
+  }
+  file.trailing_steps = read_steps("trailing_steps", input);
+  return file;
+}
+
+}  // namespace simplexseg

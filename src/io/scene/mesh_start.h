@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Start surface of a mesh, read from a label volume or a mesh file, instead of the sphere of its seed.
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "image/mask.h"
+#include "io/labels/label_mesh.h"
+#include "io/mesh/mesh_io.h"
+#include "session/scene.h"
+
+namespace simplexseg {
+
+class JsonInput;
+
+/// A start surface, and a ball inside it for the seed.
+struct LoadedStart {
+  MeshStart start;
+  Seed seed;
+  std::vector<std::string> warnings;  ///< warnings of load_labels()
+};
+
+/// Makes a start from a label volume in memory. `path`: path stored in the scene; `vertices`: parameter of
+/// mesh_of_mask(). Throws the errors of choose_label().
+LoadedStart start_of_labels(const Volume& labels, const LabelChoice& choice, const std::string& path, int vertices = 0);
+/// Makes a start from a mesh file. Throws the errors of read_mesh(), and Error for a mesh that encloses no volume.
+LoadedStart start_of_mesh(const std::filesystem::path& file, const std::string& path);
+
+/// Reads the surface of a start from its file, for which find_data() searches. The mesh of `start` is not used.
+LoadedStart load_start(const MeshStart& start, const std::filesystem::path& scene_folder, int vertices = 0);
+
+/// JSON of a start without its mesh; `path`: path stored in the file.
+template <class Json>
+Json start_json(const MeshStart& start, const std::string& path) {
+  Json json = {{is_mesh_name(start.path) ? "mesh" : "labels", path}};
+  if (start.value) json["label"] = *start.value;
+  if (start.part > 0) json["part"] = start.part;
+  return json;
+}
+/// Start from the JSON of start_json(), without its mesh. Throws Error for an unknown key or an invalid value.
+MeshStart mesh_start_from_json(const JsonInput& input);
+
+}  // namespace simplexseg

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kinds and radii of points in scene files and logs.
+#pragma once
+#include <optional>
+#include <string>
+
+#include "session/scene.h"
+
+namespace simplexseg {
+
+class JsonInput;
+
+/// Name of a kind: "inside", "outside" or "boundary".
+const char* name_of(MarkKind kind);
+/// Kind with a name; nullopt if it is unknown.
+std::optional<MarkKind> find_point_kind(const std::string& name);
+MarkKind read_point_kind(const JsonInput& input);
+/// Reads a radius in mm. Throws Error unless it is above 0 and at most kMaxMillimetres.
+double read_radius(const JsonInput& input);
+
+}  // namespace simplexseg

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/scene/scene_export.h"
+
+#include <algorithm>
+
+#include "io/dicom_write/dicom_capture_write.h"
+#include "io/dicom_write/dicom_seg_write.h"
+#include "io/dicom_write/rtstruct_write.h"
+#include "io/mesh/mesh_io.h"
+#include "io/platform/data_path.h"
+#include "io/platform/file_names.h"
+#include "io/platform/files.h"
+#include "io/platform/header_text.h"
+#include "io/volume/volume_io.h"
+#include "session/label_map.h"
+
+namespace simplexseg {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Name of each label; meshes with the same label are joined to one name.
+std::vector<SegmentName> names_of(const Scene& scene) {
+  std::vector<SegmentName> names;
+  for (const MeshItem& item : scene.meshes) {
+    const auto same = std::find_if(names.begin(), names.end(), [&](const auto& n) { return n.value == item.label; });
+    if (same == names.end())
+      names.push_back({item.label, item.name, item.colour});
+    else
+      same->name += ", " + item.name;
+  }
+  return names;
+}
+
+bool is_dicom_name(const fs::path& path) { return extension_of(path) == ".dcm"; }
+bool is_structure_name(const fs::path& path) { return lower_case(path.filename().string()).ends_with(".rtstruct.dcm"); }
+
+DicomSource source_of(const Scene& scene, const fs::path& target) {
+  return read_dicom_source(scene.volume_path.empty() ? fs::path() : find_data(scene.volume_path, {}), target,
+                           scene.volume_number, scene.volume_series);
+}
+
+}  // namespace
+
+void require_labels_name(const fs::path& path, const Scene& scene) {
+  if (is_dicom_name(path))
+    source_of(scene, path);
+  else
+    require_volume_name(path);
+}
+
+std::string save_labels(const fs::path& path, const Scene& scene, const VolumeGeometry& geometry) {
+  if (is_structure_name(path)) {
+    write_rtstruct(path, scene, source_of(scene, path));
+    return "";
+  }
+  const LabelMap map = make_label_map(scene, geometry);
+  std::string note;
+  if (is_dicom_name(path))
+    note = write_dicom_segmentation(path, map.labels, names_of(scene), source_of(scene, path));
+  else
+    write_labels(path, map.labels, names_of(scene));
+  if (map.shared_voxels > 0)
+    note +=
+        (note.empty() ? "" : "; ") + std::to_string(map.shared_voxels) +
+        " voxels lie inside two or more segmentations; each is assigned to the most probable one, or else to the first";
+  return note;
+}
+
+void require_view_name(const fs::path& path, const Scene& scene) {
+  if (is_dicom_name(path))
+    source_of(scene, path);
+  else
+    require_picture_name(path);
+}
+
+void save_view(const fs::path& path, const Picture& picture, const Scene& scene) {
+  if (is_dicom_name(path))
+    write_secondary_capture(path, picture, "View of SimplexSeg", source_of(scene, path));
+  else
+    write_picture(path, picture);
+}
+
+std::vector<std::string> mesh_file_names(const Scene& scene, const std::string& extension) {
+  std::vector<std::string> names;
+  for (const MeshItem& item : scene.meshes) names.push_back(item.name);
+  names = distinct_file_names(names, "mesh");
+  for (std::string& name : names) name += extension;
+  return names;
+}
+
+std::vector<fs::path> save_meshes(const fs::path& folder, const Scene& scene, const std::string& extension) {
+  std::vector<fs::path> files;
+  for (const std::string& name : mesh_file_names(scene, extension)) {
+    files.push_back(folder / name);
+    write_mesh(files.back(), scene.meshes[files.size() - 1].mesh);
+  }
+  return files;
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/scene/scene_text.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "io/platform/files.h"
+#include "io/scene/json_input.h"
+#include "io/scene/json_output.h"
+#include "io/scene/log_io.h"
+#include "io/scene/mesh_start.h"
+#include "io/scene/parameter_json.h"
+#include "io/scene/parameter_text.h"
+#include "io/scene/point_text.h"
+#include "io/volume/volume_io.h"
+#include "step/simulation_parameters.h"
+
+namespace simplexseg {
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+constexpr int kSceneVersion = 1;
+constexpr int kMaxLabel = 65535;
+
+// ---- reading ----
+
+Colour read_colour(const JsonInput& input) {
+  const std::string text = input.text();
+  const bool hex =
+      text.size() == 7 && text[0] == '#' && text.find_first_not_of("0123456789abcdefABCDEF", 1) == text.npos;
+  if (!hex) input.fail("'" + one_line(text) + "' is not a colour", "write it as \"#e6a03c\"");
+  const auto channel = [&text](int at) {
+    return static_cast<std::uint8_t>(std::stoi(text.substr(at, 2), nullptr, 16));
+  };
+  return {channel(1), channel(3), channel(5)};
+}
+
+MeshItem read_item(const JsonInput& input, const Scene& scene, const fs::path& folder, const MeshReader& read_files) {
+  input.expect_keys({"name", "sphere", "start", "colour", "visible", "locked", "opacity", "label", "forces",
+                     "final_vertices", "reference", "pose", "state"});
+  MeshItem item;
+  item.name = input["name"].text();
+  if (input.has("final_vertices")) {
+    const ParameterInfo& info = simulation_table()[find_parameter(simulation_table(), "final_vertices")];
+    item.final_vertices = static_cast<int>(input["final_vertices"].parameter(info));
+  }
+  item.parameters = scene.forces;
+  read_files(input, item);
+  if (input.has("sphere") || !input.has("start")) {
+    const JsonInput sphere = input["sphere"];
+    sphere.expect_keys({"centre_mm", "radius_mm"});
+    item.seed.centre_mm = sphere["centre_mm"].vector3();
+    item.seed.radius_mm = read_radius(sphere["radius_mm"]);
+  }
+  if (input.has("colour")) item.colour = read_colour(input["colour"]);
+  if (input.has("visible")) item.visible = input["visible"].boolean();
+  if (input.has("locked")) item.locked = input["locked"].boolean();
+  if (input.has("opacity")) {
+    item.opacity = static_cast<float>(input["opacity"].number());
+    if (!(item.opacity > 0 && item.opacity <= 1)) input["opacity"].fail("it is out of range", "use 0.1 to 1");
+  }
+  if (input.has("label")) item.label = input["label"].integer_between(1, kMaxLabel);
+  if (input.has("forces")) read_forces(input["forces"], item.parameters);
+  if (input.has("reference")) {
+    const JsonInput reference = input["reference"];
+    reference.expect_keys({"labels", "value"});
+    item.reference = Reference{absolute_if_found(reference["labels"].text(), folder), std::nullopt};
+    if (reference.has("value")) item.reference->value = reference["value"].number();
+  }
+  return item;
+}
+
+SavedView read_view(const JsonInput& input) {
+  input.expect_keys({"crosshair_mm", "window", "level", "active_mesh"});
+  SavedView view;
+  view.crosshair_mm = input["crosshair_mm"].vector3();
+  view.window = input["window"].number();
+  view.level = input["level"].number();
+  if (!(view.window > 0)) input["window"].fail("it is not above 0", "use a width of the intensity window above 0");
+  if (input.has("active_mesh")) view.active_mesh = input["active_mesh"].text();
+  return view;
+}
+
+UserPoint read_point(const JsonInput& input, const Scene& scene) {
+  input.expect_keys({"mesh", "position_mm", "kind", "radius_mm", "outward"});
+  const std::string name = input["mesh"].text();
+  const MeshItem* const item = scene.find_mesh(name);
+  if (!item) {
+    std::vector<std::string> names;
+    for (const MeshItem& mesh : scene.meshes) names.push_back(mesh.name);
+    input["mesh"].fail("the mesh " + unknown_name(name, names), "use the name of a mesh in this scene");
+  }
+  UserPoint point{0, item->id, input["position_mm"].vector3()};
+  if (input.has("kind")) point.kind = read_point_kind(input["kind"]);
+  if (input.has("radius_mm")) point.radius_mm = read_radius(input["radius_mm"]);
+  if (input.has("outward")) point.outward = input["outward"].vector3();
+  return point;
+}
+
+// ---- writing ----
+
+/// Path relative to `folder` if the file is inside it, so that the scene can be moved with its folder; else absolute.
+std::string portable(const std::string& path, const fs::path& folder) {
+  std::error_code failure;
+  fs::path place(path);
+  if (place.is_relative()) {
+    if (path.empty() || !fs::exists(place, failure)) return path;
+    place = fs::absolute(place);
+  }
+  const fs::path beside = fs::absolute(folder.empty() ? "." : folder).lexically_normal();
+  const fs::path relative = place.lexically_normal().lexically_relative(beside);
+  return relative.empty() || *relative.begin() == ".." ? place.lexically_normal().string() : relative.string();
+}
+
+Json item_json(const MeshItem& item, const ForceParameters& defaults, const fs::path& folder) {
+  char colour[8];
+  std::snprintf(colour, sizeof colour, "#%02x%02x%02x", item.colour.red, item.colour.green, item.colour.blue);
+  Json json = {{"name", item.name},
+               {"sphere", {{"centre_mm", vector_json<Json>(item.seed.centre_mm)}, {"radius_mm", item.seed.radius_mm}}},
+               {"colour", colour},
+               {"visible", item.visible},
+               {"label", item.label}};
+  if (item.start) json["start"] = start_json<Json>(*item.start, portable(item.start->path, folder));
+  if (item.locked) json["locked"] = true;
+  if (item.opacity < 1) json["opacity"] = item.opacity;
+  const Json forces = forces_json<Json>(item.parameters, &defaults);
+  if (!forces.empty()) json["forces"] = forces;
+  if (item.final_vertices > 0) json["final_vertices"] = item.final_vertices;
+  if (item.reference) {
+    json["reference"] = {{"labels", portable(item.reference->labels, folder)}};
+    if (item.reference->value) json["reference"]["value"] = *item.reference->value;
+  }
+  return json;
+}
+
+Json view_json(const SavedView& view) {
+  Json json = {{"crosshair_mm", vector_json<Json>(view.crosshair_mm)}, {"window", view.window}, {"level", view.level}};
+  if (!view.active_mesh.empty()) json["active_mesh"] = view.active_mesh;
+  return json;
+}
+
+Json point_json(const UserPoint& point, const Scene& scene) {
+  Json json = {{"mesh", scene.find_mesh(point.mesh)->name}, {"position_mm", vector_json<Json>(point.position_mm)}};
+  if (point.kind != MarkKind::Boundary) json["kind"] = name_of(point.kind);
+  if (point.radius_mm > 0) json["radius_mm"] = point.radius_mm;
+  if (point.outward.norm() > 0) json["outward"] = vector_json<Json>(point.outward);
+  return json;
+}
+
+/// Throws Error for names that cannot be saved: points refer to their mesh by name, so names must be unique.
+void expect_writable(const fs::path& path, const Scene& scene) {
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    const std::string& name = scene.meshes[m].name;
+    if (name.empty()) throw Error("cannot write " + quoted(path), "a segmentation has no name", "name it");
+    const bool twice = std::any_of(scene.meshes.begin(), scene.meshes.begin() + static_cast<std::ptrdiff_t>(m),
+                                   [&name](const MeshItem& other) { return other.name == name; });
+    if (twice)
+      throw Error("cannot write " + quoted(path), "two segmentations have the name '" + one_line(name) + "'",
+                  "rename one");
+  }
+  for (const UserPoint& point : scene.points) {
+    if (!scene.find_mesh(point.mesh)) {
+      throw Error("cannot write " + quoted(path), "a mark belongs to no segmentation", "delete the mark");
+    }
+  }
+}
+
+}  // namespace
+
+std::string absolute_if_found(const std::string& path, const fs::path& folder) {
+  std::error_code failure;
+  for (const fs::path& place : {fs::path(path), folder / path}) {
+    if (fs::exists(place, failure)) return fs::absolute(place).lexically_normal().string();
+  }
+  return path;
+}
+
+Scene scene_of(const JsonInput& input, const fs::path& folder, const MeshReader& read_files) {
+  if (!input.has("simplexseg_scene"))
+    input.fail("it is not a scene: the key 'simplexseg_scene' is missing", "choose a scene file");
+  input["simplexseg_scene"].integer_between(kSceneVersion, kSceneVersion);
+  input.expect_keys({"simplexseg_scene", "volume", "volume_number", "series", "volume_checksum", "simulation", "forces",
+                     "meshes", "points", "steps", "view"});
+  Scene scene;
+  scene.simulation = default_simulation_parameters();
+  if (input.has("volume")) scene.volume_path = absolute_if_found(input["volume"].text(), folder);
+  if (input.has("volume_number")) scene.volume_number = input["volume_number"].integer_between(1, kMaxVolumes);
+  if (input.has("volume_checksum")) scene.volume_checksum = input["volume_checksum"].text();
+  if (input.has("view")) scene.view = read_view(input["view"]);
+  if (input.has("series")) scene.volume_series = input["series"].text();
+  if (input.has("simulation")) read_simulation(input["simulation"], scene.simulation);
+  if (input.has("forces")) read_forces(input["forces"], scene.forces);
+  const int mesh_count = input.has("meshes") ? input["meshes"].size() : 0;
+  for (int m = 0; m < mesh_count; ++m) {
+    MeshItem item = read_item(input["meshes"][m], scene, folder, read_files);
+    item.id = static_cast<ItemId>(m + 1);
+    if (scene.find_mesh(item.name)) {
+      input["meshes"][m]["name"].fail("two meshes have the name '" + one_line(item.name) + "'", "rename one");
+    }
+    scene.meshes.push_back(std::move(item));
+  }
+  const int point_count = input.has("points") ? input["points"].size() : 0;
+  for (int p = 0; p < point_count; ++p) {
+    scene.points.push_back(read_point(input["points"][p], scene));
+    scene.points.back().id = static_cast<ItemId>(mesh_count + p + 1);
+  }
+  if (input.has("steps")) scene.steps = input["steps"].integer_between(0, kMaxSteps);
+  return scene;
+}
+
+std::string scene_text(const fs::path& path, const Scene& scene, const std::vector<std::string>& poses, int indent) {
+  expect_writable(path, scene);
+  const fs::path folder = path.parent_path();
+  Json json = {{"simplexseg_scene", kSceneVersion}};
+  if (!scene.volume_path.empty()) json["volume"] = portable(scene.volume_path, folder);
+  if (scene.volume_number != 1) json["volume_number"] = scene.volume_number;
+  if (!scene.volume_series.empty()) json["series"] = scene.volume_series;
+  if (!scene.volume_checksum.empty()) json["volume_checksum"] = scene.volume_checksum;
+  json["simulation"] = simulation_json<Json>(scene.simulation);
+  json["forces"] = forces_json<Json>(scene.forces, nullptr);
+  json["meshes"] = Json::array();
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    Json entry = item_json(scene.meshes[m], scene.forces, folder);
+    if (m < poses.size() && !poses[m].empty()) entry["pose"] = poses[m] + ".ply", entry["state"] = poses[m] + ".state";
+    json["meshes"].push_back(std::move(entry));
+  }
+  json["points"] = Json::array();
+  for (const UserPoint& point : scene.points) json["points"].push_back(point_json(point, scene));
+  json["steps"] = scene.steps;
+  if (scene.view) json["view"] = view_json(*scene.view);
+  return json_text(path, json, indent);
+}
+
+}  // namespace simplexseg

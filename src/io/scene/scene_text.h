@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// JSON of a scene, without the files to which it refers.
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "session/scene.h"
+
+namespace simplexseg {
+
+class JsonInput;
+
+/// Callback that reads the other files of a mesh into its item: start with seed, pose and state. Called when the item
+/// has its name, its final number of vertices and the parameters of the scene.
+using MeshReader = std::function<void(const JsonInput& mesh, MeshItem& item)>;
+
+/// Scene from its JSON (docs/scene-format.md); meshes get the ids 1, 2, ..., points the following ones. `folder`:
+/// folder of the scene file. Throws Error for an unknown key or an invalid value.
+Scene scene_of(const JsonInput& input, const std::filesystem::path& folder, const MeshReader& read_files);
+/// JSON text of a scene, for scene_of(). `path`: scene file; `poses`: name of the pose and state files of each mesh,
+/// without extension, or empty. Throws Error for a missing or duplicate name of a mesh, a point without a mesh, or a
+/// name that is not UTF-8.
+std::string scene_text(const std::filesystem::path& path, const Scene& scene, const std::vector<std::string>& poses,
+                       int indent = 2);
+
+/// Absolute path of a file in the current folder or in `folder`, so that it stays valid if the scene is saved
+/// elsewhere. Other paths are returned unchanged.
+std::string absolute_if_found(const std::string& path, const std::filesystem::path& folder);
+
+}  // namespace simplexseg

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+#include <vector>
+
+#include "core/colour.h"
+
+namespace simplexseg {
+
+/// Name and colour of a label value.
+struct SegmentName {
+  int value = 0;  ///< label value of its voxels
+  std::string name;
+  Colour colour{230, 160, 60};
+  bool operator==(const SegmentName&) const = default;
+};
+
+}  // namespace simplexseg

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// Format: https://itk.org/Wiki/MetaIO/Documentation.
+#pragma once
+#include <filesystem>
+
+#include "io/source/volume_source.h"
+
+namespace simplexseg {
+
+class AtomicFile;
+
+/// Opens a MetaImage file, attached (.mha) or detached (.mhd), compressed or not. Throws Error for an invalid header or
+/// a file that is too small.
+VolumeSource open_meta_image(const std::filesystem::path& path, int volume = 1);
+
+/// Writes an attached MetaImage file with compressed voxels. Throws Error when the file cannot be written.
+void write_meta_image(AtomicFile& file, const Volume& volume);
+
+}  // namespace simplexseg

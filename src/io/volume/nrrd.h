@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// Format: https://teem.sourceforge.net/nrrd/format.html.
+#pragma once
+#include <filesystem>
+#include <string>
+
+#include "io/source/volume_source.h"
+
+namespace simplexseg {
+
+class AtomicFile;
+
+/// Opens a NRRD file, attached (.nrrd) or detached (.nhdr), encoded as raw, text, hexadecimal, gzip or bzip2. Vectors
+/// of every anatomical space are converted to LPS and mm. Throws Error for an invalid header, a file that is too small,
+/// or a unit that is not a length.
+VolumeSource open_nrrd(const std::filesystem::path& path, int volume = 1);
+
+/// Writes an attached NRRD file in LPS and mm, with gzip encoding; `keys`: further header lines ("KEY:=text").
+/// Throws Error when the file cannot be written.
+void write_nrrd(AtomicFile& file, const Volume& volume, const std::string& keys = "");
+
+}  // namespace simplexseg

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "session/field_updater.h"
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+#include <utility>
+
+#include "core/error.h"
+#include "core/expect.h"
+#include "evidence/evidence_field.h"
+#include "evidence/field_solver.h"
+#include "image/volume.h"
+#include "session/field_voxels.h"
+#include "session/mesh_marks.h"
+
+namespace simplexseg {
+namespace {
+
+/// Mask of the voxels in the balls; at least the nearest voxel of each.
+Mask mask_of_balls(std::span<const Mark> balls, const VolumeGeometry& geometry) {
+  Mask mask{geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
+  for (const Mark& ball : balls) paint_ball(mask, ball.position_mm, ball.radius_mm, 1);
+  return mask;
+}
+
+/// Number of most recent marks that the first update applies one after the other.
+constexpr std::size_t kIncrementalMarks = 8;
+
+/// Updates a field with the marks. `first`: the field has no marks yet. The most recent ones are then applied one after
+/// the other, because the effect of a mark depends on the field that it corrected. `report` receives the completed
+/// fraction. Throws only DeviceError.
+std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, std::vector<Mark> marks,
+                                       std::vector<Mark> others, const VolumeGeometry& geometry,
+                                       const ReportProgress& report) {
+  auto solved = std::make_shared<MeshField>();
+  try {
+    Mask outside;
+    if (!others.empty()) outside = mask_of_balls(others, geometry);
+    std::size_t count = marks.size();
+    if (first) count = std::max(count, kIncrementalMarks + 1) - kIncrementalMarks;
+    const std::size_t first_count = count;
+    for (; count <= marks.size(); ++count) {
+      const auto done = static_cast<float>(count - first_count);
+      const auto updates = static_cast<float>(marks.size() - first_count + 1);
+      field.update({marks.data(), count}, others.empty() ? nullptr : &outside,
+                   [&](float fraction) { report((done + fraction) / updates); });
+    }
+    solved->box = field.box();
+    solved->leaks = field.report().leaks;
+    solved->expected_dice = static_cast<float>(field.report().expected_dice);
+    solved->values = field.values(field_value_of(geometry));
+    report(1);
+  } catch (const DeviceError&) {
+    throw;
+  } catch (const Error& error) {
+    solved->problem = error.what();
+  }
+  solved->marks = std::move(marks);
+  solved->others = within_reach(std::move(others), *solved, geometry);
+  return solved;
+}
+
+/// Field of a mesh that starts from labels, corrected by the marks. Throws nothing: MeshField::problem is set instead.
+std::shared_ptr<const MeshField> correct(const SimplexMesh& start, std::vector<Mark> marks, std::vector<Mark> others,
+                                         const VolumeGeometry& geometry, const RunJobs& run) {
+  auto corrected = std::make_shared<MeshField>();
+  try {
+    *corrected = field_of_start(start, marks, others, geometry, run);
+  } catch (const Error& error) {
+    corrected->marks = std::move(marks);
+    corrected->problem = error.what();
+  }
+  corrected->others = within_reach(std::move(others), *corrected, geometry);
+  return corrected;
+}
+
+}  // namespace
+
+FieldUpdater::FieldUpdater(int threads, const EvidenceSettings& settings)
+    : threads_(threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()))),
+      settings_(settings),
+      make_solver_(make_cpu_field_solver) {}
+FieldUpdater::~FieldUpdater() {
+  if (solving_mesh_ != 0) result_.wait();
+}
+
+void FieldUpdater::set_solver(MakeFieldSolver make) {
+  if (solving_mesh_ != 0) result_.wait();
+  std::erase_if(fields_, [&](const auto& field) { return field.first != solving_mesh_; });
+  make_solver_ = std::move(make);
+}
+
+std::optional<std::string> FieldUpdater::pop_notice() { return std::exchange(notice_, std::nullopt); }
+
+void FieldUpdater::open(const Volume& volume) {
+  if (solving_mesh_ != 0) finish();
+  fields_.clear();
+  volume_ = std::make_unique<Volume>(volume);
+}
+
+void FieldUpdater::discard_deleted(const Scene& scene) {
+  std::erase_if(fields_,
+                [&](const auto& field) { return field.first != solving_mesh_ && !scene.find_mesh(field.first); });
+}
+
+void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vector<Mark> others) {
+  SIMPLEXSEG_EXPECT(solving_mesh_ == 0 && volume_ && !volume_->empty());
+  if (!pool_) pool_ = std::make_unique<ThreadPool>(threads_, true);
+  const RunJobs run = [pool = pool_.get()](int jobs, const std::function<void(int)>& job) { pool->run(jobs, job); };
+  solving_mesh_ = item.id;
+  progress_ = 0;
+  const auto start_in_background = [this](auto work) {
+    result_ = std::async(std::launch::async, [work = std::move(work)]() mutable {
+      lower_thread_priority();
+      return work();
+    });
+  };
+  if (item.start) {
+    start_in_background([start = item.start->mesh, marks = std::move(marks), others = std::move(others),
+                         geometry = volume_->geometry(), run]() mutable {
+      return Result{correct(*start, std::move(marks), std::move(others), geometry, run), ""};
+    });
+    return;
+  }
+  start_in_background([this, one = &fields_[item.id], marks = std::move(marks), others = std::move(others), run] {
+    const auto solve_with = [&](const MakeFieldSolver& make) {
+      const bool first = !*one;
+      if (first) *one = std::make_unique<EvidenceField>(*volume_, run, settings_, make);
+      // After a failure of the device the CPU takes the remaining range.
+      return solve(**one, first, marks, others, volume_->geometry(),
+                   [this, from = progress_.load()](float fraction) { progress_ = from + (1 - from) * fraction; });
+    };
+    try {
+      return Result{solve_with(make_solver_), ""};
+    } catch (const DeviceError& failure) {
+      one->reset();
+      return Result{solve_with(make_cpu_field_solver), failure.what()};
+    }
+  });
+}
+
+bool FieldUpdater::ready() const {
+  return solving_mesh_ != 0 && result_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
+std::shared_ptr<const MeshField> FieldUpdater::finish() {
+  SIMPLEXSEG_EXPECT(solving_mesh_ != 0);
+  const ItemId mesh = std::exchange(solving_mesh_, 0);
+  const Result result = result_.get();
+  if (!result.failure.empty()) {
+    notice_ = "the segmentation is computed on the CPU from now on: " + result.failure;
+    std::erase_if(fields_, [&](const auto& field) { return field.first != mesh; });
+    make_solver_ = make_cpu_field_solver;
+  }
+  return result.field;
+}
+
+}  // namespace simplexseg

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Unused names, labels and colours for a new mesh of a scene.
+#pragma once
+#include <algorithm>
+#include <string>
+
+#include "session/scene.h"
+
+namespace simplexseg {
+
+/// First of the numbers 1, 2, 3 ... for which `has(mesh, number)` is false for every mesh.
+template <class Has>
+int first_free(const Scene& scene, Has has) {
+  int number = 1;
+  while (std::any_of(scene.meshes.begin(), scene.meshes.end(), [&](const MeshItem& item) { return has(item, number); }))
+    ++number;
+  return number;
+}
+
+/// First unused name of "mesh 1", "mesh 2" ...
+std::string free_name(const Scene& scene);
+/// First unused label, from 1.
+int free_label(const Scene& scene);
+/// First unused colour of the palette; if all are used, the next one in cyclic order.
+Colour free_colour(const Scene& scene);
+
+}  // namespace simplexseg

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "session/mesh_lifecycle.h"
+
+#include "core/error.h"
+#include "core/expect.h"
+#include "forces/force_list.h"
+#include "forces/profile_reference.h"
+#include "image/volume.h"
+#include "mesh/mesh_geometry.h"
+#include "mesh/shape_reference.h"
+
+namespace simplexseg {
+namespace {
+
+/// Radius of the background region around a seed, in radii of the seed.
+constexpr double kBackgroundRadii = 2;
+
+RegionModel region_of(const MeshItem& item, const Volume& volume) {
+  return estimate_region(volume, item.mesh, kBackgroundRadii * item.seed.radius_mm);
+}
+
+float edge_of(const SimplexMesh& mesh) { return mean_edge_mm(mesh.positions, mesh.neighbours); }
+
+/// Sphere of the seed at the first level.
+SimplexMesh sphere_of(const MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {
+  // A mesh finer than the voxels follows their noise, so the first level has edges of a voxel or more.
+  int level = sphere_level_for(static_cast<int>(simulation.start_vertices + 0.5f));
+  SimplexMesh mesh;
+  do mesh = make_sphere(item.seed.centre_mm, item.seed.radius_mm, level);
+  while (level-- > 0 && measure(mesh).mean_edge_mm < simulation.finest_edge * voxel_mm(volume));
+  return mesh;
+}
+
+}  // namespace
+
+double voxel_mm(const Volume& volume) { return volume.empty() ? 1.0 : volume.geometry().spacing_mm.minCoeff(); }
+
+void restart(MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {
+  item.mesh = item.start ? *item.start->mesh : sphere_of(item, simulation, volume);
+  item.previous = item.mesh.positions;
+  item.edge_mm = edge_of(item.mesh);
+  item.shape = shape_reference_of(item.mesh);
+  item.profiles.clear();
+  item.steps_at_level = 0;
+  item.rebuilt = item.start.has_value(), item.fit = {};
+  item.solver = {};
+  item.region = region_of(item, volume);
+}
+
+void complete(MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {
+  if (item.mesh.positions.empty()) {
+    restart(item, simulation, volume);
+    return;
+  }
+  if (item.previous.size() != item.mesh.positions.size()) item.previous = item.mesh.positions;
+  if (!(item.edge_mm > 0)) item.edge_mm = edge_of(item.mesh);
+  if (item.shape.size() != item.mesh.positions.size()) item.shape = shape_reference_of(item.mesh);
+  if (item.region.empty()) item.region = region_of(item, volume);
+  if (item.has_field() && !item.field->box.lies_in(volume.geometry().size)) item.field = nullptr, item.fit = {};
+}
+
+void refine_item(MeshItem& item) {
+  SIMPLEXSEG_EXPECT(item.mesh.positions.empty() || item.profiles.size() % item.mesh.positions.size() == 0);
+  const std::size_t stride = item.mesh.positions.empty() ? 0 : item.profiles.size() / item.mesh.positions.size();
+  Refined refined = refine(item.mesh);
+  std::vector<float> profiles;
+  for (int parent : refined.parent)
+    profiles.insert(profiles.end(), item.profiles.begin() + parent * stride,
+                    item.profiles.begin() + (parent + 1) * stride);
+  item.mesh = std::move(refined.mesh);
+  item.previous = item.mesh.positions;
+  item.profiles = std::move(profiles);
+  item.edge_mm = edge_of(item.mesh);
+  item.shape = shape_reference_of(item.mesh);
+  item.steps_at_level = 0;
+  item.solver = {};
+}
+
+void record_profiles(MeshItem& item, const Volume& volume) {
+  if (volume.empty()) throw Error("intensity profiles", "no image is open", "open one first");
+  item.profiles = profile_reference_of(item.mesh, volume, item.parameters);
+}
+
+bool uses_field(const MeshItem& item, const Volume& volume) {
+  return !volume.empty() && item.parameters.weight(ForceId::Evidence) > 0 && EvidenceForce::from_field(item.parameters);
+}
+
+bool waits_for_field(const MeshItem& item, const Volume& volume) {
+  return uses_field(item, volume) && !item.has_field();
+}
+
+ForceParameters active_parameters(const MeshItem& item, const Volume& volume) {
+  ForceParameters parameters = item.parameters;
+  if (item.locked)
+    for (auto& force : parameters.values) force[0] = 0;
+  if (waits_for_field(item, volume))
+    for (int force = 0; force < kForceCount; ++force)
+      if ((kPullingForces & bit(static_cast<ForceId>(force))) == 0) parameters.values[force][0] = 0;
+  return parameters;
+}
+
+LevelState level_state(const MeshItem& item, const SimulationParameters& simulation, const Volume& volume,
+                       float mean_move_mm, float mean_edge_mm) {
+  if (item.locked) return LevelState::Settled;
+  if (waits_for_field(item, volume)) return item.field ? LevelState::Settled : LevelState::Moving;
+  const bool settled = mean_move_mm < static_cast<float>(simulation.rest_tolerance_voxels * voxel_mm(volume));
+  if (!settled && item.steps_at_level < static_cast<int>(simulation.steps_per_level + 0.5f)) return LevelState::Moving;
+  if (!is_finest(item, simulation, voxel_mm(volume), mean_edge_mm)) return LevelState::RefinementDue;
+  return settled ? LevelState::Settled : LevelState::Moving;
+}
+
+}  // namespace simplexseg
