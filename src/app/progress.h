@@ -10,7 +10,8 @@
 
 namespace simplexseg {
 
-/// Progress line on the terminal during the lifetime of this object. It appears only on a terminal, after one second.
+/// Progress line on the error stream during the lifetime of this object. It appears after one second, and only if the
+/// stream is a terminal.
 class Progress {
  public:
   /// `activity`: the work in progress, for example "reading".
@@ -34,7 +35,7 @@ class Progress {
   std::thread thread_;
 };
 
-/// Handler of Ctrl+C during the lifetime of this object. Records the first Ctrl+C; the second one ends the program.
+/// Handles Ctrl+C during the lifetime of this object. Records the first Ctrl+C; the second one ends the program.
 class Interrupt {
  public:
   Interrupt();
@@ -46,7 +47,7 @@ class Interrupt {
   static void check();
 
  private:
-  void (*previous_)(int);  ///< handler that the destructor restores
+  void (*previous_)(int);  ///< previous handler, restored by the destructor
 };
 
 }  // namespace simplexseg

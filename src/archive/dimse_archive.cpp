@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Archive over DIMSE: C-ECHO, C-FIND, C-GET, C-STORE (PS3.4).
+// Archive over DIMSE: C-ECHO, C-FIND, C-GET, C-STORE (PS3.4, PS3.7).
 #include <algorithm>
 #include <set>
 
@@ -22,8 +22,8 @@ constexpr const char *kImplicit = "1.2.840.10008.1.2", *kExplicit = "1.2.840.100
 constexpr const char* kCompressed[] = {"1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51", "1.2.840.10008.1.2.4.57",
                                        "1.2.840.10008.1.2.4.70", "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.81",
                                        "1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.4.91", "1.2.840.10008.1.2.5"};
-constexpr std::size_t kMaxContexts = 120;            ///< an association allows 128
-constexpr std::uint64_t kMaxResponse = 100'000'000;  ///< size of the responses to a query, bytes
+constexpr std::size_t kMaxContexts = 120;            ///< presentation contexts proposed; DICOM allows 128
+constexpr std::uint64_t kMaxResponse = 100'000'000;  ///< largest size of all responses to a query, bytes
 
 constexpr DicomTag kStudy{0x0020, 0x000d}, kSeries{0x0020, 0x000e}, kInstance{0x0008, 0x0018}, kClass{0x0008, 0x0016};
 
@@ -130,7 +130,8 @@ class DimseArchive : public Archive {
       if (syntax == kExplicit) contexts.push_back({sop_class, {kImplicit}});
     }
     if (contexts.size() > kMaxContexts)
-      throw archive_fault(server_, "the files have too many types for one connection", "send fewer files at once");
+      throw archive_fault(server_, "the files are of too many different types for one connection",
+                          "send fewer files at once");
     outgoing.guard([&] {
       DimseLink link(server_, contexts, [&](std::uint64_t bytes) { outgoing.count(bytes); });
       for (const Outgoing::Instance& one : outgoing.instances()) outgoing.stored(link.store(one));
@@ -147,7 +148,8 @@ class DimseArchive : public Archive {
     };
   }
 
-  /// One context per transfer syntax, so that the archive can send each instance as it is stored.
+  /// Presentation contexts for C-GET. The uncompressed transfer syntaxes of a class share a context. Each compressed
+  /// one has its own, as far as the limit allows, so that the archive need not decompress instances.
   std::vector<DimseContext> contexts_to_get(const std::set<std::string>& classes) const {
     std::vector<DimseContext> contexts = {{kGet, {kExplicit, kImplicit}}};
     for (const std::string& one : classes) contexts.push_back({one, {kExplicit, kImplicit}, true});
@@ -155,7 +157,7 @@ class DimseArchive : public Archive {
       for (const char* syntax : kCompressed)
         if (contexts.size() < kMaxContexts) contexts.push_back({one, {syntax}, true});
     if (classes.empty() || classes.size() > kMaxContexts)
-      throw archive_fault(server_, "it does not report the SOP classes of the instances", kAskAdministrator);
+      throw archive_fault(server_, "it reports no SOP classes of the instances, or too many", kAskAdministrator);
     return contexts;
   }
 

@@ -18,9 +18,9 @@ inline constexpr unsigned kBuiltForces = (1u << kForceCount) - 1;
 /// further force (tests/toy_force). Otherwise kernels contain all forces, with or without those that pull: a force that
 /// is not in use has weight 0, and only pulling forces read their arrays nevertheless.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || defined(SIMPLEXSEG_FEW_FORCE_SETS)
-inline constexpr bool kEverySet = false;
+constexpr bool kEverySet = false;
 #else
-inline constexpr bool kEverySet = true;
+constexpr bool kEverySet = true;
 #endif
 
 /// Calls `run.operator()<forces>()` for the forces in use, a subset of kAmong. A kernel is compiled for each subset, so

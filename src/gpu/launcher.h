@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// An executor owns memory and runs kernels:
-// - Array<T>: data(), size(), resize(n) (contents lost), upload(span), download(span), fill_zero(); texels() of Vec4;
-//   assign_async(span): resizes and uploads; the caller leaves the source unchanged until wait()
-// - NeighbourArray: Array of Int4, written once; texels()
-// - HostVisible<T>: memory that kernels write and that the host reads after wait()
-// - run(kernel, n): kernel(0) ... kernel(n-1), after all earlier runs
-// - run(kernel): kernel(block), for kernels that a whole block of threads executes
-// - run_concurrently(a, na, b, nb): both kernels, in any order
+// An executor defines types of arrays in its memory and runs kernels. Main members:
+// - Array<T>: data(), size(), resize(n) (contents undefined afterwards), assign(span) (resizes and uploads),
+//   assign_async(span) (the source must not change until wait()), upload(span), download(span), fill_zero(); for Vec4
+//   also texels(), the read-only view of kernels
+// - NeighbourArray: array of Int4 that kernels only read; assign(span), texels()
+// - HostVisible<T>: array that kernels write and that the host reads after wait()
+// - wait(): returns after all earlier runs and transfers
+// - run(kernel, n): calls kernel(0) ... kernel(n - 1), after all earlier runs
+// - run(kernel): calls kernel(block), for kernels that are executed by one thread block
+// - run_concurrently(a, na, b, nb): runs both kernels, in any order or at the same time
 // - run_over_vertices(kernel, n): run() over all vertices, or only over the ranges set by restrict_vertices(ranges),
 //   the first of which contains vertex 0. The restriction also applies to `a` of run_concurrently() and to run_tiles()
-// - run_tiles(kernel): a TileStep; only if kTiles
-// - record(body) -> Recording, replay(recording): repeat a recorded run at small cost; only if kRecords
-// - kSumsRings: SumRings is run and its sums are stored
-// - visit_width(n, f): f(number of lanes that share one of n searches)
-// - bind(volume, view): makes the voxels readable; visit_voxels(type, f): f(type identity of their sampler)
+// - run_tiles(kernel): runs a TileStep; only if kTiles
+// - record(body) -> Recording: records the runs of body() without executing them; only if kRecords
+// - replay(recording): executes the recorded runs with little overhead; only if kRecords
+// - kSumsRings: whether the kernel SumRings is used (gpu/kernels.h)
+// - visit_width(n, f): calls f with the number of threads per search, as an integral_constant, for n searches
+// - bind(volume, view): gives kernels access to the voxels through `view`
+// - visit_voxels(type, f): calls f with the type_identity of the sampler for a type of voxels
 #pragma once
 #include <cstdint>
 #include <map>
@@ -21,7 +25,7 @@
 
 namespace simplexseg {
 
-/// Vertices first ... last - 1.
+/// Range of vertices: first ... last - 1.
 struct VertexRange {
   int first, last;
 };
@@ -37,25 +41,25 @@ struct Launcher {
     ++launches[Kernel::name];
     executor.run(kernel, n);
   }
-  /// Runs a kernel over all vertices except those of settled meshes (MeshConstants::idle).
+  /// Runs a kernel over all vertices except those of idle meshes (MeshConstants::idle).
   template <class Kernel>
   void run_over_vertices(const Kernel& kernel, int n) {
     ++launches[Kernel::name];
     executor.run_over_vertices(kernel, n);
   }
-  /// Runs a kernel that one block of threads executes.
+  /// Runs a kernel that is executed by one thread block.
   template <class Kernel>
   void run(const Kernel& kernel) {
     ++launches[Kernel::name];
     executor.run(kernel);
   }
-  /// Runs a step of all vertices by tiles; one launch does the work of two kernels.
+  /// Runs a step in tiles: one launch that fuses two kernels and is counted for both.
   template <class Kernel>
   void run_tiles(const Kernel& kernel) {
     ++launches[Kernel::name], ++launches[Kernel::fused_name];
     executor.run_tiles(kernel);
   }
-  /// Runs two independent kernels; `a` runs over vertices.
+  /// Runs two independent kernels; `a` runs over the same vertices as in run_over_vertices().
   template <class A, class B>
   void run_concurrently(const A& a, int na, const B& b, int nb) {
     ++launches[A::name], ++launches[B::name];

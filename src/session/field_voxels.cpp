@@ -14,12 +14,12 @@
 namespace simplexseg {
 namespace {
 
-/// Smallest difference between a value and the threshold, so that the surface keeps a distance from voxel centres.
+/// Smallest difference between the value of a voxel and the threshold. Keeps the surface away from voxel centres.
 constexpr float kMinMargin = 0.05f * kFieldScale;
 constexpr float kNearVoxels = 2;   // distance from the object, in voxels, up to which the probability is stored
 constexpr int kMargin = 10;        // margin of a field around its object, voxels
-constexpr double kMinVoxels = 2;   // smallest radius of the ball of a boundary mark
-constexpr double kMaxVoxels = 60;  // largest distance of a boundary mark from the surface
+constexpr double kMinVoxels = 2;   // smallest radius of the ball of a boundary mark, voxels
+constexpr double kMaxVoxels = 60;  // largest distance of a boundary mark from the surface, voxels
 
 bool is_set(const Mask& mask, const Eigen::Vector3d& index) {
   std::array<int, 3> at;
@@ -74,7 +74,7 @@ MeshField field_of_start(const SimplexMesh& start, std::vector<Mark> marks, cons
                          const VolumeGeometry& geometry, const RunJobs& run) {
   Mask mask = rasterise(start, geometry);
   for (const Mark& other : others) paint_ball(mask, other.position_mm, other.radius_mm, 0);
-  for (std::size_t m = 1; m < marks.size(); ++m) {  // the labels replace the first, the seed
+  for (std::size_t m = 1; m < marks.size(); ++m) {  // the first mark is the seed, which the labels replace
     const Mark& mark = marks[m];
     if (mark.kind == MarkKind::Boundary)
       paint_boundary(mask, mark);
@@ -84,7 +84,8 @@ MeshField field_of_start(const SimplexMesh& start, std::vector<Mark> marks, cons
   MeshField field;
   field.box = bounding_box(mask, mask);
   if (field.box.voxel_count() == 0)
-    throw Error("the segmentation from labels", "it contains no voxel of the image", "use labels of this image");
+    throw Error("the segmentation from labels", "it contains no voxel of the image",
+                "use labels of this image, or remove the marks that exclude all of it");
   for (int a = 0; a < 3; ++a) {
     const int first = std::max(0, field.box.first[a] - kMargin);
     const int end = std::min(geometry.size[a], field.box.first[a] + field.box.size[a] + kMargin);

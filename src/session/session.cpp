@@ -28,7 +28,7 @@ double now() { return std::chrono::duration<double>(std::chrono::steady_clock::n
 
 DeviceError not_enough_memory(std::size_t needed, std::size_t available) {
   return {"the device has too little memory",
-          std::to_string(needed >> 20) + " MiB are needed and " + std::to_string(available >> 20) + " MiB are free",
+          std::to_string(needed >> 20) + " MiB needed, " + std::to_string(available >> 20) + " MiB free",
           "use --backend cpu, a smaller image or coarser meshes"};
 }
 

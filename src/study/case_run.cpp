@@ -13,7 +13,7 @@
 namespace simplexseg {
 namespace {
 
-/// Messages of the program during a trial, and the final poses.
+/// Result of a trial: messages of the program, number of steps, final scene and last measurements.
 struct TrialRun {
   std::optional<std::string> refusal, failure;
   std::vector<std::string> cuts;
@@ -34,7 +34,7 @@ TrialRun run_in_session(const Trial& trial, const EngineFactory& make_engine) {
       run.cuts.insert(run.cuts.end(), part.cuts.begin(), part.cuts.end());
       run.failure = part.failure;
       if (part.steps == 0) break;
-      // No call after the last step: a command may reload the meshes, which would discard the measurements.
+      // `between` is not called after the last step: its commands may reload the meshes and discard the measurements.
       if (run.steps < trial.steps && trial.between) trial.between(session, chunks);
     }
   } catch (const Error& error) {
@@ -91,7 +91,8 @@ bool names_mesh_and_force(const std::string& line, const Scene& scene) {
                              [&](const ForceInfo& force) { return line.find(force.name) != std::string::npos; });
 }
 
-/// Fault that makes the case fail, regardless of the expected outcome; empty: none.
+/// Fault that makes the case fail, regardless of the expected outcome; empty: none. Stores the measures of the final
+/// meshes in `result`.
 std::string find_fault(const TrialRun& run, const Trial& trial, CaseResult& result) {
   std::ostringstream fault;
   for (std::size_t k = 0; k < run.end.meshes.size(); ++k) {
@@ -104,19 +105,21 @@ std::string find_fault(const TrialRun& run, const Trial& trial, CaseResult& resu
     result.inverted = result.inverted || inverted, result.inverted_reported |= reported_inverted;
     result.farthest_mm =
         std::max(result.farthest_mm, farthest_from(item.mesh, mean_position(trial.scene.meshes[k].mesh)));
-    // The engine checks the normals before its last step: it must report a fold that exists before and after the step.
+    // The engine counts folds at the positions before its last step. It must report folds that clearly exist there and
+    // still exist after the step.
     if (reported_folds == 0 && folds > 0 && count_folds(before, 0.05) > 0)
-      fault << folds << " folded vertices that are not reported";
+      fault << folds << " folded vertices are not reported";
     else if (inverted && !reported_inverted)
-      fault << "an inverted mesh that is not reported";
+      fault << "an inverted mesh is not reported";
     else if (folds > 0 && !trial.folds)
-      fault << folds << " folded vertices are left";
+      fault << folds << " folded vertices remain";
     else if (inverted && !trial.inverted)
-      fault << "an inverted mesh";
+      fault << "a mesh is inverted";
     if (fault.tellp() > 0) return fault.str();
   }
   if (result.farthest_mm > trial.reach_mm)
-    fault << "a vertex is " << result.farthest_mm << " mm away, farther than " << trial.reach_mm;
+    fault << "a vertex is " << result.farthest_mm << " mm from the initial centre of its mesh, more than "
+          << trial.reach_mm << " mm";
   return fault.str();
 }
 
@@ -166,7 +169,7 @@ CaseResult run_case(const StabilityCase& stability_case, Solver solver, const En
     result.note = *run.failure;
     if (names_mesh_and_force(result.note, run.end)) result.outcome = CaseOutcome::Pauses;
   } else if (run.steps != trial.steps) {
-    result.note = "it stopped after " + std::to_string(run.steps) + " steps without a message";
+    result.note = "the run stopped after " + std::to_string(run.steps) + " steps without a message";
   } else if (!run.cuts.empty() && !trial.cuts) {
     result.note = run.cuts.front();
     if (names_mesh_and_force(result.note, run.end)) result.outcome = CaseOutcome::Cut;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Desktop program from the command line: exit status, one line on stderr, files.
+// Desktop program started from the command line: exit status, one-line errors on stderr, output files.
 #include <QFileInfo>
 #include <QImage>
 #include <QJsonDocument>
@@ -63,7 +63,7 @@ TEST(Program, WithoutOpenGlARemedyIsShown) {
   EXPECT_TRUE(outcome.err.contains("simplexseg-cli"));
 }
 
-/// Writes a scene with a bright ball and a mesh on it. Returns the path of the scene.
+/// Writes an image of a bright sphere and a scene with a spherical mesh inside it. Returns the path of the scene.
 QString write_ball_scene(const QTemporaryDir& folder) {
   const auto path = [&](const char* name) { return folder.filePath(name); };
   write_volume(path("ball.nii").toStdString(), make_phantom("sphere", {}).image);
@@ -92,7 +92,7 @@ TEST(Program, AScreenshotRunsTheSceneAndExits) {
   EXPECT_EQ(outcome.status, 0) << outcome.err.toStdString();
   EXPECT_EQ(QImage(path("a.png")).size(), QSize(900, 700));
   EXPECT_EQ(read_log(path("log.json").toStdString()).trailing_steps, 12);
-  const Outcome broken = run({"--screenshot", path("b.png"), path("a.png")});  // a picture is not a volume
+  const Outcome broken = run({"--screenshot", path("b.png"), path("a.png")});  // a PNG file is not a volume
   EXPECT_EQ(broken.status, 2);
   EXPECT_EQ(broken.err.count('\n'), 1) << broken.err.toStdString();
   const Outcome unwritable = run({"--screenshot", path("no/such/folder/b.png"), "--steps", "0", path("ball.nii")});
@@ -123,7 +123,7 @@ TEST(Program, AMeasurementIsJson) {
   EXPECT_FALSE(json["renderer"].toString().isEmpty());
   EXPECT_EQ(json["simulating"]["bytes_read_back"].toInt(-1), 0);
   EXPECT_EQ(QImage(picture).size(), QSize(900, 700));
-  const Outcome empty = run({"--measure", "1", folder.filePath("ball.nii")});  // a volume: nothing to run
+  const Outcome empty = run({"--measure", "1", folder.filePath("ball.nii")});  // no mesh to run
   EXPECT_EQ(empty.status, 2);
   EXPECT_EQ(empty.err.count('\n'), 1) << empty.err.toStdString();
 }

@@ -26,7 +26,7 @@ std::uint8_t& at(Mask& mask, int i, int j, int k) {
   return mask.voxels[(std::size_t(k) * mask.geometry.size[1] + j) * mask.geometry.size[0] + i];
 }
 
-/// Test mask of MONAI: 99^3 voxels, voxel i is set if |i * spacing - centre| <= r.
+/// Mask of a sphere as in the tests of MONAI: 99^3 voxels; voxel i is set if |i * spacing - centre| <= radius.
 Mask monai_sphere(double radius, const Eigen::Vector3d& centre, const Eigen::Vector3d& spacing = {1, 1, 1}) {
   Mask mask = empty_mask({99, 99, 99}, spacing);
   for (int k = 0; k < 99; ++k)
@@ -36,7 +36,7 @@ Mask monai_sphere(double radius, const Eigen::Vector3d& centre, const Eigen::Vec
   return mask;
 }
 
-/// Reference implementation: distance from each boundary voxel of one mask to the nearest one of the other.
+/// Reference implementation: distance from each boundary voxel of one mask to the nearest boundary voxel of the other.
 struct BruteForce {
   static std::vector<Eigen::Vector3d> boundary(const Mask& mask) {
     const auto [ni, nj, nk] = mask.geometry.size;
@@ -123,7 +123,7 @@ TEST(Metrics, MonaiOneSphereInsideAnother) {
 }
 
 TEST(Metrics, MonaiAnisotropicSpacing) {
-  // The published values of this case used a float spacing.
+  // The published values were computed with a float spacing, hence the larger tolerances.
   const Eigen::Vector3d s(.85, 1.2, .9);
   const Agreement shifted = compare(monai_sphere(20, {20, 20, 20}, s), monai_sphere(20, {19, 19, 19}, s));
   EXPECT_NEAR(shifted.hd_directed_mm, 2.080865145, 1e-6);
@@ -150,7 +150,8 @@ TEST(Metrics, EmptyMasks) {
   EXPECT_EQ(dice(none, none), 1);
 }
 
-// MedPy pools the distances of both directions: its means are directed means weighted by boundary sizes.
+// MedPy averages the pooled distances of both directions. This equals the mean of the two directed means, each weighted
+// by its number of boundary voxels.
 TEST(Metrics, MedPyCornerAgainstDiagonal) {
   Mask corner = empty_mask({4, 4, 4}), diagonal = empty_mask({4, 4, 4});
   at(corner, 0, 0, 0) = 1;
@@ -200,7 +201,8 @@ TEST(Metrics, RandomMasksAgreeWithTheDefinitionOnEveryKindOfGrid) {
 }
 
 TEST(Metrics, ShapesOnASlightlyShearedGridAgreeWithTheSeparablePath) {
-  // A shear of 2e-5 exceeds the tolerance for orthogonal axes: both code paths must agree at the transition.
+  // A shear of 2e-5 just exceeds the tolerance for orthogonal axes. The k-d tree for sheared grids must agree there
+  // with the separable distance transform.
   const Mask straight_a = monai_sphere(20, {40, 33, 40}), straight_b = monai_sphere(26, {42, 33, 40});
   Mask a = straight_a, b = straight_b;
   a.geometry.direction(0, 1) = b.geometry.direction(0, 1) = 2e-5;
@@ -252,7 +254,7 @@ TEST(MaskOf, PicksOneLabelOrAll) {
   EXPECT_EQ(mask_of(labels, 2).voxels, (Voxels{0, 0, 1, 0, 1, 0}));
   EXPECT_EQ(mask_of(labels, 0).voxels, (Voxels{1, 0, 0, 0, 0, 0}));
   EXPECT_EQ(mask_of(labels, -1).voxels, (Voxels{0, 0, 0, 1, 0, 0}));
-  // Labels outside the range of the type must not wrap around to valid ones.
+  // A label that the voxel type cannot represent matches no voxel; 65535 must not wrap around to -1.
   EXPECT_EQ(mask_of(labels, 65535).voxels, Voxels(6));
   EXPECT_EQ(mask_of(labels, 1.5).voxels, Voxels(6));
   EXPECT_EQ(mask_of(labels, std::nan("")).voxels, Voxels(6));

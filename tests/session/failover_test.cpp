@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Devices that fail or lack memory: the session continues on the fallback engine, or throws and loses nothing.
+// Devices that fail or run out of memory: the session continues on the fallback engine, or throws without losing data.
 #include "core/error.h"
 #include "session/session.h"
 #include "step/simulation_parameters.h"
@@ -12,12 +12,12 @@ namespace {
 class Device : public Engine {
  public:
   struct State {
-    bool fails = false, full = false;  ///< full: every load fails
+    bool fails = false, full = false;  ///< full: out of memory, every load fails
     std::size_t bytes = std::size_t{1} << 40;
   };
   explicit Device(std::shared_ptr<State> state) : state_(std::move(state)) {}
   const char* backend() const override { return "cuda"; }
-  std::string description() const override { return "device of a test"; }
+  std::string description() const override { return "test device"; }
   void set_volume(const Volume& volume) override { inner().set_volume(volume); }
   void load(std::span<const EngineMesh> meshes, const SimulationParameters& s,
             std::span<const EnginePoint> points) override {
@@ -71,7 +71,7 @@ Scene scene_of_one() {
   MeshItem item;
   item.name = "ball", item.seed = {{0, 0, 0}, 12};
   item.parameters = default_force_parameters();
-  set(item.parameters, {"evidence", "source", 1});  // no field, whose comparison with meshes would read poses
+  set(item.parameters, {"evidence", "source", 1});  // no field: comparing the mesh with it would read poses
   scene.meshes.push_back(item);
   scene.simulation = default_simulation_parameters();
   return scene;
@@ -96,9 +96,8 @@ TEST_F(Failover, StepsContinueOnTheFallbackEngine) {
   const std::optional<std::string> notice = with_fallback.pop_notice();
   ASSERT_TRUE(notice.has_value());
   EXPECT_NE(notice->find("the device was lost"), std::string::npos) << *notice;
-  EXPECT_FALSE(with_fallback.pop_notice().has_value()) << "returned once";
-  EXPECT_GT(largest_distance(with_fallback.scene().meshes[0].mesh.positions, before), 1e-3)
-      << "it continues from the previous pose";
+  EXPECT_FALSE(with_fallback.pop_notice().has_value()) << "a notice is returned only once";
+  EXPECT_GT(largest_distance(with_fallback.scene().meshes[0].mesh.positions, before), 1e-3) << "the mesh must move";
 }
 
 TEST_F(Failover, CommandsAreNotLost) {
@@ -125,7 +124,7 @@ TEST_F(Failover, ContinuesFromPosesReadLast) {
 
 TEST_F(Failover, SolverStateBelongsToThePose) {
   Scene scene = scene_of_one();
-  // No refinement, which would read the pose and reset the solver.
+  // Prevents refinement, which would read the pose and reset the solver.
   scene.simulation.final_vertices = scene.simulation.start_vertices;
   with_fallback.open(scene, volume);
   with_fallback.advance_steps(40);
@@ -137,7 +136,7 @@ TEST_F(Failover, SolverStateBelongsToThePose) {
   ASSERT_NE(with_fallback.last_outcome().solver.at(0).min_eigenvalue, early.min_eigenvalue);
   device->fails = true;
   EXPECT_EQ(with_fallback.scene().meshes[0].solver.min_eigenvalue, early.min_eigenvalue)
-      << "of the pose that was read last";
+      << "solver state at the pose that was read last";
 }
 
 TEST_F(Failover, EditsUsePosesReadLast) {
@@ -222,13 +221,13 @@ TEST_F(Failover, TooLittleMemoryIsReportedWithBothFiguresBeforeLoading) {
   } catch (const Error& error) {
     why = error.what();
   }
-  EXPECT_NE(why.find("1 MiB are free"), std::string::npos) << why;
-  EXPECT_NE(why.find("MiB are needed"), std::string::npos) << why;
+  EXPECT_NE(why.find("1 MiB free"), std::string::npos) << why;
+  EXPECT_NE(why.find("MiB needed"), std::string::npos) << why;
   EXPECT_EQ(without.scene().meshes[0].name, "ball") << "the previous scene stays open";
   without.advance_steps(5);
   with_fallback.open(larger, volume);
   EXPECT_STREQ(with_fallback.engine().backend(), "cpu");
-  EXPECT_NE(with_fallback.pop_notice()->find("MiB are needed"), std::string::npos);
+  EXPECT_NE(with_fallback.pop_notice()->find("MiB needed"), std::string::npos);
 }
 
 }  // namespace

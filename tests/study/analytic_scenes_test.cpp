@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Comparison of engines with exact solutions: the order of the integrators, and a fixed point.
+// Comparison of the engines with exact solutions: order of the Verlet integrator, and a fixed point.
 #include "study/analytic_scenes.h"
 
 #include <cmath>
@@ -30,10 +30,10 @@ class AnalyticScenes : public EngineTest {
     engine.read(0, now, before);
     return pose_of(now);
   }
-  /// Largest error compared with the exact solution at the time `end`, after `steps` steps.
+  /// Largest distance (mm) of a vertex from its exact position at the time `end`, after `steps` steps.
   static double error(const AnalyticScene& scene, Solver solver, double end, int steps, double damping_rate) {
     const double dt = end / steps;
-    // Attraction keeps its first binding. The nearest vertex would not change anyway; this makes it certain.
+    // The refresh interval exceeds the number of steps, so each attraction point stays bound to its first vertex.
     SimulationParameters s = simulation(static_cast<float>(dt), static_cast<float>(damping_rate * dt), 1000);
     s.solver_choice = static_cast<float>(solver);
     const auto engine = load(scene, dt, damping_rate, s);
@@ -46,15 +46,15 @@ class AnalyticScenes : public EngineTest {
     for (int steps : {coarsest, 2 * coarsest, 4 * coarsest}) {
       timesteps.push_back(end / steps);
       errors.push_back(error(scene, solver, end, steps, damping_rate));
-      EXPECT_GT(errors.back(), 1e-4) << "the error would be that of floats (1e-6 mm per step), not of the method";
+      EXPECT_GT(errors.back(), 1e-4) << "float rounding (1e-6 mm per step) would dominate the error of the method";
     }
     return measured_order(timesteps, errors);
   }
 };
 SIMPLEXSEG_ON_EVERY_BACKEND(AnalyticScenes);
 
-// Undamped, x+ - 2x + x- = dt^2 a is of order 2. Damping enters as c (x - x-)/dt, the velocity half a step ago:
-// order 1.
+// The undamped scheme x(t + dt) - 2 x(t) + x(t - dt) = dt^2 a is of order 2. The damping term c (x(t) - x(t - dt)) / dt
+// uses the velocity half a step earlier, which reduces the order to 1.
 TEST_P(AnalyticScenes, VerletIsOfSecondOrderUndampedAndOfFirstDamped) {
   for (const AnalyticScene& scene : {oscillator_scene(1.5), sphere_relaxation_scene(4)}) {
     EXPECT_NEAR(order(scene, Solver::Verlet, 0), 2, 0.2) << scene.name;

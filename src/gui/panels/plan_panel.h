@@ -13,16 +13,15 @@ namespace simplexseg {
 
 class Workbench;
 
-/// Lists the arrays and kernels of a simulation step (StepPlan) with their sizes, and the reason why each is used or
-/// skipped.
+/// Lists the arrays and kernels of a simulation step (StepPlan): the size of each array, the bytes that each kernel
+/// reads and writes, and the reason why each is needed or not.
 class PlanPanel : public QWidget {
   Q_OBJECT
  public:
   PlanPanel(Workbench& workbench, QWidget* parent);
-  /// Plan shown; empty until the panel has been visible once.
+  /// Displayed plan; empty until the panel is visible for the first time.
   const StepPlan& shown() const { return shown_; }
-  /// Sets whether the panel is visible to the user; no plan is made while it is hidden. (For Qt, a widget behind
-  /// another tab is visible too.)
+  /// Sets whether the panel is visible to the user; no plan is made while it is hidden.
   void set_on_screen(bool on_screen);
   bool on_screen() const { return on_screen_; }
 

@@ -10,7 +10,7 @@ namespace simplexseg {
 namespace {
 
 struct Organ {
-  std::vector<const char*> words;  ///< all words of the name except numbers, sorted
+  std::vector<const char*> words;  ///< words of the organ's name, sorted
   const char *code, *meaning;
 };
 

@@ -8,11 +8,11 @@
 namespace simplexseg {
 namespace {
 
-constexpr double kKnee = 6.0 / 29;                // CIELab is linear below it
-const Eigen::Vector3d kWhite(0.9642, 1, 0.8251);  // D50
+constexpr double kKnee = 6.0 / 29;                // value of the CIELab function below which the function is linear
+const Eigen::Vector3d kWhite(0.9642, 1, 0.8251);  // X, Y, Z of white point D50
 
 Eigen::Matrix3d rgb_from_xyz() {
-  Eigen::Matrix3d matrix;  // D50 to sRGB, Bradford adaptation
+  Eigen::Matrix3d matrix;  // XYZ with white point D50 to linear sRGB, Bradford adaptation
   matrix << 3.1338561, -1.6168667, -0.4906146, -0.9787684, 1.9161415, 0.0334540, 0.0719453, -0.2289914, 1.4052427;
   return matrix;
 }

@@ -17,7 +17,7 @@ constexpr DicomTag kShared{0x5200, 0x9229}, kPerFrame{0x5200, 0x9230}, kDimensio
     kFrameContent{0x0020, 0x9111}, kStackId{0x0020, 0x9056}, kInStack{0x0020, 0x9057};
 
 struct Trait {
-  DicomTag sequence;  ///< {0, 0}: attribute of the image itself
+  DicomTag sequence;  ///< functional group with the attribute; {0, 0}: attribute of the image itself
   DicomTag tag;
   DicomKind kind;
   const char* name;
@@ -60,7 +60,8 @@ void add_trait(DicomSlice& slice, const std::string& name, const std::string& va
   slice.traits.emplace_back(name, value);
 }
 
-/// Returns the name of each dimension index; empty for indices of positions, since the positions themselves are used.
+/// Returns the name of each dimension index. The name is empty for an index of positions, because the positions
+/// themselves are used.
 std::vector<std::string> dimension_names(const gdcm::DataSet& data) {
   std::vector<std::string> names;
   each_item(data, kDimensions, [&](const gdcm::DataSet& item) {
@@ -128,8 +129,8 @@ bool apply_functional_groups(const gdcm::DataSet& data, std::vector<DicomSlice>&
 
 Eigen::Vector3d normal_of(const DicomSlice& slice) { return slice.axes->col(0).cross(slice.axes->col(1)).normalized(); }
 
-/// Places the frames of a dose grid. Its offsets are distances along the normal or, if the first one equals the z of
-/// the position, z coordinates.
+/// Places the frames of a dose grid. The offsets of the grid are distances along the normal or, if the first offset
+/// equals the z coordinate of the image position, z coordinates, mm. Returns false when there are no such offsets.
 bool apply_dose_offsets(const gdcm::DataSet& data, std::vector<DicomSlice>& frames) {
   const std::vector<double> offsets = numbers_of(data, {0x3004, 0x000c});
   const DicomSlice& first = frames.front();
@@ -142,7 +143,8 @@ bool apply_dose_offsets(const gdcm::DataSet& data, std::vector<DicomSlice>& fram
   return true;
 }
 
-/// Reads the vectors named by the frame increment pointer: slice, detector, time slot etc. of each frame.
+/// Reads the vectors to which the frame increment pointer refers: slice, detector, time slot etc. of each frame.
+/// Returns false when there are none.
 bool apply_frame_vectors(const gdcm::DataSet& data, std::vector<DicomSlice>& frames) {
   const std::vector<double> named = numbers_of(data, {0x0028, 0x0009}, DicomKind::Short);
   bool sliced = false, any = false;
@@ -204,14 +206,14 @@ void read_image_plane(const gdcm::DataSet& data, DicomSlice& slice) {
   if (const auto n = first_of({0x0020, 0x0037}, {0x0020, 0x9302}, 6); !n.empty()) {
     Eigen::Matrix<double, 3, 2> axes;
     axes << n[0], n[3], n[1], n[4], n[2], n[5];
-    // Files store few digits, so the axes are normalised. Axes that are not orthogonal are ignored.
+    // The axes are normalised because files store few digits. Axes that are not orthogonal are ignored.
     if (axes.col(0).norm() > 0.5 && axes.col(1).norm() > 0.5) {
       axes.colwise().normalize();
       if (std::abs(axes.col(0).dot(axes.col(1))) < 0.1) slice.axes = axes;
     }
   }
   for (const DicomTag tag : {DicomTag{0x0028, 0x0030}, {0x0018, 0x1164}}) {
-    // PixelSpacing, else ImagerPixelSpacing: between rows, then between columns.
+    // Pixel Spacing, else Imager Pixel Spacing: first the distance between rows, then between columns, mm.
     const std::vector<double> n = numbers_of(data, tag);
     if (n.size() < 2 || n[0] <= 0 || n[1] <= 0) continue;
     slice.spacing_mm = Eigen::Vector2d(n[1], n[0]);

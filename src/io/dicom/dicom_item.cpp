@@ -157,7 +157,7 @@ std::string new_dicom_uid() { return gdcm::UIDGenerator().Generate(); }
 void write_dicom(AtomicFile& file, const DicomItem& data, DicomCoding coding) {
   FileBuffer buffer(file);
   std::ostream stream(&buffer);
-  stream.exceptions(std::ios::badbit);  // lets an Error of the file propagate
+  stream.exceptions(std::ios::badbit);  // errors of AtomicFile propagate through the stream
   gdcm::Writer writer;
   writer.SetStream(stream);
   writer.GetFile().SetDataSet(*data.data_);

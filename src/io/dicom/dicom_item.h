@@ -14,12 +14,12 @@ namespace simplexseg {
 
 class AtomicFile;
 
-/// Value representation in the file. Explicit: stored in each element, but texts have at most 65534 bytes. Implicit:
-/// from the standard's dictionary, longer texts allowed.
+/// Location of the value representations. Explicit: in each element of the file; a text then has at most 65534 bytes.
+/// Implicit: in the dictionary of the standard; longer texts are possible.
 enum class DicomCoding { Explicit, Implicit };
 
-/// Data set, or item of a sequence. Elements can be added in any order; adding one again replaces it. The value
-/// representation (VR) of each element comes from GDCM's dictionary.
+/// Data set, or item of a sequence. Elements can be added in any order; an element with the same tag is replaced. The
+/// value representation (VR) of each element comes from GDCM's dictionary.
 class DicomItem {
  public:
   DicomItem();
@@ -29,22 +29,25 @@ class DicomItem {
   DicomItem& operator=(DicomItem&&) noexcept;
   ~DicomItem();
 
-  /// Adds a text; several values are separated by backslashes. An empty text adds the element without a value.
+  /// Adds a text in which backslashes separate several values. An empty text adds the element without a value.
   DicomItem& text(DicomTag tag, const std::string& value);
   DicomItem& shorts(DicomTag tag, std::span<const std::uint16_t> values);
   DicomItem& longs(DicomTag tag, std::span<const std::uint32_t> values);
-  /// Adds the tag of another element as value (VR AT).
+  /// Adds an element whose value is the tag `to` of another element (VR AT).
   DicomItem& pointer(DicomTag tag, DicomTag to);
-  /// Adds numbers as decimal strings (DS) of at most 16 characters each, precise to at least ten digits.
+  /// Adds decimal strings (VR DS), see decimal_string().
   DicomItem& numbers(DicomTag tag, std::span<const double> values);
+  /// Adds an even number of bytes.
   DicomItem& bytes(DicomTag tag, const std::vector<std::uint8_t>& values);
+  /// Adds a sequence.
   DicomItem& items(DicomTag tag, std::span<const DicomItem> items);
   /// Adds a sequence with one item.
   DicomItem& item(DicomTag tag, const DicomItem& one);
   /// Adds a sequence with one code (PS3.3 8.8).
   DicomItem& code(DicomTag tag, const std::string& value, const std::string& scheme, const std::string& meaning);
+  /// Removes the element, if it exists.
   DicomItem& remove(DicomTag tag);
-  /// Copies a text from another data set unchanged; returns false when it is missing or empty.
+  /// Copies a text from another data set, except for its padding. Returns false when the text is missing or empty.
   bool copy_text(const gdcm::DataSet& from, DicomTag tag);
 
  private:
@@ -55,14 +58,15 @@ class DicomItem {
   friend void write_dicom(AtomicFile& file, const DicomItem& data, DicomCoding coding);
 };
 
-/// Returns the number as decimal string (DS): the shortest exact text, or 16 characters at most.
+/// Returns the number as decimal string (DS) of at most 16 characters: the shortest exact text if it fits, otherwise a
+/// text rounded to at least ten significant digits (nine if the exponent has three digits).
 std::string decimal_string(double value);
 
-/// Returns a new globally unique UID.
+/// Returns a new unique identifier (UID).
 std::string new_dicom_uid();
 
-/// Writes a little-endian DICOM file with preamble and meta information. `data` must contain the SOP class and instance
-/// UID. Throws Error when the file cannot be written.
+/// Writes a little-endian DICOM file with preamble and meta information. `data` must contain the SOP class UID and the
+/// SOP instance UID. Throws Error when the file cannot be written.
 void write_dicom(AtomicFile& file, const DicomItem& data, DicomCoding coding);
 
 }  // namespace simplexseg

@@ -18,7 +18,7 @@ namespace simplexseg {
 namespace {
 
 constexpr const char* kLimitsExceeded = "its pixels are damaged: decoding exceeds the limits of time and memory";
-constexpr std::size_t kMaxErrorLength = 1000;  // characters of an error message
+constexpr std::size_t kMaxErrorLength = 1000;  // longest error message that the worker process sends, characters
 
 VoxelType stored_type_of(const DicomPixels& p) {
   if (p.bits <= 8) return p.is_signed ? VoxelType::Int8 : VoxelType::UInt8;
@@ -55,7 +55,8 @@ std::vector<char> decode(const DicomSlice& slice) {
   return bytes;
 }
 
-/// Runs in the worker process. Writes the length of the error message and the message, or 0 and the decoded frames.
+/// Sends the result of decode() from the worker process to its parent: the length of the error message and the message,
+/// or 0 and the decoded frames.
 void decode_to(int pipe, const DicomSlice& slice) {
   std::string why;
   std::vector<char> bytes;
@@ -71,7 +72,8 @@ void decode_to(int pipe, const DicomSlice& slice) {
   why.empty() ? write_to_parent(pipe, bytes.data(), bytes.size()) : write_to_parent(pipe, why.data(), length);
 }
 
-/// Limits of the worker process. damage_of_fragments() has already bounded the decompressed size of each file.
+/// Returns the limits of the worker process. damage_of_fragments() has already bounded the decompressed size of each
+/// file.
 WorkerLimits limits_for(const std::vector<DicomSlice>& files) {
   constexpr double min_bytes_per_second = 5e5;  // far below the speed of the slowest codec
   WorkerLimits limits;
@@ -86,7 +88,8 @@ WorkerLimits limits_for(const std::vector<DicomSlice>& files) {
   return limits;
 }
 
-/// Expands a frame of 1-bit pixels, which can start anywhere in a byte.
+/// Expands a frame of 1-bit pixels to one byte each. `first` is the index of its first pixel in the file; the frame can
+/// start at any bit of a byte.
 void unpack_bits(const std::vector<char>& packed, std::size_t first, std::vector<std::byte>& pixels) {
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     const std::size_t at = first % 8 + i;
@@ -100,7 +103,7 @@ void swap_bytes(std::vector<std::byte>& bytes) {
     std::reverse(bytes.data() + i, bytes.data() + i + sizeof(T));
 }
 
-/// Clears all bits outside the stored bits (overlays) and extends the sign.
+/// Clears all bits other than the stored bits, since they can contain overlays, and extends the sign.
 template <class T>
 void mask_stored_bits(std::byte* bytes, std::size_t count, const DicomPixels& p) {
   constexpr int width = 8 * sizeof(T);
@@ -215,7 +218,7 @@ bool DicomFrames::read(const DicomSlice& slice, VoxelType type, void* to) {
       if (is_unscaled) {
         std::transform(first, last, static_cast<To*>(to), [](From v) { return static_cast<To>(v); });
       } else {
-        // A codec can produce more bits than the header states.
+        // A codec can return more bits than the header states, so values can exceed the range of `type`.
         std::transform(first, last, static_cast<To*>(to), [&](From v) {
           const double value = slice.slope * static_cast<double>(v) + slice.intercept;
           const double clamped =

@@ -24,10 +24,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Returns a description of missing or damaged pixel data; GDCM would silently leave the missing part undefined. Colour
-/// images can be subsampled to two thirds of their size.
+/// Returns a description of missing or damaged pixel data, or an empty text. GDCM itself would leave missing pixels
+/// undefined without an error. Colour images can be subsampled to two thirds of their size.
 std::string damage_of_pixels(const fs::path& path, const gdcm::TransferSyntax& syntax, const DicomPixels& pixels) {
-  // In a deflated file the offsets are unknown.
+  // Offsets of pixels in a deflated file are unknown.
   if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) return {};
   if (syntax.IsEncapsulated()) return damage_of_fragments(path, pixels);
   const double required_bytes = double(pixels.rows) * pixels.columns * pixels.samples * pixels.frames * pixels.bits / 8;
@@ -130,7 +130,7 @@ std::vector<DicomSlice> scan_dicom(const fs::path& path) {
 std::string sop_class_name(const fs::path& path) {
   if (!has_dicom_header(path) || !damage_of_header(path).empty()) return {};
   constexpr std::size_t kMaxNameLength = 200;
-  // In a worker process: with elements out of order GDCM can read the pixels, whatever size they claim.
+  // A worker process limits the memory: if elements are out of order, GDCM can read pixels of any stated size.
   WorkerProcess worker({}, [&path](int pipe) {
     without_aborting([&] {
       gdcm::Reader reader;

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kSamePositionMm = 0.01;
 
-/// Returns one slice per position, sorted by position. Positions without a frame get a slice with an empty file.
+/// Returns one slice per position, sorted by position. Slices for positions without a frame have an empty file name.
 std::vector<DicomSlice> whole_stack(std::vector<DicomSlice> slices, const std::string& series_name) {
   const Eigen::Vector3d normal = slices.front().axes->col(0).cross(slices.front().axes->col(1)).normalized();
   const auto place = [&](const DicomSlice& s) { return normal.dot(*s.position); };
@@ -26,7 +26,8 @@ std::vector<DicomSlice> whole_stack(std::vector<DicomSlice> slices, const std::s
   slices.erase(last, slices.end());
   double min_gap = slices.size() > 1 ? place(slices[1]) - place(slices[0]) : 0;
   for (std::size_t i = 2; i < slices.size(); ++i) min_gap = std::min(min_gap, place(slices[i]) - place(slices[i - 1]));
-  // Frames can be missing at every other position; the distance in the file is then smaller than the observed one.
+  // Frames can be missing at every other position. The slice distance in the header is then used, since it is smaller
+  // than the smallest distance between frames.
   const double named = slices.front().slice_distance_mm.value_or(0);
   const double step = named > 0 && std::abs(min_gap / named - std::round(min_gap / named)) < 0.02 ? named : min_gap;
   std::vector<DicomSlice> whole;
@@ -47,7 +48,7 @@ std::vector<DicomSlice> whole_stack(std::vector<DicomSlice> slices, const std::s
   return whole;
 }
 
-/// Returns the index of each frame in the stack, from its position along the normal.
+/// Returns the slice index of each frame in the stack `whole`, from the position of the frame along the normal.
 std::vector<std::size_t> slice_indices(const std::vector<DicomSlice>& slices, const std::vector<DicomSlice>& whole) {
   const Eigen::Vector3d normal = whole.front().axes->col(0).cross(whole.front().axes->col(1)).normalized();
   const auto along = [&](const DicomSlice& s) { return normal.dot(*s.position - *whole.front().position); };

@@ -11,9 +11,10 @@ namespace simplexseg {
 /// Returns true for slices of a DICOM segmentation (PS3.3 C.8.20).
 bool is_segmentation(const DicomSlice& slice);
 
-/// Opens the frames of a segmentation as one label volume. A voxel has the number of its segment, or 0 for none; slices
-/// without a frame are 0. Overlapping segments use the highest number; fractional segments use a threshold of one half.
-/// Throws Error like stack().
+/// Opens the frames of a segmentation as one label volume: a voxel contains the number of its segment, or 0. Slices
+/// without a frame are 0, and the highest number is used where segments overlap. A fractional segment contains the
+/// voxels that it fills at least by half. Throws Error like require_one_stack() and stack(), and when a frame has no
+/// segment number.
 VolumeSource open_segments(std::vector<DicomSlice> slices, const std::string& series_name);
 
 }  // namespace simplexseg

@@ -26,13 +26,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kMaxPreviewSide = 128;  // pixels
+constexpr int kMaxPreviewSide = 128;  // largest width and height of a preview, pixels
 
 using Slices = std::vector<DicomSlice>;
 
 // ---- files ----
 
-/// Returns true for files worth parsing as DICOM, since files of other programs can be large.
+/// Returns true for files that are worth parsing as DICOM. Files of other programs can be large and are not parsed.
 bool may_be_dicom(const fs::path& path) {
   const std::string extension = extension_of(path);
   return extension.empty() || extension == ".dcm" || extension == ".dicom" || extension == ".ima" ||
@@ -60,7 +60,8 @@ std::vector<fs::path> files_in(const fs::path& folder, bool below) {
   return files;
 }
 
-/// Returns the file of this name, ignoring case: names on a disc can differ in case from its DICOMDIR.
+/// Returns the file of this name in any case, because names on a disc can differ in case from those in its DICOMDIR;
+/// empty when there is none.
 fs::path find_named(const fs::path& folder, const std::string& name) {
   std::error_code error;
   if (fs::exists(folder / name, error)) return folder / name;
@@ -69,7 +70,8 @@ fs::path find_named(const fs::path& folder, const std::string& name) {
   return {};
 }
 
-/// Returns the files listed in the records of a DICOMDIR (PS3.3, F.3).
+/// Returns the files listed in the records of a DICOMDIR (PS3.3, F.3), or all files below its folder if it lists none.
+/// Adds a line to `missing` for each listed file that does not exist.
 std::vector<fs::path> files_of_dicomdir(const fs::path& path, std::vector<std::string>& missing) {
   std::vector<std::string> names;
   if (const std::string damage = damage_of_header(path); !damage.empty())
@@ -100,7 +102,7 @@ std::vector<fs::path> files_of_dicomdir(const fs::path& path, std::vector<std::s
   return files;
 }
 
-/// Returns the slices of all files, grouped by series UID.
+/// Returns the slices of all files, grouped by series UID. Adds a line to `unreadable` for each damaged file.
 std::map<std::string, Slices> scan_files(const std::vector<fs::path>& files, std::vector<std::string>& unreadable) {
   std::map<std::string, Slices> series;
   std::size_t done = 0;
@@ -131,7 +133,8 @@ struct Omitted {
   }
 };
 
-/// Returns the slices for which `is_usable` is true, or all slices if there are none.
+/// Returns the slices for which `is_usable` is true, or all slices if it is true for none. Adds the others to `omitted`
+/// with the reason `why`.
 template <class Predicate>
 Slices filter_slices(Slices slices, const Predicate& is_usable, const std::string& why, Omitted& omitted) {
   const auto rest = std::stable_partition(slices.begin(), slices.end(), is_usable);
@@ -141,7 +144,7 @@ Slices filter_slices(Slices slices, const Predicate& is_usable, const std::strin
   return slices;
 }
 
-/// Returns the largest group of slices that are equal according to `same`.
+/// Returns the largest group of slices for which `same` is true. Adds the others to `omitted` with the reason `why`.
 template <class Same>
 Slices largest_group(Slices slices, const Same& same, const std::string& why, Omitted& omitted) {
   std::vector<std::pair<const DicomSlice*, std::size_t>> groups;
@@ -173,7 +176,7 @@ bool same_size(const DicomSlice& a, const DicomSlice& b) {
          (!a.spacing_mm || a.spacing_mm->isApprox(*b.spacing_mm, 1e-3));
 }
 
-/// Returns the longest run of evenly spaced slices, one for each position.
+/// Returns the longest run of evenly spaced slices, one for each position. Adds the others to `omitted`.
 Slices longest_run(Slices slices, Omitted& omitted) {
   if (slices.empty() || !slices.front().axes || !slices.front().position) return slices;
   constexpr double kSamePositionMm = 0.01;
@@ -218,7 +221,7 @@ Slices usable_part(Slices slices, Omitted& omitted) {
   return longest_run(std::move(slices), omitted);
 }
 
-/// Opens the series or its largest usable part; sets `damaged` when slices are omitted.
+/// Opens the series or its largest usable part. Sets `damaged` to true when slices are omitted, otherwise to false.
 VolumeSource open_part(Slices slices, const std::string& series_name, int volume, bool& damaged) {
   damaged = false;
   try {
@@ -252,7 +255,7 @@ fs::path common_folder(const Slices& slices) {
   return folder;
 }
 
-/// Returns every n-th pixel of a slice.
+/// Returns a subsampled slice: every n-th pixel of every n-th row, at most kMaxPreviewSide pixels per side.
 Volume preview_of(const DicomSlice& slice) {
   const VoxelType type = voxel_type_of(slice);
   std::vector<std::byte> pixels(static_cast<std::size_t>(slice.pixels.rows) * slice.pixels.columns *

@@ -127,7 +127,7 @@ void stack(std::vector<DicomSlice>& slices, VolumeGeometry& geometry, std::vecto
                 "export the series again");
   }
   if (off_line > 0.1 * pixel) warnings.push_back("slices are shifted sideways by up to " + mm(off_line));
-  // A tilt within rounding errors is ignored. A real tilt (tilted gantry) is kept as a sheared grid.
+  // A tilt within rounding errors is ignored; a larger tilt (tilted gantry) makes the grid sheared.
   geometry.spacing_mm[2] = tilt < 1e-4 ? along : shift.norm();
   if (tilt >= 1e-4) geometry.direction.col(2) = shift.normalized();
   if (tilt > 1e-3) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Assembly of DICOM slices to a volume. `series_name` is the name of the series in messages.
+// Assembly of DICOM slices into a volume. `series_name` is the name of the series in messages.
 #pragma once
 #include <string>
 #include <vector>
@@ -9,11 +9,13 @@
 
 namespace simplexseg {
 
-/// Throws Error unless all slices have a position and the same size, pixel spacing and orientation.
+/// Throws Error unless all slices have a position and an orientation and agree in size, pixel spacing and orientation.
 void require_one_stack(const std::vector<DicomSlice>& slices, const std::string& series_name);
 
-/// Sorts the slices by position along the normal and sets spacing, origin and direction of `geometry`. Throws one Error
-/// that lists all missing, duplicate and unevenly spaced slices.
+/// Sorts the slices by position along the normal and sets slice spacing, origin and direction of `geometry`; a tilted
+/// stack becomes a sheared grid. Adds deviations from the header or from even spacing to `warnings`. Throws Error when
+/// slices are missing, duplicate, unevenly spaced or shifted sideways by more than half a pixel; the message lists
+/// them.
 void stack(std::vector<DicomSlice>& slices, VolumeGeometry& geometry, std::vector<std::string>& warnings,
            const std::string& series_name);
 

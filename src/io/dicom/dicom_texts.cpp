@@ -15,7 +15,7 @@
 namespace simplexseg {
 namespace {
 
-/// Returns the iconv name of a DICOM character set (PS3.3 C.12.1.1.2); the last of several is used.
+/// Returns the iconv name of the last DICOM character set in the list (PS3.3 C.12.1.1.2), "UTF-8" if unknown.
 std::string iconv_name(const std::string& character_set) {
   static const std::map<std::string, std::string> names = {{"ISO_IR 100", "ISO-8859-1"},
                                                            {"ISO_IR 101", "ISO-8859-2"},
@@ -77,7 +77,7 @@ std::string utf8_of(const std::string& text, const std::string& character_set) {
   std::string name = iconv_name(character_set);
   // Text without an escape sequence is ASCII, or UTF-8 from scanners that do not declare it.
   if (name.starts_with("ISO-2022") && text.find('\x1b') == std::string::npos) name = "UTF-8";
-  // iconv's EUC-KR does not accept the escape sequence that announces it in DICOM.
+  // The EUC-KR decoder of iconv does not accept the escape sequence that selects EUC-KR in DICOM.
   std::string plain;
   for (std::size_t n = 0; n < text.size(); ++n) {
     if (name == "EUC-KR" && text.compare(n, 4, "\x1b$)C") == 0)

@@ -25,7 +25,7 @@ namespace {
 
 constexpr const char *kInfo = "work.json", *kScene = "scene.json";
 constexpr const char* kWindowPrefix = "window-";
-/// Limit for the history, bytes: it is written completely after each action.
+/// Largest size of the saved history, bytes. Each autosave writes the whole history again.
 constexpr std::size_t kMaxHistory = std::size_t{16} << 20;
 
 /// Creates a folder with a unique name.
@@ -64,7 +64,7 @@ RecoverableWork read_info(const fs::path& folder) {
 }  // namespace
 
 AutosaveStore::AutosaveStore(const fs::path& root) {
-  // A window that starts at this moment may mistake a folder without a lock for an abandoned one and lock it first.
+  // Another window that is starting may take a folder that is not locked yet for an abandoned one, and lock it first.
   for (int attempt = 0; attempt < 10 && !folder_.is_locked(); ++attempt) folder_ = LockedFolder(make_folder(root));
   if (!folder_.is_locked())
     throw Error("cannot save recovery data in " + quoted(root), "files in it cannot be locked", "use a local disk");

@@ -15,20 +15,21 @@ class QSpinBox;
 
 namespace simplexseg {
 
-/// Form for the connection to an archive. Stores the name of the variable or file with the credentials, never the
-/// credentials themselves.
+/// Dialog for the connection settings of an archive. Stores only the name of the environment variable, or the path of
+/// the file, that contains the credentials.
 class ArchiveServerDialog : public QDialog {
   Q_OBJECT
  public:
-  /// `save` receives the entered archive and throws Error to refuse it; the dialog then shows the error and stays open.
+  /// `save` stores the entered settings. If it throws Error, the dialog shows the error and stays open.
   ArchiveServerDialog(const ArchiveServer& server, std::function<void(const ArchiveServer&)> save, QWidget* parent);
 
-  /// Archive as entered now.
+  /// Settings as currently entered.
   ArchiveServer server() const;
 
  private:
   void refresh();
-  /// Throws Error when no variable or file is entered for the credentials, or the variable is not a valid name.
+  /// Throws Error if credentials are selected but no variable or file is entered, or if the text entered for the
+  /// variable contains characters that are invalid in a name.
   void require_named_credentials() const;
   void try_to_save();
 

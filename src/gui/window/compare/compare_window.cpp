@@ -83,7 +83,7 @@ CompareWindow::CompareWindow(Workbench& workbench, const std::function<std::uniq
   refresh();
 }
 
-// The views release their OpenGL objects, and the panels their workbenches, before those are destroyed.
+// Deletes the views and panels before the drawn scenes and workbenches that they refer to.
 CompareWindow::~CompareWindow() {
   disconnect(comparison_.get(), nullptr, this, nullptr);
   delete columns_;
@@ -110,8 +110,8 @@ void CompareWindow::build_bar(QVBoxLayout& column) {
   QToolButton* again = add_button(tr("Start again"), tr("Reset the segmentation on both sides, and run both"),
                                   QKeySequence(Qt::Key_R), [this] { comparison_->restart(); });
   again->setIcon(icon_of(Symbol::Reset));
-  auto* text =
-      new QLabel(tr("The same segmentation with two settings, from the same start. Change the settings below."), this);
+  auto* text = new QLabel(
+      tr("The same segmentation with settings A and B, from the same start. Change the settings below."), this);
   set_role(text, "dim");
   bar->addSpacing(8);
   bar->addWidget(text, 1);
@@ -181,12 +181,12 @@ QWidget* CompareWindow::build_middle() {
   auto* column = new QVBoxLayout(middle);
   column->setContentsMargins(2, 0, 2, 0);
   table_ = new QTableWidget(0, Comparison::kSides, middle);
-  table_->setAccessibleName(tr("Results of the two settings"));
+  table_->setAccessibleName(tr("Results with settings A and B"));
   table_->setHorizontalHeaderLabels({Comparison::name_of(0), Comparison::name_of(1)});
   for (int s = 0; s < Comparison::kSides; ++s) table_->horizontalHeaderItem(s)->setForeground(colour_of(s));
   table_->horizontalHeader()->setSectionResizeMode(QHeaderView::Stretch);
   table_->horizontalHeader()->setMinimumSectionSize(theme::scaled(66));
-  table_->setMinimumWidth(theme::scaled(300));  // the longest name of a parameter, and its two values
+  table_->setMinimumWidth(theme::scaled(300));  // fits the longest parameter name and two values
   table_->verticalHeader()->setSectionResizeMode(QHeaderView::ResizeToContents);
   for (auto* corner : table_->findChildren<QAbstractButton*>()) corner->setAccessibleName(tr("Corner of the table"));
   table_->setEditTriggers(QAbstractItemView::NoEditTriggers);
