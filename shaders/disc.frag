@@ -1,10 +1,10 @@
 #version 450 core
 // SPDX-License-Identifier: Apache-2.0
-// Draws a disc with a rim and a dark edge of one pixel. A disc with a white plus or minus has a narrower rim.
+// Draws a disc with a rim and a dark edge of one pixel. On a disc with a white plus or minus sign the rim is narrower.
 flat in vec4 fill_colour;
 flat in vec4 rim_colour;
 flat in float radius;
-flat in float glyph;  // 0 none, 1 plus, 2 minus
+flat in float glyph;  // sign on the disc: 0 none, 1 plus, 2 minus
 in vec2 offset_px;
 out vec4 colour;
 

@@ -1,6 +1,6 @@
 #version 450 core
 // SPDX-License-Identifier: Apache-2.0
-// One instance is one handle: a disc of radius_px on the screen, with a rim.
+// Each instance is a handle: a disc with a rim, whose radius on the screen is given in pixels.
 uniform mat4 clip_from_world;
 uniform vec2 viewport_px;
 layout(location = 0) in vec3 centre_mm;

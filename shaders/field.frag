@@ -1,11 +1,11 @@
 #version 450 core
 // SPDX-License-Identifier: Apache-2.0
-// Tints the slice in proportion to the foreground probability P, given on a box of voxels. Texels below the floor
-// encode the distance to the object (src/forces/step_view.h); P is 0 there.
+// Tints the slice in proportion to the foreground probability P, which is given on a box of voxels. Texels below
+// field_floor encode the distance to the object (src/forces/step_view.h); P is about 0 there.
 uniform sampler3D field;
 uniform mat4 index_from_world;
 uniform vec3 first_voxel;
-uniform float field_floor;  // in units of the sampler's values
+uniform float field_floor;  // smallest sampler value (0 to 1) that is a probability
 uniform vec4 tint;
 in vec3 position_mm;
 out vec4 colour;

@@ -1,7 +1,7 @@
 #version 450 core
 // SPDX-License-Identifier: Apache-2.0
-// One instance is the triangle between a segment and a corner of the view. A pixel lies inside the contour if an odd
-// number of these triangles covers it. The fourth corner of the strip repeats the third.
+// Each instance is the triangle between a segment of a contour and a corner of the view. A pixel lies inside the
+// contour if an odd number of these triangles covers it. The fourth vertex of the strip repeats the third.
 uniform mat4 clip_from_world;
 layout(location = 0) in vec3 start_mm;
 layout(location = 1) in vec3 end_mm;

@@ -1,6 +1,6 @@
 #version 450 core
 // SPDX-License-Identifier: Apache-2.0
-// The texture of the labels has the size of the view and premultiplied alpha.
+// Draws text labels from their texture, which has the size of the view and premultiplied alpha.
 uniform sampler2D labels;
 uniform vec2 viewport_px;
 out vec4 colour;

@@ -1,6 +1,6 @@
 #version 450 core
 // SPDX-License-Identifier: Apache-2.0
-// One instance is one rectangle of the label texture, in device pixels from the top left.
+// Each instance is a rectangle of the texture of text labels, in device pixels from the top left.
 uniform vec2 viewport_px;
 layout(location = 0) in vec4 rectangle_px;  // x, y, width, height
 

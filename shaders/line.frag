@@ -1,6 +1,6 @@
 #version 450 core
 // SPDX-License-Identifier: Apache-2.0
-// Draws a capsule around the segment, with a smooth edge of one pixel.
+// Draws a segment as a capsule (round ends), with a smooth edge of one pixel.
 uniform vec4 line_colour;
 uniform float half_width_px;
 flat in vec2 start_px;

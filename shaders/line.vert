@@ -1,6 +1,6 @@
 #version 450 core
 // SPDX-License-Identifier: Apache-2.0
-// One instance is one segment, widened to a rectangle of half_width_px + 1 around it on the screen.
+// Each instance is a segment, drawn as a rectangle that extends half_width_px + 1 pixels beyond it on all sides.
 uniform mat4 clip_from_world;
 uniform vec2 viewport_px;
 uniform float half_width_px;
@@ -24,6 +24,6 @@ void main() {
   here_px = (at_end ? end_px + reach * along : start_px - reach * along) +
             ((gl_VertexID & 2) == 0 ? -reach : reach) * across;
   vec4 at = at_end ? b : a;
-  // Slightly in front of the surface that the line lies on.
+  // Moves the line slightly in front of the surface on which it lies.
   gl_Position = vec4((here_px / viewport_px * 2.0 - 1.0) * at.w, at.z - 2e-4 * at.w, at.w);
 }

@@ -1,11 +1,11 @@
 #version 450 core
 // SPDX-License-Identifier: Apache-2.0
-// Shading by a light beside the camera, a weak light from below and a small highlight (Blinn-Phong).
+// Shades a surface by a light beside the camera, a weak light from below and a small highlight (Blinn-Phong).
 uniform vec4 mesh_colour;
-uniform float most_mm;  // upper end of the colour scale; 0: draw in mesh_colour
+uniform float most_mm;  // upper end of the colour scale; 0: draws in mesh_colour
 in vec3 eye_position;
 in vec3 eye_normal;
-in float value;  // mm; negative: no value
+in float value;  // value shown in colour, mm; negative: no value
 out vec4 colour;
 
 // Viridis colour map, identical to the one in src/gui/look/surface_values.h.

@@ -1,9 +1,9 @@
 #version 450 core
 // SPDX-License-Identifier: Apache-2.0
-// Window and level are already applied. Red: grey value, 0 outside the volume. Green: 1 inside, 0 outside. Red divided
-// by green removes the outside that texture filtering mixes in at the border.
+// Draws a slice to which window and level are already applied. Red: grey value, 0 outside the volume. Green: 1 inside,
+// 0 outside. Dividing red by green removes the outside texels that filtering mixes in at the border.
 uniform sampler2D slice;
-layout(binding = 1) uniform sampler2D means;  // slice texture with mipmaps
+layout(binding = 1) uniform sampler2D means;  // texture of the slice with mipmaps
 uniform float darkest_shown;
 uniform float mean_level;  // level of detail at which a texel is the mean over a few voxels
 in vec2 texture_position;

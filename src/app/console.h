@@ -5,14 +5,14 @@
 
 namespace simplexseg {
 
-/// Output streams of a subcommand.
+/// Output streams of a command-line subcommand.
 struct Console {
   std::ostream& out;
   std::ostream& err;
   bool shows_progress;  ///< true if `err` is a terminal
 };
 
-/// Failure of a valid request: exit status 1. Invalid input throws Error instead: exit status 2.
+/// Failure of a valid request, which ends the program with exit status 1. Invalid input throws Error: exit status 2.
 class Failure : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -9,13 +9,14 @@
 
 namespace simplexseg {
 
-/// Reads a scene with load_scene(), applies the --set options and shows progress on a terminal.
+/// Reads a scene with load_scene() and shows progress on a terminal. `settings`: values of the --set options.
 LoadedInput load_with_progress(const std::string& path, const std::vector<std::string>& settings,
                                const Console& console, LoadOptions::History history = LoadOptions::History::Skip);
-/// Creates the engine of a backend: "auto", "cpu" or "cuda". `threads`: CPU threads, 0 for all cores. Throws Failure if
-/// the backend is not available.
+/// Creates the engine of a backend: "auto", "cpu" or "cuda". `threads`: number of CPU threads, 0 for all cores;
+/// `sampling`: sampling of the volume by CUDA. Throws Failure if the backend is not available.
 EngineChoice engine_for(const std::string& backend, int threads, VolumeSampling sampling = VolumeSampling::Filtered);
-/// Prints the warnings of a reader. Call it after all checks of the input: invalid input must print one line only.
+/// Prints the warnings of a reader, one line each. Call it after all checks of the input, because invalid input must
+/// print only the line with the error.
 void print_warnings(const std::vector<std::string>& warnings, const Console& console);
 
 }  // namespace simplexseg

@@ -9,7 +9,7 @@
 
 namespace simplexseg {
 
-constexpr double kDefaultToleranceMm = 1;  ///< default tolerance of the surface Dice
+constexpr double kDefaultToleranceMm = 1;  ///< default tolerance of the surface Dice, mm
 
 /// Agreement of two masks: metrics of their voxels and of their surfaces.
 struct MaskComparison {
@@ -22,7 +22,7 @@ MaskComparison compare_masks(const Mask& reference, const Mask& test, double tol
 struct Metric {
   const char* key;         ///< name in JSON and CSV
   const char* title;       ///< heading in printed tables, with the unit
-  int decimals;            ///< decimals in printed tables
+  int decimals;            ///< number of decimals in printed tables
   const char* definition;  ///< one line; formulas are in docs/mathematics.md, section 5
   double (*value)(const MaskComparison&);
 };

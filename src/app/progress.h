@@ -43,7 +43,7 @@ class Interrupt {
   Interrupt(const Interrupt&) = delete;
   Interrupt& operator=(const Interrupt&) = delete;
 
-  /// Throws Failure if Ctrl+C was pressed.
+  /// Throws Failure if Ctrl+C was pressed since the construction of the latest Interrupt.
   static void check();
 
  private:

@@ -35,7 +35,7 @@ Json parameters_json(const Scene& scene) {
   return {{"simulation", simulation}, {"meshes", meshes}};
 }
 
-/// Samples as one list per quantity, all of equal length.
+/// Samples as one list for each quantity, with one value for each sample.
 Json trace_json(const std::vector<TraceSample>& trace) {
   Json json = Json::object();
   for (const TraceSample& s : trace) {

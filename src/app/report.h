@@ -20,36 +20,37 @@ struct MeshReport {
   std::string name;
   int vertices = 0;
   SurfaceMeasures measures{};
-  std::optional<MaskComparison> agreement;  ///< agreement with the reference of the scene, if any
-  std::vector<TraceSample> trace;           ///< samples taken during the run
+  std::optional<MaskComparison> agreement;  ///< agreement with the reference; nullopt: there is none
+  std::vector<TraceSample> trace;           ///< samples taken during the run; empty: not traced
   std::shared_ptr<const MeshField> field;   ///< field of the mesh; null: none
 };
 
 /// Result of a run.
 struct RunReport {
-  std::string scene_path, volume_path;  ///< empty if the scene or the volume has no file
+  std::string scene_path, volume_path;  ///< paths of the files; empty if there is none
   VolumeGeometry geometry;
   std::string voxel_type;  ///< empty if there is no volume
   std::string backend, device, note;
-  int threads = 0;                  ///< threads of the CPU engine; 0 for other engines
-  double load_ms = 0, wall_ms = 0;  ///< time to read and prepare; time of the simulation
+  int threads = 0;                  ///< number of threads of the CPU engine; 0 for other engines
+  double load_ms = 0, wall_ms = 0;  ///< time to read and prepare the input; time of the simulation
   std::int64_t steps = 0;
   bool at_rest = false;
   std::vector<std::string> warnings;  ///< warnings of the readers, one line each
-  std::vector<std::string> cuts;      ///< one line for each step that was repeated with a smaller timestep
+  std::vector<std::string> cuts;      ///< one line for each step that was undone and repeated with a smaller timestep
   std::optional<std::string> failure;
-  std::size_t bytes_allocated = 0;  ///< memory that the engine uses
+  std::size_t bytes_allocated = 0;  ///< memory that the engine uses, bytes
   std::vector<MeshReport> meshes;
 
   double step_us() const { return steps > 0 ? 1000 * wall_ms / static_cast<double>(steps) : 0; }
 };
 
-/// Sets backend, device and threads of the report. `threads`: the requested number, 0 for all cores.
+/// Sets backend, device and threads of the report. `threads`: requested number of CPU threads, 0 for all cores.
 void describe_engine(RunReport& report, const Engine& engine, int threads);
-/// Measures a mesh and compares it with its reference, if there is one. `trace`: null if nothing was traced.
+/// Measures a mesh and, if there is a reference, compares the mesh with it. `trace`: null if the run was not traced.
 MeshReport report_of(const MeshItem& item, const std::optional<Mask>& reference, const MeshTrace* trace);
 
-/// Writes the report as JSON, with the parameters of `scene`. Infinite distances are written as null.
+/// Writes the report as JSON, with the parameters of `scene`; infinite distances become null. Throws Error for a failed
+/// write.
 void write_report(const std::filesystem::path& path, const RunReport& report, const Scene& scene);
 /// Prints the report as text.
 void print_report(std::ostream& out, const RunReport& report);

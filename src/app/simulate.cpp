@@ -79,7 +79,7 @@ Advance replay(Session& session, const LogFile& log, TracedClock& clock, const C
     const int steps = last ? log.trailing_steps : log.log[e].steps;
     for (int done = 0; done < steps;) {
       Interrupt::check();
-      if (total.failure) total.cuts.push_back(*total.failure);  // the recorded run continued after it
+      if (total.failure) total.cuts.push_back(*total.failure);  // the recorded run continued after this failure
       const Advance part = as_failure([&] { return session.advance_steps(clock.steps_until_sample(steps - done)); });
       append(total, part);
       done += part.steps;

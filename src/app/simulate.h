@@ -9,7 +9,7 @@
 
 namespace simplexseg {
 
-inline constexpr int kMaxStepsUntilRest = 100000;  ///< limit for scenes that never settle
+inline constexpr int kMaxStepsUntilRest = 100000;  ///< largest number of steps for scenes that never settle
 
 /// Returns the time of a monotonic clock, s.
 double seconds_now();
@@ -24,19 +24,20 @@ auto as_failure(Work work) {
   }
 }
 
-/// Clock of a simulation that does not count the time for samples of the trace.
+/// Clock of a simulation that excludes the time for samples of the trace. `session` must outlive this object.
 class TracedClock {
  public:
-  /// `references`: references for the surface error of the trace; null disables tracing, at no cost.
+  /// Starts the clock and records the first sample. `references`: references for the surface error of the trace; null
+  /// disables tracing.
   TracedClock(const Session& session, const References* references);
 
-  /// Returns the time since construction without sampling, s.
+  /// Returns the time since construction, excluding the time for samples, s.
   double seconds() const { return seconds_now() - start_ - sampling_; }
-  /// Returns the steps until the next sample, at most `steps`; without a trace `steps`.
+  /// Returns the number of steps until the next sample, at most `steps`; without a trace, returns `steps`.
   int steps_until_sample(int steps) const;
   /// Records a sample if one is due.
   void sample_if_due();
-  /// Records the last sample. Returns its time, s.
+  /// Records the last sample. Returns the value of seconds() before it, s.
   double stop();
   const RunTrace& trace() const { return trace_; }
 
@@ -50,10 +51,10 @@ class TracedClock {
   double start_, sampling_ = 0;
 };
 
-/// Advances by `steps`, or until the meshes settle. Runs in chunks and checks for Ctrl+C between them; the chunks
-/// do not change the result.
+/// Advances by `steps`; ends earlier after a failure or, if `until_rest` is true, when all meshes have settled. Runs in
+/// chunks, which do not change the result, and checks for Ctrl+C between them. Throws Failure, also after Ctrl+C.
 Advance simulate(Session& session, int steps, bool until_rest, TracedClock& clock, const Console& console);
-/// Replays the steps and commands of a log like Session::replay(), and checks for Ctrl+C.
+/// Replays the steps and commands of a log like Session::replay(). Checks for Ctrl+C and then throws Failure.
 Advance replay(Session& session, const LogFile& log, TracedClock& clock, const Console& console);
 
 }  // namespace simplexseg

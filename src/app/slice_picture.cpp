@@ -11,9 +11,10 @@ namespace simplexseg {
 namespace {
 
 constexpr int kMaxRows = 4;
-constexpr int kGap = 4;  ///< pixels between panels
+constexpr int kGap = 4;  ///< distance between panels, pixels
 
-/// Plane perpendicular to a patient axis. `right` and `down`: world axes of the picture, with their signs (LPS).
+/// Plane of a slice, perpendicular to the world axis `across`. `right`, `down`: world axes (LPS) that point right and
+/// down in the picture, multiplied by their signs.
 struct Plane {
   int right, down, across;
   double right_sign, down_sign;
@@ -36,10 +37,10 @@ Box box_of(const VolumeGeometry& geometry) {
   return box;
 }
 
-/// One panel of the picture; pixel (0, 0) is its upper left corner.
+/// Panel of the picture with one slice; pixel (0, 0) is the upper left corner of the panel.
 struct Panel {
   Plane plane;
-  Eigen::Vector3d corner_mm;  ///< world position of the upper left corner, in the plane
+  Eigen::Vector3d corner_mm;  ///< world position of the upper left corner, in the plane of the slice
   double pixel_mm;
   int left, top, width, height;  ///< rectangle in the picture, pixels
 
@@ -96,7 +97,7 @@ struct Window {
   }
 };
 
-/// Returns the intensity window: 1st to 99th percentile of a sample of the voxels, without those with the minimum.
+/// Intensity window: 1st to 99th percentile of a sample of the voxels, excluding voxels with the lowest value.
 Window window_of(const Volume& volume) {
   std::vector<double> values;
   const auto& size = volume.geometry().size;
@@ -124,7 +125,7 @@ void draw_volume(Canvas& canvas, const Panel& panel, const Volume& volume, const
     }
 }
 
-/// Draws the intersection of the plane with each triangle.
+/// Draws the intersection of the plane of the slice with each triangle.
 void draw_outline(Canvas& canvas, const Panel& panel, const TriangleMesh& surface, const Colour& colour) {
   const int axis = panel.plane.across;
   const double level = panel.corner_mm[axis];

@@ -6,10 +6,11 @@
 
 namespace simplexseg {
 
-/// Draws an axial, a sagittal and a coronal slice side by side, with the outlines of the visible meshes. One row per
-/// visible mesh (at most four) through its centroid; without meshes one row through the centre of the volume.
-/// Radiological convention: the patient's right is on the left, anterior and superior are up; sagittal: anterior is on
-/// the left. `panel`: largest width and height of a panel, pixels. `low_is_bright` (MONOCHROME1) inverts the greys.
+/// Draws an axial, a sagittal and a coronal slice side by side, with the outlines of the visible meshes. Each of the
+/// first four visible meshes has a row of slices through its centroid; without meshes, one row shows the centre of the
+/// volume. Radiological convention: the patient's right is on the left, anterior and superior are up; sagittal:
+/// anterior is on the left. `panel`: largest width and height of a panel, pixels. `low_is_bright` (MONOCHROME1) inverts
+/// the greys.
 Picture draw_slices(const Volume& volume, const Scene& scene, bool low_is_bright = false, int panel = 400);
 
 }  // namespace simplexseg

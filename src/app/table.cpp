@@ -9,7 +9,7 @@
 namespace simplexseg {
 namespace {
 
-/// Returns the number of UTF-8 characters: bytes that are not continuation bytes.
+/// Returns the number of UTF-8 characters, counted as the bytes that are not continuation bytes.
 std::size_t width_of(const std::string& text) {
   return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; }));
 }

@@ -9,7 +9,8 @@ namespace simplexseg {
 /// Formats a number with fixed decimals; "-" if it is not finite.
 std::string fixed(double value, int decimals);
 
-/// Prints rows with aligned columns; the first row is the heading. Columns from `first_right` on are right-aligned.
+/// Prints rows with aligned columns; the first row contains the headings. Columns from index `first_right` on are
+/// right-aligned.
 void print_table(std::ostream& out, const std::vector<std::vector<std::string>>& rows, std::size_t first_right);
 
 }  // namespace simplexseg

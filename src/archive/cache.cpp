@@ -54,7 +54,7 @@ bool is_temporary(const fs::path& folder) {
   return name.starts_with(kIncoming) || name.starts_with(kOutgoing);
 }
 
-/// Folder name of a server: a hash of its address.
+/// Folder name of a server: hash of the server's address.
 std::string key_of(const ArchiveServer& server) {
   std::uint64_t hash = 14695981039346656037u;  // FNV-1a
   for (const unsigned char c : address_of(server)) hash = (hash ^ c) * 1099511628211u;
@@ -75,12 +75,12 @@ std::vector<CachedSeries> all_series(const fs::path& root) {
   return all;
 }
 
-/// Renames the folder before deleting it, so that no process finds a part of it.
+/// Deletes a series; renames its folder first, so that no process finds an incomplete series.
 void remove_series(const fs::path& root, const fs::path& folder) {
   std::string outgoing = (root / (std::string(kOutgoing) + "XXXXXX")).string();
   std::error_code ignored;
   if (!::mkdtemp(outgoing.data())) return;
-  fs::rename(folder, outgoing, ignored);  // an empty folder is replaced
+  fs::rename(folder, outgoing, ignored);  // replaces the empty folder
   fs::remove_all(outgoing, ignored);
 }
 
@@ -156,7 +156,7 @@ void ArchiveCache::clear() const {
 
 IncomingSeries::IncomingSeries(const ArchiveCache& cache, fs::path target) : cache_(cache), target_(std::move(target)) {
   remove_leftovers(cache_.root());
-  // Another process that starts now may remove a folder that has no lock yet.
+  // Another process may remove the new folder before it is locked.
   for (int attempt = 0; attempt < 10 && !folder_.is_locked(); ++attempt) {
     std::string name = (cache_.root() / (std::string(kIncoming) + "XXXXXX")).string();
     if (!::mkdtemp(name.data())) throw cannot_store(cache_.root(), errno);
@@ -169,7 +169,7 @@ IncomingSeries::IncomingSeries(const ArchiveCache& cache, fs::path target) : cac
 IncomingSeries::~IncomingSeries() { folder_.remove(); }
 
 fs::path IncomingSeries::commit() {
-  // Without this a power failure could leave a complete series of empty files.
+  // Writes the files to the disk: a power failure could otherwise leave a renamed series with empty files.
   const int descriptor = ::open(folder_.path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   const bool safe = descriptor >= 0 && ::syncfs(descriptor) == 0;
   const int reason = errno;

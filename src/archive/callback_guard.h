@@ -4,12 +4,12 @@
 
 namespace simplexseg {
 
-/// Guard for callbacks that a C library calls, through which exceptions must not pass. Stores the exception for the
-/// caller of the library to rethrow.
+/// Guard for callbacks of a library through which exceptions must not pass. Stores the first exception, which the
+/// caller of the library rethrows.
 struct CallbackGuard {
   std::exception_ptr thrown;
 
-  /// Calls f() and returns true. Returns false if it threw, or without a call if an earlier one threw.
+  /// Calls f() and returns true. Returns false if f() throws; after an exception, returns false without calling f().
   template <class F>
   bool guarded(F&& f) {
     if (thrown) return false;

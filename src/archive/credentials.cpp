@@ -27,7 +27,7 @@ std::string read_secret_file(const ArchiveServer& server) {
   const std::string what = "its credentials cannot be read from " + quoted(server.credentials_file);
   const int descriptor = ::open(server.credentials_file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) throw bad_credentials(server, what + ": " + std::strerror(errno), "check the path");
-  // Checks the open descriptor, since another file may take the name at any time.
+  // Checks the open descriptor, since the path may be replaced by another file at any time.
   struct stat status {};
   const bool known = ::fstat(descriptor, &status) == 0;
   std::string text(kMaxBytes, '\0');

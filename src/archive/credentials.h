@@ -6,15 +6,15 @@
 
 namespace simplexseg {
 
-/// Credentials of a user. They exist only during a connection and are never part of a message.
+/// Credentials of a user, in memory only during a call to an archive. They are never part of a message.
 struct Credentials {
   std::string basic;   ///< "USER:PASSWORD", or empty
   std::string bearer;  ///< token, or empty
 };
 
-/// Reads the credentials of a server from its variable or file; empty if it has neither. Throws Error, without any part
-/// of them, for an unset variable, a file that is missing, readable by others or owned by another user, and for a text
-/// that is neither "USER:PASSWORD" nor "bearer TOKEN".
+/// Reads the credentials of a server from the environment variable or file that it names; empty if it names neither.
+/// Throws Error, without any part of the credentials, for an unset variable, a file that is missing, accessible to
+/// others or owned by another user, and a text that is neither "USER:PASSWORD" nor "bearer TOKEN".
 Credentials read_credentials(const ArchiveServer& server);
 
 }  // namespace simplexseg

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kVerification = "1.2.840.10008.1.1";
-constexpr const char* kFind = "1.2.840.10008.5.1.4.1.2.2.1";  // study root
+constexpr const char* kFind = "1.2.840.10008.5.1.4.1.2.2.1";  // study root, like kGet
 constexpr const char* kGet = "1.2.840.10008.5.1.4.1.2.2.3";
 constexpr const char *kImplicit = "1.2.840.10008.1.2", *kExplicit = "1.2.840.10008.1.2.1";
 /// Compressed transfer syntaxes: JPEG baseline, extended and lossless, JPEG-LS, JPEG 2000, RLE.
@@ -140,7 +140,7 @@ class DimseArchive : public Archive {
   }
 
  private:
-  /// Callback that reports progress and limits the size of responses to a query.
+  /// Callback that reports progress and throws ArchiveFault when the responses to a query are larger than kMaxResponse.
   std::function<void(std::uint64_t)> bounded(const ArchiveProgress& progress) const {
     return [this, &progress, sum = std::uint64_t{0}](std::uint64_t bytes) mutable {
       if ((sum += bytes) > kMaxResponse) throw too_large(server_, "its response", kMaxResponse, kNarrowSearch);
@@ -148,8 +148,9 @@ class DimseArchive : public Archive {
     };
   }
 
-  /// Presentation contexts for C-GET. The uncompressed transfer syntaxes of a class share a context. Each compressed
-  /// one has its own, as far as the limit allows, so that the archive need not decompress instances.
+  /// Presentation contexts for C-GET. The uncompressed transfer syntaxes of a SOP class share a context. Each
+  /// compressed one has a separate context, up to kMaxContexts in total, so that the archive need not decompress
+  /// instances.
   std::vector<DimseContext> contexts_to_get(const std::set<std::string>& classes) const {
     std::vector<DimseContext> contexts = {{kGet, {kExplicit, kImplicit}}};
     for (const std::string& one : classes) contexts.push_back({one, {kExplicit, kImplicit}, true});

@@ -30,7 +30,7 @@ namespace {
 
 constexpr int kPollMs = 200;
 
-/// State of a connection. Exceptions are stored in the guard, since DCMTK would leak if they passed through it.
+/// State of a connection. The guard stores exceptions, since DCMTK would leak memory if they passed through it.
 struct Watch : CallbackGuard {
   std::function<void(std::uint64_t)> on_bytes;
   int timeout_s = 30;
@@ -39,7 +39,8 @@ struct Watch : CallbackGuard {
   bool report(std::uint64_t bytes) {
     return guarded([&] { on_bytes(bytes); });
   }
-  /// Waits for a socket in short intervals, so that the wait can be cancelled.
+  /// Waits up to `limit_s` seconds for a socket, in short intervals so that `on_bytes` can cancel. Returns false after
+  /// a time-out or a cancellation.
   bool wait(int socket, short event, int limit_s) {
     pollfd one{socket, event, 0};
     for (int left_ms = limit_s * 1000;; left_ms -= kPollMs) {
@@ -101,7 +102,7 @@ class WatchedLayer : public DcmTransportLayer {
   Watch& watch_;
 };
 
-/// Turns off the log of DCMTK, which contains patient names.
+/// Turns off the log of DCMTK, which may contain patient names.
 void silence() {
   static std::once_flag once;
   std::call_once(once, [] { OFLog::configure(OFLogger::OFF_LOG_LEVEL); });
@@ -113,7 +114,7 @@ std::string hexadecimal(unsigned status) {
   return text;
 }
 
-/// Conversion to DCMTK's text type, which is std::string or its own class, depending on its build.
+/// Converts to the text type of DCMTK, which is std::string or a class of DCMTK, depending on how DCMTK was built.
 OFString of_string(const std::string& text) { return {text.data(), text.size()}; }
 std::string std_string(const OFString& text) { return {text.data(), text.size()}; }
 
@@ -156,7 +157,7 @@ class DimseLink::Requester : public DcmSCU {
                              context.we_receive ? ASC_SC_ROLE_SCP : ASC_SC_ROLE_DEFAULT);
     }
     require(initNetwork());
-    require(useSecureConnection(&layer_));  // sets the transport layer; this one does not encrypt
+    require(useSecureConnection(&layer_));  // sets the transport layer, which does not encrypt here
     const OFCondition result = negotiateAssociation();
     if (result == DUL_ASSOCIATIONREJECTED && !watch_.thrown)
       throw archive_fault(
@@ -167,7 +168,7 @@ class DimseLink::Requester : public DcmSCU {
     require(result);
   }
 
-  /// Rethrows the exception of a callback, or throws the fault for a failed condition.
+  /// Rethrows the exception of a callback, or throws the ArchiveFault for a failed condition.
   void require(const OFCondition& result) const {
     if (watch_.thrown) std::rethrow_exception(watch_.thrown);
     if (result.good()) return;
@@ -182,7 +183,7 @@ class DimseLink::Requester : public DcmSCU {
     throw archive_fault(server_, "it does not respond like an archive: " + text, "check its host and port");
   }
 
-  /// Whether the association can still be released in order.
+  /// Whether the association can still be released regularly (A-RELEASE).
   bool can_release() const { return isConnected() && !watch_.thrown && !watch_.timed_out && !watch_.ended; }
 
   T_ASC_PresentationContextID context_for(const char* abstract_syntax) {

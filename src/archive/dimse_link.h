@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// DIMSE association (PS3.8) through DCMTK, which only the source file includes.
+// DIMSE association (PS3.7, PS3.8) through DCMTK. Only the source file includes headers of DCMTK.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -15,26 +15,27 @@
 
 namespace simplexseg {
 
-/// Attribute of a query with the value to match; an empty value requests the attribute.
+/// Attribute of a query with the value to match; an empty value matches all and requests the attribute.
 struct DimseKey {
   DicomTag tag;
   std::string value;
 };
-/// Values of the requested attributes in a response, in the order of the keys; UTF-8, multiple values separated by
-/// backslashes.
+/// Values of the requested attributes in a response, in the order of the keys, as UTF-8. Multiple values of one
+/// attribute are separated by backslashes.
 using DimseEntry = std::vector<std::string>;
 
-/// Presentation context, negotiated at the start of an association.
+/// Presentation context, proposed at the start of an association.
 struct DimseContext {
   std::string abstract_syntax;
   std::vector<std::string> transfer_syntaxes;
-  bool we_receive = false;  ///< the archive sends objects to us (C-STORE sub-operations)
+  bool we_receive = false;  ///< the archive sends objects to this program (C-STORE sub-operations)
 };
 
-/// One association. All members except the destructor throw ArchiveFault (see Archive) when it ends early.
+/// Association with an archive. All members except the destructor throw ArchiveFault (see Archive) for a failure.
 class DimseLink {
  public:
-  /// `on_bytes`: called with the bytes transferred, at least once a second; its exceptions are passed on.
+  /// Opens the association. `on_bytes`: called at least once a second with the number of bytes transferred since the
+  /// last call; its exceptions are passed on. `server` must outlive this object.
   DimseLink(const ArchiveServer& server, const std::vector<DimseContext>& contexts,
             std::function<void(std::uint64_t)> on_bytes);
   ~DimseLink();
@@ -42,11 +43,12 @@ class DimseLink {
   DimseLink& operator=(const DimseLink&) = delete;
 
   void echo();
-  /// C-FIND in the study root model, cancelled after `max_entries` entries. `level`: STUDY, SERIES or IMAGE.
+  /// Searches by C-FIND in the study root model; cancels the search after `max_entries` entries. `level`: STUDY, SERIES
+  /// or IMAGE.
   std::vector<DimseEntry> find(const std::string& level, const std::vector<DimseKey>& keys, std::size_t max_entries);
-  /// C-GET of a series.
+  /// Fetches a series by C-GET and adds its instances to `receiver`. `study`, `series`: UIDs.
   void get(const std::string& study, const std::string& series, SeriesReceiver& receiver);
-  /// C-STORE. Returns a warning of the archive, or an empty text.
+  /// Sends an instance by C-STORE. Returns a warning of the archive, or an empty text.
   std::string store(const Outgoing::Instance& instance);
 
  private:

@@ -11,10 +11,11 @@ namespace simplexseg {
 inline constexpr const char* kAskAdministrator = "ask your PACS administrator";
 inline constexpr const char* kNarrowSearch = "narrow the search";
 
-/// Returns a fault with the text "the archive NAME: why; what to do".
+/// Returns a fault with the name of the server, the cause `why` and the remedy `what_to_do`.
 ArchiveFault archive_fault(const ArchiveServer& server, const std::string& why, const std::string& what_to_do);
 
-// Faults common to both protocols.
+// Faults common to both protocols. `during`: time at which the connection ended, for example "during sending"; `what`:
+// object of the fault; `limit`: largest size, bytes.
 ArchiveFault connection_refused(const ArchiveServer& server);
 ArchiveFault unknown_host(const ArchiveServer& server);
 ArchiveFault timed_out(const ArchiveServer& server);

@@ -15,10 +15,10 @@
 namespace simplexseg {
 namespace {
 
-constexpr std::size_t kMaxStoredResponse = 32'000'000;  ///< size of a response that is kept in memory, bytes
-constexpr std::size_t kMaxErrorBody = 4096;             ///< bytes kept of an error response
-constexpr long kMinBytesPerSecond = 10;                 ///< a slower transfer counts as stalled
-constexpr long kMaxTimeouts = 20;                       ///< limit of a whole small request, in time-outs of the server
+constexpr std::size_t kMaxStoredResponse = 32'000'000;  ///< largest response that is stored in memory, bytes
+constexpr std::size_t kMaxErrorBody = 4096;             ///< largest stored part of an error response, bytes
+constexpr long kMinBytesPerSecond = 10;                 ///< a transfer that is slower for the time-out is cancelled
+constexpr long kMaxTimeouts = 20;                       ///< limit for a small request, in time-outs of the server
 
 struct HandleCloser {
   void operator()(CURL* handle) const { curl_easy_cleanup(handle); }

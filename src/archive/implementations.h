@@ -7,7 +7,7 @@
 
 namespace simplexseg {
 
-constexpr std::size_t kMaxInstances = 100000;  ///< largest number in a series
+constexpr std::size_t kMaxInstances = 100000;  ///< largest number of instances in a series
 
 /// Opens an archive over DICOMweb, with libcurl.
 std::unique_ptr<Archive> open_dicom_web(const ArchiveServer& server);

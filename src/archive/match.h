@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Queries and their results, for both protocols.
+// Checks of queries and order of their results, for both protocols.
 #pragma once
 #include <string>
 #include <vector>
@@ -8,13 +8,14 @@
 
 namespace simplexseg {
 
-/// Throws Error for a text that cannot be searched for, or a number out of range.
+/// Throws Error for a text that is too long or contains a backslash or a control character, an invalid study UID, or a
+/// number of studies out of range.
 void require_query(const ArchiveQuery& query);
 /// Throws Error for a text that is not a UID. `what`: "study" or "series", for the message.
 void require_uid(const std::string& uid, const char* what);
-/// Pattern that matches values containing the text: "*text*", or the text itself if it contains wildcards.
+/// Pattern that matches values containing a text: "*text*"; a text with wildcards and an empty text are not changed.
 std::string part_pattern(const std::string& text);
-/// Sorts studies, latest first, and truncates the list to `max_studies`.
+/// Sorts studies, the latest first, and truncates the list to `max_studies`, which sets FoundStudies::more.
 void sort_studies(FoundStudies& found, int max_studies);
 /// Sorts series by number.
 void sort_series(std::vector<ArchiveSeries>& series);

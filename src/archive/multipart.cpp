@@ -44,7 +44,7 @@ bool MultipartReader::feed(const char* data, std::size_t bytes) {
   return !damaged_;
 }
 
-/// Advances by one state; false when more data is needed.
+/// Parses up to the next change of the state. Returns false when more data is needed or the response has ended.
 bool MultipartReader::step() {
   switch (state_) {
     case State::Before:
@@ -69,7 +69,7 @@ bool MultipartReader::step() {
   return false;
 }
 
-/// Passes on all data that cannot be the beginning of a delimiter.
+/// Passes on all data up to the next delimiter, except bytes at the end that may be the beginning of one.
 bool MultipartReader::parse_body() {
   const std::size_t found = pending_.find(delimiter_);
   const std::size_t available = pending_.size() - std::min(pending_.size(), delimiter_.size() - 1);
@@ -84,7 +84,7 @@ bool MultipartReader::parse_body() {
   return true;
 }
 
-/// Handles a delimiter at the start of `pending_`; the characters after it decide whether it is one.
+/// Parses a possible delimiter at the start of `pending_`. The characters after it decide whether it is a delimiter.
 bool MultipartReader::parse_delimiter() {
   std::size_t at = delimiter_.size();
   while (at < pending_.size() && (pending_[at] == ' ' || pending_[at] == '\t')) ++at;
@@ -107,7 +107,7 @@ bool MultipartReader::parse_delimiter() {
     state_ = State::End;
     return false;
   }
-  pending_.erase(0, at);  // the end of the line may also end the headers
+  pending_.erase(0, at);  // this line break is also the end of empty headers
   state_ = State::Headers;
   return true;
 }

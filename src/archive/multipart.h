@@ -8,21 +8,22 @@
 
 namespace simplexseg {
 
-/// Boundary in a Content-Type of multipart/related; none for other types.
+/// Boundary in a Content-Type of multipart/related; nullopt for other types and for a missing or too long boundary.
 std::optional<std::string> boundary_of(const std::string& content_type);
 
-/// Splits a response into its parts. Stores at most one fed block and 64 KiB.
+/// Splits a response into its parts. Buffers at most the last block and about 64 KiB before it.
 class MultipartReader {
  public:
   struct Part {
     std::function<void()> begin;
     std::function<void(const char* data, std::size_t bytes)> data;
-    /// `complete`: the length of the part matches its Content-Length, if it has one.
+    /// `complete`: the length of the part matches its Content-Length; also true for a part without one.
     std::function<void(bool complete)> end;
   };
   MultipartReader(const std::string& boundary, Part part);
 
-  /// Parses the next block. Returns false for headers without an end. Exceptions of the callbacks are passed on.
+  /// Parses the next block. Returns false if the headers of a part do not end within 64 KiB. Exceptions of the
+  /// callbacks are passed on.
   bool feed(const char* data, std::size_t bytes);
   /// Whether the closing delimiter has been read.
   bool complete() const { return state_ == State::End; }
@@ -37,7 +38,7 @@ class MultipartReader {
   const std::string delimiter_;  ///< "\r\n--boundary"
   Part part_;
   State state_ = State::Before;
-  std::string pending_ = "\r\n";  ///< the first delimiter may be at the very beginning
+  std::string pending_ = "\r\n";  ///< data to parse; a first delimiter may lack its line break
   bool damaged_ = false;
   bool in_part_ = false;
   std::uint64_t length_ = 0;

@@ -11,23 +11,23 @@
 
 namespace simplexseg {
 
-/// Files to send and the progress of sending. The arguments of the constructor must outlive it.
+/// Files to send and the progress of sending. `progress` must outlive this object.
 class Outgoing {
  public:
   struct Instance {
     std::filesystem::path file;
     DicomIdentity identity;
   };
-  /// Reads the UIDs of all files. Throws Error for a file that is not DICOM, or when there is no file.
+  /// Reads the UIDs of all files. Throws Error for a file that is not DICOM, or if there is no file.
   Outgoing(const ArchiveServer& server, const std::vector<std::filesystem::path>& files,
            const ArchiveProgress& progress);
 
   const std::vector<Instance>& instances() const { return instances_; }
-  /// Calls `work`; adds the number of stored instances to the text of an ArchiveFault.
+  /// Calls `work`. If several files are sent, adds the number of stored instances to the text of an ArchiveFault.
   void guard(const std::function<void()>& work) const;
-  /// Counts bytes sent. Throws Cancelled.
+  /// Adds sent bytes and reports progress. Throws Cancelled.
   void count(std::uint64_t bytes);
-  /// Counts a stored instance. `warning`: warning of the archive, or empty.
+  /// Counts a stored instance and reports progress. `warning`: warning of the archive, or empty. Throws Cancelled.
   void stored(const std::string& warning);
   ArchiveSent sent() const { return sent_; }
 

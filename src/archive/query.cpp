@@ -11,7 +11,7 @@
 namespace simplexseg {
 namespace {
 
-/// Converts "2024-05-31" to "20240531"; "" for other texts and impossible dates.
+/// Converts a date such as "2024-05-31" to "20240531"; "" for other texts and impossible dates.
 std::string day_of(const std::string& text) {
   if (text.size() != 10 || text[4] != '-' || text[7] != '-') return {};
   const std::string day = text.substr(0, 4) + text.substr(5, 2) + text.substr(8, 2);

@@ -73,7 +73,7 @@ void SeriesReceiver::add(const fs::path& file) {
   try {
     identity = read_dicom_identity(file);
   } catch (const Error& error) {
-    std::string why = error.what();  // without the temporary file's name and without the remedy
+    std::string why = error.what();  // without the name of the temporary file and without the remedy
     why = why.substr(0, why.rfind(';'));
     throw archive_fault(server_, "an instance is damaged: " + why.substr(std::min(why.rfind("': ") + 3, why.size())),
                         "fetch it again");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instances that are received from an archive into the cache.
+// Receives instances from an archive into the cache.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -10,7 +10,7 @@
 
 namespace simplexseg {
 
-/// File that is written while its bytes arrive; IncomingSeries removes it if the series is not completed.
+/// File that is written while its bytes arrive. IncomingSeries deletes the file if the series is not completed.
 class ReceivedFile {
  public:
   ReceivedFile() = default;
@@ -32,23 +32,26 @@ class ReceivedFile {
   int descriptor_ = -1;
 };
 
-/// Receives the instances of one series. Checks that each is complete, belongs to the series, is expected and arrives
-/// only once.
+/// Receives the instances of one series. Checks that each instance is readable, belongs to the series, is expected and
+/// arrives only once.
 class SeriesReceiver {
  public:
-  /// `expected`: UIDs of all its instances, not empty. The arguments must outlive the receiver.
+  /// Creates the temporary folder. `series`: UID; `expected`: UIDs of all instances of the series, not empty. All
+  /// arguments must outlive this object. Throws Error if the folder cannot be created, and Cancelled.
   SeriesReceiver(const ArchiveServer& server, const ArchiveCache& cache, const std::string& series,
                  const std::set<std::string>& expected, const ArchiveProgress& progress);
 
   /// Path for the file of the next instance.
   std::filesystem::path next_file();
-  /// Counts bytes received. Throws ArchiveFault when they exceed the limit of the cache, and Cancelled.
+  /// Adds received bytes and reports progress. Throws ArchiveFault when their sum exceeds the limit of the cache, and
+  /// Cancelled.
   void count(std::uint64_t bytes);
   /// Reports progress while no data arrives. Throws Cancelled.
   void wait() { count(0); }
-  /// Checks and adds a complete file of next_file(). Throws ArchiveFault.
+  /// Checks a complete file at a path of next_file(), and adds it to the series. Throws ArchiveFault and Cancelled.
   void add(const std::filesystem::path& file);
-  /// Moves the series into the cache and returns its folder. Throws ArchiveFault when an instance is missing.
+  /// Moves the series into the cache, removes old series if necessary, and returns the folder. Throws ArchiveFault if
+  /// an instance is missing, and the errors of IncomingSeries::commit().
   std::filesystem::path finish();
   const ArchiveTransfer& transfer() const { return transfer_; }
 

@@ -56,7 +56,7 @@ void require_url(const ArchiveServer& server, const std::string& what) {
   if (!url.starts_with("https://") && !url.starts_with("http://"))
     throw Error(what, url.empty() ? "it has no URL" : "its URL does not begin with https:// or http://", example);
   const std::size_t start = url.find("//") + 2;
-  if (url.substr(start, url.find('/', start) - start).find('@') != std::string::npos)  // its name may be its URL
+  if (url.substr(start, url.find('/', start) - start).find('@') != std::string::npos)  // the name may be the URL
     throw Error("the address of an archive", "it contains a user or a password",
                 "use a variable or a file for them instead");
   if (!is_plain(url, 2000) || url.find_first_of(" \"\\<>^`{|}?#") != std::string::npos || !is_host(host_of_url(url)))

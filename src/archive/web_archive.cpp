@@ -21,7 +21,7 @@ namespace {
 
 constexpr const char* kJson = "application/dicom+json";
 constexpr const char* kParts = "multipart/related; type=\"application/dicom\"; transfer-syntax=*";
-constexpr std::size_t kPage = 1000;  ///< instances per request
+constexpr std::size_t kPage = 1000;  ///< number of instances that a request asks for
 constexpr const char* kBoundary = "simplexseg-5c7e2f90d14b4a63";
 
 std::string query_of(const ArchiveQuery& query) {
@@ -35,7 +35,7 @@ std::string query_of(const ArchiveQuery& query) {
   return text;
 }
 
-/// File with the delimiters and headers that make it a part of a request.
+/// Body of a multipart request whose only part is a file.
 class PartSource {
  public:
   explicit PartSource(const fs::path& file)
@@ -45,7 +45,7 @@ class PartSource {
         length_(fs::file_size(file)) {}
   std::uint64_t length() const { return before_.size() + length_ + after_.size(); }
 
-  /// Next block of the request; 0 bytes, and thus an early end, if the file has become shorter.
+  /// Copies the next block of the body and returns its length; 0, an early end, if the file has become shorter.
   std::size_t read(char* to, std::size_t capacity) {
     if (std::size_t count = copy_from(before_, to, capacity)) return count;
     if (stream_) {
@@ -115,7 +115,7 @@ class WebArchive : public Archive {
   }
 
  private:
-  /// Body of a small response; empty for status 204.
+  /// Requests a path and returns the body of the small response; empty for status 204. `what`: see require_ok().
   std::string get_json(const std::string& path, const std::string& what, const ArchiveProgress& progress) const {
     const HttpClient http(server_);
     HttpResponse response = http.get(path, kJson, [&] { report_progress(progress, {}); });
@@ -123,7 +123,8 @@ class WebArchive : public Archive {
     return std::move(response.body);
   }
 
-  /// UIDs of all instances. Archives may return fewer per request than requested, so requests repeat until none is new.
+  /// UIDs of all instances of a series. An archive may return fewer instances than requested, so requests are repeated
+  /// until no UID is new. `path`: path of the series.
   std::set<std::string> instances_of(const std::string& path, const ArchiveProgress& progress) const {
     std::set<std::string> all;
     for (std::size_t before = 0; all.size() < kMaxInstances; before = all.size()) {

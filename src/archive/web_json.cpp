@@ -17,7 +17,7 @@ using PlainJson = nlohmann::json;
 constexpr int kMaxNesting = 32;
 constexpr std::size_t kMaxText = 200;
 
-/// Whether brackets outside of strings are nested deeper than kMaxNesting; each level takes memory in the parser.
+/// Whether brackets outside of strings are nested deeper than kMaxNesting. The parser needs memory for each level.
 bool is_nested_deeply(const std::string& text) {
   int depth = 0;
   bool in_text = false;
@@ -39,7 +39,7 @@ PlainJson parse(const std::string& text) {
   return is_nested_deeply(text) ? PlainJson(PlainJson::value_t::discarded) : PlainJson::parse(text, nullptr, false);
 }
 
-/// Values of an attribute, "0020000D"; null if there are none.
+/// Values of an attribute; null if there are none. `tag`: hexadecimal, for example "0020000D".
 const PlainJson* values_of(const PlainJson& entry, const char* tag) {
   if (!entry.is_object()) return nullptr;
   const auto attribute = entry.find(tag);
@@ -75,7 +75,7 @@ int count_of(const PlainJson& entry, const char* tag, int otherwise) {
              : otherwise;
 }
 
-/// List in a response; some archives send an empty text for an empty list.
+/// JSON list in a response. Some archives send an empty text for an empty list.
 PlainJson list_of(const ArchiveServer& server, const std::string& text) {
   if (text.empty()) return PlainJson::array();
   PlainJson json = parse(text);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parsers for the DICOM JSON model (PS3.18, F). Attributes in another form than the standard's are ignored.
+// Parsers for the DICOM JSON model (PS3.18, F). Attributes that do not have the form of the standard are ignored.
 #pragma once
 #include <set>
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace simplexseg {
 
-// Each function throws ArchiveFault for a text that is not a JSON list or is nested too deeply. Entries without a UID
-// are omitted.
+// Each function omits entries without a UID and accepts an empty text as an empty list. Throws ArchiveFault for another
+// text that is not a JSON list, or is nested too deeply.
 std::vector<ArchiveStudy> studies_of_json(const ArchiveServer& server, const std::string& text);
 std::vector<ArchiveSeries> series_of_json(const ArchiveServer& server, const std::string& text,
                                           const std::string& study);
@@ -19,8 +19,8 @@ std::set<std::string> instances_of_json(const ArchiveServer& server, const std::
 /// Response of an archive to instances that were sent (PS3.18, 10.5.3).
 struct StoreResponse {
   int rejected = 0;     ///< number of rejected instances
-  std::string reason;   ///< reason for the first one: "A700"
-  std::string warning;  ///< one line; empty: stored unchanged
+  std::string reason;   ///< failure reason of the first rejected instance, hexadecimal ("A700"); empty: unknown
+  std::string warning;  ///< warning about the first stored instance, one line; empty: none
 };
 StoreResponse store_response_of_json(const std::string& text);
 

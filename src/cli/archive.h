@@ -11,19 +11,19 @@ namespace simplexseg {
 
 /// Options that select an archive and its connection.
 struct ArchiveOptions {
-  std::string server;  ///< name or address
+  std::string server;  ///< name or address; empty: the only configured archive
   std::string ca_file, credentials_variable, credentials_file, calling_title;
-  int timeout_s = 0;  ///< 0: value of the server
+  int timeout_s = 0;  ///< time-out, s; 0: that of the server
 };
 
 /// Adds `--server` and the connection options.
 void add_archive_options(const Subcommand& sub, ArchiveOptions& options);
 /// Adds the connection options only.
 void add_connection_options(const Subcommand& sub, ArchiveOptions& options);
-/// Returns the selected server with the connection options. Throws Error for an unknown server or options that its
-/// protocol does not support.
+/// Returns the selected server with the connection options. Throws Error for an unknown server. Options that the
+/// protocol does not support are rejected by open_archive().
 ArchiveServer server_of(const ArchiveOptions& options);
-/// Returns the server with the connection options.
+/// Returns `server` with the connection options that are set.
 ArchiveServer with_options(ArchiveServer server, const ArchiveOptions& options);
 /// Calls `work` and shows its progress on a terminal; Ctrl+C cancels it. Converts an ArchiveFault to a Failure.
 void with_archive(const Console& console, const std::string& activity,

@@ -16,7 +16,7 @@ constexpr Colour kTruth{60, 220, 90}, kResult{255, 150, 30}, kField{60, 200, 255
 
 /// One slice along two voxel axes; all pixels have the same size in mm.
 struct Slice {
-  std::array<int, 3> axes;  ///< voxel axes: right, down, across
+  std::array<int, 3> axes;  ///< voxel axes: right, down, normal to the slice
   int level;
   VoxelBox box;
   double scale_right, scale_down;  ///< pixels per voxel

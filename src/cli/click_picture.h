@@ -11,7 +11,7 @@ namespace simplexseg {
 
 /// Draws three slices along the voxel axes, cropped to truth and result. They pass through the deepest voxel of the
 /// largest error, or of the truth if there is no error. Outlines: truth green, result orange, field cyan (if there is
-/// one). Circles: marks that a slice cuts; inside blue, outside red, boundary white.
+/// one). Circles: marks that a slice cuts or that lie within one voxel of it; inside blue, outside red, boundary white.
 Picture draw_clicks(const Volume& image, const Mask& truth, const Mask& result, const Mask& field,
                     std::span<const Mark> marks);
 

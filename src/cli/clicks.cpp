@@ -111,8 +111,9 @@ class FieldSubject : public ClickSubject {
 /// Field and mesh after a click.
 struct FieldState {
   bool leaks;
-  double expected_dice, dice, dice_with_result;  ///< Dice of the object mask of the field; NaN without a field
-  int folded;                                    ///< number of folded vertices of the mesh
+  /// Dice of the object mask of the field: expected, with the truth, with the result; NaN without a field.
+  double expected_dice, dice, dice_with_result;
+  int folded;  ///< number of folded vertices of the mesh
 };
 
 struct Case {
@@ -121,7 +122,7 @@ struct Case {
   std::vector<FieldState> field;  ///< state after each click
 };
 
-/// Returns the first click after which the Dice is at least `level`.
+/// Returns the number of the first click after which the Dice is at least `level`; none if there is none.
 std::optional<int> clicks_to(const Case& at, double level) {
   for (std::size_t c = 0; c < at.clicks.size(); ++c)
     if (at.clicks[c].agreement.dice >= level) return static_cast<int>(c);
@@ -247,7 +248,7 @@ void clicks(const ClicksOptions& options, const Console& console) {
     const double all = static_cast<double>(label_values.size()) * (options.settings.most_clicks + 1);
     for (const std::optional<double>& label : label_values) {
       Mask truth = mask_of(labels, label);
-      truth.geometry = image.geometry();  // equal grid up to rounding
+      truth.geometry = image.geometry();  // the grids are equal up to rounding
       const Mask part = largest_part(truth);
       Case& at = cases.emplace_back();
       at.name = label ? number_to_text(static_cast<float>(*label)) : "all";

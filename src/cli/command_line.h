@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interface of the subcommands to CLI11. Only one source includes the header of CLI11, which takes seconds to compile.
+// Interface of the subcommands to CLI11. Only cli.cpp and command_line.cpp include the header of CLI11, which takes
+// seconds to compile.
 #pragma once
 #include <functional>
 #include <initializer_list>
@@ -12,12 +13,12 @@ class Option;
 
 namespace simplexseg {
 
-/// Handle to an option, flag or positional argument. Each function adds a property and returns the handle.
+/// Handle to an option, flag or positional argument. Each function sets a property and returns the handle.
 class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
   Option required() const;
-  /// Sets the number of positional arguments.
+  /// Sets the smallest and largest number of values.
   Option expected(int minimum, int maximum) const;
   /// Makes a list option take one value per use, so that positional arguments may follow it.
   Option one_value_each() const;
@@ -37,10 +38,10 @@ class Subcommand {
  public:
   explicit Subcommand(CLI::App& app) : app_(&app) {}
   Subcommand add_subcommand(const std::string& name, const std::string& doc) const;
-  /// Makes one of its subcommands mandatory.
+  /// Requires that exactly one of its subcommands is named.
   void require_subcommand() const;
-  /// Adds an option. Parsing sets `value`, which must exist until then. Defined for the types of T that are listed in
-  /// command_line.cpp.
+  /// Adds an option. Parsing sets `value`, which must exist until parsing has ended. Defined for the types T that
+  /// command_line.cpp lists.
   template <class T>
   Option add_option(const std::string& name, T& value, const std::string& doc) const;
   Option add_flag(const std::string& name, bool& value, const std::string& doc) const;

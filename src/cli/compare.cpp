@@ -44,7 +44,7 @@ void compare_files(const CompareOptions& options, const Console& console) {
   print_warnings(warnings, console);
   if (options.json) {
     nlohmann::ordered_json json = nlohmann::ordered_json::object();
-    for (const Metric& metric : metric_list()) json[metric.key] = metric.value(comparison);  // infinite ones are null
+    for (const Metric& metric : metric_list()) json[metric.key] = metric.value(comparison);  // infinity becomes null
     for (const Metric& metric : metric_list()) json["definitions"][metric.key] = metric.definition;
     console.out << json.dump(2) << "\n";
     return;

@@ -28,7 +28,7 @@ struct MeshSubject::State {
   Scene scene;  ///< scene without meshes: parameters for the new mesh
   std::unique_ptr<Session> session;
   ItemId mesh = 0;
-  std::size_t marks = 0;  ///< marks that the session already has
+  std::size_t marks = 0;  ///< number of marks that the session already has
 
   void start(const Mark& seed) {
     EngineChoice choice = engine_for(backend, threads);

@@ -11,13 +11,13 @@ namespace simplexseg {
 
 struct EvidenceSettings;
 
-/// Mesh that the robot corrects through a session, like a user: it has the parameters of a new mesh, starts from the
-/// seed of the robot, gets one point per further mark, and runs until it settles.
+/// Mesh that the robot corrects through a session, like a user. The mesh has the parameters of a new mesh, starts from
+/// the seed of the robot, gets one point per further mark, and runs until it settles, at most 3000 steps per mark.
 class MeshSubject : public ClickSubject {
  public:
   /// `evidence`: false disables the field, so that only internal forces and points act. `settings`: assignments of
-  /// `run --set`, without those of a mesh; `fields`: settings of the field; `backend`: see engine_for(). Throws Error
-  /// for an invalid setting.
+  /// `run --set`, without those of a mesh; `fields`: settings of the field; `backend`, `threads`: see engine_for().
+  /// Throws Error for an invalid setting.
   MeshSubject(Volume volume, bool evidence, std::span<const std::string> settings, const EvidenceSettings& fields,
               std::string backend, int threads);
   ~MeshSubject() override;

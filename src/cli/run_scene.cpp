@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Throws Error if an output cannot be written; called before the run.
+/// Throws Error if an output cannot be written. Called before the run.
 void check_outputs(const RunOptions& options, const RunInput& input) {
   std::error_code failure;
   for (const std::string& output : {options.labels, options.report, options.picture, options.save}) {
@@ -109,7 +109,7 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
   const Advance advanced =
       input.log ? replay(session, *input.log, clock, console)
                 : simulate(session, until_rest ? kMaxStepsUntilRest : scene_steps, until_rest, clock, console);
-  session.scene();  // copies the poses from the engine: part of the time of the simulation
+  session.scene();  // copies the poses from the engine, which is part of the time of the simulation
   report.wall_ms = 1000 * clock.stop();
   report.steps = advanced.steps;
   report.at_rest = advanced.at_rest;

@@ -28,7 +28,7 @@ inline constexpr const char* kLabelsHelp =
     "Output file for the labels (.nii, .nii.gz, .nrrd, .seg.nrrd, .mha, .dcm: DICOM SEG) or contours (.rtstruct.dcm: "
     "DICOM RT structure set)";
 
-/// Options for the number of steps, which another option may exclude.
+/// Handles to the options for the number of steps, so that another option can exclude them.
 struct StepOptions {
   Option steps, until_rest;
 };
@@ -40,8 +40,8 @@ struct RunInput {
   LoadedInput loaded;
   std::string scene;                             ///< path for the report; empty: the scene has no file
   std::vector<std::filesystem::path> read_from;  ///< input files other than the volume; outputs must not replace them
-  std::optional<LogFile> log;                    ///< log that is replayed instead of the steps of the scene
-  double start = 0;                              ///< seconds_now() before reading
+  std::optional<LogFile> log;                    ///< log that replaces the steps of the scene; none: no log
+  double start = 0;                              ///< seconds_now() before the input was read
 };
 /// Runs a scene and writes the outputs. Throws Error for invalid options and outputs before the run starts, and Failure
 /// if the run fails.

@@ -37,7 +37,7 @@ std::string with_name(std::string text, const std::string& name) {
   return text;
 }
 
-/// Returns the output options: name and value.
+/// Returns the name and value of each output option.
 std::vector<std::pair<const char*, std::string*>> outputs_of(RunOptions& options) {
   return {{"--labels", &options.labels},
           {"--meshes", &options.meshes},
@@ -64,7 +64,7 @@ void check_names(const std::vector<std::string>& scenes, RunOptions options) {
   }
 }
 
-/// Result of one scene: its output and exit state.
+/// Result of one scene: its texts on stdout and stderr, and whether it succeeded.
 struct SceneOutcome {
   std::string out, err;
   bool succeeded = false;

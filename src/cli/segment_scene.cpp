@@ -38,7 +38,7 @@ Eigen::Vector3d position_of(const char* option, const std::string& text) {
   return position;
 }
 
-/// Reads a template scene without the data that belongs to its image.
+/// Reads a template scene, without the data that belongs to the image of the template.
 Scene template_scene(const std::string& path) {
   Scene scene = read_scene(path, SceneVolume::Skip).scene;
   scene.volume_checksum.clear(), scene.volume_series.clear(), scene.view.reset();

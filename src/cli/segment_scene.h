@@ -14,7 +14,7 @@ struct SegmentRequest {
   int volume_number = 1;
   std::string scene;  ///< template scene; empty: none
   std::vector<std::string> seeds, names;
-  std::vector<double> radii;                           ///< one for all seeds, or one per seed; empty: 10 mm
+  std::vector<double> radii;                           ///< radii, mm: one for all seeds, or one per seed; empty: 10 mm
   std::string start_labels;                            ///< labels of the initial meshes, instead of seeds
   std::vector<std::string> inside, outside, boundary;  ///< points: "X,Y,Z" with one mesh, else "MESH=X,Y,Z"
   std::string reference;

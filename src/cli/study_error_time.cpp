@@ -30,7 +30,7 @@ struct StudyErrorTimeOptions {
   double budget_s = 3;
 };
 
-/// Scene of the command line; all files are read before the first measurement.
+/// Scene named on the command line. All files are read before the first measurement.
 struct NamedScene {
   std::string name;
   std::optional<StudyScene> scene;  ///< none for a membrane, which is not a scene

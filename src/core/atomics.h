@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Integer atomics for both backends. The results of integer sums do not depend on the order of the operations.
+// Integer atomics for both backends. Integer sums do not depend on the order of the operations.
 #pragma once
 #include <cstring>
 
@@ -38,7 +38,7 @@ SIMPLEXSEG_HD int atomic_add(int* at, int value) {
   return __atomic_fetch_add(at, value, __ATOMIC_RELAXED);
 #endif
 }
-/// Stores the minimum (below: maximum) of the stored value and `value`; returns the previous value.
+/// Stores the minimum (atomic_max(): the maximum) of the stored value and `value`; returns the previous value.
 SIMPLEXSEG_HD int atomic_min(int* at, int value) {
 #ifdef __CUDA_ARCH__
   return atomicMin(at, value);
@@ -59,7 +59,7 @@ SIMPLEXSEG_HD int atomic_max(int* at, int value) {
   return now;
 #endif
 }
-/// Reads a value that other threads may be changing, without any ordering.
+/// Reads a value that other threads may be changing, without memory ordering.
 SIMPLEXSEG_HD unsigned long long load_relaxed(const unsigned long long* at) {
 #ifdef __CUDA_ARCH__
   return *const_cast<const volatile unsigned long long*>(at);
@@ -74,7 +74,7 @@ SIMPLEXSEG_HD int load_relaxed(const int* at) {
   return __atomic_load_n(at, __ATOMIC_RELAXED);
 #endif
 }
-/// Writes flags that several threads may set to the same value at once.
+/// Writes a flag that several threads may set to the same value at once.
 SIMPLEXSEG_HD void store_relaxed(unsigned char* at, unsigned char value) {
 #ifdef __CUDA_ARCH__
   *at = value;
@@ -82,7 +82,7 @@ SIMPLEXSEG_HD void store_relaxed(unsigned char* at, unsigned char value) {
   __atomic_store_n(at, value, __ATOMIC_RELAXED);
 #endif
 }
-/// The bits of a float: ordered as the float itself where it is >= 0.
+/// Bits of a float. The bits of floats >= 0 are ordered like the floats.
 SIMPLEXSEG_HD unsigned bits_of(float x) {
 #ifdef __CUDA_ARCH__
   return __float_as_uint(x);
@@ -92,7 +92,7 @@ SIMPLEXSEG_HD unsigned bits_of(float x) {
   return u;
 #endif
 }
-/// The float of such bits.
+/// Float with these bits; inverse of bits_of().
 SIMPLEXSEG_HD float float_of(unsigned u) {
 #ifdef __CUDA_ARCH__
   return __uint_as_float(u);

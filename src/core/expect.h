@@ -22,7 +22,7 @@ namespace simplexseg::detail {
 #define SIMPLEXSEG_CHECK_CONTRACT(kind, ...) ((void)sizeof(bool(__VA_ARGS__)))
 #endif
 
-/// Precondition, to be ensured by the caller.
+/// Checks a precondition, which the caller must ensure.
 #define SIMPLEXSEG_EXPECT(...) SIMPLEXSEG_CHECK_CONTRACT("EXPECT", __VA_ARGS__)
-/// Postcondition, ensured by the function.
+/// Checks a postcondition, which the function must ensure.
 #define SIMPLEXSEG_ENSURE(...) SIMPLEXSEG_CHECK_CONTRACT("ENSURE", __VA_ARGS__)

@@ -18,11 +18,11 @@ void pause() {
   _mm_pause();
 #endif
 }
-/// About 50 us: longer than the gap between two kernels of a step, shorter than a time slice.
+/// Number of pauses, about 50 us: longer than the gap between two kernels of a step, shorter than a time slice.
 constexpr int kSpins = 2000;
 
 #if defined(__linux__)
-/// Nice value with about a tenth of the weight of a thread of normal priority.
+/// Nice value at which a thread gets about a tenth of the CPU share of a thread of normal priority.
 constexpr int kNice = 10;
 #endif
 
@@ -56,7 +56,7 @@ bool ThreadPool::run_one_chunk(Share& share) {
     const Call call = share.call.load(std::memory_order_acquire);
     const void* job = share.job.load(std::memory_order_acquire);
     if (chunk >= share.end.load(std::memory_order_acquire)) return false;
-    // Succeeds only when no other job was published since `claim` was read, so call and job belong to it.
+    // Succeeds only if no other job was published since `claim` was read, so `call` and `job` belong to the claim.
     if (share.claims.compare_exchange_weak(claim, claim + 1, std::memory_order_acq_rel, std::memory_order_acquire)) {
       call(job, static_cast<int>(chunk));
       return true;
@@ -64,7 +64,8 @@ bool ThreadPool::run_one_chunk(Share& share) {
   }
 }
 
-/// Runs the chunks of the thread's own share, then unclaimed chunks of the other shares. Returns their number.
+/// Runs the unclaimed chunks of the thread's own share, then those of the other shares. Returns the number of chunks
+/// run.
 std::uint32_t ThreadPool::run_chunks(int own) {
   const std::size_t count = shares_.size();
   std::uint32_t taken = 0;
@@ -85,14 +86,15 @@ void ThreadPool::run_erased(int chunks, Call call, const void* job) {
     Share& share = shares_[k];
     const std::uint64_t first = k * static_cast<std::uint64_t>(chunks) / count,
                         end = (k + 1) * static_cast<std::uint64_t>(chunks) / count;
-    // No chunk can be claimed while the job is exchanged; the new generation makes it available.
+    // No chunk can be claimed while the job is exchanged, since `end` is 0. The last store makes the chunks available.
     share.end.store(0, std::memory_order_release);
     share.call.store(call, std::memory_order_release);
     share.job.store(job, std::memory_order_release);
     share.claims.store(generation_ << 32 | first, std::memory_order_release);
     share.end.store(static_cast<std::uint32_t>(end), std::memory_order_release);
   }
-  // A read-modify-write instead of a load: a worker that falls asleep later sees the job, an earlier one is counted.
+  // A read-modify-write instead of a load: a worker that falls asleep later sees the job, and one that fell asleep
+  // earlier is counted.
   if (sleeping_.fetch_add(0) > 0) signal_.fetch_add(1), signal_.notify_all();
   expected_ += static_cast<std::uint32_t>(chunks) - run_chunks(0);
   for (int spin = 0; finished_.load(std::memory_order_acquire) != expected_; ++spin)

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vector types of the kernels. They are plain aggregates instead of Eigen types: a texel is one 16-byte load, and the
-// compilers of both backends vectorise them (docs/adr/0002-kernel-types.md). Host code uses Eigen.
+// Vector types of the kernels. They are plain aggregates instead of Eigen types: a texel is read by one 16-byte load,
+// and the compilers of both backends vectorise code with them (docs/adr/0002-kernel-types.md). Host code uses Eigen.
 #pragma once
 #include <cmath>
 #include <type_traits>
 
 #ifdef __CUDACC__
 #define SIMPLEXSEG_HD __host__ __device__ __forceinline__
-#define SIMPLEXSEG_UNROLL _Pragma("unroll 4")  // loads of four iterations at once; the CPU compiler chooses by itself
+#define SIMPLEXSEG_UNROLL _Pragma("unroll 4")  // groups the loads of four iterations; no pragma for the CPU compiler
 #define SIMPLEXSEG_INLINED
 #else
 #define SIMPLEXSEG_UNROLL
 #define SIMPLEXSEG_HD inline __attribute__((always_inline))
-#define SIMPLEXSEG_INLINED __attribute__((always_inline))  // to be written after the parameters of a lambda
+#define SIMPLEXSEG_INLINED __attribute__((always_inline))  // written after the parameters of a lambda
 #endif
 
 namespace simplexseg {
 
-/// `R`: float, or a vector register with one value for each of eight vertices (forces/eight.h).
+/// Vector. `R`: float, or a vector register with one value for each of eight vertices (forces/eight.h).
 template <class R>
 struct Vec3Of {
   R x, y, z;
@@ -33,7 +33,8 @@ struct alignas(16) Int4 {
   int x, y, z, w;
 };
 
-// Single instructions, unlike fmaxf and fminf of the C library. If the first argument is NaN the result is the second.
+// Single instructions, unlike fmaxf and fminf of the C library. If either argument is NaN, the result is the second
+// one.
 SIMPLEXSEG_HD float larger(float a, float b) { return a > b ? a : b; }
 SIMPLEXSEG_HD float smaller(float a, float b) { return a < b ? a : b; }
 
@@ -78,7 +79,8 @@ SIMPLEXSEG_HD Vec4Of<R> with_w(Vec3Of<R> a, std::type_identity_t<R> w) {
   return {a.x, a.y, a.z, w};
 }
 
-// Branch-free selection: with several vertices at once both values are computed and one is selected in each lane.
+// Branch-free selection of `a` where `first` is true, else `b`. With eight vertices at once, each lane selects
+// separately.
 SIMPLEXSEG_HD float choose(bool first, float a, float b) { return first ? a : b; }
 template <class Condition, class R>
 SIMPLEXSEG_HD Vec3Of<R> choose(Condition first, Vec3Of<R> a, Vec3Of<R> b) {

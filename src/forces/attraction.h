@@ -8,7 +8,8 @@ namespace simplexseg {
 
 /// Attraction points: each point C pulls the nearest vertex P0 of its mesh and the p-order neighbourhood of P0:
 ///   d_i = w_i (C - P0),   w_i = (1 - t^2)^2 exp(-2 t^2) with t = ring / (p + 1), so w = 1 at P0 and 0 beyond ring p.
-/// The displacement of a vertex pulled by several points is their weighted mean (docs/mathematics.md, section 2.6).
+/// The displacement of a vertex pulled by several points is the mean of their d_i, weighted by w_i
+/// (docs/mathematics.md, section 2.6).
 struct AttractionForce {
   static constexpr ForceId id = ForceId::Attraction;
   static constexpr ForceKind kind = ForceKind::External;
@@ -25,8 +26,9 @@ struct AttractionForce {
   };
   static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
 
-  /// Converts the summed pulls at vertex i into `force`, including the weight, and resets the sums. Adds to `stiffness`
-  /// and sets `image`, the factor on image forces that remains at the vertex.
+  /// Sets `force` to the displacement of vertex i (mm) times the weight of the force, and `image` to the factor that
+  /// remains on image forces there; adds the weight to `stiffness`. Resets the sums of the vertex. Leaves the arguments
+  /// unchanged where no point pulls.
   SIMPLEXSEG_HD static void apply_pull(const StepView& v, const MeshConstants& m, int i, Vec3& force, float& stiffness,
                                        float& image) {
     if (v.attraction.in_patch[i] == 0) return;
@@ -39,8 +41,8 @@ struct AttractionForce {
     image = 1.0f - m.value<AttractionForce>(image_fade) * smaller(s.weight * (1.0f / kFixedPoint), 1.0f);
     stiffness += k;
   }
-  /// Adds the stiffness of the force at vertex i for the linear model of the multigrid correction and sets `image` as
-  /// in apply_pull(). Does not reset the sums.
+  /// Adds the stiffness of the force at vertex i for the linear model of the multigrid correction, and sets `image` as
+  /// in apply_pull(). Leaves the sums unchanged.
   SIMPLEXSEG_HD static void add_stiffness(const StepView& v, const MeshConstants& m, int i, float& stiffness,
                                           float& image) {
     if (v.attraction.in_patch[i] != 0 && m.forces.weight(id) > 0.0f) {
@@ -58,9 +60,9 @@ struct AttractionForce {
   }
 };
 
-/// Nearest vertex to each attraction point within one block of vertices of a mesh, for one group of points of that
-/// mesh; BindPatch takes the minimum over the blocks. The key is the bits of the squared distance, then the vertex, so
-/// ties go to the lowest index.
+/// Finds the nearest vertex to each attraction point of one group, within one block of vertices of the points' mesh.
+/// BindPatch computes the minimum over the blocks. The key of a vertex consists of the bits of its squared distance,
+/// then its index, so ties go to the lowest index.
 struct FindNearest {
   static constexpr const char* name = "nearest vertex";
   static constexpr int kLanes = 32, kBlock = kNearestBlock;
@@ -74,13 +76,13 @@ struct FindNearest {
         m.point_count - group * kPointGroup < kPointGroup ? m.point_count - group * kPointGroup : kPointGroup;
     if (begin >= end || points <= 0) return;
     const int first_point = m.first_point + group * kPointGroup, first_vertex = m.first_vertex;
-    // All loads come first, so that they overlap.
+    // Loads all points first, so that the loads overlap.
     Vec3 c[kPointGroup];
     for (int k = 0; k < kPointGroup; ++k) c[k] = xyz(v.attraction.points[first_point + (k < points ? k : 0)].position);
     float best[kPointGroup];
     int nearest[kPointGroup];
     for (int k = 0; k < kPointGroup; ++k) best[k] = INFINITY, nearest[k] = 0;
-    // A lane reads every kStride-th position of the block, in batches; positions past the end repeat the last one.
+    // A lane reads every kStride-th position of the block, in batches. Past the end, it reads the last position again.
     constexpr int kStride = L::width, kPerLane = kBlock / kStride, kBatch = kPerLane < 4 ? kPerLane : 4;
     for (int first = 0; first < kPerLane; first += kBatch) {
       Vec3 x[kBatch];
@@ -110,12 +112,12 @@ struct FindNearest {
   }
 };
 
-/// Adds the pull of one attraction point to the sums of the vertices of its patch. The sums are integers, hence
-/// independent of the order; the integration reads and resets them.
+/// Adds the pull of one attraction point to the sums of the vertices of its patch. The sums are integers, so they are
+/// independent of the order of the additions. AttractionForce::apply_pull() reads and resets them.
 template <class L>
 SIMPLEXSEG_HD void add_pull(const StepView& v, int point, Vec3 position, int nearest, int patch_count, L lanes) {
   const PatchEntry* patch = v.attraction.patches + static_cast<long>(point) * kMaxPatch;
-  // Limited to 10 m, so that the sums fit into 64 bits for any number of points that fits into memory.
+  // Limits each term to 10 m, so that the sums at a vertex fit into 64 bits for up to 3 million points.
   auto to_fixed_point = [](float x) { return static_cast<long long>(smaller(larger(x, -1e4f), 1e4f) * kFixedPoint); };
   const Vec3 pull = position - xyz(v.current[nearest]);
   for (int k = lanes.lane; k < patch_count; k += L::width) {
@@ -129,8 +131,8 @@ SIMPLEXSEG_HD void add_pull(const StepView& v, int point, Vec3 position, int nea
 }
 
 /// Finds the p-order neighbourhood (patch) of a point's nearest vertex, breadth first, and adds the pulls of this step.
-/// One call per point. The patch contains as many complete rings as fit into kMaxPatch, which is all rings on surfaces
-/// with the topology of a sphere. A patch that is still valid is reused.
+/// One call per point. The patch contains as many complete rings as fit into kMaxPatch, which is all rings on a mesh of
+/// mostly hexagonal cells. The patch is reused while its nearest vertex and its order are unchanged.
 struct BindPatch {
   static constexpr const char* name = "attraction patch";
   static constexpr int kLanes = 32;
@@ -153,7 +155,7 @@ struct BindPatch {
       count = 1;
       if (lanes.lane == 0) patch[0] = {nearest, 1.0f};
       lanes.sync();
-      int before = 0, begin = 0;  // starts of the last ring but one and of the last ring
+      int before = 0, begin = 0;  // first entries of the second-to-last and of the last ring
       for (int ring = 1; ring <= order; ++ring) {
         const int end = count;
         const float w = AttractionForce::ring_weight(ring, order);

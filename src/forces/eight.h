@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectorisation over eight vertices on the CPU: with an index of eight consecutive vertices a kernel reads eight
-// values, one in each lane of a vector register. A lane performs the same operations as the code for one vertex, with
-// identical bits (docs/adr/0025-eight-vertices-at-once.md). Include it only in
-// translation units compiled with AVX2, before any kernel call with an Eight.
+// Vectorisation over eight vertices on the CPU. Called with an index of eight consecutive vertices, a kernel reads
+// eight values, one into each lane of a vector register. Each lane performs the same operations as the code for one
+// vertex, with bit-identical results (docs/adr/0025-eight-vertices-at-once.md). Include this header only in translation
+// units compiled with AVX2, before the first kernel call with an Eight.
 #pragma once
 #include <immintrin.h>
 
@@ -13,7 +13,7 @@ namespace simplexseg {
 
 inline constexpr int kEight = 8;
 
-/// Eight Boolean values: all bits of a lane are set if it is true.
+/// Eight Boolean values. All bits of a lane are set if its value is true.
 struct Mask8 {
   __m256 bits;
   SIMPLEXSEG_HD friend Mask8 operator&(Mask8 a, Mask8 b) { return {_mm256_and_ps(a.bits, b.bits)}; }
@@ -58,7 +58,7 @@ struct Float8 {
     return Float8(_mm256_load_ps(x));
   }
 };
-// The result is the second argument if one is NaN, like the comparisons for one float.
+// If either argument is NaN, the result is the second argument, as with the functions for one float.
 SIMPLEXSEG_HD Float8 larger(Float8 a, Float8 b) { return Float8(_mm256_max_ps(a.lanes, b.lanes)); }
 SIMPLEXSEG_HD Float8 smaller(Float8 a, Float8 b) { return Float8(_mm256_min_ps(a.lanes, b.lanes)); }
 SIMPLEXSEG_HD Float8 choose(Mask8 first, Float8 a, Float8 b) {
@@ -84,14 +84,14 @@ struct Eight {
   SIMPLEXSEG_HD int operator[](int lane) const { return first + lane; }
   SIMPLEXSEG_HD bool operator==(int i) const { return first == i; }
 };
-/// One neighbour of each of eight consecutive vertices; `first` points into the Int4 of the first vertex.
+/// One neighbour of each of eight consecutive vertices. `first` points to that of the first vertex, in its Int4.
 struct Neighbour8 {
   const int* first;
   SIMPLEXSEG_HD int operator[](int lane) const { return first[4 * lane]; }
 };
 struct Neighbours8 {
   Neighbour8 x, y, z;
-  int w;  ///< mesh of all eight; the executor never mixes meshes
+  int w;  ///< mesh of all eight vertices; the executor never combines vertices of different meshes
 };
 SIMPLEXSEG_HD Neighbours8 load(const Int4* neighbours, Eight i) {
   const Int4* first = neighbours + i.first;
@@ -103,14 +103,14 @@ struct RealOf<Eight> {
   using Type = Float8;
 };
 
-/// Reads values[i] for each lane.
+/// Reads values[i] for each lane of i.
 SIMPLEXSEG_HD Float8 gather(const float* values, Integer8 i) {
   alignas(32) int at[kEight];
   _mm256_store_si256(reinterpret_cast<__m256i*>(at), i.lanes);
   auto x = [&](int lane) SIMPLEXSEG_INLINED { return values[at[lane]]; };
   return Float8(_mm256_set_ps(x(7), x(6), x(5), x(4), x(3), x(2), x(1), x(0)));
 }
-/// Loads eight texels and transposes them: x of all eight, y of all eight, ...
+/// Loads eight texels and transposes them: the result has x of all eight, y of all eight, ...
 template <class I>
 SIMPLEXSEG_HD Vec4Of<Float8> load(const Vec4* texels, I i) {
   auto pair = [&](int lane) {

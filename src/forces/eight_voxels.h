@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the voxels of eight cells, each as four pairs of neighbours. A gather instruction does not
-// support voxels of 8 and 16 bits, and also performs one load per voxel.
+// Reads the voxels of eight cells, each as four pairs of adjacent voxels. Gather instructions are not used: they do not
+// support voxels of 8 and 16 bits, and they would also perform one load per voxel.
 #pragma once
 #include <cstring>
 
@@ -12,7 +12,7 @@ namespace simplexseg {
 struct Pairs8 {
   Float8 first, second;
 };
-/// Pairs of voxels at eight addresses plus `offset` voxels.
+/// Reads a pair of adjacent voxels at each of eight addresses plus `offset` (voxels), as floats.
 template <class T>
 SIMPLEXSEG_HD Pairs8 pairs_at(const T* const* at, long offset) {
   if constexpr (sizeof(T) <= 2) {
@@ -30,7 +30,7 @@ SIMPLEXSEG_HD Pairs8 pairs_at(const T* const* at, long offset) {
     };
     return {to_float(low), to_float(high)};
   } else {
-    // Pair [x0 x1] of a lane, as floats or as the bits of integers.
+    // Pair [x0 x1] of a lane, as floats or, for integer voxels, as their bits.
     auto pair = [&](int lane) SIMPLEXSEG_INLINED {
       if constexpr (std::is_same_v<T, double>)
         return _mm_castps_pd(_mm_cvtpd_ps(_mm_loadu_pd(at[lane] + offset)));
@@ -51,7 +51,7 @@ SIMPLEXSEG_HD Pairs8 pairs_at(const T* const* at, long offset) {
 
 template <class T>
 SIMPLEXSEG_HD CornersOf<Float8> corners_of(const LinearVoxels<T>& read, const CellOf<Float8>& c) {
-  // Row indices have 32 bits, voxel offsets 64: first those of the lanes 0, 2, 4, 6, then 1, 3, 5, 7.
+  // Row indices have 32 bits and voxel offsets 64. `offset` has those of lanes 0, 2, 4, 6 first, then 1, 3, 5, 7.
   const __m256i rows = _mm256_add_epi32(
       _mm256_mullo_epi32(c.k.lanes, _mm256_set1_epi32(static_cast<int>(read.plane / read.row))), c.j.lanes);
   const __m256i length = _mm256_set1_epi32(static_cast<int>(read.row));
@@ -64,7 +64,7 @@ SIMPLEXSEG_HD CornersOf<Float8> corners_of(const LinearVoxels<T>& read, const Ce
                      offsets(_mm256_srli_epi64(rows, 32), _mm256_srli_epi64(c.i.lanes, 32)));
   const T* at[kEight];
   for (int lane = 0; lane < kEight; ++lane) at[lane] = read.voxels + offset[lane % 2 * 4 + lane / 2];
-  // Reads single voxels if there is no second one, and for uint32, which cannot be converted as int.
+  // Reads single voxels if the volume has only one along i, and for uint32, which cannot be converted as int.
   if (read.dx == 0 || std::is_same_v<T, std::uint32_t>) {
     auto all = [&](long offset) SIMPLEXSEG_INLINED {
       alignas(32) float x[kEight];

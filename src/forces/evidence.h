@@ -5,13 +5,13 @@
 
 namespace simplexseg {
 
-/// Pulls a mesh to the surface of its object. The target is the position along the normal with the most evidence for
-/// the object inside and for the background outside. With the evidence l in [-1, 1] of each sample,
+/// Pulls a mesh to the surface of its object. The target of a vertex is the position along its normal with the most
+/// evidence for the object inside and for the background outside. With the evidence l in [-1, 1] of each sample,
 ///   score(j) = sum_{i<j} l_i s + g |dI/dn| - c |j| s,   d = s argmax score
 /// (docs/mathematics.md, section 2.5). The evidence is the mesh's foreground probability field, computed from the
 /// user's marks (src/evidence/), or the log-likelihood ratio of intensities in the mesh's region model
-/// (src/forces/region_model.h), on the finest level also that of local intensities on both sides of the surface.
-/// Targets are averaged over neighbours, which keeps the surface smooth.
+/// (src/forces/region_model.h), on the finest level also the log-likelihood ratio in local statistics of both sides.
+/// Targets away from the surface of a field are averaged over neighbours, which keeps the mesh smooth.
 struct EvidenceForce {
   static constexpr ForceId id = ForceId::Evidence;
   static constexpr ForceKind kind = ForceKind::Image;
@@ -55,31 +55,31 @@ struct EvidenceForce {
        "Factor on the force where the mesh lies close to the surface of the field and faces in the same direction."},
   };
   static constexpr bool from_field(const ForceParameters& p) { return p.integer(id, source) == 0; }
-  /// True if local intensities on both sides of the surface are evidence once the mesh is on its finest level.
+  /// True if local intensities on both sides of the surface are used once the mesh is on its finest level.
   static constexpr bool has_local_evidence(const ForceParameters& p) {
     return !from_field(p) && p.values[static_cast<int>(id)][local] > 0;
   }
-  /// True if local intensities are evidence for a mesh now.
+  /// True if local intensities are used for a mesh in this step.
   SIMPLEXSEG_HD static bool uses_local_statistics(const MeshConstants& m) {
     return m.finest != 0 && m.forces.weight(id) > 0.0f && m.integer<EvidenceForce>(source) != 0 &&
            m.value<EvidenceForce>(local) > 0.0f;
   }
-  /// With the source field, a mesh needs a field.
+  /// True if the mesh has the field that the source 'field' requires; always true for the source 'intensities'.
   static constexpr bool has_reference(const ForceParameters& p, const RecordedReferences& recorded) {
     return !from_field(p) || recorded.field;
   }
   static constexpr float stability_bound(const ForceParameters& p) {
     return from_field(p) ? p.values[static_cast<int>(id)][hold] : 1.0f;
   }
-  /// Scratch floats of a search: samples and ratios.
+  /// Number of scratch floats of a search: intensities and evidence of the samples.
   static constexpr int scratch_floats(const ForceParameters& p) { return 2 * (2 * p.integer(id, samples) + 1); }
-  /// Volume samples of a search, for the plan.
+  /// Number of volume samples of a search, for the step plan.
   static constexpr int samples_of_search(const ForceParameters& p) { return 2 * p.integer(id, samples) + 1; }
   /// Runs the kernels that find the targets.
   template <class Voxels, int kWidth, class Searches>
   static void find_targets(Searches& searches);
 
-  /// Factor on the weight of the force at this vertex, in [0, hold].
+  /// Factor on the weight of the force at vertex i, in [0, hold].
   template <class I>
   SIMPLEXSEG_HD static Real<I> confidence(const StepView& v, I i) {
     return load_w(v.targets_of<EvidenceForce>(), i);
@@ -105,12 +105,12 @@ SIMPLEXSEG_HD Real<I> mean_edge_at(const StepView& v, I i) {
   return (norm(xyz(v.current[nb.x]) - p) + norm(xyz(v.current[nb.y]) - p) + norm(xyz(v.current[nb.z]) - p)) / 3.0f;
 }
 
-/// Gain of the evidence from a field: P >= (1 + 1/gain) / 2 is full evidence.
+/// Gain of the evidence from a field: P >= (1 + 1/gain) / 2 is evidence 1 for the object.
 inline constexpr float kFieldGain = 2;
-/// Change of P per voxel below which the field does not locate the surface.
+/// Change of P per voxel below which the field is flat and does not locate the surface.
 inline constexpr float kFlatField = 0.02f;
 
-/// Field of a mesh as a separate volume, with the first voxel of its box at index 0.
+/// Field of a mesh as a separate volume, in which the first voxel of the box has index 0.
 SIMPLEXSEG_HD VolumeView field_view(const StepView& v, const MeshConstants& m) {
   VolumeView view = v.volume;
   view.voxels = v.fields + m.field.offset;
@@ -118,14 +118,14 @@ SIMPLEXSEG_HD VolumeView field_view(const StepView& v, const MeshConstants& m) {
   return view;
 }
 
-/// Displacement (mm, at most `max_mm` long) towards the object of the mesh's field from a voxel index position where P
-/// is about 0.
+/// Displacement (mm, world axes, at most `max_mm` long) towards the object of the mesh's field, from a position `at`
+/// (voxel index) where P is about 0.
 template <class R>
 SIMPLEXSEG_HD Vec3Of<R> vector_to_object(const StepView& v, const MeshConstants& m, Vec3Of<R> at, R max_mm) {
   const VolumeView field = field_view(v, m);
   const Vec3 first = m.field.first_voxel();
   Vec3Of<R> p = at - Vec3Of<R>{first.x, first.y, first.z};
-  // Clamped to the box.
+  // Clamps the position to the box.
   p = {smaller(larger(p.x, R(0.0f)), R(m.field.size[0] - 1.0f)),
        smaller(larger(p.y, R(0.0f)), R(m.field.size[1] - 1.0f)),
        smaller(larger(p.z, R(0.0f)), R(m.field.size[2] - 1.0f))};
@@ -140,9 +140,9 @@ SIMPLEXSEG_HD Vec3Of<R> vector_to_object(const StepView& v, const MeshConstants&
 /// Weight of the field's descent direction relative to the normal in a search line.
 inline constexpr float kDescentWeight = 4;
 
-/// Search direction through the surface of a field: the normal n, tilted towards the field's descent direction if the
-/// two agree. Normals alone are too rough on thin parts and on coarse meshes. `alignment`: cosine between n and the
-/// descent direction, reduced to 0 where the field is flat.
+/// Search direction through the surface of a field: the normal n, tilted towards the field's descent direction if their
+/// angle is below 90 degrees. Normals alone are too rough on thin parts and on coarse meshes. `alignment`: cosine
+/// between n and the descent direction, reduced towards 0 where the field is flat.
 template <class R>
 struct SearchLine {
   Vec3Of<R> direction;
@@ -162,12 +162,12 @@ SIMPLEXSEG_HD SearchLine<R> field_search_line(const StepView& v, const MeshConst
   return {choose(has_descent, (1.0f / norm(tilted)) * tilted, n), choose(has_descent, alignment, R(0.0f))};
 }
 
-/// Sign change of the evidence along a line, relative to its middle.
+/// Sign change of the evidence along a search line, relative to the middle of the line.
 template <class R>
 struct Crossing {
-  R shift;                   ///< distance from the middle, samples
+  R shift;                   ///< signed distance from the middle, samples
   BooleanOf<R> found;        ///< false: no sign change within reach
-  BooleanOf<R> from_inside;  ///< true: the middle lies in the object, search outwards; false: inwards
+  BooleanOf<R> from_inside;  ///< true: the middle lies in the object, the search goes outwards; false: inwards
 };
 template <class R, class Ratios>
 SIMPLEXSEG_HD Crossing<R> crossing_of(Ratios& ratio, int reach) {
@@ -175,7 +175,7 @@ SIMPLEXSEG_HD Crossing<R> crossing_of(Ratios& ratio, int reach) {
   const BooleanOf<R> inside = middle > 0.0f, outside = !inside;
   const BooleanOf<R> none = R(0.0f) > R(0.0f);
   Crossing<R> crossing{choose(inside, R(static_cast<float>(reach)), R(static_cast<float>(-reach))), none, inside};
-  // First crossing out of the object or, from outside, into it: between samples k and k + 1.
+  // Records the first crossing between samples k and k + 1: out of the object or, from outside, into the object.
   auto record = [&](int k, BooleanOf<R> here) SIMPLEXSEG_INLINED {
     const R before = ratio[k], after = ratio[k + 1];
     const R between = static_cast<float>(k) + before / (before - after) - static_cast<float>(reach);
@@ -195,7 +195,7 @@ SIMPLEXSEG_HD Crossing<R> crossing_of(Ratios& ratio, int reach) {
   return crossing;
 }
 
-/// Shift of a crossing (samples), pulled towards image edges within one voxel where the field is uncertain.
+/// Shift of a crossing (samples), moved towards image edges within one voxel where the field is uncertain.
 template <class R, class Ratios, class Values>
 SIMPLEXSEG_HD R shift_towards_edges(const Crossing<R>& crossing, Ratios& ratio, Values& value, int reach, R step_voxels,
                                     float edge) {
@@ -211,17 +211,17 @@ SIMPLEXSEG_HD R shift_towards_edges(const Crossing<R>& crossing, Ratios& ratio, 
   return choose(crossing.found, sum / weights, crossing.shift);
 }
 
-/// Passes of averaging local statistics over neighbours.
+/// Number of passes that average local statistics over neighbours.
 inline constexpr int kStatisticsPasses = 4;
 
-/// Local intensity statistics, as shares of the range: mean just inside (x) and outside (y) the surface, variance (z).
+/// Local intensities as shares of the region model's range: mean inside (x) and outside (y), pooled variance (z).
 template <class Voxels, int kWidth>
 struct EvidenceStatistics {
   static constexpr const char* name = "evidence statistics";
-  static constexpr int kSamples = 4;  ///< to each side, one voxel apart, starting one voxel from the surface
+  static constexpr int kSamples = 4;  ///< samples to each side, one voxel apart, from one voxel off the surface
   static constexpr int kLanes = kWidth, kCount = 2 * kSamples + 1;
   StepView v;
-  int scratch;  ///< scratch floats: kCount
+  int scratch;  ///< number of scratch floats: kCount
   template <class I, class L>
   SIMPLEXSEG_HD void operator()(I i, L lanes) const {
     using R = Real<I>;
@@ -255,7 +255,7 @@ struct EvidenceSearch {
   static constexpr int kSamples = 2 * kMaxSearch + 1;
   static constexpr int kLanes = kWidth;
   StepView v;
-  int scratch;  ///< scratch floats: samples and ratios of the longest search
+  int scratch;  ///< number of scratch floats: intensities and evidence of the longest search
   template <class I, class L>
   SIMPLEXSEG_HD void operator()(I i, L lanes) const {
     using F = EvidenceForce;
@@ -285,7 +285,7 @@ struct EvidenceSearch {
       const Vec4Of<R> s = load(v.local_statistics, i);
       const R contrast = s.x - s.y;
       middle = 0.5f * (s.x + s.y);
-      // Log-ratio of two Gaussians of equal variance; the minimum variance suppresses flat neighbourhoods.
+      // Log-likelihood ratio of two Gaussians of equal variance. The added variance suppresses flat neighbourhoods.
       slope = contrast / (s.z + 0.25f * contrast * contrast + 1e-4f);
     }
     auto share = [&](R intensity) SIMPLEXSEG_INLINED {
@@ -334,14 +334,14 @@ struct EvidenceSearch {
       const Crossing<R> crossing = crossing_of<R>(ratio, reach);
       R offset_mm =
           shift_towards_edges(crossing, ratio, value, reach, step_voxels, edge) * step * dot(search.direction, n);
-      // A patch outside the object may have a reversed normal. It follows the field's direction to the object, unless
-      // the object lies inwards and within reach.
+      // The normal may be reversed where the surface lies outside the object. Vertices there follow the field's
+      // direction to the object, unless the object lies inwards along the normal and within reach.
       if (!all(crossing.from_inside)) {
         const R back_mm = dot(vector_to_object(v, m, line.origin, static_cast<float>(reach) * step), n);
         const BooleanOf<R> outside = !crossing.from_inside, not_found = !crossing.found;
         offset_mm = choose(outside & (not_found | (back_mm > 0.0f)), back_mm, offset_mm);
       }
-      // Full strength within one voxel of the surface, 0 from two voxels on: a force at a distance would create folds.
+      // Share of `hold` that applies: 1 up to one voxel from the surface, 0 from two, where `hold` would create folds.
       const R near = smaller(larger(2.0f - fabsf(offset_mm) / m.voxel_mm, R(0.0f)), R(1.0f));
       store(v.targets_of<EvidenceForce>(), i,
             Vec4Of<R>{offset_mm, 0.0f, 0.0f, near * smaller(larger(2.0f * search.alignment, R(0.0f)), R(1.0f))});
@@ -356,7 +356,7 @@ struct EvidenceSearch {
       run = larger(run + 2.0f * half, R(0.0f));
       evidence = larger(evidence, run);
       const R rise = value[k < 2 * reach ? k + 1 : k] - value[k > 0 ? k - 1 : k];
-      // Counts only edges whose inner side is more likely to be object.
+      // Counts only edges whose inner side is more likely to be object than their outer side.
       const R before = ratio[k > 0 ? k - 1 : k], after = ratio[k < 2 * reach ? k + 1 : k];
       const R counts = choose(before > after, R(1.0f), R(0.0f));
       const int distance = k < reach ? reach - k : k - reach;
@@ -365,23 +365,23 @@ struct EvidenceSearch {
       return score;
     });
     const R offset = peak.offset();
-    // If the line meets no object, the force vanishes and smoothing contracts the surface. The normal is unreliable
-    // there: it would drive a reversed patch away from the object. One voxel of object is full evidence.
+    // If the line meets no object, the force vanishes and smoothing contracts the surface, since an unreliable normal
+    // would drive a reversed patch away from the object. One voxel of evidence 1 on the line gives full confidence.
     const R confidence = smaller(evidence, R(1.0f));
     store(v.targets_of<EvidenceForce>(), i,
           Vec4Of<R>{confidence * offset * step, 0.0f, 0.0f,
-                    confidence});  // an offset that EvidenceTarget converts to a position after averaging
+                    confidence});  // offset, mm; EvidenceTarget converts it to a position after averaging
   }
 };
 
-/// One pass of averaging a vertex quantity with the three neighbours, from one array into another.
+/// Performs one pass that averages a quantity of each vertex with its three neighbours, from one array into another.
 struct AverageOverNeighbours {
   static constexpr const char* name = "average";
   StepView v;
   const Vec4* from;
   Vec4* to;
-  int pass;      ///< index of the pass; skipped for meshes with fewer passes
-  bool targets;  ///< true: evidence targets, with the passes of each mesh; false: statistics
+  int pass;      ///< index of the pass, which only copies for meshes with fewer passes
+  bool targets;  ///< true: evidence targets, with the mesh's number of passes; false: local statistics
   template <class I>
   SIMPLEXSEG_HD void operator()(I i) const {
     using R = Real<I>;
@@ -394,7 +394,7 @@ struct AverageOverNeighbours {
       return;
     }
     const Vec4Of<R> a = load(from, nb.x), b = load(from, nb.y), c = load(from, nb.z);
-    // Vertices at the surface of the field are not averaged: on thin parts a neighbour may belong to the other side.
+    // Excludes vertices at the surface of the field (w = 1): a neighbour may lie on the other side of a thin part.
     const R share = targets && EvidenceForce::from_field(m.forces) ? 0.25f * (1.0f - own.w) : R(0.25f);
     store(to, i,
           Vec4Of<R>{own.x + share * (a.x + b.x + c.x - 3.0f * own.x), own.y + share * (a.y + b.y + c.y - 3.0f * own.y),
@@ -402,7 +402,7 @@ struct AverageOverNeighbours {
   }
 };
 
-/// Converts the averaged offsets to targets.
+/// Converts the averaged offsets (mm along the normal) to targets.
 struct EvidenceTarget {
   static constexpr const char* name = "evidence target";
   StepView v;
@@ -415,15 +415,15 @@ struct EvidenceTarget {
     if (!(m.forces.weight(ForceId::Evidence) > 0.0f)) return;  // the target is already 0
     const Vec4Of<R> offset = load(offsets, i);
     const Vec3Of<R> p = xyz(v.current[i]);
-    // A vertex that moves more than an edge ahead of its neighbours folds the surface. Until the next search, the
-    // offset is therefore limited to half an edge.
+    // A vertex that moves more than an edge length ahead of its neighbours folds the surface. The offset, which applies
+    // until the next search, is therefore limited to half an edge length.
     const R bound = EvidenceForce::kMaxEdgesPerSearch * mean_edge_at(v, i);
     // At a fold the normal does not separate inside from outside, so only smoothing acts there.
     const Vec3Of<R> n = xyz(v.frame[i]);
     const R alignment =
         smaller(dot(n, xyz(v.frame[nb.x])), smaller(dot(n, xyz(v.frame[nb.y])), dot(n, xyz(v.frame[nb.z]))));
     R confidence = smaller(larger(2.0f * alignment, R(0.0f)), R(1.0f));
-    // Exception: the field may determine the side, as at the rim of a thin part.
+    // Exception: near its surface, the field determines the side, for example at the rim of a thin part.
     if (EvidenceForce::from_field(m.forces))
       confidence += offset.w * (m.value<EvidenceForce>(EvidenceForce::hold) - confidence);
     else

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// List of all forces and compile-time queries of their headers. Code for all forces visits them here without naming
-// any, so a new force needs only a header and a line in src/forces/CMakeLists.txt (docs/add-a-force.md).
+// List of all forces, and compile-time queries of their properties. Code that handles all forces visits them through
+// this header without naming any, so a new force requires only a header and a line in src/forces/CMakeLists.txt
+// (docs/add-a-force.md).
 #pragma once
 #include <tuple>
 
@@ -29,20 +30,21 @@ SIMPLEXSEG_HD constexpr void each_force(Visit&& visit) {
   detail::each_of(static_cast<Forces*>(nullptr), visit);
 }
 
-/// Bit of a force in a set of forces.
+/// Bit mask of a force in a set of forces.
 constexpr unsigned bit(ForceId force) { return 1u << static_cast<int>(force); }
 
-/// Force with a displacement for each vertex: every force that does not pull.
+/// Force that computes a displacement for each vertex. Every force satisfies either this concept or Pulls.
 template <class F>
 concept Displaces = requires(const StepView& v, const MeshConstants& m, int i, Int4 neighbours, Vec3 p, Vec4 frame) {
   F::displacement(v, m, i, neighbours, p, frame);
 };
-/// Pulling force, which is summed before the step over the points placed by the user. Image forces fade where it acts.
+/// Force that pulls vertices to points placed by the user. The pulls are summed before the step, and image forces fade
+/// where they act.
 template <class F>
 concept Pulls = requires(const StepView& v, const MeshConstants& m, int i, Vec3& force, float& x) {
   F::apply_pull(v, m, i, force, x, x);
 };
-/// Force that finds a target for each vertex at each refresh and uses it until the next one.
+/// Force that finds a target for each vertex at each refresh and uses this target until the next refresh.
 template <class F>
 concept HasTargets = requires {
   F::targets_name;
@@ -62,8 +64,8 @@ inline constexpr unsigned kImageForces = forces_where([]<class F>(F) { return F:
 inline constexpr unsigned kPullingForces = forces_where([]<class F>(F) { return Pulls<F>; });
 inline constexpr unsigned kForcesWithTargets = forces_where([]<class F>(F) { return HasTargets<F>; });
 
-/// Confidence in the target of a force at a vertex, the share of its stability bound that applies there; 1 for a force
-/// without targets.
+/// Confidence in the target of a force at vertex i, which is also the stiffness of the force there, at most its
+/// stability bound. 1 for a force without targets.
 template <class F, class I>
 SIMPLEXSEG_HD Real<I> confidence_of(const StepView& v, I i) {
   if constexpr (requires { F::confidence(v, i); }) {
@@ -76,7 +78,7 @@ SIMPLEXSEG_HD Real<I> confidence_of(const StepView& v, I i) {
     return 1.0f;
   }
 }
-/// F::displacement, evaluated per vertex if the force does not support several at once.
+/// F::displacement, mm; evaluated separately for each vertex if the force does not support several at once.
 template <class F, class I, class Neighbours, class R>
 SIMPLEXSEG_HD Vec3Of<R> displacement_of(const StepView& v, const MeshConstants& m, I i, Neighbours nb, Vec3Of<R> p,
                                         Vec4Of<R> frame) {
@@ -90,7 +92,7 @@ SIMPLEXSEG_HD Vec3Of<R> displacement_of(const StepView& v, const MeshConstants& 
     return all.pack();
   }
 }
-/// F::apply_pull for each vertex.
+/// Calls F::apply_pull for each vertex of i.
 template <class F, class I, class R>
 SIMPLEXSEG_HD void pull_of(const StepView& v, const MeshConstants& m, I i, Vec3Of<R>& force, R& stiffness, R& image) {
   if constexpr (std::is_same_v<R, float>) {

@@ -4,9 +4,9 @@
 
 namespace simplexseg {
 
-/// Pulls each vertex to the strongest edge along its normal: searches x + j s n, j = -m..m, for the largest |grad I|,
-/// or the largest -+dI/dn for a bright or a dark object; d = j* s n with parabolic refinement. Ties and flat profiles
-/// give j* = 0. Samples outside the volume are ignored; the force is 0 if the best response is below the threshold
+/// Pulls each vertex to the strongest edge along its normal n. Searches x + j s n, j = -m..m, for the largest response:
+/// |grad I|, -dI/dn for a bright object or dI/dn for a dark one; d = j* s n with parabolic refinement. Ties go to the
+/// smallest |j|. Samples outside the volume are ignored. The force is 0 unless the best response exceeds the threshold
 /// (docs/mathematics.md, section 2.3).
 struct GradientForce {
   static constexpr ForceId id = ForceId::Gradient;
@@ -26,15 +26,15 @@ struct GradientForce {
       {"pull", 1, 0, 20, "voxel", "Largest displacement; 0: no limit."},
   };
   static constexpr float stability_bound(const ForceParameters&) { return 1.0f; }
-  /// Scratch floats of a search with a margin: samples and responses.
+  /// Number of scratch floats of a search: samples and responses, and a margin.
   static constexpr int scratch_floats(const ForceParameters& p) { return 4 * p.integer(id, samples) + 6; }
-  /// Volume samples of a search, for the plan.
+  /// Number of volume samples of a search, for the step plan.
   static constexpr int samples_of_search(const ForceParameters& p) { return 2 * p.integer(id, samples) + 1; }
   /// Runs the kernels that find the targets.
   template <class Voxels, int kWidth, class Searches>
   static void find_targets(Searches& searches);
 
-  /// Confidence in the target of this vertex, 0 or 1.
+  /// Confidence in the target of vertex i, 0 or 1.
   template <class I>
   SIMPLEXSEG_HD static Real<I> confidence(const StepView& v, I i) {
     return load_w(v.targets_of<GradientForce>(), i);
@@ -53,7 +53,7 @@ struct GradientSearch {
   static constexpr const char* name = GradientForce::search_name;
   static constexpr int kLanes = kWidth, kMaxSamples = 2 * kMaxSearch + 3;
   StepView v;
-  int scratch;  ///< scratch floats: samples and responses of the longest search
+  int scratch;  ///< number of scratch floats: samples and responses of the longest search
   template <class I, class L>
   SIMPLEXSEG_HD void operator()(I i, L lanes) const {
     using R = Real<I>;
@@ -68,10 +68,10 @@ struct GradientSearch {
     const int object = m.integer<GradientForce>(GradientForce::object);
     const IndexLineOf<R> line = index_line(v.volume, p, n);
     const Voxels voxels(v.volume);
-    // Per mm, as a share of the intensity range.
+    // Converts the threshold from shares of the intensity range per voxel to intensities per mm.
     const float threshold = m.value<GradientForce>(GradientForce::threshold) / (m.voxel_mm * v.volume.intensity_scale);
     const float start = -(reach + 1) * step, scale = (object == 1 ? -0.5f : 0.5f) / step;
-    // The term 0 * here turns the response to NaN at a NaN voxel.
+    // The term 0 * here makes the response NaN at a NaN voxel.
     auto response = [scale](R before, R here, R after)
                         SIMPLEXSEG_INLINED { return scale * (after - before) + 0.0f * here; };
     auto responses = lanes.template scratch<kMaxSamples>(0);

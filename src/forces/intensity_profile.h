@@ -4,9 +4,10 @@
 
 namespace simplexseg {
 
-/// Pulls each vertex along its normal to the best match of its recorded reference profile: by normalised
-/// cross-correlation (accepted above a threshold; zero variance never matches) or by mean absolute difference. The line
-/// is sampled once over the whole range, then compared at each shift (docs/mathematics.md, section 2.4).
+/// Pulls each vertex along its normal to the best match of its recorded reference profile. Profiles are compared by
+/// normalised cross-correlation (accepted from a minimum; a profile of zero variance never matches) or by mean absolute
+/// difference (accepted up to a maximum). The line is sampled once over the whole range, then compared with the
+/// reference at each shift (docs/mathematics.md, section 2.4).
 struct IntensityProfileForce {
   static constexpr ForceId id = ForceId::IntensityProfile;
   static constexpr ForceKind kind = ForceKind::Image;
@@ -37,11 +38,11 @@ struct IntensityProfileForce {
   static constexpr bool has_reference(const ForceParameters& p, const RecordedReferences& recorded) {
     return recorded.profile_values == static_cast<std::size_t>(recorded.vertex_count) * profile_length(p);
   }
-  /// Scratch floats of a search with a margin: samples, reference and scores.
+  /// Number of scratch floats of a search: samples, reference and scores, and a margin.
   static constexpr int scratch_floats(const ForceParameters& p) {
     return 4 * p.integer(id, samples) + 1 + 2 * profile_length(p) + 8;
   }
-  /// Volume samples of a search, for the plan.
+  /// Number of volume samples of a search, for the step plan.
   static constexpr int samples_of_search(const ForceParameters& p) {
     return 2 * p.integer(id, samples) + profile_length(p);
   }
@@ -49,7 +50,7 @@ struct IntensityProfileForce {
   template <class Voxels, int kWidth, class Searches>
   static void find_targets(Searches& searches);
 
-  /// Confidence in the target of this vertex, 0 or 1.
+  /// Confidence in the target of vertex i, 0 or 1.
   template <class I>
   SIMPLEXSEG_HD static Real<I> confidence(const StepView& v, I i) {
     return load_w(v.targets_of<IntensityProfileForce>(), i);
@@ -66,7 +67,7 @@ struct IntensityProfileForce {
 template <class Voxels, int kWidth>
 struct ProfileSearch {
   static constexpr const char* name = IntensityProfileForce::search_name;
-  /// Number of shifts compared together, so that each sample is read once for all of them.
+  /// Number of shifts compared together, so that each value of the reference is read once for all of them.
 #ifdef __CUDA_ARCH__
   static constexpr int kTile = 4;
 #else
@@ -75,7 +76,7 @@ struct ProfileSearch {
   static constexpr int kSamples = 2 * (kMaxSearch + kMaxProfile) + 1 + kTile;
   static constexpr int kLanes = kWidth, kLength = 2 * kMaxProfile + 1;
   StepView v;
-  int scratch;  ///< scratch floats: samples, reference and scores of the longest search
+  int scratch;  ///< number of scratch floats: samples, reference and scores of the longest search
   template <class L>
   SIMPLEXSEG_HD void operator()(int i, L lanes) const {
     using F = IntensityProfileForce;
@@ -95,8 +96,8 @@ struct ProfileSearch {
     auto expected = lanes.template scratch<kLength>(count + kTile);
     auto scores = lanes.template scratch<2 * kMaxSearch + 1 + kTile>(count + kTile + length);
     const bool correlate = m.integer<F>(F::measure) == 0;
-    // Correlation is invariant under a common offset. Subtracting one of the values avoids
-    // cancellation in the sums of squares.
+    // Correlation is invariant under a common offset. Subtracting the middle value of the reference avoids cancellation
+    // in the sums of squares.
     const float base = correlate ? reference[half] : 0.0f, share = 1.0f / length;
     if constexpr (L::width == 1) {
       for (int k = 0; k < length; ++k) expected[k] = reference[k] - base;
@@ -117,7 +118,8 @@ struct ProfileSearch {
     for (int k = 0; k < length; ++k) reference_mean += expected[k], reference_square += expected[k] * expected[k];
     reference_mean *= share;
     reference_square -= length * reference_mean * reference_mean;
-    // A sample outside the volume or at a NaN voxel makes all sums of a shift NaN, which excludes the shift.
+    // A sample outside the volume or at a NaN voxel makes the sums of all shifts that contain it NaN, which excludes
+    // these shifts.
     for (int start = lanes.lane * kTile; start <= 2 * reach; start += L::width * kTile) {
       float score[kTile];
       if (correlate) {

@@ -1,30 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lanes that process one item together: one on the CPU, several threads of a warp on a device. A kernel written for
-// lanes distributes its loops over them (k = lane, lane + width, ...), with the same source for both backends.
+// Lanes that process one item together: one lane on the CPU, one or several threads of a warp on a device. A kernel
+// written for lanes distributes its loops over them (k = lane, lane + width, ...), with the same source for both
+// backends.
 #pragma once
 #include "core/vec3.h"
 
 namespace simplexseg {
 
-/// Single lane. Its scratch memory is on the stack, where the compiler can exclude aliasing.
+/// Single lane. Its scratch memory is on the stack, where the compiler can rule out aliasing.
 struct OneLane {
   static constexpr int width = 1;
   static constexpr int lane = 0;
-  static constexpr bool kEights = false;  ///< processes eight vertices at once
-  /// True: values are processed in order as they are computed, without storing them.
+  static constexpr bool kEights = false;  ///< true for lanes that process eight vertices at once
+  /// True if searches process values in order as they are computed, without storing them.
 #ifdef __CUDA_ARCH__
   static constexpr bool kStreams = true;
 #else
   static constexpr bool kStreams = false;
 #endif
-  using Serial = OneLane;  ///< lanes for code that is not distributed
+  using Serial = OneLane;  ///< lane type for code that is not distributed over lanes
   template <int kCapacity>
   struct Scratch {
     float values[kCapacity];
     SIMPLEXSEG_HD float& operator[](int k) { return values[k]; }
   };
-  /// Temporary floats for one item, at most `kCapacity`. `first`: their offset in the scratch memory that the kernel
-  /// requests by its member `scratch`.
+  /// Temporary floats for one item, at most `kCapacity`. `first`: offset of these floats in the scratch memory, whose
+  /// size the kernel requests by its member `scratch`.
   template <int kCapacity>
   SIMPLEXSEG_HD Scratch<kCapacity> scratch(int /*first*/) const {
     return {};
@@ -35,12 +36,12 @@ struct OneLane {
   SIMPLEXSEG_HD int count(bool x) const { return x ? 1 : 0; }
   SIMPLEXSEG_HD int count_before(bool) const { return 0; }       ///< number of lower lanes with a true value
   SIMPLEXSEG_HD bool first_of_equal(int) const { return true; }  ///< true if no lower lane has the same value
-  /// Sum over items. Item k is added to partial sum k % 8, so that the total has the same bits with eight vertices at
-  /// once (forces/eight.h).
+  /// Sum over items. Item k is added to partial sum k % 8, so that the total has the same bits as with eight vertices
+  /// at once (forces/eight.h).
   struct Sum {
     alignas(32) float parts[8] = {};
     SIMPLEXSEG_HD void add(int item, float x) { parts[item % 8] += x; }
-    /// Adds eight items starting at `first`, a multiple of eight.
+    /// Adds the eight items from `first`, which is a multiple of eight.
     template <class Floats>
     SIMPLEXSEG_HD void add(int /*first*/, Floats x) {
       add_to(parts, x);
@@ -54,23 +55,24 @@ struct OneLane {
   SIMPLEXSEG_HD void sync() const {}
 };
 
-/// Groups of lanes that run a kernel together, each on its own items (k = group, group + groups, ...). A kernel written
-/// for a block (`kBlockThreads`: its threads on a device) runs once and synchronises the groups where necessary.
+/// Block of the CPU: a single group of lanes. A kernel written for a block runs once, distributes its items over the
+/// groups (k = group, group + groups, ...) and synchronises them where necessary. Its `kBlockThreads` is the number of
+/// threads of its block on a device.
 struct OneGroup {
   static constexpr int groups = 1, group = 0;
-  static constexpr bool kUsesSharedMemory = false;  ///< copies arrays to its shared memory, which is faster
+  static constexpr bool kUsesSharedMemory = false;  ///< true: kernels copy arrays to shared memory, which is faster
   OneLane lanes;
   SIMPLEXSEG_HD void sync() const {}
 };
 
 #ifdef __CUDACC__
-/// Floats in shared memory with a stride of `stride`.
+/// Scratch floats in shared memory, `stride` floats apart.
 struct SharedScratch {
   float* values;
   int stride;
   __device__ float& operator[](int k) const { return values[k * stride]; }
 };
-/// Single thread of a device; its scratch memory is shared memory, one bank per thread.
+/// Single thread of a device. Its scratch memory is in shared memory, in one bank per thread.
 struct ThreadLane : OneLane {
   float* shared;
   __device__ explicit ThreadLane(float* block_shared) : shared(block_shared) {}
@@ -79,7 +81,7 @@ struct ThreadLane : OneLane {
     return {shared + first * static_cast<int>(blockDim.x) + threadIdx.x, static_cast<int>(blockDim.x)};
   }
 };
-/// `kWidth` adjacent threads of a warp. All of them must call the same members in the same order.
+/// Group of `kWidth` adjacent threads of a warp. All of them must call the same members in the same order.
 template <int kWidth>
 struct GroupLanes {
   static constexpr int width = kWidth;
@@ -103,7 +105,7 @@ struct GroupLanes {
     return x;
   }
 };
-/// A warp. All its threads must call the same members in the same order.
+/// All 32 threads of a warp, which must call the same members in the same order.
 struct WarpLanes {
   static constexpr int width = 32;
   static constexpr bool kEights = false;

@@ -6,10 +6,10 @@
 
 namespace simplexseg {
 
-inline constexpr int kMaxSearch = 24;  ///< largest number of samples to each side
-inline constexpr int kMaxProfile = 8;  ///< largest half length of a reference profile
+inline constexpr int kMaxSearch = 24;  ///< largest number of samples or shifts to each side
+inline constexpr int kMaxProfile = 8;  ///< largest half length of a reference profile, samples
 
-/// Position of the maximum of the parabola through (-1, a), (0, b), (1, c) for b >= a, c; in [-1/2, 1/2].
+/// Position, in [-1/2, 1/2], of the maximum of the parabola through (-1, a), (0, b), (1, c), where b >= a and b >= c.
 template <class R>
 SIMPLEXSEG_HD R parabolic_peak(R a, R b, R c) {
   const R curvature = a - 2.0f * b + c;
@@ -21,19 +21,19 @@ SIMPLEXSEG_HD R parabolic_peak(R a, R b, R c) {
 template <class R>
 struct PeakOf {
   R best;
-  R shift;        ///< distance from the middle, k - reach
-  R left, right;  ///< adjacent values; NaN at the ends
-  /// Distance from the middle with subsample accuracy, shifts.
+  R shift;        ///< signed distance of the maximum from the middle, k - reach
+  R left, right;  ///< values at the adjacent shifts; NaN at the ends
+  /// Signed distance of the peak from the middle, in shifts, with subsample accuracy.
   SIMPLEXSEG_HD R offset() const {
     return choose(is_valid(left) & is_valid(right), shift + parabolic_peak(left, best, right), shift);
   }
 };
-/// Rank of a shift by its distance to the middle, the lower shift first on a tie.
+/// Rank of shift k by its distance from the middle shift, `reach`; of two equally distant shifts the lower comes first.
 SIMPLEXSEG_HD int rank_of(int k, int reach) { return k <= reach ? 2 * (reach - k) : 2 * (k - reach) + 1; }
 
 /// Peak of value(k), k = 0 ... 2 reach, ignoring NaN. Streaming lanes call value() once for each k, in order, and store
-/// nothing. Several lanes distribute the calls and store the values in `stored`. A single lane of the CPU also stores
-/// them, in passes that the compiler vectorises.
+/// no values. Several lanes distribute the calls and store the values in `stored`. A single lane of the CPU that does
+/// not stream also stores them, and searches them in passes that the compiler vectorises.
 template <class L, class Stored, class Value>
 SIMPLEXSEG_HD auto find_peak([[maybe_unused]] L lanes, [[maybe_unused]] Stored& stored, int reach, Value&& value) {
   using R = decltype(value(0));
@@ -87,8 +87,9 @@ SIMPLEXSEG_HD auto find_peak([[maybe_unused]] L lanes, [[maybe_unused]] Stored& 
   }
 }
 
-/// Displacement to a target: its distance along the current normal times the confidence, so that vertices can slide on
-/// the surface. `pull_mm` > 0 limits it.
+/// Displacement of a vertex at p towards its target, mm: the distance of the target along the current normal n, limited
+/// to `pull_mm` if that is > 0, times the confidence. Only the normal component counts, so that vertices can slide on
+/// the surface.
 template <class R>
 SIMPLEXSEG_HD Vec3Of<R> pull_to_target(Vec4Of<R> target, Vec3Of<R> p, Vec3Of<R> n, float pull_mm) {
   R d = dot(xyz(target) - p, n);

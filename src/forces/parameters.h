@@ -11,29 +11,30 @@ namespace simplexseg {
 
 enum class ParameterKind { Real, Integer, Choice };
 
-/// Description of a user-visible parameter. All values are stored as float; Integer and Choice are rounded on use.
+/// Description of a user-visible parameter. All values are stored as float; those of kind Integer and Choice are
+/// rounded when used.
 struct ParameterInfo {
-  const char* name;  ///< name in scene files: snake_case
+  const char* name;  ///< name in scene files, in snake_case
   float default_value;
-  float minimum, maximum;  ///< inclusive
-  const char* unit;        ///< "" when dimensionless
-  const char* doc;         ///< one sentence, shown as tooltip
+  float minimum, maximum;  ///< allowed range, inclusive
+  const char* unit;        ///< unit of the value; "" when dimensionless
+  const char* doc;         ///< description in one sentence, shown as tooltip
   ParameterKind kind = ParameterKind::Real;
-  const char* choices = "";  ///< names of a Choice separated by '|', value 0 first
+  const char* choices = "";  ///< names of the values of a Choice, separated by '|', value 0 first
 };
 
-/// Origin of a force, which determines its stability bound in a step.
+/// Origin of a force, which determines its share in the stability bound of a vertex.
 enum class ForceKind {
-  Internal,  ///< shape of the mesh; the full stability bound at every vertex
-  Image,     ///< volume; fades where points attract; bound scaled by the confidence in the target
+  Internal,  ///< shape of the mesh; has its full stability bound at every vertex
+  Image,     ///< volume; fades where points attract; its bound at a vertex is the confidence in the target
   External,  ///< points placed by the user
 };
 
-/// Largest number of parameters of a force; the first one is always its weight.
+/// Largest number of parameters of a force. The first parameter is always the weight.
 inline constexpr int kMaxForceParameters = 12;
 
-/// Activation register of one mesh: weight and parameters of every force, in the order of the tables. May change
-/// between any two steps; trivially copyable to the device.
+/// Activation register of one mesh: weight and parameters of every force, in the order of the tables. Its values may
+/// change between any two steps. Trivially copyable, for the upload to a device.
 struct ForceParameters {
   float values[kForceCount][kMaxForceParameters];
   constexpr float weight(ForceId force) const { return values[static_cast<int>(force)][0]; }
@@ -43,29 +44,29 @@ struct ForceParameters {
   }
 };
 
-/// Recorded references of a mesh, with which some forces compare it.
+/// Summary of the recorded references of a mesh. Some forces require a reference, with which they compare the mesh.
 struct RecordedReferences {
-  int vertex_count = 0;            ///< vertices of the mesh
-  bool shape = false;              ///< the mesh has a reference pose for shape memory
+  int vertex_count = 0;            ///< number of vertices of the mesh
+  bool shape = false;              ///< true if the mesh has a reference pose for shape memory
   std::size_t profile_values = 0;  ///< number of values in all reference profiles
-  bool field = false;              ///< the mesh has a foreground probability field
+  bool field = false;              ///< true if the mesh has a foreground probability field
 };
 
 /// Description of one force.
 struct ForceInfo {
   ForceId id;
   ForceKind kind;
-  const char* name;   ///< name in scene files: snake_case
+  const char* name;   ///< name in scene files, in snake_case
   const char* title;  ///< name in panels
   const char* doc;
-  const char* targets;  ///< name of the array of its targets; nullptr: a force without targets
+  const char* targets;  ///< name of the array of targets; nullptr for a force without targets
   std::span<const ParameterInfo> parameters;
 };
 /// Descriptions of all forces, in the order of ForceId.
 std::span<const ForceInfo> force_list();
-/// Force of this name; nullptr if there is none.
+/// Description of the force of this name; nullptr if there is none.
 const ForceInfo* find_force(const char* name);
-/// Index of a parameter in a table; -1 if there is none of this name.
+/// Index of the parameter of this name in a table; -1 if there is none.
 int find_parameter(std::span<const ParameterInfo> table, const char* name);
 ForceParameters default_force_parameters();
 

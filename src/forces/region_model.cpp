@@ -12,15 +12,15 @@
 namespace simplexseg {
 namespace {
 
-/// q-quantile of values, which are reordered.
+/// q-quantile of the values, 0 <= q <= 1. Reorders them.
 double quantile_of(std::vector<double>& values, double q) {
   auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }
 
-/// Smallest width of an intensity range that exceeds rounding errors. Relative, since intensities have any unit. Its
-/// inverse fits into a float.
+/// Smallest width of an intensity range that exceeds rounding errors. It is relative to the intensities, since their
+/// unit is arbitrary, and its inverse fits into a float.
 double min_width(double low, double high) {
   const double size = std::max(std::abs(low), std::abs(high));
   return size > 0 ? std::max(1e-6 * size, 1e-37) : 1e-6;
@@ -43,7 +43,7 @@ IntensityWindow intensity_window(const Volume& volume) {
   if (volume.empty()) return window;
   visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
     const std::span<const T> voxels = volume.voxels<T>();
-    // An odd stride samples all parts of the volume for usual row lengths.
+    // An odd stride is coprime to row lengths that are powers of two, so that the samples fall into all columns.
     const std::size_t stride = std::max<std::size_t>(1, voxels.size() / 1'000'000 | 1);
     std::vector<double> values;
     values.reserve(voxels.size() / stride + 1);
@@ -66,7 +66,7 @@ RegionModel estimate_region(const Volume& volume, const SimplexMesh& mesh, doubl
   if (volume.empty()) return model;
   const Mask inside = rasterise(mesh, volume.geometry());
   const VolumeGeometry& g = volume.geometry();
-  // Bounding box of the mesh in index space, enlarged by the margin. Voxels outside are ignored.
+  // Bounding box of the mesh in index space, enlarged by the margin. Voxels outside this box are ignored.
   Eigen::Array3d box_low = Eigen::Array3d::Constant(1e30), box_high = -box_low;
   const Eigen::Affine3d index_from_world = g.index_from_world();
   for (const Eigen::Vector3f& p : mesh.positions) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Trilinear sampling of a volume along a line in world space. Samplers:
-//   LinearVoxels<T>  Voxels of type T in linear memory, interpolated in float. Used on the CPU, and on a device whose
-//                    texture unit cannot filter T.
+//   LinearVoxels<T>  Voxels of type T in linear memory, interpolated in float. Used on the CPU, and on a device for
+//                    types T that its texture unit cannot filter.
 //   FetchedVoxels    Texels of a 3D texture, interpolated in float.
-//   FilteredVoxels   Interpolated by the texture unit with fractions of 8 bits: an error of up to 1/256 of the
+//   FilteredVoxels   Texels interpolated by the texture unit with fractions of 8 bits: an error of up to 1/256 of the
 //                    difference of two neighbouring voxels along each axis (effect: docs/adr/0008-textures.md).
 #pragma once
 #include <type_traits>
@@ -31,14 +31,16 @@ SIMPLEXSEG_HD IndexLineOf<R> index_line(const VolumeView& v, Vec3Of<R> origin_mm
   return {rotate_to_index(v, origin_mm) + Vec3Of<R>{m[3], m[7], m[11]}, rotate_to_index(v, unit_direction)};
 }
 
-/// False for NaN: samples of NaN voxels, and samples more than half a voxel outside the centres of the outer voxels.
+/// True if a sample is finite. Samples are NaN at NaN voxels, and more than half a voxel beyond the centres of the
+/// outermost voxels.
 template <class R>
 SIMPLEXSEG_HD auto is_valid(R sample) {
   return fabsf(sample) <= 3e38f;
 }
 
-/// Cell of eight voxels around an index position and the fractions within it. Positions outside the volume get a cell
-/// at its border, which can always be read.
+/// Cell of eight voxels around an index position, and the fractional coordinates of the position within the cell.
+/// Positions outside the volume get a cell at its border, whose voxels can always be read. `inside`: the position is at
+/// most half a voxel beyond the centres of the outermost voxels.
 template <class R>
 struct CellOf {
   IntegerOf<R> i, j, k;
@@ -51,7 +53,7 @@ SIMPLEXSEG_HD CellOf<R> cell_at(const VolumeView& v, Vec3Of<R> p) {
   const float hx = v.size[0] - 1.0f, hy = v.size[1] - 1.0f, hz = v.size[2] - 1.0f;
   const BooleanOf<R> inside =
       (p.x >= -0.5f) & (p.y >= -0.5f) & (p.z >= -0.5f) & (p.x <= hx + 0.5f) & (p.y <= hy + 0.5f) & (p.z <= hz + 0.5f);
-  // Comparisons, unlike fmin and fmax, map NaN to 0 and vectorise.
+  // The comparisons map NaN to 0 and, unlike fmin and fmax, can be vectorised.
   const R x = smaller(larger(p.x, 0.0f), hx), y = smaller(larger(p.y, 0.0f), hy), z = smaller(larger(p.z, 0.0f), hz);
   const int li = v.size[0] > 1 ? v.size[0] - 2 : 0, lj = v.size[1] > 1 ? v.size[1] - 2 : 0,
             lk = v.size[2] > 1 ? v.size[2] - 2 : 0;
@@ -63,8 +65,8 @@ SIMPLEXSEG_HD R mix(R a, R b, R f) {
   return a + f * (b - a);
 }
 
-/// The eight voxels of a cell, i fastest. The functions below compute the trilinear interpolant, its gradient (per mm)
-/// and the gradient's magnitude from them.
+/// Intensities of the eight voxels of a cell, i fastest. From these, the functions below compute the trilinear
+/// interpolant, its gradient in world space (per mm) and the magnitude of the gradient.
 template <class R>
 struct CornersOf {
   R v000, v100, v010, v110, v001, v101, v011, v111;
@@ -92,7 +94,7 @@ SIMPLEXSEG_HD R gradient_magnitude(const VolumeView& view, const CornersOf<R>& v
 template <class T>
 struct LinearVoxels {
   const T* voxels;
-  long row, plane, dx, dy, dz;  ///< strides; dx, dy, dz are 0 along axes of one voxel
+  long row, plane, dx, dy, dz;  ///< strides, voxels; dx, dy, dz are 0 along axes of one voxel
   SIMPLEXSEG_HD explicit LinearVoxels(const VolumeView& v)
       : voxels(static_cast<const T*>(v.voxels)),
         row(v.size[0]),
@@ -111,7 +113,7 @@ struct LinearVoxels {
   SIMPLEXSEG_HD CornersOf<R> corners(const CellOf<R>& c) const {
     return corners_of(*this, c);
   }
-  /// Interpolated value at an index position; NaN outside.
+  /// Interpolated value at an index position; NaN outside the volume.
   template <class R>
   SIMPLEXSEG_HD R sample(const VolumeView& v, Vec3Of<R> p) const {
     const CellOf<R> c = cell_at(v, p);
@@ -172,7 +174,8 @@ struct FilteredVoxels {
 };
 #endif
 
-/// True if a line lies completely inside the volume between two of its points; the volume is convex.
+/// True if the segment of a line from `start` to `end` (mm) lies inside the volume. Tests only its ends, since the
+/// volume is convex.
 SIMPLEXSEG_HD bool contains(const VolumeView& v, IndexLine line, float start, float end) {
   const Vec3 a = line.origin + start * line.direction, b = line.origin + end * line.direction;
   const Vec3 low{smaller(a.x, b.x), smaller(a.y, b.y), smaller(a.z, b.z)},
@@ -182,14 +185,14 @@ SIMPLEXSEG_HD bool contains(const VolumeView& v, IndexLine line, float start, fl
 }
 
 #ifndef __CUDA_ARCH__
-/// Samples a line on the CPU. Positions and interpolation are vectorised over samples; voxels are read singly, since
-/// there are no gather instructions for 8 and 16 bits.
+/// Samples a line on the CPU at start, start + step, ... (mm). Positions and interpolation are vectorised over samples.
+/// Voxels are read individually, since there are no gather instructions for 8 and 16 bits.
 template <class T>
 inline __attribute__((always_inline)) void sample_line_in_vectors(const LinearVoxels<T>& read, const VolumeView& v,
                                                                   IndexLine line, float start, float step, int count,
                                                                   float* values) {
   constexpr int kLanes = 8;
-  // The conversion from integer to float is vectorised, too.
+  // Integers are stored as int, so that their conversion to float is vectorised, too.
   using Read = std::conditional_t<std::is_integral_v<T> && !std::is_same_v<T, std::uint32_t>, int, float>;
   for (int first = 0; first < count; first += kLanes) {
     alignas(64) int ci[kLanes], cj[kLanes], ck[kLanes];
@@ -200,7 +203,7 @@ inline __attribute__((always_inline)) void sample_line_in_vectors(const LinearVo
       ci[s] = c.i, cj[s] = c.j, ck[s] = c.k, fx[s] = c.fx, fy[s] = c.fy, fz[s] = c.fz;
       outside[s] = c.inside ? 0.0f : NAN;
     }
-    for (int s = 0; s < kLanes; ++s) {  // fixed count: reading past the last sample costs less than a variable count
+    for (int s = 0; s < kLanes; ++s) {  // constant count: reading past the last sample costs less than a variable count
       const T* b = read.at(ci[s], cj[s], ck[s]);
       corner[0][s] = static_cast<Read>(b[0]), corner[1][s] = static_cast<Read>(b[read.dx]);
       corner[2][s] = static_cast<Read>(b[read.dy]), corner[3][s] = static_cast<Read>(b[read.dy + read.dx]);
@@ -224,14 +227,14 @@ inline __attribute__((always_inline)) void sample_line_in_vectors(const LinearVo
 #endif
 
 /// Samples `count` intensities minus `base` at start, start + step, ... (mm) along a line, distributed over the lanes.
-/// Trilinear; NaN outside.
+/// The interpolation is trilinear; samples outside the volume are NaN.
 template <class Voxels, class L, class Values, class R, class Shift>
 SIMPLEXSEG_HD void sample_line(const Voxels& read, const VolumeView& v, L lanes, IndexLineOf<R> line, Shift start,
                                Shift step, int count, Values& values, float base = 0.0f) {
 #ifdef __CUDA_ARCH__
   if (contains(v, line, start, start + (count - 1) * step)) {
     const Vec3 first = read.texture_position(line.origin + start * line.direction), each = step * line.direction;
-    // All loads of a batch are issued together; those past the end read the last sample.
+    // All loads of a batch are issued together. Loads past the end read the last sample.
     constexpr int kBatch = 8;
     for (int from = lanes.lane; from < count; from += kBatch * L::width) {
       float texels[kBatch];
@@ -257,8 +260,8 @@ SIMPLEXSEG_HD void sample_line(const Voxels& read, const VolumeView& v, L lanes,
   lanes.sync();
 }
 
-/// Samples along a line, read on demand in the order k = 0, 1, 2 ... `kInside`: the whole line lies in the volume (used
-/// on a device).
+/// Stream of samples along a line, read on demand in the order k = 0, 1, 2 ... `kInside`: true if all samples lie in
+/// the volume, which saves the tests on a device.
 template <class Voxels, bool kInside, class R = float>
 struct SampleStream {
   const Voxels& read;
@@ -286,7 +289,7 @@ struct SampleStream {
 #endif
     return read.sample(v, line.origin + (start + static_cast<float>(k) * step) * line.direction);
   }
-  /// Returns f(sample k, sample k + 1, sample k + 2).
+  /// Returns f(sample k, sample k + 1, sample k + 2). Requires calls with k = 0, 1, 2 ...
   template <class F>
   SIMPLEXSEG_HD R next(int k, F f) {
     const R before = here;
@@ -295,7 +298,7 @@ struct SampleStream {
   }
 };
 
-/// Magnitude of the gradient (per mm) of the trilinear interpolant at index position p; NaN outside.
+/// Magnitude of the gradient (per mm) of the trilinear interpolant at index position p; NaN outside the volume.
 template <class Voxels, class R>
 SIMPLEXSEG_HD R gradient_magnitude_at(const Voxels& read, const VolumeView& v, Vec3Of<R> p) {
   const CellOf<R> c = cell_at(v, p);

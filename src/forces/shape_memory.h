@@ -10,7 +10,7 @@ namespace simplexseg {
 /// Pulls every vertex to its position relative to its neighbours in the reference pose:
 ///   d = sum_k e_k^ref P_k + h~ n - P,   h~ = h^ref (S / S^ref)^b   (Delingette 1999; docs/mathematics.md,
 ///   section 2.2).
-/// It is invariant under similarities for b = 1/2, and under rigid motions only for b = 0. The stability bound below
+/// The force is invariant under similarities for b = 1/2, but only under rigid motions for b = 0. Its stability bound
 /// relies on bounded metric parameters of the reference (src/mesh/shape_reference.h).
 struct ShapeMemoryForce {
   static constexpr ForceId id = ForceId::ShapeMemory;
@@ -28,7 +28,7 @@ struct ShapeMemoryForce {
   static constexpr bool has_reference(const ForceParameters&, const RecordedReferences& recorded) {
     return recorded.shape;
   }
-  /// 1 + the largest sum |e_k| over the vertices of the reference (2 if all e_k >= 0); 0 without a reference.
+  /// Bound 1 + the largest sum |e_k| over the vertices of the reference (2 if all e_k >= 0); 0 without a reference.
   static float stability_bound(const ForceParameters&, std::span<const Vec4> shape) {
     float largest = 1.0f;
     for (const Vec4& s : shape) {
@@ -49,7 +49,7 @@ struct ShapeMemoryForce {
       const R ratio = norm(cross(p2 - p1, p3 - p1)) / ref.w;
       h = choose(ref.w > 0.0f, h * (b == 0.5f ? sqrtf(ratio) : powf(ratio, b)), h);
     }
-    // Differences to P1 first, to avoid cancellation for positions far from the origin.
+    // Subtracts P1 first, which avoids cancellation for positions far from the origin.
     const Vec3Of<R> foot = ref.y * (p2 - p1) + (1.0f - ref.x - ref.y) * (p3 - p1);
     return (foot + h * xyz(frame)) - (p - p1);
   }

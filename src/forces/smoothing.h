@@ -4,10 +4,10 @@
 
 namespace simplexseg {
 
-/// Evens out edge lengths along the surface and averages curvature across it:
+/// Evens out edge lengths in the tangential direction and averages curvature in the normal direction:
 ///   d = sum_k w_k P_k + c h~ n - P,   w_k = |P_k - P|^a / sum_l |P_l - P|^a,   h~ = S mean(h_j / S_j)
-/// with the mean over rings 1 and 2 without the vertex itself and S = |N| (docs/mathematics.md, section 2.1). c = 1
-/// preserves the volume, c = 0 is the plain Laplacian. The length weights perform a descent of the convex energy
+/// where the mean is over rings 1 and 2 and S = |N| (docs/mathematics.md, section 2.1). c = 1 preserves the volume,
+/// c = 0 is the plain Laplacian. The length weights perform a descent of the convex energy
 /// sum |e|^(a+2). The averaged quantity is elevation over area, a curvature: with elevations themselves, large cells
 /// would lift small ones, and elongated shapes would diverge (docs/adr/0003-smoothing.md).
 struct SmoothingForce {
@@ -25,8 +25,8 @@ struct SmoothingForce {
        "Share of the mean curvature that is preserved; 1 preserves the volume, 0 is a plain Laplacian."},
       {"elevation_limit", 0.4f, 0, 2, "edges", "Largest preserved elevation, in mean edge lengths of the vertex."},
   };
-  /// Bound of the largest eigenvalue of -d(displacement)/dx: 2 for a Laplacian with weights >= 0 that sum to 1, times
-  /// (1 + a), the relative growth of |e|^a e along a dominant edge e.
+  /// Upper bound of the largest eigenvalue of -d(displacement)/dx: 2 for a Laplacian with weights >= 0 that sum to 1,
+  /// times (1 + a), the relative growth of |e|^a e along a dominant edge e.
   static constexpr float stability_bound(const ForceParameters& p) {
     return 2.0f * (1.0f + p.values[static_cast<int>(id)][evenness]);
   }
@@ -43,7 +43,7 @@ struct SmoothingForce {
       w1 = l1, w2 = l2, w3 = l3;
     } else if (a != 0.0f) {
       const R largest = larger(l1, larger(l2, l3));
-      const R s = R(1.0f) / largest;  // ratios first, to avoid overflow for any unit
+      const R s = R(1.0f) / largest;  // computes ratios first, to avoid overflow for any unit
       const auto nonzero = largest > 0.0f;
       w1 = choose(nonzero, powf(l1 * s, a), w1), w2 = choose(nonzero, powf(l2 * s, a), w2),
       w3 = choose(nonzero, powf(l3 * s, a), w3);
@@ -56,7 +56,8 @@ struct SmoothingForce {
     const float keep = m.value<SmoothingForce>(curvature);
     R mean = 0;
     if (keep > 0.0f) {
-      // Rings 1 and 2, without i: three neighbours and their two other neighbours each.
+      // Rings 1 and 2: the three neighbours, and the two other neighbours of each. Subtracts the vertex itself, which
+      // is a neighbour of all three.
       const Vec4Of<R> f1 = v.frame[nb.x], f2 = v.frame[nb.y], f3 = v.frame[nb.z];
 #ifdef __CUDA_ARCH__
       const auto n1 = v.neighbours[nb.x], n2 = v.neighbours[nb.y], n3 = v.neighbours[nb.z];

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernel arguments: trivially copyable views of one memory space. Host code owns the arrays (src/gpu/step_engine.h).
+// Kernel arguments: trivially copyable views of arrays in one memory space (host or device). Host code owns the arrays
+// (src/gpu/step_engine.h).
 #pragma once
 #include <cstdint>
 #include <type_traits>
@@ -10,10 +11,11 @@
 
 namespace simplexseg {
 
-// The index `i` of a kernel is one vertex (an int) or, on the CPU, eight consecutive vertices (forces/eight.h). The
-// following types and functions let a kernel read, compute and write one value or eight.
+// The index `i` of a kernel is one vertex (an int) or, on the CPU, eight consecutive vertices (an Eight from
+// forces/eight.h). With the following types and functions, the same kernel reads, computes and writes one value or
+// eight.
 
-/// Type of a real value at index type I.
+/// Type of a real value for each vertex of an index of type I.
 template <class I>
 struct RealOf {
   using Type = float;
@@ -27,7 +29,7 @@ SIMPLEXSEG_HD float load(const float* values, int i) { return values[i]; }
 SIMPLEXSEG_HD float gather(const float* values, int i) { return values[i]; }
 SIMPLEXSEG_HD void store(float* values, int i, float x) { values[i] = x; }
 SIMPLEXSEG_HD void store_w(Vec4* texels, int i, float w) { texels[i].w = w; }
-/// Calls f(vertex, lane) for each vertex of i. Values with one entry per lane must be unpacked before.
+/// Calls f(vertex, lane) for each vertex of i. Lane values that f uses must be unpacked first (unpack_lanes()).
 template <class F>
 SIMPLEXSEG_HD void each(int i, F&& f) {
   f(i, 0);
@@ -62,10 +64,10 @@ struct Texels {
     return {x.x, x.y, x.z, x.w};
 #endif
   }
-  /// Texels of several vertices (forces/eight.h).
+  /// Texels of several vertices at once (forces/eight.h).
   template <class I>
   requires(!std::is_integral_v<I>) SIMPLEXSEG_HD auto operator[](I i) const { return load(data, i); }
-  /// Fourth component only.
+  /// Fourth component of a texel.
   template <class I>
   requires(!std::is_integral_v<I>) SIMPLEXSEG_HD auto w(I i) const { return load_w(data, i); }
   SIMPLEXSEG_HD float w(int i) const {
@@ -79,18 +81,18 @@ struct Texels {
   }
 };
 
-/// Index differences of three neighbours to their vertex, and the mesh.
+/// Neighbours of a vertex, as differences of their indices from its own, and the index of the mesh.
 struct alignas(8) PackedNeighbours {
   std::int16_t x, y, z;
   std::uint16_t mesh;
 };
-/// Neighbours (x, y, z) and mesh (w) of each vertex, constant during a run. On a device they are packed into 8 bytes if
-/// all index differences fit into 16 bits, else 16 bytes, and read by cached loads. With SIMPLEXSEG_TEXTURE_ARRAYS they
-/// are a 2D texture over a CUDA array with kWidth texels per row.
+/// Neighbours (x, y, z) and mesh (w) of each vertex, constant during a run. On a device they are read by cached loads,
+/// of 8 bytes if all index differences and mesh indices fit into 16 bits, else of 16 bytes. With
+/// SIMPLEXSEG_TEXTURE_ARRAYS they are a 2D texture over a CUDA array with kWidth texels per row.
 struct NeighbourTexels {
   static constexpr int kWidth = 4096;
   const Int4* data = nullptr;
-  const PackedNeighbours* packed = nullptr;  ///< used if not null
+  const PackedNeighbours* packed = nullptr;  ///< packed neighbours, used if not null
 #ifdef SIMPLEXSEG_TEXTURE_ARRAYS
   unsigned long long texture = 0;
 #endif
@@ -116,9 +118,9 @@ struct NeighbourTexels {
 
 /// Location of a mesh's foreground probability field: a box of voxels of the volume, i fastest. Values from kFieldFloor
 /// to kFieldScale are the probability P in units of 1 / kFieldScale. Below kFieldFloor P is about 0, and the value
-/// encodes the distance to the object: it decreases by kFieldFall per smallest voxel spacing.
+/// encodes the distance to the object: it is lower by kFieldFall for each smallest voxel spacing of distance.
 struct FieldBox {
-  long long offset = -1;  ///< index in StepView::fields; -1: no field
+  long long offset = -1;  ///< index of the first value in StepView::fields; -1: no field
   int first[3] = {0, 0, 0}, size[3] = {0, 0, 0};
   SIMPLEXSEG_HD Vec3 first_voxel() const {
     return {static_cast<float>(first[0]), static_cast<float>(first[1]), static_cast<float>(first[2])};
@@ -130,21 +132,21 @@ inline constexpr float kFieldScale = 65535, kFieldFloor = 2048, kFieldFall = 16;
 struct MeshConstants {
   ForceParameters forces;
   int first_vertex, vertex_count;
-  int idle;  ///< not 0: no force acts and nothing moves; kernels may skip its vertices
+  int idle;  ///< non-zero if no force acts and no vertex moves; kernels may then skip the vertices
   StepForm form;
-  float stiffness;       ///< stability bound of the internal forces
-  float model;           ///< k of the multigrid model, half of `stiffness`
+  float stiffness;       ///< stability bound of the internal forces, including their weights
+  float model;           ///< k of the multigrid model: half of `stiffness`, at least 0.1 times the other bounds
   float regularisation;  ///< diagonal regularisation of that model, as a share of k
-  int root;              ///< vertex of the coarsest level, which represents the whole mesh; -1: no levels
-  float limit_mm;        ///< a vertex with a larger coordinate has left the scene
-  int strongest;         ///< force with the largest bound, reported as the default cause of a failure
+  int root;              ///< vertex of the coarsest level that represents the whole mesh; -1: no levels
+  float limit_mm;        ///< a vertex with a larger absolute coordinate has left the scene
+  int strongest;         ///< force with the largest weight, reported as the default cause of a failure
   float voxel_mm;        ///< smallest spacing of the volume, the unit "voxel" of parameters
-  float edge_mm;         ///< mean edge length when the mesh was created or refined
-  float intensity_low, intensity_scale;  ///< (intensity - low) * scale lies in [0, 1] within its region model
-  int region_table;                      ///< offset of its log-likelihood ratios in StepView::region_tables; -1: none
+  float edge_mm;         ///< mean edge length at the creation or last refinement of the mesh
+  float intensity_low, intensity_scale;  ///< (intensity - low) * scale lies in [0, 1] in the region model
+  int region_table;                      ///< offset of the log-likelihood ratios in StepView::region_tables; -1: none
   FieldBox field;
   int finest;                    ///< 0 while the mesh will be refined further
-  int first_point, point_count;  ///< range of its attraction points
+  int first_point, point_count;  ///< range of the mesh's attraction points
 
   /// Value of parameter `p` of force F.
   template <class F>
@@ -157,11 +159,11 @@ struct MeshConstants {
   }
 };
 
-/// Voxels and the affine map from world (mm) to voxel index, row-major 3x4. On a device the voxels are a 3D texture if
-/// the texture unit can filter their type, else linear memory (src/forces/sampling.h).
+/// Voxels and the affine map from world (mm) to voxel index, a row-major 3x4 matrix. On a device the voxels are a 3D
+/// texture if the texture unit can filter their type, else linear memory (src/forces/sampling.h).
 struct VolumeView {
-  const void* voxels = nullptr;                  ///< linear, i fastest
-  unsigned long long filtered = 0, fetched = 0;  ///< cudaTextureObject_t: trilinear, nearest
+  const void* voxels = nullptr;                  ///< voxels in linear memory, i fastest
+  unsigned long long filtered = 0, fetched = 0;  ///< cudaTextureObject_t: trilinear filtering, no filtering
   float texel_scale = 1;                         ///< intensity = texel * texel_scale
   int size[3] = {0, 0, 0};
   float index_from_world[12] = {};
@@ -170,7 +172,7 @@ struct VolumeView {
 
 /// Entry of an attraction patch: a vertex in the p-order neighbourhood of an attraction point.
 struct PatchEntry {
-  int vertex;  ///< -1: unused
+  int vertex;  ///< index of the vertex; -1: unused entry
   float weight;
 };
 struct PointView {
@@ -178,26 +180,28 @@ struct PointView {
   int mesh;
   int nearest;      ///< nearest vertex P0; -1 before the first binding
   int order;        ///< order of the current patch
-  int patch_count;  ///< entries of the current patch
+  int patch_count;  ///< number of entries of the current patch
 };
-/// Sums over the attraction points of a vertex in fixed point (2^-28), independent of the order of the additions.
+/// Sums at a vertex over the points that attract it, in fixed point (units of 2^-28; x, y, z: mm), so that they are
+/// independent of the order of the additions.
 struct alignas(32) AttractionSum {
   long long weight, x, y, z;
 };
-inline constexpr float kFixedPoint = 268435456.0f;  ///< 2^28
+inline constexpr float kFixedPoint = 268435456.0f;  ///< fixed-point units per 1: 2^28
 inline constexpr int kMaxNeighbourhoodOrder = 10;
-/// Capacity of a patch: the neighbourhood of the largest order on a hexagonal lattice, and a margin.
+/// Capacity of a patch: size of the neighbourhood of the largest order on a hexagonal lattice, plus a margin.
 inline constexpr int kMaxPatch = 1 + 3 * kMaxNeighbourhoodOrder * (kMaxNeighbourhoodOrder + 1) / 2 + 60;
 
-/// Steps of the next recorded run if `remaining` steps remain: 30, a multiple of 2, 3 and 5, or fewer. With few
-/// different lengths, few runs are recorded. A run of one step is always the last (StepInRun).
+/// Number of steps of the next recorded run if `remaining` steps remain: 30 (a multiple of 2, 3 and 5), 10, 5, 2 or 1.
+/// With few different lengths, few runs have to be recorded. Only the last run of a batch has one step, as StepInRun
+/// (src/gpu/kernels.h) requires.
 constexpr int run_length(int remaining) {
   for (int length : {30, 10, 5, 2})
     if (remaining >= length) return length;
   return remaining;
 }
 
-/// Number of vertices and number of points that one call of FindNearest compares.
+/// Largest number of vertices and of points that one call of FindNearest compares.
 inline constexpr int kNearestBlock = 128, kPointGroup = 8;
 
 /// Result of a batch of steps.
@@ -208,37 +212,37 @@ struct StepStatus {
 };
 /// Measurements of a mesh at the end of a batch.
 struct MeshMotion {
-  float mean_move_mm;  ///< mean motion in the last step
+  float mean_move_mm;  ///< mean length of the last move of the vertices
   float mean_edge_mm;
   float mean_square_force;  ///< mean of |sum_f k_f d_f|^2 in the last step, mm^2
-  float change;       ///< mean of -m.(z - z'): m is the last move but one, z' and z the updates before and after it
-  float square_move;  ///< mean of |m|^2
-  float folded;       ///< number of vertices whose normal opposes that of a neighbour
-  float volume;       ///< mean of (P - P_first) . N, which has the sign of the enclosed volume
-  float external_stiffness;  ///< multigrid only: mean stiffness of image forces and attraction, softest direction
+  float change;       ///< mean of -m.(z - z'), mm^2; m: second-to-last move, z' and z: updates before and after it
+  float square_move;  ///< mean of |m|^2, mm^2
+  float folded;       ///< number of vertices whose normal is opposed to that of a neighbour
+  float volume;       ///< mean of (P - P_first) . N, mm^3, which has the sign of the enclosed volume
+  float external_stiffness;  ///< multigrid only: mean stiffness of image and attraction forces in the softest direction
 };
 
-/// Vertex of a coarse level. The vertices of all levels are contiguous, from fine to coarse; the next row contains the
-/// ends of this row's ranges.
+/// Vertex of a coarse level. The vertices of all levels are contiguous, from fine to coarse. The ranges of parts and
+/// edges end where those of the next row begin.
 struct CoarseRow {
   int first_part, first_edge;
-  float degree;  ///< sum of the conductances
+  float degree;  ///< sum of the conductances of the edges
   int mesh;
 };
 struct CoarseEdge {
   int to;
   float conductance;
 };
-/// Levels of the multigrid correction (src/gpu/multigrid.h). Vertices are numbered over all levels, starting with the
-/// mesh's own.
+/// Levels of the multigrid correction (src/gpu/multigrid.h). Vertices are numbered over all levels, starting with those
+/// of the meshes.
 struct LevelsView {
-  const CoarseRow* rows = nullptr;  ///< starts at the first coarse vertex
+  const CoarseRow* rows = nullptr;  ///< rows of the coarse vertices, then an end row
   const int* parts = nullptr;       ///< vertices of the finer level, grouped by the coarse vertex they belong to
   const CoarseEdge* edges = nullptr;
   const int* coarse_of = nullptr;  ///< for each vertex, its vertex on the next coarser level
   Vec4* residual = nullptr;        ///< right-hand side
-  Vec4* correction = nullptr;      ///< after the first Jacobi step
-  Vec4* relaxed = nullptr;         ///< after the last smoothing step of the level
+  Vec4* correction = nullptr;      ///< correction after the first Jacobi step
+  Vec4* relaxed = nullptr;         ///< correction after the last smoothing step of the level
   Vec4* stiffness_a = nullptr;     ///< stiffness E: xx, xy, xz, yy
   Vec4* stiffness_b = nullptr;     ///< stiffness E: yz, zz
 };
@@ -247,14 +251,14 @@ struct LevelsView {
 struct AttractionView {
   PointView* points = nullptr;
   int count = 0;                          ///< number of points
-  int groups = 0;                         ///< groups of kPointGroup points of the mesh with most points
-  int nearest_blocks = 0;                 ///< blocks of kNearestBlock vertices of the largest mesh
+  int groups = 0;                         ///< number of groups of kPointGroup points in the mesh with the most points
+  int nearest_blocks = 0;                 ///< number of blocks of kNearestBlock vertices in the largest mesh
   unsigned long long* nearest = nullptr;  ///< nearest_blocks per point: bits of the squared distance << 32 | vertex
-  PatchEntry* patches = nullptr;          ///< kMaxPatch per point
-  AttractionSum* sums = nullptr;          ///< zero except for vertices pulled in this step
-  std::uint8_t* in_patch = nullptr;       ///< 1 for vertices in some patch
+  PatchEntry* patches = nullptr;          ///< kMaxPatch entries per point
+  AttractionSum* sums = nullptr;          ///< one per vertex; 0 except for vertices pulled in this step
+  std::uint8_t* in_patch = nullptr;       ///< 1 for vertices in at least one patch, else 0
 };
-/// All arrays of a step.
+/// Views of all arrays of a step.
 struct StepView {
   int vertex_count = 0;
   int first_vertex = 0;  ///< index of vertex 0 of this view among the vertices of all meshes
@@ -264,19 +268,19 @@ struct StepView {
   Texels<Vec4> previous;       ///< positions one step ago, mm
   Texels<Vec4> current;        ///< positions, mm
   Vec4* next = nullptr;
-  Vec4* oldest = nullptr;      ///< writable `previous`; a step may write w after it has read it
+  Vec4* oldest = nullptr;      ///< writable alias of `previous`, for the w that the last step of a batch stores
   Texels<Vec4> frame;          ///< unit normal, elevation over area h / S (1/mm) of the current positions
-  Vec4* new_frame = nullptr;   ///< `frame`, for the kernel that writes it
-  float* ring_sums = nullptr;  ///< sums of the neighbours' elevation over area, 1/mm; nullptr on a device
-  Texels<Vec4> shape;          ///< e1, e2, h_ref (mm), S_ref (mm^2)
-  /// Targets of each force that has them: point (mm) and confidence per vertex. The confidence is in [0, 1], or up to
-  /// the force's stability bound.
+  Vec4* new_frame = nullptr;   ///< frames that the geometry kernel writes
+  float* ring_sums = nullptr;  ///< sum of the three neighbours' h / S (1/mm) for each vertex; nullptr on a device
+  Texels<Vec4> shape;          ///< reference of the shape memory force: e1, e2, h_ref (mm), S_ref (mm^2)
+  /// Targets of each force that has targets: position (mm) and confidence per vertex. The confidence is at least 0 and
+  /// at most the stability bound of the force.
   Vec4* targets[kForceCount] = {};
   const float* profiles = nullptr;  ///< reference profiles, 2 * half length + 1 values per vertex
   int profile_stride = 0;
-  const float* region_tables = nullptr;   ///< kRegionBins log-likelihood ratios per mesh, in [-1, 1]
+  const float* region_tables = nullptr;   ///< kRegionBins log-likelihood ratios per region model, in [-1, 1]
   const std::uint16_t* fields = nullptr;  ///< foreground probability fields, one box after another
-  Vec4* local_statistics = nullptr;       ///< mean inside, mean outside, variance; w unused
+  Vec4* local_statistics = nullptr;       ///< mean inside, mean outside and variance of nearby intensities; w unused
   AttractionView attraction;
   LevelsView levels;
   const StepCoefficients* coefficients = nullptr;  ///< one per mesh

@@ -12,35 +12,37 @@ namespace simplexseg {
 
 enum class Backend { Auto, Cpu, Cuda };
 
-/// How the device reads a volume: interpolated by the texture unit (the default: fastest, 8-bit weights), fetched as
-/// texels and interpolated in float, or read from linear memory. Voxel types that the texture unit cannot interpolate
-/// are always read from linear memory (docs/adr/0008-textures.md).
+/// Method by which a device samples a volume. Filtered: interpolated by the texture unit (fastest, 8-bit weights).
+/// Fetched: texels interpolated in float. Linear: read from linear memory. A volume is always read from linear memory
+/// if the texture unit cannot interpolate its voxel type or it exceeds the size of a 3D texture
+/// (docs/adr/0008-textures.md).
 enum class VolumeSampling { Filtered, Fetched, Linear };
 
 struct EngineChoice {
   std::unique_ptr<Engine> engine;
   std::function<std::unique_ptr<Engine>()>
-      make_fallback;  ///< makes the engine that takes over when the device fails; empty unless `backend` is Auto
-  std::string note;   ///< why the CPU is used instead of CUDA; empty otherwise
+      make_fallback;  ///< makes the CPU engine for failover; empty unless `backend` is Auto and `engine` uses CUDA
+  std::string note;   ///< reason why backend Auto uses the CPU; else empty
   MakeFieldSolver fields = make_cpu_field_solver;  ///< makes field solvers on the device that runs the engine
 };
-/// Engine of a backend. Auto uses CUDA if a device is usable, otherwise the CPU with the reason in `note`; Cuda throws
-/// Error if no device is usable.
+/// Makes the engine of a backend. Auto uses CUDA if a device is usable, otherwise the CPU with the reason in `note`;
+/// Cuda throws Error if no device is usable.
 EngineChoice make_engine(Backend backend, VolumeSampling sampling = VolumeSampling::Filtered);
 
-/// Fastest: eight vertices at once with AVX2 if the machine has it. Plain: one vertex after the other. Both give the
-/// same bits (docs/adr/0025-eight-vertices-at-once.md).
+/// Code of the CPU kernels. Fastest: eight vertices at once if the CPU supports AVX2, BMI2 and FMA. Plain: one vertex
+/// after the other. Both produce bitwise identical results (docs/adr/0025-eight-vertices-at-once.md).
 enum class CpuCode { Fastest, Plain };
-/// CPU engine; `threads` = 0 uses all threads of the machine.
+/// Makes a CPU engine with this number of threads; 0: as many as the hardware runs at the same time.
 std::unique_ptr<Engine> make_cpu_engine(int threads = 0, CpuCode code = CpuCode::Fastest);
-/// CUDA engine. Throws Error when built without CUDA or when no device is usable.
+/// Makes a CUDA engine. Throws Error if built without CUDA or if no device is usable.
 std::unique_ptr<Engine> make_cuda_engine(VolumeSampling sampling = VolumeSampling::Filtered);
-/// Solver of evidence fields on the device, with its own stream. Throws Error when built without CUDA or when no device
-/// is usable; its functions throw DeviceError when the device fails or runs out of memory.
+/// Makes a solver of evidence fields on the device, with its own stream. Throws Error if built without CUDA or if no
+/// device is usable. The functions of the solver throw DeviceError if the device fails or runs out of memory.
 std::unique_ptr<FieldSolver> make_cuda_field_solver(const Volume& volume, const RunJobs& run,
                                                     const EvidenceSettings& settings);
-/// Gives the current thread its own CUDA stream for the lifetime of this object: engines that the thread creates, uses
-/// and destroys run concurrently with those of other threads. Has no effect without a device. Throws DeviceError.
+/// CUDA stream of the current thread for the lifetime of this object: engines that the thread creates, uses and
+/// destroys run concurrently with those of other threads. Has no effect without a device. The constructor throws
+/// DeviceError.
 class DeviceStream {
  public:
   DeviceStream();
@@ -52,14 +54,14 @@ class DeviceStream {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
-/// Device that a CUDA engine would use.
+/// Properties of the device that a CUDA engine would use.
 struct CudaDevice {
   std::string name;
   std::size_t bytes_free;
 };
-/// Current device; empty when none is usable.
+/// Properties of the current device; empty if no device is usable.
 std::optional<CudaDevice> cuda_device();
-/// Reason why CUDA cannot be used ("no CUDA device", "built without CUDA"); empty when it can.
+/// Reason why CUDA cannot be used ("no CUDA device", "built without CUDA"); empty if it can.
 std::string cuda_unavailable_reason();
 
 }  // namespace simplexseg

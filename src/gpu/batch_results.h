@@ -9,7 +9,7 @@
 
 namespace simplexseg {
 
-/// Results of a batch of steps for the host: the first failure, and the motion of each mesh in the last step.
+/// Results of a batch of steps that the host reads: the first failure, and the measurements of each mesh (MeshMotion).
 template <class Executor>
 class BatchResults {
   template <class T>
@@ -17,7 +17,7 @@ class BatchResults {
 
  public:
   BatchResults() { status_.resize(1), result_.resize(1), reset(); }
-  /// Allocates the results of these meshes.
+  /// Allocates the arrays for the results of these meshes.
   void load(const MeshArrays<Executor>& meshes) {
     blocks_ = (meshes.largest_mesh() + BlockMotion::kBlock - 1) / BlockMotion::kBlock;
     sums_.resize(meshes.size() * blocks_);
@@ -25,15 +25,16 @@ class BatchResults {
   }
   StepStatus* status() { return status_.data(); }
 
-  /// Launches the kernels that measure the motion and publish the results. The host reads them after Executor::wait().
+  /// Launches the kernels that measure the motion and write the results. The host may read the results after
+  /// Executor::wait().
   void end_batch(Launcher<Executor>& launcher, const StepView& view) {
     launcher.run(BlockMotion{view, sums_.data(), blocks_}, static_cast<int>(sums_.size()));
     launcher.run(EndOfBatch{view, sums_.data(), blocks_, motion_.data(), result_.data()}, view.mesh_count);
   }
 
   struct Failure {
-    int step;    ///< counted from the start of the batch
-    int vertex;  ///< counted over all meshes
+    int step;    ///< index of the failed step in the batch
+    int vertex;  ///< index of the vertex among the vertices of all meshes
     ForceId force;
   };
   std::optional<Failure> failure() {
@@ -56,7 +57,7 @@ class BatchResults {
     status_.upload(std::span(&none, 1));
   }
 
-  int blocks_ = 0;  ///< blocks of the largest mesh
+  int blocks_ = 0;  ///< number of blocks of BlockMotion::kBlock vertices in the largest mesh
   Array<MeshMotion> sums_;
   Array<StepStatus> status_;
   typename Executor::template HostVisible<StepStatus> result_;

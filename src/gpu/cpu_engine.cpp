@@ -22,7 +22,7 @@ const void* eight_vertices();
 namespace simplexseg {
 namespace {
 
-/// Table of the AVX2 kernels; nullptr if the machine has no AVX2.
+/// Table of the AVX2 kernels; nullptr if they were not compiled or the CPU lacks AVX2, BMI2 or FMA.
 const EightVertices* eight_vertices() {
 #if defined(__x86_64__)
   const bool supported =
@@ -33,7 +33,7 @@ const EightVertices* eight_vertices() {
 #endif
 }
 
-/// Array in host memory: 64-byte aligned, uninitialised.
+/// Array in host memory, aligned to 64 bytes, or to 2 MiB if at least as large. resize() leaves the contents undefined.
 template <class T>
 class HostArray {
  public:
@@ -57,7 +57,7 @@ class HostArray {
     const std::size_t bytes = (n * sizeof(T) + alignment - 1) / alignment * alignment;
     data_.reset(static_cast<T*>(std::aligned_alloc(alignment, bytes)));
 #if defined(__linux__)
-    if (data_ && alignment == kHugePage) (void)madvise(data_.get(), bytes, MADV_HUGEPAGE);  // only a hint
+    if (data_ && alignment == kHugePage) (void)madvise(data_.get(), bytes, MADV_HUGEPAGE);  // failure is harmless
 #endif
     if (!data_)
       throw Error("not enough memory", std::to_string(bytes >> 20) + " MiB could not be allocated",
@@ -84,7 +84,7 @@ class HostArray {
   std::size_t size_ = 0;
 };
 
-/// Runs kernels on the CPU over blocks of fixed size: results do not depend on the number of threads.
+/// Runs kernels on the CPU in blocks of fixed size, so that results do not depend on the number of threads.
 class CpuExecutor {
  public:
   static constexpr const char* name = "cpu";
@@ -94,7 +94,7 @@ class CpuExecutor {
   using HostVisible = HostArray<T>;
   using NeighbourArray = HostArray<Int4>;
   static constexpr bool kRecords = false, kSumsRings = true, kTiles = false;
-  static constexpr float kCycleCost = 2.4f;  ///< cost of a step with a multigrid cycle, relative to one without
+  static constexpr float kCycleCost = 2.4f;  ///< duration of a step with a multigrid cycle, relative to a step without
   struct Recording {};
   explicit CpuExecutor(int threads, CpuCode code)
       : pool_(std::make_unique<ThreadPool>(threads)), eights_(code == CpuCode::Plain ? nullptr : eight_vertices()) {}
@@ -171,7 +171,7 @@ class CpuExecutor {
       for (int b = static_cast<int>(static_cast<long>(blocks) * chunk / chunks); b < last; ++b) run_block(b);
     });
   }
-  /// Calls kernel(first) ... kernel(last - 1): eight vertices of one mesh at once if the machine has AVX2.
+  /// Calls kernel(first) ... kernel(last - 1), for eight vertices of one mesh at once if an AVX2 kernel is available.
   template <class Kernel>
   void run_range(const Kernel& kernel, int first, int last) const {
     int i = first;
@@ -206,7 +206,7 @@ class CpuExecutor {
 
   std::unique_ptr<ThreadPool> pool_;
   const EightVertices* eights_;
-  std::vector<VertexRange> active_;  ///< active vertices, in blocks; empty: all
+  std::vector<VertexRange> active_;  ///< blocks of active vertices; empty: all vertices
 };
 
 }  // namespace

@@ -23,7 +23,7 @@ namespace {
 
 constexpr int kThreads = 128;
 
-/// Threads per item of the kernel.
+/// Number of threads per item of the kernel.
 template <class Kernel>
 constexpr int lanes_of() {
   if constexpr (requires { Kernel::kLanes; })
@@ -31,7 +31,7 @@ constexpr int lanes_of() {
   else
     return 1;
 }
-/// Bytes of shared memory per block of the kernel.
+/// Size of the shared memory per block of the kernel, bytes.
 template <class Kernel>
 unsigned shared_bytes(const Kernel& kernel) {
   if constexpr (requires { kernel.scratch; })
@@ -44,7 +44,7 @@ int blocks_for(int n) {
   return static_cast<int>((static_cast<long>(n) * lanes_of<Kernel>() + kThreads - 1) / kThreads);
 }
 
-/// Item of a thread. The number of threads may exceed the range of int; the number of items does not.
+/// Index of the item of a thread. The number of threads may exceed the range of int; the number of items does not.
 template <int kLanes>
 __host__ __device__ constexpr int item_of(int block, int thread) {
   static_assert(kThreads % kLanes == 0);
@@ -74,21 +74,21 @@ __device__ void run_item(const Kernel& kernel, int n, int block, [[maybe_unused]
 }
 
 /// Waits for the results of the previous kernel. Launches overlap: blocks start while the last blocks of the previous
-/// kernel are still running. An earlier start was slower: it takes resources from that kernel and distributes the
-/// blocks unevenly.
+/// kernel are still running. An earlier start of all kernels was slower: their blocks occupied resources that the
+/// previous kernel needed, and were distributed unevenly.
 __device__ void wait_for_earlier_kernels() {
 #if __CUDA_ARCH__ >= 900
   cudaGridDependencySynchronize();
 #endif
 }
 
-/// Lets the next kernel start its blocks. Useful only for few blocks: many would slow down this kernel.
+/// Lets the next kernel start its blocks. Useful only in kernels with few blocks; others would be slowed down.
 __device__ void trigger_next_kernel() {
 #if __CUDA_ARCH__ >= 900
   cudaTriggerProgrammaticLaunchCompletion();
 #endif
 }
-/// Blocks of a launch, restricted to those that contain active vertices.
+/// Blocks of a launch: all, or only those that contain active vertices.
 struct ActiveBlocks {
   static constexpr int kMaxRuns = 6;
   struct Run {
@@ -105,13 +105,14 @@ struct ActiveBlocks {
     }
     return rank;
   }
-  /// Number of blocks to launch, of `all`.
+  /// Number of blocks to launch. `all`: number of blocks without a restriction.
   int launched(int all) const {
     int sum = 0;
     for (int k = 0; k < count; ++k) sum += runs[k].end - runs[k].first;
     return count != 0 ? sum : all;
   }
-  /// Selects the blocks of sorted ranges of vertices. A range beyond kMaxRuns runs is merged with the previous run.
+  /// Selects the blocks that contain vertices of the sorted ranges. If there are more than kMaxRuns runs, the last run
+  /// extends over the others. `block_vertices`: number of vertices per block.
   ActiveBlocks(const std::vector<VertexRange>& ranges, int block_vertices) : runs{} {
     for (const VertexRange& range : ranges) {
       const int from = range.first / block_vertices, to = (range.last - 1) / block_vertices + 1;
@@ -196,7 +197,7 @@ __global__ void probe() {}
 #ifdef SIMPLEXSEG_HAS_GL_INTEROP
 class GlBuffer final : public SharedBuffer {
  public:
-  /// False when the driver cannot share the buffer.
+  /// Registers the OpenGL buffer. False if the driver cannot share the buffer.
   bool connect(unsigned gl_buffer) {
     const bool connected =
         cudaGraphicsGLRegisterBuffer(&resource_, gl_buffer, cudaGraphicsRegisterFlagsWriteDiscard) == cudaSuccess;
@@ -242,7 +243,7 @@ class CudaExecutor {
 #else
   static constexpr bool kTiles = true;
 #endif
-  static constexpr float kCycleCost = 4;  ///< cost of a step with a multigrid cycle, relative to one without
+  static constexpr float kCycleCost = 4;  ///< duration of a step with a multigrid cycle, relative to a step without
   using Recording = ExecutableGraph;
 
   explicit CudaExecutor(VolumeSampling sampling) : volume_(sampling) {
@@ -349,7 +350,7 @@ class CudaExecutor {
 #endif
     if (target.host.size() < n)
       throw Error("drawing", "the buffer is too small", "pass a buffer with one element per drawn element");
-    if (staging.size() < n) staging.resize(n), staging.fill_zero();  // the whole array is read back
+    if (staging.size() < n) staging.resize(n), staging.fill_zero();  // kernels may not write all elements
     write(staging.data());
     staging.download(target.host.first(n));
   }
@@ -379,12 +380,12 @@ class CudaExecutor {
     check(cudaLaunchKernelEx(&config, kernel, arguments...), what);
   }
 
-  /// Raises the limit of shared memory per block of a kernel, which is 48 KB by default.
+  /// Raises the limit of shared memory per block of a kernel, 48 KiB by default, to at least `bytes`.
   void allow_shared(const void* kernel, unsigned bytes, const char* what) {
     constexpr unsigned kDefaultBytes = 48 * 1024;
     if (bytes <= kDefaultBytes) return;
     static std::mutex mutex;
-    static std::map<const void*, unsigned> allowed_bytes;  // shared by all engines: the limit is never lowered
+    static std::map<const void*, unsigned> allowed_bytes;  // of all engines; never lowered
     const std::lock_guard lock(mutex);
     unsigned& allowed = allowed_bytes[kernel];
     if (bytes <= allowed) return;
@@ -396,7 +397,7 @@ class CudaExecutor {
   std::shared_ptr<const DeviceMemory> memory_ = DeviceMemory::for_current_device();  // shared ownership of the pool
   CudaVolume volume_;
   bool overlaps_ = false;
-  std::vector<VertexRange> active_;  ///< active vertices; empty: all
+  std::vector<VertexRange> active_;  ///< ranges of active vertices; empty: all vertices
 };
 
 }  // namespace
@@ -414,7 +415,7 @@ struct DeviceStream::Impl {
   Stream* previous = std::exchange(stream_of_thread, &stream);
   ~Impl() {
     stream_of_thread = previous;
-    cudaStreamSynchronize(stream.handle());  // other streams may now release its memory
+    cudaStreamSynchronize(stream.handle());  // other streams may then release memory used here
   }
 };
 DeviceStream::DeviceStream() {

@@ -32,7 +32,7 @@ class Event {
   cudaEvent_t handle_ = nullptr;
 };
 
-/// Executor of the field solver on a CUDA device. It outlives its arrays and is used by one thread at a time.
+/// Executor of the field solver on a CUDA device. It must outlive its arrays, and one thread at a time may use it.
 class CudaFieldExecutor {
  public:
   CudaFieldExecutor() : stream_("simplexseg evidence field") {
@@ -113,14 +113,14 @@ class CudaFieldExecutor {
   }
   template <class T>
   struct Fetched {
-    const unsigned char* at;  ///< pinned memory
-    cudaEvent_t there;
+    const unsigned char* at;  ///< destination of the transfer, in pinned memory
+    cudaEvent_t there;        ///< recorded after the transfer
   };
   template <class T>
   Fetched<T> fetch(const T* from, std::size_t count) const {
     const std::size_t bytes = count * sizeof(T);
     SIMPLEXSEG_EXPECT(bytes <= kFetched);
-    if (fetched_ + bytes > 2 * kFetched) fetched_ = 0;  // the buffer is twice as large as the transfers in flight
+    if (fetched_ + bytes > 2 * kFetched) fetched_ = 0;  // transfers in flight need at most half of it
     unsigned char* const to = fetch_buffer_.data() + fetched_;
     fetched_ += (bytes + 15) / 16 * 16;
     cudaEvent_t there = events_[next_event_++ % events_.size()].handle();
@@ -203,9 +203,10 @@ class CudaFieldExecutor {
 
   std::shared_ptr<const DeviceMemory> memory_ = DeviceMemory::for_current_device();
   mutable Stream stream_;
-  mutable HostVisibleArray<unsigned char> fetch_buffer_;  ///< ring buffer
-  mutable std::size_t fetched_ = 0;                       ///< offset of the next transfer
-  /// Used in rotation: with more transfers in flight, receive() of the oldest waits for a later one.
+  mutable HostVisibleArray<unsigned char> fetch_buffer_;  ///< ring buffer of 2 * kFetched bytes
+  mutable std::size_t fetched_ = 0;                       ///< offset of the next transfer, bytes
+  /// Events of the transfers, used in rotation: with more than eight transfers in flight, receive() of the oldest one
+  /// waits for a later one.
   std::array<Event, 8> events_;
   mutable std::size_t next_event_ = 0;
   Array<double> block_sums_;

@@ -10,9 +10,9 @@ namespace simplexseg {
 namespace field_kernels {
 
 constexpr int kThreads = 256, kGridBlockThreads = 1024, kBlockThreads = 512, kWarp = 32;
-constexpr int kMaxBlocks = 512;  ///< largest number of blocks of sums()
+constexpr int kMaxBlocks = 512;  ///< largest number of blocks in a launch of sums() or histogram()
 
-/// Waits for the results of the previous kernel, whose execution overlaps with this one (see cuda_engine.cu).
+/// Waits for the results of the previous kernel, which may still be running when this kernel starts (cuda_engine.cu).
 __device__ inline void wait_for_earlier_kernels() {
 #if __CUDA_ARCH__ >= 900
   cudaGridDependencySynchronize();
@@ -38,7 +38,7 @@ struct FieldBlock {
     __syncthreads();
 #endif
   }
-  /// First warp of the block; sync() waits only for its threads.
+  /// First warp of the block; sync() waits only for the threads of this warp.
   struct Warp {
     static constexpr int threads = kWarp;
     int thread;
@@ -62,7 +62,7 @@ struct FieldBlock {
 #endif
   }
 };
-/// Runs a kernel with whole blocks of threads.
+/// Calls kernel(block, index) with all threads of each block; index: index of the block.
 template <class Kernel>
 __global__ void __launch_bounds__(kBlockThreads) run_blocks(const __grid_constant__ Kernel kernel) {
   __shared__ float scratch[Kernel::kScratch];
@@ -70,7 +70,8 @@ __global__ void __launch_bounds__(kBlockThreads) run_blocks(const __grid_constan
   kernel(FieldBlock<kBlockThreads>{static_cast<int>(threadIdx.x), scratch}, static_cast<int>(blockIdx.x));
 }
 
-/// Totals over all threads of a block, added in a fixed tree order; valid in the first thread.
+/// Totals over all kCount threads of a block, added in a fixed order: within each warp, then over the warps. Valid only
+/// in the first thread.
 template <int kCount>
 __device__ Totals block_total(Totals x) {
   __shared__ Totals warp_totals[kCount / kWarp];
@@ -89,8 +90,8 @@ __device__ Totals block_total(Totals x) {
   return x;
 }
 
-/// Adds the histogram of kernel(v), v = first, first + stride, ... < n, to `count`. Each block counts in shared memory
-/// first.
+/// Adds the histogram of kernel(v), v = first, first + stride, ... < n, to `count`, which has kBins bins. Each block
+/// first counts in shared memory.
 template <int kCount, class Kernel>
 __device__ void count_bins(int n, const Kernel& kernel, int* count, int first, int stride) {
   __shared__ int block_count[kBins];
@@ -106,7 +107,8 @@ __device__ void count_bins(int n, const Kernel& kernel, int* count, int first, i
   __syncthreads();
 }
 
-/// Sums kernel(v) over all v < n. The last block to finish adds the sums of all blocks in a fixed order.
+/// Writes the sums of kernel(v) over all v < n to `to`. The last block to finish adds the sums of all blocks
+/// (`block_sums`) in a fixed order. `ended`: number of finished blocks, 0 before and after the launch.
 template <class Kernel>
 __global__ void __launch_bounds__(kThreads)
     sums(const __grid_constant__ Kernel kernel, int n, double* block_sums, unsigned* ended, double* to) {
@@ -138,12 +140,12 @@ __global__ void __launch_bounds__(kThreads)
   if (threadIdx.x == 0) *ended = 0;
 }
 
-/// Threads of a cooperative launch.
+/// All threads of a cooperative launch, with the interface of SerialGrid (evidence/parallel/executor.h).
 class GridThreads {
   static constexpr unsigned kGroup = 128;
 
  public:
-  /// `block_totals`: two Totals for each block.
+  /// `block_totals`: workspace of two Totals for each block.
   __device__ explicit GridThreads(Totals* block_totals) : block_totals_(block_totals) {}
 
   template <class Kernel>
@@ -160,7 +162,8 @@ class GridThreads {
       x.largest = larger(of.size, x.largest);
     }
     x = block_total<kGridBlockThreads>(x);
-    // Two buffers, used alternately: a block may write the next totals before all threads have read these.
+    // Two buffers are used alternately: a block may write the next totals before all threads have read the current
+    // ones.
     Totals* const block_totals = block_totals_ + (buffer_ ^= 1) * gridDim.x;
     if (threadIdx.x == 0) block_totals[blockIdx.x] = x;
     cooperative_groups::this_grid().sync();
@@ -188,7 +191,8 @@ class GridThreads {
   __device__ bool is_first() const { return first() == 0; }
 
  private:
-  /// Assigns consecutive groups of indices to different blocks, so that short loops use all multiprocessors.
+  /// First index of this thread. Consecutive groups of kGroup indices belong to different blocks, so that short loops
+  /// use all multiprocessors.
   __device__ int first() const {
     const unsigned group = threadIdx.x / kGroup * gridDim.x + blockIdx.x;
     return static_cast<int>(group * kGroup + threadIdx.x % kGroup);

@@ -25,7 +25,7 @@ namespace simplexseg {
 /// Throws DeviceError if a CUDA call failed; `what` names the operation.
 inline void check(cudaError_t error, const char* what) {
   if (error == cudaSuccess) return;
-  cudaGetLastError();  // clears the error, unless it is sticky: the next call must not report it again
+  cudaGetLastError();  // clears the error unless it is sticky, so that the next call does not report it
   throw DeviceError(
       std::string("CUDA: ") + what, cudaGetErrorString(error),
       error == cudaErrorMemoryAllocation ? "use fewer or coarser meshes, or --backend cpu" : "use --backend cpu");
@@ -58,8 +58,8 @@ class Stream {
     const std::scoped_lock lock(mutex_);
     finish();
   }
-  /// Copies to the device. Up to kStaged bytes are staged in pinned memory and copied asynchronously; larger uploads
-  /// wait for the stream.
+  /// Copies `bytes` bytes from the host to the device. Up to kStaged bytes are staged in pinned memory and copied
+  /// asynchronously, after waiting for the stream if the staging memory is full; larger uploads wait for the stream.
   void upload(void* to, const void* from, std::size_t bytes) {
     const std::scoped_lock lock(mutex_);
     const bool staged = bytes <= kStaged;
@@ -67,7 +67,7 @@ class Stream {
     check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyHostToDevice, handle_), "upload");
     if (!staged) finish();
   }
-  /// Copies to the host and waits for the stream.
+  /// Copies `bytes` bytes from the device to the host and waits for the stream.
   void download(void* to, const void* from, std::size_t bytes) {
     const std::scoped_lock lock(mutex_);
     void* const target = bytes <= kStaged ? stage(bytes) : to;
@@ -95,23 +95,23 @@ class Stream {
   void* staged_ = nullptr;        ///< pinned staging memory
   std::size_t staged_bytes_ = 0;  ///< bytes in use by pending transfers
 };
-/// Stream of the current thread (DeviceStream); null: the thread uses the stream shared by all threads.
+/// Stream of the current thread (DeviceStream); null: the thread uses the stream that all other threads share.
 inline thread_local Stream* stream_of_thread = nullptr;
-/// Stream on which the engines of this thread copy, clear and run kernels. It outlives them; an engine is used by one
-/// thread at a time.
+/// Stream on which the engines of this thread copy and clear arrays and run kernels. The stream must outlive the
+/// engines; one thread at a time may use an engine.
 inline Stream& engine_stream() {
   if (stream_of_thread) return *stream_of_thread;
   static Stream stream("simplexseg engine");
   return stream;
 }
-/// Number of bytes that arrays have copied to the host.
+/// Number of bytes that all DeviceArrays of this process have copied to the host.
 inline std::atomic<std::uint64_t>& bytes_downloaded() {
   static std::atomic<std::uint64_t> bytes = 0;
   return bytes;
 }
 
-/// Memory pool of a device for the arrays of engines and fields: released memory is reused in stream order, without a
-/// synchronisation. The pool is destroyed with its last owner.
+/// Memory pool of a device for the arrays of engines and fields: released memory is reused in stream order, without
+/// synchronisation. The last owner destroys the pool.
 class DeviceMemory {
  public:
   explicit DeviceMemory(int device) {
@@ -137,7 +137,7 @@ class DeviceMemory {
     if (!memory) pools[device] = memory = std::make_shared<const DeviceMemory>(device);
     return memory;
   }
-  /// Allocates memory in stream order. `what`: operation named in the error.
+  /// Allocates memory in stream order. Throws DeviceError, which names the operation `what`.
   void* allocate(std::size_t bytes, cudaStream_t stream, const char* what) const {
     void* at = nullptr;
     cudaError_t error = cudaMallocFromPoolAsync(&at, bytes, pool_, stream);
@@ -149,7 +149,7 @@ class DeviceMemory {
     check(error, what);
     return at;
   }
-  /// Returns unused memory to the device, for allocations outside the pool. Waits for the stream.
+  /// Waits for the stream and returns unused memory of the pool to the device, for allocations outside the pool.
   void trim(cudaStream_t stream) const {
     check(cudaStreamSynchronize(stream), "waiting for the device");
     check(cudaMemPoolTrimTo(pool_, 0), "releasing memory");
@@ -164,14 +164,14 @@ class DeviceMemory {
  private:
   cudaMemPool_t pool_ = nullptr;
 };
-/// Free memory of the current device, including unused memory of the pool.
+/// Free memory of the current device, including unused memory of its pool, bytes.
 inline std::size_t device_bytes_free() {
   std::size_t free = 0, total = 0;
   check(cudaMemGetInfo(&free, &total), "reading the free memory");
   return free + DeviceMemory::for_current_device()->bytes_unused();
 }
 
-/// Texture object. The memory that it reads must outlive it.
+/// Owner of a texture object. The memory that the texture reads must outlive this object.
 class Texture {
  public:
   Texture() = default;
@@ -192,7 +192,7 @@ class Texture {
   cudaTextureObject_t handle_ = 0;
 };
 
-/// Linear memory on the device.
+/// Array in linear memory of the device.
 template <class T>
 class DeviceArray {
  public:
@@ -236,7 +236,7 @@ class DeviceArray {
     engine_stream().upload(data_ + first, from.data(), from.size_bytes());
   }
   void assign(std::span<const T> from) { resize(from.size()), upload(from); }
-  /// Resizes and uploads asynchronously. The source must stay unchanged until the stream has finished.
+  /// Resizes the array and uploads asynchronously. `from` must stay unchanged until the copy on the stream is complete.
   void assign_async(std::span<const T> from) {
     resize(from.size());
     if (from.empty()) return;
@@ -367,7 +367,7 @@ class NeighbourArray {
 #endif
 };
 
-/// Pinned host memory that kernels write: the host reads a few bytes after every batch without a copy.
+/// Array in pinned host memory that kernels write, so that the host reads the few bytes of a result without a copy.
 template <class T>
 class HostVisibleArray {
  public:
@@ -404,11 +404,11 @@ class HostVisibleArray {
   std::size_t size_ = 0;
 };
 
-/// CUDA graph: a recorded sequence of launches.
+/// Executable CUDA graph: a recorded sequence of launches.
 class ExecutableGraph {
  public:
   ExecutableGraph() = default;
-  /// Ends the capture on the engine's stream and instantiates its graph.
+  /// Ends the capture on engine_stream() and instantiates the captured graph.
   static ExecutableGraph end_capture() {
     cudaGraph_t graph = nullptr;
     check(cudaStreamEndCapture(engine_stream().handle(), &graph), "recording a graph");

@@ -10,13 +10,16 @@
 
 namespace simplexseg {
 
-/// Volume on the device in its own voxel type: a 3D texture if the texture unit can interpolate the type (8 and 16 bit
-/// integers, float), otherwise linear memory.
+/// Volume on the device in its own voxel type: a 3D texture if the texture unit can interpolate the type (8-bit and
+/// 16-bit integers, float), the volume fits the size limits of a 3D texture and VolumeSampling is not Linear; otherwise
+/// linear memory.
 class CudaVolume {
  public:
   explicit CudaVolume(VolumeSampling sampling) : sampling_(sampling) {}
 
-  /// Uploads the volume and fills in the view. Throws DeviceError, without any change, if device memory is too small.
+  /// Uploads the volume, unless it is bound already, and sets the pointers of the view. Throws DeviceError if device
+  /// memory is too small: without any change if less than the volume is free, else after the previous volume is
+  /// released.
   void bind(const Volume& volume, VolumeView& view) {
     if (volume.data() != bound_ || volume.empty()) upload(volume);
     view = {};
@@ -24,12 +27,12 @@ class CudaVolume {
     view.filtered = filtered_.handle(), view.fetched = fetched_.handle();
     view.texel_scale = scale_;
   }
-  /// Calls f with the type identity of the sampler for the volume.
+  /// Calls f with the std::type_identity of the sampler for the bound volume, whose voxel type is `type`.
   template <class F>
   void visit(VoxelType type, F&& f) const;
 
  private:
-  /// Factor from normalised texels to intensities; 0: the texture unit cannot interpolate the type.
+  /// Intensity per unit of a normalised texel; 0: the texture unit cannot interpolate the type.
   static float texel_scale(VoxelType type) {
     switch (type) {
       case VoxelType::Int8:
@@ -104,7 +107,7 @@ class CudaVolume {
   }
 
   VolumeSampling sampling_;
-  TexelArray array_;  // declared before the textures that read it: destroyed after them
+  TexelArray array_;  // declared before the textures that read it, so it is destroyed after them
   Texture filtered_, fetched_;
   DeviceArray<std::byte> linear_;
   float scale_ = 0;

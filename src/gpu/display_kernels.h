@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels for drawing, run once per frame: normals of the current pose, cell centres, outlines, slices.
+// Kernels that compute display data once per frame: normals of the current pose, cell centres, outlines, slices.
 #pragma once
 #include "core/atomics.h"
 #include "forces/sampling.h"
@@ -8,7 +8,7 @@
 
 namespace simplexseg {
 
-/// Position and normal of each vertex, in the order of the loaded meshes.
+/// Writes position and normal of each vertex, in the order of the loaded meshes.
 struct DrawVertices {
   static constexpr const char* name = "draw vertices";
   StepView v;
@@ -19,15 +19,15 @@ struct DrawVertices {
     const Vec3 p = xyz(v.current[i]), p1 = xyz(v.current[nb.x]);
     const Vec3 c = cross(xyz(v.current[nb.y]) - p1, xyz(v.current[nb.z]) - p1);
     const float length = norm(c);
-    // If the neighbours are collinear, the last valid normal of the simulation is used.
+    // If the neighbours are collinear, the normal from the last step is used.
     points[place[i]] = {with_w(p, 1.0f), with_w(length > 1e-18f ? (1.0f / length) * c : xyz(v.frame[i]), 0.0f)};
   }
 };
 
-/// Centre and mean normal of each cell, stored after the vertices.
+/// Writes centre and mean normal (of length 1) of each cell after the vertices.
 struct DrawCells {
   static constexpr const char* name = "draw cells";
-  const int* first;    ///< first entry of each cell in `corners`, and the end
+  const int* first;    ///< index of the first corner of each cell in `corners`; last entry: number of corners
   const int* corners;  ///< engine vertices, cell by cell
   const int* place;
   DisplayPoint* points;
@@ -46,7 +46,7 @@ struct DrawCells {
   }
 };
 
-/// Intersection segments of a plane with the triangles of each cell.
+/// Writes the segments in which a plane intersects the triangles between the centre of each cell and its edges.
 struct DrawOutlines {
   static constexpr const char* name = "draw outlines";
   StepView v;
@@ -109,7 +109,7 @@ struct BeginOutlines {
   }
 };
 
-/// Grey values of a slice through the volume.
+/// Writes the grey values of a slice through the volume.
 template <class Voxels>
 struct DrawSlice {
   static constexpr const char* name = "draw slice";

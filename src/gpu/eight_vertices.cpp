@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernels for eight vertices at once. Only this translation unit is compiled with AVX2, and the program also runs
-// without AVX2, so the linker must not merge functions of this unit with those of others. Therefore the project's
-// namespace is renamed here; a test checks that the object exports no other symbols (docs/adr/0025).
+// without AVX2, so the linker must not merge functions of this unit with those of others. Therefore the namespace of
+// the project is renamed here; a test checks that the object file exports no symbols of other namespaces
+// (docs/adr/0025-eight-vertices-at-once.md).
 #define simplexseg simplexseg_avx2
 #ifdef __AVX2__
 #include "forces/eight_voxels.h"
@@ -54,7 +55,7 @@ EightVertices all_kernels() {
 
 }  // namespace
 
-/// Table of the kernels; nullptr if this unit was compiled without AVX2.
+/// Table of the kernels, an EightVertices; nullptr if this unit was compiled without AVX2.
 const void* eight_vertices();
 const void* eight_vertices() {
 #ifdef __AVX2__

@@ -10,11 +10,11 @@
 
 namespace simplexseg {
 
-/// Runs the kernel object `kernel` for `count` groups of eight vertices from `first` on, each group in one mesh. For
-/// BlockMotion, `count` is the number of blocks.
+/// Runs the kernel object `kernel` for `count` groups of eight vertices, starting with vertex `first`; a group must not
+/// span two meshes. For BlockMotion, `first` and `count` refer to blocks.
 using RunInEights = void (*)(const void* kernel, int first, int count);
 
-/// Table of the kernels that are compiled for AVX2; nullptr: not compiled in.
+/// Table of the kernels that are compiled for AVX2; a nullptr entry: kernel not compiled.
 struct EightVertices {
   using Voxels =
       std::tuple<std::int8_t, std::uint8_t, std::int16_t, std::uint16_t, std::int32_t, std::uint32_t, float, double>;
@@ -68,7 +68,7 @@ template <class All, class T>
 auto& slot(All& all, std::type_identity<EvidenceSearch<LinearVoxels<T>, 1>>) {
   return all.evidence[EightVertices::index_of<T>()];
 }
-/// Kernels that have an entry in the table.
+/// Kernel that has an entry in the table.
 template <class Kernel>
 concept RunsInEights = requires(EightVertices& all) {
   slot(all, std::type_identity<Kernel>{});

@@ -17,18 +17,18 @@
 namespace simplexseg {
 
 /// Data of the forces: references, targets, fields, attraction points. An array is allocated on the executor only while
-/// the step needs it; its source stays on the host.
+/// the step needs it; the data from which it is uploaded stay on the host.
 template <class Executor>
 class ForceArrays {
   template <class T>
   using Array = typename Executor::template Array<T>;
 
  public:
-  /// Reverts the changes to host data of the call that returned it.
+  /// Function that reverts the changes to host data of this object by the call that returned the function.
   using Undo = std::function<void()>;
 
-  /// Stores the references of the meshes with which `arrays` was loaded, and sets their offsets in the mesh constants.
-  /// Called once per object.
+  /// Stores references and fields of the meshes with which `arrays` was loaded, and sets the offsets of these data in
+  /// the mesh constants. Called once per object.
   void load(std::span<const EngineMesh> meshes, MeshArrays<Executor>& arrays) {
     const std::size_t n = arrays.vertex_count();
     shape_host_.assign(n, Vec4{});
@@ -69,7 +69,7 @@ class ForceArrays {
   }
 
   bool has_field(int mesh) const { return !fields_host_[mesh].empty(); }
-  /// Sets the field of one mesh; its box lies in the volume.
+  /// Sets the field of one mesh; empty values remove it. The box must lie in the volume (check_field()).
   Undo set_field(int mesh, const EngineField& field, MeshArrays<Executor>& arrays) {
     std::vector<std::uint16_t> values(field.values.begin(), field.values.end());
     std::swap(values, fields_host_[mesh]);
@@ -86,7 +86,8 @@ class ForceArrays {
       fields_changed_ = changed;
     };
   }
-  /// Sets fixed targets of one mesh, which replace the search: one per vertex, in the order of the loaded mesh.
+  /// Sets fixed targets of one mesh, which replace the search: one per vertex, in the order of the loaded mesh. Throws
+  /// Error for a force without targets or another number of targets.
   Undo set_fixed_targets(int mesh, ForceId force, std::span<const Vec4> targets, const MeshArrays<Executor>& arrays) {
     const int count = arrays[mesh].vertex_count;
     if ((kForcesWithTargets & bit(force)) == 0 || targets.size() != static_cast<std::size_t>(count))
@@ -109,7 +110,7 @@ class ForceArrays {
     for (int i = 0; i < c.vertex_count; ++i) targets[arrays.orders()[mesh][i]] = texels[i];
   }
 
-  /// Sorts the points by mesh, and sets the range of points of each mesh.
+  /// Replaces the attraction points, sorts them by mesh, and sets the range of points of each mesh.
   Undo set_points(std::span<const EnginePoint> points, MeshArrays<Executor>& arrays) {
     std::vector<PointView> list;
     list.reserve(points.size());
@@ -136,8 +137,8 @@ class ForceArrays {
   std::span<const PointView> points() const { return points_host_; }
   int point_count() const { return static_cast<int>(points_host_.size()); }
 
-  /// Allocates the arrays that the step needs; `active`: the forces of `needs` that are compiled in. If it throws, the
-  /// earlier arrays are unchanged.
+  /// Allocates the arrays that the step needs. `active`: the forces of `needs` that are compiled in. If an allocation
+  /// fails, existing arrays are unchanged.
   void allocate(const StepNeeds& needs, unsigned active, const MeshArrays<Executor>& arrays) {
     const std::size_t n = arrays.vertex_count();
     auto acts = [&](ForceId force) { return (active & bit(force)) != 0; };
@@ -202,7 +203,7 @@ class ForceArrays {
     release(needs.searches(IntensityProfileForce::id), profiles_);
     release(acts(AttractionForce::id), points_, nearest_, patches_, attraction_sums_, in_patch_);
   }
-  /// Clears the attraction sums, so that those of earlier bindings no longer act.
+  /// Clears the attraction sums, so that earlier bindings of the points have no effect.
   void clear_attraction() {
     if (attraction_sums_.size() != 0) attraction_sums_.fill_zero();
   }
@@ -217,7 +218,7 @@ class ForceArrays {
                        needs.nearest_blocks,    nearest_.data(), patches_.data(),
                        attraction_sums_.data(), in_patch_.data()};
   }
-  /// Workspace of one element per vertex for averaging.
+  /// Workspace for averaging, one element per vertex; nullptr if the step does not average.
   Vec4* averaging() { return averaging_.data(); }
 
   /// Calls add(name, arrays...) for each group of arrays.
@@ -233,11 +234,12 @@ class ForceArrays {
   }
 
  private:
-  /// Profiles of all meshes, `stride` values per vertex; 0 for meshes with profiles of another length.
+  /// Profiles of all meshes, `stride` values per vertex. Shorter profiles are padded with 0; longer ones are replaced
+  /// with 0.
   std::vector<float> all_profiles(std::size_t stride, const MeshArrays<Executor>& arrays) const {
     std::vector<float> all(arrays.vertex_count() * stride, 0.0f);
     for (std::size_t k = 0; k < arrays.size(); ++k) {
-      // Includes meshes on which the force is not active: it may become active later with the same stride.
+      // Meshes on which the force is not active are included: it may become active later with the same stride.
       const MeshConstants& c = arrays[k];
       const std::size_t length = c.vertex_count > 0 ? profiles_host_[k].size() / c.vertex_count : 0;
       if (length == 0 || length > stride || profiles_host_[k].size() != length * c.vertex_count) continue;
@@ -261,9 +263,9 @@ class ForceArrays {
   std::vector<std::vector<float>> profiles_host_;
   std::vector<float> region_tables_host_;
   std::vector<std::vector<std::uint16_t>> fields_host_;  ///< for each mesh; empty: no field
-  bool fields_changed_ = true;                           ///< since the last upload
+  bool fields_changed_ = true;                           ///< true if the fields have changed since the last upload
   std::vector<PointView> points_host_;
-  bool points_changed_ = true;  ///< since the last upload
+  bool points_changed_ = true;  ///< true if the points have changed since the last upload
   int max_points_ = 0;          ///< largest number of points of one mesh
   int profile_stride_ = 0;
   Array<Vec4> shape_, local_statistics_, averaging_;

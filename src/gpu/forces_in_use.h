@@ -6,7 +6,7 @@
 
 namespace simplexseg {
 
-/// Forces that are compiled in: all, except in benchmarks which show that an unused force costs nothing
+/// Set of the forces that are compiled in: all, except in the benchmarks that measure the cost of an unused force
 /// (tests/benchmarks).
 #ifdef SIMPLEXSEG_BUILT_FORCES
 inline constexpr unsigned kBuiltForces = SIMPLEXSEG_BUILT_FORCES;
@@ -14,17 +14,17 @@ inline constexpr unsigned kBuiltForces = SIMPLEXSEG_BUILT_FORCES;
 inline constexpr unsigned kBuiltForces = (1u << kForceCount) - 1;
 #endif
 
-/// True if a kernel is compiled for every set of forces; that takes minutes under sanitizers and in the build with a
-/// further force (tests/toy_force). Otherwise kernels contain all forces, with or without those that pull: a force that
-/// is not in use has weight 0, and only pulling forces read their arrays nevertheless.
+/// True if a kernel is compiled for every set of forces. False where this would take minutes: under sanitizers and with
+/// an additional force (tests/toy_force). Kernels are then compiled for all forces, with and without the pulling ones:
+/// an unused force has weight 0 and reads no arrays, except for pulling forces, which read their arrays in any case.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || defined(SIMPLEXSEG_FEW_FORCE_SETS)
 constexpr bool kEverySet = false;
 #else
 constexpr bool kEverySet = true;
 #endif
 
-/// Calls `run.operator()<forces>()` for the forces in use, a subset of kAmong. A kernel is compiled for each subset, so
-/// it contains no code of unused forces; see kEverySet.
+/// Calls `run.operator()<forces>()` for the set `forces` in use, which must be a subset of kAmong. A kernel is compiled
+/// for each subset, so that it contains no code of unused forces (unless kEverySet is false).
 template <unsigned kAmong, unsigned kMask = kAmong, class Run>
 void run_for(unsigned forces, Run&& run) {
   if constexpr (!kEverySet) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of a step that are shared by all forces. A kernel is a functor over a StepView: vertex i reads its
-// neighbourhood and writes only its own values. The executors of both backends call it for every i.
+// Kernels of a step that all forces share. A kernel is a functor over a StepView: the call for vertex i reads values of
+// its neighbourhood and writes only values of vertex i. The executors of both backends call it for every vertex.
 #pragma once
 #include "core/atomics.h"
 #include "forces/force_list.h"
@@ -9,28 +9,29 @@
 
 namespace simplexseg {
 
-/// Position of a step in a run of steps. A replayed run has no host argument for its position in the batch, so a
-/// counter on the device holds it; the counter advances in a launch in which no step reads it.
+/// Index of a step in a run of steps. The arguments of a replayed run are constant, so counters in StepStatus contain
+/// the index of the run's first step in the batch; they change only in launches that do not read them.
 struct StepInRun {
-  int step;    ///< from 0
-  int length;  ///< steps in the run
-  /// Updates the counter; called once per step.
+  int step;    ///< index of the step in the run, from 0
+  int length;  ///< number of steps in the run
+  /// Updates the counters; called once per step.
   SIMPLEXSEG_HD void count(StepStatus* status) const {
     if (step == 0) status->first = status->next_run;
-    // A run of a single step is the last of its batch, after which the counter is reset.
+    // A run of a single step needs no update: it is the last run of its batch, after which the counters are reset.
     if (step == 1) status->next_run += static_cast<unsigned long long>(length);
   }
 };
 
-/// Computes the frame of each vertex: its unit normal and h / S, where h is its elevation above the plane of its three
-/// neighbours and S twice the area of their triangle. h / S is half the mean curvature divided by a constant of the
-/// lattice (docs/mathematics.md, section 1). S has a lower bound, for needle triangles. If the neighbours are
-/// collinear, the normal is the direction orthogonal to their line that is nearest to the last valid normal.
+/// Computes the frame of each vertex: its unit normal and h / S (1/mm), where h is its elevation above the plane of its
+/// three neighbours and S twice the area of their triangle. h / S is about H / (3 sqrt(3)), H: mean curvature
+/// (docs/mathematics.md, section 1). S has a lower bound, because the area of a needle triangle approaches 0. If the
+/// neighbours are collinear, the normal is the direction orthogonal to their line that is nearest to the last valid
+/// normal.
 struct GeometryKernel {
   static constexpr const char* name = "geometry";
   StepView v;
   StepInRun run_step;
-  bool unbind = false;  ///< clears the flags of the attraction patches, which are about to be recomputed
+  bool unbind = false;  ///< clears the flags of the attraction patches before they are recomputed
   template <class I>
   SIMPLEXSEG_HD void operator()(I i) const {
     if (i == 0) run_step.count(v.status);
@@ -58,14 +59,14 @@ struct GeometryKernel {
     const R area = larger(sqrtf(square), 0.1f * (dot(a, a) + dot(b, b)) + 1e-30f);
     store(v.new_frame, i, with_w(n, dot(xyz(v.current[i]) - p1, n) / area));
   }
-  /// Normal of a vertex with collinear neighbours.
+  /// Normal of a vertex with collinear neighbours. `a`, `b`: edges between neighbours, mm; `last`: last valid normal.
   SIMPLEXSEG_HD static Vec3 collinear_normal(Vec3 a, Vec3 b, Vec3 last) {
     Vec3 line = dot(a, a) >= dot(b, b) ? a : b;
     const float length = norm(line);
     line = length > 0.0f ? (1.0f / length) * line : Vec3{0, 0, 0};
     if (!(dot(last, last) > 0.5f)) last = {0, 0, 1};
     Vec3 n = last - dot(last, line) * line;
-    if (!(dot(n, n) > 1e-6f)) {  // the last normal is parallel to the line: any orthogonal direction
+    if (!(dot(n, n) > 1e-6f)) {  // parallel to the line: any orthogonal direction is used
       const Vec3 axis = fabsf(line.x) < 0.5f ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
       n = cross(line, axis);
     }
@@ -73,8 +74,8 @@ struct GeometryKernel {
   }
 };
 
-/// Sum of elevation over area (1/mm) over the neighbours of each vertex, for the mean over two rings of the smoothing
-/// force. Used on the CPU, where it is cheaper than reading the second ring.
+/// Sums h / S (1/mm) over the three neighbours of each vertex. The smoothing force computes its mean over two rings
+/// from these sums on the CPU, where that is faster than reading the second ring.
 struct SumRings {
   static constexpr const char* name = "ring sums";
   StepView v;
@@ -85,27 +86,29 @@ struct SumRings {
   }
 };
 
-/// Unit of work that ends with a step. At the end of a batch or interval, the step stores input of BlockMotion in w of
-/// `oldest`. Only at the end of an interval it also stores input in w of `next`, so that the solver's estimates do not
-/// depend on the number of steps in a call.
+/// Unit of work that ends with a step. The last step of a batch or interval stores |f|^2 in w of `oldest`, for
+/// BlockMotion. The last step of an interval stores m . (z - z') in w of `next` (MeshMotion::change); every other step
+/// stores its own m . z there, so that the estimates of the solver do not depend on the number of steps in a call.
 enum class End : int { None, Batch, Interval };
 
-/// Step of one vertex: computes its next position and reports a failure.
+/// Step of one vertex: computes its next position and reports failures.
 struct VertexStep {
   const StepView& v;
   StepInRun run_step;
   End end;
-  /// True if StepStatus::first is not yet updated: in the first launch of a run.
+  /// True if StepStatus::first is not updated yet: in the first launch of a run.
   bool begins_run = false;
 
   /// Number of the step, counted from the start of the batch.
   SIMPLEXSEG_HD unsigned long long number() const {
     return (begins_run ? v.status->next_run : v.status->first) + static_cast<unsigned long long>(run_step.step);
   }
-  /// True after a failed step: later steps are skipped, so that the two poses before it are preserved.
+  /// True if an earlier step of the batch failed. This step is then skipped, so that the two poses before the failed
+  /// step are preserved.
   SIMPLEXSEG_HD bool halted() const { return (load_relaxed(&v.status->failure) >> 40) < number(); }
 
-  /// Stores x+ = x + momentum (x - x-) + gain z. False if the vertex leaves the scene or its position is not a number.
+  /// Stores x+ = x + momentum (x - q) + gain z, where x is `here`. False if a coordinate of x+ is not below `limit`
+  /// (mm) in absolute value, or is NaN. `force`: sum of the forces at the vertex.
   template <class I, class R>
   SIMPLEXSEG_HD auto apply(StepCoefficients c, float limit, I i, Vec4Of<R> here, Vec3Of<R> q, Vec3Of<R> force,
                            Vec3Of<R> z) const {
@@ -117,16 +120,16 @@ struct VertexStep {
     // False for NaN.
     return (fabsf(x.x) < limit) & (fabsf(x.y) < limit) & (fabsf(x.z) < limit);
   }
-  /// Records a failure at vertex i, caused by this force.
+  /// Records a failure of this step at vertex i. `force`: index of the force reported as the cause.
   SIMPLEXSEG_HD void report(int i, int force) const {
     atomic_min(&v.status->failure, number() << 40 | static_cast<unsigned long long>(v.first_vertex + i) << 8 |
                                        static_cast<unsigned>(force));
   }
 };
 
-/// Sums the forces, then computes the step. For meshes with the multigrid correction (only if kCycles) it begins the
-/// V-cycle instead. Compiled for each subset of the forces, without code of unused ones. A vertex that would leave the
-/// scene or become non-finite is reported to StepView::status.
+/// Sums the forces, then computes the step or, for meshes with the multigrid correction (only if kCycles), begins the
+/// V-cycle. Compiled for each subset of the forces, without code of unused ones. A vertex that would leave the scene or
+/// become non-finite is reported in StepView::status.
 template <unsigned kMask, bool kCycles>
 struct IntegrateKernel {
   static constexpr const char* name = "integrate";
@@ -177,7 +180,7 @@ struct IntegrateKernel {
       if (form == StepForm::Corrected) {
         const auto sums = unpack_lanes(sum), pulls = unpack_lanes(pull);
         each(i, [&](int one, int lane) {
-          // Non-finite forces are reported here: the correction would spread them to other vertices.
+          // Forces that are huge or not finite are reported here: the cycle would spread them to other vertices.
           if (norm(sums[lane]) < 1e18f)
             begin_cycle(v, m, one, sums[lane]);
           else
@@ -200,7 +203,8 @@ struct IntegrateKernel {
       if (!is_set(valid, lane)) vertex_step.report(one, strongest_force(v, one, pulls[lane]));
     });
   }
-  /// Index of the force with the largest displacement at vertex i; reported when a step fails.
+  /// Index of the force with the largest weighted displacement at vertex i, reported when a step fails. `pull`: sum of
+  /// the pulling forces.
   SIMPLEXSEG_HD static int strongest_force(const StepView& v, int i, Vec3 pull) {
     const Int4 nb = v.neighbours[i];
     const MeshConstants& m = v.meshes[nb.w];
@@ -230,11 +234,11 @@ struct CorrectedStep {
   End end;
   SIMPLEXSEG_HD void operator()(int i) const {
     const VertexStep vertex_step{v, run_step, end};
-    // A failure in the first half of this step skips the second half, too.
+    // After a failure in IntegrateKernel of the same step, this kernel is skipped, too.
     if ((load_relaxed(&v.status->failure) >> 40) <= vertex_step.number()) return;
     const Int4 nb = v.neighbours[i];
     const MeshConstants& m = v.meshes[nb.w];
-    if (m.form != StepForm::Corrected) return;  // IntegrateKernel has computed its step
+    if (m.form != StepForm::Corrected) return;  // IntegrateKernel has computed the step
     const Vec3 z = end_cycle(v, m, i, nb);
     if (!vertex_step.apply(v.coefficients[nb.w], m.limit_mm, i, v.current[i], xyz(v.previous[i]),
                            xyz(v.levels.residual[i]), z))
@@ -242,7 +246,7 @@ struct CorrectedStep {
   }
 };
 
-/// Saves the pose before an interval of steps that may have to be undone. Also copies frames.
+/// Copies texels, starting at index `first`: the pose before an interval that may have to be undone, or frames.
 struct SavePose {
   static constexpr const char* name = "keep pose";
   Texels<Vec4> current;
@@ -250,7 +254,7 @@ struct SavePose {
   int first;
   SIMPLEXSEG_HD void operator()(int index) const { saved[first + index] = current[first + index]; }
 };
-/// Restores a saved pose with zero velocity.
+/// Restores a saved pose with velocity 0, starting at vertex `first`.
 struct RestorePose {
   static constexpr const char* name = "restore pose";
   const Vec4* saved;
@@ -263,14 +267,14 @@ struct RestorePose {
 };
 
 /// Sums the quantities of MeshMotion over each block of kBlock vertices of each mesh, in a fixed order. `next` still
-/// contains the positions before `previous`, with |f|^2 in w; at the end of an interval, w of `current` is
-/// m . (z - z').
+/// contains the positions one step before `previous`, with |f|^2 in w. At the end of an interval, w of `current` is
+/// m . (z - z') (MeshMotion::change).
 struct BlockMotion {
   static constexpr const char* name = "motion";
   static constexpr int kLanes = 32, kBlock = kMotionBlock;
   StepView v;
   MeshMotion* sums;
-  int blocks;  ///< blocks per mesh, as many as the largest mesh needs
+  int blocks;  ///< number of blocks per mesh, sufficient for the largest mesh
   template <class L>
   SIMPLEXSEG_HD void operator()(int index, L lanes) const {
     const MeshConstants& m = v.meshes[index / blocks];
@@ -290,7 +294,7 @@ struct BlockMotion {
       move.add(k, norm(p - old));
       edges.add(k, norm(p - p1) + norm(p - p2) + norm(p - p3));
       force.add(k, before.w), change.add(k, -here.w), square.add(k, dot(was, was));
-      // The frames belong to the positions before the step.
+      // The frames were computed from the positions before the last step.
       const auto opposed = (dot(n, xyz(v.frame[nb.x])) < 0.0f) | (dot(n, xyz(v.frame[nb.y])) < 0.0f) |
                            (dot(n, xyz(v.frame[nb.z])) < 0.0f);
       folded.add(k, choose(opposed, R(1.0f), R(0.0f)));
@@ -306,8 +310,8 @@ struct BlockMotion {
   }
 };
 
-/// Computes the means of each mesh at the end of a batch. Copies the status of the batch to `result`, which the host
-/// reads, and resets it.
+/// Computes the means of MeshMotion for each mesh at the end of a batch. Copies the status of the batch to `result`,
+/// which the host reads, and resets the status.
 struct EndOfBatch {
   static constexpr const char* name = "end of batch";
   static constexpr int kLanes = 32;
@@ -316,8 +320,9 @@ struct EndOfBatch {
   int blocks;
   MeshMotion* motion;
   StepStatus* result;
-  /// Stiffness of the external forces on a mesh in its softest direction. Estimated as the determinant of the summed E
-  /// over the sum of its principal minors, which lies between a third of the smallest eigenvalue and that eigenvalue.
+  /// Stiffness of image forces and attraction in the softest direction of a mesh, summed over its vertices. Estimated
+  /// as the determinant of the summed E divided by the sum of the principal 2 x 2 minors of E; this quotient lies
+  /// between a third of the smallest eigenvalue and that eigenvalue.
   SIMPLEXSEG_HD float external_stiffness_of(const MeshConstants& m) const {
     if (v.levels.stiffness_a == nullptr || m.root < 0) return 0;
     const float regularisation = m.regularisation * m.model * m.vertex_count;

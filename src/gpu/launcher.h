@@ -9,8 +9,9 @@
 // - run(kernel, n): calls kernel(0) ... kernel(n - 1), after all earlier runs
 // - run(kernel): calls kernel(block), for kernels that are executed by one thread block
 // - run_concurrently(a, na, b, nb): runs both kernels, in any order or at the same time
-// - run_over_vertices(kernel, n): run() over all vertices, or only over the ranges set by restrict_vertices(ranges),
-//   the first of which contains vertex 0. The restriction also applies to `a` of run_concurrently() and to run_tiles()
+// - run_over_vertices(kernel, n): run() over all vertices or, after restrict_vertices(ranges), over these ranges, the
+//   first of which contains vertex 0, and possibly vertices near them. The restriction also applies to `a` of
+//   run_concurrently() and to run_tiles(); it is removed by restrict_vertices({})
 // - run_tiles(kernel): runs a TileStep; only if kTiles
 // - record(body) -> Recording: records the runs of body() without executing them; only if kRecords
 // - replay(recording): executes the recorded runs with little overhead; only if kRecords
@@ -25,7 +26,7 @@
 
 namespace simplexseg {
 
-/// Range of vertices: first ... last - 1.
+/// Range of vertices: first ... last - 1, counted over all meshes.
 struct VertexRange {
   int first, last;
 };
@@ -41,7 +42,7 @@ struct Launcher {
     ++launches[Kernel::name];
     executor.run(kernel, n);
   }
-  /// Runs a kernel over all vertices except those of idle meshes (MeshConstants::idle).
+  /// Runs a kernel over all vertices; those of idle meshes (MeshConstants::idle) may be skipped.
   template <class Kernel>
   void run_over_vertices(const Kernel& kernel, int n) {
     ++launches[Kernel::name];
@@ -59,7 +60,8 @@ struct Launcher {
     ++launches[Kernel::name], ++launches[Kernel::fused_name];
     executor.run_tiles(kernel);
   }
-  /// Runs two independent kernels; `a` runs over the same vertices as in run_over_vertices().
+  /// Runs two independent kernels, in any order or at the same time: `a` as run_over_vertices(a, na), `b` as run(b,
+  /// nb).
   template <class A, class B>
   void run_concurrently(const A& a, int na, const B& b, int nb) {
     ++launches[A::name], ++launches[B::name];

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coarser levels of all meshes (mesh/hierarchy.h) in the layout of the multigrid kernels, and the V-cycle over them.
+// Coarser levels of all meshes (mesh/hierarchy.h) in the layout of the multigrid kernels, and the V-cycle on these
+// levels.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -18,11 +19,11 @@ struct LevelArrays {
   std::vector<CoarseRow> rows;
   std::vector<int> parts, coarse_of;
   std::vector<CoarseEdge> edges;
-  std::vector<int> first;  ///< first vertex of each coarser level, and the end of the last; counted over all levels
-  std::vector<int> roots;  ///< for each mesh, the vertex of the coarsest level that represents all of it
+  std::vector<int> first;  ///< first vertex of each coarser level, then the end of the last level
+  std::vector<int> roots;  ///< for each mesh, its vertex on its coarsest level
 };
 
-/// Arranges the hierarchies of all meshes by levels, and within a level by meshes.
+/// Builds the hierarchies of all meshes and arranges their vertices by level, within a level by mesh.
 inline LevelArrays arrange_levels(std::span<const MeshConstants> meshes, std::span<const Int4> neighbours) {
   LevelArrays all;
   std::vector<Hierarchy> hierarchies;
@@ -37,7 +38,7 @@ inline LevelArrays arrange_levels(std::span<const MeshConstants> meshes, std::sp
     depth = std::max(depth, hierarchies.back().levels.size());
     all.roots.push_back(m.first_vertex);
   }
-  std::vector<int>& finer = all.roots;  // first vertex of each mesh on the next finer level; finally its root
+  std::vector<int>& finer = all.roots;  // first vertex of each mesh on the next finer level; at the end its root
   int next = static_cast<int>(neighbours.size());
   all.coarse_of.assign(next, 0);
   all.first.assign(1, next);
@@ -74,7 +75,8 @@ class CoarseLevels {
   using Array = typename Executor::template Array<T>;
 
  public:
-  /// Builds the hierarchies. Slow for many vertices; called when meshes are loaded, not during a run.
+  /// Builds the hierarchies, once per object. Slow for many vertices, so it is called when settings change, not during
+  /// a run of steps.
   void arrange(std::span<const MeshConstants> meshes, std::span<const Int4> neighbours) {
     if (!arranged_.first.empty()) return;
     arranged_ = arrange_levels(meshes, neighbours);
@@ -94,7 +96,7 @@ class CoarseLevels {
     allocated_ = false;
   }
   bool allocated() const { return allocated_; }
-  /// Vertex that represents the whole mesh; -1 while the levels are not allocated.
+  /// Vertex of the coarsest level of a mesh; -1 while the levels are not allocated.
   int root(std::size_t mesh) const { return allocated_ ? arranged_.roots[mesh] : -1; }
 
   LevelsView view() {
@@ -108,12 +110,12 @@ class CoarseLevels {
         add("level vectors", residual_, correction_, relaxed_, stiffness_a_, stiffness_b_);
   }
 
-  /// Computes E of the coarser levels from that of the meshes.
+  /// Computes the stiffness E of all coarser levels from E of the mesh vertices.
   void sum_stiffness(Launcher<Executor>& launcher, const StepView& view) const {
     for (int l = 0; l < separate_levels(); ++l) launcher.run(CoarseStiffness{view, arranged_.first[l]}, size(l));
     if (small_.count > 1) launcher.run(SmallStiffness{view, small_});
   }
-  /// Runs the cycle on the coarser levels: IntegrateKernel begins it, CorrectedStep ends it.
+  /// Runs the part of the V-cycle on the coarser levels, after IntegrateKernel and before CorrectedStep.
   void cycle(Launcher<Executor>& launcher, const StepView& view) const {
     launcher.run(Restrict<true>{view, arranged_.first[0]}, size(0));
     for (int l = 1; l < separate_levels(); ++l) launcher.run(Restrict<false>{view, arranged_.first[l]}, size(l));
@@ -130,7 +132,7 @@ class CoarseLevels {
   /// Number of levels whose restriction runs in a separate kernel: the large ones and the first small one.
   int separate_levels() const { return large_ + (small_.count > 0 ? 1 : 0); }
 
-  /// Chooses the small levels, starting with the coarsest. The first coarse level is never small.
+  /// Chooses the small levels, starting with the coarsest. The finest of the coarser levels is never small.
   void choose_small_levels() {
     large_ = depth(), small_ = {};
     while (large_ > 1 && size(large_ - 1) <= SmallLevels::kMaxLevelVertices &&
@@ -140,7 +142,7 @@ class CoarseLevels {
       --large_, small_ = candidate;
     }
   }
-  /// Small levels from level l on.
+  /// Description of the levels from l to the coarsest as small levels.
   SmallLevels small_levels(int l) const {
     SmallLevels small;
     small.count = depth() - l;
@@ -153,7 +155,7 @@ class CoarseLevels {
   }
 
   LevelArrays arranged_;  ///< empty until arrange()
-  int large_ = 0;         ///< number of levels that are not small
+  int large_ = 0;         ///< number of coarser levels that are not small
   SmallLevels small_;
   bool allocated_ = false;
   Array<CoarseRow> rows_;

@@ -18,7 +18,7 @@
 
 namespace simplexseg {
 
-/// Data of the loaded meshes in an engine. A load builds a new object and swaps it with the previous one.
+/// Data of the loaded meshes in an engine. load() builds a new object; if that fails, it restores the previous one.
 template <class Executor>
 class LoadedMeshes {
  protected:
@@ -27,7 +27,7 @@ class LoadedMeshes {
   bool active(ForceId force) const { return built(force) && needs_.uses(force); }
   int refresh_interval() const { return static_cast<int>(simulation_.refresh_interval + 0.5f); }
 
-  /// Copy of the state that a change of settings modifies, except for the arrays and their sources.
+  /// Copy of the state that a change of settings modifies, except for the arrays and their host data.
   struct Settings {
     std::vector<ForceParameters> requested;
     SimulationParameters simulation;
@@ -56,7 +56,8 @@ class LoadedMeshes {
     if (meshes_.size() != 0) meshes_.upload_constants();
   }
 
-  /// Allocates the arrays that the step needs, then releases the others. A failed allocation changes nothing.
+  /// Allocates the arrays that the step needs, then releases the others. After a failed allocation the existing arrays
+  /// are unchanged; new ones may remain until restore().
   void allocate_needed_arrays(bool has_volume) {
     std::vector<MeshNeeds> meshes;
     for (std::size_t k = 0; k < meshes_.size(); ++k) meshes.push_back(forces_.needs_of_mesh(k, meshes_[k]));
@@ -69,8 +70,8 @@ class LoadedMeshes {
     release_unneeded();
   }
 
-  /// Excludes settled meshes without forces from later steps, in which their vertices would stay bit-identical. True if
-  /// more meshes are excluded than before; recorded runs are then obsolete.
+  /// Excludes settled meshes without forces from later steps, in which their vertices would not change. True if more
+  /// meshes are excluded than before; recorded runs are then invalid.
   bool skip_settled_meshes(Launcher<Executor>& launcher) {
     bool more = false;
     for (std::size_t k = 0; k < meshes_.size(); ++k) {
@@ -85,13 +86,14 @@ class LoadedMeshes {
     meshes_.copy_frames(launcher, phase_.frame);
     return true;
   }
-  /// Includes all meshes in later steps; required before any change. True if a mesh was excluded before.
+  /// Includes all meshes in later steps; required by every change of settings. True if a mesh was excluded before.
   bool include_all_meshes(Launcher<Executor>& launcher) {
     launcher.executor.restrict_vertices({});
     return clear_skipped();
   }
 
-  /// Root mean square force of a mesh in the last step of a batch, divided by the sum of the weights of its forces, mm.
+  /// Residual of mesh k in the last step of a batch, mm: root mean square of the force over the vertices, divided by
+  /// the sum of the weights of the active forces.
   float residual_mm(std::size_t k) {
     float weights = 0;
     for (const ForceInfo& force : force_list()) weights += active(force.id) ? meshes_[k].forces.weight(force.id) : 0.0f;
@@ -107,12 +109,12 @@ class LoadedMeshes {
     outcome.solver.push_back(supervision_.control(k).state());
   }
 
-  /// Parameters of each mesh as set; MeshConstants contains those of the active forces.
+  /// Parameters of each mesh as set; in MeshConstants, inactive forces have weight 0.
   std::vector<ForceParameters> requested_;
   SimulationParameters simulation_{};
   StepNeeds needs_;
   StepPhase phase_;
-  bool forms_due_ = false;  ///< new step forms are pending, because their arrays could not be allocated
+  bool forms_due_ = false;  ///< true while new step forms are pending: their arrays could not be allocated
   MeshArrays<Executor> meshes_;
   ForceArrays<Executor> forces_;
   StepSupervision<Executor> supervision_;
@@ -126,7 +128,7 @@ class LoadedMeshes {
     for (std::size_t k = 0; k < meshes_.size(); ++k) any = std::exchange(meshes_[k].idle, 0) != 0 || any;
     return any;
   }
-  /// Vertices of all meshes that are not settled, and always vertex 0, which updates the step counter.
+  /// Vertices of all meshes that are not idle, and always vertex 0, whose kernel call updates the step counters.
   std::vector<VertexRange> active_vertices() const {
     std::vector<VertexRange> ranges;
     for (const MeshConstants& c : meshes_.all())
@@ -140,8 +142,8 @@ class LoadedMeshes {
                        [&](const ForceInfo& force) { return needs.acts(force.id); });
   }
   bool needs_levels() const { return supervision_.corrected() && meshes_.vertex_count() > 0; }
-  /// True if some steps can use tiles: few active vertices, no multigrid cycle, no attraction, and not a refresh in
-  /// every step.
+  /// True if some steps can use tiles: few active vertices, no multigrid cycle, no attraction, and no search for
+  /// targets in every step.
   bool needs_tiles(const StepNeeds& needs) const {
     if (!Executor::kTiles || meshes_.vertex_count() > kMaxVerticesWithTiles) return false;
     int count = 0;

@@ -19,15 +19,15 @@
 
 namespace simplexseg {
 
-/// Arrays of the vertices of all meshes, and constants of each mesh. The vertices of a mesh are reordered by patches
-/// (docs/adr/0009-vertex-order.md); load() and read() use the original order.
+/// Arrays of the vertices of all meshes, and constants of each mesh. The arrays contain the vertices of a mesh in patch
+/// order (docs/adr/0009-vertex-order.md); the arguments of load() and read() have the original order.
 template <class Executor>
 class MeshArrays {
   template <class T>
   using Array = typename Executor::template Array<T>;
 
  public:
-  /// Throws Error, without any change, when there are too many vertices.
+  /// Loads meshes. Throws Error, without any change, if they have more than 500 million vertices.
   void load(std::span<const EngineMesh> meshes) {
     long total = 0;
     for (const EngineMesh& m : meshes) total += static_cast<long>(m.positions.size());
@@ -44,7 +44,7 @@ class MeshArrays {
       SIMPLEXSEG_EXPECT(m.previous.size() == m.positions.size() && m.neighbours.size() == m.positions.size());
       const int n = static_cast<int>(m.positions.size());
       MeshConstants& c = constants_[k];
-      // Patch order places neighbours near each other in memory, which makes reads faster.
+      // In patch order, neighbours are near each other in memory, which makes reads faster.
       orders_[k] = patch_order(m.neighbours);
       const std::vector<int>& order = orders_[k];
       std::vector<int> place(n);
@@ -79,7 +79,7 @@ class MeshArrays {
   std::span<const MeshConstants> all() const { return constants_; }
   /// Restores previous constants of the same meshes.
   void restore(std::vector<MeshConstants> constants) { constants_ = std::move(constants); }
-  /// For each mesh, the loaded index of the vertex at each position of the patch order.
+  /// For each mesh, the index in the loaded mesh of the vertex at each position of the patch order.
   std::span<const std::vector<int>> orders() const { return orders_; }
   std::span<const Int4> neighbours() const { return neighbours_host_; }
   int largest_mesh() const {
@@ -93,10 +93,10 @@ class MeshArrays {
     return mesh;
   }
 
-  /// Uploads the constants for the kernels.
+  /// Uploads the constants, which kernels read.
   void upload_constants() { device_constants_.assign(constants_); }
 
-  /// Downloads the current and previous positions of a mesh. `oldest`: index of the array of previous positions.
+  /// Downloads the current positions of a mesh and those one step earlier, mm. `oldest`: as in StepPhase.
   void read(int mesh, std::span<Eigen::Vector3f> positions, std::span<Eigen::Vector3f> previous, int oldest) {
     const MeshConstants& c = constants_.at(mesh);
     SIMPLEXSEG_EXPECT(positions.size() == static_cast<std::size_t>(c.vertex_count) &&
@@ -110,7 +110,8 @@ class MeshArrays {
     copy(positions_[(oldest + 1) % 3], positions);
     copy(positions_[oldest], previous);
   }
-  /// True if the last two steps did not move any vertex of a mesh.
+  /// True if the last two steps did not move any vertex of mesh k, and w of its positions is 0. Downloads the
+  /// positions.
   bool is_still(std::size_t k) {
     const MeshConstants& c = constants_[k];
     std::vector<Vec4> poses[3];
@@ -124,7 +125,8 @@ class MeshArrays {
   }
   Vec4* positions_at(int array) { return positions_[array % 3].data(); }
 
-  /// Sets the largest valid coordinate of each mesh: its start distance plus ten times the diagonal of the scene.
+  /// Sets the largest valid coordinate of each mesh, mm: start_distance_mm() plus ten times the diagonal of the scene,
+  /// the bounding box of the loaded meshes, the points and the volume.
   void set_limits(const Volume& volume, std::span<const PointView> points) {
     constexpr double kSceneDiagonals = 10;
     Eigen::AlignedBox3d scene;
@@ -144,13 +146,13 @@ class MeshArrays {
           scene.isEmpty() ? 1.0f : static_cast<float>(start + kSceneDiagonals * scene.diagonal().norm() + 1e-6);
     }
   }
-  /// Largest absolute coordinate of the centre of a mesh as loaded, mm.
+  /// Largest absolute coordinate of the centre of the bounding box of a mesh as loaded, mm.
   double start_distance_mm(std::size_t k) const {
     return boxes_[k].isEmpty() ? 0.0 : boxes_[k].center().cwiseAbs().maxCoeff();
   }
 
-  // Frames are stored in one array, which a step updates in place, or in two: a step reads the current one and writes
-  // the other. `at`: index of the current array.
+  // Frames are stored in one array, which a step updates in place, or in two: a step then reads the current array and
+  // writes the other one. `at`: index of the current array.
   void allocate_second_frame(int at) {
     if (frames_[1].size() != 0) return;
     frames_[1].resize(vertex_count_), frames_[1].fill_zero();
@@ -161,7 +163,7 @@ class MeshArrays {
     if (at == 1) std::swap(frames_[0], frames_[1]);
     frames_[1].resize(0);
   }
-  /// Copies the frames to the second array, if there is one, for vertices whose frames later steps do not recompute.
+  /// Copies the current frames to the other array, if there are two: later steps do not recompute those of idle meshes.
   void copy_frames(Launcher<Executor>& launcher, int at) {
     if (frames_[1].size() != 0) launcher.run(SavePose{frames_[at].texels(), other_frame(at), 0}, vertex_count_);
   }

@@ -18,8 +18,8 @@ inline int index_of_strongest(const ForceParameters& forces) {
   return force;
 }
 
-/// Disables inactive forces of a mesh, and sets the constants that follow from the stiffness of the others. `shape`: as
-/// in stiffness_of(). Returns the stiffness bounds.
+/// Sets the weight of inactive forces of a mesh to 0, and the constants that depend on the stiffness of the others.
+/// `shape`: as in stiffness_of(); `voxel_mm`: smallest voxel spacing. Returns the stiffness bounds.
 inline Stiffness set_active_forces(MeshConstants& c, const MeshNeeds& needs, std::span<const Vec4> shape,
                                    float voxel_mm) {
   for (const ForceInfo& force : force_list())

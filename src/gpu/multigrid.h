@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Multigrid correction: one V-cycle on a linear model of the forces turns the force f of each vertex into a step z that
-// moves slow modes as far as fast ones (docs/mathematics.md, section 3). The model is A = k L + E: L is the graph
-// Laplacian of the mesh, k half the bound of the internal forces, E the stiffness of image forces and attraction at
-// each vertex. The correction accelerates the convergence and does not change the fixed point.
+// Multigrid correction: one V-cycle on a linear model of the forces computes from the force f of each vertex an update
+// z that reduces the error of slow modes as much as that of fast ones (docs/mathematics.md, section 3). The model is A
+// = k L + E: L is the graph Laplacian of the mesh, divided by the number of neighbours; k is half the bound of the
+// internal forces, or a tenth of the bound of the others if that is larger; E is the stiffness of image forces and
+// attraction at each vertex. The correction accelerates the convergence and does not change the fixed point.
 #pragma once
 #include "forces/force_list.h"
 #include "forces/lanes.h"
@@ -11,7 +12,8 @@
 
 namespace simplexseg {
 
-/// Linear system of one vertex of one level, 3 x 3: (degree k) I + E.
+/// Linear 3 x 3 system of one vertex of one level: (degree k) I + E. `a`, `b`: E as in LevelsView; `diagonal`: degree
+/// k.
 struct VertexSystem {
   float xx, xy, xz, yy, yz, zz;
   SIMPLEXSEG_HD VertexSystem(Vec4 a, Vec4 b, float diagonal)
@@ -30,7 +32,8 @@ struct VertexSystem {
 /// Relaxation factor of the Jacobi smoother.
 inline constexpr float kRelaxation = 0.7f;
 
-/// Computes E of each vertex of the mesh: k c n n^T for an image force with confidence c, k w I for attraction.
+/// Computes E of each vertex of the mesh: the sum of k_f c n n^T for image forces with weight k_f and confidence c,
+/// reduced where points attract; k_f w I for attraction, w: sum of the patch weights, at most 1; the regularisation.
 template <unsigned kMask>
 struct LocalStiffness {
   static constexpr const char* name = "stiffness";
@@ -43,7 +46,7 @@ struct LocalStiffness {
     });
     each_force([&]<class F>(F) {
       if constexpr ((kMask & bit(F::id)) != 0 && Displaces<F>) {
-        if (!kEverySet && !(m.forces.weight(F::id) > 0.0f)) return;  // its targets are not allocated
+        if (!kEverySet && !(m.forces.weight(F::id) > 0.0f)) return;  // inactive: no targets are allocated
         if constexpr (F::kind == ForceKind::Image) normal += m.forces.weight(F::id) * confidence_of<F>(v, i);
         if constexpr (F::kind == ForceKind::External) isotropic += m.forces.weight(F::id) * confidence_of<F>(v, i);
       }
@@ -57,7 +60,8 @@ struct LocalStiffness {
 
 // In the following functions `l` is v.levels, or a copy of small levels in the shared memory of a block.
 
-/// Sums E of vertex `at` of a coarser level over its parts on the finer level. `at` is counted over all levels.
+/// Computes E of vertex `at` of a coarser level as the sum over its parts on the finer level. `at`: index over all
+/// levels.
 template <class L>
 SIMPLEXSEG_HD void sum_stiffness(const StepView& v, const LevelsView& l, int at, L lanes) {
   const CoarseRow* row = l.rows + (at - v.vertex_count);
@@ -70,14 +74,15 @@ SIMPLEXSEG_HD void sum_stiffness(const StepView& v, const LevelsView& l, int at,
   if (lanes.lane == 0) l.stiffness_a[at] = a, l.stiffness_b[at] = b;
 }
 
-/// First half of the cycle on the mesh: a Jacobi step from the initial guess 0.
+/// First half of the V-cycle on the mesh: a damped Jacobi step from the initial guess 0. `force`: right-hand side.
 SIMPLEXSEG_HD void begin_cycle(const StepView& v, const MeshConstants& m, int i, Vec3 force) {
   const LevelsView& l = v.levels;
   l.residual[i] = with_w(force, 0.0f);
   l.correction[i] = with_w(kRelaxation * VertexSystem(l.stiffness_a[i], l.stiffness_b[i], m.model).solve(force), 0.0f);
 }
 
-/// Restriction: sums the remaining residual onto vertex `at` of the next coarser level, then performs a Jacobi step.
+/// Restriction: computes the right-hand side of vertex `at` as the sum of the remaining residual over its parts on the
+/// next finer level (kFromMesh: the mesh), then performs a damped Jacobi step.
 template <bool kFromMesh, class L>
 SIMPLEXSEG_HD void restrict_to(const StepView& v, const LevelsView& l, int at, L lanes) {
   const CoarseRow* row = l.rows + (at - v.vertex_count);
@@ -102,7 +107,7 @@ SIMPLEXSEG_HD void restrict_to(const StepView& v, const LevelsView& l, int at, L
   }
   sum = {lanes.sum(sum.x), lanes.sum(sum.y), lanes.sum(sum.z)};
   if (lanes.lane != 0) return;
-  const bool last = row[0].first_edge == row[1].first_edge;  // coarsest level of a component: solved exactly
+  const bool last = row[0].first_edge == row[1].first_edge;  // coarsest level: solved exactly
   const VertexSystem system(l.stiffness_a[at], l.stiffness_b[at], k * row->degree);
   const Vec3 z = (last ? 1.0f : kRelaxation) * system.solve(sum);
   l.residual[at] = with_w(sum, 0.0f);
@@ -110,7 +115,7 @@ SIMPLEXSEG_HD void restrict_to(const StepView& v, const LevelsView& l, int at, L
   if (last) l.relaxed[at] = with_w(z, 0.0f);
 }
 
-/// Prolongation: adds the correction of the next coarser level at vertex `at`, then performs a Jacobi step.
+/// Prolongation: adds the correction of the next coarser level at vertex `at`, then performs a damped Jacobi step.
 template <class L>
 SIMPLEXSEG_HD void prolong_to(const StepView& v, const LevelsView& l, int at, L lanes) {
   const CoarseRow* row = l.rows + (at - v.vertex_count);
@@ -128,7 +133,7 @@ SIMPLEXSEG_HD void prolong_to(const StepView& v, const LevelsView& l, int at, L 
       with_w(own + kRelaxation * system.solve(xyz(l.residual[at]) - (system.times(own) - k * neighbour_sum)), 0.0f);
 }
 
-// Kernels for one large level each. They are bound by memory latency, so several lanes share the work of a vertex.
+// Kernels that process one large level per launch. Memory latency limits them, so several lanes share one vertex.
 struct CoarseStiffness {
   static constexpr const char* name = "coarse stiffness";
   static constexpr int kLanes = 8, scratch = 0;
@@ -161,8 +166,9 @@ struct Prolong {
   }
 };
 
-/// Small levels, processed in sequence by one kernel: with one kernel per level, launches would dominate the time. The
-/// restriction to the first small level precedes this kernel. A block with shared memory works on a copy there.
+/// Small levels, which one kernel processes in sequence: with one kernel per level, launches would dominate the time.
+/// The restriction to the first small level precedes this kernel. A block with shared memory works on a copy of the
+/// levels.
 struct SmallLevels {
   static constexpr int kMaxLevels = 12, kMaxLevelVertices = 256, kVectors = 5;
   static constexpr std::size_t kMaxBytes = 96 * 1024;
@@ -183,7 +189,7 @@ struct SmallLevels {
     for (int at = first[level] + block.group; at < first[level + 1]; at += Block::groups) work(at);
     block.sync();
   }
-  /// Levels that the block works on: the originals, or copies in shared memory with the same indices.
+  /// Levels on which the block works: v.levels, or a copy in shared memory with the same indices.
   template <class Block>
   SIMPLEXSEG_HD LevelsView load_levels(const StepView& v, const Block& block) const {
     if constexpr (!Block::kUsesSharedMemory) {
@@ -198,7 +204,7 @@ struct SmallLevels {
         for (int k = block.thread; k < n; k += Block::threads) block.copy(to + k, all + begin + k);
         array = to - begin;
       };
-      // Loads the constant arrays first and, after the earlier kernels, the arrays that those have written.
+      // Loads the constant arrays first, then waits for the earlier kernels and loads the arrays that they write.
       const int n = vertices();
       load(own.rows, from.rows, first[0] - v.vertex_count, n + 1);
       auto* const vectors = memory;
@@ -214,7 +220,8 @@ struct SmallLevels {
       return own;
     }
   }
-  /// Copies the values at vertices begin ... end - 1 from shared memory back to the arrays.
+  /// Copies the values of vertices begin ... end - 1 from `own`, in shared memory, to `all`; no copy without shared
+  /// memory.
   template <class Block>
   SIMPLEXSEG_HD void write_back(const Block& block, const Vec4* own, Vec4* all, int begin, int end) const {
     if constexpr (Block::kUsesSharedMemory)
@@ -251,7 +258,7 @@ struct SmallCycle {
   }
 };
 
-/// Second half of the cycle on the mesh itself; returns the step z.
+/// Second half of the V-cycle on the mesh: prolongation and a damped Jacobi step. Returns the update z of vertex i, mm.
 SIMPLEXSEG_HD Vec3 end_cycle(const StepView& v, const MeshConstants& m, int i, Int4 nb) {
   const LevelsView& l = v.levels;
   auto corrected = [&](int j) { return xyz(l.correction[j]) + xyz(l.relaxed[l.coarse_of[j]]); };

@@ -12,16 +12,16 @@
 
 namespace simplexseg {
 
-/// State of an engine between runs of steps: positions in its cyclic buffers and work that is due.
+/// State of an engine between runs of steps: current indices of the arrays used in rotation, and work that is due.
 struct StepPhase {
-  int oldest = 0;  ///< index of the previous positions in the cycle of three arrays: previous, current, next
-  int frame = 0;   ///< index of the array with the current frames, of two
-  int since_refresh = 0;
+  int oldest = 0;         ///< index of the previous positions in the cycle of three arrays: previous, current, next
+  int frame = 0;          ///< index of the array with the current frames, 0 or 1
+  int since_refresh = 0;  ///< number of steps since the last refresh
   bool refresh_due = true, stiffness_due = false;
-  bool measured_at_refresh = false;  ///< the last measured step was a refresh of the targets
+  bool measured_at_refresh = false;  ///< true if the last measured step updated the targets
 };
 
-/// True if two views refer to the same arrays. Positions and frames, whose arrays are used in rotation, are ignored.
+/// True if two views are identical, except for positions and frames, whose arrays are used in rotation.
 inline bool same_addresses(StepView a, StepView b) {
   a.previous = b.previous, a.current = b.current, a.next = b.next, a.oldest = b.oldest;
   a.frame = b.frame, a.new_frame = b.new_frame;
@@ -29,28 +29,28 @@ inline bool same_addresses(StepView a, StepView b) {
   return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
-/// Cache of recorded runs of steps. A run is recorded at its second execution and replayed from then on. An executor
-/// without recording executes every run.
+/// Cache of recorded runs of steps. A run is recorded when it is requested for the second time, and replayed from then
+/// on. On an executor without recording, every run is executed directly.
 template <class Executor>
 class RecordedRuns {
  public:
-  /// Discards all recordings; required after a change of addresses or of the plan.
+  /// Discards all recordings; required after a change of array addresses or of the sequence of kernels.
   void clear() { runs_.clear(); }
 
-  /// Runs `length` steps: `steps()` executes them and updates `phase`. Returns the number of steps before a failure
-  /// that the host can see.
+  /// Runs `length` steps, the last of which ends the unit `end`; `steps()` executes them and updates `phase`. Returns
+  /// the number of steps before a failure if the executor reports failures at once, else `length`.
   template <class Steps>
   int run(Launcher<Executor>& launcher, StepPhase& phase, int refresh_interval, int length, End end, Steps&& steps) {
     if constexpr (!Executor::kRecords) {
       return steps();
     } else {
-      // Runs without a refresh share one recording, regardless of the time since the last refresh.
+      // Runs without a refresh share one recording, for any number of steps since the last refresh.
       const int until_refresh = phase.refresh_due ? 0 : std::clamp(refresh_interval - phase.since_refresh, 0, length);
       const int since_refresh = phase.since_refresh;
       const Key key{phase.oldest, phase.frame, until_refresh, phase.stiffness_due, length, end};
       auto found = runs_.find(key);
       if (found == runs_.end()) {
-        // Recording costs as much as many launches: only repeated runs are recorded.
+        // Recording takes as long as many launches, so only repeated runs are recorded.
         constexpr std::size_t kMaxRuns = 200;
         if (runs_.size() >= kMaxRuns) evict_least_recent();
         runs_[key].used = ++uses_;
@@ -91,9 +91,9 @@ class RecordedRuns {
     typename Executor::Recording recording;
     StepPhase after;
     std::map<std::string_view, std::uint64_t> launches;
-    std::uint64_t used = 0;  ///< time of the last use, counted in uses of all runs
+    std::uint64_t used = 0;  ///< value of uses_ at the last use
   };
-  /// Removes the least recently used run. Removing all runs at once would delay a frame.
+  /// Removes the least recently used run. Removing all runs at once would delay the next frame.
   void evict_least_recent() {
     runs_.erase(std::min_element(runs_.begin(), runs_.end(),
                                  [](const auto& a, const auto& b) { return a.second.used < b.second.used; }));

@@ -33,7 +33,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     try {
       bind(volume);
     } catch (...) {
-      bind(volume_);  // may have been released
+      bind(volume_);  // the failed call may have released it
       throw;
     }
     volume_ = volume;
@@ -104,7 +104,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   void set_fixed_targets(int mesh, ForceId force, std::span<const Vec4> targets) override {
     all_or_nothing([&](Undo& undo) {
       undo = forces_.set_fixed_targets(mesh, force, targets, meshes_);
-      apply_parameters(simulation_, {});  // the force may act from now on
+      apply_parameters(simulation_, {});  // the force may become active
     });
   }
   void read_targets(int mesh, ForceId force, std::span<Vec4> targets) override {
@@ -210,8 +210,8 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     launcher_.run_over_vertices(kernel, meshes_.vertex_count());
   }
 
-  /// Runs up to `count` steps, the last of which ends `end`. Returns the number of steps before a failure, if the
-  /// executor reports failures at once, else `count`.
+  /// Runs up to `count` steps, the last of which ends the unit `end`. Returns the number of steps before a failure if
+  /// the executor reports failures at once, else `count`.
   int run_batch(int count, End end) {
     int done = 0;
     while (done < count) {
@@ -226,7 +226,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     }
     return done;
   }
-  /// Runs `length` steps, and the end of the batch unless `end` is None. Returns as run_batch().
+  /// Runs `length` steps and, unless `end` is None, end_batch(). Returns a number of steps as run_batch() does.
   int run_steps(int length, End end) {
     return runs_.run(launcher_, phase_, refresh_interval(), length, end, [&] { return do_steps(length, end); });
   }
@@ -237,7 +237,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     return length;
   }
 
-  /// Runs one step. False if the executor reports its failure at once.
+  /// Runs one step. False if the step failed and the executor reports failures at once.
   bool do_step(StepInRun run_step, End end) {
     update_view();
     const bool refresh = phase_.refresh_due || phase_.since_refresh >= refresh_interval();
@@ -295,7 +295,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   }
 
   /// Changes settings of the loaded meshes. If `change` throws, restores the previous settings and calls `undo`, if
-  /// set, to restore host data of the forces.
+  /// `change` has set it, to restore the host data of the forces.
   void all_or_nothing(const std::function<void(Undo& undo)>& change) {
     auto before = this->settings();
     Undo undo;
@@ -309,7 +309,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     }
   }
 
-  /// Applies the parameters of all meshes. `solver_states`: earlier state of each mesh's solver; empty: initial states.
+  /// Applies the parameters of all meshes. `solver_states`: earlier solver state of each mesh; empty: initial states.
   void apply_parameters(const SimulationParameters& simulation, std::span<const SolverState> solver_states) {
     simulation_ = simulation;
     supervision_.set_simulation(simulation, meshes_.size());
@@ -332,7 +332,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     phase_.refresh_due = true;
   }
 
-  /// Applies the current step forms of the solvers.
+  /// Applies the step forms that the solvers have chosen.
   void apply_forms() {
     supervision_.set_step_forms(meshes_);
     phase_.stiffness_due = true;
@@ -344,8 +344,8 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     update_view();
   }
 
-  /// Applies the step forms after a batch, whose steps remain valid. A failed allocation is retried before the next
-  /// batch, which then throws the error.
+  /// Applies the step forms after a batch, whose steps remain valid. After a failed allocation step() returns, and its
+  /// next call retries the allocation, and throws if it fails again.
   void apply_forms_after_batch() {
     try {
       apply_forms();
@@ -373,15 +373,15 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     if (changed) meshes_.upload_constants(), phase_.stiffness_due = true;
   }
 
-  /// Undoes a failed step. `done`: number of steps of the batch that were launched.
+  /// Undoes a failed step. `done`: number of steps of the batch by which the phase has advanced.
   void undo_failed_step(const typename BatchResults<Executor>::Failure& failed, int done, StepOutcome& outcome) {
-    // Steps after the failed one were skipped, so the two poses before it are untouched.
+    // Steps after the failed one were skipped, so the two poses before it are unchanged.
     phase_.oldest = ((phase_.oldest - (done - failed.step)) % 3 + 3) % 3;
     outcome.steps += failed.step + 1;
     const int mesh = meshes_.mesh_of(failed.vertex);
     undo({mesh, meshes_.orders()[mesh][failed.vertex - meshes_[mesh].first_vertex], failed.force}, outcome);
   }
-  /// Restores the saved pose of the mesh, or the last valid one, with zero velocity, and halves its timestep.
+  /// Restores the saved pose of the mesh, or the last valid one, with velocity 0, and halves its timestep.
   void undo(const StepFailure& failure, StepOutcome& outcome) {
     const MeshConstants& c = meshes_[failure.mesh];
     Vec4* now = meshes_.positions_at(phase_.oldest + 1);
@@ -398,7 +398,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
   }
 
   void find_stiffness() {
-    run_for<kBuiltForces & ~kInternalForces>(needs_.forces & ~kInternalForces,  // the model includes these by k L
+    run_for<kBuiltForces & ~kInternalForces>(needs_.forces & ~kInternalForces,  // k L of the model includes these
                                              [&]<unsigned kMask>() { run(LocalStiffness<kMask>{view_}); });
     levels_.sum_stiffness(launcher_, view_);
   }
@@ -411,7 +411,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     this->allocate_needed_arrays(!volume_.empty());
     update_view();
     const int interval_before = std::exchange(recorded_interval_, refresh_interval());
-    // Recorded runs contain the addresses and the sequence of kernels.
+    // Recorded runs contain the addresses of the arrays and the sequence of kernels.
     if (!(needed_before == needs_) || tiles_before != tiles_.allocated() || interval_before != recorded_interval_ ||
         !same_addresses(view_before, view_))
       runs_.clear();
@@ -425,7 +425,7 @@ class StepEngine final : public Engine, private LoadedMeshes<Executor> {
     view_.status = results_.status();
   }
 
-  /// Runs the searches of a refresh. `bind`: also computes the attraction patches, concurrently with the first search.
+  /// Runs the searches of a refresh. `bind`: whether to compute the attraction patches, with the first search.
   void find_targets(bool bind) {
     TargetSearches<Executor>(launcher_, view_, needs_, forces_.averaging(), bind).search_all(volume_.type());
   }

@@ -23,18 +23,18 @@ class StepSupervision {
   using Meshes = MeshArrays<Executor>;
 
  public:
-  /// State that set_simulation() and set_step_forms() change.
+  /// State that a change of settings modifies, for its restoration after a failure.
   struct Settings {
     std::vector<SolverControl> controls;
-    int interval_steps = 0;                   ///< steps since the interval began
-    int interval = SolverControl::kInterval;  ///< length of the interval, steps
+    int interval_steps = 0;                   ///< number of steps since the interval began
+    int interval = SolverControl::kInterval;  ///< number of steps in the interval
     bool evaluates_intervals = false;
     bool saves_pose = false, corrected = false, regularisation_known = false;
   };
   Settings settings() const { return s_; }
   void restore(Settings settings) { s_ = std::move(settings), uploaded_.clear(); }
 
-  /// Applies settings; the caller then starts the control of each mesh.
+  /// Applies settings; the caller must then call SolverControl::start() for each mesh.
   void set_simulation(const SimulationParameters& simulation, std::size_t meshes) {
     s_.controls.resize(meshes);
     s_.interval_steps = 0, s_.interval = SolverControl::kInterval;
@@ -44,7 +44,7 @@ class StepSupervision {
   SolverControl& control(std::size_t k) { return s_.controls[k]; }
   const SolverControl& control(std::size_t k) const { return s_.controls[k]; }
 
-  /// True if some mesh uses multigrid cycles.
+  /// True if some mesh used multigrid cycles at the last call of set_step_forms().
   bool corrected() const { return s_.corrected; }
   bool forms_changed(const Meshes& meshes) const {
     for (std::size_t k = 0; k < meshes.size(); ++k)
@@ -84,20 +84,20 @@ class StepSupervision {
     uploaded_ = std::move(now);
   }
 
-  // Steps run in batches. A batch ends at the latest with the interval after which the solvers are updated.
+  // Steps run in batches. A batch never extends beyond the end of an interval, where the solvers are updated.
 
   /// Number of steps of the next batch, at most `max_steps`.
   int batch(int max_steps, const Meshes& meshes) {
     first_fold_measurement_ = saved_pose_.size() != 0 && !folds_.initialised(meshes.size());
-    // The regularisation and the folds of the initial pose must be measured in a first step.
+    // A first batch of one step measures the regularisation and the folds of the initial pose.
     const bool first = (s_.corrected && !s_.regularisation_known) || first_fold_measurement_;
     if (first) return std::min(max_steps, 1);
     return s_.evaluates_intervals ? std::min(max_steps, s_.interval - s_.interval_steps) : max_steps;
   }
   bool ends_interval(int batch) const { return s_.evaluates_intervals && s_.interval_steps + batch == s_.interval; }
-  /// Saves the poses at the beginning of an interval, which may have to be undone.
+  /// Saves the poses if an interval begins, because the interval may have to be undone.
   void save_poses(Launcher<Executor>& launcher, const StepView& view, Meshes& meshes) {
-    constexpr int kSaved = 2;  // value of MeshConstants::idle: the settled pose is already saved
+    constexpr int kSaved = 2;  // value of MeshConstants::idle after the settled pose was saved
     if (saved_pose_.size() == 0 || s_.interval_steps != 0) return;
     for (std::size_t k = 0; k < meshes.size(); ++k) {
       if (meshes[k].idle == kSaved) continue;
@@ -106,13 +106,14 @@ class StepSupervision {
       if (meshes[k].idle != 0) meshes[k].idle = kSaved;
     }
   }
-  /// Counts the steps of a successful batch towards the interval.
+  /// Adds the steps of a successful batch to the interval.
   void advance_interval(int steps, const Meshes& meshes, const MeshMotion* motion) {
     s_.interval_steps = s_.evaluates_intervals ? (s_.interval_steps + steps) % s_.interval : 0;
     if (first_fold_measurement_) folds_.initialise(meshes.all(), motion);
   }
   bool regularisation_is_due() const { return s_.corrected && !s_.regularisation_known; }
-  /// Measures whether external forces constrain each mesh. True if the regularisation of a mesh has changed.
+  /// Determines from the measurements whether image and attraction forces constrain each mesh with multigrid cycles.
+  /// True if the regularisation of a mesh has changed.
   bool update_regularisation(Meshes& meshes, const MeshMotion* motion) {
     bool changed = false;
     for (std::size_t k = 0; k < meshes.size(); ++k) {
@@ -126,16 +127,16 @@ class StepSupervision {
     return changed;
   }
 
-  /// Ends an interval. Call it before reason_to_undo(), with the same last two arguments. If the last step of every
-  /// interval would be a refresh, the next interval is one step longer, because motion at a refresh contains no
-  /// information about the stiffness.
+  /// Ends an interval; must be called before reason_to_undo(), with the same last two arguments. If the last step of
+  /// every later interval would be a refresh, too, the next interval is one step longer, because motion at a refresh
+  /// contains no information about the stiffness.
   void end_interval(const Meshes& meshes, const MeshMotion* motion, bool measured_at_refresh, int refresh_interval) {
     folds_.update(meshes.all(), motion);
     const bool recurs = refresh_interval > 1 && SolverControl::kInterval % refresh_interval == 0;
     s_.interval = SolverControl::kInterval + (measured_at_refresh && recurs ? 1 : 0);
   }
-  /// Reason why the last interval of mesh k must be undone, if any. `measured_at_refresh`: the measured step was a
-  /// refresh; `residual_mm` as in StepOutcome.
+  /// Updates the solver of mesh k after an interval and returns the reason to undo the interval, if any. `residual_mm`:
+  /// as in StepOutcome; `measured_at_refresh`: whether the measured step was a refresh; `refresh_interval`: steps.
   std::optional<StepFailure> reason_to_undo(std::size_t k, const Meshes& meshes, const MeshMotion& motion,
                                             float residual_mm, bool measured_at_refresh, int refresh_interval) {
     const MeshConstants& c = meshes[k];
@@ -146,16 +147,17 @@ class StepSupervision {
       return failure(StepFailure::Kind::Folded);
     // Motion caused by new targets contains no information about the stiffness, unless every step is a refresh.
     if (measured_at_refresh && refresh_interval > 1) return std::nullopt;
-    // Motion below the precision of a position or far below an edge length is rounding noise.
+    // Motion below the floating-point precision of a position, or far below an edge length, is rounding noise.
     const float farthest = static_cast<float>(meshes.start_distance_mm(k)) + motion.mean_edge_mm;
     const float noise = std::max(1e-4f * motion.mean_edge_mm, 1e-6f * farthest);
     if (s_.controls[k].update(motion.change, motion.square_move, noise) && !measured_at_refresh)
       return failure(StepFailure::Kind::Diverged);
     return std::nullopt;
   }
-  /// Poses to restore: the saved ones, or `last` if none are saved.
+  /// Poses to restore: the saved poses, or `last` if poses are not saved.
   const Vec4* poses_to_restore(const Vec4* last) { return saved_pose_.size() != 0 ? saved_pose_.data() : last; }
-  /// Reduces the timestep of mesh k after its pose was restored. False if it cannot be reduced further.
+  /// Halves the timestep of mesh k after its pose was restored, and begins a new interval. False as
+  /// SolverControl::cut().
   bool cut(std::size_t k) {
     s_.interval_steps = 0;
     s_.evaluates_intervals = true;
@@ -170,7 +172,7 @@ class StepSupervision {
   }
 
  private:
-  /// External stiffness, as a share of the multigrid model's k, above which a mesh counts as constrained.
+  /// External stiffness, as a share of k of the multigrid model, above which a mesh counts as constrained.
   static constexpr float kMinExternalStiffness = 1e-3f;
 
   Settings s_;

@@ -23,7 +23,8 @@ class SurfaceDrawing {
     has_cells_ = false, cell_count_ = 0;
     place_.resize(0), cell_first_.resize(0), cell_corners_.resize(0), surfaces_.resize(0);
   }
-  /// `orders`: for each mesh, the loaded index of the vertex at each position of the engine's order.
+  /// Sets the cells, one list per mesh. `orders`: as MeshArrays::orders(). Throws Error if they do not match the
+  /// meshes.
   void set_cells(std::span<const CellList* const> cells, std::span<const MeshConstants> meshes,
                  std::span<const std::vector<int>> orders, int vertex_count) {
     if (cells.size() != meshes.size())
@@ -93,7 +94,7 @@ class SurfaceDrawing {
 
  private:
   Array<int> place_, cell_first_, cell_corners_;
-  Array<DisplayPoint> surfaces_;  ///< staging memory for host buffers, like the next two
+  Array<DisplayPoint> surfaces_;  ///< staging memory for host buffers, as are the next two arrays
   Array<DisplayTexel> slice_;
   Array<std::byte> outlines_;
   bool has_cells_ = false;

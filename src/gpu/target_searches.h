@@ -16,7 +16,7 @@ namespace simplexseg {
 template <class Executor>
 class TargetSearches {
  public:
-  /// `averaging`: workspace of one element per vertex. `bind`: find the attraction patches, too.
+  /// `averaging`: workspace of one element per vertex; `bind`: whether to compute the attraction patches, too.
   TargetSearches(Launcher<Executor>& launcher, const StepView& view, const StepNeeds& needs, Vec4* averaging, bool bind)
       : launcher_(launcher), view_(view), needs_(needs), averaging_(averaging), bind_(bind) {}
 
@@ -35,10 +35,10 @@ class TargetSearches {
     finish();
   }
 
-  // Interface for the find_targets() of the forces.
+  // Interface for the functions find_targets() of the forces.
 
   const StepView& view() const { return view_; }
-  /// Floats of scratch memory per item that the search of a force needs.
+  /// Scratch memory that the search of a force needs for one vertex, floats.
   int scratch_floats(ForceId force) const { return needs_.scratch[static_cast<int>(force)]; }
   int averaging_passes() const { return needs_.averaging_passes; }
 
@@ -57,7 +57,7 @@ class TargetSearches {
     launcher_.run_over_vertices(kernel, view_.vertex_count);
   }
   /// Averages over neighbours, `passes` times, alternating between `values` and the workspace; returns the array with
-  /// the result.
+  /// the result. `targets`: as in AverageOverNeighbours.
   const Vec4* average(Vec4* values, int passes, bool targets) {
     Vec4 *from = values, *to = averaging_;
     for (int pass = 0; pass < passes; ++pass) {
@@ -68,7 +68,7 @@ class TargetSearches {
   }
 
  private:
-  /// Runs the binding if no search was run.
+  /// Computes the attraction patches, if requested, unless search() has computed them.
   void finish() {
     if (bind_) launcher_.run(BindPatch{view_}, view_.attraction.count);
     bind_ = false;

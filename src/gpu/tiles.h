@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tiles of adjacent vertices, each with a halo of the vertices that a step of the tile reads. They allow a device to
-// compute a step in one launch: each block computes the frames of its tile and of two rings around it in shared memory
-// (docs/adr/0035-single-launch-step.md).
+// Tiles of consecutive vertices, each with a halo of the other vertices that a step of the tile reads. With tiles a
+// device computes a step in one launch: each block computes the frames of its tile and of two rings around it in shared
+// memory (docs/adr/0035-single-launch-step.md).
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -13,8 +13,8 @@
 
 namespace simplexseg {
 
-/// Vertices that a step of one tile reads, numbered by slots: first the vertices of the tile, then rings 1 and 2 around
-/// it, whose frames the forces read, then ring 3, whose positions are needed for these frames.
+/// Vertices that a step of one tile reads, numbered as slots: first the vertices of the tile, then rings 1 and 2 around
+/// the tile, whose frames the forces read, then ring 3, whose positions are needed for the frames of ring 2.
 struct Tile {
   int first, own;         ///< first vertex of the tile, and number of its vertices
   int frames, positions;  ///< number of slots with a frame; number of all slots
@@ -23,8 +23,8 @@ struct Tile {
 };
 struct TilesView {
   const Tile* tiles = nullptr;
-  const int* halo = nullptr;                     ///< vertices of all halos
-  const PackedNeighbours* neighbours = nullptr;  ///< neighbours of the slots with a frame, as differences of slots
+  const int* halo = nullptr;                     ///< vertices of the halos of all tiles
+  const PackedNeighbours* neighbours = nullptr;  ///< neighbours of all slots with a frame, as differences of slots
   int count = 0, max_frames = 0, max_positions = 0;
 };
 
@@ -35,19 +35,19 @@ struct TileArrays {
   int max_frames = 0, max_positions = 0;
 };
 
-/// Vertices of a tile.
+/// Number of vertices of a tile; the last tile may have fewer.
 inline constexpr int kTileVertices = 64;
-/// Largest number of active vertices for which tiles are used; with more, two launches are faster.
+/// Largest number of active vertices for which tiles are used; with more vertices, two launches are faster.
 inline constexpr int kMaxTiledVertices = 50'000;
 /// Largest number of vertices, active or not, for which tiles are used.
 inline constexpr int kMaxVerticesWithTiles = 500'000;
 
-/// Divides consecutive vertices into tiles. Empty if the number of meshes exceeds 16 bits.
+/// Divides the vertices of all meshes into tiles. Empty if the index of a mesh exceeds 16 bits.
 inline TileArrays make_tiles(std::span<const Int4> neighbours) {
   constexpr int kFrameRings = 2;
   TileArrays all;
   const int n = static_cast<int>(neighbours.size());
-  std::vector<int> tile_of(n, -1), slot(n);  // last tile that contains each vertex, and its slot there
+  std::vector<int> tile_of(n, -1), slot(n);  // latest tile that contains each vertex, and its slot in it
   std::vector<int> vertices;
   for (int first = 0; first < n; first += kTileVertices) {
     const int index = static_cast<int>(all.tiles.size());
@@ -85,9 +85,10 @@ inline TileArrays make_tiles(std::span<const Int4> neighbours) {
   return all;
 }
 
-/// Step of the vertices of one tile: frames of the tile and its halo, then the integration. Frames are read from one
-/// array and written to another, because other tiles still read them. `shared`: shared memory of the block, of
-/// shared_bytes(). Does not support attraction, whose sums another kernel computes first.
+/// Step of the vertices of one tile: computes the frames of the tile and its halo, then integrates. Frames are read
+/// from one array and written to another, because other tiles may still read the earlier frames. `shared`: shared
+/// memory of the block, shared_bytes() bytes. Does not support attraction, whose sums another kernel must compute
+/// before.
 template <unsigned kMask>
 struct TileStep {
   static constexpr const char *name = IntegrateKernel<kMask, false>::name, *fused_name = GeometryKernel::name;
@@ -105,7 +106,7 @@ struct TileStep {
     Vec4 *positions = shared, *frames = shared + tiles.max_positions;
     int* vertices = reinterpret_cast<int*>(frames + tiles.max_frames);  // vertex of each slot
     const PackedNeighbours* neighbours = tiles.neighbours + tile.neighbours;
-    // These reads do not depend on earlier steps, which may still be running.
+    // These reads do not depend on earlier kernels, which may still be running.
     for (int s = block.thread; s < tile.positions; s += Block::threads)
       vertices[s] = s < tile.own ? tile.first + s : tiles.halo[tile.halo + s - tile.own];
     block.wait_for_earlier_kernels();

@@ -6,16 +6,16 @@
 
 namespace simplexseg {
 
-/// Vertices per patch; the fastest value between 64 and 512.
+/// Number of vertices per patch; the fastest value measured between 64 and 512.
 inline constexpr int kPatchVertices = 256;
 
-/// Order of the vertices of a mesh by patches. Each patch grows breadth-first from the vertex that has been adjacent to
-/// earlier patches for longest. A step reads two rings around a vertex: these lie mostly in the same patch, and
-/// adjacent patches lie near each other in memory. The order in which refinement creates vertices scatters the reads
-/// (figures: docs/adr/0009-vertex-order.md).
+/// Patch order of the vertices of a mesh: the index of the vertex at each position. Each patch grows breadth-first from
+/// the first vertex that was found adjacent to an earlier patch. A step reads two rings around a vertex: they lie
+/// mostly in the same patch, and adjacent patches are near each other in memory. In the order in which refinement
+/// creates vertices, these reads would be scattered (figures: docs/adr/0009-vertex-order.md).
 inline std::vector<int> patch_order(std::span<const std::array<int, 3>> neighbours) {
   const int n = static_cast<int>(neighbours.size());
-  std::vector<int> order, queue;  // queue: in order of discovery; some vertices may already be in a patch
+  std::vector<int> order, queue;  // queue: seeds in order of discovery; some may be in a patch already
   order.reserve(n), queue.reserve(n);
   enum : char { kUnseen, kQueued, kAssigned };
   std::vector<char> state(n, kUnseen);

@@ -8,7 +8,7 @@
 
 namespace simplexseg {
 
-/// Sets size, geometry and intensity window of the view. The executor sets the pointers to the voxels.
+/// Sets size, geometry and intensity window of the view, except for the access to the voxels, which the executor sets.
 inline void describe(const Volume& volume, VolumeView& view) {
   const VolumeGeometry& g = volume.geometry();
   const Eigen::Matrix<double, 3, 4> m = g.index_from_world().matrix().topRows<3>();
@@ -20,7 +20,8 @@ inline void describe(const Volume& volume, VolumeView& view) {
   view.intensity_scale = static_cast<float>(1.0 / (window.high - window.low));
 }
 
-/// Throws Error unless the box lies in the volume and has as many voxels as values.
+/// Throws Error unless the box lies in the volume and has as many voxels as the field has values. An empty field is
+/// valid.
 inline void check_field(const EngineField& field, const Volume& volume) {
   if (field.values.empty()) return;
   if (!field.box.lies_in(volume.geometry().size) || field.box.voxel_count() != field.values.size())

@@ -12,13 +12,13 @@
 namespace simplexseg {
 namespace {
 
-/// Lower envelope of the parabolas f(q) + (s (x - q))^2 over one line of voxels, one pass of the exact Euclidean
+/// Lower envelope of the parabolas f(q) + (s (x - q))^2 over a line of voxels of spacing s: one pass of the Euclidean
 /// distance transform (Felzenszwalb and Huttenlocher 2012, Distance Transforms of Sampled Functions).
 class Envelope {
  public:
   explicit Envelope(int capacity) : site_(capacity), from_(capacity + 1), height_(capacity) {}
 
-  /// `squared(q)`: squared distance at voxel q; kInfinity if there is none.
+  /// Builds the envelope of a line of n voxels. `squared(q)`: squared distance f(q), mm^2; kInfinity for no parabola.
   template <class F>
   void build(int n, double spacing, F&& squared) {
     scale_ = spacing * spacing;
@@ -42,7 +42,7 @@ class Envelope {
   }
   bool empty() const { return count_ == 0; }
   void rewind() { at_ = 0; }
-  /// Squared distance at voxel x; after rewind(), x must not decrease from call to call.
+  /// Squared distance at voxel x, mm^2. Between calls of rewind(), x must not decrease.
   double operator()(int x) {
     while (from_[at_ + 1] < x) ++at_;
     const double d = x - site_[at_];
@@ -56,8 +56,8 @@ class Envelope {
   int count_ = 0, at_ = 0;
 };
 
-/// Calls report(offset, mm) for each voxel with selected(offset), mm being its distance to the nearest set voxel of
-/// `to`. Requires orthogonal axes.
+/// Calls report(offset, mm) for each voxel for which selected(offset) is true. `mm`: distance of the voxel to the
+/// nearest set voxel of `to`. Requires orthogonal axes.
 template <class Selected, class Report>
 void separable_distances(const std::vector<std::uint8_t>& to, const VoxelBox& box, const Eigen::Vector3d& spacing_mm,
                          Selected&& selected, Report&& report) {
@@ -122,14 +122,14 @@ std::vector<Eigen::Vector3d> points_of(const std::vector<std::uint8_t>& set, con
   return points;
 }
 
-/// Nearest point search in an implicit balanced k-d tree, which splits each range at its middle. Used for sheared
-/// grids, on which the distance transform is not separable.
+/// Search for the nearest point in an implicit balanced k-d tree, which splits each range at its median. Used for
+/// sheared grids, on which the distance transform is not separable.
 class NearestPoint {
  public:
   explicit NearestPoint(std::vector<Eigen::Vector3d> points) : points_(std::move(points)), axis_(points_.size()) {
     build(0, points_.size());
   }
-  /// `start`: known upper bound of the squared distance, or kInfinity.
+  /// Squared distance of the nearest point, mm^2. `start`: known upper bound of the result, or kInfinity.
   double squared_distance(const Eigen::Vector3d& query, double start = kInfinity) const {
     double best = start;
     search(query, 0, points_.size(), best);
@@ -196,7 +196,7 @@ std::vector<double> point_distances(const std::vector<Eigen::Vector3d>& from, co
 
 }  // namespace
 
-// An angular error of 1e-5 changes a distance by at most that fraction.
+// An angular error of 1e-5 changes a distance by at most a fraction of 1e-5.
 bool are_orthogonal(const Eigen::Matrix3d& mm_from_index) {
   const Eigen::Matrix3d unit = mm_from_index * mm_from_index.colwise().norm().cwiseInverse().asDiagonal();
   return (unit.transpose() * unit - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-5;

@@ -12,7 +12,7 @@ namespace simplexseg {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Box of voxels of a grid, i fastest. It may extend beyond the grid.
+/// Box of voxels of a grid, i fastest. The box may extend beyond the grid. offset() takes indices relative to `first`.
 struct VoxelBox {
   std::array<int, 3> first, size;
   std::size_t offset(int i, int j, int k) const { return (static_cast<std::size_t>(k) * size[1] + j) * size[0] + i; }
@@ -32,18 +32,19 @@ struct VoxelBox {
 /// if the axes are not orthogonal.
 std::vector<double> distances_between(const std::vector<std::uint8_t>& from, const std::vector<std::uint8_t>& to,
                                       const VoxelBox& box, const Eigen::Matrix3d& mm_from_index);
-/// Distance (mm) of every voxel of the box to the nearest set voxel of `to`, in the order of the box.
+/// Distance (mm, between voxel centres) of every voxel of the box to the nearest set voxel of `to`, in the order of the
+/// box; infinite if `to` is empty.
 std::vector<float> distance_map(const std::vector<std::uint8_t>& to, const VoxelBox& box,
                                 const Eigen::Matrix3d& mm_from_index);
 
-/// True if the axes are orthogonal within the precision of file headers, 6 or 7 digits.
+/// True if the axes are orthogonal up to cosines of 1e-5, which allows for file headers of 6 or 7 digits.
 bool are_orthogonal(const Eigen::Matrix3d& mm_from_index);
 
 struct DistanceSummary {
   double max, percentile95, mean;
 };
-/// Summarises distances, which must not be empty and are reordered. The percentile interpolates linearly between order
-/// statistics.
+/// Summarises distances, of which there must be at least one; reorders them. The 95th percentile is interpolated
+/// linearly between order statistics.
 DistanceSummary summarise(std::vector<double>& distances);
 
 }  // namespace simplexseg

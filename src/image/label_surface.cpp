@@ -14,8 +14,8 @@ namespace simplexseg {
 namespace {
 
 constexpr int kReach = 3;             // radius of the truncated Gaussian, voxels
-constexpr float kMinMargin = 0.12f;   // smallest distance of a voxel's value from the threshold (0.19 at a flat face)
-constexpr double kEdgeVoxels = 1.25;  // default edge of the triangles, voxels
+constexpr float kMinMargin = 0.12f;   // smallest difference of a voxel from the threshold (0.19 at a flat face)
+constexpr double kEdgeVoxels = 1.25;  // default edge length of the triangles, voxels
 constexpr int kPasses = 10;           // relaxation passes
 constexpr double kRelaxation = 0.5;   // relaxation factor of a pass
 constexpr double kMaxOffset = 0.3;    // largest displacement for restoring the volume, voxels
@@ -23,7 +23,7 @@ constexpr double kMaxOffset = 0.3;    // largest displacement for restoring the 
 /// Smoothed mask on a box with a margin for the smoothing.
 struct SmoothedMask {
   VoxelBox box;
-  std::vector<float> values;  ///< positive inside
+  std::vector<float> values;  ///< difference from the threshold, positive inside
   Eigen::Affine3d mm_from_index;
 };
 
@@ -33,7 +33,7 @@ VoxelBox box_around(const Mask& mask) {
   return box;
 }
 
-/// Calls f(index within the box, value) for each voxel of the mask in the box.
+/// Calls f(offset in the box, value) for each voxel of the box that lies in the grid of the mask.
 template <class F>
 void each_voxel(const Mask& mask, const VoxelBox& box, F&& f) {
   const auto [ni, nj, nk] = mask.geometry.size;
@@ -82,8 +82,8 @@ SmoothedMask smoothed(const Mask& mask) {
   return field;
 }
 
-/// Relaxes each vertex tangentially towards the mean of its neighbours: the local frame of the shape memory force is
-/// ill-defined where neighbours are collinear or in reverse order.
+/// Moves each vertex tangentially towards the mean of its neighbours, since the local frame of the shape memory force
+/// is ill-defined where neighbours are collinear or in reverse order.
 void relax(SimplexMesh& mesh, const SurfaceProjection& project) {
   for (int pass = 0; pass < kPasses; ++pass) {
     const SimplexMesh before = mesh;
@@ -97,8 +97,8 @@ void relax(SimplexMesh& mesh, const SurfaceProjection& project) {
   }
 }
 
-/// Moves all vertices along their normals by a common distance, at most `max_mm`, until the mesh has the given volume.
-/// Compensates the loss by smoothing and flat cells.
+/// Moves all vertices along their normals by a common distance, at most `max_mm`, to give the mesh the required volume.
+/// This compensates for the volume lost by smoothing and flat cells.
 void restore_volume(SimplexMesh& mesh, double volume_mm3, double max_mm) {
   double moved_mm = 0;
   for (int pass = 0; pass < 3; ++pass) {
@@ -157,7 +157,7 @@ std::vector<std::vector<std::size_t>> connected_components(const Mask& mask) {
 int fill_cavities(Mask& mask, std::size_t max_voxels) {
   const VoxelBox box = bounding_box(mask, mask);
   if (box.voxel_count() == 0) return 0;
-  Mask background;  // complement of the mask in the box, with one layer of voxels around it
+  Mask background;  // complement of the mask in the box, extended by one layer of voxels
   background.geometry.size = {box.size[0] + 2, box.size[1] + 2, box.size[2] + 2};
   background.voxels.assign(background.geometry.voxel_count(), 1);
   const auto offset = [&size = mask.geometry.size](int i, int j, int k) {
@@ -174,7 +174,7 @@ int fill_cavities(Mask& mask, std::size_t max_voxels) {
       }
   int filled = 0;
   for (const std::vector<std::size_t>& part : connected_components(background)) {
-    if (part.size() > max_voxels || part.front() == 0) continue;  // the outside begins at the first voxel
+    if (part.size() > max_voxels || part.front() == 0) continue;  // the component of the first voxel is the outside
     ++filled;
     const auto columns = static_cast<std::size_t>(padded.size[0]), rows = static_cast<std::size_t>(padded.size[1]);
     for (const std::size_t v : part) {
@@ -218,7 +218,7 @@ InscribedBall largest_inscribed_ball(const Mask& mask) {
   const Eigen::Vector3i in_box(static_cast<int>(deepest % ni), static_cast<int>(deepest / ni % nj),
                                static_cast<int>(deepest / (ni * nj)));
   const Eigen::Vector3d index = (in_box + Eigen::Vector3i(box.first.data())).cast<double>();
-  const double half_mm = 0.5 * mask.geometry.spacing_mm.minCoeff();  // from a voxel centre to a face
+  const double half_mm = 0.5 * mask.geometry.spacing_mm.minCoeff();  // smallest distance from a voxel centre to a face
   return {world * index, std::max(distance[deepest] - half_mm, half_mm)};
 }
 

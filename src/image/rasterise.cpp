@@ -12,7 +12,7 @@
 namespace simplexseg {
 namespace {
 
-/// Intersection of the surface with a row of voxels: position along i and change of the winding number.
+/// Intersection of the surface with a row of voxel centres: position along i and change of the winding number.
 struct Crossing {
   double i;
   int winding;
@@ -44,9 +44,10 @@ int first_at_or_after(double x, int n) {
 /// Calls emit(row, crossing) for each crossing of a triangle with a row (j + k * size[1]) of voxel centres.
 ///
 /// The result is closed by construction. Each plane k with z_min <= k < z_max cuts a triangle in a segment. The ends of
-/// the segment depend only on the cut edges, evaluated from the lower to the upper end, with the same bits for both
-/// triangles of an edge. The segments of a plane therefore form closed polygons. Each row with y_min <= j < y_max
-/// crosses a segment, so the windings of every row sum to 0 for any rounding and any folds of the mesh.
+/// the segment depend only on the cut edges and are computed from the lower to the upper end of an edge, so they have
+/// the same bits for both triangles of the edge. The segments of a plane therefore form closed polygons. Each row with
+/// y_min <= j < y_max crosses a segment, so the windings of every row sum to 0 for any rounding and any folds of the
+/// mesh.
 template <class Emit>
 void cut_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                   const std::array<int, 3>& size, Emit&& emit) {
@@ -56,7 +57,7 @@ void cut_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eige
   if (first_at_or_after(j_min, size[1]) == first_at_or_after(j_max, size[1])) return;
   const int k_end = first_at_or_after(k_max, size[2]);
   for (int k = first_at_or_after(k_min, size[2]); k < k_end; ++k) {
-    Eigen::Vector2d entry, exit;  // (i, j) where the upward and the downward edge cross the plane
+    Eigen::Vector2d entry, exit;  // (i, j) where the triangle's upward and its downward edge cross the plane
     for (int e = 0; e < 3; ++e) {
       const Eigen::Vector3d &p = *corners[e], &q = *corners[e == 2 ? 0 : e + 1];
       const bool p_above = p[2] > k, q_above = q[2] > k;

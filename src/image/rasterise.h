@@ -8,8 +8,8 @@ struct SimplexMesh;
 
 /// Mask of the voxels whose centre lies inside the closed surface, for any direction matrix. Inside means a non-zero
 /// winding number along i, so overlaps of a folded mesh are filled. A centre within 2^-14 voxel of a face belongs to
-/// one side only: touching surfaces neither share a voxel nor leave a gap. Parts of the mesh outside the grid are cut
-/// off. Throws Error if a position is not finite.
+/// one side only: touching surfaces neither share a voxel nor leave a gap. Parts of the mesh outside the grid are
+/// ignored. Throws Error if a position is not finite or the geometry is not valid.
 Mask rasterise(const SimplexMesh& mesh, const VolumeGeometry& geometry);
 
 }  // namespace simplexseg

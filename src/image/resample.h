@@ -6,14 +6,15 @@
 
 namespace simplexseg {
 
-/// Labels resampled onto another grid.
+/// Result of resampling labels onto another grid.
 struct ResampledLabels {
   Volume labels;
-  std::size_t labelled = 0;  ///< non-zero voxels of the input
-  std::size_t outside = 0;   ///< labelled voxels whose centre lies outside the new grid
+  std::size_t labelled = 0;  ///< number of labelled voxels of the input: neither 0 nor NaN
+  std::size_t outside = 0;   ///< number of labelled voxels whose centre lies outside the new grid
 };
 
-/// Resamples labels by nearest neighbour: each voxel of `grid` gets the label at its centre, 0 outside the input.
+/// Resamples labels by nearest neighbour: each voxel of `grid` gets the input label at its centre, or 0 outside the
+/// input.
 ResampledLabels resample_labels(const Volume& labels, const VolumeGeometry& grid);
 
 }  // namespace simplexseg

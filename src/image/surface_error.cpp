@@ -47,8 +47,8 @@ SurfaceError::SurfaceError(const Mask& reference) : box_(padded_box(reference)) 
   signed_mm_ = distance_map(inside, box_, mm_from_index);
   const std::vector<float> depth = distance_map(outside, box_, mm_from_index);
   for (std::size_t v = 0; v < depth.size(); ++v) signed_mm_[v] -= depth[v];
-  // So far, the distances are to the nearest voxel centre beyond the surface. Subtracts the distance from there to the
-  // surface, which is half the extent of a voxel along the gradient.
+  // So far, signed_mm_ has the distances to the nearest voxel centre on the other side of the surface. Subtracts the
+  // distance from that centre to the surface, which is half the extent of a voxel along the gradient.
   const Eigen::Matrix3d to_mm = mm_from_index.inverse().transpose();
   std::vector<float> corrected(signed_mm_.size());
   for (int k = 0; k < nk; ++k)

@@ -26,7 +26,7 @@ unsigned edge_of(unsigned a, unsigned b) { return std::min(a, b) * 8 + std::max(
 
 /// Surface between the inside and the outside corners of a cell, as closed polygons.
 std::vector<Polygon> polygons_of(unsigned inside) {
-  std::array<std::vector<unsigned>, 64> joined;  // for each cell edge, those joined to it by a line on a face
+  std::array<std::vector<unsigned>, 64> joined;  // for each cell edge, the cell edges joined to it by a line on a face
   const auto join = [&joined](unsigned a, unsigned b) {
     joined[a].push_back(b);
     joined[b].push_back(a);
@@ -59,7 +59,8 @@ std::vector<Polygon> polygons_of(unsigned inside) {
   return polygons;
 }
 
-/// Areas of a polygon in the unit cell and in mm^2. Uses the triangulation with the largest area in the unit cell.
+/// Areas, in the unit cell and in mm^2, of the part of a polygon with the corners first ... last. Uses the
+/// triangulation with the largest area in the unit cell.
 std::pair<double, double> area_of(const Polygon& p, std::size_t first, std::size_t last, const Eigen::Matrix3d& mm) {
   std::pair<double, double> largest{0, 0};
   for (std::size_t k = first + 1; k < last; ++k) {
@@ -72,7 +73,7 @@ std::pair<double, double> area_of(const Polygon& p, std::size_t first, std::size
   return largest;
 }
 
-/// Bit mask of the inside corners of each cell. Cell (0, 0, 0) precedes the first voxel of the box.
+/// Bit mask of the inside corners of each cell. Cell (0, 0, 0) starts one voxel before the box along each axis.
 std::vector<std::uint8_t> corners_inside(const Mask& mask, const VoxelBox& box, const VoxelBox& cells) {
   const auto [ni, nj, nk] = mask.geometry.size;
   std::vector<std::uint8_t> corners(cells.voxel_count());
@@ -81,7 +82,7 @@ std::vector<std::uint8_t> corners_inside(const Mask& mask, const VoxelBox& box, 
       const std::size_t row = (static_cast<std::size_t>(box.first[2] + k) * nj + box.first[1] + j) * ni;
       for (int i = 0; i < box.size[0]; ++i) {
         if (!mask.voxels[row + static_cast<std::size_t>(box.first[0] + i)]) continue;
-        for (unsigned c = 0; c < 8; ++c) {  // the voxel is corner c of the cell at this offset before it
+        for (unsigned c = 0; c < 8; ++c) {  // the voxel is corner c of the cell that starts (x, y, z) before it
           const int x = c & 1, y = c >> 1 & 1, z = c >> 2 & 1;
           corners[cells.offset(i + 1 - x, j + 1 - y, k + 1 - z)] |= static_cast<std::uint8_t>(1u << c);
         }
@@ -92,7 +93,7 @@ std::vector<std::uint8_t> corners_inside(const Mask& mask, const VoxelBox& box, 
 }
 
 struct Surface {
-  std::vector<std::uint8_t> corners, crossed;  ///< one value per cell
+  std::vector<std::uint8_t> corners, crossed;  ///< per cell: inside corners (bit mask); 1 if the surface crosses it
 };
 
 Surface surface_of(const Mask& mask, const VoxelBox& box, const VoxelBox& cells) {
@@ -104,7 +105,7 @@ Surface surface_of(const Mask& mask, const VoxelBox& box, const VoxelBox& cells)
 }
 
 struct Weighted {
-  double max = 0, percentile95 = 0, mean = 0, area = 0, near = 0;  ///< near: area within the tolerance
+  double max = 0, percentile95 = 0, mean = 0, area = 0, near = 0;  ///< mm, mm^2; near: area within tolerance
 };
 
 /// Area-weighted distances from one surface to the other.

@@ -14,7 +14,7 @@
 namespace simplexseg {
 namespace {
 
-constexpr double kMinSpacing = 1e-9, kMaxSpacing = 1e6;  // mm, from atomic to city scale
+constexpr double kMinSpacing = 1e-9, kMaxSpacing = 1e6;  // mm; from atomic to city scale
 constexpr double kMaxOrigin = 1e12;                      // mm; its square must stay in the range of float
 constexpr double kMaxDirection = 1e6;
 
@@ -33,7 +33,7 @@ Volume::Range range_of(std::span<const T> voxels) {
   T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::lowest();
   for (T v : voxels) {
     if constexpr (std::is_floating_point_v<T>) {
-      // Branch-free for vectorisation. A voxel that is not finite changes neither bound.
+      // Branch-free, so that the loop is vectorised. A voxel that is not finite changes neither bound.
       const bool finite = std::abs(v) <= std::numeric_limits<T>::max();
       low = finite && v < low ? v : low;
       high = finite && v > high ? v : high;
@@ -161,7 +161,7 @@ double Volume::sample(const Eigen::Vector3d& world_mm) const {
   std::array<double, 3> fraction;
   for (int a = 0; a < 3; ++a) {
     const double last = geometry_.size[a] - 1.0;
-    const double clamped = index[a] > 0 ? std::min(index[a], last) : 0.0;  // a NaN becomes 0
+    const double clamped = index[a] > 0 ? std::min(index[a], last) : 0.0;  // NaN becomes 0
     low[a] = static_cast<int>(clamped);
     fraction[a] = clamped - low[a];
     // At a voxel centre only that voxel is read: a neighbour that is not finite would spread even with weight 0.

@@ -13,7 +13,7 @@
 
 namespace simplexseg {
 
-/// Voxel types that volumes are stored in; a volume is never converted to a float copy.
+/// Types in which the voxels of a volume are stored. No float copy of a volume is created.
 enum class VoxelType : std::uint8_t { Int8, UInt8, Int16, UInt16, Int32, UInt32, Float32, Float64 };
 
 std::size_t bytes_per_voxel(VoxelType type);
@@ -25,20 +25,21 @@ constexpr VoxelType voxel_type_of();
 /// Grid of voxels in the patient frame (LPS, mm), as in ITK: world = origin + direction * (spacing .* index), where
 /// index (0,0,0) is the centre of the first voxel. `direction` may be any invertible matrix (left-handed, sheared).
 struct VolumeGeometry {
-  std::array<int, 3> size{0, 0, 0};                         ///< voxels along i, j, k
-  Eigen::Vector3d spacing_mm{1, 1, 1};                      ///< from 1e-9 to 1e6
-  Eigen::Vector3d origin_mm{0, 0, 0};                       ///< centre of voxel (0,0,0); up to 1e12
+  std::array<int, 3> size{0, 0, 0};                         ///< number of voxels along i, j, k
+  Eigen::Vector3d spacing_mm{1, 1, 1};                      ///< voxel spacing along i, j, k, from 1e-9 to 1e6
+  Eigen::Vector3d origin_mm{0, 0, 0};                       ///< centre of voxel (0,0,0), from -1e12 to 1e12
   Eigen::Matrix3d direction = Eigen::Matrix3d::Identity();  ///< columns: directions of the axes i, j, k
 
   Eigen::Affine3d world_from_index() const;
   Eigen::Affine3d index_from_world() const;
   std::size_t voxel_count() const;
   Eigen::Vector3d centre_mm() const;
-  /// True if the point lies inside the outer faces of the outermost voxels.
+  /// True if the point lies within the outer faces of the outermost voxels.
   bool contains(const Eigen::Vector3d& world_mm) const;
   /// True if the sizes are equal and the voxel centres at all corners agree within `tolerance` voxels.
   bool same_grid(const VolumeGeometry& other, double tolerance = 1e-2) const;
-  /// Throws Error if a size is < 1, the spacing or origin is not finite or out of range, or the direction is singular.
+  /// Throws Error if a size is < 1, there are more than 2^48 voxels, the spacing or origin is not finite or out of
+  /// range, or the direction is singular or has elements beyond 1e6. `name`: name of the volume in the message.
   void validate(const std::string& name) const;
 };
 
@@ -47,7 +48,7 @@ struct VolumeGeometry {
 class Volume {
  public:
   Volume() = default;
-  /// Volume of zeros. Throws Error if the geometry is not valid or the voxels do not fit in memory.
+  /// Creates a volume of zeros. Throws Error if the geometry is not valid or the voxels do not fit in memory.
   Volume(VolumeGeometry geometry, VoxelType type);
 
   const VolumeGeometry& geometry() const { return geometry_; }
@@ -71,14 +72,14 @@ class Volume {
   std::size_t offset(int i, int j, int k) const {
     return (static_cast<std::size_t>(k) * geometry_.size[1] + j) * geometry_.size[0] + i;
   }
-  /// Value of a voxel; the indices must lie in the grid.
+  /// Value of a voxel. The indices must lie in the grid.
   double value(int i, int j, int k) const;
   /// Trilinear interpolation at a world position (mm), clamped to the grid. The volume must not be empty.
   double sample(const Eigen::Vector3d& world_mm) const;
   struct Range {
     double min, max;
   };
-  /// Range of the finite voxels; {0, 0} without any.
+  /// Range of the finite voxels; {0, 0} without a finite voxel.
   Range range() const;
 
  private:
@@ -87,7 +88,7 @@ class Volume {
   std::shared_ptr<std::byte[]> data_;
 };
 
-/// Calls f(std::type_identity<T>{}) with the C++ type of `type`.
+/// Calls f(std::type_identity<T>{}), where T is the C++ type for `type`, and returns its result.
 template <class F>
 decltype(auto) visit_voxel_type(VoxelType type, F&& f) {
   switch (type) {

@@ -7,8 +7,8 @@
 
 namespace simplexseg {
 
-/// Calls row(in_inner, in_outer) for each row (along i) of the inner box. The arguments are the offsets of the row's
-/// start in the voxels of the inner box and of the enclosing outer box of the same grid.
+/// Calls row(in_inner, in_outer) for each row (along i) of the inner box. The arguments are the offsets of the first
+/// voxel of the row in the inner box and in the outer box, which encloses the inner box on the same grid.
 template <class Row>
 void for_each_row(const VoxelBox& inner, const VoxelBox& outer, const Row& row) {
   for (int k = 0; k < inner.size[2]; ++k)
@@ -17,7 +17,7 @@ void for_each_row(const VoxelBox& inner, const VoxelBox& outer, const Row& row) 
                                               k + inner.first[2] - outer.first[2]));
 }
 
-/// Copies the values of the inner box into the outer one.
+/// Copies `from`, the values of the inner box, into `to`, the values of the outer box.
 template <class T>
 void copy_into_outer(const T* from, const VoxelBox& inner, T* to, const VoxelBox& outer) {
   for_each_row(inner, outer, [&](std::size_t in_inner, std::size_t in_outer) {
@@ -25,7 +25,7 @@ void copy_into_outer(const T* from, const VoxelBox& inner, T* to, const VoxelBox
   });
 }
 
-/// Copies the values of the inner box out of the outer one.
+/// Copies the part of `from`, the values of the outer box, that lies in the inner box to `to`.
 template <class T>
 void copy_from_outer(const T* from, const VoxelBox& outer, T* to, const VoxelBox& inner) {
   for_each_row(inner, outer, [&](std::size_t in_inner, std::size_t in_outer) {

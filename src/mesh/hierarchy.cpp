@@ -11,7 +11,7 @@ namespace {
 using Edge = Hierarchy::Edge;
 using Level = Hierarchy::Level;
 
-/// Graph with its adjacency in compressed rows.
+/// Graph whose edges are stored as compressed rows.
 struct Graph {
   std::vector<int> first{0};
   std::vector<Edge> edges;
@@ -21,9 +21,9 @@ struct Graph {
   }
 };
 
-/// Assigns each vertex to a coarse vertex (aggregate); returns their number. In breadth-first order, a vertex forms an
-/// aggregate with its neighbours if none of them is assigned. Remaining vertices join their smallest adjacent
-/// aggregate.
+/// Assigns each vertex to a coarse vertex (aggregate); returns the number of aggregates. In breadth-first order, a
+/// vertex forms an aggregate with its neighbours if none of these vertices is assigned yet. Each remaining vertex joins
+/// the smallest adjacent aggregate.
 int aggregate(const Graph& graph, std::vector<int>& coarse_of) {
   const int n = graph.size();
   coarse_of.assign(n, -1);
@@ -53,16 +53,16 @@ int aggregate(const Graph& graph, std::vector<int>& coarse_of) {
     int best = -1;
     for (const Edge& e : graph.of(i))
       if (const int c = assigned[e.to]; c >= 0 && (best < 0 || sizes[c] < sizes[best])) best = c;
-    coarse_of[i] = best;  // not -1: a vertex without an assigned neighbour would have formed an aggregate
+    coarse_of[i] = best;  // never -1: a vertex without an assigned neighbour has formed an aggregate
     ++sizes[best];
   }
   return static_cast<int>(sizes.size());
 }
 
 /// Energy of a coarse displacement after rescaling, relative to the exact energy. Piecewise constant prolongation turns
-/// a smooth displacement into jumps between aggregates, whose energy is too large by the size of an aggregate times the
-/// share of cut edges (exact for a linear displacement). 20% are left, so that the correction does not overshoot
-/// (docs/adr/0011-solvers.md).
+/// a smooth displacement into jumps between aggregates, whose energy is too large by a factor: the number of vertices
+/// per aggregate times the share of edges between aggregates (exact for a linear displacement). The rescaling leaves an
+/// excess of 20%, so that the correction does not overshoot (docs/adr/0011-solvers.md).
 constexpr double kRescaledEnergy = 1.2;
 
 }  // namespace

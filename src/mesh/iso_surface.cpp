@@ -10,10 +10,10 @@
 namespace simplexseg {
 namespace {
 
-/// Tetrahedra around the cube's diagonal from corner 0 to corner 7, all of the same orientation. Bits of a corner: x,
-/// y, z.
+/// Tetrahedra of a cube around its diagonal from corner 0 to corner 7, all of the same orientation. Corner indices have
+/// the bits x (lowest), y and z.
 constexpr int kTetrahedra[6][4] = {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7}, {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}};
-constexpr double kMinShare = 1.0 / 6;  // distance of a vertex from the ends of its grid edge, as a share of the edge
+constexpr double kMinShare = 1.0 / 6;  // smallest distance of a vertex from the ends of its grid edge, edge lengths
 
 class Marcher {
  public:
@@ -21,7 +21,7 @@ class Marcher {
       : values_(values), size_(size), level_(level), mm_(mm) {}
 
   TriangleMesh march() && {
-    // One additional layer of cubes on each side, whose outer corners lie outside.
+    // Includes one layer of cubes on each side of the grid, whose outer corners count as outside the surface.
     for (int k = -1; k < size_[2]; ++k)
       for (int j = -1; j < size_[1]; ++j)
         for (int i = -1; i < size_[0]; ++i) cube({i, j, k});
@@ -64,9 +64,9 @@ class Marcher {
     }
   }
 
-  /// Index of the vertex on the edge between a corner inside and one outside.
+  /// Index of the vertex on the edge between a corner inside and a corner outside; creates the vertex if necessary.
   int vertex(const Point& in, float v_in, const Point& out, float v_out) {
-    // Key of an edge, independent of the order of its ends: its lower end and one of seven directions.
+    // The key of an edge is independent of the order of its ends: the lower end and one of seven directions.
     const Point low{std::min(in[0], out[0]), std::min(in[1], out[1]), std::min(in[2], out[2])};
     const int direction = (in[0] != out[0]) + 2 * (in[1] != out[1]) + 4 * (in[2] != out[2]);
     const auto [found, is_new] =
@@ -79,7 +79,7 @@ class Marcher {
     return found->second;
   }
 
-  /// Adds a triangle, counter-clockwise seen from outside: its normal points away from the corner `inside`.
+  /// Adds a triangle, counter-clockwise seen from outside, so that its normal points away from the corner `inside`.
   void triangle(int a, int b, int c, const Point& inside) {
     const auto at = [&](int v) { return surface_.positions[v].cast<double>(); };
     const Eigen::Vector3d normal = (at(b) - at(a)).cross(at(c) - at(a));

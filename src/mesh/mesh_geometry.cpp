@@ -12,7 +12,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Neighbours are collinear, up to rounding of float positions, if |N| is below this share of the longest squared side.
+// Neighbours are collinear, up to rounding of float positions, if |N| is at most this share of the squared longest
+// side.
 constexpr double kCollinear = 1e-6;
 
 /// Positions of the three neighbours and N = (P2-P1) x (P3-P1).
@@ -27,10 +28,10 @@ Neighbours neighbours_of(const SimplexMesh& mesh, int vertex) {
   return f;
 }
 
-/// The longer vector; the first one on a tie.
+/// Longer of two vectors; the first one on a tie.
 const Vector3d& longer(const Vector3d& a, const Vector3d& b) { return a.squaredNorm() >= b.squaredNorm() ? a : b; }
 
-/// Unit vector orthogonal to the line of collinear neighbours, as close as possible to the neighbours' normals.
+/// Unit vector orthogonal to the line of collinear neighbours, as close as possible to the sum of their vectors N.
 Vector3d collinear_normal(const SimplexMesh& mesh, int vertex, const Vector3d& longest_side) {
   Vector3d reference = Vector3d::Zero();
   for (int w : mesh.neighbours[vertex]) reference += neighbours_of(mesh, w).cross;
@@ -93,8 +94,8 @@ VertexGeometry vertex_geometry(const SimplexMesh& mesh, int vertex) {
     g.normal = collinear_normal(mesh, vertex, longest);
     g.elevation_mm = (p - f.p1).dot(g.normal);
     g.mean_curvature = 0.0;  // r is infinite
-    // The barycentric coordinates of the foot's projection on the line are not unique: use those nearest to (1, 1,
-    // 1)/3.
+    // The barycentric coordinates of the foot's projection on the line are not unique. Uses those nearest to
+    // (1, 1, 1)/3.
     const Vector3d mean = (f.p1 + f.p2 + f.p3) / 3.0;
     const Vector3d line = longest.normalized();
     const Vector3d along((f.p1 - mean).dot(line), (f.p2 - mean).dot(line), (f.p3 - mean).dot(line));
@@ -125,7 +126,7 @@ VertexGeometry vertex_geometry(const SimplexMesh& mesh, int vertex) {
 SurfaceMeasures measure(const SimplexMesh& mesh) {
   SurfaceMeasures m{};
   if (mesh.positions.empty()) return m;
-  // Positions are relative to the mean vertex, which avoids cancellation in the volumes far from the origin.
+  // Positions are relative to the mean of the vertices, which avoids cancellation in the volumes far from the origin.
   const Vector3d origin = mean_position(mesh);
   Vector3d moment = Vector3d::Zero();
   for_each_triangle(mesh, [&](const Vector3d& centre, int ia, int ib) {

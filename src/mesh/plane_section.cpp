@@ -12,10 +12,11 @@
 namespace simplexseg {
 namespace {
 
-constexpr double kMinArea = 1e-6;  // smallest doubled_area() of a polygon, square pixels
+constexpr double kMinArea = 1e-6;  // polygons with a smaller doubled_area() are omitted, square voxels
 
-/// Intersection of a triangle with a plane, from the edge that crosses it downwards to the one that crosses it upwards,
-/// so that the solid lies to the left. An edge is identified by its ends, the smaller one first.
+/// Intersection of a triangle with a plane, from the triangle's edge that crosses the plane downwards to the edge that
+/// crosses it upwards, so that the solid lies to the left. The key of an edge consists of its ends, the smaller index
+/// first.
 struct Cut {
   std::uint64_t from, to;
 };
@@ -24,7 +25,7 @@ std::uint64_t edge_key(int a, int b) {
   return static_cast<std::uint64_t>(std::min(a, b)) << 32 | static_cast<std::uint32_t>(std::max(a, b));
 }
 
-/// Joins the cuts of one plane into closed polygons. Each crossed edge starts exactly one cut.
+/// Joins the cuts in one plane, at k = `height`, into closed polygons. Each crossed edge is the start of one cut.
 std::vector<Polygon> chain(const std::vector<Cut>& cuts, const std::vector<Eigen::Vector3d>& at, double height) {
   std::unordered_map<std::uint64_t, std::uint64_t> next;
   for (const Cut& cut : cuts) next[cut.from] = cut.to;
@@ -49,7 +50,7 @@ bool contains(const Polygon& polygon, const Eigen::Vector2d& p) {
   return inside;
 }
 
-/// Joins a hole to the polygon around it, between their nearest corners.
+/// Joins a hole to the polygon around it by a channel between their nearest corners.
 void join(Polygon& around, const Polygon& hole) {
   std::size_t from = 0, to = 0;
   double smallest = std::numeric_limits<double>::infinity();
@@ -81,7 +82,7 @@ std::vector<std::vector<Polygon>> plane_sections(const SimplexMesh& mesh, const 
   std::vector<std::vector<Cut>> cuts(static_cast<std::size_t>(std::max(planes, 0)));
   for (const auto& t : surface.triangles) {
     const auto [low, high] = std::minmax({at[t[0]][2], at[t[1]][2], at[t[2]][2]});
-    // A corner on a plane counts as above it, so that planes cross edges only.
+    // A corner on a plane counts as above the plane, so that planes cross edges only.
     const int first = std::max(0, static_cast<int>(std::floor(std::max(low, -1.0))) + 1);
     for (int k = first; k < planes && k <= high; ++k) {
       std::uint64_t down = 0, up = 0;
@@ -111,7 +112,7 @@ std::vector<Polygon> with_keyholes(std::vector<Polygon> polygons) {
     if (nearest < joined.size())
       join(joined[nearest], *one);
     else
-      joined.push_back(*one);  // part with reversed orientation
+      joined.push_back(*one);  // not inside any polygon: a part with reversed orientation
   }
   return joined;
 }

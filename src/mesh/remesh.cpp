@@ -14,10 +14,11 @@ namespace simplexseg {
 namespace {
 
 constexpr int kPasses = 6;
-// Relative to the target length. A split never creates an edge that is short enough to be contracted.
+// Relative to the target length. A split halves an edge, and a contraction lengthens adjacent edges to about 3/2: both
+// bring lengths closer to the target beyond these bounds (Botsch and Kobbelt 2004).
 constexpr double kMaxLength = 4.0 / 3, kMinLength = 4.0 / 5;
 constexpr std::size_t kMinValence = 4;
-constexpr double kMinCosine = 0.3;  // between the normals of a triangle before and after an operation
+constexpr double kMinCosine = 0.3;  // smallest cosine between the normals of a triangle before and after an operation
 
 class Remesher {
  public:
@@ -44,7 +45,7 @@ class Remesher {
 
   bool exists(int t) const { return triangles_[t][0] >= 0; }
   double length(int a, int b) const { return (positions_[a] - positions_[b]).norm(); }
-  /// Normal with a length of twice the area.
+  /// Normal vector whose length is twice the area, mm^2.
   Eigen::Vector3d normal(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) const {
     return (b - a).cross(c - a);
   }
@@ -55,7 +56,7 @@ class Remesher {
     return !(after.dot(before) > kMinCosine * after.norm() * before.norm());
   }
 
-  /// Calls work(a, b) for each edge that still exists when it is reached, except those of triangles that `work` adds.
+  /// Calls work(a, b) for each edge that still exists when it is reached. Skips the triangles that `work` adds.
   template <class Work>
   void for_each_edge(Work&& work) {
     const int count = static_cast<int>(triangles_.size());
@@ -66,7 +67,7 @@ class Remesher {
       }
   }
 
-  /// Triangle on one side of an edge and its corner opposite to the edge.
+  /// Triangle on one side of an edge, and the corner of that triangle opposite to the edge.
   struct Wing {
     int triangle = -1, corner = -1;
   };
@@ -207,7 +208,7 @@ class Remesher {
   }
 
   std::vector<Eigen::Vector3d> positions_;
-  std::vector<Triangle> triangles_;       ///< corners; -1 for a removed triangle
+  std::vector<Triangle> triangles_;       ///< corners of each triangle; -1 for a removed triangle
   std::vector<std::vector<int>> around_;  ///< triangles around each vertex
   const double edge_;
   const SurfaceProjection& project_;

@@ -6,22 +6,22 @@
 
 namespace simplexseg {
 
-/// Projection of a position near a surface onto it, mm.
+/// Projects a position (mm) near a surface onto the surface.
 using SurfaceProjection = std::function<Eigen::Vector3d(const Eigen::Vector3d& mm)>;
 /// Remeshes a closed, oriented surface to edges of about `edge_mm` and about six triangles around each vertex, so that
-/// the cells of its dual are regular. Long edges are split, short ones contracted and others flipped towards a valence
-/// of six; then vertices move tangentially to the mean of their neighbours (Botsch and Kobbelt 2004, A remeshing
-/// approach to multiresolution modeling). `project` moves vertices back onto the surface, off which contractions move
-/// them.
+/// the cells of the dual mesh are regular. Long edges are split, short ones contracted and others flipped towards a
+/// valence of six; then vertices move tangentially to the mean of their neighbours (Botsch and Kobbelt 2004, A
+/// remeshing approach to multiresolution modeling). `project` moves vertices back onto the surface, since splits and
+/// contractions move them off it.
 ///
 /// The topology is preserved: an edge is contracted only if its ends share exactly the two neighbours across it (link
 /// condition, Dey et al. 1999). No operation reverses a triangle or leaves fewer than four triangles around a vertex.
-/// Parts too small for the edge length keep as many triangles as their topology needs.
+/// Parts that are too small for the edge length keep the triangles that their topology requires.
 TriangleMesh remesh(const TriangleMesh& surface, double edge_mm, const SurfaceProjection& project);
 
-/// Simplex mesh dual to remesh(), with its vertices projected onto the surface.
+/// Simplex mesh that is dual to the result of remesh(), with its vertices projected onto the surface.
 SimplexMesh remeshed_dual_of(const TriangleMesh& surface, double edge_mm, const SurfaceProjection& project);
-/// Edge length of the surface if it consisted of `triangles` equilateral triangles, each of area sqrt(3)/4 edge^2.
+/// Edge length (mm) at which `triangles` equilateral triangles, of area sqrt(3)/4 edge^2 each, have the surface's area.
 double equilateral_edge_mm(const TriangleMesh& surface, double triangles);
 
 /// Sum of the areas of all triangles, mm^2.

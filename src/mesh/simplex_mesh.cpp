@@ -17,12 +17,12 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kMaxSphereLevel = 11;           // 84 million vertices
-constexpr int kMaxRefinedVertices = 1 << 27;  // largest coarse mesh: 3 x 4V corners fit into an int
+constexpr int kMaxRefinedVertices = 1 << 27;  // largest number V of coarse vertices: 3 x 4V corners fit into an int
 
 int next_slot(int slot) { return slot == 2 ? 0 : slot + 1; }
 int previous_slot(int slot) { return slot == 0 ? 2 : slot - 1; }
 
-/// Slot of `neighbour` among the neighbours of `vertex`; -1 if it is none.
+/// Slot of `neighbour` among the neighbours of `vertex`; -1 if the two are not neighbours.
 int slot_of(const std::vector<std::array<int, 3>>& neighbours, int vertex, int neighbour) {
   const auto& n = neighbours[vertex];
   return n[0] == neighbour ? 0 : n[1] == neighbour ? 1 : n[2] == neighbour ? 2 : -1;
@@ -35,7 +35,7 @@ int slot_of(const std::vector<std::array<int, 3>>& neighbours, int vertex, int n
 
 std::string edge_name(int a, int b) { return std::to_string(a) + "-" + std::to_string(b); }
 
-/// Cells of a mesh and the cell of each corner 3v + s, between the slots s and s+1 of vertex v. Counter-clockwise, the
+/// Cells of a mesh, and the cell of each corner 3v + s, between the slots s and s+1 of vertex v. Counter-clockwise, the
 /// boundary of a cell leaves v through slot s and arrives through slot s+1; after arriving through slot r it continues
 /// through slot r-1.
 CellList trace_cells(const SimplexMesh& mesh, std::vector<int>& cell_of_corner) {
@@ -51,7 +51,7 @@ CellList trace_cells(const SimplexMesh& mesh, std::vector<int>& cell_of_corner) 
       const int cell = cells.count();
       int vertex = start, slot = start_slot;
       do {
-        // A second visit to a corner other than the first means that the neighbours do not permute the corners.
+        // If a corner other than the first is visited twice, the step to the next corner is not a permutation.
         if (cell_of_corner[3 * vertex + slot] >= 0) throw_invalid(vertex, "its cells do not close");
         cell_of_corner[3 * vertex + slot] = cell;
         cells.vertices.push_back(vertex);
@@ -73,7 +73,8 @@ struct HalfEdge {
   int high, low_first, corner;  // larger end; 1 if the edge starts at its smaller end; 3 * triangle + side
 };
 
-/// Triangulation of the unit sphere and the triangles across each side (side s runs from corner s to s+1).
+/// Triangulation of the unit sphere and, for each triangle, the triangles across its sides. Side s runs from corner s
+/// to corner s+1.
 struct UnitSphere {
   std::vector<Vector3d> points;
   std::vector<std::array<int, 3>> triangles;
@@ -96,7 +97,7 @@ UnitSphere make_icosahedron() {
   return s;
 }
 
-/// Subdivides each triangle t into 4t + s (corner s with the midpoints of the sides s and s-1) and 4t + 3 (the middle).
+/// Subdivides each triangle t into 4t + s (corner s and the midpoints of sides s and s-1) and 4t + 3 (the midpoints).
 /// The four triangles are contiguous at every level, and their adjacency follows from the coarse one without a search.
 UnitSphere subdivide(const UnitSphere& coarse) {
   const int count = static_cast<int>(coarse.triangles.size());
@@ -148,7 +149,7 @@ Vector3d sphere_normal(const SimplexMesh& mesh, int vertex) {
   return vertex_geometry(mesh, vertex).normal;
 }
 
-/// x / (1 + sqrt(1 - y)) for y in [0, 1], safe against rounding of y above 1.
+/// Value x / (1 + sqrt(1 - y)) for y in [0, 1]; a y that rounding has raised above 1 counts as 1.
 double over_root(double x, double y) { return x / (1.0 + std::sqrt(std::max(0.0, 1.0 - y))); }
 
 }  // namespace
@@ -181,8 +182,8 @@ void validate(const SimplexMesh& mesh) {
     if (n[0] == n[1] || n[1] == n[2] || n[2] == n[0]) throw_invalid(v, "it lists a neighbour twice");
   }
   // Mutual, distinct neighbours in cyclic order form a rotation system, whose cells make up a closed oriented surface:
-  // V - E + F = 2 - 2g then holds for each connected part. A vertex with reversed neighbours merges its
-  // three cells into one that visits it more than once.
+  // V - E + F = 2 - 2g then holds for each connected part. At a vertex whose neighbours are in reverse order, the three
+  // cells merge into one, which visits the vertex more than once.
   const CellList cells = cells_of(mesh);
   std::vector<int> last_cell(count, -1);
   for (int c = 0; c < cells.count(); ++c) {
@@ -315,7 +316,7 @@ Refined refine(const SimplexMesh& mesh) {
     }
     const double size = static_cast<double>(cells[c].size());
     centre /= size;
-    normal.normalize();  // a zero vector stays zero: the centre is not lifted
+    normal.normalize();  // leaves a zero vector unchanged, so that the centre is not lifted
     double square = 0.0, slope = 0.0;
     for (int v : cells[c]) {
       const Vector3d arm = position_of(mesh, v) - centre;

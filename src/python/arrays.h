@@ -29,8 +29,8 @@ py::array view_of(std::shared_ptr<const void> owner, const void* data, const py:
 /// with three axes, if an integer exceeds 32 bits, or if memory does not suffice.
 Volume volume_of(const py::object& object, VolumeGeometry geometry);
 
-/// Converts an object to three numbers or to a matrix. Throws Error, which begins with `what`, for other shapes and for
-/// values that are not finite.
+/// Converts an object to three numbers or to a matrix. Throws Error, whose message begins with `what`, for other shapes
+/// and for values that are not finite.
 Eigen::Vector3d vector_of(const py::handle& object, const char* what);
 Eigen::MatrixXd matrix_of(const py::handle& object, int rows, int columns, const char* what);
 

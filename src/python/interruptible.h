@@ -11,8 +11,8 @@
 
 namespace simplexseg::python {
 
-/// Runs a reader in a separate thread and returns its result. `work` must not use Python objects. The calling thread
-/// releases the GIL meanwhile and checks for signals: Ctrl+C cancels the reader.
+/// Runs the reader `work` in a separate thread and returns its result. `work` must not use Python objects. The calling
+/// thread releases the GIL and checks for signals every 50 ms: Ctrl+C cancels the reader.
 template <class Work>
 auto interruptible(Work work) {
   LoadProgress progress;

@@ -22,7 +22,7 @@ MarkKind kind_of(const std::string& name) {
   throw Error("kind '" + name + "'", "no kind has this name", "use boundary, inside or outside");
 }
 
-/// Returns the result of `read(item)`, a copy of data of a mesh. `with_pose`: the item has the pose of the last step.
+/// Returns the result of `read(item)`, a copy of data of a mesh. `with_pose`: reads back the pose of the last step.
 template <class Read>
 auto read_mesh_item(const SceneMesh& mesh, Read read, bool with_pose = false) {
   return mesh.session->use([&](const Session& session) {
@@ -42,7 +42,7 @@ auto read_point(const ScenePoint& point, Read read) {
   });
 }
 
-/// Returns a setter that applies an EditMesh with one member.
+/// Returns a setter that applies an EditMesh with one member set.
 template <class T>
 auto edit(std::optional<T> EditMesh::*member) {
   return [member](const SceneMesh& mesh, const T& value) {
@@ -81,7 +81,7 @@ ScenePoint add_point(const SceneMesh& mesh, const py::object& position, const st
   return {{mesh.session, apply(*mesh.session, command)}};
 }
 
-/// Returns the foreground probability on the box of the field; none if there is no field.
+/// Returns the foreground probability (0..1) on the box of the field; none if there is no field.
 std::optional<Image> evidence(const SceneMesh& mesh) {
   const auto field = read_mesh_item(mesh, [](const MeshItem& item) { return item.field; });
   if (!field || field->values.empty()) return std::nullopt;

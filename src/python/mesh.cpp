@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMaxSphereLevel = 9;  ///< 5 million vertices
+constexpr int kMaxSphereLevel = 9;  ///< subdivision level with 5 million vertices
 constexpr int kMinVertices = 4, kMaxVertices = 50000000;
 
 static_assert(sizeof(Eigen::Vector3f) == 3 * sizeof(float));
@@ -34,7 +34,7 @@ py::array rows_of(std::shared_ptr<const void> owner, const std::vector<Row>& row
   return view_of(std::move(owner), rows.data(), py::dtype::of<T>(), {static_cast<py::ssize_t>(rows.size()), 3});
 }
 
-/// Converts an array (n, 3) to rows of T. `kinds`: accepted kinds of numpy types.
+/// Converts an array (n, 3) to n rows of T. `kinds`: accepted kinds of numpy types, one letter each.
 template <class Row, class T>
 std::vector<Row> to_rows(const py::object& object, const char* what, const char* kinds) {
   const py::array array = py::array::ensure(object);

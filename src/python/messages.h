@@ -10,7 +10,7 @@
 
 namespace simplexseg::python {
 
-/// simplexseg.SimulationError: failure of a step at every timestep.
+/// simplexseg.SimulationError: a step failed with every timestep that was tried.
 class SimulationError : public Error {
  public:
   using Error::Error;

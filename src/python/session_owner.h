@@ -15,12 +15,13 @@
 
 namespace simplexseg::python {
 
-/// simplexseg.Session: a session that can be closed. Only one thread at a time may use it. Works without the GIL, and
-/// acquires it between two chunks of a run to check for signals. Every function throws Error after close(), and while
-/// another call uses the session.
+/// simplexseg.Session: a session that can be closed. Only one thread at a time may use it. Work is done without the
+/// GIL, which is acquired between two chunks of a run to check for signals. use(), run(), run_for() and the functions
+/// that save throw Error after close(), and while another call uses the session.
 class SessionOwner {
  public:
-  /// `scene_path`: empty if the session starts from a volume. `threads`: CPU threads, 0 for all cores.
+  /// `scene_path`: empty if the session starts from a volume. `backend`: auto, cpu or cuda. `threads`: CPU threads, 0
+  /// for all cores. Throws Error for an invalid backend or number of threads.
   SessionOwner(std::string scene_path, LoadedInput input, Image image, const std::string& backend, int threads);
 
   /// Waits for a running field update, without the GIL.
@@ -28,14 +29,15 @@ class SessionOwner {
   SessionOwner(const SessionOwner&) = delete;
   SessionOwner& operator=(const SessionOwner&) = delete;
 
-  /// Releases meshes, engine and undo history. Has no effect on a closed session.
+  /// Releases meshes, engine and undo history. Has no effect on a closed session. Throws Error while another call uses
+  /// the session.
   void close();
   bool closed() const { return closed_; }
   /// Returns the volume of the session; it may be empty.
   const Image& image() const { return image_; }
   const std::string& scene_path() const { return report_.scene_path; }
 
-  /// Returns the result of `work(Session&)`, which must not use Python objects.
+  /// Calls `work(Session&)` without the GIL and returns its result. `work` must not use Python objects.
   template <class Work>
   auto use(Work work) {
     const ExclusiveUse exclusive(*this);

@@ -16,7 +16,7 @@ namespace {
 
 Eigen::Matrix4d affine_lps(const VolumeGeometry& geometry) { return geometry.world_from_index().matrix(); }
 
-Eigen::Matrix4d flipped(const Eigen::Matrix4d& affine) {  // converts RAS to LPS and LPS to RAS
+Eigen::Matrix4d flipped(const Eigen::Matrix4d& affine) {  // converts an affine from RAS to LPS or from LPS to RAS
   return kLpsFromRas.homogeneous().asDiagonal() * affine;
 }
 

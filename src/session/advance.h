@@ -10,15 +10,17 @@ namespace simplexseg {
 struct Advance {
   int steps = 0;
   double seconds = 0;
-  bool at_rest = false;               ///< every mesh has settled: further steps change nothing until the scene changes
-  std::vector<std::string> cuts;      ///< one line per undone step after which a timestep was cut
-  std::vector<std::string> warnings;  ///< one line per field that spreads, is uncertain or failed
-  /// One line naming segmentation and force. The step was undone but counts as one; the run should pause.
+  bool at_rest = false;               ///< whether every mesh has settled; steps change nothing until the scene changes
+  std::vector<std::string> cuts;      ///< one message for each reduction of a timestep, before which steps were undone
+  std::vector<std::string> warnings;  ///< one message for each new field that spreads, is probably wrong or failed
+  /// Message that names segmentation and force if no smaller timestep prevents a failure; none: no failure. The failed
+  /// steps were undone but are counted in `steps`; the caller should pause the run.
   std::optional<std::string> failure;
-  bool refined = false;  ///< the vertex counts changed
+  bool refined = false;  ///< whether a mesh was refined or rebuilt from its field
 };
 
-/// Appends `next`, which followed `total`, to it; steps and seconds are summed.
+/// Adds the result `next` of the advance after `total` to `total`. Sums steps and seconds, appends the messages, and
+/// takes at_rest and failure from `next`.
 void append(Advance& total, const Advance& next);
 
 }  // namespace simplexseg

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// User actions. Each is one unit of undo and one line of the log.
+// Commands: actions of the user, and updates of fields. Each is one line of the log. Each command that changes the
+// scene is one unit of undo, or belongs to the previous unit if `continues` is set.
 #pragma once
 #include <string>
 #include <variant>
@@ -8,18 +9,19 @@
 
 namespace simplexseg {
 
-/// Adds a sphere, or the mesh of `start`. Copies the parameters of the mesh `like`; 0: the defaults of the scene.
+/// Adds a mesh: the sphere `seed`, or the mesh of `start` if given. Its parameters are those of the mesh `like`, or the
+/// scene's parameters of a new mesh if `like` is 0.
 struct AddMesh {
-  std::string name;  ///< empty: the first unused "mesh N"
+  std::string name;  ///< empty: the first unused name of "mesh 1", "mesh 2" ...
   Seed seed;
   std::optional<Colour> colour;  ///< none: the first unused colour of the palette
   ItemId like = 0;
-  std::optional<MeshStart> start{};  ///< includes its mesh; `seed` then lies inside that mesh
+  std::optional<MeshStart> start{};  ///< must contain a mesh; `seed` then lies inside that mesh
 };
 struct DeleteMesh {
   ItemId mesh;
 };
-/// Changes the members that are set.
+/// Changes the attributes of a mesh for which a value is given.
 struct EditMesh {
   ItemId mesh;
   std::optional<std::string> name;
@@ -29,26 +31,26 @@ struct EditMesh {
   std::optional<bool> locked{};
   std::optional<float> opacity{};
 };
-/// Sets the reference that reports compare the mesh with. Does not affect its pose.
+/// Sets the reference with which reports compare the mesh. The pose of the mesh does not change.
 struct SetReference {
   ItemId mesh;
-  std::optional<Reference> reference;  ///< none: removes it
-  bool continues = false;              ///< undone together with the SetReference before it
+  std::optional<Reference> reference;  ///< none: removes the reference
+  bool continues = false;              ///< whether the command is undone together with the SetReference before it
 };
-/// mesh = 0: every mesh.
+/// Sets one parameter of a force. mesh = 0: for every mesh.
 struct SetForceParameter {
   ItemId mesh;
   ForceId force;
   int parameter;  ///< index in the force's table
   float value;
-  bool continues = false;  ///< same slider movement as the command before: undone together with it
+  bool continues = false;  ///< whether it belongs to the slider movement of the previous command: undone together
 };
 struct SetSimulationParameter {
   int parameter;  ///< index in simulation_table()
   float value;
   bool continues = false;  ///< see SetForceParameter
 };
-/// Sets all force parameters of a mesh (0: of every mesh) and, where given, those of the simulation.
+/// Sets all force parameters of a mesh (mesh = 0: of every mesh) and, if given, the parameters of the simulation.
 struct SetParameters {
   ItemId mesh;
   ForceParameters forces;
@@ -58,24 +60,25 @@ struct AddPoint {
   ItemId mesh;
   Eigen::Vector3d position_mm;
   MarkKind kind = MarkKind::Boundary;
-  double radius_mm = 0;              ///< radius of the marked ball; 0: chosen by mark_radius_mm()
-  Eigen::Vector3d outward{0, 0, 0};  ///< boundary point: direction out of the object; 0: chosen by outward_at()
+  double radius_mm = 0;              ///< radius of the marked ball, mm; 0: mark_radius_mm()
+  Eigen::Vector3d outward{0, 0, 0};  ///< boundary point: direction out of the object; 0: outward_at()
 };
 struct MovePoint {
   ItemId point;
   Eigen::Vector3d position_mm;
-  bool continues = false;  ///< same drag as the command before: undone together with it
+  bool continues = false;  ///< whether it belongs to the drag of the previous command: undone together
 };
 /// Changes the radius of the ball that an inside or outside point marks.
 struct ResizePoint {
   ItemId point;
   double radius_mm;
-  bool continues = false;  ///< same scroll gesture as the command before: undone together with it
+  bool continues = false;  ///< whether it belongs to the scroll gesture of the previous command: undone together
 };
 struct DeletePoint {
   ItemId point;
 };
-/// Resets a mesh to its seed sphere or labels, at the first level. mesh = 0: every mesh that is not locked.
+/// Resets a mesh to the sphere of its seed at the first level, or to the labels or mesh from which it starts. mesh = 0:
+/// every mesh that is not locked.
 struct ResetPose {
   ItemId mesh;
 };
@@ -84,20 +87,21 @@ struct ResetPose {
 struct RecordProfiles {
   ItemId mesh;
 };
-/// Refines a mesh to four times as many vertices. mesh = 0: every mesh that is not locked.
+/// Refines a mesh, which then has four times as many vertices. mesh = 0: every mesh that is not locked.
 struct RefineMesh {
   ItemId mesh;
 };
-/// Copies a mesh with its pose and points, under the first unused name, label and colour.
+/// Copies a mesh with its pose and points. The copy gets the first unused name of "NAME copy", "NAME copy 2" ..., the
+/// first unused label and an unused colour.
 struct DuplicateMesh {
   ItemId mesh;
 };
 /// Moves a mesh to another position in the list.
 struct ReorderMesh {
   ItemId mesh;
-  int place;  ///< from 0
+  int place;  ///< new index in the list, from 0
 };
-/// Starts to solve the field of a mesh with its current marks. Cannot be undone.
+/// Starts to solve the field of a mesh from its current marks in the background. Cannot be undone.
 struct StartFieldUpdate {
   ItemId mesh;
 };
@@ -110,13 +114,13 @@ using Command = std::variant<AddMesh, DeleteMesh, EditMesh, SetForceParameter, S
                              MovePoint, DeletePoint, ResetPose, RecordProfiles, RefineMesh, DuplicateMesh, ReorderMesh,
                              SetParameters, StartFieldUpdate, CommitFieldUpdate, Undo, Redo, SetReference, ResizePoint>;
 
-/// Title for menus ("Undo move point"), in lower case.
+/// Title of a command in lower case, for example "move point" in the menu item "Undo move point".
 const char* title_of(const Command& command);
-/// Entry for the list of actions: "add inside point: kidney", "Smoothing, weight: all segmentations". `before`: the
-/// scene before the command.
+/// Text of a command in the list of actions, for example "add inside point: kidney" or "Smoothing, weight: all
+/// segmentations". `before`: scene before the command.
 std::string describe(const Command& command, const Scene& before);
 
-/// Line of the log: a command, `steps` steps of the simulation after the previous line.
+/// Line of the log. `steps`: number of simulation steps between the previous line and the command.
 struct LogEntry {
   int steps;
   Command command;

@@ -9,7 +9,8 @@ namespace simplexseg {
 
 class Volume;
 
-/// Meshes and points to load into an engine; refers to the arrays of the scene.
+/// Meshes and attraction points to load into an engine. The spans refer to arrays of the scene, which must outlive this
+/// object.
 struct EngineScene {
   std::vector<EngineMesh> meshes;
   std::vector<EnginePoint> points;

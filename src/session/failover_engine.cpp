@@ -22,7 +22,7 @@ std::unique_ptr<Engine> FailoverEngine::replace(std::unique_ptr<Engine> engine) 
 void FailoverEngine::fail_over(const DeviceError& failure) {
   if (!make_fallback_) throw failure;
   notice_ = std::string("running on the CPU: ") + failure.what();
-  engine_.reset();  // releases its memory first
+  engine_.reset();  // releases the memory of the failed engine first
   replace(make_fallback_());
   make_fallback_ = {};
 }

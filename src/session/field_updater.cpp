@@ -17,19 +17,19 @@
 namespace simplexseg {
 namespace {
 
-/// Mask of the voxels in the balls; at least the nearest voxel of each.
+/// Mask of the voxels in the balls; contains at least the voxel nearest to each centre.
 Mask mask_of_balls(std::span<const Mark> balls, const VolumeGeometry& geometry) {
   Mask mask{geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
   for (const Mark& ball : balls) paint_ball(mask, ball.position_mm, ball.radius_mm, 1);
   return mask;
 }
 
-/// Number of most recent marks that the first update applies one after the other.
+/// Number of most recent marks that the first update of a mesh applies individually.
 constexpr std::size_t kIncrementalMarks = 8;
 
-/// Updates a field with the marks. `first`: the field has no marks yet. The most recent ones are then applied one after
-/// the other, because the effect of a mark depends on the field that it corrected. `report` receives the completed
-/// fraction. Throws only DeviceError.
+/// Updates a field with the marks. `first`: the field has no marks yet; the most recent marks are then applied
+/// individually, because the effect of a mark depends on the field that it corrected. `report` receives the completed
+/// fraction. Throws only DeviceError; MeshField::problem is set for any other Error.
 std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, std::vector<Mark> marks,
                                        std::vector<Mark> others, const VolumeGeometry& geometry,
                                        const ReportProgress& report) {
@@ -61,7 +61,7 @@ std::shared_ptr<const MeshField> solve(EvidenceField& field, bool first, std::ve
   return solved;
 }
 
-/// Field of a mesh that starts from labels, corrected by the marks. Throws nothing: MeshField::problem is set instead.
+/// Result of field_of_start(). Throws no Error: MeshField::problem is set instead.
 std::shared_ptr<const MeshField> correct(const SimplexMesh& start, std::vector<Mark> marks, std::vector<Mark> others,
                                          const VolumeGeometry& geometry, const RunJobs& run) {
   auto corrected = std::make_shared<MeshField>();
@@ -127,7 +127,7 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
     const auto solve_with = [&](const MakeFieldSolver& make) {
       const bool first = !*one;
       if (first) *one = std::make_unique<EvidenceField>(*volume_, run, settings_, make);
-      // After a failure of the device the CPU takes the remaining range.
+      // After a failure of the device, the CPU reports the remaining range of the progress.
       return solve(**one, first, marks, others, volume_->geometry(),
                    [this, from = progress_.load()](float fraction) { progress_ = from + (1 - from) * fraction; });
     };

@@ -19,44 +19,49 @@ namespace simplexseg {
 class EvidenceField;
 class Volume;
 
-/// Solves the fields of meshes from their marks on a background thread. The next field of a mesh starts from its last
-/// one, so an update after a click takes a fraction of the first solution's time. A sequence of marks gives the same
-/// bits on any number of threads, and in every run on one device. If a device fails or has too little memory, the CPU
-/// solves the field again from all marks. The first update of a mesh applies its last eight marks one after
-/// the other, in the order in which they were placed.
+/// Solves the fields of meshes from their marks on a background thread. The solution starts from the last field of the
+/// mesh, so an update after a click takes a fraction of the time of the first solution. The same sequence of marks
+/// gives the same bits with any number of threads and in every run on the same device. If a device fails or has too
+/// little memory, the CPU solves the field again from all marks and is used from then on. The first update of a mesh
+/// applies its last eight marks individually, in the order in which they were placed, after all earlier marks together.
 class FieldUpdater {
  public:
-  /// `threads`: number of threads; 0: as many as the machine has.
+  /// `threads`: number of threads; 0: as many as the machine has. `settings`: settings of all fields.
   FieldUpdater(int threads, const EvidenceSettings& settings);
   ~FieldUpdater();
 
-  /// Sets the solver of all further fields; default: the CPU solver. Discards fields of the previous solver.
+  /// Sets the solver of the fields that are created from now on; default: the CPU solver. Waits for the field that is
+  /// being solved, whose mesh keeps the previous solver; discards the fields of all other meshes.
   void set_solver(MakeFieldSolver make);
-  /// Removes and returns the message to the user why the device is no longer used.
+  /// Removes and returns the message to the user that explains why the CPU now solves the fields; none: no failure
+  /// since the last call.
   std::optional<std::string> pop_notice();
 
-  /// Discards all fields and sets the volume of the next ones.
+  /// Waits for the field that is being solved, discards all fields and sets the volume of later ones.
   void open(const Volume& volume);
-  /// Discards the fields of meshes that are not in the scene.
+  /// Discards the fields of meshes that are not in the scene, except for the field that is being solved.
   void discard_deleted(const Scene& scene);
 
-  /// Starts to solve the field of a mesh in the background; the previous one must have been finished. A mesh that
-  /// starts from labels gets field_of_start(). `others`: inside marks of other meshes, background for this one.
+  /// Starts to solve the field of a mesh in the background. A volume must be open, and finish() must have returned the
+  /// previous field. A mesh with MeshItem::start gets field_of_start(). `others`: inside marks of other meshes, which
+  /// are background for this mesh.
   void start(const MeshItem& item, std::vector<Mark> marks, std::vector<Mark> others);
   /// Mesh whose field is being solved; 0: none.
   ItemId solving_mesh() const { return solving_mesh_; }
-  /// Completed fraction of the field that is being solved, 0 to 1: never decreases before finish(). 0: none.
+  /// Completed fraction of the field that is being solved, 0 to 1; never decreases before finish(). 0 if no field is
+  /// being solved.
   float progress() const { return solving_mesh_ != 0 ? progress_.load() : 0.0f; }
-  /// Whether finish() returns without waiting.
+  /// Whether the field that was started is complete, so that finish() returns without waiting; false if none was
+  /// started.
   bool ready() const;
-  /// Waits for the field that was started and returns it. Never throws Error: MeshField::problem is the reason for a
-  /// failure.
+  /// Waits for the field that was started and returns it. Does not throw Error for a failure; MeshField::problem then
+  /// contains the reason.
   std::shared_ptr<const MeshField> finish();
 
  private:
   struct Result {
     std::shared_ptr<const MeshField> field;
-    std::string failure;  ///< failure of the device, after which the CPU solved the field; empty: none
+    std::string failure;  ///< message of the device failure after which the CPU solved the field; empty: none
   };
 
   int threads_;
@@ -67,7 +72,7 @@ class FieldUpdater {
   std::unique_ptr<Volume> volume_;
   std::map<ItemId, std::unique_ptr<EvidenceField>> fields_;
   ItemId solving_mesh_ = 0;
-  std::atomic<float> progress_ = 0;  ///< written by the background thread
+  std::atomic<float> progress_ = 0;  ///< completed fraction, written by the background thread
   std::future<Result> result_;
 };
 

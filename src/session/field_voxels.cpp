@@ -16,10 +16,10 @@ namespace {
 
 /// Smallest difference between the value of a voxel and the threshold. Keeps the surface away from voxel centres.
 constexpr float kMinMargin = 0.05f * kFieldScale;
-constexpr float kNearVoxels = 2;   // distance from the object, in voxels, up to which the probability is stored
+constexpr float kNearVoxels = 2;   // distance from the object up to which the probability is stored, voxels
 constexpr int kMargin = 10;        // margin of a field around its object, voxels
 constexpr double kMinVoxels = 2;   // smallest radius of the ball of a boundary mark, voxels
-constexpr double kMaxVoxels = 60;  // largest distance of a boundary mark from the surface, voxels
+constexpr double kMaxVoxels = 60;  // largest distance from a boundary mark at which the surface is searched, voxels
 
 bool is_set(const Mask& mask, const Eigen::Vector3d& index) {
   std::array<int, 3> at;
@@ -74,7 +74,7 @@ MeshField field_of_start(const SimplexMesh& start, std::vector<Mark> marks, cons
                          const VolumeGeometry& geometry, const RunJobs& run) {
   Mask mask = rasterise(start, geometry);
   for (const Mark& other : others) paint_ball(mask, other.position_mm, other.radius_mm, 0);
-  for (std::size_t m = 1; m < marks.size(); ++m) {  // the first mark is the seed, which the labels replace
+  for (std::size_t m = 1; m < marks.size(); ++m) {  // the first mark is the seed, which `start` replaces
     const Mark& mark = marks[m];
     if (mark.kind == MarkKind::Boundary)
       paint_boundary(mask, mark);

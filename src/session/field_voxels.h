@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Voxels of marks, and values of the fields of meshes.
+// Voxels in the balls of marks, and voxel values of the fields of meshes.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -14,17 +14,20 @@
 
 namespace simplexseg {
 
-/// Sets the voxels of a ball, at least the one nearest to its centre, to `value` (1 or 0).
+/// Sets to `value` (0 or 1) the voxels whose centres lie in a ball, and the voxel nearest to the centre of the ball.
+/// Ignores voxels outside the mask.
 void paint_ball(Mask& mask, const Eigen::Vector3d& centre_mm, double radius_mm, std::uint8_t value);
 
-/// Encoding of the values of a field (FieldBox in src/forces/step_view.h) for the voxels of a volume: within two voxels
-/// of the object the probability, on the same side of the threshold as the voxel; beyond, the distance to the object.
+/// Encoding of field values (FieldBox in src/forces/step_view.h) for a grid of voxels. Voxels of the object and voxels
+/// within two smallest voxel spacings of it get the foreground probability, moved to the correct side of the threshold
+/// if necessary. Voxels farther away get the encoded distance to the object.
 FieldValue field_value_of(const VolumeGeometry& geometry);
 
-/// Field of a mesh that starts from labels: its voxels at the start, corrected by the marks in their order. Inside and
-/// outside marks are balls. A boundary mark adds or removes a ball that touches it, whose radius is the mark's distance
-/// from the surface along its outward direction. `others`: inside marks of other meshes, background for this one. The
-/// image is not used. Throws Error if no voxel is left.
+/// Field of a mesh that starts from labels or a given mesh: the voxels inside `start`, corrected by the marks in their
+/// order, without the first mark, which is the seed. Inside and outside marks are balls. A boundary mark adds or
+/// removes a ball that touches the mark; the radius is the distance of the mark from the surface along its outward
+/// axis, at least two voxels. `others`: inside marks of other meshes, which are background for this mesh. The image is
+/// not used. Throws Error if no voxel remains.
 MeshField field_of_start(const SimplexMesh& start, std::vector<Mark> marks, const std::vector<Mark>& others,
                          const VolumeGeometry& geometry, const RunJobs& run);
 

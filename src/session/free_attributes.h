@@ -8,7 +8,7 @@
 
 namespace simplexseg {
 
-/// First of the numbers 1, 2, 3 ... for which `has(mesh, number)` is false for every mesh.
+/// Smallest of the numbers 1, 2, 3 ... for which `has(mesh, number)` is false for every mesh.
 template <class Has>
 int first_free(const Scene& scene, Has has) {
   int number = 1;
@@ -19,9 +19,9 @@ int first_free(const Scene& scene, Has has) {
 
 /// First unused name of "mesh 1", "mesh 2" ...
 std::string free_name(const Scene& scene);
-/// First unused label, from 1.
+/// Smallest unused label, from 1.
 int free_label(const Scene& scene);
-/// First unused colour of the palette; if all are used, the next one in cyclic order.
+/// First unused colour of the palette. If all are used, the number of meshes modulo the size of the palette selects it.
 Colour free_colour(const Scene& scene);
 
 }  // namespace simplexseg

@@ -13,7 +13,8 @@ namespace simplexseg {
 
 namespace {
 
-/// Foreground probability of a voxel in the field of a mesh; none without a field.
+/// Encoded value (FieldBox in src/forces/step_view.h) of a voxel of the volume in the field of a mesh, which increases
+/// with the foreground probability; 0 outside the field's box; none without a field.
 std::optional<float> field_at(const MeshItem& item, std::size_t voxel, const VolumeGeometry& geometry) {
   if (!item.has_field()) return std::nullopt;
   const MeshField& field = *item.field;

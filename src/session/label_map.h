@@ -9,12 +9,13 @@ namespace simplexseg {
 
 /// Label volume of all meshes of a scene.
 struct LabelMap {
-  Volume labels;  ///< uint8, or uint16 for labels above 255; 0 outside every mesh
-  /// Number of voxels inside two or more meshes. Each gets the label of the mesh with the largest foreground
-  /// probability there; without fields, or if the probabilities are equal, that of the first mesh.
+  Volume labels;  ///< uint8, or uint16 if a label is above 255; 0 outside every mesh
+  /// Number of overlaps: a voxel inside n >= 2 meshes counts n - 1 times. Of two meshes, the voxel gets the label of
+  /// the one with the larger field value there; if a field is missing or the values are equal, that of the first in the
+  /// scene.
   std::size_t shared_voxels = 0;
 };
-/// Rasterises every mesh onto the grid with its label. Throws Error for a label outside 1..65535 or an invalid
+/// Rasterises every mesh with its label onto the grid. Throws Error for a label outside 1 to 65535 or an invalid
 /// geometry.
 LabelMap make_label_map(const Scene& scene, const VolumeGeometry& geometry);
 

@@ -9,19 +9,19 @@
 
 namespace simplexseg {
 
-/// Foreground probability of a mesh's object in a box of voxels, and the marks that it was solved for. Immutable, so
+/// Foreground probability of a mesh's object in a box of voxels, and the marks from which it was solved. Immutable, so
 /// that snapshots of a scene can share it.
 struct MeshField {
-  VoxelBox box{};                     ///< in voxels of the volume
-  std::vector<std::uint16_t> values;  ///< encoded as in FieldBox (src/forces/step_view.h); empty: failed
+  VoxelBox box{};                     ///< box in the grid of the volume
+  std::vector<std::uint16_t> values;  ///< encoded as in FieldBox (src/forces/step_view.h); empty if the solution failed
   std::vector<Mark> marks;
-  std::vector<Mark> others;  ///< inside marks of other meshes that reach the box: background for this one
-  bool leaks = false;        ///< the object reaches the sides of the largest box
-  float expected_dice = 1;   ///< EvidenceField::Report; 1 where the object comes from labels
+  std::vector<Mark> others;  ///< inside marks of other meshes that reach the box: background for this mesh
+  bool leaks = false;        ///< whether the object reaches the sides of the largest box: it spreads without a border
+  float expected_dice = 1;   ///< expected Dice coefficient (EvidenceField::Report); 1 for field_of_start()
   std::string problem;       ///< reason for the failure; empty: none
 
-  /// Whether the segmentation is probably wrong: the expected Dice is low, for example if the seed lies in no object.
-  /// Measured: true for none of 51 seeds in objects and for all of four in bowel
+  /// Whether the segmentation is probably wrong: the expected Dice coefficient is below 0.35, for example because the
+  /// seed lies in no object. Measured: true for none of 51 seeds in objects and for all four seeds in bowel
   /// (docs/results/archive/evidence-2026-11-23.md).
   bool probably_wrong() const { return expected_dice < 0.35f; }
   /// Whether the user must be warned about the field.

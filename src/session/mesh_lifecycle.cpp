@@ -12,7 +12,7 @@
 namespace simplexseg {
 namespace {
 
-/// Radius of the background region around a seed, in radii of the seed.
+/// Margin of the background region around the bounding box of the mesh, in radii of the seed.
 constexpr double kBackgroundRadii = 2;
 
 RegionModel region_of(const MeshItem& item, const Volume& volume) {
@@ -21,9 +21,9 @@ RegionModel region_of(const MeshItem& item, const Volume& volume) {
 
 float edge_of(const SimplexMesh& mesh) { return mean_edge_mm(mesh.positions, mesh.neighbours); }
 
-/// Sphere of the seed at the first level.
+/// Sphere of the seed with the number of vertices of the first level.
 SimplexMesh sphere_of(const MeshItem& item, const SimulationParameters& simulation, const Volume& volume) {
-  // A mesh finer than the voxels follows their noise, so the first level has edges of a voxel or more.
+  // A mesh finer than the voxels follows their noise, so the mean edge is at least `finest_edge` voxels.
   int level = sphere_level_for(static_cast<int>(simulation.start_vertices + 0.5f));
   SimplexMesh mesh;
   do mesh = make_sphere(item.seed.centre_mm, item.seed.radius_mm, level);

@@ -14,7 +14,7 @@ namespace simplexseg {
 
 std::vector<Mark> marks_of(const Scene& scene, const MeshItem& item, const Volume& volume) {
   std::vector<Mark> marks{{MarkKind::Inside, item.seed.centre_mm, item.seed.radius_mm}};
-  // Smallest radius of a boundary mark; balls of other marks have their own radius.
+  // Smallest radius of a boundary mark, and radius of the other marks whose points have none.
   const double min_radius_mm = least_brush_radius_mm(volume.geometry());
   for (const UserPoint& point : scene.points) {
     if (point.mesh != item.id || !volume.geometry().contains(point.position_mm)) continue;

@@ -19,10 +19,10 @@ namespace simplexseg {
 namespace {
 
 constexpr float kThreshold = 0.5f * kFieldScale;
-constexpr double kMaxVertexRatio = 2;             // vertices of the surface per final vertex of the mesh
-constexpr double kMaxVertexRatioForMarks = 32;    // used if fewer vertices leave a mark on the wrong side
-constexpr double kMaxTriangleRatio = 8;           // triangles before remeshing per triangle after it
-constexpr float kConfident = 0.2f * kFieldScale;  // from the threshold: probability above 0.7 or below 0.3
+constexpr double kMaxVertexRatio = 2;             // largest ratio of surface vertices to final vertices of the mesh
+constexpr double kMaxVertexRatioForMarks = 32;    // largest ratio if fewer vertices leave a mark on the wrong side
+constexpr double kMaxTriangleRatio = 8;           // largest ratio of triangles before remeshing to `max_vertices`
+constexpr float kConfident = 0.2f * kFieldScale;  // distance from the threshold: probability above 0.7 or below 0.3
 
 /// Grid of the box of a field.
 VolumeGeometry grid_of(const MeshField& field, const VolumeGeometry& volume) {
@@ -32,7 +32,8 @@ VolumeGeometry grid_of(const MeshField& field, const VolumeGeometry& volume) {
   return grid;
 }
 
-/// Field on a coarser grid whose cells are whole numbers of voxels along each axis; values are means.
+/// Field on a coarser grid, each cell of which covers a whole number of voxels along each axis. Values: means of the
+/// field relative to the threshold.
 struct CoarseField {
   std::array<int, 3> size;
   std::vector<float> values;
@@ -53,7 +54,7 @@ CoarseField coarsen(const MeshField& field, const VolumeGeometry& grid, double e
     for (int j = 0; j < field.box.size[1]; ++j)
       for (int i = 0; i < field.box.size[0]; ++i, ++v) {
         const std::size_t c = (static_cast<std::size_t>(k / step[2]) * nj + j / step[1]) * ni + i / step[0];
-        // Clamped, so that distant background does not outweigh thin parts of the object.
+        // The values are clamped, so that distant background does not outweigh thin parts of the object.
         coarse.values[c] += std::clamp(static_cast<float>(field.values[v]) - kThreshold, -kThreshold, kThreshold);
         ++count[c];
       }
@@ -77,7 +78,7 @@ SimplexMesh surface_of(const MeshField& field, const VolumeGeometry& grid, doubl
     edge_mm *= std::max(1.2, std::sqrt(count / (kMaxTriangleRatio * max_vertices)));
   }
   if (surface.triangles.empty()) return {};
-  // Marching tetrahedra leave slivers and vertices of 4 to 14 triangles, whose duals fold; remeshing removes them.
+  // Marching tetrahedra produce slivers and vertices with 4 to 14 triangles, whose duals fold; remeshing removes these.
   const double target_mm = std::max(equilateral_edge_mm(surface, max_vertices), grid.spacing_mm.minCoeff());
   return remeshed_dual_of(surface, target_mm, [&](const Eigen::Vector3d& mm) {
     return project_onto_iso_surface(coarse.values, coarse.size, 0, coarse.mm_from_index, mm);
@@ -124,7 +125,7 @@ bool rebuild_from_field(MeshItem& item, const SimulationParameters& simulation, 
       return false;
     }
     rebuilt.mesh = std::move(mesh);
-    if (compare_with_field(rebuilt, volume).wrong_marks == 0) break;  // else tries more vertices
+    if (compare_with_field(rebuilt, volume).wrong_marks == 0) break;  // otherwise the next ratio is tried
   }
   item = std::move(rebuilt);
   item.previous = item.mesh.positions;

@@ -12,13 +12,13 @@ namespace {
 
 // Fitted to measured runs (docs/results/archive/cohort-2026-11-24.md).
 constexpr double kProgramBytes = 40e6;
-constexpr double kBytesPerVoxel = 5;         ///< in addition to the volume: labels, masks, buffers of the reader
-constexpr double kBytesPerFieldVoxel = 150;  ///< while a field is solved
+constexpr double kBytesPerVoxel = 5;         ///< memory in addition to the volume: labels, masks, buffers of the reader
+constexpr double kBytesPerFieldVoxel = 150;  ///< memory while a field is solved
 constexpr double kBytesPerVertex = 1500;
 constexpr double kSecondsPerVoxel = 40e-9;
 constexpr double kSecondsPerFieldVoxel = 0.8e-6;
 constexpr double kSecondsPerVertexStep = 80e-9;
-constexpr int kLastLevelSteps = 600;  ///< until the mesh has settled
+constexpr int kLastLevelSteps = 600;  ///< assumed number of steps on the finest level until all meshes have settled
 
 }  // namespace
 

@@ -7,17 +7,18 @@
 
 namespace simplexseg {
 
-/// Estimated memory and time of a run of a scene on one CPU thread, for schedulers; fitted to measured runs
-/// (docs/cohort.md).
+/// Estimated memory and time of a run of a scene on one CPU thread, for the resource requests of schedulers; fitted to
+/// measured runs (docs/cohort.md).
 struct RunEstimate {
   static constexpr const char* kSource =
       "an estimate, fitted to runs on one CPU thread (docs/cohort.md): within about a third in memory and a factor of "
       "two in time; far too low where a segmentation spreads without a border";
-  std::size_t process_bytes = 0;  ///< program, volume while it is read, engine at the finest level, fields
-  double seconds = 0;             ///< reading, solving fields, steps, writing
+  std::size_t process_bytes = 0;  ///< memory of program, volume while it is read, engine on the finest level, fields
+  double seconds = 0;             ///< time for reading, solving fields, steps and writing
   std::int64_t steps = 0;         ///< number of steps that `seconds` assumes
 };
-/// Estimates a run of `steps` steps; 0: until all meshes settle, with a guessed number of steps.
+/// Estimates a run of `steps` steps; 0: until all meshes settle, with an assumed number of steps. `plan`: plan of the
+/// scene.
 RunEstimate estimate_run(const Scene& scene, const Volume& volume, const StepPlan& plan, int steps);
 
 }  // namespace simplexseg

@@ -82,7 +82,8 @@ double coordinate_of(const TraceSample& s, TraceAxis axis) {
   return axis == TraceAxis::Seconds ? s.seconds : static_cast<double>(s.steps);
 }
 
-/// Unnamed markers without a line, at the values of `series` where the number of vertices changed.
+/// Series without a name and a line that marks the values of `series` after which the mesh has another number of
+/// vertices; none if the number never changes.
 std::optional<PlotSeries> refinements(const MeshTrace& mesh, const PlotSeries& series) {
   constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
   PlotSeries marks{"", mesh.colour, true, false, {}, {}};
@@ -103,7 +104,7 @@ Plot RunTrace::residual_plot(TraceAxis axis) const {
     PlotSeries series{mesh.name, mesh.colour, false, false, {}, {}};
     for (const TraceSample& s : mesh.samples)
       series.x.push_back(coordinate_of(s, axis)), series.y.push_back(s.residual_mm);
-    series.markers = series.x.size() == 1;  // a single value draws no line
+    series.markers = series.x.size() == 1;  // no line is drawn through a single value
     std::optional<PlotSeries> marks = refinements(mesh, series);
     plot.series.push_back(std::move(series));
     if (marks) plot.series.push_back(std::move(*marks));

@@ -18,10 +18,10 @@ class Session;
 
 /// Measurements of a mesh at one time of a run.
 struct TraceSample {
-  double seconds;  ///< time of the simulation since the trace began
+  double seconds;  ///< time of the simulation, as given to sample()
   std::int64_t steps;
   int vertices;
-  double residual_mm, mean_move_mm;           ///< see StepOutcome
+  double residual_mm, mean_move_mm;           ///< measurements of the last step, see StepOutcome
   std::optional<SurfaceError::Values> error;  ///< present if the mesh has a reference
 };
 struct MeshTrace {
@@ -33,8 +33,8 @@ struct MeshTrace {
 
 enum class TraceAxis { Seconds, Steps };
 
-/// Error and residual of each mesh over a run, sampled every few steps. When there are too many samples, every second
-/// one is dropped and the interval doubles, which bounds the size of the trace.
+/// Error and residual of each mesh over a run, sampled every few steps. If a mesh has more than the largest number of
+/// samples, every second sample of all meshes is dropped and the interval doubles, which bounds the size of the trace.
 class RunTrace {
  public:
   /// `max_samples`: largest number of samples per mesh, at least 2.
@@ -42,14 +42,14 @@ class RunTrace {
 
   /// Sets the reference surface of a mesh; null removes it.
   void set_reference(ItemId mesh, std::shared_ptr<const SurfaceError> reference);
-  /// Whether the next sample is due after `steps` steps.
+  /// Whether the next sample is due after a total of `steps` steps.
   bool due(std::int64_t steps) const { return steps >= next_; }
-  /// Steps until the next sample, at least 1.
+  /// Number of steps until the next sample, at least 1. `steps`: total number of steps so far.
   int steps_until_due(std::int64_t steps) const {
     return static_cast<int>(std::clamp<std::int64_t>(next_ - steps, 1, 1 << 20));
   }
-  /// Measures all meshes. `seconds`: time of the simulation, excluding the time of sampling. Downloads poses only if a
-  /// mesh has a reference.
+  /// Adds a sample of every mesh. `seconds`: time of the simulation, excluding the time of sampling. Downloads poses
+  /// only if a mesh has a reference.
   void sample(const Session& session, double seconds);
   /// Removes the samples, but not the references.
   void clear();
@@ -57,7 +57,7 @@ class RunTrace {
   void remove_deleted(const Scene& scene);
 
   const std::vector<MeshTrace>& meshes() const { return meshes_; }
-  /// Samples of a mesh; null for one that was never sampled.
+  /// Samples of a mesh; null for a mesh that was never sampled.
   const MeshTrace* of(ItemId mesh) const;
   bool has_errors() const;
 
@@ -70,7 +70,7 @@ class RunTrace {
   std::string csv() const;
 
  private:
-  static constexpr int kFirstInterval = 10;  // steps; a session checks for settling and refinement at the same interval
+  static constexpr int kFirstInterval = 10;  // steps; equals kCheckInterval of a session
 
   void thin();
 
@@ -80,7 +80,7 @@ class RunTrace {
   std::vector<MeshTrace> meshes_;
 };
 
-/// Escapes one field of a CSV line (RFC 4180).
+/// Text as one field of a CSV line, quoted if necessary (RFC 4180).
 std::string csv_field(const std::string& text);
 
 }  // namespace simplexseg

@@ -9,7 +9,7 @@ namespace simplexseg {
 
 class Volume;
 
-/// Part of the engine that must be updated after a change of the scene; Meshes includes parameters and points.
+/// Part of the engine that must be updated after a change of the scene. Meshes includes parameters and points.
 enum class EngineUpdate { Nothing, Points, Parameters, Meshes };
 
 /// Effect of a command on a scene.
@@ -18,12 +18,12 @@ struct SceneChange {
   ItemId added = 0;  ///< id of the new mesh or point; 0: none
 };
 
-/// Executes commands on a scene. One overload per command, except for the commands of the session itself (undo, redo,
-/// field updates); a missing overload does not compile. The caller updates the engine. Each overload throws Error when
-/// the command cannot be executed; a command for several meshes may then have changed some of them.
+/// Executes commands on a scene. There is one overload for each command except those that the session executes itself
+/// (undo, redo, field updates); a missing overload does not compile. The caller updates the engine. Each overload
+/// throws Error if the command cannot be executed; a command for several meshes may then have changed some of them.
 class SceneEditor {
  public:
-  /// `next_id`: id of the next new item; incremented for each.
+  /// `next_id`: id of the next new mesh or point; incremented for each. The references must outlive this object.
   SceneEditor(Scene& scene, const Volume& volume, ItemId& next_id)
       : scene_(scene), volume_(volume), next_id_(next_id) {}
 
@@ -45,12 +45,12 @@ class SceneEditor {
   SceneChange execute(const ResizePoint& command);
 
  private:
-  MeshItem& item_of(ItemId mesh);  ///< throws Error for an unknown mesh
-  /// Meshes whose pose may change: the given one; 0: all that are not locked. Throws Error for a locked or unknown
-  /// mesh.
+  MeshItem& item_of(ItemId mesh);  ///< mesh with this id; throws Error for 0 or an unknown mesh
+  /// Meshes whose pose may change: the given mesh, or for 0 all meshes that are not locked. Throws Error for a locked
+  /// or unknown mesh.
   std::vector<MeshItem*> movable_items_of(ItemId mesh);
-  std::vector<MeshItem*> items_of(ItemId mesh);  ///< 0: all; throws Error for an unknown mesh
-  UserPoint& point_of(ItemId point);             ///< throws Error for an unknown point
+  std::vector<MeshItem*> items_of(ItemId mesh);  ///< given mesh, 0: all meshes; throws Error for an unknown mesh
+  UserPoint& point_of(ItemId point);             ///< point with this id; throws Error for an unknown point
 
   Scene& scene_;
   const Volume& volume_;

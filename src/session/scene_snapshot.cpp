@@ -22,7 +22,7 @@ bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
                                    a.size() * sizeof(T)) == 0);
 }
 
-/// Shared block of `values`: `existing` if it has the same bytes, else a new one.
+/// Shared block of `values`: the existing block if it has the same bytes, else a new block.
 template <class T>
 std::shared_ptr<const std::vector<T>> share(std::vector<T> values,
                                             const std::shared_ptr<const std::vector<T>>* existing) {
@@ -33,9 +33,9 @@ std::shared_ptr<const std::vector<T>> share(std::vector<T> values,
 
 std::uint32_t bits(float value) { return std::bit_cast<std::uint32_t>(value); }
 
-/// Packs the exclusive or of each coordinate with that of `base`; its upper bytes are 0 where the two are close. For
-/// each pair of coordinates one byte with their lengths is followed by their bytes. If the number of points differs,
-/// `base` counts as 0.
+/// Packs the exclusive or of each coordinate with that of `base`, whose upper bytes are 0 if the two coordinates are
+/// close. For each pair of coordinates, one byte contains the lengths of both and is followed by their bytes. If the
+/// numbers of points differ, `base` counts as 0.
 std::vector<std::uint8_t> pack(const std::vector<Eigen::Vector3f>& points, const std::vector<Eigen::Vector3f>& base) {
   std::vector<std::uint8_t> packed;
   if (points.empty()) return packed;
@@ -79,7 +79,7 @@ std::vector<Eigen::Vector3f> unpack(std::span<const std::uint8_t> packed, std::s
   return points;
 }
 
-/// Bytes of the number of points, which precedes the packed points.
+/// Size of the number of points, which precedes the packed points, bytes.
 constexpr std::size_t kCountBytes = sizeof(std::uint64_t);
 
 std::vector<Eigen::Vector3f> unpack(const std::vector<std::uint8_t>& previous,
@@ -97,7 +97,8 @@ bool all_finite(const float* values, std::size_t count) {
   return std::all_of(values, values + count, [](float value) { return std::isfinite(value); });
 }
 
-/// Throws for invalid arrays. `checked`: arrays of the same mesh that passed the check, or null.
+/// Throws Error or std::out_of_range for invalid arrays. `checked`: arrays of the same mesh that have passed the check,
+/// or null.
 void check(const SceneSnapshot::Arrays& own, const SceneSnapshot::Arrays* checked) {
   const std::vector<Eigen::Vector3f>& positions = *own.positions;
   const std::size_t vertices = positions.size();

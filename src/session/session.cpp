@@ -18,10 +18,10 @@
 namespace simplexseg {
 namespace {
 
-/// Steps between checks for settling and refinement, which therefore depend only on the number of steps.
+/// Number of steps between checks for settling and refinement. A fixed number makes the checks independent of run time.
 constexpr int kCheckInterval = 10;
 
-/// Longest latency of a cancellation, in seconds.
+/// Longest intended latency of a cancellation, in seconds; a single step may take longer.
 constexpr double kMaxCancelLatencyS = 1.5e-3;
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
@@ -32,7 +32,7 @@ DeviceError not_enough_memory(std::size_t needed, std::size_t available) {
           "use --backend cpu, a smaller image or coarser meshes"};
 }
 
-/// Copy of the parts of a scene that an edit without a snapshot may change.
+/// Copy of the parts of a scene that an edit without a snapshot may change, to restore them after an error.
 class EditableParts {
  public:
   explicit EditableParts(const Scene& scene) : points_(scene.points), simulation_(scene.simulation) {
@@ -202,14 +202,14 @@ void Session::read_poses() const {
       item.solver = last_.solver[k];
     }
   } catch (const DeviceError& failure) {
-    // The poses that were read last stay valid; the next command or step fails over.
+    // The poses that were read last remain valid; the next command or step fails over.
     engine_.record_failure(failure);
     return;
   }
   poses_stale_ = false, steps_since_read_ = 0;
 }
 
-/// Reads the current poses for a command or snapshot, which also needs a working engine.
+/// Reads the current poses for a command or a snapshot, and replaces an engine that has failed.
 void Session::read_poses_or_fail_over() {
   read_poses();
   fail_over_if_failed();
@@ -407,11 +407,12 @@ Advance Session::advance(double seconds, const std::atomic<bool>* cancel) {
 }
 
 void Session::replay(const std::vector<LogEntry>& log, int trailing_steps) {
-  // A recorded log contains the field updates. In a log written by hand, fields are updated as soon as possible.
+  // A recorded log contains the field updates. For a log written by hand, changed fields are solved before the next
+  // step.
   const bool has_field_updates = std::any_of(log.begin(), log.end(), [](const LogEntry& entry) {
     return std::holds_alternative<StartFieldUpdate>(entry.command);
   });
-  // A failure ends an advance, not the session.
+  // A failure ends an advance, but not the replay.
   const auto advance_by = [&](int steps) {
     for (int done = 0; done < steps;)
       done += (has_field_updates ? run_steps(steps - done, false) : advance_steps(steps - done)).steps;

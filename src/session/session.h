@@ -24,31 +24,33 @@ class DeviceError;
 enum class EngineUpdate;
 
 /// Owner of scene, engine and undo history; independent of Qt and of files. Every user action is a Command. The log
-/// counts the steps between actions, so a replay gives the same bits at any speed and with any number of threads. Not
-/// thread-safe: any thread may call it, but only one at a time.
+/// records the number of steps between actions, so a replay gives the same bits at any speed and with any number of
+/// threads. Not thread-safe: any thread may call it, but only one thread at a time.
 class Session {
  public:
   /// `make_fallback`: makes the engine that replaces the first one when its device fails; empty: failures are thrown.
-  /// `field_threads`: threads for fields; 0: as many as the machine has. `fields`: settings of the fields;
-  /// studies change them.
+  /// `field_threads`: number of threads that solve fields; 0: as many as the machine has. `fields`: settings of the
+  /// fields; only studies change them.
   explicit Session(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> make_fallback = {},
                    int field_threads = 0, const EvidenceSettings& fields = {});
   ~Session();
 
-  /// Sets the solver of all further fields; default: the CPU solver. If it fails, the CPU takes over and pop_notice()
-  /// reports it.
+  /// Sets the solver of the fields that are created from now on; default: the CPU solver. If its device fails, the CPU
+  /// takes over and pop_notice() reports it.
   void set_field_solver(MakeFieldSolver make) { field_updater_.set_solver(std::move(make)); }
 
   /// Opens a scene on a volume, with this undo history and an empty log. Meshes without vertices get the sphere of
-  /// their seed; ids that are 0 are assigned. Throws Error, with nothing changed, for a seed outside the volume, a
-  /// value that is not finite or out of range, an invalid mesh, or too little memory without a fallback engine. Every
-  /// scene of `history` must pass check_scene().
+  /// their seed or their start; meshes and points whose id is 0 get an id. Throws Error, with nothing changed, for a
+  /// seed outside the volume, a value that is not finite or out of range, an invalid mesh, or too little memory without
+  /// a fallback engine. Every scene of `history` must pass check_scene().
   void open(Scene scene, Volume volume, UndoHistory history = UndoHistory());
-  /// Replaces the engine. Loads the current poses or, if the previous engine failed, those read last. Rethrows errors
-  /// of the new engine, for example a scene that does not fit; the session then keeps the previous engine.
+  /// Replaces the engine. Loads the current poses or, if the previous engine failed, those downloaded last. Rethrows
+  /// errors of the new engine, for example if the scene does not fit into its memory; the session then keeps the
+  /// previous engine.
   void set_engine(std::unique_ptr<Engine> engine);
 
-  /// Scene with the poses of the last step; downloads them from the engine where needed.
+  /// Scene with the poses after the last step, which are downloaded from the engine if necessary. If the engine fails,
+  /// the poses are those downloaded last.
   const Scene& scene() const;
   /// Scene whose poses (positions of `mesh`, `previous`, `solver`) may be out of date; downloads nothing.
   const Scene& scene_without_poses() const { return scene_; }
@@ -58,36 +60,37 @@ class Session {
   Engine& drawing() { return *engine_; }
   /// Number of engines before the current one; buffers must be shared again when it changes.
   int engine_generation() const { return engine_.generation(); }
-  /// Replaces the engine by the fallback after a failure, for example of drawing(); continues from the poses downloaded
-  /// last. Rethrows the failure without a fallback.
+  /// Replaces the engine with the fallback after a failure, for example of drawing(), and continues from the poses
+  /// downloaded last. Without a fallback, throws `failure`.
   void fail_over(const DeviceError& failure);
   /// Removes and returns the message to the user that the device of the engine or of the fields failed and the CPU
   /// replaces it.
   std::optional<std::string> pop_notice();
-  /// Counter of changes of connectivity; cells and triangles must be rebuilt when it changes.
+  /// Counter that changes whenever the connectivity of a mesh may have changed; cells and triangles must then be
+  /// rebuilt.
   std::uint64_t topology_revision() const { return topology_revision_; }
   /// Plan of the loaded meshes; downloads no pose.
   StepPlan plan() const;
 
-  /// Executes a command and logs it. Returns the id of the mesh or point it added, else 0. Throws Error, with nothing
-  /// changed, when it cannot be executed (unknown mesh, value out of range ...).
+  /// Executes a command and logs it. Returns the id of the mesh or point that was added, else 0. Throws Error, with
+  /// nothing changed, if the command cannot be executed (unknown mesh, value out of range ...).
   ItemId apply(const Command& command);
   bool can_undo() const { return history_.can_undo(); }
   bool can_redo() const { return history_.can_redo(); }
-  const char* undo_title() const { return history_.undo_title(); }  ///< "" when there is none
+  const char* undo_title() const { return history_.undo_title(); }  ///< title_of() the command; "": none
   const char* redo_title() const { return history_.redo_title(); }
   const UndoHistory& history() const { return history_; }
 
-  /// Runs exactly `steps` steps; fewer after a failure or, with `stop_at_rest`, once all meshes have settled. Solves
-  /// fields whose marks have changed before the first step.
+  /// Solves all fields whose marks have changed, then runs `steps` steps; fewer after a failure or, with
+  /// `stop_at_rest`, once all meshes have settled.
   Advance advance_steps(int steps, bool stop_at_rest = false);
-  /// Runs as many steps as fit into `seconds`. Stops once all meshes have settled, and a few steps after `cancel`
-  /// becomes true. Fields are solved in the background and committed between two steps.
+  /// Runs as many steps as fit into `seconds`. Stops once all meshes have settled, and a few steps after `cancel` (may
+  /// be null) becomes true. Fields are solved in the background and committed between two steps.
   Advance advance(double seconds, const std::atomic<bool>* cancel = nullptr);
 
   /// Mesh whose field is being solved in the background; 0: none.
   ItemId solving_mesh() const { return field_updater_.solving_mesh(); }
-  /// Completed fraction of this field, 0 to 1; 0 when no field is being solved.
+  /// Completed fraction of the field that is being solved, 0 to 1; 0 if no field is being solved.
   float solving_progress() const { return field_updater_.progress(); }
 
   const std::vector<LogEntry>& log() const { return log_; }
@@ -95,9 +98,9 @@ class Session {
   std::int64_t total_steps() const { return total_steps_; }
   /// Replays a log on the current scene, then runs `trailing_steps` further steps.
   void replay(const std::vector<LogEntry>& log, int trailing_steps);
-  /// Counter of changes of scene or pose; a view must be redrawn when it changes.
+  /// Counter that changes with scene and poses; a view must then be redrawn.
   std::uint64_t revision() const { return revision_; }
-  /// Mean motion of each mesh in the last step, mm.
+  /// Mean motion of each mesh in the last step, mm; 0 before the first step.
   const std::vector<float>& mean_move_mm() const { return last_.mean_move_mm; }
   /// Measurements of each mesh after the last steps.
   const StepOutcome& last_outcome() const { return last_; }
@@ -127,7 +130,7 @@ class Session {
   void update_fields_in_background();
   void set_engine_field(std::size_t mesh);
   Advance run_steps(int steps, bool stop_at_rest);
-  using NewMeshes = std::vector<std::pair<std::size_t, MeshItem>>;  ///< with their indices in the scene
+  using NewMeshes = std::vector<std::pair<std::size_t, MeshItem>>;  ///< new meshes with their indices in the scene
   bool load_new_meshes(NewMeshes meshes);
   void advance_on_engine(int steps, bool stop_at_rest, Advance& result);
   bool refine_due_meshes();
@@ -135,11 +138,11 @@ class Session {
 
   mutable FailoverEngine engine_;
   mutable Scene scene_;
-  mutable bool poses_stale_ = false;  ///< the engine has run steps since the poses of scene_ were read
+  mutable bool poses_stale_ = false;  ///< whether the engine has run steps since the poses of scene_ were read
   mutable int steps_since_read_ = 0;
   Volume volume_;
   FieldUpdater field_updater_;
-  std::vector<std::string> field_warnings_;  ///< for the next Advance
+  std::vector<std::string> field_warnings_;  ///< warnings for the next Advance
   UndoHistory history_;
   std::vector<LogEntry> log_;
   ItemId next_id_ = 1;

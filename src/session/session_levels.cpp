@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Automatic refinement of meshes, and rebuilding of meshes that do not reach their field.
+// Automatic refinement of meshes, and rebuilding of meshes that deformation does not bring to their field.
 #include <limits>
 #include <utility>
 
@@ -10,15 +10,15 @@
 namespace simplexseg {
 namespace {
 
-/// Steps between comparisons of meshes with their fields; settled meshes are compared earlier.
+/// Number of steps between comparisons of meshes with their fields; settled meshes are compared at the next check.
 constexpr int kFitInterval = 50;
-/// Share of the disagreement; if more remains after an interval, the mesh is stuck.
+/// Share of the previous disagreement; a mesh is stuck if more than this share remains after an interval.
 constexpr double kStuckShare = 0.8;
 
 }  // namespace
 
-/// Replaces meshes of the scene and loads the engine; restores the previous meshes if that fails. Returns whether any
-/// mesh was replaced.
+/// Replaces meshes of the scene and loads the engine; restores the previous meshes if loading fails. Returns whether
+/// any mesh was replaced.
 bool Session::load_new_meshes(NewMeshes meshes) {
   if (meshes.empty()) return false;
   const auto exchange = [&] {
@@ -34,7 +34,7 @@ bool Session::load_new_meshes(NewMeshes meshes) {
   return true;
 }
 
-/// Rebuilds meshes from their fields when they no longer approach them.
+/// Rebuilds each mesh that no longer approaches its field from that field. Returns whether any mesh was rebuilt.
 bool Session::rebuild_stuck_meshes() {
   NewMeshes replaced;
   for (std::size_t k = 0; k < scene_.meshes.size(); ++k) {
@@ -44,7 +44,7 @@ bool Session::rebuild_stuck_meshes() {
       continue;
     const LevelState state =
         level_state(item, scene_.simulation, volume_, last_.mean_move_mm[k], last_.mean_edge_mm[k]);
-    const bool settled = state == LevelState::Settled;  // also a mesh that shrank below a voxel before its finest level
+    const bool settled = state == LevelState::Settled;  // also with edges shrunk below a voxel on a coarser level
     if (state == LevelState::RefinementDue || (finest_[k] == 0 && !settled)) continue;
     if (total_steps_ % kFitInterval != 0 && !settled) continue;
     read_poses();
@@ -59,7 +59,7 @@ bool Session::rebuild_stuck_meshes() {
       if (rebuild_from_field(rebuilt, scene_.simulation, volume_) &&
           compare_with_field(rebuilt, volume_).better_than(mismatch)) {
         replaced.emplace_back(k, std::move(rebuilt));
-        continue;  // counts as settled once loaded
+        continue;  // the new mesh contains `fit`
       }
     }
     item.fit = fit;

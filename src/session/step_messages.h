@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages about failed steps, one line each.
+// Messages about failed steps, each of one line.
 #pragma once
 #include <string>
 
@@ -8,9 +8,9 @@
 
 namespace simplexseg {
 
-/// Message with segmentation, force and kind of a failure.
+/// Message that names segmentation and force, and describes the failure.
 std::string text_of(const StepFailure& failure, const Scene& scene);
-/// Message about steps that were undone and the reduced timestep.
+/// Message about a failure after which steps were undone and the timestep was reduced.
 std::string text_of(const TimestepCut& cut, const Scene& scene);
 
 }  // namespace simplexseg

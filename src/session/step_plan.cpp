@@ -52,7 +52,7 @@ class PlanBuilder {
  private:
   static constexpr std::size_t kTexel = sizeof(Vec4);
 
-  /// Reason why a force is active (the meshes that use it) or inactive.
+  /// Reason why a force is active (names of the meshes on which it acts) or inactive.
   std::string why(ForceId force) const {
     const std::string name = force_list()[static_cast<int>(force)].name;
     if (needs_.uses(force)) {
@@ -102,7 +102,7 @@ class PlanBuilder {
           volume_.empty() ? 0 : volume_.bytes());
     array("positions", any, always + (any ? ": previous, present and next" : ""), 3 * n * kTexel);
     array("neighbours", any, always, n * sizeof(Int4));
-    // The size is known only after the engine has allocated the tiles.
+    // The size of the tiles is known only after the engine has allocated them.
     const std::size_t tiles = allocated_bytes("tiles");
     array("frame", any, always + (any ? ": normals and elevations" : ""), (tiles > 0 ? 2 : 1) * n * kTexel);
     array("tiles", tiles > 0,
@@ -142,7 +142,8 @@ class PlanBuilder {
     const auto estimated = [&](double bytes_per_vertex) {
       return static_cast<std::size_t>(bytes_per_vertex * static_cast<double>(n));
     };
-    // The first coarser level has a quarter of the vertices, later levels a sixth of the one before.
+    // Estimate: the first coarser level has a quarter of the vertices, each later level a sixth of the vertices of the
+    // previous one.
     const std::size_t levels = allocated_bytes("levels"), vectors = allocated_bytes("level vectors");
     array("levels", corrected, any ? why_corrected() : always, levels > 0 ? levels : estimated(35));
     array("level vectors", corrected, any ? why_corrected() : always,
@@ -159,7 +160,8 @@ class PlanBuilder {
           needs_.motion_sums * sizeof(MeshMotion));
   }
 
-  /// A device may read both rings instead; this is known only after it has allocated its arrays.
+  /// Whether the ring sums are computed. A device may read both rings instead; this is known only after it has
+  /// allocated its arrays.
   bool sums_rings() const {
     return needs_.uses(ForceId::Smoothing) && (allocated_.empty() || allocated_bytes("ring sums") > 0);
   }
@@ -172,8 +174,8 @@ class PlanBuilder {
     return "no mesh on its finest level has a local share of evidence from intensities";
   }
 
-  /// Adds the kernels. Bytes: each array once, plus the samples of the volume; for kernels of a refresh, those of a
-  /// step with a refresh.
+  /// Adds the kernels. The bytes of a kernel count each array once, plus the samples of the volume; those of a refresh
+  /// kernel refer to a step with a refresh.
   void add_kernels() {
     const std::size_t n = vertices_, points = points_;
     const bool any = n > 0;
@@ -217,12 +219,13 @@ class PlanBuilder {
     kernel("integrate", any, always + (any ? ": sums the forces and performs the step" : ""), n * (read + kTexel));
     const bool corrected = any && corrected_;
     const std::string cycle = any ? why_corrected() : always;
-    // Five vectors and the corrections of three neighbours on the mesh; all coarser levels add about a third.
+    // Bytes of five vectors and of the corrections of three neighbours on the mesh; all coarser levels add about a
+    // third.
     kernel("stiffness", corrected, cycle + (corrected ? at_refresh : ""), n * 4 * kTexel);
     kernel("coarse stiffness", corrected, cycle + (corrected ? at_refresh : ""), n * 3 * kTexel);
     kernel("restrict", corrected, cycle, n * 8 * kTexel);
     kernel("prolong", corrected, cycle, n * 3 * kTexel);
-    // All levels of at most 256 vertices, in one kernel.
+    // One kernel for all levels of at most 256 vertices.
     const std::size_t small = std::min<std::size_t>(n / 4, 320);
     kernel("small levels' stiffness", corrected, cycle + (corrected ? at_refresh : ""), small * 3 * kTexel);
     kernel("small levels", corrected, cycle, small * 11 * kTexel);
@@ -242,7 +245,7 @@ class PlanBuilder {
   std::size_t bytes_of_samples(std::size_t each) const {
     return vertices_ * each * 8 * (volume_.empty() ? 0 : bytes_per_voxel(volume_.type()));
   }
-  /// Bytes that a search reads and writes: vertex, frame, neighbours, target, reference profile and samples.
+  /// Bytes that a search reads and writes: vertex, frame, neighbours, target, reference profile, field and samples.
   template <class F>
   std::size_t search_bytes() const {
     int samples = 0;

@@ -11,14 +11,14 @@ namespace simplexseg {
 
 class Volume;
 
-/// Arrays and kernels of a step of a scene, needed or left out, with the reasons.
+/// Plan of a step of a scene: all arrays and kernels, each with the reason why it is needed or omitted.
 struct StepPlan {
   struct Item {
     std::string name;  ///< name of an array, or of a kernel of a step or a target refresh
     std::string what;  ///< "array" or "kernel"
     bool needed;
-    std::string why;        ///< reason why it is needed or left out
-    std::size_t bytes = 0;  ///< array: size; kernel: bytes read and written in one step
+    std::string why;        ///< reason why it is needed or omitted
+    std::size_t bytes = 0;  ///< array: size, bytes; kernel: bytes read and written in one step
     bool operator==(const Item&) const = default;
   };
   std::vector<Item> items;
@@ -28,10 +28,12 @@ struct StepPlan {
 };
 /// Plan of a scene that is not loaded yet, as if all fields were solved.
 StepPlan make_plan(const Scene& scene, const Volume& volume);
-/// Number of voxels of a mesh's field; before it is solved, those of a box of about four radii of the seed.
+/// Number of voxels of a mesh's field. Before the field is solved, those of a box of four seed radii plus 20 voxels
+/// along each axis, at most the volume.
 std::size_t expected_field_voxels(const MeshItem& item, const Volume& volume);
 /// Plan of a scene that an engine has loaded. `finest`: per mesh, whether it is on its finest level; `allocated`:
-/// arrays of the engine. The size of a multigrid hierarchy is estimated until it exists. Downloads no pose.
+/// arrays of the engine. The size of a multigrid hierarchy is estimated until the engine has allocated it. Downloads no
+/// pose.
 StepPlan make_plan(const Scene& scene, const Volume& volume, std::span<const char> finest,
                    std::span<const Engine::AllocatedArray> allocated);
 

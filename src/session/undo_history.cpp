@@ -6,7 +6,7 @@
 namespace simplexseg {
 namespace {
 
-/// Whether a command belongs to the same movement as `last`; false for most commands.
+/// Whether a command belongs to the same drag, slider movement or scroll gesture as `last`; false for most commands.
 template <class Any>
 bool continues_command(const Any&, const Command&) {
   return false;

@@ -11,12 +11,12 @@
 
 namespace simplexseg {
 
-/// Undo and redo by snapshots of whole scenes, poses included (docs/adr/0007-undo-by-snapshot.md). Stores at most 200
+/// Undo and redo by snapshots of whole scenes including poses (docs/adr/0007-undo-by-snapshot.md). Stores at most 200
 /// snapshots and about 1 GiB for undo; arrays that do not change between snapshots are stored once. Copies share the
 /// snapshots.
 class UndoHistory {
  public:
-  /// Scene before a command.
+  /// Command with the scene before it.
   struct Snapshot {
     Scene scene;
     Command command;
@@ -26,7 +26,7 @@ class UndoHistory {
   struct Entry {
     SceneSnapshot scene;
     Command command;
-    std::string name;  ///< text of describe()
+    std::string name;  ///< text of describe() for the command
   };
   using Entries = std::vector<std::shared_ptr<const Entry>>;
   static constexpr std::size_t kMaxSteps = 200;
@@ -39,31 +39,31 @@ class UndoHistory {
 
   bool can_undo() const { return !undo_.empty(); }
   bool can_redo() const { return !redo_.empty(); }
-  const char* undo_title() const;  ///< "" when there is none
+  const char* undo_title() const;  ///< title_of() the next action to undo; "": none
   const char* redo_title() const;
   /// Texts (describe()) of the actions that can be undone, oldest first.
   std::vector<std::string> undo_names() const;
-  /// Texts of the actions that can be redone, next first.
+  /// Texts of the actions that can be redone, beginning with the one that is redone next.
   std::vector<std::string> redo_names() const;
   const Entries& to_undo() const { return undo_; }  ///< the last entry is undone next
   const Entries& to_redo() const { return redo_; }  ///< the last entry is redone next
   /// Smallest id above those of all meshes and points in the history.
   ItemId next_id() const;
-  /// Bytes of all snapshots, for undo and redo.
+  /// Size of all snapshots for undo and redo, bytes.
   std::size_t bytes() const;
 
-  /// Whether the command belongs to the same drag or slider movement as the last one; both are undone together, without
-  /// a further snapshot.
+  /// Whether the command belongs to the same drag, slider movement or scroll gesture as the last one. Both are then
+  /// undone together, without a further snapshot.
   bool continues(const Command& command) const;
-  /// Adds the snapshot taken before a command.
+  /// Adds the snapshot taken before a command, and discards the oldest snapshots beyond the limits.
   void push(Snapshot before);
   /// Clears redo, as every new command does.
   void clear_redo() { redo_.clear(); }
 
-  /// Replaces the scene by the one before the last command. False, with nothing changed, if there is none.
+  /// Replaces the scene with the one before the last command. Returns false, with nothing changed, if there is none.
   bool undo(Scene& scene) { return exchange(scene, undo_, redo_); }
-  /// Replaces the scene by the one after the command that was undone last. False, with nothing changed, if there is
-  /// none.
+  /// Replaces the scene with the one after the command that was undone last. Returns false, with nothing changed, if
+  /// there is none.
   bool redo(Scene& scene) { return exchange(scene, redo_, undo_); }
 
  private:

@@ -9,7 +9,7 @@ namespace simplexseg {
 /// Time integration, in the order of the choices of the parameter `solver` (docs/mathematics.md, section 3).
 enum class Solver : int { Automatic, Verlet, Damped, Multigrid };
 
-/// Parameters of the whole simulation, one for each entry of simulation_table().
+/// Parameters common to all meshes, one for each entry of simulation_table(), which lists their units and ranges.
 struct SimulationParameters {
   float solver_choice;
   float timestep;
@@ -23,7 +23,7 @@ struct SimulationParameters {
   float rest_tolerance_voxels;
   float frame_budget_ms;
 
-  /// True if no stability bound holds: with multigrid cycles, and with an unlimited timestep of the user.
+  /// True if steps may be unstable: solver automatic or multigrid, or solver verlet with limit_timestep off.
   bool can_diverge() const {
     return solver() == Solver::Automatic || solver() == Solver::Multigrid ||
            (solver() == Solver::Verlet && limit_timestep < 0.5f);
@@ -35,7 +35,7 @@ SimulationParameters default_simulation_parameters();
 /// Value of a parameter; `index`: its index in simulation_table().
 float& value_of(SimulationParameters& parameters, int index);
 float value_of(const SimulationParameters& parameters, int index);
-/// False for parameters of the verlet solver while another solver is selected.
+/// False for parameters that only the verlet solver uses while another solver is selected. `index`: as in value_of().
 bool has_effect(const SimulationParameters& parameters, int index);
 
 }  // namespace simplexseg

@@ -9,14 +9,15 @@
 namespace simplexseg {
 namespace {
 
-// Upper bounds of the eigenvalues of -dz/dx, with a margin. Forces scaled by their own bound have a maximum of 1; for a
-// multigrid cycle the measured maximum is 2.4, on spheres of 20 to 330,000 vertices.
+// Upper bounds of the eigenvalues of -dz/dx, including a margin. For forces that are divided by their bound the largest
+// eigenvalue is at most 1; with a multigrid cycle the largest measured value is 2.4 (spheres of 20 to 330,000
+// vertices).
 constexpr float kMaxEigenvalueScaled = 1.1f, kMaxEigenvalueCorrected = 2.6f;
-constexpr float kMinEigenvalueEstimate = 1e-6f;  // of the estimates
-// Lower bounds of the eigenvalue for which the damping is chosen; the estimate may be smaller.
+constexpr float kMinEigenvalueEstimate = 1e-6f;  // lower limit of the estimates
+// Lower limits of the eigenvalue from which the damping is computed; the estimate may be smaller.
 constexpr float kMinEigenvalueScaled = 3e-4f, kMinEigenvalueUnconstrained = 0.02f, kMinEigenvalueCorrected = 0.05f;
-/// Square root of the condition number with a multigrid cycle. The number of steps to a given error is proportional to
-/// it.
+/// Square root of the condition number of -dz/dx with a multigrid cycle. The number of steps to a given error is
+/// proportional to this root.
 constexpr float kCorrectedRoot = 2.2f;
 constexpr float kMinCut = 1.0f / 4096;
 
@@ -49,7 +50,7 @@ StepForm SolverControl::form() const {
 }
 
 void SolverControl::set_points(int count) {
-  // A change of the points requires a new measurement.
+  // A change of the points requires a new measurement of the constraints.
   if (count != points_ && constraint_known_ && solver_ == Solver::Automatic &&
       state_.regularisation >= kStrongRegularisation)
     state_.regularisation = 0;
@@ -85,7 +86,7 @@ float SolverControl::max_eigenvalue() const {
 
 float SolverControl::initial_estimate() const {
   if (form() == StepForm::Corrected) return 0.3f;
-  // Assumes that image forces and points act on every vertex.
+  // The estimate assumes that image forces or points act on every vertex.
   const float external = stiffness_.image > 0 ? stiffness_.image : stiffness_.external;
   return external > 0 ? std::max(external / (stiffness_.internal + external), kMinEigenvalueUnconstrained)
                       : kMinEigenvalueUnconstrained;
@@ -98,7 +99,7 @@ StepCoefficients SolverControl::coefficients() const {
   if (form() == StepForm::Corrected) min_eigenvalue = kMinEigenvalueCorrected;
   const float a = max_eigenvalue(), b = std::clamp(state_.min_eigenvalue, min_eigenvalue, a);
   if (form() == StepForm::Scaled && !(stiffness_.image > 0)) {
-    // A mesh attracted only by points must not overshoot them, so the gain is 1, with the optimal damping for it.
+    // A mesh attracted only by points must not overshoot them, so the gain is 1, and the damping is optimal for it.
     const float root = 1 - std::sqrt(std::min(b, 1.0f));
     return {cut_ * cut_, root * root};
   }
@@ -109,13 +110,13 @@ StepCoefficients SolverControl::coefficients() const {
 bool SolverControl::update(float change, float square_move, float noise_mm) {
   if (!std::isfinite(change) || !std::isfinite(square_move) || !(square_move > noise_mm * noise_mm)) return false;
   const float quotient = change / square_move;
-  // Only scaled steps have a stability bound. A growing mode dominates the quotient, which then approximates the
-  // eigenvalue for which the timestep is too large.
+  // Scaled steps are always stable and need no check. In other steps a growing mode dominates the quotient, which then
+  // approximates the eigenvalue for which the timestep is too large.
   const StepCoefficients c = coefficients();
   if (form() != StepForm::Scaled && quotient * c.gain > 2 * (1 + c.momentum)) return true;
   if (form() == StepForm::Plain || !(quotient > 0)) return false;
-  // The estimate decreases at once, because wrong damping hides slow modes. It increases only by the geometric mean,
-  // because fast modes may not have decayed yet.
+  // The estimate decreases at once, by a factor of at most 8, because too much damping hides slow modes. It increases
+  // only to the geometric mean, because fast modes may not have decayed yet.
   float& min_eigenvalue = state_.min_eigenvalue;
   min_eigenvalue =
       quotient < min_eigenvalue ? std::max(quotient, min_eigenvalue / 8) : std::sqrt(min_eigenvalue * quotient);

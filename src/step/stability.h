@@ -7,28 +7,29 @@
 
 namespace simplexseg {
 
-/// Bounds of the eigenvalues of a mesh's linearised forces, including their weights.
+/// Upper bounds of the eigenvalues of the linearised forces of a mesh, multiplied by the weights of the forces.
 struct Stiffness {
   float internal = 0;  ///< sum over the internal forces
-  float image = 0;     ///< at a vertex whose targets have full confidence
-  float external = 0;  ///< at a vertex that points attract
+  float image = 0;     ///< sum over the image forces, at a vertex whose targets have confidence 1
+  float external = 0;  ///< sum over the external forces, at a vertex that is attracted by points
   float total() const { return internal + image + external; }
   float& of(ForceKind kind) {
     if (kind == ForceKind::Internal) return internal;
     return kind == ForceKind::Image ? image : external;
   }
 };
-/// Stiffness of the active forces. `shape`: reference of shape memory, whose metric parameters enter the bound.
+/// Stiffness of the forces with a positive weight. `shape`: reference of shape memory, one entry per vertex, from which
+/// the bound of this force is computed; may be empty.
 Stiffness stiffness_of(const ForceParameters& forces, std::span<const Vec4> shape);
-/// Bound of the largest eigenvalue of a mesh's linearised acceleration: sum_f k_f lambda_f over the active forces.
-/// `shape`: as in stiffness_of().
+/// Upper bound of the eigenvalues of the linearised acceleration of a mesh: sum_f k_f lambda_f over the forces with a
+/// positive weight k_f; lambda_f: bound of force f. `shape`: as in stiffness_of().
 float stiffness_bound(const ForceParameters& forces, std::span<const Vec4> shape);
 
-/// Largest stable timestep of the damped Verlet scheme: dt^2 * stiffness < 4 - 2 damping (docs/mathematics.md, section
-/// 3). Infinite if no force is active.
+/// Upper bound of the stable timesteps dt of the damped Verlet scheme: dt^2 * stiffness < 4 - 2 damping
+/// (docs/mathematics.md, section 3). Infinite if `stiffness` is 0.
 float stable_timestep(float stiffness, float damping);
 
-/// Timestep in use: the selected one, limited to 90% of the bound unless limit_timestep is off.
+/// Timestep of the verlet solver: the selected one, limited to 90% of stable_timestep() unless limit_timestep is off.
 float effective_timestep(const SimulationParameters& simulation, float stiffness);
 
 }  // namespace simplexseg

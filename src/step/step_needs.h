@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays and kernels that a step needs. The rules are shared by the engine (src/gpu/step_engine.h) and the plan that
-// reports them (src/session/step_plan.cpp).
+// Rules that determine the arrays and kernels of a step, shared by the engine (src/gpu/step_engine.h) and the step
+// plan, which reports the arrays and kernels to the user (src/session/step_plan.cpp).
 #pragma once
 #include <algorithm>
 #include <cstddef>
@@ -18,9 +18,10 @@ struct MeshNeeds {
   ForceParameters forces;
   RecordedReferences recorded;
   bool finest = true;
-  unsigned fixed_targets = 0;  ///< bits of the forces with fixed targets, which are not searched for
+  unsigned fixed_targets = 0;  ///< bits of the forces whose targets are fixed for this mesh
 
-  /// True if a force is active: its weight is not 0, and its reference exists and matches the mesh.
+  /// True if a force is active: its weight is positive, and the reference that it needs, if any, exists and matches the
+  /// mesh. A force with fixed targets needs no reference.
   bool acts(ForceId force) const {
     if (!(forces.weight(force) > 0.0f)) return false;
     bool has_reference = true;
@@ -33,19 +34,19 @@ struct MeshNeeds {
 };
 
 struct StepNeeds {
-  unsigned forces = 0;            ///< bits of the forces that are active on any mesh; pulling forces only with points
-  unsigned fixed_targets = 0;     ///< subset of `forces` with fixed targets, which are not searched for on any mesh
-  int scratch[kForceCount] = {};  ///< scratch floats of the search of each force
-  bool local_statistics = false;
+  unsigned forces = 0;            ///< bits of the forces that act on some mesh
+  unsigned fixed_targets = 0;     ///< subset of `forces` with fixed targets on some mesh; searched for on no mesh
+  int scratch[kForceCount] = {};  ///< scratch memory of each force's search for one vertex, floats
+  bool local_statistics = false;  ///< true if the evidence force compares local statistics
   bool fields = false, region_tables = false;  ///< sources of evidence in use
-  int averaging_passes = 0;                    ///< averaging passes over evidence targets
+  int averaging_passes = 0;                    ///< largest number of averaging passes over evidence targets
   int profile_stride = 0;                      ///< values per reference profile
-  int motion_sums = 0;
-  int nearest_blocks = 0;  ///< blocks of the largest mesh, per attraction point
+  int motion_sums = 0;                         ///< number of calls of the motion kernel
+  int nearest_blocks = 0;                      ///< number of blocks of kNearestBlock vertices in the largest mesh
   bool operator==(const StepNeeds&) const = default;
 
   bool uses(ForceId force) const { return (forces & bit(force)) != 0; }
-  /// True if some force searches the volume for targets.
+  /// True if any force searches the volume for targets; with an argument, if this force does.
   bool searches() const { return (forces & ~fixed_targets & kForcesWithTargets) != 0; }
   bool searches(ForceId force) const { return (forces & ~fixed_targets & kForcesWithTargets & bit(force)) != 0; }
   bool averages() const { return averaging_passes > 0 || local_statistics; }
@@ -66,7 +67,7 @@ inline StepNeeds needs_of(std::span<const MeshNeeds> meshes, bool has_volume, in
         scratch = std::max(scratch, F::scratch_floats(m.forces));
       }
     });
-    // Arrays that single forces need in addition to their targets.
+    // Needs of individual forces in addition to their targets.
     auto searches = [&](ForceId force) {
       return has_volume && m.acts(force) && (needs.fixed_targets & bit(force)) == 0;
     };

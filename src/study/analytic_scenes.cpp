@@ -31,7 +31,7 @@ void add_point_attraction(ForceParameters& forces, double weight) {
 }  // namespace
 
 double damped_oscillation(double stiffness, double damping_rate, double t) {
-  // From the roots of s^2 + c s + k; for a double root, x = (1 + c t / 2) exp(-c t / 2).
+  // Solution from the roots of s^2 + c s + k; for a double root, x = (1 + c t / 2) exp(-c t / 2).
   const double half = damping_rate / 2;
   const std::complex<double> root = std::sqrt(std::complex<double>(half * half - stiffness));
   if (std::abs(root) < 1e-9) return (1 + half * t) * std::exp(-half * t);
@@ -45,7 +45,7 @@ AnalyticScene oscillator_scene(double stiffness) {
   const Eigen::Vector3d point = scene.mesh.positions[0].cast<double>();
   scene.points_mm = {point};
   scene.fixed_point = pose_of(scene.mesh.positions);
-  scene.mesh.positions[0] *= 1.2f;  // outwards: it remains the nearest vertex
+  scene.mesh.positions[0] *= 1.2f;  // outwards, so that this vertex remains the nearest to the point
   const Eigen::Vector3d start = scene.mesh.positions[0].cast<double>() - point;
   const double k = scene.forces.weight(ForceId::Attraction);
   scene.exact = [settled = scene.fixed_point, point, start, k](double t, double c) {
@@ -80,7 +80,7 @@ AnalyticScene spring_mesh_scene(int level, int every, double stiffness, double p
     entries.emplace_back(i, i, k + (pulled ? q : 0));
     for (int j : scene.mesh.neighbours[at]) entries.emplace_back(i, j, -k / 3);
     if (!pulled) continue;
-    // Alternately outside and inside the sphere, close enough that the nearest vertex remains the same.
+    // The points lie alternately outside and inside the sphere, so close that the nearest vertex remains the same.
     const double factor = i / every % 2 == 0 ? 1.02 : 0.99;
     scene.points_mm.push_back(factor * scene.mesh.positions[at].cast<double>());
     right.row(i) = q * scene.points_mm.back().transpose();

@@ -91,8 +91,8 @@ bool names_mesh_and_force(const std::string& line, const Scene& scene) {
                              [&](const ForceInfo& force) { return line.find(force.name) != std::string::npos; });
 }
 
-/// Fault that makes the case fail, regardless of the expected outcome; empty: none. Stores the measures of the final
-/// meshes in `result`.
+/// Fault that makes the case fail, regardless of the expected outcome; empty: none. Stores the measurements of the
+/// final meshes in `result`.
 std::string find_fault(const TrialRun& run, const Trial& trial, CaseResult& result) {
   std::ostringstream fault;
   for (std::size_t k = 0; k < run.end.meshes.size(); ++k) {
@@ -105,8 +105,8 @@ std::string find_fault(const TrialRun& run, const Trial& trial, CaseResult& resu
     result.inverted = result.inverted || inverted, result.inverted_reported |= reported_inverted;
     result.farthest_mm =
         std::max(result.farthest_mm, farthest_from(item.mesh, mean_position(trial.scene.meshes[k].mesh)));
-    // The engine counts folds at the positions before its last step. It must report folds that clearly exist there and
-    // still exist after the step.
+    // The engine counts folds at the positions before its last step. It must report folds that clearly exist at these
+    // positions and still exist after the step.
     if (reported_folds == 0 && folds > 0 && count_folds(before, 0.05) > 0)
       fault << folds << " folded vertices are not reported";
     else if (inverted && !reported_inverted)

@@ -11,13 +11,13 @@
 namespace simplexseg {
 namespace {
 
-constexpr double kEndShare = 1e-4;    ///< share of the initial error at which a curve ends
-constexpr double kRemeasuredS = 0.5;  ///< initial seconds of each run, timed again without reading poses
+constexpr double kEndShare = 1e-4;    ///< share of the initial errors below which a curve ends
+constexpr double kRemeasuredS = 0.5;  ///< initial time of each run that is measured again without reading poses, s
 constexpr int kRepeats = 3, kBatch = 10;
-constexpr int kStallAfter = 400;      ///< steps before a curve can count as stalled
-constexpr double kStallBelow = 0.03;  ///< larger errors never count as stalled, because they may decrease slowly
+constexpr int kStallAfter = 400;      ///< number of steps before a curve can count as stalled
+constexpr double kStallBelow = 0.03;  ///< share of the initial error above which no curve counts as stalled
 
-/// Settings of a solver to compare; other solvers use the settings of the scene.
+/// Settings of a solver to compare; solvers without an entry use the settings of the scene.
 struct Setting {
   const char* solver;
   float damping;
@@ -58,7 +58,8 @@ bool has_stalled(const std::vector<FrozenSample>& samples) {
   return whole > 0.97 * before_whole && normal > 0.97 * before_normal;
 }
 
-/// Cumulative seconds of the batches that end at 1, 10, 20 ... steps. `end_mm`: final error.
+/// Cumulative times in seconds at the ends of the batches, after 1, 10, 20 ... steps. `end_mm`: returns the final
+/// error.
 std::vector<double> batch_times(const FrozenProblem& problem, const Method& method, std::int64_t steps,
                                 const EngineFactory& make_engine, double& end_mm) {
   const std::unique_ptr<Engine> engine = make_engine();
@@ -76,7 +77,8 @@ std::vector<double> batch_times(const FrozenProblem& problem, const Method& meth
 }
 
 /// Replaces the times of the samples in the first half second by medians of runs that read no poses, because reading
-/// between steps evicts caches. Later samples are shifted by the same amount.
+/// between steps evicts caches. Shifts the times of later samples by the same amount as that of the last replaced
+/// sample.
 void remeasure_times(const FrozenProblem& problem, FrozenCurve& curve, double binding_s,
                      const EngineFactory& make_engine, const Poll& poll) {
   const auto end = std::find_if(curve.samples.begin() + 1, curve.samples.end(),

@@ -13,9 +13,9 @@ namespace {
 
 constexpr double kShares[] = {0.1, 0.01, 0.001};
 constexpr int kMiddleInterval = 3;
-constexpr double kMaxShown = 10;  ///< larger errors would compress all other curves into one line
+constexpr double kMaxShown = 10;  ///< largest share of the initial error in plots; larger ones would flatten the rest
 
-/// Number with three significant digits, without exponent.
+/// Number without an exponent: three significant digits from 1 to 1000, an integer above, three decimals below.
 std::string short_number(double value) {
   char text[64];
   const int decimals = value >= 100 || value == 0 ? 0 : value >= 10 ? 1 : value >= 1 ? 2 : 3;
@@ -25,7 +25,7 @@ std::string short_number(double value) {
 
 const char* start_name(const LiveVariant& variant) { return variant.coarse_to_fine ? "coarse to fine" : "final level"; }
 
-/// Mean over the meshes with a reference, sample by sample; all meshes are sampled at the same time.
+/// Mean over the meshes with a reference, for each sample; all meshes are sampled at the same times.
 template <class Value>
 std::vector<double> mean_over_meshes(const LiveCurve& curve, Value&& value) {
   std::vector<double> means;

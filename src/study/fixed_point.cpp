@@ -13,7 +13,7 @@ namespace {
 double largest(const Pose& x) { return x.colwise().norm().maxCoeff(); }
 
 using Factors = Eigen::SparseLU<Eigen::SparseMatrix<double>>;
-/// Preconditioner with the interface that Eigen's solvers require.
+/// Sparse LU as a preconditioner, with the interface that Eigen's solvers require.
 struct LuPreconditioner {
   const Factors* factors = nullptr;
   template <class M>
@@ -35,8 +35,8 @@ struct LuPreconditioner {
   Eigen::ComputationInfo info() const { return Eigen::Success; }
 };
 
-/// Solver of (mu - J / weight) dx = right for one pose and one mu: BiCGSTAB, preconditioned with the factors of an
-/// earlier near_jacobian. The factors are recomputed when it converges slowly.
+/// Solver of (mu - J / weight) dx = right for one pose and one mu; weight: sum of the weights. BiCGSTAB, preconditioned
+/// with the factors of an earlier near_jacobian(), which are recomputed when BiCGSTAB converges slowly.
 class LinearSystems {
  public:
   explicit LinearSystems(const ReferenceModel& model) : model_(model) {}
@@ -52,7 +52,7 @@ class LinearSystems {
     solver_.preconditioner().factors = &factors_;
     solver_.compute(regular_);
   }
-  /// Solution; empty if the matrix is numerically singular.
+  /// Solution for the right-hand side `right`, to a relative residual `tolerance`; empty if the factorisation fails.
   std::optional<Pose> solve(const Pose& right, double tolerance) {
     constexpr int kQuickIterations = 12, kMaxIterations = 500;
     const Eigen::Map<const Eigen::VectorXd> flat(right.data(), right.size());
@@ -92,7 +92,7 @@ class LinearSystems {
   Factors factors_;
   Eigen::BiCGSTAB<ReferenceModel::Matrix, LuPreconditioner> solver_;
   double mu_ = 0;
-  bool analysed_ = false, factors_current_ = false;  // factors_current_: the factors belong to the current system
+  bool analysed_ = false, factors_current_ = false;  // factors_current_: whether the factors fit the current system
 };
 
 }  // namespace
@@ -108,7 +108,7 @@ FixedPoint find_fixed_point(const ReferenceModel& model, const Pose& start, doub
   }
   Pose a = model.acceleration(start) / weight;
   const double edge = (start.col(0) - start.col(model.neighbours()[0][0])).norm();
-  double mu = std::clamp(largest(a) / edge, kMinMu, 1e-2);  // relative to the weight sum
+  double mu = std::clamp(largest(a) / edge, kMinMu, 1e-2);  // relative to the sum of the weights
   double before = INFINITY;
   LinearSystems systems(model);
   systems.set_pose(start);
@@ -122,7 +122,7 @@ FixedPoint find_fixed_point(const ReferenceModel& model, const Pose& start, doub
       candidate = result.pose + dx;
       const Pose next = candidate.allFinite() ? Pose(model.acceleration(candidate) / weight) : candidate;
       if (next.allFinite()) {
-        // The linear model predicts the residual mu dx; the excess measures the nonlinearity.
+        // The linear model predicts the residual mu dx; the difference from it measures the nonlinearity.
         const std::optional<Pose> second = systems.solve(next - mu * dx, 1e-2);
         if (second) correction = *second, mismatch = correction.norm() / dx.norm();
       }

@@ -10,9 +10,9 @@
 namespace simplexseg {
 namespace {
 
-const Eigen::Vector3d kPoint{23, 2, 1};  ///< outside of the ball
+const Eigen::Vector3d kPoint{23, 2, 1};  ///< position of an attraction point outside the ball, mm
 
-/// Trial that starts near the fixed point of a single force, with all references.
+/// Trial that starts near the fixed point of a single force, with recorded profiles and shape reference.
 Trial trial_for(const std::string& force, float weight) {
   ForceParameters forces = forces_with({{force.c_str(), "weight", weight}});
   const SimplexMesh sphere = make_sphere({0, 0, 0}, kBallRadius, 2);
@@ -57,7 +57,7 @@ std::string expected_end(const std::string& force) {
   return "the ball's surface within 1.5 mm";
 }
 
-/// Case with two forces of these weights.
+/// Case with two forces of the given weights.
 StabilityCase two_force_case(const char* name, const char* strong, float strong_weight, const char* weak,
                              float weak_weight) {
   return {name,

@@ -40,7 +40,7 @@ PoseError rms(const std::vector<FrozenMesh>& meshes, const std::function<Pose(st
   return {std::sqrt(whole / count), std::sqrt(normal / count)};
 }
 
-/// Computes normals at the fixed point and the initial error; `end` of each mesh is set.
+/// Computes the normals at the fixed point and the initial error; `end` of each mesh must be set.
 void set_normals_and_start_error(FrozenProblem& problem) {
   for (FrozenMesh& mesh : problem.meshes) {
     SimplexMesh settled{positions_of(mesh.end), mesh.start.neighbours};
@@ -57,7 +57,7 @@ EngineMesh engine_mesh_of(const MeshItem& item, bool finest) {
   return m;
 }
 
-/// Stores the targets that a new engine finds for the current pose of the session.
+/// Stores in `problem` the targets that a new engine finds for the current pose of the session.
 void find_targets(const Session& session, const EngineFactory& make_engine, FrozenProblem& problem) {
   const Scene& scene = session.scene();
   const Volume& volume = session.volume();
@@ -117,7 +117,7 @@ void FrozenProblem::load(Engine& engine, const SimulationParameters& settings) c
   }
   engine.set_volume(volume);
   SimulationParameters frozen = settings;
-  frozen.refresh_interval = 1e6f;  // points stay bound to the same vertices
+  frozen.refresh_interval = 1e6f;  // points remain bound to the same vertices
   engine.load(list, frozen);
   for (std::size_t k = 0; k < meshes.size(); ++k)
     for (int force = 0; force < kForceCount; ++force)
@@ -187,7 +187,7 @@ FrozenProblem frozen_problem_of(const Scene& scene, const Volume& volume, bool f
     const ReferenceModel model = model_of(mesh, volume);
     FixedPoint found = find_fixed_point(model, pose_of(mesh.start.positions), kToleranceMm);
     systems += found.iterations;
-    // The final pose of the run is near the fixed point.
+    // Second attempt from the final pose of the run, which is near the fixed point.
     if (!found.converged && !from_start)
       found = find_fixed_point(model, pose_of(session.scene().meshes[k].mesh.positions), kToleranceMm);
     mesh.end = found.pose;
@@ -222,7 +222,7 @@ FrozenProblem make_membrane(bool half, int vertices) {
     for (const int j : mesh.start.neighbours[static_cast<std::size_t>(i)]) entries.emplace_back(i, j, -kSprings / 3);
     const Eigen::Vector3d x = mesh.start.positions[static_cast<std::size_t>(i)].cast<double>(), u = x / kRadiusMm;
     if (i % kEvery == 0 && (!half || x.z() >= 0)) {
-      // The point is on the vertex's radius, so this vertex is and remains the nearest.
+      // The point lies on the line through the centre and the vertex, so this vertex is and remains the nearest.
       const Eigen::Vector3d point = x * (1 + 0.08 * (3 * u.z() * u.z() - 1) / 2 + 0.05 * u.x() * u.y());
       mesh.points_mm.push_back(point);
       diagonal += kPull;

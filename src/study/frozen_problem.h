@@ -23,40 +23,40 @@ struct FrozenMesh {
   SimplexMesh start;  ///< initial pose for every method
   std::vector<Vec4> shape;
   ForceParameters forces{};
-  std::array<std::vector<Vec4>, kForceCount> targets;  ///< targets of each image force; empty: it does not act
+  std::array<std::vector<Vec4>, kForceCount> targets;  ///< targets of each image force; empty: the force does not act
   std::vector<Eigen::Vector3d> points_mm;
   Pose end;          ///< fixed point
   Pose end_normals;  ///< unit normals at the fixed point
 
-  /// Forces without the image forces that have no targets.
+  /// Parameters of the forces, with weight 0 for image forces without targets.
   ForceParameters active_forces() const;
 };
 
 /// Root mean square errors over all vertices, mm.
 struct PoseError {
-  double whole, normal;  ///< distance to the fixed point, and its component along the normals there
+  double whole, normal;  ///< distance to the fixed point; its component along the normals at the fixed point
 };
 
 struct FrozenProblem {
   std::vector<FrozenMesh> meshes;
-  Volume volume;                      ///< for the unit "voxel" of parameters; may be empty
+  Volume volume;                      ///< its smallest spacing is the unit "voxel" of parameters; may be empty
   SimulationParameters simulation{};  ///< settings of the scene
-  std::string how;                    ///< method and accuracy of the fixed point, in a sentence
-  bool converged = false;             ///< the fixed point has the required accuracy
+  std::string how;                    ///< method and accuracy of the fixed point, for reports
+  bool converged = false;             ///< whether the fixed point has the required accuracy
   PoseError start_mm{};
 
   int vertex_count() const;
   /// Loads initial poses, targets and points into the engine, with the settings of a method.
   void load(Engine& engine, const SimulationParameters& settings) const;
-  /// Error of the engine's current poses.
+  /// Errors of the current poses in the engine.
   PoseError error_mm(Engine& engine) const;
-  /// Largest timestep that is stable for all meshes, with Verlet and this damping.
+  /// Largest timestep with which Verlet with this damping is stable for all meshes.
   float stable_timestep(float damping) const;
 };
 
 /// Runs the scene with its own settings until it settles, for its number of steps (2000 if it has none); meshes without
-/// a pose start as spheres. The last targets of the image forces become fixed; the start is the pose with which each
-/// mesh began its last refinement level. With `from_start` no step is run, and the targets are those of the start. The
+/// a pose start as spheres. The image targets at the final pose become fixed; the start is the pose with which each
+/// mesh began its last refinement level. With `from_start`, no step is run, and the targets are those at the start. The
 /// fixed point is computed in double, to 1e-9 mm. Throws Error for a scene without meshes or if the run fails.
 FrozenProblem frozen_problem_of(const Scene& scene, const Volume& volume, bool from_start,
                                 const EngineFactory& make_engine, const Poll& poll);

@@ -20,7 +20,8 @@ double seconds_since_epoch() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Part of the mask in its bounding box, enlarged by half on each side; sufficient for the Dice coefficient.
+/// Part of the mask in its bounding box, enlarged by half on each side. The Dice coefficient in this box is exact for a
+/// segmentation inside the box.
 Mask crop(const Mask& mask) {
   VoxelBox box = bounding_box(mask, mask);
   for (int a = 0; a < 3; ++a) {
@@ -77,7 +78,7 @@ LiveCurve LiveStudy::run(const LiveVariant& variant, double budget_s, const Engi
   simulation.solver_choice = static_cast<float>(variant.solver);
   simulation.refresh_interval = static_cast<float>(variant.refresh_interval);
   if (!variant.coarse_to_fine)
-    // With finest_edge, the mesh could start coarser.
+    // A finest_edge above 0 could make the mesh start on a coarser level.
     simulation.start_vertices = simulation.final_vertices, simulation.finest_edge = 0;
   else if (simulation.start_vertices >= simulation.final_vertices)
     simulation.start_vertices = std::min(simulation.final_vertices, default_simulation_parameters().start_vertices);

@@ -34,7 +34,7 @@ StabilityCase smoothed(const char* name, const char* what, const std::function<S
 }
 SimplexMesh bent_ellipsoid(int level) {
   return transformed(make_ellipsoid({0, 0, 0}, {4, 4, 40}, level), [](const Vector3d& p) {
-    const double angle = p[2] / 20, radius = 20 + p[0];  // a half circle of 20 mm
+    const double angle = p[2] / 20, radius = 20 + p[0];  // an arc of 4 rad with a radius of 20 mm
     return Vector3d(radius * std::cos(angle), p[1], radius * std::sin(angle));
   });
 }
@@ -47,7 +47,7 @@ SimplexMesh three_lobes(int level) {
   });
 }
 
-/// Trial that grows a small seed into a shape with refinement; 2000 steps.
+/// Trial of 2000 steps in which a small seed grows into a shape with refinement.
 Trial grown_in(const Volume& image, const Volume& labels, const Vector3d& seed_mm, double radius_mm, bool full) {
   Trial trial = trial_of(make_sphere(seed_mm, radius_mm, 1), image, usual_forces());
   trial.scene.meshes[0].seed = {seed_mm, radius_mm};
@@ -93,7 +93,7 @@ const Phantom& branched_phantom() {
   return phantom;
 }
 
-/// Trial of the ball with all lengths scaled to the radius `radius_mm`, centred at `shift_mm`.
+/// Trial of the ball with all lengths scaled so that its radius is `radius_mm`, centred at `shift_mm`.
 Trial scaled_ball(double radius_mm, const Vector3d& shift_mm) {
   const double scale = radius_mm / kBallRadius;
   Trial trial = trial_of(make_sphere(shift_mm + scale * Vector3d(1, -0.5, 0.5), 15 * scale, 2),
@@ -105,7 +105,7 @@ Trial scaled_ball(double radius_mm, const Vector3d& shift_mm) {
   return trial;
 }
 
-/// Case with a damaged mesh in the ball's scene, from which it should recover.
+/// Case with a damaged mesh in the ball's scene; the mesh should recover from the damage.
 StabilityCase damaged(const char* name, const char* what, const std::function<void(SimplexMesh&)>& damage) {
   return {name,
           what,

@@ -23,7 +23,7 @@ constexpr std::array<PhantomKind, 8> kinds{{
     {"ramp", "intensities that rise along i from background to background + contrast, no label"},
 }};
 
-/// Counter-based random generator without state: the noise of a voxel depends only on the seed and the voxel.
+/// Counter-based random number generator without state: the noise of a voxel depends only on the seed and the voxel.
 /// splitmix64: Steele, Lea and Flood 2014, Fast splittable pseudorandom number generators.
 std::uint64_t splitmix64(std::uint64_t counter) {
   std::uint64_t z = counter * 0x9E3779B97F4A7C15u;
@@ -32,8 +32,9 @@ std::uint64_t splitmix64(std::uint64_t counter) {
   return z ^ (z >> 31);
 }
 
-/// Gaussian numbers of mean 0 and deviation 1, as sums of 32 uniform 16-bit numbers (kurtosis 2.96, at most 9.8). Uses
-/// only integers: the logarithm and cosine of Box-Muller differ in the last bit between C libraries.
+/// Approximately Gaussian numbers of mean 0 and standard deviation 1, as sums of 32 uniform 16-bit numbers (kurtosis
+/// 2.96, magnitude at most 9.8). The sums are integers, because the logarithm and cosine of Box-Muller differ in the
+/// last bit between C libraries.
 class Noise {
  public:
   explicit Noise(std::uint64_t seed) : key_(splitmix64(seed + 0x632BE59BD9B4E019u)) {}
@@ -43,7 +44,7 @@ class Noise {
       const std::uint64_t word = splitmix64(key_ + 8 * voxel + draw);
       sum += (word & 0xFFFF) + (word >> 16 & 0xFFFF) + (word >> 32 & 0xFFFF) + (word >> 48);
     }
-    // Mean 32 * 65535 / 2; variance 32 * (2^32 - 1) / 12.
+    // Mean of the sum: 32 * 65535 / 2; variance: 32 * (2^32 - 1) / 12.
     return static_cast<double>(sum - 1048560) * (1.0 / 107019.83984290015);
   }
 
@@ -54,7 +55,7 @@ class Noise {
 template <class T>
 T to_voxel(double value) {
   if constexpr (std::is_floating_point_v<T>) return static_cast<T>(value);
-  // Rounds half up, saturates.
+  // Rounds halves up and saturates.
   const double low = static_cast<double>(std::numeric_limits<T>::lowest());
   const double high = static_cast<double>(std::numeric_limits<T>::max());
   return static_cast<T>(std::clamp(std::floor(value + 0.5), low, high));
@@ -81,15 +82,15 @@ void paint(Volume& image, const PhantomSettings& settings, F&& share) {
     const std::span<T> voxels = image.voxels<T>();
     for (std::size_t v = 0; v < voxels.size(); ++v) {
       double value = std::fma(settings.contrast, share(v), settings.background);
-      // std::fma rounds once: the same bits with and without an FMA instruction.
+      // std::fma rounds once, so the bits are the same with and without an FMA instruction.
       if (settings.noise_sigma > 0) value = std::fma(settings.noise_sigma, noise(v), value);
       voxels[v] = to_voxel<T>(value);
     }
   });
 }
 
-/// Points along the centre line of the tube, in widths of the volume: a cubic Bezier curve, a hook in a plane whose end
-/// bends out of the plane.
+/// Points along the centre line of the tube, in widths of the volume: a cubic Bezier curve in the shape of a hook whose
+/// end bends out of the plane.
 using CentreLine = std::array<Eigen::Vector3d, 25>;
 CentreLine tube_centre_line() {
   const Eigen::Vector3d a(-0.20, -0.30, -0.10), b(-0.46, 0.50, -0.16), c(0.62, 0.34, 0.02), d(0.16, -0.28, 0.24);
@@ -111,8 +112,9 @@ double distance_to_line(const CentreLine& line, const Eigen::Vector3d& p) {
   return std::sqrt(squared);
 }
 
-/// Signed distance (< 0 inside) of the point `p` to the surface of label `label`, in widths of the volume, origin at
-/// its centre. Exact except for the ellipsoid, where it is correct to first order at the surface.
+/// Signed distance (< 0 inside) of the point `p` from the surface of label `label`, in widths of the volume. The origin
+/// of `p` is the centre of the volume. Exact except for the ellipsoid, where it is correct to first order at the
+/// surface.
 using SignedDistance = double (*)(int label, const Eigen::Vector3d& p);
 
 double ellipsoid_distance(const Eigen::Vector3d& p) {
@@ -151,10 +153,10 @@ constexpr std::array<Shape, kinds.size()> shapes{{
 }};
 
 /// Share of a voxel inside a surface, from 4^3 samples weighted by their signed distances. The voxel is a cube of side
-/// `side` around `centre`, whose signed distance is `d`.
+/// `side` around `centre`; `d`: signed distance of the centre.
 template <class F>
 double share_inside(const Eigen::Vector3d& centre, double d, double side, F&& distance) {
-  // Half a voxel's diagonal is 0.87 sides; the margin allows for distances that are exact only near the surface.
+  // Half of a voxel's diagonal is 0.87 sides; the margin allows for distances that are exact only near the surface.
   if (std::abs(d) > 1.5 * side) return d < 0 ? 1.0 : 0.0;
   constexpr int samples = 4;
   double sum = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stability cases: attraction points at unreasonable positions.
+// Stability cases: attraction points at extreme positions.
 #include <cmath>
 
 #include "study/trials.h"

@@ -23,13 +23,13 @@ double value(const Eigen::AutoDiffScalar<D>& x) {
   return x.value();
 }
 
-/// Scalar with the value f(x) and the derivative f'(x).
+/// Chain rule: scalar with the value `f`, whose derivatives are `slope` times those of the first argument.
 double chain(double, double f, double) { return f; }
 template <class D>
 Eigen::AutoDiffScalar<D> chain(const Eigen::AutoDiffScalar<D>& x, double f, double slope) {
   return Eigen::AutoDiffScalar<D>(f, D(slope * x.derivatives()));
 }
-/// x^a for x >= 0. The derivative at 0, which may be infinite, is set to 0.
+/// Power x^a for x >= 0. The derivative at 0, which may be infinite, is set to 0.
 template <class T>
 T power(const T& x, double a) {
   const double v = value(x);
@@ -62,7 +62,8 @@ V scaled(const V& a, const typename V::Scalar& s) {
   return V(T(a[0] * s), T(a[1] * s), T(a[2] * s));
 }
 
-/// Normal for collinear neighbours a, b (relative to the third): orthogonal to their line, nearest to the last normal.
+/// Normal of a vertex with collinear neighbours: orthogonal to their line and nearest to the last normal. a, b:
+/// positions of two neighbours relative to the third.
 Eigen::Vector3d collinear_normal(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Eigen::Vector3d last) {
   Eigen::Vector3d line = a.squaredNorm() >= b.squaredNorm() ? a : b;
   if (line.norm() > 0) line.normalize();
@@ -115,7 +116,7 @@ ReferenceModel::ReferenceModel(const ReferenceScene& scene, const Pose& pose)
       const std::span<const Vec4> targets = scene.targets[static_cast<std::size_t>(F::id)];
       check_size(targets.size(), vertices, "targets");
       if (targets.empty() || !(weight > 0)) return;
-      double pull_mm = 0;  // no bound, unless the force has one
+      double pull_mm = 0;  // 0: no bound; used for forces without the parameter `pull`
       if constexpr (requires { F::pull; }) pull_mm = parameter(F::id, F::pull) * scene.voxel_mm;
       image_.push_back({weight, pull_mm, {targets.begin(), targets.end()}});
       weight_sum_ += weight;
@@ -146,7 +147,7 @@ void ReferenceModel::bind(std::span<const Eigen::Vector3d> points_mm, const Pose
     const SimplexMesh mesh{positions_of(pose), neighbours_};
     for (const Eigen::Vector3d& point : points_mm) {
       Eigen::Index nearest = 0;
-      (pose.colwise() - point).colwise().squaredNorm().minCoeff(&nearest);  // the first of equal ones
+      (pose.colwise() - point).colwise().squaredNorm().minCoeff(&nearest);  // the first if several are equally near
       const Neighbourhood patch = neighbourhood_of(mesh, static_cast<int>(nearest), order);
       for (std::size_t k = 0; k < patch.vertices.size(); ++k) {
         const double t = patch.ring[k] / (order + 1.0);
@@ -200,7 +201,7 @@ ReferenceModel::Frame<T> ReferenceModel::frame_of(int i, const Vector<T>& p, con
   return frame;
 }
 
-/// Sum of all forces except attraction; it depends on the vertex, its neighbours and the mean curvature.
+/// Sum of all forces on a vertex except attraction, as a function of the vertex, its neighbours and the mean curvature.
 template <class T>
 ReferenceModel::Vector<T> ReferenceModel::local_force(int i, const Vector<T>& p, const Vector<T>& p1,
                                                       const Vector<T>& p2, const Vector<T>& p3, const T& mean_curvature,

@@ -16,16 +16,17 @@ using Pose = Eigen::Matrix3Xd;
 Pose pose_of(std::span<const Eigen::Vector3f> positions);
 std::vector<Eigen::Vector3f> positions_of(const Pose& pose);
 
-/// Forces on one mesh with fixed image targets and attraction bindings. A force whose span is empty does not act,
-/// regardless of its weight. The spans must remain valid only during the construction of the model.
+/// Forces on one mesh with fixed image targets and attraction bindings. A force that needs a shape reference, targets
+/// or points does not act if its span is empty, regardless of its weight. The spans must remain valid only during the
+/// construction of the model.
 struct ReferenceScene {
   std::span<const std::array<int, 3>> neighbours;
   ForceParameters forces;
   std::span<const Vec4> shape;  ///< reference of shape memory (e1, e2, h_mm, S_mm2), as in MeshItem
-  /// Fixed targets of each force that has targets: point (mm), confidence in [0, 1]. Empty: none.
+  /// Fixed targets of each force with targets, per vertex: point (mm), confidence in [0, 1]. Empty: none.
   std::array<std::span<const Vec4>, kForceCount> targets;
   std::span<const Eigen::Vector3d> points_mm;  ///< attraction points of this mesh
-  double voxel_mm = 1;                         ///< unit "voxel" of parameters: smallest spacing, 1 without a volume
+  double voxel_mm = 1;                         ///< unit "voxel" of parameters, mm: smallest spacing, 1 without a volume
 };
 
 /// Reference implementation of the model of docs/mathematics.md, section 2, in double: the acceleration sum_f k_f d_f
@@ -34,8 +35,9 @@ struct ReferenceScene {
 /// bound becomes active, where a neighbour's normal passes a right angle, and where neighbours are nearly collinear.
 class ReferenceModel {
  public:
-  /// Binds attraction points to the nearest vertices of `pose` and the rings around them. The normals of `pose` are the
-  /// last valid ones for vertices with collinear neighbours. Throws Error if sizes do not match.
+  /// Binds attraction points to the nearest vertices of `pose` and the rings around them. Vertices with collinear
+  /// neighbours use the normals of `pose` as their last valid normals. Throws Error if sizes do not match or a force of
+  /// nonzero weight is not implemented.
   ReferenceModel(const ReferenceScene& scene, const Pose& pose);
 
   int vertex_count() const { return static_cast<int>(neighbours_.size()); }
@@ -44,14 +46,15 @@ class ReferenceModel {
   /// Sum of the weights of the active forces, 1/s^2; a residual divided by it is in mm.
   double weight_sum() const { return weight_sum_; }
 
-  /// Acceleration sum_f k_f d_f of each vertex, mm (unit mass and time).
+  /// Acceleration sum_f k_f d_f of each vertex for unit mass, mm/s^2.
   Pose acceleration(const Pose& pose) const;
   /// Derivative of the acceleration at `pose` in the direction `v`: exact, by automatic differentiation.
   Pose derivative(const Pose& pose, const Pose& v) const;
   using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
   /// Derivative as a 3V x 3V matrix; coordinate c of vertex i is row 3i + c.
   Matrix jacobian(const Pose& pose) const { return matrix(pose, preserves_curvature_); }
-  /// Derivative with constant mean curvatures in smoothing: the force on a vertex then depends only on its neighbours.
+  /// Derivative with constant mean curvatures in smoothing; the smoothing force on a vertex then depends only on the
+  /// vertex and its neighbours.
   Matrix near_jacobian(const Pose& pose) const { return matrix(pose, false); }
 
  private:
@@ -60,12 +63,12 @@ class ReferenceModel {
   template <class T>
   struct Frame {
     Vector<T> normal;
-    T curvature;  ///< h over the bounded S, 1/mm
+    T curvature;  ///< elevation h divided by S, which is bounded from below, 1/mm
   };
-  /// Force of an attraction point on a vertex: w^2 (C - P0) / sum of the vertex's w.
+  /// Force of an attraction point C on a vertex: w^2 (C - P0) / sum of the w of the vertex; P0: vertex nearest to C.
   struct Pull {
     double square, inverse_sum;
-    int nearest;  ///< P0
+    int nearest;  ///< index of P0
     Eigen::Vector3d point_mm;
   };
 
@@ -78,7 +81,7 @@ class ReferenceModel {
                         const T& mean_curvature, bool folded) const;
   template <class T>
   std::vector<Vector<T>> evaluate(const std::vector<Vector<T>>& x) const;
-  /// Rings 1 and 2 of a vertex, whose curvatures are averaged; without the vertex itself.
+  /// Vertices of rings 1 and 2 around a vertex, whose curvatures are averaged; without the vertex itself.
   std::array<int, 9> two_rings(int i) const;
   Matrix matrix(const Pose& pose, bool moving_curvature) const;
 
@@ -93,7 +96,7 @@ class ReferenceModel {
   std::vector<Eigen::Vector3d> last_normals_;
   std::vector<int> first_pull_;  ///< V + 1 offsets into pulls_
   std::vector<Pull> pulls_;
-  std::vector<double> image_share_;  ///< factor of the image forces near attraction points
+  std::vector<double> image_share_;  ///< factor of the image forces of each vertex, below 1 near attraction points
   bool preserves_curvature_ = false;
   double smoothing_ = 0, shape_memory_ = 0, weight_sum_ = 0;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stability cases: sliders at their ends, timesteps past the bound, and settings that change during the run.
+// Stability cases: sliders at their ends, timesteps above the stability bound, and settings that change during the run.
 #include <cmath>
 
 #include "forces/profile_reference.h"
@@ -9,7 +9,7 @@
 namespace simplexseg {
 namespace {
 
-/// Trial of the ball with only one force, its weight at the slider's end.
+/// Trial of the ball with only one force, whose weight is the slider's maximum.
 Trial single_force_trial(const ForceInfo& force, float timestep, bool limited) {
   Trial trial = ball_trial();
   MeshItem& item = trial.scene.meshes[0];
@@ -40,7 +40,7 @@ Trial with_sliders(float ParameterInfo::*end, bool limited) {
   return trial;
 }
 
-/// Case of the ball with one changed setting of the simulation.
+/// Case of the ball with one changed simulation parameter.
 StabilityCase setting(const char* name, const char* what, float SimulationParameters::*member, float value,
                       CaseOutcome stated, const char* reason) {
   return {name, what, stated, stated, reason, [=](bool) {

@@ -16,12 +16,12 @@ namespace simplexseg {
 using EngineFactory = std::function<std::unique_ptr<Engine>()>;
 
 enum class CaseOutcome {
-  Converges,  ///< the final error is within the case's tolerance
-  Bounded,    ///< every final position is within the case's reach
-  Cut,        ///< a step was undone, its timestep reduced, and a message given; the run finished within reach
-  Pauses,     ///< the run stopped with a message that names mesh and force
+  Converges,  ///< the final error is at most the tolerance of the case
+  Bounded,    ///< every final position is within the reach of the case
+  Cut,        ///< steps were undone, the timestep reduced, and a message given; the run ended within reach
+  Pauses,     ///< the run stopped with a message that names segmentation and force
   Refused,    ///< an Error with the reason prevented the run
-  Fails,      ///< none of these, or an unreported fold or inversion of a mesh
+  Fails,      ///< none of these, or a fold or inversion that was not reported or is not allowed
 };
 const char* to_string(CaseOutcome outcome);
 
@@ -29,31 +29,31 @@ const char* to_string(CaseOutcome outcome);
 struct Trial {
   Scene scene;  ///< every mesh has a pose
   Volume volume;
-  bool at_engine = false;  ///< runs the engine without a session, for values beyond the sliders' ranges
+  bool at_engine = false;  ///< whether no session is used, for values beyond the ranges of the sliders
   int steps = 400;
   int chunk = 0;                               ///< number of steps between calls of `between`; 0: none
-  std::function<void(Session&, int)> between;  ///< called with the number of finished chunks
+  std::function<void(Session&, int)> between;  ///< called with the session and the number of finished chunks
   std::function<double(const Scene&)> error;   ///< error of the final scene; empty: the case has no target
   double tolerance = 0;                        ///< largest error that counts as converged
-  double reach_mm = 60;                        ///< largest final distance of a vertex from the centre of the start
-  bool folds = false;                          ///< folds may remain at the end; they must be reported
-  bool inverted = false;                       ///< meshes may be inverted at the end; this must be reported
-  bool cuts = false;                           ///< steps may be undone; this must be reported
+  double reach_mm = 60;                        ///< largest allowed final distance from the mesh's initial centre
+  bool folds = false;                          ///< whether folds may remain at the end; they must be reported
+  bool inverted = false;                       ///< whether meshes may be inverted at the end; this must be reported
+  bool cuts = false;                           ///< whether steps may be undone; this must be reported
 };
 
 struct StabilityCase {
-  std::string name;                      ///< snake_case
+  std::string name;                      ///< name in snake_case
   std::string what;                      ///< extreme property of the case
-  CaseOutcome stated, stated_verlet;     ///< expected outcomes; only Verlet uses the given timestep unchanged
+  CaseOutcome stated, stated_verlet;     ///< expected outcomes; only Verlet uses the given timestep without change
   std::string reason;                    ///< reason for the expected outcome
-  std::function<Trial(bool full)> make;  ///< full: size of the study, otherwise size of the tests
-  std::string refusal_text = {};         ///< expected part of the message of a refusal
+  std::function<Trial(bool full)> make;  ///< makes the trial; full: in the size of the study, else of the tests
+  std::string refusal_text = {};         ///< expected part of the message of a refusal; empty: any message
 };
 
 /// All cases, in the order of the table.
 std::span<const StabilityCase> stability_cases();
 
-// The parts of the table.
+// Cases of each part of the table.
 std::vector<StabilityCase> force_cases();
 std::vector<StabilityCase> setting_cases();
 std::vector<StabilityCase> mesh_cases();
@@ -64,17 +64,17 @@ std::vector<StabilityCase> point_cases();
 struct CaseResult {
   CaseOutcome outcome = CaseOutcome::Fails;
   bool as_stated = false;
-  std::string note;  ///< message (refusal, failure, first cut) or fault
+  std::string note;  ///< message (refusal, failure, first cut) or fault; empty: none
   int steps = 0;
   double error = std::numeric_limits<double>::quiet_NaN();
-  double farthest_mm = 0;                            ///< largest final distance from the centre of the start
-  int folded = 0, folded_reported = 0;               ///< folded vertices, counted in double, and as reported
-  bool inverted = false, inverted_reported = false;  ///< some mesh is inverted, and reported as such
+  double farthest_mm = 0;                            ///< largest final distance of a vertex from the initial centre
+  int folded = 0, folded_reported = 0;               ///< number of folded vertices, counted in double and as reported
+  bool inverted = false, inverted_reported = false;  ///< whether some mesh is inverted, and reported as inverted
   int cuts = 0;
 };
 CaseResult run_case(const StabilityCase& stability_case, Solver solver, const EngineFactory& make_engine, bool full);
 
-/// The choices of the parameter `solver`.
+/// Names of the solvers: the choices of the parameter `solver`.
 std::vector<std::string> solver_names();
 
 }  // namespace simplexseg

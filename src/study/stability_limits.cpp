@@ -17,9 +17,9 @@ namespace {
 constexpr float kWeight = 0.8f;
 constexpr double kRadius = 20;
 
-/// Honeycomb around a torus, thin enough for all edges of a vertex to be parallel to the tube: one in one direction,
-/// two in the other. The single edge is longer by the factor 2^(1/(1+a)), for which smoothing with evenness a is in
-/// equilibrium along the tube.
+/// Hexagonal mesh on a torus with a tube so thin that all edges of a vertex are nearly parallel to the tube: one in one
+/// direction, two in the other. The single edge is longer by the factor 2^(1/(1+a)), for which smoothing with evenness
+/// a is in equilibrium along the tube.
 SimplexMesh stretched_tube(int along, int around, double evenness) {
   // A long edge connects vertex A(u, v) to B(u, v); two short edges connect B(u, v) to A(u+1, v) and A(u+1, v+1).
   SimplexMesh mesh;
@@ -30,7 +30,8 @@ SimplexMesh stretched_tube(int along, int around, double evenness) {
     for (int v = 0; v < around; ++v)
       for (int b = 0; b < 2; ++b) {
         const double length = cell * (u + b * ratio / (1 + ratio));
-        // Each row is rotated by half a cell, which makes the two short edges equal; `along` rows make whole turns.
+        // Each row is rotated by half a cell, which makes the two short edges equal; the rotations of all `along` rows
+        // add up to whole turns.
         const double turn = 2 * std::numbers::pi / around * (v - 0.5 * u);
         const double radius = kRadius + tube_radius * std::cos(turn);
         mesh.positions.push_back(
@@ -46,7 +47,7 @@ SimplexMesh stretched_tube(int along, int around, double evenness) {
   return mesh;
 }
 
-/// Root mean square component of the smoothing force along each vertex's first edge.
+/// Root mean square over the vertices of the component of the smoothing force along the first edge, for weight 1.
 double smoothing_along_edges(const SimplexMesh& mesh, double evenness) {
   double sum = 0;
   for (int i = 0; i < mesh.vertex_count(); ++i) {
@@ -69,7 +70,7 @@ LimitProblem even_smoothing(float evenness) {
   problem.forces = forces_with(
       {{"smoothing", "weight", kWeight}, {"smoothing", "evenness", evenness}, {"smoothing", "curvature", 0}});
   problem.mesh = stretched_tube(60, 6, evenness);
-  // The fastest mode moves all A against all B.
+  // The fastest mode moves all vertices A against all vertices B.
   const std::vector<Eigen::Vector3f> equilibrium = problem.mesh.positions;
   for (int i = 0; i < problem.mesh.vertex_count(); ++i)
     problem.mesh.positions[i] += 0.0003f * (equilibrium[problem.mesh.neighbours[i][0]] - equilibrium[i]);
@@ -80,7 +81,7 @@ LimitProblem even_smoothing(float evenness) {
 LimitProblem laplacian() {
   LimitProblem problem;
   problem.name = "smoothing, evenness 0";
-  // The force is linear and its fixed point a single point; the mesh is noise around it.
+  // The force is linear and its fixed point is a single point; the mesh is noise around this point.
   problem.mesh = add_noise(make_sphere({0, 0, 0}, 1, 3), 1);
   const SimplexMesh sphere = make_sphere({0, 0, 0}, 1, 3);
   for (int i = 0; i < sphere.vertex_count(); ++i) problem.mesh.positions[i] -= sphere.positions[i];
@@ -117,7 +118,7 @@ LimitProblem image_force(const ForceInfo& force) {
   problem.name = force.name;
   problem.mesh = make_sphere({0, 0, 0}, kRadius, 1);
   problem.forces = forces_with({{force.name, "weight", kWeight}});
-  if (find_parameter(force.parameters, "pull") >= 0) set_value(problem.forces, {force.name, "pull", 0});  // no bound
+  if (find_parameter(force.parameters, "pull") >= 0) set_value(problem.forces, {force.name, "pull", 0});  // 0: no bound
   problem.target_force = force.id;
   for (const Eigen::Vector3f& p : problem.mesh.positions) {
     const Eigen::Vector3f target = 1.0005f * p;

@@ -15,23 +15,24 @@ struct LimitProblem {
   std::vector<EnginePoint> points;
   std::optional<ForceId> target_force;  ///< image force to which `targets` belong
   std::vector<Vec4> targets;
-  std::function<double(const SimplexMesh&)> deviation;  ///< deviation from the fixed point
+  std::function<double(const SimplexMesh&)> deviation;  ///< measure of the deviation of a pose from the fixed point
 };
 std::vector<LimitProblem> limit_problems();
-/// sqrt((4 - 2 damping) / stiffness) of the problem.
+/// Predicted largest stable timestep of the problem: sqrt((4 - 2 damping) / stiffness).
 double predicted_limit(const LimitProblem& problem, double damping);
 
-/// True if the deviation grows at this timestep (by a factor of 20 within 600 steps, or until a step is undone).
+/// True if the deviation grows at this timestep: by a factor of 20 within 600 steps, or so fast that the engine undoes
+/// a step.
 bool deviation_grows(const LimitProblem& problem, double damping, double timestep, const EngineFactory& make_engine);
-/// Largest timestep at which the deviation does not grow, to 0.5%; 0 if it grows at half of the predicted limit,
-/// infinity if it does not grow at a hundred times the limit.
+/// Largest timestep at which the deviation does not grow, to 0.5%. 0 if it grows at half of the predicted limit;
+/// infinite if it does not grow at a hundred times the predicted limit.
 double measured_limit(const LimitProblem& problem, double damping, const EngineFactory& make_engine);
 
 struct StabilityLimit {
   std::string problem;
   double damping, predicted, measured;
   double difference() const { return measured / predicted - 1; }
-  /// True if the stiffness computed from the measured limit is within 5% of the bound.
+  /// True if the stiffness that follows from the measured limit is within 5% of the stiffness bound.
   bool as_predicted() const;
 };
 inline constexpr double kLimitDampings[] = {0.1, 0.3, 0.9};

@@ -154,7 +154,7 @@ Plot limits_plot(const StabilityStudy& study) {
       if (l.damping != damping || !std::isfinite(l.predicted) || !std::isfinite(l.measured)) continue;
       const double stiffness = (4 - 2 * damping) / (l.predicted * l.predicted);
       bounds.emplace_back(stiffness, l.predicted);
-      // NaN interrupts the line: markers only.
+      // NaN interrupts the line, so that only markers are drawn.
       for (const double x : {stiffness, std::nan("")}) found.x.push_back(x);
       for (const double y : {l.measured, std::nan("")}) found.y.push_back(y);
     }

@@ -12,7 +12,8 @@ struct StabilityStudy {
   std::vector<StabilityLimit> limits;
   int missed() const;  ///< number of results and limits that differ from the expectation
 };
-/// Runs the study; `progress` is called between cases with a share in [0, 1].
+/// Runs the study. `progress` is called before each case, before the limits and at the end with the completed share in
+/// [0, 1].
 StabilityStudy study_stability(const EngineFactory& make_engine, const std::function<void(double)>& progress);
 
 /// CSV with one line per case and solver.
@@ -20,7 +21,7 @@ std::string cases_csv(const StabilityStudy& study);
 std::string limits_csv(const StabilityStudy& study);
 /// Markdown: expected and observed outcomes by case and solver, differences, limits.
 std::string stability_report(const StabilityStudy& study);
-/// Plot of measured and predicted limits against stiffness.
+/// Plot of the measured and predicted limits against the stiffness.
 Plot limits_plot(const StabilityStudy& study);
 
 }  // namespace simplexseg

@@ -15,7 +15,7 @@ StudyScene make_phantom_scene(bool half, int vertices) {
   constexpr double kRadiusMm = 24;
   constexpr int kSize = 64;
   const Eigen::Vector3d radii(26, 24, 22);
-  // First-order distance near the surface: value of the level function over its slope.
+  // First-order distance near the surface: value of the level-set function divided by the norm of its gradient, mm.
   const auto distance = [&](const Eigen::Vector3d& p) {
     const double level = p.cwiseQuotient(radii).norm();
     const double slope = p.cwiseQuotient(radii.cwiseProduct(radii)).norm();

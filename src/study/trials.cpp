@@ -89,7 +89,7 @@ SimplexMesh transformed(SimplexMesh mesh, const std::function<Eigen::Vector3d(co
 SimplexMesh add_noise(SimplexMesh mesh, double share) {
   const double size = share * measure(mesh).mean_edge_mm;
   std::uint64_t counter = 0;
-  const auto uniform = [&] {  // splitmix64, in [-1, 1)
+  const auto uniform = [&] {  // random number in [-1, 1) by splitmix64
     std::uint64_t z = ++counter * 0x9E3779B97F4A7C15u;
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
     z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;

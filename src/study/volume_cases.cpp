@@ -9,7 +9,7 @@ namespace {
 
 constexpr auto kInfiniteVoxel = std::numeric_limits<double>::infinity();
 
-/// All image forces together.
+/// Smoothing and the image forces gradient and evidence.
 ForceParameters image_forces() {
   return forces_with({{"smoothing", "weight", 0.5f}, {"gradient", "weight", 0.2f}, {"evidence", "weight", 0.5f}});
 }
@@ -22,7 +22,7 @@ Trial trial_in(const Volume& volume, const ForceParameters& forces) {
   return trial;
 }
 
-/// Case with an image without information: no image force acts, and only smoothing moves the sphere.
+/// Case with an uninformative image: no image force acts, and only smoothing moves the sphere.
 StabilityCase uninformative(const char* name, const char* what, const char* reason,
                             const std::function<Volume()>& volume) {
   return {name,
@@ -52,7 +52,7 @@ StabilityCase ball_in(const char* name, const char* what, CaseOutcome stated, co
           }};
 }
 
-/// Radial error of the vertices with x > 5 mm.
+/// Largest radial error of the vertices with x > 5 mm, mm.
 double error_of_one_half(const Scene& end) {
   double largest = 0;
   for (const Eigen::Vector3f& p : end.meshes[0].mesh.positions)

@@ -45,7 +45,7 @@ constexpr Setting kBaseline[] = {
     {"attraction", "image_fade", 1},
 };
 
-/// Counter-based random numbers; the distributions of the standard library differ between machines.
+/// Counter-based random number in [0, 1); the distributions of the standard library differ between machines.
 double uniform(std::uint64_t counter) {
   std::uint64_t z = counter * 0x9E3779B97F4A7C15u + 0x632BE59BD9B4E019u;
   z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;

@@ -20,7 +20,7 @@ void draw_label(QPainter& painter, const Label& label) {
   painter.drawText(label.box, label.alignment, label.text);
 }
 
-/// Merges overlapping rectangles: text drawn twice would be too dark.
+/// Merges overlapping rectangles, because text that is drawn twice would be too dark.
 std::vector<QRect> disjoint(std::vector<QRect> rectangles) {
   for (std::size_t n = 0; n < rectangles.size();) {
     const auto other = std::find_if(rectangles.begin() + static_cast<std::ptrdiff_t>(n) + 1, rectangles.end(),
@@ -30,7 +30,7 @@ std::vector<QRect> disjoint(std::vector<QRect> rectangles) {
     } else {
       rectangles[n] |= *other;
       rectangles.erase(other);
-      n = 0;  // it has grown and may overlap others
+      n = 0;  // the merged rectangle may overlap others
     }
   }
   return rectangles;

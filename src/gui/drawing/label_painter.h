@@ -12,15 +12,16 @@ namespace simplexseg {
 
 /// Text with a dark halo, readable on any image.
 struct Label {
-  QRectF box;     ///< logical pixels of the view
-  int alignment;  ///< within the box
+  QRectF box;     ///< rectangle of the text, logical pixels of the view
+  int alignment;  ///< Qt::Alignment of the text in the box
   QString text;
   QColor colour;
   bool bold = true;
   bool operator==(const Label&) const = default;
 };
 
-/// Draws labels from a texture, which is rendered again only when a label has changed, because text is slow.
+/// Draws labels from a texture. Rendering text is slow, so the texture is updated only when a label or the size of the
+/// view has changed.
 class LabelPainter {
  public:
   void create();

@@ -27,7 +27,7 @@ Rgba rgba_of(const QColor& colour, float alpha) {
 void load_gl() {
   glewExperimental = GL_TRUE;
   const GLenum result = glewInit();
-  // Without a GLX display (EGL, Wayland) GLEW loads OpenGL itself; only its GLX part fails.
+  // Without a GLX display (EGL, Wayland), GLEW loads OpenGL; only the GLX part of GLEW fails.
   if (result != GLEW_OK && result != GLEW_ERROR_NO_GLX_DISPLAY) {
     throw Error("OpenGL", reinterpret_cast<const char*>(glewGetErrorString(result)),
                 "update the graphics driver, or use simplexseg-cli, which needs no OpenGL");
@@ -53,7 +53,7 @@ bool is_software_renderer() {
 
 void begin_frame(const Projection& projection, const Rgba& background) {
   glViewport(0, 0, static_cast<int>(projection.viewport_px.x()), static_cast<int>(projection.viewport_px.y()));
-  // Multisampling smooths only edges, and costs a software renderer a third of its time.
+  // Multisampling smooths only edges, and takes a third of the time of a software renderer.
   if (is_software_renderer()) glDisable(GL_MULTISAMPLE);
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_STENCIL_TEST);
@@ -186,7 +186,7 @@ void SlicePainter::destroy() {
 void SlicePainter::draw(const Projection& projection, const SceneBuffers::Slice& slice, bool show_black) const {
   quad_.program().set("darkest_shown", show_black ? -1.0f : 0.03f);
   quad_.program().set("mean_level", static_cast<float>(slice.mean_level));
-  constexpr unsigned kMeans = 1;  // the texture unit used by slice.frag
+  constexpr unsigned kMeans = 1;  // texture unit that slice.frag uses
   glBindTextureUnit(kMeans, slice.texture);
   glBindSampler(kMeans, levels_);
   quad_.draw(projection, slice.grid, slice.texture);
@@ -350,7 +350,7 @@ void MeshPainter::draw(const Projection& projection, const SceneBuffers& buffers
     draw_faces(GL_BACK);
     glDepthMask(GL_TRUE);
   } else {
-    draw_faces(GL_BACK);  // back faces of a closed surface are hidden and half of the cost
+    draw_faces(GL_BACK);  // back faces of a closed surface are hidden, but would double the cost
   }
 }
 

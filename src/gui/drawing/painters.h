@@ -42,7 +42,7 @@ void end_frame();
 /// Shader program.
 class Program {
  public:
-  /// Compiles and links two shader files. Throws Error with the first line of the compiler's output.
+  /// Compiles and links two shader files. Throws Error; for a compiler error, with the first line of its output.
   void create(const char* vertex, const char* fragment);
   void destroy();
   void use() const;
@@ -62,7 +62,7 @@ class SliceQuad {
  public:
   void create(const char* vertex, const char* fragment);
   void destroy();
-  /// Program, for further uniforms, which are set before draw().
+  /// Shader program, whose further uniforms must be set before draw().
   const Program& program() const { return program_; }
   void draw(const Projection& projection, const SliceGrid& slice, unsigned texture) const;
 
@@ -101,7 +101,7 @@ class LinePainter {
  public:
   void create();
   void destroy();
-  /// `ends_mm`: start, end, start, end ...
+  /// `ends_mm`: ends of the segments: start, end, start, end ... `width_px`: device pixels.
   void draw(const Projection& projection, std::span<const Eigen::Vector3f> ends_mm, const Rgba& colour, float width_px);
 
  private:
@@ -109,7 +109,7 @@ class LinePainter {
   unsigned vertex_array_ = 0, buffer_ = 0;
 };
 
-/// Painter of round handles, whose dark edge is visible on bright images. A handle has a white glyph or a broad rim.
+/// Painter of round handles, with a dark edge for bright images. A handle has a white glyph or a broad rim.
 class DiscPainter {
  public:
   struct Disc {
@@ -144,8 +144,8 @@ class MeshPainter {
  public:
   void create();
   void destroy();
-  /// `mesh`: index in the scene. With an opacity below 1, back faces are drawn first. `most_mm` above 0: colours by the
-  /// values of the buffers, on a scale that ends there, instead of by `colour`.
+  /// `mesh`: index in the scene. With an opacity below 1, back faces are drawn first. `most_mm`: if above 0, upper end
+  /// of the colour scale for the values of the buffers, which then replace `colour`.
   void draw(const Projection& projection, const SceneBuffers& buffers, int mesh, const Rgba& colour,
             float most_mm = 0) const;
 
@@ -159,8 +159,8 @@ class OutlinePainter {
  public:
   void create();
   void destroy();
-  /// Fills one mesh by the even-odd rule. It is not antialiased, since the contour covers its edge. Leaves the stencil
-  /// buffer unchanged.
+  /// Fills one mesh by the even-odd rule. The fill is not antialiased, because the contour covers its edge. Needs a
+  /// cleared stencil buffer, and clears it again.
   void fill(const Projection& projection, const SceneBuffers::Outlines& outlines, int mesh, const Rgba& colour) const;
   /// `mesh`: index in the scene.
   void draw(const Projection& projection, const SceneBuffers::Outlines& outlines, int mesh, const Rgba& colour,

@@ -51,7 +51,7 @@ void SceneBuffers::release_all() {
   revision_ = topology_ = ~std::uint64_t{0};
 }
 
-// A context sees the writes of another once these are complete: fences order them on the GPU.
+// A context sees the writes of another context once they are complete; fences order them on the GPU.
 void SceneBuffers::begin_reading() const {
   if (written_) glWaitSync(written_, 0, GL_TIMEOUT_IGNORED);
 }
@@ -61,7 +61,7 @@ void SceneBuffers::end_reading(const void* view) {
   if (found == views_.end()) return;
   glDeleteSync(found->second);
   found->second = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
-  glFlush();  // a fence that is not submitted is never reached
+  glFlush();  // a fence that has not been submitted is never signalled
 }
 
 void SceneBuffers::wait_for_readers() {
@@ -185,7 +185,7 @@ void SceneBuffers::follow_topology(Session& session) {
   if (topology_ != session.topology_revision() || !session.engine().has_cells()) rebuild_topology(session);
 }
 
-// Returns whether anything was written.
+// Returns true if anything was written.
 bool SceneBuffers::write_surfaces(Session& session) {
   if (revision_ == session.revision()) return false;
   follow_topology(session);
@@ -225,7 +225,7 @@ bool SceneBuffers::write_outlines(Session& session, const ViewState& view, Orien
                              host_outlines_.data() + first);
       };
       upload(0, state.outlines.segments_at);
-      for (std::size_t m = 0; m < meshes; ++m) {  // only what was written, a small part of the buffer
+      for (std::size_t m = 0; m < meshes; ++m) {  // uploads only the segments in use, a small part of the buffer
         OutlineCommand command;
         std::memcpy(&command, host_outlines_.data() + m * sizeof command, sizeof command);
         if (command.segments > 0) {
@@ -369,7 +369,7 @@ const SceneBuffers::Field* SceneBuffers::update_field(const Session& session, co
 std::vector<OutlineSegment> SceneBuffers::read_outline(Orientation orientation, int mesh) const {
   const OutlineState& state = outlines_[static_cast<int>(orientation)];
   OutlineCommand command;
-  // Number of meshes when this slice was last drawn: other views may have drawn more meshes since.
+  // Number of meshes when this slice was last drawn; the scene may have more meshes now.
   const auto drawn = static_cast<int>(state.outlines.segments_at / sizeof command);
   if (state.buffer.name == 0 || mesh < 0 || mesh >= drawn) return {};
   begin_reading();

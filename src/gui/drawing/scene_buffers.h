@@ -38,17 +38,20 @@ class SceneBuffers {
   /// Registers and unregisters a view; the last one to detach deletes the buffers.
   void attach(const void* view);
   void detach(const void* view);
-  // These two enclose each frame of a view. The contexts synchronise on the GPU; the host never waits.
+  // begin_reading() and end_reading() enclose each frame of a view. The contexts synchronise on the GPU; the host never
+  // waits.
 
   void begin_reading() const;
   void end_reading(const void* view);
 
-  // Each call also updates everything that the other views used in their last frame: the engine writes all data of a
-  // frame at once, because a device switches slowly between computing and drawing. Errors of the engine are passed on.
+  // update_surfaces() and update_outlines() also update the surfaces and contours that the other views used in their
+  // last frame: the engine writes all of them at once, because a device switches slowly between computing and drawing.
+  // All functions pass on the errors of the engine.
 
   /// Updates the surfaces to the current pose of the session.
   void update_surfaces(Session& session, const ViewState& view);
-  /// Slice through the crosshair; drawn again only when crosshair, window or level has changed. Needs a volume.
+  /// Slice through the crosshair. Drawn again only if its position, window, level or the engine has changed, or after
+  /// invalidate_slices(). Needs a volume.
   const Slice& update_slice(Session& session, const ViewState& view, Orientation orientation);
   /// Contours of the surfaces in a slice, for OutlinePainter.
   struct Outlines {
@@ -63,26 +66,26 @@ class SceneBuffers {
     Eigen::Matrix4d index_from_world = Eigen::Matrix4d::Identity();
     Eigen::Vector3f first_voxel{0, 0, 0};
   };
-  /// Uploads the field when it has changed. Null, with the texture released, while no field is shown.
+  /// Uploads the field if it has changed. Returns null, and releases the texture, while no field is shown.
   const Field* update_field(const Session& session, const ViewState& view);
-  /// Uploads the values that colour the surfaces, when they have changed; call after update_surfaces(). False without
-  /// values.
+  /// Uploads the values that colour the surfaces, if they have changed; call it after update_surfaces(). Returns false
+  /// without values.
   bool update_values(const Session& session, const std::shared_ptr<const SurfaceValues>& values);
-  /// Value of each of points(), negative where unknown.
+  /// Buffer with a value (float) for each of points(), negative where unknown.
   unsigned values() const { return values_; }
-  /// Segments of the last drawn contour of the mesh with index `mesh`.
+  /// Reads back the segments of the last drawn contour of the mesh with index `mesh` in the scene.
   std::vector<OutlineSegment> read_outline(Orientation orientation, int mesh) const;
   /// Marks all slices as outdated, for a new volume.
   void invalidate_slices();
 
-  /// Vertices of all meshes, then the cell centres of all meshes (DisplayPoint); 0 without meshes.
+  /// Buffer of the vertices of all meshes, then the cell centres of all meshes (DisplayPoint); 0 without meshes.
   unsigned points() const { return points_.name; }
-  /// Indices (32 bits) of the 3V triangles (cell centre, a, b) of each mesh with V vertices.
+  /// Buffer of the indices (32 bits) of the 3V triangles (cell centre, a, b) of each mesh with V vertices.
   unsigned indices() const { return indices_; }
-  /// Triangles of the mesh with this index in the scene.
+  /// Range of the triangles of the mesh with index `mesh` in the scene.
   const Range& triangles(int mesh) const;
 
-  /// Whether the engine writes the buffers directly on the device.
+  /// Returns true if the engine writes the buffers directly on the device.
   bool on_device() const { return on_device_; }
   /// Text "drawn on the device (CUDA writes into OpenGL)", or "uploaded each frame" with the reason; empty before the
   /// first frame.
@@ -95,7 +98,7 @@ class SceneBuffers {
     unsigned name = 0;
     std::size_t bytes = 0;
     std::unique_ptr<SharedBuffer> shared;  ///< null: upload
-    int generation = -1;                   ///< engine that shares it (Session::engine_generation)
+    int generation = -1;                   ///< engine that shares the buffer (Session::engine_generation())
   };
   struct SliceState {
     Slice slice;
@@ -138,12 +141,12 @@ class SceneBuffers {
   SliceState slices_[3];
   OutlineState outlines_[3];
   Field field_;
-  std::shared_ptr<const MeshField> shown_field_;  ///< contents of its texture; null: no texture
+  std::shared_ptr<const MeshField> shown_field_;  ///< contents of the texture; null: no texture
   std::vector<DisplayPoint> host_points_;         ///< staging memory of the upload
   std::vector<DisplayTexel> host_texels_;
   std::vector<std::byte> host_outlines_;
 
-  std::map<const void*, __GLsync*> views_;  ///< each with the fence after its last read
+  std::map<const void*, __GLsync*> views_;  ///< views, each with the fence after its last read
   __GLsync* written_ = nullptr;
   bool on_device_ = false;
   std::string transfer_mode_, renderer_;

@@ -14,12 +14,12 @@ namespace simplexseg {
 /// Menu entries: one QAction for every act of scope Everywhere.
 class ActionTable : public QObject {
  public:
-  /// Shortcuts are valid in `window`.
+  /// `window`: window in which the shortcuts are active.
   explicit ActionTable(QWidget& window);
-  /// Action of an act. Here and below, the act must have the scope Everywhere.
+  /// Menu entry of an act. Here and below, the act must have the scope Everywhere.
   QAction* operator[](Act act) const { return actions_.at(act); }
   void on(Act act, std::function<void()> handler);
-  /// Makes the entry checkable; the handler gets its new state.
+  /// Makes the entry checkable, and calls the handler with the new state.
   void on_toggle(Act act, std::function<void(bool)> handler);
 
  private:

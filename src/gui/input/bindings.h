@@ -32,10 +32,10 @@ enum class Mouse { None, Left, Right, Middle, RightClick, DoubleClick, Wheel, Wh
 struct Binding {
   Act act;
   Where where;
-  const char* keys;  ///< in the syntax of QKeySequence; "" for mouse gestures
+  const char* keys;  ///< key in the syntax of QKeySequence; "" for mouse gestures
   Mouse mouse;
   Qt::KeyboardModifiers modifiers;  ///< keys held during the mouse gesture
-  const char* title;                ///< text of the menu entry; "" without one
+  const char* title;                ///< text of the menu entry; "" if there is none
   const char* help;                 ///< one line for the help and the tooltip
 };
 std::span<const Binding> bindings();
@@ -44,7 +44,7 @@ std::span<const Binding> bindings();
 const Binding& binding_of(Act act);
 /// Heading of the scope in the help.
 const char* where_name(Where where);
-/// Act bound to a mouse gesture or a key in a view; none when it is not bound there.
+/// Act bound to a mouse gesture or a key in a scope; none if nothing is bound.
 std::optional<Act> gesture(Where where, Mouse mouse, Qt::KeyboardModifiers modifiers);
 std::optional<Act> key_in(Where where, const QKeyEvent& event);
 

@@ -9,7 +9,7 @@
 namespace simplexseg {
 namespace {
 
-/// Text field with the focus, which may be that of a spin box; null if there is none.
+/// Returns the text field, or the field of the spin box, that has the focus; null if there is none.
 QLineEdit* focused_line() {
   QWidget* focus = QApplication::focusWidget();
   if (qobject_cast<QAbstractSpinBox*>(focus)) return focus->findChild<QLineEdit*>();

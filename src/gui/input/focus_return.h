@@ -6,7 +6,7 @@ class QWidget;
 
 namespace simplexseg {
 
-/// Whether the user is typing a number or a text: all keys then go to that field, wherever the mouse is.
+/// Returns true while the user is typing a number or a text: all keys then go to that field, wherever the mouse is.
 bool is_typing();
 
 /// Ends typing in the fields of `window`: Return accepts the text, Esc restores the former one, and both move the focus

@@ -21,7 +21,7 @@ Volume::Range contrast_range(const Volume& volume) {
   std::vector<float> values;
   visit_voxel_type(volume.type(), [&]<class T>(std::type_identity<T>) {
     const std::span<const T> voxels = volume.voxels<T>();
-    // An odd stride: otherwise all samples might lie in one column.
+    // The stride is odd, because otherwise all samples might lie in one column.
     const std::size_t stride = voxels.size() / kSamples | 1;
     for (std::size_t n = 0; n < voxels.size(); n += stride) {
       const float value = static_cast<float>(voxels[n]);
@@ -30,9 +30,9 @@ Volume::Range contrast_range(const Volume& volume) {
   });
   if (values.empty()) return {0, 1};
   std::sort(values.begin(), values.end());
-  // Air at -1000 and bone above 300 are Hounsfield units: the usual window for soft tissue (level 40, window 400).
+  // Air (-1000) and bone (above 300) indicate Hounsfield units: window 400, level 40 are usual for soft tissue.
   if (values[values.size() / 20] <= -900 && values.back() >= 300 && values.back() <= 40000) return {-160, 240};
-  // Air or padding has the lowest value and often fills most of a volume: it is excluded.
+  // Voxels of the lowest value (air, padding) often fill most of a volume; the upper percentile excludes them.
   const auto first = std::upper_bound(values.begin(), values.end(), values.front());
   const auto count = values.end() - first;
   const double low = values[values.size() / 100];

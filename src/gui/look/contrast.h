@@ -13,8 +13,8 @@ struct ContrastPreset {
 };
 std::span<const ContrastPreset> contrast_presets();
 
-/// Intensity range of nearly all voxels that differ from the background; for a CT, the soft-tissue window.
-/// `max` is above `min` even for a constant volume.
+/// Intensity range for automatic contrast: from the 1st percentile of all voxels to the 99.5th percentile of the voxels
+/// above the lowest value; for a CT, the soft-tissue window. `max` is above `min` even for a constant volume.
 Volume::Range contrast_range(const Volume& volume);
 
 }  // namespace simplexseg

@@ -4,7 +4,7 @@
 
 namespace simplexseg {
 
-/// Label of one line, shortened with an ellipsis when it does not fit.
+/// Label of one line, whose text is shortened with an ellipsis if it does not fit.
 class ElidedLabel : public QLabel {
  public:
   using QLabel::QLabel;

@@ -54,7 +54,7 @@ WorldBox world_box(const VolumeGeometry& geometry) {
 }
 
 namespace {
-// Voxel axis nearest to a world axis.
+// Returns the voxel axis nearest to a world axis.
 int nearest_voxel_axis(const VolumeGeometry& geometry, int world_axis) {
   int best;
   geometry.direction.row(world_axis).cwiseAbs().maxCoeff(&best);
@@ -70,7 +70,7 @@ bool is_axis_aligned(const VolumeGeometry& geometry) {
     taken[voxel_axis] = true;
     Eigen::Vector3d rest = geometry.direction.col(voxel_axis);
     rest[world_axis] = 0;
-    // The far end of the axis must not be off by a tenth of a voxel.
+    // The end of the axis must deviate by at most a tenth of a voxel.
     const double drift = rest.norm() * geometry.spacing_mm[voxel_axis] * geometry.size[voxel_axis];
     if (drift > 0.1 * geometry.spacing_mm.minCoeff()) return false;
   }
@@ -133,7 +133,7 @@ SlicePlane slice_plane(const VolumeGeometry& geometry, const SliceGrid& grid, do
   SIMPLEXSEG_EXPECT(window > 0);
   const Eigen::Affine3d index_from_world = geometry.index_from_world();
   // Rounding errors must neither blend in the next voxel nor move the outermost texels outside.
-  constexpr double kOnCentre = 1e-3;  // voxels, at the last texel
+  constexpr double kOnCentre = 1e-3;  // tolerance at the last texel, voxels
   const auto snapped = [](const Eigen::Vector3d& v, int count) {
     float component[3];
     for (int axis = 0; axis < 3; ++axis) {

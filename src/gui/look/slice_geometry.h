@@ -20,7 +20,7 @@ enum class Convention { Radiological, Neurological };
 /// Axes of a slice on the screen; unit vectors in LPS.
 struct SliceAxes {
   int normal;                 ///< world axis (0 x, 1 y, 2 z) orthogonal to the slice
-  Eigen::Vector3d right, up;  ///< on the screen
+  Eigen::Vector3d right, up;  ///< directions to the right and up on the screen
 };
 SliceAxes slice_axes(Orientation orientation, Convention convention);
 /// Letter of the patient's side ('L', 'R', 'P', 'A', 'S' or 'I') nearest to `direction`, which must not be zero.
@@ -33,11 +33,12 @@ struct WorldBox {
   Eigen::Vector3d extent_mm() const { return high_mm - low_mm; }
 };
 WorldBox world_box(const VolumeGeometry& geometry);
-/// Whether every voxel axis is parallel to a world axis: slices then need no interpolation.
+/// Returns true if every voxel axis is parallel to a world axis, within 0.1 voxels at its end: slices then need no
+/// interpolation.
 bool is_axis_aligned(const VolumeGeometry& geometry);
-/// Slice spacing along each world axis: the spacing of the voxel axis nearest to it.
+/// Slice spacing along each world axis, mm: the spacing of the voxel axis nearest to that world axis.
 Eigen::Vector3d slice_spacing_mm(const VolumeGeometry& geometry);
-/// Number of a slice, from 1 along increasing world coordinates, and the number of all slices.
+/// Number of a slice, counted from 1 along increasing world coordinates, number of all slices, and their spacing.
 struct SliceNumber {
   int number, count;
   double spacing_mm;
@@ -46,15 +47,15 @@ SliceNumber slice_number(const VolumeGeometry& geometry, Orientation orientation
 /// Nearest voxel centre, clamped to the volume; for a volume that is not axis-aligned, the nearest point of its box.
 Eigen::Vector3d snap_to_voxel(const VolumeGeometry& geometry, const Eigen::Vector3d& world_mm);
 
-/// Texel grid of a slice: texel (0, 0) is centred at `origin_mm`, rows run along `step_u_mm`.
+/// Texel grid of a slice: texel (0, 0) is centred at `origin_mm`; rows extend along `step_u_mm`.
 struct SliceGrid {
   Eigen::Vector3d origin_mm{0, 0, 0}, step_u_mm{1, 0, 0}, step_v_mm{0, 1, 0};
   int width = 0, height = 0;
   /// Outer corner of the first texel.
   Eigen::Vector3d corner_mm() const { return origin_mm - 0.5 * (step_u_mm + step_v_mm); }
 };
-/// Grid of the whole plane through `through_mm`, rows and columns along increasing world axes; at most 2048 texels a
-/// side. With an odd `texels_per_voxel` (at least 1, per axis) one texel lies on the centre of each voxel.
+/// Grid of the whole slice through `through_mm`, with rows and columns along increasing world axes; at most 2048 texels
+/// per side. With an odd `texels_per_voxel` (at least 1, per axis), one texel lies on the centre of each voxel.
 SliceGrid slice_grid(const VolumeGeometry& geometry, Orientation orientation, const Eigen::Vector3d& through_mm,
                      int texels_per_voxel = 1);
 /// Number of texels per voxel and axis, for slice_grid(). Above 1 for small volumes, whose voxels are larger than

@@ -16,8 +16,8 @@ struct SurfaceValues {
   std::map<ItemId, std::vector<float>> of_mesh;  ///< one value for each vertex of the mesh when it was checked
 };
 
-/// Colour of t (0..1) on the scale viridis (Smith and van der Walt 2015): dark blue to yellow, suited to every colour
-/// vision. mesh.frag contains the same function.
+/// Colour of t (0..1) on the scale viridis (Smith and van der Walt 2015): dark blue to yellow, distinguishable
+/// with any colour vision. mesh.frag contains the same function.
 inline std::array<float, 3> scale_colour(float t) {
   // Polynomial fit of degree 6 by M. Zucker, also used in shaders.
   constexpr float kTerms[7][3] = {{0.2777273f, 0.0054073f, 0.3340998f},   {0.1050930f, 1.4046135f, 1.3845902f},

@@ -12,7 +12,7 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kSide = 20;  // logical pixels, the unit of all coordinates below
+constexpr int kSide = 20;  // side of the icon; all coordinates below have this scale
 
 void arrow_back(QPainter& painter) {
   QPainterPath path(QPointF(5, 8));

@@ -50,9 +50,9 @@ const Shades kLight{
 };
 
 bool dark = true;
-double usual_points = 0;  ///< text size of the desktop
+double usual_points = 0;  ///< text size of the desktop, points; 0 before apply()
 
-/// Style rules with colour names in angle brackets.
+/// Style rules, with placeholders for colours and text sizes in angle brackets.
 constexpr const char* kRules = R"(
   QToolTip { color: <text>; background: <raised>; border: 1px solid <line>; padding: 3px; }
   QMainWindow::separator { background: <line>; width: 3px; height: 3px; }
@@ -146,7 +146,7 @@ const Shades& shades() { return dark ? kDark : kLight; }
 bool is_dark() { return dark; }
 
 int scaled(int pixels) {
-  // Fusion's default font has 9 points at 96 dpi: a line of 15 pixels.
+  // The default font (9 points at 96 dpi) has lines of 15 pixels; up to 16 pixels, lengths are not scaled.
   const double line = QFontMetrics(QApplication::font()).height();
   return static_cast<int>(std::lround(pixels * std::max(1.0, line / 16)));
 }
@@ -191,7 +191,7 @@ void apply(QApplication& application, bool dark_theme, int text_percent) {
 }
 
 bool desktop_is_dark() {
-  // Without a session bus Qt would start one, which can take long.
+  // Without a session bus, Qt would start one, which can take long.
   const bool has_bus = !qEnvironmentVariableIsEmpty("DBUS_SESSION_BUS_ADDRESS") ||
                        QFileInfo::exists(qEnvironmentVariable("XDG_RUNTIME_DIR", "/nowhere") + "/bus");
   if (!has_bus) return true;

@@ -24,7 +24,7 @@ QColor slice_colour(Orientation orientation);
 
 /// Theme chosen by the user; Desktop: the setting of the desktop.
 enum class Choice { Desktop, Dark, Light };
-/// Text sizes, in percent of the desktop's.
+/// Text sizes, in percent of the text size of the desktop.
 inline constexpr int kTextSizes[] = {100, 115, 130, 150};
 
 /// Colours around the views. Enabled text has a contrast of 4.5 or more against its background.
@@ -39,7 +39,7 @@ bool is_dark();
 /// Applies palette and style rules to the whole program. It may be called again at any time, but a new text size fits
 /// only windows that are created afterwards.
 void apply(QApplication& application, bool dark, int text_percent = 100);
-/// Whether the desktop prefers dark windows. Without a preference: true, as at radiologists' workplaces.
+/// Returns true if the desktop prefers dark windows, or has no preference: radiologists' workplaces are dark.
 bool desktop_is_dark();
 /// Length in pixels at the current text size, from its length at the default text size.
 int scaled(int pixels);

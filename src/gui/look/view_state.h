@@ -29,7 +29,7 @@ struct ViewState {
   float opacity = 1;                                    ///< factor on the opacity of the meshes, 0..1
   ItemId active_mesh = 0;                               ///< 0: none
   ItemId selected_point = 0;
-  ItemId hovered_point = 0;  ///< under the mouse
+  ItemId hovered_point = 0;  ///< point under the mouse; 0: none
 };
 
 }  // namespace simplexseg

@@ -15,7 +15,7 @@ namespace simplexseg {
 void set_enabled(QWidget* control, bool enabled, const QString& why_not);
 void set_enabled(QAction* action, bool enabled, const QString& why_not);
 
-/// Small square of one colour; `active`: with a bright rim.
+/// Small square of one colour; `active`: with a rim in the text colour.
 QIcon swatch(const Colour& colour, bool active = false);
 /// Sets a style of the theme: "dim", "small" or "warning" for labels, "flat" or "raised" for buttons, "title" for
 /// fields, "" for the default.

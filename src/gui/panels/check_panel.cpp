@@ -167,7 +167,7 @@ void CheckPanel::fill_column(int column, const MeshItem& item) {
 void CheckPanel::refresh() {
   const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
   table_->setColumnCount(static_cast<int>(meshes.size()));
-  constexpr std::size_t kFitting = 3;  // columns that fit without scrolling
+  constexpr std::size_t kFitting = 3;  // number of columns that fit without scrolling
   table_->horizontalHeader()->setSectionResizeMode(meshes.size() <= kFitting ? QHeaderView::Stretch
                                                                              : QHeaderView::Interactive);
   for (std::size_t m = 0; m < meshes.size(); ++m) fill_column(static_cast<int>(m), meshes[m]);

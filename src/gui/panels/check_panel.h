@@ -15,17 +15,17 @@ class ActionTable;
 class MeshChecker;
 class Workbench;
 
-/// Table of measurements, one column for each mesh: volume, area, intensities, agreement with a reference label. Also
-/// sets the colours of the meshes in 3D and moves the crosshair to the worst fit.
+/// Table of measurements, one column for each mesh: volume, area, intensities, agreement with a reference label. The
+/// panel also sets the colours of the meshes in 3D and moves the crosshair to the worst fit.
 class CheckPanel : public QWidget {
   Q_OBJECT
  public:
   CheckPanel(Workbench& workbench, ActionTable& actions, QWidget* parent);
-  /// Sets whether the panel is visible to the user; nothing is measured while it is hidden.
+  /// Sets whether the panel is visible to the user. A hidden panel measures only for colours and the worst fit.
   void set_on_screen(bool on_screen);
   MeshChecker& checker() const { return *checker_; }
-  /// CSV table with one line for each mesh: mesh, volume_ml, area_cm2, mean, deviation, reference, label, dice,
-  /// hd95_mm, assd_mm. A field without a value is empty.
+  /// CSV table with one line for each measured mesh: mesh, volume_ml, area_cm2, mean, deviation, reference, label,
+  /// dice, hd95_mm, assd_mm. A field without a value is empty.
   std::string csv() const;
   /// Writes csv() to a file. Throws Error when the file cannot be written.
   void save_to(const QString& path) const;

@@ -20,7 +20,7 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kRedrawMs = 200;  ///< shortest interval between redraws, and between distance measurements
+constexpr int kRedrawMs = 200;  ///< shortest time between redraws and between measurements while running
 
 using SurfaceErrors = std::map<ItemId, std::shared_ptr<const SurfaceError>>;
 
@@ -126,7 +126,7 @@ void ConvergencePanel::show_choice() {
   draw();
 }
 
-// The distance map of a large volume takes about a second: computed on first use, in a background thread.
+// Computes the distance maps on first use, in a background thread: that of a large volume takes about a second.
 void ConvergencePanel::prepare_references() {
   if (prepared_ || preparing_->busy()) return;
   std::vector<MeshItem> items;
@@ -163,7 +163,7 @@ void ConvergencePanel::sample_errors() {
   try {
     errors_.sample(workbench_.session(), seconds_);
   } catch (const std::exception&) {
-    // The device was lost while poses were read; the next step reports it.
+    // The device was lost while poses were read; the next step reports the loss.
   }
   since_error_.start();
 }
@@ -183,7 +183,7 @@ QString ConvergencePanel::reason_for_no_plot() const {
   return tr("No segmentation has a reference. Load one with File > Load reference labels.");
 }
 
-// The names are listed below the plot, which keeps the full width.
+// The names are listed below the plot, so that the plot has the full width.
 QString ConvergencePanel::legend() const {
   const bool residual = quantity() == Quantity::Residual;
   QStringList entries;

@@ -36,7 +36,7 @@ class ConvergencePanel : public QWidget {
 
   const RunTrace& residuals() const { return residuals_; }
   const RunTrace& errors() const { return errors_; }
-  /// Plot as shown on the screen; null while a text is shown instead.
+  /// Picture of the plot on the screen; null while a text is shown instead.
   QImage picture() const;
 
  private:
@@ -65,10 +65,10 @@ class ConvergencePanel : public QWidget {
   QTimer redraw_;
   QElapsedTimer since_error_;
   RunTrace residuals_, errors_;
-  double seconds_ = 0;  ///< run time of the simulation since the trace began, s
+  double seconds_ = 0;  ///< computing time of the simulation since the trace began, s
   bool on_screen_ = false;
   bool prepared_ = false;  ///< the distance maps of the scene's references have been computed
-  int scene_ = 0;          ///< number of the open scene: distance maps of an earlier one are discarded
+  int scene_ = 0;          ///< number of the open scene; distance maps of earlier scenes are discarded
 };
 
 }  // namespace simplexseg

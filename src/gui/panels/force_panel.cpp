@@ -56,7 +56,7 @@ ForcePanel::ForcePanel(Workbench& workbench, QWidget* parent) : QWidget(parent),
   for (const ForceInfo& force : force_list()) sections_.push_back(build_section(force));
   sections_layout->addStretch(1);
   scroll->setWidget(sections_widget_);
-  // Wide enough for the contents and the scroll bar.
+  // The panel is wide enough for the contents and the scroll bar.
   int widest = sections_widget_->minimumSizeHint().width();
   for (const Section& section : sections_) widest = std::max(widest, section.details->minimumSizeHint().width() + 6);
   scroll->setMinimumWidth(widest + scroll->verticalScrollBar()->sizeHint().width());

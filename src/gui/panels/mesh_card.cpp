@@ -159,10 +159,10 @@ void MeshCard::show_volume(double millilitres) {
   volume_->setText(millilitres < 0 ? QString() : tr("%1 ml").arg(millilitres, 0, 'f', millilitres < 10 ? 2 : 1));
 }
 
-// A press on a control does not reach the card; this filter makes the mesh active for these presses too.
+// A press on a control does not reach the card, so this filter makes the mesh active.
 bool MeshCard::eventFilter(QObject* watched, QEvent* event) {
   if (event->type() == QEvent::MouseButtonPress || event->type() == QEvent::FocusIn) workbench_.set_active_mesh(mesh_);
-  // The wheel scrolls the list; it never changes a value under the mouse.
+  // The wheel scrolls the list; it changes a value only if the control has the focus.
   if (event->type() == QEvent::Wheel && (watched == label_ || watched == opacity_) &&
       !static_cast<QWidget*>(watched)->hasFocus()) {
     event->ignore();

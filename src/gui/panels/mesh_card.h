@@ -22,7 +22,7 @@ class MeshCard : public QFrame {
  public:
   MeshCard(Workbench& workbench, ActionTable& actions, QWidget* parent);
   void show_mesh(const MeshItem& item, bool active);
-  /// Shows the state of the mesh. `advice` explains it and suggests a remedy, in the tooltip; may be empty.
+  /// Shows the state of the mesh. `advice`: explanation and remedy for the tooltip; may be empty.
   void show_state(const QString& state, bool is_warning, const QString& advice = {});
   /// Shows the volume, or nothing if `millilitres` is negative (unknown, because the mesh moves).
   void show_volume(double millilitres);
@@ -42,7 +42,7 @@ class MeshCard : public QFrame {
  private:
   void build_upper_row(ActionTable& actions);
   void build_lower_row();
-  /// Applies a change to this mesh; shows the unchanged values if it is refused.
+  /// Applies a change to this mesh; shows the previous values again if the change is refused.
   void edit(const EditMesh& change);
   void choose_colour();
 

@@ -29,7 +29,7 @@ MeshPanel::MeshPanel(Workbench& workbench, FrameLoop& loop, ActionTable& actions
   build_adding();
   connect(&workbench_, &Workbench::scene_changed, this, &MeshPanel::refresh);
   connect(&workbench_, &Workbench::running_changed, this, &MeshPanel::refresh_states);
-  // Values that change with every frame are unreadable: refresh three times a second.
+  // Values that change with every frame are unreadable, so the states are refreshed three times a second.
   states_.setSingleShot(true);
   states_.setInterval(300);
   connect(&states_, &QTimer::timeout, this, &MeshPanel::refresh_states);
@@ -91,7 +91,7 @@ void MeshPanel::refresh() {
   const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
   while (cards_.size() > meshes.size()) {
     cards_.back()->hide();
-    cards_.back()->deleteLater();  // not at once: the mesh may have been deleted from this card's menu
+    cards_.back()->deleteLater();  // not at once, because the mesh may have been deleted from the menu of this card
     cards_.pop_back();
   }
   while (cards_.size() < meshes.size()) {

@@ -26,7 +26,7 @@ ParameterHelp::ParameterHelp(QWidget* parent) : QLabel(parent) {
   set_role(this, "small");
   setWordWrap(true);
   setAlignment(Qt::AlignLeft | Qt::AlignTop);
-  setFixedHeight(4 * fontMetrics().lineSpacing() + 4);  // constant: the panel must not jump
+  setFixedHeight(4 * fontMetrics().lineSpacing() + 4);  // constant, so that the parameters do not move
   setText(tr("Point at a parameter, or move to it with Tab, to read its description."));
 }
 

@@ -22,7 +22,7 @@ namespace {
 
 constexpr int kSliderSteps = 1000;
 
-// The wheel scrolls the panel; it never changes a value under the mouse.
+// Control that the wheel changes only if it has the focus; otherwise the wheel scrolls the panel.
 template <class Control>
 class NoWheel : public Control {
  public:
@@ -151,7 +151,7 @@ void ParameterRow::set_value(float value) {
     return;
   }
   const QSignalBlocker slider_blocker(slider_), number_blocker(number_);
-  // The rounded value must not move the handle away from the mouse.
+  // During a drag, the rounded value must not move the handle away from the mouse.
   if (!slider_->isSliderDown()) slider_->setValue(slider_position(value));
   number_->setValue(value);
 }

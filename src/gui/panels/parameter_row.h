@@ -16,7 +16,7 @@ class ParameterRow : public QWidget {
   Q_OBJECT
  public:
   ParameterRow(const ParameterInfo& info, QWidget* parent);
-  /// Shows a value; emits nothing.
+  /// Shows a value without emitting edited().
   void set_value(float value);
   float value() const { return value_; }
   const ParameterInfo& info() const { return info_; }
@@ -27,8 +27,8 @@ class ParameterRow : public QWidget {
   QDoubleSpinBox* number() const { return number_; }
 
  signals:
-  /// The user has changed the value. A drag of the slider emits this repeatedly, with `continues` from the second time
-  /// on, so that the session records one undo step.
+  /// The user has changed the value. A drag of the slider emits this signal repeatedly, with `continues` from the
+  /// second time on, so that the session records one undo step.
   void edited(float value, bool continues);
 
  private:

@@ -70,7 +70,7 @@ void PlanPanel::resizeEvent(QResizeEvent* event) {
   fit_reasons();
 }
 
-// Called for each event of a slider drag: the list is rebuilt only when the plan has changed.
+// Called for each event of a slider drag, so the list is rebuilt only when the plan has changed.
 void PlanPanel::refresh() {
   if (!on_screen_) return;
   shown_topology_ = workbench_.session().topology_revision();
@@ -87,7 +87,7 @@ void PlanPanel::refresh_totals() {
   QString text = tr("<b>%1</b> in use").arg(size_of(held));
   try {
     std::size_t available = session.engine().bytes_available();
-    // The CPU engine has no limit: use the memory that the system can provide without swapping.
+    // The CPU engine has no limit: the memory that the system can provide without swapping is shown instead.
     if (available == std::numeric_limits<std::size_t>::max()) available = available_memory() + held;
     const double percent = available > 0 ? 100.0 * static_cast<double>(held) / static_cast<double>(available) : 100;
     const QString share = percent < 0.1 ? tr("less than 0.1%") : tr("%1%").arg(percent, 0, 'f', 1);
@@ -120,7 +120,7 @@ void PlanPanel::add_needed(const QString& title, const QString& tip, const char*
   group->setExpanded(true);
 }
 
-// Items skipped for the same reason are grouped below it.
+// Groups the skipped items by their reason.
 void PlanPanel::add_skipped() {
   QTreeWidgetItem* group = add_group(tr("Not needed"), {}, tr("Neither stored nor computed with the current settings"));
   std::map<std::string, QTreeWidgetItem*> reasons;
@@ -140,7 +140,7 @@ void PlanPanel::add_skipped() {
   for (const auto& [why, row] : reasons) row->setExpanded(true);
 }
 
-// Qt does not wrap rows that span all columns: their heights are set here.
+// Sets the heights of rows that span all columns, because Qt does not wrap their text.
 void PlanPanel::fit_reasons() {
   const int groups = list_->topLevelItemCount();
   if (groups == 0) return;

@@ -21,7 +21,7 @@ class PlotPicture : public QWidget {
   /// Shows the plot without its title and the names of the series, which the panel shows beside it.
   void show_plot(Plot plot);
   void show_text(const QString& text);
-  /// Null while a text is shown.
+  /// Picture of the plot; null while a text is shown.
   const QImage& image() const { return image_; }
 
  protected:
@@ -37,7 +37,8 @@ class PlotPicture : public QWidget {
 
 /// Adds the quantities of a run that can be plotted, each with a tooltip: residual, surface error.
 void add_quantities(QComboBox& choices);
-/// Writes the plot as a picture (.png, .svg), or `csv` if the name ends in .csv. Throws the errors of write_plot().
+/// Writes the plot as a picture (.png, .svg), or `csv` if the name ends in .csv. Throws Error if the file cannot be
+/// written.
 void save_plot(const QString& path, const Plot& plot, const std::string& csv);
 /// Opens a file dialog with the name `suggestion`, passes the chosen file to `save`, and reports success or failure.
 void choose_and_save_plot(QWidget* parent, const QString& suggestion, Workbench& workbench,

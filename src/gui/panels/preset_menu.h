@@ -18,10 +18,10 @@ class PresetMenu : public QMenu {
   /// Folder of the presets: simplexseg/presets in the user's configuration folder.
   static QString folder();
 
-  /// Saves the settings of the active mesh and of the simulation. False, with a message, when the file cannot be
-  /// written.
+  /// Saves the settings of the active mesh and of the simulation. Returns false without an active mesh, and, with a
+  /// message, if the file cannot be written.
   bool save_to(const QString& path);
-  /// Applies a preset. False, with a message, when the file is not a preset.
+  /// Applies a preset. Returns false, with a message, if the file is not a preset or cannot be applied.
   bool load_from(const QString& path);
 
  private:

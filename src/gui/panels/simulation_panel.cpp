@@ -64,7 +64,7 @@ SimulationPanel::SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTa
 
   connect(&workbench_, &Workbench::scene_changed, this, &SimulationPanel::refresh_status);
   connect(&workbench_, &Workbench::running_changed, this, &SimulationPanel::refresh_status);
-  // Values that change with every frame are unreadable: refresh five times a second.
+  // Values that change with every frame are unreadable, so the values are refreshed five times a second.
   auto* timer = new QTimer(this);
   timer->setInterval(200);
   connect(timer, &QTimer::timeout, this, [this] {

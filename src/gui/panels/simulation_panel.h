@@ -18,7 +18,7 @@ class SimulationPanel : public QWidget {
   Q_OBJECT
  public:
   SimulationPanel(Workbench& workbench, FrameLoop& loop, ActionTable& actions, QWidget* parent);
-  /// Shows transfer mode and renderer of the views beside the backend.
+  /// Shows `how`, the transfer mode and renderer of the views, beside the backend.
   void show_drawing(const QString& how);
   /// Row of a parameter; `parameter` is its index in the table.
   ParameterRow* row(int parameter) const;
@@ -27,7 +27,7 @@ class SimulationPanel : public QWidget {
 
  private:
   void refresh_status();
-  /// Faults of the surface (faults_of()) of each mesh that has some, with its name if there are several meshes.
+  /// Faults (faults_of()) of each mesh with a faulty surface, with the name of the mesh if there are several meshes.
   QStringList faulty_surfaces() const;
   void refresh_surface(const QStringList& faulty);
 

@@ -21,16 +21,16 @@ class DrawnScene : public QObject {
   SceneBuffers& buffers() { return buffers_; }
   const SceneBuffers& buffers() const { return buffers_; }
 
-  // Called by a view while it paints, with its context current. A failure becomes a message; afterwards these return
-  // null until the next scene is opened.
+  // Called by a view while it paints, with its context current. A failure becomes a message; until the next scene is
+  // opened, the functions then return null or false, and springs() returns its last result.
 
   /// Surfaces in the current pose of the session.
   const SceneBuffers* surfaces();
-  /// Updates the values of ViewState::surface_values; call after surfaces(). False if there are no values to colour by.
+  /// Updates the values of ViewState::surface_values; call it after surfaces(). Returns false if there are no values.
   bool surface_values();
   /// Contours of the surfaces in the slice through the crosshair. Needs a volume.
   const SceneBuffers::Outlines* outlines(Orientation orientation);
-  /// Boundary points and the vertices that they pull, as far as the positions are available.
+  /// Boundary points and the vertices that they pull; empty while the positions are not read back.
   const PointSprings& springs();
   /// Slice through the crosshair. Needs a volume.
   const SceneBuffers::Slice* slice(Orientation orientation);

@@ -9,7 +9,7 @@
 
 namespace simplexseg {
 namespace {
-constexpr double kHalfAngle = 15 * std::numbers::pi / 180;  // between the centre and the edge of the image
+constexpr double kHalfAngle = 15 * std::numbers::pi / 180;  // from the centre to the nearest edge of the image, rad
 }
 
 void OrbitCamera::fit(const Eigen::Vector3d& centre_mm, double radius_mm) {
@@ -47,7 +47,7 @@ Eigen::Matrix4d OrbitCamera::eye_from_world() const {
 
 Eigen::Matrix4d OrbitCamera::clip_from_eye(double aspect) const {
   SIMPLEXSEG_EXPECT(aspect > 0);
-  // A narrow image shows the full width of the sphere.
+  // The full angle spans the shorter side of the image.
   const double scale = 1 / std::tan(kHalfAngle) * std::min(aspect, 1.0);
   const double near = std::max(distance_mm_ - 4 * radius_mm_, 0.01 * distance_mm_), far = distance_mm_ + 4 * radius_mm_;
   Eigen::Matrix4d clip = Eigen::Matrix4d::Zero();

@@ -7,23 +7,24 @@ namespace simplexseg {
 /// Camera that rotates about a target point. Eye frame: x right, y up, viewing direction -z.
 class OrbitCamera {
  public:
-  /// Fits a sphere into the view, from the patient's front, slightly from the left and above.
+  /// Centres the view on a sphere, from the patient's front, slightly from the left and above. The shorter side of the
+  /// image spans 0.77 of the diameter: the sphere encloses a box that is smaller.
   void fit(const Eigen::Vector3d& centre_mm, double radius_mm);
   void set_target(const Eigen::Vector3d& target_mm) { target_mm_ = target_mm; }
-  /// Rotates by a drag to the right and downwards, in radians.
+  /// Rotates the scene by angles (rad) for a drag to the right and downwards.
   void rotate(double right, double down);
-  /// Moves the target by a drag, in pixels.
+  /// Moves the target by a drag to the right and downwards, in pixels.
   void pan(double right_px, double down_px, double viewport_height_px);
-  /// Multiplies the distance by `factor`, within bounds.
+  /// Multiplies the distance from the target by `factor`, within bounds.
   void zoom(double factor);
 
   Eigen::Matrix4d eye_from_world() const;
-  /// `aspect`: width over height of the image, above 0.
+  /// Perspective projection. `aspect`: width over height of the image, above 0.
   Eigen::Matrix4d clip_from_eye(double aspect) const;
   struct Ray {
     Eigen::Vector3d origin_mm, direction;
   };
-  /// Ray through a point of the image: x, y in -1..1, y up.
+  /// Ray from the eye through a point of the image: x, y in -1..1, y up.
   Ray ray(double x, double y, double aspect) const;
 
  private:

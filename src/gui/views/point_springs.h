@@ -10,18 +10,18 @@ namespace simplexseg {
 
 class Session;
 
-/// Boundary point and the vertex that it pulls, the nearest one, as in AttractionForce.
+/// Boundary point and the vertex that it pulls: the nearest vertex, as in AttractionForce.
 struct PointSpring {
   ItemId point = 0;
   Eigen::Vector3d vertex_mm;
-  double reach_mm = 0;  ///< approximate radius of the part of the surface that follows the vertex
+  double reach_mm = 0;  ///< approximate radius of the part of the surface that moves with the vertex
 };
 
-/// Springs of all boundary points whose mesh is visible and has the force Attraction.
+/// Springs of all boundary points whose mesh is visible, not locked, and has a weight above 0 of the force Attraction.
 class PointSprings {
  public:
-  /// Updates the springs when the pose has changed. There are none while a device is running, since its poses are not
-  /// read back.
+  /// Updates the springs when the pose has changed. There are no springs while the simulation runs on a device, because
+  /// its poses are not read back.
   void update(const Session& session, bool running);
   const std::vector<PointSpring>& all() const { return springs_; }
   /// Spring of a point; null if it has none.

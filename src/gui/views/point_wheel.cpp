@@ -14,9 +14,9 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kOneTurnMs = 1000;     // notches within this time are one action
-constexpr int kOtherUseMs = 600;     // pause after another use of the wheel
-constexpr double kRadiusStep = 1.1;  // per notch
+constexpr int kOneTurnMs = 1000;     // successive notches closer than this are one action
+constexpr int kOtherUseMs = 600;     // time after another use of the wheel in which points do not change
+constexpr double kRadiusStep = 1.1;  // factor per notch
 constexpr float kStrengthStep = 1.15f;
 
 const ParameterInfo& info_of(int parameter) { return AttractionForce::parameters[parameter]; }

@@ -15,10 +15,10 @@ class Workbench;
 class PointWheel {
  public:
   explicit PointWheel(Workbench& workbench) : workbench_(workbench) {}
-  /// Whether the wheel changes `point`. False while the user scrolls through slices, because a point may then pass
-  /// under the mouse.
+  /// Returns true if the wheel changes `point`. False shortly after another use of the wheel, because a point may pass
+  /// under the mouse while the user scrolls through slices.
   bool handles(ItemId point) const;
-  /// Changes reach or strength according to the table of bindings; `slices`: in a slice, otherwise in 3D.
+  /// Changes reach or strength according to the table of bindings. `slices`: true in a slice, false in 3D.
   void turn(ItemId point, const QWheelEvent& event, bool slices);
   /// Records that the wheel was used for something else.
   void record_other_use() { other_use_.start(); }
@@ -29,11 +29,11 @@ class PointWheel {
 
   Workbench& workbench_;
   ItemId last_ = 0;
-  double degrees_ = 0;  ///< turned since the last whole notch
+  double degrees_ = 0;  ///< rotation since the last whole notch, degrees
   QElapsedTimer last_turn_, other_use_;
 };
 
-/// Text of the point under the mouse, such as "Inside mark, radius 5.2 mm"; empty without a point.
+/// Description of a point, such as "Inside mark, radius 5.2 mm"; empty without a point.
 QString point_text(const Workbench& workbench, ItemId point);
 
 }  // namespace simplexseg

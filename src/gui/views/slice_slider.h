@@ -8,7 +8,7 @@ namespace simplexseg {
 
 class Workbench;
 
-/// Slider beside a slice, with its number among all slices. It moves the crosshair along the normal of the slice.
+/// Slider beside a slice view for the number of the slice. It moves the crosshair along the normal of the slice.
 class SliceSlider : public QSlider {
  public:
   SliceSlider(Workbench& workbench, Orientation orientation, QWidget* parent);

@@ -19,9 +19,9 @@
 namespace simplexseg {
 namespace {
 
-constexpr double kHitRadius = 8;   // logical pixels
-constexpr double kGrabRadius = 4;  // logical pixels
-constexpr double kDragStarts = 3;  // logical pixels: a shorter drag is a click
+constexpr double kHitRadius = 8;   // largest distance of a hit on a handle or contour, logical pixels
+constexpr double kGrabRadius = 4;  // largest distance at which a contour can be pulled, logical pixels
+constexpr double kDragStarts = 3;  // shortest drag, logical pixels; a shorter movement is a click
 
 std::optional<MarkKind> kind_of(Tool tool) {
   switch (tool) {
@@ -67,7 +67,7 @@ ItemId SliceTools::point_at(const QPointF& pixel) const {
 ItemId SliceTools::mesh_at(const QPointF& pixel) const {
   ItemId nearest = 0, containing = 0;
   double best = kHitRadius;
-  // Reads poses back from the engine: too slow for each mouse move.
+  // Reads poses back from the engine, which is too slow for each mouse move.
   for (const Surface& surface : visible_surfaces(workbench_.session().scene())) {
     const std::vector<Eigen::Vector3f> ends_mm =
         cut_surface(surface.shape, view_.axes().normal, static_cast<float>(view_.slice_mm()));
@@ -79,7 +79,7 @@ ItemId SliceTools::mesh_at(const QPointF& pixel) const {
         best = distance;
         nearest = surface.mesh;
       }
-      // Crossings of a ray to the right: an odd number inside a closed contour.
+      // A ray to the right crosses a closed contour an odd number of times if the position is inside.
       if ((a.y() > pixel.y()) != (b.y() > pixel.y()) &&
           pixel.x() < a.x() + (pixel.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x())) {
         inside = !inside;
@@ -178,7 +178,7 @@ void SliceTools::drag_point(const QPointF& pixel) {
 
 void SliceTools::drag_window_level(const QPointF& moved) {
   ViewState& view = workbench_.view;
-  // A drag over the height of a view changes the level by about twice the window.
+  // A vertical drag of 250 logical pixels changes the level by the width of the window.
   const double intensity_per_pixel = std::max(view.window, 1e-9) / 250;
   view.window = std::max(view.window + moved.x() * intensity_per_pixel, 1e-9);
   view.level += moved.y() * intensity_per_pixel;
@@ -262,7 +262,7 @@ void SliceTools::move(const QMouseEvent& event) {
       workbench_.set_crosshair(view_.world_of(here));
       break;
     case Drag::Grab:
-      // Starts only when the mouse moves: a click on the contour moves the crosshair.
+      // The drag starts only when the mouse moves, because a click on the contour moves the crosshair.
       if (moved_) {
         drag_ = Drag::None;
         begin_point(press_, MarkKind::Boundary);
@@ -270,7 +270,7 @@ void SliceTools::move(const QMouseEvent& event) {
       }
       break;
     case Drag::Point:
-      // A click on a handle selects it, and must not move it by accident.
+      // A click on a handle selects the point, and must not move it by accident.
       if (moved_ || drag_continues_) drag_point(here);
       break;
     case Drag::Zoom:
@@ -306,12 +306,12 @@ void SliceTools::release(const QMouseEvent& event) {
 }
 
 bool SliceTools::double_click(const QMouseEvent& event) {
-  // With tools that place points or seeds, two quick clicks place two.
+  // With tools that place points or seeds, a double click acts as two clicks.
   const ViewState& view = workbench_.view;
   const bool plain =
       event.button() == Qt::LeftButton && !view.window_level_armed && !kind_of(view.tool) && view.tool != Tool::Seed;
   if (plain && gesture(Where::Slices, Mouse::DoubleClick, event.modifiers()) == Act::Maximise) {
-    // Undo the crosshair movement of the first click.
+    // Undoes the crosshair movement of the first click.
     if (const auto before = std::exchange(before_click_mm_, std::nullopt)) workbench_.set_crosshair(*before);
     return false;
   }
@@ -333,7 +333,7 @@ void SliceTools::wheel(const QWheelEvent& event) {
   if (act == Act::WheelZoom) {
     view_.zoom_about(event.position(), std::exp(-degrees / 15 * 0.15));
   } else if (act == Act::WheelSlice) {
-    // A touchpad sends small angles: add them up to notches of 15 degrees.
+    // A touchpad sends small angles, which are added up to notches of 15 degrees.
     wheel_degrees_ += degrees;
     const int notches = static_cast<int>(wheel_degrees_ / 15);
     wheel_degrees_ -= 15.0 * notches;

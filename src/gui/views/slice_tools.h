@@ -16,7 +16,7 @@ namespace simplexseg {
 class SliceView;
 class Workbench;
 
-/// Mouse and keyboard input of a slice, according to the table of bindings.
+/// Mouse and keyboard input of a slice view, according to the table of bindings.
 class SliceTools {
  public:
   SliceTools(Workbench& workbench, SliceView& view);
@@ -25,28 +25,28 @@ class SliceTools {
   void press(const QMouseEvent& event);
   void move(const QMouseEvent& event);
   void release(const QMouseEvent& event);
-  /// False when the view should be maximised, since no tool uses the double click.
+  /// Returns false if the view should be maximised, because no tool uses the double click.
   bool double_click(const QMouseEvent& event);
   void wheel(const QWheelEvent& event);
-  /// False when the key is not bound here.
+  /// Returns false if the key is not bound in slices, or if there is no volume.
   bool key(const QKeyEvent& event);
   void leave();
   /// Updates the point under the mouse, after points were added or deleted.
   void update_hovered_point();
 
-  /// Whether a drag from the mouse position would pull the active contour.
+  /// Returns true if a drag from the mouse position would pull the active contour.
   bool grabs() const { return grabs_; }
-  /// Seed sphere while it is being dragged.
+  /// Seed sphere while the user drags it; otherwise none.
   const std::optional<Seed>& seed() const { return seed_; }
 
  private:
   enum class Drag { None, Crosshair, Grab, Point, Zoom, Pan, WindowLevel, Seed };
 
-  /// Nearest point whose handle is within 8 px, 0 if none.
+  /// Nearest point whose handle is within 8 logical pixels; 0 if there is none.
   ItemId point_at(const QPointF& pixel) const;
-  /// Mesh whose contour is within 8 px, else the mesh that contains the position, 0 if none.
+  /// Mesh with the nearest contour within 8 logical pixels, else a mesh that contains the position; 0 if there is none.
   ItemId mesh_at(const QPointF& pixel) const;
-  /// Whether a drag would pull the active contour: crosshair tool, contour within 4 px, no point there.
+  /// Returns true if a drag would pull the active contour: crosshair tool, contour within 4 logical pixels, no point.
   bool grabs_at(const QPointF& pixel, Qt::KeyboardModifiers modifiers) const;
   void begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers modifiers);
   void begin_point(const QPointF& pixel, MarkKind kind);
@@ -56,7 +56,7 @@ class SliceTools {
   void drag_window_level(const QPointF& moved);
   void begin_seed(const Eigen::Vector3d& centre_mm);
   void finish_seed();
-  /// Moves the crosshair along a screen direction.
+  /// Moves the crosshair by a number of voxels along a screen axis (unit vector, LPS).
   void move_crosshair(const Eigen::Vector3d& direction, int voxels);
   void hover(const QPointF& pixel, Qt::KeyboardModifiers modifiers);
   void show_grab(bool grabs);
@@ -66,16 +66,16 @@ class SliceTools {
   SliceView& view_;
   Drag drag_ = Drag::None;
   ItemId dragged_point_ = 0;
-  bool drag_continues_ = false;              ///< the session has the first command of the drag
-  Eigen::Vector3d grab_offset_mm_{0, 0, 0};  ///< from the mouse to the handle
+  bool drag_continues_ = false;              ///< the first command of the drag has been applied
+  Eigen::Vector3d grab_offset_mm_{0, 0, 0};  ///< vector from the mouse to the handle
   QPointF press_, last_;
-  std::optional<QPointF> mouse_;  ///< position while over the view
-  bool moved_ = false;            ///< too far from the press for a click
-  /// Crosshair before the last click; none after any other action.
+  std::optional<QPointF> mouse_;  ///< mouse position; none outside the view
+  bool moved_ = false;            ///< the mouse has moved too far since the press for a click
+  /// Crosshair before the last press of a button, mm; none after a drag or a double click.
   std::optional<Eigen::Vector3d> before_click_mm_;
   bool grabs_ = false;
   PointWheel point_wheel_;
-  double wheel_degrees_ = 0;  ///< turned since the last whole notch
+  double wheel_degrees_ = 0;  ///< rotation since the last whole notch, degrees
   std::optional<Seed> seed_;
 };
 

@@ -153,7 +153,7 @@ Projection SliceView::projection() const {
   clip.row(1).head<3>() = axes.up * scale_y;
   clip(0, 3) = -axes.right.dot(centre_mm_) * scale_x;
   clip(1, 3) = -axes.up.dot(centre_mm_) * scale_y;
-  clip(3, 3) = 1;  // everything at depth 0: the order of drawing decides
+  clip(3, 3) = 1;  // all depths are 0: what is drawn later covers what is drawn earlier
   projection.clip_from_world = clip.cast<float>();
   return projection;
 }
@@ -191,12 +191,12 @@ void SliceView::draw_outlines(const Projection& projection) {
   const float ratio = static_cast<float>(devicePixelRatio());
   const ViewState& view = workbench_.view;
   const std::vector<MeshItem>& meshes = workbench_.scene().meshes;
-  constexpr float kFill = 0.3f;  // where meshes are opaque
+  constexpr float kFill = 0.3f;  // opacity of the fill of an opaque mesh
   for (std::size_t m = 0; view.show_fill && m < meshes.size(); ++m)
     if (meshes[m].visible)
       outline_painter_.fill(projection, *outlines_, static_cast<int>(m),
                             rgba_of(meshes[m].colour, kFill * meshes[m].opacity * view.opacity));
-  for (const bool active : {false, true}) {  // the active contour on top
+  for (const bool active : {false, true}) {  // the active contour is drawn last
     for (std::size_t m = 0; m < meshes.size(); ++m) {
       if (!meshes[m].visible || (meshes[m].id == view.active_mesh) != active) continue;
       outline_painter_.draw(projection, *outlines_, static_cast<int>(m), rgba_of(meshes[m].colour),
@@ -208,7 +208,7 @@ void SliceView::draw_outlines(const Projection& projection) {
   }
 }
 
-// Traces of the other two slices, with a gap at the crossing to keep it visible.
+// Draws the traces of the other two slices, with a gap so that the image at the crosshair stays visible.
 void SliceView::draw_crosshair(const Projection& projection) {
   const SliceAxes axes = this->axes();
   const Eigen::Vector3d at = workbench_.view.crosshair_mm;
@@ -224,7 +224,7 @@ void SliceView::draw_crosshair(const Projection& projection) {
   }
 }
 
-// Sections of the balls of inside and outside points.
+// Draws the sections of the balls of inside and outside points.
 void SliceView::draw_marks(const Projection& projection) {
   for (const UserPoint& point : workbench_.scene().points) {
     const MeshItem* item = workbench_.scene().find_mesh(point.mesh);
@@ -252,7 +252,7 @@ void SliceView::draw_points(const Projection& projection) {
   disc_painter_.draw(projection, discs);
 }
 
-// Lines from boundary points to the vertices that they pull; for the point under the mouse, also a circle of its reach.
+// Draws lines from boundary points to the vertices that they pull, and the reach of the point under the mouse.
 void SliceView::draw_springs(const Projection& projection) {
   for (const PointSpring& spring : springs_->all()) {
     const UserPoint* point = workbench_.scene().find_point(spring.point);
@@ -286,7 +286,7 @@ void SliceView::draw_scale_bar(const Projection& projection) {
   line_painter_.draw(projection, ends, rgba_of(theme::kText), 1.4f * ratio);
 }
 
-// Section of the seed sphere during its drag.
+// Draws the section of the seed sphere while the user drags it.
 void SliceView::draw_seed(const Projection& projection) {
   const std::optional<Seed>& seed = tools_.seed();
   if (seed) draw_circle(projection, seed->centre_mm, seed->radius_mm, rgba_of(theme::kSelected), 1.6f);
@@ -316,7 +316,7 @@ QString SliceView::corner_text() const {
       slice_number(workbench_.session().volume().geometry(), orientation_, workbench_.view.crosshair_mm);
   const QString number = QString("%1  %2 / %3").arg(title_of(orientation_)).arg(slice.number).arg(slice.count);
   QString all = QString("%1   %2 = %3 mm").arg(number, names[axes().normal]).arg(slice_mm(), 0, 'f', 1);
-  // The text must not reach the letter of the patient's side, in the middle.
+  // The text must not reach the letter of the patient's side at the middle of the upper edge.
   const auto fits = [this](const QString& text) {
     constexpr double kBold = 1.15;
     return kBold * fontMetrics().horizontalAdvance(text) < width() / 2.0 - 16;

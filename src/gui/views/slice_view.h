@@ -12,7 +12,8 @@ namespace simplexseg {
 
 class PointSprings;
 
-/// Opacity of a handle by its distance from the slice: 1 on the slice, 0 where it is neither drawn nor selectable.
+/// Opacity of a handle by its distance from the slice: 1 on the slice; 0 from 12 mm on, where the handle is neither
+/// drawn nor selectable.
 double handle_opacity(double distance_mm);
 
 /// View of one slice through the crosshair. SliceTools handles its input.
@@ -24,28 +25,28 @@ class SliceView : public View {
 
   void fit() override;
   void centre_on_crosshair() override;
-  /// Moves the image by a drag, in logical pixels.
+  /// Moves the image by the vector `by`, logical pixels.
   void pan(const QPointF& by);
-  /// Multiplies the size of a pixel in mm by `factor`, within bounds, and keeps the position under `pixel`. Needs a
+  /// Multiplies mm_per_pixel() by `factor`, within bounds; the world position under `pixel` does not move. Needs a
   /// volume.
   void zoom_about(const QPointF& pixel, double factor);
   /// Copies centre and zoom of another view of the same orientation.
   void copy_frame(const SliceView& other);
-  /// Moves the crosshair by whole slices.
+  /// Moves the crosshair by a number of slices along the normal.
   void move_by_slices(int slices);
 
   SliceAxes axes() const;
-  /// Position of the slice along its normal.
+  /// World coordinate of the slice along its normal, mm.
   double slice_mm() const;
   double distance_to_slice_mm(const Eigen::Vector3d& world_mm) const;
-  // Conversion between widget coordinates (logical pixels) and the plane of the slice.
+  // Conversions between widget coordinates (logical pixels) and the plane of the slice.
 
   Eigen::Vector3d world_of(const QPointF& pixel) const;
   QPointF pixel_of(const Eigen::Vector3d& world_mm) const;
   double mm_per_pixel() const { return mm_per_pixel_; }
   /// Segments of the active contour in the last image; none while meshes are hidden. Read back at most once per image.
   std::span<const OutlineSegment> active_outline();
-  /// Sets the mouse pointer for the action that a press would start.
+  /// Sets the shape of the mouse pointer to the action that a press would start.
   void update_cursor();
 
  signals:
@@ -81,7 +82,7 @@ class SliceView : public View {
   void draw_circle(const Projection& projection, const Eigen::Vector3d& centre_mm, double radius_mm, const Rgba& colour,
                    float width);
   void draw_seed(const Projection& projection);
-  /// Length of the scale bar, at most a fifth of the view, rounded.
+  /// Length of the scale bar, mm: 1, 2 or 5 times a power of ten, at most a fifth of the width of the view.
   double scale_bar_mm() const;
   QString corner_text() const;
   QRectF text_box() const;
@@ -89,14 +90,14 @@ class SliceView : public View {
   const Orientation orientation_;
   Eigen::Vector3d centre_mm_{0, 0, 0};  ///< world position of the centre of the widget
   double mm_per_pixel_ = 1;             ///< size of a logical pixel
-  bool fitted_ = true;                  ///< refitted on resize, until zoomed or panned
+  bool fitted_ = true;                  ///< fitted again on resize; false after zoom, pan or centring
   SliceTools tools_;
 
   const SceneBuffers::Slice* slice_ = nullptr;  ///< set by prepare(), like the next three
   const SceneBuffers::Outlines* outlines_ = nullptr;
   const SceneBuffers::Field* field_ = nullptr;
   const PointSprings* springs_ = nullptr;
-  std::optional<std::vector<OutlineSegment>> outline_;  ///< active contour; none: not read since the last image
+  std::optional<std::vector<OutlineSegment>> outline_;  ///< active contour; none if not read since the last image
   SlicePainter slice_painter_;
   FieldPainter field_painter_;
   OutlinePainter outline_painter_;

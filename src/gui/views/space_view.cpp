@@ -81,7 +81,7 @@ void SpaceView::paint() {
   set_depth(Depth::Test);
   draw_slices(projection);
   if (surfaces_) draw_meshes(projection);
-  // Lines and points are drawn last: their smooth edges are half transparent, but would hide anything drawn later.
+  // Lines and points are drawn last: their edges are partly transparent, but their depth hides what is drawn later.
   if (workbench_.view.show_slices_3d) draw_frames(projection);
   draw_springs(projection);
   draw_points(projection);
@@ -175,7 +175,7 @@ void SpaceView::draw_circle(const Projection& projection, const Eigen::Vector3d&
 
 QRectF SpaceView::scale_box() const { return {width() - 24.0, 0.2 * height(), 12.0, 0.55 * height()}; }
 
-// Colour scale, in pixels of the view.
+// Draws the colour scale, in logical pixels of the view.
 void SpaceView::draw_scale(const Projection& projection) {
   Projection pixels;
   pixels.viewport_px = projection.viewport_px;
@@ -245,7 +245,7 @@ void SpaceView::mouseMoveEvent(QMouseEvent* event) {
   const QPointF moved = event->position() - last_;
   last_ = event->position();
   if (dragged_point_ != 0) {
-    constexpr double kDragStarts = 3;  // logical pixels: a shorter drag is a click, which selects
+    constexpr double kDragStarts = 3;  // shortest drag, logical pixels; a click selects the point
     if (drag_continues_ || (last_ - press_).manhattanLength() >= kDragStarts) drag_point(last_);
     return;
   }
@@ -318,7 +318,7 @@ std::optional<QPointF> SpaceView::pixel_of(const Eigen::Vector3d& world_mm) cons
 }
 
 ItemId SpaceView::point_at(const QPointF& pixel) const {
-  constexpr double kHitRadius = 9;  // logical pixels
+  constexpr double kHitRadius = 9;  // largest distance of a hit on a handle, logical pixels
   const UserPoint* nearest = nullptr;
   double best = kHitRadius;
   for (const UserPoint& point : workbench_.scene().points) {

@@ -22,7 +22,7 @@ class SpaceView : public View {
   void copy_camera(const SpaceView& other);
 
  signals:
-  /// The user rotated, moved or zoomed the camera; not emitted by copy_camera().
+  /// The camera was rotated, moved, zoomed, fitted or centred; not emitted by copy_camera().
   void camera_changed();
 
  protected:
@@ -54,7 +54,7 @@ class SpaceView : public View {
   QRectF scale_box() const;
   OrbitCamera::Ray ray_through(const QPointF& pixel) const;
   std::optional<QPointF> pixel_of(const Eigen::Vector3d& world_mm) const;
-  /// Point whose handle is within 9 px and not hidden by a mesh, 0 if none.
+  /// Nearest point whose handle is within 9 logical pixels; 0 if there is none or an opaque mesh hides it.
   ItemId point_at(const QPointF& pixel) const;
   void hover(const QPointF& pixel);
   void drag_point(const QPointF& pixel);
@@ -63,7 +63,7 @@ class SpaceView : public View {
   OrbitCamera camera_;
   PointWheel point_wheel_;
   ItemId dragged_point_ = 0;
-  bool drag_continues_ = false;  ///< the session has the first command of the drag
+  bool drag_continues_ = false;  ///< the first command of the drag has been applied
   Eigen::Vector3d grab_offset_mm_{0, 0, 0};
   QPointF press_;
   std::optional<Act> drag_;

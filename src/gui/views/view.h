@@ -9,7 +9,7 @@ namespace simplexseg {
 class DrawnScene;
 class Workbench;
 
-/// Base class of the four views: an OpenGL surface that repaints when the workbench has changed.
+/// Base class of the four views: an OpenGL widget that repaints when the workbench has changed.
 class View : public QOpenGLWidget {
   Q_OBJECT
  public:
@@ -27,16 +27,16 @@ class View : public QOpenGLWidget {
  protected:
   virtual void create_painters() = 0;
   virtual void destroy_painters() = 0;
-  /// Updates the shared buffers before anything is drawn: a write during drawing would split the frame. Needs a volume.
+  /// Updates the shared buffers before anything is drawn, so that no write interrupts the drawing. Needs a volume.
   virtual void prepare() = 0;
   virtual void paint() = 0;
-  /// Adds the labels over the image. Needs a volume.
+  /// Adds the labels that are drawn over the image. Needs a volume.
   virtual void annotate(std::vector<Label>& labels) const = 0;
 
   void initializeGL() override;
   void paintGL() override;
   void enterEvent(QEnterEvent* event) override;
-  /// Called by the destructor of every derived view, since painters need the context for their release.
+  /// Releases the OpenGL objects. The destructor of every derived class calls it, because it needs destroy_painters().
   void destroy_gl_objects();
 
   /// Adds the names of patient and series at the upper left of `box`, unless hidden.

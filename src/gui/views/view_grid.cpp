@@ -63,7 +63,7 @@ void ViewGrid::paintEvent(QPaintEvent*) {
     if (!views[n]->hasFocus()) continue;
     QPainter painter(this);
     const QRect cell = cells_[n]->geometry(), frame = cell.adjusted(-2, -2, 2, 2);
-    painter.setClipRegion(QRegion(frame) - cell);  // a cell is transparent beside its view
+    painter.setClipRegion(QRegion(frame) - cell);  // the cell outside its view is transparent
     painter.fillRect(frame, theme::shades().accent);
   }
 }

@@ -40,7 +40,7 @@ class ViewGrid : public QWidget {
 
  private:
   QGridLayout* grid_;
-  std::array<QWidget*, 4> cells_{};  ///< cells of the grid: a view with its slider
+  std::array<QWidget*, 4> cells_{};  ///< cells of the grid: slice views with their sliders, 3D view
   std::array<SliceView*, 3> slices_;
   SpaceView* space_;
   View* maximised_ = nullptr;

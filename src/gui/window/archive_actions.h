@@ -28,7 +28,7 @@ class ArchiveActions : public QObject {
 
   /// Replaces the function that opens archives; for tests.
   void set_opener(ArchiveOpener open) { open_ = std::move(open); }
-  /// Shows the search dialog with its last results. A series that it fetches is opened like a folder.
+  /// Shows the search dialog with its last results. A fetched series is opened like a folder.
   void find();
   void send_back();
 

@@ -62,7 +62,7 @@ Autosave::Autosave(Workbench& workbench, FileActions& files, BackgroundJob& job,
   after_action_.setInterval(kAfterActionMs);
   for (QTimer* timer : {&interval_, &after_action_}) connect(timer, &QTimer::timeout, this, &Autosave::save_now);
   interval_.start();
-  // A drag is an action in every frame: it has ended when no action follows for a while.
+  // A drag is one action per frame: the work is saved when no action has followed for kAfterActionMs.
   connect(&workbench_, &Workbench::acted, &after_action_, qOverload<>(&QTimer::start));
   connect(&files_, &FileActions::name_changed, this, &Autosave::discard_if_saved);
 }
@@ -182,7 +182,7 @@ void Autosave::restore(std::size_t which) {
           workbench_.notify(Severity::Failure, QString::fromUtf8(error.what()));
           return;
         }
-        // This window owns the work now: its old folder is deleted after the next autosave.
+        // This window owns the work now: the old folder of the work is deleted after the next autosave.
         auto folder = std::make_shared<LockedFolder>(std::move(lost_[which].folder));
         lost_.erase(lost_.begin() + static_cast<std::ptrdiff_t>(which));
         saved_revision_ = 0;

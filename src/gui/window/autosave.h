@@ -17,8 +17,8 @@ class BackgroundJob;
 class FileActions;
 class Workbench;
 
-/// Autosaves the unsaved work of a window: after each completed action, and every minute while the simulation runs. The
-/// window's thread copies the scene; another thread writes it. The destructor deletes the autosaved work; it must run
+/// Autosaves the unsaved work of a window: after each completed action, and every minute if the scene has changed. The
+/// window's thread copies the scene; another thread writes it. The destructor deletes the autosave and must be called
 /// before the window is destroyed. After a crash, offer_recovery() offers to restore the work.
 class Autosave : public QObject {
   Q_OBJECT
@@ -28,7 +28,7 @@ class Autosave : public QObject {
   Autosave(Workbench& workbench, FileActions& files, BackgroundJob& job, QWidget& window,
            const std::filesystem::path& root);
   ~Autosave() override;
-  /// Default folder: simplexseg/work in the user's state folder (XDG_STATE_HOME).
+  /// Default folder: simplexseg/work in the user's state folder (XDG_STATE_HOME, by default ~/.local/state).
   static std::filesystem::path default_root();
 
   /// Opens the recovery dialog if there is work to recover.
@@ -39,7 +39,7 @@ class Autosave : public QObject {
   void save_now();
 
  signals:
-  /// The work is on disk, in its state at this Session::revision().
+  /// The work at this Session::revision() has been written to disk.
   void saved(quint64 revision);
 
  private:
@@ -53,7 +53,7 @@ class Autosave : public QObject {
   BackgroundJob& job_;
   QWidget& window_;
   std::filesystem::path root_;
-  std::shared_ptr<AutosaveStore> store_;  ///< null if its folder could not be created
+  std::shared_ptr<AutosaveStore> store_;  ///< null if the folder could not be created
   QThreadPool writer_;                    ///< one thread: writes in the order of the requests
   QTimer interval_, after_action_;
   std::vector<RecoverableWork> lost_;

@@ -29,14 +29,14 @@
 namespace simplexseg {
 namespace {
 
-// Paths may contain any character of the file system: never convert them through the local 8-bit encoding.
+// Paths may contain any character of the file system, so they are never converted to the local 8-bit encoding.
 
 const char* kVolumeFilter =
     "Volumes and scenes (*.nii *.nii.gz *.hdr *.img *.nrrd *.nhdr *.mha *.mhd *.gipl *.gipl.gz *.mnc *.dcm "
     "*.json);;All files (*)";
 
-/// Whether `path` is a series fetched from an archive. Its path in the cache is not shown to users, and no files are
-/// saved beside it.
+/// Returns true if `path` is a series fetched from an archive. Its path in the cache is not shown to users, and no
+/// files are saved beside it.
 bool is_fetched(const QString& path) {
   return !path.isEmpty() && to_path(path).parent_path().parent_path() == ArchiveCache::archive_cache_folder();
 }
@@ -194,7 +194,7 @@ bool FileActions::may_discard() {
       name.isEmpty() ? tr("Save the changes to the scene first?") : tr("Save the changes to '%1' first?").arg(name),
       QMessageBox::NoButton, &window_);
   question.setInformativeText(tr("If you discard the changes, unsaved segmentations and points are lost."));
-  // Custom buttons: the standard texts of some desktops have no mnemonics.
+  // Custom buttons, because the standard texts of some desktops have no mnemonics.
   QPushButton* save = question.addButton(tr("&Save"), QMessageBox::AcceptRole);
   QPushButton* discard = question.addButton(tr("&Discard"), QMessageBox::DestructiveRole);
   QPushButton* cancel = question.addButton(tr("&Cancel"), QMessageBox::RejectRole);

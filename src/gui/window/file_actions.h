@@ -24,8 +24,9 @@ class FileActions : public QObject {
  public:
   FileActions(Workbench& workbench, BackgroundJob& job, ActionTable& actions, QWidget& window);
 
-  /// Loads `path` in the background and opens it; asks about unsaved changes first. If a folder or DICOMDIR has several
-  /// series, or one that is 4D or damaged, the user chooses in a dialog.
+  /// Loads `path` in the background and opens it; asks about unsaved changes first. Does nothing while the job is busy.
+  /// The user chooses in a dialog if a folder or DICOMDIR has several series, or one that is 4D or damaged, and if a
+  /// file is 4D.
   void open(const QString& path) { open_all({path}); }
   /// Opens dropped files or folders like open(); several files are searched for DICOM series.
   void open_all(const QStringList& paths);
@@ -33,27 +34,28 @@ class FileActions : public QObject {
   void open_loaded(LoadedInput input, const std::filesystem::path& path);
   /// Opens recovered work under its original name, marked as unsaved. Throws Error when it cannot be opened.
   void restore(LoadedInput input, const AutosaveInfo& info);
-  /// Asks whether to save unsaved changes. False when the user cancels.
+  /// Asks whether to save unsaved changes. Returns false if the user cancels or saving fails.
   bool may_discard();
   QString scene_name() const;
-  /// Path that was last opened, or saved as a scene; empty at first.
+  /// Path that was last opened, or saved as a scene; empty before that.
   const QString& path() const { return last_path_; }
   /// Path of the scene file; empty if there is none.
   const QString& scene_path() const { return scene_path_; }
   /// Initial folder of file dialogs.
   QString usual_folder() const;
-  /// Whether the open image is DICOM, so that DICOM files can refer to it.
+  /// Returns true if the open image is DICOM, so that DICOM files can refer to it.
   bool is_dicom() const { return is_dicom_; }
 
-  // Each of these shows a message about success or failure; false when it failed or was cancelled.
+  // Each of these functions shows a message about success or failure. The functions for scenes return false if saving
+  // failed or was cancelled; labels and meshes are saved in the background.
   bool save_scene();
   bool save_scene_as();
   bool save_scene_to(const QString& path);
   void save_labels_to(const QString& path);
   void save_meshes_to(const QString& folder, const QString& extension = ".ply");
 
-  /// Suggested path for a new file: in the last folder, named after volume and scene, followed by `what` and `ending`.
-  /// No file has this name.
+  /// Suggested path for a new file: in the last folder, named after volume and scene, followed by `what`, a number if
+  /// the file exists already, and `ending`.
   QString suggested_path(const QString& what, const QString& ending) const;
 
   /// Local files and folders of a drop; may be empty.

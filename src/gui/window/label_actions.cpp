@@ -35,10 +35,10 @@ const char* kLabelFilter =
     "All files (*)";
 const char* kMeshFilter = "Meshes (*.stl *.obj *.vtk *.vtp *.ply);;All files (*)";
 
-/// Label with the largest overlap for each mesh, in the order of the meshes. Labels are assigned by decreasing overlap,
-/// each to one mesh at most.
+/// Returns the label with the largest overlap for each mesh, in the order of the meshes; none without an overlap.
+/// Labels are assigned by decreasing overlap, each to at most one mesh.
 std::vector<std::optional<double>> labels_under(const std::vector<SimplexMesh>& meshes, const Volume& labels) {
-  std::vector<std::tuple<std::size_t, std::size_t, double>> overlaps;  // voxels, mesh, label
+  std::vector<std::tuple<std::size_t, std::size_t, double>> overlaps;  // number of voxels, index of the mesh, label
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     const Mask mask = rasterise(meshes[m], labels.geometry());
     std::map<double, std::size_t> counts;
@@ -114,7 +114,7 @@ void LabelActions::meshes_from_labels(const QString& path) {
         labels->volume = std::move(loaded.volume);
         labels->warnings = std::move(loaded.warnings);
         if (labels->counts.empty())
-          choose_label(labels->volume, {}, quoted(file));  // throws, because there is no label
+          choose_label(labels->volume, {}, quoted(file));  // throws Error, because there is no label
       },
       [=, this] { choose_labels(path, labels); }, BackgroundJob::Cancellable::Yes);
 }
@@ -187,7 +187,7 @@ void LabelActions::load_reference(const QString& path) {
       tr("Loading %1...").arg(QFileInfo(path).fileName()),
       [=, file = to_path(path), geometry = workbench_.session().volume().geometry(), meshes = std::move(meshes)] {
         labels->volume = load_labels_onto(file, geometry, "the volume", labels->warnings);
-        count_labels(labels->volume, {});  // throws if the file is an image
+        count_labels(labels->volume, {});  // throws Error if the file is an image
         *under = labels_under(meshes, labels->volume);
       },
       [=, this, name = absolute(path)] {

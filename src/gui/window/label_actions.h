@@ -22,12 +22,12 @@ class LabelActions : public QObject {
  public:
   LabelActions(Workbench& workbench, BackgroundJob& job, FileActions& files, ActionTable& actions, QWidget& window);
 
-  /// Reads labels and lets the user choose; each chosen label becomes a mesh.
+  /// Reads labels and lets the user choose some of them; each chosen label becomes a mesh.
   void meshes_from_labels(const QString& path);
   /// Adds a mesh whose initial surface is read from a file.
   void mesh_from_file(const QString& path);
-  /// Reads reference labels and assigns to each mesh the label with the largest overlap, each label to one mesh at
-  /// most.
+  /// Reads reference labels and assigns to each mesh the label with the largest overlap; each label is assigned to at
+  /// most one mesh.
   void load_reference(const QString& path);
 
  private:

@@ -83,7 +83,7 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
   resize(1280, 800);
 }
 
-// The views release their OpenGL objects, and the panels the workbench, before it is destroyed.
+// Deletes the views and panels before the workbench and the OpenGL buffers that they use.
 MainWindow::~MainWindow() {
   delete job_;
   delete history_;
@@ -229,7 +229,7 @@ void MainWindow::build_toolbar() {
   add({{Act::WindowLevel, Symbol::WindowLevel, tr("Contrast")},
        {Act::AutoContrast, Symbol::AutoContrast, tr("Automatic")},
        {Act::Fit, Symbol::Fit, tr("Fit")}});
-  // Qt's own extension arrow is dark on dark, and only a few pixels wide.
+  // Qt's own extension arrow has no contrast in the dark theme, and is only a few pixels wide.
   if (auto* more = bar->findChild<QToolButton*>("qt_toolbar_ext_button")) {
     auto* style = new WideExtensionStyle;
     style->setParent(bar);
@@ -296,7 +296,7 @@ CompareWindow* MainWindow::compare_settings() {
 
 QImage MainWindow::picture_of_views() {
   const bool was_shown = !messages_->isHidden();
-  messages_->hide();  // it covers the views
+  messages_->hide();  // the message bar covers the views
   QImage picture = views_->grab().toImage();
   messages_->setVisible(was_shown);
   return picture;

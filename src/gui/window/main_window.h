@@ -44,7 +44,7 @@ class MainWindow : public QMainWindow {
   SidePanels& panels() { return *panels_; }
   StepStrip& steps() { return *steps_; }
   QDockWidget& history() { return *history_; }
-  /// View menu, for further entries.
+  /// View menu, to which further entries can be added.
   QMenu* view_menu() const { return view_menu_; }
   StartPage& start_page() { return *start_; }
 
@@ -53,11 +53,12 @@ class MainWindow : public QMainWindow {
 
   /// Saves a picture of the window as a PNG file. Throws Error when the file cannot be written.
   void save_picture(const QString& path);
-  /// Sets the factory for the engines that compare two settings; by default the CPU engine.
+  /// Sets the factory of the engines that compare two settings; the default factory makes CPU engines.
   void set_engine_maker(std::function<std::unique_ptr<Engine>()> make) { make_engine_ = std::move(make); }
-  /// Opens a comparison of two settings of the active mesh; null, with a message, when that fails.
+  /// Opens a comparison of two settings of the active mesh. Returns null without an active mesh, and, with a message,
+  /// if it fails.
   CompareWindow* compare_settings();
-  /// Closes the window without asking about unsaved changes; for runs without a user.
+  /// Makes the window close without asking about unsaved changes; for runs without a user.
   void set_unattended() { unattended_ = true; }
 
  protected:
@@ -73,7 +74,7 @@ class MainWindow : public QMainWindow {
   void connect_own_actions();
   void connect_messages();
   void choose_and_save_picture();
-  /// Picture of the views as shown, without messages.
+  /// Returns a picture of the views on the screen, without messages.
   QImage picture_of_views();
 
   std::unique_ptr<Workbench> workbench_;

@@ -35,7 +35,8 @@ void post_mouse(QWidget& widget, QEvent::Type type, const QPointF& at, Qt::Mouse
   QApplication::postEvent(&widget, new QMouseEvent(type, at, widget.mapToGlobal(at), button, held, modifiers));
 }
 
-/// Point to be dragged, in the axial slice: the first of the scene, else a new one on the sphere of the first mesh.
+/// Returns the point to be dragged in the axial slice: the first of the scene, else a new one on the seed sphere of the
+/// first mesh.
 ItemId point_to_drag(Workbench& bench, SliceView& view) {
   if (bench.scene().points.empty()) {
     const MeshItem& mesh = bench.scene().meshes.front();
@@ -51,7 +52,8 @@ ItemId point_to_drag(Workbench& bench, SliceView& view) {
   return bench.scene().points.empty() ? 0 : bench.scene().points.front().id;
 }
 
-/// Drags the point until `end_s`. Returns the bytes read back at its start, when the undo history stores the poses.
+/// Drags the point until `end_s`. Returns the bytes read back at the start of the drag, when the undo history stores
+/// the poses.
 std::uint64_t drag_point(MainWindow& window, ItemId point, double end_s) {
   Workbench& bench = window.workbench();
   SliceView& view = window.views().slice(0);

@@ -17,8 +17,8 @@ namespace simplexseg {
 namespace {
 
 constexpr const char* kNoteBackground = "#2d4a63";
-constexpr int kWidest = 760;  // logical pixels: longer lines are hard to read
-constexpr int kMargin = 28;   // keeps the titles of the views visible
+constexpr int kWidest = 760;  // largest width, logical pixels; longer lines are hard to read
+constexpr int kMargin = 28;   // distance from the edges, logical pixels; leaves the titles of the views visible
 
 const char* background_of(Severity severity) {
   switch (severity) {

@@ -12,13 +12,13 @@ class QToolButton;
 
 namespace simplexseg {
 
-/// Bar with the current message or progress, at the upper edge of `over`. It covers the views without moving them, and
-/// is hidden when empty. A log keeps all messages.
+/// Bar with the current message or progress, near the upper edge of `over`. It covers the views without moving them,
+/// and is hidden without a message. A log keeps all messages.
 class MessageBar : public QFrame {
   Q_OBJECT
  public:
   explicit MessageBar(QWidget* over);
-  /// Shows a message. Notes disappear after some seconds; warnings and failures stay until closed or replaced.
+  /// Shows a message. A note disappears after 6 s; a warning or failure stays until it is closed or replaced.
   void show_message(Severity severity, const QString& text);
   /// Shows a text such as "Loading ch2.nii.gz" with a progress bar, until clear(). `may_cancel` adds a Cancel button.
   void show_progress(const QString& text, bool may_cancel = false);
@@ -27,10 +27,10 @@ class MessageBar : public QFrame {
   void clear();
   /// Removes the failure of an earlier action; called when a later action succeeds.
   void dismiss_failure();
-  /// Removes the message `text` if it is shown; called when it is no longer true.
+  /// Removes the message `text` if it is shown; called when the message no longer applies.
   void dismiss(const QString& text);
   QString text() const { return text_; }
-  /// All messages of this run of the program, with the time of each.
+  /// All messages of this run of the program, each with its time of day.
   const QStringList& log() const { return log_; }
   void show_log();
 

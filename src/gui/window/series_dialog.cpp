@@ -20,10 +20,10 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kIconPixels = 64;  // logical pixels
+constexpr int kIconPixels = 64;  // side of an icon, logical pixels
 enum SeriesColumn { kSeries, kPatient, kStudy, kModality, kSize, kSpacing, kColumns };
 
-/// Icon of the middle slice in grey, scaled to its size in mm; dark if there is no preview.
+/// Icon of the previewed slice in grey, with the proportions of the slice in mm; dark without a preview.
 QIcon picture_of(const Volume& preview) {
   QPixmap pixmap(kIconPixels, kIconPixels);
   pixmap.fill(theme::kSliceBackground);
@@ -107,7 +107,7 @@ SeriesDialog::SeriesDialog(FoundSeries found, QWidget* parent)
   connect(list_, &QTreeWidget::itemActivated, this, [this] {
     if (open_->isEnabled()) accept();
   });
-  // Preselect the largest readable series.
+  // Preselects the largest readable series.
   int best = 0;
   for (std::size_t n = 1; n < found_.series.size(); ++n) {
     const DicomSeries &one = found_.series[n], &other = found_.series[static_cast<std::size_t>(best)];

@@ -25,7 +25,7 @@ constexpr int kWidth = 344;
 QTabWidget* make_tabs() {
   auto* tabs = new QTabWidget;
   tabs->setDocumentMode(true);
-  tabs->setUsesScrollButtons(false);  // long titles are elided instead: hidden tabs are hard to find
+  tabs->setUsesScrollButtons(false);  // long titles are elided instead, because hidden tabs are hard to find
   tabs->setElideMode(Qt::ElideRight);
   return tabs;
 }
@@ -47,7 +47,7 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
   setMinimumWidth(theme::scaled(kWidth));
   tabs_->setAccessibleName(tr("Panels"));
   row_->setAccessibleName(tr("Plan and convergence"));
-  // QSplitter shows each widget that it owns as a row, so the tabs are the parents of the panels.
+  // QSplitter shows each widget that it owns as a row; the panels are therefore owned by the tabs.
   auto* meshes = new MeshPanel(workbench, loop, actions, nullptr);
   forces_->setObjectName(tr("Forces"));
   simulation_->setObjectName(tr("Simulation"));

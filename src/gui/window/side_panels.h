@@ -16,8 +16,8 @@ class PointPanel;
 class SimulationPanel;
 class Workbench;
 
-/// Column of panels beside the views: Segmentations, and the others in tabs below. Plan and Convergence are shown in
-/// the researcher's layout only.
+/// Column of panels beside the views: the panel Segmentations, and tabs with the other panels below. Plan and
+/// Convergence are shown in the researcher's layout only.
 class SidePanels : public QSplitter {
  public:
   SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actions, QWidget* parent);

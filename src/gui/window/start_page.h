@@ -8,12 +8,12 @@ namespace simplexseg {
 
 class ActionTable;
 
-/// Page over the views while no volume is open; offers to open one.
+/// Page that covers the views while no volume is open, and offers to open one.
 class StartPage : public QWidget {
   Q_OBJECT
  public:
   StartPage(ActionTable& actions, QWidget* over);
-  /// Lists recently opened files, latest first; missing files are left out.
+  /// Lists recently opened files, latest first, at most five; omits missing files.
   void show_recent(const QStringList& paths);
 
  signals:

@@ -45,7 +45,7 @@ int report_error(int status, const QString& text) {
   return status;
 }
 
-// Without a display Qt would abort with a core dump: print one line and exit with a status instead.
+// Without a display, Qt would abort with a core dump; this handler prints one line and exits with a status instead.
 void report_fatal(QtMsgType type, const QMessageLogContext&, const QString& text) {
   static QString cause;
   if (type == QtWarningMsg && text.contains("could not connect to display")) {
@@ -58,7 +58,7 @@ void report_fatal(QtMsgType type, const QMessageLogContext&, const QString& text
   if (type == QtCriticalMsg) std::fprintf(stderr, "simplexseg: %s\n", qUtf8Printable(text.simplified()));
 }
 
-/// Fills `options`. Returns an exit status if the program ends here.
+/// Parses the arguments into `options`. Returns an exit status if the program ends here, else none.
 std::optional<int> parse(const QStringList& arguments, Options& options) {
   QCommandLineParser parser;
   parser.setApplicationDescription("SimplexSeg: segments medical volumes with live deformable simplex meshes.");
@@ -142,7 +142,7 @@ std::optional<int> parse(const QStringList& arguments, Options& options) {
 
 int fail(const std::exception& error, int status) { return report_error(status, QString::fromUtf8(error.what())); }
 
-/// Opens the input and shows the window. Returns an exit status on failure.
+/// Opens the input and shows the window. Returns an exit status on failure, else none.
 std::optional<int> load(MainWindow& window, const Options& options) {
   window.set_unattended();
   try {
@@ -156,7 +156,7 @@ std::optional<int> load(MainWindow& window, const Options& options) {
 }
 
 int save_screenshot(QApplication& application, MainWindow& window, const Options& options) {
-  // Layout and painting need a few rounds of events.
+  // Layout and painting take a few rounds of the event loop.
   for (int round = 0; round < 10; ++round) application.processEvents(QEventLoop::AllEvents, 50);
   try {
     window.save_picture(options.screenshot);

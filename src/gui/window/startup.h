@@ -10,8 +10,8 @@ int run_desktop(int argc, char** argv);
 
 /// Reason why OpenGL 4.5 is not available; empty if it is. Needs a QGuiApplication.
 std::string why_no_opengl();
-/// Sets the surface format of all views, and sharing of their OpenGL contexts. Call it before creating the
-/// QApplication.
+/// Sets the surface format of all views, and enables sharing of their OpenGL contexts. Must be called before the
+/// QApplication is created.
 void set_surface_format();
 
 }  // namespace simplexseg

@@ -39,8 +39,8 @@ StateChip::StateChip(Workbench& workbench, FrameLoop& loop, QWidget* parent)
   setToolTip(
       tr("State: running; solving (a segmentation is computed from your points); settled; paused; probably wrong (mark "
          "more of what is inside and outside); spreading (a segmentation finds no border); error"));
-  setMinimumWidth(fontMetrics().horizontalAdvance(tr("no segmentation yet")) + 20);  // the toolbar must not jump
-  // Values that change with every frame are unreadable.
+  setMinimumWidth(fontMetrics().horizontalAdvance(tr("no segmentation yet")) + 20);  // the toolbar must not move
+  // Values that change with every frame are unreadable, so the text is refreshed four times a second.
   refresh_timer_.setSingleShot(true);
   refresh_timer_.setInterval(250);
   connect(&refresh_timer_, &QTimer::timeout, this, &StateChip::refresh);

@@ -66,7 +66,7 @@ void StatusLine::refresh_view() {
   contrast_->setText(tr("window %1  level %2").arg(view.window, 0, 'g', 4).arg(view.level, 0, 'g', 4));
 }
 
-// No field is solved while the simulation is paused.
+// Shows no mesh while the simulation is paused.
 void StatusLine::refresh_solving() {
   const MeshItem* item =
       workbench_.running() ? workbench_.scene().find_mesh(workbench_.session().solving_mesh()) : nullptr;

@@ -10,8 +10,8 @@ namespace simplexseg {
 class DrawnScene;
 class Workbench;
 
-/// Status line of the window: position and intensity at the crosshair, mesh whose field is being solved with the
-/// completed percentage, renderer, window and level.
+/// Status line of the window: position and intensity at the crosshair; name of the mesh whose field is being solved,
+/// with the completed percentage; renderer; window and level.
 class StatusLine : public QStatusBar {
  public:
   StatusLine(Workbench& workbench, DrawnScene& drawn, QWidget* parent);

@@ -28,7 +28,7 @@ StepStrip::StepStrip(Workbench& workbench, ActionTable& actions, QWidget* parent
     steps_[n]->setCheckable(true);
     connect(steps_[n], &QToolButton::clicked, this, [this, action] {
       action->trigger();
-      refresh();  // a click does not change the step
+      refresh();  // a click checks the button, but does not change the step
     });
     row->addWidget(steps_[n]);
   }

@@ -47,7 +47,7 @@ void ThemeSettings::choose_text(int percent) {
   emit message(tr("The new text size takes effect when SimplexSeg is started again"));
 }
 
-// Called for any setting of the desktop; reading the theme is cheap.
+// Called when any setting of the desktop has changed; reading the theme is cheap.
 void ThemeSettings::desktop_changed() {
   if (choice_ == theme::Choice::Desktop && theme::desktop_is_dark() != theme::is_dark()) apply();
 }

@@ -11,12 +11,12 @@ class QMenu;
 
 namespace simplexseg {
 
-/// Applies and stores the theme and the text size that the user chooses in a menu. Follows the theme of the desktop if
-/// that is chosen.
+/// Applies and stores the theme and the text size that the user chooses in a menu. With theme::Choice::Desktop, changes
+/// with the theme of the desktop.
 class ThemeSettings : public QObject {
   Q_OBJECT
  public:
-  /// Applies the stored choice; `instead` overrides the theme for this start.
+  /// Applies the stored choice; `instead` replaces the theme in this run of the program.
   explicit ThemeSettings(QApplication& application, std::optional<theme::Choice> instead = {});
   void fill(QMenu& menu);
   theme::Choice choice() const { return choice_; }
@@ -26,7 +26,7 @@ class ThemeSettings : public QObject {
   int text_percent() const { return text_percent_; }
 
  signals:
-  /// Message for the user: the text size changes at the next start.
+  /// Message for the user about the new text size, which takes effect at the next start.
   void message(const QString& text);
 
  private slots:

@@ -65,7 +65,7 @@ void WindowMemory::write() {
 
 void WindowMemory::file_opened() {
   const QString path = QFileInfo(window_.files().path()).absoluteFilePath();
-  if (path == open_ && is_opened_) return;  // saved
+  if (path == open_ && is_opened_) return;  // the open file was saved
   open_ = path;
   is_opened_ = true;
   File file{path};
@@ -76,7 +76,7 @@ void WindowMemory::file_opened() {
   }
   files_.insert(files_.begin(), file);
   if (files_.size() > kMostFiles) files_.resize(kMostFiles);
-  const bool has_saved_view = window_.workbench().scene().view.has_value();  // a saved scene
+  const bool has_saved_view = window_.workbench().scene().view.has_value();  // stored in the scene file
   if (file.window > 0 && window_.workbench().has_volume() && !has_saved_view) {
     window_.workbench().view.window = file.window;
     window_.workbench().view.level = file.level;

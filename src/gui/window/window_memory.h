@@ -11,17 +11,17 @@ namespace simplexseg {
 
 class MainWindow;
 
-/// Settings that persist between runs of the program: size and position of the window, recent files, and window and
-/// level of each. Not used in runs without a user. Must be destroyed before the window.
+/// Settings that persist between runs of the program: size and position of the main window, recent files, and the grey
+/// window and level of each file. Not used in runs without a user. Must be destroyed before the main window.
 class WindowMemory : public QObject {
  public:
   explicit WindowMemory(MainWindow& window);
-  /// Writes the settings.
+  /// Writes the settings to their file.
   ~WindowMemory() override;
   WindowMemory(const WindowMemory&) = delete;
   WindowMemory& operator=(const WindowMemory&) = delete;
 
-  /// Restores size and position of the previous run; false if there are none.
+  /// Restores size and position of the previous run; returns false if none are stored.
   bool restore_geometry();
   /// Paths of the recent files, latest first.
   QStringList recent() const;

@@ -21,7 +21,7 @@ constexpr std::pair<Act, Tool> kTools[] = {{Act::ToolCrosshair, Tool::Crosshair}
 /// Sets a text such as "Undo add point", or "Undo" if there is no action.
 void name_history_entry(QAction* action, const QString& verb, const char* title) {
   action->setText(*title ? QString("%1 %2").arg(verb, QString::fromUtf8(title)) : verb);
-  // The toolbar must not jump with every action.
+  // A changing text would move the other buttons of the toolbar.
   action->setIconText(QString(verb).remove('&'));
 }
 

@@ -12,12 +12,12 @@ class Workbench;
 /// Contents of a dialog for saving a file.
 struct SaveDialog {
   QString title;
-  QString suggestion;  ///< name or path
+  QString suggestion;  ///< suggested name or path
   QString filters;     ///< in the syntax of QFileDialog: "Picture (*.png);;Table (*.csv)"
 };
 
-/// Asks the user for a file, passes it to `save`, and reports the result. A name without extension gets the one of the
-/// chosen filter.
+/// Asks the user for a file, passes its path to `save`, and reports success or failure. A name without extension gets
+/// the extension of the chosen filter.
 void ask_and_save(QWidget* parent, Workbench& workbench, const SaveDialog& dialog,
                   const std::function<void(const QString& path)>& save);
 

@@ -29,7 +29,7 @@ bool BackgroundJob::start(const QString& title, std::function<void()> work, std:
     const LoadProgress::Scope scope(*progress);
     try {
       work();
-    } catch (const Cancelled&) {  // no result is expected
+    } catch (const Cancelled&) {  // the result is not needed
     } catch (const std::bad_alloc&) {
       *failure = tr("Out of memory: the volume does not fit. Close other programs or open a smaller volume.");
     } catch (const std::exception& error) {

@@ -152,7 +152,7 @@ void Comparison::tick() {
     Side& one = sides_[s];
     if (!side(s).running() || one.settled) continue;
     continues = true;
-    // A step or a batch may take longer than the budget: the other side receives the same time later.
+    // A step or a batch may take longer than the budget; the excess is deducted from the next rounds of this side.
     one.credit += budget_s;
     if (one.credit <= 0) continue;
     const Advance done = side(s).advance(one.credit);
@@ -176,13 +176,13 @@ void Comparison::record(int s, const Advance& done) {
   try {
     one.trace.sample(session, one.seconds);
   } catch (const std::exception&) {
-    // The device was lost while poses were read: the next step reports it.
+    // The device was lost while poses were read; the next step reports the loss.
   }
 }
 
 // ---- measurements ----
 
-// The distance map of a large volume takes about a second.
+// Runs in the background: computing the distance map of a large volume takes about a second.
 void Comparison::prepare_reference() {
   if (!has_reference()) return;
   MeshItem named;
@@ -215,7 +215,7 @@ void Comparison::measure() {
       copies[s].mesh = item->mesh, copies[s].reference = item->reference;
     }
   } catch (const std::exception&) {
-    return;  // the device was lost while poses were read: the next step reports it
+    return;  // the device was lost while poses were read; the next step reports the loss
   }
   auto found = std::make_shared<Found>();
   QElapsedTimer took;
@@ -253,7 +253,7 @@ void add_series(Plot& plot, const Plot& source, int side) {
   }
 }
 
-/// Part of the trace for one mesh.
+/// Returns a copy of the trace with the samples of one mesh only.
 RunTrace only(const RunTrace& trace, ItemId mesh) {
   RunTrace part = trace;
   Scene scene;

@@ -21,8 +21,8 @@ class Workbench;
 struct Advance;
 
 /// Comparison of two settings for one mesh from the same start. It has two copies of the scene (sides), in which the
-/// mesh is reset and all others are locked. Both sides run at once, each for the same time per round, and share view
-/// and points.
+/// mesh is reset and all other meshes are locked. Both sides run alternately, each for the same computing time, and
+/// share view and points.
 class Comparison : public QObject {
   Q_OBJECT
  public:
@@ -31,8 +31,8 @@ class Comparison : public QObject {
   /// Colour of a side: distinguishable by the colour-blind and visible on a dark background (Okabe and Ito 2008).
   static Colour colour_of(int side) { return side == 0 ? Colour{86, 180, 233} : Colour{230, 159, 0}; }
 
-  /// Compares settings for the active mesh of `from`, which must have one. Both sides start with its settings and
-  /// points. Throws Error when an engine is unavailable or lacks memory.
+  /// Compares settings for the active mesh of `from`, which must have one. Both sides start with the settings and
+  /// points of that mesh. Throws Error when an engine is unavailable or lacks memory.
   Comparison(const Workbench& from, const std::function<std::unique_ptr<Engine>()>& make_engine);
   ~Comparison() override;
 
@@ -63,10 +63,10 @@ class Comparison : public QObject {
   /// Latest measurements of a mesh; both sides are measured at the same time.
   struct Measured {
     double volume_ml = 0;
-    std::optional<Agreement> agreement;  ///< with the reference
+    std::optional<Agreement> agreement;  ///< agreement with the reference; none without one
   };
   const std::optional<Measured>& measured(int side) const { return sides_[side].measured; }
-  /// Dice between the voxels of the two meshes.
+  /// Dice between the voxels of the two meshes; none before the first measurement.
   std::optional<double> overlap() const { return overlap_; }
 
   /// Parameter whose values differ.
@@ -78,7 +78,7 @@ class Comparison : public QObject {
 
  signals:
   void running_changed();
-  void advanced();  ///< at least one side has moved
+  void advanced();  ///< a round of steps has ended
   void measured_changed();
 
  private:
@@ -86,7 +86,7 @@ class Comparison : public QObject {
     std::unique_ptr<Workbench> workbench;
     RunTrace trace;
     double seconds = 0;
-    double credit = 0;  ///< computing time it may still use, s
+    double credit = 0;  ///< remaining computing time, s; negative after steps that took longer
     std::int64_t steps = 0;
     bool settled = false;
     std::optional<Measured> measured;

@@ -11,9 +11,9 @@
 
 namespace simplexseg {
 namespace {
-// Upper bound of a frame: a hidden or covered window never shows an image.
+// Largest duration of a frame: a hidden or covered window never reports that its image is on the screen.
 constexpr int kLongestFrameMs = 50;
-// Lower bound of a frame: a higher frame rate is not visible, and the simulation uses the rest of the time.
+// Smallest duration of a frame: a higher frame rate is not visible, and the simulation uses the rest of the time.
 constexpr double kShortestFrameS = 1.0 / 64;
 }  // namespace
 
@@ -85,7 +85,7 @@ void FrameLoop::view_shown() {
   } else if (new_image && workbench_.is_advancing() && !finished_) {
     shown_ = true;  // the next frame starts when the steps are done
   } else if (new_image && timer_.remainingTime() > 0) {
-    timer_.start(0);  // after the pending events: this frame includes the user's latest actions
+    timer_.start(0);  // after the pending events, so that the frame includes the user's latest actions
   }
 }
 

@@ -18,25 +18,26 @@ class FrameLoop : public QObject {
   Q_OBJECT
  public:
   explicit FrameLoop(Workbench& workbench);
-  /// Runs one frame: steps for simulation.frame_budget ms, then one repaint.
+  /// Runs one frame: steps for SimulationParameters::frame_budget_ms, or ends the concurrent steps; then lets the views
+  /// repaint once.
   void tick();
   /// Called by each view when it starts to paint.
   void view_about_to_paint() { statistics_.painted(); }
-  /// Called by each view when all have painted and the image is being composed.
+  /// Called by each view when all views have painted and the image is being composed.
   void view_composing();
   /// Called by each view when its image is on the screen.
   void view_shown();
-  /// Sets whether steps run concurrently with drawing; none: only with a device.
+  /// Sets whether steps run concurrently with drawing; none: only if a device computes the steps.
   void set_concurrent(std::optional<bool> concurrent) { concurrent_ = concurrent; }
   bool settled() const { return settled_; }
-  /// False while nothing can move: paused, settled, or no mesh.
+  /// Returns false while nothing can move: the simulation is paused or settled, or there is no mesh.
   bool active() const { return timer_.isActive(); }
   /// Simulation steps per second and computing time per step, smoothed over some frames; 0 before the first step.
   double steps_per_second() const { return steps_per_second_; }
   double step_ms() const { return step_ms_; }
   FrameStatistics& statistics() { return statistics_; }
   const FrameStatistics& statistics() const { return statistics_; }
-  /// Time (FrameStatistics::now_s) of the mouse event that will move a point next.
+  /// Sets the time (FrameStatistics::now_s()) of the mouse event that will move a point next.
   void expect_move(double since_s) { move_since_s_ = since_s; }
 
  signals:

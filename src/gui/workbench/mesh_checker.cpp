@@ -14,9 +14,9 @@ namespace simplexseg {
 namespace {
 
 constexpr int kShortestCheckPauseMs = 500;
-constexpr int kCheckPausePerWork = 3;  // at most a quarter of one core
+constexpr int kCheckPausePerWork = 3;  // pause over time of a check: at most a quarter of one core is used
 
-/// Key of a reference; one without a label value stands for every voxel that is not 0.
+/// Key of a reference: file and label, or -infinity for all voxels that are not 0.
 std::pair<std::string, double> key_of(const Reference& reference) {
   return {reference.labels, reference.value.value_or(-std::numeric_limits<double>::infinity())};
 }
@@ -31,7 +31,7 @@ std::vector<float> distances_to(const SurfaceError& surface, const SimplexMesh& 
   return distances;
 }
 
-/// Upper end of a colour scale: covers nearly all values, rounded up to 1, 2 or 5 times a power of ten.
+/// Upper end of a colour scale, mm: the 98th percentile of the values, rounded up to 1, 2 or 5 times a power of ten.
 float end_of_scale(const std::map<ItemId, std::vector<float>>& values) {
   std::vector<float> all;
   for (const auto& [mesh, distances] : values)
@@ -121,7 +121,7 @@ void MeshChecker::begin() {
       copy.id = item.id, copy.name = item.name, copy.reference = item.reference, copy.mesh = item.mesh;
     }
   } catch (const std::exception&) {
-    return;  // the device was lost while poses were read: the next step reports it
+    return;  // the device was lost while poses were read; the next step reports the loss
   }
   running_revision_ = workbench_.session().revision();
   auto result = std::make_shared<Result>();
@@ -177,7 +177,7 @@ void MeshChecker::store(const Result& result) {
 }
 
 void MeshChecker::show_colours(const Result& result) {
-  // The user may have chosen another colouring meanwhile: the next check computes it.
+  // The user may have chosen other colours meanwhile: the next check computes them.
   if (colours_ == Colours::Own || colours_ != checked_colours_) return;
   workbench_.view.surface_values = std::make_shared<const SurfaceValues>(result.values);
   workbench_.view_edited();

@@ -25,13 +25,14 @@ struct MeshCheck {
   ItemId mesh = 0;
   std::string name;
   double volume_ml = 0, area_cm2 = 0;
-  std::optional<Intensities> inside;   ///< none if it contains no voxel
+  std::optional<Intensities> inside;   ///< none if the mesh contains no voxel centre
   std::optional<Agreement> agreement;  ///< none without a reference
-  std::vector<SurfaceLocation> worst;  ///< farthest from the reference; without one, from the edges of the image
+  /// Places farthest from the reference; from the image edges without a reference or with Colours::Image.
+  std::vector<SurfaceLocation> worst;
 };
 
-/// Measures the meshes in the background, with pauses, while the simulation continues. While its results are shown, it
-/// checks again whenever meshes, poses or references have changed.
+/// Measures the meshes in the background, with pauses, while the simulation continues. While results or colours are
+/// shown, measures again whenever meshes, poses or references have changed.
 class MeshChecker : public QObject {
   Q_OBJECT
  public:
@@ -39,7 +40,7 @@ class MeshChecker : public QObject {
 
   explicit MeshChecker(Workbench& workbench, QObject* parent);
 
-  /// Whether the results are visible.
+  /// Sets whether the results are visible.
   void set_watched(bool watched);
   Colours colours() const { return colours_; }
   /// Sets the colouring of the meshes in the 3D view, and keeps it up to date.
@@ -47,8 +48,8 @@ class MeshChecker : public QObject {
   const std::vector<MeshCheck>& checks() const { return checks_; }
   /// Result of a mesh; null before its first check.
   const MeshCheck* of(ItemId mesh) const;
-  /// Moves the crosshair to the worst place of the active mesh, after a check if necessary. Further calls for the
-  /// unchanged mesh go to the next worst places.
+  /// Moves the crosshair to the worst place (MeshCheck::worst) of the active mesh, after a check if necessary. Further
+  /// calls for the unchanged mesh move it to the next worst place.
   void go_to_worst();
 
  signals:

@@ -8,8 +8,8 @@
 
 namespace simplexseg {
 
-/// Merges lines that may come with every frame into one message every few seconds: the latest line, and the number of
-/// others.
+/// Merges lines that may come with every frame into at most one message per interval: the latest line, and the number
+/// of the other lines.
 class RepeatedWarning : public QObject {
   Q_OBJECT
  public:

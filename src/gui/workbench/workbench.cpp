@@ -15,7 +15,7 @@ namespace simplexseg {
 Workbench::Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> fallback)
     : session_(std::move(engine), std::move(fallback)) {
   side_thread_.setMaxThreadCount(1);
-  side_thread_.setExpiryTimeout(-1);  // one thread for all frames
+  side_thread_.setExpiryTimeout(-1);  // the thread stays alive for all frames
   drag_pause_.setSingleShot(true);
   drag_pause_.setInterval(250);
   connect(&drag_pause_, &QTimer::timeout, this, &Workbench::scene_changed);
@@ -44,7 +44,7 @@ Session& Workbench::idle_session() const {
 void Workbench::begin_advance(double seconds) {
   SIMPLEXSEG_EXPECT(!concurrent_);
   concurrent_ = std::make_unique<ConcurrentAdvance>();
-  // Qt's queue already makes earlier writes visible to the other thread; this pair states it for analysers.
+  // Qt's queue already makes earlier writes visible to the other thread; this pair shows it to thread sanitizers.
   concurrent_->cancel.store(false, std::memory_order_release);
   side_thread_.start([this, seconds, serial = ++advance_serial_, one = concurrent_.get()] {
     (void)one->cancel.load(std::memory_order_acquire);
@@ -163,7 +163,7 @@ bool Workbench::apply(const Command& command, ItemId* added) {
   const auto* move = std::get_if<MovePoint>(&command);
   if (move) emit point_moved();
   if (move && move->continues) {
-    // A drag sends commands in every frame; panels would slow it down, and follow when it pauses.
+    // A drag sends commands in every frame; panels would slow it down and are updated when it pauses.
     drag_pause_.start();
   } else {
     warned_.clear();
@@ -200,7 +200,7 @@ void Workbench::update_solving() {
     emit solving_progressed();
 }
 
-// A field is solved again with every movement of a point, but each of its warnings is shown once.
+// A field is solved again with every movement of a point, but each warning is shown once until the next action.
 void Workbench::warn(const std::vector<std::string>& lines) {
   std::vector<std::string> unseen;
   for (const std::string& line : lines)

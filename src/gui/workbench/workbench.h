@@ -26,11 +26,11 @@ class Workbench : public QObject {
   explicit Workbench(std::unique_ptr<Engine> engine, std::function<std::unique_ptr<Engine>()> fallback = {});
   ~Workbench() override;
 
-  /// Session, after the concurrent steps are stopped. Use the reference only within the current event.
+  /// Stops the concurrent steps and returns the session. Use the reference only within the current event.
   const Session& session() const { return idle_session(); }
   /// Forwards to Session::set_field_solver().
   void set_field_solver(MakeFieldSolver make) { idle_session().set_field_solver(std::move(make)); }
-  /// Scene whose poses may be outdated, because they are not read back from the engine; see session().scene().
+  /// Scene with possibly outdated poses, which are not read back from the engine; session().scene() reads them back.
   const Scene& scene() const { return session().scene_without_poses(); }
   bool has_volume() const { return !session().volume().empty(); }
   const MeshItem* active_mesh() const { return scene().find_mesh(view.active_mesh); }
@@ -40,25 +40,27 @@ class Workbench : public QObject {
   /// Adds labels on the volume's grid, to which meshes can then refer (SetReference).
   void add_reference(const std::string& path, Volume labels);
 
-  /// Opens a scene, and sets crosshair, window and level for the volume. Throws Error as Session::open does.
+  /// Opens a scene, and sets crosshair, window and level for the volume. Throws the errors of
+  /// Session::open().
   void open(Scene scene, Volume volume, References references = {}, UndoHistory history = UndoHistory());
   /// Sets the names of patient and series for the views; each may be empty.
   void set_title(const QString& patient, const QString& series);
   QString patient_name() const { return patient_; }
   QString series_name() const { return series_; }
   /// Performs a user action; an Error becomes a message, and the result is false. A new point or mesh starts the
-  /// simulation unless the user has paused it. `added`: id of the item that the command added.
+  /// simulation unless the user has paused it; undo and redo pause it. `added`: receives the id of a new item, or 0.
   bool apply(const Command& command, ItemId* added = nullptr);
   /// Advances the simulation (Session::advance); a failure pauses it and becomes a message.
   Advance advance(double seconds);
   Advance advance_steps(int steps, bool stop_at_rest = false);
   /// Advances the simulation in another thread, until `seconds` have passed or the session is accessed. Then the signal
-  /// advance_finished() is emitted; end_advance() must follow before the next call.
+  /// advance_finished() is emitted. end_advance() must be called before the next begin_advance().
   void begin_advance(double seconds);
   bool is_advancing() const { return concurrent_ != nullptr; }
-  /// Whether a point is being dragged. Panels wait for a pause: an update would cost a third of a frame.
+  /// Returns true if a drag has moved a point within the last 250 ms. Panels then wait, because an update would cost a
+  /// third of a frame.
   bool is_dragging() const { return drag_pause_.isActive(); }
-  /// Completed percentage of the field that is being solved; 0 when none is.
+  /// Completed percentage of the field that is being solved; 0 if no field is being solved.
   int solving_percent() const { return static_cast<int>(100 * session().solving_progress()); }
   /// Stops the advance begun by begin_advance(), and returns its result.
   const Advance& advance_result() const;
@@ -66,7 +68,7 @@ class Workbench : public QObject {
   Advance end_advance();
 
   bool running() const { return running_; }
-  /// Whether the last steps failed and no action has followed.
+  /// Returns true if the last steps failed and neither an action nor run() has followed.
   bool failed() const { return failed_; }
   void run();
   /// Pauses on behalf of the user: a new point does not restart the simulation.
@@ -80,12 +82,12 @@ class Workbench : public QObject {
   void set_active_mesh(ItemId mesh);
   void set_automatic_contrast();
 
-  /// Whether closing would lose work.
+  /// Returns true if closing the scene would lose work.
   bool has_unsaved_changes() const {
     return saved_log_ != session().log().size() || saved_steps_ != session().total_steps();
   }
   void mark_saved();
-  /// Marks the opened scene as unsaved, for recovered work.
+  /// Marks the open scene as unsaved, for recovered work.
   void mark_unsaved() { saved_steps_ = -1; }
   /// Scene with the state of the display, for saving.
   Scene scene_to_save() const;
@@ -94,13 +96,13 @@ class Workbench : public QObject {
   /// Shows a message to the user.
   void notify(Severity severity, const QString& text) { emit message(severity, text); }
 
-  /// Calls `draw` with the session, for views while they paint; repeats it with the fallback engine if the device was
-  /// lost. False when drawing failed: the simulation pauses, and a message is shown.
+  /// Calls `draw` with the session, for views while they paint; repeats the call with the fallback engine if the device
+  /// was lost. Returns false if drawing failed: the simulation then pauses, and a message is shown.
   bool draw(const std::function<void(Session&)>& draw);
 
  signals:
-  void scene_changed();                            ///< meshes, points, parameters, undo history; poses too
-  void pose_changed();                             ///< poses only
+  void scene_changed();                            ///< meshes, poses, points, parameters or undo history
+  void pose_changed();                             ///< only poses have changed
   void advanced(const simplexseg::Advance& done);  ///< before pose_changed
   void advance_finished();                         ///< the advance of begin_advance() has finished
   void restarted();                                ///< a scene was opened, or meshes were reset
@@ -121,7 +123,7 @@ class Workbench : public QObject {
   void forget_missing_items();
   /// Shows warnings that are new since the user's last action.
   void warn(const std::vector<std::string>& lines);
-  /// Withdraws the last warning when no field is needs_warning any longer.
+  /// Withdraws the last warning if MeshField::needs_warning() is false for the fields of all unlocked meshes.
   void withdraw_warning();
   void update_solving();
   /// Calls `advance` and reports its result by signals and messages.
@@ -130,7 +132,7 @@ class Workbench : public QObject {
   void set_running(bool running);
 
   struct ConcurrentAdvance;
-  /// Session, after the concurrent steps are stopped.
+  /// Stops the concurrent steps and returns the session.
   Session& idle_session() const;
 
   mutable Session session_;                        ///< access only through idle_session()
@@ -141,7 +143,7 @@ class Workbench : public QObject {
   QString patient_, series_;
   RepeatedWarning cuts_, warnings_;
   std::set<std::string> warned_;  ///< warnings since the user's last action
-  QString shown_warning_;         ///< last message of warnings_, until no field is needs_warning any longer
+  QString shown_warning_;         ///< last message of warnings_, until it is withdrawn
   ItemId solving_mesh_ = 0;       ///< as last reported by solving_changed()
   int solving_percent_ = 0;       ///< as last reported by solving_changed() or solving_progressed()
   QTimer drag_pause_;             ///< delay until the panels follow a drag

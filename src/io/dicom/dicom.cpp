@@ -47,7 +47,7 @@ Volume as_32_bits(const Volume& volume) {
 Volume read_slices(const std::vector<DicomSlice>& slices, const VolumeInfo& info) {
   const QuietLibraries quiet;
   Volume volume(info.geometry, info.type);
-  // Sorted by file, so that each multi-frame file is opened only once.
+  // The slices are read in the order of their files, so that each multi-frame file is opened only once.
   std::vector<std::size_t> order(slices.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(),
@@ -70,7 +70,8 @@ Volume read_slices(const std::vector<DicomSlice>& slices, const VolumeInfo& info
   return volume;
 }
 
-/// Returns the voxel type of the volume: that of the slices, or a floating type when their rescaling differs.
+/// Returns the voxel type of the volume: the type of the slices, or a floating-point type when their types or rescaling
+/// differ.
 VoxelType common_type(const std::vector<DicomSlice>& slices) {
   VoxelType type = voxel_type_of(slices.front());
   for (const DicomSlice& s : slices) {
@@ -188,7 +189,7 @@ VolumeSource open_dicom_series(const fs::path& folder, int volume) {
   std::sort(files.begin(), files.end());
   std::map<std::string, std::vector<DicomSlice>> series;
   std::vector<std::string> broken;
-  std::string why_broken;  // cause for the first file
+  std::string why_broken;  // reason why the first unreadable file cannot be read
   std::size_t scanned = 0;
   for (const fs::path& file : files) {
     report_progress(static_cast<double>(scanned++), static_cast<double>(files.size()));

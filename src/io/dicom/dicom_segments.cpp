@@ -26,8 +26,8 @@ std::vector<DicomSlice> whole_stack(std::vector<DicomSlice> slices, const std::s
   slices.erase(last, slices.end());
   double min_gap = slices.size() > 1 ? place(slices[1]) - place(slices[0]) : 0;
   for (std::size_t i = 2; i < slices.size(); ++i) min_gap = std::min(min_gap, place(slices[i]) - place(slices[i - 1]));
-  // Frames can be missing at every other position. The slice distance in the header is then used, since it is smaller
-  // than the smallest distance between frames.
+  // Frames can be missing at every other position. The slice distance in the header is therefore used if the smallest
+  // distance between frames is a multiple of it.
   const double named = slices.front().slice_distance_mm.value_or(0);
   const double step = named > 0 && std::abs(min_gap / named - std::round(min_gap / named)) < 0.02 ? named : min_gap;
   std::vector<DicomSlice> whole;

@@ -13,9 +13,9 @@ namespace simplexseg {
 void require_one_stack(const std::vector<DicomSlice>& slices, const std::string& series_name);
 
 /// Sorts the slices by position along the normal and sets slice spacing, origin and direction of `geometry`; a tilted
-/// stack becomes a sheared grid. Adds deviations from the header or from even spacing to `warnings`. Throws Error when
-/// slices are missing, duplicate, unevenly spaced or shifted sideways by more than half a pixel; the message lists
-/// them.
+/// stack becomes a sheared grid. Adds deviations from even spacing or from the header to `warnings`. Throws one Error
+/// that lists all missing, duplicate and unevenly spaced slices, and an Error when slices are shifted sideways by more
+/// than half a pixel.
 void stack(std::vector<DicomSlice>& slices, VolumeGeometry& geometry, std::vector<std::string>& warnings,
            const std::string& series_name);
 

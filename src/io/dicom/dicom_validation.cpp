@@ -28,7 +28,7 @@ namespace {
 class Bytes {
  public:
   explicit Bytes(const fs::path& path) : stream_(path, std::ios::binary), size_(fs::file_size(path)) {}
-  /// Replaces the bytes from `at` on by their decompressed form; returns false when they cannot be decompressed.
+  /// Replaces the bytes from `at` on by their decompressed form. Returns false when they cannot be decompressed.
   bool inflate_from(std::uint64_t at) {
     if (at > size_) return false;
     const unsigned char* compressed = get(at, static_cast<std::size_t>(size_ - at));
@@ -51,7 +51,7 @@ class Bytes {
     return result == Z_STREAM_END || result == Z_BUF_ERROR;
   }
   std::uint64_t size() const { return size_; }
-  /// Returns `count` bytes from `at` on; nullptr when the file ends before.
+  /// Returns `count` bytes from `at` on, valid until the next call; nullptr when the file ends before or is unreadable.
   const unsigned char* get(std::uint64_t at, std::size_t count) {
     if (at > size_ || count > size_ - at) return nullptr;
     if (at < start_ || at + count > start_ + window_.size()) {
@@ -83,7 +83,7 @@ struct FirstElement {
 
 constexpr std::uint32_t kUndefined = 0xffffffff, kItem = 0xfffee000, kItemEnd = 0xfffee00d, kSequenceEnd = 0xfffee0dd,
                         kPixels = 0x7fe00010;
-constexpr std::uint64_t kToleratedBytes = 1 << 20;  ///< bytes that GDCM may allocate without need
+constexpr std::uint64_t kToleratedBytes = 1 << 20;  ///< longest element that may exceed the end of the file, bytes
 
 struct Element {
   std::uint32_t tag = 0, length = 0;
@@ -127,8 +127,8 @@ class HeaderParser {
     data_set(at, bytes_.size(), data_set_coding_.value_or(coding), 0);
     return damage_;
   }
-  /// Returns true for a file with preamble but without transfer syntax. GDCM then guesses the encoding, and not always
-  /// like check().
+  /// Returns true for a file with preamble but without transfer syntax. GDCM guesses its encoding, and the guess can
+  /// differ from that of check().
   bool is_guessed() const { return guessed_; }
 
  private:
@@ -148,8 +148,8 @@ class HeaderParser {
     return {uid != "1.2.840.10008.1.2", uid == "1.2.840.10008.1.2.2"};
   }
 
-  /// Returns the element at an offset. Returns nullopt at the end of the file and for an invalid element, whose damage
-  /// it records.
+  /// Returns the element at offset `at`. Returns nullopt at the end of the file, and for an invalid element after
+  /// recording the damage.
   std::optional<Element> element(std::uint64_t at, const Coding& coding) {
     const unsigned char* head = bytes_.get(at, 8);
     if (!head) return {};
@@ -183,7 +183,7 @@ class HeaderParser {
   }
 
   void report_damage_at(std::uint64_t at) {
-    if (after_pixels_ && !deflated_) return;  // padding, which no reader uses
+    if (after_pixels_ && !deflated_) return;  // padding after the pixels is not read
     if (damage_.empty()) damage_ = "its header is damaged at byte " + std::to_string(at);
   }
 
@@ -203,7 +203,7 @@ class HeaderParser {
            (number(head, 2, coding.big_endian) << 16 | number(head + 2, 2, coding.big_endian)) == kItem;
   }
 
-  /// Returns the end of the pixel fragments, or of the file; damage_of_fragments() reports truncated fragments.
+  /// Returns the offset after the pixel fragments. Truncated fragments are reported by damage_of_fragments().
   std::uint64_t after_fragments(std::uint64_t at) {
     while (const unsigned char* head = bytes_.get(at, 8)) {
       const std::uint32_t tag = number(head, 2, false) << 16 | number(head + 2, 2, false);
@@ -222,7 +222,7 @@ class HeaderParser {
       if (!e) return bytes_.size();
       if (e->tag == kItemEnd || e->tag == kSequenceEnd) return e->value;
       if (e->tag == kPixels && depth == 0) {
-        // GDCM allocates the memory of these at once. Uncompressed pixels are not read by GDCM (dicom_pixels.cpp).
+        // GDCM allocates memory for deflated or compressed pixels at once. It does not read others (dicom_pixels.cpp).
         if ((deflated_ || compressed_) && e->length != kUndefined && !fits(*e)) return bytes_.size();
         at = e->length == kUndefined ? after_fragments(e->value) : e->value + e->length;
         after_pixels_ = true;
@@ -246,7 +246,7 @@ class HeaderParser {
     return at;
   }
 
-  /// Parses the items of a sequence, or skips fragments; sets `after_` to its end.
+  /// Parses the items of a sequence, or skips fragments. Sets `after_` to the offset after the sequence.
   void items(std::uint64_t at, std::uint32_t length, const Coding& coding, bool fragments, int depth) {
     const std::uint64_t end = length == kUndefined ? bytes_.size() : std::min(bytes_.size(), at + length);
     if (depth > 30) return report_damage_at(at);
@@ -341,7 +341,7 @@ std::string damage_of_header(const fs::path& path) {
 std::string damage_of_fragments(const fs::path& path, const DicomPixels& pixels) {
   constexpr const char* truncated = "truncated: the file ends before its pixel data";
   constexpr double tolerated = 64e6;
-  constexpr double runs = 64;  // two bytes of run-length coding expand to at most 128
+  constexpr double runs = 64;  // two bytes of run-length coding expand to at most 128 bytes
   Bytes bytes(path);
   std::uint64_t at = pixels.start;
   int fragments = 0;

@@ -13,7 +13,7 @@
 namespace simplexseg {
 namespace {
 
-/// Order of texts: numbers by value, then all other texts.
+/// Order of texts: numbers by value, then all other texts in alphabetical order.
 struct ByNumber {
   bool operator()(const std::string& a, const std::string& b) const {
     const auto key = [](const std::string& text) {
@@ -60,7 +60,8 @@ bool same_axes(const std::vector<DicomSlice>& slices) {
   return std::all_of(slices.begin(), slices.end(), [&](const DicomSlice& s) { return same_axes(s, slices.front()); });
 }
 
-/// Returns the rank of each slice's position along the normal, from 0; all 0 when positions are unknown.
+/// Returns the rank, from 0, of each slice's position along the normal; slices at one position have the same rank. All
+/// ranks are 0 when a position is unknown.
 std::vector<std::size_t> places_of(const std::vector<DicomSlice>& slices) {
   std::vector<std::size_t> places(slices.size(), 0);
   const bool placed =
@@ -107,7 +108,7 @@ std::vector<std::string> distinguishing_traits(const std::vector<DicomSlice>& sl
   return names;
 }
 
-/// Returns the sets of traits to try: single traits, pairs, all traits.
+/// Returns the sets of traits to try: single traits, pairs, then all traits.
 std::vector<std::vector<std::string>> candidates(const std::vector<std::string>& traits) {
   std::vector<std::vector<std::string>> sets;
   sets.reserve(traits.size());

@@ -9,14 +9,14 @@ namespace simplexseg {
 
 /// Volumes of one series.
 struct DicomVolumes {
-  std::vector<std::vector<DicomSlice>> volumes;  ///< sorted by the distinguishing traits
-  std::vector<std::string> names;                ///< e.g. "echo time 20"; empty for a single volume
+  std::vector<std::vector<DicomSlice>> volumes;  ///< sorted by the values of the distinguishing traits
+  std::vector<std::string> names;                ///< one per volume, e.g. "echo time 20"; empty for a single volume
 };
 
-/// Splits the slices of a series into volumes if several slices share a position (4D) or if its stacks differ in
-/// orientation; otherwise all slices are one volume. Uses the first traits that yield volumes with identical positions.
-/// Throws Error when every position has the same number of slices but no trait distinguishes the volumes;
-/// `series_name` is the name of the series.
+/// Splits the slices of a series into volumes: by stack if the orientations differ, otherwise, if several slices share
+/// a position (4D), by the first traits that yield volumes with identical positions. Without such a split all slices
+/// are one volume. Throws Error when every position has the same number of slices, more than one, but no trait
+/// distinguishes the volumes; `series_name` is the name of the series in messages.
 DicomVolumes split_volumes(std::vector<DicomSlice> slices, const std::string& series_name);
 
 }  // namespace simplexseg

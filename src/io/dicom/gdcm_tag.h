@@ -6,7 +6,7 @@
 
 namespace simplexseg {
 
-/// Tag of an attribute as GDCM's type.
+/// Converts a tag to GDCM's type.
 inline gdcm::Tag tag_of(DicomTag tag) { return {tag.group, tag.element}; }
 
 }  // namespace simplexseg

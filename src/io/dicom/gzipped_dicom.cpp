@@ -31,7 +31,7 @@ void unpack(const fs::path& from, const fs::path& to) {
     throw Error("cannot read " + quoted(from), "its compressed data is damaged", "copy or export the file again");
 }
 
-/// Calls f; error messages name `path` instead of the temporary copy.
+/// Calls f and replaces the path of the temporary copy by `path` in error messages.
 template <class F>
 auto with_original_name(const fs::path& path, const fs::path& copy, F&& f) {
   try {

@@ -6,11 +6,13 @@
 
 namespace simplexseg {
 
-/// Returns true for a gzip-compressed DICOM file.
+/// Returns true for a gzip-compressed DICOM file with preamble. Throws Error when the file is missing, empty or cannot
+/// be opened.
 bool is_gzipped_dicom(const std::filesystem::path& path);
 
-/// Decompresses the file into a temporary folder, which is deleted with the source, and opens it. Throws Error like
-/// open_dicom_file(), and when the compressed data is damaged or the disk is full.
+/// Decompresses the file into a temporary folder, which is deleted with the last copy of the returned source, and opens
+/// volume number `volume` (from 1). Throws Error like open_dicom_file(), and when the compressed data is damaged or the
+/// disk is full.
 VolumeSource open_gzipped_dicom(const std::filesystem::path& path, int volume);
 
 }  // namespace simplexseg

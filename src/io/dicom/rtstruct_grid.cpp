@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kSamePlaneMm = 0.01;      ///< largest distance between contours of one plane, mm
 constexpr double kMaxParallelSine = 1e-3;  ///< largest sine of the angle between normals of parallel planes
-constexpr double kMaxUnevenness = 0.1;     ///< largest deviation from even spacing, as fraction of the distance
-constexpr double kVoxelsAcross = 100;      ///< voxels along the largest extent
+constexpr double kMaxUnevenness = 0.1;     ///< largest deviation from even spacing, as fraction of the slice distance
+constexpr double kVoxelsAcross = 100;      ///< pixels along the larger in-plane extent of the regions
 constexpr double kMaxSlices = 2000;
 constexpr double kMaxVoxels = 5e7;
 
@@ -24,7 +24,7 @@ Eigen::Vector3d corner(const std::vector<double>& contour, std::size_t c) {
   return {contour[3 * c], contour[3 * c + 1], contour[3 * c + 2]};
 }
 
-/// Twice the vector area of a contour.
+/// Returns twice the vector area of a contour, mm^2.
 Eigen::Vector3d area_of(const std::vector<double>& contour) {
   const std::size_t count = contour.size() / 3;
   const Eigen::Vector3d first = corner(contour, 0);
@@ -50,7 +50,7 @@ class GridOfRegions {
     VolumeGeometry grid;
     grid.direction = axes;
     const double slice_distance = distance_of(planes, planes.size() > 1 ? planes : planes_of(all, axes));
-    Eigen::AlignedBox3d box;  // in the coordinates of the axes
+    Eigen::AlignedBox3d box;  // bounds of the regions in the coordinates of the grid axes, mm
     each_contour(regions, [&](const std::vector<double>& contour) {
       for (std::size_t c = 0; c < contour.size() / 3; ++c) box.extend(axes.transpose() * corner(contour, c));
     });
@@ -73,7 +73,7 @@ class GridOfRegions {
     throw Error("cannot convert the contours of " + quoted(path_) + " to labels", why, what_to_do);
   }
 
-  /// Returns the axes of the grid; the third is the normal of all contours.
+  /// Returns the unit axes of the grid as columns; the third is the normal of all contours.
   Eigen::Matrix3d axes_of(std::span<const StructureRegion> regions) const {
     Eigen::Vector3d largest(0, 0, 0);
     each_contour(regions, [&](const std::vector<double>& contour) {
@@ -99,7 +99,7 @@ class GridOfRegions {
     return axes;
   }
 
-  /// Returns the positions of the contours' planes along the normal, sorted.
+  /// Returns the sorted positions of the contours' planes along the normal, mm.
   static std::vector<double> planes_of(std::span<const StructureRegion> regions, const Eigen::Matrix3d& axes) {
     std::vector<double> planes;
     each_contour(regions, [&](const std::vector<double>& contour) {
@@ -113,7 +113,8 @@ class GridOfRegions {
     return planes;
   }
 
-  /// Returns the distance between slices; some slices can be without contours.
+  /// Returns the slice distance at which all `planes` are slices, mm; slices without contours are possible. `known`:
+  /// planes from which the distance is estimated.
   double distance_of(const std::vector<double>& planes, const std::vector<double>& known) const {
     double min_gap = 0;
     for (std::size_t p = 1; p < known.size(); ++p) {

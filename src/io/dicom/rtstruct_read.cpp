@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kMaxOffPlane = 0.45;  ///< largest distance of a point from its slice, in slice distances
+constexpr double kMaxOffPlane = 0.45;  ///< largest distance of a contour point from its slice, in slice distances
 
 std::vector<StructureRegion> regions_of(const gdcm::DataSet& data) {
   std::vector<StructureRegion> regions;
@@ -58,7 +58,8 @@ std::vector<StructureRegion> regions_of(const gdcm::DataSet& data) {
   return regions;
 }
 
-/// Toggles the voxels of a slice whose centres are inside the polygon (voxel coordinates), for the even-odd rule.
+/// Toggles the voxels of a slice whose centres are inside the polygon (even-odd rule). The polygon is in voxel
+/// coordinates.
 void toggle_inside(const Polygon& polygon, int columns, int rows, std::vector<std::uint8_t>& slice) {
   double min_y = polygon[0].y(), max_y = min_y;
   for (const Eigen::Vector2d& p : polygon) min_y = std::min(min_y, p.y()), max_y = std::max(max_y, p.y());

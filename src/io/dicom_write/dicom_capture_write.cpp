@@ -30,7 +30,7 @@ void write_secondary_capture(const std::filesystem::path& path, const Picture& p
     const std::uint16_t values[] = {static_cast<std::uint16_t>(value)};
     data.shorts(tag, values);
   };
-  data.text({0x0028, 0x0004}, "RGB").text({0x0028, 0x0301}, "YES");  // burned-in names are possible
+  data.text({0x0028, 0x0004}, "RGB").text({0x0028, 0x0301}, "YES");  // the picture can show names
   number({0x0028, 0x0002}, 3), number({0x0028, 0x0006}, 0);
   number({0x0028, 0x0010}, picture.height), number({0x0028, 0x0011}, picture.width);
   number({0x0028, 0x0100}, 8), number({0x0028, 0x0101}, 8), number({0x0028, 0x0102}, 7), number({0x0028, 0x0103}, 0);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kSegmentation = "1.2.840.10008.5.1.4.1.1.66.4";
 
-/// Returns for each label the slices with its voxels; a name without voxels has none.
+/// Returns for each label of the volume and of `names`, by slice index, whether the slice contains voxels of the label.
 std::map<int, std::vector<bool>> slices_of(const Volume& labels, const std::vector<SegmentName>& names) {
   const auto [ni, nj, nk] = labels.geometry().size;
   const std::size_t plane = static_cast<std::size_t>(ni) * nj, slices = static_cast<std::size_t>(nk);
@@ -102,7 +102,7 @@ DicomItem frame_item(const Frame& frame, const DicomSource& source) {
   return item;
 }
 
-/// Shared functional groups: orientation and voxel size.
+/// Returns the functional groups shared by all frames: orientation and voxel size.
 DicomItem shared_item(const VolumeGeometry& geometry) {
   DicomItem orientation, measures, item;
   orientation.numbers({0x0020, 0x0037}, std::span(geometry.direction.data(), 6));

@@ -21,8 +21,8 @@ namespace {
 constexpr DicomTag kCharacterSet{0x0008, 0x0005};
 constexpr DicomTag kFrameOfReference{0x0020, 0x0052};
 
-/// Attributes of PS3.3 C.7.1 to C.7.4: required ones, which can be empty, and optional ones, which are copied if
-/// present.
+/// Attributes of PS3.3 C.7.1 to C.7.4. Required attributes are written without a value if the image does not have them;
+/// optional attributes are copied if present.
 constexpr DicomTag kRequired[] = {{0x0010, 0x0010}, {0x0010, 0x0020}, {0x0010, 0x0030}, {0x0010, 0x0040},
                                   {0x0008, 0x0020}, {0x0008, 0x0030}, {0x0008, 0x0050}, {0x0008, 0x0090},
                                   {0x0020, 0x0010}, {0x0020, 0x1040}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// DICOM image on which a segmentation was made: attributes that the segmentation's file copies from it or refers to.
+// Attributes of the segmented DICOM image that the file of a segmentation copies or refers to.
 #pragma once
 #include <Eigen/Core>
 #include <filesystem>
@@ -11,45 +11,46 @@
 
 namespace simplexseg {
 
-/// DICOM instance of a slice.
+/// DICOM instance (file or frame) that contains a slice.
 struct DicomInstance {
   std::string sop_class, sop_instance;
-  int frame = 0;  ///< frame number from 1 in a multi-frame file, else 0
+  int frame = 0;  ///< frame number from 1 in a multi-frame file, otherwise 0
   Eigen::Vector3d position_mm;
 };
 
 struct DicomSource {
   VolumeGeometry geometry;
-  std::vector<DicomInstance> slices;  ///< one for each k
+  std::vector<DicomInstance> slices;  ///< one for each slice index k
   std::string study, series, frame_of_reference;
-  bool unicode = false;                   ///< new texts can be UTF-8: the copied texts are UTF-8 or ASCII
+  bool unicode = false;                   ///< new texts can be UTF-8, because the copied texts are UTF-8 or ASCII
   std::string lossy_ratio, lossy_method;  ///< lossy compression of the images; empty when lossless
   DicomItem context;                      ///< patient, study, frame of reference and character set of the image
 
-  /// Returns a reference to a slice: SOP class, instance and, for multi-frame files, frame number.
+  /// Returns a reference to a slice: SOP class UID, SOP instance UID and, for multi-frame files, frame number.
   DicomItem reference(std::size_t slice) const;
   /// Returns references to the files of the slices, without duplicates.
   std::vector<DicomItem> references() const;
 };
 
-/// Reads the headers of the volume at `path`; `series` has the meaning of the same argument of load_volume(). `target`
-/// is the file to be written, for messages. Throws Error when the volume is not a DICOM image, is unreadable, or its
-/// slices have no position, orientation or UIDs.
+/// Reads the headers of the volume at `path`; `volume` and `series` have the meaning of these arguments of
+/// load_volume(). `target` is the file to be written, for messages. Throws Error when the volume is not a DICOM image
+/// or is unreadable, or when the slices have no position, orientation or UIDs.
 DicomSource read_dicom_source(const std::filesystem::path& path, const std::filesystem::path& target, int volume = 1,
                               const std::string& series = {});
 
-/// Converts a name to a DICOM text (LO): one line of at most `max_characters` characters without backslash, and ASCII
-/// only unless the source uses UTF-8.
+/// Converts a name to a DICOM text (LO) on one line of at most `max_characters` characters, "unnamed" if empty. A
+/// backslash becomes "/"; unless the source uses UTF-8, each non-ASCII character becomes "?".
 std::string dicom_name(const std::string& name, const DicomSource& source, std::size_t max_characters = 64);
 
-/// Date and time in DICOM format.
+/// Date (YYYYMMDD) and time (HHMMSS) in DICOM format.
 struct DicomDateTime {
   std::string date, time;
 };
-/// Returns the local date and time.
+/// Returns the current local date and time.
 DicomDateTime dicom_now();
 
-/// Adds the attributes common to all written objects: SOP class, new series, date, equipment. `modality`: e.g. SEG.
+/// Adds the attributes common to all written objects: SOP class, new SOP instance and series UIDs, date, time and
+/// equipment. `modality`: DICOM code, e.g. SEG.
 void add_common_attributes(DicomItem& data, const std::string& sop_class, const std::string& modality,
                            const DicomDateTime& now);
 

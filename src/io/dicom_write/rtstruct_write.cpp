@@ -11,10 +11,10 @@ namespace simplexseg {
 namespace {
 
 constexpr const char* kStructureSet = "1.2.840.10008.5.1.4.1.1.481.3";
-constexpr const char* kStudy = "1.2.840.10008.3.1.2.3.1";  // SOP class for references to studies
-constexpr double kStepsPerMm = 1e4;                        // rounding of coordinates
+constexpr const char* kStudy = "1.2.840.10008.3.1.2.3.1";  // SOP class UID for references to studies
+constexpr double kStepsPerMm = 1e4;                        // coordinates are rounded to 1 / kStepsPerMm
 
-/// Referenced frame of reference with the images.
+/// Returns the item that refers to the frame of reference, study and series of the images, and to the images.
 DicomItem frame_of_reference(const DicomSource& source) {
   DicomItem series, study, frame;
   series.text({0x0020, 0x000e}, source.series).items({0x3006, 0x0016}, source.references());
@@ -82,7 +82,7 @@ void write_rtstruct(const std::filesystem::path& path, const Scene& scene, Dicom
   data.items({0x3006, 0x0020}, regions).items({0x3006, 0x0039}, contours);
   data.items({0x3006, 0x0080}, observations);
   AtomicFile file(path);
-  write_dicom(file, data, DicomCoding::Implicit);  // long contours
+  write_dicom(file, data, DicomCoding::Implicit);  // contours can exceed 65534 bytes
   file.commit();
 }
 

@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kMaxNamed = 12;
 constexpr std::size_t kMaxLabels = 65535;
 
-/// List of the labels in a volume, for messages: "1, 2, 5 and others".
+/// List of labels in a volume for messages, for example "1, 2, 5 and others".
 std::string labels_in(const Volume& labels) {
   std::set<double> found;
   visit_voxel_type(labels.type(), [&]<class T>(std::type_identity<T>) {

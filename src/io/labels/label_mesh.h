@@ -11,14 +11,14 @@
 
 namespace simplexseg {
 
-/// Part of a label volume from which a mesh is made.
+/// Voxels of a label volume from which a mesh is made.
 struct LabelChoice {
   std::optional<double> label{};  ///< nullopt: all voxels that are not 0
-  int part = 0;                   ///< number of the connected part, 1 is the largest; 0: all parts
-  std::string name{};             ///< name of the label in the file, used instead of its number
+  int part = 0;                   ///< connected component, numbered by size from 1, the largest; 0: all
+  std::string name{};             ///< name of the label in the file; if not empty, it replaces `label` (label_of())
 };
 
-/// A label in a volume, with its size.
+/// Label in a volume, with its size.
 struct LabelCount {
   double value = 0;
   std::string name;  ///< name in the file; empty if it has none
@@ -26,18 +26,19 @@ struct LabelCount {
   std::size_t voxels = 0;
   double millilitres = 0;
 };
-/// Labels in a volume, sorted by value; the `max_labels` largest ones if there are more.
+/// Labels other than 0 in a volume, sorted by value; only the `max_labels` largest ones if there are more. `names`:
+/// names and colours of labels. Throws Error for more than 65535 labels.
 std::vector<LabelCount> count_labels(const Volume& labels, const std::vector<SegmentName>& names,
                                      std::size_t max_labels = 1000);
 
 /// Voxels of a chosen label.
 struct ChosenLabel {
   Mask mask;
-  std::vector<std::size_t> parts;  ///< number of voxels in each connected part of the label, the largest first
+  std::vector<std::size_t> parts;  ///< number of voxels in each connected component, the largest first
 };
 
-/// Mask of the chosen label and part; `name`: name of the volume in messages. Throws Error, listing the labels, if the
-/// label or the part does not exist.
+/// Mask of the chosen label and part; ignores LabelChoice::name. `name`: name of the volume in messages. Throws Error
+/// if the label or the part does not exist, with a list of the labels or the number of parts.
 ChosenLabel choose_label(const Volume& labels, const LabelChoice& choice, const std::string& name);
 
 }  // namespace simplexseg

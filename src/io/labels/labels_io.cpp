@@ -21,7 +21,7 @@ namespace {
 int empty_slices(const Volume& labels) {
   const std::span<const std::uint16_t> voxels = labels.voxels<std::uint16_t>();
   const auto slices = static_cast<std::size_t>(labels.geometry().size[2]), count = voxels.size() / slices;
-  int empty = 0, since = -1;  // empty slices since the last labelled one; -1 before the first
+  int empty = 0, since = -1;  // empty slices since the last labelled slice; -1 before the first
   for (std::size_t k = 0; k < slices; ++k) {
     const auto slice = voxels.subspan(k * count, count);
     const bool any = std::any_of(slice.begin(), slice.end(), [](std::uint16_t v) { return v != 0; });
@@ -81,7 +81,7 @@ LoadedLabels load_labels(const std::filesystem::path& path, const LabelChoice& c
 std::vector<LabelCount> list_regions(const std::filesystem::path& path) {
   const std::vector<StructureRegion> regions = read_structure_regions(path);
   std::vector<LabelCount> result;
-  for (const StructureRegion& region : regions) {  // one at a time, since they may overlap
+  for (const StructureRegion& region : regions) {  // separately, since regions may overlap
     try {
       const LoadedLabels loaded = labels_of_regions(regions, {.label = region.name.value}, path);
       for (LabelCount& count : count_labels(loaded.volume, {region.name})) result.push_back(std::move(count));

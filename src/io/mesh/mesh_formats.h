@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Export of meshes to formats of other programs. surface_formats.h reads these formats; ply.h has the lossless format.
+// Export of meshes to formats of other programs. surface_formats.h reads these formats; ply.h is the lossless format.
 #pragma once
 #include <string>
 
@@ -7,11 +7,11 @@
 
 namespace simplexseg {
 
-/// Comments in every mesh file; 3D Slicer reads the second one.
+/// Comments that every mesh file contains; 3D Slicer reads the second one.
 inline constexpr const char* mesh_frame = "frame LPS, unit mm";
 inline constexpr const char* mesh_space = "SPACE=LPS";
 
-/// Contents of a file in each format, as bytes.
+/// Bytes of a file in each format. stl_of() tessellates the mesh, the others write its polygonal cells.
 std::string obj_of(const SimplexMesh& mesh);
 std::string stl_of(const SimplexMesh& mesh);
 std::string vtk_of(const SimplexMesh& mesh);

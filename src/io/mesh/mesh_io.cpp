@@ -19,7 +19,7 @@ namespace {
 struct Format {
   const char* extension;
   std::string (*bytes_of)(const SimplexMesh&);
-  PolygonSurface (*surface_of)(const std::string& bytes, const Fail& fail);  ///< nullptr: mesh_of_ply()
+  PolygonSurface (*surface_of)(const std::string& bytes, const Fail& fail);  ///< nullptr: use mesh_of_ply()
 };
 constexpr Format kFormats[] = {{".ply", ply_of, nullptr},
                                {".obj", obj_of, surface_of_obj},

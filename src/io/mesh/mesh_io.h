@@ -14,16 +14,16 @@ void require_mesh_name(const std::filesystem::path& path);
 /// Writes a mesh in the format of the extension, positions in LPS and mm (noted in a comment of the file):
 /// .ply binary, polygonal cells, positions bit for bit, neighbours as vertex properties n1 n2 n3;
 /// .obj polygonal cells; .stl binary, tessellated; .vtk (legacy, binary) and .vtp polydata with polygonal cells.
-/// Writes a temporary file and renames it. Throws Error for another extension, an invalid mesh, a missing folder, or a
-/// failed write.
+/// Writes a temporary file and renames it. Throws Error for another extension, an empty or incomplete mesh, a missing
+/// folder, or a failed write.
 void write_mesh(const std::filesystem::path& path, const SimplexMesh& mesh);
 
-/// Reads a mesh of write_mesh() or another program, in mm and LPS. Converts from RAS if a comment contains SPACE=RAS,
-/// except in .ply. A .ply with neighbours n1 n2 n3 is read bit for bit; polygons with three at each vertex become the
-/// cells of the mesh; any other closed surface becomes its dual, with one vertex per triangle (simplex_mesh_of()).
-/// Throws Error if the file is missing, damaged or in an unsupported encoding (surface_formats.h), a .ply is not in
-/// LPS, its polygons disagree with the neighbours, the surface is open, non-manifold or inconsistently oriented, or the
-/// mesh is invalid (validate()).
+/// Reads a mesh written by write_mesh() or another program, in mm and LPS. Converts positions from RAS if a comment
+/// contains SPACE=RAS, except in .ply. A .ply with neighbours n1 n2 n3 is read bit for bit. For other surfaces, see
+/// simplex_mesh_of(): polygons become cells if three meet at each vertex, else the mesh is the dual of the
+/// triangulation. Throws Error if the file is missing, damaged or in an unsupported encoding (surface_formats.h), a
+/// .ply names another frame than LPS or has polygons that disagree with the neighbours, the surface is open,
+/// non-manifold or inconsistently oriented, or the mesh is invalid (validate()).
 SimplexMesh read_mesh(const std::filesystem::path& path);
 
 }  // namespace simplexseg

@@ -36,7 +36,7 @@ std::optional<Number> number_named(const std::string& name) {
 struct Property {
   std::string name;
   Number type = Number::Float32;
-  std::optional<Number> count_type;  ///< type of the length of a list; none for a single number
+  std::optional<Number> count_type;  ///< type of the length of a list; nullopt for a single number
 };
 
 struct PlyElement {
@@ -74,7 +74,7 @@ class PlyReader {
     return value<double>();
   }
 
-  /// Reads the next number of the body as an index or count below `limit`.
+  /// Reads the next number of the body as an index or count. Throws Error unless it is at least 0 and below `limit`.
   int index(Number type, double limit) {
     const double number = this->number(type);
     if (!(number >= 0 && number < limit)) fail("the index or count " + std::to_string(number) + " is out of range");
@@ -166,7 +166,7 @@ class PlyReader {
   std::vector<PlyElement> elements_;
 };
 
-/// Position of a name in a list of three; -1 if it is missing.
+/// Index of a name in a list of three; -1 if the list does not contain it.
 int index_of(const char* const (&names)[3], const std::string& name) {
   for (int i = 0; i < 3; ++i) {
     if (name == names[i]) return i;

@@ -44,7 +44,7 @@ TriangleMesh triangles_of(const PolygonSurface& surface) {
     const auto polygon = surface.polygons[c];
     for (std::size_t n = 2; n < polygon.size(); ++n) {
       const std::array<int, 3> t{polygon[0], polygon[n - 1], polygon[n]};
-      // A triangle with two equal corners is omitted: the surface is closed without it.
+      // A triangle with two identical corners is omitted: the surface is closed without it.
       if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.triangles.push_back(t);
     }
   }
@@ -97,7 +97,7 @@ SimplexMesh simplex_mesh_of(PolygonSurface surface, const Fail& fail) {
     try {
       mesh = dual_of(triangles_of(surface));
     } catch (const Error& error) {
-      const std::string why = error.what();  // without the remedy: the Error for the file has its own
+      const std::string why = error.what();  // without the remedy: `fail` adds another one
       fail(why.substr(0, why.rfind("; ")));
     }
   }

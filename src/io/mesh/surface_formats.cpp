@@ -28,7 +28,7 @@ void convert_if_ras(PolygonSurface& surface, std::string_view header) {
   for (Eigen::Vector3f& p : surface.positions) p.head<2>() *= -1;
 }
 
-/// Reads words and numbers of a text, and binary values between them.
+/// Reads words, lines, decimal numbers and big-endian values from the bytes of a file.
 class Cursor {
  public:
   Cursor(std::string_view bytes, const Fail& fail) : bytes_(bytes), fail_(fail) {}
@@ -90,7 +90,8 @@ void add_polygon(PolygonSurface& surface, const std::vector<long long>& corners,
   surface.polygons.offsets.push_back(static_cast<int>(surface.polygons.vertices.size()));
 }
 
-/// Adds polygons given as corners and end offsets (with or without the first 0).
+/// Adds polygons. `corners`: corners of all polygons; `ends`: end of each polygon in `corners`, after an optional first
+/// 0.
 void add_polygons(PolygonSurface& surface, const std::vector<long long>& ends, const std::vector<long long>& corners,
                   const Fail& fail) {
   long long begin = 0;
@@ -101,7 +102,8 @@ void add_polygons(PolygonSurface& surface, const std::vector<long long>& ends, c
   }
 }
 
-/// Converts a number of a file to another type; -1, an invalid index, if the number is too large for an index.
+/// Converts a number of a file to another type. Returns -1, which is not a valid index, if a floating-point number is
+/// too large for an exact integer or NaN.
 template <class To, class From>
 To converted_to(From value) {
   if constexpr (std::is_integral_v<To> && std::is_floating_point_v<From>) {
@@ -111,7 +113,7 @@ To converted_to(From value) {
   return static_cast<To>(value);
 }
 
-/// Reads one value of a VTK array; `type`: VTK name of its type.
+/// Reads one value of a VTK array. `type`: VTK name of the type in a binary array.
 template <class To>
 To vtk_value(Cursor& cursor, std::string_view type, bool binary, const Fail& fail) {
   if (!binary) return converted_to<To>(cursor.number<double>());
@@ -162,7 +164,7 @@ class VtpReader {
     if (data_ == bytes.npos) fail(kTruncated);
   }
 
-  /// Values of the DataArray with a name in a section; of its first DataArray if the name is empty.
+  /// Values of the DataArray `name` in a section, or of the first DataArray in it if `name` is empty.
   template <class To>
   std::vector<To> values(std::string_view section, std::string_view name) {
     const std::size_t begin = bytes_.find(std::string("<").append(section));

@@ -7,9 +7,10 @@
 
 namespace simplexseg {
 
-/// Polygons from the bytes of a file. Positions are LPS; they are converted from RAS if a comment contains SPACE=RAS.
-/// Supports STL, binary or ASCII; OBJ; legacy VTK polydata up to version 5, binary or ASCII; VTP with raw appended or
-/// ASCII data. Calls `fail` for a damaged file or another encoding.
+/// Polygons from the bytes of a file. Positions are LPS, mm; they are converted from RAS if a comment contains
+/// SPACE=RAS. Supports STL, binary or ASCII; OBJ; legacy VTK polydata up to version 5, binary or ASCII; VTP,
+/// little-endian, with uncompressed raw appended data or ASCII data. Calls `fail` for a damaged file or another
+/// encoding.
 PolygonSurface surface_of_stl(const std::string& bytes, const Fail& fail);
 PolygonSurface surface_of_obj(const std::string& bytes, const Fail& fail);
 PolygonSurface surface_of_vtk(const std::string& bytes, const Fail& fail);

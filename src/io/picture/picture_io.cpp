@@ -29,7 +29,7 @@ std::string png_bytes(const AtomicFile& file, const Picture& picture) {
   std::string header;
   append_u32(header, static_cast<std::uint32_t>(picture.width));
   append_u32(header, static_cast<std::uint32_t>(picture.height));
-  header += {8, 2, 0, 0, 0};  // 8 bits, RGB, deflate, the standard filters, not interlaced
+  header += {8, 2, 0, 0, 0};  // 8 bits, RGB, deflate, standard filters, not interlaced
   std::string rows;
   const std::size_t row_bytes = 3 * static_cast<std::size_t>(picture.width);
   for (int y = 0; y < picture.height; ++y) {

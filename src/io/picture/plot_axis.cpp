@@ -9,7 +9,7 @@
 namespace simplexseg {
 namespace {
 
-/// Text of 10 to the power of n: "0.01" if `plain`, else "10⁻²".
+/// Text of 10 to the power of n, for n = -2 "0.01" if `plain`, else "10⁻²".
 std::string power_text(int n, bool plain) {
   if (plain) {
     char text[32];
@@ -22,7 +22,7 @@ std::string power_text(int n, bool plain) {
   return text;
 }
 
-/// Smallest of 1, 2, 5 and 10 that is not below `ratio`.
+/// Smallest of 1, 2, 5 and 10 that is at least `ratio`, which is at most 10.
 int round_number(double ratio) {
   for (const int number : {1, 2, 5})
     if (ratio <= number) return number;
@@ -56,7 +56,7 @@ void make_round_ticks(PlotAxis& axis, double low, double high, int labels) {
 void make_log_ticks(PlotAxis& axis, int labels) {
   const int first = static_cast<int>(std::floor(axis.low)), last = static_cast<int>(std::ceil(axis.high));
   const int decades = last - first, every = std::max(1, (decades + labels - 1) / labels);
-  // Axes of about one decade also have labels within the decade. Axes below half a decade have ticks at round numbers.
+  // A short axis also has labels within each decade. An axis of less than half a decade has ticks at round numbers.
   const double decades_shown = axis.high - axis.low;
   const bool plain = first >= -3 - (decades_shown < 2 ? 3 : 0) && last <= 4;
   if (decades_shown < 0.5) return make_round_ticks(axis, std::pow(10.0, axis.low), std::pow(10.0, axis.high), labels);
@@ -94,14 +94,14 @@ PlotAxis make_axis(const std::vector<double>& values, bool log, int labels) {
     low = std::min(low, v), high = std::max(high, v);
   }
   if (!(low <= high)) low = log ? -1 : 0, high = log ? 0 : 1;
-  // A smaller range counts as a single value, shown with a fixed margin, since the differences may be rounding errors.
+  // A smaller range counts as a single value and gets a wide margin, since the differences may be rounding errors.
   const double min_range = log ? 0.1 : std::max(1e-9 * std::max(std::abs(low), std::abs(high)), 1e-300);
   if (high - low < min_range) {
     const double around = log ? 0.5 : std::max(std::abs(low) * 0.5, 0.5);
     low -= around, high += around;
   }
   const double margin = 0.03 * (high - low);
-  // An axis whose smallest value is 0 starts exactly at 0.
+  // A linear axis whose smallest value is 0 starts exactly at 0.
   axis.low = !log && low == 0 ? 0 : low - margin;
   axis.high = high + margin;
   if (log)

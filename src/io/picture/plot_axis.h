@@ -13,17 +13,17 @@ struct PlotAxis {
     std::string label;  ///< empty for a minor tick
   };
   bool log = false;
-  double low = 0, high = 1;  ///< range; on a log axis the logarithms to base 10
+  double low = 0, high = 1;  ///< range; on a log axis, its logarithms to base 10
   std::vector<Tick> ticks;
 
   /// Whether the value can be shown on this axis: finite, and above 0 on a log axis.
   bool can_show(double value) const;
-  /// Position of a value along the axis, 0..1.
+  /// Position of a value along the axis, 0..1 if the value is in the range.
   double position_of(double value) const;
 };
 
-/// Axis that shows all values that are finite (and above 0 on a log axis), with a margin at both ends and about
-/// `labels` labelled ticks.
+/// Axis that shows all values that are finite (and above 0 on a log axis), with about `labels` labelled ticks. Both
+/// ends have a margin, except a linear axis whose smallest value is 0, which starts at 0.
 PlotAxis make_axis(const std::vector<double>& values, bool log, int labels);
 
 }  // namespace simplexseg

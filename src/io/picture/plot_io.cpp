@@ -20,7 +20,7 @@ namespace {
 constexpr double kTextPixels = 13, kTitlePixels = 16, kSmallestText = 7;
 constexpr int kMaxPixels = 16384;
 
-/// Colours of background, text and grid.
+/// Colours of a theme: background of the picture, background of the axes, text and lines, major and minor grid.
 struct Palette {
   Colour paper, plot, ink, grid, minor;
 };
@@ -63,13 +63,14 @@ class Drawing {
     cairo_text_extents(c_, text.c_str(), &extents);
     return extents.x_advance;
   }
-  /// Draws a text. `across`: position of x in the text, 0 left end, 0.5 middle, 1 right end; y: base line.
+  /// Draws text with its baseline at y. `across`: part of the text at x, 0 its left end, 0.5 its middle, 1 its right
+  /// end.
   void text(const std::string& words, double x, double y, double size, double across = 0) {
     const double width = text_width(words, size);
     cairo_move_to(c_, x - across * width, y);
     cairo_show_text(c_, words.c_str());
   }
-  /// Text shortened to a width, at the end of a UTF-8 character, with an ellipsis.
+  /// Text that fits into a width; if necessary, shortened after a whole UTF-8 character, with an ellipsis.
   std::string fitted(std::string words, double size, double width) {
     if (text_width(words, size) <= width) return words;
     while (!words.empty() && text_width(words + "…", size) > width) {
@@ -83,7 +84,7 @@ class Drawing {
     std::vector<double> x, y;
     for (const PlotSeries& s : plot_.series)
       for (std::size_t i = 0; i < s.x.size(); ++i) {
-        // A point that one axis cannot show does not extend the range of the other.
+        // A point that one axis cannot show does not extend the range of the other axis.
         const bool shown = std::isfinite(s.x[i]) && std::isfinite(s.y[i]) && (!plot_.log_x || s.x[i] > 0) &&
                            (!plot_.log_y || s.y[i] > 0);
         if (shown) x.push_back(s.x[i]), y.push_back(s.y[i]);
@@ -109,7 +110,7 @@ class Drawing {
     right_ = std::max(right_, left_ + 20), bottom_ = std::max(bottom_, top_ + 20);
     x_ = make_axis(x, plot_.log_x, std::max(2, static_cast<int>((right_ - left_) / 75)));
   }
-  /// Returns true for several named series; a legend with one entry would repeat the title.
+  /// Whether there are several named series; a legend with one entry would repeat the title.
   bool has_legend() const { return named_series() > 1; }
   std::size_t named_series() const {
     return static_cast<std::size_t>(

@@ -39,9 +39,9 @@ bool is_temporary_name(std::string_view name) {
   return name.empty() || name.front() == '.';
 }
 
-/// Deletes a temporary file that no process has locked. The process number in its name is not sufficient: the system
-/// may have reused it, or it may belong to another machine that shares the folder. Without file locks nothing is
-/// deleted.
+/// Deletes a temporary file that no process has locked. The process number in the name does not identify a running
+/// owner: the system may have reused the number, or it may belong to another machine that shares the folder. On file
+/// systems without locks nothing is deleted.
 void remove_if_unlocked(const fs::path& file) {
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
   if (descriptor < 0) return;
@@ -58,10 +58,11 @@ void remove_leftovers(const fs::path& folder) {
   }
 }
 
-/// Returns false for errors of fsync() that only mean that the file system does not support it.
+/// Returns false for errors of fsync() that only mean that the file system does not support fsync().
 bool is_data_loss(int reason) { return reason != EINVAL && reason != ENOTSUP && reason != EROFS; }
 
-/// Flushes the folder, since a renamed file is safe only once its folder is on the disk. Returns errno, or 0.
+/// Flushes the folder, because a renamed file is safe only once its folder is on the disk. Returns an errno value, or
+/// 0.
 int sync_folder(const fs::path& folder) {
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return 0;  // a folder can be writable but not readable
@@ -93,11 +94,12 @@ AtomicFile::AtomicFile(const fs::path& target) : target_(target) {
   while (!make_temporary(folder)) {
   }
   struct stat old;
-  // Copies the permissions of the old file; its owner cannot be copied.
+  // The owner of the old file cannot be copied.
   if (::stat(target_.c_str(), &old) == 0) static_cast<void>(::fchmod(descriptor_, old.st_mode & 0777));
 }
 
-/// Returns false when the name is in use, or when another process deleted the file as a leftover before it was locked.
+/// Creates and locks the temporary file. Returns false when the name is in use, or when another process deleted the
+/// file before it was locked.
 bool AtomicFile::make_temporary(const fs::path& folder) {
   static std::atomic<unsigned> counter{0};
   std::string name(kTemporaryPrefix);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Atomic writing of files; every file that the program saves goes through it.
+// Atomic writing of files, for every file that the program saves.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -10,14 +10,14 @@
 
 namespace simplexseg {
 
-/// Temporary file in the folder of its target. commit() renames it to the target once all bytes are on the disk;
-/// without commit() it is deleted and the target stays unchanged. The constructor also deletes temporary files of
-/// killed programs in the folder, but not those that another process has locked for writing.
+/// Temporary file in the folder of its target. commit() renames it to the target once all bytes are on the disk.
+/// Without commit(), the destructor deletes it and the target stays unchanged. The constructor also deletes temporary
+/// files that killed processes left in the folder, but not those that another process has locked for writing.
 class AtomicFile {
  public:
-  /// Creates the temporary file. If `target` is a symbolic link, the file to which it points is replaced. An existing
-  /// file retains its permissions. Throws Error when the folder of `target` does not exist or is not writable, or when
-  /// `target` is not a regular file.
+  /// Creates the temporary file. If `target` is a symbolic link, the file to which the link points is replaced. The
+  /// permissions of an existing file are retained. Throws Error when the folder of `target` does not exist or is not
+  /// writable, or when `target` exists but is not a regular file.
   explicit AtomicFile(const std::filesystem::path& target);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
@@ -25,11 +25,13 @@ class AtomicFile {
 
   /// Appends bytes. Throws Error when the disk is full or the file exceeds the size limit.
   void write(const void* data, std::size_t bytes);
-  /// Overwrites bytes that were already written, starting at `offset`. Throws Error like write().
+  /// Overwrites bytes that were already written, starting `offset` bytes after the beginning of the file. Throws Error
+  /// like write().
   void write_at(std::uint64_t offset, const void* data, std::size_t bytes);
-  /// Flushes the file to the disk and renames it to the target. Throws Error when either step fails.
+  /// Flushes the file to the disk, renames it to the target and flushes the folder. Throws Error when a step fails; the
+  /// target is already replaced if only the last step fails.
   void commit();
-  /// Returns the Error for a failed write, with its cause and its remedy.
+  /// Returns the Error for a failed write, with the cause `why` and the remedy `what_to_do`.
   Error failed(const std::string& why, const std::string& what_to_do = "save it under another name or format") const;
 
  private:

@@ -4,7 +4,7 @@
 
 namespace simplexseg {
 
-/// Appends the bytes of `value` in the byte order of the machine.
+/// Appends the bytes of the number `value` in the byte order of the machine.
 template <class T>
 void append(std::string& to, T value) {
   to.append(reinterpret_cast<const char*>(&value), sizeof value);

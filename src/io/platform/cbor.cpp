@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// CBOR: RFC 8949
+// Validation of CBOR (RFC 8949).
 #include "io/platform/cbor.h"
 
 #include <cstdint>
@@ -20,7 +20,7 @@ void expect_plain_cbor(const std::string& bytes, std::size_t max_items) {
     if (at == bytes.size()) throw std::out_of_range("it is truncated");
     return static_cast<unsigned char>(bytes[at++]);
   };
-  std::vector<std::uint64_t> open;  // number of items still expected in each open list
+  std::vector<std::uint64_t> open;  // number of items still expected in each open array or map
   do {
     if (++items > max_items) throw std::out_of_range("it has too many items");
     const std::uint64_t head = next();

@@ -8,20 +8,20 @@ namespace simplexseg {
 
 class AtomicFile;
 
-/// Writer that compresses bytes by deflate.
+/// Writer of deflate-compressed bytes.
 class CompressingWriter {
  public:
-  enum class Frame { Gzip, Zlib };  ///< container: header and checksum of the deflate stream
+  enum class Frame { Gzip, Zlib };  ///< container with header and checksum around the deflate stream
 
-  /// `file` must outlive the writer.
+  /// Begins a stream at the end of `file`, which must outlive the writer. Throws Error when there is not enough memory.
   CompressingWriter(AtomicFile& file, Frame frame);
   ~CompressingWriter();
   CompressingWriter(const CompressingWriter&) = delete;
   CompressingWriter& operator=(const CompressingWriter&) = delete;
 
-  /// Throws Error when the file cannot be written.
+  /// Compresses and writes `bytes` bytes. Throws Error when the file cannot be written.
   void write(const void* data, std::size_t bytes);
-  /// Writes the end of the stream and returns the total number of compressed bytes. Call it once, after the last
+  /// Writes the end of the stream and returns the total number of compressed bytes. Must be called once, after the last
   /// write(). Throws Error like write().
   std::uint64_t finish();
 

@@ -5,9 +5,10 @@
 
 namespace simplexseg {
 
-/// Returns the first existing file for a path from a scene file. It is searched as given, relative to `scene_folder`
-/// (the scene's folder), in the folders of SIMPLEXSEG_DATA (colon-separated) and in the templates of Debian's
-/// mricron-data. Throws Error with all searched paths when none exists.
+/// Returns the first existing location of a `path` from a scene file. A relative path is searched in the current
+/// folder, in `scene_folder` (the folder of the scene file), in the folders of SIMPLEXSEG_DATA (colon-separated) and in
+/// the templates of Debian's mricron-data. Throws Error when `path` is empty, and with all searched locations when none
+/// exists.
 std::filesystem::path find_data(const std::string& path, const std::filesystem::path& scene_folder);
 
 }  // namespace simplexseg

@@ -19,7 +19,7 @@ namespace simplexseg {
 namespace {
 
 constexpr std::size_t kInputBlock = 1 << 18;
-constexpr std::size_t kMaxAtOnce = 1 << 30;  // both libraries count in unsigned int
+constexpr std::size_t kMaxAtOnce = 1 << 30;  // zlib and bzip2 count bytes in unsigned int
 constexpr int kGzipOrZlib = 32 + MAX_WBITS;
 
 Compression compression_of(const std::filesystem::path& path) {
@@ -46,7 +46,7 @@ struct DecompressingReader::Stream {
   z_stream z{};
   bz_stream bz{};
   std::array<unsigned char, kInputBlock> compressed;
-  std::size_t first = 0, last = 0;  ///< range of `compressed` that is not decompressed yet
+  std::size_t first = 0, last = 0;  ///< range of `compressed` that is not yet decompressed
 };
 
 DecompressingReader::DecompressingReader(const std::filesystem::path& path) { open(path, compression_of(path), 0); }

@@ -64,7 +64,7 @@ std::string safe_name(std::string_view text, const std::string& otherwise) {
   return name.empty() ? otherwise : name;
 }
 
-/// Key that is equal for names that differ only in case.
+/// Returns a key that is equal for names that differ only in case.
 std::string folded(std::string_view name) {
   const auto free_locale = [](locale_t locale) { freelocale(locale); };
   const std::unique_ptr<std::remove_pointer_t<locale_t>, decltype(free_locale)> unicode(

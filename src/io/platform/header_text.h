@@ -14,14 +14,14 @@
 
 namespace simplexseg {
 
-/// Lines at the start of a file, at most 16 MB.
+/// Reader of the text lines at the start of a file, at most 16 MiB.
 class HeaderLines {
  public:
-  /// Throws Error when the file is missing, empty or cannot be opened.
+  /// Opens the file. Throws Error when it is missing, empty or cannot be opened.
   explicit HeaderLines(const std::filesystem::path& path);
-  /// Returns the next line without its line break; nullopt at the end of the file or after 16 MB.
+  /// Returns the next line without its line break; nullopt at the end of the file or after 16 MiB.
   std::optional<std::string> next();
-  /// Number of bytes up to the end of the last returned line.
+  /// Returns the number of bytes up to the end of the last returned line, including its line break.
   std::uint64_t bytes_read() const { return read_; }
 
  private:
@@ -37,10 +37,11 @@ class HeaderLines {
 std::string trimmed(std::string_view text);
 /// Converts ASCII letters to lower case.
 std::string lower_case(std::string_view text);
-/// Splits the text at white space.
+/// Returns the words of the text, which are separated by white space.
 std::vector<std::string> words_of(const std::string& text);
 
-/// Parses the whole text as one number in the "C" locale. Returns nullopt when it is not a number or out of range.
+/// Parses the whole text as one number in the "C" locale; a leading "+" is allowed. Returns nullopt when the text is
+/// not a number or the number is out of range.
 template <class T>
 std::optional<T> number_of(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
@@ -50,7 +51,7 @@ std::optional<T> number_of(std::string_view text) {
   return value;
 }
 
-/// Returns the shortest decimal text that parses to the same number.
+/// Returns the shortest decimal text that parses to exactly `value`.
 std::string digits_of(double value);
 
 }  // namespace simplexseg

@@ -5,12 +5,13 @@
 
 namespace simplexseg {
 
-/// Folder that this process has locked by a lock file in it. The lock ends with this object or with the process, even
+/// Folder that this process has locked by a lock file in it. The lock ends with this object or with the process, also
 /// after a crash.
 class LockedFolder {
  public:
   LockedFolder() = default;
-  /// Locks the folder, which must exist. is_locked() is false when this or another process has already locked it.
+  /// Locks the folder, which must exist. is_locked() is false when this or another process has already locked the
+  /// folder, or when the lock file cannot be created.
   explicit LockedFolder(std::filesystem::path folder);
   ~LockedFolder();
   LockedFolder(LockedFolder&& other) noexcept;
@@ -20,9 +21,10 @@ class LockedFolder {
 
   bool is_locked() const { return descriptor_ >= 0; }
   const std::filesystem::path& path() const { return path_; }
-  /// Deletes the folder with its contents and releases the lock.
+  /// Deletes the folder with its contents and releases the lock. Does nothing when the folder is not locked.
   void remove();
-  /// Deletes the lock file, renames the folder and releases the lock. On failure the folder stays, unlocked.
+  /// Deletes the lock file, renames the folder to `target` and releases the lock. On failure returns the error; the
+  /// folder then keeps its path and is no longer locked.
   std::error_code release_as(const std::filesystem::path& target);
 
  private:

@@ -22,14 +22,15 @@ int saved_stderr = -1;
 
 thread_local sigjmp_buf* jump_target = nullptr;
 
-/// Signal handler in the thread that called abort(). Without a jump target the default handler ends the program.
+/// Handler of SIGABRT, called in the thread that called abort(). Without a jump target, the default handler ends the
+/// program.
 void on_abort(int signal) {
   if (jump_target) siglongjmp(*jump_target, 1);
   std::signal(signal, SIG_DFL);
 }
 
-/// Scope in which on_abort() handles abort(). Only one thread at a time uses it: the one that holds QuietLibraries, or
-/// the single thread of a worker process.
+/// Scope in which on_abort() handles abort(). Only one thread at a time is in such a scope: the one in a scope of
+/// QuietLibraries, or the single thread of a worker process.
 class AbortTrap {
  public:
   AbortTrap() {

@@ -4,8 +4,8 @@
 
 namespace simplexseg {
 
-/// Temporary folder below TMPDIR, deleted with its contents by the destructor. The constructor throws Error when it
-/// cannot be created.
+/// Folder for temporary files in the folder TMPDIR, /tmp by default. The destructor deletes the folder with its
+/// contents; the constructor throws Error when the folder cannot be created.
 class TemporaryFolder {
  public:
   TemporaryFolder();

@@ -20,7 +20,7 @@
 namespace simplexseg {
 namespace {
 
-/// Size of the address space of this process, bytes; larger than the memory in use.
+/// Returns the size of the address space of this process, bytes; 0 when unknown. It is larger than the memory in use.
 std::size_t address_space() {
   std::size_t pages = 0;
   if (std::FILE* const file = std::fopen("/proc/self/statm", "re")) {
@@ -37,7 +37,7 @@ void set_limit(__rlimit_resource resource, std::size_t limit_value) {
 
 [[noreturn]] void run_worker(const WorkerLimits& limits, const char* folder, const std::function<void(int)>& work,
                              int pipe) {
-  std::atexit([] { ::_exit(1); });  // if a library calls exit(), no other exit handler runs
+  std::atexit([] { ::_exit(1); });  // no other exit handler runs if a library calls exit()
   for (const int signal : {SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGXCPU, SIGTERM}) std::signal(signal, SIG_DFL);
   std::signal(SIGPIPE, SIG_IGN);
   const int null_device = ::open("/dev/null", O_RDWR | O_CLOEXEC);

@@ -18,12 +18,12 @@ using Block = SceneSnapshot::Block<T>;
 
 inline constexpr int kVersion = 1;
 inline constexpr std::string_view kMagic = "simplexseg_history";
-// The file is a CBOR list: the text kMagic, the head, the blocks, and the CRC-32 of all preceding bytes.
+// CBOR bytes of a file, which is a list: the text kMagic, the head, the blocks, and the CRC-32 of all preceding bytes.
 inline constexpr std::uint8_t kListHead = 0x9a, kBytesHead = 0x5b, kNumberHead = 0x1a;
 inline constexpr std::uint8_t kMagicHead = 0x60 + kMagic.size();
 inline constexpr std::size_t kBeforeHead = 5 + 1 + kMagic.size(), kCrcBytes = 5;
 
-/// Identifies the scene to which a history belongs: digests of the poses, number of points.
+/// JSON that identifies the scene to which a history belongs: digests of the poses and the number of points.
 template <class Json>
 Json owner_json(const Scene& scene) {
   Json owner = {{"poses", Json::array()}, {"points", scene.points.size()}};

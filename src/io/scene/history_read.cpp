@@ -30,7 +30,7 @@ using namespace history;
 namespace {
 
 constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{1} << 30;
-constexpr std::size_t kMaxTextBytes = std::size_t{16} << 20;  // text of one scene
+constexpr std::size_t kMaxTextBytes = std::size_t{16} << 20;  // JSON text of one scene
 constexpr std::size_t kMaxHeadItems = 4'000'000;
 constexpr std::int64_t kMaxId = 1'000'000'000;
 
@@ -40,7 +40,7 @@ std::uint64_t number_at(Bytes bytes, std::size_t at, int length) {
   return value;
 }
 
-/// Head and blocks of a file. Throws std::out_of_range if the checksum is wrong or the file is damaged.
+/// Head and blocks of a file, in this order. Throws std::out_of_range if the checksum is wrong or the file is damaged.
 std::vector<Bytes> parts_of(Bytes file) {
   expect(file.size() >= kBeforeHead + kCrcBytes && file[0] == kListHead && file[5] == kMagicHead &&
              std::memcmp(&file[6], kMagic.data(), kMagic.size()) == 0,
@@ -61,7 +61,7 @@ std::vector<Bytes> parts_of(Bytes file) {
   return parts;
 }
 
-/// Reads and checks the history of one scene.
+/// Reader of the history of one scene. Throws std::out_of_range, Error or a JSON exception for an invalid history.
 class HistoryReader {
  public:
   HistoryReader(const fs::path& file, const Scene& present, const Volume& volume)
@@ -140,7 +140,7 @@ class HistoryReader {
   }
 
   Arrays read_arrays(const json& saved, std::set<std::size_t>& used) {
-    // If meshes could share an array, a small file could describe a scene of any size.
+    // Meshes must not share an array: a small file could otherwise describe a scene of any size.
     for (const char* key : {"positions", "neighbours", "previous", "shape", "profiles"}) {
       const std::size_t number = number_of(saved.at(key));
       expect(number == 0 || used.insert(number).second, "an array in it belongs to several meshes");

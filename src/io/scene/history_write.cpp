@@ -29,14 +29,14 @@ Bytes bytes_of(const std::vector<T>& values) {
 }
 Bytes bytes_of(const std::string& text) { return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}; }
 
-/// Calls `visit` for each array.
+/// Calls `visit` for each array of a mesh.
 template <class Visit>
 void for_each_block(const Arrays& arrays, const Visit& visit) {
   visit(arrays.positions), visit(arrays.neighbours), visit(arrays.previous), visit(arrays.shape),
       visit(arrays.profiles);
 }
 
-/// Numbers of undo and redo steps, the nearest ones, whose arrays fit into `max_bytes` together.
+/// Numbers of undo and redo steps to save: the steps nearest to the present whose arrays together fit into `max_bytes`.
 std::pair<std::size_t, std::size_t> nearest_steps(const UndoHistory& history, std::size_t max_bytes) {
   std::set<const void*> seen;
   std::size_t bytes = 0;
@@ -67,7 +67,7 @@ std::pair<std::size_t, std::size_t> nearest_steps(const UndoHistory& history, st
   return {undone, redone};
 }
 
-/// Maps ids to those of the scene when it is read again: meshes and points in their order, then all others.
+/// Maps ids to those that the scene gets when it is read again: its meshes and points in order, then all other ids.
 class IdMap {
  public:
   explicit IdMap(const Scene& present) {
@@ -96,7 +96,7 @@ class IdMap {
   ItemId next_ = 1;
 };
 
-/// Blocks of a file, each stored once, numbered from 1; 0 is an empty block.
+/// Blocks of a file, numbered from 1. Shared arrays are stored once; number 0 is an empty array.
 class BlockTable {
  public:
   template <class T>
@@ -147,7 +147,7 @@ json mesh_json(const MeshItem& item, const Arrays& arrays, IdMap& ids, BlockTabl
 
 json entry_json(const UndoHistory::Entry& entry, const fs::path& scene_file, IdMap& ids, BlockTable& blocks) {
   Scene scene = entry.scene.without_arrays();
-  // All scenes of a session share one volume, so it is not stored.
+  // All scenes of a history have the same volume, which is not stored.
   scene.volume_path.clear(), scene.volume_checksum.clear(), scene.volume_series.clear(), scene.volume_number = 1;
   json saved = {{"name", entry.name},
                 {"command", command_text(ids(entry.command))},

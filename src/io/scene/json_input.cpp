@@ -22,7 +22,7 @@ namespace {
 
 const json& json_of(const void* node) { return *static_cast<const json*>(node); }
 
-/// Position of a byte, counted from 1, as "line 3, column 14".
+/// Position of a byte of the text, for example "line 3, column 14". `byte`: number of the byte, from 1.
 std::string place_of(const std::string& text, std::size_t byte) {
   const std::size_t end = std::min(byte > 0 ? byte - 1 : 0, text.size());
   const auto line = std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end), '\n') + 1;
@@ -31,7 +31,7 @@ std::string place_of(const std::string& text, std::size_t byte) {
   return "line " + std::to_string(line) + ", column " + std::to_string(column);
 }
 
-/// Reason in a message of the JSON library, without its prefix and position.
+/// Cause in a message of the JSON library, without the library's prefix and position.
 std::string reason_of(const std::string& message) {
   const std::size_t at = message.find(": ");
   return one_line(at == std::string::npos ? message : message.substr(at + 2));

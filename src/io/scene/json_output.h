@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writing of JSON files. Templates over the JSON type keep the JSON library out of this header.
+// Writer for JSON files. Templates over the JSON type keep the JSON library out of this header.
 #pragma once
 #include <Eigen/Core>
 #include <cmath>
@@ -29,13 +29,14 @@ void add_parameter(Json& object, const ParameterInfo& info, float value) {
   }
 }
 
-/// Array of the three coordinates.
+/// JSON array of the three coordinates.
 template <class Json>
 Json vector_json(const Eigen::Vector3d& v) {
   return Json::array({v.x(), v.y(), v.z()});
 }
 
-/// Text of a JSON file; an indent of -1 gives one line. Throws Error for a name that is not UTF-8.
+/// Text of a JSON file. `path`: file in messages; `indent`: blanks per level, -1 for a single line. Throws Error for a
+/// text that is not UTF-8.
 template <class Json>
 std::string json_text(const std::filesystem::path& path, const Json& json, int indent = 2) {
   try {

@@ -69,7 +69,7 @@ void load_references_of_history(LoadedInput& input, const fs::path& folder) {
   input.warnings.insert(input.warnings.end(), found.warnings().begin(), found.warnings().end());
 }
 
-/// Loads the undo history; an error is only a warning, since the scene is complete without it.
+/// Loads the undo history. An error only adds a warning, since the scene is complete without a history.
 void load_history(LoadedInput& input, const fs::path& path) {
   try {
     input.history = read_history(path, input.scene, input.volume);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loads a scene or an image with its volume, references and undo history, for the window and the command line.
+// Loads a scene with its volume, references and undo history, or an image, for the window and the command line.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -13,17 +13,17 @@
 
 namespace simplexseg {
 
-/// A scene with its volume and the reference segmentations of its meshes.
+/// Scene with its volume and the reference segmentations of its meshes.
 struct LoadedInput {
   Scene scene;
   Volume volume;                      ///< empty if the scene has none
   std::filesystem::path volume_path;  ///< file of the volume; empty if the scene has none
-  std::string patient, series;        ///< DICOM names; empty if missing
+  std::string patient, series;        ///< DICOM patient name, else patient ID; series description; empty if missing
   References references;
-  UndoHistory history;                ///< empty unless LoadOptions requests it
+  UndoHistory history;                ///< empty unless LoadOptions::history is Read
   std::vector<std::string> warnings;  ///< one line each, for the user
   bool is_dicom = false;              ///< the volume is a DICOM image, so DICOM output can refer to it
-  bool low_is_bright = false;         ///< display low values bright (MONOCHROME1)
+  bool low_is_bright = false;         ///< low values are displayed bright (MONOCHROME1)
 };
 
 /// Options of load_scene().
@@ -33,24 +33,24 @@ struct LoadOptions {
   enum class History { Skip, Read };
 
   std::vector<std::string> settings{};  ///< assignments for set_by_path(), applied before other files are read
-  /// Skip: the volume gets its geometry and type, but voxels of 0; references are not read.
+  /// Skip: the volume has its geometry and voxel type, but all voxels are 0; references are not read.
   Voxels voxels = Voxels::Read;
   BadReference bad_reference = BadReference::Throw;
-  /// Read: restores the undo history; a history that cannot be read is a warning.
+  /// Read: restores the undo history; a history that cannot be read adds a warning.
   History history = History::Skip;
 };
 
-/// Reads a scene file, its volume and its references. Throws the errors of the readers; a reference that cannot be read
-/// is an Error or a warning, depending on the options.
+/// Reads a scene file, its volume, its references and, if requested, its undo history. Throws the errors of the
+/// readers; a reference that cannot be read throws Error or adds a warning, depending on LoadOptions::bad_reference.
 LoadedInput load_scene(const std::filesystem::path& path, const LoadOptions& options = {});
-/// Loads the volume and the references of a scene in memory; references are also searched in `folder`. Reads no
-/// history.
+/// Loads the volume and the references of a scene that has been read already. References are also searched in `folder`.
+/// Ignores LoadOptions::history.
 LoadedInput load_scene(SceneFile file, const std::filesystem::path& folder, const LoadOptions& options = {});
 
 /// Reads the file that a user opens: a scene (.json) with its undo history, or a volume or DICOM folder, which becomes
 /// a scene without meshes. `volume`: number of the volume in a 4D file, from 1; `series`: UID of the series in a DICOM
-/// folder, empty for the largest; both are ignored for a scene. Throws Error; a reference that cannot be read is a
-/// warning.
+/// folder, empty for the largest series; both are ignored for a scene. Throws the errors of the readers; a reference or
+/// history that cannot be read adds a warning.
 LoadedInput load_input(const std::filesystem::path& path, int volume = 1, const std::string& series = {});
 
 }  // namespace simplexseg

@@ -26,8 +26,8 @@ namespace {
 
 constexpr int kMaxInt = std::numeric_limits<int>::max();
 
-// keys_json() and read_keys() of each command convert it to and from a JSON object. The object to read also has the
-// keys "after_steps" and "command".
+// For each command, keys_json() converts it to a JSON object, and read_keys() reads it from a JSON object, which also
+// has the key "command" and may have the key "after_steps".
 
 Json colour_json(const Colour& c) { return Json::array({c.red, c.green, c.blue}); }
 
@@ -83,7 +83,7 @@ void read_keys(const JsonInput& in, EditMesh& c) {
   if (in.has("opacity")) c.opacity = static_cast<float>(in["opacity"].number());
 }
 
-/// Reads "parameter" and "value" of a parameter in `table`.
+/// Reads the keys "parameter" and "value" for a parameter in `table`.
 void read_value(const JsonInput& in, std::span<const ParameterInfo> table, int& parameter, float& value) {
   const std::string name = in["parameter"].text();
   parameter = find_parameter(table, name.c_str());
@@ -217,7 +217,7 @@ concept EmptyCommand = std::is_empty_v<C>;
 Json keys_json(const EmptyCommand auto&) { return Json::object(); }
 void read_keys(const JsonInput& in, EmptyCommand auto&) { expect_keys(in, {}); }
 
-/// Names of the commands in the file, in the order of the variant.
+/// Names of the commands in files, in the order of the alternatives of Command.
 const std::vector<std::string> kNames = {"add_mesh",
                                          "delete_mesh",
                                          "edit_mesh",

@@ -19,11 +19,11 @@ namespace simplexseg {
 namespace fs = std::filesystem;
 namespace {
 
-/// Largest cavity that is filled, voxels: a ball with a radius of two voxels. Smoothing would collapse the surface of a
-/// smaller cavity, and the solver would undo its steps.
+/// Largest cavity that is filled, voxels: a ball with a radius of two voxels. Smoothing would collapse the surface of
+/// such a cavity, and the solver would undo its steps.
 constexpr std::size_t kMaxFilledCavity = 33;
 
-/// Approximately the largest ball inside a closed surface, computed on a separate grid.
+/// Approximate largest ball inside a closed surface, computed on a separate grid.
 Seed inscribed_ball(const SimplexMesh& mesh, const fs::path& file) {
   constexpr int kVoxels = 64;  // along the longest side of the surface
   Eigen::AlignedBox3f box;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Start surface of a mesh, read from a label volume or a mesh file, instead of the sphere of its seed.
+// Start surface of a mesh, read from a label volume or a mesh file. It replaces the sphere of the seed.
 #pragma once
 #include <filesystem>
 #include <optional>
@@ -15,23 +15,26 @@ namespace simplexseg {
 
 class JsonInput;
 
-/// A start surface, and a ball inside it for the seed.
+/// Start surface, and a ball inside it for the seed.
 struct LoadedStart {
   MeshStart start;
   Seed seed;
   std::vector<std::string> warnings;  ///< warnings of load_labels()
 };
 
-/// Makes a start from a label volume in memory. `path`: path stored in the scene; `vertices`: parameter of
-/// mesh_of_mask(). Throws the errors of choose_label().
+/// Makes a start from a label volume in memory; fills small cavities of the label. `path`: path to store in the scene;
+/// `vertices`: parameter of mesh_of_mask(). Throws the errors of choose_label().
 LoadedStart start_of_labels(const Volume& labels, const LabelChoice& choice, const std::string& path, int vertices = 0);
-/// Makes a start from a mesh file. Throws the errors of read_mesh(), and Error for a mesh that encloses no volume.
+/// Makes a start from the mesh in `file`. `path`: path to store in the scene. Throws the errors of read_mesh(), and
+/// Error for a mesh that encloses no volume.
 LoadedStart start_of_mesh(const std::filesystem::path& file, const std::string& path);
 
-/// Reads the surface of a start from its file, for which find_data() searches. The mesh of `start` is not used.
+/// Reads the surface of a start from its file, for which find_data() searches; ignores MeshStart::mesh. `vertices`:
+/// parameter of mesh_of_mask() for a label volume. Throws the errors of find_data(), load_labels(), start_of_labels()
+/// and start_of_mesh().
 LoadedStart load_start(const MeshStart& start, const std::filesystem::path& scene_folder, int vertices = 0);
 
-/// JSON of a start without its mesh; `path`: path stored in the file.
+/// JSON of a start without its mesh. `path`: path to store in the JSON instead of that of `start`.
 template <class Json>
 Json start_json(const MeshStart& start, const std::string& path) {
   Json json = {{is_mesh_name(start.path) ? "mesh" : "labels", path}};

@@ -10,12 +10,12 @@ namespace simplexseg {
 
 class JsonInput;
 
-/// Sets the parameters that the object contains; others keep their values. Throws Error for an unknown key or an
+/// Sets the parameters that the object contains; all others keep their values. Throws Error for an unknown key or an
 /// invalid value.
 void read_forces(const JsonInput& input, ForceParameters& forces);
 void read_simulation(const JsonInput& input, SimulationParameters& simulation);
 
-/// JSON of the parameters that differ from `defaults`, or of all parameters if it is null.
+/// JSON of the force parameters that differ from `defaults`, or of all force parameters if `defaults` is null.
 template <class Json>
 Json forces_json(const ForceParameters& forces, const ForceParameters* defaults) {
   Json all = Json::object();

@@ -10,9 +10,9 @@ namespace simplexseg {
 
 class JsonInput;
 
-/// Name of a kind: "inside", "outside" or "boundary".
+/// Name of a kind of point: "inside", "outside" or "boundary".
 const char* name_of(MarkKind kind);
-/// Kind with a name; nullopt if it is unknown.
+/// Kind of point with a name; nullopt if the name is unknown.
 std::optional<MarkKind> find_point_kind(const std::string& name);
 MarkKind read_point_kind(const JsonInput& input);
 /// Reads a radius in mm. Throws Error unless it is above 0 and at most kMaxMillimetres.

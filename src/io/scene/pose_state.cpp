@@ -18,13 +18,13 @@ static_assert(std::endian::native == std::endian::little, "the arrays of a state
 
 namespace {
 
-// Every member of the model must be saved.
+// Fails to compile when the model has a new member, which must be saved too.
 static_assert(sizeof(RegionModel) == 2 * sizeof(double) + 2 * kRegionBins * sizeof(std::int32_t));
 
 template <class T>
 json binary_of(const T* data, std::size_t count) {
   std::vector<std::uint8_t> bytes(count * sizeof(T));
-  // Eigen does not declare fixed-size matrices trivially copyable, but they contain only numbers.
+  // Fixed-size matrices of Eigen are not declared trivially copyable, but contain only numbers.
   if (count > 0) std::memcpy(bytes.data(), static_cast<const void*>(data), bytes.size());
   return json::binary(std::move(bytes));
 }
@@ -185,7 +185,7 @@ void restore_pose_state(const std::string& file, const std::string& bytes, MeshI
     const int steps_at_level = state.at("steps_at_level").get<int>();
     expect(steps_at_level >= 0, "'steps_at_level' is negative");
 
-    // Older files have no state of the solver.
+    // Files of earlier versions contain no solver state.
     SolverState solver;
     solver.min_eigenvalue = state.value("solver_slowest", 0.0f),
     solver.regularisation = state.value("solver_hold", 0.0f);
@@ -193,7 +193,7 @@ void restore_pose_state(const std::string& file, const std::string& bytes, MeshI
     expect(std::isfinite(solver.min_eigenvalue) && std::isfinite(solver.regularisation),
            "the state of the solver is not finite");
 
-    // Older files have no field.
+    // Files of earlier versions contain no field.
     const std::shared_ptr<const MeshField> field = state.contains("field") ? field_of(state.at("field")) : nullptr;
     FieldFit fit;
     if (field && state.contains("field_settled"))

@@ -28,7 +28,7 @@ constexpr const char* kWindowPrefix = "window-";
 /// Largest size of the saved history, bytes. Each autosave writes the whole history again.
 constexpr std::size_t kMaxHistory = std::size_t{16} << 20;
 
-/// Creates a folder with a unique name.
+/// Creates a folder with a unique name below `root`.
 fs::path make_folder(const fs::path& root) {
   std::error_code failure;
   fs::create_directories(root, failure);
@@ -102,7 +102,7 @@ void AutosaveStore::save(const Scene& scene, AutosaveInfo info, const UndoHistor
 void AutosaveStore::discard() {
   if (generation_ == 0) return;
   std::error_code ignored;
-  fs::remove(folder_.path() / kInfo, ignored);  // first: without it the folder is not offered for recovery
+  fs::remove(folder_.path() / kInfo, ignored);  // first: without this file nothing is offered for recovery
   fs::remove_all(folder_.path() / generation_name(std::exchange(generation_, 0)), ignored);
 }
 

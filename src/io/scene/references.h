@@ -15,13 +15,13 @@ namespace simplexseg {
 class References {
  public:
   References() = default;
-  /// Reads the references of all meshes and resamples them onto the grid of the volume if necessary. Throws Error if
-  /// one is missing or has no labels within the volume.
+  /// Reads the references of all meshes and resamples them onto the grid of the volume if necessary. Throws Error if a
+  /// file is missing or cannot be read, or has no labels within the volume.
   References(const Scene& scene, const std::filesystem::path& scene_folder, const VolumeGeometry& volume);
 
   /// Warnings of the readers and of the resampling, one line each.
   const std::vector<std::string>& warnings() const { return warnings_; }
-  /// Adds labels on the grid of the volume. `path`: path stored in the meshes; replaces labels with the same path.
+  /// Adds labels on the grid of the volume; replaces labels with the same path. `path`: path stored in the meshes.
   void add(const std::string& path, Volume labels) { labels_.insert_or_assign(path, std::move(labels)); }
   const std::map<std::string, Volume>& all() const { return labels_; }
   /// Whether the reference of a mesh is loaded.
@@ -30,7 +30,7 @@ class References {
   std::optional<Mask> mask_for(const MeshItem& item) const;
 
  private:
-  std::map<std::string, Volume> labels_;  ///< key: path in the scene
+  std::map<std::string, Volume> labels_;  ///< key: path stored in the scene
   std::vector<std::string> warnings_;
 };
 

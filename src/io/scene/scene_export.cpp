@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Name of each label; meshes with the same label are joined to one name.
+/// Name and colour of each label; the names of meshes with the same label are joined.
 std::vector<SegmentName> names_of(const Scene& scene) {
   std::vector<SegmentName> names;
   for (const MeshItem& item : scene.meshes) {

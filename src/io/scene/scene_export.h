@@ -15,26 +15,26 @@ namespace simplexseg {
 /// DICOM.
 void require_labels_name(const std::filesystem::path& path, const Scene& scene);
 
-/// Writes the segmentations of a scene in the format of the file name: NAME.rtstruct.dcm contours on the slices of the
-/// DICOM volume (write_rtstruct()); .dcm a DICOM segmentation (write_dicom_segmentation()); others a label volume on
-/// the grid (write_labels()). Returns a note for the user if segmentations overlap or labels are renumbered, else "".
-/// Throws the errors of make_label_map() and of these writers.
+/// Writes the segmentations of a scene in the format of the file name. NAME.rtstruct.dcm: contours on the slices of the
+/// DICOM volume (write_rtstruct()); other .dcm: a DICOM segmentation (write_dicom_segmentation()); other extensions: a
+/// label volume on the grid `geometry` (write_labels()). Returns a note for the user if segmentations overlap in voxels
+/// or labels are renumbered, else "". Throws the errors of make_label_map() and of these writers.
 std::string save_labels(const std::filesystem::path& path, const Scene& scene, const VolumeGeometry& geometry);
 
 /// Throws Error if save_view() does not support the file name, or a DICOM file is requested for a volume that is not
 /// DICOM.
 void require_view_name(const std::filesystem::path& path, const Scene& scene);
 
-/// Writes a picture of a scene: .dcm as a secondary capture in the study of the DICOM volume
-/// (write_secondary_capture()), others by write_picture(). Throws the errors of these writers.
+/// Writes a picture of a scene: a .dcm file as a secondary capture in the study of the DICOM volume
+/// (write_secondary_capture()), other files with write_picture(). Throws the errors of these writers.
 void save_view(const std::filesystem::path& path, const Picture& picture, const Scene& scene);
 
-/// File names that save_meshes() writes, in the order of the meshes: the names of the meshes, converted by
+/// Names of the files that save_meshes() writes, in the order of the meshes: names of the meshes, converted by
 /// distinct_file_names(), with the extension.
 std::vector<std::string> mesh_file_names(const Scene& scene, const std::string& extension = ".ply");
 
-/// Writes each mesh of a scene to a separate file in an existing folder, replacing existing files. `extension`:
-/// extension supported by write_mesh(). Returns the paths. Throws the errors of write_mesh().
+/// Writes each mesh of a scene to a separate file in an existing folder; replaces existing files. `extension`: one that
+/// write_mesh() supports. Returns the paths. Throws the errors of write_mesh().
 std::vector<std::filesystem::path> save_meshes(const std::filesystem::path& folder, const Scene& scene,
                                                const std::string& extension = ".ply");
 

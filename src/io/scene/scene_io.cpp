@@ -43,7 +43,7 @@ void read_pose(const JsonInput& input, const fs::path& folder, MeshItem& item) {
   if (item.previous.empty()) item.previous = item.mesh.positions;
 }
 
-/// Labels that are already loaded. Key: path, and the region of a structure set, since each region has its own grid.
+/// Labels already loaded, by path and, for a structure set, by region, since each region has a separate grid.
 using LabelFiles = std::map<std::pair<fs::path, std::string>, LoadedLabels>;
 
 /// Reads a label, given by its number or its name in the file.
@@ -79,7 +79,8 @@ void read_start(const JsonInput& input, const fs::path& folder, LabelFiles& file
   item.start = std::move(loaded.start);
 }
 
-/// Ids of meshes for file names: their ids if these are distinct and above 0, else their indices from 1.
+/// Ids of the meshes for file names: ids of the scene if they are distinct and above 0, else the meshes' indices from
+/// 1.
 std::vector<ItemId> file_ids(const Scene& scene) {
   std::vector<ItemId> ids;
   for (const MeshItem& item : scene.meshes) ids.push_back(item.id);

@@ -103,7 +103,8 @@ UserPoint read_point(const JsonInput& input, const Scene& scene) {
 
 // ---- writing ----
 
-/// Path relative to `folder` if the file is inside it, so that the scene can be moved with its folder; else absolute.
+/// Path relative to `folder` if the file is in it, so that the folder can be moved; else absolute. A relative path of a
+/// missing file is returned unchanged.
 std::string portable(const std::string& path, const fs::path& folder) {
   std::error_code failure;
   fs::path place(path);
@@ -151,7 +152,7 @@ Json point_json(const UserPoint& point, const Scene& scene) {
   return json;
 }
 
-/// Throws Error for names that cannot be saved: points refer to their mesh by name, so names must be unique.
+/// Throws Error for a scene that cannot be saved. Points refer to their mesh by its name, so names must be unique.
 void expect_writable(const fs::path& path, const Scene& scene) {
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
     const std::string& name = scene.meshes[m].name;

@@ -18,7 +18,7 @@ void set_by_path(Scene& scene, const std::string& assignment) {
   const std::size_t equals = assignment.rfind('=');
   if (equals == std::string::npos) throw Error(where, "it has no '='", forms);
   const std::string value = assignment.substr(equals + 1);
-  // The name of a mesh may contain '.', so force and parameter are the parts after the last two.
+  // The name of a mesh may contain '.', so the force and the parameter are the texts after the last two '.'.
   std::string path = assignment.substr(0, equals);
   const auto pop = [&path] {
     const std::size_t dot = path.rfind('.');

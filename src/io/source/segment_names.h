@@ -9,7 +9,7 @@ namespace simplexseg {
 
 /// Name and colour of a label value.
 struct SegmentName {
-  int value = 0;  ///< label value of its voxels
+  int value = 0;  ///< label value of the voxels
   std::string name;
   Colour colour{230, 160, 60};
   bool operator==(const SegmentName&) const = default;

@@ -43,13 +43,13 @@ int hex_digit(char c) {
   return -1;
 }
 
-/// Stream of the voxels of all files in order, converted to binary.
+/// Stream of the voxels of all files in reading order, converted to binary numbers.
 class VoxelBytes {
  public:
   VoxelBytes(const StoredVoxels& voxels, std::size_t count)
       : voxels_(voxels), per_file_(count / voxels.files.size()), text_(1 << 16, '\0') {}
 
-  /// Reads `voxels` voxels. Throws Error when there are fewer.
+  /// Reads `voxels` voxels. Throws Error when the current file ends before.
   void read(unsigned char* to, std::size_t voxels) {
     while (voxels > 0) {
       if (left_ == 0) open_next();
@@ -72,7 +72,7 @@ class VoxelBytes {
       left_ -= now;
     }
   }
-  /// Skips `voxels` voxels. Throws Error when there are fewer.
+  /// Skips `voxels` voxels. Throws Error when the current file ends before.
   void skip(std::size_t voxels) {
     std::vector<unsigned char> unread;
     while (voxels > 0) {
@@ -95,7 +95,7 @@ class VoxelBytes {
       voxels -= now;
     }
   }
-  /// Throws Error when the checksum of the last file's compressed data is wrong.
+  /// Throws Error when all voxels of the current file are read and its checksum is wrong or its end is missing.
   void require_valid_checksum() const {
     if (reader_ && left_ == 0 && reader_->damaged_at_end()) throw_damaged();
   }
@@ -126,7 +126,7 @@ class VoxelBytes {
                     before + size * static_cast<double>(per_file_ - left_) + static_cast<double>(got));
   }
 
-  /// Returns the next character of a text file; 0 at its end.
+  /// Returns the next character of the current file; 0 at its end.
   char next_character() {
     if (first_ == last_) first_ = 0, last_ = reader_->read(text_.data(), text_.size());
     return first_ == last_ ? '\0' : text_[first_++];
@@ -193,7 +193,7 @@ class VoxelBytes {
   std::size_t first_ = 0, last_ = 0;  ///< unused range of `text_`
 };
 
-/// Throws Error when a file is missing or too small for the size in the header.
+/// Throws Error when a file is missing or too small for the volume size in the header.
 void require_file_sizes(const StoredVoxels& voxels, const VolumeInfo& info, const fs::path& header) {
   double count = static_cast<double>(info.frames) * info.components;
   for (const int size : info.geometry.size) count *= size;
@@ -233,7 +233,7 @@ void read_interleaved(VoxelBytes& bytes, unsigned char* to, std::size_t count, s
   }
 }
 
-/// Reads the voxels of the selected volume; they have one component.
+/// Reads the voxels of the selected volume, which must have one component.
 Volume read_stored(const StoredVoxels& v, const VolumeInfo& info) {
   Volume volume(info.geometry, info.type);
   const std::size_t count = info.geometry.voxel_count();

@@ -14,16 +14,17 @@ constexpr int kMaxVolumes = 1000000;  ///< highest volume number that can be req
 /// Header data of a volume file or a DICOM series; available without reading the voxels.
 struct VolumeInfo {
   VolumeGeometry geometry;  ///< LPS, mm
-  /// Voxel type in memory. Rescaled files use float or a wider integer; DICOM volumes of shifted 16-bit integers can
-  /// become Int32 on reading when a value does not fit into Int16.
+  /// Voxel type in memory. Rescaled volumes use a floating-point type or, in DICOM, an integer type that contains the
+  /// rescaled values. DICOM volumes of 16-bit integers with an intercept change from Int16 to Int32 on reading when a
+  /// value does not fit into Int16.
   VoxelType type = VoxelType::UInt8;
   std::string format;                 ///< "NIfTI-1", "DICOM series", "NRRD" ...
   int components = 1;                 ///< values per voxel; only 1 can be read
   int frames = 1;                     ///< number of volumes (4D)
-  int frame = 0;                      ///< selected volume of several, from 1; 0: only one, or none can be read
+  int frame = 0;                      ///< number of the selected volume, from 1; 0: only one, or none can be read
   bool low_is_bright = false;         ///< low values are displayed bright (MONOCHROME1)
   int file_count = 1;                 ///< number of files with voxels
-  std::vector<SegmentName> segments;  ///< named labels
+  std::vector<SegmentName> segments;  ///< names and colours of label values
   std::vector<std::string> warnings;  ///< assumptions of the reader and omitted data, one line each
 };
 

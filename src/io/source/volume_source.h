@@ -11,11 +11,12 @@
 
 namespace simplexseg {
 
-/// Opened volume: its header is read, its voxels are not. Each family of formats has a function that returns one.
+/// Opened volume: the header has been read, the voxels have not. Each file format has a function that returns a
+/// VolumeSource.
 struct VolumeSource {
   VolumeInfo info;
-  std::size_t extra_bytes = 0;               ///< memory for reading in addition to the volume
-  std::vector<DicomSlice> dicom;             ///< origin of each slice, in order; empty unless it is a DICOM image
+  std::size_t extra_bytes = 0;               ///< memory for reading in addition to the volume, bytes
+  std::vector<DicomSlice> dicom;             ///< header data of each slice k; empty unless it is a DICOM image
   std::function<Volume()> read;              ///< reads the voxels; requires one component and a selected volume
   std::shared_ptr<const void> keep_alive{};  ///< owner of temporary files that `dicom` refers to
 };
@@ -23,18 +24,20 @@ struct VolumeSource {
 /// Factors that convert RAS positions (NIfTI, MINC) to LPS.
 inline const Eigen::Vector3d kLpsFromRas(-1, -1, 1);
 
-/// Selects number `volume` (from 1) of info.frames volumes: sets info.frame and, for 4D, adds a warning. `name`
-/// describes the volume ("trigger time 40") or is empty. Throws Error starting with `context` when there are fewer
-/// volumes.
+/// Selects volume number `volume` (from 1) of info.frames volumes. For 4D, sets info.frame and adds a warning that
+/// contains `name`, a description of the volume ("trigger time 40") or an empty text. Throws Error whose message starts
+/// with `context` when the volume does not exist.
 void select_volume(VolumeInfo& info, int volume, const std::string& context, const std::string& name = "");
 
-/// Adds a warning when the axes are not at right angles.
+/// Adds a warning when the axes of the grid are not at right angles.
 void warn_if_sheared(VolumeInfo& info);
 
-/// Throws the Error for a file with fewer bytes than its header requires.
+/// Throws the Error for a file that contains fewer bytes than its header requires. `bytes_present` is an upper bound
+/// for compressed data.
 [[noreturn]] void throw_truncated(const std::filesystem::path& path, double bytes_required, double bytes_present);
 
-/// Copies 64-bit integers to 32-bit integers. Throws Error when a value does not fit.
+/// Converts `count` 64-bit integers to 32-bit integers. `name` is the file name in messages. Throws Error when a value
+/// does not fit.
 template <class From, class To>
 void narrow(const From* from, std::size_t count, To* to, const std::string& name);
 

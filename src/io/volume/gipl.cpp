@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t kHeaderBytes = 256;
 
-/// File header; all its numbers are big-endian.
+/// Header of a GIPL file. All numbers in it are big-endian.
 struct GiplHeader {
   std::array<unsigned char, kHeaderBytes> bytes{};
 

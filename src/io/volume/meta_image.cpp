@@ -25,7 +25,7 @@ constexpr std::int64_t kMaxAxes = 10;
 constexpr const char* kTypes[] = {"MET_CHAR", "MET_UCHAR", "MET_SHORT", "MET_USHORT",
                                   "MET_INT",  "MET_UINT",  "MET_FLOAT", "MET_DOUBLE"};  // in the order of VoxelType
 
-/// MetaHeader values by key; the key ElementDataFile ends the header.
+/// Header of a MetaImage file: values by key. The key ElementDataFile ends the header.
 class MetaHeader {
  public:
   explicit MetaHeader(const fs::path& path) : path_(path) {
@@ -62,7 +62,7 @@ class MetaHeader {
     const std::string value = text(key);
     return !value.empty() && std::string("TtYy1").find(value[0]) != std::string::npos;
   }
-  /// Whole number in a range; `otherwise` if the key is missing.
+  /// Whole number in a range; `otherwise` if the key is missing. Throws Error for any other text.
   std::int64_t integer(const std::string& key, std::int64_t otherwise, std::int64_t minimum,
                        std::int64_t maximum) const {
     if (!has(key)) return otherwise;
@@ -72,7 +72,7 @@ class MetaHeader {
            std::to_string(maximum));
     return *value;
   }
-  /// The `count` numbers of the first key that is present; empty if none is.
+  /// Numbers of the first of `keys` that is present; empty if none is. Throws Error unless there are `count` numbers.
   std::vector<double> numbers(std::initializer_list<const char*> keys, std::size_t count) const {
     for (const char* key : keys) {
       if (!has(key)) continue;
@@ -206,7 +206,7 @@ void write_meta_image(AtomicFile& file, const Volume& volume) {
       "CompressedDataSize = ";
   const std::size_t place = text.size();
   const auto add = [&text](const std::string& number) { text.append(1, ' ').append(number); };
-  text.append(20, ' ').append("\nTransformMatrix =");  // replaced when the compressed size is known
+  text.append(20, ' ').append("\nTransformMatrix =");  // blanks that the compressed size replaces at the end
   for (int a = 0; a < 3; ++a) {
     for (int r = 0; r < 3; ++r) add(digits_of(g.direction(r, a)));
   }

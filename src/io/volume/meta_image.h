@@ -9,8 +9,8 @@ namespace simplexseg {
 
 class AtomicFile;
 
-/// Opens a MetaImage file, attached (.mha) or detached (.mhd), compressed or not. Throws Error for an invalid header or
-/// a file that is too small.
+/// Opens a MetaImage file, attached (.mha) or detached (.mhd), compressed or not. `volume`: number in a 4D file, from
+/// 1. Throws Error for an invalid header, a file that is too small, or an invalid volume number.
 VolumeSource open_meta_image(const std::filesystem::path& path, int volume = 1);
 
 /// Writes an attached MetaImage file with compressed voxels. Throws Error when the file cannot be written.

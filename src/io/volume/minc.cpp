@@ -23,19 +23,19 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kMaxMincAxes = 8;
-constexpr std::size_t kBlockBytes = 32 << 20;  // voxels that libminc reads per call
+constexpr std::size_t kBlockBytes = 32 << 20;  // largest block per call of libminc, at 8 bytes per voxel
 
-/// Description of a file, sent by the worker process. Axes are in file order, the slowest first.
+/// Header of a file as sent by the worker process. Axes are in file order, the slowest first.
 struct Description {
   char problem[120];  ///< reason why the file cannot be read; empty if it can
   int rank;
   std::array<std::uint64_t, kMaxMincAxes> sizes;
-  std::array<int, kMaxMincAxes> kinds;  ///< midimclass_t
+  std::array<int, kMaxMincAxes> kinds;  ///< values of midimclass_t
   std::array<std::array<double, 3>, kMaxMincAxes> cosines;
   std::array<double, kMaxMincAxes> steps, starts;
-  bool uneven;  ///< uneven slice spacing
-  int type;     ///< mitype_t
-  bool scaled;  ///< integers with a scale and an offset
+  bool uneven;  ///< the slice spacing is uneven
+  int type;     ///< value of mitype_t
+  bool scaled;  ///< the voxels are integers with a scale and an offset
 };
 
 /// Throws std::runtime_error if a call of libminc failed.
@@ -82,8 +82,8 @@ mihandle_t describe(const fs::path& path, Description& d) {
   return volume;
 }
 
-/// Sends the description of the file to the pipe and, if `frame` is above 0, the voxels of that volume. Runs in the
-/// worker process.
+/// Sends the description of the file through the pipe and, if `frame` is above 0, the voxels of the volume with that
+/// number. Runs in the worker process.
 void send_file(const fs::path& path, int frame, int pipe) {
   Description d{};
   mihandle_t volume = nullptr;
@@ -120,7 +120,7 @@ void send_file(const fs::path& path, int frame, int pipe) {
 }
 
 WorkerLimits limits_for(const fs::path& path, const VolumeInfo& info) {
-  constexpr double min_mb_per_second = 10;  // far below the speed of compression and decompression
+  constexpr double min_mb_per_second = 10;  // far below the speed of decompression
   WorkerLimits limits;
   const auto slice = static_cast<std::size_t>(info.geometry.size[0]) * static_cast<std::size_t>(info.geometry.size[1]);
   limits.memory_bytes += 4 * std::max(kBlockBytes, slice * sizeof(double));
@@ -156,7 +156,7 @@ VoxelType type_of(const Description& d, const std::string& name) {
               "save it with integer or floating-point voxels");
 }
 
-/// Converts a description. The fastest axis of the file is the first axis of the volume; MINC positions are RAS.
+/// Converts a description. The fastest axis of the file becomes the first axis of the volume, and RAS becomes LPS.
 VolumeInfo info_of(const Description& d, const std::string& name) {
   VolumeInfo info;
   info.format = "MINC";
@@ -189,17 +189,17 @@ VolumeInfo info_of(const Description& d, const std::string& name) {
   return info;
 }
 
-/// Throws Error if the file is too small for its voxels. Small volumes always pass, since the file contains no chunks
-/// that were never written.
+/// Throws Error if the file is too small for its voxels. Volumes of up to `tolerated` voxels always pass, because MINC
+/// 2 files may lack chunks that were never written.
 void require_file_size(const fs::path& path, const Description& d) {
-  constexpr double ratio = 1032, tolerated = 64e6;  // largest compression ratio of deflate; voxels
+  constexpr double ratio = 1032, tolerated = 64e6;  // largest compression ratio of deflate; number of voxels
   double voxels = 1;
   for (int axis = 0; axis < d.rank; ++axis) voxels *= static_cast<double>(d.sizes[static_cast<std::size_t>(axis)]);
   const double max_voxels = ratio * double(fs::file_size(path));
   if (voxels > std::max(max_voxels, tolerated)) throw_truncated(path, voxels, max_voxels);
 }
 
-/// Whether the file begins like HDF5 (MINC 2) or netCDF (MINC 1).
+/// Whether the file has the magic number of HDF5 (MINC 2) or netCDF (MINC 1).
 bool begins_like_minc(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);
   char magic[4] = {};

@@ -21,7 +21,8 @@ namespace {
 
 constexpr const char* kCopyAgain = "copy or export the file again";
 
-/// Path of the other file of a pair name.hdr / name.img, plain or .gz; `kind` is ".hdr" or ".img".
+/// File of kind ".hdr" or ".img" in the pair NAME.hdr and NAME.img to which `path` belongs; with ".gz" if only the
+/// compressed file exists.
 fs::path partner(const fs::path& path, const char* kind) {
   fs::path stem = path;
   if (extension_of(path).ends_with(".gz")) stem.replace_extension();
@@ -71,7 +72,7 @@ VolumeSource open_nifti(const fs::path& path, int volume) {
   v.swapped = h.swapped;
   v.slope = h.slope;
   v.intercept = std::isfinite(h.intercept) ? h.intercept : 0;
-  // Slope 0 means no scaling; scaled integers become float, as in ITK.
+  // A slope of 0 means that voxels are not scaled. Scaled integers become float, as in ITK.
   v.rescaled = std::isfinite(v.slope) && std::abs(v.slope) > std::numeric_limits<double>::epsilon() &&
                (v.slope != 1 || v.intercept != 0);
   if (!std::isfinite(h.vox_offset) || h.vox_offset < 0 || h.vox_offset > 1e15) {

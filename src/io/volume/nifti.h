@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// NIfTI and Analyze without ITK. ITK's reader rejects sheared sforms, pads truncated files with zeros, does not support
-// NIfTI-2 and copies the voxels; its writer makes a sheared geometry orthogonal.
+// Reader for NIfTI and Analyze files that does not use ITK. ITK's reader rejects sheared sforms, pads truncated files
+// with zeros, does not support NIfTI-2 and copies the voxels; its writer makes a sheared geometry orthogonal.
 #pragma once
 #include <filesystem>
 
@@ -8,10 +8,11 @@
 
 namespace simplexseg {
 
-/// Opens a NIfTI-1, NIfTI-2 or Analyze 7.5 file, compressed with gzip or not, a single file or a pair .hdr/.img.
-/// Throws Error for an invalid header or a file that is too small.
+/// Opens a NIfTI-1, NIfTI-2 or Analyze 7.5 volume, compressed with gzip or not, in a single file or a pair .hdr/.img.
+/// `volume`: number in a 4D file, from 1. Throws Error for an invalid header, a file that is too small, or an invalid
+/// volume number.
 VolumeSource open_nifti(const std::filesystem::path& path, int volume = 1);
-/// Whether the file, decompressed if necessary, begins with a NIfTI header.
+/// Whether the file, decompressed if necessary, begins with a header of NIfTI-1 or NIfTI-2 (not Analyze).
 bool is_nifti_file(const std::filesystem::path& path);
 
 }  // namespace simplexseg

@@ -10,7 +10,7 @@
 namespace simplexseg {
 namespace {
 
-/// Largest distance between the two positions of a corner of the grid.
+/// Largest distance between the positions of a grid corner according to two transforms, in the header's unit.
 double max_shift(const Eigen::Matrix<double, 3, 4>& a, const Eigen::Matrix<double, 3, 4>& b,
                  const std::array<int, 3>& n) {
   double shift = 0;
@@ -26,7 +26,7 @@ bool invertible(const Eigen::Matrix<double, 3, 4>& m) {
   return m.allFinite() && std::abs(a.determinant()) > 1e-6 * a.colwise().norm().prod();
 }
 
-/// Rotation of a NIfTI quaternion; the third column is negated if qfac < 0.
+/// Rotation matrix of the quaternion in a header; the third column is negated if qfac (pixdim[0]) is below 0.
 Eigen::Matrix3d rotation_of(const NiftiHeader& h) {
   double b = h.quaternion[0], c = h.quaternion[1], d = h.quaternion[2];
   double a2 = 1 - (b * b + c * c + d * d);
@@ -46,7 +46,7 @@ void set_geometry(const NiftiHeader& h, VolumeInfo& info) {
   Eigen::Vector3d spacing(1, 1, 1);
   for (int a = 0; a < 3; ++a) {
     const double size = std::abs(h.pixdim[a + 1]);
-    if (size > 0) spacing[a] = size;  // false for NaN too; the other axes and the sform may be valid
+    if (size > 0) spacing[a] = size;  // NaN leaves 1: the other axes and the sform may be valid
     if (!(size > 0) && geometry.size[a] > 1) {
       if (h.sform_code <= 0)
         info.warnings.push_back("the header has no voxel size along axis " + std::to_string(a + 1) +
@@ -64,7 +64,7 @@ void set_geometry(const NiftiHeader& h, VolumeInfo& info) {
                             " is singular or not finite and is ignored");
   }
   if (!has_q && !has_s) {
-    geometry.spacing_mm = spacing;  // origin 0 and directions LPS, as ITK assumes
+    geometry.spacing_mm = spacing;  // with origin 0 and the axes of LPS, like ITK
     info.warnings.push_back("the header has no orientation: the patient's left and right are unknown");
   } else {
     // If both are valid but differ, the sform is used, as in nibabel and SPM. (ITK 5.2 uses the qform unless the code
@@ -84,7 +84,7 @@ void set_geometry(const NiftiHeader& h, VolumeInfo& info) {
     for (int a = 0; a < 3; ++a) {
       const Eigen::Vector3d column = kLpsFromRas.cwiseProduct(affine.col(a));
       const double length = column.norm();
-      // pixdim contains the same length without rounding by the matrix, so it is preferred if they agree.
+      // The matrix rounds the voxel size, pixdim contains it exactly: pixdim is preferred if both agree.
       geometry.spacing_mm[a] = std::abs(length - spacing[a]) <= 1e-4 * spacing[a] ? spacing[a] : length;
       geometry.direction.col(a) = column / length;
     }

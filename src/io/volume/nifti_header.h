@@ -16,12 +16,12 @@
 
 namespace simplexseg {
 
-/// Header fields, each in the widest type of any version; names as in the format description.
+/// Header fields, each in the widest type of any version. Most names are those of the format description.
 struct NiftiHeader {
-  std::array<unsigned char, 540> bytes{};  ///< raw bytes of the file
+  std::array<unsigned char, 540> bytes{};  ///< header as stored
   int version = 0;                         ///< 0: Analyze; 1, 2: NIfTI; -1: neither
-  bool swapped = false;                    ///< the byte order differs from the machine's
-  bool single_file = false;                ///< voxels are in the same file
+  bool swapped = false;                    ///< the byte order of the file differs from the machine's
+  bool single_file = false;                ///< the voxels are in the same file
   std::array<std::int64_t, 8> dim{};
   std::array<double, 8> pixdim{};
   int datatype = 0, qform_code = 0, sform_code = 0, units = 0;
@@ -47,10 +47,12 @@ struct NiftiHeader {
 /// Reads the header at the start of a file; version -1 if it is neither NIfTI nor Analyze.
 NiftiHeader read_nifti_header(DecompressingReader& reader);
 
-/// Voxel type of a `datatype` code. Throws Error with the file's name if a voxel is not a single number.
+/// Voxel type of a `datatype` code. Throws Error, with the file `name`, for colours, complex numbers, bits, 128-bit
+/// numbers and unknown codes.
 StoredType stored_type(int datatype, const std::string& name);
 
-/// Sets the numbers of voxels, frames and components. Throws Error with the file's name if one is out of range.
+/// Sets the numbers of voxels along the axes, of frames and of components. Throws Error, with the file `name`, if the
+/// header has an invalid number of dimensions or of voxels along an axis.
 void set_sizes(const NiftiHeader& header, VolumeInfo& info, const std::string& name);
 
 }  // namespace simplexseg

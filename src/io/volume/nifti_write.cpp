@@ -59,7 +59,7 @@ void write_nifti(AtomicFile& file, const Volume& volume, bool compress) {
     store(280 + 16 * r + 12, float(origin[r]));
   }
   store(76, 1.f);
-  if (orthogonal(rotation)) {  // a sheared geometry gets an sform only
+  if (orthogonal(rotation)) {  // a qform cannot represent a sheared geometry
     if (rotation.determinant() < 0) {
       rotation.col(2) *= -1;
       store(76, -1.f);

@@ -49,11 +49,11 @@ StoredType type_of(const NrrdHeader& header) {
               "save it with integer or floating-point voxels");
 }
 
-/// Roles of the axes of the array: space, time, or components of one voxel.
+/// Axes of the array by role: space, time, or components of a voxel.
 struct Axes {
   std::vector<std::size_t> space;  ///< indices of the spatial axes, at most 3
   double frames = 1, components = 1;
-  double interleaved = 1;  ///< frames along axes faster than the spatial ones; 0: along an axis between them
+  double interleaved = 1;  ///< values along axes faster than the spatial ones; 0: an axis lies between spatial ones
 };
 
 Axes axes_of(const NrrdHeader& header, const std::vector<std::vector<double>>& directions) {
@@ -95,13 +95,13 @@ void warn_about_unit(VolumeInfo& info, const std::string& unit, double mm) {
     info.warnings.push_back(warning);
 }
 
-/// Adds the columns beyond the `given` ones, orthogonal to these.
+/// Computes the columns after the first `given` ones, orthogonal to all others.
 void complete_axes(std::array<Eigen::Vector3d, 3>& columns, std::size_t given) {
   if (given == 1) columns[1] = columns[0].unitOrthogonal();
   if (given < 3) columns[2] = columns[0].cross(columns[1]).normalized();
 }
 
-/// Sets origin, spacing and direction of a header whose vectors are given in a space.
+/// Sets origin, spacing and direction from a header with a space or with space directions.
 void set_geometry_in_space(const NrrdHeader& header, const Axes& axes,
                            const std::vector<std::vector<double>>& directions, VolumeInfo& info) {
   NrrdSpace space;
@@ -148,7 +148,7 @@ void set_geometry_in_space(const NrrdHeader& header, const Axes& axes,
   if (!origin.empty() && !origin[0].empty()) info.geometry.origin_mm = in_lps(origin[0]);
 }
 
-/// Sets origin and spacing of a header without a space, from the lengths along its axes.
+/// Sets origin and spacing from the fields of each axis, for a header without a space.
 void set_geometry_by_axes(const NrrdHeader& header, const Axes& axes, VolumeInfo& info) {
   const auto spacings = header.numbers("spacings"), axis_minima = header.numbers("axis mins");
   const auto units = header.words("units", header.sizes().size());
@@ -167,7 +167,7 @@ void set_geometry_by_axes(const NrrdHeader& header, const Axes& axes, VolumeInfo
   info.warnings.push_back("the header has no orientation: the patient's left and right are unknown");
 }
 
-/// Data files of a detached header; all contain the same number of voxels.
+/// Data files of a detached header: a single file, or one for each slice.
 std::vector<fs::path> files_of(const NrrdHeader& header, const fs::path& path) {
   const std::string text = header.text("data file");
   std::vector<std::string> words = words_of(text);

@@ -12,7 +12,7 @@ namespace simplexseg {
 
 namespace {
 
-/// Name of a field in its spelling with a blank; some fields may also be written without.
+/// Normalised name of a field: in lower case, with the blank that some names may lack ("datafile").
 std::string field_name(const std::string& text) {
   std::string name = lower_case(trimmed(text));
   for (const char* joined : {"data file", "line skip", "byte skip", "axis mins", "axis maxs", "block size"}) {
@@ -42,7 +42,7 @@ NrrdHeader::NrrdHeader(const std::filesystem::path& path) : path_(path) {
     }
     const std::size_t colon = line->find(':');
     if (line->starts_with('#') || colon == std::string::npos) continue;
-    // A key/value pair; its value may contain a colon.
+    // Key/value pair. Its value may contain a colon.
     if (const std::size_t at = line->find(":="); at != std::string::npos && at == colon) {
       keys_.emplace(line->substr(0, at), trimmed(line->substr(at + 2)));
       continue;

@@ -19,7 +19,7 @@ std::string prefix_of(std::size_t number) { return "Segment" + std::to_string(nu
 
 std::uint8_t byte_of(double share) { return static_cast<std::uint8_t>(std::lround(255 * std::clamp(share, 0.0, 1.0))); }
 
-/// First and last voxel along i, j and k.
+/// First and last voxel index along i, along j and along k.
 using Extent = std::array<int, 6>;
 
 std::map<int, Extent> extents_of(const Volume& labels) {

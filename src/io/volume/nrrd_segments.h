@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names and colours of segments in the header of a .seg.nrrd, as 3D Slicer writes them.
+// Names and colours of segments in the header of a .seg.nrrd file, as written by 3D Slicer:
 // https://slicer.readthedocs.io/en/latest/developer_guide/modules/segmentations.html
 #pragma once
 #include <filesystem>
@@ -16,11 +16,11 @@ class NrrdHeader;
 /// Whether the file name ends with ".seg.nrrd".
 bool is_segment_name(const std::filesystem::path& path);
 
-/// Segments named in a header; empty for a plain volume.
+/// Segments described in a header; empty for a plain volume.
 std::vector<SegmentName> segments_of(const NrrdHeader& header);
 
-/// Header lines for a label volume of integers: one segment, with its bounding box, for each of `names` and for each
-/// further label in the voxels.
+/// Header lines for a label volume of integers. They describe one segment, with its bounding box, for each of `names`
+/// and for each other label in the voxels.
 std::string segment_fields(const Volume& labels, const std::vector<SegmentName>& names);
 
 }  // namespace simplexseg

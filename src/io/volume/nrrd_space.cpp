@@ -13,7 +13,7 @@ namespace simplexseg {
 
 namespace {
 
-/// Unit vector in LPS towards a side of the patient; nullopt for an unknown word.
+/// Unit vector in LPS towards a side of the patient ("left" or "l"); nullopt for an unknown word.
 std::optional<Eigen::Vector3d> direction_to(const std::string& side) {
   constexpr std::array<const char*, 6> sides = {"left", "posterior", "superior", "right", "anterior", "inferior"};
   for (int s = 0; s < 6; ++s) {
@@ -61,7 +61,7 @@ std::optional<NrrdSpace> nrrd_space_of(const std::string& name) {
     if (!side) return std::nullopt;
     space.lps_from_space.col(a) = *side;
   }
-  if (std::abs(space.lps_from_space.determinant()) < 0.5) return std::nullopt;  // the same axis twice
+  if (std::abs(space.lps_from_space.determinant()) < 0.5) return std::nullopt;  // two sides on one axis
   return space;
 }
 

@@ -10,11 +10,11 @@ namespace simplexseg {
 /// Coordinate system of the vectors in a NRRD header.
 struct NrrdSpace {
   int dimension = 3;                                             ///< 4 if time is the last component
-  Eigen::Matrix3d lps_from_space = Eigen::Matrix3d::Identity();  ///< for the three spatial components
-  bool anatomical = true;  ///< false: relative to the scanner or undefined; the patient's left is not known
+  Eigen::Matrix3d lps_from_space = Eigen::Matrix3d::Identity();  ///< converts the three spatial components to LPS
+  bool anatomical = true;  ///< false: relative to the scanner or undefined, the patient's left is unknown
 };
 
-/// Coordinate system of a name: "left-posterior-superior", "LPS" and so on, with the axes in any order, in upper or
+/// Coordinate system with a name: "left-posterior-superior", "LPS" and so on, with the axes in any order, in upper or
 /// lower case, with or without "-time" or "T"; or "scanner-xyz", "3D-right-handed", "3D-left-handed". Returns nullopt
 /// for other names.
 std::optional<NrrdSpace> nrrd_space_of(const std::string& name);

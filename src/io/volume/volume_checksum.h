@@ -6,8 +6,9 @@ namespace simplexseg {
 
 class Volume;
 
-/// Identifies the volume of a scene: CRC-32 over grid, voxel type and voxels, then the number of bytes, for example
-/// "crc32-1c291ca3-8388608". Independent of the file format; "" for an empty volume.
+/// Checksum that identifies the volume of a scene: CRC-32 of grid, voxel type and voxels, and the size of the voxels in
+/// bytes, for example "crc32-1c291ca3-8388608"; "" for an empty volume. It does not include the name or format of the
+/// file.
 std::string checksum_of(const Volume& volume);
 
 }  // namespace simplexseg

@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Throws Error for a file compressed with gzip whose format can only be read uncompressed, or is unknown.
+/// Throws Error if a file is compressed with gzip, and names its format if that can be read when decompressed.
 void reject_compressed(const fs::path& path) {
   DecompressingReader reader(path);
   if (!reader.is_compressed()) return;
@@ -62,7 +62,7 @@ VolumeSource open(const fs::path& path, int volume, const std::string& series) {
   if (is({".gipl", ".gipl.gz"})) return open_gipl(path, volume);
   if (is_dicomdir(path)) return open_only_series(path, volume);
   if (is({".mnc", ".mnc2"})) return open_minc(path, volume);
-  // The extension is often missing or wrong: the format is detected from the first bytes.
+  // The extension is often missing or wrong, so the format is detected from the first bytes.
   if (has_dicom_preamble(path)) return open_dicom_file(path, volume);
   if (is_nifti_file(path)) return open_nifti(path, volume);
   if (is_gipl_file(path)) return open_gipl(path, volume);

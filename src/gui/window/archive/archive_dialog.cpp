@@ -169,14 +169,14 @@ void ArchiveDialog::build_results() {
   connect(tree_, &QTreeWidget::itemExpanded, this, &ArchiveDialog::list_next);
   connect(tree_, &QTreeWidget::currentItemChanged, this, &ArchiveDialog::refresh);
   connect(tree_, &QTreeWidget::itemDoubleClicked, this, [this](QTreeWidgetItem* item) {
-    if (item->parent()) activate(item);  // Qt expands a study
+    if (item->parent()) activate(item);  // a double click on a study expands it by default
   });
 }
 
 bool ArchiveDialog::eventFilter(QObject* watched, QEvent* event) {
   if (watched == tree_ && event->type() == QEvent::KeyPress) {
     const int key = static_cast<QKeyEvent*>(event)->key();
-    if (key == Qt::Key_Return || key == Qt::Key_Enter) {  // otherwise the default button would search again
+    if (key == Qt::Key_Return || key == Qt::Key_Enter) {  // without this, the default button would search again
       activate(tree_->currentItem());
       return true;
     }

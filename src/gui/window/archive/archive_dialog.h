@@ -23,7 +23,7 @@ class ArchiveDialog : public QDialog {
 
   /// Reads the list of archives from its file; reports a damaged file and leaves it unchanged.
   void read_servers();
-  /// Studies in the list.
+  /// Studies found by the last search.
   const std::vector<ArchiveStudy>& studies() const { return studies_; }
   const ArchiveTask& task() const { return *task_; }
 
@@ -47,7 +47,8 @@ class ArchiveDialog : public QDialog {
   void edit_server();
   void remove_server();
   void test_server();
-  /// Replaces the server `at` in the file, or adds one. Throws Error when the file cannot be written.
+  /// Replaces the server with index `at`, or adds a server without `at`, and writes the list to its file. Throws Error
+  /// if the file cannot be written.
   void save_server(std::optional<std::size_t> at, const ArchiveServer& server);
   void show_servers(const std::string& current);
   const ArchiveServer* server() const;
@@ -62,7 +63,7 @@ class ArchiveDialog : public QDialog {
   void fetch();
 
   std::vector<ArchiveServer> servers_;
-  QString why_no_servers_;  ///< why the list of archives cannot be read; else empty
+  QString why_no_servers_;  ///< reason why the list of archives cannot be read; empty if it can
   std::vector<ArchiveStudy> studies_;
   QTreeWidgetItem* listing_ = nullptr;  ///< study whose series are being requested
 

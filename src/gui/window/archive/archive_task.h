@@ -26,15 +26,15 @@ class ArchiveTask : public QWidget {
  public:
   using Work = std::function<void(Archive&, const ArchiveProgress&)>;
 
-  /// `job` is used by this task only and outlives it; the destructor of `job` waits for the thread. `cancel_note`:
-  /// effect of a cancellation, appended to its message.
+  /// `job` is used by this task only and must outlive it; the destructor of `job` waits for the thread. `cancel_note`:
+  /// effect of a cancellation, appended to the message "Cancelled".
   ArchiveTask(BackgroundJob& job, ArchiveOpener open, const QString& cancel_note, QWidget* parent);
   /// Cancels the running operation.
   ~ArchiveTask() override;
 
   bool busy() const;
   /// Opens the archive and calls `work` in the thread, then `done` in the main thread. `work` must not use objects of
-  /// the window; its exceptions become the message. Does nothing while busy.
+  /// the window; an exception of `work` becomes the message. Does nothing while busy.
   void start(const QString& title, const ArchiveServer& server, Work work, std::function<void()> done);
   /// Cancels the running operation and shows a message; neither `done` nor failed() follows.
   void cancel();

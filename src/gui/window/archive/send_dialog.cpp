@@ -21,10 +21,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kPictureHeight = 220;  // logical pixels
+constexpr int kPictureHeight = 220;  // largest height of the shown picture, logical pixels
 constexpr const char *kLabels = "labels.dcm", *kContours = "contours.rtstruct.dcm", *kView = "view.dcm";
 
-/// Index of the server from which the image was fetched; 0 if there is none.
+/// Index of the server from which the image was fetched; 0 if it was not fetched from any of them.
 int server_of(const fs::path& image, const std::vector<ArchiveServer>& servers) {
   const std::string series = image.filename().string();
   if (!is_dicom_uid(series)) return 0;
@@ -32,7 +32,7 @@ int server_of(const fs::path& image, const std::vector<ArchiveServer>& servers) 
     const ArchiveCache cache;
     for (std::size_t n = 0; n < servers.size(); ++n)
       if (cache.folder_of(servers[n], series) == image) return static_cast<int>(n);
-  } catch (const std::exception&) {  // no cache: nothing was fetched
+  } catch (const std::exception&) {  // without a cache, nothing was fetched
   }
   return 0;
 }
@@ -54,7 +54,7 @@ struct SendDialog::OutgoingFiles {
   Scene scene;
   VolumeGeometry geometry;
   Picture view;
-  // Readable by this user only, and removed later even if the program is killed.
+  // The folder is readable by this user only, and is removed later even if the program is killed.
   ArchiveCache cache;
   IncomingSeries place{cache, {}};
   std::map<std::string, std::string> notes;  ///< warnings of the files made so far, by file name
@@ -134,7 +134,7 @@ SendDialog::SendDialog(Workbench& workbench, const QImage& picture, std::vector<
   connect(send_, &QPushButton::clicked, this, &SendDialog::send);
   for (QCheckBox* box : {labels_, contours_, view_}) connect(box, &QCheckBox::toggled, this, &SendDialog::refresh);
   connect(task_, &ArchiveTask::changed, this, &SendDialog::refresh);
-  connect(task_, &ArchiveTask::cancelled, this, [this] { outgoing_.reset(); });  // the thread still uses it
+  connect(task_, &ArchiveTask::cancelled, this, [this] { outgoing_.reset(); });  // the old thread still uses it
   resize(std::min(theme::scaled(560), parent->width() - 24), sizeHint().height());
   refresh();
 }

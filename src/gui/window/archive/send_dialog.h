@@ -17,7 +17,7 @@ namespace simplexseg {
 class SendDialog : public QDialog {
   Q_OBJECT
  public:
-  /// `picture`: picture of the views. `job`: see ArchiveTask.
+  /// `picture`: picture of the views, to be sent. `job`: see ArchiveTask.
   SendDialog(Workbench& workbench, const QImage& picture, std::vector<ArchiveServer> servers, BackgroundJob& job,
              const ArchiveOpener& open, QWidget* parent);
 
@@ -35,7 +35,7 @@ class SendDialog : public QDialog {
   Workbench& workbench_;
   QImage picture_;
   std::vector<ArchiveServer> servers_;
-  std::shared_ptr<OutgoingFiles> outgoing_;  ///< null before the first transfer
+  std::shared_ptr<OutgoingFiles> outgoing_;  ///< null before the first transfer and after a cancellation
   QComboBox* server_;
   QCheckBox *labels_, *contours_, *view_;
   ArchiveTask* task_;

@@ -31,7 +31,7 @@
 namespace simplexseg {
 namespace {
 
-constexpr int kRefreshMs = 200;  // values that change more often are unreadable
+constexpr int kRefreshMs = 200;  // interval of updates; values that change more often are unreadable
 
 QColor colour_of(int side) {
   const Colour colour = Comparison::colour_of(side);

@@ -39,9 +39,9 @@ class CompareWindow : public QDialog {
   ViewGrid& views(int side) const { return *sides_[side].views; }
   ForcePanel& forces(int side) const { return *sides_[side].forces; }
   SimulationRows& simulation(int side) const { return *sides_[side].simulation; }
-  /// Text of the table for a side in the row with this title; empty if there is no such row.
+  /// Text of the table in the column of a side and the row with this title; empty if there is no such row.
   QString table_text(const QString& title, int side) const;
-  /// Applies the settings of a side to the mesh in the main window, as one action, and closes.
+  /// Applies the settings of a side to the mesh in the main window, as one action, and closes this window.
   void apply_settings(int side);
   /// Writes the plot as .png or .svg, or its data as .csv. Throws Error when the file cannot be written.
   void save_to(const QString& path) const;
