@@ -230,6 +230,7 @@ TEST_F(AutosaveTest, WorkOfAKilledProgramIsRestoredCompletely) {
     QProcess session;
     QProcessEnvironment variables = QProcessEnvironment::systemEnvironment();
     variables.insert(kScript, folder_.path());
+    for (const char* shard : {"GTEST_TOTAL_SHARDS", "GTEST_SHARD_INDEX"}) variables.remove(shard);
     session.setProcessEnvironment(variables);
     session.start(QCoreApplication::applicationFilePath(), {"--gtest_filter=Bindings.HelpListsEveryRow"});
     QByteArray output;

@@ -75,8 +75,8 @@ def test_invalid_arrays_are_rejected(array, words):
         ({"affine_lps": np.zeros((4, 4))}, "last row"),
         ({"affine_ras": np.eye(3)}, "4 x 4"),
         ({"affine_ras": np.diag([1, 0, 1, 1])}, "spacing"),
-        ({"affine_ras": np.eye(4), "affine_lps": np.eye(4)}, "given twice"),
-        ({"affine_ras": np.eye(4), "spacing": (1, 1, 1)}, "given twice"),
+        ({"affine_ras": np.eye(4), "affine_lps": np.eye(4)}, "defined twice"),
+        ({"affine_ras": np.eye(4), "spacing": (1, 1, 1)}, "defined twice"),
     ],
 )
 def test_invalid_geometries_are_rejected(geometry, words):
