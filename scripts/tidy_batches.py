@@ -23,6 +23,8 @@ OPTIONS = ["--quiet", "--extra-arg=-DSIMPLEXSEG_BUILT_FORCES=37u", "--extra-arg=
 
 def sources_of(unit: pathlib.Path, root: pathlib.Path) -> set[str]:
     """Sources that a translation unit consists of, relative to root: itself, or those that a batch includes."""
+    if not unit.exists():  # generated when the program is built
+        return set()
     included = re.findall(r'^#include "(/[^"]+\.cpp)"', unit.read_text(), re.M)
     return {os.path.relpath(path, root) for path in included or [unit]}
 

@@ -14,7 +14,7 @@ namespace simplexseg {
 namespace {
 
 constexpr int kRefreshIntervals[] = {1, 3, 10};
-constexpr int kMaxSteps = 2000, kBatch = 10;
+constexpr int kMaxSteps = 2000, kLiveBatch = 10;
 
 double seconds_since_epoch() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -97,10 +97,10 @@ LiveCurve LiveStudy::run(const LiveVariant& variant, double budget_s, const Engi
   };
   sample();
   const std::int64_t max_steps = study_.scene.steps > 0 ? study_.scene.steps : kMaxSteps;
-  for (std::int64_t next = kBatch; !curve.at_rest && session.total_steps() < max_steps && spent < budget_s;) {
+  for (std::int64_t next = kLiveBatch; !curve.at_rest && session.total_steps() < max_steps && spent < budget_s;) {
     poll();
     const std::int64_t steps =
-        std::min<std::int64_t>({kBatch, max_steps - session.total_steps(), next - session.total_steps()});
+        std::min<std::int64_t>({kLiveBatch, max_steps - session.total_steps(), next - session.total_steps()});
     const double start = seconds_since_epoch();
     const Advance part = session.advance_steps(static_cast<int>(steps), true);
     spent += seconds_since_epoch() - start;
@@ -112,7 +112,7 @@ LiveCurve LiveStudy::run(const LiveVariant& variant, double budget_s, const Engi
     const bool last = part.at_rest || session.total_steps() >= max_steps || spent >= budget_s;
     if (session.total_steps() < next && !last) continue;
     sample();
-    next = session.total_steps() + std::max<std::int64_t>(kBatch, session.total_steps() / 5 / kBatch * kBatch);
+    next = session.total_steps() + std::max<std::int64_t>(kLiveBatch, session.total_steps() / 5 / kLiveBatch * kLiveBatch);
   }
   return curve;
 }
