@@ -263,6 +263,7 @@ struct StepView {
   int vertex_count = 0;
   int first_vertex = 0;  ///< index of vertex 0 of this view among the vertices of all meshes
   int mesh_count = 0;
+  unsigned forces_in_use = 0;  ///< set of the forces that act on some mesh, a bit for each ForceId
   const MeshConstants* meshes = nullptr;
   NeighbourTexels neighbours;  ///< x, y, z: neighbours; w: mesh
   Texels<Vec4> previous;       ///< positions one step ago, mm

@@ -39,7 +39,6 @@ EightVertices all_kernels() {
   EightVertices all;
   register_kernel<GeometryKernel>(all), register_kernel<SumRings>(all), register_kernel<BlockMotion>(all);
   register_integration<kBuiltForces>(all);
-  if constexpr (!kEverySet) register_integration<(kBuiltForces & ~kPullingForces)>(all);
   if constexpr ((kBuiltForces & bit(EvidenceForce::id)) != 0)
     register_kernel<AverageOverNeighbours>(all), register_kernel<EvidenceTarget>(all);
   [&]<class... T>(std::tuple<T...>*) {

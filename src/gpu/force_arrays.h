@@ -209,6 +209,7 @@ class ForceArrays {
   }
 
   void fill_view(StepView& view, const StepNeeds& needs) {
+    view.forces_in_use = needs.forces;
     view.shape = shape_.texels(), view.ring_sums = ring_sums_.data();
     for (int force = 0; force < kForceCount; ++force) view.targets[force] = targets_[force].data();
     view.profiles = profiles_.data(), view.profile_stride = profile_stride_;

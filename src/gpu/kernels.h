@@ -4,6 +4,7 @@
 #pragma once
 #include "core/atomics.h"
 #include "forces/force_list.h"
+#include "gpu/forces_in_use.h"
 #include "gpu/multigrid.h"
 #include "step/step_needs.h"
 
@@ -157,11 +158,14 @@ struct IntegrateKernel {
     Vec3Of<R> sum{0, 0, 0};
     R image = 1.0f, stiffness = m.stiffness;
     each_force([&]<class F>(F) SIMPLEXSEG_INLINED {
-      if constexpr ((kMask & bit(F::id)) != 0 && Pulls<F>) pull_of<F>(v, m, i, sum, stiffness, image);
+      if constexpr ((kMask & bit(F::id)) != 0 && Pulls<F>) {
+        if (in_use<F>(v)) pull_of<F>(v, m, i, sum, stiffness, image);
+      }
     });
     const Vec3Of<R> pull = sum;
     each_force([&]<class F>(F) SIMPLEXSEG_INLINED {
       if constexpr ((kMask & bit(F::id)) != 0 && Displaces<F>) {
+        if (!in_use<F>(v)) return;
         auto add = [&](auto k) SIMPLEXSEG_INLINED {
           const auto acts = k > 0.0f;
           if (!any(acts)) return;

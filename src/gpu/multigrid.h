@@ -42,11 +42,13 @@ struct LocalStiffness {
     const MeshConstants& m = v.meshes[v.neighbours[i].w];
     float normal = 0, isotropic = m.regularisation * m.model, image = 1;
     each_force([&]<class F>(F) {
-      if constexpr ((kMask & bit(F::id)) != 0 && Pulls<F>) F::add_stiffness(v, m, i, isotropic, image);
+      if constexpr ((kMask & bit(F::id)) != 0 && Pulls<F>) {
+        if (in_use<F>(v)) F::add_stiffness(v, m, i, isotropic, image);
+      }
     });
     each_force([&]<class F>(F) {
       if constexpr ((kMask & bit(F::id)) != 0 && Displaces<F>) {
-        if (!kEverySet && !(m.forces.weight(F::id) > 0.0f)) return;  // inactive: no targets are allocated
+        if (!in_use<F>(v)) return;
         if constexpr (F::kind == ForceKind::Image) normal += m.forces.weight(F::id) * confidence_of<F>(v, i);
         if constexpr (F::kind == ForceKind::External) isotropic += m.forces.weight(F::id) * confidence_of<F>(v, i);
       }

@@ -112,7 +112,8 @@ LiveCurve LiveStudy::run(const LiveVariant& variant, double budget_s, const Engi
     const bool last = part.at_rest || session.total_steps() >= max_steps || spent >= budget_s;
     if (session.total_steps() < next && !last) continue;
     sample();
-    next = session.total_steps() + std::max<std::int64_t>(kLiveBatch, session.total_steps() / 5 / kLiveBatch * kLiveBatch);
+    next =
+        session.total_steps() + std::max<std::int64_t>(kLiveBatch, session.total_steps() / 5 / kLiveBatch * kLiveBatch);
   }
   return curve;
 }
