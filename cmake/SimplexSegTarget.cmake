@@ -107,7 +107,7 @@ endfunction()
 # --gtest_filter) run serially.
 function(simplexseg_tests name)
   cmake_parse_arguments(ARG "FAST_TO_COMPILE;OWN_HEADERS" "ALONE;SHARDS" "SOURCES;LIBRARIES" ${ARGN})
-  add_executable(${name} ${ARG_SOURCES})
+  add_executable(${name} ${ARG_SOURCES} ${CMAKE_SOURCE_DIR}/tests/locale/set_locale.cpp)
   target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} simplexseg_options GTest::gtest_main)
   if(ARG_FAST_TO_COMPILE)
     target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)

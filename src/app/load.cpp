@@ -9,10 +9,9 @@
 
 namespace simplexseg {
 
-LoadedInput load_with_progress(const std::string& path, const std::vector<std::string>& settings,
-                               const Console& console, LoadOptions::History history) {
+LoadedInput load_with_progress(const std::string& path, const LoadOptions& options, const Console& console) {
   const Progress progress(console, "reading");
-  return load_scene(path, {.settings = settings, .history = history});
+  return load_scene(path, options);
 }
 
 EngineChoice engine_for(const std::string& backend, int threads, VolumeSampling sampling) {

@@ -9,9 +9,8 @@
 
 namespace simplexseg {
 
-/// Reads a scene with load_scene() and shows progress on a terminal. `settings`: values of the --set options.
-LoadedInput load_with_progress(const std::string& path, const std::vector<std::string>& settings,
-                               const Console& console, LoadOptions::History history = LoadOptions::History::Skip);
+/// Reads a scene with load_scene() and shows progress on a terminal.
+LoadedInput load_with_progress(const std::string& path, const LoadOptions& options, const Console& console);
 /// Creates the engine of a backend: "auto", "cpu" or "cuda". `threads`: number of CPU threads, 0 for all cores;
 /// `sampling`: sampling of the volume by CUDA. Throws Failure if the backend is not available.
 EngineChoice engine_for(const std::string& backend, int threads, VolumeSampling sampling = VolumeSampling::Filtered);

@@ -8,6 +8,7 @@
 
 #include "app/metric_list.h"
 #include "app/table.h"
+#include "core/number_text.h"
 #include "image/rasterise.h"
 #include "io/platform/atomic_file.h"
 #include "io/platform/files.h"
@@ -91,7 +92,7 @@ MeshReport report_of(const MeshItem& item, const std::optional<Mask>& reference,
   return report;
 }
 
-void write_report(const std::filesystem::path& path, const RunReport& report, const Scene& scene) {
+std::string write_report(const std::filesystem::path& path, const RunReport& report, const Scene& scene) {
   Json json = {{"simplexseg_report", 1}};
   if (!report.scene_path.empty()) json["scene"] = report.scene_path;
   if (!report.voxel_type.empty()) {
@@ -120,34 +121,45 @@ void write_report(const std::filesystem::path& path, const RunReport& report, co
   json["meshes"] = Json::array();
   for (const MeshReport& mesh : report.meshes) json["meshes"].push_back(mesh_json(mesh));
   json["parameters"] = parameters_json(scene);
+  std::string replaced, text;
+  try {
+    text = json.dump(2);
+  } catch (const Json::type_error&) {
+    replaced = "a path or name is not UTF-8: the report has U+FFFD in place of its invalid bytes";
+    json["warnings"].push_back(replaced);
+    text = json.dump(2, ' ', false, Json::error_handler_t::replace);
+  }
   AtomicFile file(path);
-  write_bytes(file, json_text(path, json));
+  write_bytes(file, text + "\n");
   file.commit();
+  return replaced;
 }
 
 void print_report(std::ostream& out, const RunReport& report) {
   if (!report.voxel_type.empty()) {
     const auto& size = report.geometry.size;
     out << "volume  " << report.volume_path << ", " << size[0] << " x " << size[1] << " x " << size[2] << ", "
-        << report.voxel_type << ", loaded in " << fixed(report.load_ms / 1000, 2) << " s\n";
+        << report.voxel_type << ", loaded in " << fixed_or_dash(report.load_ms / 1000, 2) << " s\n";
   }
-  out << "run     " << report.steps << " steps in " << fixed(report.wall_ms / 1000, 2) << " s, "
-      << fixed(report.step_us(), 0) << " us per step, " << (report.at_rest ? "settled, " : "") << report.device << "\n";
+  out << "run     " << counted(report.steps, "step") << " in " << fixed_or_dash(report.wall_ms / 1000, 2) << " s, "
+      << fixed_or_dash(report.step_us(), 0) << " us per step, " << (report.at_rest ? "settled, " : "") << report.device
+      << "\n";
   const bool compared = is_compared(report);
   std::vector<std::vector<std::string>> rows{{"mesh", "vertices", "volume ml", "area cm2"}};
   if (compared) rows[0].insert(rows[0].end(), {"Dice", "HD mm", "HD95 mm", "ASSD mm", "surface Dice"});
   for (const MeshReport& mesh : report.meshes) {
-    rows.push_back({one_line(mesh.name), std::to_string(mesh.vertices), fixed(mesh.measures.volume_mm3 / 1000, 2),
-                    fixed(mesh.measures.area_mm2 / 100, 2)});
+    rows.push_back({one_line(mesh.name), std::to_string(mesh.vertices), readable(mesh.measures.volume_mm3 / 1000, 2),
+                    readable(mesh.measures.area_mm2 / 100, 2)});
     if (!mesh.agreement) continue;
     const Agreement& a = mesh.agreement->voxels;
-    rows.back().insert(rows.back().end(), {fixed(a.dice, 4), fixed(a.hd_mm, 2), fixed(a.hd95_mm, 2),
-                                           fixed(a.assd_mm, 2), fixed(mesh.agreement->surfaces.surface_dice, 4)});
+    rows.back().insert(rows.back().end(),
+                       {fixed_or_dash(a.dice, 4), readable(a.hd_mm, 2), readable(a.hd95_mm, 2), readable(a.assd_mm, 2),
+                        fixed_or_dash(mesh.agreement->surfaces.surface_dice, 4)});
   }
   if (rows.size() > 1) print_table(out, rows, 1);
   if (compared)
     out << "HD, HD95, ASSD: distances between the centres of boundary voxels; surface Dice: by area, tolerance "
-        << fixed(kDefaultToleranceMm, 0) << " mm\n";
+        << fixed_or_dash(kDefaultToleranceMm, 0) << " mm\n";
 }
 
 }  // namespace simplexseg

@@ -49,9 +49,10 @@ void describe_engine(RunReport& report, const Engine& engine, int threads);
 /// Measures a mesh and, if there is a reference, compares the mesh with it. `trace`: null if the run was not traced.
 MeshReport report_of(const MeshItem& item, const std::optional<Mask>& reference, const MeshTrace* trace);
 
-/// Writes the report as JSON, with the parameters of `scene`; infinite distances become null. Throws Error for a failed
-/// write.
-void write_report(const std::filesystem::path& path, const RunReport& report, const Scene& scene);
+/// Writes the report as JSON, with the parameters of `scene`; infinite distances become null. Replaces invalid bytes of
+/// a path or name that is not UTF-8 by U+FFFD, adds a warning to the report and returns it, else "". Throws Error for a
+/// failed write.
+std::string write_report(const std::filesystem::path& path, const RunReport& report, const Scene& scene);
 /// Prints the report as text.
 void print_report(std::ostream& out, const RunReport& report);
 

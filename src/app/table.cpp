@@ -3,8 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <ostream>
+
+#include "core/number_text.h"
 
 namespace simplexseg {
 namespace {
@@ -16,11 +17,13 @@ std::size_t width_of(const std::string& text) {
 
 }  // namespace
 
-std::string fixed(double value, int decimals) {
-  if (!std::isfinite(value)) return "-";
-  char text[400];
-  std::snprintf(text, sizeof text, "%.*f", decimals, value);
-  return text;
+std::string fixed_or_dash(double value, int decimals) {
+  return std::isfinite(value) ? fixed_text(value, decimals) : "-";
+}
+
+std::string readable(double value, int decimals) {
+  const bool is_small = value != 0 && std::abs(value) < std::pow(10.0, 1 - decimals);
+  return is_small ? general_text(value, 3) : fixed_or_dash(value, decimals);
 }
 
 void print_table(std::ostream& out, const std::vector<std::vector<std::string>>& rows, std::size_t first_right) {

@@ -7,7 +7,9 @@
 namespace simplexseg {
 
 /// Formats a number with fixed decimals; "-" if it is not finite.
-std::string fixed(double value, int decimals);
+std::string fixed_or_dash(double value, int decimals);
+/// Formats a number like fixed_or_dash(), but with three significant digits if fewer than two would remain.
+std::string readable(double value, int decimals);
 
 /// Prints rows with aligned columns; the first row contains the headings. Columns from index `first_right` on are
 /// right-aligned.

@@ -13,6 +13,7 @@
 
 #include "archive/match.h"
 #include "core/error.h"
+#include "core/number_text.h"
 #include "io/platform/files.h"
 
 namespace simplexseg {
@@ -58,9 +59,7 @@ bool is_temporary(const fs::path& folder) {
 std::string key_of(const ArchiveServer& server) {
   std::uint64_t hash = 14695981039346656037u;  // FNV-1a
   for (const unsigned char c : address_of(server)) hash = (hash ^ c) * 1099511628211u;
-  char text[20];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
-  return text;
+  return hexadecimal_text(hash, 16);
 }
 
 std::vector<CachedSeries> all_series(const fs::path& root) {

@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "core/error.h"
+#include "core/system_error.h"
 #include "io/platform/files.h"
 #include "io/platform/header_text.h"
 
@@ -26,7 +27,7 @@ Error bad_credentials(const ArchiveServer& server, const std::string& why, const
 std::string read_secret_file(const ArchiveServer& server) {
   const std::string what = "its credentials cannot be read from " + quoted(server.credentials_file);
   const int descriptor = ::open(server.credentials_file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (descriptor < 0) throw bad_credentials(server, what + ": " + std::strerror(errno), "check the path");
+  if (descriptor < 0) throw bad_credentials(server, what + ": " + system_error_text(errno), "check the path");
   // Checks the open descriptor, since the path may be replaced by another file at any time.
   struct stat status {};
   const bool known = ::fstat(descriptor, &status) == 0;

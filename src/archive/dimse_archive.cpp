@@ -27,12 +27,6 @@ constexpr std::uint64_t kMaxResponse = 100'000'000;  ///< largest size of all re
 
 constexpr DicomTag kStudy{0x0020, 0x000d}, kSeries{0x0020, 0x000e}, kInstance{0x0008, 0x0018}, kClass{0x0008, 0x0016};
 
-int count_of(const std::string& text, int otherwise) {
-  const bool is_number = !text.empty() && text.size() < 10 &&
-                         std::all_of(text.begin(), text.end(), [](unsigned char c) { return c >= '0' && c <= '9'; });
-  return is_number ? std::stoi(text) : otherwise;
-}
-
 std::vector<std::string> values_of(const std::string& text) {
   std::vector<std::string> values;
   for (std::size_t at = 0; at < text.size();) {
@@ -72,8 +66,8 @@ class DimseArchive : public Archive {
                                .date = display_date(entry[3]),
                                .description = entry[4],
                                .modalities = values_of(entry[5]),
-                               .series = count_of(entry[6], -1),
-                               .instances = count_of(entry[7], -1)});
+                               .series = count_in(entry[6], -1),
+                               .instances = count_in(entry[7], -1)});
     }
     sort_studies(found, query.max_studies);
     return found;
@@ -89,10 +83,10 @@ class DimseArchive : public Archive {
       if (!is_dicom_uid(entry[1])) continue;
       all.push_back({.study = study,
                      .uid = entry[1],
-                     .number = count_of(entry[2], 0),
+                     .number = count_in(entry[2], 0),
                      .modality = entry[3],
                      .description = entry[4],
-                     .instances = count_of(entry[5], -1)});
+                     .instances = count_in(entry[5], -1)});
     }
     if (all.empty()) throw not_found(server_, "such study");
     sort_series(all);

@@ -13,7 +13,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <exception>
 #include <mutex>
 #include <optional>
@@ -106,12 +105,6 @@ class WatchedLayer : public DcmTransportLayer {
 void silence() {
   static std::once_flag once;
   std::call_once(once, [] { OFLog::configure(OFLogger::OFF_LOG_LEVEL); });
-}
-
-std::string hexadecimal(unsigned status) {
-  char text[16];
-  std::snprintf(text, sizeof text, "%04X", status);
-  return text;
 }
 
 /// Converts to the text type of DCMTK, which is std::string or a class of DCMTK, depending on how DCMTK was built.
@@ -281,7 +274,7 @@ std::vector<DimseEntry> DimseLink::find(const std::string& level, const std::vec
   requester_->require(requester_->sendFINDRequest(id, &query, nullptr));
   const unsigned status = requester_->status;
   if (status != STATUS_Success && !DICOM_PENDING_STATUS(status))
-    throw archive_fault(requester_->server_, "the search failed (" + hexadecimal(status) + ")", "try again later");
+    throw archive_fault(requester_->server_, "the search failed (" + status_text(status) + ")", "try again later");
   return std::move(requester_->entries);
 }
 
@@ -309,9 +302,9 @@ std::string DimseLink::store(const Outgoing::Instance& instance) {
   requester_->require(requester_->sendSTORERequest(id, instance.file.c_str(), nullptr, status));
   if (status == STATUS_Success) return {};
   if (!DICOM_WARNING_STATUS(status))
-    throw archive_fault(requester_->server_, "it rejected " + name + " (" + hexadecimal(status) + ")",
+    throw archive_fault(requester_->server_, "it rejected " + name + " (" + status_text(status) + ")",
                         kAskAdministrator);
-  return "the archive stored " + name + " with a warning (" + hexadecimal(status) + ")";
+  return "the archive stored " + name + " with a warning (" + status_text(status) + ")";
 }
 
 }  // namespace simplexseg

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "archive/faults.h"
 
+#include "core/number_text.h"
 #include "io/platform/files.h"
 #include "io/platform/load_progress.h"
 
@@ -31,6 +32,17 @@ ArchiveFault too_large(const ArchiveServer& server, const std::string& what, std
 }
 ArchiveFault not_found(const ArchiveServer& server, const std::string& what) {
   return archive_fault(server, "it has no " + what, "search again; it may have been removed");
+}
+
+int count_in(const std::string& text, int otherwise) {
+  const std::optional<std::int64_t> number = parse_integer(text);
+  return number && *number >= 0 && *number < 1'000'000'000 ? static_cast<int>(*number) : otherwise;
+}
+
+std::string status_text(unsigned status) {
+  std::string text = hexadecimal_text(status, 4);
+  for (char& c : text) c = c >= 'a' ? static_cast<char>(c - 'a' + 'A') : c;
+  return text;
 }
 
 void report_progress(const ArchiveProgress& progress, const ArchiveTransfer& transfer) {

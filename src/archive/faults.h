@@ -24,6 +24,11 @@ ArchiveFault too_large(const ArchiveServer& server, const std::string& what, std
                        const std::string& what_to_do);
 ArchiveFault not_found(const ArchiveServer& server, const std::string& what);
 
+/// Returns the count in the text of an attribute; `otherwise`, unless the text is an integer from 0 to 999999999.
+int count_in(const std::string& text, int otherwise);
+/// Returns a status code with four hexadecimal digits, as in PS3.7: "A700".
+std::string status_text(unsigned status);
+
 /// Calls the progress callback, if there is one. Throws Cancelled when it returns false.
 void report_progress(const ArchiveProgress& progress, const ArchiveTransfer& transfer);
 

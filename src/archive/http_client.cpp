@@ -3,13 +3,13 @@
 
 #include <curl/curl.h>
 
-#include <cctype>
 #include <exception>
 #include <memory>
 #include <mutex>
 
 #include "archive/callback_guard.h"
 #include "archive/faults.h"
+#include "core/number_text.h"
 #include "io/platform/files.h"
 
 namespace simplexseg {
@@ -221,11 +221,12 @@ void HttpClient::require_ok(const HttpResponse& response, const std::string& wha
 std::string url_escaped(const std::string& text) {
   constexpr char kDigits[] = "0123456789ABCDEF";
   std::string escaped;
-  for (const unsigned char c : text) {
-    if ((std::isalnum(c) && c < 0x80) || c == '-' || c == '.' || c == '_' || c == '~' || c == '*')
-      escaped += static_cast<char>(c);
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (is_ascii_letter(c) || is_ascii_digit(c) || std::string_view("-._~*").find(c) != std::string_view::npos)
+      escaped += c;
     else
-      escaped.append("%").append(1, kDigits[c >> 4]).append(1, kDigits[c & 15]);
+      escaped.append("%").append(1, kDigits[byte >> 4]).append(1, kDigits[byte & 15]);
   }
   return escaped;
 }

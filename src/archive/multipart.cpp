@@ -2,9 +2,8 @@
 #include "archive/multipart.h"
 
 #include <algorithm>
-#include <cctype>
-#include <charconv>
 
+#include "core/number_text.h"
 #include "io/platform/header_text.h"
 
 namespace simplexseg {
@@ -116,11 +115,10 @@ void MultipartReader::parse_headers(const std::string& headers) {
   content_length_.reset();
   length_ = 0;
   const std::string lower = lower_case(headers), key = "\r\ncontent-length:";
-  if (std::size_t at = lower.find(key); at != std::string::npos) {
-    at = lower.find_first_not_of(" \t", at + key.size());
-    std::uint64_t value = 0;
-    const char* const begin = lower.data() + std::min(at, lower.size());
-    if (std::from_chars(begin, lower.data() + lower.size(), value).ec == std::errc()) content_length_ = value;
+  if (const std::size_t at = lower.find(key); at != std::string::npos) {
+    const std::size_t begin = at + key.size(), end = std::min(lower.find("\r\n", begin), lower.size());
+    const auto length = parse_integer(std::string_view(lower).substr(begin, end - begin));
+    if (length && *length >= 0) content_length_ = static_cast<std::uint64_t>(*length);
   }
   in_part_ = true;
   part_.begin();

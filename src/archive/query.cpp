@@ -2,10 +2,10 @@
 #include "archive/query.h"
 
 #include <algorithm>
-#include <cctype>
 
 #include "archive/match.h"
 #include "core/error.h"
+#include "core/number_text.h"
 #include "io/platform/files.h"
 
 namespace simplexseg {
@@ -15,8 +15,11 @@ namespace {
 std::string day_of(const std::string& text) {
   if (text.size() != 10 || text[4] != '-' || text[7] != '-') return {};
   const std::string day = text.substr(0, 4) + text.substr(5, 2) + text.substr(8, 2);
-  if (!std::all_of(day.begin(), day.end(), [](unsigned char c) { return std::isdigit(c) != 0; })) return {};
-  const int year = std::stoi(day.substr(0, 4)), month = std::stoi(day.substr(4, 2)), date = std::stoi(day.substr(6));
+  if (!std::all_of(day.begin(), day.end(), is_ascii_digit)) return {};
+  const auto part = [&day](std::size_t at, std::size_t size) {
+    return static_cast<int>(*parse_integer(std::string_view(day).substr(at, size)));
+  };
+  const int year = part(0, 4), month = part(4, 2), date = part(6, 2);
   constexpr int kDays[] = {31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31};
   if (month < 1 || month > 12) return {};
   const bool leap = (year % 4 == 0 && year % 100 != 0) || year % 400 == 0;
@@ -44,7 +47,7 @@ std::string dicom_date_range(const std::string& date) {
 bool is_dicom_uid(const std::string& text) {
   return !text.empty() && text.size() <= 64 && text.front() != '.' && text.back() != '.' &&
          text.find("..") == std::string::npos &&
-         std::all_of(text.begin(), text.end(), [](unsigned char c) { return c == '.' || std::isdigit(c) != 0; });
+         std::all_of(text.begin(), text.end(), [](char c) { return c == '.' || is_ascii_digit(c); });
 }
 
 void require_query(const ArchiveQuery& query) {

@@ -2,13 +2,13 @@
 #include "archive/server.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdlib>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "core/error.h"
+#include "core/number_text.h"
 #include "io/platform/atomic_file.h"
 #include "io/platform/files.h"
 #include "io/scene/json_input.h"
@@ -33,8 +33,9 @@ bool is_title(const std::string& text) {
 }
 
 bool is_host(const std::string& text) {
-  return is_plain(text, 253) && std::all_of(text.begin(), text.end(), [](unsigned char c) {
-           return std::isalnum(c) || c == '.' || c == '-' || c == '_' || c == ':' || c == '[' || c == ']';
+  return is_plain(text, 253) && std::all_of(text.begin(), text.end(), [](char c) {
+           return is_ascii_letter(c) || is_ascii_digit(c) ||
+                  std::string_view(".-_:[]").find(c) != std::string_view::npos;
          });
 }
 
@@ -143,12 +144,12 @@ ArchiveServer archive_server_at(const std::string& address) {
     const std::size_t at = address.find('@'), colon = address.rfind(':');
     const std::string digits = colon == std::string::npos ? "" : address.substr(colon + 1);
     if (at == std::string::npos || colon == std::string::npos || colon < at || digits.empty() || digits.size() > 5 ||
-        !std::all_of(digits.begin(), digits.end(), [](unsigned char c) { return std::isdigit(c) != 0; }))
+        !std::all_of(digits.begin(), digits.end(), is_ascii_digit))
       throw Error("the archive " + one_line(address), "it is not an address", "use https://... or TITLE@host:port");
     server.protocol = ArchiveProtocol::Dimse;
     server.called_title = address.substr(0, at);
     server.host = address.substr(at + 1, colon - at - 1);
-    server.port = std::stoi(digits);
+    server.port = static_cast<int>(*parse_integer(digits));
   }
   server.name = address_of(server);
   require_archive_server(server);

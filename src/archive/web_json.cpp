@@ -2,7 +2,6 @@
 #include "archive/web_json.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "archive/faults.h"
@@ -67,12 +66,7 @@ std::string uid_of(const PlainJson& entry, const char* tag) {
 }
 
 int count_of(const PlainJson& entry, const char* tag, int otherwise) {
-  const std::string text = text_of(entry, tag);
-  int value = 0;
-  char rest = 0;
-  return !text.empty() && text.size() < 10 && std::sscanf(text.c_str(), "%d%c", &value, &rest) == 1 && value >= 0
-             ? value
-             : otherwise;
+  return count_in(text_of(entry, tag), otherwise);
 }
 
 /// JSON list in a response. Some archives send an empty text for an empty list.
@@ -138,9 +132,7 @@ StoreResponse store_response_of_json(const std::string& text) {
   if (const PlainJson* const failed = values_of(json, "00081198")) {
     response.rejected = static_cast<int>(failed->size());
     const int reason = count_of(failed->front(), "00081197", 0);
-    char hexadecimal[16];
-    std::snprintf(hexadecimal, sizeof hexadecimal, "%04X", static_cast<unsigned>(reason));
-    if (reason > 0) response.reason = hexadecimal;
+    if (reason > 0) response.reason = status_text(static_cast<unsigned>(reason));
   }
   if (const PlainJson* const stored = values_of(json, "00081199")) {
     const int reason = count_of(stored->front(), "00081196", 0);

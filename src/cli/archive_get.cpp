@@ -8,7 +8,9 @@
 #include <ostream>
 
 #include "cli/archive.h"
+#include "core/system_error.h"
 #include "io/platform/files.h"
+#include "io/platform/output_checks.h"
 
 namespace simplexseg {
 namespace {
@@ -31,23 +33,32 @@ void copy_series(const fs::path& from, const fs::path& to) {
   std::error_code failure;
   fs::create_directories(parent, failure);
   if (!::mkdtemp(partial.data()))
-    throw Failure("cannot write " + quoted(to) + ": " + std::strerror(errno) + "; choose another folder");
+    throw Failure("cannot write " + quoted(to) + ": " + system_error_text(errno) + "; choose another folder");
   fs::copy(from, partial, failure);
   if (!failure) fs::permissions(partial, fs::status(parent).permissions(), failure);
   if (!failure) fs::rename(partial, to, failure);
   if (!failure) return;
-  const std::string why = failure.message();
+  const std::string why = system_error_text(failure);
   fs::remove_all(partial, failure);
   throw Failure("cannot write " + quoted(to) + ": " + why + "; choose another folder");
 }
 
+void check_output(const ArchiveGetOptions& options) {
+  if (options.out.empty()) return;
+  std::error_code ignored;
+  if (fs::exists(options.out, ignored))
+    throw Error("cannot write " + quoted(options.out), "the folder exists already", "choose a new folder");
+  require_writable_folder(options.out);
+  if (options.series.size() > 1)
+    throw Error("--out", std::to_string(options.series.size()) + " series are named, but --out accepts only one",
+                "name one series");
+}
+
 void get(const ArchiveGetOptions& options, const Console& console) {
+  check_output(options);
   const std::unique_ptr<Archive> archive = open_archive(server_of(options.archive));
   const ArchiveCache cache(options.cache.empty() ? ArchiveCache::archive_cache_folder() : fs::path(options.cache),
                            static_cast<std::uint64_t>(options.limit_gb * 1e9));
-  std::error_code ignored;
-  if (!options.out.empty() && fs::exists(options.out, ignored))
-    throw Error("cannot write " + quoted(options.out), "the folder exists already", "choose a new folder");
   Json json = {{"series", Json::array()}};
   std::vector<std::string> series_uids = options.series;
   if (series_uids.empty()) {
@@ -82,7 +93,7 @@ void add_archive_get(const Subcommand& app, Action& action) {
   const auto options = std::make_shared<ArchiveGetOptions>();
   sub.add_option("STUDY", options->study, "UID of the study").required();
   sub.add_option("SERIES", options->series, "UIDs of series; default: all series of the study").expected(0, 1000);
-  sub.add_option("--out", options->out, "New folder for a copy of the series");
+  sub.add_option("--out", options->out, "New folder for a copy of the series").not_empty();
   sub.add_option("--cache", options->cache, "Folder of the cache; default: simplexseg/archive in ~/.cache");
   sub.add_option("--cache-limit", options->limit_gb,
                  "Size limit of the cache, GB; the least recently used series are deleted first")

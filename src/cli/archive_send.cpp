@@ -4,6 +4,7 @@
 #include <ostream>
 
 #include "cli/archive.h"
+#include "core/number_text.h"
 #include "io/platform/files.h"
 
 namespace simplexseg {
@@ -26,7 +27,7 @@ void send(const ArchiveSendOptions& options, const Console& console) {
     return;
   }
   for (const std::string& warning : sent.warnings) console.err << "warning: " << one_line(warning) << "\n";
-  console.out << "sent " << sent.stored << (sent.stored == 1 ? " file\n" : " files\n");
+  console.out << "sent " << counted(sent.stored, "file") << "\n";
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "cli/commands.h"
 #include "cli/slicer_description.h"
+#include "core/c_locale.h"
 #include "core/error.h"
 #include "io/platform/files.h"
 #include "io/scene/parameter_text.h"
@@ -78,6 +79,7 @@ int run_cli(int argc, const char* const* argv, std::ostream& out, std::ostream& 
                          "Print the description of segment for 3D Slicer (Slicer Execution Model) and exit");
   const std::vector<const char*> arguments = with_subcommand(app, argc, argv);
   try {
+    const CLocale c_locale;  // CLI11 parses numbers with strtold
     app.parse(static_cast<int>(arguments.size()), arguments.data());
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error, out, err);

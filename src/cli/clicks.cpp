@@ -18,14 +18,19 @@
 #include "cli/mesh_subject.h"
 #include "cli/study.h"
 #include "core/error.h"
+#include "core/number_text.h"
 #include "core/thread_pool.h"
 #include "evidence/evidence_field.h"
 #include "evidence/prior_network.h"
 #include "evidence/robot_user.h"
+#include "io/labels/label_file.h"
 #include "io/platform/files.h"
+#include "io/platform/output_checks.h"
 #include "io/scene/parameter_text.h"
 #include "io/scene/point_text.h"
+#include "io/scene/set_by_path.h"
 #include "io/volume/volume_io.h"
+#include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {
@@ -87,6 +92,37 @@ void check_robot_options(const ClicksOptions& options) {
   if (options.robot == "none" && !(options.without.empty() && options.network.empty()))
     throw Error(options.without.empty() ? "--network" : "--without",
                 "the robot 'none' corrects a mesh that has no field", "omit this option, or choose --robot mesh");
+}
+
+/// Throws Error for outputs that cannot be written.
+void check_outputs(const ClicksOptions& options) {
+  OutputChecks checks({options.image, options.labels, options.network});
+  for (const std::string& output : {options.json, options.csv})
+    if (!output.empty()) checks.require_file(output);
+  if (!options.pictures.empty()) checks.require_folder(options.pictures);
+}
+
+/// Throws Error for an invalid parameter of the mesh.
+void check_settings(const ClicksOptions& options) {
+  Scene scene;
+  scene.simulation = default_simulation_parameters();
+  for (const std::string& setting : options.settings_of_mesh) set_by_path(scene, setting);
+}
+
+/// Truth of a label, on the grid of the image. Throws Error for another grid or a label without voxels.
+Mask truth_of(LabelFile& labels, const std::optional<double>& label, const VolumeGeometry& grid,
+              const ClicksOptions& options) {
+  const LoadedLabels& loaded = labels.labels({.label = label});
+  if (!grid.same_grid(loaded.volume.geometry()))
+    throw Error("cannot use " + quoted(options.labels) + " as the truth for " + quoted(options.image),
+                "their grids (size, spacing, origin or direction) differ", "resample one onto the grid of the other");
+  Mask truth = mask_of(loaded.volume, label);
+  if (std::find(truth.voxels.begin(), truth.voxels.end(), 1) == truth.voxels.end())
+    throw Error("cannot use " + quoted(options.labels) + " as the truth",
+                label ? "no voxel has the label " + exact_text(*label) : "all voxels are 0",
+                "give a label that occurs");
+  truth.geometry = grid;  // the grids are equal up to rounding
+  return truth;
 }
 
 /// Evidence field without a mesh.
@@ -152,7 +188,7 @@ Json case_json(const Case& at) {
   }
   for (const double level : kLevels) {
     const std::optional<int> needed = clicks_to(at, level);
-    levels[fixed(level, 2)] = needed ? Json(*needed) : Json(nullptr);
+    levels[fixed_or_dash(level, 2)] = needed ? Json(*needed) : Json(nullptr);
   }
   return {{"label", at.name}, {"clicks_to", levels}, {"clicks", clicks}};
 }
@@ -179,13 +215,13 @@ std::string csv_text(const std::vector<Case>& cases) {
       for (const double x :
            {click.mark.position_mm.x(), click.mark.position_mm.y(), click.mark.position_mm.z(), click.mark.radius_mm,
             click.agreement.dice, click.agreement.hd95_mm, click.agreement.assd_mm, click.seconds})
-        text.append(",").append(fixed(x, 4));
+        text.append(",").append(fixed_or_dash(x, 4));
       text += at.field[c].leaks ? ",1" : ",0";
       for (const double x : {at.field[c].dice, at.field[c].dice_with_result})
-        text.append(",").append(std::isfinite(x) ? fixed(x, 4) : "");
+        text.append(",").append(std::isfinite(x) ? fixed_or_dash(x, 4) : "");
       text.append(",").append(std::to_string(at.field[c].folded)).append(",");
       const double expected = at.field[c].expected_dice;
-      text.append(std::isfinite(expected) ? fixed(expected, 4) : "").append("\n");
+      text.append(std::isfinite(expected) ? fixed_or_dash(expected, 4) : "").append("\n");
     }
   }
   for (const auto& [key, definition] : definitions())
@@ -195,23 +231,23 @@ std::string csv_text(const std::vector<Case>& cases) {
 
 void print_cases(std::ostream& out, const std::vector<Case>& cases) {
   std::vector<std::vector<std::string>> rows{{"label", "seed", "3", "5", "10", "last"}};
-  for (const double level : kLevels) rows[0].push_back(std::string("to ").append(fixed(level, 2)));
+  for (const double level : kLevels) rows[0].push_back(std::string("to ").append(fixed_or_dash(level, 2)));
   rows[0].insert(rows[0].end(), {"HD95 mm", "ASSD mm", "s per click"});
   for (const Case& at : cases) {
     const std::size_t last = at.clicks.size() - 1;
     std::vector<std::string>& row = rows.emplace_back();
     row.push_back(at.name);
     for (const std::size_t c : {std::size_t(0), std::size_t(3), std::size_t(5), std::size_t(10), last})
-      row.push_back(fixed(at.clicks[std::min(c, last)].agreement.dice, 3));
+      row.push_back(fixed_or_dash(at.clicks[std::min(c, last)].agreement.dice, 3));
     for (const double level : kLevels) {
       const std::optional<int> needed = clicks_to(at, level);
       row.push_back(needed ? std::to_string(*needed) : "-");
     }
     double seconds = 0;
     for (const RobotClick& click : at.clicks) seconds += click.seconds;
-    row.push_back(fixed(at.clicks.back().agreement.hd95_mm, 2));
-    row.push_back(fixed(at.clicks.back().agreement.assd_mm, 2));
-    row.push_back(fixed(seconds / static_cast<double>(at.clicks.size()), 2));
+    row.push_back(fixed_or_dash(at.clicks.back().agreement.hd95_mm, 2));
+    row.push_back(fixed_or_dash(at.clicks.back().agreement.assd_mm, 2));
+    row.push_back(fixed_or_dash(seconds / static_cast<double>(at.clicks.size()), 2));
   }
   print_table(out, rows, 1);
   out << "\nDice: " << metric_of("dice").definition << "\nHD95: " << metric_of("hd95_mm").definition
@@ -220,23 +256,24 @@ void print_cases(std::ostream& out, const std::vector<Case>& cases) {
 
 void clicks(const ClicksOptions& options, const Console& console) {
   check_robot_options(options);
+  check_settings(options);
+  check_outputs(options);
   EvidenceSettings settings = settings_without(options.without);
   PriorNetworks networks;
   if (!options.network.empty()) {
     networks = PriorNetworks::parse(read_bytes(options.network));
     settings.networks = &networks;
   }
-  const Volume image = read_volume(options.image), labels = read_volume(options.labels);
-  if (!image.geometry().same_grid(labels.geometry())) {
-    throw Error("cannot use " + quoted(options.labels) + " as the truth for " + quoted(options.image),
-                "their grids (size, spacing, origin or direction) differ", "resample one onto the grid of the other");
-  }
+  const Volume image = read_volume(options.image);
   const int threads =
       options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   ThreadPool pool(threads);
   const RunJobs run = [&pool](int jobs, const std::function<void(int)>& job) { pool.run(jobs, job); };
   std::vector<std::optional<double>> label_values(options.label.begin(), options.label.end());
   if (label_values.empty()) label_values.push_back(std::nullopt);
+  LabelFile labels(options.labels);
+  for (const std::optional<double>& label : label_values) truth_of(labels, label, image.geometry(), options);
+  print_warnings(labels.labels({.label = label_values.back()}).warnings, console);
   RobotSettings robot = options.settings;
   if (options.robot == "mixed") robot.hand = RobotHand::Mixed;
   if (options.robot == "grab") robot.hand = RobotHand::Grabs;
@@ -247,8 +284,7 @@ void clicks(const ClicksOptions& options, const Console& console) {
     Progress progress(console, "clicking");
     const double all = static_cast<double>(label_values.size()) * (options.settings.most_clicks + 1);
     for (const std::optional<double>& label : label_values) {
-      Mask truth = mask_of(labels, label);
-      truth.geometry = image.geometry();  // the grids are equal up to rounding
+      const Mask truth = truth_of(labels, label, image.geometry(), options);
       const Mask part = largest_part(truth);
       Case& at = cases.emplace_back();
       at.name = label ? number_to_text(static_cast<float>(*label)) : "all";
@@ -271,7 +307,7 @@ void clicks(const ClicksOptions& options, const Console& console) {
       if (!options.pictures.empty()) {
         std::vector<Mark> marks;
         for (const RobotClick& click : at.clicks) marks.push_back(click.mark);
-        std::filesystem::create_directories(options.pictures);
+        make_folder(options.pictures);
         const std::string stem = std::filesystem::path(options.image).stem().stem().string();
         write_picture(std::filesystem::path(options.pictures) / (stem + "-" + at.name + ".png"),
                       draw_clicks(image, part, result, subject->field_object(), marks));
@@ -293,7 +329,7 @@ void clicks(const ClicksOptions& options, const Console& console) {
                  {"cases", Json::array()}};
     for (const auto& [key, definition] : definitions()) json["metric_definitions"][key] = definition;
     for (const Case& at : cases) json["cases"].push_back(case_json(at));
-    write_text(options.json, json.dump(2) + "\n");
+    write_text(options.json, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
   }
   print_cases(console.out, cases);
 }
@@ -339,12 +375,14 @@ void add_clicks(const Subcommand& app, Action& action) {
                  "--robot mark")
       .one_value_each();
   sub.add_option(
-      "--network", options->network,
-      "File with the networks of the prior, written by scripts/learn_prior, instead of the built-in ones; not with "
-      "--robot none");
-  sub.add_option("--json", options->json, "Output file (JSON) with all clicks");
-  sub.add_option("--csv", options->csv, "Output file (CSV) with all clicks");
-  sub.add_option("--pictures", options->pictures, "Output folder for a picture of each object after the last click");
+         "--network", options->network,
+         "File with the networks of the prior, written by scripts/learn_prior, instead of the built-in ones; not with "
+         "--robot none")
+      .not_empty();
+  sub.add_option("--json", options->json, "Output file (JSON) with all clicks").not_empty();
+  sub.add_option("--csv", options->csv, "Output file (CSV) with all clicks").not_empty();
+  sub.add_option("--pictures", options->pictures, "Output folder for a picture of each object after the last click")
+      .not_empty();
   sub.add_option("--backend", options->backend, "Processor for fields and meshes")
       .one_of({"cpu", "cuda"})
       .show_default();

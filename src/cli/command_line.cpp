@@ -4,6 +4,9 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <optional>
+#include <type_traits>
+
+#include "core/number_text.h"
 
 namespace simplexseg {
 
@@ -12,6 +15,12 @@ Option Option::expected(int minimum, int maximum) const { return Option(option_-
 Option Option::one_value_each() const { return Option(option_->allow_extra_args(false)); }
 Option Option::one_of(std::initializer_list<const char*> values) const {
   return Option(option_->check(CLI::IsMember(std::vector<std::string>(values.begin(), values.end()))));
+}
+Option Option::not_empty() const {
+  const auto message = [](const std::string& value) {
+    return value.empty() ? std::string("the value is empty; name a file or folder, or omit it") : std::string();
+  };
+  return Option(option_->check(message, ""));
 }
 Option Option::within(int minimum, int maximum) const { return Option(option_->check(CLI::Range(minimum, maximum))); }
 Option Option::within(double minimum, double maximum) const {
@@ -27,7 +36,14 @@ void Subcommand::require_subcommand() const { app_->require_subcommand(1); }
 
 template <class T>
 Option Subcommand::add_option(const std::string& name, T& value, const std::string& doc) const {
-  return Option(app_->add_option(name, value, doc));
+  CLI::Option* const option = app_->add_option(name, value, doc);
+  if constexpr (std::is_same_v<T, int> || std::is_same_v<T, std::optional<int>> || std::is_same_v<T, std::uint64_t>) {
+    option->transform([](const std::string& text) {  // CLI11 reads numbers with a leading 0 as octal
+      const std::optional<std::int64_t> number = parse_integer(text);
+      return number ? std::to_string(*number) : text;
+    });
+  }
+  return Option(option);
 }
 template Option Subcommand::add_option(const std::string&, std::string&, const std::string&) const;
 template Option Subcommand::add_option(const std::string&, std::vector<std::string>&, const std::string&) const;

@@ -23,6 +23,8 @@ class Option {
   /// Makes a list option take one value per use, so that positional arguments may follow it.
   Option one_value_each() const;
   Option one_of(std::initializer_list<const char*> values) const;
+  /// Refuses an empty text, for example from an unset variable of a script.
+  Option not_empty() const;
   Option within(int minimum, int maximum) const;
   Option within(double minimum, double maximum) const;
   Option excludes(Option other) const;

@@ -5,6 +5,7 @@
 
 #include "app/progress.h"
 #include "cli/commands.h"
+#include "core/number_text.h"
 #include "io/platform/files.h"
 #include "io/volume/volume_io.h"
 
@@ -20,9 +21,7 @@ struct InfoOptions {
 nlohmann::ordered_json json_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 std::string text_of(const Eigen::Vector3d& v) {
-  char text[200];
-  std::snprintf(text, sizeof text, "%.6g, %.6g, %.6g", v.x() + 0.0, v.y() + 0.0, v.z() + 0.0);
-  return text;
+  return general_text(v.x() + 0.0, 6) + ", " + general_text(v.y() + 0.0, 6) + ", " + general_text(v.z() + 0.0, 6);
 }
 
 void info(const InfoOptions& options, const Console& console) {

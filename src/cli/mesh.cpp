@@ -6,13 +6,14 @@
 #include "app/load.h"
 #include "app/progress.h"
 #include "cli/commands.h"
+#include "cli/label_option.h"
+#include "core/number_text.h"
 #include "image/label_surface.h"
 #include "io/labels/label_mesh.h"
 #include "io/labels/labels_io.h"
 #include "io/mesh/mesh_io.h"
-#include "io/platform/atomic_file.h"
 #include "io/platform/files.h"
-#include "io/platform/header_text.h"
+#include "io/platform/output_checks.h"
 #include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
@@ -25,15 +26,14 @@ struct MeshOptions {
   std::vector<std::string> outputs;
   std::string label;
   int part = 0, vertices = 0;
+  std::optional<double> threshold;
 };
 
 void check_outputs(const MeshOptions& options) {
-  std::error_code failure;
+  OutputChecks checks({options.input});
   for (const std::string& output : options.outputs) {
     require_mesh_name(output);
-    const AtomicFile writable(output);
-    if (fs::equivalent(output, options.input, failure))
-      throw Error("cannot write " + quoted(fs::path(output)), "it is the input file", "choose another name");
+    checks.require_file(output);
   }
 }
 
@@ -44,23 +44,18 @@ std::string sizes_of(const std::vector<std::size_t>& parts) {
   return text + (parts.size() > kMaxListed ? ", ..." : "");
 }
 
-/// Returns the label of the options: a number is a value, any other text is a name.
-LabelChoice choice_of(const MeshOptions& options) {
-  LabelChoice choice{std::nullopt, options.part, {}};
-  choice.label = number_of<double>(options.label);
-  if (!choice.label) choice.name = options.label;
-  return choice;
-}
-
 SimplexMesh mesh_of_labels(const MeshOptions& options, const Console& console) {
   const fs::path path = options.input;
   const Progress progress(console, "creating the mesh");
-  LabelChoice choice = choice_of(options);
+  LabelChoice choice = label_choice(options.label);
+  choice.part = options.part, choice.threshold = options.threshold;
   const LoadedLabels loaded = load_labels(path, choice);
   print_warnings(loaded.warnings, console);
   choice.label = label_of(choice, loaded.segments, path);
   const ChosenLabel chosen = choose_label(loaded.volume, choice, quoted(path));
-  console.out << "parts     " << chosen.parts.size() << " (" << sizes_of(chosen.parts) << " voxels)";
+  const bool is_single = chosen.parts == std::vector<std::size_t>{1};
+  console.out << "parts     " << chosen.parts.size() << " (" << sizes_of(chosen.parts)
+              << (is_single ? " voxel)" : " voxels)");
   if (choice.part > 0) console.out << "; part " << choice.part << " is used";
   console.out << "\n";
   return mesh_of_mask(chosen.mask, options.vertices);
@@ -68,16 +63,18 @@ SimplexMesh mesh_of_labels(const MeshOptions& options, const Console& console) {
 
 void make_mesh(const MeshOptions& options, const Console& console) {
   check_outputs(options);
-  if (is_mesh_name(options.input) && (!options.label.empty() || options.part > 0 || options.vertices > 0))
-    throw Error("mesh " + quoted(options.input), "--label, --part and --vertices apply to label volumes only",
-                "omit these options");
+  const bool chooses_labels =
+      !options.label.empty() || options.part > 0 || options.vertices > 0 || options.threshold.has_value();
+  if (is_mesh_name(options.input) && chooses_labels)
+    throw Error("mesh " + quoted(options.input),
+                "--label, --part, --threshold and --vertices apply to label volumes only", "omit these options");
   const SimplexMesh mesh = is_mesh_name(options.input) ? read_mesh(options.input) : mesh_of_labels(options, console);
   for (const std::string& output : options.outputs) write_mesh(output, mesh);
   const Topology topology = topology_of(mesh);
   const SurfaceMeasures measures = measure(mesh);
   console.out << "vertices  " << mesh.vertex_count() << "\nsurfaces  " << topology.surfaces << ", genus "
-              << topology.genus << "\nvolume    " << measures.volume_mm3 / 1000 << " ml\nedges     "
-              << measures.mean_edge_mm << " mm on average\n";
+              << topology.genus << "\nvolume    " << volume_text(measures.volume_mm3) << "\nedges     "
+              << length_text(measures.mean_edge_mm) << " on average\n";
 }
 
 }  // namespace
@@ -91,9 +88,10 @@ void add_mesh(const Subcommand& app, Action& action) {
          "Label volume, DICOM RT structure set, or closed surface (.ply, .obj, .stl, .vtk, .vtp), which is converted "
          "to a simplex mesh")
       .required();
-  sub.add_option("OUT", options->outputs, "Output files: .ply, .obj, .stl, .vtk or .vtp").required();
+  sub.add_option("OUT", options->outputs, "Output files: .ply, .obj, .stl, .vtk or .vtp").required().not_empty();
   sub.add_option("--label", options->label,
                  "Value of the label, or its name if the file contains names; default: all voxels that are not 0");
+  sub.add_option("--threshold", options->threshold, kThresholdHelp);
   sub.add_option("--part", options->part,
                  "Number of the connected part, 1 for the largest; default: all parts in one mesh")
       .within(1, 1000000000);

@@ -6,10 +6,14 @@
 #include <optional>
 #include <ostream>
 
+#include "app/load.h"
 #include "cli/commands.h"
 #include "core/error.h"
+#include "core/number_text.h"
 #include "image/mask.h"
+#include "io/labels/labels_io.h"
 #include "io/platform/files.h"
+#include "io/platform/output_checks.h"
 #include "io/scene/parameter_text.h"
 #include "io/volume/volume_io.h"
 
@@ -40,25 +44,36 @@ void phantom(PhantomOptions options, const Console& console) {
   if (!options.type.empty()) options.settings.type = type_of(options.type);
   const bool from_labels = options.kind == kLabelImage;
   if (options.paths.size() != (from_labels ? 2u : 1u)) {
-    throw Error("phantom " + options.kind, std::to_string(options.paths.size()) + " paths are named",
+    throw Error("phantom " + options.kind, counted(options.paths.size(), "path is", "paths are") + " named",
                 from_labels ? "name LABELS and OUT" : "name OUT only");
   }
   if (!from_labels && options.label)
     throw Error("--label", "it applies to label-image only", "omit --label, or choose label-image");
+  const auto note = [&](const std::string& warning) {
+    if (!warning.empty()) print_warnings({warning}, console);
+  };
+  OutputChecks checks({from_labels ? options.paths[0] : ""});
+  for (const std::string& output : {options.paths.back(), options.labels}) {
+    if (output.empty()) continue;
+    require_volume_name(output);
+    checks.require_file(output);
+  }
   if (from_labels) {
-    const Volume labels = read_volume(options.paths[0]);
+    const LoadedLabels loaded = load_labels(options.paths[0], {.label = options.label});
+    print_warnings(loaded.warnings, console);
+    const Volume& labels = loaded.volume;
     const Volume image = image_of_label(labels, options.label, options.settings);
     if (!options.labels.empty()) {
       const Mask mask = mask_of(labels, options.label);
       Volume truth(mask.geometry, VoxelType::UInt8);
       std::copy(mask.voxels.begin(), mask.voxels.end(), truth.voxels<std::uint8_t>().begin());
-      write_labels(options.labels, truth);
+      note(write_labels(options.labels, truth));
     }
-    write_volume(options.paths[1], image);
+    note(write_volume(options.paths[1], image));
   } else {
     const Phantom made = make_phantom(options.kind, options.settings);
-    if (!options.labels.empty()) write_labels(options.labels, made.labels);
-    write_volume(options.paths[0], made.image);
+    if (!options.labels.empty()) note(write_labels(options.labels, made.labels));
+    note(write_volume(options.paths[0], made.image));
   }
   console.out << "wrote " << options.paths.back() << (options.labels.empty() ? "" : " and " + options.labels) << "\n";
 }
@@ -73,8 +88,8 @@ void add_phantom(const Subcommand& app, Action& action) {
   kinds += std::string("\n  ") + kLabelImage + ": image of a label of a label volume; arguments LABELS OUT";
   PhantomSettings& settings = options->settings;
   sub.add_option("KIND", options->kind, "Kind of phantom:" + kinds).required();
-  sub.add_option("PATH", options->paths, "OUT, or LABELS OUT for label-image").required().expected(1, 2);
-  sub.add_option("--labels", options->labels, "Output file for the truth, a label volume");
+  sub.add_option("PATH", options->paths, "OUT, or LABELS OUT for label-image").required().expected(1, 2).not_empty();
+  sub.add_option("--labels", options->labels, "Output file for the truth, a label volume").not_empty();
   sub.add_option("--label", options->label,
                  "Value of the label (label-image only); default: all voxels that are not 0");
   sub.add_option("--size", settings.size, "Voxels along each axis (not for label-image)").show_default();

@@ -8,6 +8,7 @@
 
 #include "app/load.h"
 #include "app/table.h"
+#include "core/number_text.h"
 #include "io/platform/files.h"
 #include "session/run_estimate.h"
 #include "session/session.h"
@@ -59,7 +60,7 @@ void print_plan(LoadedInput loaded, int steps, bool json, const Console& console
   print_table(console.out, rows, rows[0].size());
   console.out << "engine: " << format_bytes(static_cast<double>(plan.bytes_allocated())) << " of memory\n"
               << "run: about " << format_bytes(static_cast<double>(run.process_bytes)) << " of memory and "
-              << fixed(run.seconds, run.seconds < 10 ? 1 : 0) << " s for " << run.steps << " steps; "
+              << fixed_or_dash(run.seconds, run.seconds < 10 ? 1 : 0) << " s for " << counted(run.steps, "step") << "; "
               << RunEstimate::kSource << "\n";
   if (device)
     console.out << device->name << ": " << format_bytes(static_cast<double>(device->bytes_free)) << " free; the scene "

@@ -36,10 +36,11 @@ void add_run(const Subcommand& app, Action& action) {
                  "Scene files (docs/scene-format.md). With several scenes, {name} in an output name is replaced by the "
                  "name of the scene")
       .required();
-  sub.add_option("--labels", options->run.labels, kLabelsHelp);
+  sub.add_option("--labels", options->run.labels, kLabelsHelp).not_empty();
   const StepOptions steps = add_run_options(sub, options->run);
   sub.add_option("--at-once", options->at_once, "Number of scenes that run in parallel").within(1, 256).show_default();
   sub.add_option("--replay", options->replay, "Log of commands to replay on the scene, instead of its steps")
+      .not_empty()
       .excludes(steps.steps)
       .excludes(steps.until_rest);
   sub.callback([options, &action] { action = [options](const Console& console) { run(*options, console); }; });

@@ -10,7 +10,8 @@
 #include "app/simulate.h"
 #include "app/slice_picture.h"
 #include "core/error.h"
-#include "io/platform/atomic_file.h"
+#include "core/number_text.h"
+#include "io/platform/data_path.h"
 #include "io/platform/files.h"
 #include "io/scene/references.h"
 #include "io/scene/scene_export.h"
@@ -23,33 +24,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Throws Error if an output cannot be written. Called before the run.
-void check_outputs(const RunOptions& options, const RunInput& input) {
-  std::error_code failure;
-  for (const std::string& output : {options.labels, options.report, options.picture, options.save}) {
-    if (output.empty()) continue;
-    const AtomicFile writable(output);
-    std::vector<fs::path> inputs = input.read_from;
-    inputs.push_back(input.loaded.volume_path);
-    for (const fs::path& input_file : inputs) {
-      if (!input_file.empty() && fs::equivalent(output, input_file, failure)) {
-        throw Error("cannot write " + quoted(fs::path(output)), "the run reads this file", "choose another name");
-      }
+/// Files that the scene refers to; missing files are omitted.
+std::vector<fs::path> inputs_of(const SceneFile& file, const fs::path& folder) {
+  std::vector<fs::path> inputs{file.volume};
+  const auto add = [&](const std::string& path) {
+    try {
+      inputs.push_back(find_data(path, folder));
+    } catch (const Error&) {  // reported when the file is read
     }
+  };
+  for (const MeshItem& item : file.scene.meshes) {
+    if (item.start) add(item.start->path);
+    if (item.reference) add(item.reference->labels);
   }
-  if (!options.picture.empty()) require_view_name(options.picture, input.loaded.scene);
-  if (!options.labels.empty()) require_labels_name(options.labels, input.loaded.scene);
-  if (!options.save.empty() && fs::path(options.save).extension() != ".json") {
-    throw Error("cannot write " + quoted(fs::path(options.save)), "the name of a scene ends in .json",
-                "rename it to NAME.json");
-  }
-  if (!options.meshes.empty()) {
-    fs::create_directories(options.meshes, failure);
-    if (!fs::is_directory(options.meshes)) {
-      throw Error("cannot create the folder " + quoted(fs::path(options.meshes)),
-                  failure ? failure.message() : "a file has this name", "choose another name");
-    }
-  }
+  return inputs;
 }
 
 void write_outputs(const RunOptions& options, const Session& session, RunReport& report, bool low_is_bright,
@@ -59,11 +47,16 @@ void write_outputs(const RunOptions& options, const Session& session, RunReport&
     const std::string note = save_labels(options.labels, scene, session.volume().geometry());
     if (!note.empty()) console.err << "note: " << note << "\n";
   }
-  if (!options.meshes.empty()) save_meshes(options.meshes, scene, "." + options.mesh_format);
+  if (!options.meshes.empty()) {
+    make_folder(options.meshes);
+    save_meshes(options.meshes, scene, "." + options.mesh_format);
+  }
   if (!options.save.empty()) write_scene(options.save, scene, session.history());
   if (!options.picture.empty())
     save_view(options.picture, draw_slices(session.volume(), scene, low_is_bright, options.picture_size), scene);
-  if (!options.report.empty()) write_report(options.report, report, scene);
+  if (options.report.empty()) return;
+  const std::string note = write_report(options.report, report, scene);
+  if (!note.empty()) console.err << "note: " << note << "\n";
 }
 
 VolumeSampling sampling_named(const std::string& name) {
@@ -74,16 +67,38 @@ VolumeSampling sampling_named(const std::string& name) {
 
 }  // namespace
 
-void run_scene(RunInput input, const RunOptions& options, const Console& console) {
-  if (options.backend == "cuda" && options.threads > 0) {
+void check_outputs(const RunOptions& options, OutputChecks& checks) {
+  if (options.backend == "cuda" && options.threads > 0)
     throw Error("--threads", "it applies to the CPU, not to --backend cuda", "omit one of the two");
-  }
-  LoadedInput& loaded = input.loaded;
-  if (loaded.volume.empty() && !options.labels.empty()) {
+  if (!options.labels.empty()) require_labels_name(options.labels);
+  if (!options.picture.empty()) require_view_name(options.picture);
+  if (!options.save.empty()) require_scene_name(options.save);
+  for (const std::string& output : {options.labels, options.report, options.picture, options.save})
+    if (!output.empty()) checks.require_file(output);
+  if (!options.meshes.empty()) checks.require_folder(options.meshes);
+}
+
+void check_outputs(const RunOptions& options, const SceneFile& file, const fs::path& folder,
+                   const std::vector<fs::path>& read_from) {
+  std::vector<fs::path> inputs = inputs_of(file, folder);
+  inputs.insert(inputs.end(), read_from.begin(), read_from.end());
+  OutputChecks checks(std::move(inputs));
+  check_outputs(options, checks);
+  if (file.volume.empty() && !options.labels.empty()) {
     throw Error("--labels", "the scene has no volume, so the grid of the labels is unknown",
                 "add 'volume' to the scene");
   }
-  check_outputs(options, input);
+  if (!options.labels.empty()) require_labels_name(options.labels, file.scene);
+  if (!options.picture.empty()) require_view_name(options.picture, file.scene);
+  if (!options.save.empty()) require_scene_name(options.save, file.scene);
+  std::error_code failure;
+  if (options.meshes.empty() || !fs::is_directory(options.meshes, failure)) return;
+  for (const std::string& name : mesh_file_names(file.scene, "." + options.mesh_format))
+    checks.require_file(fs::path(options.meshes) / name);
+}
+
+void run_scene(RunInput input, const RunOptions& options, const Console& console) {
+  LoadedInput& loaded = input.loaded;
   const References references = std::move(loaded.references);
   Interrupt::check();
 
@@ -138,10 +153,10 @@ void run_scene(RunInput input, const RunOptions& options, const Console& console
     write_outputs(options, session, report, loaded.low_is_bright, console);
   });
   print_report(console.out, report);
-  if (report.failure) throw Failure("after " + std::to_string(report.steps) + " steps: " + *report.failure);
+  if (report.failure) throw Failure("after " + counted(report.steps, "step") + ": " + *report.failure);
   if (until_rest && !input.log && !report.at_rest) {
-    console.err << "note: not settled after " << report.steps
-                << " steps; set --steps, or raise simulation.rest_tolerance\n";
+    console.err << "note: not settled after " << counted(report.steps, "step")
+                << "; set --steps, or raise simulation.rest_tolerance\n";
   }
 }
 
@@ -166,16 +181,19 @@ StepOptions add_run_options(const Subcommand& sub, RunOptions& options) {
                  "Set a parameter: simulation.PARAMETER=VALUE, forces.FORCE.PARAMETER=VALUE or "
                  "meshes.NAME.FORCE.PARAMETER=VALUE; see simplexseg-cli parameters")
       .one_value_each();
-  sub.add_option("--meshes", options.meshes, "Output folder for the meshes: NAME.ply, or another --mesh-format");
+  sub.add_option("--meshes", options.meshes, "Output folder for the meshes: NAME.ply, or another --mesh-format")
+      .not_empty();
   sub.add_option("--mesh-format", options.mesh_format, "Format of the files of --meshes; ply is lossless")
       .one_of({"ply", "obj", "stl", "vtk", "vtp"})
       .show_default();
   sub.add_option("--save", options.save,
-                 "Output file (.json) for the scene after the run, to continue it or to open it");
-  sub.add_option("--report", options.report, "Output file for the report (JSON)");
+                 "Output file (.json) for the scene after the run, to continue it or to open it")
+      .not_empty();
+  sub.add_option("--report", options.report, "Output file for the report (JSON)").not_empty();
   sub.add_option(
-      "--picture", options.picture,
-      "Output file for three slices with the outlines of the meshes (.png, .ppm, or .dcm: secondary capture)");
+         "--picture", options.picture,
+         "Output file for three slices with the outlines of the meshes (.png, .ppm, or .dcm: secondary capture)")
+      .not_empty();
   sub.add_option("--picture-size", options.picture_size, "Largest width and height of a slice in the picture, pixels")
       .within(32, 4000)
       .show_default();

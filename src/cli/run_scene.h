@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/commands.h"
+#include "io/platform/output_checks.h"
 #include "io/scene/load_input.h"
 #include "io/scene/log_io.h"
 
@@ -38,13 +39,20 @@ StepOptions add_run_options(const Subcommand& sub, RunOptions& options);
 /// Scene of a run and its source.
 struct RunInput {
   LoadedInput loaded;
-  std::string scene;                             ///< path for the report; empty: the scene has no file
-  std::vector<std::filesystem::path> read_from;  ///< input files other than the volume; outputs must not replace them
-  std::optional<LogFile> log;                    ///< log that replaces the steps of the scene; none: no log
-  double start = 0;                              ///< seconds_now() before the input was read
+  std::string scene;           ///< path for the report; empty: the scene has no file
+  std::optional<LogFile> log;  ///< log that replaces the steps of the scene; none: no log
+  double start = 0;            ///< seconds_now() before the input was read
 };
-/// Runs a scene and writes the outputs. Throws Error for invalid options and outputs before the run starts, and Failure
-/// if the run fails.
+/// Throws Error for invalid options, and for outputs whose names are not supported or that cannot be written. Needs no
+/// scene, so that nothing is read before. `checks`: inputs, and outputs of other scenes.
+void check_outputs(const RunOptions& options, OutputChecks& checks);
+/// Throws the errors of check_outputs(), and Error for outputs that do not fit the scene, for example DICOM files
+/// without a DICOM image. Called by load_scene() before the volume is read. `folder`: folder of the scene file;
+/// `read_from`: input
+/// files other than those of the scene; outputs must not replace them.
+void check_outputs(const RunOptions& options, const SceneFile& file, const std::filesystem::path& folder,
+                   const std::vector<std::filesystem::path>& read_from);
+/// Runs a scene whose outputs were checked and writes the outputs. Throws Failure if the run fails.
 void run_scene(RunInput input, const RunOptions& options, const Console& console);
 
 }  // namespace simplexseg

@@ -108,11 +108,17 @@ void run_file(const std::string& scene, const std::string& replay, const RunOpti
   input.start = seconds_now();
   // A log may undo actions from before its start, and a saved scene keeps the undo history.
   const bool needs_history = !replay.empty() || !options.save.empty();
-  input.loaded = load_with_progress(scene, options.settings, console,
-                                    needs_history ? LoadOptions::History::Read : LoadOptions::History::Skip);
   input.scene = scene;
-  input.read_from = {scene, replay};
+  const std::vector<fs::path> read_from{scene, replay};
+  OutputChecks checks(read_from);
+  check_outputs(options, checks);  // before the files of the scene are read
   if (!replay.empty()) input.log = read_log(replay);
+  input.loaded = load_with_progress(
+      scene,
+      {.settings = options.settings,
+       .history = needs_history ? LoadOptions::History::Read : LoadOptions::History::Skip,
+       .check = [&](const SceneFile& file) { check_outputs(options, file, fs::path(scene).parent_path(), read_from); }},
+      console);
   run_scene(std::move(input), options, console);
 }
 
@@ -120,6 +126,8 @@ void run_several(const std::vector<std::string>& scenes, int at_once, const RunO
                  const Console& console) {
   check_names(scenes, options);
   for (const std::string& scene : scenes) require_file(scene);
+  OutputChecks checks(std::vector<fs::path>(scenes.begin(), scenes.end()));
+  for (const std::string& scene : scenes) check_outputs(options_for(scene, options), checks);
   const std::size_t workers = std::min<std::size_t>(std::max(at_once, 1), scenes.size());
   RunOptions shared = options;
   const unsigned cores = std::max(1u, std::thread::hardware_concurrency());

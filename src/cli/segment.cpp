@@ -26,15 +26,24 @@ void segment(const SegmentOptions& options, const Console& console) {
   input.start = seconds_now();
   {
     const Progress progress(console, "reading");
-    const auto voxels = options.plan ? LoadOptions::Voxels::Skip : LoadOptions::Voxels::Read;
-    input.loaded = load_scene(segment_scene(options.request), "", {.settings = options.run.settings, .voxels = voxels});
+    const SegmentRequest& request = options.request;
+    const std::vector<std::filesystem::path> read_from{request.image, request.scene, request.start_labels,
+                                                       request.reference};
+    const auto check = [&](const SceneFile& file) { check_outputs(options.run, file, "", read_from); };
+    if (options.plan) {
+      input.loaded = load_scene(segment_scene(request), "",
+                                {.settings = options.run.settings, .voxels = LoadOptions::Voxels::Skip});
+    } else {
+      OutputChecks checks(read_from);
+      check_outputs(options.run, checks);  // before the template and the labels are read
+      input.loaded = load_scene(segment_scene(request), "", {.settings = options.run.settings, .check = check});
+    }
   }
   if (options.plan) {
     const int steps = options.run.steps.value_or(options.run.until_rest ? 0 : input.loaded.scene.steps);
     return print_plan(std::move(input.loaded), steps, true, console);
   }
   input.scene = options.request.scene;
-  input.read_from = {options.request.scene, options.request.start_labels, options.request.reference};
   run_scene(std::move(input), options.run, console);
 }
 
@@ -46,7 +55,7 @@ void add_segment(const Subcommand& app, Action& action) {
   const auto options = std::make_shared<SegmentOptions>();
   SegmentRequest& request = options->request;
   sub.add_option("IMAGE", request.image, "Volume file, or folder of a DICOM series").required();
-  sub.add_option("LABELS,--labels", options->run.labels, kLabelsHelp);
+  sub.add_option("LABELS,--labels", options->run.labels, kLabelsHelp).not_empty();
   const Option seeds = sub.add_option("--seed", request.seeds,
                                       "Centre of an object, X,Y,Z in mm (LPS: towards left, back and head of the "
                                       "patient); one mesh per seed, or the seed of the next mesh of --scene")
@@ -57,10 +66,12 @@ void add_segment(const Subcommand& app, Action& action) {
                  "Label volume or DICOM RT structure set with the initial meshes: one mesh per label, or for each mesh "
                  "of --scene "
                  "the label with its number")
+      .not_empty()
       .excludes(seeds);
   sub.add_option(
-      "--scene", request.scene,
-      "Template scene: provides parameters, meshes, points and steps; its volume, poses and references are ignored");
+         "--scene", request.scene,
+         "Template scene: provides parameters, meshes, points and steps; its volume, poses and references are ignored")
+      .not_empty();
   sub.add_option("--name", request.names, "Names of the meshes, one per mesh").one_value_each();
   for (const auto& [name, points, doc] :
        {std::tuple("--inside", &request.inside, "Point inside the object: X,Y,Z, or MESH=X,Y,Z with several meshes"),
@@ -69,7 +80,8 @@ void add_segment(const Subcommand& app, Action& action) {
     sub.add_option(name, *points, doc).one_value_each();
   sub.add_option("--reference", request.reference,
                  "Label volume for the comparison in the report: all voxels that are not 0; with several meshes the "
-                 "label with the number of the mesh");
+                 "label with the number of the mesh")
+      .not_empty();
   sub.add_option("--reference-label", request.reference_label, "Label of the reference for all meshes");
   sub.add_option("--volume", request.volume_number, "Number of the volume in a 4D file or series, counted from 1")
       .within(1, kMaxVolumes);

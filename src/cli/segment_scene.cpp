@@ -6,7 +6,8 @@
 #include <filesystem>
 
 #include "core/error.h"
-#include "io/labels/labels_io.h"
+#include "core/number_text.h"
+#include "io/labels/label_file.h"
 #include "io/platform/files.h"
 #include "io/platform/header_text.h"
 #include "io/scene/mesh_start.h"
@@ -17,9 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string counted(std::size_t count, const char* one, const char* many) {
-  return std::to_string(count) + " " + (count == 1 ? one : many);
-}
 std::string counted_meshes(const Scene& scene) { return counted(scene.meshes.size(), "mesh", "meshes"); }
 
 Eigen::Vector3d position_of(const char* option, const std::string& text) {
@@ -78,16 +76,31 @@ void place_seeds(const SegmentRequest& request, Scene& scene) {
   }
 }
 
+/// Returns the value of a label as the label of a mesh. Throws Error for a value that written labels cannot hold.
+int label_number(double value, const std::string& path) {
+  if (value >= 1 && value <= 65535 && value == std::round(value)) return static_cast<int>(value);
+  throw Error("cannot start from the labels " + quoted(fs::path(path)),
+              "they contain the label " + general_text(value, 15) + ", but labels are whole numbers from 1 to 65535",
+              "renumber the labels");
+}
+
+/// Returns the name of a label, distinct from those of the meshes of the scene.
+std::string mesh_name(const LabelCount& label, int number, const Scene& scene) {
+  const std::string by_number = "label " + std::to_string(number);
+  if (label.name.empty()) return by_number;
+  return scene.find_mesh(label.name) ? label.name + " (" + by_number + ")" : label.name;
+}
+
 void start_from_labels(const SegmentRequest& request, SceneFile& file) {
   const std::string path = fs::absolute(request.start_labels).lexically_normal().string();
-  const LoadedLabels labels = load_labels(path);
-  file.warnings.insert(file.warnings.end(), labels.warnings.begin(), labels.warnings.end());
+  LabelFile labels(path);
   Scene& scene = file.scene;
   if (scene.meshes.empty()) {
-    for (const LabelCount& label : count_labels(labels.volume, labels.segments)) {
+    for (const LabelCount& label : labels.count()) {
+      const int number = label_number(label.value, request.start_labels);
+      const std::string name = mesh_name(label, number, scene);
       MeshItem& item = add_mesh_item(scene);
-      item.label = static_cast<int>(std::lround(label.value));
-      item.name = label.name.empty() ? "label " + std::to_string(item.label) : label.name;
+      item.label = number, item.name = name;
       if (label.colour) item.colour = *label.colour;
     }
     if (scene.meshes.empty())
@@ -95,8 +108,12 @@ void start_from_labels(const SegmentRequest& request, SceneFile& file) {
                   "choose another label volume");
   }
   for (MeshItem& item : scene.meshes) {
-    LoadedStart loaded =
-        start_of_labels(labels.volume, {static_cast<double>(item.label), 0, {}}, path, item.final_vertices);
+    const LabelChoice choice{.label = static_cast<double>(item.label)};
+    const LoadedLabels& chosen = labels.labels(choice);
+    for (const std::string& warning : chosen.warnings)
+      if (std::find(file.warnings.begin(), file.warnings.end(), warning) == file.warnings.end())
+        file.warnings.push_back(warning);
+    LoadedStart loaded = start_of_labels(chosen.volume, choice, path, item.final_vertices);
     item.start = std::move(loaded.start), item.seed = loaded.seed;
   }
 }

@@ -2,7 +2,6 @@
 #include "cli/study.h"
 
 #include "io/platform/atomic_file.h"
-#include "io/platform/files.h"
 
 namespace simplexseg {
 
@@ -17,15 +16,6 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
   AtomicFile file(path);
   write_bytes(file, text);
   file.commit();
-}
-
-void make_result_folder(const std::string& folder) {
-  std::error_code failure;
-  std::filesystem::create_directories(folder, failure);
-  if (!std::filesystem::is_directory(folder))
-    throw Error("cannot create the folder " + quoted(folder), failure ? failure.message() : "a file has this name",
-                "choose another name");
-  const AtomicFile writable(std::filesystem::path(folder) / "writable");
 }
 
 }  // namespace simplexseg

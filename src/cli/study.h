@@ -13,7 +13,5 @@ void add_study_stability(const Subcommand& studies, Action& action);
 
 /// Writes a text file atomically. Throws Error like AtomicFile.
 void write_text(const std::filesystem::path& path, const std::string& text);
-/// Creates the output folder of a study. Throws Error if it cannot be created or written.
-void make_result_folder(const std::string& folder);
 
 }  // namespace simplexseg

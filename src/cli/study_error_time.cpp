@@ -8,9 +8,11 @@
 #include "app/simulate.h"
 #include "app/table.h"
 #include "cli/study.h"
+#include "core/number_text.h"
 #include "image/mask.h"
 #include "io/picture/plot_io.h"
 #include "io/platform/files.h"
+#include "io/platform/output_checks.h"
 #include "io/scene/set_by_path.h"
 #include "study/error_time_report.h"
 
@@ -54,7 +56,7 @@ NamedScene read_named_scene(const std::string& word, const StudyErrorTimeOptions
     throw Error(
         "scene " + quoted(word), "no built-in scene has this name",
         std::string("use ") + kFull + ", " + kHalf + ", " + kMembrane + ", " + kHalfMembrane + " or a scene file");
-  LoadedInput loaded = load_with_progress(word, options.settings, console);
+  LoadedInput loaded = load_with_progress(word, {.settings = options.settings}, console);
   StudyScene study;
   study.name = fs::path(word).stem().string();
   for (const MeshItem& item : loaded.scene.meshes) {
@@ -124,15 +126,15 @@ ErrorTimeResult measure_scene(const NamedScene& named, const StudyErrorTimeOptio
 
 /// Prints the steps and times at which each method reaches 1% error.
 void print_result(std::ostream& out, const ErrorTimeResult& result) {
-  out << result.name << ", " << result.vertices << " vertices, " << result.device << "; fixed point " << result.how
-      << "\n";
+  out << result.name << ", " << counted(result.vertices, "vertex", "vertices") << ", " << result.device
+      << "; fixed point " << result.how << "\n";
   std::vector<std::vector<std::string>> rows{{"method", "steps to 1%", "ms", "along normals: steps", "ms"}};
   for (const FrozenCurve& curve : result.frozen) {
     rows.push_back({curve.method.name});
     for (const bool normal_part : {false, true}) {
       const std::optional<Reached> at = reached(curve.samples, 0.01, normal_part);
       rows.back().push_back(at ? std::to_string(at->steps) : "-");
-      rows.back().push_back(at ? fixed(1000 * at->seconds, 2) : "-");
+      rows.back().push_back(at ? fixed_or_dash(1000 * at->seconds, 2) : "-");
     }
   }
   print_table(out, rows, 1);
@@ -143,6 +145,7 @@ void run_error_time_study(const StudyErrorTimeOptions& options, const Console& c
   const Interrupt interrupt;
   if (options.backend == "cuda" && options.threads > 0)
     throw Error("--threads", "it applies to the CPU, not to --backend cuda", "omit one of the two");
+  require_writable_folder(options.folder);
   std::vector<NamedScene> scenes;
   std::set<std::string> names;
   for (const std::string& word : options.scenes) {
@@ -152,7 +155,7 @@ void run_error_time_study(const StudyErrorTimeOptions& options, const Console& c
                   "measure it in a separate call");
     Interrupt::check();
   }
-  make_result_folder(options.folder);
+  make_folder(options.folder);
   const EngineChoice choice = engine_for(options.backend, options.threads);
   const EngineFactory make_engine = [backend = std::string(choice.engine->backend()), threads = options.threads] {
     return backend == "cpu" ? make_cpu_engine(threads) : make_cuda_engine();
@@ -185,7 +188,7 @@ void add_study_error_time(const Subcommand& studies, Action& action) {
                      kMembrane + ", " + kHalfMembrane +
                      " (membrane of springs with known equilibrium, fixed everywhere or on one half)")
       .required();
-  sub.add_option("--out", options->folder, "Output folder for tables and plots").required();
+  sub.add_option("--out", options->folder, "Output folder for tables and plots").required().not_empty();
   sub.add_option("--backend", options->backend,
                  "Processor: cpu, cuda, or auto: CUDA if a device is available, else the CPU")
       .one_of({"auto", "cpu", "cuda"})

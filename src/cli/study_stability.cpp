@@ -4,9 +4,10 @@
 
 #include "app/progress.h"
 #include "cli/study.h"
+#include "core/number_text.h"
 #include "gpu/backend.h"
 #include "io/picture/plot_io.h"
-#include "io/platform/files.h"
+#include "io/platform/output_checks.h"
 #include "study/stability_study.h"
 
 namespace simplexseg {
@@ -19,7 +20,8 @@ struct StudyStabilityOptions {
 
 void run_stability_study(const StudyStabilityOptions& options, const Console& console) {
   namespace fs = std::filesystem;
-  make_result_folder(options.folder);
+  require_writable_folder(options.folder);
+  make_folder(options.folder);
   const bool cuda = options.backend == "cuda" || (options.backend == "auto" && cuda_unavailable_reason().empty());
   const EngineFactory make = [&] { return cuda ? make_cuda_engine() : make_cpu_engine(options.threads); };
   const Interrupt interrupt;
@@ -39,8 +41,8 @@ void run_stability_study(const StudyStabilityOptions& options, const Console& co
     write_plot(folder / name, limits_plot(result), 900, 600);
   console.out << "wrote stability.md, stability.csv, stability_limits.csv, .svg and .png to " << options.folder << "\n";
   if (const int missed = result.missed(); missed > 0)
-    throw Failure(std::to_string(missed) + " cases or limits differ from the expected outcome; see " +
-                  (folder / "stability.md").string());
+    throw Failure(counted(missed, "case or limit differs", "cases or limits differ") +
+                  " from the expected outcome; see " + (folder / "stability.md").string());
 }
 
 }  // namespace
@@ -51,7 +53,9 @@ void add_study_stability(const Subcommand& studies, Action& action) {
                                                 "stable timestep of each force, and compares "
                                                 "both with the expected outcomes; exit status 1 if one differs");
   const auto options = std::make_shared<StudyStabilityOptions>();
-  sub.add_option("--out", options->folder, "Output folder for tables and plots; created if missing").required();
+  sub.add_option("--out", options->folder, "Output folder for tables and plots; created if missing")
+      .required()
+      .not_empty();
   sub.add_option("--backend", options->backend,
                  "Processor: cpu, cuda, or auto: CUDA if a device is available, else the CPU")
       .one_of({"auto", "cpu", "cuda"})

@@ -17,8 +17,29 @@ namespace {
 constexpr int most_growths = 12;
 constexpr double growing_tolerance = 0.1;  // of the field while the box still grows
 constexpr double leak_share = 0.05;
+constexpr int kMostCutSides = 3;          // of the volume, by which an object can be cut at a corner
 constexpr double unsaid_corrections = 4;  // that count as half of either kind, before marks say which way they go
 constexpr double unsaid_marks = 10;       // by which where the surface was is half believed: it is rough at first
+
+/// Returns true when the object spreads: it is near a side of the box beyond which the volume continues, or near more
+/// of the volume's own sides than an object in a corner of the volume. `near_mm`: largest distance from a side.
+bool reaches_sides(const VoxelBox& object, const VoxelBox& box, const VolumeGeometry& geometry, double near_mm) {
+  int own_sides = 0;
+  for (int a = 0; a < 3; ++a) {
+    const int end = box.first[a] + box.size[a];
+    const double below_mm = (object.first[a] - box.first[a]) * geometry.spacing_mm[a];
+    const double above_mm = (end - object.first[a] - object.size[a]) * geometry.spacing_mm[a];
+    if (below_mm <= near_mm) {
+      if (box.first[a] > 0) return true;
+      ++own_sides;
+    }
+    if (above_mm <= near_mm) {
+      if (end < geometry.size[a]) return true;
+      ++own_sides;
+    }
+  }
+  return own_sides > kMostCutSides;
+}
 
 }  // namespace
 
@@ -227,7 +248,8 @@ void EvidenceField::update(std::span<const Mark> marks, const Mask* others, cons
   progress.advance(FieldPhase::Surface);
   report_.expected_dice = settled.expected_dice;  // of what there was before: looks are surer than they are right
   around_ = settled.found.around;
-  report_.leaks = settled.found.border_share >= leak_share;
+  report_.leaks = around_.voxel_count() > 0 && settled.found.border_share >= leak_share &&
+                  reaches_sides(around_, box, geometry, kNearSide * geometry.spacing_mm.minCoeff());
 }
 
 Mask EvidenceField::object() const { return mask_of(volume_->geometry(), box(), object_in_box().voxels); }

@@ -41,7 +41,10 @@ class EvidenceField {
     int growths = 0;     ///< of the box in the last update
     double error = 0;    ///< bound of the field's error at which the solver stopped
     double beta = 0;     ///< sharpness of the conductances
-    bool leaks = false;  ///< of the voxels near the sides of the largest box a twentieth or more are the object
+    /// Whether the object spreads: it is a twentieth or more of the voxels near the sides of the largest box, and near
+    /// a side beyond which the volume continues or near four sides of the volume. An object that the volume cuts is
+    /// near at most three.
+    bool leaks = false;
     /// Dice of object() with the true object, as far as the field knew before its surface settled: each voxel being the
     /// true object's with its probability, 2 sum(P in the object) / (voxels of the object + sum(P)); 0 without an
     /// object. Source: Lipton, Elkan and Naryanaswamy 2014, Optimal thresholding of classifiers to maximize F1 measure.

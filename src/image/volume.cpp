@@ -5,11 +5,11 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <sstream>
 #include <utility>
 
 #include "core/error.h"
 #include "core/expect.h"
+#include "core/number_text.h"
 
 namespace simplexseg {
 namespace {
@@ -23,9 +23,7 @@ Eigen::Vector3d last_index(const VolumeGeometry& geometry) {
 }
 
 std::string row_of(const Eigen::Vector3d& v, const char* separator) {
-  std::ostringstream out;
-  out << v[0] << separator << v[1] << separator << v[2];
-  return out.str();
+  return general_text(v[0], 6) + separator + general_text(v[1], 6) + separator + general_text(v[2], 6);
 }
 
 template <class T>
@@ -104,6 +102,11 @@ bool VolumeGeometry::same_grid(const VolumeGeometry& other, double tolerance) co
     if (!((index_from_other * index - index).norm() <= tolerance)) return false;
   }
   return true;
+}
+
+void VolumeGeometry::set_step(int axis, double step_mm) {
+  spacing_mm[axis] = std::abs(step_mm);
+  if (step_mm < 0) direction.col(axis) *= -1;
 }
 
 void VolumeGeometry::validate(const std::string& name) const {

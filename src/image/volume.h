@@ -13,6 +13,8 @@
 
 namespace simplexseg {
 
+struct StoredHeader;  // io/source/stored_header.h
+
 /// Types in which the voxels of a volume are stored. No float copy of a volume is created.
 enum class VoxelType : std::uint8_t { Int8, UInt8, Int16, UInt16, Int32, UInt32, Float32, Float64 };
 
@@ -29,6 +31,8 @@ struct VolumeGeometry {
   Eigen::Vector3d spacing_mm{1, 1, 1};                      ///< voxel spacing along i, j, k, from 1e-9 to 1e6
   Eigen::Vector3d origin_mm{0, 0, 0};                       ///< centre of voxel (0,0,0), from -1e12 to 1e12
   Eigen::Matrix3d direction = Eigen::Matrix3d::Identity();  ///< columns: directions of the axes i, j, k
+  /// Statement of this grid in the header of its file, repeated in labels on the same grid; nullptr without a file.
+  std::shared_ptr<const StoredHeader> header{};
 
   Eigen::Affine3d world_from_index() const;
   Eigen::Affine3d index_from_world() const;
@@ -38,6 +42,8 @@ struct VolumeGeometry {
   bool contains(const Eigen::Vector3d& world_mm) const;
   /// True if the sizes are equal and the voxel centres at all corners agree within `tolerance` voxels.
   bool same_grid(const VolumeGeometry& other, double tolerance = 1e-2) const;
+  /// Sets the spacing along an axis (mm). A negative step reverses the direction of the axis.
+  void set_step(int axis, double step_mm);
   /// Throws Error if a size is < 1, there are more than 2^48 voxels, the spacing or origin is not finite or out of
   /// range, or the direction is singular or has elements beyond 1e6. `name`: name of the volume in the message.
   void validate(const std::string& name) const;

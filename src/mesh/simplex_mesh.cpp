@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/expect.h"
+#include "core/number_text.h"
 #include "mesh/mesh_geometry.h"
 
 namespace simplexseg {
@@ -194,7 +195,7 @@ void validate(const SimplexMesh& mesh) {
   }
   const double volume_mm3 = measure(mesh).volume_mm3;
   if (!(volume_mm3 > 0.0))
-    throw Error("simplex mesh with a volume of " + std::to_string(volume_mm3) + " mm^3",
+    throw Error("simplex mesh with a volume of " + volume_text(volume_mm3),
                 "its neighbours are not counter-clockwise seen from outside", "swap two neighbours of every vertex");
 }
 
@@ -238,7 +239,7 @@ SimplexMesh dual_of(const TriangleMesh& triangulation) {
       while (last != end && last->high == first->high) ++last;
       if (last - first != 2)
         throw Error("edge " + edge_name(low, first->high),
-                    "it has " + std::to_string(last - first) + " triangle(s) where a closed surface has two", remedy);
+                    "it has " + counted(last - first, "triangle") + " where a closed surface has two", remedy);
       const HalfEdge& a = first[0];
       const HalfEdge& b = first[1];
       if (a.low_first == b.low_first)
@@ -269,7 +270,7 @@ SimplexMesh make_ellipsoid(const Vector3d& centre_mm, const Vector3d& radii_mm, 
                 "choose a level from 0 to " + std::to_string(kMaxSphereLevel));
   if (!centre_mm.allFinite()) throw Error("sphere centre", "it is not finite", "give three finite coordinates in mm");
   if (!radii_mm.allFinite() || radii_mm.minCoeff() <= 0.0)
-    throw Error("sphere radius " + std::to_string(radii_mm.minCoeff()), "it is not positive and finite",
+    throw Error("sphere radius " + length_text(radii_mm.minCoeff()), "it is not positive and finite",
                 "give the radius in mm");
   UnitSphere sphere = make_icosahedron();
   for (int k = 0; k < level; ++k) sphere = subdivide(sphere);

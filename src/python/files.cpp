@@ -76,14 +76,29 @@ py::tuple read_named_labels(const fs::path& path, const std::optional<Image>& li
   return py::make_tuple(Image{std::move(read.volume), fs::absolute(path)}, names_of(read.segments));
 }
 
-void write_image(const fs::path& path, const Image& image) { write_volume(path, image.volume); }
+void warn_if_any(const std::string& warning) {
+  if (!warning.empty()) warn({warning});
+}
+
+void write_image(const fs::path& path, const Image& image) {
+  std::string warning;
+  {
+    const WithoutGil released;
+    warning = write_volume(path, image.volume);
+  }
+  warn_if_any(warning);
+}
 
 void write_label_image(const fs::path& path, const Image& labels, const std::map<int, py::str>& names) {
   std::vector<SegmentName> segments;
   segments.reserve(names.size());
   for (const auto& [value, name] : names) segments.push_back({value, name.cast<std::string>()});
-  const WithoutGil released;
-  write_labels(path, labels.volume, segments);
+  std::string warning;
+  {
+    const WithoutGil released;
+    warning = write_labels(path, labels.volume, segments);
+  }
+  warn_if_any(warning);
 }
 
 }  // namespace
@@ -104,8 +119,10 @@ void bind_files(py::module_& module) {
       "Reads a label volume or the contours of a DICOM RT structure set. Returns (labels, names by label). like:\n"
       "volume onto whose grid the labels are resampled. Raises Error like read_volume(), and if no label lies\n"
       "within that grid.");
-  module.def("write_volume", &write_image, py::arg("path"), py::arg("volume"), py::call_guard<WithoutGil>(),
-             "Writes a volume (.nii, .nii.gz, .nrrd, .mha) atomically. Raises Error if the file cannot be written.");
+  module.def("write_volume", &write_image, py::arg("path"), py::arg("volume"),
+             "Writes a volume (.nii, .nii.gz, .nrrd, .mha) atomically. A grid that was read from a file of the same\n"
+             "format keeps that file's header fields. Issues a DataWarning for a sheared grid. Raises Error if the\n"
+             "file cannot be written.");
   module.def("write_labels", &write_label_image, py::arg("path"), py::arg("labels"), py::arg("names") = py::dict(),
              "Writes labels like write_volume(). labels: integers; names: stored in .seg.nrrd files. Raises Error.");
 }

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "app/console.h"
+#include "core/system_error.h"
 #include "io/platform/files.h"
 #include "python/bindings.h"
 
@@ -74,7 +75,7 @@ void bind_messages(py::module_& module) {
     } catch (const Failure& failure) {
       raise(error_type, failure);
     } catch (const std::filesystem::filesystem_error& error) {
-      raise(error_type, Error("file system", error.code().message(), "check the path"));
+      raise(error_type, Error("file system", system_error_text(error.code()), "check the path"));
     }
   });
 }

@@ -10,7 +10,6 @@
 #include <variant>
 
 #include "io/labels/labels_io.h"
-#include "io/volume/volume_io.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/image.h"
@@ -24,26 +23,34 @@ namespace fs = std::filesystem;
 
 using Labels = std::variant<Image, fs::path>;
 
-Volume reference_of(const Labels& labels, std::vector<std::string>& warnings) {
-  if (const Image* const image = std::get_if<Image>(&labels)) return image->volume;
-  LoadedVolume loaded = load_volume(std::get<fs::path>(labels));
+/// Copy of an array of labels, converted by make_whole_labels(). `name`: name of the array in messages.
+Volume whole_labels(const Image& image, const char* name, std::vector<std::string>& warnings) {
+  Volume labels = image.volume;
+  make_whole_labels(labels, {}, name, warnings);
+  return labels;
+}
+
+Volume reference_of(const Labels& labels, const LabelChoice& choice, std::vector<std::string>& warnings) {
+  if (const Image* const image = std::get_if<Image>(&labels)) return whole_labels(*image, "the reference", warnings);
+  LoadedLabels loaded = load_labels(std::get<fs::path>(labels), choice);
   warnings.insert(warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
   return std::move(loaded.volume);
 }
 
-Volume test_of(const Labels& labels, const VolumeGeometry& grid, std::vector<std::string>& warnings) {
+Volume test_of(const Labels& labels, const VolumeGeometry& grid, const LabelChoice& choice,
+               std::vector<std::string>& warnings) {
   constexpr const char* owner = "the reference";
   if (const fs::path* const path = std::get_if<fs::path>(&labels))
-    return load_labels_onto(*path, grid, owner, warnings);
-  return resample_onto_grid(std::get<Image>(labels).volume, grid, "test", owner, warnings);
+    return load_labels_onto(*path, grid, owner, warnings, choice);
+  return resample_onto_grid(whole_labels(std::get<Image>(labels), "the test", warnings), grid, "test", owner, warnings);
 }
 
 py::dict compare_labels(const Labels& reference, const Labels& test, std::optional<double> label, double tolerance_mm) {
   if (label && !std::isfinite(*label)) throw Error("label", "it is not a finite number", "use the value of a label");
   std::vector<std::string> warnings;
   const MaskComparison comparison = interruptible([&] {
-    const Volume truth = reference_of(reference, warnings);
-    const Volume other = test_of(test, truth.geometry(), warnings);
+    const Volume truth = reference_of(reference, {.label = label}, warnings);
+    const Volume other = test_of(test, truth.geometry(), {.label = label}, warnings);
     return compare_masks(mask_of(truth, label), mask_of(other, label), tolerance_mm);
   });
   warn(warnings);

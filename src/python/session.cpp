@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "session/session.h"
+#include "core/system_error.h"
 
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
@@ -180,8 +181,8 @@ std::vector<fs::path> save_mesh_files(SessionOwner& owner, const fs::path& folde
   std::error_code failure;
   fs::create_directories(folder, failure);
   if (!fs::is_directory(folder))
-    throw Error("cannot create the folder " + quoted(folder), failure ? failure.message() : "a file has this name",
-                "choose another name");
+    throw Error("cannot create the folder " + quoted(folder),
+                failure ? system_error_text(failure) : "a file has this name", "choose another name");
   return owner.use([&](const Session& session) { return save_meshes(folder, session.scene(), extension); });
 }
 

@@ -34,11 +34,12 @@ VolumeGeometry geometry_of_affine(const Eigen::Matrix4d& affine, const char* wha
 }
 
 VolumeGeometry geometry_of(const py::object& lps, const py::object& ras, const py::object& spacing,
-                           const py::object& origin, const py::object& direction) {
+                           const py::object& origin, const py::object& direction, const std::optional<Image>& like) {
   const bool parts = !spacing.is_none() || !origin.is_none() || !direction.is_none();
-  if (int(!lps.is_none()) + int(!ras.is_none()) + int(parts) > 1)
+  if (int(!lps.is_none()) + int(!ras.is_none()) + int(parts) + int(like.has_value()) > 1)
     throw Error("volume", "its geometry is defined twice",
-                "use only one of affine_lps, affine_ras, or spacing, origin and direction");
+                "use only one of affine_lps, affine_ras, like, or spacing, origin and direction");
+  if (like) return like->volume.geometry();
   if (!lps.is_none()) return geometry_of_affine(matrix_of(lps, 4, 4, "affine_lps"), "affine_lps");
   if (!ras.is_none()) return geometry_of_affine(flipped(matrix_of(ras, 4, 4, "affine_ras")), "affine_ras");
   VolumeGeometry geometry;
@@ -72,18 +73,21 @@ void bind_volume(py::module_& module) {
       "Immutable.")
       .def(
           py::init([](const py::object& array, const py::object& lps, const py::object& ras, const py::object& spacing,
-                      const py::object& origin, const py::object& direction) {
-            return Image{volume_of(array, geometry_of(lps, ras, spacing, origin, direction))};
+                      const py::object& origin, const py::object& direction, const std::optional<Image>& like) {
+            return Image{volume_of(array, geometry_of(lps, ras, spacing, origin, direction, like))};
           }),
           py::arg("array"), py::kw_only(), py::arg("affine_lps") = py::none(), py::arg("affine_ras") = py::none(),
           py::arg("spacing") = py::none(), py::arg("origin") = py::none(), py::arg("direction") = py::none(),
+          py::arg("like") = py::none(),
           "Copies an array [i, j, k] of any memory layout and byte order. Converts bool to uint8, float16 to float32 "
           "and\n"
           "64-bit integers to 32-bit integers. affine_lps: 4 x 4, from voxel indices to mm in LPS; affine_ras: to mm\n"
           "in RAS, like the affine of nibabel. Alternatively spacing, origin (mm, LPS) and direction (3 x 3, columns:\n"
-          "directions of i, j, k), as in SimpleITK. Default: spacing 1 mm, origin (0, 0, 0). Raises Error for an\n"
-          "array without three axes, an unsupported type, integers above 32 bits, a geometry that cannot be inverted,\n"
-          "and if memory does not suffice.")
+          "directions of i, j, k), as in SimpleITK. Or like: a volume whose geometry is used; if both have the same\n"
+          "shape, write_volume() and write_labels() also repeat the header of its file, so that other programs place\n"
+          "both alike. Default: spacing 1 mm, origin (0, 0, 0). Raises Error for an array without three axes, an\n"
+          "unsupported type, integers above 32 bits, a geometry that cannot be inverted, and if memory does not "
+          "suffice.")
       .def_property_readonly("array", &voxels_of, "Voxels [i, j, k]; read-only, not copied.")
       .def(
           "__array__",

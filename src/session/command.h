@@ -105,7 +105,8 @@ struct ReorderMesh {
 struct StartFieldUpdate {
   ItemId mesh;
 };
-/// Waits for the field that was started last and attaches it to its mesh. Cannot be undone.
+/// Waits for the field that was started last and attaches it to its mesh, unless the field was cancelled: an undo, a
+/// redo or a deletion made it useless. Cannot be undone.
 struct CommitFieldUpdate {};
 struct Undo {};
 struct Redo {};

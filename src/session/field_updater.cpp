@@ -17,6 +17,10 @@
 namespace simplexseg {
 namespace {
 
+/// Thrown on the background thread after FieldUpdater::cancel(). Not derived from std::exception, so that no handler of
+/// errors catches it.
+struct FieldCancelled {};
+
 /// Mask of the voxels in the balls; contains at least the voxel nearest to each centre.
 Mask mask_of_balls(std::span<const Mark> balls, const VolumeGeometry& geometry) {
   Mask mask{geometry, std::vector<std::uint8_t>(geometry.voxel_count())};
@@ -82,6 +86,7 @@ FieldUpdater::FieldUpdater(int threads, const EvidenceSettings& settings)
       settings_(settings),
       make_solver_(make_cpu_field_solver) {}
 FieldUpdater::~FieldUpdater() {
+  cancel();
   if (solving_mesh_ != 0) result_.wait();
 }
 
@@ -94,6 +99,7 @@ void FieldUpdater::set_solver(MakeFieldSolver make) {
 std::optional<std::string> FieldUpdater::pop_notice() { return std::exchange(notice_, std::nullopt); }
 
 void FieldUpdater::open(const Volume& volume) {
+  cancel();
   if (solving_mesh_ != 0) finish();
   fields_.clear();
   volume_ = std::make_unique<Volume>(volume);
@@ -107,13 +113,30 @@ void FieldUpdater::discard_deleted(const Scene& scene) {
 void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vector<Mark> others) {
   SIMPLEXSEG_EXPECT(solving_mesh_ == 0 && volume_ && !volume_->empty());
   if (!pool_) pool_ = std::make_unique<ThreadPool>(threads_, true);
-  const RunJobs run = [pool = pool_.get()](int jobs, const std::function<void(int)>& job) { pool->run(jobs, job); };
+  const auto stop_if_cancelled = [this] {
+    if (cancelled_) throw FieldCancelled();
+  };
+  // The loops of a solver are short, and each goes through this function: after a cancellation, jobs do nothing.
+  const RunJobs run = [this, stop_if_cancelled](int jobs, const std::function<void(int)>& job) {
+    stop_if_cancelled();
+    pool_->run(jobs, [&](int one) {
+      if (!cancelled_) job(one);
+    });
+    stop_if_cancelled();
+  };
   solving_mesh_ = item.id;
+  solving_marks_ = marks;
+  solving_first_ = item.start || !fields_[item.id];
+  cancelled_ = false;
   progress_ = 0;
   const auto start_in_background = [this](auto work) {
     result_ = std::async(std::launch::async, [work = std::move(work)]() mutable {
       lower_thread_priority();
-      return work();
+      try {
+        return work();
+      } catch (const FieldCancelled&) {
+        return Result();
+      }
     });
   };
   if (item.start) {
@@ -123,21 +146,25 @@ void FieldUpdater::start(const MeshItem& item, std::vector<Mark> marks, std::vec
     });
     return;
   }
-  start_in_background([this, one = &fields_[item.id], marks = std::move(marks), others = std::move(others), run] {
-    const auto solve_with = [&](const MakeFieldSolver& make) {
-      const bool first = !*one;
-      if (first) *one = std::make_unique<EvidenceField>(*volume_, run, settings_, make);
-      // After a failure of the device, the CPU reports the remaining range of the progress.
-      return solve(**one, first, marks, others, volume_->geometry(),
-                   [this, from = progress_.load()](float fraction) { progress_ = from + (1 - from) * fraction; });
-    };
-    try {
-      return Result{solve_with(make_solver_), ""};
-    } catch (const DeviceError& failure) {
-      one->reset();
-      return Result{solve_with(make_cpu_field_solver), failure.what()};
-    }
-  });
+  start_in_background(
+      [this, one = &fields_[item.id], marks = std::move(marks), others = std::move(others), run, stop_if_cancelled] {
+        const auto solve_with = [&](const MakeFieldSolver& make) {
+          const bool first = !*one;
+          if (first) *one = std::make_unique<EvidenceField>(*volume_, run, settings_, make);
+          // After a failure of the device, the CPU reports the remaining range of the progress.
+          return solve(**one, first, marks, others, volume_->geometry(),
+                       [this, stop_if_cancelled, from = progress_.load()](float fraction) {
+                         stop_if_cancelled();
+                         progress_ = from + (1 - from) * fraction;
+                       });
+        };
+        try {
+          return Result{solve_with(make_solver_), ""};
+        } catch (const DeviceError& failure) {
+          one->reset();
+          return Result{solve_with(make_cpu_field_solver), failure.what()};
+        }
+      });
 }
 
 bool FieldUpdater::ready() const {
@@ -153,7 +180,11 @@ std::shared_ptr<const MeshField> FieldUpdater::finish() {
     std::erase_if(fields_, [&](const auto& field) { return field.first != mesh; });
     make_solver_ = make_cpu_field_solver;
   }
-  return result.field;
+  if (!cancelled_) return result.field;
+  // A field that is complete before the cancellation reaches it is discarded as well, so that the replay of a log gives
+  // the same fields.
+  fields_.erase(mesh);
+  return nullptr;
 }
 
 }  // namespace simplexseg

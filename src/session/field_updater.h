@@ -28,6 +28,7 @@ class FieldUpdater {
  public:
   /// `threads`: number of threads; 0: as many as the machine has. `settings`: settings of all fields.
   FieldUpdater(int threads, const EvidenceSettings& settings);
+  /// Cancels the field that is being solved.
   ~FieldUpdater();
 
   /// Sets the solver of the fields that are created from now on; default: the CPU solver. Waits for the field that is
@@ -37,7 +38,7 @@ class FieldUpdater {
   /// since the last call.
   std::optional<std::string> pop_notice();
 
-  /// Waits for the field that is being solved, discards all fields and sets the volume of later ones.
+  /// Cancels the field that is being solved, discards all fields and sets the volume of later ones.
   void open(const Volume& volume);
   /// Discards the fields of meshes that are not in the scene, except for the field that is being solved.
   void discard_deleted(const Scene& scene);
@@ -46,6 +47,14 @@ class FieldUpdater {
   /// previous field. A mesh with MeshItem::start gets field_of_start(). `others`: inside marks of other meshes, which
   /// are background for this mesh.
   void start(const MeshItem& item, std::vector<Mark> marks, std::vector<Mark> others);
+  /// Stops the field that is being solved, if any, and discards its solution: ready() becomes true within milliseconds
+  /// on the CPU and after the current phase on a device. The next field of the mesh is solved as its first.
+  void cancel() { cancelled_ = solving_mesh_ != 0; }
+  bool cancelled() const { return solving_mesh_ != 0 && cancelled_; }
+  /// Whether the field that is being solved is the first of its mesh, not an update of an earlier field.
+  bool solving_first() const { return solving_mesh_ != 0 && solving_first_; }
+  /// Marks of the field that was started last.
+  const std::vector<Mark>& solving_marks() const { return solving_marks_; }
   /// Mesh whose field is being solved; 0: none.
   ItemId solving_mesh() const { return solving_mesh_; }
   /// Completed fraction of the field that is being solved, 0 to 1; never decreases before finish(). 0 if no field is
@@ -54,8 +63,8 @@ class FieldUpdater {
   /// Whether the field that was started is complete, so that finish() returns without waiting; false if none was
   /// started.
   bool ready() const;
-  /// Waits for the field that was started and returns it. Does not throw Error for a failure; MeshField::problem then
-  /// contains the reason.
+  /// Waits for the field that was started and returns it; null after cancel(). Does not throw Error for a failure;
+  /// MeshField::problem then contains the reason.
   std::shared_ptr<const MeshField> finish();
 
  private:
@@ -72,7 +81,10 @@ class FieldUpdater {
   std::unique_ptr<Volume> volume_;
   std::map<ItemId, std::unique_ptr<EvidenceField>> fields_;
   ItemId solving_mesh_ = 0;
-  std::atomic<float> progress_ = 0;  ///< completed fraction, written by the background thread
+  bool solving_first_ = false;
+  std::vector<Mark> solving_marks_;
+  std::atomic<bool> cancelled_ = false;  ///< read by the background thread between parallel loops
+  std::atomic<float> progress_ = 0;      ///< completed fraction, written by the background thread
   std::future<Result> result_;
 };
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "session/free_attributes.h"
 
-#include <iterator>
+#include <algorithm>
+#include <vector>
 
 namespace simplexseg {
 namespace {
@@ -22,12 +23,14 @@ int free_label(const Scene& scene) {
   return first_free(scene, [](const MeshItem& other, int label) { return other.label == label; });
 }
 
+Colour free_colour(std::span<const Colour> used) {
+  return *std::ranges::min_element(kPalette, {}, [&](const Colour& one) { return std::ranges::count(used, one); });
+}
+
 Colour free_colour(const Scene& scene) {
-  for (const Colour& colour : kPalette)
-    if (std::none_of(scene.meshes.begin(), scene.meshes.end(),
-                     [&](const MeshItem& item) { return item.colour == colour; }))
-      return colour;
-  return kPalette[scene.meshes.size() % std::size(kPalette)];
+  std::vector<Colour> used;
+  for (const MeshItem& item : scene.meshes) used.push_back(item.colour);
+  return free_colour(used);
 }
 
 }  // namespace simplexseg

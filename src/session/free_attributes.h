@@ -2,6 +2,7 @@
 // Unused names, labels and colours for a new mesh of a scene.
 #pragma once
 #include <algorithm>
+#include <span>
 #include <string>
 
 #include "session/scene.h"
@@ -21,7 +22,9 @@ int first_free(const Scene& scene, Has has) {
 std::string free_name(const Scene& scene);
 /// Smallest unused label, from 1.
 int free_label(const Scene& scene);
-/// First unused colour of the palette. If all are used, the number of meshes modulo the size of the palette selects it.
+/// First of the colours of the palette that occur least often in `used`.
+Colour free_colour(std::span<const Colour> used);
+/// free_colour() of the colours of all meshes.
 Colour free_colour(const Scene& scene);
 
 }  // namespace simplexseg

@@ -31,15 +31,19 @@ std::optional<float> field_at(const MeshItem& item, std::size_t voxel, const Vol
 
 }  // namespace
 
-LabelMap make_label_map(const Scene& scene, const VolumeGeometry& geometry) {
-  int largest = 1;
+void require_label_numbers(const Scene& scene) {
   for (const MeshItem& item : scene.meshes) {
     if (item.label < 1 || item.label > 65535) {
       throw Error("segmentation '" + item.name + "'", "its label is " + std::to_string(item.label),
                   "give it a label from 1 to 65535");
     }
-    largest = std::max(largest, item.label);
   }
+}
+
+LabelMap make_label_map(const Scene& scene, const VolumeGeometry& geometry) {
+  require_label_numbers(scene);
+  int largest = 1;
+  for (const MeshItem& item : scene.meshes) largest = std::max(largest, item.label);
   LabelMap map{Volume(geometry, largest < 256 ? VoxelType::UInt8 : VoxelType::UInt16)};
   const auto paint = [&]<class T>(std::type_identity<T>) {
     const std::span<T> voxels = map.labels.voxels<T>();

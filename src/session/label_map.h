@@ -15,6 +15,8 @@ struct LabelMap {
   /// scene.
   std::size_t shared_voxels = 0;
 };
+/// Throws Error if the label of a mesh is outside 1 to 65535.
+void require_label_numbers(const Scene& scene);
 /// Rasterises every mesh with its label onto the grid. Throws Error for a label outside 1 to 65535 or an invalid
 /// geometry.
 LabelMap make_label_map(const Scene& scene, const VolumeGeometry& geometry);

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/expect.h"
+#include "core/number_text.h"
 #include "forces/force_list.h"
 #include "session/free_attributes.h"
 #include "session/mesh_lifecycle.h"
@@ -59,7 +60,7 @@ SceneChange SceneEditor::execute(const EditMesh& command) {
                 "choose 1 to 65535");
   if (command.opacity && !(*command.opacity > 0 && *command.opacity <= 1))
     throw Error("the opacity of segmentation '" + item.name + "'",
-                std::to_string(*command.opacity) + " is out of range", "give a value above 0 and up to 1");
+                general_text(*command.opacity, 6) + " is out of range", "give a value above 0 and up to 1");
   item.name = command.name.value_or(item.name);
   item.colour = command.colour.value_or(item.colour);
   item.visible = command.visible.value_or(item.visible);

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/expect.h"
+#include "core/number_text.h"
 #include "session/engine_scene.h"
 #include "session/mesh_lifecycle.h"
 #include "session/mesh_marks.h"
@@ -113,7 +114,7 @@ void Session::set_engine(std::unique_ptr<Engine> engine) {
 void Session::fail_over(const DeviceError& failure) {
   engine_.fail_over(failure);
   if (poses_stale_ && steps_since_read_ > 0)
-    engine_.append_to_notice("; the surfaces are those of " + std::to_string(steps_since_read_) + " steps ago");
+    engine_.append_to_notice("; the surfaces are those of " + counted(steps_since_read_, "step") + " ago");
   load_new_engine();
 }
 
@@ -220,6 +221,9 @@ void Session::read_poses_or_fail_over() {
 ItemId Session::apply(const Command& command) {
   fail_over_if_failed();
   const ItemId added = std::visit([this](const auto& one) { return execute(one); }, command);
+  if (std::holds_alternative<Undo>(command) || std::holds_alternative<Redo>(command) ||
+      std::holds_alternative<DeleteMesh>(command))
+    cancel_useless_field_update();
   log_.push_back({steps_since_command_, command});
   steps_since_command_ = 0;
   ++revision_;
@@ -266,7 +270,7 @@ ItemId Session::execute(const CommitFieldUpdate&) {
   MeshItem* const item = scene_.find_mesh(field_updater_.solving_mesh());
   const std::shared_ptr<const MeshField> field = field_updater_.finish();
   field_updater_.discard_deleted(scene_);
-  if (!item) return 0;
+  if (!item || !field) return 0;
   const bool waited_for_field = waits_for_field(*item, volume_);
   const std::shared_ptr<const MeshField> before = std::exchange(item->field, field);
   const std::string name = "Segmentation '" + item->name + "'";
@@ -330,6 +334,20 @@ ItemId Session::mesh_with_stale_field() const {
   for (const MeshItem& item : scene_.meshes)
     if (!item.locked && has_stale_field(scene_, item, volume_)) return item.id;
   return 0;
+}
+
+/// Cancels the field that is being solved if its mesh no longer exists, or if it is the first field of the mesh and a
+/// mark was withdrawn. An update of an earlier field is not cancelled: it takes less time than a first field.
+void Session::cancel_useless_field_update() {
+  const ItemId mesh = field_updater_.solving_mesh();
+  if (mesh == 0) return;
+  const MeshItem* const item = scene_.find_mesh(mesh);
+  const std::vector<Mark>& solved = field_updater_.solving_marks();
+  const auto is_withdrawn = [&] {
+    const std::vector<Mark> now = marks_of(scene_, *item, volume_);
+    return now.size() < solved.size() || !std::equal(solved.begin(), solved.end(), now.begin());
+  };
+  if (!item || (field_updater_.solving_first() && is_withdrawn())) field_updater_.cancel();
 }
 
 void Session::update_all_fields() {

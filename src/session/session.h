@@ -92,6 +92,13 @@ class Session {
   ItemId solving_mesh() const { return field_updater_.solving_mesh(); }
   /// Completed fraction of the field that is being solved, 0 to 1; 0 if no field is being solved.
   float solving_progress() const { return field_updater_.progress(); }
+  /// Stops the field that is being solved in the background; the next CommitFieldUpdate changes nothing. Not logged:
+  /// call it when the session ends. Undo, redo and the deletion of a mesh cancel a field that they make useless.
+  void cancel_field_update() { field_updater_.cancel(); }
+  /// Commits a cancelled field update, which frees its memory; without one, does nothing.
+  void commit_cancelled_update() {
+    if (field_updater_.cancelled()) apply(CommitFieldUpdate{});
+  }
 
   const std::vector<LogEntry>& log() const { return log_; }
   int steps_since_last_command() const { return steps_since_command_; }
@@ -126,6 +133,7 @@ class Session {
   void fail_over_if_failed();
 
   ItemId mesh_with_stale_field() const;
+  void cancel_useless_field_update();
   void update_all_fields();
   void update_fields_in_background();
   void set_engine_field(std::size_t mesh);

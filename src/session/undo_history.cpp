@@ -6,27 +6,33 @@
 namespace simplexseg {
 namespace {
 
+using Entry = UndoHistory::Entry;
+
 /// Whether a command belongs to the same drag, slider movement or scroll gesture as `last`; false for most commands.
 template <class Any>
-bool continues_command(const Any&, const Command&) {
+bool continues_command(const Any&, const Entry&) {
   return false;
 }
-bool continues_command(const MovePoint& move, const Command& last) {
-  return move.continues && (std::holds_alternative<MovePoint>(last) || std::holds_alternative<AddPoint>(last));
+bool continues_command(const MovePoint& move, const Entry& last) {
+  if (!move.continues) return false;
+  if (const auto* was = std::get_if<MovePoint>(&last.command)) return was->point == move.point;
+  if (!std::holds_alternative<AddPoint>(last.command)) return false;
+  const std::vector<UserPoint>& before = last.scene.without_arrays().points;  // contains all points but the added one
+  return std::none_of(before.begin(), before.end(), [&](const UserPoint& point) { return point.id == move.point; });
 }
-bool continues_command(const ResizePoint& resize, const Command& last) {
-  const auto* was = std::get_if<ResizePoint>(&last);
+bool continues_command(const ResizePoint& resize, const Entry& last) {
+  const auto* was = std::get_if<ResizePoint>(&last.command);
   return resize.continues && was && was->point == resize.point;
 }
-bool continues_command(const SetReference& set, const Command& last) {
-  return set.continues && std::holds_alternative<SetReference>(last);
+bool continues_command(const SetReference& set, const Entry& last) {
+  return set.continues && std::holds_alternative<SetReference>(last.command);
 }
-bool continues_command(const SetForceParameter& set, const Command& last) {
-  const auto* was = std::get_if<SetForceParameter>(&last);
+bool continues_command(const SetForceParameter& set, const Entry& last) {
+  const auto* was = std::get_if<SetForceParameter>(&last.command);
   return set.continues && was && was->mesh == set.mesh && was->force == set.force && was->parameter == set.parameter;
 }
-bool continues_command(const SetSimulationParameter& set, const Command& last) {
-  const auto* was = std::get_if<SetSimulationParameter>(&last);
+bool continues_command(const SetSimulationParameter& set, const Entry& last) {
+  const auto* was = std::get_if<SetSimulationParameter>(&last.command);
   return set.continues && was && was->parameter == set.parameter;
 }
 
@@ -37,7 +43,7 @@ const char* UndoHistory::redo_title() const { return redo_.empty() ? "" : title_
 
 bool UndoHistory::continues(const Command& command) const {
   if (undo_.empty()) return false;
-  return std::visit([this](const auto& one) { return continues_command(one, undo_.back()->command); }, command);
+  return std::visit([this](const auto& one) { return continues_command(one, *undo_.back()); }, command);
 }
 
 std::vector<std::string> UndoHistory::undo_names() const {

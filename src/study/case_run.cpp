@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "forces/region_model.h"
 #include "mesh/shape_reference.h"
+#include "session/engine_scene.h"
 #include "step/simulation_parameters.h"
 #include "study/mesh_check.h"
 #include "study/stability_case.h"
@@ -62,11 +63,7 @@ TrialRun run_in_engine(const Trial& trial, const EngineFactory& make_engine) {
       meshes.push_back(m);
     }
     engine->load(meshes, run.end.simulation);
-    std::vector<EnginePoint> points;
-    for (const UserPoint& point : run.end.points)
-      for (std::size_t k = 0; k < run.end.meshes.size(); ++k)
-        if (run.end.meshes[k].id == point.mesh) points.push_back({static_cast<int>(k), point.position_mm});
-    engine->set_points(points);
+    engine->set_points(engine_points(run.end));
     run.outcome = engine->step(trial.steps);
     run.steps = run.outcome.steps;
     for (const TimestepCut& cut : run.outcome.cuts)

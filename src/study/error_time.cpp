@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/number_text.h"
 #include "forces/parameters.h"
 
 namespace simplexseg {
@@ -31,11 +32,7 @@ constexpr int kBaseline = 0;
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
-std::string float_text(float value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", static_cast<double>(value));
-  return text;
-}
+std::string float_text(float value) { return general_text(static_cast<double>(value), 6); }
 
 struct TimedSteps {
   double seconds;

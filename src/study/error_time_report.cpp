@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <sstream>
 
+#include "core/number_text.h"
 #include "session/run_trace.h"
 
 namespace simplexseg {
@@ -17,10 +17,7 @@ constexpr double kMaxShown = 10;  ///< largest share of the initial error in plo
 
 /// Number without an exponent: three significant digits from 1 to 1000, an integer above, three decimals below.
 std::string short_number(double value) {
-  char text[64];
-  const int decimals = value >= 100 || value == 0 ? 0 : value >= 10 ? 1 : value >= 1 ? 2 : 3;
-  std::snprintf(text, sizeof text, "%.*f", decimals, value);
-  return text;
+  return fixed_text(value, value >= 100 || value == 0 ? 0 : value >= 10 ? 1 : value >= 1 ? 2 : 3);
 }
 
 const char* start_name(const LiveVariant& variant) { return variant.coarse_to_fine ? "coarse to fine" : "final level"; }
@@ -74,9 +71,7 @@ void frozen_table(std::ostream& out, const ErrorTimeResult& result, bool normal_
         out << "-";
     }
     const FrozenSample& last = curve.samples.back();
-    char end[64];
-    std::snprintf(end, sizeof end, "%.1e", normal_part ? last.normal : last.whole);
-    out << " | " << end;
+    out << " | " << scientific_text(normal_part ? last.normal : last.whole, 1);
     if (curve.cuts > 0) out << ", timestep cut " << curve.cuts << (curve.cuts == 1 ? " time" : " times");
     if (!curve.note.empty()) out << ", " << curve.note;
     out << " |\n";
@@ -181,11 +176,10 @@ Plot refresh_plot(const ErrorTimeResult& result) {
 
 std::string markdown(const ErrorTimeResult& result) {
   std::ostringstream out;
-  char start[100];
-  std::snprintf(start, sizeof start, "%.4g mm (along normals %.4g mm)", result.start_mm.whole, result.start_mm.normal);
   out << "## " << result.name << "\n\n"
-      << "On " << result.backend << " (" << result.device << "). " << result.vertices << " vertices, " << start
-      << " from the fixed point at the start; the fixed point was " << result.how << ".\n\n"
+      << "On " << result.backend << " (" << result.device << "). " << result.vertices << " vertices, "
+      << general_text(result.start_mm.whole, 4) << " mm (along normals " << general_text(result.start_mm.normal, 4)
+      << " mm) from the fixed point at the start; the fixed point was " << result.how << ".\n\n"
       << "Frozen targets, root mean square distance to the fixed point. Ratio: how many times sooner than the "
          "measure.\n\n";
   frozen_table(out, result, false);
@@ -201,16 +195,15 @@ std::string markdown(const ErrorTimeResult& result) {
         const std::vector<double> all = mean_over_meshes(curve, value);
         return all.empty() ? 0.0 : all.back();
       };
-      char line[200];
-      std::snprintf(
-          line, sizeof line, " | %d | %.0f%s | %s | %.3f | %.3f | %.2f | %.4f |\n", curve.variant.refresh_interval,
-          last([](const LiveSample& s) { return static_cast<double>(s.steps); }), curve.at_rest ? ", settled" : "",
-          short_number(1000 * last([](const LiveSample& s) { return s.seconds; })).c_str(),
-          last([](const LiveSample& s) { return s.error.mean_mm; }),
-          last([](const LiveSample& s) { return s.error.p95_mm; }),
-          last([](const LiveSample& s) { return s.error.max_mm; }), last([](const LiveSample& s) { return s.dice; }));
       out << "| " << solvers[static_cast<std::size_t>(curve.variant.solver)] << " | " << start_name(curve.variant)
-          << line;
+          << " | " << curve.variant.refresh_interval << " | "
+          << fixed_text(last([](const LiveSample& s) { return static_cast<double>(s.steps); }), 0)
+          << (curve.at_rest ? ", settled" : "") << " | "
+          << short_number(1000 * last([](const LiveSample& s) { return s.seconds; })) << " | "
+          << fixed_text(last([](const LiveSample& s) { return s.error.mean_mm; }), 3) << " | "
+          << fixed_text(last([](const LiveSample& s) { return s.error.p95_mm; }), 3) << " | "
+          << fixed_text(last([](const LiveSample& s) { return s.error.max_mm; }), 2) << " | "
+          << fixed_text(last([](const LiveSample& s) { return s.dice; }), 4) << " |\n";
     }
   }
   out << "\n";

@@ -4,12 +4,13 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "core/error.h"
+#include "core/number_text.h"
 #include "forces/force_list.h"
 #include "mesh/mesh_geometry.h"
+#include "session/engine_scene.h"
 #include "session/session.h"
 #include "step/simulation_parameters.h"
 #include "step/stability.h"
@@ -171,12 +172,11 @@ FrozenProblem frozen_problem_of(const Scene& scene, const Volume& volume, bool f
   problem.volume = volume;
   problem.simulation = scene.simulation;
   for (const MeshItem& item : starts) {
-    FrozenMesh mesh;
+    FrozenMesh& mesh = problem.meshes.emplace_back();
     mesh.start = item.mesh, mesh.shape = item.shape, mesh.forces = item.parameters;
-    for (const UserPoint& point : session.scene().points)
-      if (point.mesh == item.id) mesh.points_mm.push_back(point.position_mm);
-    problem.meshes.push_back(std::move(mesh));
   }
+  for (const EnginePoint& point : engine_points(session.scene()))
+    problem.meshes[static_cast<std::size_t>(point.mesh)].points_mm.push_back(point.position_mm);
   find_targets(session, make_engine, problem);
   problem.converged = true;
   double residual = 0;
@@ -195,10 +195,9 @@ FrozenProblem frozen_problem_of(const Scene& scene, const Volume& volume, bool f
     residual = std::max(residual, found.residual_mm);
     systems += found.iterations;
   }
-  char text[200];
-  std::snprintf(text, sizeof text, "%s in double after %d linear systems; largest residual of a vertex %.1e mm",
-                problem.converged ? "found" : "NOT FOUND to 1e-9 mm", systems, residual);
-  problem.how = text;
+  problem.how = std::string(problem.converged ? "found" : "NOT FOUND to 1e-9 mm") + " in double after " +
+                std::to_string(systems) + " linear systems; largest residual of a vertex " +
+                scientific_text(residual, 1) + " mm";
   set_normals_and_start_error(problem);
   return problem;
 }

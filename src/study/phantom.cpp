@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/number_text.h"
 #include "image/mask.h"
 
 namespace simplexseg {
@@ -63,7 +64,7 @@ T to_voxel(double value) {
 
 void require(bool valid, const char* name, double value, const char* range) {
   if (valid) return;
-  throw Error(std::string("phantom ") + name + " " + std::to_string(value), "it is out of range",
+  throw Error(std::string("phantom ") + name + " " + general_text(value, 6), "it is out of range",
               std::string("give ") + range);
 }
 

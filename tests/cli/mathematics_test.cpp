@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "core/number_text.h"
 #include "forces/parameters.h"
 #include "io/scene/parameter_text.h"
 #include "step/simulation_parameters.h"
@@ -18,6 +19,8 @@
 
 namespace simplexseg {
 namespace {
+
+double number(const std::string& text) { return parse_number(text).value(); }
 
 std::string mathematics() {
   std::ifstream file(std::filesystem::path(SIMPLEXSEG_SOURCE_DIR) / "docs/mathematics.md");
@@ -79,7 +82,7 @@ TEST(Mathematics, QuotesTheStabilityBoundOfEveryForce) {
   const std::regex row(R"(\n\| `(\w+)` \|[^|]*(?:\\\|[^|]*)*\| ([\d.]+) \|)");
   std::map<std::string, float> quoted;
   for (std::sregex_iterator r(text.begin(), text.end(), row), end; r != end; ++r)
-    if (find_force((*r)[1].str().c_str())) quoted[(*r)[1]] = std::stof((*r)[2]);
+    if (find_force((*r)[1].str().c_str())) quoted[(*r)[1]] = static_cast<float>(number((*r)[2]));
   for (const ForceInfo& force : force_list()) {
     ASSERT_TRUE(quoted.contains(force.name)) << force.name;
     EXPECT_FLOAT_EQ(quoted[force.name], bound_at_defaults(force)) << force.name;
@@ -94,10 +97,10 @@ TEST(Mathematics, TheExampleTimestepFollowsFromTheDefaultWeights) {
   ASSERT_TRUE(std::regex_search(text, match, example));
   const SimulationParameters simulation = default_simulation_parameters();
   const float stiffness = stiffness_bound(default_force_parameters(), {});
-  EXPECT_FLOAT_EQ(std::stof(match[1]), stiffness);
-  EXPECT_FLOAT_EQ(std::stof(match[2]), simulation.damping);
-  EXPECT_NEAR(std::stof(match[3]), stable_timestep(stiffness, simulation.damping), 5e-4);
-  EXPECT_NEAR(std::stof(match[4]), effective_timestep(simulation, stiffness), 5e-4);
+  EXPECT_FLOAT_EQ(static_cast<float>(number(match[1])), stiffness);
+  EXPECT_FLOAT_EQ(static_cast<float>(number(match[2])), simulation.damping);
+  EXPECT_NEAR(number(match[3]), stable_timestep(stiffness, simulation.damping), 5e-4);
+  EXPECT_NEAR(number(match[4]), effective_timestep(simulation, stiffness), 5e-4);
 }
 
 }  // namespace

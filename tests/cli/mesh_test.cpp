@@ -64,7 +64,7 @@ TEST_F(MeshCommand, BadInputIsOneLine) {
     EXPECT_FALSE(exists("a.ply"));
   };
   rejection({"mesh", path("truth.nii.gz"), path("a.ply"), "--label", "9"}, "choose one of its labels: 1");
-  rejection({"mesh", path("truth.nii.gz"), path("a.ply"), "--part", "2"}, "has 1 connected part(s)");
+  rejection({"mesh", path("truth.nii.gz"), path("a.ply"), "--part", "2"}, "has 1 connected part;");
   rejection({"mesh", path("none.nii.gz"), path("a.ply")}, "no such file");
   rejection({"mesh", path("truth.nii.gz"), path("a.ply"), path("a.txt")}, ".txt");
   rejection({"mesh", path("truth.nii.gz"), path("no/a.ply")}, "no");

@@ -32,6 +32,22 @@ TEST_F(Options, Info) {
   EXPECT_TRUE(json["warnings"].empty());
 }
 
+TEST_F(Options, NumbersAreDecimalUnderEveryLocale) {  // tests/locale/run repeats this under other locales
+  succeed({"phantom", "sphere", path("p.nii"), "--size", "010", "--spacing", "0.5", "--noise", "+1.5"});
+  EXPECT_EQ(read_volume(path("p.nii")).geometry().size, (std::array<int, 3>{10, 10, 10}));  // not octal
+  for (const char* spacing : {"0,5", "0.5.5", "1 5", "0.5mm"}) {
+    const Outcome refused = call({"phantom", "sphere", path("q.nii"), "--spacing", spacing});
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_NE(refused.err.find(spacing), std::string::npos) << refused.err;
+  }
+  for (const bool own_process : {false, true}) {
+    const Arguments arguments{"info", path("p.nii")};
+    const Outcome info = own_process ? call_program(arguments) : call(arguments);
+    EXPECT_NE(info.out.find("spacing     0.5, 0.5, 0.5 mm"), std::string::npos) << info.out;
+    EXPECT_NE(info.out.find("2.0 kB"), std::string::npos) << info.out;
+  }
+}
+
 // ---- phantom ----
 
 TEST_F(Options, PhantomSettings) {

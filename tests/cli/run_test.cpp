@@ -116,7 +116,7 @@ TEST_F(Run, SaveWritesTheSceneAfterTheRun) {
   EXPECT_NE(text_of("again/ball.ply"), text_of("now/ball.ply"));
   succeed({"run", path("later.json"), "--steps", "25", "--threads", "2", "--meshes", path("once more")});
   EXPECT_EQ(text_of("again/ball.ply"), text_of("once more/ball.ply")) << "continued runs are reproducible";
-  EXPECT_NE(call(run({"--save", path("scene.json")})).err.find("the run reads this file"), std::string::npos);
+  EXPECT_NE(call(run({"--save", path("scene.json")})).err.find("it is an input of this command"), std::string::npos);
   EXPECT_NE(call(run({"--save", path("later.txt")})).err.find("ends in .json"), std::string::npos);
 }
 

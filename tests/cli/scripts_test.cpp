@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Generated documents are up to date, and the checks of layers, words, links and commits find violations.
+// Generated documents are up to date, and the checks of layers, calls, words, links and commits find violations.
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -102,6 +102,28 @@ int status_of(const std::string& name, const std::string& arguments = "") {
 }
 
 TEST_F(Scripts, NoFileHasABannedWord) { EXPECT_EQ(status_of("check_words"), 0); }
+
+TEST_F(Scripts, NoCallDependsOnTheLocale) { EXPECT_EQ(status_of("check_calls"), 0); }
+
+TEST_F(Scripts, TheCallCheckFindsCallsThatDependOnTheLocale) {
+  const auto status = [this](const std::string& line) {
+    write("src/a.cpp", line + "\n");
+    return status_of("check_calls", "'" + folder_.string() + "'");
+  };
+  fs::create_directories(folder_ / "src");
+  for (const char* line :
+       {"double x = strtod(text, &end);", "x = std::stod(text);", "x = ::atof(text);",
+        "std::snprintf(a, 9, \"%d\", 1);", "if (std::isdigit(c)) {", "std::all_of(a, b, std::isspace)",
+        "std::setlocale(LC_ALL, \"\");", "std::locale::global(std::locale());", "std::fprintf(stderr, \"%.2f\", x);",
+        "QLocale().toString(x);", "std::sscanf(text, \"%d\", &n);", "tr(\"%L1\").arg(x)",
+        "std::strftime(t, 9, \"%b\", &day);"})
+    EXPECT_NE(status(line), 0) << line;
+  for (const char* line :
+       {"double x = parse_number(text).value();", "std::fprintf(stderr, \"%s\", text);", "// strtod(text) is refused",
+        "throw Error(\"atof(text)\");", "QString::number(x, 'f', 2);", "c.isDigit();", "letter.isdigit()",
+        "constexpr bool is_digit(char c) {", "std::strftime(t, 9, \"%Y%m%d\", &day);", "void print(std::ostream&);"})
+    EXPECT_EQ(status(line), 0) << line;
+}
 
 TEST_F(Scripts, AllLinksInDocumentsAreValid) { EXPECT_EQ(status_of("check_links"), 0); }
 

@@ -134,7 +134,7 @@ TEST_F(Segment, InvalidOptionsAreRejectedInOneLine) {
   expect_rejected({"--seed", "0,0,0", "--name", "a", "--name", "b"}, "2 names for 1 mesh");
   expect_rejected({"--seed", "0,0,0", "--seed", "1,0,0", "--name", "a", "--name", "a"}, "two meshes");
   expect_rejected({"--seed", "0,0,0", "--reference-label", "1"}, "--reference");
-  expect_rejected({"--seed", "0,0,0", "--labels", path("image.nii.gz")}, "the run reads this file");
+  expect_rejected({"--seed", "0,0,0", "--labels", path("image.nii.gz")}, "it is an input of this command");
   expect_rejected({"--seed", "0,0,0", "--scene", path("none.json")}, "none.json");
 }
 

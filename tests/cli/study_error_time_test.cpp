@@ -5,12 +5,15 @@
 #include <sstream>
 
 #include "cli_fixture.h"
+#include "core/number_text.h"
 #include "forces/parameters.h"
 #include "io/volume/volume_io.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {
 namespace {
+
+double number(const std::string& text) { return parse_number(text).value(); }
 
 class StudyErrorTime : public Cli {
  protected:
@@ -65,7 +68,7 @@ TEST_F(StudyErrorTime, BuiltInScenesGiveTablesAndPlots) {
       if (row["steps"] == "0") {
         EXPECT_EQ(row["error"], "1");
       }
-      last[row["method"]] = std::stod(row["error"]);
+      last[row["method"]] = number(row["error"]);
     }
     EXPECT_EQ(solvers, choices);
     EXPECT_LT(last["verlet, damping 0.1, 95%"], 0.1) << scene;
@@ -89,9 +92,9 @@ TEST_F(StudyErrorTime, ASceneFileIsComparedWithItsReference) {
   for (auto& row : table("out/scene-live.csv")) {
     EXPECT_EQ(row["mesh"], "ball");
     intervals.insert(row["refresh_interval"]), starts.insert(row["start"]);
-    best = std::max(best, std::stod(row["dice"]));
-    EXPECT_LE(std::stod(row["error_mean_mm"]), std::stod(row["error_p95_mm"]) + 1e-9);
-    EXPECT_LE(std::stod(row["error_p95_mm"]), std::stod(row["error_max_mm"]) + 1e-9);
+    best = std::max(best, number(row["dice"]));
+    EXPECT_LE(number(row["error_mean_mm"]), number(row["error_p95_mm"]) + 1e-9);
+    EXPECT_LE(number(row["error_p95_mm"]), number(row["error_max_mm"]) + 1e-9);
   }
   EXPECT_EQ(intervals, (std::set<std::string>{"1", "3", "10"}));
   EXPECT_EQ(starts, (std::set<std::string>{"coarse to fine", "final level"}));

@@ -267,6 +267,22 @@ TEST(EvidenceField, ReportsALeak) {
   EXPECT_FALSE(held.report().leaks);
 }
 
+TEST(EvidenceField, ThickSlicesAreNoLeak) {
+  const Scene scene = ellipsoid(96, 8, {20, 20, 20});  // 12 slices of 8 mm
+  EvidenceField field(scene.image);
+  field.update(std::vector{inside({0, 0, 0}, 12)});
+  EXPECT_GT(dice(scene.truth, field.object()), 0.9);
+  EXPECT_FALSE(field.report().leaks);
+}
+
+TEST(EvidenceField, AnObjectCutByTheVolumeIsNoLeak) {
+  const Scene scene = ellipsoid(40, 1, {10, 10, 60});  // cut by the first and the last slice
+  EvidenceField field(scene.image);
+  field.update(std::vector{inside({0, 0, 0}, 6)});
+  EXPECT_GT(dice(scene.truth, field.object()), 0.8);
+  EXPECT_FALSE(field.report().leaks);
+}
+
 TEST(EvidenceField, ReportsTheExpectedDice) {
   const Scene sharp = ellipsoid(40, 1, {12, 12, 12});
   EvidenceField field(sharp.image);

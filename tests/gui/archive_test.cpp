@@ -113,6 +113,24 @@ TEST_F(ArchiveTest, InvalidArchivesAreRefusedAndNoSecretIsStored) {
   EXPECT_EQ(read_archive_servers().back().credentials_variable, "PACS_LOGIN");
 }
 
+TEST_F(ArchiveTest, DimseNeedsNoCredentials) {
+  ArchiveServer web;
+  web.name = "one", web.url = "https://host/dicom-web", web.credentials_variable = "LOGIN";
+  std::optional<ArchiveServer> saved;
+  ArchiveServerDialog dialog(
+      web, [&](const ArchiveServer& server) { saved = server; }, window_.get());
+  dialog.show();
+  type(field(dialog, "Variable with credentials"), "");
+  auto* protocol = dialog.findChild<QComboBox*>();
+  ASSERT_EQ(protocol->count(), 2);
+  protocol->setCurrentIndex(1);
+  type(field(dialog, "Host"), "pacs");
+  type(field(dialog, "AE title of the archive"), "PACS");
+  save(dialog);
+  ASSERT_TRUE(saved) << dialog.findChild<QLabel*>("archive_refusal")->text().toStdString();
+  EXPECT_EQ(saved->host, "pacs");
+}
+
 TEST_F(ArchiveTest, ADamagedListOfArchivesIsReportedAndLeftUnchanged) {
   write_two_servers();
   QFile file(QString::fromStdString(archive_servers_file().string()));

@@ -159,10 +159,13 @@ TEST_F(CompareTest, BothSidesSettleAndAreMeasured) {
   // Measurements follow with a delay.
   EXPECT_TRUE(wait_until([&] {
     return compare_->table_text("Dice", kA).toDouble() > 0.9 && compare_->table_text("Dice", kB).toDouble() > 0.9 &&
-           compare_->table_text("Volume (ml)", kA) != compare_->table_text("Volume (ml)", kB);
+           compare_->table_text("Volume", kA) != compare_->table_text("Volume", kB);
   }));
   for (const int s : {kA, kB}) {
-    EXPECT_LT(compare_->table_text("HD95 (mm)", s).toDouble(), 2);
+    EXPECT_TRUE(compare_->table_text("Volume", s).endsWith(" ml")) << compare_->table_text("Volume", s).toStdString();
+    const QString distance = compare_->table_text("HD95", s);
+    ASSERT_TRUE(distance.endsWith(" mm")) << distance.toStdString();
+    EXPECT_LT(distance.chopped(3).toDouble(), 2);
     EXPECT_GT(compare_->table_text("Vertices", s).toInt(), 100);
   }
   const std::string csv = compare_->comparison().csv();
@@ -199,6 +202,23 @@ TEST_F(CompareTest, TheSettingsOfASideAreAppliedAsOneUndoableAction) {
   bench().apply(Undo{});
   EXPECT_EQ(scene().meshes[0].parameters.weight(ForceId::Smoothing), 0.5f);
   EXPECT_NE(scene().simulation.frame_budget_ms, 3);
+}
+
+TEST_F(CompareTest, TheWindowOpensAtTheSegmentation) {
+  bench().apply(ResetPose{0});
+  bench().set_crosshair(bench().session().volume().geometry().centre_mm() + Eigen::Vector3d(0, 0, 25));
+  compare();
+  const MeshItem& item = compare_->comparison().item(kA);
+  EXPECT_LT((side(kA).view.crosshair_mm - item.seed.centre_mm).norm(), 2);
+  EXPECT_EQ(side(kA).view.crosshair_mm, side(kB).view.crosshair_mm);
+  EXPECT_NE(bench().view.crosshair_mm, side(kA).view.crosshair_mm) << "the main window stays at its slice";
+}
+
+TEST_F(CompareTest, ASliceThatCutsTheSegmentationStays) {
+  bench().set_crosshair(bench().session().volume().geometry().centre_mm() + Eigen::Vector3d(0, 0, 5));
+  const Eigen::Vector3d chosen = bench().view.crosshair_mm;
+  compare();
+  EXPECT_EQ(side(kA).view.crosshair_mm, chosen);
 }
 
 TEST_F(CompareTest, OneViewOrAllFourAreShownOnBothSides) {

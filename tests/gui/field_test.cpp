@@ -65,7 +65,8 @@ TEST_F(FieldTest, TheStateHasAPercentageWhileAFieldIsSolved) {
   QObject context;
   const auto note = [&] {
     if (bench().session().solving_mesh() == 0) return;
-    texts << window_->findChild<StateChip*>("state_chip")->text() << mesh_state(bench(), window_->loop(), 0).text;
+    texts << window_->findChild<StateChip*>("state_chip")->text()
+          << text_of(mesh_state(bench(), window_->loop(), 0), bench().solving_percent());
     percentages.push_back(bench().solving_percent());
   };
   QObject::connect(&bench(), &Workbench::solving_changed, &context, note);

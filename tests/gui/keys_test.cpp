@@ -8,6 +8,7 @@
 
 #include "gui/panels/force_panel.h"
 #include "gui/panels/parameter_row.h"
+#include "step/simulation_parameters.h"
 #include "window_fixture.h"
 
 namespace simplexseg {
@@ -83,6 +84,9 @@ TEST_F(KeysTest, KeysOfTheSimulationRunStepAndReset) {
   axial().setFocus();
   const std::vector<Eigen::Vector3f> seed = scene().meshes[0].mesh.positions;
   bench().apply(AddPoint{bench().view.active_mesh, bench().view.crosshair_mm + Eigen::Vector3d(16, 0, 0)});
+  // Frames of few, small steps, so that the surface still moves at the second press of Space.
+  bench().apply(SetSimulationParameter{find_parameter(simulation_table(), "solver"), float(Solver::Verlet)});
+  bench().apply(SetSimulationParameter{find_parameter(simulation_table(), "frame_budget"), 1});
   bench().pause();
   const std::int64_t steps = bench().session().total_steps();
   press('.');

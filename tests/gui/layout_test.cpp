@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Layout of the panels at usual window sizes: nothing is covered or cut off.
 #include <QDoubleSpinBox>
+#include <QLabel>
+#include <QScreen>
 #include <QScrollArea>
 #include <QScrollBar>
+#include <QStatusBar>
 #include <QTabBar>
 #include <QTabWidget>
 #include <QToolButton>
 
+#include "gui/look/widgets.h"
 #include "gui/panels/force_panel.h"
 #include "gui/panels/parameter_row.h"
 #include "gui/panels/simulation_panel.h"
@@ -35,6 +39,35 @@ TEST_F(LayoutTest, EverythingFitsAWindowOf800x600) {
     EXPECT_EQ(window_->size(), QSize(800, 600));
     EXPECT_TRUE(
         window_->rect().contains(QRect(window_->panels().mapTo(window_.get(), QPoint()), window_->panels().size())));
+  }
+}
+
+TEST_F(LayoutTest, AWindowIsNotLargerThanItsScreen) {
+  EXPECT_EQ(size_within({1280, 800}, QRect(0, 0, 1920, 1080)), QSize(1280, 800));
+  const QSize small = size_within({1280, 800}, QRect(0, 0, 960, 540));  // a screen of 1920x1080 at 200 %
+  EXPECT_LE(small.width(), 960);
+  EXPECT_LE(small.height(), 540);
+  EXPECT_GE(small.height(), 480);
+  const QRect area = window_->screen()->availableGeometry();
+  QWidget window;
+  window.resize(area.size() + QSize(300, 200));
+  fit_on_screen(window);
+  EXPECT_LT(window.width(), area.width());
+  EXPECT_LT(window.height(), area.height());
+  window.resize(200, 100);
+  fit_on_screen(window);
+  EXPECT_EQ(window.size(), QSize(200, 100));
+}
+
+TEST_F(LayoutTest, TextsOfTheStatusLineAreNotCut) {
+  bench().view.crosshair_mm = bench().session().volume().geometry().centre_mm();
+  for (const QSize& size : {QSize(800, 600), QSize(1600, 1000)}) {
+    resize(size.width(), size.height());
+    for (const QLabel* label : window_->statusBar()->findChildren<QLabel*>()) {
+      if (!label->isVisible() || !label->text().startsWith("LPS")) continue;
+      EXPECT_GE(label->width(), label->sizeHint().width()) << label->text().toStdString();
+      EXPECT_EQ(label->text().contains("voxel"), label->toolTip().isEmpty()) << "the full text is in the tooltip";
+    }
   }
 }
 

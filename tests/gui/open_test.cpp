@@ -98,20 +98,32 @@ TEST_F(OpenTest, TheUserChoosesAmongSeveralSeries) {
   EXPECT_EQ(bench().scene().volume_series, "1.2.3.2");
 }
 
+TEST_F(OpenTest, ASeriesOfOneSliceHasOneSlice) {
+  write_series(place("disc/a"), {}, 6);
+  write_series(place("disc/b"), {.series = "1.2.3.2", .name = "single"}, 1);
+  window_->files().open(folder_.filePath("disc"));
+  SeriesDialog* series = dialog();
+  ASSERT_NE(series, nullptr);
+  QTreeWidgetItem* single = row(*series, "single");
+  ASSERT_NE(single, nullptr);
+  EXPECT_TRUE(single->text(4).startsWith("1 slice\n")) << single->text(4).toStdString();
+  EXPECT_TRUE(single->toolTip(0).startsWith("1 file in ")) << single->toolTip(0).toStdString();
+}
+
 TEST_F(OpenTest, DamageIsReportedBeforeAndAfterLoading) {
-  write_series(place("gap"), {}, 8);
-  std::filesystem::remove(place("gap/chest5"));
-  window_->files().open(folder_.filePath("gap"));
+  write_series(place("cut"), {}, 8);
+  std::filesystem::resize_file(place("cut/chest7"), std::filesystem::file_size(place("cut/chest7")) - 20);
+  window_->files().open(folder_.filePath("cut"));
   SeriesDialog* series = dialog();
   ASSERT_NE(series, nullptr);
   EXPECT_TRUE(row(*series, "chest")->text(0).contains("damaged"));
   bool reported = false;
-  for (const QLabel* label : series->findChildren<QLabel*>()) reported |= label->text().contains("only 5 of 7");
+  for (const QLabel* label : series->findChildren<QLabel*>()) reported |= label->text().contains("only 7 of 8");
   EXPECT_TRUE(reported);
   open_button(*series)->click();
   ASSERT_TRUE(wait_until([this] { return bench().has_volume(); }));
-  EXPECT_EQ(bench().session().volume().geometry().size[2], 5);
-  EXPECT_TRUE(window_->messages().text().contains("only 5 of 7")) << window_->messages().text().toStdString();
+  EXPECT_EQ(bench().session().volume().geometry().size[2], 7);
+  EXPECT_TRUE(window_->messages().text().contains("only 7 of 8")) << window_->messages().text().toStdString();
 }
 
 TEST_F(OpenTest, FilesDroppedTogetherAreASeries) {

@@ -35,7 +35,8 @@ TEST(Program, BadUsageIsOneLineAndStatusTwo) {
        {QStringList{"--nonsense"}, QStringList{"a.nii", "b.nii"}, QStringList{"/no/such/file.nii"},
         QStringList{"--backend", "gpu"}, QStringList{"--size", "huge"}, QStringList{"--size", "10x10"},
         QStringList{"--steps", "5"}, QStringList{"--screenshot", "x.png", "--steps", "-1"},
-        QStringList{"--measure", "2"}, QStringList{"--measure", "none", "x.json"}}) {
+        QStringList{"--measure", "2"}, QStringList{"--measure", "none", "x.json"}, QStringList{"--log", "/no/such/log"},
+        QStringList{"--screenshot", "/no/such/picture.png"}}) {
     const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.status, 2) << arguments.join(' ').toStdString();
     EXPECT_EQ(outcome.err.count('\n'), 1) << outcome.err.toStdString();
@@ -96,7 +97,7 @@ TEST(Program, AScreenshotRunsTheSceneAndExits) {
   EXPECT_EQ(broken.status, 2);
   EXPECT_EQ(broken.err.count('\n'), 1) << broken.err.toStdString();
   const Outcome unwritable = run({"--screenshot", path("no/such/folder/b.png"), "--steps", "0", path("ball.nii")});
-  EXPECT_EQ(unwritable.status, 1);
+  EXPECT_EQ(unwritable.status, 2);
   EXPECT_EQ(unwritable.err.count('\n'), 1) << unwritable.err.toStdString();
 }
 

@@ -252,6 +252,20 @@ TEST_F(SceneBuffersTest, TheSliceShowsTheVoxelsAfterWindowAndLevel) {
   EXPECT_NE(greys_of(check()), greys_of(before));
 }
 
+TEST_F(SceneBuffersTest, LowIntensitiesAreBrightInMonochrome1) {
+  open_phantom();
+  axial().grabFramebuffer();
+  const QImage usual = axial().grabFramebuffer();
+  bench().view.low_is_bright = true;
+  bench().view_edited();
+  const QImage inverted = axial().grabFramebuffer();
+  const auto at = [&](const QImage& picture, double x_mm) {
+    const Eigen::Vector3d place = bench().view.crosshair_mm + Eigen::Vector3d(x_mm, 20, 0);
+    return qGray(picture.pixel((axial().pixel_of(place) * axial().devicePixelRatio()).toPoint()));
+  };
+  for (const double x_mm : {-24.0, 24.0}) EXPECT_GT(at(inverted, x_mm), at(usual, x_mm) + 100) << "the dark background";
+}
+
 TEST_F(SceneBuffersTest, ASliceIsDrawnAgainOnlyWhenItHasChanged) {
   open_phantom();
   bench().pause();

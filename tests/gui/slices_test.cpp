@@ -74,6 +74,15 @@ double largest_error(const Volume& volume, const Eigen::Vector3d& through_mm, in
   return worst;
 }
 
+TEST(SliceGeometry, APositionHasDecimalsForTheFinestSpacing) {
+  VolumeGeometry geometry;
+  for (const auto& [spacing_mm, decimals] :
+       {std::pair{100.0, 1}, {1.0, 1}, {0.1, 1}, {0.05, 3}, {0.008, 4}, {1e-9, 6}}) {
+    geometry.spacing_mm = {1, spacing_mm, 1};
+    EXPECT_EQ(position_decimals(geometry), decimals) << spacing_mm;
+  }
+}
+
 constexpr double kRounding = 0.5001;  // largest error of rounding to an integer grey value
 
 TEST(DrawnSlice, ShowsTheVoxelsUnderEveryAxisAssignment) {

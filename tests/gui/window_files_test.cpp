@@ -12,6 +12,7 @@
 #include "gui/window/file_actions.h"
 #include "gui/window/message_bar.h"
 #include "gui/window/window_memory.h"
+#include "gui/workbench/background_job.h"
 #include "io/mesh/mesh_io.h"
 #include "io/volume/volume_io.h"
 #include "window_fixture.h"
@@ -92,6 +93,45 @@ TEST_F(WindowFilesTest, ASavedSceneIsRestoredExactly) {
   EXPECT_EQ(again.scene.meshes[0].colour, (Colour{10, 200, 30}));
   EXPECT_EQ(again.scene.points.size(), 1u);
   EXPECT_FALSE(again.volume.empty());
+}
+
+TEST_F(WindowFilesTest, TheTitleMarksUnsavedChanges) {
+  write_phantom("cube.nii.gz");
+  window_->files().open_loaded(load_input(path("cube.nii.gz").toStdString()), path("cube.nii.gz").toStdString());
+  EXPECT_FALSE(window_->isWindowModified());
+  EXPECT_TRUE(window_->windowTitle().contains("cube.nii.gz[*]")) << window_->windowTitle().toStdString();
+  bench().apply(AddMesh{"ball", Seed{bench().view.crosshair_mm, 9}, {}, 0});
+  bench().pause();
+  EXPECT_TRUE(window_->isWindowModified());
+  ASSERT_TRUE(window_->files().save_scene_to(path("scene.json")));
+  EXPECT_FALSE(window_->isWindowModified());
+  bench().advance_steps(1);
+  EXPECT_TRUE(window_->isWindowModified());
+}
+
+TEST_F(WindowFilesTest, MeshesWithoutAColourGetDifferentOnes) {
+  write_phantom("cube.nii");
+  const QString mesh = R"({"name": "%1", "sphere": {"centre_mm": [0, 0, 0], "radius_mm": 8}%2})";
+  const QString first = mesh.arg("a", ""), second = mesh.arg("b", R"(, "colour": "#56b4e9")");
+  write("scene.json", (R"({"simplexseg_scene": 1, "volume": "cube.nii", "meshes": [)" + first + ", " + second + ", " +
+                       mesh.arg("c", "") + ", " + mesh.arg("d", "") + "]}")
+                          .toUtf8());
+  window_->files().open_loaded(load_input(path("scene.json").toStdString()), path("scene.json").toStdString());
+  const std::vector<MeshItem>& meshes = scene().meshes;
+  ASSERT_EQ(meshes.size(), 4u);
+  EXPECT_EQ(meshes[1].colour, (Colour{0x56, 0xb4, 0xe9}));
+  for (std::size_t a = 0; a < meshes.size(); ++a)
+    for (std::size_t b = 0; b < a; ++b) EXPECT_NE(meshes[a].colour, meshes[b].colour) << a << b;
+}
+
+TEST_F(WindowFilesTest, WhatCannotBeSavedIsReportedAtOnce) {
+  open_phantom();
+  for (const char* name : {"no/such/folder/labels.nii.gz", "labels.unknown", "labels.dcm"}) {
+    window_->messages().clear();
+    window_->files().save_labels_to(path(name));
+    EXPECT_FALSE(window_->job().busy()) << name;
+    EXPECT_TRUE(window_->messages().isVisible()) << name;
+  }
 }
 
 TEST_F(WindowFilesTest, SavingToAnInvalidPathShowsAMessage) {

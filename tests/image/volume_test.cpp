@@ -83,6 +83,17 @@ TEST(VolumeGeometry, SameGridToleratesOnlyRounding) {
   EXPECT_FALSE(g.same_grid(other));
 }
 
+TEST(VolumeGeometry, ANegativeStepReversesTheAxis) {
+  VolumeGeometry g = oblique_geometry();
+  const Eigen::Affine3d before = g.world_from_index();
+  g.set_step(1, -g.spacing_mm[1]);
+  EXPECT_EQ(g.spacing_mm[1], 1.5);
+  EXPECT_TRUE((g.world_from_index() * Eigen::Vector3d(1, -2, 3)).isApprox(before * Eigen::Vector3d(1, 2, 3)));
+  g.set_step(0, 4);
+  EXPECT_EQ(g.spacing_mm[0], 4);
+  EXPECT_EQ(g.direction.col(0), oblique_geometry().direction.col(0));
+}
+
 TEST(VolumeGeometry, ValidateNamesTheVolumeInOneLine) {
   EXPECT_EQ(message_of(oblique_geometry()), "");
   std::vector<VolumeGeometry> bad(12, oblique_geometry());

@@ -240,7 +240,7 @@ TEST_F(Claims, Dicom) {
 }
 
 TEST_F(Claims, ImpossibleSpacings) {
-  for (const char* spacing : {"1e308", "1e7", "1e-300", "0", "-1", "inf", "nan"}) {
+  for (const char* spacing : {"1e308", "1e7", "1e-300", "0", "inf", "nan"}) {
     write("a.mha", std::string("ObjectType = Image\nNDims = 3\nDimSize = 1 1 2\nElementType = MET_UCHAR\n"
                                "ElementSpacing = 1 1 ") +
                        spacing + "\nElementDataFile = LOCAL\nab");

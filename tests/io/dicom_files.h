@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "core/number_text.h"
+
 namespace simplexseg::test {
 
 inline const char* const kExplicitLittle = "1.2.840.10008.1.2.1";
@@ -45,10 +47,8 @@ struct DicomData {
   DicomData& numbers(std::uint16_t group, std::uint16_t element, const std::vector<double>& values) {
     std::string value;
     for (const double v : values) {
-      char one[32];
-      std::snprintf(one, sizeof one, "%.10g", v);
       if (!value.empty()) value += '\\';
-      value += one;
+      value += general_text(v, 10);
     }
     return raw(group, element, "DS", value);
   }

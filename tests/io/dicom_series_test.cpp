@@ -73,10 +73,9 @@ TEST_F(SeriesTest, ASeriesIsOpenedByUidAlsoFromASavedScene) {
   EXPECT_NE(error_of([&] { load_volume(folder, 1, "1.2.3.9"); }).find("1.2.3.9"), std::string::npos);
 }
 
-TEST_F(SeriesTest, TheUsablePartOfADamagedSeriesIsLoaded) {
+TEST_F(SeriesTest, ImagesThatDoNotBelongToTheVolumeAreOmittedHoweverItIsOpened) {
   write_series(folder, {}, 10);
-  fs::remove(folder / "chest7");                                  // leaves a gap: slices 0 to 6, 8 and 9
-  CtSlice{.z_mm = 4, .value = 900}.write(folder / "chest2copy");  // position of another slice
+  write("again", test::bytes_of(folder / "chest2"));  // copy
   CtSlice{.z_mm = 40, .columns = 7}.write(folder / "wide");
   CtSlice{.z_mm = 60, .sagittal = true}.write(folder / "sagittal");
   fs::resize_file(folder / "chest0", fs::file_size(folder / "chest0") - 20);
@@ -86,15 +85,55 @@ TEST_F(SeriesTest, TheUsablePartOfADamagedSeriesIsLoaded) {
   EXPECT_TRUE(series.damaged);
   EXPECT_EQ(series.load_error, "");
   ASSERT_FALSE(series.warnings.empty());
-  for (const char* part : {"only 6 of 12", "chest0", "chest2copy", "wide", "sagittal", "chest8", "gap"})
-    EXPECT_NE(series.warnings.front().find(part), std::string::npos) << part << " in " << series.warnings.front();
-  const LoadedVolume loaded = load_volume(folder, 1, "1.2.3.1");
-  EXPECT_EQ(loaded.volume.geometry().size, (std::array<int, 3>{6, 5, 6}));
-  EXPECT_EQ(loaded.volume.geometry().origin_mm.z(), 2);
-  EXPECT_EQ(loaded.volume.value(0, 0, 1), 102);  // not the copy
-  EXPECT_EQ(loaded.warnings.front(), series.warnings.front());
-  // Without the UID the damaged series is rejected.
-  EXPECT_FALSE(error_of([&] { load_volume(folder); }).empty());
+  for (const char* part : {"only 9 of 13", "unreadable: truncated", "chest0", "chest2", "wide", "sagittal"})
+    EXPECT_HAS(series.warnings.front(), part);
+  for (const char* uid : {"1.2.3.1", ""}) {
+    const LoadedVolume loaded = load_volume(folder, 1, uid);
+    EXPECT_EQ(loaded.volume.geometry().size, (std::array<int, 3>{6, 5, 9}));
+    EXPECT_EQ(loaded.volume.geometry().origin_mm.z(), 2);
+    EXPECT_EQ(loaded.volume.value(0, 0, 1), 102);
+    EXPECT_EQ(loaded.warnings.front(), series.warnings.front());
+  }
+}
+
+TEST_F(SeriesTest, AmbiguousSeriesAreRefusedHoweverTheyAreOpened) {
+  const auto expect_refused = [&](const std::string& why) {
+    EXPECT_HAS(find_dicom_series({folder}).series.front().load_error, why);
+    for (const char* uid : {"1.2.3.1", ""}) EXPECT_HAS(error_of([&] { load_volume(folder, 1, uid); }), why);
+  };
+  write_series(folder, {}, 8);
+  fs::remove(folder / "chest5");
+  expect_refused("1 missing slice (");
+  write_series(folder, {}, 8);
+  CtSlice{.z_mm = 4, .value = 900}.write(folder / "other");  // other values at the position of chest2
+  expect_refused("1 duplicate slice (");
+  fs::remove(folder / "other");
+  for (int k = 0; k < 9; ++k)  // no orientation has more than half of the images
+    CtSlice{.z_mm = 2.0 * k, .sagittal = true}.write(folder / ("sagittal" + std::to_string(k)));
+  CtSlice{.z_mm = 80, .columns = 7}.write(folder / "wide");
+  expect_refused("different orientations");
+}
+
+TEST_F(SeriesTest, BrokenEntriesNeitherStopNorHideAnything) {
+  write_series(folder / "a", {}, 4);
+  fs::create_symlink(folder / "gone.dcm", folder / "a" / "0missing.dcm");
+  fs::create_symlink("loop", folder / "a" / "loop");
+  fs::create_symlink(folder / "nowhere", folder / "link");
+  fs::create_symlink(folder / "a" / "chest3", folder / "a" / "zlink");  // a copy
+  std::ofstream(folder / "a" / "empty.dcm");
+  std::ofstream(folder / "a" / "notes.txt");
+  for (const char* uid : {"1.2.3.1", ""}) {
+    const LoadedVolume loaded = load_volume(folder / "a", 1, uid);
+    EXPECT_EQ(loaded.volume.geometry().size[2], 4);
+    EXPECT_HAS(loaded.warnings.back(), "unreadable files are skipped (it is a link to a missing file): '0missing.dcm'");
+    EXPECT_HAS(loaded.warnings.back(), "'empty.dcm'");
+    EXPECT_HAS(loaded.warnings.back(), "'loop'");
+    EXPECT_EQ(loaded.warnings.back().find("notes"), std::string::npos);
+  }
+  EXPECT_EQ(load_volume(folder).volume.geometry().size[2], 4);  // only the subfolder contains images
+  const FoundSeries found = find_dicom_series({folder});
+  EXPECT_EQ(found.series.size(), 1u);
+  EXPECT_EQ(found.unreadable.size(), 4u);
 }
 
 TEST_F(SeriesTest, UnusableSeriesHaveAReason) {
@@ -167,7 +206,9 @@ TEST_F(SeriesTest, TextsAreConvertedFromTheDeclaredCharacterSet) {
   EXPECT_EQ(utf8_of("M\u00fcller", "ISO_IR 192"), "M\u00fcller");
   EXPECT_EQ(utf8_of("Yamada=\x1b$B;3ED\x1b(B", "\\ISO 2022 IR 87"), "Yamada=\u5c71\u7530");
   EXPECT_EQ(utf8_of("Hong=\x1b$)C\xc8\xab", "\\ISO 2022 IR 149"), "Hong=\ud64d");
-  EXPECT_EQ(utf8_of("M\xfcller", ""), "M?ller");
+  EXPECT_EQ(utf8_of("M\xfcller", ""), "M\u00fcller") << "no character set is declared";
+  EXPECT_EQ(utf8_of("M\u00fcller", ""), "M\u00fcller");
+  EXPECT_EQ(utf8_of("M\xfcller", "ISO_IR 192"), "M?ller");
   write_series(folder, {.patient = "M\xfcller^J\xf6rg"}, 2);
   EXPECT_EQ(find_dicom_series({folder}).series.front().texts.patient, "M\u00fcller, J\u00f6rg");
 }

@@ -19,6 +19,7 @@ struct CtSlice {
   std::string patient = "Doe^Jane", character_set = "ISO_IR 100";
   bool sagittal = false;
   std::string study{};  ///< study UID; empty: attribute missing
+  std::string echo{};   ///< echo time; empty: attribute missing
 
   std::string bytes() const {
     DicomData data;
@@ -28,6 +29,7 @@ struct CtSlice {
     data.text(0x0008, 0x0020, "DA", "20240531").text(0x0008, 0x0060, "CS", "CT");
     data.text(0x0008, 0x1030, "LO", "follow-up").text(0x0008, 0x103e, "LO", name);
     data.text(0x0010, 0x0010, "PN", patient).text(0x0010, 0x0020, "LO", "P-17");
+    if (!echo.empty()) data.text(0x0018, 0x0081, "DS", echo);
     if (!study.empty()) data.text(0x0020, 0x000d, "UI", study);
     data.text(0x0020, 0x000e, "UI", series);
     data.numbers(0x0020, 0x0032, sagittal ? std::vector<double>{z_mm, 0, 0} : std::vector<double>{0, 0, z_mm});
@@ -54,6 +56,15 @@ inline void write_series(const std::filesystem::path& folder, CtSlice slice, int
     slice.z_mm = 2.0 * n;
     slice.value = 100 + n;
     slice.write(folder / (slice.name + std::to_string(n)));
+  }
+}
+
+/// Writes two volumes of three slices, echoes of 4.6 and 12.3 ms with the values 46 and 123 at voxel (0, 0, 0).
+inline void write_echoes(const std::filesystem::path& folder) {
+  for (int n = 0; n < 6; ++n) {
+    const bool first = n % 2 == 0;
+    CtSlice slice{.z_mm = 2.0 * (n / 2), .value = first ? 46 : 123, .echo = first ? "4.6" : "12.3"};
+    slice.write(folder / std::to_string(n));
   }
 }
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Interpretation of stored DICOM pixels: doses, segments, MONOCHROME1, mosaics.
 #include <algorithm>
+#include <utility>
 
 #include "dicom_files.h"
+#include "io/labels/labels_io.h"
 #include "volume_files.h"
 
 namespace simplexseg {
@@ -119,7 +121,8 @@ struct SegmentFrame {
   std::array<int, 12> values;  ///< 4 x 3 pixels
 };
 
-std::string segmentation(const std::string& type, const std::vector<SegmentFrame>& frames, double between = 0) {
+std::string segmentation(const std::string& type, const std::vector<SegmentFrame>& frames, double between = 0,
+                         double thickness = 0) {
   std::vector<std::string> groups;
   std::string pixels;
   std::vector<int> bits;
@@ -136,6 +139,7 @@ std::string segmentation(const std::string& type, const std::vector<SegmentFrame
   for (std::size_t i = 0; i < bits.size(); ++i) pixels[i / 8] = char(pixels[i / 8] | (bits[i] << (i % 8)));
   DicomData axes, measures, shared, data;
   axes.numbers(0x0020, 0x0037, {1, 0, 0, 0, 1, 0});
+  if (thickness > 0) measures.numbers(0x0018, 0x0050, {thickness});
   if (between > 0) measures.numbers(0x0018, 0x0088, {between});
   measures.numbers(0x0028, 0x0030, {2, 3});
   shared.sequence(0x0020, 0x9116, {axes.bytes}).sequence(0x0028, 0x9110, {measures.bytes});
@@ -163,7 +167,8 @@ TEST_F(DicomValues, SegmentsBecomeLabelsAtThePositionsOfTheirFrames) {
   EXPECT_EQ(loaded.format, "DICOM SEG");
   EXPECT_EQ(loaded.volume.type(), VoxelType::UInt8);
   ASSERT_EQ(loaded.warnings.size(), 1u);
-  EXPECT_HAS(loaded.warnings[0], "the highest segment number");
+  EXPECT_EQ(loaded.warnings[0],
+            "4 voxels belong to several segments and are assigned to the one with the highest number");
   ASSERT_EQ(loaded.segments.size(), 1u);
   EXPECT_EQ(loaded.segments[0].value, 2);
   EXPECT_EQ(loaded.segments[0].name, "liver");
@@ -180,6 +185,55 @@ TEST_F(DicomValues, SegmentsBecomeLabelsAtThePositionsOfTheirFrames) {
       EXPECT_EQ(loaded.volume.value(v % 4, v / 4, k), expected) << v << " " << k;
     }
   }
+}
+
+TEST_F(DicomValues, AnOverlappedSegmentIsReadAlone) {
+  const std::array<int, 12> a{1, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1}, b{0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 1, 1};
+  LabelFile file(write("a.dcm", segmentation("BINARY", {{10, 1, a}, {10, 2, b}, {12, 2, b}, {12, 1, a}}, 2)));
+  EXPECT_TRUE(file.reads_alone());
+  const LoadedLabels alone = file.read({.label = 1});
+  for (int k = 0; k < 2; ++k)
+    for (int v = 0; v < 12; ++v) EXPECT_EQ(alone.volume.value(v % 4, v / 4, k), a[std::size_t(v)]) << v << " " << k;
+  for (const std::string& warning : alone.warnings) EXPECT_EQ(warning.find("several segments"), std::string::npos);
+  const std::vector<LabelCount> counts = file.count();
+  ASSERT_EQ(counts.size(), 2u);
+  EXPECT_EQ(counts[0].voxels, 8u);
+  EXPECT_EQ(counts[1].voxels, 8u);
+  EXPECT_HAS(error_of([&] { file.read({.label = 3}); }), "has no label 3: its labels are 2 (liver)");
+  LabelFile apart(write("b.dcm", segmentation("BINARY", {{10, 1, a}, {12, 2, b}}, 2)));
+  EXPECT_FALSE(apart.reads_alone());
+}
+
+TEST_F(DicomValues, SlicesWithoutFramesFollowTheStatedDistanceOrTheGaps) {
+  const std::array<int, 12> a{1, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1};
+  const auto loaded = [&](const std::vector<double>& positions, double between, double thickness) {
+    std::vector<SegmentFrame> frames;
+    for (const double z : positions) frames.push_back({z, 1, a});
+    return load_volume(write("a.dcm", segmentation("BINARY", frames, between, thickness)));
+  };
+  const auto grid = [&](const std::vector<double>& positions, double between, double thickness) {
+    const VolumeGeometry g = loaded(positions, between, thickness).volume.geometry();
+    return std::pair(g.size[2], g.spacing_mm[2]);
+  };
+  EXPECT_EQ(grid({-14, -11, -7}, 0, 1), std::pair(8, 1.0)) << "no slice distance";
+  EXPECT_EQ(grid({-14, -11, -7}, 0, 0), std::pair(8, 1.0)) << "neither distance nor thickness";
+  EXPECT_EQ(grid({0, 2, 6}, 0, 1), std::pair(7, 1.0)) << "slices of 1 mm without gaps between them";
+  EXPECT_EQ(grid({0, 2, 6}, 0, 5), std::pair(4, 2.0)) << "thick slices that overlap";
+  EXPECT_EQ(grid({0, 2, 6}, 2, 1), std::pair(4, 2.0)) << "the stated distance";
+  EXPECT_EQ(grid({0, 2, 4}, 0, 1), std::pair(3, 2.0)) << "evenly spaced";
+  EXPECT_EQ(grid({0, 5, 12.5}, 0, 0), std::pair(6, 2.5));
+  const LoadedVolume thin = loaded({0, 2, 4}, 0, 1);
+  ASSERT_EQ(thin.warnings.size(), 1u);
+  EXPECT_HAS(thin.warnings[0], "2 mm between the frames is used, although the slices are 1 mm thick");
+}
+
+TEST_F(DicomValues, ReportedSegmentationsAreWhole) {
+  const fs::path reports = test::data_folder() / "reports";
+  REQUIRE_DATA(reports);
+  const LoadedLabels liver = load_labels(reports / "seg_over.dcm", {.name = "Liver"});
+  EXPECT_NEAR(count_labels(liver.volume, liver.segments).at(0).millilitres, 6.34, 0.005);
+  EXPECT_HAS(load_labels(reports / "seg_over.dcm").warnings.back(), "voxels belong to several segments");
+  EXPECT_EQ(read_volume(reports / "seg_sparse.dcm").geometry().spacing_mm[2], 1);
 }
 
 TEST_F(DicomValues, FractionalSegmentsAndLabelMaps) {

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <sstream>
 
+#include "core/number_text.h"
 #include "dicom_files.h"
 #include "image/label_surface.h"
 #include "image/metrics.h"
@@ -13,7 +14,8 @@
 #include "io/dicom/dicom_identity.h"
 #include "io/dicom/dicom_item.h"
 #include "io/dicom/rtstruct_grid.h"
-#include "io/dicom/rtstruct_read.h"
+#include "io/dicom/rtstruct_raster.h"
+#include "io/dicom_write/dicom_source.h"
 #include "io/labels/labels_io.h"
 #include "io/scene/scene_export.h"
 #include "io/scene/scene_io.h"
@@ -150,6 +152,52 @@ TEST_F(DicomWrite, NamesAreUnicodeIfTheImagesAllowIt) {
   write_series("ISO_IR 192");
   save_labels(folder / "a.dcm", scene(), image().geometry());
   EXPECT_EQ(load_volume(folder / "a.dcm").segments[1].name, "a / \xc3\xa9 b");
+}
+
+TEST_F(DicomWrite, TextsWithoutCharacterSetBecomeUnicode) {
+  // No set, the default set, an unknown set, and UTF-8 stated for texts in Latin-1.
+  for (const char* charset : {"", "ISO_IR 6", "latin1", "ISO_IR 192"}) {
+    write_series(charset);
+    save_labels(folder / "a.dcm", scene(), image().geometry());
+    save_labels(folder / "a.rtstruct.dcm", scene(), image().geometry());
+    Picture view;
+    view.width = view.height = 2, view.rgb.resize(12);
+    save_view(folder / "view.dcm", view, scene());
+    for (const char* name : {"a.dcm", "a.rtstruct.dcm", "view.dcm"}) {
+      const std::string bytes = bytes_of(folder / name);
+      EXPECT_NE(bytes.find("M\xc3\xbcller^J"), std::string::npos) << name << ", '" << charset << "'";
+      EXPECT_NE(bytes.find("ISO_IR 192"), std::string::npos) << name << ", '" << charset << "'";
+      EXPECT_EQ(bytes.find("M\xfcller"), std::string::npos) << name << ", '" << charset << "'";
+      if (!succeeds("command -v dciodvfy")) continue;
+      const std::string message = output_of("dciodvfy" + in_shell(folder / name));
+      EXPECT_EQ(message.find("Error"), std::string::npos) << message;
+    }
+    EXPECT_EQ(load_volume(folder / "a.dcm").segments[1].name, "a / \xc3\xa9 b");
+    EXPECT_EQ(read_structure_regions(folder / "a.rtstruct.dcm").at(1).name.name, "a / \xc3\xa9 b");
+    fs::remove_all(folder / "ct");
+  }
+}
+
+TEST_F(DicomWrite, LongNamesRemainDistinct) {
+  write_series("ISO_IR 192");
+  Scene scene = this->scene();
+  // 70 equal characters of two bytes before the difference.
+  std::string start;
+  for (int n = 0; n < 70; ++n) start += "\xc3\xa9";
+  scene.meshes[0].name = start + "a", scene.meshes[1].name = start + "b";
+  save_labels(folder / "a.dcm", scene, image().geometry());
+  save_labels(folder / "a.rtstruct.dcm", scene, image().geometry());
+  const std::string first = start.substr(0, 2 * 64), second = start.substr(0, 2 * 62) + "-2";
+  const LoadedVolume labels = load_volume(folder / "a.dcm");
+  EXPECT_EQ(labels.segments[0].name, first);
+  EXPECT_EQ(labels.segments[1].name, second);
+  const std::vector<StructureRegion> regions = read_structure_regions(folder / "a.rtstruct.dcm");
+  EXPECT_EQ(regions[0].name.name, first);
+  EXPECT_EQ(regions[1].name.name, second);
+  DicomSource source;
+  EXPECT_EQ(dicom_names({"\xc3\xa9", "\xc3\xa0", "a ", "a", "", "a-2", "a"}, source, 8),
+            (std::vector<std::string>{"?", "?-2", "a", "a-2", "unnamed", "a-2-2", "a-3"}))
+      << "equal without the characters that the images cannot store";
 }
 
 TEST_F(DicomWrite, NonConsecutiveLabelsAreRenumberedWithAMessage) {
@@ -312,10 +360,10 @@ TEST_F(DicomWrite, RegionsBecomeMeshesWithoutTheirImage) {
     EXPECT_EQ(topology_of(mesh).genus, topology_of(item.mesh).genus);
     EXPECT_GT(dice(rasterise(item.mesh, grid), rasterise(mesh, grid)), 0.95) << item.name;
   }
-  EXPECT_EQ(list_regions(path).size(), 2u);
-  EXPECT_EQ(list_regions(path)[0].name, "Left kidney");
+  EXPECT_EQ(LabelFile(path).count().size(), 2u);
+  EXPECT_EQ(LabelFile(path).count()[0].name, "Left kidney");
   EXPECT_HAS(error_of([&] { load_labels(path, {.name = "spleen"}); }), "its labels are Left kidney");
-  EXPECT_HAS(error_of([&] { load_labels(path, {.label = 9}); }), "no closed contour");
+  EXPECT_HAS(error_of([&] { load_labels(path, {.label = 9}); }), "has no label 9: its labels are 1 (Left kidney)");
   // A mesh of a scene can start from a region and keeps its number.
   write("scene.json", R"({"simplexseg_scene": 1, "volume": "ct", "meshes": [
       {"name": "k", "start": {"labels": "a.rtstruct.dcm", "label": "Left kidney"}}]})");
@@ -415,7 +463,7 @@ TEST(DicomItem, DecimalStringsFitAndKeepTheirDigits) {
        {0.0, -1.0, 0.1, 1.0 / 3, -1.0 / 3, -123456.789012345, 1e-7, -1.23456789012345e-300, 3e300}) {
     const std::string text = decimal_string(value);
     EXPECT_LE(text.size(), 16u) << text;
-    EXPECT_NEAR(std::stod(text), value, 1e-8 * std::abs(value)) << text;
+    EXPECT_NEAR(parse_number(text).value_or(std::nan("")), value, 1e-8 * std::abs(value)) << text;
   }
 }
 

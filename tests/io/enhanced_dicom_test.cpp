@@ -252,8 +252,100 @@ TEST_F(EnhancedDicom, SlicesOfNuclearMedicineFollowTheirVector) {
   EXPECT_TRUE(loaded.volume.geometry().spacing_mm.isApprox(Vector3d(3, 2, 4)));
   EXPECT_TRUE(loaded.volume.geometry().origin_mm.isApprox(Vector3d(1, 2, 3)));
   for (int k = 0; k < 3; ++k) EXPECT_EQ(loaded.volume.value(0, 0, k), 10 * ((k + 1) % 3 + 1));
-  ASSERT_EQ(loaded.warnings.size(), 1u);
-  EXPECT_HAS(loaded.warnings[0], "evenly spaced along their normal");
+  EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings[0];
+}
+
+/// Nuclear medicine of `frames` frames with Spacing Between Slices and Slice Thickness; 0: absent.
+std::string nuclear(int frames, double distance, double thickness, bool vector = true) {
+  const auto place = [&](test::DicomData& data) {
+    if (thickness != 0) data.numbers(0x0018, 0x0050, {thickness});
+    if (distance != 0) data.numbers(0x0018, 0x0088, {distance});
+    data.numbers(0x0020, 0x0032, {1, 2, 100}).numbers(0x0020, 0x0037, {1, 0, 0, 0, 1, 0});
+  };
+  const auto pointer = [&](test::DicomData& data) {
+    if (vector) data.raw(0x0028, 0x0009, "AT", test::bytes_of_numbers<std::uint16_t, std::uint16_t>(0x0054, 0x0080));
+  };
+  std::string bytes = classic("NM", frames, place, pointer);
+  if (!vector) return bytes;
+  std::string order;
+  for (int f = 0; f < frames; ++f) order += test::bytes_of_numbers(static_cast<std::uint16_t>(f + 1));
+  test::DicomData numbers;
+  numbers.raw(0x0054, 0x0080, "US", order);
+  return bytes.insert(bytes.find(std::string("\xe0\x7f\x10\x00", 4)), numbers.bytes);
+}
+
+/// Expects frame f of classic() at z = 100 + f * step.
+void expect_frames(const Volume& volume, int frames, double step) {
+  ASSERT_EQ(volume.geometry().size[2], frames);
+  for (int f = 0; f < frames; ++f) {
+    const Vector3d at = volume.geometry().index_from_world() * Vector3d(1, 2, 100 + f * step);
+    EXPECT_NEAR(at[2], std::round(at[2]), 1e-9);
+    EXPECT_EQ(volume.value(0, 0, static_cast<int>(std::lround(at[2]))), 10 * f + 10) << "frame " << f;
+  }
+}
+
+/// PS3.3 C.8.4.15: the sign of Spacing Between Slices is the direction of stacking.
+TEST_F(EnhancedDicom, NegativeSpacingOfNuclearMedicineStacksBackwards) {
+  for (const double distance : {5.0, -5.0}) {
+    for (const bool vector : {true, false}) {
+      const LoadedVolume loaded = load_volume(write("nm.dcm", nuclear(4, distance, 3, vector)));
+      expect_frames(loaded.volume, 4, distance);
+      EXPECT_EQ(loaded.warnings.size(), vector ? 0u : 1u);
+    }
+  }
+  const LoadedVolume thick = load_volume(write("nm.dcm", nuclear(4, 0, 3)));
+  expect_frames(thick.volume, 4, 3);
+  EXPECT_HAS(thick.warnings.at(0), "assumed to be their thickness");
+}
+
+TEST_F(EnhancedDicom, NuclearMedicineOfTheReports) {
+  const fs::path reports = test::data_folder() / "reports";
+  REQUIRE_DATA(reports / "nm_neg.dcm");
+  const LoadedVolume up = load_volume(reports / "nm_pos.dcm"), down = load_volume(reports / "nm_neg.dcm");
+  EXPECT_TRUE(up.warnings.empty() && down.warnings.empty());
+  const Eigen::Affine3d up_index = up.volume.geometry().index_from_world(),
+                        down_index = down.volume.geometry().index_from_world();
+  for (int f = 0; f < 16; ++f) {  // frames of both files are equal
+    const Vector3d above = up_index * Vector3d(1, 1, 100 + 3 * f), below = down_index * Vector3d(1, 1, 100 - 3 * f);
+    EXPECT_EQ(up.volume.value(16, 16, static_cast<int>(std::lround(above[2]))),
+              down.volume.value(16, 16, static_cast<int>(std::lround(below[2]))))
+        << "frame " << f;
+  }
+  const double low = (down.volume.geometry().world_from_index() * Vector3d(0, 0, 0)).z(),
+               high = (down.volume.geometry().world_from_index() * Vector3d(0, 0, 15)).z();
+  EXPECT_NEAR(std::min(low, high), 55, 1e-9);
+  EXPECT_NEAR(std::max(low, high), 100, 1e-9);
+}
+
+TEST_F(EnhancedDicom, FramesWithoutPositionsKeepThePlaneOfTheFirst) {
+  const auto place = [](double distance) {
+    return [=](test::DicomData& data) {
+      if (distance != 0) data.numbers(0x0018, 0x0088, {distance});
+      data.numbers(0x0020, 0x0032, {10, 20, 30}).numbers(0x0020, 0x0037, {0, 1, 0, 0, 0, -1});
+    };
+  };
+  for (const double distance : {4.0, -4.0, 0.0}) {
+    const LoadedVolume loaded = load_volume(write("ct.dcm", classic("CT", 5, place(distance))));
+    const VolumeGeometry& g = loaded.volume.geometry();
+    EXPECT_EQ(g.size, (std::array<int, 3>{2, 2, 5}));
+    EXPECT_TRUE(g.origin_mm.isApprox(Vector3d(10, 20, 30)));
+    EXPECT_TRUE(g.direction.col(0).isApprox(Vector3d(0, 1, 0)));
+    EXPECT_TRUE(g.direction.col(2).isApprox(Vector3d(-1, 0, 0)));
+    EXPECT_EQ(g.spacing_mm[2], distance != 0 ? 4 : 1);
+    for (int k = 0; k < 5; ++k) EXPECT_EQ(loaded.volume.value(0, 0, k), 10 * k + 10);
+    ASSERT_EQ(loaded.warnings.size(), 1u);
+    EXPECT_HAS(loaded.warnings[0], "in file order along the normal of the first frame");
+    if (distance < 0) {
+      EXPECT_HAS(loaded.warnings[0], "the minus sign of Spacing Between Slices (0018,0088) is ignored");
+    }
+    if (distance == 0) {
+      EXPECT_HAS(loaded.warnings[0], "1 mm apart");
+    }
+  }
+  const auto orientation = [](test::DicomData& data) { data.numbers(0x0020, 0x0037, {0, 1, 0, 0, 0, -1}); };
+  const LoadedVolume loaded = load_volume(write("ct.dcm", classic("CT", 5, orientation)));
+  EXPECT_TRUE(loaded.volume.geometry().direction.col(1).isApprox(Vector3d(0, 0, -1)));
+  EXPECT_HAS(loaded.warnings.at(1), "no position");
 }
 
 }  // namespace

@@ -140,6 +140,14 @@ TEST_F(FourDimensions, TruncatedAndDamagedFilesAreRejectedForAnyVolume) {
   EXPECT_HAS(error_of([&] { load_volume(folder / "damaged.nii.gz", kVolumes); }), "damaged");
 }
 
+/// Regression: a decimal comma in the locale of the process changed the order of the echoes.
+TEST_F(FourDimensions, EchoesAreOrderedByNumber) {
+  const fs::path echoes = test::data_folder() / "reports/echo";
+  REQUIRE_DATA(echoes);
+  EXPECT_HAS(load_volume(echoes, 1).warnings.at(0), "(echo time 4.6)");
+  EXPECT_HAS(load_volume(echoes, 2).warnings.at(0), "(echo time 12.3)");
+}
+
 TEST_F(FourDimensions, ScenesNameTheirVolume) {
   write("four.nii", nifti());
   write("scene.json", R"({"simplexseg_scene": 1, "volume": "four.nii", "volume_number": 3})");

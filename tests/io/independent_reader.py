@@ -210,6 +210,20 @@ def dose(data):
                 lambda i, j, k: int(pixels[k, j, i]) * float(data.DoseGridScaling))
 
 
+def nuclear(data):
+    """Slices of nuclear medicine (PS3.3 C.8.4.15): the sign of their distance is the direction of stacking."""
+    detector = data.DetectorInformationSequence[0]
+    axes = unit_axes(detector.ImageOrientationPatient)
+    down, across = (float(x) for x in data.PixelSpacing)
+    step = [x * float(data.SpacingBetweenSlices) for x in cross(axes[:3], axes[3:])]
+    columns = [[x * across for x in axes[:3]], [x * down for x in axes[3:]], step]
+    frame_of = {int(number): frame for frame, number in enumerate(data.SliceVector)}
+    size = [data.Columns, data.Rows, len(frame_of)]
+    stored = array_of('H', '<', data.PixelData, 0, size)
+    return Grid(size, columns, [float(x) for x in detector.ImagePositionPatient],
+                lambda i, j, k: stored(i, j, frame_of[k + 1]))
+
+
 def enhanced(data):
     """Multi-frame file of one volume: frames in any order, each with position and rescaling."""
     shared, each = data.SharedFunctionalGroupsSequence[0], data.PerFrameFunctionalGroupsSequence
@@ -250,6 +264,8 @@ def grid_of(path):
     data = dataset(path)
     if 'PerFrameFunctionalGroupsSequence' in data:
         return enhanced(data)
+    if 'SliceVector' in data:
+        return nuclear(data)
     return dose(data) if data.get('Modality') == 'RTDOSE' else dicom([data])
 
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <limits>
+
 #include "image/label_surface.h"
 #include "image/metrics.h"
 #include "image/rasterise.h"
 #include "image/surface_error.h"
-#include "io/labels/label_mesh.h"
+#include "io/labels/labels_io.h"
 #include "io/mesh/mesh_io.h"
 #include "io/scene/load_input.h"
 #include "io/scene/log_io.h"
@@ -145,6 +147,53 @@ TEST_F(LabelStarts, LabelsAreCountedWithTheirNames) {
   EXPECT_EQ(count_labels(labels_, {}, 1).at(0).value, 3) << "the largest label";
 }
 
+TEST_F(LabelStarts, NearlyWholeLabelsAreRounded) {
+  Volume rescaled(labels_.geometry(), VoxelType::Float32);
+  for (std::size_t v = 0; v < rescaled.geometry().voxel_count(); ++v)
+    rescaled.voxels<float>()[v] = static_cast<float>(labels_.voxels<std::uint8_t>()[v]) * 1.0000153f;
+  rescaled.voxels<float>()[0] = std::numeric_limits<float>::quiet_NaN();
+  write_volume(folder / "rescaled.nii.gz", rescaled);
+  const LoadedLabels loaded = load_labels(folder / "rescaled.nii.gz");
+  const std::vector<LabelCount> labels = count_labels(loaded.volume, {}), whole = count_labels(labels_, {});
+  ASSERT_EQ(labels.size(), 2u);
+  EXPECT_EQ(labels[0].value, 3);
+  EXPECT_EQ(labels[0].voxels, whole[0].voxels);
+  EXPECT_EQ(labels[1].value, 7);
+  EXPECT_HAS(loaded.warnings.back(), "not exactly whole numbers and are rounded");
+  EXPECT_EQ(item_of(R"("start": {"labels": "rescaled.nii.gz", "label": 3})").start->value, 3);
+}
+
+TEST_F(LabelStarts, FractionsAreRejectedOrTakenAtAThreshold) {
+  Volume map(labels_.geometry(), VoxelType::Float32);
+  for (std::size_t v = 0; v < map.geometry().voxel_count(); ++v)
+    map.voxels<float>()[v] = labels_.voxels<std::uint8_t>()[v] == 3 ? 0.75f : 0.25f;
+  write_volume(folder / "map.nii.gz", map);
+  EXPECT_HAS(error_of([&] { load_labels(folder / "map.nii.gz"); }), "it is not labels");
+  EXPECT_HAS(error_of([&] { load_labels(folder / "map.nii.gz"); }), "for example 0.25");
+  EXPECT_HAS(refusal_of(R"("start": {"labels": "map.nii.gz"})"), "threshold");
+  const std::size_t inside = count_labels(labels_, {})[0].voxels;
+  const std::vector<LabelCount> half = count_labels(load_labels(folder / "map.nii.gz", {.threshold = 0.5}).volume, {});
+  ASSERT_EQ(half.size(), 1u);
+  EXPECT_EQ(half[0].value, 1);
+  EXPECT_EQ(half[0].voxels, inside);
+  const LoadedLabels chosen = load_labels(folder / "map.nii.gz", {.label = 3, .threshold = 0.75});
+  EXPECT_EQ(count_labels(chosen.volume, {}).at(0).value, 3);
+  EXPECT_HAS(error_of([&] { load_labels(folder / "map.nii.gz", {.threshold = 0.8}); }), "the largest value is 0.75");
+  // Whole numbers are labels: a threshold that would change them is not applied.
+  EXPECT_TRUE(load_labels(folder / "labels.nii.gz", {.threshold = 0.5}).warnings.empty());
+  EXPECT_HAS(load_labels(folder / "labels.nii.gz", {.threshold = 5}).warnings.at(0), "threshold 5 is not applied");
+}
+
+TEST_F(LabelStarts, ReportedLabelsOfFloatsAreWhole) {
+  const std::filesystem::path reports = data_folder() / "reports";
+  REQUIRE_DATA(reports);
+  const LoadedLabels rescaled = load_labels(reports / "lab_float.nii.gz");
+  const LoadedLabels whole = load_labels(reports / "lab_int.nii.gz");
+  EXPECT_EQ(mask_of(rescaled.volume, 3).voxels, mask_of(whole.volume, 3).voxels);
+  EXPECT_EQ(mask_of(rescaled.volume, 1).voxels, mask_of(whole.volume, 1).voxels);
+  EXPECT_EQ(count_labels(rescaled.volume, {}).size(), 2u);
+}
+
 TEST_F(LabelStarts, MissingContoursAreAWarning) {
   const Eigen::Isometry3d place(Eigen::Translation3d(0, 17, 19));
   write("rt.dcm", test::structure_set_of_squares(place, {{"gap", 8, {-4, -2, 2, 4}}, {"whole", 8, {-2, 0, 2}}}));
@@ -158,7 +207,7 @@ TEST_F(LabelStarts, MissingContoursAreAWarning) {
 
 TEST_F(LabelStarts, MissingLabelsPartsAndFilesAreRejected) {
   EXPECT_HAS(refusal_of(R"("start": {"labels": "labels.nii.gz", "label": 4})"), "its labels: 3, 7");
-  EXPECT_HAS(refusal_of(R"("start": {"labels": "labels.nii.gz", "label": 3, "part": 3})"), "has 2 connected part(s)");
+  EXPECT_HAS(refusal_of(R"("start": {"labels": "labels.nii.gz", "label": 3, "part": 3})"), "has 2 connected parts");
   EXPECT_HAS(refusal_of(R"("start": {"labels": "labels.nii.gz", "label": 3, "part": 0})"), "start.part");
   EXPECT_HAS(refusal_of(R"("start": {"labels": "none.nii.gz"})"), "none.nii.gz");
   EXPECT_HAS(refusal_of(R"("start": {"label": 3})"), "labels");

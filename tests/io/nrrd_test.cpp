@@ -2,6 +2,10 @@
 // NRRD with all spaces, units and encodings.
 #include <bzlib.h>
 
+#include <array>
+
+#include "core/number_text.h"
+#include "io/labels/labels_io.h"
 #include "volume_files.h"
 
 namespace simplexseg {
@@ -51,7 +55,7 @@ std::string long_form(const std::string& code) {
   std::string words;
   for (const char letter : code) {
     for (const char* word : {"left", "right", "anterior", "posterior", "superior", "inferior"}) {
-      if (std::toupper(word[0]) == letter) words.append(words.empty() ? "" : "-").append(word);
+      if (lower_ascii({&letter, 1})[0] == word[0]) words.append(words.empty() ? "" : "-").append(word);
     }
   }
   return words;
@@ -69,8 +73,7 @@ TEST_F(Nrrd, EverySpaceIsConvertedToLps) {
       const auto expected = [&](const Eigen::Vector3d& v) {
         return Eigen::Vector3d(v[0] * lps_of(code[0]) + v[1] * lps_of(code[1]) + v[2] * lps_of(code[2]));
       };
-      std::string small = code;
-      for (char& c : small) c = static_cast<char>(std::tolower(c));
+      const std::string small = lower_ascii(code);
       for (const std::string& name : {code, small, long_form(code), code + "T", long_form(code) + "-time"}) {
         const bool time = name.size() == 4 || name.ends_with("-time");
         std::string fields = kOblique;
@@ -210,7 +213,7 @@ TEST_F(Nrrd, VoxelsInSeveralFiles) {
   EXPECT_HAS(rejection("s%d.raw 8 11 1"), "does not name one file for each");
   EXPECT_HAS(rejection("s%d.raw 1 2000000000 1"), "does not name one file for each");
   EXPECT_HAS(rejection("s%n%s.raw 8 10 1"), "%03d");
-  EXPECT_HAS(rejection("LIST\ns8.raw"), "1 files for 3 slices");
+  EXPECT_HAS(rejection("LIST\ns8.raw"), "1 file for 3 slices");
   EXPECT_HAS(rejection("s%d.raw 9 11 1"), "s11.raw' is missing");
 }
 
@@ -252,6 +255,8 @@ TEST_F(Nrrd, InvalidHeaders) {
   EXPECT_HAS(rejection(start + "dimension: 3\nsizes: 2 2 2\nbyte skip: -2"), "byte skip");
   EXPECT_HAS(rejection(start + "dimension: 3\nsizes: 2 2 2\nspace: LPS\nspace directions: (1,0) (0,1,0) (0,0,1)"),
              "space directions");
+  EXPECT_HAS(rejection(start + "dimension: 3\nsizes: 2 2 2\nspace: LPS\nspace directions: (0,5,0) (0,1,0 0) (0,0,1)"),
+             "with a decimal point");
   EXPECT_HAS(rejection("NRRD0004\ntype: block\nencoding: raw\ndimension: 3\nsizes: 2 2 2"), "block");
 }
 
@@ -296,7 +301,7 @@ TEST_F(Nrrd, SegmentsAreWrittenLikeThoseOf3dSlicer) {
   EXPECT_EQ(test::bytes_of(folder / "a.nrrd").find("Segment"), std::string::npos);
 }
 
-TEST_F(Nrrd, OverlappingSegmentsAreRejected) {
+TEST_F(Nrrd, OverlappingSegmentsAreReadFromTheirLayers) {
   std::string bytes = kSlicer;
   const auto replace = [&](const std::string& from, const std::string& to) {
     bytes.replace(bytes.find(from), from.size(), to);
@@ -305,7 +310,44 @@ TEST_F(Nrrd, OverlappingSegmentsAreRejected) {
   replace("sizes: 2", "sizes: 2 2");
   replace("directions: ", "directions: none ");
   replace("kinds: ", "kinds: list ");
-  EXPECT_HAS(test::error_of([&] { load_volume(write("a.seg.nrrd", bytes + std::string(16, '\1'))); }), "2 layers");
+  replace("Segment1_LabelValue:=2", "Segment1_LabelValue:=2\nSegment1_Layer:=1");
+  // Each pair of bytes is the value of a voxel in both layers.
+  const std::string pairs(
+      "\7\2"
+      "\7\0"
+      "\0\2"
+      "\0\0"
+      "\7\2"
+      "\0\0"
+      "\0\0"
+      "\3\0",
+      16);
+  const LoadedVolume all = load_volume(write("a.seg.nrrd", bytes + pairs));
+  ASSERT_EQ(all.warnings.size(), 2u);
+  EXPECT_HAS(all.warnings[0], "2 voxels belong to several segments");
+  EXPECT_HAS(all.warnings[1], "1 voxel has a value that no segment has");
+  const std::array<int, 8> highest{7, 7, 2, 0, 7, 0, 0, 0};
+  for (int v = 0; v < 8; ++v) EXPECT_EQ(all.volume.value(v % 2, v / 2 % 2, v / 4), highest[std::size_t(v)]) << v;
+  LabelFile file(folder / "a.seg.nrrd");
+  EXPECT_TRUE(file.reads_alone());
+  const LoadedLabels spleen = file.read({.name = "Spleen"});
+  EXPECT_TRUE(spleen.warnings.empty());
+  const std::array<int, 8> alone{2, 0, 2, 0, 2, 0, 0, 0};
+  for (int v = 0; v < 8; ++v) EXPECT_EQ(spleen.volume.value(v % 2, v / 2 % 2, v / 4), alone[std::size_t(v)]) << v;
+  const std::vector<LabelCount> counts = file.count();
+  ASSERT_EQ(counts.size(), 2u);
+  EXPECT_EQ(counts[0].voxels, 3u) << "spleen";
+  EXPECT_EQ(counts[1].voxels, 3u) << "kidney";
+  EXPECT_HAS(test::error_of([&] { file.read({.label = 3}); }), "its labels are 7 (right kidney), 2 (spleen)");
+  // 3D Slicer numbers the segments of each layer from 1.
+  replace("LabelValue:=7", "LabelValue:=2");
+  const LoadedVolume numbered = load_volume(write("b.seg.nrrd", bytes + pairs));
+  ASSERT_EQ(numbered.segments.size(), 2u);
+  EXPECT_EQ(numbered.segments[0].value, 1);
+  EXPECT_EQ(numbered.segments[1].value, 2);
+  EXPECT_HAS(numbered.warnings[0], "the segments have the numbers 1 to 2");
+  replace("Layer:=1", "Layer:=2");
+  EXPECT_HAS(test::error_of([&] { load_volume(write("c.seg.nrrd", bytes + pairs)); }), "in layer 2");
 }
 
 }  // namespace

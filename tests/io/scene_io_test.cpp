@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 
+#include "core/number_text.h"
 #include "io/platform/data_path.h"
 #include "io/scene/set_by_path.h"
 #include "scene_files.h"
@@ -63,8 +64,7 @@ TEST_F(SceneIo, EveryParameterIsReadAndMustBeInItsRange) {
     if (info.kind == ParameterKind::Choice) return;
     const double width = std::max(1.0, static_cast<double>(info.maximum - info.minimum));
     for (const double wrong : {info.minimum - width / 8 - 1, info.maximum + width / 8 + 1}) {
-      const std::string message =
-          refusal(scene_with(before + "\"" + info.name + "\": " + std::to_string(wrong) + after));
+      const std::string message = refusal(scene_with(before + "\"" + info.name + "\": " + exact_text(wrong) + after));
       EXPECT_NE(message.find("out of range"), std::string::npos) << text << wrong << message;
     }
   };
@@ -233,8 +233,8 @@ TEST_F(SceneIo, SetByPathSuggestsTheNearestName) {
                                                                   {"simulation.damping=", "number"},
                                                                   {"simulation.damping=x", "number"},
                                                                   {"simulation.damping=1x", "number"},
-                                                                  {"simulation.damping=nan", "finite"},
-                                                                  {"simulation.damping=inf", "finite"},
+                                                                  {"simulation.damping=nan", "not a number"},
+                                                                  {"simulation.damping=inf", "not a number"},
                                                                   {"simulation.damping=7", "range"},
                                                                   {"forces.gradient.wait=1", "'weight'"},
                                                                   {"forces.gradeint.weight=1", "'gradient'"},

@@ -11,11 +11,16 @@
 
 namespace simplexseg::test {
 
+constexpr int kNumberZero = -1;  ///< stands for the number 0 of a region
+
 /// Squares with half side `half_mm` around a centre, one at each distance `z_mm` from it.
 struct Squares {
   std::string name;
   double half_mm;
   std::vector<double> z_mm;
+  int number = 0;  ///< number of the region; 0: its place in the list, from 1
+  const char* type = "CLOSED_PLANAR";
+  std::string frame_of_reference{};  ///< UID; empty: attribute missing
 };
 
 /// Positions every 2 mm from -half_mm to half_mm.
@@ -25,7 +30,7 @@ inline std::vector<double> positions_every_2_mm(double half_mm) {
   return positions;
 }
 
-/// Returns the bytes of the file; regions are numbered from 1. `place` maps coordinates of the squares to LPS.
+/// Returns the bytes of the file. `place` maps coordinates of the squares to LPS.
 inline std::string structure_set_of_squares(const Eigen::Isometry3d& place, const std::vector<Squares>& regions) {
   std::vector<std::string> names, contours;
   for (std::size_t n = 0; n < regions.size(); ++n) {
@@ -38,12 +43,15 @@ inline std::string structure_set_of_squares(const Eigen::Isometry3d& place, cons
         corners.insert(corners.end(), corner.begin(), corner.end());
       }
       DicomData contour;
-      contour.text(0x3006, 0x0042, "CS", "CLOSED_PLANAR").numbers(0x3006, 0x0050, corners);
+      contour.text(0x3006, 0x0042, "CS", squares.type).numbers(0x3006, 0x0050, corners);
       slices.push_back(contour.bytes);
     }
-    const std::string number = std::to_string(n + 1);
+    const int stated = squares.number == 0 ? static_cast<int>(n) + 1 : squares.number;
+    const std::string number = stated == kNumberZero ? "0" : std::to_string(stated);
     DicomData region, drawn;
-    region.text(0x3006, 0x0022, "IS", number).text(0x3006, 0x0026, "LO", squares.name);
+    region.text(0x3006, 0x0022, "IS", number);
+    if (!squares.frame_of_reference.empty()) region.text(0x3006, 0x0024, "UI", squares.frame_of_reference);
+    region.text(0x3006, 0x0026, "LO", squares.name);
     names.push_back(region.bytes);
     contours.push_back(drawn.sequence(0x3006, 0x0040, slices).text(0x3006, 0x0084, "IS", number).bytes);
   }

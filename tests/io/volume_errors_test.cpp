@@ -157,6 +157,36 @@ TEST_F(VolumeErrors, VoxelsThatAreNotNumbers) {
   EXPECT_HAS(load("rgb.mha"), "3 values");
 }
 
+TEST_F(VolumeErrors, NumbersThatAreNotWhole) {
+  for (const std::string number : {"0,5", "1.0abc", "1e", "0x1", "1.5.2", "--1"}) {
+    const auto meta = [&](const char* key) {
+      std::string header = "ObjectType = Image\nNDims = 3\n";
+      header += std::string("DimSize = 1 1 ") + (std::string("DimSize") == key ? number : "2") + "\n";
+      if (std::string("DimSize") != key) header += std::string(key) + " = 1 1 " + number + "\n";
+      write("a.mha", header + "ElementType = MET_UCHAR\nElementDataFile = LOCAL\nab");
+      EXPECT_HAS(load("a.mha"), key) << number;
+      EXPECT_HAS(load("a.mha"), number);
+    };
+    for (const char* key : {"ElementSpacing", "Offset", "DimSize"}) meta(key);
+    const auto nrrd = [&](const char* field, const std::string& value) {
+      const std::string sizes = std::string("sizes") == field ? "" : "sizes: 1 1 2\n";
+      write("a.nrrd", "NRRD0004\ntype: uchar\ndimension: 3\n" + sizes + field + ": " + value + "\nencoding: raw\n\nab");
+      EXPECT_HAS(load("a.nrrd"), field) << value;
+      EXPECT_HAS(load("a.nrrd"), number);
+    };
+    nrrd("spacings", "1 1 " + number);
+    nrrd("sizes", "1 1 " + number);
+    nrrd("space directions", "(1,0,0) (0,1,0) (0,0," + number + ")");
+  }
+  // A digit more than any number needs does not begin another voxel.
+  const std::string long_number = "0." + std::string(70, '1'), too_long(5000, '1');
+  const std::string text = "NRRD0004\ntype: float\ndimension: 3\nsizes: 1 1 2\nspacings: 1 1 1\nencoding: text\n\n";
+  write("a.nrrd", text + long_number + " 2\n");
+  EXPECT_EQ(read_volume(folder / "a.nrrd").value(0, 0, 1), 2);
+  write("a.nrrd", text + too_long + " 2\n");
+  EXPECT_HAS(load("a.nrrd"), "not a number");
+}
+
 /// A sparse file larger than any memory; no memory may be allocated for it.
 TEST_F(VolumeErrors, AVolumeLargerThanTheMemoryIsRejected) {
   ASSERT_GT(available_memory(), std::size_t(1) << 20);

@@ -302,6 +302,60 @@ TEST_F(VolumeFile, MissingGeometryGivesAWarning) {
   EXPECT_NEAR(read.volume.geometry().spacing_mm[0], 500, 1e-3);
 }
 
+TEST_F(VolumeFile, NegativeVoxelSizesAreDirections) {
+  const Volume volume = odd_volume(VoxelType::UInt8, Grid::Plain);
+  const std::string raw(static_cast<const char*>(volume.data()), volume.bytes());
+  std::string none = test::nifti_bytes(folder, volume);
+  test::patch(none, 252, std::int32_t(0));
+  test::patch(none, 80, -0.5f);
+  std::string analyze = none.substr(0, 252) + std::string(96, '\0');
+  test::patch(analyze, 108, 0.0f);  // the voxels begin at the first byte of the .img file
+  write("old.img", raw);
+  std::string gipl(256, '\0');
+  const auto put = [&](std::size_t at, auto value) {
+    test::patch(gipl, at, value);
+    std::reverse(gipl.begin() + static_cast<long>(at), gipl.begin() + static_cast<long>(at + sizeof value));
+  };
+  for (int a = 0; a < 3; ++a) {
+    put(2 * a, static_cast<std::uint16_t>(volume.geometry().size[a]));
+    put(10 + 4 * a, (a == 0 ? -1 : 1) * static_cast<float>(volume.geometry().spacing_mm[a]));
+  }
+  put(8, std::uint16_t(8)), put(252, std::uint32_t(719555000));
+  const fs::path paths[] = {
+      write("none.nii", none), write("old.hdr", analyze), write("a.gipl", gipl + raw),
+      write("a.mha",
+            "ObjectType = Image\nNDims = 3\nDimSize = 5 4 3\nElementSpacing = -0.5 0.75 2.5\nElementType = MET_UCHAR\n"
+            "ElementDataFile = LOCAL\n" +
+                raw),
+      write("a.nrrd",
+            "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 5 4 3\nspacings: -0.5 0.75 2.5\nencoding: raw\n\n" + raw)};
+  for (const fs::path& path : paths) {
+    const VolumeGeometry g = read_volume(path).geometry();
+    EXPECT_TRUE(g.spacing_mm.isApprox(Eigen::Vector3d(0.5, 0.75, 2.5), 1e-6)) << path;
+    EXPECT_EQ(g.direction, Eigen::Matrix3d(Eigen::Vector3d(-1, 1, 1).asDiagonal())) << path;
+    EXPECT_EQ(g.origin_mm, Eigen::Vector3d(0, 0, 0)) << path;
+  }
+  // The standard allows positive sizes only beside a qform.
+  std::string qform = test::nifti_bytes(folder, volume);
+  test::patch(qform, 254, std::int16_t(0));
+  test::patch(qform, 80, -0.5f);
+  const LoadedVolume read = load_volume(write("qform.nii", qform));
+  EXPECT_TRUE(read.volume.geometry().same_grid(volume.geometry(), 1e-4));
+  ASSERT_EQ(read.warnings.size(), 1u);
+  EXPECT_HAS(read.warnings[0], "axis 1 is negative");
+}
+
+TEST_F(VolumeFile, SmallShiftsAreStatedInMicrometres) {
+  VolumeGeometry g;
+  g.size = {5, 4, 3};
+  g.spacing_mm.setConstant(0.008);
+  std::string bytes = test::nifti_bytes(folder, Volume(g, VoxelType::UInt8));
+  test::patch(bytes, 280 + 12, 0.004f);
+  const LoadedVolume micro = load_volume(write("micro.nii", bytes));
+  ASSERT_EQ(micro.warnings.size(), 1u);
+  EXPECT_HAS(micro.warnings[0], "up to 4 \u00b5m apart");
+}
+
 TEST_F(VolumeFile, WideIntegersAreNarrowedWhereTheyFit) {
   const Volume volume = odd_volume(VoxelType::Int32);
   std::string bytes = test::nifti_bytes(folder, volume).substr(0, 352);

@@ -40,6 +40,31 @@ def test_nibabel_has_the_same_voxels_and_affine(tmp_path, ramp):
     assert simplexseg.Volume(theirs.get_fdata(dtype="float32"), affine_ras=theirs.affine).dtype == np.float32
 
 
+def test_labels_repeat_the_header_of_their_image(tmp_path, ramp):
+    simplexseg.write_volume(tmp_path / "image.nii", ramp)
+    header = bytearray((tmp_path / "image.nii").read_bytes())
+    header[252:256] = b"\2\0\4\0"  # codes of qform and sform
+    header[123] = 0  # unknown unit
+    (tmp_path / "image.nii").write_bytes(header)
+    image = simplexseg.read_volume(tmp_path / "image.nii")
+    labels = simplexseg.Volume(np.ones(image.shape, np.uint8), like=image)
+    assert labels.same_grid(image)
+    simplexseg.write_labels(tmp_path / "labels.nii", labels)
+    written = (tmp_path / "labels.nii").read_bytes()
+    assert written[76:92] == bytes(header[76:92])
+    assert written[252:328] == bytes(header[252:328])
+    assert written[123] == 0
+    with pytest.raises(Error, match="defined twice"):
+        simplexseg.Volume(np.ones(image.shape), like=image, spacing=(1, 1, 1))
+
+
+def test_sheared_grids_are_written_with_a_warning(tmp_path):
+    affine = np.eye(4)
+    affine[0, 2] = 0.5
+    with pytest.warns(DataWarning, match="right angles"):
+        simplexseg.write_volume(tmp_path / "v.nii", simplexseg.Volume(np.zeros((2, 2, 2), np.uint8), affine_lps=affine))
+
+
 def test_labels_keep_their_names(tmp_path, phantom):
     simplexseg.write_labels(tmp_path / "l.seg.nrrd", phantom[1], {1: "Kugel, groß"})
     labels, names = simplexseg.read_labels(tmp_path / "l.seg.nrrd")
@@ -62,7 +87,7 @@ def test_assumptions_of_the_reader_are_warnings(tmp_path, ramp):
     voxels = np.zeros((2, 2, 2), np.float32)
     voxels[0, 0, 0] = np.nan
     simplexseg.write_volume(tmp_path / "v.nii", simplexseg.Volume(voxels))
-    with pytest.warns(DataWarning, match="1 voxels are not finite"):
+    with pytest.warns(DataWarning, match="1 voxel is not a finite"):
         simplexseg.read_volume(tmp_path / "v.nii")
     with pytest.raises(DataWarning):
         import warnings

@@ -236,5 +236,59 @@ TEST(Fields, TheFieldOfADeletedMeshIsDiscarded) {
   EXPECT_EQ(session->solving_mesh(), 0u);
 }
 
+TEST(Fields, AfterACancelledFieldTheNextOneHasTheSameBits) {
+  const auto plain = open_with_field(), session = open_with_field();
+  plain->advance_steps(1);
+  session->advance(0.001);
+  ASSERT_NE(session->solving_mesh(), 0u);
+  session->cancel_field_update();
+  session->apply(CommitFieldUpdate{});
+  EXPECT_EQ(ball(*session).field, nullptr);
+  session->advance_steps(1);
+  ASSERT_TRUE(ball(*session).has_field());
+  EXPECT_EQ(ball(*session).field->values, ball(*plain).field->values);
+}
+
+TEST(Fields, AnUndoneMarkCancelsTheFirstField) {
+  const auto session = open_with_field();
+  session->apply(AddPoint{ball(*session).id, {5, 0, 0}, MarkKind::Inside});
+  session->advance(0.001);
+  ASSERT_NE(session->solving_mesh(), 0u);
+  session->apply(Undo{});
+  session->apply(CommitFieldUpdate{});
+  EXPECT_EQ(ball(*session).field, nullptr) << "a field from the withdrawn mark";
+  // An added mark does not make the field useless.
+  session->advance(0.001);
+  ASSERT_NE(session->solving_mesh(), 0u);
+  session->apply(AddPoint{ball(*session).id, {-5, 0, 0}, MarkKind::Inside});
+  session->apply(CommitFieldUpdate{});
+  ASSERT_TRUE(ball(*session).has_field());
+  EXPECT_EQ(ball(*session).field->marks.size(), 1u);
+}
+
+TEST(Fields, ASessionEndsWithoutWaitingForItsField) {
+  // A constant image: the object spreads through all voxels, which takes many seconds.
+  VolumeGeometry geometry;
+  geometry.size = {224, 224, 224};
+  Volume constant(geometry, VoxelType::UInt8);
+  Scene scene = ball_scene();
+  set(scene.forces, {"evidence", "source", 0});
+  scene.meshes[0].parameters = scene.forces;
+  scene.meshes[0].seed = {geometry.centre_mm(), 20};
+  scene.meshes[0].mesh = {};
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point quit;
+  {
+    Session session(make_cpu_engine(1), nullptr, 1);
+    session.open(std::move(scene), std::move(constant));
+    session.advance(0.001);
+    ASSERT_NE(session.solving_mesh(), 0u);
+    while (session.solving_progress() == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_LT(session.solving_progress(), 1.0f);
+    quit = Clock::now();
+  }
+  EXPECT_LT(std::chrono::duration<double>(Clock::now() - quit).count(), 1.0);
+}
+
 }  // namespace
 }  // namespace simplexseg

@@ -158,6 +158,13 @@ TEST(UndoHistory, OneMovementIsOneUnit) {
   EXPECT_TRUE(after(moved).continues(moves));
   EXPECT_FALSE(after(moved).continues(moved));
   EXPECT_FALSE(after(ResetPose{0}).continues(moves));
+  EXPECT_FALSE(after(moved).continues(MovePoint{2, {0, 0, 0}, true})) << "another point";
+  UndoHistory added;
+  Scene before;
+  before.points.push_back({1, 1, {0, 0, 0}});
+  added.push({before, AddPoint{1, {0, 0, 0}}});
+  EXPECT_FALSE(added.continues(moves)) << "the point existed before the one that was added";
+  EXPECT_TRUE(added.continues(MovePoint{2, {0, 0, 0}, true})) << "the added point";
   const Command weight = SetForceParameter{1, ForceId::Evidence, 0, 1};
   EXPECT_TRUE(after(weight).continues(SetForceParameter{1, ForceId::Evidence, 0, 2, true}));
   EXPECT_FALSE(after(weight).continues(SetForceParameter{1, ForceId::Evidence, 0, 2})) << "another movement";

@@ -52,6 +52,18 @@ TEST(FrozenProblem, APhantomsFixedPointIsFoundAndItsTargetsAreThoseOfTheImage) {
   }
 }
 
+TEST(FrozenProblem, OnlyBoundaryPointsAttract) {
+  StudyScene study = make_phantom_scene(false, 320);
+  study.scene.meshes[0].id = 1;
+  for (const MarkKind kind : {MarkKind::Inside, MarkKind::Outside, MarkKind::Boundary}) {
+    UserPoint point{static_cast<ItemId>(2 + study.scene.points.size()), 1, {26, 0, 0}};
+    point.kind = kind;
+    study.scene.points.push_back(point);
+  }
+  const FrozenProblem problem = frozen_problem_of(study.scene, study.volume, true, one_thread, no_poll);
+  EXPECT_EQ(problem.meshes[0].points_mm.size(), 1u);
+}
+
 TEST(FrozenProblem, OfASceneItStartsWhereTheLastLevelBegan) {
   StudyScene study = make_phantom_scene(false, 320);
   study.scene.simulation.start_vertices = 80;

@@ -3,6 +3,7 @@
 #include "study/stability_case.h"
 
 #include "step/simulation_parameters.h"
+#include "study/trials.h"
 #include "support/engine_fixture.h"
 
 namespace simplexseg {
@@ -25,6 +26,29 @@ TEST_P(StabilityCases, EndsAsStated) {
                                                                                              : one.stated)
                                   << ": " << result.note << " (error " << result.error << ", farthest "
                                   << result.farthest_mm << " mm, folds " << result.folded << ")";
+  }
+}
+
+TEST(StabilityCase, MarksOfATrialAtTheEngineDoNotAttract) {
+  for (const MarkKind kind : {MarkKind::Boundary, MarkKind::Inside, MarkKind::Outside}) {
+    const StabilityCase one{"marks", "", CaseOutcome::Converges, CaseOutcome::Converges, "", [kind](bool) {
+                              Trial trial = ball_trial();
+                              trial.at_engine = true;
+                              trial.steps = 20;
+                              trial.folds = trial.cuts = true;
+                              trial.scene.meshes[0].parameters = forces_with({{"attraction", "weight", 2}});
+                              add_point(trial, {25, 0, 0});
+                              trial.scene.points.back().kind = kind;
+                              trial.error = distance_from(trial.scene.meshes[0].mesh);
+                              trial.tolerance = 100;
+                              return trial;
+                            }};
+    const CaseResult result = run_case(
+        one, Solver::Verlet, [] { return make_cpu_engine(1); }, false);
+    if (kind == MarkKind::Boundary)
+      EXPECT_GT(result.error, 0.5) << result.note;
+    else
+      EXPECT_EQ(result.error, 0) << result.note;
   }
 }
 

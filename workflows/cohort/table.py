@@ -2,7 +2,9 @@
 """Table of a cohort: a CSV file with one row per case."""
 from __future__ import annotations
 
+import codecs
 import csv
+import io
 import math
 import os
 import re
@@ -12,6 +14,9 @@ from typing import NoReturn
 
 COLUMNS = ("name", "image", "x", "y", "z", "radius", "labels", "scene", "reference", "reference_label", "volume")
 SEED = ("x", "y", "z", "radius")
+SEPARATORS = {",": "a comma", ";": "a semicolon", "\t": "a tab", "|": "a bar"}
+SEPARATOR_LINE = re.compile(r'"?sep=(.)"?\1*', re.I)  # first line, for spreadsheet programs
+NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?", re.ASCII)
 SAFE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 
 
@@ -29,10 +34,16 @@ class Case:
 
 
 class Table:
-    """Reader of a table. Errors contain file, row and column. Rows are lines of the file; the headings are row 1."""
+    """Reader of a table. Errors contain file, row and column. Rows are lines of the file.
+
+    A spreadsheet program may have written the table: with a semicolon or a tab as separator and then decimal commas, a line
+    "sep=;", a byte order mark, any line ends, and separators at the ends of lines.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.separator = ","
+        self.decimal_sign = ""  # of the first number that has one
 
     def fail(self, row: int, column: str, why: str, what_to_do: str) -> NoReturn:
         """Raises BadInput for a cell."""
@@ -41,23 +52,19 @@ class Table:
 
     def cases(self, template: str, mesh: str) -> list[Case]:
         """Returns all cases. `template`: scene for cases without one, or ""; `mesh`: name of the mesh of a seed."""
-        try:
-            with open(self.path, newline="", encoding="utf-8-sig") as file:
-                reader = csv.reader(file, strict=True)
-                rows = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
-        except (OSError, UnicodeDecodeError, csv.Error) as error:
-            reason = error.strerror if isinstance(error, OSError) else str(error)
-            raise BadInput(f"table '{self.path}': {reason}; use a CSV file in UTF-8") from None
-        rows = [(line, cells) for line, cells in rows if any(cells)]
+        rows = self.rows()
         if not rows:
             raise BadInput(f"table '{self.path}': it is empty; its first row must contain column names: {', '.join(COLUMNS)}")
-        headings = self.headings(rows[0][1])
+        headings = self.headings(*rows[0])
         if len(rows) == 1:
             raise BadInput(f"table '{self.path}': it has no case; add one row per volume")
         cases: dict[str, Case] = {}
         for line, cells in rows[1:]:
             if len(cells) > len(headings):
-                self.fail(line, "", f"it has {len(cells)} cells for {len(headings)} columns", "quote cells with commas")
+                self.fail(line, "", f"it has {len(cells)} cells for {len(headings)} columns",
+                          f"quote cells that contain {SEPARATORS.get(self.separator, 'the separator')}")
+            if any(text for heading, text in zip(headings, cells) if not heading):
+                self.fail(line, "", "it has a cell in a column without a name", "name the column, or empty the cell")
             cell = dict(zip(headings, cells + [""] * (len(headings) - len(cells))))
             case = self.case(line, cell, template, mesh)
             if case.name.lower() in cases:  # some file systems ignore the case of names
@@ -65,16 +72,52 @@ class Table:
             cases[case.name.lower()] = case
         return list(cases.values())
 
-    def headings(self, cells: list[str]) -> list[str]:
-        """Checks the headings: known columns, each at most once. Returns them."""
-        for column in cells:
+    def rows(self) -> list[tuple[int, list[str]]]:
+        """Returns the rows that are not empty: line, and cells without spaces and without empty cells at the end."""
+        try:
+            content = self.path.read_bytes()
+            utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+            lines = list(io.StringIO(content.decode("utf-16" if utf16 else "utf-8-sig"), newline=""))
+            skipped = 0
+            if lines and lines[0].lstrip('"').lower().startswith("sep="):
+                named = SEPARATOR_LINE.fullmatch(lines[0].rstrip("\r\n"))
+                if not named:
+                    self.fail(1, "", "the separator is not one character", "write a line such as sep=; or delete the line")
+                self.separator = named[1]
+                skipped = 1
+            else:
+                self.separator = self.find_separator(lines)
+            reader = csv.reader(lines[skipped:], delimiter=self.separator, strict=True)
+            rows = [(skipped + reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
+        except (OSError, UnicodeError, csv.Error) as error:
+            reason = error.strerror if isinstance(error, OSError) else str(error)
+            raise BadInput(f"table '{self.path}': {reason}; use a CSV file in UTF-8") from None
+        for _, cells in rows:
+            while cells and not cells[-1]:
+                cells.pop()
+        return [(line, cells) for line, cells in rows if cells]
+
+    def find_separator(self, lines: list[str]) -> str:
+        """Returns the separator with which the first row that is not empty has the most names of columns."""
+        first = next((line for line in lines if line.strip(" \r\n\t,;|")), "")
+        known = {separator: sum(cell.strip(' \r\n"') in COLUMNS for cell in first.split(separator)) for separator in SEPARATORS}
+        if not first:
+            return next((separator for separator in SEPARATORS if any(separator in line for line in lines)), ",")
+        if not any(known.values()):
+            self.fail(lines.index(first) + 1, "", "no comma, semicolon, tab or bar separates names of columns from each other",
+                      f"the columns are {', '.join(COLUMNS)}")
+        return max(SEPARATORS, key=lambda separator: known[separator])
+
+    def headings(self, line: int, cells: list[str]) -> list[str]:
+        """Checks the headings: known columns, each at most once, or empty ones. Returns them."""
+        for column in filter(None, cells):
             if column not in COLUMNS:
-                self.fail(1, column, "there is no such column", f"the columns are {', '.join(COLUMNS)}")
+                self.fail(line, column, "there is no such column", f"the columns are {', '.join(COLUMNS)}")
             if cells.count(column) > 1:
-                self.fail(1, column, "it occurs twice", "remove one of the two")
+                self.fail(line, column, "it occurs twice", "remove one of the two")
         for column in ("name", "image"):
             if column not in cells:
-                self.fail(1, column, "the column is missing", "add the column")
+                self.fail(line, column, "the column is missing", "add the column")
         return cells
 
     def case(self, line: int, cell: dict[str, str], template: str, mesh: str) -> Case:
@@ -123,13 +166,15 @@ class Table:
         return case
 
     def number(self, line: int, column: str, cell: dict[str, str]) -> float:
-        """Returns the finite number in a cell."""
-        try:
-            value = float(cell[column])
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            self.fail(line, column, f"'{cell[column]}' is not a number", "use a number such as 12.5")
+        """Returns the finite number in a cell. A decimal comma is possible where the comma is not the separator."""
+        text = cell[column]
+        sign = next((sign for sign in ".," if sign in text), "")
+        value = float(text.replace(",", ".")) if NUMBER.fullmatch(text) else math.nan
+        if not math.isfinite(value) or (sign == "," and self.separator == ","):
+            self.fail(line, column, f"'{text}' is not a number", "use a number such as 12.5")
+        self.decimal_sign = self.decimal_sign or sign
+        if sign and sign != self.decimal_sign:
+            self.fail(line, column, f"'{text}' has another decimal sign than the numbers before it", "use decimal points")
         return value
 
     def file(self, line: int, column: str, cell: dict[str, str]) -> str:

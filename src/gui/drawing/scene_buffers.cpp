@@ -280,7 +280,7 @@ const SceneBuffers::Slice& SceneBuffers::update_slice(Session& session, const Vi
   SliceState& state = slices_[static_cast<int>(orientation)];
   const double position_mm = view.crosshair_mm[slice_axes(orientation, Convention::Radiological).normal];
   if (state.valid && state.pixels.generation == session.engine_generation() && state.position_mm == position_mm &&
-      state.window == view.window && state.level == view.level) {
+      state.window == view.window && state.level == view.level && state.low_is_bright == view.low_is_bright) {
     return state.slice;
   }
   wait_for_readers();
@@ -305,8 +305,8 @@ const SceneBuffers::Slice& SceneBuffers::update_slice(Session& session, const Vi
     state.height = height;
   }
   connect(state.pixels, session);
-  const SlicePlane plane =
-      slice_plane(geometry, slice.grid, view.low_is_bright ? -view.window : view.window, view.level);
+  SlicePlane plane = slice_plane(geometry, slice.grid, view.window, view.level);
+  if (view.low_is_bright) std::swap(plane.low, plane.high);
   if (state.pixels.shared) {
     session.drawing().draw_slice(plane, {state.pixels.shared.get(), {}});
   } else {
@@ -326,6 +326,7 @@ const SceneBuffers::Slice& SceneBuffers::update_slice(Session& session, const Vi
   state.position_mm = position_mm;
   state.window = view.window;
   state.level = view.level;
+  state.low_is_bright = view.low_is_bright;
   return slice;
 }
 

@@ -106,6 +106,7 @@ class SceneBuffers {
     int width = 0, height = 0;  ///< size of the texture
     bool valid = false;
     double position_mm = 0, window = 0, level = 0;
+    bool low_is_bright = false;
   };
   struct OutlineState {
     Outlines outlines;

@@ -9,6 +9,7 @@
 #include <QVBoxLayout>
 
 #include "gui/input/bindings.h"
+#include "gui/look/widgets.h"
 
 namespace simplexseg {
 namespace {
@@ -69,6 +70,7 @@ void show_bindings(QWidget* parent) {
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   dialog->setWindowTitle(QObject::tr("Keys and gestures"));
   dialog->resize(620, 640);
+  fit_on_screen(*dialog);
   auto* layout = new QVBoxLayout(dialog);
   auto* text = new QTextBrowser(dialog);
   text->setHtml(bindings_html());

@@ -129,6 +129,13 @@ SliceGrid slice_grid(const VolumeGeometry& geometry, Orientation orientation, co
   return grid;
 }
 
+int position_decimals(const VolumeGeometry& geometry) {
+  constexpr double kUsualMm = 0.1;  // one decimal suffices from this spacing on
+  const double finest_mm = geometry.spacing_mm.minCoeff();
+  if (!(finest_mm > 0) || finest_mm >= kUsualMm) return 1;
+  return std::clamp(1 + static_cast<int>(std::ceil(-std::log10(finest_mm))), 1, 6);
+}
+
 SlicePlane slice_plane(const VolumeGeometry& geometry, const SliceGrid& grid, double window, double level) {
   SIMPLEXSEG_EXPECT(window > 0);
   const Eigen::Affine3d index_from_world = geometry.index_from_world();

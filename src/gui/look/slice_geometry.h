@@ -38,6 +38,8 @@ WorldBox world_box(const VolumeGeometry& geometry);
 bool is_axis_aligned(const VolumeGeometry& geometry);
 /// Slice spacing along each world axis, mm: the spacing of the voxel axis nearest to that world axis.
 Eigen::Vector3d slice_spacing_mm(const VolumeGeometry& geometry);
+/// Number of decimals of a position in mm that resolves a tenth of the finest spacing; at least 1, at most 6.
+int position_decimals(const VolumeGeometry& geometry);
 /// Number of a slice, counted from 1 along increasing world coordinates, number of all slices, and their spacing.
 struct SliceNumber {
   int number, count;

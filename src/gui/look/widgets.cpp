@@ -4,6 +4,7 @@
 #include <QAction>
 #include <QPainter>
 #include <QPixmap>
+#include <QScreen>
 #include <QStyle>
 #include <QVariant>
 #include <QWidget>
@@ -48,6 +49,22 @@ QString words_of(const char* name) {
   QString words = QString::fromLatin1(name).replace('_', ' ');
   if (!words.isEmpty()) words[0] = words[0].toUpper();
   return words;
+}
+
+QSize size_within(const QSize& size, const QRect& area) {
+  constexpr int kFrame = 8, kTitle = 40;  // logical pixels; the frame is not known before the window is shown
+  return size.boundedTo(area.size() - QSize(2 * kFrame, kTitle + kFrame)).expandedTo({1, 1});
+}
+
+void fit_on_screen(QWidget& window) {
+  const QScreen* const screen = window.screen();
+  if (!screen || window.isMaximized() || window.isFullScreen()) return;
+  const QRect area = screen->availableGeometry();
+  window.resize(size_within(window.size(), area));
+  if (!window.testAttribute(Qt::WA_Moved) || area.contains(window.geometry())) return;
+  QRect place = window.geometry();
+  place.moveCenter(area.center());
+  window.move(place.topLeft());
 }
 
 }  // namespace simplexseg

@@ -23,4 +23,10 @@ void set_role(QWidget* widget, const char* role);
 /// Readable title of a parameter name: "steps_per_level" -> "Steps per level".
 QString words_of(const char* name);
 
+/// Size of a window that fits, with its frame, into an area of the screen: `size`, reduced where necessary.
+QSize size_within(const QSize& size, const QRect& area);
+/// Shrinks a window that is not shown yet to the available area of its screen, which is small with a large scale factor
+/// of the desktop, and moves it into that area if it has a position.
+void fit_on_screen(QWidget& window);
+
 }  // namespace simplexseg

@@ -15,9 +15,12 @@
 #include <QVBoxLayout>
 #include <algorithm>
 #include <cmath>
+#include <locale>
 #include <sstream>
 
+#include "core/number_text.h"
 #include "gui/input/action_table.h"
+#include "gui/look/qt_text.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
 #include "gui/workbench/ask_and_save.h"
@@ -41,6 +44,14 @@ QString number(double value, int decimals) {
   return std::isfinite(value) ? QString::number(value, 'f', decimals) : CheckPanel::tr("none");
 }
 
+/// Area with a unit in which it does not round to 0.
+QString area_text(double cm2) {
+  if (cm2 == 0 || cm2 >= 0.1) return CheckPanel::tr("%1 cm\u00b2").arg(cm2, 0, 'f', cm2 < 10 ? 2 : 1);
+  return CheckPanel::tr("%1 mm\u00b2").arg(100 * cm2, 0, 'g', 3);
+}
+/// Length with a unit in which it does not round to 0; "none" for an undefined distance.
+QString length(double mm) { return std::isfinite(mm) ? text(length_text(mm)) : CheckPanel::tr("none"); }
+
 }  // namespace
 
 CheckPanel::CheckPanel(Workbench& workbench, ActionTable& actions, QWidget* parent)
@@ -55,15 +66,15 @@ CheckPanel::CheckPanel(Workbench& workbench, ActionTable& actions, QWidget* pare
   column->setContentsMargins(8, 6, 8, 6);
   column->setSpacing(6);
   const std::pair<QString, QString> rows[kRows] = {
-      {tr("Volume (ml)"), tr("Volume inside the surface")},
-      {tr("Area (cm\u00b2)"), tr("Area of the surface")},
+      {tr("Volume"), tr("Volume inside the surface")},
+      {tr("Area"), tr("Area of the surface")},
       {tr("Mean inside"), tr("Mean intensity of the voxels inside")},
       {tr("SD inside"), tr("Standard deviation of the intensities of the voxels inside")},
       {tr("Reference"), tr("Label with which the segmentation is compared; click a cell to choose one")},
       {tr("Dice"), tr("Overlap with the reference: 1 = identical, 0 = no overlap")},
-      {tr("HD95 (mm)"),
+      {tr("HD95"),
        tr("95th percentile of the distances between the two surfaces; the larger value of both directions")},
-      {tr("ASSD (mm)"), tr("Mean distance between the two surfaces, over both directions")}};
+      {tr("ASSD"), tr("Mean distance between the two surfaces, over both directions")}};
   for (int row = 0; row < kRows; ++row) {
     auto* head = new QTableWidgetItem(rows[row].first);
     head->setToolTip(rows[row].second);
@@ -137,16 +148,16 @@ void CheckPanel::fill_column(int column, const MeshItem& item) {
   const bool has_reference = workbench_.references().has(item);
   QString texts[kRows];
   if (check) {
-    texts[kVolume] = number(check->volume_ml, check->volume_ml < 10 ? 2 : 1);
-    texts[kArea] = number(check->area_cm2, 1);
+    texts[kVolume] = text(volume_text(1000 * check->volume_ml));
+    texts[kArea] = area_text(check->area_cm2);
     if (check->inside) {
       texts[kMean] = QString::number(check->inside->mean, 'g', 5);
       texts[kDeviation] = QString::number(check->inside->deviation, 'g', 4);
     }
     if (check->agreement) {
       texts[kDice] = number(check->agreement->dice, 3);
-      texts[kHd95] = number(check->agreement->hd95_mm, 2);
-      texts[kAssd] = number(check->agreement->assd_mm, 2);
+      texts[kHd95] = length(check->agreement->hd95_mm);
+      texts[kAssd] = length(check->agreement->assd_mm);
     }
   }
   texts[kReference] = has_reference ? text_of_label(*item.reference) : tr("none");
@@ -184,8 +195,8 @@ void CheckPanel::choose_reference(ItemId mesh) {
   QMenu menu(this);
   const MeshItem* item = workbench_.scene().find_mesh(mesh);
   if (!item) return;
-  const auto add = [&](const QString& text, std::optional<Reference> reference) {
-    QAction* action = menu.addAction(text, this, [=, this] { workbench_.apply(SetReference{mesh, reference}); });
+  const auto add = [&](const QString& title, std::optional<Reference> reference) {
+    QAction* action = menu.addAction(title, this, [=, this] { workbench_.apply(SetReference{mesh, reference}); });
     action->setCheckable(true);
     action->setChecked(
         reference.has_value() == item->reference.has_value() &&
@@ -196,7 +207,7 @@ void CheckPanel::choose_reference(ItemId mesh) {
     menu.addSection(QFileInfo(QString::fromStdString(path)).fileName());
     add(tr("All voxels that are not 0"), Reference{path, std::nullopt});
     for (const LabelCount& label : count_labels(labels, {}, 40))
-      add(tr("Label %1, %2 ml").arg(label.value, 0, 'g', 10).arg(label.millilitres, 0, 'f', 1),
+      add(tr("Label %1, %2").arg(label.value, 0, 'g', 10).arg(text(volume_text(1000 * label.millilitres))),
           Reference{path, label.value});
   }
   if (workbench_.references().all().empty()) menu.addAction(tr("Load reference labels first"))->setEnabled(false);
@@ -205,6 +216,7 @@ void CheckPanel::choose_reference(ItemId mesh) {
 
 std::string CheckPanel::csv() const {
   std::ostringstream text;
+  text.imbue(std::locale::classic());
   text << "mesh,volume_ml,area_cm2,mean,deviation,reference,label,dice,hd95_mm,assd_mm\n";
   for (const MeshCheck& check : checker_->checks()) {
     text << csv_field(check.name) << ',' << check.volume_ml << ',' << check.area_cm2 << ',';
@@ -224,7 +236,7 @@ std::string CheckPanel::csv() const {
 }
 
 void CheckPanel::save_to(const QString& path) const {
-  AtomicFile file(std::filesystem::path(path.toStdU16String()));
+  AtomicFile file(to_path(path));
   write_bytes(file, csv());
   file.commit();
 }

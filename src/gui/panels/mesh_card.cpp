@@ -18,7 +18,10 @@
 #include <cmath>
 #include <utility>
 
+#include "core/number_text.h"
 #include "gui/input/action_table.h"
+#include "gui/look/integer_box.h"
+#include "gui/look/qt_text.h"
 #include "gui/look/symbols.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
@@ -88,7 +91,7 @@ void MeshCard::build_upper_row(ActionTable& actions) {
 }
 
 void MeshCard::build_lower_row() {
-  label_ = new QSpinBox(this);
+  label_ = new IntegerBox(this);
   label_->setRange(1, 65535);
   label_->setFrame(false);
   label_->setButtonSymbols(QAbstractSpinBox::NoButtons);
@@ -155,9 +158,7 @@ void MeshCard::show_state(const QString& state, bool is_warning, const QString& 
   set_role(state_, is_warning ? "warning" : "dim");
 }
 
-void MeshCard::show_volume(double millilitres) {
-  volume_->setText(millilitres < 0 ? QString() : tr("%1 ml").arg(millilitres, 0, 'f', millilitres < 10 ? 2 : 1));
-}
+void MeshCard::show_volume(std::optional<double> mm3) { volume_->setText(mm3 ? text(volume_text(*mm3)) : QString()); }
 
 // A press on a control does not reach the card, so this filter makes the mesh active.
 bool MeshCard::eventFilter(QObject* watched, QEvent* event) {

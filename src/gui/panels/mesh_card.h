@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <QFrame>
+#include <optional>
 
 #include "session/command.h"
 
@@ -24,8 +25,8 @@ class MeshCard : public QFrame {
   void show_mesh(const MeshItem& item, bool active);
   /// Shows the state of the mesh. `advice`: explanation and remedy for the tooltip; may be empty.
   void show_state(const QString& state, bool is_warning, const QString& advice = {});
-  /// Shows the volume, or nothing if `millilitres` is negative (unknown, because the mesh moves).
-  void show_volume(double millilitres);
+  /// Shows the volume; none: it is unknown, because the mesh moves.
+  void show_volume(std::optional<double> mm3);
   ItemId mesh() const { return mesh_; }
 
  signals:

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gui/panels/mesh_panel.h"
 
-#include <QDoubleSpinBox>
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QPushButton>
@@ -9,6 +8,7 @@
 #include <QVBoxLayout>
 #include <algorithm>
 
+#include "gui/look/number_box.h"
 #include "gui/look/widgets.h"
 #include "gui/panels/mesh_card.h"
 #include "gui/workbench/frame_loop.h"
@@ -41,8 +41,12 @@ MeshPanel::MeshPanel(Workbench& workbench, FrameLoop& loop, ActionTable& actions
   });
   connect(&workbench_, &Workbench::volume_changed, this, [this] {
     if (!workbench_.has_volume()) return;
-    const Eigen::Vector3d extent = world_box(workbench_.session().volume().geometry()).extent_mm();
-    radius_->setValue(std::max(0.1, 0.1 * extent.minCoeff()));
+    const VolumeGeometry& geometry = workbench_.session().volume().geometry();
+    const Eigen::Vector3d extent = world_box(geometry).extent_mm();
+    const double least_mm = std::min(0.1, 0.5 * geometry.spacing_mm.minCoeff());
+    radius_->setDecimals(position_decimals(geometry));
+    radius_->setRange(least_mm, std::max(500.0, extent.maxCoeff()));
+    radius_->setValue(std::max(least_mm, 0.1 * extent.minCoeff()));
   });
   refresh();
 }
@@ -73,7 +77,7 @@ void MeshPanel::build_adding() {
   auto* adding = new QHBoxLayout;
   add_ = new QPushButton(tr("Add seed at crosshair"), this);
   add_->setToolTip(tr("Add a segmentation that starts as a sphere at the crosshair"));
-  radius_ = new QDoubleSpinBox(this);
+  radius_ = new NumberBox(this);
   radius_->setRange(0.1, 500);
   radius_->setDecimals(1);
   radius_->setValue(20);
@@ -112,14 +116,14 @@ void MeshPanel::refresh() {
 
 void MeshPanel::refresh_states() {
   // Poses are read back only while nothing moves, so that the simulation never waits for this display.
-  const bool moves = workbench_.running() && !loop_.settled();
+  const bool moves = is_moving(workbench_, loop_);
   const std::vector<MeshItem>& meshes = moves ? workbench_.scene().meshes : workbench_.session().scene().meshes;
   for (std::size_t m = 0; m < meshes.size() && m < cards_.size(); ++m) {
-    const MeshState state = mesh_state(workbench_, loop_, m);
-    cards_[m]->show_state(state.text, state.is_warning, advice_of(workbench_, m));
+    const RunState state = mesh_state(workbench_, loop_, m);
+    cards_[m]->show_state(text_of(state, workbench_.solving_percent()), is_warning(state), advice_of(workbench_, m));
     const bool known = !moves || meshes[m].locked;
     if (!meshes[m].mesh.positions.empty())
-      cards_[m]->show_volume(known ? measure(meshes[m].mesh).volume_mm3 / 1000 : -1);
+      cards_[m]->show_volume(known ? std::optional(measure(meshes[m].mesh).volume_mm3) : std::nullopt);
   }
 }
 

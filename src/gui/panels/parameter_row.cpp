@@ -2,7 +2,6 @@
 #include "gui/panels/parameter_row.h"
 
 #include <QComboBox>
-#include <QDoubleSpinBox>
 #include <QHBoxLayout>
 #include <QSignalBlocker>
 #include <QSlider>
@@ -12,6 +11,7 @@
 #include <cmath>
 #include <utility>
 
+#include "gui/look/number_box.h"
 #include "gui/look/symbols.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
@@ -106,7 +106,7 @@ void ParameterRow::build_number() {
   connect(slider_, &QSlider::sliderPressed, this, [this] { dragged_ = false; });
   connect(slider_, &QSlider::valueChanged, this, [this](int position) { edit(value_at(position)); });
 
-  number_ = new NoWheel<QDoubleSpinBox>(this);
+  number_ = new NoWheel<NumberBox>(this);
   number_->setFocusPolicy(Qt::StrongFocus);
   number_->setDecimals(decimals_of(info_));
   number_->setRange(info_.minimum, info_.maximum);

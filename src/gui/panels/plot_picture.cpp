@@ -6,6 +6,7 @@
 #include <QPainter>
 #include <utility>
 
+#include "gui/look/qt_text.h"
 #include "gui/look/theme.h"
 #include "gui/workbench/ask_and_save.h"
 #include "io/picture/plot_io.h"
@@ -71,7 +72,7 @@ void add_quantities(QComboBox& choices) {
 }
 
 void save_plot(const QString& path, const Plot& plot, const std::string& csv) {
-  const std::filesystem::path file_path(path.toStdU16String());
+  const std::filesystem::path file_path = to_path(path);
   if (extension_of(file_path) != ".csv") {
     write_plot(file_path, plot, kSavedWidth, kSavedHeight);
     return;

@@ -70,6 +70,7 @@ void PointPanel::refresh() {
   const int count = static_cast<int>(scene.points.size());
   while (list_->topLevelItemCount() > count) delete list_->takeTopLevelItem(list_->topLevelItemCount() - 1);
   while (list_->topLevelItemCount() < count) list_->addTopLevelItem(new QTreeWidgetItem);
+  const int decimals = workbench_.has_volume() ? position_decimals(workbench_.session().volume().geometry()) : 1;
   QTreeWidgetItem* selected = nullptr;
   for (int p = 0; p < count; ++p) {
     const UserPoint& point = scene.points[p];
@@ -83,7 +84,7 @@ void PointPanel::refresh() {
     }
     row->setText(1, title_of(point.kind));
     for (int axis = 0; axis < 3; ++axis) {
-      row->setText(2 + axis, QString::number(point.position_mm[axis], 'f', 1));
+      row->setText(2 + axis, QString::number(point.position_mm[axis], 'f', decimals));
       row->setTextAlignment(2 + axis, Qt::AlignRight | Qt::AlignVCenter);
     }
     if (point.id == workbench_.view.selected_point) selected = row;

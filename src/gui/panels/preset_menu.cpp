@@ -78,15 +78,16 @@ bool PresetMenu::load_from(const QString& path) {
 
 void PresetMenu::choose_and_save() {
   QDir().mkpath(folder());
-  QString path = QFileDialog::getSaveFileName(this, tr("Save the settings"), folder() + "/my settings" + kEnding,
-                                              tr("Presets (*.preset.json)"));
+  QString path = local_path(QFileDialog::getSaveFileUrl(
+      this, tr("Save the settings"), url_of(folder() + "/my settings" + kEnding), tr("Presets (*.preset.json)")));
   if (path.isEmpty()) return;
   if (!path.endsWith(".json")) path += kEnding;
   save_to(path);
 }
 
 void PresetMenu::choose_and_load() {
-  const QString path = QFileDialog::getOpenFileName(this, tr("Load settings"), folder(), tr("Presets (*.json)"));
+  const QString path =
+      local_path(QFileDialog::getOpenFileUrl(this, tr("Load settings"), url_of(folder()), tr("Presets (*.json)")));
   if (!path.isEmpty()) load_from(path);
 }
 

@@ -122,14 +122,11 @@ void SimulationPanel::refresh_status() {
   for (const MeshItem& item : workbench_.scene().meshes) vertices += item.mesh.vertex_count();
   vertices_->setText(
       tr("%1 in %2")
-          .arg(locale.toString(vertices), workbench_.scene().meshes.size() == 1
-                                              ? tr("1 segmentation")
-                                              : tr("%1 segmentations").arg(workbench_.scene().meshes.size())));
+          .arg(locale.toString(vertices),
+               counted_text(static_cast<std::int64_t>(workbench_.scene().meshes.size()), "segmentation")));
   const std::vector<float>& moves = workbench_.session().mean_move_mm();
   const QStringList faulty = faulty_surfaces();
-  QString state = tr("paused");
-  if (workbench_.running()) state = tr("running");
-  if (workbench_.running() && loop_.settled()) state = faulty.isEmpty() ? tr("settled") : tr("settled, surface errors");
+  const QString state = text_of(run_state(workbench_, loop_), workbench_.solving_percent());
   if (moves.empty() || workbench_.session().total_steps() == 0) {
     motion_->setText(state);
   } else {

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/number_text.h"
 #include "forces/attraction.h"
 #include "gui/input/bindings.h"
 #include "gui/look/point_style.h"
+#include "gui/look/qt_text.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {
@@ -79,10 +81,10 @@ QString point_text(const Workbench& workbench, ItemId point) {
   const MeshItem* mesh = item ? workbench.scene().find_mesh(item->mesh) : nullptr;
   if (!mesh) return {};
   if (item->kind != MarkKind::Boundary)
-    return wheel_text("%1 mark, radius %2 mm").arg(title_of(item->kind)).arg(item->radius_mm, 0, 'f', 1);
-  return wheel_text("Boundary point, strength %1, reach %2 rings of vertices; for all boundary points of '%3'")
+    return wheel_text("%1 mark, radius %2").arg(title_of(item->kind), text(length_text(item->radius_mm)));
+  return wheel_text("Boundary point, strength %1, reach %2 of vertices; for all boundary points of '%3'")
       .arg(value_of(*mesh, AttractionForce::weight), 0, 'g', 3)
-      .arg(value_of(*mesh, AttractionForce::order), 0, 'f', 0)
+      .arg(counted_text(std::lround(value_of(*mesh, AttractionForce::order)), "ring"))
       .arg(QString::fromStdString(mesh->name));
 }
 

@@ -11,6 +11,8 @@
 #include <optional>
 
 #include "core/expect.h"
+#include "core/number_text.h"
+#include "gui/look/qt_text.h"
 #include "gui/look/theme.h"
 #include "gui/views/drawn_scene.h"
 #include "gui/views/point_wheel.h"
@@ -315,11 +317,13 @@ QString SliceView::corner_text() const {
   const SliceNumber slice =
       slice_number(workbench_.session().volume().geometry(), orientation_, workbench_.view.crosshair_mm);
   const QString number = QString("%1  %2 / %3").arg(title_of(orientation_)).arg(slice.number).arg(slice.count);
-  QString all = QString("%1   %2 = %3 mm").arg(number, names[axes().normal]).arg(slice_mm(), 0, 'f', 1);
+  QString all = QString("%1   %2 = %3 mm")
+                    .arg(number, names[axes().normal])
+                    .arg(slice_mm(), 0, 'f', position_decimals(workbench_.session().volume().geometry()));
   // The text must not reach the letter of the patient's side at the middle of the upper edge.
-  const auto fits = [this](const QString& text) {
+  const auto fits = [this](const QString& line) {
     constexpr double kBold = 1.15;
-    return kBold * fontMetrics().horizontalAdvance(text) < width() / 2.0 - 16;
+    return kBold * fontMetrics().horizontalAdvance(line) < width() / 2.0 - 16;
   };
   if (fits(all)) return all;
   return fits(number) ? number : QString("%1 %2").arg(title_of(orientation_)).arg(slice.number);
@@ -339,13 +343,13 @@ void SliceView::annotate(std::vector<Label>& labels) const {
   labels.push_back({box, Qt::AlignLeft | Qt::AlignTop, corner_text(), theme::slice_colour(orientation_)});
   const double bar_mm = scale_bar_mm();
   labels.push_back({box.adjusted(0, 0, 0, -13), Qt::AlignRight | Qt::AlignBottom,
-                    bar_mm >= 10 ? tr("%1 cm").arg(bar_mm / 10) : tr("%1 mm").arg(bar_mm), theme::kText, false});
+                    bar_mm >= 10 ? tr("%1 cm").arg(bar_mm / 10) : text(length_text(bar_mm)), theme::kText, false});
   add_names(labels, box.adjusted(0, fontMetrics().lineSpacing() + 2, 0, 0));
   QString note;
   if (underMouse() && workbench_.view.hovered_point) {
     note = point_text(workbench_, workbench_.view.hovered_point);
   } else if (tools_.seed()) {
-    note = tr("radius %1 mm").arg(tools_.seed()->radius_mm, 0, 'f', 1);
+    note = tr("radius %1").arg(text(length_text(tools_.seed()->radius_mm)));
   } else if (workbench_.view.window_level_armed) {
     note = tr("window %1  level %2").arg(workbench_.view.window, 0, 'g', 4).arg(workbench_.view.level, 0, 'g', 4);
   } else if (const MeshItem* item = workbench_.active_mesh(); workbench_.view.show_field && !field_ && item) {

@@ -15,6 +15,7 @@
 #include "core/error.h"
 #include "gui/look/qt_text.h"
 #include "gui/look/theme.h"
+#include "gui/look/widgets.h"
 #include "gui/window/file_actions.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
@@ -32,11 +33,10 @@ QString line_of(const AutosaveInfo& info) {
                       : minutes < 120  ? Autosave::tr("%1 minutes ago").arg(minutes)
                       : minutes < 2880 ? Autosave::tr("%1 hours ago").arg(minutes / 60)
                                        : Autosave::tr("%1 days ago").arg(minutes / 1440);
-  const QString meshes =
-      info.meshes == 1 ? Autosave::tr("1 segmentation") : Autosave::tr("%1 segmentations").arg(info.meshes);
-  const QString points = info.points == 1 ? Autosave::tr("1 point") : Autosave::tr("%1 points").arg(info.points);
+  const QString meshes = counted_text(info.meshes, "segmentation"), points = counted_text(info.points, "point");
   return Autosave::tr("%1: %2, %3; %4 (%5)")
-      .arg(QFileInfo(text(name)).fileName(), meshes, points, QLocale().toString(when, QLocale::ShortFormat), ago);
+      .arg(QFileInfo(text(name)).fileName(), meshes, points, QLocale::system().toString(when, QLocale::ShortFormat),
+           ago);
 }
 
 }  // namespace
@@ -82,8 +82,8 @@ void Autosave::save_now() {
   }
   busy_ = true;
   AutosaveInfo info;
-  info.opened = files_.path().toStdString();
-  info.scene_file = files_.scene_path().toStdString();
+  info.opened = shown_path(files_.path());
+  info.scene_file = shown_path(files_.scene_path());
   info.saved_at_s = QDateTime::currentSecsSinceEpoch();
   writer_.start([this, store = store_, scene = workbench_.scene_to_save(), info = std::move(info), revision,
                  history = workbench_.session().history()] {
@@ -152,6 +152,7 @@ void Autosave::open_dialog() {
   for (QPushButton* button : {restore_button, discard, later}) buttons->addWidget(button);
   layout->addLayout(buttons);
   dialog->resize(theme::scaled(640), theme::scaled(260));
+  fit_on_screen(*dialog);
   connect(restore_button, &QPushButton::clicked, this, [=, this] {
     const int row = list->currentRow();
     dialog->close();

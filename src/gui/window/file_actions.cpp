@@ -22,6 +22,7 @@
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
 #include "io/platform/file_names.h"
+#include "io/platform/output_checks.h"
 #include "io/scene/scene_export.h"
 #include "io/scene/scene_io.h"
 #include "io/volume/volume_io.h"
@@ -29,7 +30,7 @@
 namespace simplexseg {
 namespace {
 
-// Paths may contain any character of the file system, so they are never converted to the local 8-bit encoding.
+// Paths may contain any byte of the file system: they are converted by text(), to_path() and local_path() alone.
 
 const char* kVolumeFilter =
     "Volumes and scenes (*.nii *.nii.gz *.hdr *.img *.nrrd *.nhdr *.mha *.mhd *.gipl *.gipl.gz *.mnc *.dcm "
@@ -77,7 +78,7 @@ void FileActions::enable_actions() {
 void FileActions::open_all(const QStringList& paths) {
   if (paths.isEmpty() || paths.front().isEmpty() || job_.busy() || !may_discard()) return;
   const QString& first = paths.front();
-  if (paths.size() > 1 || QFileInfo(first).isDir() || is_dicomdir(to_path(first)))
+  if (paths.size() > 1 || is_folder(first) || is_dicomdir(to_path(first)))
     find_series(paths);
   else
     load(first, 0, {});
@@ -88,7 +89,7 @@ void FileActions::find_series(const QStringList& paths) {
   places.reserve(static_cast<std::size_t>(paths.size()));
   for (const QString& path : paths) places.push_back(to_path(path));
   auto found = std::make_shared<FoundSeries>();
-  const QString what = paths.size() == 1 ? QFileInfo(paths.front()).fileName() : tr("%1 files").arg(paths.size());
+  const QString what = paths.size() == 1 ? QFileInfo(paths.front()).fileName() : counted_text(paths.size(), "file");
   job_.start(
       tr("Searching %1 for DICOM series...").arg(what), [=] { *found = find_dicom_series(places); },
       [=, this] { choose_series(std::move(*found)); }, BackgroundJob::Cancellable::Yes);
@@ -162,6 +163,11 @@ void FileActions::open_loaded(LoadedInput input, const std::filesystem::path& pa
                        series.isEmpty() ? QFileInfo(text(input.volume_path)).fileName() : series);
   last_path_ = text(path);
   scene_path_ = path.extension() == ".json" ? text(path) : QString();
+  if (!is_utf8(input.volume_path))
+    input.warnings.insert(input.warnings.begin(),
+                          tr("The path of the image is not UTF-8, so no scene can refer to it and none can be saved. "
+                             "Rename the file or its folder, and open it again.")
+                              .toStdString());
   show_warnings(input.warnings);
   emit name_changed();
 }
@@ -171,6 +177,7 @@ void FileActions::restore(LoadedInput input, const AutosaveInfo& info) {
   workbench_.open(std::move(input.scene), std::move(input.volume), std::move(input.references),
                   std::move(input.history));
   is_dicom_ = input.is_dicom;
+  workbench_.view.low_is_bright = input.low_is_bright;
   workbench_.mark_unsaved();
   last_path_ = QString::fromStdString(info.opened);
   scene_path_ = QString::fromStdString(info.scene_file);
@@ -212,14 +219,14 @@ QString FileActions::scene_name() const {
 
 QString FileActions::suggested_path(const QString& what, const QString& ending) const {
   const auto stem_of = [](const QString& path) { return QFileInfo(path).fileName().section('.', 0, 0); };
-  const QString volume_path = QString::fromStdString(workbench_.scene().volume_path), scene = stem_of(scene_path_);
+  const QString volume_path = text(std::filesystem::path(workbench_.scene().volume_path)), scene = stem_of(scene_path_);
   const QString volume = is_fetched(volume_path) ? file_name_of(workbench_.series_name()) : stem_of(volume_path);
   QStringList parts;
   for (const QString& part : {volume, scene})
     if (!part.isEmpty() && !parts.contains(part)) parts << part;
   const QString base = QDir(usual_folder()).filePath((parts.isEmpty() ? "simplexseg" : parts.join('-')) + what);
   QString path = base + ending;
-  for (int number = 2; QFileInfo::exists(path); ++number) path = base + '-' + QString::number(number) + ending;
+  for (int number = 2; path_exists(path); ++number) path = base + '-' + QString::number(number) + ending;
   return path;
 }
 
@@ -229,11 +236,13 @@ QString FileActions::usual_folder() const {
 }
 
 void FileActions::choose_and_open() {
-  open(QFileDialog::getOpenFileName(&window_, tr("Open a volume or a scene"), usual_folder(), kVolumeFilter));
+  open(local_path(
+      QFileDialog::getOpenFileUrl(&window_, tr("Open a volume or a scene"), url_of(usual_folder()), kVolumeFilter)));
 }
 
 void FileActions::choose_and_open_folder() {
-  open(QFileDialog::getExistingDirectory(&window_, tr("Open a folder with a DICOM series"), usual_folder()));
+  open(local_path(
+      QFileDialog::getExistingDirectoryUrl(&window_, tr("Open a folder with a DICOM series"), url_of(usual_folder()))));
 }
 
 bool FileActions::save_scene() { return scene_path_.isEmpty() ? save_scene_as() : save_scene_to(scene_path_); }
@@ -241,8 +250,8 @@ bool FileActions::save_scene() { return scene_path_.isEmpty() ? save_scene_as() 
 bool FileActions::save_scene_as() {
   // Desktops distinguish scenes from other JSON files by this extension (packaging/simplexseg.xml).
   const QString ending = ".simplexseg.json";
-  QString path =
-      QFileDialog::getSaveFileName(&window_, tr("Save the scene"), suggested_path("", ending), tr("Scenes (*.json)"));
+  QString path = local_path(QFileDialog::getSaveFileUrl(&window_, tr("Save the scene"),
+                                                        url_of(suggested_path("", ending)), tr("Scenes (*.json)")));
   if (path.isEmpty()) return false;
   if (!path.endsWith(".json")) path += ending;
   return save_scene_to(path);
@@ -263,14 +272,22 @@ bool FileActions::save_scene_to(const QString& path) {
 }
 
 void FileActions::choose_and_save_labels() {
-  QString path = QFileDialog::getSaveFileName(&window_, tr("Save the labels"), suggested_path("-labels", ".nii.gz"),
-                                              tr("Label volumes (*.nii.gz *.nii *.seg.nrrd *.nrrd *.mha);;"
-                                                 "DICOM segmentation or contours (*.dcm *.rtstruct.dcm)"));
+  QString path = local_path(QFileDialog::getSaveFileUrl(&window_, tr("Save the labels"),
+                                                        url_of(suggested_path("-labels", ".nii.gz")),
+                                                        tr("Label volumes (*.nii.gz *.nii *.seg.nrrd *.nrrd *.mha);;"
+                                                           "DICOM segmentation or contours (*.dcm *.rtstruct.dcm)")));
   if (!path.isEmpty() && QFileInfo(path).suffix().isEmpty()) path += ".nii.gz";
   if (!path.isEmpty()) save_labels_to(path);
 }
 
 void FileActions::save_labels_to(const QString& path) {
+  try {
+    require_labels_name(to_path(path), workbench_.scene());
+    require_writable_output(to_path(path));
+  } catch (const std::exception& error) {
+    workbench_.notify(Severity::Failure, QString::fromUtf8(error.what()));
+    return;
+  }
   const VolumeGeometry geometry = workbench_.session().volume().geometry();
   auto note = std::make_shared<std::string>();
   job_.start(
@@ -288,8 +305,8 @@ void FileActions::choose_and_save_meshes() {
       QInputDialog::getItem(&window_, tr("Save the surfaces"), tr("File format (PLY is lossless):"),
                             {".ply", ".obj", ".stl", ".vtk", ".vtp"}, 0, false, &chosen);
   if (!chosen) return;
-  const QString folder =
-      QFileDialog::getExistingDirectory(&window_, tr("Folder for the surfaces, one file each"), usual_folder());
+  const QString folder = local_path(QFileDialog::getExistingDirectoryUrl(
+      &window_, tr("Folder for the surfaces, one file each"), url_of(usual_folder())));
   if (!folder.isEmpty()) save_meshes_to(folder, extension);
 }
 
@@ -300,9 +317,8 @@ void FileActions::save_meshes_to(const QString& folder, const QString& extension
         save_meshes(directory, scene, as);
       },
       [=, this] {
-        const std::size_t count = workbench_.scene().meshes.size();
-        workbench_.notify(Severity::Note, count == 1 ? tr("Saved 1 surface to %1").arg(folder)
-                                                     : tr("Saved %1 surfaces to %2").arg(count).arg(folder));
+        const auto count = static_cast<std::int64_t>(workbench_.scene().meshes.size());
+        workbench_.notify(Severity::Note, tr("Saved %1 to %2").arg(counted_text(count, "surface"), folder));
       });
 }
 
@@ -310,7 +326,7 @@ QStringList FileActions::dropped_paths(const QMimeData* data) {
   QStringList paths;
   if (!data || !data->hasUrls()) return paths;
   for (const QUrl& url : data->urls())
-    if (url.isLocalFile()) paths << url.toLocalFile();
+    if (const QString path = local_path(url); !path.isEmpty()) paths << path;
   return paths;
 }
 

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <memory>
+#include <optional>
 #include <tuple>
 
 #include "gui/input/action_table.h"
@@ -17,8 +19,7 @@
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
 #include "image/rasterise.h"
-#include "io/dicom/rtstruct_read.h"
-#include "io/labels/labels_io.h"
+#include "io/labels/label_file.h"
 #include "io/platform/files.h"
 #include "io/scene/mesh_start.h"
 
@@ -61,7 +62,8 @@ std::vector<std::optional<double>> labels_under(const std::vector<SimplexMesh>& 
 }  // namespace
 
 struct LabelActions::Labels {
-  Volume volume;
+  std::shared_ptr<LabelFile> file;
+  Volume volume;  ///< reference on the grid of the volume
   std::vector<LabelCount> counts;
   std::vector<std::string> warnings;
 };
@@ -70,7 +72,7 @@ LabelActions::LabelActions(Workbench& workbench, BackgroundJob& job, FileActions
                            QWidget& window)
     : QObject(&window), workbench_(workbench), job_(job), files_(files), actions_(actions), window_(window) {
   const auto choose = [this](const QString& title, const char* filter) {
-    return QFileDialog::getOpenFileName(&window_, title, files_.usual_folder(), filter);
+    return local_path(QFileDialog::getOpenFileUrl(&window_, title, url_of(files_.usual_folder()), filter));
   };
   actions.on(Act::MeshFromLabels, [=, this] {
     if (const QString path = choose(tr("Labels to import as segmentations"), kLabelFilter); !path.isEmpty())
@@ -105,16 +107,10 @@ void LabelActions::meshes_from_labels(const QString& path) {
   job_.start(
       tr("Loading %1...").arg(QFileInfo(path).fileName()),
       [=, file = to_path(path)] {
-        if (is_structure_set(file)) {
-          labels->counts = list_regions(file);
-          return;
-        }
-        LoadedLabels loaded = load_labels(file);
-        labels->counts = count_labels(loaded.volume, loaded.segments);
-        labels->volume = std::move(loaded.volume);
-        labels->warnings = std::move(loaded.warnings);
+        labels->file = std::make_shared<LabelFile>(file);
+        labels->counts = labels->file->count();
         if (labels->counts.empty())
-          choose_label(labels->volume, {}, quoted(file));  // throws Error, because there is no label
+          choose_label(labels->file->labels().volume, {}, quoted(file));  // throws Error, because there is no label
       },
       [=, this] { choose_labels(path, labels); }, BackgroundJob::Cancellable::Yes);
 }
@@ -134,24 +130,25 @@ void LabelActions::make_meshes(const QString& path, const std::shared_ptr<Labels
       [=, name = absolute(path)] {
         starts->reserve(chosen.size());
         for (const LabelCount& label : chosen) {
-          starts->push_back(labels->volume.empty() ? load_start({name, label.value, 0, nullptr}, {})
-                                                   : start_of_labels(labels->volume, {label.value, 0}, name));
+          const LabelChoice choice{label.value, 0};
+          const LoadedLabels& loaded = labels->file->labels(choice);
+          starts->push_back(start_of_labels(loaded.volume, choice, name));
+          for (const std::string& warning : loaded.warnings) {
+            if (std::find(labels->warnings.begin(), labels->warnings.end(), warning) == labels->warnings.end())
+              labels->warnings.push_back(warning);
+          }
         }
       },
       [=, this] {
         int made = 0;
-        std::vector<std::string> warnings = labels->warnings;
         for (std::size_t n = 0; n < starts->size(); ++n) {
           std::string name = chosen[n].name;
           if (workbench_.scene().find_mesh(name)) name.clear();
           const LoadedStart& start = (*starts)[n];
-          warnings.insert(warnings.end(), start.warnings.begin(), start.warnings.end());
           made +=
               workbench_.apply(AddMesh{name, start.seed, chosen[n].colour, workbench_.view.active_mesh, start.start});
         }
-        if (made > 0)
-          show_with_warnings(made == 1 ? tr("Created 1 segmentation") : tr("Created %1 segmentations").arg(made),
-                             warnings);
+        if (made > 0) show_with_warnings(tr("Created %1").arg(counted_text(made, "segmentation")), labels->warnings);
       },
       BackgroundJob::Cancellable::Yes);
 }
@@ -167,7 +164,7 @@ void LabelActions::mesh_from_file(const QString& path) {
       tr("Loading %1...").arg(QFileInfo(path).fileName()),
       [=, file = to_path(path), name = absolute(path)] { *start = start_of_mesh(file, name); },
       [=, this] {
-        std::string name = QFileInfo(path).completeBaseName().toStdString();
+        std::string name = shown_path(QFileInfo(path).completeBaseName());
         if (workbench_.scene().find_mesh(name)) name.clear();
         workbench_.apply(AddMesh{name, start->seed, std::nullopt, workbench_.view.active_mesh, start->start});
       },
@@ -186,14 +183,15 @@ void LabelActions::load_reference(const QString& path) {
   job_.start(
       tr("Loading %1...").arg(QFileInfo(path).fileName()),
       [=, file = to_path(path), geometry = workbench_.session().volume().geometry(), meshes = std::move(meshes)] {
-        labels->volume = load_labels_onto(file, geometry, "the volume", labels->warnings);
+        labels->file = std::make_shared<LabelFile>(file);
+        labels->volume = labels->file->read_onto(geometry, "the volume", labels->warnings);
         count_labels(labels->volume, {});  // throws Error if the file is an image
         *under = labels_under(meshes, labels->volume);
       },
       [=, this, name = absolute(path)] {
         if (!workbench_.has_volume() || !workbench_.session().volume().geometry().same_grid(labels->volume.geometry()))
           return;
-        workbench_.add_reference(name, labels->volume);
+        workbench_.add_reference(name, labels->volume, labels->file);
         bool continues = false;
         int matched = 0;
         for (std::size_t m = 0; m < ids.size(); ++m) {
@@ -204,9 +202,10 @@ void LabelActions::load_reference(const QString& path) {
         QString text =
             matched == 0
                 ? tr("No segmentation overlaps a label of %1. Choose a label in the row Reference of the panel Check.")
-                : tr("Loaded %1: assigned a label to %2 of %3 segmentations");
+                : tr("Loaded %1: assigned a label to %2 of %3");
         text = text.arg(QFileInfo(path).fileName());
-        if (matched > 0) text = text.arg(matched).arg(ids.size());
+        if (matched > 0)
+          text = text.arg(matched).arg(counted_text(static_cast<std::int64_t>(ids.size()), "segmentation"));
         show_with_warnings(text, labels->warnings);
       },
       BackgroundJob::Cancellable::Yes);

@@ -10,6 +10,8 @@
 #include <QTreeWidget>
 #include <QVBoxLayout>
 
+#include "core/number_text.h"
+#include "gui/look/qt_text.h"
 #include "gui/look/widgets.h"
 
 namespace simplexseg {
@@ -19,6 +21,7 @@ LabelDialog::LabelDialog(std::vector<LabelCount> labels, QWidget* parent)
   setObjectName("label_dialog");
   setWindowTitle(tr("Segmentations from labels"));
   resize(460, 420);
+  fit_on_screen(*this);
   auto* column = new QVBoxLayout(this);
   column->addWidget(
       new QLabel(tr("Tick the labels to import. Each becomes a segmentation that you can correct."), this));
@@ -28,7 +31,7 @@ LabelDialog::LabelDialog(std::vector<LabelCount> labels, QWidget* parent)
   search->setClearButtonEnabled(true);
   column->addWidget(search);
   list_->setAccessibleName(tr("Labels"));
-  list_->setHeaderLabels({tr("Label"), tr("Name"), tr("Voxels"), tr("Volume (ml)")});
+  list_->setHeaderLabels({tr("Label"), tr("Name"), tr("Voxels"), tr("Volume")});
   list_->setRootIsDecorated(false);
   list_->setUniformRowHeights(true);
   for (const LabelCount& label : labels_) {
@@ -36,7 +39,7 @@ LabelDialog::LabelDialog(std::vector<LabelCount> labels, QWidget* parent)
     item->setText(0, QString::number(label.value, 'g', 10));
     item->setText(1, QString::fromStdString(label.name));
     item->setText(2, QLocale::c().toString(static_cast<qulonglong>(label.voxels)));
-    item->setText(3, QString::number(label.millilitres, 'f', 2));
+    item->setText(3, text(volume_text(1000 * label.millilitres)));
     for (const int number : {2, 3}) item->setTextAlignment(number, Qt::AlignRight | Qt::AlignVCenter);
     if (label.colour) item->setIcon(1, swatch(*label.colour));
     item->setCheckState(0, labels_.size() == 1 ? Qt::Checked : Qt::Unchecked);
@@ -67,7 +70,7 @@ std::vector<LabelCount> LabelDialog::chosen() const {
 
 void LabelDialog::refresh() {
   const auto count = static_cast<int>(chosen().size());
-  create_->setText(count == 1 ? tr("Create 1 segmentation") : tr("Create %1 segmentations").arg(count));
+  create_->setText(tr("Create %1").arg(counted_text(count, "segmentation")));
   set_enabled(create_, count > 0, tr("Tick a label first"));
 }
 

@@ -3,6 +3,7 @@
 
 #include <QAction>
 #include <QActionGroup>
+#include <QBuffer>
 #include <QCloseEvent>
 #include <QDockWidget>
 #include <QDragEnterEvent>
@@ -15,12 +16,13 @@
 #include <QToolButton>
 #include <QVBoxLayout>
 
-#include "core/error.h"
 #include "gpu/backend.h"
 #include "gui/input/action_table.h"
 #include "gui/input/focus_return.h"
 #include "gui/input/help.h"
+#include "gui/input/pointer_at_keys.h"
 #include "gui/look/contrast.h"
+#include "gui/look/qt_text.h"
 #include "gui/look/symbols.h"
 #include "gui/look/widgets.h"
 #include "gui/panels/history_panel.h"
@@ -43,6 +45,7 @@
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/frame_loop.h"
 #include "gui/workbench/workbench.h"
+#include "io/platform/atomic_file.h"
 
 namespace simplexseg {
 namespace {
@@ -64,7 +67,7 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
       drawn_(std::make_unique<DrawnScene>(*workbench_)),
       loop_(std::make_unique<FrameLoop>(*workbench_)),
       make_engine_([] { return make_cpu_engine(); }) {
-  setWindowTitle("SimplexSeg");
+  setWindowTitle("SimplexSeg[*]");
   setAcceptDrops(true);
   actions_ = new ActionTable(*this);
   job_ = new BackgroundJob(this);
@@ -73,13 +76,14 @@ MainWindow::MainWindow(std::unique_ptr<Engine> engine, std::function<std::unique
   build_views();
   archive_ = new ArchiveActions(
       *workbench_, *job_, *files_, *actions_, [this] { return picture_of_views(); }, *this);
-  new WorkbenchActions(*workbench_, *views_, *actions_, this);
+  new WorkbenchActions(*workbench_, *loop_, *views_, *actions_, this);
   connect_own_actions();
   build_history();
   build_menus();
   build_toolbar();
   setStatusBar(new StatusLine(*workbench_, *drawn_, this));
   connect_messages();
+  connect_title();
   resize(1280, 800);
 }
 
@@ -115,6 +119,7 @@ void MainWindow::build_views() {
           [this] { start_->setVisible(!workbench_->has_volume()); });
   messages_ = new MessageBar(views_);
   new FocusReturn(*this, *views_->all().front());
+  new PointerAtKeys(this);
   setCentralWidget(centre);
 }
 
@@ -274,9 +279,17 @@ void MainWindow::connect_messages() {
         tr("%1; OpenGL renderer: %2")
             .arg(QString::fromStdString(buffers.transfer_mode()), QString::fromStdString(buffers.renderer())));
   });
-  connect(files_, &FileActions::name_changed, this, [this] {
-    const QString name = files_->scene_name();
-    setWindowTitle(name.isEmpty() ? "SimplexSeg" : name + " - SimplexSeg");
+}
+
+// "[*]" is the place of the mark of unsaved changes.
+void MainWindow::connect_title() {
+  const auto mark = [this] { setWindowModified(workbench_->has_volume() && workbench_->has_unsaved_changes()); };
+  for (const auto signal : {&Workbench::acted, &Workbench::pose_changed, &Workbench::volume_changed})
+    connect(workbench_.get(), signal, this, mark);
+  connect(files_, &FileActions::name_changed, this, [this, mark] {
+    const QString name = files_->scene_name().replace("[*]", "[*][*]");  // the name itself may contain the mark
+    setWindowTitle(name.isEmpty() ? "SimplexSeg[*]" : name + "[*] - SimplexSeg");
+    mark();
   });
 }
 
@@ -303,9 +316,13 @@ QImage MainWindow::picture_of_views() {
 }
 
 void MainWindow::save_picture(const QString& path) {
-  if (!grab().save(path, "PNG")) {
-    throw Error(path.toStdString(), "the picture could not be written", "choose another file or folder");
-  }
+  QByteArray png;
+  QBuffer buffer(&png);
+  buffer.open(QIODevice::WriteOnly);
+  grab().save(&buffer, "PNG");
+  AtomicFile file(to_path(path));
+  write_bytes(file, png.toStdString());
+  file.commit();
 }
 
 void MainWindow::choose_and_save_picture() {
@@ -320,6 +337,7 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     return;
   }
   workbench_->pause();
+  workbench_->cancel_field_update();  // the program would run until the field is solved
   event->accept();
 }
 

@@ -73,6 +73,7 @@ class MainWindow : public QMainWindow {
   void build_toolbar();
   void connect_own_actions();
   void connect_messages();
+  void connect_title();
   void choose_and_save_picture();
   /// Returns a picture of the views on the screen, without messages.
   QImage picture_of_views();

@@ -13,6 +13,8 @@
 #include <QVBoxLayout>
 #include <algorithm>
 
+#include "gui/look/widgets.h"
+
 namespace simplexseg {
 namespace {
 
@@ -152,6 +154,7 @@ void MessageBar::show_log() {
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   dialog->setWindowTitle(tr("Messages"));
   dialog->resize(720, 360);
+  fit_on_screen(*dialog);
   auto* layout = new QVBoxLayout(dialog);
   auto* text = new QPlainTextEdit(log_.isEmpty() ? tr("No messages yet.") : log_.join('\n'), dialog);
   text->setReadOnly(true);

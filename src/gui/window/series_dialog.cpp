@@ -131,19 +131,18 @@ void SeriesDialog::add(const DicomSeries& series) {
     state = tr("4D: %1 volumes").arg(series.volumes);
   item->setText(kSeries, state.isEmpty() ? name : name + '\n' + state);
   item->setIcon(kSeries, picture_of(series.preview));
-  item->setToolTip(kSeries,
-                   tr("%1 files in %2").arg(series.files).arg(QString::fromStdU16String(series.folder.u16string())));
+  item->setToolTip(kSeries, tr("%1 in %2").arg(counted_text(series.files, "file"), text(series.folder)));
   item->setText(kPatient, text(series.texts.patient) +
                               (series.texts.patient_id.empty() ? QString() : '\n' + text(series.texts.patient_id)));
   item->setText(kStudy, text(series.texts.study) + '\n' + text(series.texts.date));
   item->setText(kModality, text(series.texts.modality));
   if (series.load_error.empty()) {
     const auto [ni, nj, nk] = series.geometry.size;
-    item->setText(kSize, tr("%1 slices\n%2 x %3").arg(nk).arg(ni).arg(nj));
+    item->setText(kSize, tr("%1\n%2 x %3").arg(counted_text(nk, "slice")).arg(ni).arg(nj));
     const Eigen::Vector3d mm = series.geometry.spacing_mm;
     item->setText(kSpacing, tr("%1\n%2 x %3").arg(mm[2], 0, 'g', 4).arg(mm[0], 0, 'g', 4).arg(mm[1], 0, 'g', 4));
   } else {
-    item->setText(kSize, tr("%1 files").arg(series.files));
+    item->setText(kSize, counted_text(series.files, "file"));
   }
   if (!series.load_error.empty() || series.damaged) item->setForeground(kSeries, theme::shades().warning);
 }

@@ -13,6 +13,7 @@
 
 #include "core/error.h"
 #include "gui/input/action_table.h"
+#include "gui/look/qt_text.h"
 #include "gui/look/symbols.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
@@ -27,7 +28,7 @@ constexpr int kMostRecent = 5;
 /// Path of the sample image of a head in Debian's package mricron-data; empty if it is not installed.
 QString sample_head() {
   try {
-    return QString::fromStdU16String(find_data("ch2.nii.gz", {}).u16string());
+    return text(find_data("ch2.nii.gz", {}));
   } catch (const Error&) {
     return {};
   }
@@ -59,11 +60,18 @@ StartPage::StartPage(ActionTable& actions, QWidget* over) : QWidget(over) {
   const auto add_entry = [&](Act act, Symbol symbol, const char* name) {
     auto* button = new QToolButton(middle);
     button->setObjectName(name);
-    button->setDefaultAction(actions[act]);
     button->setIcon(icon_of(symbol, qstrcmp(name, "first_entry") == 0 ? QColor(Qt::white) : QColor()));
     button->setIconSize({20, 20});
     button->setText("  " + actions[act]->statusTip() + "    " +
                     actions[act]->shortcut().toString(QKeySequence::NativeText));
+    button->setToolTip(actions[act]->statusTip());
+    button->setFocusPolicy(Qt::StrongFocus);
+    // Not setDefaultAction(): a change of the action would replace label and icon by those of the menu.
+    QAction* const action = actions[act];
+    connect(button, &QToolButton::clicked, action, &QAction::trigger);
+    const auto follow = [button, action] { set_enabled(button, action->isEnabled(), action->toolTip()); };
+    connect(action, &QAction::changed, button, follow);
+    follow();
     button->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
     button->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
     column->addWidget(button);
@@ -107,7 +115,7 @@ void StartPage::show_recent(const QStringList& paths) {
   int shown = 0;
   for (const QString& path : paths) {
     const QFileInfo file(path);
-    if (!file.exists() || shown == kMostRecent) continue;
+    if (!path_exists(path) || shown == kMostRecent) continue;
     if (shown++ == 0) recent_column_->addWidget(dim_label(tr("Recent"), recent_));
     add_path(file.fileName() + "    " + QDir::toNativeSeparators(file.absolutePath()), path);
   }

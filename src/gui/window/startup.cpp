@@ -3,7 +3,7 @@
 
 #include <QApplication>
 #include <QCommandLineParser>
-#include <QFileInfo>
+#include <QLocale>
 #include <QOffscreenSurface>
 #include <QOpenGLContext>
 #include <QSurfaceFormat>
@@ -16,6 +16,7 @@
 #include "gpu/backend.h"
 #include "gui/look/qt_text.h"
 #include "gui/look/theme.h"
+#include "gui/look/widgets.h"
 #include "gui/window/autosave.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/main_window.h"
@@ -23,6 +24,7 @@
 #include "gui/window/theme_settings.h"
 #include "gui/window/window_memory.h"
 #include "gui/workbench/workbench.h"
+#include "io/platform/output_checks.h"
 #include "io/scene/scene_io.h"
 
 namespace simplexseg {
@@ -44,6 +46,8 @@ int report_error(int status, const QString& text) {
   std::fprintf(stderr, "simplexseg: %s\n", qUtf8Printable(text.simplified()));
   return status;
 }
+
+int fail(const std::exception& error, int status) { return report_error(status, QString::fromUtf8(error.what())); }
 
 // Without a display, Qt would abort with a core dump; this handler prints one line and exits with a status instead.
 void report_fatal(QtMsgType type, const QMessageLogContext&, const QString& text) {
@@ -89,7 +93,7 @@ std::optional<int> parse(const QStringList& arguments, Options& options) {
   if (inputs.size() > 1)
     return report_error(kBadInput, "more than one input, such as " + inputs[1] + "; give one scene, volume or folder");
   if (!inputs.isEmpty()) options.input = inputs.front();
-  if (!options.input.isEmpty() && !QFileInfo::exists(options.input)) {
+  if (!options.input.isEmpty() && !path_exists(options.input)) {
     return report_error(kBadInput, options.input + ": file not found; check the path");
   }
   if (parser.isSet(theme_name)) {
@@ -116,6 +120,14 @@ std::optional<int> parse(const QStringList& arguments, Options& options) {
   options.log = parser.value(log);
   if (parser.isSet(screenshot) && options.screenshot.isEmpty())
     return report_error(kBadInput, "--screenshot: no file name; give one");
+  if (parser.isSet(log) && options.log.isEmpty()) return report_error(kBadInput, "--log: no file name; give one");
+  try {
+    OutputChecks outputs(std::vector<std::filesystem::path>{to_path(options.input)});
+    for (const QString& output : {options.screenshot, options.log})
+      if (!output.isEmpty()) outputs.require_file(to_path(output));
+  } catch (const std::exception& error) {
+    return fail(error, kBadInput);
+  }
   if (parser.isSet(measure)) {
     bool good = false;
     options.measure_s = parser.value(measure).toDouble(&good);
@@ -139,8 +151,6 @@ std::optional<int> parse(const QStringList& arguments, Options& options) {
   }
   return std::nullopt;
 }
-
-int fail(const std::exception& error, int status) { return report_error(status, QString::fromUtf8(error.what())); }
 
 /// Opens the input and shows the window. Returns an exit status on failure, else none.
 std::optional<int> load(MainWindow& window, const Options& options) {
@@ -196,6 +206,7 @@ int run_window(QApplication& application, MainWindow& window, const Options& opt
   WindowMemory memory(window);
   Autosave autosave(window.workbench(), window.files(), window.job(), window, Autosave::default_root());
   if (!options.size_given) memory.restore_geometry();
+  fit_on_screen(window);
   window.show();
   if (!note.empty()) window.workbench().notify(Severity::Note, QString::fromStdString(note));
   if (!options.input.isEmpty()) QTimer::singleShot(0, &window, [&] { window.files().open(options.input); });
@@ -239,11 +250,13 @@ std::string why_no_opengl() {
 int run_desktop(int argc, char** argv) {
   keep_freed_memory();
   QStringList arguments;
-  for (int n = 0; n < argc; ++n) arguments << QString::fromLocal8Bit(argv[n]);
+  for (int n = 0; n < argc; ++n) arguments << text(std::filesystem::path(argv[n]));
   Options options;
   if (const std::optional<int> status = parse(arguments, options)) return *status;
 
   qInstallMessageHandler(report_fatal);
+  // Numbers have a decimal point everywhere, as in the command line; dates are shown as the system does.
+  QLocale::setDefault(QLocale::c());
   set_surface_format();
   QApplication application(argc, argv);
   QApplication::setApplicationName("SimplexSeg");

@@ -18,11 +18,13 @@ const char* background_of(RunState state) {
       return "#2e6e4a";
     case RunState::Doubtful:
     case RunState::Spreading:
+    case RunState::Overlapping:
       return "#8a5a00";
     case RunState::Failed:
       return "#9b3030";
     case RunState::Nothing:
     case RunState::Paused:
+    case RunState::Locked:
       break;
   }
   return "#4a4f58";
@@ -38,14 +40,15 @@ StateChip::StateChip(Workbench& workbench, FrameLoop& loop, QWidget* parent)
   setAccessibleName(tr("State of the simulation"));
   setToolTip(
       tr("State: running; solving (a segmentation is computed from your points); settled; paused; probably wrong (mark "
-         "more of what is inside and outside); spreading (a segmentation finds no border); error"));
+         "more of what is inside and outside); spreading (a segmentation finds no border); overlaps itself (a surface "
+         "does); locked; error"));
   setMinimumWidth(fontMetrics().horizontalAdvance(tr("no segmentation yet")) + 20);  // the toolbar must not move
   // Values that change with every frame are unreadable, so the text is refreshed four times a second.
   refresh_timer_.setSingleShot(true);
   refresh_timer_.setInterval(250);
   connect(&refresh_timer_, &QTimer::timeout, this, &StateChip::refresh);
   const auto soon = [this] {
-    if (run_state(workbench_, loop_) != state_) refresh();
+    if (!workbench_.is_dragging() && run_state(workbench_, loop_) != state_) refresh();
     if (!refresh_timer_.isActive() && !workbench_.is_dragging()) refresh_timer_.start();
   };
   connect(&loop_, &FrameLoop::ticked, this, soon);

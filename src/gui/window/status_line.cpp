@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "gui/look/elided_label.h"
+#include "gui/look/slice_geometry.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
 #include "gui/views/drawn_scene.h"
@@ -44,7 +45,8 @@ StatusLine::StatusLine(Workbench& workbench, DrawnScene& drawn, QWidget* parent)
 
 void StatusLine::refresh_view() {
   if (!workbench_.has_volume()) {
-    position_->setText(tr("No volume"));
+    positions_ = {tr("No volume")};
+    show_position();
     contrast_->clear();
     return;
   }
@@ -55,15 +57,35 @@ void StatusLine::refresh_view() {
   for (int axis = 0; axis < 3; ++axis) {
     voxel[axis] = std::clamp(static_cast<int>(std::lround(index[axis])), 0, volume.geometry().size[axis] - 1);
   }
-  position_->setText(tr("LPS  %1  %2  %3 mm      voxel  %4  %5  %6      intensity  %7")
-                         .arg(view.crosshair_mm.x(), 0, 'f', 1)
-                         .arg(view.crosshair_mm.y(), 0, 'f', 1)
-                         .arg(view.crosshair_mm.z(), 0, 'f', 1)
-                         .arg(voxel[0])
-                         .arg(voxel[1])
-                         .arg(voxel[2])
-                         .arg(volume.value(voxel[0], voxel[1], voxel[2]), 0, 'g', 6));
+  const int decimals = position_decimals(volume.geometry());
+  const QString position = tr("LPS  %1  %2  %3 mm")
+                               .arg(view.crosshair_mm.x(), 0, 'f', decimals)
+                               .arg(view.crosshair_mm.y(), 0, 'f', decimals)
+                               .arg(view.crosshair_mm.z(), 0, 'f', decimals);
+  const QString voxels = tr("voxel  %1  %2  %3").arg(voxel[0]).arg(voxel[1]).arg(voxel[2]);
+  const QString intensity = tr("intensity  %1").arg(volume.value(voxel[0], voxel[1], voxel[2]), 0, 'g', 6);
+  const QString gap = "      ";
+  positions_ = {position + gap + voxels + gap + intensity, position + gap + intensity, position};
   contrast_->setText(tr("window %1  level %2").arg(view.window, 0, 'g', 4).arg(view.level, 0, 'g', 4));
+  show_position();
+}
+
+void StatusLine::show_position() {
+  if (positions_.isEmpty()) return;
+  int available = width();
+  for (const QLabel* label : {solving_, contrast_}) available -= label->sizeHint().width();
+  constexpr int kMargins = 24;
+  const auto fits = [&](const QString& text) {
+    return position_->fontMetrics().horizontalAdvance(text) + kMargins <= available;
+  };
+  const auto shown = std::find_if(positions_.begin(), positions_.end() - 1, fits);
+  position_->setText(*shown);
+  position_->setToolTip(shown == positions_.begin() ? QString() : positions_.front());
+}
+
+void StatusLine::resizeEvent(QResizeEvent* event) {
+  QStatusBar::resizeEvent(event);
+  show_position();
 }
 
 // Shows no mesh while the simulation is paused.

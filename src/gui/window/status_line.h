@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <QStatusBar>
+#include <QStringList>
 #include <QTimer>
 
 class QLabel;
@@ -17,14 +18,20 @@ class StatusLine : public QStatusBar {
   StatusLine(Workbench& workbench, DrawnScene& drawn, QWidget* parent);
   const QLabel* solving() const { return solving_; }
 
+ protected:
+  void resizeEvent(QResizeEvent* event) override;
+
  private:
   void refresh_view();
+  /// Shows the longest text of the position that fits.
+  void show_position();
   void refresh_renderer();
   void refresh_solving();
 
   Workbench& workbench_;
   DrawnScene& drawn_;
   QLabel* position_;
+  QStringList positions_;  ///< texts of the position, the longest first
   QLabel* solving_;
   QTimer clear_timer_;  ///< delay until solving_ is cleared, so that it does not flicker during a drag
   QLabel* renderer_;

@@ -5,6 +5,7 @@
 #include <QMenu>
 #include <algorithm>
 
+#include "gui/look/qt_text.h"
 #include "gui/window/file_actions.h"
 #include "gui/window/main_window.h"
 #include "gui/window/start_page.h"
@@ -45,7 +46,7 @@ void WindowMemory::read() {
   const int count = settings_.beginReadArray(kFiles);
   for (int n = 0; n < count; ++n) {
     settings_.setArrayIndex(n);
-    const QString path = settings_.value("path").toString();
+    const QString path = text(std::filesystem::path(settings_.value("path").toByteArray().toStdString()));
     if (!path.isEmpty())
       files_.push_back({path, settings_.value("window").toDouble(), settings_.value("level").toDouble()});
   }
@@ -56,7 +57,7 @@ void WindowMemory::write() {
   settings_.beginWriteArray(kFiles, static_cast<int>(files_.size()));
   for (std::size_t n = 0; n < files_.size(); ++n) {
     settings_.setArrayIndex(static_cast<int>(n));
-    settings_.setValue("path", files_[n].path);
+    settings_.setValue("path", QByteArray::fromStdString(to_path(files_[n].path).native()));
     settings_.setValue("window", files_[n].window);
     settings_.setValue("level", files_[n].level);
   }
@@ -97,7 +98,7 @@ void WindowMemory::show_recent() {
   QMenu* menu = window_.recent_menu();
   menu->clear();
   for (const QString& path : recent()) {
-    if (!QFileInfo::exists(path)) continue;
+    if (!path_exists(path)) continue;
     menu->addAction(QString(path).replace('&', "&&"), &window_.files(), [this, path] { window_.files().open(path); });
   }
   menu->setEnabled(!menu->isEmpty());

@@ -9,6 +9,8 @@
 #include "gui/look/symbols.h"
 #include "gui/look/widgets.h"
 #include "gui/views/view_grid.h"
+#include "gui/workbench/frame_loop.h"
+#include "gui/workbench/run_state.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {
@@ -27,8 +29,9 @@ void name_history_entry(QAction* action, const QString& verb, const char* title)
 
 }  // namespace
 
-WorkbenchActions::WorkbenchActions(Workbench& workbench, ViewGrid& views, ActionTable& actions, QObject* parent)
-    : QObject(parent), workbench_(workbench), views_(views), actions_(actions) {
+WorkbenchActions::WorkbenchActions(Workbench& workbench, FrameLoop& loop, ViewGrid& views, ActionTable& actions,
+                                   QObject* parent)
+    : QObject(parent), workbench_(workbench), loop_(loop), views_(views), actions_(actions) {
   connect_tools();
   connect_editing();
   connect_meshes();
@@ -41,6 +44,7 @@ WorkbenchActions::WorkbenchActions(Workbench& workbench, ViewGrid& views, Action
   connect(&workbench_, &Workbench::scene_changed, this, &WorkbenchActions::refresh);
   connect(&workbench_, &Workbench::running_changed, this, &WorkbenchActions::refresh);
   connect(&workbench_, &Workbench::view_changed, this, &WorkbenchActions::refresh_toggles);
+  connect(&loop_, &FrameLoop::ticked, this, &WorkbenchActions::refresh_run);
   refresh();
   refresh_toggles();
 }
@@ -94,7 +98,10 @@ void WorkbenchActions::connect_meshes() {
 }
 
 void WorkbenchActions::connect_simulation() {
-  actions_.on_toggle(Act::RunPause, [this](bool run) { run ? workbench_.run() : workbench_.pause(); });
+  actions_.on_toggle(Act::RunPause, [this](bool) {
+    is_moving(workbench_, loop_) ? workbench_.pause() : workbench_.run();
+    refresh_run();  // a click changes the check mark, even if the state stays
+  });
   actions_.on(Act::Step, [this] {
     workbench_.pause();
     workbench_.advance_steps(1);
@@ -171,9 +178,7 @@ void WorkbenchActions::refresh() {
   set_enabled(actions_[Act::MeshDown], place >= 0 && place < last,
               meshes ? tr("It is already the last in the list") : no_mesh);
   actions_[Act::LockMesh]->setChecked(locked);
-  actions_[Act::RunPause]->setText(workbench_.running() ? tr("&Pause") : tr("&Run"));
-  actions_[Act::RunPause]->setIcon(icon_of(workbench_.running() ? Symbol::Pause : Symbol::Run, Qt::white));
-  actions_[Act::RunPause]->setChecked(workbench_.running());
+  refresh_run();
   set_enabled(actions_[Act::DeletePoint], !workbench_.scene().points.empty(), tr("There is no point yet"));
   const QString no_volume = tr("Open a volume first");
   for (const Act act : {Act::ToolSeed, Act::AutoContrast, Act::Fit, Act::CentreOnCrosshair, Act::WindowLevel}) {
@@ -181,6 +186,15 @@ void WorkbenchActions::refresh() {
   }
   for (const Act act : {Act::ToolPoint, Act::ToolInside, Act::ToolOutside, Act::ShowField})
     set_enabled(actions_[act], meshes, no_mesh);
+}
+
+void WorkbenchActions::refresh_run() {
+  const bool moving = is_moving(workbench_, loop_);
+  QAction* const action = actions_[Act::RunPause];
+  action->setChecked(moving);
+  if (std::exchange(shows_pause_, moving) == moving) return;
+  action->setText(moving ? tr("&Pause") : tr("&Run"));
+  action->setIcon(icon_of(moving ? Symbol::Pause : Symbol::Run, Qt::white));
 }
 
 void WorkbenchActions::refresh_toggles() {

@@ -4,6 +4,7 @@
 #include <QFileDialog>
 #include <QFileInfo>
 
+#include "gui/look/qt_text.h"
 #include "gui/workbench/workbench.h"
 
 namespace simplexseg {
@@ -11,7 +12,8 @@ namespace simplexseg {
 void ask_and_save(QWidget* parent, Workbench& workbench, const SaveDialog& dialog,
                   const std::function<void(const QString&)>& save) {
   QString chosen;
-  QString path = QFileDialog::getSaveFileName(parent, dialog.title, dialog.suggestion, dialog.filters, &chosen);
+  QString path =
+      local_path(QFileDialog::getSaveFileUrl(parent, dialog.title, url_of(dialog.suggestion), dialog.filters, &chosen));
   if (path.isEmpty()) return;
   if (QFileInfo(path).suffix().isEmpty()) path += chosen.section('*', 1).section(')', 0, 0);
   try {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gui/workbench/comparison.h"
 
+#include <Eigen/Geometry>
 #include <QElapsedTimer>
 #include <algorithm>
 #include <utility>
@@ -28,6 +29,14 @@ Scene scene_for(const Workbench& from, int side) {
   return scene;
 }
 
+/// Moves the crosshair to the centre of the mesh, unless it lies in the bounding box of the mesh.
+void show_mesh(Workbench& bench, ItemId mesh) {
+  Eigen::AlignedBox3f box;
+  for (const Eigen::Vector3f& position : bench.session().scene().find_mesh(mesh)->mesh.positions) box.extend(position);
+  if (!box.isEmpty() && !box.contains(bench.view.crosshair_mm.cast<float>()))
+    bench.set_crosshair(box.center().cast<double>());
+}
+
 QString value_text(const ParameterInfo& info, float value) {
   if (info.kind == ParameterKind::Choice)
     return QString::fromUtf8(info.choices).split('|').value(static_cast<int>(value + 0.5f)).replace('_', ' ');
@@ -49,6 +58,7 @@ Comparison::Comparison(const Workbench& from, const std::function<std::unique_pt
     bench.view.surface_values.reset();
     bench.view.hovered_point = 0;
     bench.apply(ResetPose{mesh_});
+    show_mesh(bench, mesh_);
     connect_side(s);
   }
   round_.setSingleShot(true);
@@ -120,6 +130,12 @@ void Comparison::follow_run(int s) {
 // ---- running ----
 
 bool Comparison::running() const { return side(0).running() || side(1).running(); }
+
+bool Comparison::moving() const {
+  for (int s = 0; s < kSides; ++s)
+    if (side(s).running() && !sides_[s].settled) return true;
+  return false;
+}
 
 void Comparison::run() {
   following_ = true;

@@ -46,6 +46,8 @@ class Comparison : public QObject {
   void run();
   void pause();
   bool running() const;
+  /// Returns true if a side runs and has not settled.
+  bool moving() const;
   /// Resets the mesh on both sides, and runs both.
   void restart();
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/number_text.h"
+#include "gui/look/qt_text.h"
 #include "gui/workbench/background_job.h"
 #include "gui/workbench/workbench.h"
 #include "image/rasterise.h"
@@ -205,12 +207,12 @@ void MeshChecker::show_worst() {
   const SurfaceLocation& place = check->worst[shown_place_];
   workbench_.set_crosshair(place.position_mm);
   const bool to_reference = check->agreement && checked_colours_ != Colours::Image;
-  workbench_.notify(Severity::Note, (to_reference ? tr("'%1', place %2 of %3: %4 mm from the reference")
-                                                  : tr("'%1', place %2 of %3: %4 mm from the nearest edge"))
+  workbench_.notify(Severity::Note, (to_reference ? tr("'%1', place %2 of %3: %4 from the reference")
+                                                  : tr("'%1', place %2 of %3: %4 from the nearest edge"))
                                         .arg(QString::fromStdString(check->name))
                                         .arg(shown_place_ + 1)
                                         .arg(check->worst.size())
-                                        .arg(place.value, 0, 'f', 1));
+                                        .arg(text(length_text(place.value))));
 }
 
 }  // namespace simplexseg

@@ -8,7 +8,6 @@
 
 #include "gui/workbench/frame_loop.h"
 #include "gui/workbench/workbench.h"
-#include "session/mesh_lifecycle.h"
 
 namespace simplexseg {
 namespace {
@@ -21,19 +20,28 @@ bool doubtful(const MeshItem& item) { return item.field && item.field->probably_
 
 }  // namespace
 
+bool is_moving(const Workbench& workbench, const FrameLoop& loop) {
+  return workbench.running() && !loop.settled() && !workbench.scene().meshes.empty();
+}
+
+RunState mesh_state(const Workbench& workbench, const FrameLoop& loop, std::size_t mesh) {
+  const MeshItem& item = workbench.scene().meshes[mesh];
+  if (item.locked) return RunState::Locked;
+  if (spreads(item)) return RunState::Spreading;
+  if (doubtful(item)) return RunState::Doubtful;
+  if (is_moving(workbench, loop))
+    return workbench.session().solving_mesh() == item.id ? RunState::Solving : RunState::Running;
+  if (!faults_of(workbench, mesh).isEmpty()) return RunState::Overlapping;
+  return workbench.running() ? RunState::Settled : RunState::Paused;
+}
+
 RunState run_state(const Workbench& workbench, const FrameLoop& loop) {
-  const std::vector<MeshItem>& meshes = workbench.scene().meshes;
-  if (meshes.empty()) return RunState::Nothing;
+  const std::size_t count = workbench.scene().meshes.size();
+  if (count == 0) return RunState::Nothing;
   if (workbench.failed()) return RunState::Failed;
-  if (std::any_of(meshes.begin(), meshes.end(), spreads)) return RunState::Spreading;
-  if (std::any_of(meshes.begin(), meshes.end(), doubtful)) return RunState::Doubtful;
-  if (!workbench.running()) return RunState::Paused;
-  const Session& session = workbench.session();
-  const bool waits = std::all_of(meshes.begin(), meshes.end(), [&](const MeshItem& item) {
-    return item.locked || waits_for_field(item, session.volume());
-  });
-  if (session.solving_mesh() != 0 && (waits || loop.settled())) return RunState::Solving;
-  return loop.settled() ? RunState::Settled : RunState::Running;
+  RunState state = RunState::Locked;
+  for (std::size_t m = 0; m < count; ++m) state = std::min(state, mesh_state(workbench, loop, m));
+  return state;
 }
 
 QString text_of(RunState state, int solving_percent) {
@@ -46,6 +54,10 @@ QString text_of(RunState state, int solving_percent) {
       return solving_text(solving_percent);
     case RunState::Settled:
       return state_text("settled");
+    case RunState::Overlapping:
+      return state_text("overlaps itself");
+    case RunState::Locked:
+      return state_text("locked");
     case RunState::Paused:
       return state_text("paused");
     case RunState::Doubtful:
@@ -56,6 +68,11 @@ QString text_of(RunState state, int solving_percent) {
       return state_text("error");
   }
   return {};
+}
+
+bool is_warning(RunState state) {
+  return state == RunState::Failed || state == RunState::Spreading || state == RunState::Doubtful ||
+         state == RunState::Overlapping;
 }
 
 QString faults_of(const Workbench& workbench, std::size_t mesh) {
@@ -91,19 +108,6 @@ QString advice_of(const Workbench& workbench, std::size_t mesh) {
              "Otherwise raise the weight of Smoothing, delete a point that pulls across the surface, or reset the "
              "segmentation (Ctrl+R).")
       .arg(faults.left(1).toUpper() + faults.mid(1));
-}
-
-MeshState mesh_state(const Workbench& workbench, const FrameLoop& loop, std::size_t mesh) {
-  const Session& session = workbench.session();
-  const MeshItem& item = workbench.scene().meshes[mesh];
-  if (item.locked) return {state_text("locked"), false};
-  if (spreads(item)) return {state_text("spreading"), true};
-  if (doubtful(item)) return {state_text("probably wrong"), true};
-  if (!faults_of(workbench, mesh).isEmpty()) return {state_text("overlaps itself"), true};
-  if (!workbench.running()) return {state_text("paused"), false};
-  if (session.solving_mesh() == item.id) return {solving_text(workbench.solving_percent()), false};
-  if (loop.settled()) return {state_text("settled"), false};
-  return {state_text("running"), false};
 }
 
 }  // namespace simplexseg

@@ -9,20 +9,21 @@ namespace simplexseg {
 class FrameLoop;
 class Workbench;
 
-enum class RunState { Nothing, Running, Solving, Settled, Paused, Doubtful, Spreading, Failed };
+/// State of a mesh, or of the simulation, in the order of precedence. Nothing: there is no mesh. Failed: the last steps
+/// failed. Spreading, Doubtful: the segmentation needs more marks. Solving: its field is being computed. Overlapping:
+/// the surface overlaps itself and does not move. Settled: the simulation runs, but nothing moves.
+enum class RunState { Nothing, Failed, Spreading, Doubtful, Solving, Running, Overlapping, Paused, Settled, Locked };
 
-/// State of the simulation. Nothing: there is no mesh. Solving: a field is being computed, and no mesh moves meanwhile.
-/// Order of precedence: Nothing, Failed, Spreading, Doubtful, Paused, Solving, Settled, Running.
+/// Whether the simulation runs and has not settled; Pause is then offered, otherwise Run.
+bool is_moving(const Workbench& workbench, const FrameLoop& loop);
+/// State of the mesh with index `mesh` in the scene.
+RunState mesh_state(const Workbench& workbench, const FrameLoop& loop, std::size_t mesh);
+/// State of the simulation: Nothing, Failed, or the mesh_state() of highest precedence.
 RunState run_state(const Workbench& workbench, const FrameLoop& loop);
 /// Text of a state, such as "running" or "solving 40%". `solving_percent`: Workbench::solving_percent().
 QString text_of(RunState state, int solving_percent);
-
-struct MeshState {
-  QString text;
-  bool is_warning = false;
-};
-/// State of the mesh with index `mesh` in the scene.
-MeshState mesh_state(const Workbench& workbench, const FrameLoop& loop, std::size_t mesh);
+/// Whether a state requires an action of the user.
+bool is_warning(RunState state);
 /// Explanation of the state of the mesh, with advice; empty if there is nothing to explain.
 QString advice_of(const Workbench& workbench, std::size_t mesh);
 /// Faults of the surface, such as "the surface overlaps itself in 12 places"; empty if there are none.

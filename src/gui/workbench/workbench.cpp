@@ -136,8 +136,8 @@ void Workbench::set_title(const QString& patient, const QString& series) {
   emit view_changed();
 }
 
-void Workbench::add_reference(const std::string& path, Volume labels) {
-  references_.add(path, std::move(labels));
+void Workbench::add_reference(const std::string& path, Volume labels, std::shared_ptr<const LabelFile> file) {
+  references_.add(path, std::move(labels), std::move(file));
   emit references_changed();
 }
 
@@ -145,10 +145,12 @@ bool Workbench::apply(const Command& command, ItemId* added) {
   ItemId id = 0;
   try {
     id = idle_session().apply(command);
+    idle_session().commit_cancelled_update();
   } catch (const std::exception& error) {
     notify(Severity::Failure, QString::fromUtf8(error.what()));
     return false;
   }
+  update_solving();
   if (added) *added = id;
   const bool adds_mesh = std::holds_alternative<AddMesh>(command) || std::holds_alternative<DuplicateMesh>(command);
   if (id != 0 && adds_mesh) view.active_mesh = id;
@@ -257,7 +259,10 @@ void Workbench::set_running(bool running) {
 void Workbench::run() {
   paused_by_user_ = false;
   failed_ = false;
-  set_running(true);
+  if (running_)
+    emit running_changed();  // a settled simulation runs again
+  else
+    set_running(true);
 }
 
 void Workbench::pause() {

@@ -33,12 +33,14 @@ class Workbench : public QObject {
   /// Scene with possibly outdated poses, which are not read back from the engine; session().scene() reads them back.
   const Scene& scene() const { return session().scene_without_poses(); }
   bool has_volume() const { return !session().volume().empty(); }
+  /// Forwards to Session::cancel_field_update().
+  void cancel_field_update() { idle_session().cancel_field_update(); }
   const MeshItem* active_mesh() const { return scene().find_mesh(view.active_mesh); }
 
   /// References of the scene's meshes, as far as they could be read.
   const References& references() const { return references_; }
-  /// Adds labels on the volume's grid, to which meshes can then refer (SetReference).
-  void add_reference(const std::string& path, Volume labels);
+  /// Adds labels on the volume's grid, to which meshes can then refer (SetReference); see References::add().
+  void add_reference(const std::string& path, Volume labels, std::shared_ptr<const LabelFile> file = nullptr);
 
   /// Opens a scene, and sets crosshair, window and level for the volume. Throws the errors of
   /// Session::open().

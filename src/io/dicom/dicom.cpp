@@ -4,20 +4,20 @@
 #include <algorithm>
 #include <cstring>
 #include <fstream>
-#include <map>
 #include <numeric>
 #include <set>
 #include <vector>
 
 #include "io/dicom/dicom_pixels.h"
+#include "io/dicom/dicom_position.h"
 #include "io/dicom/dicom_scan.h"
 #include "io/dicom/dicom_segments.h"
-#include "io/dicom/dicom_series.h"
 #include "io/dicom/dicom_stack.h"
 #include "io/dicom/dicom_volumes.h"
 #include "io/platform/files.h"
 #include "io/platform/load_progress.h"
 #include "io/platform/quiet_libraries.h"
+#include "io/source/stored_header.h"
 
 namespace simplexseg {
 
@@ -97,10 +97,16 @@ void place_slices(std::vector<DicomSlice>& slices, VolumeInfo& info, const std::
     if (thick > 0) info.geometry.spacing_mm[2] = thick;
   }
   if (!first.assumed.empty()) info.warnings.push_back(first.assumed);
+  if (!first.ignored.empty()) info.warnings.push_back(first.ignored);
   if (first.position && first.axes) {
     stack(slices, info.geometry, info.warnings, series_name);
+  } else if (first.axes) {
+    info.geometry.direction.leftCols<2>() = *first.axes;
+    info.geometry.direction.col(2) = slice_normal(first);
+    info.warnings.push_back("no position: the first voxel is placed at the origin");
   } else {
-    info.warnings.push_back("no position or orientation: the patient's left and right are unknown");
+    info.warnings.push_back(std::string(first.position ? "no orientation" : "no position or orientation") +
+                            ": the patient's left and right are unknown");
   }
 }
 
@@ -129,6 +135,7 @@ VolumeSource open_dicom_slices(std::vector<DicomSlice> slices, const std::string
   info.frames = static_cast<int>(split.volumes.size());
   const auto place = static_cast<std::size_t>(volume) - 1;
   select_volume(info, volume, "cannot read " + series_name, place < split.names.size() ? split.names[place] : "");
+  if (!split.note.empty()) info.warnings.push_back(split.note);
   slices = std::move(split.volumes[place]);
   info.file_count = count_files(slices);
   place_slices(slices, info, series_name);
@@ -137,6 +144,8 @@ VolumeSource open_dicom_slices(std::vector<DicomSlice> slices, const std::string
     info.warnings.push_back("MONOCHROME1: low values are displayed bright; the voxel values are unchanged");
   info.type = common_type(slices);
   info.geometry.validate("cannot read " + series_name);
+  if (!slices.front().frame_of_reference.empty())
+    keep_header(info.geometry, DicomFrame{slices.front().frame_of_reference});
   for (const DicomSlice& s : slices) source.extra_bytes = std::max(source.extra_bytes, buffer_bytes(s.pixels));
   source.dicom = std::move(slices);
   source.read = [slices = source.dicom, info] { return read_slices(slices, info); };
@@ -172,61 +181,6 @@ VolumeSource open_dicom_file(const fs::path& path, int volume) {
   const bool alone = slices.size() == 1;
   VolumeSource source = open_dicom_slices(std::move(slices), "DICOM", quoted(path), volume);
   if (alone) source.info.warnings.push_back("only one DICOM slice: open its folder to load the whole series");
-  return source;
-}
-
-VolumeSource open_dicom_series(const fs::path& folder, int volume) {
-  const QuietLibraries quiet;
-  std::error_code error;
-  std::vector<fs::path> files;
-  bool has_folders = false;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    std::error_code ignored;
-    if (it->is_directory(ignored)) has_folders = true;
-    if (it->is_regular_file(ignored) && it->file_size(ignored) > 0) files.push_back(it->path());
-  }
-  if (error) throw Error("cannot read the folder " + quoted(folder), error.message(), "check its permissions");
-  std::sort(files.begin(), files.end());
-  std::map<std::string, std::vector<DicomSlice>> series;
-  std::vector<std::string> broken;
-  std::string why_broken;  // reason why the first unreadable file cannot be read
-  std::size_t scanned = 0;
-  for (const fs::path& file : files) {
-    report_progress(static_cast<double>(scanned++), static_cast<double>(files.size()));
-    try {
-      for (DicomSlice& slice : scan_dicom(file)) series[slice.series].push_back(std::move(slice));
-    } catch (const std::exception& exception) {
-      if (broken.empty()) why_broken = message_of(exception);
-      broken.push_back(quoted(file.filename()));
-    }
-  }
-  if (series.empty() && broken.empty() && has_folders) return open_only_series(folder, volume);
-  if (series.empty()) {
-    throw Error("cannot read the folder " + quoted(folder),
-                broken.empty() ? "it contains no DICOM images"
-                               : "no DICOM file in it can be read (" + why_broken + "): " + list_of(broken),
-                "choose a file or the folder of a series");
-  }
-  const auto largest = std::max_element(
-      series.begin(), series.end(), [&](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
-  const auto named = [&](const std::vector<DicomSlice>& slices) {
-    const std::string& text = slices.front().description.empty() ? slices.front().series : slices.front().description;
-    return "'" + text + "' (" + std::to_string(slices.size()) + " slices, from " +
-           quoted(slices.front().file.filename()) + ")";
-  };
-  std::vector<std::string> others;
-  for (auto it = series.begin(); it != series.end(); ++it) {
-    if (it != largest) others.push_back(named(it->second));
-  }
-  const std::string chosen = named(largest->second);
-  VolumeSource source =
-      open_dicom_slices(std::move(largest->second), "DICOM series", "the DICOM series in " + quoted(folder), volume);
-  if (!others.empty()) {
-    source.info.warnings.push_back("the folder contains " + std::to_string(others.size() + 1) +
-                                   " series: the largest, " + chosen + ", is loaded; not loaded: " + list_of(others));
-  }
-  if (!broken.empty())
-    source.info.warnings.push_back("unreadable files are skipped (" + why_broken + "): " + list_of(broken));
   return source;
 }
 

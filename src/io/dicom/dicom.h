@@ -9,9 +9,6 @@ namespace simplexseg {
 /// Opens volume number `volume` (from 1) of one DICOM file. A single-frame file is a volume of one slice. Throws Error
 /// when the file is unreadable or contains no image, and like open_dicom_slices().
 VolumeSource open_dicom_file(const std::filesystem::path& path, int volume = 1);
-/// Opens volume number `volume` (from 1) of the series with the most slices in a folder; the warnings list its other
-/// series and unreadable files. If only subfolders contain DICOM images, calls open_only_series().
-VolumeSource open_dicom_series(const std::filesystem::path& folder, int volume = 1);
 /// Opens volume number `volume` (from 1) of the slices of one series. `format` is the value of VolumeInfo::format,
 /// `series_name` the name of the series in messages. Throws Error when a slice is unreadable, when the slices form no
 /// volume (split_volumes(), stack()) or when the volume does not exist.

@@ -2,9 +2,10 @@
 #include "io/dicom/dicom_codes.h"
 
 #include <algorithm>
-#include <cctype>
 #include <set>
 #include <vector>
+
+#include "core/number_text.h"
 
 namespace simplexseg {
 namespace {
@@ -42,10 +43,9 @@ const std::vector<Organ>& organs() {
 std::set<std::string> words_in(const std::string& name) {
   std::set<std::string> words;
   std::string word;
-  for (const char c : name + " ") {
-    const auto byte = static_cast<unsigned char>(c);
-    if (std::isalnum(byte) || byte >= 0x80) {
-      word += static_cast<char>(std::tolower(byte));
+  for (const char c : lower_ascii(name) + " ") {
+    if ((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || static_cast<unsigned char>(c) >= 0x80) {
+      word += c;
     } else if (!word.empty()) {
       if (word.find_first_not_of("0123456789") != std::string::npos) words.insert(word);
       word.clear();

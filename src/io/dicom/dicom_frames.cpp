@@ -6,8 +6,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
+#include "core/number_text.h"
+#include "io/dicom/dicom_position.h"
 #include "io/dicom/dicom_values.h"
 
 namespace simplexseg {
@@ -42,11 +43,15 @@ constexpr Trait kTraits[] = {
     {{}, {0x0008, 0x0032}, DicomKind::Text, "acquisition time"},
 };
 
+/// Returns the value as text; empty when the attribute is missing or its bytes are no number.
 std::string value_of(const gdcm::DataSet& data, const Trait& trait) {
   if (trait.kind == DicomKind::Text) return text_of(data, trait.tag);
-  std::ostringstream text;
-  if (const auto number = number_of(data, trait.tag, trait.kind)) text << *number;
-  return text.str();
+  try {
+    const auto number = number_of(data, trait.tag, trait.kind);
+    return number ? general_text(*number, 6) : "";
+  } catch (const InvalidElement&) {
+    return {};
+  }
 }
 
 void add_trait(DicomSlice& slice, const std::string& name, const std::string& value) {
@@ -92,10 +97,7 @@ void read_functional_groups(const gdcm::DataSet& groups, const std::vector<std::
     if (first_item(groups, sequence, read_plane))
       slice.assumed = "positions are relative to the ultrasound probe: the patient's left and right are unknown";
   }
-  first_item(groups, {0x0028, 0x9145}, [&](const gdcm::DataSet& data) {
-    if (const auto n = number_of(data, {0x0028, 0x1053}); n && *n != 0) slice.slope = *n;
-    if (const auto n = number_of(data, {0x0028, 0x1052})) slice.intercept = *n;
-  });
+  first_item(groups, {0x0028, 0x9145}, [&](const gdcm::DataSet& data) { read_rescaling(data, slice); });
   first_item(groups, {0x0062, 0x000a}, [&](const gdcm::DataSet& data) {
     slice.segment = short_of(data, {0x0062, 0x000b}, 0);
   });
@@ -113,10 +115,13 @@ void read_functional_groups(const gdcm::DataSet& groups, const std::vector<std::
   }
 }
 
-/// Copies the functional groups to the frames; returns true when they contain positions.
+/// Copies the functional groups to the frames; returns true when they contain the positions of several frames, or of
+/// all. Otherwise all frames have the position of the first, if it has one.
 bool apply_functional_groups(const gdcm::DataSet& data, std::vector<DicomSlice>& frames) {
   if (!has(data, kShared) && !has(data, kPerFrame)) return false;
   const std::vector<std::string> dimensions = dimension_names(data);
+  const std::optional<Eigen::Vector3d> of_image = frames.front().position;
+  for (DicomSlice& frame : frames) frame.position.reset();
   first_item(data, kShared, [&](const gdcm::DataSet& groups) {
     for (DicomSlice& frame : frames) read_functional_groups(groups, dimensions, frame);
   });
@@ -124,10 +129,25 @@ bool apply_functional_groups(const gdcm::DataSet& data, std::vector<DicomSlice>&
   each_item(data, kPerFrame, [&](const gdcm::DataSet& groups) {
     if (next < frames.size()) read_functional_groups(groups, dimensions, frames[next++]);
   });
-  return frames.front().position.has_value();
+  const auto placed = static_cast<std::size_t>(
+      std::count_if(frames.begin(), frames.end(), [](const DicomSlice& frame) { return frame.position.has_value(); }));
+  if (placed == frames.size() || placed > 1 || (placed == 1 && !frames.front().position)) return true;
+  const std::optional<Eigen::Vector3d> first = placed == 1 ? frames.front().position : of_image;
+  for (DicomSlice& frame : frames) frame.position = first;
+  return false;
 }
 
-Eigen::Vector3d normal_of(const DicomSlice& slice) { return slice.axes->col(0).cross(slice.axes->col(1)).normalized(); }
+/// Returns the stated distance of neighbouring slices, else their thickness; 0 when unknown, mm.
+double step_of(const DicomSlice& slice) {
+  const double distance = slice.slice_distance_mm.value_or(0), thickness = slice.thickness_mm.value_or(0);
+  return distance > 0 ? distance : std::max(thickness, 0.0);
+}
+
+/// Returns true for nuclear medicine, where the sign of Spacing Between Slices is the direction of stacking.
+bool is_nuclear_medicine(const DicomSlice& slice) {
+  return slice.modality == "NM" || slice.sop_class == "1.2.840.10008.5.1.4.1.1.20" ||
+         slice.sop_class == "1.2.840.10008.5.1.4.1.1.5";
+}
 
 /// Places the frames of a dose grid. The offsets of the grid are distances along the normal or, if the first offset
 /// equals the z coordinate of the image position, z coordinates, mm. Returns false when there are no such offsets.
@@ -135,8 +155,10 @@ bool apply_dose_offsets(const gdcm::DataSet& data, std::vector<DicomSlice>& fram
   const std::vector<double> offsets = numbers_of(data, {0x3004, 0x000c});
   const DicomSlice& first = frames.front();
   if (offsets.size() != frames.size() || !first.position || !first.axes) return false;
-  const Eigen::Vector3d from = *first.position, normal = normal_of(first);
-  const bool absolute = offsets[0] != 0 && std::abs(offsets[0] - from.z()) < 1e-3 && std::abs(normal.z()) > 0.999;
+  const Eigen::Vector3d from = *first.position, normal = slice_normal(first);
+  const double step = offsets.size() > 1 ? std::abs(offsets[1] - offsets[0]) : 0;
+  const bool absolute = offsets[0] != 0 && std::abs(offsets[0] - from.z()) <= same_position_mm(step, from.norm()) &&
+                        std::abs(normal.z()) > 0.999;
   for (std::size_t f = 0; f < frames.size(); ++f)
     frames[f].position = from + (absolute ? (offsets[f] - from.z()) * Eigen::Vector3d::UnitZ()
                                           : Eigen::Vector3d((offsets[f] - offsets[0]) * normal));
@@ -171,17 +193,41 @@ bool apply_frame_vectors(const gdcm::DataSet& data, std::vector<DicomSlice>& fra
   });
   if (!any) return false;
   const DicomSlice first = frames.front();
-  const double step = first.slice_distance_mm.value_or(first.thickness_mm.value_or(0));
+  const double distance = step_of(first);
+  const double step = first.stacked_backwards ? -distance : distance;
   for (std::size_t f = 0; sliced && f < frames.size(); ++f) {
-    if (first.position && first.axes && step > 0) {
-      frames[f].position = *first.position + (slice_of[f] - 1) * step * normal_of(first);
-      frames[f].assumed =
-          "the slices are assumed to be evenly spaced along their normal; the file has no slice positions";
+    if (first.position && first.axes && distance > 0) {
+      frames[f].position = *first.position + (slice_of[f] - 1) * step * slice_normal(first);
+      if (first.slice_distance_mm.value_or(0) <= 0)
+        frames[f].assumed = "the distance of the slices is assumed to be their thickness; the file does not state it";
     } else {
       frames[f].position.reset();
     }
   }
   return true;
+}
+
+/// Places frames without positions as slices in file order, along the normal of the first frame if that is known.
+void assume_slices(std::vector<DicomSlice>& frames) {
+  const DicomSlice first = frames.front();
+  const bool placed = first.position && first.axes;
+  const double stated = step_of(first), distance = stated > 0 ? stated : 1;
+  std::string assumed = "its " + std::to_string(frames.size()) +  // at least 2
+                        " frames have no positions: they are assumed to be evenly spaced slices in file order";
+  if (placed) assumed += " along the normal of the first frame";
+  if (stated <= 0) assumed += ", 1 mm apart";
+  const bool backwards = first.stacked_backwards && is_nuclear_medicine(first);
+  if (first.stacked_backwards && !backwards)
+    assumed +=
+        "; the minus sign of Spacing Between Slices (0018,0088) is ignored, because the standard defines it for "
+        "nuclear medicine alone";
+  for (DicomSlice& frame : frames) {
+    if (placed)
+      frame.position = *first.position + (backwards ? -distance : distance) * frame.frame * slice_normal(first);
+    else
+      frame.position.reset();
+    frame.assumed = assumed;
+  }
 }
 
 /// Returns true when frames without positions are time points at one position.
@@ -196,31 +242,57 @@ bool are_time_points(const gdcm::DataSet& data, const DicomSlice& whole) {
 }  // namespace
 
 void read_image_plane(const gdcm::DataSet& data, DicomSlice& slice) {
+  const auto ignore = [&](DicomTag tag, const std::string& reason) {
+    slice.ignored = "its " + element_name(tag) + " is '" + text_of(data, tag, 60) + "' and is ignored: " + reason;
+  };
   const auto first_of = [&](DicomTag patient, DicomTag volume, std::size_t count) {
-    std::vector<double> n = numbers_of(data, patient);
-    if (n.size() < count) n = numbers_of(data, volume, DicomKind::Double);
-    return n.size() < count ? std::vector<double>() : n;
+    const std::vector<double> n = numbers_of(data, patient, DicomKind::Text, count);
+    return n.empty() ? numbers_of(data, volume, DicomKind::Double, count) : n;
   };
   if (const auto n = first_of({0x0020, 0x0032}, {0x0020, 0x9301}, 3); !n.empty())
     slice.position = Eigen::Vector3d(n[0], n[1], n[2]);
   if (const auto n = first_of({0x0020, 0x0037}, {0x0020, 0x9302}, 6); !n.empty()) {
     Eigen::Matrix<double, 3, 2> axes;
     axes << n[0], n[3], n[1], n[4], n[2], n[5];
-    // The axes are normalised because files store few digits. Axes that are not orthogonal are ignored.
-    if (axes.col(0).norm() > 0.5 && axes.col(1).norm() > 0.5) {
-      axes.colwise().normalize();
-      if (std::abs(axes.col(0).dot(axes.col(1))) < 0.1) slice.axes = axes;
-    }
+    // The axes are normalised because files store few digits.
+    const bool are_directions = axes.col(0).norm() > 0.5 && axes.col(1).norm() > 0.5;
+    if (are_directions) axes.colwise().normalize();
+    if (are_directions && std::abs(axes.col(0).dot(axes.col(1))) < 0.1)
+      slice.axes = axes;
+    else
+      ignore({0x0020, 0x0037}, "these are no perpendicular directions");
   }
   for (const DicomTag tag : {DicomTag{0x0028, 0x0030}, {0x0018, 0x1164}}) {
     // Pixel Spacing, else Imager Pixel Spacing: first the distance between rows, then between columns, mm.
-    const std::vector<double> n = numbers_of(data, tag);
-    if (n.size() < 2 || n[0] <= 0 || n[1] <= 0) continue;
+    const std::vector<double> n = numbers_of(data, tag, DicomKind::Text, 2);
+    if (n.empty()) continue;
+    if (n[0] < 0 || n[1] < 0) throw_invalid(data, tag, "which is negative");
+    if (n[0] == 0 || n[1] == 0) {
+      ignore(tag, "a distance of 0 is not possible");
+      continue;
+    }
     slice.spacing_mm = Eigen::Vector2d(n[1], n[0]);
     break;
   }
-  if (const auto n = number_of(data, {0x0018, 0x0088})) slice.slice_distance_mm = std::abs(*n);
+  if (const auto n = number_of(data, {0x0018, 0x0088})) {
+    slice.slice_distance_mm = std::abs(*n);
+    slice.stacked_backwards = *n < 0;
+  }
   if (const auto n = number_of(data, {0x0018, 0x0050})) slice.thickness_mm = *n;
+}
+
+void read_rescaling(const gdcm::DataSet& data, DicomSlice& slice) {
+  const auto read_slope = [&](DicomTag tag) {
+    const auto n = number_of(data, tag);
+    if (!n) return;
+    if (*n == 0)
+      slice.ignored = "its " + element_name(tag) + " is 0 and is ignored: all values would be equal";
+    else
+      slice.slope = *n;
+  };
+  read_slope({0x0028, 0x1053});
+  if (const auto n = number_of(data, {0x0028, 0x1052})) slice.intercept = *n;
+  if (slice.modality == "RTDOSE") read_slope({0x3004, 0x000e});
 }
 
 std::vector<DicomSlice> frames_of(const gdcm::DataSet& data, const DicomSlice& whole) {
@@ -236,14 +308,9 @@ std::vector<DicomSlice> frames_of(const gdcm::DataSet& data, const DicomSlice& w
   if (frames.size() == 1) return frames;
   const bool time_series = are_time_points(data, whole);
   for (DicomSlice& frame : frames) {
-    if (time_series) {
-      add_trait(frame, "time", std::to_string(frame.frame + 1));
-      continue;
-    }
-    frame.position.reset();
-    frame.assumed = "its " + std::to_string(frames.size()) +
-                    " frames have no positions: they are assumed to be evenly spaced slices in file order";
+    if (time_series) add_trait(frame, "time", std::to_string(frame.frame + 1));
   }
+  if (!time_series) assume_slices(frames);
   return frames;
 }
 

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 #include <new>
 #include <stdexcept>
@@ -120,6 +122,7 @@ void mask_stored_bits(std::byte* bytes, std::size_t count, const DicomPixels& p)
 
 VoxelType voxel_type_of(const DicomSlice& slice) {
   const DicomPixels& p = slice.pixels;
+  if (slice.modality_lut) return VoxelType::UInt16;
   if (slice.slope == 1 && slice.intercept == 0) return stored_type_of(p);
   const VoxelType real = p.stored_bits > 24 ? VoxelType::Float64 : VoxelType::Float32;
   if (slice.slope != std::rint(slice.slope) || slice.intercept != std::rint(slice.intercept)) return real;
@@ -187,10 +190,17 @@ const std::byte* DicomFrames::stored(const DicomSlice& slice) {
   if (slice.file != file_) open(slice);
   const auto frame = static_cast<std::size_t>(slice.frame);
   if (!pixels_.plain) return buffer_.data() + frame * frame_bytes_;
-  const auto fill = [&](std::size_t at, char* to, std::size_t bytes) {
+  const auto read_bytes = [&](std::size_t at, char* to, std::size_t bytes) {
     stream_.seekg(static_cast<std::streamoff>(pixels_.start + at));
     if (!stream_.read(to, static_cast<std::streamsize>(bytes)))
       fail(slice, "truncated: the file ends before its pixel data");
+  };
+  const auto fill = [&](std::size_t at, char* to, std::size_t bytes) {
+    if (!pixels_.in_words) return read_bytes(at, to, bytes);
+    std::vector<std::byte> words((at % 2 + bytes + 1) / 2 * 2);
+    read_bytes(at - at % 2, reinterpret_cast<char*>(words.data()), words.size());
+    swap_bytes<std::uint16_t>(words);
+    std::memcpy(to, words.data() + at % 2, bytes);
   };
   if (pixels_.bits == 1) {
     const std::size_t first = frame * frame_bytes_;
@@ -215,7 +225,13 @@ bool DicomFrames::read(const DicomSlice& slice, VoxelType type, void* to) {
     const auto* first = reinterpret_cast<const From*>(from);
     const From* last = first + pixels_of_frame(pixels_);
     visit_voxel_type(type, [&]<class To>(std::type_identity<To>) {
-      if (is_unscaled) {
+      if (slice.modality_lut) {
+        const std::vector<std::uint16_t>& lut = *slice.modality_lut;
+        std::transform(first, last, static_cast<To*>(to), [&](From v) {
+          const double place = static_cast<double>(v) - slice.lut_begin;
+          return static_cast<To>(lut[static_cast<std::size_t>(std::clamp(place, 0.0, double(lut.size() - 1)))]);
+        });
+      } else if (is_unscaled) {
         std::transform(first, last, static_cast<To*>(to), [](From v) { return static_cast<To>(v); });
       } else {
         // A codec can return more bits than the header states, so values can exceed the range of `type`.

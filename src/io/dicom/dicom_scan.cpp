@@ -5,13 +5,16 @@
 #include <gdcmUIDs.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
 
+#include "core/number_text.h"
 #include "io/dicom/dicom_colour.h"
 #include "io/dicom/dicom_frames.h"
+#include "io/dicom/dicom_texts.h"
 #include "io/dicom/dicom_validation.h"
 #include "io/dicom/dicom_values.h"
 #include "io/platform/files.h"
@@ -46,12 +49,22 @@ void read_segmentation(const gdcm::DataSet& data, DicomSlice& slice) {
     return;
   slice.segmentation = text_of(data, {0x0062, 0x0001});
   if (slice.segmentation.empty()) slice.segmentation = "BINARY";
-  slice.may_overlap = text_of(data, {0x0062, 0x0013}) != "NO";
   slice.fraction_max = short_of(data, {0x0062, 0x000e}, 255);
+  const bool is_label_map = slice.segmentation == "LABELMAP";
+  if (is_label_map) slice.background = short_of(data, {0x0028, 0x0120}, 0);  // Pixel Padding Value, PS3.3 C.8.20.2
+  const std::string coding = text_of(data, {0x0008, 0x0005});
   std::vector<SegmentName> segments;
   each_item(data, {0x0062, 0x0002}, [&](const gdcm::DataSet& item) {
-    SegmentName segment{.value = short_of(item, {0x0062, 0x0004}, 0), .name = text_of(item, {0x0062, 0x0005})};
-    while (segment.name.ends_with(' ')) segment.name.pop_back();
+    SegmentName segment{.value = short_of(item, {0x0062, 0x0004}, 0),
+                        .name = utf8_of(raw_text_of(item, {0x0062, 0x0005}), coding)};
+    bool is_background = segment.value == slice.background;
+    first_item(item, {0x0062, 0x000f}, [&](const gdcm::DataSet& type) {
+      is_background = is_background || text_of(type, {0x0008, 0x0100}).starts_with("125040");  // DCM, Background
+    });
+    if (is_label_map && is_background) {
+      slice.background = segment.value;
+      return;
+    }
     const std::vector<double> lab = numbers_of(item, {0x0062, 0x000d}, DicomKind::Short);
     if (lab.size() == 3)
       segment.colour = colour_of_lab(
@@ -59,6 +72,44 @@ void read_segmentation(const gdcm::DataSet& data, DicomSlice& slice) {
     segments.push_back(segment);
   });
   slice.segments = std::make_shared<const std::vector<SegmentName>>(std::move(segments));
+}
+
+/// Reads the table of the Modality LUT Sequence. Its entries have 8 or 16 bits; those of 8 bits can share words.
+void read_modality_lut(const gdcm::DataSet& data, DicomSlice& slice) {
+  constexpr DicomTag kDescriptor{0x0028, 0x3002}, kTable{0x0028, 0x3006};
+  first_item(data, {0x0028, 0x3000}, [&](const gdcm::DataSet& item) {
+    const std::vector<double> descriptor = numbers_of(item, kDescriptor, DicomKind::Short, 3);
+    const std::vector<double> words = numbers_of(item, kTable, DicomKind::Short);
+    if (descriptor.empty()) throw InvalidElement("its " + element_name(kDescriptor) + " is missing");
+    const std::size_t entries = descriptor[0] == 0 ? 65536 : static_cast<std::size_t>(descriptor[0]);
+    std::vector<std::uint16_t> table;
+    for (const double word : words) {
+      const auto value = static_cast<std::uint16_t>(word);
+      if (words.size() >= entries) {
+        table.push_back(value);
+      } else {
+        table.push_back(static_cast<std::uint16_t>(value & 0xff));
+        table.push_back(static_cast<std::uint16_t>(value >> 8));
+      }
+    }
+    if (table.size() < entries)
+      throw InvalidElement("its " + element_name(kTable) + " has fewer entries than its " + element_name(kDescriptor) +
+                           " states");
+    table.resize(entries);
+    const auto begin = static_cast<std::uint16_t>(descriptor[1]);
+    slice.lut_begin = slice.pixels.is_signed ? static_cast<std::int16_t>(begin) : begin;
+    slice.modality_lut = std::make_shared<const std::vector<std::uint16_t>>(std::move(table));
+    slice.slope = 1, slice.intercept = 0;
+  });
+}
+
+/// Whether the pixel data, whose value begins at `start`, has the value representation OW (explicit encodings).
+bool is_stored_in_words(const fs::path& path, std::size_t start) {
+  std::ifstream stream(path, std::ios::binary);
+  std::array<char, 2> vr{};
+  constexpr std::size_t kBytesFromVr = 8;  // value representation, two reserved bytes, length
+  return start >= kBytesFromVr && stream.seekg(static_cast<std::streamoff>(start - kBytesFromVr)) &&
+         stream.read(vr.data(), 2) && vr[0] == 'O' && vr[1] == 'W';
 }
 
 void reject_mosaic(const gdcm::DataSet& data, DicomSlice& slice) {
@@ -75,6 +126,35 @@ void require_supported_syntax(const gdcm::FileMetaInformation& header) {
     throw std::runtime_error("its transfer syntax " + uid + " is not supported");
 }
 
+/// Returns the slices of an image whose header has been read up to the pixels; none when it is no image. `whole`
+/// contains the identity of the file and receives the attributes that all frames share.
+std::vector<DicomSlice> slices_of(gdcm::Reader& reader, const fs::path& path, DicomSlice& whole) {
+  const gdcm::DataSet& data = reader.GetFile().GetDataSet();
+  const gdcm::TransferSyntax& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
+  DicomPixels& pixels = whole.pixels;
+  pixels.rows = short_of(data, {0x0028, 0x0010}, 0);
+  pixels.columns = short_of(data, {0x0028, 0x0011}, 0);
+  pixels.samples = short_of(data, {0x0028, 0x0002}, 1);
+  pixels.bits = short_of(data, {0x0028, 0x0100}, 0);
+  pixels.stored_bits = short_of(data, {0x0028, 0x0101}, pixels.bits);
+  pixels.high_bit = short_of(data, {0x0028, 0x0102}, pixels.stored_bits - 1);
+  pixels.is_signed = short_of(data, {0x0028, 0x0103}, 0) == 1;
+  pixels.plain = !syntax.IsEncapsulated() && syntax != gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian;
+  pixels.big_endian = syntax == gdcm::TransferSyntax::ExplicitVRBigEndian;
+  whole.photometric = text_of(data, {0x0028, 0x0004});
+  if (const auto n = integer_of(data, {0x0028, 0x0008})) pixels.frames = int(std::clamp(*n, 1.0, 1e8));
+  pixels.start = reader.GetStreamCurrentPosition();
+  if (pixels.rows < 1 || pixels.columns < 1 || pixels.bits < 1 || pixels.start == std::size_t(-1)) return {};
+  pixels.in_words = pixels.big_endian && pixels.bits <= 8 && is_stored_in_words(path, pixels.start);
+  read_image_plane(data, whole);
+  read_rescaling(data, whole);
+  read_modality_lut(data, whole);
+  read_segmentation(data, whole);
+  reject_mosaic(data, whole);
+  if (whole.unreadable.empty()) whole.unreadable = damage_of_pixels(path, syntax, pixels);
+  return whole.unreadable.empty() ? frames_of(data, whole) : std::vector{whole};
+}
+
 }  // namespace
 
 std::vector<DicomSlice> scan_dicom(const fs::path& path) {
@@ -89,40 +169,23 @@ std::vector<DicomSlice> scan_dicom(const fs::path& path) {
     require_supported_syntax(reader.GetFile().GetHeader());
     if (!is_dicom) return;
     const gdcm::DataSet& data = reader.GetFile().GetDataSet();
-    const gdcm::TransferSyntax& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
     DicomSlice whole;
     whole.file = path;
     whole.sop_class = uid_of(data, {0x0008, 0x0016});
     whole.sop_instance = uid_of(data, {0x0008, 0x0018});
     whole.series = text_of(data, {0x0020, 0x000e});
     whole.description = text_of(data, {0x0008, 0x103e});
+    whole.frame_of_reference = uid_of(data, {0x0020, 0x0052});
     whole.modality = text_of(data, {0x0008, 0x0060});
-    DicomPixels& pixels = whole.pixels;
-    pixels.rows = short_of(data, {0x0028, 0x0010}, 0);
-    pixels.columns = short_of(data, {0x0028, 0x0011}, 0);
-    pixels.samples = short_of(data, {0x0028, 0x0002}, 1);
-    pixels.bits = short_of(data, {0x0028, 0x0100}, 0);
-    pixels.stored_bits = short_of(data, {0x0028, 0x0101}, pixels.bits);
-    pixels.high_bit = short_of(data, {0x0028, 0x0102}, pixels.stored_bits - 1);
-    pixels.is_signed = short_of(data, {0x0028, 0x0103}, 0) == 1;
-    pixels.plain = !syntax.IsEncapsulated() && syntax != gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian;
-    pixels.big_endian = syntax == gdcm::TransferSyntax::ExplicitVRBigEndian;
-    whole.photometric = text_of(data, {0x0028, 0x0004});
-    if (const auto n = number_of(data, {0x0028, 0x0008})) pixels.frames = int(std::clamp(*n, 1.0, 1e8));
-    pixels.start = reader.GetStreamCurrentPosition();
-    if (pixels.rows < 1 || pixels.columns < 1 || pixels.bits < 1 || pixels.start == std::size_t(-1)) return;
-    read_image_plane(data, whole);
-    if (const auto n = number_of(data, {0x0028, 0x1053}); n && *n != 0) whole.slope = *n;
-    if (const auto n = number_of(data, {0x0028, 0x1052})) whole.intercept = *n;
-
-    if (text_of(data, {0x0008, 0x0060}) == "RTDOSE") {
-      if (const auto n = number_of(data, {0x3004, 0x000e}); n && *n != 0) whole.slope = *n;
+    whole.instance_number = parse_number(text_of(data, {0x0020, 0x0013}));
+    try {
+      result = slices_of(reader, path, whole);
+    } catch (const InvalidElement& error) {
+      whole.position.reset();  // it could belong anywhere in the series
+      whole.unreadable = error.what();
+      whole.remedy = "correct this value or export it again";
+      result = {whole};
     }
-    read_segmentation(data, whole);
-    reject_mosaic(data, whole);
-
-    if (whole.unreadable.empty()) whole.unreadable = damage_of_pixels(path, syntax, pixels);
-    result = whole.unreadable.empty() ? frames_of(data, whole) : std::vector{whole};
   });
   return result;
 }

@@ -1,22 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/dicom/dicom_series.h"
 
-#include <gdcmReader.h>
-
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <set>
 #include <tuple>
+#include <utility>
 
-#include "io/dicom/dicom.h"
+#include "core/number_text.h"
 #include "io/dicom/dicom_pixels.h"
+#include "io/dicom/dicom_repair.h"
 #include "io/dicom/dicom_scan.h"
-#include "io/dicom/dicom_segments.h"
-#include "io/dicom/dicom_validation.h"
-#include "io/dicom/dicom_values.h"
 #include "io/platform/files.h"
-#include "io/platform/header_text.h"
 #include "io/platform/load_progress.h"
 #include "io/platform/quiet_libraries.h"
 
@@ -29,221 +24,6 @@ namespace {
 constexpr int kMaxPreviewSide = 128;  // largest width and height of a preview, pixels
 
 using Slices = std::vector<DicomSlice>;
-
-// ---- files ----
-
-/// Returns true for files that are worth parsing as DICOM. Files of other programs can be large and are not parsed.
-bool may_be_dicom(const fs::path& path) {
-  const std::string extension = extension_of(path);
-  return extension.empty() || extension == ".dcm" || extension == ".dicom" || extension == ".ima" ||
-         extension == ".dic" || extension.find_first_not_of(".0123456789") == std::string::npos ||
-         has_dicom_preamble(path);
-}
-
-std::vector<fs::path> files_in(const fs::path& folder, bool below) {
-  std::vector<fs::path> files;
-  std::error_code error, ignored;
-  const auto add_if_dicom = [&](const fs::directory_entry& entry) {
-    if (entry.is_regular_file(ignored) && entry.file_size(ignored) > 0 && may_be_dicom(entry.path()))
-      files.push_back(entry.path());
-  };
-  constexpr auto kOptions = fs::directory_options::skip_permission_denied;
-  if (below) {
-    for (fs::recursive_directory_iterator it(folder, kOptions, error), end; !error && it != end; it.increment(error))
-      add_if_dicom(*it);
-  } else {
-    for (fs::directory_iterator it(folder, kOptions, error), end; !error && it != end; it.increment(error))
-      add_if_dicom(*it);
-  }
-  if (error) throw Error("cannot read the folder " + quoted(folder), error.message(), "check its permissions");
-  std::sort(files.begin(), files.end());
-  return files;
-}
-
-/// Returns the file of this name in any case, because names on a disc can differ in case from those in its DICOMDIR;
-/// empty when there is none.
-fs::path find_named(const fs::path& folder, const std::string& name) {
-  std::error_code error;
-  if (fs::exists(folder / name, error)) return folder / name;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
-    if (lower_case(it->path().filename().string()) == lower_case(name)) return it->path();
-  return {};
-}
-
-/// Returns the files listed in the records of a DICOMDIR (PS3.3, F.3), or all files below its folder if it lists none.
-/// Adds a line to `missing` for each listed file that does not exist.
-std::vector<fs::path> files_of_dicomdir(const fs::path& path, std::vector<std::string>& missing) {
-  std::vector<std::string> names;
-  if (const std::string damage = damage_of_header(path); !damage.empty())
-    throw Error("cannot read " + quoted(path), damage, "open the folder instead");
-  without_aborting([&] {
-    gdcm::Reader reader;
-    reader.SetFileName(path.c_str());
-    if (!reader.Read()) return;
-    each_item(reader.GetFile().GetDataSet(), {0x0004, 0x1220}, [&](const gdcm::DataSet& record) {
-      const std::string name = raw_text_of(record, {0x0004, 0x1500});
-      if (!name.empty()) names.push_back(name);
-    });
-  });
-  std::vector<fs::path> files;
-  for (const std::string& name : names) {
-    fs::path place = path.parent_path().empty() ? fs::path(".") : path.parent_path();
-    for (std::size_t at = 0; at <= name.size() && !place.empty();) {
-      const std::size_t end = std::min(name.find('\\', at), name.size());
-      place = find_named(place, name.substr(at, end - at));
-      at = end + 1;
-    }
-    if (place.empty())
-      missing.push_back("the DICOMDIR lists '" + one_line(name) + "', which does not exist");
-    else
-      files.push_back(place);
-  }
-  if (names.empty()) return files_in(path.parent_path().empty() ? fs::path(".") : path.parent_path(), true);
-  return files;
-}
-
-/// Returns the slices of all files, grouped by series UID. Adds a line to `unreadable` for each damaged file.
-std::map<std::string, Slices> scan_files(const std::vector<fs::path>& files, std::vector<std::string>& unreadable) {
-  std::map<std::string, Slices> series;
-  std::size_t done = 0;
-  for (const fs::path& file : files) {
-    report_progress(static_cast<double>(done++), static_cast<double>(files.size()));
-    try {
-      for (DicomSlice& slice : scan_dicom(file)) series[slice.series].push_back(std::move(slice));
-    } catch (const std::exception& exception) {
-      unreadable.push_back(quoted(file) + ": " + message_of(exception));
-    }
-  }
-  return series;
-}
-
-// ---- largest part of a damaged series ----
-
-/// Omitted slices, grouped by reason.
-struct Omitted {
-  std::vector<std::string> reasons;
-  std::size_t count = 0;
-
-  void add(const Slices& slices, const std::string& why) {
-    if (slices.empty()) return;
-    std::vector<std::string> names;
-    for (const DicomSlice& s : slices) names.push_back(name_of(s));
-    count += slices.size();
-    reasons.push_back(std::to_string(slices.size()) + " " + why + " (" + list_of(names, 4) + ")");
-  }
-};
-
-/// Returns the slices for which `is_usable` is true, or all slices if it is true for none. Adds the others to `omitted`
-/// with the reason `why`.
-template <class Predicate>
-Slices filter_slices(Slices slices, const Predicate& is_usable, const std::string& why, Omitted& omitted) {
-  const auto rest = std::stable_partition(slices.begin(), slices.end(), is_usable);
-  if (rest == slices.begin()) return slices;
-  omitted.add(Slices(rest, slices.end()), why);
-  slices.erase(rest, slices.end());
-  return slices;
-}
-
-/// Returns the largest group of slices for which `same` is true. Adds the others to `omitted` with the reason `why`.
-template <class Same>
-Slices largest_group(Slices slices, const Same& same, const std::string& why, Omitted& omitted) {
-  std::vector<std::pair<const DicomSlice*, std::size_t>> groups;
-  for (const DicomSlice& s : slices) {
-    const auto found =
-        std::find_if(groups.begin(), groups.end(), [&](const auto& group) { return same(*group.first, s); });
-    if (found == groups.end())
-      groups.emplace_back(&s, 1);
-    else
-      ++found->second;
-  }
-  const auto largest =
-      std::max_element(groups.begin(), groups.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  if (largest == groups.end()) return slices;
-  const DicomSlice first = *largest->first;
-  return filter_slices(
-      std::move(slices), [&](const DicomSlice& s) { return same(first, s); }, why, omitted);
-}
-
-bool same_plane(const DicomSlice& a, const DicomSlice& b) {
-  if (a.axes.has_value() != b.axes.has_value()) return false;
-  return !a.axes || (*a.axes - *b.axes).cwiseAbs().maxCoeff() <= 1e-3;
-}
-
-bool same_size(const DicomSlice& a, const DicomSlice& b) {
-  if (a.pixels.rows != b.pixels.rows || a.pixels.columns != b.pixels.columns || a.pixels.samples != b.pixels.samples)
-    return false;
-  return a.spacing_mm.has_value() == b.spacing_mm.has_value() &&
-         (!a.spacing_mm || a.spacing_mm->isApprox(*b.spacing_mm, 1e-3));
-}
-
-/// Returns the longest run of evenly spaced slices, one for each position. Adds the others to `omitted`.
-Slices longest_run(Slices slices, Omitted& omitted) {
-  if (slices.empty() || !slices.front().axes || !slices.front().position) return slices;
-  constexpr double kSamePositionMm = 0.01;
-  const Eigen::Vector3d normal = slices.front().axes->col(0).cross(slices.front().axes->col(1)).normalized();
-  const auto place = [&](const DicomSlice& s) { return normal.dot(*s.position); };
-  std::sort(slices.begin(), slices.end(), [&](const DicomSlice& a, const DicomSlice& b) {
-    return std::tuple(place(a), a.file, a.frame) < std::tuple(place(b), b.file, b.frame);
-  });
-  Slices copies, single;
-  for (DicomSlice& s : slices) {
-    const bool is_copy = !single.empty() && place(s) - place(single.back()) <= kSamePositionMm;
-    (is_copy ? copies : single).push_back(std::move(s));
-  }
-  omitted.add(copies, "at the position of another slice");
-  if (single.size() < 3) return single;
-  std::vector<double> gaps;
-  for (std::size_t n = 1; n < single.size(); ++n) gaps.push_back(place(single[n]) - place(single[n - 1]));
-  std::vector<double> sorted = gaps;
-  std::nth_element(sorted.begin(), sorted.begin() + (sorted.size() - 1) / 2, sorted.end());
-  const double spacing = sorted[(sorted.size() - 1) / 2];
-  std::size_t first = 0, best_first = 0, best_count = 0;
-  for (std::size_t n = 1; n <= single.size(); ++n) {
-    if (n < single.size() && std::abs(gaps[n - 1] / spacing - 1) <= 0.1) continue;
-    if (n - first > best_count) best_first = first, best_count = n - first;
-    first = n;
-  }
-  const auto begin = single.begin() + static_cast<std::ptrdiff_t>(best_first);
-  const auto end = begin + static_cast<std::ptrdiff_t>(best_count);
-  Slices beyond(single.begin(), begin);
-  beyond.insert(beyond.end(), end, single.end());
-  omitted.add(beyond, "beyond a gap between slices");
-  return Slices(begin, end);
-}
-
-Slices usable_part(Slices slices, Omitted& omitted) {
-  slices = filter_slices(
-      std::move(slices), [](const DicomSlice& s) { return s.unreadable.empty(); }, "unreadable", omitted);
-  slices = filter_slices(
-      std::move(slices), [](const DicomSlice& s) { return s.position && s.axes; }, "without a position", omitted);
-  slices = largest_group(std::move(slices), same_plane, "with another orientation", omitted);
-  slices = largest_group(std::move(slices), same_size, "with another size or spacing", omitted);
-  return longest_run(std::move(slices), omitted);
-}
-
-/// Opens the series or its largest usable part. Sets `damaged` to true when slices are omitted, otherwise to false.
-VolumeSource open_part(Slices slices, const std::string& series_name, int volume, bool& damaged) {
-  damaged = false;
-  try {
-    return open_dicom_slices(slices, "DICOM series", series_name, volume);
-  } catch (const Error&) {
-    if (is_segmentation(slices.front())) throw;
-    const std::size_t all = slices.size();
-    Omitted omitted;
-    Slices part = usable_part(slices, omitted);
-    if (omitted.count == 0 || part.empty()) throw;
-    const std::size_t loaded = part.size();
-    VolumeSource source = open_dicom_slices(std::move(part), "DICOM series", series_name, volume);
-    std::string line =
-        "only " + std::to_string(loaded) + " of " + std::to_string(all) + " slices are loaded; omitted: ";
-    for (std::size_t n = 0; n < omitted.reasons.size(); ++n) line += (n > 0 ? ", " : "") + omitted.reasons[n];
-    source.info.warnings.insert(source.info.warnings.begin(), line);
-    damaged = true;
-    return source;
-  }
-}
-
-// ---- list of series ----
 
 fs::path common_folder(const Slices& slices) {
   fs::path folder = fs::absolute(slices.front().file).lexically_normal().parent_path();
@@ -287,7 +67,7 @@ DicomSeries describe(const std::string& uid, const Slices& slices) {
   series.files = static_cast<int>(files.size());
   const DicomSlice* middle = &slices[slices.size() / 2];
   try {
-    VolumeSource source = open_part(slices, "the series", 1, series.damaged);
+    VolumeSource source = open_repaired(slices, "the series", 1, &series.damaged);
     require_one_value(series.folder, source.info);
     series.geometry = source.info.geometry;
     series.volumes = source.info.frames;
@@ -305,29 +85,36 @@ DicomSeries describe(const std::string& uid, const Slices& slices) {
   return series;
 }
 
-}  // namespace
+std::string name_of_series(const Slices& slices) {
+  const std::string& text = slices.front().description.empty() ? slices.front().series : slices.front().description;
+  return "'" + text + "' (" + counted(static_cast<std::int64_t>(slices.size()), "slice") + ", from " +
+         quoted(slices.front().file.filename()) + ")";
+}
 
-bool is_dicomdir(const fs::path& path) { return lower_case(path.filename().string()) == "dicomdir"; }
+VolumeSource with_warning(VolumeSource source, const std::string& warning) {
+  if (!warning.empty()) source.info.warnings.push_back(warning);
+  return source;
+}
+
+[[noreturn]] void throw_no_series(const std::string& what, const std::string& why, const DicomScan& scan) {
+  std::vector<std::string> names;
+  for (const UnreadableEntry& entry : scan.unreadable) names.push_back(quoted(entry.path.filename()));
+  throw Error(what,
+              names.empty()
+                  ? why
+                  : "no DICOM file in it can be read (" + scan.unreadable.front().reason + "): " + list_of(names),
+              "choose a file or the folder of a series");
+}
+
+}  // namespace
 
 FoundSeries find_dicom_series(const std::vector<fs::path>& paths) {
   const QuietLibraries quiet;
   FoundSeries found;
-  std::vector<fs::path> files;
-  const auto add_files = [&](std::vector<fs::path> more) { files.insert(files.end(), more.begin(), more.end()); };
-  for (const fs::path& path : paths) {
-    std::error_code error;
-    if (fs::is_directory(path, error)) {
-      add_files(files_in(path, true));
-    } else if (is_dicomdir(path)) {
-      require_file(path);
-      add_files(files_of_dicomdir(path, found.unreadable));
-    } else {
-      files.push_back(path);
-    }
-  }
-  std::sort(files.begin(), files.end());
-  files.erase(std::unique(files.begin(), files.end()), files.end());
-  const std::map<std::string, Slices> all = scan_files(files, found.unreadable);
+  const DicomScan scan = scan_for_dicom(paths, true);
+  for (const UnreadableEntry& entry : scan.unreadable)
+    found.unreadable.push_back(quoted(entry.path) + ": " + entry.reason);
+  const std::map<std::string, Slices>& all = scan.series;
   const std::string searched = paths.size() == 1 ? quoted(paths.front()) : std::to_string(paths.size()) + " files";
   if (all.empty()) {
     throw Error("cannot read " + searched,
@@ -356,15 +143,35 @@ FoundSeries find_dicom_series(const std::vector<fs::path>& paths) {
   return found;
 }
 
+VolumeSource open_dicom_series(const fs::path& folder, int volume) {
+  const QuietLibraries quiet;
+  const DicomScan scan = scan_for_dicom({folder}, false);
+  if (scan.series.empty() && scan.has_folders) return open_only_series(folder, volume);
+  if (scan.series.empty())
+    throw_no_series("cannot read the folder " + quoted(folder), "it contains no DICOM images", scan);
+  const auto largest = std::max_element(scan.series.begin(), scan.series.end(),
+                                        [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
+  std::vector<std::string> others;
+  for (auto it = scan.series.begin(); it != scan.series.end(); ++it) {
+    if (it != largest) others.push_back(name_of_series(it->second));
+  }
+  VolumeSource source = open_repaired(largest->second, "the DICOM series in " + quoted(folder), volume);
+  if (!others.empty()) {
+    source.info.warnings.push_back("the folder contains " + std::to_string(others.size() + 1) +
+                                   " series: the largest, " + name_of_series(largest->second) +
+                                   ", is loaded; not loaded: " + list_of(others));
+  }
+  return with_warning(std::move(source), warning_of(scan.unreadable));
+}
+
 VolumeSource open_named_series(const fs::path& folder, const std::string& uid, int volume) {
   const QuietLibraries quiet;
-  std::vector<std::string> unreadable;
   for (const bool below : {false, true}) {
-    std::map<std::string, Slices> all = scan_files(files_in(folder, below), unreadable);
-    const auto found = all.find(uid);
-    if (found == all.end()) continue;
-    bool damaged = false;
-    return open_part(std::move(found->second), "the DICOM series in " + quoted(folder), volume, damaged);
+    const DicomScan scan = scan_for_dicom({folder}, below);
+    const auto found = scan.series.find(uid);
+    if (found == scan.series.end()) continue;
+    return with_warning(open_repaired(found->second, "the DICOM series in " + quoted(folder), volume),
+                        warning_of(scan.unreadable));
   }
   throw Error("cannot read " + quoted(folder), "it does not contain the series " + one_line(uid),
               "open the folder that contains the series");
@@ -372,36 +179,29 @@ VolumeSource open_named_series(const fs::path& folder, const std::string& uid, i
 
 VolumeSource open_only_series(const fs::path& path, int volume) {
   const QuietLibraries quiet;
-  std::vector<std::string> unreadable;
-  const bool disc = is_dicomdir(path);
-  std::map<std::string, Slices> all =
-      scan_files(disc ? files_of_dicomdir(path, unreadable) : files_in(path, true), unreadable);
-  if (all.empty()) {
-    throw Error("cannot read " + quoted(path),
-                unreadable.empty() ? "neither it nor its subfolders contain DICOM images"
-                                   : "no DICOM file in it can be read (" + unreadable.front() + ")",
-                "choose a file or the folder of a series");
-  }
-  if (all.size() > 1) {
+  const DicomScan scan = scan_for_dicom({path}, true);
+  if (scan.series.empty())
+    throw_no_series("cannot read " + quoted(path), "neither it nor its subfolders contain DICOM images", scan);
+  if (scan.series.size() > 1) {
     constexpr std::size_t kMaxListed = 4;
     std::string list;
     std::size_t named = 0;
-    for (const auto& [uid, slices] : all) {
+    for (const auto& [uid, slices] : scan.series) {
       if (named++ == kMaxListed) break;
       const std::string& name = slices.front().description.empty() ? uid : slices.front().description;
       list.append(list.empty() ? "'" : ", '").append(one_line(name, 60)).append("' in ");
       list += quoted(common_folder(slices));
     }
     throw Error("cannot read " + quoted(path),
-                "it contains " + std::to_string(all.size()) + " series (" + list +
-                    (all.size() > kMaxListed ? " and others)" : ")"),
+                "it contains " + std::to_string(scan.series.size()) + " series (" + list +
+                    (scan.series.size() > kMaxListed ? " and others)" : ")"),
                 "choose the folder of one series");
   }
-  bool damaged = false;
-  const std::string folder = quoted(common_folder(all.begin()->second));
-  VolumeSource source = open_part(std::move(all.begin()->second), "the DICOM series in " + folder, volume, damaged);
-  if (!disc) source.info.warnings.push_back("the series was found in the subfolder " + folder);
-  return source;
+  const Slices& slices = scan.series.begin()->second;
+  const std::string folder = quoted(common_folder(slices));
+  VolumeSource source = open_repaired(slices, "the DICOM series in " + folder, volume);
+  source = with_warning(std::move(source), warning_of(scan.unreadable));
+  return with_warning(std::move(source), is_dicomdir(path) ? "" : "the series was found in the subfolder " + folder);
 }
 
 }  // namespace simplexseg

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "image/volume.h"
+#include "io/dicom/dicom_folder.h"
 #include "io/dicom/dicom_texts.h"
 #include "io/source/volume_source.h"
 
@@ -21,31 +22,32 @@ struct DicomSeries {
   VolumeGeometry geometry;       ///< grid of the first volume; default if the series cannot be loaded
   int volumes = 1;               ///< number of volumes; more than 1: 4D
   std::vector<std::string> warnings;  ///< assumptions and omitted slices when the series is loaded
-  bool damaged = false;               ///< some slices of the series are omitted
+  bool damaged = false;               ///< some images of the series are omitted, open_repaired()
   std::string load_error;             ///< reason why the series cannot be loaded; empty when it can
   Volume preview;                     ///< middle slice, at most 128 x 128 pixels; empty when unreadable
 };
 
 struct FoundSeries {
   std::vector<DicomSeries> series;      ///< sorted by patient, date, study, then number of files (largest first)
-  std::vector<std::string> unreadable;  ///< damaged DICOM files and missing files of a DICOMDIR, one line each
+  std::vector<std::string> unreadable;  ///< DicomScan::unreadable, one line each
 };
 
 /// Searches folders with their subfolders, the files listed in a DICOMDIR, and single files. Reports progress
 /// (load_progress.h). Throws Error when there is no DICOM image.
 FoundSeries find_dicom_series(const std::vector<std::filesystem::path>& paths);
 
+/// Opens volume number `volume` (from 1) of the series with the most slices in a folder, see open_repaired(); the
+/// warnings list its other series and unreadable entries. If only subfolders contain DICOM images, calls
+/// open_only_series().
+VolumeSource open_dicom_series(const std::filesystem::path& folder, int volume = 1);
+
 /// Opens volume number `volume` (from 1) of the series `uid` in the folder or, if the folder itself does not contain
-/// the series, in its subfolders. If the slices form no volume, the largest part that forms one is opened. A warning
-/// lists the omitted slices: unreadable slices, slices with another size or orientation or without position,
-/// duplicates, and slices beyond a gap. Throws Error when the series does not exist or no part of it forms a volume.
+/// the series, in its subfolders, see open_repaired(). The warnings list unreadable entries. Throws Error also when
+/// the series does not exist.
 VolumeSource open_named_series(const std::filesystem::path& folder, const std::string& uid, int volume = 1);
 
-/// Opens the only series in a folder and its subfolders, or in the files of a DICOMDIR, like open_named_series().
+/// Opens the only series in a folder and its subfolders, or in the files of a DICOMDIR, see open_repaired().
 /// Throws Error when there is none, or several; the message lists the first four.
 VolumeSource open_only_series(const std::filesystem::path& path, int volume = 1);
-
-/// Returns true for the file name of a DICOM directory, DICOMDIR, in any case (PS3.10, 8.6).
-bool is_dicomdir(const std::filesystem::path& path);
 
 }  // namespace simplexseg

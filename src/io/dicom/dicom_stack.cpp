@@ -4,23 +4,55 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <tuple>
 
 #include "core/error.h"
 #include "core/expect.h"
+#include "core/number_text.h"
+#include "io/dicom/dicom_position.h"
 #include "io/dicom/dicom_scan.h"
 
 namespace simplexseg {
 namespace {
 
-std::string mm(double length) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g mm", length);
-  return text;
+constexpr double kMaxUnevenness = 0.1;  ///< largest deviation from even spacing, as fraction of the slice distance
+
+std::string mm(double length) { return general_text(length, 6) + " mm"; }
+
+/// Returns the median of the distances; 0 when there are none.
+double median_of(std::vector<double> gaps) {
+  if (gaps.empty()) return 0;
+  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>((gaps.size() - 1) / 2);
+  std::nth_element(gaps.begin(), middle, gaps.end());
+  return *middle;
 }
 
 }  // namespace
+
+bool same_plane(const DicomSlice& a, const DicomSlice& b) {
+  if (a.axes.has_value() != b.axes.has_value()) return false;
+  return !a.axes || (*a.axes - *b.axes).cwiseAbs().maxCoeff() <= 1e-3;
+}
+
+bool same_size(const DicomSlice& a, const DicomSlice& b) {
+  if (a.pixels.rows != b.pixels.rows || a.pixels.columns != b.pixels.columns || a.pixels.samples != b.pixels.samples)
+    return false;
+  return a.spacing_mm.has_value() == b.spacing_mm.has_value() &&
+         (!a.spacing_mm || a.spacing_mm->isApprox(*b.spacing_mm, 1e-3));
+}
+
+bool are_evenly_spaced(const std::vector<DicomSlice>& slices) {
+  const auto is_placed = [](const DicomSlice& s) { return s.position && s.axes; };
+  if (slices.size() < 2 || !std::all_of(slices.begin(), slices.end(), is_placed)) return false;
+  const Eigen::Vector3d normal = slice_normal(slices.front());
+  std::vector<double> places, gaps;
+  for (const DicomSlice& s : slices) places.push_back(normal.dot(*s.position));
+  std::sort(places.begin(), places.end());
+  for (std::size_t i = 1; i < places.size(); ++i) gaps.push_back(places[i] - places[i - 1]);
+  const double spacing = median_of(gaps), tolerance = same_position_mm(slices);
+  return std::all_of(gaps.begin(), gaps.end(),
+                     [&](double gap) { return gap > tolerance && std::abs(gap / spacing - 1) <= kMaxUnevenness; });
+}
 
 void require_one_stack(const std::vector<DicomSlice>& slices, const std::string& series_name) {
   SIMPLEXSEG_EXPECT(!slices.empty());
@@ -28,13 +60,8 @@ void require_one_stack(const std::vector<DicomSlice>& slices, const std::string&
   std::vector<std::string> without_position, sizes, orientations;
   for (const DicomSlice& s : slices) {
     if (!s.position || !s.axes) without_position.push_back(name_of(s));
-    if (s.pixels.rows != first.pixels.rows || s.pixels.columns != first.pixels.columns ||
-        s.spacing_mm.has_value() != first.spacing_mm.has_value() ||
-        (s.spacing_mm && !s.spacing_mm->isApprox(*first.spacing_mm, 1e-3))) {
-      sizes.push_back(name_of(s));
-    }
-    if (s.axes && first.axes && (*s.axes - *first.axes).cwiseAbs().maxCoeff() > 1e-3)
-      orientations.push_back(name_of(s));
+    if (!same_size(s, first)) sizes.push_back(name_of(s));
+    if (s.axes && first.axes && !same_plane(s, first)) orientations.push_back(name_of(s));
   }
   if (!orientations.empty()) {
     throw Error("cannot read " + series_name,
@@ -42,10 +69,10 @@ void require_one_stack(const std::vector<DicomSlice>& slices, const std::string&
                 "move the slices of one orientation to a separate folder");
   }
   if (!sizes.empty()) {
-    throw Error(
-        "cannot read " + series_name,
-        "its slices have different sizes or pixel spacings: " + list_of(sizes) + " differ from " + name_of(first),
-        "move the slices of one size to a separate folder");
+    throw Error("cannot read " + series_name,
+                "its slices have different sizes, pixel spacings or colours: " + list_of(sizes) + " differ from " +
+                    name_of(first),
+                "move the slices of one size to a separate folder");
   }
   if (!without_position.empty()) {
     throw Error("cannot read " + series_name,
@@ -57,39 +84,34 @@ void require_one_stack(const std::vector<DicomSlice>& slices, const std::string&
 void stack(std::vector<DicomSlice>& slices, VolumeGeometry& geometry, std::vector<std::string>& warnings,
            const std::string& series_name) {
   SIMPLEXSEG_EXPECT(!slices.empty() && slices.front().axes && slices.front().position);
-  const Eigen::Vector3d normal = slices.front().axes->col(0).cross(slices.front().axes->col(1)).normalized();
+  const Eigen::Vector3d normal = slice_normal(slices.front());
   const auto place = [&](const DicomSlice& s) { return normal.dot(*s.position); };
   std::sort(slices.begin(), slices.end(), [&](const DicomSlice& a, const DicomSlice& b) {
     return std::tuple(place(a), a.file, a.frame) < std::tuple(place(b), b.file, b.frame);
   });
-  constexpr double kSamePositionMm = 0.01;
+  const double same_mm = same_position_mm(slices);
   std::vector<double> gaps;
   std::vector<std::string> duplicate, missing, uneven;
   for (std::size_t i = 1; i < slices.size(); ++i) {
     const double gap = place(slices[i]) - place(slices[i - 1]);
-    if (gap > kSamePositionMm)
+    if (gap > same_mm)
       gaps.push_back(gap);
     else
       duplicate.push_back(name_of(slices[i - 1]) + " and " + name_of(slices[i]));
   }
-  double spacing = 0;
-  if (!gaps.empty()) {
-    std::vector<double> sorted = gaps;
-    std::nth_element(sorted.begin(), sorted.begin() + (sorted.size() - 1) / 2, sorted.end());
-    spacing = sorted[(sorted.size() - 1) / 2];
-  }
+  const double spacing = median_of(gaps);
   double worst = 0;
   int missing_count = 0;
   for (std::size_t i = 1; i < slices.size(); ++i) {
     const double gap = place(slices[i]) - place(slices[i - 1]);
-    if (gap <= kSamePositionMm) continue;
+    if (gap <= same_mm) continue;
     const double ratio = gap / spacing;
     const int places = static_cast<int>(std::lround(std::min(ratio, 1e6)));
     const std::string between = name_of(slices[i - 1]) + " and " + name_of(slices[i]);
-    if (places >= 2 && std::abs(ratio - places) < 0.1 * places) {
+    if (places >= 2 && std::abs(ratio - places) < kMaxUnevenness * places) {
       missing.push_back(std::to_string(places - 1) + " between " + between);
       missing_count += places - 1;
-    } else if (std::abs(ratio - 1) > 0.1) {
+    } else if (std::abs(ratio - 1) > kMaxUnevenness) {
       uneven.push_back(mm(gap) + " between " + between);
     } else {
       worst = std::max(worst, std::abs(gap - spacing));
@@ -98,9 +120,9 @@ void stack(std::vector<DicomSlice>& slices, VolumeGeometry& geometry, std::vecto
   if (!duplicate.empty() || !missing.empty() || !uneven.empty()) {
     std::string why, remedy;
     const auto add = [](std::string& to, const std::string& text) { to += (to.empty() ? "" : ", ") + text; };
-    if (!missing.empty()) add(why, std::to_string(missing_count) + " missing slice(s) (" + list_of(missing) + ")");
+    if (!missing.empty()) add(why, counted(missing_count, "missing slice") + " (" + list_of(missing) + ")");
     if (!duplicate.empty())
-      add(why, std::to_string(duplicate.size()) + " duplicate slice(s) (" + list_of(duplicate) + ")");
+      add(why, counted(std::int64_t(duplicate.size()), "duplicate slice") + " (" + list_of(duplicate) + ")");
     if (!uneven.empty()) add(why, "uneven slice distances (" + list_of(uneven) + " instead of " + mm(spacing) + ")");
     if (!missing.empty()) add(remedy, "add the missing files");
     if (!duplicate.empty()) add(remedy, "keep one file for each position");
@@ -131,12 +153,8 @@ void stack(std::vector<DicomSlice>& slices, VolumeGeometry& geometry, std::vecto
   geometry.spacing_mm[2] = tilt < 1e-4 ? along : shift.norm();
   if (tilt >= 1e-4) geometry.direction.col(2) = shift.normalized();
   if (tilt > 1e-3) {
-    char text[160];
-    std::snprintf(text, sizeof text,
-                  "tilted gantry: the stack deviates by %.3g degrees from the slice normal; the volume is "
-                  "kept as a sheared grid",
-                  std::atan(tilt) * 180 / M_PI);
-    warnings.push_back(text);
+    warnings.push_back("tilted gantry: the stack deviates by " + general_text(std::atan(tilt) * 180 / M_PI, 3) +
+                       " degrees from the slice normal; the volume is kept as a sheared grid");
   }
   if (worst > 0.02 * spacing) {
     warnings.push_back("slice distances vary by up to " + mm(worst) + "; " + mm(along) + " is used for all");
@@ -146,7 +164,8 @@ void stack(std::vector<DicomSlice>& slices, VolumeGeometry& geometry, std::vecto
     warnings.push_back("the slices are " + mm(along) + " apart, but the header states " + mm(stated));
   }
   if (slices.size() < 3) {
-    warnings.push_back("only " + std::to_string(slices.size()) + " slices: a missing slice cannot be detected");
+    warnings.push_back("only " + counted(static_cast<std::int64_t>(slices.size()), "slice") +
+                       ": a missing slice cannot be detected");
   }
 }
 

@@ -9,7 +9,16 @@
 
 namespace simplexseg {
 
-/// Throws Error unless all slices have a position and an orientation and agree in size, pixel spacing and orientation.
+/// Returns true when both slices have the same orientation, or none.
+bool same_plane(const DicomSlice& a, const DicomSlice& b);
+/// Returns true when both slices have the same size, number of channels and pixel spacing.
+bool same_size(const DicomSlice& a, const DicomSlice& b);
+/// Returns true when at least two slices, all with position and orientation, are evenly spaced along the normal of the
+/// first, one for each position.
+bool are_evenly_spaced(const std::vector<DicomSlice>& slices);
+
+/// Throws Error unless all slices have a position and an orientation and agree in size, number of channels, pixel
+/// spacing and orientation.
 void require_one_stack(const std::vector<DicomSlice>& slices, const std::string& series_name);
 
 /// Sorts the slices by position along the normal and sets slice spacing, origin and direction of `geometry`; a tilted

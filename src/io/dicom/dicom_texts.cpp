@@ -4,8 +4,8 @@
 #include <gdcmReader.h>
 #include <iconv.h>
 
-#include <cctype>
 #include <map>
+#include <utility>
 
 #include "io/dicom/dicom_validation.h"
 #include "io/dicom/dicom_values.h"
@@ -15,7 +15,11 @@
 namespace simplexseg {
 namespace {
 
-/// Returns the iconv name of the last DICOM character set in the list (PS3.3 C.12.1.1.2), "UTF-8" if unknown.
+/// Encoding of bytes in texts without a known character set that are not UTF-8: ISO 8859-1, and the printable
+/// characters that Windows adds in place of its control codes.
+constexpr const char* kUndeclared = "WINDOWS-1252";
+
+/// Returns the iconv name of the last DICOM character set in the list (PS3.3 C.12.1.1.2), empty if unknown.
 std::string iconv_name(const std::string& character_set) {
   static const std::map<std::string, std::string> names = {{"ISO_IR 100", "ISO-8859-1"},
                                                            {"ISO_IR 101", "ISO-8859-2"},
@@ -47,7 +51,26 @@ std::string iconv_name(const std::string& character_set) {
                                                            {"ISO 2022 IR 166", "TIS-620"}};
   std::string last = character_set.substr(character_set.rfind('\\') + 1);
   const auto found = names.find(last);
-  return found == names.end() ? "UTF-8" : found->second;
+  return found == names.end() ? "" : found->second;
+}
+
+/// Converts a text with iconv; invalid bytes become "?".
+std::string converted(std::string text, const std::string& from_name) {
+  const iconv_t converter = iconv_open("UTF-8", from_name.c_str());
+  std::string result;
+  if (converter == iconv_t(-1)) return result;
+  char* from = text.data();
+  std::size_t left = text.size();
+  while (left > 0) {
+    char block[256];
+    char* to = block;
+    std::size_t room = sizeof block;
+    const std::size_t done = iconv(converter, &from, &left, &to, &room);
+    result.append(block, sizeof block - room);
+    if (done == std::size_t(-1) && room > 8 && left > 0) result += '?', ++from, --left;
+  }
+  iconv_close(converter);
+  return result;
 }
 
 }  // namespace
@@ -69,14 +92,34 @@ std::string display_name(const std::string& text) {
 std::string display_date(const std::string& text) {
   if (text.size() < 8) return text;
   for (int n = 0; n < 8; ++n)
-    if (std::isdigit(static_cast<unsigned char>(text[n])) == 0) return text;
+    if (text[n] < '0' || text[n] > '9') return text;
   return text.substr(0, 4) + "-" + text.substr(4, 2) + "-" + text.substr(6, 2);
 }
 
-std::string utf8_of(const std::string& text, const std::string& character_set) {
+bool is_utf8(const std::string& text) {
+  const auto byte = [&](std::size_t n) { return static_cast<unsigned char>(text[n]); };
+  for (std::size_t n = 0; n < text.size();) {
+    const unsigned first = byte(n);
+    const std::size_t more = first < 0x80 ? 0 : first < 0xe0 ? 1 : first < 0xf0 ? 2 : 3;
+    if (first >= 0x80 && (first < 0xc2 || first > 0xf4 || n + more >= text.size())) return false;
+    for (std::size_t m = 1; m <= more; ++m)
+      if ((byte(n + m) & 0xc0) != 0x80) return false;
+    // Overlong forms, surrogates and code points beyond U+10FFFF.
+    if ((first == 0xe0 && byte(n + 1) < 0xa0) || (first == 0xed && byte(n + 1) > 0x9f) ||
+        (first == 0xf0 && byte(n + 1) < 0x90) || (first == 0xf4 && byte(n + 1) > 0x8f))
+      return false;
+    n += more + 1;
+  }
+  return true;
+}
+
+bool is_known_character_set(const std::string& character_set) { return !iconv_name(character_set).empty(); }
+
+std::string as_utf8(const std::string& text, const std::string& character_set) {
   std::string name = iconv_name(character_set);
-  // Text without an escape sequence is ASCII, or UTF-8 from scanners that do not declare it.
-  if (name.starts_with("ISO-2022") && text.find('\x1b') == std::string::npos) name = "UTF-8";
+  // Texts of scanners that do not declare their character set, or not that of texts without an escape sequence.
+  if (name.empty() || (name.starts_with("ISO-2022") && text.find('\x1b') == std::string::npos))
+    return is_utf8(text) ? text : converted(text, kUndeclared);
   // The EUC-KR decoder of iconv does not accept the escape sequence that selects EUC-KR in DICOM.
   std::string plain;
   for (std::size_t n = 0; n < text.size(); ++n) {
@@ -85,21 +128,11 @@ std::string utf8_of(const std::string& text, const std::string& character_set) {
     else
       plain += text[n];
   }
-  const iconv_t converter = iconv_open("UTF-8", name.c_str());
-  std::string result;
-  if (converter == iconv_t(-1)) return result;
-  char* from = plain.data();
-  std::size_t left = plain.size();
-  while (left > 0) {
-    char block[256];
-    char* to = block;
-    std::size_t room = sizeof block;
-    const std::size_t done = iconv(converter, &from, &left, &to, &room);
-    result.append(block, sizeof block - room);
-    if (done == std::size_t(-1) && room > 8 && left > 0) result += '?', ++from, --left;
-  }
-  iconv_close(converter);
-  return one_line(result);
+  return converted(std::move(plain), name);
+}
+
+std::string utf8_of(const std::string& text, const std::string& character_set) {
+  return one_line(as_utf8(text, character_set));
 }
 
 DicomTexts read_dicom_texts(const std::filesystem::path& file) {

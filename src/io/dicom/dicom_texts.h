@@ -24,9 +24,15 @@ std::string display_name(const std::string& text);
 /// unchanged.
 std::string display_date(const std::string& text);
 
-/// Converts a text from a DICOM Specific Character Set (PS3.3 C.12.1.1.2) to UTF-8 on one line, see one_line(); invalid
-/// bytes become "?". Texts with several character sets (ISO 2022) are converted as far as one iconv encoding covers
-/// them.
+/// Returns true for valid UTF-8, such as ASCII.
+bool is_utf8(const std::string& text);
+/// Returns true for a Specific Character Set (PS3.3 C.12.1.1.2) other than the default (ASCII) that as_utf8() converts.
+bool is_known_character_set(const std::string& character_set);
+/// Converts a text from a DICOM Specific Character Set to UTF-8; invalid bytes become "?". Texts with several character
+/// sets (ISO 2022) are converted as far as one iconv encoding covers them. A text without a known character set is
+/// UTF-8 if it is valid as such, otherwise Windows-1252, which contains ISO 8859-1.
+std::string as_utf8(const std::string& text, const std::string& character_set);
+/// Returns the text of as_utf8() on one line, see one_line().
 std::string utf8_of(const std::string& text, const std::string& character_set);
 
 }  // namespace simplexseg

@@ -6,14 +6,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
-#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <optional>
 #include <string_view>
 #include <vector>
 
+#include "core/number_text.h"
 #include "io/platform/files.h"
 #include "io/platform/quiet_libraries.h"
 #include "io/platform/worker_process.h"
@@ -106,7 +105,8 @@ class HeaderParser {
     coding.big_endian = start[0] == 0;
     const unsigned group = coding.big_endian ? start[1] : start[0];
     if ((group != 2 && group != 8) || start[0] + start[1] != static_cast<int>(group)) return {};
-    coding.explicit_vr = std::isupper(start[4]) && std::isupper(start[5]);
+    const auto is_upper = [](unsigned char c) { return c >= 'A' && c <= 'Z'; };
+    coding.explicit_vr = is_upper(start[4]) && is_upper(start[5]);
     return FirstElement{at, coding};
   }
 
@@ -190,9 +190,9 @@ class HeaderParser {
   bool fits(const Element& e) {
     const std::uint64_t left = bytes_.size() - std::min(bytes_.size(), e.value);
     if (e.length <= left || e.length <= kToleratedBytes) return true;
-    char text[120];
-    std::snprintf(text, sizeof text, "damaged: element (%04x,%04x) claims %s, but only %s remain", e.tag >> 16,
-                  e.tag & 0xffff, format_bytes(double(e.length)).c_str(), format_bytes(double(left)).c_str());
+    const std::string text = "damaged: element (" + hexadecimal_text(e.tag >> 16, 4) + "," +
+                             hexadecimal_text(e.tag & 0xffff, 4) + ") claims " + format_bytes(double(e.length)) +
+                             ", but only " + format_bytes(double(left)) + " remain";
     if (damage_.empty()) damage_ = text;
     return false;
   }

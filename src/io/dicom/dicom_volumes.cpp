@@ -1,29 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/dicom/dicom_volumes.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cstdlib>
+#include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <set>
 
 #include "core/error.h"
+#include "core/number_text.h"
+#include "io/dicom/dicom_position.h"
+#include "io/dicom/dicom_stack.h"
 
 namespace simplexseg {
 namespace {
 
-/// Order of texts: numbers by value, then all other texts in alphabetical order.
+/// Order of texts: numbers by value ("4.6" equals "4.60"), then all other texts in alphabetical order.
 struct ByNumber {
   bool operator()(const std::string& a, const std::string& b) const {
-    const auto key = [](const std::string& text) {
-      char* end = nullptr;
-      const double number = std::strtod(text.c_str(), &end);
-      const bool is_number = end != text.c_str() && *end == '\0';
-      return std::pair(!is_number, is_number ? number : 0.0);
-    };
-    const auto key_a = key(a), key_b = key(b);
-    return key_a != key_b ? key_a < key_b : a < b;
+    const std::optional<double> number_a = parse_number(a), number_b = parse_number(b);
+    if (number_a && number_b) return *number_a < *number_b;
+    return number_a.has_value() != number_b.has_value() ? number_a.has_value() : a < b;
   }
 };
 
@@ -52,12 +50,8 @@ Groups groups_by(const std::vector<DicomSlice>& slices, const std::vector<std::s
   return groups;
 }
 
-bool same_axes(const DicomSlice& a, const DicomSlice& b) {
-  return a.axes.has_value() == b.axes.has_value() && (!a.axes || (*a.axes - *b.axes).cwiseAbs().maxCoeff() < 1e-3);
-}
-
 bool same_axes(const std::vector<DicomSlice>& slices) {
-  return std::all_of(slices.begin(), slices.end(), [&](const DicomSlice& s) { return same_axes(s, slices.front()); });
+  return std::all_of(slices.begin(), slices.end(), [&](const DicomSlice& s) { return same_plane(s, slices.front()); });
 }
 
 /// Returns the rank, from 0, of each slice's position along the normal; slices at one position have the same rank. All
@@ -67,12 +61,12 @@ std::vector<std::size_t> places_of(const std::vector<DicomSlice>& slices) {
   const bool placed =
       std::all_of(slices.begin(), slices.end(), [](const DicomSlice& s) { return s.position && s.axes; });
   if (!placed) return places;
-  const Eigen::Vector3d normal = slices.front().axes->col(0).cross(slices.front().axes->col(1)).normalized();
+  const Eigen::Vector3d normal = slice_normal(slices.front());
   const auto along = [&](std::size_t i) { return normal.dot(*slices[i].position); };
   std::vector<std::size_t> order(slices.size());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return along(a) < along(b); });
-  constexpr double same_mm = 0.01;
+  const double same_mm = same_position_mm(slices);
   for (std::size_t i = 1; i < order.size(); ++i)
     places[order[i]] = places[order[i - 1]] + (along(order[i]) - along(order[i - 1]) > same_mm ? 1 : 0);
   return places;
@@ -108,6 +102,52 @@ std::vector<std::string> distinguishing_traits(const std::vector<DicomSlice>& sl
   return names;
 }
 
+/// Returns true when instance numbers show that slices are missing: two neighbours in space are several slice distances
+/// apart, and their instance numbers differ by as many.
+bool has_lost_slices(std::vector<DicomSlice> slices) {
+  const Eigen::Vector3d normal = slice_normal(slices.front());
+  const auto place = [&](const DicomSlice& s) { return normal.dot(*s.position); };
+  std::sort(slices.begin(), slices.end(), [&](const auto& a, const auto& b) { return place(a) < place(b); });
+  std::vector<double> gaps;
+  for (std::size_t i = 1; i < slices.size(); ++i) gaps.push_back(place(slices[i]) - place(slices[i - 1]));
+  std::vector<double> sorted = gaps;
+  std::erase_if(sorted, [tolerance = same_position_mm(slices)](double gap) { return gap <= tolerance; });
+  if (sorted.empty()) return false;
+  std::sort(sorted.begin(), sorted.end());
+  const double spacing = sorted[(sorted.size() - 1) / 2];
+  for (std::size_t i = 0; i < gaps.size(); ++i) {
+    const auto from = slices[i].instance_number, to = slices[i + 1].instance_number;
+    const double steps = std::round(gaps[i] / spacing);
+    if (steps >= 2 && from && to && std::abs(*to - *from) == steps) return true;
+  }
+  return false;
+}
+
+constexpr std::size_t kMinSlices = 3;  ///< smallest pass: two slices are always evenly spaced
+
+/// Splits slices that are not evenly spaced into passes; returns no volumes when they are none.
+DicomVolumes passes_of(const std::vector<DicomSlice>& slices) {
+  if (!std::all_of(slices.begin(), slices.end(), [](const DicomSlice& s) { return s.position && s.axes; })) return {};
+  if (are_evenly_spaced(slices)) return {};
+  for (const char* trait : {"stack", "acquisition number", "acquisition time"}) {
+    const Groups groups = groups_by(slices, {trait});
+    DicomVolumes passes = volumes_of(slices, groups, {trait});
+    const auto is_pass = [](const std::vector<DicomSlice>& pass) {
+      return pass.size() >= kMinSlices && are_evenly_spaced(pass);
+    };
+    const bool whole = groups.size() > 1 && std::all_of(passes.volumes.begin(), passes.volumes.end(), is_pass);
+    if (!whole || has_lost_slices(slices)) continue;
+    std::string list;
+    for (std::size_t v = 0; v < passes.volumes.size(); ++v)
+      list += (v > 0 ? ", " : "") + passes.names[v] + ": " +
+              counted(static_cast<std::int64_t>(passes.volumes[v].size()), "slice");
+    passes.note = "the series consists of " + std::to_string(passes.volumes.size()) +
+                  " passes over different positions (" + list + "); each is a volume";
+    return passes;
+  }
+  return {};
+}
+
 /// Returns the sets of traits to try: single traits, pairs, then all traits.
 std::vector<std::vector<std::string>> candidates(const std::vector<std::string>& traits) {
   std::vector<std::vector<std::string>> sets;
@@ -129,13 +169,17 @@ DicomVolumes split_volumes(std::vector<DicomSlice> slices, const std::string& se
     if (stacks.size() > 1 &&
         std::all_of(split.volumes.begin(), split.volumes.end(), [](const auto& v) { return same_axes(v); }))
       return split;
-    return {{std::move(slices)}, {}};
+    return {{std::move(slices)}, {}, {}};
   }
   const std::vector<std::size_t> places = places_of(slices);
   const std::size_t count = *std::max_element(places.begin(), places.end()) + 1;
   const bool one_file = slices.front().file == slices.back().file;
   const bool unplaced = !slices.front().position && (!one_file || !slices.front().assumed.empty());
-  if (count == slices.size() || unplaced) return {{std::move(slices)}, {}};
+  if (unplaced) return {{std::move(slices)}, {}, {}};
+  if (count == slices.size()) {
+    DicomVolumes passes = passes_of(slices);
+    return passes.volumes.empty() ? DicomVolumes{{std::move(slices)}, {}, {}} : passes;
+  }
   for (const std::vector<std::string>& traits : candidates(distinguishing_traits(slices))) {
     const Groups groups = groups_by(slices, traits);
     const bool whole = groups.size() > 1 && std::all_of(groups.begin(), groups.end(), [&](const auto& group) {
@@ -145,6 +189,7 @@ DicomVolumes split_volumes(std::vector<DicomSlice> slices, const std::string& se
                        });
     if (whole) return volumes_of(slices, groups, traits);
   }
+  if (DicomVolumes passes = passes_of(slices); !passes.volumes.empty()) return passes;
   std::vector<std::size_t> at(count, 0);
   for (const std::size_t place : places) ++at[place];
   if (at[0] > 1 && std::equal(at.begin() + 1, at.end(), at.begin())) {
@@ -153,7 +198,7 @@ DicomVolumes split_volumes(std::vector<DicomSlice> slices, const std::string& se
                     " slices, and no attribute distinguishes their volumes (4D data or duplicates)",
                 "move the slices of one volume to a separate folder");
   }
-  return {{std::move(slices)}, {}};
+  return {{std::move(slices)}, {}, {}};
 }
 
 }  // namespace simplexseg

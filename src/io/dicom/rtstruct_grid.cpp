@@ -8,12 +8,14 @@
 #include <vector>
 
 #include "core/error.h"
+#include "io/dicom/plane_positions.h"
 #include "io/platform/files.h"
 
 namespace simplexseg {
 namespace {
 
-constexpr double kSamePlaneMm = 0.01;      ///< largest distance between contours of one plane, mm
+constexpr double kMinRounding = 1e-4;      ///< distance within a plane, as fraction of the size of the largest contour
+constexpr double kMaxRounding = 5e-3;      ///< upper limit of that distance
 constexpr double kMaxParallelSine = 1e-3;  ///< largest sine of the angle between normals of parallel planes
 constexpr double kMaxUnevenness = 0.1;     ///< largest deviation from even spacing, as fraction of the slice distance
 constexpr double kVoxelsAcross = 100;      ///< pixels along the larger in-plane extent of the regions
@@ -46,10 +48,13 @@ class GridOfRegions {
 
   VolumeGeometry grid(std::span<const StructureRegion> regions, std::span<const StructureRegion> all) const {
     const Eigen::Matrix3d axes = axes_of(regions);
-    const std::vector<double> planes = planes_of(regions, axes);
+    const std::vector<double> planes = planes_along(axes, regions);
+    const std::vector<double> known = planes.size() > 1 ? planes : planes_along(axes, all);
+    require_parallel(regions, axes, known);
     VolumeGeometry grid;
     grid.direction = axes;
-    const double slice_distance = distance_of(planes, planes.size() > 1 ? planes : planes_of(all, axes));
+    const double slice_distance =
+        planes.size() == 1 && slab_of(regions) > 0 ? slab_of(regions) : distance_of(planes, known);
     Eigen::AlignedBox3d box;  // bounds of the regions in the coordinates of the grid axes, mm
     each_contour(regions, [&](const std::vector<double>& contour) {
       for (std::size_t c = 0; c < contour.size() / 3; ++c) box.extend(axes.transpose() * corner(contour, c));
@@ -85,12 +90,6 @@ class GridOfRegions {
     Eigen::Index main = 0;
     normal.cwiseAbs().maxCoeff(&main);
     if (normal[main] < 0) normal = -normal;
-    each_contour(regions, [&](const std::vector<double>& contour) {
-      const Eigen::Vector3d area = area_of(contour);
-      if (area.normalized().cross(normal).norm() >
-          std::max(kMaxParallelSine, kSamePlaneMm / std::sqrt(area.norm() + 1e-12)))
-        fail("their planes are not parallel", "draw the contours on parallel slices");
-    });
     Eigen::Matrix3d axes;
     const Eigen::Vector3d across = main == 0 ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitX();
     axes.col(0) = (across - normal * normal.dot(across)).normalized();
@@ -99,18 +98,44 @@ class GridOfRegions {
     return axes;
   }
 
-  /// Returns the sorted positions of the contours' planes along the normal, mm.
-  static std::vector<double> planes_of(std::span<const StructureRegion> regions, const Eigen::Matrix3d& axes) {
-    std::vector<double> planes;
+  /// Throws Error when a contour deviates from the normal by more than rounding and by more than a small part of the
+  /// distance between `planes`.
+  void require_parallel(std::span<const StructureRegion> regions, const Eigen::Matrix3d& axes,
+                        const std::vector<double>& planes) const {
+    const double distance = std::max(PlanePositions{planes, {}}.distance(), slab_of(regions));
     each_contour(regions, [&](const std::vector<double>& contour) {
-      double sum = 0;
-      for (std::size_t c = 0; c < contour.size() / 3; ++c) sum += axes.col(2).dot(corner(contour, c));
-      planes.push_back(sum / (static_cast<double>(contour.size()) / 3));
+      const Eigen::Vector3d area = area_of(contour);
+      const double size = std::sqrt(area.norm()), sine = area.normalized().cross(axes.col(2)).norm();
+      if (sine > kMaxParallelSine && sine * size > kMaxUnevenness * distance)
+        fail("their planes are not parallel", "draw the contours on parallel slices");
     });
-    std::sort(planes.begin(), planes.end());
-    planes.erase(std::unique(planes.begin(), planes.end(), [](double a, double b) { return b - a < kSamePlaneMm; }),
-                 planes.end());
-    return planes;
+  }
+
+  /// Returns the sorted positions of the contours' planes along the normal, mm.
+  static std::vector<double> planes_along(const Eigen::Matrix3d& axes, std::span<const StructureRegion> regions) {
+    std::vector<double> positions;
+    double noise = 0, largest = 0;
+    each_contour(regions, [&](const std::vector<double>& contour) {
+      double sum = 0, low = 1e300, high = -1e300;
+      for (std::size_t c = 0; c < contour.size() / 3; ++c) {
+        const double along = axes.col(2).dot(corner(contour, c));
+        sum += along, low = std::min(low, along), high = std::max(high, along);
+      }
+      positions.push_back(sum / (static_cast<double>(contour.size()) / 3));
+      const double size = std::sqrt(area_of(contour).norm());
+      largest = std::max(largest, size);
+      noise = std::max(noise, std::min(high - low, kMaxParallelSine * size));
+    });
+    const double tolerance =
+        plane_tolerance(positions, std::max(noise, kMinRounding * largest), kMaxRounding * largest);
+    return planes_of(positions, tolerance).planes;
+  }
+
+  /// Returns the stated thickness of the contours, mm; 0 if there is none.
+  static double slab_of(std::span<const StructureRegion> regions) {
+    double slab = 0;
+    for (const StructureRegion& region : regions) slab = std::max(slab, region.slab_mm);
+    return slab;
   }
 
   /// Returns the slice distance at which all `planes` are slices, mm; slices without contours are possible. `known`:

@@ -74,10 +74,11 @@ std::vector<std::uint8_t> bits_of(const Volume& labels, const std::vector<Frame>
   return bits;
 }
 
-DicomItem segment_item(std::uint32_t number, const SegmentName& segment, const DicomSource& source) {
+/// `label`: name of the segment as DICOM text.
+DicomItem segment_item(std::uint32_t number, const SegmentName& segment, const std::string& label) {
   DicomItem item;
   const std::uint16_t numbers[] = {static_cast<std::uint16_t>(number)};
-  item.shorts({0x0062, 0x0004}, numbers).text({0x0062, 0x0005}, dicom_name(segment.name, source));
+  item.shorts({0x0062, 0x0004}, numbers).text({0x0062, 0x0005}, label);
   item.text({0x0062, 0x0008}, "SEMIAUTOMATIC").text({0x0062, 0x0009}, "SimplexSeg 2-simplex mesh");
   item.shorts({0x0062, 0x000d}, lab_of_colour(segment.colour));
   const SegmentCode code = code_of(segment.name);
@@ -178,9 +179,12 @@ std::string write_dicom_segmentation(const std::filesystem::path& path, const Vo
   describe_dimensions(data);
   std::vector<DicomItem> segments, places;
   std::string renumbered;
+  std::vector<std::string> texts;
+  for (const auto& [value, in] : slices) texts.push_back(name_of(value, names).name);
+  texts = dicom_names(texts, source);
   for (const auto& [value, in] : slices) {
-    const SegmentName segment = name_of(value, names);
-    segments.push_back(segment_item(static_cast<std::uint32_t>(segments.size() + 1), segment, source));
+    const std::size_t n = segments.size();
+    segments.push_back(segment_item(static_cast<std::uint32_t>(n + 1), name_of(value, names), texts[n]));
     if (static_cast<int>(segments.size()) != value)
       renumbered += (renumbered.empty() ? "label " : ", label ") + std::to_string(value) + " is segment " +
                     std::to_string(segments.size());

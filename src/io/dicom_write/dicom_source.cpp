@@ -4,9 +4,11 @@
 #include <gdcmReader.h>
 
 #include <ctime>
+#include <map>
 #include <set>
 
 #include "io/dicom/dicom_scan.h"
+#include "io/dicom/dicom_texts.h"
 #include "io/platform/files.h"
 #include "io/platform/quiet_libraries.h"
 #include "io/source/volume_source.h"
@@ -20,6 +22,7 @@ namespace {
 
 constexpr DicomTag kCharacterSet{0x0008, 0x0005};
 constexpr DicomTag kFrameOfReference{0x0020, 0x0052};
+constexpr const char* kUtf8 = "ISO_IR 192";
 
 /// Attributes of PS3.3 C.7.1 to C.7.4. Required attributes are written without a value if the image does not have them;
 /// optional attributes are copied if present.
@@ -29,17 +32,26 @@ constexpr DicomTag kRequired[] = {{0x0010, 0x0010}, {0x0010, 0x0020}, {0x0010, 0
 constexpr DicomTag kOptional[] = {{0x0020, 0x000d}, {0x0008, 0x1030}, {0x0010, 0x1010},
                                   {0x0010, 0x1020}, {0x0010, 0x1030}, {0x0010, 0x0021}};
 
+/// Copies the texts of the image with a true declaration of their character set: the bytes as they are for a known set
+/// other than UTF-8, otherwise UTF-8. Texts that are not UTF-8, although no or another set is declared, are converted
+/// by as_utf8() with an unknown character set.
 void copy_context(const gdcm::DataSet& image, DicomSource& source) {
   DicomItem& context = source.context;
-  for (const DicomTag tag : kRequired)
-    if (!context.copy_text(image, tag)) context.text(tag, "");
-  for (const DicomTag tag : kOptional) context.copy_text(image, tag);
-  // PatientIdentityRemoved is only valid together with DeidentificationMethod.
-  if (context.copy_text(image, {0x0012, 0x0063})) context.copy_text(image, {0x0012, 0x0062});
   const std::string coding = text_of(image, kCharacterSet);
-  source.unicode = coding.empty() || coding == "ISO_IR 6" || coding == "ISO_IR 192";
+  source.unicode = coding == kUtf8 || !is_known_character_set(coding);
+  const auto copy = [&](DicomTag tag) {
+    if (!source.unicode) return context.copy_text(image, tag);
+    const std::string text = as_utf8(raw_text_of(image, tag), "");
+    if (!text.empty()) context.text(tag, text);
+    return !text.empty();
+  };
+  for (const DicomTag tag : kRequired)
+    if (!copy(tag)) context.text(tag, "");
+  for (const DicomTag tag : kOptional) copy(tag);
+  // PatientIdentityRemoved is only valid together with DeidentificationMethod.
+  if (copy({0x0012, 0x0063})) copy({0x0012, 0x0062});
   if (source.unicode)
-    context.text(kCharacterSet, "ISO_IR 192");
+    context.text(kCharacterSet, kUtf8);
   else
     context.copy_text(image, kCharacterSet);
   source.study = text_of(image, {0x0020, 0x000d});
@@ -115,7 +127,7 @@ DicomSource read_dicom_source(const fs::path& path, const fs::path& target, int 
 std::string dicom_name(const std::string& name, const DicomSource& source, std::size_t max_characters) {
   std::string text;
   std::size_t characters = 0;
-  for (const char c : one_line(name, 4 * max_characters)) {
+  for (const char c : one_line(as_utf8(name, ""), 4 * max_characters)) {
     const auto byte = static_cast<unsigned char>(c);
     const bool continues = (byte & 0xc0) == 0x80;
     if (!continues && ++characters > max_characters) break;
@@ -125,7 +137,26 @@ std::string dicom_name(const std::string& name, const DicomSource& source, std::
     }
     text += c == '\\' ? '/' : c;
   }
+  text.erase(text.find_last_not_of(' ') + 1);  // spaces at the end are padding
   return text.empty() ? "unnamed" : text;
+}
+
+std::vector<std::string> dicom_names(const std::vector<std::string>& names, const DicomSource& source,
+                                     std::size_t max_characters) {
+  std::vector<std::string> texts;
+  std::set<std::string> used;
+  std::map<std::string, std::size_t> next;  // number of the next suffix for a text without suffix
+  for (const std::string& name : names) {
+    const std::string whole = dicom_name(name, source, max_characters);
+    std::string text = whole;
+    for (std::size_t& number = next.try_emplace(whole, 2).first->second; !used.insert(text).second; ++number) {
+      std::string suffix(1, '-');
+      suffix += std::to_string(number);
+      text = dicom_name(name, source, max_characters - suffix.size()) + suffix;
+    }
+    texts.push_back(text);
+  }
+  return texts;
 }
 
 DicomDateTime dicom_now() {

@@ -22,7 +22,7 @@ struct DicomSource {
   VolumeGeometry geometry;
   std::vector<DicomInstance> slices;  ///< one for each slice index k
   std::string study, series, frame_of_reference;
-  bool unicode = false;                   ///< new texts can be UTF-8, because the copied texts are UTF-8 or ASCII
+  bool unicode = false;                   ///< the texts are UTF-8, so that new texts can be, too
   std::string lossy_ratio, lossy_method;  ///< lossy compression of the images; empty when lossless
   DicomItem context;                      ///< patient, study, frame of reference and character set of the image
 
@@ -41,6 +41,11 @@ DicomSource read_dicom_source(const std::filesystem::path& path, const std::file
 /// Converts a name to a DICOM text (LO) on one line of at most `max_characters` characters, "unnamed" if empty. A
 /// backslash becomes "/"; unless the source uses UTF-8, each non-ASCII character becomes "?".
 std::string dicom_name(const std::string& name, const DicomSource& source, std::size_t max_characters = 64);
+
+/// Converts names like dicom_name(), but distinct, in the same order: a text already in use gets the suffix "-2", "-3"
+/// and so on within the limit. `max_characters`: at least 8.
+std::vector<std::string> dicom_names(const std::vector<std::string>& names, const DicomSource& source,
+                                     std::size_t max_characters = 64);
 
 /// Date (YYYYMMDD) and time (HHMMSS) in DICOM format.
 struct DicomDateTime {

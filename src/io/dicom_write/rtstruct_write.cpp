@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/dicom_write/rtstruct_write.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "io/platform/atomic_file.h"
@@ -12,7 +13,7 @@ namespace {
 
 constexpr const char* kStructureSet = "1.2.840.10008.5.1.4.1.1.481.3";
 constexpr const char* kStudy = "1.2.840.10008.3.1.2.3.1";  // SOP class UID for references to studies
-constexpr double kStepsPerMm = 1e4;                        // coordinates are rounded to 1 / kStepsPerMm
+constexpr double kMinStepsPerMm = 1e4, kMinStepsPerVoxel = 1e3;
 
 /// Returns the item that refers to the frame of reference, study and series of the images, and to the images.
 DicomItem frame_of_reference(const DicomSource& source) {
@@ -24,12 +25,19 @@ DicomItem frame_of_reference(const DicomSource& source) {
   return frame;
 }
 
+/// Returns the number of steps per mm to which coordinates are rounded: a power of ten, at least 10,000 per mm and
+/// 1,000 per voxel.
+double steps_per_mm(const VolumeGeometry& grid) {
+  return std::max(kMinStepsPerMm, std::pow(10, std::ceil(std::log10(kMinStepsPerVoxel / grid.spacing_mm.minCoeff()))));
+}
+
 DicomItem contour_item(const Polygon& polygon, std::size_t slice, std::size_t number, const DicomSource& source) {
   const Eigen::Affine3d world = source.geometry.world_from_index();
+  const double steps = steps_per_mm(source.geometry);
   std::vector<double> data;
   for (const Eigen::Vector2d& p : polygon) {
     const Eigen::Vector3d mm = world * Eigen::Vector3d(p[0], p[1], static_cast<double>(slice));
-    for (const double part : mm) data.push_back(std::round(part * kStepsPerMm) / kStepsPerMm);
+    for (const double part : mm) data.push_back(std::round(part * steps) / steps);
   }
   DicomItem contour;
   contour.item({0x3006, 0x0016}, source.reference(slice)).text({0x3006, 0x0042}, "CLOSED_PLANAR");
@@ -67,16 +75,20 @@ void write_rtstruct(const std::filesystem::path& path, const Scene& scene, Dicom
   data.text({0x0008, 0x103e}, "Contours by SimplexSeg");
   data.item({0x3006, 0x0010}, frame_of_reference(source));
   std::vector<DicomItem> regions, contours, observations;
-  for (const MeshItem& mesh : scene.meshes) {
-    const std::string number = std::to_string(regions.size() + 1);
+  std::vector<std::string> names;
+  for (const MeshItem& mesh : scene.meshes) names.push_back(mesh.name);
+  const std::vector<std::string> long_names = dicom_names(names, source), short_names = dicom_names(names, source, 16);
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    const MeshItem& mesh = scene.meshes[m];
+    const std::string number = std::to_string(m + 1);
     DicomItem& region = regions.emplace_back();
     region.text({0x3006, 0x0022}, number).text({0x3006, 0x0024}, source.frame_of_reference);
-    region.text({0x3006, 0x0026}, dicom_name(mesh.name, source)).text({0x3006, 0x0036}, "SEMIAUTOMATIC");
+    region.text({0x3006, 0x0026}, long_names[m]).text({0x3006, 0x0036}, "SEMIAUTOMATIC");
     region.text({0x3006, 0x0038}, "SimplexSeg 2-simplex mesh");
     contours.push_back(contours_item(mesh, number, source));
     DicomItem& observation = observations.emplace_back();
     observation.text({0x3006, 0x0082}, number).text({0x3006, 0x0084}, number);
-    observation.text({0x3006, 0x0085}, dicom_name(mesh.name, source, 16));
+    observation.text({0x3006, 0x0085}, short_names[m]);
     observation.text({0x3006, 0x00a4}, "").text({0x3006, 0x00a6}, "");
   }
   data.items({0x3006, 0x0020}, regions).items({0x3006, 0x0039}, contours);

@@ -13,10 +13,20 @@ namespace simplexseg {
 
 /// Voxels of a label volume from which a mesh is made.
 struct LabelChoice {
-  std::optional<double> label{};  ///< nullopt: all voxels that are not 0
-  int part = 0;                   ///< connected component, numbered by size from 1, the largest; 0: all
-  std::string name{};             ///< name of the label in the file; if not empty, it replaces `label` (label_of())
+  std::optional<double> label{};      ///< nullopt: all voxels that are not 0
+  int part = 0;                       ///< connected component, numbered by size from 1, the largest; 0: all
+  std::string name{};                 ///< name of the label in the file; if not empty, it replaces `label` (label_of())
+  std::optional<double> threshold{};  ///< lower limit of labelled values in a volume with fractions; nullopt: refused
 };
+
+/// Converts the voxels of a floating-point volume to labels. If all are whole within 1e-3 (or 1e-6 of the value, for
+/// labels beyond the digits of float), rounds them, with a warning if one changes. If a voxel is a fraction, labels the
+/// voxels from the threshold of `choice` with its label (1 if it has none), all others with 0. Adds a warning if the
+/// threshold would change a volume of whole numbers, to which it is not applied. NaN counts as whole. `name`: name of
+/// the volume in messages. Throws Error if a voxel is a fraction or infinite and there is no threshold, or none reaches
+/// it.
+void make_whole_labels(Volume& labels, const LabelChoice& choice, const std::string& name,
+                       std::vector<std::string>& warnings);
 
 /// Label in a volume, with its size.
 struct LabelCount {

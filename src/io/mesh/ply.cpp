@@ -4,17 +4,19 @@
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <optional>
 #include <sstream>
 #include <vector>
 
+#include "core/number_text.h"
 #include "io/mesh/mesh_formats.h"
 #include "io/mesh/polygon_surface.h"
 #include "io/platform/bytes.h"
 #include "io/platform/files.h"
+#include "io/platform/header_text.h"
 
 namespace simplexseg {
 
@@ -50,6 +52,8 @@ class PlyReader {
   PlyReader(const std::string& bytes, const std::string& name) : bytes_(bytes), name_(name) { read_header(); }
 
   const std::vector<PlyElement>& elements() const { return elements_; }
+  /// Whether a comment states that the positions are RAS instead of LPS.
+  bool is_ras() const { return ras_; }
 
   /// Reads the next number of the body.
   double number(Number type) {
@@ -74,10 +78,12 @@ class PlyReader {
     return value<double>();
   }
 
-  /// Reads the next number of the body as an index or count. Throws Error unless it is at least 0 and below `limit`.
+  /// Reads the next number of the body as an index or count. Throws Error unless it is whole, at least 0 and below
+  /// `limit`.
   int index(Number type, double limit) {
     const double number = this->number(type);
-    if (!(number >= 0 && number < limit)) fail("the index or count " + std::to_string(number) + " is out of range");
+    if (!(number >= 0 && number < limit && number == std::floor(number)))
+      fail("the index or count " + general_text(number, 10) + " is out of range");
     return static_cast<int>(number);
   }
 
@@ -107,9 +113,11 @@ class PlyReader {
         ascii_ = first == "ascii";
         swapped_ = first == "binary_big_endian";
         if (!ascii_ && !swapped_ && first != "binary_little_endian") fail("its format '" + first + "' is unknown");
-      } else if (word == "comment" && first == "frame") {
-        words >> second;
-        if (!second.starts_with("LPS")) fail("its coordinate system is '" + second + "' instead of LPS");
+      } else if (word == "comment") {
+        ras_ = ras_ || states_ras(text);
+        if (first == "frame") words >> second;
+        if (first == "frame" && !second.starts_with("LPS"))
+          fail("its coordinate system is '" + second + "' instead of LPS");
       } else if (word == "element") {
         PlyElement element;
         element.name = first;
@@ -138,18 +146,18 @@ class PlyReader {
   T value() {
     if (ascii_) {
       while (at_ < bytes_.size() && std::strchr(" \t\r\n", bytes_[at_])) ++at_;
-      double number = 0;
-      const char* const begin = bytes_.data() + at_;
-      const auto [end, error] = std::from_chars(begin, bytes_.data() + bytes_.size(), number);
-      if (end == begin)
-        fail(at_ == bytes_.size() ? "truncated: it ends within its elements" : "it has text instead of a number");
-      at_ += static_cast<std::size_t>(end - begin);
+      const std::size_t end = std::min(bytes_.find_first_of(" \t\r\n", at_), bytes_.size());
+      const std::string word = bytes_.substr(at_, std::min<std::size_t>(end - at_, 40));
+      const std::optional<double> number = number_of<double>(word);
+      if (word.empty()) fail("truncated: it ends within its elements");
+      if (!number || end - at_ > word.size()) fail("'" + word + "' is not a number");
+      at_ = end;
       if constexpr (std::is_integral_v<T>) {
-        if (!(number >= double(std::numeric_limits<T>::min()) && number <= double(std::numeric_limits<T>::max()))) {
+        if (!(*number >= double(std::numeric_limits<T>::min()) && *number <= double(std::numeric_limits<T>::max())))
           fail("a number is out of range for its type");
-        }
+        if (*number != std::floor(*number)) fail("'" + word + "' is not a whole number");
       }
-      return static_cast<T>(number);
+      return static_cast<T>(*number);
     }
     if (bytes_.size() - at_ < sizeof(T)) fail("truncated: it ends within its elements");
     std::array<char, sizeof(T)> raw;
@@ -162,7 +170,7 @@ class PlyReader {
   const std::string& bytes_;
   const std::string name_;
   std::size_t at_ = 0;
-  bool ascii_ = false, swapped_ = false;
+  bool ascii_ = false, swapped_ = false, ras_ = false;
   std::vector<PlyElement> elements_;
 };
 
@@ -265,6 +273,7 @@ SimplexMesh mesh_of_ply(const std::string& bytes, const std::string& name) {
     }
   }
   if (mesh.positions.empty()) reader.fail("it has no vertices");
+  if (reader.is_ras()) convert_from_ras(mesh.positions);
   if (!has_faces && !written_neighbours) reader.fail("it has no polygons");
   const auto fail = [&](const std::string& why) { reader.fail(why + ", so it is not a simplex mesh"); };
   PolygonSurface surface{mesh.positions, std::move(polygons)};

@@ -22,12 +22,6 @@ constexpr const char* kTruncated = "truncated: it ends within its data";
 
 std::string in_quotes(std::string_view word) { return quoted(std::string(word.substr(0, 20))); }
 
-/// Converts positions from RAS to LPS if the comments contain SPACE=RAS.
-void convert_if_ras(PolygonSurface& surface, std::string_view header) {
-  if (header.find("SPACE=RAS") == header.npos) return;
-  for (Eigen::Vector3f& p : surface.positions) p.head<2>() *= -1;
-}
-
 /// Reads words, lines, decimal numbers and big-endian values from the bytes of a file.
 class Cursor {
  public:
@@ -52,11 +46,15 @@ class Cursor {
   template <class T>
   T number() {
     const std::string_view text = word();
-    T value{};
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size())
-      fail_(text.empty() ? kTruncated : in_quotes(text) + " is not a number");
-    return value;
+    std::optional<T> value;
+    if constexpr (std::is_same_v<T, float>) {  // a number too small for the type is 0, one too large is refused
+      const std::optional<double> wide = number_of<double>(text);
+      if (wide && !(std::fabs(*wide) > double(std::numeric_limits<float>::max()))) value = static_cast<float>(*wide);
+    } else {
+      value = number_of<T>(text);
+    }
+    if (!value) fail_(text.empty() ? kTruncated : in_quotes(text) + " is not a number");
+    return *value;
   }
   template <class T>
   T big_endian() {
@@ -68,6 +66,7 @@ class Cursor {
     return std::bit_cast<T>(raw);
   }
   std::size_t left() const { return bytes_.size() - at_; }
+  bool starts_with(std::string_view text) const { return bytes_.substr(at_).starts_with(text); }
 
  private:
   static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
@@ -102,13 +101,28 @@ void add_polygons(PolygonSurface& surface, const std::vector<long long>& ends, c
   }
 }
 
+/// Adds the triangles of triangle strips, in which every second triangle is turned. Arguments as for add_polygons().
+void add_strips(PolygonSurface& surface, const std::vector<long long>& ends, const std::vector<long long>& corners,
+                const Fail& fail) {
+  const auto corner = [&](long long n) { return corners[static_cast<std::size_t>(n)]; };
+  long long begin = 0;
+  for (const long long end : ends) {
+    if (end < begin || end > static_cast<long long>(corners.size())) fail("its strip offsets are not ascending");
+    for (long long n = begin; n + 2 < end; ++n) {
+      const long long odd = (n - begin) % 2;
+      add_polygon(surface, {corner(n + odd), corner(n + 1 - odd), corner(n + 2)}, fail);
+    }
+    begin = end;
+  }
+}
+
 /// Converts a number of a file to another type. Returns -1, which is not a valid index, if a floating-point number is
-/// too large for an exact integer or NaN.
+/// not whole, too large for an exact integer, or NaN.
 template <class To, class From>
 To converted_to(From value) {
   if constexpr (std::is_integral_v<To> && std::is_floating_point_v<From>) {
     constexpr double kMaxExact = 9007199254740992;  // 2^53: doubles represent all integers up to here
-    if (!(std::fabs(static_cast<double>(value)) <= kMaxExact)) return -1;
+    if (!(std::fabs(static_cast<double>(value)) <= kMaxExact) || value != std::floor(value)) return -1;
   }
   return static_cast<To>(value);
 }
@@ -123,6 +137,37 @@ To vtk_value(Cursor& cursor, std::string_view type, bool binary, const Fail& fai
   if (type == "vtktypeint64" || type == "long") return static_cast<To>(cursor.big_endian<std::int64_t>());
   fail(std::string("its data type ").append(in_quotes(type)).append(" is not supported"));
   return {};
+}
+
+/// Cells of a section of a legacy VTK file: corners of all cells, and the end of each cell in them after an optional 0.
+struct VtkCells {
+  std::vector<long long> ends, corners;
+};
+
+/// Reads the cells after the name of their section.
+VtkCells vtk_cells(Cursor& cursor, bool binary, const Fail& fail) {
+  VtkCells cells;
+  const auto count = cursor.number<std::uint64_t>(), size = cursor.number<std::uint64_t>();
+  cursor.line();
+  if (count > cursor.left() || size > cursor.left()) fail(kTruncated);
+  if (cursor.starts_with("OFFSETS")) {  // version 5
+    for (std::vector<long long>* const part : {&cells.ends, &cells.corners}) {
+      cursor.word();
+      const std::string_view type = cursor.word();
+      cursor.line();
+      for (std::uint64_t n = 0; n < (part == &cells.ends ? count : size); ++n)
+        part->push_back(vtk_value<long long>(cursor, type, binary, fail));
+    }
+    return cells;
+  }
+  for (std::uint64_t n = 0; n < count; ++n) {
+    const auto length = vtk_value<long long>(cursor, "int", binary, fail);
+    if (length < 1 || length > static_cast<long long>(size))
+      fail("a polygon has " + std::to_string(length) + " corners");
+    for (long long c = 0; c < length; ++c) cells.corners.push_back(vtk_value<long long>(cursor, "int", binary, fail));
+    cells.ends.push_back(static_cast<long long>(cells.corners.size()));
+  }
+  return cells;
 }
 
 /// Value of an attribute in an XML tag; empty if it is missing.
@@ -147,10 +192,10 @@ std::vector<To> raw_values(std::string_view block) {
   return values;
 }
 
-/// Reads the arrays of a VTP file.
+/// Reads the arrays of a VTP file, piece by piece.
 class VtpReader {
  public:
-  VtpReader(std::string_view bytes, const Fail& fail) : bytes_(bytes), fail_(fail) {
+  VtpReader(std::string_view bytes, const Fail& fail) : bytes_(bytes), xml_(bytes), fail_(fail) {
     const std::size_t file = bytes.find("<VTKFile");
     if (file == bytes.npos) fail("it is not a VTK XML file");
     root_ = tag_at(file);
@@ -159,25 +204,55 @@ class VtpReader {
     if (attribute(root_, "byte_order") == "BigEndian") fail("its data is big endian");
     const std::size_t appended = bytes.find("<AppendedData");
     if (appended == bytes.npos) return;
+    xml_ = bytes.substr(0, appended);
     raw_ = attribute(tag_at(appended), "encoding") == "raw";
     data_ = bytes.find('_', appended + tag_at(appended).size());
     if (data_ == bytes.npos) fail(kTruncated);
   }
 
-  /// Values of the DataArray `name` in a section, or of the first DataArray in it if `name` is empty.
+  /// Moves to the next piece; returns false after the last.
+  bool next_piece() {
+    begin_ = xml_.find("<Piece", end_);
+    if (begin_ == xml_.npos) return false;
+    const std::string_view tag = tag_at(begin_);
+    end_ = tag.ends_with("/>") ? begin_ + tag.size() : std::min(xml_.find("</Piece", begin_), xml_.size());
+    return true;
+  }
+  /// Whether the piece states 0 for an attribute such as NumberOfPolys; `otherwise` without the attribute.
+  bool is_zero(std::string_view count, bool otherwise) const {
+    const std::string_view value = attribute(tag_at(begin_), count);
+    return value.empty() ? otherwise : value == "0";
+  }
+  /// Text of a string array in the field data; empty if there is none.
+  std::string field_text(std::string_view name) const {
+    const std::size_t begin = xml_.find("<FieldData"), end = xml_.find("</FieldData", begin);
+    for (std::size_t at = xml_.find("<DataArray", begin); at < end; at = xml_.find("<DataArray", at + 1)) {
+      const std::string_view tag = tag_at(at);
+      if (attribute(tag, "Name") != name) continue;
+      if (attribute(tag, "format") == "appended" && raw_) return std::string(block_at(attribute(tag, "offset")));
+      std::string text;  // codes of the characters
+      const std::size_t codes = at + tag.size();
+      Cursor cursor(xml_.substr(codes, xml_.find('<', codes) - codes), fail_);
+      while (!cursor.at_end()) text += static_cast<char>(cursor.number<int>());
+      return text;
+    }
+    return {};
+  }
+
+  /// Values of the DataArray `name` in a section of the piece, or of the first DataArray in it if `name` is empty.
   template <class To>
   std::vector<To> values(std::string_view section, std::string_view name) {
-    const std::size_t begin = bytes_.find(std::string("<").append(section));
-    const std::size_t end = bytes_.find(std::string("</").append(section), begin);
-    if (begin == bytes_.npos || end == bytes_.npos) fail_(std::string("it has no section ").append(section));
-    for (std::size_t at = bytes_.find("<DataArray", begin); at < end; at = bytes_.find("<DataArray", at + 1)) {
+    const std::size_t begin = xml_.find(std::string("<").append(section), begin_);
+    const std::size_t end = xml_.find(std::string("</").append(section), begin);
+    if (begin >= end_ || end >= end_) fail_(std::string("it has no section ").append(section));
+    for (std::size_t at = xml_.find("<DataArray", begin); at < end; at = xml_.find("<DataArray", at + 1)) {
       const std::string_view tag = tag_at(at);
       if (!name.empty() && attribute(tag, "Name") != name) continue;
       const std::string_view type = attribute(tag, "type"), format = attribute(tag, "format");
       if (format == "ascii") {
         std::vector<To> values;
         const std::size_t text = at + tag.size();
-        Cursor cursor(bytes_.substr(text, bytes_.find('<', text) - text), fail_);
+        Cursor cursor(xml_.substr(text, xml_.find('<', text) - text), fail_);
         while (!cursor.at_end()) values.push_back(converted_to<To>(cursor.number<double>()));
         return values;
       }
@@ -208,9 +283,9 @@ class VtpReader {
     return bytes_.substr(at + head, size);
   }
 
-  std::string_view bytes_, root_;
+  std::string_view bytes_, xml_, root_;  // the file, its part before the appended data, its first tag
   const Fail& fail_;
-  std::size_t data_ = 0;
+  std::size_t data_ = 0, begin_ = 0, end_ = 0;  // begin of the appended data, piece
   bool raw_ = false;
 };
 
@@ -246,7 +321,7 @@ PolygonSurface surface_of_stl(const std::string& bytes, const Fail& fail) {
   } else {
     fail("its size does not match the " + std::to_string(count) + " triangles in its header");
   }
-  convert_if_ras(surface, std::string_view(bytes).substr(0, 80));
+  if (states_ras(std::string_view(bytes).substr(0, 80))) convert_from_ras(surface.positions);
   return surface;
 }
 
@@ -274,7 +349,7 @@ PolygonSurface surface_of_obj(const std::string& bytes, const Fail& fail) {
     }
   }
   for (const auto& corners : faces) add_polygon(surface, corners, fail);
-  convert_if_ras(surface, comments);
+  if (states_ras(comments)) convert_from_ras(surface.positions);
   return surface;
 }
 
@@ -286,9 +361,10 @@ PolygonSurface surface_of_vtk(const std::string& bytes, const Fail& fail) {
   const bool binary = coding == "BINARY";
   if (!binary && coding != "ASCII") fail("it is neither ASCII nor BINARY");
   if (cursor.word() != "DATASET" || cursor.word() != "POLYDATA") fail("it contains no polydata");
-  bool has_polygons = false;
-  while (!has_polygons && !cursor.at_end()) {
+  std::string_view space;  // the field SPACE of 3D Slicer; a binary string is preceded by its length
+  while (!cursor.at_end()) {
     const std::string_view section = cursor.word();
+    if (section == "POINT_DATA" || section == "CELL_DATA") break;
     if (section == "POINTS") {
       const auto count = cursor.number<std::uint64_t>();
       const std::string_view type = cursor.word();
@@ -298,49 +374,47 @@ PolygonSurface surface_of_vtk(const std::string& bytes, const Fail& fail) {
         Eigen::Vector3f& p = surface.positions.emplace_back();
         for (int a = 0; a < 3; ++a) p[a] = vtk_value<float>(cursor, type, binary, fail);
       }
-    } else if (section == "POLYGONS") {
-      has_polygons = true;
-      const auto count = cursor.number<std::uint64_t>(), size = cursor.number<std::uint64_t>();
+    } else if (section == "POLYGONS" || section == "TRIANGLE_STRIPS" || section == "VERTICES" || section == "LINES") {
+      const VtkCells cells = vtk_cells(cursor, binary, fail);
+      if (section == "POLYGONS") add_polygons(surface, cells.ends, cells.corners, fail);
+      if (section == "TRIANGLE_STRIPS") add_strips(surface, cells.ends, cells.corners, fail);
+    } else if (section == "SPACE") {
       cursor.line();
-      if (count > cursor.left() || size > cursor.left()) fail(kTruncated);
-      const std::size_t begin = bytes.size() - cursor.left();
-      if (bytes.compare(begin, 7, "OFFSETS") == 0) {  // version 5
-        std::vector<long long> parts[2];
-        for (int part = 0; part < 2; ++part) {
-          cursor.word();
-          const std::string_view type = cursor.word();
-          cursor.line();
-          for (std::uint64_t n = 0; n < (part ? size : count); ++n)
-            parts[part].push_back(vtk_value<long long>(cursor, type, binary, fail));
-        }
-        add_polygons(surface, parts[0], parts[1], fail);
-      } else {
-        for (std::uint64_t n = 0; n < count; ++n) {
-          std::vector<long long> corners;
-          const auto length = vtk_value<long long>(cursor, "int", binary, fail);
-          if (length < 3 || length > static_cast<long long>(size))
-            fail("a polygon has " + std::to_string(length) + " corners");
-          for (long long c = 0; c < length; ++c) corners.push_back(vtk_value<long long>(cursor, "int", binary, fail));
-          add_polygon(surface, corners, fail);
-        }
-      }
+      space = cursor.word();
     } else if (section != "METADATA") {
       cursor.line();
     }
   }
-  convert_if_ras(surface, title);
+  if (states_ras(title) || space.ends_with("RAS")) convert_from_ras(surface.positions);
   return surface;
 }
 
 PolygonSurface surface_of_vtp(const std::string& bytes, const Fail& fail) {
   VtpReader reader(bytes, fail);
   PolygonSurface surface;
-  const auto points = reader.values<float>("Points", "");
-  for (std::size_t n = 0; n + 2 < points.size(); n += 3)
-    surface.positions.emplace_back(points[n], points[n + 1], points[n + 2]);
-  add_polygons(surface, reader.values<long long>("Polys", "offsets"), reader.values<long long>("Polys", "connectivity"),
-               fail);
-  convert_if_ras(surface, std::string_view(bytes).substr(0, 1000));
+  while (reader.next_piece()) {
+    if (reader.is_zero("NumberOfPoints", false)) continue;
+    const auto first = static_cast<long long>(surface.positions.size());
+    const auto points = reader.values<float>("Points", "");
+    for (std::size_t n = 0; n + 2 < points.size(); n += 3)
+      surface.positions.emplace_back(points[n], points[n + 1], points[n + 2]);
+    const auto corners = [&](const char* section) {
+      std::vector<long long> indices = reader.values<long long>(section, "connectivity");
+      const auto count = static_cast<long long>(surface.positions.size()) - first;
+      for (long long& index : indices) {
+        if (index < 0 || index >= count)
+          fail("a polygon refers to point " + std::to_string(index) + " of " + std::to_string(count));
+        index += first;
+      }
+      return indices;
+    };
+    if (!reader.is_zero("NumberOfPolys", false))
+      add_polygons(surface, reader.values<long long>("Polys", "offsets"), corners("Polys"), fail);
+    if (!reader.is_zero("NumberOfStrips", true))
+      add_strips(surface, reader.values<long long>("Strips", "offsets"), corners("Strips"), fail);
+  }
+  if (states_ras(std::string_view(bytes).substr(0, 1000)) || reader.field_text("SPACE").starts_with("RAS"))
+    convert_from_ras(surface.positions);
   return surface;
 }
 

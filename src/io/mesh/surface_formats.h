@@ -8,7 +8,8 @@
 namespace simplexseg {
 
 /// Polygons from the bytes of a file. Positions are LPS, mm; they are converted from RAS if a comment contains
-/// SPACE=RAS. Supports STL, binary or ASCII; OBJ; legacy VTK polydata up to version 5, binary or ASCII; VTP,
+/// SPACE=RAS or, in VTK and VTP files, the field SPACE is RAS. Triangle strips and all pieces of a VTP file are read.
+/// Supports STL, binary or ASCII; OBJ; legacy VTK polydata up to version 5, binary or ASCII; VTP,
 /// little-endian, with uncompressed raw appended data or ASCII data. Calls `fail` for a damaged file or another
 /// encoding.
 PolygonSurface surface_of_stl(const std::string& bytes, const Fail& fail);

@@ -3,19 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
+
+#include "core/number_text.h"
 
 namespace simplexseg {
 namespace {
 
 /// Text of 10 to the power of n, for n = -2 "0.01" if `plain`, else "10⁻²".
 std::string power_text(int n, bool plain) {
-  if (plain) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.*f", std::max(0, -n), std::pow(10.0, n));
-    return text;
-  }
+  if (plain) return fixed_text(std::pow(10.0, n), std::max(0, -n));
   static const char* const digits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
   std::string text = n < 0 ? "10⁻" : "10";
   for (const char c : std::to_string(std::abs(n))) text += digits[c - '0'];
@@ -42,12 +39,9 @@ void make_round_ticks(PlotAxis& axis, double low, double high, int labels) {
     const double value = n * between / parts;
     std::string label;
     if (std::fmod(std::abs(n), parts) == 0) {
-      char text[400];
-      if (std::max(std::abs(low), std::abs(high)) < 1e6 && decimals < 7)
-        std::snprintf(text, sizeof text, "%.*f", decimals, n == 0 ? 0.0 : value);
-      else
-        std::snprintf(text, sizeof text, "%.4g", n == 0 ? 0.0 : value);
-      label = text;
+      const double shown = n == 0 ? 0.0 : value;
+      const bool plain = std::max(std::abs(low), std::abs(high)) < 1e6 && decimals < 7;
+      label = plain ? fixed_text(shown, decimals) : general_text(shown, 4);
     }
     axis.ticks.push_back({std::clamp(axis.position_of(value), 0.0, 1.0), label});
   }
@@ -70,9 +64,7 @@ void make_log_ticks(PlotAxis& axis, int labels) {
       } else if (every > 2) {
         continue;
       } else if ((decades_shown < 1.7 && (part == 2 || part == 5)) || (decades_shown < 1 && part < 9)) {
-        char text[32];
-        std::snprintf(text, sizeof text, "%g", part * std::pow(10.0, n));
-        label = text;
+        label = general_text(part * std::pow(10.0, n), 6);
       }
       axis.ticks.push_back({std::clamp(at, 0.0, 1.0), label});
     }

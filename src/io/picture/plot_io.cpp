@@ -10,6 +10,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/number_text.h"
 #include "io/picture/plot_axis.h"
 #include "io/platform/atomic_file.h"
 #include "io/platform/files.h"
@@ -365,7 +366,7 @@ std::string svg_bytes(const Plot& plot, int width, int height) {
 std::vector<std::uint8_t> draw_plot(const Plot& plot, int width, int height, double scale, PlotTheme theme) {
   check(plot, width, height);
   if (!(scale > 0.01 && scale < 100))
-    throw Error("cannot draw the plot", "the scale " + std::to_string(scale) + " is out of range",
+    throw Error("cannot draw the plot", "the scale " + general_text(scale, 6) + " is out of range",
                 "choose 0.01 to 100");
   const Surface surface = image_of(plot, width, height, scale, theme);
   const unsigned char* pixels = cairo_image_surface_get_data(surface.get());

@@ -8,10 +8,10 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cctype>
 #include <cerrno>
 #include <string_view>
 
+#include "core/number_text.h"
 #include "io/platform/files.h"
 
 namespace simplexseg {
@@ -31,8 +31,7 @@ bool is_temporary_name(std::string_view name) {
       if (!name.starts_with('-')) return false;
       name.remove_prefix(1);
     }
-    const auto end =
-        std::find_if(name.begin(), name.end(), [](unsigned char c) { return std::isdigit(c) == 0; }) - name.begin();
+    const auto end = std::find_if_not(name.begin(), name.end(), is_ascii_digit) - name.begin();
     if (end == 0) return false;
     name.remove_prefix(static_cast<std::size_t>(end));
   }

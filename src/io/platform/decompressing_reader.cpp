@@ -12,6 +12,7 @@
 #include <cstring>
 #include <vector>
 
+#include "core/system_error.h"
 #include "io/platform/files.h"
 
 namespace simplexseg {
@@ -64,7 +65,7 @@ void DecompressingReader::open(const std::filesystem::path& path, Compression co
   if (compression != Compression::None) stream_ = std::make_unique<Stream>(compression);
   descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor_ < 0)
-    throw Error("cannot read " + quoted(path), std::strerror(errno), "check the permissions of the file");
+    throw Error("cannot read " + quoted(path), system_error_text(errno), "check the permissions of the file");
   if (compression != Compression::None)
     ::lseek(descriptor_, static_cast<off_t>(std::min(begin_, file_bytes_)), SEEK_SET);
 }

@@ -2,10 +2,11 @@
 #include "io/platform/files.h"
 
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <fstream>
 
+#include "core/number_text.h"
+#include "core/system_error.h"
 #include "io/platform/header_text.h"
 
 namespace simplexseg {
@@ -35,9 +36,7 @@ std::string format_bytes(double bytes) {
   const char* const units[] = {"bytes", "kB", "MB", "GB", "TB", "PB", "EB"};
   int unit = 0;
   for (; bytes >= 1000 && unit < 6; ++unit) bytes /= 1000;
-  char text[64];
-  std::snprintf(text, sizeof text, unit == 0 ? "%.0f %s" : "%.1f %s", bytes, units[unit]);
-  return text;
+  return fixed_text(bytes, unit == 0 ? 0 : 1) + ' ' + units[unit];
 }
 
 std::string extension_of(const fs::path& path) {
@@ -52,7 +51,8 @@ void require_file(const fs::path& path) {
   if (!fs::exists(status)) throw Error("cannot read " + quoted(path), "there is no such file", "check the path");
   if (!fs::is_regular_file(status)) throw Error("cannot read " + quoted(path), "it is not a file", "choose a file");
   std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw Error("cannot read " + quoted(path), std::strerror(errno), "check the permissions of the file");
+  if (!stream)
+    throw Error("cannot read " + quoted(path), system_error_text(errno), "check the permissions of the file");
   if (fs::file_size(path, error) == 0) {
     throw Error("cannot read " + quoted(path), "the file is empty", "copy or export it again");
   }
@@ -66,7 +66,7 @@ Error write_error(const std::string& what, const fs::path& folder, int reason) {
   if (reason == ENOSPC || reason == EDQUOT) remedy = "free space on the disk";
   if (reason == EFBIG) remedy = "choose a disk that allows larger files";
   if (reason == EISDIR || reason == ENAMETOOLONG) remedy = "choose another file name";
-  return Error(what, one_line(std::strerror(reason)), remedy);
+  return Error(what, one_line(system_error_text(reason)), remedy);
 }
 
 std::string read_bytes(const fs::path& path) {

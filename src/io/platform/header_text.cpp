@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/platform/header_text.h"
 
-#include <cctype>
-#include <sstream>
-
 namespace simplexseg {
 
 namespace {
@@ -37,27 +34,24 @@ std::optional<std::string> HeaderLines::next() {
 }
 
 std::string trimmed(std::string_view text) {
-  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.front())) != 0) text.remove_prefix(1);
-  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())) != 0) text.remove_suffix(1);
+  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
   return std::string(text);
 }
 
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return lower;
-}
+std::string lower_case(std::string_view text) { return lower_ascii(text); }
 
 std::vector<std::string> words_of(const std::string& text) {
-  std::istringstream stream(text);
   std::vector<std::string> words;
-  for (std::string word; stream >> word;) words.push_back(word);
+  bool in_word = false;
+  for (const char c : text) {
+    if (!is_space(c) && !in_word) words.emplace_back();
+    in_word = !is_space(c);
+    if (in_word) words.back() += c;
+  }
   return words;
 }
 
-std::string digits_of(double value) {
-  char text[32];
-  return std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
-}
+std::string digits_of(double value) { return exact_text(value); }
 
 }  // namespace simplexseg

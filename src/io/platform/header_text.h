@@ -10,6 +10,7 @@
 #include <system_error>
 #include <vector>
 
+#include "core/number_text.h"
 #include "io/platform/decompressing_reader.h"
 
 namespace simplexseg {

@@ -7,6 +7,7 @@
 #include <string>
 #include <system_error>
 
+#include "core/system_error.h"
 #include "io/platform/files.h"
 
 namespace simplexseg {
@@ -18,7 +19,7 @@ TemporaryFolder::TemporaryFolder() {
   const fs::path parent = fs::temp_directory_path(error);
   std::string name = ((error ? fs::path("/tmp") : parent) / "simplexseg-XXXXXX").string();
   if (!::mkdtemp(name.data()))
-    throw Error("cannot create the temporary folder " + quoted(fs::path(name)), std::strerror(errno),
+    throw Error("cannot create the temporary folder " + quoted(fs::path(name)), system_error_text(errno),
                 "set TMPDIR to a writable folder");
   path_ = name;
 }

@@ -16,6 +16,7 @@
 #include <cstring>
 
 #include "core/error.h"
+#include "core/system_error.h"
 
 namespace simplexseg {
 namespace {
@@ -59,7 +60,8 @@ void set_limit(__rlimit_resource resource, std::size_t limit_value) {
 WorkerProcess::WorkerProcess(const WorkerLimits& limits, const std::function<void(int pipe)>& work)
     : idle_timeout_ms_(1000 * std::min(limits.idle_timeout_s(), 1000000)) {
   const auto fail = [] {
-    throw Error("cannot start the worker process that reads the file", std::strerror(errno), "close other programs");
+    throw Error("cannot start the worker process that reads the file", system_error_text(errno),
+                "close other programs");
   };
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) fail();

@@ -2,7 +2,6 @@
 #include "io/scene/json_input.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <functional>
@@ -11,6 +10,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/number_text.h"
 #include "io/platform/files.h"
 #include "io/scene/parameter_text.h"
 
@@ -69,7 +69,7 @@ JsonInput::JsonInput(std::shared_ptr<const Document> document, const void* node,
 
 JsonInput JsonInput::open(const fs::path& path, const std::string& kind) {
   const std::string bytes = read_bytes(path);
-  if (std::all_of(bytes.begin(), bytes.end(), [](unsigned char c) { return std::isspace(c); })) {
+  if (std::all_of(bytes.begin(), bytes.end(), is_space)) {
     throw Error("cannot read " + quoted(path), "the file is empty", "choose a " + kind + " file");
   }
   return of_text(bytes, quoted(path), kind);
@@ -144,8 +144,9 @@ int JsonInput::size() const {
 }
 
 JsonInput JsonInput::operator[](int index) const {
-  expect_array();
-  return member(&json_of(node_).at(static_cast<std::size_t>(index)),
+  if (index < 0 || index >= size())
+    fail("it has " + counted(json_of(node_).size(), "value"), "add element " + std::to_string(index + 1));
+  return member(&json_of(node_)[static_cast<std::size_t>(index)],
                 std::string("[").append(std::to_string(index)).append("]"));
 }
 
@@ -195,7 +196,7 @@ std::string JsonInput::text() const {
 }
 
 Eigen::Vector3d JsonInput::vector3() const {
-  if (size() != 3) fail("it has " + std::to_string(size()) + " values", "write three numbers: [x, y, z]");
+  if (size() != 3) fail("it has " + counted(size(), "value"), "write three numbers: [x, y, z]");
   const auto element = [this](int e) { return (*this)[e].number_between(-kMaxMillimetres, kMaxMillimetres); };
   return {element(0), element(1), element(2)};
 }

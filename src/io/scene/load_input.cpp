@@ -65,7 +65,7 @@ void load_references_of_history(LoadedInput& input, const fs::path& folder) {
       for (const MeshItem& item : entry->scene.without_arrays().meshes)
         if (item.reference && !is_known(item)) others.meshes.push_back(item);
   const References found(others, folder, input.volume.geometry());
-  for (const auto& [path, labels] : found.all()) input.references.add(path, labels);
+  input.references.add(found);
   input.warnings.insert(input.warnings.end(), found.warnings().begin(), found.warnings().end());
 }
 
@@ -89,6 +89,7 @@ LoadedInput load_scene(const fs::path& path, const LoadOptions& options) {
 
 LoadedInput load_scene(SceneFile file, const fs::path& folder, const LoadOptions& options) {
   for (const std::string& setting : options.settings) set_by_path(file.scene, setting);
+  if (options.check) options.check(file);
   LoadedInput input;
   input.scene = std::move(file.scene);
   input.volume_path = std::move(file.volume);

@@ -2,6 +2,7 @@
 // Loads a scene with its volume, references and undo history, or an image, for the window and the command line.
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,8 @@ struct LoadOptions {
   BadReference bad_reference = BadReference::Throw;
   /// Read: restores the undo history; a history that cannot be read adds a warning.
   History history = History::Skip;
+  /// Called with the scene and its settings before the volume is read; may throw. Empty: not called.
+  std::function<void(const SceneFile&)> check{};
 };
 
 /// Reads a scene file, its volume, its references and, if requested, its undo history. Throws the errors of the

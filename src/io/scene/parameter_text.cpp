@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/expect.h"
+#include "core/number_text.h"
 
 namespace simplexseg {
 namespace {
@@ -69,12 +70,9 @@ float choice_from_text(const std::string& where, const ParameterInfo& info, cons
 
 float parameter_from_text(const std::string& where, const ParameterInfo& info, const std::string& text) {
   if (info.kind == ParameterKind::Choice) return choice_from_text(where, info, text);
-  double value = 0;
-  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (failure != std::errc{} || end != text.data() + text.size()) {
-    throw Error(where, "'" + text + "' is not a number", "use a value from " + range_text(info));
-  }
-  return checked_parameter(where, info, value);
+  const std::optional<double> value = parse_number(text);
+  if (!value) throw Error(where, "'" + text + "' is not a number", "use a value from " + range_text(info));
+  return checked_parameter(where, info, *value);
 }
 
 std::string parameter_to_text(const ParameterInfo& info, float value) {
@@ -95,9 +93,7 @@ std::string number_to_text(float value) {
 
 double short_double(float value) {
   if (!std::isfinite(value)) return value;
-  const std::string text = number_to_text(value);
-  double wide = 0;
-  std::from_chars(text.data(), text.data() + text.size(), wide);
+  const double wide = parse_number(number_to_text(value)).value_or(value);
   return static_cast<float>(wide) == value ? wide : static_cast<double>(value);
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/number_text.h"
 #include "io/dicom_write/dicom_capture_write.h"
 #include "io/dicom_write/dicom_seg_write.h"
 #include "io/dicom_write/rtstruct_write.h"
@@ -11,6 +12,7 @@
 #include "io/platform/file_names.h"
 #include "io/platform/files.h"
 #include "io/platform/header_text.h"
+#include "io/scene/scene_text.h"
 #include "io/volume/volume_io.h"
 #include "session/label_map.h"
 
@@ -43,11 +45,16 @@ DicomSource source_of(const Scene& scene, const fs::path& target) {
 
 }  // namespace
 
+void require_labels_name(const fs::path& path) {
+  if (!is_dicom_name(path)) require_volume_name(path);
+}
+
 void require_labels_name(const fs::path& path, const Scene& scene) {
-  if (is_dicom_name(path))
-    source_of(scene, path);
-  else
-    require_volume_name(path);
+  require_labels_name(path);
+  if (is_dicom_name(path) && scene.meshes.empty())
+    throw Error("cannot write " + quoted(path), "the scene has no segmentation", "create one first");
+  if (!is_structure_name(path)) require_label_numbers(scene);
+  if (is_dicom_name(path)) source_of(scene, path);
 }
 
 std::string save_labels(const fs::path& path, const Scene& scene, const VolumeGeometry& geometry) {
@@ -60,19 +67,31 @@ std::string save_labels(const fs::path& path, const Scene& scene, const VolumeGe
   if (is_dicom_name(path))
     note = write_dicom_segmentation(path, map.labels, names_of(scene), source_of(scene, path));
   else
-    write_labels(path, map.labels, names_of(scene));
+    note = write_labels(path, map.labels, names_of(scene));
   if (map.shared_voxels > 0)
-    note +=
-        (note.empty() ? "" : "; ") + std::to_string(map.shared_voxels) +
-        " voxels lie inside two or more segmentations; each is assigned to the most probable one, or else to the first";
+    note += (note.empty() ? "" : "; ") +
+            counted(static_cast<std::int64_t>(map.shared_voxels), "voxel lies", "voxels lie") +
+            " inside two or more segmentations; each is assigned to the most probable one, or else to the first";
   return note;
 }
 
+void require_view_name(const fs::path& path) {
+  if (!is_dicom_name(path)) require_picture_name(path);
+}
+
 void require_view_name(const fs::path& path, const Scene& scene) {
-  if (is_dicom_name(path))
-    source_of(scene, path);
-  else
-    require_picture_name(path);
+  require_view_name(path);
+  if (is_dicom_name(path)) source_of(scene, path);
+}
+
+void require_scene_name(const fs::path& path) {
+  if (path.extension() != ".json")
+    throw Error("cannot write " + quoted(path), "the name of a scene ends in .json", "rename it to NAME.json");
+}
+
+void require_scene_name(const fs::path& path, const Scene& scene) {
+  require_scene_name(path);
+  scene_text(path, scene, std::vector<std::string>(scene.meshes.size(), path.stem().string()));
 }
 
 void save_view(const fs::path& path, const Picture& picture, const Scene& scene) {

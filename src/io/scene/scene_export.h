@@ -11,19 +11,30 @@
 
 namespace simplexseg {
 
-/// Throws Error if save_labels() does not support the file name, or a DICOM file is requested for a volume that is not
-/// DICOM.
+/// Throws Error if save_labels() does not support the file name.
+void require_labels_name(const std::filesystem::path& path);
+/// Throws the errors of save_labels() that the file name and the scene determine before a run: another format, a DICOM
+/// file for a volume that is not DICOM or for a scene without meshes, a label outside 1 to 65535.
 void require_labels_name(const std::filesystem::path& path, const Scene& scene);
 
 /// Writes the segmentations of a scene in the format of the file name. NAME.rtstruct.dcm: contours on the slices of the
 /// DICOM volume (write_rtstruct()); other .dcm: a DICOM segmentation (write_dicom_segmentation()); other extensions: a
-/// label volume on the grid `geometry` (write_labels()). Returns a note for the user if segmentations overlap in voxels
-/// or labels are renumbered, else "". Throws the errors of make_label_map() and of these writers.
+/// label volume on the grid `geometry` (write_labels()). Returns a note for the user if segmentations overlap in
+/// voxels, labels are renumbered or the grid is sheared, else "". Throws the errors of make_label_map()
+/// and of these writers.
 std::string save_labels(const std::filesystem::path& path, const Scene& scene, const VolumeGeometry& geometry);
 
-/// Throws Error if save_view() does not support the file name, or a DICOM file is requested for a volume that is not
+/// Throws Error if save_view() does not support the file name.
+void require_view_name(const std::filesystem::path& path);
+/// Throws the errors of require_view_name() above, and Error if a DICOM file is requested for a volume that is not
 /// DICOM.
 void require_view_name(const std::filesystem::path& path, const Scene& scene);
+
+/// Throws Error if the file name of a scene does not end in .json.
+void require_scene_name(const std::filesystem::path& path);
+/// Throws the errors of require_scene_name() above, and those of scene_text() for this scene, for example for a path
+/// that is not UTF-8.
+void require_scene_name(const std::filesystem::path& path, const Scene& scene);
 
 /// Writes a picture of a scene: a .dcm file as a secondary capture in the study of the DICOM volume
 /// (write_secondary_capture()), other files with write_picture(). Throws the errors of these writers.

@@ -7,14 +7,12 @@
 #include <map>
 
 #include "core/error.h"
-#include "io/dicom/rtstruct_read.h"
-#include "io/labels/labels_io.h"
+#include "io/labels/label_file.h"
 #include "io/mesh/mesh_io.h"
 #include "io/mesh/ply.h"
 #include "io/platform/atomic_file.h"
 #include "io/platform/data_path.h"
 #include "io/platform/files.h"
-#include "io/platform/header_text.h"
 #include "io/scene/history_io.h"
 #include "io/scene/json_input.h"
 #include "io/scene/mesh_start.h"
@@ -43,8 +41,11 @@ void read_pose(const JsonInput& input, const fs::path& folder, MeshItem& item) {
   if (item.previous.empty()) item.previous = item.mesh.positions;
 }
 
-/// Labels already loaded, by path and, for a structure set, by region, since each region has a separate grid.
-using LabelFiles = std::map<std::pair<fs::path, std::string>, LoadedLabels>;
+/// Label files of the meshes, by path, and the warnings of the labels read from them.
+struct LabelFiles {
+  std::map<fs::path, LabelFile> files;
+  std::vector<std::string> warnings;
+};
 
 /// Reads a label, given by its number or its name in the file.
 void read_label(const JsonInput& input, LabelChoice& choice) {
@@ -68,12 +69,15 @@ void read_start(const JsonInput& input, const fs::path& folder, LabelFiles& file
     if (input.has("label")) read_label(input["label"], choice);
     if (input.has("part")) choice.part = input["part"].integer_between(1, std::numeric_limits<int>::max());
     const fs::path file = find_data(path, folder);
-    std::string region;
-    if (is_structure_set(file)) region = choice.label ? digits_of(*choice.label) : choice.name + " by name";
-    auto found = files.find({file, region});
-    if (found == files.end()) found = files.emplace(std::pair(file, region), load_labels(file, choice)).first;
-    choice.label = label_of(choice, found->second.segments, file);
-    loaded = start_of_labels(found->second.volume, choice, path, vertices);
+    auto found = files.files.find(file);
+    if (found == files.files.end()) found = files.files.emplace(file, LabelFile(file)).first;
+    choice.label = label_of(choice, found->second.segments(), file);
+    const LoadedLabels& labels = found->second.labels(choice);
+    for (const std::string& warning : labels.warnings) {
+      if (std::find(files.warnings.begin(), files.warnings.end(), warning) == files.warnings.end())
+        files.warnings.push_back(warning);
+    }
+    loaded = start_of_labels(labels.volume, choice, path, vertices);
   }
   item.seed = loaded.seed;
   item.start = std::move(loaded.start);
@@ -104,8 +108,7 @@ SceneFile read_scene(const fs::path& path, SceneVolume volume) {
     read_pose(mesh, folder, item);
   });
   if (volume == SceneVolume::Find && input.has("volume")) file.volume = find_data(input["volume"].text(), folder);
-  for (const auto& [name, labels] : label_files)
-    file.warnings.insert(file.warnings.end(), labels.warnings.begin(), labels.warnings.end());
+  file.warnings.insert(file.warnings.end(), label_files.warnings.begin(), label_files.warnings.end());
   return file;
 }
 

@@ -2,10 +2,11 @@
 #include "io/scene/scene_text.h"
 
 #include <algorithm>
-#include <cstdio>
+#include <charconv>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/number_text.h"
 #include "io/platform/files.h"
 #include "io/scene/json_input.h"
 #include "io/scene/json_output.h"
@@ -15,6 +16,7 @@
 #include "io/scene/parameter_text.h"
 #include "io/scene/point_text.h"
 #include "io/volume/volume_io.h"
+#include "session/free_attributes.h"
 #include "step/simulation_parameters.h"
 
 namespace simplexseg {
@@ -34,7 +36,9 @@ Colour read_colour(const JsonInput& input) {
       text.size() == 7 && text[0] == '#' && text.find_first_not_of("0123456789abcdefABCDEF", 1) == text.npos;
   if (!hex) input.fail("'" + one_line(text) + "' is not a colour", "write it as \"#e6a03c\"");
   const auto channel = [&text](int at) {
-    return static_cast<std::uint8_t>(std::stoi(text.substr(at, 2), nullptr, 16));
+    unsigned value = 0;
+    std::from_chars(text.data() + at, text.data() + at + 2, value, 16);
+    return static_cast<std::uint8_t>(value);
   };
   return {channel(1), channel(3), channel(5)};
 }
@@ -72,6 +76,19 @@ MeshItem read_item(const JsonInput& input, const Scene& scene, const fs::path& f
     if (reference.has("value")) item.reference->value = reference["value"].number();
   }
   return item;
+}
+
+/// Gives the meshes without a colour different colours of the palette.
+void colour_meshes(const JsonInput& input, Scene& scene) {
+  const auto has_colour = [&](std::size_t mesh) { return input["meshes"][static_cast<int>(mesh)].has("colour"); };
+  std::vector<Colour> used;
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m)
+    if (has_colour(m)) used.push_back(scene.meshes[m].colour);
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    if (has_colour(m)) continue;
+    scene.meshes[m].colour = free_colour(used);
+    used.push_back(scene.meshes[m].colour);
+  }
 }
 
 SavedView read_view(const JsonInput& input) {
@@ -118,8 +135,9 @@ std::string portable(const std::string& path, const fs::path& folder) {
 }
 
 Json item_json(const MeshItem& item, const ForceParameters& defaults, const fs::path& folder) {
-  char colour[8];
-  std::snprintf(colour, sizeof colour, "#%02x%02x%02x", item.colour.red, item.colour.green, item.colour.blue);
+  std::string colour = "#";
+  for (const std::uint8_t part : {item.colour.red, item.colour.green, item.colour.blue})
+    colour += hexadecimal_text(part, 2);
   Json json = {{"name", item.name},
                {"sphere", {{"centre_mm", vector_json<Json>(item.seed.centre_mm)}, {"radius_mm", item.seed.radius_mm}}},
                {"colour", colour},
@@ -204,6 +222,7 @@ Scene scene_of(const JsonInput& input, const fs::path& folder, const MeshReader&
     }
     scene.meshes.push_back(std::move(item));
   }
+  colour_meshes(input, scene);
   const int point_count = input.has("points") ? input["points"].size() : 0;
   for (int p = 0; p < point_count; ++p) {
     scene.points.push_back(read_point(input["points"][p], scene));

@@ -2,7 +2,6 @@
 #include "io/source/stored_voxels.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -11,6 +10,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/number_text.h"
 #include "io/platform/files.h"
 #include "io/platform/header_text.h"
 #include "io/platform/load_progress.h"
@@ -22,6 +22,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kExportAgain = "copy or export the file again";
+constexpr std::size_t kMaxDigits = 1100;      // more than the exact decimal value of any double has
 constexpr std::size_t kVoxelBlock = 1 << 18;  // voxels per conversion step
 
 void swap_bytes(unsigned char* data, std::size_t count, int size) {
@@ -135,7 +136,7 @@ class VoxelBytes {
   void read_hexadecimal(unsigned char* to, std::size_t bytes) {
     for (std::size_t digit = 0; digit < 2 * bytes; ++digit) {
       char c = next_character();
-      while (std::isspace(static_cast<unsigned char>(c)) != 0) c = next_character();
+      while (is_space(c)) c = next_character();
       const int value = hex_digit(c);
       if (c == '\0') throw_early_end(digit / 2);
       if (value < 0)
@@ -156,12 +157,15 @@ class VoxelBytes {
 
   template <class T>
   T next_number(std::size_t before) {
-    const auto separates = [](char c) { return c == ',' || std::isspace(static_cast<unsigned char>(c)) != 0; };
+    const auto separates = [](char c) { return c == ',' || is_space(c); };
     char c = next_character();
     while (separates(c)) c = next_character();
     if (c == '\0') throw_early_end(before * sizeof(T));
     std::string word;
-    for (; c != '\0' && !separates(c) && word.size() < 64; c = next_character()) word += c;
+    for (; c != '\0' && !separates(c); c = next_character()) {
+      if (word.size() < kMaxDigits) word += c;
+      if (word.size() == kMaxDigits) word.back() = '?';  // not a number
+    }
     const char* const begin = word.data() + (word[0] == '+' ? 1 : 0);
     const char* const end = word.data() + word.size();
     T value{};
@@ -316,7 +320,8 @@ double count_of_slices(std::span<const std::int64_t> sizes, std::int64_t dimensi
 std::vector<fs::path> listed_files(const fs::path& header, const std::vector<std::string>& names, double slices) {
   if (static_cast<double>(names.size()) != slices)
     throw Error("cannot read " + quoted(header),
-                "it lists " + std::to_string(names.size()) + " files for " + digits_of(slices) + " slices",
+                "it lists " + counted(static_cast<std::int64_t>(names.size()), "file") + " for " + digits_of(slices) +
+                    (slices == 1 ? " slice" : " slices"),
                 "correct its header");
   std::vector<fs::path> files;
   files.reserve(names.size());
@@ -336,7 +341,7 @@ std::vector<fs::path> numbered_files(const fs::path& header, const std::string& 
   std::size_t end = percent + 1;
   const char blank = end < pattern.size() && pattern[end] == '0' ? '0' : ' ';
   std::size_t width = 0;
-  for (; end < pattern.size() && std::isdigit(static_cast<unsigned char>(pattern[end])) != 0 && width < 100; ++end)
+  for (; end < pattern.size() && pattern[end] >= '0' && pattern[end] <= '9' && width < 100; ++end)
     width = 10 * width + static_cast<std::size_t>(pattern[end] - '0');
   if (end >= pattern.size() || width >= 100 || std::string("diu").find(pattern[end]) == std::string::npos) fail();
   std::vector<fs::path> files;

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "core/number_text.h"
 #include "io/platform/files.h"
 
 namespace simplexseg {
@@ -25,15 +25,18 @@ void select_volume(VolumeInfo& info, int volume, const std::string& context, con
                           (name.empty() ? "" : " (" + name + ")"));
 }
 
-void warn_if_sheared(VolumeInfo& info) {
-  const Eigen::Matrix3d& d = info.geometry.direction;
+std::optional<double> shear_degrees(const VolumeGeometry& geometry) {
+  const Eigen::Matrix3d& d = geometry.direction;
   const double max_deviation = (d.transpose() * d - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (max_deviation < 1e-3) return;
-  char text[120];
-  std::snprintf(text, sizeof text,
-                "the axes deviate by %.3g degrees from right angles; the volume is loaded as a sheared grid",
-                std::asin(std::min(max_deviation, 1.0)) * 180 / M_PI);
-  info.warnings.push_back(text);
+  if (max_deviation < 1e-3) return std::nullopt;
+  return std::asin(std::min(max_deviation, 1.0)) * 180 / M_PI;
+}
+
+void warn_if_sheared(VolumeInfo& info) {
+  if (const auto degrees = shear_degrees(info.geometry)) {
+    info.warnings.push_back("the axes deviate by " + general_text(*degrees, 3) +
+                            " degrees from right angles; the volume is loaded as a sheared grid");
+  }
 }
 
 void throw_truncated(const fs::path& path, double bytes_required, double bytes_present) {

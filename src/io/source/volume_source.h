@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,9 +16,13 @@ namespace simplexseg {
 /// VolumeSource.
 struct VolumeSource {
   VolumeInfo info;
-  std::size_t extra_bytes = 0;               ///< memory for reading in addition to the volume, bytes
-  std::vector<DicomSlice> dicom;             ///< header data of each slice k; empty unless it is a DICOM image
-  std::function<Volume()> read;              ///< reads the voxels; requires one component and a selected volume
+  std::size_t extra_bytes = 0;    ///< memory for reading in addition to the volume, bytes
+  std::vector<DicomSlice> dicom;  ///< header data of each slice k; empty unless it is a DICOM image
+  std::function<Volume()> read;   ///< reads the voxels; requires one component and a selected volume
+  /// Reads the voxels of the segment with this number; all others are 0. Empty if segments cannot share voxels.
+  std::function<Volume(int)> read_segment{};
+  /// Warnings about voxels, which read() replaces, one line each; null if the format has none.
+  std::shared_ptr<std::vector<std::string>> voxel_warnings{};
   std::shared_ptr<const void> keep_alive{};  ///< owner of temporary files that `dicom` refers to
 };
 
@@ -29,6 +34,8 @@ inline const Eigen::Vector3d kLpsFromRas(-1, -1, 1);
 /// with `context` when the volume does not exist.
 void select_volume(VolumeInfo& info, int volume, const std::string& context, const std::string& name = "");
 
+/// Deviation of the axes of a grid from right angles, degrees; nullopt when it is at most the rounding of headers.
+std::optional<double> shear_degrees(const VolumeGeometry& geometry);
 /// Adds a warning when the axes of the grid are not at right angles.
 void warn_if_sheared(VolumeInfo& info);
 

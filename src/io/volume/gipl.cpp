@@ -90,9 +90,9 @@ VolumeSource open_gipl(const fs::path& path, int volume) {
     if (a == 3) break;
     const int axis = static_cast<int>(a);
     info.geometry.size[a] = size;
-    info.geometry.spacing_mm[axis] = header.at<float>(10 + 4 * a);
+    const double step = header.at<float>(10 + 4 * a);
+    info.geometry.set_step(axis, size == 1 && step == 0 ? 1 : step);
     info.geometry.origin_mm[axis] = header.at<double>(204 + 8 * a);
-    if (size == 1 && info.geometry.spacing_mm[axis] == 0) info.geometry.spacing_mm[axis] = 1;
   }
   info.warnings.push_back("GIPL files contain no orientation: the patient's left and right are unknown");
   StoredVoxels voxels;

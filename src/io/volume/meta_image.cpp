@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -13,7 +14,9 @@
 #include "io/platform/compressing_writer.h"
 #include "io/platform/files.h"
 #include "io/platform/header_text.h"
+#include "io/source/stored_header.h"
 #include "io/source/stored_voxels.h"
+#include "io/volume/nrrd_space.h"
 
 namespace simplexseg {
 
@@ -118,6 +121,41 @@ StoredType type_of(const MetaHeader& header) {
               "save it with integer or floating-point voxels");
 }
 
+/// Numbers of a header line " = a b c".
+std::string numbers_line(const char* key, std::span<const double> numbers) {
+  std::string line = std::string(key) + " =";
+  for (const double x : numbers) line.append(1, ' ').append(digits_of(x));
+  return line + '\n';
+}
+
+/// Header lines that place the first three axes. Empty vectors: the header has no such numbers.
+std::string meta_image_placement(const MetaHeader& header, const std::vector<double>& spacing,
+                                 const std::vector<double>& origin, const std::vector<double>& matrix) {
+  std::string lines;
+  if (!matrix.empty()) {
+    std::vector<double> columns;
+    for (std::size_t a = 0; a < 3; ++a) {
+      for (std::size_t r = 0; r < 3; ++r) columns.push_back(matrix[a * header.axes() + r]);
+    }
+    lines += numbers_line("TransformMatrix", columns);
+  }
+  if (!origin.empty()) lines += numbers_line("Offset", std::span(origin).first(3));
+  if (const auto centre = words_of(header.text("CenterOfRotation")); centre.size() == header.axes())
+    lines += "CenterOfRotation = " + centre[0] + " " + centre[1] + " " + centre[2] + "\n";
+  if (const std::string code = header.text("AnatomicalOrientation"); code.size() >= 3)
+    lines += "AnatomicalOrientation = " + code.substr(0, 3) + "\n";
+  if (header.has("DistanceUnits")) lines += "DistanceUnits = " + header.text("DistanceUnits") + "\n";
+  if (!spacing.empty()) lines += numbers_line("ElementSpacing", std::span(spacing).first(3));
+  return lines;
+}
+
+/// Header lines that place a grid.
+std::string meta_image_placement(const VolumeGeometry& g) {
+  return numbers_line("TransformMatrix", std::span(g.direction.data(), 9)) +
+         numbers_line("Offset", std::span(g.origin_mm.data(), 3)) + "CenterOfRotation = 0 0 0\n" +
+         numbers_line("ElementSpacing", std::span(g.spacing_mm.data(), 3));
+}
+
 void read_geometry(const MetaHeader& header, VolumeInfo& info) {
   const std::size_t axes = header.axes();
   double frames = 1;
@@ -128,7 +166,7 @@ void read_geometry(const MetaHeader& header, VolumeInfo& info) {
   for (std::size_t a = 0; a < axes; ++a) {
     const auto size = number_of<std::int64_t>(sizes[a]);
     if (!size || *size < 1 || *size > std::numeric_limits<int>::max())
-      header.fail("its header claims '" + one_line(sizes[a], 60) + "' voxels along an axis");
+      header.fail("DimSize claims '" + one_line(sizes[a], 60) + "' voxels along an axis");
     if (a < 3)
       info.geometry.size[a] = static_cast<int>(*size);
     else
@@ -142,12 +180,31 @@ void read_geometry(const MetaHeader& header, VolumeInfo& info) {
   const auto matrix = header.numbers({"TransformMatrix", "Orientation", "Rotation"}, axes * axes);
   for (std::size_t a = 0; a < std::min<std::size_t>(axes, 3); ++a) {
     const int column = static_cast<int>(a);
-    if (!spacing.empty()) info.geometry.spacing_mm[column] = spacing[a];
     if (!origin.empty()) info.geometry.origin_mm[column] = origin[a];
     for (std::size_t r = 0; r < std::min<std::size_t>(axes, 3) && !matrix.empty(); ++r)
       info.geometry.direction(static_cast<int>(r), column) = matrix[a * axes + r];
+    if (!spacing.empty()) info.geometry.set_step(column, spacing[a]);
   }
+  const std::string unit = header.text("DistanceUnits");
+  const std::optional<double> mm = unit == "?" ? 1 : millimetres_of(unit);
+  if (!mm) header.fail("DistanceUnits is '" + one_line(unit, 40) + "', which is not a known unit of length");
+  info.geometry.spacing_mm *= *mm;
+  info.geometry.origin_mm *= *mm;
+  if (*mm != 1) info.warnings.push_back("lengths are in " + unit + " in the file; other programs may read them as mm");
+  if (axes >= 3) keep_header(info.geometry, MetaImageFrame{meta_image_placement(header, spacing, origin, matrix)});
   if (spacing.empty()) info.warnings.push_back("the header has no voxel size: 1 mm is assumed");
+}
+
+/// Reads the function from stored values to intensities.
+void read_rescaling(const MetaHeader& header, StoredVoxels& voxels, VolumeInfo& info) {
+  const auto slope = header.numbers({"ElementToIntensityFunctionSlope"}, 1);
+  const auto offset = header.numbers({"ElementToIntensityFunctionOffset"}, 1);
+  if (!slope.empty() && slope[0] == 0) header.fail("ElementToIntensityFunctionSlope is 0: all values would be equal");
+  voxels.slope = slope.empty() ? 1 : slope[0];
+  voxels.intercept = offset.empty() ? 0 : offset[0];
+  voxels.rescaled = voxels.slope != 1 || voxels.intercept != 0;
+  if (voxels.rescaled)
+    info.warnings.push_back("values are rescaled by ElementToIntensityFunction; other programs may not do this");
 }
 
 std::vector<fs::path> files_of(const MetaHeader& header, const fs::path& path) {
@@ -186,6 +243,7 @@ VolumeSource open_meta_image(const fs::path& path, int volume) {
   read_geometry(header, info);
   StoredVoxels voxels;
   voxels.type = type_of(header);
+  read_rescaling(header, voxels, info);
   const bool local = lower_case(header.text("ElementDataFile")) == "local";
   voxels.files = local ? std::vector<fs::path>{path} : files_of(header, path);
   if (local) voxels.offset = header.bytes();
@@ -205,17 +263,10 @@ void write_meta_image(AtomicFile& file, const Volume& volume) {
       "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nCompressedData = True\n"
       "CompressedDataSize = ";
   const std::size_t place = text.size();
-  const auto add = [&text](const std::string& number) { text.append(1, ' ').append(number); };
-  text.append(20, ' ').append("\nTransformMatrix =");  // blanks that the compressed size replaces at the end
-  for (int a = 0; a < 3; ++a) {
-    for (int r = 0; r < 3; ++r) add(digits_of(g.direction(r, a)));
-  }
-  text += "\nOffset =";
-  for (const double x : g.origin_mm) add(digits_of(x));
-  text += "\nCenterOfRotation = 0 0 0\nElementSpacing =";
-  for (const double x : g.spacing_mm) add(digits_of(x));
-  text += "\nDimSize =";
-  for (const int size : g.size) add(std::to_string(size));
+  const MetaImageFrame* const stored = stored_frame<MetaImageFrame>(g);
+  text.append(20, ' ').append("\n");  // blanks that the compressed size replaces at the end
+  text += (stored ? stored->lines : meta_image_placement(g)) + "DimSize =";
+  for (const int size : g.size) text.append(1, ' ').append(std::to_string(size));
   text += std::string("\nElementType = ") + kTypes[static_cast<int>(volume.type())] + "\nElementDataFile = LOCAL\n";
   write_bytes(file, text);
   CompressingWriter compressed(file, CompressingWriter::Frame::Zlib);

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <stdexcept>
+#include <string_view>
 #include <vector>
 
 #include "io/platform/files.h"
@@ -37,6 +37,10 @@ struct Description {
   int type;     ///< value of mitype_t
   bool scaled;  ///< the voxels are integers with a scale and an offset
 };
+
+void set_problem(Description& d, std::string_view text) {
+  d.problem[text.copy(d.problem, sizeof d.problem - 1)] = '\0';
+}
 
 /// Throws std::runtime_error if a call of libminc failed.
 void require(int status) {
@@ -90,7 +94,7 @@ void send_file(const fs::path& path, int frame, int pipe) {
   try {
     volume = describe(path, d);
   } catch (const std::exception& exception) {
-    std::snprintf(d.problem, sizeof d.problem, "%s", exception.what());
+    set_problem(d, exception.what());
   }
   write_to_parent(pipe, &d, sizeof d);
   if (frame == 0 || !volume) return;
@@ -233,7 +237,7 @@ VolumeSource open_minc(const fs::path& path, int volume) {
                 "rename it with the extension of its format");
   Description d{};
   WorkerProcess worker(limits_for(path, {}), [&](int pipe) { send_file(path, 0, pipe); });
-  if (!worker.read(&d, sizeof d)) std::snprintf(d.problem, sizeof d.problem, "it is damaged");
+  if (!worker.read(&d, sizeof d)) set_problem(d, "it is damaged");
   if (d.problem[0] != '\0') throw Error("cannot read " + quoted(path), d.problem, "copy or export the file again");
   VolumeSource source;
   source.info = info_of(d, quoted(path));

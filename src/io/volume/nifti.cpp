@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "core/error.h"
@@ -73,8 +72,7 @@ VolumeSource open_nifti(const fs::path& path, int volume) {
   v.slope = h.slope;
   v.intercept = std::isfinite(h.intercept) ? h.intercept : 0;
   // A slope of 0 means that voxels are not scaled. Scaled integers become float, as in ITK.
-  v.rescaled = std::isfinite(v.slope) && std::abs(v.slope) > std::numeric_limits<double>::epsilon() &&
-               (v.slope != 1 || v.intercept != 0);
+  v.rescaled = std::isfinite(v.slope) && v.slope != 0 && (v.slope != 1 || v.intercept != 0);
   if (!std::isfinite(h.vox_offset) || h.vox_offset < 0 || h.vox_offset > 1e15) {
     throw Error("cannot read " + name, "its header has an invalid voxel offset", kCopyAgain);
   }

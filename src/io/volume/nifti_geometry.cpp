@@ -2,9 +2,11 @@
 #include "io/volume/nifti_geometry.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "core/number_text.h"
+#include "io/source/stored_header.h"
 #include "io/source/volume_source.h"
 
 namespace simplexseg {
@@ -39,10 +41,37 @@ Eigen::Matrix3d rotation_of(const NiftiHeader& h) {
   return rotation;
 }
 
+double millimetres_per_unit(const NiftiHeader& h) {
+  switch (h.units & kNiftiLengthUnits) {
+    case 1:
+      return 1000;
+    case 3:
+      return 1e-3;
+    default:
+      return 1;
+  }
+}
+
+NiftiFrame frame_of(const NiftiHeader& h) {
+  NiftiFrame frame{.version = std::max(h.version, 1),
+                   .qform_code = h.qform_code,
+                   .sform_code = h.sform_code,
+                   .units = h.units & kNiftiLengthUnits,
+                   .quaternion = h.quaternion,
+                   .qoffset = h.qoffset};
+  std::copy_n(h.pixdim.begin(), frame.pixdim.size(), frame.pixdim.begin());
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column)
+      frame.srow[static_cast<std::size_t>(4 * row + column)] = h.srow(row, column);
+  }
+  return frame;
+}
+
 }  // namespace
 
 void set_geometry(const NiftiHeader& h, VolumeInfo& info) {
   VolumeGeometry& geometry = info.geometry;
+  const double mm = millimetres_per_unit(h);
   Eigen::Vector3d spacing(1, 1, 1);
   for (int a = 0; a < 3; ++a) {
     const double size = std::abs(h.pixdim[a + 1]);
@@ -63,8 +92,14 @@ void set_geometry(const NiftiHeader& h, VolumeInfo& info) {
     info.warnings.push_back(std::string("the header's ") + (h.sform_code > 0 && !has_s ? "sform" : "qform") +
                             " is singular or not finite and is ignored");
   }
+  for (int a = 0; a < 3 && has_q && !has_s; ++a) {
+    if (h.pixdim[a + 1] < 0)
+      info.warnings.push_back("the header's voxel size along axis " + std::to_string(a + 1) +
+                              " is negative, which NIfTI does not allow: its sign is ignored");
+  }
   if (!has_q && !has_s) {
-    geometry.spacing_mm = spacing;  // with origin 0 and the axes of LPS, like ITK
+    // Method 1 of NIfTI, x = pixdim * i: origin 0 and the axes of LPS, reversed by a negative size, as in ITK.
+    for (int a = 0; a < 3; ++a) geometry.set_step(a, h.pixdim[a + 1] < 0 ? -spacing[a] : spacing[a]);
     info.warnings.push_back("the header has no orientation: the patient's left and right are unknown");
   } else {
     // If both are valid but differ, the sform is used, as in nibabel and SPM. (ITK 5.2 uses the qform unless the code
@@ -72,12 +107,8 @@ void set_geometry(const NiftiHeader& h, VolumeInfo& info) {
     if (has_q && has_s) {
       const double shift = max_shift(qform, h.srow, geometry.size);
       if (shift > 0.1 * spacing.minCoeff()) {
-        char text[160];
-        std::snprintf(text, sizeof text,
-                      "the sform and the qform of the header are up to %.3g mm apart: the sform is used, other "
-                      "programs may use the qform",
-                      shift);
-        info.warnings.push_back(text);
+        info.warnings.push_back("the sform and the qform of the header are up to " + length_text(shift * mm) +
+                                " apart: the sform is used, other programs may use the qform");
       }
     }
     const Affine& affine = has_s ? h.srow : qform;
@@ -90,13 +121,12 @@ void set_geometry(const NiftiHeader& h, VolumeInfo& info) {
     }
     geometry.origin_mm = kLpsFromRas.cwiseProduct(affine.col(3));
   }
-  const int unit = h.units & 7;
-  const double mm = unit == 1 ? 1000 : unit == 3 ? 1e-3 : 1;
   if (mm != 1) {
     geometry.spacing_mm *= mm;
     geometry.origin_mm *= mm;
-    info.warnings.push_back(unit == 1 ? "lengths are in metres in the file" : "lengths are in micrometres in the file");
+    info.warnings.push_back(mm > 1 ? "lengths are in metres in the file" : "lengths are in micrometres in the file");
   }
+  keep_header(geometry, frame_of(h));
 }
 
 }  // namespace simplexseg

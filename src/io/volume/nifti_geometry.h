@@ -6,8 +6,8 @@
 namespace simplexseg {
 
 /// Sets spacing (mm), origin (LPS, mm) and direction from the sform, else from the qform. Without a valid one, uses the
-/// voxel sizes, origin 0 and the axes of LPS. Adds warnings about assumptions, other units, and an sform and a qform
-/// that differ.
+/// voxel sizes with their signs, origin 0 and the axes of LPS. Keeps the fields for labels (NiftiFrame). Adds warnings
+/// about assumptions, other units, and an sform and a qform that differ.
 void set_geometry(const NiftiHeader& header, VolumeInfo& info);
 
 }  // namespace simplexseg

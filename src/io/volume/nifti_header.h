@@ -16,6 +16,8 @@
 
 namespace simplexseg {
 
+constexpr int kNiftiLengthUnits = 7;  ///< bits of the field for units that contain the unit of length
+
 /// Header fields, each in the widest type of any version. Most names are those of the format description.
 struct NiftiHeader {
   std::array<unsigned char, 540> bytes{};  ///< header as stored

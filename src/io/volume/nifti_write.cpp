@@ -2,8 +2,8 @@
 #include "io/volume/nifti_write.h"
 
 #include <Eigen/Geometry>
-#include <array>
 #include <bit>
+#include <cstdint>
 #include <cstring>
 #include <string>
 
@@ -11,6 +11,7 @@
 #include "image/volume.h"
 #include "io/platform/atomic_file.h"
 #include "io/platform/compressing_writer.h"
+#include "io/source/stored_header.h"
 #include "io/source/volume_source.h"
 
 namespace simplexseg {
@@ -19,68 +20,123 @@ static_assert(std::endian::native == std::endian::little, "the writer stores the
 
 namespace {
 
-bool orthogonal(const Eigen::Matrix3d& direction) {
-  return (direction.transpose() * direction - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-4;
+constexpr int kDatatypes[] = {256, 2, 4, 512, 8, 768, 16, 64};  // in the order of VoxelType
+constexpr std::size_t kExtensionBytes = 4;                      // zeros after the header: no extensions
+
+/// Header bytes, written field by field.
+class HeaderBytes {
+ public:
+  explicit HeaderBytes(std::size_t count) : bytes(count, '\0') {}
+
+  template <class T>
+  void put(std::size_t offset, double value) {
+    const T stored = static_cast<T>(value);
+    std::memcpy(&bytes[offset], &stored, sizeof stored);
+  }
+  template <class T, class Array>
+  void put_all(std::size_t offset, const Array& values) {
+    for (const double value : values) {
+      put<T>(offset, value);
+      offset += sizeof(T);
+    }
+  }
+
+  std::string bytes;
+};
+
+/// Fields for a grid without a header: the sform, and the qform unless the grid is sheared, which a qform cannot state.
+NiftiFrame frame_of(const VolumeGeometry& g) {
+  NiftiFrame frame{.sform_code = 1, .units = 2, .pixdim = {1, g.spacing_mm[0], g.spacing_mm[1], g.spacing_mm[2]}};
+  Eigen::Matrix3d rotation = kLpsFromRas.asDiagonal() * g.direction;
+  const Eigen::Matrix3d linear = rotation * g.spacing_mm.asDiagonal();
+  const Eigen::Vector3d origin = kLpsFromRas.cwiseProduct(g.origin_mm);
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) frame.srow[static_cast<std::size_t>(4 * r + c)] = linear(r, c);
+    frame.srow[static_cast<std::size_t>(4 * r + 3)] = origin[r];
+  }
+  const bool mirrored = rotation.determinant() < 0;
+  if (mirrored) rotation.col(2) *= -1;
+  Eigen::Quaterniond q(rotation);
+  q.normalize();
+  if (q.w() < 0) q.coeffs() *= -1;
+  VolumeGeometry of_qform = g;
+  of_qform.direction = kLpsFromRas.asDiagonal() * q.toRotationMatrix();
+  if (mirrored) of_qform.direction.col(2) *= -1;
+  if (!of_qform.same_grid(g)) return frame;
+  frame.qform_code = 1;
+  if (mirrored) frame.pixdim[0] = -1;
+  frame.quaternion = {q.x(), q.y(), q.z()};
+  frame.qoffset = {origin[0], origin[1], origin[2]};
+  return frame;
+}
+
+std::string header_of_version_1(const Volume& volume, const NiftiFrame& frame) {
+  constexpr std::size_t size = 348;
+  HeaderBytes header(size + kExtensionBytes);
+  header.put<std::int32_t>(0, size);
+  header.bytes[38] = 'r';
+  header.put_all<std::int16_t>(40, std::array{3, 1, 1, 1, 1, 1, 1, 1});
+  for (std::size_t a = 0; a < 3; ++a) {
+    const int voxels = volume.geometry().size[a];
+    if (voxels > 32767) {
+      throw Error("cannot write a NIfTI file",
+                  "NIfTI-1 allows 32767 voxels along an axis, this volume has " + std::to_string(voxels),
+                  "save it as .nrrd");
+    }
+    header.put<std::int16_t>(42 + 2 * a, voxels);
+  }
+  header.put<std::int16_t>(70, kDatatypes[static_cast<int>(volume.type())]);
+  header.put<std::int16_t>(72, static_cast<double>(8 * bytes_per_voxel(volume.type())));
+  header.put_all<float>(76, frame.pixdim);
+  header.put_all<float>(92, std::array{1, 1, 1, 1});
+  header.put<float>(108, size + kExtensionBytes);
+  header.put<float>(112, 1);
+  header.bytes[123] = static_cast<char>(frame.units);
+  header.put<std::int16_t>(252, frame.qform_code);
+  header.put<std::int16_t>(254, frame.sform_code);
+  header.put_all<float>(256, frame.quaternion);
+  header.put_all<float>(268, frame.qoffset);
+  header.put_all<float>(280, frame.srow);
+  std::memcpy(&header.bytes[344], "n+1", 4);
+  return header.bytes;
+}
+
+std::string header_of_version_2(const Volume& volume, const NiftiFrame& frame) {
+  constexpr std::size_t size = 540;
+  HeaderBytes header(size + kExtensionBytes);
+  header.put<std::int32_t>(0, size);
+  std::memcpy(&header.bytes[4], "n+2\0\r\n\032\n", 8);
+  header.put<std::int16_t>(12, kDatatypes[static_cast<int>(volume.type())]);
+  header.put<std::int16_t>(14, static_cast<double>(8 * bytes_per_voxel(volume.type())));
+  header.put_all<std::int64_t>(16, std::array{3, 1, 1, 1, 1, 1, 1, 1});
+  header.put_all<std::int64_t>(24, volume.geometry().size);
+  header.put_all<double>(104, frame.pixdim);
+  header.put_all<double>(136, std::array{1, 1, 1, 1});
+  header.put<std::int64_t>(168, size + kExtensionBytes);
+  header.put<double>(176, 1);
+  header.put<std::int32_t>(344, frame.qform_code);
+  header.put<std::int32_t>(348, frame.sform_code);
+  header.put_all<double>(352, frame.quaternion);
+  header.put_all<double>(376, frame.qoffset);
+  header.put_all<double>(400, frame.srow);
+  header.put<std::int32_t>(500, frame.units);
+  return header.bytes;
 }
 
 }  // namespace
 
 void write_nifti(AtomicFile& file, const Volume& volume, bool compress) {
-  const VolumeGeometry& g = volume.geometry();
-  std::array<unsigned char, 352> bytes{};
-  const auto store = [&]<class T>(std::size_t offset, T value) { std::memcpy(&bytes[offset], &value, sizeof value); };
-  const int codes[] = {256, 2, 4, 512, 8, 768, 16, 64};  // in the order of VoxelType
-  store(0, std::int32_t(348));
-  bytes[38] = 'r';
-  store(40, std::int16_t(3));
-  for (int a = 0; a < 7; ++a) {
-    const int size = a < 3 ? g.size[a] : 1;
-    if (size > 32767) {
-      throw Error("cannot write a NIfTI file",
-                  "NIfTI-1 allows 32767 voxels along an axis, this volume has " + std::to_string(size),
-                  "save it as .nrrd");
-    }
-    store(42 + 2 * a, std::int16_t(size));
-    store(80 + 4 * a, a < 3 ? float(g.spacing_mm[a]) : 1.f);
-  }
-  store(70, std::int16_t(codes[static_cast<int>(volume.type())]));
-  store(72, std::int16_t(8 * bytes_per_voxel(volume.type())));
-  store(108, 352.f);
-  store(112, 1.f);
-  bytes[123] = 2;  // mm
-  std::memcpy(&bytes[344], "n+1", 4);
-
-  Eigen::Matrix3d rotation = kLpsFromRas.asDiagonal() * g.direction;
-  const Eigen::Matrix3d linear = rotation * g.spacing_mm.asDiagonal();
-  const Eigen::Vector3d origin = kLpsFromRas.cwiseProduct(g.origin_mm);
-  store(254, std::int16_t(1));
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) store(280 + 16 * r + 4 * c, float(linear(r, c)));
-    store(280 + 16 * r + 12, float(origin[r]));
-  }
-  store(76, 1.f);
-  if (orthogonal(rotation)) {  // a qform cannot represent a sheared geometry
-    if (rotation.determinant() < 0) {
-      rotation.col(2) *= -1;
-      store(76, -1.f);
-    }
-    Eigen::Quaterniond q(rotation);
-    q.normalize();
-    if (q.w() < 0) q.coeffs() *= -1;
-    store(252, std::int16_t(1));
-    store(256, float(q.x()));
-    store(260, float(q.y()));
-    store(264, float(q.z()));
-    for (int r = 0; r < 3; ++r) store(268 + 4 * r, float(origin[r]));
-  }
-
+  const NiftiFrame* const stored = stored_frame<NiftiFrame>(volume.geometry());
+  const NiftiFrame frame = stored ? *stored : frame_of(volume.geometry());
+  const std::string header =
+      frame.version == 2 ? header_of_version_2(volume, frame) : header_of_version_1(volume, frame);
   if (!compress) {
-    file.write(bytes.data(), bytes.size());
+    file.write(header.data(), header.size());
     file.write(volume.data(), volume.bytes());
     return;
   }
   CompressingWriter writer(file, CompressingWriter::Frame::Gzip);
-  writer.write(bytes.data(), bytes.size());
+  writer.write(header.data(), header.size());
   writer.write(volume.data(), volume.bytes());
   writer.finish();
 }

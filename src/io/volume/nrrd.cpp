@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -13,6 +15,7 @@
 #include "io/platform/compressing_writer.h"
 #include "io/platform/files.h"
 #include "io/platform/header_text.h"
+#include "io/source/stored_header.h"
 #include "io/source/stored_voxels.h"
 #include "io/volume/nrrd_header.h"
 #include "io/volume/nrrd_segments.h"
@@ -151,20 +154,88 @@ void set_geometry_in_space(const NrrdHeader& header, const Axes& axes,
 /// Sets origin and spacing from the fields of each axis, for a header without a space.
 void set_geometry_by_axes(const NrrdHeader& header, const Axes& axes, VolumeInfo& info) {
   const auto spacings = header.numbers("spacings"), axis_minima = header.numbers("axis mins");
+  const auto axis_maxima = header.numbers("axis maxs");
+  bool all_known = true;
   const auto units = header.words("units", header.sizes().size());
   const auto centers = header.words("centers", header.sizes().size());
   for (std::size_t a = 0; a < axes.space.size(); ++a) {
     const std::size_t axis = axes.space[a];
     const double mm = units.empty() ? 1 : millimetres(header, units[axis]);
     if (!units.empty()) warn_about_unit(info, units[axis], mm);
-    const double spacing = spacings.empty() || std::isnan(spacings[axis]) ? 1 : spacings[axis] * mm;
     const bool at_cells = centers.empty() || lower_case(centers[axis]) != "node";
-    info.geometry.spacing_mm[static_cast<int>(a)] = spacing;
+    double spacing = spacings.empty() ? std::nan("") : spacings[axis];
+    const auto steps = static_cast<double>(header.sizes()[axis]) - (at_cells ? 0 : 1);
+    if (std::isnan(spacing) && !axis_minima.empty() && !axis_maxima.empty() && steps > 0)
+      spacing = (axis_maxima[axis] - axis_minima[axis]) / steps;
+    all_known = all_known && !std::isnan(spacing);
+    spacing = std::isnan(spacing) ? 1 : spacing * mm;
+    info.geometry.set_step(static_cast<int>(a), spacing);
     if (!axis_minima.empty() && !std::isnan(axis_minima[axis]))
       info.geometry.origin_mm[static_cast<int>(a)] = axis_minima[axis] * mm + (at_cells ? spacing / 2 : 0);
   }
-  if (spacings.empty()) info.warnings.push_back("the header has no voxel size: 1 mm is assumed");
+  if (!all_known) info.warnings.push_back("the header has no voxel size: 1 mm is assumed");
   info.warnings.push_back("the header has no orientation: the patient's left and right are unknown");
+}
+
+std::string vector_text(std::span<const double> vector) {
+  std::string text;
+  for (const double x : vector) text.append(text.empty() ? "(" : ",").append(digits_of(x));
+  return text + ')';
+}
+
+/// Name of a space without its time axis.
+std::string spatial_name(const std::string& name) {
+  return name.substr(0, name.size() - (lower_case(name).ends_with("-time") ? 5 : 1));
+}
+
+/// Header lines that place the three spatial axes; nullopt for fewer axes, and for directions through time.
+std::optional<std::string> nrrd_placement(const NrrdHeader& header, const Axes& axes,
+                                          const std::vector<std::vector<double>>& directions, int dimension) {
+  if (axes.space.size() < 3 || dimension < 3 || dimension > 4) return std::nullopt;
+  std::string lines;
+  const auto add = [&lines](const std::string& field, const std::string& value) {
+    lines.append(field).append(": ").append(value).append("\n");
+  };
+  const auto add_words = [&](const char* field, bool in_quotes = false) {
+    const auto words = header.words(field, header.sizes().size());
+    if (words.empty()) return;
+    std::string text;
+    for (const std::size_t axis : axes.space)
+      text.append(text.empty() ? "" : " ").append(in_quotes ? '"' + words[axis] + '"' : words[axis]);
+    add(field, text);
+  };
+  if (!header.has("space") && directions.empty()) {
+    for (const char* field : {"spacings", "axis mins", "axis maxs", "centers"}) add_words(field);
+    add_words("units", true);
+    return lines;
+  }
+  if (header.has("space"))
+    add("space", dimension == 4 ? spatial_name(header.text("space")) : header.text("space"));
+  else
+    add("space dimension", "3");
+  if (const auto units = header.words("space units", static_cast<std::size_t>(dimension)); !units.empty())
+    add("space units", '"' + units[0] + "\" \"" + units[1] + "\" \"" + units[2] + '"');
+  if (directions.empty()) add_words("spacings");
+  if (!directions.empty()) {
+    std::string text;
+    for (const std::size_t axis : axes.space) {
+      const std::vector<double>& direction = directions[axis];
+      if (dimension == 4 && direction[3] != 0) return std::nullopt;
+      text.append(text.empty() ? "" : " ").append(vector_text(std::span(direction).first(3)));
+    }
+    add("space directions", text);
+  }
+  if (const auto origin = header.vectors("space origin", 1, dimension); !origin.empty() && !origin[0].empty())
+    add("space origin", vector_text(std::span(origin[0]).first(3)));
+  return lines;
+}
+
+/// Header lines that place a grid in LPS.
+std::string nrrd_placement(const VolumeGeometry& g) {
+  const auto vector = [](const Eigen::Vector3d& v) { return vector_text(std::span(v.data(), 3)); };
+  std::string lines = "space: left-posterior-superior\nspace units: \"mm\" \"mm\" \"mm\"\nspace directions:";
+  for (int a = 0; a < 3; ++a) lines.append(1, ' ').append(vector(g.direction.col(a) * g.spacing_mm[a]));
+  return lines + "\nspace origin: " + vector(g.origin_mm) + "\n";
 }
 
 /// Data files of a detached header: a single file, or one for each slice.
@@ -256,39 +327,32 @@ VolumeSource open_nrrd(const fs::path& path, int volume) {
   info.frames = static_cast<int>(std::min(axes.frames, 1e9));
   info.components = static_cast<int>(std::min(axes.components, 1e9));
   info.segments = segments_of(header);
-  if (!info.segments.empty() && (info.components > 1 || info.frames > 1))
-    header.fail("its segments overlap: they are stored in " + std::to_string(std::max(info.components, info.frames)) +
-                    " layers",
-                "export them as one label map");
   for (std::size_t a = 0; a < 3; ++a)
     info.geometry.size[a] = a < axes.space.size() ? static_cast<int>(header.sizes()[axes.space[a]]) : 1;
   if (header.has("space") || !directions.empty())
     set_geometry_in_space(header, axes, directions, info);
   else
     set_geometry_by_axes(header, axes, info);
+  if (const auto lines = nrrd_placement(header, axes, directions, dimension))
+    keep_header(info.geometry, NrrdFrame{*lines});
   StoredVoxels voxels;
   voxels.type = type_of(header);
   voxels.interleaved = static_cast<int>(std::min(axes.interleaved, 1e9));
   read_encoding(header, path, voxels);
   info.file_count = static_cast<int>(voxels.files.size()) + (header.has("data file") ? 1 : 0);
+  if (!info.segments.empty() && (info.components > 1 || info.frames > 1))
+    return open_layers(info, voxels, header, path);
   return open_stored(std::move(info), std::move(voxels), path, volume);
 }
 
 void write_nrrd(AtomicFile& file, const Volume& volume, const std::string& keys) {
   const VolumeGeometry& g = volume.geometry();
-  const auto vector = [](const Eigen::Vector3d& v) {
-    std::string text(1, '(');
-    for (int a = 0; a < 3; ++a) text.append(digits_of(v[a])).append(1, a < 2 ? ',' : ')');
-    return text;
-  };
+  const NrrdFrame* const stored = stored_frame<NrrdFrame>(g);
   std::string text = "NRRD0004\n# https://teem.sourceforge.net/nrrd/format.html\n";
-  text += std::string("type: ") + kNrrdTypes[static_cast<int>(volume.type())] + "\ndimension: 3\n";
-  text += "space: left-posterior-superior\nspace units: \"mm\" \"mm\" \"mm\"\nsizes:";
+  text += std::string("type: ") + kNrrdTypes[static_cast<int>(volume.type())] + "\ndimension: 3\nsizes:";
   for (const int size : g.size) text.append(1, ' ').append(std::to_string(size));
-  text += "\nspace directions:";
-  for (int a = 0; a < 3; ++a) text.append(1, ' ').append(vector(g.direction.col(a) * g.spacing_mm[a]));
-  text += "\nkinds: domain domain domain\nendian: little\nencoding: gzip\nspace origin: " + vector(g.origin_mm) + "\n" +
-          keys + "\n";
+  text += "\n" + (stored ? stored->lines : nrrd_placement(g));
+  text += "kinds: domain domain domain\nendian: little\nencoding: gzip\n" + keys + "\n";
   write_bytes(file, text);
   CompressingWriter compressed(file, CompressingWriter::Frame::Gzip);
   compressed.write(volume.data(), volume.bytes());

@@ -15,7 +15,8 @@ class AtomicFile;
 /// Error for an invalid header, a file that is too small, a unit that is not a length, or an invalid volume number.
 VolumeSource open_nrrd(const std::filesystem::path& path, int volume = 1);
 
-/// Writes an attached NRRD file in LPS and mm, with gzip encoding. `keys`: further header lines "KEY:=text", each with
+/// Writes an attached NRRD file with gzip encoding, in LPS and mm. A grid read from NRRD is placed by the fields of its
+/// file (NrrdFrame). `keys`: further header lines "KEY:=text", each with
 /// a line break at its end. Throws Error when the file cannot be written.
 void write_nrrd(AtomicFile& file, const Volume& volume, const std::string& keys = "");
 

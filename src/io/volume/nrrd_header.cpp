@@ -23,6 +23,18 @@ std::string field_name(const std::string& text) {
   return name == "centerings" ? "centers" : name;
 }
 
+/// Components of a vector without its parentheses, separated by commas or, without any, by blanks.
+std::vector<std::string> components_of(const std::string& vector) {
+  if (vector.find(',') == std::string::npos) return words_of(vector);
+  std::vector<std::string> components;
+  for (std::size_t first = 0; first <= vector.size();) {
+    const std::size_t comma = std::min(vector.find(',', first), vector.size());
+    components.push_back(trimmed(vector.substr(first, comma - first)));
+    first = comma + 1;
+  }
+  return components;
+}
+
 }  // namespace
 
 void NrrdHeader::fail(const std::string& why, const std::string& what_to_do) const {
@@ -56,7 +68,7 @@ NrrdHeader::NrrdHeader(const std::filesystem::path& path) : path_(path) {
   for (const std::string& word : words("sizes", static_cast<std::size_t>(dimension))) {
     const auto size = number_of<std::int64_t>(word);
     if (!size || *size < 1 || *size > std::numeric_limits<int>::max())
-      fail("its header claims '" + one_line(word, 60) + "' voxels along an axis");
+      fail("its field 'sizes' claims '" + one_line(word, 60) + "' voxels along an axis");
     sizes_.push_back(*size);
   }
   if (sizes_.empty()) fail("its header has no sizes");
@@ -115,7 +127,10 @@ std::vector<double> NrrdHeader::numbers(const std::string& field) const {
 std::vector<std::vector<double>> NrrdHeader::vectors(const std::string& field, std::size_t count, int dimension) const {
   std::vector<std::vector<double>> found;
   const std::string value = text(field);
-  const auto unusable = [&] { fail("its field '" + field + "' is '" + one_line(value, 100) + "', not vectors"); };
+  const auto unusable = [&] {
+    fail("its field '" + field + "' is '" + one_line(value, 100) + "', not vectors of " + std::to_string(dimension) +
+         " numbers with a decimal point, separated by commas");
+  };
   for (std::size_t at = value.find_first_not_of(" \t"); at < value.size(); at = value.find_first_not_of(" \t", at)) {
     std::vector<double>& vector = found.emplace_back();
     if (lower_case(value.substr(at, 4)) == "none") {
@@ -124,9 +139,7 @@ std::vector<std::vector<double>> NrrdHeader::vectors(const std::string& field, s
     }
     const std::size_t end = value.find(')', at);
     if (value[at] != '(' || end == std::string::npos) unusable();
-    std::string inside = value.substr(at + 1, end - at - 1);
-    std::replace(inside.begin(), inside.end(), ',', ' ');
-    for (const std::string& word : words_of(inside)) {
+    for (const std::string& word : components_of(value.substr(at + 1, end - at - 1))) {
       const auto number = number_of<double>(lower_case(word));
       if (!number) unusable();
       vector.push_back(*number);

@@ -3,8 +3,7 @@
 
 #include <zlib.h>
 
-#include <cstdio>
-
+#include "core/number_text.h"
 #include "image/volume.h"
 
 namespace simplexseg {
@@ -27,9 +26,7 @@ std::string checksum_of(const Volume& volume) {
   checksum = add(checksum, grid.direction.data(), 9 * sizeof(double));
   checksum = add(checksum, &type, sizeof type);
   checksum = add(checksum, volume.data(), volume.bytes());
-  char text[48];
-  std::snprintf(text, sizeof text, "crc32-%08lx-%zu", checksum, volume.bytes());
-  return text;
+  return "crc32-" + hexadecimal_text(checksum, 8) + "-" + std::to_string(volume.bytes());
 }
 
 }  // namespace simplexseg

@@ -7,6 +7,8 @@
 #include <limits>
 #include <new>
 
+#include "core/expect.h"
+#include "core/number_text.h"
 #include "io/dicom/dicom.h"
 #include "io/dicom/dicom_series.h"
 #include "io/dicom/dicom_texts.h"
@@ -87,7 +89,16 @@ std::size_t count_not_finite(const Volume& volume) {
 
 bool is_nifti(const std::string& extension) { return extension == ".nii" || extension == ".nii.gz"; }
 
-void write(const fs::path& path, const Volume& volume, const std::string& nrrd_keys = "") {
+/// Warning that other programs cannot place voxels on a sheared grid; empty for axes at right angles.
+std::string warning_of_shear(const fs::path& path, const VolumeGeometry& grid) {
+  const auto degrees = shear_degrees(grid);
+  if (!degrees) return "";
+  return "the axes deviate by " + general_text(*degrees, 3) + " degrees from right angles: programs " +
+         (is_nifti(extension_of(path)) ? "that use ITK (3D Slicer, ITK-SNAP) or the qform" : "without sheared grids") +
+         " refuse the file or place it elsewhere; resample the image to axes at right angles for them";
+}
+
+std::string write(const fs::path& path, const Volume& volume, const std::string& nrrd_keys = "") {
   require_volume_name(path);
   if (volume.empty()) throw Error("cannot write " + quoted(path), "the volume is empty", "load a volume first");
   AtomicFile file(path);
@@ -96,6 +107,7 @@ void write(const fs::path& path, const Volume& volume, const std::string& nrrd_k
   if (extension == ".nrrd") write_nrrd(file, volume, nrrd_keys);
   if (extension == ".mha") write_meta_image(file, volume);
   file.commit();
+  return warning_of_shear(path, volume.geometry());
 }
 
 }  // namespace
@@ -137,7 +149,11 @@ int count_volumes(const fs::path& path) {
 }
 
 LoadedVolume load_volume(const fs::path& path, int volume, const std::string& series) {
-  const VolumeSource source = open_volume(path, volume, series);
+  return load_volume(open_volume(path, volume, series), path);
+}
+
+LoadedVolume load_volume(const VolumeSource& source, const fs::path& path, std::optional<int> segment) {
+  SIMPLEXSEG_EXPECT(!segment || source.read_segment);
   const VolumeInfo& info = source.info;
   require_one_value(path, info);
   const double needed =
@@ -151,7 +167,7 @@ LoadedVolume load_volume(const fs::path& path, int volume, const std::string& se
   }
   LoadedVolume loaded;
   try {
-    loaded.volume = source.read();
+    loaded.volume = segment ? source.read_segment(*segment) : source.read();
   } catch (const Error&) {
     throw;
   } catch (const std::bad_alloc&) {
@@ -171,8 +187,11 @@ LoadedVolume load_volume(const fs::path& path, int volume, const std::string& se
     loaded.series = texts.series;
   }
   loaded.warnings = info.warnings;
+  if (source.voxel_warnings && !segment)
+    loaded.warnings.insert(loaded.warnings.end(), source.voxel_warnings->begin(), source.voxel_warnings->end());
   if (const std::size_t count = count_not_finite(loaded.volume)) {
-    loaded.warnings.push_back(std::to_string(count) + " voxels are not finite numbers");
+    loaded.warnings.push_back(
+        counted(static_cast<std::int64_t>(count), "voxel is not a finite number", "voxels are not finite numbers"));
   }
   return loaded;
 }
@@ -186,15 +205,15 @@ void require_volume_name(const fs::path& path) {
               "use .nii.gz, .nii, .nrrd or .mha");
 }
 
-void write_volume(const fs::path& path, const Volume& volume) { write(path, volume); }
+std::string write_volume(const fs::path& path, const Volume& volume) { return write(path, volume); }
 
-void write_labels(const fs::path& path, const Volume& labels, const std::vector<SegmentName>& names) {
+std::string write_labels(const fs::path& path, const Volume& labels, const std::vector<SegmentName>& names) {
   if (labels.type() == VoxelType::Float32 || labels.type() == VoxelType::Float64) {
     throw Error("cannot write " + quoted(path),
                 std::string("labels must be integers, but these are ") + to_string(labels.type()),
                 "convert them to integers");
   }
-  write(path, labels, is_segment_name(path) && !labels.empty() ? segment_fields(labels, names) : "");
+  return write(path, labels, is_segment_name(path) && !labels.empty() ? segment_fields(labels, names) : "");
 }
 
 }  // namespace simplexseg

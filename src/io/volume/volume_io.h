@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,9 +30,8 @@ struct LoadedVolume {
 /// Reads the header of a volume: NIfTI (.nii, .nii.gz, .hdr/.img), Analyze, MetaImage, NRRD, GIPL (.gipl, .gipl.gz),
 /// MINC, a DICOM file, or a folder with a DICOM series. The largest of several series is used, with a warning.
 /// `volume`: number of the volume in a 4D file or series, from 1. `series`: UID of the series to read from a DICOM
-/// folder or its subfolders; images that do not fit into the volume are omitted with a warning (open_named_series()).
-/// Throws Error if the file is missing or too small, its format is not supported, its geometry is invalid, or it has no
-/// volume of that number.
+/// folder or its subfolders. Throws Error if the file is missing or too small, its format is not supported, its
+/// geometry is invalid, or it has no volume of that number.
 VolumeInfo read_volume_info(const std::filesystem::path& path, int volume = 1, const std::string& series = {});
 /// Opens a file or folder for reading. Arguments and errors are those of read_volume_info().
 VolumeSource open_volume(const std::filesystem::path& path, int volume = 1, const std::string& series = {});
@@ -46,18 +46,26 @@ int count_volumes(const std::filesystem::path& path);
 /// duplicate or differently oriented slices, and too little memory. Throws Cancelled (LoadProgress).
 LoadedVolume load_volume(const std::filesystem::path& path, int volume = 1, const std::string& series = {});
 
+/// Reads the volume that open_volume() opened as `path`. `segment`: number of the segment that is read alone, without
+/// the others that share its voxels; requires VolumeSource::read_segment. Errors are those of load_volume().
+LoadedVolume load_volume(const VolumeSource& source, const std::filesystem::path& path,
+                         std::optional<int> segment = std::nullopt);
+
 /// Reads a volume with load_volume(), without metadata and warnings.
 Volume read_volume(const std::filesystem::path& path);
 
 /// Throws Error if write_volume() does not support the extension.
 void require_volume_name(const std::filesystem::path& path);
-/// Writes .nii, .nii.gz, .nrrd or .mha with unchanged voxels and voxel type. Writes a temporary file and renames it, so
-/// that `path` is never incomplete. Throws Error for another extension, an empty volume, a missing folder, or a failed
-/// write.
-void write_volume(const std::filesystem::path& path, const Volume& volume);
+/// Writes .nii, .nii.gz, .nrrd or .mha with unchanged voxels and voxel type. A grid that was read from a file of the
+/// same format is stated as in that file (VolumeGeometry::header). Writes a temporary file and renames it, so that
+/// `path` is never incomplete. Returns a warning for the user if the grid is sheared, else "". Throws Error for another
+/// extension, an empty volume, a missing folder, or a failed write.
+std::string write_volume(const std::filesystem::path& path, const Volume& volume);
 /// Writes a label volume with write_volume(). A .seg.nrrd file also stores names and colours; a label that is not in
-/// `names` is named "label NUMBER". Throws the errors of write_volume(), and Error if the voxels are not integers.
-void write_labels(const std::filesystem::path& path, const Volume& labels, const std::vector<SegmentName>& names = {});
+/// `names` is named "label NUMBER". Returns the warning of write_volume(). Throws the errors of write_volume(), and
+/// Error if the voxels are not integers.
+std::string write_labels(const std::filesystem::path& path, const Volume& labels,
+                         const std::vector<SegmentName>& names = {});
 
 /// Memory available without swapping (MemAvailable in /proc/meminfo), bytes; 0 if unknown.
 std::size_t available_memory();

@@ -43,6 +43,7 @@ class Volume:
         spacing: ArrayLike | None = None,
         origin: ArrayLike | None = None,
         direction: ArrayLike | None = None,
+        like: Volume | None = None,
     ) -> None: ...
     @property
     def array(self) -> NDArray[Any]: ...

@@ -46,7 +46,7 @@ void add_csv(std::string& text, const std::string& label, const char* peer, std:
     text.append(label).append(",").append(std::to_string(c)).append(",").append(name_of(click.mark.kind));
     for (const double x : {at.x(), at.y(), at.z(), click.mark.radius_mm, click.agreement.dice, click.agreement.hd95_mm,
                            click.agreement.assd_mm, click.seconds})
-      text.append(",").append(fixed(x, 4));
+      text.append(",").append(fixed_or_dash(x, 4));
     text.append(",").append(peer).append("\n");
   }
 }
@@ -74,8 +74,8 @@ void bench(const Options& options) {
       double seconds = 0;
       for (const RobotClick& click : clicks) seconds += click.seconds;
       for (const std::size_t c : {0, 3, 5, 10})
-        row.push_back(fixed(clicks[std::min(c, clicks.size() - 1)].agreement.dice, 3));
-      row.push_back(fixed(seconds / static_cast<double>(clicks.size()), 2));
+        row.push_back(fixed_or_dash(clicks[std::min(c, clicks.size() - 1)].agreement.dice, 3));
+      row.push_back(fixed_or_dash(seconds / static_cast<double>(clicks.size()), 2));
       add_csv(csv, name, kind.name, clicks);
     }
   }

@@ -412,7 +412,7 @@ void ArchiveDialog::fetch() {
       [=](Archive& archive, const ArchiveProgress& progress) {
         *folder = archive.fetch(study, series, ArchiveCache(), progress);
       },
-      [=, this] { emit fetched(QString::fromStdU16String(folder->u16string())); });
+      [=, this] { emit fetched(text(*folder)); });
 }
 
 }  // namespace simplexseg

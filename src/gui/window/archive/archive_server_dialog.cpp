@@ -12,9 +12,10 @@
 #include <QSpinBox>
 #include <QVBoxLayout>
 #include <algorithm>
-#include <cctype>
 
 #include "core/error.h"
+#include "core/number_text.h"
+#include "gui/look/integer_box.h"
 #include "gui/look/qt_text.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
@@ -26,7 +27,7 @@ enum Protocol { kWeb, kDimse };
 enum Credentials { kNone, kVariable, kFile };
 
 std::string utf8(const QLineEdit* line) { return line->text().trimmed().toStdString(); }
-std::filesystem::path path_in(const QLineEdit* line) { return {line->text().trimmed().toStdU16String()}; }
+std::filesystem::path path_in(const QLineEdit* line) { return to_path(line->text().trimmed()); }
 
 /// Text field with a button that opens a file dialog.
 class FileField : public QWidget {
@@ -41,7 +42,7 @@ class FileField : public QWidget {
     choose_->setAutoDefault(false);
     choose_->setAccessibleName(QObject::tr("Choose: %1").arg(title));
     connect(choose_, &QPushButton::clicked, line, [line, title] {
-      const QString path = QFileDialog::getOpenFileName(line->window(), title, line->text());
+      const QString path = local_path(QFileDialog::getOpenFileUrl(line->window(), title, url_of(line->text())));
       if (!path.isEmpty()) line->setText(path);
     });
   }
@@ -96,7 +97,7 @@ ArchiveServerDialog::ArchiveServerDialog(const ArchiveServer& server, std::funct
   where_ = where;
   choose_ = where->button();
   host_ = add(tr("&Host"), tr("Network name or address of the archive"), line(text(server.host)));
-  port_ = add(tr("&Port"), tr("Network port of the DICOM service"), new QSpinBox(this));
+  port_ = add(tr("&Port"), tr("Network port of the DICOM service"), new IntegerBox(this));
   port_->setRange(1, 65535);
   port_->setValue(server.port);
   called_ = add(tr("AE t&itle of the archive"), tr("Application entity (AE) title of the archive"),
@@ -165,11 +166,11 @@ ArchiveServer ArchiveServerDialog::server() const {
 
 void ArchiveServerDialog::require_named_credentials() const {
   const int kind = kind_->currentIndex();
-  if (kind == kNone) return;
+  if (protocol_->currentIndex() != kWeb || kind == kNone) return;
   const std::string entered = utf8(credentials_);
   if (entered.empty()) throw Error("credentials", "no variable or file is entered", "enter one, or select \"none\"");
   // Text that is not a name may be the secret itself: it must not appear in a file or message.
-  const auto is_name_character = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
+  const auto is_name_character = [](char c) { return is_ascii_letter(c) || is_ascii_digit(c) || c == '_'; };
   if (kind == kVariable && !std::all_of(entered.begin(), entered.end(), is_name_character))
     throw Error("credentials", "the text is not the name of an environment variable",
                 "enter a name such as ARCHIVE_LOGIN, and store the credentials in that variable");

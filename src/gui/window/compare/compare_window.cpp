@@ -14,7 +14,9 @@
 #include <QToolButton>
 #include <QVBoxLayout>
 
+#include "core/number_text.h"
 #include "gui/input/focus_return.h"
+#include "gui/look/qt_text.h"
 #include "gui/look/symbols.h"
 #include "gui/look/theme.h"
 #include "gui/look/widgets.h"
@@ -80,6 +82,7 @@ CompareWindow::CompareWindow(Workbench& workbench, const std::function<std::uniq
   new FocusReturn(*this, *sides_[0].views->all().front());
   sides_[0].views->all().front()->setFocus();
   resize(1240, 800);
+  fit_on_screen(*this);
   refresh();
 }
 
@@ -104,7 +107,7 @@ void CompareWindow::build_bar(QVBoxLayout& column) {
     return button;
   };
   run_ = add_button(tr("Run"), tr("Run or pause both sides"), QKeySequence(Qt::Key_Space),
-                    [this] { comparison_->running() ? comparison_->pause() : comparison_->run(); });
+                    [this] { comparison_->moving() ? comparison_->pause() : comparison_->run(); });
   run_->setObjectName("compare_run");
   run_->setMinimumWidth(theme::scaled(84));
   QToolButton* again = add_button(tr("Start again"), tr("Reset the segmentation on both sides, and run both"),
@@ -241,7 +244,8 @@ void CompareWindow::apply_settings(int s) {
 
 QString CompareWindow::state_of(int s) const {
   const Workbench& bench = comparison_->side(s);
-  const QString so_far = tr("%1 s, %2 steps").arg(comparison_->seconds(s), 0, 'f', 2).arg(comparison_->steps(s));
+  const QString so_far =
+      tr("%1 s, %2").arg(comparison_->seconds(s), 0, 'f', 2).arg(counted_text(comparison_->steps(s), "step"));
   if (bench.failed()) return tr("failed after %1").arg(so_far);
   if (comparison_->steps(s) == 0) return bench.running() ? tr("solving") : tr("not run yet");
   if (comparison_->settled(s)) return tr("settled after %1").arg(so_far);
@@ -249,9 +253,9 @@ QString CompareWindow::state_of(int s) const {
 }
 
 void CompareWindow::refresh() {
-  const bool running = comparison_->running();
-  run_->setText(running ? tr("Pause") : tr("Run"));
-  run_->setIcon(icon_of(running ? Symbol::Pause : Symbol::Run));
+  const bool moving = comparison_->moving();
+  run_->setText(moving ? tr("Pause") : tr("Run"));
+  run_->setIcon(icon_of(moving ? Symbol::Pause : Symbol::Run));
   for (int s = 0; s < Comparison::kSides; ++s) sides_[s].state->setText(state_of(s));
   refresh_table();
   draw();
@@ -275,18 +279,19 @@ void CompareWindow::refresh_table() {
   };
   const auto number = [](double value, int digits) { return QString::number(value, 'f', digits); };
   if (comparison_->has_reference()) {
-    const auto add_agreement = [&](const QString& title, const QString& tip, int digits, double Agreement::*member) {
+    add_measured(
+        tr("Dice"), tr("Overlap with the reference: 1 = identical, 0 = no overlap"),
+        [&](const Measured& measured) { return measured.agreement ? number(measured.agreement->dice, 4) : QString(); });
+    const auto add_distance = [&](const QString& title, const QString& tip, double Agreement::*member) {
       add_measured(title, tip, [=](const Measured& measured) {
-        return measured.agreement ? number((*measured.agreement).*member, digits) : QString();
+        return measured.agreement ? text(length_text((*measured.agreement).*member)) : QString();
       });
     };
-    add_agreement(tr("Dice"), tr("Overlap with the reference: 1 = identical, 0 = no overlap"), 4, &Agreement::dice);
-    add_agreement(tr("HD95 (mm)"), tr("95% of the surface lies within this distance of the reference"), 2,
-                  &Agreement::hd95_mm);
-    add_agreement(tr("ASSD (mm)"), tr("Mean distance between the surfaces"), 2, &Agreement::assd_mm);
+    add_distance(tr("HD95"), tr("95% of the surface lies within this distance of the reference"), &Agreement::hd95_mm);
+    add_distance(tr("ASSD"), tr("Mean distance between the surfaces"), &Agreement::assd_mm);
   }
-  add_measured(tr("Volume (ml)"), tr("Volume inside the surface"),
-               [&](const Measured& measured) { return number(measured.volume_ml, 2); });
+  add_measured(tr("Volume"), tr("Volume inside the surface"),
+               [&](const Measured& measured) { return text(volume_text(1000 * measured.volume_ml)); });
   add(tr("Time (s)"), tr("Time spent in simulation steps since the start"),
       [&](int s) { return number(comparison_->seconds(s), 2); });
   add(tr("Steps"), tr("Simulation steps since the start"),
