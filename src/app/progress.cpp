@@ -54,7 +54,7 @@ Interrupt::Interrupt() {
 Interrupt::~Interrupt() { std::signal(SIGINT, previous_); }
 
 void Interrupt::check() {
-  if (g_interrupted) throw Failure("interrupted by Ctrl+C; nothing more was written");
+  if (g_interrupted) throw Failure("interrupted by Ctrl+C; files that were written before are complete");
 }
 
 }  // namespace simplexseg

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages about faults of archives.
+// Error messages about archive servers (PACS), and helpers for both protocols.
 #pragma once
 #include <string>
 
@@ -14,8 +14,8 @@ inline constexpr const char* kNarrowSearch = "narrow the search";
 /// Returns a fault with the name of the server, the cause `why` and the remedy `what_to_do`.
 ArchiveFault archive_fault(const ArchiveServer& server, const std::string& why, const std::string& what_to_do);
 
-// Faults common to both protocols. `during`: time at which the connection ended, for example "during sending"; `what`:
-// object of the fault; `limit`: largest size, bytes.
+// Faults common to both protocols. `during`: phase in which the connection was lost, for example "during sending";
+// `what`: name of the object that is too large or was not found; `limit`: largest size, bytes.
 ArchiveFault connection_refused(const ArchiveServer& server);
 ArchiveFault unknown_host(const ArchiveServer& server);
 ArchiveFault timed_out(const ArchiveServer& server);
@@ -24,7 +24,7 @@ ArchiveFault too_large(const ArchiveServer& server, const std::string& what, std
                        const std::string& what_to_do);
 ArchiveFault not_found(const ArchiveServer& server, const std::string& what);
 
-/// Returns the count in the text of an attribute; `otherwise`, unless the text is an integer from 0 to 999999999.
+/// Returns the count that an attribute contains as text, or `otherwise` if the text is no integer from 0 to 999999999.
 int count_in(const std::string& text, int otherwise);
 /// Returns a status code with four hexadecimal digits, as in PS3.7: "A700".
 std::string status_text(unsigned status);

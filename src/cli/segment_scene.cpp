@@ -86,7 +86,7 @@ int label_number(double value, const std::string& path) {
 
 /// Returns the name of a label, distinct from those of the meshes of the scene.
 std::string mesh_name(const LabelCount& label, int number, const Scene& scene) {
-  const std::string by_number = "label " + std::to_string(number);
+  std::string by_number = "label " + std::to_string(number);
   if (label.name.empty()) return by_number;
   return scene.find_mesh(label.name) ? label.name + " (" + by_number + ")" : label.name;
 }

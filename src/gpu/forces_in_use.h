@@ -21,7 +21,8 @@ constexpr bool kEverySet = false;
 constexpr bool kEverySet = true;
 #endif
 
-/// True if force F acts on some mesh, so that its arrays are allocated. A constant where every set is compiled.
+/// True if force F acts on some mesh; only then are its arrays allocated. Always true if kEverySet: a kernel then
+/// contains only the forces in use.
 template <class F>
 SIMPLEXSEG_HD constexpr bool in_use(const StepView& v) {
   return kEverySet || (v.forces_in_use & bit(F::id)) != 0;

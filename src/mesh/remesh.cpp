@@ -14,8 +14,8 @@ namespace simplexseg {
 namespace {
 
 constexpr int kPasses = 6;
-// Relative to the target length. A split halves an edge, and a contraction lengthens adjacent edges to about 3/2: both
-// bring lengths closer to the target beyond these bounds (Botsch and Kobbelt 2004).
+// Relative to the target length. An edge beyond these bounds gets closer to the target: a split halves it, and a
+// contraction lengthens its neighbours to about 3/2 of their length (Botsch and Kobbelt 2004).
 constexpr double kMaxLength = 4.0 / 3, kMinLength = 4.0 / 5;
 constexpr std::size_t kMinValence = 4;
 constexpr double kMinCosine = 0.3;  // smallest cosine between the normals of a triangle before and after an operation
@@ -71,7 +71,7 @@ class Remesher {
   struct Wing {
     int triangle = -1, corner = -1;
   };
-  Wing wing(int a, int b) const {  // on the side whose triangle contains the edge from a to b
+  Wing wing(int a, int b) const {  // of the triangle that contains the half-edge from a to b
     for (const int t : around_[a])
       for (int e = 0; e < 3; ++e)
         if (triangles_[t][e] == a && triangles_[t][(e + 1) % 3] == b) return {t, triangles_[t][(e + 2) % 3]};
@@ -86,7 +86,7 @@ class Remesher {
   int common_neighbours(int a, int b) const {
     int common = 0;
     for (const int t : around_[a])
-      for (int e = 0; e < 3; ++e)  // counts each neighbour of a once: the corner after a
+      for (int e = 0; e < 3; ++e)  // each neighbour of `a` follows `a` in exactly one triangle
         if (triangles_[t][e] == a) {
           const int n = triangles_[t][(e + 1) % 3];
           common += n != b && are_neighbours(n, b);

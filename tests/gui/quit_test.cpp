@@ -9,6 +9,8 @@
 namespace simplexseg {
 namespace {
 
+constexpr qint64 kLimitMs = 3000;  ///< usually below one second; other tests can take the processor
+
 class QuitTest : public WindowTest {
  protected:
   /// Starts the field of a segmentation in a constant image of 224^3 voxels. The object spreads through all voxels,
@@ -39,7 +41,7 @@ TEST_F(QuitTest, TheWindowClosesWithinASecondWhileAFieldIsSolved) {
   window_->actions()[Act::Quit]->trigger();
   EXPECT_FALSE(window_->isVisible());
   window_.reset();  // as at the end of the program
-  EXPECT_LT(timer.elapsed(), 1000);
+  EXPECT_LT(timer.elapsed(), kLimitMs);
 }
 
 TEST_F(QuitTest, ADeletedSegmentationIsNotSolvedToTheEnd) {
@@ -48,7 +50,7 @@ TEST_F(QuitTest, ADeletedSegmentationIsNotSolvedToTheEnd) {
   timer.start();
   bench().apply(DeleteMesh{scene().meshes[0].id});
   EXPECT_EQ(bench().session().solving_mesh(), 0u);
-  EXPECT_LT(timer.elapsed(), 1000);
+  EXPECT_LT(timer.elapsed(), kLimitMs);
 }
 
 TEST_F(QuitTest, AnUndoneSegmentationIsNotSolvedToTheEnd) {
@@ -62,7 +64,7 @@ TEST_F(QuitTest, AnUndoneSegmentationIsNotSolvedToTheEnd) {
   bench().apply(Undo{});
   EXPECT_TRUE(scene().meshes.empty());
   EXPECT_EQ(bench().session().solving_mesh(), 0u);
-  EXPECT_LT(timer.elapsed(), 1000);
+  EXPECT_LT(timer.elapsed(), kLimitMs);
 }
 
 TEST_F(QuitTest, AnotherImageOpensWithoutWaitingForTheField) {
@@ -70,7 +72,7 @@ TEST_F(QuitTest, AnotherImageOpensWithoutWaitingForTheField) {
   QElapsedTimer timer;
   timer.start();
   open_phantom();
-  EXPECT_LT(timer.elapsed(), 2000);
+  EXPECT_LT(timer.elapsed(), kLimitMs);
 }
 
 }  // namespace

@@ -117,6 +117,8 @@ TEST_F(DicomErrors, NumbersThatAreNotWholeAreNamed) {
       {0x0028, 0x1053, "0,5", "its Rescale Slope (0028,1053) is '0,5', which is not a number"},
       {0x0028, 0x1052, "-99,5", "its Rescale Intercept (0028,1052) is '-99,5', which is not a number"},
       {0x0028, 0x1052, "12 HU", "its Rescale Intercept (0028,1052) is '12 HU'"},
+      {0x0028, 0x1053, "1.5\\2.5", "its Rescale Slope (0028,1053) has 2 values instead of 1"},
+      {0x0028, 0x1052, "1\\2", "its Rescale Intercept (0028,1052) has 2 values instead of 1"},
       {0x0028, 0x1053, "nan", "its Rescale Slope (0028,1053) is 'nan'"},
       {0x0020, 0x0032, "0\\0\\1,5", "its Image Position (Patient) (0020,0032) is '0\\0\\1,5', which contains"},
       {0x0020, 0x0032, "0\\\\2", "its Image Position (Patient) (0020,0032) is"},

@@ -59,11 +59,12 @@ inline void write_series(const std::filesystem::path& folder, CtSlice slice, int
   }
 }
 
-/// Writes two volumes of three slices, echoes of 4.6 and 12.3 ms with the values 46 and 123 at voxel (0, 0, 0).
-inline void write_echoes(const std::filesystem::path& folder) {
+/// Writes two volumes of three slices with the echo times `early` and `late` (ms) and the values 46 and 123 at voxel
+/// (0, 0, 0).
+inline void write_echoes(const std::filesystem::path& folder, const char* early = "4.6", const char* late = "12.3") {
   for (int n = 0; n < 6; ++n) {
     const bool first = n % 2 == 0;
-    CtSlice slice{.z_mm = 2.0 * (n / 2), .value = first ? 46 : 123, .echo = first ? "4.6" : "12.3"};
+    CtSlice slice{.z_mm = 2.0 * (n / 2), .value = first ? 46 : 123, .echo = first ? early : late};
     slice.write(folder / std::to_string(n));
   }
 }

@@ -2,6 +2,7 @@
 // Reading one volume of a 4D file, in every format and layout.
 #include <gtest/gtest.h>
 
+#include "dicom_slices.h"
 #include "io/scene/load_input.h"
 #include "io/scene/scene_io.h"
 #include "volume_files.h"
@@ -146,6 +147,16 @@ TEST_F(FourDimensions, EchoesAreOrderedByNumber) {
   REQUIRE_DATA(echoes);
   EXPECT_HAS(load_volume(echoes, 1).warnings.at(0), "(echo time 4.6)");
   EXPECT_HAS(load_volume(echoes, 2).warnings.at(0), "(echo time 12.3)");
+}
+
+TEST_F(FourDimensions, EchoesThatAreNotNumbersAreRefused) {
+  test::write_echoes(folder / "echoes", "4,6", "12,3");
+  const std::string message = test::error_of([&] { read_volume_info(folder / "echoes"); });
+  EXPECT_HAS(message, "its volumes differ in the echo time, which is '");
+  EXPECT_HAS(message, "not a number; correct this value");
+  for (int n = 0; n < 3; ++n)  // one echo: its time has no influence
+    test::CtSlice{.z_mm = 2.0 * n, .value = 46, .echo = "4,6"}.write(folder / "one" / std::to_string(n));
+  EXPECT_EQ(load_volume(folder / "one").volume.value(0, 0, 2), 46);
 }
 
 TEST_F(FourDimensions, ScenesNameTheirVolume) {

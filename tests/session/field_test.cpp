@@ -287,7 +287,12 @@ TEST(Fields, ASessionEndsWithoutWaitingForItsField) {
     EXPECT_LT(session.solving_progress(), 1.0f);
     quit = Clock::now();
   }
-  EXPECT_LT(std::chrono::duration<double>(Clock::now() - quit).count(), 1.0);
+#ifdef SIMPLEXSEG_ASSERTIONS
+  constexpr double limit_s = 30;  // checks and sanitizers
+#else
+  constexpr double limit_s = 3;  // usually some milliseconds; other programs can take the processor
+#endif
+  EXPECT_LT(std::chrono::duration<double>(Clock::now() - quit).count(), limit_s);
 }
 
 }  // namespace

@@ -126,7 +126,7 @@ void ConvergencePanel::show_choice() {
   draw();
 }
 
-// Computes the distance maps on first use, in a background thread: that of a large volume takes about a second.
+// Computes the distance maps on first use, in a background thread, because one of a large volume takes about a second.
 void ConvergencePanel::prepare_references() {
   if (prepared_ || preparing_->busy()) return;
   std::vector<MeshItem> items;
@@ -163,7 +163,7 @@ void ConvergencePanel::sample_errors() {
   try {
     errors_.sample(workbench_.session(), seconds_);
   } catch (const std::exception&) {
-    // The device was lost while poses were read; the next step reports the loss.
+    // The device was lost while the vertex positions were read; the next step reports the loss.
   }
   since_error_.start();
 }
@@ -190,9 +190,10 @@ QString ConvergencePanel::legend() const {
   for (const MeshTrace& mesh : (residual ? residuals_ : errors_).meshes()) {
     if (mesh.samples.empty() || (!residual && !mesh.samples.back().error)) continue;
     const TraceSample& last = mesh.samples.back();
-    const QString value =
-        residual ? tr("%1 mm").arg(last.residual_mm, 0, 'g', 3)
-                 : tr("%1 mm, 95% %2 mm").arg(last.error->mean_mm, 0, 'f', 2).arg(last.error->p95_mm, 0, 'f', 2);
+    const QString value = residual ? tr("%1 mm").arg(last.residual_mm, 0, 'g', 3)
+                                   : tr("mean %1 mm, 95th percentile %2 mm")
+                                         .arg(last.error->mean_mm, 0, 'f', 2)
+                                         .arg(last.error->p95_mm, 0, 'f', 2);
     const QColor colour(mesh.colour.red, mesh.colour.green, mesh.colour.blue);
     entries << QString("<span style='color:%1'>&#9632;</span> %2&nbsp; <span style='color:%3'>%4</span>")
                    .arg(colour.name(), QString::fromStdString(mesh.name).toHtmlEscaped(), theme::shades().dim.name(),

@@ -90,7 +90,7 @@ void PointPanel::refresh() {
     if (point.id == workbench_.view.selected_point) selected = row;
   }
   list_->setCurrentItem(selected);
-  set_enabled(delete_, selected, count == 0 ? tr("There is no point yet") : tr("No point is selected"));
+  set_enabled(delete_, selected, count == 0 ? tr("There are no points yet") : tr("No point is selected"));
 }
 
 }  // namespace simplexseg

@@ -31,7 +31,8 @@ QString PresetMenu::folder() {
 
 void PresetMenu::fill() {
   clear();
-  const QString no_mesh = tr("There is no segmentation yet: add one in the panel Segmentations, or with tool 4");
+  const QString no_mesh =
+      tr("There is no segmentation yet: add one in the panel Segmentations, or with the tool Seed (key 4)");
   const auto add = [&](const QString& text, const QString& tip, auto&& act) {
     QAction* entry = addAction(text, this, act);
     entry->setToolTip(tip);

@@ -10,7 +10,7 @@ namespace simplexseg {
 class ParameterRow;
 class Workbench;
 
-/// Parameters of the simulation, built from their table, with a help text below.
+/// Widget with one row for each simulation parameter, and a help text below the rows.
 class SimulationRows : public QWidget {
  public:
   SimulationRows(Workbench& workbench, QWidget* parent);

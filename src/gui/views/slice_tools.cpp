@@ -150,7 +150,7 @@ void SliceTools::begin_left_drag(const QPointF& pixel, Qt::KeyboardModifiers mod
 ItemId SliceTools::add_point(const Eigen::Vector3d& world_mm, MarkKind kind) {
   ItemId point = 0;
   if (!workbench_.active_mesh()) {
-    workbench_.notify(Severity::Warning, SliceView::tr("A point needs a segmentation: place a seed first (tool 4)"));
+    workbench_.notify(Severity::Warning, SliceView::tr("A point needs a segmentation: place a seed first (key 4)"));
   } else {
     workbench_.apply(AddPoint{workbench_.view.active_mesh, world_mm, kind}, &point);
   }
@@ -418,7 +418,7 @@ void SliceTools::show_menu(const QPointF& pixel, const QPoint& global) {
     add->setShortcut(QKeySequence(QString::fromLatin1(binding_of(act).keys)));
     if (!workbench_.active_mesh()) {
       add->setEnabled(false);
-      add->setToolTip(SliceView::tr("A point needs a segmentation: place a seed first (tool 4)"));
+      add->setToolTip(SliceView::tr("A point needs a segmentation: place a seed first (key 4)"));
     }
   }
   if (const MeshItem* item = workbench_.scene().find_mesh(mesh); item && mesh != workbench_.view.active_mesh) {

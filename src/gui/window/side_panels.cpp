@@ -18,7 +18,7 @@
 
 namespace simplexseg {
 namespace {
-constexpr int kTallColumn = 930;  ///< smallest height for a third row of panels, pixels
+constexpr int kTallColumn = 930;  ///< smallest height of the column at which it has a third row of panels, pixels
 constexpr int kMeshesHeight = 250;
 constexpr int kWidth = 344;
 
@@ -47,7 +47,7 @@ SidePanels::SidePanels(Workbench& workbench, FrameLoop& loop, ActionTable& actio
   setMinimumWidth(theme::scaled(kWidth));
   tabs_->setAccessibleName(tr("Panels"));
   row_->setAccessibleName(tr("Plan and convergence"));
-  // QSplitter shows each widget that it owns as a row; the panels are therefore owned by the tabs.
+  // QSplitter shows each widget that it contains as a row, so the tabs contain these panels.
   auto* meshes = new MeshPanel(workbench, loop, actions, nullptr);
   forces_->setObjectName(tr("Forces"));
   simulation_->setObjectName(tr("Simulation"));

@@ -20,7 +20,7 @@ constexpr std::pair<Act, Tool> kTools[] = {{Act::ToolCrosshair, Tool::Crosshair}
                                            {Act::ToolPoint, Tool::Point},         {Act::ToolSeed, Tool::Seed},
                                            {Act::ToolInside, Tool::Inside},       {Act::ToolOutside, Tool::Outside}};
 
-/// Sets a text such as "Undo add point", or "Undo" if there is no action.
+/// Sets a text such as "Undo add point", or "Undo" if `title` is empty.
 void name_history_entry(QAction* action, const QString& verb, const char* title) {
   action->setText(*title ? QString("%1 %2").arg(verb, QString::fromUtf8(title)) : verb);
   // A changing text would move the other buttons of the toolbar.
@@ -37,7 +37,7 @@ WorkbenchActions::WorkbenchActions(Workbench& workbench, FrameLoop& loop, ViewGr
   connect_meshes();
   connect_simulation();
   connect_view();
-  // Key repeat must not toggle a mode.
+  // A key that is held must not toggle a mode or copy a mesh repeatedly.
   for (const Act act : {Act::WindowLevel, Act::RunPause, Act::LockMesh, Act::DuplicateMesh, Act::ShowMeshes,
                         Act::ShowFill, Act::ShowField, Act::Annotations, Act::Names, Act::Slices3d})
     actions_[act]->setAutoRepeat(false);
@@ -85,8 +85,9 @@ void WorkbenchActions::connect_meshes() {
   actions_.on(Act::RefineMesh, [=, this] { workbench_.apply(RefineMesh{active()}); });
   actions_.on(Act::RecordProfiles, [=, this] {
     if (!workbench_.apply(RecordProfiles{active()})) return;
-    workbench_.notify(Severity::Note, tr("Recorded the profiles of '%1'. The force Intensity profile can now be used.")
-                                          .arg(QString::fromStdString(workbench_.active_mesh()->name)));
+    workbench_.notify(Severity::Note,
+                      tr("Recorded the profiles of '%1'. The force 'Intensity profile' can now be used.")
+                          .arg(QString::fromStdString(workbench_.active_mesh()->name)));
   });
   actions_.on_toggle(Act::LockMesh, [=, this](bool locked) {
     if (active()) workbench_.apply(EditMesh{active(), {}, {}, {}, {}, locked});
@@ -100,7 +101,7 @@ void WorkbenchActions::connect_meshes() {
 void WorkbenchActions::connect_simulation() {
   actions_.on_toggle(Act::RunPause, [this](bool) {
     is_moving(workbench_, loop_) ? workbench_.pause() : workbench_.run();
-    refresh_run();  // a click changes the check mark, even if the state stays
+    refresh_run();  // a click toggles the check mark, even if the state does not change
   });
   actions_.on(Act::Step, [this] {
     workbench_.pause();
@@ -160,7 +161,8 @@ void WorkbenchActions::refresh() {
   set_enabled(actions_[Act::Undo], session.can_undo(), tr("There is nothing to undo"));
   set_enabled(actions_[Act::Redo], session.can_redo(), tr("There is nothing to redo"));
   const bool meshes = !workbench_.scene().meshes.empty();
-  const QString no_mesh = tr("There is no segmentation yet: add one in the panel Segmentations, or with tool 4");
+  const QString no_mesh =
+      tr("There is no segmentation yet: add one in the panel Segmentations, or with the tool Seed (key 4)");
   for (const Act act : {Act::RunPause, Act::Step, Act::ResetPose, Act::Compare})
     set_enabled(actions_[act], meshes, no_mesh);
   for (const Act act : {Act::RecordProfiles, Act::LockMesh, Act::DuplicateMesh, Act::DeleteMesh})
@@ -179,7 +181,7 @@ void WorkbenchActions::refresh() {
               meshes ? tr("It is already the last in the list") : no_mesh);
   actions_[Act::LockMesh]->setChecked(locked);
   refresh_run();
-  set_enabled(actions_[Act::DeletePoint], !workbench_.scene().points.empty(), tr("There is no point yet"));
+  set_enabled(actions_[Act::DeletePoint], !workbench_.scene().points.empty(), tr("There are no points yet"));
   const QString no_volume = tr("Open a volume first");
   for (const Act act : {Act::ToolSeed, Act::AutoContrast, Act::Fit, Act::CentreOnCrosshair, Act::WindowLevel}) {
     set_enabled(actions_[act], workbench_.has_volume(), no_volume);

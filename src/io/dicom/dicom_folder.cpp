@@ -93,8 +93,8 @@ class FileList {
   std::vector<fs::path> files_;
 };
 
-/// Returns the file of this name in any case, because names on a disc can differ in case from those in its DICOMDIR;
-/// empty when there is none.
+/// Finds the file with this name, ignoring upper and lower case, because names on a disc can differ in case from those
+/// in its DICOMDIR; empty when there is none.
 fs::path find_named(const fs::path& folder, const std::string& name) {
   std::error_code error;
   if (fs::exists(folder / name, error)) return folder / name;
@@ -168,6 +168,7 @@ DicomScan scan_for_dicom(const std::vector<fs::path>& paths, bool with_subfolder
 std::string warning_of(const std::vector<UnreadableEntry>& unreadable) {
   if (unreadable.empty()) return {};
   std::vector<std::string> names;
+  names.reserve(unreadable.size());
   for (const UnreadableEntry& entry : unreadable) names.push_back(quoted(entry.path.filename()));
   return "unreadable files are skipped (" + unreadable.front().reason + "): " + list_of(names);
 }

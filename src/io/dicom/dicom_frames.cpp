@@ -295,6 +295,15 @@ void read_rescaling(const gdcm::DataSet& data, DicomSlice& slice) {
   if (slice.modality == "RTDOSE") read_slope({0x3004, 0x000e});
 }
 
+bool is_numeric_trait(const std::string& name) {
+  constexpr DicomTag kTexts[] = {{0x0008, 0x9007}, {0x0008, 0x0008}, kStackId, {0x0008, 0x0032}};
+  return std::any_of(std::begin(kTraits), std::end(kTraits), [&](const Trait& trait) {
+    return name == trait.name && std::none_of(std::begin(kTexts), std::end(kTexts), [&](const DicomTag& text) {
+             return text.group == trait.tag.group && text.element == trait.tag.element;
+           });
+  });
+}
+
 std::vector<DicomSlice> frames_of(const gdcm::DataSet& data, const DicomSlice& whole) {
   std::vector<DicomSlice> frames(static_cast<std::size_t>(whole.pixels.frames), whole);
   for (std::size_t f = 0; f < frames.size(); ++f) {

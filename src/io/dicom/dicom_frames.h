@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <string>
 #include <vector>
 
 #include "io/source/dicom_slice.h"
@@ -16,6 +17,8 @@ namespace simplexseg {
 /// frames are time points at one position, or slices in file order along the normal of the first, with a warning.
 /// Throws InvalidElement for values that the position or the rescaling depends on.
 std::vector<DicomSlice> frames_of(const gdcm::DataSet& data, const DicomSlice& whole);
+/// Returns true when the values of a trait are numbers, which order the volumes of a series, e.g. for "echo time".
+bool is_numeric_trait(const std::string& name);
 
 /// Copies position, orientation, pixel spacing, slice distance and thickness to `slice`. Missing attributes leave
 /// `slice` unchanged; so do axes that are not perpendicular and spacings of 0, which are added to slice.ignored.

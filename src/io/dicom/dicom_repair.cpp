@@ -2,6 +2,7 @@
 #include "io/dicom/dicom_repair.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <tuple>
 #include <utility>
 
@@ -70,9 +71,12 @@ std::vector<double> values_of(const DicomSlice& slice) {
   return values;
 }
 
-/// Returns true when two files contain the same image; false for frames of one file.
+/// Returns true when two files contain the same image; false for frames of one file and for images with more than
+/// kMaxComparedPixels, because a damaged header can claim any size.
 bool are_copies(const DicomSlice& a, const DicomSlice& b) {
+  constexpr std::int64_t kMaxComparedPixels = 1 << 24;
   if (a.file == b.file || a.pixels.samples != 1 || b.pixels.samples != 1 || !same_size(a, b)) return false;
+  if (std::int64_t{a.pixels.rows} * a.pixels.columns > kMaxComparedPixels) return false;
   return a.traits == b.traits && values_of(a) == values_of(b);
 }
 

@@ -115,7 +115,8 @@ std::vector<double> numbers_of(const gdcm::DataSet& data, DicomTag tag, DicomKin
 }
 
 std::optional<double> number_of(const gdcm::DataSet& data, DicomTag tag, DicomKind kind) {
-  const std::vector<double> numbers = numbers_of(data, tag, kind);
+  const std::vector<double> numbers =
+      kind == DicomKind::Text ? numbers_of(data, tag, kind, 1) : numbers_of(data, tag, kind);
   return numbers.empty() ? std::nullopt : std::optional(numbers.front());
 }
 

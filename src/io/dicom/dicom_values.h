@@ -45,7 +45,8 @@ std::vector<double> numbers_of(const gdcm::DataSet& data, DicomTag tag, DicomKin
 /// Returns the numbers of an attribute with `count` values; empty when the attribute is missing or empty. Throws
 /// InvalidElement like numbers_of(), and for another number of values.
 std::vector<double> numbers_of(const gdcm::DataSet& data, DicomTag tag, DicomKind kind, std::size_t count);
-/// Returns the first number of an attribute; nullopt when there is none. Throws InvalidElement like numbers_of().
+/// Returns the number of an attribute, the first of several binary ones; nullopt when there is none. Throws
+/// InvalidElement like numbers_of(), and for several numbers as text.
 std::optional<double> number_of(const gdcm::DataSet& data, DicomTag tag, DicomKind kind = DicomKind::Text);
 /// Returns the first number of an attribute if it is an integer; nullopt when there is none. Throws InvalidElement like
 /// numbers_of(), and for a fraction.

@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/number_text.h"
+#include "io/dicom/dicom_frames.h"
 #include "io/dicom/dicom_position.h"
 #include "io/dicom/dicom_stack.h"
 
@@ -84,6 +85,21 @@ DicomVolumes volumes_of(const std::vector<DicomSlice>& slices, const Groups& gro
     result.names.push_back(name);
   }
   return result;
+}
+
+/// Throws Error when a value that orders the volumes is not a number, e.g. "12,3".
+void require_numbers(const std::vector<DicomSlice>& slices, const std::vector<std::string>& traits,
+                     const std::string& series_name) {
+  for (const std::string& trait : traits) {
+    if (!is_numeric_trait(trait)) continue;
+    for (const DicomSlice& slice : slices) {
+      const std::string value = value_of(slice, trait);
+      if (value.empty() || parse_number(value)) continue;
+      throw Error("cannot read " + series_name,
+                  "its volumes differ in the " + trait + ", which is '" + value + "', not a number",
+                  "correct this value or export it again");
+    }
+  }
 }
 
 /// Returns all traits in which the slices differ.
@@ -187,7 +203,9 @@ DicomVolumes split_volumes(std::vector<DicomSlice> slices, const std::string& se
                          for (const std::size_t i : group.second) seen.insert(places[i]);
                          return seen.size() == count && group.second.size() == count;
                        });
-    if (whole) return volumes_of(slices, groups, traits);
+    if (!whole) continue;
+    require_numbers(slices, traits, series_name);
+    return volumes_of(slices, groups, traits);
   }
   if (DicomVolumes passes = passes_of(slices); !passes.volumes.empty()) return passes;
   std::vector<std::size_t> at(count, 0);

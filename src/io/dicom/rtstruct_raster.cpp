@@ -168,6 +168,7 @@ class Rasteriser {
   }
   static std::vector<double> positions_of(const std::vector<Outline>& outlines) {
     std::vector<double> positions;
+    positions.reserve(outlines.size());
     for (const Outline& one : outlines) positions.push_back(one.slice);
     return positions;
   }

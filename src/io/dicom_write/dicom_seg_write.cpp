@@ -180,6 +180,7 @@ std::string write_dicom_segmentation(const std::filesystem::path& path, const Vo
   std::vector<DicomItem> segments, places;
   std::string renumbered;
   std::vector<std::string> texts;
+  texts.reserve(slices.size());
   for (const auto& [value, in] : slices) texts.push_back(name_of(value, names).name);
   texts = dicom_names(texts, source);
   for (const auto& [value, in] : slices) {

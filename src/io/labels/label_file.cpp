@@ -31,6 +31,7 @@ LoadedLabels with_file_name(LoadedLabels labels, const fs::path& path) {
 
 std::vector<SegmentName> names_of(const std::vector<StructureRegion>& regions) {
   std::vector<SegmentName> names;
+  names.reserve(regions.size());
   for (const StructureRegion& region : regions) names.push_back(region.name);
   return names;
 }

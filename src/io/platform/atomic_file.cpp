@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::string_view kTemporaryPrefix = ".simplexseg-";
 
-/// Returns true for ".simplexseg-PROCESS-NUMBER" with any extension.
+/// Returns true for ".simplexseg-PID-COUNTER", with or without an extension.
 bool is_temporary_name(std::string_view name) {
   if (!name.starts_with(kTemporaryPrefix)) return false;
   name.remove_prefix(kTemporaryPrefix.size());
@@ -38,8 +38,8 @@ bool is_temporary_name(std::string_view name) {
   return name.empty() || name.front() == '.';
 }
 
-/// Deletes a temporary file that no process has locked. The process number in the name does not identify a running
-/// owner: the system may have reused the number, or it may belong to another machine that shares the folder. On file
+/// Deletes a temporary file that no process has locked. The process ID (PID) in the name does not identify a running
+/// owner: the system may have reused the ID, or it may belong to another machine that shares the folder. On file
 /// systems without locks nothing is deleted.
 void remove_if_unlocked(const fs::path& file) {
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
@@ -93,7 +93,7 @@ AtomicFile::AtomicFile(const fs::path& target) : target_(target) {
   while (!make_temporary(folder)) {
   }
   struct stat old;
-  // The owner of the old file cannot be copied.
+  // Keeps the permissions of the old file. Its owner cannot be kept.
   if (::stat(target_.c_str(), &old) == 0) static_cast<void>(::fchmod(descriptor_, old.st_mode & 0777));
 }
 

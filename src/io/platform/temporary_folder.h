@@ -4,8 +4,8 @@
 
 namespace simplexseg {
 
-/// Folder for temporary files in the folder TMPDIR, /tmp by default. The destructor deletes the folder with its
-/// contents; the constructor throws Error when the folder cannot be created.
+/// New folder for temporary files, in the folder that the environment variable TMPDIR names (default: /tmp). The
+/// destructor deletes the folder with its contents; the constructor throws Error when the folder cannot be created.
 class TemporaryFolder {
  public:
   TemporaryFolder();

@@ -60,10 +60,8 @@ NiftiFrame frame_of(const NiftiHeader& h) {
                    .quaternion = h.quaternion,
                    .qoffset = h.qoffset};
   std::copy_n(h.pixdim.begin(), frame.pixdim.size(), frame.pixdim.begin());
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column)
-      frame.srow[static_cast<std::size_t>(4 * row + column)] = h.srow(row, column);
-  }
+  for (std::size_t n = 0; n < frame.srow.size(); ++n)
+    frame.srow[n] = h.srow(static_cast<Eigen::Index>(n / 4), static_cast<Eigen::Index>(n % 4));
   return frame;
 }
 

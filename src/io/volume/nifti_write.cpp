@@ -50,9 +50,9 @@ NiftiFrame frame_of(const VolumeGeometry& g) {
   Eigen::Matrix3d rotation = kLpsFromRas.asDiagonal() * g.direction;
   const Eigen::Matrix3d linear = rotation * g.spacing_mm.asDiagonal();
   const Eigen::Vector3d origin = kLpsFromRas.cwiseProduct(g.origin_mm);
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) frame.srow[static_cast<std::size_t>(4 * r + c)] = linear(r, c);
-    frame.srow[static_cast<std::size_t>(4 * r + 3)] = origin[r];
+  for (std::size_t n = 0; n < frame.srow.size(); ++n) {
+    const auto row = static_cast<Eigen::Index>(n / 4), column = static_cast<Eigen::Index>(n % 4);
+    frame.srow[n] = column < 3 ? linear(row, column) : origin[row];
   }
   const bool mirrored = rotation.determinant() < 0;
   if (mirrored) rotation.col(2) *= -1;
