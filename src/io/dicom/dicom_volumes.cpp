@@ -95,9 +95,9 @@ void require_numbers(const std::vector<DicomSlice>& slices, const std::vector<st
     for (const DicomSlice& slice : slices) {
       const std::string value = value_of(slice, trait);
       if (value.empty() || parse_number(value)) continue;
-      throw Error("cannot read " + series_name,
-                  "its volumes differ in the " + trait + ", which is '" + value + "', not a number",
-                  "correct this value or export it again");
+      std::string why = "its volumes differ in the ";
+      why.append(trait).append(", which is '").append(value).append("', not a number");
+      throw Error("cannot read " + series_name, why, "correct this value or export it again");
     }
   }
 }
