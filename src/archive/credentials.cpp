@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "core/error.h"
+#include "core/number_text.h"
 #include "core/system_error.h"
 #include "io/platform/files.h"
 #include "io/platform/header_text.h"
@@ -63,7 +64,7 @@ Credentials read_credentials(const ArchiveServer& server) {
   const bool is_line = std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
   Credentials credentials;
   constexpr std::size_t kWord = 7;  // length of "bearer "
-  if (lower_case(text.substr(0, kWord)) == "bearer ")
+  if (lower_ascii(text.substr(0, kWord)) == "bearer ")
     credentials.bearer = text.substr(kWord);
   else
     credentials.basic = text;

@@ -15,7 +15,7 @@ constexpr std::size_t kMaxBoundary = 200;  // RFC 2046 allows 70
 }  // namespace
 
 std::optional<std::string> boundary_of(const std::string& content_type) {
-  const std::string lower = lower_case(content_type);
+  const std::string lower = lower_ascii(content_type);
   if (!lower.starts_with("multipart/related")) return {};
   const std::string key = "boundary=";
   std::size_t at = 0;
@@ -114,7 +114,7 @@ bool MultipartReader::parse_delimiter() {
 void MultipartReader::parse_headers(const std::string& headers) {
   content_length_.reset();
   length_ = 0;
-  const std::string lower = lower_case(headers), key = "\r\ncontent-length:";
+  const std::string lower = lower_ascii(headers), key = "\r\ncontent-length:";
   if (const std::size_t at = lower.find(key); at != std::string::npos) {
     const std::size_t begin = at + key.size(), end = std::min(lower.find("\r\n", begin), lower.size());
     const auto length = parse_integer(std::string_view(lower).substr(begin, end - begin));

@@ -13,17 +13,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::DicomData;
+using test::output_of;
 
 constexpr double kTolerance = 1e-4;  ///< mm
-
-std::string output_of(const std::string& command) {
-  std::FILE* pipe = ::popen(command.c_str(), "r");
-  if (!pipe) return {};
-  std::string text;
-  char block[4096];
-  for (std::size_t n = 0; (n = std::fread(block, 1, sizeof block, pipe)) > 0;) text.append(block, n);
-  return ::pclose(pipe) == 0 ? text : "";
-}
 
 /// The 48 assignments of the axes of a grid to the axes of the patient; half of them are left-handed.
 std::vector<Eigen::Matrix3d> signed_permutations() {

@@ -3,6 +3,7 @@
 #pragma once
 #include <zlib.h>
 
+#include <cstdio>
 #include <cstring>
 #include <random>
 
@@ -65,6 +66,16 @@ inline std::filesystem::path write_gzip(const std::filesystem::path& path, const
   gzwrite(file, bytes.data(), static_cast<unsigned>(bytes.size()));
   gzclose(file);
   return path;
+}
+
+/// Output of a shell command; "" if the command fails.
+inline std::string output_of(const std::string& command) {
+  std::FILE* pipe = ::popen(command.c_str(), "r");
+  if (!pipe) return {};
+  std::string text;
+  char block[4096];
+  for (std::size_t n = 0; (n = std::fread(block, 1, sizeof block, pipe)) > 0;) text.append(block, n);
+  return ::pclose(pipe) == 0 ? text : "";
 }
 
 }  // namespace simplexseg::test

@@ -18,17 +18,9 @@ namespace fs = std::filesystem;
 using test::bytes_of;
 using test::Grid;
 using test::odd_volume;
+using test::output_of;
 
 constexpr double kTolerance = 1e-4;  ///< mm
-
-std::string output_of(const std::string& command) {
-  std::FILE* pipe = ::popen(command.c_str(), "r");
-  if (!pipe) return {};
-  std::string text;
-  char block[4096];
-  for (std::size_t n = 0; (n = std::fread(block, 1, sizeof block, pipe)) > 0;) text.append(block, n);
-  return ::pclose(pipe) == 0 ? text : "";
-}
 
 /// Geometry fields of a NIfTI-1 file: pixdim[0..3], unit of length, codes, quaternion, offsets, rows.
 std::string fields_of(const fs::path& path) {

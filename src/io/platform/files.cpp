@@ -42,7 +42,7 @@ std::string format_bytes(double bytes) {
 std::string extension_of(const fs::path& path) {
   std::string extension = path.extension().string();
   if (extension == ".gz" || extension == ".GZ") extension = path.stem().extension().string() + extension;
-  return lower_case(extension);
+  return lower_ascii(extension);
 }
 
 void require_file(const fs::path& path) {

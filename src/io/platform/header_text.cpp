@@ -39,8 +39,6 @@ std::string trimmed(std::string_view text) {
   return std::string(text);
 }
 
-std::string lower_case(std::string_view text) { return lower_ascii(text); }
-
 std::vector<std::string> words_of(const std::string& text) {
   std::vector<std::string> words;
   bool in_word = false;

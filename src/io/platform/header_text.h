@@ -36,8 +36,6 @@ class HeaderLines {
 
 /// Returns the text without leading and trailing white space.
 std::string trimmed(std::string_view text);
-/// Converts ASCII letters to lower case.
-std::string lower_case(std::string_view text);
 /// Returns the words of the text, which are separated by white space.
 std::vector<std::string> words_of(const std::string& text);
 

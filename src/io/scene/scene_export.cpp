@@ -36,7 +36,9 @@ std::vector<SegmentName> names_of(const Scene& scene) {
 }
 
 bool is_dicom_name(const fs::path& path) { return extension_of(path) == ".dcm"; }
-bool is_structure_name(const fs::path& path) { return lower_case(path.filename().string()).ends_with(".rtstruct.dcm"); }
+bool is_structure_name(const fs::path& path) {
+  return lower_ascii(path.filename().string()).ends_with(".rtstruct.dcm");
+}
 
 DicomSource source_of(const Scene& scene, const fs::path& target) {
   return read_dicom_source(scene.volume_path.empty() ? fs::path() : find_data(scene.volume_path, {}), target,

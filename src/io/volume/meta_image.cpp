@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/number_text.h"
 #include "io/platform/atomic_file.h"
 #include "io/platform/compressing_writer.h"
 #include "io/platform/files.h"
@@ -44,11 +45,11 @@ class MetaHeader {
       values_.emplace(key, trimmed(line->substr(sign + 1)));
     }
     const std::string kind = text("ObjectType");
-    if (values_.empty() || !has("NDims") || (!kind.empty() && lower_case(kind) != "image"))
+    if (values_.empty() || !has("NDims") || (!kind.empty() && lower_ascii(kind) != "image"))
       fail("it is not a readable MetaImage file", "rename it with the extension of its format");
     if (!has("ElementDataFile")) fail("its header has no key ElementDataFile", "copy or export it again");
     bytes_ = lines.bytes_read();
-    if (lower_case(text("ElementDataFile")).starts_with("list")) {
+    if (lower_ascii(text("ElementDataFile")).starts_with("list")) {
       while ((line = lines.next())) {
         if (!trimmed(*line).empty()) listed_.push_back(trimmed(*line));
       }
@@ -81,7 +82,7 @@ class MetaHeader {
       if (!has(key)) continue;
       std::vector<double> values;
       for (const std::string& word : words_of(text(key))) {
-        const auto value = number_of<double>(lower_case(word));
+        const auto value = number_of<double>(lower_ascii(word));
         if (!value) fail(std::string(key) + " has '" + one_line(word, 60) + "', which is not a number");
         values.push_back(*value);
       }
@@ -222,7 +223,7 @@ std::vector<fs::path> files_of(const MetaHeader& header, const fs::path& path) {
   };
   constexpr long kMax = std::numeric_limits<std::int32_t>::max();
   const long axes = static_cast<long>(sizes.size()), slices = std::max(1L, axes - 1);
-  if (lower_case(text).starts_with("list")) {
+  if (lower_ascii(text).starts_with("list")) {
     return listed_files(path, header.listed_files(), count_of_slices(sizes, whole(1, slices, 1, axes)));
   }
   if (text.find('%') == std::string::npos) return {path.parent_path() / text};
@@ -244,7 +245,7 @@ VolumeSource open_meta_image(const fs::path& path, int volume) {
   StoredVoxels voxels;
   voxels.type = type_of(header);
   read_rescaling(header, voxels, info);
-  const bool local = lower_case(header.text("ElementDataFile")) == "local";
+  const bool local = lower_ascii(header.text("ElementDataFile")) == "local";
   voxels.files = local ? std::vector<fs::path>{path} : files_of(header, path);
   if (local) voxels.offset = header.bytes();
   if (header.is_true("CompressedData")) voxels.compression = Compression::Deflate;

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/number_text.h"
 #include "io/platform/atomic_file.h"
 #include "io/platform/compressing_writer.h"
 #include "io/platform/files.h"
@@ -31,7 +32,7 @@ constexpr const char* kNrrdTypes[] = {"signed char", "unsigned char", "short", "
                                       "int",         "unsigned int",  "float", "double"};  // in the order of VoxelType
 
 StoredType type_of(const NrrdHeader& header) {
-  const std::string type = lower_case(header.text("type"));
+  const std::string type = lower_ascii(header.text("type"));
   const auto is = [&type](std::initializer_list<const char*> names) {
     return std::any_of(names.begin(), names.end(), [&type](const char* name) { return type == name; });
   };
@@ -65,7 +66,7 @@ Axes axes_of(const NrrdHeader& header, const std::vector<std::vector<double>>& d
   Axes axes;
   bool after_space = false;
   for (std::size_t a = 0; a < sizes.size(); ++a) {
-    const std::string kind = kinds.empty() ? "" : lower_case(kinds[a]);
+    const std::string kind = kinds.empty() ? "" : lower_ascii(kinds[a]);
     const bool temporal = kind == "time" || kind == "list";
     const bool spatial = kind.empty() || kind == "domain" || kind == "space" || kind == "???" || kind == "none";
     const auto size = static_cast<double>(sizes[a]);
@@ -162,7 +163,7 @@ void set_geometry_by_axes(const NrrdHeader& header, const Axes& axes, VolumeInfo
     const std::size_t axis = axes.space[a];
     const double mm = units.empty() ? 1 : millimetres(header, units[axis]);
     if (!units.empty()) warn_about_unit(info, units[axis], mm);
-    const bool at_cells = centers.empty() || lower_case(centers[axis]) != "node";
+    const bool at_cells = centers.empty() || lower_ascii(centers[axis]) != "node";
     double spacing = spacings.empty() ? std::nan("") : spacings[axis];
     const auto steps = static_cast<double>(header.sizes()[axis]) - (at_cells ? 0 : 1);
     if (std::isnan(spacing) && !axis_minima.empty() && !axis_maxima.empty() && steps > 0)
@@ -185,7 +186,7 @@ std::string vector_text(std::span<const double> vector) {
 
 /// Name of a space without its time axis.
 std::string spatial_name(const std::string& name) {
-  return name.substr(0, name.size() - (lower_case(name).ends_with("-time") ? 5 : 1));
+  return name.substr(0, name.size() - (lower_ascii(name).ends_with("-time") ? 5 : 1));
 }
 
 /// Header lines that place the three spatial axes; nullopt for fewer axes, and for directions through time.
@@ -250,7 +251,7 @@ std::vector<fs::path> files_of(const NrrdHeader& header, const fs::path& path) {
     return *dimension;
   };
   const auto default_dimension = std::max<std::int64_t>(1, static_cast<std::int64_t>(sizes.size()) - 1);
-  if (lower_case(text).starts_with("list")) {
+  if (lower_ascii(text).starts_with("list")) {
     const std::int64_t dimension = words.size() > 1 ? dimension_in(words[1]) : default_dimension;
     return listed_files(path, header.listed_files(), count_of_slices(sizes, dimension));
   }
@@ -277,7 +278,7 @@ std::uint64_t bytes_of_lines(const fs::path& path, std::int64_t count) {
 }
 
 void read_encoding(const NrrdHeader& header, const fs::path& path, StoredVoxels& voxels) {
-  const std::string encoding = lower_case(header.text("encoding"));
+  const std::string encoding = lower_ascii(header.text("encoding"));
   if (encoding == "gzip" || encoding == "gz")
     voxels.compression = Compression::Deflate;
   else if (encoding == "bzip2" || encoding == "bz2")
@@ -289,7 +290,7 @@ void read_encoding(const NrrdHeader& header, const fs::path& path, StoredVoxels&
   else if (encoding != "raw")
     header.fail("its encoding '" + one_line(encoding, 60) + "' is not supported",
                 "save it with the encoding raw, gzip or bzip2");
-  const std::string endian = lower_case(header.text("endian"));
+  const std::string endian = lower_ascii(header.text("endian"));
   if (header.has("endian") && endian != "little" && endian != "big")
     header.fail("its byte order '" + one_line(endian, 60) + "' is neither little nor big");
   voxels.swapped = endian == "big";

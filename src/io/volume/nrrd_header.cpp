@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/number_text.h"
 #include "io/platform/files.h"
 #include "io/platform/header_text.h"
 
@@ -14,7 +15,7 @@ namespace {
 
 /// Normalised name of a field: in lower case, with the blank that some names may lack ("datafile").
 std::string field_name(const std::string& text) {
-  std::string name = lower_case(trimmed(text));
+  std::string name = lower_ascii(trimmed(text));
   for (const char* joined : {"data file", "line skip", "byte skip", "axis mins", "axis maxs", "block size"}) {
     std::string other(joined);
     other.erase(other.find(' '), 1);
@@ -61,7 +62,7 @@ NrrdHeader::NrrdHeader(const std::filesystem::path& path) : path_(path) {
     }
     const std::string name = field_name(line->substr(0, colon)), value = trimmed(line->substr(colon + 1));
     if (!fields_.emplace(name, value).second) fail("its field '" + one_line(name, 60) + "' occurs twice");
-    lists_files = name == "data file" && lower_case(value).starts_with("list");
+    lists_files = name == "data file" && lower_ascii(value).starts_with("list");
   }
   bytes_ = lines.bytes_read();
   const std::int64_t dimension = integer("dimension", 0, 1, 16);
@@ -117,7 +118,7 @@ std::vector<std::string> NrrdHeader::words(const std::string& field, std::size_t
 std::vector<double> NrrdHeader::numbers(const std::string& field) const {
   std::vector<double> values;
   for (const std::string& word : words(field, sizes_.size())) {
-    const auto value = number_of<double>(lower_case(word));
+    const auto value = number_of<double>(lower_ascii(word));
     if (!value) fail("its field '" + field + "' has '" + one_line(word, 60) + "', which is not a number");
     values.push_back(*value);
   }
@@ -133,14 +134,14 @@ std::vector<std::vector<double>> NrrdHeader::vectors(const std::string& field, s
   };
   for (std::size_t at = value.find_first_not_of(" \t"); at < value.size(); at = value.find_first_not_of(" \t", at)) {
     std::vector<double>& vector = found.emplace_back();
-    if (lower_case(value.substr(at, 4)) == "none") {
+    if (lower_ascii(value.substr(at, 4)) == "none") {
       at += 4;
       continue;
     }
     const std::size_t end = value.find(')', at);
     if (value[at] != '(' || end == std::string::npos) unusable();
     for (const std::string& word : components_of(value.substr(at + 1, end - at - 1))) {
-      const auto number = number_of<double>(lower_case(word));
+      const auto number = number_of<double>(lower_ascii(word));
       if (!number) unusable();
       vector.push_back(*number);
     }

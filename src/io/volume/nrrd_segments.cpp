@@ -132,7 +132,7 @@ Volume read_layers(const Layers& layers, std::optional<int> segment, LayerFaults
 }  // namespace
 
 bool is_segment_name(const std::filesystem::path& path) {
-  return lower_case(path.filename().string()).ends_with(".seg.nrrd");
+  return lower_ascii(path.filename().string()).ends_with(".seg.nrrd");
 }
 
 std::vector<SegmentName> segments_of(const NrrdHeader& header) {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/number_text.h"
 #include "io/platform/header_text.h"
 
 namespace simplexseg {
@@ -44,7 +45,7 @@ std::vector<std::string> sides_of(const std::string& name) {
 }  // namespace
 
 std::optional<NrrdSpace> nrrd_space_of(const std::string& name) {
-  const std::string known = lower_case(trimmed(name));
+  const std::string known = lower_ascii(trimmed(name));
   for (const std::string other : {"scanner-xyz", "scannerxyz", "3d-right-handed", "3dr", "3d-left-handed", "3dl"}) {
     if (known == other) return NrrdSpace{.anatomical = false};
     if (known == other + "-time" || known == other + "t") return NrrdSpace{.dimension = 4, .anatomical = false};
@@ -74,7 +75,7 @@ std::optional<double> millimetres_of(const std::string& unit) {
        1e-3},
       {{"nm", "nanometer", "nanometers", "nanometre", "nanometres"}, 1e-6},
       {{"in", "inch", "inches"}, 25.4}};
-  const std::string word = lower_case(trimmed(unit));
+  const std::string word = lower_ascii(trimmed(unit));
   for (const auto& [names, millimetres] : units) {
     for (const std::string& name : names) {
       if (word == name) return millimetres;
