@@ -5,6 +5,7 @@
 #include <atomic>
 #include <exception>
 #include <map>
+#include <mutex>
 #include <new>
 #include <ostream>
 #include <sstream>
@@ -16,7 +17,6 @@
 #include "core/error.h"
 #include "gpu/backend.h"
 #include "io/platform/files.h"
-#include "io/platform/quiet_libraries.h"
 
 namespace simplexseg {
 namespace {
@@ -134,18 +134,18 @@ void run_several(const std::vector<std::string>& scenes, int at_once, const RunO
   shared.max_threads = static_cast<int>(std::max<std::size_t>(1, cores / workers));
 
   std::atomic<std::size_t> next = 0, done = 0, failed = 0;
+  std::mutex output;  // messages of one scene are written together
   const auto work = [&] {
     for (std::size_t n = next++; n < scenes.size() && !is_interrupted(); n = next++) {
       const SceneOutcome outcome = run_one(scenes[n], shared);
       if (is_interrupted()) return;
       ++(outcome.succeeded ? done : failed);
-      with_stderr_enabled([&] {
-        console.out << "[" << done + failed << "/" << scenes.size() << "] " << scenes[n] << "\n"
-                    << outcome.out << std::flush;
-        std::istringstream lines(outcome.err);
-        for (std::string line; std::getline(lines, line);) console.err << name_of(scenes[n]) << ": " << line << "\n";
-        console.err << std::flush;
-      });
+      const std::lock_guard lock(output);
+      console.out << "[" << done + failed << "/" << scenes.size() << "] " << scenes[n] << "\n"
+                  << outcome.out << std::flush;
+      std::istringstream lines(outcome.err);
+      for (std::string line; std::getline(lines, line);) console.err << name_of(scenes[n]) << ": " << line << "\n";
+      console.err << std::flush;
     }
   };
   std::vector<std::jthread> threads;

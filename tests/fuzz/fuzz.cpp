@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fuzzer for all targets; the environment variable SIMPLEXSEG_FUZZ_TARGET selects one (see scripts/fuzz).
-#include <pthread.h>
 #include <unistd.h>
 
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
-#include <tuple>
 
 #include "fuzz/targets.h"
 
@@ -44,9 +42,6 @@ struct Folder {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const FuzzTarget& target = target_named(std::getenv("SIMPLEXSEG_FUZZ_TARGET"));
   static const Folder folder;
-  // Crashes of worker processes (io/platform/worker_process.h) are no findings: their reports are not saved.
-  static const int quiet_workers = ::pthread_atfork(nullptr, nullptr, [] { std::ignore = ::chdir("/"); });
-  std::ignore = quiet_workers;
   const fs::path path = folder.path / target.file;
   std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
   if (const std::string fault = simplexseg::test::fault_of(target, path); !fault.empty()) {

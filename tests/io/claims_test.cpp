@@ -195,7 +195,6 @@ TEST_F(Claims, StreamsThatExpandToLessThanTheBound) {
   EXPECT_HAS(error_of([&] { load_volume(folder / "a.nrrd"); }), "truncated");
 }
 
-const char* const kRle = "1.2.840.10008.1.2.5";
 const char* const kJpeg = "1.2.840.10008.1.2.4.70";
 const char* const kJ2k = "1.2.840.10008.1.2.4.90";
 
@@ -205,13 +204,7 @@ std::string compressed(const char* syntax, int columns, int rows, int frames,
   test::DicomData data;
   data.text(0x0008, 0x0060, "CS", "OT");
   test::describe_pixels(data, columns, rows, frames);
-  data.bytes += std::string("\xe0\x7f\x10\x00OB\0\0\xff\xff\xff\xff", 12);
-  const auto item = [&](const std::string& bytes) {
-    data.bytes += std::string("\xfe\xff\x00\xe0", 4) + test::bytes_of_numbers(std::uint32_t(bytes.size())) + bytes;
-  };
-  item("");
-  for (const std::string& fragment : fragments) item(fragment);
-  data.bytes += std::string("\xfe\xff\xdd\xe0\0\0\0\0", 8);
+  data.fragments(fragments);
   return test::dicom_file(data.bytes, "1.2", syntax);
 }
 
@@ -227,8 +220,8 @@ TEST_F(Claims, Dicom) {
   };
   for (const bool nested : {false, true})
     expect_rejected("long.dcm", claiming(0xfffffff0, nested), "element (0008,0008) claims 4.3 GB, but");
-  expect_rejected("rle.dcm", compressed(kRle, 60000, 60000, 1, {std::string(5000, '\1')}), "too small to hold");
-  expect_rejected("frames.dcm", compressed(kRle, 64, 64, 100000000, {std::string(500, '\1')}),
+  expect_rejected("rle.dcm", compressed(test::kRle, 60000, 60000, 1, {std::string(5000, '\1')}), "too small to hold");
+  expect_rejected("frames.dcm", compressed(test::kRle, 64, 64, 100000000, {std::string(500, '\1')}),
                   "only 1 of its 100000000 frames");
   std::string j2k("\xff\x4f\xff\x51\0\x29\0\0", 8);
   j2k += std::string("\0\0\0\x40\0\0\0\x40", 8) + std::string(40, '\0');  // 64 x 64 pixels

@@ -15,6 +15,7 @@ namespace simplexseg::test {
 
 inline const char* const kExplicitLittle = "1.2.840.10008.1.2.1";
 inline const char* const kImplicitLittle = "1.2.840.10008.1.2";
+inline const char* const kRle = "1.2.840.10008.1.2.5";
 inline const char* const kEnhancedMr = "1.2.840.10008.5.1.4.1.1.4.1";
 
 template <class... T>
@@ -63,6 +64,14 @@ struct DicomData {
     head(group, element, "SQ", defined_length ? static_cast<std::uint32_t>(value.size()) : 0xffffffffu);
     bytes += value;
     if (!defined_length) bytes += bytes_of_numbers<std::uint16_t, std::uint16_t, std::uint32_t>(0xfffe, 0xe0dd, 0);
+    return *this;
+  }
+  /// Adds compressed pixels: an empty table of offsets and these fragments.
+  DicomData& fragments(std::vector<std::string> fragments) {
+    fragments.insert(fragments.begin(), "");
+    const std::size_t begin = bytes.size();
+    sequence(0x7fe0, 0x0010, fragments);
+    bytes.replace(begin + 4, 2, "OB");
     return *this;
   }
 

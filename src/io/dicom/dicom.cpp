@@ -16,7 +16,7 @@
 #include "io/dicom/dicom_volumes.h"
 #include "io/platform/files.h"
 #include "io/platform/load_progress.h"
-#include "io/platform/quiet_libraries.h"
+#include "io/platform/reader_process.h"
 #include "io/source/stored_header.h"
 
 namespace simplexseg {
@@ -45,7 +45,6 @@ Volume as_32_bits(const Volume& volume) {
 }
 
 Volume read_slices(const std::vector<DicomSlice>& slices, const VolumeInfo& info) {
-  const QuietLibraries quiet;
   Volume volume(info.geometry, info.type);
   // The slices are read in the order of their files, so that each multi-frame file is opened only once.
   std::vector<std::size_t> order(slices.size());
@@ -161,10 +160,11 @@ bool has_dicom_preamble(const fs::path& path) {
 
 VolumeSource open_dicom_file(const fs::path& path, int volume) {
   require_file(path);
-  const QuietLibraries quiet;
   std::vector<DicomSlice> slices;
   try {
     slices = scan_dicom(path);
+  } catch (const ReaderUnavailable&) {
+    throw;
   } catch (const std::exception& exception) {
     throw Error("cannot read " + quoted(path), message_of(exception), "copy or export the file again");
   }

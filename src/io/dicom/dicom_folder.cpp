@@ -10,12 +10,11 @@
 
 #include "core/number_text.h"
 #include "core/system_error.h"
+#include "io/dicom/dicom_requests.h"
 #include "io/dicom/dicom_scan.h"
 #include "io/dicom/dicom_validation.h"
-#include "io/dicom/dicom_values.h"
 #include "io/platform/files.h"
 #include "io/platform/load_progress.h"
-#include "io/platform/quiet_libraries.h"
 
 namespace simplexseg {
 
@@ -106,17 +105,13 @@ fs::path find_named(const fs::path& folder, const std::string& name) {
 /// Adds the files listed in the records of a DICOMDIR (PS3.3, F.3).
 void add_dicomdir(const fs::path& path, FileList& files, std::vector<UnreadableEntry>& unreadable) {
   std::vector<std::string> names;
-  if (const std::string damage = damage_of_header(path); !damage.empty())
-    throw Error("cannot read " + quoted(path), damage, "open the folder instead");
-  without_aborting([&] {
-    gdcm::Reader reader;
-    reader.SetFileName(path.c_str());
-    if (!reader.Read()) return;
-    each_item(reader.GetFile().GetDataSet(), {0x0004, 0x1220}, [&](const gdcm::DataSet& record) {
-      const std::string name = raw_text_of(record, {0x0004, 0x1500});
-      if (!name.empty()) names.push_back(name);
-    });
-  });
+  std::string damage = damage_of_header(path);
+  try {
+    if (damage.empty()) names = request_result(kDicomdirNames, path, limits_for_file(path));
+  } catch (const ReaderFailure& failure) {
+    damage = failure.what();
+  }
+  if (!damage.empty()) throw Error("cannot read " + quoted(path), damage, "open the folder instead");
   const fs::path folder = path.parent_path().empty() ? fs::path(".") : path.parent_path();
   if (names.empty()) return files.add_folder(folder);
   for (const std::string& name : names) {
@@ -134,6 +129,18 @@ void add_dicomdir(const fs::path& path, FileList& files, std::vector<UnreadableE
 }
 
 }  // namespace
+
+std::vector<std::string> in_reader::names_in_dicomdir(const fs::path& path) {
+  std::vector<std::string> names;
+  gdcm::Reader reader;
+  reader.SetFileName(path.c_str());
+  if (!reader.Read()) return names;
+  each_item(reader.GetFile().GetDataSet(), {0x0004, 0x1220}, [&](const gdcm::DataSet& record) {
+    const std::string name = raw_text_of(record, {0x0004, 0x1500});
+    if (!name.empty()) names.push_back(name);
+  });
+  return names;
+}
 
 DicomScan scan_for_dicom(const std::vector<fs::path>& paths, bool with_subfolders) {
   DicomScan scan;
@@ -158,6 +165,8 @@ DicomScan scan_for_dicom(const std::vector<fs::path>& paths, bool with_subfolder
     try {
       if (const std::string reason = open_failure(file); !reason.empty()) throw std::runtime_error(reason);
       for (DicomSlice& slice : scan_dicom(file)) scan.series[slice.series].push_back(std::move(slice));
+    } catch (const ReaderUnavailable&) {
+      throw;
     } catch (const std::exception& exception) {
       scan.unreadable.push_back({file, message_of(exception)});
     }

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/dicom/dicom_identity.h"
 
-#include <gdcmReader.h>
-
 #include "core/error.h"
+#include "io/dicom/dicom_requests.h"
 #include "io/dicom/dicom_scan.h"
 #include "io/dicom/dicom_validation.h"
-#include "io/dicom/dicom_values.h"
 #include "io/platform/files.h"
-#include "io/platform/quiet_libraries.h"
 
 namespace simplexseg {
 
@@ -19,22 +16,18 @@ DicomIdentity read_dicom_identity(const std::filesystem::path& path) {
   if (!has_dicom_header(path)) throw Error(what, "it is not a DICOM file", "choose a DICOM file");
   if (const std::string damage = damage_of_header(path); !damage.empty()) throw Error(what, damage, remedy);
   DicomIdentity identity;
-  const QuietLibraries quiet;
   try {
     for (const DicomSlice& slice : scan_dicom(path))
       if (slice.unreadable.starts_with("truncated")) throw std::runtime_error(slice.unreadable);
-    without_aborting([&] {
-      gdcm::Reader reader;
-      reader.SetFileName(path.c_str());
-      if (!reader.ReadUpToTag(gdcm::Tag(0x0020, 0x000e), {gdcm::Tag(0x7fe0, 0x0010)})) return;
-      const gdcm::DataSet& data = reader.GetFile().GetDataSet();
-      identity.sop_class = raw_text_of(data, {0x0008, 0x0016});
-      identity.sop_instance = raw_text_of(data, {0x0008, 0x0018});
-      identity.study = raw_text_of(data, {0x0020, 0x000d});
-      identity.series = raw_text_of(data, {0x0020, 0x000e});
-      const char* const syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax().GetString();
-      identity.transfer_syntax = syntax ? syntax : "";
-    });
+    const std::vector<std::string> texts = read_dicom_values(
+        path, {{0x0008, 0x0016}, {0x0008, 0x0018}, {0x0020, 0x000d}, {0x0020, 0x000e}, kTransferSyntax});
+    identity = {.sop_class = texts[0],
+                .sop_instance = texts[1],
+                .study = texts[2],
+                .series = texts[3],
+                .transfer_syntax = texts[4]};
+  } catch (const ReaderUnavailable&) {
+    throw;
   } catch (const std::exception& exception) {
     throw Error(what, message_of(exception), remedy);
   }

@@ -133,17 +133,6 @@ DicomItem& DicomItem::remove(DicomTag tag) {
   return *this;
 }
 
-bool DicomItem::copy_text(const gdcm::DataSet& from, DicomTag tag) {
-  if (!from.FindDataElement(tag_of(tag))) return false;
-  const gdcm::ByteValue* value = from.GetDataElement(tag_of(tag)).GetByteValue();
-  if (!value) return false;
-  std::string text(value->GetPointer(), value->GetLength());
-  text.erase(text.find_last_not_of(std::string(" \0", 2)) + 1);
-  if (text.empty()) return false;
-  this->text(tag, text);
-  return true;
-}
-
 std::string decimal_string(double value) {
   char text[40];
   char* end = std::to_chars(text, text + sizeof text, value).ptr;

@@ -47,8 +47,6 @@ class DicomItem {
   DicomItem& code(DicomTag tag, const std::string& value, const std::string& scheme, const std::string& meaning);
   /// Removes the element, if it exists.
   DicomItem& remove(DicomTag tag);
-  /// Copies a text from another data set, except for its padding. Returns false when the text is missing or empty.
-  bool copy_text(const gdcm::DataSet& from, DicomTag tag);
 
  private:
   void set_value(DicomTag tag, const void* bytes, std::size_t count);

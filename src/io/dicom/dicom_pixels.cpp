@@ -8,19 +8,15 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
-#include <new>
 #include <stdexcept>
 #include <string>
 
+#include "io/dicom/dicom_requests.h"
 #include "io/platform/files.h"
-#include "io/platform/quiet_libraries.h"
-#include "io/platform/worker_process.h"
+#include "io/platform/reader_channel.h"
 
 namespace simplexseg {
 namespace {
-
-constexpr const char* kLimitsExceeded = "its pixels are damaged: decoding exceeds the limits of time and memory";
-constexpr std::size_t kMaxErrorLength = 1000;  // longest error message that the worker process sends, characters
 
 VoxelType stored_type_of(const DicomPixels& p) {
   if (p.bits <= 8) return p.is_signed ? VoxelType::Int8 : VoxelType::UInt8;
@@ -42,47 +38,27 @@ std::size_t bytes_of_file(const DicomPixels& p) { return bytes_of_frame(p) * sta
 /// Returns true when the pixels can be read directly from the file.
 bool is_plain(const DicomPixels& p) { return p.plain && (p.bits == 1 || p.bits == 8 || p.bits == 16 || p.bits == 32); }
 
-/// Decodes all frames of a file. Throws std::runtime_error with the reason when that fails.
-std::vector<char> decode(const DicomSlice& slice) {
-  std::vector<char> bytes(bytes_of_file(slice.pixels));
-  without_aborting([&] {
-    gdcm::PixmapReader reader;
-    reader.SetFileName(slice.file.c_str());
-    if (!reader.Read()) throw std::runtime_error("its header or its pixels are damaged");
-    const gdcm::Pixmap& pixmap = reader.GetPixmap();
-    if (pixmap.GetBufferLength() != bytes.size())
-      throw std::runtime_error("its pixels do not match the size and type in its header");
-    if (!pixmap.GetBuffer(bytes.data())) throw std::runtime_error("its pixels are damaged");
-  });
+/// Decodes all frames of a file with GDCM. Throws std::runtime_error with the reason when that fails.
+std::vector<char> decode_file(const std::filesystem::path& file, const DicomPixels& pixels) {
+  gdcm::PixmapReader reader;
+  reader.SetFileName(file.c_str());
+  if (!reader.Read()) throw std::runtime_error("its header or its pixels are damaged");
+  const gdcm::Pixmap& pixmap = reader.GetPixmap();
+  if (pixmap.GetBufferLength() != bytes_of_file(pixels))
+    throw std::runtime_error("its pixels do not match the size and type in its header");
+  std::vector<char> bytes(bytes_of_file(pixels));
+  if (!pixmap.GetBuffer(bytes.data())) throw std::runtime_error("its pixels are damaged");
   return bytes;
 }
 
-/// Sends the result of decode() from the worker process to its parent: the length of the error message and the message,
-/// or 0 and the decoded frames.
-void decode_to(int pipe, const DicomSlice& slice) {
-  std::string why;
-  std::vector<char> bytes;
-  try {
-    bytes = decode(slice);
-  } catch (const std::bad_alloc&) {
-    why = kLimitsExceeded;
-  } catch (const std::exception& exception) {
-    why = message_of(exception).substr(0, kMaxErrorLength);
-  }
-  const std::size_t length = why.size();
-  write_to_parent(pipe, &length, sizeof length);
-  why.empty() ? write_to_parent(pipe, bytes.data(), bytes.size()) : write_to_parent(pipe, why.data(), length);
-}
-
-/// Returns the limits of the worker process. damage_of_fragments() has already bounded the decompressed size of each
-/// file.
-WorkerLimits limits_for(const std::vector<DicomSlice>& files) {
+/// Returns the limits of the request. damage_of_fragments() has already bounded the decompressed size of each file.
+ReaderLimits decoding_limits(const std::vector<CompressedFile>& files) {
   constexpr double min_bytes_per_second = 5e5;  // far below the speed of the slowest codec
-  WorkerLimits limits;
+  ReaderLimits limits;
   double max_memory = 0, compressed_bytes = 0;
-  for (const DicomSlice& slice : files) {
-    const auto size = static_cast<double>(std::filesystem::file_size(slice.file));
-    max_memory = std::max(max_memory, 6 * static_cast<double>(bytes_of_file(slice.pixels)) + 4 * size);
+  for (const auto& [file, pixels] : files) {
+    const auto size = static_cast<double>(std::filesystem::file_size(file));
+    max_memory = std::max(max_memory, 6 * static_cast<double>(bytes_of_file(pixels)) + 4 * size);
     compressed_bytes += size;
   }
   limits.memory_bytes += static_cast<std::size_t>(max_memory);
@@ -142,20 +118,31 @@ VoxelType voxel_type_of(const DicomSlice& slice) {
   return real;
 }
 
+void in_reader::decode_pixels(ResponseWriter& response, const std::filesystem::path&,
+                              const std::vector<CompressedFile>& files) {
+  for (const auto& [file, pixels] : files) {
+    const std::vector<char> bytes = decode_file(file, pixels);
+    response.data(bytes.data(), bytes.size());
+  }
+}
+
 std::size_t buffer_bytes(const DicomPixels& pixels) {
   return is_plain(pixels) ? bytes_of_frame(pixels) : 3 * bytes_of_file(pixels);
 }
 
 DicomFrames::DicomFrames(const std::vector<DicomSlice>& slices) {
-  std::vector<DicomSlice> compressed;  // first slice of each compressed file, in reading order
+  std::vector<CompressedFile> compressed;  // in reading order
+  std::filesystem::path first;
   for (std::size_t i = 0; i < slices.size(); ++i) {
     const bool opens = i == 0 || slices[i].file != slices[i - 1].file;
-    if (opens && !is_plain(slices[i].pixels)) compressed.push_back(slices[i]);
+    if (!opens || is_plain(slices[i].pixels)) continue;
+    if (compressed.empty()) first = slices[i].file;
+    compressed.emplace_back(std::filesystem::absolute(slices[i].file), slices[i].pixels);
   }
   if (compressed.empty()) return;
-  decoder_ = std::make_unique<WorkerProcess>(limits_for(compressed), [&compressed](int pipe) {
-    for (const DicomSlice& slice : compressed) decode_to(pipe, slice);
-  });
+  decoder_ = std::make_unique<ReaderRequest>(packed_request(kDicomPixels, first, compressed), first,
+                                             decoding_limits(compressed));
+  compressed_left_ = compressed.size();
 }
 
 DicomFrames::~DicomFrames() = default;
@@ -172,18 +159,13 @@ void DicomFrames::open(const DicomSlice& slice) {
 }
 
 void DicomFrames::receive_decoded(const DicomSlice& slice) {
-  std::size_t length = 0;  // length of the error message; 0 if there is none
-  bool received = decoder_->read(&length, sizeof length);
-  if (received && length > 0) {
-    std::string why(std::min(length, kMaxErrorLength), '\0');
-    if (decoder_->read(why.data(), why.size())) fail(slice, why);
-    received = false;
-  }
-  if (received) {
+  try {
     buffer_.resize(bytes_of_file(pixels_));
-    received = decoder_->read(buffer_.data(), buffer_.size());
+    decoder_->read(buffer_.data(), buffer_.size());
+    if (--compressed_left_ == 0) decoder_->finish();
+  } catch (const ReaderFailure& failure) {
+    fail(slice, failure.what());
   }
-  if (!received) fail(slice, kLimitsExceeded);
 }
 
 const std::byte* DicomFrames::stored(const DicomSlice& slice) {

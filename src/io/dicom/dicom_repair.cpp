@@ -12,7 +12,6 @@
 #include "io/dicom/dicom_scan.h"
 #include "io/dicom/dicom_segments.h"
 #include "io/dicom/dicom_stack.h"
-#include "io/platform/quiet_libraries.h"
 
 namespace simplexseg {
 namespace {
@@ -83,7 +82,6 @@ bool are_copies(const DicomSlice& a, const DicomSlice& b) {
 /// Returns one slice for each set of copies. Adds the others to `omitted`.
 Slices without_copies(Slices slices, Omitted& omitted) {
   if (slices.empty() || !slices.front().axes || !slices.front().position) return slices;
-  const QuietLibraries quiet;
   const Eigen::Vector3d normal = slice_normal(slices.front());
   const auto place = [&](const DicomSlice& s) { return normal.dot(*s.position); };
   std::sort(slices.begin(), slices.end(), [&](const DicomSlice& a, const DicomSlice& b) {

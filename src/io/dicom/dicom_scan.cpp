@@ -14,12 +14,11 @@
 #include "core/number_text.h"
 #include "io/dicom/dicom_colour.h"
 #include "io/dicom/dicom_frames.h"
+#include "io/dicom/dicom_requests.h"
 #include "io/dicom/dicom_texts.h"
 #include "io/dicom/dicom_validation.h"
 #include "io/dicom/dicom_values.h"
 #include "io/platform/files.h"
-#include "io/platform/quiet_libraries.h"
-#include "io/platform/worker_process.h"
 
 namespace simplexseg {
 
@@ -155,60 +154,75 @@ std::vector<DicomSlice> slices_of(gdcm::Reader& reader, const fs::path& path, Di
   return whole.unreadable.empty() ? frames_of(data, whole) : std::vector{whole};
 }
 
+/// Returns true when the numbers that DicomFrames uses as sizes and indices are in their ranges. A damaged file can
+/// have made the worker process send others.
+bool is_plausible(const DicomSlice& slice) {
+  constexpr int max_value = 65535, max_frames = 100000000;
+  const DicomPixels& p = slice.pixels;
+  const auto is_within = [](int value, int lowest, int highest) { return value >= lowest && value <= highest; };
+  return is_within(p.rows, 1, max_value) && is_within(p.columns, 1, max_value) && is_within(p.bits, 1, max_value) &&
+         is_within(p.samples, 0, max_value) && is_within(p.frames, 1, max_frames) &&
+         is_within(slice.frame, 0, p.frames - 1) && (slice.segmentation.empty() || slice.segments) &&
+         (!slice.modality_lut || !slice.modality_lut->empty());
+}
+
 }  // namespace
 
+std::vector<DicomSlice> in_reader::scan_dicom(const fs::path& path) {
+  const gdcm::Tag pixel_data(0x7fe0, 0x0010);
+  gdcm::Reader reader;
+  reader.SetFileName(path.c_str());
+  const bool is_dicom = reader.ReadUpToTag(pixel_data, {pixel_data});  // stops before the pixels
+  require_supported_syntax(reader.GetFile().GetHeader());
+  if (!is_dicom) return {};
+  const gdcm::DataSet& data = reader.GetFile().GetDataSet();
+  DicomSlice whole;
+  whole.file = path;
+  whole.sop_class = uid_of(data, {0x0008, 0x0016});
+  whole.sop_instance = uid_of(data, {0x0008, 0x0018});
+  whole.series = text_of(data, {0x0020, 0x000e});
+  whole.description = text_of(data, {0x0008, 0x103e});
+  whole.frame_of_reference = uid_of(data, {0x0020, 0x0052});
+  whole.modality = text_of(data, {0x0008, 0x0060});
+  whole.instance_number = parse_number(text_of(data, {0x0020, 0x0013}));
+  try {
+    return slices_of(reader, path, whole);
+  } catch (const InvalidElement& error) {
+    whole.position.reset();  // it could belong anywhere in the series
+    whole.unreadable = error.what();
+    whole.remedy = "correct this value or export it again";
+    return {whole};
+  }
+}
+
 std::vector<DicomSlice> scan_dicom(const fs::path& path) {
-  std::vector<DicomSlice> result;
-  if (!has_dicom_header(path)) return result;
+  if (!has_dicom_header(path)) return {};
   if (const std::string damage = damage_of_header(path); !damage.empty()) throw std::runtime_error(damage);
-  without_aborting([&] {
-    const gdcm::Tag pixel_data(0x7fe0, 0x0010);
-    gdcm::Reader reader;
-    reader.SetFileName(path.c_str());
-    const bool is_dicom = reader.ReadUpToTag(pixel_data, {pixel_data});  // stops before the pixels
-    require_supported_syntax(reader.GetFile().GetHeader());
-    if (!is_dicom) return;
-    const gdcm::DataSet& data = reader.GetFile().GetDataSet();
-    DicomSlice whole;
-    whole.file = path;
-    whole.sop_class = uid_of(data, {0x0008, 0x0016});
-    whole.sop_instance = uid_of(data, {0x0008, 0x0018});
-    whole.series = text_of(data, {0x0020, 0x000e});
-    whole.description = text_of(data, {0x0008, 0x103e});
-    whole.frame_of_reference = uid_of(data, {0x0020, 0x0052});
-    whole.modality = text_of(data, {0x0008, 0x0060});
-    whole.instance_number = parse_number(text_of(data, {0x0020, 0x0013}));
-    try {
-      result = slices_of(reader, path, whole);
-    } catch (const InvalidElement& error) {
-      whole.position.reset();  // it could belong anywhere in the series
-      whole.unreadable = error.what();
-      whole.remedy = "correct this value or export it again";
-      result = {whole};
-    }
-  });
-  return result;
+  std::vector<DicomSlice> slices = request_result(kDicomSlices, path, limits_for_file(path));
+  for (DicomSlice& slice : slices) {
+    if (!is_plausible(slice)) throw ReaderFailure("it is damaged (the library that reads it failed)");
+    slice.file = path;
+  }
+  return slices;
+}
+
+std::string in_reader::sop_class_name(const fs::path& path) {
+  gdcm::Reader reader;
+  reader.SetFileName(path.c_str());
+  if (!reader.ReadUpToTag(gdcm::Tag(0x0008, 0x0060))) return {};
+  std::string uid = uid_of(reader.GetFile().GetDataSet(), {0x0008, 0x0016});
+  if (uid.empty()) uid = uid_of(reader.GetFile().GetHeader(), {0x0002, 0x0002});
+  gdcm::UIDs known;
+  return known.SetFromUID(uid.c_str()) && known.GetName() ? known.GetName() : "";
 }
 
 std::string sop_class_name(const fs::path& path) {
   if (!has_dicom_header(path) || !damage_of_header(path).empty()) return {};
-  constexpr std::size_t kMaxNameLength = 200;
-  // A worker process limits the memory: if elements are out of order, GDCM can read pixels of any stated size.
-  WorkerProcess worker({}, [&path](int pipe) {
-    without_aborting([&] {
-      gdcm::Reader reader;
-      reader.SetFileName(path.c_str());
-      if (!reader.ReadUpToTag(gdcm::Tag(0x0008, 0x0060))) return;
-      std::string uid = uid_of(reader.GetFile().GetDataSet(), {0x0008, 0x0016});
-      if (uid.empty()) uid = uid_of(reader.GetFile().GetHeader(), {0x0002, 0x0002});
-      gdcm::UIDs known;
-      if (known.SetFromUID(uid.c_str()) && known.GetName())
-        write_to_parent(pipe, known.GetName(), std::strlen(known.GetName()) + 1);
-    });
-  });
-  std::string kind;
-  for (char c = 0; kind.size() < kMaxNameLength && worker.read(&c, 1) && c != 0;) kind += c;
-  return kind;
+  try {
+    return request_result(kDicomClassName, path, {});
+  } catch (const ReaderFailure&) {
+    return {};
+  }
 }
 
 std::string name_of(const DicomSlice& slice) {

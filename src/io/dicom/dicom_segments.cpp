@@ -12,7 +12,6 @@
 #include "io/dicom/dicom_position.h"
 #include "io/dicom/dicom_scan.h"
 #include "io/dicom/dicom_stack.h"
-#include "io/platform/quiet_libraries.h"
 #include "io/source/stored_header.h"
 
 namespace simplexseg {
@@ -104,7 +103,6 @@ struct SegmentFrames {
 /// Reads all segments or, if `segment` is given, one alone. Adds the number of voxels that lie in several segments to
 /// `shared`.
 Volume read_segments(const SegmentFrames& segments, std::optional<int> segment, std::size_t& shared) {
-  const QuietLibraries quiet;
   const VolumeInfo& info = segments.info;
   Volume volume(info.geometry, info.type);
   const std::size_t count = info.geometry.voxel_count() / static_cast<std::size_t>(info.geometry.size[2]);

@@ -13,7 +13,7 @@
 #include "io/dicom/dicom_scan.h"
 #include "io/platform/files.h"
 #include "io/platform/load_progress.h"
-#include "io/platform/quiet_libraries.h"
+#include "io/platform/reader_process.h"
 
 namespace simplexseg {
 
@@ -76,6 +76,8 @@ DicomSeries describe(const std::string& uid, const Slices& slices) {
       std::erase_if(series.warnings, [](const std::string& line) { return line.starts_with("4D: "); });
     if (!source.dicom.empty()) middle = &source.dicom[source.dicom.size() / 2];
     if (middle->unreadable.empty() && middle->pixels.samples == 1) series.preview = preview_of(*middle);
+  } catch (const ReaderUnavailable&) {
+    throw;
   } catch (const std::exception& exception) {
     const std::string text = exception.what();
     series.load_error = text.starts_with("cannot read ") && text.find(": ") != std::string::npos
@@ -109,7 +111,6 @@ VolumeSource with_warning(VolumeSource source, const std::string& warning) {
 }  // namespace
 
 FoundSeries find_dicom_series(const std::vector<fs::path>& paths) {
-  const QuietLibraries quiet;
   FoundSeries found;
   const DicomScan scan = scan_for_dicom(paths, true);
   for (const UnreadableEntry& entry : scan.unreadable)
@@ -144,7 +145,6 @@ FoundSeries find_dicom_series(const std::vector<fs::path>& paths) {
 }
 
 VolumeSource open_dicom_series(const fs::path& folder, int volume) {
-  const QuietLibraries quiet;
   const DicomScan scan = scan_for_dicom({folder}, false);
   if (scan.series.empty() && scan.has_folders) return open_only_series(folder, volume);
   if (scan.series.empty())
@@ -165,7 +165,6 @@ VolumeSource open_dicom_series(const fs::path& folder, int volume) {
 }
 
 VolumeSource open_named_series(const fs::path& folder, const std::string& uid, int volume) {
-  const QuietLibraries quiet;
   for (const bool below : {false, true}) {
     const DicomScan scan = scan_for_dicom({folder}, below);
     const auto found = scan.series.find(uid);
@@ -178,7 +177,6 @@ VolumeSource open_named_series(const fs::path& folder, const std::string& uid, i
 }
 
 VolumeSource open_only_series(const fs::path& path, int volume) {
-  const QuietLibraries quiet;
   const DicomScan scan = scan_for_dicom({path}, true);
   if (scan.series.empty())
     throw_no_series("cannot read " + quoted(path), "neither it nor its subfolders contain DICOM images", scan);

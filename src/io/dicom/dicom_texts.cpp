@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/dicom/dicom_texts.h"
 
-#include <gdcmReader.h>
 #include <iconv.h>
 
 #include <map>
 #include <utility>
 
+#include "io/dicom/dicom_requests.h"
 #include "io/dicom/dicom_validation.h"
-#include "io/dicom/dicom_values.h"
 #include "io/platform/files.h"
-#include "io/platform/quiet_libraries.h"
 
 namespace simplexseg {
 namespace {
@@ -139,22 +137,22 @@ DicomTexts read_dicom_texts(const std::filesystem::path& file) {
   DicomTexts texts;
   try {
     if (!damage_of_header(file).empty()) return texts;
-    const QuietLibraries quiet;
-    without_aborting([&] {
-      const gdcm::Tag pixel_data(0x7fe0, 0x0010);
-      gdcm::Reader reader;
-      reader.SetFileName(file.c_str());
-      if (!reader.ReadUpToTag(pixel_data, {pixel_data})) return;
-      const gdcm::DataSet& data = reader.GetFile().GetDataSet();
-      const std::string coding = text_of(data, {0x0008, 0x0005});
-      const auto text = [&](DicomTag tag) { return utf8_of(raw_text_of(data, tag), coding); };
-      texts.patient = display_name(text({0x0010, 0x0010}));
-      texts.patient_id = text({0x0010, 0x0020});
-      texts.study = text({0x0008, 0x1030});
-      texts.date = display_date(text({0x0008, 0x0020}));
-      texts.series = text({0x0008, 0x103e});
-      texts.modality = text({0x0008, 0x0060});
-    });
+    const std::vector<std::string> values = read_dicom_values(file, {{0x0008, 0x0005},
+                                                                     {0x0010, 0x0010},
+                                                                     {0x0010, 0x0020},
+                                                                     {0x0008, 0x1030},
+                                                                     {0x0008, 0x0020},
+                                                                     {0x0008, 0x103e},
+                                                                     {0x0008, 0x0060}});
+    const auto text = [&, coding = one_line(values[0], 200)](std::size_t n) { return utf8_of(values[n], coding); };
+    texts.patient = display_name(text(1));
+    texts.patient_id = text(2);
+    texts.study = text(3);
+    texts.date = display_date(text(4));
+    texts.series = text(5);
+    texts.modality = text(6);
+  } catch (const ReaderUnavailable&) {
+    throw;
   } catch (const std::exception&) {  // unreadable files have no texts
   }
   return texts;

@@ -13,9 +13,8 @@
 #include <vector>
 
 #include "core/number_text.h"
+#include "io/dicom/dicom_requests.h"
 #include "io/platform/files.h"
-#include "io/platform/quiet_libraries.h"
-#include "io/platform/worker_process.h"
 
 namespace simplexseg {
 
@@ -279,18 +278,13 @@ class HeaderParser {
   std::string damage_;
 };
 
-/// Returns true when GDCM reads the header within the limits of a worker process.
+/// Returns true when GDCM reads the header within the default limits of a request.
 bool gdcm_reads(const fs::path& path) {
-  WorkerProcess worker({}, [&path](int pipe) {
-    without_aborting([&] {
-      const gdcm::Tag pixels(0x7fe0, 0x0010);
-      gdcm::Reader reader;
-      reader.SetFileName(path.c_str());
-      if (reader.ReadUpToTag(pixels, {pixels})) write_to_parent(pipe, "x", 1);
-    });
-  });
-  char byte = 0;
-  return worker.read(&byte, 1);
+  try {
+    return request_result(kDicomIsReadable, path, {});
+  } catch (const ReaderFailure&) {
+    return false;
+  }
 }
 
 /// Header of a compressed frame.
@@ -326,6 +320,13 @@ std::optional<CompressedImage> compressed_image(const unsigned char* head, std::
 }
 
 }  // namespace
+
+bool in_reader::is_readable_dicom(const fs::path& path) {
+  const gdcm::Tag pixels(0x7fe0, 0x0010);
+  gdcm::Reader reader;
+  reader.SetFileName(path.c_str());
+  return reader.ReadUpToTag(pixels, {pixels});
+}
 
 bool has_dicom_header(const fs::path& path) {
   const auto first = HeaderParser(path).first_element();

@@ -10,12 +10,12 @@
 #include "core/error.h"
 #include "core/number_text.h"
 #include "io/dicom/dicom.h"
+#include "io/dicom/dicom_requests.h"
 #include "io/dicom/dicom_scan.h"
 #include "io/dicom/dicom_texts.h"
 #include "io/dicom/dicom_validation.h"
 #include "io/dicom/dicom_values.h"
 #include "io/platform/files.h"
-#include "io/platform/quiet_libraries.h"
 
 namespace simplexseg {
 
@@ -100,30 +100,32 @@ std::vector<StructureRegion> regions_of(const gdcm::DataSet& data) {
 bool is_structure_set(const fs::path& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) return false;
-  const QuietLibraries quiet;
   try {
     return has_dicom_preamble(path) && sop_class_name(path).starts_with("RT Structure Set");
+  } catch (const ReaderUnavailable&) {
+    throw;
   } catch (const std::exception&) {
     return false;  // the volume reader reports the reason
   }
 }
 
+std::vector<StructureRegion> in_reader::read_structure_regions(const fs::path& path) {
+  gdcm::Reader reader;
+  reader.SetFileName(path.c_str());
+  if (!reader.Read()) throw std::runtime_error("it is damaged");
+  return regions_of(reader.GetFile().GetDataSet());
+}
+
 std::vector<StructureRegion> read_structure_regions(const fs::path& path) {
   require_file(path);
-  const QuietLibraries quiet;
-  std::vector<StructureRegion> regions;
   try {
     if (const std::string damage = damage_of_header(path); !damage.empty()) throw std::runtime_error(damage);
-    without_aborting([&] {
-      gdcm::Reader reader;
-      reader.SetFileName(path.c_str());
-      if (!reader.Read()) throw std::runtime_error("it is damaged");
-      regions = regions_of(reader.GetFile().GetDataSet());
-    });
+    return request_result(kStructureRegions, path, limits_for_file(path));
+  } catch (const ReaderUnavailable&) {
+    throw;
   } catch (const std::exception& exception) {
     throw Error("cannot read the contours of " + quoted(path), message_of(exception), "copy or export the file again");
   }
-  return regions;
 }
 
 }  // namespace simplexseg

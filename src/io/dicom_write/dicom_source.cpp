@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/dicom_write/dicom_source.h"
 
-#include <gdcmReader.h>
-
 #include <ctime>
 #include <map>
 #include <set>
 
+#include "io/dicom/dicom_requests.h"
 #include "io/dicom/dicom_scan.h"
 #include "io/dicom/dicom_texts.h"
 #include "io/platform/files.h"
-#include "io/platform/quiet_libraries.h"
 #include "io/source/volume_source.h"
 #include "io/volume/volume_io.h"
 
@@ -32,16 +30,36 @@ constexpr DicomTag kRequired[] = {{0x0010, 0x0010}, {0x0010, 0x0020}, {0x0010, 0
 constexpr DicomTag kOptional[] = {{0x0020, 0x000d}, {0x0008, 0x1030}, {0x0010, 0x1010},
                                   {0x0010, 0x1020}, {0x0010, 0x1030}, {0x0010, 0x0021}};
 
+/// Other attributes that copy_context() reads.
+constexpr DicomTag kOthers[] = {{0x0012, 0x0062}, {0x0012, 0x0063}, {0x0020, 0x000e}, {0x0028, 0x2110},
+                                {0x0028, 0x2112}, {0x0028, 0x2114}, kCharacterSet,    kFrameOfReference};
+
+/// Texts of an image, read in one request.
+class ImageTexts {
+ public:
+  explicit ImageTexts(const fs::path& image) {
+    std::vector<DicomTag> tags(std::begin(kRequired), std::end(kRequired));
+    tags.insert(tags.end(), std::begin(kOptional), std::end(kOptional));
+    tags.insert(tags.end(), std::begin(kOthers), std::end(kOthers));
+    const std::vector<std::string> values = read_dicom_values(image, tags);
+    for (std::size_t n = 0; n < tags.size(); ++n) texts_[{tags[n].group, tags[n].element}] = values[n];
+  }
+  const std::string& raw(DicomTag tag) const { return texts_.at({tag.group, tag.element}); }
+  std::string line(DicomTag tag) const { return one_line(raw(tag), 200); }
+
+ private:
+  std::map<std::pair<std::uint16_t, std::uint16_t>, std::string> texts_;
+};
+
 /// Copies the texts of the image with a true declaration of their character set: the bytes as they are for a known set
 /// other than UTF-8, otherwise UTF-8. Texts that are not UTF-8, although no or another set is declared, are converted
 /// by as_utf8() with an unknown character set.
-void copy_context(const gdcm::DataSet& image, DicomSource& source) {
+void copy_context(const ImageTexts& image, DicomSource& source) {
   DicomItem& context = source.context;
-  const std::string coding = text_of(image, kCharacterSet);
+  const std::string coding = image.line(kCharacterSet);
   source.unicode = coding == kUtf8 || !is_known_character_set(coding);
   const auto copy = [&](DicomTag tag) {
-    if (!source.unicode) return context.copy_text(image, tag);
-    const std::string text = as_utf8(raw_text_of(image, tag), "");
+    const std::string text = source.unicode ? as_utf8(image.raw(tag), "") : image.raw(tag);
     if (!text.empty()) context.text(tag, text);
     return !text.empty();
   };
@@ -53,15 +71,15 @@ void copy_context(const gdcm::DataSet& image, DicomSource& source) {
   if (source.unicode)
     context.text(kCharacterSet, kUtf8);
   else
-    context.copy_text(image, kCharacterSet);
-  source.study = text_of(image, {0x0020, 0x000d});
-  source.series = text_of(image, {0x0020, 0x000e});
-  source.frame_of_reference = text_of(image, kFrameOfReference);
+    copy(kCharacterSet);
+  source.study = image.line({0x0020, 0x000d});
+  source.series = image.line({0x0020, 0x000e});
+  source.frame_of_reference = image.line(kFrameOfReference);
   if (source.frame_of_reference.empty()) source.frame_of_reference = new_dicom_uid();
   context.text(kFrameOfReference, source.frame_of_reference);
-  if (text_of(image, {0x0028, 0x2110}) == "01") {
-    source.lossy_ratio = text_of(image, {0x0028, 0x2112});
-    source.lossy_method = text_of(image, {0x0028, 0x2114});
+  if (image.line({0x0028, 0x2110}) == "01") {
+    source.lossy_ratio = image.line({0x0028, 0x2112});
+    source.lossy_method = image.line({0x0028, 0x2114});
   }
 }
 
@@ -105,14 +123,10 @@ DicomSource read_dicom_source(const fs::path& path, const fs::path& target, int 
     source.slices.push_back(
         {slice.sop_class, slice.sop_instance, slice.pixels.frames > 1 ? slice.frame + 1 : 0, *slice.position});
   }
-  const QuietLibraries quiet;
   try {
-    without_aborting([&] {
-      gdcm::Reader reader;
-      reader.SetFileName(opened.dicom.front().file.c_str());
-      if (reader.ReadUpToTag(gdcm::Tag(0x7fe0, 0x0010), {gdcm::Tag(0x7fe0, 0x0010)}))
-        copy_context(reader.GetFile().GetDataSet(), source);
-    });
+    copy_context(ImageTexts(opened.dicom.front().file), source);
+  } catch (const ReaderUnavailable&) {
+    throw;
   } catch (const std::exception& exception) {
     throw Error(what, quoted(opened.dicom.front().file) + " cannot be read: " + message_of(exception),
                 "check the file");

@@ -25,6 +25,12 @@ std::string one_line(const std::string& text, std::size_t limit) {
   return line;
 }
 
+std::string message_of(const std::exception& exception) {
+  std::string line = one_line(exception.what());
+  while (!line.empty() && (line.back() == '.' || line.back() == ' ')) line.pop_back();
+  return line.empty() ? "its contents are not valid" : line;
+}
+
 std::string quoted(const fs::path& path) {
   std::string text(1, '\'');  // += instead of +, which causes a false -Wrestrict warning in g++ 12
   text += one_line(path.string(), 1000);

@@ -14,6 +14,8 @@ inline std::string quoted(const std::string& path) { return quoted(std::filesyst
 /// Returns the text on one line for messages: each run of spaces and control characters becomes one space, spaces at
 /// both ends are removed, and " ..." replaces the text after `limit` bytes.
 std::string one_line(const std::string& text, std::size_t limit = 300);
+/// Returns the message of an exception on one line, without a period at its end.
+std::string message_of(const std::exception& exception);
 /// Returns a number of bytes as text for messages, e.g. "17.2 GB".
 std::string format_bytes(double bytes);
 

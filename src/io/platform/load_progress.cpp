@@ -9,9 +9,13 @@ thread_local LoadProgress* bound = nullptr;
 LoadProgress::Scope::Scope(LoadProgress& progress) { bound = &progress; }
 LoadProgress::Scope::~Scope() { bound = nullptr; }
 
+void check_cancelled() {
+  if (bound && bound->cancelled_) throw Cancelled{};
+}
+
 void report_progress(double done, double total) {
+  check_cancelled();
   if (!bound) return;
-  if (bound->cancelled_) throw Cancelled{};
   bound->fraction_ = done / total;
 }
 

@@ -29,6 +29,7 @@ class LoadProgress {
 
  private:
   friend void report_progress(double done, double total);
+  friend void check_cancelled();
   std::atomic<double> fraction_{-1};
   std::atomic<bool> cancelled_{false};
 };
@@ -37,5 +38,8 @@ class LoadProgress {
 /// at the next call. Does nothing when no progress object is bound to the thread. Throws Cancelled after
 /// LoadProgress::cancel().
 void report_progress(double done, double total);
+
+/// Throws Cancelled after LoadProgress::cancel() of the object bound to the thread.
+void check_cancelled();
 
 }  // namespace simplexseg

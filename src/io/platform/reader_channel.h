@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// Messages between the program and its worker process, simplexseg-reader, on a socket. A request is a RequestHead and
+// the packed name and arguments. The response is any number of frames with data, and one frame with the result or a
+// failure.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+namespace simplexseg {
+
+constexpr int kReaderChannel = 3;       ///< file descriptor of the socket in the worker process
+constexpr int kReaderIdleSeconds = 30;  ///< time without a request after which the worker process exits
+constexpr int kExitOtherVersion = 3;    ///< exit status of a worker process of another version
+constexpr std::uint32_t kFrameMark = 0x52445331;
+
+struct RequestHead {
+  std::uint64_t bytes = 0;         ///< size of the packed request
+  std::uint64_t memory_bytes = 0;  ///< address space in addition to that before the request
+  std::uint64_t cpu_seconds = 0;   ///< processor time
+};
+
+enum class FrameKind : std::uint32_t {
+  Data,     ///< part of a stream of bytes
+  Result,   ///< packed result, the last frame
+  Failure,  ///< reason why the file cannot be read, the last frame
+  Error     ///< complete text of an Error, the last frame
+};
+
+struct FrameHead {
+  std::uint32_t mark = kFrameMark;
+  FrameKind kind = FrameKind::Data;
+  std::uint64_t bytes = 0;
+};
+
+/// Sends or receives `bytes` bytes. `wait` is called with POLLIN or POLLOUT when the socket is not ready; it returns
+/// false to stop. Returns false when it stopped or the other process has closed the socket.
+bool send_bytes(int socket, const void* from, std::size_t bytes, const std::function<bool(short)>& wait);
+bool receive_bytes(int socket, void* to, std::size_t bytes, const std::function<bool(short)>& wait);
+
+/// Writer of a response; for use in the worker process, which ends when the program has closed the socket.
+class ResponseWriter {
+ public:
+  explicit ResponseWriter(int socket) : socket_(socket) {}
+  void send(FrameKind kind, const void* from, std::size_t bytes);
+  void data(const void* from, std::size_t bytes) { send(FrameKind::Data, from, bytes); }
+  void text(FrameKind kind, const std::string& text) { send(kind, text.data(), text.size()); }
+
+ private:
+  int socket_;
+};
+
+}  // namespace simplexseg
