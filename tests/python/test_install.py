@@ -22,14 +22,19 @@ def test_the_installed_module_is_imported(tmp_path):
     assert len(packages) == 1
     folder = packages[0].parent
     assert folder.name in ("dist-packages", "site-packages") and folder.relative_to(prefix).parts[0] == "lib"
-    assert {"__init__.py", "_core.pyi", "py.typed"} < {path.name for path in packages[0].iterdir()}
-    code = "import simplexseg; print(simplexseg.__file__); print(simplexseg.make_phantom('cube', size=8)[0].array.max())"
+    assert {"__init__.py", "_core.pyi", "py.typed", "simplexseg-reader"} < {path.name for path in packages[0].iterdir()}
+    dicom = pathlib.Path(__file__).parent.parent / "fuzz/seeds/dicom/j2k.dcm"  # read by simplexseg-reader
+    code = f"""
+import simplexseg
+print(simplexseg.__file__)
+print(simplexseg.make_phantom('cube', size=8)[0].array.max())
+print(simplexseg.read_volume({str(dicom)!r}).array.shape)"""
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=tmp_path,
         env={**os.environ, "PYTHONPATH": str(folder)},
     )
     assert done.returncode == 0, done.stderr
-    assert done.stdout.split() == [str(packages[0] / "__init__.py"), "150"]
+    assert done.stdout.splitlines() == [str(packages[0] / "__init__.py"), "150", "(8, 8, 1)"]
 
 
 def test_the_module_exports_only_its_entry_point():
