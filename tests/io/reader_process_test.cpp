@@ -21,6 +21,7 @@
 
 #include "../reader/test_requests.h"
 #include "dicom_files.h"
+#include "io/dicom/dicom_folder.h"
 #include "io/platform/load_progress.h"
 #include "io/platform/packing.h"
 #include "io/platform/reader_program.h"
@@ -54,6 +55,18 @@ void kill_workers() {
   for (const pid_t id : workers()) ::kill(id, SIGKILL);
 }
 
+/// Returns 8 x 8 pixels of one value in RLE (PS3.5, annex G): a segment of the high bytes and one of the low bytes.
+std::string rle_frame(std::uint16_t value) {
+  const auto segment = [](int byte) {
+    std::string rows;
+    for (int row = 0; row < 8; ++row) rows += {'\xf9', static_cast<char>(byte)};  // 8 equal bytes
+    return rows;
+  };
+  std::string head = test::bytes_of_numbers<std::uint32_t, std::uint32_t, std::uint32_t>(2, 64, 64 + 16);
+  head.resize(64, '\0');
+  return head + segment(value >> 8) + segment(value & 0xff);
+}
+
 /// Folder for temporary files of the worker processes, and worker processes of a program.
 class ReaderFixture : public test::FolderTest {
  protected:
@@ -69,6 +82,28 @@ class ReaderFixture : public test::FolderTest {
     end_idle_readers();
     before_.empty() ? ::unsetenv("TMPDIR") : ::setenv("TMPDIR", before_.c_str(), 1);
     ::unsetenv("SIMPLEXSEG_READER");
+  }
+
+  /// Writes a series of `count` slices; the value of each voxel is the number of its slice.
+  fs::path make_series(int count, bool compressed = false) {
+    const fs::path series = folder / (compressed ? "compressed" : "series");
+    fs::create_directories(series);
+    for (int k = 0; k < count; ++k) {
+      test::DicomData data;
+      data.text(0x0008, 0x0016, "UI", "1.2.840.10008.5.1.4.1.1.4")
+          .text(0x0008, 0x0018, "UI", "1.2.3." + std::to_string(k + 1));
+      data.text(0x0008, 0x0060, "CS", "MR").text(0x0020, 0x000e, "UI", "1.2.3");
+      data.numbers(0x0020, 0x0032, {0, 0, double(k)}).numbers(0x0020, 0x0037, {1, 0, 0, 0, 1, 0});
+      test::describe_pixels(data, 8, 8, 0);
+      data.numbers(0x0028, 0x0030, {1, 1});
+      const auto value = static_cast<std::uint16_t>(k);
+      std::string pixels;
+      for (int v = 0; v < 64; ++v) pixels += test::bytes_of_numbers(value);
+      compressed ? data.fragments({rle_frame(value)}) : data.raw(0x7fe0, 0x0010, "OW", pixels);
+      std::ofstream(series / (std::to_string(k) + ".dcm"), std::ios::binary)
+          << test::dicom_file(data.bytes, "1.2.840.10008.5.1.4.1.1.4", compressed ? test::kRle : test::kExplicitLittle);
+    }
+    return series;
   }
 
   fs::path temporary = folder / "temporary";
@@ -170,6 +205,21 @@ TEST_F(ReaderProcessTest, MemoryAndTimeAreLimitedForEachRequest) {
             "failure: it is damaged (reading it exceeds the limit of time)");
 }
 
+/// The headers of a folder are read by one request. The test program crashes for files that begin with "crash".
+TEST_F(ReaderProcessTest, ACrashOmitsOnlyOneFileOfAFolder) {
+  const fs::path series = make_series(150);
+  for (const char* name : {"100", "149", "70"})
+    fs::rename(series / (std::string(name) + ".dcm"), series / (std::string("crash") + name));
+  const DicomScan scan = scan_for_dicom({series}, false);
+  ASSERT_EQ(scan.series.size(), 1u);
+  EXPECT_EQ(scan.series.begin()->second.size(), 147u);
+  ASSERT_EQ(scan.unreadable.size(), 3u);
+  for (const UnreadableEntry& entry : scan.unreadable) {
+    EXPECT_HAS(entry.path.filename().string(), "crash");
+    EXPECT_EQ(entry.reason, "it is damaged (the library that reads it failed)");
+  }
+}
+
 TEST_F(ReaderProcessTest, TemporaryFilesAreDeletedWithTheProcess) {
   const fs::path file = request_result(test::kLeaveFile, "file", {});
   EXPECT_TRUE(fs::exists(file));
@@ -240,42 +290,7 @@ TEST_F(ReaderProcessTest, AMissingProgramIsOneError) {
 
 // ---- loads with the real program ----
 
-/// Returns 8 x 8 pixels of one value in RLE (PS3.5, annex G): a segment of the high bytes and one of the low bytes.
-std::string rle_frame(std::uint16_t value) {
-  const auto segment = [](int byte) {
-    std::string rows;
-    for (int row = 0; row < 8; ++row) rows += {'\xf9', static_cast<char>(byte)};  // 8 equal bytes
-    return rows;
-  };
-  std::string head = test::bytes_of_numbers<std::uint32_t, std::uint32_t, std::uint32_t>(2, 64, 64 + 16);
-  head.resize(64, '\0');
-  return head + segment(value >> 8) + segment(value & 0xff);
-}
-
-class ReaderKills : public ReaderFixture {
- protected:
-  /// Writes a series of `count` slices; the value of each voxel is the number of its slice.
-  fs::path make_series(int count, bool compressed = false) {
-    const fs::path series = folder / (compressed ? "compressed" : "series");
-    fs::create_directories(series);
-    for (int k = 0; k < count; ++k) {
-      test::DicomData data;
-      data.text(0x0008, 0x0016, "UI", "1.2.840.10008.5.1.4.1.1.4")
-          .text(0x0008, 0x0018, "UI", "1.2.3." + std::to_string(k + 1));
-      data.text(0x0008, 0x0060, "CS", "MR").text(0x0020, 0x000e, "UI", "1.2.3");
-      data.numbers(0x0020, 0x0032, {0, 0, double(k)}).numbers(0x0020, 0x0037, {1, 0, 0, 0, 1, 0});
-      test::describe_pixels(data, 8, 8, 0);
-      data.numbers(0x0028, 0x0030, {1, 1});
-      const auto value = static_cast<std::uint16_t>(k);
-      std::string pixels;
-      for (int v = 0; v < 64; ++v) pixels += test::bytes_of_numbers(value);
-      compressed ? data.fragments({rle_frame(value)}) : data.raw(0x7fe0, 0x0010, "OW", pixels);
-      std::ofstream(series / (std::to_string(k) + ".dcm"), std::ios::binary)
-          << test::dicom_file(data.bytes, "1.2.840.10008.5.1.4.1.1.4", compressed ? test::kRle : test::kExplicitLittle);
-    }
-    return series;
-  }
-};
+class ReaderKills : public ReaderFixture {};
 
 /// A kill before the response to a request is not noticed; otherwise the load fails with one line.
 TEST_F(ReaderKills, TheNextLoadSucceedsAfterKillsAtRandomMoments) {

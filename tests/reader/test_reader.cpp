@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "core/error.h"
+#include "io/dicom/dicom_requests.h"
 #include "io/reader/run_reader.h"
 #include "reader/test_requests.h"
 
@@ -67,6 +68,14 @@ void send_then_fail(ResponseWriter& response, const Path& path, const std::uint6
   fail(path, manner);
 }
 
+/// Crashes for files that begin with "crash".
+void scan_files(ResponseWriter& response, const Path& first, const std::vector<Path>& files) {
+  for (const Path& file : files) {
+    if (file.filename().string().starts_with("crash")) std::abort();
+    in_reader::scan_dicom_files(response, first, {file});
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -76,5 +85,6 @@ int main(int argc, char** argv) {
   add_request(table, test::kAllocate, allocate);
   add_request(table, test::kLeaveFile, leave_file);
   add_stream(table, test::kSend, send_then_fail);
+  add_stream(table, kDicomHeaders, scan_files);
   return run_reader(argc, argv, table);
 }

@@ -4,8 +4,6 @@
 #include <gdcmReader.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <fstream>
 #include <system_error>
 
 #include "core/number_text.h"
@@ -26,14 +24,6 @@ bool is_named_like_dicom(const fs::path& path) {
   const std::string extension = extension_of(path);
   return extension.empty() || extension == ".dcm" || extension == ".dicom" || extension == ".ima" ||
          extension == ".dic" || extension.find_first_not_of(".0123456789") == std::string::npos;
-}
-
-/// Returns the reason why a file cannot be opened; empty when it can.
-std::string open_failure(const fs::path& path) {
-  errno = 0;
-  const std::ifstream stream(path, std::ios::binary);
-  if (stream) return {};
-  return errno != 0 ? system_error_text(errno) : "it cannot be opened";
 }
 
 /// List of the files in folders.
@@ -159,17 +149,12 @@ DicomScan scan_for_dicom(const std::vector<fs::path>& paths, bool with_subfolder
     }
   }
   const std::vector<fs::path> files = std::move(list).finish();
-  std::size_t done = 0;
-  for (const fs::path& file : files) {
-    report_progress(static_cast<double>(done++), static_cast<double>(files.size()));
-    try {
-      if (const std::string reason = open_failure(file); !reason.empty()) throw std::runtime_error(reason);
-      for (DicomSlice& slice : scan_dicom(file)) scan.series[slice.series].push_back(std::move(slice));
-    } catch (const ReaderUnavailable&) {
-      throw;
-    } catch (const std::exception& exception) {
-      scan.unreadable.push_back({file, message_of(exception)});
-    }
+  std::vector<DicomFileScan> scans = scan_dicom_files(files, [&files](std::size_t done) {
+    report_progress(static_cast<double>(done), static_cast<double>(files.size()));
+  });
+  for (std::size_t n = 0; n < files.size(); ++n) {
+    if (!scans[n].failure.empty()) scan.unreadable.push_back({files[n], scans[n].failure});
+    for (DicomSlice& slice : scans[n].slices) scan.series[slice.series].push_back(std::move(slice));
   }
   return scan;
 }

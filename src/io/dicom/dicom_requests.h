@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/dicom/dicom_scan.h"
 #include "io/dicom/dicom_values.h"
 #include "io/dicom/rtstruct_read.h"
 #include "io/platform/reader_request.h"
@@ -58,6 +59,11 @@ auto fields_of(T& slice) {
                   slope, intercept, modality_lut, lut_begin, traits, segmentation, segment, segments, background,
                   fraction_max, photometric, assumed, ignored, unreadable, remedy);
 }
+template <Is<DicomFileScan> T>
+auto fields_of(T& scan) {
+  auto& [slices, failure] = scan;
+  return std::tie(slices, failure);
+}
 template <Is<StructureRegion> T>
 auto fields_of(T& region) {
   auto& [name, contours, other_contours, frame_of_reference, slab_mm, warnings] = region;
@@ -69,7 +75,8 @@ auto fields_of(T& region) {
 /// Compressed file to be decoded.
 using CompressedFile = std::pair<std::filesystem::path, DicomPixels>;
 
-inline constexpr RequestType<std::vector<DicomSlice>> kDicomSlices{"dicom slices"};
+/// The response has a part for each file: its packed DicomFileScan.
+inline constexpr RequestType<void, std::vector<std::filesystem::path>> kDicomHeaders{"dicom headers"};
 inline constexpr RequestType<std::string> kDicomClassName{"dicom class name"};
 inline constexpr RequestType<bool> kDicomIsReadable{"dicom is readable"};
 inline constexpr RequestType<std::vector<std::string>, std::vector<DicomTag>> kDicomTexts{"dicom texts"};
@@ -87,7 +94,8 @@ std::vector<std::string> read_dicom_values(const std::filesystem::path& file, co
 
 namespace in_reader {
 
-std::vector<DicomSlice> scan_dicom(const std::filesystem::path& path);
+void scan_dicom_files(ResponseWriter& response, const std::filesystem::path& first,
+                      const std::vector<std::filesystem::path>& files);
 std::string sop_class_name(const std::filesystem::path& path);
 bool is_readable_dicom(const std::filesystem::path& path);
 std::vector<std::string> read_dicom_values(const std::filesystem::path& path, const std::vector<DicomTag>& tags);

@@ -6,12 +6,17 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <memory>
+#include <stdexcept>
+#include <utility>
 
 #include "core/number_text.h"
+#include "core/system_error.h"
 #include "io/dicom/dicom_colour.h"
 #include "io/dicom/dicom_frames.h"
 #include "io/dicom/dicom_requests.h"
@@ -19,6 +24,7 @@
 #include "io/dicom/dicom_validation.h"
 #include "io/dicom/dicom_values.h"
 #include "io/platform/files.h"
+#include "io/platform/reader_channel.h"
 
 namespace simplexseg {
 
@@ -166,9 +172,7 @@ bool is_plausible(const DicomSlice& slice) {
          (!slice.modality_lut || !slice.modality_lut->empty());
 }
 
-}  // namespace
-
-std::vector<DicomSlice> in_reader::scan_dicom(const fs::path& path) {
+std::vector<DicomSlice> slices_in(const fs::path& path) {
   const gdcm::Tag pixel_data(0x7fe0, 0x0010);
   gdcm::Reader reader;
   reader.SetFileName(path.c_str());
@@ -195,15 +199,120 @@ std::vector<DicomSlice> in_reader::scan_dicom(const fs::path& path) {
   }
 }
 
-std::vector<DicomSlice> scan_dicom(const fs::path& path) {
-  if (!has_dicom_header(path)) return {};
-  if (const std::string damage = damage_of_header(path); !damage.empty()) throw std::runtime_error(damage);
-  std::vector<DicomSlice> slices = request_result(kDicomSlices, path, limits_for_file(path));
-  for (DicomSlice& slice : slices) {
-    if (!is_plausible(slice)) throw ReaderFailure("it is damaged (the library that reads it failed)");
-    slice.file = path;
+/// Returns the reason why a file cannot be opened; empty when it can.
+std::string open_failure(const fs::path& path) {
+  errno = 0;
+  const std::ifstream stream(path, std::ios::binary);
+  if (stream) return {};
+  return errno != 0 ? system_error_text(errno) : "it cannot be opened";
+}
+
+/// Returns true when the worker process should read the header. Otherwise the file is not DICOM, or it is damaged, and
+/// `failure` receives the reason.
+bool has_readable_header(const fs::path& path, std::string& failure) {
+  try {
+    failure = open_failure(path);
+    if (!failure.empty() || !has_dicom_header(path)) return false;
+    failure = damage_of_header(path);
+  } catch (const ReaderUnavailable&) {
+    throw;
+  } catch (const std::exception& exception) {
+    failure = message_of(exception);
   }
-  return slices;
+  return failure.empty();
+}
+
+/// Batch of files whose headers the worker process reads while the program checks those of the next.
+class HeaderBatch {
+ public:
+  HeaderBatch(const std::vector<fs::path>& files, std::vector<DicomFileScan>& scans) : files_(files), scans_(scans) {}
+
+  /// Requests the headers of the files with these indices. The headers of the batch before must have been received.
+  void send(std::vector<std::size_t> indices) {
+    indices_ = std::move(indices);
+    received_ = 0;
+    send_rest();
+  }
+
+  /// Receives all headers of the batch. After a failure of the worker process, another reads those that are left.
+  void receive() {
+    while (received_ < indices_.size()) {
+      const std::size_t index = indices_[received_++];
+      try {
+        scans_[index] = unpacked_response<DicomFileScan>(request_->next_part());
+        for (DicomSlice& slice : scans_[index].slices) {
+          if (!is_plausible(slice)) throw ReaderFailure("it is damaged (the library that reads it failed)");
+          slice.file = files_[index];
+        }
+        if (received_ == indices_.size()) request_->finish();
+      } catch (const ReaderFailure& failure) {
+        scans_[index] = {.slices = {}, .failure = failure.what()};
+        send_rest();
+      }
+    }
+  }
+
+ private:
+  void send_rest() {
+    request_.reset();
+    std::vector<fs::path> rest;
+    ReaderLimits largest;
+    for (std::size_t n = received_; n < indices_.size(); ++n) {
+      const fs::path& file = files_[indices_[n]];
+      rest.push_back(fs::absolute(file));
+      const ReaderLimits limits = limits_for_file(file);
+      largest.memory_bytes = std::max(largest.memory_bytes, limits.memory_bytes);
+      largest.cpu_seconds = std::max(largest.cpu_seconds, limits.cpu_seconds);
+    }
+    if (rest.empty()) return;
+    const fs::path& first = files_[indices_[received_]];
+    request_ = std::make_unique<ReaderRequest>(packed_request(kDicomHeaders, first, rest), first, largest);
+  }
+
+  const std::vector<fs::path>& files_;
+  std::vector<DicomFileScan>& scans_;
+  std::vector<std::size_t> indices_;
+  std::size_t received_ = 0;
+  std::unique_ptr<ReaderRequest> request_;
+};
+
+}  // namespace
+
+void in_reader::scan_dicom_files(ResponseWriter& response, const fs::path&, const std::vector<fs::path>& files) {
+  for (const fs::path& file : files) {
+    limit_this_process(limits_for_file(file));
+    DicomFileScan scan;
+    try {
+      scan.slices = slices_in(file);
+    } catch (...) {
+      scan.failure = reason_of_exception();
+    }
+    const std::string bytes = packed(scan);
+    response.data(bytes.data(), bytes.size());
+  }
+}
+
+std::vector<DicomFileScan> scan_dicom_files(const std::vector<fs::path>& files,
+                                            const std::function<void(std::size_t)>& report) {
+  constexpr std::size_t batch_size = 64;
+  std::vector<DicomFileScan> scans(files.size());
+  HeaderBatch batch(files, scans);
+  std::vector<std::size_t> next;
+  for (std::size_t index = 0; index < files.size(); ++index) {
+    report(index);
+    if (has_readable_header(files[index], scans[index].failure)) next.push_back(index);
+    if (next.size() < batch_size && index + 1 < files.size()) continue;
+    batch.receive();
+    batch.send(std::exchange(next, {}));
+  }
+  batch.receive();
+  return scans;
+}
+
+std::vector<DicomSlice> scan_dicom(const fs::path& path) {
+  DicomFileScan scan = std::move(scan_dicom_files({path}, [](std::size_t) {}).front());
+  if (!scan.failure.empty()) throw std::runtime_error(scan.failure);
+  return std::move(scan.slices);
 }
 
 std::string in_reader::sop_class_name(const fs::path& path) {

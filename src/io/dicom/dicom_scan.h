@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -9,9 +10,19 @@
 
 namespace simplexseg {
 
-/// Reads the header and returns one slice for each frame in file order, or a single slice when the pixels are
-/// unreadable (DicomSlice::unreadable). Returns no slices when the file is not DICOM or contains no image. Throws
-/// std::exception when the file is damaged or its transfer syntax is not supported.
+/// Contents of one file.
+struct DicomFileScan {
+  /// One slice for each frame in file order, or a single slice when the pixels are unreadable (DicomSlice::unreadable);
+  /// none when the file is not DICOM or contains no image.
+  std::vector<DicomSlice> slices;
+  std::string failure;  ///< reason why the header cannot be read; empty when it can
+};
+
+/// Reads the headers of files. Calls `report` before each file with the number of those done.
+std::vector<DicomFileScan> scan_dicom_files(const std::vector<std::filesystem::path>& files,
+                                            const std::function<void(std::size_t)>& report);
+
+/// Reads the header of one file. Throws std::runtime_error when it cannot be read.
 std::vector<DicomSlice> scan_dicom(const std::filesystem::path& path);
 
 /// Returns the name of the SOP class of a DICOM file, e.g. "RT Structure Set Storage"; empty when the class is unknown

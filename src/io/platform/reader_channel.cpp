@@ -7,6 +7,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <exception>
+#include <new>
+
+#include "io/platform/files.h"
 
 namespace simplexseg {
 namespace {
@@ -52,6 +56,19 @@ void ResponseWriter::send(FrameKind kind, const void* from, std::size_t bytes) {
   const FrameHead head{.kind = kind, .bytes = bytes};
   const auto wait = [this](short event) { return wait_for_ever(socket_, event); };
   if (!send_bytes(socket_, &head, sizeof head, wait) || !send_bytes(socket_, from, bytes, wait)) ::_exit(1);
+}
+
+std::string reason_of_exception() {
+  constexpr std::size_t max_length = 2000;
+  try {
+    throw;
+  } catch (const std::bad_alloc&) {
+    return "it is damaged (reading it exceeds the limit of memory)";
+  } catch (const std::exception& exception) {
+    return message_of(exception).substr(0, max_length);
+  } catch (...) {
+    return "it is damaged (the library that reads it failed)";
+  }
 }
 
 }  // namespace simplexseg

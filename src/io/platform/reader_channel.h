@@ -8,6 +8,8 @@
 #include <functional>
 #include <string>
 
+#include "io/platform/reader_limits.h"
+
 namespace simplexseg {
 
 constexpr int kReaderChannel = 3;       ///< file descriptor of the socket in the worker process
@@ -16,9 +18,8 @@ constexpr int kExitOtherVersion = 3;    ///< exit status of a worker process of 
 constexpr std::uint32_t kFrameMark = 0x52445331;
 
 struct RequestHead {
-  std::uint64_t bytes = 0;         ///< size of the packed request
-  std::uint64_t memory_bytes = 0;  ///< address space in addition to that before the request
-  std::uint64_t cpu_seconds = 0;   ///< processor time
+  std::uint64_t bytes = 0;  ///< size of the packed request
+  ReaderLimits limits;
 };
 
 enum class FrameKind : std::uint32_t {
@@ -50,5 +51,8 @@ class ResponseWriter {
  private:
   int socket_;
 };
+
+/// Returns the reason of a failure in the worker process. To be called in a handler of any exception.
+std::string reason_of_exception();
 
 }  // namespace simplexseg

@@ -228,17 +228,6 @@ std::optional<int> ReaderProcess::end(std::chrono::milliseconds patience) {
   return killed ? std::nullopt : std::optional(status);
 }
 
-ReaderLimits limits_for_file(const fs::path& file) {
-  constexpr double min_bytes_per_second = 1e7;  // far below the speed of parsing
-  std::error_code ignored;
-  const std::uintmax_t size = fs::file_size(file, ignored);
-  ReaderLimits limits;
-  if (ignored) return limits;
-  limits.memory_bytes += 8 * static_cast<std::size_t>(size);
-  limits.cpu_seconds += static_cast<int>(std::min(static_cast<double>(size) / min_bytes_per_second, 1e6));
-  return limits;
-}
-
 ReaderRequest::ReaderRequest(std::string packed, fs::path file, const ReaderLimits& limits)
     : packed_(std::move(packed)),
       file_(std::move(file)),
@@ -265,9 +254,7 @@ bool ReaderRequest::wait(short event) const {
 }
 
 bool ReaderRequest::send_request() {
-  const RequestHead head{.bytes = packed_.size(),
-                         .memory_bytes = limits_.memory_bytes,
-                         .cpu_seconds = static_cast<std::uint64_t>(limits_.cpu_seconds)};
+  const RequestHead head{.bytes = packed_.size(), .limits = limits_};
   const auto waiting = [this](short event) { return wait(event); };
   return send_bytes(process_->socket(), &head, sizeof head, waiting) &&
          send_bytes(process_->socket(), packed_.data(), packed_.size(), waiting);
@@ -334,12 +321,18 @@ void ReaderRequest::read(void* to, std::size_t bytes) {
   }
 }
 
-std::string ReaderRequest::finish() {
+/// Receives the next frame as a whole. `data`: see next_frame().
+std::string ReaderRequest::message(bool data) {
   if (frame_left_ > 0) fail_by_garbage();
-  const std::uint64_t bytes = next_frame(false);
+  const std::uint64_t bytes = next_frame(data);
   if (bytes > limits_.memory_bytes) fail_by_garbage();
-  std::string result(bytes, '\0');
-  receive(result.data(), result.size());
+  std::string text(bytes, '\0');
+  receive(text.data(), text.size());
+  return text;
+}
+
+std::string ReaderRequest::finish() {
+  std::string result = message(false);
   reader_pool().release(std::move(process_));
   return result;
 }

@@ -11,21 +11,9 @@
 #include <string>
 
 #include "core/error.h"
+#include "io/platform/reader_limits.h"
 
 namespace simplexseg {
-
-/// Limits of one request.
-struct ReaderLimits {
-  std::size_t memory_bytes = 256 << 20;  ///< address space in addition to that of the process before the request
-  int cpu_seconds = 6;                   ///< processor time, s
-  int min_idle_timeout_s = 60;           ///< idle timeout without the part for the processor time, s
-  /// Returns the longest time without output after which the process is considered blocked, s. It is much longer than
-  /// the processor time, because other programs can slow the process down.
-  int idle_timeout_s() const { return min_idle_timeout_s + 10 * cpu_seconds; }
-};
-
-/// Returns limits for a file that is read as a whole: more memory and time for a large file.
-ReaderLimits limits_for_file(const std::filesystem::path& file);
 
 /// Failure because of the file: the reason that the worker process found, or its crash, or a limit. The text has no
 /// path.
@@ -56,6 +44,8 @@ class ReaderRequest {
 
   /// Waits for the next `bytes` bytes of the stream.
   void read(void* to, std::size_t bytes);
+  /// Waits for the next part of a stream that consists of packed values.
+  std::string next_part() { return message(true); }
   /// Waits for the packed result, which ends the response.
   std::string finish();
 
@@ -65,6 +55,7 @@ class ReaderRequest {
   void repeat_or_fail();
   void receive(void* to, std::size_t bytes);
   std::uint64_t next_frame(bool data);
+  std::string message(bool data);
   [[noreturn]] void fail_by_garbage();
 
   std::string packed_;

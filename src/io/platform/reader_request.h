@@ -28,16 +28,21 @@ std::string packed_request(const RequestType<Result, Arguments...>& type, const 
   return to.bytes();
 }
 
+/// Unpacks a part or the result of a response. Throws ReaderFailure.
+template <class T>
+T unpacked_response(const std::string& response) {
+  try {
+    return unpacked<T>(response);
+  } catch (const BadPacking& fault) {
+    throw ReaderFailure(fault.what());
+  }
+}
+
 /// Performs a request and returns its result. Throws like ReaderRequest.
 template <class Result, class... Arguments>
 Result request_result(const RequestType<Result, Arguments...>& type, const std::filesystem::path& file,
                       const ReaderLimits& limits, const std::type_identity_t<Arguments>&... arguments) {
-  const std::string response = ReaderRequest(packed_request(type, file, arguments...), file, limits).finish();
-  try {
-    return unpacked<Result>(response);
-  } catch (const BadPacking& fault) {
-    throw ReaderFailure(fault.what());
-  }
+  return unpacked_response<Result>(ReaderRequest(packed_request(type, file, arguments...), file, limits).finish());
 }
 
 }  // namespace simplexseg

@@ -6,19 +6,16 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
-#include <new>
 #include <stdexcept>
 #include <system_error>
 #include <thread>
 
 #include "core/error.h"
-#include "io/platform/files.h"
+#include "io/platform/reader_limits.h"
 
 namespace simplexseg {
 
@@ -40,45 +37,16 @@ void watch_channel(const fs::path& temporary_folder) {
   end_with(1, temporary_folder);
 }
 
-/// Returns the size of the address space of this process, bytes; 0 when unknown. It is larger than the memory in use.
-std::size_t address_space() {
-  std::size_t pages = 0;
-  std::ifstream("/proc/self/statm") >> pages;
-  return pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
-}
-
-void set_soft_limit(__rlimit_resource resource, std::uint64_t value) {
-  rlimit limit{};
-  ::getrlimit(resource, &limit);
-  limit.rlim_cur = std::min<rlim_t>(value, limit.rlim_max);
-  ::setrlimit(resource, &limit);
-}
-
-void apply_limits(const RequestHead& head) {
-  rusage usage{};
-  ::getrusage(RUSAGE_SELF, &usage);
-  const auto used_seconds = static_cast<std::uint64_t>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec);
-  constexpr std::uint64_t rounding = 2;  // fractions of seconds of both times
-  set_soft_limit(RLIMIT_CPU, used_seconds + rounding + head.cpu_seconds);
-  set_soft_limit(RLIMIT_AS, RLIM_INFINITY);
-  if (const std::size_t now = address_space(); now > 0) set_soft_limit(RLIMIT_AS, now + head.memory_bytes);
-}
-
 void respond(const RequestTable& table, const std::string& request, ResponseWriter& response) {
-  constexpr std::size_t max_message = 2000;
   try {
     Unpacker from(request);
     const auto found = table.find(next_value<std::string>(from));
     if (found == table.end()) throw std::runtime_error("the request is unknown");
     found->second(from, response);
   } catch (const Error& error) {
-    response.text(FrameKind::Error, std::string(error.what()).substr(0, max_message));
-  } catch (const std::bad_alloc&) {
-    response.text(FrameKind::Failure, "it is damaged (reading it exceeds the limit of memory)");
-  } catch (const std::exception& exception) {
-    response.text(FrameKind::Failure, message_of(exception).substr(0, max_message));
+    response.text(FrameKind::Error, error.what());
   } catch (...) {
-    response.text(FrameKind::Failure, "it is damaged (the library that reads it failed)");
+    response.text(FrameKind::Failure, reason_of_exception());
   }
 }
 
@@ -112,7 +80,7 @@ int run_reader(int argc, char** argv, const RequestTable& table) {
   while (receive_bytes(kReaderChannel, &head, sizeof head, wait_for_request)) {
     request.resize(head.bytes);
     if (!receive_bytes(kReaderChannel, request.data(), request.size(), wait_for_request)) break;
-    apply_limits(head);
+    limit_this_process(head.limits);
     respond(table, request, response);
   }
   end_with(0, temporary_folder);

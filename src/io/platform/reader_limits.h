@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Limits of a worker process (reader_process.h), for each request or each file.
+#pragma once
+#include <cstddef>
+#include <filesystem>
+
+namespace simplexseg {
+
+struct ReaderLimits {
+  std::size_t memory_bytes = 256 << 20;  ///< address space in addition to that of the process when the limits are set
+  int cpu_seconds = 6;                   ///< processor time, s
+  int min_idle_timeout_s = 60;           ///< idle timeout without the part for the processor time, s
+  /// Returns the longest time without output after which the process is considered blocked, s. It is much longer than
+  /// the processor time, because other programs can slow the process down.
+  int idle_timeout_s() const { return min_idle_timeout_s + 10 * cpu_seconds; }
+};
+
+/// Returns limits for a file that is read as a whole: more memory and time for a large file.
+ReaderLimits limits_for_file(const std::filesystem::path& file);
+
+/// Limits memory and processor time of this process, which is a worker process, from now on.
+void limit_this_process(const ReaderLimits& limits);
+
+}  // namespace simplexseg
